@@ -8,6 +8,7 @@ isotropic material under constant tractions, orthotropic Coulomb friction with c
 import json
 import os
 import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -17,6 +18,8 @@ from raw_problem import RawProblem
 from run_file import open_run
 
 ROOT = Path(__file__).resolve().parent.parent
+# The Python package, also for the process that collects what others report.
+sys.path.insert(0, str(ROOT / "python"))
 SCENE = ROOT / "pipelines" / "hkl2011_table1.toml"
 
 # Names of the solved cases and the changes they make to the published scene. The last

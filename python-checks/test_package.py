@@ -19,8 +19,7 @@ import xarray as xr
 from conftest import ROOT, SCENE
 from schema_check import scales_of
 
-sys.path.insert(0, str(ROOT / "python"))
-import contact3d as package  # noqa: E402
+import contact3d as package
 
 SMALL = {"body.brick.cells": [12, 4, 4]}
 
@@ -173,7 +172,7 @@ def test_problem_for_siconos_is_that_of_the_file(solved, tmp_path):
 
 @pytest.mark.parametrize("example", ["modes", "pressure", "sweep"])
 def test_examples_run(contact3d, example, tmp_path, monkeypatch):
-    """All but `grid`, which draws with what the machine has of OpenGL."""
+    """All but `grid`, which draws with what the machine has of OpenGL, and `fit`, which another test runs."""
     matplotlib.use("Agg")
     monkeypatch.chdir(tmp_path)
     (tmp_path / "pipelines").symlink_to(ROOT / "pipelines")

@@ -2,7 +2,7 @@
 
     python3 python-checks/browser/open_report.py report.html screenshot.png
 
-Run by hand (Debian: `apt-get install chromium`); pytest does not collect it. Fails on a
+Pages of `report --interactive` have a test, test_view3d.py. Run by hand (Debian: `apt-get install chromium`); pytest does not collect it. Fails on a
 console message, a request, a figure that is not visible, or a value that does not show when
 the pointer is over it. The screenshot is for the eye.
 """

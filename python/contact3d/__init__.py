@@ -1,40 +1,67 @@
 """Static contact with friction in 3D: run the program ``contact3d-pipe`` and read what it stores.
 
     >>> import contact3d
-    >>> tree = contact3d.run("pipelines/newton.toml", "newton.h5", set={"body.brick.cells": [12, 4, 4]})
-    >>> tree["solve/multiplier_normal"]          # an xarray.DataArray with units, by panes
+    >>> block = contact3d.run("pipelines/newton.toml", "newton.h5", set={"body.brick.cells": [12, 4, 4]})
+    >>> block                                    # a summary
+    >>> block.plot("pressure")                   # the contact face
+    >>> block["solve/multiplier_normal"]         # an xarray.DataArray with units, by panes
 
-:func:`run` solves a scene, :func:`open` reads a run file, :func:`open_sweep` the table of a sweep; :func:`export` writes for
-PyVista, ParaView and Siconos.
+:func:`run` solves a scene, :func:`sweep` many, :func:`open` reads a run file. :mod:`contact3d.scene` has the classes of a
+scene, :mod:`contact3d.convert` reads meshes of other programs.
 """
 
-from ._program import (
-    BadInput,
-    InternalError,
-    Interrupted,
-    NotConverged,
-    ProgramError,
-    ProgramNotFound,
+from ._matrices import Matrices
+from ._program import BadInput, InternalError, Interrupted, NotConverged, ProgramError, ProgramNotFound, program, version
+from ._run import Run
+from ._studies import (
+    Accuracy,
+    Branches,
+    Law,
+    Stability,
+    Theory,
+    accuracy,
+    branches,
     export,
-    program,
+    law,
+    report,
     run,
-    version,
+    stability,
+    theory,
 )
-from ._sweep import open_sweep
-from ._tree import Matrices, open
+from ._sweep import Sweep, open_sweep, sweep
+from ._tree import open
+from ._watch import CasesWarning, SceneWarning
+from .scene import Scene
 
 __all__ = [
+    "Accuracy",
     "BadInput",
+    "Branches",
+    "CasesWarning",
     "InternalError",
     "Interrupted",
+    "Law",
     "Matrices",
     "NotConverged",
     "ProgramError",
     "ProgramNotFound",
+    "Run",
+    "Scene",
+    "SceneWarning",
+    "Stability",
+    "Sweep",
+    "Theory",
+    "accuracy",
+    "branches",
     "export",
+    "law",
     "open",
     "open_sweep",
     "program",
+    "report",
     "run",
+    "stability",
+    "sweep",
+    "theory",
     "version",
 ]

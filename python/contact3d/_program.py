@@ -1,18 +1,17 @@
 """Finding and running the program."""
 
+import json
 import os
 import shutil
 import subprocess
 import sysconfig
-import tomllib
-from collections.abc import Mapping
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import xarray as xr
-
-from . import _toml
-from ._tree import open as open_run
+from . import _toml, _watch
 
 NAME = "contact3d-pipe"
 
@@ -24,14 +23,19 @@ class ProgramNotFound(FileNotFoundError):
 class ProgramError(RuntimeError):
     """The program ended with an exit code other than 0; the text is its message."""
 
-    def __init__(self, message: str, exit_code: int, file: Path):
+    def __init__(self, message: str, exit_code: int, file: Path | None = None, result: Any = None):
         super().__init__(message)
         self.exit_code = exit_code
         self.file = file
+        self.result = result
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Executors send errors from one process to another."""
+        return type(self), (str(self), self.exit_code, self.file, self.result)
 
 
 class NotConverged(ProgramError):
-    """Exit code 1: not converged, or no equilibrium; what was computed is in ``file``."""
+    """Exit code 1: not converged, or no equilibrium; what was computed is in ``file``, that of a study also in ``result``."""
 
 
 class BadInput(ProgramError, ValueError):
@@ -47,6 +51,22 @@ class Interrupted(ProgramError):
 
 
 ERRORS = {1: NotConverged, 2: BadInput, 130: Interrupted}
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What the program answered: its JSON, its exit code, its message."""
+
+    data: Any
+    exit_code: int
+    message: str
+
+    def check(self, file: Path | None = None, result: Any = None) -> None:
+        """Raises the error that an exit code stands for."""
+        if self.exit_code != 0:
+            error = ERRORS.get(self.exit_code, InternalError)
+            message = self.message or f"{NAME} ended with exit code {self.exit_code} and no message"
+            raise error(message, self.exit_code, file, result)
 
 
 def program() -> Path:
@@ -69,92 +89,66 @@ def program() -> Path:
 
 def version() -> str:
     """The version of the program."""
-    answer = subprocess.run([program(), "--version"], capture_output=True, text=True, check=True)
+    answer = subprocess.run([_found(), "--version"], capture_output=True, text=True, check=True)
     return answer.stdout.split()[1]
 
 
-def run(
-    scene: str | os.PathLike[str] | Mapping[str, Any],
-    file: str | os.PathLike[str],
-    *,
-    set: Mapping[str, Any] | None = None,
-    figures: str | os.PathLike[str] | None = None,
-    threads: int | None = None,
-) -> xr.DataTree:
-    """Solves a scene, or what of it is not up to date in ``file``, and opens the run file.
-
-    :param scene: the path of a scene, its text (of more than one line), or a dict as ``tomllib`` makes it. Mesh files
-        are looked for beside a scene with a path, else in the working directory.
-    :param file: the run file, made or brought up to date.
-    :param set: keys of the scene to change, such as ``{"friction.coefficient.constant": 0.4}``.
-    :param figures: a folder for the pictures; none are drawn without it.
-    :param threads: the processors that may compute; all by default. The results do not depend on it.
-    :raises NotConverged, BadInput, InternalError, Interrupted: with the program's message.
-    """
-    file = Path(file)
-    path, text, changes = _given(scene)
-    command = [str(program()), "run", path, _name(file), "--quiet"]
-    command += ["--no-figures"] if figures is None else ["--figures", _name(figures)]
-    command += [] if threads is None else ["--threads", str(threads)]
-    command += [f"--set={name}={_toml.value(item)}" for name, item in {**changes, **(set or {})}.items()]
-    _perform(command, file, text)
-    return open_run(file)
-
-
-def export(
-    file: str | os.PathLike[str],
-    *,
-    vtkhdf: str | os.PathLike[str] | None = None,
-    fclib: str | os.PathLike[str] | None = None,
-    sparse: bool = False,
-) -> None:
-    """Writes a part of a solved run file for other programs.
-
-    :param file: the run file, which stays as it is.
-    :param vtkhdf: a file for PyVista and ParaView, whose readers go by the suffix: ``NAME.vtkhdf``.
-    :param fclib: a file of the Friction Contact Library, for Siconos: u = W r + q, with the dense W.
-    :param sparse: in place of that the global problem M v = H r + f with sparse matrices.
-    :raises BadInput: a run file that is not solved, a law that such a file cannot hold.
-    """
-    given = {"--vtkhdf": vtkhdf, "--fclib": fclib}
-    for option, target in given.items():
-        if target is not None:
-            command = [str(program()), "export", _name(file), option, _name(target), "--quiet"]
-            _perform(command + (["--global"] if sparse and option == "--fclib" else []), Path(file))
-
-
-def _name(path: str | os.PathLike[str]) -> str:
-    """A path as an argument, which no option looks like."""
-    name = os.fspath(path)
-    return os.path.join(os.curdir, name) if name.startswith("-") else name
-
-
-def _perform(command: list[str], file: Path, text: str | None = None) -> None:
-    """Runs a command that works on a file, with some standard input; errors as exceptions."""
+def perform(command: Sequence[str], *, text: str | None = None, total: int | None = None,
+            progress: bool | None = False) -> Answer:
+    """Runs a command with some standard input; its warnings become Python's, its progress a bar."""
+    executable = _found()
     environment = {**os.environ, "NO_COLOR": "1"}
-    answer = subprocess.run(command, input=text, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
-                            encoding="utf-8", env=environment)
-    if answer.returncode != 0:
-        error = ERRORS.get(answer.returncode, InternalError)
-        message = answer.stderr.strip() or f"{NAME} ended with exit code {answer.returncode} and no message"
-        raise error(message, answer.returncode, file)
-
-
-def _given(scene: str | os.PathLike[str] | Mapping[str, Any]) -> tuple[str, str | None, dict[str, Any]]:
-    """The path to give to the program, its standard input, and the keys that differ."""
-    if isinstance(scene, Mapping):
-        content, text = scene, _toml.document(scene)
-    elif isinstance(scene, str) and "\n" in scene:
-        text = scene
+    with (tempfile.TemporaryFile() as given, tempfile.TemporaryFile() as results,
+          _watch.bar(command[0], total, progress) as shown):
+        given.write((text or "").encode())
+        given.seek(0)
+        watcher = _watch.Watcher(shown)
+        ours, theirs = _watch.listening_post(shown is not None)
         try:
-            content = tomllib.loads(scene)
-        except tomllib.TOMLDecodeError:
-            content = {}
-    else:
-        return _name(scene), None, {}
-    body = content.get("body")
-    mesh = body.get("gmsh") if isinstance(body, Mapping) else None
-    changes = {}
-    if isinstance(mesh, Mapping) and isinstance(mesh.get("file"), (str, os.PathLike)):
-        changes["body.gmsh.file"] = str(Path(mesh["file"]).absolute())
-    return "/dev/stdin", text, changes
+            with os.fdopen(theirs, "wb") as errors:
+                process = subprocess.Popen([executable, *command, "--json"], stdin=given, stdout=results, stderr=errors,
+                                           env=environment)
+            exit_code = _watch.follow(process, ours, watcher)
+        finally:
+            os.close(ours)
+        results.seek(0)
+        answered = results.read()
+    _watch.warn(watcher.warnings)
+    message = "\n".join(watcher.messages).strip().replace("/dev/stdin", "the scene")
+    return Answer(json.loads(answered) if answered.strip() else None, exit_code, message)
+
+
+def _found() -> Path:
+    executable = shutil.which(program())
+    if executable is None:
+        raise ProgramNotFound(f"$CONTACT3D_PIPE names {program()}, which is no program that can be run")
+    return Path(executable)
+
+
+def name(path: str | os.PathLike[str]) -> str:
+    """A path as an argument, which no option looks like."""
+    plain = os.fspath(path)
+    return os.path.join(os.curdir, plain) if plain.startswith("-") else plain
+
+
+def options(**given: Any) -> list[str]:
+    """Options of the command line: None and False are left out, a list repeats its option."""
+    found = []
+    for option, value in given.items():
+        flag = "--" + option.replace("_", "-")
+        for item in value if isinstance(value, (list, tuple)) else [value]:
+            if item is True:
+                found.append(flag)
+            elif item is not None and item is not False:
+                found.append(f"{flag}={os.fspath(item) if isinstance(item, os.PathLike) else item}")
+    return found
+
+
+def pictures(folder: str | os.PathLike[str] | None) -> list[str]:
+    """Where pictures go; nowhere if no folder is named."""
+    return ["--no-figures"] if folder is None else ["--figures", name(folder)]
+
+
+def settings(changes: Mapping[str, Any] | None) -> list[str]:
+    """Changes of keys as options."""
+    return [f"--set={key}={_toml.value(item)}" for key, item in (changes or {}).items()]

@@ -2,104 +2,67 @@
 
 import os
 import tomllib
-from collections.abc import Iterator, Mapping
-from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 
 import h5py
-import numpy as np
-import scipy.sparse
 import xarray as xr
 
+from ._matrices import Matrices, is_matrix
+from ._run import Run
+from ._stored import Closing, dataset
 
-class Matrices(Mapping[str, scipy.sparse.csc_array | scipy.sparse.csr_array]):
-    """The sparse matrices of a run file by their path, such as ``assemble/stiffness``; read when asked for."""
-
-    def __init__(self, file: str | os.PathLike[str]):
-        self.file = Path(file)
-        with h5py.File(self.file) as content:
-            self._paths: list[str] = []
-            _visit(content, lambda path, item: self._paths.append(path) if _is_matrix(item) else None)
-
-    def __getitem__(self, path: str) -> scipy.sparse.csc_array | scipy.sparse.csr_array:
-        path = path.strip("/")
-        if path not in self._paths:
-            raise KeyError(path)
-        with h5py.File(self.file) as content:
-            stored = content[path]
-            parts = tuple(stored[name][:] for name in ("data", "indices", "indptr"))
-            kinds = {"csc_matrix": scipy.sparse.csc_array, "csr_matrix": scipy.sparse.csr_array}
-            return kinds[stored.attrs["encoding-type"]](parts, shape=tuple(stored.attrs["shape"]))
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._paths)
-
-    def __len__(self) -> int:
-        return len(self._paths)
-
-    def __repr__(self) -> str:
-        return f"Matrices({', '.join(self._paths)})"
+#: Groups that few want to see: what ParaView reads, and residuals.
+APART = ("/VTKHDF", "/post/certificate")
 
 
-def open(file: str | os.PathLike[str]) -> xr.DataTree:
+def open(file: str | os.PathLike[str], *, everything: bool = False) -> Run:
     """A run file as a tree of datasets with named dimensions and, in ``attrs["units"]``, words that pint understands.
 
     Values are read when they are used. Enumerations are texts, panes and nodes carry their places as coordinates
-    (``pane_x``, ``node_x``, ``contact_x`` …), ``tree.attrs["scene"]`` is the scene as a dict and
-    ``tree.attrs["matrices"]`` a mapping of SciPy's sparse matrices (:class:`Matrices`).
+    (``pane_x``, ``node_x``, ``contact_x`` …), increments of a history their ``time`` and forces their ``source``, which
+    is the name of a clamp or load in the scene where it has one.
+
+    :param everything: the groups ``VTKHDF`` and ``post/certificate`` too.
     """
     file = Path(file)
-    matrices = Matrices(file)
-    with h5py.File(file) as content, ExitStack() as opened:
+    if not file.is_file():
+        raise FileNotFoundError(f"there is no run file {file}; contact3d.run makes one")
+    if not h5py.is_hdf5(file):
+        raise OSError(f"{file} is no run file: it is no HDF5 file, or a damaged one")
+    try:
+        matrices = Matrices(file)
+        content = h5py.File(file)
+    except OSError as error:
+        raise OSError(f"{file} is no whole run file: {error}; delete or restore it, and run again") from error
+    try:
         places = _places(content, matrices)
-        nodes = {}
-        for path, group in _groups(content):
-            # In the file that holds the group: references to the scales of its axes lead nowhere in another one.
-            dataset = xr.open_dataset(group.file.filename, group=group.name, engine="h5netcdf", phony_dims="access",
-                                      decode_times=False, decode_timedelta=False)
-            opened.callback(dataset.close)
-            nodes[path] = _with_places(_with_words(dataset, group), places)
-        named = xr.DataTree.from_dict(nodes)
-        if "scene/toml" in content:
-            named.attrs["scene"] = tomllib.loads(content["scene/toml"].asstr()[()])
-        named.set_close(opened.pop_all().close)
-    named.attrs["matrices"] = matrices
-    return named
+        scene = tomllib.loads(content["scene/toml"].asstr()[()]) if "scene/toml" in content else None
+        nodes = {
+            path: _with_labels(path, _with_places(dataset(group, file), places), content, scene or {})
+            for path, group in _groups(content)
+            if everything or not path.startswith(APART)
+        }
+        tree = xr.DataTree.from_dict(nodes)
+    except BaseException:
+        content.close()
+        raise
+    run = Run(tree.to_dataset(inherit=False), children=dict(tree.children))
+    run.set_close(Closing(content))
+    run.attrs["file"] = str(file)
+    if scene is not None:
+        run.attrs["scene"] = scene
+    run.attrs["matrices"] = matrices
+    return run
 
 
 def _groups(content: h5py.File) -> list[tuple[str, h5py.Group]]:
     """All groups but matrices with their paths, groups behind external links too."""
     found = [("/", content["/"])]
     for path, group in found:
-        inner = [(name, item) for name, item in group.items() if isinstance(item, h5py.Group) and not _is_matrix(item)]
+        inner = [(name, item) for name, item in group.items() if isinstance(item, h5py.Group) and not is_matrix(item)]
         found += [(f"{path.rstrip('/')}/{name}", item) for name, item in inner]
     return found
-
-
-def _visit(group: h5py.Group, see) -> None:
-    """Shows every object below a group, groups behind external links too."""
-    for name, item in group.items():
-        see(item.name.strip("/"), item)
-        if isinstance(item, h5py.Group) and not _is_matrix(item):
-            _visit(item, see)
-
-
-def _is_matrix(item: h5py.HLObject) -> bool:
-    return isinstance(item, h5py.Group) and "encoding-type" in item.attrs
-
-
-def _with_words(dataset: xr.Dataset, group: h5py.Group) -> xr.Dataset:
-    """The dataset with the members of enumerations by their names."""
-    words = {}
-    for name, variable in dataset.variables.items():
-        members = h5py.check_enum_dtype(group[name].dtype) if name in group else None
-        if members:
-            names = np.empty(max(members.values()) + 1, dtype=object)
-            for word, code in members.items():
-                names[code] = word
-            texts = names[np.asarray(group[name][()])]
-            words[name] = (variable.dims, np.asarray(texts, dtype=str), variable.attrs)
-    return dataset.assign(words)
 
 
 def _places(content: h5py.File, matrices: Matrices) -> dict[str, xr.Variable]:
@@ -121,6 +84,34 @@ def _places(content: h5py.File, matrices: Matrices) -> dict[str, xr.Variable]:
     }
 
 
-def _with_places(dataset: xr.Dataset, places: dict[str, xr.Variable]) -> xr.Dataset:
-    fitting = {name: place for name, place in places.items() if dataset.sizes.get(place.dims[0]) == place.size}
-    return dataset.assign_coords(fitting)
+def _with_places(values: xr.Dataset, places: dict[str, xr.Variable]) -> xr.Dataset:
+    fitting = {name: place for name, place in places.items() if values.sizes.get(place.dims[0]) == place.size}
+    return values.assign_coords(fitting)
+
+
+def _with_labels(path: str, values: xr.Dataset, content: h5py.File, scene: dict[str, Any]) -> xr.Dataset:
+    """A group with increments by their time and forces by their source."""
+    if path.startswith("/post") and "source" in values.dims:
+        values = values.rename({"source": "resultant"})
+    if "n_forces" in values.dims and "post/forces/source" in content:
+        keys = content["post/forces/source"].asstr()[:]
+        named = values.drop_vars(["source", "face"], errors="ignore").rename({"n_forces": "source"})
+        faces = content["post/forces/face"].asstr()[:]
+        values = named.assign_coords(source=_names(list(keys), scene), key=("source", keys), face=("source", faces))
+    if path == "/history" and "n_increments" in values.dims and "time" in values:
+        values = values.rename({"n_increments": "increment"}).swap_dims(increment="time").set_coords("time")
+    return values
+
+
+def _names(keys: list[str], scene: dict[str, Any]) -> list[str]:
+    """What the scene calls its clamps, loads and faces; their keys where it gives no name, and behind one that several have."""
+    names = [str(_entry(key, scene).get("name") or key) for key in keys]
+    return [f"{name} ({key})" if names.count(name) > 1 else name for name, key in zip(names, keys, strict=True)]
+
+
+def _entry(key: str, scene: dict[str, Any]) -> dict[str, Any]:
+    kind, _, number = key.partition(".")
+    found = scene.get(kind, {})
+    if isinstance(found, list):
+        found = found[int(number or 0)] if int(number or 0) < len(found) else {}
+    return found if isinstance(found, dict) else {}

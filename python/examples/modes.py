@@ -7,7 +7,7 @@ import scipy.sparse.linalg
 DENSITY = 7850.0  # kg/m³
 
 tree = contact3d.run("pipelines/newton.toml", "modes.h5", set={"body.brick.cells": [24, 8, 8]})
-stiffness = tree.attrs["matrices"]["assemble/stiffness"].tocsc()
+stiffness = tree.matrices["assemble/stiffness"].tocsc()
 volume = 3.0
 lumped = scipy.sparse.eye_array(stiffness.shape[0]) * (DENSITY * volume / tree["mesh"].sizes["n_nodes"])
 squares = scipy.sparse.linalg.eigsh(stiffness, k=4, M=lumped.tocsc(), sigma=0.0, return_eigenvectors=False)

@@ -36,7 +36,7 @@ pub struct AccuracyArguments {
     pub budget: f64,
     /// Compare linear and quadratic elements on uniform and adaptive meshes until their error is below this, as 0.01 or 1%;
     /// the budget counts for each of them
-    #[arg(long, alias = "ways", value_name = "SHARE", value_parser = super::adaptive::share)]
+    #[arg(long, alias = "ways", value_name = "SHARE", value_parser = super::adaptive::target)]
     pub sequences: Option<f64>,
     #[command(flatten)]
     pub(super) figures: FigureArguments,

@@ -1,6 +1,9 @@
 //! Adaptive runs: the words about their levels, and what became of the target.
 
-use contact3d::adaptation::{AdaptiveLevel, AdaptiveStatus};
+use contact3d::{
+    adaptation::{AdaptiveLevel, AdaptiveStatus, LevelForecast, RefinementGoal},
+    scene::{ElementOrder, SMALLEST_ERROR, Scene},
+};
 use indicatif::ProgressBar;
 
 use super::{
@@ -9,7 +12,7 @@ use super::{
     terminal::say,
 };
 use crate::{
-    pipeline::{AdaptStep, Adapted, Session, StageError},
+    pipeline::{AdaptStep, Adapted, OutOfReach, Session, StageError},
     report::percent,
 };
 
@@ -29,15 +32,26 @@ pub(super) fn share(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "write 1% or 0.01, for example".into())
 }
 
+/// A share that meshes can be refined for.
+pub(super) fn target(text: &str) -> Result<f64, String> {
+    let within = |target: &f64| (SMALLEST_ERROR..=1.0).contains(target);
+    let target = share(text)?;
+    Some(target)
+        .filter(within)
+        .ok_or_else(|| format!("expected a share between {SMALLEST_ERROR:e} and 1, as 1% or 0.01"))
+}
+
 /// Runs the levels of a scene that asks for an error.
 pub(super) fn run(
     session: &mut Session,
-    target: f64,
+    goal: RefinementGoal,
     output: &Output,
 ) -> Result<Adapted, StageError> {
+    say(output, &first_mesh_line(session.scene()));
+    let mut is_out_of_reach = false;
     let mut spinner = ProgressBar::hidden();
     let mut forecast = Forecast::new(session.scene().solve.epsilon());
-    let adapted = session.adapt(target, &mut |step| match step {
+    let adapted = session.adapt(goal, &mut |step| match step {
         AdaptStep::Stage(level, stage) => {
             spinner.finish_and_clear();
             spinner = progress::spinner(stage.word(), output);
@@ -52,9 +66,52 @@ pub(super) fn run(
             spinner.finish_and_clear();
             say(output, &format!("level {number:<3} does not fit: {why}"));
         }
+        AdaptStep::Forecast(number, forecast, out_of_reach) => {
+            say(output, &forecast_line(number, forecast));
+            if let Some(out_of_reach) = out_of_reach.filter(|_| !is_out_of_reach) {
+                is_out_of_reach = true;
+                say(output, &out_of_reach_line(forecast, out_of_reach));
+            }
+        }
     });
     spinner.finish_and_clear();
     adapted
+}
+
+/// What the levels start from.
+fn first_mesh_line(scene: &Scene) -> String {
+    let element = match scene.body.element {
+        ElementOrder::P1 => "linear",
+        ElementOrder::P2 => "quadratic",
+    };
+    let cells = scene.body.as_brick().map_or_else(
+        || "the mesh file".to_owned(),
+        |brick| {
+            let [x, y, z] = brick.cells;
+            format!("{x} x {y} x {z} cells")
+        },
+    );
+    format!("mesh      {element} tetrahedra, from {cells}")
+}
+
+fn forecast_line(number: usize, forecast: &LevelForecast) -> String {
+    format!(
+        "level {number:<3} {:>9} unknowns, {:>18} error about {:>8}, about {:.1} s",
+        forecast.n_free,
+        "expected,",
+        percent(forecast.estimated_error),
+        forecast.seconds
+    )
+}
+
+fn out_of_reach_line(forecast: &LevelForecast, memory: OutOfReach) -> String {
+    let gigabytes = |bytes: u64| bytes as f64 / 1e9;
+    format!(
+        "mesh      at this rate the target takes about {:.1e} unknowns and {:.0} GB of memory, and there are {:.0} GB: it will hardly be met",
+        forecast.n_free_of_target,
+        gigabytes(memory.needed),
+        gigabytes(memory.available)
+    )
 }
 
 fn level_line(number: usize, level: &AdaptiveLevel) -> String {
@@ -80,6 +137,12 @@ pub(super) fn unmet(adapted: &Adapted) -> Option<String> {
         AdaptiveStatus::Met | AdaptiveStatus::NotConverged => return None,
         AdaptiveStatus::Refining => "there are levels to come",
         AdaptiveStatus::TooLarge => "the next mesh does not fit into memory or on the disk",
+        AdaptiveStatus::NotEstimated => {
+            "the quantity is zero on the next mesh, or has no estimate there"
+        }
+        AdaptiveStatus::OverBudget => {
+            "the next mesh is forecast to take more than is left of --budget"
+        }
         AdaptiveStatus::Stalled => "finer meshes do not lower the estimate any more",
     };
     Some(format!(

@@ -1,6 +1,9 @@
 //! The command line.
 
-use std::path::{Path, PathBuf};
+use std::{
+    path::{Path, PathBuf},
+    time::{Duration, Instant},
+};
 
 use clap::{Args, Parser, Subcommand};
 use contact3d::scene::{
@@ -16,6 +19,7 @@ use super::{
     fclib::{ExportArguments, SolveFclibArguments},
     html::ReportArguments,
     init::InitArguments,
+    inspect::InspectArguments,
     law::LawArguments,
     man::ManArguments,
     schema::SchemaArguments,
@@ -100,6 +104,8 @@ pub enum Command {
     Schema(SchemaArguments),
     /// Write a commented scene to start from
     Init(InitArguments),
+    /// Show what a mesh file holds: faces, parts, sizes, quality; and write a scene for it
+    Inspect(InspectArguments),
     /// Print what completes commands and options in a shell
     Completions(CompletionsArguments),
     /// Write the manual pages of the program and of every command
@@ -126,6 +132,14 @@ pub struct RunArguments {
     /// Refine the mesh until the estimated error in the energy norm is no larger, for example 1% or 0.01
     #[arg(long, value_name = "SHARE", value_parser = super::adaptive::share)]
     pub(super) error: Option<f64>,
+    /// Start no mesh that is forecast to end later than this many seconds after the command began
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = seconds)]
+    pub(super) budget: Option<f64>,
+    /// Refine it for a quantity instead, relative to its value: normal_force, tangential_force, strain_energy,
+    /// largest_displacement, largest_pressure, contact_area, stick_area, or a table of TOML as
+    /// '{ mean_pressure = { box = [[0, 0, 0], [1, 1, 0]] } }'
+    #[arg(long, value_name = "QUANTITY")]
+    pub(super) of: Option<String>,
     #[command(flatten)]
     pub(super) figures: FigureArguments,
     #[command(flatten)]
@@ -133,14 +147,10 @@ pub struct RunArguments {
 }
 
 impl RunArguments {
-    /// The scene with its changes, the target for an error among them.
-    pub(super) fn scene(&self) -> SceneArguments {
-        let target = self.error.map(|error| format!("adapt.error={error:?}"));
-        let overrides = self.scene.overrides.iter().cloned().chain(target);
-        SceneArguments {
-            scene: self.scene.scene.clone(),
-            overrides: overrides.collect(),
-        }
+    /// When the budget of a command that began at some time is spent; `None` without one, or where no clock reaches it.
+    pub(super) fn deadline(&self, began: Instant) -> Option<Instant> {
+        let budget = Duration::try_from_secs_f64(self.budget?).ok()?;
+        began.checked_add(budget)
     }
 }
 

@@ -12,7 +12,7 @@ use super::{
 use crate::{
     output::{self, Inputs, OutputFile, OutputKind},
     pipeline::StageError,
-    views::{report, sweep_table},
+    views::{ReportKind, report, sweep_table},
 };
 
 /// Arguments of `report`.
@@ -23,6 +23,9 @@ pub struct ReportArguments {
     /// The page
     #[arg(short, long, value_name = "FILE", default_value = "report.html")]
     pub out: PathBuf,
+    /// The body in 3D: fields, increments and panes at hand, offline, by one script in the page
+    #[arg(long)]
+    pub interactive: bool,
 }
 
 /// `report`: one HTML page; reads only and takes no lock.
@@ -32,10 +35,15 @@ pub(super) fn report_page(
 ) -> Result<Exit, StageError> {
     let inputs = Inputs::of([arguments.input.clone(), sweep_table(&arguments.input)]);
     output::admit(&arguments.out, OutputKind::Page, &inputs)?;
+    let kind = if arguments.interactive {
+        ReportKind::Turning
+    } else {
+        ReportKind::Still
+    };
     let page = OutputFile {
         path: arguments.out.clone(),
         kind: OutputKind::Page,
-        bytes: report(&arguments.input)?.into_bytes(),
+        bytes: report(&arguments.input, kind)?.into_bytes(),
     };
     let bytes = page.bytes.len();
     output::write(&[page], &inputs)?;

@@ -1,8 +1,8 @@
-//! `init`: a commented scene to start from.
+//! `init`: commented scenes to start from.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use super::{
     arguments::Output,
@@ -15,7 +15,10 @@ use crate::{
 };
 
 /// A block on a foundation, with the further keys of a scene in comments.
-const SCENE: &str = include_str!("init.toml");
+const BRICK: &str = include_str!("scenes/brick.toml");
+
+/// A scene around a mesh file.
+pub(super) const GMSH: &str = include_str!("scenes/gmsh.toml");
 
 /// Arguments of `init`.
 #[derive(Debug, Args)]
@@ -23,24 +26,76 @@ pub struct InitArguments {
     /// The scene to write; an existing file is not overwritten
     #[arg(default_value = "scene.toml")]
     pub scene: PathBuf,
+    /// What to start from
+    #[arg(long, value_enum, default_value_t = Kind::Brick)]
+    pub kind: Kind,
 }
 
-/// `init`: writes the scene.
+/// What a scene starts from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Kind {
+    /// A block on a foundation
+    Brick,
+    /// A part from a mesh file of Gmsh
+    Gmsh,
+    /// A block that is pressed, pulled and pushed
+    History,
+    /// A block, and a sweep of two of its keys in a second file
+    Sweep,
+}
+
+/// `init`: writes the scene, and what belongs to it.
 pub(super) fn init(arguments: &InitArguments, printing: &Output) -> Result<Exit, StageError> {
-    let file = OutputFile {
-        path: arguments.scene.clone(),
-        kind: OutputKind::Scene,
-        bytes: SCENE.into(),
-    };
-    output::write(&[file], &Inputs::default())?;
-    let (scene, run_file) = (&arguments.scene, arguments.scene.with_extension("h5"));
-    let (scene, run_file) = (scene.display(), run_file.display());
-    say(
-        printing,
-        &format!("wrote {scene}; solve it with: contact3d-pipe run {scene} {run_file}"),
+    let scene = &arguments.scene;
+    let run = format!(
+        "run {} {}",
+        scene.display(),
+        scene.with_extension("h5").display()
     );
+    let (files, next) = match arguments.kind {
+        Kind::Brick => (vec![(scene.clone(), BRICK.to_owned())], run),
+        Kind::Gmsh => (vec![(scene.clone(), GMSH.to_owned())], run),
+        Kind::History => {
+            let text = include_str!("scenes/history.toml");
+            (vec![(scene.clone(), text.to_owned())], run)
+        }
+        Kind::Sweep => {
+            let sweep = beside(scene, "sweep.toml");
+            let name = scene.file_name().unwrap_or_default().to_string_lossy();
+            let name = toml::Value::String(name.into_owned()).to_string();
+            let text = include_str!("scenes/sweep.toml").replace("\"SCENE\"", &name);
+            let out = beside(scene, "cases");
+            let next = format!("sweep {} --out {}", sweep.display(), out.display());
+            (vec![(scene.clone(), BRICK.to_owned()), (sweep, text)], next)
+        }
+    };
+    let written: Vec<PathBuf> = files.iter().map(|(path, _)| path.clone()).collect();
+    write(files, &Inputs::default())?;
+    for path in &written {
+        say(printing, &format!("wrote {}", path.display()));
+    }
+    say(printing, &format!("go on with: contact3d-pipe {next}"));
     if printing.json {
-        terminal::json(&serde_json::json!({ "written": arguments.scene }));
+        terminal::json(&serde_json::json!({ "written": written }));
     }
     Ok(Exit::Done)
+}
+
+/// Writes scenes where there is nothing yet.
+pub(super) fn write(files: Vec<(PathBuf, String)>, inputs: &Inputs) -> Result<(), StageError> {
+    let files: Vec<OutputFile> = files
+        .into_iter()
+        .map(|(path, text)| OutputFile {
+            path,
+            kind: OutputKind::Scene,
+            bytes: text.into(),
+        })
+        .collect();
+    Ok(output::write(&files, inputs)?)
+}
+
+/// The file beside another whose name it carries on: `block-sweep.toml` and the folder `block-cases` beside `block.toml`.
+fn beside(scene: &Path, ending: &str) -> PathBuf {
+    let stem = scene.file_stem().unwrap_or_default().to_string_lossy();
+    scene.with_file_name(format!("{stem}-{ending}"))
 }

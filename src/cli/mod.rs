@@ -10,6 +10,7 @@ mod exit;
 mod fclib;
 mod html;
 mod init;
+mod inspect;
 mod interruption;
 mod law;
 mod law_words;
@@ -77,6 +78,7 @@ fn perform(arguments: &Arguments) -> Exit {
         Command::SolveFclib(arguments) => fclib::solve_fclib(arguments, &output),
         Command::Schema(schema) => schema::schema(schema, &output),
         Command::Init(scene) => init::init(scene, &output),
+        Command::Inspect(mesh) => inspect::inspect(mesh, &output),
         Command::Completions(shell) => Ok(completions::completions(shell)),
         Command::Man(pages) => man::man(pages, &output),
         Command::Sweep(arguments) => return sweep::sweep(arguments, &output, threads),

@@ -1,6 +1,6 @@
 //! Scenes read with the changes of `--set`.
 
-use contact3d::scene::{Invalid, SceneFile, number_limit};
+use contact3d::scene::{Invalid, Scene, SceneFile, SlipInterpolation, number_limit};
 
 use super::arguments::SceneArguments;
 use crate::{
@@ -10,11 +10,45 @@ use crate::{
     pipeline::{StageError, mesh_file},
 };
 
-/// As [`read`], with the files that belong to the scene: no output may replace one of them.
+/// Reads a scene with the changes of `--set`, and lists the files that belong to it: no output may replace one of them.
 pub(super) fn read_with_inputs(
     arguments: &SceneArguments,
 ) -> Result<(SceneFile, Inputs), StageError> {
-    let scene = read(arguments)?;
+    read_for_error(arguments, None, None)
+}
+
+/// As [`read_with_inputs`], with the error that the mesh is refined for. Where neither the scene nor `--set` names an element, that of a
+/// brick is chosen then.
+pub(super) fn read_for_error(
+    arguments: &SceneArguments,
+    error: Option<f64>,
+    of: Option<&str>,
+) -> Result<(SceneFile, Inputs), StageError> {
+    let file = SceneFile::read(&arguments.scene)?;
+    let mut overrides = arguments.overrides.clone();
+    let sets = overrides.iter().map(|change| format!("--set {change}"));
+    let mut changes: Vec<String> = sets.collect();
+    if let Some(error) = error {
+        let keys = overrides.iter().filter_map(|change| change.split_once('='));
+        let mut keys = keys.map(|(key, _)| key.trim());
+        let is_named = file.names("body", "element")
+            || keys.any(|key| ["body", "body.element"].contains(&key));
+        if !is_named && leaves_element_open(&file.scene) {
+            overrides.push("body.element=\"auto\"".to_owned());
+        }
+        overrides.push(format!("adapt.error={error:?}"));
+        changes.push(format!("--error {error}"));
+    }
+    if let Some(of) = of {
+        let value = if of.trim_start().starts_with('{') {
+            of.to_owned()
+        } else {
+            toml::Value::String(of.to_owned()).to_string()
+        };
+        overrides.push(format!("adapt.of={value}"));
+        changes.push(format!("--of {of}"));
+    }
+    let scene = with(file, &overrides, &changes.join(" "))?;
     let inputs = Inputs::of(
         mesh_file(&scene)
             .into_iter()
@@ -23,22 +57,23 @@ pub(super) fn read_with_inputs(
     Ok((scene, inputs))
 }
 
-/// Reads a scene file and applies `--set KEY=VALUE`.
-pub(super) fn read(arguments: &SceneArguments) -> Result<SceneFile, StageError> {
-    let file = SceneFile::read(&arguments.scene)?;
-    if arguments.overrides.is_empty() {
+/// Whether any element fits: mesh files have one, and averaged slips are for linear tetrahedra.
+fn leaves_element_open(scene: &Scene) -> bool {
+    let mut contacts = scene.contacts.iter();
+    scene.body.as_brick().is_some()
+        && !contacts.any(|contact| contact.slip_interpolation == SlipInterpolation::Clement)
+}
+
+/// A scene with other values at some keys, which `changes` says for messages.
+fn with(file: SceneFile, overrides: &[String], changes: &str) -> Result<SceneFile, StageError> {
+    if overrides.is_empty() {
         return Ok(file);
     }
     let mut table = scene_table(&file.scene);
-    for change in &arguments.overrides {
+    for change in overrides {
         apply(&mut table, change)?;
     }
-    let changes: Vec<String> = arguments
-        .overrides
-        .iter()
-        .map(|change| format!("--set {change}"))
-        .collect();
-    Ok(file.changed(&changes.join(" "), table.to_string())?)
+    Ok(file.changed(changes, table.to_string())?)
 }
 
 /// Puts a value at a dotted key path; tables that are not there are made.

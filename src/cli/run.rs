@@ -1,6 +1,13 @@
 //! `run`, `mesh`, `assemble`, `solve` and `post`.
 
-use contact3d::{RunStep, scene::AssembleSettings, solver::Goal};
+use std::time::Instant;
+
+use contact3d::{
+    RunStep,
+    adaptation::RefinementGoal,
+    scene::{AssembleSettings, Invalid},
+    solver::Goal,
+};
 
 use super::{
     adaptive,
@@ -24,7 +31,9 @@ type Outcome = Result<Exit, StageError>;
 
 /// `run`: every stage that is not fresh, then the results.
 pub(super) fn run(arguments: &RunArguments, output: &Output, threads: usize) -> Outcome {
-    let (scene, inputs) = override_scene::read_with_inputs(&arguments.scene())?;
+    let began = Instant::now();
+    let (scene, inputs) =
+        override_scene::read_for_error(&arguments.scene, arguments.error, arguments.of.as_deref())?;
     inputs.refuse(&arguments.file)?;
     interruption::on_run_file(&arguments.file);
     let mut session = Session::with_scene(&arguments.file, scene, threads)?;
@@ -41,12 +50,25 @@ pub(super) fn run(arguments: &RunArguments, output: &Output, threads: usize) -> 
         let drawing = drawing_of(session.scene());
         arguments.figures.claim(&arguments.file, drawing, inputs)?
     };
+    if arguments.budget.is_some() && session.scene().adapt.is_none() {
+        return Err(StageError::Setting(Invalid {
+            key: "--budget".into(),
+            expected: "a scene that asks for an error".into(),
+            found: "neither --error nor [adapt]".into(),
+            help: "add --error 5%, for example".into(),
+        }));
+    }
     session.all_or_nothing(|session| {
+        session.mend_scene()?;
         let target = session.scene().adapt.map(|adapt| adapt.error);
         let (performed, adapted) = match target {
             None => (perform_stale(session, output)?, None),
             Some(target) => {
-                let mut adapted = adaptive::run(session, target, output)?;
+                let goal = RefinementGoal {
+                    error: target,
+                    deadline: arguments.deadline(began),
+                };
+                let mut adapted = adaptive::run(session, goal, output)?;
                 warn(output, &session.warnings()?);
                 (std::mem::take(&mut adapted.performed), Some(adapted))
             }
@@ -210,7 +232,9 @@ fn finish(
         }
         terminal::json(&json);
     } else if !output.quiet {
-        let levels = adapted.map(|adapted| report::adaptation_text(scene, adapted));
+        let levels = adapted.map(|adapted| {
+            report::adaptation_table(scene, &adapted.adaptation, adapted.target).text()
+        });
         terminal::result(&format!(
             "{}\nmodel features\n{}results\n{}{}{}",
             scene.shown_title(),

@@ -24,6 +24,8 @@ stored_as! {
         NotConverged = 2 => "not_converged",
         TooLarge = 3 => "too_large",
         Stalled = 4 => "stalled",
+        OverBudget = 5 => "over_budget",
+        NotEstimated = 6 => "not_estimated",
     }
 }
 

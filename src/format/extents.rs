@@ -95,6 +95,7 @@ pub(super) const OF_RUN_FILES: &[Size] = &[
     ("n_supernodes", "supernodes of the Cholesky factor"),
     ("n_factor_rows", "row indices of all supernodes together"),
     ("n_factor_values", "coefficients stored for the Cholesky factor"),
+    ("n_quantities", "quantities of the answer whose errors are estimated"),
     ("n_outer_steps", "steps of successive approximations"),
     ("n_newton_steps", "steps of Newton's method"),
     ("n_done_steps", "steps of successive approximations done before a checkpoint"),

@@ -9,6 +9,7 @@ mod case;
 mod case_faces;
 mod extents;
 mod fields;
+mod functionals;
 mod increments;
 mod keys;
 mod load;
@@ -40,6 +41,7 @@ pub use assemble::{
 pub use branches::{GROUP as BRANCHES, read as read_branches, write as write_branches};
 pub use case::{CERTIFICATE, CaseResults, read_case};
 pub use case_faces::CaseFace;
+pub use functionals::{read as read_functionals, write as write_functionals};
 pub use increments::{GROUP as HISTORY, read as read_history, write as write_history};
 pub use keys::{get as get_key, set as set_key};
 pub use load::{read as read_loads, write as write_loads};
@@ -64,7 +66,7 @@ pub use sweep::{
     CaseRow, GROUP as CASES, SWEEP_LAYOUT, TableOwner, read_table_owner, write as write_cases,
 };
 pub use theory::{GROUP as THEORY, read as read_theory, write as write_theory};
-pub use vtkhdf::{GROUP as VTKHDF, GridValues, write as write_vtkhdf};
+pub use vtkhdf::{GROUP as VTKHDF, GridValues, PaneValues, write as write_vtkhdf};
 
 use contact3d::{
     linalg::{CscMatrix, PartsError},
@@ -77,7 +79,7 @@ use units::Units;
 pub const LAYOUT: Layout = Layout {
     filetype: "contact3d-pipe run",
     linked_filetype: "contact3d-pipe stage",
-    format_version: [1, 10],
+    format_version: [1, 11],
     sealed_since: [1, 8],
     creator: concat!("contact3d-pipe ", env!("CARGO_PKG_VERSION")),
     units: Units::SI,
@@ -106,6 +108,7 @@ pub const LAYOUT: Layout = Layout {
         assemble::FACTOR.rows,
         load::TABLE,
         solve::FIELDS.rows,
+        functionals::FIELDS.rows,
         steps::NEWTON_STEPS.rows,
         steps::OUTER_STEPS.rows,
         post::ON_THE_BODY.rows,

@@ -160,21 +160,29 @@ impl GridArray {
 /// What the grid shows at one time.
 #[derive(Debug)]
 pub struct GridValues<'a> {
-    displacement: &'a [[f64; 3]],
-    von_mises: &'a [f64],
+    /// Displacement of the nodes.
+    pub displacement: &'a [[f64; 3]],
+    /// Von Mises stress of the tetrahedra.
+    pub von_mises: &'a [f64],
     /// Share of each tetrahedron in the estimated error; `None` where it is not kept.
     error: Option<Vec<f64>>,
-    panes: Vec<PaneValues>,
+    /// What it shows of each pane.
+    pub panes: Vec<PaneValues>,
 }
 
 /// What the grid shows of a pane.
 #[derive(Debug)]
-struct PaneValues {
-    normal_stress: f64,
-    gap: f64,
-    zone: Zone,
-    tangential_stress: Option<[f64; 2]>,
-    coefficients: Option<[f64; 2]>,
+pub struct PaneValues {
+    /// Normal contact stress σ_ν.
+    pub normal_stress: f64,
+    /// Mean gap d − u_ν.
+    pub gap: f64,
+    /// What it does.
+    pub zone: Zone,
+    /// Tangential contact stress σ_t; `None` without friction.
+    pub tangential_stress: Option<[f64; 2]>,
+    /// (F₁, F₂); `None` without Coulomb's law.
+    pub coefficients: Option<[f64; 2]>,
 }
 
 impl<'a> From<&'a ContactReport> for GridValues<'a> {

@@ -9,7 +9,10 @@ use std::sync::Arc;
 
 use contact3d::{
     RunStep,
-    adaptation::{Adaptation, AdaptiveLevel, AdaptiveStatus, LevelKeeper, SolvedLevel, refine},
+    adaptation::{
+        Adaptation, AdaptiveLevel, AdaptiveStatus, LevelForecast, LevelKeeper, RefinementGoal,
+        SolvedLevel, refine,
+    },
     dual::AssemblyError,
     mesh::Refinement,
     scene::Scene,
@@ -19,6 +22,7 @@ use runfile::{Home, Reader, Transaction};
 use super::{
     Commit, Freshness, Performed, Session, StageError,
     cache::StageCache,
+    resources::{available_memory, problem_bytes},
     results::Results,
     settings::stage_settings,
     start::StartFrom,
@@ -61,6 +65,17 @@ pub enum AdaptStep<'a> {
     Done(usize, &'a AdaptiveLevel),
     /// The next level does not fit, for the stated reason.
     TooLarge(usize, String),
+    /// What the next level is expected to come to, and the bytes of memory that its target takes if there are fewer.
+    Forecast(usize, &'a LevelForecast, Option<OutOfReach>),
+}
+
+/// Memory that a target takes at the rate so far, and that there is, in bytes.
+#[derive(Debug, Clone, Copy)]
+pub struct OutOfReach {
+    /// What the target takes.
+    pub needed: u64,
+    /// What there is.
+    pub available: u64,
 }
 
 impl RefinementInForce {
@@ -122,16 +137,16 @@ fn read(
 }
 
 impl Session {
-    /// Runs the stages of one level after the other until the estimated error meets `target`, and
+    /// Runs the stages of one level after the other until the estimated error meets the goal, and
     /// stores those of the last one. Goes on from the levels that the file holds.
     ///
-    /// A target that is not met is no error but a status; the file then holds the last level.
+    /// A goal that is not met is no error but a status; the file then holds the last level.
     ///
     /// # Errors
     /// As [`Self::perform`].
     pub fn adapt(
         &mut self,
-        target: f64,
+        goal: RefinementGoal,
         observe: &mut dyn FnMut(AdaptStep<'_>),
     ) -> Result<Adapted, StageError> {
         let stored = self.stored_levels()?;
@@ -144,13 +159,7 @@ impl Session {
             at_hand: None,
         };
         let (scene, folder) = (&input.scene, &input.folder);
-        let refined = refine(
-            scene,
-            folder,
-            target,
-            known.unwrap_or_default(),
-            &mut levels,
-        )?;
+        let refined = refine(scene, folder, goal, known.unwrap_or_default(), &mut levels)?;
         let ended = (refined.adaptation, refined.status);
         if stored.as_ref() != Some(&ended) {
             levels.session.write_levels(&ended.0, ended.1)?;
@@ -158,7 +167,7 @@ impl Session {
         let performed = levels.at_hand(refined.level, &ended.0)?.performed.clone();
         self.store.store_pending()?;
         Ok(Adapted {
-            target,
+            target: goal.error,
             adaptation: ended.0,
             status: ended.1,
             level: refined.level,
@@ -178,7 +187,7 @@ impl Session {
                 .stored_levels()?
                 .is_some_and(|(levels, _)| levels.status(adapt.error) != AdaptiveStatus::Refining),
         };
-        Ok(has_ended && self.is_fresh_throughout()?)
+        Ok(has_ended && self.is_scene_whole()? && self.is_fresh_throughout()?)
     }
 
     fn is_fresh_throughout(&self) -> Result<bool, StageError> {
@@ -297,6 +306,13 @@ impl LevelKeeper for LevelInRunFile<'_> {
             }
             error => Err(error),
         }
+    }
+
+    fn forecast(&mut self, level: usize, forecast: &LevelForecast) {
+        let needed = problem_bytes(forecast.n_free_of_target / 3.0);
+        let available = available_memory().filter(|&available| needed > available);
+        let out_of_reach = available.map(|available| OutOfReach { needed, available });
+        (self.observe)(AdaptStep::Forecast(level, forecast, out_of_reach));
     }
 
     fn keep(&mut self, known: &Adaptation) {

@@ -24,7 +24,7 @@ mod store;
 mod theory;
 
 pub use accuracy::{accuracy_input, measure_accuracy};
-pub use adapt::{AdaptStep, Adapted};
+pub use adapt::{AdaptStep, Adapted, OutOfReach};
 pub use branches::{BranchesTask, Followed, branches_input, follow_branches};
 pub use error::StageError;
 pub use freshness::{Freshness, StageState, contradictions, require_undamaged, states};

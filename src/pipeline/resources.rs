@@ -115,7 +115,7 @@ pub(super) fn need_of_mesh_file(bytes: u64) -> Need {
 ///
 /// Peak memory of 41,616, 135,000 and 313,632 unknowns was 217 MB, 870 MB and 2634 MB, 0.8 to 1.0
 /// of this.
-fn problem_bytes(nodes: f64) -> u64 {
+pub(super) fn problem_bytes(nodes: f64) -> u64 {
     (150.0 * (3.0 * nodes).powf(4.0 / 3.0)) as u64
 }
 

@@ -74,7 +74,8 @@ impl Results {
             let report = problem.judge(&primal, coupling.as_ref(), &mut solution)?;
             Ok((problem, report))
         };
-        let (problem, report) = judge().map_err(|invalid| input.refuse(invalid))?;
+        let (problem, mut report) = judge().map_err(|invalid| input.refuse(invalid))?;
+        report.functionals = format::read_functionals(reader, &input.scene)?;
         Ok(Self {
             problem,
             dofs: primal.dofs,
@@ -92,7 +93,9 @@ impl Results {
     ) -> Result<(), StoreError> {
         let surface = self.mesh().contact.as_ref();
         let n_panes = surface.map_or(0, ContactSurface::n_panes);
-        format::write_solution(writer, &self.solution, n_panes, &self.dofs, history_digest)
+        let functionals = &self.report.functionals;
+        format::write_solution(writer, &self.solution, n_panes, &self.dofs, history_digest)?;
+        format::write_functionals(writer, functionals)
     }
 
     /// Writes the report as ParaView reads it; of a load history all increments, as a series that it plays.

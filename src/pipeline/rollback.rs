@@ -61,9 +61,9 @@ impl Session {
         work: impl FnOnce(&mut Self) -> Result<T, StageError>,
     ) -> Result<T, StageError> {
         self.store.rollback = Rollback::Armed;
-        let mut linked = self.store.file.linked_names();
+        self.store.linked = self.store.file.linked_names();
         let outcome = work(self);
-        linked.extend(self.store.file.linked_names());
+        let linked = std::mem::take(&mut self.store.linked);
         let outcome = self.settled(outcome);
         self.store.file.remove_unlinked(linked);
         outcome

@@ -7,12 +7,12 @@ use contact3d::{
     dual::{Assembly, OperatorEstimate},
     scene::{AssembleSettings, Scene, SceneFile, SolveSettings, Warning},
 };
-use runfile::{IfMissing, Reader, RunFile};
+use runfile::{IfMissing, Reader, RunFile, Transaction};
 
 use super::{
     StageError, StageState, cache::StageCache, pin_mesh_file, start::StartFrom, store::Store,
 };
-use crate::format::{self, LAYOUT, Stage};
+use crate::format::{self, LAYOUT, SCENE, Stage};
 
 /// A session with a run file: it holds the lock, and what it has computed or read so far.
 #[derive(Debug)]
@@ -55,6 +55,7 @@ impl Session {
         threads: usize,
     ) -> Result<Self, StageError> {
         pin_mesh_file(&mut input)?;
+        input.scene = input.scene.with_first_mesh();
         let layout = LAYOUT.in_units(input.scene.units);
         let file = RunFile::lock(path, layout, IfMissing::Create)?;
         Self::new(file, input, threads)
@@ -76,6 +77,25 @@ impl Session {
             store: Store::new(file, input, threads)?,
             cache: StageCache::default(),
         })
+    }
+
+    /// Whether the stored scene, if there is one, is what was written.
+    pub(super) fn is_scene_whole(&self) -> Result<bool, StageError> {
+        let reader = self.store.reader_if_there()?;
+        Ok(reader.is_none_or(|reader| reader.group_problems(SCENE).is_empty()))
+    }
+
+    /// Writes the scene again where the stored one is damaged, which no stage would.
+    ///
+    /// # Errors
+    /// An unreadable file, a failing disk.
+    pub fn mend_scene(&mut self) -> Result<(), StageError> {
+        if self.is_scene_whole()? {
+            return Ok(());
+        }
+        let mut transaction = Transaction::begin(&self.store.file)?;
+        self.store.write_scene(&mut transaction)?;
+        Ok(self.store.end(transaction, &[SCENE])?)
     }
 
     /// The scene in force.

@@ -3,9 +3,9 @@
 //! A key that is added to scenes must not show here while it has its default, or every older file goes stale.
 
 use contact3d::scene::{
-    AssembleSettings, Body, BodyForce, Clamp, Contact, Friction, Material, ModelFeatures,
-    MultiplierSpace, Obstacle, Parameters, Part, Pressure, Quantity, Region, Scene,
-    SlipInterpolation, SolveSettings, Spring, Step, Traction,
+    AssembleSettings, Body, BodyForce, Clamp, Contact, Friction, Functional, Material,
+    ModelFeatures, MultiplierSpace, Obstacle, Parameters, Part, Pressure, ProblemPart, Quantity,
+    Region, Scene, SlipInterpolation, SolveSettings, Spring, Step, Traction,
 };
 use serde::Serialize;
 
@@ -22,12 +22,13 @@ pub(super) struct Chosen<'a> {
 
 /// The part of a scene that a stage depends on directly, as TOML.
 pub(super) fn settings(stage: Stage, scene: &Scene, chosen: Chosen<'_>) -> String {
+    let parts = Parts::of(scene, chosen);
     let text = match stage {
-        Stage::Mesh => toml(&MeshPart::of(scene, chosen.refinement)),
-        Stage::Assemble => toml(&OperatorPart::of(scene)),
-        Stage::Load => toml(&LoadPart::of(scene)),
-        Stage::Solve => toml(&SolvePart::of(scene, chosen.start)),
-        Stage::Post => toml(&PostPart::of(scene)),
+        Stage::Mesh => toml(&parts.mesh),
+        Stage::Assemble => toml(&parts.operator),
+        Stage::Load => toml(&parts.load),
+        Stage::Solve => toml(&parts.solve),
+        Stage::Post => toml(&parts.post),
     };
     if scene.units.is_default() {
         // The stages of a scene that names no units keep the digests they had before units could be named.
@@ -52,6 +53,164 @@ fn toml(settings: &impl Serialize) -> String {
     toml::to_string(settings).expect("settings hold only TOML types")
 }
 
+/// What each stage depends on.
+struct Parts<'a> {
+    mesh: MeshPart<'a>,
+    operator: OperatorPart<'a>,
+    load: LoadPart<'a>,
+    solve: SolvePart<'a>,
+    post: PostPart<'a>,
+}
+
+impl<'a> Parts<'a> {
+    fn of(scene: &'a Scene, chosen: Chosen<'a>) -> Self {
+        // Every key by name, so that a new one does not compile before it has a stage.
+        let Scene {
+            title: _,
+            reference: _,
+            units: _,
+            parameters: _,
+            body,
+            material,
+            regions,
+            clamps,
+            springs,
+            tractions,
+            pressures,
+            body_force,
+            contacts: _,
+            friction: _,
+            steps,
+            assemble,
+            solve,
+            adapt,
+        } = scene;
+        let used = |part| scene.parameters_used(|of| of == part);
+        let order = scene.contact_order().into_iter();
+        let faces: Vec<FaceParts> = order.map(|entry| FaceParts::of(scene, entry)).collect();
+        // The stages of a scene with one face are named as those of scenes always were.
+        let (only, several) = match faces.as_slice() {
+            [only] => (Some(only), [].as_slice()),
+            several => (None, several),
+        };
+        let whole = only.is_some_and(|face| face.mesh.corners.is_none());
+        let friction = only.and_then(|face| face.friction);
+        let frictions: Vec<_> = several.iter().map(FaceParts::law).collect();
+        let load = LoadPart {
+            prescribed: if clamps.iter().any(Clamp::is_moved) {
+                clamps.iter().map(|clamp| &clamp.value).collect()
+            } else {
+                Vec::new()
+            },
+            traction: tractions,
+            pressure: pressures,
+            body_force: body_force.as_ref(),
+            gap: only.map(|face| face.gap),
+            gaps: several.iter().map(|face| face.gap).collect(),
+            step: steps,
+            parameters: used(ProblemPart::Loads),
+        };
+        Self {
+            mesh: MeshPart {
+                body,
+                refinement: chosen.refinement,
+                clamp: clamps.iter().map(Clamp::at_zero).collect(),
+                contact_face: only.map(|face| face.mesh.face),
+                multipliers: only.map(|face| face.mesh.multipliers),
+                obstacle: only.and_then(|face| face.mesh.obstacle),
+                parts: regions.iter().map(|region| &region.part).collect(),
+                contacts: match whole {
+                    true => Vec::new(),
+                    false => faces.iter().map(|face| face.mesh).collect(),
+                },
+                parameters: used(ProblemPart::Mesh),
+            },
+            operator: OperatorPart {
+                material,
+                spring: springs,
+                region: regions,
+                axis_1: only.and_then(|face| face.axes.axis_1),
+                angle: only.and_then(|face| face.axes.angle),
+                friction: scene.has_friction(),
+                friction_follows_slip: ModelFeatures::of(scene).follows_slip(),
+                assemble,
+                contacts: several.iter().map(|face| face.axes).collect(),
+                parameters: used(ProblemPart::Operator),
+            },
+            solve: SolvePart {
+                start: chosen.start,
+                friction,
+                frictions: frictions.clone(),
+                slip_interpolation: faces
+                    .first()
+                    .map(|face| face.slip_interpolation)
+                    .filter(|kind| *kind != SlipInterpolation::default()),
+                solve,
+                of: adapt.and_then(|adapt| adapt.of),
+                history: scene.has_history().then(|| load.clone()),
+                parameters: used(ProblemPart::Law),
+            },
+            post: PostPart {
+                friction,
+                frictions,
+                parameters: used(ProblemPart::Law),
+            },
+            load,
+        }
+    }
+}
+
+/// What stages depend on of one contact face.
+struct FaceParts<'a> {
+    mesh: FaceOfMesh<'a>,
+    axes: AxesOfFace<'a>,
+    gap: &'a Quantity,
+    slip_interpolation: SlipInterpolation,
+    friction: Option<&'a Friction>,
+}
+
+impl<'a> FaceParts<'a> {
+    fn of(scene: &'a Scene, entry: usize) -> Self {
+        let contact = &scene.contacts[entry];
+        // Every key by name, as those of scenes.
+        let Contact {
+            face,
+            obstacle,
+            name: _,
+            corners,
+            gap,
+            axis_1,
+            angle,
+            multipliers,
+            slip_interpolation,
+            friction: _,
+        } = contact;
+        let friction = scene.friction_on(entry).map(|(_, friction)| friction);
+        Self {
+            mesh: FaceOfMesh {
+                name: contact.name(),
+                face,
+                corners: *corners,
+                multipliers: *multipliers,
+                obstacle: obstacle.as_ref(),
+            },
+            axes: AxesOfFace {
+                axis_1: axis_1.as_ref(),
+                angle: angle.as_ref(),
+                friction: friction.is_some(),
+            },
+            gap,
+            slip_interpolation: *slip_interpolation,
+            friction,
+        }
+    }
+
+    fn law(&self) -> FaceFriction<'a> {
+        self.friction
+            .map_or(FaceFriction::Frictionless {}, FaceFriction::Law)
+    }
+}
+
 /// What `mesh` depends on.
 #[derive(Serialize)]
 struct MeshPart<'a> {
@@ -74,7 +233,7 @@ struct MeshPart<'a> {
 }
 
 /// What the mesh depends on of one of several contact faces, in the order of their multipliers.
-#[derive(Serialize)]
+#[derive(Clone, Copy, Serialize)]
 struct FaceOfMesh<'a> {
     name: &'a str,
     face: &'a str,
@@ -83,59 +242,6 @@ struct FaceOfMesh<'a> {
     multipliers: MultiplierSpace,
     #[serde(skip_serializing_if = "Option::is_none")]
     obstacle: Option<&'a Obstacle>,
-}
-
-impl<'a> MeshPart<'a> {
-    fn of(scene: &'a Scene, refinement: Option<&'a str>) -> Self {
-        Self {
-            body: &scene.body,
-            refinement,
-            clamp: scene.clamps.iter().map(Clamp::at_zero).collect(),
-            contact_face: only_contact(scene).map(|c| c.face.as_str()),
-            multipliers: only_contact(scene).map(|c| c.multipliers),
-            obstacle: only_contact(scene).and_then(|c| c.obstacle.as_ref()),
-            parts: scene.regions.iter().map(|region| &region.part).collect(),
-            contacts: match only_contact(scene) {
-                Some(contact) if contact.corners.is_none() => Vec::new(),
-                _ => contacts_in_order(scene).map(FaceOfMesh::of).collect(),
-            },
-            parameters: scene.parameters_used(of_obstacle),
-        }
-    }
-}
-
-impl<'a> FaceOfMesh<'a> {
-    fn of(contact: &'a Contact) -> Self {
-        Self {
-            name: contact.name(),
-            face: &contact.face,
-            corners: contact.corners,
-            multipliers: contact.multipliers,
-            obstacle: contact.obstacle.as_ref(),
-        }
-    }
-}
-
-/// The contact face of a scene with one, whose stages are named as those of scenes always were.
-fn only_contact(scene: &Scene) -> Option<&Contact> {
-    match scene.contacts.as_slice() {
-        [only] => Some(only),
-        _ => None,
-    }
-}
-
-/// The contact faces of a scene with several, in the order of their multipliers; none for one.
-fn several_contacts(scene: &Scene) -> impl Iterator<Item = (usize, &Contact)> {
-    let order = match scene.contacts.len() {
-        1 => Vec::new(),
-        _ => scene.contact_order(),
-    };
-    order.into_iter().map(|i| (i, &scene.contacts[i]))
-}
-
-fn contacts_in_order(scene: &Scene) -> impl Iterator<Item = &Contact> {
-    let order = scene.contact_order().into_iter();
-    order.map(|i| &scene.contacts[i])
 }
 
 /// What `assemble` depends on.
@@ -160,39 +266,15 @@ struct OperatorPart<'a> {
 }
 
 /// What A⁻¹Bᵀ depends on of one of several contact faces.
-#[derive(Serialize)]
+#[derive(Clone, Copy, Serialize)]
 struct AxesOfFace<'a> {
     axis_1: Option<&'a [Quantity; 3]>,
     angle: Option<&'a Quantity>,
     friction: bool,
 }
 
-impl<'a> OperatorPart<'a> {
-    fn of(scene: &'a Scene) -> Self {
-        let contact = only_contact(scene);
-        Self {
-            material: &scene.material,
-            spring: &scene.springs,
-            region: &scene.regions,
-            axis_1: contact.and_then(|c| c.axis_1.as_ref()),
-            angle: contact.and_then(|c| c.angle.as_ref()),
-            friction: scene.has_friction(),
-            friction_follows_slip: ModelFeatures::of(scene).follows_slip(),
-            assemble: &scene.assemble,
-            contacts: several_contacts(scene)
-                .map(|(entry, contact)| AxesOfFace {
-                    axis_1: contact.axis_1.as_ref(),
-                    angle: contact.angle.as_ref(),
-                    friction: scene.friction_on(entry).is_some(),
-                })
-                .collect(),
-            parameters: scene.parameters_used(of_operator),
-        }
-    }
-}
-
 /// What `load` depends on.
-#[derive(Serialize)]
+#[derive(Clone, Serialize)]
 struct LoadPart<'a> {
     /// The displacements of all clamps, where one of them is not held at zero.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -211,26 +293,6 @@ struct LoadPart<'a> {
     parameters: Parameters,
 }
 
-impl<'a> LoadPart<'a> {
-    fn of(scene: &'a Scene) -> Self {
-        Self {
-            prescribed: if scene.clamps.iter().any(Clamp::is_moved) {
-                scene.clamps.iter().map(|clamp| &clamp.value).collect()
-            } else {
-                Vec::new()
-            },
-            traction: &scene.tractions,
-            pressure: &scene.pressures,
-            body_force: scene.body_force.as_ref(),
-            gap: only_contact(scene).map(|c| &c.gap),
-            gaps: several_contacts(scene).map(|(_, c)| &c.gap).collect(),
-            step: &scene.steps,
-            parameters: scene
-                .parameters_used(|key| !of_operator(key) && !of_friction(key) && !of_obstacle(key)),
-        }
-    }
-}
-
 /// What `solve` depends on.
 #[derive(Serialize)]
 struct SolvePart<'a> {
@@ -244,55 +306,15 @@ struct SolvePart<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     slip_interpolation: Option<SlipInterpolation>,
     solve: &'a SolveSettings,
+    /// The quantity that the mesh is refined for, whose error is estimated with the answer.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    of: Option<Functional>,
     /// All loads of a load history, of which `/load` holds the last ones only.
     #[serde(skip_serializing_if = "Option::is_none")]
     history: Option<LoadPart<'a>>,
     /// What the formulas here use.
     #[serde(skip_serializing_if = "Parameters::is_empty")]
     parameters: Parameters,
-}
-
-impl<'a> SolvePart<'a> {
-    fn of(scene: &'a Scene, start: Option<&'a str>) -> Self {
-        Self {
-            start,
-            friction: only_friction(scene),
-            frictions: several_frictions(scene),
-            slip_interpolation: scene
-                .contacts
-                .first()
-                .map(|contact| contact.slip_interpolation)
-                .filter(|kind| *kind != SlipInterpolation::default()),
-            solve: &scene.solve,
-            history: scene.has_history().then(|| LoadPart::of(scene)),
-            parameters: scene.parameters_used(of_friction),
-        }
-    }
-}
-
-/// The law of the only contact face; `None` where there are several.
-fn only_friction(scene: &Scene) -> Option<&Friction> {
-    only_contact(scene)?;
-    scene.friction_on(0).map(|(_, friction)| friction)
-}
-
-/// The law of one of several contact faces; an empty table without friction, since TOML has no null.
-#[derive(Serialize)]
-#[serde(untagged)]
-enum FaceFriction<'a> {
-    Law(&'a Friction),
-    Frictionless {},
-}
-
-/// The laws of several contact faces, in the order of their multipliers; none for one.
-fn several_frictions(scene: &Scene) -> Vec<FaceFriction<'_>> {
-    let law = |entry| match scene.friction_on(entry) {
-        Some((_, friction)) => FaceFriction::Law(friction),
-        None => FaceFriction::Frictionless {},
-    };
-    several_contacts(scene)
-        .map(|(entry, _)| law(entry))
-        .collect()
 }
 
 /// What `post` depends on.
@@ -307,28 +329,10 @@ struct PostPart<'a> {
     parameters: Parameters,
 }
 
-impl<'a> PostPart<'a> {
-    fn of(scene: &'a Scene) -> Self {
-        Self {
-            friction: only_friction(scene),
-            frictions: several_frictions(scene),
-            parameters: scene.parameters_used(of_friction),
-        }
-    }
-}
-
-/// Whether a key is one of an obstacle, whose normals and distances are part of the mesh.
-fn of_obstacle(key: &str) -> bool {
-    key.starts_with("contact.") && key.contains(".obstacle.")
-}
-
-/// Whether a key is one of the axes of friction, which are part of T, or of springs, which are part of A.
-fn of_operator(key: &str) -> bool {
-    let of_frame = key.ends_with(".axis_1") || key.ends_with(".angle");
-    key.starts_with("contact.") && of_frame || key.starts_with("spring.")
-}
-
-/// Whether a key is part of a law of friction.
-fn of_friction(key: &str) -> bool {
-    key.starts_with("friction.") || key.starts_with("contact.") && key.contains(".friction.")
+/// The law of one of several contact faces; an empty table without friction, since TOML has no null.
+#[derive(Clone, Copy, Serialize)]
+#[serde(untagged)]
+enum FaceFriction<'a> {
+    Law(&'a Friction),
+    Frictionless {},
 }

@@ -49,6 +49,8 @@ pub(super) struct Store {
     last_store_seconds: f64,
     /// The run file as it was before the command at work.
     pub(super) rollback: Rollback,
+    /// Files of assembled data that the run file has linked since the command at work began.
+    pub(super) linked: Vec<String>,
 }
 
 impl Store {
@@ -65,6 +67,7 @@ impl Store {
             pending: Vec::new(),
             last_store_seconds: 0.0,
             rollback: Rollback::default(),
+            linked: Vec::new(),
         })
     }
 
@@ -238,6 +241,10 @@ impl Store {
         let committed = transaction.commit();
         if !matches!(&committed, Err(error) if !error.is_after_storing()) {
             self.rollback.after_commit(&self.file, changed);
+            // Only a command that can be taken back cleans up behind itself.
+            if !matches!(self.rollback, Rollback::Off) {
+                self.linked.extend(self.file.linked_names());
+            }
         }
         committed
     }

@@ -19,6 +19,13 @@ const MOST_NAMED: usize = 4;
 /// The special points of all paths, and the solutions at both ends.
 #[must_use]
 pub fn text(branches: &Branches, units: Units) -> String {
+    let tables = tables(branches, units);
+    tables.map(|table| table.text()).join("\n")
+}
+
+/// The special points of all paths, and the solutions at both ends, each with whether they are all.
+#[must_use]
+pub fn tables(branches: &Branches, units: Units) -> [FigureTable; 3] {
     let range = &branches.range;
     let caption = format!(
         "Paths of solutions over {} from {} to {}",
@@ -38,8 +45,9 @@ pub fn text(branches: &Branches, units: Units) -> String {
             end_words(path.end)
         );
     }
-    let solutions = ends(branches).map(|parameter| solutions_text(branches, parameter, units));
-    format!("{}\n{}", table.text(), solutions.join("\n"))
+    let [from, to] =
+        ends(branches).map(|parameter| solutions_with_words(branches, parameter, units));
+    [table, from, to]
 }
 
 fn ends(branches: &Branches) -> [f64; 2] {
@@ -47,7 +55,7 @@ fn ends(branches: &Branches) -> [f64; 2] {
 }
 
 /// The solutions at one end of the range, and whether they are all.
-fn solutions_text(branches: &Branches, parameter: f64, units: Units) -> String {
+fn solutions_with_words(branches: &Branches, parameter: f64, units: Units) -> FigureTable {
     let table = solutions(branches, parameter, units);
     let degree = branches.degree(parameter);
     let end = usize::from(parameter == branches.range.to);
@@ -57,7 +65,7 @@ fn solutions_text(branches: &Branches, parameter: f64, units: Units) -> String {
         Err(undecided) => format!("{}; {undecided}", degree_words(degree)),
     };
     let caption = format!("Solutions at {parameter}, sum of signs {degree}: {complete}");
-    FigureTable { caption, ..table }.text()
+    FigureTable { caption, ..table }
 }
 
 /// What the sum of signs tells without a proof.

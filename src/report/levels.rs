@@ -1,7 +1,7 @@
 //! The increments of a load history and the levels of an adaptive mesh.
 
 use contact3d::{
-    adaptation::AdaptiveStatus,
+    adaptation::{Adaptation, AdaptiveStatus},
     history::StepRecord,
     scene::{Scene, shown},
 };
@@ -94,13 +94,15 @@ fn name(scene: &Scene, record: &StepRecord) -> String {
     }
 }
 
-/// The levels of an adaptive mesh.
+/// The levels of an adaptive mesh for an error, the one in force marked.
+#[must_use]
 #[rustfmt::skip]
-fn levels(scene: &Scene, adapted: &Adapted) -> FigureTable {
-    let levels = adapted.adaptation.levels.iter().enumerate();
-    let rows = levels.map(|(number, level)| {
+pub fn adaptation_table(scene: &Scene, adaptation: &Adaptation, target: f64) -> FigureTable {
+    let levels = &adaptation.levels;
+    let in_force = adaptation.level_that_meets(target).unwrap_or(levels.len().saturating_sub(1));
+    let rows = levels.iter().enumerate().map(|(number, level)| {
         let mut figures = Figures::new(scene.units);
-        let mark = if number == adapted.level { "*" } else { "" };
+        let mark = if number == in_force { "*" } else { "" };
         figures.said("", Some(mark.to_owned()));
         figures.plain("", "level", number);
         figures.plain("n_tetrahedra", "tetrahedra", level.n_tetrahedra);
@@ -113,14 +115,10 @@ fn levels(scene: &Scene, adapted: &Adapted) -> FigureTable {
         figures.for_programs("status", level.status.word());
         figures
     });
-    let caption = format!("levels for an error of {}", percent(adapted.target));
+    let of = scene.adapt.and_then(|adapt| adapt.of);
+    let of = of.map_or_else(String::new, |of| format!(" of {}", of.word()));
+    let caption = format!("levels for an error of {}{of}", percent(target));
     FigureTable::new(&caption, rows)
-}
-
-/// The levels as a table, with the error asked for.
-#[must_use]
-pub fn adaptation_text(scene: &Scene, adapted: &Adapted) -> String {
-    levels(scene, adapted).text()
 }
 
 /// The levels for programs.
@@ -128,14 +126,17 @@ pub fn adaptation_text(scene: &Scene, adapted: &Adapted) -> String {
 pub fn adaptation_json(scene: &Scene, adapted: &Adapted) -> Value {
     json!({
         "target_error": adapted.target,
+        "of": scene.adapt.and_then(|adapt| adapt.of).map(|of| of.word()),
         "status": match adapted.status {
             AdaptiveStatus::Refining => "refining",
             AdaptiveStatus::Met => "met",
             AdaptiveStatus::NotConverged => "not_converged",
             AdaptiveStatus::TooLarge => "too_large",
             AdaptiveStatus::Stalled => "stalled",
+            AdaptiveStatus::OverBudget => "over_budget",
+            AdaptiveStatus::NotEstimated => "not_estimated",
         },
         "level": adapted.level,
-        "levels": levels(scene, adapted).json(),
+        "levels": adaptation_table(scene, &adapted.adaptation, adapted.target).json(),
     })
 }

@@ -9,7 +9,9 @@ mod features;
 mod figure;
 mod levels;
 mod local_mapping;
+pub mod mesh;
 mod motion;
+mod quantities;
 mod run;
 mod sinks;
 pub mod stability;
@@ -20,7 +22,7 @@ pub mod theory;
 
 pub use features::features;
 pub use figure::{Digits, FigureValue, Figures};
-pub use levels::{adaptation_json, adaptation_text, history_text, increments};
+pub use levels::{adaptation_json, adaptation_table, history_text, increments};
 pub use run::{SolvedRun, percent};
 pub use sinks::FigureTable;
 pub use stages::{outcome, performed, stages, summary};

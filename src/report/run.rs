@@ -4,7 +4,7 @@ use contact3d::{
     dual::Assembly,
     elasticity::BodyMotion,
     mesh::Mesh,
-    post::{ContactReport, ContactResultants, ErrorEstimate, FaceResultants, Zone},
+    post::{ContactReport, ContactResultants, ErrorEstimate, FaceResultants, SourceForce, Zone},
     scene::{ContactFeatures, ModelFeatures, Scene, shown},
     solver::{Solution, SolvedBy},
 };
@@ -16,6 +16,7 @@ use super::{
     FigureTable, Figures,
     local_mapping::{fold_words, radius_words, sign_words},
     motion::{motion_words, neutral_motions, neutral_words},
+    quantities,
     status::status,
 };
 use crate::{format::StageSizes, pipeline::Results};
@@ -26,6 +27,9 @@ const TRUSTED_ESTIMATE: f64 = 0.25;
 
 /// With nine tenths of the squared estimate in flat tetrahedra it was three to four times the error (docs/explanation/errors.md).
 const MOSTLY_FLAT: f64 = 0.5;
+
+/// Parts of forces below this share of the largest are no figures: it is the default accuracy of a solve, and below the digits shown.
+const NOISE: f64 = 1e-12;
 
 /// A scene with its results.
 #[derive(Clone, Copy)]
@@ -156,13 +160,41 @@ impl<'a> SolvedRun<'a> {
     pub fn forces(&self) -> FigureTable {
         let rows = self.report.forces.iter().map(|row| {
             let mut figures = Figures::new(self.scene.units);
-            figures.plain("source", "source", row.source.as_str());
+            figures.in_words("source", "source", Some(self.name_of(&row.source)), row.source.as_str());
             figures.plain("face", "face", row.face.as_str());
-            figures.add("force", "force x, y, z", Dimension::FORCE, Scientific(6), row.force);
-            figures.add("moment", "moment x, y, z", Dimension::MOMENT, Scientific(6), row.moment);
+            figures.add("", "force x, y, z", Dimension::FORCE, Scientific(6), self.without_noise(row.force, |row| row.force));
+            figures.add("", "moment x, y, z", Dimension::MOMENT, Scientific(6), self.without_noise(row.moment, |row| row.moment));
+            figures.for_programs("force", row.force);
+            figures.for_programs("moment", row.moment);
             figures
         });
         FigureTable::new("Forces on the body and their moments about the origin", rows)
+    }
+
+    /// A force or moment with zeros for what is below the digits of the largest one: rounding, and what the solve is off by.
+    fn without_noise(&self, vector: [f64; 3], of: fn(&SourceForce) -> [f64; 3]) -> [f64; 3] {
+        let all = self.report.forces.iter().flat_map(of);
+        let largest = all.fold(0.0, |most: f64, part| most.max(part.abs()));
+        let noise = NOISE.max(self.report.resultants.force_imbalance) * largest;
+        vector.map(|part| if part.abs() <= noise { 0.0 } else { part })
+    }
+
+    /// The name that the scene gives a clamp, load or spring, before the one by its number.
+    fn name_of(&self, source: &str) -> String {
+        let scene = self.scene;
+        let given = source.split_once('.').and_then(|(kind, number)| {
+            let number: usize = number.parse().ok()?;
+            match kind {
+                "clamp" => scene.clamps.get(number)?.name.as_deref(),
+                "traction" => scene.tractions.get(number)?.name.as_deref(),
+                "pressure" => scene.pressures.get(number)?.name.as_deref(),
+                _ => None,
+            }
+        });
+        given.map_or_else(
+            || source.to_owned(),
+            |name| format!("{} ({source})", shown(name)),
+        )
     }
 
     #[rustfmt::skip]
@@ -178,8 +210,8 @@ impl<'a> SolvedRun<'a> {
             figures.said(name, Some(words));
         }
         for row in &report.forces {
-            let name = format!("force of {}", row.source);
-            figures.add("", &name, Dimension::FORCE, Scientific(6), row.force);
+            let name = format!("force of {}", self.name_of(&row.source));
+            figures.add("", &name, Dimension::FORCE, Scientific(6), self.without_noise(row.force, |row| row.force));
         }
         strain_energy(&mut figures, r.strain_energy);
         figures.for_programs("energy", r.strain_energy - r.load_work);
@@ -203,6 +235,11 @@ impl<'a> SolvedRun<'a> {
         for (name, part) in error.relative_parts() {
             figures.for_programs(&format!("discretisation_error.{name}"), part);
         }
+        for it in &report.functionals {
+            let (name, words) = quantities::words(self.scene.units, it);
+            figures.said(&name, Some(words));
+        }
+        figures.for_programs("quantities", quantities::json(&report.functionals));
         figures
     }
 

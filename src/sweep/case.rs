@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use contact3d::scene::Scene;
+use contact3d::{adaptation::RefinementGoal, scene::Scene};
 use runfile::Reader;
 
 use super::{Plan, lock::operator_turn, operators::Operators};
@@ -43,8 +43,13 @@ pub(super) fn run(
 ) -> Result<Ran, StageError> {
     let case = &plan.cases[index];
     let mut session = Session::with_scene(&case.file(folder), case.scene.clone(), how.threads)?;
+    session.mend_scene()?;
     if let Some(adapt) = case.scene.scene.adapt {
-        let adapted = session.adapt(adapt.error, &mut |_| {})?;
+        let goal = RefinementGoal {
+            error: adapt.error,
+            deadline: None,
+        };
+        let adapted = session.adapt(goal, &mut |_| {})?;
         if how.self_contained {
             session.embed_assembly()?;
         }

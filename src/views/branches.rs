@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use plots::{BranchDiagram, ChartAxis, Curve, CurveKind, Mark, MarkKind};
+use plots::{BranchDiagram, ChartAxis, Curve, CurveKind, Mark, MarkKind, Picture};
 use studies::branches::{Branches, Path, PathEnd, PathPoint, PointKind};
 use units::{Dimension, Unit, Units};
 
@@ -28,17 +28,20 @@ pub fn draw_branches(
     branches: &Branches,
     units: Units,
 ) -> Result<Vec<PathBuf>, StageError> {
+    let [normal, tangential] = diagrams(branches, units);
+    folder.save([(NORMAL, normal, WIDTH), (TANGENTIAL, tangential, WIDTH)])
+}
+
+/// The normal and the first tangential force over the parameter.
+pub(super) fn diagrams(branches: &Branches, units: Units) -> [Picture; 2] {
     type Quantity = fn(&PathPoint) -> f64;
-    let quantities: [(&str, &str, Quantity); 2] = [
-        (NORMAL, "normal contact force", |point| point.normal_force),
-        (TANGENTIAL, "tangential contact force along t1", |point| {
+    let quantities: [(&str, Quantity); 2] = [
+        ("normal contact force", |point| point.normal_force),
+        ("tangential contact force along t1", |point| {
             point.tangential_force[0]
         }),
     ];
-    folder.save(quantities.map(|(name, label, quantity)| {
-        let diagram = diagram(branches, units, label, quantity);
-        (name, diagram.figure(), WIDTH)
-    }))
+    quantities.map(|(label, quantity)| diagram(branches, units, label, quantity).figure())
 }
 
 fn diagram(

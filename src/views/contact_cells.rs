@@ -15,7 +15,7 @@ pub(super) struct ContactCells {
     /// Cell of each triangle.
     pub(super) pane: Vec<usize>,
     /// Number of cells that carry multipliers; cells of held nodes come after them.
-    carrying: usize,
+    pub(super) carrying: usize,
     cells: usize,
 }
 

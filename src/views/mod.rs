@@ -1,6 +1,7 @@
 //! What turns results into pictures, tables and pages. Nothing here computes a result or changes a
 //! run file.
 
+mod body3d;
 mod branches;
 mod charts;
 mod contact_cells;
@@ -21,6 +22,6 @@ pub use charts::draw_accuracy;
 pub use law::{FaceStudy, LawStudy, MeshSizes, law_folder};
 pub use picture::{are_drawn, draw_run, drawing_of, figures_folder};
 pub use picture_folder::{Drawing, PictureFolder};
-pub use report::report;
+pub use report::{ReportKind, report};
 pub use sweep_report::{draw_sweep, sweep_table};
 pub use theory_charts::draw_theory;

@@ -139,7 +139,7 @@ pub(super) fn error_page(drawn: &Drawn<'_>) -> Result<Picture, FigureError> {
 
 /// Squared error per volume around each node over that of the whole body, its root; NaN for the `n_points`
 /// beyond the mesh, which are no corners.
-fn error_density(mesh: &Mesh, report: &ContactReport, n_points: usize) -> Vec<f64> {
+pub(super) fn error_density(mesh: &Mesh, report: &ContactReport, n_points: usize) -> Vec<f64> {
     let mut sums = vec![[0.0; 2]; n_points];
     let mut whole = [0.0; 2];
     for (nodes, error) in mesh

@@ -7,10 +7,15 @@ use contact3d::{
     scene::{Scene, SceneFile, shown, shown_lines},
     solver::Solution,
 };
-use plots::html::{Page, PagePart, Section};
+use plots::{
+    Picture,
+    html::{Page, PagePart, Section},
+};
 use runfile::{Reader, StoredGroup, timestamp};
 
 use super::{
+    body3d,
+    branches::diagrams,
     charts::{
         convergence, history, sequences_against_seconds, sequences_against_unknowns, work_precision,
     },
@@ -27,18 +32,35 @@ use crate::{
     report::{self, FigureTable, Figures, SolvedRun, accuracy as tables},
 };
 
+/// How a page shows the body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ReportKind {
+    /// As drawings, without a script.
+    Still,
+    /// As a body to be turned, and as pictures where no script runs.
+    Turning,
+}
+
 /// The report as one HTML page. Reads only and takes no lock.
 ///
 /// # Errors
-/// A file or folder that cannot be read, a stage that is damaged.
-pub fn report(path: &Path) -> Result<String, StageError> {
-    let page = if path.is_dir() {
-        sweep_report::page(path)?
-    } else {
-        file_page(path)?
+/// A file or folder that cannot be read, a stage that is damaged, a body to be turned of a sweep.
+pub fn report(path: &Path, kind: ReportKind) -> Result<String, StageError> {
+    let page = match (path.is_dir(), kind) {
+        (false, kind) => file_page(path, kind)?,
+        (true, ReportKind::Still) => sweep_report::page(path)?,
+        (true, ReportKind::Turning) => {
+            return Err(StageError::Unfit {
+                file: path.to_owned(),
+                reason: "`report --interactive` shows one run file, and this is a folder; take a run file in it, or leave out --interactive".into(),
+            });
+        }
     };
     Ok(page.html())
 }
+
+/// Widths in pixels of the pictures of a page whose body can be turned: of all panels, and of the error.
+const PICTURE_WIDTHS: [u32; 2] = [880, 360];
 
 /// The paper that a user of any result cites, beside the program.
 const PAPER: &str = "J. Haslinger, R. Kučera, T. Ligurský, J. Comput. Appl. Math. 235 (2011) 3464–3480, \
@@ -54,7 +76,7 @@ pub(super) fn footer(path: &Path) -> String {
     )
 }
 
-fn file_page(path: &Path) -> Result<Page, StageError> {
+fn file_page(path: &Path, kind: ReportKind) -> Result<Page, StageError> {
     let reader = Reader::open(path, LAYOUT)?;
     let input = format::read_scene(&reader, path)?;
     let scene = &input.scene;
@@ -68,9 +90,11 @@ fn file_page(path: &Path) -> Result<Page, StageError> {
     let mut sections = vec![scene_section(scene, &features)];
     let is_fresh = states.iter().all(|s| s.freshness == Freshness::Fresh);
     if is_fresh {
-        sections.extend(result_sections(&reader, &input)?);
+        sections.extend(result_sections(&reader, &input, kind)?);
     }
     sections.push(stages_section(&reader, scene, &states)?);
+    sections.extend(levels_section(&reader, scene)?);
+    sections.extend(branches_section(&reader)?);
     sections.extend(accuracy_section(&reader, scene)?);
     sections.extend(theory_section(&reader, scene)?);
     Ok(Page {
@@ -94,7 +118,11 @@ fn scene_section(scene: &Scene, features: &Figures) -> Section {
 }
 
 /// Results, six panels, convergence and certificate of a file whose stages are all fresh.
-fn result_sections(reader: &Reader, input: &SceneFile) -> Result<Vec<Section>, StageError> {
+fn result_sections(
+    reader: &Reader,
+    input: &SceneFile,
+    kind: ReportKind,
+) -> Result<Vec<Section>, StageError> {
     let results = read_results(reader.path(), input)?;
     let (mesh, solution, report) = (results.mesh(), &results.solution, &results.report);
     let scene = &input.scene;
@@ -122,19 +150,32 @@ fn result_sections(reader: &Reader, input: &SceneFile) -> Result<Vec<Section>, S
         report,
         face,
     };
-    let error = picture::error_page(&drawn(0)).map_err(refuse)?;
-    let mut parts = vec![PagePart::Text("Point at a pane to see its values.".into())];
+    let part = |picture: &Picture, name: &str, width| match kind {
+        ReportKind::Still => Ok(PagePart::Figure(picture.svg())),
+        ReportKind::Turning => Ok(PagePart::Picture(name.into(), picture.png(width)?)),
+    };
+    let mut parts = Vec::new();
+    match kind {
+        ReportKind::Still => {
+            parts.push(PagePart::Text("Point at a pane to see its values.".into()))
+        }
+        ReportKind::Turning => {
+            let body = vec![PagePart::Body(body3d::view(scene, &results))];
+            sections.push(Section::new("view3d", "The body in 3D", body));
+        }
+    }
     for face in 0..scene.contacts.len().max(1) {
         let page = drawn(face).page().map_err(refuse)?;
-        parts.push(PagePart::Figure(page.svg()));
+        let name = "contact face and body, a picture";
+        parts.push(part(&page, name, PICTURE_WIDTHS[0]).map_err(refuse)?);
     }
+    let error = picture::error_page(&drawn(0)).map_err(refuse)?;
+    let name = "estimated discretisation error, a picture";
+    let error = part(&error, name, PICTURE_WIDTHS[1]).map_err(refuse)?;
     sections.push(Section::new("panels", "Contact face and body", parts));
     let caution =
         "An estimate, not a bound: the error of the mesh in the energy norm, around each node.";
-    let parts = vec![
-        PagePart::Text(caution.into()),
-        PagePart::Figure(error.svg()),
-    ];
+    let parts = vec![PagePart::Text(caution.into()), error];
     let heading = "Where the discretisation error sits";
     sections.push(Section::new("discretisation-error", heading, parts));
     sections.extend(load_history_section(scene, &results.increments));
@@ -203,6 +244,31 @@ fn accuracy_section(reader: &Reader, scene: &Scene) -> Result<Option<Section>, S
         parts.extend(table_parts(&tables::entries(study, stored.units)));
     }
     Ok(Some(Section::new("accuracy", "What accuracy costs", parts)))
+}
+
+/// The levels of an adaptive mesh; `None` where the scene asks for none, or none is stored.
+fn levels_section(reader: &Reader, scene: &Scene) -> Result<Option<Section>, StageError> {
+    let stored = reader.whole_group(format::ADAPT)?;
+    let (Some(adapt), Some(_)) = (scene.adapt, stored) else {
+        return Ok(None);
+    };
+    let (adaptation, _) = format::read_adaptation(reader)?;
+    let table = report::adaptation_table(scene, &adaptation, adapt.error);
+    let parts = table_parts(&table);
+    Ok(Some(Section::new("levels", "Adaptive levels", parts)))
+}
+
+/// The paths of solutions; `None` where none were followed.
+fn branches_section(reader: &Reader) -> Result<Option<Section>, StageError> {
+    let Some(stored) = reader.whole_group(format::BRANCHES)? else {
+        return Ok(None);
+    };
+    let branches = format::read_branches(reader)?;
+    let diagrams = diagrams(&branches, stored.units).map(|picture| PagePart::Figure(picture.svg()));
+    let tables = report::branches::tables(&branches, stored.units);
+    let tables = tables.iter().flat_map(table_parts);
+    let parts = diagrams.into_iter().chain(tables).collect();
+    Ok(Some(Section::new("branches", "Paths of solutions", parts)))
 }
 
 /// What the constants of the theory are on the meshes of the scene; `None` where they were not measured.

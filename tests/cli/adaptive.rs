@@ -29,7 +29,7 @@ fn said(assert: &assert_cmd::assert::Assert) -> String {
 }
 
 #[test]
-fn a_wish_is_met_and_a_second_run_keeps_everything() {
+fn a_target_is_met_and_a_second_run_keeps_everything() {
     let program = Program::new();
     let first = run(&program, "10%", &["--json"]).success();
     let adaptation = levels(&first);
@@ -49,6 +49,10 @@ fn a_wish_is_met_and_a_second_run_keeps_everything() {
     run(&program, "10%", &[]).success();
     assert_eq!(program.everything(), before, "nothing is written again");
     program.command(&["check", "run.h5"]).assert().success();
+    let page = ["report", "run.h5", "-o", "page.html"];
+    program.command(&page).assert().success();
+    let page = std::fs::read_to_string(program.path("page.html")).expect("a page");
+    assert!(page.contains("levels for an error of 10 %"));
     // A stage by hand works on the adaptive mesh.
     program.command(&["solve", "run.h5"]).assert().success();
     program
@@ -56,6 +60,82 @@ fn a_wish_is_met_and_a_second_run_keeps_everything() {
         .assert()
         .success();
     assert!(program.states().iter().all(|(_, state)| state == "fresh"));
+}
+
+/// The mesh is refined for a quantity, and what the file says of it is read again.
+#[test]
+fn a_quantity_may_be_the_target() {
+    let program = Program::new();
+    let error_of_force = |assert: &assert_cmd::assert::Assert| -> f64 {
+        let json: Value = serde_json::from_slice(&assert.get_output().stdout).expect("JSON");
+        assert_eq!(json["adaptation"]["of"], "normal_force");
+        assert_eq!(json["adaptation"]["status"], "met");
+        let found = json["quantities"].as_array().expect("quantities").clone();
+        let force = found.iter().find(|it| it["name"] == "normal_force");
+        let force = force.expect("the force");
+        assert_eq!(force["value"], json["normal_force"]);
+        (force["error"].as_f64().expect("an error") / force["value"].as_f64().expect("a force"))
+            .abs()
+    };
+    let first = run(&program, "0.2%", &["--of", "normal_force", "--json"]).success();
+    let error = error_of_force(&first);
+    assert!(error <= 0.002, "{error}");
+    let before = program.everything();
+    let again = run(&program, "0.2%", &["--of", "normal_force", "--json"]).success();
+    assert_eq!(error_of_force(&again), error);
+    assert_eq!(program.everything(), before, "nothing is written again");
+    program.command(&["check", "run.h5"]).assert().success();
+}
+
+/// What no answer of the scene has is refused with the reason, before anything is written.
+#[test]
+fn quantities_that_are_not_there_are_refused() {
+    let program = Program::new();
+    let before = program.everything();
+    let refused = |scene: &str, of: &str, why: &[&str]| {
+        let scene = pipeline(scene);
+        let scene = scene.to_str().expect("plain path");
+        let arguments = [
+            "run",
+            scene,
+            "run.h5",
+            "--no-figures",
+            "--error",
+            "5%",
+            "--of",
+            of,
+        ];
+        let said = said(&program.command(&arguments).assert().code(2));
+        assert!(why.iter().all(|why| said.contains(why)), "{said}");
+    };
+    refused(
+        "frictionless.toml",
+        "tangential_force",
+        &["adapt.of", "without friction"],
+    );
+    refused(
+        "frictionless.toml",
+        "stick_area",
+        &["adapt.of", "without friction"],
+    );
+    refused(
+        "elastic_only.toml",
+        "normal_force",
+        &["adapt.of", "without contact"],
+    );
+    refused(
+        "frictionless.toml",
+        "dissipation",
+        &["adapt.of", "load history"],
+    );
+    refused(
+        "frictionless.toml",
+        "force",
+        &["normal_force", "strain_energy"],
+    );
+    let flat = "{ mean_displacement = { box = [[0, 0, 0], [1, 1, 0]], component = \"z\" } }";
+    refused("frictionless.toml", flat, &["adapt.of", "volume"]);
+    assert_eq!(program.everything(), before);
 }
 
 /// A tighter target goes on from the levels that are there, a looser one takes the first that is enough, and
@@ -88,7 +168,7 @@ fn targets_may_change() {
 
 /// Pictures are those of the last level, also when a tighter target goes on from a file that was done.
 #[test]
-fn a_tighter_wish_draws_its_own_pictures() {
+fn a_tighter_target_draws_its_own_pictures() {
     let program = Program::new();
     let scene = pipeline("adaptive.toml");
     let scene = scene.to_str().expect("plain path");
@@ -163,7 +243,7 @@ fn a_wish_beyond_the_disk_is_not_met() {
 }
 
 #[test]
-fn impossible_wishes_are_refused() {
+fn impossible_targets_are_refused() {
     let program = Program::new();
     for (target, words) in [
         ("200%", "between 1e-8 and 1"),
@@ -186,6 +266,59 @@ fn impossible_wishes_are_refused() {
         );
     }
     assert!(!program.path("run.h5").exists());
+}
+
+/// `--error` takes quadratic tetrahedra on few cells, unless an element is named, and says so.
+#[test]
+fn the_mesh_is_chosen_and_the_budget_kept() {
+    let program = Program::new();
+    let scene = pipeline("newton.toml");
+    let command = |file: &str, more: &[&str]| {
+        let scene = scene.to_str().expect("plain path");
+        let mut command = program.command(&["run", scene, file, "--no-figures"]);
+        command.args(more).assert()
+    };
+    let chosen = command("run.h5", &["--error", "20%"]).success();
+    let words = said(&chosen);
+    assert!(
+        words.contains("quadratic tetrahedra, from 6 x 2 x 2 cells"),
+        "{words}"
+    );
+    let linear = [
+        "--set",
+        "body.element=\"P1\"",
+        "--error",
+        "50%",
+        "--set",
+        "body.brick.cells=[12, 4, 4]",
+    ];
+    let named = said(&command("linear.h5", &linear).success());
+    assert!(
+        named.contains("linear tetrahedra, from 12 x 4 x 4 cells"),
+        "{named}"
+    );
+    let spent = command("short.h5", &["--error", "5%", "--budget", "1e-3", "--json"]).code(1);
+    assert_eq!(levels(&spent)["status"], "over_budget");
+    assert_eq!(
+        levels(&spent)["levels"].as_array().expect("levels").len(),
+        1
+    );
+    assert!(
+        said(&spent).contains("more than is left of --budget"),
+        "{}",
+        said(&spent)
+    );
+    // With time, the same command goes on from the level that is stored.
+    let on = levels(&command("short.h5", &["--error", "12%", "--json"]).success());
+    assert_eq!(on["levels"][0], levels(&spent)["levels"][0]);
+    for (more, expected) in [
+        (["--budget", "5"], "asks for an error"),
+        (["--budget", "-1"], "expected seconds"),
+    ] {
+        let refused = said(&command("none.h5", &more).code(2));
+        assert!(refused.contains(expected), "{refused}");
+    }
+    assert!(!program.path("none.h5").exists());
 }
 
 /// Cases of a sweep have meshes of their own, and one whose target is not met counts as not converged.

@@ -72,6 +72,10 @@ fn one_node_has_three_solutions_beyond_its_fold() {
         );
     }
     program.command(&["check", "run.h5"]).assert().success();
+    let page = ["report", "run.h5", "-o", "page.html"];
+    program.command(&page).assert().success();
+    let page = std::fs::read_to_string(program.path("page.html")).expect("a page");
+    assert!(page.contains("Paths of solutions") && page.contains("Solutions over"));
     // Nothing is followed again.
     let again = program.command(&arguments).assert().success();
     assert_eq!(json(&again.get_output().stdout), found);
@@ -218,4 +222,32 @@ fn a_refused_search_leaves_the_folder_of_another_alone() {
         );
         assert!(program.path(&folder).join("path_1.vtkhdf").is_file());
     }
+}
+
+/// Where a full step ends above the certified residual, a shorter one does not: a beam above a floor, over its stiffness.
+#[test]
+fn a_path_of_a_slender_body_takes_shorter_steps() {
+    let program = Program::new();
+    let scene = "title = 'slender'
+        body.brick = { size = [5.0, 0.5, 0.25], cells = [16, 2, 2] }
+        material.isotropic = { young_modulus = 2e11, poisson_ratio = 0.3 }
+        clamp = [{ face = 'x_min' }]
+        traction = [{ face = 'x_max', value = [1e5, 2e3, -1e3] }]
+        contact = { face = 'z_min', gap = 1e-5 }
+        friction.coefficient.constant = 0.3";
+    std::fs::write(program.path("scene.toml"), scene).expect("written");
+    let key = "material.isotropic.young_modulus";
+    let arguments = [
+        &["branches", "scene.toml", "run.h5", "--no-figures", "--json"],
+        &["--parameter", key, "--from", "1e11", "--to", "3e11"][..],
+    ]
+    .concat();
+    let found = program.command(&arguments).assert().success();
+    let points = json(&found.get_output().stdout);
+    let last = points["paths"][0]["points"]
+        .as_array()
+        .expect("points")
+        .last()
+        .cloned();
+    assert_eq!(last.expect("a point")["parameter"], 3e11);
 }

@@ -43,6 +43,12 @@ fn a_history_is_stored_drawn_printed_and_reported() {
     program.command(&["report", "run.h5"]).assert().success();
     let page = fs::read_to_string(program.path("report.html")).expect("a page");
     assert!(page.contains("id=\"load-history\"") && page.contains("pull again"));
+    assert!(!page.contains("<script"));
+    let interactive = ["report", "run.h5", "--interactive"];
+    program.command(&interactive).assert().success();
+    let page = fs::read_to_string(program.path("report.html")).expect("a page");
+    assert!(page.contains("id=\"view3d-arrays\"") && page.contains("default-src 'none'"));
+    assert!(page.contains("<details class=\"picture\" open><summary>"));
     let again = run(&program, &["--json", "--quiet"]).assert().success();
     let json: Value = serde_json::from_slice(&again.get_output().stdout).expect("JSON");
     let rows = json["history"].as_array().expect("rows");

@@ -144,3 +144,16 @@ fn an_assembly_that_is_used_no_more_is_removed() {
     .success();
     assert_eq!(linked_files(&program), 0);
 }
+
+/// Each level of an adaptive run links its own assembled data, and only those of the last one stay.
+#[test]
+fn levels_leave_no_assembled_data_behind() {
+    let program = Program::new();
+    let first = run(
+        &program,
+        &["--error", "15%", "--set", "body.element=\"P1\""],
+    )
+    .success();
+    assert!(stderr(&first).contains("level 1 "), "{}", stderr(&first));
+    assert_eq!(linked_files(&program), 1);
+}

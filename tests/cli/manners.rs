@@ -20,6 +20,89 @@ fn the_scene_to_start_from_runs_and_is_never_overwritten() {
     assert!(program.everything() == before);
 }
 
+/// Each kind of scene solves as it was written, once a part from Gmsh has its mesh and names.
+#[test]
+fn every_kind_of_scene_to_start_from_runs() {
+    let program = Program::new();
+    printed(&program, &["init", "loop.toml", "--kind", "history"]);
+    let small = ["--set", "body.brick.cells=[6, 2, 2]", "--no-figures"];
+    printed(
+        &program,
+        &[&["run", "loop.toml", "loop.h5"], &small[..]].concat(),
+    );
+    printed(&program, &["init", "block.toml", "--kind", "sweep"]);
+    let plan = ["sweep", "plan", "block-sweep.toml", "--out", "block"];
+    let plan: serde_json::Value = serde_json::from_str(&printed(&program, &plan)).unwrap();
+    assert_eq!(plan.as_array().map_or(0, Vec::len), 12, "{plan}");
+    let mesh = concat!(env!("CARGO_MANIFEST_DIR"), "/pipelines/meshes/foot.msh");
+    fs::copy(mesh, program.path("foot.msh")).unwrap();
+    let shown = printed(&program, &["inspect", "foot.msh", "--scene", "foot.toml"]);
+    assert!(
+        shown.contains("held end") && shown.contains("rubber"),
+        "{shown}"
+    );
+    let linear = ["--set", "body.element=\"P1\"", "--no-figures"];
+    printed(
+        &program,
+        &[&["run", "foot.toml", "foot.h5"], &linear[..]].concat(),
+    );
+    program
+        .command(&["inspect", "foot.msh", "--scene", "foot.toml"])
+        .assert()
+        .code(2);
+    program.command(&["inspect", "none.msh"]).assert().code(2);
+}
+
+/// Forces are named as the scene names them, and what is rounding beside them is 0.
+#[test]
+fn printed_forces_have_names_and_no_noise() {
+    let program = Program::new();
+    printed(&program, &["init", "loop.toml", "--kind", "history"]);
+    let small = ["--set", "body.brick.cells=[6, 2, 2]", "--no-figures"];
+    let said = printed(
+        &program,
+        &[&["run", "loop.toml", "loop.h5"], &small[..]].concat(),
+    );
+    let of = |name: &str| -> Vec<f64> {
+        let mut lines = said
+            .lines()
+            .filter_map(|line| line.trim().strip_prefix(name));
+        let numbers = lines.next().expect("a force").trim().trim_end_matches(" N");
+        numbers
+            .split(", ")
+            .map(|part| part.parse().expect("a number"))
+            .collect()
+    };
+    assert_eq!(of("force of weight (pressure.0)"), [0.0, 0.0, -6e7]);
+    // Block and loads are mirrored in y.
+    assert_eq!(of("force of contact")[1], 0.0);
+    let refused = ["accuracy", "loop.toml", "other.h5", "--sequences", "200%"];
+    program.command(&refused).assert().code(2);
+}
+
+/// The figures of a mesh file against those of its run: volume, and the area of the face that touches.
+#[test]
+fn a_mesh_file_is_shown_as_it_is() {
+    let program = Program::new();
+    let mesh = concat!(env!("CARGO_MANIFEST_DIR"), "/pipelines/meshes/foot.msh");
+    let shown = printed(&program, &["inspect", mesh, "--json"]);
+    let shown: serde_json::Value = serde_json::from_str(&shown).unwrap();
+    assert_eq!(shown["n_tetrahedra"], 573);
+    let faces = shown["faces"].as_array().unwrap();
+    let normals: Vec<_> = faces
+        .iter()
+        .filter_map(|face| face["normal"].as_array())
+        .collect();
+    assert!(normals.iter().any(|normal| normal[2] == -1.0), "{faces:?}");
+    let parts = shown["parts"].as_array().unwrap();
+    let volumes: f64 = parts
+        .iter()
+        .filter_map(|part| part["volume"].as_f64())
+        .sum();
+    // Sums of the same tetrahedra in another order.
+    assert!((volumes / shown["volume"].as_f64().unwrap() - 1.0).abs() < 1e-12);
+}
+
 #[test]
 fn every_command_has_a_page_and_a_completion() {
     let program = Program::new();

@@ -362,4 +362,13 @@ fn altered_values_are_seen_and_made_again() {
         program.command(&["check", "run.h5"]).assert().success();
         assert_eq!(program.digests(), whole, "{name}");
     }
+    // The scene belongs to no stage.
+    let mut bytes = std::fs::read(program.path("run.h5")).expect("a file");
+    let place = bytes.windows(9).position(|word| word == b"[friction");
+    bytes[place.expect("a scene with friction") + 4] ^= 1;
+    std::fs::write(program.path("run.h5"), bytes).expect("written");
+    program.command(&["status", "run.h5"]).assert().code(2);
+    program.run(&[]).assert().success();
+    program.command(&["check", "run.h5"]).assert().success();
+    assert_eq!(program.digests(), whole);
 }

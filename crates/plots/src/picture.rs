@@ -16,6 +16,13 @@ pub enum DrawnZone {
     Slip,
 }
 
+impl DrawnZone {
+    /// Its word in pictures.
+    pub(super) const fn word(self) -> &'static str {
+        ["open", "stick", "slip"][self as usize]
+    }
+}
+
 /// Friction on one pane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DrawnFriction {

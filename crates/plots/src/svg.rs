@@ -149,7 +149,8 @@ fn paint(fill: Fill, stroke: Option<Stroke>) -> String {
     attributes
 }
 
-fn hex(Colour(red, green, blue): Colour) -> String {
+/// A colour as `#rrggbb`.
+pub(super) fn hex(Colour(red, green, blue): Colour) -> String {
     format!("#{red:02x}{green:02x}{blue:02x}")
 }
 

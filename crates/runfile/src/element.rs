@@ -15,46 +15,23 @@ pub trait StoredElement: hdf5::H5Type + Copy + private::Sealed {
 
 mod private {
     pub trait Sealed {}
-    impl Sealed for f64 {}
-    impl Sealed for f32 {}
-    impl Sealed for i64 {}
-    impl Sealed for u8 {}
 }
 
-impl StoredElement for f64 {
-    const KIND: Kind = Kind::F64;
+macro_rules! stored_elements {
+    ($($number:ident $kind:ident),*) => {$(
+        impl private::Sealed for $number {}
 
-    fn to_little_endian(values: &[Self], bytes: &mut [u8]) {
-        for (value, bytes) in values.iter().zip(bytes.chunks_exact_mut(8)) {
-            bytes.copy_from_slice(&value.to_le_bytes());
+        impl StoredElement for $number {
+            const KIND: Kind = Kind::$kind;
+
+            fn to_little_endian(values: &[Self], bytes: &mut [u8]) {
+                let places = bytes.chunks_exact_mut(size_of::<Self>());
+                for (value, bytes) in values.iter().zip(places) {
+                    bytes.copy_from_slice(&value.to_le_bytes());
+                }
+            }
         }
-    }
+    )*};
 }
 
-impl StoredElement for f32 {
-    const KIND: Kind = Kind::F32;
-
-    fn to_little_endian(values: &[Self], bytes: &mut [u8]) {
-        for (value, bytes) in values.iter().zip(bytes.chunks_exact_mut(4)) {
-            bytes.copy_from_slice(&value.to_le_bytes());
-        }
-    }
-}
-
-impl StoredElement for i64 {
-    const KIND: Kind = Kind::I64;
-
-    fn to_little_endian(values: &[Self], bytes: &mut [u8]) {
-        for (value, bytes) in values.iter().zip(bytes.chunks_exact_mut(8)) {
-            bytes.copy_from_slice(&value.to_le_bytes());
-        }
-    }
-}
-
-impl StoredElement for u8 {
-    const KIND: Kind = Kind::U8;
-
-    fn to_little_endian(values: &[Self], bytes: &mut [u8]) {
-        bytes.copy_from_slice(values);
-    }
-}
+stored_elements!(f64 F64, f32 F32, i64 I64, u8 U8);

@@ -3,9 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use hdf5::types::VarLenUnicode;
+use hdf5::{H5Type, types::VarLenUnicode};
 use hdf5_metno as hdf5;
-use ndarray::ArrayViewD;
 
 use super::attribute::{unicode, write_ascii, write_text};
 use super::dataset::new_dataset;
@@ -49,25 +48,8 @@ impl<'t> GroupWriter<'t> {
         shape: &[usize],
     ) -> Result<(), StoreError> {
         let spec = self.admit(path, T::KIND, shape, Some(values.len()))?;
-        let dataset = new_dataset(
-            &self.object,
-            self.place(spec),
-            spec.name(),
-            shape,
-            spec.storage,
-            values,
-        )?;
+        let dataset = self.create(spec, shape, values)?;
         self.seal(spec, &dataset, of_values(spec.kind, shape, values))
-    }
-
-    /// Writes an array of any memory order.
-    pub fn write_array<T: StoredElement>(
-        &mut self,
-        path: &str,
-        array: ArrayViewD<'_, T>,
-    ) -> Result<(), StoreError> {
-        let ordered = array.as_standard_layout();
-        self.write(path, ordered.as_slice().unwrap_or(&[]), array.shape())
     }
 
     /// Writes indices as `i64`.
@@ -88,14 +70,7 @@ impl<'t> GroupWriter<'t> {
         shape: &[usize],
     ) -> Result<(), StoreError> {
         let spec = self.admit(path, Kind::Enum(E::SPEC), shape, Some(members.len()))?;
-        let dataset = new_dataset(
-            &self.object,
-            self.place(spec),
-            spec.name(),
-            shape,
-            spec.storage,
-            members,
-        )?;
+        let dataset = self.create(spec, shape, members)?;
         let codes: Vec<_> = members.iter().map(|member| member.code()).collect();
         self.seal(spec, &dataset, of_values(spec.kind, shape, &codes))
     }
@@ -186,6 +161,16 @@ impl<'t> GroupWriter<'t> {
         record::write(&self.object, self.group_place(), record, units, &digest)?;
         self.transaction.group_finished(&digest);
         Ok(digest)
+    }
+
+    fn create<T: H5Type>(
+        &self,
+        spec: &DatasetSpec,
+        shape: &[usize],
+        values: &[T],
+    ) -> Result<hdf5::Dataset, StoreError> {
+        let (place, storage) = (self.place(spec), spec.storage);
+        new_dataset(&self.object, place, spec.name(), shape, storage, values)
     }
 
     fn texts(&mut self, path: &str, texts: &[&str], shape: &[usize]) -> Result<(), StoreError> {

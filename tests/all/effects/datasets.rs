@@ -149,11 +149,30 @@ fn absent_from_run(tables: &[&str]) -> BTreeSet<String> {
             "{path} is there, and the clamp holds the body"
         );
     }
+    assert!(absent.remove(INDICATOR), "no target for a quantity");
+    let tables = tables.concat();
+    let is_estimated = !tables.contains("step");
+    for path in QUANTITIES {
+        assert_eq!(absent.remove(path), !is_estimated, "{path}");
+    }
     for path in FORMER_NAMES {
         assert!(absent.remove(path), "{path} is a former name");
     }
     absent
 }
+
+/// What load histories lack.
+const QUANTITIES: [&str; 6] = [
+    "/solve/quantities/name",
+    "/solve/quantities/value",
+    "/solve/quantities/error",
+    "/solve/quantities/range",
+    "/solve/quantities/box",
+    "/solve/quantities/kinks",
+];
+
+/// What only a mesh has that is refined for a quantity.
+const INDICATOR: &str = "/solve/quantities/indicator";
 
 /// What only files before format 1.9 have.
 const FORMER_NAMES: [&str; 2] = ["/solve/actions", "/solve/history/actions"];

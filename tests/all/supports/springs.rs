@@ -289,3 +289,47 @@ fn springs_beside_clamps_share_a_face() {
         close(u, &[0.0, 0.0, -1e7 / 1e12 - 1e7 / YOUNG * z], ROUNDING);
     }
 }
+
+/// A block on the floor, pushed with 5e4 N/m³ and held along that direction by given slip bounds alone, which could hold 7e4: Newton's
+/// steps along it are long while all panes slip, and none of them may pass for rounding. Friction carries the whole push.
+#[test]
+fn friction_holds_what_a_weak_spring_does_not() {
+    let (push, bound) = (5e4, 3.5e4);
+    for normal in [1e2, 1e8] {
+        let case = Case::of(&format!(
+            "title = 'pushed'
+            [body.brick]
+            size = [0.8, 2.8, 0.5]
+            cells = [2, 6, 1]
+            [material.isotropic]
+            young_modulus = 3e11
+            poisson_ratio = 0.3
+            [body_force]
+            value = [0.0, {push}, 0.0]
+            [[spring]]
+            face = 'x_max'
+            normal = {normal}
+            [[pressure]]
+            face = 'z_max'
+            value = 4e5
+            [contact]
+            face = 'z_min'
+            [friction]
+            slip_bound = {bound}"
+        ));
+        assert!(
+            case.solution.status.is_solved(),
+            "{normal}: {:?}",
+            case.solution.status
+        );
+        let panes = case.report().panes;
+        let stresses = panes.iter().map(|pane| pane.friction.unwrap().stress);
+        let (mut carried, mut most) = (0.0, 0.0_f64);
+        for [across, along] in stresses {
+            carried += along * 0.8 * 2.8 / panes.len() as f64;
+            most = most.max(across.hypot(along));
+        }
+        close(&[carried], &[-push * 0.8 * 2.8 * 0.5], ROUNDING);
+        assert!(most <= bound * (1.0 + ROUNDING), "{most}");
+    }
+}

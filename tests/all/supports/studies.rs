@@ -4,7 +4,7 @@ use std::path::Path;
 
 use contact3d::{
     adaptation::{AdaptiveStatus, adapted},
-    scene::{AdaptSettings, Scene},
+    scene::{AdaptSettings, FirstMesh, Scene},
     solver::Status,
 };
 use studies::{
@@ -82,10 +82,14 @@ fn nested_meshes_obey_galerkins_identity() {
 }
 
 #[test]
-fn adaptive_meshes_reach_a_wish() {
+fn adaptive_meshes_reach_a_target() {
     for (element, target) in [("P1", 0.25), ("P2", 0.06)] {
         let mut scene = scene(element, CONTACT);
-        scene.adapt = Some(AdaptSettings { error: target });
+        scene.adapt = Some(AdaptSettings {
+            start: FirstMesh::Scene,
+            error: target,
+            of: None,
+        });
         let found = adapted(scene, Path::new(""), &mut |_| {}).unwrap();
         assert_eq!(found.status, AdaptiveStatus::Met, "{element}");
         assert!(

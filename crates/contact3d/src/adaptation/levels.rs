@@ -35,6 +35,10 @@ pub enum AdaptiveStatus {
     TooLarge,
     /// Cutting makes the estimate no smaller.
     Stalled,
+    /// The quantity that the mesh is refined for became zero, or has no estimate on the next level.
+    NotEstimated,
+    /// The next level is forecast to end later than allowed.
+    OverBudget,
 }
 
 /// Levels that are done, with what the next one is made of.

@@ -1,7 +1,9 @@
 //! Which tetrahedra are cut, and how often.
 
+use std::borrow::Cow;
+
 use crate::{
-    post::ErrorEstimate,
+    post::ContactReport,
     scene::{ElementOrder, Scene},
 };
 
@@ -20,23 +22,40 @@ const MOST_CUTS: u8 = 9;
 /// What an adaptive computation asks for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Target {
-    /// The error that was estimated, in √J.
+    /// The error that was estimated, in √J, or the root of that of a quantity.
     pub estimated: f64,
-    /// The error that is aimed at, in √J.
+    /// The error that is aimed at, likewise.
     pub wanted: f64,
     /// The order of the elements.
     pub element: ElementOrder,
 }
 
 impl Target {
-    /// A target for a share of ‖u_h‖_A, on the way from an estimate.
+    /// A target for a share of ‖u_h‖_A, or of the quantity that the scene refines for, on the way from an estimate, with its indicators.
+    ///
+    /// What tetrahedra contribute to the error of a quantity, η_T² with its sign, falls as the squares of the energy norm do; so its
+    /// absolute values take their place, and they have to fall as much as the error has to.
     #[must_use]
-    pub fn of(scene: &Scene, error: &ErrorEstimate, target: f64) -> Self {
-        Self {
-            estimated: error.total(),
-            wanted: target * error.displacement,
-            element: scene.body.element,
-        }
+    pub fn of<'a>(scene: &Scene, report: &'a ContactReport, target: f64) -> (Cow<'a, [f64]>, Self) {
+        let element = scene.body.element;
+        let of = scene.adapt.and_then(|adapt| adapt.of);
+        let Some(quantity) = of.and_then(|of| report.functional(of)) else {
+            let error = &report.discretisation_error;
+            let target = Self {
+                estimated: error.total(),
+                wanted: target * error.displacement,
+                element,
+            };
+            return (Cow::Borrowed(&error.indicator), target);
+        };
+        let sizes = quantity.indicator.iter().map(|share| share.abs());
+        let estimated = sizes.clone().sum::<f64>().sqrt();
+        let target = Self {
+            estimated,
+            wanted: estimated * (target / quantity.relative()).sqrt(),
+            element,
+        };
+        (sizes.map(f64::sqrt).collect(), target)
     }
 
     /// The error that the next level aims at in √J: equal steps down to the target, none steeper than

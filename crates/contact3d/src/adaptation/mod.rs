@@ -4,12 +4,16 @@
 //! cuts it, and [`transferred`] is the multipliers that the next solve starts from. A level asks for a fraction of the
 //! error of the one before, so that the last one costs most.
 
+mod forecast;
 mod levels;
 mod marking;
 mod refine;
 mod transfer;
 
+pub use forecast::LevelForecast;
 pub use levels::{Adaptation, AdaptiveLevel, AdaptiveStatus};
 pub use marking::{Target, next_cuts};
-pub use refine::{AdaptedProblem, LevelKeeper, RefinedLevels, SolvedLevel, adapted, refine};
+pub use refine::{
+    AdaptedProblem, LevelKeeper, RefinedLevels, RefinementGoal, SolvedLevel, adapted, refine,
+};
 pub use transfer::transferred;

@@ -2,13 +2,15 @@
 
 use std::{path::Path, sync::Arc, time::Instant};
 
-use super::{Adaptation, AdaptiveLevel, AdaptiveStatus, Target, next_cuts, transferred};
+use super::{
+    Adaptation, AdaptiveLevel, AdaptiveStatus, LevelForecast, Target, next_cuts, transferred,
+};
 use crate::{
     Answer, AssembledProblem, InMemory, Problem, ProblemError,
     dual::{ExplicitDual, smallest_eigenvalue},
     mesh::{Mesh, RefinableBody},
     post::ContactReport,
-    scene::{Invalid, Scene},
+    scene::{Functional, Invalid, Scene},
     solver::{Solution, Start},
 };
 
@@ -47,8 +49,20 @@ pub trait LevelKeeper {
     /// Any other error.
     fn too_large(&mut self, level: usize, error: Self::Error) -> Result<(), Self::Error>;
 
+    /// Sees what the next level, by its number, is expected to come to.
+    fn forecast(&mut self, level: usize, forecast: &LevelForecast);
+
     /// Keeps what an interrupted computation could go on from.
     fn keep(&mut self, known: &Adaptation);
+}
+
+/// When refining ends.
+#[derive(Debug, Clone, Copy)]
+pub struct RefinementGoal {
+    /// The estimated error over ‖u_h‖_A that is asked for.
+    pub error: f64,
+    /// When the last level should have ended; `None` for no limit.
+    pub deadline: Option<Instant>,
 }
 
 /// What adaptive levels came to.
@@ -62,57 +76,75 @@ pub struct RefinedLevels {
     pub level: usize,
 }
 
-/// Solves a scene on finer and finer meshes until the estimated error meets a target, and goes on from the levels that are known; mesh
-/// files are looked for in `folder`. A target that is not met is a status.
+/// Solves a scene on finer and finer meshes until the estimated error meets the goal, and goes on from the levels that are known; mesh
+/// files are looked for in `folder`. A goal that is not met is a status.
 ///
 /// # Errors
 /// Those of the keeper, a mesh that cannot be cut.
 pub fn refine<K: LevelKeeper>(
     scene: &Scene,
     folder: &Path,
-    target: f64,
+    goal: RefinementGoal,
     mut known: Adaptation,
     keeper: &mut K,
 ) -> Result<RefinedLevels, K::Error> {
-    let mut too_large = false;
+    let target = goal.error;
+    let mut ended = None;
     while known.level_that_meets(target).is_none() {
         let level = known.refinement.levels().len();
         if known.levels.len() > level {
-            if too_large || known.status(target) != AdaptiveStatus::Refining {
+            if ended.is_some() || known.status(target) != AdaptiveStatus::Refining {
                 break;
             }
             let solved = keeper.solved(level, &known)?;
-            let (cuts, start) = next_level(scene, folder, target, &known, solved)?;
+            let NextLevel {
+                cuts,
+                start,
+                forecast,
+            } = next_level(scene, folder, target, &known, solved)?;
+            keeper.forecast(level + 1, &forecast);
+            if goal.deadline.is_some_and(|end| forecast.ends_after(end)) {
+                ended = Some(AdaptiveStatus::OverBudget);
+                break;
+            }
             known.refinement.push(cuts);
             known.starts.push(start);
             keeper.keep(&known);
             continue;
         }
-        match keeper.solved(level, &known).map(AdaptiveLevel::new) {
-            Ok(done) => {
+        let solved = keeper.solved(level, &known);
+        let last = match solved.map(|solved| AdaptiveLevel::new(scene, solved)) {
+            Ok(Ok(done)) => {
                 keeper.done(level, &done);
                 known.levels.push(done);
+                continue;
             }
-            Err(error) if level > 0 => {
+            Ok(Err(error)) if level == 0 => return Err(error.into()),
+            Ok(Err(_)) => AdaptiveStatus::NotEstimated,
+            Err(error) if level == 0 => return Err(error),
+            Err(error) => {
                 keeper.too_large(level, error)?;
-                too_large = true;
-                known.refinement.truncate(level - 1);
-                known.starts.truncate(level - 1);
+                AdaptiveStatus::TooLarge
             }
-            Err(error) => return Err(error),
-        }
+        };
+        ended = Some(last);
+        known.refinement.truncate(level - 1);
+        known.starts.truncate(level - 1);
     }
     Ok(RefinedLevels {
-        status: if too_large {
-            AdaptiveStatus::TooLarge
-        } else {
-            known.status(target)
-        },
+        status: ended.unwrap_or_else(|| known.status(target)),
         level: known
             .level_that_meets(target)
             .unwrap_or(known.levels.len() - 1),
         adaptation: known,
     })
+}
+
+/// What the next level is made of, and what it is expected to come to.
+struct NextLevel {
+    cuts: Vec<u8>,
+    start: Vec<f64>,
+    forecast: LevelForecast,
 }
 
 /// What to cut of a level, and what the next one starts from.
@@ -122,19 +154,24 @@ fn next_level(
     target: f64,
     known: &Adaptation,
     solved: SolvedLevel<'_>,
-) -> Result<(Vec<u8>, Vec<f64>), ProblemError> {
-    let error = &solved.report.discretisation_error;
-    let cuts = next_cuts(&error.indicator, Target::of(scene, error, target));
+) -> Result<NextLevel, ProblemError> {
+    let (indicator, aim) = Target::of(scene, solved.report, target);
+    let cuts = next_cuts(&indicator, aim);
     let mut refinement = known.refinement.clone();
     refinement.push(cuts.clone());
     let body = RefinableBody::refined(scene, folder, &refinement)?;
-    let start = transferred(
-        solved.mesh,
-        &body.mesh()?,
-        &body.parents(),
-        &solved.solution.multiplier,
-    );
-    Ok((cuts, start))
+    let mesh = body.mesh()?;
+    let growth = mesh.coordinates.len() as f64 / solved.mesh.coordinates.len() as f64;
+    Ok(NextLevel {
+        start: transferred(
+            solved.mesh,
+            &mesh,
+            &body.parents(),
+            &solved.solution.multiplier,
+        ),
+        forecast: LevelForecast::new(&known.levels, growth, target),
+        cuts,
+    })
 }
 
 /// The last level of an adaptive computation, with all that led to it.
@@ -164,16 +201,19 @@ pub fn adapted(
     folder: &Path,
     observe: &mut dyn FnMut(&AdaptiveLevel),
 ) -> Result<AdaptedProblem, ProblemError> {
-    let scene = scene.checked()?;
+    let scene = scene.checked()?.with_first_mesh();
     scene.require_no_history("an adaptive mesh")?;
-    let target = scene.adapt.ok_or_else(no_target)?.error;
+    let goal = RefinementGoal {
+        error: scene.adapt.ok_or_else(no_target)?.error,
+        deadline: None,
+    };
     let mut levels = LevelInMemory {
         scene: &scene,
         folder,
         observe,
         at_hand: None,
     };
-    let refined = refine(&scene, folder, target, Adaptation::default(), &mut levels)?;
+    let refined = refine(&scene, folder, goal, Adaptation::default(), &mut levels)?;
     levels.solved(refined.level, &refined.adaptation)?;
     let (_, answer, _) = levels.at_hand.expect("the level was just solved");
     Ok(AdaptedProblem {
@@ -256,20 +296,38 @@ impl LevelKeeper for LevelInMemory<'_> {
         Err(error)
     }
 
+    fn forecast(&mut self, _: usize, _: &LevelForecast) {}
+
     fn keep(&mut self, _: &Adaptation) {}
 }
 
 impl AdaptiveLevel {
     /// What a solved mesh came to.
-    fn new(level: SolvedLevel<'_>) -> Self {
-        Self {
+    fn new(scene: &Scene, level: SolvedLevel<'_>) -> Result<Self, ProblemError> {
+        let of = scene.adapt.and_then(|adapt| adapt.of);
+        let of = of.filter(|_| level.solution.status.is_solved());
+        let estimated_error = level.report.relative_error(of);
+        Ok(Self {
             n_tetrahedra: level.mesh.tetrahedra.len(),
             n_free: level.solution.displacement.len(),
             n_multipliers: level.solution.multiplier.len(),
-            estimated_error: level.report.discretisation_error.relative(),
+            estimated_error: estimated_error.ok_or_else(|| nothing_to_refine_for(of))?,
             stability: level.dual.map(smallest_eigenvalue),
             status: level.solution.status,
             seconds: level.seconds,
-        }
+        })
+    }
+}
+
+/// Refuses to refine for a quantity that an answer does not have.
+fn nothing_to_refine_for(of: Option<Functional>) -> Invalid {
+    let name = of.map_or("", Functional::word);
+    Invalid {
+        key: "adapt.of".into(),
+        expected: "a quantity that the answer has, other than zero, with S as a dense matrix; forces and pressures on quadratic tetrahedra".into(),
+        found: format!("{name}, which is zero or has no estimate"),
+        help: "leave it out to refine for the energy norm, set body.element = \"P2\" and cells that are not flat, refine the first mesh, \
+               or set assemble.dual_operator = \"explicit\""
+            .into(),
     }
 }

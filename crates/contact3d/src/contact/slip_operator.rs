@@ -91,6 +91,25 @@ impl SlipOperatorDerivative {
             }
         }
     }
+
+    /// The transpose of [`Self::apply`], for values at the nodes.
+    #[must_use]
+    pub fn transposed(&self, values: &[[f64; 2]]) -> Vec<[f64; 2]> {
+        match self {
+            Self::Signs(_) => self.apply(|node| values[node]),
+            Self::Rows(rows) => {
+                let mut sums = vec![[0.0; 2]; values.len()];
+                for (row, value) in rows.iter().zip(values) {
+                    for (node, by) in row {
+                        for k in 0..2 {
+                            sums[*node][k] += by[k] * value[k];
+                        }
+                    }
+                }
+                sums
+            }
+        }
+    }
 }
 
 impl ClementStars {

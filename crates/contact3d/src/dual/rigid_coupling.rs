@@ -151,7 +151,7 @@ impl RigidCoupling {
     }
 
     /// (R + Y)ᵀf of the felt motions in N for nodal forces f in N.
-    fn work_of(&self, forces: &[f64]) -> Vec<f64> {
+    pub(crate) fn work_of(&self, forces: &[f64]) -> Vec<f64> {
         let mut work: Vec<f64> = self.rigid.iter().map(|u| dot(u, forces)).collect();
         for (work, u) in work.iter_mut().zip(&self.yielding) {
             *work += dot(u, forces);

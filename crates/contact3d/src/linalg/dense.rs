@@ -23,7 +23,12 @@ impl DenseLu {
     /// Factorises a column-major matrix of order n; `None` where a pivot vanishes or is no number.
     #[must_use]
     pub fn new(matrix: &[f64], n: usize) -> Option<Self> {
-        let mut lu = Mat::from_fn(n, n, |i, j| matrix[j * n + i]);
+        Self::of(Mat::from_fn(n, n, |i, j| matrix[j * n + i]))
+    }
+
+    /// Factorises a matrix in its place; `None` as for [`Self::new`].
+    pub(crate) fn of(mut lu: Mat<f64>) -> Option<Self> {
+        let n = lu.nrows();
         let (mut forward, mut backward) = (vec![0_usize; n], vec![0_usize; n]);
         let mut memory = MemBuffer::new(factor::lu_in_place_scratch::<usize, f64>(
             n,
@@ -70,6 +75,23 @@ impl DenseLu {
             Par::Seq,
         ));
         solve::solve_in_place_with_conj(
+            self.lu.as_ref(),
+            self.lu.as_ref(),
+            self.permutation.as_ref(),
+            Conj::No,
+            MatMut::from_column_major_slice_mut(rhs, n, columns),
+            Par::Seq,
+            MemStack::new(&mut memory),
+        );
+    }
+
+    /// Solves in place with the transposed matrix for the columns of a column-major right-hand side.
+    pub fn solve_transposed(&self, rhs: &mut [f64]) {
+        let n = self.lu.nrows();
+        let columns = rhs.len() / n.max(1);
+        let scratch = solve::solve_transpose_in_place_scratch::<usize, f64>(n, columns, Par::Seq);
+        let mut memory = MemBuffer::new(scratch);
+        solve::solve_transpose_in_place_with_conj(
             self.lu.as_ref(),
             self.lu.as_ref(),
             self.permutation.as_ref(),
@@ -166,6 +188,9 @@ mod tests {
         let mut x = [1.0, 8.0];
         lu.solve(&mut x);
         assert_eq!(x, [2.5, 1.0]);
+        let mut x = [2.0, 4.0];
+        lu.solve_transposed(&mut x);
+        assert_eq!(x, [1.0, 1.0]);
         assert!(DenseLu::new(&[1.0, 2.0, 2.0, 4.0], 2).is_none());
     }
 

@@ -3,6 +3,7 @@
 mod certificate;
 mod estimate;
 mod flaw;
+mod functional;
 mod nodal_forces;
 mod resultants;
 mod rounding;
@@ -11,6 +12,7 @@ mod zones;
 pub use certificate::{Certificate, ContactCertificate, FrictionCertificate};
 pub use estimate::{ContactError, ErrorEstimate};
 pub use flaw::Flaw;
+pub use functional::FunctionalEstimate;
 pub use nodal_forces::SourceForce;
 pub use resultants::{ContactResultants, FaceResultants, Resultants, Vector, von_mises};
 pub use rounding::Rounding;
@@ -20,11 +22,11 @@ use nodal_forces::NodalForces;
 
 use crate::{
     contact::{CoulombLaw, Coupling, FrictionField},
-    dual::{PrimalSystem, pane_stiffness},
+    dual::{DualSystem, PrimalSystem, pane_stiffness},
     elasticity::{InternalForces, MaterialField, SpringMatrix},
     linalg::difference,
     mesh::Mesh,
-    scene::{Invalid, Scene},
+    scene::{Functional, Invalid, Scene},
     solver::{ContactState, Solution},
 };
 
@@ -128,6 +130,9 @@ pub struct ContactReport {
     pub certificate: Certificate,
     /// The estimated distance of the discrete solution from the body it models.
     pub discretisation_error: ErrorEstimate,
+    /// Quantities of the answer with their errors; empty where no dense dual problem was at hand, in a load history, and where nothing
+    /// is deformed.
+    pub functionals: Vec<FunctionalEstimate>,
     /// What takes back the claim of the solve; [`Self::judge`] acts on it.
     pub flaw: Option<Flaw>,
     /// What springs take in the part of the displacement that does not strain the body, in N, `[n_free]`; empty where there is none.
@@ -140,7 +145,22 @@ impl ContactReport {
     /// # Errors
     /// A load that is not finite.
     pub fn new(solved: &Solved<'_>) -> Result<Self, Invalid> {
-        Self::with(solved, ErrorEstimate::new)
+        Self::with(solved, |solved, known, _| {
+            (ErrorEstimate::new(solved, known), Vec::new())
+        })
+    }
+
+    /// As [`Self::new`], with the errors of quantities of the answer, by one more solve each on the factor of the problem.
+    ///
+    /// # Errors
+    /// A load that is not finite.
+    pub(crate) fn with_functionals(
+        solved: &Solved<'_>,
+        system: &DualSystem,
+    ) -> Result<Self, Invalid> {
+        Self::with(solved, |solved, known, resultants| {
+            functional::estimates(system, solved, known, resultants)
+        })
     }
 
     /// As [`Self::new`], without the cost of the error estimate.
@@ -148,12 +168,16 @@ impl ContactReport {
     /// # Errors
     /// A load that is not finite.
     pub(crate) fn without_estimate(solved: &Solved<'_>) -> Result<Self, Invalid> {
-        Self::with(solved, |_, _| ErrorEstimate::default())
+        Self::with(solved, |_, _, _| Default::default())
     }
 
     fn with(
         solved: &Solved<'_>,
-        estimate: impl FnOnce(&Solved<'_>, &estimate::SolutionData<'_>) -> ErrorEstimate,
+        estimate: impl FnOnce(
+            &Solved<'_>,
+            &estimate::SolutionData<'_>,
+            &Resultants,
+        ) -> (ErrorEstimate, Vec<FunctionalEstimate>),
     ) -> Result<Self, Invalid> {
         let friction = solved.contact.as_ref();
         let friction = friction.and_then(|contact| contact.friction(solved));
@@ -181,8 +205,10 @@ impl ContactReport {
             strain_energy: resultants.strain_energy,
             rounding: rounding_energy,
         };
+        let (discretisation_error, functionals) = estimate(solved, &known, &resultants);
         let mut report = Self {
-            discretisation_error: estimate(solved, &known),
+            discretisation_error,
+            functionals,
             forces: nodal_forces::by_source(solved, &displacement, &forces)?,
             resultants,
             faces: FaceResultants::of_faces(solved, &panes),
@@ -200,6 +226,23 @@ impl ContactReport {
         let rounding = Rounding::new(solved, &terms, &report.panes, &stiffness, &[]);
         report.flaw = report.find_flaw(solved, &rounding, rounding_energy);
         Ok(report)
+    }
+
+    /// The estimated relative error of a quantity of the answer, of the displacement in the energy norm where none is named; `None` of
+    /// a quantity that the answer does not have.
+    #[must_use]
+    pub fn relative_error(&self, of: Option<Functional>) -> Option<f64> {
+        match of {
+            None => Some(self.discretisation_error.relative()),
+            Some(_) => self.functional(of?).map(FunctionalEstimate::relative),
+        }
+    }
+
+    /// A quantity of the answer with its error; `None` where it is absent or zero.
+    #[must_use]
+    pub fn functional(&self, functional: Functional) -> Option<&FunctionalEstimate> {
+        let mut all = self.functionals.iter();
+        all.find(|it| it.functional == functional && it.value != 0.0)
     }
 
     /// Number of panes in a zone.

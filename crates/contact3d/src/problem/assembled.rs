@@ -56,7 +56,7 @@ impl AssembledProblem {
     /// [`Self::solve_history`] solves; [`ProblemError::NeedsExplicit`] when
     /// Newton's method is asked for and S is not dense.
     pub fn solve(&self, settings: &SolveSettings) -> Result<Solution, ProblemError> {
-        let answer = self.solve_evaluated(settings, ContactReport::without_estimate)?;
+        let answer = self.solve_evaluated(settings, Evaluation::WithoutEstimates)?;
         Ok(answer.solution)
     }
 
@@ -68,7 +68,7 @@ impl AssembledProblem {
         &self,
         settings: &SolveSettings,
     ) -> Result<(Solution, ContactReport), ProblemError> {
-        let answer = self.solve_evaluated(settings, ContactReport::new)?;
+        let answer = self.solve_evaluated(settings, Evaluation::Whole)?;
         Ok((answer.solution, answer.report))
     }
 

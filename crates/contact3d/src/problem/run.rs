@@ -4,7 +4,7 @@
 use super::{AssembledProblem, Keeper, ProblemError, RunStep, Unfinished, keeper::Unkept};
 use crate::{
     history::{Bookkeeping, StepRecord},
-    post::{ContactReport, Solved},
+    post::ContactReport,
     scene::{Increment, Invalid, SolveSettings},
     solver::{Goal, Progress, Solution, Start, Status},
 };
@@ -25,7 +25,13 @@ pub struct Answer {
 }
 
 /// How an answer is evaluated.
-pub(super) type Evaluation = fn(&Solved<'_>) -> Result<ContactReport, Invalid>;
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Evaluation {
+    /// With all that the report has.
+    Whole,
+    /// Without the cost of the error estimates.
+    WithoutEstimates,
+}
 
 impl AssembledProblem {
     /// Solves the problem from a start, a scene with steps increment by increment after those of `done`, each from the
@@ -45,7 +51,7 @@ impl AssembledProblem {
         done: Vec<StepRecord>,
         keeper: &mut dyn Keeper,
     ) -> Result<Answer, ProblemError> {
-        self.run_evaluated(settings, start, done, ContactReport::new, keeper)
+        self.run_evaluated(settings, start, done, Evaluation::Whole, keeper)
     }
 
     pub(super) fn run_evaluated(
@@ -139,7 +145,13 @@ impl AssembledProblem {
                 keeper.observe(RunStep::Solving(increment, progress));
             }
         })?;
-        let report = evaluation(&self.solved(&solution))?;
+        let solved = self.solved(&solution);
+        let report = match (evaluation, increment) {
+            (Evaluation::Whole, None) => ContactReport::with_functionals(&solved, &self.system),
+            // Quantities of an increment have the errors of those before it too.
+            (Evaluation::Whole, Some(_)) => ContactReport::new(&solved),
+            (Evaluation::WithoutEstimates, _) => ContactReport::without_estimate(&solved),
+        }?;
         report.judge(&mut solution);
         Ok((solution, report))
     }

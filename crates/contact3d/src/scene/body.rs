@@ -33,8 +33,8 @@ pub enum Shape {
 #[schemars(extend("oneOf" = [{"required": ["brick"]}, {"required": ["gmsh"]}]))]
 struct BodyTable {
     /// The finite element of the displacement.
-    #[serde(default, skip_serializing_if = "ElementOrder::is_default")]
-    element: ElementOrder,
+    #[serde(default, skip_serializing_if = "ElementChoice::is_default")]
+    element: ElementChoice,
     /// The box (0, Lx) × (0, Ly) × (0, Lz) cut in cells of five tetrahedra each.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     brick: Option<Brick>,
@@ -56,7 +56,10 @@ impl TryFrom<BodyTable> for Body {
         };
         Ok(Self {
             shape,
-            element: table.element,
+            element: match table.element {
+                ElementChoice::P1 => ElementOrder::P1,
+                ElementChoice::P2 | ElementChoice::Auto => ElementOrder::P2,
+            },
         })
     }
 }
@@ -68,7 +71,10 @@ impl From<Body> for BodyTable {
             Shape::Gmsh(gmsh) => (None, Some(gmsh)),
         };
         Self {
-            element: body.element,
+            element: match body.element {
+                ElementOrder::P1 => ElementChoice::P1,
+                ElementOrder::P2 => ElementChoice::P2,
+            },
             brick,
             gmsh,
         }
@@ -90,8 +96,31 @@ impl From<Shape> for Body {
     }
 }
 
+/// The element as a scene file writes it.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+enum ElementChoice {
+    /// Linear tetrahedra, the paper's; panes of a brick are 2 × 2 cells.
+    #[default]
+    P1,
+    /// Quadratic tetrahedra; panes of a brick are single cells.
+    P2,
+    /// Quadratic tetrahedra: they take the fewest unknowns for an error, and hardly lock where ν is near 0.5.
+    #[serde(rename = "auto")]
+    Auto,
+}
+
+impl ElementChoice {
+    #[expect(
+        clippy::trivially_copy_pass_by_ref,
+        reason = "serde asks for a reference"
+    )]
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
 /// The finite element of the displacement.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
 pub enum ElementOrder {
     /// Linear tetrahedra, the paper's; panes of a brick are 2 × 2 cells.
     #[default]
@@ -148,14 +177,6 @@ impl Body {
 }
 
 impl ElementOrder {
-    #[expect(
-        clippy::trivially_copy_pass_by_ref,
-        reason = "serde asks for a reference"
-    )]
-    fn is_default(&self) -> bool {
-        *self == Self::default()
-    }
-
     /// Cells of a brick along the edge of a pane.
     ///
     /// Every pane needs a node of its own in its inside, or S is nearly singular: with P1 the centre

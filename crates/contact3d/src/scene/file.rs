@@ -81,6 +81,16 @@ impl SceneFile {
         })
     }
 
+    /// Whether the text itself gives a key of a table, its default or not.
+    #[must_use]
+    pub fn names(&self, table: &str, key: &str) -> bool {
+        let text = self.text.parse::<toml::Table>();
+        text.is_ok_and(|text| {
+            text.get(table)
+                .is_some_and(|table| table.get(key).is_some())
+        })
+    }
+
     /// An error that shows the line of an unusable value.
     #[must_use]
     pub fn refuse(&self, invalid: Invalid) -> SceneError {

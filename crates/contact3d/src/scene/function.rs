@@ -236,13 +236,11 @@ impl Formula {
         Ok(Self { value })
     }
 
-    /// Another formula with the parameters of this one.
-    ///
-    /// # Errors
-    /// As [`Self::parse`].
-    pub fn rewritten(&self, text: &str) -> Result<Self, ExpressionError> {
-        let value = self.value.rewritten(text)?;
-        Ok(Self { value })
+    /// As [`Expression::with_variables`].
+    #[must_use]
+    pub fn with_variables(&self, new: &[(&str, String)]) -> Self {
+        let value = self.value.with_variables(new);
+        Self { value }
     }
 
     pub(super) fn evaluate(&self, at: &LawPoint) -> f64 {

@@ -302,16 +302,16 @@ impl Scene {
     /// Rewrites the values that steps give, each with what it is a value of.
     ///
     /// # Errors
-    /// Those of `by`.
+    /// A key that the scene does not have.
     pub fn map_step_values(
         &mut self,
-        by: impl Fn(SteppedValue, &[Quantity]) -> Result<Vec<Quantity>, Invalid>,
+        by: impl Fn(SteppedValue, &[Quantity]) -> Vec<Quantity>,
     ) -> Result<(), Invalid> {
         let mut steps = std::mem::take(&mut self.steps);
         for (k, step) in steps.iter_mut().enumerate() {
             for (name, value) in &mut step.value {
                 let target = self.target(&format!("step.{k}.value"), name)?;
-                let values = by(target, value.components())?;
+                let values = by(target, value.components());
                 value.components_mut().clone_from_slice(&values);
             }
         }
@@ -333,7 +333,7 @@ impl Scene {
 
 /// The values at a share of the way from one end of a step to the other.
 fn between(before: &EndValue, after: &EndValue, share: f64) -> Vec<Quantity> {
-    let ends = |factor: f64| after.value.iter().map(|v| scaled(v, factor)).collect();
+    let ends = |factor: f64| after.value.iter().map(|v| v.times(factor)).collect();
     if share >= 1.0 {
         return ends(after.factor);
     }
@@ -343,21 +343,8 @@ fn between(before: &EndValue, after: &EndValue, share: f64) -> Vec<Quantity> {
     let weights = [(1.0 - share) * before.factor, share * after.factor];
     let pairs = before.value.iter().zip(&after.value);
     pairs
-        .map(|(a, b)| sum(scaled(a, weights[0]), scaled(b, weights[1])))
+        .map(|(a, b)| sum(a.times(weights[0]), b.times(weights[1])))
         .collect()
-}
-
-fn scaled(quantity: &Quantity, factor: f64) -> Quantity {
-    match quantity {
-        _ if factor == 1.0 => quantity.clone(),
-        Quantity::Constant(value) => Quantity::Constant(factor * value),
-        _ if factor == 0.0 => Quantity::Constant(0.0),
-        Quantity::Varying(formula) => Quantity::Varying(formula.times(factor)),
-        Quantity::Function(function) => {
-            let function = function.clone();
-            Quantity::Function(PlaceFunction::new(move |x| factor * function.at(x)))
-        }
-    }
 }
 
 fn sum(a: Quantity, b: Quantity) -> Quantity {

@@ -12,8 +12,10 @@ mod error;
 mod expression;
 mod features;
 mod file;
+mod first_mesh;
 mod friction;
 mod function;
+mod functional;
 mod load;
 mod load_path;
 mod material;
@@ -34,7 +36,7 @@ pub(crate) use coefficient::{LEAST_COEFFICIENT, is_coefficient};
 pub use contact::{Contact, MultiplierSpace, SlipInterpolation};
 pub use error::{Invalid, SceneError, SyntaxProblem, Unwritable, numbers};
 pub(crate) use error::{UNDEFINED, place_words};
-pub use expression::{BranchEnd, FormulaBranch, OnBranch, replace_names};
+pub use expression::{BranchEnd, FormulaBranch, OnBranch};
 pub use expression::{Expression, ExpressionError, FUNCTIONS, Parameters};
 pub use features::{ContactFeatures, FrictionModel, ModelFeatures};
 pub use file::Written;
@@ -45,14 +47,16 @@ pub use friction::{Friction, FrictionLaw, SlipMeasure};
 pub use function::{Formula, LAW_VARIABLES};
 pub use function::{Grid, Table};
 pub use function::{LawFunction, PlaceFunction};
+pub use functional::Functional;
 pub use load::{BodyForce, Clamp, Component, Pressure, Traction};
 pub use load::{Spring, SpringStiffness};
 pub use load_path::{Increment, SteppedValue};
 pub use material::{Isotropic, Material, Orthotropic, Part, Region, Voigt};
 pub use obstacle::{Cylinder, Direction, HalfSpace, Height, Obstacle, Side, Sphere};
+pub use parameters::ProblemPart;
 pub use parser_words::number_limit;
 pub use quantity::{POSITION, Quantity};
-pub use solve::AdaptSettings;
+pub use solve::{AdaptSettings, FirstMesh, SMALLEST_ERROR};
 pub use solve::{
     AssembleSettings, DualOperatorKind, FactorPrecision, InnerSolver, Method, PrecisionControl,
     SolveSettings,

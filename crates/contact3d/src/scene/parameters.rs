@@ -2,21 +2,36 @@
 
 use std::{collections::BTreeSet, slice::from_mut};
 
+use ProblemPart::{Law, Loads, Mesh, Operator};
+
 use super::{
-    Coefficient, Expression, ExpressionError, Invalid, LAW_VARIABLES, Obstacle, Parameters,
-    Quantity, Scene,
+    Coefficient, Contact, Expression, ExpressionError, Friction, Invalid, LAW_VARIABLES, Obstacle,
+    Parameters, Quantity, Scene,
     contact::contact_key,
     expression::{is_identifier, meaning},
 };
 
+/// What of the discrete problem a varying value of a scene is part of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ProblemPart {
+    /// The mesh with the normals and distances of its obstacles.
+    Mesh,
+    /// A with its springs, and T with the axes of friction.
+    Operator,
+    /// What loads, moves and opens.
+    Loads,
+    /// The law of friction.
+    Law,
+}
+
 impl Scene {
-    /// The parameters that formulas use at keys of a kind, with their values.
+    /// The parameters that the formulas of some parts use, with their values.
     #[must_use]
-    pub fn parameters_used(&self, at: impl Fn(&str) -> bool) -> Parameters {
+    pub fn parameters_used(&self, of: impl Fn(ProblemPart) -> bool) -> Parameters {
         let mut used = Parameters::new();
         let mut scene = self.clone();
-        for (key, formula) in scene.formulas_mut() {
-            if at(&key) {
+        for ((part, _), formula) in scene.formulas_mut() {
+            if of(part) {
                 let known = formula
                     .parameters()
                     .filter_map(|name| Some((name.to_owned(), *self.parameters.get(name)?)));
@@ -44,7 +59,7 @@ impl Scene {
             check(name, *value)?;
         }
         let parameters = self.parameters.clone();
-        for (key, formula) in self.formulas_mut() {
+        for ((_, key), formula) in self.formulas_mut() {
             let text = formula.text().to_owned();
             formula
                 .bind(&parameters)
@@ -66,11 +81,22 @@ impl Scene {
         let mut quantities = quantities.into_iter();
         let is_function = |quantity: &Quantity| matches!(quantity, Quantity::Function(_));
         let found = quantities.find(|(_, quantity)| is_function(quantity));
-        found.map(|(key, _)| key)
+        found.map(|((_, key), _)| key)
+    }
+
+    /// Whether anything varies from place to place: loads, clamps, springs, gaps, obstacles, axes or coefficients.
+    pub(super) fn depends_on_place(&self) -> bool {
+        let laws = self.friction_tables();
+        let mut laws = laws.flat_map(|(_, law)| law.given());
+        let mut scene = self.clone();
+        let (quantities, _) = scene.varying_mut();
+        let mut quantities = quantities.into_iter();
+        quantities.any(|(_, quantity)| quantity.constant().is_none())
+            || laws.any(|(_, law)| law.depends_on_place())
     }
 
     /// All formulas with their keys.
-    fn formulas_mut(&mut self) -> Vec<(String, &mut Expression)> {
+    fn formulas_mut(&mut self) -> Vec<(Key, &mut Expression)> {
         let (quantities, laws) = self.varying_mut();
         let quantities = quantities
             .into_iter()
@@ -86,80 +112,128 @@ impl Scene {
 
     /// All that may vary with its keys: quantities, and coefficients of friction.
     fn varying_mut<'s>(&'s mut self) -> Varying<'s> {
-        let mut found: Vec<(String, &mut [Quantity])> = Vec::new();
-        let mut add = |key: String, values| found.push((key, values));
-        for (i, clamp) in self.clamps.iter_mut().enumerate() {
-            add(format!("clamp.{i}.value"), &mut clamp.value);
+        // Every key by name, so that a new one does not compile before it is said whether it varies.
+        let Self {
+            title: _,
+            reference: _,
+            units: _,
+            parameters: _,
+            body: _,
+            material: _,
+            regions: _,
+            clamps,
+            springs,
+            tractions,
+            pressures,
+            body_force,
+            contacts,
+            friction,
+            steps,
+            assemble: _,
+            solve: _,
+            adapt: _,
+        } = self;
+        let mut found: Vec<(Key, &mut [Quantity])> = Vec::new();
+        let mut add = |part, key: String, values| found.push(((part, key), values));
+        for (i, clamp) in clamps.iter_mut().enumerate() {
+            add(Loads, format!("clamp.{i}.value"), &mut clamp.value);
         }
-        for (i, spring) in self.springs.iter_mut().enumerate() {
+        for (i, spring) in springs.iter_mut().enumerate() {
             for (name, value) in spring.quantities_mut() {
-                add(format!("spring.{i}.{name}"), from_mut(value));
+                add(Operator, format!("spring.{i}.{name}"), from_mut(value));
             }
         }
-        for (i, traction) in self.tractions.iter_mut().enumerate() {
-            add(format!("traction.{i}.value"), &mut traction.value);
+        for (i, traction) in tractions.iter_mut().enumerate() {
+            add(Loads, format!("traction.{i}.value"), &mut traction.value);
         }
-        for (i, pressure) in self.pressures.iter_mut().enumerate() {
-            add(format!("pressure.{i}.value"), from_mut(&mut pressure.value));
+        for (i, pressure) in pressures.iter_mut().enumerate() {
+            let value = from_mut(&mut pressure.value);
+            add(Loads, format!("pressure.{i}.value"), value);
         }
-        for (k, step) in self.steps.iter_mut().enumerate() {
+        for (k, step) in steps.iter_mut().enumerate() {
             for (name, value) in &mut step.value {
-                add(format!("step.{k}.value.{name}"), value.components_mut());
+                let key = format!("step.{k}.value.{name}");
+                add(Loads, key, value.components_mut());
             }
         }
-        if let Some(force) = &mut self.body_force {
-            add("body_force.value".to_owned(), &mut force.value);
+        if let Some(force) = body_force {
+            add(Loads, "body_force.value".to_owned(), &mut force.value);
         }
         let mut laws = Vec::new();
-        let count = self.contacts.len();
-        for (entry, contact) in self.contacts.iter_mut().enumerate() {
+        let count = contacts.len();
+        for (entry, contact) in contacts.iter_mut().enumerate() {
             let key = contact_key(count, entry);
-            if let Some(Obstacle::Height(height)) = &mut contact.obstacle {
-                add(
-                    format!("{key}.obstacle.height.value"),
-                    from_mut(&mut height.value),
-                );
+            let Contact {
+                face: _,
+                obstacle,
+                name: _,
+                corners: _,
+                gap,
+                axis_1,
+                angle,
+                multipliers: _,
+                slip_interpolation: _,
+                friction,
+            } = contact;
+            match obstacle {
+                Some(Obstacle::Height(height)) => {
+                    let value = from_mut(&mut height.value);
+                    add(Mesh, format!("{key}.obstacle.height.value"), value);
+                }
+                Some(Obstacle::HalfSpace(_) | Obstacle::Sphere(_) | Obstacle::Cylinder(_))
+                | None => {}
             }
-            add(format!("{key}.gap"), from_mut(&mut contact.gap));
-            if let Some(axis) = &mut contact.axis_1 {
-                add(format!("{key}.axis_1"), axis);
+            add(Loads, format!("{key}.gap"), from_mut(gap));
+            if let Some(axis) = axis_1 {
+                add(Operator, format!("{key}.axis_1"), axis);
             }
-            if let Some(angle) = &mut contact.angle {
-                add(format!("{key}.angle"), from_mut(angle));
+            if let Some(angle) = angle {
+                add(Operator, format!("{key}.angle"), from_mut(angle));
             }
-            if let Some(friction) = &mut contact.friction {
+            if let Some(friction) = friction {
                 laws.push((format!("{key}.friction"), friction));
             }
         }
-        if let Some(friction) = &mut self.friction {
+        if let Some(friction) = friction {
             laws.push(("friction".to_owned(), friction));
         }
         let mut coefficients = Vec::new();
         for (key, friction) in laws {
-            if let Some(value) = &mut friction.slip_bound {
-                add(format!("{key}.slip_bound"), from_mut(value));
+            let Friction {
+                slip_bound,
+                pressure_cap: _,
+                coefficient,
+                coefficient_1,
+                coefficient_2,
+                follows: _,
+            } = friction;
+            if let Some(value) = slip_bound {
+                add(Law, format!("{key}.slip_bound"), from_mut(value));
             }
             let named = [
-                ("coefficient", &mut friction.coefficient),
-                ("coefficient_1", &mut friction.coefficient_1),
-                ("coefficient_2", &mut friction.coefficient_2),
+                ("coefficient", coefficient),
+                ("coefficient_1", coefficient_1),
+                ("coefficient_2", coefficient_2),
             ];
             coefficients.extend(named.into_iter().filter_map(|(name, law)| {
                 let law = law.as_mut()?;
-                Some((format!("{key}.{name}.{}", law.kind()), law))
+                Some(((Law, format!("{key}.{name}.{}", law.kind())), law))
             }));
         }
-        let each = |(key, values): (String, &'s mut [Quantity])| {
+        let each = |(key, values): (Key, &'s mut [Quantity])| {
             values.iter_mut().map(move |value| (key.clone(), value))
         };
         (found.into_iter().flat_map(each).collect(), coefficients)
     }
 }
 
+/// A key of the scene, and what it is part of.
+type Key = (ProblemPart, String);
+
 /// Quantities, then coefficients of friction, with their keys.
 type Varying<'a> = (
-    Vec<(String, &'a mut Quantity)>,
-    Vec<(String, &'a mut Coefficient)>,
+    Vec<(Key, &'a mut Quantity)>,
+    Vec<(Key, &'a mut Coefficient)>,
 );
 
 /// Refuses a parameter that formulas cannot use.

@@ -49,6 +49,38 @@ impl Quantity {
         }
     }
 
+    /// The quantity times a number.
+    #[must_use]
+    pub fn times(&self, factor: f64) -> Self {
+        match self {
+            _ if factor == 1.0 => self.clone(),
+            Self::Constant(value) => Self::Constant(factor * value),
+            _ if factor == 0.0 => Self::Constant(0.0),
+            Self::Varying(formula) => Self::Varying(formula.times(factor)),
+            Self::Function(function) => {
+                let function = function.clone();
+                Self::function(move |x| factor * function.at(x))
+            }
+        }
+    }
+
+    /// The quantity at another place, given as formulas of the coordinates and as a function.
+    #[must_use]
+    pub fn seen_from(
+        &self,
+        places: &[(&str, String)],
+        place: impl Fn([f64; 3]) -> [f64; 3] + Send + Sync + 'static,
+    ) -> Self {
+        match self {
+            Self::Constant(_) => self.clone(),
+            Self::Varying(formula) => Self::Varying(formula.with_variables(places)),
+            Self::Function(function) => {
+                let function = function.clone();
+                Self::function(move |at| function.at(place(at)))
+            }
+        }
+    }
+
     /// The value, if it is the same everywhere.
     #[must_use]
     pub fn constant(&self) -> Option<f64> {

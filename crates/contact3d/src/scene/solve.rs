@@ -1,5 +1,6 @@
 //! Settings of the stages assemble and solve.
 
+use super::Functional;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -158,7 +159,35 @@ pub struct AdaptSettings {
     /// Wanted discretisation error ‖u − u_h‖_A / ‖u_h‖_A: `run` cuts tetrahedra where the estimated error sits until
     /// the estimate is no larger. 0.01 is 1 %.
     pub error: f64,
+    /// The mesh that refining starts from.
+    #[serde(default, skip_serializing_if = "FirstMesh::is_default")]
+    pub start: FirstMesh,
+    /// The quantity that the error is of, relative to its value; the energy norm of the displacement when not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub of: Option<Functional>,
+}
+
+/// The mesh that refining starts from.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum FirstMesh {
+    /// As few equal cells as show all that the scene says; the cells of the scene where it names planes, grading, a box, an
+    /// obstacle, or formulas of place.
+    #[default]
+    Coarse,
+    /// The mesh of the scene.
+    Scene,
+}
+
+impl FirstMesh {
+    #[expect(
+        clippy::trivially_copy_pass_by_ref,
+        reason = "serde asks for a reference"
+    )]
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
 }
 
 /// The smallest target: what double precision leaves of an energy norm.
-pub(super) const SMALLEST_ERROR: f64 = 1e-8;
+pub const SMALLEST_ERROR: f64 = 1e-8;

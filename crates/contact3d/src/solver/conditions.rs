@@ -65,6 +65,8 @@ pub struct Evaluation {
 
 /// One pane of an [`Evaluation`].
 pub struct PaneEvaluation {
+    /// z_ν.
+    pub(super) pressure: f64,
     /// z_ν > 0.
     pub(super) pressed: bool,
     /// dg/dz_ν where pressed; 0 when frozen.
@@ -156,6 +158,7 @@ impl<'a> Conditions<'a> {
                 }
             }
             panes.push(PaneEvaluation {
+                pressure: trial[i],
                 pressed: trial[i] > 0.0,
                 bound_slope: match self.bound {
                     Bound::Coulomb(_, law) if at.is_some() => law.slip_bound_slope(i, pressure),
@@ -217,6 +220,58 @@ impl<'a> Conditions<'a> {
             }
         }
         change
+    }
+
+    /// (∂R/∂h)ᵀy, `[n_multipliers]`, and (∂R/∂u_t)ᵀy at the contact nodes, empty where nothing follows the slip, for weights y of the
+    /// rows: the transpose of [`Self::derivative`] by −r and by (u_t1, u_t2).
+    pub(super) fn transposed(&self, at: &Evaluation, weights: &[f64]) -> (Vec<f64>, Vec<[f64; 2]>) {
+        let mut by_rhs = vec![0.0; self.layout.n_multipliers()];
+        let n_nodes = match self.bound {
+            Bound::Coulomb(laws, _) if !at.inverse_slope.is_empty() => laws.average.rows,
+            Bound::Coulomb(..) | Bound::Frozen(_) => 0,
+        };
+        let mut by_slip = vec![[0.0; 2]; n_nodes];
+        for (i, pane) in at.panes.iter().enumerate() {
+            if pane.pressed {
+                by_rhs[i] = -weights[i];
+            }
+            let Some(pair) = self.layout.tangential(i) else {
+                continue;
+            };
+            let derivative = pane.ellipse.projection_derivative(pane.trial);
+            let y = pair.map(|j| weights[j]);
+            let weighted =
+                |by: &[[f64; 2]; 2], k: usize| -> f64 { y[0] * by[0][k] + y[1] * by[1][k] };
+            for (k, j) in pair.into_iter().enumerate() {
+                by_rhs[j] = -weighted(&derivative.by_point, k);
+            }
+            let Bound::Coulomb(laws, _) = self.bound else {
+                continue;
+            };
+            let by_axes = [0, 1].map(|k| weighted(&derivative.by_semi_axes, k) / pane.inverse[k]);
+            if pane.pressed {
+                by_rhs[i] -= pane.bound_slope * (by_axes[0] + by_axes[1]);
+            }
+            let axes = pane.ellipse.semi_axes;
+            for (node, weight) in laws.average.entries(i) {
+                let Some(slope) = at.inverse_slope.get(node) else {
+                    continue;
+                };
+                for l in 0..2 {
+                    let moved =
+                        by_axes[0] * axes[0] * slope[0][l] + by_axes[1] * axes[1] * slope[1][l];
+                    by_slip[node][l] += weight * moved;
+                }
+            }
+        }
+        for (by, rho) in by_rhs.iter_mut().zip(&self.steplengths) {
+            *by *= rho;
+        }
+        let slips = at.slip_derivative.as_ref();
+        (
+            by_rhs,
+            slips.map_or_else(Vec::new, |by| by.transposed(&by_slip)),
+        )
     }
 
     /// The rows ρ r of unknowns that nothing bounds, the rigid motions.

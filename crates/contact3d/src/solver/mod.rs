@@ -7,6 +7,7 @@
 //! frames and degrees of freedom, only `body` knows.
 
 mod accuracy;
+mod adjoint;
 mod answer;
 mod conditions;
 mod convex;
@@ -24,6 +25,7 @@ mod solution;
 mod solve;
 
 pub(crate) use accuracy::{is_felt, load_stress};
+pub(crate) use adjoint::{Adjoint, Adjoints, LinearFunctional};
 pub use conditions::{Bound, Evaluation, PaneEvaluation, PaneZone};
 pub use delassus::{
     DelassusError, DelassusMethod, DelassusProblem, DelassusSettings, DelassusSolution,

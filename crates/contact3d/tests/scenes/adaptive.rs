@@ -9,7 +9,7 @@ use contact3d::{
     dual::smallest_eigenvalue,
     elasticity::Loads,
     mesh::{Mesh, Quality, RefinableBody, tetrahedron_volume},
-    scene::{AdaptSettings, ElementOrder, MultiplierSpace, Scene, SolveSettings},
+    scene::{AdaptSettings, ElementOrder, FirstMesh, MultiplierSpace, Scene, SolveSettings},
 };
 use nalgebra::Vector3;
 
@@ -259,7 +259,11 @@ fn levels_meet_the_target_with_stable_multipliers() {
         smallest_eigenvalue(contact.explicit().expect("a dense S"))
     };
     let mut scene = published(ElementOrder::P2, 2);
-    scene.adapt = Some(AdaptSettings { error: 0.06 });
+    scene.adapt = Some(AdaptSettings {
+        error: 0.06,
+        start: FirstMesh::Scene,
+        of: None,
+    });
     let answer = adapted(scene.clone(), Path::new(""), &mut |_| {}).expect("levels");
     assert_eq!(answer.status, AdaptiveStatus::Met);
     let last = answer.adaptation.levels.last().expect("a level");
@@ -315,5 +319,56 @@ fn bodies_moved_as_a_whole_need_no_finer_mesh() {
         assert_eq!(found.status, AdaptiveStatus::Met);
         assert_eq!(found.adaptation.levels.len(), 1);
         assert_eq!(found.adaptation.levels[0].estimated_error, 0.0);
+    }
+}
+
+/// Adds the keys of one table to another, table by table.
+fn merge(into: &mut toml::Table, more: toml::Table) {
+    for (key, value) in more {
+        match (into.get_mut(&key), value) {
+            (Some(toml::Value::Table(inner)), toml::Value::Table(value)) => merge(inner, value),
+            (_, value) => {
+                into.insert(key, value);
+            }
+        }
+    }
+}
+
+/// A scene that leaves its mesh open starts from few cells of the same shape; one that names more keeps its own.
+#[test]
+fn the_first_mesh_is_coarse_where_the_scene_leaves_it_open() {
+    let first_cells = |element: &str, more: &str| {
+        let more = format!("body.element = '{element}'\nadapt.error = 0.05\n{more}");
+        let mut table: toml::Table = PUBLISHED.parse().expect("TOML");
+        merge(&mut table, more.parse().expect("TOML"));
+        let scene = Scene::parse("open", &table.to_string()).expect("a scene");
+        let scene = scene.with_first_mesh();
+        assert_eq!(scene.adapt.expect("a target").start, FirstMesh::Scene);
+        assert_eq!(scene.clone().with_first_mesh(), scene, "chosen once");
+        scene.body.as_brick().expect("a brick").cells
+    };
+    assert_eq!(first_cells("P2", ""), [6, 2, 2]);
+    assert_eq!(first_cells("auto", ""), [6, 2, 2]);
+    assert_eq!(first_cells("P1", ""), [12, 4, 4]);
+    for fixed in [
+        "adapt.start = 'scene'",
+        "body.brick.grading.x_min = 1.5",
+        "contact.gap = '1e-6 * x'",
+        "contact.obstacle.half_space = { point = [0, 0, 0], normal = [0, 0, 1] }",
+        "contact.box = [[0, 0, 0], [1.5, 1, 0]]",
+        "region = [{ part.box = [[0, 0, 0], [1, 1, 1]], material.isotropic = { young_modulus = 1e11, poisson_ratio = 0.3 } }]",
+    ] {
+        assert_eq!(first_cells("P2", fixed), [48, 16, 16], "{fixed}");
+    }
+    let mut slender = Scene::parse("slender", PUBLISHED).expect("a scene");
+    slender.adapt = Some(AdaptSettings {
+        error: 0.05,
+        start: FirstMesh::Coarse,
+        of: None,
+    });
+    for (cells, fewest) in [([200, 4, 2], [200, 4, 2]), ([40, 10, 8], [20, 6, 4])] {
+        slender.body.as_brick_mut().expect("a brick").cells = cells;
+        let first = slender.clone().with_first_mesh();
+        assert_eq!(first.body.as_brick().expect("a brick").cells, fewest);
     }
 }

@@ -13,4 +13,5 @@ mod load_history;
 mod local_mapping;
 mod obstacles;
 mod quadratic;
+mod quantities;
 mod single_precision;

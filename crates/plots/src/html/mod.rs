@@ -1,13 +1,23 @@
 //! A report as one HTML page: its parts as plain data, and the page with everything inside it, so
-//! that it opens from the file system without network, scripts or fonts of its own.
+//! that it opens from the file system without network, scripts or fonts of its own. Only a page with a body to be
+//! turned has one script, which a Content-Security-Policy keeps from loading anything.
 //!
 //! Values show when the reader points at them: they are the `title` elements of the drawings.
 
+mod encoding;
+mod view3d;
+
+pub use view3d::{BodyView, ViewArray, ViewPlace, ViewValues};
+
+use std::borrow::Cow;
+
 use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+use encoding::{base64, policy_source};
 
 use super::LineChart;
 
-/// The only style of the page.
+/// The style of every page.
 const STYLE: &str = include_str!("style.css");
 
 /// A page.
@@ -49,6 +59,10 @@ pub enum PagePart {
     Table(PageTable),
     /// An SVG document.
     Figure(String),
+    /// A PNG, folded away where a script draws more, with its name.
+    Picture(String, Vec<u8>),
+    /// A body to be turned; one in a page.
+    Body(BodyView),
 }
 
 /// A table of texts; below the name of a column, cells that read as numbers are set to the right.
@@ -78,16 +92,32 @@ impl Page {
     /// The page as HTML.
     #[must_use]
     pub fn html(&self) -> String {
+        let parts = self.sections.iter().flat_map(|section| &section.parts);
+        let turns = parts
+            .into_iter()
+            .any(|part| matches!(part, PagePart::Body(_)));
+        let style: Cow<'_, str> = if turns {
+            [STYLE, view3d::STYLE].concat().into()
+        } else {
+            STYLE.into()
+        };
+        let policy = || {
+            let [script, style] = [view3d::SCRIPT, &*style].map(policy_source);
+            format!(
+                "default-src 'none'; script-src {script}; style-src {style}; img-src data:; base-uri 'none'; form-action 'none'"
+            )
+        };
         let page = html! {
             (DOCTYPE)
             html lang="en" {
                 head {
                     meta charset="utf-8";
+                    @if turns { meta http-equiv="Content-Security-Policy" content=(policy()); }
                     meta name="viewport" content="width=device-width, initial-scale=1";
                     // An icon in the page itself: a browser asks the network for none.
                     link rel="icon" href="data:,";
                     title { (self.title) }
-                    style { (PreEscaped(STYLE)) }
+                    style { (PreEscaped(&style)) }
                 }
                 body {
                     header {
@@ -99,7 +129,10 @@ impl Page {
                             }
                         }
                     }
-                    main { @for section in &self.sections { (section.markup()) } }
+                    main {
+                        @for section in &self.sections { (section.markup()) }
+                        @if turns { script { (PreEscaped(view3d::SCRIPT)) } }
+                    }
                     footer { p { (self.footer) } }
                 }
             }
@@ -145,6 +178,13 @@ impl PagePart {
                 html! { details { summary { (name) } pre { (text) } } }
             }
             Self::Table(table) => table.markup(),
+            Self::Picture(name, png) => html! {
+                details.picture open {
+                    summary { (name) }
+                    img src={ "data:image/png;base64," (base64(png)) } alt=(name);
+                }
+            },
+            Self::Body(body) => body.markup(),
             Self::Figure(svg) => html! { figure { (PreEscaped(without_prolog(svg))) } },
         }
     }

@@ -46,6 +46,11 @@ pub(super) const PANEL: PanelSpec = PanelSpec {
     },
 };
 
+/// The dark colour of a contact state.
+pub(crate) fn zone_colour(zone: DrawnZone) -> Colour {
+    zone_paint(zone).1
+}
+
 /// One ellipse per pane, the tangential contact stress over λ_ν inside it, and the zones.
 fn ellipse_panel(
     figure: &PanelData<'_>,
@@ -85,11 +90,7 @@ fn ellipse_panel(
 
 /// What a pane says when pointed at.
 fn describe((kind, unit): (FrictionKind, &Unit), pane: usize, friction: &DrawnFriction) -> String {
-    let zone = match friction.zone {
-        DrawnZone::Open => "open",
-        DrawnZone::Stick => "stick",
-        DrawnZone::Slip => "slip",
-    };
+    let zone = friction.zone.word();
     let words = kind.describe(friction.semi_axes, friction.stress, unit);
     format!("pane {pane}, {zone}: {words}")
 }

@@ -6,6 +6,7 @@ mod normal_stress;
 mod scaled_tangential;
 mod semi_axes;
 
+pub(super) use ellipses::zone_colour;
 pub(super) use semi_axes::semi_axis_map;
 
 use super::canvas::Canvas;

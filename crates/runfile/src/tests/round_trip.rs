@@ -166,16 +166,14 @@ fn the_digest_of_a_group_depends_on_values_but_not_on_timings() {
 }
 
 #[test]
-fn arrays_of_any_memory_order_and_empty_ones_come_back() {
+fn arrays_and_empty_ones_come_back() {
     let (_folder, file) = folder();
     let run_file = lock(&file).unwrap();
     let mut transaction = Transaction::begin(&run_file).unwrap();
     let mut writer = transaction.group(GRID, Home::RunFile).unwrap();
-    let coordinates =
-        Array2::from_shape_fn((3, 4), |(axis, node)| (10 * axis + node) as f64).reversed_axes();
-    writer
-        .write_array("/grid/coordinates", coordinates.view().into_dyn())
-        .unwrap();
+    let coordinates = Array2::from_shape_fn((4, 3), |(node, axis)| (10 * axis + node) as f64);
+    let values = coordinates.as_slice().unwrap();
+    writer.write("/grid/coordinates", values, &[4, 3]).unwrap();
     writer.write_indices("/grid/cells", &[], &[0, 4]).unwrap();
     writer.write("/grid/offsets", &[0_i64], &[1]).unwrap();
     writer.write("/grid/tags", &[0_u8; 0], &[0]).unwrap();

@@ -138,7 +138,8 @@ impl AlgebraicStudy {
             epsilon: Some(0.0),
             ..scene.solve.clone()
         };
-        let reference = assembled.solve_from(&to_rounding, Start::default(), &mut |_| {})?;
+        let mut reference = assembled.solve_from(&to_rounding, Start::default(), &mut |_| {})?;
+        assembled.report(&reference)?.judge(&mut reference);
         let mut study = Self {
             reference_status: reference.status,
             reference_accuracy: reference.accuracy,

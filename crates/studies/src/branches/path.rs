@@ -117,25 +117,30 @@ impl PieceEquations<'_> {
                     return Ok(end);
                 }
                 Advance::Point(state) => {
+                    let returned = passes(&front.state, &state, start);
+                    let kind = if returned {
+                        PointKind::End
+                    } else {
+                        PointKind::Regular
+                    };
+                    let point = self.describe(&front.piece, &state, kind, Vec::new())?;
+                    let is_certified = self.is_certified(&point, &state);
+                    // A shorter step starts nearer and settles better.
+                    if !is_certified && front.step * SHRINK >= SMALLEST_STEP {
+                        front.step *= SHRINK;
+                        continue;
+                    }
                     let (mut points, known) = self.turning_points(&front, &state, open)?;
                     if known {
                         let end = PathEnd::KnownPoint;
                         observe(&points, &front, open, Some(end));
                         return Ok(end);
                     }
-                    let returned = passes(&front.state, &state, start);
                     let reach = norm(&state.point);
                     if state.steps < FEW {
                         front.step = (GROWTH * front.step).min(LARGEST_STEP * (1.0 + reach));
                     }
                     front.state = state;
-                    let kind = if returned {
-                        PointKind::End
-                    } else {
-                        PointKind::Regular
-                    };
-                    let point = self.describe(&front.piece, &front.state, kind, Vec::new())?;
-                    let is_certified = self.is_certified(&point, &front.state);
                     points.push(point);
                     let end = match (is_certified, returned) {
                         (false, _) => Some(PathEnd::Uncertified),

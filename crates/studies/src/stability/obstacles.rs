@@ -1,13 +1,13 @@
 //! Obstacles as other descriptions of a problem see them.
 
 use super::{Symmetry, UnitChange};
-use contact3d::scene::{Cylinder, HalfSpace, Height, Invalid, Obstacle, Sphere};
+use contact3d::scene::{Cylinder, HalfSpace, Height, Obstacle, Sphere};
 
 impl UnitChange {
     /// An obstacle in other units of length.
-    pub(super) fn obstacle(&self, obstacle: &Obstacle) -> Result<Obstacle, Invalid> {
+    pub(super) fn obstacle(&self, obstacle: &Obstacle) -> Obstacle {
         let place = |at: [f64; 3]| at.map(|x| x * self.length);
-        Ok(match obstacle {
+        match obstacle {
             Obstacle::HalfSpace(half) => Obstacle::HalfSpace(HalfSpace {
                 point: place(half.point),
                 ..*half
@@ -23,27 +23,23 @@ impl UnitChange {
                 ..*cylinder
             }),
             Obstacle::Height(height) => Obstacle::Height(Height {
-                value: self.quantity(&height.value, self.length)?,
+                value: self.quantity(&height.value, self.length),
                 direction: height.direction,
             }),
-        })
+        }
     }
 }
 
 impl Symmetry {
     /// The image of an obstacle of a brick of this width; `None` for heights along x and y, whose formulas have no
     /// image as they are.
-    pub(super) fn obstacle(
-        self,
-        obstacle: &Obstacle,
-        width: f64,
-    ) -> Result<Option<Obstacle>, Invalid> {
+    pub(super) fn obstacle(self, obstacle: &Obstacle, width: f64) -> Option<Obstacle> {
         let place = |at: [f64; 3]| self.point(at, width);
         let along = |[x, y, z]: [f64; 3]| match self {
             Self::Mirror => [x, -y, z],
             Self::Exchange => [y, x, z],
         };
-        Ok(Some(match obstacle {
+        Some(match obstacle {
             Obstacle::HalfSpace(half) => Obstacle::HalfSpace(HalfSpace {
                 point: place(half.point),
                 normal: along(half.normal),
@@ -59,11 +55,11 @@ impl Symmetry {
             }),
             Obstacle::Height(height) if height.direction.axis().0 == 2 => {
                 Obstacle::Height(Height {
-                    value: self.quantity(&height.value, width, false)?,
+                    value: self.quantity(&height.value, width, false),
                     direction: height.direction,
                 })
             }
-            Obstacle::Height(_) => return Ok(None),
-        }))
+            Obstacle::Height(_) => return None,
+        })
     }
 }

@@ -2,8 +2,8 @@
 
 use super::Symmetry;
 use contact3d::scene::{
-    Coefficient, Formula, Friction, Grid, Invalid, LAW_VARIABLES, LawPoint, Material, POSITION,
-    Part, Quantity, Ramp, Scene, SlipDerivative, Spring, SteppedValue, Table, replace_names,
+    Coefficient, Friction, Grid, Invalid, LawPoint, Material, POSITION, Part, Quantity, Ramp,
+    Scene, SlipDerivative, Spring, SteppedValue, Table,
 };
 
 /// Factors by which numbers change when units do. All three are free: linear elasticity scales with
@@ -27,36 +27,36 @@ impl UnitChange {
     /// The scene with all numbers scaled; its multipliers are those of the scene times `stress`.
     ///
     /// # Errors
-    /// A formula that becomes too long.
+    /// A step that changes what the scene does not have.
     pub(crate) fn apply(&self, scene: &Scene) -> Result<Scene, Invalid> {
         let mut scaled = scene.clone();
         self.scale_body(&mut scaled);
         for value in scaled.clamps.iter_mut().flat_map(|clamp| &mut clamp.value) {
-            *value = self.quantity(value, self.displacement)?;
+            *value = self.quantity(value, self.displacement);
         }
         for (_, value) in scaled.springs.iter_mut().flat_map(Spring::quantities_mut) {
-            *value = self.quantity(value, self.stress / self.displacement)?;
+            *value = self.quantity(value, self.stress / self.displacement);
         }
         for traction in &mut scaled.tractions {
             for value in &mut traction.value {
-                *value = self.quantity(value, self.stress)?;
+                *value = self.quantity(value, self.stress);
             }
         }
         for pressure in &mut scaled.pressures {
-            pressure.value = self.quantity(&pressure.value, self.stress)?;
+            pressure.value = self.quantity(&pressure.value, self.stress);
         }
         for value in scaled.body_force.iter_mut().flat_map(|f| &mut f.value) {
-            *value = self.quantity(value, self.stress / self.length)?;
+            *value = self.quantity(value, self.stress / self.length);
         }
         for contact in &mut scaled.contacts {
-            contact.gap = self.quantity(&contact.gap, self.displacement)?;
+            contact.gap = self.quantity(&contact.gap, self.displacement);
             let obstacle = contact.obstacle.as_ref();
-            contact.obstacle = obstacle.map(|o| self.obstacle(o)).transpose()?;
+            contact.obstacle = obstacle.map(|o| self.obstacle(o));
             if let Some(angle) = &mut contact.angle {
-                *angle = self.quantity(angle, 1.0)?;
+                *angle = self.quantity(angle, 1.0);
             }
             for component in contact.axis_1.iter_mut().flatten() {
-                *component = self.quantity(component, 1.0)?;
+                *component = self.quantity(component, 1.0);
             }
         }
         scaled.map_step_values(|target, values| {
@@ -81,14 +81,14 @@ impl UnitChange {
                 follows: _,
             } = friction;
             if let Some(bound) = slip_bound {
-                *bound = self.quantity(bound, self.stress)?;
+                *bound = self.quantity(bound, self.stress);
             }
             if let Some(cap) = pressure_cap {
                 *cap *= self.stress;
             }
             let coefficients = [coefficient, coefficient_1, coefficient_2];
             for coefficient in coefficients.into_iter().flatten() {
-                *coefficient = self.coefficient(coefficient)?;
+                *coefficient = self.coefficient(coefficient);
             }
         }
         Ok(scaled)
@@ -114,23 +114,11 @@ impl UnitChange {
     }
 
     /// A quantity of the place, itself times `factor`.
-    pub(super) fn quantity(&self, quantity: &Quantity, factor: f64) -> Result<Quantity, Invalid> {
-        let formula = match quantity {
-            Quantity::Constant(value) => return Ok(Quantity::Constant(value * factor)),
-            Quantity::Function(function) => {
-                let (function, length) = (function.clone(), self.length);
-                return Ok(Quantity::function(move |at| {
-                    factor * function.at(at.map(|x| x / length))
-                }));
-            }
-            Quantity::Varying(formula) => formula,
-        };
-        let moved = replace_names(formula.text(), &self.places());
-        let text = format!("({moved})*{factor:e}");
-        let scaled = formula
-            .rewritten(&text)
-            .map_err(|e| unscalable(&text, &e))?;
-        Ok(Quantity::Varying(scaled))
+    pub(super) fn quantity(&self, quantity: &Quantity, factor: f64) -> Quantity {
+        let length = self.length;
+        quantity
+            .seen_from(&self.places(), move |at| at.map(|x| x / length))
+            .times(factor)
     }
 
     pub(super) fn places(&self) -> Vec<(&'static str, String)> {
@@ -152,25 +140,12 @@ fn scale_material(material: &mut Material, factor: f64) {
     }
 }
 
-/// A formula that other coordinates make too long.
-pub(super) fn unscalable(text: &str, error: &dyn std::fmt::Display) -> Invalid {
-    Invalid {
-        key: "formula".into(),
-        expected: format!(
-            "a formula in {} that can be transformed",
-            LAW_VARIABLES.join(", ")
-        ),
-        found: format!("{text:?}"),
-        help: error.to_string(),
-    }
-}
-
 impl UnitChange {
     /// A coefficient in other units.
-    pub(super) fn coefficient(&self, coefficient: &Coefficient) -> Result<Coefficient, Invalid> {
+    pub(super) fn coefficient(&self, coefficient: &Coefficient) -> Coefficient {
         let (length, d) = (self.length, self.displacement);
         let slips = |slips: &[f64]| slips.iter().map(|s| s * d).collect();
-        Ok(match coefficient {
+        match coefficient {
             Coefficient::Constant(value) => Coefficient::Constant(*value),
             Coefficient::Ramp(ramp) => Coefficient::Ramp(Ramp {
                 onset: ramp.onset * d,
@@ -189,7 +164,7 @@ impl UnitChange {
             Coefficient::Expression(formula) => {
                 let mut old = self.places();
                 old.extend(["s", "s1", "s2"].map(|name| (name, format!("{name}*{:e}", 1.0 / d))));
-                Coefficient::Expression(rewritten(formula, &old)?)
+                Coefficient::Expression(formula.with_variables(&old))
             }
             Coefficient::Function(function) => Coefficient::Function(function.seen_from(
                 move |at| LawPoint {
@@ -202,18 +177,14 @@ impl UnitChange {
                     pair: derivative.pair.map(|slope| slope / d),
                 },
             )),
-        })
+        }
     }
 }
 
 impl Symmetry {
     /// A coefficient in the image of a brick of this width.
-    pub(super) fn coefficient(
-        self,
-        coefficient: &Coefficient,
-        width: f64,
-    ) -> Result<Coefficient, Invalid> {
-        Ok(match coefficient {
+    pub(super) fn coefficient(self, coefficient: &Coefficient, width: f64) -> Coefficient {
+        match coefficient {
             Coefficient::Constant(_) | Coefficient::Ramp(_) | Coefficient::Table(_) => {
                 coefficient.clone()
             }
@@ -232,7 +203,7 @@ impl Symmetry {
                 if self == Self::Exchange {
                     old.extend([("s1", "s2".to_owned()), ("s2", "s1".to_owned())]);
                 }
-                Coefficient::Expression(rewritten(formula, &old)?)
+                Coefficient::Expression(formula.with_variables(&old))
             }
             Coefficient::Function(function) => Coefficient::Function(function.seen_from(
                 move |at| LawPoint {
@@ -245,20 +216,14 @@ impl Symmetry {
                     pair: self.slips(derivative.pair),
                 },
             )),
-        })
+        }
     }
 
     /// What belongs to t₁ and t₂, without signs.
-    fn slips(self, [first, second]: [f64; 2]) -> [f64; 2] {
+    pub(super) fn slips<T>(self, [first, second]: [T; 2]) -> [T; 2] {
         match self {
             Self::Mirror => [first, second],
             Self::Exchange => [second, first],
         }
     }
-}
-
-/// A formula with other text in the place of its variables.
-fn rewritten(formula: &Formula, old: &[(&'static str, String)]) -> Result<Formula, Invalid> {
-    let text = replace_names(formula.expression().text(), old);
-    formula.rewritten(&text).map_err(|e| unscalable(&text, &e))
 }

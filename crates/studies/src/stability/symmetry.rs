@@ -1,12 +1,10 @@
 //! The same problem seen in a mirror, with two axes exchanged, or with nodes in another order.
 
-use super::scaling::unscalable;
 use contact3d::{
     linalg::CscMatrix,
     mesh::{ContactSurface, Mesh, MidEdgeNodes},
     scene::{
         Brick, Coefficient, Component, Contact, Friction, Invalid, Material, Part, Quantity, Scene,
-        replace_names,
     },
 };
 
@@ -34,7 +32,7 @@ impl Symmetry {
     /// meshes whose image is another mesh, for axes of friction given as vectors, and for obstacles without an image.
     ///
     /// # Errors
-    /// A formula that becomes too long.
+    /// A step that changes what the scene does not have.
     pub(crate) fn apply(self, scene: &Scene) -> Result<Option<Scene>, Invalid> {
         let Some(brick) = scene.body.as_brick() else {
             return Ok(None);
@@ -57,22 +55,22 @@ impl Symmetry {
             if let Some(obstacle) = &contact.obstacle {
                 // Exchanged axes make y, not x, the axis that is projected on tangent planes.
                 let projected = self == Self::Exchange && scene.has_friction();
-                let seen = self.obstacle(obstacle, width)?;
+                let seen = self.obstacle(obstacle, width);
                 let Some(seen) = seen.filter(|_| !projected) else {
                     return Ok(None);
                 };
                 contact.obstacle = Some(seen);
             }
-            contact.gap = self.quantity(&contact.gap, width, false)?;
+            contact.gap = self.quantity(&contact.gap, width, false);
             if let Some(angle) = &mut contact.angle {
-                *angle = self.quantity(angle, width, true)?;
+                *angle = self.quantity(angle, width, true);
             }
             if let Some(friction) = &contact.friction {
-                contact.friction = Some(self.friction(friction, width)?);
+                contact.friction = Some(self.friction(friction, width));
             }
         }
         if let Some(friction) = &image.friction {
-            image.friction = Some(self.friction(friction, width)?);
+            image.friction = Some(self.friction(friction, width));
         }
         Ok(Some(image))
     }
@@ -96,7 +94,7 @@ impl Symmetry {
     }
 
     /// Extents, which have no sign.
-    fn positive<T: Copy>(self, [x, y, z]: [T; 3]) -> [T; 3] {
+    fn positive<T>(self, [x, y, z]: [T; 3]) -> [T; 3] {
         match self {
             Self::Mirror => [x, y, z],
             Self::Exchange => [y, x, z],
@@ -195,101 +193,67 @@ impl Symmetry {
 
     fn map_loads(self, scene: &mut Scene, width: f64) -> Result<(), Invalid> {
         for clamp in &mut scene.clamps {
-            clamp.value = self.vector(&clamp.value, width)?;
+            clamp.value = self.vector(clamp.value.each_ref(), width);
         }
         for spring in &mut scene.springs {
             self.face(&mut spring.face);
             for along in [&mut spring.normal, &mut spring.tangential] {
                 for value in along.iter_mut() {
-                    *value = self.quantity(value, width, false)?;
+                    *value = self.quantity(value, width, false);
                 }
             }
             if let Some(tensor) = &mut spring.tensor {
-                *tensor = self.tensor(tensor, width)?;
+                *tensor = self.tensor(tensor, width);
             }
         }
         for traction in &mut scene.tractions {
             self.face(&mut traction.face);
-            traction.value = self.vector(&traction.value, width)?;
+            traction.value = self.vector(traction.value.each_ref(), width);
         }
         for pressure in &mut scene.pressures {
             self.face(&mut pressure.face);
-            pressure.value = self.quantity(&pressure.value, width, false)?;
+            pressure.value = self.quantity(&pressure.value, width, false);
         }
         if let Some(force) = &mut scene.body_force {
-            force.value = self.vector(&force.value, width)?;
+            force.value = self.vector(force.value.each_ref(), width);
         }
         scene.map_step_values(|_, values| match values {
-            [x, y, z] => {
-                let vector = [x, y, z].map(Clone::clone);
-                Ok(self.vector(&vector, width)?.to_vec())
+            [x, y, z] => self.vector([x, y, z], width).to_vec(),
+            numbers => {
+                let numbers = numbers.iter();
+                let images = numbers.map(|number| self.quantity(number, width, false));
+                images.collect()
             }
-            numbers => numbers
-                .iter()
-                .map(|number| self.quantity(number, width, false))
-                .collect(),
         })
     }
 
-    fn vector(self, value: &[Quantity; 3], width: f64) -> Result<[Quantity; 3], Invalid> {
-        let mirrored = self == Self::Mirror;
-        let [x, y, z] = value;
-        Ok(self
-            .positive(
-                [
-                    self.quantity(x, width, false)?,
-                    self.quantity(y, width, mirrored)?,
-                    self.quantity(z, width, false)?,
-                ]
-                .each_ref(),
-            )
-            .map(Clone::clone))
+    fn vector(self, [x, y, z]: [&Quantity; 3], width: f64) -> [Quantity; 3] {
+        self.positive([
+            self.quantity(x, width, false),
+            self.quantity(y, width, self == Self::Mirror),
+            self.quantity(z, width, false),
+        ])
     }
 
     /// M K Mᵀ for the map M of vectors.
-    fn tensor(
-        self,
-        tensor: &[[Quantity; 3]; 3],
-        width: f64,
-    ) -> Result<[[Quantity; 3]; 3], Invalid> {
+    fn tensor(self, tensor: &[[Quantity; 3]; 3], width: f64) -> [[Quantity; 3]; 3] {
         let mirrored = |c: usize| self == Self::Mirror && c == 1;
         let mut image = tensor.clone();
         let order = self.positive([0, 1, 2]);
         for (i, row) in image.iter_mut().enumerate() {
             for (j, value) in row.iter_mut().enumerate() {
                 let negative = mirrored(i) != mirrored(j);
-                *value = self.quantity(&tensor[order[i]][order[j]], width, negative)?;
+                *value = self.quantity(&tensor[order[i]][order[j]], width, negative);
             }
         }
-        Ok(image)
+        image
     }
 
     /// A quantity of the place, or its negative.
-    pub(super) fn quantity(
-        self,
-        quantity: &Quantity,
-        width: f64,
-        negative: bool,
-    ) -> Result<Quantity, Invalid> {
-        let formula = match quantity {
-            Quantity::Constant(value) if negative => return Ok(Quantity::Constant(-value)),
-            Quantity::Constant(value) => return Ok(Quantity::Constant(*value)),
-            Quantity::Function(function) => {
-                let (function, sign) = (function.clone(), if negative { -1.0 } else { 1.0 });
-                return Ok(Quantity::function(move |at| {
-                    sign * function.at(self.point(at, width))
-                }));
-            }
-            Quantity::Varying(formula) => formula,
-        };
-        let mut text = replace_names(formula.text(), &self.places(width));
-        if negative {
-            text = format!("0 - ({text})");
-        }
-        let image = formula
-            .rewritten(&text)
-            .map_err(|e| unscalable(&text, &e))?;
-        Ok(Quantity::Varying(image))
+    pub(super) fn quantity(self, quantity: &Quantity, width: f64, negative: bool) -> Quantity {
+        quantity
+            .seen_from(&self.places(width), move |at| self.point(at, width))
+            .times(if negative { -1.0 } else { 1.0 })
     }
 
     pub(super) fn places(self, width: f64) -> Vec<(&'static str, String)> {
@@ -299,30 +263,22 @@ impl Symmetry {
         }
     }
 
-    fn friction(self, friction: &Friction, width: f64) -> Result<Friction, Invalid> {
+    fn friction(self, friction: &Friction, width: f64) -> Friction {
         let coefficient = |given: &Option<Coefficient>| {
             let given = given.as_ref();
-            given
-                .map(|given| self.coefficient(given, width))
-                .transpose()
+            given.map(|given| self.coefficient(given, width))
         };
-        let first = coefficient(&friction.coefficient_1)?;
-        let second = coefficient(&friction.coefficient_2)?;
-        let [coefficient_1, coefficient_2] = match self {
-            Self::Mirror => [first, second],
-            Self::Exchange => [second, first],
-        };
+        let along = [&friction.coefficient_1, &friction.coefficient_2].map(coefficient);
+        let [coefficient_1, coefficient_2] = self.slips(along);
         let bound = friction.slip_bound.as_ref();
-        Ok(Friction {
-            slip_bound: bound
-                .map(|bound| self.quantity(bound, width, false))
-                .transpose()?,
+        Friction {
+            slip_bound: bound.map(|bound| self.quantity(bound, width, false)),
             pressure_cap: friction.pressure_cap,
-            coefficient: coefficient(&friction.coefficient)?,
+            coefficient: coefficient(&friction.coefficient),
             coefficient_1,
             coefficient_2,
             follows: friction.follows,
-        })
+        }
     }
 }
 

@@ -4,12 +4,25 @@ use std::collections::HashMap;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::local::SIDES;
+use super::{box_load::BoxLoad, local::SIDES};
 use crate::{
     elasticity::stiffness_at,
     mesh::{Mesh, sorted},
     post::{Solved, SolvedContact},
 };
+
+/// What loads a field: the solution, or the adjoint of a functional.
+#[derive(Clone, Copy)]
+pub(in crate::post) struct FieldLoads<'a> {
+    /// Whether the loads of the scene act.
+    pub(in crate::post) of_scene: bool,
+    /// Contact stresses on the foundation, `[n_multipliers]`.
+    pub(in crate::post) multiplier: &'a [f64],
+    /// Tractions on the foundation at the contact nodes beside them, `[n_contact_nodes]`; empty for none.
+    pub(in crate::post) at_nodes: &'a [[f64; 3]],
+    /// A load on the part of the body in a box.
+    pub(in crate::post) in_box: Option<&'a BoxLoad>,
+}
 
 /// What acts on the boundary triangles of a solved problem.
 pub(super) struct LoadedBoundary<'a> {
@@ -79,17 +92,30 @@ impl<'a> LoadedBoundary<'a> {
         at: [f64; 3],
         share: [f64; 3],
         normal: &Vector3<f64>,
+        loads: &FieldLoads<'_>,
     ) -> Vector3<f64> {
         let mut sum = Vector3::zeros();
-        for &i in &self.tractions[facet] {
-            let value = &self.solved.scene.tractions[i].value;
+        let scene = Some(self.solved.scene).filter(|_| loads.of_scene);
+        for (i, scene) in self.tractions[facet].iter().zip(scene.into_iter().cycle()) {
+            let value = &scene.tractions[*i].value;
             sum += Vector3::from(std::array::from_fn(|c| value[c].at(at)));
         }
-        for &i in &self.pressures[facet] {
-            sum -= normal * self.solved.scene.pressures[i].value.at(at);
+        for (i, scene) in self.pressures[facet].iter().zip(scene.into_iter().cycle()) {
+            sum -= normal * scene.pressures[*i].value.at(at);
         }
         if let (Some(contact), Some(place)) = (&self.solved.contact, self.contact[facet]) {
-            sum -= contact_stress(self.solved, contact, place, share);
+            sum -= contact_stress(self.solved, contact, place, share, loads.multiplier);
+            if !loads.at_nodes.is_empty() {
+                let surface = contact.state.surface;
+                let face = surface.face_of_facet(place);
+                let (nodes, weights) = carriers(self.solved.mesh, facet, share);
+                for (node, weight) in nodes.into_iter().zip(weights) {
+                    let local = surface.contact_node(face, node);
+                    sum -= local.map_or(Vector3::zeros(), |n| {
+                        Vector3::from(loads.at_nodes[n]) * weight
+                    });
+                }
+            }
         }
         sum
     }
@@ -102,11 +128,11 @@ fn contact_stress(
     contact: &SolvedContact<'_>,
     place: usize,
     share: [f64; 3],
+    multiplier: &[f64],
 ) -> Vector3<f64> {
     let surface = contact.state.surface;
     let frame = &contact.state.interface.frame;
     let layout = contact.coupling.layout;
-    let multiplier = &solved.solution.multiplier;
     let stress = |pane: usize| -> Vector3<f64> {
         let pair = layout.tangential(pane);
         let tangential = pair.map_or([0.0; 2], |pair| pair.map(|j| multiplier[j]));
@@ -125,7 +151,7 @@ fn contact_stress(
 
 /// Nodal multipliers around a point of a triangle and their weights there, linear between the nodes
 /// that carry them; nodes whose displacement is held carry none.
-pub(super) fn multipliers_between_nodes(
+pub(in crate::post) fn multipliers_between_nodes(
     mesh: &Mesh,
     contact: &SolvedContact<'_>,
     place: usize,
@@ -133,19 +159,24 @@ pub(super) fn multipliers_between_nodes(
 ) -> Vec<(usize, f64)> {
     let surface = contact.state.surface;
     let (face, facet) = (surface.face_of_facet(place), surface.facets[place]);
-    let (nodes, weights) = match &mesh.mid_edges {
+    let (nodes, weights) = carriers(mesh, facet, share);
+    let carried = nodes.into_iter().zip(weights).filter_map(|(node, weight)| {
+        let pane = surface.carried_by(face, surface.contact_node(face, node)?)?;
+        Some((pane, weight))
+    });
+    carried.collect()
+}
+
+/// The nodes of a triangle that carry linear functions on it, corners or middles of edges, and their weights at a point.
+fn carriers(mesh: &Mesh, facet: usize, share: [f64; 3]) -> ([usize; 3], [f64; 3]) {
+    match &mesh.mid_edges {
         None => (mesh.facets[facet], share),
         // The linear function with given values in the middle of the edges 0-1, 1-2, 2-0.
         Some(middles) => {
             let weights = [2, 0, 1].map(|opposite: usize| 1.0 - 2.0 * share[opposite]);
             (middles.facets[facet], weights)
         }
-    };
-    let carried = nodes.into_iter().zip(weights).filter_map(|(node, weight)| {
-        let pane = surface.carried_by(face, surface.contact_node(face, node)?)?;
-        Some((pane, weight))
-    });
-    carried.collect()
+    }
 }
 
 /// The other side of a side.

@@ -5,11 +5,14 @@
 
 use std::sync::LazyLock;
 
-use nalgebra::{DMatrix, DVector, Matrix3, Vector3, Vector6};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Matrix3, Vector3, Vector6};
 
-use super::boundary::{LoadedBoundary, Neighbour};
+use super::{
+    Field,
+    boundary::{LoadedBoundary, Neighbour},
+};
 use crate::{
-    elasticity::{InternalForces, MaterialField, Simplex, traction},
+    elasticity::{MaterialField, Simplex, traction},
     mesh::Mesh,
     post::Solved,
     reference::{TETRAHEDRON_EDGES, quadrature, shape::quadratic_tetrahedron},
@@ -26,9 +29,6 @@ const ROUNDING: f64 = 16.0;
 pub(super) struct LocalProblems<'a> {
     mesh: &'a Mesh,
     body_force: Option<&'a BodyForce>,
-    /// Nodal displacement in m, `[n_nodes]`.
-    displacement: &'a [[f64; 3]],
-    internal: &'a InternalForces,
     boundary: &'a LoadedBoundary<'a>,
     beyond: &'a [[Neighbour; 4]],
     material: &'a MaterialField<'a>,
@@ -38,12 +38,35 @@ pub(super) struct LocalProblems<'a> {
     on_sides: [Vec<QuadraturePoint>; 4],
 }
 
-/// The equations of one local problem.
+/// The equations of the local problems of a tetrahedron.
 struct LocalSystem {
     stiffness: DMatrix<f64>,
-    load: DVector<f64>,
+    /// One for each field.
+    loads: Vec<DVector<f64>>,
     /// Components of bubbles that are held.
     held: Vec<bool>,
+}
+
+/// The local problems of a tetrahedron, ready to be solved.
+struct FactorisedProblem {
+    /// One for each field.
+    loads: Vec<DVector<f64>>,
+    factor: Cholesky<f64, Dyn>,
+}
+
+/// A field in the bubbles of a tetrahedron.
+#[derive(Clone)]
+pub(super) struct BubbleField(DVector<f64>);
+
+impl BubbleField {
+    /// The field at a point in barycentric coordinates.
+    pub(super) fn at(&self, at: &[f64; 4]) -> [f64; 3] {
+        let bubbles = values(at);
+        std::array::from_fn(|c| {
+            let terms = bubbles.iter().enumerate();
+            terms.map(|(a, bubble)| bubble * self.0[3 * a + c]).sum()
+        })
+    }
 }
 
 /// The bubbles at a point of integration.
@@ -80,8 +103,6 @@ impl QuadraturePoint {
 impl<'a> LocalProblems<'a> {
     pub(super) fn new(
         solved: &Solved<'a>,
-        displacement: &'a [[f64; 3]],
-        internal: &'a InternalForces,
         boundary: &'a LoadedBoundary<'a>,
         beyond: &'a [[Neighbour; 4]],
         material: &'a MaterialField<'a>,
@@ -102,8 +123,6 @@ impl<'a> LocalProblems<'a> {
         Self {
             mesh: solved.mesh,
             body_force: solved.scene.body_force.as_ref(),
-            displacement,
-            internal,
             boundary,
             beyond,
             material,
@@ -112,29 +131,51 @@ impl<'a> LocalProblems<'a> {
         }
     }
 
-    /// a(e, e) in J of a tetrahedron.
-    pub(super) fn energy(&self, t: usize) -> f64 {
+    /// a(e, e_k) of a tetrahedron for the error e of the first field and that e_k of each, in J for the first itself.
+    pub(super) fn products(&self, t: usize, fields: &[Field<'_>]) -> Vec<f64> {
+        let Some(FactorisedProblem { loads, factor }) = self.factorised(t, fields) else {
+            return vec![f64::NAN; fields.len()];
+        };
+        let error = factor.solve(&loads[0]);
+        let mut products: Vec<f64> = loads.iter().map(|load| load.dot(&error)).collect();
+        products[0] = products[0].max(0.0);
+        products
+    }
+
+    /// The local errors of fields in a tetrahedron.
+    pub(super) fn errors(&self, t: usize, fields: &[Field<'_>]) -> Vec<BubbleField> {
+        let Some(FactorisedProblem { loads, factor }) = self.factorised(t, fields) else {
+            return vec![BubbleField(DVector::zeros(3 * BUBBLES)); fields.len()];
+        };
+        let errors = loads.iter().map(|load| BubbleField(factor.solve(load)));
+        errors.collect()
+    }
+
+    /// The loads of local problems and the factor of their stiffness; `None` where rounding leaves none.
+    fn factorised(&self, t: usize, fields: &[Field<'_>]) -> Option<FactorisedProblem> {
         let corners = self.mesh.corners(&self.mesh.tetrahedra[t]);
         let simplex = Simplex::new(&corners);
         let mut system = LocalSystem {
             stiffness: self.stiffness(t, &simplex),
-            load: DVector::zeros(3 * BUBBLES),
+            loads: vec![DVector::zeros(3 * BUBBLES); fields.len()],
             held: vec![false; 3 * BUBBLES],
         };
-        self.add_inside(t, &simplex, &corners, &mut system.load);
+        for (field, load) in fields.iter().zip(&mut system.loads) {
+            self.add_inside(t, &simplex, &corners, field, load);
+        }
         for side in 0..4 {
-            self.add_side(t, side, &simplex, &corners, &mut system);
+            self.add_side(t, side, &simplex, &corners, fields, &mut system);
         }
         let LocalSystem {
             mut stiffness,
-            mut load,
+            mut loads,
             held,
         } = system;
         for i in (0..held.len()).filter(|&i| held[i]) {
             stiffness.row_mut(i).fill(0.0);
             stiffness.column_mut(i).fill(0.0);
             stiffness[(i, i)] = 1.0;
-            load[i] = 0.0;
+            loads.iter_mut().for_each(|load| load[i] = 0.0);
         }
         // Bubbles vanish at the corners, and no rigid motion does; in tetrahedra so flat that rounding hides it, its share is added.
         let factor = stiffness.clone().cholesky().or_else(|| {
@@ -143,12 +184,12 @@ impl<'a> LocalProblems<'a> {
             stiffness.set_diagonal(&diagonal);
             stiffness.cholesky()
         });
-        factor.map_or(f64::NAN, |factor| load.dot(&factor.solve(&load)).max(0.0))
+        factor.map(|factor| FactorisedProblem { loads, factor })
     }
 
     /// Voigt stress at the corners of a tetrahedron in Pa.
-    fn corner_stress(&self, t: usize) -> [Vector6<f64>; 4] {
-        self.internal.corner_stress[t].map(Vector6::from)
+    fn corner_stress(field: &Field<'_>, t: usize) -> [Vector6<f64>; 4] {
+        field.internal.corner_stress[t].map(Vector6::from)
     }
 
     /// ∫ f·v − ∫ σ(u_h):ε(v).
@@ -157,14 +198,16 @@ impl<'a> LocalProblems<'a> {
         t: usize,
         simplex: &Simplex,
         corners: &[[f64; 3]; 4],
+        field: &Field<'_>,
         load: &mut DVector<f64>,
     ) {
-        let stress = self.corner_stress(t);
+        let stress = Self::corner_stress(field, t);
         for sample in &self.inside {
             let volume = sample.weight * simplex.volume;
             let here: Vector6<f64> = (0..4).map(|k| stress[k] * sample.at[k]).sum();
             let by_corner = simplex.gradients.map(|gradient| traction(&gradient, &here));
-            let force = self.body_force.map(|force| {
+            let force = self.body_force.filter(|_| field.loads.of_scene);
+            let force = force.map(|force| {
                 let at = quadrature::point(corners, &sample.at);
                 Vector3::from(std::array::from_fn(|c| force.value[c].at(at)))
             });
@@ -177,6 +220,16 @@ impl<'a> LocalProblems<'a> {
                 rows += part * volume;
             }
         }
+        let Some(in_box) = field.loads.in_box else {
+            return;
+        };
+        for (at, weight) in in_box.samples(t) {
+            let force = in_box.force() * (weight * simplex.volume);
+            for (a, value) in values(at).into_iter().enumerate() {
+                let mut rows = load.fixed_rows_mut::<3>(3 * a);
+                rows += force * value;
+            }
+        }
     }
 
     /// ∫ t̄·v over one side, ∫ K w·v and −∫ K u_h·v of its springs, and the components of bubbles that are held there.
@@ -186,15 +239,16 @@ impl<'a> LocalProblems<'a> {
         side: usize,
         simplex: &Simplex,
         corners: &[[f64; 3]; 4],
+        fields: &[Field<'_>],
         system: &mut LocalSystem,
     ) {
         // ∇λ of the opposite corner points inwards with length area/(3 V).
         let area_vector = simplex.gradients[side] * (-3.0 * simplex.volume);
-        let own = self.corner_stress(t);
         let touching = (0..BUBBLES).filter(|&a| !vanishes_on(a, side));
-        let stress = match self.beyond[t][side] {
+        let stress_of = |field: &Field<'_>| match self.beyond[t][side] {
             Neighbour::Tetrahedron(other) => {
-                let others = self.corner_stress(other);
+                let own = Self::corner_stress(field, t);
+                let others = Self::corner_stress(field, other);
                 let nodes = &self.mesh.tetrahedra[other];
                 let across = |k: usize| {
                     let node = self.mesh.tetrahedra[t][k];
@@ -207,18 +261,21 @@ impl<'a> LocalProblems<'a> {
                     across(k).map(|other| own[k] * share + other * (1.0 - share))
                 })
             }
-            Neighbour::Facet(facet) => {
-                for a in touching.clone() {
-                    for c in (0..3).filter(|&c| self.boundary.held[facet][c]) {
-                        system.held[3 * a + c] = true;
-                    }
-                }
-                [None; 4]
-            }
+            Neighbour::Facet(_) => [None; 4],
         };
+        if let Neighbour::Facet(facet) = self.beyond[t][side] {
+            for a in touching.clone() {
+                for c in (0..3).filter(|&c| self.boundary.held[facet][c]) {
+                    system.held[3 * a + c] = true;
+                }
+            }
+        }
+        let stresses: Vec<[Option<Vector6<f64>>; 4]> = fields.iter().map(stress_of).collect();
         let normal = area_vector.normalize();
         for sample in &self.on_sides[side] {
-            let force = match self.beyond[t][side] {
+            let force_on = |field: &Field<'_>, stress: &[Option<Vector6<f64>>; 4]| match self.beyond
+                [t][side]
+            {
                 Neighbour::Tetrahedron(_) => {
                     let here: Vector6<f64> = SIDES[side]
                         .iter()
@@ -234,29 +291,38 @@ impl<'a> LocalProblems<'a> {
                     });
                     let at = quadrature::point(corners, &sample.at);
                     let area = area_vector.norm();
-                    let mut traction = self.boundary.traction(facet, at, share, &normal);
+                    let loads = &field.loads;
+                    let mut traction = self.boundary.traction(facet, at, share, &normal, loads);
                     if let Some(spring) = self.boundary.spring(facet, at, &normal) {
-                        traction -= spring * self.displacement_at(t, &sample.at);
-                        system.add_spring(sample, spring * (area * sample.weight));
+                        traction -= spring * self.displacement_at(field, t, &sample.at);
                     }
                     traction * area
                 }
             };
-            for a in touching.clone() {
-                let mut rows = system.load.fixed_rows_mut::<3>(3 * a);
-                rows += force * (sample.weight * sample.values[a]);
+            for ((field, stress), load) in fields.iter().zip(&stresses).zip(&mut system.loads) {
+                let force = force_on(field, stress);
+                for a in touching.clone() {
+                    let mut rows = load.fixed_rows_mut::<3>(3 * a);
+                    rows += force * (sample.weight * sample.values[a]);
+                }
+            }
+            if let Neighbour::Facet(facet) = self.beyond[t][side] {
+                let at = quadrature::point(corners, &sample.at);
+                if let Some(spring) = self.boundary.spring(facet, at, &normal) {
+                    system.add_spring(sample, spring * (area_vector.norm() * sample.weight));
+                }
             }
         }
     }
 
     /// u_h at a point of a tetrahedron.
-    fn displacement_at(&self, t: usize, at: &[f64; 4]) -> Vector3<f64> {
+    fn displacement_at(&self, field: &Field<'_>, t: usize, at: &[f64; 4]) -> Vector3<f64> {
         let nodes = self
             .mesh
             .tetrahedron_nodes(t)
             .zip(quadratic_tetrahedron(at));
         nodes
-            .map(|(node, shape)| Vector3::from(self.displacement[node]) * shape)
+            .map(|(node, shape)| Vector3::from(field.displacement[node]) * shape)
             .sum()
     }
 

@@ -18,6 +18,7 @@
 //! under what the material above it would carry ([`ErrorEstimate::share_of_flat`]).
 
 mod boundary;
+mod box_load;
 mod contact;
 mod local;
 mod recovery;
@@ -30,9 +31,12 @@ use crate::{
     mesh::{Mesh, shape},
 };
 
+pub(super) use boundary::{FieldLoads, multipliers_between_nodes};
+pub(super) use box_load::{BoxLoad, FacePart};
+
 use boundary::LoadedBoundary;
 use boundary::surroundings;
-use local::LocalProblems;
+use local::{BubbleField, LocalProblems};
 
 /// Shape of a tetrahedron that is a fifth as high as wide.
 const FLAT: f64 = 0.4;
@@ -63,6 +67,29 @@ pub struct ContactError {
     pub friction: Option<f64>,
 }
 
+/// A field whose error is estimated: the solution, or the adjoint of a functional.
+#[derive(Clone, Copy)]
+pub(super) struct Field<'a> {
+    /// Nodal displacement, `[n_nodes]`.
+    pub(super) displacement: &'a [[f64; 3]],
+    /// Its stress.
+    pub(super) internal: &'a InternalForces,
+    /// What loads it.
+    pub(super) loads: FieldLoads<'a>,
+    /// Q_λ of the functional it is the adjoint of, `[n_multipliers]`; empty for the solution.
+    pub(super) by_multiplier: &'a [f64],
+    /// The part of the contact faces that Q is the mean pressure of; `None` for other functionals.
+    pub(super) over: Option<FacePart>,
+}
+
+/// What the mesh contributes to the error of a functional.
+pub(super) struct Contributions {
+    /// Of each tetrahedron, `[n_tetrahedra]`.
+    pub(super) of_tetrahedra: Vec<f64>,
+    /// The sum of those of the conditions of contact.
+    pub(super) of_contact: f64,
+}
+
 /// What is known of a solution already.
 pub(super) struct SolutionData<'a> {
     /// Nodal displacement in m, `[n_nodes]`.
@@ -90,32 +117,75 @@ impl ContactError {
 impl ErrorEstimate {
     /// Estimates the error of a solved problem.
     pub(super) fn new(solved: &Solved<'_>, known: &SolutionData<'_>) -> Self {
+        Self::with_adjoints(solved, known, &[]).0
+    }
+
+    /// As [`Self::new`], with what the mesh contributes to Q(u) − Q(u_h) of functionals whose adjoints are given: a_T(e, e_z) of the local errors of solution and adjoint (for linear tetrahedra of their
+    /// recovered stresses), and −∫ (z − q)·δλ of the contact conditions, with what the local errors add to displacements there.
+    pub(super) fn with_adjoints(
+        solved: &Solved<'_>,
+        known: &SolutionData<'_>,
+        adjoints: &[Field<'_>],
+    ) -> (Self, Vec<Contributions>) {
         let mesh = solved.mesh;
         if 2.0 * known.strain_energy <= known.rounding {
-            return Self::of_rest(solved);
+            return (Self::of_rest(solved), Vec::new());
         }
         let material = MaterialField::new(solved.scene, mesh);
-        let mut squares = match mesh.mid_edges {
-            None => recovery::energies(mesh, &material, &known.internal.stress),
+        let solution = Field {
+            displacement: known.displacement,
+            internal: known.internal,
+            loads: FieldLoads {
+                of_scene: true,
+                multiplier: &solved.solution.multiplier,
+                at_nodes: &[],
+                in_box: None,
+            },
+            by_multiplier: &[],
+            over: None,
+        };
+        let fields: Vec<Field<'_>> = std::iter::once(solution)
+            .chain(adjoints.iter().copied())
+            .collect();
+        let behind = mesh.behind_contact();
+        let (products, at_contact) = match mesh.mid_edges {
+            None => (recovery::products(mesh, &material, &fields), Vec::new()),
             Some(_) => {
                 let (boundary, beyond) = (LoadedBoundary::new(solved), surroundings(mesh));
-                let problems = LocalProblems::new(
-                    solved,
-                    known.displacement,
-                    known.internal,
-                    &boundary,
-                    &beyond,
-                    &material,
-                );
+                let problems = LocalProblems::new(solved, &boundary, &beyond, &material);
                 let tetrahedra = (0..mesh.tetrahedra.len()).into_par_iter();
-                tetrahedra.map(|t| problems.energy(t)).collect()
+                let products = tetrahedra.map(|t| problems.products(t, &fields)).collect();
+                let shared = behind.par_iter().filter(|_| !adjoints.is_empty());
+                let at_contact = shared.map(|t| problems.errors(*t, &fields)).collect();
+                (products, at_contact)
             }
         };
+        let mut squares: Vec<f64> = products.iter().map(|of| of[0]).collect();
         let elements: f64 = squares.iter().sum();
+        let shares = adjoints.iter().enumerate().map(|(k, adjoint)| {
+            let mut of_tetrahedra: Vec<f64> = products.iter().map(|of| of[k + 1]).collect();
+            let mut of_contact = 0.0;
+            if let Some(contact) = &solved.contact {
+                let errors = |place: usize, at: &[f64; 4]| {
+                    let of: Option<&Vec<BubbleField>> = at_contact.get(place);
+                    of.map_or([[0.0; 3]; 2], |of| [of[0].at(at), of[k + 1].at(at)])
+                };
+                let sides = contact::weighted(solved, contact, known, adjoint, &errors);
+                for (tetrahedron, share) in behind.iter().zip(sides) {
+                    of_tetrahedra[*tetrahedron] += share;
+                    of_contact += share;
+                }
+            }
+            Contributions {
+                of_tetrahedra,
+                of_contact,
+            }
+        });
+        let shares = shares.collect();
         let contact = solved.contact.map(|contact| {
             let sides = contact::residuals(solved, &contact, known);
             let mut sum = [0.0; 3];
-            for (tetrahedron, energies) in mesh.behind_contact().into_iter().zip(sides) {
+            for (&tetrahedron, energies) in behind.iter().zip(sides) {
                 for (sum, energy) in sum.iter_mut().zip(energies) {
                     *sum += energy;
                     squares[tetrahedron] += energy;
@@ -128,12 +198,13 @@ impl ErrorEstimate {
                 friction: contact.state.interface.has_friction().then_some(friction),
             }
         });
-        Self {
+        let estimate = Self {
             indicator: squares.into_iter().map(f64::sqrt).collect(),
             elements: elements.sqrt(),
             contact,
             displacement: (2.0 * known.strain_energy).sqrt(),
-        }
+        };
+        (estimate, shares)
     }
 
     /// No error of no deformation.
@@ -152,8 +223,7 @@ impl ErrorEstimate {
     /// The whole estimate in √J.
     #[must_use]
     pub fn total(&self) -> f64 {
-        let contact = self.contact.map_or(0.0, |contact| contact.squares());
-        (self.elements * self.elements + contact).sqrt()
+        (self.elements * self.elements + self.contact_square()).sqrt()
     }
 
     /// The whole estimate and its parts over ‖u_h‖_A, with their names.
@@ -194,8 +264,12 @@ impl ErrorEstimate {
     /// What the multipliers are wrong by over ‖u_h‖_A; 0 without contact.
     #[must_use]
     pub fn relative_contact(&self) -> f64 {
-        let contact = self.contact.map_or(0.0, |contact| contact.squares());
-        self.over_displacement(contact.sqrt())
+        self.over_displacement(self.contact_square().sqrt())
+    }
+
+    /// What the multipliers are wrong by, in J.
+    pub(super) fn contact_square(&self) -> f64 {
+        self.contact.map_or(0.0, |contact| contact.squares())
     }
 
     fn over_displacement(&self, error: f64) -> f64 {

@@ -9,6 +9,7 @@
 use nalgebra::{Matrix4, Matrix6, SMatrix, Vector3, Vector4, Vector6};
 use rayon::prelude::*;
 
+use super::Field;
 use crate::{
     elasticity::MaterialField,
     mesh::{Mesh, tetrahedron_volume},
@@ -186,22 +187,34 @@ fn value(
     parts.sum::<Vector6<f64>>() / whole
 }
 
-/// ∫ (σ* − σ_h):C⁻¹(σ* − σ_h) in J over every tetrahedron, `[n_tetrahedra]`.
-pub(super) fn energies(mesh: &Mesh, material: &MaterialField<'_>, stress: &[[f64; 6]]) -> Vec<f64> {
-    let recovered = recovered(mesh, stress);
+/// ∫ (σ* − σ_h):C⁻¹(σ* − σ_h)_k over every tetrahedron for the first field and each, `[n_tetrahedra][n_fields]`, in J for the first
+/// itself.
+pub(super) fn products(
+    mesh: &Mesh,
+    material: &MaterialField<'_>,
+    fields: &[Field<'_>],
+) -> Vec<Vec<f64>> {
+    let stress =
+        |field: &Field<'_>| -> Vec<[Vector6<f64>; 4]> { recovered(mesh, &field.internal.stress) };
+    let recovered: Vec<_> = fields.iter().map(stress).collect();
     let compliances = material.compliances();
     let compliance = |t: usize| -> &Matrix6<f64> { &compliances[region(mesh, t)] };
     (0..mesh.tetrahedra.len())
         .into_par_iter()
         .map(|t| {
             let volume = tetrahedron_volume(&mesh.corners(&mesh.tetrahedra[t]));
-            let own = Vector6::from(stress[t]);
-            let at = |(at, weight): ([f64; 4], f64)| {
-                let smooth: Vector6<f64> = (0..4).map(|k| recovered[t][k] * at[k]).sum();
-                let difference = smooth - own;
-                weight * difference.dot(&(compliance(t) * difference))
+            let difference = |k: usize, at: &[f64; 4]| -> Vector6<f64> {
+                let smooth: Vector6<f64> = (0..4).map(|c| recovered[k][t][c] * at[c]).sum();
+                smooth - Vector6::from(fields[k].internal.stress[t])
             };
-            volume * quadrature::TETRAHEDRON_2.into_iter().map(at).sum::<f64>()
+            let product = |k: usize| -> f64 {
+                let at = |(at, weight): ([f64; 4], f64)| {
+                    let strain = compliance(t) * difference(k, &at);
+                    weight * difference(0, &at).dot(&strain)
+                };
+                volume * quadrature::TETRAHEDRON_2.into_iter().map(at).sum::<f64>()
+            };
+            (0..fields.len()).map(product).collect()
         })
         .collect()
 }

@@ -12,8 +12,7 @@ use branch::{BranchChoice, Branched};
 pub use branch::{BranchEnd, FormulaBranch, OnBranch};
 pub use parse::FUNCTIONS;
 pub(super) use parse::is_identifier;
-pub use parse::replace_names;
-use parse::{CONSTANTS, DEEPEST_NESTING, ParseError};
+use parse::{CONSTANTS, DEEPEST_NESTING, ParseError, replace_names};
 use program::{Binary, GrowingPiece, Instruction, Sloped, run};
 
 /// Longest text of an expression, in bytes.
@@ -151,15 +150,29 @@ impl Expression {
         Ok(())
     }
 
-    /// Another formula with the variables and parameters of this one.
+    /// The formula with others in the same variables, given as text, in the place of some of its variables.
     ///
-    /// # Errors
-    /// As [`Self::parse`].
-    pub fn rewritten(&self, text: &str) -> Result<Self, ExpressionError> {
-        let mut other = Self::unbound(text, self.variables)?;
-        let values = self.parsed.values.iter().copied();
-        other.bind(&self.parameters().map(str::to_owned).zip(values).collect())?;
-        Ok(other)
+    /// # Panics
+    /// If one of them is no formula.
+    #[must_use]
+    pub fn with_variables(&self, new: &[(&str, String)]) -> Self {
+        let read = |text: &str| Self::parse(text, self.variables).expect("a formula");
+        let steps = new
+            .iter()
+            .map(|(name, text)| (*name, read(text).parsed.steps));
+        let new_steps: Vec<_> = steps.collect();
+        let mut image = self.clone();
+        image.parsed.text = replace_names(self.text(), new);
+        let moved = |step: &Instruction| {
+            let Instruction::Variable(place) = step else {
+                return vec![*step];
+            };
+            let name = self.variables[*place];
+            let found = new_steps.iter().find(|(known, _)| *known == name);
+            found.map_or_else(|| vec![*step], |(_, steps)| steps.clone())
+        };
+        image.parsed.steps = self.parsed.steps.iter().flat_map(moved).collect();
+        image
     }
 
     /// The formula times a number.

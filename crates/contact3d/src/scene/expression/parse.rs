@@ -363,7 +363,7 @@ pub(in crate::scene) fn is_identifier(text: &str) -> bool {
 
 /// A formula with other text, in parentheses, in place of some of its names.
 #[must_use]
-pub fn replace_names(text: &str, replacements: &[(&str, String)]) -> String {
+pub(super) fn replace_names(text: &str, replacements: &[(&str, String)]) -> String {
     let mut result = String::with_capacity(2 * text.len());
     let mut rest = text;
     while !rest.is_empty() {

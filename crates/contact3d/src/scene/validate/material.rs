@@ -77,7 +77,8 @@ fn check_isotropic(material: &Isotropic, key: &str, units: Units) -> Result<(), 
         format!("{key}.poisson_ratio"),
         "a ratio with -1 < ratio < 0.5",
         Written(&material.poisson_ratio),
-        "at 0.5 the material is incompressible and this displacement method has no solution; use 0.499 or less",
+        "at 0.5 the material is incompressible and this displacement method has no solution; rubber has 0.49 to 0.4999, on quadratic \
+         tetrahedra (body.element = \"P2\")",
     )
 }
 

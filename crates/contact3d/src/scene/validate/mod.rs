@@ -4,6 +4,7 @@ mod body;
 mod brick_planes;
 mod contact;
 mod friction;
+mod functional;
 mod history;
 mod material;
 mod obstacle;
@@ -71,6 +72,9 @@ impl Scene {
         friction::check(self)?;
         history::check(self)?;
         if let Some(adapt) = self.adapt {
+            if let Some(of) = adapt.of {
+                functional::check(self, of)?;
+            }
             require(
                 (SMALLEST_ERROR..=1.0).contains(&adapt.error),
                 "adapt.error",

@@ -179,8 +179,9 @@ pub(in crate::solver) fn iterate(
             let last = best_norms.len() - 1;
             last >= window_start + steps && best_norms[last] > 0.5 * best_norms[last - steps]
         };
-        let rounding = || map.rounding(&current.multiplier, &current.evaluation);
-        if stalled_for(rounding_patience) && best.2 < ROUNDING_ZONE.max(rounding()) {
+        // Of the best iterate: a step along what hardly anything resists may be so long that its own rounding explains any residual.
+        let rounding = || map.rounding(&best.1, &map.evaluate(&best.1));
+        if stalled_for(rounding_patience) && (best.2 < ROUNDING_ZONE || best.2 < rounding()) {
             break NewtonStatus::RoundingLimit;
         }
         if history.len() == settings.max_steps {

@@ -2,16 +2,12 @@
 
 use std::{borrow::Cow, ops::Range};
 
-use faer::{
-    Conj, MatMut, Par,
-    dyn_stack::{MemBuffer, MemStack},
-    linalg::lu::partial_pivoting::{factor, solve},
-};
+use faer::Mat;
 
 use super::natural_map::NaturalMap;
 use crate::{
     dual::{DualMatrix, RigidCoupling},
-    linalg::{CscMatrix, solve_sparse},
+    linalg::{CscMatrix, DenseLu, solve_sparse},
     solver::conditions::{Bound, Evaluation},
 };
 
@@ -61,11 +57,11 @@ impl NaturalMap<'_> {
             DualMatrix::Sparse(operator) => system.solve_sparse(operator, &step)?,
             DualMatrix::Dense(_) => {
                 let mut rhs = system.rhs(&step);
-                let mut matrix = vec![0.0; n * n];
-                for (column, &unknown) in matrix.chunks_exact_mut(n.max(1)).zip(&system.free) {
-                    system.column(unknown, column);
+                let mut matrix = Mat::zeros(n, n);
+                for (j, &unknown) in system.free.iter().enumerate() {
+                    system.column(unknown, matrix.col_as_slice_mut(j));
                 }
-                solve_dense(&mut matrix, &mut rhs)?;
+                DenseLu::of(matrix)?.solve(&mut rhs);
                 rhs
             }
         };
@@ -315,43 +311,6 @@ impl<'a> NewtonSystem<'a> {
                 })
             })
     }
-}
-
-/// Solves M x = b in place by LU with partial pivoting on one thread; `None` for a vanishing pivot.
-fn solve_dense(matrix: &mut [f64], rhs: &mut [f64]) -> Option<()> {
-    let n = rhs.len();
-    if n == 0 {
-        return Some(());
-    }
-    let mut lu = MatMut::from_column_major_slice_mut(matrix, n, n);
-    let (mut forward, mut backward) = (vec![0_usize; n], vec![0_usize; n]);
-    let mut memory = MemBuffer::new(
-        factor::lu_in_place_scratch::<usize, f64>(n, n, Par::Seq, Default::default())
-            .or(solve::solve_in_place_scratch::<usize, f64>(n, 1, Par::Seq)),
-    );
-    let stack = MemStack::new(&mut memory);
-    let (_, permutation) = factor::lu_in_place(
-        lu.as_mut(),
-        &mut forward,
-        &mut backward,
-        Par::Seq,
-        stack,
-        Default::default(),
-    );
-    let pivots = (0..n).map(|i| lu[(i, i)].abs());
-    if pivots.clone().any(|p| !p.is_finite() || p == 0.0) {
-        return None;
-    }
-    solve::solve_in_place_with_conj(
-        lu.as_ref(),
-        lu.as_ref(),
-        permutation,
-        Conj::No,
-        MatMut::from_column_major_slice_mut(rhs, n, 1),
-        Par::Seq,
-        MemStack::new(&mut memory),
-    );
-    Some(())
 }
 
 /// The rows of R' that a multiplier's own r enters.

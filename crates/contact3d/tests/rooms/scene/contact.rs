@@ -1,6 +1,6 @@
 //! Contact faces as a table or an array, and their order.
 
-use contact3d::scene::Scene;
+use contact3d::scene::{Contact, Quantity, Scene, Step, StepValue};
 
 const BODY: &str = r#"
     title = "faces"
@@ -39,4 +39,18 @@ fn faces_with_friction_come_first() {
         "[[contact]]\nface = \"z_min\"\n[[contact]]\nface = \"x_min\"\n[friction]\ncoefficient.constant = 0.3",
     );
     assert_eq!(common.contact_order(), [0, 1]);
+}
+
+#[test]
+fn builders_say_what_keys_say() {
+    let scene = scene(
+        "[contact]\nface = \"z_min\"\naxis_1 = [0.0, 1.0, 0.0]\n[[step]]\ntitle = \"lift\"\nvalue.\"contact.gap\" = 0.5",
+    );
+    let turned = Contact::on("z_min").with_axis_1([0.0, 1.0, 0.0]);
+    assert_eq!(scene.contacts, [turned]);
+    let gap = StepValue::Number(Quantity::Constant(0.5));
+    assert_eq!(
+        scene.steps,
+        [Step::new("lift").with_value("contact.gap", gap)]
+    );
 }

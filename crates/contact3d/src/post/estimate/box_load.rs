@@ -1,0 +1,196 @@
+//! The part of a body or of a contact face in a box, for means over it.
+
+use nalgebra::Vector3;
+
+use crate::{
+    mesh::{Mesh, tetrahedron_volume, triangle_area},
+    reference::{quadrature, shape::quadratic_tetrahedron},
+};
+
+/// Two opposite corners in m, the smaller coordinates first.
+pub(in crate::post) type Corners = [[f64; 3]; 2];
+
+/// A point in barycentric coordinates of a tetrahedron.
+type Barycentric = [f64; 4];
+
+/// A load of resultant one on the part of a body in a box: the derivative of a mean displacement. Curved tetrahedra count as
+/// straight ones.
+pub(in crate::post) struct BoxLoad {
+    /// The direction, of length one.
+    direction: Vector3<f64>,
+    /// Volume in the box in m³.
+    volume: f64,
+    /// Points of integration with their shares of the tetrahedron's volume, `[n_tetrahedra]`.
+    points: Vec<Vec<(Barycentric, f64)>>,
+}
+
+impl BoxLoad {
+    /// The load in a direction of length one; `None` where the box holds nothing of the body.
+    pub(in crate::post) fn new(
+        mesh: &Mesh,
+        corners: &Corners,
+        direction: [f64; 3],
+    ) -> Option<Self> {
+        let tetrahedra = mesh.tetrahedra.iter();
+        let parts = tetrahedra.map(|nodes| parts_in_box(&mesh.corners(nodes), corners));
+        let points: Vec<_> = parts.map(|parts| points_in(&parts)).collect();
+        let volume = mesh.tetrahedra.iter().zip(&points).map(|(nodes, points)| {
+            let share: f64 = points.iter().map(|(_, weight)| weight).sum();
+            share * tetrahedron_volume(&mesh.corners(nodes))
+        });
+        let volume = volume.sum();
+        (volume > 0.0).then_some(Self {
+            direction: direction.into(),
+            volume,
+            points,
+        })
+    }
+
+    /// Force on a volume in 1/m³.
+    pub(super) fn force(&self) -> Vector3<f64> {
+        self.direction / self.volume
+    }
+
+    /// Points of integration in a tetrahedron with their shares of its volume.
+    pub(super) fn samples(&self, t: usize) -> impl Iterator<Item = (&Barycentric, f64)> {
+        self.points[t].iter().map(|(at, weight)| (at, *weight))
+    }
+
+    /// The forces on the nodes, `[n_nodes]`.
+    pub(in crate::post) fn nodal_forces(&self, mesh: &Mesh) -> Vec<[f64; 3]> {
+        let mut forces = vec![[0.0; 3]; mesh.coordinates.len()];
+        for t in 0..mesh.tetrahedra.len() {
+            let volume = tetrahedron_volume(&mesh.corners(&mesh.tetrahedra[t]));
+            for (at, weight) in self.samples(t) {
+                let shape = match mesh.mid_edges {
+                    None => at.to_vec(),
+                    Some(_) => quadratic_tetrahedron(at).to_vec(),
+                };
+                let force = self.force() * (weight * volume);
+                for (node, shape) in mesh.tetrahedron_nodes(t).zip(shape) {
+                    (0..3).for_each(|c| forces[node][c] += shape * force[c]);
+                }
+            }
+        }
+        forces
+    }
+}
+
+/// Points of integration of degree 5 in parts of a tetrahedron, with their shares of its volume.
+fn points_in(parts: &[[Barycentric; 4]]) -> Vec<(Barycentric, f64)> {
+    let points = parts.iter().flat_map(|part| {
+        let edges = [1, 2, 3].map(|k| Vector3::from_fn(|c, _| part[k][c] - part[0][c]));
+        let share = nalgebra::Matrix3::from_columns(&edges).determinant().abs();
+        quadrature::tetrahedron_5().map(move |(inner, weight)| {
+            let at = std::array::from_fn(|c| (0..4).map(|k| inner[k] * part[k][c]).sum());
+            (at, weight * share)
+        })
+    });
+    points.collect()
+}
+
+/// Cuts a tetrahedron by the sides of a box: the parts inside.
+fn parts_in_box(tetrahedron: &[[f64; 3]; 4], corners: &Corners) -> Vec<[Barycentric; 4]> {
+    let unit = |k: usize| std::array::from_fn(|c| if c == k { 1.0 } else { 0.0 });
+    let mut parts: Vec<[Barycentric; 4]> = vec![std::array::from_fn(unit)];
+    for (axis, bound, sign) in sides(corners) {
+        let height = |at: &Barycentric| {
+            let place: f64 = (0..4).map(|k| at[k] * tetrahedron[k][axis]).sum();
+            sign * (place - bound)
+        };
+        parts = parts.iter().flat_map(|part| cut(part, &height)).collect();
+    }
+    parts
+}
+
+/// Axis, coordinate and the direction inwards of the six sides.
+fn sides(corners: &Corners) -> impl Iterator<Item = (usize, f64, f64)> {
+    let [low, high] = *corners;
+    (0..3).flat_map(move |axis| [(axis, low[axis], 1.0), (axis, high[axis], -1.0)])
+}
+
+/// The parts of a tetrahedron where a linear function is positive.
+fn cut(part: &[Barycentric; 4], height: &impl Fn(&Barycentric) -> f64) -> Vec<[Barycentric; 4]> {
+    let heights = part.map(|corner| height(&corner));
+    let (inside, outside): (Vec<usize>, Vec<usize>) = (0..4).partition(|&k| heights[k] > 0.0);
+    let between = |i: usize, o: usize| -> Barycentric {
+        let share = heights[i] / (heights[i] - heights[o]);
+        std::array::from_fn(|c| part[i][c] + share * (part[o][c] - part[i][c]))
+    };
+    let prism = |[a, b, c]: [Barycentric; 3], [d, e, f]: [Barycentric; 3]| {
+        vec![[a, b, c, d], [b, c, d, e], [c, d, e, f]]
+    };
+    match (inside.as_slice(), outside.as_slice()) {
+        ([], _) => Vec::new(),
+        (_, []) => vec![*part],
+        (&[i], &[o, p, q]) => vec![[part[i], between(i, o), between(i, p), between(i, q)]],
+        (&[i, j, k], &[o]) => prism(
+            [i, j, k].map(|corner| part[corner]),
+            [i, j, k].map(|corner| between(corner, o)),
+        ),
+        (&[i, j], &[o, p]) => prism(
+            [part[i], between(i, o), between(i, p)],
+            [part[j], between(j, o), between(j, p)],
+        ),
+        _ => Vec::new(),
+    }
+}
+
+/// The part of the contact faces in a box.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::post) struct FacePart {
+    /// The box.
+    pub(in crate::post) corners: Corners,
+    /// Area in m².
+    pub(in crate::post) area: f64,
+}
+
+impl FacePart {
+    /// 1/area in the box, 0 outside, in 1/m².
+    pub(super) fn density(&self, at: [f64; 3]) -> f64 {
+        let [low, high] = self.corners;
+        let is_inside = (0..3).all(|c| (low[c]..=high[c]).contains(&at[c]));
+        if is_inside { self.area.recip() } else { 0.0 }
+    }
+}
+
+impl BoxLoad {
+    /// The part of a triangle in a box: its area in m² and the barycentric coordinates of its centroid; `None` where there is none.
+    pub(in crate::post) fn triangle_in_box(
+        triangle: &[[f64; 3]; 3],
+        corners: &Corners,
+    ) -> Option<(f64, [f64; 3])> {
+        let unit = |k: usize| std::array::from_fn(|c| if c == k { 1.0 } else { 0.0 });
+        let mut polygon: Vec<[f64; 3]> = (0..3).map(unit).collect();
+        for (axis, bound, sign) in sides(corners) {
+            let height = |at: &[f64; 3]| {
+                let place: f64 = (0..3).map(|k| at[k] * triangle[k][axis]).sum();
+                sign * (place - bound)
+            };
+            let next = polygon.iter().cycle().skip(1);
+            let clipped = polygon.iter().zip(next).flat_map(|(from, to)| {
+                let (here, there) = (height(from), height(to));
+                let kept = (here >= 0.0).then_some(*from);
+                let crossing = (here * there < 0.0).then(|| {
+                    let share = here / (here - there);
+                    std::array::from_fn(|c| from[c] + share * (to[c] - from[c]))
+                });
+                kept.into_iter().chain(crossing)
+            });
+            polygon = clipped.collect();
+        }
+        let whole = triangle_area(triangle);
+        let (mut area, mut centroid) = (0.0, [0.0; 3]);
+        for k in 2..polygon.len() {
+            let corners = [polygon[0], polygon[k - 1], polygon[k]];
+            let edge = |k: usize| [0, 1].map(|c| corners[k][c] - corners[0][c]);
+            let ([a, b], [c, d]) = (edge(1), edge(2));
+            let part = whole * (a * d - b * c).abs();
+            area += part;
+            for (c, sum) in centroid.iter_mut().enumerate() {
+                *sum += part * (corners[0][c] + corners[1][c] + corners[2][c]) / 3.0;
+            }
+        }
+        (area > 0.0).then(|| (area, centroid.map(|sum| sum / area)))
+    }
+}

@@ -1,0 +1,680 @@
+//! Quantities of interest: what a mesh makes of a force, a displacement, a pressure, an energy or an area.
+//!
+//! For a smooth functional Q the error is dual-weighted (R. Becker, R. Rannacher, Acta Numer. 10 (2001) 1): with the adjoint z of the
+//! linearised problem ([`Adjoints`]), Q(u) − Q(u_h) ≈ Σ_T a_T(e, e_z) − ∫ (z − q)·δλ, where the local errors of solution and adjoint
+//! come from the problems of the energy estimate, and δλ is what the contact conditions inside panes ask for beyond λ. The strain
+//! energy is quadratic: ½ ‖e‖² is taken off. Areas have no derivative: they are enclosed by the panes that may change their zone.
+
+use super::{
+    ErrorEstimate, PaneState, Resultants, Solved, SolvedContact, Zone,
+    estimate::{
+        BoxLoad, Contributions, FacePart, Field, FieldLoads, SolutionData,
+        multipliers_between_nodes,
+    },
+};
+use crate::{
+    dual::DualSystem,
+    elasticity::{InternalForces, Loads, MaterialField},
+    mesh::Mesh,
+    scene::{Component, Functional},
+    solver::{Adjoint, Adjoints, LinearFunctional},
+};
+
+/// Half the edge of the cube around a peak over the extent of what it is on.
+const HALF_PATCH: f64 = 0.05;
+
+/// Share of the squared energy estimate in flat tetrahedra above which quantities have none: it is a product of two errors that are
+/// both seen far too large there.
+const MOSTLY_FLAT: f64 = 0.5;
+
+/// Elements and contact often err in opposite directions, each estimated to about this share: no bar is smaller.
+const SHARE_OF_PARTS: f64 = 1.0 / 3.0;
+
+/// A quantity of an answer and the error that the mesh makes of it, in the unit of the quantity.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FunctionalEstimate {
+    /// Which one.
+    pub functional: Functional,
+    /// Q(u_h).
+    pub value: f64,
+    /// The estimated Q(u) − Q(u_h), signed; of an area the larger distance to the ends of `range`.
+    pub error: f64,
+    /// Where Q(u) lies by the estimate: the error bar, no smaller than a third of what elements and contact contribute each.
+    pub range: [f64; 2],
+    /// The box that a mean is over, in m; `None` for what is no mean.
+    pub corners: Option<[[f64; 3]; 2]>,
+    /// Panes at a kink, where the estimate is that of one side of it.
+    pub kinks: usize,
+    /// What each tetrahedron contributes to the error, `[n_tetrahedra]`; kept of the quantity that the mesh is refined for alone.
+    pub indicator: Vec<f64>,
+}
+
+impl FunctionalEstimate {
+    /// The error bar over |Q(u_h)|; infinite where the quantity is zero.
+    #[must_use]
+    pub fn relative(&self) -> f64 {
+        let [low, high] = self.range;
+        match (high - self.value).max(self.value - low) {
+            0.0 => 0.0,
+            bar => bar / self.value.abs(),
+        }
+    }
+}
+
+/// A functional linearised at a solution.
+struct Linearised {
+    functional: Functional,
+    value: f64,
+    derivative: LinearFunctional,
+    /// Whether the loads of the scene and λ are its loads too.
+    of_scene: bool,
+    in_box: Option<BoxLoad>,
+    corners: Option<[[f64; 3]; 2]>,
+    over: Option<FacePart>,
+}
+
+/// The estimate in the energy norm, and those of the quantities that every answer shows and of the one that is wanted.
+pub(super) fn estimates(
+    system: &DualSystem,
+    solved: &Solved<'_>,
+    known: &SolutionData<'_>,
+    resultants: &Resultants,
+) -> (ErrorEstimate, Vec<FunctionalEstimate>) {
+    if !solved.solution.status.is_solved() {
+        return (ErrorEstimate::new(solved, known), Vec::new());
+    }
+    let wanted = solved.scene.adapt.and_then(|adapt| adapt.of);
+    let shown = [
+        Functional::NormalForce,
+        Functional::TangentialForce,
+        Functional::StrainEnergy,
+        Functional::LargestDisplacement,
+    ];
+    let others = wanted.filter(|wanted| !shown.contains(wanted));
+    let functionals: Vec<Linearised> = shown
+        .into_iter()
+        .chain(others)
+        .filter(|functional| is_estimated(*functional, solved.mesh))
+        .filter_map(|functional| linearised(solved, known, resultants, functional))
+        .collect();
+    let derivatives: Vec<LinearFunctional> =
+        functionals.iter().map(|it| it.derivative.clone()).collect();
+    let state = solved.contact.as_ref().map(|contact| &contact.state);
+    let adjoints = Adjoints::new(system, state, solved.solution, &derivatives);
+    let adjoints = adjoints.unwrap_or_default();
+    let fields: Vec<AdjointField> = functionals
+        .iter()
+        .zip(&adjoints.of)
+        .map(|(functional, adjoint)| AdjointField::new(solved, functional, adjoint))
+        .collect();
+    let borrowed: Vec<Field<'_>> = fields
+        .iter()
+        .zip(&functionals)
+        .map(|(f, of)| f.field(of))
+        .collect();
+    let (estimate, shares) = ErrorEstimate::with_adjoints(solved, known, &borrowed);
+    let is_flat = |share: f64| share > MOSTLY_FLAT;
+    let is_flat = estimate.share_of_flat(solved.mesh).is_some_and(is_flat);
+    let smooth = functionals.iter().zip(shares).filter(|_| !is_flat);
+    let smooth =
+        smooth.map(|(functional, shares)| functional.estimate(&estimate, shares, adjoints.kinks));
+    let mut found: Vec<FunctionalEstimate> = smooth.collect();
+    found.extend(areas(solved, known, wanted));
+    for estimate in &mut found {
+        if Some(estimate.functional) != wanted {
+            estimate.indicator = Vec::new();
+        }
+    }
+    (estimate, found)
+}
+
+/// Whether the error of a quantity is seen: local errors of linear elements do not reach the contact face, and forces and pressures
+/// were up to 130 times further off than estimated.
+fn is_estimated(functional: Functional, mesh: &Mesh) -> bool {
+    match functional {
+        Functional::NormalForce
+        | Functional::TangentialForce
+        | Functional::LargestPressure
+        | Functional::MeanPressure { .. } => mesh.mid_edges.is_some(),
+        Functional::ContactArea
+        | Functional::StickArea
+        | Functional::Dissipation
+        | Functional::StrainEnergy
+        | Functional::LargestDisplacement
+        | Functional::MeanDisplacement { .. } => true,
+    }
+}
+
+/// An adjoint as a field of the estimate.
+struct AdjointField {
+    displacement: Vec<[f64; 3]>,
+    internal: InternalForces,
+    /// ζ, and λ with it where the loads of the scene are loads of the adjoint.
+    multiplier: Vec<f64>,
+    at_nodes: Vec<[f64; 3]>,
+}
+
+impl AdjointField {
+    fn new(solved: &Solved<'_>, functional: &Linearised, adjoint: &Adjoint) -> Self {
+        let dofs = &solved.system.dofs;
+        let nodes = 0..dofs.dof.len();
+        let displacement: Vec<[f64; 3]> = nodes
+            .map(|node| dofs.change_at_node(node, &adjoint.displacement))
+            .collect();
+        let material = MaterialField::new(solved.scene, solved.mesh);
+        let mut multiplier = adjoint.multiplier.clone();
+        if functional.of_scene {
+            let own = multiplier.iter_mut().zip(&solved.solution.multiplier);
+            own.for_each(|(zeta, lambda)| *zeta += lambda);
+        }
+        let contact = solved.contact.as_ref();
+        Self {
+            internal: InternalForces::of(solved.mesh, &material, &displacement),
+            displacement,
+            multiplier,
+            at_nodes: contact.map_or_else(Vec::new, |it| tractions(it, &adjoint.slip_force)),
+        }
+    }
+
+    fn field<'a>(&'a self, functional: &'a Linearised) -> Field<'a> {
+        Field {
+            displacement: &self.displacement,
+            internal: &self.internal,
+            loads: FieldLoads {
+                of_scene: functional.of_scene,
+                multiplier: &self.multiplier,
+                at_nodes: &self.at_nodes,
+                in_box: functional.in_box.as_ref(),
+            },
+            by_multiplier: &functional.derivative.by_multiplier,
+            over: functional.over,
+        }
+    }
+}
+
+/// Tangential forces at contact nodes as tractions there: over the area that a node has in its panes.
+fn tractions(contact: &SolvedContact<'_>, forces: &[[f64; 2]]) -> Vec<[f64; 3]> {
+    if forces.is_empty() {
+        return Vec::new();
+    }
+    let surface = contact.state.surface;
+    let mut area = vec![0.0; forces.len()];
+    for pane in 0..contact.coupling.layout.n_pairs() {
+        for (local, weight) in surface.pane_weights(pane) {
+            area[local] += weight * surface.pane_area[pane];
+        }
+    }
+    let frame = &contact.state.interface.frame;
+    let nodes = forces.iter().zip(&area).enumerate();
+    nodes
+        .map(|(local, (force, area))| match *area {
+            0.0 => [0.0; 3],
+            area => frame.vector(local, 0.0, force.map(|f| f / area)),
+        })
+        .collect()
+}
+
+/// A smooth functional at a solution; `None` for areas, and for what the scene or the answer does not have.
+fn linearised(
+    solved: &Solved<'_>,
+    known: &SolutionData<'_>,
+    resultants: &Resultants,
+    functional: Functional,
+) -> Option<Linearised> {
+    let (mesh, dofs) = (solved.mesh, &solved.system.dofs);
+    let multiplier = &solved.solution.multiplier;
+    let mut it = Linearised {
+        functional,
+        value: 0.0,
+        derivative: LinearFunctional {
+            by_displacement: vec![0.0; dofs.n_free],
+            by_multiplier: vec![0.0; multiplier.len()],
+        },
+        of_scene: false,
+        in_box: None,
+        corners: functional.corners(),
+        over: None,
+    };
+    let by_multiplier = &mut it.derivative.by_multiplier;
+    match functional {
+        Functional::NormalForce => {
+            let contact = solved.contact.as_ref()?;
+            let area = &contact.state.surface.pane_area;
+            by_multiplier[..area.len()].copy_from_slice(area);
+            it.value = resultants.contact.as_ref()?.normal_force;
+        }
+        Functional::TangentialForce => {
+            let contact = solved.contact.as_ref()?;
+            let force = resultants.contact.as_ref()?.tangential_force?;
+            it.value = force[0].hypot(force[1]);
+            let layout = contact.coupling.layout;
+            for pane in 0..layout.n_pairs() {
+                let area = contact.state.surface.pane_area[pane];
+                for (j, along) in layout.tangential(pane)?.into_iter().zip(force) {
+                    by_multiplier[j] = area * along / it.value;
+                }
+            }
+        }
+        Functional::StrainEnergy => {
+            it.value = resultants.strain_energy;
+            it.of_scene = true;
+            let loads = Loads::of(solved.scene).nodal_forces(mesh).ok()?;
+            it.derivative.by_displacement = dofs.to_free(&loads);
+            if let Some(contact) = &solved.contact {
+                let forces = contact.coupling.nodal_forces(multiplier);
+                let all = it.derivative.by_displacement.iter_mut().zip(forces);
+                all.for_each(|(force, taken)| *force -= taken);
+            }
+        }
+        Functional::LargestDisplacement => {
+            let size = |u: &[f64; 3]| u[0].hypot(u[1]).hypot(u[2]);
+            let moved = known.displacement;
+            let place = largest(moved.iter().map(size))?;
+            let corners = cube(mesh, 0..mesh.coordinates.len(), mesh.coordinates[place]);
+            let direction = moved[place].map(|u| u / size(&moved[place]));
+            it.mean_displacement(solved, known, &corners, direction)?;
+        }
+        Functional::MeanDisplacement { corners, component } => {
+            it.mean_displacement(solved, known, &corners, axis(component))?;
+        }
+        Functional::LargestPressure => {
+            let contact = solved.contact.as_ref()?;
+            let surface = contact.state.surface;
+            let pane = largest(multiplier[..surface.n_panes()].iter().copied())?;
+            let centre = surface
+                .pane_weights(pane)
+                .fold([0.0; 3], |sum, (node, weight)| {
+                    let at = mesh.coordinates[surface.nodes[node]];
+                    std::array::from_fn(|c| sum[c] + weight * at[c])
+                });
+            let corners = cube(mesh, surface.nodes.iter().copied(), centre);
+            it.mean_pressure(solved, contact, &corners)?;
+        }
+        Functional::MeanPressure { corners } => {
+            it.mean_pressure(solved, solved.contact.as_ref()?, &corners)?;
+        }
+        Functional::ContactArea | Functional::StickArea | Functional::Dissipation => return None,
+    }
+    (it.value.is_finite() && it.value != 0.0).then_some(it)
+}
+
+impl Linearised {
+    /// The error by what the mesh contributes to it; of the quadratic strain energy less ½ ‖e‖².
+    fn estimate(
+        &self,
+        energy: &ErrorEstimate,
+        shares: Contributions,
+        kinks: usize,
+    ) -> FunctionalEstimate {
+        let Contributions {
+            mut of_tetrahedra,
+            mut of_contact,
+        } = shares;
+        if self.functional == Functional::StrainEnergy {
+            let squares = energy.indicator.iter().map(|eta| 0.5 * eta * eta);
+            let both = of_tetrahedra.iter_mut().zip(squares);
+            both.for_each(|(share, square)| *share -= square);
+            of_contact -= 0.5 * energy.contact_square();
+        }
+        let error: f64 = of_tetrahedra.iter().sum();
+        let parts = (error - of_contact).abs() + of_contact.abs();
+        let bar = error.abs().max(SHARE_OF_PARTS * parts);
+        FunctionalEstimate {
+            functional: self.functional,
+            value: self.value,
+            error,
+            range: [self.value - bar, self.value + bar],
+            corners: self.corners,
+            kinks,
+            indicator: of_tetrahedra,
+        }
+    }
+
+    fn mean_displacement(
+        &mut self,
+        solved: &Solved<'_>,
+        known: &SolutionData<'_>,
+        corners: &[[f64; 3]; 2],
+        direction: [f64; 3],
+    ) -> Option<()> {
+        let load = BoxLoad::new(solved.mesh, corners, direction)?;
+        let forces = load.nodal_forces(solved.mesh);
+        let terms = forces
+            .as_flattened()
+            .iter()
+            .zip(known.displacement.as_flattened());
+        self.value = terms.map(|(f, u)| f * u).sum();
+        self.derivative.by_displacement = solved.system.dofs.to_free(&forces);
+        self.in_box = Some(load);
+        self.corners = Some(*corners);
+        Some(())
+    }
+
+    fn mean_pressure(
+        &mut self,
+        solved: &Solved<'_>,
+        contact: &SolvedContact<'_>,
+        corners: &[[f64; 3]; 2],
+    ) -> Option<()> {
+        let surface = contact.state.surface;
+        let mut whole = 0.0;
+        for (place, &facet) in surface.facets.iter().enumerate() {
+            let triangle = solved.mesh.corners(&solved.mesh.facets[facet]);
+            let Some((area, share)) = BoxLoad::triangle_in_box(&triangle, corners) else {
+                continue;
+            };
+            whole += area;
+            let carried = match surface.pane_of_facet(place) {
+                Some(pane) => vec![(pane, 1.0)],
+                None => multipliers_between_nodes(solved.mesh, contact, place, share),
+            };
+            for (pane, weight) in carried {
+                self.derivative.by_multiplier[pane] += weight * area;
+            }
+        }
+        if whole == 0.0 {
+            return None;
+        }
+        let by_multiplier = &mut self.derivative.by_multiplier;
+        by_multiplier.iter_mut().for_each(|by| *by /= whole);
+        let terms = by_multiplier.iter().zip(&solved.solution.multiplier);
+        self.value = terms.map(|(by, lambda)| by * lambda).sum();
+        self.corners = Some(*corners);
+        self.over = Some(FacePart {
+            corners: *corners,
+            area: whole,
+        });
+        Some(())
+    }
+}
+
+/// The unit vector along an axis.
+fn axis(component: Component) -> [f64; 3] {
+    Component::ALL.map(|c| if c == component { 1.0 } else { 0.0 })
+}
+
+/// The place of the largest of some numbers.
+fn largest(values: impl Iterator<Item = f64>) -> Option<usize> {
+    let most = values.enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
+    most.map(|(place, _)| place)
+}
+
+/// The cube around a place, with edges a tenth of the extent of some nodes.
+fn cube(mesh: &Mesh, nodes: impl Iterator<Item = usize>, centre: [f64; 3]) -> [[f64; 3]; 2] {
+    let mut ends = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+    for node in nodes {
+        for (c, x) in mesh.coordinates[node].into_iter().enumerate() {
+            ends[0][c] = ends[0][c].min(x);
+            ends[1][c] = ends[1][c].max(x);
+        }
+    }
+    let extent = (0..3).map(|c| ends[1][c] - ends[0][c]).fold(0.0, f64::max);
+    [-1.0, 1.0].map(|side| centre.map(|x| x + side * HALF_PATCH * extent))
+}
+
+/// The areas of contact and of stick, enclosed by those of the panes that may be in another zone: panes beside one of another zone.
+fn areas(
+    solved: &Solved<'_>,
+    known: &SolutionData<'_>,
+    wanted: Option<Functional>,
+) -> Vec<FunctionalEstimate> {
+    let Some(contact) = &solved.contact else {
+        return Vec::new();
+    };
+    let has_friction = contact.state.interface.has_friction();
+    let pressed = |pane: &PaneState| pane.zone != Zone::Open;
+    let sticks = |pane: &PaneState| pane.zone == Zone::Stick;
+    let contact_area = enclosed(
+        solved,
+        contact,
+        known,
+        Functional::ContactArea,
+        pressed,
+        wanted,
+    );
+    let stick = has_friction.then(|| {
+        enclosed(
+            solved,
+            contact,
+            known,
+            Functional::StickArea,
+            sticks,
+            wanted,
+        )
+    });
+    [contact_area].into_iter().chain(stick).collect()
+}
+
+fn enclosed(
+    solved: &Solved<'_>,
+    contact: &SolvedContact<'_>,
+    known: &SolutionData<'_>,
+    functional: Functional,
+    counts: impl Fn(&PaneState) -> bool,
+    wanted: Option<Functional>,
+) -> FunctionalEstimate {
+    let surface = contact.state.surface;
+    let inside: Vec<bool> = known.panes.iter().map(counts).collect();
+    // Whether a node has panes in the zone and panes beside it.
+    let mut around = vec![[false; 2]; surface.nodes.len()];
+    let nodes_of = |place: usize| {
+        let face = surface.face_of_facet(place);
+        let nodes = solved.mesh.facet_nodes(surface.facets[place]);
+        nodes.filter_map(move |node| surface.contact_node(face, node))
+    };
+    let panes_of = |place: usize| -> Vec<usize> {
+        let face = surface.face_of_facet(place);
+        match surface.pane_of_facet(place) {
+            Some(pane) => vec![pane],
+            None => nodes_of(place)
+                .filter_map(|node| surface.carried_by(face, node))
+                .collect(),
+        }
+    };
+    for place in 0..surface.facets.len() {
+        for pane in panes_of(place) {
+            nodes_of(place).for_each(|node| around[node][usize::from(inside[pane])] = true);
+        }
+    }
+    let mut uncertain = vec![false; surface.n_panes()];
+    let mut indicator = vec![0.0; solved.mesh.tetrahedra.len()];
+    let behind = solved.mesh.behind_contact();
+    for place in 0..surface.facets.len() {
+        if nodes_of(place).any(|node| around[node] == [true; 2]) {
+            panes_of(place)
+                .into_iter()
+                .for_each(|pane| uncertain[pane] = true);
+            if wanted == Some(functional) {
+                indicator[behind[place]] += solved.mesh.facet_area(surface.facets[place]);
+            }
+        }
+    }
+    let area = |of: &dyn Fn(usize) -> bool| -> f64 {
+        let panes = (0..surface.n_panes()).filter(|&pane| of(pane));
+        // An empty sum of floats is −0.
+        0.0 + panes.map(|pane| surface.pane_area[pane]).sum::<f64>()
+    };
+    let value = area(&|pane| inside[pane]);
+    let range = [
+        area(&|pane| inside[pane] && !uncertain[pane]),
+        area(&|pane| inside[pane] || uncertain[pane]),
+    ];
+    FunctionalEstimate {
+        functional,
+        value,
+        error: (range[1] - value).max(value - range[0]),
+        range,
+        corners: None,
+        kinks: 0,
+        indicator,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        AssembledProblem, Problem, elasticity::InternalForces, linalg::dot, post::ContactReport,
+        scene::Scene, solver::Solution,
+    };
+
+    const STEP: f64 = 1e-5;
+
+    /// Solves with the first load times a factor.
+    fn solved_at(
+        base: &AssembledProblem,
+        factor: f64,
+    ) -> (AssembledProblem, Solution, ContactReport) {
+        let problem = base.with_changes(|scene| {
+            if let Some(traction) = scene.tractions.first_mut() {
+                traction
+                    .value
+                    .iter_mut()
+                    .for_each(|v| *v = (factor * v.at([0.0; 3])).into());
+            } else if let Some(pressure) = scene.pressures.first_mut() {
+                pressure.value = (factor * pressure.value.at([0.0; 3])).into();
+            } else if let Some(force) = &mut scene.body_force {
+                force
+                    .value
+                    .iter_mut()
+                    .for_each(|v| *v = (factor * v.at([0.0; 3])).into());
+            }
+        });
+        let problem = problem.expect("another load");
+        let (solution, report) = problem
+            .solve_and_report(&problem.scene().solve)
+            .expect("a solve");
+        assert!(solution.status.is_solved(), "{:?}", solution.status);
+        (problem, solution, report)
+    }
+
+    /// Q of the linear functionals, and of the others from the report.
+    fn value(of: &Linearised, solution: &Solution, report: &ContactReport) -> f64 {
+        match of.functional {
+            Functional::StrainEnergy => report.resultants.strain_energy,
+            Functional::TangentialForce => {
+                let contact = report.resultants.contact.as_ref().expect("contact");
+                let [first, second] = contact.tangential_force.expect("friction");
+                first.hypot(second)
+            }
+            _ => {
+                dot(&of.derivative.by_displacement, &solution.displacement)
+                    + dot(&of.derivative.by_multiplier, &solution.multiplier)
+            }
+        }
+    }
+
+    /// zᵀδl is the change of Q that another solve with l + δl finds: held and floating bodies, on springs, with friction of every kind.
+    #[test]
+    fn adjoints_are_derivatives_by_the_loads() {
+        macro_rules! pipeline {
+            ($($name:literal),*) => {
+                [$(($name, include_str!(concat!("../../../../pipelines/", $name, ".toml")))),*]
+            };
+        }
+        let scenes = pipeline!(
+            "newton",
+            "clement",
+            "tresca",
+            "frictionless",
+            "springs",
+            "nodal",
+            "pushed_block",
+            "capped",
+            "two_plates"
+        );
+        for (name, text) in scenes {
+            let mut scene = Scene::parse(name, text).expect("a scene");
+            scene.solve = Default::default();
+            if let Some(brick) = scene.body.as_brick_mut() {
+                brick.cells = brick.cells.map(|n| 2 * n.div_ceil(8));
+            }
+            let base = Problem::new(scene)
+                .and_then(Problem::assemble)
+                .expect("a problem");
+            let (problem, solution, report) = solved_at(&base, 1.0);
+            let material = MaterialField::new(problem.scene(), problem.mesh());
+            let dofs = &problem.system().assembly.primal.dofs;
+            let internal = InternalForces::of(
+                problem.mesh(),
+                &material,
+                &dofs.to_nodes(solution.straining()),
+            );
+            let contact = problem.system().contact.as_ref().expect("contact");
+            let solved = Solved {
+                scene: problem.scene(),
+                mesh: problem.mesh(),
+                system: &problem.system().assembly.primal,
+                contact: problem.contact_state().map(|state| SolvedContact {
+                    coupling: &contact.coupling,
+                    state,
+                }),
+                solution: &solution,
+            };
+            let known = SolutionData {
+                displacement: &report.displacement,
+                internal: &internal,
+                panes: &report.panes,
+                stiffness: &solution.local_stiffness,
+                strain_energy: report.resultants.strain_energy,
+                rounding: 0.0,
+            };
+            let functionals: Vec<Linearised> = Functional::NAMED
+                .into_iter()
+                .filter_map(|it| linearised(&solved, &known, &report.resultants, it))
+                .collect();
+            assert!(functionals.len() >= 4, "{name}");
+            let derivatives: Vec<_> = functionals.iter().map(|it| it.derivative.clone()).collect();
+            let state = problem.contact_state();
+            let adjoints = Adjoints::new(problem.system(), state.as_ref(), &solution, &derivatives)
+                .expect("a dense dual operator");
+            let [less, more] = [1.0 - STEP, 1.0 + STEP].map(|factor| solved_at(&base, factor));
+            let load = |of: &AssembledProblem| of.system().assembly.primal.load.clone();
+            let change: Vec<f64> = load(&more.0)
+                .iter()
+                .zip(load(&less.0))
+                .map(|(a, b)| a - b)
+                .collect();
+            for (of, adjoint) in functionals.iter().zip(&adjoints.of) {
+                let found = dot(&adjoint.displacement, &change);
+                let measured = value(of, &more.1, &more.2) - value(of, &less.1, &less.2);
+                // Differences of the central kind err by STEP² and by 1e-12 / STEP of the value.
+                let room = 1e-5 * measured.abs() + 1e-10 * of.value.abs();
+                assert!(
+                    (found - measured).abs() <= room,
+                    "{name} {:?}: {found:e} {measured:e}",
+                    of.functional
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn boxes_cut_bodies_and_faces_exactly() {
+        let scene = Scene::parse("newton", include_str!("../../../../pipelines/newton.toml"));
+        let mut scene = scene.expect("a scene");
+        scene.body.as_brick_mut().expect("a brick").cells = [4, 2, 2];
+        let mesh = Mesh::of_scene(&scene, std::path::Path::new("")).expect("a mesh");
+        let corners = [[0.31, 0.12, -0.5], [1.77, 0.83, 0.41]];
+        let load = BoxLoad::new(&mesh, &corners, [0.0, 0.0, 1.0]).expect("a part of the body");
+        let forces = load.nodal_forces(&mesh);
+        let moment = |axis: usize| -> f64 {
+            let nodes = forces.iter().zip(&mesh.coordinates);
+            nodes.map(|(f, x)| f[2] * x[axis]).sum()
+        };
+        // The resultant is one, and acts at the centroid of the box's part of the body: linear functions are integrated exactly.
+        let whole: f64 = forces.iter().map(|f| f[2]).sum();
+        assert!((whole - 1.0).abs() < 1e-13);
+        for (axis, centre) in [(0, 1.04), (1, 0.475), (2, 0.205)] {
+            assert!((moment(axis) - centre).abs() < 1e-13, "{axis}");
+        }
+        let triangles = mesh
+            .facets_on("z_min")
+            .map(|f| mesh.corners(&mesh.facets[f]));
+        let area: f64 = triangles
+            .filter_map(|corners_of| BoxLoad::triangle_in_box(&corners_of, &corners))
+            .map(|(area, _)| area)
+            .sum();
+        assert!((area - 1.46 * 0.71).abs() < 1e-13);
+    }
+}

@@ -1,0 +1,84 @@
+//! Quantities of an answer that the mesh can be refined for.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::Component;
+
+/// A quantity of an answer whose discretisation error is estimated.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Functional {
+    /// The total normal contact force.
+    NormalForce,
+    /// The length of the total tangential contact force of one contact face.
+    TangentialForce,
+    /// The mean pressure around the place of the largest one, in a cube whose edges are a tenth of the contact face's extent.
+    LargestPressure,
+    /// The area of the panes in contact.
+    ContactArea,
+    /// The area of the panes that stick.
+    StickArea,
+    /// The mean displacement around the place of the largest one, along it, in a cube whose edges are a tenth of the body's extent.
+    LargestDisplacement,
+    /// The strain energy of body and springs.
+    StrainEnergy,
+    /// The energy that friction takes in a load history.
+    Dissipation,
+    /// The mean of a component of the displacement over the part of the body in a box.
+    MeanDisplacement {
+        /// Two opposite corners [min, max] in m.
+        #[serde(rename = "box")]
+        corners: [[f64; 3]; 2],
+        /// Along which axis.
+        component: Component,
+    },
+    /// The mean pressure over the part of the contact faces in a box.
+    MeanPressure {
+        /// Two opposite corners [min, max] in m.
+        #[serde(rename = "box")]
+        corners: [[f64; 3]; 2],
+    },
+}
+
+impl Functional {
+    /// Those that need no box.
+    pub const NAMED: [Self; 8] = [
+        Self::NormalForce,
+        Self::TangentialForce,
+        Self::LargestPressure,
+        Self::ContactArea,
+        Self::StickArea,
+        Self::LargestDisplacement,
+        Self::StrainEnergy,
+        Self::Dissipation,
+    ];
+
+    /// Its name in scenes, files and on the command line.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::NormalForce => "normal_force",
+            Self::TangentialForce => "tangential_force",
+            Self::LargestPressure => "largest_pressure",
+            Self::ContactArea => "contact_area",
+            Self::StickArea => "stick_area",
+            Self::LargestDisplacement => "largest_displacement",
+            Self::StrainEnergy => "strain_energy",
+            Self::Dissipation => "dissipation",
+            Self::MeanDisplacement { .. } => "mean_displacement",
+            Self::MeanPressure { .. } => "mean_pressure",
+        }
+    }
+
+    /// The box that it is a mean over; `None` where it has none or follows the answer.
+    #[must_use]
+    pub fn corners(self) -> Option<[[f64; 3]; 2]> {
+        match self {
+            Self::MeanDisplacement { corners, .. } | Self::MeanPressure { corners } => {
+                Some(corners)
+            }
+            _ => None,
+        }
+    }
+}

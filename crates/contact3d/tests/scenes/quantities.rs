@@ -1,0 +1,99 @@
+//! Errors of forces, displacements, pressures and energies against finer, nested meshes, and meshes refined for a force.
+
+use std::path::Path;
+
+use contact3d::{
+    Problem,
+    adaptation::{AdaptiveStatus, adapted},
+    mesh::{Mesh, Refinement},
+    post::{ContactReport, FunctionalEstimate},
+    scene::{AdaptSettings, Component, ElementOrder, FirstMesh, Functional, Scene},
+};
+
+const PUBLISHED: &str = include_str!("../../../../pipelines/newton.toml");
+const ELASTIC: &str = include_str!("../../../../pipelines/elastic_only.toml");
+
+fn scene(text: &str, of: Functional, error: f64) -> Scene {
+    let mut scene = Scene::parse("quantities", text).expect("a scene");
+    scene.body.element = ElementOrder::P2;
+    scene.body.as_brick_mut().expect("a brick").cells = [6, 2, 2];
+    scene.assemble = Default::default();
+    scene.solve = Default::default();
+    scene.adapt = Some(AdaptSettings {
+        error,
+        of: Some(of),
+        start: FirstMesh::Scene,
+    });
+    scene
+}
+
+fn report(scene: &Scene, cuts: &Refinement) -> ContactReport {
+    let mesh = Mesh::refined(scene, Path::new(""), cuts).expect("a mesh");
+    let problem = Problem::on_mesh(scene.clone(), mesh).and_then(Problem::assemble);
+    let problem = problem.expect("a problem");
+    let (_, report) = problem.solve_and_report(&scene.solve).expect("a solve");
+    report
+}
+
+/// A quantity on the mesh of every cell cut into some 8^level.
+fn on_equal_cuts(scene: &Scene, of: Functional, level: usize) -> FunctionalEstimate {
+    let mut cuts = Refinement::default();
+    for _ in 0..level {
+        let mesh = Mesh::refined(scene, Path::new(""), &cuts).expect("a mesh");
+        cuts.push(vec![3; mesh.tetrahedra.len()]);
+    }
+    report(scene, &cuts)
+        .functional(of)
+        .expect("a quantity")
+        .clone()
+}
+
+/// Signed estimates on a mesh against the quantity on one with some 64 times the cells: measured 0.6 to 1.3 times the error.
+#[test]
+fn estimates_are_near_the_errors() {
+    let mean_of_pressure = Functional::MeanPressure {
+        corners: [[0.9, 0.2, -1.0], [2.7, 0.9, 1.0]],
+    };
+    let mean_of_displacement = Functional::MeanDisplacement {
+        corners: [[2.5, 0.0, 0.0], [3.0, 1.0, 1.0]],
+        component: Component::Z,
+    };
+    for (text, of) in [
+        (ELASTIC, Functional::StrainEnergy),
+        (ELASTIC, mean_of_displacement),
+        (PUBLISHED, Functional::NormalForce),
+        (PUBLISHED, Functional::TangentialForce),
+        (PUBLISHED, mean_of_pressure),
+    ] {
+        let scene = scene(text, of, 0.01);
+        let [coarse, fine] = [0, 2].map(|level| on_equal_cuts(&scene, of, level));
+        let effectivity = coarse.error / (fine.value - coarse.value);
+        assert!(
+            (0.5..=2.0).contains(&effectivity),
+            "{} {effectivity}",
+            of.word()
+        );
+        let [low, high] = coarse.range;
+        // The ends of the range are rounded to the digits of the value.
+        let rounding = 4.0 * f64::EPSILON * coarse.value.abs();
+        assert!(0.5 * (high - low) >= coarse.error.abs() - rounding);
+    }
+}
+
+/// A mesh refined for the force meets its target, and the force is right by it against a finer mesh.
+#[test]
+fn meshes_follow_a_quantity() {
+    let of = Functional::NormalForce;
+    let scene = scene(PUBLISHED, of, 0.004);
+    let answer = adapted(scene.clone(), Path::new(""), &mut |_| {}).expect("levels");
+    assert_eq!(answer.status, AdaptiveStatus::Met);
+    let force = answer.report.functional(of).expect("a force");
+    assert!(force.relative() <= 0.004);
+    assert_eq!(
+        force.indicator.len(),
+        answer.assembled.mesh().tetrahedra.len()
+    );
+    let finer = on_equal_cuts(&scene, of, 2);
+    // Twice the target: an error bar is an estimate, and the finer mesh has one of its own.
+    assert!((force.value / finer.value - 1.0).abs() < 0.008);
+}

@@ -1,0 +1,276 @@
+"""The page of `report --interactive`: its data against the run file, and what it says without a script.
+
+Where Chromium is installed (Debian: `apt-get install chromium`) also what the script makes of it.
+"""
+
+import base64
+import hashlib
+import html
+import json
+import re
+import shutil
+import subprocess
+import zlib
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from matplotlib import image
+
+from conftest import ROOT
+
+CHROMIUM = shutil.which("chromium")
+# Reads the page as a hand would use it: slider, field, keys, a click in the middle of the picture.
+HANDS = """
+<script>
+window.addEventListener("load", () => setTimeout(() => {
+  const byId = (name) => document.getElementById("view3d-" + name);
+  const body = byId("body"), box = body.getBoundingClientRect(), said = { ...byId("figure").dataset };
+  const place = { clientX: box.x + box.width / 2, clientY: box.y + box.height / 2, bubbles: true };
+  const increment = byId("increment");
+  increment.value = 2;
+  increment.dispatchEvent(new Event("input"));
+  const field = byId("field");
+  field.value = "pressure";
+  field.dispatchEvent(new Event("change"));
+  body.dispatchEvent(new PointerEvent("pointerdown", place));
+  body.dispatchEvent(new PointerEvent("pointerup", place));
+  const picked = { ...byId("figure").dataset };
+  body.dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowLeft" }));
+  const turned = { ...byId("figure").dataset };
+  const requests = performance.getEntriesByType("resource").map((e) => e.name);
+  const hidden = !document.querySelector("details.picture").open;
+  byId("figure").dataset.hands = JSON.stringify({ said, picked, turned, requests, hidden });
+}, 1000));
+</script>
+"""
+
+
+def arrays_of(text: str) -> tuple[dict, dict[str, np.ndarray]]:
+    """What the page says of its data, and each array as [frame, row, column]."""
+    block = r'<script id="view3d-{}" type="[a-z/]*">(.*?)</script>'
+    page, packed = (
+        re.search(block.format(name), text, flags=re.DOTALL)[1]
+        for name in ("data", "arrays")
+    )
+    page, raw = json.loads(page), zlib.decompress(base64.b64decode(packed), wbits=-15)
+    found, at = {}, 0
+    for said in page["arrays"]:
+        shape = [said[key] for key in ("frames", "width", "rows", "columns")]
+        size = int(np.prod(shape))
+        planes = np.frombuffer(raw, np.uint8, size, at).astype(np.int64).reshape(shape)
+        at += size
+        mask = 256 ** said["width"] - 1
+        change = sum(planes[:, k] << (8 * k) for k in range(said["width"]))
+        codes = change.cumsum(axis=1).cumsum(axis=0) & mask
+        values = said["step"] * (np.array(said["base"]) + codes)
+        found[said["key"]] = np.where(codes == mask, np.nan, values)
+    assert at == len(raw)
+    return page, found
+
+
+@pytest.fixture(scope="module")
+def history(contact3d, tmp_path_factory) -> tuple[Path, Path]:
+    """A load history, and its page."""
+    folder = tmp_path_factory.mktemp("view3d")
+    file, out = folder / "run.h5", folder / "page.html"
+    small = ["--set", "body.brick.cells=[6,2,2]"]
+    contact3d(
+        "run", ROOT / "pipelines" / "history.toml", file, "--no-figures", *small
+    )
+    contact3d("report", file, "--interactive", "-o", out)
+    return file, out
+
+
+def test_the_data_are_those_of_the_file(history):
+    file, out = history
+    page, arrays = arrays_of(out.read_text(encoding="utf-8"))
+    steps = {said["key"]: said["step"] for said in page["arrays"]}
+
+    def agree(key: str, values: np.ndarray):
+        # Half a step of the quantisation, and rounding.
+        assert np.abs(arrays[key] - values).max() <= 0.501 * steps[key], key
+
+    with h5py.File(file) as run:
+        mesh, records = run["mesh"], run["history"]
+        facets = mesh["facets"][:]
+        corners = mesh["coordinates"][:][facets]
+        assert len(page["frames"]) == len(records["time"]) == 25
+        triangles = arrays["triangles"][0].astype(int)
+        found = arrays["points"][0][triangles]
+        # Each triangle of the page lies on one of the boundary, in the same orientation.
+        order = [np.abs(corners - one).max(axis=(1, 2)).argmin() for one in found]
+        assert sorted(order) == list(range(len(facets)))
+        assert np.abs(found - corners[order]).max() <= 0.501 * steps["points"]
+        displacement = records["displacement"][:][:, facets[order]]
+        assert np.abs(
+            arrays["displacement"][:, triangles] - displacement
+        ).max() <= 0.501 * (steps["displacement"])
+        tetrahedra = [set(nodes) for nodes in mesh["tetrahedra"][:].tolist()]
+        behind = [
+            next(k for k, nodes in enumerate(tetrahedra) if nodes.issuperset(facet))
+            for facet in facets[order].tolist()
+        ]
+        agree("von_mises", records["von_mises"][:][:, behind, None])
+        pane = np.full(len(facets), np.nan)
+        pane[mesh["contact_facets"][:]] = mesh["contact_facet_pane"][:]
+        assert np.array_equal(
+            arrays["triangle_pane"][0, :, 0], pane[order], equal_nan=True
+        )
+        agree("pressure", records["multiplier_normal"][:][..., None])
+        agree("friction", -records["multiplier_tangential"][:])
+        agree("zone", records["contact_zone"][:][..., None])
+        agree("gap", records["gap"][:][..., None])
+        agree("coefficients", records["friction"][:])
+        error = next(said for said in page["arrays"] if said["key"] == "error")
+        assert error["first"] == 24 and error["frames"] == 1
+        # The foundation is where the contact face is, and goes on beyond it.
+        contact = mesh["coordinates"][:][np.unique(facets[mesh["contact_facets"][:]])]
+        ground = arrays["obstacle_points"][0]
+        assert np.abs(arrays["obstacle_gaps"]).max() == 0.0
+        assert np.abs(ground[:, 2] - contact[0, 2]).max() <= 0.501 * (
+            steps["obstacle_points"]
+        )
+        assert ground[:, 0].max() > contact[:, 0].max()
+
+
+def test_only_its_own_script_runs_and_nothing_is_loaded(history):
+    text = history[1].read_text(encoding="utf-8")
+    policy = html.unescape(
+        re.search(r'http-equiv="Content-Security-Policy" content="(.*?)"', text)[1]
+    )
+    script = re.findall(r"<script>(.*?)</script>", text, flags=re.DOTALL)
+    style = re.findall(r"<style>(.*?)</style>", text, flags=re.DOTALL)
+    assert len(script) == len(style) == 1
+
+    def source(words: str) -> str:
+        digest = hashlib.sha256(words.encode()).digest()
+        return f"'sha256-{base64.b64encode(digest).decode()}'"
+
+    assert policy.split("; ") == [
+        "default-src 'none'",
+        f"script-src {source(script[0])}",
+        f"style-src {source(style[0])}",
+        "img-src data:",
+        "base-uri 'none'",
+        "form-action 'none'",
+    ]
+    assert not re.search(r"https?://", script[0]) and "fetch(" not in script[0]
+
+
+def test_without_a_script_there_are_pictures_and_words(history):
+    text = history[1].read_text(encoding="utf-8")
+    pictures = re.findall(r'<img src="data:image/png;base64,([^"]*)" alt="', text)
+    assert len(pictures) == 2
+    assert all(base64.b64decode(p).startswith(b"\x89PNG\r\n") for p in pictures)
+    assert text.count('<details class="picture" open>') == 2
+    assert 'id="view3d-figure" hidden' in text.replace('class="view3d" ', "")
+    assert "needs JavaScript" in text and 'id="load-history"' in text
+
+
+@pytest.mark.parametrize(
+    "scene", ["elastic_only", "hertz_sphere", "dry_and_greased", "nodal"]
+)
+def test_other_bodies_have_what_they_have(contact3d, tmp_path, scene):
+    file, out = tmp_path / "run.h5", tmp_path / "page.html"
+    contact3d("run", ROOT / "pipelines" / f"{scene}.toml", file, "--no-figures")
+    contact3d("report", file, "--interactive", "-o", out)
+    page, arrays = arrays_of(out.read_text(encoding="utf-8"))
+    assert len(page["frames"]) == 1
+    with h5py.File(file) as run:
+        is_in_contact = "contact_facets" in run["mesh"]
+        assert ("pressure" in arrays) == ("obstacle_points" in arrays) == is_in_contact
+        if not is_in_contact:
+            return
+        panes = arrays["triangle_pane"][0, :, 0]
+        n_panes = len(run["post/normal_stress"])
+        assert set(panes[~np.isnan(panes)]) == set(range(n_panes))
+        pressure = -run["post/normal_stress"][:]
+        step = next(said for said in page["arrays"] if said["key"] == "pressure")[
+            "step"
+        ]
+        assert np.abs(arrays["pressure"][0, :, 0] - pressure).max() <= 0.501 * step
+    corners = arrays["points"][0][arrays["triangles"][0].astype(int)]
+    sides = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    # The boundary is closed: its area vectors cancel, up to the quantisation of points.
+    extent = np.abs(corners).max()
+    assert np.abs(sides.sum(axis=0)).max() <= 1e-3 * extent**2
+
+
+def test_a_sweep_has_no_body_to_be_turned(contact3d, tmp_path):
+    out = tmp_path / "page.html"
+    refused = contact3d("report", tmp_path, "--interactive", "-o", out, expect=2)
+    assert "run file" in refused.stderr and not out.exists()
+
+
+def chromium(address: str, *more: str) -> str:
+    """The page after its script, without network."""
+    command = [CHROMIUM, "--headless=new", "--no-sandbox", "--disable-gpu"]
+    command += ["--host-resolver-rules=MAP * ~NOTFOUND", "--window-size=1300,950"]
+    command += ["--enable-logging=stderr", "--v=0", "--virtual-time-budget=5000", *more]
+    done = subprocess.run(
+        [*command, address], capture_output=True, text=True, check=True, timeout=120
+    )
+    console = [line for line in done.stderr.splitlines() if "CONSOLE" in line]
+    # What software drivers say of themselves.
+    console = [line for line in console if "WebGL" not in line]
+    assert not console, console
+    return done.stdout
+
+
+def state(dom: str) -> dict[str, str]:
+    figure = re.search(r'<div [^>]*id="view3d-figure"[^>]*>', dom)[0]
+    return {
+        key: html.unescape(v) for key, v in re.findall(r'data-([a-z]+)="(.*?)"', figure)
+    }
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
+def test_a_browser_follows_address_slider_pointer_and_keys(history, tmp_path):
+    file, out = history
+    words = "increment=3&field=zone&pane=1&renderer=canvas"
+    address = f"{out.as_uri()}#view3d?{words}"
+    with h5py.File(file) as run:
+        zones = ["open", "stick", "slip"]
+        zone = zones[run["history/contact_zone"][2, 1]]
+        pressure = run["history/multiplier_normal"][:]
+    shown = state(chromium(address, "--dump-dom"))
+    assert shown["ready"] == "true" and shown["renderer"] == "canvas"
+    assert (shown["increment"], shown["field"], shown["pane"]) == ("3", "zone", "1")
+    assert f"zone {zone}" in shown["values"]
+    said = float(re.search(r"contact pressure (\S+) Pa", shown["values"])[1])
+    # Shown with as many digits as steps of the quantisation have.
+    assert said == pytest.approx(pressure[2, 1], rel=1e-3)
+
+    # A policy keeps other scripts out, so hands work on a copy without one.
+    copy = tmp_path / "copy.html"
+    text = out.read_text(encoding="utf-8")
+    text = re.sub(r'<meta http-equiv="Content-Security-Policy"[^>]*>', "", text)
+    copy.write_text(text.replace("</footer>", HANDS + "</footer>"), encoding="utf-8")
+    dom = chromium(copy.as_uri() + "#view3d?renderer=canvas", "--dump-dom")
+    seen = json.loads(state(dom)["hands"])
+    assert seen["said"]["increment"] == "25" and seen["said"]["field"] == "displacement"
+    picked = seen["picked"]
+    assert (picked["increment"], picked["field"]) == ("2", "pressure")
+    pane = int(picked["pane"])
+    assert picked["values"].startswith(f"pane {pane}; contact pressure")
+    said = float(re.search(r"contact pressure (\S+) Pa", picked["values"])[1])
+    assert said == pytest.approx(pressure[1, pane], rel=1e-3)
+    assert seen["turned"]["azimuth"] != picked.get("azimuth")
+    assert seen["requests"] == [] and seen["hidden"]
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
+def test_a_browser_draws_a_picture(history, tmp_path):
+    picture = tmp_path / "picture.png"
+    # High enough not to scroll, which leaves screenshots white.
+    size = "--window-size=1300,6000"
+    address = history[1].as_uri() + "#view3d?renderer=canvas&field=zone"
+    chromium(address, f"--screenshot={picture}", size)
+    colours = image.imread(picture)[..., :3].reshape(-1, 3)
+    # Slip on the contact face, shaded by the light on it.
+    slip = np.array([0xC4, 0x4E, 0x00]) / 255
+    share = colours[:, :1] / slip[0]
+    alike = np.abs(colours - share * slip).max(axis=1) < 0.02
+    assert (alike & (share[:, 0] > 0.7)).sum() > 5_000

@@ -1,0 +1,324 @@
+"""An opened run file: a tree of datasets, what they come to, and tables, grids and pictures of it."""
+
+import html
+import itertools
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from ._matrices import Matrices
+
+#: What panes are told of: name here, the dataset of the last state, the one in a history.
+PANES = {
+    "pressure": ("solve/multiplier_normal", "multiplier_normal"),
+    "friction_stress": ("solve/multiplier_tangential", "multiplier_tangential"),
+    "zone": ("post/contact_zone", "contact_zone"),
+    "gap": ("post/pane_gap", "gap"),
+    "slip": ("post/pane_slip", "slip"),
+    "friction": ("post/pane_friction", "friction"),
+}
+
+
+class Run(xr.DataTree):
+    """A run file as an ``xarray.DataTree`` whose ``repr`` is a summary; that of xarray is in :attr:`datasets`."""
+
+    __slots__ = ()
+
+    @property
+    def file(self) -> Path:
+        """The run file."""
+        return Path(self.attrs["file"])
+
+    @property
+    def scene(self) -> dict[str, Any]:
+        """The scene with every default, as a dict."""
+        return self.attrs["scene"]
+
+    @property
+    def matrices(self) -> Matrices:
+        """The sparse matrices, such as ``assemble/stiffness``; read when asked for."""
+        return self.attrs["matrices"]
+
+    @property
+    def datasets(self) -> xr.DataTree:
+        """The plain tree, which prints every dataset."""
+        return xr.DataTree(self.to_dataset(inherit=False), children=dict(self.children))
+
+    @property
+    def certificate(self) -> dict[str, float]:
+        """The residuals of all conditions; ``open(file, everything=True)`` has them as datasets."""
+        from ._tree import open as open_run
+
+        with open_run(self.file, everything=True) as whole:
+            whole._demand("post/certificate/equilibrium")
+            group = whole["post/certificate"].to_dataset(inherit=False)
+            return {str(name): float(value) for name, value in group.data_vars.items() if value.ndim == 0}
+
+    @property
+    def summary(self) -> dict[str, str]:
+        """What the run came to, in words and numbers with units."""
+        found = {"title": str(self.scene.get("title", ""))} if "scene" in self.attrs else {}
+        if status := self._text("solve/status"):
+            accuracy = self._number("solve/accuracy")
+            found["status"] = status + (f", error {accuracy:.1e}" if accuracy is not None else "")
+        sizes = {word: self._size("mesh", dim) for word, dim in SIZES.items()}
+        if any(sizes.values()):
+            found["mesh"] = ", ".join(f"{count} {word}" for word, count in sizes.items() if count)
+        if "history" in self.children and "time" in self.history.dims:
+            times = self.history["time"].values
+            found["history"] = f"{len(times)} increments, time {times[0]:g} to {times[-1]:g} s"
+        if self._has("post/zone_counts"):
+            counts = self["post/zone_counts"]
+            words = counts.coords["zone"].values if "zone" in counts.coords else ["open", "stick", "slip"]
+            found["panes"] = ", ".join(f"{count} {word}" for word, count in zip(words, counts.values, strict=True))
+        for name, words in MEASURES.items():
+            if (value := self._number(name)) is not None:
+                found[words] = f"{value:.6g} {_unit(self[name])}".strip()
+        if (estimate := self._number("post/discretisation_error/total")) is not None:
+            found["discretisation error"] = f"about {100 * estimate:.2g} % in the energy norm"
+        return found
+
+    @property
+    def forces(self) -> xr.Dataset:
+        """Force and moment on the body of each clamp, spring, load and contact face, by its name in the scene."""
+        self._demand("post/forces/source")
+        return self["post/forces"].to_dataset(inherit=False)
+
+    @property
+    def history(self) -> xr.Dataset:
+        """The increments of a load history over ``time``."""
+        if "history" not in self.children:
+            raise ValueError(f"{self.file} has no history: its scene has no [[step]]")
+        return self["history"].to_dataset(inherit=False)
+
+    @property
+    def n_panes(self) -> int:
+        """The panes of all contact faces."""
+        return self._size("mesh", "n_panes")
+
+    @property
+    def faces(self) -> list[str]:
+        """The contact faces by name."""
+        if self._has("mesh/contact_face_names"):
+            return self._text("mesh/contact_face_names").split("\n")
+        contact = self.scene.get("contact")
+        only = contact[0] if isinstance(contact, list) else contact
+        return [only.get("name") or only["face"]] if only else []
+
+    def panes(self, face: str | None = None, *, history: bool = False) -> xr.Dataset:
+        """Pressure, friction stress, zone, gap, slip, coefficients and area of the panes.
+
+        On a flat face of a brick they are a grid over two of ``x``, ``y``, ``z``, NaN where there is no contact;
+        elsewhere they are a row, ``pane``, with these as coordinates.
+
+        :param face: one contact face by name; all by default.
+        :param history: every increment, over ``time``, in place of the last state.
+        :raises ValueError: no such face, no contact or no history.
+        """
+        return self._grid(self.row_of_panes(face, history=history), self._plane(face))
+
+    def row_of_panes(self, face: str | None = None, *, history: bool = False) -> xr.Dataset:
+        """The same of panes in a row, in the order of the file."""
+        if not self.faces:
+            raise ValueError(f"{self.file} has no contact")
+        self._demand("mesh/pane_x")
+        source = self.history if history else None
+        found = xr.Dataset()
+        for name, (last, each) in PANES.items():
+            if source is not None and each in source:
+                found[name] = self._over_panes(source[each])
+            elif source is None and self._has(last):
+                found[name] = self._over_panes(self[last])
+        found["area"] = self._over_panes(self["mesh/pane_area"])
+        places = self["mesh"].to_dataset(inherit=False)
+        for axis in "xyz":
+            found = found.assign_coords({axis: ("pane", *_parts(places[f"pane_{axis}"]))})
+        found = found.assign_coords(number=("pane", np.arange(self.n_panes)))
+        if len(self.faces) > 1:
+            found = found.assign_coords(face=("pane", np.array(self.faces)[self._face_of_panes()]))
+        if face is None:
+            return found
+        if face not in self.faces:
+            raise ValueError(f"there is no contact face {face!r}; there are {', '.join(self.faces)}")
+        return found.isel(pane=np.flatnonzero(self._face_of_panes() == self.faces.index(face)))
+
+    def plot(self, name: str = "pressure", face: str | None = None, *, time: float | None = None, ax: Any = None,
+             **style: Any) -> Any:
+        """Draws a figure of the panes with matplotlib: ``pressure``, ``zone``, ``gap``, ``area``, or one of ``slip``,
+        ``friction_stress`` and ``friction`` along an axis, as ``"slip.t1"``.
+
+        :param time: the increment of a history nearest to it; the last by default.
+        :param style: for ``pcolormesh``, or ``tripcolor`` where panes are no grid.
+        """
+        from ._plots import draw_panes
+
+        return draw_panes(self, name, face, time, ax, style)
+
+    def to_dataframe(self, what: Literal["panes", "nodes", "forces", "history"] = "panes") -> pd.DataFrame:
+        """A table of pandas: a row for each pane, node, force, or increment of a history."""
+        makers = {
+            "panes": self._pane_table,
+            "nodes": self._node_table,
+            "forces": self._force_table,
+            "history": self._history_table,
+        }
+        if what not in makers:
+            raise ValueError(f"expected {', '.join(makers)}, found {what!r}")
+        return makers[what]()
+
+    def to_pyvista(self, what: Literal["body", "contact"] = "body", *, time: float | None = None) -> Any:
+        """A grid of pyvista: the body with ``displacement`` and ``von_mises``, or the contact faces with what panes have.
+
+        :param time: the increment of a history nearest to it; the last by default.
+        """
+        from ._grids import body, contact
+
+        self._demand("solve/displacement")
+        makers = {"body": body, "contact": contact}
+        if what not in makers:
+            raise ValueError(f"expected {' or '.join(makers)}, found {what!r}")
+        return makers[what](self, time)
+
+    def _pane_table(self) -> pd.DataFrame:
+        return _columns(self.row_of_panes(), "pane")
+
+    def _node_table(self) -> pd.DataFrame:
+        self._demand("solve/displacement")
+        self._demand("solve/node_x")
+        nodes = self["solve"].to_dataset(inherit=False)
+        places = {axis: ("node", nodes[f"node_{axis}"].values) for axis in "xyz"}
+        displacement = {"displacement": (("node", "axis"), nodes["displacement"].values)}
+        moved = xr.Dataset(displacement, {**places, "axis": list("xyz")})
+        return _columns(moved, "node")
+
+    def _force_table(self) -> pd.DataFrame:
+        forces = self.forces
+        return _columns(forces.assign_coords(axis=list("xyz")), "source")
+
+    def _history_table(self) -> pd.DataFrame:
+        history = self.history
+        small = {"time", "axis", "friction_axis", "contact_axis", "source"}
+        kept = [name for name, value in history.data_vars.items() if "time" in value.dims and small.issuperset(value.dims)]
+        return _columns(history[kept], "time")
+
+    def _over_panes(self, values: xr.DataArray) -> xr.DataArray:
+        """Values of panes under the dimension ``pane``; NaN on those without friction."""
+        own = [dim for dim in values.dims if dim in ("n_panes", "n_friction_panes")]
+        plain = values.drop_vars([name for name in values.coords if str(name).startswith("pane_")], errors="ignore")
+        renamed = plain.rename({own[0]: "pane"})
+        missing = self.n_panes - renamed.sizes["pane"]
+        return renamed.pad(pane=(0, missing)) if missing else renamed
+
+    def _face_of_panes(self) -> np.ndarray:
+        if not self._has("mesh/contact_face_panes"):
+            return np.zeros(self.n_panes, dtype=int)
+        starts = self["mesh/contact_face_panes"].values
+        return np.searchsorted(starts, np.arange(self.n_panes), side="right") - 1
+
+    def _grid(self, panes: xr.Dataset, plane: str | None) -> xr.Dataset:
+        """Panes of one plane across an axis, over the two others; as they are where there is no such grid."""
+        along = [axis for axis in "zyx" if axis != plane]
+        index = pd.MultiIndex.from_arrays([panes[axis].values for axis in along], names=along)
+        if plane is None or index.has_duplicates:
+            return panes
+        kept = panes.drop_vars([*"xyz", "number"]).assign_coords(xr.Coordinates.from_pandas_multiindex(index, "pane"))
+        words = [str(name) for name, values in kept.variables.items() if values.dtype.kind in "UO"]
+        missing = {str(name): "" if name in words else np.nan for name in kept.variables}
+        grid = kept.unstack("pane", fill_value=missing)
+        for axis in along:
+            grid = grid.reindex({axis: self._centres(axis, grid[axis].values)}, fill_value=missing)
+            grid[axis].attrs.update(panes[axis].attrs)
+        return grid.transpose(..., *along).assign_coords({plane: panes[plane][0].variable})
+
+    def _centres(self, axis: str, known: np.ndarray) -> np.ndarray:
+        """The centres of panes along an axis of a brick, to the bit those that are known; of nodal multipliers these alone."""
+        planes = np.unique(self[f"mesh/node_{axis}"].values)[::2]
+        centres = (planes[1:] + planes[:-1]) / 2
+        nearest = np.abs(centres[:, None] - known).argmin(axis=0)
+        # A centre is a mean of nodes, known to a few roundings of the edge length.
+        if not np.allclose(centres[nearest], known, rtol=0.0, atol=1e-12 * np.ptp(planes)):
+            return known
+        centres[nearest] = known
+        return centres
+
+    def _plane(self, face: str | None) -> str | None:
+        """The axis across the only plane of a brick that holds the contact faces."""
+        if "brick" not in self.scene["body"] or "adapt" in self.scene:
+            return None
+        contact = self.scene["contact"]
+        entries = contact if isinstance(contact, list) else [contact]
+        chosen = {entry["face"] for entry in entries if face in (None, entry.get("name") or entry["face"])}
+        return chosen.pop()[0] if len(chosen) == 1 else None
+
+    def _has(self, path: str) -> bool:
+        group, _, name = path.rpartition("/")
+        try:
+            return name in self[group].to_dataset(inherit=False)
+        except KeyError:
+            return False
+
+    def _demand(self, path: str) -> None:
+        if not self._has(path):
+            why = "it is not solved, or of an older format; contact3d.run brings it up to date"
+            raise ValueError(f"{self.file} has no {path}: {why}")
+
+    def _size(self, group: str, dim: str) -> int:
+        return int(self[group].sizes.get(dim, 0)) if group in self.children else 0
+
+    def _number(self, path: str) -> float | None:
+        return float(self[path]) if self._has(path) else None
+
+    def _text(self, path: str) -> str:
+        return str(self[path].item()) if self._has(path) else ""
+
+    def __repr__(self) -> str:
+        if "file" not in self.attrs:
+            return repr(self.datasets)
+        width = max(map(len, self.summary), default=0)
+        lines = [f"  {name:<{width}}  {words}" for name, words in self.summary.items()]
+        groups = f"  groups: {', '.join(self.children)}; .datasets lists all"
+        return "\n".join([f"<contact3d.Run {self.file}>", *lines, groups])
+
+    __str__ = __repr__
+
+    def _repr_html_(self) -> str:
+        if "file" not in self.attrs:
+            return self.datasets._repr_html_()
+        left = "style='text-align:left'"
+        cells = ((html.escape(name), html.escape(words)) for name, words in self.summary.items())
+        rows = "".join(f"<tr><th {left}>{name}</th><td {left}>{words}</td></tr>" for name, words in cells)
+        return (f"<b>{html.escape(str(self.file))}</b><table>{rows}</table>"
+                f"<details><summary>datasets</summary>{self.datasets._repr_html_()}</details>")
+
+
+SIZES = {"nodes": "n_nodes", "tetrahedra": "n_tetrahedra", "panes": "n_panes"}
+MEASURES = {
+    "post/resultants/normal_force": "normal contact force",
+    "post/resultants/largest_pressure": "largest pressure",
+    "post/resultants/strain_energy": "strain energy",
+}
+
+
+def _unit(values: xr.DataArray) -> str:
+    unit = str(values.attrs.get("units", ""))
+    return "" if unit == "1" else unit
+
+
+def _parts(values: xr.DataArray) -> tuple[np.ndarray, dict[str, Any]]:
+    return values.values, values.attrs
+
+
+def _columns(data: xr.Dataset, rows: str) -> pd.DataFrame:
+    """A column for each component of each variable."""
+    table = {str(name): values.values for name, values in data.coords.items() if values.dims == (rows,)}
+    for name, values in data.data_vars.items():
+        rest = [dim for dim in values.dims if dim != rows]
+        flat = values.transpose(rows, *rest).values.reshape(values.sizes[rows], -1)
+        labels = [[str(label) for label in values[dim].values] for dim in rest]
+        for column, label in zip(flat.T, itertools.product(*labels), strict=True):
+            table["_".join([str(name), *label])] = column
+    index = table.pop(rows, None)
+    return pd.DataFrame(table, index=None if index is None else pd.Index(index, name=rows))

@@ -1,0 +1,87 @@
+"""Tables of sweeps as datasets over their axes."""
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import xarray as xr
+
+from ._tree import open as open_run
+
+
+def open_sweep(folder: str | os.PathLike[str]) -> xr.Dataset:
+    """The results of a sweep, one dimension for each of its axes.
+
+    Keys that change together share the dimension of the first of them. Values that are no numbers are JSON texts. Cases
+    that have not been run are NaN, or -1 where a count is meant. Cases of earlier axes are left out.
+    """
+    table = open_run(Path(folder) / "summary.h5")["cases"].to_dataset(inherit=False).load()
+    with h5py.File(Path(folder) / "summary.h5") as content:
+        keys = [str(key) for key in content["cases/keys"].asstr()[:]]
+    cases = table.isel(n_cases=np.flatnonzero(table["planned"].values == 1))
+    settings = [json.loads(str(text)) for text in cases["settings"].values]
+    axes = _axes(keys, settings)
+    results = cases.drop_vars([name for name in ("planned", "settings", "setting_value", "keys") if name in cases])
+    shape = tuple(len(values) for _, values, _ in axes)
+    place = np.zeros(len(settings), dtype=int)
+    for _, values, codes in axes:
+        place = place * len(values) + codes
+    if len(set(place)) != len(settings):
+        raise ValueError(f"{folder}: two cases have the same values of {', '.join(keys)}")
+    dimensions = [names[0] for names, _, _ in axes]
+    dataset = xr.Dataset(attrs=dict(table.attrs))
+    for name, variable in results.variables.items():
+        if "n_cases" not in variable.dims:
+            dataset[name] = variable
+            continue
+        ordered = variable.transpose("n_cases", ...)
+        values = _blank(ordered, int(np.prod(shape)))
+        values[place] = ordered.values
+        dims = (*dimensions, *ordered.dims[1:])
+        dataset[name] = xr.Variable(dims, values.reshape(*shape, *ordered.shape[1:]), variable.attrs)
+    for names, values, _ in axes:
+        for position, name in enumerate(names):
+            dataset = dataset.assign_coords({name: (names[0], _column([row[position] for row in values]))})
+    return dataset
+
+
+def _axes(keys: list[str], settings: list[dict[str, Any]]) -> list[tuple[list[str], list[tuple[Any, ...]], np.ndarray]]:
+    """The keys that change together, their rows of values in the order of the cases, and each case's row."""
+    columns = {key: [json.dumps(case.get(key)) for case in settings] for key in keys}
+    groups: list[list[str]] = []
+    for key in keys:
+        partners = [group for group in groups if _change_together(columns[group[0]], columns[key])]
+        if partners:
+            partners[0].append(key)
+        else:
+            groups.append([key])
+    axes = []
+    for group in groups:
+        rows = list(zip(*(columns[key] for key in group), strict=True))
+        distinct = list(dict.fromkeys(rows))
+        codes = np.array([distinct.index(row) for row in rows], dtype=int)
+        axes.append((group, [tuple(json.loads(text) for text in row) for row in distinct], codes))
+    return axes
+
+
+def _change_together(first: list[str], second: list[str]) -> bool:
+    pairs = set(zip(first, second, strict=True))
+    return len(pairs) == len(set(first)) == len(set(second)) > 1
+
+
+def _blank(variable: xr.Variable, rows: int) -> np.ndarray:
+    shape = (rows, *variable.shape[1:])
+    if variable.dtype.kind == "f":
+        return np.full(shape, np.nan)
+    if variable.dtype.kind in "iu":
+        return np.full(shape, -1, dtype=np.int64)
+    return np.full(shape, "", dtype=object)
+
+
+def _column(values: list[Any]) -> list[Any]:
+    """Numbers as they are, anything else as JSON."""
+    numbers = all(isinstance(value, (int, float)) and not isinstance(value, bool) for value in values)
+    return values if numbers else [value if isinstance(value, str) else json.dumps(value) for value in values]

@@ -1,0 +1,87 @@
+//! `/solve/quantities`: quantities of the answer and the errors that the mesh makes of them.
+
+use contact3d::{
+    post::FunctionalEstimate,
+    scene::{Functional, Scene},
+};
+use runfile::{Extent, Extent::Fixed, Extent::Named, GroupWriter, Kind, Reader, StoreError};
+use units::Dimension;
+
+use super::{
+    FormatError, extents,
+    fields::{Table, fields, read_if_there, read_value, write_value},
+    solve::GROUP,
+};
+
+const NAME: &str = "/solve/quantities/name";
+const BOX: &str = "/solve/quantities/box";
+const INDICATOR: &str = "/solve/quantities/indicator";
+
+const ROWS: &[Extent] = &[Named("n_quantities")];
+const MISSING: &str = "absent in a load history, where nothing is deformed, and before format 1.11; areas alone where the dual operator is not dense";
+
+pub(super) const FIELDS: Table<FunctionalEstimate> = fields! { FunctionalEstimate => GROUP;
+    {Kind::Text} NAME, ROWS, Dimension::Number, "Quantities of the answer, as `adapt.of` names them.".optional(MISSING);
+    (value) "/solve/quantities/value", ROWS, Dimension::Number, "Their values, each in its own unit.".symbol("Q(u_h)").optional(MISSING);
+    (error) "/solve/quantities/error", ROWS, Dimension::Number, "Estimated Q(u) - Q(u_h) with its sign; of areas the larger distance to an end of the range.".optional(MISSING);
+    (range) "/solve/quantities/range", &[Named("n_quantities"), Fixed(2)], Dimension::Number, "Where the quantity of the body lies by the estimate: smallest and largest value.".optional(MISSING);
+    {Kind::F64} BOX, &[Named("n_quantities"), Fixed(2), extents::XYZ], Dimension::LENGTH, "Opposite corners of the box that a mean is over; NaN for what is no mean.".optional(MISSING);
+    (kinks) "/solve/quantities/kinks", ROWS, Dimension::Number, "Panes at a kink of the contact conditions, where the estimate is that of one side.".optional(MISSING);
+    {Kind::F64} INDICATOR, &[Named("n_tetrahedra")], Dimension::Number, "What each tetrahedron contributes to the error of the quantity that the mesh is refined for, in its unit.".optional("absent unless the mesh is refined for a quantity");
+};
+
+/// Writes the quantities; nothing where there are none.
+///
+/// # Errors
+/// HDF5 failures.
+pub fn write(writer: &mut GroupWriter<'_>, found: &[FunctionalEstimate]) -> Result<(), StoreError> {
+    if found.is_empty() {
+        return Ok(());
+    }
+    let all = || found.iter();
+    let names: Vec<String> = all().map(|it| it.functional.word().to_owned()).collect();
+    write_value(writer, NAME, &names)?;
+    FIELDS.write_rows(writer, found)?;
+    let corners = all().map(|it| it.corners.unwrap_or([[f64::NAN; 3]; 2]));
+    write_value(writer, BOX, &corners.collect::<Vec<_>>())?;
+    match found.iter().find(|it| !it.indicator.is_empty()) {
+        Some(wanted) => write_value(writer, INDICATOR, &wanted.indicator),
+        None => Ok(()),
+    }
+}
+
+/// Reads the quantities of a scene; none from files without them.
+///
+/// # Errors
+/// Altered or damaged datasets, a quantity that is unknown.
+pub fn read(reader: &Reader, scene: &Scene) -> Result<Vec<FunctionalEstimate>, FormatError> {
+    let Some(names) = read_if_there::<Vec<String>>(reader, NAME)? else {
+        return Ok(Vec::new());
+    };
+    let corners: Vec<[[f64; 3]; 2]> = read_value(reader, BOX)?;
+    let wanted = scene.adapt.and_then(|adapt| adapt.of);
+    let known = |name: &str| {
+        let all = Functional::NAMED.into_iter().chain(wanted);
+        all.into_iter().find(|it| it.word() == name)
+    };
+    let mut found = FIELDS.read_rows(reader, || FunctionalEstimate {
+        functional: Functional::NormalForce,
+        value: 0.0,
+        error: 0.0,
+        range: [0.0; 2],
+        corners: None,
+        kinks: 0,
+        indicator: Vec::new(),
+    })?;
+    for ((it, name), corners) in found.iter_mut().zip(&names).zip(corners) {
+        it.functional = known(name).ok_or_else(|| FormatError::Inconsistent {
+            dataset: NAME,
+            reason: format!("expected a quantity of the scene, found {name:?}"),
+        })?;
+        it.corners = corners[0][0].is_finite().then_some(corners);
+        if Some(it.functional) == wanted {
+            it.indicator = read_if_there(reader, INDICATOR)?.unwrap_or_default();
+        }
+    }
+    Ok(found)
+}

@@ -1,0 +1,73 @@
+//! What a mesh file holds.
+
+use contact3d::mesh::MeshInspection;
+use serde_json::{Value, json};
+use units::Units;
+
+use super::{
+    Digits::{Fixed, Scientific},
+    FigureTable, Figures,
+};
+
+/// Sizes and quality, then faces and parts; lengths in the unit of the file.
+#[must_use]
+pub fn text(mesh: &MeshInspection) -> String {
+    format!(
+        "{}{}{}",
+        whole(mesh).text(0, 24),
+        faces(mesh).text(),
+        parts(mesh).text()
+    )
+}
+
+/// The same for programs.
+#[must_use]
+pub fn json(mesh: &MeshInspection) -> Value {
+    let mut all = whole(mesh).json();
+    all["faces"] = faces(mesh).json();
+    all["parts"] = parts(mesh).json();
+    json!(all)
+}
+
+#[rustfmt::skip]
+fn whole(mesh: &MeshInspection) -> Figures {
+    let mut figures = Figures::new(Units::default());
+    let order = if mesh.is_quadratic { "second" } else { "first" };
+    figures.plain("order", "order of tetrahedra", order);
+    figures.plain("n_tetrahedra", "tetrahedra", mesh.n_tetrahedra);
+    figures.plain("n_nodes", "nodes", mesh.n_nodes);
+    figures.plain("bounds_min", "smallest x, y, z", mesh.bounds[0]);
+    figures.plain("bounds_max", "largest x, y, z", mesh.bounds[1]);
+    figures.number("volume", "volume", Scientific(6), mesh.quality.total_volume);
+    figures.number("shortest_edge", "shortest edge", Scientific(3), mesh.quality.shortest_edge);
+    figures.number("longest_edge", "longest edge", Scientific(3), mesh.quality.longest_edge);
+    figures.number("smallest_shape", "worst shape, 1 best", Fixed(3), mesh.quality.smallest_shape);
+    figures.number("mean_shape", "mean shape", Fixed(3), mesh.quality.mean_shape);
+    figures
+}
+
+#[rustfmt::skip]
+fn faces(mesh: &MeshInspection) -> FigureTable {
+    let rows = mesh.faces.iter().map(|face| {
+        let mut figures = Figures::new(Units::default());
+        figures.plain("name", "face", face.name.clone());
+        figures.plain("n_facets", "triangles", face.n_facets);
+        figures.number("area", "area", Scientific(4), face.area);
+        let normal = face.normal.map(|normal| normal.map(|c| format!("{:.3}", c + 0.0)).join(", "));
+        figures.in_words("normal", "outward normal", Some(normal.unwrap_or_else(|| "curved".into())), face.normal);
+        figures
+    });
+    FigureTable::new("faces (physical surfaces)", rows)
+}
+
+#[rustfmt::skip]
+fn parts(mesh: &MeshInspection) -> FigureTable {
+    let rows = mesh.parts.iter().map(|(name, n_tetrahedra, volume)| {
+        let mut figures = Figures::new(Units::default());
+        figures.plain("name", "part", name.clone());
+        figures.plain("n_tetrahedra", "tetrahedra", *n_tetrahedra);
+        figures.number("volume", "volume", Scientific(6), *volume);
+        figures
+    });
+    FigureTable::new("parts (physical volumes)", rows)
+}

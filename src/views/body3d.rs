@@ -1,0 +1,463 @@
+//! The body of a run file as a page can turn it: boundary, fields and panes in each increment, and the obstacle.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use contact3d::{
+    mesh::{ContactSurface, Mesh, SurfaceFace},
+    scene::{Scene, shown},
+};
+use plots::html::{BodyView, ViewArray, ViewPlace, ViewValues};
+use units::{Dimension, Units};
+
+use super::{contact_cells::ContactCells, picture::error_density};
+use crate::{
+    format::{GridValues, PaneValues},
+    pipeline::Results,
+};
+
+/// How far a flat obstacle is drawn beyond the contact face, as a share of the longest way across it.
+const MARGIN: f64 = 0.08;
+
+/// The body of results that are solved.
+pub(super) fn view(scene: &Scene, results: &Results) -> BodyView {
+    let (mesh, report) = (results.mesh(), &results.report);
+    let boundary = Boundary::new(mesh);
+    let records = &results.increments;
+    let frames: Vec<GridValues<'_>> = match records.as_slice() {
+        [] => vec![GridValues::from(report)],
+        records => records.iter().map(GridValues::from).collect(),
+    };
+    let names = records.iter().map(|record| {
+        let title = scene.step_title(record.increment.step);
+        // Six digits of a time that shares of a step add up to.
+        let time: f64 = format!("{:.5e}", record.increment.time)
+            .parse()
+            .unwrap_or(f64::NAN);
+        format!("{}, t = {time} s", shown(&title))
+    });
+    let mut names: Vec<String> = names.collect();
+    if names.is_empty() {
+        names.push("the solution".into());
+    }
+    let mut arrays = boundary.shape(mesh, scene.units);
+    arrays.extend(boundary.fields(scene.units, &frames));
+    arrays.extend(pane_arrays(scene.units, &frames));
+    if report.discretisation_error.displacement > 0.0 {
+        let density = error_density(mesh, report, mesh.coordinates.len());
+        let logarithm: Vec<[f64; 3]> = density.iter().map(|v| [v.log10(); 3]).collect();
+        let values = boundary.at_points(&logarithm).map(|[v, ..]| v).collect();
+        arrays.push(ViewArray {
+            label: "log10 of error per volume over its mean",
+            first: frames.len() - 1,
+            ..array(
+                "error",
+                ViewPlace::Point,
+                ViewValues::OfBody,
+                1,
+                vec![values],
+            )
+        });
+    }
+    if let Some(surface) = &mesh.contact {
+        arrays.extend(obstacle(mesh, surface, scene.units));
+    }
+    BodyView {
+        title: scene.shown_title(),
+        frames: names,
+        arrays,
+    }
+}
+
+/// An array without label and unit, from the first frame on.
+fn array(
+    key: &'static str,
+    on: ViewPlace,
+    values: ViewValues,
+    columns: usize,
+    frames: Vec<Vec<f64>>,
+) -> ViewArray {
+    ViewArray {
+        key,
+        label: "",
+        unit: String::new(),
+        on,
+        values,
+        columns,
+        first: 0,
+        frames,
+    }
+}
+
+fn indices<const K: usize>(key: &'static str, on: ViewPlace, rows: &[[usize; K]]) -> ViewArray {
+    let values = rows.as_flattened().iter().map(|&index| index as f64);
+    array(key, on, ViewValues::Indices, K, vec![values.collect()])
+}
+
+/// The boundary of the body with its contact faces cut in panes or cells of nodes.
+struct Boundary {
+    cells: Vec<ContactCells>,
+    /// Nodes of the mesh.
+    n_nodes: usize,
+    /// The points that triangles have, as nodes of the mesh and then the points that each face adds.
+    used: Vec<usize>,
+    /// Corners of the triangles among those.
+    triangles: Vec<[usize; 3]>,
+    /// The tetrahedron behind each triangle.
+    behind: Vec<usize>,
+    /// The pane of each triangle; `None` beside the contact face and where no multiplier is.
+    pane: Vec<Option<usize>>,
+}
+
+impl Boundary {
+    fn new(mesh: &Mesh) -> Self {
+        let n_nodes = mesh.coordinates.len();
+        let behind_facet = behind(mesh);
+        let mut boundary = Self {
+            cells: Vec::new(),
+            n_nodes,
+            used: Vec::new(),
+            triangles: Vec::new(),
+            behind: Vec::new(),
+            pane: Vec::new(),
+        };
+        let mut touches = vec![false; mesh.facets.len()];
+        let mut added = 0;
+        for (surface, face) in faces(mesh) {
+            let cells = ContactCells::new(mesh, Some((surface, face)));
+            let facets = &surface.facets[face.facets.clone()];
+            facets.iter().for_each(|&facet| touches[facet] = true);
+            let pieces = cells.triangles.len() / facets.len().max(1);
+            for (k, (triangle, &cell)) in cells.triangles.iter().zip(&cells.pane).enumerate() {
+                let moved = |point| {
+                    if point < n_nodes {
+                        point
+                    } else {
+                        point + added
+                    }
+                };
+                boundary.triangles.push(triangle.map(moved));
+                boundary.behind.push(behind_facet[facets[k / pieces]]);
+                let pane = (cell < cells.carrying).then(|| face.panes.start + cell);
+                boundary.pane.push(pane);
+            }
+            added += cells.coordinates.len() - n_nodes;
+            boundary.cells.push(cells);
+        }
+        for (facet, triangle) in mesh.facets.iter().enumerate() {
+            if !touches[facet] {
+                boundary.triangles.push(*triangle);
+                boundary.behind.push(behind_facet[facet]);
+                boundary.pane.push(None);
+            }
+        }
+        boundary.used = boundary.triangles.as_flattened().to_vec();
+        boundary.used.sort_unstable();
+        boundary.used.dedup();
+        for point in boundary.triangles.as_flattened_mut() {
+            *point = boundary.used.partition_point(|used| used < point);
+        }
+        boundary
+    }
+
+    /// A field of the nodes at the points of the triangles.
+    fn at_points(&self, nodal: &[[f64; 3]]) -> impl Iterator<Item = [f64; 3]> {
+        let mut field = nodal.to_vec();
+        for cells in &self.cells {
+            field.extend_from_slice(&cells.interpolate(nodal)[self.n_nodes..]);
+        }
+        self.used.iter().map(move |&point| field[point])
+    }
+
+    /// Points and triangles.
+    fn shape(&self, mesh: &Mesh, units: Units) -> Vec<ViewArray> {
+        let points: Vec<[f64; 3]> = self.at_points(&mesh.coordinates).collect();
+        let place = points.as_flattened().to_vec();
+        let pane = self
+            .pane
+            .iter()
+            .map(|pane| pane.map_or(f64::NAN, |pane| pane as f64));
+        vec![
+            ViewArray {
+                unit: units.word(Dimension::LENGTH),
+                ..array(
+                    "points",
+                    ViewPlace::Point,
+                    ViewValues::Plain,
+                    3,
+                    vec![place],
+                )
+            },
+            indices("triangles", ViewPlace::Triangle, &self.triangles),
+            array(
+                "triangle_pane",
+                ViewPlace::Triangle,
+                ViewValues::Indices,
+                1,
+                vec![pane.collect()],
+            ),
+        ]
+    }
+
+    /// Displacement and stress.
+    fn fields(&self, units: Units, frames: &[GridValues<'_>]) -> [ViewArray; 2] {
+        let displacement = frames.iter().map(|frame| {
+            let u: Vec<[f64; 3]> = self.at_points(frame.displacement).collect();
+            u.as_flattened().to_vec()
+        });
+        let stress = |frame: &GridValues<'_>| {
+            let of_triangles = self.behind.iter();
+            of_triangles
+                .map(|&tetrahedron| frame.von_mises[tetrahedron])
+                .collect()
+        };
+        let stress = frames.iter().map(stress).collect();
+        [
+            ViewArray {
+                label: "displacement",
+                unit: units.word(Dimension::LENGTH),
+                ..array(
+                    "displacement",
+                    ViewPlace::Point,
+                    ViewValues::OfBody,
+                    3,
+                    displacement.collect(),
+                )
+            },
+            ViewArray {
+                label: "von Mises stress",
+                unit: units.word(Dimension::STRESS),
+                ..array(
+                    "von_mises",
+                    ViewPlace::Triangle,
+                    ViewValues::OfBody,
+                    1,
+                    stress,
+                )
+            },
+        ]
+    }
+}
+
+/// The contact faces with the surface they are part of.
+fn faces(mesh: &Mesh) -> impl Iterator<Item = (&ContactSurface, &SurfaceFace)> {
+    let surfaces = mesh.contact.iter();
+    surfaces.flat_map(|surface| surface.faces.iter().map(move |face| (surface, face)))
+}
+
+/// The tetrahedron behind each boundary triangle.
+fn behind(mesh: &Mesh) -> Vec<usize> {
+    let sorted = |mut nodes: [usize; 3]| {
+        nodes.sort_unstable();
+        nodes
+    };
+    let facets = mesh.facets.iter().enumerate();
+    let facets: BTreeMap<[usize; 3], usize> =
+        facets.map(|(k, &nodes)| (sorted(nodes), k)).collect();
+    let mut behind = vec![0; mesh.facets.len()];
+    for (tetrahedron, &[a, b, c, d]) in mesh.tetrahedra.iter().enumerate() {
+        for side in [[a, b, c], [a, b, d], [a, c, d], [b, c, d]] {
+            if let Some(&facet) = facets.get(&sorted(side)) {
+                behind[facet] = tetrahedron;
+            }
+        }
+    }
+    behind
+}
+
+/// What each pane has in each frame; none without contact.
+fn pane_arrays(units: Units, frames: &[GridValues<'_>]) -> Vec<ViewArray> {
+    let Some(first) = frames[0].panes.first() else {
+        return Vec::new();
+    };
+    let (frictional, coulomb) = (
+        first.tangential_stress.is_some(),
+        first.coefficients.is_some(),
+    );
+    let of = |key,
+              label,
+              dimension: Dimension,
+              values,
+              columns,
+              each: &dyn Fn(&PaneValues) -> Vec<f64>| {
+        let frames = frames.iter();
+        let rows = frames.map(|frame| frame.panes.iter().flat_map(each).collect());
+        ViewArray {
+            label,
+            unit: units.of(dimension).beside().trim().to_owned(),
+            ..array(key, ViewPlace::Pane, values, columns, rows.collect())
+        }
+    };
+    let pair = |pair: Option<[f64; 2]>| pair.unwrap_or([f64::NAN; 2]).to_vec();
+    let stress = Dimension::STRESS;
+    let mut arrays = vec![of(
+        "pressure",
+        "contact pressure",
+        stress,
+        ViewValues::OfFace,
+        1,
+        &|pane| vec![0.0 - pane.normal_stress],
+    )];
+    if frictional {
+        arrays.push(of(
+            "friction",
+            "friction stress",
+            stress,
+            ViewValues::OfFace,
+            2,
+            &|pane| pair(pane.tangential_stress),
+        ));
+    }
+    arrays.push(of(
+        "zone",
+        "zone",
+        Dimension::Number,
+        ViewValues::Zones,
+        1,
+        &|pane| vec![f64::from(pane.zone as u8)],
+    ));
+    arrays.push(of(
+        "gap",
+        "gap",
+        Dimension::LENGTH,
+        ViewValues::Plain,
+        1,
+        &|pane| vec![pane.gap],
+    ));
+    if coulomb {
+        let name = "coefficients of friction";
+        arrays.push(of(
+            "coefficients",
+            name,
+            Dimension::Number,
+            ViewValues::Plain,
+            2,
+            &|pane| pair(pane.coefficients),
+        ));
+    }
+    arrays
+}
+
+/// Where the obstacle is: points of the contact face, and how far along the normal it is from them.
+#[derive(Default)]
+struct ObstacleShape {
+    points: Vec<[f64; 3]>,
+    gaps: Vec<[f64; 3]>,
+    triangles: Vec<[usize; 3]>,
+}
+
+/// The part of the obstacle that contact faces see, with a strip around it where it is flat.
+fn obstacle(mesh: &Mesh, surface: &ContactSurface, units: Units) -> [ViewArray; 3] {
+    let mut shape = ObstacleShape::default();
+    surface
+        .faces
+        .iter()
+        .for_each(|face| shape.add(mesh, surface, face));
+    let place = |key, rows: &[[f64; 3]]| ViewArray {
+        unit: units.word(Dimension::LENGTH),
+        ..array(
+            key,
+            ViewPlace::Obstacle,
+            ViewValues::Plain,
+            3,
+            vec![rows.as_flattened().to_vec()],
+        )
+    };
+    [
+        place("obstacle_points", &shape.points),
+        place("obstacle_gaps", &shape.gaps),
+        indices("obstacle_triangles", ViewPlace::Obstacle, &shape.triangles),
+    ]
+}
+
+impl ObstacleShape {
+    fn add(&mut self, mesh: &Mesh, surface: &ContactSurface, face: &SurfaceFace) {
+        let facets = surface.facets[face.facets.clone()]
+            .iter()
+            .map(|&facet| mesh.facets[facet]);
+        let facets: Vec<[usize; 3]> = facets.collect();
+        let mut place: BTreeMap<usize, usize> = BTreeMap::new();
+        let mut normals = Vec::new();
+        for node in facets.as_flattened() {
+            let Some(contact) = surface
+                .contact_node(face, *node)
+                .filter(|_| !place.contains_key(node))
+            else {
+                continue;
+            };
+            let normal = surface.normal_at(contact);
+            let clearance = surface.clearance.get(contact).copied().unwrap_or(0.0);
+            place.insert(*node, self.points.len());
+            self.points.push(mesh.coordinates[*node]);
+            self.gaps.push(normal.map(|c| clearance * c));
+            normals.push(normal);
+        }
+        // It looks at the body, the other way round than the face.
+        self.triangles.extend(
+            facets
+                .iter()
+                .map(|&[a, b, c]| [place[&a], place[&c], place[&b]]),
+        );
+        if let [normal, others @ ..] = normals.as_slice()
+            && others.iter().all(|other| other == normal)
+        {
+            self.add_strip(mesh, &facets, &place, *normal);
+        }
+    }
+
+    /// A strip in the plane of the obstacle around a face.
+    fn add_strip(
+        &mut self,
+        mesh: &Mesh,
+        facets: &[[usize; 3]],
+        place: &BTreeMap<usize, usize>,
+        normal: [f64; 3],
+    ) {
+        let edges = || {
+            facets
+                .iter()
+                .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
+        };
+        let all: BTreeSet<[usize; 2]> = edges().collect();
+        let rim: Vec<[usize; 2]> = edges().filter(|&[a, b]| !all.contains(&[b, a])).collect();
+        let mut outward: BTreeMap<usize, [f64; 3]> = BTreeMap::new();
+        let mut across = 0.0_f64;
+        for &[a, b] in &rim {
+            let way: [f64; 3] =
+                std::array::from_fn(|c| mesh.coordinates[b][c] - mesh.coordinates[a][c]);
+            // The body's inside is to the left of the edge seen from outside, and the normal points there.
+            let out = unit(cross(way, normal));
+            for node in [a, b] {
+                let sum = outward.entry(node).or_default();
+                *sum = std::array::from_fn(|c| sum[c] + out[c]);
+            }
+            let from_first = |c: usize| mesh.coordinates[b][c] - mesh.coordinates[rim[0][0]][c];
+            across = across.max(from_first(0).hypot(from_first(1)).hypot(from_first(2)));
+        }
+        let mut beyond: BTreeMap<usize, usize> = BTreeMap::new();
+        for (node, sum) in outward {
+            // The sum of two unit vectors o₁ + o₂; both edges move by the margin along 2 (o₁ + o₂) / |o₁ + o₂|².
+            let length = sum.iter().map(|c| c * c).sum::<f64>().max(0.5);
+            let at = place[&node];
+            beyond.insert(node, self.points.len());
+            self.gaps.push(self.gaps[at]);
+            let point = self.points[at];
+            self.points.push(std::array::from_fn(|c| {
+                point[c] + 2.0 * MARGIN * across * sum[c] / length
+            }));
+        }
+        for [a, b] in rim {
+            let [near_a, near_b, far_a, far_b] = [place[&a], place[&b], beyond[&a], beyond[&b]];
+            self.triangles
+                .extend([[near_a, near_b, far_b], [near_a, far_b, far_a]]);
+        }
+    }
+}
+
+fn cross([a, b, c]: [f64; 3], [x, y, z]: [f64; 3]) -> [f64; 3] {
+    [b * z - c * y, c * x - a * z, a * y - b * x]
+}
+
+fn unit(vector: [f64; 3]) -> [f64; 3] {
+    let length = vector.iter().map(|c| c * c).sum::<f64>().sqrt();
+    vector.map(|c| if length > 0.0 { c / length } else { 0.0 })
+}
