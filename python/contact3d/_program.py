@@ -105,10 +105,8 @@ def perform(command: Sequence[str], *, text: str | None = None, total: int | Non
         watcher = _watch.Watcher(shown)
         ours, theirs = _watch.listening_post(shown is not None)
         try:
-            with os.fdopen(theirs, "wb") as errors:
-                process = subprocess.Popen([executable, *command, "--json"], stdin=given, stdout=results, stderr=errors,
-                                           env=environment)
-            exit_code = _watch.follow(process, ours, watcher)
+            exit_code = _watch.follow([executable, *command, "--json"], ours, watcher, errors=theirs, stdin=given,
+                                      stdout=results, env=environment)
         finally:
             os.close(ours)
         results.seek(0)

@@ -3,12 +3,14 @@
 import codecs
 import os
 import re
+import signal
 import subprocess
 import sys
+import threading
 import time
 import warnings
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import Any
 
 CONTROL = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]")
@@ -134,24 +136,43 @@ def listening_post(shown: bool) -> tuple[int, int]:
     return ours, theirs
 
 
-def follow(process: subprocess.Popen[bytes], handle: int, watcher: Watcher) -> int:
-    """Sees a process to its end; an interruption reaches it too, and it is waited for."""
+def follow(command: list[str], handle: int, watcher: Watcher, **streams: Any) -> int:
+    """Runs a program to its end and sees what it says; an interruption reaches it too, and it is waited for."""
+    process = None
     try:
+        with _interrupted_later(), os.fdopen(streams.pop("errors"), "wb") as errors:
+            process = subprocess.Popen(command, stderr=errors, **streams)
         for line in lines(handle):
             watcher.see(line)
         return process.wait()
     except BaseException as stopped:
-        _interrupt(process)
-        for line in lines(handle):
-            watcher.see(line)
+        if process is not None:
+            _interrupt(process)
+            for line in lines(handle):
+                watcher.see(line)
         stopped.add_note("\n".join(watcher.messages))
         raise
 
 
+@contextmanager
+def _interrupted_later() -> Iterator[None]:
+    """An interruption while a process is started would leave one that nobody knows; it is raised at the end."""
+    raised = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(raised):
+        yield
+        return
+    waiting: list[tuple[Any, ...]] = []
+    signal.signal(signal.SIGINT, lambda *told: waiting.append(told))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, raised)
+    if waiting:
+        raised(*waiting[0])
+
+
 def _interrupt(process: subprocess.Popen[bytes]) -> None:
     """A terminal has told the program too, a notebook has not."""
-    import signal
-
     for seconds, send in ((0.3, None), (5.0, signal.SIGINT), (5.0, signal.SIGTERM)):
         if send:
             process.send_signal(send)
