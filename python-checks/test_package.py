@@ -227,6 +227,9 @@ values = [{{ constant = 0.1 }}, {{ constant = 0.3 }}, {{ constant = 0.5 }}]
             case = table.sel({modulus: values[modulus], "friction.coefficient_1": law})
             assert case["normal_force"].item() == file["cases/normal_force"][row]
             assert case["id"].item() == file["cases/id"].asstr()[row]
+        rows = table.to_dataframe()
+        assert rows["id"].tolist() == file["cases/id"].asstr()[:].tolist() and rows[ratio].tolist() == [0.28] * 3 + [0.33] * 3
+        np.testing.assert_array_equal(rows[["contact_force_x", "contact_force_y", "contact_force_z"]], file["cases/contact_force"])
 
 
 def test_linked_files_and_cases_of_a_sweep_are_opened(contact3d, tmp_path):

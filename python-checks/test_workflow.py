@@ -6,7 +6,7 @@ import signal
 import subprocess
 import sys
 import time
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Future, ProcessPoolExecutor
 
 import numpy as np
 import pandas as pd
@@ -125,6 +125,8 @@ def test_studies_have_typed_results(tmp_path):
     assert package.law(NEWTON).bounds["f_max"]["value"] == 0.3
     assert [face["law"] for face in package.law(PIPELINES / "dry_and_greased.toml").faces] == ["orthotropic", "capped"]
     assert package.report(tmp_path / "theory.h5", tmp_path / "page.html").read_text().startswith("<!DOCTYPE html>")
+    run = package.run(NEWTON, tmp_path / "run.h5", set=SMALL)
+    assert "<script" in package.report(run.file, tmp_path / "page.html", interactive=True).read_text()
     with pytest.raises(package.BadInput, match="friction.coefficient_9"):
         package.branches(NEWTON, tmp_path / "x.h5", "friction.coefficient_9", 0.1, 0.5, set=SMALL)
     assert not (tmp_path / "x.h5").exists()
@@ -133,6 +135,10 @@ def test_studies_have_typed_results(tmp_path):
 def test_an_error_may_be_asked_for(tmp_path):
     run = package.run(NEWTON, tmp_path / "run.h5", set=SMALL, error="30%")
     assert run["post/discretisation_error/total"].item() <= 0.3
+    force = run.to_dataframe("quantities").loc["normal_force"]
+    assert force["value"] == run["post/resultants/normal_force"].item() and force["unit"] == "N"
+    bar = max(force["largest"] - force["value"], force["value"] - force["smallest"]) / force["value"]
+    assert run.summary["normal contact force"].endswith(f" N, ± {100 * bar:.2g} %")
     with pytest.warns(package.SceneWarning, match="hardly be met"), pytest.raises(package.NotConverged, match="budget"):
         package.run(NEWTON, tmp_path / "short.h5", set=SMALL, error="0.1%", budget=0.001)
     with pytest.raises(package.BadInput, match="1%"):
@@ -192,6 +198,8 @@ def test_nonsense_is_refused(tmp_path, monkeypatch):
         package.export(tmp_path / "run.h5")
     with pytest.raises(FileNotFoundError, match="there is no run file"):
         package.open(tmp_path / "run.h5")
+    with pytest.raises(FileNotFoundError, match="contact3d.sweep makes one"):
+        package.open_sweep(tmp_path / "out")
     with pytest.raises(OSError, match="is no run file"):
         package.open(NEWTON)
     with pytest.raises(TypeError, match="a scene with axes"):
@@ -235,6 +243,25 @@ def test_cases_wait_for_the_one_that_they_start_from(tmp_path):
         pool = package.sweep(NEWTON, tmp_path / "pool", axes, set=shared, warm_start=True, executor=executor)
     assert [case["start"] for case in pool.cases] == [None, *[case["id"] for case in pool.cases[:-1]]]
     assert digests(pool) == digests(alone)
+
+
+def test_an_interrupted_sweep_has_a_table(tmp_path):
+    class Stopped:
+        """Runs one case."""
+
+        ran = 0
+
+        def submit(self, task, *arguments):
+            if self.ran == 1:
+                raise KeyboardInterrupt
+            self.ran += 1
+            future = Future()
+            future.set_result(task(*arguments))
+            return future
+
+    with pytest.raises(KeyboardInterrupt):
+        package.sweep(NEWTON, tmp_path, AXES, set=SMALL, executor=Stopped())
+    assert sorted(package.open_sweep(tmp_path).to_dataframe()["status"]) == ["converged", "missing", "missing", "missing"]
 
 
 def test_cases_that_do_not_converge_are_a_warning(tmp_path):

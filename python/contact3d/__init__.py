@@ -29,6 +29,7 @@ from ._studies import (
     theory,
 )
 from ._sweep import Sweep, open_sweep, sweep
+from ._sweep_table import SweepTable
 from ._tree import open
 from ._watch import CasesWarning, SceneWarning
 from .scene import Scene
@@ -50,6 +51,7 @@ __all__ = [
     "SceneWarning",
     "Stability",
     "Sweep",
+    "SweepTable",
     "Theory",
     "accuracy",
     "branches",

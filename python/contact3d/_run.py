@@ -74,9 +74,10 @@ class Run(xr.DataTree):
             counts = self["post/zone_counts"]
             words = counts.coords["zone"].values if "zone" in counts.coords else ["open", "stick", "slip"]
             found["panes"] = ", ".join(f"{count} {word}" for word, count in zip(words, counts.values, strict=True))
+        bars = self._error_bars()
         for name, words in MEASURES.items():
             if (value := self._number(name)) is not None:
-                found[words] = f"{value:.6g} {_unit(self[name])}".strip()
+                found[words] = f"{value:.6g} {_unit(self[name])}".strip() + bars.get(name, "")
         if (estimate := self._number("post/discretisation_error/total")) is not None:
             found["discretisation error"] = f"about {100 * estimate:.2g} % in the energy norm"
         return found
@@ -157,13 +158,14 @@ class Run(xr.DataTree):
 
         return draw_panes(self, name, face, time, ax, style)
 
-    def to_dataframe(self, what: Literal["panes", "nodes", "forces", "history"] = "panes") -> pd.DataFrame:
-        """A table of pandas: a row for each pane, node, force, or increment of a history."""
+    def to_dataframe(self, what: Literal["panes", "nodes", "forces", "history", "quantities"] = "panes") -> pd.DataFrame:
+        """A table of pandas: a row for each pane, node, force, increment of a history, or quantity with its error bar."""
         makers = {
             "panes": self._pane_table,
             "nodes": self._node_table,
             "forces": self._force_table,
             "history": self._history_table,
+            "quantities": self._quantity_table,
         }
         if what not in makers:
             raise ValueError(f"expected {', '.join(makers)}, found {what!r}")
@@ -183,7 +185,7 @@ class Run(xr.DataTree):
         return makers[what](self, time)
 
     def _pane_table(self) -> pd.DataFrame:
-        return _columns(self.row_of_panes(), "pane")
+        return columns(self.row_of_panes(), "pane")
 
     def _node_table(self) -> pd.DataFrame:
         self._demand("solve/displacement")
@@ -192,17 +194,39 @@ class Run(xr.DataTree):
         places = {axis: ("node", nodes[f"node_{axis}"].values) for axis in "xyz"}
         displacement = {"displacement": (("node", "axis"), nodes["displacement"].values)}
         moved = xr.Dataset(displacement, {**places, "axis": list("xyz")})
-        return _columns(moved, "node")
+        return columns(moved, "node")
 
     def _force_table(self) -> pd.DataFrame:
         forces = self.forces
-        return _columns(forces.assign_coords(axis=list("xyz")), "source")
+        return columns(forces.assign_coords(axis=list("xyz")), "source")
 
     def _history_table(self) -> pd.DataFrame:
         history = self.history
         small = {"time", "axis", "friction_axis", "contact_axis", "source"}
         kept = [name for name, value in history.data_vars.items() if "time" in value.dims and small.issuperset(value.dims)]
-        return _columns(history[kept], "time")
+        return columns(history[kept], "time")
+
+    def _quantity_table(self) -> pd.DataFrame:
+        if not self._has("solve/quantities/value"):
+            raise ValueError(f"{self.file} has no error bars: it is not solved, a load history, or of an older format")
+        stored = self["solve/quantities"].to_dataset(inherit=False)
+        names = [str(name) for name in stored["name"].values]
+        smallest, largest = stored["range"].values.T
+        units = [_unit(self[IN_THE_UNIT_OF[name]]) if name in IN_THE_UNIT_OF else "" for name in names]
+        return pd.DataFrame({"value": stored["value"].values, "error": stored["error"].values, "smallest": smallest,
+                             "largest": largest, "unit": units, "kinks": stored["kinks"].values},
+                            pd.Index(names, name="quantity"))
+
+    def _error_bars(self) -> dict[str, str]:
+        """Error bars of measures, in words: the larger distance to an end of the range, over the value."""
+        if not self._has("solve/quantities/value"):
+            return {}
+        table = self._quantity_table()
+        table = table[table["value"] != 0.0]
+        bars = np.maximum(table["largest"] - table["value"], table["value"] - table["smallest"]) / table["value"].abs()
+        # The largest pressure there is a mean about its place, that of the measures the largest of a pane.
+        exact = (name for name in ("normal_force", "strain_energy") if name in bars)
+        return {f"post/resultants/{name}": f", ± {100 * bars[name]:.2g} %" for name in exact}
 
     def _over_panes(self, values: xr.DataArray) -> xr.DataArray:
         """Values of panes under the dimension ``pane``; NaN on those without friction."""
@@ -300,6 +324,19 @@ MEASURES = {
     "post/resultants/largest_pressure": "largest pressure",
     "post/resultants/strain_energy": "strain energy",
 }
+#: A dataset in the unit of each quantity with an error bar.
+IN_THE_UNIT_OF = {
+    "normal_force": "post/resultants/normal_force",
+    "tangential_force": "post/resultants/normal_force",
+    "strain_energy": "post/resultants/strain_energy",
+    "dissipation": "post/resultants/strain_energy",
+    "largest_pressure": "post/resultants/largest_pressure",
+    "mean_pressure": "post/resultants/largest_pressure",
+    "largest_displacement": "solve/displacement",
+    "mean_displacement": "solve/displacement",
+    "contact_area": "mesh/pane_area",
+    "stick_area": "mesh/pane_area",
+}
 
 
 def _unit(values: xr.DataArray) -> str:
@@ -311,7 +348,7 @@ def _parts(values: xr.DataArray) -> tuple[np.ndarray, dict[str, Any]]:
     return values.values, values.attrs
 
 
-def _columns(data: xr.Dataset, rows: str) -> pd.DataFrame:
+def columns(data: xr.Dataset, rows: str) -> pd.DataFrame:
     """A column for each component of each variable."""
     table = {str(name): values.values for name, values in data.coords.items() if values.dims == (rows,)}
     for name, values in data.data_vars.items():

@@ -347,9 +347,12 @@ def law(scene: SceneLike, *, set: Mapping[str, Any] | None = None, figures: StrP
     return Law(answer.data, None, [Path(picture) for picture in answer.data["figures"]])
 
 
-def report(file: StrPath, page: StrPath = "report.html") -> Path:
-    """Writes one HTML page, which needs no network, of a run file or of the folder of a sweep."""
-    perform(["report", name(file), "--out", name(page)]).check(Path(file))
+def report(file: StrPath, page: StrPath = "report.html", *, interactive: bool = False) -> Path:
+    """Writes one HTML page, which needs no network, of a run file or of the folder of a sweep.
+
+    :param interactive: the body of a run file, to be turned.
+    """
+    perform(["report", name(file), "--out", name(page), *options(interactive=interactive)]).check(Path(file))
     return Path(page)
 
 

@@ -8,17 +8,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
-import xarray as xr
-
 from . import _toml, _watch
-from ._program import name, options, perform
+from ._program import Interrupted, name, options, perform
 from ._run import Run
 from ._scene_input import SceneLike, given
-from ._sweep_table import open_sweep
+from ._sweep_table import SUMMARY, SweepTable, open_sweep
 from ._tree import open as open_run
 
 StrPath = str | os.PathLike[str]
-SUMMARY = "summary.h5"
 
 
 class Executor(Protocol):
@@ -49,7 +46,7 @@ class Sweep:
     not_converged: int
 
     @property
-    def table(self) -> xr.Dataset:
+    def table(self) -> SweepTable:
         """Settings and main results, a dimension for each axis."""
         return open_sweep(self.folder)
 
@@ -115,14 +112,16 @@ def sweep(
     if executor is not None:
         if jobs is not None or memory is not None:
             raise TypeError("jobs and memory are for sweeps without an executor, which decides that itself")
-        events = _run_cases(executor, place, plan.data, [*how, *options(threads=threads or 1)], progress)
+        with _table_if_interrupted(place):
+            events = _run_cases(executor, place, plan.data, [*how, *options(threads=threads or 1)], progress)
         computed = events.count("computed")
         how = options(self_contained=self_contained)
     limits = options(jobs=jobs, memory=memory, threads=threads, no_figures=not figures, series=series)
-    answer = perform(["sweep", *place, *how, *limits], total=len(plan.data), progress=progress and executor is None)
-    counts = answer.data or {}
-    if answer.exit_code != 1 or "cases" not in counts:
-        answer.check(folder)
+    with _table_if_interrupted(place):
+        answer = perform(["sweep", *place, *how, *limits], total=len(plan.data), progress=progress and executor is None)
+        counts = answer.data or {}
+        if answer.exit_code != 1 or "cases" not in counts:
+            answer.check(folder)
     computed += counts["computed"]
     found = Sweep(folder, plan.data, computed, len(plan.data) - computed - counts["failed"] - counts["busy"],
                   _failures(folder), counts["busy"], counts["not_converged"])
@@ -165,6 +164,16 @@ def _kept_if_refused(folder: Path) -> Iterator[None]:
                 file.write_bytes(content)
         if not was_there and folder.is_dir():
             folder.rmdir()
+        raise
+
+
+@contextmanager
+def _table_if_interrupted(place: list[str]) -> Iterator[None]:
+    """Writes the table of the cases that are done, where an interruption keeps the program from it."""
+    try:
+        yield
+    except (KeyboardInterrupt, Interrupted):
+        perform(["sweep", "summary", *place])
         raise
 
 

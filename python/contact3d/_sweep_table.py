@@ -2,24 +2,52 @@
 
 import json
 import os
+from collections.abc import Hashable, Sequence
 from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
+import pandas as pd
 import xarray as xr
 
+from ._run import columns
 from ._tree import open as open_run
 
+SUMMARY = "summary.h5"
 
-def open_sweep(folder: str | os.PathLike[str]) -> xr.Dataset:
+
+class SweepTable(xr.Dataset):
+    """The results of a sweep: an ``xarray.Dataset`` with a dimension for each axis, and others for components of vectors."""
+
+    __slots__ = ()
+
+    def to_dataframe(self, dim_order: Sequence[Hashable] | None = None) -> pd.DataFrame:
+        """A row for each case: its keys, then its results, vectors with a column for each component, as ``contact_force_x``.
+
+        :param dim_order: the axes, of which the last changes fastest; those of the sweep by default.
+        """
+        chosen = [name for name, values in self.coords.items() if "key" in values.attrs and values.ndim == 0]
+        whole = self.expand_dims(chosen)
+        axes = [*chosen, *(dim_order or (dim for dim in self.dims if "key" in self[dim].attrs))]
+        of_cases = [name for name, values in whole.data_vars.items() if set(axes) <= set(values.dims)]
+        cases = whole[of_cases].stack({"case": axes}, create_index=False)
+        if "id" in cases:
+            cases = cases.isel(case=np.flatnonzero(cases["id"].values != ""))
+        return columns(cases, "case")
+
+
+def open_sweep(folder: str | os.PathLike[str]) -> SweepTable:
     """The results of a sweep, one dimension for each of its axes.
 
     Keys that change together share the dimension of the first of them. Values that are no numbers are JSON texts. Cases
     that have not been run are NaN, or -1 where a count is meant. Cases of earlier axes are left out.
     """
-    table = open_run(Path(folder) / "summary.h5")["cases"].to_dataset(inherit=False).load()
-    with h5py.File(Path(folder) / "summary.h5") as content:
+    file = Path(folder) / SUMMARY
+    if not file.is_file():
+        raise FileNotFoundError(f"there is no table {file}; contact3d.sweep makes one")
+    table = open_run(file)["cases"].to_dataset(inherit=False).load()
+    with h5py.File(file) as content:
         keys = [str(key) for key in content["cases/keys"].asstr()[:]]
     cases = table.isel(n_cases=np.flatnonzero(table["planned"].values == 1))
     settings = [json.loads(str(text)) for text in cases["settings"].values]
@@ -32,7 +60,7 @@ def open_sweep(folder: str | os.PathLike[str]) -> xr.Dataset:
     if len(set(place)) != len(settings):
         raise ValueError(f"{folder}: two cases have the same values of {', '.join(keys)}")
     dimensions = [names[0] for names, _, _ in axes]
-    dataset = xr.Dataset(attrs=dict(table.attrs))
+    dataset = SweepTable(attrs=dict(table.attrs))
     for name, variable in results.variables.items():
         if "n_cases" not in variable.dims:
             dataset[name] = variable
@@ -42,9 +70,12 @@ def open_sweep(folder: str | os.PathLike[str]) -> xr.Dataset:
         values[place] = ordered.values
         dims = (*dimensions, *ordered.dims[1:])
         dataset[name] = xr.Variable(dims, values.reshape(*shape, *ordered.shape[1:]), variable.attrs)
+    if "face_names" in dataset:
+        dataset = dataset.assign_coords(n_case_faces=dataset["face_names"].values)
     for names, values, _ in axes:
         for position, name in enumerate(names):
-            dataset = dataset.assign_coords({name: (names[0], _column([row[position] for row in values]))})
+            column = _column([row[position] for row in values])
+            dataset = dataset.assign_coords({name: (names[0], column, {"key": name})})
     return dataset
 
 
