@@ -23,5 +23,6 @@ scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 target/release/contact3d-pipe run pipelines/hkl2011_table1.toml "$scratch/table1.h5" \
     --set 'body.brick.cells=[12,4,4]'
-python -m pytest -q -n 2 --dist loadfile python-checks
+# In the order of names: the file with the longest tests is not the last.
+python -m pytest -q -n 2 --dist loadfile --no-loadscope-reorder python-checks
 sh scripts/wheel.sh

@@ -93,7 +93,8 @@ impl Reader {
     /// Bytes the datasets of a group take on disk; 0 if the file does not hold the group.
     pub fn group_bytes(&self, group: Group) -> Result<u64, StoreError> {
         let datasets = self.datasets_below(group)?;
-        Ok(datasets.iter().map(|dataset| dataset.storage_size()).sum())
+        let bytes = |(_, dataset): &(String, hdf5::Dataset)| dataset.storage_size();
+        Ok(datasets.iter().map(bytes).sum())
     }
 
     /// Checks the set of datasets of a group against the table and against the digest of the group.
@@ -172,11 +173,10 @@ impl Reader {
         }
         match self
             .datasets_below(group)?
-            .iter()
-            .map(|dataset| dataset.name())
-            .find(|name| !known.contains(name))
+            .into_iter()
+            .find(|(name, _)| !known.contains(name))
         {
-            Some(name) => Err(self
+            Some((name, _)) => Err(self
                 .group_place(group)
                 .beside(&name)
                 .mismatch("only datasets of the table", "another one")),
@@ -184,7 +184,11 @@ impl Reader {
         }
     }
 
-    pub(super) fn datasets_below(&self, group: Group) -> Result<Vec<hdf5::Dataset>, StoreError> {
+    /// All datasets of a group with their paths: HDF5 would search the whole file for each path.
+    pub(super) fn datasets_below(
+        &self,
+        group: Group,
+    ) -> Result<Vec<(String, hdf5::Dataset)>, StoreError> {
         let place = self.group_place(group);
         let volume = self.volume(group)?;
         if let Some(link) = volume.link_below(group) {
@@ -197,9 +201,17 @@ impl Reader {
         let mut groups: Vec<_> = self.object(group)?.into_iter().collect();
         let mut seen = BTreeSet::new();
         while let Some(group) = groups.pop() {
-            if seen.insert(group.name()) {
-                let members = group.datasets().at(place, "list the datasets")?;
-                datasets.extend(members.into_iter().filter(|member| !is_scale(member)));
+            let path = group.name();
+            if seen.insert(path.clone()) {
+                for name in group.member_names().at(place, "list the datasets")? {
+                    let kind = group.loc_type_by_name(&name);
+                    if kind.at(place, "look at a member")? == hdf5::LocationType::Dataset {
+                        let dataset = group.dataset(&name).at(place, "open the dataset")?;
+                        if !is_scale(&dataset) {
+                            datasets.push((format!("{path}/{name}"), dataset));
+                        }
+                    }
+                }
                 groups.extend(group.groups().at(place, "list the groups")?);
             }
         }

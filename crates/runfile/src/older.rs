@@ -62,8 +62,7 @@ impl Reader {
 
     fn objects_with_digest(&self, group: Group) -> Result<Vec<Object>, StoreError> {
         let mut objects = Vec::new();
-        for dataset in self.datasets_below(group)? {
-            let path = dataset.name();
+        for (path, dataset) in self.datasets_below(group)? {
             let place = Place::new(&self.volume(group)?.path, &path);
             if let Ok(digest) = read_text(&dataset, place, "digest") {
                 let content = Content::Dataset(dataset);
