@@ -25,9 +25,6 @@ use crate::{format::StageSizes, pipeline::Results};
 /// it they were between 0.7 and 1.5 times the error (docs/explanation/errors.md).
 const TRUSTED_ESTIMATE: f64 = 0.25;
 
-/// With nine tenths of the squared estimate in flat tetrahedra it was three to four times the error (docs/explanation/errors.md).
-const MOSTLY_FLAT: f64 = 0.5;
-
 /// Parts of forces below this share of the largest are no figures: it is the default accuracy of a solve, and below the digits shown.
 const NOISE: f64 = 1e-12;
 
@@ -231,7 +228,7 @@ impl<'a> SolvedRun<'a> {
             return figures;
         }
         let error = &report.discretisation_error;
-        figures.said("discretisation error", Some(estimate_words(error, self.mesh)));
+        figures.said("discretisation error", Some(estimate_words(error)));
         for (name, part) in error.relative_parts() {
             figures.for_programs(&format!("discretisation_error.{name}"), part);
         }
@@ -321,19 +318,15 @@ fn steps(solution: &Solution) -> String {
 }
 
 /// The estimate, and why it may be no more than a guess.
-fn estimate_words(estimate: &ErrorEstimate, mesh: &Mesh) -> String {
+fn estimate_words(estimate: &ErrorEstimate) -> String {
     if estimate.displacement == 0.0 {
         return "none: nothing is deformed by more than rounding".to_owned();
     }
     let error = estimate.relative();
-    let flat = estimate.share_of_flat(mesh);
-    let caution = match flat.filter(|share| *share > MOSTLY_FLAT) {
-        Some(share) => format!(
-            ", likely too much: {} of its square is in flat tetrahedra",
-            percent(share)
-        ),
-        None if error > TRUSTED_ESTIMATE => ", a rough guess: the mesh is coarse".to_owned(),
-        None => String::new(),
+    let caution = if error > TRUSTED_ESTIMATE {
+        ", a rough guess: the mesh is coarse"
+    } else {
+        ""
     };
     format!("about {} in the energy norm{caution}", percent(error))
 }

@@ -23,10 +23,6 @@ use crate::{
 /// Half the edge of the cube around a peak over the extent of what it is on.
 const HALF_PATCH: f64 = 0.05;
 
-/// Share of the squared energy estimate in flat tetrahedra above which quantities have none: it is a product of two errors that are
-/// both seen far too large there.
-const MOSTLY_FLAT: f64 = 0.5;
-
 /// Elements and contact often err in opposite directions, each estimated to about this share: no bar is smaller.
 const SHARE_OF_PARTS: f64 = 1.0 / 3.0;
 
@@ -113,9 +109,7 @@ pub(super) fn estimates(
         .map(|(f, of)| f.field(of))
         .collect();
     let (estimate, shares) = ErrorEstimate::with_adjoints(solved, known, &borrowed);
-    let is_flat = |share: f64| share > MOSTLY_FLAT;
-    let is_flat = estimate.share_of_flat(solved.mesh).is_some_and(is_flat);
-    let smooth = functionals.iter().zip(shares).filter(|_| !is_flat);
+    let smooth = functionals.iter().zip(shares);
     let smooth =
         smooth.map(|(functional, shares)| functional.estimate(&estimate, shares, adjoints.kinks));
     let mut found: Vec<FunctionalEstimate> = smooth.collect();

@@ -1,13 +1,11 @@
 //! What lies around a tetrahedron: neighbours, loads, supports and contact.
 
-use std::collections::HashMap;
-
 use nalgebra::{Matrix3, Vector3};
 
-use super::{box_load::BoxLoad, local::SIDES};
+use super::box_load::BoxLoad;
 use crate::{
     elasticity::stiffness_at,
-    mesh::{Mesh, sorted},
+    mesh::Mesh,
     post::{Solved, SolvedContact},
 };
 
@@ -27,6 +25,8 @@ pub(in crate::post) struct FieldLoads<'a> {
 /// What acts on the boundary triangles of a solved problem.
 pub(super) struct LoadedBoundary<'a> {
     solved: &'a Solved<'a>,
+    /// Components that are held at nodes, `[n_nodes]`.
+    pub(super) nodes_held: Vec<[bool; 3]>,
     /// Components that are held on a whole triangle, `[n_facets]`.
     pub(super) held: Vec<[bool; 3]>,
     /// Loads on the face of each triangle, as indices, `[n_facets]`.
@@ -45,6 +45,7 @@ impl<'a> LoadedBoundary<'a> {
             let all = |c: usize| mesh.facet_nodes(f).all(|n| nodes_held[n][c]);
             std::array::from_fn(all)
         });
+        let held = held.collect();
         let on_faces = |faces: Vec<&str>| {
             let mut found = vec![Vec::new(); mesh.facets.len()];
             for (i, face) in faces.into_iter().enumerate() {
@@ -61,7 +62,8 @@ impl<'a> LoadedBoundary<'a> {
         }
         Self {
             solved,
-            held: held.collect(),
+            held,
+            nodes_held,
             tractions: on_faces(scene.tractions.iter().map(|t| t.face.as_str()).collect()),
             pressures: on_faces(scene.pressures.iter().map(|p| p.face.as_str()).collect()),
             springs: on_faces(scene.springs.iter().map(|s| s.face.as_str()).collect()),
@@ -177,41 +179,4 @@ fn carriers(mesh: &Mesh, facet: usize, share: [f64; 3]) -> ([usize; 3], [f64; 3]
             (middles.facets[facet], weights)
         }
     }
-}
-
-/// The other side of a side.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Neighbour {
-    /// Another tetrahedron.
-    Tetrahedron(usize),
-    /// A boundary triangle.
-    Facet(usize),
-}
-
-/// What lies beyond side k, opposite to corner k, of every tetrahedron, `[n_tetrahedra]`.
-pub(super) fn surroundings(mesh: &Mesh) -> Vec<[Neighbour; 4]> {
-    let side = |t: usize, k: usize| sorted(SIDES[k].map(|c| mesh.tetrahedra[t][c]));
-    let mut sides: Vec<([usize; 3], usize, usize)> = (0..mesh.tetrahedra.len())
-        .flat_map(|t| (0..4).map(move |k| (t, k)))
-        .map(|(t, k)| (side(t, k), t, k))
-        .collect();
-    rayon::slice::ParallelSliceMut::par_sort_unstable(sides.as_mut_slice());
-    let facets: HashMap<[usize; 3], usize> = (0..mesh.facets.len())
-        .map(|f| (sorted(mesh.facets[f]), f))
-        .collect();
-    let mut beyond = vec![[Neighbour::Facet(usize::MAX); 4]; mesh.tetrahedra.len()];
-    for shared in sides.chunk_by(|a, b| a.0 == b.0) {
-        match *shared {
-            [(_, t, k), (_, s, l)] => {
-                beyond[t][k] = Neighbour::Tetrahedron(s);
-                beyond[s][l] = Neighbour::Tetrahedron(t);
-            }
-            _ => {
-                for (nodes, t, k) in shared {
-                    beyond[*t][*k] = Neighbour::Facet(facets[nodes]);
-                }
-            }
-        }
-    }
-    beyond
 }

@@ -3,43 +3,31 @@
 //!
 //! With the multipliers λ_h as tractions on Γ_c, u_h is the Galerkin solution of a linear problem.
 //! * For linear tetrahedra its error is how far its stress is from a smoother one (`recovery`).
-//! * For quadratic ones it is that of local Neumann problems (R. Bank, A. Weiser, Math. Comp. 44
-//!   (1985) 283; `local`): in each tetrahedron a(e, v)_K = ∫_K f·v − ∫_K σ(u_h):ε(v) + ∫_∂K t̄·v for all
-//!   v among the cubic polynomials that vanish at the nodes, with t̄ the prescribed traction, or
-//!   inside the body the mean of the two tetrahedra's. Where materials meet, each traction has the
-//!   weight of the other material's stiffness: the error of the stiff side's stress would be much
-//!   more energy in the soft side than there is.
+//! * For quadratic ones it is that of the same problem in cubic polynomials that vanish at the nodes, joined between the tetrahedra
+//!   (`bubbles`, `hierarchical`).
 //!
 //! What the multipliers themselves are wrong by is the residual of the contact conditions *inside*
 //! panes (`contact`), δλ = P(λ + k (u − d)) − λ with the local stiffness k in Pa/m, worth ∫ δλ²/k.
 //!
 //! Both are estimates and no bounds: near singularities the better stress or the next polynomials see
-//! only part of the error. In flat quadratic tetrahedra a local problem sees far too much: alone, a thin plate bends
-//! under what the material above it would carry ([`ErrorEstimate::share_of_flat`]).
+//! only part of the error.
 
 mod boundary;
 mod box_load;
+mod bubbles;
 mod contact;
-mod local;
+mod hierarchical;
 mod recovery;
 
-use rayon::prelude::*;
-
 use super::{PaneState, Solved};
-use crate::{
-    elasticity::{InternalForces, MaterialField},
-    mesh::{Mesh, shape},
-};
+use crate::elasticity::{InternalForces, MaterialField};
 
 pub(super) use boundary::{FieldLoads, multipliers_between_nodes};
 pub(super) use box_load::{BoxLoad, FacePart};
 
 use boundary::LoadedBoundary;
-use boundary::surroundings;
-use local::{BubbleField, LocalProblems};
-
-/// Shape of a tetrahedron that is a fifth as high as wide.
-const FLAT: f64 = 0.4;
+use bubbles::{BubbleElements, BubbleField};
+use hierarchical::HierarchicalErrors;
 
 /// The estimated discretisation error of a solution, in the energy norm ‖v‖_A = √a(v, v), √J.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -151,13 +139,17 @@ impl ErrorEstimate {
         let (products, at_contact) = match mesh.mid_edges {
             None => (recovery::products(mesh, &material, &fields), Vec::new()),
             Some(_) => {
-                let (boundary, beyond) = (LoadedBoundary::new(solved), surroundings(mesh));
-                let problems = LocalProblems::new(solved, &boundary, &beyond, &material);
-                let tetrahedra = (0..mesh.tetrahedra.len()).into_par_iter();
-                let products = tetrahedra.map(|t| problems.products(t, &fields)).collect();
-                let shared = behind.par_iter().filter(|_| !adjoints.is_empty());
-                let at_contact = shared.map(|t| problems.errors(*t, &fields)).collect();
-                (products, at_contact)
+                let boundary = LoadedBoundary::new(solved);
+                let elements = BubbleElements::new(solved, &boundary, &material);
+                let errors = HierarchicalErrors::new(mesh, &elements, &fields);
+                let shared = behind.iter().filter(|_| !adjoints.is_empty());
+                let of = |t: usize| {
+                    (0..fields.len())
+                        .map(|field| errors.field(t, field))
+                        .collect()
+                };
+                let at_contact: Vec<Vec<BubbleField>> = shared.map(|t| of(*t)).collect();
+                (errors.products, at_contact)
             }
         };
         let mut squares: Vec<f64> = products.iter().map(|of| of[0]).collect();
@@ -240,19 +232,6 @@ impl ErrorEstimate {
             .iter()
             .map(|(name, part)| (*name, part / size))
             .collect()
-    }
-
-    /// The share of the squared estimate that is in flat tetrahedra, a fifth as high as wide or less, where local problems
-    /// see far too much; `None` on linear tetrahedra, whose estimate is another one.
-    #[must_use]
-    pub fn share_of_flat(&self, mesh: &Mesh) -> Option<f64> {
-        mesh.mid_edges.as_ref()?;
-        let all = mesh.tetrahedra.iter().zip(&self.indicator);
-        let of_flat = all
-            .filter(|(nodes, _)| shape(&mesh.corners(nodes)) < FLAT)
-            .map(|(_, indicator)| indicator * indicator);
-        let whole: f64 = self.indicator.iter().map(|i| i * i).sum();
-        Some(of_flat.sum::<f64>() / whole)
     }
 
     /// The whole estimate over ‖u_h‖_A; 0 for a body at rest, or moved as a whole.

@@ -149,21 +149,6 @@ fn round_faces_press_as_hertz_says() {
     }
 }
 
-/// Of equal cells no tetrahedron is flat, and of cells that shrink along all axes most are.
-#[test]
-fn estimates_say_what_is_in_flat_tetrahedra() {
-    let share = |k: f64| {
-        let ball = "multipliers = 'nodal'\nobstacle.sphere = { centre = [0.0, 0.0, -2.0], radius = 2.0 }\n";
-        let solved = block(&Planes { n: 6, k }.quarter(None), 0.02, ball);
-        let estimate = &solved.report.discretisation_error;
-        let share = estimate.share_of_flat(solved.problem.mesh());
-        share.expect("quadratic tetrahedra")
-    };
-    assert_eq!(share(1e-6), 0.0);
-    // 0.89 for a ball on 8 × 8 × 8 cells graded by 2.2.
-    assert!(share(5.0) > 0.5);
-}
-
 #[test]
 #[ignore = "the figures of docs/validation/benchmarks.md"]
 fn figures_for_the_page() {
