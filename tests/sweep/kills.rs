@@ -84,7 +84,8 @@ fn a_killed_sweep_goes_on_to_the_same_bits() {
 
 #[test]
 fn a_killed_solve_goes_on_from_its_checkpoint_to_the_same_bits() {
-    let [kills, checkpoints] = survives_kills(SLOW, kills_wanted());
+    // About half of the kills meet a solve that has a checkpoint.
+    let [kills, checkpoints] = survives_kills(SLOW, 2 * kills_wanted());
     eprintln!("{kills} kills, {checkpoints} left a checkpoint, no differing digest");
     assert!(checkpoints > 0, "no kill met a solve under way");
 }

@@ -33,6 +33,10 @@ fn the_estimated_error_is_near_the_true_one() {
         for level in &study.levels {
             let error = level.energy_error.expect("an order is observed");
             let effectivity = level.estimated_error / error;
+            println!(
+                "published on {element:?}: error {:.1} %, estimate over it {effectivity:.2}",
+                100.0 * error
+            );
             assert!(
                 (0.7..1.3).contains(&effectivity),
                 "{element:?} {effectivity:.2}"
@@ -89,6 +93,10 @@ fn flat_cells_are_judged_as_cubes_are() {
         let (energy, estimate) = bent(cells, "");
         let error = ((whole - energy) / whole).sqrt();
         let effectivity = estimate / error;
+        println!(
+            "{cells:?}: error {:.1} %, estimate over it {effectivity:.2}",
+            100.0 * error
+        );
         // 0.8 to 1.1; with each cell on its own 3 to 40.
         assert!(
             (0.7..1.3).contains(&effectivity),

@@ -23,9 +23,6 @@ use crate::{
 /// Half the edge of the cube around a peak over the extent of what it is on.
 const HALF_PATCH: f64 = 0.05;
 
-/// Elements and contact often err in opposite directions, each estimated to about this share: no bar is smaller.
-const SHARE_OF_PARTS: f64 = 1.0 / 3.0;
-
 /// A quantity of an answer and the error that the mesh makes of it, in the unit of the quantity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FunctionalEstimate {
@@ -35,7 +32,7 @@ pub struct FunctionalEstimate {
     pub value: f64,
     /// The estimated Q(u) − Q(u_h), signed; of an area the larger distance to the ends of `range`.
     pub error: f64,
-    /// Where Q(u) lies by the estimate: the error bar, no smaller than a third of what elements and contact contribute each.
+    /// Where Q(u) lies by the estimate: the error bar is what elements and contact contribute, for their difference is known far worse.
     pub range: [f64; 2],
     /// The box that a mean is over, in m; `None` for what is no mean.
     pub corners: Option<[[f64; 3]; 2]>,
@@ -311,8 +308,7 @@ impl Linearised {
             of_contact -= 0.5 * energy.contact_square();
         }
         let error: f64 = of_tetrahedra.iter().sum();
-        let parts = (error - of_contact).abs() + of_contact.abs();
-        let bar = error.abs().max(SHARE_OF_PARTS * parts);
+        let bar = (error - of_contact).abs() + of_contact.abs();
         FunctionalEstimate {
             functional: self.functional,
             value: self.value,

@@ -48,9 +48,10 @@ fn on_equal_cuts(scene: &Scene, of: Functional, level: usize) -> FunctionalEstim
         .clone()
 }
 
-/// Signed estimates on a mesh against the quantity on one with some 64 times the cells: measured 0.6 to 1.3 times the error.
+/// Error bars on a mesh against the quantity on one with some 64 times the cells. Where elements and contact err in opposite
+/// directions only the bar is right, elsewhere the signed estimate too.
 #[test]
-fn estimates_are_near_the_errors() {
+fn error_bars_are_near_the_errors() {
     let mean_of_pressure = Functional::MeanPressure {
         corners: [[0.9, 0.2, -1.0], [2.7, 0.9, 1.0]],
     };
@@ -67,16 +68,27 @@ fn estimates_are_near_the_errors() {
     ] {
         let scene = scene(text, of, 0.01);
         let [coarse, fine] = [0, 2].map(|level| on_equal_cuts(&scene, of, level));
-        let effectivity = coarse.error / (fine.value - coarse.value);
+        let error = fine.value - coarse.value;
+        let [low, high] = coarse.range;
+        let bar = 0.5 * (high - low);
+        // Measured 0.7 to 1.25.
         assert!(
-            (0.5..=2.0).contains(&effectivity),
-            "{} {effectivity}",
+            (0.5..=2.0).contains(&(bar / error.abs())),
+            "{} {bar:e} {error:e}",
             of.word()
         );
-        let [low, high] = coarse.range;
         // The ends of the range are rounded to the digits of the value.
         let rounding = 4.0 * f64::EPSILON * coarse.value.abs();
-        assert!(0.5 * (high - low) >= coarse.error.abs() - rounding);
+        if (bar - coarse.error.abs()).abs() <= rounding {
+            let effectivity = coarse.error / error;
+            assert!(
+                (0.5..=2.0).contains(&effectivity),
+                "{} {effectivity}",
+                of.word()
+            );
+        } else {
+            assert!(bar > coarse.error.abs());
+        }
     }
 }
 

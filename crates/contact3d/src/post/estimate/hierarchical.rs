@@ -108,8 +108,8 @@ impl BubbleNumbering {
 
 /// The errors of fields in the bubbles.
 pub(super) struct HierarchicalErrors {
-    /// a_T(e, e_k) of the error e of the first field and that e_k of each, in J for the first itself, as if all of the error were
-    /// in the bubbles, `[n_tetrahedra][n_fields]`.
+    /// a_T(e, e_k) of the error e of the first field and that e_k of each, in J for the first itself, as if the bubbles saw all of
+    /// it, `[n_tetrahedra][n_fields]`.
     pub(super) products: Vec<Vec<f64>>,
     /// Coefficients of the bubbles in units of `scale` and `size`, `[3 n_bubbles]`.
     scaled: Vec<Lanes>,
@@ -157,12 +157,12 @@ impl HierarchicalErrors {
         }
     }
 
-    /// The error of a field in a tetrahedron, as far as it is in the bubbles.
+    /// The error of a field in a tetrahedron, likewise.
     pub(super) fn field(&self, t: usize, field: usize) -> BubbleField {
         BubbleField(BubbleVector::from_fn(|i, _| {
             let place = self.numbering.place(t, i);
             let scaled = f64::from(self.numbering.sign(t, i) * self.scaled[place][field]);
-            scaled * self.scale[place] * self.size[field]
+            scaled * self.scale[place] * self.size[field] / SEEN.sqrt()
         }))
     }
 }
