@@ -157,7 +157,9 @@ impl<'a> SolvedRun<'a> {
         }
         normal_force(&mut figures, contact.map(|c| c.normal_force));
         let tangential = contact.and_then(|c| c.tangential_force);
-        figures.add("tangential_force", "tangential multiplier force", Dimension::FORCE, Scientific(6), tangential);
+        let shown = tangential.map(|force| self.without_noise(force, |row| row.force));
+        figures.add("", "tangential multiplier force", Dimension::FORCE, Scientific(6), shown);
+        figures.for_programs("tangential_force", tangential);
         largest_pressure(&mut figures, contact.map(|c| c.largest_pressure));
         figures
     }
@@ -195,7 +197,11 @@ impl<'a> SolvedRun<'a> {
     }
 
     /// A force or moment with zeros for what is below the digits of the largest one: rounding, and what the solve is off by.
-    fn without_noise(&self, vector: [f64; 3], of: fn(&SourceForce) -> [f64; 3]) -> [f64; 3] {
+    fn without_noise<const N: usize>(
+        &self,
+        vector: [f64; N],
+        of: fn(&SourceForce) -> [f64; 3],
+    ) -> [f64; N] {
         let all = self.report.forces.iter().flat_map(of);
         let largest = all.fold(0.0, |most: f64, part| most.max(part.abs()));
         let noise = NOISE.max(self.report.resultants.force_imbalance) * largest;
