@@ -19,6 +19,8 @@ pub(super) const LABEL_SIZE: f64 = 13.0;
 pub(super) const TICK_SIZE: f64 = 12.0;
 /// Vertical space of a panel title.
 pub(super) const TITLE_HEIGHT: f64 = 42.0;
+/// Vertical space of the title of a map and a line of words below it.
+const MAP_TOP: f64 = 48.0;
 /// Height of a colour bar or legend below the plot.
 pub(super) const KEY_HEIGHT: f64 = 62.0;
 /// Width of a colour bar or legend to the right of the plot.
@@ -176,17 +178,17 @@ fn plot_rectangle(key: KeySide, left: f64, aspect: f64) -> (Point, Point, f64) {
         KeySide::Below => {
             let width = PANEL_WIDTH - left - RIGHT_MARGIN;
             let height = width / aspect;
-            let needed = TITLE_HEIGHT + height + AXIS_HEIGHT + KEY_HEIGHT;
+            let needed = MAP_TOP + height + AXIS_HEIGHT + KEY_HEIGHT;
             let panel = needed.max(LEAST_HEIGHT).ceil();
-            let top = TITLE_HEIGHT + (panel - needed) / 2.0;
+            let top = MAP_TOP + (panel - needed) / 2.0;
             ([left, top], [width, height], panel)
         }
         KeySide::Right => {
             let room = PANEL_WIDTH - left - KEY_WIDTH - RIGHT_MARGIN;
             let height = (room / aspect).min(380.0);
             let width = height * aspect;
-            let needed = TITLE_HEIGHT + height + AXIS_HEIGHT;
-            let corner = [left + (room - width) / 2.0, TITLE_HEIGHT];
+            let needed = MAP_TOP + height + AXIS_HEIGHT;
+            let corner = [left + (room - width) / 2.0, MAP_TOP];
             (corner, [width, height], needed.max(LEAST_HEIGHT).ceil())
         }
     }
