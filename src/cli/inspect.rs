@@ -52,26 +52,28 @@ pub(super) fn inspect(arguments: &InspectArguments, output: &Output) -> Result<E
     Ok(Exit::Done)
 }
 
-/// Faces that point up or down by less than this sine point to the side.
-const SIDEWAYS: f64 = 0.1;
+/// Faces whose mean normal is shorter than this look every way.
+const EVERY_WAY: f64 = 0.1;
 
-/// The face that looks up most, or with −1 down most; of equal ones a curved face comes first where it may touch, a flat one where it is held.
+/// The face that looks up most, or with −1 down most; of equal ones a curved face comes first where it may touch, a flat one where it
+/// is held. What the file has no name for comes last.
 fn facing(mesh: &MeshInspection, up: f64) -> Option<&FaceInspection> {
     let rank = |face: &FaceInspection| {
         let [x, y, z] = face.mean_normal;
-        let sine = up * z / x.hypot(y).hypot(z);
-        // Rounding of a mesh file does not rank faces.
-        let sine = if sine.abs() < SIDEWAYS {
-            0.0
+        let length = x.hypot(y).hypot(z);
+        let height = if length > EVERY_WAY {
+            up * z / length
         } else {
-            (1e6 * sine).round()
+            0.0
         };
-        [sine, if face.normal.is_some() { up } else { -up }]
+        let is_named = face.name != "unnamed";
+        let first = if face.normal.is_some() { up } else { -up };
+        // Rounding of a mesh file does not rank faces.
+        [f64::from(u8::from(is_named)), (1e6 * height).round(), first]
     };
-    mesh.faces.iter().max_by(|a, b| {
-        let ([a, flat_a], [b, flat_b]) = (rank(a), rank(b));
-        a.total_cmp(&b).then(flat_a.total_cmp(&flat_b))
-    })
+    let ranked = mesh.faces.iter().map(|face| (rank(face), face));
+    let best = ranked.reduce(|best, next| if next.0 > best.0 { next } else { best });
+    best.map(|(_, face)| face)
 }
 
 /// The path of the mesh file as a scene in some folder names it.
