@@ -8,6 +8,7 @@ use indicatif::ProgressBar;
 
 use super::{
     arguments::Output,
+    interruption,
     progress::{self, Forecast},
     terminal::say,
 };
@@ -29,7 +30,7 @@ pub(super) fn share(text: &str) -> Result<f64, String> {
         .filter(|value: &f64| value.is_finite());
     value
         .map(|value| value * unit)
-        .ok_or_else(|| "write 1% or 0.01, for example".into())
+        .ok_or_else(|| "write 3% or 0.03, for example".into())
 }
 
 /// A share that meshes can be refined for.
@@ -62,6 +63,7 @@ pub(super) fn run(
             spinner.finish_and_clear();
             say(output, &level_line(number, level));
         }
+        AdaptStep::Kept(levels) => interruption::levels_kept(levels),
         AdaptStep::TooLarge(number, why) => {
             spinner.finish_and_clear();
             say(output, &format!("level {number:<3} does not fit: {why}"));

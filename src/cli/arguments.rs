@@ -5,7 +5,10 @@ use std::{
     time::{Duration, Instant},
 };
 
-use clap::{Args, Parser, Subcommand};
+use clap::{
+    Args, Parser, Subcommand,
+    builder::{PossibleValuesParser, TypedValueParser},
+};
 use contact3d::scene::{
     DualOperatorKind, FactorPrecision, InnerSolver, MOST_CELLS, Method, PrecisionControl,
     SolveSettings,
@@ -41,8 +44,9 @@ pub(super) const MOST_THREADS: i64 = 1024;
 /// Solves static contact of an elastic body on rigid obstacles. A scene (TOML) passes through
 /// the stages mesh, assemble, load, solve and post, which share one HDF5 file. To start:
 ///
-///   contact3d-pipe run pipelines/hkl2011_table1.toml table1.h5
-///   contact3d-pipe status table1.h5
+///   contact3d-pipe init block.toml
+///   contact3d-pipe run block.toml block.h5
+///   contact3d-pipe status block.h5
 ///
 /// Results go to standard output, progress and messages to standard error.
 ///
@@ -115,7 +119,7 @@ pub enum Command {
 /// A scene file and changes to it.
 #[derive(Debug, Args)]
 pub(super) struct SceneArguments {
-    /// The scene, a TOML file such as those in pipelines/
+    /// The scene, a TOML file such as `init` writes
     pub scene: PathBuf,
     /// Change one key of the scene, for example --set body.brick.cells=[12,4,4]
     #[arg(long = "set", value_name = "KEY=VALUE")]
@@ -129,17 +133,18 @@ pub struct RunArguments {
     pub(super) scene: SceneArguments,
     /// The run file, created or updated
     pub file: PathBuf,
-    /// Refine the mesh until the estimated error in the energy norm is no larger, for example 1% or 0.01
-    #[arg(long, value_name = "SHARE", value_parser = super::adaptive::share)]
+    /// Refine the mesh until the estimated error in the energy norm is no larger, for example 1% or 0.01. A brick then starts from a
+    /// coarse mesh of its own, not from its cells, with quadratic elements unless the scene names `body.element`
+    #[arg(long, value_name = "SHARE", allow_hyphen_values = true, value_parser = super::adaptive::share)]
     pub(super) error: Option<f64>,
-    /// Start no mesh that is forecast to end later than this many seconds after the command began
-    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = seconds)]
-    pub(super) budget: Option<f64>,
     /// Refine it for a quantity instead, relative to its value: normal_force, tangential_force, strain_energy,
     /// largest_displacement, largest_pressure, contact_area, stick_area, or a table of TOML as
     /// '{ mean_pressure = { box = [[0, 0, 0], [1, 1, 0]] } }'
     #[arg(long, value_name = "QUANTITY")]
     pub(super) of: Option<String>,
+    /// Start no mesh that is forecast to end later than this many seconds after the command began
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = seconds)]
+    pub(super) budget: Option<f64>,
     #[command(flatten)]
     pub(super) figures: FigureArguments,
     #[command(flatten)]
@@ -198,11 +203,11 @@ pub struct StageArguments {
 pub struct AssembleArguments {
     /// The run file
     pub file: PathBuf,
-    /// How the dual operator is held: implicit (the paper's backsolves), explicit (dense), or auto
-    #[arg(long, value_name = "KIND", value_parser = named::<DualOperatorKind>)]
+    /// How the dual operator is held: by the paper's backsolves, or as a dense matrix
+    #[arg(long, value_name = "KIND", value_parser = word_of::<DualOperatorKind>(&["auto", "implicit", "explicit"]))]
     pub dual_operator: Option<DualOperatorKind>,
-    /// Precision of the Cholesky factor: single (half the memory), double, or auto
-    #[arg(long, value_name = "PRECISION", value_parser = named::<FactorPrecision>)]
+    /// Precision of the Cholesky factor; single takes half the memory
+    #[arg(long, value_name = "PRECISION", value_parser = word_of::<FactorPrecision>(&["auto", "single", "double"]))]
     pub factor: Option<FactorPrecision>,
     #[command(flatten)]
     pub(super) assembly: AssemblyFileArguments,
@@ -256,17 +261,17 @@ impl FigureArguments {
 pub struct SolveArguments {
     /// The run file
     pub file: PathBuf,
-    /// The algorithm: auto, newton, or fixed-point (the paper's)
-    #[arg(long, value_parser = named::<Method>)]
+    /// The algorithm; fixed-point is the paper's
+    #[arg(long, value_parser = word_of::<Method>(&["auto", "newton", "fixed-point"]))]
     method: Option<Method>,
-    /// Inner solver of method fixed-point: kprgp (the paper's), gpcg (along curved faces too) or newton
-    #[arg(long, value_name = "SOLVER", value_parser = named::<InnerSolver>)]
+    /// Inner solver of method fixed-point: kprgp is the paper's, gpcg goes along curved faces too
+    #[arg(long, value_name = "SOLVER", value_parser = word_of::<InnerSolver>(&["kprgp", "gpcg", "newton"]))]
     inner: Option<InnerSolver>,
     /// Relative accuracy of the multipliers
     #[arg(long, value_name = "EPS", allow_negative_numbers = true)]
     epsilon: Option<f64>,
-    /// Precision control of the inner problems: (a) fixed or (b) adaptive
-    #[arg(long, value_name = "CONTROL", value_parser = named::<PrecisionControl>)]
+    /// Precision control of the inner problems: (a) fixed, (b) adaptive
+    #[arg(long, value_name = "CONTROL", value_parser = word_of::<PrecisionControl>(&["fixed", "adaptive"]))]
     precision: Option<PrecisionControl>,
     /// Ratio of inner to outer tolerance
     #[arg(long, allow_negative_numbers = true)]
@@ -310,10 +315,15 @@ fn number_within(text: &str, [least, most]: [f64; 2], unit: &str) -> Result<f64,
     }
 }
 
-/// A flag's value by the name it has in scene files.
-pub(super) fn named<T: DeserializeOwned>(name: &str) -> Result<T, String> {
-    let value: StrDeserializer<'_, serde::de::value::Error> = name.into_deserializer();
-    T::deserialize(value).map_err(|error| error.to_string())
+/// A flag's value by one of the names that it has in scene files.
+pub(super) fn word_of<T>(words: &'static [&'static str]) -> impl TypedValueParser<Value = T>
+where
+    T: DeserializeOwned + Clone + Send + Sync + 'static,
+{
+    PossibleValuesParser::new(words).try_map(|word| {
+        let value: StrDeserializer<'_, serde::de::value::Error> = word.as_str().into_deserializer();
+        T::deserialize(value)
+    })
 }
 
 /// What to print, and where.

@@ -17,11 +17,16 @@ use super::terminal;
 enum CurrentWork {
     /// The stages of a run file.
     RunFile(PathBuf),
+    /// The levels of an adaptive mesh of a run file, and how many of them it holds.
+    Levels(PathBuf, usize),
     /// The cases of a sweep: its folder, how many have ended, how many there are.
     Sweep(PathBuf, usize, usize),
 }
 
 static WORK: Mutex<Option<CurrentWork>> = Mutex::new(None);
+
+/// How an adaptive run ends with results in time.
+const BUDGET: &str = "--budget SECONDS ends it with the results of the last level that fits";
 
 /// How long a blocked standard error may hold up the end of the process.
 const PATIENCE: Duration = Duration::from_millis(300);
@@ -29,6 +34,19 @@ const PATIENCE: Duration = Duration::from_millis(300);
 /// Says which run file is at work.
 pub(super) fn on_run_file(file: &Path) {
     set(CurrentWork::RunFile(file.to_owned()));
+}
+
+/// Says which run file is at work on an adaptive mesh.
+pub(super) fn on_levels(file: &Path) {
+    set(CurrentWork::Levels(file.to_owned(), 0));
+}
+
+/// Says how many levels the run file holds.
+pub(super) fn levels_kept(count: usize) {
+    let mut work = WORK.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(CurrentWork::Levels(_, kept)) = &mut *work {
+        *kept = count;
+    }
 }
 
 /// Says which sweep is at work.
@@ -71,6 +89,19 @@ fn words() -> String {
             "{} keeps all cases that ended ({ended} of {cases} in this run) and checkpoints",
             folder.display()
         ),
+        Some(CurrentWork::Levels(file, kept @ 1..)) => {
+            return format!(
+                "interrupted: {} keeps the meshes up to level {}; the same command goes on from there, and {BUDGET}",
+                file.display(),
+                kept - 1
+            );
+        }
+        Some(CurrentWork::Levels(file, _)) if file.exists() => {
+            return format!("interrupted: {} is as it was; {BUDGET}", file.display());
+        }
+        Some(CurrentWork::Levels(..)) => {
+            return format!("interrupted: nothing was stored yet; {BUDGET}");
+        }
         Some(CurrentWork::RunFile(file)) => match last_commit() {
             Some((_, groups)) => format!("{} keeps {}", file.display(), names(&groups)),
             None if file.exists() => format!("{} is as it was", file.display()),

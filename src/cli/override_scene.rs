@@ -40,6 +40,14 @@ pub(super) fn read_for_error(
         changes.push(format!("--error {error}"));
     }
     if let Some(of) = of {
+        if error.is_none() && file.scene.adapt.is_none() {
+            return Err(StageError::Setting(Invalid {
+                key: "--of".into(),
+                expected: "a scene that asks for an error".into(),
+                found: "neither --error nor [adapt]".into(),
+                help: "add --error 3%, for example".into(),
+            }));
+        }
         let value = if of.trim_start().starts_with('{') {
             of.to_owned()
         } else {

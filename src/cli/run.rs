@@ -64,11 +64,13 @@ pub(super) fn run(arguments: &RunArguments, output: &Output, threads: usize) -> 
         let (performed, adapted) = match target {
             None => (perform_stale(session, output)?, None),
             Some(target) => {
+                interruption::on_levels(&arguments.file);
                 let goal = RefinementGoal {
                     error: target,
                     deadline: arguments.deadline(began),
                 };
                 let mut adapted = adaptive::run(session, goal, output)?;
+                interruption::on_run_file(&arguments.file);
                 warn(output, &session.warnings()?);
                 (std::mem::take(&mut adapted.performed), Some(adapted))
             }
@@ -243,6 +245,9 @@ fn finish(
             report::history_text(scene, increments),
             levels.unwrap_or_default()
         ));
+    }
+    if let Some(words) = run.nothing_touches() {
+        say(output, &format!("warning: {words}"));
     }
     if let Some(flaw) = report.flaw.filter(|_| report.is_broken()) {
         terminal::message(&format!("NOT CONVERGED: {flaw}"));

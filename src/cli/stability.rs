@@ -11,7 +11,7 @@ use runfile::RunFile;
 use studies::stability::VerdictLevel;
 
 use super::{
-    arguments::{Output, SceneArguments, named},
+    arguments::{Output, SceneArguments, word_of},
     exit::{Exit, explain_sweep},
     override_scene, terminal,
 };
@@ -32,8 +32,8 @@ pub struct StabilityArguments {
     /// Change one key of the scene, for example --set body.brick.cells=[12,4,4]
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub overrides: Vec<String>,
-    /// Precision of the Cholesky factor in all cases, in place of their own: single, double or auto
-    #[arg(long, value_name = "PRECISION", value_parser = named::<FactorPrecision>)]
+    /// Precision of the Cholesky factor in all cases, in place of their own
+    #[arg(long, value_name = "PRECISION", value_parser = word_of::<FactorPrecision>(&["auto", "single", "double"]))]
     pub factor: Option<FactorPrecision>,
     /// Store the table in this HDF5 file, created or updated
     #[arg(short, long, value_name = "FILE")]

@@ -11,11 +11,21 @@ use crate::{
     format::{self, LAYOUT, Stage},
     pipeline::{Freshness, StageError, require_undamaged, states},
     report::{self, unit_words},
+    views::sweep_table,
 };
 
 /// `status`: stages, sizes and main results; reads only and takes no lock. Sizes and results are those of fresh
 /// stages; a damaged one is bad input.
 pub(super) fn status(arguments: &StageArguments, output: &Output) -> Result<Exit, StageError> {
+    if sweep_table(&arguments.file).exists() {
+        let folder = arguments.file.display();
+        return Err(StageError::Unfit {
+            file: arguments.file.clone(),
+            reason: format!(
+                "this is the folder of a sweep: `report {folder}` shows its cases, and the same `sweep` command goes on with it"
+            ),
+        });
+    }
     let reader = Reader::open(&arguments.file, LAYOUT)?;
     let scene = format::read_scene(&reader, &arguments.file)?.scene;
     let states = states(&reader, &scene);

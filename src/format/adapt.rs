@@ -43,7 +43,7 @@ pub(super) const FIELDS: Table<AdaptiveLevel> = fields! { AdaptiveLevel => GROUP
     (n_tetrahedra) "/adapt/levels/n_tetrahedra", LEVELS, Dimension::Number, "Tetrahedra.";
     (n_free) "/adapt/levels/n_free", LEVELS, Dimension::Number, "Free degrees of freedom.";
     (n_multipliers) "/adapt/levels/n_multipliers", LEVELS, Dimension::Number, "Multipliers.";
-    (estimated_error) "/adapt/levels/estimated_error", LEVELS, Dimension::Number, "Estimated discretisation error over |u|_A.";
+    (estimated_error) "/adapt/levels/estimated_error", LEVELS, Dimension::Number, "Estimated discretisation error over |u|_A; of a mesh that is refined for a quantity (adapt.of), the estimated error of that over its value.";
     (nan stability) "/adapt/levels/stability", LEVELS, Dimension::Number, "Smallest eigenvalue of S scaled to a unit diagonal; NaN where S is not held.";
     (status) "/adapt/levels/status", LEVELS, Dimension::Number, "How the solve ended.";
     (seconds) "/adapt/levels/seconds", LEVELS, Dimension::Time, "Wall-clock time of mesh, assembly, solve and evaluation.".volatile();

@@ -5,7 +5,7 @@ use contact3d::{
     scene::{Functional, Scene},
 };
 use runfile::{Extent, Extent::Fixed, Extent::Named, GroupWriter, Kind, Reader, StoreError};
-use units::Dimension;
+use units::{Dimension, Units};
 
 use super::{
     FormatError, extents,
@@ -14,6 +14,7 @@ use super::{
 };
 
 const NAME: &str = "/solve/quantities/name";
+const UNIT: &str = "/solve/quantities/unit";
 const BOX: &str = "/solve/quantities/box";
 const INDICATOR: &str = "/solve/quantities/indicator";
 
@@ -22,7 +23,8 @@ const MISSING: &str = "absent in a load history, where nothing is deformed, and 
 
 pub(super) const FIELDS: Table<FunctionalEstimate> = fields! { FunctionalEstimate => GROUP;
     {Kind::Text} NAME, ROWS, Dimension::Number, "Quantities of the answer, as `adapt.of` names them.".optional(MISSING);
-    (value) "/solve/quantities/value", ROWS, Dimension::Number, "Their values, each in its own unit.".symbol("Q(u_h)").optional(MISSING);
+    {Kind::Text} UNIT, ROWS, Dimension::Number, "The unit of each: of its value, error and range.".optional(MISSING);
+    (value) "/solve/quantities/value", ROWS, Dimension::Number, "Their values, each in its own `unit`.".symbol("Q(u_h)").optional(MISSING);
     (error) "/solve/quantities/error", ROWS, Dimension::Number, "Estimated Q(u) - Q(u_h) with its sign; of areas the larger distance to an end of the range.".optional(MISSING);
     (range) "/solve/quantities/range", &[Named("n_quantities"), Fixed(2)], Dimension::Number, "Where the quantity of the body lies by the estimate: smallest and largest value.".optional(MISSING);
     {Kind::F64} BOX, &[Named("n_quantities"), Fixed(2), extents::XYZ], Dimension::LENGTH, "Opposite corners of the box that a mean is over; NaN for what is no mean.".optional(MISSING);
@@ -30,17 +32,35 @@ pub(super) const FIELDS: Table<FunctionalEstimate> = fields! { FunctionalEstimat
     {Kind::F64} INDICATOR, &[Named("n_tetrahedra")], Dimension::Number, "What each tetrahedron contributes to the error of the quantity that the mesh is refined for, in its unit.".optional("absent unless the mesh is refined for a quantity");
 };
 
-/// Writes the quantities; nothing where there are none.
+/// What a quantity is measured in.
+#[must_use]
+pub fn dimension(functional: Functional) -> Dimension {
+    match functional {
+        Functional::NormalForce | Functional::TangentialForce => Dimension::FORCE,
+        Functional::LargestPressure | Functional::MeanPressure { .. } => Dimension::STRESS,
+        Functional::ContactArea | Functional::StickArea => Dimension::AREA,
+        Functional::LargestDisplacement | Functional::MeanDisplacement { .. } => Dimension::LENGTH,
+        Functional::StrainEnergy | Functional::Dissipation => Dimension::Energy,
+    }
+}
+
+/// Writes the quantities with their units; nothing where there are none.
 ///
 /// # Errors
 /// HDF5 failures.
-pub fn write(writer: &mut GroupWriter<'_>, found: &[FunctionalEstimate]) -> Result<(), StoreError> {
+pub fn write(
+    writer: &mut GroupWriter<'_>,
+    found: &[FunctionalEstimate],
+    units: Units,
+) -> Result<(), StoreError> {
     if found.is_empty() {
         return Ok(());
     }
     let all = || found.iter();
     let names: Vec<String> = all().map(|it| it.functional.word().to_owned()).collect();
     write_value(writer, NAME, &names)?;
+    let unit = |it: &FunctionalEstimate| units.of(dimension(it.functional)).word().to_owned();
+    write_value(writer, UNIT, &all().map(unit).collect::<Vec<_>>())?;
     FIELDS.write_rows(writer, found)?;
     let corners = all().map(|it| it.corners.unwrap_or([[f64::NAN; 3]; 2]));
     write_value(writer, BOX, &corners.collect::<Vec<_>>())?;

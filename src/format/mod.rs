@@ -41,7 +41,9 @@ pub use assemble::{
 pub use branches::{GROUP as BRANCHES, read as read_branches, write as write_branches};
 pub use case::{CERTIFICATE, CaseResults, read_case};
 pub use case_faces::CaseFace;
-pub use functionals::{read as read_functionals, write as write_functionals};
+pub use functionals::{
+    dimension as dimension_of_quantity, read as read_functionals, write as write_functionals,
+};
 pub use increments::{GROUP as HISTORY, read as read_history, write as write_history};
 pub use keys::{get as get_key, set as set_key};
 pub use load::{read as read_loads, write as write_loads};

@@ -63,6 +63,8 @@ pub enum AdaptStep<'a> {
     Run(RunStep<'a>),
     /// A level is done.
     Done(usize, &'a AdaptiveLevel),
+    /// The file holds so many levels.
+    Kept(usize),
     /// The next level does not fit, for the stated reason.
     TooLarge(usize, String),
     /// What the next level is expected to come to, and the bytes of memory that its target takes if there are fewer.
@@ -316,8 +318,11 @@ impl LevelKeeper for LevelInRunFile<'_> {
     }
 
     fn keep(&mut self, known: &Adaptation) {
-        let session = &mut *self.session;
-        self.saves
-            .keep(|| session.write_levels(known, AdaptiveStatus::Refining));
+        let (session, observe) = (&mut *self.session, &mut *self.observe);
+        self.saves.keep(|| {
+            session.write_levels(known, AdaptiveStatus::Refining)?;
+            observe(AdaptStep::Kept(known.levels.len()));
+            Ok(())
+        });
     }
 }

@@ -95,7 +95,7 @@ impl Results {
         let n_panes = surface.map_or(0, ContactSurface::n_panes);
         let functionals = &self.report.functionals;
         format::write_solution(writer, &self.solution, n_panes, &self.dofs, history_digest)?;
-        format::write_functionals(writer, functionals)
+        format::write_functionals(writer, functionals, self.problem.scene().units)
     }
 
     /// Writes the report as ParaView reads it; of a load history all increments, as a series that it plays.

@@ -20,6 +20,13 @@ const MOST_ROWS: usize = 60;
 /// Longest title of a step in a table.
 const LONGEST_TITLE: usize = 16;
 
+/// A time that shares of steps add up to, with four digits.
+#[must_use]
+pub fn shown_time(time: f64) -> String {
+    let rounded: f64 = format!("{time:.3e}").parse().unwrap_or(time);
+    rounded.to_string()
+}
+
 /// The increments, with works and dissipation since the beginning for people and of each for programs.
 #[must_use]
 #[rustfmt::skip]

@@ -29,6 +29,16 @@ pub fn json(mesh: &MeshInspection) -> Value {
     json!(all)
 }
 
+/// A length with six digits; zero where it is rounding beside some size.
+#[must_use]
+pub fn six_digits(length: f64, size: f64) -> String {
+    if length.abs() <= 1e-12 * size {
+        return "0".to_owned();
+    }
+    let rounded: f64 = format!("{length:.5e}").parse().unwrap_or(length);
+    rounded.to_string()
+}
+
 #[rustfmt::skip]
 fn whole(mesh: &MeshInspection) -> Figures {
     let mut figures = Figures::new(Units::default());
@@ -36,8 +46,11 @@ fn whole(mesh: &MeshInspection) -> Figures {
     figures.plain("order", "order of tetrahedra", order);
     figures.plain("n_tetrahedra", "tetrahedra", mesh.n_tetrahedra);
     figures.plain("n_nodes", "nodes", mesh.n_nodes);
-    figures.plain("bounds_min", "smallest x, y, z", mesh.bounds[0]);
-    figures.plain("bounds_max", "largest x, y, z", mesh.bounds[1]);
+    let [low, high] = mesh.bounds;
+    let size = low.iter().chain(&high).fold(0.0, |most: f64, x| most.max(x.abs()));
+    let shown = |corner: [f64; 3]| Some(corner.map(|x| six_digits(x, size)).join(", "));
+    figures.in_words("bounds_min", "smallest x, y, z", shown(low), low);
+    figures.in_words("bounds_max", "largest x, y, z", shown(high), high);
     figures.number("volume", "volume", Scientific(6), mesh.quality.total_volume);
     figures.number("shortest_edge", "shortest edge", Scientific(3), mesh.quality.shortest_edge);
     figures.number("longest_edge", "longest edge", Scientific(3), mesh.quality.longest_edge);

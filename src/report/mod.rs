@@ -22,7 +22,7 @@ pub mod theory;
 
 pub use features::features;
 pub use figure::{Digits, FigureValue, Figures};
-pub use levels::{adaptation_json, adaptation_table, history_text, increments};
+pub use levels::{adaptation_json, adaptation_table, history_text, increments, shown_time};
 pub use run::{SolvedRun, percent};
 pub use sinks::FigureTable;
 pub use stages::{outcome, performed, stages, summary};

@@ -5,11 +5,16 @@ use serde_json::{Value, json};
 use units::{Dimension, Units};
 
 use super::percent;
+use crate::format::dimension_of_quantity as dimension;
 
 /// The name of a quantity and what it is by the estimate, for people.
 pub(super) fn words(units: Units, it: &FunctionalEstimate) -> (String, String) {
     let unit = units.of(dimension(it.functional));
-    let name = it.functional.word().replace('_', " ");
+    let name = match (it.functional, it.corners) {
+        (Functional::LargestDisplacement, Some(_)) => "mean displacement near peak".to_owned(),
+        (Functional::LargestPressure, Some(_)) => "mean pressure near its peak".to_owned(),
+        (of, _) => format!("{}, error bar", of.word().replace('_', " ")),
+    };
     let value = match it.functional {
         Functional::ContactArea | Functional::StickArea => {
             let [low, high] = it.range;
@@ -23,7 +28,7 @@ pub(super) fn words(units: Units, it: &FunctionalEstimate) -> (String, String) {
             cautions(units, it)
         ),
     };
-    (format!("{name}, error bar"), value)
+    (name, value)
 }
 
 /// The box of a mean, and panes at kinks.
@@ -47,10 +52,11 @@ fn cautions(units: Units, it: &FunctionalEstimate) -> String {
 }
 
 /// The quantities for programs.
-pub(super) fn json(found: &[FunctionalEstimate]) -> Value {
+pub(super) fn json(units: Units, found: &[FunctionalEstimate]) -> Value {
     let row = |it: &FunctionalEstimate| {
         json!({
             "name": it.functional.word(),
+            "unit": units.of(dimension(it.functional)).word(),
             "value": it.value,
             "error": it.error,
             "range": it.range,
@@ -59,14 +65,4 @@ pub(super) fn json(found: &[FunctionalEstimate]) -> Value {
         })
     };
     found.iter().map(row).collect()
-}
-
-fn dimension(functional: Functional) -> Dimension {
-    match functional {
-        Functional::NormalForce | Functional::TangentialForce => Dimension::FORCE,
-        Functional::LargestPressure | Functional::MeanPressure { .. } => Dimension::STRESS,
-        Functional::ContactArea | Functional::StickArea => Dimension::AREA,
-        Functional::LargestDisplacement | Functional::MeanDisplacement { .. } => Dimension::LENGTH,
-        Functional::StrainEnergy | Functional::Dissipation => Dimension::Energy,
-    }
 }

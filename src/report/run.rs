@@ -4,7 +4,10 @@ use contact3d::{
     dual::Assembly,
     elasticity::BodyMotion,
     mesh::Mesh,
-    post::{ContactReport, ContactResultants, ErrorEstimate, FaceResultants, SourceForce, Zone},
+    post::{
+        ContactReport, ContactResultants, ErrorEstimate, FaceResultants, PaneState, SourceForce,
+        Zone,
+    },
     scene::{ContactFeatures, ModelFeatures, Scene, shown},
     solver::{Solution, SolvedBy},
 };
@@ -113,8 +116,28 @@ impl<'a> SolvedRun<'a> {
                 .collect();
             figures.said(&name.unwrap_or_default(), Some(told.join("; ")));
         }
+        figures.said("contact", self.nothing_touches());
         figures.said("friction on panes", friction_ranges(self.report));
         figures
+    }
+
+    /// That all panes are open, by how much at least, and what to look at; `None` where one touches.
+    #[must_use]
+    pub fn nothing_touches(&self) -> Option<String> {
+        let panes = &self.report.panes;
+        let is_open = |pane: &PaneState| pane.zone == Zone::Open;
+        if panes.is_empty() || !self.solution.has_answer() || !panes.iter().all(is_open) {
+            return None;
+        }
+        let gap = panes
+            .iter()
+            .map(|pane| pane.gap)
+            .fold(f64::INFINITY, f64::min);
+        let unit = self.scene.units.of(Dimension::LENGTH);
+        Some(format!(
+            "no pane is in contact, the smallest gap left is {gap:.3e} {}: check the place of the obstacle and the unit of lengths",
+            unit.word()
+        ))
     }
 
     /// What happens on one contact face, or on all of them.
@@ -131,7 +154,9 @@ impl<'a> SolvedRun<'a> {
         }
         normal_force(&mut figures, contact.map(|c| c.normal_force));
         let tangential = contact.and_then(|c| c.tangential_force);
-        figures.add("tangential_force", "tangential multiplier force", Dimension::FORCE, Scientific(6), tangential);
+        let shown = tangential.map(|force| self.without_noise(force, |row| row.force));
+        figures.add("", "tangential multiplier force", Dimension::FORCE, Scientific(6), shown);
+        figures.for_programs("tangential_force", tangential);
         largest_pressure(&mut figures, contact.map(|c| c.largest_pressure));
         figures
     }
@@ -169,7 +194,11 @@ impl<'a> SolvedRun<'a> {
     }
 
     /// A force or moment with zeros for what is below the digits of the largest one: rounding, and what the solve is off by.
-    fn without_noise(&self, vector: [f64; 3], of: fn(&SourceForce) -> [f64; 3]) -> [f64; 3] {
+    fn without_noise<const N: usize>(
+        &self,
+        vector: [f64; N],
+        of: fn(&SourceForce) -> [f64; 3],
+    ) -> [f64; N] {
         let all = self.report.forces.iter().flat_map(of);
         let largest = all.fold(0.0, |most: f64, part| most.max(part.abs()));
         let noise = NOISE.max(self.report.resultants.force_imbalance) * largest;
@@ -228,7 +257,7 @@ impl<'a> SolvedRun<'a> {
             return figures;
         }
         let error = &report.discretisation_error;
-        figures.said("discretisation error", Some(estimate_words(error)));
+        figures.said("discretisation error", Some(estimate_words(error, self.scene)));
         for (name, part) in error.relative_parts() {
             figures.for_programs(&format!("discretisation_error.{name}"), part);
         }
@@ -236,7 +265,7 @@ impl<'a> SolvedRun<'a> {
             let (name, words) = quantities::words(self.scene.units, it);
             figures.said(&name, Some(words));
         }
-        figures.for_programs("quantities", quantities::json(&report.functionals));
+        figures.for_programs("quantities", quantities::json(self.scene.units, &report.functionals));
         figures
     }
 
@@ -318,26 +347,30 @@ fn steps(solution: &Solution) -> String {
 }
 
 /// The estimate, and why it may be no more than a guess.
-fn estimate_words(estimate: &ErrorEstimate) -> String {
+fn estimate_words(estimate: &ErrorEstimate, scene: &Scene) -> String {
     if estimate.displacement == 0.0 {
         return "none: nothing is deformed by more than rounding".to_owned();
     }
     let error = estimate.relative();
-    let caution = if error > TRUSTED_ESTIMATE {
-        ", a rough guess: the mesh is coarse"
-    } else {
-        ""
+    let can_refine = scene.adapt.is_none() && scene.steps.is_empty();
+    let caution = match (error > TRUSTED_ESTIMATE, can_refine) {
+        (false, _) => "",
+        (true, true) => ", a rough guess: the mesh is coarse; refine it: run ... --error 10%",
+        (true, false) => ", a rough guess: the mesh is coarse",
     };
     format!("about {} in the energy norm{caution}", percent(error))
 }
 
-/// A share in percent with two digits.
+/// A share in percent with two digits, without a power of ten from 0.01 % on.
 #[must_use]
 pub fn percent(share: f64) -> String {
     let percent = 100.0 * share;
     match percent {
         10.0.. => format!("{percent:.0} %"),
         1.0..10.0 => format!("{percent:.1} %"),
+        0.1..1.0 => format!("{percent:.2} %"),
+        0.01..0.1 => format!("{percent:.3} %"),
+        0.0 => "0 %".to_owned(),
         _ => format!("{percent:.1e} %"),
     }
 }

@@ -13,6 +13,7 @@ use super::{contact_cells::ContactCells, picture::error_density};
 use crate::{
     format::{GridValues, PaneValues},
     pipeline::Results,
+    report::shown_time,
 };
 
 /// How far a flat obstacle is drawn beyond the contact face, as a share of the longest way across it.
@@ -29,11 +30,11 @@ pub(super) fn view(scene: &Scene, results: &Results) -> BodyView {
     };
     let names = records.iter().map(|record| {
         let title = scene.step_title(record.increment.step);
-        // Six digits of a time that shares of a step add up to.
-        let time: f64 = format!("{:.5e}", record.increment.time)
-            .parse()
-            .unwrap_or(f64::NAN);
-        format!("{}, t = {time} s", shown(&title))
+        format!(
+            "{}, t = {} s",
+            shown(&title),
+            shown_time(record.increment.time)
+        )
     });
     let mut names: Vec<String> = names.collect();
     if names.is_empty() {

@@ -7,7 +7,7 @@ use plots::{ChartAxis, ChartPoint, LineChart, Series};
 use units::{Dimension, Units};
 
 use super::PictureFolder;
-use crate::pipeline::StageError;
+use crate::{pipeline::StageError, report::shown_time};
 
 /// Names of the pictures.
 const FRICTION_LOOP: &str = "friction_loop";
@@ -19,6 +19,9 @@ pub(super) const HISTORY: [&str; 3] = [FRICTION_LOOP, FORCE_DISPLACEMENT, ENERGI
 
 /// A force or an energy that is this share of the largest, or less, is none.
 const NEGLIGIBLE: f64 = 1e-9;
+
+/// A direction that moves by this share of the farthest one, or less, hardly moves.
+const HARDLY: f64 = 0.01;
 
 /// Draws the charts of a history as SVG and PNG; returns the files.
 ///
@@ -66,9 +69,25 @@ fn friction_loop(records: &[StepRecord], units: Units) -> LineChart {
     )
 }
 
-/// The force of loads and moving clamps over the mean displacement of their faces.
+/// The force of loads and moving clamps over the mean displacement of their faces, along directions in which something happens: loads
+/// that are held, and directions that hardly move, are left out beside them.
 fn force_displacement(records: &[StepRecord], units: Units) -> LineChart {
-    let series = [0, 1, 2].into_iter().filter_map(|c| {
+    let span = |values: &mut dyn Iterator<Item = f64>| {
+        let ends = |[low, high]: [f64; 2], value: f64| [low.min(value), high.max(value)];
+        let [low, high] = values.fold([f64::INFINITY, f64::NEG_INFINITY], ends);
+        high - low
+    };
+    let ways = [0, 1, 2].map(|c| span(&mut records.iter().map(|r| r.loaded_displacement[c])));
+    let farthest = ways.into_iter().fold(0.0, f64::max);
+    let happens = |c: &usize| {
+        let forces = span(&mut records.iter().map(|r| r.loaded_force[*c]));
+        forces > NEGLIGIBLE * largest_force(records) && ways[*c] > HARDLY * farthest
+    };
+    let mut directions: Vec<usize> = (0..3).filter(happens).collect();
+    if directions.is_empty() {
+        directions = vec![0, 1, 2];
+    }
+    let series = directions.into_iter().filter_map(|c| {
         let name = format!("along {}", ["x", "y", "z"][c]);
         let at = |record: &StepRecord| [record.loaded_displacement[c], record.loaded_force[c]];
         series(&name, records, largest_force(records), at)
@@ -91,7 +110,7 @@ fn energies(records: &[StepRecord], units: Units) -> LineChart {
         ("work on the foundation", |record| {
             record.energies.normal_work
         }),
-        ("missing", |record| record.energies.imbalance),
+        ("energy imbalance", |record| record.energies.imbalance),
     ];
     let energy = |record: &StepRecord| record.energies.strain.abs();
     let largest = records.iter().map(energy).fold(0.0, f64::max);
@@ -157,7 +176,7 @@ fn line(name: &str, records: &[StepRecord], points: &[[f64; 2]]) -> Series {
                 "step {}, increment {}, t = {}: {x:.4e}, {y:.4e}",
                 record.increment.step + 1,
                 record.increment.number,
-                record.increment.time
+                shown_time(record.increment.time)
             ),
         });
     Series::new(name, [origin].into_iter().chain(points))

@@ -4,7 +4,7 @@ use contact3d::{
     contact::{ContactFrame, FrictionField},
     mesh::{ContactSurface, Mesh},
 };
-use plots::{ContactPicture, DrawnFriction, DrawnZone, FrictionKind};
+use plots::{ContactPicture, DrawnFriction, DrawnSupport, DrawnZone, FrictionKind};
 use units::Units;
 
 use super::contact_cells::ContactCells;
@@ -54,10 +54,11 @@ impl LawFace {
             coordinates: &self.cells.coordinates,
             displacement: &self.displacement,
             boundary_triangles: &[],
+            boundary_face: &[],
             contact_triangles: &self.cells.triangles,
             contact_triangle_pane: &self.cells.pane,
             normal: reference.normal,
-            flat_support: reference.is_flat,
+            support: DrawnSupport::Plane,
             axis_1,
             axis_2,
             normal_stress: &self.normal_stress,

@@ -9,9 +9,9 @@ use contact3d::{
     contact::ContactFrame,
     mesh::{Mesh, tetrahedron_volume},
     post::{ContactReport, PaneState, Zone},
-    scene::{ContactFeatures, FrictionModel, ModelFeatures, Scene, shown},
+    scene::{ContactFeatures, FrictionModel, ModelFeatures, Obstacle, Scene, shown},
 };
-use plots::{ContactPicture, DrawnFriction, FigureError, FrictionKind, Picture};
+use plots::{ContactPicture, DrawnFriction, DrawnSupport, FigureError, FrictionKind, Picture};
 
 use super::{Drawing, PictureFolder, contact_cells::ContactCells, history_charts};
 use crate::pipeline::{Results, StageError};
@@ -218,10 +218,14 @@ impl Drawn<'_> {
             coordinates: &cells.coordinates,
             displacement: &displacement,
             boundary_triangles: &mesh.facets,
+            boundary_face: &mesh.facet_face,
             contact_triangles: &cells.triangles,
             contact_triangle_pane: &cells.pane,
             normal: reference.map_or([0.0, 0.0, -1.0], |frame| frame.normal),
-            flat_support: reference.is_some_and(|frame| frame.is_flat),
+            support: support(
+                features.get(self.face),
+                reference.is_some_and(|frame| frame.is_flat),
+            ),
             axis_1,
             axis_2,
             normal_stress: &normal_stress,
@@ -238,6 +242,18 @@ const NO_MULTIPLIER: DrawnFriction = DrawnFriction {
     turn: 0.0,
     zone: plots::DrawnZone::Open,
 };
+
+/// What a contact face may touch: planes that all its panes see alike are drawn.
+fn support(face: Option<&ContactFeatures>, is_flat: bool) -> DrawnSupport {
+    let obstacle = face.and_then(|face| face.obstacle.as_ref());
+    match obstacle.filter(|_| !is_flat) {
+        None => DrawnSupport::Plane,
+        Some(Obstacle::HalfSpace(_)) => DrawnSupport::Named("half-space"),
+        Some(Obstacle::Sphere(_)) => DrawnSupport::Named("sphere"),
+        Some(Obstacle::Cylinder(_)) => DrawnSupport::Named("cylinder"),
+        Some(Obstacle::Height(_)) => DrawnSupport::Named("height"),
+    }
+}
 
 /// How a law is drawn; `None` without friction.
 fn kind(model: &FrictionModel) -> Option<FrictionKind> {

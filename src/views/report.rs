@@ -25,7 +25,7 @@ use super::{
     theory_charts::{constants, scaled, thresholds},
 };
 use crate::{
-    format::{self, LAYOUT},
+    format::{self, LAYOUT, SWEEP_LAYOUT},
     pipeline::{
         Freshness, StageError, StageState, accuracy_input, read_results, require_undamaged, states,
     },
@@ -77,7 +77,19 @@ pub(super) fn footer(path: &Path) -> String {
 }
 
 fn file_page(path: &Path, kind: ReportKind) -> Result<Page, StageError> {
-    let reader = Reader::open(path, LAYOUT)?;
+    let reader = match Reader::open(path, LAYOUT) {
+        Err(_) if Reader::open(path, SWEEP_LAYOUT).is_ok() => {
+            let folder = path
+                .parent()
+                .filter(|folder| !folder.as_os_str().is_empty());
+            let folder = folder.unwrap_or(Path::new(".")).display();
+            return Err(StageError::Unfit {
+                file: path.to_owned(),
+                reason: format!("this is the table of a sweep; give its folder: `report {folder}`"),
+            });
+        }
+        opened => opened?,
+    };
     let input = format::read_scene(&reader, path)?;
     let scene = &input.scene;
     let states = states(&reader, scene);

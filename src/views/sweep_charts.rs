@@ -1,13 +1,13 @@
 //! What varies in a sweep.
 
 use plots::{AxisScale, ChartAxis, ChartPoint, LineChart, Series};
-use units::Unit;
+use units::{Dimension, Unit, Units};
 
 use super::sweep_table::{names, numbers, varying_settings};
 use crate::report::{Column, SweepTable};
 
 /// Results worth a chart: column, quantity.
-const RESULTS: [(&str, &str); 17] = [
+const RESULTS: [(&str, &str); 11] = [
     ("normal_force", "normal contact force"),
     ("tangential_force_1", "tangential contact force along t1"),
     ("tangential_force_2", "tangential contact force along t2"),
@@ -19,6 +19,10 @@ const RESULTS: [(&str, &str); 17] = [
     ("largest_displacement_y", "largest |u_y|"),
     ("largest_displacement_z", "largest |u_z|"),
     ("strain_energy", "strain energy"),
+];
+
+/// How the solves went: column, quantity. They are drawn where the sweep is about solvers.
+const COSTS: [(&str, &str); 6] = [
     ("accuracy", "relative error of the multipliers"),
     ("certificate_fixed_point", "distance to the fixed point"),
     ("outer_steps", "outer steps"),
@@ -30,6 +34,9 @@ const RESULTS: [(&str, &str); 17] = [
 /// Columns of positive values that span more than this factor are drawn by their logarithms.
 const WIDE: f64 = 30.0;
 
+/// Forces below this share of the largest force of a sweep are rounding, and not drawn.
+const ROUNDING: f64 = 1e-10;
+
 /// A chart with the name of its column.
 pub(super) struct SweepChart {
     pub(super) column: &'static str,
@@ -38,7 +45,7 @@ pub(super) struct SweepChart {
 
 /// The columns of all results that may be drawn.
 pub(super) fn columns() -> impl Iterator<Item = &'static str> {
-    RESULTS.iter().map(|(column, ..)| *column)
+    RESULTS.iter().chain(&COSTS).map(|(column, ..)| *column)
 }
 
 /// One chart for each result that varies, over the setting with the most different numbers; the
@@ -52,18 +59,60 @@ pub(super) fn charts(table: &SweepTable) -> Vec<SweepChart> {
         return Vec::new();
     };
     let x = settings.remove(most);
-    let lines = Lines::new(&settings, table.n_cases);
-    RESULTS
-        .iter()
-        .filter_map(|&(column, label)| {
-            let y = table.columns.iter().find(|other| other.name == column)?;
-            let varies = numbers(y).len() > 1;
-            varies.then(|| SweepChart {
-                column,
-                chart: chart(&lines, x, y, label),
-            })
+    let is_of_solvers = |key: &&Column| {
+        ["solve.", "assemble."]
+            .iter()
+            .any(|s| key.name.starts_with(s))
+    };
+    let costs = if settings.iter().chain([&x]).any(is_of_solvers) {
+        COSTS.as_slice()
+    } else {
+        &[]
+    };
+    let lines = Lines::new(&settings, table);
+    let least_force = ROUNDING * largest_force(table);
+    let drawn = RESULTS.iter().chain(costs).filter_map(|&(column, label)| {
+        let y = table.columns.iter().find(|other| other.name == column)?;
+        let values = numbers(y);
+        let is_rounding = is_force(y) && largest(&values) <= least_force;
+        (values.len() > 1 && !is_rounding).then(|| SweepChart {
+            column,
+            chart: chart(&lines, (x, setting_unit(&x.name, table.units)), y, label),
         })
-        .collect()
+    });
+    drawn.collect()
+}
+
+fn is_force(column: &Column) -> bool {
+    column.name == "normal_force" || column.name.starts_with("tangential_force_")
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |most, value| most.max(value.abs()))
+}
+
+fn largest_force(table: &SweepTable) -> f64 {
+    let forces = table.columns.iter().filter(|column| is_force(column));
+    forces
+        .map(|column| largest(&numbers(column)))
+        .fold(0.0, f64::max)
+}
+
+/// The unit of a key of the scene whose values are lengths or stresses; none for others.
+fn setting_unit(key: &str, units: Units) -> Unit {
+    let words: Vec<&str> = key
+        .split('.')
+        .filter(|word| word.parse::<usize>().is_err())
+        .collect();
+    match words.as_slice() {
+        ["pressure" | "traction", "value"] | [.., "young_modulus"] | ["friction", "slip_bound"] => {
+            units.of(Dimension::STRESS)
+        }
+        ["clamp", "value"] | ["contact", "gap"] | [.., "radius" | "onset" | "centre" | "point"] => {
+            units.of(Dimension::LENGTH)
+        }
+        _ => Unit::none(),
+    }
 }
 
 /// The line that each case belongs to.
@@ -75,16 +124,23 @@ struct Lines {
 }
 
 impl Lines {
-    fn new(settings: &[&Column], n_cases: usize) -> Self {
+    fn new(settings: &[&Column], table: &SweepTable) -> Self {
         let parts: Vec<Vec<String>> = settings.iter().map(|column| names(column)).collect();
         let name = |case: usize| {
             let words: Vec<&str> = parts.iter().map(|names| names[case].as_str()).collect();
             words.join(" · ")
         };
-        let keys: Vec<&str> = settings.iter().map(|key| last_words(&key.name)).collect();
+        let title = |key: &&Column| {
+            let unit = setting_unit(&key.name, table.units);
+            match unit.is_none() {
+                true => last_words(&key.name).to_owned(),
+                false => format!("{} [{}]", last_words(&key.name), unit.word()),
+            }
+        };
+        let keys: Vec<String> = settings.iter().map(title).collect();
         Self {
             heading: keys.join(" · "),
-            names: (0..n_cases).map(name).collect(),
+            names: (0..table.n_cases).map(name).collect(),
         }
     }
 }
@@ -105,18 +161,19 @@ fn last_words(key: &str) -> &str {
     &key[start..]
 }
 
-fn chart(lines: &Lines, x: &Column, y: &Column, label: &str) -> LineChart {
+fn chart(lines: &Lines, (x, x_unit): (&Column, Unit), y: &Column, label: &str) -> LineChart {
     let mut series: Vec<Series> = Vec::new();
     let points = lines.names.iter().zip(x.cells.iter().zip(&y.cells));
     for (name, (at, value)) in points {
         let (Some(at), Some(value)) = (at.number(), value.number()) else {
             continue;
         };
-        let (along, across, unit) = (&x.name, &y.name, y.unit.beside());
+        let (along, across) = (&x.name, &y.name);
+        let (at_unit, unit) = (x_unit.beside(), y.unit.beside());
         let point = ChartPoint {
             x: at,
             y: value,
-            text: format!("{name}\n{along} {at}\n{across} {value}{unit}"),
+            text: format!("{name}\n{along} {at}{at_unit}\n{across} {value}{unit}"),
         };
         match series.iter_mut().find(|series| series.name == *name) {
             Some(series) => series.points.push(point),
@@ -126,7 +183,7 @@ fn chart(lines: &Lines, x: &Column, y: &Column, label: &str) -> LineChart {
     for series in &mut series {
         series.points.sort_by(|a, b| a.x.total_cmp(&b.x));
     }
-    let along = axis(&x.name, Unit::none(), &numbers(x));
+    let along = axis(&x.name, x_unit.clone(), &numbers(x));
     let across = axis(label, y.unit.clone(), &numbers(y));
     LineChart {
         legend: lines.heading.clone(),
@@ -170,6 +227,15 @@ mod tests {
         assert_eq!(scale(&[0.1, 0.2, 0.3, 0.4]), AxisScale::Linear);
         assert_eq!(scale(&[1.0, 31.0]), AxisScale::Logarithmic);
         assert_eq!(scale(&[-1.0, 31.0]), AxisScale::Linear);
+    }
+
+    #[test]
+    fn loads_and_lengths_have_units() {
+        let unit = |key: &str| setting_unit(key, Units::SI).word().to_owned();
+        assert_eq!(unit("pressure.0.value"), "Pa");
+        assert_eq!(unit("material.isotropic.young_modulus"), "Pa");
+        assert_eq!(unit("contact.gap"), "m");
+        assert!(setting_unit("friction.coefficient.constant", Units::SI).is_none());
     }
 
     #[test]

@@ -53,6 +53,30 @@ fn every_kind_of_scene_to_start_from_runs() {
     program.command(&["inspect", "none.msh"]).assert().code(2);
 }
 
+/// A round block touches with its curved bottom, and on a plane below it; its scene runs.
+#[test]
+fn a_scene_for_a_round_part_touches_with_its_curved_face() {
+    let program = Program::new();
+    let mesh = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/pipelines/meshes/round_block.msh"
+    );
+    printed(&program, &["inspect", mesh, "--scene", "round.toml"]);
+    let scene = fs::read_to_string(program.path("round.toml")).unwrap();
+    for line in [
+        "title = \"round_block.msh\"",
+        "face = \"z_max\"\nvalue",
+        "face = \"round\"\nobstacle.half_space",
+        "# The mesh is 10 x 10 x 10: is that mm?",
+    ] {
+        assert!(scene.contains(line), "{line}: {scene}");
+    }
+    let linear = ["--set", "body.element=\"P1\"", "--no-figures"];
+    let arguments = ["run", "round.toml", "round.h5"];
+    let said = printed(&program, &[&arguments[..], &linear].concat());
+    assert!(!said.contains("no pane is in contact"), "{said}");
+}
+
 /// Forces are named as the scene names them, and what is rounding beside them is 0.
 #[test]
 fn printed_forces_have_names_and_no_noise() {

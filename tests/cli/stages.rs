@@ -234,7 +234,7 @@ fn help_shows_a_newcomer_how_to_start() {
     let help = program.command(&["--help"]).assert().success();
     let text = String::from_utf8_lossy(&help.get_output().stdout).into_owned();
     for word in [
-        "contact3d-pipe run pipelines/",
+        "contact3d-pipe init block.toml",
         "mesh",
         "assemble",
         "solve",

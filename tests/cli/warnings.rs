@@ -50,6 +50,17 @@ fn loads_on_held_displacements_are_warned_of() {
     assert!(!text.contains("warning"), "{text}");
 }
 
+/// A foundation 1 m below the block, as of an obstacle in a wrong unit: the answer is right, and says what it is not.
+#[test]
+fn a_face_that_touches_nothing_is_warned_of() {
+    let program = Program::new();
+    let text = run(&program, "newton.toml", &["contact.gap=1.0"]);
+    let warning = "warning: no pane is in contact, the smallest gap left is ";
+    assert_eq!(text.matches(warning).count(), 1, "{text}");
+    let text = run(&program, "newton.toml", &[]);
+    assert!(!text.contains("no pane is in contact"), "{text}");
+}
+
 #[test]
 fn parameters_that_no_formula_uses_are_warned_of() {
     let program = Program::new();

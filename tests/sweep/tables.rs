@@ -2,10 +2,12 @@
 
 use std::{
     fs,
+    process::Command,
     thread::sleep,
     time::{Duration, Instant},
 };
 
+use assert_cmd::cargo::CommandCargoExt;
 use contact3d_pipe::format::{LAYOUT, SWEEP_LAYOUT};
 use runfile::Reader;
 
@@ -50,6 +52,29 @@ fn foreign_tables_are_not_written_over() {
         fs::write(sweep.path("out").join(name), content).unwrap();
         refused(&sweep, &["sweep.toml", "--out", "out"], word);
         refused(&sweep, &["summary", "sweep.toml", "--out", "out"], word);
+    }
+}
+
+#[test]
+fn commands_for_run_files_name_the_folder_of_a_sweep() {
+    let sweep = Sweep::new(AXIS);
+    assert_eq!(sweep.run("out", &[]).0, 0);
+    for (arguments, advice) in [
+        (["status", "out"], "`report out` shows its cases"),
+        (
+            ["report", "out/summary.h5"],
+            "give its folder: `report out`",
+        ),
+    ] {
+        let mut command = Command::cargo_bin("contact3d-pipe").unwrap();
+        let output = command
+            .current_dir(sweep.path(""))
+            .args(arguments)
+            .output()
+            .unwrap();
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(said.contains(advice), "{said}");
     }
 }
 

@@ -19,6 +19,8 @@ pub(super) const LABEL_SIZE: f64 = 13.0;
 pub(super) const TICK_SIZE: f64 = 12.0;
 /// Vertical space of a panel title.
 pub(super) const TITLE_HEIGHT: f64 = 42.0;
+/// Vertical space of the title of a map and a line of words below it.
+const MAP_TOP: f64 = 48.0;
 /// Height of a colour bar or legend below the plot.
 pub(super) const KEY_HEIGHT: f64 = 62.0;
 /// Width of a colour bar or legend to the right of the plot.
@@ -72,7 +74,7 @@ pub(super) struct PictureLayout {
 impl PictureLayout {
     /// Chooses height, stretch and side of the key from the shape of the contact part.
     pub(super) fn new(picture: &ContactPicture<'_>) -> Self {
-        let contact = ContactBox::new(picture);
+        let contact = ContactBox::framed(picture);
         let [width, height] = contact.extent();
         let stretch = [
             stretch_factor(height / width, MOST_SLENDER),
@@ -107,12 +109,12 @@ impl PictureLayout {
         let (corner, size, panel_height) = plot_rectangle(key, left, aspect);
         let axes = [
             MapAxis {
-                label: scales[0].title(&names[0]),
+                label: axis_title(&scales[0], &names[0], picture.axis_1),
                 ticks: horizontal_ticks(&scales[0], &contact, size[0]),
                 scale: scales[0].clone(),
             },
             MapAxis {
-                label: scales[1].title(&names[1]),
+                label: axis_title(&scales[1], &names[1], picture.axis_2),
                 ticks: vertical(size[1]),
                 scale: scales[1].clone(),
             },
@@ -123,6 +125,12 @@ impl PictureLayout {
                 .upright(" stretched × ")
                 .then(&factor_label(stretch[axis]))
         });
+        let is_part = contact != ContactBox::new(picture);
+        let note = match (note, is_part) {
+            (note, false) => note,
+            (None, true) => Some(Label::plain("around the panes in contact")),
+            (Some(note), true) => Some(Label::plain("around the panes in contact, ").then(&note)),
+        };
         Self {
             height: panel_height,
             key,
@@ -170,17 +178,17 @@ fn plot_rectangle(key: KeySide, left: f64, aspect: f64) -> (Point, Point, f64) {
         KeySide::Below => {
             let width = PANEL_WIDTH - left - RIGHT_MARGIN;
             let height = width / aspect;
-            let needed = TITLE_HEIGHT + height + AXIS_HEIGHT + KEY_HEIGHT;
+            let needed = MAP_TOP + height + AXIS_HEIGHT + KEY_HEIGHT;
             let panel = needed.max(LEAST_HEIGHT).ceil();
-            let top = TITLE_HEIGHT + (panel - needed) / 2.0;
+            let top = MAP_TOP + (panel - needed) / 2.0;
             ([left, top], [width, height], panel)
         }
         KeySide::Right => {
             let room = PANEL_WIDTH - left - KEY_WIDTH - RIGHT_MARGIN;
             let height = (room / aspect).min(380.0);
             let width = height * aspect;
-            let needed = TITLE_HEIGHT + height + AXIS_HEIGHT;
-            let corner = [left + (room - width) / 2.0, TITLE_HEIGHT];
+            let needed = MAP_TOP + height + AXIS_HEIGHT;
+            let corner = [left + (room - width) / 2.0, MAP_TOP];
             (corner, [width, height], needed.max(LEAST_HEIGHT).ceil())
         }
     }
@@ -215,6 +223,22 @@ pub(super) fn axis_name(axis: Vector, index: &str) -> Label {
         };
     }
     Label::default().italic("s").subscript(index)
+}
+
+/// Name and unit of an axis; of one that is none of x, y and z also where it goes.
+fn axis_title(scale: &UnitScale, name: &Label, axis: Vector) -> Label {
+    const NEARLY: f64 = 0.985; // cosine of 10°
+    if axis.iter().any(|part| 1.0 - part.abs() < 1e-12) {
+        return scale.title(name);
+    }
+    if let Some(k) = (0..3).find(|&k| axis[k].abs() > NEARLY) {
+        let sign = if axis[k] < 0.0 { " ≈ −" } else { " ≈ " };
+        return scale.title(&name.clone().upright(sign).italic(["x", "y", "z"][k]));
+    }
+    let parts = axis.map(|part| format!("{:.2}", part + 0.0).replace('-', "−"));
+    scale
+        .title(name)
+        .upright(format!(" along ({})", parts.join(", ")))
 }
 
 /// One prefix for both axes unless their extents differ by more than 1000.

@@ -31,7 +31,7 @@ pub use line_chart::{AxisScale, ChartAxis, ChartPoint, LineChart, Series};
 pub use panels::PANELS;
 pub use panes::FrictionKind;
 pub use picture::Picture;
-pub use picture::{ContactPicture, DrawnFriction, DrawnZone, FigureError};
+pub use picture::{ContactPicture, DrawnFriction, DrawnSupport, DrawnZone, FigureError};
 
 use canvas::{Anchor, Canvas};
 use layout::PANEL_WIDTH;

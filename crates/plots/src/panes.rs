@@ -11,6 +11,11 @@ use super::{
     text::Label,
 };
 
+/// Panes in contact in less than this share of the face's box fill the picture.
+const SMALL_PART: f64 = 0.25;
+/// What is shown around them, as a share of the longer side of their box.
+const MARGIN: f64 = 0.25;
+
 /// A pane in the plane of t₁ and t₂ \[m\].
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct PaneShape {
@@ -50,8 +55,76 @@ impl ContactBox {
         }
     }
 
+    /// The part around the panes in contact, with a margin, where their box takes less than [`SMALL_PART`] of the whole one; else the whole.
+    pub(super) fn framed(picture: &ContactPicture<'_>) -> Self {
+        let whole = Self::new(picture);
+        let panes = picture.contact_triangle_pane.iter();
+        let triangles = picture.contact_triangles.iter().zip(panes);
+        let closed = triangles.filter(|(_, pane)| picture.normal_stress[**pane] < 0.0);
+        let nodes: Vec<usize> = closed.flat_map(|(nodes, _)| *nodes).collect();
+        let [x, y] = [picture.axis_1, picture.axis_2]
+            .map(|axis| bounds(nodes.iter().map(|&n| dot(picture.coordinates[n], axis))));
+        let extent = [x.1 - x.0, y.1 - y.0];
+        let [width, height] = whole.extent();
+        let is_small = extent[0] * extent[1] < SMALL_PART * width * height;
+        if nodes.is_empty() || !is_small {
+            return whole;
+        }
+        let margin = MARGIN * extent[0].max(extent[1]);
+        Self {
+            low: [0, 1].map(|k| (([x, y][k]).0 - margin).max(whole.low[k])),
+            high: [0, 1].map(|k| (([x, y][k]).1 + margin).min(whole.high[k])),
+        }
+    }
+
+    /// Whether a point is in it.
+    pub(super) fn contains(&self, point: [f64; 2]) -> bool {
+        (0..2).all(|k| (self.low[k]..=self.high[k]).contains(&point[k]))
+    }
+
+    /// The part of a polygon in it: cut along each of its four sides (I. Sutherland, G. Hodgman, Commun. ACM 17 (1974) 32).
+    fn cut(&self, mut polygon: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+        for k in 0..2 {
+            for (sign, bound) in [(1.0, self.low[k]), (-1.0, self.high[k])] {
+                let inside = |point: [f64; 2]| sign * (point[k] - bound) >= 0.0;
+                let mut kept = Vec::new();
+                for (i, &b) in polygon.iter().enumerate() {
+                    let a = polygon[(i + polygon.len() - 1) % polygon.len()];
+                    if inside(a) != inside(b) {
+                        let share = (bound - a[k]) / (b[k] - a[k]);
+                        let mut on_side = [0, 1].map(|c| a[c] + share * (b[c] - a[c]));
+                        on_side[k] = bound;
+                        kept.push(on_side);
+                    }
+                    if inside(b) {
+                        kept.push(b);
+                    }
+                }
+                polygon = kept;
+            }
+        }
+        polygon
+    }
+
     pub(super) fn extent(&self) -> [f64; 2] {
         [self.high[0] - self.low[0], self.high[1] - self.low[1]]
+    }
+}
+
+impl PaneShape {
+    /// What of it lies in a frame; `None` where nothing does.
+    pub(super) fn within(self, frame: &ContactBox) -> Option<Self> {
+        if self
+            .outline
+            .iter()
+            .flatten()
+            .all(|&point| frame.contains(point))
+        {
+            return Some(self);
+        }
+        let cut = self.outline.into_iter().map(|polygon| frame.cut(polygon));
+        let outline: Vec<Vec<[f64; 2]>> = cut.filter(|polygon| polygon.len() > 2).collect();
+        (!outline.is_empty()).then_some(Self { outline, ..self })
     }
 }
 
@@ -150,6 +223,16 @@ fn centroid(triangles: &[[usize; 3]], position: impl Fn(usize) -> [f64; 2]) -> [
     [x / weight, y / weight]
 }
 
+/// A number in one line, with three digits.
+fn three_digits(value: f64) -> String {
+    let rounded: f64 = format!("{value:.2e}").parse().unwrap_or(value);
+    if rounded == 0.0 || (1e-3..1e4).contains(&rounded.abs()) {
+        rounded.to_string()
+    } else {
+        format!("{rounded:e}")
+    }
+}
+
 /// The law whose ellipses are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrictionKind {
@@ -232,6 +315,21 @@ impl FrictionKind {
         symbol.then(&number).upright(unit.beside())
     }
 
+    /// The semi-axes that are the same on all panes; empty where both vary.
+    pub(super) fn constants_label(self, constants: [Option<f64>; 2], unit: &Unit) -> Label {
+        let equal = |label: Label, value: f64| {
+            label.upright(format!(" = {}{}", three_digits(value), unit.beside()))
+        };
+        let [first, second] = [0, 1].map(|axis| self.semi_axis_symbol(axis));
+        match constants {
+            [None, None] => Label::default(),
+            [Some(a), None] => equal(first, a),
+            [None, Some(b)] => equal(second, b),
+            [Some(a), Some(b)] if a == b => equal(first.upright(" = ").then(&second), a),
+            [Some(a), Some(b)] => equal(first, a).upright(", ").then(&equal(second, b)),
+        }
+    }
+
     /// What a pane says of its semi-axes and its stress, both in `unit`.
     pub(super) fn describe(self, semi_axes: [f64; 2], stress: [f64; 2], unit: &Unit) -> String {
         let ([a, b], [t1, t2]) = (semi_axes, stress);
@@ -286,6 +384,23 @@ mod tests {
         let edges = single_edges(&[[0, 1, 2], [2, 3, 4]]);
         let loops = edge_loops(&edges);
         assert_eq!(loops.iter().map(Vec::len).sum::<usize>(), edges.len());
+    }
+
+    #[test]
+    fn a_polygon_is_cut_to_its_frame() {
+        let frame = ContactBox {
+            low: [0.0; 2],
+            high: [1.0; 2],
+        };
+        let cut = frame.cut(vec![[-1.0, 0.5], [0.5, -1.0], [2.0, 0.5], [0.5, 2.0]]);
+        // A square on its corner, of which the frame cuts all four.
+        assert_eq!(cut.len(), 4);
+        assert!(cut.iter().all(|&point| frame.contains(point)));
+        assert!(
+            frame
+                .cut(vec![[2.0, 0.0], [3.0, 0.0], [2.0, 1.0]])
+                .is_empty()
+        );
     }
 
     #[test]

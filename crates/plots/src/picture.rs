@@ -40,6 +40,15 @@ pub struct DrawnFriction {
     pub zone: DrawnZone,
 }
 
+/// What supports a body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DrawnSupport {
+    /// A plane along the contact face, of which a piece is drawn.
+    Plane,
+    /// Something else, which is named and not drawn.
+    Named(&'static str),
+}
+
 /// One solved contact problem as the figures need it: borrowed arrays, no dependence on how it was computed.
 ///
 /// A value that is not finite is drawn as a hatched pane or a grey facet.
@@ -55,14 +64,16 @@ pub struct ContactPicture<'a> {
     pub displacement: &'a [[f64; 3]],
     /// Nodes of the triangles of the whole boundary ∂Ω.
     pub boundary_triangles: &'a [[usize; 3]],
+    /// Number of the named face of every boundary triangle, or none at all: lines are drawn where they differ.
+    pub boundary_face: &'a [usize],
     /// Nodes of the triangles of the contact part Γ_c; none for a body without contact.
     pub contact_triangles: &'a [[usize; 3]],
     /// Pane of every contact triangle.
     pub contact_triangle_pane: &'a [usize],
     /// Outward unit normal ν on Γ_c, or its mean direction where it varies: pictures of the face look along it.
     pub normal: [f64; 3],
-    /// Whether what supports the body is a plane, which is drawn as a piece of it.
-    pub flat_support: bool,
+    /// What the body may touch.
+    pub support: DrawnSupport,
     /// First unit tangent; drawn to the right.
     pub axis_1: [f64; 3],
     /// Second unit tangent; drawn upwards.
@@ -122,6 +133,10 @@ impl ContactPicture<'_> {
             triangles,
             self.contact_triangle_pane.len(),
         )?;
+        if !self.boundary_face.is_empty() {
+            let (expected, found) = (self.boundary_triangles.len(), self.boundary_face.len());
+            same_length("boundary_face", expected, found)?;
+        }
         if let Some((_, friction)) = self.friction {
             same_length("friction", panes, friction.len())?;
         }

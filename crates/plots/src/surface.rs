@@ -4,14 +4,16 @@ use std::collections::BTreeMap;
 
 use super::svg::{Vector, cross, dot, minus, unit};
 
-/// Cosine of the angle between two facets from which on their common edge is a sharp edge (30°).
-const SHARP_COSINE: f64 = 0.866;
+/// Cosine of the angle between two facets from which on their common edge is a crease (50°): facets of coarse round faces meet at less.
+const CREASE_COSINE: f64 = 0.643;
 
 /// An edge with the one or two (or more) triangles that meet in it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct SurfaceEdge {
     pub(super) nodes: [usize; 2],
     pub(super) triangles: Vec<usize>,
+    /// Whether it is drawn from wherever it is seen: at a rim, between named faces, or a crease of the body at rest.
+    pub(super) is_line: bool,
 }
 
 /// All edges of a surface, ordered by their nodes.
@@ -24,8 +26,23 @@ pub(super) fn surface_edges(triangles: &[[usize; 3]]) -> Vec<SurfaceEdge> {
     }
     let edges = edges.into_iter();
     edges
-        .map(|(nodes, triangles)| SurfaceEdge { nodes, triangles })
+        .map(|(nodes, triangles)| SurfaceEdge {
+            nodes,
+            is_line: triangles.len() != 2,
+            triangles,
+        })
         .collect()
+}
+
+/// Marks the edges between named faces, and the creases of the body at rest.
+pub(super) fn mark_lines(edges: &mut [SurfaceEdge], rest: &FacetNormals, faces: &[usize]) {
+    for edge in edges {
+        if let [first, second] = edge.triangles[..] {
+            let cosine = dot(rest.normals[first], rest.normals[second]);
+            let cosine = if rest.outward { cosine } else { cosine.abs() };
+            edge.is_line = cosine < CREASE_COSINE || faces.get(first) != faces.get(second);
+        }
+    }
 }
 
 /// Joins edges that meet in a node of two edges to lines of nodes; every edge is used once.
@@ -94,17 +111,15 @@ impl FacetNormals {
         Self { normals, outward }
     }
 
-    /// Whether the edge belongs to the outline seen from direction `toward`:
-    /// sharp, at the rim of the surface, or between a visible and a hidden facet.
+    /// Whether the edge belongs to the outline seen from direction `toward`: a line, or between a visible and a hidden facet.
     pub(super) fn is_outline(&self, edge: &SurfaceEdge, toward: Vector) -> bool {
-        let [first, second] = edge.triangles[..] else {
-            return true;
-        };
-        let (first, second) = (self.normals[first], self.normals[second]);
-        let cosine = dot(first, second);
-        let cosine = if self.outward { cosine } else { cosine.abs() };
-        let contour = self.outward && (dot(first, toward) > 0.0) != (dot(second, toward) > 0.0);
-        cosine < SHARP_COSINE || contour
+        let is_seen = |triangle: &usize| dot(self.normals[*triangle], toward) > 0.0;
+        let count = edge
+            .triangles
+            .iter()
+            .filter(|triangle| is_seen(triangle))
+            .count();
+        edge.is_line || (self.outward && count == 1)
     }
 
     /// Whether the viewer in direction `toward` may see the facet.
@@ -156,6 +171,25 @@ mod tests {
         assert!(facets.outward);
         assert_eq!(facets.normals[0], [0.0, 0.0, -1.0]);
         assert!(facets.faces(0, [0.0, 0.0, -1.0]) && !facets.faces(0, [0.0, 0.0, 1.0]));
+    }
+
+    /// The edge between two facets at a right angle, at half of one, and between two faces in a plane.
+    #[test]
+    fn lines_are_creases_and_bounds_of_faces() {
+        let triangles = [[0, 1, 2], [1, 0, 3]];
+        let is_line = |apex: Vector, faces: &[usize]| {
+            let points = [CORNERS[0], CORNERS[1], [0.0, -1.0, 0.0], apex];
+            let mut edges = surface_edges(&triangles);
+            let rest = FacetNormals::new(&points, &triangles, &edges);
+            mark_lines(&mut edges, &rest, faces);
+            edges
+                .iter()
+                .find(|edge| edge.nodes == [0, 1])
+                .is_some_and(|edge| edge.is_line)
+        };
+        assert!(is_line([0.0, 0.0, 1.0], &[]));
+        assert!(!is_line([0.0, 1.0, 1.0], &[]) && !is_line([0.0, 1.0, 1.0], &[4, 4]));
+        assert!(is_line([0.0, 1.0, 0.0], &[4, 5]));
     }
 
     #[test]

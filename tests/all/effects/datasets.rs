@@ -162,8 +162,9 @@ fn absent_from_run(tables: &[&str]) -> BTreeSet<String> {
 }
 
 /// What load histories lack.
-const QUANTITIES: [&str; 6] = [
+const QUANTITIES: [&str; 7] = [
     "/solve/quantities/name",
+    "/solve/quantities/unit",
     "/solve/quantities/value",
     "/solve/quantities/error",
     "/solve/quantities/range",

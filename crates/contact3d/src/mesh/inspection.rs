@@ -40,6 +40,8 @@ pub struct FaceInspection {
     pub area: f64,
     /// The outward unit normal of a flat face; `None` where normals turn.
     pub normal: Option<[f64; 3]>,
+    /// The mean of outward unit normals over the face; its length is 1 for a flat face and 0 for a closed one.
+    pub mean_normal: [f64; 3],
 }
 
 impl MeshInspection {
@@ -103,13 +105,15 @@ fn face(mesh: &Mesh, name: &str) -> FaceInspection {
         .collect();
     let sum: Vector3<f64> = areas.iter().sum();
     let mean = sum.normalize();
+    let area = areas.iter().map(Vector3::norm).sum();
     let is_flat = areas
         .iter()
         .all(|area| area.dot(&mean) >= (1.0 - FLAT) * area.norm());
     FaceInspection {
         name: name.to_owned(),
         n_facets: areas.len(),
-        area: areas.iter().map(Vector3::norm).sum(),
+        area,
         normal: is_flat.then(|| mean.into()),
+        mean_normal: (sum / area).into(),
     }
 }

@@ -10,9 +10,9 @@ use crate::layout::{
     KEY_HEIGHT, KEY_WIDTH, KeySide, LABEL_SIZE, PANEL_WIDTH, PictureLayout, TICK_SIZE, axis_name,
 };
 use crate::panes::ContactBox;
-use crate::picture::ContactPicture;
+use crate::picture::{ContactPicture, DrawnSupport};
 use crate::scale::{factor_label, round_down};
-use crate::surface::{FacetNormals, SurfaceEdge, joined_lines, surface_edges};
+use crate::surface::{FacetNormals, SurfaceEdge, joined_lines, mark_lines, surface_edges};
 use crate::svg::{Vector, bounds, dot, minus, norm, scaled};
 use crate::text::Label;
 use crate::view::{Facets, draw_facets};
@@ -22,6 +22,8 @@ use crate::view::{Fit, View};
 const DRAWN_DISPLACEMENT: f64 = 0.15;
 /// Largest drawn relative shortening of an edge of the surface.
 const MOST_SHRINKAGE: f64 = 0.6;
+/// Lines of the body at rest are drawn where it moved by more pixels than this.
+const VISIBLE_MOTION: f64 = 1.5;
 /// Pixels of an arrow of the axes triad.
 const TRIAD_LENGTH: f64 = 30.0;
 
@@ -61,11 +63,9 @@ pub(in crate::panels) fn error_panel(
     density: &[f64],
 ) -> Canvas {
     let shown = Shown {
-        title: Label::plain("Estimated discretisation error"),
+        title: Label::plain("Estimated discretisation error per volume over its mean"),
         magnitude: density.iter().map(|value| value.log10()).collect(),
-        symbol: Label::plain("log")
-            .subscript("10")
-            .upright(" of error per volume over its mean"),
+        symbol: Label::plain("log").subscript("10"),
         unit: picture.units.of(Dimension::Number),
         deforms: false,
     };
@@ -83,7 +83,9 @@ fn drawn_body(picture: &ContactPicture<'_>, layout: &PictureLayout, shown: &Show
         .map(|&x| view.stretched(x))
         .collect();
     let triangles = picture.boundary_triangles;
-    let edges = surface_edges(triangles);
+    let mut edges = surface_edges(triangles);
+    let rest = FacetNormals::new(&undeformed, triangles, &edges);
+    mark_lines(&mut edges, &rest, picture.boundary_face);
     let factor = if shown.deforms {
         displacement_factor(picture, &view, &undeformed, &edges)
     } else {
@@ -102,7 +104,8 @@ fn drawn_body(picture: &ContactPicture<'_>, layout: &PictureLayout, shown: &Show
     let values = used.clone().map(|&node| magnitude[node]);
     let key = ColourKey::new(values, ColourMap::Plasma, &shown.symbol, &shown.unit);
 
-    let on_support = picture.flat_support && !picture.contact_triangles.is_empty();
+    let is_supported = !picture.contact_triangles.is_empty();
+    let on_support = is_supported && picture.support == DrawnSupport::Plane;
     let support: Vec<Vector> = if on_support {
         support_corners(picture, &view).to_vec()
     } else {
@@ -123,8 +126,15 @@ fn drawn_body(picture: &ContactPicture<'_>, layout: &PictureLayout, shown: &Show
         canvas.region(&[corners], grey, Some(edge));
     }
 
-    let rest = FacetNormals::new(&undeformed, triangles, &edges);
-    let outline = |hidden: bool| outline_of(&rest, &edges, &view, hidden);
+    let moved = |node: usize| {
+        let [from, to] = [pixel(undeformed[node]), pixel(deformed[node])];
+        (to[0] - from[0]).hypot(to[1] - from[1]) > VISIBLE_MOTION
+    };
+    let outline = |hidden: bool| {
+        let mut lines = outline_of(&rest, &edges, &view, hidden);
+        lines.retain(|nodes| nodes.iter().any(|&node| moved(node)));
+        joined_lines(&lines)
+    };
     let to_pixels = |lines: Vec<Vec<usize>>| -> Vec<Vec<Point>> {
         let line = |nodes: Vec<usize>| nodes.into_iter().map(|n| pixel(undeformed[n])).collect();
         lines.into_iter().map(line).collect()
@@ -143,7 +153,8 @@ fn drawn_body(picture: &ContactPicture<'_>, layout: &PictureLayout, shown: &Show
 
     draw_triad(&mut canvas, &view, [52.0, corner[1] + size[1] - 24.0]);
     let moved = shown.deforms.then(|| magnitude.iter().any(|&u| u > 0.0));
-    draw_notes(&mut canvas, &view, factor, moved, on_support);
+    let support = is_supported.then_some(picture.support);
+    draw_notes(&mut canvas, &view, factor, moved, support);
     draw_key(&mut canvas, layout, &key);
     canvas
 }
@@ -195,21 +206,20 @@ fn support_corners(picture: &ContactPicture<'_>, view: &View) -> [Vector; 4] {
     })
 }
 
-/// Outline of the undeformed body as lines of nodes: what is behind the body, or what is in front.
+/// Outline of the undeformed body as edges: what is behind the body, or what is in front.
 fn outline_of(
     facets: &FacetNormals,
     edges: &[SurfaceEdge],
     view: &View,
     hidden: bool,
-) -> Vec<Vec<usize>> {
+) -> Vec<[usize; 2]> {
     let toward = view.toward();
-    let outline: Vec<[usize; 2]> = edges
+    edges
         .iter()
         .filter(|edge| facets.is_outline(edge, toward))
         .filter(|edge| edge.triangles.iter().any(|&t| facets.faces(t, toward)) != hidden)
         .map(|edge| edge.nodes)
-        .collect();
-    joined_lines(&outline)
+        .collect()
 }
 
 /// The part of the panel for the body, without the strip of the triad and the key.
@@ -247,9 +257,13 @@ fn draw_notes(
     view: &View,
     factor: f64,
     moved: Option<bool>,
-    on_support: bool,
+    support: Option<DrawnSupport>,
 ) {
-    let support = if on_support { ", grey: support" } else { "" };
+    let support = match support {
+        Some(DrawnSupport::Plane) => ", grey: support".to_owned(),
+        Some(DrawnSupport::Named(obstacle)) => format!(", obstacle ({obstacle}) not drawn"),
+        None => String::new(),
+    };
     let note = match moved {
         Some(true) => Label::plain("displacement × ")
             .then(&factor_label(factor))

@@ -2,11 +2,11 @@
 
 use units::Unit;
 
-use super::{PanelData, PanelSpec};
+use super::{PanelData, PanelSpec, semi_axes::constant};
 use crate::canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke};
-use crate::layout::{KeySide, LABEL_SIZE, PANEL_WIDTH, PictureLayout, TICK_SIZE};
+use crate::layout::{KeySide, LABEL_SIZE, PictureLayout, TICK_SIZE};
 use crate::line_chart::{draw_axes, draw_panes, typical_pane_size};
-use crate::panes::FrictionKind;
+use crate::panes::{FrictionKind, PaneShape};
 use crate::picture::{DrawnFriction, DrawnZone};
 use crate::scale::round_down;
 use crate::text::Label;
@@ -68,7 +68,8 @@ fn ellipse_panel(
     let radius = 0.44 * size;
     let drawn = largest > 0.0 && radius >= LEAST_RADIUS;
     if drawn {
-        for shape in shapes {
+        let is_shown = |shape: &&PaneShape| layout.contact.contains(shape.centre);
+        for shape in shapes.iter().filter(is_shown) {
             let centre = layout.point(shape.centre);
             canvas.titled(
                 &describe((kind, unit), shape.pane, &friction[shape.pane]),
@@ -79,6 +80,13 @@ fn ellipse_panel(
         }
     }
     draw_axes(&mut canvas, layout);
+    let constants = [0, 1].map(|axis| constant(friction, shapes, axis));
+    let mut remark = kind.constants_label(constants, unit);
+    if !drawn {
+        remark = remark.upright(" (ellipses too small to draw)");
+    }
+    let position = [layout.corner[0], 42.5];
+    canvas.text(position, &remark, TICK_SIZE, Anchor::Start);
     draw_legend(
         &mut canvas,
         layout,
@@ -181,19 +189,16 @@ fn draw_legend(
         (Icon::Zone(DrawnZone::Stick), Label::plain("stick")),
         (Icon::Zone(DrawnZone::Slip), Label::plain("slip")),
     ];
-    match ellipses {
-        Some((radius, largest)) => {
-            entries.push((Icon::Ellipse, kind.semi_axes_label()));
-            entries.push((Icon::Line, kind.stress_label()));
-            let value = round_down(largest * (LONGEST_SCALE_BAR / radius).min(1.0));
-            let bar = value / largest * radius;
-            entries.push((Icon::ScaleBar(bar), kind.scale_bar_label(value, unit)));
-        }
-        None => {
-            let remark = Label::plain("ellipses too small to draw");
-            let position = [PANEL_WIDTH - 16.0, 40.0];
-            canvas.text(position, &remark, TICK_SIZE, Anchor::End);
-        }
+    if let Some((radius, largest)) = ellipses {
+        entries.push((Icon::Ellipse, kind.semi_axes_label()));
+        entries.push((Icon::Line, kind.stress_label()));
+        let value = if radius <= LONGEST_SCALE_BAR {
+            largest
+        } else {
+            round_down(largest * LONGEST_SCALE_BAR / radius)
+        };
+        let bar = value / largest * radius;
+        entries.push((Icon::ScaleBar(bar), kind.scale_bar_label(value, unit)));
     }
     let [left, top] = layout.corner;
     let [width, height] = layout.size;

@@ -68,10 +68,14 @@ pub(super) fn drawings(
     picture: &ContactPicture<'_>,
 ) -> Result<Vec<(&'static str, Canvas)>, FigureError> {
     picture.validate()?;
+    let layout = PictureLayout::new(picture);
+    let shapes = pane_shapes(picture).into_iter();
     let figure = PanelData {
         picture,
-        layout: PictureLayout::new(picture),
-        shapes: pane_shapes(picture),
+        shapes: shapes
+            .filter_map(|shape| shape.within(&layout.contact))
+            .collect(),
+        layout,
     };
     let drawn = TABLE
         .iter()

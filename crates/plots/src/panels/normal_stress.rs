@@ -21,7 +21,7 @@ fn normal_stress(figure: &PanelData<'_>) -> Canvas {
     let value = |pane: usize| picture.normal_stress[pane];
     let values = shapes.iter().map(|shape| value(shape.pane));
     let unit = picture.units.of(Dimension::STRESS);
-    let key = ColourKey::new(values, ColourMap::Viridis, &symbol, &unit);
+    let key = ColourKey::new(values, ColourMap::ReversedViridis, &symbol, &unit);
     let title = Label::plain("(a) Normal contact stress ").then(&symbol);
     map_panel(&figure.layout, shapes, &title, &key, &unit, value)
 }

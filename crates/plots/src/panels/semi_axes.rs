@@ -1,5 +1,5 @@
 //! Panels (e) and (f): the coefficients of friction, or the bounds of Tresca's law, along either
-//! axis.
+//! axis, where they vary.
 
 use units::Unit;
 
@@ -27,6 +27,9 @@ pub(super) const SECOND: PanelSpec = PanelSpec {
 
 fn along(figure: &PanelData<'_>, axis: usize, letter: &str) -> Option<Canvas> {
     let (kind, friction) = figure.picture.friction?;
+    if constant(friction, &figure.shapes, axis).is_some() {
+        return None;
+    }
     let symbol = kind.semi_axis_symbol(axis);
     let title = Label::plain(format!("{letter} {}", kind.semi_axis_title())).then(&symbol);
     let unit = kind.unit(figure.picture.units);
@@ -38,6 +41,19 @@ fn along(figure: &PanelData<'_>, axis: usize, letter: &str) -> Option<Canvas> {
         &title,
         &symbol,
     ))
+}
+
+/// The one value of a semi-axis on all panes; `None` where it varies.
+pub(super) fn constant(
+    friction: &[DrawnFriction],
+    shapes: &[PaneShape],
+    axis: usize,
+) -> Option<f64> {
+    let panes = shapes.iter().map(|shape| shape.pane);
+    match ValueRange::of(panes.map(|pane| friction[pane].semi_axes[axis])) {
+        ValueRange::Constant(value) => Some(value),
+        ValueRange::Nothing | ValueRange::Interval(..) => None,
+    }
 }
 
 /// The map of F₁ or F₂, or of g F₁ or g F₂, with common colours for both unless these would hide

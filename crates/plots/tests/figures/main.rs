@@ -287,6 +287,69 @@ fn a_body_without_contact_has_one_panel() {
 }
 
 #[test]
+fn a_coefficient_that_does_not_vary_is_said_and_not_drawn() {
+    let mut sample = Sample::brick([1.0, 1.0, 1.0], [16, 16, 2]);
+    for pane in &mut sample.friction {
+        pane.semi_axes = [0.3; 2];
+    }
+    let drawn = panels(&sample.picture()).unwrap();
+    let names: Vec<_> = drawn.iter().map(|panel| &panel.name[..1]).collect();
+    assert_eq!(names, ["a", "b", "c", "d"]);
+    let texts = text_boxes(&parse(&drawn[3].figure.svg()));
+    let said = |words: &str| texts.iter().any(|(text, _)| text == words);
+    assert!(said("F1 = F2 = 0.3") && said("F = 0.3"), "{texts:?}");
+    assert_all_readable(&sample.picture());
+    sample.friction[1].semi_axes[1] = 0.2;
+    assert_eq!(panels(&sample.picture()).unwrap().len(), 5);
+}
+
+/// Of 16 × 16 panes the four in a corner touch and are drawn with what is beside them.
+#[test]
+fn a_face_that_is_mostly_open_is_framed_around_what_touches() {
+    let mut sample = Sample::brick([1.0, 1.0, 1.0], [32, 32, 2]);
+    let normal_stress = (0..256).map(|pane| {
+        if pane % 16 < 2 && pane < 32 {
+            -1.0
+        } else {
+            0.0
+        }
+    });
+    sample.normal_stress = normal_stress.collect();
+    let panes = |picture: &ContactPicture<'_>| {
+        let svg = panels(picture).unwrap()[0].figure.svg();
+        svg.matches("<title>pane ").count()
+    };
+    // A margin of a quarter of two panes reaches into the next ones.
+    assert_eq!(panes(&sample.picture()), 9);
+    assert_all_readable(&sample.picture());
+    sample.normal_stress[255] = -1.0;
+    assert_eq!(panes(&sample.picture()), 256);
+}
+
+#[test]
+fn an_obstacle_that_is_no_plane_is_named() {
+    let sample = Sample::brick([1.0, 1.0, 1.0], [4, 4, 2]);
+    let mut picture = sample.picture();
+    picture.support = DrawnSupport::Named("sphere");
+    let body = panels(&picture).unwrap()[2].figure.svg();
+    assert!(body.contains("obstacle (sphere) not drawn"), "{body}");
+    assert_all_readable(&picture);
+}
+
+/// The colour bar beside a tall body has room for its title.
+#[test]
+fn the_error_is_readable_on_bodies_of_any_shape() {
+    for size in [[3.0, 1.0, 1.0], [1.0, 1.0, 3.0]] {
+        let sample = Sample::brick(size, [4, 4, 4]);
+        let density: Vec<f64> = (0..sample.coordinates.len())
+            .map(|k| 0.1 + k as f64)
+            .collect();
+        let figure = error_figure(&sample.picture(), &density).unwrap();
+        assert_readable(&figure.svg());
+    }
+}
+
+#[test]
 fn turned_ellipses_are_drawn_as_outlines() {
     let mut sample = Sample::brick([3.0, 1.0, 1.0], [4, 2, 2]);
     let straight = page(&sample.picture()).unwrap().svg();

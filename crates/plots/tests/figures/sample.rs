@@ -1,6 +1,6 @@
 //! A synthetic solved problem for the tests.
 
-use contact3d_plots::{ContactPicture, DrawnFriction, DrawnZone, FrictionKind};
+use contact3d_plots::{ContactPicture, DrawnFriction, DrawnSupport, DrawnZone, FrictionKind};
 use units::Units;
 
 /// Owned arrays of a [`ContactPicture`].
@@ -131,10 +131,11 @@ impl Sample {
             coordinates: &self.coordinates,
             displacement: &self.displacement,
             boundary_triangles: &self.boundary_triangles,
+            boundary_face: &[],
             contact_triangles: &self.contact_triangles,
             contact_triangle_pane: &self.contact_triangle_pane,
             normal: [0.0, 0.0, -1.0],
-            flat_support: true,
+            support: DrawnSupport::Plane,
             axis_1: [1.0, 0.0, 0.0],
             axis_2: [0.0, 1.0, 0.0],
             normal_stress: &self.normal_stress,

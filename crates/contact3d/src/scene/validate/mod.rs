@@ -78,9 +78,9 @@ impl Scene {
             require(
                 (SMALLEST_ERROR..=1.0).contains(&adapt.error),
                 "adapt.error",
-                "a share of the energy norm between 1e-8 and 1, as 0.01 for 1 %",
+                "a share between 1e-8 and 1 of the energy norm, or of the quantity `adapt.of`",
                 adapt.error,
-                "below 1e-8 rounding hides the error; above 1 any answer would do",
+                "write 0.03, or --error 3%, for three percent; below 1e-8 rounding hides the error, above 1 any answer would do",
             )?;
         }
         self.solve.validate("solve")
