@@ -37,7 +37,7 @@ impl Assembly {
     }
 
     /// A⁻¹f for several f to [`CG_LEFT`], by conjugate gradients that share the reading of the factor.
-    pub(super) fn solve_several(&self, forces: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    pub(crate) fn solve_several(&self, forces: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let forces: Vec<&[f64]> = forces.iter().map(Vec::as_slice).collect();
         let accuracy = StoppingRule {
             share: CG_LEFT,

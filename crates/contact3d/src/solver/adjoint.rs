@@ -14,7 +14,7 @@ use super::{
 };
 use crate::{
     dual::{Assembly, ContactSystem, DualSystem, LocalStiffness},
-    linalg::{DenseLu, Workspace, add_scaled},
+    linalg::{DenseLu, add_scaled},
 };
 
 /// A pane is at a kink where its trial stress is this near to another zone, beside the largest pressure or its ellipse.
@@ -59,12 +59,16 @@ impl Adjoints {
     ) -> Option<Self> {
         let assembly = &system.assembly;
         let (Some(face), Some(dual)) = (face, &system.contact) else {
-            let mut work = Workspace::default();
-            let alone = |it: &LinearFunctional| Adjoint {
-                displacement: assembly.solve(&it.by_displacement, &mut work),
+            let forces: Vec<Vec<f64>> = functionals
+                .iter()
+                .map(|it| it.by_displacement.clone())
+                .collect();
+            let alone = |displacement| Adjoint {
+                displacement,
                 ..Adjoint::default()
             };
-            let of = functionals.iter().map(alone).collect();
+            let of = assembly.solve_several(&forces).into_iter().map(alone);
+            let of = of.collect();
             return Some(Self { of, kinks: 0 });
         };
         let balanced = dual.balanced(assembly, face.surface, face.interface);
@@ -101,10 +105,7 @@ impl Adjoints {
             },
         };
         Some(Self {
-            of: functionals
-                .iter()
-                .map(|it| linearised.adjoint(it))
-                .collect(),
+            of: linearised.adjoints(functionals),
             kinks: at.kinks(),
         })
     }
@@ -162,15 +163,45 @@ struct Linearised<'a> {
     body: ContactBody<'a>,
 }
 
+/// An adjoint before it has moved the body.
+struct AdjointLoad {
+    /// y, `[n_unknowns]`.
+    weights: Vec<f64>,
+    /// Q_u − Bᵀζ − Cᵀτ.
+    force: Vec<f64>,
+    multiplier: Vec<f64>,
+    slip_force: Vec<[f64; 2]>,
+}
+
 impl Linearised<'_> {
-    fn adjoint(&self, functional: &LinearFunctional) -> Adjoint {
-        let (assembly, dual) = (self.body.assembly, self.dual);
-        let mut work = Workspace::default();
+    /// The adjoints of all functionals, side by side: the factor is read once for all of them.
+    fn adjoints(&self, functionals: &[LinearFunctional]) -> Vec<Adjoint> {
+        let assembly = self.body.assembly;
+        let is_loaded = |it: &&LinearFunctional| it.by_displacement.iter().any(|f| *f != 0.0);
+        let loaded = functionals.iter().filter(is_loaded);
+        let loaded: Vec<Vec<f64>> = loaded.map(|it| it.by_displacement.clone()).collect();
+        let mut moved = assembly.solve_several(&loaded).into_iter();
+        let loads: Vec<AdjointLoad> = functionals
+            .iter()
+            .map(|it| {
+                let moved = is_loaded(&it).then(|| moved.next()).flatten();
+                self.load(it, moved.as_deref())
+            })
+            .collect();
+        let forces: Vec<Vec<f64>> = loads.iter().map(|load| load.force.clone()).collect();
+        let moved = assembly.solve_several(&forces);
+        let both = loads.into_iter().zip(moved);
+        both.map(|(load, displacement)| self.adjoint(load, displacement))
+            .collect()
+    }
+
+    /// What loads an adjoint; `moved` is A⁻¹Q_u.
+    fn load(&self, functional: &LinearFunctional, moved: Option<&[f64]>) -> AdjointLoad {
+        let dual = self.dual;
         let mut force = functional.by_displacement.clone();
         let mut rhs = functional.by_multiplier.clone();
-        if force.iter().any(|f| *f != 0.0) {
-            let moved = assembly.solve(&force, &mut work);
-            add_scaled(&mut rhs, -1.0, &dual.coupling.integrate(&moved));
+        if let Some(moved) = moved {
+            add_scaled(&mut rhs, -1.0, &dual.coupling.integrate(moved));
         }
         if let Some(balance) = &dual.balance {
             rhs.extend(balance.coupling.work_of(&force));
@@ -181,11 +212,10 @@ impl Linearised<'_> {
         for (&j, y) in self.coupled.iter().zip(coupled) {
             weights[j] = y;
         }
-        let conditions = &self.map.conditions;
-        let (multiplier, slip_force) = conditions.transposed(self.at, &weights);
+        let (multiplier, slip_force) = self.map.conditions.transposed(self.at, &weights);
         add_scaled(&mut force, -1.0, &dual.coupling.nodal_forces(&multiplier));
         if !slip_force.is_empty() {
-            let face = &self.body.face;
+            let ContactBody { assembly, face } = &self.body;
             let dofs = &assembly.primal.dofs;
             for (local, (&node, along)) in face.surface.nodes.iter().zip(&slip_force).enumerate() {
                 let vector = face.interface.frame.vector(local, 0.0, *along);
@@ -196,19 +226,27 @@ impl Linearised<'_> {
                 }
             }
         }
-        let mut displacement = assembly.solve(&force, &mut work);
-        if let Some(balance) = &dual.balance {
-            let rows = weights.iter().zip(&conditions.steplengths);
+        AdjointLoad {
+            weights,
+            force,
+            multiplier,
+            slip_force,
+        }
+    }
+
+    fn adjoint(&self, load: AdjointLoad, mut displacement: Vec<f64>) -> Adjoint {
+        if let Some(balance) = &self.dual.balance {
+            let rows = load.weights.iter().zip(&self.map.conditions.steplengths);
             let motion: Vec<f64> = rows
-                .skip(multiplier.len())
+                .skip(load.multiplier.len())
                 .map(|(y, rho)| -y * rho)
                 .collect();
             balance.coupling.add_motion(&motion, &mut displacement);
         }
         Adjoint {
             displacement,
-            multiplier,
-            slip_force,
+            multiplier: load.multiplier,
+            slip_force: load.slip_force,
         }
     }
 }

@@ -34,7 +34,7 @@ const STEPS: usize = 4;
 const GAIN: f64 = 2e-3;
 
 /// Cubes take ten steps, cells of 1 : 100 some three hundred.
-const MOST_STEPS: usize = 3000;
+const MOST_STEPS: usize = 500;
 
 /// Numbers of all fields, side by side.
 type Lanes = [f32; LANES];
@@ -295,9 +295,10 @@ impl<'a> ScaledStiffness<'a> {
     }
 
     fn product(&self, t: usize, local: &[Lanes; COMPONENTS]) -> [Lanes; COMPONENTS] {
-        self.elements[t].map(|row| {
+        let matrix = &self.elements[t];
+        std::array::from_fn(|i| {
             let mut sum = [0.0; LANES];
-            for (factor, lanes) in row.iter().zip(local) {
+            for (factor, lanes) in matrix[i].iter().zip(local) {
                 (0..LANES).for_each(|l| sum[l] += factor * lanes[l]);
             }
             sum
