@@ -26,7 +26,8 @@ enum CurrentWork {
 static WORK: Mutex<Option<CurrentWork>> = Mutex::new(None);
 
 /// How an adaptive run ends with results in time.
-const BUDGET: &str = "--budget SECONDS ends it with the results of the last level that fits";
+const BUDGET: &str =
+    "a run with --budget SECONDS ends by itself, with the results of the last level that fits";
 
 /// How long a blocked standard error may hold up the end of the process.
 const PATIENCE: Duration = Duration::from_millis(300);

@@ -71,9 +71,7 @@ fn a_scene_for_a_round_part_touches_with_its_curved_face() {
     ] {
         assert!(scene.contains(line), "{line}: {scene}");
     }
-    let linear = ["--set", "body.element=\"P1\"", "--no-figures"];
-    let arguments = ["run", "round.toml", "round.h5"];
-    let said = printed(&program, &[&arguments[..], &linear].concat());
+    let said = printed(&program, &["run", "round.toml", "round.h5", "--no-figures"]);
     assert!(!said.contains("no pane is in contact"), "{said}");
 }
 

@@ -192,10 +192,13 @@ fn draw_legend(
     if let Some((radius, largest)) = ellipses {
         entries.push((Icon::Ellipse, kind.semi_axes_label()));
         entries.push((Icon::Line, kind.stress_label()));
-        let value = if radius <= LONGEST_SCALE_BAR {
+        let has_few_digits = |digits: f64| (digits - digits.round()).abs() < 1e-6;
+        let value = if radius <= LONGEST_SCALE_BAR
+            && has_few_digits(largest / 10f64.powf(largest.log10().floor() - 1.0))
+        {
             largest
         } else {
-            round_down(largest * LONGEST_SCALE_BAR / radius)
+            round_down(largest * (LONGEST_SCALE_BAR / radius).min(1.0))
         };
         let bar = value / largest * radius;
         entries.push((Icon::ScaleBar(bar), kind.scale_bar_label(value, unit)));
