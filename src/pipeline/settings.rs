@@ -119,9 +119,10 @@ impl<'a> Parts<'a> {
                 multipliers: only.map(|face| face.mesh.multipliers),
                 obstacle: only.and_then(|face| face.mesh.obstacle),
                 parts: regions.iter().map(|region| &region.part).collect(),
-                contacts: match whole {
-                    true => Vec::new(),
-                    false => faces.iter().map(|face| face.mesh).collect(),
+                contacts: if whole {
+                    Vec::new()
+                } else {
+                    faces.iter().map(|face| face.mesh).collect()
                 },
                 parameters: used(ProblemPart::Mesh),
             },

@@ -112,7 +112,7 @@ struct Boundary {
 impl Boundary {
     fn new(mesh: &Mesh) -> Self {
         let n_nodes = mesh.coordinates.len();
-        let behind_facet = behind(mesh);
+        let behind_facet = mesh.behind(0..mesh.facets.len());
         let mut boundary = Self {
             cells: Vec::new(),
             n_nodes,
@@ -243,26 +243,6 @@ impl Boundary {
 fn faces(mesh: &Mesh) -> impl Iterator<Item = (&ContactSurface, &SurfaceFace)> {
     let surfaces = mesh.contact.iter();
     surfaces.flat_map(|surface| surface.faces.iter().map(move |face| (surface, face)))
-}
-
-/// The tetrahedron behind each boundary triangle.
-fn behind(mesh: &Mesh) -> Vec<usize> {
-    let sorted = |mut nodes: [usize; 3]| {
-        nodes.sort_unstable();
-        nodes
-    };
-    let facets = mesh.facets.iter().enumerate();
-    let facets: BTreeMap<[usize; 3], usize> =
-        facets.map(|(k, &nodes)| (sorted(nodes), k)).collect();
-    let mut behind = vec![0; mesh.facets.len()];
-    for (tetrahedron, &[a, b, c, d]) in mesh.tetrahedra.iter().enumerate() {
-        for side in [[a, b, c], [a, b, d], [a, c, d], [b, c, d]] {
-            if let Some(&facet) = facets.get(&sorted(side)) {
-                behind[facet] = tetrahedron;
-            }
-        }
-    }
-    behind
 }
 
 /// What each pane has in each frame; none without contact.

@@ -132,9 +132,11 @@ impl Lines {
         };
         let title = |key: &&Column| {
             let unit = setting_unit(&key.name, table.units);
-            match unit.is_none() {
-                true => last_words(&key.name).to_owned(),
-                false => format!("{} [{}]", last_words(&key.name), unit.word()),
+            let words = last_words(&key.name);
+            if unit.is_none() {
+                words.to_owned()
+            } else {
+                format!("{words} [{}]", unit.word())
             }
         };
         let keys: Vec<String> = settings.iter().map(title).collect();

@@ -58,9 +58,15 @@ impl Mesh {
     /// The tetrahedron behind each contact triangle, `[n_contact_facets]`; none without contact.
     pub(crate) fn behind_contact(&self) -> Vec<usize> {
         let facets = self.contact.iter().flat_map(|surface| &surface.facets);
+        self.behind(facets.copied())
+    }
+
+    /// The tetrahedron behind each of some boundary triangles, by their indices, `[n]`.
+    #[must_use]
+    pub fn behind(&self, facets: impl Iterator<Item = usize>) -> Vec<usize> {
         let place: HashMap<[usize; 3], usize> = facets
             .enumerate()
-            .map(|(place, f)| (sorted(self.facets[*f]), place))
+            .map(|(place, f)| (sorted(self.facets[f]), place))
             .collect();
         let mut behind = vec![0; place.len()];
         for (t, &[a, b, c, d]) in self.tetrahedra.iter().enumerate() {

@@ -6,11 +6,12 @@
 //! energy is quadratic: ½ ‖e‖² is taken off. Areas have no derivative: they are enclosed by the panes that may change their zone.
 
 use super::{
-    ErrorEstimate, PaneState, Resultants, Solved, SolvedContact, Zone,
+    ErrorEstimate, Resultants, Solved, SolvedContact,
     estimate::{
         BoxLoad, Contributions, FacePart, Field, FieldLoads, SolutionData,
         multipliers_between_nodes,
     },
+    zone_areas::areas,
 };
 use crate::{
     dual::DualSystem,
@@ -350,7 +351,7 @@ impl Linearised {
         let mut whole = 0.0;
         for (place, &facet) in surface.facets.iter().enumerate() {
             let triangle = solved.mesh.corners(&solved.mesh.facets[facet]);
-            let Some((area, share)) = BoxLoad::triangle_in_box(&triangle, corners) else {
+            let Some((area, share)) = FacePart::triangle_in_box(&triangle, corners) else {
                 continue;
             };
             whole += area;
@@ -400,104 +401,6 @@ fn cube(mesh: &Mesh, nodes: impl Iterator<Item = usize>, centre: [f64; 3]) -> [[
     }
     let extent = (0..3).map(|c| ends[1][c] - ends[0][c]).fold(0.0, f64::max);
     [-1.0, 1.0].map(|side| centre.map(|x| x + side * HALF_PATCH * extent))
-}
-
-/// The areas of contact and of stick, enclosed by those of the panes that may be in another zone: panes beside one of another zone.
-fn areas(
-    solved: &Solved<'_>,
-    known: &SolutionData<'_>,
-    wanted: Option<Functional>,
-) -> Vec<FunctionalEstimate> {
-    let Some(contact) = &solved.contact else {
-        return Vec::new();
-    };
-    let has_friction = contact.state.interface.has_friction();
-    let pressed = |pane: &PaneState| pane.zone != Zone::Open;
-    let sticks = |pane: &PaneState| pane.zone == Zone::Stick;
-    let contact_area = enclosed(
-        solved,
-        contact,
-        known,
-        Functional::ContactArea,
-        pressed,
-        wanted,
-    );
-    let stick = has_friction.then(|| {
-        enclosed(
-            solved,
-            contact,
-            known,
-            Functional::StickArea,
-            sticks,
-            wanted,
-        )
-    });
-    [contact_area].into_iter().chain(stick).collect()
-}
-
-fn enclosed(
-    solved: &Solved<'_>,
-    contact: &SolvedContact<'_>,
-    known: &SolutionData<'_>,
-    functional: Functional,
-    counts: impl Fn(&PaneState) -> bool,
-    wanted: Option<Functional>,
-) -> FunctionalEstimate {
-    let surface = contact.state.surface;
-    let inside: Vec<bool> = known.panes.iter().map(counts).collect();
-    // Whether a node has panes in the zone and panes beside it.
-    let mut around = vec![[false; 2]; surface.nodes.len()];
-    let nodes_of = |place: usize| {
-        let face = surface.face_of_facet(place);
-        let nodes = solved.mesh.facet_nodes(surface.facets[place]);
-        nodes.filter_map(move |node| surface.contact_node(face, node))
-    };
-    let panes_of = |place: usize| -> Vec<usize> {
-        let face = surface.face_of_facet(place);
-        match surface.pane_of_facet(place) {
-            Some(pane) => vec![pane],
-            None => nodes_of(place)
-                .filter_map(|node| surface.carried_by(face, node))
-                .collect(),
-        }
-    };
-    for place in 0..surface.facets.len() {
-        for pane in panes_of(place) {
-            nodes_of(place).for_each(|node| around[node][usize::from(inside[pane])] = true);
-        }
-    }
-    let mut uncertain = vec![false; surface.n_panes()];
-    let mut indicator = vec![0.0; solved.mesh.tetrahedra.len()];
-    let behind = solved.mesh.behind_contact();
-    for place in 0..surface.facets.len() {
-        if nodes_of(place).any(|node| around[node] == [true; 2]) {
-            panes_of(place)
-                .into_iter()
-                .for_each(|pane| uncertain[pane] = true);
-            if wanted == Some(functional) {
-                indicator[behind[place]] += solved.mesh.facet_area(surface.facets[place]);
-            }
-        }
-    }
-    let area = |of: &dyn Fn(usize) -> bool| -> f64 {
-        let panes = (0..surface.n_panes()).filter(|&pane| of(pane));
-        // An empty sum of floats is −0.
-        0.0 + panes.map(|pane| surface.pane_area[pane]).sum::<f64>()
-    };
-    let value = area(&|pane| inside[pane]);
-    let range = [
-        area(&|pane| inside[pane] && !uncertain[pane]),
-        area(&|pane| inside[pane] || uncertain[pane]),
-    ];
-    FunctionalEstimate {
-        functional,
-        value,
-        error: (range[1] - value).max(value - range[0]),
-        range,
-        corners: None,
-        kinks: 0,
-        indicator,
-    }
 }
 
 #[cfg(test)]
@@ -662,7 +565,7 @@ mod tests {
             .facets_on("z_min")
             .map(|f| mesh.corners(&mesh.facets[f]));
         let area: f64 = triangles
-            .filter_map(|corners_of| BoxLoad::triangle_in_box(&corners_of, &corners))
+            .filter_map(|corners_of| FacePart::triangle_in_box(&corners_of, &corners))
             .map(|(area, _)| area)
             .sum();
         assert!((area - 1.46 * 0.71).abs() < 1e-13);

@@ -7,6 +7,7 @@ mod functional;
 mod nodal_forces;
 mod resultants;
 mod rounding;
+mod zone_areas;
 mod zones;
 
 pub use certificate::{Certificate, ContactCertificate, FrictionCertificate};

@@ -152,9 +152,7 @@ impl FacePart {
         let is_inside = (0..3).all(|c| (low[c]..=high[c]).contains(&at[c]));
         if is_inside { self.area.recip() } else { 0.0 }
     }
-}
 
-impl BoxLoad {
     /// The part of a triangle in a box: its area in m² and the barycentric coordinates of its centroid; `None` where there is none.
     pub(in crate::post) fn triangle_in_box(
         triangle: &[[f64; 3]; 3],
