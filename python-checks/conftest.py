@@ -1,8 +1,9 @@
 """Fixtures: the program, solved run files at small sizes, the published schema.
 
-The program is the environment variable CONTACT3D_PIPE, or target/release/contact3d-pipe. With a
-run file in CONTACT3D_RUN_FILE the checks of raw arrays judge that file alone: a brick of one
-isotropic material under constant tractions, orthotropic Coulomb friction with constants or ramps.
+The program is the environment variable CONTACT3D_PIPE, or target/release/contact3d-pipe. With run
+files in CONTACT3D_RUN_FILES, separated as in PATH, the checks of raw arrays judge those files alone:
+bricks of one isotropic material under constant tractions, orthotropic Coulomb friction with constants
+or ramps. The name of a file without its suffix is the parameter of its tests.
 """
 
 import json
@@ -63,8 +64,8 @@ CASES = {
 
 Runner = Callable[..., subprocess.CompletedProcess]
 
-# A run file to judge in place of those that the fixtures make.
-GIVEN = os.environ.get("CONTACT3D_RUN_FILE")
+# Run files to judge in place of those that the fixtures make.
+GIVEN = [Path(path) for path in os.environ.get("CONTACT3D_RUN_FILES", "").split(os.pathsep) if path]
 
 
 @pytest.fixture(scope="session")
@@ -99,9 +100,9 @@ def changes(case: str) -> list[str]:
 
 @pytest.fixture(scope="session")
 def run_paths(contact3d, tmp_path_factory) -> dict[str, Path]:
-    """A finished run file of every case, or the one given."""
+    """A finished run file of every case, or those given."""
     if GIVEN:
-        return {GIVEN: Path(GIVEN)}
+        return {path.stem: path for path in GIVEN}
     folder = tmp_path_factory.mktemp("runs")
     paths = {case: folder / f"case{i}.h5" for i, case in enumerate(CASES)}
     for case, path in paths.items():
@@ -131,7 +132,7 @@ def stage_paths(contact3d, tmp_path_factory) -> dict[str, Path]:
     return paths
 
 
-@pytest.fixture(scope="session", params=[GIVEN] if GIVEN else list(CASES))
+@pytest.fixture(scope="session", params=[path.stem for path in GIVEN] or list(CASES))
 def run(request, run_paths):
     """Each finished run file in turn, open for reading."""
     with open_run(run_paths[request.param]) as file:

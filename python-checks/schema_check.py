@@ -26,6 +26,7 @@ class _Checker:
         self.rows = {row["path"]: row for row in schema["datasets"]}
         self.sizes: dict[str, tuple[int, str]] = {}
         self.units = ["m", "N"]
+        self.users: dict[h5py.Dataset, set[tuple[str | None, int]]] = {}
         self.problems: list[str] = []
 
     def run(self) -> list[str]:
@@ -161,9 +162,15 @@ class _Checker:
                 self.say(scale.name, f"length {scale.shape} instead of {dataset.shape[axis]}")
             if name in labels and list(scale.asstr()[:]) != labels[name]:
                 self.say(scale.name, f"labels are not {labels[name]}")
-            users = [(name_of(scale.file, reference), index) for reference, index in scale.attrs["REFERENCE_LIST"]]
-            if (dataset.name, axis) not in users:
+            if (dataset.name, axis) not in self.users_of(scale):
                 self.say(scale.name, f"does not list axis {axis} of {dataset.name}")
+
+    def users_of(self, scale: h5py.Dataset) -> set[tuple[str | None, int]]:
+        """Names of the datasets that a scale lists, each with the axis; looked up once, since many share a scale."""
+        if scale not in self.users:
+            references = scale.attrs["REFERENCE_LIST"]
+            self.users[scale] = {(name_of(scale.file, dataset), axis) for dataset, axis in references}
+        return self.users[scale]
 
     def kind(self, dataset: h5py.Dataset, row: dict) -> None:
         """Check the type of the values."""

@@ -131,8 +131,8 @@ def test_what_breaks_a_condition_of_a_block_is_seen(tested, tmp_path):
             file["solve"][name][...] = right
 
 
-@pytest.mark.parametrize("softest", [1e16, 1e18])
-def test_what_is_beyond_all_digits_is_right_or_no_success(tested, tmp_path, softest):
-    judged = [springs.judge(tested, sprung(2, number, softest), tmp_path) for number in range(40)]
+@pytest.mark.parametrize(("softest", "numbers"), [(1e16, range(20)), (1e18, range(20, 40))])
+def test_what_is_beyond_all_digits_is_right_or_no_success(tested, tmp_path, softest, numbers):
+    judged = [springs.judge(tested, sprung(2, number, softest), tmp_path) for number in numbers]
     claimed = [one for one in judged if one.status in SOLVED and one.wrong]
     assert [f"{one.scene.name}: {one.wrong}" for one in claimed] == []

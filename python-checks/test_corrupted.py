@@ -187,6 +187,10 @@ DENSE: dict[str, tuple[Corruption, str]] = {
 }
 
 
+# The run file that is corrupted, and what is done to it.
+SOURCES = {"fixed point": CASES, "newton": DENSE}
+FORGED = [(source, what) for source, cases in SOURCES.items() for what in cases]
+
 # What breaks the certificate that the file holds: there the program's own `check` sees it, too.
 SEEN = {
     "a pressure",
@@ -200,19 +204,19 @@ SEEN = {
 }
 
 
-def failures(path: Path, checks: list[str]) -> set[str]:
-    """The names of the tests that fail on a run file."""
+def failures(paths: list[Path], checks: list[str]) -> set[tuple[str, str]]:
+    """The tests that fail, each with the name of its run file."""
     folder = ROOT / "python-checks"
     command = [sys.executable, "-m", "pytest", "-q", "--tb=no", "-rfE", *checks]
     command += ["-p", "no:cacheprovider"]
-    environment = {**os.environ, "CONTACT3D_RUN_FILE": str(path)}
+    environment = {**os.environ, "CONTACT3D_RUN_FILES": os.pathsep.join(map(str, paths))}
     result = subprocess.run(
         command, cwd=folder, env=environment, capture_output=True, text=True, check=False
     )
     # 0: all pass, 1: some fail; everything else means that nothing was judged.
     assert result.returncode in (0, 1), result.stdout + result.stderr
     assert not re.search(r"^ERROR ", result.stdout, re.MULTILINE), result.stdout
-    return set(re.findall(r"^FAILED .*?::(\w+)", result.stdout, re.MULTILINE))
+    return set(re.findall(r"^FAILED .*?::(\w+)\[(.*?)\]", result.stdout, re.MULTILINE))
 
 
 def forged(source: Path, target: Path, corrupt: Corruption) -> Path:
@@ -228,7 +232,7 @@ def forged(source: Path, target: Path, corrupt: Corruption) -> Path:
 def sources(contact3d, tmp_path_factory) -> dict[str, Path]:
     """The published problem at n_div = 4 by Algorithm 4.1, and by Newton's method on a dense S."""
     folder = tmp_path_factory.mktemp("sources")
-    paths = {name: folder / f"{name}.h5" for name in ("fixed point", "newton")}
+    paths = {name: folder / f"{name}.h5" for name in SOURCES}
     contact3d("run", SCENE, paths["fixed point"], "--no-figures", *changes("n_div=4 tight"))
     newton = ROOT / "pipelines" / "newton.toml"
     cells = "body.brick.cells=[12,4,4]"
@@ -236,23 +240,35 @@ def sources(contact3d, tmp_path_factory) -> dict[str, Path]:
     return paths
 
 
+@pytest.fixture(scope="module")
+def forgeries(sources, tmp_path_factory) -> dict[tuple[str, str], Path]:
+    """A file for each corruption."""
+    folder = tmp_path_factory.mktemp("forgeries")
+    return {
+        (source, what): forged(
+            sources[source], folder / f"{source}, {what}.h5", SOURCES[source][what][0]
+        )
+        for source, what in FORGED
+    }
+
+
+@pytest.fixture(scope="module")
+def noticed(forgeries) -> set[tuple[str, str]]:
+    """The tests that fail where each file is judged by the one that must notice it; one process for all."""
+    checks = [
+        f"{SOURCES[source][what][1]}[{path.stem}]" for (source, what), path in forgeries.items()
+    ]
+    return failures(list(forgeries.values()), checks)
+
+
 @pytest.mark.parametrize("name, checks", [("fixed point", CHECKS), ("newton", NEWTON)])
 def test_files_that_are_only_sealed_again_pass(sources, tmp_path, name, checks):
     path = forged(sources[name], tmp_path / "same.h5", lambda _: None)
-    assert failures(path, checks) == set()
+    assert failures([path], checks) == set()
 
 
-@pytest.mark.parametrize("what", list(CASES))
-def test_corrupted_results_are_noticed(sources, tmp_path, contact3d, what):
-    corrupt, noticed_by = CASES[what]
-    path = forged(sources["fixed point"], tmp_path / "forged.h5", corrupt)
+@pytest.mark.parametrize("source, what", FORGED)
+def test_corrupted_data_are_noticed(forgeries, noticed, contact3d, source, what):
+    path = forgeries[source, what]
     contact3d("check", path, expect=2 if what in SEEN else 0)
-    assert failures(path, [noticed_by]) == {noticed_by.split("::")[1]}
-
-
-@pytest.mark.parametrize("what", list(DENSE))
-def test_corrupted_dense_data_are_noticed(sources, tmp_path, contact3d, what):
-    corrupt, noticed_by = DENSE[what]
-    path = forged(sources["newton"], tmp_path / "forged.h5", corrupt)
-    contact3d("check", path, expect=2 if what in SEEN else 0)
-    assert failures(path, [noticed_by]) == {noticed_by.split("::")[1]}
+    assert (SOURCES[source][what][1].split("::")[1], path.stem) in noticed

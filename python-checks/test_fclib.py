@@ -346,15 +346,16 @@ def test_random_problems_are_solved_or_proven_to_have_no_solution(program, tmp_p
     assert statuses["converged"] >= 30 and statuses["no_solution"] >= 20
 
 
-@pytest.mark.parametrize("friction", [1e8, 1e10, 1e12])
-def test_a_large_friction_on_a_regular_w_is_never_proven_to_have_no_solution(contact3d, program, tmp_path, friction):
+def test_a_large_friction_on_a_regular_w_is_never_proven_to_have_no_solution(contact3d, program, tmp_path):
     run, path = tmp_path / "run.h5", tmp_path / "problem.hdf5"
     contact3d("run", PIPELINES / SCENE, run, "--no-figures", "--set", "body.brick.cells=[6,2,2]")
     contact3d("export", run, "--fclib", path)
-    with h5py.File(path, "r+") as file:
+    with h5py.File(path) as file:
         w = stored_matrix(file["fclib_local/W"]).toarray()
-        file["fclib_local/vectors/mu"][...] = friction
     # Forces without motion, of which a proof would be made, there are none.
     assert np.linalg.cond(w) < 1e6
-    _, answer = solve_fclib(program, path)
-    assert answer["status"] in ("converged", "not_converged")
+    for friction in (1e8, 1e10, 1e12):
+        with h5py.File(path, "r+") as file:
+            file["fclib_local/vectors/mu"][...] = friction
+        _, answer = solve_fclib(program, path)
+        assert answer["status"] in ("converged", "not_converged"), friction

@@ -13,11 +13,11 @@ from run_file import open_run
 from schema_check import schema_problems
 
 
-@pytest.fixture(scope="module")
-def path(contact3d, tmp_path_factory):
-    """The published problem at n_div = 4 with the program's own choice of method, or the file given."""
+@pytest.fixture(scope="module", params=GIVEN or [None], ids=lambda path: path.stem if path else "published")
+def path(request, contact3d, tmp_path_factory):
+    """The published problem at n_div = 4 with the program's own choice of method, or the files given."""
     if GIVEN:
-        return Path(GIVEN)
+        return request.param
     path = tmp_path_factory.mktemp("newton") / "run.h5"
     scene = ROOT / "pipelines" / "newton.toml"
     cells = "body.brick.cells=[12,4,4]"

@@ -4,7 +4,7 @@ Everything is dense and meant for a few hundred unknowns on the contact face.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 from scipy import sparse
@@ -285,34 +285,35 @@ class Norms:
 
 
 def lagrange_of_absolute(face: Face) -> float:
-    """c_r of (3.3) for Lagrange interpolation on |Y^h|, by a search on each shape."""
+    """c_r of (3.3) for Lagrange interpolation on |Y^h|, by a search on each shape; its size does not matter."""
+    corners = face.coordinates[face.triangles] / face.size
+    shapes = (corners - corners[:, :1]).reshape(len(corners), -1)
+    return max(lagrange_on_shape(tuple(shape)) for shape in np.unique(shapes.round(9), axis=0))
+
+
+@cache
+def lagrange_on_shape(shape: tuple[float, ...]) -> float:
+    """The same on one triangle, from nine coordinates."""
+    gradient, area = gradients(np.array(shape).reshape(3, 3))
+
+    def ratio(values: np.ndarray) -> float:
+        slope = area * np.sum((values @ gradient) ** 2)
+        if slope == 0:
+            return 0.0
+        points, weights = FINE
+        at = points @ values
+        gap = np.abs(at) - points @ np.abs(values)
+        return -np.sqrt(area * weights @ gap**2 / slope)
+
     worst = 0.0
-    seen = set()
-    for nodes in face.triangles:
-        corners = face.coordinates[nodes]
-        shape = tuple(np.round((corners - corners[0]).ravel(), 9))
-        if shape in seen:
-            continue
-        seen.add(shape)
-        gradient, area = gradients(corners)
-
-        def ratio(values: np.ndarray) -> float:
-            slope = area * np.sum((values @ gradient) ** 2)
-            if slope == 0:
-                return 0.0
-            points, weights = FINE
-            at = points @ values
-            gap = np.abs(at) - points @ np.abs(values)
-            return -np.sqrt(area * weights @ gap**2 / slope)
-
-        for turn in range(24):
-            angle = 2 * np.pi * turn / 24
-            direction = np.array([np.cos(angle), np.sin(angle)])
-            for level in (-0.3, 0.0, 0.3):
-                start = np.append(direction, level)
-                found = minimize(ratio, start, method="Nelder-Mead")
-                worst = max(worst, -found.fun)
-    return worst / face.size
+    # Half a turn: v and -v have the same ratio.
+    for turn in range(12):
+        angle = np.pi * turn / 12
+        direction = np.array([np.cos(angle), np.sin(angle)])
+        for level in (-0.3, 0.0, 0.3):
+            found = minimize(ratio, np.append(direction, level), method="Nelder-Mead")
+            worst = max(worst, -found.fun)
+    return worst
 
 
 def fine_rule(parts: int = 24) -> tuple[np.ndarray, np.ndarray]:

@@ -23,6 +23,7 @@ scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 target/release/contact3d-pipe run pipelines/hkl2011_table1.toml "$scratch/table1.h5" \
     --set 'body.brick.cells=[12,4,4]'
-# In the order of names: the file with the longest tests is not the last.
-python -m pytest -q -n 2 --dist loadfile --no-loadscope-reorder python-checks
+# In the order of names: the file with the longest tests is not the last. Matrices are small and the processes two: a
+# second thread of BLAS in each would wait for its turn at every product.
+OPENBLAS_NUM_THREADS=1 python -m pytest -q -n 2 --dist loadfile --no-loadscope-reorder python-checks
 sh scripts/wheel.sh

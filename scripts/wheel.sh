@@ -20,10 +20,13 @@ fresh=$(mktemp -d)
 trap 'rm -rf "$fresh"' EXIT
 cp pipelines/newton.toml "$fresh"
 started=$(date +%s)
+# The installer is that of .venv, and only modules that are imported are compiled: the environment has the wheel and what
+# the wheel asks for.
 env -i HOME="$fresh" PATH=/usr/local/bin:/usr/bin:/bin sh -eu <<END
 cd "$fresh"
-python3 -m venv environment
-environment/bin/python -m pip install --quiet --disable-pip-version-check --no-cache-dir "$PWD"/target/wheels/*.whl
+python3 -m venv --without-pip environment
+"$PWD/$environment/bin/python" -m pip --python environment/bin/python install --quiet --disable-pip-version-check \
+    --no-cache-dir --no-compile "$PWD"/target/wheels/*.whl
 environment/bin/python - <<PYTHON
 import contact3d
 

@@ -1,5 +1,5 @@
 //! The `contact3d-pipe` program.
 
-fn main() -> contact3d_pipe::cli::Exit {
-    contact3d_pipe::cli::main()
+fn main() -> contact3d_pipe::Exit {
+    contact3d_pipe::main()
 }

@@ -153,7 +153,7 @@ def spring_matrix(file: h5py.File, scene: dict) -> sparse.csr_matrix:
     places, facets = file["mesh/coordinates"][:], file["mesh/facets"][:]
     names = facet_faces(file["mesh"])
     middles = mid_edges(file)
-    matrix = sparse.csr_matrix((3 * len(places), 3 * len(places)))
+    rows, columns, values = [], [], []
     for spring in scene["spring"]:
         axis = "xyz".index(spring["face"][0])
         stiffness = np.full(3, spring.get("tangential", 0.0))
@@ -163,13 +163,12 @@ def spring_matrix(file: h5py.File, scene: dict) -> sparse.csr_matrix:
             area = np.linalg.norm(np.cross(b - a, c - a)) / 2
             nodes, mass = triangle(corners, middles)
             for k in range(3):
-                rows = 3 * nodes + k
-                at = np.meshgrid(rows, rows, indexing="ij")
-                matrix += sparse.csr_matrix(
-                    ((stiffness[k] * area * mass).ravel(), [i.ravel() for i in at]),
-                    shape=matrix.shape,
-                )
-    return matrix
+                at = 3 * nodes + k
+                rows.append(np.repeat(at, at.size))
+                columns.append(np.tile(at, at.size))
+                values.append((stiffness[k] * area * mass).ravel())
+    entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
+    return sparse.csr_matrix(entries, shape=(3 * len(places), 3 * len(places)))
 
 
 def mid_edges(file: h5py.File) -> dict[tuple[int, int], int]:

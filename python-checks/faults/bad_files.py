@@ -8,7 +8,7 @@ import h5py
 
 from faults.bench import Bench, Damage, one_row, row_each, same
 from faults.commands import Answer
-from faults.mutations import MUTATIONS, Mutation, leaves
+from faults.mutations import MUTATIONS, Mutation, fits, leaves
 from faults.program import Program
 from faults.table import Row
 
@@ -49,14 +49,15 @@ def run(
     truncate_every: int,
     seed: int,
     alter_every: int = 1,
+    link_every: int = 1,
     only: list[str] | None = None,
 ) -> Iterator[Row]:
-    """Bad files of all kinds, or some; alters every `alter_every`-th dataset."""
+    """Bad files of all kinds, or some; of datasets to alter and of links every few."""
     bench = Bench.of(program, scratch)
     kinds = {
         "foreign": lambda: foreign(bench),
         "versions": lambda: headers(bench),
-        "links": lambda: linked_groups(bench),
+        "links": lambda: linked_groups(bench, link_every),
         "truncated": lambda: truncations(bench, truncate_every),
         "altered": lambda: altered(bench, alter_every),
         "metadata": lambda: flipped(bench, flips // 2, seed, in_values=False),
@@ -183,14 +184,18 @@ def versioned(version: object) -> Damage:
 
 def altered(bench: Bench, every: int) -> Iterator[Row]:
     """Every way to alter a dataset."""
-    for name, mutation in MUTATIONS.items():
-        yield from mutated(bench, name, mutation, every)
+    for k, (name, mutation) in enumerate(MUTATIONS.items()):
+        yield from mutated(bench, name, mutation, every, k / len(MUTATIONS))
 
 
-def mutated(bench: Bench, name: str, mutation: Mutation, every: int) -> list[Row]:
-    """One way to alter a dataset, for all datasets of the file."""
+def mutated(
+    bench: Bench, name: str, mutation: Mutation, every: int, phase: float
+) -> list[Row]:
+    """One way to alter a dataset, for all datasets of the file that it fits, or as many as every few are."""
     with h5py.File(bench.good, "r") as file:
-        paths = list(leaves(file))[::every]
+        paths = list(leaves(file))
+        fitting = [path for path in paths if fits(mutation, file[path])]
+    paths = spread(fitting, -(-len(paths) // every), phase)
     rows, row_of = row_each(f"{name} (each of {len(paths)})")
 
     def damage(leaf: str) -> Damage:
@@ -205,8 +210,14 @@ def mutated(bench: Bench, name: str, mutation: Mutation, every: int) -> list[Row
     return rows
 
 
-def linked_groups(bench: Bench) -> list[Row]:
-    """A whole stage replaced by a link that leads out of the folder, or nowhere."""
+def spread(paths: list[str], count: int, phase: float) -> list[str]:
+    """So many of the paths, evenly spread; another phase from 0 to 1 picks others."""
+    count = min(count, len(paths))
+    return [paths[int((k + phase) * len(paths) / count)] for k in range(count)]
+
+
+def linked_groups(bench: Bench, every: int) -> list[Row]:
+    """A whole stage replaced by a link that leads out of the folder, or nowhere; every few of all pairs."""
     rows, row_of = one_row("a stage replaced by a link")
     with h5py.File(bench.good, "r") as file:
         stages = list(file)
@@ -233,5 +244,5 @@ def linked_groups(bench: Bench) -> list[Row]:
         for target in targets
         for named in (False, True)
     ]
-    bench.judge(row_of, damages)
+    bench.judge(row_of, damages[::every])
     return rows

@@ -31,8 +31,7 @@ class Bench:
         program.done("run", SCENE, good, "--no-figures", *SMALL)
         shutil.copy(good, scratch / "outside.h5")
         folders = [scratch / f"worker{k}" for k in range(workers)]
-        commands = [Commands.of(program, folder, good) for folder in folders]
-        return cls(scratch, good, commands)
+        return cls(scratch, good, Commands.side_by_side(program, folders, good))
 
     def judge(
         self,

@@ -40,15 +40,15 @@ class Commands:
     truth: dict[str, object]
 
     @classmethod
-    def of(cls, program: Program, folder: Path, good: Path) -> "Commands":
-        """Take down what each command says of a good file."""
-        folder.mkdir(parents=True, exist_ok=True)
+    def side_by_side(cls, program: Program, folders: list[Path], good: Path) -> list["Commands"]:
+        """Take down what each command says of a good file, for use in several folders."""
+        for folder in folders:
+            folder.mkdir(parents=True, exist_ok=True)
         truth = {}
         for name, command in COMMANDS.items():
-            shutil.copy(good, folder / "run.h5")
-            program.done(*command, cwd=folder)
-            truth[name] = said(name, program.run(*command, cwd=folder), folder)
-        return cls(program, folder, good, truth)
+            shutil.copy(good, folders[0] / "run.h5")
+            truth[name] = said(name, program.done(*command, cwd=folders[0]), folders[0])
+        return [cls(program, folder, good, truth) for folder in folders]
 
     def judge(
         self, damaged: Path, answer: Answer, left_out: tuple = ()

@@ -97,10 +97,11 @@ class Killed(Trial):
         if number in REMOVES_LEFT_OVERS and left_overs(self.work):
             return f"left {left_overs(self.work)}"
         before, after = self.states
-        for key, digest in state(self.work).items():
+        now = state(self.work)
+        for key, digest in now.items():
             if digest not in (before.get(key), after.get(key)):
                 return f"{key} is neither the old nor the new one"
-        if before and not state(self.work):
+        if before and not now:
             return "the last good state is gone"
         for file in run_files(self.work):
             status = self.program.run("status", file)

@@ -71,12 +71,12 @@ def alter(file: h5py.File, path: str) -> None:
 
 def not_finite(file: h5py.File, path: str) -> None:
     """NaN in the last place, all digests made to fit."""
-    change_and_seal(file, path, "f", np.nan)
+    change_and_seal(file, path, np.nan)
 
 
 def out_of_range(file: h5py.File, path: str) -> None:
     """An index or code that points nowhere, all digests made to fit."""
-    change_and_seal(file, path, "iu", 1 << 40 if file[path].dtype == "i8" else 99)
+    change_and_seal(file, path, 1 << 40 if file[path].dtype == "i8" else 99)
 
 
 def soft_link(file: h5py.File, path: str) -> None:
@@ -102,6 +102,15 @@ MUTATIONS: dict[str, Mutation] = {
 }
 
 
+KINDS: dict[Mutation, str] = {not_finite: "f", out_of_range: "iu"}
+"""The kinds of numbers that a mutation is about."""
+
+
+def fits(mutation: Mutation, dataset: h5py.Dataset) -> bool:
+    """Whether a mutation is about the kind of values that a dataset holds."""
+    return dataset.dtype.kind in KINDS.get(mutation, dataset.dtype.kind)
+
+
 class Unfit(Exception):
     """The mutation makes no sense for this dataset."""
 
@@ -121,10 +130,10 @@ def relink(file: h5py.File, path: str, link) -> None:
     file[path] = link
 
 
-def change_and_seal(file: h5py.File, path: str, kinds: str, value: float) -> None:
+def change_and_seal(file: h5py.File, path: str, value: float) -> None:
     """Another value in the last place, and every digest from there on as if it belonged."""
     item = file[path]
-    if item.dtype.kind not in kinds or item.size == 0:
+    if item.size == 0:
         raise Unfit
     data = item[()]
     changed = np.array(data)

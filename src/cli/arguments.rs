@@ -337,14 +337,12 @@ pub struct Output {
 
 impl Arguments {
     /// Threads to use.
-    #[must_use]
     pub fn thread_count(&self) -> usize {
         let available = || std::thread::available_parallelism().map_or(1, usize::from);
         self.threads.map_or_else(available, usize::from)
     }
 
     /// What to print, and where.
-    #[must_use]
     pub fn output(&self) -> Output {
         Output {
             quiet: self.quiet,
@@ -355,7 +353,6 @@ impl Arguments {
 
 impl SolveArguments {
     /// The stored settings with the given flags in their place.
-    #[must_use]
     pub fn apply(&self, stored: &SolveSettings) -> SolveSettings {
         SolveSettings {
             method: self.method.unwrap_or(stored.method),

@@ -9,7 +9,7 @@ use contact3d::scene::shown_lines;
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme};
 
 use super::{arguments::Output, terminal};
-use crate::{pipeline::StageError, sweep::SweepError};
+use crate::pipeline::StageError;
 
 /// How the program ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,24 +45,6 @@ pub(super) fn explain(error: StageError, output: &Output) -> Exit {
         other => terminal::message(&format!("error: {}", chain(other))),
     }
     exit
-}
-
-/// Prints what stopped a sweep, and chooses the exit code.
-pub(super) fn explain_sweep(error: SweepError, output: &Output) -> Exit {
-    match error {
-        SweepError::Stage(error) => explain(error, output),
-        SweepError::Scene(error) => explain(error.into(), output),
-        error => {
-            let exit = match &error {
-                SweepError::NotSummedUp(_) => Exit::NotConverged,
-                _ => Exit::BadInput,
-            };
-            let message = chain(&error);
-            json_refusal(output.json, &message, exit);
-            terminal::message(&format!("error: {message}"));
-            exit
-        }
-    }
 }
 
 /// Draws the offending line of a scene, and says what to do about a scene or a mesh.

@@ -67,12 +67,12 @@ pub(super) fn json(study: &LawStudy, files: &[PathBuf]) -> Value {
 #[rustfmt::skip]
 fn figures(study: &LawStudy, face: &FaceStudy) -> Figures {
     let mut figures = Figures::new(study.scene.units);
-    figures.in_words("law", "law", Some(law_words(&face.model)), face.model.word());
+    figures.in_words("law", "law", Some(law_words(face.model.as_ref())), FrictionModel::word(face.model.as_ref()));
     figures.for_programs("coefficients", Map::new());
     for (name, words) in coefficients(study, face) {
         figures.in_words(&format!("coefficients.{name}"), name, Some(words.clone()), words);
     }
-    if let Some((name, stress)) = face.model.given_stress() {
+    if let Some((name, stress)) = face.model.as_ref().and_then(|law| law.bound.given_stress()) {
         let name = format!("{name} [{}]", study.scene.units.stress());
         figures.said(&name, Some(quantity_words(&stress)));
     }
@@ -88,7 +88,7 @@ fn figures(study: &LawStudy, face: &FaceStudy) -> Figures {
 fn of_bounds(study: &LawStudy, face: &FaceStudy, bounds: &LawBounds) -> Figures {
     let units = study.scene.units;
     let (length, per_length) = (units.length(), units.word(Dimension::PER_LENGTH));
-    let isotropic = is_isotropic(&face.model);
+    let isotropic = is_isotropic(face.model.as_ref());
     let at = |extreme: &LawExtreme| point_words(isotropic, extreme, length);
     let valued = |extreme: &LawExtreme, unit: &str| {
         format!("{:<12}{}", number(extreme.value) + unit, at(extreme))
@@ -148,22 +148,20 @@ const SCALING: &str = "  The last two numbers scale like the condition of HKL Th
   here, so the numbers compare laws and meshes of one body; they guarantee nothing.
 ";
 
-fn law_words(model: &FrictionModel) -> String {
-    let Some((name, coefficients)) = model.name().zip(model.coefficients()) else {
+fn law_words(model: Option<&FrictionModel>) -> String {
+    let Some(model) = model else {
         return "frictionless contact: no tangential stresses, nothing to bound".into();
     };
-    match model.condition() {
-        None => format!("{} {name} friction", coefficients.shape()),
-        Some(condition) => format!("{name} friction {condition}"),
+    let words = model.bound.words();
+    match words.condition {
+        None => format!("{} {} friction", model.coefficients.shape(), words.name),
+        Some(condition) => format!("{} friction {condition}", words.name),
     }
 }
 
 /// Whether the law has one coefficient.
-fn is_isotropic(model: &FrictionModel) -> bool {
-    match model.coefficients() {
-        None | Some(FrictionLaw::Orthotropic(_)) => false,
-        Some(FrictionLaw::Isotropic(_)) => true,
-    }
+fn is_isotropic(model: Option<&FrictionModel>) -> bool {
+    model.is_some_and(|law| matches!(law.coefficients, FrictionLaw::Isotropic(_)))
 }
 
 /// F, or F1 and F2, in words.

@@ -72,7 +72,7 @@ fn perform(arguments: &Arguments) -> Exit {
         Command::Accuracy(accuracy) => accuracy::accuracy(accuracy, &output, threads),
         Command::Theory(study) => theory::theory(study, &output, threads),
         Command::Branches(task) => branches::branches(task, &output, threads),
-        Command::Stability(suite) => return stability::stability(suite, &output, threads),
+        Command::Stability(suite) => stability::stability(suite, &output, threads),
         Command::Report(page) => html::report_page(page, &output),
         Command::Export(arguments) => fclib::export(arguments, &output),
         Command::SolveFclib(arguments) => fclib::solve_fclib(arguments, &output),
@@ -81,7 +81,7 @@ fn perform(arguments: &Arguments) -> Exit {
         Command::Inspect(mesh) => inspect::inspect(mesh, &output),
         Command::Completions(shell) => Ok(completions::completions(shell)),
         Command::Man(pages) => man::man(pages, &output),
-        Command::Sweep(arguments) => return sweep::sweep(arguments, &output, threads),
+        Command::Sweep(arguments) => sweep::sweep(arguments, &output, threads),
     };
     outcome.unwrap_or_else(|error| exit::explain(error, &output))
 }

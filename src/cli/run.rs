@@ -22,7 +22,7 @@ use super::{
 use crate::{
     format::Stage,
     output::Inputs,
-    pipeline::{Adapted, AssemblyFile, Commit, Freshness, Performed, Session, StageError},
+    pipeline::{Adapted, AssemblyFile, Commit, Performed, Session, StageError},
     report::{self, SolvedRun},
     views::{PictureFolder, are_drawn, draw_run, drawing_of},
 };
@@ -87,11 +87,10 @@ pub(super) fn run(arguments: &RunArguments, output: &Output, threads: usize) -> 
 fn perform_stale(session: &mut Session, output: &Output) -> Result<Vec<Performed>, StageError> {
     let mut performed = Vec::new();
     for state in session.states()? {
-        match state.stage {
-            Stage::Assemble => warn(output, &session.warnings()?),
-            Stage::Mesh | Stage::Load | Stage::Solve | Stage::Post => {}
+        if state.stage == Stage::Assemble {
+            warn(output, &session.warnings()?);
         }
-        if state.freshness == Freshness::Fresh && performed.is_empty() {
+        if state.is_fresh() && performed.is_empty() {
             say(output, &format!("{:<9} fresh, kept", state.stage.word()));
         } else {
             let commit = Commit::WithNextIfCheap;

@@ -12,7 +12,7 @@ use studies::stability::VerdictLevel;
 
 use super::{
     arguments::{Output, SceneArguments, word_of},
-    exit::{Exit, explain_sweep},
+    exit::Exit,
     override_scene, terminal,
 };
 use crate::{
@@ -21,7 +21,6 @@ use crate::{
     pipeline::{StageError, mesh_file},
     report::stability as figures,
     suite::{self, SuiteCase, SuiteVersion},
-    sweep::SweepError,
 };
 
 /// Arguments of `stability`.
@@ -58,21 +57,24 @@ impl StabilityArguments {
 }
 
 /// `stability`: checks a scene, or all cases of a suite; prints and stores their table.
-pub(super) fn stability(arguments: &StabilityArguments, output: &Output, threads: usize) -> Exit {
-    let outcome = match &arguments.input {
+pub(super) fn stability(
+    arguments: &StabilityArguments,
+    output: &Output,
+    threads: usize,
+) -> Result<Exit, StageError> {
+    match &arguments.input {
         None => run_builtin(arguments, output, threads),
         Some(index) if suite::is_index(index) => run_suite(arguments, index, output, threads),
         Some(scene) => run_scene(arguments, scene, output, threads),
-    };
-    outcome.unwrap_or_else(|error| explain_sweep(error, output))
+    }
 }
 
 fn run_builtin(
     arguments: &StabilityArguments,
     output: &Output,
     threads: usize,
-) -> Result<Exit, SweepError> {
-    let folder = suite::unpack().map_err(|source| SweepError::Io {
+) -> Result<Exit, StageError> {
+    let folder = suite::unpack().map_err(|source| StageError::Io {
         action: "write the hard cases to the folder for temporary files",
         file: std::env::temp_dir(),
         source,
@@ -86,15 +88,14 @@ fn run_suite(
     index: &Path,
     output: &Output,
     threads: usize,
-) -> Result<Exit, SweepError> {
+) -> Result<Exit, StageError> {
     if let Some(change) = arguments.overrides.first() {
         return Err(StageError::Setting(Invalid {
             key: "--set".into(),
             expected: "a scene to change".into(),
             found: format!("--set {change} with a suite"),
             help: "name a scene, as in `stability SCENE --set KEY=VALUE`, or change the index of the suite".into(),
-        })
-        .into());
+        }));
     }
     let version = if arguments.coarse {
         SuiteVersion::Coarse
@@ -128,7 +129,7 @@ fn run_scene(
     scene: &Path,
     output: &Output,
     threads: usize,
-) -> Result<Exit, SweepError> {
+) -> Result<Exit, StageError> {
     let (mut scene, inputs) = override_scene::read_with_inputs(&SceneArguments {
         scene: scene.to_owned(),
         overrides: arguments.overrides.clone(),
@@ -141,12 +142,12 @@ fn run_scene(
 }
 
 /// The file for the table, looked at before the checks, which take long.
-fn claim(arguments: &StabilityArguments, inputs: &Inputs) -> Result<Option<RunFile>, SweepError> {
+fn claim(arguments: &StabilityArguments, inputs: &Inputs) -> Result<Option<RunFile>, StageError> {
     let claim = |file: &PathBuf| suite::claim(file, inputs);
     arguments.out.as_ref().map(claim).transpose()
 }
 
-fn store(table: Option<RunFile>, rows: &[StabilityRow], threads: usize) -> Result<(), SweepError> {
+fn store(table: Option<RunFile>, rows: &[StabilityRow], threads: usize) -> Result<(), StageError> {
     table.map_or(Ok(()), |file| suite::store(file, rows, threads))
 }
 

@@ -1,15 +1,13 @@
 //! The command `status`: which stages are fresh, stale, damaged or missing.
 
-use runfile::Reader;
-
 use super::{
     arguments::{Output, StageArguments},
     exit::Exit,
     terminal,
 };
 use crate::{
-    format::{self, LAYOUT, Stage},
-    pipeline::{Freshness, StageError, require_undamaged, states},
+    format::{self, Stage},
+    pipeline::{OpenRun, StageError},
     report::{self, unit_words},
     views::sweep_table,
 };
@@ -26,22 +24,18 @@ pub(super) fn status(arguments: &StageArguments, output: &Output) -> Result<Exit
             ),
         });
     }
-    let reader = Reader::open(&arguments.file, LAYOUT)?;
-    let scene = format::read_scene(&reader, &arguments.file)?.scene;
-    let states = states(&reader, &scene);
-    let is_fresh = |stage| {
-        let mut fresh = states.iter().filter(|s| s.freshness == Freshness::Fresh);
-        fresh.any(|state| state.stage == stage)
-    };
-    let summary = is_fresh(Stage::Post).then(|| format::read_summary(&reader));
-    let summary = summary.transpose()?;
-    let summary = summary.map(|summary| report::summary(&summary, &scene));
-    let outcome = is_fresh(Stage::Solve).then(|| format::read_outcome(&reader));
+    let run = OpenRun::open(&arguments.file)?;
+    let (reader, scene) = (&run.reader, &run.input.scene);
+    let is_fresh = |stage| run.is_fresh(stage);
+    let results = is_fresh(Stage::Post).then(|| format::read_case(reader));
+    let summary = results.transpose()?.flatten();
+    let summary = summary.map(|results| report::summary(&results, scene));
+    let outcome = is_fresh(Stage::Solve).then(|| format::read_outcome(reader));
     let outcome = outcome.transpose()?;
-    let outcome = outcome.map(|outcome| report::outcome(&outcome, &scene));
-    let features = report::features(&scene, &format::read_sizes(&reader, &is_fresh)?);
-    let stages = report::stages(&reader, &scene, &states)?;
-    let advice = format::read_advice(&reader)?;
+    let outcome = outcome.map(|outcome| report::outcome(&outcome, scene));
+    let features = report::features(scene, &format::read_sizes(reader, &is_fresh)?);
+    let stages = report::stages(reader, scene, &run.states)?;
+    let advice = format::read_advice(reader)?;
     if output.json {
         terminal::json(&serde_json::json!({
             "title": scene.title,
@@ -68,7 +62,7 @@ pub(super) fn status(arguments: &StageArguments, output: &Output) -> Result<Exit
         terminal::result(&text);
     }
     // What can be said of the file is said.
-    Ok(match require_undamaged(&arguments.file, &states) {
+    Ok(match run.require_undamaged() {
         Ok(()) => Exit::Done,
         Err(error) => {
             terminal::message(&format!("error: {error}"));

@@ -11,13 +11,13 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{
     arguments::{MOST_THREADS, Output, gigabytes},
-    exit::{Exit, explain_sweep},
+    exit::Exit,
     interruption,
     terminal::{self, say},
 };
 use crate::{
     pipeline::{SeriesFolder, SeriesKind, StageError, memory_for_sweeps},
-    sweep::{self, CSV_FILE, Event, Options, Outcome, Plan, SUMMARY_FILE, SweepError},
+    sweep::{self, CSV_FILE, Event, Options, Outcome, Plan, SUMMARY_FILE},
     views::{Drawing, PictureFolder, draw_sweep},
 };
 
@@ -58,9 +58,9 @@ struct SeriesArguments {
 
 impl SeriesArguments {
     /// That folder, looked at before anything is run.
-    fn claim(&self, plan: &Plan) -> Result<Option<SeriesFolder>, SweepError> {
+    fn claim(&self, plan: &Plan) -> Result<Option<SeriesFolder>, StageError> {
         let claim = |folder: &PathBuf| SeriesFolder::claim(folder, SeriesKind::Cases, &plan.inputs);
-        Ok(self.series.as_ref().map(claim).transpose()?)
+        self.series.as_ref().map(claim).transpose()
     }
 }
 
@@ -109,8 +109,12 @@ enum SweepPart {
 }
 
 /// `sweep` and its parts.
-pub(super) fn sweep(arguments: &SweepArguments, output: &Output, threads: usize) -> Exit {
-    let outcome = match &arguments.part {
+pub(super) fn sweep(
+    arguments: &SweepArguments,
+    output: &Output,
+    threads: usize,
+) -> Result<Exit, StageError> {
+    match &arguments.part {
         Some(SweepPart::Plan(folder)) => plan(folder),
         Some(SweepPart::RunCase {
             folder,
@@ -119,11 +123,10 @@ pub(super) fn sweep(arguments: &SweepArguments, output: &Output, threads: usize)
         }) => run_case(folder, id, &case_options(options, threads), output),
         Some(SweepPart::Summary { folder, series }) => summary(folder, series, output),
         None => run_all(arguments, output, threads),
-    };
-    outcome.unwrap_or_else(|error| explain_sweep(error, output))
+    }
 }
 
-fn plan(folder: &SweepFolder) -> Result<Exit, SweepError> {
+fn plan(folder: &SweepFolder) -> Result<Exit, StageError> {
     let plan = Plan::read(&folder.sweep)?;
     terminal::json(&plan.json(&folder.out));
     Ok(Exit::Done)
@@ -133,9 +136,9 @@ fn summary(
     folder: &SweepFolder,
     series: &SeriesArguments,
     output: &Output,
-) -> Result<Exit, SweepError> {
+) -> Result<Exit, StageError> {
     let plan = Plan::read(&folder.sweep)?;
-    fs::read_dir(&folder.out).map_err(|source| SweepError::Io {
+    fs::read_dir(&folder.out).map_err(|source| StageError::Io {
         action: "list the folder",
         file: folder.out.clone(),
         source,
@@ -168,7 +171,7 @@ fn run_case(
     id: &str,
     options: &Options,
     output: &Output,
-) -> Result<Exit, SweepError> {
+) -> Result<Exit, StageError> {
     let plan = Plan::read(&folder.sweep)?;
     let event = sweep::run_case(&plan, &folder.out, id, options)?;
     say(output, &format!("case {id} {}", event_name(&event)));
@@ -195,7 +198,7 @@ fn run_case(
     })
 }
 
-fn run_all(whole: &SweepArguments, output: &Output, threads: usize) -> Result<Exit, SweepError> {
+fn run_all(whole: &SweepArguments, output: &Output, threads: usize) -> Result<Exit, StageError> {
     let (Some(sweep), Some(out)) = (&whole.sweep, &whole.out) else {
         return Ok(Exit::BadInput);
     };
@@ -247,7 +250,7 @@ fn write_series(
     folder: &Path,
     series: Option<&SeriesFolder>,
     output: &Output,
-) -> Result<(), SweepError> {
+) -> Result<(), StageError> {
     let Some(series) = series else {
         return Ok(());
     };
@@ -257,7 +260,7 @@ fn write_series(
 }
 
 /// The folder of the charts, looked at before anything is run.
-fn claim(plan: &Plan, folder: &Path) -> Result<PictureFolder, SweepError> {
+fn claim(plan: &Plan, folder: &Path) -> Result<PictureFolder, StageError> {
     let inputs = plan.inputs.clone();
     Ok(PictureFolder::claim(
         &folder.join("figures"),
@@ -276,7 +279,7 @@ fn warnings(plan: &Plan) -> BTreeSet<String> {
 }
 
 /// Charts of what varies in the tables of a folder.
-fn draw(folder: &Path, pictures: &PictureFolder, output: &Output) -> Result<(), SweepError> {
+fn draw(folder: &Path, pictures: &PictureFolder, output: &Output) -> Result<(), StageError> {
     let files = draw_sweep(folder, pictures).map_err(StageError::after_storing)?;
     if !files.is_empty() {
         terminal::say_files(output, "figures", &files, pictures.path());

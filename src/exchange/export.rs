@@ -8,7 +8,7 @@ use contact3d::{
     dual::{ExplicitDual, Need},
     linalg::Precision,
     mesh::ContactSurface,
-    scene::{FrictionModel, ModelFeatures},
+    scene::ModelFeatures,
     solver::{self, FrozenGlobal, FrozenScaling, frozen_global, frozen_local},
 };
 use fclib::{Array, FclibSolution, GlobalProblem, Info, LocalProblem};
@@ -121,15 +121,14 @@ fn frozen_friction(
         return Err("the scene is a load history, and files of FCLIB hold one problem; write its last step as a scene of its own".into());
     }
     for face in ModelFeatures::of(problem.scene()).contact {
-        let law = match face.friction {
-            FrictionModel::Frictionless | FrictionModel::Coulomb { .. } => continue,
-            FrictionModel::Tresca { .. } => "a given slip bound (Tresca's law)",
-            FrictionModel::CappedCoulomb { .. } => "a slip bound capped at a pressure",
+        let Some(law) = face.friction.filter(|law| !law.bound.is_pressure()) else {
+            continue;
         };
         return Err(format!(
-            "the contact face {} has {law}, and files of FCLIB hold Coulomb's law alone, a bound of mu times the normal force; \
+            "the contact face {} has {}, and files of FCLIB hold Coulomb's law alone, a bound of mu times the normal force; \
              take friction.coefficient without slip_bound or pressure_cap",
-            face.name
+            face.name,
+            law.bound.words().bound
         ));
     }
     let state = solution.coulomb.as_ref();

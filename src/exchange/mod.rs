@@ -8,6 +8,6 @@ mod file;
 mod grid;
 mod solve;
 
-pub use export::{Exported, FclibForm, export};
+pub use export::{FclibForm, export};
 pub use grid::export_grid;
 pub use solve::{FclibAnswer, SolutionFile, solve_file};

@@ -215,9 +215,6 @@ fn force_limits(study: &DiscretisationStudy) -> Option<[f64; 3]> {
 }
 
 /// Writes both studies, the sequences and their advice.
-///
-/// # Errors
-/// HDF5 failures.
 pub fn write(writer: &mut GroupWriter<'_>, accuracy: &Accuracy) -> Result<(), StoreError> {
     ACCURACY.write_one(writer, accuracy)?;
     if let Some(study) = &accuracy.algebraic {
@@ -245,17 +242,11 @@ pub fn write(writer: &mut GroupWriter<'_>, accuracy: &Accuracy) -> Result<(), St
 }
 
 /// Reads the sentence; `None` in a file without studies.
-///
-/// # Errors
-/// An altered dataset.
 pub fn read_advice(reader: &Reader) -> Result<Option<String>, FormatError> {
     read_if_there(reader, ADVICE)
 }
 
 /// Reads both studies and the sequences; orders and limits are computed again.
-///
-/// # Errors
-/// Missing, altered or contradictory datasets.
 pub fn read(reader: &Reader) -> Result<Accuracy, FormatError> {
     Ok(Accuracy {
         algebraic: ALGEBRAIC

@@ -54,9 +54,6 @@ pub(super) const FIELDS: Table<AdaptiveLevel> = fields! { AdaptiveLevel => GROUP
 };
 
 /// Writes the levels done and the cuts that follow.
-///
-/// # Errors
-/// HDF5 failures.
 pub fn write(
     writer: &mut GroupWriter<'_>,
     adaptation: &Adaptation,
@@ -80,9 +77,6 @@ fn write_lists<V: Stored>(
 }
 
 /// Reads the levels done, with how they stood.
-///
-/// # Errors
-/// Missing or altered datasets.
 pub fn read(reader: &Reader) -> Result<(Adaptation, AdaptiveStatus), FormatError> {
     let cuts = divided(read_value(reader, N_CUTS)?, read_value(reader, CUTS)?);
     let adaptation = Adaptation {

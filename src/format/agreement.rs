@@ -3,21 +3,26 @@
 use runfile::{Group, Reader, StoreError, StoredGroup};
 
 use super::{
-    increments,
+    Stage, increments,
     post::{self, VTKHDF_DIGEST},
-    solve::{self, HISTORY_DIGEST},
+    solve::HISTORY_DIGEST,
     vtkhdf,
 };
+
+/// Refuses a stage whose companion is missing, altered, or that of another run; as [`Reader::whole_group`] for both.
+pub fn check_companion(reader: &Reader, stage: Stage) -> Result<(), StoreError> {
+    match stage {
+        Stage::Solve => check_history(reader),
+        Stage::Post => check_vtkhdf(reader),
+        _ => Ok(()),
+    }
+}
 
 /// Refuses a report whose form for ParaView is missing, altered, or that of another run. Does
 /// nothing without a report.
 ///
 /// Files of format 1.3 and older hold no digest of `/VTKHDF` in the report; there both must have
 /// been computed from the same.
-///
-/// # Errors
-/// Those of [`Reader::whole_group`] for either; `Missing`, `Altered`, `Mismatch` of an attribute
-/// that ParaView reads.
 pub fn check_vtkhdf(reader: &Reader) -> Result<(), StoreError> {
     let Some(report) = reader.whole_group(post::GROUP)? else {
         return Ok(());
@@ -35,10 +40,7 @@ pub fn check_vtkhdf(reader: &Reader) -> Result<(), StoreError> {
 }
 
 /// Refuses a solution of a history whose `/history` is missing, altered, or that of another run.
-///
-/// # Errors
-/// Those of [`Reader::whole_group`]; `Missing`, `Altered`.
-pub fn check_history(reader: &Reader) -> Result<(), StoreError> {
+fn check_history(reader: &Reader) -> Result<(), StoreError> {
     if !reader.has(HISTORY_DIGEST) {
         return Ok(());
     }
@@ -73,18 +75,15 @@ fn require_same(
     })
 }
 
-/// Everything that is wrong with the stages of a file, as [`Reader::problems`], between `/VTKHDF` and the report, and between
-/// `/history` and the solution.
-#[must_use]
+/// Everything that is wrong with the stages of a file, as [`Reader::problems`], and between them and their companions.
 pub fn problems(reader: &Reader) -> Vec<StoreError> {
     let mut problems = reader.problems();
-    let is_whole = |group| reader.whole_group(group).is_ok();
-    if is_whole(solve::GROUP) && is_whole(increments::GROUP) {
-        problems.extend(check_history(reader).err());
-    }
     // What is wrong with either by itself is among the problems already.
-    if is_whole(post::GROUP) && is_whole(vtkhdf::GROUP) {
-        problems.extend(check_vtkhdf(reader).err());
+    let is_whole = |group| reader.whole_group(group).is_ok();
+    for stage in Stage::ALL {
+        if is_whole(stage.group()) && stage.companion().is_some_and(is_whole) {
+            problems.extend(check_companion(reader, stage).err());
+        }
     }
     problems
 }

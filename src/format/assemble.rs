@@ -95,7 +95,6 @@ pub(super) const FACTOR: Table<FactorStructure> = fields! { FactorStructure => G
 };
 
 /// Bytes of the large arrays of an assembled problem in the file; the rest adds a few percent.
-#[must_use]
 pub fn stored_bytes(system: &DualSystem) -> usize {
     let assembly = &system.assembly;
     let explicit = system.contact.as_ref().and_then(ContactSystem::explicit);
@@ -109,9 +108,6 @@ pub fn stored_bytes(system: &DualSystem) -> usize {
 }
 
 /// Writes all of the assembled problem that does not depend on the loads.
-///
-/// # Errors
-/// HDF5 failures.
 pub fn write(writer: &mut GroupWriter<'_>, system: &DualSystem) -> Result<(), StoreError> {
     if let Some(contact) = &system.contact {
         write_contact(writer, contact)?;
@@ -188,9 +184,6 @@ fn write_contact(writer: &mut GroupWriter<'_>, contact: &ContactSystem) -> Resul
 }
 
 /// Reads the assembled problem; the loads are left empty for [`super::read_loads`].
-///
-/// # Errors
-/// Missing, altered or contradictory datasets.
 pub fn read(reader: &Reader) -> Result<DualSystem, FormatError> {
     let mut structure = FactorStructure::default();
     FACTOR.read_one(reader, &mut structure, true)?;
@@ -269,9 +262,6 @@ fn read_dense(
 }
 
 /// Reads B alone; `None` without contact.
-///
-/// # Errors
-/// Missing, altered or contradictory datasets.
 pub fn read_coupling(reader: &Reader) -> Result<Option<Coupling>, FormatError> {
     if !reader.has(COUPLING_NORMAL) {
         return Ok(None);
@@ -286,9 +276,6 @@ pub fn read_coupling(reader: &Reader) -> Result<Option<Coupling>, FormatError> {
 }
 
 /// Reads A and l alone, without the factor.
-///
-/// # Errors
-/// Missing, altered or contradictory datasets.
 pub fn read_primal(reader: &Reader) -> Result<PrimalSystem, FormatError> {
     let mut primal = read_stiffness(reader)?;
     load::read_into(reader, &mut primal)?;

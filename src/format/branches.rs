@@ -160,9 +160,6 @@ fn as_json<T: Serialize>(pending: &T) -> String {
 }
 
 /// Writes all paths, finished or not.
-///
-/// # Errors
-/// HDF5 failures.
 pub fn write(writer: &mut GroupWriter<'_>, branches: &Branches) -> Result<(), StoreError> {
     SEARCH.write_one(writer, branches)?;
     if branches.all {
@@ -189,9 +186,6 @@ pub fn write(writer: &mut GroupWriter<'_>, branches: &Branches) -> Result<(), St
 }
 
 /// Reads all paths, with what is still to be followed.
-///
-/// # Errors
-/// Missing, altered or contradictory datasets.
 pub fn read(reader: &Reader) -> Result<Branches, FormatError> {
     let mut branches = Branches {
         paths: read_paths(reader)?,

@@ -59,9 +59,6 @@ pub struct CaseResults {
 }
 
 /// Reads the main results of a finished run file; `None` if it has no report yet.
-///
-/// # Errors
-/// Missing or altered datasets.
 pub fn read_case(reader: &Reader) -> Result<Option<CaseResults>, FormatError> {
     let whole = |stage: Stage| reader.whole_group(stage.group());
     let Some(load) = whole(Stage::Load)? else {

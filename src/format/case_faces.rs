@@ -1,7 +1,7 @@
 //! What happens on each of several contact faces, as columns of a sweep's table.
 
 use runfile::{
-    DatasetSpec, Extent,
+    Extent,
     Extent::{Fixed, Named},
     GroupWriter, Kind, Reader, StoreError,
 };
@@ -9,28 +9,26 @@ use units::Dimension;
 
 use super::{
     FormatError, extents,
-    fields::{read_if_there, read_value, write_value},
+    fields::{Table, fields, read_if_there, read_value, write_value},
     mesh, post,
     sweep::GROUP,
 };
 
 const NAMES: &str = "/cases/face_names";
-const ZONE_COUNTS: &str = "/cases/face_zone_counts";
-const NORMAL_FORCE: &str = "/cases/face_normal_force";
-const TANGENTIAL_FORCE: &str = "/cases/face_tangential_force";
-const LARGEST_PRESSURE: &str = "/cases/face_largest_pressure";
 
 const FACES: &[Extent] = &[Named("n_cases"), Named("n_case_faces")];
+const ZONES: &[Extent] = &[Named("n_cases"), Named("n_case_faces"), extents::ZONES];
+const PAIRS: &[Extent] = &[Named("n_cases"), Named("n_case_faces"), Fixed(2)];
 const ONE_FACE: &str = "absent where no case has several contact faces";
 
-#[rustfmt::skip]
-pub(super) const TABLE: &[DatasetSpec] = &[
-    GROUP.row(NAMES, Kind::Text, &[Named("n_case_faces")], Dimension::Number, "Names of contact faces in cases with several, each once.").optional(ONE_FACE),
-    GROUP.row(ZONE_COUNTS, Kind::I64, &[Named("n_cases"), Named("n_case_faces"), extents::ZONES], Dimension::Number, "Numbers of open, sticking and slipping panes of each face; -1 in cases without it.").optional(ONE_FACE),
-    GROUP.row(NORMAL_FORCE, Kind::F64, FACES, Dimension::FORCE, "Total normal contact force of each face; NaN in cases without it.").optional(ONE_FACE),
-    GROUP.row(TANGENTIAL_FORCE, Kind::F64, &[Named("n_cases"), Named("n_case_faces"), Fixed(2)], Dimension::FORCE, "Sum of area times tangential multiplier along the t1 and t2 of each face; NaN without friction.").optional(ONE_FACE),
-    GROUP.row(LARGEST_PRESSURE, Kind::F64, FACES, Dimension::STRESS, "Largest normal multiplier of each face.").optional(ONE_FACE),
-];
+/// The faces of a case, in the order of the names.
+pub(super) const FIELDS: Table<Vec<CaseFace>> = fields! { Vec<CaseFace> => GROUP;
+    {Kind::Text} NAMES, &[Named("n_case_faces")], Dimension::Number, "Names of contact faces in cases with several, each once.".optional(ONE_FACE);
+    [|faces| each(faces, |face| face.zones)] "/cases/face_zone_counts", ZONES, Dimension::Number, "Numbers of open, sticking and slipping panes of each face; -1 in cases without it.".optional(ONE_FACE);
+    [|faces| each(faces, |face| face.normal_force)] "/cases/face_normal_force", FACES, Dimension::FORCE, "Total normal contact force of each face; NaN in cases without it.".optional(ONE_FACE);
+    [|faces| each(faces, |face| face.tangential_force)] "/cases/face_tangential_force", PAIRS, Dimension::FORCE, "Sum of area times tangential multiplier along the t1 and t2 of each face; NaN without friction.".optional(ONE_FACE);
+    [|faces| each(faces, |face| face.largest_pressure)] "/cases/face_largest_pressure", FACES, Dimension::STRESS, "Largest normal multiplier of each face.".optional(ONE_FACE);
+};
 
 /// One of several contact faces of a case; NaN for what its law does not have.
 #[derive(Debug, Clone, PartialEq)]
@@ -61,9 +59,6 @@ impl CaseFace {
 }
 
 /// The faces of a finished run file with several, in the order of its results; none with one.
-///
-/// # Errors
-/// Missing or altered datasets.
 pub(super) fn read(reader: &Reader) -> Result<Vec<CaseFace>, FormatError> {
     if !reader.has(post::FACE_NORMAL_FORCE) {
         return Ok(Vec::new());
@@ -118,20 +113,10 @@ pub(super) fn write(writer: &mut GroupWriter<'_>, cases: &[&[CaseFace]]) -> Resu
     };
     let cells: Vec<Vec<CaseFace>> = cases.iter().map(cells).collect();
     write_value(writer, NAMES, &names)?;
-    write_value(writer, ZONE_COUNTS, &each(&cells, |face| face.zones))?;
-    write_value(
-        writer,
-        NORMAL_FORCE,
-        &each(&cells, |face| face.normal_force),
-    )?;
-    let pressure = each(&cells, |face| face.largest_pressure);
-    write_value(writer, LARGEST_PRESSURE, &pressure)?;
-    let tangential = each(&cells, |face| face.tangential_force);
-    write_value(writer, TANGENTIAL_FORCE, &tangential)
+    FIELDS.write_rows(writer, &cells)
 }
 
-/// A figure of each face of each case.
-fn each<V>(cells: &[Vec<CaseFace>], of: fn(&CaseFace) -> V) -> Vec<Vec<V>> {
-    let of_case = |faces: &Vec<CaseFace>| faces.iter().map(of).collect();
-    cells.iter().map(of_case).collect()
+/// A figure of each face of a case.
+fn each<V>(faces: &[CaseFace], of: fn(&CaseFace) -> V) -> Vec<V> {
+    faces.iter().map(of).collect()
 }

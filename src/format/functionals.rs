@@ -33,7 +33,6 @@ pub(super) const FIELDS: Table<FunctionalEstimate> = fields! { FunctionalEstimat
 };
 
 /// What a quantity is measured in.
-#[must_use]
 pub fn dimension(functional: Functional) -> Dimension {
     match functional {
         Functional::NormalForce | Functional::TangentialForce => Dimension::FORCE,
@@ -45,9 +44,6 @@ pub fn dimension(functional: Functional) -> Dimension {
 }
 
 /// Writes the quantities with their units; nothing where there are none.
-///
-/// # Errors
-/// HDF5 failures.
 pub fn write(
     writer: &mut GroupWriter<'_>,
     found: &[FunctionalEstimate],
@@ -71,9 +67,6 @@ pub fn write(
 }
 
 /// Reads the quantities of a scene; none from files without them.
-///
-/// # Errors
-/// Altered or damaged datasets, a quantity that is unknown.
 pub fn read(reader: &Reader, scene: &Scene) -> Result<Vec<FunctionalEstimate>, FormatError> {
     let Some(names) = read_if_there::<Vec<String>>(reader, NAME)? else {
         return Ok(Vec::new());

@@ -112,9 +112,6 @@ fn put_zones(record: &mut StepRecord, zones: Vec<Zone>) {
 }
 
 /// Writes the increments that were solved.
-///
-/// # Errors
-/// HDF5 failures.
 pub fn write(
     writer: &mut GroupWriter<'_>,
     scene: &Scene,
@@ -128,9 +125,6 @@ pub fn write(
 }
 
 /// Reads the increments back; none where there is no history.
-///
-/// # Errors
-/// Missing, altered or contradictory datasets.
 pub fn read(reader: &Reader, scene: &Scene) -> Result<Vec<StepRecord>, FormatError> {
     let increments = scene.increments();
     let mut records = INCREMENTS.read_rows(reader, StepRecord::default)?;

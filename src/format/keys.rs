@@ -41,7 +41,6 @@ fn set_below(place: &mut Value, name: &str, key: &str, value: Value) -> Result<(
 }
 
 /// The value at a key path; `None` where it leads nowhere.
-#[must_use]
 pub fn get<'a>(table: &'a toml::Table, key: &str) -> Option<&'a Value> {
     let mut parts = key.split('.');
     let mut found = table.get(parts.next()?)?;

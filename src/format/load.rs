@@ -28,9 +28,6 @@ pub(super) const TABLE: &[DatasetSpec] = &[
 ];
 
 /// Writes l, the prescribed displacements, h and the free slip.
-///
-/// # Errors
-/// HDF5 failures.
 pub fn write(writer: &mut GroupWriter<'_>, system: &DualSystem) -> Result<(), StoreError> {
     let primal = &system.assembly.primal;
     write_value(writer, FORCE, &primal.load)?;
@@ -49,9 +46,6 @@ pub fn write(writer: &mut GroupWriter<'_>, system: &DualSystem) -> Result<(), St
 }
 
 /// Reads l, h and the free slip into an assembled problem.
-///
-/// # Errors
-/// Missing or altered datasets.
 pub fn read(reader: &Reader, system: &mut DualSystem) -> Result<(), FormatError> {
     read_into(reader, &mut system.assembly.primal)?;
     if let Some(contact) = &mut system.contact {

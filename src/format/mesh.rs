@@ -96,9 +96,6 @@ fn nodal_normals(surface: &ContactSurface) -> Vec<[f64; 3]> {
 }
 
 /// Writes the mesh with the names of its contact faces, and its quality figures.
-///
-/// # Errors
-/// HDF5 failures.
 pub fn write(
     writer: &mut GroupWriter<'_>,
     mesh: &Mesh,
@@ -139,9 +136,6 @@ fn write_faces(
 }
 
 /// Reads the mesh.
-///
-/// # Errors
-/// Missing, altered or contradictory datasets.
 pub fn read(reader: &Reader) -> Result<Mesh, FormatError> {
     let mut mesh = Mesh {
         mid_edges: Some(MidEdgeNodes::default()),

@@ -1,4 +1,6 @@
-//! The run file's datasets: one table per stage, each beside its reader and writer.
+//! The stages, and the run file's datasets: one table per group, each beside its reader and writer.
+//!
+//! Writers fail as HDF5 does, readers also where a dataset is missing or altered, or contradicts another.
 
 mod accuracy;
 mod adapt;
@@ -20,7 +22,6 @@ mod series;
 mod sizes;
 mod solve;
 mod stability;
-mod stage;
 mod steps;
 mod stored;
 mod sweep;
@@ -33,14 +34,13 @@ pub use accuracy::{
     GROUP as ACCURACY, read as read_accuracy, read_advice, write as write_accuracy,
 };
 pub use adapt::{GROUP as ADAPT, read as read_adaptation, write as write_adaptation};
-pub use agreement::{check_history, check_vtkhdf, problems};
+pub use agreement::{check_companion, check_vtkhdf, problems};
 pub use assemble::{
     read as read_assembly, read_coupling, read_primal, stored_bytes as assembly_bytes,
     write as write_assembly,
 };
 pub use branches::{GROUP as BRANCHES, read as read_branches, write as write_branches};
 pub use case::{CERTIFICATE, CaseResults, read_case};
-pub use case_faces::CaseFace;
 pub use functionals::{
     dimension as dimension_of_quantity, read as read_functionals, write as write_functionals,
 };
@@ -48,7 +48,7 @@ pub use increments::{GROUP as HISTORY, read as read_history, write as write_hist
 pub use keys::{get as get_key, set as set_key};
 pub use load::{read as read_loads, write as write_loads};
 pub use mesh::{read as read_mesh, write as write_mesh};
-pub use post::{ContactSummary, Summary, read_certificate, read_summary, write as write_report};
+pub use post::{read_certificate, write as write_report};
 pub use scene::{
     GROUP as SCENE, read as read_scene, table as scene_table, table_of_text as scene_table_of_text,
     text as scene_text, write as write_scene,
@@ -62,7 +62,6 @@ pub use solve::{
     OutcomeWords, read as read_solution, read_multiplier, read_outcome, write as write_solution,
 };
 pub use stability::{GROUP as STABILITY, STABILITY_LAYOUT, StabilityRow, write as write_stability};
-pub use stage::Stage;
 pub use steps::{CHECKPOINT, read_checkpoint, write_checkpoint};
 pub use sweep::{
     CaseRow, GROUP as CASES, SWEEP_LAYOUT, TableOwner, read_table_owner, write as write_cases,
@@ -74,8 +73,75 @@ use contact3d::{
     linalg::{CscMatrix, PartsError},
     scene::SceneError,
 };
-use runfile::{Layout, SparseView, StoreError};
+use runfile::{Group, Layout, SparseView, StoreError};
 use units::Units;
+
+/// A step of the pipeline: it computes one group from those of the stages before it.
+///
+/// What a run file holds besides (the scene, checkpoints, accuracy) is no stage.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Stage {
+    /// Mesh, boundary and panes.
+    Mesh,
+    /// Matrices and the factor.
+    Assemble,
+    /// Loads and what follows from them linearly.
+    Load,
+    /// Multipliers, displacement and history.
+    Solve,
+    /// Stresses, zones, resultants and the certificate; the same for ParaView.
+    Post,
+}
+
+impl Stage {
+    /// Every stage, upstream first.
+    pub const ALL: [Self; 5] = [
+        Self::Mesh,
+        Self::Assemble,
+        Self::Load,
+        Self::Solve,
+        Self::Post,
+    ];
+
+    /// The command that runs the stage.
+    #[must_use]
+    pub const fn command(self) -> &'static str {
+        match self {
+            Self::Mesh => "mesh",
+            Self::Assemble | Self::Load => "assemble",
+            Self::Solve => "solve",
+            Self::Post => "post",
+        }
+    }
+
+    /// The group that the stage writes.
+    #[must_use]
+    pub const fn group(self) -> Group {
+        match self {
+            Self::Mesh => mesh::GROUP,
+            Self::Assemble => assemble::GROUP,
+            Self::Load => load::GROUP,
+            Self::Solve => solve::GROUP,
+            Self::Post => post::GROUP,
+        }
+    }
+
+    /// The group beside its own that shows the same: the increments of a load history, the report as ParaView reads it.
+    #[must_use]
+    pub const fn companion(self) -> Option<Group> {
+        match self {
+            Self::Solve => Some(HISTORY),
+            Self::Post => Some(VTKHDF),
+            _ => None,
+        }
+    }
+
+    /// What messages call the stage.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        self.group().name()
+    }
+}
 
 /// Every dataset of a run file.
 pub const LAYOUT: Layout = Layout {
@@ -158,9 +224,7 @@ pub enum FormatError {
     /// Datasets contradict each other.
     #[error("{dataset}: {reason}; run the stage that writes it again")]
     Inconsistent {
-        /// Path of the dataset.
         dataset: &'static str,
-        /// What was expected and found.
         reason: String,
     },
     /// The stored factor is damaged.

@@ -17,7 +17,7 @@ use units::Dimension;
 
 use super::{
     FormatError, Stage, extents,
-    fields::{Table, fields, read_value, write_value},
+    fields::{Table, fields, write_value},
     stored::stored_as,
 };
 
@@ -37,10 +37,6 @@ pub(super) const VTKHDF_DIGEST: &str = "/post/vtkhdf_digest";
 const TRACTION: &str = "/post/contact_traction";
 const AXIS_1: &str = "/post/contact_axis_1";
 const AXIS_2: &str = "/post/contact_axis_2";
-const ZONE_COUNTS: &str = "/post/zone_counts";
-const NORMAL_FORCE: &str = "/post/resultants/normal_force";
-const STRAIN_ENERGY: &str = "/post/resultants/strain_energy";
-const LARGEST_PRESSURE: &str = "/post/resultants/largest_pressure";
 pub(super) const FACE_ZONE_COUNTS: &str = "/post/faces/zone_counts";
 pub(super) const FACE_NORMAL_FORCE: &str = "/post/faces/normal_force";
 pub(super) const FACE_TANGENTIAL_FORCE: &str = "/post/faces/tangential_force";
@@ -80,8 +76,8 @@ pub(super) const ON_THE_BODY: Table<ContactReport> = fields! { ContactReport => 
     (stress) "/post/stress", &[Named("n_tetrahedra"), extents::STRESS_COMPONENTS], Dimension::STRESS, "Stress xx, yy, zz, yz, xz, xy at the centroid of each tetrahedron.".symbol("sigma");
     (corner_stress) "/post/corner_stress", &[Named("n_tetrahedra"), Fixed(4), extents::STRESS_COMPONENTS], Dimension::STRESS, "Stress xx, yy, zz, yz, xz, xy at the four corners of each quadratic tetrahedron.".optional("absent with linear tetrahedra");
     (von_mises) "/post/von_mises", &[Named("n_tetrahedra")], Dimension::STRESS, "Von Mises stress of each tetrahedron.";
-    [|report| contact(report, |_| [Zone::Open, Zone::Stick, Zone::Slip].map(|zone| report.count(zone)))] ZONE_COUNTS, &[extents::ZONES], Dimension::Number, "Numbers of open, sticking and slipping panes.".optional(NO_CONTACT);
-    [|report| contact(report, |contact| contact.normal_force)] NORMAL_FORCE, &[], Dimension::FORCE, "Total normal contact force.".optional(NO_CONTACT);
+    [|report| contact(report, |_| [Zone::Open, Zone::Stick, Zone::Slip].map(|zone| report.count(zone)))] "/post/zone_counts", &[extents::ZONES], Dimension::Number, "Numbers of open, sticking and slipping panes.".optional(NO_CONTACT);
+    [|report| contact(report, |contact| contact.normal_force)] "/post/resultants/normal_force", &[], Dimension::FORCE, "Total normal contact force.".optional(NO_CONTACT);
     [|report| report.resultants.contact.as_ref().and_then(|contact| contact.tangential_force)] "/post/resultants/tangential_force", &[extents::FRICTION_AXES], Dimension::FORCE, "Sum of area times tangential multiplier along t1 and t2; the foundation acts with its opposite.".optional("absent without friction, and with several contact faces");
     [|report| contact(report, |contact| contact.contact_force)] "/post/resultants/contact_force", VECTOR, Dimension::FORCE, "Force of the foundation on the body.".optional(NO_CONTACT);
     (resultants.applied_force) "/post/resultants/applied_force", VECTOR, Dimension::FORCE, "Resultant of the applied loads.";
@@ -102,10 +98,10 @@ pub(super) const FORCES: Table<SourceForce> = fields! { SourceForce => GROUP;
 };
 
 pub(super) const TOTALS: Table<ContactReport> = fields! { ContactReport => GROUP;
-    (resultants.strain_energy) STRAIN_ENERGY, &[], Dimension::Energy, "Strain energy a(u, u) / 2 of body and springs.";
+    (resultants.strain_energy) "/post/resultants/strain_energy", &[], Dimension::Energy, "Strain energy a(u, u) / 2 of body and springs.";
     (resultants.load_work) "/post/resultants/load_work", &[], Dimension::Energy, "Work l.u of the loads, on held nodes too.";
     (resultants.largest_displacement) "/post/resultants/largest_displacement", VECTOR, Dimension::LENGTH, "Largest |u_x|, |u_y|, |u_z| of a node.";
-    [|report| contact(report, |contact| contact.largest_pressure)] LARGEST_PRESSURE, &[], Dimension::STRESS, "Largest normal multiplier.".optional(NO_CONTACT);
+    [|report| contact(report, |contact| contact.largest_pressure)] "/post/resultants/largest_pressure", &[], Dimension::STRESS, "Largest normal multiplier.".optional(NO_CONTACT);
     [|report| of_faces(report, |face| face.zone_counts)] FACE_ZONE_COUNTS, FACE_VECTORS, Dimension::Number, "Numbers of open, sticking and slipping panes of each contact face.".optional(ONE_FACE);
     [|report| of_faces(report, |face| face.contact.normal_force)] FACE_NORMAL_FORCE, FACES, Dimension::FORCE, "Total normal contact force of each contact face.".optional(ONE_FACE);
     [|report| report.faces.iter().filter_map(|face| face.contact.tangential_force).collect::<Vec<_>>()] FACE_TANGENTIAL_FORCE, &[Named("n_friction_faces"), extents::FRICTION_AXES], Dimension::FORCE, "Sum of area times tangential multiplier along the t1 and t2 of each contact face with friction.".optional("absent without several contact faces, and without friction");
@@ -171,9 +167,6 @@ fn share(report: &ContactReport, name: &str) -> Option<f64> {
 
 /// Writes the report, with the contact face and its frame where there is contact; it belongs to a `/VTKHDF` with
 /// some digest.
-///
-/// # Errors
-/// HDF5 failures.
 pub fn write(
     writer: &mut GroupWriter<'_>,
     report: &ContactReport,
@@ -209,54 +202,11 @@ fn write_in_space(
     write_value(writer, TRACTION, &tractions)
 }
 
-/// The few figures that a status line shows.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Summary {
-    /// Strain energy in J.
-    pub strain_energy: f64,
-    /// What the foundation does; `None` without contact.
-    pub contact: Option<ContactSummary>,
-}
-
-/// The contact part of a [`Summary`].
-#[derive(Debug, Clone, PartialEq)]
-pub struct ContactSummary {
-    /// Numbers of open, sticking and slipping panes.
-    pub zone_counts: Vec<usize>,
-    /// Total normal contact force in N.
-    pub normal_force: f64,
-    /// Largest pressure in Pa.
-    pub largest_pressure: f64,
-}
-
 /// Reads a figure of the certificate; `None` where the file has none of that name.
-///
-/// # Errors
-/// An altered dataset.
 pub fn read_certificate(reader: &Reader, name: &str) -> Result<Option<f64>, FormatError> {
     let path = format!("/post/certificate/{name}");
     if !reader.has(&path) {
         return Ok(None);
     }
     Ok(reader.read_vec(&path)?.first().copied())
-}
-
-/// Reads the main figures.
-///
-/// # Errors
-/// Missing or altered datasets.
-pub fn read_summary(reader: &Reader) -> Result<Summary, FormatError> {
-    let contact = if reader.has(ZONE_COUNTS) {
-        Some(ContactSummary {
-            zone_counts: read_value(reader, ZONE_COUNTS)?,
-            normal_force: read_value(reader, NORMAL_FORCE)?,
-            largest_pressure: read_value(reader, LARGEST_PRESSURE)?,
-        })
-    } else {
-        None
-    };
-    Ok(Summary {
-        strain_energy: read_value(reader, STRAIN_ENERGY)?,
-        contact,
-    })
 }

@@ -25,7 +25,6 @@ pub(super) const TABLE: &[DatasetSpec] = &[GROUP.row(
 ///
 /// # Panics
 /// For a scene with Rust functions, which no command of the program can be given.
-#[must_use]
 pub fn text(scene: &Scene) -> String {
     let text = scene.to_toml();
     text.expect("a scene from a text holds no Rust function")
@@ -36,13 +35,11 @@ pub fn text(scene: &Scene) -> String {
 ///
 /// # Panics
 /// As [`text`].
-#[must_use]
 pub fn table(scene: &Scene) -> toml::Table {
     table_of_text(&text(scene)).unwrap_or_default()
 }
 
 /// As [`table`], of a scene's text; `None` for a text that is no TOML.
-#[must_use]
 pub fn table_of_text(text: &str) -> Option<toml::Table> {
     let mut table: toml::Table = text.parse().ok()?;
     let clamps = table.get_mut("clamp").and_then(toml::Value::as_array_mut);
@@ -56,17 +53,11 @@ pub fn table_of_text(text: &str) -> Option<toml::Table> {
 }
 
 /// Writes the scene.
-///
-/// # Errors
-/// HDF5 failures.
 pub fn write(writer: &mut GroupWriter<'_>, scene: &Scene) -> Result<(), StoreError> {
     writer.write_text(TOML, &text(scene))
 }
 
 /// Reads and validates the scene.
-///
-/// # Errors
-/// A missing or altered dataset, or a text that is no scene of this version.
 pub fn read(reader: &Reader, file: &Path) -> Result<SceneFile, FormatError> {
     reader.whole_group(GROUP)?;
     let text = reader.read_text(TOML)?;

@@ -112,9 +112,6 @@ pub struct GridSeries<'w, 't> {
 
 impl<'w, 't> GridSeries<'w, 't> {
     /// Writes the grid and the time of each step, in ascending order.
-    ///
-    /// # Errors
-    /// HDF5 failures.
     pub fn begin(
         writer: &'w mut GroupWriter<'t>,
         mesh: &Mesh,
@@ -211,9 +208,6 @@ fn write_of_steps<V: Stored>(
 ///
 /// Its time is the parameter where that grows all along the path; elsewhere it is the number of the point, since players need
 /// times that grow.
-///
-/// # Errors
-/// HDF5 failures.
 pub fn begin_path_series<'w, 't>(
     writer: &'w mut GroupWriter<'t>,
     mesh: &'w Mesh,
@@ -250,9 +244,6 @@ pub struct SeriesCase {
 }
 
 /// Begins the series of some cases on the grid of one of them.
-///
-/// # Errors
-/// HDF5 failures, a run file without what ParaView reads.
 pub fn begin_sweep_series<'w, 't>(
     writer: &'w mut GroupWriter<'t>,
     grid: &Reader,
@@ -272,15 +263,11 @@ pub fn begin_sweep_series<'w, 't>(
 }
 
 /// Writes the fields of the next case.
-///
-/// # Errors
-/// HDF5 failures, a run file with other fields.
 pub fn step_sweep_series(series: &mut GridSeries<'_, '_>, case: &Reader) -> Result<(), StoreError> {
     series.append(&last_fields(case)?)
 }
 
 /// The fields that a file has on its points and cells, those that each step of a series has of its own.
-#[must_use]
 pub fn field_paths(reader: &Reader) -> Vec<&'static str> {
     let on_grid = |path: &&str| {
         path.starts_with("/VTKHDF/PointData/") || path.starts_with("/VTKHDF/CellData/")

@@ -24,9 +24,6 @@ pub struct StageSizes {
 }
 
 /// Reads the numbers of unknowns of a file from the stages that can be used.
-///
-/// # Errors
-/// Altered datasets.
 pub fn read_sizes(
     reader: &Reader,
     is_usable: &dyn Fn(Stage) -> bool,

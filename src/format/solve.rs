@@ -107,9 +107,6 @@ pub(super) const FIELDS: Table<Solution> = fields! { Solution => GROUP;
 };
 
 /// Writes the solution; that of a load history belongs to a `/history` with some digest.
-///
-/// # Errors
-/// HDF5 failures.
 pub fn write(
     writer: &mut GroupWriter<'_>,
     solution: &Solution,
@@ -154,9 +151,6 @@ fn write_of_panes(
 }
 
 /// Reads the solution.
-///
-/// # Errors
-/// Missing, altered or contradictory datasets.
 pub fn read(reader: &Reader, dofs: &DofMap) -> Result<Solution, FormatError> {
     let (status, multiplier) = read_multiplier(reader)?;
     let (newton, history) = steps::read(reader)?;
@@ -192,9 +186,6 @@ pub fn read(reader: &Reader, dofs: &DofMap) -> Result<Solution, FormatError> {
 }
 
 /// Reads the multipliers alone, and how the solve ended.
-///
-/// # Errors
-/// Missing or altered datasets.
 pub fn read_multiplier(reader: &Reader) -> Result<(Status, Vec<f64>), FormatError> {
     let status = read_value(reader, STATUS)?;
     let mut multiplier = Vec::new();
@@ -237,9 +228,6 @@ pub struct OutcomeWords {
 }
 
 /// Reads how a solve ended, without its fields.
-///
-/// # Errors
-/// Altered or damaged values.
 pub fn read_outcome(reader: &Reader) -> Result<OutcomeWords, FormatError> {
     let [outer, newton] = steps::counts(reader)?;
     let applications = match read_if_there(reader, APPLICATIONS)? {

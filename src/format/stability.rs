@@ -162,9 +162,6 @@ fn variations(check: &Check) -> [f64; 7] {
 }
 
 /// Writes the table.
-///
-/// # Errors
-/// HDF5 failures.
 pub fn write(writer: &mut GroupWriter<'_>, rows: &[StabilityRow]) -> Result<(), StoreError> {
     FIELDS.write_rows(writer, rows)
 }

@@ -72,9 +72,6 @@ pub(super) const DONE_ROWS: &[DatasetSpec] = &{
 };
 
 /// Writes the steps of both solvers.
-///
-/// # Errors
-/// HDF5 failures.
 pub(super) fn write(
     writer: &mut GroupWriter<'_>,
     newton: &[NewtonStep],
@@ -85,9 +82,6 @@ pub(super) fn write(
 }
 
 /// Reads the steps of both solvers.
-///
-/// # Errors
-/// Missing, altered or contradictory datasets.
 pub(super) fn read(reader: &Reader) -> Result<(Vec<NewtonStep>, Vec<OuterStep>), FormatError> {
     Ok((
         NEWTON_STEPS.read_rows(reader, NewtonStep::default)?,
@@ -96,9 +90,6 @@ pub(super) fn read(reader: &Reader) -> Result<(Vec<NewtonStep>, Vec<OuterStep>),
 }
 
 /// Numbers of steps of successive approximations and of Newton's method, by a column of each.
-///
-/// # Errors
-/// Altered datasets.
 pub(super) fn counts(reader: &Reader) -> Result<[usize; 2], FormatError> {
     let count = |rows: &[DatasetSpec]| -> Result<usize, FormatError> {
         let column: Option<Vec<f64>> = read_if_there(reader, rows[0].path)?;
@@ -108,9 +99,6 @@ pub(super) fn counts(reader: &Reader) -> Result<[usize; 2], FormatError> {
 }
 
 /// Writes the state between two steps.
-///
-/// # Errors
-/// HDF5 failures.
 pub fn write_checkpoint(
     writer: &mut GroupWriter<'_>,
     state: &OuterState,
@@ -120,9 +108,6 @@ pub fn write_checkpoint(
 }
 
 /// Reads the state between two steps.
-///
-/// # Errors
-/// Missing or altered datasets.
 pub fn read_checkpoint(reader: &Reader) -> Result<OuterState, FormatError> {
     let mut state = OuterState {
         history: DONE_STEPS.read_rows(reader, OuterStep::default)?,

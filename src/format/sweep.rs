@@ -21,7 +21,7 @@ pub const SWEEP_LAYOUT: Layout = Layout {
     creator: super::LAYOUT.creator,
     units: super::LAYOUT.units,
     groups: &[GROUP],
-    tables: &[FIELDS.rows, case_faces::TABLE],
+    tables: &[FIELDS.rows, case_faces::FIELDS.rows],
     extents: &[
         (
             "n_cases",
@@ -101,9 +101,6 @@ pub struct TableOwner {
 }
 
 /// Reads whose table a summary file holds.
-///
-/// # Errors
-/// Missing or altered datasets.
 pub fn read_table_owner(reader: &Reader) -> Result<TableOwner, StoreError> {
     let ids = reader.read_texts(ID)?;
     let planned = reader.read_vec::<u8>(PLANNED)?;
@@ -119,9 +116,6 @@ pub fn read_table_owner(reader: &Reader) -> Result<TableOwner, StoreError> {
 }
 
 /// Writes the table of a sweep file, which is given as seen from the folder.
-///
-/// # Errors
-/// HDF5 failures.
 pub fn write(
     writer: &mut GroupWriter<'_>,
     sweep_file: Option<&str>,

@@ -160,9 +160,6 @@ fn put_paper_norms(level: &mut TheoryLevel, norms: [f64; 2]) {
 }
 
 /// Writes all that was measured.
-///
-/// # Errors
-/// HDF5 failures.
 pub fn write(writer: &mut GroupWriter<'_>, theory: &Theory) -> Result<(), StoreError> {
     let levels = &theory.levels;
     LAW.write_one(writer, theory)?;
@@ -182,9 +179,6 @@ fn numbered<T: Copy>(levels: &[TheoryLevel], of: fn(&TheoryLevel) -> &Vec<T>) ->
 }
 
 /// Reads all that was measured.
-///
-/// # Errors
-/// Missing, altered or contradictory datasets.
 pub fn read(reader: &Reader) -> Result<Theory, FormatError> {
     let mut theory = Theory::default();
     LAW.read_one(reader, &mut theory, true)?;

@@ -100,9 +100,6 @@ pub(super) const ONCE: &[DatasetSpec] = &[
 ];
 
 /// Writes the grid and its fields, with the motion that nothing stops where there is one.
-///
-/// # Errors
-/// HDF5 failures.
 pub fn write(
     writer: &mut GroupWriter<'_>,
     mesh: &Mesh,
@@ -346,9 +343,6 @@ impl ContactFields<'_> {
 }
 
 /// Writes the normals, with `n_steps` also that they are those of all steps of a series.
-///
-/// # Errors
-/// HDF5 failures.
 pub(super) fn write_normals(
     writer: &mut GroupWriter<'_>,
     mesh: &Mesh,

@@ -27,9 +27,6 @@ pub struct Folder {
 
 impl Folder {
     /// Makes a folder, with those around it, unless it is there.
-    ///
-    /// # Errors
-    /// [`OutputError::Folder`].
     pub fn make(path: &Path) -> Result<Self, OutputError> {
         let path = if path.as_os_str().is_empty() {
             Path::new(".")
@@ -95,7 +92,6 @@ impl Folder {
     }
 
     /// The folder.
-    #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }

@@ -20,9 +20,6 @@ pub(super) enum Destination {
 }
 
 /// Refuses an output that is an input, or that is there and not of its own kind. Changes nothing.
-///
-/// # Errors
-/// [`OutputError`], all but the folder's.
 pub fn admit(path: &Path, kind: OutputKind, inputs: &Inputs) -> Result<(), OutputError> {
     place(path, kind, inputs).map(drop)
 }

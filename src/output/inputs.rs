@@ -40,7 +40,6 @@ impl Identity {
 
 impl Inputs {
     /// The files at some paths.
-    #[must_use]
     pub fn of<P: AsRef<Path>>(paths: impl IntoIterator<Item = P>) -> Self {
         let mut inputs = Self::default();
         for path in paths {
@@ -57,9 +56,6 @@ impl Inputs {
     }
 
     /// Refuses an output that is one of these files, by whatever path.
-    ///
-    /// # Errors
-    /// [`OutputError::IsInput`].
     pub fn refuse(&self, output: &Path) -> Result<(), OutputError> {
         let Ok(identity) = Identity::of(output) else {
             return Ok(());

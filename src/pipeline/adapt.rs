@@ -20,7 +20,7 @@ use contact3d::{
 use runfile::{Home, Reader, Transaction};
 
 use super::{
-    Commit, Freshness, Performed, Session, StageError,
+    Commit, Performed, Session, StageError, StageState,
     cache::StageCache,
     resources::{available_memory, problem_bytes},
     results::Results,
@@ -143,9 +143,6 @@ impl Session {
     /// stores those of the last one. Goes on from the levels that the file holds.
     ///
     /// A goal that is not met is no error but a status; the file then holds the last level.
-    ///
-    /// # Errors
-    /// As [`Self::perform`].
     pub fn adapt(
         &mut self,
         goal: RefinementGoal,
@@ -179,9 +176,6 @@ impl Session {
 
     /// Whether nothing is left to do: every stage is fresh, and the levels for the scene's target, if it has
     /// one, have come to an end.
-    ///
-    /// # Errors
-    /// An unreadable file.
     pub fn is_done(&self) -> Result<bool, StageError> {
         let has_ended = match self.scene().adapt {
             None => true,
@@ -193,8 +187,7 @@ impl Session {
     }
 
     fn is_fresh_throughout(&self) -> Result<bool, StageError> {
-        let mut states = self.states()?.into_iter();
-        Ok(states.all(|state| state.freshness == Freshness::Fresh))
+        Ok(self.states()?.iter().all(StageState::is_fresh))
     }
 
     fn stored_levels(&self) -> Result<Option<(Adaptation, AdaptiveStatus)>, StageError> {

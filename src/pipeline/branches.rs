@@ -101,7 +101,6 @@ fn stored(file: &RunFile, layout: runfile::Layout, digest: &str) -> Option<Branc
 }
 
 /// Digest of what paths are followed for.
-#[must_use]
 pub fn branches_input(scene: &Scene, task: &BranchesTask) -> String {
     let range = &task.range;
     let text = format!(

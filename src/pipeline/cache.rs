@@ -65,9 +65,6 @@ impl Session {
     }
 
     /// The results of a solved file, evaluated anew where they are read.
-    ///
-    /// # Errors
-    /// Unreadable datasets.
     pub fn results(&mut self) -> Result<Arc<Results>, StageError> {
         if let Some(results) = &self.cache.results {
             return Ok(results.clone());

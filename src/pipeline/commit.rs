@@ -1,5 +1,10 @@
 //! One commit under way: the scene, the stages that wait, and what is unfinished.
 
+use std::{
+    io,
+    thread::{self, JoinHandle},
+};
+
 use contact3d::{Unfinished, scene::Scene};
 use runfile::{Group, GroupRecord, Home, Reader, StoreError, StoredGroup, Transaction};
 
@@ -12,12 +17,59 @@ use super::{
 use crate::format::{self, ADAPT, CHECKPOINT, HISTORY, Stage};
 
 /// A computed stage that waits to be stored, with all that it takes to store it.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct ComputedStage {
     pub(super) output: StageOutput,
     pub(super) home: Home,
     /// Without what it was computed from.
     pub(super) record: GroupRecord,
+}
+
+/// A thread that writes stages to a commit while the next one is computed; dropping it waits for the thread, and gives the
+/// commit up.
+#[derive(Debug)]
+pub(super) struct StageWriter {
+    thread: Option<JoinHandle<Result<OpenCommit, StoreError>>>,
+    /// How many of the stages that wait it writes.
+    pub(super) stages: usize,
+}
+
+impl StageWriter {
+    /// Begins to write.
+    ///
+    /// # Errors
+    /// Where the system gives no thread.
+    pub(super) fn new(
+        mut commit: OpenCommit,
+        stages: Vec<ComputedStage>,
+        scene: Scene,
+    ) -> io::Result<Self> {
+        let count = stages.len();
+        let write = move || {
+            for stage in &stages {
+                commit.write(stage, &scene)?;
+            }
+            Ok(commit)
+        };
+        Ok(Self {
+            thread: Some(thread::Builder::new().spawn(write)?),
+            stages: count,
+        })
+    }
+
+    /// The commit with the stages written.
+    ///
+    /// # Errors
+    /// Those of writing; `None` where the thread ended by a panic, which has been printed.
+    pub(super) fn finish(mut self) -> Option<Result<OpenCommit, StoreError>> {
+        self.thread.take()?.join().ok()
+    }
+}
+
+impl Drop for StageWriter {
+    fn drop(&mut self) {
+        let _ = self.thread.take().map(JoinHandle::join);
+    }
 }
 
 /// A commit that has begun: the scene is written, and the stages given so far.

@@ -30,7 +30,7 @@ pub enum StageError {
     #[error(transparent)]
     Mesh(#[from] GmshError),
     /// A setting given on the command line.
-    #[error("{}: expected {}, found {}; {}", .0.key, .0.expected, .0.found, .0.help)]
+    #[error(transparent)]
     Setting(Invalid),
     /// The run file.
     #[error(transparent)]
@@ -53,41 +53,51 @@ pub enum StageError {
     /// A stage is not what was written.
     #[error("{}: `{}` cannot be used, {why}; `contact3d-pipe run` makes it again", file.display(), stage.word())]
     Damaged {
-        /// The run file.
         file: PathBuf,
-        /// The stage.
         stage: Stage,
-        /// What is wrong with it.
         why: String,
     },
     /// An earlier stage is missing or stale.
     #[error("{}: `{}` needs a fresh `{}`, but {why}; run `contact3d-pipe {}` or `contact3d-pipe run` first", file.display(), stage.word(), upstream.word(), upstream.command())]
     NotReady {
-        /// The run file.
         file: PathBuf,
-        /// The stage that was asked for.
         stage: Stage,
-        /// The stage it needs.
         upstream: Stage,
-        /// What is wrong with that stage.
         why: String,
     },
-    /// A folder that holds no sweep, or one that cannot be read.
-    #[error("{}: {reason}; give a run file, or the folder of a sweep", file.display())]
-    Sweep {
-        /// The table of the sweep.
+    /// A file or folder of a sweep or a suite cannot be read or written.
+    #[error("cannot {action} {}: {source}", file.display())]
+    Io {
+        action: &'static str,
         file: PathBuf,
-        /// What is wrong.
-        reason: String,
+        source: std::io::Error,
     },
+    /// An axis that no sweep can have, or a key of it.
+    #[error("{}: {place}: expected {expected}, found {found}", file.display())]
+    Axis {
+        file: PathBuf,
+        place: String,
+        expected: String,
+        found: String,
+    },
+    /// The plan of a sweep has no case with this name.
+    #[error("no case {id} in this sweep; `contact3d-pipe sweep plan` lists them")]
+    NoSuchCase { id: String },
+    /// Another process runs the sweep.
+    #[error("{}: another sweep is at work in this folder; wait until it is done", folder.display())]
+    Busy { folder: PathBuf },
+    /// A table of another sweep, whose file is named as seen from the folder, where the table says it.
+    #[error("{}: this table belongs to another sweep{}{sweep}; nothing was changed, give another folder with --out or move summary.h5 and summary.csv away", file.display(), if sweep.is_empty() { "" } else { ", " })]
+    OthersTable { file: PathBuf, sweep: String },
+    /// The cases were run, but their tables cannot be written.
+    #[error("{0}; the cases are stored and kept, `contact3d-pipe sweep summary` writes the tables")]
+    NotSummedUp(#[source] Box<StageError>),
+    /// The CSV table of a sweep cannot be written.
+    #[error("cannot write {}: {source}", file.display())]
+    Csv { file: PathBuf, source: csv::Error },
     /// A picture could not be drawn or written.
     #[error("figure {}: {source}", file.display())]
-    Figure {
-        /// The picture's file.
-        file: PathBuf,
-        /// What went wrong.
-        source: FigureError,
-    },
+    Figure { file: PathBuf, source: FigureError },
     /// An output that is an input, or in the place of a file of another kind, or that cannot be
     /// written.
     #[error(transparent)]
@@ -100,7 +110,6 @@ pub enum StageError {
     Partly {
         /// The groups stored; empty for all that the command stores.
         stored: Vec<Group>,
-        /// What failed.
         source: Box<StageError>,
     },
     /// A file of FCLIB.
@@ -108,26 +117,17 @@ pub enum StageError {
     Fclib(#[from] FclibError),
     /// A problem that files of FCLIB cannot hold, or that is not solved.
     #[error("{}: {reason}", file.display())]
-    Unfit {
-        /// The file.
-        file: PathBuf,
-        /// What does not fit, and what to do.
-        reason: String,
-    },
+    Unfit { file: PathBuf, reason: String },
     /// Arrays of a file that make no frictional contact problem.
     #[error("{}: {source}", file.display())]
     Delassus {
-        /// The file.
         file: PathBuf,
-        /// What is wrong.
         source: DelassusError,
     },
     /// A file that runs share cannot be removed, or the turn to make it not be had.
     #[error("cannot write {}: {source}; check the permissions of the folder", file.display())]
     Write {
-        /// The file.
         file: PathBuf,
-        /// What the system says.
         source: std::io::Error,
     },
 }
@@ -145,7 +145,6 @@ fn names(groups: &[Group]) -> String {
 
 impl StageError {
     /// The error with what to do about it, in one line.
-    #[must_use]
     pub fn with_help(&self) -> String {
         let help = match self {
             Self::Scene(error) => error.help(),
@@ -159,7 +158,6 @@ impl StageError {
     }
 
     /// Whether the fault lies in the program rather than in its input.
-    #[must_use]
     pub fn is_internal(&self) -> bool {
         match self {
             Self::Store(error) | Self::Format(FormatError::Store(error)) => error.is_internal(),
@@ -170,7 +168,6 @@ impl StageError {
     }
 
     /// The same error once the results are stored.
-    #[must_use]
     pub fn after_storing(self) -> Self {
         Self::Partly {
             stored: Vec::new(),
@@ -179,17 +176,15 @@ impl StageError {
     }
 
     /// Whether something was stored all the same.
-    #[must_use]
     pub fn is_after_storing(&self) -> bool {
         match self {
             Self::Store(error) => error.is_after_storing(),
-            Self::Partly { .. } => true,
+            Self::Partly { .. } | Self::NotSummedUp(_) => true,
             _ => false,
         }
     }
 
     /// Whether the machine failed, such as a full disk, rather than the input being at fault.
-    #[must_use]
     pub fn is_of_machine(&self) -> bool {
         match self {
             Self::Store(error) | Self::Format(FormatError::Store(error)) => {

@@ -18,7 +18,7 @@ use super::{
     settings::{Chosen, settings},
     start::StartFrom,
 };
-use crate::format::{self, HISTORY, LAYOUT, Stage, VTKHDF};
+use crate::format::{self, LAYOUT, Stage};
 
 /// Whether a stored stage can be used.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -35,7 +35,6 @@ pub enum Freshness {
 
 impl Freshness {
     /// The state in one word.
-    #[must_use]
     pub fn word(&self) -> &'static str {
         match self {
             Self::Missing => "missing",
@@ -46,7 +45,6 @@ impl Freshness {
     }
 
     /// What a message says of a stage that is not fresh.
-    #[must_use]
     pub fn why(&self) -> String {
         match self {
             Self::Missing => "it is missing".into(),
@@ -68,19 +66,81 @@ pub struct StageState {
     pub stored: Option<StoredGroup>,
 }
 
-/// Refuses a file with a stage that is not what was written.
-///
-/// # Errors
-/// [`StageError::Damaged`].
-pub fn require_undamaged(file: &Path, states: &[StageState]) -> Result<(), StageError> {
-    let damaged = |state: &&StageState| matches!(state.freshness, Freshness::Damaged(_));
-    states.iter().find(damaged).map_or(Ok(()), |state| {
-        Err(StageError::Damaged {
-            file: file.into(),
-            stage: state.stage,
-            why: state.freshness.why(),
+impl StageState {
+    /// Whether it can be used.
+    pub fn is_fresh(&self) -> bool {
+        self.freshness == Freshness::Fresh
+    }
+}
+
+/// A run file opened for reading, without a lock.
+#[derive(Debug)]
+pub struct OpenRun {
+    /// The file.
+    pub reader: Reader,
+    /// The scene that it holds.
+    pub input: SceneFile,
+    /// Its stages, upstream first. A stage that is not what was written, or whose own file cannot be used, is a state, not an
+    /// error.
+    pub states: Vec<StageState>,
+}
+
+impl OpenRun {
+    /// Opens a file.
+    pub fn open(path: &Path) -> Result<Self, StageError> {
+        Self::of(Reader::open(path, LAYOUT)?, path)
+    }
+
+    /// An open file at a path.
+    pub fn of(reader: Reader, path: &Path) -> Result<Self, StageError> {
+        let input = format::read_scene(&reader, path)?;
+        let refinement = RefinementInForce::stored(Some(&reader), &input.scene);
+        let (scene, digest) = (&input.scene, refinement.digest());
+        let states = states_from(Some(&reader), scene, digest, &StartFrom::Any);
+        Ok(Self {
+            reader,
+            input,
+            states,
         })
-    })
+    }
+
+    /// Whether a stage can be used.
+    pub fn is_fresh(&self, stage: Stage) -> bool {
+        let mut states = self.states.iter();
+        states.any(|state| state.stage == stage && state.is_fresh())
+    }
+
+    /// The first stage up to some that cannot be used.
+    fn unusable(&self, upto: Stage) -> Option<&StageState> {
+        let mut states = self.states.iter();
+        states.find(|state| state.stage <= upto && !state.is_fresh())
+    }
+
+    /// Refuses to export a file whose stages up to some are not fresh.
+    pub fn require_fresh(&self, upto: Stage, what: &str) -> Result<(), StageError> {
+        self.unusable(upto).map_or(Ok(()), |state| {
+            Err(StageError::Unfit {
+                file: self.reader.path().to_owned(),
+                reason: format!(
+                    "`export` needs a {what} file, but `{}` cannot be used, {}; run `contact3d-pipe run` first",
+                    state.stage.word(),
+                    state.freshness.why()
+                ),
+            })
+        })
+    }
+
+    /// Refuses a file with a stage that is not what was written.
+    pub fn require_undamaged(&self) -> Result<(), StageError> {
+        let damaged = |state: &&StageState| matches!(state.freshness, Freshness::Damaged(_));
+        self.states.iter().find(damaged).map_or(Ok(()), |state| {
+            Err(StageError::Damaged {
+                file: self.reader.path().to_owned(),
+                stage: state.stage,
+                why: state.freshness.why(),
+            })
+        })
+    }
 }
 
 /// Digest of everything a stage is computed from: its settings and the digests of all upstream
@@ -99,15 +159,7 @@ pub(super) fn input_digest(
     hasher.finalize().to_hex().to_string()
 }
 
-/// The state of every stage of a file with respect to a scene. A stage that is not what was
-/// written, or whose own file cannot be used, is a state, not an error.
-#[must_use]
-pub fn states(reader: &Reader, scene: &Scene) -> Vec<StageState> {
-    let refinement = RefinementInForce::stored(Some(reader), scene);
-    states_from(Some(reader), scene, refinement.digest(), &StartFrom::Any)
-}
-
-/// As [`states`], of a file that may not exist yet, with a solve that must have started from
+/// The state of every stage of a file that may not exist yet with respect to a scene, with a solve that must have started from
 /// certain multipliers.
 pub(super) fn states_from(
     reader: Option<&Reader>,
@@ -151,13 +203,11 @@ pub(super) fn states_from(
     states
 }
 
-/// A stage with all that belongs to it; the report has a second form for ParaView, the solution of a load history its increments.
+/// A stage with its companion.
 fn whole(reader: &Reader, stage: Stage) -> Result<Option<StoredGroup>, StoreError> {
     let stored = reader.whole_group(stage.group())?;
-    match stage {
-        Stage::Post if stored.is_some() => format::check_vtkhdf(reader)?,
-        Stage::Solve if stored.is_some() => format::check_history(reader)?,
-        _ => {}
+    if stored.is_some() {
+        format::check_companion(reader, stage)?;
     }
     Ok(stored)
 }
@@ -166,14 +216,9 @@ fn whole(reader: &Reader, stage: Stage) -> Result<Option<StoredGroup>, StoreErro
 /// larger ones when they are used, or by `check`.
 const COMPARED_AT_ONCE: u64 = 16_000_000;
 
-/// Compares the values of a fresh stage, and of what belongs to it, with their digests, where they are few.
+/// Compares the values of a fresh stage and its companion with their digests, where they are few.
 fn compare(reader: &Reader, stage: Stage) -> Result<(), StoreError> {
-    let belonging = match stage {
-        Stage::Post => Some(VTKHDF),
-        Stage::Solve => Some(HISTORY),
-        Stage::Mesh | Stage::Assemble | Stage::Load => None,
-    };
-    for group in std::iter::once(stage.group()).chain(belonging) {
+    for group in std::iter::once(stage.group()).chain(stage.companion()) {
         if reader.group_bytes(group)? <= COMPARED_AT_ONCE {
             let problem = reader.group_problems(group).into_iter().next();
             problem.map_or(Ok(()), Err)?;
@@ -190,7 +235,7 @@ fn judge(
     stored: &StoredGroup,
     upstream: &[StageState],
 ) -> Freshness {
-    if let Some(bad) = upstream.iter().find(|s| s.freshness != Freshness::Fresh) {
+    if let Some(bad) = upstream.iter().find(|state| !state.is_fresh()) {
         return Freshness::Stale(format!(
             "`{}` is {}",
             bad.stage.word(),
@@ -233,28 +278,20 @@ const SUMMED: f64 = 1e-9;
 
 /// The contradictions between the certificate that a file's arrays have, its status, and the certificate it holds, a sentence
 /// each. None without a fresh solution.
-///
-/// # Errors
-/// Unreadable datasets.
 pub fn contradictions(run_file: &Path) -> Result<Vec<String>, StageError> {
     let reader = Reader::open(run_file, LAYOUT)?;
     if reader.group_record(Stage::Solve.group())?.is_none() {
         return Ok(Vec::new());
     }
-    let input: SceneFile = format::read_scene(&reader, run_file)?;
-    let states = states(&reader, &input.scene);
-    let is_fresh = |upto| {
-        let mut stages = states.iter().filter(|state| state.stage <= upto);
-        stages.all(|state| state.freshness == Freshness::Fresh)
-    };
-    if !is_fresh(Stage::Solve) {
+    let run = OpenRun::of(reader, run_file)?;
+    if run.unusable(Stage::Solve).is_some() {
         return Ok(Vec::new());
     }
-    let results = read_results(run_file, &input)?;
+    let results = read_results(run_file, &run.input)?;
     let report = &results.report;
-    let mut found: Vec<String> = against_status(&reader, report)?.into_iter().collect();
-    if is_fresh(Stage::Post) {
-        found.extend(against_stored(&reader, &report.certificate)?);
+    let mut found: Vec<String> = against_status(&run.reader, report)?.into_iter().collect();
+    if run.is_fresh(Stage::Post) {
+        found.extend(against_stored(&run.reader, &report.certificate)?);
     }
     let named = |words: String| format!("{}: {words}", run_file.display());
     Ok(found.into_iter().map(named).collect())

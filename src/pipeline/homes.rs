@@ -6,7 +6,7 @@ use contact3d::{AssembledProblem, Problem};
 use runfile::{SharedGroup, StoreError, StoredGroup, Transaction};
 
 use super::{
-    Commit, Freshness, Session, StageError,
+    Commit, Session, StageError,
     cache::{LoadState, StageCache},
     freshness::input_digest,
 };
@@ -43,9 +43,6 @@ impl Session {
     }
 
     /// Takes stages that are kept elsewhere into the run file now; does nothing if there are none.
-    ///
-    /// # Errors
-    /// HDF5 failures.
     pub fn embed_assembly(&mut self) -> Result<(), StageError> {
         let reader = self.store.reader()?;
         let linked = LARGE.map(|stage| reader.linked_file(stage.group()));
@@ -61,9 +58,6 @@ impl Session {
     /// another run file of the folder shares, or computed and shared. Loads it, or takes it from
     /// `known`, which must belong to a scene with the same [`super::operator_settings`]. A shared
     /// file whose values do not fit their digests is made again under the same name.
-    ///
-    /// # Errors
-    /// As [`Session::perform`] for mesh and assembled problem.
     pub fn prepare_operator(
         &mut self,
         known: Option<&Arc<AssembledProblem>>,
@@ -98,7 +92,7 @@ impl Session {
 
     fn is_fresh(&self, stage: Stage) -> Result<bool, StageError> {
         let mut states = self.states()?.into_iter();
-        Ok(states.any(|state| state.stage == stage && state.freshness == Freshness::Fresh))
+        Ok(states.any(|state| state.stage == stage && state.is_fresh()))
     }
 
     /// Removes the shared files that the run file links; whether there were any.
@@ -125,7 +119,7 @@ impl Session {
             if !LARGE.contains(&state.stage) {
                 break;
             }
-            if state.freshness == Freshness::Fresh && found.is_empty() {
+            if state.is_fresh() && found.is_empty() {
                 upstream.extend(state.stored.map(|stored| (state.stage, stored)));
                 continue;
             }

@@ -11,7 +11,7 @@ use contact3d::{
     contact::Interface,
     elasticity::{Loads, prescribed_displacements, refuse_rigid_motions},
     mesh::{Mesh, MeshError, Quality, Refinement, digest_of},
-    scene::{GmshFile, Invalid, Scene, SceneFile, Shape},
+    scene::{GmshFile, Invalid, Scene, SceneFile},
 };
 use runfile::{GroupWriter, Reader, StoreError};
 
@@ -27,14 +27,7 @@ pub(super) fn make(
     refinement: &Refinement,
     run_file: &Path,
 ) -> Result<Problem, StageError> {
-    let need = match &input.scene.body.shape {
-        Shape::Brick(brick) => resources::need_of_brick(brick, input.scene.body.element),
-        Shape::Gmsh(gmsh) => {
-            let file = fs::metadata(input.folder.join(&gmsh.file));
-            resources::need_of_mesh_file(file.map_or(0, |file| file.len()))
-        }
-    };
-    resources::admit(need, run_file)?;
+    resources::admit(resources::need_of_mesh(input), run_file)?;
     let mesh = Arc::new(mesh_of(input, refinement)?);
     let scene = &input.scene;
     let made = refuse_rigid_motions(scene, &mesh)
@@ -65,9 +58,6 @@ fn try_steps(scene: &Scene, mesh: &Mesh) -> Result<(), Invalid> {
 }
 
 /// The scene on its stored mesh.
-///
-/// # Errors
-/// Missing or altered datasets; laws of the contact face that no problem can have.
 pub(super) fn read(reader: &Reader, input: &SceneFile) -> Result<Problem, StageError> {
     let mesh = Arc::new(format::read_mesh(reader)?);
     let problem = Problem::of_checked(input.scene.clone(), mesh);
@@ -82,9 +72,6 @@ pub(super) fn write(writer: &mut GroupWriter<'_>, problem: &Problem) -> Result<(
 }
 
 /// The mesh of a scene after a refinement.
-///
-/// # Errors
-/// A mesh the scene cannot have, a mesh file that cannot be used.
 pub fn mesh_of(input: &SceneFile, refinement: &Refinement) -> Result<Mesh, StageError> {
     let mesh = Mesh::refined(&input.scene, &input.folder, refinement);
     mesh.map_err(|error| match error {
@@ -94,7 +81,6 @@ pub fn mesh_of(input: &SceneFile, refinement: &Refinement) -> Result<Mesh, Stage
 }
 
 /// The mesh file that a scene names.
-#[must_use]
 pub fn mesh_file(input: &SceneFile) -> Option<PathBuf> {
     Some(input.folder.join(&input.scene.body.mesh_file()?.file))
 }
@@ -117,9 +103,6 @@ pub fn pin_mesh_file(input: &mut SceneFile) -> Result<(), StageError> {
 }
 
 /// The same for a mesh file of the body of a scene.
-///
-/// # Errors
-/// As [`pin_mesh_file`].
 pub(super) fn pin(gmsh: &mut GmshFile, input: &SceneFile) -> Result<(), StageError> {
     let path = input.folder.join(&gmsh.file);
     if let Ok(metadata) = fs::metadata(&path) {

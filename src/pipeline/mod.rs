@@ -3,7 +3,6 @@
 //! `stages` lists the stages side by side and `settings` what each depends on. A [`Session`] has a store (the run file and what
 //! of it is fresh for a scene; commits) and a cache (what is in memory).
 
-mod accuracy;
 mod adapt;
 mod branches;
 mod cache;
@@ -21,13 +20,12 @@ mod settings;
 mod stages;
 mod start;
 mod store;
-mod theory;
+mod studies;
 
-pub use accuracy::{accuracy_input, measure_accuracy};
 pub use adapt::{AdaptStep, Adapted, OutOfReach};
-pub use branches::{BranchesTask, Followed, branches_input, follow_branches};
+pub use branches::{BranchesTask, Followed, follow_branches};
 pub use error::StageError;
-pub use freshness::{Freshness, StageState, contradictions, require_undamaged, states};
+pub use freshness::{Freshness, OpenRun, StageState, contradictions};
 pub use homes::AssemblyFile;
 pub use mesh::{mesh_file, mesh_of, pin_mesh_file};
 pub(crate) use resources::admit_memory;
@@ -36,4 +34,4 @@ pub use results::{Results, read_results, read_solved};
 pub use series_folder::{SeriesFolder, SeriesKind};
 pub use session::{Commit, Performed, Session};
 pub use settings::{operator_settings, stage_settings};
-pub use theory::measure_theory;
+pub use studies::{accuracy_input, measure_accuracy, measure_theory};

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use contact3d::{
     dual::{Need, Resource, Shortage},
-    mesh::brick_counts,
-    scene::{Brick, ElementOrder, SceneFile, Shape},
+    mesh::{MeshSize, brick_counts},
+    scene::{Brick, ElementOrder, SceneFile},
 };
 use sysinfo::{MemoryRefreshKind, RefreshKind, System};
 
@@ -80,14 +80,25 @@ fn soft_limit(resource: rlimit::Resource) -> Option<u64> {
     (soft != rlimit::INFINITY).then_some(soft)
 }
 
-/// What the mesh of a brick takes: coordinates, tetrahedra with their regions, the boundary, held
-/// components and nodal forces.
-pub(super) fn need_of_brick(brick: &Brick, element: ElementOrder) -> Need {
+/// What making the mesh of a scene takes.
+pub(super) fn need_of_mesh(input: &SceneFile) -> Need {
+    let body = &input.scene.body;
+    match MeshSize::of(body, &input.folder) {
+        MeshSize::Counted(counts) => need_of_counts(counts, body.element),
+        MeshSize::InFile(bytes) => need_of_mesh_file(bytes),
+    }
+}
+
+/// What a mesh of so many nodes, tetrahedra and boundary triangles takes: coordinates, tetrahedra with their regions,
+/// the boundary, held components and nodal forces; all there is where they cannot be counted.
+fn need_of_counts(counts: Option<[u64; 3]>, element: ElementOrder) -> Need {
     let bytes = |per: [u64; 3]| {
-        let counts = brick_counts(brick, element)?;
-        counts.iter().zip(per).try_fold(0_u64, |sum, (count, per)| {
-            sum.checked_add(count.checked_mul(per)?)
-        })
+        counts?
+            .iter()
+            .zip(per)
+            .try_fold(0_u64, |sum, (count, per)| {
+                sum.checked_add(count.checked_mul(per)?)
+            })
     };
     let [per_tetrahedron, per_triangle] = match element {
         ElementOrder::P1 => [32, 24],
@@ -121,27 +132,22 @@ pub(super) fn problem_bytes(nodes: f64) -> u64 {
 
 /// Bytes of memory that assembling and solving a scene takes at most, roughly, as told by its file
 /// alone.
-#[must_use]
 pub fn scene_bytes(input: &SceneFile) -> u64 {
     let body = &input.scene.body;
-    problem_bytes(match &body.shape {
-        Shape::Brick(brick) => brick_nodes(brick, body.element),
+    problem_bytes(match MeshSize::of(body, &input.folder) {
+        MeshSize::Counted(counts) => counted_nodes(counts),
         // A node of a Gmsh file and its five tetrahedra take more than a hundred bytes.
-        Shape::Gmsh(gmsh) => {
-            let file = std::fs::metadata(input.folder.join(&gmsh.file));
-            file.map_or(0.0, |metadata| metadata.len() as f64 / 100.0)
-        }
+        MeshSize::InFile(bytes) => bytes as f64 / 100.0,
     })
 }
 
-/// Nodes of a brick; infinitely many where they cannot be counted.
-fn brick_nodes(brick: &Brick, element: ElementOrder) -> f64 {
-    brick_counts(brick, element).map_or(f64::INFINITY, |[nodes, ..]| nodes as f64)
+/// Nodes of a mesh; infinitely many where they cannot be counted.
+fn counted_nodes(counts: Option<[u64; 3]>) -> f64 {
+    counts.map_or(f64::INFINITY, |[nodes, ..]| nodes as f64)
 }
 
 /// Bytes for the assembled problems of a sweep: three quarters of what is available; no limit where
 /// the system does not tell.
-#[must_use]
 pub fn memory_for_sweeps() -> u64 {
     available_memory().map_or(u64::MAX, |bytes| bytes / 4 * 3)
 }
@@ -150,7 +156,7 @@ pub fn memory_for_sweeps() -> u64 {
 pub(super) fn need_of_finest(brick: &Brick, element: ElementOrder) -> Need {
     Need {
         step: "solving the finest mesh",
-        memory: problem_bytes(brick_nodes(brick, element)),
+        memory: problem_bytes(counted_nodes(brick_counts(brick, element))),
         stored: 0,
     }
 }
@@ -158,7 +164,7 @@ pub(super) fn need_of_finest(brick: &Brick, element: ElementOrder) -> Need {
 /// What the theory takes on the finest mesh: a second factor, for the norm of H¹, two dense matrices over all displacements of
 /// the largest face with as much work space, and the vectors of Lanczos' method.
 pub(super) fn need_of_theory(brick: &Brick) -> Need {
-    let nodes = brick_nodes(brick, ElementOrder::P1);
+    let nodes = counted_nodes(brick_counts(brick, ElementOrder::P1));
     let mut sides = brick.cells.map(|cells| cells as f64 + 1.0);
     sides.sort_by(f64::total_cmp);
     let face = 3.0 * sides[1] * sides[2];
@@ -190,7 +196,8 @@ mod tests {
     #[test]
     fn counts_that_overflow_need_more_than_any_machine_has() {
         let brick = Brick::new([1.0; 3], [usize::MAX; 3]);
-        assert_eq!(need_of_brick(&brick, ElementOrder::P1).memory, u64::MAX);
+        let counts = brick_counts(&brick, ElementOrder::P1);
+        assert_eq!(need_of_counts(counts, ElementOrder::P1).memory, u64::MAX);
     }
 
     #[test]

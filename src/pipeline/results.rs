@@ -14,7 +14,7 @@ use contact3d::{
 };
 use runfile::{GroupWriter, Reader, StoreError};
 
-use super::{Freshness, StageError, mesh, states};
+use super::{OpenRun, StageError, mesh};
 use crate::format::{self, GridSeries, GridValues, LAYOUT, Stage};
 
 /// What a solve came to.
@@ -33,21 +33,16 @@ pub struct Results {
 
 impl Results {
     /// The mesh.
-    #[must_use]
     pub fn mesh(&self) -> &Mesh {
         self.problem.mesh()
     }
 
     /// The laws of the contact face; `None` without contact.
-    #[must_use]
     pub fn interface(&self) -> Option<&Interface> {
         self.problem.interface()
     }
 
     /// Reads the results of a scene on its mesh and evaluates them anew; A, l and B are read without the factor.
-    ///
-    /// # Errors
-    /// Missing or altered datasets, laws that no problem can have.
     pub(super) fn read(
         reader: &Reader,
         input: &SceneFile,
@@ -141,9 +136,6 @@ impl From<Answer> for Results {
 }
 
 /// The results that a finished run file holds; takes no lock.
-///
-/// # Errors
-/// Unreadable datasets.
 pub fn read_results(run_file: &Path, input: &SceneFile) -> Result<Results, StageError> {
     let reader = Reader::open(run_file, LAYOUT)?;
     let problem = mesh::read(&reader, input)?;
@@ -155,22 +147,9 @@ pub fn read_results(run_file: &Path, input: &SceneFile) -> Result<Results, Stage
 /// # Errors
 /// A stage that is missing, stale or damaged, unreadable datasets.
 pub fn read_solved(path: &Path) -> Result<(AssembledProblem, Solution), StageError> {
-    let reader = Reader::open(path, LAYOUT)?;
-    let input = format::read_scene(&reader, path)?;
-    let states = states(&reader, &input.scene);
-    let mut needed = states
-        .into_iter()
-        .filter(|state| state.stage <= Stage::Solve);
-    if let Some(state) = needed.find(|state| state.freshness != Freshness::Fresh) {
-        return Err(StageError::Unfit {
-            file: path.to_owned(),
-            reason: format!(
-                "`export` needs a solved file, but `{}` cannot be used, {}; run `contact3d-pipe run` first",
-                state.stage.word(),
-                state.freshness.why()
-            ),
-        });
-    }
+    let run = OpenRun::open(path)?;
+    run.require_fresh(Stage::Solve, "solved")?;
+    let OpenRun { reader, input, .. } = run;
     let mut system = format::read_assembly(&reader)?;
     format::read_loads(&reader, &mut system)?;
     let solution = format::read_solution(&reader, &system.assembly.primal.dofs)?;

@@ -76,22 +76,17 @@ impl SeriesFolder {
     }
 
     /// The folder.
-    #[must_use]
     pub fn path(&self) -> &Path {
         self.folder.path()
     }
 
     /// The file of a series, counted from 0.
-    #[must_use]
     pub fn file(&self, index: usize) -> PathBuf {
         let name = format!("{}{}{ENDING}", self.kind.prefix(), index + 1);
         self.path().join(name)
     }
 
     /// Removes the series that were there before and are not among these.
-    ///
-    /// # Errors
-    /// A busy file, an unwritable folder.
     pub fn keep_only(&self, files: &[PathBuf]) -> Result<(), StageError> {
         for file in self.old.iter().filter(|file| !files.contains(file)) {
             // The lock of a file that is no more goes with it.

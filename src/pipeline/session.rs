@@ -86,9 +86,6 @@ impl Session {
     }
 
     /// Writes the scene again where the stored one is damaged, which no stage would.
-    ///
-    /// # Errors
-    /// An unreadable file, a failing disk.
     pub fn mend_scene(&mut self) -> Result<(), StageError> {
         if self.is_scene_whole()? {
             return Ok(());
@@ -99,15 +96,11 @@ impl Session {
     }
 
     /// The scene in force.
-    #[must_use]
     pub fn scene(&self) -> &Scene {
         &self.store.input.scene
     }
 
     /// Changes the solve settings of the scene; stored with the next stage that is written.
-    ///
-    /// # Errors
-    /// Settings that no solve can have.
     pub fn set_solve(&mut self, settings: SolveSettings) -> Result<(), StageError> {
         settings.validate("solve").map_err(StageError::Setting)?;
         self.store.input.scene.solve = settings;
@@ -126,9 +119,6 @@ impl Session {
     }
 
     /// The state of every stage with respect to the scene in force; all missing in a new file.
-    ///
-    /// # Errors
-    /// An unreadable file.
     pub fn states(&self) -> Result<Vec<StageState>, StageError> {
         Ok(self.store.states()?)
     }
@@ -152,29 +142,23 @@ impl Session {
     }
 
     /// What is allowed in the scene and probably not meant; needs a fresh mesh.
-    ///
-    /// # Errors
-    /// Laws of the contact face that no problem can have, HDF5 failures.
     pub fn warnings(&mut self) -> Result<Vec<Warning>, StageError> {
         Ok(self.problem()?.warnings())
     }
 
     /// The elastic problem with its factor; `None` unless it is in memory.
-    #[must_use]
     pub fn assembly(&self) -> Option<&Assembly> {
         let (assembled, _) = self.cache.assembled.as_ref()?;
         Some(&assembled.system().assembly)
     }
 
     /// Whether the last solve gave up with a factor in single precision, and was done again with one in double.
-    #[must_use]
     pub fn is_second_try(&self) -> bool {
         self.cache.is_second_try
     }
 
     /// What each form of the dual operator costs, and whether the dense one is held; `None`
     /// unless an assembly is in memory.
-    #[must_use]
     pub fn operator_estimate(&self) -> Option<(OperatorEstimate, bool)> {
         let (assembled, _) = self.cache.assembled.as_ref()?;
         let system = assembled.system();

@@ -44,7 +44,6 @@ pub fn stage_settings(stage: Stage, scene: &Scene) -> String {
 }
 
 /// What tells two scenes apart whose assembled problems differ in more than their loads.
-#[must_use]
 pub fn operator_settings(scene: &Scene) -> String {
     stage_settings(Stage::Mesh, scene) + &stage_settings(Stage::Assemble, scene)
 }

@@ -25,7 +25,7 @@ use crate::format::{self, HISTORY, Stage, VTKHDF};
 const SECONDS_OF_A_COMMIT: f64 = 0.05;
 
 /// What a stage computed.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) enum StageOutput {
     Mesh(Arc<Problem>),
     Assemble(Arc<AssembledProblem>),
@@ -212,14 +212,20 @@ impl StageOutput {
         }
     }
 
+    /// Bytes of its arrays, where they may be many.
+    pub(super) fn bytes(&self) -> usize {
+        match self {
+            Self::Assemble(problem) => format::assembly_bytes(problem.system()),
+            Self::Mesh(_) | Self::Load(_) | Self::Solve(_) | Self::Post(_) => 0,
+        }
+    }
+
     /// Where its group is kept.
     pub(super) fn home(&self, assembly_file: AssemblyFile) -> Home {
         let is_linked = match (self, assembly_file) {
             (Self::Mesh(_) | Self::Assemble(_), AssemblyFile::LinkedWithMesh)
             | (Self::Assemble(_), AssemblyFile::Linked) => true,
-            (Self::Assemble(assembled), AssemblyFile::BySize) => {
-                format::assembly_bytes(assembled.system()) > LINK_ABOVE
-            }
+            (Self::Assemble(_), AssemblyFile::BySize) => self.bytes() > LINK_ABOVE,
             _ => false,
         };
         if is_linked {

@@ -16,9 +16,9 @@ use runfile::{
 };
 
 use super::{
-    AssemblyFile, Commit, Freshness, Performed, StageError, StageState,
+    AssemblyFile, Commit, Performed, StageError, StageState,
     adapt::RefinementInForce,
-    commit::{ComputedStage, OpenCommit},
+    commit::{ComputedStage, OpenCommit, StageWriter},
     freshness::{input_digest, states_from},
     rollback::Rollback,
     settings::{Chosen, settings},
@@ -29,6 +29,9 @@ use crate::format::{self, CHECKPOINT, HISTORY, LAYOUT, SCENE, Stage};
 
 /// Seconds of work that may wait to be stored in one commit: an interruption costs no more than that.
 const SHORT_RUN: f64 = 10.0;
+
+/// Bytes of a stage that take long enough to be written while the next one is computed.
+const LARGE: usize = 1 << 23;
 
 /// A locked run file, and what is asked of it.
 #[derive(Debug)]
@@ -45,6 +48,8 @@ pub(super) struct Store {
     upstream: Vec<(Stage, String)>,
     /// Stages that are computed but not yet stored.
     pending: Vec<ComputedStage>,
+    /// Writes the first of them.
+    writer: Option<StageWriter>,
     /// What the last commit of this process took.
     last_store_seconds: f64,
     /// The run file as it was before the command at work.
@@ -65,6 +70,7 @@ impl Store {
             assembly_file: AssemblyFile::default(),
             upstream: Vec::new(),
             pending: Vec::new(),
+            writer: None,
             last_store_seconds: 0.0,
             rollback: Rollback::default(),
             linked: Vec::new(),
@@ -128,7 +134,7 @@ impl Store {
             .into_iter()
             .filter(|state| state.stage < stage)
             .filter(is_stored)
-            .partition(|state| state.freshness == Freshness::Fresh);
+            .partition(StageState::is_fresh);
         match bad.into_iter().next() {
             None => {
                 let digest = |state: StageState| Some((state.stage, state.stored?.digest));
@@ -175,6 +181,7 @@ impl Store {
         commit: Commit,
     ) -> Result<Performed, StageError> {
         let stage = output.stage();
+        let is_large = output.bytes() >= LARGE;
         let compute_seconds = started.elapsed().as_secs_f64();
         self.pending.push(ComputedStage {
             home: output.home(self.assembly_file),
@@ -186,11 +193,14 @@ impl Store {
             Commit::Held => false,
             Commit::Now => true,
             Commit::WithNextIfCheap => {
-                stage == Stage::Post || waiting >= self.last_store_seconds.max(SHORT_RUN)
+                Stage::ALL.last() == Some(&stage)
+                    || waiting >= self.last_store_seconds.max(SHORT_RUN)
             }
         };
         if is_due {
             self.commit(None)?;
+        } else if is_large && commit == Commit::WithNextIfCheap && self.threads > 1 {
+            self.write_beside()?;
         }
         Ok(Performed {
             stage,
@@ -209,17 +219,36 @@ impl Store {
 
     /// Gives up what waits.
     pub(super) fn discard_pending(&mut self) {
+        self.writer = None;
         self.pending.clear();
+    }
+
+    /// Has what waits written while the next stage is computed.
+    fn write_beside(&mut self) -> Result<(), StageError> {
+        let commit = self.open_commit()?;
+        let scene = self.input.scene.clone();
+        // Without a thread the commit writes what waits.
+        self.writer = StageWriter::new(commit, self.pending.clone(), scene).ok();
+        Ok(())
+    }
+
+    fn open_commit(&self) -> Result<OpenCommit, StoreError> {
+        let transaction = Transaction::begin(&self.file)?;
+        let states = self.states_in(transaction.previous());
+        self.require_upstream(&states)?;
+        OpenCommit::new(transaction, states, self)
     }
 
     /// Stores what waits, and what a solve goes on from that is not done yet.
     pub(super) fn commit(&mut self, unfinished: Option<Unfinished<'_>>) -> Result<(), StageError> {
         let storing = Instant::now();
-        let transaction = Transaction::begin(&self.file)?;
-        let states = self.states_in(transaction.previous());
-        self.require_upstream(&states)?;
-        let mut commit = OpenCommit::new(transaction, states, self)?;
-        for pending in &self.pending {
+        let writer = self.writer.take();
+        let written = writer.as_ref().map_or(0, |writer| writer.stages);
+        let (mut commit, written) = match writer.and_then(StageWriter::finish) {
+            Some(commit) => (commit?, written),
+            None => (self.open_commit()?, 0),
+        };
+        for pending in &self.pending[written..] {
             commit.write(pending, &self.input.scene)?;
         }
         if let Some(unfinished) = unfinished {

@@ -15,7 +15,6 @@ use super::{
 };
 
 /// All tables and the advice.
-#[must_use]
 pub fn text(accuracy: &Accuracy, units: Units) -> String {
     let mut tables = Vec::new();
     tables.extend(
@@ -36,7 +35,6 @@ pub fn text(accuracy: &Accuracy, units: Units) -> String {
 }
 
 /// The same for programs.
-#[must_use]
 pub fn json(accuracy: &Accuracy, units: Units) -> Value {
     let none = || json!([]);
     let (algebraic, meshes) = (&accuracy.algebraic, &accuracy.discretisation);
@@ -53,7 +51,6 @@ pub fn json(accuracy: &Accuracy, units: Units) -> Value {
 }
 
 /// The solves of the algebraic study.
-#[must_use]
 pub fn entries(study: &AlgebraicStudy, units: Units) -> FigureTable {
     let rows = study.entries.iter().map(|row| entry(row, units));
     let mut note = String::new();
@@ -95,7 +92,6 @@ fn entry(entry: &SolverRun, units: Units) -> Figures {
 }
 
 /// The meshes of the discretisation study.
-#[must_use]
 #[rustfmt::skip]
 pub fn levels(study: &DiscretisationStudy, units: Units) -> FigureTable {
     let order = |figures: &mut Figures, key: &str, trend: Option<&Trend>, k: usize| {
@@ -153,7 +149,6 @@ fn limits(study: &DiscretisationStudy, units: Units) -> String {
 }
 
 /// The meshes of all sequences and their reference.
-#[must_use]
 pub fn sequences(sequences: &MeshSequences, units: Units) -> FigureTable {
     let reference = &sequences.reference;
     let rows = of_sequences(sequences, units).chain([sequence_level(

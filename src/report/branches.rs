@@ -17,14 +17,12 @@ use super::{
 const MOST_NAMED: usize = 4;
 
 /// The special points of all paths, and the solutions at both ends.
-#[must_use]
 pub fn text(branches: &Branches, units: Units) -> String {
     let tables = tables(branches, units);
     tables.map(|table| table.text()).join("\n")
 }
 
 /// The special points of all paths, and the solutions at both ends, each with whether they are all.
-#[must_use]
 pub fn tables(branches: &Branches, units: Units) -> [FigureTable; 3] {
     let range = &branches.range;
     let caption = format!(
@@ -152,7 +150,6 @@ fn end_words(end: Option<PathEnd>) -> &'static str {
 }
 
 /// The same for programs.
-#[must_use]
 pub fn json(branches: &Branches, units: Units) -> Value {
     let paths = branches.paths.iter().enumerate().map(|(k, path)| {
         let points = path.points.iter().enumerate();
@@ -185,7 +182,6 @@ pub fn json(branches: &Branches, units: Units) -> Value {
 }
 
 /// A kind of point in words.
-#[must_use]
 pub fn kind_words(kind: PointKind) -> &'static str {
     match kind {
         PointKind::Start => "start",

@@ -110,16 +110,15 @@ fn contact(faces: &[ContactFeatures], sizes: &StageSizes) -> Option<FeatureCost>
 fn friction_features(faces: &[ContactFeatures], sizes: &StageSizes) -> [Option<FeatureCost>; 3] {
     let mut laws: Vec<String> = Vec::new();
     for face in faces {
-        if let Some((law, f)) = face.friction.name().zip(face.friction.coefficients()) {
-            let words = format!("{} {law}", f.shape());
+        if let Some(law) = &face.friction {
+            let words = format!("{} {}", law.coefficients.shape(), law.bound.words().name);
             if !laws.contains(&words) {
                 laws.push(words);
             }
         }
     }
     // Faces with friction come first.
-    let with = faces.iter().filter(|face| face.friction.name().is_some());
-    let with = with.count();
+    let with = faces.iter().filter(|face| face.friction.is_some()).count();
     let of_faces = |sizes: &Option<Vec<usize>>, faces: usize| {
         let sizes = sizes.as_ref()?.iter();
         Some(2 * sizes.take(faces).sum::<usize>())
@@ -128,9 +127,10 @@ fn friction_features(faces: &[ContactFeatures], sizes: &StageSizes) -> [Option<F
         let what = format!("tangential multipliers ({})", laws.join(", "));
         unknowns(of_faces(&sizes.panes, with), &what)
     });
-    let mut coefficients = faces.iter().filter_map(|face| face.friction.coefficients());
+    let friction = faces.iter().filter_map(|face| face.friction.as_ref());
+    let mut coefficients = friction.map(|law| &law.coefficients);
+    let follows = coefficients.clone().any(FrictionLaw::depends_on_slip);
     let varies = coefficients.any(FrictionLaw::depends_on_place);
-    let follows = faces.iter().any(|face| face.friction.follows_slip());
     let slips = follows.then(|| {
         let count = of_faces(&sizes.contact_nodes, faces.len());
         unknowns(count, "slips of contact nodes")
@@ -140,7 +140,6 @@ fn friction_features(faces: &[ContactFeatures], sizes: &StageSizes) -> [Option<F
 }
 
 /// The features present with their costs, and the names of the absent ones.
-#[must_use]
 pub fn features(scene: &Scene, sizes: &StageSizes) -> Figures {
     let mut figures = Figures::new(scene.units);
     let (mut present, mut absent) = (Vec::new(), Vec::new());

@@ -81,7 +81,6 @@ pub struct Figures {
 
 impl Figures {
     /// No figures yet, of a scene in some units.
-    #[must_use]
     pub fn new(units: Units) -> Self {
         let list = Vec::new();
         Self { units, list }
@@ -164,7 +163,6 @@ impl Figures {
     }
 
     /// The figures of another list after these.
-    #[must_use]
     pub fn with(mut self, others: Self) -> Self {
         self.list.extend(others.list);
         self

@@ -21,14 +21,12 @@ const MOST_ROWS: usize = 60;
 const LONGEST_TITLE: usize = 16;
 
 /// A time that shares of steps add up to, with four digits.
-#[must_use]
 pub fn shown_time(time: f64) -> String {
     let rounded: f64 = format!("{time:.3e}").parse().unwrap_or(time);
     rounded.to_string()
 }
 
 /// The increments, with works and dissipation since the beginning for people and of each for programs.
-#[must_use]
 #[rustfmt::skip]
 pub fn increments(scene: &Scene, records: &[StepRecord]) -> FigureTable {
     let [mut work, mut dissipated] = [0.0; 2];
@@ -69,7 +67,6 @@ pub fn increments(scene: &Scene, records: &[StepRecord]) -> FigureTable {
 }
 
 /// The increments, or the ends of steps of a long history; empty without a history.
-#[must_use]
 pub fn history_text(scene: &Scene, records: &[StepRecord]) -> String {
     if records.is_empty() {
         return String::new();
@@ -102,7 +99,6 @@ fn name(scene: &Scene, record: &StepRecord) -> String {
 }
 
 /// The levels of an adaptive mesh for an error, the one in force marked.
-#[must_use]
 #[rustfmt::skip]
 pub fn adaptation_table(scene: &Scene, adaptation: &Adaptation, target: f64) -> FigureTable {
     let levels = &adaptation.levels;
@@ -129,7 +125,6 @@ pub fn adaptation_table(scene: &Scene, adaptation: &Adaptation, target: f64) -> 
 }
 
 /// The levels for programs.
-#[must_use]
 pub fn adaptation_json(scene: &Scene, adapted: &Adapted) -> Value {
     json!({
         "target_error": adapted.target,

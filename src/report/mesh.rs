@@ -10,7 +10,6 @@ use super::{
 };
 
 /// Sizes and quality, then faces and parts; lengths in the unit of the file.
-#[must_use]
 pub fn text(mesh: &MeshInspection) -> String {
     format!(
         "{}{}{}",
@@ -21,7 +20,6 @@ pub fn text(mesh: &MeshInspection) -> String {
 }
 
 /// The same for programs.
-#[must_use]
 pub fn json(mesh: &MeshInspection) -> Value {
     let mut all = whole(mesh).json();
     all["faces"] = faces(mesh).json();
@@ -30,7 +28,6 @@ pub fn json(mesh: &MeshInspection) -> Value {
 }
 
 /// A length with six digits; zero where it is rounding beside some size.
-#[must_use]
 pub fn six_digits(length: f64, size: f64) -> String {
     if length.abs() <= 1e-12 * size {
         return "0".to_owned();

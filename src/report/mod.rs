@@ -21,7 +21,7 @@ mod sweep;
 pub mod theory;
 
 pub use features::features;
-pub use figure::{Digits, FigureValue, Figures};
+pub use figure::{Digits, Figures};
 pub use levels::{adaptation_json, adaptation_table, history_text, increments, shown_time};
 pub use run::{SolvedRun, percent};
 pub use sinks::FigureTable;
@@ -32,7 +32,6 @@ pub use sweep::{Cell, Column, Role, SweepTable};
 use units::Units;
 
 /// The units of results, for programs.
-#[must_use]
 pub fn unit_words(units: Units) -> serde_json::Value {
     serde_json::json!({
         "length": units.length(),

@@ -8,7 +8,7 @@ use contact3d::{
         ContactReport, ContactResultants, ErrorEstimate, FaceResultants, PaneState, SourceForce,
         Zone,
     },
-    scene::{ContactFeatures, ModelFeatures, Scene, shown},
+    scene::{ContactFeatures, FrictionModel, ModelFeatures, Scene, shown},
     solver::{Solution, SolvedBy},
 };
 use serde_json::{Map, Value, json};
@@ -42,7 +42,6 @@ pub struct SolvedRun<'a> {
 
 impl<'a> SolvedRun<'a> {
     /// The results of a scene.
-    #[must_use]
     pub fn new(scene: &'a Scene, results: &'a Results) -> Self {
         Self {
             scene,
@@ -53,7 +52,6 @@ impl<'a> SolvedRun<'a> {
     }
 
     /// The numbers of unknowns.
-    #[must_use]
     pub fn sizes(&self) -> StageSizes {
         let faces = self.mesh.contact.as_ref().map(|surface| &surface.faces);
         StageSizes {
@@ -65,7 +63,6 @@ impl<'a> SolvedRun<'a> {
     }
 
     /// How the solve went, what contact and body do, and how far both are to be trusted.
-    #[must_use]
     pub fn figures(&self) -> Figures {
         let solve = self.of_solve().with(self.of_contact());
         solve.with(self.of_body()).with(self.of_errors())
@@ -122,7 +119,6 @@ impl<'a> SolvedRun<'a> {
     }
 
     /// That all panes are open, by how much at least, and what to look at; `None` where one touches.
-    #[must_use]
     pub fn nothing_touches(&self) -> Option<String> {
         let panes = &self.report.panes;
         let is_open = |pane: &PaneState| pane.zone == Zone::Open;
@@ -162,14 +158,13 @@ impl<'a> SolvedRun<'a> {
     }
 
     /// What happens on each of several contact faces.
-    #[must_use]
     pub fn faces(&self) -> FigureTable {
         let features = ModelFeatures::of(self.scene).contact;
         let faces = self.report.faces.iter().zip(features);
         let row = |(face, has): (&FaceResultants, ContactFeatures)| {
             let mut figures = Figures::new(self.scene.units);
             figures.in_words("name", "contact face", Some(shown(&has.name)), &has.name);
-            figures.for_programs("law", has.friction.word());
+            figures.for_programs("law", FrictionModel::word(has.friction.as_ref()));
             figures.for_programs("contact_force", face.contact.contact_force);
             figures.with(self.resultants(face.zone_counts, Some(&face.contact)))
         };
@@ -177,7 +172,6 @@ impl<'a> SolvedRun<'a> {
     }
 
     /// The forces on the body by their sources, and their moments about the origin of coordinates.
-    #[must_use]
     #[rustfmt::skip]
     pub fn forces(&self) -> FigureTable {
         let rows = self.report.forces.iter().map(|row| {
@@ -270,7 +264,6 @@ impl<'a> SolvedRun<'a> {
     }
 
     /// How well the discrete problem is satisfied.
-    #[must_use]
     pub fn certificate(&self) -> Figures {
         let mut figures = Figures::new(self.scene.units);
         if !self.solution.has_answer() {
@@ -284,7 +277,6 @@ impl<'a> SolvedRun<'a> {
     }
 
     /// Everything for programs, with the cost of the assembly where it is in memory.
-    #[must_use]
     pub fn json(&self, assembly: Option<&Assembly>) -> Value {
         let (mesh, solution) = (self.mesh, self.solution);
         let faces = self.faces();
@@ -362,7 +354,6 @@ fn estimate_words(estimate: &ErrorEstimate, scene: &Scene) -> String {
 }
 
 /// A share in percent with two digits, without a power of ten from 0.01 % on.
-#[must_use]
 pub fn percent(share: f64) -> String {
     let percent = 100.0 * share;
     match percent {

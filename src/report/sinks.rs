@@ -33,7 +33,6 @@ impl Figures {
     }
 
     /// One line for each figure, the values in a column of their own.
-    #[must_use]
     pub fn text(&self, indent: usize, width: usize) -> String {
         let mut text = String::new();
         for (name, value) in self.pairs() {
@@ -43,13 +42,11 @@ impl Figures {
     }
 
     /// A table of names and values.
-    #[must_use]
     pub fn html(&self) -> PageTable {
         PageTable::of_pairs(self.pairs())
     }
 
     /// One object; keys with dots are objects in it.
-    #[must_use]
     pub fn json(&self) -> Value {
         let mut object = Map::new();
         for (key, value) in self.list.iter().flat_map(|figure| &figure.values) {
@@ -97,7 +94,6 @@ pub struct FigureTable {
 
 impl FigureTable {
     /// A table with nothing to be said below it.
-    #[must_use]
     pub fn new(caption: &str, rows: impl IntoIterator<Item = Figures>) -> Self {
         Self {
             caption: caption.to_owned(),
@@ -107,21 +103,18 @@ impl FigureTable {
     }
 
     /// The table with something to be said below it.
-    #[must_use]
     pub fn with_note(self, note: impl Into<String>) -> Self {
         let note = note.into();
         Self { note, ..self }
     }
 
     /// For a terminal: caption, titles, one line a row, note.
-    #[must_use]
     pub fn text(&self) -> String {
         let lines = self.lines().concat();
         format!("{}\n{lines}{}", self.caption, self.note)
     }
 
     /// For a page.
-    #[must_use]
     pub fn html(&self) -> PageTable {
         PageTable {
             caption: self.caption.clone(),
@@ -131,7 +124,6 @@ impl FigureTable {
     }
 
     /// Titles and rows as Markdown.
-    #[must_use]
     pub fn markdown(&self) -> String {
         let titles = self.titles();
         let mut text = format!(
@@ -146,7 +138,6 @@ impl FigureTable {
     }
 
     /// An object for each row.
-    #[must_use]
     pub fn json(&self) -> Value {
         self.rows.iter().map(Figures::json).collect()
     }

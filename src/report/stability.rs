@@ -17,7 +17,6 @@ use crate::format::StabilityRow;
 const NAMES: usize = 34;
 
 /// The table for a terminal; findings below their case.
-#[must_use]
 pub fn table(rows: &[StabilityRow]) -> String {
     let mut lines = all(rows).lines().into_iter();
     let mut text = lines.next().unwrap_or_default();
@@ -36,7 +35,6 @@ pub fn table(rows: &[StabilityRow]) -> String {
 }
 
 /// The table for a page.
-#[must_use]
 pub fn markdown(rows: &[StabilityRow]) -> String {
     let mut text = all(rows).markdown() + "\n";
     for row in rows {
@@ -102,7 +100,6 @@ fn remarks(row: &StabilityRow) -> Vec<String> {
 }
 
 /// Each case in full.
-#[must_use]
 pub fn details(rows: &[StabilityRow]) -> String {
     let detail = |row: &StabilityRow| match &row.outcome {
         Ok(check) => figures(check, row.units).text(0, NAMES),
@@ -112,7 +109,6 @@ pub fn details(rows: &[StabilityRow]) -> String {
 }
 
 /// All rows for programs.
-#[must_use]
 pub fn json(rows: &[StabilityRow]) -> Value {
     let row = |row: &StabilityRow| {
         let check = row.outcome.as_ref().ok();

@@ -11,14 +11,11 @@ use super::{
     run::{largest_pressure, normal_force, strain_energy},
 };
 use crate::{
-    format::{OutcomeWords, Summary},
+    format::{CaseResults, OutcomeWords},
     pipeline::{Freshness, Performed, StageState},
 };
 
 /// State, size and cost of each stage.
-///
-/// # Errors
-/// A file that cannot be read.
 #[rustfmt::skip]
 pub fn stages(reader: &Reader, scene: &Scene, states: &[StageState]) -> Result<FigureTable, StoreError> {
     let row = |state: &StageState| {
@@ -57,7 +54,6 @@ pub fn stages(reader: &Reader, scene: &Scene, states: &[StageState]) -> Result<F
 }
 
 /// What stages took that were performed just now.
-#[must_use]
 pub fn performed(performed: &[Performed]) -> serde_json::Value {
     let row = |stage: &Performed| {
         json!({
@@ -70,27 +66,21 @@ pub fn performed(performed: &[Performed]) -> serde_json::Value {
 }
 
 /// The main figures of stored results.
-#[must_use]
-pub fn summary(summary: &Summary, scene: &Scene) -> Figures {
+pub fn summary(results: &CaseResults, scene: &Scene) -> Figures {
     let mut figures = Figures::new(scene.units);
-    let contact = summary.contact.as_ref();
-    let zones = contact.map(|contact| &contact.zone_counts);
-    let shown = zones.map(|zones| {
-        let zones: Vec<String> = zones.iter().map(ToString::to_string).collect();
-        zones.join(", ")
-    });
+    // Counts of a body without contact are -1.
+    let has_contact = results.zones[0] >= 0;
+    let of_contact = |figure: f64| has_contact.then_some(figure);
+    let zones = has_contact.then_some(results.zones);
+    let shown = zones.map(|zones| zones.map(|count| count.to_string()).join(", "));
     figures.in_words("zone_counts", "panes open, stick, slip", shown, zones);
-    normal_force(&mut figures, contact.map(|contact| contact.normal_force));
-    largest_pressure(
-        &mut figures,
-        contact.map(|contact| contact.largest_pressure),
-    );
-    strain_energy(&mut figures, summary.strain_energy);
+    normal_force(&mut figures, of_contact(results.normal_force));
+    largest_pressure(&mut figures, of_contact(results.largest_pressure));
+    strain_energy(&mut figures, results.strain_energy);
     figures
 }
 
 /// How the solve ended; a history of a scene has `of` increments.
-#[must_use]
 pub fn outcome(outcome: &OutcomeWords, scene: &Scene) -> Figures {
     let (status, solved, of) = (
         outcome.status.word(),

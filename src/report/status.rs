@@ -1,15 +1,11 @@
 //! What the status of a solve means, and what helps.
 
 use contact3d::{
-    scene::{
-        DualOperatorKind, FactorPrecision, FrictionModel, Method, ModelFeatures, Scene,
-        SolveSettings,
-    },
+    scene::{DualOperatorKind, FactorPrecision, Method, ModelFeatures, Scene, SolveSettings},
     solver::{Solution, Status},
 };
 
 /// What a status means to a person, and what helps.
-#[must_use]
 pub fn status(solution: &Solution, scene: &Scene) -> String {
     let automatic = by_another_way(scene);
     let accuracy = solution.accuracy;
@@ -79,11 +75,8 @@ pub fn status(solution: &Solution, scene: &Scene) -> String {
 
 /// What may help where no setting does: only Coulomb's law leaves open whether there is a solution of a body that is held.
 fn after_all_solvers(solution: &Solution, scene: &Scene) -> String {
-    let follows_pressure = |law: &FrictionModel| match law {
-        FrictionModel::Frictionless | FrictionModel::Tresca { .. } => false,
-        FrictionModel::Coulomb { .. } | FrictionModel::CappedCoulomb { .. } => true,
-    };
-    let has_coulomb = ModelFeatures::of(scene).friction().any(follows_pressure);
+    let features = ModelFeatures::of(scene);
+    let has_coulomb = features.friction().any(|law| law.bound.follows_pressure());
     let look = load_and_friction(scene, "and");
     if !solution.straining.is_empty() {
         return format!(
@@ -105,11 +98,7 @@ fn after_all_solvers(solution: &Solution, scene: &Scene) -> String {
 
 /// What a scene without equilibrium may change.
 fn load_and_friction(scene: &Scene, word: &str) -> String {
-    let features = ModelFeatures::of(scene);
-    if features
-        .friction()
-        .any(|law| *law != FrictionModel::Frictionless)
-    {
+    if ModelFeatures::of(scene).friction().next().is_some() {
         format!("load {word} friction")
     } else {
         "the load".to_owned()

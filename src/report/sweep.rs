@@ -62,7 +62,6 @@ pub struct SweepTable {
 
 impl Cell {
     /// The number, where it is one.
-    #[must_use]
     pub fn number(&self) -> Option<f64> {
         let number = match self {
             Self::Text(_) => None,
@@ -83,7 +82,6 @@ impl Cell {
     }
 
     /// The text that reads back to the same bits; empty where there is nothing.
-    #[must_use]
     pub fn text(&self) -> String {
         match self {
             Self::Text(text) | Self::Setting(Value::String(text)) => shown(text),
@@ -98,7 +96,6 @@ impl Cell {
 
 impl Column {
     /// The name with the unit, for people.
-    #[must_use]
     pub fn title(&self) -> String {
         if self.unit.is_none() {
             self.name.clone()
@@ -110,9 +107,6 @@ impl Column {
 
 impl SweepTable {
     /// Reads the datasets of `summary.h5`.
-    ///
-    /// # Errors
-    /// Missing or altered datasets.
     pub fn read(reader: &Reader) -> Result<Self, StoreError> {
         let stored = reader.whole_group(CASES)?;
         let settings = reader.read_texts(SETTINGS)?;

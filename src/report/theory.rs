@@ -10,7 +10,6 @@ use super::{
 };
 
 /// All tables and the findings.
-#[must_use]
 pub fn text(theory: &Theory, units: Units) -> String {
     let law = &theory.law;
     let head = format!(
@@ -30,7 +29,6 @@ pub fn text(theory: &Theory, units: Units) -> String {
 }
 
 /// The constants of the theory, and what is true at the solution and for scaled laws.
-#[must_use]
 pub fn tables(theory: &Theory, units: Units) -> Vec<FigureTable> {
     let mut tables = vec![table("Contact face", theory, |level| face(level, units))];
     tables.extend(norms(theory, units));
@@ -46,7 +44,6 @@ pub fn tables(theory: &Theory, units: Units) -> Vec<FigureTable> {
 }
 
 /// The same for programs.
-#[must_use]
 pub fn json(theory: &Theory, units: Units) -> Value {
     let levels = theory.levels.iter().map(|level| level_json(level, units));
     json!({

@@ -4,54 +4,31 @@ use std::{fs, io, path::Path};
 
 use tempfile::TempDir;
 
+/// Files of the suite with their contents, by their names in its folder.
+macro_rules! files {
+    ($($name:literal),+) => {
+        &[$(($name, include_bytes!(concat!("../../pipelines/hard/", $name)))),+]
+    };
+}
+
 /// The index of the suite, and what it names.
-const FILES: [(&str, &[u8]); 10] = [
-    (INDEX, include_bytes!("../../pipelines/hard/suite.toml")),
-    (
-        "brick.toml",
-        include_bytes!("../../pipelines/hard/brick.toml"),
-    ),
-    (
-        "soft_block.toml",
-        include_bytes!("../../pipelines/hard/soft_block.toml"),
-    ),
-    (
-        "faces.toml",
-        include_bytes!("../../pipelines/hard/faces.toml"),
-    ),
-    (
-        "block.toml",
-        include_bytes!("../../pipelines/hard/block.toml"),
-    ),
-    (
-        "one_node.toml",
-        include_bytes!("../../pipelines/hard/one_node.toml"),
-    ),
-    (
-        "two_nodes.toml",
-        include_bytes!("../../pipelines/hard/two_nodes.toml"),
-    ),
-    (
-        "meshes/one_node.msh",
-        include_bytes!("../../pipelines/hard/meshes/one_node.msh"),
-    ),
-    (
-        "meshes/slivers.msh",
-        include_bytes!("../../pipelines/hard/meshes/slivers.msh"),
-    ),
-    (
-        "meshes/two_nodes.msh",
-        include_bytes!("../../pipelines/hard/meshes/two_nodes.msh"),
-    ),
+const FILES: &[(&str, &[u8])] = files![
+    "suite.toml",
+    "brick.toml",
+    "soft_block.toml",
+    "faces.toml",
+    "block.toml",
+    "one_node.toml",
+    "two_nodes.toml",
+    "meshes/one_node.msh",
+    "meshes/slivers.msh",
+    "meshes/two_nodes.msh"
 ];
 
 /// The name of the index in the folder that [`unpack`] makes.
 pub const INDEX: &str = "suite.toml";
 
 /// Puts the suite in a temporary folder, which is removed with the value returned.
-///
-/// # Errors
-/// A folder for temporary files that cannot be written.
 pub fn unpack() -> io::Result<TempDir> {
     let folder = tempfile::Builder::new()
         .prefix("contact3d-pipe-")

@@ -6,7 +6,10 @@ use contact3d::scene::{SceneFile, parse_toml, require_regular};
 use serde::Deserialize;
 use studies::stability::{Depth, Solutions};
 
-use crate::sweep::{SweepError, changed_scene, read_index};
+use crate::{
+    pipeline::StageError,
+    sweep::{changed_scene, read_index},
+};
 
 /// The index of a suite: families of cases, each a scene with some keys changed.
 #[derive(Debug, Clone, Deserialize)]
@@ -86,7 +89,6 @@ pub enum SuiteVersion {
 
 /// Whether a file is the index of a suite rather than a scene; a pipe, which can be read only once,
 /// is a scene.
-#[must_use]
 pub fn is_index(path: &Path) -> bool {
     if require_regular(path).is_err() {
         return false;
@@ -97,10 +99,7 @@ pub fn is_index(path: &Path) -> bool {
 }
 
 /// Reads the cases of an index.
-///
-/// # Errors
-/// An unreadable index, a key that leads nowhere, a scene that does not validate.
-pub fn read(path: &Path, version: SuiteVersion) -> Result<Vec<SuiteCase>, SweepError> {
+pub fn read(path: &Path, version: SuiteVersion) -> Result<Vec<SuiteCase>, StageError> {
     let text = read_index(path, "read the suite")?;
     let index: Index = parse_toml(
         &path.display().to_string(),
@@ -145,12 +144,12 @@ pub fn read(path: &Path, version: SuiteVersion) -> Result<Vec<SuiteCase>, SweepE
 }
 
 /// Refuses cases in different units: their table speaks one system.
-fn refuse_mixed_units(path: &Path, cases: &[SuiteCase]) -> Result<(), SweepError> {
+fn refuse_mixed_units(path: &Path, cases: &[SuiteCase]) -> Result<(), StageError> {
     let units = |case: &SuiteCase| case.scene.scene.units;
     let other = cases.iter().find(|case| units(case) != units(&cases[0]));
     match other {
         None => Ok(()),
-        Some(case) => Err(SweepError::Axis {
+        Some(case) => Err(StageError::Axis {
             file: path.to_owned(),
             place: case.name.clone(),
             expected: format!("the units of all cases before it, {}", units(&cases[0])),

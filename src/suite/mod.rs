@@ -9,13 +9,13 @@ pub use builtin::{INDEX, unpack};
 pub use index::{SuiteCase, SuiteVersion, is_index, read};
 
 use contact3d::scene::SceneFile;
-use runfile::{GroupRecord, Home, IfMissing, RunFile, Transaction, timestamp};
+use runfile::{GroupRecord, Home, IfMissing, RunFile, Transaction};
 use studies::stability::{Check, Depth, Solutions};
 
 use crate::{
     format::{STABILITY, STABILITY_LAYOUT, StabilityRow, scene_text, write_stability},
     output::Inputs,
-    sweep::SweepError,
+    pipeline::StageError,
 };
 
 impl SuiteCase {
@@ -54,27 +54,20 @@ impl SuiteCase {
 ///
 /// # Errors
 /// A file that is an input, busy, foreign or unwritable.
-pub fn claim(path: &Path, inputs: &Inputs) -> Result<RunFile, SweepError> {
+pub fn claim(path: &Path, inputs: &Inputs) -> Result<RunFile, StageError> {
     inputs.refuse(path)?;
     Ok(RunFile::lock(path, STABILITY_LAYOUT, IfMissing::Create)?)
 }
 
 /// Stores the table in a file.
-///
-/// # Errors
-/// An unwritable file.
-pub fn store(file: RunFile, rows: &[StabilityRow], threads: usize) -> Result<(), SweepError> {
+pub fn store(file: RunFile, rows: &[StabilityRow], threads: usize) -> Result<(), StageError> {
     let units = rows.first().map_or(STABILITY_LAYOUT.units, |row| row.units);
     let mut transaction = Transaction::begin(&file.in_units(units))?;
     let mut writer = transaction.group(STABILITY, Home::RunFile)?;
     write_stability(&mut writer, rows)?;
     let checks = rows.iter().filter_map(|row| row.outcome.as_ref().ok());
-    writer.finish(&GroupRecord {
-        settings: String::new(),
-        input_digest: String::new(),
-        seconds: checks.map(|check| check.seconds).sum(),
-        threads: i64::try_from(threads).unwrap_or(i64::MAX),
-        date: timestamp(),
-    })?;
+    let seconds = checks.map(|check| check.seconds).sum();
+    let (settings, input) = (String::new(), String::new());
+    writer.finish(&GroupRecord::ended(settings, input, seconds, threads))?;
     Ok(transaction.commit()?)
 }

@@ -6,7 +6,7 @@ use contact3d::scene::parse_toml;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{SweepError, index_file::read as read_index, range::Range, size};
+use super::{StageError, index_file::read as read_index, range::Range, size};
 use crate::format::get_key;
 
 /// A sweep file: a scene and the axes along which its keys change.
@@ -56,10 +56,7 @@ pub(super) struct Steps {
 
 impl SweepFile {
     /// Reads a sweep file.
-    ///
-    /// # Errors
-    /// A file that cannot be read, or is no sweep.
-    pub fn read(path: &Path) -> Result<Self, SweepError> {
+    pub fn read(path: &Path) -> Result<Self, StageError> {
         let text = read_index(path, "read the sweep")?;
         Ok(parse_toml(
             &path.display().to_string(),
@@ -79,11 +76,11 @@ impl SweepFile {
     /// the scene that they change.
     ///
     /// Their number is checked before anything is made of them.
-    pub(super) fn steps(&self, file: &Path, scene: &toml::Table) -> Result<Vec<Steps>, SweepError> {
+    pub(super) fn steps(&self, file: &Path, scene: &toml::Table) -> Result<Vec<Steps>, StageError> {
         size::check(&self.axes, file)?;
         let mut merged: Vec<(Option<&str>, Steps)> = Vec::new();
         for (index, axis) in self.axes.iter().enumerate() {
-            let refuse = |expected: &str, found: String| SweepError::Axis {
+            let refuse = |expected: &str, found: String| StageError::Axis {
                 file: file.to_owned(),
                 place: format!("axis {index}"),
                 expected: expected.to_owned(),
@@ -163,7 +160,7 @@ impl SweepAxis {
 mod tests {
     use super::*;
 
-    fn steps(text: &str) -> Result<Vec<Steps>, SweepError> {
+    fn steps(text: &str) -> Result<Vec<Steps>, StageError> {
         let file: SweepFile = toml::from_str(&format!("scene = \"s.toml\"\n{text}")).unwrap();
         let scene = "n = 1\nm = [1, 2]\nx = 1.0".parse().unwrap();
         file.steps(Path::new("sweep.toml"), &scene)

@@ -5,27 +5,11 @@ use std::path::Path;
 use contact3d::{adaptation::RefinementGoal, scene::Scene};
 use runfile::Reader;
 
-use super::{Plan, lock::operator_turn, operators::Operators};
+use super::{Event, Options, Plan, lock::operator_turn, operators::Operators};
 use crate::{
     format::{self, LAYOUT, Stage},
-    pipeline::{Commit, Freshness, Session, StageError, operator_settings},
+    pipeline::{Commit, Session, StageError, operator_settings},
 };
-
-/// How the run file of a case is made.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct How {
-    pub(super) threads: usize,
-    pub(super) self_contained: bool,
-}
-
-/// What running a case came to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Ran {
-    /// Every stage was fresh.
-    Kept,
-    /// Something was computed.
-    Computed,
-}
 
 /// What two cases must have in common to share an operator.
 pub(super) fn operator_key(scene: &Scene) -> String {
@@ -38,11 +22,11 @@ pub(super) fn run(
     plan: &Plan,
     index: usize,
     folder: &Path,
-    how: How,
+    options: &Options,
     operators: &Operators,
-) -> Result<Ran, StageError> {
+) -> Result<Event, StageError> {
     let case = &plan.cases[index];
-    let mut session = Session::with_scene(&case.file(folder), case.scene.clone(), how.threads)?;
+    let mut session = Session::with_scene(&case.file(folder), case.scene.clone(), options.threads)?;
     session.mend_scene()?;
     if let Some(adapt) = case.scene.scene.adapt {
         let goal = RefinementGoal {
@@ -50,21 +34,21 @@ pub(super) fn run(
             deadline: None,
         };
         let adapted = session.adapt(goal, &mut |_| {})?;
-        if how.self_contained {
+        if options.self_contained {
             session.embed_assembly()?;
         }
         return Ok(if adapted.performed.is_empty() {
-            Ran::Kept
+            Event::Kept
         } else {
-            Ran::Computed
+            Event::Computed
         });
     }
     if let Some(start) = case.start {
         session.start_from(multiplier(&plan.cases[start].file(folder))?.unwrap_or_default());
     }
-    let mut ran = Ran::Kept;
+    let mut event = Event::Kept;
     if !session.is_done()? {
-        ran = Ran::Computed;
+        event = Event::Computed;
         let key = operator_key(&case.scene.scene);
         let outcome = operators
             .prepare(&key, |known| {
@@ -80,10 +64,10 @@ pub(super) fn run(
         operators.release(&key);
         outcome?;
     }
-    if how.self_contained {
+    if options.self_contained {
         session.embed_assembly()?;
     }
-    Ok(ran)
+    Ok(event)
 }
 
 /// Loads, solution and report, each if it or an earlier one is not fresh.
@@ -91,7 +75,7 @@ fn compute(session: &mut Session) -> Result<(), StageError> {
     let commit = Commit::WithNextIfCheap;
     let mut stale = false;
     for state in session.states()? {
-        stale |= state.freshness != Freshness::Fresh;
+        stale |= !state.is_fresh();
         if !stale {
             continue;
         }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use units::Units;
 
-use super::{CSV_FILE, Plan, SweepError};
+use super::{CSV_FILE, Plan, StageError};
 use crate::{
     output::{self, OutputFile, OutputKind},
     report::SweepTable,
@@ -15,12 +15,9 @@ const UNIT_COLUMNS: [&str; 4] = ["length_unit", "force_unit", "stress_unit", "en
 
 /// Writes the table of some cases: texts of the user with their control characters escaped, numbers in the shortest
 /// form that reads back to the same bits, nothing where a case has no result.
-///
-/// # Errors
-/// A table that cannot be written.
-pub(super) fn write(plan: &Plan, folder: &Path, table: &SweepTable) -> Result<(), SweepError> {
+pub(super) fn write(plan: &Plan, folder: &Path, table: &SweepTable) -> Result<(), StageError> {
     let path = folder.join(CSV_FILE);
-    let failed = |source: csv::Error| SweepError::Csv {
+    let failed = |source: csv::Error| StageError::Csv {
         file: path.clone(),
         source,
     };

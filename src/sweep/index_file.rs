@@ -7,14 +7,14 @@ use std::{
 
 use contact3d::scene::{LONGEST_SCENE, read_bounded};
 
-use super::SweepError;
+use super::StageError;
 
 /// The text of a file that lists scenes, a sweep or a suite, which may come through a pipe and be
 /// as long as a scene.
 ///
 /// # Errors
 /// `Io` for what cannot be read, is longer or no UTF-8 text.
-pub fn read(path: &Path, action: &'static str) -> Result<String, SweepError> {
+pub fn read(path: &Path, action: &'static str) -> Result<String, StageError> {
     let text = read_bounded(path, LONGEST_SCENE).and_then(|bytes| {
         if bytes.len() as u64 > LONGEST_SCENE {
             let found = format!("expected at most {LONGEST_SCENE} bytes, found more");
@@ -26,7 +26,7 @@ pub fn read(path: &Path, action: &'static str) -> Result<String, SweepError> {
             Error::new(ErrorKind::InvalidData, found)
         })
     });
-    text.map_err(|source| SweepError::Io {
+    text.map_err(|source| StageError::Io {
         action,
         file: path.to_owned(),
         source,

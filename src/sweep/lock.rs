@@ -4,7 +4,7 @@ use std::fs::{File, TryLockError};
 use std::io;
 use std::path::Path;
 
-use super::SweepError;
+use super::StageError;
 
 const LOCK_FILE: &str = ".sweep.lock";
 
@@ -31,9 +31,9 @@ pub(super) fn operator_turn(folder: &Path, key: &str) -> io::Result<File> {
 }
 
 /// Locks a folder until the file is dropped; a killed process leaves no lock.
-pub(super) fn lock(folder: &Path, access: Access) -> Result<File, SweepError> {
+pub(super) fn lock(folder: &Path, access: Access) -> Result<File, StageError> {
     let io = |action| {
-        move |source| SweepError::Io {
+        move |source| StageError::Io {
             action,
             file: folder.to_owned(),
             source,
@@ -51,7 +51,7 @@ pub(super) fn lock(folder: &Path, access: Access) -> Result<File, SweepError> {
     };
     match locked {
         Ok(()) => Ok(file),
-        Err(TryLockError::WouldBlock) => Err(SweepError::Busy {
+        Err(TryLockError::WouldBlock) => Err(StageError::Busy {
             folder: folder.to_owned(),
         }),
         Err(TryLockError::Error(source)) => Err(io("lock")(source)),

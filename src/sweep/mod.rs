@@ -8,7 +8,6 @@
 mod axes;
 mod case;
 mod csv_table;
-mod error;
 mod failure;
 mod index_file;
 mod lock;
@@ -22,11 +21,11 @@ mod size;
 mod summary;
 
 pub use axes::{SweepAxis, SweepFile};
-pub use error::SweepError;
 pub use index_file::read as read_index;
 pub use plan::{Case, Plan, changed as changed_scene};
-pub use range::{Range, Scale};
 pub use run::{Event, Options, Outcome, run, run_case};
 pub use series::write as write_series;
 pub use size::MOST_CASES;
 pub use summary::{CSV_FILE, SUMMARY_FILE, write as write_summary};
+
+use crate::pipeline::StageError;

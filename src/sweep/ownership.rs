@@ -9,7 +9,7 @@ use std::{
 use runfile::{Reader, StoreError};
 
 use super::{
-    Plan, SweepError,
+    Plan, StageError,
     summary::{CSV_FILE, SUMMARY_FILE},
 };
 use crate::{
@@ -22,10 +22,7 @@ use crate::{
 /// A table is this sweep's if the same sweep file wrote it, whatever its axes were then, or if all
 /// its cases are in the plan. Tables of version 0.1.0 do not name the sweep file: there one common
 /// case is enough.
-///
-/// # Errors
-/// [`SweepError::OthersTable`], [`SweepError::Output`], a table that cannot be read.
-pub(super) fn refuse_others(plan: &Plan, folder: &Path) -> Result<(), SweepError> {
+pub(super) fn refuse_others(plan: &Plan, folder: &Path) -> Result<(), StageError> {
     let ids: BTreeSet<&str> = plan.cases.iter().map(|case| case.id.as_str()).collect();
     let file = folder.join(SUMMARY_FILE);
     plan.inputs.refuse(&file)?;
@@ -37,7 +34,7 @@ pub(super) fn refuse_others(plan: &Plan, folder: &Path) -> Result<(), SweepError
     if let Some(table) = &table
         && !is_own(table, &ids, plan.sweep_file_from(folder).as_deref())
     {
-        return Err(SweepError::OthersTable {
+        return Err(StageError::OthersTable {
             file,
             sweep: table.sweep_file.clone().unwrap_or_default(),
         });
@@ -52,7 +49,7 @@ pub(super) fn refuse_others(plan: &Plan, folder: &Path) -> Result<(), SweepError
     if listed.is_empty() || listed.iter().any(known) {
         return Ok(());
     }
-    Err(SweepError::OthersTable {
+    Err(StageError::OthersTable {
         file,
         sweep: String::new(),
     })
@@ -67,8 +64,8 @@ fn is_own(table: &TableOwner, ids: &BTreeSet<&str>, sweep_file: Option<&str>) ->
 }
 
 /// The planned cases of `summary.csv`; none if there is no such file.
-fn planned_in(file: &Path) -> Result<Vec<String>, SweepError> {
-    let failed = |source: csv::Error| SweepError::Csv {
+fn planned_in(file: &Path) -> Result<Vec<String>, StageError> {
+    let failed = |source: csv::Error| StageError::Csv {
         file: file.to_owned(),
         source,
     };

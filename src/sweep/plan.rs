@@ -8,7 +8,7 @@ use std::{
 use contact3d::scene::{SceneFile, Written};
 use units::Units;
 
-use super::{SweepError, SweepFile, axes::Steps, ownership::relative};
+use super::{StageError, SweepFile, axes::Steps, ownership::relative};
 use crate::{
     format::{scene_table, scene_text, set_key},
     output::Inputs,
@@ -74,7 +74,7 @@ impl Plan {
     ///
     /// # Errors
     /// A sweep or scene that cannot be read, an axis or a value that no scene can have, equal cases.
-    pub fn read(path: &Path) -> Result<Self, SweepError> {
+    pub fn read(path: &Path) -> Result<Self, StageError> {
         let sweep = SweepFile::read(path)?;
         let base = base_scene(&sweep, path)?;
         let table = scene_table(&base.scene);
@@ -120,12 +120,9 @@ impl Plan {
     }
 
     /// The case with a name.
-    ///
-    /// # Errors
-    /// A name that the plan does not have.
-    pub fn find(&self, id: &str) -> Result<usize, SweepError> {
+    pub fn find(&self, id: &str) -> Result<usize, StageError> {
         let found = self.cases.iter().position(|case| case.id == id);
-        found.ok_or_else(|| SweepError::NoSuchCase { id: id.to_owned() })
+        found.ok_or_else(|| StageError::NoSuchCase { id: id.to_owned() })
     }
 
     /// The cases as JSON: name, run file, start, settings.
@@ -148,7 +145,7 @@ impl Plan {
 }
 
 /// The scene with the keys that all cases share.
-fn base_scene(sweep: &SweepFile, path: &Path) -> Result<SceneFile, SweepError> {
+fn base_scene(sweep: &SweepFile, path: &Path) -> Result<SceneFile, StageError> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let scene = SceneFile::read(&folder.join(&sweep.scene))?;
     let fixed = sweep.set.clone().into_iter().collect::<Vec<_>>();
@@ -165,13 +162,13 @@ pub fn changed(
     file: &Path,
     label: &str,
     settings: &[(String, toml::Value)],
-) -> Result<SceneFile, SweepError> {
+) -> Result<SceneFile, StageError> {
     if settings.is_empty() {
         return Ok(base.clone());
     }
     let mut table = scene_table(&base.scene);
     for (key, value) in settings {
-        set_key(&mut table, key, value.clone()).map_err(|found| SweepError::Axis {
+        set_key(&mut table, key, value.clone()).map_err(|found| StageError::Axis {
             file: file.to_owned(),
             place: format!("{label}: {key}"),
             expected: "a key of the scene".into(),
@@ -216,11 +213,11 @@ fn name(scene: &SceneFile, start: Option<&str>) -> String {
 
 /// Refuses an axis that changes units: nothing is converted, so its cases would have the same numbers, and a table
 /// and its charts speak one system.
-fn refuse_units(path: &Path, keys: &[String]) -> Result<(), SweepError> {
+fn refuse_units(path: &Path, keys: &[String]) -> Result<(), StageError> {
     let names_units = |key: &&String| key.split('.').next() == Some(UNITS_KEY);
     match keys.iter().find(names_units) {
         None => Ok(()),
-        Some(key) => Err(SweepError::Axis {
+        Some(key) => Err(StageError::Axis {
             file: path.to_owned(),
             place: key.clone(),
             expected: "the same units in all cases, named in the scene or under [set]".into(),
@@ -234,11 +231,11 @@ fn refuse_twice(
     path: &Path,
     names: &[String],
     words: impl Fn(usize) -> String,
-) -> Result<(), SweepError> {
+) -> Result<(), StageError> {
     let mut seen = BTreeMap::new();
     for (index, name) in names.iter().enumerate() {
         if let Some(first) = seen.insert(name, index) {
-            return Err(SweepError::Axis {
+            return Err(StageError::Axis {
                 file: path.to_owned(),
                 place: words(index),
                 expected: "every key on one axis, and every case once".into(),

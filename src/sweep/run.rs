@@ -10,9 +10,7 @@ use std::{
 use runfile::StoreError;
 
 use super::{
-    Plan, SweepError,
-    case::{self, How, Ran},
-    failure,
+    Plan, case, failure,
     lock::{Access, lock},
     operators::Operators,
     ownership, summary,
@@ -77,26 +75,22 @@ pub fn run(
     folder: &Path,
     options: &Options,
     observe: &(dyn Fn(usize, &Event) + Sync),
-) -> Result<Outcome, SweepError> {
+) -> Result<Outcome, StageError> {
     ownership::refuse_others(plan, folder)?;
     let _folder = Folder::make(folder)?;
     let _lock = lock(folder, Access::Sweep)?;
     if !folder.join(summary::SUMMARY_FILE).exists() {
         // The folder is this sweep's from the start, also if it is interrupted before its first table.
         let claimed = summary::write(plan, folder);
-        claimed.map_err(|error| SweepError::NotSummedUp(Box::new(error)))?;
+        claimed.map_err(|error| StageError::NotSummedUp(Box::new(error)))?;
     }
     let operators = Operators::new(needed(plan), options.memory);
     let queue = Mutex::new(chains(plan));
     let outcome = Mutex::new(Outcome::default());
-    let how = How {
-        threads: options.threads,
-        self_contained: options.self_contained,
-    };
     let work = || {
         while let Some(chain) = next(&queue) {
             for index in chain {
-                let event = attempt(plan, index, folder, how, options.retry_failed, &operators);
+                let event = attempt(plan, index, folder, options, &operators);
                 operators.done(&case::operator_key(&plan.cases[index].scene.scene));
                 outcome
                     .lock()
@@ -113,7 +107,7 @@ pub fn run(
     });
     let mut outcome = outcome.into_inner().unwrap_or_else(PoisonError::into_inner);
     let written = summary::write(plan, folder);
-    outcome.not_converged = written.map_err(|error| SweepError::NotSummedUp(Box::new(error)))?;
+    outcome.not_converged = written.map_err(|error| StageError::NotSummedUp(Box::new(error)))?;
     Ok(outcome)
 }
 
@@ -126,22 +120,18 @@ pub fn run_case(
     folder: &Path,
     id: &str,
     options: &Options,
-) -> Result<Event, SweepError> {
+) -> Result<Event, StageError> {
     let index = plan.find(id)?;
     let _folder = Folder::make(folder)?;
     let _lock = lock(folder, Access::SingleCase)?;
     let operators = Operators::new(BTreeMap::new(), options.memory);
-    let how = How {
-        threads: options.threads,
-        self_contained: options.self_contained,
-    };
     let mut chain = vec![index];
     while let Some(start) = chain.last().and_then(|&last| plan.cases[last].start) {
         chain.push(start);
     }
     let mut event = Event::Kept;
     for &index in chain.iter().rev() {
-        event = attempt(plan, index, folder, how, options.retry_failed, &operators);
+        event = attempt(plan, index, folder, options, &operators);
     }
     Ok(event)
 }
@@ -188,19 +178,17 @@ fn attempt(
     plan: &Plan,
     index: usize,
     folder: &Path,
-    how: How,
-    retry_failed: bool,
+    options: &Options,
     operators: &Operators,
 ) -> Event {
     let file = plan.cases[index].file(folder);
-    if let (false, Some(error)) = (retry_failed, failure::read(&file)) {
+    if let (false, Some(error)) = (options.retry_failed, failure::read(&file)) {
         return Event::Failed(error);
     }
-    match case::run(plan, index, folder, how, operators) {
-        Ok(ran) => match (failure::forget(&file), ran) {
-            (Err(error), _) => Event::Failed(error.to_string()),
-            (Ok(()), Ran::Kept) => Event::Kept,
-            (Ok(()), Ran::Computed) => Event::Computed,
+    match case::run(plan, index, folder, options, operators) {
+        Ok(event) => match failure::forget(&file) {
+            Ok(()) => event,
+            Err(error) => Event::Failed(error.to_string()),
         },
         Err(StageError::Store(StoreError::Busy { .. })) => Event::Busy,
         Err(error) => {

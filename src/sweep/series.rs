@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use runfile::{GroupRecord, Home, IfMissing, Reader, RunFile, StoreError, Transaction};
 
-use super::{Plan, SweepError, summary::number};
+use super::{Plan, StageError, summary::number};
 use crate::{
     format::{self, LAYOUT, SERIES_LAYOUT, SeriesCase, Stage},
     pipeline::SeriesFolder,
@@ -24,14 +24,11 @@ struct Sheet {
 ///
 /// Cases that differ in the mesh or in what they have to show are in different files. The time of a case is the value of the
 /// one key that varies among the cases of its file, if it grows from each to the next, else the number of the case in the plan.
-///
-/// # Errors
-/// Run files with altered results, an unwritable folder.
 pub fn write(
     plan: &Plan,
     folder: &Path,
     target: &SeriesFolder,
-) -> Result<Vec<PathBuf>, SweepError> {
+) -> Result<Vec<PathBuf>, StageError> {
     let mut files = Vec::new();
     for (index, sheet) in sheets(plan, folder)?.iter().enumerate() {
         let file = target.file(index);
@@ -42,7 +39,7 @@ pub fn write(
     Ok(files)
 }
 
-fn sheets(plan: &Plan, folder: &Path) -> Result<Vec<Sheet>, SweepError> {
+fn sheets(plan: &Plan, folder: &Path) -> Result<Vec<Sheet>, StageError> {
     let mut sheets: Vec<Sheet> = Vec::new();
     for (place, case) in plan.cases.iter().enumerate() {
         let reader = match Reader::open(&case.file(folder), LAYOUT) {
@@ -73,7 +70,7 @@ fn sheets(plan: &Plan, folder: &Path) -> Result<Vec<Sheet>, SweepError> {
     Ok(sheets)
 }
 
-fn write_sheet(plan: &Plan, folder: &Path, sheet: &Sheet, path: &Path) -> Result<(), SweepError> {
+fn write_sheet(plan: &Plan, folder: &Path, sheet: &Sheet, path: &Path) -> Result<(), StageError> {
     let open = |place: usize| Reader::open(&plan.cases[place].file(folder), LAYOUT);
     let first = open(sheet.cases[0])?;
     let file = RunFile::lock(path, SERIES_LAYOUT.in_units(plan.units), IfMissing::Create)?;

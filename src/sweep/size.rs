@@ -2,15 +2,15 @@
 
 use std::path::Path;
 
-use super::{SweepAxis, SweepError};
+use super::{StageError, SweepAxis};
 
 /// Most cases of one sweep: each is a file of the folder, and a plan holds the scene of each, some
 /// kilobytes.
 pub const MOST_CASES: usize = 100_000;
 
 /// Refuses axes whose product is larger than [`MOST_CASES`], without making anything of that size.
-pub(super) fn check(axes: &[SweepAxis], file: &Path) -> Result<(), SweepError> {
-    let refuse = |place: String, found: String| SweepError::Axis {
+pub(super) fn check(axes: &[SweepAxis], file: &Path) -> Result<(), StageError> {
+    let refuse = |place: String, found: String| StageError::Axis {
         file: file.to_owned(),
         place,
         expected: format!("at most {MOST_CASES} cases in a sweep"),

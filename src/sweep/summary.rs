@@ -13,7 +13,7 @@ use contact3d::{
 use runfile::{GroupRecord, Home, IfMissing, Reader, RunFile, StoreError, Transaction};
 use units::Units;
 
-use super::{Plan, SweepError, csv_table, failure, ownership, plan::UNITS_KEY};
+use super::{Plan, StageError, csv_table, failure, ownership, plan::UNITS_KEY};
 use crate::{
     format::{self, CaseRow, LAYOUT, SWEEP_LAYOUT, get_key, scene_table_of_text},
     report::SweepTable,
@@ -26,10 +26,7 @@ pub const CSV_FILE: &str = "summary.csv";
 
 /// Writes both tables from the run files of a folder: the cases of the plan in its order, then older
 /// ones in the same units. Returns how many planned cases have a solve that did not converge.
-///
-/// # Errors
-/// Tables that cannot be written, a run file with altered results.
-pub fn write(plan: &Plan, folder: &Path) -> Result<usize, SweepError> {
+pub fn write(plan: &Plan, folder: &Path) -> Result<usize, StageError> {
     ownership::refuse_others(plan, folder)?;
     let rows = rows(plan, folder)?;
     write_table(plan, folder, &rows)?;
@@ -49,7 +46,7 @@ pub fn write(plan: &Plan, folder: &Path) -> Result<usize, SweepError> {
     Ok(not_converged.count())
 }
 
-fn rows(plan: &Plan, folder: &Path) -> Result<Vec<CaseRow>, SweepError> {
+fn rows(plan: &Plan, folder: &Path) -> Result<Vec<CaseRow>, StageError> {
     let mut rows = Vec::new();
     for case in &plan.cases {
         rows.push(row(
@@ -91,8 +88,8 @@ fn units(scene: &toml::Table) -> Units {
 }
 
 /// All run files of a folder with their names, sorted.
-fn run_files(folder: &Path) -> Result<Vec<(String, PathBuf)>, SweepError> {
-    let entries = fs::read_dir(folder).map_err(|source| SweepError::Io {
+fn run_files(folder: &Path) -> Result<Vec<(String, PathBuf)>, StageError> {
+    let entries = fs::read_dir(folder).map_err(|source| StageError::Io {
         action: "list the folder",
         file: folder.to_owned(),
         source,
@@ -115,7 +112,7 @@ fn row(
     settings: &[(String, toml::Value)],
     planned: bool,
     file: &Path,
-) -> Result<CaseRow, SweepError> {
+) -> Result<CaseRow, StageError> {
     let error = failure::read(file);
     let results = match error {
         Some(_) => None,
@@ -157,7 +154,7 @@ pub(super) fn number(value: &toml::Value) -> f64 {
     }
 }
 
-fn write_table(plan: &Plan, folder: &Path, rows: &[CaseRow]) -> Result<(), SweepError> {
+fn write_table(plan: &Plan, folder: &Path, rows: &[CaseRow]) -> Result<(), StageError> {
     let layout = SWEEP_LAYOUT.in_units(plan.units);
     let file = RunFile::lock(&folder.join(SUMMARY_FILE), layout, IfMissing::Create)?;
     let mut transaction = Transaction::begin(&file)?;

@@ -20,9 +20,6 @@ const TANGENTIAL: &str = "branches_tangential_force";
 pub(super) const BRANCHES: [&str; 2] = [NORMAL, TANGENTIAL];
 
 /// Draws the normal and the first tangential force over the parameter as SVG and PNG; returns the files.
-///
-/// # Errors
-/// A folder that cannot be written.
 pub fn draw_branches(
     folder: &PictureFolder,
     branches: &Branches,

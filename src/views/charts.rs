@@ -28,9 +28,6 @@ pub(super) const ACCURACY: [&str; 4] = [
 ];
 
 /// Draws the work-precision and the convergence diagram and those of the sequences as SVG and PNG; returns the files.
-///
-/// # Errors
-/// A folder that cannot be written.
 pub fn draw_accuracy(
     folder: &PictureFolder,
     accuracy: &Accuracy,

@@ -24,9 +24,6 @@ const NEGLIGIBLE: f64 = 1e-9;
 const HARDLY: f64 = 0.01;
 
 /// Draws the charts of a history as SVG and PNG; returns the files.
-///
-/// # Errors
-/// A folder that cannot be written.
 pub(super) fn draw(
     folder: &PictureFolder,
     records: &[StepRecord],

@@ -39,8 +39,8 @@ pub struct FaceStudy {
     pub entry: usize,
     /// Its name.
     pub name: String,
-    /// The law of tangential stresses.
-    pub model: FrictionModel,
+    /// The law of tangential stresses; `None` without friction.
+    pub model: Option<FrictionModel>,
     /// Bounds of Coulomb's law; `None` for other laws.
     pub bounds: Option<LawBounds>,
     /// H and h.
@@ -58,9 +58,6 @@ pub struct MeshSizes {
 
 impl LawStudy {
     /// Makes the mesh in memory and bounds the laws.
-    ///
-    /// # Errors
-    /// A mesh that cannot be made, a law that is no law.
     pub fn new(mut input: SceneFile) -> Result<Self, StageError> {
         pin_mesh_file(&mut input)?;
         let mesh = mesh_of(&input, &Refinement::default())?;
@@ -75,7 +72,6 @@ impl LawStudy {
     }
 
     /// What is allowed in the scene and probably not meant.
-    #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
         let mut warnings = self.scene.warnings();
         if let Some(interface) = &self.interface {
@@ -86,16 +82,12 @@ impl LawStudy {
     }
 
     /// The pictures that may be drawn.
-    #[must_use]
     pub fn drawing(&self) -> Drawing {
         Drawing::Law(endings_of(&self.scene))
     }
 
     /// Draws Coulomb's law as `law.svg` and `law.png`, of several faces each its own, with the name of the face at the end; returns the
     /// files, none for other laws.
-    ///
-    /// # Errors
-    /// A folder that cannot be written.
     pub fn draw(&self, folder: &PictureFolder) -> Result<Vec<PathBuf>, StageError> {
         let (Some(surface), Some(interface)) = (&self.mesh.contact, &self.interface) else {
             return Ok(Vec::new());
@@ -173,16 +165,16 @@ fn faces_of(scene: &Scene, mesh: &Mesh, interface: Option<&Interface>) -> Vec<Fa
     studied
         .map(|(number, (features, face))| {
             let panes = surface.pane_area[face.panes.clone()].iter();
-            let follows_pressure = match features.friction {
-                FrictionModel::Coulomb { .. } | FrictionModel::CappedCoulomb { .. } => true,
-                FrictionModel::Frictionless | FrictionModel::Tresca { .. } => false,
-            };
-            let law = laws.get(number).filter(|_| follows_pressure);
+            let model = features.friction;
+            let follows_pressure = |model: &FrictionModel| model.bound.follows_pressure();
+            let law = laws
+                .get(number)
+                .filter(|_| model.as_ref().is_some_and(follows_pressure));
             FaceStudy {
                 entry: features.entry,
                 name: features.name,
                 bounds: law.map(|law| LawBounds::new(law, mesh.extent())),
-                model: features.friction,
+                model,
                 sizes: MeshSizes {
                     pane: panes.copied().fold(0.0, f64::max).sqrt(),
                     edge,
@@ -213,7 +205,6 @@ fn central_node(positions: &[[f64; 3]]) -> [f64; 3] {
 }
 
 /// The folder in the current directory in which the picture of a scene's law goes by default.
-#[must_use]
 pub fn law_folder(scene: &Path) -> PathBuf {
     let stem = scene.file_stem().unwrap_or_default().to_string_lossy();
     PathBuf::from(format!("{stem}-law"))

@@ -62,7 +62,7 @@ impl LawFace {
             axis_1,
             axis_2,
             normal_stress: &self.normal_stress,
-            friction: Some((FrictionKind::Coulomb, &self.friction)),
+            friction: Some((FrictionKind::OverPressure, &self.friction)),
         }
     }
 }

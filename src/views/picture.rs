@@ -9,7 +9,7 @@ use contact3d::{
     contact::ContactFrame,
     mesh::{Mesh, tetrahedron_volume},
     post::{ContactReport, PaneState, Zone},
-    scene::{ContactFeatures, FrictionModel, ModelFeatures, Obstacle, Scene, shown},
+    scene::{ContactFeatures, ModelFeatures, Obstacle, Scene, SlipBound, shown},
 };
 use plots::{ContactPicture, DrawnFriction, DrawnSupport, FigureError, FrictionKind, Picture};
 
@@ -21,7 +21,6 @@ pub(super) const PAGE_WIDTH: u32 = 1920;
 const PANEL_WIDTH: u32 = 1280;
 
 /// The folder beside a run file in which its pictures go by default.
-#[must_use]
 pub fn figures_folder(run_file: &Path) -> PathBuf {
     let stem = run_file.file_stem().unwrap_or_default().to_string_lossy();
     run_file.with_file_name(format!("{stem}-figures"))
@@ -34,7 +33,6 @@ const ERROR: &str = "discretisation_error";
 const LAST: &str = "figure5";
 
 /// What is drawn of a scene: one set of panels, or one for each of several contact faces, whose names end the names of the files.
-#[must_use]
 pub fn drawing_of(scene: &Scene) -> Drawing {
     Drawing::Run(endings_of(scene))
 }
@@ -69,7 +67,6 @@ pub(super) fn names(endings: &[String]) -> Vec<String> {
 }
 
 /// Whether all pictures of a run file are in a folder and no older than it.
-#[must_use]
 pub fn are_drawn(folder: &Path, run_file: &Path, scene: &Scene) -> bool {
     let modified = |file: &Path| fs::metadata(file).and_then(|metadata| metadata.modified());
     let last = match drawing_of(scene) {
@@ -82,9 +79,6 @@ pub fn are_drawn(folder: &Path, run_file: &Path, scene: &Scene) -> bool {
 
 /// Draws the six panels of HKL Fig. 5, the page of all six, for each contact face, where the discretisation error sits and the
 /// charts of a load history, as SVG and PNG; returns the files.
-///
-/// # Errors
-/// A folder that cannot be written.
 pub fn draw_run(
     folder: &PictureFolder,
     scene: &Scene,
@@ -127,9 +121,6 @@ pub fn draw_run(
 }
 
 /// The page of the estimated error as SVG.
-///
-/// # Errors
-/// [`FigureError`] for results that do not fit together.
 pub(super) fn error_page(drawn: &Drawn<'_>) -> Result<Picture, FigureError> {
     drawn.with_picture(|picture| {
         let density = error_density(drawn.mesh, drawn.report, picture.coordinates.len());
@@ -171,9 +162,6 @@ pub(super) struct Drawn<'a> {
 
 impl Drawn<'_> {
     /// The page of all panels as SVG.
-    ///
-    /// # Errors
-    /// [`FigureError`] for results that do not fit together.
     pub(super) fn page(&self) -> Result<Picture, FigureError> {
         self.with_picture(plots::page)
     }
@@ -198,8 +186,11 @@ impl Drawn<'_> {
         let states = &report.panes[panes.clone()];
         let displacement = cells.interpolate(&report.displacement);
         let normal_stress = cells.of_cells(states, &f64::NAN, |p| p.normal_stress);
-        let kind = features.get(self.face).and_then(|has| kind(&has.friction));
-        let given = kind == Some(FrictionKind::Tresca);
+        let law = features
+            .get(self.face)
+            .and_then(|has| has.friction.as_ref());
+        let kind = law.map(|law| kind(&law.bound));
+        let given = kind == Some(FrictionKind::Plain);
         let friction = states.iter().map(|pane| pane_friction(pane, given));
         let friction: Option<Vec<_>> = friction.collect();
         let friction = friction.filter(|panes| !panes.is_empty());
@@ -255,13 +246,12 @@ fn support(face: Option<&ContactFeatures>, is_flat: bool) -> DrawnSupport {
     }
 }
 
-/// How a law is drawn; `None` without friction.
-fn kind(model: &FrictionModel) -> Option<FrictionKind> {
-    match model {
-        FrictionModel::Frictionless => None,
-        FrictionModel::Tresca { .. } => Some(FrictionKind::Tresca),
-        FrictionModel::Coulomb { .. } => Some(FrictionKind::Coulomb),
-        FrictionModel::CappedCoulomb { .. } => Some(FrictionKind::CappedCoulomb),
+/// How a law is drawn.
+fn kind(bound: &SlipBound) -> FrictionKind {
+    match (bound.is_pressure(), bound.follows_pressure()) {
+        (true, _) => FrictionKind::OverPressure,
+        (false, true) => FrictionKind::OverBound,
+        (false, false) => FrictionKind::Plain,
     }
 }
 

@@ -26,9 +26,7 @@ use super::{
 };
 use crate::{
     format::{self, LAYOUT, SWEEP_LAYOUT},
-    pipeline::{
-        Freshness, StageError, StageState, accuracy_input, read_results, require_undamaged, states,
-    },
+    pipeline::{OpenRun, StageError, StageState, accuracy_input, read_results},
     report::{self, FigureTable, Figures, SolvedRun, accuracy as tables},
 };
 
@@ -90,25 +88,19 @@ fn file_page(path: &Path, kind: ReportKind) -> Result<Page, StageError> {
         }
         opened => opened?,
     };
-    let input = format::read_scene(&reader, path)?;
-    let scene = &input.scene;
-    let states = states(&reader, scene);
-    require_undamaged(path, &states)?;
-    let is_fresh = |stage| {
-        let mut states = states.iter();
-        states.any(|s: &StageState| s.stage == stage && s.freshness == Freshness::Fresh)
-    };
-    let features = report::features(scene, &format::read_sizes(&reader, &is_fresh)?);
-    let mut sections = vec![scene_section(scene, &features)];
-    let is_fresh = states.iter().all(|s| s.freshness == Freshness::Fresh);
-    if is_fresh {
-        sections.extend(result_sections(&reader, &input, kind)?);
+    let run = OpenRun::of(reader, path)?;
+    run.require_undamaged()?;
+    let (reader, scene) = (&run.reader, &run.input.scene);
+    let sizes = format::read_sizes(reader, &|stage| run.is_fresh(stage))?;
+    let mut sections = vec![scene_section(scene, &report::features(scene, &sizes))];
+    if run.states.iter().all(StageState::is_fresh) {
+        sections.extend(result_sections(reader, &run.input, kind)?);
     }
-    sections.push(stages_section(&reader, scene, &states)?);
-    sections.extend(levels_section(&reader, scene)?);
-    sections.extend(branches_section(&reader)?);
-    sections.extend(accuracy_section(&reader, scene)?);
-    sections.extend(theory_section(&reader, scene)?);
+    sections.push(stages_section(reader, scene, &run.states)?);
+    sections.extend(levels_section(reader, scene)?);
+    sections.extend(branches_section(reader)?);
+    sections.extend(accuracy_section(reader, scene)?);
+    sections.extend(theory_section(reader, scene)?);
     Ok(Page {
         title: scene.shown_title(),
         subtitle: shown(scene.reference.as_deref().unwrap_or_default()),
@@ -223,7 +215,7 @@ fn stages_section(
     scene: &Scene,
     states: &[StageState],
 ) -> Result<Section, StageError> {
-    let stale = states.iter().find(|s| s.freshness != Freshness::Fresh);
+    let stale = states.iter().find(|state| !state.is_fresh());
     let warning = stale.filter(|_| states.iter().any(|s| s.stored.is_some()));
     let warning = warning.map(|state| {
         let (stage, why) = (state.stage.word(), state.freshness.why());

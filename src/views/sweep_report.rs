@@ -13,7 +13,6 @@ use crate::{
 };
 
 /// The table of a sweep's folder.
-#[must_use]
 pub fn sweep_table(folder: &Path) -> PathBuf {
     folder.join("summary.h5")
 }
@@ -24,9 +23,6 @@ fn read(folder: &Path) -> Result<SweepTable, StageError> {
 }
 
 /// Draws what varies in the table of a sweep's folder, SVG and PNG; returns the files.
-///
-/// # Errors
-/// A folder without that table, a folder for pictures that cannot be written.
 pub fn draw_sweep(sweep: &Path, figures: &PictureFolder) -> Result<Vec<PathBuf>, StageError> {
     let table = read(sweep)?;
     let charts = charts(&table).into_iter();
@@ -34,9 +30,6 @@ pub fn draw_sweep(sweep: &Path, figures: &PictureFolder) -> Result<Vec<PathBuf>,
 }
 
 /// The page of a folder with a `summary.h5`.
-///
-/// # Errors
-/// A folder without that table, or one that is no table.
 pub(super) fn page(folder: &Path) -> Result<Page, StageError> {
     let table = read(folder)?;
     let charts = charts(&table);

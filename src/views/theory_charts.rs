@@ -16,9 +16,6 @@ const CONSTANTS: &str = "theory_constants";
 pub(super) const NAMES: [&str; 3] = [THRESHOLDS, SCALED, CONSTANTS];
 
 /// Draws thresholds against H, the contraction against the scale of the law, and the constants against H, as SVG and PNG.
-///
-/// # Errors
-/// A folder that cannot be written.
 pub fn draw_theory(
     folder: &PictureFolder,
     theory: &Theory,

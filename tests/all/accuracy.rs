@@ -1,6 +1,6 @@
 //! The studies of accuracy on small scenes, against identities that hold without them.
 
-use std::path::Path;
+use std::{path::Path, sync::LazyLock};
 
 use crate::support::{hkl_scene, refine};
 use contact3d::{ProblemError, scene::Scene, solver::Status};
@@ -17,6 +17,10 @@ const SETTINGS: AccuracySettings = AccuracySettings {
 fn measure(scene: &Scene, settings: &AccuracySettings) -> Result<Accuracy, ProblemError> {
     Accuracy::measure(scene, Path::new(""), settings, &mut |_| {})
 }
+
+/// The studies of the published problem, measured once for the tests that read them.
+static PUBLISHED: LazyLock<Accuracy> =
+    LazyLock::new(|| measure(&hkl_scene(1, 4), &SETTINGS).expect("a brick"));
 
 /// Without contact the problem is linear and the spaces are nested, so Galerkin's orthogonality
 /// ties the energy norm of each difference to energies alone: ‖u_h − u_f‖² = 2 (J_h − J_f).
@@ -48,8 +52,7 @@ fn energy_norms_of_differences_are_differences_of_energies_in_a_linear_problem()
 
 #[test]
 fn every_method_approaches_the_reference_as_epsilon_falls() {
-    let accuracy = measure(&hkl_scene(1, 4), &SETTINGS).expect("a brick");
-    let study = accuracy.algebraic.as_ref().expect("contact");
+    let study = PUBLISHED.algebraic.as_ref().expect("contact");
     assert!(matches!(
         study.reference_status,
         Status::Converged | Status::RoundingLimit
@@ -92,8 +95,7 @@ fn every_method_approaches_the_reference_as_epsilon_falls() {
 
 #[test]
 fn the_advice_has_numbers_in_it() {
-    let accuracy = measure(&hkl_scene(1, 4), &SETTINGS).expect("a brick");
-    let advice = accuracy.advice();
+    let advice = PUBLISHED.advice();
     let error = advice.discretisation_error.expect("an order");
     // A coarse mesh of linear elements: between a few per cent and all.
     assert!(
@@ -104,7 +106,7 @@ fn the_advice_has_numbers_in_it() {
     assert_eq!(refinement.n_div, 8);
     assert!(refinement.error_ratio.expect("an order") > 1.0);
     let epsilon = advice.sufficient_epsilon.expect("strict entries suffice");
-    let entries = &accuracy.algebraic.as_ref().expect("contact").entries;
+    let entries = &PUBLISHED.algebraic.as_ref().expect("contact").entries;
     for entry in entries.iter().filter(|entry| entry.epsilon <= epsilon) {
         for result in entry
             .result

@@ -1,10 +1,7 @@
 //! The table of datasets is sound, and the schemas in the repository are generated from it.
 
 use contact3d::scene::Scene;
-use contact3d_pipe::{
-    format::{LAYOUT, SERIES_LAYOUT, STABILITY_LAYOUT, SWEEP_LAYOUT},
-    sweep::SweepFile,
-};
+use contact3d_pipe::{LAYOUT, SERIES_LAYOUT, STABILITY_LAYOUT, SWEEP_LAYOUT, SweepFile};
 use runfile::{schema_json, schema_page};
 
 #[test]

@@ -4,14 +4,14 @@ use std::path::Path;
 
 use crate::support::{Case, pipelines};
 use contact3d::{
-    scene::{Brick, Method, Scene},
+    scene::{Brick, GivenPlanes, Method, Scene},
     solver::Status,
 };
-use contact3d_pipe::sweep::Plan;
+use contact3d_pipe::Plan;
 
 /// At most 12 cells along the longest edge of a brick, in proportion, and even; single layers stay, and bricks between given planes.
 fn coarsen(brick: &mut Brick) {
-    if !brick.coordinates.is_empty() {
+    if brick.coordinates != GivenPlanes::default() {
         return;
     }
     let most = brick.cells.iter().copied().max().unwrap_or(1);

@@ -3,7 +3,7 @@
 use std::{collections::BTreeSet, fs, path::Path};
 
 use contact3d::scene::{FUNCTIONS, LAW_VARIABLES, Scene};
-use contact3d_pipe::sweep::SweepFile;
+use contact3d_pipe::SweepFile;
 use serde_json::Value;
 
 /// Pages whose examples are parts of scenes.

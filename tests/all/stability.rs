@@ -1,5 +1,7 @@
 //! The hard cases hold at a coarse size, and problems whose solutions are known in closed form.
 
+use std::sync::LazyLock;
+
 use crate::support::pipelines;
 use contact3d::{
     dual::{DualSystem, ExplicitDual},
@@ -7,24 +9,30 @@ use contact3d::{
     scene::{DualOperatorKind, FactorPrecision, InnerSolver, Method, Scene, SceneFile},
     solver::{ContactState, Linearisation, Solution, Start, Status, solve},
 };
-use contact3d_pipe::suite::{SuiteVersion, read};
+use contact3d_pipe::{StabilityRow, SuiteCase, SuiteVersion, read_suite};
 use studies::stability::VerdictLevel;
 
 /// λ, μ of the one- and two-node bodies, in Pa.
 const LAME: [f64; 2] = [1.5, 1.0];
 
+fn hard_cases() -> Vec<SuiteCase> {
+    let cases = read_suite(&pipelines().join("hard/suite.toml"), SuiteVersion::Coarse);
+    cases.unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The hard cases, checked once for the tests that read what came of them.
+static CHECKED: LazyLock<Vec<StabilityRow>> =
+    LazyLock::new(|| hard_cases().iter().map(SuiteCase::check).collect());
+
 #[test]
 fn hard_cases_hold_but_for_those_known_to_be_open() {
-    let cases = read(&pipelines().join("hard/suite.toml"), SuiteVersion::Coarse);
-    let cases = cases.unwrap_or_else(|error| panic!("{error}"));
-    assert!(cases.len() >= 45);
-    for case in cases {
-        let row = case.check();
+    assert!(CHECKED.len() >= 45);
+    for row in CHECKED.iter() {
         let check = row.outcome.as_ref();
         let check = check.unwrap_or_else(|reason| panic!("{}: {reason}", row.name));
         let verdict = check.verdict();
         let fails = verdict.level == VerdictLevel::Fails;
-        assert_eq!(fails, !case.open.is_empty(), "{}: {verdict}", row.name);
+        assert_eq!(fails, !row.open.is_empty(), "{}: {verdict}", row.name);
         // Of an open case, too, whatever its conditioning.
         for result in check.invariances.iter().filter(|r| r.invariance.is_exact()) {
             let (name, change) = (&row.name, result.invariance);
@@ -44,9 +52,8 @@ const MOST_REFUSED: usize = 7;
 
 #[test]
 fn a_factor_in_single_precision_gives_the_answers_of_double_or_none() {
-    let cases = read(&pipelines().join("hard/suite.toml"), SuiteVersion::Coarse).unwrap();
     let mut refused = 0;
-    for mut case in cases {
+    for mut case in hard_cases() {
         case.scene.scene.assemble.factor = FactorPrecision::Single;
         let row = case.check();
         let Ok(check) = row.outcome else {
@@ -68,12 +75,10 @@ fn a_factor_in_single_precision_gives_the_answers_of_double_or_none() {
 /// What the zones of a load case must be: open, sticking, slipping.
 #[test]
 fn zones_of_the_pure_loads_are_pure() {
-    let cases = read(&pipelines().join("hard/suite.toml"), SuiteVersion::Coarse).unwrap();
     let zones = |name: &str| {
-        let case = cases.iter().find(|case| case.name == name);
-        let row = case.expect("a case of the suite").check();
-        let check = row.outcome.expect("a discrete problem");
-        check.zones
+        let row = CHECKED.iter().find(|row| row.name == name);
+        let outcome = &row.expect("a case of the suite").outcome;
+        outcome.as_ref().expect("a discrete problem").zones
     };
     assert_eq!(zones("no load")[2], 0);
     assert_eq!(zones("pure lift-off")[1..], [0, 0]);

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use contact3d_pipe::format::LAYOUT;
+use contact3d_pipe::LAYOUT;
 use runfile::Reader;
 use serde_json::Value;
 

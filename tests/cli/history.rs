@@ -7,7 +7,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use contact3d_pipe::format::{HISTORY, LAYOUT};
+use contact3d_pipe::{HISTORY, LAYOUT};
 use runfile::Reader;
 use serde_json::Value;
 

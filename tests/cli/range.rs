@@ -1,6 +1,6 @@
 //! Numbers that double precision does not hold: no answer with such figures passes as converged.
 
-use contact3d_pipe::format::LAYOUT;
+use contact3d_pipe::LAYOUT;
 use runfile::Reader;
 use serde_json::Value;
 
@@ -46,7 +46,7 @@ fn figures_that_overflow_or_underflow_are_a_failed_solve() {
         assert!(text.contains("NOT CONVERGED: the "), "{changes:?}: {text}");
         // Stored with that status, and said again.
         let reader = Reader::open(&program.path("run.h5"), LAYOUT).unwrap();
-        let (status, _) = contact3d_pipe::format::read_multiplier(&reader).unwrap();
+        let (status, _) = contact3d_pipe::read_multiplier(&reader).unwrap();
         assert_eq!(status.word(), "numerical_error", "{changes:?}");
         let again = program.command(&["post", "run.h5", "--no-figures"]);
         { again }.assert().code(1);

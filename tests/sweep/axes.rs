@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use contact3d_pipe::{format::SWEEP_LAYOUT, sweep::Plan};
+use contact3d_pipe::{Plan, SWEEP_LAYOUT};
 use runfile::Reader;
 
 use crate::program::{Sweep, names};

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use contact3d_pipe::format::SWEEP_LAYOUT;
+use contact3d_pipe::SWEEP_LAYOUT;
 use runfile::Reader;
 
 use crate::program::{FRICTION, Sweep, names};

@@ -8,7 +8,7 @@ use std::{
 };
 
 use assert_cmd::cargo::CommandCargoExt;
-use contact3d_pipe::format::{CHECKPOINT, HISTORY, LAYOUT, SWEEP_LAYOUT, Stage};
+use contact3d_pipe::{CHECKPOINT, HISTORY, LAYOUT, SWEEP_LAYOUT, Stage};
 use runfile::{Layout, Reader};
 use tempfile::TempDir;
 

@@ -3,7 +3,7 @@
 use std::{fs, process::Command};
 
 use assert_cmd::cargo::CommandCargoExt;
-use contact3d_pipe::format::{LAYOUT, SWEEP_LAYOUT, Stage};
+use contact3d_pipe::{LAYOUT, SWEEP_LAYOUT, Stage};
 use runfile::Reader;
 
 use crate::program::{FRICTION, Sweep, names, stage_digests};

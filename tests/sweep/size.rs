@@ -2,7 +2,7 @@
 
 use std::{fs, path::Path};
 
-use contact3d_pipe::sweep::MOST_CASES;
+use contact3d_pipe::MOST_CASES;
 
 use crate::program::Sweep;
 

@@ -8,7 +8,7 @@ use std::{
 };
 
 use assert_cmd::cargo::CommandCargoExt;
-use contact3d_pipe::format::{LAYOUT, SWEEP_LAYOUT};
+use contact3d_pipe::{LAYOUT, SWEEP_LAYOUT};
 use runfile::Reader;
 
 use crate::program::{SLOW, Sweep};

@@ -9,10 +9,8 @@
 mod branch_diagram;
 mod canvas;
 mod colour;
-mod colour_bar;
 pub mod html;
 mod law;
-mod law_axes;
 mod layout;
 mod line_chart;
 mod panels;
@@ -20,7 +18,6 @@ mod panes;
 mod picture;
 mod raster;
 mod scale;
-mod surface;
 mod svg;
 mod text;
 mod view;
@@ -30,12 +27,11 @@ pub use law::{LawPicture, OverSlip, SlipCoefficientMap, SlipCurve, SlipRange, la
 pub use line_chart::{AxisScale, ChartAxis, ChartPoint, LineChart, Series};
 pub use panels::PANELS;
 pub use panes::FrictionKind;
-pub use picture::Picture;
-pub use picture::{ContactPicture, DrawnFriction, DrawnSupport, DrawnZone, FigureError};
+pub use picture::{ContactPicture, DrawnFriction, DrawnSupport, DrawnZone, FigureError, Picture};
 
 use canvas::{Anchor, Canvas};
 use layout::PANEL_WIDTH;
-use panels::{drawings, error_drawing};
+use panels::{drawings, error_panel};
 use text::{Label, fitted};
 
 /// Height of the title of a page.
@@ -75,7 +71,7 @@ pub fn panels(picture: &ContactPicture<'_>) -> Result<Vec<Panel>, FigureError> {
 /// # Errors
 /// As [`panels`].
 pub fn error_figure(picture: &ContactPicture<'_>, density: &[f64]) -> Result<Picture, FigureError> {
-    let canvas = error_drawing(picture, density)?;
+    let canvas = error_panel(picture, density)?;
     Ok(Picture::new(canvas, picture.title))
 }
 

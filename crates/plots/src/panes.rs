@@ -233,31 +233,31 @@ fn three_digits(value: f64) -> String {
     }
 }
 
-/// The law whose ellipses are drawn.
+/// How stresses are drawn in the ellipses of a law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrictionKind {
-    /// Coulomb's law: stresses are drawn over the pressure λ_ν.
-    Coulomb,
-    /// Coulomb's law up to a pressure: stresses are drawn over the slip bound g = min(λ_ν, p_cap).
-    CappedCoulomb,
-    /// Tresca's law: stresses are drawn as they are.
-    Tresca,
+    /// Over the pressure λ_ν, as in Coulomb's law.
+    OverPressure,
+    /// Over a slip bound g that follows the pressure.
+    OverBound,
+    /// As they are, where the slip bound is given, as in Tresca's law.
+    Plain,
 }
 
 impl FrictionKind {
     /// Unit of semi-axes and of the stress in an ellipse.
     pub(super) fn unit(self, units: Units) -> Unit {
         match self {
-            Self::Coulomb | Self::CappedCoulomb => Unit::none(),
-            Self::Tresca => units.of(Dimension::STRESS),
+            Self::OverPressure | Self::OverBound => Unit::none(),
+            Self::Plain => units.of(Dimension::STRESS),
         }
     }
 
     /// Unit of the scaled tangential stress.
     pub(super) fn scaled_unit(self, units: Units) -> Unit {
         match self {
-            Self::Coulomb | Self::CappedCoulomb => units.of(Dimension::STRESS),
-            Self::Tresca => Unit::none(),
+            Self::OverPressure | Self::OverBound => units.of(Dimension::STRESS),
+            Self::Plain => Unit::none(),
         }
     }
 
@@ -269,8 +269,8 @@ impl FrictionKind {
     /// ‖F⁻¹σ_t‖; of Tresca's law ‖(g F)⁻¹σ_t‖.
     pub(super) fn scaled_symbol(self) -> Label {
         let matrix = match self {
-            Self::Coulomb | Self::CappedCoulomb => Label::plain("‖").italic("F"),
-            Self::Tresca => Label::plain("‖(").italic("gF").upright(")"),
+            Self::OverPressure | Self::OverBound => Label::plain("‖").italic("F"),
+            Self::Plain => Label::plain("‖(").italic("gF").upright(")"),
         };
         let stress = matrix.superscript("−1").italic("σ").subscript("t");
         stress.upright("‖")
@@ -279,16 +279,16 @@ impl FrictionKind {
     /// Title of the panel of the scaled tangential stress, without its symbol.
     pub(super) fn scaled_title(self) -> &'static str {
         match self {
-            Self::Coulomb | Self::CappedCoulomb => "(b) Scaled tangential contact stress ",
-            Self::Tresca => "(b) Tangential contact stress over its bound ",
+            Self::OverPressure | Self::OverBound => "(b) Scaled tangential contact stress ",
+            Self::Plain => "(b) Tangential contact stress over its bound ",
         }
     }
 
     /// Title of a map of semi-axes, without its symbol.
     pub(super) fn semi_axis_title(self) -> &'static str {
         match self {
-            Self::Coulomb | Self::CappedCoulomb => "Coefficient of friction ",
-            Self::Tresca => "Bound of the tangential stress ",
+            Self::OverPressure | Self::OverBound => "Coefficient of friction ",
+            Self::Plain => "Bound of the tangential stress ",
         }
     }
 
@@ -302,9 +302,9 @@ impl FrictionKind {
     pub(super) fn stress_label(self) -> Label {
         let stress = Label::default().italic("σ").subscript("t");
         match self {
-            Self::Coulomb => stress.upright("/").italic("λ").subscript("ν"),
-            Self::CappedCoulomb => stress.upright("/").italic("g"),
-            Self::Tresca => stress,
+            Self::OverPressure => stress.upright("/").italic("λ").subscript("ν"),
+            Self::OverBound => stress.upright("/").italic("g"),
+            Self::Plain => stress,
         }
     }
 
@@ -334,13 +334,13 @@ impl FrictionKind {
     pub(super) fn describe(self, semi_axes: [f64; 2], stress: [f64; 2], unit: &Unit) -> String {
         let ([a, b], [t1, t2]) = (semi_axes, stress);
         match self {
-            Self::Coulomb => {
+            Self::OverPressure => {
                 format!("F1 = {a:.4}, F2 = {b:.4}, σt/λν = ({t1:.4}, {t2:.4})")
             }
-            Self::CappedCoulomb => {
+            Self::OverBound => {
                 format!("F1 = {a:.4}, F2 = {b:.4}, σt/g = ({t1:.4}, {t2:.4})")
             }
-            Self::Tresca => {
+            Self::Plain => {
                 format!(
                     "gF1 = {a:.4e}, gF2 = {b:.4e}, σt = ({t1:.4e}, {t2:.4e}){}",
                     unit.beside()
@@ -351,8 +351,8 @@ impl FrictionKind {
 
     fn before_index(self) -> Label {
         match self {
-            Self::Coulomb | Self::CappedCoulomb => Label::default().italic("F"),
-            Self::Tresca => Label::default().italic("gF"),
+            Self::OverPressure | Self::OverBound => Label::default().italic("F"),
+            Self::Plain => Label::default().italic("gF"),
         }
     }
 }

@@ -36,7 +36,8 @@ impl DatasetDigest {
         for block in values.chunks(BLOCK) {
             let bytes = &mut bytes[..size_of_val(block)];
             T::to_little_endian(block, bytes);
-            if block.len() == BLOCK {
+            // A thread outside the pool would hand every block over, and wait for it.
+            if block.len() == BLOCK && rayon::current_thread_index().is_some() {
                 self.0.update_rayon(bytes);
             } else {
                 self.0.update(bytes);

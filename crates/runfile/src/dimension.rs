@@ -53,6 +53,12 @@ struct Named {
     scales: Vec<String>,
 }
 
+/// A scale and the axes that it is of.
+struct Scale {
+    reference: ObjectReference1,
+    uses: Vec<Use>,
+}
+
 /// Names the axes of all datasets of a group that a file holds itself.
 ///
 /// # Errors
@@ -65,47 +71,51 @@ pub(super) fn name_axes(
     types: &Types,
 ) -> Result<(), StoreError> {
     let mut named = Vec::new();
-    let mut uses: BTreeMap<String, Vec<Use>> = BTreeMap::new();
+    let mut scales: BTreeMap<String, Scale> = BTreeMap::new();
     for (path, extents) in layout.of_group(group).flat_map(parts) {
         if !has_path(file, &path) {
             continue;
         }
         let object = file.dataset(&path).at(place, "open a dataset")?;
         let shape = object.shape();
-        if shape.len() != extents.len() {
+        if shape.len() != extents.len() || shape.is_empty() {
             continue;
         }
-        let mut scales = Vec::new();
-        let names = names(&extents).into_iter();
-        for (axis, (extent, name)) in extents.iter().zip(names).enumerate() {
-            let scale = format!("{}/{name}", folder(*extent, &path, group));
-            let size = shape[axis];
-            require_scale(file, place, *extent, (&scale, size), types)?;
-            let dataset = reference(file, place, &path)?;
+        let dataset = reference(file, place, &path)?;
+        let names = names(&extents).into_iter().zip(&extents);
+        let names: Vec<String> = names
+            .map(|(name, extent)| format!("{}/{name}", folder(*extent, &path, group)))
+            .collect();
+        for (axis, (extent, name)) in extents.iter().zip(&names).enumerate() {
+            if !scales.contains_key(name) {
+                require_scale(file, place, *extent, (name, shape[axis]), types)?;
+                let scale = Scale {
+                    reference: reference(file, place, name)?,
+                    uses: Vec::new(),
+                };
+                scales.insert(name.clone(), scale);
+            }
             let dimension = i32::try_from(axis).unwrap_or(i32::MAX);
-            let entry = Use { dataset, dimension };
-            uses.entry(scale.clone()).or_default().push(entry);
-            scales.push(scale);
+            let scale = scales.get_mut(name).into_iter();
+            scale.for_each(|scale| scale.uses.push(Use { dataset, dimension }));
         }
-        let entry = Named {
+        named.push(Named {
             object,
             path,
-            scales,
-        };
-        named.push(entry);
+            scales: names,
+        });
     }
-    for dataset in named.iter().filter(|dataset| !dataset.scales.is_empty()) {
+    for dataset in &named {
         let place = place.beside(&dataset.path);
-        let references: Result<Vec<_>, StoreError> = dataset
-            .scales
-            .iter()
-            .map(|scale| Ok(VarLenArray::from_slice(&[reference(file, place, scale)?])))
+        let references = dataset.scales.iter().filter_map(|name| scales.get(name));
+        let references: Vec<_> = references
+            .map(|scale| VarLenArray::from_slice(&[scale.reference]))
             .collect();
-        replace_attribute(&dataset.object, place, DIMENSION_LIST, &references?)?;
+        replace_attribute(&dataset.object, place, DIMENSION_LIST, &references)?;
     }
-    for (scale, uses) in uses {
-        let object = file.dataset(&scale).at(place, "open a dimension")?;
-        replace_attribute(&object, place, REFERENCE_LIST, &uses)?;
+    for (name, scale) in scales {
+        let object = file.dataset(&name).at(place, "open a dimension")?;
+        replace_attribute(&object, place, REFERENCE_LIST, &scale.uses)?;
     }
     Ok(())
 }

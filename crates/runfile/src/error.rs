@@ -276,59 +276,13 @@ pub enum LinkProblem {
 /// A breach of the dataset table by the program itself.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum LayoutError {
-    /// The table has no such dataset.
-    #[error("{path} is not in the table")]
-    Unknown {
+    /// A dataset that the table does not have, not there, or not so: with the path what is wrong.
+    #[error("{path}{problem}")]
+    Dataset {
         /// The path asked for.
         path: String,
-    },
-    /// The dataset belongs to another group than the one being written.
-    #[error("{path} belongs to the group `{owner}`, not to `{writing}`")]
-    Group {
-        /// The dataset.
-        path: &'static str,
-        /// The group of the table.
-        owner: Group,
-        /// The group being written.
-        writing: Group,
-    },
-    /// The dataset holds another kind of values.
-    #[error("{path} holds {expected}, not {found}")]
-    Kind {
-        /// The dataset.
-        path: &'static str,
-        /// The kind of the table.
-        expected: String,
-        /// The kind of the call.
-        found: String,
-    },
-    /// The shape breaks the table or contradicts an earlier dataset.
-    #[error("{path}: expected {expected}, found {found}")]
-    Shape {
-        /// The dataset.
-        path: &'static str,
-        /// The shape of the table with the sizes known.
-        expected: String,
-        /// The shape of the call.
-        found: String,
-    },
-    /// The number of values is not the product of the extents.
-    #[error("{path}: {found} values do not fill the shape {shape:?}")]
-    Length {
-        /// The dataset.
-        path: &'static str,
-        /// The shape of the call.
-        shape: Vec<usize>,
-        /// The number of values.
-        found: usize,
-    },
-    /// A value cannot be stored.
-    #[error("{path}: {reason}")]
-    Value {
-        /// The dataset.
-        path: &'static str,
-        /// What is wrong with it.
-        reason: String,
+        /// What is wrong with it, in words that go on from the path.
+        problem: String,
     },
     /// A dataset, or a whole group, was written twice.
     #[error("{path} was written twice")]
@@ -350,4 +304,17 @@ pub enum LayoutError {
         /// The group.
         group: Group,
     },
+}
+
+impl LayoutError {
+    /// A dataset that the table does not have.
+    pub(super) fn unknown(path: &str) -> StoreError {
+        Self::dataset(path, " is not in the table")
+    }
+
+    /// What is wrong with a dataset, in words that go on from its path.
+    pub(super) fn dataset(path: &str, problem: impl Into<String>) -> StoreError {
+        let (path, problem) = (path.to_owned(), problem.into());
+        Self::Dataset { path, problem }.into()
+    }
 }

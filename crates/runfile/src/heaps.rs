@@ -5,23 +5,20 @@
 
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
-use std::sync::{Mutex, PoisonError};
-use std::time::Duration;
+use std::path::Path;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use hdf5_metno as hdf5;
 
 use super::error::StoreError;
 use super::place::{AtFile, AtPlace, Place};
-use super::volume::Stamp;
+use super::volume::{Stamp, TICK};
 
 /// How a heap begins: its name, the version, zeros.
 const SIGNATURE: &[u8; 8] = b"GCOL\x01\0\0\0";
 
 /// Bytes looked at together.
 const STRETCH: usize = 64;
-
-/// A file that was not changed for so long has another time of change once it is: clocks of file systems tick less often.
-const TICK: Duration = Duration::from_millis(20);
 
 /// Files of this process whose heaps have been walked.
 static WALKED: Mutex<Vec<Stamp>> = Mutex::new(Vec::new());
@@ -35,7 +32,6 @@ const BLOCK: u64 = 1 << 18;
 /// `Damaged`; `Io` if the file cannot be read.
 pub(super) fn check(file: &hdf5::File, place: Place<'_>) -> Result<(), StoreError> {
     let stamp = Stamp::of(place.file);
-    let walked = || WALKED.lock().unwrap_or_else(PoisonError::into_inner);
     if walked().contains(&stamp) {
         return Ok(());
     }
@@ -53,13 +49,26 @@ pub(super) fn check(file: &hdf5::File, place: Place<'_>) -> Result<(), StoreErro
     });
     match problem.at_file(place.file, "look at its heaps")? {
         None => {
-            if stamp.is_older_than(TICK) {
-                walked().push(stamp);
-            }
+            remember(stamp);
             Ok(())
         }
         Some((at, what)) => Err(place.damaged(format!("the heap of texts at byte {at} {what}"))),
     }
+}
+
+/// Spares a file the walk whose texts HDF5 has just written and read back in this process.
+pub(super) fn trust(path: &Path) {
+    remember(Stamp::of(path));
+}
+
+fn remember(stamp: Stamp) {
+    if stamp.is_older_than(TICK) {
+        walked().push(stamp);
+    }
+}
+
+fn walked() -> MutexGuard<'static, Vec<Stamp>> {
+    WALKED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// A file with the number of bytes of a length in it.

@@ -34,12 +34,8 @@ impl<T> Piecewise<T> {
     }
 
     fn length_error(&self, found: usize) -> StoreError {
-        LayoutError::Length {
-            path: self.spec.path,
-            shape: self.shape.clone(),
-            found,
-        }
-        .into()
+        let problem = format!(": {found} values do not fill the shape {:?}", self.shape);
+        LayoutError::dataset(self.spec.path, problem)
     }
 }
 

@@ -11,6 +11,7 @@ use super::digest::{DatasetDigest, of_group, of_texts};
 use super::element::StoredElement;
 use super::error::StoreError;
 use super::header;
+use super::heaps;
 use super::layout::{DatasetSpec, Group, Kind};
 use super::matrix::shape_of;
 use super::place::{AtPlace, Place};
@@ -19,7 +20,7 @@ use super::record;
 use super::seal::Seals;
 use super::stream;
 use super::table::Layout;
-use super::volume::Volume;
+use super::volume::{Stamp, Volume};
 
 /// What a new state is held against.
 #[derive(Debug)]
@@ -43,8 +44,10 @@ impl Proof<'_> {
         seals: &Seals,
         target: &Path,
     ) -> Result<(), StoreError> {
+        let stamp = Stamp::of(written);
         let opened = header::open_written(written);
-        let volume = opened.and_then(|file| Volume::of(file, written, self.layout, filetype));
+        let volume =
+            opened.and_then(|file| Volume::of(file, stamp, written, self.layout, filetype));
         let proven = volume.and_then(|volume| {
             let mut groups = seals.groups();
             groups.try_for_each(|group| self.of_group(&volume, group))?;
@@ -53,7 +56,9 @@ impl Proof<'_> {
         proven.map_err(|error| StoreError::Unproven {
             file: target.into(),
             reason: error.to_string(),
-        })
+        })?;
+        heaps::trust(written);
+        Ok(())
     }
 
     fn of_group(&self, volume: &Volume, group: Group) -> Result<(), StoreError> {

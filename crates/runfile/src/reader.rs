@@ -201,18 +201,11 @@ impl Reader {
         fits: impl Fn(Kind) -> bool,
         asked: Kind,
     ) -> Result<&'static DatasetSpec, StoreError> {
-        let spec = self
-            .layout
-            .find(path)
-            .ok_or_else(|| LayoutError::Unknown { path: path.into() })?;
+        let spec = self.layout.find(path);
+        let spec = spec.ok_or_else(|| LayoutError::unknown(path))?;
         if !fits(spec.kind) {
-            let (expected, found) = (spec.kind.to_string(), asked.to_string());
-            return Err(LayoutError::Kind {
-                path: spec.path,
-                expected,
-                found,
-            }
-            .into());
+            let problem = format!(" holds {}, not {asked}", spec.kind);
+            return Err(LayoutError::dataset(path, problem));
         }
         if !self
             .volume_of_object(spec.group, spec.path)?

@@ -24,9 +24,22 @@ impl Reader {
         problems
     }
 
-    /// Everything that is wrong with one group; as [`Self::problems`].
+    /// Everything that is wrong with one group; as [`Self::problems`]. What this process has found sound is not read again before
+    /// its file changes.
     #[must_use]
     pub fn group_problems(&self, group: Group) -> Vec<StoreError> {
+        let file = self.volume(group).ok().filter(|file| file.is_unchanged());
+        if file.is_some_and(|file| file.is_sound(group)) {
+            return Vec::new();
+        }
+        let problems = self.problems_read(group);
+        if let Some(file) = file.filter(|_| problems.is_empty()) {
+            file.note_sound(group);
+        }
+        problems
+    }
+
+    fn problems_read(&self, group: Group) -> Vec<StoreError> {
         let mut problems = Vec::new();
         match self.whole_group(group) {
             Ok(None) => return problems,

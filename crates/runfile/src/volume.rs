@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, SystemTime};
 
 use hdf5::{IndexType, IterationOrder, LinkType, LocationType};
@@ -24,6 +25,18 @@ pub(super) struct Volume {
     pub(super) format_version: [i64; 2],
     /// Paths of all soft and external links, which are never followed.
     links: Vec<String>,
+    /// That of the file before it was opened.
+    stamp: Stamp,
+}
+
+/// A file that was not changed for so long has another time of change once it is: clocks of file systems tick less often.
+pub(super) const TICK: Duration = Duration::from_millis(20);
+
+/// Groups of files that this process has found sound.
+static SOUND: Mutex<Vec<(Stamp, Group)>> = Mutex::new(Vec::new());
+
+fn sound() -> MutexGuard<'static, Vec<(Stamp, Group)>> {
+    SOUND.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Volume {
@@ -33,12 +46,14 @@ impl Volume {
         layout: &Layout,
         filetype: &'static str,
     ) -> Result<Self, StoreError> {
-        Self::of(header::open_any(path)?, path, layout, filetype)
+        let stamp = Stamp::of(path);
+        Self::of(header::open_any(path)?, stamp, path, layout, filetype)
     }
 
-    /// Takes an open file; errors as for [`super::Reader::open`].
+    /// Takes an open file, with its stamp before it was opened; errors as for [`super::Reader::open`].
     pub(super) fn of(
         file: hdf5::File,
+        stamp: Stamp,
         path: &Path,
         layout: &Layout,
         filetype: &'static str,
@@ -53,7 +68,26 @@ impl Volume {
             bytes,
             format_version,
             links,
+            stamp,
         })
+    }
+
+    /// Whether the file is still the one that was opened, as it was.
+    pub(super) fn is_unchanged(&self) -> bool {
+        Stamp::of(&self.path) == self.stamp
+    }
+
+    pub(super) fn is_sound(&self, group: Group) -> bool {
+        let noted = sound();
+        let mut of_file = noted.iter().filter(|(stamp, _)| *stamp == self.stamp);
+        of_file.any(|(_, name)| *name == group)
+    }
+
+    /// Notes that a group is what was written.
+    pub(super) fn note_sound(&self, group: Group) {
+        if self.stamp.is_older_than(TICK) {
+            sound().push((self.stamp.clone(), group));
+        }
     }
 
     /// The soft or external link that lies on the way to a path.
@@ -89,7 +123,7 @@ pub(super) fn has_path(file: &hdf5::File, path: &str) -> bool {
 }
 
 /// What changes when a file is written, replaced or removed.
-#[derive(Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Stamp(Option<(u64, SystemTime, u64)>);
 
 impl Stamp {

@@ -95,11 +95,7 @@ impl<'t> GroupWriter<'t> {
         };
         let spec = self.admit(path, kind, &matrix.shape, None)?;
         if let Some(reason) = matrix.problem(spec.kind) {
-            return Err(LayoutError::Value {
-                path: spec.path,
-                reason,
-            }
-            .into());
+            return Err(LayoutError::dataset(spec.path, format!(": {reason}")));
         }
         let (object, digest) = matrix::write(&self.object, self.place(spec), spec, matrix)?;
         self.seal(spec, &object, digest)
@@ -178,10 +174,8 @@ impl<'t> GroupWriter<'t> {
         let place = self.place(spec);
         let unicode: hdf5::Result<Vec<VarLenUnicode>> =
             texts.iter().map(|text| unicode(text)).collect();
-        let unicode = unicode.map_err(|error| LayoutError::Value {
-            path: spec.path,
-            reason: error.to_string(),
-        })?;
+        let unicode =
+            unicode.map_err(|error| LayoutError::dataset(spec.path, format!(": {error}")))?;
         let dataset = new_dataset(
             &self.object,
             place,
@@ -193,11 +187,9 @@ impl<'t> GroupWriter<'t> {
         self.seal(spec, &dataset, of_texts(shape, texts))
     }
 
-    fn find(&self, path: &str) -> Result<&'static DatasetSpec, LayoutError> {
-        self.transaction
-            .layout()
-            .find(path)
-            .ok_or_else(|| LayoutError::Unknown { path: path.into() })
+    fn find(&self, path: &str) -> Result<&'static DatasetSpec, StoreError> {
+        let found = self.transaction.layout().find(path);
+        found.ok_or_else(|| LayoutError::unknown(path))
     }
 
     /// The row of a path, if the table allows these values there now.
@@ -211,20 +203,13 @@ impl<'t> GroupWriter<'t> {
         let spec = self.find(path)?;
         let path = spec.path;
         if spec.group != self.group {
-            return Err(LayoutError::Group {
-                path,
-                owner: spec.group,
-                writing: self.group,
-            }
-            .into());
+            let (owner, writing) = (spec.group, self.group);
+            let problem = format!(" belongs to the group `{owner}`, not to `{writing}`");
+            return Err(LayoutError::dataset(path, problem));
         }
         if spec.kind != kind {
-            return Err(LayoutError::Kind {
-                path,
-                expected: spec.kind.to_string(),
-                found: kind.to_string(),
-            }
-            .into());
+            let problem = format!(" holds {}, not {kind}", spec.kind);
+            return Err(LayoutError::dataset(path, problem));
         }
         if self.digests.contains_key(path) {
             return Err(LayoutError::Twice { path: path.into() }.into());
@@ -233,18 +218,13 @@ impl<'t> GroupWriter<'t> {
             .iter()
             .try_fold(1_usize, |volume, &extent| volume.checked_mul(extent));
         if let Some(found) = count.filter(|&count| Some(count) != volume) {
-            return Err(LayoutError::Length {
-                path,
-                shape: shape.into(),
-                found,
-            }
-            .into());
+            let problem = format!(": {found} values do not fill the shape {shape:?}");
+            return Err(LayoutError::dataset(path, problem));
         }
         let bound = self.transaction.sizes_mut().bind(spec, shape);
-        bound.map_err(|conflict| LayoutError::Shape {
-            path,
-            expected: conflict.expected,
-            found: conflict.found,
+        bound.map_err(|conflict| {
+            let problem = format!(": expected {}, found {}", conflict.expected, conflict.found);
+            LayoutError::dataset(path, problem)
         })?;
         Ok(spec)
     }

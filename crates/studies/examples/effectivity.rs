@@ -6,7 +6,7 @@
 use std::{error::Error, path::Path};
 
 use contact3d::scene::{Friction, Scene, SceneFile};
-use studies::accuracy::{MeshSequences, SequenceSettings};
+use studies::accuracy::{AccuracySettings, MeshSequences};
 
 /// Scenes of `pipelines/`.
 const PIPELINES: [&str; 9] = [
@@ -46,11 +46,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let goal = arguments.next().map_or(Ok(0.05), |text| text.parse())?;
     let wanted = arguments.next().unwrap_or_default();
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../pipelines");
-    let settings = SequenceSettings {
+    let settings = AccuracySettings {
         budget,
-        goal,
         coarsest: 2,
-        memory: None,
+        ..AccuracySettings::default()
     };
     println!(
         "scene                  sequence     unknowns  seconds  estimated      true  effectivity"
@@ -59,7 +58,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         if !name.contains(&wanted) {
             continue;
         }
-        let sequences = MeshSequences::measure(&scene, &folder, &settings, &mut |_| {})?;
+        let sequences = MeshSequences::measure(&scene, &folder, goal, &settings, &mut |_| {})?;
         for sequence in &sequences.sequences {
             for level in &sequence.levels {
                 let [error, effectivity] = [level.error.map(|e| 100.0 * e), level.effectivity()]

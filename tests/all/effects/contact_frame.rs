@@ -3,7 +3,7 @@
 use std::fs;
 
 use assert_cmd::Command;
-use contact3d_pipe::format::LAYOUT;
+use contact3d_pipe::LAYOUT;
 use runfile::Reader;
 
 use super::scenes::{RAMPS, STEEL};

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use assert_cmd::{Command, assert::Assert};
-use contact3d_pipe::format::LAYOUT;
+use contact3d_pipe::LAYOUT;
 use runfile::Reader;
 
 use super::support::pipelines;

@@ -1,6 +1,6 @@
 //! A study of accuracy of format 1.9, whose groups `rungs` and `ways` are `solves` and `sequences` today.
 
-use contact3d_pipe::format::{LAYOUT, read_accuracy};
+use contact3d_pipe::{LAYOUT, read_accuracy};
 use runfile::Reader;
 
 use super::program::Scratch;

@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, fs};
 
 use contact3d::scene::SceneFile;
-use contact3d_pipe::{format::Stage, pipeline::stage_settings, sweep::Plan};
+use contact3d_pipe::{Plan, Stage, stage_settings};
 
 use super::program::{Scratch, fixture};
 

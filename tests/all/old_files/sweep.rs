@@ -3,7 +3,7 @@
 
 use std::{collections::BTreeMap, fs};
 
-use contact3d_pipe::format::{CHECKPOINT, LAYOUT};
+use contact3d_pipe::{CHECKPOINT, LAYOUT};
 use runfile::Reader;
 
 use super::program::Scratch;

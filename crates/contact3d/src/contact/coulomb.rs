@@ -11,7 +11,7 @@ use std::{
 
 use crate::{
     linalg::CscMatrix,
-    scene::{Coefficient, FrictionLaw, is_coefficient},
+    scene::{Coefficient, FrictionLaw, SlipBound, is_coefficient},
 };
 
 /// Coulomb's law with F(x, |u_t1|, |u_t2|) at the contact nodes: a law for each face with friction, in the order of their
@@ -45,18 +45,10 @@ pub struct FaceLaw {
     first_node: usize,
     /// The panes of the face.
     panes: Range<usize>,
-    bound: PressureBound,
-}
-
-/// The slip bound g of a face as a function of the pressure.
-#[derive(Debug, Clone)]
-pub(super) enum PressureBound {
-    /// g = λ_ν.
-    Uncapped,
-    /// g = min(λ_ν, p_cap), with p_cap in Pa.
-    Capped(f64),
-    /// A given g in Pa on each pane of the face (Tresca's law).
-    Given(Vec<f64>),
+    /// The slip bound g as a function of the pressure.
+    bound: SlipBound,
+    /// Means of its place-dependent stress in Pa over the panes of the face; empty where it has none.
+    of_panes: Vec<f64>,
 }
 
 impl Clone for CoulombLaw {
@@ -94,7 +86,8 @@ impl FaceLaw {
             positions,
             first_node: 0,
             panes: 0..0,
-            bound: PressureBound::Uncapped,
+            bound: SlipBound::Pressure,
+            of_panes: Vec::new(),
         }
     }
 
@@ -110,21 +103,26 @@ impl FaceLaw {
 
     /// The same with another slip bound.
     #[must_use]
-    pub(super) fn bounded(self, bound: PressureBound) -> Self {
-        Self { bound, ..self }
+    pub(super) fn bounded(self, bound: SlipBound, of_panes: Vec<f64>) -> Self {
+        Self {
+            bound,
+            of_panes,
+            ..self
+        }
+    }
+
+    /// Whether the slip bound follows the pressure.
+    pub(super) fn follows_pressure(&self) -> bool {
+        self.bound.follows_pressure()
     }
 
     /// The semi-axes g F₁, g F₂ in Pa on the panes of a face with given slip bounds, whose coefficients are constant; none
     /// for other laws.
-    pub(super) fn given_semi_axes(&self) -> Vec<[f64; 2]> {
+    pub(super) fn given_semi_axes(&self) -> impl Iterator<Item = [f64; 2]> {
         let coefficients = self.law.evaluate([0.0; 3], [0.0; 2]);
-        match &self.bound {
-            PressureBound::Given(bound) => {
-                let panes = bound.iter();
-                panes.map(|g| coefficients.map(|f| f * g)).collect()
-            }
-            PressureBound::Uncapped | PressureBound::Capped(_) => Vec::new(),
-        }
+        self.of_panes
+            .iter()
+            .map(move |g| coefficients.map(|f| f * g))
     }
 
     /// The law as a function of place and slip; its evaluations are not counted.
@@ -292,21 +290,14 @@ impl CoulombLaw {
     #[must_use]
     pub fn slip_bound(&self, pane: usize, pressure: f64) -> f64 {
         let face = self.face_of(pane);
-        match &face.bound {
-            PressureBound::Capped(cap) if pressure > *cap => *cap,
-            PressureBound::Capped(_) | PressureBound::Uncapped => pressure,
-            PressureBound::Given(bound) => bound[pane - face.panes.start],
-        }
+        let of_pane = || face.of_panes[pane - face.panes.start];
+        face.bound.at(pressure, of_pane)
     }
 
     /// dg/dλ_ν; at a cap that of larger pressures, an element of the generalised derivative.
     #[must_use]
     pub fn slip_bound_slope(&self, pane: usize, pressure: f64) -> f64 {
-        match &self.face_of(pane).bound {
-            PressureBound::Capped(cap) if pressure >= *cap => 0.0,
-            PressureBound::Capped(_) | PressureBound::Uncapped => 1.0,
-            PressureBound::Given(_) => 0.0,
-        }
+        self.face_of(pane).bound.slope(pressure)
     }
 
     /// The slip bounds g in Pa of all panes with friction under the normal stresses λ_ν in Pa of all panes,

@@ -33,7 +33,7 @@ pub(super) fn refuse_dependent(
 ) -> Result<(), Invalid> {
     let held = mesh.held_nodes(scene);
     let faces = surface.faces.iter().zip(features);
-    let rough = faces.filter(|(face, of)| face.is_nodal && of.friction.name().is_some());
+    let rough = faces.filter(|(face, of)| face.is_nodal && of.friction.is_some());
     for (face, of) in rough {
         for local in face.nodes.clone() {
             let node = surface.nodes[local];

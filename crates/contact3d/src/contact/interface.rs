@@ -1,7 +1,7 @@
 //! What a scene asks of its contact face: frame, initial gap and law of friction.
 
 use super::{
-    ContactFrame, CoulombLaw, Coupling, FaceLaw, SlipMap, SlipOperator, coulomb::PressureBound,
+    ContactFrame, CoulombLaw, Coupling, FaceLaw, SlipMap, SlipOperator,
     half_held::refuse_dependent, law_bounds, prescribed::refuse_penetration,
 };
 use crate::{
@@ -161,17 +161,14 @@ impl InterfaceFriction {
         let faces = surface.faces.iter().zip(features);
         let laws = faces.filter_map(|(face, has)| {
             let (key, _) = scene.friction_on(has.entry)?;
-            face_law(key, &has.friction, face, surface, mesh)
+            let model = has.friction.as_ref()?;
+            Some(face_law(key, model, face, surface, mesh))
         });
         let laws: Vec<FaceLaw> = laws.collect::<Result<_, Invalid>>()?;
-        let follows_pressure = features.iter().any(|has| match has.friction {
-            FrictionModel::Frictionless | FrictionModel::Tresca { .. } => false,
-            FrictionModel::Coulomb { .. } | FrictionModel::CappedCoulomb { .. } => true,
-        });
         if laws.is_empty() {
             return Ok(Self::Frictionless);
         }
-        if !follows_pressure {
+        if !laws.iter().any(FaceLaw::follows_pressure) {
             return Ok(Self::Tresca(
                 laws.iter().flat_map(FaceLaw::given_semi_axes).collect(),
             ));
@@ -184,41 +181,32 @@ impl InterfaceFriction {
     }
 }
 
-/// The law of a face under its key; `None` without friction.
+/// The law of a face under its key.
 fn face_law(
     key: String,
     model: &FrictionModel,
     face: &SurfaceFace,
     surface: &ContactSurface,
     mesh: &Mesh,
-) -> Option<Result<FaceLaw, Invalid>> {
+) -> Result<FaceLaw, Invalid> {
     let places = positions(surface, face, mesh);
-    let bound = match model {
-        FrictionModel::Frictionless => return None,
-        FrictionModel::Coulomb { .. } => Ok(PressureBound::Uncapped),
-        FrictionModel::CappedCoulomb { pressure_cap, .. } => {
-            Ok(PressureBound::Capped(*pressure_cap))
-        }
-        FrictionModel::Tresca { slip_bound, .. } => {
-            let values = non_negative(&format!("{key}.slip_bound"), slip_bound, &places);
-            values.map(|values| {
-                // Means are taken over the nodes of this face.
-                let mean = |pane: usize| -> f64 {
-                    let weights = surface.pane_weights(pane);
-                    weights
-                        .map(|(node, weight)| weight * values[node - face.nodes.start])
-                        .sum()
-                };
-                PressureBound::Given(face.panes.clone().map(mean).collect())
-            })
+    let of_panes = match model.bound.place_dependent() {
+        None => Vec::new(),
+        Some((name, stress)) => {
+            let values = non_negative(&format!("{key}.{name}"), stress, &places)?;
+            // Means are taken over the nodes of this face.
+            let mean = |pane: usize| -> f64 {
+                let weights = surface.pane_weights(pane);
+                weights
+                    .map(|(node, weight)| weight * values[node - face.nodes.start])
+                    .sum()
+            };
+            face.panes.clone().map(mean).collect()
         }
     };
-    let law = model.coefficients()?.clone();
-    Some(bound.map(|bound| {
-        FaceLaw::new(key, law, places)
-            .placed(face.nodes.start, face.panes.clone())
-            .bounded(bound)
-    }))
+    let law = FaceLaw::new(key, model.coefficients.clone(), places)
+        .placed(face.nodes.start, face.panes.clone());
+    Ok(law.bounded(model.bound.clone(), of_panes))
 }
 
 /// The initial gaps of all faces, the distances from obstacles included; 0 where a face has none, `None` where none has

@@ -1,9 +1,6 @@
 //! The constants of a law of friction that HKL §3 uses: bounds, Lipschitz modulus, anisotropy.
 
-use super::{
-    FaceLaw,
-    law_search::{Peak, Sweep},
-};
+use super::{FaceLaw, law_search::Sweep};
 use crate::scene::{
     Coefficient, FrictionLaw, Invalid, LEAST_COEFFICIENT, Warning, Written, is_coefficient,
     place_words,
@@ -76,12 +73,9 @@ type Measure<'a> = fn(&Sampled<'a>, [f64; 3], [f64; 2]) -> f64;
 /// The largest value of a measure over all coefficients; the first of equal ones.
 fn extreme_of<'a>(law: &'a FaceLaw, largest_slip: f64, measure: Measure<'a>) -> LawExtreme {
     let extremes = (0..law.coefficients().len()).map(|axis| {
-        let sampled = Sampled {
-            law: law.law(),
-            axis,
-        };
+        let sampled = Sampled::new(law, axis);
         let sweep = Sweep::new(law, &[axis], largest_slip);
-        extreme(sweep.maximise(|x, s| measure(&sampled, x, s)), axis)
+        sweep.maximise(axis, |x, s| measure(&sampled, x, s))
     });
     let larger = |a: LawExtreme, b: LawExtreme| if b.value > a.value { b } else { a };
     extremes.reduce(larger).expect("a law has a coefficient")
@@ -93,20 +87,14 @@ fn anisotropy(law: &FaceLaw, largest_slip: f64) -> LawExtreme {
     let axes: Vec<usize> = (0..law.coefficients().len()).collect();
     let sweep = Sweep::new(law, &axes, largest_slip);
     let values = |x, s| law.law().evaluate(x, s);
-    let peak = sweep.maximise(|x, s| {
+    let peak = sweep.maximise(0, |x, s| {
         let [first, second] = values(x, s);
         first.max(second) / first.min(second)
     });
     let [first, second] = values(peak.position.unwrap_or_default(), peak.slip);
-    extreme(peak, usize::from(second > first))
-}
-
-fn extreme(peak: Peak, coefficient: usize) -> LawExtreme {
     LawExtreme {
-        value: peak.value,
-        coefficient,
-        position: peak.position,
-        slip: peak.slip,
+        coefficient: usize::from(second > first),
+        ..peak
     }
 }
 
@@ -116,7 +104,12 @@ struct Sampled<'a> {
     axis: usize,
 }
 
-impl Sampled<'_> {
+impl<'a> Sampled<'a> {
+    fn new(law: &'a FaceLaw, axis: usize) -> Self {
+        let law = law.law();
+        Self { law, axis }
+    }
+
     fn value(&self, position: [f64; 3], slip: [f64; 2]) -> f64 {
         let at = self.law.point(self.axis, position, slip);
         self.law.coefficients()[self.axis].evaluate(&at)
@@ -138,7 +131,7 @@ pub(super) fn refuse_unusable(law: &FaceLaw, length: &str) -> Result<(), Invalid
     match worst_values(law, 0.0, length).next() {
         None => Ok(()),
         Some(worst) => Err(Invalid {
-            key: key(law, worst.axis),
+            key: key(law, worst.peak.coefficient),
             expected: format!("0 < F < infinity without slip, {LEAST_COEFFICIENT:e} at least, on the whole contact face"),
             found: format!("{} at {}", Written(&worst.value), worst.place),
             help: "F at zero slip decides what sticks: correct the formula there, such as 0.3 + 0.1*x; frictionless contact has no [friction]".into(),
@@ -150,7 +143,7 @@ pub(super) fn refuse_unusable(law: &FaceLaw, length: &str) -> Result<(), Invalid
 /// has such slips is not known before it is found.
 pub(super) fn warnings(law: &FaceLaw, largest_slip: f64, length: &str) -> Vec<Warning> {
     let words = |worst: Worst| Warning::LawLeavesRange {
-        key: key(law, worst.axis),
+        key: key(law, worst.peak.coefficient),
         onset: worst.onset(law, length),
         value: worst.value,
         place: worst.place,
@@ -168,9 +161,8 @@ fn key(law: &FaceLaw, axis: usize) -> String {
 
 /// A value of a coefficient that is not positive and finite.
 struct Worst {
-    axis: usize,
     value: f64,
-    peak: Peak,
+    peak: LawExtreme,
     /// Slips and place in words.
     place: String,
 }
@@ -179,10 +171,8 @@ impl Worst {
     /// The first slips in words at which the coefficient is not usable, on the way from zero slip to
     /// the worst one.
     fn onset(&self, law: &FaceLaw, length: &str) -> String {
-        let sampled = Sampled {
-            law: law.law(),
-            axis: self.axis,
-        };
+        let axis = self.peak.coefficient;
+        let sampled = Sampled::new(law, axis);
         let position = self.peak.position.unwrap_or_default();
         let at = |share: f64| self.peak.slip.map(|slip| share * slip);
         let is_usable = |share: f64| is_coefficient(sampled.value(position, at(share)));
@@ -205,14 +195,14 @@ impl Worst {
                 bad = middle;
             }
         }
-        let peak = Peak {
+        let peak = LawExtreme {
             position: None,
             slip: at(bad),
             ..self.peak
         };
-        let coefficient = &law.coefficients()[self.axis];
+        let coefficient = &law.coefficients()[axis];
         let isotropic = law.coefficients().len() == 1;
-        point_words(&peak, isotropic, coefficient.slips_used(self.axis), length)
+        point_words(&peak, isotropic, coefficient.slips_used(axis), length)
     }
 }
 
@@ -225,12 +215,9 @@ fn worst_values(law: &FaceLaw, largest_slip: f64, length: &str) -> impl Iterator
         .enumerate()
         .filter(|(_, coefficient)| coefficient.is_searched());
     formulas.filter_map(move |(axis, coefficient)| {
-        let sampled = Sampled {
-            law: law.law(),
-            axis,
-        };
+        let sampled = Sampled::new(law, axis);
         let sweep = Sweep::new(law, &[axis], largest_slip);
-        let peak = sweep.maximise(|x, s| {
+        let peak = sweep.maximise(axis, |x, s| {
             let value = sampled.value(x, s);
             if value.is_finite() {
                 -value
@@ -241,7 +228,6 @@ fn worst_values(law: &FaceLaw, largest_slip: f64, length: &str) -> impl Iterator
         let uses = coefficient.slips_used(axis);
         let value = sampled.value(peak.position.unwrap_or_default(), peak.slip);
         (!is_coefficient(value)).then(|| Worst {
-            axis,
             value,
             place: point_words(&peak, coefficients.len() == 1, uses, length),
             peak,
@@ -250,7 +236,7 @@ fn worst_values(law: &FaceLaw, largest_slip: f64, length: &str) -> impl Iterator
 }
 
 /// A point of a law in words, as far as the coefficient depends on it.
-fn point_words(peak: &Peak, isotropic: bool, uses: [bool; 2], length: &str) -> String {
+fn point_words(peak: &LawExtreme, isotropic: bool, uses: [bool; 2], length: &str) -> String {
     let names = if isotropic {
         ["|u_t|", ""]
     } else {

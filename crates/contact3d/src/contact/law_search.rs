@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::FaceLaw;
+use super::{FaceLaw, LawExtreme};
 use crate::scene::Coefficient;
 
 /// Smallest slip of a sweep over formulas, relative to the largest.
@@ -29,16 +29,6 @@ pub(super) struct Sweep<'a> {
     slips: [Vec<f64>; 2],
     search: bool,
     depends_on_place: bool,
-}
-
-/// The largest value of a function on a sweep, and where it is attained.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Peak {
-    pub(super) value: f64,
-    /// Place in m; `None` where the law is the same everywhere.
-    pub(super) position: Option<[f64; 3]>,
-    /// (|u_t1|, |u_t2|) in m.
-    pub(super) slip: [f64; 2],
 }
 
 impl<'a> Sweep<'a> {
@@ -88,9 +78,13 @@ impl<'a> Sweep<'a> {
         }
     }
 
-    /// The largest value of a function of place and slip; values that are no numbers are passed
+    /// The largest value of a function of place and slip that a coefficient gives; values that are no numbers are passed
     /// over.
-    pub(super) fn maximise(&self, function: impl Fn([f64; 3], [f64; 2]) -> f64) -> Peak {
+    pub(super) fn maximise(
+        &self,
+        coefficient: usize,
+        function: impl Fn([f64; 3], [f64; 2]) -> f64,
+    ) -> LawExtreme {
         let mut best = Best::default();
         for place in 0..self.places.len() {
             best.offer(place, [0.0; 2], function(self.places[place], [0.0; 2]));
@@ -107,8 +101,9 @@ impl<'a> Sweep<'a> {
         if self.search {
             self.improve(&mut best, &function);
         }
-        Peak {
+        LawExtreme {
             value: best.value,
+            coefficient,
             position: self.depends_on_place.then(|| self.places[best.place]),
             slip: [0, 1].map(|k| self.without_side(k, best.slip[k])),
         }

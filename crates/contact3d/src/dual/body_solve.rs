@@ -12,7 +12,7 @@ use crate::linalg::{
 const MOST_REFINEMENTS: usize = 6;
 
 /// What conjugate gradients leave of a correction at most, where the factor is in single precision: after two steps or so.
-const CG_LEFT: f64 = 1e-8;
+pub(super) const CG_LEFT: f64 = 1e-8;
 
 impl Assembly {
     /// The displacement A⁻¹l over the free degrees of freedom in m: the body without contact.
@@ -36,13 +36,10 @@ impl Assembly {
         displacement
     }
 
-    /// A⁻¹f for several f to [`CG_LEFT`], by conjugate gradients that share the reading of the factor.
-    pub(crate) fn solve_several(&self, forces: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    /// A⁻¹f for several f but for a `share` of each, by conjugate gradients that share the reading of the factor.
+    pub(crate) fn solve_several(&self, forces: &[Vec<f64>], share: f64) -> Vec<Vec<f64>> {
         let forces: Vec<&[f64]> = forces.iter().map(Vec::as_slice).collect();
-        let accuracy = StoppingRule {
-            share: CG_LEFT,
-            length: 0.0,
-        };
+        let accuracy = StoppingRule { share, length: 0.0 };
         let (a, work) = (self.primal.invertible(), &mut Workspace::default());
         let solved = conjugate_gradients(a, &self.factor, &forces, accuracy, work);
         solved.into_iter().map(|solved| solved.solution).collect()

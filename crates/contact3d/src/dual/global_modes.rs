@@ -8,7 +8,7 @@
 //!
 //! is symmetric, equals S on V, and leaves (I − VVᵀ) E (I − VVᵀ). In the same way G̃ + (G V − G̃V) Vᵀ.
 
-use super::{Assembly, dense::symmetric_product};
+use super::{Assembly, body_solve::CG_LEFT, dense::symmetric_product};
 use crate::{
     contact::Coupling,
     linalg::{CscMatrix, add_scaled, dot, norm},
@@ -34,7 +34,7 @@ pub(super) fn correct(
         .iter()
         .map(|mode| coupling.nodal_forces(mode))
         .collect();
-    let moved = assembly.solve_several(&forces);
+    let moved = assembly.solve_several(&forces, CG_LEFT);
     if let (Some(selection), Some(compliance)) = (selection, compliance) {
         let rows = selection.cols;
         let errors: Vec<Vec<f64>> = modes

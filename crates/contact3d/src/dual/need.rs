@@ -73,6 +73,9 @@ pub type Observation<'a> = &'a dyn Fn(&'static str, &Arc<Work>);
 /// The step that computes the factor.
 pub(super) const FACTORISING: &str = "factorising the stiffness";
 
+/// Bytes into which each thread packs the matrices that it multiplies, once they are large.
+const PACKING: f64 = 67_108_864.0;
+
 /// Bytes in units that suit them.
 fn in_units(bytes: u64) -> String {
     match bytes {
@@ -127,9 +130,10 @@ impl Need {
         let forming = dense.map_or(0.0, |estimate| estimate.forming_bytes(precision));
         let kept = dense.map_or(0.0, |estimate| estimate.dense_bytes);
         let stiffness = 8.0 * stiffness.data.len() as f64;
+        let packing = (PACKING * rayon::current_num_threads() as f64).min(values);
         Self {
             step: FACTORISING,
-            memory: (values + scratch.max(forming)) as u64,
+            memory: (values + scratch.max(forming) + packing) as u64,
             stored: (values + stiffness + kept) as u64,
         }
     }

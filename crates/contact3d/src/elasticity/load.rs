@@ -15,7 +15,7 @@ use crate::{
 };
 
 /// The loads of a scene.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Loads<'a> {
     /// Surface tractions p.
     pub tractions: &'a [Traction],
@@ -224,16 +224,11 @@ const ROUNDING: f64 = 1e-12;
 #[must_use]
 pub fn idle_loads(scene: &Scene, mesh: &Mesh) -> Vec<Warning> {
     let held = mesh.held_nodes(scene);
-    let loads = Loads {
-        tractions: &[],
-        pressures: &[],
-        body_force: None,
-    };
     let tractions = scene.tractions.iter().enumerate();
     let tractions = tractions.map(|(i, traction)| {
         let alone = Loads {
             tractions: std::slice::from_ref(traction),
-            ..loads
+            ..Loads::default()
         };
         let components = idle_components(&forces(&alone, mesh), &held).collect();
         (format!("traction.{i}.value"), components)
@@ -250,7 +245,7 @@ pub fn idle_loads(scene: &Scene, mesh: &Mesh) -> Vec<Warning> {
     let pressures = pressures.filter_map(|(i, pressure)| {
         let alone = Loads {
             pressures: std::slice::from_ref(pressure),
-            ..loads
+            ..Loads::default()
         };
         let forces = forces(&alone, mesh);
         let acting = Component::ALL

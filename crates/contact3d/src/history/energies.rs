@@ -70,19 +70,17 @@ impl Bookkeeping {
             [to[0] - from[0], to[1] - from[1], to[2] - from[2]]
         };
         let forces = Loads::of(solved.scene).nodal_forces(solved.mesh)?;
-        let load_work = forces.iter().enumerate().map(|(node, force)| {
-            let earlier = self.forces.as_ref().map_or([0.0; 3], |forces| forces[node]);
-            let way = way(node);
-            let works = (0..3).map(|c| 0.5 * (force[c] + earlier[c]) * way[c]);
-            works.sum::<f64>()
-        });
-        let reactions = record.reaction.iter().enumerate().map(|(node, force)| {
-            let earlier = before.map_or([0.0; 3], |before| before.reaction[node]);
-            let way = way(node);
-            let works = (0..3).map(|c| 0.5 * (force[c] + earlier[c]) * way[c]);
-            works.sum::<f64>()
-        });
-        let load_work = load_work.sum::<f64>() + reactions.sum::<f64>();
+        let work = |forces: &[Vector], earlier: Option<&Vec<Vector>>| -> f64 {
+            let works = forces.iter().enumerate().map(|(node, force)| {
+                let earlier = earlier.map_or([0.0; 3], |forces| forces[node]);
+                let way = way(node);
+                let works = (0..3).map(|c| 0.5 * (force[c] + earlier[c]) * way[c]);
+                works.sum::<f64>()
+            });
+            works.sum()
+        };
+        let load_work = work(&forces, self.forces.as_ref())
+            + work(&record.reaction, before.map(|before| &before.reaction));
         let face = solved.contact.map(|contact| contact.state);
         let normal_work = face.map_or(0.0, |face| {
             let moved: Vec<f64> = face
@@ -164,8 +162,7 @@ impl Drive {
             .collect();
         let unit = Loads {
             tractions: &ones,
-            pressures: &[],
-            body_force: None,
+            ..Loads::default()
         };
         let shares = unit.nodal_forces(mesh)?.into_iter().enumerate();
         let mut shares: Vec<(usize, f64)> = shares

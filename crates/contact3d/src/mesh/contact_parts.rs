@@ -11,9 +11,7 @@ use super::{
     obstacle::Approach,
     triangle_area,
 };
-use crate::scene::{
-    BrickFace, Contact, Invalid, MultiplierSpace, Scene, Shape, Written, place_words,
-};
+use crate::scene::{BrickFace, Contact, Invalid, MultiplierSpace, Scene, Written, place_words};
 
 /// Share of its area by which a triangle may lie on both sides of a box: roundings of areas.
 const UNCUT: f64 = 1e-6;
@@ -251,9 +249,9 @@ impl Mesh {
         let corners: Vec<[usize; 3]> = facets.iter().map(|&f| self.facets[f]).collect();
         let face = self.contact_face(contact, &facets, origin);
         let face = face.map_err(|invalid| under(&key, invalid))?;
-        let cells = match (&scene.body.shape, origin) {
-            (Shape::Brick(spec), Origin::First) => Some(spec),
-            (Shape::Brick(_), Origin::Cut { .. }) | (Shape::Gmsh(_), _) => None,
+        let cells = match origin {
+            Origin::First => scene.body.as_brick(),
+            Origin::Cut { .. } => None,
         };
         Ok(match (contact.multipliers, cells) {
             (MultiplierSpace::Nodal, _) => ContactSurface::nodal(face, |node, normal| {

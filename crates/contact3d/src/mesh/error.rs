@@ -9,15 +9,9 @@ use crate::scene::Invalid;
 #[derive(Debug, Error)]
 pub enum MeshError {
     /// The scene asks for what the mesh does not have.
-    #[error("{}: expected {}, found {}; {}", .0.key, .0.expected, .0.found, .0.help)]
-    Scene(Invalid),
+    #[error(transparent)]
+    Scene(#[from] Invalid),
     /// The mesh file.
     #[error(transparent)]
     Gmsh(#[from] GmshError),
-}
-
-impl From<Invalid> for MeshError {
-    fn from(invalid: Invalid) -> Self {
-        Self::Scene(invalid)
-    }
 }

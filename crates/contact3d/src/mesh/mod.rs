@@ -27,7 +27,7 @@ pub use side::{Quality, is_straight, shape};
 pub(crate) use side::{SidePoint, sorted};
 
 use crate::scene::{
-    BrickFace, Clamp, Contact, ElementOrder, Invalid, MultiplierSpace, Scene, Shape, Written,
+    Body, BrickFace, Clamp, Contact, ElementOrder, Invalid, MultiplierSpace, Scene, Shape, Written,
 };
 
 /// Nodes, tetrahedra and named boundary of a body, before the scene's parts are found on it.
@@ -69,6 +69,29 @@ impl RawMesh {
         };
         check_face_names(scene, &raw.face_names)?;
         Ok(raw)
+    }
+}
+
+/// How large a mesh will be, as far as the body tells before it is made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MeshSize {
+    /// Nodes, tetrahedra and boundary triangles; `None` where an index would overflow.
+    Counted(Option<[u64; 3]>),
+    /// That of a file of so many bytes; 0 where there is none.
+    InFile(u64),
+}
+
+impl MeshSize {
+    /// The size of a body's own mesh; mesh files are looked for in `folder`.
+    #[must_use]
+    pub fn of(body: &Body, folder: &Path) -> Self {
+        match &body.shape {
+            Shape::Brick(brick) => Self::Counted(brick_counts(brick, body.element)),
+            Shape::Gmsh(gmsh) => {
+                let file = std::fs::metadata(folder.join(&gmsh.file));
+                Self::InFile(file.map_or(0, |file| file.len()))
+            }
+        }
     }
 }
 

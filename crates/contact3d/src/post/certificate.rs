@@ -2,7 +2,7 @@
 
 use std::sync::atomic::AtomicUsize;
 
-use super::{PaneFriction, PaneState, Solved, SolvedContact, rounding::Measure};
+use super::{PaneFriction, PaneState, Solved, SolvedContact, largest, rounding::Measure};
 use crate::{
     linalg::{add_scaled, norm},
     solver::{FeasibleSet, is_felt, load_stress},
@@ -319,12 +319,4 @@ fn natural_residual(
 /// The quotient, and 0 for 0/0.
 fn ratio(part: f64, whole: f64) -> f64 {
     if part == 0.0 { 0.0 } else { part / whole }
-}
-
-/// max |v|; NaN if any is.
-fn largest(values: impl Iterator<Item = f64>) -> f64 {
-    values.fold(0.0, |most, v| {
-        let v = v.abs();
-        if v > most || v.is_nan() { v } else { most }
-    })
 }

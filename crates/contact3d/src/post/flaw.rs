@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::{ContactReport, Rounding, Solved, rounding::Measure};
+use super::{ContactReport, Rounding, Solved, largest, rounding::Measure};
 use crate::solver::{Solution, Status};
 
 /// An answer with a figure above this is none, whatever rounding explains: nothing of it can be relied on.
@@ -182,17 +182,15 @@ impl ContactReport {
 
     /// The largest magnitude of every field; NaN if any value is.
     fn fields(&self, solved: &Solved<'_>) -> Vec<(&'static str, f64)> {
+        let size = |values: &[f64]| largest(values.iter().copied());
         let slips = self.panes.iter().filter_map(|pane| pane.friction);
         vec![
-            ("load", largest(&solved.system.load)),
-            ("displacement", largest(&solved.solution.displacement)),
-            ("multiplier", largest(&solved.solution.multiplier)),
-            ("stress", largest(self.stress.as_flattened())),
-            ("von Mises stress", largest(&self.von_mises)),
-            (
-                "slip",
-                slips.fold(0.0, |most, pane| more(most, largest(&pane.slip))),
-            ),
+            ("load", size(&solved.system.load)),
+            ("displacement", size(&solved.solution.displacement)),
+            ("multiplier", size(&solved.solution.multiplier)),
+            ("stress", size(self.stress.as_flattened())),
+            ("von Mises stress", size(&self.von_mises)),
+            ("slip", largest(slips.flat_map(|pane| pane.slip))),
         ]
     }
 
@@ -213,7 +211,8 @@ impl ContactReport {
         figures.extend(forces.map(|force| ("sum of forces", *force)));
         figures.extend(r.moments.as_flattened().iter().map(|m| ("moment", *m)));
         figures.extend(panes.map(|pane| ("gap", pane.gap)));
-        figures.extend(semi_axes.map(|pane| ("friction bound", largest(&pane.semi_axes))));
+        figures
+            .extend(semi_axes.map(|pane| ("friction bound", largest(pane.semi_axes.into_iter()))));
         if let Some(contact) = &r.contact {
             figures.extend(contact.contact_force.map(|force| ("contact force", force)));
             let tangential = contact.tangential_force.into_iter().flatten();
@@ -246,28 +245,14 @@ fn field(figure: &'static str, value: f64, nodes: usize) -> Option<Flaw> {
     (!holds).then_some(Flaw::OutOfRange { figure, value })
 }
 
-fn largest(values: &[f64]) -> f64 {
-    values.iter().fold(0.0, |most, value| more(most, *value))
-}
-
-/// max(most, |value|), and NaN if either is.
-fn more(most: f64, value: f64) -> f64 {
-    let value = value.abs();
-    if value > most || value.is_nan() {
-        value
-    } else {
-        most
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn norms_that_overflow_underflow_or_are_no_numbers_are_found() {
-        assert!(largest(&[1.0, f64::NAN, -3.0]).is_nan());
-        assert_eq!(largest(&[1.0, -3.0]), 3.0);
+        assert!(largest([1.0, f64::NAN, -3.0].into_iter()).is_nan());
+        assert_eq!(largest([1.0, -3.0].into_iter()), 3.0);
         for value in [1e-320, 1e-160, 1e153, 1e200, f64::INFINITY, f64::NAN] {
             assert!(field("load", value, 100_000).is_some(), "{value}");
         }

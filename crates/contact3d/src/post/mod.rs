@@ -252,3 +252,11 @@ impl ContactReport {
         self.panes.iter().filter(|pane| pane.zone == zone).count()
     }
 }
+
+/// max |v|; NaN if any is.
+fn largest(values: impl Iterator<Item = f64>) -> f64 {
+    values.fold(0.0, |most, v| {
+        let v = v.abs();
+        if v > most || v.is_nan() { v } else { most }
+    })
+}

@@ -146,11 +146,7 @@ pub(super) fn by_source(
         let forces = opposite(matrix.forces(displacement));
         rows.push(row(format!("spring.{i}"), &spring.face, &forces));
     }
-    let none = Loads {
-        tractions: &[],
-        pressures: &[],
-        body_force: None,
-    };
+    let none = Loads::default();
     for (i, traction) in scene.tractions.iter().enumerate() {
         let tractions = std::slice::from_ref(traction);
         let forces = Loads { tractions, ..none }.nodal_forces(mesh)?;

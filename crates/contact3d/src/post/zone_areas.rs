@@ -15,25 +15,14 @@ pub(super) fn areas(
     let has_friction = contact.state.interface.has_friction();
     let pressed = |pane: &PaneState| pane.zone != Zone::Open;
     let sticks = |pane: &PaneState| pane.zone == Zone::Stick;
-    let contact_area = enclosed(
-        solved,
-        contact,
-        known,
-        Functional::ContactArea,
-        pressed,
-        wanted,
-    );
-    let stick = has_friction.then(|| {
-        enclosed(
-            solved,
-            contact,
-            known,
-            Functional::StickArea,
-            sticks,
-            wanted,
-        )
-    });
-    [contact_area].into_iter().chain(stick).collect()
+    let area = |functional, counts: fn(&PaneState) -> bool| {
+        enclosed(solved, contact, known, functional, counts, wanted)
+    };
+    let mut areas = vec![area(Functional::ContactArea, pressed)];
+    if has_friction {
+        areas.push(area(Functional::StickArea, sticks));
+    }
+    areas
 }
 
 fn enclosed(

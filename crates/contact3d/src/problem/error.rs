@@ -16,8 +16,8 @@ pub enum ProblemError {
     #[error(transparent)]
     Scene(#[from] SceneError),
     /// A value of the scene or of the settings.
-    #[error("{}: expected {}, found {}; {}", .0.key, .0.expected, .0.found, .0.help)]
-    Invalid(Invalid),
+    #[error(transparent)]
+    Invalid(#[from] Invalid),
     /// The mesh file.
     #[error(transparent)]
     Mesh(#[from] GmshError),
@@ -36,12 +36,6 @@ pub enum ProblemError {
         /// The key that differs.
         key: &'static str,
     },
-}
-
-impl From<Invalid> for ProblemError {
-    fn from(invalid: Invalid) -> Self {
-        Self::Invalid(invalid)
-    }
 }
 
 impl From<MeshError> for ProblemError {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Brick;
+use super::{Brick, is_default};
 
 /// The body Ω and the finite element of its displacement.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -27,13 +27,16 @@ pub enum Shape {
     Gmsh(GmshFile),
 }
 
+/// The keys of the shapes in a scene file.
+pub(super) const SHAPES: &[&str] = &["brick", "gmsh"];
+
 /// A body as a scene file writes it: `element`, and either `brick` or `gmsh`.
 #[derive(Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(extend("oneOf" = [{"required": ["brick"]}, {"required": ["gmsh"]}]))]
 struct BodyTable {
     /// The finite element of the displacement.
-    #[serde(default, skip_serializing_if = "ElementChoice::is_default")]
+    #[serde(default, skip_serializing_if = "is_default")]
     element: ElementChoice,
     /// The box (0, Lx) × (0, Ly) × (0, Lz) cut in cells of five tetrahedra each.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -107,16 +110,6 @@ enum ElementChoice {
     /// Quadratic tetrahedra: they take the fewest unknowns for an error, and hardly lock where ν is near 0.5.
     #[serde(rename = "auto")]
     Auto,
-}
-
-impl ElementChoice {
-    #[expect(
-        clippy::trivially_copy_pass_by_ref,
-        reason = "serde asks for a reference"
-    )]
-    fn is_default(&self) -> bool {
-        *self == Self::default()
-    }
 }
 
 /// The finite element of the displacement.

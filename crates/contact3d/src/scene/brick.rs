@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::is_default;
+
 /// Most cells of a brick along an edge.
 pub const MOST_CELLS: usize = 4096;
 
@@ -15,10 +17,10 @@ pub struct Brick {
     /// Numbers of cells [nx, ny, nz]; with panes of P1, even along the two axes of the contact face.
     pub cells: [usize; 3],
     /// Faces towards which cells shrink; equal cells where none is named.
-    #[serde(default, skip_serializing_if = "Grading::is_even")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub grading: Grading,
     /// The planes between the cells along axes that have neither equal nor graded cells.
-    #[serde(default, skip_serializing_if = "GivenPlanes::is_empty")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub coordinates: GivenPlanes,
 }
 
@@ -148,14 +150,7 @@ impl Grading {
     /// The exponent towards a face.
     #[must_use]
     pub fn towards(&self, face: BrickFace) -> f64 {
-        match face {
-            BrickFace::XMin => self.x_min,
-            BrickFace::XMax => self.x_max,
-            BrickFace::YMin => self.y_min,
-            BrickFace::YMax => self.y_max,
-            BrickFace::ZMin => self.z_min,
-            BrickFace::ZMax => self.z_max,
-        }
+        self.along(face.axis())[usize::from(face.is_max())]
     }
 
     /// As [`Self::towards`], to change.
@@ -180,12 +175,6 @@ impl Grading {
             [self.z_min, self.z_max],
         ][axis]
     }
-
-    /// Whether cells shrink towards no face.
-    #[must_use]
-    pub fn is_even(&self) -> bool {
-        *self == Self::default()
-    }
 }
 
 #[expect(
@@ -207,12 +196,6 @@ impl GivenPlanes {
     #[must_use]
     pub fn along_mut(&mut self, axis: usize) -> &mut Option<Vec<f64>> {
         self.all_mut()[axis]
-    }
-
-    /// Whether no axis has planes of its own.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        *self == Self::default()
     }
 
     fn all_mut(&mut self) -> [&mut Option<Vec<f64>>; 3] {

@@ -8,10 +8,10 @@ use serde::{
     de::{MapAccess, SeqAccess, Visitor, value::MapAccessDeserializer},
 };
 
-use super::{Friction, Obstacle, Quantity, Scene};
+use super::{Friction, Obstacle, Quantity, Scene, is_default};
 
 /// A contact face, or a part of one, above a rigid half-space of its own or against a rigid obstacle.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Contact {
     /// The face that may touch the foundation or the obstacle; it must be flat where there is no obstacle.
@@ -28,7 +28,7 @@ pub struct Contact {
     pub corners: Option<[[f64; 3]; 2]>,
     /// Initial gap d ≥ 0 between body and foundation in m: a number, or an expression in x, y, z. It adds to the
     /// distance from an obstacle.
-    #[serde(default, skip_serializing_if = "is_zero")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub gap: Quantity,
     /// First principal axis t₁ of friction, a vector of any length in the plane of the face:
     /// numbers, or expressions in x, y, z. Where normals vary it is projected on the tangent plane of each contact node.
@@ -59,10 +59,6 @@ impl Contact {
     }
 }
 
-fn is_default(interpolation: &SlipInterpolation) -> bool {
-    *interpolation == SlipInterpolation::default()
-}
-
 /// The interpolation r_h of |u_t1| and |u_t2| on the contact face (HKL §3).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -72,10 +68,6 @@ pub enum SlipInterpolation {
     Lagrange,
     /// Means over the triangles around each node (HKL (3.19)), as in their theory; for linear tetrahedra.
     Clement,
-}
-
-fn is_zero(quantity: &Quantity) -> bool {
-    *quantity == Quantity::Constant(0.0)
 }
 
 /// The space L^H of the contact stresses.

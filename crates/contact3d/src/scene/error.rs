@@ -90,7 +90,8 @@ pub struct SyntaxProblem {
 }
 
 /// An unusable value: the key, what it should be, what it is, and what to do.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("{key}: expected {expected}, found {found}; {help}")]
 pub struct Invalid {
     /// Path of the key, such as `material.isotropic.poisson_ratio` or `traction.0.value`.
     pub key: String,

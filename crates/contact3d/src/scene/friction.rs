@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Coefficient, LawPoint, Quantity};
+use super::{Coefficient, FrictionModel, LawPoint, Quantity, SlipBound, is_default};
 
 /// What the scene says about friction: one isotropic coefficient, or two for the axes t₁ and t₂;
 /// with a slip bound it is Tresca's law, without one Coulomb's, which a pressure cap may limit.
@@ -46,10 +46,6 @@ pub enum SlipMeasure {
     PathLength,
 }
 
-fn is_default(follows: &SlipMeasure) -> bool {
-    *follows == SlipMeasure::default()
-}
-
 /// The matrix F = diag(F₁, F₂) as a function of place and slip.
 #[derive(Debug, Clone, PartialEq)]
 pub enum FrictionLaw {
@@ -58,6 +54,9 @@ pub enum FrictionLaw {
     /// F₁ and F₂.
     Orthotropic(Box<[Coefficient; 2]>),
 }
+
+/// Values with the keys that they stand at.
+type Keyed<'a, T> = Vec<(&'static str, &'a mut T)>;
 
 impl Friction {
     /// The coefficients; `None` when the scene gives none, or one of two, or one too many.
@@ -74,6 +73,61 @@ impl Friction {
             }
             _ => None,
         }
+    }
+
+    /// The law that the table gives; `None` where its coefficients are none.
+    pub(super) fn model(&self) -> Option<FrictionModel> {
+        Some(FrictionModel {
+            coefficients: self.law()?,
+            bound: match (&self.slip_bound, self.pressure_cap) {
+                (Some(bound), _) => SlipBound::Given(bound.clone()),
+                (None, Some(cap)) => SlipBound::Capped(cap),
+                (None, None) => SlipBound::Pressure,
+            },
+        })
+    }
+
+    /// The table with its stresses multiplied by a factor and its coefficients changed; `stress` multiplies a quantity.
+    #[must_use]
+    pub fn mapped(
+        &self,
+        factor: f64,
+        stress: impl Fn(&Quantity, f64) -> Quantity,
+        coefficient: impl Fn(&Coefficient) -> Coefficient,
+    ) -> Self {
+        Self {
+            slip_bound: self.slip_bound.as_ref().map(|bound| stress(bound, factor)),
+            pressure_cap: self.pressure_cap.map(|cap| cap * factor),
+            coefficient: self.coefficient.as_ref().map(&coefficient),
+            coefficient_1: self.coefficient_1.as_ref().map(&coefficient),
+            coefficient_2: self.coefficient_2.as_ref().map(&coefficient),
+            follows: self.follows,
+        }
+    }
+
+    /// All that may vary from place to place or with the slip, with its keys.
+    pub(super) fn varying_mut(&mut self) -> (Keyed<'_, Quantity>, Keyed<'_, Coefficient>) {
+        // Every key by name, so that a new one does not compile before it is said whether it varies.
+        let Self {
+            slip_bound,
+            pressure_cap: _,
+            coefficient,
+            coefficient_1,
+            coefficient_2,
+            follows: _,
+        } = self;
+        let coefficients = [
+            ("coefficient", coefficient),
+            ("coefficient_1", coefficient_1),
+            ("coefficient_2", coefficient_2),
+        ];
+        let given = coefficients.into_iter();
+        (
+            slip_bound.iter_mut().map(|g| ("slip_bound", g)).collect(),
+            given
+                .filter_map(|(key, law)| Some((key, law.as_mut()?)))
+                .collect(),
+        )
     }
 
     /// The coefficients that are given, with their keys.

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Quantity;
+use super::{Quantity, is_default};
 
 /// Roundings of a box's corners and of nodes, over the coordinates of a node: some thousand. Cells are no narrower than 1e-9.
 const ROUNDING: f64 = 1e-12;
@@ -52,15 +52,15 @@ pub struct Clamp {
     pub components: Vec<Component>,
     /// The displacement u_c in m along x, y and z: numbers, or expressions in x, y, z; components that are not held
     /// have a zero.
-    #[serde(default, skip_serializing_if = "is_zero")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub value: [Quantity; 3],
 }
 
 impl Clamp {
-    /// Whether the held components are held somewhere else than at zero.
+    /// Whether the held components are held somewhere else than at zero; by a formula they are taken to be.
     #[must_use]
     pub fn is_moved(&self) -> bool {
-        !is_zero(&self.value)
+        !is_default(&self.value)
     }
 
     /// Where and what is held, whatever the displacement there: what the mesh and the stiffness depend on.
@@ -89,11 +89,6 @@ impl Clamp {
         self.corners
             .is_some_and(|corners| (0..3).all(|c| holds(c, corners)))
     }
-}
-
-/// Whether a vector vanishes everywhere; a formula is taken not to.
-fn is_zero(value: &[Quantity; 3]) -> bool {
-    value.iter().all(|v| v.constant() == Some(0.0))
 }
 
 fn all_components() -> Vec<Component> {

@@ -23,6 +23,7 @@ mod obstacle;
 mod parameters;
 mod parser_words;
 mod quantity;
+mod slip_bound;
 mod solve;
 mod step;
 mod strict;
@@ -38,7 +39,7 @@ pub use error::{Invalid, SceneError, SyntaxProblem, Unwritable, numbers};
 pub(crate) use error::{UNDEFINED, place_words};
 pub use expression::{BranchEnd, FormulaBranch, OnBranch};
 pub use expression::{Expression, ExpressionError, FUNCTIONS, Parameters};
-pub use features::{ContactFeatures, FrictionModel, ModelFeatures};
+pub use features::{ContactFeatures, ModelFeatures};
 pub use file::Written;
 pub use file::{LONGEST_SCENE, SceneFile};
 pub use file::{is_hidden_control, shown, shown_lines};
@@ -56,6 +57,7 @@ pub use obstacle::{Cylinder, Direction, HalfSpace, Height, Obstacle, Side, Spher
 pub use parameters::ProblemPart;
 pub use parser_words::number_limit;
 pub use quantity::{POSITION, Quantity};
+pub use slip_bound::{FrictionModel, LawWords, SlipBound};
 pub use solve::{AdaptSettings, FirstMesh, SMALLEST_ERROR};
 pub use solve::{
     AssembleSettings, DualOperatorKind, FactorPrecision, InnerSolver, Method, PrecisionControl,
@@ -132,6 +134,11 @@ pub struct Scene {
     /// How accurate the mesh has to be; without it the mesh is the body's own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub adapt: Option<AdaptSettings>,
+}
+
+/// Whether a key has its default and is left out of a scene that is written.
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
 }
 
 impl Scene {

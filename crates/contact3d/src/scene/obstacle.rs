@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Quantity;
+use super::{Quantity, is_default};
 
 /// A rigid obstacle, which does not move.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -38,7 +38,7 @@ pub struct Sphere {
     /// Radius > 0 in m.
     pub radius: f64,
     /// Where the body is.
-    #[serde(default, skip_serializing_if = "Side::is_outside")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub side: Side,
 }
 
@@ -53,7 +53,7 @@ pub struct Cylinder {
     /// Radius > 0 in m.
     pub radius: f64,
     /// Where the body is.
-    #[serde(default, skip_serializing_if = "Side::is_outside")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub side: Side,
 }
 
@@ -76,7 +76,7 @@ pub struct Height {
     /// coordinates.
     pub value: Quantity,
     /// From the obstacle to the body.
-    #[serde(default, skip_serializing_if = "Direction::is_default")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub direction: Direction,
 }
 
@@ -105,10 +105,6 @@ pub enum Direction {
 }
 
 impl Side {
-    fn is_outside(&self) -> bool {
-        *self == Self::Outside
-    }
-
     /// 1 outside, −1 inside.
     #[must_use]
     pub(crate) fn sign(self) -> f64 {
@@ -120,10 +116,6 @@ impl Side {
 }
 
 impl Direction {
-    fn is_default(&self) -> bool {
-        *self == Self::default()
-    }
-
     /// The place of the coordinate, 0, 1 or 2, and the sign.
     #[must_use]
     pub fn axis(self) -> (usize, f64) {

@@ -5,7 +5,7 @@ use std::{collections::BTreeSet, slice::from_mut};
 use ProblemPart::{Law, Loads, Mesh, Operator};
 
 use super::{
-    Coefficient, Contact, Expression, ExpressionError, Friction, Invalid, LAW_VARIABLES, Obstacle,
+    Coefficient, Contact, Expression, ExpressionError, Invalid, LAW_VARIABLES, Obstacle,
     Parameters, Quantity, Scene,
     contact::contact_key,
     expression::{is_identifier, meaning},
@@ -199,25 +199,13 @@ impl Scene {
         }
         let mut coefficients = Vec::new();
         for (key, friction) in laws {
-            let Friction {
-                slip_bound,
-                pressure_cap: _,
-                coefficient,
-                coefficient_1,
-                coefficient_2,
-                follows: _,
-            } = friction;
-            if let Some(value) = slip_bound {
-                add(Law, format!("{key}.slip_bound"), from_mut(value));
+            let (quantities, laws) = friction.varying_mut();
+            for (name, value) in quantities {
+                add(Law, format!("{key}.{name}"), from_mut(value));
             }
-            let named = [
-                ("coefficient", coefficient),
-                ("coefficient_1", coefficient_1),
-                ("coefficient_2", coefficient_2),
-            ];
-            coefficients.extend(named.into_iter().filter_map(|(name, law)| {
-                let law = law.as_mut()?;
-                Some(((Law, format!("{key}.{name}.{}", law.kind())), law))
+            coefficients.extend(laws.into_iter().map(|(name, law)| {
+                let key = format!("{key}.{name}.{}", law.kind());
+                ((Law, key), law)
             }));
         }
         let each = |(key, values): (Key, &'s mut [Quantity])| {

@@ -1,5 +1,7 @@
 //! What the TOML parser says, in the words of a scene.
 
+use super::body::SHAPES;
+
 /// What is wrong at a key, and what to do about it.
 pub(super) struct ParserWords {
     /// The key; none in text that is not TOML.
@@ -31,11 +33,7 @@ const CHOICES: [(&str, &[&str], &str); 5] = [
         "contact.obstacle.sphere = { centre = [0.0, 0.0, -1.0], radius = 1.0 }",
     ),
     // Beside one of these a body may have `element`.
-    (
-        "body",
-        &["brick", "gmsh"],
-        "body.gmsh = { file = \"foot.msh\" }",
-    ),
+    ("body", SHAPES, "body.gmsh = { file = \"foot.msh\" }"),
 ];
 
 /// The words of the parser for types, and ours.

@@ -1,6 +1,6 @@
 //! Settings of the stages assemble and solve.
 
-use super::Functional;
+use super::{Functional, is_default};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -79,13 +79,6 @@ pub enum FactorPrecision {
     Double,
 }
 
-impl FactorPrecision {
-    /// Whether the choice is free; then it is not written down, as before there was one.
-    fn is_auto(&self) -> bool {
-        *self == Self::Auto
-    }
-}
-
 /// Settings of the assemble stage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -93,7 +86,7 @@ pub struct AssembleSettings {
     /// How the dual operator is held.
     pub dual_operator: DualOperatorKind,
     /// The precision of the Cholesky factor, and of the dense dual operator made from it.
-    #[serde(skip_serializing_if = "FactorPrecision::is_auto")]
+    #[serde(skip_serializing_if = "is_default")]
     pub factor: FactorPrecision,
 }
 
@@ -160,7 +153,7 @@ pub struct AdaptSettings {
     /// the estimate is no larger. 0.01 is 1 %.
     pub error: f64,
     /// The mesh that refining starts from.
-    #[serde(default, skip_serializing_if = "FirstMesh::is_default")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub start: FirstMesh,
     /// The quantity that the error is of, relative to its value; the energy norm of the displacement when not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -177,16 +170,6 @@ pub enum FirstMesh {
     Coarse,
     /// The mesh of the scene.
     Scene,
-}
-
-impl FirstMesh {
-    #[expect(
-        clippy::trivially_copy_pass_by_ref,
-        reason = "serde asks for a reference"
-    )]
-    fn is_default(&self) -> bool {
-        *self == Self::default()
-    }
 }
 
 /// The smallest target: what double precision leaves of an energy norm.

@@ -20,6 +20,9 @@ use crate::{
 /// A pane is at a kink where its trial stress is this near to another zone, beside the largest pressure or its ellipse.
 const KINK: f64 = 1e-6;
 
+/// What solves leave of an adjoint: no digit of an estimated error depends on it.
+const LEFT: f64 = 1e-6;
+
 /// The derivative of a functional by the displacement and by the multipliers.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct LinearFunctional {
@@ -67,7 +70,7 @@ impl Adjoints {
                 displacement,
                 ..Adjoint::default()
             };
-            let of = assembly.solve_several(&forces).into_iter().map(alone);
+            let of = assembly.solve_several(&forces, LEFT).into_iter().map(alone);
             let of = of.collect();
             return Some(Self { of, kinks: 0 });
         };
@@ -180,7 +183,7 @@ impl Linearised<'_> {
         let is_loaded = |it: &&LinearFunctional| it.by_displacement.iter().any(|f| *f != 0.0);
         let loaded = functionals.iter().filter(is_loaded);
         let loaded: Vec<Vec<f64>> = loaded.map(|it| it.by_displacement.clone()).collect();
-        let mut moved = assembly.solve_several(&loaded).into_iter();
+        let mut moved = assembly.solve_several(&loaded, LEFT).into_iter();
         let loads: Vec<AdjointLoad> = functionals
             .iter()
             .map(|it| {
@@ -189,7 +192,7 @@ impl Linearised<'_> {
             })
             .collect();
         let forces: Vec<Vec<f64>> = loads.iter().map(|load| load.force.clone()).collect();
-        let moved = assembly.solve_several(&forces);
+        let moved = assembly.solve_several(&forces, LEFT);
         let both = loads.into_iter().zip(moved);
         both.map(|(load, displacement)| self.adjoint(load, displacement))
             .collect()

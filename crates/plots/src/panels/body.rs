@@ -2,21 +2,18 @@
 
 use units::{Dimension, Unit};
 
-use super::PanelSpec;
 use crate::canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke};
-use crate::colour::ColourMap;
-use crate::colour_bar::ColourKey;
+use crate::colour::{ColourKey, ColourMap};
 use crate::layout::{
     KEY_HEIGHT, KEY_WIDTH, KeySide, LABEL_SIZE, PANEL_WIDTH, PictureLayout, TICK_SIZE, axis_name,
 };
 use crate::panes::ContactBox;
-use crate::picture::{ContactPicture, DrawnSupport};
+use crate::picture::{ContactPicture, DrawnSupport, FigureError};
 use crate::scale::{factor_label, round_down};
-use crate::surface::{FacetNormals, SurfaceEdge, joined_lines, mark_lines, surface_edges};
 use crate::svg::{Vector, bounds, dot, minus, norm, scaled};
 use crate::text::Label;
-use crate::view::{Facets, draw_facets};
-use crate::view::{Fit, View};
+use crate::view::{FacetNormals, SurfaceEdge, joined_lines, mark_lines, surface_edges};
+use crate::view::{Facets, Fit, View, draw_facets};
 
 /// Largest drawn displacement relative to the diagonal of the body.
 const DRAWN_DISPLACEMENT: f64 = 0.15;
@@ -26,12 +23,6 @@ const MOST_SHRINKAGE: f64 = 0.6;
 const VISIBLE_MOTION: f64 = 1.5;
 /// Pixels of an arrow of the axes triad.
 const TRIAD_LENGTH: f64 = 30.0;
-
-/// Panel (c).
-pub(super) const PANEL: PanelSpec = PanelSpec {
-    name: "c_deformed_body",
-    draw: |figure| Some(body_panel(figure.picture, &figure.layout)),
-};
 
 /// What colours the boundary.
 struct Shown {
@@ -44,7 +35,8 @@ struct Shown {
     deforms: bool,
 }
 
-fn body_panel(picture: &ContactPicture<'_>, layout: &PictureLayout) -> Canvas {
+/// Panel (c).
+pub(super) fn body_panel(picture: &ContactPicture<'_>, layout: &PictureLayout) -> Canvas {
     let shown = Shown {
         title: Label::plain("(c) Deformed body"),
         magnitude: picture.displacement.iter().map(|&u| norm(u)).collect(),
@@ -57,11 +49,11 @@ fn body_panel(picture: &ContactPicture<'_>, layout: &PictureLayout) -> Canvas {
 
 /// The estimated error on the boundary of the body at rest: the logarithm of `density`, a positive value for
 /// each node.
-pub(in crate::panels) fn error_panel(
+pub(crate) fn error_panel(
     picture: &ContactPicture<'_>,
-    layout: &PictureLayout,
     density: &[f64],
-) -> Canvas {
+) -> Result<Canvas, FigureError> {
+    picture.validate()?;
     let shown = Shown {
         title: Label::plain("Estimated discretisation error per volume over its mean"),
         magnitude: density.iter().map(|value| value.log10()).collect(),
@@ -69,7 +61,8 @@ pub(in crate::panels) fn error_panel(
         unit: picture.units.of(Dimension::Number),
         deforms: false,
     };
-    drawn_body(picture, layout, &shown)
+    let layout = PictureLayout::new(picture);
+    Ok(drawn_body(picture, &layout, &shown))
 }
 
 /// The boundary coloured by a value, the undeformed outline, the support and the axes.

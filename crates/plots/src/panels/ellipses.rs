@@ -2,7 +2,7 @@
 
 use units::Unit;
 
-use super::{PanelData, PanelSpec, semi_axes::constant};
+use super::{PanelData, maps::constant};
 use crate::canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke};
 use crate::layout::{KeySide, LABEL_SIZE, PictureLayout, TICK_SIZE};
 use crate::line_chart::{draw_axes, draw_panes, typical_pane_size};
@@ -36,27 +36,17 @@ fn zone_paint(zone: DrawnZone) -> (Fill, Colour) {
     }
 }
 
-/// Panel (d).
-pub(super) const PANEL: PanelSpec = PanelSpec {
-    name: "d_friction_ellipses",
-    draw: |figure| {
-        let (kind, friction) = figure.picture.friction?;
-        let law = (kind, &kind.unit(figure.picture.units));
-        Some(ellipse_panel(figure, law, friction))
-    },
-};
-
 /// The dark colour of a contact state.
 pub(crate) fn zone_colour(zone: DrawnZone) -> Colour {
     zone_paint(zone).1
 }
 
-/// One ellipse per pane, the tangential contact stress over λ_ν inside it, and the zones.
-fn ellipse_panel(
+/// Panel (d): one ellipse per pane, the tangential contact stress over λ_ν inside it, and the zones.
+pub(super) fn ellipse_panel(
     figure: &PanelData<'_>,
-    (kind, unit): (FrictionKind, &Unit),
-    friction: &[DrawnFriction],
+    (kind, friction): (FrictionKind, &[DrawnFriction]),
 ) -> Canvas {
+    let unit = &kind.unit(figure.picture.units);
     let (layout, shapes) = (&figure.layout, figure.shapes.as_slice());
     let title = Label::plain("(d) Friction ellipses and tangential contact stress");
     let mut canvas = layout.panel(&title);

@@ -1,18 +1,27 @@
-//! The panels of HKL Fig. 5: each in a file of its own, all listed once.
+//! The panels of HKL Fig. 5, all listed once.
 
 mod body;
 mod ellipses;
-mod normal_stress;
-mod scaled_tangential;
-mod semi_axes;
+mod maps;
 
+pub(super) use body::error_panel;
 pub(super) use ellipses::zone_colour;
-pub(super) use semi_axes::semi_axis_map;
+pub(super) use maps::semi_axis_map;
 
 use super::canvas::Canvas;
 use super::layout::PictureLayout;
 use super::panes::{PaneShape, pane_shapes};
 use super::picture::{ContactPicture, FigureError};
+
+/// Names of all panels of HKL Fig. 5 in the order of the page, for files.
+pub const PANELS: [&str; 6] = [
+    "a_normal_stress",
+    "b_scaled_tangential_stress",
+    "c_deformed_body",
+    "d_friction_ellipses",
+    "e_friction_1",
+    "f_friction_2",
+];
 
 /// What the panels of one page are drawn from.
 struct PanelData<'a> {
@@ -21,49 +30,7 @@ struct PanelData<'a> {
     shapes: Vec<PaneShape>,
 }
 
-/// A panel that a page may have.
-struct PanelSpec {
-    /// Its name for files.
-    name: &'static str,
-    /// Draws it; `None` where the problem does not have what it shows.
-    draw: fn(&PanelData<'_>) -> Option<Canvas>,
-}
-
-/// All panels in the order of the page.
-const TABLE: [PanelSpec; 6] = [
-    normal_stress::PANEL,
-    scaled_tangential::PANEL,
-    body::PANEL,
-    ellipses::PANEL,
-    semi_axes::FIRST,
-    semi_axes::SECOND,
-];
-
-/// Names of all panels of HKL Fig. 5, for files.
-pub const PANELS: [&str; TABLE.len()] = {
-    let mut names = [""; TABLE.len()];
-    let mut index = 0;
-    while index < TABLE.len() {
-        names[index] = TABLE[index].name;
-        index += 1;
-    }
-    names
-};
-
-/// The estimated error on the body, by itself.
-pub(super) fn error_drawing(
-    picture: &ContactPicture<'_>,
-    density: &[f64],
-) -> Result<Canvas, FigureError> {
-    picture.validate()?;
-    Ok(body::error_panel(
-        picture,
-        &PictureLayout::new(picture),
-        density,
-    ))
-}
-
-/// All panels that the picture allows, of equal size.
+/// All panels that the picture allows, of equal size, by their names.
 pub(super) fn drawings(
     picture: &ContactPicture<'_>,
 ) -> Result<Vec<(&'static str, Canvas)>, FigureError> {
@@ -77,8 +44,17 @@ pub(super) fn drawings(
             .collect(),
         layout,
     };
-    let drawn = TABLE
-        .iter()
-        .filter_map(|panel| Some((panel.name, (panel.draw)(&figure)?)));
-    Ok(drawn.collect())
+    let law = picture.friction;
+    let drawn = [
+        maps::normal_stress(&figure),
+        law.map(|law| maps::scaled_tangential(&figure, law)),
+        Some(body::body_panel(picture, &figure.layout)),
+        law.map(|law| ellipses::ellipse_panel(&figure, law)),
+        law.and_then(|law| maps::semi_axis(&figure, law, 0)),
+        law.and_then(|law| maps::semi_axis(&figure, law, 1)),
+    ];
+    let named = PANELS.into_iter().zip(drawn);
+    Ok(named
+        .filter_map(|(name, canvas)| Some((name, canvas?)))
+        .collect())
 }

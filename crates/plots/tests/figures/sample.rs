@@ -139,7 +139,7 @@ impl Sample {
             axis_1: [1.0, 0.0, 0.0],
             axis_2: [0.0, 1.0, 0.0],
             normal_stress: &self.normal_stress,
-            friction: Some((FrictionKind::Coulomb, &self.friction)),
+            friction: Some((FrictionKind::OverPressure, &self.friction)),
         }
     }
 }

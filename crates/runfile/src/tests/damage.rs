@@ -6,7 +6,7 @@ use std::path::Path;
 use hdf5_metno as hdf5;
 
 use super::sample::*;
-use crate::{Foreign, Home, IfMissing, Layout, Reader, RunFile, StoreError};
+use crate::{Foreign, IfMissing, Layout, Reader, RunFile, StoreError};
 
 fn edit(file: &Path, change: impl Fn(&hdf5::File)) {
     change(&hdf5::File::open_rw(file).unwrap());
@@ -142,11 +142,7 @@ fn a_size_without_bytes_takes_no_memory() {
 #[test]
 fn not_finite_is_refused_where_asked() {
     let (_folder, file) = folder();
-    let run_file = lock(&file).unwrap();
-    let mut transaction = crate::Transaction::begin(&run_file).unwrap();
-    let writer = transaction.group(FIELD, Home::RunFile).unwrap();
-    write_field(writer, 5, &[1.0, f64::NAN]).unwrap();
-    transaction.commit().unwrap();
+    save_field(&file, 5, &[1.0, f64::NAN]);
     let error = open(&file)
         .unwrap()
         .read_finite_f64("/field/history/seconds")

@@ -8,20 +8,19 @@ use std::thread;
 use std::time::Duration;
 
 use super::sample::*;
-use crate::{Home, Transaction, install_signal_handlers};
+use crate::{Home, install_signal_handlers};
 
 /// Names the file for the child process.
 const FILE: &str = "STORE_TEST_FILE";
 
 /// A grid in the run file and a field beside it, in one step.
 fn save_both(file: &Path, n_nodes: usize) {
-    let lock = lock(file).unwrap();
-    let mut transaction = Transaction::begin(&lock).unwrap();
-    let writer = transaction.group(GRID, Home::RunFile).unwrap();
-    write_grid(writer, n_nodes).unwrap();
-    let writer = transaction.group(FIELD, Home::Shared).unwrap();
-    write_field(writer, n_nodes, &[0.5]).unwrap();
-    transaction.commit().unwrap();
+    change(file, |transaction| {
+        let writer = transaction.group(GRID, Home::RunFile).unwrap();
+        write_grid(writer, n_nodes).unwrap();
+        let writer = transaction.group(FIELD, Home::Shared).unwrap();
+        write_field(writer, n_nodes, &[0.5]).unwrap();
+    });
 }
 
 /// Run as a child process only: replaces both groups until it is killed.
@@ -79,13 +78,9 @@ fn survives(signal: &str, number: i32) {
         let reader = open(&file).unwrap();
         reader.check_group(GRID).unwrap();
         reader.check_group(FIELD).unwrap();
-        let matrix = reader.read_matrix("/field/stiffness").unwrap();
-        let n_nodes = matrix.shape[0];
+        let n_nodes = stiffness_in(&file).shape[0];
         assert!(SIZES.contains(&n_nodes));
-        assert_eq!(
-            reader.read_vec::<f64>("/grid/coordinates").unwrap(),
-            coordinates(n_nodes)
-        );
+        assert_eq!(coordinates_in(&file), coordinates(n_nodes));
         let _ = fs::remove_file(&temporary);
     }
     save_both(&file, 5);

@@ -12,12 +12,10 @@ use crate::{Home, LinkProblem, StoreError, Transaction};
 
 /// Writes the field of the sample where it is asked to.
 fn save_field_in(file: &Path, home: Home, n_nodes: usize) -> String {
-    let lock = lock(file).unwrap();
-    let mut transaction = Transaction::begin(&lock).unwrap();
-    let writer = transaction.group(FIELD, home).unwrap();
-    let digest = write_field(writer, n_nodes, &[0.5]).unwrap();
-    transaction.commit().unwrap();
-    digest
+    change(file, |transaction| {
+        let writer = transaction.group(FIELD, home).unwrap();
+        write_field(writer, n_nodes, &[0.5]).unwrap()
+    })
 }
 
 /// A grid in the run file, a field beside it.
@@ -88,10 +86,7 @@ fn a_linked_group_reads_like_one_in_the_run_file_and_others_follow_the_link() {
     let digest = save_field(&whole, 5000, &[0.5]);
     let reader = open(&file).unwrap();
     assert_eq!(reader.check_group(FIELD).unwrap().digest, digest);
-    assert_eq!(
-        reader.read_matrix("/field/stiffness").unwrap(),
-        stiffness(5000)
-    );
+    assert_eq!(stiffness_in(&file), stiffness(5000));
     assert_eq!(reader.read_vec::<f64>("/field/energy").unwrap(), [-12.5]);
     let bytes = |file: &Path| open(file).unwrap().group_bytes(FIELD).unwrap();
     assert_eq!(bytes(&file), bytes(&whole));
@@ -108,20 +103,15 @@ fn a_linked_group_reads_like_one_in_the_run_file_and_others_follow_the_link() {
 #[test]
 fn the_size_of_the_linked_file_bounds_its_datasets() {
     let (_folder, file) = saved(5);
-    let lock = lock(&file).unwrap();
-    let mut transaction = Transaction::begin(&lock).unwrap();
-    transaction.remove(GRID);
-    let writer = transaction.group(FIELD, Home::Shared).unwrap();
-    write_field(writer, 9000, &[]).unwrap();
-    transaction.commit().unwrap();
+    change(&file, |transaction| {
+        transaction.remove(GRID);
+        let writer = transaction.group(FIELD, Home::Shared).unwrap();
+        write_field(writer, 9000, &[]).unwrap();
+    });
     let values = 8 * 9000;
     assert!(fs::metadata(&file).unwrap().len() < values);
     assert!(fs::metadata(linked_path(&file)).unwrap().len() > values);
-    let reader = open(&file).unwrap();
-    assert_eq!(
-        reader.read_matrix("/field/stiffness").unwrap(),
-        stiffness(9000)
-    );
+    assert_eq!(stiffness_in(&file), stiffness(9000));
 }
 
 #[test]
@@ -309,10 +299,7 @@ fn two_run_files_link_one_file_and_a_write_protected_one_stays() {
     save_field_in(&other, Home::Shared, 5);
     assert_eq!(files(folder.path()), [&*shared, "other.h5", "run.h5"]);
     fs::set_permissions(&path, fs::Permissions::from_mode(0o440)).unwrap();
-    open(&file)
-        .unwrap()
-        .read_matrix("/field/stiffness")
-        .unwrap();
+    assert_eq!(stiffness_in(&file), stiffness(5));
     let locked = lock(&file).unwrap();
     let mut transaction = Transaction::begin(&locked).unwrap();
     let writer = transaction.group(FIELD, Home::Shared).unwrap();
@@ -335,19 +322,15 @@ fn a_file_with_the_name_of_its_run_file_is_read_kept_and_removed() {
     let older = format!("run.h5.{name}");
     fs::rename(&path, folder.path().join(&older)).unwrap();
     link_field(&file, &older, &older);
-    let read = |file: &Path| open(file).unwrap().read_matrix("/field/stiffness");
-    assert_eq!(read(&file).unwrap(), stiffness(5));
+    assert_eq!(stiffness_in(&file), stiffness(5));
     save_grid(&file, 5);
-    assert_eq!(read(&file).unwrap(), stiffness(5));
+    assert_eq!(stiffness_in(&file), stiffness(5));
     assert_eq!(files(folder.path()), ["run.h5", &older]);
     let before = lock(&file).unwrap().linked_names();
-    let locked = lock(&file).unwrap();
-    let mut transaction = Transaction::begin(&locked).unwrap();
-    transaction.embed_linked();
-    transaction.commit().unwrap();
-    locked.remove_unlinked(before);
+    change(&file, Transaction::embed_linked);
+    remove_unlinked(&file, before);
     assert_eq!(files(folder.path()), ["run.h5"]);
-    assert_eq!(read(&file).unwrap(), stiffness(5));
+    assert_eq!(stiffness_in(&file), stiffness(5));
 }
 
 #[test]
@@ -362,12 +345,8 @@ fn killed_between_the_two_renames_the_old_state_is_whole() {
     let orphan = folder.path().join(new.file_name().unwrap());
     fs::copy(&new, &orphan).unwrap();
     fs::copy(&later, folder.path().join(".run.h5.part")).unwrap();
-    let reader = open(&file).unwrap();
-    reader.check_group(FIELD).unwrap();
-    assert_eq!(
-        reader.read_matrix("/field/stiffness").unwrap(),
-        stiffness(5)
-    );
+    open(&file).unwrap().check_group(FIELD).unwrap();
+    assert_eq!(stiffness_in(&file), stiffness(5));
     let old = linked_path(&file);
     drop(lock(&file).unwrap());
     assert!(old.exists() && !orphan.exists());
@@ -402,19 +381,13 @@ fn a_dropped_transaction_leaves_no_file_of_the_group() {
 fn a_linked_group_can_be_taken_into_the_run_file() {
     let (folder, file) = saved(5);
     let digest = open(&file).unwrap().check_group(FIELD).unwrap().digest;
-    let lock = lock(&file).unwrap();
-    let mut transaction = Transaction::begin(&lock).unwrap();
-    transaction.embed_linked();
-    transaction.commit().unwrap();
+    change(&file, Transaction::embed_linked);
     for file in files(folder.path()).iter().filter(|file| *file != "run.h5") {
         fs::remove_file(folder.path().join(file)).unwrap();
     }
     let reader = open(&file).unwrap();
     assert_eq!(reader.check_group(FIELD).unwrap().digest, digest);
-    assert_eq!(
-        reader.read_matrix("/field/stiffness").unwrap(),
-        stiffness(5)
-    );
+    assert_eq!(stiffness_in(&file), stiffness(5));
 }
 
 #[test]

@@ -223,27 +223,38 @@ pub(super) fn lock(file: &Path) -> Result<RunFile, StoreError> {
     RunFile::lock(file, SAMPLE, IfMissing::Create)
 }
 
-pub(super) fn save_grid(file: &Path, n_nodes: usize) -> String {
+/// Changes a file in one step.
+pub(super) fn change<T>(file: &Path, change: impl FnOnce(&mut Transaction) -> T) -> T {
     let lock = lock(file).unwrap();
     let mut transaction = Transaction::begin(&lock).unwrap();
-    let digest = write_grid(transaction.group(GRID, Home::RunFile).unwrap(), n_nodes).unwrap();
+    let done = change(&mut transaction);
     transaction.commit().unwrap();
-    digest
+    done
+}
+
+pub(super) fn save_grid(file: &Path, n_nodes: usize) -> String {
+    change(file, |transaction| {
+        write_grid(transaction.group(GRID, Home::RunFile).unwrap(), n_nodes).unwrap()
+    })
 }
 
 pub(super) fn save_field(file: &Path, n_nodes: usize, seconds: &[f64]) -> String {
-    let lock = lock(file).unwrap();
-    let mut transaction = Transaction::begin(&lock).unwrap();
-    let digest = write_field(
-        transaction.group(FIELD, Home::RunFile).unwrap(),
-        n_nodes,
-        seconds,
-    )
-    .unwrap();
-    transaction.commit().unwrap();
-    digest
+    change(file, |transaction| {
+        let writer = transaction.group(FIELD, Home::RunFile).unwrap();
+        write_field(writer, n_nodes, seconds).unwrap()
+    })
 }
 
 pub(super) fn open(file: &Path) -> Result<Reader, StoreError> {
     Reader::open(file, SAMPLE)
+}
+
+/// The coordinates that a file holds.
+pub(super) fn coordinates_in(file: &Path) -> Vec<f64> {
+    open(file).unwrap().read_vec("/grid/coordinates").unwrap()
+}
+
+/// The stiffness that a file holds.
+pub(super) fn stiffness_in(file: &Path) -> SparseMatrix {
+    open(file).unwrap().read_matrix("/field/stiffness").unwrap()
 }

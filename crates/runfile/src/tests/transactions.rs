@@ -83,13 +83,7 @@ fn readers_keep_the_state_they_opened() {
         before.read_vec::<f64>("/grid/coordinates").unwrap(),
         coordinates(5)
     );
-    assert_eq!(
-        open(&file)
-            .unwrap()
-            .read_vec::<f64>("/grid/coordinates")
-            .unwrap(),
-        coordinates(6)
-    );
+    assert_eq!(coordinates_in(&file), coordinates(6));
 }
 
 #[test]
@@ -139,11 +133,10 @@ fn a_removed_group_is_gone_and_the_others_stay() {
     let (_folder, file) = folder();
     save_grid(&file, 5);
     save_field(&file, 5, &[]);
-    let run_file = lock(&file).unwrap();
-    let mut transaction = Transaction::begin(&run_file).unwrap();
-    assert!(transaction.previous().unwrap().has("/field/zone"));
-    transaction.remove(FIELD);
-    transaction.commit().unwrap();
+    change(&file, |transaction| {
+        assert!(transaction.previous().unwrap().has("/field/zone"));
+        transaction.remove(FIELD);
+    });
     let reader = open(&file).unwrap();
     assert_eq!(reader.group_record(FIELD).unwrap(), None);
     reader.check_group(GRID).unwrap();
@@ -159,13 +152,7 @@ fn a_symbolic_link_stays_a_link_and_permissions_stay() {
     symlink(&file, &link).unwrap();
     save_grid(&link, 6);
     assert!(link.is_symlink());
-    assert_eq!(
-        open(&file)
-            .unwrap()
-            .read_vec::<f64>("/grid/coordinates")
-            .unwrap(),
-        coordinates(6)
-    );
+    assert_eq!(coordinates_in(&file), coordinates(6));
     assert_eq!(
         fs::metadata(&file).unwrap().permissions().mode() & 0o777,
         0o640

@@ -10,7 +10,8 @@ use super::{
 };
 use contact3d::{
     Problem, ProblemError,
-    elasticity::{DofMap, InternalForces, MaterialField, SpringMatrix},
+    dual::PrimalSystem,
+    elasticity::{InternalForces, MaterialField, SpringMatrix},
     linalg::{CscMatrix, dot},
     mesh::Mesh,
     scene::{AssembleSettings, Brick, Scene, SolveSettings},
@@ -91,17 +92,9 @@ pub struct DiscretisationStudy {
 /// What a level leaves to be compared with the finest one.
 struct BrickField {
     brick: Brick,
-    mesh: Mesh,
+    mesh: Arc<Mesh>,
     /// Nodal displacement in m.
     displacement: Vec<[f64; 3]>,
-}
-
-/// A solved level, with A of its mesh.
-struct MeasuredLevel {
-    level: Level,
-    field: BrickField,
-    stiffness: CscMatrix,
-    dofs: DofMap,
 }
 
 impl DiscretisationStudy {
@@ -124,18 +117,15 @@ impl DiscretisationStudy {
             let level_scene = solved_to_rounding(with_brick(scene, &level_brick));
             observe(AccuracyProgress::Level(brick_n_div(&level_brick)));
             drop(finest.take());
-            let (solved, cost) =
+            let ((level, field, primal), cost) =
                 measure(CHEAP_SECONDS, || solve_level(&level_scene, &level_brick))?;
-            levels.push(Level {
-                cost,
-                ..solved.level
-            });
-            fields.push(solved.field);
-            finest = Some((solved.stiffness, solved.dofs));
+            levels.push(Level { cost, ..level });
+            fields.push(field);
+            finest = Some(primal);
         }
-        if let (Some((stiffness, dofs)), Some(last)) = (finest, fields.last()) {
-            let norm = |field: &[[f64; 3]]| match dofs.prescribed {
-                None => energy_norm(&stiffness, &dofs.to_free(field)),
+        if let (Some(primal), Some(last)) = (finest, fields.last()) {
+            let norm = |field: &[[f64; 3]]| match primal.dofs.prescribed {
+                None => energy_norm(&primal.stiffness, &primal.dofs.to_free(field)),
                 Some(_) => whole_energy_norm(scene, &last.mesh, field),
             };
             let size = norm(&last.displacement);
@@ -256,7 +246,11 @@ pub(super) fn solved_to_rounding(mut scene: Scene) -> Scene {
     scene
 }
 
-fn solve_level(scene: &Scene, brick: &Brick) -> Result<MeasuredLevel, ProblemError> {
+/// A level, its displacement, and A of its mesh.
+fn solve_level(
+    scene: &Scene,
+    brick: &Brick,
+) -> Result<(Level, BrickField, PrimalSystem), ProblemError> {
     let mesh = Mesh::of_scene(scene, Path::new(""))?;
     let problem = Problem::of_checked(scene.clone(), Arc::new(mesh))?;
     let assembled = problem.assemble()?;
@@ -265,8 +259,6 @@ fn solve_level(scene: &Scene, brick: &Brick) -> Result<MeasuredLevel, ProblemErr
     let cells = brick.size.iter().zip(brick.cells);
     let volume: f64 = cells.map(|(l, n)| l / n as f64).product();
     let (problem, system) = assembled.into_parts();
-    let mesh = problem.mesh().clone();
-    let primal = system.assembly.primal;
     let level = Level {
         n_div: brick_n_div(brick),
         cells: brick.cells,
@@ -275,28 +267,18 @@ fn solve_level(scene: &Scene, brick: &Brick) -> Result<MeasuredLevel, ProblemErr
         n_multipliers: solution.multiplier.len(),
         status: solution.status,
         applications: solution.applications,
-        energy_difference: 0.0,
-        energy_error: None,
         estimated_error: report.discretisation_error.relative(),
         potential_energy: r.strain_energy - r.load_work,
         forces: r.contact.map(|contact| Forces {
             normal: contact.normal_force,
             tangential: contact.tangential_force,
         }),
-        cost: Cost {
-            seconds: 0.0,
-            repeats: 0,
-            peak_bytes: None,
-        },
+        ..Level::default()
     };
-    Ok(MeasuredLevel {
-        level,
-        field: BrickField {
-            brick: brick.clone(),
-            mesh: Arc::unwrap_or_clone(mesh),
-            displacement: report.displacement,
-        },
-        stiffness: Arc::unwrap_or_clone(primal.stiffness),
-        dofs: primal.dofs,
-    })
+    let field = BrickField {
+        brick: brick.clone(),
+        mesh: Arc::clone(problem.mesh()),
+        displacement: report.displacement,
+    };
+    Ok((level, field, system.assembly.primal))
 }

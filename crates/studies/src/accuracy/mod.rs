@@ -15,17 +15,14 @@ mod sequences;
 mod tests;
 
 pub use algebraic::{AlgebraicStudy, EPSILONS, RunMethod, RunOperator, RunResult, SolverRun};
-pub use cost::Cost;
-pub use cost::{Advice, FinerMesh};
+pub use cost::{Advice, Cost, FinerMesh};
 pub use discretisation::{DiscretisationStudy, Forces, Level, Trend};
-pub use distance::{Distance, Field, Points, distance};
-pub use refinement::extrapolated;
-pub use refinement::nested_bricks;
-pub(crate) use refinement::observed_order;
-pub(crate) use refinement::{brick_n_div, with_brick};
+pub use distance::{Distance, Field, distance};
+pub(crate) use refinement::{brick_n_div, observed_order, with_brick};
+pub use refinement::{extrapolated, nested_bricks};
 pub use sequences::{
     Cheapest, MeshSequence, MeshSequences, Reference, SequenceAdvice, SequenceKind, SequenceLevel,
-    SequenceProgress, SequenceSettings, TARGETS,
+    SequenceProgress, TARGETS,
 };
 
 use std::path::Path;
@@ -35,7 +32,7 @@ use serde::Serialize;
 use contact3d::{ProblemError, scene::Scene};
 
 /// How far the studies go.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct AccuracySettings {
     /// Seconds for each method on each operator; later entries are left out.
     pub budget: f64,
@@ -94,13 +91,7 @@ impl Accuracy {
         let algebraic = AlgebraicStudy::measure(scene, folder, settings, observe)?;
         let discretisation = DiscretisationStudy::measure(scene, settings, observe)?;
         let sequences = settings.sequences.map(|goal| {
-            let settings = SequenceSettings {
-                budget: settings.budget,
-                goal,
-                coarsest: settings.coarsest,
-                memory: settings.memory,
-            };
-            MeshSequences::measure(scene, folder, &settings, &mut |step| {
+            MeshSequences::measure(scene, folder, goal, settings, &mut |step| {
                 observe(AccuracyProgress::Sequence(step));
             })
         });

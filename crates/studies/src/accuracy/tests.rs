@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::{
-    AccuracySettings, Cost, DiscretisationStudy, Level,
+    AccuracySettings, DiscretisationStudy, Level,
     discretisation::energy_norm,
     nested_bricks,
     refinement::{
@@ -14,7 +14,6 @@ use contact3d::{
     elasticity::{DofMap, MaterialField, stiffness},
     mesh::Mesh,
     scene::{Brick, BrickFace, ElementOrder, Scene},
-    solver::Status,
 };
 
 fn scene(contact_face: &str) -> Scene {
@@ -83,11 +82,9 @@ fn mesh(scene: &Scene) -> Mesh {
 #[test]
 fn each_tetrahedron_of_a_finer_mesh_lies_in_one_of_a_coarser() {
     let settings = AccuracySettings {
-        budget: 1.0,
         coarsest: 1,
         finest: Some(12),
-        sequences: None,
-        memory: None,
+        ..AccuracySettings::default()
     };
     // Pairs of equal cells can be merged.
     let [even, graded] = bricks();
@@ -125,11 +122,9 @@ fn each_tetrahedron_of_a_finer_mesh_lies_in_one_of_a_coarser() {
 fn the_ladder_of_a_graded_brick_has_no_coarser_meshes() {
     let brick = Brick::new([3.0, 1.0, 1.0], [12, 4, 4]).with_grading(BrickFace::XMin, 1.5);
     let settings = AccuracySettings {
-        budget: 1.0,
         coarsest: 1,
         finest: Some(8),
-        sequences: None,
-        memory: None,
+        ..AccuracySettings::default()
     };
     let study = nested_bricks(&with_brick(&scene("z_min"), &brick), &brick, &settings);
     let study = study.expect("nested meshes");
@@ -141,22 +136,10 @@ fn the_ladder_of_a_graded_brick_has_no_coarser_meshes() {
 fn level(n_div: usize, energy_difference: f64, potential_energy: f64) -> Level {
     Level {
         n_div,
-        cells: [3 * n_div, n_div, n_div],
         cell_size: 1.0 / n_div as f64,
-        n_free: 0,
-        n_multipliers: 0,
-        status: Status::Converged,
-        applications: 0,
         energy_difference,
-        energy_error: None,
-        estimated_error: 0.0,
         potential_energy,
-        forces: None,
-        cost: Cost {
-            seconds: 1.0,
-            repeats: 1,
-            peak_bytes: None,
-        },
+        ..Level::default()
     }
 }
 

@@ -3,16 +3,14 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    ends::ParameterRange,
     enumeration::{CompletenessProof, Undecided},
     equations::PieceEquations,
-    family::Family,
+    family::{Family, ParameterRange},
     kink::HalfPath,
     path::{FIRST_STEP, PathEnd, PathFront},
     piece::Open,
     point::{FrontRecord, PathOrigin, PathPoint, PointKind},
-    search::SAME,
-    starts::{rays_from, solver_rays},
+    search::{SAME, rays_from, solver_rays},
 };
 use contact3d::{
     ProblemError,
@@ -104,12 +102,10 @@ impl Branches {
     pub fn new(family: &Family<'_>, all: bool) -> Result<Self, ProblemError> {
         Ok(Self {
             range: family.range().clone(),
-            paths: Vec::new(),
             all,
-            certificates: [Err(Undecided::NotAsked); 2],
             stress: family.stress()?,
-            left_out: 0,
             pending: Some(Pending::default()),
+            ..Self::default()
         })
     }
 
@@ -348,4 +344,43 @@ fn restored(
         }
         .into()
     })
+}
+
+/// A solution at one end of the range.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct EndSolution {
+    /// Its path.
+    pub path: usize,
+    /// Its place on it.
+    pub point: usize,
+}
+
+impl Branches {
+    /// The different solutions at one end of the range, by its parameter.
+    #[must_use]
+    pub fn end_solutions(&self, parameter: f64) -> Vec<EndSolution> {
+        let mut found: Vec<EndSolution> = Vec::new();
+        for (path, followed) in self.paths.iter().enumerate() {
+            for (point, at) in followed.points.iter().enumerate() {
+                let known = |other: &EndSolution| {
+                    let other = &self.paths[other.path].points[other.point];
+                    norm(&difference(&other.multiplier, &at.multiplier)) <= SAME * self.stress
+                };
+                if at.parameter == parameter && !found.iter().any(known) {
+                    found.push(EndSolution { path, point });
+                }
+            }
+        }
+        found
+    }
+
+    /// Σ sign det R' over the solutions at one end of the range, which is 1 where none is missing and all are regular.
+    #[must_use]
+    pub fn degree(&self, parameter: f64) -> i32 {
+        let solutions = self.end_solutions(parameter);
+        let signs = solutions
+            .iter()
+            .map(|at| i32::from(self.paths[at.path].points[at.point].determinant));
+        signs.sum()
+    }
 }

@@ -3,8 +3,7 @@
 use std::sync::Arc;
 
 use super::{
-    derivative::FrictionTreatment,
-    equations::{EvaluatedPiece, PieceEquations},
+    equations::{EvaluatedPiece, FrictionTreatment, PieceEquations},
     piece::{EndDistance, Piece},
     point::FamilyMember,
 };

@@ -1,19 +1,17 @@
-//! A scene that depends on one parameter, and the contact problem at each value of it.
+//! A scene that depends on one parameter in a range, and the contact problem at each value of it.
 
 use std::{cell::RefCell, collections::VecDeque, path::Path, sync::Arc};
 
-use super::{
-    assembled::{assemble, dual_of, explicit, no_friction},
-    ends::ParameterRange,
-    point::FamilyMember,
-    straight::{between, on_line},
-};
+use serde::{Deserialize, Serialize};
+
+use super::point::FamilyMember;
 use contact3d::{
-    AssembledProblem, ProblemError,
+    AssembledProblem, Problem, ProblemError,
     contact::Interface,
     dual::{ExplicitDual, LocalStiffness},
     linalg::norm,
-    scene::{Invalid, Scene},
+    mesh::Mesh,
+    scene::{DualOperatorKind, FactorPrecision, Invalid, Scene},
 };
 
 /// Places in the range at which the loads must lie on a straight line to be taken from it, and the whole scene be valid.
@@ -83,13 +81,7 @@ impl<'a> Family<'a> {
             shared => shared?,
         };
         let second = Arc::new(second);
-        let interface = |problem: &AssembledProblem| {
-            let interface = Interface::new(problem.scene(), problem.mesh())?;
-            match interface {
-                Some(interface) if interface.coulomb().is_some() => Ok(Arc::new(interface)),
-                _ => Err(ProblemError::from(no_friction())),
-            }
-        };
+        let interface = |problem: &AssembledProblem| coulomb(problem.scene(), problem.mesh());
         let interfaces = [interface(&first)?, interface(&second)?];
         // The one whose law follows the slip has the compliance that laws of both kinds can use.
         let base = if interfaces[0].follows_slip() {
@@ -193,37 +185,33 @@ impl<'a> Family<'a> {
     }
 
     fn make(&self, s: f64) -> Result<FamilyMember, ProblemError> {
-        let law_at = |changes: bool, problem: &AssembledProblem| -> Result<_, ProblemError> {
-            if !changes {
-                return Ok(Arc::clone(&self.interface));
-            }
-            let interface = Interface::new(&self.scene(s)?, problem.mesh())?;
-            match interface {
-                Some(interface) if interface.coulomb().is_some() => Ok(Arc::new(interface)),
-                _ => Err(no_friction().into()),
-            }
-        };
         match &self.dependence {
             Dependence::Straight { ends, law } => Ok(FamilyMember {
-                interface: law_at(*law, &self.base)?,
+                interface: if *law {
+                    coulomb(&self.scene(s)?, self.base.mesh())?
+                } else {
+                    Arc::clone(&self.interface)
+                },
                 base: Arc::clone(&self.base),
                 dual: between(ends, self.range.share(s)),
                 local: Arc::clone(&self.local),
             }),
             Dependence::Curved => {
-                let problem = self.base.with_scene(explicit(self.scene(s)?))?;
+                let scene = self.scene(s)?;
+                let problem = self.base.with_scene(explicit(scene.clone()))?;
                 Ok(FamilyMember {
-                    interface: law_at(true, &problem)?,
+                    interface: coulomb(&scene, problem.mesh())?,
                     dual: dual_of(&problem).clone(),
                     base: Arc::new(problem),
                     local: Arc::clone(&self.local),
                 })
             }
             Dependence::Operator => {
-                let problem = assemble(&self.scene(s)?, self.folder)?;
+                let scene = self.scene(s)?;
+                let problem = assemble(&scene, self.folder)?;
                 let dual = dual_of(&problem).clone();
                 Ok(FamilyMember {
-                    interface: law_at(true, &problem)?,
+                    interface: coulomb(&scene, problem.mesh())?,
                     local: Arc::new(LocalStiffness::new(&dual)),
                     dual,
                     base: Arc::new(problem),
@@ -252,6 +240,14 @@ impl<'a> Family<'a> {
     }
 }
 
+/// The law of a scene on its mesh.
+fn coulomb(scene: &Scene, mesh: &Mesh) -> Result<Arc<Interface>, ProblemError> {
+    match Interface::new(scene, mesh)? {
+        Some(interface) if interface.coulomb().is_some() => Ok(Arc::new(interface)),
+        _ => Err(no_friction().into()),
+    }
+}
+
 /// The nearest power of two above a size; 1 for none. Scales that are powers of two round nothing.
 pub(super) fn power_of_two(size: f64) -> f64 {
     if size > 0.0 && size.is_finite() {
@@ -259,4 +255,149 @@ pub(super) fn power_of_two(size: f64) -> f64 {
     } else {
         1.0
     }
+}
+
+/// A range of one sign whose ends differ by more than this factor is followed in the logarithm of the parameter.
+const LOGARITHMIC_FROM: f64 = 100.0;
+
+/// A range of a parameter of a scene.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct ParameterRange {
+    /// The key, for messages.
+    pub key: String,
+    /// The value at s = 0.
+    pub from: f64,
+    /// The value at s = 1.
+    pub to: f64,
+}
+
+impl ParameterRange {
+    /// Whether s is the share of the logarithm, and not of the value.
+    #[must_use]
+    pub fn is_logarithmic(&self) -> bool {
+        let ratio = self.to / self.from;
+        ratio > 0.0
+            && ratio.is_finite()
+            && !(LOGARITHMIC_FROM.recip()..=LOGARITHMIC_FROM).contains(&ratio)
+    }
+
+    /// The parameter at s.
+    #[must_use]
+    pub fn value(&self, s: f64) -> f64 {
+        if s == 0.0 {
+            self.from
+        } else if s == 1.0 {
+            self.to
+        } else if self.is_logarithmic() {
+            self.from * (self.to / self.from).powf(s)
+        } else {
+            self.from + s * (self.to - self.from)
+        }
+    }
+
+    /// The share of the way from `from` to `to` of the value at s.
+    pub(super) fn share(&self, s: f64) -> f64 {
+        if self.is_logarithmic() {
+            (self.value(s) - self.from) / (self.to - self.from)
+        } else {
+            s
+        }
+    }
+}
+
+pub(super) fn explicit(mut scene: Scene) -> Scene {
+    scene.assemble.dual_operator = DualOperatorKind::Explicit;
+    scene.assemble.factor = FactorPrecision::Double;
+    scene
+}
+
+pub(super) fn assemble(scene: &Scene, folder: &Path) -> Result<AssembledProblem, ProblemError> {
+    match scene.contacts.as_slice() {
+        [_] if scene.has_friction() => {}
+        [] | [_] => return Err(no_friction().into()),
+        several => return Err(several_faces(several.len()).into()),
+    }
+    let assembled = Problem::in_folder(explicit(scene.clone()), folder)?.assemble()?;
+    crate::floating::refuse_floating(&assembled, "paths of solutions")?;
+    Ok(assembled)
+}
+
+pub(super) fn dual_of(problem: &AssembledProblem) -> &ExplicitDual {
+    let contact = problem.system().contact.as_ref();
+    let dual = contact.and_then(|contact| contact.explicit());
+    dual.expect("assembled with contact and the dense operator")
+}
+
+fn several_faces(found: usize) -> Invalid {
+    Invalid {
+        key: "contact".into(),
+        expected: "one contact face, whose zones and segments of its law name the pieces of a path"
+            .into(),
+        found: format!("{found} faces"),
+        help: "leave all but one out, or solve at single values with a sweep".into(),
+    }
+}
+
+pub(super) fn no_friction() -> Invalid {
+    Invalid {
+        key: "friction".into(),
+        expected: "Coulomb friction on a contact face, at every value of the parameter".into(),
+        found: "a scene without".into(),
+        help: "without friction, or with a given slip bound, there is one solution for every value; a sweep solves for them".into(),
+    }
+}
+
+/// How far they may be from it, relative to the largest load; their own rounding is some ε.
+const STRAIGHT: f64 = 1e-13;
+
+/// Whether loads and gap of a problem lie on the line between two others, at a share of it.
+pub(super) fn on_line(
+    first: &AssembledProblem,
+    second: &AssembledProblem,
+    share: f64,
+    between: &AssembledProblem,
+) -> bool {
+    let load = |problem: &AssembledProblem| problem.system().assembly.primal.load.clone();
+    let held = |problem: &AssembledProblem| {
+        let prescribed = problem.system().assembly.primal.dofs.prescribed.as_ref();
+        prescribed.map_or_else(Vec::new, |held| held.as_flattened().to_vec())
+    };
+    let gap = |problem: &AssembledProblem| {
+        let state = problem.contact_state();
+        state
+            .and_then(|state| state.interface.gap.clone())
+            .unwrap_or_default()
+    };
+    let straight = |values: [Vec<f64>; 3]| {
+        let [a, b, c] = values;
+        let longest = a.len().max(b.len()).max(c.len());
+        let at = |v: &[f64], i: usize| v.get(i).copied().unwrap_or(0.0);
+        let size = [&a, &b]
+            .into_iter()
+            .flatten()
+            .fold(0.0, |m, v| f64::max(m, v.abs()));
+        (0..longest).all(|i| {
+            let line = at(&a, i) + share * (at(&b, i) - at(&a, i));
+            (at(&c, i) - line).abs() <= STRAIGHT * size
+        })
+    };
+    straight([load(first), load(second), load(between)])
+        && straight([held(first), held(second), held(between)])
+        && straight([gap(first), gap(second), gap(between)])
+}
+
+/// h and the free slip at a share of the way between those of two problems.
+pub(super) fn between(ends: &[ExplicitDual; 2], share: f64) -> ExplicitDual {
+    let line = |a: f64, b: f64| a + share * (b - a);
+    let mut dual = ends[0].clone();
+    for (h, other) in dual.rhs.iter_mut().zip(&ends[1].rhs) {
+        *h = line(*h, *other);
+    }
+    if let (Some(own), Some(other)) = (&mut dual.compliance, &ends[1].compliance) {
+        let slips = own.slip_free.as_flattened_mut().iter_mut();
+        for (u, other) in slips.zip(other.slip_free.as_flattened()) {
+            *u = line(*u, *other);
+        }
+    }
+    dual
 }

@@ -15,12 +15,9 @@
 //! Lengths of steps are measured by ‖λ‖²/Λ² + s², where Λ is the size of the stresses of the glued face and s runs from 0 to 1
 //! over the range; so no unit matters.
 
-mod assembled;
 #[expect(clippy::module_inception)]
 mod branches;
 mod corrector;
-mod derivative;
-mod ends;
 mod enumeration;
 mod equations;
 mod family;
@@ -32,16 +29,10 @@ mod piece;
 mod point;
 mod search;
 mod slip_stress;
-mod starts;
-mod step;
-mod straight;
 
-pub use branches::{Branches, Path, Pending};
-pub use ends::EndSolution;
-pub use ends::ParameterRange;
+pub use branches::{Branches, EndSolution, Path, Pending};
 pub use enumeration::{CompletenessProof, Undecided};
-pub use family::{Family, SceneAt};
+pub use family::{Family, ParameterRange, SceneAt};
 pub use path::PathEnd;
 pub use piece::Switch;
-pub use point::PathOrigin;
-pub use point::{PathPoint, PointKind};
+pub use point::{PathOrigin, PathPoint, PointKind};

@@ -1,15 +1,14 @@
-//! One path: predictor, corrector, kinks, folds, and the choice of the step.
+//! One path: steps that are exact where the piece is linear, kinks, folds, and the choice of the step.
 
 use serde::{Deserialize, Serialize};
 
 use super::{
-    corrector::PathState,
+    corrector::{Along, PathState},
     equations::PieceEquations,
     kink::HalfPath,
-    locate::{Chord, OFF},
+    locate::{CROSSED, Chord, LOCATED, OFF},
     piece::{EndDistance, Open, Piece, Switch},
     point::{PathPoint, PointKind},
-    step::Advance,
 };
 use contact3d::{
     ProblemError,
@@ -90,31 +89,33 @@ impl PieceEquations<'_> {
         observe: &mut Observer<'_>,
     ) -> Result<PathEnd, ProblemError> {
         for _ in done..MOST_POINTS {
-            match self.advance(&front)? {
+            let (points, end) = match self.advance(&front)? {
                 Advance::Nothing => {
                     front.step *= SHRINK;
                     if front.step < SMALLEST_STEP {
                         return Ok(PathEnd::Stuck);
                     }
+                    continue;
                 }
                 Advance::RangeEnd(state) => {
                     let (mut points, known) = self.turning_points(&front, &state, open)?;
-                    if known {
-                        let end = PathEnd::KnownPoint;
-                        observe(&points, &front, open, Some(end));
-                        return Ok(end);
-                    }
-                    let point = self.describe(&front.piece, &state, PointKind::End, Vec::new())?;
-                    let is_certified = self.is_certified(&point, &state);
-                    front.state = state;
-                    points.push(point);
-                    let end = if is_certified {
-                        PathEnd::Range
+                    if known.is_none() {
+                        let kind = PointKind::End;
+                        let point = self.describe(&front.piece, &state, kind, Vec::new())?;
+                        let is_certified = self.is_certified(&point, &state);
+                        front.state = state;
+                        points.push(point);
+                        (
+                            points,
+                            Some(if is_certified {
+                                PathEnd::Range
+                            } else {
+                                PathEnd::Uncertified
+                            }),
+                        )
                     } else {
-                        PathEnd::Uncertified
-                    };
-                    observe(&points, &front, open, Some(end));
-                    return Ok(end);
+                        (points, known)
+                    }
                 }
                 Advance::Point(state) => {
                     let returned = passes(&front.state, &state, start);
@@ -131,40 +132,31 @@ impl PieceEquations<'_> {
                         continue;
                     }
                     let (mut points, known) = self.turning_points(&front, &state, open)?;
-                    if known {
-                        let end = PathEnd::KnownPoint;
-                        observe(&points, &front, open, Some(end));
-                        return Ok(end);
+                    if known.is_none() {
+                        let reach = norm(&state.point);
+                        if state.steps < FEW {
+                            front.step = (GROWTH * front.step).min(LARGEST_STEP * (1.0 + reach));
+                        }
+                        front.state = state;
+                        points.push(point);
                     }
-                    let reach = norm(&state.point);
-                    if state.steps < FEW {
-                        front.step = (GROWTH * front.step).min(LARGEST_STEP * (1.0 + reach));
-                    }
-                    front.state = state;
-                    points.push(point);
-                    let end = match (is_certified, returned) {
+                    let end = known.or(match (is_certified, returned) {
                         (false, _) => Some(PathEnd::Uncertified),
                         (true, true) => Some(PathEnd::Closed),
                         (true, false) => None,
-                    };
-                    observe(&points, &front, open, end);
-                    if let Some(end) = end {
-                        return Ok(end);
-                    }
+                    });
+                    (points, end)
                 }
                 Advance::PieceEnd(state, reached) => {
-                    let (points, known) = self.turning_points(&front, &state, open)?;
-                    if known {
-                        let end = PathEnd::KnownPoint;
-                        observe(&points, &front, open, Some(end));
-                        return Ok(end);
-                    }
-                    if let Some(end) =
-                        self.pass(&mut front, state, reached, points, open, observe)?
-                    {
-                        return Ok(end);
+                    match self.turning_points(&front, &state, open)? {
+                        (points, None) => self.pass(&mut front, state, reached, points, open)?,
+                        known => known,
                     }
                 }
+            };
+            observe(&points, &front, open, end);
+            if let Some(end) = end {
+                return Ok(end);
             }
         }
         Ok(PathEnd::TooLong)
@@ -176,14 +168,14 @@ impl PieceEquations<'_> {
         point.residual <= CERTIFIED.max(SEVERAL * self.rounding(&state.member, &state.evaluated))
     }
 
-    /// The folds and branch points between the front and the next point of its piece, and whether one is a branch point that was
-    /// known, beyond which all has been or will be followed.
+    /// The folds and branch points between the front and the next point of its piece, and the end of the path where one is a branch
+    /// point that was known, beyond which all has been or will be followed.
     fn turning_points(
         &self,
         front: &PathFront,
         to: &PathState,
         open: &mut Open,
-    ) -> Result<(Vec<PathPoint>, bool), ProblemError> {
+    ) -> Result<(Vec<PathPoint>, Option<PathEnd>), ProblemError> {
         let mut points = Vec::new();
         let step = Chord {
             equations: self,
@@ -202,15 +194,15 @@ impl PieceEquations<'_> {
             points.push(self.describe(&front.piece, &place, kind, Vec::new())?);
             if open.knows(&place.point) {
                 open.rays.retain(|ray| !ray.arrives(&place, 2.0 * OFF[0]));
-                return Ok((points, true));
+                return Ok((points, Some(PathEnd::KnownPoint)));
             }
             open.branch_points.push(place.point.clone());
             open.keep(&self.crossing(&front.piece, &place)?);
         }
-        Ok((points, false))
+        Ok((points, None))
     }
 
-    /// Goes from one piece to the next; the end of the path where there is none.
+    /// Goes from one piece to the next: the points up to there, and the end of the path where there is none.
     fn pass(
         &self,
         front: &mut PathFront,
@@ -218,8 +210,7 @@ impl PieceEquations<'_> {
         reached: Vec<EndDistance>,
         mut points: Vec<PathPoint>,
         open: &mut Open,
-        observe: &mut Observer<'_>,
-    ) -> Result<Option<PathEnd>, ProblemError> {
+    ) -> Result<(Vec<PathPoint>, Option<PathEnd>), ProblemError> {
         let mut switches: Vec<Switch> = Vec::new();
         for distance in &reached {
             if !switches.contains(&distance.switch) {
@@ -245,9 +236,7 @@ impl PieceEquations<'_> {
         points.push(point);
         let Some(next) = next else {
             front.state = state;
-            let end = Some(PathEnd::Degenerate);
-            observe(&points, front, open, end);
-            return Ok(end);
+            return Ok((points, Some(PathEnd::Degenerate)));
         };
         let known = is_branch_point && open.knows(&state.point);
         if is_branch_point && !known {
@@ -267,8 +256,7 @@ impl PieceEquations<'_> {
         } else {
             None
         };
-        observe(&points, front, open, end);
-        Ok(end)
+        Ok((points, end))
     }
 }
 
@@ -282,4 +270,137 @@ fn passes(from: &PathState, to: &PathState, [point, tangent]: &[Vec<f64>; 2]) ->
     (BEHIND..=1.0).contains(&along)
         && norm(&off) < 0.1 * norm(&chord)
         && dot(&to.tangent, tangent) > STRAIGHT
+}
+
+/// A piece does not end within this share of a step; shorter steps tell.
+const STILL: f64 = 1e-3;
+
+/// Steps across a branch point are no longer than this.
+const SURE_STEP: f64 = 1e-4;
+
+/// A corrected point may lie this many steps from the last one.
+const NEAR: f64 = 2.0;
+
+/// What a step came to.
+pub(super) enum Advance {
+    /// A point of the same piece.
+    Point(PathState),
+    /// The end of the range.
+    RangeEnd(PathState),
+    /// An end of the piece, with what ends there.
+    PieceEnd(PathState, Vec<EndDistance>),
+    /// Nothing; a smaller step may do.
+    Nothing,
+}
+
+impl PieceEquations<'_> {
+    /// One step of the front's length, cut at the end of the range and at the first end of the piece.
+    pub(super) fn advance(&self, front: &PathFront) -> Result<Advance, ProblemError> {
+        let (from, piece) = (&front.state, &front.piece);
+        let mut guess = from.point.clone();
+        add_scaled(&mut guess, front.step, &from.tangent);
+        let ahead = guess[guess.len() - 1];
+        let leaves = !(0.0..=1.0).contains(&ahead);
+        let corrected = if leaves {
+            self.at_range_end(front, &from.point, &guess)?
+        } else {
+            self.ahead(front, guess)?
+        };
+        let Some(mut state) = corrected else {
+            return Ok(Advance::Nothing);
+        };
+        let mut at_end = leaves;
+        if !(0.0..=1.0).contains(&state.parameter()) && !leaves {
+            let Some(end) = self.at_range_end(front, &from.point, &state.point)? else {
+                return Ok(Advance::Nothing);
+            };
+            (state, at_end) = (end, true);
+        }
+        let chord = difference(&state.point, &from.point);
+        let length = norm(&chord);
+        let bent = dot(&state.tangent, &from.tangent) < STRAIGHT
+            || dot(&chord, &from.tangent) < STRAIGHT * length
+            || dot(&chord, &state.tangent) < STRAIGHT * length;
+        // A step to another path may turn the orientation, too; a short one that does has passed a branch point.
+        let turned = state.orientation != from.orientation && front.step > SURE_STEP;
+        if bent || turned || length > NEAR * front.step {
+            return Ok(Advance::Nothing);
+        }
+        if !self.crosses(piece, from, &state) {
+            return Ok(if at_end {
+                Advance::RangeEnd(state)
+            } else {
+                Advance::Point(state)
+            });
+        }
+        let step = Chord {
+            equations: self,
+            piece,
+            from,
+            to: &state,
+        };
+        let found = step.first_end()?;
+        // A path that leaves a kink leads into its piece; an end that a step finds at once lies beyond a turn it has missed.
+        let moves =
+            |state: &PathState| norm(&difference(&state.point, &from.point)) > STILL * front.step;
+        if let Some((state, reached)) = found.filter(|(state, _)| moves(state)) {
+            return Ok(Advance::PieceEnd(state, reached));
+        }
+        // Unless the last step has come to rest on the end itself, to rounding.
+        let (reached, _) = self.ends_crossed(piece, from, &[])?;
+        let here = self.state_at(piece, &from.point, &from.tangent)?;
+        Ok(match here.filter(|_| !reached.is_empty()) {
+            Some(state) => Advance::PieceEnd(state, reached),
+            None => Advance::Nothing,
+        })
+    }
+
+    /// Whether a step leaves its piece: an end lies behind it, if by little only one that was ahead, since some ends are met all
+    /// along a path, as the reversal of a node on a plane of symmetry.
+    fn crosses(&self, piece: &Piece, from: &PathState, to: &PathState) -> bool {
+        let (before, after) = (from.distances(self, piece), to.distances(self, piece));
+        let leaves = |(before, after): (&EndDistance, &EndDistance)| {
+            after.value < -CROSSED || after.value < -LOCATED && before.value > CROSSED
+        };
+        before.len() != after.len() || before.iter().zip(&after).any(leaves)
+    }
+
+    /// The point of the piece near a guess on the tangent; where R' is almost singular, as near a branch point, and the nearest one is not
+    /// found, the one straight ahead.
+    fn ahead(&self, front: &PathFront, guess: Vec<f64>) -> Result<Option<PathState>, ProblemError> {
+        let tangent = &front.state.tangent;
+        let nearest = self.correct(&front.piece, guess.clone(), tangent, Along::Nearest)?;
+        if nearest.is_some() {
+            return Ok(nearest);
+        }
+        let along = Along::Plane(tangent, dot(tangent, &guess));
+        self.correct(&front.piece, guess, tangent, along)
+    }
+
+    /// The point of a piece at the end of the range that lies between two points.
+    fn at_range_end(
+        &self,
+        front: &PathFront,
+        from: &[f64],
+        to: &[f64],
+    ) -> Result<Option<PathState>, ProblemError> {
+        let last = from.len() - 1;
+        let end = if to[last] > 1.0 { 1.0 } else { 0.0 };
+        let length = to[last] - from[last];
+        let share = if length == 0.0 {
+            0.0
+        } else {
+            (end - from[last]) / length
+        };
+        let mut guess: Vec<f64> = from
+            .iter()
+            .zip(to)
+            .map(|(a, b)| a + share * (b - a))
+            .collect();
+        guess[last] = end;
+        let mut normal = vec![0.0; from.len()];
+        normal[last] = 1.0;
+        let along = Along::Plane(&normal, end);
+        self.correct(&front.piece, guess, &front.state.tangent, along)
+    }
 }

@@ -1,16 +1,19 @@
-//! One smooth piece of the problem and what lies beyond its ends.
+//! One smooth piece of the problem, how far its ends are, and what lies beyond them.
 
 use serde::{Deserialize, Serialize};
 
 use super::{
+    equations::{EvaluatedPiece, PieceEquations},
     kink::HalfPath,
+    law_piece::LawPieces,
     path::{FIRST_STEP, RETURNED},
-    point::{FrontRecord, PathOrigin},
+    point::{FamilyMember, FrontRecord, PathOrigin},
 };
 use contact3d::{
     linalg::{difference, norm},
     post::Zone,
     scene::FormulaBranch,
+    solver::{Bound, NaturalMap, PaneZone},
 };
 
 /// What the law of friction does at a contact node on a piece.
@@ -96,36 +99,37 @@ pub(super) enum AdjacentPiece {
 impl Piece {
     /// Changes the law as `beyond` says at the place of a switch; zones are chosen elsewhere.
     pub(super) fn pass(&mut self, switch: Switch, beyond: AdjacentPiece) {
-        match (switch, beyond) {
-            (Switch::Cap(pane), AdjacentPiece::Cap(capped)) => self.capped[pane] = capped,
-            (Switch::Reversal(node, _), AdjacentPiece::Negative { axis, negative }) => {
-                if let Some(piece) = &mut self.nodes[node] {
-                    piece.negative[axis] = negative;
-                }
+        let node = match switch {
+            Switch::Reversal(node, _) | Switch::Knot(node, _) => self.nodes[node].as_mut(),
+            Switch::Opening(_) | Switch::Slipping(_) | Switch::Cap(_) => None,
+        };
+        match (node, beyond) {
+            (Some(node), AdjacentPiece::Negative { axis, negative }) => {
+                node.negative[axis] = negative;
             }
             (
-                Switch::Knot(node, _),
+                Some(node),
                 AdjacentPiece::Segment {
                     coefficient,
                     along,
                     segment,
                 },
             ) => {
-                if let Some(piece) = &mut self.nodes[node] {
-                    piece.segment[coefficient][along] = segment;
-                }
+                node.segment[coefficient][along] = segment;
             }
             (
-                Switch::Knot(node, _),
+                Some(node),
                 AdjacentPiece::Fork {
                     coefficient,
                     fork,
                     less,
                 },
             ) => {
-                if let Some(piece) = &mut self.nodes[node] {
-                    let branch = &mut piece.branch[coefficient];
-                    *branch = branch.with(fork, less);
+                node.branch[coefficient] = node.branch[coefficient].with(fork, less);
+            }
+            (_, AdjacentPiece::Cap(capped)) => {
+                if let Switch::Cap(pane) = switch {
+                    self.capped[pane] = capped;
                 }
             }
             _ => {}
@@ -156,5 +160,134 @@ impl Open {
     pub(super) fn knows(&self, point: &[f64]) -> bool {
         let near = |known: &Vec<f64>| norm(&difference(known, point)) < RETURNED;
         self.branch_points.iter().any(near)
+    }
+}
+
+impl PieceEquations<'_> {
+    /// The distances of a point to all ends of its piece.
+    pub(super) fn distances(
+        &self,
+        member: &FamilyMember,
+        piece: &Piece,
+        at: &EvaluatedPiece,
+    ) -> Vec<EndDistance> {
+        let law = member.law();
+        // Stresses of single panes, of which all together have the size 1.
+        let unit = (at.panes.len() as f64).sqrt();
+        let cap = law.slip_bound(0, f64::INFINITY) / self.stress;
+        let mut distances = Vec::new();
+        let mut zone = |switch: Switch, value: f64| {
+            distances.push(EndDistance {
+                switch,
+                value: unit * value,
+                beyond: AdjacentPiece::Zone,
+            });
+        };
+        for (pane, state) in at.panes.iter().enumerate() {
+            match piece.zones[pane] {
+                Zone::Open => zone(Switch::Opening(pane), -state.normal_trial),
+                Zone::Stick => {
+                    let [f1, f2] = state.inverse;
+                    let stress = (f1 * state.trial[0]).hypot(f2 * state.trial[1]);
+                    zone(Switch::Opening(pane), state.pressure);
+                    zone(Switch::Slipping(pane), state.bound - stress);
+                }
+                Zone::Slip => {
+                    zone(Switch::Opening(pane), state.pressure);
+                    let excess = state.slip.as_ref().map_or(0.0, |slip| slip.excess);
+                    zone(Switch::Slipping(pane), excess);
+                }
+            }
+        }
+        if cap.is_finite() {
+            for (pane, state) in at.panes.iter().enumerate() {
+                let above = state.pressure - cap;
+                let capped = piece.capped[pane];
+                distances.push(EndDistance {
+                    switch: Switch::Cap(pane),
+                    value: unit * if capped { above } else { -above },
+                    beyond: AdjacentPiece::Cap(!capped),
+                });
+            }
+        }
+        let laws = LawPieces::new(member);
+        let nodes = at.slips.value.iter().zip(&piece.nodes).enumerate();
+        for (node, (slip, piece)) in nodes {
+            if let Some(piece) = piece {
+                laws.distances(node, *slip, piece, self.slip, &mut distances);
+            }
+        }
+        distances
+    }
+
+    /// The law at the nodes of slipping panes as it is at a point, in place of what a piece says; nodes that slipped before keep
+    /// theirs.
+    pub(super) fn follow_law(&self, member: &FamilyMember, piece: &mut Piece, point: &[f64]) {
+        let law = member.law();
+        let surface = member.surface();
+        if !law.depends_on_slip() {
+            piece.nodes = Vec::new();
+            return;
+        }
+        let displacement = member.dual.tangential_displacement(&self.multiplier(point));
+        let mut slips = vec![false; displacement.len()];
+        for (pane, zone) in piece.zones.iter().enumerate() {
+            if *zone == Zone::Slip {
+                surface
+                    .pane_weights(pane)
+                    .for_each(|(node, _)| slips[node] = true);
+            }
+        }
+        let laws = LawPieces::new(member);
+        let sizes = member.interface.slip.operator.slip(&displacement);
+        piece.nodes.resize(displacement.len(), None);
+        for (index, (node, slips)) in piece.nodes.iter_mut().zip(slips).enumerate() {
+            let negative = displacement[index].map(|u| laws.is_nodal && u < 0.0);
+            let here = || laws.piece_of(index, sizes[index], negative);
+            *node = slips.then(|| node.unwrap_or_else(here));
+        }
+    }
+
+    /// The piece on which a solution lies.
+    pub(super) fn piece_of(&self, member: &FamilyMember, point: &[f64]) -> Piece {
+        let multiplier = self.multiplier(point);
+        let laws = member.laws();
+        let law = member.law();
+        let bound = Bound::Coulomb(&laws, law);
+        let steplengths = member.steplengths().to_vec();
+        let map = NaturalMap::with_steplengths(&member.dual, bound, steplengths);
+        let (normal, _) = member.dual.layout.split(&multiplier);
+        let capped = normal.iter().map(|p| law.slip_bound(0, *p) < *p).collect();
+        let mut piece = Piece {
+            zones: map
+                .evaluate(&multiplier)
+                .panes
+                .iter()
+                .map(|pane| match pane.zone() {
+                    PaneZone::Open => Zone::Open,
+                    PaneZone::Stick => Zone::Stick,
+                    PaneZone::Slip => Zone::Slip,
+                })
+                .collect(),
+            capped,
+            nodes: Vec::new(),
+        };
+        self.follow_law(member, &mut piece, point);
+        piece
+    }
+
+    /// What the candidates of a pane's zone are where it switches: those whose closures hold the point.
+    pub(super) fn zones_at(&self, at: &EvaluatedPiece, pane: usize, tolerance: f64) -> Vec<Zone> {
+        let state = &at.panes[pane];
+        let unit = (at.panes.len() as f64).sqrt();
+        let [f1, f2] = state.inverse;
+        let stress = unit * (f1 * state.trial[0]).hypot(f2 * state.trial[1]);
+        let lifts = unit * state.normal_trial.abs() <= tolerance;
+        let stays = stress <= unit * state.normal_trial.max(0.0) + tolerance;
+        match (lifts, stays) {
+            (true, true) => vec![Zone::Open, Zone::Stick, Zone::Slip],
+            (true, false) => vec![Zone::Open, Zone::Slip],
+            (false, _) => vec![Zone::Stick, Zone::Slip],
+        }
     }
 }

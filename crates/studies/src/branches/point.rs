@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     corrector::PathState,
-    ends::ParameterRange,
     equations::PieceEquations,
+    family::ParameterRange,
     kink::HalfPath,
     path::PathFront,
     piece::{NodePiece, Piece, Switch},

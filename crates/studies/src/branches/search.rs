@@ -1,13 +1,16 @@
-//! Solutions at one value of the parameter: deflated Newton's method from many starts.
+//! Solutions at one value of the parameter, by deflated Newton's method from many starts, and the half paths that begin at solutions.
 
 use super::{
+    corrector::Along,
     enumeration::{CompletenessProof, Undecided, enumerated},
     equations::PieceEquations,
+    kink::{HalfPath, REACHED},
 };
 use contact3d::{
     ProblemError,
     linalg::{difference, dot, norm},
-    solver::{Bound, NaturalMap},
+    scene::Invalid,
+    solver::{Bound, NaturalMap, Solution, Status},
 };
 
 /// ‖R‖ / ‖λ‖ of a solution, measured by local stiffness.
@@ -203,4 +206,82 @@ impl PseudoRandom {
         self.0 ^= self.0 << 17;
         usize::try_from((self.0 >> 33) % bound).unwrap_or(0)
     }
+}
+
+/// Places from which a path is followed both ways where the start of the range is no regular point.
+const INSIDE: [f64; 3] = [1e-3, 1e-2, 0.1];
+
+/// Half paths from the solver's answer at the start of the range, or, where no path can be told there, from one a little inside.
+pub(super) fn solver_rays(equations: &PieceEquations<'_>) -> Result<Vec<HalfPath>, ProblemError> {
+    let mut last = Status::Converged;
+    for s in [0.0].into_iter().chain(INSIDE) {
+        let solution = solved(equations, s)?;
+        last = solution.status;
+        if !solution.status.is_solved() {
+            continue;
+        }
+        let scaled = solution.multiplier.iter().map(|l| l / equations.stress);
+        let point: Vec<f64> = scaled.chain([s]).collect();
+        let rays = rays_from(equations, &point)?;
+        if !rays.is_empty() {
+            return Ok(rays);
+        }
+    }
+    Err(Invalid {
+        key: equations.family.range().key.clone(),
+        expected: "a solution near the start of the range, from which a path leads".into(),
+        found: format!("status {} there", last.word()),
+        help: "begin at another value with --from".into(),
+    }
+    .into())
+}
+
+fn solved(equations: &PieceEquations<'_>, s: f64) -> Result<Solution, ProblemError> {
+    let problem = equations.family.problem(s)?;
+    problem.solve(&problem.scene().solve)
+}
+
+/// The half paths from a solution into the range: corrected on its piece, one at an end of the range, two inside.
+pub(super) fn rays_from(
+    equations: &PieceEquations<'_>,
+    point: &[f64],
+) -> Result<Vec<HalfPath>, ProblemError> {
+    let last = point.len() - 1;
+    let s = point[last];
+    let member = equations.family.member(s)?;
+    let piece = equations.piece_of(&member, point);
+    let mut up = vec![0.0; point.len()];
+    up[last] = 1.0;
+    let fixed = Along::Plane(&up, s);
+    let corrected = equations.correct(&piece, point.to_vec(), &up, fixed)?;
+    let Some(state) = corrected else {
+        return Ok(Vec::new());
+    };
+    let distances = state.distances(equations, &piece);
+    let reached: Vec<_> = distances
+        .into_iter()
+        .filter(|d| d.value <= REACHED)
+        .collect();
+    let inward = |rate: f64| rate > 0.0 && s < 1.0 || rate < 0.0 && s > 0.0;
+    let mut rays = if reached.is_empty() {
+        let mut rays = Vec::new();
+        for forward in [true, false] {
+            if let Some(mut state) = equations.state_at(&piece, &state.point, &up)? {
+                if !forward {
+                    state.turn();
+                }
+                let piece = piece.clone();
+                rays.push(HalfPath {
+                    state,
+                    piece,
+                    is_inside: true,
+                });
+            }
+        }
+        rays
+    } else {
+        equations.rays(&piece, &state, &reached)?
+    };
+    rays.retain(|ray| inward(ray.state.parameter_rate()));
+    Ok(rays)
 }

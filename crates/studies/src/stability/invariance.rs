@@ -1,10 +1,12 @@
-//! The answers to other descriptions of the same problem.
+//! The answers to other descriptions of the same problem, among them one with its nodes in another order.
 
 use std::{fmt, ops::Range, path::Path};
 
-use super::{Symmetry, UnitChange, explicit_problem::ExplicitProblem, symmetry::renumbered};
+use super::{Redescription, UnitChange, explicit_problem::ExplicitProblem};
 use contact3d::{
     ProblemError,
+    linalg::CscMatrix,
+    mesh::{ContactSurface, Mesh, MidEdgeNodes},
     scene::Scene,
     solver::{Linearisation, Solution, Status},
 };
@@ -64,33 +66,23 @@ impl Invariance {
         }
     }
 
-    fn scaling(self) -> Option<UnitChange> {
+    /// The other description; `None` where numbers stay what they are.
+    fn redescription(self, scene: &Scene) -> Option<Redescription> {
         let two = |power: i32| 2_f64.powi(power);
+        let units = |length: f64, displacement: f64, stress: f64| {
+            Redescription::Units(UnitChange {
+                length,
+                displacement,
+                stress,
+            })
+        };
         match self {
-            Self::BinaryUnits => Some(UnitChange {
-                length: two(10),
-                displacement: two(10),
-                stress: two(-20),
-            }),
-            Self::DecimalUnits => Some(UnitChange {
-                length: 1e3,
-                displacement: 1e3,
-                stress: 1e-6,
-            }),
-            Self::LoadScaling => Some(UnitChange {
-                length: 1.0,
-                displacement: two(LOAD_POWER),
-                stress: two(LOAD_POWER),
-            }),
-            _ => None,
-        }
-    }
-
-    fn symmetry(self) -> Option<Symmetry> {
-        match self {
-            Self::Mirror => Some(Symmetry::Mirror),
-            Self::Exchange => Some(Symmetry::Exchange),
-            _ => None,
+            Self::BinaryUnits => Some(units(two(10), two(10), two(-20))),
+            Self::DecimalUnits => Some(units(1e3, 1e3, 1e-6)),
+            Self::LoadScaling => Some(units(1.0, two(LOAD_POWER), two(LOAD_POWER))),
+            Self::Mirror => Some(Redescription::mirror(scene)),
+            Self::Exchange => Some(Redescription::Exchange),
+            Self::Renumbering | Self::Threads => None,
         }
     }
 }
@@ -154,27 +146,25 @@ fn changed(
     invariance: Invariance,
 ) -> Result<Option<(Status, Vec<f64>)>, ProblemError> {
     let scene = &problem.scene;
-    if let Some(scaling) = invariance.scaling() {
-        let mut contacts = scene.contacts.iter();
-        let has_obstacle = contacts.any(|contact| contact.obstacle.is_some());
-        if has_obstacle && !scaling.is_similarity() {
-            return Ok(None);
-        }
-        let (scaled, cuts) = (scaling.apply(scene)?, problem.refinement.clone());
-        let other = ExplicitProblem::refined(scaled, folder, cuts)?;
-        let solution = other.assembled.solve(&scene.solve)?;
-        let multiplier = solution.multiplier.iter().map(|l| l / scaling.stress);
-        return Ok(Some((solution.status, multiplier.collect())));
-    }
-    if let Some(symmetry) = invariance.symmetry() {
-        // The tetrahedra of an image are numbered otherwise, so cuts have no image.
-        let image = symmetry.apply(scene)?;
-        let Some(image) = image.filter(|_| problem.refinement.is_empty()) else {
+    let cuts = problem.refinement.clone();
+    if let Some(redescription) = invariance.redescription(scene) {
+        let Some(image) = redescription.apply(scene)? else {
             return Ok(None);
         };
-        let other = ExplicitProblem::new(image, folder)?;
+        let other = match redescription {
+            Redescription::Units(_) => ExplicitProblem::refined(image, folder, cuts)?,
+            // The tetrahedra of an image are numbered otherwise, so cuts have no image.
+            _ if !cuts.is_empty() => return Ok(None),
+            _ => ExplicitProblem::new(image, folder)?,
+        };
         let solution = other.assembled.solve(&scene.solve)?;
-        let multiplier = seen_back(problem, &other, symmetry, &solution.multiplier);
+        let multiplier = match redescription {
+            Redescription::Units(units) => {
+                let stresses = solution.multiplier.iter();
+                Some(stresses.map(|l| l / units.stress).collect())
+            }
+            map => seen_back(problem, &other, map, &solution.multiplier),
+        };
         return Ok(multiplier.map(|multiplier| (solution.status, multiplier)));
     }
     if invariance == Invariance::Renumbering {
@@ -192,7 +182,6 @@ fn changed(
         return Ok(None);
     };
     let solution = pool.install(|| -> Result<Solution, ProblemError> {
-        let cuts = problem.refinement.clone();
         let other = ExplicitProblem::refined(scene.clone(), folder, cuts)?;
         other.assembled.solve(&scene.solve)
     })?;
@@ -203,15 +192,12 @@ fn changed(
 fn seen_back(
     problem: &ExplicitProblem,
     image: &ExplicitProblem,
-    symmetry: Symmetry,
+    map: Redescription,
     multiplier: &[f64],
 ) -> Option<Vec<f64>> {
-    let width = width_of(problem.assembled.scene())?;
     let layout = problem.dual().layout;
     let m = layout.n_panes();
-    let images: Vec<[f64; 3]> = (0..m)
-        .map(|pane| symmetry.point(centre(image, pane), width))
-        .collect();
+    let images: Vec<[f64; 3]> = (0..m).map(|pane| map.origin(centre(image, pane))).collect();
     // Faces with and without friction keep their order, and so do the faces of either kind.
     let nearest = |at: [f64; 3], among: Range<usize>| {
         let distance = |b: &[f64; 3]| -> f64 { (0..3).map(|c| (at[c] - b[c]).powi(2)).sum() };
@@ -224,15 +210,11 @@ fn seen_back(
         let partner = nearest(centre(problem, pane), face.panes.clone())?;
         back[layout.normal(pane)] = multiplier[layout.normal(partner)];
         if layout.tangential(pane).is_some() {
-            let pair = symmetry.tangential(layout.pair(multiplier, partner));
+            let pair = map.tangential(layout.pair(multiplier, partner));
             layout.split_mut(&mut back).1[pane] = pair;
         }
     }
     Some(back)
-}
-
-fn width_of(scene: &Scene) -> Option<f64> {
-    Some(scene.body.as_brick()?.size[1])
 }
 
 /// The weighted mean of a pane's nodes.
@@ -246,4 +228,121 @@ fn centre(problem: &ExplicitProblem, pane: usize) -> [f64; 3] {
         }
     }
     centre
+}
+
+/// A stride near the golden section of any number scatters neighbours far apart.
+const GOLDEN: f64 = 0.618_033_988_749_895;
+
+/// The mesh with scattered node numbers and its tetrahedra in reverse; panes keep their numbers.
+pub(super) fn renumbered(mesh: &Mesh) -> Mesh {
+    let new = scattered(mesh.coordinates.len());
+    let mut coordinates = mesh.coordinates.clone();
+    for (old, place) in mesh.coordinates.iter().zip(&new) {
+        coordinates[*place] = *old;
+    }
+    Mesh {
+        coordinates,
+        tetrahedra: mesh
+            .tetrahedra
+            .iter()
+            .rev()
+            .map(|t| t.map(|n| new[n]))
+            .collect(),
+        tetrahedron_region: mesh.tetrahedron_region.iter().rev().copied().collect(),
+        facets: mesh.facets.iter().map(|f| f.map(|n| new[n])).collect(),
+        facet_face: mesh.facet_face.clone(),
+        face_names: mesh.face_names.clone(),
+        mid_edges: mesh.mid_edges.as_ref().map(|middles| MidEdgeNodes {
+            tetrahedra: middles
+                .tetrahedra
+                .iter()
+                .rev()
+                .map(|m| m.map(|n| new[n]))
+                .collect(),
+            facets: middles.facets.iter().map(|m| m.map(|n| new[n])).collect(),
+        }),
+        contact: mesh
+            .contact
+            .as_ref()
+            .map(|surface| reordered(surface, &new)),
+    }
+}
+
+/// A permutation of 0…n−1 without order.
+fn scattered(n: usize) -> Vec<usize> {
+    let divides_both = |stride: usize| {
+        let (mut a, mut b) = (n, stride);
+        while b != 0 {
+            (a, b) = (b, a % b);
+        }
+        a
+    };
+    let first = ((n as f64 * GOLDEN) as usize).max(1);
+    let stride = (first..).find(|&stride| divides_both(stride) == 1);
+    (0..n).map(|i| i * stride.unwrap_or(1) % n).collect()
+}
+
+fn reordered(surface: &ContactSurface, new: &[usize]) -> ContactSurface {
+    let mut order: Vec<usize> = (0..surface.nodes.len()).collect();
+    for face in &surface.faces {
+        order[face.nodes.clone()].sort_by_key(|&local| new[surface.nodes[local]]);
+    }
+    let mut place = vec![0; order.len()];
+    for (next, &local) in order.iter().enumerate() {
+        place[local] = next;
+    }
+    let old = &surface.pane_average;
+    let mut average = CscMatrix {
+        indices: Vec::new(),
+        data: Vec::new(),
+        ..old.clone()
+    };
+    for pane in 0..surface.n_panes() {
+        let weights = surface.pane_weights(pane);
+        let mut column: Vec<_> = weights
+            .map(|(local, weight)| (place[local], weight))
+            .collect();
+        column.sort_by_key(|(local, _)| *local);
+        average
+            .indices
+            .extend(column.iter().map(|(local, _)| *local));
+        average
+            .data
+            .extend(column.iter().map(|(_, weight)| *weight));
+    }
+    ContactSurface {
+        normals: match surface.normals.as_slice() {
+            [everywhere] => vec![*everywhere],
+            each => order.iter().map(|&local| each[local]).collect(),
+        },
+        clearance: if surface.clearance.is_empty() {
+            Vec::new()
+        } else {
+            order
+                .iter()
+                .map(|&local| surface.clearance[local])
+                .collect()
+        },
+        nodes: order
+            .iter()
+            .map(|&local| new[surface.nodes[local]])
+            .collect(),
+        pane_average: average,
+        ..surface.clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::scattered;
+
+    #[test]
+    fn scattered_numbers_are_a_permutation() {
+        for n in 1..60 {
+            let mut numbers = scattered(n);
+            assert!(n < 4 || numbers[1] > 1, "{n}");
+            numbers.sort_unstable();
+            assert_eq!(numbers, (0..n).collect::<Vec<_>>());
+        }
+    }
 }

@@ -5,22 +5,16 @@ mod conditioning;
 mod cross_checks;
 mod explicit_problem;
 mod invariance;
-mod obstacles;
-mod scaling;
-mod symmetry;
+mod redescription;
 #[cfg(test)]
 mod tests;
-mod verdict;
 
-pub use conditioning::RoundingBound;
-pub use conditioning::{Conditioning, Spectrum};
+pub use conditioning::{Conditioning, RoundingBound, Spectrum};
 pub use cross_checks::{CrossCheck, CrossCheckResult};
 pub use invariance::{Invariance, InvarianceResult};
-pub(crate) use scaling::UnitChange;
-pub(crate) use symmetry::Symmetry;
-pub use verdict::{GOAL, Verdict, VerdictLevel};
+pub(crate) use redescription::{Redescription, UnitChange};
 
-use std::{path::Path, time::Instant};
+use std::{fmt, path::Path, time::Instant};
 
 use explicit_problem::ExplicitProblem;
 
@@ -185,4 +179,216 @@ impl Check {
     pub fn verdict(&self) -> Verdict {
         Verdict::of(self)
     }
+}
+
+/// What every case should reach.
+pub const GOAL: f64 = 1e-10;
+
+/// Answers that differ by more than this do not agree, however badly conditioned the problem is.
+const USELESS: f64 = 1e-6;
+
+/// Algorithms that have to agree.
+const ENOUGH: usize = 2;
+
+/// The outcome of a case, and what is remarkable about it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Verdict {
+    /// The worst of the findings.
+    pub level: VerdictLevel,
+    /// What kept the case from reaching the goal.
+    pub findings: Vec<String>,
+}
+
+/// From good to bad.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum VerdictLevel {
+    /// All that was asked for, to 1e-10 or to the bit.
+    Holds,
+    /// Above 1e-10, but within what double precision allows at this conditioning.
+    AtRounding,
+    /// Something was not reached and is not explained.
+    Fails,
+}
+
+impl VerdictLevel {
+    /// The level as programs see it.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Holds => "holds",
+            Self::AtRounding => "floor",
+            Self::Fails => "fails",
+        }
+    }
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.findings.as_slice() {
+            [] => f.write_str(self.level.word()),
+            findings => write!(f, "{}: {}", self.level.word(), findings.join("; ")),
+        }
+    }
+}
+
+/// Reported accuracies hold up to this factor: they are measured in another norm.
+const ABOUT: f64 = 10.0;
+
+impl Verdict {
+    fn of(check: &Check) -> Self {
+        let mut verdict = Self {
+            level: VerdictLevel::Holds,
+            findings: Vec::new(),
+        };
+        if !check.status.is_solved() {
+            verdict.add(VerdictLevel::Fails, check.status.word().replace('_', " "));
+        }
+        let name = |what: &str, value: f64, rounding_bound: f64| {
+            format!("{what} {value:.0e}, rounding allows {rounding_bound:.0e}")
+        };
+        let certificate = level(check.certificate, check.rounding_bound.certificate);
+        if certificate != VerdictLevel::Holds {
+            let text = name(
+                "certificate",
+                check.certificate,
+                check.rounding_bound.certificate,
+            );
+            verdict.add(certificate, text);
+        }
+        if check.linearisation.determinant < 1 {
+            let sign = ["det R' < 0", "det R' = 0"][(check.linearisation.determinant + 1) as usize];
+            verdict.add(VerdictLevel::Holds, sign.to_owned());
+        }
+        if check.linearisation.contraction > 1.0 {
+            let text = format!(
+                "successive approximations leave this solution: they move away by a factor of {:.3e} a step",
+                check.linearisation.contraction
+            );
+            verdict.add(VerdictLevel::Holds, text);
+        }
+        if check.linearisation.is_near_fold() {
+            let text = format!(
+                "a fold is near: an eigenvalue of Ψ' is within {:.1e} of 1",
+                check.linearisation.fold_distance
+            );
+            verdict.add(VerdictLevel::Holds, text);
+        }
+        verdict.add_cross_checks(check);
+        for result in &check.invariances {
+            let allowed = allowed(check, result);
+            let other = !result.invariance.is_exact() && result.residual <= GOAL;
+            if other && result.difference > USELESS.max(allowed) {
+                verdict.add_solution(check, &result.invariance, result.difference);
+                continue;
+            }
+            let reached = match allowed {
+                0.0 if result.difference == 0.0 => VerdictLevel::Holds,
+                0.0 => VerdictLevel::Fails,
+                rounding_bound => level(result.difference, rounding_bound),
+            };
+            if reached != VerdictLevel::Holds {
+                let what = result.invariance.to_string();
+                verdict.add(reached, name(&what, result.difference, allowed));
+            }
+        }
+        verdict
+    }
+
+    /// Two algorithms must agree; what the others say is a remark.
+    fn add_cross_checks(&mut self, check: &Check) {
+        let several = check.solutions == Solutions::Several;
+        let mut agreeing = 0;
+        let mut remarks = Vec::new();
+        for cross_check in &check.cross_checks {
+            let allowed = check.rounding_bound.multiplier
+                + check.linearisation.sensitivity
+                    * (cross_check.residual + check.linearisation.residual)
+                + ABOUT * cross_check.accuracy;
+            let reached = if cross_check.disagreement > USELESS {
+                VerdictLevel::Fails
+            } else {
+                level(cross_check.disagreement, allowed)
+            };
+            match (cross_check.is_solution(), reached) {
+                (false, _) => remarks.push((VerdictLevel::Holds, described(cross_check))),
+                (true, VerdictLevel::Holds) => agreeing += 1,
+                (true, VerdictLevel::AtRounding) => {
+                    agreeing += 1;
+                    let text = format!(
+                        "{} {:.0e}, its residual allows {allowed:.0e}",
+                        cross_check.cross_check, cross_check.disagreement
+                    );
+                    remarks.push((VerdictLevel::AtRounding, text));
+                }
+                (true, VerdictLevel::Fails)
+                    if cross_check.residual <= GOAL && cross_check.disagreement > allowed =>
+                {
+                    self.add_solution(check, &cross_check.cross_check, cross_check.disagreement);
+                }
+                (true, VerdictLevel::Fails) => {
+                    remarks.push((VerdictLevel::Fails, described(cross_check)))
+                }
+            }
+        }
+        if agreeing < ENOUGH && !several {
+            let agree = match agreeing {
+                0 => "no algorithm agrees",
+                _ => "only one algorithm agrees",
+            };
+            self.add(VerdictLevel::Fails, agree.to_owned());
+        }
+        for (level, text) in remarks {
+            self.add(level, text);
+        }
+    }
+
+    /// Reports another solution, which satisfies the problem as well as the answer does.
+    fn add_solution(&mut self, check: &Check, by: &dyn fmt::Display, difference: f64) {
+        let level = match check.solutions {
+            Solutions::One => VerdictLevel::Fails,
+            Solutions::Several => VerdictLevel::Holds,
+        };
+        self.add(level, format!("{by}: another solution ({difference:.0e})"));
+    }
+
+    fn add(&mut self, level: VerdictLevel, finding: String) {
+        self.level = self.level.max(level);
+        self.findings.push(finding);
+    }
+}
+
+fn described(cross_check: &CrossCheckResult) -> String {
+    if cross_check.is_solution() {
+        format!(
+            "{} finds another answer ({:.0e})",
+            cross_check.cross_check, cross_check.disagreement
+        )
+    } else {
+        format!(
+            "{}: {}",
+            cross_check.cross_check,
+            cross_check.status.word().replace('_', " ")
+        )
+    }
+}
+
+/// Where a figure lies between the goal and what rounding allows; NaN fails.
+fn level(value: f64, rounding_bound: f64) -> VerdictLevel {
+    if value <= GOAL {
+        VerdictLevel::Holds
+    } else if value <= rounding_bound {
+        VerdictLevel::AtRounding
+    } else {
+        VerdictLevel::Fails
+    }
+}
+
+/// What a change of the description may do: nothing, or the rounding of both answers and twice
+/// the residual at which the solver stops.
+fn allowed(check: &Check, result: &InvarianceResult) -> f64 {
+    if result.invariance.is_exact() {
+        return 0.0;
+    }
+    let stopped = check.linearisation.residual.max(check.asked);
+    2.0 * (check.rounding_bound.multiplier + check.linearisation.sensitivity * stopped)
 }

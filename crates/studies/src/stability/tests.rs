@@ -1,6 +1,6 @@
 //! Transformations of scenes and their inverses.
 
-use super::{Symmetry, UnitChange};
+use super::{Redescription, UnitChange};
 use contact3d::scene::{Brick, BrickFace, Scene};
 
 fn scene() -> Scene {
@@ -17,24 +17,23 @@ fn transformations_undo_themselves() {
         .with_grading(BrickFace::YMin, 2.0)
         .with_grading(BrickFace::ZMin, 1.5);
     scene.body = brick.into();
-    for symmetry in [Symmetry::Mirror, Symmetry::Exchange] {
+    for symmetry in [Redescription::mirror(&scene), Redescription::Exchange] {
         let image = symmetry.apply(&scene).unwrap().expect("a brick on z_min");
         assert_ne!(image.to_toml(), scene.to_toml());
         let back = symmetry.apply(&image).unwrap().expect("a brick on z_min");
         assert_eq!(back.body, scene.body);
         assert_eq!(back.clamps, scene.clamps);
     }
-    let scaling = UnitChange {
-        length: 8.0,
-        displacement: 4.0,
-        stress: 0.5,
-    };
-    let inverse = UnitChange {
-        length: 0.125,
-        displacement: 0.25,
-        stress: 2.0,
-    };
-    let back = inverse.apply(&scaling.apply(&scene).unwrap()).unwrap();
+    let [scaling, inverse] = [[8.0, 4.0, 0.5], [0.125, 0.25, 2.0]].map(|factors| {
+        let [length, displacement, stress] = factors;
+        Redescription::Units(UnitChange {
+            length,
+            displacement,
+            stress,
+        })
+    });
+    let scaled = scaling.apply(&scene).unwrap().expect("no obstacle");
+    let back = inverse.apply(&scaled).unwrap().expect("no obstacle");
     assert_eq!((back.body, back.material), (scene.body, scene.material));
 }
 
@@ -47,14 +46,14 @@ fn graded_cells_go_with_the_symmetry() {
         .with_planes(1, given.clone())
         .with_grading(BrickFace::XMin, 2.0);
     scene.body = brick.clone().into();
-    let image = |symmetry: Symmetry| {
+    let image = |symmetry: Redescription| {
         let image = symmetry.apply(&scene).unwrap().expect("a brick on z_min");
         image.body.as_brick().expect("a brick").clone()
     };
-    let mirrored = image(Symmetry::Mirror);
+    let mirrored = image(Redescription::mirror(&scene));
     assert_eq!(mirrored.planes(1), [0.0, 0.25, 1.5, 1.75, 2.0]);
     assert_eq!(mirrored.planes(0), brick.planes(0));
-    let exchanged = image(Symmetry::Exchange);
+    let exchanged = image(Redescription::Exchange);
     assert_eq!(exchanged.planes(0), given);
     assert_eq!(exchanged.planes(1), brick.planes(0));
 }
@@ -64,5 +63,5 @@ fn bodies_from_files_have_no_mirror_image() {
     let text = include_str!("../../../../pipelines/gmsh_foot.toml");
     let scene = Scene::parse("gmsh_foot.toml", text).expect("a pipeline");
     assert!(scene.body.mesh_file().is_some());
-    assert_eq!(Symmetry::Mirror.apply(&scene).unwrap(), None);
+    assert_eq!(Redescription::mirror(&scene).apply(&scene).unwrap(), None);
 }

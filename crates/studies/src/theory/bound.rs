@@ -1,9 +1,10 @@
 //! The radii of Lemma 3.3 and the contraction bound (3.13) of HKL.
 
-use super::{face::TriangulatedFace, quartic::triangle_rule, trace::TraceConstants};
+use super::{level::TheoryProblem, quartic::triangle_rule, trace::TraceConstants};
 use contact3d::{
-    contact::{CoulombLaw, FrictionField, LawBounds},
-    mesh::ContactSurface,
+    contact::{FrictionField, LawBounds},
+    reference::quadrature,
+    solver::Solution,
 };
 
 /// The norm of displacements that a set of constants is measured in.
@@ -104,11 +105,7 @@ pub struct ContractionBound {
 pub(super) struct Ingredients<'a> {
     pub(super) face: &'a FaceConstants,
     pub(super) law: &'a LawBounds,
-    pub(super) ellipticity: f64,
-    pub(super) continuity: f64,
-    pub(super) load: f64,
-    pub(super) inverse_half: f64,
-    pub(super) trace: TraceConstants,
+    pub(super) norm: &'a NormConstants,
     /// c_r of the scene's r_h.
     pub(super) interpolation: f64,
     /// The bound of the norm of r_h|v_t| by ‖v‖ that does without c_r.
@@ -132,13 +129,13 @@ impl Ingredients<'_> {
     }
 
     fn interpolated_trace_by(&self, inverse: f64) -> f64 {
-        self.trace.second * (inverse * self.interpolation * self.face.axes + 1.0)
+        self.norm.trace.second * (inverse * self.interpolation * self.face.axes + 1.0)
     }
 
     pub(super) fn radii(&self) -> Radii {
         Radii {
-            slip: self.interpolated_trace() * self.load / self.ellipticity,
-            pressure: (1.0 + self.continuity / self.ellipticity) * self.load,
+            slip: self.interpolated_trace() * self.norm.load / self.norm.ellipticity,
+            pressure: (1.0 + self.norm.continuity / self.norm.ellipticity) * self.norm.load,
         }
     }
 
@@ -146,41 +143,42 @@ impl Ingredients<'_> {
         let law = self.law;
         let steep = law.lipschitz.value * (2.0 + law.anisotropy.value);
         // ‖μ‖_0 ≤ of_pressure ‖μ‖_*.
-        let of_pressure = self.inverse_half / self.face.pane_size.sqrt();
-        let largest = self.face.inverse_fourth / self.face.triangle_size.sqrt() * self.trace.fourth;
+        let of_pressure = self.norm.inverse_half / self.face.pane_size.sqrt();
+        let largest =
+            self.face.inverse_fourth / self.face.triangle_size.sqrt() * self.norm.trace.fourth;
         let radius = self.radii().pressure;
         // ‖u − ū‖ ≤ a ‖g − ḡ‖_* + b ‖φ − φ̄‖_0.
         let moved = |coefficient: f64, steep: f64, trace: f64, largest: f64| {
-            let a = coefficient * of_pressure * trace / self.ellipticity;
+            let a = coefficient * of_pressure * trace / self.norm.ellipticity;
             // A constant law has no second term, whatever the constants are.
             let b = match steep {
                 0.0 => 0.0,
-                steep => steep * of_pressure * largest * radius / self.ellipticity,
+                steep => steep * of_pressure * largest * radius / self.norm.ellipticity,
             };
             (a, b)
         };
         let image = self.interpolated_trace_by_gradient();
-        let weighted = |(a, b): (f64, f64), image: f64| self.continuity * a + image * b;
-        let (a, b) = moved(law.largest.value, steep, self.trace.second, largest);
+        let weighted = |(a, b): (f64, f64), image: f64| self.norm.continuity * a + image * b;
+        let (a, b) = moved(law.largest.value, steep, self.norm.trace.second, largest);
         let sharp = moved(
             law.largest.value,
             steep,
-            self.trace.tangential,
-            self.trace.pointwise,
+            self.norm.trace.tangential,
+            self.norm.trace.pointwise,
         );
         let [on_coefficient, on_slope] = self.functional_factors();
         let averaged = moved(
             on_coefficient * law.largest.value,
             on_slope * steep,
-            self.trace.second,
+            self.norm.trace.second,
             largest,
         );
         ContractionBound {
-            paper: (self.interpolated_trace() + self.continuity) * a.max(b),
+            paper: (self.interpolated_trace() + self.norm.continuity) * a.max(b),
             weighted: weighted((a, b), image),
             sharp: weighted(sharp, self.interpolated),
             averaged: weighted(averaged, image),
-            by_coefficient: self.continuity * a / weighted((a, b), image),
+            by_coefficient: self.norm.continuity * a / weighted((a, b), image),
         }
     }
 
@@ -211,81 +209,54 @@ pub struct FrictionFunctional {
     pub excess: f64,
 }
 
-/// A solution on panes.
-pub(super) struct OnPanes<'a> {
-    pub(super) face: &'a TriangulatedFace,
-    pub(super) surface: &'a ContactSurface,
-    pub(super) law: &'a CoulombLaw,
-    /// λ_ν in Pa.
-    pub(super) normal: &'a [f64],
-    /// λ_t in Pa.
-    pub(super) pairs: &'a [[f64; 2]],
-    /// Signed (u_t1, u_t2) at the contact nodes.
-    pub(super) tangential: &'a [[f64; 2]],
-    /// φ there.
-    pub(super) slip: &'a [[f64; 2]],
-}
-
-impl OnPanes<'_> {
+impl TheoryProblem {
     /// By a rule of degree 5 on each triangle; `None` for nodal multipliers, which have no panes.
-    pub(super) fn functional(&self) -> Option<FrictionFunctional> {
-        if self.surface.is_nodal() {
+    pub(super) fn functional(&self, solution: &Solution) -> Option<FrictionFunctional> {
+        let (surface, law, face) = (self.surface(), self.law(), &self.face);
+        if surface.is_nodal() {
             return None;
         }
-        let bound = self.law.slip_bounds(self.normal, |l| l.max(0.0));
+        let (normal, pairs) = self.dual().layout.split(&solution.multiplier);
+        let tangential = self.tangential_of(&solution.displacement);
+        let slip = self.contact().interface.slip.operator.slip(&tangential);
+        let bound = law.slip_bounds(normal, |l| l.max(0.0));
         let (mut exact, mut excess) = (0.0, f64::NEG_INFINITY);
-        for (t, &pane) in self.surface.facet_pane.iter().enumerate() {
+        for (t, &pane) in surface.facet_pane.iter().enumerate() {
+            let corners = face.corners(t);
             for (weight, shape) in triangle_rule() {
-                let coefficients = self.coefficients(t, &shape);
-                let [first, second] = self.mean(self.tangential, t, &shape);
+                let place = quadrature::point(&corners, &shape);
+                let coefficients = law
+                    .only()
+                    .law()
+                    .evaluate(place, face.mean(&slip, t, &shape));
+                let [first, second] = face.mean(&tangential, t, &shape);
                 let work = (coefficients[0] * first).hypot(coefficients[1] * second);
-                exact += bound[pane] * weight * self.face.area(t) * work;
+                exact += bound[pane] * weight * face.area(t) * work;
                 if bound[pane] > 0.0 {
-                    let [first, second] = self.pairs[pane];
+                    let [first, second] = pairs[pane];
                     let size = (first / coefficients[0]).hypot(second / coefficients[1]);
                     excess = f64::max(excess, size / bound[pane] - 1.0);
                 }
             }
         }
-        let averaged = self.averaged(&bound);
-        Some(FrictionFunctional {
-            difference: if exact == 0.0 {
-                0.0
-            } else {
-                (averaged - exact) / exact
-            },
-            excess,
-        })
-    }
-
-    /// Σ g_i |Rⁱ| ‖𝓕_i mean u_t‖.
-    fn averaged(&self, bound: &[f64]) -> f64 {
-        let field = FrictionField::new(self.law, &self.surface.pane_average, self.slip);
+        // Σ g_i |Rⁱ| ‖𝓕_i mean u_t‖.
+        let field = FrictionField::new(law, &surface.pane_average, &slip);
         let panes = bound.iter().enumerate().map(|(pane, g)| {
             let mean = |k: usize| -> f64 {
-                let nodes = self.surface.pane_weights(pane);
+                let nodes = surface.pane_weights(pane);
                 nodes
-                    .map(|(node, weight)| weight * self.tangential[node][k])
+                    .map(|(node, weight)| weight * tangential[node][k])
                     .sum()
             };
             let [first, second] = field.pane(pane);
-            g * self.surface.pane_area[pane] * (first * mean(0)).hypot(second * mean(1))
+            g * surface.pane_area[pane] * (first * mean(0)).hypot(second * mean(1))
         });
-        panes.sum()
-    }
-
-    /// F at a point of a triangle.
-    fn coefficients(&self, triangle: usize, shape: &[f64; 3]) -> [f64; 2] {
-        let corners = self.face.corners(triangle);
-        let at = std::array::from_fn(|c| corners.iter().zip(shape).map(|(x, s)| s * x[c]).sum());
-        self.law
-            .only()
-            .law()
-            .evaluate(at, self.mean(self.slip, triangle, shape))
-    }
-
-    fn mean(&self, nodal: &[[f64; 2]], triangle: usize, shape: &[f64; 3]) -> [f64; 2] {
-        let nodes = self.face.triangles[triangle];
-        [0, 1].map(|k| nodes.iter().zip(shape).map(|(n, s)| s * nodal[*n][k]).sum())
+        let averaged: f64 = panes.sum();
+        let difference = if exact == 0.0 {
+            0.0
+        } else {
+            (averaged - exact) / exact
+        };
+        Some(FrictionFunctional { difference, excess })
     }
 }

@@ -5,13 +5,13 @@ use faer::Mat;
 use super::{
     dense::{alone, congruent, root, symmetric},
     face::{TriangulatedFace, product},
+    level::TheoryProblem,
     trace::{Blocks, PartNorms, SpaceNorms},
 };
 use contact3d::{
-    contact::{CoulombLaw, FrictionField, SlipOperatorDerivative},
-    dual::{ExplicitDual, LocalStiffness},
+    contact::{CoulombLaw, FrictionField, Interface, SlipOperatorDerivative},
     linalg::{CscMatrix, Workspace},
-    solver::{CoulombState, PaneLaws, frozen_response},
+    solver::{ContactState, CoulombState, PaneLaws, Solution, frozen_response},
 };
 
 /// Ψ′ at a solution.
@@ -27,20 +27,6 @@ pub struct LocalContraction {
     pub paper: Option<Vec<f64>>,
 }
 
-/// A solution at which Ψ is differentiated.
-pub(super) struct AtSolution<'a> {
-    pub(super) dual: &'a ExplicitDual,
-    pub(super) local: &'a LocalStiffness,
-    pub(super) laws: PaneLaws,
-    pub(super) law: &'a CoulombLaw,
-    pub(super) face: &'a TriangulatedFace,
-    /// The compliance u_t = … − G λ of the contact nodes, `[2 n_contact_nodes, 3 m]`.
-    pub(super) compliance: &'a Mat<f64>,
-    pub(super) multiplier: &'a [f64],
-    /// (u_t1, u_t2) at the contact nodes, signed.
-    pub(super) tangential: &'a [[f64; 2]],
-}
-
 /// Ψ′ = O Z D: D takes (φ, g) to (g, 𝓕⁻¹), Z these to λ, O takes λ to (φ, λ_ν).
 struct Chain {
     /// D on φ: one row for each diagonal entry of 𝓕⁻¹, `[2 m, 2 n_contact_nodes]`.
@@ -52,17 +38,20 @@ struct Chain {
     slip: Mat<f64>,
 }
 
-impl AtSolution<'_> {
-    /// Ψ′ with its norms; `None` where the derivative of the frozen problem is singular.
+impl TheoryProblem {
+    /// Ψ′ with its norms at a solution for the law of an interface; `None` where the derivative of the frozen problem is
+    /// singular.
     pub(super) fn contraction(
         &self,
-        norms: &SpaceNorms,
+        interface: &Interface,
+        solution: &Solution,
         with_paper: bool,
     ) -> Option<LocalContraction> {
-        let chain = self.chain()?;
+        let (face, norms) = (&self.face, &self.norms);
+        let chain = self.chain(interface, solution)?;
         let (spectral_radius, index) = chain.spectrum();
         let blocks: Vec<Blocks> = (0..norms.pressure.len())
-            .map(|k| chain.blocks(self.face, norms, k))
+            .map(|k| chain.blocks(face, norms, k))
             .collect();
         Some(LocalContraction {
             spectral_radius,
@@ -72,30 +61,36 @@ impl AtSolution<'_> {
         })
     }
 
-    fn chain(&self) -> Option<Chain> {
-        let layout = self.dual.layout;
-        let (m, n) = (layout.n_panes(), layout.n_multipliers());
-        let operator = &self.laws.slip.operator;
-        let slip = operator.slip(self.tangential);
-        let (normal, _) = layout.split(self.multiplier);
+    fn chain(&self, interface: &Interface, solution: &Solution) -> Option<Chain> {
+        let (dual, law) = (self.dual(), interface.coulomb()?);
+        let laws = ContactState {
+            interface,
+            ..self.contact()
+        }
+        .laws();
+        let (m, n) = (dual.layout.n_panes(), dual.layout.n_multipliers());
+        let operator = &laws.slip.operator;
+        let tangential = self.tangential_of(&solution.displacement);
+        let slip = operator.slip(&tangential);
+        let (normal, _) = dual.layout.split(&solution.multiplier);
         let state = CoulombState {
-            slip_bound: self.law.slip_bounds(normal, |l| l.max(0.0)),
-            friction: FrictionField::new(self.law, &self.laws.average, &slip),
+            slip_bound: law.slip_bounds(normal, |l| l.max(0.0)),
+            friction: FrictionField::new(law, &laws.average, &slip),
         };
-        let response = frozen_response(self.dual, self.local, &self.laws, &state, self.multiplier)?;
+        let response = frozen_response(dual, &self.local, &laws, &state, &solution.multiplier)?;
         let z = |row: usize, column: usize| response[column * n + row];
-        let slope = |pane: usize| self.law.slip_bound_slope(pane, normal[pane].max(0.0));
+        let slope = |pane: usize| law.slip_bound_slope(pane, normal[pane].max(0.0));
         Some(Chain {
-            inverse_by_slip: self.inverse_by_slip(&state, &slip),
+            inverse_by_slip: inverse_by_slip(law, &laws, &state, &slip),
             by_pressure: Mat::from_fn(n, m, |i, pane| slope(pane) * z(i, pane)),
             by_inverse: Mat::from_fn(n, 2 * m, |i, k| z(i, m + k)),
-            slip: self.slip_by_multiplier(&operator.derivative(self.tangential)),
+            slip: self.slip_by_multiplier(&operator.derivative(&tangential)),
         })
     }
 
     /// ∂φ/∂λ, `[2 n_contact_nodes, 3 m]`.
     fn slip_by_multiplier(&self, derivative: &SlipOperatorDerivative) -> Mat<f64> {
-        let compliance = self.compliance;
+        let compliance = &self.compliance;
         let columns: Vec<Vec<[f64; 2]>> = (0..compliance.ncols())
             .map(|j| derivative.apply(|node| [0, 1].map(|k| -compliance[(2 * node + k, j)])))
             .collect();
@@ -103,28 +98,33 @@ impl AtSolution<'_> {
             columns[j][row / 2][row % 2]
         })
     }
+}
 
-    /// ∂𝓕_i⁻¹/∂φ: −w ∂F/∂φ / F² at the nodes of each pane.
-    fn inverse_by_slip(&self, state: &CoulombState, slip: &[[f64; 2]]) -> Mat<f64> {
-        let m = self.dual.layout.n_panes();
-        let mut rows = Mat::zeros(2 * m, 2 * slip.len());
-        if !self.law.depends_on_slip() {
-            return rows;
-        }
-        for pane in 0..m {
-            for (node, weight) in self.laws.average.entries(pane) {
-                let derivative = self.law.derivative(node, slip[node]);
-                let coefficients = state.friction.nodal[node];
-                for k in 0..2 {
-                    for l in 0..2 {
-                        let slope = -derivative[k][l] / (coefficients[k] * coefficients[k]);
-                        rows[(2 * pane + k, 2 * node + l)] += weight * slope;
-                    }
+/// ∂𝓕_i⁻¹/∂φ: −w ∂F/∂φ / F² at the nodes of each pane.
+fn inverse_by_slip(
+    law: &CoulombLaw,
+    laws: &PaneLaws,
+    state: &CoulombState,
+    slip: &[[f64; 2]],
+) -> Mat<f64> {
+    let m = state.slip_bound.len();
+    let mut rows = Mat::zeros(2 * m, 2 * slip.len());
+    if !law.depends_on_slip() {
+        return rows;
+    }
+    for pane in 0..m {
+        for (node, weight) in laws.average.entries(pane) {
+            let derivative = law.derivative(node, slip[node]);
+            let coefficients = state.friction.nodal[node];
+            for k in 0..2 {
+                for l in 0..2 {
+                    let slope = -derivative[k][l] / (coefficients[k] * coefficients[k]);
+                    rows[(2 * pane + k, 2 * node + l)] += weight * slope;
                 }
             }
         }
-        rows
     }
+    rows
 }
 
 impl Chain {

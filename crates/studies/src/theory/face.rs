@@ -126,6 +126,12 @@ impl TriangulatedFace {
             .collect()
     }
 
+    /// A pair of functions of Y^h at a point of a triangle, from values at the nodes.
+    pub(super) fn mean(&self, nodal: &[[f64; 2]], triangle: usize, shape: &[f64; 3]) -> [f64; 2] {
+        let nodes = self.triangles[triangle];
+        [0, 1].map(|k| nodes.iter().zip(shape).map(|(n, s)| s * nodal[*n][k]).sum())
+    }
+
     /// The norm of a pair of functions of Y^h in L²(Γ_c), from values at the nodes.
     pub(super) fn norm_of_pair(&self, mass: &CscMatrix, values: &[[f64; 2]]) -> f64 {
         let square = |k: usize| {
@@ -210,19 +216,15 @@ pub(super) fn require_covered(scene: &Scene) -> Result<(), Invalid> {
                 .into(),
         });
     }
-    match faces.first().map(|face| &face.friction) {
-        Some(FrictionModel::Coulomb { .. } | FrictionModel::CappedCoulomb { .. }) => {}
-        other => {
-            return Err(Invalid {
-                key: "friction".into(),
-                expected: "Coulomb friction on a contact face".into(),
-                found: match other {
-                    None => "no contact".into(),
-                    Some(model) => model.word().into(),
-                },
-                help: "other scenes are one minimisation: their solution is unique, and there is no mapping to study".into(),
-            });
-        }
+    let law = faces.first().map(|face| face.friction.as_ref());
+    let follows_pressure = |law: &FrictionModel| law.bound.follows_pressure();
+    if !law.flatten().is_some_and(follows_pressure) {
+        return Err(Invalid {
+            key: "friction".into(),
+            expected: "Coulomb friction on a contact face".into(),
+            found: law.map_or("no contact", FrictionModel::word).into(),
+            help: "other scenes are one minimisation: their solution is unique, and there is no mapping to study".into(),
+        });
     }
     let obstacle = faces.first().and_then(|face| face.obstacle.as_ref());
     if let Some(obstacle) = obstacle {

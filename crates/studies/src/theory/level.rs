@@ -1,4 +1,6 @@
-//! All that is measured on one mesh.
+//! A problem with the forms of its contact face, and all that is measured on its mesh.
+
+use std::{path::Path, sync::Arc};
 
 use faer::Mat;
 
@@ -7,20 +9,20 @@ use super::{
     bound::{DisplacementNorm, FaceConstants, Ingredients, NormConstants},
     contraction::LocalContraction,
     dense::{DenseFactor, largest_ratio},
-    face::{TriangulatedFace, factorised, product, sum},
+    face::{FaceForms, FaceGram, PaneIntegrals, TriangulatedFace, factorised, product, sum},
     interpolation::{Interpolation, lagrange_on_absolute, on_finer_functions},
-    problem::TheoryProblem,
     quartic::{diameter, largest_over_fourth},
     scaled::ScaledLaws,
-    trace::TraceConstants,
+    trace::{SpaceNorms, TraceConstants, first_sobolev_gram},
 };
 use contact3d::{
-    ProblemError,
-    contact::{ContactFrame, LawBounds, SlipOperator},
-    linalg::{CscMatrix, Workspace, dot},
+    AssembledProblem, Problem, ProblemError,
+    contact::{ContactFrame, CoulombLaw, LawBounds, SlipOperator, nodal_tangential},
+    dual::{DualSystem, ExplicitDual, LocalStiffness},
+    linalg::{CholeskyFactor, CscMatrix, Factor, FactorStructure, Work, Workspace, dot},
     mesh::{ContactSurface, Mesh},
-    scene::SolveSettings,
-    solver::{Linearisation, Status},
+    scene::{DualOperatorKind, FactorPrecision, Invalid, Scene, SolveSettings},
+    solver::{ContactState, Linearisation, Status},
 };
 
 /// Parts in which the sides of contact triangles are cut to measure interpolation.
@@ -88,11 +90,7 @@ impl TheoryProblem {
             n_panes: self.rows.len(),
             status: solution.status,
             face,
-            observed: self
-                .mapping(&norms, local.as_ref(), &|multiplier| {
-                    self.tangential(multiplier)
-                })
-                .observe(&solution.multiplier),
+            observed: self.observe(&norms, local.as_ref(), &solution.multiplier),
             norms: norms.to_vec(),
             inf_sup: Vec::new(),
             functional: self.functional(&solution).filter(|_| solved),
@@ -157,27 +155,27 @@ impl TheoryProblem {
             // Larger on finer functions, among them |φ| of φ ∈ Y^h, until it settles.
             SlipOperator::Clement(_) => (face.clement_finer[2], trace.tangential),
         };
-        let ingredients = Ingredients {
-            face,
-            law,
+        let constants = NormConstants {
+            norm,
             ellipticity,
             continuity,
             load,
             inverse_half: (face.pane_size * over).sqrt(),
             trace,
+            ..NormConstants::default()
+        };
+        let ingredients = Ingredients {
+            face,
+            law,
+            norm: &constants,
             interpolation,
             interpolated,
             nodal: self.surface().is_nodal(),
         };
         NormConstants {
-            norm,
-            ellipticity,
-            continuity,
-            load,
-            inverse_half: ingredients.inverse_half,
-            trace,
             radii: ingredients.radii(),
             bound: ingredients.bound(),
+            ..constants
         }
     }
 }
@@ -241,4 +239,154 @@ fn pane_size(mesh: &Mesh, surface: &ContactSurface) -> Option<f64> {
     }
     let sizes = corners.iter().map(|points| diameter(points));
     Some(sizes.fold(0.0, f64::max))
+}
+
+/// A problem with Coulomb friction on linear tetrahedra, with the forms of its contact face.
+pub(super) struct TheoryProblem {
+    pub(super) assembled: AssembledProblem,
+    pub(super) local: LocalStiffness,
+    pub(super) face: TriangulatedFace,
+    pub(super) forms: FaceForms,
+    pub(super) rows: PaneIntegrals,
+    /// In H¹(Ω)³ and in the energy norm.
+    pub(super) grams: [FaceGram; 2],
+    pub(super) sobolev: (CscMatrix, CholeskyFactor),
+    pub(super) norms: SpaceNorms,
+    pub(super) glued: [Mat<f64>; 2],
+    /// The compliance u_t = … − G λ of the contact nodes, `[2 n_contact_nodes, 3 m]`.
+    pub(super) compliance: Mat<f64>,
+}
+
+impl TheoryProblem {
+    pub(super) fn new(mut scene: Scene, folder: &Path) -> Result<Self, ProblemError> {
+        scene.assemble.dual_operator = DualOperatorKind::Explicit;
+        scene.assemble.factor = FactorPrecision::Double;
+        let mesh = Mesh::of_scene(&scene, folder)?;
+        let assembled = Problem::of_checked(scene, Arc::new(mesh))?.assemble()?;
+        crate::floating::refuse_floating(&assembled, "the constants of the theory")?;
+        let contact = assembled
+            .contact_state()
+            .ok_or_else(|| singular("no contact"))?;
+        let (surface, frame) = (contact.surface, &contact.interface.frame);
+        let primal = &assembled.system().assembly.primal;
+        let dofs = &primal.dofs;
+        if surface.nodes.iter().any(|&n| dofs.held_at(n) != [0.0; 3]) {
+            return Err(moved_face().into());
+        }
+        let gram = first_sobolev_gram(assembled.mesh(), dofs);
+        // K has the pattern of A where materials couple all components, so the order of A's factor serves it.
+        let order = assembled
+            .system()
+            .assembly
+            .factor
+            .structure()
+            .permutation
+            .clone();
+        let structure = FactorStructure::analyse(&gram, order);
+        let factor = structure
+            .and_then(|structure| CholeskyFactor::of_structure(structure, &gram, &Work::default()));
+        let factor = factor.map_err(|_| singular("H¹"))?;
+        let Factor::Double(stiffness) = &*assembled.system().assembly.factor else {
+            return Err(singular("single precision"));
+        };
+        let grams = [&factor, stiffness].map(|f| FaceGram::new(f, surface, frame, dofs));
+        let face = TriangulatedFace::new(assembled.mesh(), surface, dofs);
+        let forms = face.forms();
+        let rows = PaneIntegrals::of_surface(surface);
+        let glued = |gram: &FaceGram| gram.normal_glued(&rows).ok_or_else(|| singular("Q"));
+        let glued = [glued(&grams[0])?, glued(&grams[1])?];
+        let norms = SpaceNorms::new(forms.mass.clone(), glued.to_vec());
+        let dual = assembled
+            .system()
+            .contact
+            .as_ref()
+            .and_then(|c| c.explicit());
+        Ok(Self {
+            local: LocalStiffness::new(dual.ok_or_else(|| singular("S"))?),
+            norms: norms.ok_or_else(|| singular("Q"))?,
+            compliance: grams[1].tangential_by_multipliers(&rows),
+            face,
+            forms,
+            rows,
+            grams,
+            sobolev: (gram, factor),
+            glued,
+            assembled,
+        })
+    }
+
+    pub(super) fn system(&self) -> &DualSystem {
+        self.assembled.system()
+    }
+
+    pub(super) fn contact(&self) -> ContactState<'_> {
+        self.assembled
+            .contact_state()
+            .expect("checked when assembled")
+    }
+
+    pub(super) fn dual(&self) -> &ExplicitDual {
+        let contact = self.system().contact.as_ref();
+        contact
+            .and_then(|c| c.explicit())
+            .expect("assembled with the dense operator")
+    }
+
+    pub(super) fn sobolev_gram(&self) -> &FaceGram {
+        &self.grams[0]
+    }
+
+    pub(super) fn into_sobolev_gram(self) -> (TriangulatedFace, FaceGram) {
+        let [gram, _] = self.grams;
+        (self.face, gram)
+    }
+
+    pub(super) fn law(&self) -> &CoulombLaw {
+        self.contact()
+            .interface
+            .coulomb()
+            .expect("checked before meshing")
+    }
+
+    pub(super) fn surface(&self) -> &ContactSurface {
+        self.contact().surface
+    }
+
+    /// (u_t1, u_t2) at the contact nodes of a displacement of the free degrees of freedom.
+    pub(super) fn tangential_of(&self, displacement: &[f64]) -> Vec<[f64; 2]> {
+        let contact = self.contact();
+        let dofs = &self.system().assembly.primal.dofs;
+        nodal_tangential(
+            contact.surface,
+            &contact.interface.frame,
+            dofs,
+            displacement,
+        )
+    }
+
+    /// The same of a multiplier.
+    pub(super) fn tangential(&self, multiplier: &[f64]) -> Vec<[f64; 2]> {
+        let system = self.system();
+        let coupled = system.contact.as_ref().expect("checked when assembled");
+        let mut work = Workspace::default();
+        self.tangential_of(&coupled.displacement(&system.assembly, multiplier, &mut work))
+    }
+}
+
+fn moved_face() -> Invalid {
+    Invalid {
+        key: "clamp".into(),
+        expected: "contact nodes that are held at zero, or not at all".into(),
+        found: "clamps with a value on contact nodes".into(),
+        help: "traces that vanish where they are held are what HKL section 3 is about; hold other faces, or leave value out".into(),
+    }
+}
+
+fn singular(form: &str) -> ProblemError {
+    ProblemError::Invalid(Invalid {
+        key: "contact".into(),
+        expected: "forms of the contact face that have a factor, HKL (3.1)".into(),
+        found: format!("a singular one ({form})"),
+        help: "choose panes that are wider than the triangles, or nodal multipliers".into(),
+    })
 }

@@ -13,9 +13,6 @@
 //! Source: J. Haslinger, R. Kučera, T. Ligurský, *J. Comput. Appl. Math.* 235 (2011) 3464, sections 2 and 3.
 
 mod bound;
-mod coarse_levels;
-#[cfg(test)]
-mod coarse_levels_tests;
 mod contraction;
 mod dense;
 mod face;
@@ -23,7 +20,6 @@ mod findings;
 mod inf_sup;
 mod interpolation;
 mod level;
-mod problem;
 mod quartic;
 mod scaled;
 mod successive;
@@ -31,33 +27,34 @@ mod successive;
 mod tests;
 mod trace;
 
-pub use bound::FrictionFunctional;
-pub use bound::{ContractionBound, DisplacementNorm, FaceConstants, NormConstants, Radii};
-pub use coarse_levels::theory_bricks;
+pub use bound::{
+    ContractionBound, DisplacementNorm, FaceConstants, FrictionFunctional, NormConstants, Radii,
+};
 pub use contraction::LocalContraction;
 pub use findings::Findings;
 pub use inf_sup::{InfSup, TrialSpace};
 pub use level::TheoryLevel;
 pub use scaled::{ScaledPoint, Thresholds};
 pub use successive::Observed;
-pub use trace::PartNorms;
-pub use trace::TraceConstants;
+pub use trace::{PartNorms, TraceConstants};
 
 use std::path::Path;
 
 use serde::Serialize;
 
-use coarse_levels::{levels_of_files, nested_levels, no_file};
+use crate::accuracy::{AccuracySettings, brick_n_div, nested_bricks, with_brick};
 use contact3d::{
     Problem, ProblemError,
     contact::{Interface, LawBounds},
     mesh::Mesh,
-    scene::{GmshFile, Scene},
+    scene::{Brick, BrickFace, GmshFile, Invalid, Scene},
 };
 use face::require_covered;
+use inf_sup::{BrickFaceGram, inf_sup};
+use level::TheoryProblem;
 
 /// Which meshes are measured.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct TheorySettings {
     /// Smallest n_div of the meshes.
     pub coarsest: usize,
@@ -142,4 +139,94 @@ impl LawConstants {
             estimated: bounds.estimated,
         })
     }
+}
+
+/// The meshes of several files, or of the scene's own. They are not nested, so panes of one are not panes of another, and no space of
+/// multipliers is measured against a finer mesh.
+fn levels_of_files(
+    scene: &Scene,
+    folder: &Path,
+    files: &[GmshFile],
+    observe: &mut dyn FnMut(TheoryProgress),
+) -> Result<Vec<TheoryLevel>, ProblemError> {
+    let own = scene.body.mesh_file().cloned();
+    let files = match files {
+        [] => own.into_iter().collect(),
+        files => files.to_vec(),
+    };
+    let mut levels = Vec::new();
+    for file in files {
+        observe(TheoryProgress(0));
+        let mut changed = scene.clone();
+        if let Some(own) = changed.body.mesh_file_mut() {
+            *own = file;
+        }
+        levels.push(TheoryProblem::new(changed, folder)?.measure(0)?);
+    }
+    levels.sort_by_key(|level| level.n_free);
+    Ok(levels)
+}
+
+fn no_file() -> Invalid {
+    Invalid {
+        key: "body.gmsh".into(),
+        expected: "a body from a Gmsh file, of which other files are finer or coarser meshes"
+            .into(),
+        found: "a brick".into(),
+        help: "leave the mesh files out: the coarser meshes of a brick are made of its own cells"
+            .into(),
+    }
+}
+
+/// The finest mesh first, since the stability of all others is measured against it.
+fn nested_levels(
+    scene: &Scene,
+    brick: &Brick,
+    settings: &TheorySettings,
+    observe: &mut dyn FnMut(TheoryProgress),
+) -> Result<Vec<TheoryLevel>, ProblemError> {
+    let bricks = theory_bricks(scene, brick, settings)?;
+    let contact = scene.contacts.first();
+    let on = contact.and_then(|c| BrickFace::named(&c.face));
+    let mut finest = None;
+    let mut levels = Vec::new();
+    for brick in bricks.into_iter().rev() {
+        observe(TheoryProgress(brick_n_div(&brick)));
+        let problem = TheoryProblem::new(with_brick(scene, &brick), Path::new(""))?;
+        let mut level = problem.measure(brick_n_div(&brick))?;
+        let here = BrickFaceGram {
+            brick: &brick,
+            face: &problem.face,
+            gram: problem.sobolev_gram(),
+        };
+        let reference =
+            finest
+                .as_ref()
+                .map(|(brick, face, gram)| BrickFaceGram { brick, face, gram });
+        level.inf_sup = on.map_or_else(Vec::new, |on| inf_sup(on, &here, reference.as_ref()));
+        levels.push(level);
+        if finest.is_none() {
+            let (face, gram) = problem.into_sobolev_gram();
+            finest = Some((brick, face, gram));
+        }
+    }
+    levels.reverse();
+    Ok(levels)
+}
+
+/// The nested meshes of a brick, coarse to fine.
+///
+/// # Errors
+/// A finest mesh in which the scene's own is not nested.
+pub fn theory_bricks(
+    scene: &Scene,
+    brick: &Brick,
+    settings: &TheorySettings,
+) -> Result<Vec<Brick>, ProblemError> {
+    let settings = AccuracySettings {
+        coarsest: settings.coarsest.min(brick_n_div(brick)),
+        finest: settings.finest.or(Some(brick_n_div(brick))),
+        ..AccuracySettings::default()
+    };
+    nested_bricks(scene, brick, &settings)
 }

@@ -1,6 +1,6 @@
 //! The law of friction scaled by t: solutions, contraction and thresholds.
 
-use super::problem::TheoryProblem;
+use super::level::TheoryProblem;
 use contact3d::{
     ProblemError,
     contact::Interface,

@@ -1,9 +1,12 @@
 //! What successive approximations really do: their rate, the set they stay in, and quotients of the mapping.
 
-use super::{bound::Radii, face::TriangulatedFace, trace::SpaceNorms};
+use super::{
+    bound::{NormConstants, Radii},
+    contraction::LocalContraction,
+    level::TheoryProblem,
+};
 use contact3d::{
-    contact::{CoulombLaw, FrictionField},
-    dual::{ExplicitDual, LocalStiffness},
+    contact::FrictionField,
     linalg::{difference, norm},
     solver::{CoulombState, NewtonStatus, PaneLaws, evaluate_mapping_at},
 };
@@ -55,18 +58,12 @@ pub struct Observed {
 }
 
 /// Ψ on one mesh.
-pub(super) struct Mapping<'a> {
-    pub(super) dual: &'a ExplicitDual,
-    pub(super) local: &'a LocalStiffness,
-    pub(super) laws: PaneLaws,
-    pub(super) law: &'a CoulombLaw,
-    pub(super) face: &'a TriangulatedFace,
-    pub(super) norms: &'a SpaceNorms,
-    pub(super) radii: Vec<Radii>,
+struct Mapping<'a> {
+    problem: &'a TheoryProblem,
+    laws: PaneLaws,
+    radii: Vec<Radii>,
     /// Weights of the slip beside the pressure.
-    pub(super) weights: Vec<f64>,
-    /// (u_t1, u_t2) of a multiplier.
-    pub(super) tangential: &'a dyn Fn(&[f64]) -> Vec<[f64; 2]>,
+    weights: Vec<f64>,
 }
 
 /// A point (φ, λ_ν) of Y^h × Y^h × L^H.
@@ -76,31 +73,45 @@ struct MappingPoint {
     pressure: Vec<f64>,
 }
 
-impl Mapping<'_> {
+impl TheoryProblem {
     /// Observes Ψ around a solution, from zero, and at sampled states.
-    pub(super) fn observe(&self, solution: &[f64]) -> Observed {
-        let mut observed = Observed {
-            rate: 0.0,
-            rate_steps: 0,
-            steps_from_zero: None,
-            lemma: vec![[0.0; 2]; self.radii.len()],
-            quotient: vec![0.0; self.radii.len()],
-            evaluations: 0,
-            unsolved: 0,
+    pub(super) fn observe(
+        &self,
+        norms: &[NormConstants],
+        local: Option<&LocalContraction>,
+        solution: &[f64],
+    ) -> Observed {
+        let mapping = Mapping {
+            problem: self,
+            laws: self.contact().laws(),
+            radii: norms.iter().map(|norm| norm.radii).collect(),
+            weights: match local {
+                None => vec![0.0; norms.len()],
+                Some(local) => local.parts.iter().map(|parts| parts.weight()).collect(),
+            },
         };
-        self.start_at_zero(&mut observed);
-        self.disturb(solution, &mut observed);
-        self.sample(solution, &mut observed);
+        let mut observed = Observed {
+            lemma: vec![[0.0; 2]; norms.len()],
+            quotient: vec![0.0; norms.len()],
+            ..Observed::default()
+        };
+        mapping.start_at_zero(&mut observed);
+        mapping.disturb(solution, &mut observed);
+        mapping.sample(solution, &mut observed);
         observed
     }
+}
 
+impl Mapping<'_> {
     /// Ψ at a state, from a multiplier nearby; notes what Lemma 3.3 says of it.
     fn image(&self, at: &MappingPoint, near: &[f64], observed: &mut Observed) -> Option<Vec<f64>> {
+        let (problem, law) = (self.problem, self.problem.law());
         let state = CoulombState {
-            slip_bound: self.law.slip_bounds(&at.pressure, |l| l.max(0.0)),
-            friction: FrictionField::new(self.law, &self.laws.average, &at.slip),
+            slip_bound: law.slip_bounds(&at.pressure, |l| l.max(0.0)),
+            friction: FrictionField::new(law, &self.laws.average, &at.slip),
         };
-        let value = evaluate_mapping_at(self.dual, self.local, &self.laws, &state, near);
+        let (dual, local) = (problem.dual(), &problem.local);
+        let value = evaluate_mapping_at(dual, local, &self.laws, &state, near);
         if !matches!(
             value.status,
             NewtonStatus::Converged | NewtonStatus::RoundingLimit
@@ -123,28 +134,28 @@ impl Mapping<'_> {
 
     /// (φ, λ_ν) of a multiplier.
     fn state(&self, multiplier: &[f64]) -> MappingPoint {
-        let tangential = (self.tangential)(multiplier);
+        let tangential = self.problem.tangential(multiplier);
         MappingPoint {
             slip: self.laws.slip.operator.slip(&tangential),
-            pressure: multiplier[..self.dual.layout.n_panes()].to_vec(),
+            pressure: multiplier[..self.problem.rows.len()].to_vec(),
         }
     }
 
     /// ‖φ‖_0 and ‖λ_ν‖_*.
     fn norms_of(&self, norm: usize, state: &MappingPoint) -> [f64; 2] {
+        let (face, norms) = (&self.problem.face, &self.problem.norms);
         [
-            self.face.norm_of_pair(self.norms.mass(), &state.slip),
-            self.norms.of_pressure(norm, &state.pressure),
+            face.norm_of_pair(&norms.mass, &state.slip),
+            norms.of_pressure(norm, &state.pressure),
         ]
     }
 
     /// Algorithm 4.1 with exact inner problems.
     fn start_at_zero(&self, observed: &mut Observed) {
-        let n = self.dual.dimension();
-        let mut multiplier = vec![0.0; n];
+        let mut multiplier = vec![0.0; self.problem.dual().dimension()];
         let mut state = MappingPoint {
-            slip: vec![[0.0; 2]; self.face.points.len()],
-            pressure: vec![0.0; self.dual.layout.n_panes()],
+            slip: vec![[0.0; 2]; self.problem.face.points.len()],
+            pressure: vec![0.0; self.problem.rows.len()],
         };
         for step in 1..=MOST_STEPS {
             let Some(next) = self.image(&state, &multiplier, observed) else {

@@ -1,18 +1,24 @@
-use std::path::Path;
+use std::{
+    path::{Path, PathBuf},
+    sync::LazyLock,
+};
 
 use super::*;
-use crate::stability::UnitChange;
+use crate::{
+    accuracy::with_brick,
+    stability::{Redescription, UnitChange},
+};
 use contact3d::{
     Problem,
     linalg::{difference, norm},
     scene::{
         Body, Clamp, Coefficient, Contact, DualOperatorKind, ElementOrder, Friction, InnerSolver,
-        Material, Method, Obstacle, Pressure, SolveSettings, Traction,
+        Material, Method, Obstacle, Pressure, Shape, SolveSettings, Traction,
     },
 };
 
 /// The published problem on 3 n × n × n cells with Table 1's law times a factor.
-pub(super) fn published(n: usize, factor: f64) -> Scene {
+fn published(n: usize, factor: f64) -> Scene {
     let ramp = |rate: f64| Coefficient::ramp(0.3 * factor, 0.2 * factor, 1e-5, rate * factor);
     Scene::new(
         Body::brick([3.0, 1.0, 1.0], [3 * n, n, n]),
@@ -38,7 +44,7 @@ fn one_pane(coefficient: f64) -> Scene {
     .with_friction(Friction::coulomb(coefficient))
 }
 
-pub(super) fn measure(scene: &Scene) -> Theory {
+fn measure(scene: &Scene) -> Theory {
     let settings = TheorySettings {
         coarsest: 2,
         finest: None,
@@ -46,6 +52,9 @@ pub(super) fn measure(scene: &Scene) -> Theory {
     };
     Theory::measure(scene, Path::new(""), &settings, &mut |_| {}).expect("covered")
 }
+
+/// The theory of the published problem at n_div = 2 and 4, measured once for the tests that read it.
+static PUBLISHED: LazyLock<Theory> = LazyLock::new(|| measure(&published(4, 1.0)));
 
 /// With the pane sliding along −t₁ or t₁, λ_ν = (h_ν ± F S_νt g)/S_νν, so Ψ′ = ± F S_νt/S_νν.
 #[test]
@@ -88,8 +97,8 @@ fn one_sliding_pane_contracts_as_its_closed_form() {
 
 #[test]
 fn rates_are_spectral_radii_and_nothing_contradicts_the_theory() {
-    for factor in [1.0, 5.6] {
-        let theory = measure(&published(4, factor));
+    let steep = measure(&published(4, 5.6));
+    for theory in [&*PUBLISHED, &steep] {
         assert_eq!(theory.levels.len(), 2);
         let findings = theory.findings();
         assert_eq!(findings.rates_agree(), Some(true), "{findings}");
@@ -163,7 +172,7 @@ fn clement_interpolation_is_solved_by_both_methods_and_contracts_as_its_derivati
 
 #[test]
 fn traces_and_inverse_inequalities_bound_each_other() {
-    let theory = measure(&published(4, 1.0));
+    let theory = &*PUBLISHED;
     for level in &theory.levels {
         for norm in &level.norms {
             let trace = &norm.trace;
@@ -201,12 +210,15 @@ fn traces_and_inverse_inequalities_bound_each_other() {
 #[test]
 fn what_has_no_unit_does_not_depend_on_units() {
     let scene = published(2, 1.0);
-    let scaling = UnitChange {
+    let scaling = Redescription::Units(UnitChange {
         length: 1e3,
         displacement: 40.0,
         stress: 1e-6,
-    };
-    let scaled = scaling.apply(&scene).expect("no formulas");
+    });
+    let scaled = scaling
+        .apply(&scene)
+        .expect("no steps")
+        .expect("no obstacle");
     let [one, other] = [scene, scaled].map(|scene| measure(&scene).levels.remove(0));
     let [one, other] = [one, other].map(|level| {
         let local = level.local.expect("regular");
@@ -273,4 +285,84 @@ fn findings_tell_apart_the_solution_followed_and_the_one_found() {
     let followed = findings.other_followed().expect("another solution");
     assert!(followed < 1.0, "{findings}");
     assert!(findings.to_string().contains("another solution"));
+}
+
+/// A mesh as a Gmsh file of format 2.2, its faces as physical groups.
+fn gmsh(mesh: &Mesh) -> String {
+    let mut text = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n".to_owned();
+    text += &format!("{}\n", mesh.face_names.len() + 1);
+    for (k, name) in mesh.face_names.iter().enumerate() {
+        text += &format!("2 {} \"{name}\"\n", k + 1);
+    }
+    text += &format!(
+        "3 {} \"body\"\n$EndPhysicalNames\n",
+        mesh.face_names.len() + 1
+    );
+    text += &format!("$Nodes\n{}\n", mesh.coordinates.len());
+    for (k, [x, y, z]) in mesh.coordinates.iter().enumerate() {
+        text += &format!("{} {x} {y} {z}\n", k + 1);
+    }
+    let elements = mesh.facets.len() + mesh.tetrahedra.len();
+    text += &format!("$EndNodes\n$Elements\n{elements}\n");
+    for (k, (nodes, face)) in mesh.facets.iter().zip(&mesh.facet_face).enumerate() {
+        let [a, b, c] = nodes.map(|n| n + 1);
+        text += &format!("{} 2 2 {} {} {a} {b} {c}\n", k + 1, face + 1, face + 1);
+    }
+    for (k, nodes) in mesh.tetrahedra.iter().enumerate() {
+        let [a, b, c, d] = nodes.map(|n| n + 1);
+        let (number, group) = (mesh.facets.len() + k + 1, mesh.face_names.len() + 1);
+        text += &format!("{number} 4 2 {group} 1 {a} {b} {c} {d}\n");
+    }
+    text + "$EndElements\n"
+}
+
+/// A family of mesh files takes the place of nested meshes: with the meshes of a brick, in any order, it has the figures of that brick.
+#[test]
+fn mesh_files_serve_like_the_meshes_of_a_brick() {
+    let mut scene = published(4, 1.0);
+    scene.contacts[0] = Contact::on("z_min").nodal();
+    let expected = measure(&scene);
+    let folder = tempfile::tempdir().expect("a folder");
+    let meshes = [4, 2].map(|n| {
+        let bricks = with_brick(&scene, published(n, 1.0).body.as_brick().expect("a brick"));
+        let mesh = Mesh::of_scene(&bricks, folder.path()).expect("a mesh");
+        let file = PathBuf::from(format!("{n}.msh"));
+        std::fs::write(folder.path().join(&file), gmsh(&mesh)).expect("a file");
+        GmshFile {
+            file,
+            unit: 1.0,
+            digest: None,
+        }
+    });
+    let settings = TheorySettings {
+        coarsest: 2,
+        finest: None,
+        meshes: meshes.to_vec(),
+    };
+    let refused = Theory::measure(&scene, folder.path(), &settings, &mut |_| {});
+    assert!(matches!(refused, Err(ProblemError::Invalid(_))));
+    scene.body.shape = Shape::Gmsh(meshes[0].clone());
+    let found = Theory::measure(&scene, folder.path(), &settings, &mut |_| {}).expect("covered");
+    assert_eq!(found.levels.len(), expected.levels.len());
+    for (file, brick) in found.levels.iter().zip(&expected.levels) {
+        assert_eq!((file.n_free, file.n_panes), (brick.n_free, brick.n_panes));
+        let figures = |level: &TheoryLevel| {
+            let local = level.local.as_ref().expect("a solution");
+            let norms = level
+                .norms
+                .iter()
+                .flat_map(|n| [n.ellipticity, n.load, n.inverse_half, n.bound.paper]);
+            let own = [
+                level.face.pane_size,
+                level.face.inverse_first,
+                local.spectral_radius,
+                level.observed.rate,
+            ];
+            norms.chain(own).collect::<Vec<f64>>()
+        };
+        for (one, two) in figures(file).into_iter().zip(figures(brick)) {
+            // Eigenvalues settle to 1e-8 or so; the order of nodes and tetrahedra differs, and squarings end near one.
+            assert!((one / two - 1.0).abs() < 1e-6, "{one} {two}");
+        }
+    }
 }

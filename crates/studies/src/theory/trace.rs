@@ -218,10 +218,6 @@ impl SpaceNorms {
         })
     }
 
-    pub(super) fn mass(&self) -> &CscMatrix {
-        &self.mass
-    }
-
     /// ‖μ‖_{*,h} in one of the norms of displacements.
     pub(super) fn of_pressure(&self, norm: usize, multiplier: &[f64]) -> f64 {
         let form = &self.pressure[norm].0;

@@ -10,7 +10,7 @@ use super::{
 };
 
 /// What a mesh file says, before it is checked as a body.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Contents {
     pub(super) node_tags: Vec<u64>,
     /// Index of each node by its tag.
@@ -36,14 +36,8 @@ enum GmshVersion {
 impl Contents {
     fn new() -> Self {
         Self {
-            node_tags: Vec::new(),
-            node_of_tag: HashMap::new(),
-            coordinates: Vec::new(),
-            tetrahedra: Vec::new(),
-            middles: Vec::new(),
-            triangles: Vec::new(),
             memberships: vec![Vec::new()],
-            names: BTreeMap::new(),
+            ..Self::default()
         }
     }
 

@@ -112,11 +112,7 @@ impl<'a> Graph<'a> {
                 return None;
             }
         }
-        let [i, j] = self.plane;
-        let mut offset = Vector3::zeros();
-        offset[i] = point.x - foot.at.x;
-        offset[j] = point.y - foot.at.y;
-        offset[self.along] = level - foot.height;
+        let offset = Vector3::from(self.place(point - foot.at, level - foot.height));
         let side = self.sign * offset[self.along].signum();
         let away = offset.try_normalize(radius)? * side;
         Some(Clearance {
@@ -187,16 +183,8 @@ impl<'a> Graph<'a> {
     }
 
     fn clearance(&self, foot: &Foot, point: Vector2<f64>, level: f64) -> Clearance {
-        let [i, j] = self.plane;
-        let mut away = Vector3::zeros();
-        away[i] = -foot.slope.x;
-        away[j] = -foot.slope.y;
-        away[self.along] = 1.0;
-        let away = away.normalize() * self.sign;
-        let mut offset = Vector3::zeros();
-        offset[i] = point.x - foot.at.x;
-        offset[j] = point.y - foot.at.y;
-        offset[self.along] = level - foot.height;
+        let away = Vector3::from(self.place(-foot.slope, 1.0)).normalize() * self.sign;
+        let offset = Vector3::from(self.place(point - foot.at, level - foot.height));
         Clearance {
             distance: offset.dot(&away),
             away,

@@ -24,25 +24,17 @@ struct Law {
 }
 
 impl Law {
-    fn scaled(self, by: f64) -> Self {
-        Self {
-            stress: self.stress.map(|v| v * by),
-            stiffness: self.stiffness.map(|v| v * by),
-            semi_axes: self.semi_axes.map(|v| v * by),
-            axes_by_pressure: self.axes_by_pressure.map(|v| v * by),
-            wanted: self.wanted.map(|v| v * by),
+    /// The sum with a multiple of another one.
+    fn plus(self, by: f64, other: Self) -> Self {
+        fn sum<const K: usize>(a: [f64; K], by: f64, b: [f64; K]) -> [f64; K] {
+            std::array::from_fn(|c| a[c] + b[c] * by)
         }
-    }
-
-    fn plus(self, other: Self) -> Self {
-        let sum2 = |a: [f64; 2], b: [f64; 2]| [a[0] + b[0], a[1] + b[1]];
-        let sum3 = |a: [f64; 3], b: [f64; 3]| std::array::from_fn(|c| a[c] + b[c]);
         Self {
-            stress: sum3(self.stress, other.stress),
-            stiffness: sum2(self.stiffness, other.stiffness),
-            semi_axes: sum2(self.semi_axes, other.semi_axes),
-            axes_by_pressure: sum2(self.axes_by_pressure, other.axes_by_pressure),
-            wanted: sum3(self.wanted, other.wanted),
+            stress: sum(self.stress, by, other.stress),
+            stiffness: sum(self.stiffness, by, other.stiffness),
+            semi_axes: sum(self.semi_axes, by, other.semi_axes),
+            axes_by_pressure: sum(self.axes_by_pressure, by, other.axes_by_pressure),
+            wanted: sum(self.wanted, by, other.wanted),
         }
     }
 
@@ -307,6 +299,6 @@ fn between_nodes(
     parts
         .into_iter()
         .fold(Law::default(), |sum, (pane, weight)| {
-            sum.plus(laws[pane].scaled(weight))
+            sum.plus(weight, laws[pane])
         })
 }

@@ -85,27 +85,31 @@ fn region(mesh: &Mesh, t: usize) -> usize {
     mesh.tetrahedron_region.get(t).copied().unwrap_or(0)
 }
 
-/// The recovered stress at the corners of every tetrahedron in Pa, `[n_tetrahedra]`.
-fn recovered(mesh: &Mesh, stress: &[[f64; 6]]) -> Vec<[Vector6<f64>; 4]> {
+/// The recovered stresses of several fields at the corners of every tetrahedron in Pa, `[n_fields][n_tetrahedra]`.
+fn recovered(mesh: &Mesh, stresses: &[&[[f64; 6]]]) -> Vec<Vec<[Vector6<f64>; 4]>> {
     let stars = Stars::new(mesh);
-    let fits: Vec<Option<StressPolynomial>> = (0..stars.places.len())
+    let fits: Vec<Option<Vec<StressPolynomial>>> = (0..stars.places.len())
         .into_par_iter()
         .map(|k| {
             let (node, star) = (stars.places[k].0, stars.of(k));
-            is_inside(mesh, node, star).then(|| fit(mesh, node, star, stress))?
+            is_inside(mesh, node, star).then(|| fit(mesh, node, star, stresses))?
         })
         .collect();
-    let values: Vec<Vector6<f64>> = (0..stars.places.len())
+    let values: Vec<Vec<Vector6<f64>>> = (0..stars.places.len())
         .into_par_iter()
-        .map(|k| value(mesh, &stars, k, stress, &fits))
+        .map(|k| values(mesh, &stars, k, stresses, &fits))
         .collect();
-    let corners = mesh.tetrahedra.par_iter().enumerate();
-    corners
-        .map(|(t, nodes)| {
-            let value = |node| stars.find((node, region(mesh, t))).map(|star| values[star]);
-            nodes.map(|node| value(node).expect("a tetrahedron is in the stars of its corners"))
-        })
-        .collect()
+    let at_corner = |t: usize, node: usize| -> &[Vector6<f64>] {
+        let star = stars.find((node, region(mesh, t)));
+        &values[star.expect("a tetrahedron is in the stars of its corners")]
+    };
+    let of_field = |field: usize| -> Vec<[Vector6<f64>; 4]> {
+        let corners = mesh.tetrahedra.par_iter().enumerate();
+        corners
+            .map(|(t, nodes)| nodes.map(|node| at_corner(t, node)[field]))
+            .collect()
+    };
+    (0..stresses.len()).map(of_field).collect()
 }
 
 /// Whether a node is inside its material: not on a side that only one tetrahedron of it has.
@@ -130,61 +134,75 @@ fn centroid(mesh: &Mesh, t: usize) -> Vector3<f64> {
     corners.iter().sum::<Vector3<f64>>() / 4.0
 }
 
-/// The least-squares polynomial around a node, weighted by volume; `None` where the points do not
-/// determine it.
-fn fit(mesh: &Mesh, node: usize, star: &[usize], stress: &[[f64; 6]]) -> Option<StressPolynomial> {
+/// The least-squares polynomials of all fields around a node, weighted by volume; `None` where the points do not determine
+/// them.
+fn fit(
+    mesh: &Mesh,
+    node: usize,
+    star: &[usize],
+    stresses: &[&[[f64; 6]]],
+) -> Option<Vec<StressPolynomial>> {
     let origin = Vector3::from(mesh.coordinates[node]);
     let arms: Vec<Vector3<f64>> = star.iter().map(|&t| centroid(mesh, t) - origin).collect();
     let size = arms.iter().map(Vector3::norm).fold(0.0, f64::max);
     let mut gram = Matrix4::zeros();
-    let mut right = StressPolynomial::zeros();
+    let mut rights = vec![StressPolynomial::zeros(); stresses.len()];
     for (&t, arm) in star.iter().zip(&arms) {
         let volume = tetrahedron_volume(&mesh.corners(&mesh.tetrahedra[t]));
         let row = Vector4::new(1.0, arm.x / size, arm.y / size, arm.z / size);
         gram += row * row.transpose() * volume;
-        right += row * Vector6::from(stress[t]).transpose() * volume;
+        for (right, stress) in rights.iter_mut().zip(stresses) {
+            *right += row * Vector6::from(stress[t]).transpose() * volume;
+        }
     }
     let eigenvalues = gram.symmetric_eigenvalues();
     if eigenvalues.min() <= FLAT * eigenvalues.max() {
         return None;
     }
-    let mut fit = gram.cholesky()?.solve(&right);
-    fit.rows_mut(1, 3).unscale_mut(size);
-    Some(fit)
+    let factor = gram.cholesky()?;
+    for right in &mut rights {
+        factor.solve_mut(right);
+        right.rows_mut(1, 3).unscale_mut(size);
+    }
+    Some(rights)
 }
 
-/// The stress of a node in one material.
-fn value(
+/// The stresses of all fields at a node in one material.
+fn values(
     mesh: &Mesh,
     stars: &Stars,
     number: usize,
-    stress: &[[f64; 6]],
-    fits: &[Option<StressPolynomial>],
-) -> Vector6<f64> {
-    if let Some(fit) = &fits[number] {
-        return fit.row(0).transpose();
+    stresses: &[&[[f64; 6]]],
+    fits: &[Option<Vec<StressPolynomial>>],
+) -> Vec<Vector6<f64>> {
+    if let Some(fits) = &fits[number] {
+        return fits.iter().map(|fit| fit.row(0).transpose()).collect();
     }
     let ((node, region), star) = (stars.places[number], stars.of(number));
     let mut neighbours: Vec<usize> = star.iter().flat_map(|&t| mesh.tetrahedra[t]).collect();
     neighbours.sort_unstable();
     neighbours.dedup();
     let at = Vector3::from(mesh.coordinates[node]);
-    let said: Vec<Vector6<f64>> = neighbours
+    let fitted: Vec<(Vector4<f64>, &[StressPolynomial])> = neighbours
         .iter()
         .filter_map(|&other| {
-            let fit = fits[stars.find((other, region))?].as_ref()?;
+            let fits = fits[stars.find((other, region))?].as_ref()?;
             let arm = at - Vector3::from(mesh.coordinates[other]);
-            let row = Vector4::new(1.0, arm.x, arm.y, arm.z);
-            Some(fit.transpose() * row)
+            Some((Vector4::new(1.0, arm.x, arm.y, arm.z), fits.as_slice()))
         })
         .collect();
-    if !said.is_empty() {
-        return said.iter().sum::<Vector6<f64>>() / said.len() as f64;
-    }
     let volume = |t: usize| tetrahedron_volume(&mesh.corners(&mesh.tetrahedra[t]));
     let whole: f64 = star.iter().map(|&t| volume(t)).sum();
-    let parts = star.iter().map(|&t| Vector6::from(stress[t]) * volume(t));
-    parts.sum::<Vector6<f64>>() / whole
+    let of_field = |(field, stress): (usize, &&[[f64; 6]])| -> Vector6<f64> {
+        if fitted.is_empty() {
+            let parts = star.iter().map(|&t| Vector6::from(stress[t]) * volume(t));
+            return parts.sum::<Vector6<f64>>() / whole;
+        }
+        let said = fitted.iter();
+        let said = said.map(|(row, fits)| fits[field].transpose() * row);
+        said.sum::<Vector6<f64>>() / fitted.len() as f64
+    };
+    stresses.iter().enumerate().map(of_field).collect()
 }
 
 /// ∫ (σ* − σ_h):C⁻¹(σ* − σ_h)_k over every tetrahedron for the first field and each, `[n_tetrahedra][n_fields]`, in J for the first
@@ -194,9 +212,8 @@ pub(super) fn products(
     material: &MaterialField<'_>,
     fields: &[Field<'_>],
 ) -> Vec<Vec<f64>> {
-    let stress =
-        |field: &Field<'_>| -> Vec<[Vector6<f64>; 4]> { recovered(mesh, &field.internal.stress) };
-    let recovered: Vec<_> = fields.iter().map(stress).collect();
+    let stresses: Vec<&[[f64; 6]]> = fields.iter().map(|it| &it.internal.stress[..]).collect();
+    let recovered = recovered(mesh, &stresses);
     let compliances = material.compliances();
     let compliance = |t: usize| -> &Matrix6<f64> { &compliances[region(mesh, t)] };
     (0..mesh.tetrahedra.len())

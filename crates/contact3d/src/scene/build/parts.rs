@@ -93,15 +93,7 @@ impl Contact {
     pub fn on(face: impl Into<String>) -> Self {
         Self {
             face: face.into(),
-            obstacle: None,
-            name: None,
-            corners: None,
-            gap: Quantity::default(),
-            axis_1: None,
-            angle: None,
-            multipliers: MultiplierSpace::default(),
-            slip_interpolation: SlipInterpolation::default(),
-            friction: None,
+            ..Self::default()
         }
     }
 

@@ -1,6 +1,6 @@
 //! Formulas as they are written on paper: words and signs, and the precedence of what they mean.
 
-use super::program::{Binary, Comparison, Function, Instruction};
+use super::program::{Binary, Comparison, Instruction};
 
 /// Deepest nesting of parentheses; the parser recurses.
 pub(super) const DEEPEST_NESTING: usize = 64;
@@ -195,10 +195,10 @@ impl Parser<'_> {
 
     /// A function with its arguments.
     fn call(&mut self, name: &str) -> Result<(), ParseError> {
-        match (name, Function::named(name)) {
+        match (name, Instruction::function(name)) {
             (_, Some(function)) => {
                 self.parenthesised(Self::sum)?;
-                self.push(Instruction::Function(function));
+                self.push(function);
                 Ok(())
             }
             ("min", None) => self.parenthesised(|parser| parser.extreme(Binary::Min)),

@@ -10,29 +10,12 @@ pub(super) enum Instruction {
     Variable(usize),
     /// A parameter, by its place among the formula's own.
     Parameter(usize),
-    Function(Function),
+    /// A smooth function, by its place in the list of them.
+    Smooth(usize),
+    Abs,
     Binary(Binary),
     /// The third of four arguments if the first two compare so, else the fourth.
     Choose(Comparison),
-}
-
-/// A function of one argument.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Function {
-    Sqrt,
-    Exp,
-    Ln,
-    Log10,
-    Sin,
-    Cos,
-    Tan,
-    Asin,
-    Acos,
-    Atan,
-    Sinh,
-    Cosh,
-    Tanh,
-    Abs,
 }
 
 /// A function of two arguments.
@@ -56,56 +39,47 @@ pub(super) enum Comparison {
     AtLeast,
 }
 
-impl Function {
-    /// The function of a name; that of `min`, `max` and `if` has more arguments than one.
-    pub(super) fn named(name: &str) -> Option<Self> {
-        Some(match name {
-            "sqrt" => Self::Sqrt,
-            "exp" => Self::Exp,
-            "ln" => Self::Ln,
-            "log10" => Self::Log10,
-            "sin" => Self::Sin,
-            "cos" => Self::Cos,
-            "tan" => Self::Tan,
-            "asin" => Self::Asin,
-            "acos" => Self::Acos,
-            "atan" => Self::Atan,
-            "sinh" => Self::Sinh,
-            "cosh" => Self::Cosh,
-            "tanh" => Self::Tanh,
-            "abs" => Self::Abs,
-            _ => return None,
-        })
-    }
+/// Name, value and derivative of a smooth function of one argument.
+type Smooth = (&'static str, fn(f64) -> f64, fn(f64) -> f64);
 
-    fn of<N: Number>(self, argument: N, forks: &mut impl Forks<N>) -> N {
-        let x = argument.value();
-        match self {
-            Self::Sqrt => argument.through(x.sqrt(), || 0.5 / x.sqrt()),
-            Self::Exp => argument.through(x.exp(), || x.exp()),
-            Self::Ln => argument.through(x.ln(), || x.recip()),
-            Self::Log10 => argument.through(x.log10(), || (x * std::f64::consts::LN_10).recip()),
-            Self::Sin => argument.through(x.sin(), || x.cos()),
-            Self::Cos => argument.through(x.cos(), || -x.sin()),
-            Self::Tan => argument.through(x.tan(), || x.cos().powi(-2)),
-            Self::Asin => argument.through(x.asin(), || (1.0 - x * x).sqrt().recip()),
-            Self::Acos => argument.through(x.acos(), || -(1.0 - x * x).sqrt().recip()),
-            Self::Atan => argument.through(x.atan(), || (1.0 + x * x).recip()),
-            Self::Sinh => argument.through(x.sinh(), || x.cosh()),
-            Self::Cosh => argument.through(x.cosh(), || x.sinh()),
-            Self::Tanh => argument.through(x.tanh(), || 1.0 - x.tanh().powi(2)),
-            Self::Abs => {
-                let zero = N::number(0.0);
-                let (value, sign) = match forks.order(argument, zero) {
-                    // Adding zero leaves no sign on it.
-                    Some(Ordering::Less) => (-x + 0.0, -1.0),
-                    Some(_) => (x + 0.0, 1.0),
-                    None => (f64::NAN, 1.0),
-                };
-                forks.joined(argument.through(value, || sign), [argument, zero])
-            }
-        }
+/// The smooth functions of one argument.
+const SMOOTH: [Smooth; 13] = [
+    ("sqrt", f64::sqrt, |x| 0.5 / x.sqrt()),
+    ("exp", f64::exp, f64::exp),
+    ("ln", f64::ln, f64::recip),
+    ("log10", f64::log10, |x| {
+        (x * std::f64::consts::LN_10).recip()
+    }),
+    ("sin", f64::sin, f64::cos),
+    ("cos", f64::cos, |x| -x.sin()),
+    ("tan", f64::tan, |x| x.cos().powi(-2)),
+    ("asin", f64::asin, |x| (1.0 - x * x).sqrt().recip()),
+    ("acos", f64::acos, |x| -(1.0 - x * x).sqrt().recip()),
+    ("atan", f64::atan, |x| (1.0 + x * x).recip()),
+    ("sinh", f64::sinh, f64::cosh),
+    ("cosh", f64::cosh, f64::sinh),
+    ("tanh", f64::tanh, |x| 1.0 - x.tanh().powi(2)),
+];
+
+impl Instruction {
+    /// The function of one argument with a name.
+    pub(super) fn function(name: &str) -> Option<Self> {
+        let place = SMOOTH.iter().position(|(known, ..)| *known == name);
+        place
+            .map(Self::Smooth)
+            .or_else(|| (name == "abs").then_some(Self::Abs))
     }
+}
+
+fn absolute<N: Number>(argument: N, forks: &mut impl Forks<N>) -> N {
+    let (x, zero) = (argument.value(), N::number(0.0));
+    let (value, sign) = match forks.order(argument, zero) {
+        // Adding zero leaves no sign on it.
+        Some(Ordering::Less) => (-x + 0.0, -1.0),
+        Some(_) => (x + 0.0, 1.0),
+        None => (f64::NAN, 1.0),
+    };
+    forks.joined(argument.through(value, || sign), [argument, zero])
 }
 
 impl Binary {
@@ -176,9 +150,15 @@ pub(super) fn run<N: Number>(
             Instruction::Parameter(place) => {
                 N::number(parameters.get(place).copied().unwrap_or(f64::NAN))
             }
-            Instruction::Function(function) => {
+            Instruction::Smooth(place) => {
+                let [argument] = taken::<N, 1>(&mut stack);
+                let (_, value, derivative) = SMOOTH[place];
+                let x = argument.value();
+                argument.through(value(x), || derivative(x))
+            }
+            Instruction::Abs => {
                 let [argument] = taken(&mut stack);
-                function.of(argument, forks)
+                absolute(argument, forks)
             }
             Instruction::Binary(binary) => {
                 let [a, b] = taken(&mut stack);

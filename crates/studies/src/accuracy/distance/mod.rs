@@ -5,20 +5,15 @@
 //! is nested in b the rules are exact; elsewhere ε(u_a) jumps inside tetrahedra of b, and a rule sees its jumps only
 //! from its points.
 
-mod tree;
-
-use nalgebra::{Vector3, Vector6};
+use nalgebra::{Matrix3, Vector3, Vector6};
 use rayon::prelude::*;
 
 use contact3d::{
-    elasticity::{MaterialField, visit_springs},
-    mesh::Mesh,
-    reference::quadrature,
+    elasticity::{MaterialField, Simplex, quadratic_gradients, visit_springs},
+    mesh::{IsoparametricMap, Mesh, is_straight},
+    reference::{TETRAHEDRON_EDGES, quadrature, shape::quadratic_tetrahedron},
     scene::{Invalid, Scene},
 };
-
-use tree::SearchedTetrahedron;
-use tree::Tree;
 
 /// A displacement on a mesh.
 #[derive(Debug, Clone, Copy)]
@@ -27,25 +22,6 @@ pub struct Field<'a> {
     pub mesh: &'a Mesh,
     /// Displacement of its nodes in m, `[n_nodes]`.
     pub displacement: &'a [[f64; 3]],
-}
-
-/// How many points each tetrahedron of the reference is integrated by.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum Points {
-    /// 14 points, exact for polynomials of degree 5.
-    #[default]
-    Fourteen,
-    /// 64 points, exact for polynomials of degree 5 too, which see more of the jumps.
-    SixtyFour,
-}
-
-impl Points {
-    fn rule(self) -> Vec<([f64; 4], f64)> {
-        match self {
-            Self::Fourteen => quadrature::tetrahedron_5().collect(),
-            Self::SixtyFour => quadrature::tetrahedron().collect(),
-        }
-    }
 }
 
 /// ‖u_a − u_b‖_A and ‖u_b‖_A in √J.
@@ -124,11 +100,10 @@ pub fn distance(
     field: Field<'_>,
     reference: Field<'_>,
     scene: &Scene,
-    points: Points,
 ) -> Result<Distance, Invalid> {
     let material = MaterialField::new(scene, reference.mesh);
     let searchable = Searchable::new(field);
-    let rule = points.rule();
+    let rule: Vec<_> = quadrature::tetrahedron_5().collect();
     let tetrahedra = (0..reference.mesh.tetrahedra.len()).into_par_iter();
     let energies: Vec<[f64; 2]> = tetrahedra
         .map(|t| {
@@ -165,6 +140,301 @@ pub fn distance(
         absolute: total(0),
         reference: total(1),
     })
+}
+
+/// Most bodies of a leaf.
+const LEAF: usize = 4;
+
+/// Smallest and largest coordinates in m.
+type Bounds = [[f64; 3]; 2];
+
+/// A node of the tree: all bodies between two places in the order.
+#[derive(Debug)]
+struct TreeNode {
+    bounds: Bounds,
+    /// Its bodies as a range of the order.
+    bodies: [usize; 2],
+    /// Its two parts; `None` for a leaf.
+    parts: Option<[usize; 2]>,
+}
+
+/// Bodies in boxes.
+#[derive(Debug)]
+struct Tree {
+    boxes: Vec<Bounds>,
+    /// Bodies in the order of the leaves.
+    order: Vec<usize>,
+    /// The first is the root.
+    branches: Vec<TreeNode>,
+}
+
+impl Tree {
+    /// Halves the bodies, at least one, along the longest side of their box until few are left.
+    fn new(boxes: Vec<Bounds>) -> Self {
+        let mut tree = Self {
+            order: (0..boxes.len()).collect(),
+            boxes,
+            branches: Vec::new(),
+        };
+        tree.add(0, tree.order.len());
+        tree
+    }
+
+    fn add(&mut self, from: usize, to: usize) -> usize {
+        let bodies = &mut self.order[from..to];
+        let bounds = bodies.iter().map(|b| self.boxes[*b]).fold(
+            [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]],
+            |[low, high], [l, h]| {
+                [
+                    std::array::from_fn(|c| low[c].min(l[c])),
+                    std::array::from_fn(|c| high[c].max(h[c])),
+                ]
+            },
+        );
+        let number = self.branches.len();
+        self.branches.push(TreeNode {
+            bounds,
+            bodies: [from, to],
+            parts: None,
+        });
+        if to - from > LEAF {
+            let length = |c: usize| bounds[1][c] - bounds[0][c];
+            let axis = (0..3).fold(0, |best, c| if length(c) > length(best) { c } else { best });
+            let middle = |body: &usize| self.boxes[*body][0][axis] + self.boxes[*body][1][axis];
+            let half = (to - from) / 2;
+            bodies.select_nth_unstable_by(half, |a, b| {
+                middle(a).total_cmp(&middle(b)).then(a.cmp(b))
+            });
+            let parts = [self.add(from, from + half), self.add(from + half, to)];
+            self.branches[number].parts = Some(parts);
+        }
+        number
+    }
+
+    /// Some body whose branch is near a point, to begin a search with.
+    fn any(&self, point: [f64; 3]) -> usize {
+        let mut branch = &self.branches[0];
+        while let Some([first, second]) = branch.parts {
+            let [near, far] = [first, second].map(|part| &self.branches[part]);
+            let is_far = outside(&far.bounds, point) < outside(&near.bounds, point);
+            branch = if is_far { far } else { near };
+        }
+        self.order[branch.bodies[0]]
+    }
+
+    /// The nearest body to a point and what the search says of it, where `search` gives the distance of a body, at least
+    /// that of its box, with something to keep. A body that holds the point ends the search; `guess` is asked first.
+    fn nearest<T>(
+        &self,
+        point: [f64; 3],
+        guess: usize,
+        search: impl Fn(usize) -> (f64, T),
+    ) -> (usize, T) {
+        let (mut least, kept) = search(guess);
+        let mut best = (guess, kept);
+        let mut waiting = vec![0];
+        while let Some(branch) = waiting.pop().map(|number: usize| &self.branches[number]) {
+            if least == 0.0 {
+                break;
+            }
+            if outside(&branch.bounds, point) >= least {
+                continue;
+            }
+            if let Some([first, second]) = branch.parts {
+                let [near, far] =
+                    [first, second].map(|part| outside(&self.branches[part].bounds, point));
+                // The nearer part is looked at first.
+                waiting.extend(if near <= far {
+                    [second, first]
+                } else {
+                    [first, second]
+                });
+                continue;
+            }
+            for &body in &self.order[branch.bodies[0]..branch.bodies[1]] {
+                if outside(&self.boxes[body], point) >= least {
+                    continue;
+                }
+                let (found, kept) = search(body);
+                if found < least {
+                    least = found;
+                    best = (body, kept);
+                }
+            }
+        }
+        best
+    }
+}
+
+/// The distance of a point from a box in m, 0 inside.
+fn outside([low, high]: &Bounds, point: [f64; 3]) -> f64 {
+    let beyond = |c: usize| (low[c] - point[c]).max(point[c] - high[c]).max(0.0);
+    (0..3).map(|c| beyond(c).powi(2)).sum::<f64>().sqrt()
+}
+
+/// Steps of Newton's method for a place in a curved tetrahedron; few are needed, and more help no point outside.
+const STEPS: usize = 12;
+
+/// Steps below this size in barycentric coordinates are roundings.
+const SMALL_STEP: f64 = 1e-13;
+
+/// Barycentric coordinates down to minus this belong to a tetrahedron: roundings of places on its sides.
+const ROUNDING: f64 = 1e-10;
+
+/// A tetrahedron of a mesh.
+#[derive(Debug, Clone)]
+enum SearchedTetrahedron {
+    /// On straight sides.
+    Straight {
+        /// Corners in m.
+        corners: [[f64; 3]; 4],
+        /// Volume and gradients.
+        simplex: Simplex,
+    },
+    /// On curved sides.
+    Curved {
+        /// Its ten nodes in m.
+        nodes: [[f64; 3]; 10],
+        /// The map through them.
+        map: Box<IsoparametricMap>,
+    },
+}
+
+impl SearchedTetrahedron {
+    /// A tetrahedron of a mesh.
+    fn of(mesh: &Mesh, t: usize) -> Self {
+        let corners = mesh.corners(&mesh.tetrahedra[t]);
+        let middles = mesh.mid_edges.as_ref();
+        let middles = middles.map(|known| mesh.corners(&known.tetrahedra[t]));
+        match middles.filter(|middles| !is_straight(&corners, &TETRAHEDRON_EDGES, middles)) {
+            None => Self::Straight {
+                simplex: Simplex::new(&corners),
+                corners,
+            },
+            Some(middles) => Self::Curved {
+                nodes: std::array::from_fn(|k| if k < 4 { corners[k] } else { middles[k - 4] }),
+                map: Box::new(IsoparametricMap::new(&corners, &middles)),
+            },
+        }
+    }
+
+    /// Smallest and largest coordinates of a box around it in m.
+    fn surrounding_box(&self) -> [[f64; 3]; 2] {
+        let around = |nodes: &[[f64; 3]]| {
+            let with = |start: f64, choose: fn(f64, f64) -> f64| {
+                std::array::from_fn(|c| nodes.iter().map(|x| x[c]).fold(start, choose))
+            };
+            [
+                with(f64::INFINITY, f64::min),
+                with(f64::NEG_INFINITY, f64::max),
+            ]
+        };
+        match self {
+            Self::Straight { corners, .. } => around(corners),
+            // The quadratic map is a convex combination of corners and of 2 m − (a + b)/2 for edges a b with middle m.
+            Self::Curved { nodes, .. } => {
+                let mut controls = *nodes;
+                for (e, [a, b]) in TETRAHEDRON_EDGES.into_iter().enumerate() {
+                    controls[4 + e] = std::array::from_fn(|c| {
+                        2.0 * nodes[4 + e][c] - 0.5 * (nodes[a][c] + nodes[b][c])
+                    });
+                }
+                around(&controls)
+            }
+        }
+    }
+
+    /// The place in m of a point in barycentric coordinates, and the volume in m³ of a straight tetrahedron with the
+    /// Jacobian there.
+    fn place(&self, at: &[f64; 4]) -> ([f64; 3], f64) {
+        match self {
+            Self::Straight { corners, simplex } => (quadrature::point(corners, at), simplex.volume),
+            Self::Curved { map, .. } => (map.place(at), map.geometry(at).0),
+        }
+    }
+
+    /// The displacement at a point in barycentric coordinates in m.
+    fn displacement(field: Field<'_>, t: usize, at: &[f64; 4]) -> Vector3<f64> {
+        let sum = |shape: &[f64]| {
+            let nodes = field.mesh.tetrahedron_nodes(t).zip(shape);
+            nodes
+                .map(|(n, w)| Vector3::from(field.displacement[n]) * *w)
+                .sum()
+        };
+        match field.mesh.mid_edges {
+            None => sum(at),
+            Some(_) => sum(&quadratic_tetrahedron(at)),
+        }
+    }
+
+    /// Voigt strain (xx, yy, zz, 2yz, 2xz, 2xy) of a displacement at a point in barycentric coordinates.
+    fn strain(&self, field: Field<'_>, t: usize, at: &[f64; 4]) -> Vector6<f64> {
+        let slope = |gradients: &[Vector3<f64>]| -> Matrix3<f64> {
+            let nodes = field.mesh.tetrahedron_nodes(t).zip(gradients);
+            nodes
+                .map(|(n, g)| Vector3::from(field.displacement[n]) * g.transpose())
+                .sum()
+        };
+        let slope = match (self, &field.mesh.mid_edges) {
+            (Self::Straight { simplex, .. }, None) => slope(&simplex.gradients),
+            (Self::Straight { simplex, .. }, Some(_)) => {
+                slope(&quadratic_gradients(&simplex.gradients, at))
+            }
+            (Self::Curved { map, .. }, _) => slope(&map.geometry(at).1),
+        };
+        let shear = |i: usize, j: usize| slope[(i, j)] + slope[(j, i)];
+        let [x, y, z] = [0, 1, 2].map(|c| slope[(c, c)]);
+        Vector6::new(x, y, z, shear(1, 2), shear(0, 2), shear(0, 1))
+    }
+
+    /// The distance in m from a point to the piece, 0 inside, and the barycentric coordinates of the place in it that
+    /// the point is taken for: its own, with the negative ones cut off.
+    fn nearest(&self, point: [f64; 3]) -> (f64, [f64; 4]) {
+        let found = self.barycentric(point);
+        if !found.iter().all(|l| l.is_finite()) {
+            // Newton's method leads nowhere from far outside a curved tetrahedron.
+            return (f64::INFINITY, [0.25; 4]);
+        }
+        let least = found.iter().copied().fold(f64::INFINITY, f64::min);
+        let inside = found.map(|l| l.max(0.0));
+        let sum: f64 = inside.iter().sum();
+        let inside = inside.map(|l| l / sum);
+        if least >= -ROUNDING {
+            return (0.0, inside);
+        }
+        let off = Vector3::from(self.place(&inside).0) - Vector3::from(point);
+        (off.norm(), inside)
+    }
+
+    fn barycentric(&self, point: [f64; 3]) -> [f64; 4] {
+        let point = Vector3::from(point);
+        match self {
+            Self::Straight { corners, simplex } => {
+                let arm = point - Vector3::from(corners[0]);
+                let [_, b, c, d] = simplex.gradients.map(|gradient| gradient.dot(&arm));
+                [1.0 - b - c - d, b, c, d]
+            }
+            Self::Curved { map, .. } => {
+                let mut at = [0.25; 4];
+                for _ in 0..STEPS {
+                    let arm = point - Vector3::from(map.place(&at));
+                    let (_, slopes) = map.geometry(&at);
+                    // λ_k is 1 at corner k and ½ in the middle of its edges.
+                    let step: [f64; 4] = std::array::from_fn(|k| {
+                        let own = TETRAHEDRON_EDGES.iter().zip(&slopes[4..]);
+                        let own = own.filter(|(ends, _)| ends.contains(&k));
+                        let halves: Vector3<f64> = own.map(|(_, slope)| slope * 0.5).sum();
+                        (slopes[k] + halves).dot(&arm)
+                    });
+                    at = std::array::from_fn(|k| at[k] + step[k]);
+                    if step.iter().all(|s| s.abs() < SMALL_STEP) {
+                        break;
+                    }
+                }
+                at
+            }
+        }
+    }
 }
 
 #[cfg(test)]

@@ -2,10 +2,7 @@
 
 use std::path::Path;
 
-use super::{
-    ElementOrder, SequenceKind, SequenceSettings,
-    level::{SolvedMesh, WarmStart},
-};
+use super::{AccuracySettings, ElementOrder, SequenceKind, SolvedMesh, WarmStart};
 use crate::accuracy::{
     brick_n_div,
     cost::measure,
@@ -16,7 +13,7 @@ use contact3d::{
     ProblemError,
     adaptation::{Target, next_cuts},
     mesh::{Mesh, MeshError, RefinableBody, Refinement, tetrahedron_volume},
-    scene::{Brick, BrickFace, Scene, Shape},
+    scene::{Brick, BrickFace, Scene},
 };
 
 /// Multiples of the proportions of a brick that uniform meshes have: unknowns grow about threefold.
@@ -64,15 +61,15 @@ impl Meshes {
         kind: SequenceKind,
         scene: &Scene,
         folder: &Path,
-        settings: &SequenceSettings,
+        settings: &AccuracySettings,
     ) -> Result<Self, ProblemError> {
         let mut scene = solved_to_rounding(scene.clone());
         let is_other = scene.body.element != kind.element();
         scene.body.element = kind.element();
-        match &scene.body.shape {
+        match scene.body.as_brick() {
             // Other planes between cells would give the regions other volumes.
-            Shape::Brick(_) if kind.is_graded() && !scene.regions.is_empty() => Ok(Self::Nothing),
-            Shape::Brick(brick) => {
+            Some(_) if kind.is_graded() && !scene.regions.is_empty() => Ok(Self::Nothing),
+            Some(brick) => {
                 let coarsest = coarsest_with_regions(&scene, brick)?;
                 let multiples = MULTIPLES.map(|m| coarsest.map(|n| n * m));
                 let scenes = multiples.map(|cells| with_cells(&scene, cells)).into_iter();
@@ -100,8 +97,8 @@ impl Meshes {
                     }
                 })
             }
-            Shape::Gmsh(_) if kind.is_graded() => Ok(Self::Nothing),
-            Shape::Gmsh(_) => match Mesh::of_scene(&scene, folder) {
+            None if kind.is_graded() => Ok(Self::Nothing),
+            None => match Mesh::of_scene(&scene, folder) {
                 // A file of second-order tetrahedra has no linear ones.
                 Err(MeshError::Scene(_)) if is_other => Ok(Self::Nothing),
                 Err(error) => Err(error.into()),

@@ -2,23 +2,19 @@
 
 use std::path::Path;
 
-use super::{level::TARGETS, *};
+use super::*;
 use crate::accuracy::Cost;
 
 fn level(error: Option<f64>, estimated_error: f64, seconds: f64) -> SequenceLevel {
     SequenceLevel {
-        n_free: 1,
-        n_tetrahedra: 1,
-        n_multipliers: 0,
         status: Status::Converged,
         estimated_error,
-        contact_error: 0.0,
         error,
         cost: Cost {
             seconds,
-            repeats: 1,
-            peak_bytes: None,
+            ..Cost::default()
         },
+        ..SequenceLevel::default()
     }
 }
 
@@ -85,19 +81,21 @@ fn scene(pipeline: &str) -> Scene {
     Scene::parse(pipeline, &text).expect("a scene")
 }
 
+fn measure(scene: &Scene, folder: &Path, goal: f64, budget: f64, coarsest: usize) -> MeshSequences {
+    let settings = AccuracySettings {
+        budget,
+        coarsest,
+        ..AccuracySettings::default()
+    };
+    MeshSequences::measure(scene, folder, goal, &settings, &mut |_| {}).expect("sequences")
+}
+
 /// A goal so coarse that every sequence meets it on a small mesh: no clock has a say.
 #[test]
 fn every_sequence_ends_at_its_goal_and_is_judged() {
     const GOAL: f64 = 0.2;
-    let settings = SequenceSettings {
-        budget: 1e3,
-        goal: GOAL,
-        coarsest: 2,
-        memory: None,
-    };
     let scene = scene("newton.toml");
-    let sequences =
-        MeshSequences::measure(&scene, Path::new(""), &settings, &mut |_| {}).expect("sequences");
+    let sequences = measure(&scene, Path::new(""), GOAL, 1e3, 2);
     let kinds: Vec<SequenceKind> = sequences
         .sequences
         .iter()
@@ -155,14 +153,7 @@ fn meshes_on_which_regions_would_be_others_are_left_out() {
 #[test]
 fn without_a_budget_there_is_one_mesh_and_no_true_error() {
     let scene = scene("newton.toml");
-    let settings = SequenceSettings {
-        budget: 0.0,
-        goal: 0.01,
-        coarsest: 4,
-        memory: None,
-    };
-    let sequences =
-        MeshSequences::measure(&scene, Path::new(""), &settings, &mut |_| {}).expect("sequences");
+    let sequences = measure(&scene, Path::new(""), 0.01, 0.0, 4);
     for sequence in &sequences.sequences {
         assert_eq!(sequence.levels.len(), 1);
         assert!(sequence.levels[0].error.is_none_or(|error| error > 0.05));
@@ -196,14 +187,7 @@ fn a_file_of_quadratic_tetrahedra_has_no_linear_sequences() {
         face = 'foot'",
     )
     .expect("a scene");
-    let settings = SequenceSettings {
-        budget: 1e3,
-        goal: 0.2,
-        coarsest: 2,
-        memory: None,
-    };
-    let sequences =
-        MeshSequences::measure(&scene, &folder, &settings, &mut |_| {}).expect("sequences");
+    let sequences = measure(&scene, &folder, 0.2, 1e3, 2);
     let lengths = sequences
         .sequences
         .iter()

@@ -6,13 +6,10 @@
 //! cut until each part has no solution, since an equation or an inequality fails all over it, or exactly one, by a theorem on Newton's method in intervals (R. E. Moore,
 //! R. B. Kearfott, M. J. Cloud, *Introduction to Interval Analysis*, SIAM 2009, ch. 8). No start is guessed, so nothing can be missed.
 
-mod carried;
 mod interval;
-mod linear;
 mod search;
 mod small_problem;
 mod states;
-mod straight_law;
 mod system;
 #[cfg(test)]
 mod tests;
@@ -26,9 +23,8 @@ use serde::{Deserialize, Serialize};
 use self::{
     interval::Interval,
     search::{StateSolutions, search},
-    small_problem::{Numbers, SmallProblem, UNCERTAIN},
+    small_problem::{NodeLaw, Numbers, SmallProblem, StraightLines, UNCERTAIN},
     states::{Chart, PaneCase, choices},
-    straight_law::{NodeLaw, StraightLines},
     system::System,
 };
 use super::point::FamilyMember;

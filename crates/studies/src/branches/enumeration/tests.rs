@@ -3,9 +3,8 @@
 use super::{
     interval::Interval,
     search::search,
-    small_problem::{Numbers, SmallProblem},
+    small_problem::{NodeLaw, Numbers, SmallProblem, StraightLines},
     states::{Chart, PaneCase, choices},
-    straight_law::{NodeLaw, StraightLines},
     system::System,
 };
 

@@ -1,0 +1,418 @@
+//! The same problem in other units, in a mirror, or with two axes exchanged.
+
+use contact3d::scene::{
+    Coefficient, Component, Contact, Cylinder, Friction, Grid, HalfSpace, Height, Invalid,
+    LawPoint, Material, Obstacle, POSITION, Part, Quantity, Ramp, Scene, SlipDerivative, Sphere,
+    SteppedValue, Table,
+};
+
+/// Another description of a problem.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Redescription {
+    /// Other units.
+    Units(UnitChange),
+    /// y → L_y − y for this L_y, which takes a brick on z_min to a brick on z_min, and its mesh to the mesh of that brick.
+    Mirror(f64),
+    /// x ↔ y, which does the same.
+    Exchange,
+}
+
+/// Factors by which numbers change when units do. All three are free: linear elasticity scales with
+/// displacement and stress apart from the size of the body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct UnitChange {
+    /// Of coordinates.
+    pub length: f64,
+    /// Of displacements, gaps, and the slips that a law of friction knows.
+    pub displacement: f64,
+    /// Of stresses and multipliers.
+    pub stress: f64,
+}
+
+/// Names of the faces after each map.
+const MIRRORED: [(&str, &str); 2] = [("y_min", "y_max"), ("y_max", "y_min")];
+const EXCHANGED: [(&str, &str); 4] = [
+    ("x_min", "y_min"),
+    ("x_max", "y_max"),
+    ("y_min", "x_min"),
+    ("y_max", "x_max"),
+];
+
+impl Redescription {
+    /// The mirror of a scene.
+    pub(crate) fn mirror(scene: &Scene) -> Self {
+        Self::Mirror(scene.body.as_brick().map_or(0.0, |brick| brick.size[1]))
+    }
+
+    /// The scene described anew; `None` where it has no such description.
+    ///
+    /// # Errors
+    /// A step that changes what the scene does not have.
+    pub(crate) fn apply(self, scene: &Scene) -> Result<Option<Scene>, Invalid> {
+        if !self.covers(scene) {
+            return Ok(None);
+        }
+        let units = self.units();
+        let force_density = units.stress / units.length;
+        let mut image = scene.clone();
+        self.map_body(&mut image);
+        for clamp in &mut image.clamps {
+            clamp.face.iter_mut().for_each(|face| self.map_face(face));
+            clamp.corners.iter_mut().for_each(|c| self.map_corners(c));
+            for component in &mut clamp.components {
+                *component = match (self, *component) {
+                    (Self::Exchange, Component::X) => Component::Y,
+                    (Self::Exchange, Component::Y) => Component::X,
+                    (_, same) => same,
+                };
+            }
+            clamp.value = self.vector(clamp.value.each_ref(), units.displacement);
+        }
+        for spring in &mut image.springs {
+            let stiffness = units.stress / units.displacement;
+            self.map_face(&mut spring.face);
+            for value in spring.normal.iter_mut().chain(&mut spring.tangential) {
+                *value = self.quantity(value, stiffness);
+            }
+            if let Some(tensor) = &mut spring.tensor {
+                *tensor = self.tensor(tensor, stiffness);
+            }
+        }
+        for traction in &mut image.tractions {
+            self.map_face(&mut traction.face);
+            traction.value = self.vector(traction.value.each_ref(), units.stress);
+        }
+        for pressure in &mut image.pressures {
+            self.map_face(&mut pressure.face);
+            pressure.value = self.quantity(&pressure.value, units.stress);
+        }
+        if let Some(force) = &mut image.body_force {
+            force.value = self.vector(force.value.each_ref(), force_density);
+        }
+        image.map_step_values(|target, values| {
+            let factor = match target {
+                SteppedValue::Traction(_) | SteppedValue::Pressure(_) => units.stress,
+                SteppedValue::BodyForce => force_density,
+                SteppedValue::Gap(_) | SteppedValue::Clamp(_) => units.displacement,
+            };
+            match values {
+                [x, y, z] => self.vector([x, y, z], factor).to_vec(),
+                numbers => numbers.iter().map(|n| self.quantity(n, factor)).collect(),
+            }
+        })?;
+        for contact in &mut image.contacts {
+            self.map_contact(contact);
+        }
+        image.friction = image.friction.as_ref().map(|own| self.friction(own));
+        Ok(Some(image))
+    }
+
+    /// Whether a scene has the other description. Against an obstacle, distances between points have to scale as displacements do. Maps
+    /// of space leave out bodies from mesh files, other contact faces, meshes whose image is another mesh, axes of friction
+    /// given as vectors, and heights along x and y, whose formulas have no image as they are.
+    fn covers(self, scene: &Scene) -> bool {
+        let obstacles = || scene.contacts.iter().filter_map(|c| c.obstacle.as_ref());
+        match (self, scene.body.as_brick()) {
+            (Self::Units(units), _) => {
+                units.length == units.displacement || obstacles().next().is_none()
+            }
+            (_, None) => false,
+            (_, Some(brick)) => {
+                let below = |contact: &Contact| contact.face == "z_min" && contact.axis_1.is_none();
+                // Exchanged axes make y, not x, the axis that is projected on tangent planes.
+                let projected = self == Self::Exchange && scene.has_friction();
+                let has_image = |obstacle: &Obstacle| match obstacle {
+                    Obstacle::Height(height) => !projected && height.direction.axis().0 == 2,
+                    _ => !projected,
+                };
+                let even = brick.cells[1].is_multiple_of(2);
+                scene.contacts.iter().all(below)
+                    && (even || self == Self::Exchange)
+                    && obstacles().all(has_image)
+            }
+        }
+    }
+
+    /// By what numbers change.
+    fn units(self) -> UnitChange {
+        match self {
+            Self::Units(units) => units,
+            Self::Mirror(_) | Self::Exchange => UnitChange {
+                length: 1.0,
+                displacement: 1.0,
+                stress: 1.0,
+            },
+        }
+    }
+
+    /// Where a point of the scene goes.
+    fn image(self, at: [f64; 3]) -> [f64; 3] {
+        match self {
+            Self::Units(units) => at.map(|x| x * units.length),
+            Self::Mirror(_) | Self::Exchange => self.origin(at),
+        }
+    }
+
+    /// The point that goes to a point of the image.
+    pub(crate) fn origin(self, [x, y, z]: [f64; 3]) -> [f64; 3] {
+        match self {
+            Self::Units(units) => [x, y, z].map(|x| x / units.length),
+            Self::Mirror(width) => [x, width - y, z],
+            Self::Exchange => [y, x, z],
+        }
+    }
+
+    /// The same in formulas.
+    fn origins(self) -> Vec<(&'static str, String)> {
+        match self {
+            Self::Units(units) => scaled_names(POSITION.iter().copied(), units.length),
+            Self::Mirror(width) => vec![("y", format!("{width:e} - y"))],
+            Self::Exchange => vec![("x", "y".to_owned()), ("y", "x".to_owned())],
+        }
+    }
+
+    /// Where a direction goes.
+    fn direction(self, [x, y, z]: [f64; 3]) -> [f64; 3] {
+        match self {
+            Self::Units(_) => [x, y, z],
+            Self::Mirror(_) => [x, -y, z],
+            Self::Exchange => [y, x, z],
+        }
+    }
+
+    /// The components (along t₁, t₂) that a tangential stress of the image had.
+    pub(crate) fn tangential(self, [first, second]: [f64; 2]) -> [f64; 2] {
+        let [first, second, _] = self.direction([first, second, 0.0]);
+        [first, second]
+    }
+
+    /// What belongs to t₁ and t₂, without signs.
+    fn pair<T>(self, [first, second]: [T; 2]) -> [T; 2] {
+        match self {
+            Self::Units(_) | Self::Mirror(_) => [first, second],
+            Self::Exchange => [second, first],
+        }
+    }
+
+    /// What belongs to x, y and z, without signs.
+    fn triple<T>(self, [x, y, z]: [T; 3]) -> [T; 3] {
+        let [x, y] = self.pair([x, y]);
+        [x, y, z]
+    }
+
+    fn map_face(self, face: &mut String) {
+        let names: &[(&str, &str)] = match self {
+            Self::Units(_) => &[],
+            Self::Mirror(_) => &MIRRORED,
+            Self::Exchange => &EXCHANGED,
+        };
+        if let Some((_, image)) = names.iter().find(|(name, _)| name == face) {
+            *face = (*image).to_owned();
+        }
+    }
+
+    fn map_corners(self, corners: &mut [[f64; 3]; 2]) {
+        let [a, b] = corners.map(|corner| self.image(corner));
+        *corners = [
+            std::array::from_fn(|c| a[c].min(b[c])),
+            std::array::from_fn(|c| a[c].max(b[c])),
+        ];
+    }
+
+    fn map_body(self, scene: &mut Scene) {
+        if let Self::Units(units) = self {
+            scene.body.scale(units.length);
+        } else if let Some(brick) = scene.body.as_brick_mut() {
+            brick.size = self.triple(brick.size);
+            brick.cells = self.triple(brick.cells);
+            let (grading, planes) = (&mut brick.grading, &mut brick.coordinates);
+            if let Self::Mirror(width) = self {
+                std::mem::swap(&mut grading.y_min, &mut grading.y_max);
+                if let Some(given) = &mut planes.y {
+                    given.reverse();
+                    given.iter_mut().for_each(|y| *y = width - *y);
+                }
+            } else {
+                std::mem::swap(&mut grading.x_min, &mut grading.y_min);
+                std::mem::swap(&mut grading.x_max, &mut grading.y_max);
+                std::mem::swap(&mut planes.x, &mut planes.y);
+            }
+        }
+        self.map_material(&mut scene.material);
+        for region in &mut scene.regions {
+            self.map_material(&mut region.material);
+            if let Part::Box(part) = &mut region.part {
+                self.map_corners(part);
+            }
+        }
+    }
+
+    fn map_material(self, material: &mut Material) {
+        let units = self.units();
+        let factor = units.stress * units.length / units.displacement;
+        match material {
+            Material::Isotropic(constants) => constants.young_modulus *= factor,
+            Material::Orthotropic(constants) => {
+                constants.young_moduli = constants.young_moduli.map(|e| e * factor);
+                constants.shear_moduli = constants.shear_moduli.map(|g| g * factor);
+                constants.axes = constants.axes.map(|axis| self.direction(axis));
+            }
+            Material::Voigt(voigt) => {
+                let old = voigt.stiffness;
+                // The components xx, yy, zz, yz, xz, xy of a strain seen in the image.
+                let (places, signs) = match self {
+                    Self::Units(_) => ([0, 1, 2, 3, 4, 5], [1.0; 6]),
+                    Self::Mirror(_) => ([0, 1, 2, 3, 4, 5], [1.0, 1.0, 1.0, -1.0, 1.0, -1.0]),
+                    Self::Exchange => ([1, 0, 2, 4, 3, 5], [1.0; 6]),
+                };
+                let entry =
+                    |i: usize, j: usize| signs[i] * signs[j] * old[places[i]][places[j]] * factor;
+                voigt.stiffness = std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)));
+            }
+        }
+    }
+
+    /// A quantity of the place, itself times `factor`.
+    fn quantity(self, quantity: &Quantity, factor: f64) -> Quantity {
+        quantity
+            .seen_from(&self.origins(), move |at| self.origin(at))
+            .times(factor)
+    }
+
+    fn vector(self, components: [&Quantity; 3], factor: f64) -> [Quantity; 3] {
+        let signs = self.direction([factor; 3]);
+        let [x, y, z] = self.triple(components);
+        [
+            self.quantity(x, signs[0]),
+            self.quantity(y, signs[1]),
+            self.quantity(z, signs[2]),
+        ]
+    }
+
+    /// M K Mᵀ for the map M of vectors.
+    fn tensor(self, tensor: &[[Quantity; 3]; 3], factor: f64) -> [[Quantity; 3]; 3] {
+        let (order, signs) = (self.triple([0, 1, 2]), self.direction([1.0; 3]));
+        std::array::from_fn(|i| {
+            std::array::from_fn(|j| {
+                let own = &tensor[order[i]][order[j]];
+                self.quantity(own, signs[i] * signs[j] * factor)
+            })
+        })
+    }
+
+    fn map_contact(self, contact: &mut Contact) {
+        let turned = match self {
+            Self::Units(_) => 1.0,
+            Self::Mirror(_) | Self::Exchange => -1.0,
+        };
+        contact.gap = self.quantity(&contact.gap, self.units().displacement);
+        contact.corners.iter_mut().for_each(|c| self.map_corners(c));
+        contact.obstacle = contact.obstacle.as_ref().map(|own| self.obstacle(own));
+        if let Some(angle) = &mut contact.angle {
+            *angle = self.quantity(angle, turned);
+        }
+        for component in contact.axis_1.iter_mut().flatten() {
+            *component = self.quantity(component, 1.0);
+        }
+        contact.friction = contact.friction.as_ref().map(|own| self.friction(own));
+    }
+
+    fn obstacle(self, obstacle: &Obstacle) -> Obstacle {
+        let length = self.units().length;
+        match obstacle {
+            Obstacle::HalfSpace(half) => Obstacle::HalfSpace(HalfSpace {
+                point: self.image(half.point),
+                normal: self.direction(half.normal),
+            }),
+            Obstacle::Sphere(sphere) => Obstacle::Sphere(Sphere {
+                centre: self.image(sphere.centre),
+                radius: sphere.radius * length,
+                ..*sphere
+            }),
+            Obstacle::Cylinder(cylinder) => Obstacle::Cylinder(Cylinder {
+                point: self.image(cylinder.point),
+                direction: self.direction(cylinder.direction),
+                radius: cylinder.radius * length,
+                ..*cylinder
+            }),
+            Obstacle::Height(height) => Obstacle::Height(Height {
+                value: self.quantity(&height.value, length),
+                direction: height.direction,
+            }),
+        }
+    }
+
+    fn friction(self, friction: &Friction) -> Friction {
+        let image = friction.mapped(
+            self.units().stress,
+            |stress, factor| self.quantity(stress, factor),
+            |law| self.coefficient(law),
+        );
+        let along = [image.coefficient_1, image.coefficient_2];
+        let [coefficient_1, coefficient_2] = self.pair(along);
+        Friction {
+            coefficient_1,
+            coefficient_2,
+            ..image
+        }
+    }
+
+    fn coefficient(self, coefficient: &Coefficient) -> Coefficient {
+        let d = self.units().displacement;
+        let slips = |slips: &Vec<f64>| slips.iter().map(|s| s * d).collect();
+        match coefficient {
+            Coefficient::Constant(value) => Coefficient::Constant(*value),
+            Coefficient::Ramp(ramp) => Coefficient::Ramp(Ramp {
+                onset: ramp.onset * d,
+                rate: ramp.rate / d,
+                ..*ramp
+            }),
+            Coefficient::Table(table) => Coefficient::Table(Table {
+                slip: slips(&table.slip),
+                value: table.value.clone(),
+            }),
+            Coefficient::Grid(grid) => {
+                let [slip_1, slip_2] = self.pair([&grid.slip_1, &grid.slip_2]).map(slips);
+                let column = |j: usize| grid.value.iter().map(|row| row[j]).collect();
+                let value = match self {
+                    Self::Exchange => (0..grid.slip_2.len()).map(column).collect(),
+                    Self::Units(_) | Self::Mirror(_) => grid.value.clone(),
+                };
+                Coefficient::Grid(Grid {
+                    slip_1,
+                    slip_2,
+                    value,
+                })
+            }
+            Coefficient::Expression(formula) => {
+                let mut old = self.origins();
+                old.extend(match self {
+                    Self::Units(_) => scaled_names(["s", "s1", "s2"].into_iter(), d),
+                    Self::Mirror(_) => Vec::new(),
+                    Self::Exchange => vec![("s1", "s2".to_owned()), ("s2", "s1".to_owned())],
+                });
+                Coefficient::Expression(formula.with_variables(&old))
+            }
+            Coefficient::Function(function) => Coefficient::Function(function.seen_from(
+                move |at| LawPoint {
+                    position: self.origin(at.position),
+                    slip: self.pair(at.slip).map(|s| s / d),
+                    own_slip: at.own_slip / d,
+                },
+                move |derivative| SlipDerivative {
+                    own: derivative.own / d,
+                    pair: self.pair(derivative.pair).map(|slope| slope / d),
+                },
+            )),
+        }
+    }
+}
+
+/// Variables in old units, by those in new ones.
+fn scaled_names(
+    names: impl Iterator<Item = &'static str>,
+    factor: f64,
+) -> Vec<(&'static str, String)> {
+    let old = |name| (name, format!("{name}*{:e}", 1.0 / factor));
+    names.map(old).collect()
+}

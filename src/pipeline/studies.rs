@@ -1,0 +1,105 @@
+//! The studies `accuracy` and `theory`: measured for a scene and stored with it.
+
+use std::{path::Path, time::Instant};
+
+use contact3d::scene::{Scene, SceneFile};
+use runfile::{Group, GroupRecord, GroupWriter, IfMissing, RunFile, StoreError};
+use serde::Serialize;
+use studies::{
+    accuracy::{Accuracy, AccuracyProgress, AccuracySettings, nested_bricks},
+    theory::{Theory, TheoryProgress, TheorySettings, theory_bricks},
+};
+
+use super::{
+    StageError,
+    mesh::{pin, pin_mesh_file},
+    resources,
+    store::store_with_scene,
+};
+use crate::format::{self, LAYOUT};
+
+/// Measures the errors of solvers and meshes for a scene and stores them with it in a run file,
+/// new or existing.
+///
+/// # Errors
+/// A busy, foreign or unreadable file; a scene without a discrete problem.
+pub fn measure_accuracy(
+    path: &Path,
+    mut input: SceneFile,
+    settings: &AccuracySettings,
+    threads: usize,
+    observe: &mut dyn FnMut(AccuracyProgress),
+) -> Result<Accuracy, StageError> {
+    pin_mesh_file(&mut input)?;
+    let scene = &input.scene;
+    if let Some(brick) = scene.body.as_brick()
+        && let Some(finest) = nested_bricks(scene, brick, settings)?.last()
+    {
+        let need = resources::need_of_finest(finest, scene.body.element);
+        resources::admit(need, path)?;
+    }
+    let limited = AccuracySettings {
+        memory: resources::available_memory().map(|bytes| bytes as f64),
+        ..*settings
+    };
+    let place = (path, format::ACCURACY, threads);
+    stored(place, scene, settings, format::write_accuracy, || {
+        Ok(Accuracy::measure(scene, &input.folder, &limited, observe)?)
+    })
+}
+
+/// Measures the theory for a scene and stores it with the scene in a run file, new or existing.
+///
+/// # Errors
+/// A busy, foreign or unreadable file; a scene without a discrete problem, or one that the theory does not cover; a mesh that
+/// does not fit into memory.
+pub fn measure_theory(
+    path: &Path,
+    mut input: SceneFile,
+    mut settings: TheorySettings,
+    threads: usize,
+    observe: &mut dyn FnMut(TheoryProgress),
+) -> Result<Theory, StageError> {
+    pin_mesh_file(&mut input)?;
+    for file in &mut settings.meshes {
+        pin(file, &input)?;
+    }
+    let scene = &input.scene;
+    if let Some(brick) = scene.body.as_brick()
+        && let Some(finest) = theory_bricks(scene, brick, &settings)?.last()
+    {
+        resources::admit(resources::need_of_theory(finest), path)?;
+    }
+    let place = (path, format::THEORY, threads);
+    stored(place, scene, &settings, format::write_theory, || {
+        Ok(Theory::measure(scene, &input.folder, &settings, observe)?)
+    })
+}
+
+/// Measures on so many threads, and stores what came of it in a group of a run file.
+fn stored<T>(
+    (path, group, threads): (&Path, Group, usize),
+    scene: &Scene,
+    settings: &impl Serialize,
+    write: fn(&mut GroupWriter<'_>, &T) -> Result<(), StoreError>,
+    measure: impl FnOnce() -> Result<T, StageError>,
+) -> Result<T, StageError> {
+    let layout = LAYOUT.in_units(scene.units);
+    let file = RunFile::lock(path, layout, IfMissing::Create)?;
+    let started = Instant::now();
+    let measured = measure()?;
+    let settings = toml::to_string(settings).expect("settings hold only TOML types");
+    let seconds = started.elapsed().as_secs_f64();
+    let record = GroupRecord::ended(settings, accuracy_input(scene), seconds, threads);
+    store_with_scene(&file, scene, group, &record, |writer| {
+        write(writer, &measured)
+    })?;
+    Ok(measured)
+}
+
+/// Digest of what studies are measured for.
+pub fn accuracy_input(scene: &Scene) -> String {
+    blake3::hash(format::scene_text(scene).as_bytes())
+        .to_hex()
+        .to_string()
+}
