@@ -71,11 +71,15 @@ pub fn read_case(reader: &Reader) -> Result<Option<CaseResults>, FormatError> {
         return Ok(None);
     };
     let outcome = read_outcome(reader)?;
-    let scalar = |path: &str| Ok::<f64, FormatError>(vector::<1>(reader, path)?[0]);
+    let is_solved = outcome.status.is_solved();
     let mut certificate = [f64::NAN; 7];
     for (value, name) in certificate.iter_mut().zip(CERTIFICATE) {
-        *value = scalar(&format!("/post/certificate/{name}"))?;
+        [*value] = vector(reader, &format!("/post/certificate/{name}"), false)?;
     }
+    let resultant = |name: &str| {
+        let [value] = vector(reader, &format!("/post/resultants/{name}"), is_solved)?;
+        Ok::<f64, FormatError>(value)
+    };
     let mut zones = [-1; 3];
     if reader.has("/post/zone_counts") {
         for (zone, count) in zones
@@ -93,24 +97,32 @@ pub fn read_case(reader: &Reader) -> Result<Option<CaseResults>, FormatError> {
         seconds: load.record.seconds + solve.record.seconds + post.record.seconds,
         accuracy: outcome.accuracy,
         zones,
-        normal_force: scalar("/post/resultants/normal_force")?,
-        tangential_force: vector(reader, "/post/resultants/tangential_force")?,
-        contact_force: vector(reader, "/post/resultants/contact_force")?,
-        largest_pressure: scalar("/post/resultants/largest_pressure")?,
-        largest_displacement: vector(reader, "/post/resultants/largest_displacement")?,
-        strain_energy: scalar("/post/resultants/strain_energy")?,
+        normal_force: resultant("normal_force")?,
+        tangential_force: vector(reader, "/post/resultants/tangential_force", is_solved)?,
+        contact_force: vector(reader, "/post/resultants/contact_force", is_solved)?,
+        largest_pressure: resultant("largest_pressure")?,
+        largest_displacement: vector(reader, "/post/resultants/largest_displacement", is_solved)?,
+        strain_energy: resultant("strain_energy")?,
         faces: case_faces::read(reader)?,
         certificate,
         solve_digest: solve.digest,
     }))
 }
 
-/// A vector of the report, NaN where the file does not have it or the solve failed for want of
-/// numbers.
-fn vector<const N: usize>(reader: &Reader, path: &str) -> Result<[f64; N], FormatError> {
+/// A vector of the report, NaN where the file does not have it; finite numbers alone, where `is_finite`.
+fn vector<const N: usize>(
+    reader: &Reader,
+    path: &str,
+    is_finite: bool,
+) -> Result<[f64; N], FormatError> {
     let mut vector = [f64::NAN; N];
     if reader.has(path) {
-        for (target, value) in vector.iter_mut().zip(reader.read_vec::<f64>(path)?) {
+        let values = if is_finite {
+            reader.read_finite_f64(path)?
+        } else {
+            reader.read(path)?
+        };
+        for (target, value) in vector.iter_mut().zip(values) {
             *target = value;
         }
     }
