@@ -97,8 +97,11 @@ fn first_mesh_line(scene: &Scene) -> String {
 }
 
 fn forecast_line(number: usize, forecast: &LevelForecast) -> String {
+    let cells = forecast.cells.map_or_else(String::new, |[x, y, z]| {
+        format!(", {x} x {y} x {z} graded cells")
+    });
     format!(
-        "level {number:<3} {:>9} unknowns, {:>18} error about {:>8}, about {:.1} s",
+        "level {number:<3} {:>9} unknowns, {:>18} error about {:>8}, about {:.1} s{cells}",
         forecast.n_free,
         "expected,",
         percent(forecast.estimated_error),

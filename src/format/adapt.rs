@@ -2,7 +2,7 @@
 
 use contact3d::{
     adaptation::{Adaptation, AdaptiveLevel, AdaptiveStatus},
-    mesh::Refinement,
+    mesh::{RefinedLevel, Refinement},
 };
 use runfile::{Extent, Extent::Named, Group, GroupWriter, Kind, Reader, StoreError, StoredEnum};
 use units::Dimension;
@@ -30,6 +30,7 @@ stored_as! {
 }
 
 const STATUS: &str = "/adapt/status";
+const CELLS: &str = "/adapt/cells";
 const CUTS: &str = "/adapt/cuts";
 const N_CUTS: &str = "/adapt/n_cuts";
 const START: &str = "/adapt/start";
@@ -47,6 +48,7 @@ pub(super) const FIELDS: Table<AdaptiveLevel> = fields! { AdaptiveLevel => GROUP
     (nan stability) "/adapt/levels/stability", LEVELS, Dimension::Number, "Smallest eigenvalue of S scaled to a unit diagonal; NaN where S is not held.";
     (status) "/adapt/levels/status", LEVELS, Dimension::Number, "How the solve ended.";
     (seconds) "/adapt/levels/seconds", LEVELS, Dimension::Time, "Wall-clock time of mesh, assembly, solve and evaluation.".volatile();
+    {Kind::I64} CELLS, &[Named("n_refinements"), Extent::Fixed(3)], Dimension::Number, "Cells along the edges of a brick that was meshed anew for a level, 0 where the level before was cut.".optional("absent where every level was cut");
     {Kind::I64} N_CUTS, REFINEMENTS, Dimension::Number, "Tetrahedra of each level that was cut, the entries of `cuts` that are its own.";
     {Kind::U8} CUTS, &[Named("n_cut_tetrahedra")], Dimension::Number, "How often each tetrahedron of a level was to be cut in two to make the next one; level after level.".compressed();
     {Kind::I64} N_START, REFINEMENTS, Dimension::Number, "Multipliers of each level that was made, the entries of `start` that are its own.";
@@ -61,7 +63,20 @@ pub fn write(
 ) -> Result<(), StoreError> {
     write_value(writer, STATUS, &status)?;
     FIELDS.write_rows(writer, &adaptation.levels)?;
-    write_lists(writer, [N_CUTS, CUTS], adaptation.refinement.levels())?;
+    let levels = adaptation.refinement.levels();
+    let cells = levels.iter().map(|level| match level {
+        RefinedLevel::Cells(cells) => *cells,
+        RefinedLevel::Cuts(_) => [0; 3],
+    });
+    let cells: Vec<[usize; 3]> = cells.collect();
+    if cells.iter().any(|cells| *cells != [0; 3]) {
+        write_value(writer, CELLS, &cells)?;
+    }
+    let cuts = levels.iter().map(|level| match level {
+        RefinedLevel::Cells(_) => Vec::new(),
+        RefinedLevel::Cuts(cuts) => cuts.clone(),
+    });
+    write_lists(writer, [N_CUTS, CUTS], &cuts.collect::<Vec<_>>())?;
     write_lists(writer, [N_START, START], &adaptation.starts)
 }
 
@@ -79,9 +94,15 @@ fn write_lists<V: Stored>(
 /// Reads the levels done, with how they stood.
 pub fn read(reader: &Reader) -> Result<(Adaptation, AdaptiveStatus), FormatError> {
     let cuts = divided(read_value(reader, N_CUTS)?, read_value(reader, CUTS)?);
+    let cells: Option<Vec<[usize; 3]>> = read_if_there(reader, CELLS)?;
+    let cells = cells.unwrap_or_else(|| vec![[0; 3]; cuts.len()]);
+    let levels = cells.into_iter().zip(cuts).map(|level| match level {
+        ([0, 0, 0], cuts) => RefinedLevel::Cuts(cuts),
+        (cells, _) => RefinedLevel::Cells(cells),
+    });
     let adaptation = Adaptation {
         levels: FIELDS.read_rows(reader, AdaptiveLevel::default)?,
-        refinement: Refinement::new(cuts),
+        refinement: Refinement::new(levels.collect()),
         starts: divided(read_value(reader, N_START)?, read_finite(reader, START)?),
     };
     Ok((adaptation, read_value(reader, STATUS)?))

@@ -1,8 +1,8 @@
 //! Adaptive meshes: levels of solve, estimate and cut, until the estimate meets the scene's target.
 //!
 //! Between levels, as often as that costs no more than a twentieth of computing them, the file gets what the next one is
-//! made of (`/adapt`: cuts and starting multipliers of all levels so far), at the end the stages of
-//! the level in force. The cuts are part of what the stage `mesh` depends on, so every stage of
+//! made of (`/adapt`: cells, cuts and starting multipliers of all levels so far), at the end the stages of
+//! the level in force. They are part of what the stage `mesh` depends on, so every stage of
 //! that level can be rerun and judged fresh or stale like any other.
 
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use contact3d::{
         SolvedLevel, refine,
     },
     dual::AssemblyError,
-    mesh::Refinement,
+    mesh::{RefinedLevel, Refinement},
     scene::Scene,
 };
 use runfile::{Home, Reader, Transaction};
@@ -30,10 +30,10 @@ use super::{
 };
 use crate::format::{self, ADAPT, FormatError, Stage};
 
-/// The cuts between the first mesh of a scene and the one of its run file.
+/// What lies between the first mesh of a scene and the one of its run file.
 #[derive(Debug, Clone, Default)]
 pub(super) struct RefinementInForce {
-    cuts: Refinement,
+    refinement: Refinement,
     digest: Option<String>,
 }
 
@@ -81,16 +81,23 @@ pub struct OutOfReach {
 }
 
 impl RefinementInForce {
-    fn new(cuts: Refinement) -> Self {
-        let digest = (!cuts.is_empty()).then(|| {
+    fn new(refinement: Refinement) -> Self {
+        let digest = (!refinement.is_empty()).then(|| {
             let mut hasher = blake3::Hasher::new();
-            for level in cuts.levels() {
-                hasher.update(&(level.len() as u64).to_le_bytes());
-                hasher.update(level);
+            for level in refinement.levels() {
+                match level {
+                    RefinedLevel::Cuts(cuts) => {
+                        hasher.update(&(cuts.len() as u64).to_le_bytes());
+                        hasher.update(cuts);
+                    }
+                    RefinedLevel::Cells(cells) => {
+                        hasher.update(format!("cells {cells:?}").as_bytes());
+                    }
+                }
             }
             hasher.finalize().to_hex().to_string()
         });
-        Self { cuts, digest }
+        Self { refinement, digest }
     }
 
     /// What a file holds for a scene; none for a scene that asks for no adaptive mesh, and before
@@ -110,8 +117,8 @@ impl RefinementInForce {
         }
     }
 
-    pub(super) fn cuts(&self) -> &Refinement {
-        &self.cuts
+    pub(super) fn refinement(&self) -> &Refinement {
+        &self.refinement
     }
 
     pub(super) fn digest(&self) -> Option<&str> {
@@ -243,9 +250,9 @@ impl LevelInRunFile<'_> {
     fn run(&mut self, level: usize, known: &Adaptation) -> Result<LevelAtHand, StageError> {
         let (session, observe) = (&mut *self.session, &mut *self.observe);
         session.store.discard_pending();
-        let mut cuts = known.refinement.clone();
-        cuts.truncate(level);
-        session.store.refinement = RefinementInForce::new(cuts);
+        let mut refinement = known.refinement.clone();
+        refinement.truncate(level);
+        session.store.refinement = RefinementInForce::new(refinement);
         session.store.start = match level.checked_sub(1) {
             Some(before) => StartFrom::multipliers(known.starts[before].clone()),
             None => StartFrom::Any,

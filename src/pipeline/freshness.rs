@@ -287,7 +287,7 @@ pub fn contradictions(run_file: &Path) -> Result<Vec<String>, StageError> {
     if run.unusable(Stage::Solve).is_some() {
         return Ok(Vec::new());
     }
-    let results = read_results(run_file, &run.input)?;
+    let results = read_results(&run.reader, &run.input)?;
     let report = &results.report;
     let mut found: Vec<String> = against_status(&run.reader, report)?.into_iter().collect();
     if run.is_fresh(Stage::Post) {
@@ -317,7 +317,8 @@ fn against_stored(reader: &Reader, certificate: &Certificate) -> Result<Vec<Stri
         let Some(stored) = format::read_certificate(reader, name)? else {
             continue;
         };
-        let fits = (stored - value).abs() <= SUMMED * (1.0 + value.abs());
+        let fits = stored.is_nan() && value.is_nan()
+            || (stored - value).abs() <= SUMMED * (1.0 + value.abs());
         if !fits {
             found.push(format!(
                 "/post/certificate/{name}: expected {value:.1e}, as the arrays of /solve have it, found {stored:.1e}; run `contact3d-pipe post` again"

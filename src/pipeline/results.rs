@@ -136,10 +136,9 @@ impl From<Answer> for Results {
 }
 
 /// The results that a finished run file holds; takes no lock.
-pub fn read_results(run_file: &Path, input: &SceneFile) -> Result<Results, StageError> {
-    let reader = Reader::open(run_file, LAYOUT)?;
-    let problem = mesh::read(&reader, input)?;
-    Results::read(&reader, input, &problem)
+pub fn read_results(reader: &Reader, input: &SceneFile) -> Result<Results, StageError> {
+    let problem = mesh::read(reader, input)?;
+    Results::read(reader, input, &problem)
 }
 
 /// The assembled problem of a run file whose stages up to `solve` are fresh, and its solution.

@@ -79,7 +79,7 @@ impl Session {
 
     fn make_mesh(&mut self) -> Result<StageOutput, StageError> {
         let store = &self.store;
-        let problem = mesh::make(&store.input, store.refinement.cuts(), store.path())?;
+        let problem = mesh::make(&store.input, store.refinement.refinement(), store.path())?;
         let problem = Arc::new(problem);
         self.cache = StageCache {
             problem: Some(problem.clone()),

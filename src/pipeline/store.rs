@@ -36,6 +36,8 @@ const LARGE: usize = 1 << 23;
 /// A locked run file, and what is asked of it.
 #[derive(Debug)]
 pub(super) struct Store {
+    /// Writes the first of the stages that wait; dropped, and so ended, before the lock of the file is given free.
+    writer: Option<StageWriter>,
     pub(super) file: RunFile,
     pub(super) input: SceneFile,
     /// The cuts between the first mesh of the scene and the one in force.
@@ -48,8 +50,6 @@ pub(super) struct Store {
     upstream: Vec<(Stage, String)>,
     /// Stages that are computed but not yet stored.
     pending: Vec<ComputedStage>,
-    /// Writes the first of them.
-    writer: Option<StageWriter>,
     /// What the last commit of this process took.
     last_store_seconds: f64,
     /// The run file as it was before the command at work.

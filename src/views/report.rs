@@ -127,7 +127,7 @@ fn result_sections(
     input: &SceneFile,
     kind: ReportKind,
 ) -> Result<Vec<Section>, StageError> {
-    let results = read_results(reader.path(), input)?;
+    let results = read_results(reader, input)?;
     let (mesh, solution, report) = (results.mesh(), &results.solution, &results.report);
     let scene = &input.scene;
     let run = SolvedRun::new(scene, &results);

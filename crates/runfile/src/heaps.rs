@@ -3,10 +3,11 @@
 //! A heap is a row of objects, each of which says how long it is. HDF5 goes from one to the next, and never ends where a free
 //! one says that it has no bytes. What else may be wrong in a heap, the library finds itself.
 
+use std::collections::HashSet;
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
 use hdf5_metno as hdf5;
 
@@ -21,7 +22,7 @@ const SIGNATURE: &[u8; 8] = b"GCOL\x01\0\0\0";
 const STRETCH: usize = 64;
 
 /// Files of this process whose heaps have been walked.
-static WALKED: Mutex<Vec<Stamp>> = Mutex::new(Vec::new());
+static WALKED: LazyLock<Mutex<HashSet<Stamp>>> = LazyLock::new(Mutex::default);
 
 /// Bytes searched at a time.
 const BLOCK: u64 = 1 << 18;
@@ -63,11 +64,11 @@ pub(super) fn trust(path: &Path) {
 
 fn remember(stamp: Stamp) {
     if stamp.is_older_than(TICK) {
-        walked().push(stamp);
+        walked().insert(stamp);
     }
 }
 
-fn walked() -> MutexGuard<'static, Vec<Stamp>> {
+fn walked() -> MutexGuard<'static, HashSet<Stamp>> {
     WALKED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 

@@ -1,5 +1,6 @@
 //! A place in a run file: turns failures of HDF5 and of the file system into errors that name it.
 
+use std::fs::File;
 use std::io;
 use std::path::Path;
 
@@ -42,6 +43,19 @@ impl<'a> Place<'a> {
             file: self.file.into(),
             dataset: self.dataset.into(),
             reason: reason.into(),
+        }
+    }
+
+    /// Why HDF5 lists nothing here: the disk does not give the file back, or what it gives is damaged.
+    pub(super) fn unlisted(&self, error: &hdf5::Error) -> StoreError {
+        let read = File::open(self.file).and_then(|mut file| io::copy(&mut file, &mut io::sink()));
+        match read {
+            Ok(_) => self.damaged(format!("HDF5 cannot list its groups ({error})")),
+            Err(source) => StoreError::Io {
+                file: self.file.into(),
+                action: "read the file",
+                source,
+            },
         }
     }
 

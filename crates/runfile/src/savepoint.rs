@@ -43,6 +43,13 @@ impl RunFile {
     /// # Errors
     /// `Io` if the folder does not take another file.
     pub fn savepoint(&self) -> Result<Savepoint, StoreError> {
+        // A second name of the run file that another process left would be written through by a copy.
+        match fs::remove_file(self.previous()) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                Err(error).at_file(&self.previous(), "remove an earlier state")?;
+            }
+            _ => {}
+        }
         let link = |path: &Path| fs::hard_link(&self.path, path);
         let earlier = match Temporary::create(self.previous(), link) {
             Ok((earlier, ())) => Some(earlier),
@@ -62,7 +69,8 @@ impl RunFile {
 
     fn copy(&self) -> io::Result<Temporary> {
         let mut present = File::open(&self.path)?;
-        let (earlier, mut copy) = Temporary::create(self.previous(), |path| File::create(path))?;
+        let (earlier, mut copy) =
+            Temporary::create(self.previous(), |path| File::create_new(path))?;
         io::copy(&mut present, &mut copy)?;
         copy.set_permissions(present.metadata()?.permissions())?;
         Ok(earlier)

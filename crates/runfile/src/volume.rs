@@ -1,8 +1,9 @@
 //! One HDF5 file opened for reading: the run file, or the file beside it that holds one group.
 
+use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, SystemTime};
 
 use hdf5::{IndexType, IterationOrder, LinkType, LocationType};
@@ -33,9 +34,9 @@ pub(super) struct Volume {
 pub(super) const TICK: Duration = Duration::from_millis(20);
 
 /// Groups of files that this process has found sound.
-static SOUND: Mutex<Vec<(Stamp, Group)>> = Mutex::new(Vec::new());
+static SOUND: LazyLock<Mutex<HashSet<(Stamp, Group)>>> = LazyLock::new(Mutex::default);
 
-fn sound() -> MutexGuard<'static, Vec<(Stamp, Group)>> {
+fn sound() -> MutexGuard<'static, HashSet<(Stamp, Group)>> {
     SOUND.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -61,7 +62,7 @@ impl Volume {
         let format_version = header::check(&file, path, layout, filetype)?;
         let bytes = fs::metadata(path).at_file(path, "look at the file")?.len();
         let place = Place::new(path, "/");
-        let links = links(&file).at(place, "list the links")?;
+        let links = links(&file).map_err(|error| place.unlisted(&error))?;
         Ok(Volume {
             path: path.into(),
             file,
@@ -78,15 +79,13 @@ impl Volume {
     }
 
     pub(super) fn is_sound(&self, group: Group) -> bool {
-        let noted = sound();
-        let mut of_file = noted.iter().filter(|(stamp, _)| *stamp == self.stamp);
-        of_file.any(|(_, name)| *name == group)
+        sound().contains(&(self.stamp.clone(), group))
     }
 
     /// Notes that a group is what was written.
     pub(super) fn note_sound(&self, group: Group) {
         if self.stamp.is_older_than(TICK) {
-            sound().push((self.stamp.clone(), group));
+            sound().insert((self.stamp.clone(), group));
         }
     }
 
@@ -123,7 +122,7 @@ pub(super) fn has_path(file: &hdf5::File, path: &str) -> bool {
 }
 
 /// What changes when a file is written, replaced or removed.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Stamp(Option<(u64, SystemTime, u64)>);
 
 impl Stamp {

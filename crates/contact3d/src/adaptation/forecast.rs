@@ -22,6 +22,8 @@ pub struct LevelForecast {
     pub estimated_error: f64,
     /// Free degrees of freedom with which the target would be met at the rate so far.
     pub n_free_of_target: f64,
+    /// Graded cells of a brick that is meshed anew; `None` where the level before is cut.
+    pub cells: Option<[usize; 3]>,
 }
 
 impl LevelForecast {
@@ -49,6 +51,7 @@ impl LevelForecast {
             seconds: last.seconds * growth.powf(cost),
             estimated_error: last.estimated_error * growth.powf(-rate),
             n_free_of_target: last.n_free as f64 * to_go.powf(1.0 / rate),
+            cells: None,
         }
     }
 

@@ -46,7 +46,7 @@ pub enum AdaptiveStatus {
 pub struct Adaptation {
     /// The levels, coarse to fine, `[n_levels]`.
     pub levels: Vec<AdaptiveLevel>,
-    /// The cuts that lead from each level to the next, those to a level that is not done included.
+    /// How each level follows from the one before, one that is not done included.
     pub refinement: Refinement,
     /// Multipliers in Pa that each refined level starts from, one list for each level of the
     /// refinement.

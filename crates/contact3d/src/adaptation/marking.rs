@@ -1,8 +1,9 @@
-//! Which tetrahedra are cut, and how often.
+//! What the next mesh is made of: graded cells of a brick, or tetrahedra that are cut.
 
 use std::borrow::Cow;
 
 use crate::{
+    mesh::{RefinedLevel, Refinement},
     post::ContactReport,
     scene::{ElementOrder, Scene},
 };
@@ -65,6 +66,48 @@ impl Target {
         let levels = (ratio.ln() / STEEPEST.ln()).ceil().max(1.0);
         self.estimated * ratio.powf(1.0 / levels)
     }
+}
+
+/// Most cells of a brick that is meshed anew. On the published problem 18 × 6 × 6 graded cells leave 3.9 %; from there 2 % takes
+/// 65,000 unknowns with cuts, 90,000 with more cells.
+const MOST_CELLS: f64 = 1000.0;
+
+/// The estimated error of graded quadratic cells falls with this power of the cells along an edge: 1.1 to 1.4 on the published problem
+/// with 2 to 10 of them.
+const RATE_OF_CELLS: f64 = 1.3;
+
+/// Cells are made anew only where they are at least so many times as many along an edge.
+const LEAST_GROWTH: f64 = 1.5;
+
+/// The graded cells with which a brick that no level has cut yet is meshed anew on the way to a target, from an estimated error
+/// relative to the same as the target; `None` where cutting serves better, or the scene names its mesh.
+pub(super) fn graded_cells(
+    scene: &Scene,
+    refinement: &Refinement,
+    estimated: f64,
+    target: f64,
+) -> Option<[usize; 3]> {
+    let is_open = scene.leaves_mesh_open() && scene.body.element == ElementOrder::P2;
+    if !is_open || refinement.has_cuts() {
+        return None;
+    }
+    let cells = match refinement.levels().last() {
+        Some(RefinedLevel::Cells(cells)) => *cells,
+        Some(RefinedLevel::Cuts(_)) | None => scene.body.as_brick()?.cells,
+    };
+    // Errors of quantities fall as the squares of the energy norm do.
+    let rate = match scene.adapt?.of {
+        Some(_) => 2.0 * RATE_OF_CELLS,
+        None => RATE_OF_CELLS,
+    };
+    let wanted = (estimated / target).powf(1.0 / rate);
+    let n_cells: f64 = cells.iter().map(|n| *n as f64).product();
+    let shortest = cells.into_iter().min()? as f64;
+    let most = (shortest * (MOST_CELLS / n_cells).cbrt()).floor();
+    let growth = (shortest * wanted).ceil().min(most) / shortest;
+    // Counts are small and not negative.
+    let grown = cells.map(|n| (n as f64 * growth).round() as usize);
+    (growth >= LEAST_GROWTH).then_some(grown)
 }
 
 /// How often each tetrahedron has to be cut so that the error comes near the target of the next

@@ -3,12 +3,13 @@
 use std::{path::Path, sync::Arc, time::Instant};
 
 use super::{
-    Adaptation, AdaptiveLevel, AdaptiveStatus, LevelForecast, Target, next_cuts, transferred,
+    Adaptation, AdaptiveLevel, AdaptiveStatus, LevelForecast, Target, marking::graded_cells,
+    next_cuts, transferred,
 };
 use crate::{
     Answer, AssembledProblem, InMemory, Problem, ProblemError,
     dual::{ExplicitDual, smallest_eigenvalue},
-    mesh::{Mesh, RefinableBody},
+    mesh::{Mesh, RefinableBody, RefinedLevel},
     post::ContactReport,
     scene::{Functional, Invalid, Scene},
     solver::{Solution, Start},
@@ -98,7 +99,7 @@ pub fn refine<K: LevelKeeper>(
             }
             let solved = keeper.solved(level, &known)?;
             let NextLevel {
-                cuts,
+                mesh,
                 start,
                 forecast,
             } = next_level(scene, folder, target, &known, solved)?;
@@ -107,7 +108,7 @@ pub fn refine<K: LevelKeeper>(
                 ended = Some(AdaptiveStatus::OverBudget);
                 break;
             }
-            known.refinement.push(cuts);
+            known.refinement.push(mesh);
             known.starts.push(start);
             keeper.keep(&known);
             continue;
@@ -142,12 +143,12 @@ pub fn refine<K: LevelKeeper>(
 
 /// What the next level is made of, and what it is expected to come to.
 struct NextLevel {
-    cuts: Vec<u8>,
+    mesh: RefinedLevel,
     start: Vec<f64>,
     forecast: LevelForecast,
 }
 
-/// What to cut of a level, and what the next one starts from.
+/// The next mesh after a level, and what the next solve starts from: nothing where the body is meshed anew.
 fn next_level(
     scene: &Scene,
     folder: &Path,
@@ -155,22 +156,31 @@ fn next_level(
     known: &Adaptation,
     solved: SolvedLevel<'_>,
 ) -> Result<NextLevel, ProblemError> {
-    let (indicator, aim) = Target::of(scene, solved.report, target);
-    let cuts = next_cuts(&indicator, aim);
+    let estimated = known.levels.last().map_or(0.0, |last| last.estimated_error);
+    let cells = graded_cells(scene, &known.refinement, estimated, target);
+    let next = match cells {
+        Some(cells) => RefinedLevel::Cells(cells),
+        None => {
+            let (indicator, aim) = Target::of(scene, solved.report, target);
+            RefinedLevel::Cuts(next_cuts(&indicator, aim))
+        }
+    };
     let mut refinement = known.refinement.clone();
-    refinement.push(cuts.clone());
+    refinement.push(next.clone());
     let body = RefinableBody::refined(scene, folder, &refinement)?;
     let mesh = body.mesh()?;
     let growth = mesh.coordinates.len() as f64 / solved.mesh.coordinates.len() as f64;
+    let multiplier = &solved.solution.multiplier;
     Ok(NextLevel {
-        start: transferred(
-            solved.mesh,
-            &mesh,
-            &body.parents(),
-            &solved.solution.multiplier,
-        ),
-        forecast: LevelForecast::new(&known.levels, growth, target),
-        cuts,
+        start: match next {
+            RefinedLevel::Cells(_) => Vec::new(),
+            RefinedLevel::Cuts(_) => transferred(solved.mesh, &mesh, &body.parents(), multiplier),
+        },
+        forecast: LevelForecast {
+            cells,
+            ..LevelForecast::new(&known.levels, growth, target)
+        },
+        mesh: next,
     })
 }
 

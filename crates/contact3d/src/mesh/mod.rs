@@ -22,7 +22,7 @@ pub use gmsh::{FilePosition, GmshError, GmshFlaw, digest_of, parse as parse_gmsh
 pub use inspection::{FaceInspection, MeshInspection};
 pub use patches::macro_patches;
 pub use quadratic::{IsoparametricMap, MidEdgeNodes};
-pub use refined::{RefinableBody, Refinement};
+pub use refined::{RefinableBody, RefinedLevel, Refinement};
 pub use side::{Quality, is_straight, shape};
 pub(crate) use side::{SidePoint, sorted};
 

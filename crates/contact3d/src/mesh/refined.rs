@@ -1,6 +1,6 @@
 //! Meshes that are finer where it was asked for: the first mesh of a scene, cut level by level.
 
-use std::path::Path;
+use std::{borrow::Cow, path::Path};
 
 use super::{
     IsoparametricMap, Mesh, MeshError, MidEdgeNodes, Origin, RawMesh,
@@ -9,25 +9,39 @@ use super::{
 };
 use crate::scene::Scene;
 
-/// How often each tetrahedron was cut in two, level by level. With the first mesh it says which
-/// mesh follows, whatever made the choice.
+/// How a mesh comes from the one before.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum RefinedLevel {
+    /// The brick is meshed anew with so many graded cells; see [`Scene::with_graded_cells`].
+    Cells([usize; 3]),
+    /// Each tetrahedron of the mesh before is cut in two so often, `[n_tetrahedra]`.
+    Cuts(Vec<u8>),
+}
+
+/// How a mesh comes from the first one, level by level, whatever made the choice.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Refinement {
-    /// Cuts of each tetrahedron of the mesh before, `[n_levels][n_tetrahedra of that level]`.
-    levels: Vec<Vec<u8>>,
+    levels: Vec<RefinedLevel>,
 }
 
 impl Refinement {
-    /// From the cuts of each level.
+    /// From the levels beyond the first mesh.
     #[must_use]
-    pub fn new(levels: Vec<Vec<u8>>) -> Self {
+    pub fn new(levels: Vec<RefinedLevel>) -> Self {
         Self { levels }
     }
 
-    /// The cuts of each level, `[n_levels][n_tetrahedra of the level before]`.
+    /// The levels beyond the first mesh.
     #[must_use]
-    pub fn levels(&self) -> &[Vec<u8>] {
+    pub fn levels(&self) -> &[RefinedLevel] {
         &self.levels
+    }
+
+    /// Whether tetrahedra are cut on some level.
+    #[must_use]
+    pub fn has_cuts(&self) -> bool {
+        let is_cut = |level: &RefinedLevel| matches!(level, RefinedLevel::Cuts(_));
+        self.levels.iter().any(is_cut)
     }
 
     /// Whether the mesh is the first one.
@@ -37,8 +51,8 @@ impl Refinement {
     }
 
     /// Adds a level.
-    pub fn push(&mut self, cuts: Vec<u8>) {
-        self.levels.push(cuts);
+    pub fn push(&mut self, level: RefinedLevel) {
+        self.levels.push(level);
     }
 
     /// Keeps the first levels only.
@@ -54,7 +68,7 @@ impl Refinement {
 /// ancestor's map, so that the body keeps its shape.
 #[derive(Debug)]
 pub struct RefinableBody<'a> {
-    scene: &'a Scene,
+    scene: Cow<'a, Scene>,
     first: RawMesh,
     /// Region of each tetrahedron of the first mesh; empty without regions.
     regions: Vec<usize>,
@@ -68,10 +82,14 @@ impl<'a> RefinableBody<'a> {
     /// # Errors
     /// As [`Mesh::of_scene`].
     pub fn new(scene: &'a Scene, folder: &Path) -> Result<Self, MeshError> {
-        let first = RawMesh::of_scene(scene, folder)?;
+        Self::of(Cow::Borrowed(scene), folder)
+    }
+
+    fn of(scene: Cow<'a, Scene>, folder: &Path) -> Result<Self, MeshError> {
+        let first = RawMesh::of_scene(&scene, folder)?;
         Ok(Self {
+            regions: side::assign(&scene, &first)?,
             scene,
-            regions: side::assign(scene, &first)?,
             bisection: Bisection::new(&first.corner_mesh()),
             first,
             is_cut: false,
@@ -87,8 +105,19 @@ impl<'a> RefinableBody<'a> {
         folder: &Path,
         refinement: &Refinement,
     ) -> Result<Self, MeshError> {
-        let mut body = Self::new(scene, folder)?;
-        for cuts in refinement.levels() {
+        let mut meshed = Cow::Borrowed(scene);
+        let mut cuts: Vec<&[u8]> = Vec::new();
+        for level in refinement.levels() {
+            match level {
+                RefinedLevel::Cells(cells) => {
+                    meshed = Cow::Owned(scene.clone().with_graded_cells(*cells));
+                    cuts.clear();
+                }
+                RefinedLevel::Cuts(of_level) => cuts.push(of_level),
+            }
+        }
+        let mut body = Self::of(meshed, folder)?;
+        for cuts in cuts {
             body.refine(cuts);
         }
         Ok(body)
@@ -120,7 +149,7 @@ impl<'a> RefinableBody<'a> {
     pub fn mesh(&self) -> Result<Mesh, MeshError> {
         if !self.is_cut {
             return Mesh::new(
-                self.scene,
+                &self.scene,
                 self.first.clone(),
                 self.regions.clone(),
                 Origin::First,
@@ -130,7 +159,7 @@ impl<'a> RefinableBody<'a> {
         let region = |d: Descendant| self.regions.get(d.ancestor).copied();
         let regions = self.bisection.descendants().filter_map(region).collect();
         let faceting = self.faceting()?;
-        Mesh::new(self.scene, raw, regions, Origin::Cut { faceting })
+        Mesh::new(&self.scene, raw, regions, Origin::Cut { faceting })
     }
 
     /// What the first mesh leaves of contact faces with obstacles at most, in m.
@@ -143,9 +172,9 @@ impl<'a> RefinableBody<'a> {
         if with_obstacle.is_empty() {
             return Ok(0.0);
         }
-        let first = Mesh::without_contact(self.scene, self.first.clone(), Vec::new())?;
+        let first = Mesh::without_contact(&self.scene, self.first.clone(), Vec::new())?;
         with_obstacle.into_iter().try_fold(0.0, |most: f64, entry| {
-            let facets = first.contact_facets(self.scene, entry)?;
+            let facets = first.contact_facets(&self.scene, entry)?;
             Ok(most.max(obstacle::faceting(&first, &facets)))
         })
     }

@@ -343,7 +343,6 @@ fn the_first_mesh_is_coarse_where_the_scene_leaves_it_open() {
         merge(&mut table, more.parse().expect("TOML"));
         let scene = Scene::parse("open", &table.to_string()).expect("a scene");
         let scene = scene.with_first_mesh();
-        assert_eq!(scene.adapt.expect("a target").start, FirstMesh::Scene);
         assert_eq!(scene.clone().with_first_mesh(), scene, "chosen once");
         scene.body.as_brick().expect("a brick").cells
     };

@@ -13,7 +13,8 @@ use crate::reader::Reader;
 /// With `embed`, groups in files of their own are copied into the new file too.
 ///
 /// # Errors
-/// `ForeignLink` for a link that this program did not make; `Hdf5` if copying fails.
+/// `ForeignLink` for a link that this program did not make; `Damaged` where the groups cannot be listed; `Hdf5` if copying
+/// fails.
 pub(crate) fn carry_over(
     previous: &Reader,
     replaced: &[Group],
@@ -22,7 +23,8 @@ pub(crate) fn carry_over(
 ) -> Result<(), StoreError> {
     let home = &previous.home;
     let place = Place::new(&home.path, "/");
-    for name in home.file.member_names().at(place, "list the groups")? {
+    let names = home.file.member_names();
+    for name in names.map_err(|error| place.unlisted(&error))? {
         let group = previous.layout.groups().find(|group| group.name() == name);
         if group.is_some_and(|group| replaced.contains(&group)) {
             continue;

@@ -20,7 +20,7 @@ pub(super) struct ExplicitProblem {
     pub(super) assembled: AssembledProblem,
     /// The scene; that of the problem is the last increment of its load history, where it has one.
     pub(super) scene: Scene,
-    /// The cuts that its mesh came from.
+    /// How its mesh came from the first one.
     pub(super) refinement: Refinement,
     /// The dual problem with its balance where the body floats.
     balanced: Option<ContactSystem>,
@@ -30,6 +30,7 @@ impl ExplicitProblem {
     /// Assembles a scene on the mesh it asks for, an adaptive one included; mesh files are looked for
     /// in `folder`.
     pub(super) fn new(scene: Scene, folder: &Path) -> Result<Self, ProblemError> {
+        let scene = scene.with_first_mesh();
         let refinement = match scene.adapt {
             None => Refinement::default(),
             Some(_) => {

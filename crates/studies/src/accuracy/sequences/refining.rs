@@ -12,16 +12,12 @@ use crate::accuracy::{
 use contact3d::{
     ProblemError,
     adaptation::{Target, next_cuts},
-    mesh::{Mesh, MeshError, RefinableBody, Refinement, tetrahedron_volume},
-    scene::{Brick, BrickFace, Scene},
+    mesh::{Mesh, MeshError, RefinableBody, RefinedLevel, Refinement, tetrahedron_volume},
+    scene::{Brick, Scene},
 };
 
 /// Multiples of the proportions of a brick that uniform meshes have: unknowns grow about threefold.
 const MULTIPLES: [usize; 14] = [1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128];
-
-/// The exponent of graded cells: on the published problem at 24 × 8 × 8 cells 1.5 leaves 3.2 % of estimated error
-/// where equal cells leave 4.1 %, 2 as much as they.
-const GRADING: f64 = 1.5;
 
 /// Smallest n_div of the graded cells that an adaptive sequence begins with: cuts of many cells keep better shapes than
 /// many cuts of a few.
@@ -72,12 +68,11 @@ impl Meshes {
             Some(brick) => {
                 let coarsest = coarsest_with_regions(&scene, brick)?;
                 let multiples = MULTIPLES.map(|m| coarsest.map(|n| n * m));
-                let scenes = multiples.map(|cells| with_cells(&scene, cells)).into_iter();
-                let scenes = scenes.map(|scene| {
+                let scenes = multiples.into_iter().map(|cells| {
                     if kind.is_graded() {
-                        graded(scene)
+                        scene.clone().with_graded_cells(cells)
                     } else {
-                        scene
+                        with_cells(&scene, cells)
                     }
                 });
                 let mut fitting = scenes.filter(|scene| {
@@ -239,14 +234,12 @@ impl<'a> SequenceRun<'a> {
                         return SolvedMesh::of_scene(scene, folder);
                     };
                     let wanted = coarse.estimated * fall(scene.body.element);
-                    refinement.push(next_cuts(
-                        &coarse.indicator,
-                        Target {
-                            estimated: coarse.estimated,
-                            wanted,
-                            element: scene.body.element,
-                        },
-                    ));
+                    let target = Target {
+                        estimated: coarse.estimated,
+                        wanted,
+                        element: scene.body.element,
+                    };
+                    refinement.push(RefinedLevel::Cuts(next_cuts(&coarse.indicator, target)));
                     let body = RefinableBody::refined(scene, folder, refinement)?;
                     let start = WarmStart {
                         coarse,
@@ -263,30 +256,6 @@ impl<'a> SequenceRun<'a> {
         solved.level.cost = cost;
         Ok(solved)
     }
-}
-
-/// A scene whose cells shrink towards the faces of its clamps, loads and contact, at whose edges stresses
-/// are singular or jump.
-fn graded(mut scene: Scene) -> Scene {
-    let faces: Vec<BrickFace> = {
-        let clamped = scene.clamps.iter().filter_map(|clamp| clamp.face.as_ref());
-        let pulled = scene.tractions.iter().map(|traction| &traction.face);
-        let sprung = scene.springs.iter().map(|spring| &spring.face);
-        let pressed = scene.pressures.iter().map(|pressure| &pressure.face);
-        let touching = scene.contacts.iter().map(|contact| &contact.face);
-        let names = clamped
-            .chain(pulled)
-            .chain(pressed)
-            .chain(sprung)
-            .chain(touching);
-        names.filter_map(|name| BrickFace::named(name)).collect()
-    };
-    if let Some(brick) = scene.body.as_brick_mut() {
-        *brick = faces.into_iter().fold(brick.clone(), |brick, face| {
-            brick.with_grading(face, GRADING)
-        });
-    }
-    scene
 }
 
 /// The fewest cells with the proportions of a brick on which each region has the volume that it has on the scene's own
