@@ -15,7 +15,7 @@ use contact3d::{
 use runfile::{GroupWriter, Reader, StoreError};
 
 use super::{OpenRun, StageError, mesh};
-use crate::format::{self, GridSeries, GridValues, LAYOUT, Stage};
+use crate::format::{self, GridSeries, GridValues, Stage};
 
 /// What a solve came to.
 #[derive(Debug)]

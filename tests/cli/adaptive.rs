@@ -194,7 +194,7 @@ fn threads_do_not_change_the_bits() {
 fn a_killed_run_goes_on_from_the_last_level() {
     let expected = {
         let program = Program::new();
-        run(&program, "6%", &[]).success();
+        run(&program, "3.5%", &[]).success();
         program.digests()
     };
     let program = Program::new();
@@ -204,7 +204,7 @@ fn a_killed_run_goes_on_from_the_last_level() {
             .current_dir(program.path(""))
             .arg("run")
             .arg(pipeline("adaptive.toml"))
-            .args(["run.h5", "--no-figures", "--quiet", "--error", "6%"])
+            .args(["run.h5", "--no-figures", "--quiet", "--error", "3.5%"])
             .stdout(Stdio::null())
             .stderr(Stdio::null())
             .spawn()
@@ -213,7 +213,7 @@ fn a_killed_run_goes_on_from_the_last_level() {
         let _ = child.kill();
         child.wait().expect("ended");
     }
-    run(&program, "6%", &[]).success();
+    run(&program, "3.5%", &[]).success();
     assert_eq!(program.digests(), expected);
 }
 

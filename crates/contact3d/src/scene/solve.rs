@@ -149,7 +149,7 @@ impl SolveSettings {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AdaptSettings {
-    /// Wanted discretisation error ‖u − u_h‖_A / ‖u_h‖_A: `run` cuts tetrahedra where the estimated error sits until
+    /// Wanted discretisation error ‖u − u_h‖_A / ‖u_h‖_A: `run` refines the mesh where the estimated error sits until
     /// the estimate is no larger. 0.01 is 1 %.
     pub error: f64,
     /// The mesh that refining starts from.

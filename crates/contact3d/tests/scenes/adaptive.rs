@@ -8,8 +8,10 @@ use contact3d::{
     adaptation::{AdaptiveStatus, Target, adapted, next_cuts, transferred},
     dual::smallest_eigenvalue,
     elasticity::Loads,
-    mesh::{Mesh, Quality, RefinableBody, tetrahedron_volume},
-    scene::{AdaptSettings, ElementOrder, FirstMesh, MultiplierSpace, Scene, SolveSettings},
+    mesh::{Mesh, Quality, RefinableBody, RefinedLevel, tetrahedron_volume},
+    scene::{
+        AdaptSettings, ElementOrder, FirstMesh, Functional, MultiplierSpace, Scene, SolveSettings,
+    },
 };
 use nalgebra::Vector3;
 
@@ -284,6 +286,35 @@ fn levels_meet_the_target_with_stable_multipliers() {
     let difference: f64 = difference.map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
     let size = again.multiplier.iter().map(|l| l * l).sum::<f64>().sqrt();
     assert!(difference < 1e-11 * size);
+}
+
+/// A brick that a scene leaves open is meshed anew with graded cells where these come near the target; what the stored counts
+/// give again is the mesh of the answer.
+#[test]
+fn an_open_brick_of_quadratic_elements_is_meshed_anew() {
+    let cells = |error: f64, start: FirstMesh, of: Option<Functional>| {
+        let mut scene = published(ElementOrder::P2, 2);
+        scene.adapt = Some(AdaptSettings { error, start, of });
+        let answer = adapted(scene.clone(), Path::new(""), &mut |_| {}).expect("levels");
+        assert_eq!(answer.status, AdaptiveStatus::Met);
+        let refinement = &answer.adaptation.refinement;
+        let again = Mesh::refined(&scene, Path::new(""), refinement).expect("a mesh");
+        assert_eq!(again.coordinates, answer.assembled.mesh().coordinates);
+        refinement.levels().to_vec()
+    };
+    let once = |cells| vec![RefinedLevel::Cells(cells)];
+    assert_eq!(cells(0.1, FirstMesh::Coarse, None), once([9, 3, 3]));
+    let of_force = cells(0.01, FirstMesh::Coarse, Some(Functional::NormalForce));
+    assert!(
+        matches!(of_force[0], RefinedLevel::Cells(_)),
+        "{of_force:?}"
+    );
+    let of_scene = cells(0.1, FirstMesh::Scene, None);
+    assert!(
+        of_scene
+            .iter()
+            .all(|level| matches!(level, RefinedLevel::Cuts(_)))
+    );
 }
 
 /// A body that a clamp moves as a whole, across a gap and onto nothing, has rounding for an energy: any target is met at once.

@@ -5,7 +5,7 @@ use std::path::Path;
 use contact3d::{
     Problem,
     adaptation::{AdaptiveStatus, adapted},
-    mesh::{Mesh, Refinement},
+    mesh::{Mesh, RefinedLevel, Refinement},
     post::{ContactReport, FunctionalEstimate},
     scene::{AdaptSettings, Component, ElementOrder, FirstMesh, Functional, Scene},
 };
@@ -40,7 +40,7 @@ fn on_equal_cuts(scene: &Scene, of: Functional, level: usize) -> FunctionalEstim
     let mut cuts = Refinement::default();
     for _ in 0..level {
         let mesh = Mesh::refined(scene, Path::new(""), &cuts).expect("a mesh");
-        cuts.push(vec![3; mesh.tetrahedra.len()]);
+        cuts.push(RefinedLevel::Cuts(vec![3; mesh.tetrahedra.len()]));
     }
     report(scene, &cuts)
         .functional(of)
