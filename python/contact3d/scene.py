@@ -637,7 +637,7 @@ class SolveSettings(Keys):
 class AdaptSettings(Keys):
     """The accuracy that the mesh is refined for.
 
-    :param error: Wanted discretisation error ‖u − u_h‖_A / ‖u_h‖_A: ``run`` cuts tetrahedra where the estimated
+    :param error: Wanted discretisation error ‖u − u_h‖_A / ‖u_h‖_A: ``run`` refines the mesh where the estimated
         error sits until the estimate is no larger. 0.01 is 1 %.
     :param start: The mesh that refining starts from.
     :param of: The quantity that the error is of, relative to its value; the energy norm of the displacement when

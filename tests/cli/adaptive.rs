@@ -172,7 +172,7 @@ fn a_tighter_target_draws_its_own_pictures() {
     let program = Program::new();
     let scene = pipeline("adaptive.toml");
     let scene = scene.to_str().expect("plain path");
-    let drawn = ["14%", "10%"].map(|target| {
+    let drawn = ["10%", "5%"].map(|target| {
         let mut command = program.command(&["run", scene, "run.h5", "--error", target]);
         command.assert().success();
         std::fs::read(program.path("run-figures/discretisation_error.svg")).expect("a picture")

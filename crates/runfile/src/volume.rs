@@ -12,7 +12,7 @@ use hdf5_metno as hdf5;
 use super::error::StoreError;
 use super::header;
 use super::layout::Group;
-use super::place::{AtFile, AtPlace, Place};
+use super::place::{AtFile, Place};
 use super::table::Layout;
 
 /// An open file with what is needed to judge its contents.

@@ -179,6 +179,7 @@ impl AdjointField {
                 in_box: functional.in_box.as_ref(),
             },
             by_multiplier: &functional.derivative.by_multiplier,
+            is_galerkin: true,
             over: functional.over,
         }
     }

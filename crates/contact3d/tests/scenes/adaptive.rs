@@ -304,7 +304,7 @@ fn an_open_brick_of_quadratic_elements_is_meshed_anew() {
     };
     let once = |cells| vec![RefinedLevel::Cells(cells)];
     assert_eq!(cells(0.1, FirstMesh::Coarse, None), once([9, 3, 3]));
-    let of_force = cells(0.01, FirstMesh::Coarse, Some(Functional::NormalForce));
+    let of_force = cells(0.002, FirstMesh::Coarse, Some(Functional::NormalForce));
     assert!(
         matches!(of_force[0], RefinedLevel::Cells(_)),
         "{of_force:?}"

@@ -229,7 +229,8 @@ impl<'a> BubbleElements<'a> {
                 if let Some(spring) = spring {
                     traction -= spring * self.displacement_at(field, t, &sample.at);
                 }
-                for a in touching.clone() {
+                let quadratic = (CUBIC..BUBBLES).filter(|_| !field.is_galerkin);
+                for a in touching.clone().chain(quadratic) {
                     let mut rows = load.fixed_rows_mut::<3>(3 * a);
                     rows += traction * (weight * sample.values[a]);
                 }

@@ -1,7 +1,8 @@
 //! What the conditions of contact and friction are violated by inside panes.
 
-use super::{Field, SolutionData, boundary::multipliers_between_nodes};
+use super::{Field, FieldLoads, SolutionData, boundary::multipliers_between_nodes};
 use crate::{
+    elasticity::InternalForces,
     mesh::Mesh,
     post::{Solved, SolvedContact},
     reference::{quadrature, shape::quadratic_triangle},
@@ -82,82 +83,174 @@ impl Law {
     }
 }
 
-/// The energies in J of penetration, complementarity and friction of each contact triangle,
-/// `[n_contact_facets]`.
-pub(super) fn residuals(
-    solved: &Solved<'_>,
-    contact: &SolvedContact<'_>,
-    known: &SolutionData<'_>,
-) -> Vec<[f64; 3]> {
-    let surface = contact.state.surface;
-    let laws: Vec<Law> = (0..surface.n_panes())
-        .map(|pane| law_of(contact, solved, known, pane))
-        .collect();
-    let moved = displacements(contact, known);
-    (0..surface.facets.len())
-        .map(|place| {
-            let mut sum = [0.0; 3];
-            visit(solved, contact, &laws, place, |point, law, weight| {
-                let energies = law.energies(point.value(&moved));
-                for (sum, energy) in sum.iter_mut().zip(energies) {
-                    *sum += weight * energy;
-                }
-            });
-            sum
-        })
-        .collect()
+/// The conditions of contact and friction at a solution.
+pub(super) struct Conditions<'a> {
+    solved: &'a Solved<'a>,
+    contact: &'a SolvedContact<'a>,
+    /// Of each pane, `[n_panes]`.
+    laws: Vec<Law>,
+    /// (u_ν − d, u_t1, u_t2) at the contact nodes in m, `[n_contact_nodes]`.
+    moved: Vec<[f64; 3]>,
+    /// Share of k that the body has at violations inside panes, at most 1.
+    share: f64,
+}
+
+/// What would close the violations inside panes.
+pub(super) struct Closing {
+    /// Tractions δλ on the foundation at the contact nodes in Pa, `[n_contact_nodes]`.
+    at_nodes: Vec<[f64; 3]>,
+    /// ∫ δλ·δλ/k in J: their work, were the body as stiff there as k.
+    work: f64,
+    displacement: Vec<[f64; 3]>,
+    internal: InternalForces,
+    multiplier: Vec<f64>,
+}
+
+impl Closing {
+    /// The answer of the body to these tractions alone.
+    pub(super) fn field(&self) -> Field<'_> {
+        Field {
+            displacement: &self.displacement,
+            internal: &self.internal,
+            loads: FieldLoads {
+                of_scene: false,
+                multiplier: &self.multiplier,
+                at_nodes: &self.at_nodes,
+                in_box: None,
+            },
+            by_multiplier: &[],
+            is_galerkin: false,
+            over: None,
+        }
+    }
 }
 
 /// The local errors of solution and adjoint behind a contact triangle at a point in barycentric coordinates of the tetrahedron.
-pub(super) type LocalErrors<'a> = dyn Fn(usize, &[f64; 4]) -> [[f64; 3]; 2] + 'a;
+pub(super) type ErrorsBehind<'a> = dyn Fn(usize, &[f64; 4]) -> [[f64; 3]; 2] + 'a;
 
-/// −∫ (z − q)·δλ over each contact triangle, `[n_contact_facets]`: what the contact conditions that are violated inside panes
-/// make of a functional with an adjoint z and derivative Q_λ = ∫ q; `errors` are the local ones of solution and adjoint behind a contact
-/// triangle, in the global axes, which are added to u and to z.
-pub(super) fn weighted(
-    solved: &Solved<'_>,
-    contact: &SolvedContact<'_>,
-    known: &SolutionData<'_>,
-    adjoint: &Field<'_>,
-    errors: &LocalErrors<'_>,
-) -> Vec<f64> {
-    let (mesh, surface) = (solved.mesh, contact.state.surface);
-    let layout = contact.coupling.layout;
-    let law = |pane: usize| {
-        let density = |j: usize| adjoint.by_multiplier[j] / surface.pane_area[pane];
-        let pair = layout.tangential(pane);
-        let [first, second] = pair.map_or([0.0; 2], |pair| pair.map(density));
-        Law {
-            wanted: [density(pane), first, second],
-            ..law_of(contact, solved, known, pane)
+impl<'a> Conditions<'a> {
+    pub(super) fn new(
+        solved: &'a Solved<'a>,
+        contact: &'a SolvedContact<'a>,
+        known: &SolutionData<'_>,
+    ) -> Self {
+        let panes = 0..contact.state.surface.n_panes();
+        Self {
+            solved,
+            contact,
+            laws: panes
+                .map(|pane| law_of(contact, solved, known, pane))
+                .collect(),
+            moved: displacements(contact, known),
+            share: 1.0,
         }
-    };
-    let laws: Vec<Law> = (0..surface.n_panes()).map(law).collect();
-    let moved = displacements(contact, known);
-    let frame = &contact.state.interface.frame;
-    let in_frame = |local: usize, vector: [f64; 3]| {
-        let [first, second] = frame.tangential(local, vector);
-        [frame.normal_part(local, vector), first, second]
-    };
-    let nodes = surface.nodes.iter().enumerate();
-    let nodal: Vec<[f64; 3]> = nodes
-        .map(|(local, &node)| in_frame(local, adjoint.displacement[node]))
-        .collect();
-    let behind = mesh.behind_contact();
-    let sum3 = |a: [f64; 3], b: [f64; 3]| -> [f64; 3] { std::array::from_fn(|c| a[c] + b[c]) };
-    (0..surface.facets.len())
-        .map(|place| {
+    }
+
+    /// The tractions δλ of the violations inside panes, averaged at nodes.
+    pub(super) fn closing(&self) -> Closing {
+        let (surface, mesh) = (self.contact.state.surface, self.solved.mesh);
+        let mut sums = vec![([0.0; 3], 0.0); self.moved.len()];
+        let mut work = 0.0;
+        for place in 0..surface.facets.len() {
+            self.visit(place, &self.laws, |point, law, weight| {
+                let at = point.value(&self.moved);
+                let change = law.change(at);
+                for (&node, shape) in point.nodes.iter().zip(&point.shape) {
+                    let weight = weight * shape.max(0.0);
+                    sums[node].1 += weight;
+                    (0..3).for_each(|c| sums[node].0[c] += weight * change[c]);
+                }
+                work += weight * law.energies(at).iter().sum::<f64>();
+            });
+        }
+        let frame = &self.contact.state.interface.frame;
+        let traction = |(node, (sum, weight)): (usize, ([f64; 3], f64))| {
+            let [normal, first, second] = sum.map(|part| part / weight);
+            frame.vector(node, normal, [first, second])
+        };
+        Closing {
+            at_nodes: sums.into_iter().enumerate().map(traction).collect(),
+            work,
+            displacement: vec![[0.0; 3]; mesh.coordinates.len()],
+            internal: InternalForces {
+                forces: Vec::new(),
+                stress: Vec::new(),
+                corner_stress: vec![[[0.0; 6]; 4]; mesh.tetrahedra.len()],
+            },
+            multiplier: vec![0.0; self.solved.solution.multiplier.len()],
+        }
+    }
+
+    /// The conditions of a body that answers to the tractions of `closing` with some work in J: a plate bends inside panes where a
+    /// block is only pressed.
+    pub(super) fn softened(self, closing: &Closing, response: f64) -> Self {
+        let share = if response > closing.work {
+            closing.work / response
+        } else {
+            1.0
+        };
+        Self { share, ..self }
+    }
+
+    pub(super) fn has_friction(&self) -> bool {
+        self.contact.state.interface.has_friction()
+    }
+
+    /// The energies in J of penetration, complementarity and friction of each contact triangle, `[n_contact_facets]`.
+    pub(super) fn residuals(&self) -> Vec<[f64; 3]> {
+        let of_facet = |place| {
+            let mut sum = [0.0; 3];
+            self.visit(place, &self.laws, |point, law, weight| {
+                let energies = law.energies(point.value(&self.moved));
+                for (sum, energy) in sum.iter_mut().zip(energies) {
+                    *sum += weight * self.share * energy;
+                }
+            });
+            sum
+        };
+        let n_facets = self.contact.state.surface.facets.len();
+        (0..n_facets).map(of_facet).collect()
+    }
+
+    /// −∫ (z − q)·δλ over each contact triangle, `[n_contact_facets]`: what the contact conditions that are violated inside panes
+    /// make of a functional with an adjoint z and derivative Q_λ = ∫ q; `errors` are the local ones of solution and adjoint, in the
+    /// global axes, which are added to u and to z.
+    pub(super) fn weighted(&self, adjoint: &Field<'_>, errors: &ErrorsBehind<'_>) -> Vec<f64> {
+        let (mesh, surface) = (self.solved.mesh, self.contact.state.surface);
+        let layout = self.contact.coupling.layout;
+        let law = |(pane, law): (usize, &Law)| {
+            let density = |j: usize| adjoint.by_multiplier[j] / surface.pane_area[pane];
+            let pair = layout.tangential(pane);
+            let [first, second] = pair.map_or([0.0; 2], |pair| pair.map(density));
+            Law {
+                wanted: [density(pane), first, second],
+                ..*law
+            }
+        };
+        let laws: Vec<Law> = self.laws.iter().enumerate().map(law).collect();
+        let frame = &self.contact.state.interface.frame;
+        let in_frame = |local: usize, vector: [f64; 3]| {
+            let [first, second] = frame.tangential(local, vector);
+            [frame.normal_part(local, vector), first, second]
+        };
+        let nodes = surface.nodes.iter().enumerate();
+        let nodal: Vec<[f64; 3]> = nodes
+            .map(|(local, &node)| in_frame(local, adjoint.displacement[node]))
+            .collect();
+        let behind = mesh.behind_contact();
+        let sum3 = |a: [f64; 3], b: [f64; 3]| -> [f64; 3] { std::array::from_fn(|c| a[c] + b[c]) };
+        let of_facet = |place: usize| {
             let mut sum = 0.0;
             let facet = mesh.facets[surface.facets[place]];
             let tetrahedron = mesh.tetrahedra[behind[place]];
-            visit(solved, contact, &laws, place, |point, law, weight| {
+            self.visit(place, &laws, |point, law, weight| {
                 let at = tetrahedron.map(|node| {
                     let corner = facet.iter().position(|n| *n == node);
                     corner.map_or(0.0, |corner| point.share[corner])
                 });
                 let [own, of_adjoint] = errors(place, &at).map(|e| in_frame(point.nodes[0], e));
                 let z = sum3(point.value(&nodal), of_adjoint);
-                let change = law.change(sum3(point.value(&moved), own));
+                let change = law.change(sum3(point.value(&self.moved), own));
                 let wanted = match &adjoint.over {
                     None => law.wanted,
                     Some(part) => {
@@ -166,12 +259,40 @@ pub(super) fn weighted(
                     }
                 };
                 for c in 0..3 {
-                    sum -= weight * (z[c] - wanted[c]) * change[c];
+                    sum -= weight * self.share * (z[c] - wanted[c]) * change[c];
                 }
             });
             sum
-        })
-        .collect()
+        };
+        (0..surface.facets.len()).map(of_facet).collect()
+    }
+
+    /// Visits the points of integration of a contact triangle with the law there and their weight in m².
+    fn visit(&self, place: usize, laws: &[Law], mut visited: impl FnMut(FacePoint<'_>, Law, f64)) {
+        let (mesh, surface) = (self.solved.mesh, self.contact.state.surface);
+        let facet = surface.facets[place];
+        let nodes = mesh.facet_nodes(facet);
+        let nodes: Vec<usize> = nodes
+            .map(|node| surface.contact_nodes(place, [node])[0])
+            .collect();
+        let area = mesh.facet_area(facet);
+        for (share, weight) in quadrature::triangle() {
+            let shape = match mesh.mid_edges {
+                None => share.to_vec(),
+                Some(_) => quadratic_triangle(&share).to_vec(),
+            };
+            let law = match surface.pane_of_facet(place) {
+                Some(pane) => laws[pane],
+                None => between_nodes(mesh, self.contact, laws, place, share),
+            };
+            let point = FacePoint {
+                nodes: &nodes,
+                shape,
+                share,
+            };
+            visited(point, law, weight * area);
+        }
+    }
 }
 
 /// A point of integration on a contact triangle.
@@ -190,41 +311,6 @@ impl FacePoint<'_> {
             let terms = self.nodes.iter().zip(&self.shape);
             terms.map(|(&n, w)| w * nodal[n][c]).sum()
         })
-    }
-}
-
-/// Visits the points of integration of a contact triangle with the law there and their weight in m².
-fn visit(
-    solved: &Solved<'_>,
-    contact: &SolvedContact<'_>,
-    laws: &[Law],
-    place: usize,
-    mut visited: impl FnMut(FacePoint<'_>, Law, f64),
-) {
-    let surface = contact.state.surface;
-    let (face, facet) = (surface.face_of_facet(place), surface.facets[place]);
-    let nodes: Vec<usize> = solved
-        .mesh
-        .facet_nodes(facet)
-        .filter_map(|node| surface.contact_node(face, node))
-        .collect();
-    let area = solved.mesh.facet_area(facet);
-    for (share, weight) in quadrature::triangle() {
-        let shape = match solved.mesh.mid_edges {
-            None => share.to_vec(),
-            Some(_) => quadratic_triangle(&share).to_vec(),
-        };
-        let law = match surface.pane_of_facet(place) {
-            Some(pane) => laws[pane],
-            None => between_nodes(solved.mesh, contact, laws, place, share),
-        };
-        let nodes = &nodes;
-        let point = FacePoint {
-            nodes,
-            shape,
-            share,
-        };
-        visited(point, law, weight * area);
     }
 }
 

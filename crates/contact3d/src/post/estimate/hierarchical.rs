@@ -33,7 +33,8 @@ const STEPS: usize = 4;
 /// See [`STEPS`]; an estimate within a percent serves.
 const GAIN: f64 = 2e-3;
 
-/// Cubes take ten steps, cells of 1 : 100 some three hundred.
+/// Cubes take ten steps, cells of 1 : 100 some three hundred. After so many the error found so far is the estimate: energies only
+/// grow from step to step, so it is too small rather than too large.
 const MOST_STEPS: usize = 500;
 
 /// Numbers of all fields, side by side.
@@ -118,6 +119,8 @@ pub(super) struct HierarchicalErrors {
     /// The largest scaled load of each field.
     size: Vec<f64>,
     numbering: BubbleNumbering,
+    /// a(e, e) of each field in J, likewise, `[n_fields]`.
+    pub(super) energies: Vec<f64>,
 }
 
 impl HierarchicalErrors {
@@ -133,7 +136,11 @@ impl HierarchicalErrors {
         let scale = scales(&numbering, &parts);
         let (right, size) = scaled_loads(&numbering, &parts, &scale, fields.len());
         let stiffness = ScaledStiffness::new(&numbering, &scale, parts);
-        let scaled = stiffness.solve(right);
+        let (scaled, energies) = stiffness.solve(right);
+        let energies = energies.iter().zip(&size);
+        let energies = energies
+            .map(|(energy, size)| energy * size * size / SEEN)
+            .collect();
         let products = tetrahedra.into_par_iter().map(|t| {
             let local = stiffness.gathered(t, &scaled);
             let forces = stiffness.product(t, &local);
@@ -154,6 +161,7 @@ impl HierarchicalErrors {
             scale,
             size,
             numbering,
+            energies,
         }
     }
 
@@ -328,8 +336,8 @@ impl<'a> ScaledStiffness<'a> {
         places.map(sum).collect_into_vec(result);
     }
 
-    /// Conjugate gradients for every lane on its own, from zero.
-    fn solve(&self, mut residual: Vec<Lanes>) -> Vec<Lanes> {
+    /// Conjugate gradients for every lane on its own, from zero; with the energies of the solutions.
+    fn solve(&self, mut residual: Vec<Lanes>) -> (Vec<Lanes>, [f64; LANES]) {
         let mut solution = vec![[0.0; LANES]; residual.len()];
         let mut direction = residual.clone();
         let (mut of_elements, mut image) = (Vec::new(), Vec::new());
@@ -355,7 +363,7 @@ impl<'a> ScaledStiffness<'a> {
             let all = direction.par_iter_mut().zip(&residual);
             all.for_each(|(d, r)| (0..LANES).for_each(|l| d[l] = r[l] + turn[l] * d[l]));
         }
-        solution
+        (solution, energy)
     }
 }
 

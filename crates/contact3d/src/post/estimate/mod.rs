@@ -3,11 +3,12 @@
 //!
 //! With the multipliers λ_h as tractions on Γ_c, u_h is the Galerkin solution of a linear problem.
 //! * For linear tetrahedra its error is how far its stress is from a smoother one (`recovery`).
-//! * For quadratic ones it is that of the same problem in cubic polynomials that vanish at the nodes, joined between the tetrahedra
-//!   (`bubbles`, `hierarchical`).
+//! * For quadratic ones it is that of the same problem in cubic polynomials that vanish at the corners, joined between the
+//!   tetrahedra (`bubbles`, `hierarchical`).
 //!
 //! What the multipliers themselves are wrong by is the residual of the contact conditions *inside*
-//! panes (`contact`), δλ = P(λ + k (u − d)) − λ with the local stiffness k in Pa/m, worth ∫ δλ²/k.
+//! panes (`contact`), δλ = P(λ + k (u − d)) − λ with the local stiffness k in Pa/m, worth ∫ δλ²/k. Quadratic tetrahedra that are softer
+//! there, such as those of plates, answer to δλ with more work than that; then k is as many times smaller.
 //!
 //! Both are estimates and no bounds: near singularities the better stress or the next polynomials see
 //! only part of the error.
@@ -27,6 +28,7 @@ pub(super) use box_load::{BoxLoad, FacePart};
 
 use boundary::LoadedBoundary;
 use bubbles::{BubbleElements, BubbleField};
+use contact::{Closing, Conditions};
 use hierarchical::HierarchicalErrors;
 
 /// The estimated discretisation error of a solution, in the energy norm ‖v‖_A = √a(v, v), √J.
@@ -66,6 +68,8 @@ pub(super) struct Field<'a> {
     pub(super) loads: FieldLoads<'a>,
     /// Q_λ of the functional it is the adjoint of, `[n_multipliers]`; empty for the solution.
     pub(super) by_multiplier: &'a [f64],
+    /// Whether it solves the discrete problem, so that its residual vanishes on quadratic functions.
+    pub(super) is_galerkin: bool,
     /// The part of the contact faces that Q is the mean pressure of; `None` for other functionals.
     pub(super) over: Option<FacePart>,
 }
@@ -108,8 +112,9 @@ impl ErrorEstimate {
         Self::with_adjoints(solved, known, &[]).0
     }
 
-    /// As [`Self::new`], with what the mesh contributes to Q(u) − Q(u_h) of functionals whose adjoints are given: a_T(e, e_z) of the local errors of solution and adjoint (for linear tetrahedra of their
-    /// recovered stresses), and −∫ (z − q)·δλ of the contact conditions, with what the local errors add to displacements there.
+    /// As [`Self::new`], with what the mesh contributes to Q(u) − Q(u_h) of functionals whose adjoints are given: a_T(e, e_z) of the
+    /// local errors of solution and adjoint (for linear tetrahedra of their recovered stresses), and −∫ (z − q)·δλ of the contact
+    /// conditions, with what the local errors add to displacements there.
     pub(super) fn with_adjoints(
         solved: &Solved<'_>,
         known: &SolutionData<'_>,
@@ -119,50 +124,31 @@ impl ErrorEstimate {
         if 2.0 * known.strain_energy <= known.rounding {
             return (Self::of_rest(solved), Vec::new());
         }
-        let material = MaterialField::new(solved.scene, mesh);
-        let solution = Field {
-            displacement: known.displacement,
-            internal: known.internal,
-            loads: FieldLoads {
-                of_scene: true,
-                multiplier: &solved.solution.multiplier,
-                at_nodes: &[],
-                in_box: None,
-            },
-            by_multiplier: &[],
-            over: None,
-        };
-        let fields: Vec<Field<'_>> = std::iter::once(solution)
-            .chain(adjoints.iter().copied())
-            .collect();
         let behind = mesh.behind_contact();
-        let (products, at_contact) = match mesh.mid_edges {
-            None => (recovery::products(mesh, &material, &fields), Vec::new()),
-            Some(_) => {
-                let boundary = LoadedBoundary::new(solved);
-                let elements = BubbleElements::new(solved, &boundary, &material);
-                let errors = HierarchicalErrors::new(mesh, &elements, &fields);
-                let shared = behind.iter().filter(|_| !adjoints.is_empty());
-                let of = |t: usize| {
-                    (0..fields.len())
-                        .map(|field| errors.field(t, field))
-                        .collect()
-                };
-                let at_contact: Vec<Vec<BubbleField>> = shared.map(|t| of(*t)).collect();
-                (errors.products, at_contact)
-            }
-        };
+        let conditions = solved.contact.as_ref();
+        let conditions = conditions.map(|contact| Conditions::new(solved, contact, known));
+        let closing = conditions.as_ref().filter(|_| mesh.mid_edges.is_some());
+        let closing = closing.map(Conditions::closing);
+        let LocalErrors {
+            products,
+            at_contact,
+            response,
+        } = LocalErrors::new(solved, known, adjoints, closing.as_ref(), &behind);
+        let conditions = conditions.map(|it| match &closing {
+            Some(closing) => it.softened(closing, response),
+            None => it,
+        });
         let mut squares: Vec<f64> = products.iter().map(|of| of[0]).collect();
         let elements: f64 = squares.iter().sum();
         let shares = adjoints.iter().enumerate().map(|(k, adjoint)| {
             let mut of_tetrahedra: Vec<f64> = products.iter().map(|of| of[k + 1]).collect();
             let mut of_contact = 0.0;
-            if let Some(contact) = &solved.contact {
+            if let Some(conditions) = &conditions {
                 let errors = |place: usize, at: &[f64; 4]| {
                     let of: Option<&Vec<BubbleField>> = at_contact.get(place);
                     of.map_or([[0.0; 3]; 2], |of| [of[0].at(at), of[k + 1].at(at)])
                 };
-                let sides = contact::weighted(solved, contact, known, adjoint, &errors);
+                let sides = conditions.weighted(adjoint, &errors);
                 for (tetrahedron, share) in behind.iter().zip(sides) {
                     of_tetrahedra[*tetrahedron] += share;
                     of_contact += share;
@@ -174,8 +160,8 @@ impl ErrorEstimate {
             }
         });
         let shares = shares.collect();
-        let contact = solved.contact.map(|contact| {
-            let sides = contact::residuals(solved, &contact, known);
+        let contact = conditions.map(|conditions| {
+            let sides = conditions.residuals();
             let mut sum = [0.0; 3];
             for (&tetrahedron, energies) in behind.iter().zip(sides) {
                 for (sum, energy) in sum.iter_mut().zip(energies) {
@@ -187,7 +173,7 @@ impl ErrorEstimate {
             ContactError {
                 penetration,
                 complementarity,
-                friction: contact.state.interface.has_friction().then_some(friction),
+                friction: conditions.has_friction().then_some(friction),
             }
         });
         let estimate = Self {
@@ -256,6 +242,70 @@ impl ErrorEstimate {
             0.0
         } else {
             error / self.displacement
+        }
+    }
+}
+
+/// The local errors of the solution and of adjoints.
+struct LocalErrors {
+    /// a_T(e, e) of the solution and a_T(e, e_z) with each adjoint, `[n_tetrahedra, 1 + n_adjoints]`.
+    products: Vec<Vec<f64>>,
+    /// The errors themselves behind each contact triangle, `[n_contact_facets, 1 + n_adjoints]`; empty for linear tetrahedra and
+    /// without adjoints.
+    at_contact: Vec<Vec<BubbleField>>,
+    /// Work in J with which quadratic tetrahedra answer to the tractions that close violations inside panes.
+    response: f64,
+}
+
+impl LocalErrors {
+    /// Those of a solved problem; `behind` are the tetrahedra of the contact triangles.
+    fn new(
+        solved: &Solved<'_>,
+        known: &SolutionData<'_>,
+        adjoints: &[Field<'_>],
+        closing: Option<&Closing>,
+        behind: &[usize],
+    ) -> Self {
+        let mesh = solved.mesh;
+        let material = MaterialField::new(solved.scene, mesh);
+        let solution = Field {
+            displacement: known.displacement,
+            internal: known.internal,
+            loads: FieldLoads {
+                of_scene: true,
+                multiplier: &solved.solution.multiplier,
+                at_nodes: &[],
+                in_box: None,
+            },
+            by_multiplier: &[],
+            is_galerkin: true,
+            over: None,
+        };
+        let closing = closing.iter().map(|closing| closing.field());
+        let fields = std::iter::once(solution).chain(adjoints.iter().copied());
+        let fields: Vec<Field<'_>> = fields.chain(closing).collect();
+        match mesh.mid_edges {
+            None => Self {
+                products: recovery::products(mesh, &material, &fields),
+                at_contact: Vec::new(),
+                response: 0.0,
+            },
+            Some(_) => {
+                let boundary = LoadedBoundary::new(solved);
+                let elements = BubbleElements::new(solved, &boundary, &material);
+                let errors = HierarchicalErrors::new(mesh, &elements, &fields);
+                let shared = behind.iter().filter(|_| !adjoints.is_empty());
+                let of = |t: usize| {
+                    let shown = 0..=adjoints.len();
+                    shown.map(|field| errors.field(t, field)).collect()
+                };
+                let at_contact: Vec<Vec<BubbleField>> = shared.map(|t| of(*t)).collect();
+                Self {
+                    products: errors.products,
+                    at_contact,
+                    response: errors.energies.last().copied().unwrap_or_default(),
+                }
+            }
         }
     }
 }
