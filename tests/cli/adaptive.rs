@@ -135,6 +135,12 @@ fn quantities_that_are_not_there_are_refused() {
     );
     let flat = "{ mean_displacement = { box = [[0, 0, 0], [1, 1, 0]], component = \"z\" } }";
     refused("frictionless.toml", flat, &["adapt.of", "volume"]);
+    refused("gmsh_foot.toml", "normal_force", &["adapt.of", "quadratic"]);
+    refused(
+        "frictionless.toml",
+        "mean_pressure",
+        &["adapt.of", "box = [["],
+    );
     assert_eq!(program.everything(), before);
 }
 

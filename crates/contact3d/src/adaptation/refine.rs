@@ -334,9 +334,9 @@ fn nothing_to_refine_for(of: Option<Functional>) -> Invalid {
     let name = of.map_or("", Functional::word);
     Invalid {
         key: "adapt.of".into(),
-        expected: "a quantity that the answer has, other than zero, with S as a dense matrix; forces and pressures on quadratic tetrahedra".into(),
+        expected: "a quantity that the answer has, other than zero, with S as a dense matrix".into(),
         found: format!("{name}, which is zero or has no estimate"),
-        help: "leave it out to refine for the energy norm, set body.element = \"P2\", refine the first mesh, or set assemble.dual_operator = \"explicit\""
+        help: "leave it out to refine for the energy norm, refine the first mesh, or set assemble.dual_operator = \"explicit\""
             .into(),
     }
 }

@@ -36,6 +36,18 @@ const CHOICES: [(&str, &[&str], &str); 5] = [
     ("body", SHAPES, "body.gmsh = { file = \"foot.msh\" }"),
 ];
 
+/// Words that need a box beside them, as they are found without one, and how to write it.
+const WITH_BOX: [(&str, &str); 2] = [
+    (
+        "\"mean_pressure\"",
+        "of = { mean_pressure = { box = [[0.0, 0.0, 0.0], [1.0, 1.0, 0.0]] } }",
+    ),
+    (
+        "\"mean_displacement\"",
+        "of = { mean_displacement = { box = [[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]], component = \"z\" } }",
+    ),
+];
+
 /// The words of the parser for types, and ours.
 const TYPES: [(&str, &str); 11] = [
     ("a boolean", "true or false"),
@@ -92,6 +104,15 @@ pub(super) fn in_words(
     };
     let Some((place, kinds, example)) = choice else {
         let found = key.as_deref().map(&found_at).unwrap_or_default();
+        if let [found] = found.as_slice()
+            && let Some((_, example)) = WITH_BOX.iter().find(|(word, _)| found == word)
+        {
+            return ParserWords {
+                key: key.clone(),
+                message: format!("expected a table with the box of the mean, found {found}"),
+                help: format!("write {example}; --of takes what is right of the sign ="),
+            };
+        }
         return plain(match found.as_slice() {
             [found] if is_no_word => format!("expected a word, found {found}"),
             _ if is_no_word || is_no_kind => "expected a word, found a table".to_owned(),

@@ -1,6 +1,6 @@
 //! The quantity that a mesh is refined for.
 
-use crate::scene::{Functional, Invalid, Scene};
+use crate::scene::{ElementOrder, Functional, Invalid, Scene};
 
 /// Refuses a quantity that no answer of the scene has.
 pub(super) fn check(scene: &Scene, of: Functional) -> Result<(), Invalid> {
@@ -30,6 +30,18 @@ pub(super) fn check(scene: &Scene, of: Functional) -> Result<(), Invalid> {
             return refused(
                 "a quantity of a scene with several contact faces",
                 "tangential forces of several faces, each in axes of its own, have no sum",
+            );
+        }
+        Functional::NormalForce
+        | Functional::TangentialForce
+        | Functional::LargestPressure
+        | Functional::MeanPressure { .. }
+            if scene.body.element == ElementOrder::P1 =>
+        {
+            return refused(
+                "a quantity whose error linear tetrahedra show",
+                "local errors of linear elements do not reach the contact face: set body.element = \"P2\", with a mesh file of quadratic \
+                 tetrahedra (gmsh -order 2), or refine for displacements, the strain energy or areas",
             );
         }
         Functional::Dissipation => {

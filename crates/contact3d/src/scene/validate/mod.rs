@@ -8,11 +8,12 @@ mod functional;
 mod history;
 mod material;
 mod obstacle;
+mod solve;
 mod supports;
 
 use std::fmt;
 
-use super::{Invalid, Quantity, Scene, Written, solve::SMALLEST_ERROR};
+use super::{Invalid, Quantity, Scene, Written};
 
 /// Refuses `found` at `key` unless `ok`.
 fn require(
@@ -71,18 +72,6 @@ impl Scene {
         contact::check(self)?;
         friction::check(self)?;
         history::check(self)?;
-        if let Some(adapt) = self.adapt {
-            if let Some(of) = adapt.of {
-                functional::check(self, of)?;
-            }
-            require(
-                (SMALLEST_ERROR..=1.0).contains(&adapt.error),
-                "adapt.error",
-                "a share between 1e-8 and 1 of the energy norm, or of the quantity `adapt.of`",
-                adapt.error,
-                "write 0.03, or --error 3%, for three percent; below 1e-8 rounding hides the error, above 1 any answer would do",
-            )?;
-        }
-        self.solve.validate("solve")
+        solve::check(self)
     }
 }
