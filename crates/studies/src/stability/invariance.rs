@@ -151,12 +151,11 @@ fn changed(
         let Some(image) = redescription.apply(scene)? else {
             return Ok(None);
         };
-        let other = match redescription {
-            Redescription::Units(_) => ExplicitProblem::refined(image, folder, cuts)?,
-            // The tetrahedra of an image are numbered otherwise, so cuts have no image.
-            _ if !cuts.is_empty() => return Ok(None),
-            _ => ExplicitProblem::new(image, folder)?,
-        };
+        // The tetrahedra of an image in space are numbered otherwise, so cuts have no image.
+        if !cuts.is_empty() && !matches!(redescription, Redescription::Units(_)) {
+            return Ok(None);
+        }
+        let other = ExplicitProblem::refined(image, folder, cuts)?;
         let solution = other.assembled.solve(&scene.solve)?;
         let multiplier = match redescription {
             Redescription::Units(units) => {

@@ -1,9 +1,9 @@
 //! The same problem in other units, in a mirror, or with two axes exchanged.
 
 use contact3d::scene::{
-    Coefficient, Component, Contact, Cylinder, Friction, Grid, HalfSpace, Height, Invalid,
-    LawPoint, Material, Obstacle, POSITION, Part, Quantity, Ramp, Scene, SlipDerivative, Sphere,
-    SteppedValue, Table,
+    Body, Clamp, Coefficient, Component, Contact, Cylinder, Friction, Functional, Grid, HalfSpace,
+    Height, Invalid, LawPoint, Material, Obstacle, POSITION, Part, Quantity, Ramp, Region, Scene,
+    SlipDerivative, Sphere, Spring, SteppedValue, Table,
 };
 
 /// Another description of a problem.
@@ -55,40 +55,6 @@ impl Redescription {
         let units = self.units();
         let force_density = units.stress / units.length;
         let mut image = scene.clone();
-        self.map_body(&mut image);
-        for clamp in &mut image.clamps {
-            clamp.face.iter_mut().for_each(|face| self.map_face(face));
-            clamp.corners.iter_mut().for_each(|c| self.map_corners(c));
-            for component in &mut clamp.components {
-                *component = match (self, *component) {
-                    (Self::Exchange, Component::X) => Component::Y,
-                    (Self::Exchange, Component::Y) => Component::X,
-                    (_, same) => same,
-                };
-            }
-            clamp.value = self.vector(clamp.value.each_ref(), units.displacement);
-        }
-        for spring in &mut image.springs {
-            let stiffness = units.stress / units.displacement;
-            self.map_face(&mut spring.face);
-            for value in spring.normal.iter_mut().chain(&mut spring.tangential) {
-                *value = self.quantity(value, stiffness);
-            }
-            if let Some(tensor) = &mut spring.tensor {
-                *tensor = self.tensor(tensor, stiffness);
-            }
-        }
-        for traction in &mut image.tractions {
-            self.map_face(&mut traction.face);
-            traction.value = self.vector(traction.value.each_ref(), units.stress);
-        }
-        for pressure in &mut image.pressures {
-            self.map_face(&mut pressure.face);
-            pressure.value = self.quantity(&pressure.value, units.stress);
-        }
-        if let Some(force) = &mut image.body_force {
-            force.value = self.vector(force.value.each_ref(), force_density);
-        }
         image.map_step_values(|target, values| {
             let factor = match target {
                 SteppedValue::Traction(_) | SteppedValue::Pressure(_) => units.stress,
@@ -100,10 +66,54 @@ impl Redescription {
                 numbers => numbers.iter().map(|n| self.quantity(n, factor)).collect(),
             }
         })?;
-        for contact in &mut image.contacts {
-            self.map_contact(contact);
+        // Every key by name, so that a new one does not compile before it is said what becomes of it.
+        let Scene {
+            title: _,
+            reference: _,
+            units: _,
+            parameters: _,
+            body,
+            material,
+            regions,
+            clamps,
+            springs,
+            tractions,
+            pressures,
+            body_force,
+            contacts,
+            friction,
+            steps: _,
+            assemble: _,
+            solve: _,
+            adapt,
+        } = &mut image;
+        self.map_body(body);
+        self.map_material(material);
+        regions
+            .iter_mut()
+            .for_each(|region| self.map_region(region));
+        clamps.iter_mut().for_each(|clamp| self.map_clamp(clamp));
+        springs
+            .iter_mut()
+            .for_each(|spring| self.map_spring(spring));
+        for traction in tractions {
+            self.map_face(&mut traction.face);
+            traction.value = self.vector(traction.value.each_ref(), units.stress);
         }
-        image.friction = image.friction.as_ref().map(|own| self.friction(own));
+        for pressure in pressures {
+            self.map_face(&mut pressure.face);
+            pressure.value = self.quantity(&pressure.value, units.stress);
+        }
+        if let Some(force) = body_force {
+            force.value = self.vector(force.value.each_ref(), force_density);
+        }
+        contacts
+            .iter_mut()
+            .for_each(|contact| self.map_contact(contact));
+        *friction = friction.as_ref().map(|own| self.friction(own));
+        if let Some(of) = adapt.as_mut().and_then(|adapt| adapt.of.as_mut()) {
+            self.map_functional(of);
+        }
         Ok(Some(image))
     }
 
@@ -219,10 +229,10 @@ impl Redescription {
         ];
     }
 
-    fn map_body(self, scene: &mut Scene) {
+    fn map_body(self, body: &mut Body) {
         if let Self::Units(units) = self {
-            scene.body.scale(units.length);
-        } else if let Some(brick) = scene.body.as_brick_mut() {
+            body.scale(units.length);
+        } else if let Some(brick) = body.as_brick_mut() {
             brick.size = self.triple(brick.size);
             brick.cells = self.triple(brick.cells);
             let (grading, planes) = (&mut brick.grading, &mut brick.coordinates);
@@ -238,12 +248,57 @@ impl Redescription {
                 std::mem::swap(&mut planes.x, &mut planes.y);
             }
         }
-        self.map_material(&mut scene.material);
-        for region in &mut scene.regions {
-            self.map_material(&mut region.material);
-            if let Part::Box(part) = &mut region.part {
-                self.map_corners(part);
+    }
+
+    fn map_region(self, region: &mut Region) {
+        self.map_material(&mut region.material);
+        if let Part::Box(part) = &mut region.part {
+            self.map_corners(part);
+        }
+    }
+
+    fn map_clamp(self, clamp: &mut Clamp) {
+        clamp.face.iter_mut().for_each(|face| self.map_face(face));
+        clamp.corners.iter_mut().for_each(|c| self.map_corners(c));
+        let components = &mut clamp.components;
+        components.iter_mut().for_each(|c| self.map_component(c));
+        clamp.value = self.vector(clamp.value.each_ref(), self.units().displacement);
+    }
+
+    fn map_component(self, component: &mut Component) {
+        *component = match (self, *component) {
+            (Self::Exchange, Component::X) => Component::Y,
+            (Self::Exchange, Component::Y) => Component::X,
+            (_, same) => same,
+        };
+    }
+
+    fn map_spring(self, spring: &mut Spring) {
+        let stiffness = self.units().stress / self.units().displacement;
+        self.map_face(&mut spring.face);
+        for value in spring.normal.iter_mut().chain(&mut spring.tangential) {
+            *value = self.quantity(value, stiffness);
+        }
+        if let Some(tensor) = &mut spring.tensor {
+            *tensor = self.tensor(tensor, stiffness);
+        }
+    }
+
+    fn map_functional(self, of: &mut Functional) {
+        match of {
+            Functional::MeanDisplacement { corners, component } => {
+                self.map_corners(corners);
+                self.map_component(component);
             }
+            Functional::MeanPressure { corners } => self.map_corners(corners),
+            Functional::NormalForce
+            | Functional::TangentialForce
+            | Functional::LargestPressure
+            | Functional::ContactArea
+            | Functional::StickArea
+            | Functional::LargestDisplacement
+            | Functional::StrainEnergy
+            | Functional::Dissipation => {}
         }
     }
 

@@ -1,7 +1,7 @@
 //! Transformations of scenes and their inverses.
 
 use super::{Redescription, UnitChange};
-use contact3d::scene::{Brick, BrickFace, Scene};
+use contact3d::scene::{AdaptSettings, Brick, BrickFace, Component, FirstMesh, Functional, Scene};
 
 fn scene() -> Scene {
     let text = include_str!("../../../../pipelines/expression_law.toml");
@@ -64,4 +64,45 @@ fn bodies_from_files_have_no_mirror_image() {
     let scene = Scene::parse("gmsh_foot.toml", text).expect("a pipeline");
     assert!(scene.body.mesh_file().is_some());
     assert_eq!(Redescription::mirror(&scene).apply(&scene).unwrap(), None);
+}
+
+/// The box of a mean goes with the body, and its component with the axes.
+#[test]
+fn the_quantity_to_refine_for_has_an_image() {
+    let mut scene = scene();
+    scene.body = Brick::new([3.0, 1.0, 1.0], [6, 2, 2]).into();
+    let mean = |corners, component| Functional::MeanDisplacement { corners, component };
+    let corners = [[2.0, 0.0, 0.5], [3.0, 0.25, 1.0]];
+    scene.adapt = Some(AdaptSettings {
+        error: 0.1,
+        start: FirstMesh::Scene,
+        of: Some(mean(corners, Component::X)),
+    });
+    let scaling = Redescription::Units(UnitChange {
+        length: 2.0,
+        displacement: 2.0,
+        stress: 0.5,
+    });
+    for (map, corners, component) in [
+        (
+            scaling,
+            corners.map(|corner| corner.map(|x| 2.0 * x)),
+            Component::X,
+        ),
+        (
+            Redescription::mirror(&scene),
+            [[2.0, 0.75, 0.5], [3.0, 1.0, 1.0]],
+            Component::X,
+        ),
+        (
+            Redescription::Exchange,
+            [[0.0, 2.0, 0.5], [0.25, 3.0, 1.0]],
+            Component::Y,
+        ),
+    ] {
+        let image = map.apply(&scene).unwrap().expect("a brick on z_min");
+        let of = image.adapt.and_then(|adapt| adapt.of);
+        assert_eq!(of, Some(mean(corners, component)));
+        image.validate().expect("a scene");
+    }
 }
