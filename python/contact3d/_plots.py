@@ -43,7 +43,9 @@ def draw_panes(run: "Run", name: str, face: str | None, time: float | None, ax: 
     if is_zone:
         add_legend(ax)
     else:
-        ax.figure.colorbar(colours, ax=ax, label=words if unit == "1" else f"{words} [{unit}]")
+        size, unit = multiple(values, unit)
+        ticks = lambda value, _: f"{value / size:g}"  # noqa: E731
+        ax.figure.colorbar(colours, ax=ax, format=ticks, label=words if unit == "1" else f"{words} [{unit}]")
     length = run["mesh/coordinates"].units
     ax.set(xlabel=f"{'xyz'[first]} [{length}]", ylabel=f"{'xyz'[second]} [{length}]", aspect="equal")
     ax.set_title(words if time is None else f"{words}, time {float(row.time):g}")
@@ -71,6 +73,14 @@ def figure(panes: xr.Dataset, name: str) -> xr.DataArray:
     if component not in values.friction_axis.values:
         raise ValueError(f"name a component, as {variable}.t1")
     return values.sel(friction_axis=component)
+
+
+def multiple(values: xr.DataArray, unit: str) -> tuple[float, str]:
+    """The multiple of m or Pa that prints the largest value as a number from 1 to 1000, with its size."""
+    largest = float(np.abs(values).max()) if unit in ("m", "Pa") else 0.0
+    power = 3 * int(np.floor(np.log10(largest) / 3)) if largest > 0 else 0
+    prefixes = {-9: "n", -6: "\N{MICRO SIGN}", -3: "m", 3: "k", 6: "M", 9: "G"}
+    return (10.0**power, prefixes[power] + unit) if power in prefixes else (1.0, unit)
 
 
 def zone_style() -> dict[str, Any]:

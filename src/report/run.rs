@@ -199,7 +199,7 @@ impl<'a> SolvedRun<'a> {
         vector.map(|part| if part.abs() <= noise { 0.0 } else { part })
     }
 
-    /// The name that the scene gives a clamp, load or spring, before the one by its number.
+    /// The name that the scene gives a clamp, load or contact face, before the one by its number.
     fn name_of(&self, source: &str) -> String {
         let scene = self.scene;
         let given = source.split_once('.').and_then(|(kind, number)| {
@@ -208,6 +208,7 @@ impl<'a> SolvedRun<'a> {
                 "clamp" => scene.clamps.get(number)?.name.as_deref(),
                 "traction" => scene.tractions.get(number)?.name.as_deref(),
                 "pressure" => scene.pressures.get(number)?.name.as_deref(),
+                "contact" => scene.contacts.get(number)?.name.as_deref(),
                 _ => None,
             }
         });

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use plots::{BranchDiagram, ChartAxis, Curve, CurveKind, Mark, MarkKind, Picture};
 use studies::branches::{Branches, Path, PathEnd, PathPoint, PointKind};
-use units::{Dimension, Unit, Units};
+use units::{Dimension, Units};
 
-use super::PictureFolder;
+use super::{PictureFolder, sweep_charts::setting_unit};
 use crate::{pipeline::StageError, report::branches::kind_words};
 
 /// Width in pixels.
@@ -34,7 +34,7 @@ pub(super) fn diagrams(branches: &Branches, units: Units) -> [Picture; 2] {
     type Quantity = fn(&PathPoint) -> f64;
     let quantities: [(&str, Quantity); 2] = [
         ("normal contact force", |point| point.normal_force),
-        ("tangential contact force along t1", |point| {
+        ("tangential multiplier force along t1", |point| {
             point.tangential_force[0]
         }),
     ];
@@ -55,7 +55,10 @@ fn diagram(
     let paths = || branches.paths.iter();
     BranchDiagram {
         title: format!("Solutions over {}", branches.range.key),
-        x: along(&branches.range.key, Unit::none()),
+        x: along(
+            &branches.range.key,
+            setting_unit(&branches.range.key, units),
+        ),
         y: ChartAxis::linear(label, units.of(Dimension::FORCE)),
         curves: paths().flat_map(|path| curves(path, quantity)).collect(),
         marks: paths().flat_map(|path| marks(path, quantity)).collect(),

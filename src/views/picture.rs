@@ -276,9 +276,9 @@ fn pane_friction(pane: &PaneState, given: bool) -> Option<DrawnFriction> {
     Some(DrawnFriction {
         scaled_tangential,
         semi_axes,
-        stress: match pane.zone {
-            Zone::Open => [0.0; 2],
-            Zone::Stick | Zone::Slip => stress,
+        stress: match (pane.zone, coulomb) {
+            (Zone::Open, Some(_)) => [0.0; 2],
+            _ => stress,
         },
         turn: 0.0,
         zone: match pane.zone {

@@ -1,5 +1,7 @@
 //! Line charts with linear or logarithmic axes, a legend, and values that show when pointed at.
 
+use std::slice;
+
 use units::Unit;
 
 use super::{
@@ -23,7 +25,10 @@ pub(super) const BOTTOM: f64 = 64.0;
 pub(super) const LEGEND_WIDTH: f64 = 250.0;
 const RIGHT_MARGIN: f64 = 28.0;
 pub(super) const LEGEND_LINE: f64 = 22.0;
+/// Radius of markers.
 const MARKER: f64 = 4.2;
+/// Radius of markers that are close to each other.
+const LEAST_MARKER: f64 = 1.2;
 
 /// The palette of M. Okabe and K. Ito, which people with colour-deficient sight can tell apart.
 const COLOURS: [Colour; 7] = [
@@ -343,18 +348,28 @@ fn colour(number: usize) -> Colour {
 fn draw_series(canvas: &mut Canvas, number: usize, points: &[(Point, &str)]) {
     let line: Vec<Point> = points.iter().map(|(point, _)| *point).collect();
     if line.len() > 1 {
-        canvas.polylines(&[line], Stroke::solid(colour(number), 1.6));
+        canvas.polylines(slice::from_ref(&line), Stroke::solid(colour(number), 1.6));
     }
+    // Markers of many points get smaller, so that they hide neither each other nor other lines.
+    let steps = line.windows(2).map(|ends| {
+        let [[ax, ay], [bx, by]] = [ends[0], ends[1]];
+        (bx - ax).hypot(by - ay)
+    });
+    let spacing = steps.sum::<f64>() / (line.len().max(2) - 1) as f64;
+    let radius = if line.len() > 2 {
+        MARKER.min((0.2 * spacing).max(LEAST_MARKER))
+    } else {
+        MARKER
+    };
     for (point, text) in points {
-        canvas.titled(text, |canvas| draw_marker(canvas, number, *point));
+        canvas.titled(text, |canvas| draw_marker(canvas, number, *point, radius));
     }
 }
 
 /// Circle, square, triangle, diamond, in turn.
-fn draw_marker(canvas: &mut Canvas, number: usize, [x, y]: Point) {
+fn draw_marker(canvas: &mut Canvas, number: usize, [x, y]: Point, r: f64) {
     let fill = Fill::Plain(colour(number));
-    let edge = Some(Stroke::solid(Colour::WHITE, 0.8));
-    let r = MARKER;
+    let edge = Some(Stroke::solid(Colour::WHITE, 0.8 * r / MARKER));
     let polygon = |canvas: &mut Canvas, corners: &[[f64; 2]]| {
         let corners = corners.iter().map(|[a, b]| [x + a * r, y + b * r]);
         canvas.region(&[corners.collect()], fill, edge);
@@ -372,7 +387,7 @@ fn draw_marker(canvas: &mut Canvas, number: usize, [x, y]: Point) {
 
 fn draw_entry(canvas: &mut Canvas, number: usize, name: &str, [x, y]: Point) {
     canvas.line([x, y], [x + 26.0, y], Stroke::solid(colour(number), 1.6));
-    draw_marker(canvas, number, [x + 13.0, y]);
+    draw_marker(canvas, number, [x + 13.0, y], MARKER);
     draw_name(canvas, name, [x, y]);
 }
 
@@ -409,7 +424,7 @@ pub(super) fn draw_axes(canvas: &mut Canvas, layout: &PictureLayout) {
     let position = [left - offset, top + height / 2.0];
     canvas.vertical_text(position, &vertical.label, LABEL_SIZE);
     if let Some(note) = &layout.note {
-        let position = [PANEL_WIDTH - 16.0, 26.0];
+        let position = [PANEL_WIDTH - 16.0, 42.5];
         canvas.text(position, note, TICK_SIZE, Anchor::End);
     }
 }

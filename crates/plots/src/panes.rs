@@ -233,6 +233,17 @@ fn three_digits(value: f64) -> String {
     }
 }
 
+/// A value in the multiple of its unit that suits it; `None` without a unit.
+fn with_unit(value: f64, unit: &Unit) -> Option<Label> {
+    let scale = UnitScale::new(value, unit);
+    let number = Label::plain(three_digits(scale.scaled(value)));
+    (!unit.is_none()).then(|| {
+        number
+            .upright(" ")
+            .then(&scale.unit.clone().without_brackets())
+    })
+}
+
 /// How stresses are drawn in the ellipses of a law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrictionKind {
@@ -310,15 +321,17 @@ impl FrictionKind {
 
     /// The value of the scale bar of the ellipses.
     pub(super) fn scale_bar_label(self, value: f64, unit: &Unit) -> Label {
-        let symbol = self.before_index().upright(" = ");
-        let number = UnitScale::new(value, &Unit::none()).number(value);
-        symbol.then(&number).upright(unit.beside())
+        let number = || UnitScale::new(value, unit).number(value);
+        let value = with_unit(value, unit).unwrap_or_else(number);
+        self.before_index().upright(" = ").then(&value)
     }
 
     /// The semi-axes that are the same on all panes; empty where both vary.
     pub(super) fn constants_label(self, constants: [Option<f64>; 2], unit: &Unit) -> Label {
         let equal = |label: Label, value: f64| {
-            label.upright(format!(" = {}{}", three_digits(value), unit.beside()))
+            let number = || Label::plain(three_digits(value));
+            let value = with_unit(value, unit).unwrap_or_else(number);
+            label.upright(" = ").then(&value)
         };
         let [first, second] = [0, 1].map(|axis| self.semi_axis_symbol(axis));
         match constants {

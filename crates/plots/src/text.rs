@@ -67,6 +67,17 @@ impl Label {
         self
     }
 
+    /// The label without the brackets around it.
+    pub(super) fn without_brackets(mut self) -> Self {
+        if let Some((_, first)) = self.runs.first_mut() {
+            *first = first.trim_start_matches('[').to_owned();
+        }
+        if let Some((_, last)) = self.runs.last_mut() {
+            *last = last.trim_end_matches(']').to_owned();
+        }
+        self
+    }
+
     fn with(mut self, form: RunStyle, text: String) -> Self {
         if !text.is_empty() {
             self.runs.push((form, text));

@@ -5,7 +5,7 @@ use units::Unit;
 use super::{PanelData, maps::constant};
 use crate::canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke};
 use crate::layout::{KeySide, LABEL_SIZE, PictureLayout, TICK_SIZE};
-use crate::line_chart::{draw_axes, draw_panes, typical_pane_size};
+use crate::line_chart::{draw_axes, draw_panes};
 use crate::panes::{FrictionKind, PaneShape};
 use crate::picture::{DrawnFriction, DrawnZone};
 use crate::scale::round_down;
@@ -53,13 +53,16 @@ pub(super) fn ellipse_panel(
     let fill = |pane: usize| zone_paint(friction[pane].zone).0;
     let hover = |pane: usize| describe((kind, unit), pane, &friction[pane]);
     draw_panes(&mut canvas, layout, shapes, Colour::GREY, fill, hover);
-    let size = typical_pane_size(layout, shapes);
+    let is_shown = |shape: &&PaneShape| layout.contact.contains(shape.centre);
     let largest = largest_semi_axis(friction);
-    let radius = 0.44 * size;
+    let radius = common_radius(layout, shapes.iter().filter(is_shown));
     let drawn = largest > 0.0 && radius >= LEAST_RADIUS;
     if drawn {
-        let is_shown = |shape: &&PaneShape| layout.contact.contains(shape.centre);
-        for shape in shapes.iter().filter(is_shown) {
+        // Where stresses are drawn over a bound that the pressure makes, open panes have none.
+        let has_bound = |shape: &&PaneShape| {
+            kind == FrictionKind::Plain || friction[shape.pane].zone != DrawnZone::Open
+        };
+        for shape in shapes.iter().filter(is_shown).filter(has_bound) {
             let centre = layout.point(shape.centre);
             canvas.titled(
                 &describe((kind, unit), shape.pane, &friction[shape.pane]),
@@ -93,6 +96,37 @@ fn describe((kind, unit): (FrictionKind, &Unit), pane: usize, friction: &DrawnFr
     format!("pane {pane}, {zone}: {words}")
 }
 
+/// The radius in pixels that fits into the panes around their centres: that of the smallest one, unless it is so small that it
+/// would hide the others.
+fn common_radius<'s>(layout: &PictureLayout, shapes: impl Iterator<Item = &'s PaneShape>) -> f64 {
+    let mut radii: Vec<f64> = shapes.map(|shape| free_radius(layout, shape)).collect();
+    radii.sort_by(f64::total_cmp);
+    let quartile = radii.get(radii.len() / 4).copied().unwrap_or(0.0);
+    let smallest = radii.first().copied().unwrap_or(0.0);
+    0.88 * smallest.max(quartile / 2.0)
+}
+
+/// The distance in pixels from the centre of a pane to its outline.
+fn free_radius(layout: &PictureLayout, shape: &PaneShape) -> f64 {
+    let [x, y] = layout.point(shape.centre);
+    let sides = shape.outline.iter().flat_map(|corners| {
+        let next = corners.iter().cycle().skip(1);
+        corners.iter().zip(next)
+    });
+    let distance = sides.map(|(&a, &b)| {
+        let ([ax, ay], [bx, by]) = (layout.point(a), layout.point(b));
+        let (dx, dy) = (bx - ax, by - ay);
+        let share = ((x - ax) * dx + (y - ay) * dy) / (dx * dx + dy * dy);
+        let share = if share.is_finite() {
+            share.clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
+        (x - ax - share * dx).hypot(y - ay - share * dy)
+    });
+    distance.fold(f64::INFINITY, f64::min)
+}
+
 fn largest_semi_axis(friction: &[DrawnFriction]) -> f64 {
     let finite = friction
         .iter()
@@ -124,7 +158,7 @@ fn draw_pane(canvas: &mut Canvas, pane: &DrawnFriction, centre: Point, radius: f
     }
     let ratio = turned(pane.stress.map(|t| t / largest), pane.turn);
     let length = ratio[0].hypot(ratio[1]);
-    if pane.zone != DrawnZone::Open && length.is_finite() && length > 0.0 {
+    if length.is_finite() && length > 0.0 {
         let shortening = radius * (LONGEST_LINE / length).min(1.0);
         let tip = [
             centre[0] + shortening * ratio[0],
