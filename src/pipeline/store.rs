@@ -123,7 +123,7 @@ impl Store {
         states_from(reader, &self.input.scene, refinement, &self.start)
     }
 
-    /// Refuses to begin a stage on anything but fresh ones, and remembers which these were.
+    /// Refuses to begin a stage on anything but fresh ones, stored or waiting, and remembers which of the stored ones these were.
     pub(super) fn require_fresh_before(&mut self, stage: Stage) -> Result<(), StageError> {
         let is_stored = |state: &StageState| {
             let mut pending = self.pending.iter();
@@ -140,6 +140,13 @@ impl Store {
                 let digest = |state: StageState| Some((state.stage, state.stored?.digest));
                 self.upstream = fresh.into_iter().filter_map(digest).collect();
                 Ok(())
+            }
+            // It was fresh when an earlier stage began.
+            Some(state) if self.upstream.iter().any(|(known, _)| *known == state.stage) => {
+                Err(StoreError::Changed {
+                    file: self.path().to_owned(),
+                }
+                .into())
             }
             Some(state) => Err(StageError::NotReady {
                 file: self.path().to_owned(),

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use contact3d::scene::parse_toml;
+use contact3d::scene::{Invalid, parse_toml, shown};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -54,10 +54,50 @@ pub(super) struct Steps {
     pub(super) rows: Vec<Vec<toml::Value>>,
 }
 
+/// Refuses a scene in the place of a sweep file, and names the file beside it that is a sweep of it.
+fn no_sweep(scene: &Path) -> Invalid {
+    let name = scene.file_name().unwrap_or_default();
+    let is_sweep = |path: &PathBuf| {
+        let text = std::fs::read_to_string(path).ok();
+        let table = text.and_then(|text| text.parse::<toml::Table>().ok());
+        let of = table.and_then(|table| Some(PathBuf::from(table.get("scene")?.as_str()?)));
+        of.is_some_and(|of| of.file_name() == Some(name))
+    };
+    let folder = scene
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    let files = std::fs::read_dir(folder.unwrap_or(Path::new(".")))
+        .into_iter()
+        .flatten();
+    let files = files.filter_map(|file| Some(file.ok()?.path()));
+    let mut sweeps: Vec<PathBuf> = files
+        .filter(|path| path.extension().is_some_and(|end| end == "toml") && is_sweep(path))
+        .collect();
+    sweeps.sort();
+    Invalid {
+        key: shown(&scene.display().to_string()),
+        expected: "a sweep file".into(),
+        found: "a scene".into(),
+        help: match sweeps.first() {
+            Some(sweep) => format!("did you mean {}?", shown(&sweep.display().to_string())),
+            None => format!(
+                "write a file with scene = {:?} and axes, as docs/reference/sweep.md shows",
+                name.to_string_lossy()
+            ),
+        },
+    }
+}
+
 impl SweepFile {
     /// Reads a sweep file.
     pub fn read(path: &Path) -> Result<Self, StageError> {
         let text = read_index(path, "read the sweep")?;
+        if let Ok(table) = text.parse::<toml::Table>()
+            && table.contains_key("body")
+            && !table.contains_key("scene")
+        {
+            return Err(StageError::Setting(no_sweep(path)));
+        }
         Ok(parse_toml(
             &path.display().to_string(),
             &text,

@@ -133,6 +133,9 @@ pub(super) fn open_written(path: &Path) -> Result<hdf5::File, StoreError> {
     file.map_err(|error| {
         if error.contains_minor(hdf5::MinorErrorCode::NotHdf5) {
             StoreError::NotHdf5 { file: path.into() }
+        } else if path.try_exists().is_ok_and(|exists| !exists) {
+            // Removed since it was looked at.
+            StoreError::NotFound { file: path.into() }
         } else {
             place.damaged(error.to_string())
         }
