@@ -93,6 +93,7 @@ def test_tresca_friction_is_the_conic_programs_minimiser(contact3d, tmp_path):
     file, _ = solve(contact3d, tmp_path, "tresca.toml", CELLS)
     with file:
         problem = RawProblem.read(file)
+        margin = file["post/margin"][:]
         place = problem.coordinates[problem.contact_nodes, 0]
     bound = problem.pane_average.T @ (5e6 * (1 - place / 6))
     inverse = np.tile([1.0, 1 / 0.5], (problem.n_panes, 1))
@@ -100,3 +101,7 @@ def test_tresca_friction_is_the_conic_programs_minimiser(contact3d, tmp_path):
     # The root is found to 1e-14 of a residual; S has a condition number of some hundred.
     limit = 1e-9 * np.linalg.norm(expected)
     assert np.linalg.norm(problem.multiplier - expected) <= limit
+    # The bound acts on open panes, and the margin says how near they are to it.
+    used = np.linalg.norm(inverse * problem.tangential, axis=1) / bound
+    assert used[problem.normal <= 0].max() > 0.5
+    assert np.abs(margin - (1 - used)).max() <= 1e-12

@@ -61,8 +61,8 @@ const NODE_VECTORS: &[Extent] = &[Named("n_contact_nodes"), extents::XYZ];
 
 pub(super) const ON_THE_BODY: Table<ContactReport> = fields! { ContactReport => GROUP;
     {Kind::Text} VTKHDF_DIGEST, &[], Dimension::Number, "Digest of /VTKHDF, which shows the same results.".optional("absent in files before format 1.4");
-    [|report| of_panes(report, |pane| pane.zone)] "/post/contact_zone", PANES, Dimension::Number, "Open: no contact stress; slip: the trial stress lambda_t + rho |R_i| u_t with local stiffness rho lies outside the ellipse of the last inner problem; stick: inside.".optional(NO_CONTACT);
-    [|report| with_friction(report, |pane| pane.margin)] "/post/margin", FRICTION_PANES, Dimension::Number, "1 - |F^-1 lambda_t| / g: 0 on the boundary of the ellipse, 1 at its centre and on open panes.".optional(NO_FRICTION);
+    [|report| of_panes(report, |pane| pane.zone)] "/post/contact_zone", PANES, Dimension::Number, "Open: no pressure, and no tangential stress but that under a given slip bound (Tresca's law); slip: the trial stress lambda_t + rho |R_i| u_t with local stiffness rho lies outside the ellipse of the last inner problem; stick: inside.".optional(NO_CONTACT);
+    [|report| with_friction(report, |pane| pane.margin)] "/post/margin", FRICTION_PANES, Dimension::Number, "1 - |F^-1 lambda_t| / g: 0 on the boundary of the ellipse, 1 at its centre, and on open panes where g follows the pressure.".optional(NO_FRICTION);
     [|report| of_panes(report, |pane| pane.normal_stress)] "/post/normal_stress", PANES, Dimension::STRESS, "Normal contact stress, negative in compression.".symbol("sigma_nu").optional(NO_CONTACT);
     [|report| with_friction(report, |pane| pane.stress)] "/post/tangential_stress", PANE_PAIRS, Dimension::STRESS, "Tangential contact stress along t1 and t2.".symbol("sigma_t").optional(NO_FRICTION);
     [|report| with_coulomb(report, |pane| pane.scaled_stress)] "/post/scaled_tangential_stress", FRICTION_PANES, Dimension::STRESS, "Norm of the tangential stress scaled by the inverse friction matrix at the solution; at most -sigma_nu, and no more than a cap.".symbol("|F^-1 sigma_t|").optional(NO_COULOMB);

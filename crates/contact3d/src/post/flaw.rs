@@ -216,7 +216,7 @@ impl ContactReport {
         if let Some(contact) = &r.contact {
             figures.extend(contact.contact_force.map(|force| ("contact force", force)));
             let tangential = contact.tangential_force.into_iter().flatten();
-            figures.extend(tangential.map(|force| ("tangential contact force", force)));
+            figures.extend(tangential.map(|force| ("tangential multiplier force", force)));
         }
         figures.extend(self.certificate.figures());
         let mut found = figures.into_iter().filter(|(_, value)| !value.is_finite());

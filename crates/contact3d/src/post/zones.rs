@@ -9,7 +9,7 @@ use crate::{
 /// What a pane of the contact face does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Zone {
-    /// No contact stress.
+    /// No pressure; only a slip bound that is given apart from it lets such a pane carry tangential stress.
     Open,
     /// In contact, the trial stress inside its ellipse: no slip.
     Stick,
@@ -38,7 +38,7 @@ pub struct PaneFriction {
     /// Mean slip (u_t1, u_t2) in m; in a load history that of its step.
     pub slip: [f64; 2],
     /// 1 − ‖𝓕⁻¹λ_t‖/g for the ellipse of the last inner problem: 0 on its boundary, 1 at its
-    /// centre; 1 on open panes.
+    /// centre; 1 on open panes where g follows the pressure.
     pub margin: f64,
     /// Semi-axes in Pa of the ellipse at the solution itself: g F₁(u), g F₂(u) with the slip bound g of
     /// λ_ν for Coulomb's law.
@@ -114,7 +114,7 @@ pub(super) fn pane_states(
                 let state = PaneFriction {
                     stress: stress.map(|t| 0.0 - t),
                     slip,
-                    margin: if pressed {
+                    margin: if pressed || coulomb.is_none() {
                         1.0 - level(ellipse, stress)
                     } else {
                         1.0

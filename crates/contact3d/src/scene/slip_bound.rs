@@ -11,7 +11,7 @@ pub struct FrictionModel {
     pub bound: SlipBound,
 }
 
-/// The slip bound g of a law of friction. What differs between laws is said here and nowhere else.
+/// The slip bound g of a law of friction. Solvers ask what it depends on; pictures and reports ask for its words.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SlipBound {
     /// Coulomb's law: the pressure itself, g = λ_ν.
