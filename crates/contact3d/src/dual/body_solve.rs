@@ -255,9 +255,8 @@ fn leading(matrix: &CscMatrix, kept: &[usize], scale: &[f64]) -> CscMatrix {
     let mut scaled = CscMatrix::empty(n);
     scaled.cols = n;
     for (&j, by_column) in kept.iter().zip(scale) {
-        let (rows, values) = matrix.column(j);
-        for (row, value) in rows.iter().zip(values) {
-            if let Ok(i) = kept.binary_search(row) {
+        for (row, value) in matrix.entries(j) {
+            if let Ok(i) = kept.binary_search(&row) {
                 scaled.indices.push(i);
                 scaled.data.push(scale[i] * value * by_column);
             }

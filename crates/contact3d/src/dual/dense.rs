@@ -133,8 +133,7 @@ impl DualMatrix {
                 add_scaled(out, factor, &values[j * n..(j + 1) * n]);
             }
             Self::Sparse(matrix) => {
-                let (rows, values) = matrix.column(j);
-                for (&row, value) in rows.iter().zip(values) {
+                for (row, value) in matrix.entries(j) {
                     out[row] += factor * value;
                 }
             }

@@ -174,8 +174,7 @@ impl OperatorEstimate {
         let count = factor.count_forward_rows(&coupling.transposed.transpose());
         let reach = factor.reach(coupling.transposed.indices.iter().copied());
         let offsets = &factor.value_offsets;
-        let reached = reach.supernodes().iter();
-        let values: usize = reached.map(|&s| offsets[s + 1] - offsets[s]).sum();
+        let values: usize = reach.iter().map(|&s| offsets[s + 1] - offsets[s]).sum();
         let multipliers = coupling.transposed.cols as f64;
         let dense = multipliers * multipliers + 2.0 * n_contact_nodes as f64 * multipliers;
         Self {

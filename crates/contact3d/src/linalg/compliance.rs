@@ -2,10 +2,14 @@
 
 use std::ops::Range;
 
-use faer::{Accum, MatMut, MatRef, Par, linalg::matmul::matmul};
+use faer::{
+    Accum, MatMut, MatRef, Par, linalg::triangular_solve::solve_upper_triangular_in_place,
+    reborrow::ReborrowMut,
+};
 use rayon::prelude::*;
 
 use super::{
+    dense::multiply,
     factor::CholeskyFactor,
     forward_rows::ForwardRows,
     front_plan::{SparseColumn, SupernodeTree},
@@ -189,8 +193,7 @@ impl<T: Scalar> ForwardRows<'_, T> {
         let (mut known, mut product) = (Vec::new(), Vec::new());
         for boundary in &plan.subtrees.boundaries {
             let part = &plan.subtrees.parts[boundary.root];
-            let panel = self.factor.structure.front(part.supernode);
-            let rows = &panel.rows[panel.width..];
+            let rows = self.factor.structure.front(part.supernode).below();
             known.clear();
             for &row in rows {
                 known.extend_from_slice(&top[plan.place[row] * count..][..count]);
@@ -200,14 +203,7 @@ impl<T: Scalar> ForwardRows<'_, T> {
             let known = MatRef::from_row_major_slice(&known, rows.len(), count);
             product.resize(columns * count, T::default());
             let target = MatMut::from_row_major_slice_mut(&mut product, columns, count);
-            matmul(
-                target,
-                Accum::Replace,
-                update.transpose(),
-                known,
-                T::rounded(1.0),
-                Par::Seq,
-            );
+            multiply(target, Accum::Replace, 1.0, update.transpose(), known);
             for (column, line) in part.columns.iter().zip(product.chunks_exact(count)) {
                 let target = &mut rest[column * count..][..count];
                 target.iter_mut().zip(line).for_each(|(x, p)| *x += *p);
@@ -235,14 +231,7 @@ impl<T: Scalar> ForwardRows<'_, T> {
             let y = MatRef::from_column_major_slice(&unit.values, unit.width(), rows.len());
             product.resize(rows.len() * columns.len(), T::default());
             let target = MatMut::from_row_major_slice_mut(&mut product, rows.len(), columns.len());
-            matmul(
-                target,
-                Accum::Replace,
-                y.transpose(),
-                w,
-                T::rounded(1.0),
-                Par::Seq,
-            );
+            multiply(target, Accum::Replace, 1.0, y.transpose(), w);
             for (row, line) in rows.iter().zip(product.chunks_exact(columns.len())) {
                 let target = &mut rest[row * block.len()..][..block.len()];
                 for (column, value) in columns.iter().zip(line) {
@@ -250,6 +239,33 @@ impl<T: Scalar> ForwardRows<'_, T> {
                 }
             }
         }
+    }
+}
+
+impl<T: Scalar> CholeskyFactor<T> {
+    /// One supernode of L⁻ᵀX for a row-major X of `columns` columns whose row r is kept at place
+    /// `place(r)`; the supernode's own columns must be kept consecutively.
+    fn backward_block(
+        &self,
+        s: usize,
+        place: impl Fn(usize) -> usize,
+        x: &mut [T],
+        columns: usize,
+        known: &mut Vec<T>,
+    ) {
+        let (front, values) = self.panel(s);
+        let panel = MatRef::from_column_major_slice(values, front.rows.len(), front.width);
+        let (diagonal, below) = panel.split_at_row(front.width);
+        let at = |row: usize| place(row) * columns;
+        known.clear();
+        for &row in front.below() {
+            known.extend_from_slice(&x[at(row)..][..columns]);
+        }
+        let own = &mut x[at(front.first)..][..front.width * columns];
+        let mut own = MatMut::from_row_major_slice_mut(own, front.width, columns);
+        let known = MatRef::from_row_major_slice(known, front.below().len(), columns);
+        multiply(own.rb_mut(), Accum::Add, -1.0, below.transpose(), known);
+        solve_upper_triangular_in_place(diagonal.transpose(), own, Par::Seq);
     }
 }
 
@@ -281,8 +297,7 @@ fn add_selected_rows<T: Scalar>(
 ) {
     let count = columns.len();
     for row in 0..by_rows.cols {
-        let (unknowns, coefficients) = by_rows.column(row);
-        for (&old, &coefficient) in unknowns.iter().zip(coefficients) {
+        for (old, coefficient) in by_rows.entries(row) {
             let line = &x[place(old) * count..][..count];
             for (column, value) in columns.iter_mut().zip(line) {
                 column[row] += coefficient * value.to_double();

@@ -1,9 +1,9 @@
 //! Eigenvalues of dense matrices and of operators known by their products.
 
-use faer::{Accum, Mat, MatRef, Par, linalg::matmul::matmul};
+use faer::Mat;
 
 use super::{
-    DenseLu,
+    dense::{DenseLu, product},
     vector::{dot, norm, orthogonalise},
 };
 
@@ -24,13 +24,6 @@ pub(crate) fn spectral_radius(matrix: &Mat<f64>) -> f64 {
         power = product(scaled.as_ref(), scaled.as_ref());
     }
     logarithm.exp()
-}
-
-/// A B on one thread: the same bits at any number of threads.
-pub(crate) fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
-    let mut c = Mat::zeros(a.nrows(), b.ncols());
-    matmul(c.as_mut(), Accum::Replace, a, b, 1.0, Par::Seq);
-    c
 }
 
 /// The least |1 − μ| over the eigenvalues μ of M: 1 over the spectral radius of (1 − M)⁻¹, 0 where 1 is one of them.

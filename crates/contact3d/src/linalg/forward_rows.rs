@@ -3,14 +3,14 @@
 
 use std::ops::Range;
 
-use faer::linalg::matmul::matmul;
-use faer::{Accum, MatMut, Par};
+use faer::{Accum, MatMut};
 use rayon::prelude::*;
 
 use super::analysis::FactorStructure;
+use super::dense::multiply;
 use super::factor::CholeskyFactor;
 use super::front_plan::{FrontPlan, SparseColumn, SupernodeTree};
-use super::half_solve::HalfSolved;
+use super::half_solve::{HalfSolved, SupernodeColumns};
 use super::precision::Scalar;
 use super::sparse::CscMatrix;
 use super::work::Work;
@@ -71,9 +71,9 @@ impl FactorStructure {
         let new_of_old = self.new_of_old();
         let mut rows: Vec<(usize, SparseColumn)> = (0..b.rows)
             .map(|row| {
-                let (unknowns, coefficients) = by_rows.column(row);
-                let new = unknowns.iter().map(|&old| new_of_old[old]);
-                let mut entries: SparseColumn = new.zip(coefficients.iter().copied()).collect();
+                let entries = by_rows.entries(row);
+                let new = entries.map(|(old, coefficient)| (new_of_old[old], coefficient));
+                let mut entries: SparseColumn = new.collect();
                 entries.sort_unstable_by_key(|entry| entry.0);
                 (row, entries)
             })
@@ -161,14 +161,11 @@ impl<T: Scalar> ForwardRows<'_, T> {
     /// Multiplications and additions of the solves.
     pub(super) fn solve_operations(&self) -> f64 {
         let structure = &self.factor.structure;
-        let parts = self.half_solved.parts.iter();
-        parts
-            .map(|part| {
-                structure
-                    .front(part.supernode)
-                    .solve_operations(part.columns.len())
-            })
-            .sum()
+        let operations = |part: &SupernodeColumns<T>| {
+            let front = structure.front(part.supernode);
+            front.solve_operations(part.columns.len())
+        };
+        self.half_solved.parts.iter().map(operations).sum()
     }
 
     /// The products of two ranges of columns of W, column-major, supernode by supernode.
@@ -184,14 +181,7 @@ impl<T: Scalar> ForwardRows<'_, T> {
             product.resize(rows.len() * columns.len(), T::default());
             let target =
                 MatMut::from_column_major_slice_mut(&mut product, rows.len(), columns.len());
-            matmul(
-                target,
-                Accum::Replace,
-                w_left.transpose(),
-                w_right,
-                T::rounded(1.0),
-                Par::Seq,
-            );
+            multiply(target, Accum::Replace, 1.0, w_left.transpose(), w_right);
             let sides = if left == right { 1.0 } else { 2.0 };
             self.work
                 .add(sides * (rows.len() * columns.len() * w_left.nrows()) as f64);

@@ -77,11 +77,9 @@ fn by_columns(factor: &CholeskyFactor, c: &CscMatrix, b: &CscMatrix) -> Vec<f64>
     let mut result = vec![0.0; c.rows * b.rows];
     for (row, column) in result.chunks_exact_mut(c.rows).enumerate() {
         let mut x = vec![0.0; factor.size()];
-        let (unknowns, coefficients) = by_rows.column(row);
-        unknowns
-            .iter()
-            .zip(coefficients)
-            .for_each(|(&unknown, &value)| x[unknown] = value);
+        for (unknown, value) in by_rows.entries(row) {
+            x[unknown] = value;
+        }
         factor.solve_in_place(&mut x, &mut work);
         c.mul(&x, column);
     }

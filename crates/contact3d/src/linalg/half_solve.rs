@@ -2,13 +2,14 @@
 
 use faer::{
     Accum, MatMut, MatRef, Par,
-    linalg::{matmul::matmul, triangular_solve::solve_lower_triangular_in_place},
-    reborrow::ReborrowMut,
+    linalg::triangular_solve::solve_lower_triangular_in_place,
+    reborrow::{Reborrow, ReborrowMut},
 };
 use rayon::prelude::*;
 
 use super::{
-    analysis::FactorStructure,
+    analysis::{FactorStructure, Front},
+    dense::multiply,
     factor::CholeskyFactor,
     front_plan::{FrontPlan, SparseColumn, SupernodeTree, positions},
     precision::Scalar,
@@ -135,9 +136,9 @@ impl<T: Scalar> CholeskyFactor<T> {
         right_hand_sides: &[SparseColumn],
     ) -> (Vec<T>, Vec<T>) {
         let (s, columns) = &plan.reached[k];
-        let panel = self.panel(*s);
+        let (panel, values) = self.panel(*s);
         let height = panel.rows.len();
-        let matrix = MatRef::from_column_major_slice(panel.values, height, panel.width);
+        let matrix = MatRef::from_column_major_slice(values, height, panel.width);
         let (diagonal, below) = matrix.split_at_row(panel.width);
         let children: Vec<ChildUpdate<'_, T>> = plan.children[k]
             .iter()
@@ -164,7 +165,7 @@ impl<T: Scalar> CholeskyFactor<T> {
                 let front = MatMut::from_column_major_slice_mut(front, height, count);
                 let (mut own, update) = front.split_at_row_mut(panel.width);
                 solve_lower_triangular_in_place(diagonal, own.rb_mut(), Par::Seq);
-                matmul(update, Accum::Add, below, own, -T::rounded(1.0), Par::Seq);
+                multiply(update, Accum::Add, -1.0, below, own.rb());
             });
         let own = front
             .chunks_exact(height)
@@ -183,21 +184,21 @@ impl<T: Scalar> CholeskyFactor<T> {
     ) -> ChildUpdate<'a, T> {
         let (s, columns) = &plan.reached[k];
         let (child, child_columns) = &plan.reached[child];
-        let panel = self.panel(*child);
+        let (parent, child) = (self.structure.front(*s), self.structure.front(*child));
         ChildUpdate {
-            rows: positions(&panel.rows[panel.width..], self.panel(*s).rows),
+            rows: positions(child.below(), parent.rows),
             columns: positions(child_columns, columns),
-            height: panel.rows.len(),
+            height: child.rows.len(),
             front,
         }
     }
 
     /// The rows of a front below the supernode's own.
     fn update_of(&self, s: usize, front: &[T]) -> Vec<T> {
-        let panel = self.panel(s);
-        front
-            .chunks_exact(panel.rows.len())
-            .flat_map(|column| &column[panel.width..])
+        let Front { width, rows, .. } = self.structure.front(s);
+        let columns = front.chunks_exact(rows.len());
+        columns
+            .flat_map(|column| &column[width..])
             .copied()
             .collect()
     }
@@ -230,53 +231,25 @@ impl<T: Scalar> ChildUpdate<'_, T> {
     }
 }
 
-/// The supernodes on the elimination-tree paths from some unknowns to the roots, ascending.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct EliminationPath {
-    pub(super) supernodes: Vec<usize>,
-    /// Number of unknowns of the factor it belongs to.
-    size: usize,
-}
-
-impl EliminationPath {
-    /// The reached supernodes, ascending.
-    #[must_use]
-    pub(crate) fn supernodes(&self) -> &[usize] {
-        &self.supernodes
-    }
-}
-
 impl FactorStructure {
-    /// The supernodes that a right-hand side nonzero in `rows` (numbering of A) makes nonzero in
-    /// L⁻¹Pb.
+    /// The supernodes, ascending, that a right-hand side nonzero in `rows` (numbering of A) makes nonzero in L⁻¹Pb: those on the
+    /// paths of the elimination tree from there to the roots.
     ///
     /// # Panics
     /// When a row is not an unknown of the factor.
     #[must_use]
-    pub(crate) fn reach(&self, rows: impl Iterator<Item = usize>) -> EliminationPath {
+    pub(crate) fn reach(&self, rows: impl Iterator<Item = usize>) -> Vec<usize> {
         let new_of_old = self.new_of_old();
-        self.reach_of_columns(&self.supernode_of_column(), rows.map(|old| new_of_old[old]))
-    }
-
-    /// [`Self::reach`] for columns in the new numbering, given their owners.
-    fn reach_of_columns(
-        &self,
-        owner: &[usize],
-        columns: impl Iterator<Item = usize>,
-    ) -> EliminationPath {
+        let SupernodeTree { owner, parent } = self.supernode_tree();
         let mut reached = vec![false; self.supernodes()];
-        for column in columns {
-            let mut next = Some(owner[column]);
+        for row in rows {
+            let mut next = Some(owner[new_of_old[row]]);
             while let Some(s) = next.filter(|&s| !reached[s]) {
                 reached[s] = true;
-                next = self.parent(s, owner);
+                next = parent[s];
             }
         }
-        let supernodes = (0..self.supernodes()).filter(|&s| reached[s]).collect();
-        EliminationPath {
-            supernodes,
-            size: self.size(),
-        }
+        (0..self.supernodes()).filter(|&s| reached[s]).collect()
     }
 }
 
@@ -288,35 +261,20 @@ impl<T: Scalar> CholeskyFactor<T> {
     /// they were.
     ///
     /// # Panics
-    /// When `rhs` does not have one entry per unknown or `reach` is from a factor of another size.
-    pub(crate) fn solve_reached(
-        &self,
-        reach: &EliminationPath,
-        rhs: &mut [f64],
-        work: &mut Workspace,
-    ) {
+    /// When `rhs` does not have one entry per unknown or `reach` is from a larger factor.
+    pub(crate) fn solve_reached(&self, reach: &[usize], rhs: &mut [f64], work: &mut Workspace) {
         assert_eq!(rhs.len(), self.size(), "length of the right-hand side");
-        assert_eq!(
-            reach.size,
-            self.size(),
-            "unknowns of the factor the reach was made from"
-        );
+        let columns = || reach.iter().flat_map(|&s| self.structure.columns(s));
+        let permutation = &self.structure.permutation;
         let mut scratch = T::scratch(work).take(self.size());
-        for column in self.columns_of(reach) {
-            scratch.unknowns[column] = T::rounded(rhs[self.structure.permutation[column]]);
+        for column in columns() {
+            scratch.unknowns[column] = [T::rounded(rhs[permutation[column]])];
         }
-        self.forward(reach.supernodes.iter().copied(), &mut scratch);
-        self.backward(reach.supernodes.iter().rev().copied(), &mut scratch);
-        for column in self.columns_of(reach) {
-            rhs[self.structure.permutation[column]] = scratch.unknowns[column].to_double();
+        self.forward(reach.iter().copied(), &mut scratch);
+        self.backward(reach.iter().rev().copied(), &mut scratch);
+        for column in columns() {
+            rhs[permutation[column]] = scratch.unknowns[column][0].to_double();
         }
         T::scratch(work).put(scratch);
-    }
-
-    fn columns_of(&self, reach: &EliminationPath) -> impl Iterator<Item = usize> {
-        reach
-            .supernodes
-            .iter()
-            .flat_map(|&s| self.structure.columns(s))
     }
 }

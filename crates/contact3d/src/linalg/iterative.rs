@@ -4,7 +4,7 @@ use super::{
     precision::Factor,
     solve::Workspace,
     sparse::CscMatrix,
-    vector::{add_scaled, dot, norm, orthogonalise},
+    vector::{add_combination, add_scaled, dot, norm, orthogonalise},
 };
 
 /// Most steps; a factor that needs more is of no use.
@@ -198,9 +198,7 @@ pub(crate) fn gmres(
             *upper -= triangle[k][i] * weight;
         }
     }
-    for (weight, v) in weights.iter().zip(&basis) {
-        add_scaled(&mut solution, *weight, v);
-    }
+    add_combination(&mut solution, &weights, &basis);
     solution
 }
 

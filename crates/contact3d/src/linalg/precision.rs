@@ -131,7 +131,7 @@ pub trait Scalar:
 
     /// The memory of solves in this precision.
     #[doc(hidden)]
-    fn scratch(work: &Workspace) -> &ScratchPool<Self>;
+    fn scratch(work: &Workspace) -> &ScratchPool<Self, 1>;
 }
 
 impl Scalar for f64 {
@@ -147,7 +147,7 @@ impl Scalar for f64 {
         self
     }
 
-    fn scratch(work: &Workspace) -> &ScratchPool<Self> {
+    fn scratch(work: &Workspace) -> &ScratchPool<Self, 1> {
         &work.double
     }
 }
@@ -165,7 +165,7 @@ impl Scalar for f32 {
         f64::from(self)
     }
 
-    fn scratch(work: &Workspace) -> &ScratchPool<Self> {
+    fn scratch(work: &Workspace) -> &ScratchPool<Self, 1> {
         &work.single
     }
 }

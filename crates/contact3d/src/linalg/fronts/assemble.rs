@@ -38,9 +38,7 @@ impl PermutedMatrix<'_> {
         let end = front.first + front.width;
         for (k, column) in panel.chunks_exact_mut(height).enumerate() {
             let new = front.first + k;
-            let old = self.permutation[new];
-            let (rows, coefficients) = self.a.column(old);
-            for (&old_row, &coefficient) in rows.iter().zip(coefficients) {
+            for (old_row, coefficient) in self.a.entries(self.permutation[new]) {
                 let row = self.inverse[old_row];
                 if row < new {
                     continue;

@@ -16,7 +16,7 @@ use assemble::Buffers;
 pub(super) use assemble::zeros;
 use assemble::{Child, PermutedMatrix, UpdateMatrix, add_children};
 use eliminate::eliminate;
-pub(super) use tasks::{SubtreeTask, ascend, descend};
+pub(super) use tasks::{SubtreeTask, ascend, descend, split};
 
 use super::analysis::FactorStructure;
 use super::precision::Scalar;
@@ -77,7 +77,7 @@ pub(super) fn factorise<T: Scalar>(
             permutation: &structure.permutation,
             inverse: &inverse,
         },
-        panels: panels_of(structure, &tasks, values),
+        panels: split(&tasks, &structure.value_offsets, values),
         updates: tasks.iter().map(|_| Mutex::new(None)).collect(),
         failure: Mutex::new(None),
         buffers: Buffers::new(),
@@ -86,25 +86,6 @@ pub(super) fn factorise<T: Scalar>(
     };
     ascend(&tasks, |task| run.finish(task));
     locked(&run.failure).map_or(Ok(()), Err)
-}
-
-/// The panels of each task, one slice a task.
-fn panels_of<'a, T>(
-    structure: &FactorStructure,
-    tasks: &[SubtreeTask],
-    values: &'a mut [T],
-) -> Vec<Mutex<&'a mut [T]>> {
-    let mut rest = values;
-    let offsets = &structure.value_offsets;
-    tasks
-        .iter()
-        .map(|task| {
-            let count = offsets[task.supernodes.end] - offsets[task.supernodes.start];
-            let (own, next) = std::mem::take(&mut rest).split_at_mut(count);
-            rest = next;
-            Mutex::new(own)
-        })
-        .collect()
 }
 
 /// A factorisation under way.
