@@ -30,7 +30,7 @@ pub struct CoulombLaw {
     softening: Option<Softening>,
     /// Lengths of the path slid before, which coefficients follow beside the slip, `[n_contact_nodes]`, in m;
     /// `None` where there is none or they do not.
-    path: Option<Arc<Vec<[f64; 3]>>>,
+    pub(super) path: Option<Arc<Vec<[f64; 3]>>>,
 }
 
 /// The law of one face.
@@ -46,9 +46,9 @@ pub struct FaceLaw {
     /// The panes of the face.
     panes: Range<usize>,
     /// The slip bound g as a function of the pressure.
-    bound: SlipBound,
+    pub(super) bound: SlipBound,
     /// Means of its place-dependent stress in Pa over the panes of the face; empty where it has none.
-    of_panes: Vec<f64>,
+    pub(super) of_panes: Vec<f64>,
 }
 
 impl Clone for CoulombLaw {
@@ -97,16 +97,6 @@ impl FaceLaw {
         Self {
             first_node,
             panes,
-            ..self
-        }
-    }
-
-    /// The same with another slip bound.
-    #[must_use]
-    pub(super) fn bounded(self, bound: SlipBound, of_panes: Vec<f64>) -> Self {
-        Self {
-            bound,
-            of_panes,
             ..self
         }
     }
@@ -161,11 +151,6 @@ impl CoulombLaw {
             softening: None,
             path: None,
         }
-    }
-
-    /// Lets the coefficients follow the path slid before beside the slip.
-    pub(super) fn set_path(&mut self, path: Vec<[f64; 3]>) {
-        self.path = Some(Arc::new(path));
     }
 
     fn path_at(&self, contact_node: usize) -> [f64; 3] {

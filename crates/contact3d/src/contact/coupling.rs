@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{ContactFrame, MultiplierLayout, half_held::free_of_rounding};
+use super::{ContactFrame, MultiplierLayout, held_nodes::free_of_rounding};
 use crate::{elasticity::DofMap, linalg::CscMatrix, mesh::ContactSurface};
 
 /// The coupling B = [N; T] between multipliers and displacements; B = N without friction.
@@ -27,13 +27,8 @@ impl Coupling {
         dofs: &DofMap,
     ) -> Self {
         let layout = MultiplierLayout::new(surface.n_panes(), n_pairs);
-        let mut transposed = CscMatrix {
-            rows: dofs.n_free,
-            cols: layout.n_multipliers(),
-            indptr: vec![0],
-            indices: Vec::new(),
-            data: Vec::new(),
-        };
+        let mut transposed = CscMatrix::empty(dofs.n_free);
+        transposed.cols = layout.n_multipliers();
         let mut push_column = |pane: usize, axis: &dyn Fn(usize) -> [f64; 3]| {
             let is_nodal = surface.faces[surface.face_of_pane(pane)].is_nodal;
             for (local, weight) in surface.pane_weights(pane) {
@@ -46,9 +41,8 @@ impl Coupling {
                 for (dof, direction) in node.iter().zip(axis) {
                     if let (Some(dof), true) = (*dof, direction != 0.0) {
                         transposed.indices.push(dof);
-                        transposed
-                            .data
-                            .push(weight * surface.pane_area[pane] * direction);
+                        let area = weight * surface.pane_area[pane];
+                        transposed.data.push(area * direction);
                     }
                 }
             }

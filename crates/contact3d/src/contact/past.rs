@@ -1,6 +1,8 @@
 //! What the steps of a load history before this one left on the contact face.
 
-use super::{Interface, SlipOperator, SlipOperatorDerivative, nodal_tangential};
+use std::sync::Arc;
+
+use super::{Interface, InterfaceFriction, SlipOperator, SlipOperatorDerivative, nodal_tangential};
 use crate::{elasticity::DofMap, mesh::ContactSurface, scene::SlipMeasure};
 
 /// Where the contact nodes are when a step begins, and how far they have slid.
@@ -59,9 +61,9 @@ impl Interface {
     #[must_use]
     pub fn after(mut self, past: Past) -> Self {
         if past.follows == SlipMeasure::PathLength
-            && let Some(law) = self.coulomb_mut()
+            && let InterfaceFriction::Coulomb(law) = &mut self.friction
         {
-            law.set_path(past.path.clone());
+            law.path = Some(Arc::new(past.path.clone()));
         }
         self.slip.past = Some(past);
         self

@@ -50,28 +50,27 @@ impl ExplicitDual {
         (surface, interface): (&ContactSurface, &Interface),
         work: &Work,
     ) -> Self {
-        let selection = interface
-            .follows_slip()
-            .then(|| tangential_selection(surface, &interface.frame, &assembly.primal.dofs));
+        let (frame, dofs) = (&interface.frame, &assembly.primal.dofs);
+        let follows_slip = interface.follows_slip();
+        let selection = follows_slip.then(|| tangential_selection(surface, frame, dofs));
         let (operator, matrix) = corrected(assembly, coupling, selection.as_ref(), work);
-        let compliance = selection
-            .zip(matrix)
-            .map(|(selection, matrix)| ContactCompliance {
-                matrix: Arc::new(matrix),
-                slip_free: free_slip(
-                    &selection,
-                    unconstrained,
-                    surface,
-                    &interface.frame,
-                    &assembly.primal.dofs,
-                ),
-            });
+        let compliance = matrix.map(|matrix| ContactCompliance {
+            matrix: Arc::new(matrix),
+            slip_free: free_slip(unconstrained, surface, frame, dofs),
+        });
+        Self {
+            compliance,
+            ..Self::without_compliance(operator, rhs, coupling)
+        }
+    }
+
+    fn without_compliance(operator: Vec<f64>, rhs: Vec<f64>, coupling: &Coupling) -> Self {
         Self {
             operator: DualMatrix::Dense(Arc::new(operator)),
             rhs,
             anchor: None,
             layout: coupling.layout,
-            compliance,
+            compliance: None,
             balance: None,
         }
     }
@@ -86,17 +85,9 @@ impl ExplicitDual {
         let dofs = &assembly.primal.dofs;
         let coupling = interface.coupling_everywhere(surface, dofs);
         let unconstrained = assembly.unconstrained();
-        let system = ContactSystem::with(coupling, &unconstrained, dofs, surface, interface);
-        let coupling = &system.coupling;
-        let (operator, _) = corrected(assembly, coupling, None, &Work::default());
-        Self {
-            operator: DualMatrix::Dense(Arc::new(operator)),
-            rhs: system.dual_rhs().to_vec(),
-            anchor: None,
-            layout: coupling.layout,
-            compliance: None,
-            balance: None,
-        }
+        let system = ContactSystem::new(coupling, &unconstrained, dofs, surface, interface);
+        let (operator, _) = corrected(assembly, &system.coupling, None, &Work::default());
+        Self::without_compliance(operator, system.dual_rhs().to_vec(), &system.coupling)
     }
 
     /// The same problem written about λ₀ with its exact displacement u₀ in m: r = S (λ − λ₀) − c for
@@ -115,24 +106,20 @@ impl ExplicitDual {
         frame: &ContactFrame,
         dofs: &DofMap,
     ) -> Self {
-        let compliance = self.compliance.as_ref().map(|compliance| {
-            let selection = tangential_selection(surface, frame, dofs);
-            ContactCompliance {
-                matrix: Arc::clone(&compliance.matrix),
-                slip_free: free_slip(&selection, displacement, surface, frame, dofs),
-            }
-        });
-        Self {
+        let (stresses, motion) = (self.multipliers(multiplier), self.motion(multiplier));
+        let mut anchored = Self {
             operator: self.operator.clone(),
             rhs: closing,
             anchor: Some(multiplier.to_vec()),
             layout: self.layout,
-            compliance,
+            compliance: self.compliance.clone(),
             balance: self
                 .balance
                 .as_ref()
-                .map(|it| it.anchored(self.multipliers(multiplier), self.motion(multiplier))),
-        }
+                .map(|it| it.anchored(stresses, motion)),
+        };
+        anchored.apply_loads(displacement, surface, frame, dofs);
+        anchored
     }
 
     /// The same problem written about zero: h = S λ₀ + c, free slip C u₀ + G λ₀. Where S is not exact, its solution is
@@ -172,17 +159,16 @@ impl ExplicitDual {
         }
     }
 
-    /// Recomputes the free slip, where it is held, from the displacement A⁻¹l in m.
+    /// Recomputes the free slip, where it is held, from the displacement A⁻¹l or that at the anchor in m.
     pub(super) fn apply_loads(
         &mut self,
-        unconstrained: &[f64],
+        displacement: &[f64],
         surface: &ContactSurface,
         frame: &ContactFrame,
         dofs: &DofMap,
     ) {
         if let Some(compliance) = &mut self.compliance {
-            let selection = tangential_selection(surface, frame, dofs);
-            compliance.slip_free = free_slip(&selection, unconstrained, surface, frame, dofs);
+            compliance.slip_free = free_slip(displacement, surface, frame, dofs);
         }
     }
 

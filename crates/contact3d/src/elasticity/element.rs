@@ -5,11 +5,11 @@ use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use crate::{
     mesh::{IsoparametricMap, Mesh, is_straight, tetrahedron_volume},
     reference::{TETRAHEDRON_EDGES, quadrature, shape::quadratic_tetrahedron_slopes},
-    scene::Scene,
+    scene::{Material, Scene},
 };
 
 /// Centre of a tetrahedron in barycentric coordinates.
-const CENTROID: [f64; 4] = [0.25; 4];
+pub(super) const CENTROID: [f64; 4] = [0.25; 4];
 
 /// A tetrahedron as assembly sees it; nodes are its corners, then its mid-edge nodes.
 #[derive(Debug, Clone)]
@@ -22,20 +22,12 @@ pub(crate) enum Element {
     Curved(Box<CurvedTetrahedron>),
 }
 
-/// A point of integration and the gradients of the shape functions there.
-#[derive(Debug, Clone, Copy)]
-struct IntegrationPoint {
-    /// Volume in m³ that the point stands for.
-    volume: f64,
-    /// ∇φ_a in 1/m, in the order of the element's nodes.
-    gradients: [Vector3<f64>; 10],
-}
-
 /// An isoparametric quadratic tetrahedron.
 #[derive(Debug, Clone)]
 pub(crate) struct CurvedTetrahedron {
     map: IsoparametricMap,
-    points: Vec<IntegrationPoint>,
+    /// The volume in m³ that each point of integration stands for, and ∇φ_a in 1/m there, in the order of the element's nodes.
+    points: Vec<(f64, [Vector3<f64>; 10])>,
 }
 
 /// One summand (4 λ_k − shift) ∇λ_along of the gradient of a quadratic shape function.
@@ -107,9 +99,9 @@ impl Element {
             }
             Self::Curved(curved) => {
                 let mut block = Matrix3::zeros();
-                for point in &curved.points {
-                    let stresses = unit_stresses(elasticity, &point.gradients[b]);
-                    let forces = stresses.map(|s| traction(&point.gradients[a], &s) * point.volume);
+                for (volume, gradients) in &curved.points {
+                    let stresses = unit_stresses(elasticity, &gradients[b]);
+                    let forces = stresses.map(|s| traction(&gradients[a], &s) * *volume);
                     block += Matrix3::from_columns(&forces);
                 }
                 block
@@ -117,14 +109,14 @@ impl Element {
         }
     }
 
-    /// Adds the nodal forces ∫ Gᵀ C ε(u) in N that balance the stress of a displacement u in m, both
-    /// in the order of the element's nodes.
-    pub(crate) fn add_internal_forces(
+    /// The nodal forces ∫ Gᵀ C ε(u) in N that balance the stress of a displacement u in m, both in the order of the
+    /// element's nodes.
+    pub(super) fn internal_forces(
         &self,
         elasticity: &Matrix6<f64>,
         displacement: &[[f64; 3]],
-        forces: &mut [Vector3<f64>],
-    ) {
+    ) -> Vec<Vector3<f64>> {
+        let mut forces = vec![Vector3::zeros(); displacement.len()];
         let mut add = |volume: f64, gradients: &[Vector3<f64>]| {
             let stress = stress(elasticity, gradients, displacement);
             for (force, gradient) in forces.iter_mut().zip(gradients) {
@@ -136,18 +128,17 @@ impl Element {
             // The integrand is quadratic.
             Self::Quadratic(simplex) => {
                 for (at, weight) in quadrature::TETRAHEDRON_2 {
-                    add(
-                        weight * simplex.volume,
-                        &quadratic_gradients(&simplex.gradients, &at),
-                    );
+                    let gradients = quadratic_gradients(&simplex.gradients, &at);
+                    add(weight * simplex.volume, &gradients);
                 }
             }
             Self::Curved(curved) => {
-                for point in &curved.points {
-                    add(point.volume, &point.gradients);
+                for (volume, gradients) in &curved.points {
+                    add(*volume, gradients);
                 }
             }
         }
+        forces
     }
 
     /// Voigt stress C ε(u) in Pa at a point in barycentric coordinates.
@@ -170,16 +161,6 @@ impl Element {
             }
         }
     }
-
-    /// Voigt stress C ε(u) in Pa at the centroid.
-    #[must_use]
-    pub(crate) fn centroid_stress(
-        &self,
-        elasticity: &Matrix6<f64>,
-        displacement: &[[f64; 3]],
-    ) -> Vector6<f64> {
-        self.stress(elasticity, displacement, &CENTROID)
-    }
 }
 
 /// ∇φ of the ten quadratic shape functions from the gradients of the barycentric coordinates.
@@ -196,10 +177,7 @@ impl CurvedTetrahedron {
         let map = IsoparametricMap::new(corners, middles);
         let points = quadrature::tetrahedron_5().map(|(at, weight)| {
             let (volume, gradients) = map.geometry(&at);
-            IntegrationPoint {
-                volume: weight * volume,
-                gradients,
-            }
+            (weight * volume, gradients)
         });
         Self {
             points: points.collect(),
@@ -305,10 +283,9 @@ impl<'a> MaterialField<'a> {
         let materials = [&scene.material]
             .into_iter()
             .chain(scene.regions.iter().map(|region| &region.material));
-        let tensor = |material: &crate::scene::Material| {
-            material
-                .elasticity()
-                .expect("a validated material has an elasticity tensor")
+        let tensor = |material: &Material| {
+            let tensor = material.elasticity();
+            tensor.expect("a validated material has an elasticity tensor")
         };
         Self {
             tensors: materials.map(tensor).collect(),

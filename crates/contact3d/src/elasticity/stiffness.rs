@@ -1,9 +1,9 @@
 //! Assembly of A on the graph of nodes.
 
-use nalgebra::{Matrix3, Matrix6, Vector3};
+use nalgebra::{Matrix3, Matrix6};
 use rayon::prelude::*;
 
-use super::{DofMap, Element, MaterialField, SpringMatrix};
+use super::{DofMap, Element, MaterialField, SpringMatrix, element::CENTROID};
 use crate::{linalg::CscMatrix, mesh::Mesh};
 
 /// The stiffness matrix A over the free degrees of freedom, `[n_free, n_free]`, in N/m.
@@ -171,16 +171,14 @@ impl InternalForces {
             let element = Element::of(mesh, t);
             let tensor = material.tensor(t);
             let local: Vec<[f64; 3]> = mesh.tetrahedron_nodes(t).map(|n| displacement[n]).collect();
-            let mut forces = vec![Vector3::zeros(); local.len()];
-            element.add_internal_forces(tensor, &local, &mut forces);
-            for (node, force) in mesh.tetrahedron_nodes(t).zip(&forces) {
+            let forces = element.internal_forces(tensor, &local);
+            for (node, force) in mesh.tetrahedron_nodes(t).zip(forces) {
                 for component in 0..3 {
                     found.forces[node][component] += force[component];
                 }
             }
-            found
-                .stress
-                .push(element.centroid_stress(tensor, &local).into());
+            let centroid = element.stress(tensor, &local, &CENTROID);
+            found.stress.push(centroid.into());
             if mesh.mid_edges.is_some() {
                 let at = |k| std::array::from_fn(|j| f64::from(u8::from(j == k)));
                 let corner = |k| element.stress(tensor, &local, &at(k)).into();
@@ -224,11 +222,8 @@ impl NodeGraph {
                 for &node in nodes {
                     let around = &corners[corner_offsets[node]..corner_offsets[node + 1]];
                     found.clear();
-                    found.extend(
-                        around
-                            .iter()
-                            .flat_map(|corner| mesh.tetrahedron_nodes(corner.tetrahedron)),
-                    );
+                    let nodes = |corner: &Corner| mesh.tetrahedron_nodes(corner.tetrahedron);
+                    found.extend(around.iter().flat_map(nodes));
                     found.sort_unstable();
                     found.dedup();
                     counts.push(found.len());
