@@ -153,12 +153,6 @@ impl CoulombLaw {
         }
     }
 
-    fn path_at(&self, contact_node: usize) -> [f64; 3] {
-        self.path
-            .as_ref()
-            .map_or([0.0; 3], |path| path[contact_node])
-    }
-
     /// The law t F for a factor t > 0, which counts its evaluations anew.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
@@ -229,10 +223,7 @@ impl CoulombLaw {
     #[must_use]
     pub fn evaluate(&self, contact_node: usize, slip: [f64; 2]) -> [f64; 2] {
         self.evaluations.fetch_add(1, Ordering::Relaxed);
-        let (law, position) = self.law_at(contact_node);
-        let path = self.path_at(contact_node);
-        let given = law.evaluate_after(path, position, slip);
-        let given = given.map(|f| self.factor * f);
+        let given = self.unsoftened(contact_node, slip);
         match self.softening {
             Some(softening) => given.map(|f| softening.value(f)),
             None => given,
@@ -242,29 +233,37 @@ impl CoulombLaw {
     /// ∂F_i/∂|u_tk| in 1/m at a contact node.
     #[must_use]
     pub fn derivative(&self, contact_node: usize, slip: [f64; 2]) -> [[f64; 2]; 2] {
-        let (law, position) = self.law_at(contact_node);
-        let path = self.path_at(contact_node);
+        let (law, path, position) = self.law_at(contact_node);
         let given = law.derivative_after(path, position, slip);
         let given = given.map(|row| row.map(|d| self.factor * d));
         let Some(softening) = self.softening else {
             return given;
         };
         // d(F₀^(1−τ) F^τ) = τ F₀^(1−τ) F^τ / F dF.
-        let coefficients = law.evaluate_after(path, position, slip);
-        let coefficients = coefficients.map(|f| self.factor * f);
+        let coefficients = self.unsoftened(contact_node, slip);
         std::array::from_fn(|i| {
             let factor = softening.share * softening.value(coefficients[i]) / coefficients[i];
             given[i].map(|d| factor * d)
         })
     }
 
-    /// The law at a contact node, and its place.
-    fn law_at(&self, contact_node: usize) -> (&FrictionLaw, [f64; 3]) {
-        let face = &self.faces[self
-            .faces
-            .partition_point(|face| face.first_node <= contact_node)
-            - 1];
-        (&face.law, face.positions[contact_node - face.first_node])
+    fn unsoftened(&self, contact_node: usize, slip: [f64; 2]) -> [f64; 2] {
+        let (law, path, position) = self.law_at(contact_node);
+        let given = law.evaluate_after(path, position, slip);
+        given.map(|f| self.factor * f)
+    }
+
+    /// The law at a contact node, the path slid there before, and its place.
+    fn law_at(&self, contact_node: usize) -> (&FrictionLaw, [f64; 3], [f64; 3]) {
+        let is_before = |face: &FaceLaw| face.first_node <= contact_node;
+        let face = &self.faces[self.faces.partition_point(is_before) - 1];
+        let path = self.path.as_ref();
+        let path = path.map_or([0.0; 3], |path| path[contact_node]);
+        (
+            &face.law,
+            path,
+            face.positions[contact_node - face.first_node],
+        )
     }
 
     fn face_of(&self, pane: usize) -> &FaceLaw {

@@ -1,6 +1,6 @@
 //! What the steps of a load history before this one left on the contact face.
 
-use std::sync::Arc;
+use std::{borrow::Cow, sync::Arc};
 
 use super::{Interface, InterfaceFriction, SlipOperator, SlipOperatorDerivative, nodal_tangential};
 use crate::{elasticity::DofMap, mesh::ContactSurface, scene::SlipMeasure};
@@ -31,27 +31,20 @@ impl SlipMap {
     /// sliding from former steps is added by the law.
     #[must_use]
     pub fn slip(&self, tangential: &[[f64; 2]]) -> Vec<[f64; 2]> {
-        match self.counted(tangential) {
-            None => self.operator.slip(tangential),
-            Some(moved) => self.operator.slip(&moved),
-        }
+        self.operator.slip(&self.counted(tangential))
     }
 
     /// The derivative of [`Self::slip`] by (u_t1, u_t2).
     #[must_use]
     pub fn derivative(&self, tangential: &[[f64; 2]]) -> SlipOperatorDerivative {
-        match self.counted(tangential) {
-            None => self.operator.derivative(tangential),
-            Some(moved) => self.operator.derivative(&moved),
-        }
+        self.operator.derivative(&self.counted(tangential))
     }
 
-    /// u_t less where the slip is counted from, where the law counts from there; `None` for zero.
-    fn counted(&self, tangential: &[[f64; 2]]) -> Option<Vec<[f64; 2]>> {
-        let past = self.past.as_ref()?;
-        match past.follows {
-            SlipMeasure::TotalSlip => None,
-            SlipMeasure::StepSlip | SlipMeasure::PathLength => Some(past.slip(tangential)),
+    /// u_t less where the slip is counted from, where the law counts from there.
+    fn counted<'u>(&self, tangential: &'u [[f64; 2]]) -> Cow<'u, [[f64; 2]]> {
+        match &self.past {
+            Some(past) if past.follows != SlipMeasure::TotalSlip => past.slip(tangential).into(),
+            _ => tangential.into(),
         }
     }
 }

@@ -131,23 +131,15 @@ pub(super) struct StiffnessFactor {
     pub(super) kept: Vec<usize>,
     /// 1/√S_ii of them.
     pub(super) scale: Vec<f64>,
-    factor: Triangle,
+    /// `None` of numbers that are not finite.
+    factor: Option<Triangle>,
 }
 
 #[derive(Debug, Clone)]
 enum Triangle {
-    /// `None` of numbers that are not finite.
-    Dense(Option<DenseCholesky>),
-    Sparse(Box<SparseTriangle>),
-}
-
-/// Sparse factors; `None` of numbers that are not finite.
-#[derive(Debug, Clone)]
-struct SparseTriangle {
-    /// Of all components.
-    all: Option<CholeskyFactor>,
-    /// Of the first ones, the normal ones, whose factor is no part of the other; none where there are no others.
-    normal: Option<CholeskyFactor>,
+    Dense(DenseCholesky),
+    /// Of all components, and of the first ones, the normal ones, whose factor is no part of the other.
+    Sparse(Box<[CholeskyFactor; 2]>),
 }
 
 impl StiffnessFactor {
@@ -156,20 +148,14 @@ impl StiffnessFactor {
         let (kept, scale) = units(dual);
         let factor = match &dual.operator {
             DualMatrix::Dense(_) => {
-                Triangle::Dense(DenseCholesky::shifted(&unit_diagonal(dual, &kept, &scale)))
+                let factor = DenseCholesky::shifted(&unit_diagonal(dual, &kept, &scale));
+                factor.map(Triangle::Dense)
             }
             DualMatrix::Sparse(matrix) => {
                 let n_normal = kept.partition_point(|&j| j < dual.n_panes());
-                let leading = |count: usize| leading(matrix, &kept[..count], &scale);
-                let are_all = n_normal == kept.len();
-                Triangle::Sparse(Box::new(SparseTriangle {
-                    all: shifted_sparse(leading(kept.len())),
-                    normal: if are_all {
-                        None
-                    } else {
-                        shifted_sparse(leading(n_normal))
-                    },
-                }))
+                let factor = |count: usize| shifted_sparse(leading(matrix, &kept[..count], &scale));
+                let factors = factor(kept.len()).zip(factor(n_normal));
+                factors.map(|(all, normal)| Triangle::Sparse(Box::new([all, normal])))
             }
         };
         Self {
@@ -193,7 +179,14 @@ impl StiffnessFactor {
     fn solve_first(&self, rhs: &[f64], count: usize) -> Vec<f64> {
         let scaled = (0..count).map(|i| self.scale[i] * rhs[self.kept[i]]);
         let mut x: Vec<f64> = scaled.collect();
-        self.factor.solve(&mut x);
+        match &self.factor {
+            None => x.fill(f64::NAN),
+            Some(Triangle::Dense(factor)) => factor.solve(&mut x),
+            Some(Triangle::Sparse(factors)) => {
+                let factor = &factors[usize::from(count < self.kept.len())];
+                factor.solve_in_place(&mut x, &mut Workspace::default());
+            }
+        }
         let mut solution = vec![0.0; rhs.len()];
         for (i, x) in x.iter().enumerate() {
             solution[self.kept[i]] = self.scale[i] * x;
@@ -204,34 +197,9 @@ impl StiffnessFactor {
     /// The diagonal of (LLᵀ)⁻¹.
     pub(super) fn inverse_diagonal(&self) -> Vec<f64> {
         match &self.factor {
-            Triangle::Dense(None) => vec![f64::NAN; self.kept.len()],
-            Triangle::Dense(Some(factor)) => inverse_diagonal(factor),
-            Triangle::Sparse(factors) => match &factors.all {
-                None => vec![f64::NAN; self.kept.len()],
-                Some(factor) => factor.inverse_diagonal(),
-            },
-        }
-    }
-}
-
-impl Triangle {
-    /// Solves with the leading part of as many components as x has.
-    fn solve(&self, x: &mut [f64]) {
-        match self {
-            Self::Dense(None) => x.fill(f64::NAN),
-            Self::Dense(Some(factor)) => factor.solve(x),
-            Self::Sparse(factors) => {
-                let is_whole = |factor: &CholeskyFactor| factor.size() == x.len();
-                let factor = if factors.all.as_ref().is_none_or(is_whole) {
-                    &factors.all
-                } else {
-                    &factors.normal
-                };
-                match factor {
-                    None => x.fill(f64::NAN),
-                    Some(factor) => factor.solve_in_place(x, &mut Workspace::default()),
-                }
-            }
+            None => vec![f64::NAN; self.kept.len()],
+            Some(Triangle::Dense(factor)) => inverse_diagonal(factor),
+            Some(Triangle::Sparse(factors)) => factors[0].inverse_diagonal(),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The dual problem as arrays.
 
-use std::sync::Arc;
+use std::{borrow::Cow, sync::Arc};
 
 use super::{
     Assembly, Balance, ContactCompliance, ContactSystem, DualMatrix,
@@ -246,8 +246,7 @@ impl ExplicitDual {
     /// r = S λ − h in m³ at x; where the body floats, r = S λ − G α − h and then e − Gᵀλ − D α in N.
     #[must_use]
     pub fn gradient(&self, unknowns: &[f64]) -> Vec<f64> {
-        let beyond_anchor = self.beyond_anchor(unknowns);
-        let x = beyond_anchor.as_deref().unwrap_or(unknowns);
+        let x = &self.beyond_anchor(unknowns);
         let multiplier = self.multipliers(x);
         let mut gradient = self.apply(multiplier);
         if let Some(balance) = &self.balance {
@@ -269,17 +268,18 @@ impl ExplicitDual {
         let Some(compliance) = &self.compliance else {
             return Vec::new();
         };
-        let beyond_anchor = self.beyond_anchor(unknowns);
-        let x = beyond_anchor.as_deref().unwrap_or(unknowns);
+        let x = &self.beyond_anchor(unknowns);
         let mut slip = compliance.tangential_displacement(self.multipliers(x));
         self.add_rigid_slip(self.motion(x), &mut slip);
         slip
     }
 
     /// x − x₀ about an anchor.
-    fn beyond_anchor(&self, unknowns: &[f64]) -> Option<Vec<f64>> {
-        let anchor = self.anchor.as_ref()?;
-        Some(difference(unknowns, anchor))
+    fn beyond_anchor<'x>(&self, unknowns: &'x [f64]) -> Cow<'x, [f64]> {
+        match &self.anchor {
+            Some(anchor) => difference(unknowns, anchor).into(),
+            None => unknowns.into(),
+        }
     }
 
     fn add_rigid_slip(&self, motion: &[f64], slip: &mut [[f64; 2]]) {

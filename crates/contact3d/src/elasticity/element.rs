@@ -100,9 +100,7 @@ impl Element {
             Self::Curved(curved) => {
                 let mut block = Matrix3::zeros();
                 for (volume, gradients) in &curved.points {
-                    let stresses = unit_stresses(elasticity, &gradients[b]);
-                    let forces = stresses.map(|s| traction(&gradients[a], &s) * *volume);
-                    block += Matrix3::from_columns(&forces);
+                    block += block_of(elasticity, [&gradients[a], &gradients[b]], *volume);
                 }
                 block
             }
@@ -228,10 +226,15 @@ impl Simplex {
         a: usize,
         b: usize,
     ) -> Matrix3<f64> {
-        let stresses = unit_stresses(elasticity, &self.gradients[b]);
-        let forces = stresses.map(|stress| traction(&self.gradients[a], &stress) * self.volume);
-        Matrix3::from_columns(&forces)
+        let gradients = [&self.gradients[a], &self.gradients[b]];
+        block_of(elasticity, gradients, self.volume)
     }
+}
+
+/// V G_aᵀ C G_b for the gradients at a point that stands for a volume.
+fn block_of(elasticity: &Matrix6<f64>, [a, b]: [&Vector3<f64>; 2], volume: f64) -> Matrix3<f64> {
+    let stresses = unit_stresses(elasticity, b);
+    Matrix3::from_columns(&stresses.map(|stress| traction(a, &stress) * volume))
 }
 
 /// Voigt stress C ε(u) in Pa of displacements in m at nodes whose shape functions have some gradients.

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, Vector3};
 
 use super::{
     DofMap,
-    rigid_motion::{RigidMotion, farthest, middle_and_spread, telling_motions},
+    rigid_motion::{AXES, RigidMotion, axis_along, farthest, middle_and_spread, telling_motions},
 };
 use crate::{
     linalg::{CscMatrix, add_combination, add_scaled, dot},
@@ -274,11 +274,10 @@ const HARDLY_A_TURN: f64 = 1e-2;
 /// A direction in words: an axis with its sign, or a unit vector.
 fn direction(v: Vector3<f64>) -> String {
     let v = v.normalize();
-    let axis = (0..3).find(|&c| v[c].abs() > 1.0 - 1e-9);
-    match axis {
+    match axis_along(&v, 1e-9) {
         Some(c) => {
             let sign = if v[c] < 0.0 { "-" } else { "" };
-            format!("{sign}{}", ["x", "y", "z"][c])
+            format!("{sign}{}", AXES[c])
         }
         None => format!("({:.6}, {:.6}, {:.6})", v.x, v.y, v.z),
     }

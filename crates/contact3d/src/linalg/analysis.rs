@@ -185,11 +185,6 @@ impl FactorStructure {
         owner
     }
 
-    /// Parent of a supernode in the elimination tree: the owner of its first row below the diagonal block.
-    pub(super) fn parent(&self, s: usize, owner: &[usize]) -> Option<usize> {
-        self.front(s).below().first().map(|&row| owner[row])
-    }
-
     /// New number of each unknown of A.
     pub(super) fn new_of_old(&self) -> Vec<usize> {
         inverse(&self.permutation).expect("a checked permutation")

@@ -13,7 +13,7 @@ use super::{
     factor::CholeskyFactor,
     forward_rows::ForwardRows,
     front_plan::{SparseColumn, SupernodeTree},
-    half_solve::HalfSolved,
+    half_solve::SupernodeColumns,
     precision::Scalar,
     sparse::CscMatrix,
     work::Work,
@@ -40,7 +40,7 @@ struct BackwardPlan<T> {
     /// Number of unknowns of the top, the row of X of the first column of `subtrees`.
     top_rows: usize,
     /// Y and −L_below Y.
-    subtrees: HalfSolved<T>,
+    subtrees: Vec<SupernodeColumns<T>>,
 }
 
 impl<T: Scalar> ForwardRows<'_, T> {
@@ -130,7 +130,7 @@ impl<T: Scalar> ForwardRows<'_, T> {
         let SupernodeTree { owner, parent } = &self.tree;
         let supernodes = factor.structure.supernodes();
         let mut loads = vec![0.0; supernodes];
-        for part in &self.half_solved.parts {
+        for part in &self.half_solved {
             loads[part.supernode] = part.columns.len() as f64;
         }
         let mut costs = vec![SubtreeCost::default(); supernodes];
@@ -167,7 +167,7 @@ impl<T: Scalar> ForwardRows<'_, T> {
         let count = block.len();
         let mut x = vec![T::default(); plan.rows * count];
         let mut known = Vec::new();
-        let mut parts = self.half_solved.parts.iter().rev().peekable();
+        let mut parts = self.half_solved.iter().rev().peekable();
         for &s in plan.top.iter().rev() {
             while parts.next_if(|part| part.supernode > s).is_some() {}
             if let Some(part) = parts.next_if(|part| part.supernode == s) {
@@ -191,15 +191,14 @@ impl<T: Scalar> ForwardRows<'_, T> {
     /// Adds −(L_below Y)ᵀ X_below.
     fn add_boundaries(&self, plan: &BackwardPlan<T>, top: &[T], rest: &mut [T], count: usize) {
         let (mut known, mut product) = (Vec::new(), Vec::new());
-        for boundary in &plan.subtrees.boundaries {
-            let part = &plan.subtrees.parts[boundary.root];
+        for part in plan.subtrees.iter().filter(|part| !part.update.is_empty()) {
             let rows = self.factor.structure.front(part.supernode).below();
             known.clear();
             for &row in rows {
                 known.extend_from_slice(&top[plan.place[row] * count..][..count]);
             }
             let columns = part.columns.len();
-            let update = MatRef::from_column_major_slice(&boundary.update, rows.len(), columns);
+            let update = MatRef::from_column_major_slice(&part.update, rows.len(), columns);
             let known = MatRef::from_row_major_slice(&known, rows.len(), count);
             product.resize(columns * count, T::default());
             let target = MatMut::from_row_major_slice_mut(&mut product, columns, count);
@@ -214,8 +213,8 @@ impl<T: Scalar> ForwardRows<'_, T> {
     /// Adds YᵀW_T.
     fn add_loads(&self, plan: &BackwardPlan<T>, block: &Range<usize>, rest: &mut [T]) {
         let mut product = Vec::new();
-        let mut parts = self.half_solved.parts.iter().peekable();
-        for unit in &plan.subtrees.parts {
+        let mut parts = self.half_solved.iter().peekable();
+        for unit in &plan.subtrees {
             while parts
                 .next_if(|part| part.supernode < unit.supernode)
                 .is_some()

@@ -7,10 +7,7 @@ use faer::{
 };
 use thiserror::Error;
 
-use super::{
-    separator::{Split, best_split},
-    sparse::CscMatrix,
-};
+use super::{separator::best_split, sparse::CscMatrix};
 
 /// Parts of at most this many nodes are ordered by minimum degree.
 const LEAF_NODES: usize = 100;
@@ -22,6 +19,7 @@ const PARALLEL_NODES: usize = 2000;
 const ACROSS: f64 = 1e-6;
 
 /// Adjacency and cell-scaled coordinates of some nodes of the mesh, numbered from 0.
+#[derive(Default)]
 pub(super) struct Subgraph {
     /// The mesh's number of each node.
     nodes: Vec<usize>,
@@ -85,8 +83,7 @@ impl Subgraph {
         let mut part = Self {
             nodes: (0..points.len()).collect(),
             indptr: vec![0],
-            indices: vec![],
-            points: vec![],
+            ..Self::default()
         };
         for list in &mut neighbours {
             list.sort_unstable();
@@ -109,25 +106,16 @@ impl Subgraph {
     /// The ordering of this part's nodes in the mesh's numbers: one side, the other side, the
     /// separator.
     fn dissect(self) -> Result<Vec<usize>, OrderingError> {
-        let split = if self.len() > LEAF_NODES {
-            best_split(&self)
-        } else {
-            None
-        };
-        let Some(Split {
-            first,
-            second,
-            separator,
-        }) = split
-        else {
+        let is_leaf = self.len() <= LEAF_NODES;
+        let Some(split) = (!is_leaf).then(|| best_split(&self)).flatten() else {
             let order = amd_of_pattern(&self.indptr, &self.indices)?;
             return Ok(order.into_iter().map(|node| self.nodes[node]).collect());
         };
         let parallel = self.len() > PARALLEL_NODES;
-        let (a, b) = (self.restrict(&first), self.restrict(&second));
-        let separator = separator.into_iter().map(|node| self.nodes[node]);
+        let (a, b) = (self.restrict(&split.first), self.restrict(&split.second));
+        let separator = split.separator.iter().map(|&node| self.nodes[node]);
         let separator: Vec<usize> = separator.collect();
-        drop((self, first, second));
+        drop((self, split));
         let (a, b) = if parallel {
             rayon::join(|| a.dissect(), || b.dissect())
         } else {
@@ -147,10 +135,8 @@ impl Subgraph {
             .enumerate()
             .for_each(|(new, &old)| number[old] = new);
         let mut part = Self {
-            nodes: vec![],
             indptr: vec![0],
-            indices: vec![],
-            points: vec![],
+            ..Self::default()
         };
         for &old in nodes {
             let kept = self

@@ -10,7 +10,7 @@ use super::analysis::FactorStructure;
 use super::dense::multiply;
 use super::factor::CholeskyFactor;
 use super::front_plan::{FrontPlan, SparseColumn, SupernodeTree};
-use super::half_solve::{HalfSolved, SupernodeColumns};
+use super::half_solve::SupernodeColumns;
 use super::precision::Scalar;
 use super::sparse::CscMatrix;
 use super::work::Work;
@@ -28,7 +28,7 @@ pub(crate) struct ForwardRows<'a, T> {
     /// The row of B of each column of W: rows that lie close in the elimination tree are
     /// neighbours.
     pub(super) order: Vec<usize>,
-    pub(super) half_solved: HalfSolved<T>,
+    pub(super) half_solved: Vec<SupernodeColumns<T>>,
     pub(super) work: &'a Work,
 }
 
@@ -149,7 +149,7 @@ impl<T: Scalar> ForwardRows<'_, T> {
     #[must_use]
     pub(crate) fn squared_lengths(&self) -> Vec<f64> {
         let mut lengths = vec![0.0; self.order.len()];
-        for part in &self.half_solved.parts {
+        for part in &self.half_solved {
             for (&column, values) in part.columns.iter().zip(part.values.chunks(part.width())) {
                 let squares = values.iter().map(|value| value.to_double().powi(2));
                 lengths[self.order[column]] += squares.sum::<f64>();
@@ -165,14 +165,14 @@ impl<T: Scalar> ForwardRows<'_, T> {
             let front = structure.front(part.supernode);
             front.solve_operations(part.columns.len())
         };
-        self.half_solved.parts.iter().map(operations).sum()
+        self.half_solved.iter().map(operations).sum()
     }
 
     /// The products of two ranges of columns of W, column-major, supernode by supernode.
     fn tile(&self, left: &Range<usize>, right: &Range<usize>) -> Vec<T> {
         let mut tile = vec![T::default(); left.len() * right.len()];
         let mut product = Vec::new();
-        for part in &self.half_solved.parts {
+        for part in &self.half_solved {
             let (rows, w_left) = part.columns_in(left);
             let (columns, w_right) = part.columns_in(right);
             if rows.is_empty() || columns.is_empty() {

@@ -29,24 +29,8 @@ pub(super) struct SupernodeColumns<T> {
     pub(super) columns: Vec<usize>,
     /// Their solutions, column-major, shape (columns of the supernode, `columns`).
     pub(super) values: Vec<T>,
-}
-
-/// What the solved part of a subtree subtracts from the rows below its root, column-major, shape
-/// (rows below, columns).
-#[derive(Clone, Debug)]
-pub(super) struct Frontier<T> {
-    /// Index of the root's [`SupernodeColumns`].
-    pub(super) root: usize,
+    /// What a solved subtree adds to the rows below its root, column-major, shape (rows below, columns); empty elsewhere.
     pub(super) update: Vec<T>,
-}
-
-/// Right-hand sides solved on the supernodes they reach.
-#[derive(Clone, Debug)]
-pub(super) struct HalfSolved<T> {
-    /// One part for each reached supernode, ascending.
-    pub(super) parts: Vec<SupernodeColumns<T>>,
-    /// The updates left at the roots of the solved forest that have rows below.
-    pub(super) boundaries: Vec<Frontier<T>>,
 }
 
 impl<T: Scalar> SupernodeColumns<T> {
@@ -69,8 +53,8 @@ impl<T: Scalar> SupernodeColumns<T> {
 }
 
 impl<T: Scalar> CholeskyFactor<T> {
-    /// Solves with L on the supernodes that `included` accepts, which must contain the subtrees
-    /// below their members.
+    /// Solves with L on the supernodes that `included` accepts, which must contain the subtrees below their members: one part
+    /// for each of them that a right-hand side reaches, ascending.
     ///
     /// A multifrontal forward pass: every supernode adds the updates of its children, solves with
     /// its diagonal block and passes its own update on. Fronts of one level of the tree, and fixed
@@ -82,13 +66,9 @@ impl<T: Scalar> CholeskyFactor<T> {
         right_hand_sides: &[SparseColumn],
         included: impl Fn(usize) -> bool,
         work: &Work,
-    ) -> HalfSolved<T> {
-        let plan = FrontPlan::new(
-            self.structure.supernodes(),
-            tree,
-            right_hand_sides,
-            included,
-        );
+    ) -> Vec<SupernodeColumns<T>> {
+        let count = self.structure.supernodes();
+        let plan = FrontPlan::new(count, tree, right_hand_sides, included);
         let mut fronts: Vec<Vec<T>> = vec![Vec::new(); plan.reached.len()];
         let mut own: Vec<Vec<T>> = vec![Vec::new(); plan.reached.len()];
         for level in plan.levels() {
@@ -106,24 +86,19 @@ impl<T: Scalar> CholeskyFactor<T> {
                 work.add(front.solve_operations(columns.len()));
             }
         }
-        let boundaries = (0..plan.reached.len())
-            .filter(|&k| plan.parent[k].is_none())
-            .filter_map(|root| {
-                let update = self.update_of(plan.reached[root].0, &fronts[root]);
-                (!update.is_empty()).then_some(Frontier { root, update })
-            })
-            .collect();
-        let parts = plan
-            .reached
-            .into_iter()
-            .zip(own)
-            .map(|((supernode, columns), values)| SupernodeColumns {
+        // Those of all fronts but the roots were given to their parents.
+        let parts = plan.reached.into_iter().zip(fronts).zip(own);
+        let parts = parts.map(|(((supernode, columns), front), values)| {
+            let Front { width, rows, .. } = self.structure.front(supernode);
+            let below = front.chunks_exact(rows.len()).flat_map(|c| &c[width..]);
+            SupernodeColumns {
                 supernode,
                 columns,
                 values,
-            })
-            .collect();
-        HalfSolved { parts, boundaries }
+                update: below.copied().collect(),
+            }
+        });
+        parts.collect()
     }
 
     /// The front of part k (rows of the supernode × right-hand sides, column-major) after
@@ -191,16 +166,6 @@ impl<T: Scalar> CholeskyFactor<T> {
             height: child.rows.len(),
             front,
         }
-    }
-
-    /// The rows of a front below the supernode's own.
-    fn update_of(&self, s: usize, front: &[T]) -> Vec<T> {
-        let Front { width, rows, .. } = self.structure.front(s);
-        let columns = front.chunks_exact(rows.len());
-        columns
-            .flat_map(|column| &column[width..])
-            .copied()
-            .collect()
     }
 }
 

@@ -25,6 +25,7 @@ const SMALLEST_SHARE: f64 = 0.22;
 const SIDE_WEIGHT: f64 = 0.125;
 
 /// A part's nodes in three sets, each increasing, no edge joining the first two.
+#[derive(Default)]
 pub(super) struct Split {
     pub(super) first: Vec<usize>,
     pub(super) second: Vec<usize>,
@@ -176,11 +177,7 @@ fn best_cut(part: &Subgraph, rank: &[usize]) -> Option<Cut> {
 }
 
 fn split_at(part: &Subgraph, cut: &Cut, rank: &[usize]) -> Split {
-    let mut split = Split {
-        first: vec![],
-        second: vec![],
-        separator: vec![],
-    };
+    let mut split = Split::default();
     for node in 0..part.len() {
         let is_before = rank[node] < cut.position;
         let crosses = |&other: &usize| (rank[other] < cut.position) != is_before;
