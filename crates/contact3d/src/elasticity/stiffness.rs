@@ -29,10 +29,10 @@ pub(crate) fn stiffness_on(
         .into_par_iter()
         .map(|t| Element::of(mesh, t))
         .collect();
+    let free_at = |&node: &usize| dofs.dof[node].iter().flatten().count();
     let mut indptr = vec![0];
     for node in 0..mesh.coordinates.len() {
-        let rows = |&other: &usize| dofs.dof[other].iter().flatten().count();
-        let rows: usize = graph.neighbours(node).iter().map(rows).sum();
+        let rows: usize = graph.neighbours(node).iter().map(free_at).sum();
         for _ in dofs.dof[node].iter().flatten() {
             indptr.push(indptr[indptr.len() - 1] + rows);
         }
@@ -52,16 +52,11 @@ pub(crate) fn stiffness_on(
     let chunks: Vec<_> = nodes
         .chunks(CHUNK)
         .map(|nodes| {
-            let free: usize = nodes
-                .iter()
-                .map(|&node| dofs.dof[node].iter().flatten().count())
-                .sum();
+            let free: usize = nodes.iter().map(free_at).sum();
             let count = indptr[column + free] - indptr[column];
             column += free;
-            let (indices, data) = std::mem::take(&mut rest);
-            let (own_indices, indices) = indices.split_at_mut(count);
-            let (own_data, data) = data.split_at_mut(count);
-            rest = (indices, data);
+            let own_indices = rest.0.split_off_mut(..count).expect("counted before");
+            let own_data = rest.1.split_off_mut(..count).expect("counted before");
             (nodes, own_indices, own_data)
         })
         .collect();
@@ -112,13 +107,12 @@ impl Columns<'_> {
         let neighbours = self.graph.neighbours(node);
         blocks.clear();
         blocks.resize(neighbours.len(), Matrix3::zeros());
-        for corner in self.graph.corners(node) {
-            let t = corner.tetrahedron;
+        for &(t, place) in self.graph.corners(node) {
             let tensor = self.material.tensor(t);
             for (a, other) in self.mesh.tetrahedron_nodes(t).enumerate() {
                 let at = neighbours.partition_point(|&n| n < other);
                 let order = other.cmp(&node);
-                blocks[at] += symmetric_block(&self.elements[t], tensor, a, corner.place, order);
+                blocks[at] += symmetric_block(&self.elements[t], tensor, a, place, order);
             }
         }
         for (other, block) in self.springs.iter().flat_map(|springs| springs.row(node)) {
@@ -190,7 +184,7 @@ impl InternalForces {
 }
 
 /// Nodes that one thread treats.
-pub(super) const CHUNK: usize = 512;
+const CHUNK: usize = 512;
 
 /// The graph of a mesh: nodes are neighbours that share a tetrahedron, and each is its own.
 #[derive(Debug)]
@@ -201,13 +195,8 @@ pub(crate) struct NodeGraph {
     corners: Vec<Corner>,
 }
 
-/// A node as one of a tetrahedron's.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Corner {
-    pub(super) tetrahedron: usize,
-    /// Place of the node in the tetrahedron.
-    pub(super) place: usize,
-}
+/// A node as one of a tetrahedron's: the tetrahedron, and its place there.
+type Corner = (usize, usize);
 
 impl NodeGraph {
     /// The graph of the nodes of a mesh.
@@ -222,7 +211,7 @@ impl NodeGraph {
                 for &node in nodes {
                     let around = &corners[corner_offsets[node]..corner_offsets[node + 1]];
                     found.clear();
-                    let nodes = |corner: &Corner| mesh.tetrahedron_nodes(corner.tetrahedron);
+                    let nodes = |corner: &Corner| mesh.tetrahedron_nodes(corner.0);
                     found.extend(around.iter().flat_map(nodes));
                     found.sort_unstable();
                     found.dedup();
@@ -257,7 +246,7 @@ impl NodeGraph {
     }
 
     /// The node in each of its tetrahedra, which increase.
-    pub(super) fn corners(&self, node: usize) -> &[Corner] {
+    fn corners(&self, node: usize) -> &[Corner] {
         &self.corners[self.corner_offsets[node]..self.corner_offsets[node + 1]]
     }
 }
@@ -276,7 +265,7 @@ fn corners(mesh: &Mesh) -> (Vec<usize>, Vec<Corner>) {
     let mut corners = vec![Corner::default(); mesh.nodes_per_tetrahedron() * mesh.tetrahedra.len()];
     for tetrahedron in 0..mesh.tetrahedra.len() {
         for (place, node) in nodes(tetrahedron).enumerate() {
-            corners[next[node]] = Corner { tetrahedron, place };
+            corners[next[node]] = (tetrahedron, place);
             next[node] += 1;
         }
     }

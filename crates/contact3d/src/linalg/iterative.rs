@@ -53,14 +53,11 @@ pub(crate) fn conjugate_gradients(
     loop {
         let mut active: Vec<&mut Iteration> =
             iterations.iter_mut().filter(|it| !it.is_done).collect();
-        match &mut active[..] {
-            [] => break,
-            [one] => factor.solve_in_place(&mut one.preconditioned, work),
-            several => {
-                let several = several.iter_mut().map(|it| &mut it.preconditioned[..]);
-                factor.solve_several(&mut several.collect::<Vec<_>>());
-            }
+        if active.is_empty() {
+            break;
         }
+        let residuals = active.iter_mut().map(|it| &mut it.preconditioned[..]);
+        factor.solve_several(&mut residuals.collect::<Vec<_>>(), work);
         for iteration in active {
             iteration.judge(accuracy);
             if !iteration.is_done {

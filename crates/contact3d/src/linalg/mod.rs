@@ -34,12 +34,10 @@ mod vector;
 mod work;
 
 #[cfg(test)]
-mod forward_rows_tests;
-#[cfg(test)]
-mod solve_tests;
-#[cfg(test)]
 #[path = "../../tests/rooms/linalg/brick.rs"]
 mod test_brick;
+#[cfg(test)]
+mod tests;
 
 pub use analysis::FactorStructure;
 pub use dense::DenseLu;

@@ -98,10 +98,10 @@ impl Factor {
     }
 
     /// The same for several right-hand sides, which share the reading of the factor.
-    pub(crate) fn solve_several(&self, rhs: &mut [&mut [f64]]) {
+    pub(super) fn solve_several(&self, rhs: &mut [&mut [f64]], work: &mut Workspace) {
         match self {
-            Self::Double(factor) => factor.solve_several(rhs),
-            Self::Single(factor) => factor.solve_several(rhs),
+            Self::Double(factor) => factor.solve_several(rhs, work),
+            Self::Single(factor) => factor.solve_several(rhs, work),
         }
     }
 }

@@ -79,7 +79,10 @@ impl<T: Scalar> CholeskyFactor<T> {
     ///
     /// # Panics
     /// As [`Self::solve_in_place`].
-    pub(crate) fn solve_several(&self, rhs: &mut [&mut [f64]]) {
+    pub(super) fn solve_several(&self, rhs: &mut [&mut [f64]], work: &mut Workspace) {
+        if let [one] = rhs {
+            return self.solve_in_place(one, work);
+        }
         let pool = ScratchPool::<T, SEVERAL>::default();
         for block in rhs.chunks_mut(SEVERAL) {
             self.solve_block(block, &pool);
