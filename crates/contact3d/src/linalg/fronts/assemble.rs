@@ -143,13 +143,10 @@ struct Free<T> {
 }
 
 /// Where updates take their memory from.
+#[derive(Default)]
 pub(super) struct Buffers<T>(Mutex<Free<T>>);
 
 impl<T: Scalar> Buffers<T> {
-    pub(super) fn new() -> Self {
-        Self(Mutex::default())
-    }
-
     /// At least `length` numbers of any value; `None` where there is no memory for them.
     ///
     /// Lengths are powers of two, so that a buffer fits again soon; a page that is never touched takes no memory.

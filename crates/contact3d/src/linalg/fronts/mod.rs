@@ -80,7 +80,7 @@ pub(super) fn factorise<T: Scalar>(
         panels: split(&tasks, &structure.value_offsets, values),
         updates: tasks.iter().map(|_| Mutex::new(None)).collect(),
         failure: Mutex::new(None),
-        buffers: Buffers::new(),
+        buffers: Buffers::default(),
         tasks: &tasks,
         work,
     };
