@@ -153,32 +153,3 @@ impl Coupling {
         result
     }
 }
-
-/// Signed (u_t1, u_t2) at every contact node in m, `[n_contact_nodes]`.
-#[must_use]
-pub fn nodal_tangential(
-    surface: &ContactSurface,
-    frame: &ContactFrame,
-    dofs: &DofMap,
-    displacement: &[f64],
-) -> Vec<[f64; 2]> {
-    let nodes = surface.nodes.iter().enumerate();
-    nodes
-        .map(|(local, &node)| frame.tangential(local, dofs.at_node(node, displacement)))
-        .collect()
-}
-
-/// The change of (u_t1, u_t2) at every contact node in m with a change of the free degrees of freedom,
-/// `[n_contact_nodes]`.
-#[must_use]
-pub(crate) fn nodal_tangential_change(
-    surface: &ContactSurface,
-    frame: &ContactFrame,
-    dofs: &DofMap,
-    change: &[f64],
-) -> Vec<[f64; 2]> {
-    let nodes = surface.nodes.iter().enumerate();
-    nodes
-        .map(|(local, &node)| frame.tangential(local, dofs.change_at_node(node, change)))
-        .collect()
-}

@@ -21,8 +21,7 @@ mod past;
 mod slip_operator;
 
 pub use coulomb::{CoulombLaw, FaceLaw, FrictionField};
-pub(crate) use coupling::nodal_tangential_change;
-pub use coupling::{Coupling, nodal_tangential};
+pub use coupling::Coupling;
 pub use frame::{ContactFrame, ReferenceFrame};
 pub use interface::{Interface, InterfaceFriction};
 pub use law_bounds::{LawBounds, LawExtreme};

@@ -2,7 +2,7 @@
 
 use std::{borrow::Cow, sync::Arc};
 
-use super::{Interface, InterfaceFriction, SlipOperator, SlipOperatorDerivative, nodal_tangential};
+use super::{Interface, InterfaceFriction, SlipOperator, SlipOperatorDerivative};
 use crate::{elasticity::DofMap, mesh::ContactSurface, scene::SlipMeasure};
 
 /// Where the contact nodes are when a step begins, and how far they have slid.
@@ -70,9 +70,9 @@ impl Interface {
         dofs: &DofMap,
         displacement: &[f64],
     ) -> Vec<[f64; 2]> {
-        let frame = &self.frame;
+        let at_node = |node| dofs.at_node(node, displacement);
         self.slip
-            .slip(&nodal_tangential(surface, frame, dofs, displacement))
+            .slip(&self.frame.nodal_tangential(surface, at_node))
     }
 
     /// The lengths of the path of sliding at the end of a step, `[n_contact_nodes]`, in m.

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::{Assembly, lifting::lift, motion_spaces::MotionSpaces};
 use crate::{
-    contact::{Coupling, Interface, MultiplierLayout, nodal_tangential_change},
+    contact::{Coupling, Interface, MultiplierLayout},
     elasticity::FloatingBody,
     linalg::{add_combination, add_scaled, dot, norm},
     mesh::ContactSurface,
@@ -93,7 +93,10 @@ impl RigidCoupling {
         for (grip, motion) in grip.iter_mut().zip(&spaces.felt) {
             motion.reach.restrict(grip, coupling.layout);
         }
-        let slip_of = |u: &Vec<f64>| nodal_tangential_change(surface, &interface.frame, dofs, u);
+        let slip_of = |u: &Vec<f64>| {
+            let at_node = |node| dofs.change_at_node(node, u);
+            interface.frame.nodal_tangential(surface, at_node)
+        };
         let mut slip: Vec<Vec<[f64; 2]>> = rigid.iter().map(slip_of).collect();
         let mut integrals = grip.clone();
         for (p, by_springs) in yielding.iter().enumerate() {
