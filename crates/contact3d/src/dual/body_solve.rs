@@ -4,8 +4,8 @@ use faer::{Mat, MatMut, Par, linalg::triangular_inverse::invert_lower_triangular
 
 use super::{Assembly, DualMatrix, ExplicitDual};
 use crate::linalg::{
-    CholeskyFactor, CscMatrix, DenseCholesky, Doubled, FactorStructure, Precision, StoppingRule,
-    Work, Workspace, amd, conjugate_gradients, norm, shifts,
+    CgSolution, CholeskyFactor, CscMatrix, DenseCholesky, Doubled, FactorStructure, Precision,
+    StoppingRule, Work, Workspace, amd, conjugate_gradients, norm, shifts,
 };
 
 /// Steps of iterative refinement; each wins at least the digits that cond(A) leaves.
@@ -43,6 +43,17 @@ impl Assembly {
         let (a, work) = (self.primal.invertible(), &mut Workspace::default());
         let solved = conjugate_gradients(a, &self.factor, &forces, accuracy, work);
         solved.into_iter().map(|solved| solved.solution).collect()
+    }
+
+    /// A⁻¹f by conjugate gradients.
+    pub(super) fn by_gradients(
+        &self,
+        forces: &[f64],
+        accuracy: StoppingRule,
+        work: &mut Workspace,
+    ) -> CgSolution {
+        let a = self.primal.invertible();
+        conjugate_gradients(a, &self.factor, &[forces], accuracy, work).remove(0)
     }
 
     /// A⁻¹f from a start, or from zero, refined with residuals in twice the working precision until the
@@ -104,21 +115,11 @@ impl Assembly {
         match self.factor.precision() {
             Precision::Double => (self.solve_once(residual, work), None),
             Precision::Single => {
-                let accuracy = StoppingRule {
-                    share: if whole > 0.0 {
-                        CG_LEFT
-                    } else {
-                        CG_LEFT.max(target)
-                    },
-                    length: target * whole,
-                };
-                let a = self.primal.invertible();
-                let solved = conjugate_gradients(a, &self.factor, &[residual], accuracy, work);
-                let solved = solved.into_iter().next();
-                solved.map_or((Vec::new(), None), |it| {
-                    let left = it.left();
-                    (it.solution, Some(left))
-                })
+                let least = if whole > 0.0 { 0.0 } else { target };
+                let (share, length) = (CG_LEFT.max(least), target * whole);
+                let solved = self.by_gradients(residual, StoppingRule { share, length }, work);
+                let left = solved.left();
+                (solved.solution, Some(left))
             }
         }
     }

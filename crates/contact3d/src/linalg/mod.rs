@@ -25,7 +25,6 @@ mod iterative;
 mod panel_solve;
 mod precision;
 mod refinement;
-mod separator;
 mod solve;
 mod sparse;
 mod sparse_lu;
@@ -48,7 +47,7 @@ pub(crate) use eigenvalues::{
 };
 pub use eigenvalues::{largest_eigenvalue, largest_ritz_pair};
 pub use factor::{CholeskyFactor, FactorError, PartsError};
-pub(crate) use iterative::{StoppingRule, conjugate_gradients, gmres};
+pub(crate) use iterative::{CgSolution, StoppingRule, conjugate_gradients, gmres};
 pub use precision::{Factor, Precision, Scalar};
 pub use refinement::Doubled;
 pub use solve::Workspace;
