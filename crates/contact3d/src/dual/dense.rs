@@ -2,7 +2,7 @@
 
 use std::{ops::Range, sync::Arc};
 
-use crate::linalg::{CscMatrix, add_scaled};
+use crate::linalg::CscMatrix;
 
 /// Columns treated together: each entry of y is then loaded once for four coefficients.
 const COLUMNS: usize = 4;
@@ -112,41 +112,6 @@ impl DualMatrix {
         match self {
             Self::Dense(values) => values,
             Self::Sparse(_) => panic!("the dual operator of a body is dense"),
-        }
-    }
-
-    /// S_jj of `n` multipliers.
-    pub(super) fn diagonal(&self, j: usize, n: usize) -> f64 {
-        match self {
-            Self::Dense(values) => values[j * n + j],
-            Self::Sparse(matrix) => matrix.diagonal(j),
-        }
-    }
-
-    /// y += a S_j.
-    pub(super) fn add_column(&self, j: usize, factor: f64, out: &mut [f64]) {
-        match self {
-            Self::Dense(values) => {
-                let n = out.len();
-                add_scaled(out, factor, &values[j * n..(j + 1) * n]);
-            }
-            Self::Sparse(matrix) => {
-                for (row, value) in matrix.entries(j) {
-                    out[row] += factor * value;
-                }
-            }
-        }
-    }
-
-    /// S λ.
-    pub(super) fn apply(&self, multiplier: &[f64]) -> Vec<f64> {
-        match self {
-            Self::Dense(values) => symmetric_product(values, multiplier),
-            Self::Sparse(matrix) => {
-                let mut product = vec![0.0; multiplier.len()];
-                matrix.mul_transposed(multiplier, &mut product);
-                product
-            }
         }
     }
 }

@@ -5,7 +5,7 @@ use std::{borrow::Cow, sync::Arc};
 use super::{
     Assembly, Balance, ContactCompliance, ContactSystem, DualMatrix,
     contact::{free_slip, pairs, tangential_selection},
-    dense::subtract_product,
+    dense::{subtract_product, symmetric_product},
     global_modes::correct,
 };
 use crate::{
@@ -202,13 +202,22 @@ impl ExplicitDual {
     /// S_jj.
     #[must_use]
     pub fn diagonal(&self, j: usize) -> f64 {
-        self.operator.diagonal(j, self.dimension())
+        match &self.operator {
+            DualMatrix::Dense(_) => self.column(j)[j],
+            DualMatrix::Sparse(matrix) => matrix.diagonal(j),
+        }
     }
 
     /// r += a S_j.
     pub(crate) fn add_column(&self, j: usize, factor: f64, gradient: &mut [f64]) {
-        let n = self.dimension();
-        self.operator.add_column(j, factor, &mut gradient[..n]);
+        match &self.operator {
+            DualMatrix::Dense(_) => add_scaled(gradient, factor, self.column(j)),
+            DualMatrix::Sparse(matrix) => {
+                for (row, value) in matrix.entries(j) {
+                    gradient[row] += factor * value;
+                }
+            }
+        }
     }
 
     /// Number of unknowns x: the multipliers, and the rigid motions where the body floats.
@@ -291,7 +300,14 @@ impl ExplicitDual {
     /// S λ in m³.
     #[must_use]
     pub fn apply(&self, multiplier: &[f64]) -> Vec<f64> {
-        self.operator.apply(multiplier)
+        match &self.operator {
+            DualMatrix::Dense(values) => symmetric_product(values, multiplier),
+            DualMatrix::Sparse(matrix) => {
+                let mut product = vec![0.0; multiplier.len()];
+                matrix.mul_transposed(multiplier, &mut product);
+                product
+            }
+        }
     }
 }
 
