@@ -92,7 +92,6 @@ impl FaceLaw {
     }
 
     /// The same on given panes, its nodes beginning with `first_node`.
-    #[must_use]
     pub(crate) fn placed(self, first_node: usize, panes: Range<usize>) -> Self {
         Self {
             first_node,
@@ -164,7 +163,6 @@ impl CoulombLaw {
 
     /// The law F₀^(1−τ) F^τ between a constant coefficient F₀ > 0 (τ = 0) and this law (τ = 1),
     /// positive and as smooth as this one for every share τ.
-    #[must_use]
     pub(crate) fn softened(&self, reference: f64, share: f64) -> Self {
         Self {
             softening: (share < 1.0).then_some(Softening { reference, share }),

@@ -138,7 +138,6 @@ impl Coupling {
     }
 
     /// B u of the free degrees of freedom, `[n_multipliers]`.
-    #[must_use]
     pub(crate) fn integrate(&self, displacement: &[f64]) -> Vec<f64> {
         let mut result = vec![0.0; self.n_multipliers()];
         self.transposed.mul_transposed(displacement, &mut result);

@@ -59,7 +59,6 @@ impl Assembly {
     /// A⁻¹f from a start, or from zero, refined with residuals in twice the working precision until the
     /// corrections no longer fall, or are below `target` ‖u‖: accurate while ε cond(A) < 1
     /// (N. J. Higham, *Accuracy and Stability of Numerical Algorithms*, SIAM 2002, theorem 12.1).
-    #[must_use]
     pub(crate) fn solve_refined(
         &self,
         forces: &[f64],

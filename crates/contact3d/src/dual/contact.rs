@@ -204,7 +204,6 @@ impl ContactSystem {
     }
 
     /// The same of unknowns x = (λ, α) with the displacement A⁻¹(l − Bᵀλ) and its remainder, in twice the working precision.
-    #[must_use]
     pub(crate) fn closing_refined(
         &self,
         displacement: &Doubled,

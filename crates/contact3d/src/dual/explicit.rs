@@ -96,7 +96,6 @@ impl ExplicitDual {
     /// Near λ₀ the rounding of S, G and h then counts only in proportion to λ − λ₀ (iterative
     /// refinement); what cancels in S λ − h, the rigid motion of a body that nearly floats, cancelled
     /// in c already.
-    #[must_use]
     pub(crate) fn anchored(
         &self,
         multiplier: &[f64],
@@ -124,7 +123,6 @@ impl ExplicitDual {
 
     /// The same problem written about zero: h = S λ₀ + c, free slip C u₀ + G λ₀. Where S is not exact, its solution is
     /// off by what S is wrong as a share of the way from λ₀.
-    #[must_use]
     pub(crate) fn without_anchor(self) -> Self {
         let Some(anchor) = &self.anchor else {
             return self;

@@ -59,7 +59,6 @@ fn mean_product(first: Term, second: Term) -> f64 {
 
 impl Element {
     /// The element of a tetrahedron of the mesh.
-    #[must_use]
     pub(crate) fn of(mesh: &Mesh, tetrahedron: usize) -> Self {
         let corners = mesh.corners(&mesh.tetrahedra[tetrahedron]);
         let Some(mid_edges) = &mesh.mid_edges else {
@@ -77,7 +76,6 @@ impl Element {
     /// displacement to Voigt strain.
     ///
     /// Exact on straight sides, where the blocks of P1 are weighted by the means of [`Term`]s.
-    #[must_use]
     pub(crate) fn stiffness_block(
         &self,
         elasticity: &Matrix6<f64>,
@@ -140,7 +138,6 @@ impl Element {
     }
 
     /// Voigt stress C ε(u) in Pa at a point in barycentric coordinates.
-    #[must_use]
     pub(crate) fn stress(
         &self,
         elasticity: &Matrix6<f64>,
@@ -170,7 +167,6 @@ pub fn quadratic_gradients(simplex: &[Vector3<f64>; 4], at: &[f64; 4]) -> [Vecto
 
 impl CurvedTetrahedron {
     /// Integrates by the 14 points of degree 5.
-    #[must_use]
     fn new(corners: &[[f64; 3]; 4], middles: &[[f64; 3]; 6]) -> Self {
         let map = IsoparametricMap::new(corners, middles);
         let points = quadrature::tetrahedron_5().map(|(at, weight)| {
@@ -219,7 +215,6 @@ impl Simplex {
 
     /// The 3 × 3 stiffness block V G_aᵀ C G_b of two corners in N/m, where G_a maps a nodal
     /// displacement to Voigt strain.
-    #[must_use]
     pub(crate) fn stiffness_block(
         &self,
         elasticity: &Matrix6<f64>,
@@ -306,7 +301,6 @@ impl<'a> MaterialField<'a> {
     }
 
     /// C⁻¹ in 1/Pa of the body's own material, then of each region.
-    #[must_use]
     pub(crate) fn compliances(&self) -> Vec<Matrix6<f64>> {
         let inverse = |tensor: &Matrix6<f64>| {
             let inverse = tensor.try_inverse();

@@ -159,7 +159,6 @@ pub(super) fn axis_along(v: &Vector3<f64>, tolerance: f64) -> Option<usize> {
 
 impl RigidMotion {
     /// The velocity of a point.
-    #[must_use]
     pub(crate) fn at(&self, point: &[f64; 3]) -> [f64; 3] {
         let arm = Vector3::from(*point) - self.centre;
         (self.at_centre + self.rotation.cross(&arm)).into()
@@ -171,7 +170,6 @@ impl RigidMotion {
     }
 
     /// What the motion is, in words: a translation or a rotation, and along or about what.
-    #[must_use]
     pub(crate) fn describe(&self, extent: f64) -> String {
         let (turn, shift) = (
             self.rotation,

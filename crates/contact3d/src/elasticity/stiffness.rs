@@ -17,7 +17,6 @@ pub fn stiffness(mesh: &Mesh, material: &MaterialField<'_>, dofs: &DofMap) -> Cs
 }
 
 /// [`stiffness`] with the graph of the mesh, and with springs.
-#[must_use]
 pub(crate) fn stiffness_on(
     graph: &NodeGraph,
     mesh: &Mesh,

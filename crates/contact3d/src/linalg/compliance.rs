@@ -53,7 +53,6 @@ impl<T: Scalar> ForwardRows<'_, T> {
     ///
     /// # Panics
     /// When C does not have one column per unknown.
-    #[must_use]
     pub(crate) fn compliance(&self, c: &CscMatrix) -> Vec<f64> {
         assert_eq!(c.cols, self.factor.size(), "columns of the selection");
         let by_rows = c.transpose();
@@ -310,7 +309,6 @@ const TOGETHER: usize = 512;
 
 impl CholeskyFactor {
     /// (A⁻¹)_jj = ‖L⁻¹P e_j‖² for all j, by forward solves on the supernodes that each e_j reaches.
-    #[must_use]
     pub(crate) fn inverse_diagonal(&self) -> Vec<f64> {
         let mut diagonal = vec![0.0; self.size()];
         for unknowns in self.structure().permutation.chunks(TOGETHER) {

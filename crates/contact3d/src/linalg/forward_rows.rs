@@ -48,7 +48,6 @@ impl FactorStructure {
     ///
     /// # Panics
     /// When B does not have one column per unknown.
-    #[must_use]
     pub(crate) fn count_forward_rows(&self, b: &CscMatrix) -> ForwardCount {
         let (_, right_hand_sides) = self.sorted_rows(b);
         let tree = self.supernode_tree();
@@ -100,7 +99,6 @@ impl<T: Scalar> CholeskyFactor<T> {
     ///
     /// # Panics
     /// When B does not have one column per unknown.
-    #[must_use]
     pub(crate) fn forward_rows<'a>(&'a self, b: &CscMatrix, work: &'a Work) -> ForwardRows<'a, T> {
         let (order, right_hand_sides) = self.structure.sorted_rows(b);
         let tree = self.structure.supernode_tree();
@@ -118,7 +116,6 @@ impl<T: Scalar> CholeskyFactor<T> {
 impl<T: Scalar> ForwardRows<'_, T> {
     /// The dual operator S = BA⁻¹Bᵀ = WᵀW, column-major, shape (rows of B, rows of B), exactly
     /// symmetric.
-    #[must_use]
     pub(crate) fn gram(&self) -> Vec<f64> {
         let rows = self.order.len();
         let count = rows.div_ceil(TILE);
@@ -146,7 +143,6 @@ impl<T: Scalar> ForwardRows<'_, T> {
     }
 
     /// The diagonal of S: ‖W_i‖² for all rows i of B.
-    #[must_use]
     pub(crate) fn squared_lengths(&self) -> Vec<f64> {
         let mut lengths = vec![0.0; self.order.len()];
         for part in &self.half_solved {

@@ -202,7 +202,6 @@ impl FactorStructure {
     ///
     /// # Panics
     /// When a row is not an unknown of the factor.
-    #[must_use]
     pub(crate) fn reach(&self, rows: impl Iterator<Item = usize>) -> Vec<usize> {
         let new_of_old = self.new_of_old();
         let SupernodeTree { owner, parent } = self.supernode_tree();

@@ -143,7 +143,6 @@ impl Iteration {
 /// An approximate solution of M x = b by GMRES (Y. Saad, M. H. Schultz, SIAM J. Sci. Stat. Comput.
 /// 7 (1986) 856) without restarts: stops when ‖b − M x‖ ≤ `tolerance` ‖b‖ or after `most_steps`
 /// products.
-#[must_use]
 pub(crate) fn gmres(
     b: &[f64],
     tolerance: f64,

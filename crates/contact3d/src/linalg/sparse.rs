@@ -150,7 +150,6 @@ impl CscMatrix {
     }
 
     /// The mean of the diagonal of a square matrix; 0 without rows.
-    #[must_use]
     pub(crate) fn mean_diagonal(&self) -> f64 {
         let sum: f64 = (0..self.cols).map(|column| self.diagonal(column)).sum();
         sum / self.cols.max(1) as f64

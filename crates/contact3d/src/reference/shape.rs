@@ -27,7 +27,6 @@ pub fn quadratic_tetrahedron(at: &[f64; 4]) -> [f64; 10] {
 }
 
 /// The six quadratic shape functions of a triangle at a point.
-#[must_use]
 pub(crate) fn quadratic_triangle(at: &[f64; 3]) -> [f64; 6] {
     values(&TRIANGLE_EDGES, at)
 }
@@ -53,13 +52,11 @@ fn derivatives<const K: usize, const E: usize, const N: usize>(
 }
 
 /// ∂φ/∂λ_k of the ten quadratic shape functions of a tetrahedron at a point.
-#[must_use]
 pub(crate) fn quadratic_tetrahedron_slopes(at: &[f64; 4]) -> [[f64; 4]; 10] {
     derivatives(&TETRAHEDRON_EDGES, at)
 }
 
 /// ∂φ/∂λ_k of the six quadratic shape functions of a triangle at a point.
-#[must_use]
 pub(crate) fn quadratic_triangle_slopes(at: &[f64; 3]) -> [[f64; 3]; 6] {
     derivatives(&TRIANGLE_EDGES, at)
 }

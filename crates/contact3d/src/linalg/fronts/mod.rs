@@ -38,7 +38,6 @@ pub(super) enum Failure {
 impl FactorStructure {
     /// Numbers in the lower triangles of the updates that are held at once while `threads` threads factorise: those of children not yet used when
     /// supernodes come one after another, and for each further thread the most that one of its fronts takes.
-    #[must_use]
     pub(crate) fn update_count(&self, threads: usize) -> usize {
         let tree = self.supernode_tree();
         let (mut waiting, mut most, mut largest) = (0, 0, 0);
