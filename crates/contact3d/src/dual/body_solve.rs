@@ -165,18 +165,9 @@ impl StiffnessFactor {
         }
     }
 
-    /// S⁻¹h in Pa for h in m³.
-    pub(super) fn solve(&self, rhs: &[f64]) -> Vec<f64> {
-        self.solve_first(rhs, self.kept.len())
-    }
-
-    /// S_νν⁻¹h_ν in Pa, and zeros.
-    pub(super) fn solve_normal(&self, rhs: &[f64], n_panes: usize) -> Vec<f64> {
-        self.solve_first(rhs, self.kept.partition_point(|&j| j < n_panes))
-    }
-
-    /// Solves with the first `count` kept components; the others are zero.
-    fn solve_first(&self, rhs: &[f64], count: usize) -> Vec<f64> {
+    /// S⁻¹h in Pa for h in m³ with the components before one: all, or the normal ones. The others are zero.
+    pub(super) fn solve(&self, rhs: &[f64], end: usize) -> Vec<f64> {
+        let count = self.kept.partition_point(|&j| j < end);
         let scaled = (0..count).map(|i| self.scale[i] * rhs[self.kept[i]]);
         let mut x: Vec<f64> = scaled.collect();
         match &self.factor {

@@ -74,13 +74,13 @@ impl LocalStiffness {
     /// S⁻¹h in Pa: the stresses of a face that is glued to the foundation.
     #[must_use]
     pub fn glued(&self, rhs: &[f64]) -> Vec<f64> {
-        self.factor.solve(rhs)
+        self.factor.solve(rhs, rhs.len())
     }
 
     /// S_νν⁻¹h_ν and no tangential stress, in Pa: a face that slides freely and does not lift off.
     #[must_use]
     pub fn pressed(&self, rhs: &[f64]) -> Vec<f64> {
-        self.factor.solve_normal(rhs, self.layout.n_panes())
+        self.factor.solve(rhs, self.layout.n_panes())
     }
 
     /// The unknowns of a problem whose face is glued to the foundation: [`Self::glued`], in balance where the body floats.

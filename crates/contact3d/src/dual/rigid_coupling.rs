@@ -145,12 +145,6 @@ impl RigidCoupling {
         modes
     }
 
-    /// The motion in terms of felt ones of that in terms of the modes of the body.
-    pub(crate) fn in_felt(&self, modes: &[f64]) -> Vec<f64> {
-        let rows = self.coordinates.iter();
-        rows.map(|row| dot(row, modes)).collect()
-    }
-
     /// (R + Y)ᵀf of the felt motions in N for nodal forces f in N.
     pub(crate) fn work_of(&self, forces: &[f64]) -> Vec<f64> {
         let mut work: Vec<f64> = self.rigid.iter().map(|u| dot(u, forces)).collect();
@@ -349,7 +343,8 @@ impl Balance {
     /// The unknowns α of motions in terms of the modes of the body.
     #[must_use]
     pub fn unknown_motion(&self, modes: &[f64]) -> Vec<f64> {
-        let mut motion = self.coupling.in_felt(modes);
+        let rows = self.coupling.coordinates.iter();
+        let mut motion: Vec<f64> = rows.map(|row| dot(row, modes)).collect();
         if let Some(closed) = &self.closed {
             add_scaled(&mut motion, -1.0, &closed.motion);
         }

@@ -193,7 +193,7 @@ fn softer_than(
         let weights = &root * energies.eigenvectors.column(i);
         let terms = motions.iter().zip(&units).zip(&weights);
         terms.fold([Vector3::zeros(); 2], |sum, ((motion, unit), weight)| {
-            let part = motion.about_middle();
+            let part = [motion.at_centre, motion.rotation];
             [0, 1].map(|k| sum[k] + part[k] * (unit * weight))
         })
     })

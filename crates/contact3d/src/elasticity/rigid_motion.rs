@@ -15,10 +15,10 @@ use crate::{
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct RigidMotion {
     /// Rotation vector.
-    rotation: Vector3<f64>,
+    pub(super) rotation: Vector3<f64>,
     /// The middle of the nodes, and its velocity: with them velocities do not cancel far from the origin.
     centre: Vector3<f64>,
-    at_centre: Vector3<f64>,
+    pub(super) at_centre: Vector3<f64>,
 }
 
 /// The rigid motions u = t + ω × x under which nothing of a body that is held moves.
@@ -162,11 +162,6 @@ impl RigidMotion {
     pub(crate) fn at(&self, point: &[f64; 3]) -> [f64; 3] {
         let arm = Vector3::from(*point) - self.centre;
         (self.at_centre + self.rotation.cross(&arm)).into()
-    }
-
-    /// The motion about its middle of the nodes.
-    pub(super) fn about_middle(&self) -> Motion {
-        [self.at_centre, self.rotation]
     }
 
     /// What the motion is, in words: a translation or a rotation, and along or about what.

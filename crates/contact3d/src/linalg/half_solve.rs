@@ -115,10 +115,17 @@ impl<T: Scalar> CholeskyFactor<T> {
         let height = panel.rows.len();
         let matrix = MatRef::from_column_major_slice(values, height, panel.width);
         let (diagonal, below) = matrix.split_at_row(panel.width);
-        let children: Vec<ChildUpdate<'_, T>> = plan.children[k]
-            .iter()
-            .map(|&child| self.child_update(plan, k, child, &fronts[child]))
-            .collect();
+        let update_of = |&child: &usize| {
+            let (s, child_columns) = &plan.reached[child];
+            let below = self.structure.front(*s);
+            ChildUpdate {
+                rows: positions(below.below(), panel.rows),
+                columns: positions(child_columns, columns),
+                height: below.rows.len(),
+                front: &fronts[child],
+            }
+        };
+        let children: Vec<ChildUpdate<'_, T>> = plan.children[k].iter().map(update_of).collect();
         let mut front = vec![T::default(); height * columns.len()];
         front
             .par_chunks_mut(height * CHUNK_COLUMNS)
@@ -148,24 +155,6 @@ impl<T: Scalar> CholeskyFactor<T> {
             .copied()
             .collect();
         (front, own)
-    }
-
-    fn child_update<'a>(
-        &self,
-        plan: &'a FrontPlan,
-        k: usize,
-        child: usize,
-        front: &'a [T],
-    ) -> ChildUpdate<'a, T> {
-        let (s, columns) = &plan.reached[k];
-        let (child, child_columns) = &plan.reached[child];
-        let (parent, child) = (self.structure.front(*s), self.structure.front(*child));
-        ChildUpdate {
-            rows: positions(child.below(), parent.rows),
-            columns: positions(child_columns, columns),
-            height: child.rows.len(),
-            front,
-        }
     }
 }
 
