@@ -14,7 +14,7 @@ use std::sync::Mutex;
 
 use assemble::Buffers;
 pub(super) use assemble::zeros;
-use assemble::{Child, PermutedMatrix, UpdateMatrix, add_children};
+use assemble::{Child, UpdateMatrix, add_children, scatter};
 use eliminate::eliminate;
 pub(super) use tasks::{SubtreeTask, ascend, descend, split};
 
@@ -68,14 +68,10 @@ pub(super) fn factorise<T: Scalar>(
     work: &Work,
 ) -> Result<(), Failure> {
     let tasks = structure.tasks(|front| front.operations(), SMALLEST_SHARE);
-    let inverse = structure.new_of_old();
     let run = Run {
         structure,
-        matrix: PermutedMatrix {
-            a,
-            permutation: &structure.permutation,
-            inverse: &inverse,
-        },
+        a,
+        new_of_old: structure.new_of_old(),
         panels: split(&tasks, &structure.value_offsets, values),
         updates: tasks.iter().map(|_| Mutex::new(None)).collect(),
         failure: Mutex::new(None),
@@ -90,7 +86,8 @@ pub(super) fn factorise<T: Scalar>(
 /// A factorisation under way.
 struct Run<'a, T> {
     structure: &'a FactorStructure,
-    matrix: PermutedMatrix<'a>,
+    a: &'a CscMatrix,
+    new_of_old: Vec<usize>,
     tasks: &'a [SubtreeTask],
     panels: Vec<Mutex<&'a mut [T]>>,
     /// What each finished task leaves to its parent.
@@ -150,24 +147,18 @@ impl<T: Scalar> Run<'_, T> {
             let child = self.structure.front(update.supernode);
             child.below().first().is_some_and(|row| own.contains(row))
         };
-        let first_child = stack
-            .iter()
-            .rposition(|update| !is_child(update))
-            .map_or(0, |i| i + 1);
-        let finished = stack.split_off(first_child);
-        let children: Vec<Child<'_, T>> = finished
-            .iter()
-            .map(|update| {
-                let child = self.structure.front(update.supernode);
-                Child::new(&update.values, child.below(), front.rows)
-            })
-            .collect();
-        self.matrix.scatter(front, panel);
+        let last_other = stack.iter().rposition(|update| !is_child(update));
+        let finished = stack.split_off(last_other.map_or(0, |i| i + 1));
+        let children = finished.iter().map(|update| {
+            let child = self.structure.front(update.supernode);
+            Child::new(&update.values, child.below(), front.rows)
+        });
+        let children: Vec<Child<'_, T>> = children.collect();
+        let permutation = &self.structure.permutation;
+        scatter(self.a, permutation, &self.new_of_old, front, panel);
         add_children(&children, panel, 0, 0, height);
-        let mut values = self
-            .buffers
-            .take(order * order)
-            .ok_or(Failure::OutOfMemory)?;
+        let values = self.buffers.take(order * order);
+        let mut values = values.ok_or(Failure::OutOfMemory)?;
         let below = &mut values[..order * order];
         eliminate(panel, height, width, below)
             .map_err(|column| Failure::Pivot(front.first + column))?;
