@@ -2,7 +2,7 @@
 
 use contact3d::{
     contact::{CoulombLaw, Interface},
-    dual::{BodyOperator, ExplicitDual, ExplicitOperator, LocalStiffness},
+    dual::{BodyOperator, ContactOperator, ExplicitDual, LocalStiffness},
     linalg::Work,
     scene::{Coefficient, Friction, Ramp, Scene},
     solver::{
@@ -80,7 +80,7 @@ impl Dense {
     pub(crate) fn approximate(&self, inner: Inner<'_>) -> Solution {
         let (assembly, system) = (self.problem.assembly(), self.problem.contact());
         self.with_contact(&self.law(), |laws, law| {
-            let mut operator = ExplicitOperator::new(&self.dual, assembly, system);
+            let mut operator = ContactOperator::explicit(&self.dual, assembly, system);
             successive_approximations(
                 inner,
                 &mut BodyOperator::Held(&mut operator),

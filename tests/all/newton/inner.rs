@@ -1,7 +1,7 @@
 //! GPCG as inner solver of successive approximations.
 
 use contact3d::{
-    dual::{BodyOperator, DualOperator, ExplicitOperator, ImplicitOperator, PrimalOperator},
+    dual::{BodyOperator, ContactOperator, DualOperator, PrimalOperator},
     scene::PrecisionControl::{Adaptive, Fixed},
     solver::{
         Gpcg, Inner, NewtonSettings, NewtonStatus, Solution, Start, Status, coulomb_state,
@@ -27,7 +27,7 @@ fn gpcg_and_newton_find_the_same_minimisers() {
                 let settings = NewtonSettings::default();
                 let newton = minimise_frozen(&case.dual, &set, &start, &settings);
                 assert_eq!(newton.status, NewtonStatus::Converged);
-                let mut operator = ExplicitOperator::new(
+                let mut operator = ContactOperator::explicit(
                     &case.dual,
                     case.problem.assembly(),
                     case.problem.contact(),
@@ -51,7 +51,8 @@ fn gpcg_and_newton_find_the_same_minimisers() {
 
 fn on_implicit(case: &Dense, inner: Inner<'_>) -> Solution {
     case.with_contact(&case.law(), |laws, law| {
-        let mut operator = ImplicitOperator::new(case.problem.assembly(), case.problem.contact());
+        let mut operator =
+            ContactOperator::implicit(case.problem.assembly(), case.problem.contact());
         successive_approximations(
             inner,
             &mut BodyOperator::Held(&mut operator),
@@ -111,7 +112,7 @@ fn gpcg_out_of_actions_is_a_status() {
 
 /// The implicit operator, whose applications give NaN from some number on.
 struct Broken<'a> {
-    sound: ImplicitOperator<'a>,
+    sound: ContactOperator<'a>,
     from: usize,
 }
 
@@ -145,13 +146,13 @@ impl PrimalOperator for Broken<'_> {
 #[test]
 fn gpcg_with_values_that_are_not_finite_is_a_status() {
     let case = Dense::new(hkl_scene(1, 4));
-    let mut sound = ImplicitOperator::new(case.problem.assembly(), case.problem.contact());
+    let mut sound = ContactOperator::implicit(case.problem.assembly(), case.problem.contact());
     operator_norm(&mut sound);
     let first = sound.applications() + 1;
     for from in [first, first + 1, first + 40] {
         let solution = case.with_contact(&case.law(), |laws, law| {
             let mut operator = Broken {
-                sound: ImplicitOperator::new(case.problem.assembly(), case.problem.contact()),
+                sound: ContactOperator::implicit(case.problem.assembly(), case.problem.contact()),
                 from,
             };
             successive_approximations(

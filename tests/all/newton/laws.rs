@@ -1,7 +1,7 @@
 //! Published and hard laws, units, limits.
 
 use contact3d::{
-    dual::{ImplicitOperator, PrimalOperator},
+    dual::{ContactOperator, PrimalOperator},
     post::Zone,
     scene::{Coefficient, Material, PrecisionControl::Fixed, Quantity, Scene},
     solver::{Inner, NewtonSettings, NewtonStatus, Status, newton},
@@ -63,8 +63,9 @@ fn reproduces_the_converged_values() {
     assert!(distance(&newton.multiplier, &solution.multiplier) < 1e-11);
     let mut of_newton = solution.clone();
     of_newton.multiplier.clone_from(&newton.multiplier);
-    of_newton.displacement = ImplicitOperator::new(case.problem.assembly(), case.problem.contact())
-        .to_primal(&newton.multiplier);
+    of_newton.displacement =
+        ContactOperator::implicit(case.problem.assembly(), case.problem.contact())
+            .to_primal(&newton.multiplier);
     let m = case.dual.n_panes();
     if let Some(state) = &mut of_newton.coulomb {
         state.slip_bound = newton.multiplier[..m].to_vec();

@@ -1,7 +1,7 @@
 //! Implicit and dense operators, and successive approximations on both.
 
 use contact3d::{
-    dual::{DualOperator, ExplicitOperator, ImplicitOperator, PrimalOperator},
+    dual::{ContactOperator, DualOperator, PrimalOperator},
     scene::{Coefficient, PrecisionControl::Fixed, Quantity},
     solver::{Inner, Status},
 };
@@ -33,8 +33,8 @@ fn both_operators_agree() {
         contact.axis_1 = axis_1.map(|axis: [f64; 3]| axis.map(Quantity::Constant));
         let case = Dense::new(scene);
         let (assembly, contact) = (case.problem.assembly(), case.problem.contact());
-        let mut implicit = ImplicitOperator::new(assembly, contact);
-        let mut explicit = ExplicitOperator::new(&case.dual, assembly, contact);
+        let mut implicit = ContactOperator::implicit(assembly, contact);
+        let mut explicit = ContactOperator::explicit(&case.dual, assembly, contact);
         assert_eq!(implicit.rhs(), explicit.rhs());
         assert_eq!(implicit.tangential_displacement(&[]), None);
         for multiplier in probes(case.dual.dimension()) {

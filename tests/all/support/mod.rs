@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use contact3d::{
     AssembledProblem, Problem,
-    dual::{Assembly, BodyOperator, ContactSystem, ImplicitOperator},
+    dual::{Assembly, BodyOperator, ContactOperator, ContactSystem},
     mesh::{ContactSurface, Mesh},
     post::ContactReport,
     scene::{DualOperatorKind, Scene},
@@ -81,7 +81,7 @@ impl Implicit {
     pub(crate) fn solve(&self, scene: &Scene) -> Solution {
         let problem = self.of(scene);
         let laws = problem.contact_state().expect("contact").laws();
-        let mut operator = ImplicitOperator::new(self.assembly(), self.contact());
+        let mut operator = ContactOperator::implicit(self.assembly(), self.contact());
         successive_approximations(
             Inner::Kprgp,
             &mut BodyOperator::Held(&mut operator),

@@ -30,7 +30,7 @@ pub struct CoulombLaw {
     softening: Option<Softening>,
     /// Lengths of the path slid before, which coefficients follow beside the slip, `[n_contact_nodes]`, in m;
     /// `None` where there is none or they do not.
-    path: Option<Arc<Vec<[f64; 3]>>>,
+    pub(super) path: Option<Arc<Vec<[f64; 3]>>>,
 }
 
 /// The law of one face.
@@ -46,9 +46,9 @@ pub struct FaceLaw {
     /// The panes of the face.
     panes: Range<usize>,
     /// The slip bound g as a function of the pressure.
-    bound: SlipBound,
+    pub(super) bound: SlipBound,
     /// Means of its place-dependent stress in Pa over the panes of the face; empty where it has none.
-    of_panes: Vec<f64>,
+    pub(super) of_panes: Vec<f64>,
 }
 
 impl Clone for CoulombLaw {
@@ -92,21 +92,10 @@ impl FaceLaw {
     }
 
     /// The same on given panes, its nodes beginning with `first_node`.
-    #[must_use]
     pub(crate) fn placed(self, first_node: usize, panes: Range<usize>) -> Self {
         Self {
             first_node,
             panes,
-            ..self
-        }
-    }
-
-    /// The same with another slip bound.
-    #[must_use]
-    pub(super) fn bounded(self, bound: SlipBound, of_panes: Vec<f64>) -> Self {
-        Self {
-            bound,
-            of_panes,
             ..self
         }
     }
@@ -163,17 +152,6 @@ impl CoulombLaw {
         }
     }
 
-    /// Lets the coefficients follow the path slid before beside the slip.
-    pub(super) fn set_path(&mut self, path: Vec<[f64; 3]>) {
-        self.path = Some(Arc::new(path));
-    }
-
-    fn path_at(&self, contact_node: usize) -> [f64; 3] {
-        self.path
-            .as_ref()
-            .map_or([0.0; 3], |path| path[contact_node])
-    }
-
     /// The law t F for a factor t > 0, which counts its evaluations anew.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
@@ -185,7 +163,6 @@ impl CoulombLaw {
 
     /// The law F₀^(1−τ) F^τ between a constant coefficient F₀ > 0 (τ = 0) and this law (τ = 1),
     /// positive and as smooth as this one for every share τ.
-    #[must_use]
     pub(crate) fn softened(&self, reference: f64, share: f64) -> Self {
         Self {
             softening: (share < 1.0).then_some(Softening { reference, share }),
@@ -244,10 +221,7 @@ impl CoulombLaw {
     #[must_use]
     pub fn evaluate(&self, contact_node: usize, slip: [f64; 2]) -> [f64; 2] {
         self.evaluations.fetch_add(1, Ordering::Relaxed);
-        let (law, position) = self.law_at(contact_node);
-        let path = self.path_at(contact_node);
-        let given = law.evaluate_after(path, position, slip);
-        let given = given.map(|f| self.factor * f);
+        let given = self.unsoftened(contact_node, slip);
         match self.softening {
             Some(softening) => given.map(|f| softening.value(f)),
             None => given,
@@ -257,29 +231,37 @@ impl CoulombLaw {
     /// ∂F_i/∂|u_tk| in 1/m at a contact node.
     #[must_use]
     pub fn derivative(&self, contact_node: usize, slip: [f64; 2]) -> [[f64; 2]; 2] {
-        let (law, position) = self.law_at(contact_node);
-        let path = self.path_at(contact_node);
+        let (law, path, position) = self.law_at(contact_node);
         let given = law.derivative_after(path, position, slip);
         let given = given.map(|row| row.map(|d| self.factor * d));
         let Some(softening) = self.softening else {
             return given;
         };
         // d(F₀^(1−τ) F^τ) = τ F₀^(1−τ) F^τ / F dF.
-        let coefficients = law.evaluate_after(path, position, slip);
-        let coefficients = coefficients.map(|f| self.factor * f);
+        let coefficients = self.unsoftened(contact_node, slip);
         std::array::from_fn(|i| {
             let factor = softening.share * softening.value(coefficients[i]) / coefficients[i];
             given[i].map(|d| factor * d)
         })
     }
 
-    /// The law at a contact node, and its place.
-    fn law_at(&self, contact_node: usize) -> (&FrictionLaw, [f64; 3]) {
-        let face = &self.faces[self
-            .faces
-            .partition_point(|face| face.first_node <= contact_node)
-            - 1];
-        (&face.law, face.positions[contact_node - face.first_node])
+    fn unsoftened(&self, contact_node: usize, slip: [f64; 2]) -> [f64; 2] {
+        let (law, path, position) = self.law_at(contact_node);
+        let given = law.evaluate_after(path, position, slip);
+        given.map(|f| self.factor * f)
+    }
+
+    /// The law at a contact node, the path slid there before, and its place.
+    fn law_at(&self, contact_node: usize) -> (&FrictionLaw, [f64; 3], [f64; 3]) {
+        let is_before = |face: &FaceLaw| face.first_node <= contact_node;
+        let face = &self.faces[self.faces.partition_point(is_before) - 1];
+        let path = self.path.as_ref();
+        let path = path.map_or([0.0; 3], |path| path[contact_node]);
+        (
+            &face.law,
+            path,
+            face.positions[contact_node - face.first_node],
+        )
     }
 
     fn face_of(&self, pane: usize) -> &FaceLaw {

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{ContactFrame, MultiplierLayout, half_held::free_of_rounding};
+use super::{ContactFrame, MultiplierLayout, held_nodes::free_of_rounding};
 use crate::{elasticity::DofMap, linalg::CscMatrix, mesh::ContactSurface};
 
 /// The coupling B = [N; T] between multipliers and displacements; B = N without friction.
@@ -27,13 +27,8 @@ impl Coupling {
         dofs: &DofMap,
     ) -> Self {
         let layout = MultiplierLayout::new(surface.n_panes(), n_pairs);
-        let mut transposed = CscMatrix {
-            rows: dofs.n_free,
-            cols: layout.n_multipliers(),
-            indptr: vec![0],
-            indices: Vec::new(),
-            data: Vec::new(),
-        };
+        let mut transposed = CscMatrix::empty(dofs.n_free);
+        transposed.cols = layout.n_multipliers();
         let mut push_column = |pane: usize, axis: &dyn Fn(usize) -> [f64; 3]| {
             let is_nodal = surface.faces[surface.face_of_pane(pane)].is_nodal;
             for (local, weight) in surface.pane_weights(pane) {
@@ -46,9 +41,8 @@ impl Coupling {
                 for (dof, direction) in node.iter().zip(axis) {
                     if let (Some(dof), true) = (*dof, direction != 0.0) {
                         transposed.indices.push(dof);
-                        transposed
-                            .data
-                            .push(weight * surface.pane_area[pane] * direction);
+                        let area = weight * surface.pane_area[pane];
+                        transposed.data.push(area * direction);
                     }
                 }
             }
@@ -144,7 +138,6 @@ impl Coupling {
     }
 
     /// B u of the free degrees of freedom, `[n_multipliers]`.
-    #[must_use]
     pub(crate) fn integrate(&self, displacement: &[f64]) -> Vec<f64> {
         let mut result = vec![0.0; self.n_multipliers()];
         self.transposed.mul_transposed(displacement, &mut result);
@@ -158,33 +151,4 @@ impl Coupling {
         self.transposed.mul(multiplier, &mut result);
         result
     }
-}
-
-/// Signed (u_t1, u_t2) at every contact node in m, `[n_contact_nodes]`.
-#[must_use]
-pub fn nodal_tangential(
-    surface: &ContactSurface,
-    frame: &ContactFrame,
-    dofs: &DofMap,
-    displacement: &[f64],
-) -> Vec<[f64; 2]> {
-    let nodes = surface.nodes.iter().enumerate();
-    nodes
-        .map(|(local, &node)| frame.tangential(local, dofs.at_node(node, displacement)))
-        .collect()
-}
-
-/// The change of (u_t1, u_t2) at every contact node in m with a change of the free degrees of freedom,
-/// `[n_contact_nodes]`.
-#[must_use]
-pub(crate) fn nodal_tangential_change(
-    surface: &ContactSurface,
-    frame: &ContactFrame,
-    dofs: &DofMap,
-    change: &[f64],
-) -> Vec<[f64; 2]> {
-    let nodes = surface.nodes.iter().enumerate();
-    nodes
-        .map(|(local, &node)| frame.tangential(local, dofs.change_at_node(node, change)))
-        .collect()
 }

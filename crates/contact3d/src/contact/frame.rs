@@ -140,6 +140,19 @@ impl ContactFrame {
             .map(|axis| u.dot(&Vector3::from(axis)))
     }
 
+    /// Signed (u·t₁, u·t₂) at every contact node, `[n_contact_nodes]`, of vectors at the nodes of the mesh.
+    #[must_use]
+    pub fn nodal_tangential(
+        &self,
+        surface: &ContactSurface,
+        at_node: impl Fn(usize) -> [f64; 3],
+    ) -> Vec<[f64; 2]> {
+        let nodes = surface.nodes.iter().enumerate();
+        nodes
+            .map(|(local, &node)| self.tangential(local, at_node(node)))
+            .collect()
+    }
+
     /// The component of a vector along ν at a contact node.
     #[must_use]
     pub fn normal_part(&self, contact_node: usize, vector: [f64; 3]) -> f64 {

@@ -1,15 +1,16 @@
 //! What a scene asks of its contact face: frame, initial gap and law of friction.
 
 use super::{
-    ContactFrame, CoulombLaw, Coupling, FaceLaw, SlipMap, SlipOperator,
-    half_held::refuse_dependent, law_bounds, prescribed::refuse_penetration,
+    ClementStars, ContactFrame, CoulombLaw, Coupling, FaceLaw, SlipMap, SlipOperator,
+    held_nodes::{refuse_dependent, refuse_penetration},
+    law_bounds,
 };
 use crate::{
     elasticity::DofMap,
     mesh::{ContactSurface, Mesh, SurfaceFace},
     scene::{
-        ContactFeatures, FrictionModel, Invalid, ModelFeatures, Quantity, Scene, UNDEFINED,
-        Warning, Written, place_words,
+        ContactFeatures, FrictionModel, Invalid, ModelFeatures, Quantity, Scene, SlipInterpolation,
+        UNDEFINED, Warning, Written, place_words,
     },
 };
 
@@ -74,9 +75,13 @@ impl Interface {
         Ok(Some(Self {
             names: features.iter().map(|face| face.name.clone()).collect(),
             slip: SlipMap {
-                operator: SlipOperator::new(first.slip_interpolation, surface, mesh, |node| {
-                    held[node] == [true; 3]
-                }),
+                operator: match first.slip_interpolation {
+                    SlipInterpolation::Lagrange => SlipOperator::Lagrange,
+                    SlipInterpolation::Clement => {
+                        let is_held = |node: usize| held[node] == [true; 3];
+                        SlipOperator::Clement(ClementStars::new(surface, mesh, is_held))
+                    }
+                },
                 past: None,
             },
             frame,
@@ -98,10 +103,7 @@ impl Interface {
     /// Whether tangential multipliers exist.
     #[must_use]
     pub fn has_friction(&self) -> bool {
-        match self.friction {
-            InterfaceFriction::Frictionless => false,
-            InterfaceFriction::Tresca(_) | InterfaceFriction::Coulomb(_) => true,
-        }
+        !matches!(self.friction, InterfaceFriction::Frictionless)
     }
 
     /// What is allowed in the laws and probably not meant, for a body of this extent in the unit of
@@ -130,13 +132,6 @@ impl Interface {
     #[must_use]
     pub fn coulomb(&self) -> Option<&CoulombLaw> {
         match &self.friction {
-            InterfaceFriction::Coulomb(law) => Some(law),
-            InterfaceFriction::Frictionless | InterfaceFriction::Tresca(_) => None,
-        }
-    }
-
-    pub(super) fn coulomb_mut(&mut self) -> Option<&mut CoulombLaw> {
-        match &mut self.friction {
             InterfaceFriction::Coulomb(law) => Some(law),
             InterfaceFriction::Frictionless | InterfaceFriction::Tresca(_) => None,
         }
@@ -204,9 +199,10 @@ fn face_law(
             face.panes.clone().map(mean).collect()
         }
     };
-    let law = FaceLaw::new(key, model.coefficients.clone(), places)
-        .placed(face.nodes.start, face.panes.clone());
-    Ok(law.bounded(model.bound.clone(), of_panes))
+    let law = FaceLaw::new(key, model.coefficients.clone(), places);
+    let mut law = law.placed(face.nodes.start, face.panes.clone());
+    (law.bound, law.of_panes) = (model.bound.clone(), of_panes);
+    Ok(law)
 }
 
 /// The initial gaps of all faces, the distances from obstacles included; 0 where a face has none, `None` where none has

@@ -12,24 +12,19 @@
 mod coulomb;
 mod coupling;
 mod frame;
-mod half_held;
+mod held_nodes;
 mod interface;
 mod law_bounds;
 mod law_search;
 mod multiplier_layout;
 mod past;
-mod prescribed;
 mod slip_operator;
 
-pub use coulomb::FrictionField;
-pub use coulomb::{CoulombLaw, FaceLaw};
+pub use coulomb::{CoulombLaw, FaceLaw, FrictionField};
 pub use coupling::Coupling;
-pub use coupling::nodal_tangential;
-pub(crate) use coupling::nodal_tangential_change;
 pub use frame::{ContactFrame, ReferenceFrame};
 pub use interface::{Interface, InterfaceFriction};
 pub use law_bounds::{LawBounds, LawExtreme};
 pub use multiplier_layout::MultiplierLayout;
 pub use past::{Past, SlipMap};
-
 pub use slip_operator::{ClementStars, SlipOperator, SlipOperatorDerivative};

@@ -1,6 +1,8 @@
 //! What the steps of a load history before this one left on the contact face.
 
-use super::{Interface, SlipOperator, SlipOperatorDerivative, nodal_tangential};
+use std::{borrow::Cow, sync::Arc};
+
+use super::{Interface, InterfaceFriction, SlipOperator, SlipOperatorDerivative};
 use crate::{elasticity::DofMap, mesh::ContactSurface, scene::SlipMeasure};
 
 /// Where the contact nodes are when a step begins, and how far they have slid.
@@ -29,27 +31,20 @@ impl SlipMap {
     /// sliding from former steps is added by the law.
     #[must_use]
     pub fn slip(&self, tangential: &[[f64; 2]]) -> Vec<[f64; 2]> {
-        match self.counted(tangential) {
-            None => self.operator.slip(tangential),
-            Some(moved) => self.operator.slip(&moved),
-        }
+        self.operator.slip(&self.counted(tangential))
     }
 
     /// The derivative of [`Self::slip`] by (u_t1, u_t2).
     #[must_use]
     pub fn derivative(&self, tangential: &[[f64; 2]]) -> SlipOperatorDerivative {
-        match self.counted(tangential) {
-            None => self.operator.derivative(tangential),
-            Some(moved) => self.operator.derivative(&moved),
-        }
+        self.operator.derivative(&self.counted(tangential))
     }
 
-    /// u_t less where the slip is counted from, where the law counts from there; `None` for zero.
-    fn counted(&self, tangential: &[[f64; 2]]) -> Option<Vec<[f64; 2]>> {
-        let past = self.past.as_ref()?;
-        match past.follows {
-            SlipMeasure::TotalSlip => None,
-            SlipMeasure::StepSlip | SlipMeasure::PathLength => Some(past.slip(tangential)),
+    /// u_t less where the slip is counted from, where the law counts from there.
+    fn counted<'u>(&self, tangential: &'u [[f64; 2]]) -> Cow<'u, [[f64; 2]]> {
+        match &self.past {
+            Some(past) if past.follows != SlipMeasure::TotalSlip => past.slip(tangential).into(),
+            _ => tangential.into(),
         }
     }
 }
@@ -59,9 +54,9 @@ impl Interface {
     #[must_use]
     pub fn after(mut self, past: Past) -> Self {
         if past.follows == SlipMeasure::PathLength
-            && let Some(law) = self.coulomb_mut()
+            && let InterfaceFriction::Coulomb(law) = &mut self.friction
         {
-            law.set_path(past.path.clone());
+            law.path = Some(Arc::new(past.path.clone()));
         }
         self.slip.past = Some(past);
         self
@@ -75,9 +70,9 @@ impl Interface {
         dofs: &DofMap,
         displacement: &[f64],
     ) -> Vec<[f64; 2]> {
-        let frame = &self.frame;
+        let at_node = |node| dofs.at_node(node, displacement);
         self.slip
-            .slip(&nodal_tangential(surface, frame, dofs, displacement))
+            .slip(&self.frame.nodal_tangential(surface, at_node))
     }
 
     /// The lengths of the path of sliding at the end of a step, `[n_contact_nodes]`, in m.

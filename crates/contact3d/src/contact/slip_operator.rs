@@ -1,9 +1,6 @@
 //! The interpolation r_h that makes slips in Y^h of tangential displacements (HKL §3).
 
-use crate::{
-    mesh::{ContactSurface, Mesh},
-    scene::SlipInterpolation,
-};
+use crate::mesh::{ContactSurface, Mesh};
 
 /// φ = (r_h|u_t1|, r_h|u_t2|) at the contact nodes, from the signed (u_t1, u_t2) there.
 #[derive(Debug, Clone)]
@@ -34,18 +31,6 @@ pub enum SlipOperatorDerivative {
 }
 
 impl SlipOperator {
-    pub(super) fn new(
-        kind: SlipInterpolation,
-        surface: &ContactSurface,
-        mesh: &Mesh,
-        is_held: impl Fn(usize) -> bool,
-    ) -> Self {
-        match kind {
-            SlipInterpolation::Lagrange => Self::Lagrange,
-            SlipInterpolation::Clement => Self::Clement(ClementStars::new(surface, mesh, is_held)),
-        }
-    }
-
     /// φ at the contact nodes in m.
     #[must_use]
     pub fn slip(&self, tangential: &[[f64; 2]]) -> Vec<[f64; 2]> {
@@ -113,7 +98,11 @@ impl SlipOperatorDerivative {
 }
 
 impl ClementStars {
-    fn new(surface: &ContactSurface, mesh: &Mesh, is_held: impl Fn(usize) -> bool) -> Self {
+    pub(super) fn new(
+        surface: &ContactSurface,
+        mesh: &Mesh,
+        is_held: impl Fn(usize) -> bool,
+    ) -> Self {
         let facets = surface.facets.iter().enumerate();
         let triangles: Vec<[usize; 3]> = facets
             .map(|(place, &facet)| surface.contact_nodes(place, mesh.facets[facet]))

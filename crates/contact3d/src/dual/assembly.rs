@@ -41,21 +41,14 @@ impl PrimalSystem {
             Some(floating) => &floating.grounded,
         }
     }
-}
 
-impl PrimalSystem {
     /// Replaces the load, and the displacements at which the clamps hold, by those of a scene that differs in no more.
     ///
     /// # Errors
     /// A load that is not finite.
     pub fn apply_loads(&mut self, scene: &Scene, mesh: &Mesh) -> Result<(), Invalid> {
-        self.set_loads(LoadData::new(scene, mesh, &self.dofs)?);
+        (self.load, self.dofs.prescribed) = loads(scene, mesh, &self.dofs)?;
         Ok(())
-    }
-
-    fn set_loads(&mut self, data: LoadData) {
-        self.load = data.rhs;
-        self.dofs.prescribed = data.prescribed.map(Arc::new);
     }
 }
 
@@ -150,7 +143,7 @@ impl Analysed {
         admit: Admission<'_>,
     ) -> Result<Self, AssemblyError> {
         let loose = loose_motions(scene, mesh).map_err(AssemblyError::Scene)?;
-        let dofs = DofMap::new(&mesh.held_nodes(scene));
+        let mut dofs = DofMap::new(&mesh.held_nodes(scene));
         if dofs.n_free == 0 {
             return Err(AssemblyError::NothingFree);
         }
@@ -162,14 +155,14 @@ impl Analysed {
                     let material = MaterialField::new(scene, mesh);
                     let springs = SpringMatrix::of(scene, mesh)?;
                     let stiffness = stiffness_on(&graph, mesh, &material, springs.as_ref(), &dofs);
-                    Ok((stiffness, springs, LoadData::new(scene, mesh, &dofs)?))
+                    Ok((stiffness, springs, loads(scene, mesh, &dofs)?))
                 })
             },
             || timed(|| fill_reducing_order(mesh, &graph, &dofs)),
         );
         let (matrices, stiffness_seconds) = matrices;
         let (order, ordering_seconds) = order;
-        let (stiffness, springs, load) = matrices.map_err(AssemblyError::Scene)?;
+        let (stiffness, springs, (load, prescribed)) = matrices.map_err(AssemblyError::Scene)?;
         let order = order?;
         let (structure, analysis_seconds) = timed(|| FactorStructure::analyse(&stiffness, order));
         let seconds = AssemblySeconds {
@@ -186,15 +179,14 @@ impl Analysed {
             let force = |mode: &Vec<f64>| dofs.to_free(&springs.forces(&dofs.to_nodes(mode)));
             body.modes.iter().map(force).collect()
         });
-        let mut primal = PrimalSystem {
-            dofs,
-            stiffness: Arc::new(stiffness),
-            load: Vec::new(),
-            floating: floating.map(Arc::new),
-        };
-        primal.set_loads(load);
+        dofs.prescribed = prescribed;
         Ok(Self {
-            primal,
+            primal: PrimalSystem {
+                dofs,
+                stiffness: Arc::new(stiffness),
+                load,
+                floating: floating.map(Arc::new),
+            },
             support_forces,
             structure,
             seconds,
@@ -236,39 +228,22 @@ impl Analysed {
     }
 }
 
-impl Assembly {
-    /// Assembles A and l and factorises A in double precision.
-    ///
-    /// # Errors
-    /// [`AssemblyError`] when A has no Cholesky factor, or a load is not finite.
-    pub fn new(scene: &Scene, mesh: &Mesh) -> Result<Self, AssemblyError> {
-        Analysed::new(scene, mesh, &|_| Ok(()))?.factorise(Precision::Double, &Work::default())
-    }
-}
+/// l − A_fc u_c over the free degrees of freedom in N, and u_c in m, `[n_nodes]`; `None` where all clamps hold at zero.
+type LoadData = (Vec<f64>, Option<Arc<Vec<[f64; 3]>>>);
 
-/// What loads and prescribed displacements make of a problem.
-pub(super) struct LoadData {
-    /// l − A_fc u_c over the free degrees of freedom in N.
-    rhs: Vec<f64>,
-    /// u_c in m, `[n_nodes]`; `None` where all clamps hold at zero.
-    prescribed: Option<Vec<[f64; 3]>>,
-}
-
-impl LoadData {
-    pub(super) fn new(scene: &Scene, mesh: &Mesh, dofs: &DofMap) -> Result<Self, Invalid> {
-        let mut rhs = dofs.to_free(&Loads::of(scene).nodal_forces(mesh)?);
-        let prescribed = prescribed_displacements(scene, mesh)?;
-        if let Some(prescribed) = &prescribed {
-            let material = MaterialField::new(scene, mesh);
-            let elastic = forces_of_prescribed(mesh, &material, prescribed);
-            let springs = SpringMatrix::of(scene, mesh)?;
-            let springs = springs.map(|springs| springs.forces(prescribed));
-            for taken in [Some(elastic), springs].into_iter().flatten() {
-                add_scaled(&mut rhs, -1.0, &dofs.to_free(&taken));
-            }
+fn loads(scene: &Scene, mesh: &Mesh, dofs: &DofMap) -> Result<LoadData, Invalid> {
+    let mut rhs = dofs.to_free(&Loads::of(scene).nodal_forces(mesh)?);
+    let prescribed = prescribed_displacements(scene, mesh)?;
+    if let Some(prescribed) = &prescribed {
+        let material = MaterialField::new(scene, mesh);
+        let elastic = forces_of_prescribed(mesh, &material, prescribed);
+        let springs = SpringMatrix::of(scene, mesh)?;
+        let springs = springs.map(|springs| springs.forces(prescribed));
+        for taken in [Some(elastic), springs].into_iter().flatten() {
+            add_scaled(&mut rhs, -1.0, &dofs.to_free(&taken));
         }
-        Ok(Self { rhs, prescribed })
     }
+    Ok((rhs, prescribed.map(Arc::new)))
 }
 
 /// Nested dissection of the mesh without its held nodes, the free degrees of freedom node by node.

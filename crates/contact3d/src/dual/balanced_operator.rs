@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::{Balance, DualOperator, PrimalOperator};
-use crate::linalg::{add_scaled, dot, largest_eigenvalue};
+use crate::linalg::{add_combination, add_scaled, dot, largest_eigenvalue};
 
 /// S' = P S P + c Q for the projector Q on the range of G = B R, P = 1 − Q and c = ‖P S P‖: the operator of the augmented
 /// Lagrangian.
@@ -96,9 +96,7 @@ impl<'a> BalancedOperator<'a> {
     /// The combination of the basis of the range.
     fn in_range(&self, coefficients: &DVector<f64>) -> Vec<f64> {
         let mut sum = vec![0.0; self.base.dimension()];
-        for (column, by) in self.range.iter().zip(coefficients) {
-            add_scaled(&mut sum, *by, column);
-        }
+        add_combination(&mut sum, coefficients.as_slice(), &self.range);
         sum
     }
 
@@ -109,9 +107,7 @@ impl<'a> BalancedOperator<'a> {
     /// P; what it takes away, as coefficients.
     fn project(&self, vector: &mut [f64]) -> DVector<f64> {
         let coefficients = self.coefficients(vector);
-        for (column, by) in self.range.iter().zip(&coefficients) {
-            add_scaled(vector, -by, column);
-        }
+        add_combination(vector, (-&coefficients).as_slice(), &self.range);
         coefficients
     }
 
@@ -124,9 +120,7 @@ impl<'a> BalancedOperator<'a> {
 
     fn shift_to(&mut self, shift: DVector<f64>) {
         self.rhs.clone_from(&self.rhs_at_rest);
-        for (column, by) in self.range.iter().zip(&shift) {
-            add_scaled(&mut self.rhs, *by, column);
-        }
+        add_combination(&mut self.rhs, shift.as_slice(), &self.range);
         self.shift = shift;
     }
 
@@ -183,10 +177,11 @@ impl DualOperator for BalancedOperator<'_> {
         let carried = self.project(&mut along);
         let mut product = self.supported(&along);
         self.project(&mut product);
-        let penalty = self.penalty;
-        for (column, by) in self.range.iter().zip(&carried) {
-            add_scaled(&mut product, penalty * by, column);
-        }
+        add_combination(
+            &mut product,
+            (carried * self.penalty).as_slice(),
+            &self.range,
+        );
         product
     }
 

@@ -4,8 +4,8 @@ use faer::{Mat, MatMut, Par, linalg::triangular_inverse::invert_lower_triangular
 
 use super::{Assembly, DualMatrix, ExplicitDual};
 use crate::linalg::{
-    CholeskyFactor, CscMatrix, DenseCholesky, Doubled, FactorStructure, Precision, StoppingRule,
-    Work, Workspace, amd, conjugate_gradients, norm, shifts,
+    CgSolution, CholeskyFactor, CscMatrix, DenseCholesky, Doubled, FactorStructure, Precision,
+    StoppingRule, Work, Workspace, amd, conjugate_gradients, norm, shifts,
 };
 
 /// Steps of iterative refinement; each wins at least the digits that cond(A) leaves.
@@ -45,10 +45,20 @@ impl Assembly {
         solved.into_iter().map(|solved| solved.solution).collect()
     }
 
+    /// A⁻¹f by conjugate gradients.
+    pub(super) fn by_gradients(
+        &self,
+        forces: &[f64],
+        accuracy: StoppingRule,
+        work: &mut Workspace,
+    ) -> CgSolution {
+        let a = self.primal.invertible();
+        conjugate_gradients(a, &self.factor, &[forces], accuracy, work).remove(0)
+    }
+
     /// A⁻¹f from a start, or from zero, refined with residuals in twice the working precision until the
     /// corrections no longer fall, or are below `target` ‖u‖: accurate while ε cond(A) < 1
     /// (N. J. Higham, *Accuracy and Stability of Numerical Algorithms*, SIAM 2002, theorem 12.1).
-    #[must_use]
     pub(crate) fn solve_refined(
         &self,
         forces: &[f64],
@@ -104,21 +114,11 @@ impl Assembly {
         match self.factor.precision() {
             Precision::Double => (self.solve_once(residual, work), None),
             Precision::Single => {
-                let accuracy = StoppingRule {
-                    share: if whole > 0.0 {
-                        CG_LEFT
-                    } else {
-                        CG_LEFT.max(target)
-                    },
-                    length: target * whole,
-                };
-                let a = self.primal.invertible();
-                let solved = conjugate_gradients(a, &self.factor, &[residual], accuracy, work);
-                let solved = solved.into_iter().next();
-                solved.map_or((Vec::new(), None), |it| {
-                    let left = it.left();
-                    (it.solution, Some(left))
-                })
+                let least = if whole > 0.0 { 0.0 } else { target };
+                let (share, length) = (CG_LEFT.max(least), target * whole);
+                let solved = self.by_gradients(residual, StoppingRule { share, length }, work);
+                let left = solved.left();
+                (solved.solution, Some(left))
             }
         }
     }
@@ -131,23 +131,15 @@ pub(super) struct StiffnessFactor {
     pub(super) kept: Vec<usize>,
     /// 1/√S_ii of them.
     pub(super) scale: Vec<f64>,
-    factor: Triangle,
+    /// `None` of numbers that are not finite.
+    factor: Option<Triangle>,
 }
 
 #[derive(Debug, Clone)]
 enum Triangle {
-    /// `None` of numbers that are not finite.
-    Dense(Option<DenseCholesky>),
-    Sparse(Box<SparseTriangle>),
-}
-
-/// Sparse factors; `None` of numbers that are not finite.
-#[derive(Debug, Clone)]
-struct SparseTriangle {
-    /// Of all components.
-    all: Option<CholeskyFactor>,
-    /// Of the first ones, the normal ones, whose factor is no part of the other; none where there are no others.
-    normal: Option<CholeskyFactor>,
+    Dense(DenseCholesky),
+    /// Of all components, and of the first ones, the normal ones, whose factor is no part of the other.
+    Sparse(Box<[CholeskyFactor; 2]>),
 }
 
 impl StiffnessFactor {
@@ -156,20 +148,14 @@ impl StiffnessFactor {
         let (kept, scale) = units(dual);
         let factor = match &dual.operator {
             DualMatrix::Dense(_) => {
-                Triangle::Dense(DenseCholesky::shifted(&unit_diagonal(dual, &kept, &scale)))
+                let factor = DenseCholesky::shifted(&unit_diagonal(dual, &kept, &scale));
+                factor.map(Triangle::Dense)
             }
             DualMatrix::Sparse(matrix) => {
                 let n_normal = kept.partition_point(|&j| j < dual.n_panes());
-                let leading = |count: usize| leading(matrix, &kept[..count], &scale);
-                let are_all = n_normal == kept.len();
-                Triangle::Sparse(Box::new(SparseTriangle {
-                    all: shifted_sparse(leading(kept.len())),
-                    normal: if are_all {
-                        None
-                    } else {
-                        shifted_sparse(leading(n_normal))
-                    },
-                }))
+                let factor = |count: usize| shifted_sparse(leading(matrix, &kept[..count], &scale));
+                let factors = factor(kept.len()).zip(factor(n_normal));
+                factors.map(|(all, normal)| Triangle::Sparse(Box::new([all, normal])))
             }
         };
         Self {
@@ -179,21 +165,19 @@ impl StiffnessFactor {
         }
     }
 
-    /// S⁻¹h in Pa for h in m³.
-    pub(super) fn solve(&self, rhs: &[f64]) -> Vec<f64> {
-        self.solve_first(rhs, self.kept.len())
-    }
-
-    /// S_νν⁻¹h_ν in Pa, and zeros.
-    pub(super) fn solve_normal(&self, rhs: &[f64], n_panes: usize) -> Vec<f64> {
-        self.solve_first(rhs, self.kept.partition_point(|&j| j < n_panes))
-    }
-
-    /// Solves with the first `count` kept components; the others are zero.
-    fn solve_first(&self, rhs: &[f64], count: usize) -> Vec<f64> {
+    /// S⁻¹h in Pa for h in m³ with the components before one: all, or the normal ones. The others are zero.
+    pub(super) fn solve(&self, rhs: &[f64], end: usize) -> Vec<f64> {
+        let count = self.kept.partition_point(|&j| j < end);
         let scaled = (0..count).map(|i| self.scale[i] * rhs[self.kept[i]]);
         let mut x: Vec<f64> = scaled.collect();
-        self.factor.solve(&mut x);
+        match &self.factor {
+            None => x.fill(f64::NAN),
+            Some(Triangle::Dense(factor)) => factor.solve(&mut x),
+            Some(Triangle::Sparse(factors)) => {
+                let factor = &factors[usize::from(count < self.kept.len())];
+                factor.solve_in_place(&mut x, &mut Workspace::default());
+            }
+        }
         let mut solution = vec![0.0; rhs.len()];
         for (i, x) in x.iter().enumerate() {
             solution[self.kept[i]] = self.scale[i] * x;
@@ -204,34 +188,9 @@ impl StiffnessFactor {
     /// The diagonal of (LLᵀ)⁻¹.
     pub(super) fn inverse_diagonal(&self) -> Vec<f64> {
         match &self.factor {
-            Triangle::Dense(None) => vec![f64::NAN; self.kept.len()],
-            Triangle::Dense(Some(factor)) => inverse_diagonal(factor),
-            Triangle::Sparse(factors) => match &factors.all {
-                None => vec![f64::NAN; self.kept.len()],
-                Some(factor) => factor.inverse_diagonal(),
-            },
-        }
-    }
-}
-
-impl Triangle {
-    /// Solves with the leading part of as many components as x has.
-    fn solve(&self, x: &mut [f64]) {
-        match self {
-            Self::Dense(None) => x.fill(f64::NAN),
-            Self::Dense(Some(factor)) => factor.solve(x),
-            Self::Sparse(factors) => {
-                let is_whole = |factor: &CholeskyFactor| factor.size() == x.len();
-                let factor = if factors.all.as_ref().is_none_or(is_whole) {
-                    &factors.all
-                } else {
-                    &factors.normal
-                };
-                match factor {
-                    None => x.fill(f64::NAN),
-                    Some(factor) => factor.solve_in_place(x, &mut Workspace::default()),
-                }
-            }
+            None => vec![f64::NAN; self.kept.len()],
+            Some(Triangle::Dense(factor)) => inverse_diagonal(factor),
+            Some(Triangle::Sparse(factors)) => factors[0].inverse_diagonal(),
         }
     }
 }
@@ -255,9 +214,8 @@ fn leading(matrix: &CscMatrix, kept: &[usize], scale: &[f64]) -> CscMatrix {
     let mut scaled = CscMatrix::empty(n);
     scaled.cols = n;
     for (&j, by_column) in kept.iter().zip(scale) {
-        let (rows, values) = matrix.column(j);
-        for (row, value) in rows.iter().zip(values) {
-            if let Ok(i) = kept.binary_search(row) {
+        for (row, value) in matrix.entries(j) {
+            if let Ok(i) = kept.binary_search(&row) {
                 scaled.indices.push(i);
                 scaled.data.push(scale[i] * value * by_column);
             }

@@ -41,22 +41,8 @@ pub enum OperatorForm {
 }
 
 impl ContactSystem {
-    /// Couples a factorised body to its foundation; S stays implicit.
-    #[must_use]
-    pub fn new(assembly: &Assembly, surface: &ContactSurface, interface: &Interface) -> Self {
-        let coupling = interface.coupling(surface, &assembly.primal.dofs);
-        let dofs = &assembly.primal.dofs;
-        Self::with(
-            coupling,
-            &assembly.unconstrained(),
-            dofs,
-            surface,
-            interface,
-        )
-    }
-
-    /// As [`Self::new`], from B and the displacement A⁻¹l in m.
-    pub(super) fn with(
+    /// From B and the displacement A⁻¹l in m of a factorised body; S stays implicit.
+    pub(super) fn new(
         coupling: Coupling,
         unconstrained: &[f64],
         dofs: &DofMap,
@@ -179,14 +165,9 @@ impl ContactSystem {
         face: (&ContactSurface, &Interface),
         work: &Work,
     ) {
-        self.form = OperatorForm::Explicit(ExplicitDual::new(
-            assembly,
-            &self.coupling,
-            self.dual_rhs().to_vec(),
-            unconstrained,
-            face,
-            work,
-        ));
+        let (coupling, rhs) = (&self.coupling, self.dual_rhs().to_vec());
+        let dual = ExplicitDual::new(assembly, coupling, rhs, unconstrained, face, work);
+        self.form = OperatorForm::Explicit(dual);
     }
 
     /// Drops a dense S: it is applied through the factor from now on.
@@ -223,7 +204,6 @@ impl ContactSystem {
     }
 
     /// The same of unknowns x = (λ, α) with the displacement A⁻¹(l − Bᵀλ) and its remainder, in twice the working precision.
-    #[must_use]
     pub(crate) fn closing_refined(
         &self,
         displacement: &Doubled,
@@ -267,9 +247,8 @@ impl ContactSystem {
         interface: &Interface,
     ) -> Vec<f64> {
         let mut distances = interface.offsets(surface);
-        let held = self
-            .coupling
-            .held_integrals(surface, &interface.frame, dofs);
+        let coupling = &self.coupling;
+        let held = coupling.held_integrals(surface, &interface.frame, dofs);
         distances.resize(distances.len().max(held.len()), 0.0);
         add_scaled(&mut distances, -1.0, &held);
         distances
@@ -367,13 +346,8 @@ pub(super) fn tangential_selection(
     frame: &ContactFrame,
     dofs: &DofMap,
 ) -> CscMatrix {
-    let mut transposed = CscMatrix {
-        rows: dofs.n_free,
-        cols: 2 * surface.nodes.len(),
-        indptr: vec![0],
-        indices: Vec::new(),
-        data: Vec::new(),
-    };
+    let mut transposed = CscMatrix::empty(dofs.n_free);
+    transposed.cols = 2 * surface.nodes.len();
     for (local, &node) in surface.nodes.iter().enumerate() {
         for axis in frame.axes_at(local) {
             for (dof, &direction) in dofs.dof[node].iter().zip(axis) {
@@ -390,14 +364,14 @@ pub(super) fn tangential_selection(
 
 /// (u_t1, u_t2) at the contact nodes of a displacement in m, held nodes as they are held.
 pub(super) fn free_slip(
-    selection: &CscMatrix,
-    unconstrained: &[f64],
+    displacement: &[f64],
     surface: &ContactSurface,
     frame: &ContactFrame,
     dofs: &DofMap,
 ) -> Vec<[f64; 2]> {
+    let selection = tangential_selection(surface, frame, dofs);
     let mut slip = vec![0.0; selection.cols];
-    selection.mul_transposed(unconstrained, &mut slip);
+    selection.mul_transposed(displacement, &mut slip);
     let mut slip = pairs(&slip);
     if dofs.prescribed.is_some() {
         for (local, (slip, &node)) in slip.iter_mut().zip(&surface.nodes).enumerate() {

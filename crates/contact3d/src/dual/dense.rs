@@ -1,8 +1,8 @@
 //! The dual operator S as a dense matrix.
 
-use std::sync::Arc;
+use std::{ops::Range, sync::Arc};
 
-use crate::linalg::{CscMatrix, add_scaled};
+use crate::linalg::CscMatrix;
 
 /// Columns treated together: each entry of y is then loaded once for four coefficients.
 const COLUMNS: usize = 4;
@@ -17,14 +17,7 @@ pub(super) fn symmetric_product(matrix: &[f64], x: &[f64]) -> Vec<f64> {
     let whole = n - n % COLUMNS;
     for k in (0..whole).step_by(COLUMNS) {
         let end = k + COLUMNS;
-        for j in k..end {
-            let column = &matrix[j * n..(j + 1) * n];
-            y[j] += column[j] * x[j];
-            for i in j + 1..end {
-                y[i] += column[i] * x[j];
-                y[j] += column[i] * x[i];
-            }
-        }
+        add_diagonal_block(matrix, k..end, x, &mut y);
         let below = std::array::from_fn(|c| &matrix[(k + c) * n + end..(k + c + 1) * n]);
         let factors = [x[k], x[k + 1], x[k + 2], x[k + 3]];
         let (solved, rest) = y.split_at_mut(end);
@@ -33,15 +26,20 @@ pub(super) fn symmetric_product(matrix: &[f64], x: &[f64]) -> Vec<f64> {
             *y += dot;
         }
     }
-    for j in whole..n {
-        let column = &matrix[j * n..(j + 1) * n];
+    add_diagonal_block(matrix, whole..n, x, &mut y);
+    y
+}
+
+/// y += S x of the rows and columns of a range.
+fn add_diagonal_block(matrix: &[f64], range: Range<usize>, x: &[f64], y: &mut [f64]) {
+    for j in range.clone() {
+        let column = &matrix[j * x.len()..(j + 1) * x.len()];
         y[j] += column[j] * x[j];
-        for i in j + 1..n {
+        for i in j + 1..range.end {
             y[i] += column[i] * x[j];
             y[j] += column[i] * x[i];
         }
     }
-    y
 }
 
 /// y += Σ columns[c] factors[c]; returns the products columns[c]ᵀ x.
@@ -114,42 +112,6 @@ impl DualMatrix {
         match self {
             Self::Dense(values) => values,
             Self::Sparse(_) => panic!("the dual operator of a body is dense"),
-        }
-    }
-
-    /// S_jj of `n` multipliers.
-    pub(super) fn diagonal(&self, j: usize, n: usize) -> f64 {
-        match self {
-            Self::Dense(values) => values[j * n + j],
-            Self::Sparse(matrix) => matrix.diagonal(j),
-        }
-    }
-
-    /// y += a S_j.
-    pub(super) fn add_column(&self, j: usize, factor: f64, out: &mut [f64]) {
-        match self {
-            Self::Dense(values) => {
-                let n = out.len();
-                add_scaled(out, factor, &values[j * n..(j + 1) * n]);
-            }
-            Self::Sparse(matrix) => {
-                let (rows, values) = matrix.column(j);
-                for (&row, value) in rows.iter().zip(values) {
-                    out[row] += factor * value;
-                }
-            }
-        }
-    }
-
-    /// S λ.
-    pub(super) fn apply(&self, multiplier: &[f64]) -> Vec<f64> {
-        match self {
-            Self::Dense(values) => symmetric_product(values, multiplier),
-            Self::Sparse(matrix) => {
-                let mut product = vec![0.0; multiplier.len()];
-                matrix.mul_transposed(multiplier, &mut product);
-                product
-            }
         }
     }
 }

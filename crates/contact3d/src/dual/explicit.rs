@@ -1,11 +1,11 @@
 //! The dual problem as arrays.
 
-use std::sync::Arc;
+use std::{borrow::Cow, sync::Arc};
 
 use super::{
     Assembly, Balance, ContactCompliance, ContactSystem, DualMatrix,
     contact::{free_slip, pairs, tangential_selection},
-    dense::subtract_product,
+    dense::{subtract_product, symmetric_product},
     global_modes::correct,
 };
 use crate::{
@@ -50,28 +50,27 @@ impl ExplicitDual {
         (surface, interface): (&ContactSurface, &Interface),
         work: &Work,
     ) -> Self {
-        let selection = interface
-            .follows_slip()
-            .then(|| tangential_selection(surface, &interface.frame, &assembly.primal.dofs));
+        let (frame, dofs) = (&interface.frame, &assembly.primal.dofs);
+        let follows_slip = interface.follows_slip();
+        let selection = follows_slip.then(|| tangential_selection(surface, frame, dofs));
         let (operator, matrix) = corrected(assembly, coupling, selection.as_ref(), work);
-        let compliance = selection
-            .zip(matrix)
-            .map(|(selection, matrix)| ContactCompliance {
-                matrix: Arc::new(matrix),
-                slip_free: free_slip(
-                    &selection,
-                    unconstrained,
-                    surface,
-                    &interface.frame,
-                    &assembly.primal.dofs,
-                ),
-            });
+        let compliance = matrix.map(|matrix| ContactCompliance {
+            matrix: Arc::new(matrix),
+            slip_free: free_slip(unconstrained, surface, frame, dofs),
+        });
+        Self {
+            compliance,
+            ..Self::without_compliance(operator, rhs, coupling)
+        }
+    }
+
+    fn without_compliance(operator: Vec<f64>, rhs: Vec<f64>, coupling: &Coupling) -> Self {
         Self {
             operator: DualMatrix::Dense(Arc::new(operator)),
             rhs,
             anchor: None,
             layout: coupling.layout,
-            compliance,
+            compliance: None,
             balance: None,
         }
     }
@@ -86,17 +85,9 @@ impl ExplicitDual {
         let dofs = &assembly.primal.dofs;
         let coupling = interface.coupling_everywhere(surface, dofs);
         let unconstrained = assembly.unconstrained();
-        let system = ContactSystem::with(coupling, &unconstrained, dofs, surface, interface);
-        let coupling = &system.coupling;
-        let (operator, _) = corrected(assembly, coupling, None, &Work::default());
-        Self {
-            operator: DualMatrix::Dense(Arc::new(operator)),
-            rhs: system.dual_rhs().to_vec(),
-            anchor: None,
-            layout: coupling.layout,
-            compliance: None,
-            balance: None,
-        }
+        let system = ContactSystem::new(coupling, &unconstrained, dofs, surface, interface);
+        let (operator, _) = corrected(assembly, &system.coupling, None, &Work::default());
+        Self::without_compliance(operator, system.dual_rhs().to_vec(), &system.coupling)
     }
 
     /// The same problem written about λ₀ with its exact displacement u₀ in m: r = S (λ − λ₀) − c for
@@ -105,7 +96,6 @@ impl ExplicitDual {
     /// Near λ₀ the rounding of S, G and h then counts only in proportion to λ − λ₀ (iterative
     /// refinement); what cancels in S λ − h, the rigid motion of a body that nearly floats, cancelled
     /// in c already.
-    #[must_use]
     pub(crate) fn anchored(
         &self,
         multiplier: &[f64],
@@ -115,29 +105,24 @@ impl ExplicitDual {
         frame: &ContactFrame,
         dofs: &DofMap,
     ) -> Self {
-        let compliance = self.compliance.as_ref().map(|compliance| {
-            let selection = tangential_selection(surface, frame, dofs);
-            ContactCompliance {
-                matrix: Arc::clone(&compliance.matrix),
-                slip_free: free_slip(&selection, displacement, surface, frame, dofs),
-            }
-        });
-        Self {
+        let (stresses, motion) = (self.multipliers(multiplier), self.motion(multiplier));
+        let mut anchored = Self {
             operator: self.operator.clone(),
             rhs: closing,
             anchor: Some(multiplier.to_vec()),
             layout: self.layout,
-            compliance,
+            compliance: self.compliance.clone(),
             balance: self
                 .balance
                 .as_ref()
-                .map(|it| it.anchored(self.multipliers(multiplier), self.motion(multiplier))),
-        }
+                .map(|it| it.anchored(stresses, motion)),
+        };
+        anchored.apply_loads(displacement, surface, frame, dofs);
+        anchored
     }
 
     /// The same problem written about zero: h = S λ₀ + c, free slip C u₀ + G λ₀. Where S is not exact, its solution is
     /// off by what S is wrong as a share of the way from λ₀.
-    #[must_use]
     pub(crate) fn without_anchor(self) -> Self {
         let Some(anchor) = &self.anchor else {
             return self;
@@ -172,17 +157,16 @@ impl ExplicitDual {
         }
     }
 
-    /// Recomputes the free slip, where it is held, from the displacement A⁻¹l in m.
+    /// Recomputes the free slip, where it is held, from the displacement A⁻¹l or that at the anchor in m.
     pub(super) fn apply_loads(
         &mut self,
-        unconstrained: &[f64],
+        displacement: &[f64],
         surface: &ContactSurface,
         frame: &ContactFrame,
         dofs: &DofMap,
     ) {
         if let Some(compliance) = &mut self.compliance {
-            let selection = tangential_selection(surface, frame, dofs);
-            compliance.slip_free = free_slip(&selection, unconstrained, surface, frame, dofs);
+            compliance.slip_free = free_slip(displacement, surface, frame, dofs);
         }
     }
 
@@ -216,13 +200,22 @@ impl ExplicitDual {
     /// S_jj.
     #[must_use]
     pub fn diagonal(&self, j: usize) -> f64 {
-        self.operator.diagonal(j, self.dimension())
+        match &self.operator {
+            DualMatrix::Dense(_) => self.column(j)[j],
+            DualMatrix::Sparse(matrix) => matrix.diagonal(j),
+        }
     }
 
     /// r += a S_j.
     pub(crate) fn add_column(&self, j: usize, factor: f64, gradient: &mut [f64]) {
-        let n = self.dimension();
-        self.operator.add_column(j, factor, &mut gradient[..n]);
+        match &self.operator {
+            DualMatrix::Dense(_) => add_scaled(gradient, factor, self.column(j)),
+            DualMatrix::Sparse(matrix) => {
+                for (row, value) in matrix.entries(j) {
+                    gradient[row] += factor * value;
+                }
+            }
+        }
     }
 
     /// Number of unknowns x: the multipliers, and the rigid motions where the body floats.
@@ -260,8 +253,7 @@ impl ExplicitDual {
     /// r = S λ − h in m³ at x; where the body floats, r = S λ − G α − h and then e − Gᵀλ − D α in N.
     #[must_use]
     pub fn gradient(&self, unknowns: &[f64]) -> Vec<f64> {
-        let beyond_anchor = self.beyond_anchor(unknowns);
-        let x = beyond_anchor.as_deref().unwrap_or(unknowns);
+        let x = &self.beyond_anchor(unknowns);
         let multiplier = self.multipliers(x);
         let mut gradient = self.apply(multiplier);
         if let Some(balance) = &self.balance {
@@ -283,17 +275,18 @@ impl ExplicitDual {
         let Some(compliance) = &self.compliance else {
             return Vec::new();
         };
-        let beyond_anchor = self.beyond_anchor(unknowns);
-        let x = beyond_anchor.as_deref().unwrap_or(unknowns);
+        let x = &self.beyond_anchor(unknowns);
         let mut slip = compliance.tangential_displacement(self.multipliers(x));
         self.add_rigid_slip(self.motion(x), &mut slip);
         slip
     }
 
     /// x − x₀ about an anchor.
-    fn beyond_anchor(&self, unknowns: &[f64]) -> Option<Vec<f64>> {
-        let anchor = self.anchor.as_ref()?;
-        Some(difference(unknowns, anchor))
+    fn beyond_anchor<'x>(&self, unknowns: &'x [f64]) -> Cow<'x, [f64]> {
+        match &self.anchor {
+            Some(anchor) => difference(unknowns, anchor).into(),
+            None => unknowns.into(),
+        }
     }
 
     fn add_rigid_slip(&self, motion: &[f64], slip: &mut [[f64; 2]]) {
@@ -305,7 +298,14 @@ impl ExplicitDual {
     /// S λ in m³.
     #[must_use]
     pub fn apply(&self, multiplier: &[f64]) -> Vec<f64> {
-        self.operator.apply(multiplier)
+        match &self.operator {
+            DualMatrix::Dense(values) => symmetric_product(values, multiplier),
+            DualMatrix::Sparse(matrix) => {
+                let mut product = vec![0.0; multiplier.len()];
+                matrix.mul_transposed(multiplier, &mut product);
+                product
+            }
+        }
     }
 }
 

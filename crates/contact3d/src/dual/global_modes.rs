@@ -11,7 +11,7 @@
 use super::{Assembly, body_solve::CG_LEFT, dense::symmetric_product};
 use crate::{
     contact::Coupling,
-    linalg::{CscMatrix, add_scaled, dot, norm},
+    linalg::{CscMatrix, add_scaled, dot, norm, orthogonalise},
 };
 
 /// Modes: as many as a rigid body has motions.
@@ -30,51 +30,37 @@ pub(super) fn correct(
 ) {
     let n = coupling.n_multipliers();
     let modes = largest_modes(operator, n);
-    let forces: Vec<Vec<f64>> = modes
-        .iter()
-        .map(|mode| coupling.nodal_forces(mode))
-        .collect();
-    let moved = assembly.solve_several(&forces, CG_LEFT);
+    let forces = modes.iter().map(|mode| coupling.nodal_forces(mode));
+    let moved = assembly.solve_several(&forces.collect::<Vec<_>>(), CG_LEFT);
+    let pairs = || modes.iter().zip(&moved);
     if let (Some(selection), Some(compliance)) = (selection, compliance) {
         let rows = selection.cols;
-        let errors: Vec<Vec<f64>> = modes
-            .iter()
-            .zip(&moved)
-            .map(|(mode, moved)| {
-                let mut error = vec![0.0; rows];
-                selection.mul_transposed(moved, &mut error);
-                for (column, value) in compliance.chunks_exact(rows.max(1)).zip(mode) {
-                    add_scaled(&mut error, -value, column);
-                }
-                error
-            })
-            .collect();
+        let error_of = |(mode, moved): (&Vec<f64>, &Vec<f64>)| {
+            let mut error = vec![0.0; rows];
+            selection.mul_transposed(moved, &mut error);
+            for (column, value) in compliance.chunks_exact(rows.max(1)).zip(mode) {
+                add_scaled(&mut error, -value, column);
+            }
+            error
+        };
+        let errors: Vec<Vec<f64>> = pairs().map(error_of).collect();
         for (j, column) in compliance.chunks_exact_mut(rows.max(1)).enumerate() {
             for (mode, error) in modes.iter().zip(&errors) {
                 add_scaled(column, mode[j], error);
             }
         }
     }
-    let errors: Vec<Vec<f64>> = modes
-        .iter()
-        .zip(&moved)
-        .map(|(mode, moved)| {
-            let mut error = coupling.integrate(moved);
-            add_scaled(&mut error, -1.0, &symmetric_product(operator, mode));
-            error
-        })
-        .collect();
     // R Vᵀ + V Rᵀ − V (VᵀR) Vᵀ = H Vᵀ + V Hᵀ with H = R − ½ V VᵀR.
-    let halves: Vec<Vec<f64>> = errors
-        .iter()
-        .map(|error| {
-            let mut half = error.clone();
-            for mode in &modes {
-                add_scaled(&mut half, -0.5 * dot(mode, error), mode);
-            }
-            half
-        })
-        .collect();
+    let half_of = |(mode, moved): (&Vec<f64>, &Vec<f64>)| {
+        let mut error = coupling.integrate(moved);
+        add_scaled(&mut error, -1.0, &symmetric_product(operator, mode));
+        let mut half = error.clone();
+        for mode in &modes {
+            add_scaled(&mut half, -0.5 * dot(mode, &error), mode);
+        }
+        half
+    };
+    let halves: Vec<Vec<f64>> = pairs().map(half_of).collect();
     for (j, column) in operator.chunks_exact_mut(n).enumerate() {
         for (mode, half) in modes.iter().zip(&halves) {
             add_scaled(column, mode[j], half);
@@ -99,12 +85,8 @@ fn largest_modes(operator: &[f64], n: usize) -> Vec<Vec<f64>> {
     };
     let mut modes: Vec<Vec<f64>> = orthonormal((0..count).map(start).collect());
     for _ in 0..ITERATIONS {
-        modes = orthonormal(
-            modes
-                .iter()
-                .map(|mode| symmetric_product(operator, mode))
-                .collect(),
-        );
+        let product = |mode: &Vec<f64>| symmetric_product(operator, mode);
+        modes = orthonormal(modes.iter().map(product).collect());
     }
     modes
 }
@@ -114,12 +96,7 @@ fn orthonormal(vectors: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     let mut basis: Vec<Vec<f64>> = Vec::with_capacity(vectors.len());
     for mut vector in vectors {
         let length = norm(&vector);
-        for _ in 0..2 {
-            for other in &basis {
-                let share = dot(other, &vector);
-                add_scaled(&mut vector, -share, other);
-            }
-        }
+        orthogonalise(&mut vector, &basis, 2);
         let left = norm(&vector);
         if left > 1e-10 * length {
             vector.iter_mut().for_each(|v| *v /= left);

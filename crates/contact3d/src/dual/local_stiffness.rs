@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{
     contact::{Coupling, MultiplierLayout},
-    linalg::{DenseCholesky, add_scaled, dot, largest_eigenvalue},
+    linalg::{DenseCholesky, add_combination, dot, largest_eigenvalue},
 };
 
 /// The Cholesky factor of S, and from it the stiffness (S⁻¹)_ii of each pane while the others do
@@ -74,13 +74,13 @@ impl LocalStiffness {
     /// S⁻¹h in Pa: the stresses of a face that is glued to the foundation.
     #[must_use]
     pub fn glued(&self, rhs: &[f64]) -> Vec<f64> {
-        self.factor.solve(rhs)
+        self.factor.solve(rhs, rhs.len())
     }
 
     /// S_νν⁻¹h_ν and no tangential stress, in Pa: a face that slides freely and does not lift off.
     #[must_use]
     pub fn pressed(&self, rhs: &[f64]) -> Vec<f64> {
-        self.factor.solve_normal(rhs, self.layout.n_panes())
+        self.factor.solve(rhs, self.layout.n_panes())
     }
 
     /// The unknowns of a problem whose face is glued to the foundation: [`Self::glued`], in balance where the body floats.
@@ -105,29 +105,20 @@ fn balanced(dual: &ExplicitDual, solve: impl Fn(&[f64]) -> Vec<f64>) -> Vec<f64>
         return multiplier;
     };
     let n = balance.n_felt();
-    let held: Vec<Vec<f64>> = balance
-        .coupling
-        .integrals
-        .iter()
-        .map(|g| solve(g))
-        .collect();
-    let scale = |p: usize| {
-        let face = dot(&balance.coupling.integrals[p], &held[p]).abs();
-        (face + balance.coupling.support[p]).sqrt()
-    };
-    let scale: Vec<f64> = (0..n)
-        .map(|p| match scale(p) {
-            0.0 => 0.0,
-            s => s.recip(),
-        })
-        .collect();
-    let stiffness = DMatrix::from_fn(n, n, |p, q| {
-        let support = if p == q {
-            balance.coupling.support[p]
-        } else {
+    let (integrals, support) = (&balance.coupling.integrals, &balance.coupling.support);
+    let held: Vec<Vec<f64>> = integrals.iter().map(|g| solve(g)).collect();
+    let scale = (0..n).map(|p| {
+        let size = dot(&integrals[p], &held[p]).abs() + support[p];
+        if size == 0.0 {
             0.0
-        };
-        scale[p] * scale[q] * (dot(&balance.coupling.integrals[p], &held[q]) + support)
+        } else {
+            size.sqrt().recip()
+        }
+    });
+    let scale: Vec<f64> = scale.collect();
+    let stiffness = DMatrix::from_fn(n, n, |p, q| {
+        let support = if p == q { support[p] } else { 0.0 };
+        scale[p] * scale[q] * (dot(&integrals[p], &held[q]) + support)
     });
     let excess = balance.excess(&multiplier, &vec![0.0; n]);
     let excess = DVector::from_fn(n, |p, _| scale[p] * excess[p]);
@@ -136,9 +127,7 @@ fn balanced(dual: &ExplicitDual, solve: impl Fn(&[f64]) -> Vec<f64>) -> Vec<f64>
         .solve(&excess, UNRESISTED)
         .unwrap_or_else(|_| DVector::zeros(n));
     let motion: Vec<f64> = motion.iter().zip(&scale).map(|(a, s)| a * s).collect();
-    for (held, by) in held.iter().zip(&motion) {
-        add_scaled(&mut multiplier, *by, held);
-    }
+    add_combination(&mut multiplier, &motion, &held);
     multiplier.extend(motion);
     multiplier
 }
@@ -197,21 +186,16 @@ pub fn pane_stiffness(primal: &PrimalSystem, coupling: &Coupling) -> Vec<f64> {
     let columns = &coupling.transposed;
     let mut panes_at: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
     for column in 0..columns.cols {
-        for k in columns.indptr[column]..columns.indptr[column + 1] {
-            let node = node_of[columns.indices[k]];
-            panes_at
-                .entry(node)
-                .or_default()
-                .insert(coupling.layout.pane_of(column));
+        for (dof, _) in columns.entries(column) {
+            let panes = panes_at.entry(node_of[dof]).or_default();
+            panes.insert(coupling.layout.pane_of(column));
         }
     }
     let mut stiffness: Vec<f64> = (0..columns.cols)
         .map(|column| {
             let mut entries: BTreeMap<usize, Vec<(usize, f64)>> = BTreeMap::new();
-            for k in columns.indptr[column]..columns.indptr[column + 1] {
-                let dof = columns.indices[k];
-                let entry = (dof, columns.data[k]);
-                entries.entry(node_of[dof]).or_default().push(entry);
+            for entry in columns.entries(column) {
+                entries.entry(node_of[entry.0]).or_default().push(entry);
             }
             let least = |own: bool| {
                 let nodes = entries.iter();
@@ -240,9 +224,9 @@ fn energy(primal: &PrimalSystem, entries: &[(usize, f64)]) -> f64 {
     let a = &primal.stiffness;
     let mut energy = 0.0;
     for (column, right) in entries {
-        for k in a.indptr[*column]..a.indptr[column + 1] {
-            if let Some((_, left)) = entries.iter().find(|(row, _)| *row == a.indices[k]) {
-                energy += left * a.data[k] * right;
+        for (at, value) in a.entries(*column) {
+            if let Some((_, left)) = entries.iter().find(|(row, _)| *row == at) {
+                energy += left * value * right;
             }
         }
     }

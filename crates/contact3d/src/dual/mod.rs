@@ -29,16 +29,14 @@ mod system;
 
 pub use assembly::{Assembly, AssemblyError, AssemblySeconds, PrimalSystem};
 pub use balanced_operator::BalancedOperator;
-pub use contact::ContactCompliance;
 pub(crate) use contact::Moved;
-pub use contact::{ContactSystem, OperatorForm};
+pub use contact::{ContactCompliance, ContactSystem, OperatorForm};
 pub use dense::DualMatrix;
 pub use explicit::ExplicitDual;
 pub(crate) use local_stiffness::drag;
-pub use local_stiffness::pane_stiffness;
-pub use local_stiffness::{LocalStiffness, smallest_eigenvalue};
+pub use local_stiffness::{LocalStiffness, pane_stiffness, smallest_eigenvalue};
 pub use need::{Admission, Need, Observation, OperatorEstimate, Resource, Shortage};
-pub use operators::{ExplicitOperator, ImplicitOperator};
+pub use operators::ContactOperator;
 pub use rigid_coupling::{Balance, RigidCoupling};
 pub use system::DualSystem;
 

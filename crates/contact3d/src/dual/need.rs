@@ -92,7 +92,6 @@ impl Need {
     /// Pairs follow from Euler's formula V − E + F − T = 1 of a ball with 2F = 4T + boundary
     /// triangles. P1 has one pair for each edge; P2, where N = V + E, has three within each edge, six
     /// more on each triangle and three more in each tetrahedron. A body that floats has A_κ beside A.
-    #[must_use]
     pub(super) fn of_stiffness(mesh: &Mesh, dofs: &DofMap, floats: bool) -> Self {
         let nodes = mesh.coordinates.len() as f64;
         let [tetrahedra, facets] =
@@ -117,7 +116,6 @@ impl Need {
     }
 
     /// The factor, counted exactly, and the dense dual operator where it will be formed.
-    #[must_use]
     pub(super) fn of_factor(
         stiffness: &CscMatrix,
         structure: &FactorStructure,
@@ -174,8 +172,7 @@ impl OperatorEstimate {
         let count = factor.count_forward_rows(&coupling.transposed.transpose());
         let reach = factor.reach(coupling.transposed.indices.iter().copied());
         let offsets = &factor.value_offsets;
-        let reached = reach.supernodes().iter();
-        let values: usize = reached.map(|&s| offsets[s + 1] - offsets[s]).sum();
+        let values: usize = reach.iter().map(|&s| offsets[s + 1] - offsets[s]).sum();
         let multipliers = coupling.transposed.cols as f64;
         let dense = multipliers * multipliers + 2.0 * n_contact_nodes as f64 * multipliers;
         Self {
@@ -196,7 +193,6 @@ impl OperatorEstimate {
 
     /// Whether the dense form pays: it fits in a few times the factor's memory, and forming it
     /// costs less than the applications of a solve.
-    #[must_use]
     pub(crate) fn prefers_explicit(&self) -> bool {
         self.forming_bytes(Precision::Double)
             <= (MOST_OF_FACTOR * self.factor_bytes).max(SMALL_MEMORY)

@@ -1,27 +1,32 @@
-//! The two forms of the dual operator: through the factor, and as a dense matrix.
+//! The dual operator of a body that its supports hold: through the factor, or as a dense matrix.
 
 use super::{Assembly, ContactSystem, DualOperator, ExplicitDual, PrimalOperator};
-use crate::linalg::{EliminationPath, Factor, Workspace};
+use crate::linalg::{Factor, Workspace};
 
-/// S applied as the paper does: one pair of sparse triangular solves with the factor of A each time.
+/// S, and the displacements of the body behind it.
 ///
-/// B touches contact nodes only, so the solves visit just the supernodes between those nodes and
-/// the root of the elimination tree; the numbers are those of full solves, up to the order of sums. Through a factor in
-/// single precision each application takes conjugate gradients over the whole body.
-pub struct ImplicitOperator<'a> {
+/// Without a dense matrix S is applied as the paper does: one pair of sparse triangular solves with the factor of A each time. B
+/// touches contact nodes only, so the solves visit just the supernodes between those nodes and the root of the elimination tree;
+/// the numbers are those of full solves, up to the order of sums. Through a factor in single precision each application takes
+/// conjugate gradients over the whole body.
+pub struct ContactOperator<'a> {
+    /// A dense S and its h; `None` where S is applied through the factor.
+    dual: Option<&'a ExplicitDual>,
     assembly: &'a Assembly,
     contact: &'a ContactSystem,
-    reach: EliminationPath,
+    /// The supernodes that contact forces reach, without a dense S.
+    reach: Vec<usize>,
     work: Workspace,
     applications: usize,
 }
 
-impl<'a> ImplicitOperator<'a> {
-    /// Prepares the applications of A⁻¹ on the contact nodes.
+impl<'a> ContactOperator<'a> {
+    /// S through the factor of A.
     #[must_use]
-    pub fn new(assembly: &'a Assembly, contact: &'a ContactSystem) -> Self {
+    pub fn implicit(assembly: &'a Assembly, contact: &'a ContactSystem) -> Self {
         let touched = contact.coupling.transposed.indices.iter().copied();
         Self {
+            dual: None,
             assembly,
             contact,
             reach: assembly.factor.structure().reach(touched),
@@ -29,84 +34,47 @@ impl<'a> ImplicitOperator<'a> {
             applications: 0,
         }
     }
-}
 
-impl DualOperator for ImplicitOperator<'_> {
-    fn dimension(&self) -> usize {
-        self.contact.layout().n_multipliers()
-    }
-
-    fn rhs(&self) -> &[f64] {
-        self.contact.dual_rhs()
-    }
-
-    fn apply(&mut self, multiplier: &[f64]) -> Vec<f64> {
-        self.applications += 1;
-        let (assembly, coupling) = (self.assembly, &self.contact.coupling);
-        let forces = coupling.nodal_forces(multiplier);
-        let displacement = match &*assembly.factor {
-            Factor::Double(factor) => {
-                let mut displacement = forces;
-                factor.solve_reached(&self.reach, &mut displacement, &mut self.work);
-                displacement
-            }
-            Factor::Single(_) => assembly.solve(&forces, &mut self.work),
-        };
-        coupling.integrate(&displacement)
-    }
-
-    fn applications(&self) -> usize {
-        self.applications
-    }
-}
-
-impl PrimalOperator for ImplicitOperator<'_> {
-    fn to_primal(&mut self, multiplier: &[f64]) -> Vec<f64> {
-        self.applications += 1;
-        self.contact
-            .displacement(self.assembly, multiplier, &mut self.work)
-    }
-
-    fn tangential_displacement(&mut self, _multiplier: &[f64]) -> Option<Vec<[f64; 2]>> {
-        None
-    }
-}
-
-/// S applied as a dense symmetric matrix; the factor of A is used only for the displacement.
-pub struct ExplicitOperator<'a> {
-    dual: &'a ExplicitDual,
-    assembly: &'a Assembly,
-    contact: &'a ContactSystem,
-    work: Workspace,
-    applications: usize,
-}
-
-impl<'a> ExplicitOperator<'a> {
-    /// Joins the dense dual problem and the factor it came from.
+    /// A dense S; the factor that it came from is used only for the displacement.
     #[must_use]
-    pub fn new(dual: &'a ExplicitDual, assembly: &'a Assembly, contact: &'a ContactSystem) -> Self {
+    pub fn explicit(
+        dual: &'a ExplicitDual,
+        assembly: &'a Assembly,
+        contact: &'a ContactSystem,
+    ) -> Self {
         Self {
-            dual,
+            dual: Some(dual),
             assembly,
             contact,
+            reach: Vec::new(),
             work: Workspace::default(),
             applications: 0,
         }
     }
 }
 
-impl DualOperator for ExplicitOperator<'_> {
+impl DualOperator for ContactOperator<'_> {
     fn dimension(&self) -> usize {
-        self.dual.dimension()
+        self.contact.layout().n_multipliers()
     }
 
     fn rhs(&self) -> &[f64] {
-        &self.dual.rhs
+        self.dual
+            .map_or_else(|| self.contact.dual_rhs(), |dual| &dual.rhs)
     }
 
     fn apply(&mut self, multiplier: &[f64]) -> Vec<f64> {
         self.applications += 1;
-        self.dual.apply(multiplier)
+        if let Some(dual) = self.dual {
+            return dual.apply(multiplier);
+        }
+        let coupling = &self.contact.coupling;
+        let mut moved = coupling.nodal_forces(multiplier);
+        match &*self.assembly.factor {
+            Factor::Double(factor) => factor.solve_reached(&self.reach, &mut moved, &mut self.work),
+            Factor::Single(_) => moved = self.assembly.solve(&moved, &mut self.work),
+        }
+        coupling.integrate(&moved)
     }
 
     fn applications(&self) -> usize {
@@ -114,7 +82,7 @@ impl DualOperator for ExplicitOperator<'_> {
     }
 }
 
-impl PrimalOperator for ExplicitOperator<'_> {
+impl PrimalOperator for ContactOperator<'_> {
     fn to_primal(&mut self, multiplier: &[f64]) -> Vec<f64> {
         self.applications += 1;
         self.contact
@@ -122,7 +90,7 @@ impl PrimalOperator for ExplicitOperator<'_> {
     }
 
     fn tangential_displacement(&mut self, multiplier: &[f64]) -> Option<Vec<[f64; 2]>> {
-        self.dual.compliance.as_ref()?;
-        Some(self.dual.tangential_displacement(multiplier))
+        let dual = self.dual.filter(|dual| dual.compliance.is_some())?;
+        Some(dual.tangential_displacement(multiplier))
     }
 }

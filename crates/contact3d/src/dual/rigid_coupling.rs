@@ -6,9 +6,9 @@ use nalgebra::{DMatrix, DVector};
 
 use super::{Assembly, lifting::lift, motion_spaces::MotionSpaces};
 use crate::{
-    contact::{Coupling, Interface, MultiplierLayout, nodal_tangential_change},
+    contact::{Coupling, Interface, MultiplierLayout},
     elasticity::FloatingBody,
-    linalg::{add_scaled, dot, norm},
+    linalg::{add_combination, add_scaled, dot, norm},
     mesh::ContactSurface,
 };
 
@@ -93,7 +93,10 @@ impl RigidCoupling {
         for (grip, motion) in grip.iter_mut().zip(&spaces.felt) {
             motion.reach.restrict(grip, coupling.layout);
         }
-        let slip_of = |u: &Vec<f64>| nodal_tangential_change(surface, &interface.frame, dofs, u);
+        let slip_of = |u: &Vec<f64>| {
+            let at_node = |node| dofs.change_at_node(node, u);
+            interface.frame.nodal_tangential(surface, at_node)
+        };
         let mut slip: Vec<Vec<[f64; 2]>> = rigid.iter().map(slip_of).collect();
         let mut integrals = grip.clone();
         for (p, by_springs) in yielding.iter().enumerate() {
@@ -138,16 +141,8 @@ impl RigidCoupling {
     /// The motion in terms of the modes of the body, `[n_modes]`, of that in terms of felt ones.
     pub(crate) fn in_modes(&self, motion: &[f64]) -> Vec<f64> {
         let mut modes = vec![0.0; self.body.n_modes()];
-        for (weights, by) in self.felt.iter().zip(motion) {
-            add_scaled(&mut modes, *by, weights);
-        }
+        add_combination(&mut modes, motion, &self.felt);
         modes
-    }
-
-    /// The motion in terms of felt ones of that in terms of the modes of the body.
-    pub(crate) fn in_felt(&self, modes: &[f64]) -> Vec<f64> {
-        let rows = self.coordinates.iter();
-        rows.map(|row| dot(row, modes)).collect()
     }
 
     /// (R + Y)ᵀf of the felt motions in N for nodal forces f in N.
@@ -179,16 +174,12 @@ impl RigidCoupling {
 
     /// Adds R α.
     pub(crate) fn add_rigid(&self, motion: &[f64], displacement: &mut [f64]) {
-        for (u, by) in self.rigid.iter().zip(motion) {
-            add_scaled(displacement, *by, u);
-        }
+        add_combination(displacement, motion, &self.rigid);
     }
 
     /// Adds Y α, which strains the body.
     pub(crate) fn add_yielding(&self, motion: &[f64], displacement: &mut [f64]) {
-        for (u, by) in self.yielding.iter().zip(motion) {
-            add_scaled(displacement, *by, u);
-        }
+        add_combination(displacement, motion, &self.yielding);
     }
 
     /// Adds (R + Y) α.
@@ -261,9 +252,7 @@ impl RigidCoupling {
     /// G α in m³.
     pub(crate) fn integrals_of(&self, motion: &[f64], n_multipliers: usize) -> Vec<f64> {
         let mut sum = vec![0.0; n_multipliers];
-        for (integrals, by) in self.integrals.iter().zip(motion) {
-            add_scaled(&mut sum, *by, integrals);
-        }
+        add_combination(&mut sum, motion, &self.integrals);
         sum
     }
 
@@ -354,7 +343,8 @@ impl Balance {
     /// The unknowns α of motions in terms of the modes of the body.
     #[must_use]
     pub fn unknown_motion(&self, modes: &[f64]) -> Vec<f64> {
-        let mut motion = self.coupling.in_felt(modes);
+        let rows = self.coupling.coordinates.iter();
+        let mut motion: Vec<f64> = rows.map(|row| dot(row, modes)).collect();
         if let Some(closed) = &self.closed {
             add_scaled(&mut motion, -1.0, &closed.motion);
         }
@@ -364,10 +354,8 @@ impl Balance {
     /// The same about an anchor (λ₀, α₀).
     pub(super) fn anchored(&self, multiplier: &[f64], motion: &[f64]) -> Self {
         Self {
-            coupling: Arc::clone(&self.coupling),
             resultant: self.excess(multiplier, motion),
-            closed: self.closed.clone(),
-            lift: self.lift.clone(),
+            ..self.clone()
         }
     }
 
@@ -389,21 +377,15 @@ impl Balance {
         coupling.support.iter_mut().for_each(|d| *d += spring);
         Self {
             coupling: Arc::new(coupling),
-            resultant: self.resultant.clone(),
-            closed: self.closed.clone(),
-            lift: self.lift.clone(),
+            ..self.clone()
         }
     }
 
     /// ‖D α‖ beside the load ‖e‖: what the supports carry.
     pub(crate) fn share_of_supports(&self, motion: &[f64]) -> f64 {
-        let carried = self
-            .coupling
-            .support
-            .iter()
-            .zip(motion)
-            .map(|(d, by)| d * by);
-        norm(&carried.collect::<Vec<f64>>()) / norm(&self.resultant)
+        let supports = self.coupling.support.iter().zip(motion);
+        let carried: Vec<f64> = supports.map(|(d, by)| d * by).collect();
+        norm(&carried) / norm(&self.resultant)
     }
 
     /// ρ of the rows Gᵀλ + D α − e in Pa/N: rows times ρ are the distance of λ from the plane Gᵀλ = e; for motions that supports

@@ -34,27 +34,15 @@ impl DualSystem {
     /// # Errors
     /// [`AssemblyError`] when A has no Cholesky factor, a formula of the scene has no value, or a number overflows.
     pub fn new(scene: &Scene, mesh: &Mesh) -> Result<Self, AssemblyError> {
-        Self::admitted(scene, mesh, &|_| Ok(()))
+        Self::watched(scene, mesh, &|_| Ok(()), &|_, _| ())
     }
 
-    /// As [`Self::new`], but asks `admit` before the stiffness and before the factor are allocated. Where the choice is free and
-    /// the dense operator does not fit, it is not formed.
+    /// As [`Self::new`], but asks `admit` before the stiffness and before the factor are allocated, and tells `begun` of each long
+    /// step whose operations are counted, with what shows from then on how far it is. Where the choice is free and the dense
+    /// operator does not fit, it is not formed.
     ///
     /// # Errors
     /// As [`Self::new`], and what `admit` refuses.
-    pub fn admitted(
-        scene: &Scene,
-        mesh: &Mesh,
-        admit: Admission<'_>,
-    ) -> Result<Self, AssemblyError> {
-        Self::watched(scene, mesh, admit, &|_, _| ())
-    }
-
-    /// As [`Self::admitted`], and tells `begun` of each long step whose operations are counted, with what shows from then on how
-    /// far it is.
-    ///
-    /// # Errors
-    /// As [`Self::admitted`].
     pub fn watched(
         scene: &Scene,
         mesh: &Mesh,
@@ -70,12 +58,11 @@ impl DualSystem {
             .as_ref()
             .and_then(|coupling| dense_operator(scene, mesh, &analysed, coupling));
         let form = |precision, dense: Option<&OperatorEstimate>| {
-            admit(Need::of_factor(
-                &analysed.primal.stiffness,
-                &analysed.structure,
-                precision,
-                dense,
-            ))?;
+            let Analysed {
+                primal, structure, ..
+            } = &analysed;
+            let stiffness = &primal.stiffness;
+            admit(Need::of_factor(stiffness, structure, precision, dense))?;
             let begin = |step, operations| {
                 let work = Arc::new(Work::of(operations));
                 begun(step, &work);
@@ -89,7 +76,7 @@ impl DualSystem {
                     let unconstrained = assembly.unconstrained();
                     let dofs = &assembly.primal.dofs;
                     let mut contact =
-                        ContactSystem::with(coupling, &unconstrained, dofs, surface, interface);
+                        ContactSystem::new(coupling, &unconstrained, dofs, surface, interface);
                     if let Some(estimate) = dense {
                         let started = Instant::now();
                         let work = begin("forming the dual operator", estimate.explicit_operations);
@@ -135,11 +122,8 @@ impl DualSystem {
         }
         let mut scene = scene.clone();
         scene.assemble.factor = FactorPrecision::Double;
-        if self
-            .contact
-            .as_ref()
-            .is_some_and(|c| c.explicit().is_some())
-        {
+        let contact = self.contact.as_ref();
+        if contact.is_some_and(|c| c.explicit().is_some()) {
             scene.assemble.dual_operator = DualOperatorKind::Explicit;
         }
         Self::watched(&scene, mesh, admit, begun).ok()

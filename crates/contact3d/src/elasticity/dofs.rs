@@ -26,17 +26,13 @@ impl DofMap {
     #[must_use]
     pub fn new(held: &[[bool; 3]]) -> Self {
         let mut n_free = 0;
-        let dof = held
-            .iter()
-            .map(|node| {
-                node.map(|is_held| {
-                    (!is_held).then(|| {
-                        n_free += 1;
-                        n_free - 1
-                    })
-                })
+        let mut number = |is_held: bool| {
+            (!is_held).then(|| {
+                n_free += 1;
+                n_free - 1
             })
-            .collect();
+        };
+        let dof = held.iter().map(|node| node.map(&mut number)).collect();
         Self {
             dof,
             n_free,
@@ -119,7 +115,12 @@ pub fn prescribed_displacements(
             for &component in &clamp.components {
                 let value = clamp.value[component as usize].at(at);
                 if !value.is_finite() {
-                    return Err(not_finite(index, value, at));
+                    return Err(Invalid {
+                        key: format!("clamp.{index}.value"),
+                        expected: "a formula that is finite at every held node".into(),
+                        found: format!("{} at {}", Written(&value), place_words(at)),
+                        help: UNDEFINED.into(),
+                    });
                 }
                 let held = PrescribedValue { index, value };
                 match found[node][component as usize].get_or_insert(held) {
@@ -170,24 +171,14 @@ pub fn forces_of_prescribed(
         if local.iter().all(|u| *u == [0.0; 3]) {
             continue;
         }
-        let mut own = vec![nalgebra::Vector3::zeros(); local.len()];
-        Element::of(mesh, t).add_internal_forces(material.tensor(t), &local, &mut own);
-        for (node, force) in mesh.tetrahedron_nodes(t).zip(&own) {
+        let own = Element::of(mesh, t).internal_forces(material.tensor(t), &local);
+        for (node, force) in mesh.tetrahedron_nodes(t).zip(own) {
             for c in 0..3 {
                 forces[node][c] += force[c];
             }
         }
     }
     forces
-}
-
-fn not_finite(clamp: usize, value: f64, at: [f64; 3]) -> Invalid {
-    Invalid {
-        key: format!("clamp.{clamp}.value"),
-        expected: "a formula that is finite at every held node".into(),
-        found: format!("{} at {}", Written(&value), place_words(at)),
-        help: UNDEFINED.into(),
-    }
 }
 
 fn contradiction(at: [f64; 3], component: Component, held: [PrescribedValue; 2]) -> Invalid {

@@ -5,11 +5,11 @@ use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use crate::{
     mesh::{IsoparametricMap, Mesh, is_straight, tetrahedron_volume},
     reference::{TETRAHEDRON_EDGES, quadrature, shape::quadratic_tetrahedron_slopes},
-    scene::Scene,
+    scene::{Material, Scene},
 };
 
 /// Centre of a tetrahedron in barycentric coordinates.
-const CENTROID: [f64; 4] = [0.25; 4];
+pub(super) const CENTROID: [f64; 4] = [0.25; 4];
 
 /// A tetrahedron as assembly sees it; nodes are its corners, then its mid-edge nodes.
 #[derive(Debug, Clone)]
@@ -22,20 +22,12 @@ pub(crate) enum Element {
     Curved(Box<CurvedTetrahedron>),
 }
 
-/// A point of integration and the gradients of the shape functions there.
-#[derive(Debug, Clone, Copy)]
-struct IntegrationPoint {
-    /// Volume in m³ that the point stands for.
-    volume: f64,
-    /// ∇φ_a in 1/m, in the order of the element's nodes.
-    gradients: [Vector3<f64>; 10],
-}
-
 /// An isoparametric quadratic tetrahedron.
 #[derive(Debug, Clone)]
 pub(crate) struct CurvedTetrahedron {
     map: IsoparametricMap,
-    points: Vec<IntegrationPoint>,
+    /// The volume in m³ that each point of integration stands for, and ∇φ_a in 1/m there, in the order of the element's nodes.
+    points: Vec<(f64, [Vector3<f64>; 10])>,
 }
 
 /// One summand (4 λ_k − shift) ∇λ_along of the gradient of a quadratic shape function.
@@ -67,7 +59,6 @@ fn mean_product(first: Term, second: Term) -> f64 {
 
 impl Element {
     /// The element of a tetrahedron of the mesh.
-    #[must_use]
     pub(crate) fn of(mesh: &Mesh, tetrahedron: usize) -> Self {
         let corners = mesh.corners(&mesh.tetrahedra[tetrahedron]);
         let Some(mid_edges) = &mesh.mid_edges else {
@@ -85,7 +76,6 @@ impl Element {
     /// displacement to Voigt strain.
     ///
     /// Exact on straight sides, where the blocks of P1 are weighted by the means of [`Term`]s.
-    #[must_use]
     pub(crate) fn stiffness_block(
         &self,
         elasticity: &Matrix6<f64>,
@@ -107,24 +97,22 @@ impl Element {
             }
             Self::Curved(curved) => {
                 let mut block = Matrix3::zeros();
-                for point in &curved.points {
-                    let stresses = unit_stresses(elasticity, &point.gradients[b]);
-                    let forces = stresses.map(|s| traction(&point.gradients[a], &s) * point.volume);
-                    block += Matrix3::from_columns(&forces);
+                for (volume, gradients) in &curved.points {
+                    block += block_of(elasticity, [&gradients[a], &gradients[b]], *volume);
                 }
                 block
             }
         }
     }
 
-    /// Adds the nodal forces ∫ Gᵀ C ε(u) in N that balance the stress of a displacement u in m, both
-    /// in the order of the element's nodes.
-    pub(crate) fn add_internal_forces(
+    /// The nodal forces ∫ Gᵀ C ε(u) in N that balance the stress of a displacement u in m, both in the order of the
+    /// element's nodes.
+    pub(super) fn internal_forces(
         &self,
         elasticity: &Matrix6<f64>,
         displacement: &[[f64; 3]],
-        forces: &mut [Vector3<f64>],
-    ) {
+    ) -> Vec<Vector3<f64>> {
+        let mut forces = vec![Vector3::zeros(); displacement.len()];
         let mut add = |volume: f64, gradients: &[Vector3<f64>]| {
             let stress = stress(elasticity, gradients, displacement);
             for (force, gradient) in forces.iter_mut().zip(gradients) {
@@ -136,22 +124,20 @@ impl Element {
             // The integrand is quadratic.
             Self::Quadratic(simplex) => {
                 for (at, weight) in quadrature::TETRAHEDRON_2 {
-                    add(
-                        weight * simplex.volume,
-                        &quadratic_gradients(&simplex.gradients, &at),
-                    );
+                    let gradients = quadratic_gradients(&simplex.gradients, &at);
+                    add(weight * simplex.volume, &gradients);
                 }
             }
             Self::Curved(curved) => {
-                for point in &curved.points {
-                    add(point.volume, &point.gradients);
+                for (volume, gradients) in &curved.points {
+                    add(*volume, gradients);
                 }
             }
         }
+        forces
     }
 
     /// Voigt stress C ε(u) in Pa at a point in barycentric coordinates.
-    #[must_use]
     pub(crate) fn stress(
         &self,
         elasticity: &Matrix6<f64>,
@@ -170,16 +156,6 @@ impl Element {
             }
         }
     }
-
-    /// Voigt stress C ε(u) in Pa at the centroid.
-    #[must_use]
-    pub(crate) fn centroid_stress(
-        &self,
-        elasticity: &Matrix6<f64>,
-        displacement: &[[f64; 3]],
-    ) -> Vector6<f64> {
-        self.stress(elasticity, displacement, &CENTROID)
-    }
 }
 
 /// ∇φ of the ten quadratic shape functions from the gradients of the barycentric coordinates.
@@ -191,15 +167,11 @@ pub fn quadratic_gradients(simplex: &[Vector3<f64>; 4], at: &[f64; 4]) -> [Vecto
 
 impl CurvedTetrahedron {
     /// Integrates by the 14 points of degree 5.
-    #[must_use]
     fn new(corners: &[[f64; 3]; 4], middles: &[[f64; 3]; 6]) -> Self {
         let map = IsoparametricMap::new(corners, middles);
         let points = quadrature::tetrahedron_5().map(|(at, weight)| {
             let (volume, gradients) = map.geometry(&at);
-            IntegrationPoint {
-                volume: weight * volume,
-                gradients,
-            }
+            (weight * volume, gradients)
         });
         Self {
             points: points.collect(),
@@ -243,17 +215,21 @@ impl Simplex {
 
     /// The 3 × 3 stiffness block V G_aᵀ C G_b of two corners in N/m, where G_a maps a nodal
     /// displacement to Voigt strain.
-    #[must_use]
     pub(crate) fn stiffness_block(
         &self,
         elasticity: &Matrix6<f64>,
         a: usize,
         b: usize,
     ) -> Matrix3<f64> {
-        let stresses = unit_stresses(elasticity, &self.gradients[b]);
-        let forces = stresses.map(|stress| traction(&self.gradients[a], &stress) * self.volume);
-        Matrix3::from_columns(&forces)
+        let gradients = [&self.gradients[a], &self.gradients[b]];
+        block_of(elasticity, gradients, self.volume)
     }
+}
+
+/// V G_aᵀ C G_b for the gradients at a point that stands for a volume.
+fn block_of(elasticity: &Matrix6<f64>, [a, b]: [&Vector3<f64>; 2], volume: f64) -> Matrix3<f64> {
+    let stresses = unit_stresses(elasticity, b);
+    Matrix3::from_columns(&stresses.map(|stress| traction(a, &stress) * volume))
 }
 
 /// Voigt stress C ε(u) in Pa of displacements in m at nodes whose shape functions have some gradients.
@@ -305,10 +281,9 @@ impl<'a> MaterialField<'a> {
         let materials = [&scene.material]
             .into_iter()
             .chain(scene.regions.iter().map(|region| &region.material));
-        let tensor = |material: &crate::scene::Material| {
-            material
-                .elasticity()
-                .expect("a validated material has an elasticity tensor")
+        let tensor = |material: &Material| {
+            let tensor = material.elasticity();
+            tensor.expect("a validated material has an elasticity tensor")
         };
         Self {
             tensors: materials.map(tensor).collect(),
@@ -326,7 +301,6 @@ impl<'a> MaterialField<'a> {
     }
 
     /// C⁻¹ in 1/Pa of the body's own material, then of each region.
-    #[must_use]
     pub(crate) fn compliances(&self) -> Vec<Matrix6<f64>> {
         let inverse = |tensor: &Matrix6<f64>| {
             let inverse = tensor.try_inverse();
@@ -358,20 +332,6 @@ mod tests {
         [0.2, 0.9, 0.1],
         [0.0, 0.2, 1.1],
     ];
-
-    #[test]
-    fn gradients_reproduce_linear_functions() {
-        let simplex = Simplex::new(&CORNERS);
-        for axis in 0..3 {
-            let gradient: Vector3<f64> = (0..4)
-                .map(|a| simplex.gradients[a] * CORNERS[a][axis])
-                .sum();
-            let mut expected = Vector3::zeros();
-            expected[axis] = 1.0;
-            // A handful of roundings on numbers of size 1.
-            assert!((gradient - expected).norm() < 1e-14);
-        }
-    }
 
     #[test]
     fn rigid_motions_carry_no_stress() {

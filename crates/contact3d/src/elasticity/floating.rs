@@ -4,10 +4,10 @@ use nalgebra::{DMatrix, Vector3};
 
 use super::{
     DofMap,
-    rigid_motion::{RigidMotion, farthest, middle_and_spread, telling_motions},
+    rigid_motion::{AXES, RigidMotion, axis_along, farthest, middle_and_spread, telling_motions},
 };
 use crate::{
-    linalg::{CscMatrix, add_scaled, dot},
+    linalg::{CscMatrix, add_combination, add_scaled, dot},
     mesh::Mesh,
     scene::Invalid,
 };
@@ -70,10 +70,8 @@ impl FloatingBody {
         motions: &[RigidMotion],
         stiffness: &CscMatrix,
     ) -> Option<Self> {
-        let shapes: Vec<Vec<f64>> = motions
-            .iter()
-            .map(|motion| on_dofs(mesh, dofs, motion))
-            .collect();
+        let shapes = motions.iter().map(|motion| on_dofs(mesh, dofs, motion));
+        let shapes: Vec<Vec<f64>> = shapes.collect();
         let mut on_contact = vec![false; dofs.n_free];
         for &node in mesh.contact.iter().flat_map(|surface| &surface.nodes) {
             for dof in dofs.dof[node].into_iter().flatten() {
@@ -101,11 +99,11 @@ impl FloatingBody {
         stiffness: &CscMatrix,
     ) -> Self {
         let mut grounded = stiffness.clone();
-        for &pin in &pins {
-            let column = grounded.indptr[pin]..grounded.indptr[pin + 1];
-            for at in column.filter(|&at| stiffness.indices[at] == pin) {
-                grounded.data[at] += spring;
-            }
+        for at in pins
+            .iter()
+            .filter_map(|&pin| stiffness.place_of_diagonal(pin))
+        {
+            grounded.data[at] += spring;
         }
         Self {
             modes,
@@ -118,15 +116,11 @@ impl FloatingBody {
 
     /// The same with weak springs, from their forces C = K_s R in N/m, `[n_modes][n_free]`, and Y.
     pub(crate) fn resisted(self, forces: &[Vec<f64>], yielding: Vec<Vec<f64>>) -> Self {
-        let entry =
+        let work =
             |p: usize, q: usize| dot(&self.modes[p], &forces[q]) + dot(&yielding[p], &forces[q]);
-        let all = 0..self.n_modes();
-        let row = |p| {
-            all.clone()
-                .map(|q| 0.5 * (entry(p, q) + entry(q, p)))
-                .collect()
-        };
-        let stiffness = all.clone().map(row).collect();
+        let all = || 0..self.n_modes();
+        let row = |p| all().map(|q| 0.5 * (work(p, q) + work(q, p))).collect();
+        let stiffness = all().map(row).collect();
         Self {
             support: Some(WeakSupport {
                 stiffness,
@@ -168,9 +162,7 @@ impl FloatingBody {
             return Vec::new();
         };
         let mut sum = vec![0.0; self.grounded.cols];
-        for (mode, by) in support.yielding.iter().zip(weights) {
-            add_scaled(&mut sum, *by, mode);
-        }
+        add_combination(&mut sum, weights, &support.yielding);
         sum
     }
 }
@@ -282,13 +274,11 @@ const HARDLY_A_TURN: f64 = 1e-2;
 /// A direction in words: an axis with its sign, or a unit vector.
 fn direction(v: Vector3<f64>) -> String {
     let v = v.normalize();
-    let axis = (0..3).find(|&c| v[c].abs() > 1.0 - 1e-9);
-    match axis {
-        Some(c) => format!(
-            "{}{}",
-            if v[c] < 0.0 { "-" } else { "" },
-            ["x", "y", "z"][c]
-        ),
+    match axis_along(&v, 1e-9) {
+        Some(c) => {
+            let sign = if v[c] < 0.0 { "-" } else { "" };
+            format!("{sign}{}", AXES[c])
+        }
         None => format!("({:.6}, {:.6}, {:.6})", v.x, v.y, v.z),
     }
 }
@@ -312,11 +302,9 @@ fn telling_dofs(shapes: &[Vec<f64>], candidates: &[usize]) -> Option<Vec<usize>>
     let mut pins = Vec::with_capacity(shapes.len());
     for _ in 0..shapes.len() {
         let squares = left.iter().map(|row| dot(row, row));
-        let (at, square) =
-            squares.enumerate().fold(
-                (0, 0.0),
-                |best, next| if next.1 > best.1 { next } else { best },
-            );
+        let larger =
+            |best: (usize, f64), next: (usize, f64)| if next.1 > best.1 { next } else { best };
+        let (at, square) = squares.enumerate().fold((0, 0.0), larger);
         if square <= DEPENDENT * DEPENDENT {
             return None;
         }

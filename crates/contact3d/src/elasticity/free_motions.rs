@@ -61,16 +61,11 @@ pub(super) fn free_motions(
         undone += by;
     }
     let moved: Matrix3<f64> = arms.iter().map(|arm| arm * arm.transpose()).sum();
-    let noise: Matrix3<f64> = holds
+    let noises = holds
         .iter()
-        .map(|(x, n)| uncertainty(&(x - middle), n, spread))
-        .sum();
-    let turns = hardly_moved(&moved, &noise, spread)
-        .into_iter()
-        .map(|turn| {
-            let at_centre = -undone * turn + turn.cross(&(centre - middle));
-            [at_centre, turn]
-        });
+        .map(|(x, n)| uncertainty(&(x - middle), n, spread));
+    let turns = hardly_moved(&moved, &noises.sum(), spread).into_iter();
+    let turns = turns.map(|turn| [turn.cross(&(centre - middle)) - undone * turn, turn]);
     let shifts = unheld.into_iter().map(|i| [along(i), Vector3::zeros()]);
     turns.chain(shifts).collect()
 }
@@ -152,12 +147,8 @@ pub(crate) fn loose_motions(scene: &Scene, mesh: &Mesh) -> Result<LooseMotions, 
     if unclamped.is_empty() {
         return Ok(free);
     }
-    let loose = softer_than(
-        WEAK * own_stiffness(scene, mesh),
-        &unclamped,
-        &springs,
-        mesh,
-    );
+    let least = WEAK * own_stiffness(scene, mesh);
+    let loose = softer_than(least, &unclamped, &springs, mesh);
     if loose.len() <= free.motions.len() {
         return Ok(free);
     }
@@ -176,28 +167,16 @@ fn softer_than(
     mesh: &Mesh,
 ) -> Vec<Motion> {
     let n = motions.len();
-    let velocities = |motion: &RigidMotion| -> Vec<Vector3<f64>> {
-        let places = mesh.coordinates.iter();
-        places.map(|x| motion.at(x).into()).collect()
-    };
-    let mut shapes: Vec<_> = motions.iter().map(velocities).collect();
     let mut units = Vec::with_capacity(n);
-    for shape in &mut shapes {
-        let unit = (shape.len() as f64 / product(shape, shape)).sqrt();
-        shape.iter_mut().for_each(|u| *u *= unit);
+    let mut shapes: Vec<Vec<[f64; 3]>> = Vec::with_capacity(n);
+    for motion in motions {
+        let mut shape: Vec<[f64; 3]> = mesh.coordinates.iter().map(|x| motion.at(x)).collect();
+        let unit = (shape.len() as f64 / product(&shape, &shape)).sqrt();
+        shape.as_flattened_mut().iter_mut().for_each(|u| *u *= unit);
         units.push(unit);
+        shapes.push(shape);
     }
-    let forces: Vec<Vec<Vector3<f64>>> = shapes
-        .iter()
-        .map(|shape| {
-            let nodal: Vec<[f64; 3]> = shape.iter().map(|u| (*u).into()).collect();
-            springs
-                .forces(&nodal)
-                .into_iter()
-                .map(Vector3::from)
-                .collect()
-        })
-        .collect();
+    let forces: Vec<Vec<[f64; 3]>> = shapes.iter().map(|shape| springs.forces(shape)).collect();
     let held = DMatrix::from_fn(n, n, |p, q| product(&forces[p], &shapes[q]));
     let moved = DMatrix::from_fn(n, n, |p, q| {
         product(&shapes[p], &shapes[q]) / mesh.coordinates.len() as f64
@@ -214,15 +193,17 @@ fn softer_than(
         let weights = &root * energies.eigenvectors.column(i);
         let terms = motions.iter().zip(&units).zip(&weights);
         terms.fold([Vector3::zeros(); 2], |sum, ((motion, unit), weight)| {
-            let part = motion.about_middle();
+            let part = [motion.at_centre, motion.rotation];
             [0, 1].map(|k| sum[k] + part[k] * (unit * weight))
         })
     })
     .collect()
 }
 
-fn product(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a.dot(b)).sum()
+fn product(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
+    let pairs = a.iter().zip(b);
+    let products = pairs.map(|(a, b)| Vector3::from(*a).dot(&Vector3::from(*b)));
+    products.sum()
 }
 
 /// c V / r² in N/m.
@@ -232,14 +213,10 @@ fn own_stiffness(scene: &Scene, mesh: &Mesh) -> f64 {
     let units = Vector6::new(1.0, 1.0, 1.0, root, root, root);
     let units = Matrix6::from_diagonal(&units);
     let material = MaterialField::new(scene, mesh);
-    let softest = material.tensors().iter().map(|tensor| {
-        let eigenvalues = (units * tensor * units).symmetric_eigenvalues();
-        eigenvalues.min()
-    });
-    let volumes = mesh
-        .tetrahedra
-        .iter()
-        .map(|corners| tetrahedron_volume(&mesh.corners(corners)).abs());
+    let tensors = material.tensors().iter();
+    let softest = tensors.map(|tensor| (units * tensor * units).symmetric_eigenvalues().min());
+    let volume = |corners: &[usize; 4]| tetrahedron_volume(&mesh.corners(corners)).abs();
+    let volumes = mesh.tetrahedra.iter().map(volume);
     let (_, spread) = middle_and_spread(&mesh.coordinates);
     softest.fold(f64::INFINITY, f64::min) * volumes.sum::<f64>() / spread.trace()
 }

@@ -48,9 +48,11 @@ impl<'a> Loads<'a> {
         for (i, traction) in self.tractions.iter().enumerate() {
             let key = format!("traction.{i}.value");
             for facet in mesh.facets_on(&traction.face) {
-                let side = LoadedTriangle::of(mesh, facet);
+                let (side, curved) = ((mesh, facet), mesh.quadratic_side(facet));
                 for (component, value) in traction.value.iter().enumerate() {
-                    for (node, share) in side.integrals(value, &key, |area| area.norm())? {
+                    let norm = |area: Vector3<f64>| area.norm();
+                    let shares = side_integrals(side, curved.as_ref(), value, &key, norm)?;
+                    for (node, share) in shares {
                         load[node][component] += share;
                     }
                 }
@@ -59,8 +61,9 @@ impl<'a> Loads<'a> {
         for (i, pressure) in self.pressures.iter().enumerate() {
             let key = format!("pressure.{i}.value");
             for facet in mesh.facets_on(&pressure.face) {
-                let side = LoadedTriangle::of(mesh, facet);
-                for (node, share) in side.integrals(&pressure.value, &key, |area| area)? {
+                let (side, curved) = ((mesh, facet), mesh.quadratic_side(facet));
+                let value = &pressure.value;
+                for (node, share) in side_integrals(side, curved.as_ref(), value, &key, |a| a)? {
                     for c in 0..3 {
                         load[node][c] -= share[c];
                     }
@@ -74,58 +77,33 @@ impl<'a> Loads<'a> {
     }
 }
 
-/// A boundary triangle to integrate over.
-enum LoadedTriangle {
-    /// Three nodes.
-    Linear {
-        nodes: [usize; 3],
-        corners: [[f64; 3]; 3],
-    },
-    /// Six nodes; the side may be curved.
-    Quadratic {
-        nodes: [usize; 6],
-        points: Vec<SidePoint>,
-    },
-}
-
-impl LoadedTriangle {
-    fn of(mesh: &Mesh, facet: usize) -> Self {
-        let corners = mesh.facets[facet];
-        match mesh.quadratic_side(facet) {
-            Some((nodes, points)) => Self::Quadratic { nodes, points },
-            None => Self::Linear {
-                nodes: corners,
-                corners: mesh.corners(&corners),
-            },
+/// ∫ φ_k value dA over a boundary triangle, straight or curved, with the node of each φ_k; `measure` makes dA of the outward
+/// normal times area, in m².
+fn side_integrals<V: Copy + AddAssign + Mul<f64, Output = V>>(
+    (mesh, facet): (&Mesh, usize),
+    curved: Option<&([usize; 6], Vec<SidePoint>)>,
+    value: &Quantity,
+    key: &str,
+    measure: impl Fn(Vector3<f64>) -> V,
+) -> Result<Vec<(usize, V)>, Invalid> {
+    let Some((nodes, points)) = curved else {
+        let nodes = mesh.facets[facet];
+        let corners = mesh.corners(&nodes);
+        let area = measure(area_vector(&corners));
+        let means = hat_means(value, &corners, quadrature::triangle, key)?;
+        return Ok(nodes
+            .into_iter()
+            .zip(means.map(|mean| area * mean))
+            .collect());
+    };
+    let mut shares = [measure(Vector3::zeros()); 6];
+    for point in points {
+        let weighted = measure(point.area) * finite_at(value, point.at, key)?;
+        for (share, shape) in shares.iter_mut().zip(point.shape) {
+            *share += weighted * shape;
         }
     }
-
-    /// ∫ φ_k value dA with the node of each φ_k; `measure` makes dA of the outward normal times area, in m².
-    fn integrals<V: Copy + AddAssign + Mul<f64, Output = V>>(
-        &self,
-        value: &Quantity,
-        key: &str,
-        measure: impl Fn(Vector3<f64>) -> V,
-    ) -> Result<Vec<(usize, V)>, Invalid> {
-        match self {
-            Self::Linear { nodes, corners } => {
-                let area = measure(area_vector(corners));
-                let means = hat_means(value, corners, quadrature::triangle, key)?;
-                let shares = means.map(|mean| area * mean);
-                Ok(nodes.iter().copied().zip(shares).collect())
-            }
-            Self::Quadratic { nodes, points } => {
-                let mut shares = [measure(Vector3::zeros()); 6];
-                for point in points {
-                    let weighted = measure(point.area) * finite_at(value, point.at, key)?;
-                    for (share, shape) in shares.iter_mut().zip(point.shape) {
-                        *share += weighted * shape;
-                    }
-                }
-                Ok(nodes.iter().copied().zip(shares).collect())
-            }
-        }
-    }
+    Ok(nodes.iter().copied().zip(shares).collect())
 }
 
 fn add_body_force(force: &BodyForce, mesh: &Mesh, load: &mut [[f64; 3]]) -> Result<(), Invalid> {
@@ -196,19 +174,14 @@ fn hat_means<const K: usize, I: Iterator<Item = ([f64; K], f64)>>(
 fn finite_at(value: &Quantity, at: [f64; 3], key: &str) -> Result<f64, Invalid> {
     let found = value.at(at);
     if found.is_finite() {
-        Ok(found)
-    } else {
-        Err(not_finite(key, value, at))
+        return Ok(found);
     }
-}
-
-fn not_finite(key: &str, value: &Quantity, at: [f64; 3]) -> Invalid {
-    Invalid {
+    Err(Invalid {
         key: key.to_owned(),
         expected: "a formula that is finite on the whole face or body".into(),
-        found: format!("{} at {}", Written(&value.at(at)), place_words(at)),
+        found: format!("{} at {}", Written(&found), place_words(at)),
         help: UNDEFINED.into(),
-    }
+    })
 }
 
 /// Outward normal times area.

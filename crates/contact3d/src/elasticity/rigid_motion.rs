@@ -14,13 +14,11 @@ use crate::{
 /// A rigid motion that the clamps leave free.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct RigidMotion {
-    /// Velocity of the origin.
-    pub translation: [f64; 3],
     /// Rotation vector.
-    pub rotation: [f64; 3],
+    pub(super) rotation: Vector3<f64>,
     /// The middle of the nodes, and its velocity: with them velocities do not cancel far from the origin.
-    centre: [f64; 3],
-    at_centre: [f64; 3],
+    centre: Vector3<f64>,
+    pub(super) at_centre: Vector3<f64>,
 }
 
 /// The rigid motions u = t + ω × x under which nothing of a body that is held moves.
@@ -50,15 +48,10 @@ pub(super) fn telling_motions(
         _ => orthonormal(scaled),
     };
     let modes = telling_basis(&space);
-    let motion = |mode: &Vector6<f64>| {
-        let rotation = Vector3::new(mode[3], mode[4], mode[5]) / extent;
-        let at_centre = Vector3::new(mode[0], mode[1], mode[2]);
-        RigidMotion {
-            translation: (at_centre - rotation.cross(centre)).into(),
-            rotation: rotation.into(),
-            centre: (*centre).into(),
-            at_centre: at_centre.into(),
-        }
+    let motion = |mode: &Vector6<f64>| RigidMotion {
+        rotation: Vector3::new(mode[3], mode[4], mode[5]) / extent,
+        centre: *centre,
+        at_centre: Vector3::new(mode[0], mode[1], mode[2]),
     };
     modes.iter().map(motion).collect()
 }
@@ -157,33 +150,31 @@ fn telling_basis(space: &[Vector6<f64>]) -> Vec<Vector6<f64>> {
     basis
 }
 
+pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// The axis that a unit vector lies along.
+pub(super) fn axis_along(v: &Vector3<f64>, tolerance: f64) -> Option<usize> {
+    (0..3).find(|&c| v[c].abs() > 1.0 - tolerance)
+}
+
 impl RigidMotion {
     /// The velocity of a point.
-    #[must_use]
     pub(crate) fn at(&self, point: &[f64; 3]) -> [f64; 3] {
-        let arm = Vector3::from(*point) - Vector3::from(self.centre);
-        (Vector3::from(self.at_centre) + Vector3::from(self.rotation).cross(&arm)).into()
-    }
-
-    /// The motion about its middle of the nodes.
-    pub(super) fn about_middle(&self) -> Motion {
-        [self.at_centre.into(), self.rotation.into()]
+        let arm = Vector3::from(*point) - self.centre;
+        (self.at_centre + self.rotation.cross(&arm)).into()
     }
 
     /// What the motion is, in words: a translation or a rotation, and along or about what.
-    #[must_use]
     pub(crate) fn describe(&self, extent: f64) -> String {
-        let turn = Vector3::from(self.rotation);
-        let shift = Vector3::from(self.translation);
+        let (turn, shift) = (
+            self.rotation,
+            self.at_centre - self.rotation.cross(&self.centre),
+        );
         let direction = |v: Vector3<f64>| {
             let v = v.normalize();
-            let named = ["x", "y", "z"]
-                .into_iter()
-                .enumerate()
-                .find(|(c, _)| v[*c].abs() > 1.0 - 1e-6);
-            named.map_or_else(
+            axis_along(&v, 1e-6).map_or_else(
                 || format!("({:.3}, {:.3}, {:.3})", v.x, v.y, v.z),
-                |(_, name)| name.to_owned(),
+                |c| AXES[c].to_owned(),
             )
         };
         if turn.norm() * extent <= 1e-6 * shift.norm() {

@@ -174,34 +174,32 @@ pub(crate) fn stiffness_at(
     at: [f64; 3],
     normal: &Vector3<f64>,
 ) -> Result<Matrix3<f64>, Invalid> {
+    let refused = |name: &str, expected: &str, found: String| {
+        Invalid {
+        key: format!("spring.{index}.{name}"),
+        expected: format!("a stiffness that is {expected} on the whole face"),
+        found: format!("{found} at {}", place_words(at)),
+        help: match expected {
+            "finite" => UNDEFINED.into(),
+            _ => "a spring that pushes a body further away has no equilibrium; write max(FORMULA, 0), or another tensor".into(),
+        },
+    }
+    };
     let value = |name: &str, quantity: &Quantity| -> Result<f64, Invalid> {
         let found = quantity.at(at);
         if found.is_finite() {
-            Ok(found)
-        } else {
-            Err(unusable(
-                index,
-                name,
-                "finite",
-                Written(&found).to_string(),
-                at,
-            ))
+            return Ok(found);
         }
+        Err(refused(name, "finite", Written(&found).to_string()))
     };
     match spring.stiffness() {
         SpringStiffness::OfFace([along_normal, along_face]) => {
-            let along = |name: &str, quantity: Option<&Quantity>| match quantity {
-                None => Ok(0.0),
-                Some(quantity) => match value(name, quantity)? {
-                    negative if negative < 0.0 => Err(unusable(
-                        index,
-                        name,
-                        "not negative",
-                        Written(&negative).to_string(),
-                        at,
-                    )),
-                    found => Ok(found),
-                },
+            let along = |name: &str, quantity: Option<&Quantity>| {
+                let found = quantity.map_or(Ok(0.0), |quantity| value(name, quantity))?;
+                if found < 0.0 {
+                    return Err(refused(name, "not negative", Written(&found).to_string()));
+                }
+                Ok(found)
             };
             let k_n = along("normal", along_normal)?;
             let k_t = along("tangential", along_face)?;
@@ -222,7 +220,7 @@ pub(crate) fn stiffness_at(
             if asymmetry > ROUNDING * largest || least < -ROUNDING * largest {
                 let found = Written(&<[[f64; 3]; 3]>::from(tensor)).to_string();
                 let expected = "symmetric and positive semidefinite";
-                return Err(unusable(index, "tensor", expected, found, at));
+                return Err(refused("tensor", expected, found));
             }
             Ok(tensor)
         }
@@ -241,16 +239,4 @@ pub(super) fn held_directions(scene: &Scene, mesh: &Mesh) -> Result<Vec<Hold>, I
         found.extend(held.map(|i| (at, eigen.eigenvectors.column(i).into_owned())));
     })?;
     Ok(found)
-}
-
-fn unusable(index: usize, name: &str, expected: &str, found: String, at: [f64; 3]) -> Invalid {
-    Invalid {
-        key: format!("spring.{index}.{name}"),
-        expected: format!("a stiffness that is {expected} on the whole face"),
-        found: format!("{found} at {}", place_words(at)),
-        help: match expected {
-            "finite" => UNDEFINED.into(),
-            _ => "a spring that pushes a body further away has no equilibrium; write max(FORMULA, 0), or another tensor".into(),
-        },
-    }
 }

@@ -1,9 +1,9 @@
 //! Assembly of A on the graph of nodes.
 
-use nalgebra::{Matrix3, Matrix6, Vector3};
+use nalgebra::{Matrix3, Matrix6};
 use rayon::prelude::*;
 
-use super::{DofMap, Element, MaterialField, SpringMatrix};
+use super::{DofMap, Element, MaterialField, SpringMatrix, element::CENTROID};
 use crate::{linalg::CscMatrix, mesh::Mesh};
 
 /// The stiffness matrix A over the free degrees of freedom, `[n_free, n_free]`, in N/m.
@@ -17,7 +17,6 @@ pub fn stiffness(mesh: &Mesh, material: &MaterialField<'_>, dofs: &DofMap) -> Cs
 }
 
 /// [`stiffness`] with the graph of the mesh, and with springs.
-#[must_use]
 pub(crate) fn stiffness_on(
     graph: &NodeGraph,
     mesh: &Mesh,
@@ -29,10 +28,10 @@ pub(crate) fn stiffness_on(
         .into_par_iter()
         .map(|t| Element::of(mesh, t))
         .collect();
+    let free_at = |&node: &usize| dofs.dof[node].iter().flatten().count();
     let mut indptr = vec![0];
     for node in 0..mesh.coordinates.len() {
-        let rows = |&other: &usize| dofs.dof[other].iter().flatten().count();
-        let rows: usize = graph.neighbours(node).iter().map(rows).sum();
+        let rows: usize = graph.neighbours(node).iter().map(free_at).sum();
         for _ in dofs.dof[node].iter().flatten() {
             indptr.push(indptr[indptr.len() - 1] + rows);
         }
@@ -52,16 +51,11 @@ pub(crate) fn stiffness_on(
     let chunks: Vec<_> = nodes
         .chunks(CHUNK)
         .map(|nodes| {
-            let free: usize = nodes
-                .iter()
-                .map(|&node| dofs.dof[node].iter().flatten().count())
-                .sum();
+            let free: usize = nodes.iter().map(free_at).sum();
             let count = indptr[column + free] - indptr[column];
             column += free;
-            let (indices, data) = std::mem::take(&mut rest);
-            let (own_indices, indices) = indices.split_at_mut(count);
-            let (own_data, data) = data.split_at_mut(count);
-            rest = (indices, data);
+            let own_indices = rest.0.split_off_mut(..count).expect("counted before");
+            let own_data = rest.1.split_off_mut(..count).expect("counted before");
             (nodes, own_indices, own_data)
         })
         .collect();
@@ -112,13 +106,12 @@ impl Columns<'_> {
         let neighbours = self.graph.neighbours(node);
         blocks.clear();
         blocks.resize(neighbours.len(), Matrix3::zeros());
-        for corner in self.graph.corners(node) {
-            let t = corner.tetrahedron;
+        for &(t, place) in self.graph.corners(node) {
             let tensor = self.material.tensor(t);
             for (a, other) in self.mesh.tetrahedron_nodes(t).enumerate() {
                 let at = neighbours.partition_point(|&n| n < other);
                 let order = other.cmp(&node);
-                blocks[at] += symmetric_block(&self.elements[t], tensor, a, corner.place, order);
+                blocks[at] += symmetric_block(&self.elements[t], tensor, a, place, order);
             }
         }
         for (other, block) in self.springs.iter().flat_map(|springs| springs.row(node)) {
@@ -171,16 +164,14 @@ impl InternalForces {
             let element = Element::of(mesh, t);
             let tensor = material.tensor(t);
             let local: Vec<[f64; 3]> = mesh.tetrahedron_nodes(t).map(|n| displacement[n]).collect();
-            let mut forces = vec![Vector3::zeros(); local.len()];
-            element.add_internal_forces(tensor, &local, &mut forces);
-            for (node, force) in mesh.tetrahedron_nodes(t).zip(&forces) {
+            let forces = element.internal_forces(tensor, &local);
+            for (node, force) in mesh.tetrahedron_nodes(t).zip(forces) {
                 for component in 0..3 {
                     found.forces[node][component] += force[component];
                 }
             }
-            found
-                .stress
-                .push(element.centroid_stress(tensor, &local).into());
+            let centroid = element.stress(tensor, &local, &CENTROID);
+            found.stress.push(centroid.into());
             if mesh.mid_edges.is_some() {
                 let at = |k| std::array::from_fn(|j| f64::from(u8::from(j == k)));
                 let corner = |k| element.stress(tensor, &local, &at(k)).into();
@@ -192,7 +183,7 @@ impl InternalForces {
 }
 
 /// Nodes that one thread treats.
-pub(super) const CHUNK: usize = 512;
+const CHUNK: usize = 512;
 
 /// The graph of a mesh: nodes are neighbours that share a tetrahedron, and each is its own.
 #[derive(Debug)]
@@ -203,13 +194,8 @@ pub(crate) struct NodeGraph {
     corners: Vec<Corner>,
 }
 
-/// A node as one of a tetrahedron's.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Corner {
-    pub(super) tetrahedron: usize,
-    /// Place of the node in the tetrahedron.
-    pub(super) place: usize,
-}
+/// A node as one of a tetrahedron's: the tetrahedron, and its place there.
+type Corner = (usize, usize);
 
 impl NodeGraph {
     /// The graph of the nodes of a mesh.
@@ -224,11 +210,8 @@ impl NodeGraph {
                 for &node in nodes {
                     let around = &corners[corner_offsets[node]..corner_offsets[node + 1]];
                     found.clear();
-                    found.extend(
-                        around
-                            .iter()
-                            .flat_map(|corner| mesh.tetrahedron_nodes(corner.tetrahedron)),
-                    );
+                    let nodes = |corner: &Corner| mesh.tetrahedron_nodes(corner.0);
+                    found.extend(around.iter().flat_map(nodes));
                     found.sort_unstable();
                     found.dedup();
                     counts.push(found.len());
@@ -262,7 +245,7 @@ impl NodeGraph {
     }
 
     /// The node in each of its tetrahedra, which increase.
-    pub(super) fn corners(&self, node: usize) -> &[Corner] {
+    fn corners(&self, node: usize) -> &[Corner] {
         &self.corners[self.corner_offsets[node]..self.corner_offsets[node + 1]]
     }
 }
@@ -281,7 +264,7 @@ fn corners(mesh: &Mesh) -> (Vec<usize>, Vec<Corner>) {
     let mut corners = vec![Corner::default(); mesh.nodes_per_tetrahedron() * mesh.tetrahedra.len()];
     for tetrahedron in 0..mesh.tetrahedra.len() {
         for (place, node) in nodes(tetrahedron).enumerate() {
-            corners[next[node]] = Corner { tetrahedron, place };
+            corners[next[node]] = (tetrahedron, place);
             next[node] += 1;
         }
     }

@@ -30,28 +30,21 @@ impl FactorStructure {
     /// # Errors
     /// [`FactorError`] when A is not square, the ordering is no permutation, or memory runs out.
     pub fn analyse(a: &CscMatrix, permutation: Vec<usize>) -> Result<Self, FactorError> {
-        let size = a.cols;
-        if a.rows != size {
-            return Err(FactorError::NotSquare {
-                rows: a.rows,
-                cols: size,
-            });
+        let (rows, size, length) = (a.rows, a.cols, permutation.len());
+        if rows != size {
+            return Err(FactorError::NotSquare { rows, cols: size });
         }
-        let not_a_permutation = FactorError::NotAPermutation {
-            length: permutation.len(),
-            size,
-        };
-        if permutation.len() != size {
-            return Err(not_a_permutation);
-        }
+        let first_inverse = inverse(&permutation)
+            .filter(|_| length == size)
+            .ok_or(FactorError::NotAPermutation { length, size })?;
         if size == 0 {
             return Ok(Self::empty());
         }
-        let first_inverse = inverse(&permutation).ok_or(not_a_permutation)?;
         let permutation = postordered(a, &permutation, &first_inverse);
-        let symbolic = analyse(a, &permutation)?;
+        let out_of_memory = FactorError::OutOfMemory { size };
+        let symbolic = analyse(a, &permutation).ok_or(out_of_memory.clone())?;
         let SymbolicCholeskyRaw::Supernodal(supernodes) = symbolic.raw() else {
-            return Err(FactorError::OutOfMemory { size });
+            return Err(out_of_memory);
         };
         let mut supernode_columns = supernodes.supernode_begin().to_vec();
         supernode_columns.push(size);
@@ -71,13 +64,9 @@ impl FactorStructure {
     }
 }
 
-/// Symbolic factorisation for a postordered permutation, always supernodal.
-fn analyse(a: &CscMatrix, permutation: &[usize]) -> Result<SymbolicCholesky<usize>, FactorError> {
-    let size = a.cols;
-    let new_of_old = inverse(permutation).ok_or(FactorError::NotAPermutation {
-        length: permutation.len(),
-        size,
-    })?;
+/// Symbolic factorisation for a postordered permutation, always supernodal; `None` where memory runs out.
+fn analyse(a: &CscMatrix, permutation: &[usize]) -> Option<SymbolicCholesky<usize>> {
+    let new_of_old = inverse(permutation)?;
     let parameters = CholeskySymbolicParams {
         // any factor has more than −1 operations per entry, so this never chooses the simplicial method
         supernodal_flop_ratio_threshold: SupernodalThreshold(-1.0),
@@ -86,9 +75,9 @@ fn analyse(a: &CscMatrix, permutation: &[usize]) -> Result<SymbolicCholesky<usiz
         },
         ..Default::default()
     };
-    let ordering = SymmetricOrdering::Custom(PermRef::new_checked(permutation, &new_of_old, size));
-    factorize_symbolic_cholesky(pattern(a), Side::Upper, ordering, parameters)
-        .map_err(|_| FactorError::OutOfMemory { size })
+    let ordering =
+        SymmetricOrdering::Custom(PermRef::new_checked(permutation, &new_of_old, a.cols));
+    factorize_symbolic_cholesky(pattern(a), Side::Upper, ordering, parameters).ok()
 }
 
 /// Puts each supernode's own columns before the rows below its diagonal block.
@@ -196,18 +185,9 @@ impl FactorStructure {
         owner
     }
 
-    /// Parent of a supernode in the elimination tree: the owner of its first row below the diagonal block.
-    pub(super) fn parent(&self, s: usize, owner: &[usize]) -> Option<usize> {
-        self.front(s).below().first().map(|&row| owner[row])
-    }
-
     /// New number of each unknown of A.
     pub(super) fn new_of_old(&self) -> Vec<usize> {
-        let mut result = vec![0; self.size()];
-        for (new, &old) in self.permutation.iter().enumerate() {
-            result[old] = new;
-        }
-        result
+        inverse(&self.permutation).expect("a checked permutation")
     }
 }
 
@@ -284,58 +264,25 @@ fn postorder(parent: &[usize]) -> Vec<usize> {
     for node in (0..n).filter(|&node| parent[node] != NONE) {
         size[parent[node]] += size[node];
     }
-    // The place of a subtree's root is the end of the subtree's range; ranges are handed out from
-    // the last root down.
-    let mut children: Vec<usize> = (0..n).collect();
-    children.sort_by_key(|&node| (size[node], node));
-    let mut end = vec![0_usize; n];
-    let mut free_end_of_roots = n;
-    let mut by_parent = ChildLists::new(parent, &children);
-    for node in (0..n).rev() {
-        if parent[node] == NONE {
-            end[node] = free_end_of_roots;
-            free_end_of_roots -= size[node];
-        }
-        let mut free_end = end[node].saturating_sub(1);
-        while let Some(child) = by_parent.pop(node) {
-            end[child] = free_end;
-            free_end -= size[child];
-        }
+    // The place of a subtree's root is the end of the subtree's range; ranges are handed out from the last root down, then
+    // to the largest subtrees first, which are never larger than their parent's.
+    let mut handed: Vec<usize> = (0..n).filter(|&node| parent[node] != NONE).collect();
+    handed.sort_unstable_by_key(|&node| (size[node], node));
+    handed.extend((0..n).filter(|&node| parent[node] == NONE));
+    let mut end = vec![0; n];
+    // What is left of the range below each node and, last, below all roots.
+    let mut free = vec![n; n + 1];
+    for node in handed.into_iter().rev() {
+        let left = &mut free[parent[node].min(n)];
+        end[node] = *left;
+        *left -= size[node];
+        free[node] = end[node] - 1;
     }
     let mut order = vec![0; n];
     for node in 0..n {
         order[end[node] - 1] = node;
     }
     order
-}
-
-/// Linked lists of children, popped in the reverse of the order they were given in.
-struct ChildLists {
-    head: Vec<usize>,
-    next: Vec<usize>,
-}
-
-impl ChildLists {
-    fn new(parent: &[usize], nodes: &[usize]) -> Self {
-        let mut lists = Self {
-            head: vec![NONE; parent.len()],
-            next: vec![NONE; parent.len()],
-        };
-        for &node in nodes.iter().filter(|&&node| parent[node] != NONE) {
-            lists.next[node] = lists.head[parent[node]];
-            lists.head[parent[node]] = node;
-        }
-        lists
-    }
-
-    fn pop(&mut self, parent: usize) -> Option<usize> {
-        let child = self.head[parent];
-        if child == NONE {
-            return None;
-        }
-        self.head[parent] = self.next[child];
-        Some(child)
-    }
 }
 
 /// A subtree of at most this many columns becomes one supernode: the zeros it then stores cost less than the many small fronts,

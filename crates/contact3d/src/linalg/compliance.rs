@@ -2,14 +2,18 @@
 
 use std::ops::Range;
 
-use faer::{Accum, MatMut, MatRef, Par, linalg::matmul::matmul};
+use faer::{
+    Accum, MatMut, MatRef, Par, linalg::triangular_solve::solve_upper_triangular_in_place,
+    reborrow::ReborrowMut,
+};
 use rayon::prelude::*;
 
 use super::{
+    dense::multiply,
     factor::CholeskyFactor,
     forward_rows::ForwardRows,
     front_plan::{SparseColumn, SupernodeTree},
-    half_solve::HalfSolved,
+    half_solve::SupernodeColumns,
     precision::Scalar,
     sparse::CscMatrix,
     work::Work,
@@ -36,7 +40,7 @@ struct BackwardPlan<T> {
     /// Number of unknowns of the top, the row of X of the first column of `subtrees`.
     top_rows: usize,
     /// Y and −L_below Y.
-    subtrees: HalfSolved<T>,
+    subtrees: Vec<SupernodeColumns<T>>,
 }
 
 impl<T: Scalar> ForwardRows<'_, T> {
@@ -49,7 +53,6 @@ impl<T: Scalar> ForwardRows<'_, T> {
     ///
     /// # Panics
     /// When C does not have one column per unknown.
-    #[must_use]
     pub(crate) fn compliance(&self, c: &CscMatrix) -> Vec<f64> {
         assert_eq!(c.cols, self.factor.size(), "columns of the selection");
         let by_rows = c.transpose();
@@ -126,7 +129,7 @@ impl<T: Scalar> ForwardRows<'_, T> {
         let SupernodeTree { owner, parent } = &self.tree;
         let supernodes = factor.structure.supernodes();
         let mut loads = vec![0.0; supernodes];
-        for part in &self.half_solved.parts {
+        for part in &self.half_solved {
             loads[part.supernode] = part.columns.len() as f64;
         }
         let mut costs = vec![SubtreeCost::default(); supernodes];
@@ -163,7 +166,7 @@ impl<T: Scalar> ForwardRows<'_, T> {
         let count = block.len();
         let mut x = vec![T::default(); plan.rows * count];
         let mut known = Vec::new();
-        let mut parts = self.half_solved.parts.iter().rev().peekable();
+        let mut parts = self.half_solved.iter().rev().peekable();
         for &s in plan.top.iter().rev() {
             while parts.next_if(|part| part.supernode > s).is_some() {}
             if let Some(part) = parts.next_if(|part| part.supernode == s) {
@@ -187,27 +190,18 @@ impl<T: Scalar> ForwardRows<'_, T> {
     /// Adds −(L_below Y)ᵀ X_below.
     fn add_boundaries(&self, plan: &BackwardPlan<T>, top: &[T], rest: &mut [T], count: usize) {
         let (mut known, mut product) = (Vec::new(), Vec::new());
-        for boundary in &plan.subtrees.boundaries {
-            let part = &plan.subtrees.parts[boundary.root];
-            let panel = self.factor.structure.front(part.supernode);
-            let rows = &panel.rows[panel.width..];
+        for part in plan.subtrees.iter().filter(|part| !part.update.is_empty()) {
+            let rows = self.factor.structure.front(part.supernode).below();
             known.clear();
             for &row in rows {
                 known.extend_from_slice(&top[plan.place[row] * count..][..count]);
             }
             let columns = part.columns.len();
-            let update = MatRef::from_column_major_slice(&boundary.update, rows.len(), columns);
+            let update = MatRef::from_column_major_slice(&part.update, rows.len(), columns);
             let known = MatRef::from_row_major_slice(&known, rows.len(), count);
             product.resize(columns * count, T::default());
             let target = MatMut::from_row_major_slice_mut(&mut product, columns, count);
-            matmul(
-                target,
-                Accum::Replace,
-                update.transpose(),
-                known,
-                T::rounded(1.0),
-                Par::Seq,
-            );
+            multiply(target, Accum::Replace, 1.0, update.transpose(), known);
             for (column, line) in part.columns.iter().zip(product.chunks_exact(count)) {
                 let target = &mut rest[column * count..][..count];
                 target.iter_mut().zip(line).for_each(|(x, p)| *x += *p);
@@ -218,8 +212,8 @@ impl<T: Scalar> ForwardRows<'_, T> {
     /// Adds YᵀW_T.
     fn add_loads(&self, plan: &BackwardPlan<T>, block: &Range<usize>, rest: &mut [T]) {
         let mut product = Vec::new();
-        let mut parts = self.half_solved.parts.iter().peekable();
-        for unit in &plan.subtrees.parts {
+        let mut parts = self.half_solved.iter().peekable();
+        for unit in &plan.subtrees {
             while parts
                 .next_if(|part| part.supernode < unit.supernode)
                 .is_some()
@@ -235,14 +229,7 @@ impl<T: Scalar> ForwardRows<'_, T> {
             let y = MatRef::from_column_major_slice(&unit.values, unit.width(), rows.len());
             product.resize(rows.len() * columns.len(), T::default());
             let target = MatMut::from_row_major_slice_mut(&mut product, rows.len(), columns.len());
-            matmul(
-                target,
-                Accum::Replace,
-                y.transpose(),
-                w,
-                T::rounded(1.0),
-                Par::Seq,
-            );
+            multiply(target, Accum::Replace, 1.0, y.transpose(), w);
             for (row, line) in rows.iter().zip(product.chunks_exact(columns.len())) {
                 let target = &mut rest[row * block.len()..][..block.len()];
                 for (column, value) in columns.iter().zip(line) {
@@ -250,6 +237,33 @@ impl<T: Scalar> ForwardRows<'_, T> {
                 }
             }
         }
+    }
+}
+
+impl<T: Scalar> CholeskyFactor<T> {
+    /// One supernode of L⁻ᵀX for a row-major X of `columns` columns whose row r is kept at place
+    /// `place(r)`; the supernode's own columns must be kept consecutively.
+    fn backward_block(
+        &self,
+        s: usize,
+        place: impl Fn(usize) -> usize,
+        x: &mut [T],
+        columns: usize,
+        known: &mut Vec<T>,
+    ) {
+        let (front, values) = self.panel(s);
+        let panel = MatRef::from_column_major_slice(values, front.rows.len(), front.width);
+        let (diagonal, below) = panel.split_at_row(front.width);
+        let at = |row: usize| place(row) * columns;
+        known.clear();
+        for &row in front.below() {
+            known.extend_from_slice(&x[at(row)..][..columns]);
+        }
+        let own = &mut x[at(front.first)..][..front.width * columns];
+        let mut own = MatMut::from_row_major_slice_mut(own, front.width, columns);
+        let known = MatRef::from_row_major_slice(known, front.below().len(), columns);
+        multiply(own.rb_mut(), Accum::Add, -1.0, below.transpose(), known);
+        solve_upper_triangular_in_place(diagonal.transpose(), own, Par::Seq);
     }
 }
 
@@ -281,8 +295,7 @@ fn add_selected_rows<T: Scalar>(
 ) {
     let count = columns.len();
     for row in 0..by_rows.cols {
-        let (unknowns, coefficients) = by_rows.column(row);
-        for (&old, &coefficient) in unknowns.iter().zip(coefficients) {
+        for (old, coefficient) in by_rows.entries(row) {
             let line = &x[place(old) * count..][..count];
             for (column, value) in columns.iter_mut().zip(line) {
                 column[row] += coefficient * value.to_double();
@@ -296,7 +309,6 @@ const TOGETHER: usize = 512;
 
 impl CholeskyFactor {
     /// (A⁻¹)_jj = ‖L⁻¹P e_j‖² for all j, by forward solves on the supernodes that each e_j reaches.
-    #[must_use]
     pub(crate) fn inverse_diagonal(&self) -> Vec<f64> {
         let mut diagonal = vec![0.0; self.size()];
         for unknowns in self.structure().permutation.chunks(TOGETHER) {

@@ -1,16 +1,48 @@
-//! Dense factors on one thread, with the same bits at any number of threads: LU with the sign of its determinant, and Cholesky.
+//! Dense products and factors on one thread, with the same bits at any number of threads: LU with the sign of its determinant,
+//! and Cholesky.
 
 use faer::{
-    Conj, MatMut, MatRef, Par,
+    Accum, Conj, MatMut, MatRef, Par,
     dyn_stack::{MemBuffer, MemStack},
     linalg::{
-        cholesky::llt::factor::{cholesky_in_place, cholesky_in_place_scratch},
+        cholesky::llt::factor::{LltError, cholesky_in_place, cholesky_in_place_scratch},
         lu::partial_pivoting::{factor, solve},
+        matmul::matmul,
         triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place},
     },
     mat::Mat,
     perm::Perm,
 };
+
+use super::precision::Scalar;
+
+/// C = factor A B, or C += factor A B.
+pub(super) fn multiply<T: Scalar>(
+    c: MatMut<'_, T>,
+    accum: Accum,
+    factor: f64,
+    a: MatRef<'_, T>,
+    b: MatRef<'_, T>,
+) {
+    matmul(c, accum, a, b, T::rounded(factor), Par::Seq);
+}
+
+/// A B.
+pub(crate) fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
+    let mut c = Mat::zeros(a.nrows(), b.ncols());
+    multiply(c.as_mut(), Accum::Replace, 1.0, a, b);
+    c
+}
+
+/// L of LLᵀ in the lower triangle of a matrix; the first column whose pivot is not positive where there is none.
+pub(super) fn cholesky<T: Scalar>(matrix: MatMut<'_, T>) -> Result<(), usize> {
+    let (n, options) = (matrix.nrows(), Default::default());
+    let mut memory = MemBuffer::new(cholesky_in_place_scratch::<T>(n, Par::Seq, options));
+    let stack = MemStack::new(&mut memory);
+    cholesky_in_place(matrix, Default::default(), Par::Seq, stack, options)
+        .map(|_| ())
+        .map_err(|LltError::NonPositivePivot { index }| index)
+}
 
 /// A factorised square matrix, on one thread: the same bits at any number of threads.
 pub struct DenseLu {
@@ -30,20 +62,12 @@ impl DenseLu {
     pub(crate) fn of(mut lu: Mat<f64>) -> Option<Self> {
         let n = lu.nrows();
         let (mut forward, mut backward) = (vec![0_usize; n], vec![0_usize; n]);
-        let mut memory = MemBuffer::new(factor::lu_in_place_scratch::<usize, f64>(
-            n,
-            n,
-            Par::Seq,
-            Default::default(),
-        ));
-        factor::lu_in_place(
-            lu.as_mut(),
-            &mut forward,
-            &mut backward,
-            Par::Seq,
-            MemStack::new(&mut memory),
-            Default::default(),
-        );
+        let (one_thread, options) = (Par::Seq, Default::default());
+        let need = factor::lu_in_place_scratch::<usize, f64>(n, n, one_thread, options);
+        let mut memory = MemBuffer::new(need);
+        let stack = MemStack::new(&mut memory);
+        let (to, from) = (&mut forward, &mut backward);
+        factor::lu_in_place(lu.as_mut(), to, from, one_thread, stack, options);
         let mut negative = transpositions(&forward);
         for i in 0..n {
             let pivot = lu[(i, i)];
@@ -67,13 +91,8 @@ impl DenseLu {
 
     /// Solves in place for the columns of a column-major right-hand side.
     pub fn solve(&self, rhs: &mut [f64]) {
-        let n = self.lu.nrows();
-        let columns = rhs.len() / n.max(1);
-        let mut memory = MemBuffer::new(solve::solve_in_place_scratch::<usize, f64>(
-            n,
-            columns,
-            Par::Seq,
-        ));
+        let (n, columns) = self.shape_of(rhs);
+        let need = solve::solve_in_place_scratch::<usize, f64>(n, columns, Par::Seq);
         solve::solve_in_place_with_conj(
             self.lu.as_ref(),
             self.lu.as_ref(),
@@ -81,16 +100,14 @@ impl DenseLu {
             Conj::No,
             MatMut::from_column_major_slice_mut(rhs, n, columns),
             Par::Seq,
-            MemStack::new(&mut memory),
+            MemStack::new(&mut MemBuffer::new(need)),
         );
     }
 
     /// Solves in place with the transposed matrix for the columns of a column-major right-hand side.
     pub fn solve_transposed(&self, rhs: &mut [f64]) {
-        let n = self.lu.nrows();
-        let columns = rhs.len() / n.max(1);
-        let scratch = solve::solve_transpose_in_place_scratch::<usize, f64>(n, columns, Par::Seq);
-        let mut memory = MemBuffer::new(scratch);
+        let (n, columns) = self.shape_of(rhs);
+        let need = solve::solve_transpose_in_place_scratch::<usize, f64>(n, columns, Par::Seq);
         solve::solve_transpose_in_place_with_conj(
             self.lu.as_ref(),
             self.lu.as_ref(),
@@ -98,8 +115,13 @@ impl DenseLu {
             Conj::No,
             MatMut::from_column_major_slice_mut(rhs, n, columns),
             Par::Seq,
-            MemStack::new(&mut memory),
+            MemStack::new(&mut MemBuffer::new(need)),
         );
+    }
+
+    fn shape_of(&self, rhs: &[f64]) -> (usize, usize) {
+        let n = self.lu.nrows();
+        (n, rhs.len() / n.max(1))
     }
 }
 
@@ -119,23 +141,12 @@ impl DenseCholesky {
     /// The factor of a matrix with diagonal 1, shifted as little as it takes to have one; `None` of one that is not finite.
     pub(crate) fn shifted(matrix: &Mat<f64>) -> Option<Self> {
         let n = matrix.nrows();
-        let scratch = cholesky_in_place_scratch::<f64>(n, Par::Seq, Default::default());
-        let mut memory = MemBuffer::new(scratch);
         shifts(n).find_map(|shift| {
             let mut factor = matrix.clone();
             for i in 0..n {
                 factor[(i, i)] += shift;
             }
-            let stack = MemStack::new(&mut memory);
-            let lower = factor.as_mut();
-            cholesky_in_place(
-                lower,
-                Default::default(),
-                Par::Seq,
-                stack,
-                Default::default(),
-            )
-            .ok()?;
+            cholesky(factor.as_mut()).ok()?;
             Some(Self { factor })
         })
     }
@@ -179,20 +190,7 @@ pub(crate) fn transpositions(permutation: &[usize]) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use super::{DenseLu, transpositions};
-
-    #[test]
-    fn solutions_and_signs_of_small_systems() {
-        let lu = DenseLu::new(&[0.0, 2.0, 1.0, 3.0], 2).unwrap();
-        assert_eq!(lu.sign(), -1);
-        let mut x = [1.0, 8.0];
-        lu.solve(&mut x);
-        assert_eq!(x, [2.5, 1.0]);
-        let mut x = [2.0, 4.0];
-        lu.solve_transposed(&mut x);
-        assert_eq!(x, [1.0, 1.0]);
-        assert!(DenseLu::new(&[1.0, 2.0, 2.0, 4.0], 2).is_none());
-    }
+    use super::transpositions;
 
     #[test]
     fn permutations_have_the_parity_of_their_cycles() {

@@ -1,9 +1,9 @@
 //! Eigenvalues of dense matrices and of operators known by their products.
 
-use faer::{Accum, Mat, MatRef, Par, linalg::matmul::matmul};
+use faer::Mat;
 
 use super::{
-    DenseLu,
+    dense::{DenseLu, product},
     vector::{dot, norm, orthogonalise},
 };
 
@@ -24,13 +24,6 @@ pub(crate) fn spectral_radius(matrix: &Mat<f64>) -> f64 {
         power = product(scaled.as_ref(), scaled.as_ref());
     }
     logarithm.exp()
-}
-
-/// A B on one thread: the same bits at any number of threads.
-pub(crate) fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
-    let mut c = Mat::zeros(a.nrows(), b.ncols());
-    matmul(c.as_mut(), Accum::Replace, a, b, 1.0, Par::Seq);
-    c
 }
 
 /// The least |1 − μ| over the eigenvalues μ of M: 1 over the spectral radius of (1 − M)⁻¹, 0 where 1 is one of them.
@@ -176,7 +169,7 @@ fn hessenberg(columns: &[Vec<f64>]) -> Mat<f64> {
 mod tests {
     use faer::{Mat, mat};
 
-    use super::{distance_to_one, largest_eigenvalue, spectral_radius, *};
+    use super::*;
     use crate::linalg::add_scaled;
 
     #[test]
@@ -207,17 +200,6 @@ mod tests {
                 "{distance} {expected}"
             );
         }
-    }
-
-    #[test]
-    fn the_largest_of_known_eigenvalues_is_found_from_above() {
-        let eigenvalues: Vec<f64> = (1..=200).map(f64::from).collect();
-        let estimate = largest_eigenvalue(200, |v| {
-            v.iter().zip(&eigenvalues).map(|(v, e)| v * e).collect()
-        });
-        // The residual of at most 1 % is added to a Ritz value that is at most 1 % too small.
-        assert!((estimate / 200.0 - 1.0).abs() < 0.02, "{estimate}");
-        assert_eq!(largest_eigenvalue(3, |_| vec![0.0; 3]), 0.0);
     }
 
     /// A block-diagonal matrix: a rotation scaled by 0.9 and eigenvalues −0.8, 0.7, …, turned by a product of reflections.

@@ -100,18 +100,17 @@ impl<T: Scalar> CholeskyFactor<T> {
     fn failed_pivot(&self, a: &CscMatrix, j: usize) -> f64 {
         let mut pivot = a.diagonal(self.structure.permutation[j]);
         for s in 0..self.structure.supernodes() {
-            let panel = self.panel(s);
-            if panel.first > j {
+            let (front, values) = self.panel(s);
+            if front.first > j {
                 break;
             }
-            let Ok(row) = panel.rows.binary_search(&j) else {
+            let Ok(row) = front.rows.binary_search(&j) else {
                 continue;
             };
-            let height = panel.rows.len();
-            let finished = panel.width.min(j - panel.first);
-            pivot -= (0..finished)
-                .map(|k| panel.values[k * height + row].to_double().powi(2))
-                .sum::<f64>();
+            let columns = values.chunks_exact(front.rows.len());
+            let finished = columns.take(front.width.min(j - front.first));
+            let squares = finished.map(|column| column[row].to_double().powi(2));
+            pivot -= squares.sum::<f64>();
         }
         pivot
     }
@@ -119,10 +118,10 @@ impl<T: Scalar> CholeskyFactor<T> {
     /// Refuses pivots that are positive by rounding only, or not numbers.
     fn refuse_singular(&self, a: &CscMatrix) -> Result<(), FactorError> {
         for s in 0..self.structure.supernodes() {
-            let panel = self.panel(s);
-            for k in 0..panel.width {
-                let pivot = panel.values[k * (panel.rows.len() + 1)].to_double().powi(2);
-                let column = self.structure.permutation[panel.first + k];
+            let (front, values) = self.panel(s);
+            for k in 0..front.width {
+                let pivot = values[k * (front.rows.len() + 1)].to_double().powi(2);
+                let column = self.structure.permutation[front.first + k];
                 let rounding = SINGULAR_PIVOT * T::EPSILON * a.diagonal(column);
                 if !(pivot > rounding && pivot.is_finite()) {
                     return Err(FactorError::NotPositiveDefinite { column, pivot });
@@ -150,27 +149,12 @@ impl<T: Scalar> CholeskyFactor<T> {
         self.structure.size()
     }
 
-    /// The supernode s as a dense panel.
-    pub(super) fn panel(&self, s: usize) -> FactorPanel<'_, T> {
-        let Front { first, width, rows } = self.structure.front(s);
+    /// The supernode s and its dense column-major panel.
+    pub(super) fn panel(&self, s: usize) -> (Front<'_>, &[T]) {
         let offsets = &self.structure.value_offsets;
         let values = &self.values[offsets[s]..offsets[s + 1]];
-        FactorPanel {
-            first,
-            width,
-            rows,
-            values,
-        }
+        (self.structure.front(s), values)
     }
-}
-
-/// One supernode of a factor: `width` columns from `first` over `rows`, coefficients column-major.
-#[derive(Clone, Copy)]
-pub(super) struct FactorPanel<'a, T> {
-    pub(super) first: usize,
-    pub(super) width: usize,
-    pub(super) rows: &'a [usize],
-    pub(super) values: &'a [T],
 }
 
 pub(super) fn pattern(a: &CscMatrix) -> SymbolicSparseColMatRef<'_, usize> {
@@ -235,17 +219,14 @@ impl<T: Scalar> CholeskyFactor<T> {
     }
 
     fn values_are_sound(&self, s: usize) -> bool {
-        let panel = self.panel(s);
-        panel
-            .values
-            .chunks_exact(panel.rows.len())
-            .enumerate()
-            .all(|(k, column)| {
-                let (above, rest) = column.split_at(k);
-                above.iter().all(|&value| value == T::default())
-                    && rest[0] > T::default()
-                    && rest.iter().all(|value| value.to_double().is_finite())
-            })
+        let (front, values) = self.panel(s);
+        let mut columns = values.chunks_exact(front.rows.len()).enumerate();
+        columns.all(|(k, column)| {
+            let (above, rest) = column.split_at(k);
+            above.iter().all(|&value| value == T::default())
+                && rest[0] > T::default()
+                && rest.iter().all(|value| value.to_double().is_finite())
+        })
     }
 }
 

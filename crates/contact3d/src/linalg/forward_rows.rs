@@ -3,14 +3,14 @@
 
 use std::ops::Range;
 
-use faer::linalg::matmul::matmul;
-use faer::{Accum, MatMut, Par};
+use faer::{Accum, MatMut};
 use rayon::prelude::*;
 
 use super::analysis::FactorStructure;
+use super::dense::multiply;
 use super::factor::CholeskyFactor;
 use super::front_plan::{FrontPlan, SparseColumn, SupernodeTree};
-use super::half_solve::HalfSolved;
+use super::half_solve::SupernodeColumns;
 use super::precision::Scalar;
 use super::sparse::CscMatrix;
 use super::work::Work;
@@ -28,7 +28,7 @@ pub(crate) struct ForwardRows<'a, T> {
     /// The row of B of each column of W: rows that lie close in the elimination tree are
     /// neighbours.
     pub(super) order: Vec<usize>,
-    pub(super) half_solved: HalfSolved<T>,
+    pub(super) half_solved: Vec<SupernodeColumns<T>>,
     pub(super) work: &'a Work,
 }
 
@@ -48,7 +48,6 @@ impl FactorStructure {
     ///
     /// # Panics
     /// When B does not have one column per unknown.
-    #[must_use]
     pub(crate) fn count_forward_rows(&self, b: &CscMatrix) -> ForwardCount {
         let (_, right_hand_sides) = self.sorted_rows(b);
         let tree = self.supernode_tree();
@@ -71,9 +70,9 @@ impl FactorStructure {
         let new_of_old = self.new_of_old();
         let mut rows: Vec<(usize, SparseColumn)> = (0..b.rows)
             .map(|row| {
-                let (unknowns, coefficients) = by_rows.column(row);
-                let new = unknowns.iter().map(|&old| new_of_old[old]);
-                let mut entries: SparseColumn = new.zip(coefficients.iter().copied()).collect();
+                let entries = by_rows.entries(row);
+                let new = entries.map(|(old, coefficient)| (new_of_old[old], coefficient));
+                let mut entries: SparseColumn = new.collect();
                 entries.sort_unstable_by_key(|entry| entry.0);
                 (row, entries)
             })
@@ -100,7 +99,6 @@ impl<T: Scalar> CholeskyFactor<T> {
     ///
     /// # Panics
     /// When B does not have one column per unknown.
-    #[must_use]
     pub(crate) fn forward_rows<'a>(&'a self, b: &CscMatrix, work: &'a Work) -> ForwardRows<'a, T> {
         let (order, right_hand_sides) = self.structure.sorted_rows(b);
         let tree = self.structure.supernode_tree();
@@ -118,7 +116,6 @@ impl<T: Scalar> CholeskyFactor<T> {
 impl<T: Scalar> ForwardRows<'_, T> {
     /// The dual operator S = BA⁻¹Bᵀ = WᵀW, column-major, shape (rows of B, rows of B), exactly
     /// symmetric.
-    #[must_use]
     pub(crate) fn gram(&self) -> Vec<f64> {
         let rows = self.order.len();
         let count = rows.div_ceil(TILE);
@@ -146,10 +143,9 @@ impl<T: Scalar> ForwardRows<'_, T> {
     }
 
     /// The diagonal of S: ‖W_i‖² for all rows i of B.
-    #[must_use]
     pub(crate) fn squared_lengths(&self) -> Vec<f64> {
         let mut lengths = vec![0.0; self.order.len()];
-        for part in &self.half_solved.parts {
+        for part in &self.half_solved {
             for (&column, values) in part.columns.iter().zip(part.values.chunks(part.width())) {
                 let squares = values.iter().map(|value| value.to_double().powi(2));
                 lengths[self.order[column]] += squares.sum::<f64>();
@@ -161,21 +157,18 @@ impl<T: Scalar> ForwardRows<'_, T> {
     /// Multiplications and additions of the solves.
     pub(super) fn solve_operations(&self) -> f64 {
         let structure = &self.factor.structure;
-        let parts = self.half_solved.parts.iter();
-        parts
-            .map(|part| {
-                structure
-                    .front(part.supernode)
-                    .solve_operations(part.columns.len())
-            })
-            .sum()
+        let operations = |part: &SupernodeColumns<T>| {
+            let front = structure.front(part.supernode);
+            front.solve_operations(part.columns.len())
+        };
+        self.half_solved.iter().map(operations).sum()
     }
 
     /// The products of two ranges of columns of W, column-major, supernode by supernode.
     fn tile(&self, left: &Range<usize>, right: &Range<usize>) -> Vec<T> {
         let mut tile = vec![T::default(); left.len() * right.len()];
         let mut product = Vec::new();
-        for part in &self.half_solved.parts {
+        for part in &self.half_solved {
             let (rows, w_left) = part.columns_in(left);
             let (columns, w_right) = part.columns_in(right);
             if rows.is_empty() || columns.is_empty() {
@@ -184,14 +177,7 @@ impl<T: Scalar> ForwardRows<'_, T> {
             product.resize(rows.len() * columns.len(), T::default());
             let target =
                 MatMut::from_column_major_slice_mut(&mut product, rows.len(), columns.len());
-            matmul(
-                target,
-                Accum::Replace,
-                w_left.transpose(),
-                w_right,
-                T::rounded(1.0),
-                Par::Seq,
-            );
+            multiply(target, Accum::Replace, 1.0, w_left.transpose(), w_right);
             let sides = if left == right { 1.0 } else { 2.0 };
             self.work
                 .add(sides * (rows.len() * columns.len() * w_left.nrows()) as f64);

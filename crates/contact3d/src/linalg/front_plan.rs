@@ -12,7 +12,7 @@ pub(super) type SparseColumn = Vec<(usize, f64)>;
 pub(super) struct SupernodeTree {
     /// The supernode of each column of the factor.
     pub(super) owner: Vec<usize>,
-    /// The parent of each supernode.
+    /// The parent of each supernode: the owner of its first row below the diagonal block.
     pub(super) parent: Vec<Option<usize>>,
 }
 
@@ -29,9 +29,9 @@ impl FactorStructure {
     /// The supernodal elimination tree.
     pub(super) fn supernode_tree(&self) -> SupernodeTree {
         let owner = self.supernode_of_column();
-        let parent = (0..self.supernodes())
-            .map(|s| self.parent(s, &owner))
-            .collect();
+        let first_below = |s: usize| self.front(s).below().first().copied();
+        let parent = |s| first_below(s).map(|row| owner[row]);
+        let parent = (0..self.supernodes()).map(parent).collect();
         SupernodeTree { owner, parent }
     }
 }
@@ -71,15 +71,13 @@ impl SupernodeTree {
 /// Places of the entries of an ascending list in an ascending list that contains them.
 pub(super) fn positions(entries: &[usize], list: &[usize]) -> Vec<usize> {
     let mut next = 0;
-    entries
-        .iter()
-        .map(|entry| {
-            while list[next] < *entry {
-                next += 1;
-            }
-            next
-        })
-        .collect()
+    let place = |entry: &usize| {
+        while list[next] < *entry {
+            next += 1;
+        }
+        next
+    };
+    entries.iter().map(place).collect()
 }
 
 impl FrontPlan {
@@ -102,16 +100,14 @@ impl FrontPlan {
                 }
             }
         }
-        let reached: Vec<(usize, Vec<usize>)> = columns
-            .into_iter()
-            .enumerate()
-            .filter(|(_, columns)| !columns.is_empty())
-            .collect();
+        let reached = columns.into_iter().enumerate();
+        let reached = reached.filter(|(_, columns)| !columns.is_empty());
+        let reached: Vec<(usize, Vec<usize>)> = reached.collect();
         let part_of = |s: usize| reached.binary_search_by_key(&s, |part| part.0).ok();
-        let parent: Vec<Option<usize>> = reached
+        let parents = reached
             .iter()
-            .map(|&(s, _)| tree.parent[s].and_then(part_of))
-            .collect();
+            .map(|(s, _)| tree.parent[*s].and_then(part_of));
+        let parent: Vec<Option<usize>> = parents.collect();
         let mut children = vec![Vec::new(); reached.len()];
         for (k, parent) in parent.iter().enumerate() {
             if let Some(parent) = *parent {

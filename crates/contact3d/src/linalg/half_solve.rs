@@ -2,13 +2,14 @@
 
 use faer::{
     Accum, MatMut, MatRef, Par,
-    linalg::{matmul::matmul, triangular_solve::solve_lower_triangular_in_place},
-    reborrow::ReborrowMut,
+    linalg::triangular_solve::solve_lower_triangular_in_place,
+    reborrow::{Reborrow, ReborrowMut},
 };
 use rayon::prelude::*;
 
 use super::{
-    analysis::FactorStructure,
+    analysis::{FactorStructure, Front},
+    dense::multiply,
     factor::CholeskyFactor,
     front_plan::{FrontPlan, SparseColumn, SupernodeTree, positions},
     precision::Scalar,
@@ -28,24 +29,8 @@ pub(super) struct SupernodeColumns<T> {
     pub(super) columns: Vec<usize>,
     /// Their solutions, column-major, shape (columns of the supernode, `columns`).
     pub(super) values: Vec<T>,
-}
-
-/// What the solved part of a subtree subtracts from the rows below its root, column-major, shape
-/// (rows below, columns).
-#[derive(Clone, Debug)]
-pub(super) struct Frontier<T> {
-    /// Index of the root's [`SupernodeColumns`].
-    pub(super) root: usize,
+    /// What a solved subtree adds to the rows below its root, column-major, shape (rows below, columns); empty elsewhere.
     pub(super) update: Vec<T>,
-}
-
-/// Right-hand sides solved on the supernodes they reach.
-#[derive(Clone, Debug)]
-pub(super) struct HalfSolved<T> {
-    /// One part for each reached supernode, ascending.
-    pub(super) parts: Vec<SupernodeColumns<T>>,
-    /// The updates left at the roots of the solved forest that have rows below.
-    pub(super) boundaries: Vec<Frontier<T>>,
 }
 
 impl<T: Scalar> SupernodeColumns<T> {
@@ -68,8 +53,8 @@ impl<T: Scalar> SupernodeColumns<T> {
 }
 
 impl<T: Scalar> CholeskyFactor<T> {
-    /// Solves with L on the supernodes that `included` accepts, which must contain the subtrees
-    /// below their members.
+    /// Solves with L on the supernodes that `included` accepts, which must contain the subtrees below their members: one part
+    /// for each of them that a right-hand side reaches, ascending.
     ///
     /// A multifrontal forward pass: every supernode adds the updates of its children, solves with
     /// its diagonal block and passes its own update on. Fronts of one level of the tree, and fixed
@@ -81,13 +66,9 @@ impl<T: Scalar> CholeskyFactor<T> {
         right_hand_sides: &[SparseColumn],
         included: impl Fn(usize) -> bool,
         work: &Work,
-    ) -> HalfSolved<T> {
-        let plan = FrontPlan::new(
-            self.structure.supernodes(),
-            tree,
-            right_hand_sides,
-            included,
-        );
+    ) -> Vec<SupernodeColumns<T>> {
+        let count = self.structure.supernodes();
+        let plan = FrontPlan::new(count, tree, right_hand_sides, included);
         let mut fronts: Vec<Vec<T>> = vec![Vec::new(); plan.reached.len()];
         let mut own: Vec<Vec<T>> = vec![Vec::new(); plan.reached.len()];
         for level in plan.levels() {
@@ -105,24 +86,19 @@ impl<T: Scalar> CholeskyFactor<T> {
                 work.add(front.solve_operations(columns.len()));
             }
         }
-        let boundaries = (0..plan.reached.len())
-            .filter(|&k| plan.parent[k].is_none())
-            .filter_map(|root| {
-                let update = self.update_of(plan.reached[root].0, &fronts[root]);
-                (!update.is_empty()).then_some(Frontier { root, update })
-            })
-            .collect();
-        let parts = plan
-            .reached
-            .into_iter()
-            .zip(own)
-            .map(|((supernode, columns), values)| SupernodeColumns {
+        // Those of all fronts but the roots were given to their parents.
+        let parts = plan.reached.into_iter().zip(fronts).zip(own);
+        let parts = parts.map(|(((supernode, columns), front), values)| {
+            let Front { width, rows, .. } = self.structure.front(supernode);
+            let below = front.chunks_exact(rows.len()).flat_map(|c| &c[width..]);
+            SupernodeColumns {
                 supernode,
                 columns,
                 values,
-            })
-            .collect();
-        HalfSolved { parts, boundaries }
+                update: below.copied().collect(),
+            }
+        });
+        parts.collect()
     }
 
     /// The front of part k (rows of the supernode × right-hand sides, column-major) after
@@ -135,14 +111,21 @@ impl<T: Scalar> CholeskyFactor<T> {
         right_hand_sides: &[SparseColumn],
     ) -> (Vec<T>, Vec<T>) {
         let (s, columns) = &plan.reached[k];
-        let panel = self.panel(*s);
+        let (panel, values) = self.panel(*s);
         let height = panel.rows.len();
-        let matrix = MatRef::from_column_major_slice(panel.values, height, panel.width);
+        let matrix = MatRef::from_column_major_slice(values, height, panel.width);
         let (diagonal, below) = matrix.split_at_row(panel.width);
-        let children: Vec<ChildUpdate<'_, T>> = plan.children[k]
-            .iter()
-            .map(|&child| self.child_update(plan, k, child, &fronts[child]))
-            .collect();
+        let update_of = |&child: &usize| {
+            let (s, child_columns) = &plan.reached[child];
+            let below = self.structure.front(*s);
+            ChildUpdate {
+                rows: positions(below.below(), panel.rows),
+                columns: positions(child_columns, columns),
+                height: below.rows.len(),
+                front: &fronts[child],
+            }
+        };
+        let children: Vec<ChildUpdate<'_, T>> = plan.children[k].iter().map(update_of).collect();
         let mut front = vec![T::default(); height * columns.len()];
         front
             .par_chunks_mut(height * CHUNK_COLUMNS)
@@ -164,7 +147,7 @@ impl<T: Scalar> CholeskyFactor<T> {
                 let front = MatMut::from_column_major_slice_mut(front, height, count);
                 let (mut own, update) = front.split_at_row_mut(panel.width);
                 solve_lower_triangular_in_place(diagonal, own.rb_mut(), Par::Seq);
-                matmul(update, Accum::Add, below, own, -T::rounded(1.0), Par::Seq);
+                multiply(update, Accum::Add, -1.0, below, own.rb());
             });
         let own = front
             .chunks_exact(height)
@@ -172,34 +155,6 @@ impl<T: Scalar> CholeskyFactor<T> {
             .copied()
             .collect();
         (front, own)
-    }
-
-    fn child_update<'a>(
-        &self,
-        plan: &'a FrontPlan,
-        k: usize,
-        child: usize,
-        front: &'a [T],
-    ) -> ChildUpdate<'a, T> {
-        let (s, columns) = &plan.reached[k];
-        let (child, child_columns) = &plan.reached[child];
-        let panel = self.panel(*child);
-        ChildUpdate {
-            rows: positions(&panel.rows[panel.width..], self.panel(*s).rows),
-            columns: positions(child_columns, columns),
-            height: panel.rows.len(),
-            front,
-        }
-    }
-
-    /// The rows of a front below the supernode's own.
-    fn update_of(&self, s: usize, front: &[T]) -> Vec<T> {
-        let panel = self.panel(s);
-        front
-            .chunks_exact(panel.rows.len())
-            .flat_map(|column| &column[panel.width..])
-            .copied()
-            .collect()
     }
 }
 
@@ -230,53 +185,24 @@ impl<T: Scalar> ChildUpdate<'_, T> {
     }
 }
 
-/// The supernodes on the elimination-tree paths from some unknowns to the roots, ascending.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct EliminationPath {
-    pub(super) supernodes: Vec<usize>,
-    /// Number of unknowns of the factor it belongs to.
-    size: usize,
-}
-
-impl EliminationPath {
-    /// The reached supernodes, ascending.
-    #[must_use]
-    pub(crate) fn supernodes(&self) -> &[usize] {
-        &self.supernodes
-    }
-}
-
 impl FactorStructure {
-    /// The supernodes that a right-hand side nonzero in `rows` (numbering of A) makes nonzero in
-    /// L⁻¹Pb.
+    /// The supernodes, ascending, that a right-hand side nonzero in `rows` (numbering of A) makes nonzero in L⁻¹Pb: those on the
+    /// paths of the elimination tree from there to the roots.
     ///
     /// # Panics
     /// When a row is not an unknown of the factor.
-    #[must_use]
-    pub(crate) fn reach(&self, rows: impl Iterator<Item = usize>) -> EliminationPath {
+    pub(crate) fn reach(&self, rows: impl Iterator<Item = usize>) -> Vec<usize> {
         let new_of_old = self.new_of_old();
-        self.reach_of_columns(&self.supernode_of_column(), rows.map(|old| new_of_old[old]))
-    }
-
-    /// [`Self::reach`] for columns in the new numbering, given their owners.
-    fn reach_of_columns(
-        &self,
-        owner: &[usize],
-        columns: impl Iterator<Item = usize>,
-    ) -> EliminationPath {
+        let SupernodeTree { owner, parent } = self.supernode_tree();
         let mut reached = vec![false; self.supernodes()];
-        for column in columns {
-            let mut next = Some(owner[column]);
+        for row in rows {
+            let mut next = Some(owner[new_of_old[row]]);
             while let Some(s) = next.filter(|&s| !reached[s]) {
                 reached[s] = true;
-                next = self.parent(s, owner);
+                next = parent[s];
             }
         }
-        let supernodes = (0..self.supernodes()).filter(|&s| reached[s]).collect();
-        EliminationPath {
-            supernodes,
-            size: self.size(),
-        }
+        (0..self.supernodes()).filter(|&s| reached[s]).collect()
     }
 }
 
@@ -288,35 +214,20 @@ impl<T: Scalar> CholeskyFactor<T> {
     /// they were.
     ///
     /// # Panics
-    /// When `rhs` does not have one entry per unknown or `reach` is from a factor of another size.
-    pub(crate) fn solve_reached(
-        &self,
-        reach: &EliminationPath,
-        rhs: &mut [f64],
-        work: &mut Workspace,
-    ) {
+    /// When `rhs` does not have one entry per unknown or `reach` is from a larger factor.
+    pub(crate) fn solve_reached(&self, reach: &[usize], rhs: &mut [f64], work: &mut Workspace) {
         assert_eq!(rhs.len(), self.size(), "length of the right-hand side");
-        assert_eq!(
-            reach.size,
-            self.size(),
-            "unknowns of the factor the reach was made from"
-        );
+        let columns = || reach.iter().flat_map(|&s| self.structure.columns(s));
+        let permutation = &self.structure.permutation;
         let mut scratch = T::scratch(work).take(self.size());
-        for column in self.columns_of(reach) {
-            scratch.unknowns[column] = T::rounded(rhs[self.structure.permutation[column]]);
+        for column in columns() {
+            scratch.unknowns[column] = [T::rounded(rhs[permutation[column]])];
         }
-        self.forward(reach.supernodes.iter().copied(), &mut scratch);
-        self.backward(reach.supernodes.iter().rev().copied(), &mut scratch);
-        for column in self.columns_of(reach) {
-            rhs[self.structure.permutation[column]] = scratch.unknowns[column].to_double();
+        self.forward(reach.iter().copied(), &mut scratch);
+        self.backward(reach.iter().rev().copied(), &mut scratch);
+        for column in columns() {
+            rhs[permutation[column]] = scratch.unknowns[column][0].to_double();
         }
         T::scratch(work).put(scratch);
-    }
-
-    fn columns_of(&self, reach: &EliminationPath) -> impl Iterator<Item = usize> {
-        reach
-            .supernodes
-            .iter()
-            .flat_map(|&s| self.structure.columns(s))
     }
 }

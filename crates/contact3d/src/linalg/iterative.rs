@@ -4,7 +4,7 @@ use super::{
     precision::Factor,
     solve::Workspace,
     sparse::CscMatrix,
-    vector::{add_scaled, dot, norm, orthogonalise},
+    vector::{add_combination, add_scaled, dot, norm, orthogonalise},
 };
 
 /// Most steps; a factor that needs more is of no use.
@@ -53,14 +53,11 @@ pub(crate) fn conjugate_gradients(
     loop {
         let mut active: Vec<&mut Iteration> =
             iterations.iter_mut().filter(|it| !it.is_done).collect();
-        match &mut active[..] {
-            [] => break,
-            [one] => factor.solve_in_place(&mut one.preconditioned, work),
-            several => {
-                let several = several.iter_mut().map(|it| &mut it.preconditioned[..]);
-                factor.solve_several(&mut several.collect::<Vec<_>>());
-            }
+        if active.is_empty() {
+            break;
         }
+        let residuals = active.iter_mut().map(|it| &mut it.preconditioned[..]);
+        factor.solve_several(&mut residuals.collect::<Vec<_>>(), work);
         for iteration in active {
             iteration.judge(accuracy);
             if !iteration.is_done {
@@ -146,7 +143,6 @@ impl Iteration {
 /// An approximate solution of M x = b by GMRES (Y. Saad, M. H. Schultz, SIAM J. Sci. Stat. Comput.
 /// 7 (1986) 856) without restarts: stops when ‖b − M x‖ ≤ `tolerance` ‖b‖ or after `most_steps`
 /// products.
-#[must_use]
 pub(crate) fn gmres(
     b: &[f64],
     tolerance: f64,
@@ -198,9 +194,7 @@ pub(crate) fn gmres(
             *upper -= triangle[k][i] * weight;
         }
     }
-    for (weight, v) in weights.iter().zip(&basis) {
-        add_scaled(&mut solution, *weight, v);
-    }
+    add_combination(&mut solution, &weights, &basis);
     solution
 }
 

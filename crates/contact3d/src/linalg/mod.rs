@@ -22,44 +22,37 @@ mod front_plan;
 mod fronts;
 mod half_solve;
 mod iterative;
+mod panel_solve;
 mod precision;
 mod refinement;
-mod separator;
 mod solve;
 mod sparse;
 mod sparse_lu;
-mod unknown;
+
 mod vector;
 mod work;
 
 #[cfg(test)]
-mod forward_rows_tests;
-#[cfg(test)]
-mod solve_tests;
-#[cfg(test)]
 #[path = "../../tests/rooms/linalg/brick.rs"]
 mod test_brick;
+#[cfg(test)]
+mod tests;
 
 pub use analysis::FactorStructure;
 pub use dense::DenseLu;
-pub(crate) use dense::transpositions;
-pub(crate) use dense::{DenseCholesky, shifts};
+pub(crate) use dense::{DenseCholesky, product, shifts, transpositions};
 pub use dissection::{OrderingError, amd, expand_to_unknowns, nested_dissection};
-pub(crate) use eigenvalues::figures_by_products;
-pub(crate) use eigenvalues::{distance_to_one, least_modulus};
+pub(crate) use eigenvalues::{
+    distance_to_one, figures_by_products, least_modulus, spectral_radius,
+};
 pub use eigenvalues::{largest_eigenvalue, largest_ritz_pair};
-pub(crate) use eigenvalues::{product, spectral_radius};
-pub use factor::PartsError;
-pub use factor::{CholeskyFactor, FactorError};
-pub(crate) use half_solve::EliminationPath;
-pub(crate) use iterative::gmres;
-pub(crate) use iterative::{StoppingRule, conjugate_gradients};
-pub use precision::Scalar;
-pub use precision::{Factor, Precision};
+pub use factor::{CholeskyFactor, FactorError, PartsError};
+pub(crate) use iterative::{CgSolution, StoppingRule, conjugate_gradients, gmres};
+pub use precision::{Factor, Precision, Scalar};
 pub use refinement::Doubled;
 pub use solve::Workspace;
 pub use sparse::{CscMatrix, SparseError};
 pub(crate) use sparse_lu::{SparseLuMemory, solve_sparse};
-pub(crate) use vector::power_of_two_near_largest;
+pub(crate) use vector::{add_combination, orthogonalise, power_of_two_near_largest};
 pub use vector::{add_scaled, difference, dot, norm};
 pub use work::Work;

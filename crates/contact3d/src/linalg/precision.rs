@@ -98,10 +98,10 @@ impl Factor {
     }
 
     /// The same for several right-hand sides, which share the reading of the factor.
-    pub(crate) fn solve_several(&self, rhs: &mut [&mut [f64]]) {
+    pub(super) fn solve_several(&self, rhs: &mut [&mut [f64]], work: &mut Workspace) {
         match self {
-            Self::Double(factor) => factor.solve_several(rhs),
-            Self::Single(factor) => factor.solve_several(rhs),
+            Self::Double(factor) => factor.solve_several(rhs, work),
+            Self::Single(factor) => factor.solve_several(rhs, work),
         }
     }
 }
@@ -131,7 +131,7 @@ pub trait Scalar:
 
     /// The memory of solves in this precision.
     #[doc(hidden)]
-    fn scratch(work: &Workspace) -> &ScratchPool<Self>;
+    fn scratch(work: &Workspace) -> &ScratchPool<Self, 1>;
 }
 
 impl Scalar for f64 {
@@ -147,7 +147,7 @@ impl Scalar for f64 {
         self
     }
 
-    fn scratch(work: &Workspace) -> &ScratchPool<Self> {
+    fn scratch(work: &Workspace) -> &ScratchPool<Self, 1> {
         &work.double
     }
 }
@@ -165,7 +165,7 @@ impl Scalar for f32 {
         f64::from(self)
     }
 
-    fn scratch(work: &Workspace) -> &ScratchPool<Self> {
+    fn scratch(work: &Workspace) -> &ScratchPool<Self, 1> {
         &work.single
     }
 }

@@ -87,7 +87,6 @@ impl CscMatrix {
     ///
     /// # Panics
     /// If `x` or `b` has another length than M has rows.
-    #[must_use]
     pub(crate) fn symmetric_residual(&self, x: &Doubled, b: &[f64]) -> Vec<f64> {
         let mut residual = self.transposed_excess(x, b);
         residual.iter_mut().for_each(|r| *r = -*r);
@@ -98,7 +97,6 @@ impl CscMatrix {
     ///
     /// # Panics
     /// If `x` or `b` has another length than M has rows or columns.
-    #[must_use]
     pub(crate) fn transposed_excess(&self, x: &Doubled, b: &[f64]) -> Vec<f64> {
         assert_eq!((x.value.len(), b.len()), (self.rows, self.cols));
         let mut excess: Vec<f64> = b.iter().map(|b| -b).collect();

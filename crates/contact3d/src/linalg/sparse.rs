@@ -122,8 +122,8 @@ impl CscMatrix {
 
     /// The rows and values of a column.
     pub fn entries(&self, column: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
-        let range = self.indptr[column]..self.indptr[column + 1];
-        range.map(|k| (self.indices[k], self.data[k]))
+        let (rows, values) = self.column(column);
+        rows.iter().copied().zip(values.iter().copied())
     }
 
     /// Where the diagonal entry of a column is stored; `None` where it is not.
@@ -150,13 +150,8 @@ impl CscMatrix {
     }
 
     /// The mean of the diagonal of a square matrix; 0 without rows.
-    #[must_use]
     pub(crate) fn mean_diagonal(&self) -> f64 {
-        let entry = |column: usize| {
-            let (rows, values) = self.column(column);
-            rows.binary_search(&column).map_or(0.0, |at| values[at])
-        };
-        let sum: f64 = (0..self.cols).map(entry).sum();
+        let sum: f64 = (0..self.cols).map(|column| self.diagonal(column)).sum();
         sum / self.cols.max(1) as f64
     }
 
@@ -172,8 +167,7 @@ impl CscMatrix {
         assert_eq!(y.len(), self.rows, "length of y");
         y.fill(0.0);
         for (column, &factor) in x.iter().enumerate() {
-            let (rows, coefficients) = self.column(column);
-            for (&row, &coefficient) in rows.iter().zip(coefficients) {
+            for (row, coefficient) in self.entries(column) {
                 y[row] += coefficient * factor;
             }
         }
@@ -190,12 +184,7 @@ impl CscMatrix {
         assert_eq!(x.len(), self.rows, "length of x");
         assert_eq!(y.len(), self.cols, "length of y");
         let product = |(column, value): (usize, &mut f64)| {
-            let (rows, coefficients) = self.column(column);
-            *value = rows
-                .iter()
-                .zip(coefficients)
-                .map(|(&row, a)| a * x[row])
-                .sum();
+            *value = self.entries(column).map(|(row, a)| a * x[row]).sum();
         };
         if self.data.len() < PARALLEL_ENTRIES {
             y.iter_mut().enumerate().for_each(product);
@@ -221,8 +210,7 @@ impl CscMatrix {
         let mut indices = vec![0; self.indices.len()];
         let mut data = vec![0.0; self.data.len()];
         for column in 0..self.cols {
-            let (rows, coefficients) = self.column(column);
-            for (&row, &coefficient) in rows.iter().zip(coefficients) {
+            for (row, coefficient) in self.entries(column) {
                 indices[next[row]] = column;
                 data[next[row]] = coefficient;
                 next[row] += 1;

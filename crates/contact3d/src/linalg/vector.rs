@@ -50,6 +50,13 @@ pub fn add_scaled(y: &mut [f64], a: f64, x: &[f64]) {
     }
 }
 
+/// y ← y + Σ aₖ xₖ, one after another.
+pub(crate) fn add_combination(y: &mut [f64], weights: &[f64], vectors: &[Vec<f64>]) {
+    for (a, x) in weights.iter().zip(vectors) {
+        add_scaled(y, *a, x);
+    }
+}
+
 /// Takes the parts along orthonormal vectors out of a vector, by so many passes of Gram and Schmidt's modified method: two leave
 /// it orthogonal to rounding. Gives these parts.
 pub(crate) fn orthogonalise(vector: &mut [f64], basis: &[Vec<f64>], passes: usize) -> Vec<f64> {

@@ -12,7 +12,7 @@ use super::{
     pane_laws::slip_of,
     problem::DiscreteProblem,
 };
-use crate::dual::{DualOperator, ExplicitDual, ExplicitOperator, LocalStiffness};
+use crate::dual::{ContactOperator, DualOperator, ExplicitDual, LocalStiffness};
 
 impl DiscreteProblem<'_> {
     /// Newton's method on the whole problem, by one way after the other until the polished answer
@@ -93,7 +93,7 @@ impl DiscreteProblem<'_> {
         } else {
             Status::RoundingLimit
         };
-        let mut operator = ExplicitOperator::new(dual, self.body.assembly, self.dual);
+        let mut operator = ContactOperator::explicit(dual, self.body.assembly, self.dual);
         let steplength = projected_gradient_steplength(&mut operator);
         let mut solution = Solution {
             status,

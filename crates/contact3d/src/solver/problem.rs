@@ -8,7 +8,7 @@ use thiserror::Error;
 
 use super::{NewtonStep, OuterStep, Solution};
 use crate::{
-    contact::{Interface, MultiplierLayout, nodal_tangential, nodal_tangential_change},
+    contact::{Interface, MultiplierLayout},
     dual::{Assembly, ContactSystem, ExplicitDual, Moved},
     linalg::{Doubled, Precision, Workspace},
     mesh::ContactSurface,
@@ -154,7 +154,8 @@ impl ContactBody<'_> {
     /// (u_t1, u_t2) at the contact nodes of a displacement over the free degrees of freedom in m.
     pub(super) fn tangential(&self, displacement: &[f64]) -> Vec<[f64; 2]> {
         let (surface, frame) = (self.face.surface, &self.face.interface.frame);
-        nodal_tangential(surface, frame, &self.assembly.primal.dofs, displacement)
+        let dofs = &self.assembly.primal.dofs;
+        frame.nodal_tangential(surface, |node| dofs.at_node(node, displacement))
     }
 
     /// A⁻¹(l − Bᵀλ) to the share `target`, from that of unknowns nearby, with u, and B u − gap in twice the working precision.
@@ -212,7 +213,7 @@ impl ContactBody<'_> {
         }
         let (surface, frame) = (self.face.surface, &self.face.interface.frame);
         let dofs = &self.assembly.primal.dofs;
-        let slips = nodal_tangential_change(surface, frame, dofs, &moved);
+        let slips = frame.nodal_tangential(surface, |node| dofs.change_at_node(node, &moved));
         let slips = slips.iter().map(|u| u.map(|u| -u)).collect();
         (dual.coupling.integrate(&moved), slips)
     }

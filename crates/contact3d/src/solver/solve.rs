@@ -14,8 +14,8 @@ use super::{
 use crate::{
     contact::CoulombLaw,
     dual::{
-        BalancedOperator, BodyOperator, ContactSystem, DualSystem, ExplicitDual, ExplicitOperator,
-        ImplicitOperator, LocalStiffness, OperatorForm, PrimalOperator, drag, pane_stiffness,
+        BalancedOperator, BodyOperator, ContactOperator, ContactSystem, DualSystem, ExplicitDual,
+        LocalStiffness, OperatorForm, PrimalOperator, drag, pane_stiffness,
     },
     linalg::{Precision, Work, Workspace},
     scene::{Method, SolveSettings},
@@ -395,8 +395,8 @@ impl DiscreteProblem<'_> {
     fn with_operator(&self, run: impl FnOnce(&mut BodyOperator<'_, '_>) -> Solution) -> Solution {
         let assembly = self.body.assembly;
         let mut operator: Box<dyn PrimalOperator + '_> = match self.dual.explicit() {
-            Some(dual) => Box::new(ExplicitOperator::new(dual, assembly, self.dual)),
-            None => Box::new(ImplicitOperator::new(assembly, self.dual)),
+            Some(dual) => Box::new(ContactOperator::explicit(dual, assembly, self.dual)),
+            None => Box::new(ContactOperator::implicit(assembly, self.dual)),
         };
         let mut solution = match &self.dual.balance {
             None => run(&mut BodyOperator::Held(&mut *operator)),

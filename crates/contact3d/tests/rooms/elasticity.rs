@@ -1,8 +1,12 @@
-//! Loads that clamps make idle.
+//! Gradients of shape functions, and loads that clamps make idle.
 
 use std::path::Path;
 
-use contact3d::{elasticity::idle_loads, mesh::Mesh, scene::Scene};
+use contact3d::{
+    elasticity::{Simplex, idle_loads},
+    mesh::Mesh,
+    scene::Scene,
+};
 
 fn warnings(clamps: &str, loads: &str) -> Vec<String> {
     let text = format!(
@@ -59,4 +63,21 @@ fn pressures_and_body_forces_are_looked_at_too() {
     let found = warnings(&flat, "[body_force]\nvalue = [1.0, 1.0, 0.0]");
     assert_eq!(found.len(), 1);
     assert!(found[0].starts_with("body_force.value: its part along y does nothing"));
+}
+
+#[test]
+fn gradients_reproduce_linear_functions() {
+    let corners = [
+        [0.1, 0.0, 0.2],
+        [1.3, 0.1, 0.0],
+        [0.2, 0.9, 0.1],
+        [0.0, 0.2, 1.1],
+    ];
+    let simplex = Simplex::new(&corners);
+    for (axis, component) in (0..3).flat_map(|axis| (0..3).map(move |c| (axis, c))) {
+        let terms = simplex.gradients.iter().zip(&corners);
+        let gradient: f64 = terms.map(|(g, x)| g[component] * x[axis]).sum();
+        // A handful of roundings on numbers of size 1.
+        assert!((gradient - f64::from(u8::from(axis == component))).abs() < 5e-15);
+    }
 }

@@ -1,6 +1,6 @@
-//! Rules of integration against monomials.
+//! Rules of integration against monomials, and shape functions at their nodes.
 
-use contact3d::reference::quadrature::*;
+use contact3d::reference::{TETRAHEDRON_EDGES, quadrature::*, shape::quadratic_tetrahedron};
 
 fn factorial(n: i32) -> f64 {
     (1..=n).map(f64::from).product()
@@ -54,4 +54,18 @@ fn monomials_on_a_tetrahedron_are_exact() {
     assert_exact_on_a_tetrahedron(&tetrahedron().collect::<Vec<_>>(), 5);
     assert_exact_on_a_tetrahedron(&TETRAHEDRON_2, 2);
     assert_exact_on_a_tetrahedron(&tetrahedron_5().collect::<Vec<_>>(), 5);
+}
+
+#[test]
+fn quadratic_functions_are_one_at_their_node_and_sum_to_one() {
+    let corners = (0..4).map(|k| (k, [k, k]));
+    for (k, node) in corners.chain((4..).zip(TETRAHEDRON_EDGES)) {
+        let mut at = [0.0; 4];
+        node.iter().for_each(|&corner| at[corner] += 0.5);
+        let values = quadratic_tetrahedron(&at);
+        assert!((0..10).all(|j| values[j] == f64::from(u8::from(j == k))));
+    }
+    let sum: f64 = quadratic_tetrahedron(&[0.1, 0.2, 0.3, 0.4]).iter().sum();
+    // Ten roundings of numbers below 1.
+    assert!((sum - 1.0).abs() < 1e-15);
 }

@@ -17,7 +17,7 @@ use super::{
 };
 use contact3d::{
     AssembledProblem, Problem, ProblemError,
-    contact::{ContactFrame, CoulombLaw, LawBounds, SlipOperator, nodal_tangential},
+    contact::{ContactFrame, CoulombLaw, LawBounds, SlipOperator},
     dual::{DualSystem, ExplicitDual, LocalStiffness},
     linalg::{CholeskyFactor, CscMatrix, Factor, FactorStructure, Work, Workspace, dot},
     mesh::{ContactSurface, Mesh},
@@ -356,12 +356,9 @@ impl TheoryProblem {
     pub(super) fn tangential_of(&self, displacement: &[f64]) -> Vec<[f64; 2]> {
         let contact = self.contact();
         let dofs = &self.system().assembly.primal.dofs;
-        nodal_tangential(
-            contact.surface,
-            &contact.interface.frame,
-            dofs,
-            displacement,
-        )
+        let at_node = |node| dofs.at_node(node, displacement);
+        let frame = &contact.interface.frame;
+        frame.nodal_tangential(contact.surface, at_node)
     }
 
     /// The same of a multiplier.

@@ -18,40 +18,31 @@ pub(super) struct UpdateMatrix<T> {
     pub(super) values: Vec<T>,
 }
 
-/// The matrix PAPᵀ.
-#[derive(Clone, Copy)]
-pub(super) struct PermutedMatrix<'a> {
-    pub(super) a: &'a CscMatrix,
-    /// New → old.
-    pub(super) permutation: &'a [usize],
-    /// Old → new.
-    pub(super) inverse: &'a [usize],
-}
-
-impl PermutedMatrix<'_> {
-    /// Writes the lower triangle of the columns of a supernode into its panel.
-    ///
-    /// Zeros are written first: a fresh page that is read before it is written costs two faults.
-    pub(super) fn scatter<T: Scalar>(&self, front: Front<'_>, panel: &mut [T]) {
-        panel.fill(T::default());
-        let height = front.rows.len();
-        let end = front.first + front.width;
-        for (k, column) in panel.chunks_exact_mut(height).enumerate() {
-            let new = front.first + k;
-            let old = self.permutation[new];
-            let (rows, coefficients) = self.a.column(old);
-            for (&old_row, &coefficient) in rows.iter().zip(coefficients) {
-                let row = self.inverse[old_row];
-                if row < new {
-                    continue;
-                }
-                let place = if row < end {
-                    row - front.first
-                } else {
-                    front.width + front.below().partition_point(|&other| other < row)
-                };
-                column[place] = T::rounded(coefficient);
+/// Writes the lower triangle of the columns of a supernode of PAPᵀ into its panel, given the new number of each unknown.
+///
+/// Zeros are written first: a fresh page that is read before it is written costs two faults.
+pub(super) fn scatter<T: Scalar>(
+    a: &CscMatrix,
+    permutation: &[usize],
+    new_of_old: &[usize],
+    front: Front<'_>,
+    panel: &mut [T],
+) {
+    panel.fill(T::default());
+    let end = front.first + front.width;
+    let columns = panel.chunks_exact_mut(front.rows.len());
+    for (new, column) in (front.first..).zip(columns) {
+        for (old_row, coefficient) in a.entries(permutation[new]) {
+            let row = new_of_old[old_row];
+            if row < new {
+                continue;
             }
+            let place = if row < end {
+                row - front.first
+            } else {
+                front.width + front.below().partition_point(|&other| other < row)
+            };
+            column[place] = T::rounded(coefficient);
         }
     }
 }
@@ -145,13 +136,10 @@ struct Free<T> {
 }
 
 /// Where updates take their memory from.
+#[derive(Default)]
 pub(super) struct Buffers<T>(Mutex<Free<T>>);
 
 impl<T: Scalar> Buffers<T> {
-    pub(super) fn new() -> Self {
-        Self(Mutex::default())
-    }
-
     /// At least `length` numbers of any value; `None` where there is no memory for them.
     ///
     /// Lengths are powers of two, so that a buffer fits again soon; a page that is never touched takes no memory.

@@ -7,15 +7,13 @@
 //! Work is cut into tiles of one fixed size; each is computed by one thread in one order, so the bits do not depend on how
 //! many threads there are.
 
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::cholesky::llt::factor::{LltError, cholesky_in_place, cholesky_in_place_scratch};
-use faer::linalg::matmul::matmul;
 use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::reborrow::{Reborrow, ReborrowMut};
 use faer::{Accum, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
+use super::super::dense::{cholesky, multiply};
 use super::super::precision::Scalar;
 
 /// Columns eliminated together, and the inner length of every product: what faer's kernels are fastest at, since two operands
@@ -44,7 +42,7 @@ pub(super) fn eliminate<T: Scalar>(
             .submatrix_mut(first, first, height - first, width - first);
         let (block, rest) = trailing.split_at_col_mut(count);
         let (mut diagonal, mut below) = block.split_at_row_mut(count);
-        factorise_block(diagonal.rb_mut()).map_err(|column| first + column)?;
+        cholesky(diagonal.rb_mut()).map_err(|column| first + column)?;
         solve_rows(diagonal.rb(), below.rb_mut());
         let (_, rest) = rest.split_at_row_mut(count);
         subtract_gram(below.rb(), rest, Accum::Add);
@@ -62,21 +60,6 @@ pub(super) fn eliminate<T: Scalar>(
             .fill(T::default());
     }
     Ok(())
-}
-
-fn factorise_block<T: Scalar>(block: MatMut<'_, T>) -> Result<(), usize> {
-    let scratch = cholesky_in_place_scratch::<T>(block.nrows(), Par::Seq, Default::default());
-    let mut memory = MemBuffer::new(scratch);
-    let stack = MemStack::new(&mut memory);
-    cholesky_in_place(
-        block,
-        Default::default(),
-        Par::Seq,
-        stack,
-        Default::default(),
-    )
-    .map(|_| ())
-    .map_err(|LltError::NonPositivePivot { index }| index)
 }
 
 /// X L⁻ᵀ in place, rows in chunks.
@@ -122,14 +105,7 @@ fn subtract_gram<T: Scalar>(factor: MatRef<'_, T>, target: MatMut<'_, T>, start:
                 .submatrix(column, first, tile.ncols(), count)
                 .transpose();
             if row > column {
-                matmul(
-                    tile.rb_mut(),
-                    accum,
-                    left,
-                    right,
-                    -T::rounded(1.0),
-                    Par::Seq,
-                );
+                multiply(tile.rb_mut(), accum, -1.0, left, right);
                 continue;
             }
             // A tile on the diagonal: the square at its top is symmetric.
@@ -149,7 +125,7 @@ fn subtract_gram<T: Scalar>(factor: MatRef<'_, T>, target: MatMut<'_, T>, start:
                 -T::rounded(1.0),
                 Par::Seq,
             );
-            matmul(rest, accum, bottom, right, -T::rounded(1.0), Par::Seq);
+            multiply(rest, accum, -1.0, bottom, right);
         }
     });
 }

@@ -14,9 +14,9 @@ use std::sync::Mutex;
 
 use assemble::Buffers;
 pub(super) use assemble::zeros;
-use assemble::{Child, PermutedMatrix, UpdateMatrix, add_children};
+use assemble::{Child, UpdateMatrix, add_children, scatter};
 use eliminate::eliminate;
-pub(super) use tasks::{SubtreeTask, ascend, descend};
+pub(super) use tasks::{SubtreeTask, ascend, descend, split};
 
 use super::analysis::FactorStructure;
 use super::precision::Scalar;
@@ -38,7 +38,6 @@ pub(super) enum Failure {
 impl FactorStructure {
     /// Numbers in the lower triangles of the updates that are held at once while `threads` threads factorise: those of children not yet used when
     /// supernodes come one after another, and for each further thread the most that one of its fronts takes.
-    #[must_use]
     pub(crate) fn update_count(&self, threads: usize) -> usize {
         let tree = self.supernode_tree();
         let (mut waiting, mut most, mut largest) = (0, 0, 0);
@@ -69,18 +68,14 @@ pub(super) fn factorise<T: Scalar>(
     work: &Work,
 ) -> Result<(), Failure> {
     let tasks = structure.tasks(|front| front.operations(), SMALLEST_SHARE);
-    let inverse = structure.new_of_old();
     let run = Run {
         structure,
-        matrix: PermutedMatrix {
-            a,
-            permutation: &structure.permutation,
-            inverse: &inverse,
-        },
-        panels: panels_of(structure, &tasks, values),
+        a,
+        new_of_old: structure.new_of_old(),
+        panels: split(&tasks, &structure.value_offsets, values),
         updates: tasks.iter().map(|_| Mutex::new(None)).collect(),
         failure: Mutex::new(None),
-        buffers: Buffers::new(),
+        buffers: Buffers::default(),
         tasks: &tasks,
         work,
     };
@@ -88,29 +83,11 @@ pub(super) fn factorise<T: Scalar>(
     locked(&run.failure).map_or(Ok(()), Err)
 }
 
-/// The panels of each task, one slice a task.
-fn panels_of<'a, T>(
-    structure: &FactorStructure,
-    tasks: &[SubtreeTask],
-    values: &'a mut [T],
-) -> Vec<Mutex<&'a mut [T]>> {
-    let mut rest = values;
-    let offsets = &structure.value_offsets;
-    tasks
-        .iter()
-        .map(|task| {
-            let count = offsets[task.supernodes.end] - offsets[task.supernodes.start];
-            let (own, next) = std::mem::take(&mut rest).split_at_mut(count);
-            rest = next;
-            Mutex::new(own)
-        })
-        .collect()
-}
-
 /// A factorisation under way.
 struct Run<'a, T> {
     structure: &'a FactorStructure,
-    matrix: PermutedMatrix<'a>,
+    a: &'a CscMatrix,
+    new_of_old: Vec<usize>,
     tasks: &'a [SubtreeTask],
     panels: Vec<Mutex<&'a mut [T]>>,
     /// What each finished task leaves to its parent.
@@ -170,24 +147,18 @@ impl<T: Scalar> Run<'_, T> {
             let child = self.structure.front(update.supernode);
             child.below().first().is_some_and(|row| own.contains(row))
         };
-        let first_child = stack
-            .iter()
-            .rposition(|update| !is_child(update))
-            .map_or(0, |i| i + 1);
-        let finished = stack.split_off(first_child);
-        let children: Vec<Child<'_, T>> = finished
-            .iter()
-            .map(|update| {
-                let child = self.structure.front(update.supernode);
-                Child::new(&update.values, child.below(), front.rows)
-            })
-            .collect();
-        self.matrix.scatter(front, panel);
+        let last_other = stack.iter().rposition(|update| !is_child(update));
+        let finished = stack.split_off(last_other.map_or(0, |i| i + 1));
+        let children = finished.iter().map(|update| {
+            let child = self.structure.front(update.supernode);
+            Child::new(&update.values, child.below(), front.rows)
+        });
+        let children: Vec<Child<'_, T>> = children.collect();
+        let permutation = &self.structure.permutation;
+        scatter(self.a, permutation, &self.new_of_old, front, panel);
         add_children(&children, panel, 0, 0, height);
-        let mut values = self
-            .buffers
-            .take(order * order)
-            .ok_or(Failure::OutOfMemory)?;
+        let values = self.buffers.take(order * order);
+        let mut values = values.ok_or(Failure::OutOfMemory)?;
         let below = &mut values[..order * order];
         eliminate(panel, height, width, below)
             .map_err(|column| Failure::Pivot(front.first + column))?;

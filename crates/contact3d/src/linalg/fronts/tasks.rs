@@ -1,7 +1,10 @@
 //! Which supernodes one thread treats, and in which order tasks run.
 
 use std::ops::Range;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{
+    Mutex,
+    atomic::{AtomicUsize, Ordering},
+};
 
 use rayon::ScopeFifo;
 
@@ -50,6 +53,23 @@ impl FactorStructure {
         }
         tasks
     }
+}
+
+/// The part of each task in values of which those of supernode s begin at `offsets[s]`.
+pub(in super::super) fn split<'a, V>(
+    tasks: &[SubtreeTask],
+    offsets: &[usize],
+    values: &'a mut [V],
+) -> Vec<Mutex<&'a mut [V]>> {
+    let mut rest = values;
+    let mut own = |task: &SubtreeTask| {
+        let count = offsets[task.supernodes.end] - offsets[task.supernodes.start];
+        Mutex::new(
+            rest.split_off_mut(..count)
+                .expect("offsets end with the values"),
+        )
+    };
+    tasks.iter().map(&mut own).collect()
 }
 
 /// Runs every task after its children, side by side where the tree allows; a task that returns false keeps its ancestors

@@ -1,9 +1,10 @@
-//! Nodes with multipliers of their own that clamps hold along one or two axes.
+//! Contact nodes that clamps hold, in part or at a displacement.
 
 use super::ContactFrame;
 use crate::{
+    elasticity::prescribed_displacements,
     mesh::{ContactSurface, Mesh},
-    scene::{ContactFeatures, Invalid, Scene, place_words},
+    scene::{ContactFeatures, Invalid, Scene, Written, place_words},
 };
 
 /// Component of a unit vector up to which it is rounding: of the cosine of 90°, of a normal on a plane of symmetry.
@@ -57,6 +58,49 @@ pub(super) fn refuse_dependent(
                     help: "write multipliers = \"panes\", which have nodes of their own; or give the face axes of friction along those of the clamp".into(),
                 });
             }
+        }
+    }
+    Ok(())
+}
+
+/// Share of a displacement by which a held node may lie in the foundation: rounding of formulas.
+const OF_FORMULAS: f64 = 1e-12;
+
+/// Refuses clamps that push a contact node into the foundation, which gives way to nothing.
+///
+/// # Errors
+/// The place of the first such node; what [`prescribed_displacements`] refuses.
+pub(super) fn refuse_penetration(
+    scene: &Scene,
+    mesh: &Mesh,
+    surface: &ContactSurface,
+    frame: &ContactFrame,
+    gap: Option<&[f64]>,
+) -> Result<(), Invalid> {
+    let Some(prescribed) = prescribed_displacements(scene, mesh)? else {
+        return Ok(());
+    };
+    let held = mesh.held_nodes(scene);
+    for (local, &node) in surface.nodes.iter().enumerate() {
+        let normal = frame.normal_at(local);
+        if !(0..3).all(|c| normal[c] == 0.0 || held[node][c]) {
+            continue;
+        }
+        let towards = frame.normal_part(local, prescribed[node]);
+        let gap = gap.map_or(0.0, |gap| gap[local]);
+        let size = prescribed[node]
+            .iter()
+            .fold(gap, |most, u| most.max(u.abs()));
+        if towards - gap > OF_FORMULAS * size {
+            return Err(Invalid {
+                key: "clamp".into(),
+                expected: format!(
+                    "at most the gap {} as the displacement of held contact nodes towards the foundation",
+                    Written(&gap)
+                ),
+                found: format!("{} {}", Written(&towards), place_words(mesh.coordinates[node])),
+                help: "the foundation is rigid: give such nodes a gap, move them less, or leave the axis towards it out of the clamp's components".into(),
+            });
         }
     }
     Ok(())
