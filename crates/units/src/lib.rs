@@ -32,6 +32,7 @@ pub enum LengthUnit {
     Centimetre,
     /// Micrometre.
     #[serde(rename = "um", alias = "µm")]
+    #[schemars(extend("aliases" = ["µm"]))]
     Micrometre,
     /// Nanometre.
     #[serde(rename = "nm")]
