@@ -55,9 +55,6 @@ pub enum FrictionLaw {
     Orthotropic(Box<[Coefficient; 2]>),
 }
 
-/// Values with the keys that they stand at.
-type Keyed<'a, T> = Vec<(&'static str, &'a mut T)>;
-
 impl Friction {
     /// The coefficients; `None` when the scene gives none, or one of two, or one too many.
     #[must_use]
@@ -103,31 +100,6 @@ impl Friction {
             coefficient_2: self.coefficient_2.as_ref().map(&coefficient),
             follows: self.follows,
         }
-    }
-
-    /// All that may vary from place to place or with the slip, with its keys.
-    pub(super) fn varying_mut(&mut self) -> (Keyed<'_, Quantity>, Keyed<'_, Coefficient>) {
-        // Every key by name, so that a new one does not compile before it is said whether it varies.
-        let Self {
-            slip_bound,
-            pressure_cap: _,
-            coefficient,
-            coefficient_1,
-            coefficient_2,
-            follows: _,
-        } = self;
-        let coefficients = [
-            ("coefficient", coefficient),
-            ("coefficient_1", coefficient_1),
-            ("coefficient_2", coefficient_2),
-        ];
-        let given = coefficients.into_iter();
-        (
-            slip_bound.iter_mut().map(|g| ("slip_bound", g)).collect(),
-            given
-                .filter_map(|(key, law)| Some((key, law.as_mut()?)))
-                .collect(),
-        )
     }
 
     /// The coefficients that are given, with their keys.
