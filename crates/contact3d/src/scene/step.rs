@@ -125,13 +125,6 @@ impl Step {
         self
     }
 
-    /// The step with another value of what a name or a key stands for.
-    #[must_use]
-    pub fn with_value(mut self, key: impl Into<String>, value: StepValue) -> Self {
-        self.value.insert(key.into(), value);
-        self
-    }
-
     /// The step in equal parts.
     #[must_use]
     pub fn in_increments(self, increments: usize) -> Self {
