@@ -160,13 +160,6 @@ impl Clamp {
         self.components = components.to_vec();
         self
     }
-
-    /// The clamp at a displacement in m along x, y and z; zero for components that are not held.
-    #[must_use]
-    pub fn moved(mut self, value: [impl Into<Quantity>; 3]) -> Self {
-        self.value = value.map(Into::into);
-        self
-    }
 }
 
 impl Traction {

@@ -126,19 +126,33 @@ impl FrictionLaw {
     #[must_use]
     pub fn evaluate_after(&self, path: [f64; 3], position: [f64; 3], slip: [f64; 2]) -> [f64; 2] {
         match self {
-            Self::Isotropic(f) => [f.evaluate(&isotropic_point(path, position, slip)); 2],
-            Self::Orthotropic(pair) => {
-                [0, 1].map(|axis| pair[axis].evaluate(&axis_point(path, position, slip, axis)))
-            }
+            Self::Isotropic(f) => [f.evaluate(&self.point_after(path, 0, position, slip)); 2],
+            Self::Orthotropic(pair) => [0, 1]
+                .map(|axis| pair[axis].evaluate(&self.point_after(path, axis, position, slip))),
         }
     }
 
     /// What coefficient 0 or 1 depends on, for the slips (|u_t1|, |u_t2|) in m.
     #[must_use]
     pub fn point(&self, axis: usize, position: [f64; 3], slip: [f64; 2]) -> LawPoint {
-        match self {
-            Self::Isotropic(_) => isotropic_point([0.0; 3], position, slip),
-            Self::Orthotropic(_) => axis_point([0.0; 3], position, slip, axis),
+        self.point_after([0.0; 3], axis, position, slip)
+    }
+
+    fn point_after(
+        &self,
+        path: [f64; 3],
+        axis: usize,
+        position: [f64; 3],
+        slip: [f64; 2],
+    ) -> LawPoint {
+        let after = [path[0] + slip[0], path[1] + slip[1]];
+        LawPoint {
+            position,
+            slip: after,
+            own_slip: match self {
+                Self::Isotropic(_) => path[2] + slip[0].hypot(slip[1]),
+                Self::Orthotropic(_) => after[axis],
+            },
         }
     }
 
@@ -158,14 +172,14 @@ impl FrictionLaw {
     ) -> [[f64; 2]; 2] {
         match self {
             Self::Isotropic(f) => {
-                let at = isotropic_point(path, position, slip);
-                let derivative = f.derivative(&at);
+                let derivative = f.derivative(&self.point_after(path, 0, position, slip));
                 let own = slip[0].hypot(slip[1]);
                 let direction = slip.map(|s| if s > 0.0 { s / own } else { 0.0 });
                 [[0, 1].map(|k| derivative.own * direction[k] + derivative.pair[k]); 2]
             }
             Self::Orthotropic(pair) => [0, 1].map(|axis| {
-                let derivative = pair[axis].derivative(&axis_point(path, position, slip, axis));
+                let derivative =
+                    pair[axis].derivative(&self.point_after(path, axis, position, slip));
                 let mut row = derivative.pair;
                 row[axis] += derivative.own;
                 row
@@ -203,22 +217,5 @@ impl FrictionLaw {
         self.coefficients()
             .iter()
             .any(Coefficient::depends_on_place)
-    }
-}
-
-fn isotropic_point(path: [f64; 3], position: [f64; 3], slip: [f64; 2]) -> LawPoint {
-    LawPoint {
-        position,
-        slip: [path[0] + slip[0], path[1] + slip[1]],
-        own_slip: path[2] + slip[0].hypot(slip[1]),
-    }
-}
-
-fn axis_point(path: [f64; 3], position: [f64; 3], slip: [f64; 2], axis: usize) -> LawPoint {
-    let slip = [path[0] + slip[0], path[1] + slip[1]];
-    LawPoint {
-        position,
-        slip,
-        own_slip: slip[axis],
     }
 }
