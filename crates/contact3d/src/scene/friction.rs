@@ -84,24 +84,6 @@ impl Friction {
         })
     }
 
-    /// The table with its stresses multiplied by a factor and its coefficients changed; `stress` multiplies a quantity.
-    #[must_use]
-    pub fn mapped(
-        &self,
-        factor: f64,
-        stress: impl Fn(&Quantity, f64) -> Quantity,
-        coefficient: impl Fn(&Coefficient) -> Coefficient,
-    ) -> Self {
-        Self {
-            slip_bound: self.slip_bound.as_ref().map(|bound| stress(bound, factor)),
-            pressure_cap: self.pressure_cap.map(|cap| cap * factor),
-            coefficient: self.coefficient.as_ref().map(&coefficient),
-            coefficient_1: self.coefficient_1.as_ref().map(&coefficient),
-            coefficient_2: self.coefficient_2.as_ref().map(&coefficient),
-            follows: self.follows,
-        }
-    }
-
     /// The coefficients that are given, with their keys.
     pub fn given(&self) -> impl Iterator<Item = (&'static str, &Coefficient)> {
         [
