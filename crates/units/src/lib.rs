@@ -225,6 +225,3 @@ impl FromStr for Units {
         parsed.ok_or_else(|| format!("{text:?} names no unit of length and unit of force"))
     }
 }
-
-#[cfg(test)]
-mod tests;

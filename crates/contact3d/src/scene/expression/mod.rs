@@ -306,4 +306,30 @@ impl fmt::Debug for Expression {
 }
 
 #[cfg(test)]
-mod tests;
+mod tests {
+    use super::*;
+
+    fn bound(text: &str, parameters: &[(&str, f64)]) -> Result<Expression, ExpressionError> {
+        let parameters = parameters.iter().map(|(name, v)| ((*name).to_owned(), *v));
+        let mut expression = Expression::unbound(text, &["x", "y", "z"])?;
+        expression.bind(&parameters.collect())?;
+        Ok(expression)
+    }
+
+    #[test]
+    fn parameters_have_the_values_they_are_bound_to() {
+        let e = bound("mu*x + mu^k", &[("mu", 3.0), ("k", 2.0), ("spare", 0.0)]).unwrap();
+        assert_eq!(e.evaluate(&[2.0, 0.0, 0.0]), 15.0);
+        assert_eq!(e.derivatives(&[2.0, 0.0, 0.0], [0, 1, 2]), [3.0, 0.0, 0.0]);
+        assert_eq!(e.parameters().collect::<Vec<_>>(), ["mu", "k"]);
+        let moved = e.with_variables(&[("x", "2*x".to_owned())]).times(2.0);
+        assert_eq!(moved.text(), "(2.0)*(mu*(2*x) + mu^k)");
+        assert_eq!(moved.evaluate(&[1.0, 0.0, 0.0]), 30.0);
+        assert_ne!(e, bound("mu*x + mu^k", &[("mu", 4.0), ("k", 2.0)]).unwrap());
+        let error = bound("mo*x", &[("mu", 3.0)]).unwrap_err().to_string();
+        assert!(
+            error.contains("\"mo\"") && error.contains("the parameters mu"),
+            "{error}"
+        );
+    }
+}
