@@ -23,31 +23,16 @@ pub enum SceneError {
         /// What the system says.
         source: std::io::Error,
     },
-    /// Not text.
-    #[error(
-        "{path}: line {line}: expected UTF-8 text, found byte 0x{found:02x} (byte {byte} of the file)"
-    )]
-    #[diagnostic(help(
-        "a scene is a TOML file, such as pipelines/hkl2011_table1.toml; save it as UTF-8"
-    ))]
-    NoText {
+    /// Not text, or more of it than a scene has.
+    #[error("{path}: {problem}")]
+    #[diagnostic(help("{help}"))]
+    NoScene {
         /// The path as given.
         path: String,
-        /// Line of the first byte that is no text, from 1.
-        line: usize,
-        /// Its place in the file, from 0.
-        byte: usize,
-        /// The byte.
-        found: u8,
-    },
-    /// More text than a scene has.
-    #[error("{path}: expected at most {longest} bytes, found more")]
-    #[diagnostic(help("is this a scene? Thin out long tables of friction coefficients"))]
-    TooLong {
-        /// The path as given.
-        path: String,
-        /// Most bytes of a scene.
-        longest: u64,
+        /// What was expected and what was found.
+        problem: String,
+        /// What to do about it.
+        help: &'static str,
     },
     /// Not TOML, or not the keys and types of a scene.
     #[error("{}: {}", text.name(), problem.message)]
@@ -202,14 +187,17 @@ impl SceneError {
         }
     }
 
-    pub(super) fn no_text(path: &str, error: &FromUtf8Error) -> Self {
+    pub(super) fn no_text(path: String, error: &FromUtf8Error) -> Self {
         let bytes = error.as_bytes();
         let byte = error.utf8_error().valid_up_to();
-        Self::NoText {
-            path: path.to_owned(),
-            line: 1 + bytes[..byte].iter().filter(|b| **b == b'\n').count(),
-            byte,
-            found: bytes[byte],
+        let line = 1 + bytes[..byte].iter().filter(|b| **b == b'\n').count();
+        let found = bytes[byte];
+        Self::NoScene {
+            path,
+            problem: format!(
+                "line {line}: expected UTF-8 text, found byte 0x{found:02x} (byte {byte} of the file)"
+            ),
+            help: "a scene is a TOML file, such as pipelines/hkl2011_table1.toml; save it as UTF-8",
         }
     }
 }

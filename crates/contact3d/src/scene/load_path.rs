@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::{
     Expression, Invalid, POSITION, PlaceFunction, Quantity, Scene, SlipMeasure, Step, Written,
+    validate::require,
 };
 
 /// One of the problems that a history consists of.
@@ -91,16 +92,13 @@ impl Scene {
     /// # Errors
     /// The steps, named as what `task` cannot have.
     pub fn require_no_history(&self, task: &str) -> Result<(), Invalid> {
-        if self.has_history() {
-            Err(Invalid {
-                key: "step".into(),
-                expected: format!("no load history, for {task} is about one problem"),
-                found: format!("{} steps", self.steps.len()),
-                help: "leave out [[step]], and give the loads of the step that is meant".into(),
-            })
-        } else {
-            Ok(())
-        }
+        require(
+            !self.has_history(),
+            "step",
+            &format!("no load history, for {task} is about one problem"),
+            format!("{} steps", self.steps.len()),
+            "leave out [[step]], and give the loads of the step that is meant",
+        )
     }
 
     /// The problems of its history, in their order; none without steps.
@@ -211,16 +209,15 @@ impl Scene {
         for (name, value) in &given.value {
             let target = self.target(&format!("step.{k}.value"), name)?;
             if let Some(now) = held.get_mut(&target) {
-                if now.value.len() != value.components().len() {
-                    let count = if now.value.len() == 1 { "one" } else { "three" };
-                    let plural = if now.value.len() == 1 { "" } else { "s" };
-                    return Err(Invalid {
-                        key: format!("step.{k}.value.{name}"),
-                        expected: format!("{count} number{plural} or formula{plural}"),
-                        found: Written(value).to_string(),
-                        help: format!("{name} has {count} in the scene"),
-                    });
-                }
+                let is_one = now.value.len() == 1;
+                let (count, plural) = if is_one { ("one", "") } else { ("three", "s") };
+                require(
+                    now.value.len() == value.components().len(),
+                    format!("step.{k}.value.{name}"),
+                    &format!("{count} number{plural} or formula{plural}"),
+                    Written(value),
+                    &format!("{name} has {count} in the scene"),
+                )?;
                 *now = EndValue {
                     value: value.components().to_vec(),
                     factor: 1.0,

@@ -9,6 +9,7 @@ use super::{
     Parameters, Quantity, Scene,
     contact::contact_key,
     expression::{is_identifier, meaning},
+    validate::require,
 };
 
 /// What of the discrete problem a varying value of a scene is part of.
@@ -242,36 +243,29 @@ impl Varying<'_> {
 
 /// Refuses a parameter that formulas cannot use.
 fn check(name: &str, value: f64) -> Result<(), Invalid> {
-    let refuse = |expected: &str, found: String, help: &str| {
-        Err(Invalid {
-            key: format!("parameters.{name}"),
-            expected: expected.into(),
-            found,
-            help: help.into(),
-        })
-    };
-    if let Some(meaning) = meaning(name, LAW_VARIABLES) {
-        return refuse(
-            "a name that means nothing else in formulas",
-            format!("{name}, {meaning} of formulas"),
-            &format!("give the parameter another name, such as {name}_0"),
-        );
-    }
-    if !is_identifier(name) {
-        return refuse(
-            "a name of letters, digits and _ that does not begin with a digit",
-            format!("{name:?}"),
-            "formulas could not tell it from other names, numbers and signs",
-        );
-    }
-    if !value.is_finite() {
-        return refuse(
-            "a finite number",
-            value.to_string(),
-            "give a number such as 0.3",
-        );
-    }
-    Ok(())
+    let key = || format!("parameters.{name}");
+    let other = meaning(name, LAW_VARIABLES);
+    require(
+        other.is_none(),
+        key(),
+        "a name that means nothing else in formulas",
+        format!("{name}, {} of formulas", other.unwrap_or_default()),
+        &format!("give the parameter another name, such as {name}_0"),
+    )?;
+    require(
+        is_identifier(name),
+        key(),
+        "a name of letters, digits and _ that does not begin with a digit",
+        format!("{name:?}"),
+        "formulas could not tell it from other names, numbers and signs",
+    )?;
+    require(
+        value.is_finite(),
+        key(),
+        "a finite number",
+        value,
+        "give a number such as 0.3",
+    )
 }
 
 /// A formula with a name that means nothing.

@@ -13,7 +13,7 @@ use std::fmt;
 use super::{Invalid, Quantity, Scene, Written};
 
 /// Refuses `found` at `key` unless `ok`.
-fn require(
+pub(super) fn require(
     ok: bool,
     key: impl Into<String>,
     expected: &str,
