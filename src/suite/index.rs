@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use contact3d::scene::{SceneFile, parse_toml, require_regular};
+use schemars::JsonSchema;
 use serde::Deserialize;
 use studies::stability::{Depth, Solutions};
 
@@ -11,15 +12,18 @@ use crate::{
     sweep::{changed_scene, read_index},
 };
 
+/// Values of any kind at keys of a scene.
+type Changes = std::collections::BTreeMap<String, serde_json::Value>;
+
 /// The index of a suite: families of cases, each a scene with some keys changed.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Index {
     #[serde(rename = "family")]
     families: Vec<SceneFamily>,
 }
 
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct SceneFamily {
     name: String,
@@ -27,23 +31,27 @@ struct SceneFamily {
     scene: PathBuf,
     /// Changes in all its cases.
     #[serde(default)]
+    #[schemars(with = "Changes")]
     set: toml::Table,
     /// More changes in the coarse version.
     #[serde(default)]
+    #[schemars(with = "Changes")]
     coarse: toml::Table,
     #[serde(rename = "case")]
     cases: Vec<Entry>,
 }
 
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Entry {
     name: String,
     /// What the case shows and what is expected.
     shows: String,
     #[serde(default)]
+    #[schemars(with = "Changes")]
     set: toml::Table,
     #[serde(default)]
+    #[schemars(with = "Changes")]
     coarse: toml::Table,
     /// Left out of the coarse version.
     #[serde(default)]

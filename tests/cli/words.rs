@@ -119,14 +119,17 @@ fn values_are_shown_as_scenes_write_them() {
             "solve.max_outer_steps=-1",
             "expected a whole number from 0 on, found integer `-1`",
         ),
-        ("solve.method=3", "solve.method: expected a word, found 3"),
+        (
+            "solve.method=3",
+            "solve.method: expected a word, found integer `3`",
+        ),
         (
             "solve.method={newton=1, auto=2}",
             "solve.method: expected a word, found a table",
         ),
         (
             "step=[{value={\"traction.0\"=true}}]",
-            "expected a number, an expression in x, y, z as a string, or a list of three of them, found boolean `true`",
+            "expected a number, or an expression in x, y, z as a string, or a list of 3 values, found boolean `true`",
         ),
         (
             "step=[{value={\"traction.0\"=[1,2]}}]",
@@ -158,8 +161,8 @@ fn kinds_are_named_those_found_and_those_there_are() {
     for (change, fragment, advice) in [
         ("friction.coefficient_1={}", format!("friction.coefficient_1: {all} none"), "such as friction.coefficient.constant = 0.3"),
         ("friction.coefficient_1.constant=0.3", format!("friction.coefficient_1: {all} constant and ramp"), "--set 'friction.coefficient_1={ ... }'"),
-        ("friction.coefficient_1=0.3", format!("friction.coefficient_1: {all} 0.3"), "name the kind"),
-        ("friction.coefficient_1=\"ramp\"", format!("friction.coefficient_1: {all} \"ramp\""), "name the kind"),
+        ("friction.coefficient_1=0.3", format!("friction.coefficient_1: {all} number `0.3`"), "name the kind"),
+        ("friction.coefficient_1=\"ramp\"", format!("friction.coefficient_1: {all} string \"ramp\""), "name the kind"),
         ("material={}", "material: expected exactly one of isotropic, orthotropic, voigt; found none".into(), "such as material.isotropic"),
         ("material.voigt={}", "material: expected exactly one of isotropic, orthotropic, voigt; found isotropic and voigt".into(), "leave one of them"),
         ("body.gmsh={file=\"a.msh\"}", "body: expected exactly one of brick, gmsh; found brick and gmsh".into(), "leave one of them"),

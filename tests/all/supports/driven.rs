@@ -173,10 +173,11 @@ fn clamps_that_follow_the_foundation_change_nothing() {
     for (element, contact, friction) in KINDS {
         let scene = |tau: f64| {
             let mut scene = sheared(element, contact, friction);
-            scene.clamps.truncate(1);
-            let side = Clamp::face("x_min").along(&[Component::Y, Component::Z]);
-            scene.clamps[0] = Clamp::face("x_max").moved([1e-6, 2e-6, 3e-6 - tau]);
-            scene.clamps.push(side.moved([0.0, 0.0, -tau]));
+            let mut side = Clamp::face("x_min").along(&[Component::Y, Component::Z]);
+            let mut pulled = Clamp::face("x_max");
+            pulled.value = [1e-6, 2e-6, 3e-6 - tau].map(Into::into);
+            side.value[2] = (-tau).into();
+            scene.clamps = vec![pulled, side];
             let contact = &mut scene.contacts[0];
             contact.gap = contact3d::scene::Quantity::function(move |[x, _, _]| 1e-6 * x + tau);
             scene

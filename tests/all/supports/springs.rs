@@ -148,7 +148,13 @@ fn stiff_springs_tend_to_the_clamp() {
         let sprung = |k: f64| {
             let mut scene = scene.clone();
             scene.clamps.clear();
-            let case = Case::new(scene.with_spring(Spring::normal("x_min", k).with_tangential(k)));
+            scene.springs = vec![Spring {
+                face: "x_min".to_owned(),
+                normal: Some(k.into()),
+                tangential: Some(k.into()),
+                tensor: None,
+            }];
+            let case = Case::new(scene);
             assert_eq!(case.solution.status, Status::Converged);
             assert!(case.report().certificate.worst() < 1e-10);
             case

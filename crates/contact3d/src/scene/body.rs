@@ -27,9 +27,6 @@ pub enum Shape {
     Gmsh(GmshFile),
 }
 
-/// The keys of the shapes in a scene file.
-pub(super) const SHAPES: &[&str] = &["brick", "gmsh"];
-
 /// A body as a scene file writes it: `element`, and either `brick` or `gmsh`.
 #[derive(Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -54,7 +51,7 @@ impl TryFrom<BodyTable> for Body {
             (Some(brick), None) => Shape::Brick(brick),
             (None, Some(gmsh)) => Shape::Gmsh(gmsh),
             (None, None) | (Some(_), Some(_)) => {
-                return Err("wanted exactly 1 element of brick and gmsh".into());
+                return Err("expected exactly one of brick, gmsh".into());
             }
         };
         Ok(Self {

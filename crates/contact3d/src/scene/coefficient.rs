@@ -85,18 +85,6 @@ impl Coefficient {
         }
     }
 
-    /// Its formula, if it is one.
-    pub(super) fn formula_mut(&mut self) -> Option<&mut Formula> {
-        match self {
-            Self::Expression(formula) => Some(formula),
-            Self::Constant(_)
-            | Self::Ramp(_)
-            | Self::Table(_)
-            | Self::Grid(_)
-            | Self::Function(_) => None,
-        }
-    }
-
     /// F at a point.
     #[must_use]
     pub fn evaluate(&self, at: &LawPoint) -> f64 {

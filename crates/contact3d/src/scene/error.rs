@@ -9,10 +9,7 @@ use toml::{
     de::{DeTable, DeValue},
 };
 
-use super::{
-    Written,
-    parser_words::{in_words, number_limit},
-};
+use super::Written;
 
 /// Why a scene file cannot be used; draws the offending line.
 #[derive(Debug, Error, Diagnostic)]
@@ -26,31 +23,16 @@ pub enum SceneError {
         /// What the system says.
         source: std::io::Error,
     },
-    /// Not text.
-    #[error(
-        "{path}: line {line}: expected UTF-8 text, found byte 0x{found:02x} (byte {byte} of the file)"
-    )]
-    #[diagnostic(help(
-        "a scene is a TOML file, such as pipelines/hkl2011_table1.toml; save it as UTF-8"
-    ))]
-    NoText {
+    /// Not text, or more of it than a scene has.
+    #[error("{path}: {problem}")]
+    #[diagnostic(help("{help}"))]
+    NoScene {
         /// The path as given.
         path: String,
-        /// Line of the first byte that is no text, from 1.
-        line: usize,
-        /// Its place in the file, from 0.
-        byte: usize,
-        /// The byte.
-        found: u8,
-    },
-    /// More text than a scene has.
-    #[error("{path}: expected at most {longest} bytes, found more")]
-    #[diagnostic(help("is this a scene? Thin out long tables of friction coefficients"))]
-    TooLong {
-        /// The path as given.
-        path: String,
-        /// Most bytes of a scene.
-        longest: u64,
+        /// What was expected and what was found.
+        problem: String,
+        /// What to do about it.
+        help: &'static str,
     },
     /// Not TOML, or not the keys and types of a scene.
     #[error("{}: {}", text.name(), problem.message)]
@@ -137,29 +119,62 @@ const LONGEST_LINE: usize = 300;
 /// Longest value that is quoted, in characters.
 const LONGEST_FOUND: usize = 300;
 
+/// What a text has that is no scene, and where.
+pub(super) struct Misfit {
+    /// The key; empty for the text as a whole.
+    pub(super) key: String,
+    pub(super) message: String,
+    /// What to do about it.
+    pub(super) help: String,
+    pub(super) span: Range<usize>,
+}
+
+/// What a number that no scene can hold should be; `None` where something else is wrong.
+#[must_use]
+pub fn number_limit(error: &toml::de::Error) -> Option<String> {
+    match error.message() {
+        "floating-point number overflowed" => {
+            Some(format!("numbers up to {:e}, the largest double", f64::MAX))
+        }
+        "integer number overflowed" => Some(format!("whole numbers up to {}", i64::MAX)),
+        // A number that the parser knows and the format does not.
+        wide if wide.starts_with("invalid type: integer") => {
+            Some(format!("whole numbers up to {}", i64::MAX))
+        }
+        _ => None,
+    }
+}
+
 impl SceneError {
-    pub(super) fn syntax(name: &str, text: &str, error: &toml::de::Error, page: &str) -> Self {
-        let span = error.span();
-        let key = span.as_ref().and_then(|span| key_at(text, span.start));
-        let found = span.clone().and_then(|span| text.get(span));
-        let too_large = number_limit(error).map(|limit| {
-            let found = shortened(found.unwrap_or_default().to_owned());
-            format!("expected {limit}, found {found}")
-        });
-        let message = too_large.unwrap_or_else(|| error.message().to_owned());
-        let words = in_words(&message, key, page, |key| found_at(text, key));
-        let message = shortened(words.message);
+    pub(super) fn syntax(name: &str, text: &str, misfit: Misfit) -> Self {
+        let message = shortened(misfit.message);
         Self::Syntax {
             problem: Box::new(SyntaxProblem {
-                message: match words.key {
-                    Some(key) => format!("{key}: {message}"),
-                    None => message,
+                message: match misfit.key.as_str() {
+                    "" => message,
+                    key => format!("{key}: {message}"),
                 },
-                help: words.help,
+                help: misfit.help,
             }),
             text: NamedSource::new(name, text.to_owned()),
-            span: shown(text, span),
+            span: shown(text, Some(misfit.span)),
         }
+    }
+
+    /// Text that is not TOML, a formula that is none, a number that is too large.
+    pub(super) fn unreadable(name: &str, text: &str, error: &toml::de::Error, help: &str) -> Self {
+        let span = error.span().unwrap_or_default();
+        let message = match number_limit(error) {
+            Some(limit) => format!("expected {limit}, found {}", &text[span.clone()]),
+            None => error.message().to_owned(),
+        };
+        let misfit = Misfit {
+            key: key_at(text, span.start).unwrap_or_default(),
+            message,
+            help: help.to_owned(),
+            span,
+        };
+        Self::syntax(name, text, misfit)
     }
 
     pub(super) fn invalid(name: &str, text: &str, mut invalid: Invalid) -> Self {
@@ -172,14 +187,17 @@ impl SceneError {
         }
     }
 
-    pub(super) fn no_text(path: &str, error: &FromUtf8Error) -> Self {
+    pub(super) fn no_text(path: String, error: &FromUtf8Error) -> Self {
         let bytes = error.as_bytes();
         let byte = error.utf8_error().valid_up_to();
-        Self::NoText {
-            path: path.to_owned(),
-            line: 1 + bytes[..byte].iter().filter(|b| **b == b'\n').count(),
-            byte,
-            found: bytes[byte],
+        let line = 1 + bytes[..byte].iter().filter(|b| **b == b'\n').count();
+        let found = bytes[byte];
+        Self::NoScene {
+            path,
+            problem: format!(
+                "line {line}: expected UTF-8 text, found byte 0x{found:02x} (byte {byte} of the file)"
+            ),
+            help: "a scene is a TOML file, such as pipelines/hkl2011_table1.toml; save it as UTF-8",
         }
     }
 }
@@ -193,7 +211,7 @@ fn shortened(found: String) -> String {
 
 /// The place to draw; none when its line or one beside it is too long for a screen.
 fn shown(text: &str, span: Option<Range<usize>>) -> Option<SourceSpan> {
-    let span = span?;
+    let span = span.filter(|_| !text.is_empty())?;
     let mut start = 0;
     for line in text.split_inclusive('\n') {
         let end = start + line.len();
@@ -237,25 +255,6 @@ fn key_in(table: &DeTable<'_>, byte: usize) -> Option<String> {
 fn locate(text: &str, key: &str) -> Option<Range<usize>> {
     let table = DeTable::parse(text).ok()?;
     Some(nearest(table.get_ref(), key)?.span())
-}
-
-/// The keys of the table at a key path, or the text of another value; empty for none.
-fn found_at(text: &str, key: &str) -> Vec<String> {
-    let table = DeTable::parse(text).ok();
-    let value = table
-        .as_ref()
-        .and_then(|table| nearest(table.get_ref(), key));
-    match value.map(|value| (value.get_ref(), value.span())) {
-        None => Vec::new(),
-        Some((DeValue::Table(table), _)) => {
-            table.keys().map(|key| key.get_ref().to_string()).collect()
-        }
-        Some((_, span)) => text
-            .get(span)
-            .map(|text| shortened(text.to_owned()))
-            .into_iter()
-            .collect(),
-    }
 }
 
 /// The value at a dotted key path, or its nearest parent that is written out.

@@ -44,12 +44,14 @@ impl SceneFile {
             source,
         })?;
         if bytes.len() as u64 > LONGEST_SCENE {
-            return Err(SceneError::TooLong {
+            return Err(SceneError::NoScene {
                 path: name,
-                longest: LONGEST_SCENE,
+                problem: format!("expected at most {LONGEST_SCENE} bytes, found more"),
+                help: "is this a scene? Thin out long tables of friction coefficients",
             });
         }
-        let text = String::from_utf8(bytes).map_err(|error| SceneError::no_text(&name, &error))?;
+        let text =
+            String::from_utf8(bytes).map_err(|error| SceneError::no_text(name.clone(), &error))?;
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         Self::parse(name, text, folder)
     }

@@ -55,9 +55,6 @@ pub enum FrictionLaw {
     Orthotropic(Box<[Coefficient; 2]>),
 }
 
-/// Values with the keys that they stand at.
-type Keyed<'a, T> = Vec<(&'static str, &'a mut T)>;
-
 impl Friction {
     /// The coefficients; `None` when the scene gives none, or one of two, or one too many.
     #[must_use]
@@ -87,49 +84,6 @@ impl Friction {
         })
     }
 
-    /// The table with its stresses multiplied by a factor and its coefficients changed; `stress` multiplies a quantity.
-    #[must_use]
-    pub fn mapped(
-        &self,
-        factor: f64,
-        stress: impl Fn(&Quantity, f64) -> Quantity,
-        coefficient: impl Fn(&Coefficient) -> Coefficient,
-    ) -> Self {
-        Self {
-            slip_bound: self.slip_bound.as_ref().map(|bound| stress(bound, factor)),
-            pressure_cap: self.pressure_cap.map(|cap| cap * factor),
-            coefficient: self.coefficient.as_ref().map(&coefficient),
-            coefficient_1: self.coefficient_1.as_ref().map(&coefficient),
-            coefficient_2: self.coefficient_2.as_ref().map(&coefficient),
-            follows: self.follows,
-        }
-    }
-
-    /// All that may vary from place to place or with the slip, with its keys.
-    pub(super) fn varying_mut(&mut self) -> (Keyed<'_, Quantity>, Keyed<'_, Coefficient>) {
-        // Every key by name, so that a new one does not compile before it is said whether it varies.
-        let Self {
-            slip_bound,
-            pressure_cap: _,
-            coefficient,
-            coefficient_1,
-            coefficient_2,
-            follows: _,
-        } = self;
-        let coefficients = [
-            ("coefficient", coefficient),
-            ("coefficient_1", coefficient_1),
-            ("coefficient_2", coefficient_2),
-        ];
-        let given = coefficients.into_iter();
-        (
-            slip_bound.iter_mut().map(|g| ("slip_bound", g)).collect(),
-            given
-                .filter_map(|(key, law)| Some((key, law.as_mut()?)))
-                .collect(),
-        )
-    }
-
     /// The coefficients that are given, with their keys.
     pub fn given(&self) -> impl Iterator<Item = (&'static str, &Coefficient)> {
         [
@@ -154,19 +108,33 @@ impl FrictionLaw {
     #[must_use]
     pub fn evaluate_after(&self, path: [f64; 3], position: [f64; 3], slip: [f64; 2]) -> [f64; 2] {
         match self {
-            Self::Isotropic(f) => [f.evaluate(&isotropic_point(path, position, slip)); 2],
-            Self::Orthotropic(pair) => {
-                [0, 1].map(|axis| pair[axis].evaluate(&axis_point(path, position, slip, axis)))
-            }
+            Self::Isotropic(f) => [f.evaluate(&self.point_after(path, 0, position, slip)); 2],
+            Self::Orthotropic(pair) => [0, 1]
+                .map(|axis| pair[axis].evaluate(&self.point_after(path, axis, position, slip))),
         }
     }
 
     /// What coefficient 0 or 1 depends on, for the slips (|u_t1|, |u_t2|) in m.
     #[must_use]
     pub fn point(&self, axis: usize, position: [f64; 3], slip: [f64; 2]) -> LawPoint {
-        match self {
-            Self::Isotropic(_) => isotropic_point([0.0; 3], position, slip),
-            Self::Orthotropic(_) => axis_point([0.0; 3], position, slip, axis),
+        self.point_after([0.0; 3], axis, position, slip)
+    }
+
+    fn point_after(
+        &self,
+        path: [f64; 3],
+        axis: usize,
+        position: [f64; 3],
+        slip: [f64; 2],
+    ) -> LawPoint {
+        let after = [path[0] + slip[0], path[1] + slip[1]];
+        LawPoint {
+            position,
+            slip: after,
+            own_slip: match self {
+                Self::Isotropic(_) => path[2] + slip[0].hypot(slip[1]),
+                Self::Orthotropic(_) => after[axis],
+            },
         }
     }
 
@@ -186,14 +154,14 @@ impl FrictionLaw {
     ) -> [[f64; 2]; 2] {
         match self {
             Self::Isotropic(f) => {
-                let at = isotropic_point(path, position, slip);
-                let derivative = f.derivative(&at);
+                let derivative = f.derivative(&self.point_after(path, 0, position, slip));
                 let own = slip[0].hypot(slip[1]);
                 let direction = slip.map(|s| if s > 0.0 { s / own } else { 0.0 });
                 [[0, 1].map(|k| derivative.own * direction[k] + derivative.pair[k]); 2]
             }
             Self::Orthotropic(pair) => [0, 1].map(|axis| {
-                let derivative = pair[axis].derivative(&axis_point(path, position, slip, axis));
+                let derivative =
+                    pair[axis].derivative(&self.point_after(path, axis, position, slip));
                 let mut row = derivative.pair;
                 row[axis] += derivative.own;
                 row
@@ -231,22 +199,5 @@ impl FrictionLaw {
         self.coefficients()
             .iter()
             .any(Coefficient::depends_on_place)
-    }
-}
-
-fn isotropic_point(path: [f64; 3], position: [f64; 3], slip: [f64; 2]) -> LawPoint {
-    LawPoint {
-        position,
-        slip: [path[0] + slip[0], path[1] + slip[1]],
-        own_slip: path[2] + slip[0].hypot(slip[1]),
-    }
-}
-
-fn axis_point(path: [f64; 3], position: [f64; 3], slip: [f64; 2], axis: usize) -> LawPoint {
-    let slip = [path[0] + slip[0], path[1] + slip[1]];
-    LawPoint {
-        position,
-        slip,
-        own_slip: slip[axis],
     }
 }

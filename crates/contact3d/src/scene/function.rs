@@ -13,31 +13,36 @@ use super::{
 /// What stands for a function in messages.
 const WORDS: &str = "a Rust function";
 
+/// A function that several scenes may have; equal to itself alone, and to be found in no text.
+struct Shared<F: ?Sized>(Arc<F>);
+
 /// A function of the place in m, the same value for the same place.
-#[derive(Clone)]
-pub struct PlaceFunction(Arc<dyn Fn([f64; 3]) -> f64 + Send + Sync>);
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PlaceFunction(Shared<dyn Fn([f64; 3]) -> f64 + Send + Sync>);
 
 /// F and its derivatives at a point.
 type Law = dyn Fn(&LawPoint) -> (f64, SlipDerivative) + Send + Sync;
 
 /// A coefficient of friction with its derivatives as a function of place and slips, the same values for the same
 /// point; slips in m, derivatives in 1/m.
-#[derive(Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(transparent)]
 pub struct LawFunction {
-    function: Arc<Law>,
+    function: Shared<Law>,
+    #[serde(skip)]
     of_own_slip_only: bool,
 }
 
 impl PlaceFunction {
     /// A function of (x, y, z).
     pub fn new(function: impl Fn([f64; 3]) -> f64 + Send + Sync + 'static) -> Self {
-        Self(Arc::new(function))
+        Self(Shared(Arc::new(function)))
     }
 
     /// The value at a point.
     #[must_use]
     pub fn at(&self, point: [f64; 3]) -> f64 {
-        (self.0)(point)
+        (self.0.0)(point)
     }
 }
 
@@ -53,7 +58,7 @@ impl LawFunction {
             (value, derivative)
         };
         Self {
-            function: Arc::new(of_point),
+            function: Shared(Arc::new(of_point)),
             of_own_slip_only: true,
         }
     }
@@ -63,7 +68,7 @@ impl LawFunction {
         function: impl Fn(&LawPoint) -> (f64, SlipDerivative) + Send + Sync + 'static,
     ) -> Self {
         Self {
-            function: Arc::new(function),
+            function: Shared(Arc::new(function)),
             of_own_slip_only: false,
         }
     }
@@ -71,7 +76,7 @@ impl LawFunction {
     /// Value and derivatives at a point.
     #[must_use]
     pub fn at(&self, point: &LawPoint) -> (f64, SlipDerivative) {
-        (self.function)(point)
+        (self.function.0)(point)
     }
 
     /// Whether it is a function of the own slip alone.
@@ -90,48 +95,34 @@ impl LawFunction {
     ) -> Self {
         let inner = self.clone();
         Self {
-            function: Arc::new(move |at| {
+            function: Shared(Arc::new(move |at| {
                 let (value, derivative) = inner.at(&old(at));
                 (value, new(derivative))
-            }),
+            })),
             of_own_slip_only: self.of_own_slip_only,
         }
     }
 }
 
-impl PartialEq for PlaceFunction {
-    /// Whether both are one function; equal values are not looked for.
+impl<F: ?Sized> Clone for Shared<F> {
+    fn clone(&self) -> Self {
+        Self(Arc::clone(&self.0))
+    }
+}
+
+impl<F: ?Sized> PartialEq for Shared<F> {
     fn eq(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.0, &other.0)
     }
 }
 
-impl PartialEq for LawFunction {
-    /// Whether both are one function; equal values are not looked for.
-    fn eq(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.function, &other.function)
-    }
-}
-
-impl fmt::Debug for PlaceFunction {
+impl<F: ?Sized> fmt::Debug for Shared<F> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(WORDS)
     }
 }
 
-impl fmt::Debug for LawFunction {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(WORDS)
-    }
-}
-
-impl Serialize for PlaceFunction {
-    fn serialize<S: Serializer>(&self, _: S) -> Result<S::Ok, S::Error> {
-        Err(ser::Error::custom(WORDS))
-    }
-}
-
-impl Serialize for LawFunction {
+impl<F: ?Sized> Serialize for Shared<F> {
     fn serialize<S: Serializer>(&self, _: S) -> Result<S::Ok, S::Error> {
         Err(ser::Error::custom(WORDS))
     }

@@ -131,7 +131,7 @@ pub struct BodyForce {
 
 /// Springs between a face and points that do not move: σν = −K u with a stiffness K per area. Either `tensor` or at least
 /// one of `normal` and `tangential` is given.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Spring {
     /// The face on springs.
@@ -158,40 +158,6 @@ pub enum SpringStiffness<'a> {
 }
 
 impl Spring {
-    /// A spring that holds a face along its normal, with a stiffness in Pa/m.
-    #[must_use]
-    pub fn normal(face: impl Into<String>, stiffness: impl Into<Quantity>) -> Self {
-        Self {
-            normal: Some(stiffness.into()),
-            ..Self::without_stiffness(face)
-        }
-    }
-
-    /// A spring with a stiffness over the axes x, y, z in Pa/m.
-    #[must_use]
-    pub fn tensor(face: impl Into<String>, stiffness: [[impl Into<Quantity>; 3]; 3]) -> Self {
-        Self {
-            tensor: Some(stiffness.map(|row| row.map(Into::into))),
-            ..Self::without_stiffness(face)
-        }
-    }
-
-    /// The same with a stiffness along the face in Pa/m.
-    #[must_use]
-    pub fn with_tangential(mut self, stiffness: impl Into<Quantity>) -> Self {
-        self.tangential = Some(stiffness.into());
-        self
-    }
-
-    fn without_stiffness(face: impl Into<String>) -> Self {
-        Self {
-            face: face.into(),
-            normal: None,
-            tangential: None,
-            tensor: None,
-        }
-    }
-
     /// Its stiffness.
     #[must_use]
     pub fn stiffness(&self) -> SpringStiffness<'_> {

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::{
     Expression, Invalid, POSITION, PlaceFunction, Quantity, Scene, SlipMeasure, Step, Written,
+    validate::require,
 };
 
 /// One of the problems that a history consists of.
@@ -42,17 +43,6 @@ struct EndValue {
 }
 
 impl SteppedValue {
-    /// The key that a step may name it by.
-    fn key(self, scene: &Scene) -> String {
-        match self {
-            Self::Traction(i) => format!("traction.{i}"),
-            Self::Pressure(i) => format!("pressure.{i}"),
-            Self::Clamp(i) => format!("clamp.{i}"),
-            Self::BodyForce => "body_force".into(),
-            Self::Gap(i) => format!("{}.gap", scene.contact_key(i)),
-        }
-    }
-
     /// The values it has in a scene.
     fn values(self, scene: &mut Scene) -> &mut [Quantity] {
         match self {
@@ -102,16 +92,13 @@ impl Scene {
     /// # Errors
     /// The steps, named as what `task` cannot have.
     pub fn require_no_history(&self, task: &str) -> Result<(), Invalid> {
-        if self.has_history() {
-            Err(Invalid {
-                key: "step".into(),
-                expected: format!("no load history, for {task} is about one problem"),
-                found: format!("{} steps", self.steps.len()),
-                help: "leave out [[step]], and give the loads of the step that is meant".into(),
-            })
-        } else {
-            Ok(())
-        }
+        require(
+            !self.has_history(),
+            "step",
+            &format!("no load history, for {task} is about one problem"),
+            format!("{} steps", self.steps.len()),
+            "leave out [[step]], and give the loads of the step that is meant",
+        )
     }
 
     /// The problems of its history, in their order; none without steps.
@@ -193,7 +180,7 @@ impl Scene {
         let mut held: BTreeMap<SteppedValue, EndValue> = self
             .targets()
             .into_iter()
-            .map(|target| {
+            .map(|(target, ..)| {
                 let first = EndValue {
                     value: target.values(&mut scene).to_vec(),
                     factor: target.first_factor(),
@@ -222,24 +209,15 @@ impl Scene {
         for (name, value) in &given.value {
             let target = self.target(&format!("step.{k}.value"), name)?;
             if let Some(now) = held.get_mut(&target) {
-                if now.value.len() != value.components().len() {
-                    let one = now.value.len() == 1;
-                    return Err(Invalid {
-                        key: format!("step.{k}.value.{name}"),
-                        expected: if one {
-                            "one number or formula"
-                        } else {
-                            "three numbers or formulas"
-                        }
-                        .into(),
-                        found: Written(value).to_string(),
-                        help: format!(
-                            "{} has {} in the scene",
-                            target.key(self),
-                            if one { "one" } else { "three" }
-                        ),
-                    });
-                }
+                let is_one = now.value.len() == 1;
+                let (count, plural) = if is_one { ("one", "") } else { ("three", "s") };
+                require(
+                    now.value.len() == value.components().len(),
+                    format!("step.{k}.value.{name}"),
+                    &format!("{count} number{plural} or formula{plural}"),
+                    Written(value),
+                    &format!("{name} has {count} in the scene"),
+                )?;
                 *now = EndValue {
                     value: value.components().to_vec(),
                     factor: 1.0,
@@ -255,38 +233,38 @@ impl Scene {
         Ok(())
     }
 
-    /// All that steps of this scene may change.
-    fn targets(&self) -> Vec<SteppedValue> {
-        let mut targets: Vec<SteppedValue> = (0..self.tractions.len())
-            .map(SteppedValue::Traction)
-            .collect();
-        targets.extend((0..self.pressures.len()).map(SteppedValue::Pressure));
-        targets.extend(self.body_force.as_ref().map(|_| SteppedValue::BodyForce));
-        targets.extend((0..self.clamps.len()).map(SteppedValue::Clamp));
-        targets.extend((0..self.contacts.len()).map(SteppedValue::Gap));
-        targets
-    }
-
-    fn name_of(&self, target: SteppedValue) -> Option<&str> {
-        match target {
-            SteppedValue::Traction(i) => self.tractions[i].name.as_deref(),
-            SteppedValue::Pressure(i) => self.pressures[i].name.as_deref(),
-            SteppedValue::Clamp(i) => self.clamps[i].name.as_deref(),
-            SteppedValue::BodyForce | SteppedValue::Gap(_) => None,
+    /// All that steps of this scene may change, with the keys and the names that they may use for it.
+    fn targets(&self) -> Vec<(SteppedValue, String, Option<&str>)> {
+        let mut targets = Vec::new();
+        for (i, traction) in self.tractions.iter().enumerate() {
+            let name = traction.name.as_deref();
+            targets.push((SteppedValue::Traction(i), format!("traction.{i}"), name));
         }
+        for (i, pressure) in self.pressures.iter().enumerate() {
+            let name = pressure.name.as_deref();
+            targets.push((SteppedValue::Pressure(i), format!("pressure.{i}"), name));
+        }
+        if self.body_force.is_some() {
+            targets.push((SteppedValue::BodyForce, "body_force".to_owned(), None));
+        }
+        for (i, clamp) in self.clamps.iter().enumerate() {
+            let name = clamp.name.as_deref();
+            targets.push((SteppedValue::Clamp(i), format!("clamp.{i}"), name));
+        }
+        for i in 0..self.contacts.len() {
+            let key = format!("{}.gap", self.contact_key(i));
+            targets.push((SteppedValue::Gap(i), key, None));
+        }
+        targets
     }
 
     /// What a name or a key in a step stands for.
     fn target(&self, at: &str, name: &str) -> Result<SteppedValue, Invalid> {
         let targets = self.targets();
-        let is_meant = |target: &&SteppedValue| {
-            target.key(self) == name || self.name_of(**target) == Some(name)
-        };
-        targets.iter().find(is_meant).copied().ok_or_else(|| {
-            let known = targets.iter().map(|target| match self.name_of(*target) {
-                Some(name) => format!("\"{name}\""),
-                None => format!("\"{}\"", target.key(self)),
-            });
+        let mut named = targets.iter();
+        let found = named.find(|(_, key, own)| key == name || *own == Some(name));
+        found.map(|(target, ..)| *target).ok_or_else(|| {
+            let known = targets.iter().map(|(_, key, own)| format!("\"{}\"", own.unwrap_or(key)));
             Invalid {
                 key: format!("{at}.{name}"),
                 expected: format!(
@@ -322,11 +300,9 @@ impl Scene {
     /// The names that loads and clamps have, each with its key.
     pub(super) fn given_names(&self) -> Vec<(String, String)> {
         let targets = self.targets().into_iter();
-        targets
-            .filter_map(|target| {
-                let name = self.name_of(target)?;
-                Some((format!("{}.name", target.key(self)), name.to_owned()))
-            })
+        let named = targets.filter_map(|(_, key, name)| Some((key, name?.to_owned())));
+        named
+            .map(|(key, name)| (format!("{key}.name"), name))
             .collect()
     }
 }

@@ -16,17 +16,16 @@ mod first_mesh;
 mod friction;
 mod function;
 mod functional;
+mod keys;
 mod load;
 mod load_path;
 mod material;
 mod obstacle;
 mod parameters;
-mod parser_words;
 mod quantity;
 mod slip_bound;
 mod solve;
 mod step;
-mod strict;
 mod validate;
 mod warning;
 
@@ -35,36 +34,32 @@ pub use brick::{Brick, BrickFace, GivenPlanes, Grading, MOST_CELLS};
 pub use coefficient::{Coefficient, LawPoint, Ramp, SlipDerivative};
 pub(crate) use coefficient::{LEAST_COEFFICIENT, is_coefficient};
 pub use contact::{Contact, MultiplierSpace, SlipInterpolation};
-pub use error::{Invalid, SceneError, SyntaxProblem, Unwritable, numbers};
+pub use error::{Invalid, SceneError, SyntaxProblem, Unwritable, number_limit, numbers};
 pub(crate) use error::{UNDEFINED, place_words};
-pub use expression::{BranchEnd, FormulaBranch, OnBranch};
-pub use expression::{Expression, ExpressionError, FUNCTIONS, Parameters};
+pub use expression::{
+    BranchEnd, Expression, ExpressionError, FUNCTIONS, FormulaBranch, OnBranch, Parameters,
+};
 pub use features::{ContactFeatures, ModelFeatures};
-pub use file::Written;
-pub use file::{LONGEST_SCENE, SceneFile};
-pub use file::{is_hidden_control, shown, shown_lines};
-pub use file::{read_bounded, require_regular};
+pub use file::{
+    LONGEST_SCENE, SceneFile, Written, is_hidden_control, read_bounded, require_regular, shown,
+    shown_lines,
+};
 pub use friction::{Friction, FrictionLaw, SlipMeasure};
-pub use function::{Formula, LAW_VARIABLES};
-pub use function::{Grid, Table};
-pub use function::{LawFunction, PlaceFunction};
+pub use function::{Formula, Grid, LAW_VARIABLES, LawFunction, PlaceFunction, Table};
 pub use functional::Functional;
-pub use load::{BodyForce, Clamp, Component, Pressure, Traction};
-pub use load::{Spring, SpringStiffness};
+pub use keys::parse_toml;
+pub use load::{BodyForce, Clamp, Component, Pressure, Spring, SpringStiffness, Traction};
 pub use load_path::{Increment, SteppedValue};
 pub use material::{Isotropic, Material, Orthotropic, Part, Region, Voigt};
 pub use obstacle::{Cylinder, Direction, HalfSpace, Height, Obstacle, Side, Sphere};
 pub use parameters::ProblemPart;
-pub use parser_words::number_limit;
 pub use quantity::{POSITION, Quantity};
 pub use slip_bound::{FrictionModel, LawWords, SlipBound};
-pub use solve::{AdaptSettings, FirstMesh, SMALLEST_ERROR};
 pub use solve::{
-    AssembleSettings, DualOperatorKind, FactorPrecision, InnerSolver, Method, PrecisionControl,
-    SolveSettings,
+    AdaptSettings, AssembleSettings, DualOperatorKind, FactorPrecision, FirstMesh, InnerSolver,
+    Method, PrecisionControl, SMALLEST_ERROR, SolveSettings,
 };
 pub use step::{MOST_INCREMENTS, Step, StepValue};
-pub use strict::parse_toml;
 pub use warning::Warning;
 
 use schemars::JsonSchema;

@@ -5,10 +5,11 @@ use std::{collections::BTreeSet, slice::from_mut};
 use ProblemPart::{Law, Loads, Mesh, Operator};
 
 use super::{
-    Coefficient, Contact, Expression, ExpressionError, Invalid, LAW_VARIABLES, Obstacle,
+    Coefficient, Contact, Expression, ExpressionError, Friction, Invalid, LAW_VARIABLES, Obstacle,
     Parameters, Quantity, Scene,
     contact::contact_key,
     expression::{is_identifier, meaning},
+    validate::require,
 };
 
 /// What of the discrete problem a varying value of a scene is part of.
@@ -70,48 +71,37 @@ impl Scene {
 
     /// The key of a Rust function, which no text holds; `None` where the scene has none.
     pub(super) fn function_key(&self) -> Option<String> {
-        let laws = self.friction_tables();
-        let given = laws.flat_map(|(key, law)| law.given().map(move |given| (key.clone(), given)));
-        let mut functions = given.filter(|(_, (_, law))| matches!(law, Coefficient::Function(_)));
-        if let Some((key, (name, _))) = functions.next() {
-            return Some(format!("{key}.{name}"));
-        }
         let mut scene = self.clone();
-        let (quantities, _) = scene.varying_mut();
-        let mut quantities = quantities.into_iter();
-        let is_function = |quantity: &Quantity| matches!(quantity, Quantity::Function(_));
-        let found = quantities.find(|(_, quantity)| is_function(quantity));
+        let mut varying = scene.varying_mut().into_iter();
+        let found = varying.find(|(_, value)| value.is_function());
         found.map(|((_, key), _)| key)
     }
 
     /// Whether anything varies from place to place: loads, clamps, springs, gaps, obstacles, axes or coefficients.
     pub(super) fn depends_on_place(&self) -> bool {
-        let laws = self.friction_tables();
-        let mut laws = laws.flat_map(|(_, law)| law.given());
         let mut scene = self.clone();
-        let (quantities, _) = scene.varying_mut();
-        let mut quantities = quantities.into_iter();
-        quantities.any(|(_, quantity)| quantity.constant().is_none())
-            || laws.any(|(_, law)| law.depends_on_place())
+        let mut varying = scene.varying_mut().into_iter();
+        varying.any(|(_, value)| match value {
+            Varying::Quantity(quantity) => quantity.constant().is_none(),
+            Varying::Coefficient(law) => law.depends_on_place(),
+        })
     }
 
     /// All formulas with their keys.
-    fn formulas_mut(&mut self) -> Vec<(Key, &mut Expression)> {
-        let (quantities, laws) = self.varying_mut();
-        let quantities = quantities
-            .into_iter()
-            .filter_map(|(key, quantity)| match quantity {
-                Quantity::Varying(expression) => Some((key, expression)),
-                Quantity::Constant(_) | Quantity::Function(_) => None,
-            });
-        let laws = laws
-            .into_iter()
-            .filter_map(|(key, law)| Some((key, law.formula_mut()?.expression_mut())));
-        quantities.chain(laws).collect()
+    fn formulas_mut(&mut self) -> impl Iterator<Item = (Key, &mut Expression)> {
+        let varying = self.varying_mut().into_iter();
+        varying.filter_map(|(key, value)| {
+            let formula = match value {
+                Varying::Quantity(Quantity::Varying(formula)) => formula,
+                Varying::Coefficient(Coefficient::Expression(formula)) => formula.expression_mut(),
+                Varying::Quantity(_) | Varying::Coefficient(_) => return None,
+            };
+            Some((key, formula))
+        })
     }
 
-    /// All that may vary with its keys: quantities, and coefficients of friction.
-    fn varying_mut<'s>(&'s mut self) -> Varying<'s> {
+    /// All that may vary with its keys.
+    fn varying_mut<'s>(&'s mut self) -> Vec<(Key, Varying<'s>)> {
         // Every key by name, so that a new one does not compile before it is said whether it varies.
         let Self {
             title: _,
@@ -133,8 +123,11 @@ impl Scene {
             solve: _,
             adapt: _,
         } = self;
-        let mut found: Vec<(Key, &mut [Quantity])> = Vec::new();
-        let mut add = |part, key: String, values| found.push(((part, key), values));
+        let mut found = Vec::new();
+        let mut add = |part, key: String, values: &'s mut [Quantity]| {
+            let values = values.iter_mut().map(Varying::Quantity);
+            found.extend(values.map(|value| ((part, key.clone()), value)));
+        };
         for (i, clamp) in clamps.iter_mut().enumerate() {
             add(Loads, format!("clamp.{i}.value"), &mut clamp.value);
         }
@@ -198,64 +191,81 @@ impl Scene {
             laws.push(("friction".to_owned(), friction));
         }
         let mut coefficients = Vec::new();
-        for (key, friction) in laws {
-            let (quantities, laws) = friction.varying_mut();
-            for (name, value) in quantities {
-                add(Law, format!("{key}.{name}"), from_mut(value));
+        for (
+            key,
+            Friction {
+                slip_bound,
+                pressure_cap: _,
+                coefficient,
+                coefficient_1,
+                coefficient_2,
+                follows: _,
+            },
+        ) in laws
+        {
+            if let Some(bound) = slip_bound {
+                add(Law, format!("{key}.slip_bound"), from_mut(bound));
             }
-            coefficients.extend(laws.into_iter().map(|(name, law)| {
-                let key = format!("{key}.{name}.{}", law.kind());
-                ((Law, key), law)
-            }));
+            let given = [
+                ("coefficient", coefficient),
+                ("coefficient_1", coefficient_1),
+                ("coefficient_2", coefficient_2),
+            ];
+            for (name, law) in given {
+                if let Some(law) = law {
+                    let key = (Law, format!("{key}.{name}.{}", law.kind()));
+                    coefficients.push((key, Varying::Coefficient(law)));
+                }
+            }
         }
-        let each = |(key, values): (Key, &'s mut [Quantity])| {
-            values.iter_mut().map(move |value| (key.clone(), value))
-        };
-        (found.into_iter().flat_map(each).collect(), coefficients)
+        found.extend(coefficients);
+        found
     }
 }
 
 /// A key of the scene, and what it is part of.
 type Key = (ProblemPart, String);
 
-/// Quantities, then coefficients of friction, with their keys.
-type Varying<'a> = (
-    Vec<(Key, &'a mut Quantity)>,
-    Vec<(Key, &'a mut Coefficient)>,
-);
+/// A value that may be a formula or a function.
+enum Varying<'a> {
+    Quantity(&'a mut Quantity),
+    Coefficient(&'a mut Coefficient),
+}
+
+impl Varying<'_> {
+    fn is_function(&self) -> bool {
+        match self {
+            Self::Quantity(quantity) => matches!(quantity, Quantity::Function(_)),
+            Self::Coefficient(law) => matches!(law, Coefficient::Function(_)),
+        }
+    }
+}
 
 /// Refuses a parameter that formulas cannot use.
 fn check(name: &str, value: f64) -> Result<(), Invalid> {
-    let refuse = |expected: &str, found: String, help: &str| {
-        Err(Invalid {
-            key: format!("parameters.{name}"),
-            expected: expected.into(),
-            found,
-            help: help.into(),
-        })
-    };
-    if let Some(meaning) = meaning(name, LAW_VARIABLES) {
-        return refuse(
-            "a name that means nothing else in formulas",
-            format!("{name}, {meaning} of formulas"),
-            &format!("give the parameter another name, such as {name}_0"),
-        );
-    }
-    if !is_identifier(name) {
-        return refuse(
-            "a name of letters, digits and _ that does not begin with a digit",
-            format!("{name:?}"),
-            "formulas could not tell it from other names, numbers and signs",
-        );
-    }
-    if !value.is_finite() {
-        return refuse(
-            "a finite number",
-            value.to_string(),
-            "give a number such as 0.3",
-        );
-    }
-    Ok(())
+    let key = || format!("parameters.{name}");
+    let other = meaning(name, LAW_VARIABLES);
+    require(
+        other.is_none(),
+        key(),
+        "a name that means nothing else in formulas",
+        format!("{name}, {} of formulas", other.unwrap_or_default()),
+        &format!("give the parameter another name, such as {name}_0"),
+    )?;
+    require(
+        is_identifier(name),
+        key(),
+        "a name of letters, digits and _ that does not begin with a digit",
+        format!("{name:?}"),
+        "formulas could not tell it from other names, numbers and signs",
+    )?;
+    require(
+        value.is_finite(),
+        key(),
+        "a finite number",
+        value,
+        "give a number such as 0.3",
+    )
 }
 
 /// A formula with a name that means nothing.

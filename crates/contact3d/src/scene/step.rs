@@ -16,23 +16,23 @@ pub const MOST_INCREMENTS: usize = 100_000;
 /// One step of a load history: what loads, gap and prescribed displacements are when it ends. What a step does
 /// not name stays as it was.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 pub struct Step {
     /// What the step does, for tables and pictures.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub title: Option<String>,
     /// The time at its end in s, greater than that of the step before; 1, 2, … where no step has one. Nothing
     /// depends on it but tables, charts and films.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub time: Option<f64>,
     /// Equal parts of the step, each solved by itself, between which loads change linearly.
-    #[serde(default = "one", skip_serializing_if = "is_one")]
+    #[serde(skip_serializing_if = "is_one")]
     pub increments: usize,
     /// How many times their values loads, gap and prescribed displacements have, by name or by key.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub factor: BTreeMap<String, f64>,
     /// Other values of theirs, by name or by key; a factor of the same step scales them.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub value: BTreeMap<String, StepValue>,
 }
 
@@ -125,22 +125,11 @@ impl Step {
         self
     }
 
-    /// The step with another value of what a name or a key stands for.
-    #[must_use]
-    pub fn with_value(mut self, key: impl Into<String>, value: StepValue) -> Self {
-        self.value.insert(key.into(), value);
-        self
-    }
-
     /// The step in equal parts.
     #[must_use]
     pub fn in_increments(self, increments: usize) -> Self {
         Self { increments, ..self }
     }
-}
-
-fn one() -> usize {
-    1
 }
 
 fn is_one(increments: &usize) -> bool {

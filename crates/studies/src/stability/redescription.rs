@@ -398,17 +398,18 @@ impl Redescription {
     }
 
     fn friction(self, friction: &Friction) -> Friction {
-        let image = friction.mapped(
-            self.units().stress,
-            |stress, factor| self.quantity(stress, factor),
-            |law| self.coefficient(law),
-        );
-        let along = [image.coefficient_1, image.coefficient_2];
-        let [coefficient_1, coefficient_2] = self.pair(along);
+        let stress = self.units().stress;
+        let along = [&friction.coefficient_1, &friction.coefficient_2];
+        let image = |law: &Option<Coefficient>| law.as_ref().map(|law| self.coefficient(law));
+        let [coefficient_1, coefficient_2] = self.pair(along.map(image));
+        let bound = friction.slip_bound.as_ref();
         Friction {
+            slip_bound: bound.map(|bound| self.quantity(bound, stress)),
+            pressure_cap: friction.pressure_cap.map(|cap| cap * stress),
+            coefficient: image(&friction.coefficient),
             coefficient_1,
             coefficient_2,
-            ..image
+            follows: friction.follows,
         }
     }
 

@@ -13,7 +13,8 @@ use contact3d::{
     linalg::{difference, norm},
     scene::{
         Body, Clamp, Coefficient, Contact, DualOperatorKind, ElementOrder, Friction, InnerSolver,
-        Material, Method, Obstacle, Pressure, Shape, SolveSettings, Traction,
+        Material, Method, MultiplierSpace, Obstacle, Pressure, Shape, Side, SlipInterpolation,
+        SolveSettings, Sphere, Traction,
     },
 };
 
@@ -138,7 +139,7 @@ fn rates_are_spectral_radii_and_nothing_contradicts_the_theory() {
 #[test]
 fn clement_interpolation_is_solved_by_both_methods_and_contracts_as_its_derivative_says() {
     let mut scene = published(4, 1.0);
-    scene.contacts = vec![Contact::on("z_min").with_clement_interpolation()];
+    scene.contacts[0].slip_interpolation = SlipInterpolation::Clement;
     let solve = |scene: Scene, method| {
         let assembled = Problem::new(scene)
             .and_then(Problem::assemble)
@@ -256,11 +257,15 @@ fn scenes_that_the_theory_does_not_cover_are_refused_by_their_key() {
     let tresca = published(2, 1.0).with_friction(Friction::tresca(1e6));
     assert_eq!(refused(tresca), "friction");
     let mut gap = published(2, 1.0);
-    gap.contacts = vec![Contact::on("z_min").with_gap(1e-5)];
+    gap.contacts[0].gap = 1e-5.into();
     assert_eq!(refused(gap), "contact.gap");
-    let sphere = Obstacle::sphere([1.5, 0.5, -9.0], 9.0);
+    let sphere = Obstacle::Sphere(Sphere {
+        centre: [1.5, 0.5, -9.0],
+        radius: 9.0,
+        side: Side::Outside,
+    });
     let mut obstacle = published(2, 1.0);
-    obstacle.contacts = vec![Contact::on("z_min").against(sphere)];
+    obstacle.contacts[0].obstacle = Some(sphere);
     assert_eq!(refused(obstacle), "contact.obstacle");
     let mut quadratic = published(2, 1.0);
     quadratic.body = Body::brick([3.0, 1.0, 1.0], [6, 2, 2]).with_element(ElementOrder::P2);
@@ -320,7 +325,7 @@ fn gmsh(mesh: &Mesh) -> String {
 #[test]
 fn mesh_files_serve_like_the_meshes_of_a_brick() {
     let mut scene = published(4, 1.0);
-    scene.contacts[0] = Contact::on("z_min").nodal();
+    scene.contacts[0].multipliers = MultiplierSpace::Nodal;
     let expected = measure(&scene);
     let folder = tempfile::tempdir().expect("a folder");
     let meshes = [4, 2].map(|n| {

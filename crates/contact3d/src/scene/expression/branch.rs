@@ -51,57 +51,6 @@ pub struct BranchEnd {
     pub slopes: [f64; 3],
 }
 
-/// A number that knows at which forks its branch ends.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Branched {
-    number: Sloped,
-    forks: u64,
-}
-
-impl Branched {
-    pub(super) fn variable(value: f64, k: Option<usize>) -> Self {
-        Self {
-            number: Sloped::variable(value, k),
-            forks: 0,
-        }
-    }
-}
-
-impl Number for Branched {
-    fn number(value: f64) -> Self {
-        Self::variable(value, None)
-    }
-
-    fn value(self) -> f64 {
-        self.number.value()
-    }
-
-    fn through(self, value: f64, derivative: impl FnOnce() -> f64) -> Self {
-        Self {
-            number: self.number.through(value, derivative),
-            ..self
-        }
-    }
-
-    fn with(self, other: Self, value: f64, derivatives: impl FnOnce() -> [f64; 2]) -> Self {
-        Self {
-            number: self.number.with(other.number, value, derivatives),
-            forks: self.forks | other.forks,
-        }
-    }
-
-    fn compare_ahead(self, other: Self) -> Option<Ordering> {
-        self.number.compare_ahead(other.number)
-    }
-
-    fn at(self, value: f64) -> Self {
-        Self {
-            number: self.number.at(value),
-            ..self
-        }
-    }
-}
-
 /// Goes the way that a branch prescribes, or, without one, the way of the point, and remembers it.
 #[derive(Debug)]
 pub(super) struct BranchChoice {
@@ -136,7 +85,7 @@ impl BranchChoice {
     }
 
     /// What was found along it.
-    pub(super) fn found(&self, value: Branched) -> OnBranch {
+    pub(super) fn found(&self, value: Sloped) -> OnBranch {
         let known = self.differences.len().min(MOST_FORKS);
         let forks = (0..known).filter(|fork| value.forks >> fork & 1 == 1);
         let ends = forks.map(|fork| {
@@ -151,8 +100,8 @@ impl BranchChoice {
             }
         });
         OnBranch {
-            value: value.number.value(),
-            slopes: value.number.derivatives(),
+            value: value.value(),
+            slopes: value.derivatives(),
             ends: ends.collect(),
         }
     }
@@ -161,7 +110,7 @@ impl BranchChoice {
     fn at(
         &self,
         fork: usize,
-        [left, right]: [Branched; 2],
+        [left, right]: [Sloped; 2],
         compare: impl FnOnce() -> Option<Ordering>,
     ) -> Option<Ordering> {
         let is_none = left.value().is_nan() || right.value().is_nan();
@@ -174,11 +123,11 @@ impl BranchChoice {
     }
 }
 
-impl Forks<Branched> for BranchChoice {
-    fn order(&mut self, left: Branched, right: Branched) -> Option<Ordering> {
+impl Forks<Sloped> for BranchChoice {
+    fn order(&mut self, left: Sloped, right: Sloped) -> Option<Ordering> {
         let fork = self.differences.len();
         let gap = left.value() - right.value();
-        let difference = left.number.with(right.number, gap, || [1.0, -1.0]);
+        let difference = left.with(right, gap, || [1.0, -1.0]);
         self.differences.push(difference);
         let order = self.at(fork, [left, right], || left.compare_ahead(right))?;
         if !self.is_given && fork < MOST_FORKS {
@@ -187,18 +136,16 @@ impl Forks<Branched> for BranchChoice {
         Some(order)
     }
 
-    fn here(&self, left: Branched, right: Branched) -> Option<Ordering> {
+    fn here(&self, left: Sloped, right: Sloped) -> Option<Ordering> {
         let compare = || left.value().partial_cmp(&right.value());
         self.at(self.differences.len(), [left, right], compare)
     }
 
-    fn joined(&mut self, value: Branched, compared: [Branched; 2]) -> Branched {
+    fn joined(&mut self, mut value: Sloped, compared: [Sloped; 2]) -> Sloped {
         let fork = self.differences.len() - 1;
         let own = if fork < MOST_FORKS { 1 << fork } else { 0 };
         let behind = compared.iter().fold(own, |all, number| all | number.forks);
-        Branched {
-            forks: value.forks | behind,
-            ..value
-        }
+        value.forks |= behind;
+        value
     }
 }

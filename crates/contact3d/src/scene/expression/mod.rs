@@ -8,12 +8,12 @@ use std::{collections::BTreeMap, fmt};
 
 use thiserror::Error;
 
-use branch::{BranchChoice, Branched};
+use branch::BranchChoice;
 pub use branch::{BranchEnd, FormulaBranch, OnBranch};
 pub use parse::FUNCTIONS;
 pub(super) use parse::is_identifier;
 use parse::{CONSTANTS, DEEPEST_NESTING, ParseError, replace_names};
-use program::{Binary, GrowingPiece, Instruction, Sloped, run};
+use program::{Binary, Forks, GrowingPiece, Instruction, Sloped, run};
 
 /// Longest text of an expression, in bytes.
 const LONGEST_TEXT: usize = 4096;
@@ -248,10 +248,7 @@ impl Expression {
     /// piece that holds when all three grow at the same rate.
     #[must_use]
     pub fn derivatives(&self, values: &[f64], by: [usize; 3]) -> [f64; 3] {
-        let variable =
-            |place| Sloped::variable(values[place], by.iter().position(|wanted| *wanted == place));
-        let steps = &self.parsed.steps;
-        run(steps, &self.parsed.values, variable, &mut GrowingPiece).derivatives()
+        self.go(values, by, &mut GrowingPiece).derivatives()
     }
 
     /// The branch that the formula takes at a point; at a fork the one on which three variables, given by their places, grow alike.
@@ -275,12 +272,12 @@ impl Expression {
         choice.found(value)
     }
 
-    fn go(&self, values: &[f64], by: [usize; 3], choice: &mut BranchChoice) -> Branched {
+    fn go(&self, values: &[f64], by: [usize; 3], forks: &mut impl Forks<Sloped>) -> Sloped {
         let variable = |place| {
             let wanted = by.iter().position(|wanted| *wanted == place);
-            Branched::variable(values[place], wanted)
+            Sloped::variable(values[place], wanted)
         };
-        run(&self.parsed.steps, &self.parsed.values, variable, choice)
+        run(&self.parsed.steps, &self.parsed.values, variable, forks)
     }
 
     /// Whether the formula uses a variable.
@@ -309,4 +306,30 @@ impl fmt::Debug for Expression {
 }
 
 #[cfg(test)]
-mod tests;
+mod tests {
+    use super::*;
+
+    fn bound(text: &str, parameters: &[(&str, f64)]) -> Result<Expression, ExpressionError> {
+        let parameters = parameters.iter().map(|(name, v)| ((*name).to_owned(), *v));
+        let mut expression = Expression::unbound(text, &["x", "y", "z"])?;
+        expression.bind(&parameters.collect())?;
+        Ok(expression)
+    }
+
+    #[test]
+    fn parameters_have_the_values_they_are_bound_to() {
+        let e = bound("mu*x + mu^k", &[("mu", 3.0), ("k", 2.0), ("spare", 0.0)]).unwrap();
+        assert_eq!(e.evaluate(&[2.0, 0.0, 0.0]), 15.0);
+        assert_eq!(e.derivatives(&[2.0, 0.0, 0.0], [0, 1, 2]), [3.0, 0.0, 0.0]);
+        assert_eq!(e.parameters().collect::<Vec<_>>(), ["mu", "k"]);
+        let moved = e.with_variables(&[("x", "2*x".to_owned())]).times(2.0);
+        assert_eq!(moved.text(), "(2.0)*(mu*(2*x) + mu^k)");
+        assert_eq!(moved.evaluate(&[1.0, 0.0, 0.0]), 30.0);
+        assert_ne!(e, bound("mu*x + mu^k", &[("mu", 4.0), ("k", 2.0)]).unwrap());
+        let error = bound("mo*x", &[("mu", 3.0)]).unwrap_err().to_string();
+        assert!(
+            error.contains("\"mo\"") && error.contains("the parameters mu"),
+            "{error}"
+        );
+    }
+}

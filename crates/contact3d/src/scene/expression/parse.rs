@@ -88,30 +88,29 @@ impl Parser<'_> {
             self.tokens.accept(Token::Operator('+'));
             self.product()?;
         }
-        loop {
-            let binary = match self.tokens.peek() {
-                Token::Operator('+') => Binary::Add,
-                Token::Operator('-') => Binary::Subtract,
-                _ => return Ok(()),
-            };
-            self.tokens.take();
-            self.product()?;
-            self.push(Instruction::Binary(binary));
-        }
+        self.chain(['+', '-'], [Binary::Add, Binary::Subtract], Self::product)
     }
 
     fn product(&mut self) -> Result<(), ParseError> {
         self.power()?;
-        loop {
-            let binary = match self.tokens.peek() {
-                Token::Operator('*') => Binary::Multiply,
-                Token::Operator('/') => Binary::Divide,
-                _ => return Ok(()),
-            };
+        self.chain(['*', '/'], [Binary::Multiply, Binary::Divide], Self::power)
+    }
+
+    /// Operators of one precedence, each with what follows it.
+    fn chain(
+        &mut self,
+        signs: [char; 2],
+        meanings: [Binary; 2],
+        operand: fn(&mut Self) -> Result<(), ParseError>,
+    ) -> Result<(), ParseError> {
+        while let Token::Operator(sign) = self.tokens.peek()
+            && let Some(place) = signs.iter().position(|known| *known == sign)
+        {
             self.tokens.take();
-            self.power()?;
-            self.push(Instruction::Binary(binary));
+            operand(self)?;
+            self.push(Instruction::Binary(meanings[place]));
         }
+        Ok(())
     }
 
     fn power(&mut self) -> Result<(), ParseError> {

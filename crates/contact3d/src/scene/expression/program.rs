@@ -266,6 +266,8 @@ impl Number for f64 {
 pub(super) struct Sloped {
     value: f64,
     slopes: [Option<f64>; 3],
+    /// The forks at which the branch ends that the number comes from, a bit each.
+    pub(super) forks: u64,
 }
 
 impl Sloped {
@@ -275,7 +277,11 @@ impl Sloped {
         if let Some(k) = k {
             slopes[k] = Some(1.0);
         }
-        Self { value, slopes }
+        Self {
+            value,
+            slopes,
+            forks: 0,
+        }
     }
 
     /// The partial derivatives.
@@ -315,6 +321,7 @@ impl Number for Sloped {
             slopes: self
                 .slopes
                 .map(|slope| slope.map(|slope| chained(derivative, slope))),
+            ..self
         }
     }
 
@@ -326,7 +333,11 @@ impl Number for Sloped {
             (None, Some(b)) => Some(chained(second, b)),
             (Some(a), Some(b)) => Some(chained(first, a) + chained(second, b)),
         });
-        Self { value, slopes }
+        Self {
+            value,
+            slopes,
+            forks: self.forks | other.forks,
+        }
     }
 
     fn compare_ahead(self, other: Self) -> Option<Ordering> {

@@ -1,7 +1,23 @@
 //! Checks of the body.
 
-use super::{brick_planes, positive, require};
-use crate::scene::{Brick, BrickFace, Invalid, MOST_CELLS, MultiplierSpace, Scene, Shape, Written};
+use std::cmp::Ordering::Less;
+
+use super::{positive, require};
+use crate::scene::{
+    Brick, BrickFace, Invalid, MOST_CELLS, MultiplierSpace, Scene, Shape, Written, numbers,
+};
+
+/// The largest exponent: with it, two cells alone differ a billionfold.
+const MOST_EXPONENT: f64 = 30.0;
+
+/// Narrowest cell over the edge: planes are rounded to 2e-16 of it, so widths keep seven digits.
+const NARROWEST: f64 = 1e-9;
+
+/// Largest ratio of two edges of a cell. Its stiffness goes with the square, and a double has 16 digits.
+const SLENDEREST: f64 = 1e8;
+
+/// Names of the axes.
+const AXES: [&str; 3] = ["x", "y", "z"];
 
 pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
     match &scene.body.shape {
@@ -62,5 +78,133 @@ fn check_brick(brick: &Brick, scene: &Scene) -> Result<(), Invalid> {
             "the diagonals of the cells meet in the middle of a pane on both faces where an even number of cells lies between them",
         )?;
     }
-    brick_planes::check(brick)
+    check_planes(brick)
+}
+
+/// Checks graded cells and given planes of a brick with positive edges and a moderate number of cells.
+fn check_planes(brick: &Brick) -> Result<(), Invalid> {
+    for (face, name) in BrickFace::ALL.into_iter().zip(BrickFace::NAMES) {
+        let exponent = brick.grading.towards(face);
+        require(
+            (1.0..=MOST_EXPONENT).contains(&exponent),
+            format!("body.brick.grading.{name}"),
+            &format!("an exponent from 1, for equal cells, to {MOST_EXPONENT}"),
+            Written(&exponent),
+            "the first of n cells has the share (1/n)^exponent of the edge; 1.5 and 2 are common",
+        )?;
+    }
+    for axis in 0..3 {
+        if let Some(given) = brick.coordinates.along(axis) {
+            check_given(brick, axis, given)?;
+        }
+    }
+    check_widths(brick)
+}
+
+fn check_given(brick: &Brick, axis: usize, given: &[f64]) -> Result<(), Invalid> {
+    let (name, length, cells) = (AXES[axis], brick.size[axis], brick.cells[axis]);
+    let key = || format!("body.brick.coordinates.{name}");
+    let disorder = given
+        .windows(2)
+        .find(|pair| pair[0].partial_cmp(&pair[1]) != Some(Less));
+    require(
+        given.len() > 1 && disorder.is_none(),
+        key(),
+        "at least two coordinates, each greater than the one before",
+        numbers(disorder.unwrap_or(given)),
+        "give the coordinates of the planes between cells in increasing order, both faces among them",
+    )?;
+    require(
+        (given[0], given[given.len() - 1]) == (0.0, length),
+        key(),
+        &format!(
+            "coordinates from 0 to {}, the edge in body.brick.size",
+            Written(&length)
+        ),
+        format!(
+            "{} to {}",
+            Written(&given[0]),
+            Written(&given[given.len() - 1])
+        ),
+        "the brick starts at the origin; change body.brick.size or the coordinates",
+    )?;
+    let mut fitting = brick.cells;
+    fitting[axis] = given.len() - 1;
+    require(
+        given.len() == cells + 1,
+        key(),
+        &format!(
+            "{} coordinates for the {cells} cells along {name}",
+            cells + 1
+        ),
+        given.len(),
+        &format!(
+            "set body.brick.cells to {}, or change the coordinates",
+            Written(&fitting)
+        ),
+    )?;
+    require(
+        brick.grading.along(axis) == [1.0; 2],
+        key(),
+        &format!("either given coordinates or graded cells along {name}"),
+        format!("both, exponents {}", numbers(&brick.grading.along(axis))),
+        &format!(
+            "leave one of body.brick.coordinates.{name} and the exponents of {name}_min and {name}_max in body.brick.grading"
+        ),
+    )
+}
+
+/// Refuses cells too thin to compute with.
+fn check_widths(brick: &Brick) -> Result<(), Invalid> {
+    if (0..3).all(|axis| brick.is_even(axis)) {
+        return Ok(());
+    }
+    let widths = [0, 1, 2].map(|axis| extreme_widths(&brick.planes(axis)));
+    for axis in (0..3).filter(|axis| !brick.is_even(*axis)) {
+        let (name, [narrowest, _]) = (AXES[axis], widths[axis]);
+        let (key, help) = match brick.coordinates.along(axis) {
+            Some(_) => ("coordinates", "move planes apart"),
+            None => ("grading", "choose smaller exponents or fewer cells"),
+        };
+        let key = || format!("body.brick.{key}.{}", steepest(brick, axis).unwrap_or(name));
+        require(
+            narrowest >= NARROWEST * brick.size[axis],
+            key(),
+            &format!("cells no narrower than {NARROWEST:e} of the edge"),
+            format!("one of {:.1e} of it", narrowest / brick.size[axis]),
+            help,
+        )?;
+        let others = (0..3).filter(|other| *other != axis);
+        let longest = others.map(|other| widths[other][1]).fold(0.0, f64::max);
+        require(
+            longest <= SLENDEREST * narrowest,
+            key(),
+            &format!("cells whose edges differ at most {SLENDEREST:e} times"),
+            format!("a cell of {longest:.1e} by {narrowest:.1e}"),
+            help,
+        )?;
+    }
+    let smallest: f64 = widths.iter().map(|[narrowest, _]| narrowest).product();
+    require(
+        smallest.is_normal(),
+        "body.brick.size",
+        "lengths [m] with which the volume of the smallest cell is at least 1e-307",
+        Written(&brick.size),
+        "choose a unit of length in which the body has a moderate size",
+    )
+}
+
+/// Narrowest and widest cell between planes.
+fn extreme_widths(planes: &[f64]) -> [f64; 2] {
+    let widths = planes.windows(2).map(|pair| pair[1] - pair[0]);
+    widths.fold([f64::INFINITY, 0.0], |[least, most], width| {
+        [least.min(width), most.max(width)]
+    })
+}
+
+/// The face of an axis towards which cells shrink most; `None` for given planes.
+fn steepest(brick: &Brick, axis: usize) -> Option<&'static str> {
+    let [lower, upper] = brick.grading.along(axis);
+    let place = 2 * axis + usize::from(upper > lower);
+    (lower.max(upper) > 1.0).then_some(BrickFace::NAMES[place])
 }

@@ -1,13 +1,10 @@
 //! What the model allows (HKL §2, §4); every refusal names the key.
 
 mod body;
-mod brick_planes;
 mod contact;
 mod friction;
-mod functional;
 mod history;
 mod material;
-mod obstacle;
 mod solve;
 mod supports;
 
@@ -16,7 +13,7 @@ use std::fmt;
 use super::{Invalid, Quantity, Scene, Written};
 
 /// Refuses `found` at `key` unless `ok`.
-fn require(
+pub(super) fn require(
     ok: bool,
     key: impl Into<String>,
     expected: &str,

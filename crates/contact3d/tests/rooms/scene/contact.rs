@@ -1,5 +1,7 @@
 //! Contact faces as a table or an array, and their order.
 
+use std::collections::BTreeMap;
+
 use contact3d::scene::{Contact, Quantity, Scene, Step, StepValue};
 
 const BODY: &str = r#"
@@ -46,11 +48,17 @@ fn builders_say_what_keys_say() {
     let scene = scene(
         "[contact]\nface = \"z_min\"\naxis_1 = [0.0, 1.0, 0.0]\n[[step]]\ntitle = \"lift\"\nvalue.\"contact.gap\" = 0.5",
     );
-    let turned = Contact::on("z_min").with_axis_1([0.0, 1.0, 0.0]);
+    let turned = Contact {
+        axis_1: Some([0.0, 1.0, 0.0].map(Quantity::Constant)),
+        ..Contact::on("z_min")
+    };
     assert_eq!(scene.contacts, [turned]);
     let gap = StepValue::Number(Quantity::Constant(0.5));
     assert_eq!(
         scene.steps,
-        [Step::new("lift").with_value("contact.gap", gap)]
+        [Step {
+            value: BTreeMap::from([("contact.gap".to_owned(), gap)]),
+            ..Step::new("lift")
+        }]
     );
 }

@@ -3,6 +3,7 @@
 mod coefficient;
 mod contact;
 mod expression;
+mod formula_branches;
 mod friction;
 mod grading;
 mod load_path;

@@ -4,7 +4,7 @@ use contact3d::{
     Problem, ProblemError,
     scene::{
         Body, Clamp, Coefficient, Contact, Friction, Material, Pressure, Quantity, Scene,
-        SlipDerivative, SolveSettings,
+        SlipDerivative, SolveSettings, Table,
     },
 };
 
@@ -45,11 +45,12 @@ fn values_that_no_problem_has_are_refused_by_their_keys() {
         with(Friction::coulomb(-0.3)),
         "friction.coefficient.constant"
     );
+    let table = Table {
+        slip: vec![0.0, 1.0],
+        value: vec![0.3, 0.0],
+    };
     assert_eq!(
-        with(Friction::orthotropic(
-            0.3,
-            Coefficient::table(&[(0.0, 0.3), (1.0, 0.0)])
-        )),
+        with(Friction::orthotropic(0.3, Coefficient::Table(table))),
         "friction.coefficient_2.table.value"
     );
     assert_eq!(with(Friction::tresca(-1.0)), "friction.slip_bound");
@@ -58,7 +59,8 @@ fn values_that_no_problem_has_are_refused_by_their_keys() {
         with(Friction::coulomb(unknown.clone())),
         "friction.coefficient.expression"
     );
-    let known = block(Friction::coulomb(unknown)).with_parameter("decay", 1e3);
+    let mut known = block(Friction::coulomb(unknown));
+    known.parameters.insert("decay".to_owned(), 1e3);
     assert!(Problem::new(known).is_ok());
 }
 
@@ -81,7 +83,7 @@ fn functions_are_checked_where_they_act() {
     tresca.slip_bound = Some(1e6.into());
     assert_eq!(with(tresca), "friction.coefficient_1");
     let mut lifted = block(Friction::coulomb(0.3));
-    lifted.contacts = vec![Contact::on("z_min").with_gap(Quantity::function(|[x, _, _]| -x))];
+    lifted.contacts[0].gap = Quantity::function(|[x, _, _]| -x);
     assert_eq!(refused(lifted), "contact.gap");
     let mut undefined = block(Friction::coulomb(0.3));
     undefined.pressures[0].value = Quantity::function(|[x, _, _]| (x - 1.0).sqrt());

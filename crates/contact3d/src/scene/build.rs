@@ -1,13 +1,135 @@
-//! Bodies, supports, loads, contact and friction of a scene, built in Rust.
+//! Scenes and their parts built in Rust: constructors with the defaults of scene files.
 
 use std::path::PathBuf;
 
-use super::super::{
-    Body, Brick, Clamp, Coefficient, Component, Contact, ElementOrder, Expression, ExpressionError,
-    Formula, Friction, GmshFile, Isotropic, LawFunction, LawPoint, Material, MultiplierSpace,
-    Obstacle, POSITION, PlaceFunction, Pressure, Quantity, Ramp, Shape, SlipDerivative,
-    SlipInterpolation, Table, Traction,
+use units::Units;
+
+use super::{
+    AssembleSettings, Body, BodyForce, Brick, Clamp, Coefficient, Component, Contact,
+    DualOperatorKind, ElementOrder, Expression, ExpressionError, Formula, Friction, GmshFile,
+    Invalid, Isotropic, LawFunction, LawPoint, Material, POSITION, Parameters, Part, PlaceFunction,
+    Pressure, Quantity, Ramp, Region, Scene, Shape, SlipDerivative, SolveSettings, Step, Traction,
 };
+
+impl Scene {
+    /// A body of one material, with nothing that holds, loads or touches it yet.
+    ///
+    /// ```
+    /// use contact3d::scene::{Body, Clamp, Contact, Friction, Material, Pressure, Scene};
+    ///
+    /// let scene = Scene::new(Body::brick([3.0, 1.0, 1.0], [12, 4, 4]), Material::isotropic(2.1e11, 0.3))
+    ///     .with_clamp(Clamp::face("x_min"))
+    ///     .with_pressure(Pressure::on("z_max", 2e7))
+    ///     .with_contact(Contact::on("z_min"))
+    ///     .with_friction(Friction::coulomb(0.3));
+    /// assert!(scene.validate().is_ok());
+    /// ```
+    #[must_use]
+    pub fn new(body: Body, material: Material) -> Self {
+        Self {
+            title: "untitled".to_owned(),
+            reference: None,
+            units: Units::default(),
+            parameters: Parameters::new(),
+            body,
+            material,
+            regions: Vec::new(),
+            clamps: Vec::new(),
+            springs: Vec::new(),
+            tractions: Vec::new(),
+            pressures: Vec::new(),
+            body_force: None,
+            contacts: Vec::new(),
+            friction: None,
+            steps: Vec::new(),
+            assemble: AssembleSettings::default(),
+            solve: SolveSettings::default(),
+            adapt: None,
+        }
+    }
+
+    /// The scene with a name.
+    #[must_use]
+    pub fn with_title(mut self, title: impl Into<String>) -> Self {
+        self.title = title.into();
+        self
+    }
+
+    /// The scene with one more part of another material.
+    #[must_use]
+    pub fn with_region(mut self, part: Part, material: Material) -> Self {
+        self.regions.push(Region { part, material });
+        self
+    }
+
+    /// The scene with one more clamp.
+    #[must_use]
+    pub fn with_clamp(mut self, clamp: Clamp) -> Self {
+        self.clamps.push(clamp);
+        self
+    }
+
+    /// The scene with one more traction.
+    #[must_use]
+    pub fn with_traction(mut self, traction: Traction) -> Self {
+        self.tractions.push(traction);
+        self
+    }
+
+    /// The scene with one more pressure.
+    #[must_use]
+    pub fn with_pressure(mut self, pressure: Pressure) -> Self {
+        self.pressures.push(pressure);
+        self
+    }
+
+    /// The scene with a force per volume in N/m³.
+    #[must_use]
+    pub fn with_body_force(mut self, value: [impl Into<Quantity>; 3]) -> Self {
+        self.body_force = Some(BodyForce {
+            value: value.map(Into::into),
+        });
+        self
+    }
+
+    /// The scene with one more contact face.
+    #[must_use]
+    pub fn with_contact(mut self, contact: Contact) -> Self {
+        self.contacts.push(contact);
+        self
+    }
+
+    /// The scene with friction on the contact faces that have none of their own.
+    #[must_use]
+    pub fn with_friction(mut self, friction: Friction) -> Self {
+        self.friction = Some(friction);
+        self
+    }
+
+    /// The scene with one more step of a load history.
+    #[must_use]
+    pub fn with_step(mut self, step: Step) -> Self {
+        self.steps.push(step);
+        self
+    }
+
+    /// The scene with the dual operator held in a given way.
+    #[must_use]
+    pub fn with_dual_operator(mut self, kind: DualOperatorKind) -> Self {
+        self.assemble.dual_operator = kind;
+        self
+    }
+
+    /// The scene with its parameters in its formulas, checked.
+    ///
+    /// # Errors
+    /// The first offending key.
+    pub fn checked(mut self) -> Result<Self, Invalid> {
+        self.bind_parameters()?;
+        self.validate()?;
+        Ok(self)
+    }
+}
 
 impl Clamp {
     /// All components held on a face.
@@ -26,11 +148,9 @@ impl Clamp {
     #[must_use]
     pub fn inside(corners: [[f64; 3]; 2]) -> Self {
         Self {
-            name: None,
             face: None,
             corners: Some(corners),
-            components: Component::ALL.to_vec(),
-            value: Default::default(),
+            ..Self::face("")
         }
     }
 
@@ -38,13 +158,6 @@ impl Clamp {
     #[must_use]
     pub fn along(mut self, components: &[Component]) -> Self {
         self.components = components.to_vec();
-        self
-    }
-
-    /// The clamp at a displacement in m along x, y and z; zero for components that are not held.
-    #[must_use]
-    pub fn moved(mut self, value: [impl Into<Quantity>; 3]) -> Self {
-        self.value = value.map(Into::into);
         self
     }
 }
@@ -97,13 +210,6 @@ impl Contact {
         }
     }
 
-    /// The same against a rigid obstacle; the face may then be curved.
-    #[must_use]
-    pub fn against(mut self, obstacle: Obstacle) -> Self {
-        self.obstacle = Some(obstacle);
-        self
-    }
-
     /// The same under another name than that of the face.
     #[must_use]
     pub fn named(mut self, name: impl Into<String>) -> Self {
@@ -122,34 +228,6 @@ impl Contact {
     #[must_use]
     pub fn with_friction(mut self, friction: Friction) -> Self {
         self.friction = Some(friction);
-        self
-    }
-
-    /// The same with an initial gap in m.
-    #[must_use]
-    pub fn with_gap(mut self, gap: impl Into<Quantity>) -> Self {
-        self.gap = gap.into();
-        self
-    }
-
-    /// The same with a first axis of friction.
-    #[must_use]
-    pub fn with_axis_1(mut self, axis: [impl Into<Quantity>; 3]) -> Self {
-        self.axis_1 = Some(axis.map(Into::into));
-        self
-    }
-
-    /// The same with slips that are means over the triangles around each node (HKL (3.19)).
-    #[must_use]
-    pub fn with_clement_interpolation(mut self) -> Self {
-        self.slip_interpolation = SlipInterpolation::Clement;
-        self
-    }
-
-    /// The same with one multiplier for each contact node.
-    #[must_use]
-    pub fn nodal(mut self) -> Self {
-        self.multipliers = MultiplierSpace::Nodal;
         self
     }
 }
@@ -240,13 +318,6 @@ impl Coefficient {
             onset,
             rate,
         })
-    }
-
-    /// Straight lines between pairs of a slip in m and a value.
-    #[must_use]
-    pub fn table(points: &[(f64, f64)]) -> Self {
-        let (slip, value) = points.iter().copied().unzip();
-        Self::Table(Table { slip, value })
     }
 
     /// A formula in the slips, the place and the scene's parameters, differentiated by this crate.

@@ -1,6 +1,6 @@
 //! Units, their dimensions and the words for them.
 
-use super::*;
+use contact3d_units::{Dimension, ForceUnit, LengthUnit, Units};
 
 fn units(length: LengthUnit, force: ForceUnit) -> Units {
     Units { length, force }
