@@ -5,7 +5,7 @@ use std::{fmt, path::Path, sync::Arc};
 use super::{AccuracyProgress, AccuracySettings, Cost, cost::measure, discretisation::energy_norm};
 use contact3d::{
     AssembledProblem, Problem, ProblemError,
-    linalg::norm,
+    linalg::{difference, norm},
     mesh::Mesh,
     scene::{DualOperatorKind, Method, PrecisionControl, Scene, SolveSettings},
     solver::{Solution, Start, Status},
@@ -156,19 +156,16 @@ impl AlgebraicStudy {
             budget: settings.budget,
         };
         use RunMethod::{AdaptivePrecision, FixedPrecision, Newton};
+        let entries = &mut study.entries;
         for method in [FixedPrecision, AdaptivePrecision, Newton] {
-            study
-                .entries
-                .extend(problem.series(method, RunOperator::Explicit, observe)?);
+            entries.extend(problem.series(method, RunOperator::Explicit, observe)?);
         }
         if let Some(contact) = &mut problem.assembled.system_mut().contact {
             contact.make_implicit();
         }
         if !scene.solve.inner.needs_explicit() {
             for method in [FixedPrecision, AdaptivePrecision] {
-                study
-                    .entries
-                    .extend(problem.series(method, RunOperator::Implicit, observe)?);
+                entries.extend(problem.series(method, RunOperator::Implicit, observe)?);
             }
         }
         Ok(Some(study))
@@ -282,8 +279,7 @@ impl StudiedProblem<'_> {
 
 /// ‖v − w‖ / ‖w‖, and 0 for 0/0.
 fn relative(norm: &dyn Fn(&[f64]) -> f64, v: &[f64], w: &[f64]) -> f64 {
-    let difference: Vec<f64> = v.iter().zip(w).map(|(v, w)| v - w).collect();
-    match (norm(&difference), norm(w)) {
+    match (norm(&difference(v, w)), norm(w)) {
         (0.0, _) => 0.0,
         (difference, size) => difference / size,
     }

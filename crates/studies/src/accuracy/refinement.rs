@@ -8,6 +8,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::AccuracySettings;
+use crate::shared::greatest_common_divisor;
 use contact3d::{
     ProblemError,
     mesh::Mesh,
@@ -172,14 +173,6 @@ pub(super) fn contact_parts_fit(scene: &Scene, brick: &Brick) -> bool {
         })
     };
     scene.contacts.iter().all(fits)
-}
-
-fn greatest_common_divisor(a: usize, b: usize) -> usize {
-    if b == 0 {
-        a
-    } else {
-        greatest_common_divisor(b, a % b)
-    }
 }
 
 /// Functionals of P1 solutions converge with order 2 at best; twice that means that the last

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::{
-    AccuracySettings, DiscretisationStudy, Level,
+    AccuracySettings,
     discretisation::energy_norm,
     nested_bricks,
     refinement::{
@@ -131,51 +131,6 @@ fn the_ladder_of_a_graded_brick_has_no_coarser_meshes() {
     assert_eq!(study[0].planes(0), brick.planes(0));
     let cells: Vec<[usize; 3]> = study.iter().map(|brick| brick.cells).collect();
     assert_eq!(cells, [[12, 4, 4], [24, 8, 8]]);
-}
-
-fn level(n_div: usize, energy_difference: f64, potential_energy: f64) -> Level {
-    Level {
-        n_div,
-        cell_size: 1.0 / n_div as f64,
-        energy_difference,
-        potential_energy,
-        ..Level::default()
-    }
-}
-
-/// Differences to the finest mesh of a sequence with ‖u_h − u‖ = C hᵖ and orthogonal errors.
-#[test]
-fn errors_against_the_limit_are_recovered_from_differences_to_the_finest_mesh() {
-    let (order, factor) = (0.6, 0.3);
-    let error = |n: usize| factor * (1.0 / n as f64).powf(order);
-    let difference = |n: usize| (error(n).powi(2) - error(24).powi(2)).sqrt();
-    let energy = |n: usize| -7.0 + error(n).powi(2);
-    let levels = [4, 6, 12, 24].map(|n| level(n, difference(n), energy(n)));
-    let study = DiscretisationStudy::new(12, levels.to_vec());
-    for (k, level) in study.levels.iter().enumerate() {
-        let found = level.energy_error.expect("an order");
-        // Squares and differences of numbers of size one: a few roundings.
-        assert!((found - error(level.n_div)).abs() < 1e-10);
-        let orders = [&study.energy_norm, &study.potential_energy].map(|t| t.orders[k]);
-        match k {
-            0 | 1 => assert_eq!(orders, [None, None]),
-            _ => {
-                assert!((orders[0].expect("an order") - order).abs() < 1e-8);
-                assert!((orders[1].expect("an order") - 2.0 * order).abs() < 1e-8);
-            }
-        }
-    }
-    let limit = study.potential_energy.limit.expect("a limit");
-    assert!((limit + 7.0).abs() < 1e-10);
-    assert_eq!(study.scene_level().map(|l| l.n_div), Some(12));
-}
-
-#[test]
-fn a_sequence_that_is_not_monotone_has_no_order() {
-    let levels = [(4, -7.0), (8, -7.2), (16, -7.1)].map(|(n, j)| level(n, 1.0 / n as f64, j));
-    let study = DiscretisationStudy::new(8, levels.to_vec());
-    assert_eq!(study.potential_energy.orders, [None; 3]);
-    assert_eq!(study.potential_energy.limit, None);
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    enumeration::{CompletenessProof, Undecided},
+    enumeration::{Certificate, CompletenessProof, Undecided},
     equations::PieceEquations,
     family::{Family, ParameterRange},
     kink::HalfPath,
@@ -138,13 +138,12 @@ impl Branches {
     /// Whether a path has come to a solution that was searched for since.
     fn reaches(&self, record: &FrontRecord) -> bool {
         let (parameter, multiplier) = record.solution(&self.range, self.stress);
-        let solutions = self.end_solutions(parameter).into_iter();
-        let mut points = solutions.map(|at| &self.paths[at.path].points[at.point]);
-        let near = |point: &PathPoint| {
-            norm(&difference(&point.multiplier, &multiplier)) <= SAME * self.stress
-        };
         let is_end = parameter == self.range.from || parameter == self.range.to;
-        record.origin == PathOrigin::Search && is_end && points.any(near)
+        let solutions = self.end_solutions(parameter);
+        let mut points = solutions.iter().map(|at| at.point);
+        record.origin == PathOrigin::Search
+            && is_end
+            && points.any(|point| self.is_same(&point.multiplier, &multiplier))
     }
 
     /// Begins a path.
@@ -249,20 +248,19 @@ impl Branches {
         equations: &PieceEquations<'_>,
         s: f64,
         round: usize,
-    ) -> Result<(Vec<HalfPath>, Result<CompletenessProof, Undecided>), ProblemError> {
+    ) -> Result<(Vec<HalfPath>, Certificate), ProblemError> {
         let value = self.range.value(s);
         let known: Vec<Vec<f64>> = self
             .end_solutions(value)
             .into_iter()
             .map(|at| {
-                let multiplier = &self.paths[at.path].points[at.point].multiplier;
-                let scaled = multiplier.iter().map(|l| l / self.stress);
+                let scaled = at.point.multiplier.iter().map(|l| l / self.stress);
                 scaled.chain([s]).collect()
             })
             .collect();
-        let found = equations.solutions_at(s, &known, round)?;
+        let (points, certificate) = equations.solutions_at(s, &known, round)?;
         let mut rays = Vec::new();
-        for point in found.points {
+        for point in points {
             let near = |other: &Vec<f64>| norm(&difference(other, &point)) <= SAME;
             if known.iter().any(near) {
                 continue;
@@ -274,7 +272,7 @@ impl Branches {
                 rays.extend(both);
             }
         }
-        Ok((rays, found.certificate))
+        Ok((rays, certificate))
     }
 
     /// Whether a path comes by a solution at a value inside the range, as near as a chord is to its arc.
@@ -347,27 +345,37 @@ fn restored(
 }
 
 /// A solution at one end of the range.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct EndSolution {
-    /// Its path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EndSolution<'a> {
+    /// The number of its path.
     pub path: usize,
-    /// Its place on it.
-    pub point: usize,
+    /// Its number on the path.
+    pub number: usize,
+    /// What is known of it.
+    pub point: &'a PathPoint,
 }
 
 impl Branches {
+    /// Whether two multipliers in Pa are one.
+    fn is_same(&self, first: &[f64], second: &[f64]) -> bool {
+        norm(&difference(first, second)) <= SAME * self.stress
+    }
+
     /// The different solutions at one end of the range, by its parameter.
     #[must_use]
-    pub fn end_solutions(&self, parameter: f64) -> Vec<EndSolution> {
-        let mut found: Vec<EndSolution> = Vec::new();
+    pub fn end_solutions(&self, parameter: f64) -> Vec<EndSolution<'_>> {
+        let mut found: Vec<EndSolution<'_>> = Vec::new();
         for (path, followed) in self.paths.iter().enumerate() {
-            for (point, at) in followed.points.iter().enumerate() {
-                let known = |other: &EndSolution| {
-                    let other = &self.paths[other.path].points[other.point];
-                    norm(&difference(&other.multiplier, &at.multiplier)) <= SAME * self.stress
+            for (number, point) in followed.points.iter().enumerate() {
+                let known = |other: &EndSolution<'_>| {
+                    self.is_same(&other.point.multiplier, &point.multiplier)
                 };
-                if at.parameter == parameter && !found.iter().any(known) {
-                    found.push(EndSolution { path, point });
+                if point.parameter == parameter && !found.iter().any(known) {
+                    found.push(EndSolution {
+                        path,
+                        number,
+                        point,
+                    });
                 }
             }
         }
@@ -378,9 +386,7 @@ impl Branches {
     #[must_use]
     pub fn degree(&self, parameter: f64) -> i32 {
         let solutions = self.end_solutions(parameter);
-        let signs = solutions
-            .iter()
-            .map(|at| i32::from(self.paths[at.path].points[at.point].determinant));
-        signs.sum()
+        let signs = solutions.iter().map(|at| at.point.determinant);
+        signs.map(i32::from).sum()
     }
 }

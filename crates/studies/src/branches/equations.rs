@@ -7,12 +7,7 @@ use super::{
     point::FamilyMember,
     slip_stress::{SlipStress, Slips},
 };
-use contact3d::{
-    ProblemError,
-    linalg::norm,
-    post::Zone,
-    solver::{Bound, NaturalMap},
-};
+use contact3d::{ProblemError, linalg::norm, post::Zone};
 
 /// Stresses below this share of Λ are those of a face about to open.
 const PRESSED: f64 = 1e-4;
@@ -71,16 +66,12 @@ impl<'a> PieceEquations<'a> {
         y.iter().map(|y| self.stress * y).collect()
     }
 
-    /// ‖R‖ / ‖λ‖ of the natural map, measured by local stiffness as the solvers do; it knows nothing of pieces. Where hardly anything
-    /// presses, over a small share of Λ.
+    /// ‖R‖ / ‖λ‖ of the natural map. Where hardly anything presses, over a small share of Λ.
     pub(super) fn natural_residual(&self, point: &[f64]) -> Result<f64, ProblemError> {
         let member = self.family.member(point[point.len() - 1])?;
         let multiplier = self.multiplier(point);
-        let laws = member.laws();
-        let bound = Bound::Coulomb(&laws, member.law());
-        let steplengths = member.steplengths().to_vec();
-        let map = NaturalMap::with_steplengths(&member.dual, bound, steplengths);
-        Ok(match map.evaluate(&multiplier).norm {
+        let residual = member.natural_map(|map| map.evaluate(&multiplier).norm);
+        Ok(match residual {
             0.0 => 0.0,
             residual => residual / norm(&multiplier).max(PRESSED * self.stress),
         })
@@ -277,11 +268,10 @@ impl PieceEquations<'_> {
         let sides = [self.family.member(ends[0])?, self.family.member(ends[1])?];
         let [behind, ahead] = sides.each_ref().map(|member| self.response(member, y));
         let rate = |a: &[f64], b: &[f64]| -> Vec<f64> {
-            let rates = a
-                .iter()
-                .zip(b)
-                .map(|(a, b)| (b - a) / (width * self.stress));
-            rates.collect()
+            let pairs = a.iter().zip(b);
+            pairs
+                .map(|(a, b)| (b - a) / (width * self.stress))
+                .collect()
         };
         let gradient = rate(&behind.gradient, &ahead.gradient);
         let slips = [&ahead, &behind].map(|side| side.displacement.as_flattened());

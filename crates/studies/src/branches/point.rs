@@ -19,7 +19,7 @@ use contact3d::{
     linalg::{difference, dot, norm},
     mesh::ContactSurface,
     post::Zone,
-    solver::{ContactState, PaneLaws},
+    solver::{Bound, ContactState, NaturalMap},
 };
 
 /// What is special about a point.
@@ -89,12 +89,9 @@ impl PieceEquations<'_> {
         let multiplier = self.multiplier(&state.point);
         let surface = state.member.surface();
         let (normal, tangential) = state.member.dual.layout.split(&multiplier);
-        let areas = || surface.pane_area.iter();
-        let sum = |stresses: &mut dyn Iterator<Item = f64>| -> f64 {
-            areas()
-                .zip(stresses)
-                .map(|(area, stress)| area * stress)
-                .sum()
+        let sum = |stress: &dyn Fn(usize) -> f64| -> f64 {
+            let areas = surface.pane_area.iter().enumerate();
+            areas.map(|(pane, area)| area * stress(pane)).sum()
         };
         Ok(PathPoint {
             parameter: self.family.range().value(state.parameter().clamp(0.0, 1.0)),
@@ -105,8 +102,8 @@ impl PieceEquations<'_> {
             },
             spectral_radius: self.spectral_radius(piece, state).unwrap_or(f64::NAN),
             zones: piece.counts(),
-            normal_force: sum(&mut normal.iter().copied()),
-            tangential_force: [0, 1].map(|k| sum(&mut tangential.iter().map(|pair| pair[k]))),
+            normal_force: sum(&|pane| normal[pane]),
+            tangential_force: [0, 1].map(|k| sum(&|pane| tangential[pane][k])),
             largest_pressure: normal.iter().copied().fold(0.0, f64::max),
             multiplier,
             kind,
@@ -137,9 +134,17 @@ impl FamilyMember {
             .expect("a family has Coulomb friction")
     }
 
-    pub(super) fn laws(&self) -> PaneLaws {
+    /// Uses the natural map R, measured by local stiffness as the solvers do; it knows nothing of pieces.
+    pub(super) fn natural_map<T>(&self, work: impl FnOnce(&NaturalMap<'_>) -> T) -> T {
         let (surface, interface) = (self.surface(), &*self.interface);
-        ContactState { surface, interface }.laws()
+        let laws = ContactState { surface, interface }.laws();
+        let bound = Bound::Coulomb(&laws, self.law());
+        let steplengths = self.steplengths().to_vec();
+        work(&NaturalMap::with_steplengths(
+            &self.dual,
+            bound,
+            steplengths,
+        ))
     }
 
     pub(super) fn steplengths(&self) -> &[f64] {

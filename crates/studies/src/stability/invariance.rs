@@ -3,9 +3,9 @@
 use std::{fmt, ops::Range, path::Path};
 
 use super::{Redescription, UnitChange, explicit_problem::ExplicitProblem};
+use crate::shared::{greatest_common_divisor, matrix_of_columns};
 use contact3d::{
     ProblemError,
-    linalg::CscMatrix,
     mesh::{ContactSurface, Mesh, MidEdgeNodes},
     scene::Scene,
     solver::{Linearisation, Solution, Status},
@@ -269,15 +269,8 @@ pub(super) fn renumbered(mesh: &Mesh) -> Mesh {
 
 /// A permutation of 0…n−1 without order.
 fn scattered(n: usize) -> Vec<usize> {
-    let divides_both = |stride: usize| {
-        let (mut a, mut b) = (n, stride);
-        while b != 0 {
-            (a, b) = (b, a % b);
-        }
-        a
-    };
     let first = ((n as f64 * GOLDEN) as usize).max(1);
-    let stride = (first..).find(|&stride| divides_both(stride) == 1);
+    let stride = (first..).find(|&stride| greatest_common_divisor(n, stride) == 1);
     (0..n).map(|i| i * stride.unwrap_or(1) % n).collect()
 }
 
@@ -290,43 +283,30 @@ fn reordered(surface: &ContactSurface, new: &[usize]) -> ContactSurface {
     for (next, &local) in order.iter().enumerate() {
         place[local] = next;
     }
-    let old = &surface.pane_average;
-    let mut average = CscMatrix {
-        indices: Vec::new(),
-        data: Vec::new(),
-        ..old.clone()
-    };
-    for pane in 0..surface.n_panes() {
+    let columns = (0..surface.n_panes()).map(|pane| {
         let weights = surface.pane_weights(pane);
-        let mut column: Vec<_> = weights
+        weights
             .map(|(local, weight)| (place[local], weight))
-            .collect();
+            .collect()
+    });
+    let sorted = columns.map(|mut column: Vec<_>| {
         column.sort_by_key(|(local, _)| *local);
-        average
-            .indices
-            .extend(column.iter().map(|(local, _)| *local));
-        average
-            .data
-            .extend(column.iter().map(|(_, weight)| *weight));
-    }
+        column
+    });
     ContactSurface {
         normals: match surface.normals.as_slice() {
             [everywhere] => vec![*everywhere],
             each => order.iter().map(|&local| each[local]).collect(),
         },
-        clearance: if surface.clearance.is_empty() {
-            Vec::new()
-        } else {
-            order
-                .iter()
-                .map(|&local| surface.clearance[local])
-                .collect()
+        clearance: match surface.clearance.as_slice() {
+            [] => Vec::new(),
+            each => order.iter().map(|&local| each[local]).collect(),
         },
         nodes: order
             .iter()
             .map(|&local| new[surface.nodes[local]])
             .collect(),
-        pane_average: average,
+        pane_average: matrix_of_columns(surface.pane_average.rows, sorted),
         ..surface.clone()
     }
 }

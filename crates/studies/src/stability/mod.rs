@@ -6,13 +6,11 @@ mod cross_checks;
 mod explicit_problem;
 mod invariance;
 mod redescription;
-#[cfg(test)]
-mod tests;
 
 pub use conditioning::{Conditioning, RoundingBound, Spectrum};
 pub use cross_checks::{CrossCheck, CrossCheckResult};
 pub use invariance::{Invariance, InvarianceResult};
-pub(crate) use redescription::{Redescription, UnitChange};
+pub use redescription::{Redescription, UnitChange};
 
 use std::{fmt, path::Path, time::Instant};
 

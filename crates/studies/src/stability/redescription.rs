@@ -8,7 +8,7 @@ use contact3d::scene::{
 
 /// Another description of a problem.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Redescription {
+pub enum Redescription {
     /// Other units.
     Units(UnitChange),
     /// y → L_y − y for this L_y, which takes a brick on z_min to a brick on z_min, and its mesh to the mesh of that brick.
@@ -20,7 +20,7 @@ pub(crate) enum Redescription {
 /// Factors by which numbers change when units do. All three are free: linear elasticity scales with
 /// displacement and stress apart from the size of the body.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct UnitChange {
+pub struct UnitChange {
     /// Of coordinates.
     pub length: f64,
     /// Of displacements, gaps, and the slips that a law of friction knows.
@@ -40,7 +40,8 @@ const EXCHANGED: [(&str, &str); 4] = [
 
 impl Redescription {
     /// The mirror of a scene.
-    pub(crate) fn mirror(scene: &Scene) -> Self {
+    #[must_use]
+    pub fn mirror(scene: &Scene) -> Self {
         Self::Mirror(scene.body.as_brick().map_or(0.0, |brick| brick.size[1]))
     }
 
@@ -48,7 +49,7 @@ impl Redescription {
     ///
     /// # Errors
     /// A step that changes what the scene does not have.
-    pub(crate) fn apply(self, scene: &Scene) -> Result<Option<Scene>, Invalid> {
+    pub fn apply(self, scene: &Scene) -> Result<Option<Scene>, Invalid> {
         if !self.covers(scene) {
             return Ok(None);
         }
@@ -164,7 +165,8 @@ impl Redescription {
     }
 
     /// The point that goes to a point of the image.
-    pub(crate) fn origin(self, [x, y, z]: [f64; 3]) -> [f64; 3] {
+    #[must_use]
+    pub fn origin(self, [x, y, z]: [f64; 3]) -> [f64; 3] {
         match self {
             Self::Units(units) => [x, y, z].map(|x| x / units.length),
             Self::Mirror(width) => [x, width - y, z],
@@ -191,7 +193,8 @@ impl Redescription {
     }
 
     /// The components (along t₁, t₂) that a tangential stress of the image had.
-    pub(crate) fn tangential(self, [first, second]: [f64; 2]) -> [f64; 2] {
+    #[must_use]
+    pub fn tangential(self, [first, second]: [f64; 2]) -> [f64; 2] {
         let [first, second, _] = self.direction([first, second, 0.0]);
         [first, second]
     }

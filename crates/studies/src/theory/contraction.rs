@@ -3,14 +3,13 @@
 use faer::Mat;
 
 use super::{
-    dense::{alone, congruent, root, symmetric},
-    face::{TriangulatedFace, product},
+    dense::{alone, congruent, inverse, root, symmetric},
+    face::TriangulatedFace,
     level::TheoryProblem,
     trace::{Blocks, PartNorms, SpaceNorms},
 };
 use contact3d::{
     contact::{CoulombLaw, FrictionField, Interface, SlipOperatorDerivative},
-    linalg::{CscMatrix, Workspace},
     solver::{ContactState, CoulombState, PaneLaws, Solution, frozen_response},
 };
 
@@ -168,7 +167,12 @@ impl Chain {
         let (pressure, factor) = &norms.pressure[norm];
         let slip_form = |z: &Mat<f64>| {
             let moved = alone(|| &self.slip * z);
-            let weighed = weighed(face, &norms.mass, &moved);
+            let columns = (0..moved.ncols()).map(|j| {
+                let column: Vec<f64> = moved.col(j).iter().copied().collect();
+                face.mass_product(&norms.mass, &column, 2)
+            });
+            let columns: Vec<Vec<f64>> = columns.collect();
+            let weighed = Mat::from_fn(moved.nrows(), moved.ncols(), |i, j| columns[j][i]);
             symmetric(alone(|| moved.transpose() * &weighed))
         };
         let pressure_form = |z: &Mat<f64>| {
@@ -190,23 +194,14 @@ impl Chain {
 
     /// D M⁻¹ Dᵀ: the image of the unit ball of Y^h × Y^h in 𝓕⁻¹.
     fn slip_ball(&self, face: &TriangulatedFace, norms: &SpaceNorms) -> Mat<f64> {
-        let d = &self.inverse_by_slip;
-        let free: Vec<usize> = (0..face.points.len())
-            .filter(|&n| face.place[n].is_some())
-            .collect();
+        let (d, free) = (&self.inverse_by_slip, face.free_nodes());
+        let mut inverse = inverse(&norms.mass_factor);
         let mut ball = Mat::zeros(d.nrows(), d.nrows());
-        let mut work = Workspace::default();
         for l in 0..2 {
             let part = Mat::from_fn(d.nrows(), free.len(), |row, j| d[(row, 2 * free[j] + l)]);
-            let mut solved = Mat::zeros(free.len(), d.nrows());
-            for row in 0..d.nrows() {
-                let mut values: Vec<f64> = (0..free.len()).map(|j| part[(row, j)]).collect();
-                norms.mass_factor.solve_in_place(&mut values, &mut work);
-                values
-                    .iter()
-                    .enumerate()
-                    .for_each(|(j, v)| solved[(j, row)] = *v);
-            }
+            let rows = (0..d.nrows()).map(|row| part.row(row).iter().copied().collect());
+            let solved: Vec<Vec<f64>> = rows.map(&mut inverse).collect();
+            let solved = Mat::from_fn(free.len(), d.nrows(), |j, row| solved[row][j]);
             ball += alone(|| &part * &solved);
         }
         symmetric(ball)
@@ -227,21 +222,4 @@ fn recurrent(n: usize, entry: impl Fn(usize, usize) -> f64) -> Vec<usize> {
         }
         kept = next;
     }
-}
-
-/// M_Γ of both components of columns of nodal pairs.
-fn weighed(face: &TriangulatedFace, mass: &CscMatrix, columns: &Mat<f64>) -> Mat<f64> {
-    let mut result = Mat::zeros(columns.nrows(), columns.ncols());
-    for j in 0..columns.ncols() {
-        for k in 0..2 {
-            let values = face.to_free(|node| columns[(2 * node + k, j)]);
-            let image = product(mass, &values);
-            for (node, place) in face.place.iter().enumerate() {
-                if let Some(place) = *place {
-                    result[(2 * node + k, j)] = image[place];
-                }
-            }
-        }
-    }
-    result
 }

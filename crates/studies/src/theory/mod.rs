@@ -23,8 +23,6 @@ mod level;
 mod quartic;
 mod scaled;
 mod successive;
-#[cfg(test)]
-mod tests;
 mod trace;
 
 pub use bound::{
@@ -197,7 +195,7 @@ fn nested_levels(
         let here = BrickFaceGram {
             brick: &brick,
             face: &problem.face,
-            gram: problem.sobolev_gram(),
+            gram: &problem.grams[0],
         };
         let reference =
             finest

@@ -4,8 +4,8 @@ use faer::Mat;
 use nalgebra::Vector3;
 
 use super::{
-    dense::{self, DenseFactor, largest, largest_ratio},
-    face::{ElementSums, FaceForms, FaceGram, TriangulatedFace, factorised, product},
+    dense::{DenseFactor, largest, largest_ratio},
+    face::{ElementSums, FaceForms, FaceGram, TriangulatedFace, factorised},
     quartic::triangle_rule,
 };
 use contact3d::{
@@ -40,7 +40,7 @@ pub struct TraceConstants {
 impl TraceConstants {
     pub(super) fn new(gram: &FaceGram, face: &TriangulatedFace, forms: &FaceForms) -> Self {
         let lumped = face.lumped();
-        let mass = |values: &[f64]| mass_product(face, forms, values);
+        let mass = |values: &[f64]| face.mass_product(&forms.mass, values, 3);
         let of_tangential = |form: &dyn Fn(&[f64]) -> Vec<f64>| {
             let tangential =
                 |values: &[f64]| without_normal(form(&without_normal(values.to_vec())));
@@ -60,18 +60,6 @@ impl TraceConstants {
     }
 }
 
-/// M_Γ of each component of a field at the contact nodes.
-fn mass_product(face: &TriangulatedFace, forms: &FaceForms, values: &[f64]) -> Vec<f64> {
-    let mut image = vec![0.0; values.len()];
-    for c in 0..3 {
-        let free = product(&forms.mass, &face.to_free(|node| values[3 * node + c]));
-        for (node, place) in face.place.iter().enumerate() {
-            image[3 * node + c] = place.map_or(0.0, |p| free[p]);
-        }
-    }
-    image
-}
-
 fn without_normal(mut values: Vec<f64>) -> Vec<f64> {
     values.iter_mut().step_by(3).for_each(|v| *v = 0.0);
     values
@@ -81,7 +69,7 @@ fn without_normal(mut values: Vec<f64>) -> Vec<f64> {
 fn pointwise(gram: &FaceGram) -> Vec<f64> {
     let block = |node| Mat::from_fn(3, 3, |c, d| gram.entry([node, c], [node, d]));
     (0..gram.n_nodes())
-        .map(|node| dense::largest(&block(node)))
+        .map(|node| largest(&block(node)))
         .collect()
 }
 
@@ -90,20 +78,17 @@ fn fourth(gram: &FaceGram, face: &TriangulatedFace) -> f64 {
     let peaks = pointwise(gram);
     let mut nodes: Vec<usize> = (0..peaks.len()).collect();
     nodes.sort_by(|a, b| peaks[*b].total_cmp(&peaks[*a]).then(a.cmp(b)));
-    let spread = |c: usize| {
-        let mut start = vec![0.0; 3 * peaks.len()];
-        start.iter_mut().skip(c).step_by(3).for_each(|v| *v = 1.0);
-        start
-    };
-    let point = |&node: &usize| {
-        let mut start = vec![0.0; 3 * peaks.len()];
-        start[3 * node] = 1.0;
-        start
-    };
     let every = nodes.len().div_ceil(POINT_STARTS).max(1);
-    let points = nodes.iter().step_by(every).map(point);
-    let starts = (0..3).map(spread).chain(points);
-    let reached = starts.map(|start| ascend(gram, face, start));
+    let points = nodes
+        .iter()
+        .step_by(every)
+        .map(|node| 3 * node..3 * node + 1);
+    let everywhere = (0..3).map(|c| c..3 * peaks.len());
+    let reached = everywhere.chain(points).map(|places| {
+        let mut start = vec![0.0; 3 * peaks.len()];
+        places.step_by(3).for_each(|place| start[place] = 1.0);
+        ascend(gram, face, start)
+    });
     reached.fold(0.0, f64::max).powf(0.25)
 }
 
@@ -139,11 +124,8 @@ fn fourth_power(face: &TriangulatedFace, values: &[f64]) -> (f64, Vec<f64>) {
         let area = face.area(t);
         for (weight, shape) in &rule {
             let at: [f64; 3] = std::array::from_fn(|c| {
-                nodes
-                    .iter()
-                    .zip(shape)
-                    .map(|(n, s)| s * values[3 * n + c])
-                    .sum()
+                let terms = nodes.iter().zip(shape);
+                terms.map(|(n, s)| s * values[3 * n + c]).sum()
             });
             let square: f64 = at.iter().map(|v| v * v).sum();
             total += area * weight * square * square;

@@ -17,7 +17,7 @@ use contact3d::{
 
 /// A displacement on a mesh.
 #[derive(Debug, Clone, Copy)]
-pub struct Field<'a> {
+pub struct MeshField<'a> {
     /// The mesh.
     pub mesh: &'a Mesh,
     /// Displacement of its nodes in m, `[n_nodes]`.
@@ -48,13 +48,13 @@ impl Distance {
 /// A displacement whose strain can be asked for anywhere in the body.
 #[derive(Debug)]
 struct Searchable<'a> {
-    field: Field<'a>,
+    field: MeshField<'a>,
     pieces: Vec<SearchedTetrahedron>,
     tree: Tree,
 }
 
 impl<'a> Searchable<'a> {
-    fn new(field: Field<'a>) -> Self {
+    fn new(field: MeshField<'a>) -> Self {
         let tetrahedra = (0..field.mesh.tetrahedra.len()).into_par_iter();
         let pieces: Vec<SearchedTetrahedron> = tetrahedra
             .map(|t| SearchedTetrahedron::of(field.mesh, t))
@@ -97,8 +97,8 @@ impl<'a> Searchable<'a> {
 /// # Errors
 /// Springs whose stiffness is not finite and positive semidefinite somewhere.
 pub fn distance(
-    field: Field<'_>,
-    reference: Field<'_>,
+    field: MeshField<'_>,
+    reference: MeshField<'_>,
     scene: &Scene,
 ) -> Result<Distance, Invalid> {
     let material = MaterialField::new(scene, reference.mesh);
@@ -354,7 +354,7 @@ impl SearchedTetrahedron {
     }
 
     /// The displacement at a point in barycentric coordinates in m.
-    fn displacement(field: Field<'_>, t: usize, at: &[f64; 4]) -> Vector3<f64> {
+    fn displacement(field: MeshField<'_>, t: usize, at: &[f64; 4]) -> Vector3<f64> {
         let sum = |shape: &[f64]| {
             let nodes = field.mesh.tetrahedron_nodes(t).zip(shape);
             nodes
@@ -368,7 +368,7 @@ impl SearchedTetrahedron {
     }
 
     /// Voigt strain (xx, yy, zz, 2yz, 2xz, 2xy) of a displacement at a point in barycentric coordinates.
-    fn strain(&self, field: Field<'_>, t: usize, at: &[f64; 4]) -> Vector6<f64> {
+    fn strain(&self, field: MeshField<'_>, t: usize, at: &[f64; 4]) -> Vector6<f64> {
         let slope = |gradients: &[Vector3<f64>]| -> Matrix3<f64> {
             let nodes = field.mesh.tetrahedron_nodes(t).zip(gradients);
             nodes

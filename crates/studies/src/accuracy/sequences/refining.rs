@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{AccuracySettings, ElementOrder, SequenceKind, SolvedMesh, WarmStart};
+use super::{AccuracySettings, ElementOrder, SequenceKind, SolvedMesh};
 use crate::accuracy::{
     brick_n_div,
     cost::measure,
@@ -111,12 +111,8 @@ impl Meshes {
                     let brick = scenes.get(n)?.body.as_brick()?;
                     Some(brick.cells.iter().map(|n| *n as f64).product())
                 };
-                let fine = cells(n)?;
-                Some(
-                    n.checked_sub(1)
-                        .and_then(cells)
-                        .map_or(1.0, |coarse| fine / coarse),
-                )
+                let (fine, coarse) = (cells(n)?, n.checked_sub(1).and_then(cells));
+                Some(coarse.map_or(1.0, |coarse| fine / coarse))
             }
             Self::Halved(_) => Some(8.0),
             Self::Adaptive(_) => Some(1.5 * GROWTH),
@@ -128,10 +124,10 @@ impl Meshes {
 /// A sequence and how far it has come.
 #[derive(Debug)]
 pub(super) struct SequenceRun<'a> {
-    kind: SequenceKind,
+    pub(super) kind: SequenceKind,
     meshes: Meshes,
     folder: &'a Path,
-    solved: Vec<SolvedMesh>,
+    pub(super) solved: Vec<SolvedMesh>,
     /// Cuts of each level, on an adaptive sequence.
     refinement: Refinement,
     /// Seconds of all solves, repeated ones too.
@@ -148,14 +144,6 @@ impl<'a> SequenceRun<'a> {
             refinement: Refinement::default(),
             spent: 0.0,
         }
-    }
-
-    pub(super) fn levels(&self) -> &[SolvedMesh] {
-        &self.solved
-    }
-
-    pub(super) fn kind(&self) -> SequenceKind {
-        self.kind
     }
 
     /// Goes on until the estimated relative error is at most `goal`, the seconds of all levels would exceed `budget`, or
@@ -188,27 +176,22 @@ impl<'a> SequenceRun<'a> {
             return true;
         };
         let before = self.solved.len().checked_sub(2).map(|k| &self.solved[k]);
-        let own = |n: usize| self.own_seconds(n);
+        // Seconds of one mesh alone.
+        let own = |n: usize| {
+            let until = |n: usize| self.solved[n].level.cost.seconds;
+            let before = n.checked_sub(1).filter(|_| self.kind.is_adaptive());
+            until(n) - before.map_or(0.0, until)
+        };
         let power = before.map_or(1.0, |before| {
             let seconds = own(self.solved.len() - 1) / own(self.solved.len() - 2);
             let unknowns = last.level.n_free as f64 / before.level.n_free as f64;
             (seconds.ln() / unknowns.ln()).clamp(1.0, TIME_POWER)
         });
         let seconds = own(self.solved.len() - 1) * growth.powf(power);
-        let bytes = last
-            .level
-            .cost
-            .peak_bytes
-            .map(|peak| peak * growth.powf(MEMORY_POWER));
+        let peak = last.level.cost.peak_bytes;
+        let bytes = peak.map(|peak| peak * growth.powf(MEMORY_POWER));
         self.spent + seconds <= budget
             && memory.zip(bytes).is_none_or(|(most, bytes)| bytes <= most)
-    }
-
-    /// Seconds of one mesh alone.
-    fn own_seconds(&self, n: usize) -> f64 {
-        let until = |n: usize| self.solved[n].level.cost.seconds;
-        let before = n.checked_sub(1).filter(|_| self.kind.is_adaptive());
-        until(n) - before.map_or(0.0, until)
     }
 
     fn next(&mut self) -> Result<SolvedMesh, ProblemError> {
@@ -233,19 +216,15 @@ impl<'a> SequenceRun<'a> {
                     let Some(coarse) = coarser else {
                         return SolvedMesh::of_scene(scene, folder);
                     };
-                    let wanted = coarse.estimated * fall(scene.body.element);
+                    let element = scene.body.element;
                     let target = Target {
                         estimated: coarse.estimated,
-                        wanted,
-                        element: scene.body.element,
+                        wanted: coarse.estimated * fall(element),
+                        element,
                     };
                     refinement.push(RefinedLevel::Cuts(next_cuts(&coarse.indicator, target)));
                     let body = RefinableBody::refined(scene, folder, refinement)?;
-                    let start = WarmStart {
-                        coarse,
-                        parents: body.parents(),
-                    };
-                    SolvedMesh::new(scene, body.mesh()?, Some(start))
+                    SolvedMesh::new(scene, body.mesh()?, Some((coarse, body.parents())))
                 })?
             }
         };
@@ -260,7 +239,7 @@ impl<'a> SequenceRun<'a> {
 
 /// The fewest cells with the proportions of a brick on which each region has the volume that it has on the scene's own
 /// mesh and parts of contact faces end between panes. On multiples of them boundaries of regions that are sides of tetrahedra stay so.
-pub(super) fn coarsest_with_regions(scene: &Scene, brick: &Brick) -> Result<[usize; 3], MeshError> {
+fn coarsest_with_regions(scene: &Scene, brick: &Brick) -> Result<[usize; 3], MeshError> {
     let base = proportions(brick);
     let fits = |cells: [usize; 3]| {
         with_cells(scene, cells)
@@ -268,15 +247,14 @@ pub(super) fn coarsest_with_regions(scene: &Scene, brick: &Brick) -> Result<[usi
             .as_brick()
             .is_none_or(|brick| contact_parts_fit(scene, brick))
     };
+    let finer = (1..).map(|m| base.map(|n| n * m));
+    let mut finer = finer.take_while(|cells| cells[0] < brick.cells[0]);
     if scene.regions.is_empty() {
-        let mut multiples = (1..).take_while(|m| base[0] * m < brick.cells[0]);
-        let fitting = multiples.find(|m| fits(base.map(|n| n * m)));
-        return Ok(fitting.map_or(brick.cells, |m| base.map(|n| n * m)));
+        return Ok(finer.find(|cells| fits(*cells)).unwrap_or(brick.cells));
     }
     let own = region_volumes(scene)?;
     let whole: f64 = brick.size.iter().product();
-    for multiple in (1..).take_while(|m| base[0] * m < brick.cells[0]) {
-        let cells = base.map(|n| n * multiple);
+    for cells in finer {
         // A coarse mesh may have no tetrahedron for a region at all.
         let Ok(volumes) = region_volumes(&with_cells(scene, cells)) else {
             continue;
@@ -315,4 +293,23 @@ fn fall(element: ElementOrder) -> f64 {
         ElementOrder::P2 => 2.0,
     };
     GROWTH.powf(-order / 3.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The box of a region ends at a quarter of the height.
+    #[test]
+    fn meshes_on_which_regions_would_be_others_are_left_out() {
+        let text = include_str!("../../../../../pipelines/regions.toml");
+        let mut scene = Scene::parse("regions.toml", text).expect("a scene");
+        let brick = scene.body.as_brick().expect("a brick").clone();
+        assert_eq!(brick.cells, [24, 8, 8]);
+        let found = coarsest_with_regions(&scene, &brick).expect("cells");
+        assert_eq!(found, [12, 4, 4]);
+        scene.regions.clear();
+        let found = coarsest_with_regions(&scene, &brick).expect("cells");
+        assert_eq!(found, [3, 1, 1]);
+    }
 }

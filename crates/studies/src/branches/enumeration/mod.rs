@@ -103,15 +103,12 @@ impl fmt::Display for Undecided {
     }
 }
 
-/// What was found by trying all states.
-pub(super) struct Enumerated {
-    /// λ in Pa, in the order of the problem.
-    pub(super) multipliers: Vec<Vec<f64>>,
-    pub(super) certificate: Result<CompletenessProof, Undecided>,
-}
+/// The proof that solutions are all, or why there is none.
+pub(super) type Certificate = Result<CompletenessProof, Undecided>;
 
-/// All solutions of a problem with few panes, under uncapped laws that are constant or made of straight lines; `None` for others.
-pub(super) fn enumerated(member: &FamilyMember) -> Option<Enumerated> {
+/// All solutions of a problem with few panes, under uncapped laws that are constant or made of straight lines, as λ in Pa; `None` for
+/// other problems.
+pub(super) fn enumerated(member: &FamilyMember) -> Option<(Vec<Vec<f64>>, Certificate)> {
     let problem = small_problem(member)?;
     let moves = |pane: usize| [1, 2].map(|c| problem.moves[3 * pane + c]);
     let panes = 0..problem.n_panes();
@@ -119,15 +116,12 @@ pub(super) fn enumerated(member: &FamilyMember) -> Option<Enumerated> {
     if angles.count() > MOST_ANGLES {
         return None;
     }
-    let of_panes: Vec<Vec<PaneCase>> = panes
-        .map(|pane| {
-            let slips = Chart::of(moves(pane)).into_iter().map(PaneCase::Slip);
-            [PaneCase::Open, PaneCase::Stick]
-                .into_iter()
-                .chain(slips)
-                .collect()
-        })
-        .collect();
+    let of_panes = panes.map(|pane| {
+        let slips = Chart::of(moves(pane)).into_iter().map(PaneCase::Slip);
+        let still = [PaneCase::Open, PaneCase::Stick].into_iter();
+        still.chain(slips).collect()
+    });
+    let of_panes: Vec<Vec<PaneCase>> = of_panes.collect();
     let all: Vec<Vec<PaneCase>> = choices(&of_panes).collect();
     let searched = |states: &[PaneCase], most_boxes| match System::new(&problem, states.to_vec()) {
         Some(system) => search(&system, most_boxes),
@@ -154,7 +148,7 @@ fn gathered(
     problem: &SmallProblem,
     member: &FamilyMember,
     outcomes: &[StateSolutions],
-) -> Enumerated {
+) -> (Vec<Vec<f64>>, Certificate) {
     let solutions = outcomes.iter().flat_map(|outcome| &outcome.solutions);
     let certain: Vec<_> = solutions.filter(|solution| solution.margin > 0.0).collect();
     let sizes = |of: fn(Interval) -> f64| {
@@ -166,10 +160,8 @@ fn gathered(
         let all = certain.iter().map(|solution| of(solution));
         all.fold(f64::INFINITY, f64::min)
     };
-    let undecided = outcomes
-        .iter()
-        .filter_map(|outcome| outcome.undecided)
-        .max();
+    let undecided = outcomes.iter().filter_map(|outcome| outcome.undecided);
+    let undecided = undecided.max();
     let layout = member.dual.layout;
     let multipliers = certain.iter().map(|solution| {
         let mut multiplier = vec![0.0; member.dual.dimension()];
@@ -178,18 +170,16 @@ fn gathered(
         }
         multiplier
     });
-    Enumerated {
-        certificate: undecided.map_or(Ok(()), Err).map(|()| CompletenessProof {
-            solutions: certain.len(),
-            states: outcomes.len(),
-            boxes: outcomes.iter().map(|outcome| outcome.boxes).sum(),
-            margin: least(&|solution| solution.margin),
-            determinant: least(&|solution| solution.determinant),
-            width: sizes(Interval::width) / largest,
-            uncertainty: UNCERTAIN,
-        }),
-        multipliers: multipliers.collect(),
-    }
+    let certificate = undecided.map_or(Ok(()), Err).map(|()| CompletenessProof {
+        solutions: certain.len(),
+        states: outcomes.len(),
+        boxes: outcomes.iter().map(|outcome| outcome.boxes).sum(),
+        margin: least(&|solution| solution.margin),
+        determinant: least(&|solution| solution.determinant),
+        width: sizes(Interval::width) / largest,
+        uncertainty: UNCERTAIN,
+    });
+    (multipliers.collect(), certificate)
 }
 
 /// Where component ν, t1, t2 of a pane is among the multipliers.

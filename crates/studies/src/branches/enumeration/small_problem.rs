@@ -79,9 +79,8 @@ impl SmallProblem {
         if !(0..panes).all(|pane| moves[3 * pane]) {
             return None;
         }
-        let scale: Vec<f64> = (0..panes)
-            .map(|pane| power_of_two(diagonal[3 * pane].sqrt()))
-            .collect();
+        let normals = diagonal.iter().step_by(3);
+        let scale: Vec<f64> = normals.map(|d| power_of_two(d.sqrt())).collect();
         let scaled = |i: usize| (numbers.rhs)(i) / scale[i / 3];
         let load = (0..n).map(|i| scaled(i).abs()).fold(0.0, f64::max);
         let load = power_of_two(load);
@@ -90,6 +89,7 @@ impl SmallProblem {
             if !moves[i] || !moves[j] {
                 return Interval::ZERO;
             }
+            // Both halves of S, which differ by rounding.
             let [a, b] = [(i, j), (j, i)].map(|(i, j)| {
                 let value = (numbers.operator)(i, j) / scale[i / 3] / scale[j / 3];
                 Interval::around(value, UNCERTAIN * root(i) * root(j))
@@ -97,26 +97,17 @@ impl SmallProblem {
             a.hull(b)
         };
         let stress: Vec<f64> = scale.iter().map(|scale| load / scale).collect();
-        let slips = if numbers.follows_slip {
-            (0..laws.len())
-                .map(|node| [0, 1].map(|axis| slip(numbers, &stress, node, axis)))
-                .collect()
-        } else {
-            Vec::new()
+        let followed = if numbers.follows_slip { laws.len() } else { 0 };
+        let slips = (0..followed).map(|node| [0, 1].map(|k| slip(numbers, &stress, node, k)));
+        let slips = slips.collect();
+        let row = |i: usize| (0..n).map(|j| entry(i, j)).collect();
+        let rhs = |i: usize| match moves[i] {
+            true => Interval::around(scaled(i) / load, UNCERTAIN),
+            false => Interval::ZERO,
         };
         Some(Self {
-            operator: (0..n)
-                .map(|i| (0..n).map(|j| entry(i, j)).collect())
-                .collect(),
-            rhs: (0..n)
-                .map(|i| {
-                    if moves[i] {
-                        Interval::around(scaled(i) / load, UNCERTAIN)
-                    } else {
-                        Interval::ZERO
-                    }
-                })
-                .collect(),
+            operator: (0..n).map(row).collect(),
+            rhs: (0..n).map(rhs).collect(),
             moves,
             stress,
             nodes,
