@@ -1,10 +1,15 @@
-//! The study of meshes on made-up levels, and the estimated error of the mesh beside the true one.
+//! The study of meshes: nested meshes, made-up levels, and the estimated error beside the true one.
+
+use std::path::Path;
 
 use contact3d::{
     Problem,
-    scene::{ElementOrder, Scene},
+    mesh::Mesh,
+    scene::{Brick, BrickFace, ElementOrder, Scene, Shape},
 };
-use studies::accuracy::{Accuracy, AccuracySettings, DiscretisationStudy, Level};
+use studies::accuracy::{
+    Accuracy, AccuracySettings, DiscretisationStudy, Level, MeshField, distance, nested_bricks,
+};
 
 /// The published problem on 6 × 2 × 2 cells.
 fn published(element: ElementOrder) -> Scene {
@@ -156,4 +161,78 @@ fn a_sequence_that_is_not_monotone_has_no_order() {
     let study = DiscretisationStudy::new(8, levels.to_vec());
     assert_eq!(study.potential_energy.orders, [None; 3]);
     assert_eq!(study.potential_energy.limit, None);
+}
+
+fn meshes_of(contact_face: &str, brick: &Brick, finest: Option<usize>) -> (Scene, Vec<Brick>) {
+    let text = include_str!("../../../pipelines/newton.toml");
+    let text = text.replace("face = \"z_min\"", &format!("face = \"{contact_face}\""));
+    let mut scene = Scene::parse("newton.toml", &text).expect("valid pipeline");
+    scene.body.shape = Shape::Brick(brick.clone());
+    let settings = AccuracySettings {
+        coarsest: 1,
+        finest,
+        ..AccuracySettings::default()
+    };
+    let meshes = nested_bricks(&scene, brick, &settings).expect("nested meshes");
+    (scene, meshes)
+}
+
+/// Strain of a coarse function is the same all over each tetrahedron of a finer mesh, or linear there, so that its energy is integrated
+/// exactly; with any cell cut differently it would jump inside.
+#[test]
+fn finer_meshes_are_nested_whatever_the_factor_and_the_contact_face() {
+    let even = Brick::new([3.0, 1.0, 1.0], [6, 2, 2]);
+    let graded = even
+        .clone()
+        .with_grading(BrickFace::XMin, 1.7)
+        .with_grading(BrickFace::ZMin, 1.4)
+        .with_grading(BrickFace::ZMax, 2.0);
+    // A field without symmetry that vanishes on the clamped face x = 0.
+    let wave = |seed: usize, x: f64| x * (1.0 + 0.7 * ((seed * seed % 97) as f64).sin());
+    for face in ["z_min", "y_max"] {
+        for (brick, element) in [(&even, ElementOrder::P1), (&graded, ElementOrder::P2)] {
+            for factor in [1, 2, 3, 4] {
+                let (mut scene, finer) = meshes_of(face, brick, Some(2 * factor));
+                scene.body.element = element;
+                let mesh = |brick: &Brick| {
+                    let mut scene = scene.clone();
+                    scene.body.shape = Shape::Brick(brick.clone());
+                    Mesh::of_scene(&scene, Path::new("")).expect("a brick")
+                };
+                let (coarse, fine) = (mesh(brick), mesh(finer.last().expect("a finest mesh")));
+                let nodes = coarse.coordinates.iter().enumerate();
+                let given: Vec<[f64; 3]> = nodes
+                    .map(|(n, x)| std::array::from_fn(|c| wave(3 * n + c, x[0])))
+                    .collect();
+                let energy = |mesh: &Mesh| {
+                    let rest = vec![[0.0; 3]; mesh.coordinates.len()];
+                    let [field, zero] = [(&coarse, &given), (mesh, &rest)]
+                        .map(|(mesh, displacement)| MeshField { mesh, displacement });
+                    distance(field, zero, &scene).expect("no springs").absolute
+                };
+                let ratio = energy(&fine) / energy(&coarse);
+                // Sums of a few thousand terms, each rounded to 1e-16.
+                assert!((ratio - 1.0).abs() < 1e-12, "{face}, {factor}: {ratio}");
+            }
+        }
+    }
+}
+
+/// Merging cells of different widths would move the planes of a five-tetrahedra cell.
+#[test]
+fn the_ladder_of_a_graded_brick_has_no_coarser_meshes() {
+    let brick = Brick::new([3.0, 1.0, 1.0], [12, 4, 4]).with_grading(BrickFace::XMin, 1.5);
+    let (_, meshes) = meshes_of("z_min", &brick, Some(8));
+    assert_eq!(meshes[0].planes(0), brick.planes(0));
+    let cells: Vec<[usize; 3]> = meshes.iter().map(|brick| brick.cells).collect();
+    assert_eq!(cells, [[12, 4, 4], [24, 8, 8]]);
+}
+
+#[test]
+fn the_finest_mesh_by_default_stays_affordable() {
+    let finest = [4, 8, 10, 16, 24, 48].map(|n| {
+        let (_, meshes) = meshes_of("z_min", &Brick::new([3.0, 1.0, 1.0], [n; 3]), None);
+        meshes.last().expect("a finest mesh").cells
+    });
+    assert_eq!(finest, [16, 32, 20, 32, 24, 48].map(|n| [n; 3]));
 }

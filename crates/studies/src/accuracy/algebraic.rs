@@ -216,7 +216,7 @@ impl StudiedProblem<'_> {
         let Some(last) = last.result else {
             return true;
         };
-        let before = entries.len().checked_sub(2).and_then(|k| entries[k].result);
+        let before = entries.iter().rev().nth(1).and_then(|entry| entry.result);
         let growth = match before {
             Some(before) if before.cost.seconds > 0.0 => last.cost.seconds / before.cost.seconds,
             _ => 1.0,

@@ -31,7 +31,7 @@ pub(crate) fn brick_n_div(brick: &Brick) -> usize {
 /// The finest mesh when none is asked for: 4, 2 or 1 times the scene's n_div, the first that does
 /// not exceed 32; the scene's own where that is larger.
 #[must_use]
-pub(crate) fn default_finest(n_div: usize) -> usize {
+fn default_finest(n_div: usize) -> usize {
     let fits = |factor: &usize| factor * n_div <= 32;
     [4, 2].into_iter().find(fits).unwrap_or(1) * n_div
 }
@@ -59,14 +59,17 @@ pub fn nested_bricks(
     let finest = refined(brick, finest / n_div);
     let parts = finest.cells.into_iter().fold(0, greatest_common_divisor);
     let merged = (1..=parts).rev().filter(|m| parts.is_multiple_of(*m));
+    let is_wanted = |brick: &Brick| {
+        brick_n_div(brick) >= settings.coarsest
+            && with_brick(scene, brick).validate().is_ok()
+            && contact_parts_fit(scene, brick)
+    };
     let bricks = merged.filter_map(|m| coarsened(&finest, m));
-    Ok(bricks
-        .filter(|brick| brick_n_div(brick) >= settings.coarsest && is_valid(scene, brick))
-        .collect())
+    Ok(bricks.filter(is_wanted).collect())
 }
 
 /// The brick with every cell edge cut in so many equal parts.
-pub(super) fn refined(brick: &Brick, parts: usize) -> Brick {
+fn refined(brick: &Brick, parts: usize) -> Brick {
     let mut finer = brick.clone();
     finer.cells = brick.cells.map(|cells| cells * parts);
     for axis in (0..3).filter(|axis| parts > 1 && !brick.is_even(*axis)) {
@@ -114,10 +117,8 @@ fn merges_equal_cells(planes: &[f64], merged: usize) -> bool {
 
 fn set_planes(brick: &mut Brick, axis: usize, planes: Vec<f64>) {
     *brick.coordinates.along_mut(axis) = Some(planes);
-    for face in BrickFace::ALL
-        .into_iter()
-        .filter(|face| face.axis() == axis)
-    {
+    let faces = BrickFace::ALL.into_iter();
+    for face in faces.filter(|face| face.axis() == axis) {
         *brick.grading.towards_mut(face) = 1.0;
     }
 }
@@ -144,11 +145,6 @@ pub(crate) fn with_brick(scene: &Scene, brick: &Brick) -> Scene {
     scene
 }
 
-/// Whether the panes fit on the cells, and the parts of faces that are in contact on the panes.
-fn is_valid(scene: &Scene, brick: &Brick) -> bool {
-    with_brick(scene, brick).validate().is_ok() && contact_parts_fit(scene, brick)
-}
-
 /// Whether the sides of the boxes that cut parts out of contact faces lie beyond the brick or between its panes.
 pub(super) fn contact_parts_fit(scene: &Scene, brick: &Brick) -> bool {
     let fits = |contact: &Contact| {
@@ -166,10 +162,8 @@ pub(super) fn contact_parts_fit(scene: &Scene, brick: &Brick) -> bool {
                 let mut planes = planes.iter().step_by(step);
                 planes.any(|plane| (plane - side).abs() <= PART_ROUNDING * length)
             };
-            let sides = corners.map(|corner| corner[axis]);
-            sides
-                .into_iter()
-                .all(|side| side <= 0.0 || side >= length || is_between(side))
+            let mut sides = corners.iter().map(|corner| corner[axis]);
+            sides.all(|side| side <= 0.0 || side >= length || is_between(side))
         })
     };
     scene.contacts.iter().all(fits)

@@ -118,7 +118,7 @@ impl PieceEquations<'_> {
                 return Ok(None);
             };
             let derivative = self.derivative(&member, piece, &point, &evaluated)?;
-            let Some(lu) = derivative.and_then(|derivative| bordered(&derivative, &normal)) else {
+            let Some(lu) = derivative.and_then(|matrix| bordered(&matrix, &normal)) else {
                 return Ok(None);
             };
             let off = match along {

@@ -359,17 +359,15 @@ impl PieceEquations<'_> {
                         0.0
                     };
                     let mut inverse = [0.0; 2];
-                    if let Some(change) = &motion.slips {
-                        for (node, weight) in surface.pane_weights(pane) {
-                            let Some(Some(nodal)) = at.nodes.get(node) else {
-                                continue;
-                            };
-                            let moved = change[node];
-                            for k in 0..2 {
-                                let along =
-                                    nodal.slope[k][0] * moved[0] + nodal.slope[k][1] * moved[1];
-                                inverse[k] -= weight * self.stress * along;
-                            }
+                    let change = motion.slips.as_deref().unwrap_or_default();
+                    for (node, weight) in surface.pane_weights(pane) {
+                        let Some(([first, second], Some(Some(nodal)))) =
+                            change.get(node).map(|moved| (moved, at.nodes.get(node)))
+                        else {
+                            continue;
+                        };
+                        for (inverse, by) in inverse.iter_mut().zip(nodal.slope) {
+                            *inverse -= weight * self.stress * (by[0] * first + by[1] * second);
                         }
                     }
                     for k in 0..2 {

@@ -91,26 +91,27 @@ impl<'a> Family<'a> {
             &second
         };
         let shares = |scene: &Scene| base.with_scene(explicit(scene.clone()));
-        let others: Vec<_> = PROBES
-            .iter()
-            .map(|s| Ok(shares(&scene(*s)?)))
-            .chain([Ok(shares(&ends[0])), Ok(shares(&ends[1]))])
-            .collect::<Result<_, ProblemError>>()?;
-        let same_operator = others
-            .iter()
-            .all(|other| !matches!(other, Err(ProblemError::OtherOperator { .. })));
-        let dependence = if !same_operator {
+        let probes = PROBES.map(scene).into_iter();
+        let [from, to] = ends.each_ref().map(shares);
+        let others: Vec<_> = probes
+            .map(|probe| Ok(shares(&probe?)))
+            .chain([Ok(from), Ok(to)])
+            .collect::<Result<_, Invalid>>()?;
+        let is_other = |other: &Result<AssembledProblem, ProblemError>| {
+            matches!(other, Err(ProblemError::OtherOperator { .. }))
+        };
+        let dependence = if others.iter().any(is_other) {
             Dependence::Operator
         } else {
             let others = others.into_iter().collect::<Result<Vec<_>, _>>()?;
             let (probes, ends) = others.split_at(PROBES.len());
-            let is_straight = PROBES
-                .iter()
-                .zip(probes)
-                .all(|(s, probe)| on_line(&ends[0], &ends[1], range.share(*s), probe));
+            let mut places = PROBES.iter().zip(probes);
+            let is_straight =
+                places.all(|(s, probe)| on_line(&ends[0], &ends[1], range.share(*s), probe));
+            let friction = |problem: &AssembledProblem| problem.scene().friction.clone();
             let law = others
                 .iter()
-                .any(|other| other.scene().friction != ends[0].scene().friction);
+                .any(|other| friction(other) != friction(&ends[0]));
             if is_straight {
                 Dependence::Straight {
                     ends: Box::new([dual_of(&ends[0]).clone(), dual_of(&ends[1]).clone()]),

@@ -52,18 +52,23 @@ impl Invariance {
         matches!(self, Self::BinaryUnits | Self::LoadScaling | Self::Threads)
     }
 
+    /// The name of its column, and the change in words.
+    fn names(self) -> [&'static str; 2] {
+        match self {
+            Self::BinaryUnits => ["binary_units", "units by powers of two"],
+            Self::DecimalUnits => ["decimal_units", "decimal units"],
+            Self::LoadScaling => ["load_scaling", "scaled loads"],
+            Self::Renumbering => ["renumbering", "renumbered nodes"],
+            Self::Threads => ["threads", "other threads"],
+            Self::Mirror => ["mirror", "mirror"],
+            Self::Exchange => ["exchange", "exchanged axes"],
+        }
+    }
+
     /// The name of its column.
     #[must_use]
     pub fn word(self) -> &'static str {
-        match self {
-            Self::BinaryUnits => "binary_units",
-            Self::DecimalUnits => "decimal_units",
-            Self::LoadScaling => "load_scaling",
-            Self::Renumbering => "renumbering",
-            Self::Threads => "threads",
-            Self::Mirror => "mirror",
-            Self::Exchange => "exchange",
-        }
+        self.names()[0]
     }
 
     /// The other description; `None` where numbers stay what they are.
@@ -89,15 +94,7 @@ impl Invariance {
 
 impl fmt::Display for Invariance {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::BinaryUnits => "units by powers of two",
-            Self::DecimalUnits => "decimal units",
-            Self::LoadScaling => "scaled loads",
-            Self::Renumbering => "renumbered nodes",
-            Self::Threads => "other threads",
-            Self::Mirror => "mirror",
-            Self::Exchange => "exchanged axes",
-        })
+        f.write_str(self.names()[1])
     }
 }
 
@@ -171,10 +168,9 @@ fn changed(
         let solution = other.assembled.solve(&scene.solve)?;
         return Ok(Some((solution.status, solution.multiplier)));
     }
-    let other_count = if rayon::current_num_threads() == 1 {
-        3
-    } else {
-        1
+    let other_count = match rayon::current_num_threads() {
+        1 => 3,
+        _ => 1,
     };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(other_count);
     let Ok(pool) = pool.build() else {
@@ -241,30 +237,25 @@ pub(super) fn renumbered(mesh: &Mesh) -> Mesh {
     }
     Mesh {
         coordinates,
-        tetrahedra: mesh
-            .tetrahedra
-            .iter()
-            .rev()
-            .map(|t| t.map(|n| new[n]))
-            .collect(),
+        tetrahedra: renamed(mesh.tetrahedra.iter().rev(), &new),
         tetrahedron_region: mesh.tetrahedron_region.iter().rev().copied().collect(),
-        facets: mesh.facets.iter().map(|f| f.map(|n| new[n])).collect(),
+        facets: renamed(mesh.facets.iter(), &new),
         facet_face: mesh.facet_face.clone(),
         face_names: mesh.face_names.clone(),
         mid_edges: mesh.mid_edges.as_ref().map(|middles| MidEdgeNodes {
-            tetrahedra: middles
-                .tetrahedra
-                .iter()
-                .rev()
-                .map(|m| m.map(|n| new[n]))
-                .collect(),
-            facets: middles.facets.iter().map(|m| m.map(|n| new[n])).collect(),
+            tetrahedra: renamed(middles.tetrahedra.iter().rev(), &new),
+            facets: renamed(middles.facets.iter(), &new),
         }),
-        contact: mesh
-            .contact
-            .as_ref()
-            .map(|surface| reordered(surface, &new)),
+        contact: mesh.contact.as_ref().map(|own| reordered(own, &new)),
     }
+}
+
+/// Simplices with the new numbers of their nodes.
+fn renamed<'a, const K: usize>(
+    simplices: impl Iterator<Item = &'a [usize; K]>,
+    new: &[usize],
+) -> Vec<[usize; K]> {
+    simplices.map(|nodes| nodes.map(|n| new[n])).collect()
 }
 
 /// A permutation of 0…n−1 without order.
@@ -302,10 +293,7 @@ fn reordered(surface: &ContactSurface, new: &[usize]) -> ContactSurface {
             [] => Vec::new(),
             each => order.iter().map(|&local| each[local]).collect(),
         },
-        nodes: order
-            .iter()
-            .map(|&local| new[surface.nodes[local]])
-            .collect(),
+        nodes: order.iter().map(|&n| new[surface.nodes[n]]).collect(),
         pane_average: matrix_of_columns(surface.pane_average.rows, sorted),
         ..surface.clone()
     }

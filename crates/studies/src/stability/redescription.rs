@@ -1,9 +1,8 @@
 //! The same problem in other units, in a mirror, or with two axes exchanged.
 
 use contact3d::scene::{
-    Body, Clamp, Coefficient, Component, Contact, Cylinder, Friction, Functional, Grid, HalfSpace,
-    Height, Invalid, LawPoint, Material, Obstacle, POSITION, Part, Quantity, Ramp, Region, Scene,
-    SlipDerivative, Sphere, Spring, SteppedValue, Table,
+    Body, Clamp, Coefficient, Component, Contact, Friction, Functional, Invalid, LawPoint,
+    Material, Obstacle, POSITION, Part, Quantity, Scene, SlipDerivative, Spring, SteppedValue,
 };
 
 /// Another description of a problem.
@@ -90,9 +89,12 @@ impl Redescription {
         } = &mut image;
         self.map_body(body);
         self.map_material(material);
-        regions
-            .iter_mut()
-            .for_each(|region| self.map_region(region));
+        for region in regions {
+            self.map_material(&mut region.material);
+            if let Part::Box(part) = &mut region.part {
+                self.map_corners(part);
+            }
+        }
         clamps.iter_mut().for_each(|clamp| self.map_clamp(clamp));
         springs
             .iter_mut()
@@ -253,13 +255,6 @@ impl Redescription {
         }
     }
 
-    fn map_region(self, region: &mut Region) {
-        self.map_material(&mut region.material);
-        if let Part::Box(part) = &mut region.part {
-            self.map_corners(part);
-        }
-    }
-
     fn map_clamp(self, clamp: &mut Clamp) {
         clamp.face.iter_mut().for_each(|face| self.map_face(face));
         clamp.corners.iter_mut().for_each(|c| self.map_corners(c));
@@ -365,7 +360,8 @@ impl Redescription {
         };
         contact.gap = self.quantity(&contact.gap, self.units().displacement);
         contact.corners.iter_mut().for_each(|c| self.map_corners(c));
-        contact.obstacle = contact.obstacle.as_ref().map(|own| self.obstacle(own));
+        let obstacle = contact.obstacle.iter_mut();
+        obstacle.for_each(|own| self.map_obstacle(own));
         if let Some(angle) = &mut contact.angle {
             *angle = self.quantity(angle, turned);
         }
@@ -375,28 +371,23 @@ impl Redescription {
         contact.friction = contact.friction.as_ref().map(|own| self.friction(own));
     }
 
-    fn obstacle(self, obstacle: &Obstacle) -> Obstacle {
+    fn map_obstacle(self, obstacle: &mut Obstacle) {
         let length = self.units().length;
         match obstacle {
-            Obstacle::HalfSpace(half) => Obstacle::HalfSpace(HalfSpace {
-                point: self.image(half.point),
-                normal: self.direction(half.normal),
-            }),
-            Obstacle::Sphere(sphere) => Obstacle::Sphere(Sphere {
-                centre: self.image(sphere.centre),
-                radius: sphere.radius * length,
-                ..*sphere
-            }),
-            Obstacle::Cylinder(cylinder) => Obstacle::Cylinder(Cylinder {
-                point: self.image(cylinder.point),
-                direction: self.direction(cylinder.direction),
-                radius: cylinder.radius * length,
-                ..*cylinder
-            }),
-            Obstacle::Height(height) => Obstacle::Height(Height {
-                value: self.quantity(&height.value, length),
-                direction: height.direction,
-            }),
+            Obstacle::HalfSpace(half) => {
+                half.point = self.image(half.point);
+                half.normal = self.direction(half.normal);
+            }
+            Obstacle::Sphere(sphere) => {
+                sphere.centre = self.image(sphere.centre);
+                sphere.radius *= length;
+            }
+            Obstacle::Cylinder(cylinder) => {
+                cylinder.point = self.image(cylinder.point);
+                cylinder.direction = self.direction(cylinder.direction);
+                cylinder.radius *= length;
+            }
+            Obstacle::Height(height) => height.value = self.quantity(&height.value, length),
         }
     }
 
@@ -417,30 +408,22 @@ impl Redescription {
 
     fn coefficient(self, coefficient: &Coefficient) -> Coefficient {
         let d = self.units().displacement;
-        let slips = |slips: &Vec<f64>| slips.iter().map(|s| s * d).collect();
-        match coefficient {
-            Coefficient::Constant(value) => Coefficient::Constant(*value),
-            Coefficient::Ramp(ramp) => Coefficient::Ramp(Ramp {
-                onset: ramp.onset * d,
-                rate: ramp.rate / d,
-                ..*ramp
-            }),
-            Coefficient::Table(table) => Coefficient::Table(Table {
-                slip: slips(&table.slip),
-                value: table.value.clone(),
-            }),
+        let mut image = coefficient.clone();
+        match &mut image {
+            Coefficient::Constant(_) => {}
+            Coefficient::Ramp(ramp) => {
+                ramp.onset *= d;
+                ramp.rate /= d;
+            }
+            Coefficient::Table(table) => table.slip.iter_mut().for_each(|s| *s *= d),
             Coefficient::Grid(grid) => {
-                let [slip_1, slip_2] = self.pair([&grid.slip_1, &grid.slip_2]).map(slips);
-                let column = |j: usize| grid.value.iter().map(|row| row[j]).collect();
-                let value = match self {
-                    Self::Exchange => (0..grid.slip_2.len()).map(column).collect(),
-                    Self::Units(_) | Self::Mirror(_) => grid.value.clone(),
-                };
-                Coefficient::Grid(Grid {
-                    slip_1,
-                    slip_2,
-                    value,
-                })
+                let slips = grid.slip_1.iter_mut().chain(&mut grid.slip_2);
+                slips.for_each(|s| *s *= d);
+                if self == Self::Exchange {
+                    let column = |j: usize| grid.value.iter().map(|row| row[j]).collect();
+                    grid.value = (0..grid.slip_2.len()).map(column).collect();
+                    std::mem::swap(&mut grid.slip_1, &mut grid.slip_2);
+                }
             }
             Coefficient::Expression(formula) => {
                 let mut old = self.origins();
@@ -449,20 +432,23 @@ impl Redescription {
                     Self::Mirror(_) => Vec::new(),
                     Self::Exchange => vec![("s1", "s2".to_owned()), ("s2", "s1".to_owned())],
                 });
-                Coefficient::Expression(formula.with_variables(&old))
+                *formula = formula.with_variables(&old);
             }
-            Coefficient::Function(function) => Coefficient::Function(function.seen_from(
-                move |at| LawPoint {
-                    position: self.origin(at.position),
-                    slip: self.pair(at.slip).map(|s| s / d),
-                    own_slip: at.own_slip / d,
-                },
-                move |derivative| SlipDerivative {
-                    own: derivative.own / d,
-                    pair: self.pair(derivative.pair).map(|slope| slope / d),
-                },
-            )),
+            Coefficient::Function(function) => {
+                *function = function.seen_from(
+                    move |at| LawPoint {
+                        position: self.origin(at.position),
+                        slip: self.pair(at.slip).map(|s| s / d),
+                        own_slip: at.own_slip / d,
+                    },
+                    move |derivative| SlipDerivative {
+                        own: derivative.own / d,
+                        pair: self.pair(derivative.pair).map(|slope| slope / d),
+                    },
+                );
+            }
         }
+        image
     }
 }
 

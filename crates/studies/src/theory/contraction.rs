@@ -4,13 +4,12 @@ use faer::Mat;
 
 use super::{
     dense::{alone, congruent, inverse, root, symmetric},
-    face::TriangulatedFace,
     level::TheoryProblem,
-    trace::{Blocks, PartNorms, SpaceNorms},
+    trace::{Blocks, PartNorms},
 };
 use contact3d::{
     contact::{CoulombLaw, FrictionField, Interface, SlipOperatorDerivative},
-    solver::{ContactState, CoulombState, PaneLaws, Solution, frozen_response},
+    solver::{CoulombState, PaneLaws, Solution, frozen_response},
 };
 
 /// Ψ′ at a solution.
@@ -46,12 +45,10 @@ impl TheoryProblem {
         solution: &Solution,
         with_paper: bool,
     ) -> Option<LocalContraction> {
-        let (face, norms) = (&self.face, &self.norms);
         let chain = self.chain(interface, solution)?;
         let (spectral_radius, index) = chain.spectrum();
-        let blocks: Vec<Blocks> = (0..norms.pressure.len())
-            .map(|k| chain.blocks(face, norms, k))
-            .collect();
+        let slip_ball = root(&chain.slip_ball(self));
+        let blocks = [0, 1].map(|k| chain.blocks(self, k, &slip_ball));
         Some(LocalContraction {
             spectral_radius,
             index,
@@ -62,11 +59,7 @@ impl TheoryProblem {
 
     fn chain(&self, interface: &Interface, solution: &Solution) -> Option<Chain> {
         let (dual, law) = (self.dual(), interface.coulomb()?);
-        let laws = ContactState {
-            interface,
-            ..self.contact()
-        }
-        .laws();
+        let laws = self.laws_of(interface);
         let (m, n) = (dual.layout.n_panes(), dual.layout.n_multipliers());
         let operator = &laws.slip.operator;
         let tangential = self.tangential_of(&solution.displacement);
@@ -162,14 +155,14 @@ impl Chain {
     }
 
     /// The forms of both images over unit balls of both arguments.
-    fn blocks(&self, face: &TriangulatedFace, norms: &SpaceNorms, norm: usize) -> Blocks {
+    fn blocks(&self, problem: &TheoryProblem, norm: usize, slip_ball: &Mat<f64>) -> Blocks {
         let m = self.n_panes();
-        let (pressure, factor) = &norms.pressure[norm];
+        let (pressure, factor) = &problem.pressure[norm];
         let slip_form = |z: &Mat<f64>| {
             let moved = alone(|| &self.slip * z);
             let columns = (0..moved.ncols()).map(|j| {
                 let column: Vec<f64> = moved.col(j).iter().copied().collect();
-                face.mass_product(&norms.mass, &column, 2)
+                problem.face.mass_product(&problem.forms.mass, &column, 2)
             });
             let columns: Vec<Vec<f64>> = columns.collect();
             let weighed = Mat::from_fn(moved.nrows(), moved.ncols(), |i, j| columns[j][i]);
@@ -181,21 +174,20 @@ impl Chain {
         };
         let identity = Mat::<f64>::identity(m, m);
         let pressure_ball = root(&symmetric(factor.solve(&identity)));
-        let slip_ball = root(&self.slip_ball(face, norms));
         let form = |z: &Mat<f64>, ball: &Mat<f64>| {
             let [slip, pressure] = [slip_form(z), pressure_form(z)];
             [congruent(ball, &slip), congruent(ball, &pressure)]
         };
         Blocks {
-            by_slip: form(&self.by_inverse, &slip_ball),
+            by_slip: form(&self.by_inverse, slip_ball),
             by_pressure: form(&self.by_pressure, &pressure_ball),
         }
     }
 
     /// D M⁻¹ Dᵀ: the image of the unit ball of Y^h × Y^h in 𝓕⁻¹.
-    fn slip_ball(&self, face: &TriangulatedFace, norms: &SpaceNorms) -> Mat<f64> {
-        let (d, free) = (&self.inverse_by_slip, face.free_nodes());
-        let mut inverse = inverse(&norms.mass_factor);
+    fn slip_ball(&self, problem: &TheoryProblem) -> Mat<f64> {
+        let (d, free) = (&self.inverse_by_slip, problem.face.free_nodes());
+        let mut inverse = inverse(&problem.mass_factor);
         let mut ball = Mat::zeros(d.nrows(), d.nrows());
         for l in 0..2 {
             let part = Mat::from_fn(d.nrows(), free.len(), |row, j| d[(row, 2 * free[j] + l)]);

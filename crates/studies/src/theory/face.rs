@@ -80,10 +80,8 @@ impl TriangulatedFace {
 
     /// h_Γ: the largest diameter of a triangle.
     pub(super) fn size(&self) -> f64 {
-        let edges = self
-            .triangles
-            .iter()
-            .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+        let triangles = self.triangles.iter();
+        let edges = triangles.flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
         let length = |[a, b]: [usize; 2]| distance(self.points[a], self.points[b]);
         edges.map(length).fold(0.0, f64::max)
     }
@@ -357,9 +355,8 @@ impl FaceGram {
     fn between(&self, rows: &PaneIntegrals, a: usize, b: usize) -> Mat<f64> {
         let cross = self.cross(rows, a, b);
         Mat::from_fn(rows.len(), rows.len(), |i, j| {
-            rows.0[j]
-                .iter()
-                .map(|&(node, integral)| integral * cross[(i, node)])
+            let row = rows.0[j].iter();
+            row.map(|&(node, integral)| integral * cross[(i, node)])
                 .sum()
         })
     }

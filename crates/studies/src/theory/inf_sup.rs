@@ -183,11 +183,8 @@ fn boxes(face: &TriangulatedFace, axes: [usize; 2], planes: &[Vec<f64>; 2]) -> P
 
 /// ∫ χ_i φ_j with the hat functions χ of a coarser face in which this one is nested.
 fn hats(coarse: &TriangulatedFace, face: &TriangulatedFace) -> PaneIntegrals {
-    let values: Vec<Vec<(usize, f64)>> = face
-        .points
-        .iter()
-        .map(|point| hats_at(coarse, *point))
-        .collect();
+    let values = face.points.iter().map(|point| hats_at(coarse, *point));
+    let values: Vec<Vec<(usize, f64)>> = values.collect();
     let mut sums = vec![BTreeMap::new(); coarse.n_free()];
     for (t, nodes) in face.triangles.iter().enumerate() {
         let area = face.area(t);

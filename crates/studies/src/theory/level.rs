@@ -13,7 +13,7 @@ use super::{
     interpolation::{Interpolation, lagrange_on_absolute, on_finer_functions},
     quartic::{diameter, largest_over_fourth},
     scaled::ScaledLaws,
-    trace::{SpaceNorms, TraceConstants, first_sobolev_gram},
+    trace::{TraceConstants, first_sobolev_gram},
 };
 use crate::shared::{dual_of, refuse_floating};
 use contact3d::{
@@ -23,7 +23,7 @@ use contact3d::{
     linalg::{CholeskyFactor, CscMatrix, Factor, FactorStructure, Work, Workspace, dot},
     mesh::{ContactSurface, Mesh},
     scene::{DualOperatorKind, FactorPrecision, Invalid, Scene, SolveSettings},
-    solver::{ContactState, Linearisation, Status},
+    solver::{ContactState, Linearisation, PaneLaws, Status},
 };
 
 /// Parts in which the sides of contact triangles are cut to measure interpolation.
@@ -141,7 +141,7 @@ impl TheoryProblem {
             }
         };
         let areas = diagonal(&self.rows.areas());
-        let over = DenseFactor::new(&self.glued[k]).map_or(f64::INFINITY, |q| q.largest_of(&areas));
+        let over = self.pressure[k].1.largest_of(&areas);
         let trace = TraceConstants::new(&self.grams[k], &self.face, &self.forms);
         // c_r of the scene's r_h, and the bound of the norm of r_h|v_t| by ‖v‖ that does without it.
         let (interpolation, interpolated) = match self.contact().interface.slip.operator {
@@ -206,10 +206,10 @@ fn axes_constant(face: &TriangulatedFace, whole: &CscMatrix, frame: &ContactFram
 
 /// The largest diameter of a pane; `None` for nodal multipliers.
 fn pane_size(mesh: &Mesh, surface: &ContactSurface) -> Option<f64> {
-    let mut corners = vec![Vec::new(); surface.n_panes()];
     if surface.is_nodal() {
         return None;
     }
+    let mut corners = vec![Vec::new(); surface.n_panes()];
     for (&facet, &pane) in surface.facets.iter().zip(&surface.facet_pane) {
         corners[pane].extend(mesh.corners(&mesh.facets[facet]));
     }
@@ -227,8 +227,10 @@ pub(super) struct TheoryProblem {
     /// In H¹(Ω)³ and in the energy norm.
     pub(super) grams: [FaceGram; 2],
     pub(super) sobolev: (CscMatrix, CholeskyFactor),
-    pub(super) norms: SpaceNorms,
-    pub(super) glued: [Mat<f64>; 2],
+    /// Of the mass of Y^h.
+    pub(super) mass_factor: CholeskyFactor,
+    /// ‖·‖²_{*,h} over V₀^h in both norms of displacements, `[m, m]`, and its factor.
+    pub(super) pressure: [(Mat<f64>, DenseFactor); 2],
     /// The compliance u_t = … − G λ of the contact nodes, `[2 n_contact_nodes, 3 m]`.
     pub(super) compliance: Mat<f64>,
 }
@@ -264,19 +266,24 @@ impl TheoryProblem {
         let face = TriangulatedFace::new(assembled.mesh(), surface, dofs);
         let forms = face.forms();
         let rows = PaneIntegrals::of_surface(surface);
-        let glued = |gram: &FaceGram| gram.normal_glued(&rows).ok_or_else(|| singular("Q"));
-        let glued = [glued(&grams[0])?, glued(&grams[1])?];
-        let norms = SpaceNorms::new(forms.mass.clone(), glued.to_vec());
+        let pressure = |gram: &FaceGram| {
+            let form = gram.normal_glued(&rows)?;
+            let factor = DenseFactor::new(&form)?;
+            Some((form, factor))
+        };
+        let [first, second] = grams.each_ref().map(pressure);
+        let factors = factorised(&forms.mass).zip(first.zip(second));
+        let (mass_factor, (first, second)) = factors.ok_or_else(|| singular("Q"))?;
         Ok(Self {
             local: LocalStiffness::new(dual_of(&assembled)),
-            norms: norms.ok_or_else(|| singular("Q"))?,
+            mass_factor,
+            pressure: [first, second],
             compliance: grams[1].tangential_by_multipliers(&rows),
             face,
             forms,
             rows,
             grams,
             sobolev: (gram, factor),
-            glued,
             assembled,
         })
     }
@@ -297,12 +304,13 @@ impl TheoryProblem {
 
     /// The sign of det R′ for the law of an interface.
     pub(super) fn determinant(&self, interface: &Interface, multiplier: &[f64]) -> i8 {
-        let laws = ContactState {
-            interface,
-            ..self.contact()
-        }
-        .laws();
-        Linearisation::new(self.dual(), &laws, multiplier).determinant
+        Linearisation::new(self.dual(), &self.laws_of(interface), multiplier).determinant
+    }
+
+    /// The laws of the panes with another interface.
+    pub(super) fn laws_of(&self, interface: &Interface) -> PaneLaws {
+        let surface = self.surface();
+        ContactState { surface, interface }.laws()
     }
 
     pub(super) fn into_sobolev_gram(self) -> (TriangulatedFace, FaceGram) {

@@ -88,12 +88,9 @@ pub struct LawConstants {
     pub estimated: bool,
 }
 
-/// What an observer sees before each mesh: its n_div, 0 for a mesh file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct TheoryProgress(pub usize);
-
 impl Theory {
-    /// Measures everything on every mesh; mesh files are looked for in `folder`.
+    /// Measures everything on every mesh; mesh files are looked for in `folder`, and `observe` sees n_div before each mesh, 0 for a mesh
+    /// file.
     ///
     /// # Errors
     /// [`ProblemError::Invalid`] for a scene that the theory does not cover (without Coulomb friction, with a gap, with quadratic
@@ -102,7 +99,7 @@ impl Theory {
         scene: &Scene,
         folder: &Path,
         settings: &TheorySettings,
-        observe: &mut dyn FnMut(TheoryProgress),
+        observe: &mut dyn FnMut(usize),
     ) -> Result<Self, ProblemError> {
         require_covered(scene)?;
         let law = LawConstants::of(scene, folder)?;
@@ -145,7 +142,7 @@ fn levels_of_files(
     scene: &Scene,
     folder: &Path,
     files: &[GmshFile],
-    observe: &mut dyn FnMut(TheoryProgress),
+    observe: &mut dyn FnMut(usize),
 ) -> Result<Vec<TheoryLevel>, ProblemError> {
     let own = scene.body.mesh_file().cloned();
     let files = match files {
@@ -154,7 +151,7 @@ fn levels_of_files(
     };
     let mut levels = Vec::new();
     for file in files {
-        observe(TheoryProgress(0));
+        observe(0);
         let mut changed = scene.clone();
         if let Some(own) = changed.body.mesh_file_mut() {
             *own = file;
@@ -181,7 +178,7 @@ fn nested_levels(
     scene: &Scene,
     brick: &Brick,
     settings: &TheorySettings,
-    observe: &mut dyn FnMut(TheoryProgress),
+    observe: &mut dyn FnMut(usize),
 ) -> Result<Vec<TheoryLevel>, ProblemError> {
     let bricks = theory_bricks(scene, brick, settings)?;
     let contact = scene.contacts.first();
@@ -189,7 +186,7 @@ fn nested_levels(
     let mut finest = None;
     let mut levels = Vec::new();
     for brick in bricks.into_iter().rev() {
-        observe(TheoryProgress(brick_n_div(&brick)));
+        observe(brick_n_div(&brick));
         let problem = TheoryProblem::new(with_brick(scene, &brick), Path::new(""))?;
         let mut level = problem.measure(brick_n_div(&brick))?;
         let here = BrickFaceGram {

@@ -4,6 +4,7 @@ use super::{
     bound::{NormConstants, Radii},
     contraction::LocalContraction,
     level::TheoryProblem,
+    trace::norm_by,
 };
 use contact3d::{
     contact::FrictionField,
@@ -143,10 +144,10 @@ impl Mapping<'_> {
 
     /// ‖φ‖_0 and ‖λ_ν‖_*.
     fn norms_of(&self, norm: usize, state: &MappingPoint) -> [f64; 2] {
-        let (face, norms) = (&self.problem.face, &self.problem.norms);
+        let (problem, mass) = (self.problem, &self.problem.forms.mass);
         [
-            face.norm_of_pair(&norms.mass, &state.slip),
-            norms.of_pressure(norm, &state.pressure),
+            problem.face.norm_of_pair(mass, &state.slip),
+            norm_by(&problem.pressure[norm].0, &state.pressure),
         ]
     }
 

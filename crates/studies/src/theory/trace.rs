@@ -4,13 +4,13 @@ use faer::Mat;
 use nalgebra::Vector3;
 
 use super::{
-    dense::{DenseFactor, largest, largest_ratio},
-    face::{ElementSums, FaceForms, FaceGram, TriangulatedFace, factorised},
+    dense::{largest, largest_ratio},
+    face::{ElementSums, FaceForms, FaceGram, TriangulatedFace},
     quartic::triangle_rule,
 };
 use contact3d::{
     elasticity::DofMap,
-    linalg::{CholeskyFactor, CscMatrix, dot, norm},
+    linalg::{CscMatrix, dot, norm},
     mesh::{Mesh, tetrahedron_volume},
 };
 
@@ -177,38 +177,13 @@ fn gradients(corners: &[[f64; 3]; 4], volume: f64) -> [Vector3<f64>; 4] {
 const REACH: f64 = 40.0;
 const VALLEY: f64 = 1e-6;
 
-/// The norms of Y^h × Y^h and of L^H.
-pub(super) struct SpaceNorms {
-    /// M_Γ of scalar functions, over the free nodes.
-    pub(super) mass: CscMatrix,
-    pub(super) mass_factor: CholeskyFactor,
-    /// ‖·‖²_{*,h} in each norm of displacements, `[m, m]`, and its factor.
-    pub(super) pressure: Vec<(Mat<f64>, DenseFactor)>,
-}
-
-impl SpaceNorms {
-    /// `None` where a form has no factor.
-    pub(super) fn new(mass: CscMatrix, pressure: Vec<Mat<f64>>) -> Option<Self> {
-        let factors = pressure.into_iter().map(|form| {
-            let factor = DenseFactor::new(&form)?;
-            Some((form, factor))
-        });
-        Some(Self {
-            mass_factor: factorised(&mass)?,
-            pressure: factors.collect::<Option<_>>()?,
-            mass,
-        })
-    }
-
-    /// ‖μ‖_{*,h} in one of the norms of displacements.
-    pub(super) fn of_pressure(&self, norm: usize, multiplier: &[f64]) -> f64 {
-        let form = &self.pressure[norm].0;
-        let terms = (0..form.ncols()).map(|j| {
-            let column = (0..form.nrows()).map(|i| form[(i, j)] * multiplier[i]);
-            multiplier[j] * column.sum::<f64>()
-        });
-        terms.sum::<f64>().max(0.0).sqrt()
-    }
+/// ‖μ‖ with ‖μ‖² = μᵀFμ.
+pub(super) fn norm_by(form: &Mat<f64>, multiplier: &[f64]) -> f64 {
+    let terms = (0..form.ncols()).map(|j| {
+        let column = (0..form.nrows()).map(|i| form[(i, j)] * multiplier[i]);
+        multiplier[j] * column.sum::<f64>()
+    });
+    terms.sum::<f64>().max(0.0).sqrt()
 }
 
 /// Norms of the four parts of Ψ′: how much slip and pressure move with slip and pressure.

@@ -54,34 +54,26 @@ impl Affine {
     }
 }
 
-/// Plain numbers of a problem: λ in Pa, r in m³, u_t in m.
-pub(super) struct Numbers<'a> {
-    /// S_ij.
-    pub(super) operator: &'a dyn Fn(usize, usize) -> f64,
-    pub(super) rhs: &'a dyn Fn(usize) -> f64,
-    /// u_t without λ at a node along an axis, and by a component of λ.
-    pub(super) slip_free: &'a dyn Fn(usize, usize) -> f64,
-    pub(super) slip: &'a dyn Fn(usize, usize, usize) -> f64,
-    pub(super) follows_slip: bool,
-}
-
 impl SmallProblem {
-    /// The problem with what rounding may have changed; `None` where a pane does not move along its normal.
+    /// The problem with what rounding may have changed, from S, h and, for a law that follows it, u_t at each node along both axes: without
+    /// λ, and how much each component of λ takes from it; λ in Pa, r in m³, u_t in m. `None` where a pane does not move along its normal.
     pub(super) fn new(
-        numbers: &Numbers<'_>,
+        operator: &dyn Fn(usize, usize) -> f64,
+        rhs: &[f64],
+        slips: &[[(f64, Vec<f64>); 2]],
         nodes: Vec<Vec<(usize, f64)>>,
         laws: Vec<NodeLaw>,
     ) -> Option<Self> {
         let panes = nodes.len();
         let n = 3 * panes;
-        let diagonal: Vec<f64> = (0..n).map(|i| (numbers.operator)(i, i)).collect();
+        let diagonal: Vec<f64> = (0..n).map(|i| operator(i, i)).collect();
         let moves: Vec<bool> = diagonal.iter().map(|d| *d > 0.0).collect();
         if !(0..panes).all(|pane| moves[3 * pane]) {
             return None;
         }
         let normals = diagonal.iter().step_by(3);
         let scale: Vec<f64> = normals.map(|d| power_of_two(d.sqrt())).collect();
-        let scaled = |i: usize| (numbers.rhs)(i) / scale[i / 3];
+        let scaled = |i: usize| rhs[i] / scale[i / 3];
         let load = (0..n).map(|i| scaled(i).abs()).fold(0.0, f64::max);
         let load = power_of_two(load);
         let root = |i: usize| diagonal[i].sqrt() / scale[i / 3];
@@ -91,14 +83,23 @@ impl SmallProblem {
             }
             // Both halves of S, which differ by rounding.
             let [a, b] = [(i, j), (j, i)].map(|(i, j)| {
-                let value = (numbers.operator)(i, j) / scale[i / 3] / scale[j / 3];
+                let value = operator(i, j) / scale[i / 3] / scale[j / 3];
                 Interval::around(value, UNCERTAIN * root(i) * root(j))
             });
             a.hull(b)
         };
         let stress: Vec<f64> = scale.iter().map(|scale| load / scale).collect();
-        let followed = if numbers.follows_slip { laws.len() } else { 0 };
-        let slips = (0..followed).map(|node| [0, 1].map(|k| slip(numbers, &stress, node, k)));
+        let slip = |(free, by): &(f64, Vec<f64>)| {
+            let row = by.iter().enumerate().map(|(j, by)| -by * stress[j / 3]);
+            let row: Vec<f64> = row.collect();
+            let size = row.iter().fold(free.abs(), |size, v| size.max(v.abs()));
+            let near = |value: f64| Interval::around(value, UNCERTAIN * size);
+            Affine {
+                constant: near(*free),
+                slope: row.into_iter().map(near).collect(),
+            }
+        };
+        let slips = slips.iter().map(|pair| pair.each_ref().map(slip));
         let slips = slips.collect();
         let row = |i: usize| (0..n).map(|j| entry(i, j)).collect();
         let rhs = |i: usize| match moves[i] {
@@ -123,19 +124,6 @@ impl SmallProblem {
     pub(super) fn is_isotropic(&self) -> bool {
         let mut laws = self.laws.iter();
         laws.all(|law| matches!(law, NodeLaw::Isotropic(_)))
-    }
-}
-
-fn slip(numbers: &Numbers<'_>, stress: &[f64], node: usize, axis: usize) -> Affine {
-    let row: Vec<f64> = (0..3 * stress.len())
-        .map(|j| -(numbers.slip)(node, axis, j) * stress[j / 3])
-        .collect();
-    let free = (numbers.slip_free)(node, axis);
-    let size = row.iter().fold(free.abs(), |size, v| size.max(v.abs()));
-    let near = |value: f64| Interval::around(value, UNCERTAIN * size);
-    Affine {
-        constant: near(free),
-        slope: row.into_iter().map(near).collect(),
     }
 }
 
