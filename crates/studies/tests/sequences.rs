@@ -5,7 +5,7 @@ use std::path::Path;
 use contact3d::{scene::Scene, solver::Status};
 use studies::accuracy::{
     AccuracySettings, Cost, MeshSequence, MeshSequences, SequenceAdvice, SequenceKind,
-    SequenceLevel, TARGETS,
+    SequenceLevel,
 };
 
 fn level(error: Option<f64>, estimated_error: f64, seconds: f64) -> SequenceLevel {
@@ -55,15 +55,7 @@ fn advice_names_the_cheapest_sequence_and_says_what_nobody_reached() {
         sequence(SequenceKind::LinearAdaptive, &[]),
     ];
     let advice = SequenceAdvice::new(&sequences);
-    assert_eq!(
-        advice.cheapest.iter().map(|c| c.target).collect::<Vec<_>>(),
-        TARGETS
-    );
-    let kinds: Vec<_> = advice
-        .cheapest
-        .iter()
-        .map(|c| c.sequence.map(|(kind, _)| kind))
-        .collect();
+    let kinds = advice.cheapest.map(|found| found.map(|(kind, _)| kind));
     assert_eq!(
         kinds,
         [

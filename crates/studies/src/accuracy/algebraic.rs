@@ -191,11 +191,12 @@ impl StudiedProblem<'_> {
         let mut entries: Vec<SolverRun> = Vec::new();
         let mut spent = 0.0;
         for epsilon in EPSILONS {
-            let result = if self.exceeds_budget(&entries, spent) {
-                None
-            } else {
-                observe(AccuracyProgress::SolverRun(method, operator, epsilon));
-                Some(self.run(method, epsilon, self.applications_left(&entries, spent))?)
+            let result = match self.affordable(&entries, spent) {
+                None => None,
+                Some(applications) => {
+                    observe(AccuracyProgress::SolverRun(method, operator, epsilon));
+                    Some(self.run(method, epsilon, applications)?)
+                }
             };
             spent += result.map_or(0.0, |r| r.cost.seconds * r.cost.repeats as f64);
             entries.push(SolverRun {
@@ -208,28 +209,22 @@ impl StudiedProblem<'_> {
         Ok(entries)
     }
 
-    /// Whether the next entry would take more than is left when costs grow as they last did.
-    fn exceeds_budget(&self, entries: &[SolverRun], spent: f64) -> bool {
-        let Some(last) = entries.last() else {
-            return false;
+    /// Applications of S that fit in what is left of the budget, by the price of the last entry's; `None` where the next entry would take
+    /// more when costs grow as they last did.
+    fn affordable(&self, entries: &[SolverRun], spent: f64) -> Option<usize> {
+        let most = self.scene.solve.max_inner_actions;
+        let mut results = entries.iter().rev().map(|entry| entry.result);
+        let Some(last) = results.next() else {
+            return Some(most);
         };
-        let Some(last) = last.result else {
-            return true;
-        };
-        let before = entries.iter().rev().nth(1).and_then(|entry| entry.result);
-        let growth = match before {
+        let last = last?;
+        let growth = match results.next().flatten() {
             Some(before) if before.cost.seconds > 0.0 => last.cost.seconds / before.cost.seconds,
             _ => 1.0,
         };
-        spent + last.cost.seconds * growth.max(1.0) > self.budget
-    }
-
-    /// Applications of S that fit in what is left of the budget, by the price of the last entry's.
-    fn applications_left(&self, entries: &[SolverRun], spent: f64) -> usize {
-        let most = self.scene.solve.max_inner_actions;
-        let Some(last) = entries.last().and_then(|entry| entry.result) else {
-            return most;
-        };
+        if spent + last.cost.seconds * growth.max(1.0) > self.budget {
+            return None;
+        }
         let price = last.cost.seconds / last.applications.max(1) as f64;
         let affordable = ((self.budget - spent) / price).floor();
         #[expect(
@@ -238,7 +233,7 @@ impl StudiedProblem<'_> {
             reason = "saturates, which is what is meant"
         )]
         let affordable = affordable.max(1.0) as usize;
-        most.min(affordable)
+        Some(most.min(affordable))
     }
 
     fn run(

@@ -21,7 +21,7 @@ pub use distance::{Distance, MeshField, distance};
 pub(crate) use refinement::{brick_n_div, observed_order, with_brick};
 pub use refinement::{extrapolated, nested_bricks};
 pub use sequences::{
-    Cheapest, MeshSequence, MeshSequences, Reference, SequenceAdvice, SequenceKind, SequenceLevel,
+    MeshSequence, MeshSequences, Reference, SequenceAdvice, SequenceKind, SequenceLevel,
     SequenceProgress, TARGETS,
 };
 

@@ -155,11 +155,6 @@ impl<'a> Family<'a> {
         (self.scene_at)(self.range.value(s)).and_then(Scene::checked)
     }
 
-    /// The assembled problem at s, to solve.
-    pub(super) fn problem(&self, s: f64) -> Result<AssembledProblem, ProblemError> {
-        self.problem_at(self.range.value(s))
-    }
-
     /// The assembled problem at a value of the parameter, with the dense operator.
     ///
     /// # Errors

@@ -214,9 +214,8 @@ fn combinations(piece: &Piece, choices: &[Choice]) -> Vec<Piece> {
         Choice::Zone(_, zones) => zones.len(),
         Choice::Law(..) => 2,
     };
-    let total = choices
-        .iter()
-        .try_fold(1_usize, |n, choice| n.checked_mul(number(choice)));
+    let mut all = choices.iter();
+    let total = all.try_fold(1_usize, |n, choice| n.checked_mul(number(choice)));
     if total.is_some_and(|total| total <= MOST_PIECES) {
         let mut pieces = vec![piece.clone()];
         for choice in choices {
@@ -232,9 +231,8 @@ fn combinations(piece: &Piece, choices: &[Choice]) -> Vec<Piece> {
         }
         Choice::Law(..) => chosen(piece, choice, 1),
     };
-    let all = choices
-        .iter()
-        .fold(piece.clone(), |piece, choice| other(&piece, choice));
+    let apart = |piece: Piece, choice| other(&piece, choice);
+    let all = choices.iter().fold(piece.clone(), apart);
     let single = choices.iter().map(|choice| other(piece, choice));
     [piece.clone(), all].into_iter().chain(single).collect()
 }

@@ -40,7 +40,7 @@ use self::{
     enumeration::Certificate,
     equations::PieceEquations,
     kink::HalfPath,
-    path::{FIRST_STEP, PathFront},
+    path::PathFront,
     piece::Open,
     point::FrontRecord,
     search::{SAME, rays_from, solver_rays},
@@ -244,9 +244,10 @@ impl Branches {
             _ if too_many => SearchStage::Done,
             SearchStage::Solver => {
                 rays = solver_rays(equations)?;
-                match self.all {
-                    true => SearchStage::End,
-                    false => SearchStage::Done,
+                if self.all {
+                    SearchStage::End
+                } else {
+                    SearchStage::Done
                 }
             }
             SearchStage::End => {
@@ -271,7 +272,7 @@ impl Branches {
         };
         let pending = self.pending.get_or_insert_default();
         pending.stage = next;
-        let records = rays.iter().map(|ray| ray.record(origin, FIRST_STEP));
+        let records = rays.iter().map(|ray| ray.record(origin));
         pending.open.rays.extend(records);
         Ok(())
     }

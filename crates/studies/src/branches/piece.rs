@@ -6,7 +6,7 @@ use super::{
     equations::{EvaluatedPiece, PieceEquations},
     kink::HalfPath,
     law_piece::LawPieces,
-    path::{FIRST_STEP, RETURNED},
+    path::RETURNED,
     point::{FamilyMember, FrontRecord, PathOrigin},
 };
 use contact3d::{
@@ -134,8 +134,7 @@ pub(super) struct Open {
 
 impl Open {
     pub(super) fn keep(&mut self, rays: &[HalfPath]) {
-        let origin = PathOrigin::BranchPoint;
-        let records = rays.iter().map(|ray| ray.record(origin, FIRST_STEP));
+        let records = rays.iter().map(|ray| ray.record(PathOrigin::BranchPoint));
         self.rays.extend(records);
     }
 

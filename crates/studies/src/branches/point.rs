@@ -9,7 +9,7 @@ use super::{
     equations::PieceEquations,
     family::ParameterRange,
     kink::HalfPath,
-    path::PathFront,
+    path::{FIRST_STEP, PathFront},
     piece::{NodePiece, Piece, Switch},
 };
 use contact3d::{
@@ -163,6 +163,9 @@ pub enum PathOrigin {
     BranchPoint,
 }
 
+/// How zones are stored.
+const LETTERS: [(char, Zone); 3] = [('o', Zone::Open), ('t', Zone::Stick), ('l', Zone::Slip)];
+
 /// A front: where a path stands and how it goes on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct FrontRecord {
@@ -178,18 +181,19 @@ pub(super) struct FrontRecord {
 
 impl FrontRecord {
     pub(super) fn of(origin: PathOrigin, state: &PathState, piece: &Piece, step: f64) -> Self {
-        let letter = |zone: &Zone| match zone {
-            Zone::Open => 'o',
-            Zone::Stick => 't',
-            Zone::Slip => 'l',
-        };
+        let letter = |zone: &Zone| LETTERS.iter().find(|(_, known)| known == zone);
         Self {
             origin,
             point: state.point.clone(),
             tangent: state.tangent.clone(),
             orientation: state.orientation,
             step,
-            zones: piece.zones.iter().map(letter).collect(),
+            zones: piece
+                .zones
+                .iter()
+                .filter_map(letter)
+                .map(|it| it.0)
+                .collect(),
             capped: piece.capped.clone(),
             nodes: piece.nodes.clone(),
         }
@@ -212,13 +216,9 @@ impl FrontRecord {
         &self,
         equations: &PieceEquations<'_>,
     ) -> Result<Option<PathFront>, ProblemError> {
-        let zone = |letter: char| match letter {
-            'o' => Some(Zone::Open),
-            't' => Some(Zone::Stick),
-            'l' => Some(Zone::Slip),
-            _ => None,
-        };
-        let Some(zones) = self.zones.chars().map(zone).collect::<Option<Vec<Zone>>>() else {
+        let zone = |letter: char| LETTERS.iter().find(|(known, _)| *known == letter);
+        let zones = self.zones.chars().map(|letter| Some(zone(letter)?.1));
+        let Some(zones) = zones.collect() else {
             return Ok(None);
         };
         let piece = Piece {
@@ -255,7 +255,7 @@ impl FrontRecord {
 }
 
 impl HalfPath {
-    pub(super) fn record(&self, origin: PathOrigin, step: f64) -> FrontRecord {
-        FrontRecord::of(origin, &self.state, &self.piece, step)
+    pub(super) fn record(&self, origin: PathOrigin) -> FrontRecord {
+        FrontRecord::of(origin, &self.state, &self.piece, FIRST_STEP)
     }
 }

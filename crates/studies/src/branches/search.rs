@@ -202,7 +202,8 @@ const INSIDE: [f64; 3] = [1e-3, 1e-2, 0.1];
 pub(super) fn solver_rays(equations: &PieceEquations<'_>) -> Result<Vec<HalfPath>, ProblemError> {
     let mut last = Status::Converged;
     for s in [0.0].into_iter().chain(INSIDE) {
-        let problem = equations.family.problem(s)?;
+        let family = equations.family;
+        let problem = family.problem_at(family.range().value(s))?;
         let solution = problem.solve(&problem.scene().solve)?;
         last = solution.status;
         if !solution.status.is_solved() {

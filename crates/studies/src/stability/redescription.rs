@@ -96,9 +96,7 @@ impl Redescription {
             }
         }
         clamps.iter_mut().for_each(|clamp| self.map_clamp(clamp));
-        springs
-            .iter_mut()
-            .for_each(|spring| self.map_spring(spring));
+        springs.iter_mut().for_each(|it| self.map_spring(it));
         for traction in tractions {
             self.map_face(&mut traction.face);
             traction.value = self.vector(traction.value.each_ref(), units.stress);
@@ -110,9 +108,7 @@ impl Redescription {
         if let Some(force) = body_force {
             force.value = self.vector(force.value.each_ref(), force_density);
         }
-        contacts
-            .iter_mut()
-            .for_each(|contact| self.map_contact(contact));
+        contacts.iter_mut().for_each(|it| self.map_contact(it));
         *friction = friction.as_ref().map(|own| self.friction(own));
         if let Some(of) = adapt.as_mut().and_then(|adapt| adapt.of.as_mut()) {
             self.map_functional(of);

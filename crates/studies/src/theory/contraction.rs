@@ -5,7 +5,7 @@ use faer::Mat;
 use super::{
     dense::{alone, congruent, inverse, root, symmetric},
     level::TheoryProblem,
-    trace::{Blocks, PartNorms},
+    trace::{Blocks, PartNorms, norm_on_sum, part_norms},
 };
 use contact3d::{
     contact::{CoulombLaw, FrictionField, Interface, SlipOperatorDerivative},
@@ -52,8 +52,8 @@ impl TheoryProblem {
         Some(LocalContraction {
             spectral_radius,
             index,
-            parts: blocks.iter().map(Blocks::part_norms).collect(),
-            paper: with_paper.then(|| blocks.iter().map(Blocks::paper).collect()),
+            parts: blocks.iter().map(part_norms).collect(),
+            paper: with_paper.then(|| blocks.iter().map(norm_on_sum).collect()),
         })
     }
 
@@ -178,10 +178,10 @@ impl Chain {
             let [slip, pressure] = [slip_form(z), pressure_form(z)];
             [congruent(ball, &slip), congruent(ball, &pressure)]
         };
-        Blocks {
-            by_slip: form(&self.by_inverse, slip_ball),
-            by_pressure: form(&self.by_pressure, &pressure_ball),
-        }
+        [
+            form(&self.by_inverse, slip_ball),
+            form(&self.by_pressure, &pressure_ball),
+        ]
     }
 
     /// D M⁻¹ Dᵀ: the image of the unit ball of Y^h × Y^h in 𝓕⁻¹.

@@ -48,10 +48,8 @@ impl Findings {
         };
         let proved = |level: &TheoryLevel| level.thresholds.weighted[1];
         let contracts = |level: &TheoryLevel| level.thresholds.spectral_radius;
-        let lemma = theory
-            .levels
-            .iter()
-            .flat_map(|l| l.observed.lemma.iter().flatten());
+        let levels = theory.levels.iter();
+        let lemma = levels.flat_map(|l| l.observed.lemma.iter().flatten());
         Self {
             n_div: finest.map_or(0, |level| level.n_div),
             proved: finest.map_or(f64::NAN, proved),

@@ -2,6 +2,8 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use nalgebra::Vector3;
+
 use super::{
     dense::{inverse, largest_ratio},
     face::{TriangulatedFace, factorised, gradients, product, sum},
@@ -33,15 +35,17 @@ pub(super) fn lagrange_on_absolute(face: &TriangulatedFace) -> f64 {
 /// the difference is twice that of the negative part, whose norm is known.
 fn on_triangle(corners: &[[f64; 3]; 3]) -> f64 {
     let gradients = gradients(corners);
-    let at = |corner: usize, s: f64, t: f64| {
-        let [next, last] = [1.0 / s - 1.0, 1.0 / t - 1.0];
-        let slope = gradients[(corner + 1) % 3] * next + gradients[(corner + 2) % 3] * last
-            - gradients[corner];
-        2.0 / 3.0 * (1.0 - s * t * (3.0 - s - t)) / slope.norm_squared()
-    };
     (0..3)
-        .map(|corner| largest_on_square(|s, t| at(corner, s, t)))
+        .map(|corner| largest_on_square(|s, t| ratio_of_cut(&gradients, corner, s, t)))
         .fold(0.0, f64::max)
+}
+
+/// The ratio for one cut.
+fn ratio_of_cut(gradients: &[Vector3<f64>; 3], corner: usize, s: f64, t: f64) -> f64 {
+    let [next, last] = [1.0 / s - 1.0, 1.0 / t - 1.0];
+    let slope =
+        gradients[(corner + 1) % 3] * next + gradients[(corner + 2) % 3] * last - gradients[corner];
+    2.0 / 3.0 * (1.0 - s * t * (3.0 - s - t)) / slope.norm_squared()
 }
 
 /// The largest value of a smooth function on (0, 1]².
@@ -250,10 +254,7 @@ mod tests {
         for (i, j) in (1..=200).flat_map(|i| (1..=200).map(move |j| (i, j))) {
             let (s, t) = (f64::from(i) / 200.0, f64::from(j) / 200.0);
             for corner in 0..3 {
-                let slope = gradients[(corner + 1) % 3] * (1.0 / s - 1.0)
-                    + gradients[(corner + 2) % 3] * (1.0 / t - 1.0)
-                    - gradients[corner];
-                let ratio = 2.0 / 3.0 * (1.0 - s * t * (3.0 - s - t)) / slope.norm_squared();
+                let ratio = ratio_of_cut(&gradients, corner, s, t);
                 assert!(ratio <= constant * (1.0 + 1e-12));
                 best = best.max(ratio);
             }

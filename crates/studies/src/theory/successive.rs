@@ -182,11 +182,8 @@ impl Mapping<'_> {
         for block in 1..=MOST_BLOCKS {
             for _ in 0..BLOCK {
                 let length = norm(&direction);
-                let disturbed: Vec<f64> = solution
-                    .iter()
-                    .zip(&direction)
-                    .map(|(l, d)| l + size * d / length)
-                    .collect();
+                let pairs = solution.iter().zip(&direction);
+                let disturbed: Vec<f64> = pairs.map(|(l, d)| l + size * d / length).collect();
                 let Some(image) = self.image(&self.state(&disturbed), solution, observed) else {
                     return;
                 };
@@ -289,12 +286,9 @@ impl Random {
         let mut moved = |value: f64, scale: f64| {
             (size * (value + 0.5 * spread * scale * self.signed())).max(0.0)
         };
+        let slips = centre.slip.iter();
         MappingPoint {
-            slip: centre
-                .slip
-                .iter()
-                .map(|u| u.map(|v| moved(v, largest_slip)))
-                .collect(),
+            slip: slips.map(|u| u.map(|v| moved(v, largest_slip))).collect(),
             pressure: centre.pressure.iter().map(|v| moved(*v, largest)).collect(),
         }
     }

@@ -220,27 +220,22 @@ impl PartNorms {
     }
 }
 
-/// The squared norms of the slip and of the pressure that Ψ′ makes of unit vectors of slip and of pressure.
-pub(super) struct Blocks {
-    pub(super) by_slip: [Mat<f64>; 2],
-    pub(super) by_pressure: [Mat<f64>; 2],
+/// The squared norms of the slip and of the pressure that Ψ′ makes of unit vectors, of slip, and of pressure.
+pub(super) type Blocks = [[Mat<f64>; 2]; 2];
+
+pub(super) fn part_norms([by_slip, by_pressure]: &Blocks) -> PartNorms {
+    let norm = |form: &Mat<f64>| largest(form).max(0.0).sqrt();
+    PartNorms {
+        slip_by_slip: norm(&by_slip[0]),
+        pressure_by_slip: norm(&by_slip[1]),
+        slip_by_pressure: norm(&by_pressure[0]),
+        pressure_by_pressure: norm(&by_pressure[1]),
+    }
 }
 
-impl Blocks {
-    pub(super) fn part_norms(&self) -> PartNorms {
-        let norm = |form: &Mat<f64>| largest(form).max(0.0).sqrt();
-        PartNorms {
-            slip_by_slip: norm(&self.by_slip[0]),
-            pressure_by_slip: norm(&self.by_slip[1]),
-            slip_by_pressure: norm(&self.by_pressure[0]),
-            pressure_by_pressure: norm(&self.by_pressure[1]),
-        }
-    }
-
-    /// The norm on the sum: the unit ball of ‖φ‖ + ‖μ‖ is the convex hull of the two unit balls.
-    pub(super) fn paper(&self) -> f64 {
-        sum_norm(&self.by_slip).max(sum_norm(&self.by_pressure))
-    }
+/// The norm on the sum: the unit ball of ‖φ‖ + ‖μ‖ is the convex hull of the two unit balls.
+pub(super) fn norm_on_sum([by_slip, by_pressure]: &Blocks) -> f64 {
+    sum_norm(by_slip).max(sum_norm(by_pressure))
 }
 
 /// sup √(xᵀAx) + √(xᵀBx) over |x| = 1: the least λ_max(A/s + B/(1−s)) over 0 < s < 1, squared, since the pairs (xᵀAx, xᵀBx)
@@ -288,29 +283,20 @@ fn least_by_golden_section(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use contact3d::scene::Brick;
+    use crate::theory::face::product;
+    use contact3d::scene::{Body, Material, Scene};
 
     #[test]
     fn the_norm_of_linear_fields_is_known() {
-        let raw = contact3d::mesh::brick(&Brick::new([2.0, 1.0, 1.0], [2, 2, 2]), None);
-        let mesh = Mesh {
-            coordinates: raw.coordinates,
-            tetrahedra: raw.tetrahedra,
-            tetrahedron_region: Vec::new(),
-            facets: Vec::new(),
-            facet_face: Vec::new(),
-            face_names: Vec::new(),
-            mid_edges: None,
-            contact: None,
-        };
+        let body = Body::brick([2.0, 1.0, 1.0], [2, 2, 2]);
+        let scene = Scene::new(body, Material::isotropic(1.0, 0.3));
+        let mesh = Mesh::of_scene(&scene, std::path::Path::new("")).expect("a brick");
         let dofs = DofMap::new(&vec![[false; 3]; mesh.coordinates.len()]);
         let gram = first_sobolev_gram(&mesh, &dofs);
         // u = (x, 0, 2): ∫ x² + 4 + 1 over (0,2)×(0,1)² = 8/3 + 8 + 2.
         let field: Vec<[f64; 3]> = mesh.coordinates.iter().map(|x| [x[0], 0.0, 2.0]).collect();
         let field = dofs.to_free(&field);
-        let mut image = vec![0.0; field.len()];
-        gram.mul(&field, &mut image);
-        let square = contact3d::linalg::dot(&field, &image);
+        let square = dot(&field, &product(&gram, &field));
         assert!((square - (8.0 / 3.0 + 10.0)).abs() < 1e-12, "{square}");
     }
 }

@@ -56,17 +56,13 @@ struct Searchable<'a> {
 impl<'a> Searchable<'a> {
     fn new(field: MeshField<'a>) -> Self {
         let tetrahedra = (0..field.mesh.tetrahedra.len()).into_par_iter();
-        let pieces: Vec<SearchedTetrahedron> = tetrahedra
-            .map(|t| SearchedTetrahedron::of(field.mesh, t))
-            .collect();
-        let boxes = pieces
-            .par_iter()
-            .map(SearchedTetrahedron::surrounding_box)
-            .collect();
+        let pieces = tetrahedra.map(|t| SearchedTetrahedron::of(field.mesh, t));
+        let pieces: Vec<SearchedTetrahedron> = pieces.collect();
+        let boxes = pieces.par_iter().map(SearchedTetrahedron::surrounding_box);
         Self {
+            tree: Tree::new(boxes.collect()),
             field,
             pieces,
-            tree: Tree::new(boxes),
         }
     }
 
@@ -182,15 +178,7 @@ impl Tree {
 
     fn add(&mut self, from: usize, to: usize) -> usize {
         let bodies = &mut self.order[from..to];
-        let bounds = bodies.iter().map(|b| self.boxes[*b]).fold(
-            [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]],
-            |[low, high], [l, h]| {
-                [
-                    std::array::from_fn(|c| low[c].min(l[c])),
-                    std::array::from_fn(|c| high[c].max(h[c])),
-                ]
-            },
-        );
+        let bounds = around(bodies.iter().flat_map(|body| self.boxes[*body]));
         let number = self.branches.len();
         self.branches.push(TreeNode {
             bounds,
@@ -241,14 +229,13 @@ impl Tree {
                 continue;
             }
             if let Some([first, second]) = branch.parts {
-                let [near, far] =
-                    [first, second].map(|part| outside(&self.branches[part].bounds, point));
+                let away = |part: usize| outside(&self.branches[part].bounds, point);
                 // The nearer part is looked at first.
-                waiting.extend(if near <= far {
-                    [second, first]
-                } else {
-                    [first, second]
-                });
+                let mut parts = [first, second];
+                if away(first) <= away(second) {
+                    parts.reverse();
+                }
+                waiting.extend(parts);
                 continue;
             }
             for &body in &self.order[branch.bodies[0]..branch.bodies[1]] {
@@ -264,6 +251,17 @@ impl Tree {
         }
         best
     }
+}
+
+/// The box around points.
+fn around(points: impl IntoIterator<Item = [f64; 3]>) -> Bounds {
+    let nothing = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+    points.into_iter().fold(nothing, |[low, high], x| {
+        [
+            std::array::from_fn(|c| low[c].min(x[c])),
+            std::array::from_fn(|c| high[c].max(x[c])),
+        ]
+    })
 }
 
 /// The distance of a point from a box in m, 0 inside.
@@ -319,18 +317,9 @@ impl SearchedTetrahedron {
     }
 
     /// Smallest and largest coordinates of a box around it in m.
-    fn surrounding_box(&self) -> [[f64; 3]; 2] {
-        let around = |nodes: &[[f64; 3]]| {
-            let with = |start: f64, choose: fn(f64, f64) -> f64| {
-                std::array::from_fn(|c| nodes.iter().map(|x| x[c]).fold(start, choose))
-            };
-            [
-                with(f64::INFINITY, f64::min),
-                with(f64::NEG_INFINITY, f64::max),
-            ]
-        };
+    fn surrounding_box(&self) -> Bounds {
         match self {
-            Self::Straight { corners, .. } => around(corners),
+            Self::Straight { corners, .. } => around(*corners),
             // The quadratic map is a convex combination of corners and of 2 m − (a + b)/2 for edges a b with middle m.
             Self::Curved { nodes, .. } => {
                 let mut controls = *nodes;
@@ -339,7 +328,7 @@ impl SearchedTetrahedron {
                         2.0 * nodes[4 + e][c] - 0.5 * (nodes[a][c] + nodes[b][c])
                     });
                 }
-                around(&controls)
+                around(controls)
             }
         }
     }

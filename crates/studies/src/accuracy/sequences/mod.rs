@@ -337,37 +337,24 @@ impl SolvedMesh {
 /// The relative errors that advice is given for.
 pub const TARGETS: [f64; 3] = [0.05, 0.02, 0.01];
 
-/// The cheapest sequence for one accuracy.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Cheapest {
-    /// The relative error in the energy norm.
-    pub target: f64,
-    /// The sequence and its seconds; `None` where no sequence reached it within the budget.
-    pub sequence: Option<(SequenceKind, f64)>,
-}
-
 /// The cheapest sequence for each of [`TARGETS`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct SequenceAdvice {
-    /// One for each target.
-    pub cheapest: Vec<Cheapest>,
+    /// For each target the sequence and its seconds; `None` where no sequence reached it within the budget.
+    pub cheapest: [Option<(SequenceKind, f64)>; 3],
 }
 
 impl SequenceAdvice {
     /// Reads the advice off the sequences.
     #[must_use]
     pub fn new(sequences: &[MeshSequence]) -> Self {
-        let cheapest = TARGETS.map(|target| {
-            let reached = sequences
-                .iter()
-                .filter_map(|sequence| Some((sequence.kind, sequence.seconds_to(target)?)));
-            Cheapest {
-                target,
-                sequence: reached.min_by(|(_, a), (_, b)| a.total_cmp(b)),
-            }
-        });
+        let cheapest = |target: f64| {
+            let known = sequences.iter();
+            let reached = known.filter_map(|one| Some((one.kind, one.seconds_to(target)?)));
+            reached.min_by(|(_, a), (_, b)| a.total_cmp(b))
+        };
         Self {
-            cheapest: cheapest.to_vec(),
+            cheapest: TARGETS.map(cheapest),
         }
     }
 }
@@ -395,11 +382,10 @@ impl MeshSequence {
 
 impl fmt::Display for SequenceAdvice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (k, cheapest) in self.cheapest.iter().enumerate() {
+        for (k, (target, cheapest)) in TARGETS.iter().zip(self.cheapest).enumerate() {
             let separator = if k == 0 { "" } else { "; " };
-            let percent = 100.0 * cheapest.target;
-            write!(f, "{separator}{percent} %: ")?;
-            match cheapest.sequence {
+            write!(f, "{separator}{} %: ", 100.0 * target)?;
+            match cheapest {
                 Some((kind, seconds)) => write!(f, "{}, {seconds:.2} s", kind.words())?,
                 None => f.write_str("not reached within the budget")?,
             }

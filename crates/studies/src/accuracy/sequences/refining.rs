@@ -41,14 +41,12 @@ const SAME_VOLUME: f64 = 1e-9;
 /// Where the meshes of a sequence come from.
 #[derive(Debug)]
 pub(super) enum Meshes {
-    /// A list of scenes, each with a mesh of its own.
+    /// A list of scenes, each with a mesh of its own; empty where the body has no such mesh.
     Scenes(Vec<Scene>),
     /// One scene, whose tetrahedra are all cut into eight again and again.
     Halved(Box<Scene>),
     /// One scene, whose tetrahedra are cut where the estimated error sits.
     Adaptive(Box<Scene>),
-    /// None: the body has no such mesh.
-    Nothing,
 }
 
 impl Meshes {
@@ -59,12 +57,13 @@ impl Meshes {
         folder: &Path,
         settings: &AccuracySettings,
     ) -> Result<Self, ProblemError> {
+        let nothing = || Ok(Self::Scenes(Vec::new()));
         let mut scene = solved_to_rounding(scene.clone());
         let is_other = scene.body.element != kind.element();
         scene.body.element = kind.element();
         match scene.body.as_brick() {
             // Other planes between cells would give the regions other volumes.
-            Some(_) if kind.is_graded() && !scene.regions.is_empty() => Ok(Self::Nothing),
+            Some(_) if kind.is_graded() && !scene.regions.is_empty() => nothing(),
             Some(brick) => {
                 let coarsest = coarsest_with_regions(&scene, brick)?;
                 let multiples = MULTIPLES.map(|m| coarsest.map(|n| n * m));
@@ -75,27 +74,21 @@ impl Meshes {
                         with_cells(&scene, cells)
                     }
                 });
+                let is_both = kind.is_graded() && kind.is_adaptive();
+                let least = if is_both { FIRST_GRADED } else { 0 };
                 let mut fitting = scenes.filter(|scene| {
                     let n_div = scene.body.as_brick().map_or(0, brick_n_div);
-                    let coarsest = if kind.is_graded() && kind.is_adaptive() {
-                        settings.coarsest.max(FIRST_GRADED)
-                    } else {
-                        settings.coarsest
-                    };
-                    n_div >= coarsest && scene.validate().is_ok()
+                    n_div >= settings.coarsest.max(least) && scene.validate().is_ok()
                 });
                 Ok(match (kind.is_adaptive(), fitting.next()) {
-                    (_, None) => Self::Nothing,
                     (true, Some(first)) => Self::Adaptive(Box::new(first)),
-                    (false, Some(first)) => {
-                        Self::Scenes([first].into_iter().chain(fitting).collect())
-                    }
+                    (_, first) => Self::Scenes(first.into_iter().chain(fitting).collect()),
                 })
             }
-            None if kind.is_graded() => Ok(Self::Nothing),
+            None if kind.is_graded() => nothing(),
             None => match Mesh::of_scene(&scene, folder) {
                 // A file of second-order tetrahedra has no linear ones.
-                Err(MeshError::Scene(_)) if is_other => Ok(Self::Nothing),
+                Err(MeshError::Scene(_)) if is_other => nothing(),
                 Err(error) => Err(error.into()),
                 Ok(_) if kind.is_adaptive() => Ok(Self::Adaptive(Box::new(scene))),
                 Ok(_) => Ok(Self::Halved(Box::new(scene))),
@@ -116,7 +109,6 @@ impl Meshes {
             }
             Self::Halved(_) => Some(8.0),
             Self::Adaptive(_) => Some(1.5 * GROWTH),
-            Self::Nothing => None,
         }
     }
 }
@@ -198,7 +190,6 @@ impl<'a> SequenceRun<'a> {
         let (n, folder) = (self.solved.len(), self.folder);
         let coarser = self.solved.last();
         let (mut solved, mut cost) = match &self.meshes {
-            Meshes::Nothing => unreachable!("a sequence without meshes has no next one"),
             Meshes::Scenes(scenes) => {
                 measure(CHEAP_SECONDS, || SolvedMesh::of_scene(&scenes[n], folder))?
             }

@@ -102,9 +102,12 @@ impl SmallProblem {
         let slips = slips.iter().map(|pair| pair.each_ref().map(slip));
         let slips = slips.collect();
         let row = |i: usize| (0..n).map(|j| entry(i, j)).collect();
-        let rhs = |i: usize| match moves[i] {
-            true => Interval::around(scaled(i) / load, UNCERTAIN),
-            false => Interval::ZERO,
+        let rhs = |i: usize| {
+            if moves[i] {
+                Interval::around(scaled(i) / load, UNCERTAIN)
+            } else {
+                Interval::ZERO
+            }
         };
         Some(Self {
             operator: (0..n).map(row).collect(),
