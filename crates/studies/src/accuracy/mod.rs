@@ -11,8 +11,6 @@ mod discretisation;
 mod distance;
 mod refinement;
 mod sequences;
-#[cfg(test)]
-mod tests;
 
 pub use algebraic::{AlgebraicStudy, EPSILONS, RunMethod, RunOperator, RunResult, SolverRun};
 pub use cost::{Advice, Cost, FinerMesh};

@@ -13,7 +13,6 @@ mod states;
 mod system;
 #[cfg(test)]
 mod tests;
-mod varying;
 
 use std::fmt;
 

@@ -2,8 +2,7 @@
 
 use super::{
     super::family::power_of_two,
-    interval::{Interval, product},
-    varying::IntervalFunction,
+    interval::{Interval, IntervalFunction, product},
 };
 
 /// What S, h and the slips may be wrong by, as a share of √(S_ii S_jj) and of the largest h: rounding of assembly and factor. All

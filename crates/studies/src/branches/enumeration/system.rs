@@ -1,11 +1,10 @@
 //! The equations of one choice of states, over boxes of their unknowns, and what closed panes carry.
 
 use super::{
-    interval::{Interval, product},
+    interval::{Interval, IntervalFunction, product},
     search::solve,
     small_problem::{Affine, NodeLaw, SmallProblem},
     states::{Chart, PaneCase},
-    varying::IntervalFunction,
 };
 
 /// What pressures may be.
