@@ -28,15 +28,6 @@ pub struct UnitChange {
     pub stress: f64,
 }
 
-/// Names of the faces after each map.
-const MIRRORED: [(&str, &str); 2] = [("y_min", "y_max"), ("y_max", "y_min")];
-const EXCHANGED: [(&str, &str); 4] = [
-    ("x_min", "y_min"),
-    ("x_max", "y_max"),
-    ("y_min", "x_min"),
-    ("y_max", "x_max"),
-];
-
 impl Redescription {
     /// The mirror of a scene.
     #[must_use]
@@ -182,11 +173,11 @@ impl Redescription {
     }
 
     /// Where a direction goes.
-    fn direction(self, [x, y, z]: [f64; 3]) -> [f64; 3] {
+    fn direction(self, direction: [f64; 3]) -> [f64; 3] {
+        let [x, y, z] = self.exchanged(direction);
         match self {
-            Self::Units(_) => [x, y, z],
             Self::Mirror(_) => [x, -y, z],
-            Self::Exchange => [y, x, z],
+            Self::Units(_) | Self::Exchange => [x, y, z],
         }
     }
 
@@ -197,29 +188,25 @@ impl Redescription {
         [first, second]
     }
 
-    /// What belongs to t₁ and t₂, without signs.
-    fn pair<T>(self, [first, second]: [T; 2]) -> [T; 2] {
-        match self {
-            Self::Units(_) | Self::Mirror(_) => [first, second],
-            Self::Exchange => [second, first],
+    /// What belongs to x and y, or to t₁ and t₂, first, without signs.
+    fn exchanged<T, const N: usize>(self, mut values: [T; N]) -> [T; N] {
+        if self == Self::Exchange {
+            values.swap(0, 1);
         }
-    }
-
-    /// What belongs to x, y and z, without signs.
-    fn triple<T>(self, [x, y, z]: [T; 3]) -> [T; 3] {
-        let [x, y] = self.pair([x, y]);
-        [x, y, z]
+        values
     }
 
     fn map_face(self, face: &mut String) {
-        let names: &[(&str, &str)] = match self {
-            Self::Units(_) => &[],
-            Self::Mirror(_) => &MIRRORED,
-            Self::Exchange => &EXCHANGED,
+        let image = match (self, face.as_str()) {
+            (Self::Mirror(_), "y_min") => "y_max",
+            (Self::Mirror(_), "y_max") => "y_min",
+            (Self::Exchange, "x_min") => "y_min",
+            (Self::Exchange, "x_max") => "y_max",
+            (Self::Exchange, "y_min") => "x_min",
+            (Self::Exchange, "y_max") => "x_max",
+            _ => return,
         };
-        if let Some((_, image)) = names.iter().find(|(name, _)| name == face) {
-            *face = (*image).to_owned();
-        }
+        *face = image.to_owned();
     }
 
     fn map_corners(self, corners: &mut [[f64; 3]; 2]) {
@@ -234,8 +221,8 @@ impl Redescription {
         if let Self::Units(units) = self {
             body.scale(units.length);
         } else if let Some(brick) = body.as_brick_mut() {
-            brick.size = self.triple(brick.size);
-            brick.cells = self.triple(brick.cells);
+            brick.size = self.exchanged(brick.size);
+            brick.cells = self.exchanged(brick.cells);
             let (grading, planes) = (&mut brick.grading, &mut brick.coordinates);
             if let Self::Mirror(width) = self {
                 std::mem::swap(&mut grading.y_min, &mut grading.y_max);
@@ -329,18 +316,13 @@ impl Redescription {
     }
 
     fn vector(self, components: [&Quantity; 3], factor: f64) -> [Quantity; 3] {
-        let signs = self.direction([factor; 3]);
-        let [x, y, z] = self.triple(components);
-        [
-            self.quantity(x, signs[0]),
-            self.quantity(y, signs[1]),
-            self.quantity(z, signs[2]),
-        ]
+        let (signs, components) = (self.direction([factor; 3]), self.exchanged(components));
+        std::array::from_fn(|c| self.quantity(components[c], signs[c]))
     }
 
     /// M K Mᵀ for the map M of vectors.
     fn tensor(self, tensor: &[[Quantity; 3]; 3], factor: f64) -> [[Quantity; 3]; 3] {
-        let (order, signs) = (self.triple([0, 1, 2]), self.direction([1.0; 3]));
+        let (order, signs) = (self.exchanged([0, 1, 2]), self.direction([1.0; 3]));
         std::array::from_fn(|i| {
             std::array::from_fn(|j| {
                 let own = &tensor[order[i]][order[j]];
@@ -394,7 +376,7 @@ impl Redescription {
             |law| self.coefficient(law),
         );
         let along = [image.coefficient_1, image.coefficient_2];
-        let [coefficient_1, coefficient_2] = self.pair(along);
+        let [coefficient_1, coefficient_2] = self.exchanged(along);
         Friction {
             coefficient_1,
             coefficient_2,
@@ -434,12 +416,12 @@ impl Redescription {
                 *function = function.seen_from(
                     move |at| LawPoint {
                         position: self.origin(at.position),
-                        slip: self.pair(at.slip).map(|s| s / d),
+                        slip: self.exchanged(at.slip).map(|s| s / d),
                         own_slip: at.own_slip / d,
                     },
                     move |derivative| SlipDerivative {
                         own: derivative.own / d,
-                        pair: self.pair(derivative.pair).map(|slope| slope / d),
+                        pair: self.exchanged(derivative.pair).map(|slope| slope / d),
                     },
                 );
             }

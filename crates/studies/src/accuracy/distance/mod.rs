@@ -58,7 +58,7 @@ impl<'a> Searchable<'a> {
         let tetrahedra = (0..field.mesh.tetrahedra.len()).into_par_iter();
         let pieces = tetrahedra.map(|t| SearchedTetrahedron::of(field.mesh, t));
         let pieces: Vec<SearchedTetrahedron> = pieces.collect();
-        let boxes = pieces.par_iter().map(SearchedTetrahedron::surrounding_box);
+        let boxes = pieces.iter().map(|piece| piece.bounds);
         Self {
             tree: Tree::new(boxes.collect()),
             field,
@@ -281,64 +281,44 @@ const ROUNDING: f64 = 1e-10;
 
 /// A tetrahedron of a mesh.
 #[derive(Debug, Clone)]
-enum SearchedTetrahedron {
-    /// On straight sides.
-    Straight {
-        /// Corners in m.
-        corners: [[f64; 3]; 4],
-        /// Volume and gradients.
-        simplex: Simplex,
-    },
-    /// On curved sides.
-    Curved {
-        /// Its ten nodes in m.
-        nodes: [[f64; 3]; 10],
-        /// The map through them.
-        map: Box<IsoparametricMap>,
-    },
+struct SearchedTetrahedron {
+    /// Its corners in m.
+    corners: [[f64; 3]; 4],
+    /// Volume and gradients on straight sides.
+    simplex: Simplex,
+    /// The map through its ten nodes, on curved sides.
+    map: Option<Box<IsoparametricMap>>,
+    /// A box around it.
+    bounds: Bounds,
 }
 
 impl SearchedTetrahedron {
-    /// A tetrahedron of a mesh.
     fn of(mesh: &Mesh, t: usize) -> Self {
         let corners = mesh.corners(&mesh.tetrahedra[t]);
         let middles = mesh.mid_edges.as_ref();
         let middles = middles.map(|known| mesh.corners(&known.tetrahedra[t]));
-        match middles.filter(|middles| !is_straight(&corners, &TETRAHEDRON_EDGES, middles)) {
-            None => Self::Straight {
-                simplex: Simplex::new(&corners),
-                corners,
-            },
-            Some(middles) => Self::Curved {
-                nodes: std::array::from_fn(|k| if k < 4 { corners[k] } else { middles[k - 4] }),
-                map: Box::new(IsoparametricMap::new(&corners, &middles)),
-            },
-        }
-    }
-
-    /// Smallest and largest coordinates of a box around it in m.
-    fn surrounding_box(&self) -> Bounds {
-        match self {
-            Self::Straight { corners, .. } => around(*corners),
-            // The quadratic map is a convex combination of corners and of 2 m − (a + b)/2 for edges a b with middle m.
-            Self::Curved { nodes, .. } => {
-                let mut controls = *nodes;
-                for (e, [a, b]) in TETRAHEDRON_EDGES.into_iter().enumerate() {
-                    controls[4 + e] = std::array::from_fn(|c| {
-                        2.0 * nodes[4 + e][c] - 0.5 * (nodes[a][c] + nodes[b][c])
-                    });
-                }
-                around(controls)
-            }
+        let curved = middles.filter(|middles| !is_straight(&corners, &TETRAHEDRON_EDGES, middles));
+        // The quadratic map is a convex combination of corners and of 2 m − (a + b)/2 for edges a b with middle m.
+        let controls = curved.iter().flat_map(|middles| {
+            let edges = TETRAHEDRON_EDGES.into_iter().zip(middles);
+            edges.map(|([a, b], middle)| {
+                std::array::from_fn(|c| 2.0 * middle[c] - 0.5 * (corners[a][c] + corners[b][c]))
+            })
+        });
+        Self {
+            bounds: around(corners.into_iter().chain(controls)),
+            simplex: Simplex::new(&corners),
+            map: curved.map(|middles| Box::new(IsoparametricMap::new(&corners, &middles))),
+            corners,
         }
     }
 
     /// The place in m of a point in barycentric coordinates, and the volume in m³ of a straight tetrahedron with the
     /// Jacobian there.
     fn place(&self, at: &[f64; 4]) -> ([f64; 3], f64) {
-        match self {
-            Self::Straight { corners, simplex } => (quadrature::point(corners, at), simplex.volume),
-            Self::Curved { map, .. } => (map.place(at), map.geometry(at).0),
+        match &self.map {
+            None => (quadrature::point(&self.corners, at), self.simplex.volume),
+            Some(map) => (map.place(at), map.geometry(at).0),
         }
     }
 
@@ -364,12 +344,11 @@ impl SearchedTetrahedron {
                 .map(|(n, g)| Vector3::from(field.displacement[n]) * g.transpose())
                 .sum()
         };
-        let slope = match (self, &field.mesh.mid_edges) {
-            (Self::Straight { simplex, .. }, None) => slope(&simplex.gradients),
-            (Self::Straight { simplex, .. }, Some(_)) => {
-                slope(&quadratic_gradients(&simplex.gradients, at))
-            }
-            (Self::Curved { map, .. }, _) => slope(&map.geometry(at).1),
+        let gradients = &self.simplex.gradients;
+        let slope = match (&self.map, &field.mesh.mid_edges) {
+            (Some(map), _) => slope(&map.geometry(at).1),
+            (None, Some(_)) => slope(&quadratic_gradients(gradients, at)),
+            (None, None) => slope(gradients),
         };
         let shear = |i: usize, j: usize| slope[(i, j)] + slope[(j, i)];
         let [x, y, z] = [0, 1, 2].map(|c| slope[(c, c)]);
@@ -397,13 +376,13 @@ impl SearchedTetrahedron {
 
     fn barycentric(&self, point: [f64; 3]) -> [f64; 4] {
         let point = Vector3::from(point);
-        match self {
-            Self::Straight { corners, simplex } => {
-                let arm = point - Vector3::from(corners[0]);
-                let [_, b, c, d] = simplex.gradients.map(|gradient| gradient.dot(&arm));
+        match &self.map {
+            None => {
+                let arm = point - Vector3::from(self.corners[0]);
+                let [_, b, c, d] = self.simplex.gradients.map(|gradient| gradient.dot(&arm));
                 [1.0 - b - c - d, b, c, d]
             }
-            Self::Curved { map, .. } => {
+            Some(map) => {
                 let mut at = [0.25; 4];
                 for _ in 0..STEPS {
                     let arm = point - Vector3::from(map.place(&at));
