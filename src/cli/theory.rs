@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use contact3d::{scene::GmshFile, solver::Status};
-use studies::theory::{Theory, TheoryProgress, TheorySettings};
+use studies::theory::{Theory, TheorySettings};
 
 use super::{
     arguments::{FigureArguments, Output, SceneArguments, n_div},
@@ -61,10 +61,10 @@ pub(super) fn theory(
         meshes: arguments.mesh.iter().map(mesh).collect(),
     };
     let spinner = progress::spinner("theory", output);
-    let measured = measure_theory(&arguments.file, scene, settings, threads, &mut |step| {
-        spinner.set_message(match step {
-            TheoryProgress(0) => "a mesh file".to_owned(),
-            TheoryProgress(n_div) => format!("mesh n_div = {n_div}"),
+    let measured = measure_theory(&arguments.file, scene, settings, threads, &mut |n_div| {
+        spinner.set_message(match n_div {
+            0 => "a mesh file".to_owned(),
+            n_div => format!("mesh n_div = {n_div}"),
         });
     });
     spinner.finish_and_clear();

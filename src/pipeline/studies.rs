@@ -7,7 +7,7 @@ use runfile::{Group, GroupRecord, GroupWriter, IfMissing, RunFile, StoreError};
 use serde::Serialize;
 use studies::{
     accuracy::{Accuracy, AccuracyProgress, AccuracySettings, nested_bricks},
-    theory::{Theory, TheoryProgress, TheorySettings, theory_bricks},
+    theory::{Theory, TheorySettings, theory_bricks},
 };
 
 use super::{
@@ -58,7 +58,7 @@ pub fn measure_theory(
     mut input: SceneFile,
     mut settings: TheorySettings,
     threads: usize,
-    observe: &mut dyn FnMut(TheoryProgress),
+    observe: &mut dyn FnMut(usize),
 ) -> Result<Theory, StageError> {
     pin_mesh_file(&mut input)?;
     for file in &mut settings.meshes {

@@ -76,12 +76,9 @@ fn degree_words(degree: i32) -> &'static str {
 }
 
 fn solutions(branches: &Branches, parameter: f64, units: Units) -> FigureTable {
-    let solutions = branches.end_solutions(parameter);
-    let row = |path: usize, number: usize| {
-        let point = &branches.paths[path].points[number];
-        figures(path, number, point, units)
-    };
-    FigureTable::new("", solutions.iter().map(|at| row(at.path, at.point)))
+    let solutions = branches.end_solutions(parameter).into_iter();
+    let rows = solutions.map(|at| figures(at.path, at.number, at.point, units));
+    FigureTable::new("", rows)
 }
 
 /// A point of a path, by their numbers from 0 on.

@@ -14,6 +14,6 @@
 
 pub mod accuracy;
 pub mod branches;
-mod floating;
+mod shared;
 pub mod stability;
 pub mod theory;

@@ -194,7 +194,7 @@ fn determinants_are_those_of_newtons_matrix() {
     let contact = problem.contact_state().expect("contact");
     let mut signs = Vec::new();
     for at in end {
-        let point = &branches.paths[at.path].points[at.point];
+        let point = at.point;
         let linearised = Linearisation::new(dual, &contact.laws(), &point.multiplier);
         assert_eq!(point.determinant, linearised.determinant);
         signs.push(point.determinant);
@@ -520,9 +520,8 @@ fn means_of_slips_reach_the_knots_of_the_law_where_paths_say_so() {
     let problem = solved_at(1.0);
     let solution = problem.solve(&problem.scene().solve).expect("a solve");
     let near = end.iter().map(|at| {
-        let point = &branches.paths[at.path].points[at.point];
         norm(&contact3d::linalg::difference(
-            &point.multiplier,
+            &at.point.multiplier,
             &solution.multiplier,
         )) / norm(&solution.multiplier)
     });

@@ -5,7 +5,7 @@ use std::{fmt, path::Path, sync::Arc};
 use super::{AccuracyProgress, AccuracySettings, Cost, cost::measure, discretisation::energy_norm};
 use contact3d::{
     AssembledProblem, Problem, ProblemError,
-    linalg::norm,
+    linalg::{difference, norm},
     mesh::Mesh,
     scene::{DualOperatorKind, Method, PrecisionControl, Scene, SolveSettings},
     solver::{Solution, Start, Status},
@@ -156,19 +156,16 @@ impl AlgebraicStudy {
             budget: settings.budget,
         };
         use RunMethod::{AdaptivePrecision, FixedPrecision, Newton};
+        let entries = &mut study.entries;
         for method in [FixedPrecision, AdaptivePrecision, Newton] {
-            study
-                .entries
-                .extend(problem.series(method, RunOperator::Explicit, observe)?);
+            entries.extend(problem.series(method, RunOperator::Explicit, observe)?);
         }
         if let Some(contact) = &mut problem.assembled.system_mut().contact {
             contact.make_implicit();
         }
         if !scene.solve.inner.needs_explicit() {
             for method in [FixedPrecision, AdaptivePrecision] {
-                study
-                    .entries
-                    .extend(problem.series(method, RunOperator::Implicit, observe)?);
+                entries.extend(problem.series(method, RunOperator::Implicit, observe)?);
             }
         }
         Ok(Some(study))
@@ -194,11 +191,12 @@ impl StudiedProblem<'_> {
         let mut entries: Vec<SolverRun> = Vec::new();
         let mut spent = 0.0;
         for epsilon in EPSILONS {
-            let result = if self.exceeds_budget(&entries, spent) {
-                None
-            } else {
-                observe(AccuracyProgress::SolverRun(method, operator, epsilon));
-                Some(self.run(method, epsilon, self.applications_left(&entries, spent))?)
+            let result = match self.affordable(&entries, spent) {
+                None => None,
+                Some(applications) => {
+                    observe(AccuracyProgress::SolverRun(method, operator, epsilon));
+                    Some(self.run(method, epsilon, applications)?)
+                }
             };
             spent += result.map_or(0.0, |r| r.cost.seconds * r.cost.repeats as f64);
             entries.push(SolverRun {
@@ -211,28 +209,22 @@ impl StudiedProblem<'_> {
         Ok(entries)
     }
 
-    /// Whether the next entry would take more than is left when costs grow as they last did.
-    fn exceeds_budget(&self, entries: &[SolverRun], spent: f64) -> bool {
-        let Some(last) = entries.last() else {
-            return false;
+    /// Applications of S that fit in what is left of the budget, by the price of the last entry's; `None` where the next entry would take
+    /// more when costs grow as they last did.
+    fn affordable(&self, entries: &[SolverRun], spent: f64) -> Option<usize> {
+        let most = self.scene.solve.max_inner_actions;
+        let mut results = entries.iter().rev().map(|entry| entry.result);
+        let Some(last) = results.next() else {
+            return Some(most);
         };
-        let Some(last) = last.result else {
-            return true;
-        };
-        let before = entries.len().checked_sub(2).and_then(|k| entries[k].result);
-        let growth = match before {
+        let last = last?;
+        let growth = match results.next().flatten() {
             Some(before) if before.cost.seconds > 0.0 => last.cost.seconds / before.cost.seconds,
             _ => 1.0,
         };
-        spent + last.cost.seconds * growth.max(1.0) > self.budget
-    }
-
-    /// Applications of S that fit in what is left of the budget, by the price of the last entry's.
-    fn applications_left(&self, entries: &[SolverRun], spent: f64) -> usize {
-        let most = self.scene.solve.max_inner_actions;
-        let Some(last) = entries.last().and_then(|entry| entry.result) else {
-            return most;
-        };
+        if spent + last.cost.seconds * growth.max(1.0) > self.budget {
+            return None;
+        }
         let price = last.cost.seconds / last.applications.max(1) as f64;
         let affordable = ((self.budget - spent) / price).floor();
         #[expect(
@@ -241,7 +233,7 @@ impl StudiedProblem<'_> {
             reason = "saturates, which is what is meant"
         )]
         let affordable = affordable.max(1.0) as usize;
-        most.min(affordable)
+        Some(most.min(affordable))
     }
 
     fn run(
@@ -282,8 +274,7 @@ impl StudiedProblem<'_> {
 
 /// ‖v − w‖ / ‖w‖, and 0 for 0/0.
 fn relative(norm: &dyn Fn(&[f64]) -> f64, v: &[f64], w: &[f64]) -> f64 {
-    let difference: Vec<f64> = v.iter().zip(w).map(|(v, w)| v - w).collect();
-    match (norm(&difference), norm(w)) {
+    match (norm(&difference(v, w)), norm(w)) {
         (0.0, _) => 0.0,
         (difference, size) => difference / size,
     }

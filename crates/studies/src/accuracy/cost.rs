@@ -2,7 +2,7 @@
 
 use std::{fmt, fs, time::Instant};
 
-use super::{Accuracy, AlgebraicStudy, EPSILONS, Level};
+use super::{Accuracy, AlgebraicStudy, EPSILONS, RunResult};
 
 /// Most runs of the same work, of which the median counts.
 const REPEATS: usize = 3;
@@ -66,7 +66,7 @@ fn peak() -> Option<f64> {
 const NEGLIGIBLE_SHARE: f64 = 0.1;
 
 /// What the studies mean for someone who has the scene's mesh.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Advice {
     /// n_div of the scene's mesh; `None` for a mesh file.
     pub n_div: Option<usize>,
@@ -97,45 +97,33 @@ impl Advice {
     /// Reads the advice off both studies.
     #[must_use]
     pub fn new(accuracy: &Accuracy) -> Self {
-        let mut advice = Self {
-            n_div: None,
-            discretisation_error: None,
-            extrapolated: false,
-            sufficient_epsilon: None,
-            refinement: None,
-        };
         let Some(study) = &accuracy.discretisation else {
-            return advice;
+            return Self::default();
         };
-        advice.n_div = Some(study.scene_n_div);
+        let known = Self {
+            n_div: Some(study.scene_n_div),
+            ..Self::default()
+        };
         let Some(here) = study.scene_level() else {
-            return advice;
+            return known;
         };
         let is_finest = study.levels.last() == Some(here);
-        advice.extrapolated = here.energy_error.is_some();
-        advice.discretisation_error = here
-            .energy_error
-            .or((!is_finest).then_some(here.energy_difference));
+        let at_least = (!is_finest).then_some(here.energy_difference);
+        let error = here.energy_error.or(at_least);
         let finer = study.levels.iter().find(|l| l.n_div > here.n_div);
-        advice.refinement = finer.map(|finer| FinerMesh::new(here, finer));
-        advice.sufficient_epsilon = accuracy
-            .algebraic
-            .as_ref()
-            .zip(advice.discretisation_error)
-            .and_then(|(study, error)| sufficient_epsilon(study, NEGLIGIBLE_SHARE * error));
-        advice
-    }
-}
-
-impl FinerMesh {
-    fn new(here: &Level, finer: &Level) -> Self {
+        let judged = accuracy.algebraic.as_ref().zip(error);
         Self {
-            n_div: finer.n_div,
-            cost_ratio: finer.cost.seconds / here.cost.seconds,
-            error_ratio: here
-                .energy_error
-                .zip(finer.energy_error)
-                .map(|(here, finer)| here / finer),
+            extrapolated: here.energy_error.is_some(),
+            discretisation_error: error,
+            refinement: finer.map(|finer| FinerMesh {
+                n_div: finer.n_div,
+                cost_ratio: finer.cost.seconds / here.cost.seconds,
+                error_ratio: Option::zip(here.energy_error, finer.energy_error)
+                    .map(|(here, finer)| here / finer),
+            }),
+            sufficient_epsilon: judged
+                .and_then(|(study, error)| sufficient_epsilon(study, NEGLIGIBLE_SHARE * error)),
+            ..known
         }
     }
 }
@@ -143,15 +131,12 @@ impl FinerMesh {
 /// The loosest ε from which on every solve that ran has an energy error of at most `bound`.
 fn sufficient_epsilon(study: &AlgebraicStudy, bound: f64) -> Option<f64> {
     let good = |epsilon: f64| {
-        let results = study
-            .entries
-            .iter()
-            .filter(|entry| entry.epsilon == epsilon);
-        let mut solved = results
-            .filter_map(|entry| entry.result)
-            .filter(|result| result.status.is_solved())
-            .peekable();
-        solved.peek().is_some() && solved.all(|result| result.energy_error <= bound)
+        let entries = study.entries.iter();
+        let results = entries.filter(|entry| entry.epsilon == epsilon);
+        let results = results.filter_map(|entry| entry.result);
+        let mut solved = results.filter(|result| result.status.is_solved());
+        let good = |result: RunResult| result.energy_error <= bound;
+        solved.next().is_some_and(good) && solved.all(good)
     };
     let strict_first = EPSILONS.into_iter().rev();
     strict_first.take_while(|&epsilon| good(epsilon)).last()

@@ -14,6 +14,7 @@ use contact3d::{
     elasticity::{InternalForces, MaterialField, SpringMatrix},
     linalg::{CscMatrix, dot},
     mesh::Mesh,
+    post::Resultants,
     scene::{AssembleSettings, Brick, Scene, SolveSettings},
     solver::Status,
 };
@@ -31,6 +32,15 @@ pub struct Forces {
     pub normal: f64,
     /// Total tangential multiplier force along t₁ and t₂ in N; `None` without friction.
     pub tangential: Option<[f64; 2]>,
+}
+
+impl Forces {
+    pub(super) fn of(resultants: &Resultants) -> Option<Self> {
+        resultants.contact.as_ref().map(|contact| Self {
+            normal: contact.normal_force,
+            tangential: contact.tangential_force,
+        })
+    }
 }
 
 /// One mesh of the study, solved to rounding.
@@ -89,14 +99,6 @@ pub struct DiscretisationStudy {
     pub forces: Vec<Trend>,
 }
 
-/// What a level leaves to be compared with the finest one.
-struct BrickField {
-    brick: Brick,
-    mesh: Arc<Mesh>,
-    /// Nodal displacement in m.
-    displacement: Vec<[f64; 3]>,
-}
-
 impl DiscretisationStudy {
     /// Solves the nested meshes of a scene's brick; `None` for another body.
     ///
@@ -120,17 +122,22 @@ impl DiscretisationStudy {
             let ((level, field, primal), cost) =
                 measure(CHEAP_SECONDS, || solve_level(&level_scene, &level_brick))?;
             levels.push(Level { cost, ..level });
-            fields.push(field);
+            fields.push((level_brick, field));
             finest = Some(primal);
         }
-        if let (Some(primal), Some(last)) = (finest, fields.last()) {
+        if let (Some(primal), Some((_, (mesh, finest)))) = (finest, fields.last()) {
             let norm = |field: &[[f64; 3]]| match primal.dofs.prescribed {
                 None => energy_norm(&primal.stiffness, &primal.dofs.to_free(field)),
-                Some(_) => whole_energy_norm(scene, &last.mesh, field),
+                Some(_) => whole_energy_norm(scene, mesh, field),
             };
-            let size = norm(&last.displacement);
-            for (level, field) in levels.iter_mut().zip(&fields) {
-                let difference = norm(&field.difference(last));
+            let size = norm(finest);
+            for (level, (brick, (own_mesh, field))) in levels.iter_mut().zip(&fields) {
+                let same = prolongate(brick, own_mesh, field, &mesh.coordinates);
+                let pairs = same.iter().zip(finest);
+                let apart: Vec<[f64; 3]> = pairs
+                    .map(|(a, b)| std::array::from_fn(|c| a[c] - b[c]))
+                    .collect();
+                let difference = norm(&apart);
                 level.energy_difference = if size == 0.0 { 0.0 } else { difference / size };
             }
         }
@@ -194,29 +201,15 @@ impl Trend {
     fn new(h: &[f64], values: &[f64], negligible: f64) -> Self {
         let order = |k: usize| {
             let at = |list: &[f64]| [list[k - 2], list[k - 1], list[k]];
-            observed_order(at(h), at(values), negligible)
+            (k >= 2).then(|| observed_order(at(h), at(values), negligible))?
         };
-        let orders: Vec<Option<f64>> = (0..h.len())
-            .map(|k| if k < 2 { None } else { order(k) })
-            .collect();
+        let orders: Vec<Option<f64>> = (0..h.len()).map(order).collect();
         let last = h.len().wrapping_sub(1);
         let limit = orders.last().copied().flatten().map(|order| {
             let pair = |list: &[f64]| [list[last - 1], list[last]];
             extrapolated(pair(h), pair(values), order)
         });
         Self { orders, limit }
-    }
-}
-
-impl BrickField {
-    /// This field minus another at the other's nodes.
-    fn difference(&self, finest: &Self) -> Vec<[f64; 3]> {
-        let points = &finest.mesh.coordinates;
-        let here = prolongate(&self.brick, &self.mesh, &self.displacement, points);
-        let pairs = here.iter().zip(&finest.displacement);
-        pairs
-            .map(|(a, b)| std::array::from_fn(|c| a[c] - b[c]))
-            .collect()
     }
 }
 
@@ -246,11 +239,14 @@ pub(super) fn solved_to_rounding(mut scene: Scene) -> Scene {
     scene
 }
 
+/// A mesh with the displacement of its nodes in m.
+type NodalField = (Arc<Mesh>, Vec<[f64; 3]>);
+
 /// A level, its displacement, and A of its mesh.
 fn solve_level(
     scene: &Scene,
     brick: &Brick,
-) -> Result<(Level, BrickField, PrimalSystem), ProblemError> {
+) -> Result<(Level, NodalField, PrimalSystem), ProblemError> {
     let mesh = Mesh::of_scene(scene, Path::new(""))?;
     let problem = Problem::of_checked(scene.clone(), Arc::new(mesh))?;
     let assembled = problem.assemble()?;
@@ -269,16 +265,9 @@ fn solve_level(
         applications: solution.applications,
         estimated_error: report.discretisation_error.relative(),
         potential_energy: r.strain_energy - r.load_work,
-        forces: r.contact.map(|contact| Forces {
-            normal: contact.normal_force,
-            tangential: contact.tangential_force,
-        }),
+        forces: Forces::of(&r),
         ..Level::default()
     };
-    let field = BrickField {
-        brick: brick.clone(),
-        mesh: Arc::clone(problem.mesh()),
-        displacement: report.displacement,
-    };
+    let field = (Arc::clone(problem.mesh()), report.displacement);
     Ok((level, field, system.assembly.primal))
 }

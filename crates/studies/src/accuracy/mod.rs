@@ -11,17 +11,15 @@ mod discretisation;
 mod distance;
 mod refinement;
 mod sequences;
-#[cfg(test)]
-mod tests;
 
 pub use algebraic::{AlgebraicStudy, EPSILONS, RunMethod, RunOperator, RunResult, SolverRun};
 pub use cost::{Advice, Cost, FinerMesh};
 pub use discretisation::{DiscretisationStudy, Forces, Level, Trend};
-pub use distance::{Distance, Field, distance};
+pub use distance::{Distance, MeshField, distance};
 pub(crate) use refinement::{brick_n_div, observed_order, with_brick};
 pub use refinement::{extrapolated, nested_bricks};
 pub use sequences::{
-    Cheapest, MeshSequence, MeshSequences, Reference, SequenceAdvice, SequenceKind, SequenceLevel,
+    MeshSequence, MeshSequences, Reference, SequenceAdvice, SequenceKind, SequenceLevel,
     SequenceProgress, TARGETS,
 };
 

@@ -8,6 +8,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::AccuracySettings;
+use crate::shared::greatest_common_divisor;
 use contact3d::{
     ProblemError,
     mesh::Mesh,
@@ -30,7 +31,7 @@ pub(crate) fn brick_n_div(brick: &Brick) -> usize {
 /// The finest mesh when none is asked for: 4, 2 or 1 times the scene's n_div, the first that does
 /// not exceed 32; the scene's own where that is larger.
 #[must_use]
-pub(crate) fn default_finest(n_div: usize) -> usize {
+fn default_finest(n_div: usize) -> usize {
     let fits = |factor: &usize| factor * n_div <= 32;
     [4, 2].into_iter().find(fits).unwrap_or(1) * n_div
 }
@@ -58,14 +59,17 @@ pub fn nested_bricks(
     let finest = refined(brick, finest / n_div);
     let parts = finest.cells.into_iter().fold(0, greatest_common_divisor);
     let merged = (1..=parts).rev().filter(|m| parts.is_multiple_of(*m));
+    let is_wanted = |brick: &Brick| {
+        brick_n_div(brick) >= settings.coarsest
+            && with_brick(scene, brick).validate().is_ok()
+            && contact_parts_fit(scene, brick)
+    };
     let bricks = merged.filter_map(|m| coarsened(&finest, m));
-    Ok(bricks
-        .filter(|brick| brick_n_div(brick) >= settings.coarsest && is_valid(scene, brick))
-        .collect())
+    Ok(bricks.filter(is_wanted).collect())
 }
 
 /// The brick with every cell edge cut in so many equal parts.
-pub(super) fn refined(brick: &Brick, parts: usize) -> Brick {
+fn refined(brick: &Brick, parts: usize) -> Brick {
     let mut finer = brick.clone();
     finer.cells = brick.cells.map(|cells| cells * parts);
     for axis in (0..3).filter(|axis| parts > 1 && !brick.is_even(*axis)) {
@@ -113,10 +117,8 @@ fn merges_equal_cells(planes: &[f64], merged: usize) -> bool {
 
 fn set_planes(brick: &mut Brick, axis: usize, planes: Vec<f64>) {
     *brick.coordinates.along_mut(axis) = Some(planes);
-    for face in BrickFace::ALL
-        .into_iter()
-        .filter(|face| face.axis() == axis)
-    {
+    let faces = BrickFace::ALL.into_iter();
+    for face in faces.filter(|face| face.axis() == axis) {
         *brick.grading.towards_mut(face) = 1.0;
     }
 }
@@ -143,11 +145,6 @@ pub(crate) fn with_brick(scene: &Scene, brick: &Brick) -> Scene {
     scene
 }
 
-/// Whether the panes fit on the cells, and the parts of faces that are in contact on the panes.
-fn is_valid(scene: &Scene, brick: &Brick) -> bool {
-    with_brick(scene, brick).validate().is_ok() && contact_parts_fit(scene, brick)
-}
-
 /// Whether the sides of the boxes that cut parts out of contact faces lie beyond the brick or between its panes.
 pub(super) fn contact_parts_fit(scene: &Scene, brick: &Brick) -> bool {
     let fits = |contact: &Contact| {
@@ -165,21 +162,11 @@ pub(super) fn contact_parts_fit(scene: &Scene, brick: &Brick) -> bool {
                 let mut planes = planes.iter().step_by(step);
                 planes.any(|plane| (plane - side).abs() <= PART_ROUNDING * length)
             };
-            let sides = corners.map(|corner| corner[axis]);
-            sides
-                .into_iter()
-                .all(|side| side <= 0.0 || side >= length || is_between(side))
+            let mut sides = corners.iter().map(|corner| corner[axis]);
+            sides.all(|side| side <= 0.0 || side >= length || is_between(side))
         })
     };
     scene.contacts.iter().all(fits)
-}
-
-fn greatest_common_divisor(a: usize, b: usize) -> usize {
-    if b == 0 {
-        a
-    } else {
-        greatest_common_divisor(b, a % b)
-    }
 }
 
 /// Functionals of P1 solutions converge with order 2 at best; twice that means that the last
@@ -248,11 +235,7 @@ pub(super) fn prolongate(
 
 /// The tetrahedron that holds a point, and the point's barycentric coordinates in it. A brick's
 /// tetrahedra come five a cell, the cells with the first index fastest.
-pub(super) fn tetrahedron_around(
-    planes: &[Vec<f64>; 3],
-    mesh: &Mesh,
-    point: &[f64; 3],
-) -> (usize, [f64; 4]) {
+fn tetrahedron_around(planes: &[Vec<f64>; 3], mesh: &Mesh, point: &[f64; 3]) -> (usize, [f64; 4]) {
     let cells: [usize; 3] = std::array::from_fn(|axis| planes[axis].len() - 1);
     let [i, j, k] = std::array::from_fn(|axis| {
         let inner = &planes[axis][1..cells[axis]];
@@ -267,7 +250,7 @@ pub(super) fn tetrahedron_around(
 }
 
 /// Barycentric coordinates of a point in a tetrahedron with straight sides.
-pub(super) fn barycentric(mesh: &Mesh, tetrahedron: usize, point: &[f64; 3]) -> [f64; 4] {
+fn barycentric(mesh: &Mesh, tetrahedron: usize, point: &[f64; 3]) -> [f64; 4] {
     let corners = mesh.corners(&mesh.tetrahedra[tetrahedron]);
     let [a, b, c, d] = corners.map(Vector3::from);
     let edges = Matrix3::from_columns(&[b - a, c - a, d - a]);
@@ -278,6 +261,8 @@ pub(super) fn barycentric(mesh: &Mesh, tetrahedron: usize, point: &[f64; 3]) -> 
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use proptest::prelude::*;
 
     use super::*;
@@ -309,5 +294,47 @@ mod tests {
         assert_eq!(observed_order(h, [0.0, 1.0, 2.0], 0.0), None);
         assert_eq!(observed_order(h, [0.0, 1.0, 1.0], 0.0), None);
         assert_eq!(observed_order(h, [0.0, 1e-12, 1.5e-12], 1e-11), None);
+    }
+
+    #[test]
+    fn each_tetrahedron_of_a_finer_mesh_lies_in_one_of_a_coarser() {
+        let settings = AccuracySettings {
+            coarsest: 1,
+            finest: Some(12),
+            ..AccuracySettings::default()
+        };
+        let text = include_str!("../../../../pipelines/newton.toml");
+        let base = Scene::parse("newton.toml", text).expect("valid pipeline");
+        let mesh = |scene: &Scene| Mesh::of_scene(scene, Path::new("")).expect("a brick");
+        let even = Brick::new([3.0, 1.0, 1.0], [6, 2, 2]);
+        let graded = even
+            .clone()
+            .with_grading(BrickFace::XMin, 1.7)
+            .with_grading(BrickFace::ZMin, 1.4)
+            .with_grading(BrickFace::ZMax, 2.0);
+        // Pairs of equal cells can be merged.
+        let pairs =
+            Brick::new([3.0, 1.0, 1.0], [4, 4, 4]).with_planes(0, vec![0.0, 0.2, 0.4, 1.7, 3.0]);
+        for brick in [even, graded, pairs] {
+            let scene = with_brick(&base, &brick);
+            let study = nested_bricks(&scene, &brick, &settings).expect("nested meshes");
+            let n_divs: Vec<usize> = study.iter().map(|brick| brick.cells[2]).collect();
+            assert_eq!(n_divs, [2, 4, 6, 12]);
+            let finest = mesh(&with_brick(&scene, &study[3]));
+            for brick in &study {
+                let coarse = mesh(&with_brick(&scene, brick));
+                let planes = [0, 1, 2].map(|axis| brick.planes(axis));
+                for nodes in &finest.tetrahedra {
+                    let corners = finest.corners(nodes);
+                    let centre = std::array::from_fn(|c| corners.iter().map(|x| x[c] / 4.0).sum());
+                    let (around, _) = tetrahedron_around(&planes, &coarse, &centre);
+                    for corner in corners {
+                        let at = barycentric(&coarse, around, &corner);
+                        // Differences of coordinates near 1 over cells of 0.02 and more.
+                        assert!(at.iter().all(|weight| *weight > -1e-13), "{at:?}");
+                    }
+                }
+            }
+        }
     }
 }

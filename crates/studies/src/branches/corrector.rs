@@ -67,6 +67,14 @@ impl PathState {
         self.orientation = -self.orientation;
     }
 
+    /// Goes the way of a direction.
+    fn turned_to(mut self, direction: &[f64]) -> Self {
+        if dot(&self.tangent, direction) < 0.0 {
+            self.turn();
+        }
+        self
+    }
+
     pub(super) fn distances(
         &self,
         equations: &PieceEquations<'_>,
@@ -110,7 +118,7 @@ impl PieceEquations<'_> {
                 return Ok(None);
             };
             let derivative = self.derivative(&member, piece, &point, &evaluated)?;
-            let Some(lu) = derivative.and_then(|derivative| bordered(&derivative, &normal)) else {
+            let Some(lu) = derivative.and_then(|matrix| bordered(&matrix, &normal)) else {
                 return Ok(None);
             };
             let off = match along {
@@ -119,8 +127,7 @@ impl PieceEquations<'_> {
             };
             let mut rhs: Vec<f64> = evaluated.residual.iter().map(|r| -r).collect();
             rhs.push(-off);
-            rhs.extend((0..n).map(|_| 0.0));
-            rhs.push(1.0);
+            rhs.extend(last_axis(n + 1));
             lu.solve(&mut rhs);
             let (step, kernel) = rhs.split_at(n + 1);
             let (length, reach) = (norm(step), 1.0 + norm(&point));
@@ -132,48 +139,26 @@ impl PieceEquations<'_> {
             let settled =
                 length <= SHORT * reach || length <= ROUNDING * reach && length > 0.5 * last;
             if settled {
-                return self.state(piece, point, tangent, &lu, &normal, direction, steps);
+                let state = self
+                    .at(piece, &point)?
+                    .map(|(member, evaluated)| PathState {
+                        orientation: orientation(&lu, &tangent, &normal),
+                        point,
+                        tangent,
+                        steps,
+                        member,
+                        evaluated,
+                    });
+                return Ok(state.map(|state| state.turned_to(direction)));
             }
             if let Along::Nearest = along {
-                normal = oriented(tangent, &normal);
+                let back = dot(&tangent, &normal) < 0.0;
+                let same_way = |t: f64| if back { -t } else { t };
+                normal = tangent.into_iter().map(same_way).collect();
             }
             last = length;
         }
         Ok(None)
-    }
-
-    #[expect(clippy::too_many_arguments)]
-    fn state(
-        &self,
-        piece: &Piece,
-        point: Vec<f64>,
-        tangent: Vec<f64>,
-        lu: &DenseLu,
-        normal: &[f64],
-        direction: &[f64],
-        steps: usize,
-    ) -> Result<Option<PathState>, ProblemError> {
-        let Some((member, evaluated)) = self.at(piece, &point)? else {
-            return Ok(None);
-        };
-        // det [R'; n] = (nᵀt) det [R'; t].
-        let orientation = if dot(&tangent, normal) < 0.0 {
-            -lu.sign()
-        } else {
-            lu.sign()
-        };
-        let mut state = PathState {
-            point,
-            tangent,
-            orientation,
-            steps,
-            member,
-            evaluated,
-        };
-        if dot(&state.tangent, direction) < 0.0 {
-            state.turn();
-        }
-        Ok(Some(state))
     }
 
     /// The problem and the state of a piece at a point; `None` outside the range.
@@ -205,19 +190,24 @@ impl PieceEquations<'_> {
         let Some(derivative) = self.derivative(&member, piece, point, &evaluated)? else {
             return Ok(None);
         };
-        let mut along_parameter = vec![0.0; n + 1];
-        along_parameter[n] = 1.0;
-        for normal in [direction.to_vec(), along_parameter, scattered(n + 1)] {
-            let Some(lu) = bordered(&derivative, &normal) else {
+        let along_parameter = last_axis(n + 1);
+        for normal in [direction, &along_parameter, &scattered(n + 1)] {
+            let Some(lu) = bordered(&derivative, normal) else {
                 continue;
             };
-            let mut kernel = vec![0.0; n + 1];
-            kernel[n] = 1.0;
+            let mut kernel = last_axis(n + 1);
             lu.solve(&mut kernel);
             if norm(&kernel) < ORTHOGONAL {
-                let point = point.to_vec();
                 let tangent = unit(&kernel);
-                return self.state(piece, point, tangent, &lu, &normal, direction, 0);
+                let state = PathState {
+                    orientation: orientation(&lu, &tangent, normal),
+                    point: point.to_vec(),
+                    tangent,
+                    steps: 0,
+                    member,
+                    evaluated,
+                };
+                return Ok(Some(state.turned_to(direction)));
             }
         }
         Ok(None)
@@ -243,16 +233,25 @@ impl PieceEquations<'_> {
     }
 }
 
+/// The unit vector of the last of n components, that of the parameter.
+pub(super) fn last_axis(n: usize) -> Vec<f64> {
+    let mut axis = vec![0.0; n];
+    axis[n - 1] = 1.0;
+    axis
+}
+
 pub(super) fn unit(vector: &[f64]) -> Vec<f64> {
     let length = norm(vector);
     vector.iter().map(|v| v / length).collect()
 }
 
-fn oriented(mut tangent: Vec<f64>, like: &[f64]) -> Vec<f64> {
-    if dot(&tangent, like) < 0.0 {
-        tangent.iter_mut().for_each(|t| *t = -*t);
+/// The sign of det [R'; t] from a factor of [R'; n]: det [R'; n] = (nᵀt) det [R'; t].
+fn orientation(lu: &DenseLu, tangent: &[f64], normal: &[f64]) -> i8 {
+    if dot(tangent, normal) < 0.0 {
+        -lu.sign()
+    } else {
+        lu.sign()
     }
-    tangent
 }
 
 /// A direction that no problem prefers: signs and sizes from a linear congruence, the same on every machine.

@@ -7,12 +7,7 @@ use super::{
     point::FamilyMember,
     slip_stress::{SlipStress, Slips},
 };
-use contact3d::{
-    ProblemError,
-    linalg::norm,
-    post::Zone,
-    solver::{Bound, NaturalMap},
-};
+use contact3d::{ProblemError, linalg::norm, post::Zone};
 
 /// Stresses below this share of Λ are those of a face about to open.
 const PRESSED: f64 = 1e-4;
@@ -37,13 +32,9 @@ pub(super) struct EvaluatedPiece {
     pub(super) slips: Slips,
 }
 
-/// How the body answers multipliers.
-pub(super) struct Response {
-    /// r = S λ − h in m³, `[n]`.
-    pub(super) gradient: Vec<f64>,
-    /// u_t at the contact nodes in m; empty where no law of the family follows it.
-    pub(super) displacement: Vec<[f64; 2]>,
-}
+/// How the body answers multipliers: r = S λ − h in m³, `[n]`, and u_t at the contact nodes in m, empty where no law of the family follows
+/// it.
+type Response = (Vec<f64>, Vec<[f64; 2]>);
 
 /// One pane; stresses over Λ.
 pub(super) struct EvaluatedPane {
@@ -71,16 +62,12 @@ impl<'a> PieceEquations<'a> {
         y.iter().map(|y| self.stress * y).collect()
     }
 
-    /// ‖R‖ / ‖λ‖ of the natural map, measured by local stiffness as the solvers do; it knows nothing of pieces. Where hardly anything
-    /// presses, over a small share of Λ.
+    /// ‖R‖ / ‖λ‖ of the natural map. Where hardly anything presses, over a small share of Λ.
     pub(super) fn natural_residual(&self, point: &[f64]) -> Result<f64, ProblemError> {
         let member = self.family.member(point[point.len() - 1])?;
         let multiplier = self.multiplier(point);
-        let laws = member.laws();
-        let bound = Bound::Coulomb(&laws, member.law());
-        let steplengths = member.steplengths().to_vec();
-        let map = NaturalMap::with_steplengths(&member.dual, bound, steplengths);
-        Ok(match map.evaluate(&multiplier).norm {
+        let residual = member.natural_map(|map| map.evaluate(&multiplier).norm);
+        Ok(match residual {
             0.0 => 0.0,
             residual => residual / norm(&multiplier).max(PRESSED * self.stress),
         })
@@ -105,29 +92,25 @@ impl<'a> PieceEquations<'a> {
         self.evaluate_with(member, piece, y, &self.response(member, y))
     }
 
-    /// r and u_t at a point.
-    pub(super) fn response(&self, member: &FamilyMember, y: &[f64]) -> Response {
+    fn response(&self, member: &FamilyMember, y: &[f64]) -> Response {
         let multiplier: Vec<f64> = y.iter().map(|y| self.stress * y).collect();
-        Response {
-            gradient: member.dual.gradient(&multiplier),
-            displacement: member.dual.tangential_displacement(&multiplier),
-        }
+        let displacement = member.dual.tangential_displacement(&multiplier);
+        (member.dual.gradient(&multiplier), displacement)
     }
 
     /// R of a piece at a point where the body answers in a given way.
-    pub(super) fn evaluate_with(
+    fn evaluate_with(
         &self,
         member: &FamilyMember,
         piece: &Piece,
         y: &[f64],
-        response: &Response,
+        (gradient, displacement): &Response,
     ) -> Option<EvaluatedPiece> {
-        let gradient = &response.gradient;
         let rho = member.steplengths();
         let layout = member.dual.layout;
         let law = member.law();
         let cap = law.slip_bound(0, f64::INFINITY);
-        let (nodes, slips, inverse) = self.friction(member, piece, &response.displacement);
+        let (nodes, slips, inverse) = self.friction(member, piece, displacement);
         let step = |j: usize| rho[j] * gradient[j] / self.stress;
         // A component whose row of S vanishes moves nothing and carries nothing.
         let trial = |j: usize| if rho[j] == 0.0 { 0.0 } else { y[j] - step(j) };
@@ -150,15 +133,10 @@ impl<'a> PieceEquations<'a> {
                 slip: None,
             };
             let stuck = |j: usize| if rho[j] == 0.0 { y[j] } else { step(j) };
+            let all = [normal, pair[0], pair[1]];
             match piece.zones[pane] {
-                Zone::Open => {
-                    residual[normal] = y[normal];
-                    pair.iter().for_each(|j| residual[*j] = y[*j]);
-                }
-                Zone::Stick => {
-                    residual[normal] = stuck(normal);
-                    pair.iter().for_each(|j| residual[*j] = stuck(*j));
-                }
+                Zone::Open => all.iter().for_each(|j| residual[*j] = y[*j]),
+                Zone::Stick => all.iter().for_each(|j| residual[*j] = stuck(*j)),
                 Zone::Slip => {
                     residual[normal] = stuck(normal);
                     let slip = SlipStress::new(state.trial, bound, state.inverse)?;
@@ -277,14 +255,13 @@ impl PieceEquations<'_> {
         let sides = [self.family.member(ends[0])?, self.family.member(ends[1])?];
         let [behind, ahead] = sides.each_ref().map(|member| self.response(member, y));
         let rate = |a: &[f64], b: &[f64]| -> Vec<f64> {
-            let rates = a
-                .iter()
-                .zip(b)
-                .map(|(a, b)| (b - a) / (width * self.stress));
-            rates.collect()
+            let pairs = a.iter().zip(b);
+            pairs
+                .map(|(a, b)| (b - a) / (width * self.stress))
+                .collect()
         };
-        let gradient = rate(&behind.gradient, &ahead.gradient);
-        let slips = [&ahead, &behind].map(|side| side.displacement.as_flattened());
+        let gradient = rate(&behind.0, &ahead.0);
+        let slips = [&ahead, &behind].map(|side| side.1.as_flattened());
         let motion = Perturbation {
             unknown: None,
             gradient: &gradient,
@@ -351,11 +328,9 @@ impl PieceEquations<'_> {
             let Some(pair) = layout.tangential(pane) else {
                 continue;
             };
+            let all = [normal, pair[0], pair[1]];
             match (piece.zones[pane], &state.slip) {
-                (Zone::Stick, _) => {
-                    out[normal] = stuck(normal);
-                    pair.iter().for_each(|i| out[*i] = stuck(*i));
-                }
+                (Zone::Stick, _) => all.iter().for_each(|i| out[*i] = stuck(*i)),
                 (Zone::Slip, Some(slip)) => {
                     out[normal] = stuck(normal);
                     let trial = pair.map(|i| match rho[i] {
@@ -369,17 +344,15 @@ impl PieceEquations<'_> {
                         0.0
                     };
                     let mut inverse = [0.0; 2];
-                    if let Some(change) = &motion.slips {
-                        for (node, weight) in surface.pane_weights(pane) {
-                            let Some(Some(nodal)) = at.nodes.get(node) else {
-                                continue;
-                            };
-                            let moved = change[node];
-                            for k in 0..2 {
-                                let along =
-                                    nodal.slope[k][0] * moved[0] + nodal.slope[k][1] * moved[1];
-                                inverse[k] -= weight * self.stress * along;
-                            }
+                    let change = motion.slips.as_deref().unwrap_or_default();
+                    for (node, weight) in surface.pane_weights(pane) {
+                        let Some(([first, second], Some(Some(nodal)))) =
+                            change.get(node).map(|moved| (moved, at.nodes.get(node)))
+                        else {
+                            continue;
+                        };
+                        for (inverse, by) in inverse.iter_mut().zip(nodal.slope) {
+                            *inverse -= weight * self.stress * (by[0] * first + by[1] * second);
                         }
                     }
                     for k in 0..2 {
@@ -391,10 +364,7 @@ impl PieceEquations<'_> {
                             - slip.by_inverse[k][1] * inverse[1];
                     }
                 }
-                (Zone::Open | Zone::Slip, _) => {
-                    out[normal] = unit(normal);
-                    pair.iter().for_each(|i| out[*i] = unit(*i));
-                }
+                (Zone::Open | Zone::Slip, _) => all.iter().for_each(|i| out[*i] = unit(*i)),
             }
         }
     }

@@ -5,6 +5,7 @@ use std::{cell::RefCell, collections::VecDeque, path::Path, sync::Arc};
 use serde::{Deserialize, Serialize};
 
 use super::point::FamilyMember;
+use crate::shared::{dual_of, refuse_floating};
 use contact3d::{
     AssembledProblem, Problem, ProblemError,
     contact::Interface,
@@ -90,24 +91,27 @@ impl<'a> Family<'a> {
             &second
         };
         let shares = |scene: &Scene| base.with_scene(explicit(scene.clone()));
-        let others: Vec<_> = PROBES
-            .iter()
-            .map(|s| Ok(shares(&scene(*s)?)))
-            .chain([Ok(shares(&ends[0])), Ok(shares(&ends[1]))])
-            .collect::<Result<_, ProblemError>>()?;
-        let same_operator = others
-            .iter()
-            .all(|other| !matches!(other, Err(ProblemError::OtherOperator { .. })));
-        let dependence = if same_operator {
+        let probes = PROBES.map(scene).into_iter();
+        let [from, to] = ends.each_ref().map(shares);
+        let others: Vec<_> = probes
+            .map(|probe| Ok(shares(&probe?)))
+            .chain([Ok(from), Ok(to)])
+            .collect::<Result<_, Invalid>>()?;
+        let is_other = |other: &Result<AssembledProblem, ProblemError>| {
+            matches!(other, Err(ProblemError::OtherOperator { .. }))
+        };
+        let dependence = if others.iter().any(is_other) {
+            Dependence::Operator
+        } else {
             let others = others.into_iter().collect::<Result<Vec<_>, _>>()?;
             let (probes, ends) = others.split_at(PROBES.len());
-            let is_straight = PROBES
-                .iter()
-                .zip(probes)
-                .all(|(s, probe)| on_line(&ends[0], &ends[1], range.share(*s), probe));
+            let mut places = PROBES.iter().zip(probes);
+            let is_straight =
+                places.all(|(s, probe)| on_line(&ends[0], &ends[1], range.share(*s), probe));
+            let friction = |problem: &AssembledProblem| problem.scene().friction.clone();
             let law = others
                 .iter()
-                .any(|other| other.scene().friction != ends[0].scene().friction);
+                .any(|other| friction(other) != friction(&ends[0]));
             if is_straight {
                 Dependence::Straight {
                     ends: Box::new([dual_of(&ends[0]).clone(), dual_of(&ends[1]).clone()]),
@@ -116,8 +120,6 @@ impl<'a> Family<'a> {
             } else {
                 Dependence::Curved
             }
-        } else {
-            Dependence::Operator
         };
         let base = Arc::clone(base);
         Ok(Self {
@@ -153,11 +155,6 @@ impl<'a> Family<'a> {
         (self.scene_at)(self.range.value(s)).and_then(Scene::checked)
     }
 
-    /// The assembled problem at s, to solve.
-    pub(super) fn problem(&self, s: f64) -> Result<AssembledProblem, ProblemError> {
-        self.problem_at(self.range.value(s))
-    }
-
     /// The assembled problem at a value of the parameter, with the dense operator.
     ///
     /// # Errors
@@ -185,39 +182,35 @@ impl<'a> Family<'a> {
     }
 
     fn make(&self, s: f64) -> Result<FamilyMember, ProblemError> {
-        match &self.dependence {
-            Dependence::Straight { ends, law } => Ok(FamilyMember {
-                interface: if *law {
-                    coulomb(&self.scene(s)?, self.base.mesh())?
-                } else {
-                    Arc::clone(&self.interface)
-                },
-                base: Arc::clone(&self.base),
-                dual: between(ends, self.range.share(s)),
-                local: Arc::clone(&self.local),
-            }),
-            Dependence::Curved => {
-                let scene = self.scene(s)?;
-                let problem = self.base.with_scene(explicit(scene.clone()))?;
-                Ok(FamilyMember {
-                    interface: coulomb(&scene, problem.mesh())?,
-                    dual: dual_of(&problem).clone(),
-                    base: Arc::new(problem),
+        let (problem, local) = match &self.dependence {
+            Dependence::Straight { ends, law } => {
+                return Ok(FamilyMember {
+                    interface: if *law {
+                        coulomb(&self.scene(s)?, self.base.mesh())?
+                    } else {
+                        Arc::clone(&self.interface)
+                    },
+                    base: Arc::clone(&self.base),
+                    dual: between(ends, self.range.share(s)),
                     local: Arc::clone(&self.local),
-                })
+                });
+            }
+            Dependence::Curved => {
+                let problem = self.base.with_scene(explicit(self.scene(s)?))?;
+                (problem, Arc::clone(&self.local))
             }
             Dependence::Operator => {
-                let scene = self.scene(s)?;
-                let problem = assemble(&scene, self.folder)?;
-                let dual = dual_of(&problem).clone();
-                Ok(FamilyMember {
-                    interface: coulomb(&scene, problem.mesh())?,
-                    local: Arc::new(LocalStiffness::new(&dual)),
-                    dual,
-                    base: Arc::new(problem),
-                })
+                let problem = assemble(&self.scene(s)?, self.folder)?;
+                let local = LocalStiffness::new(dual_of(&problem));
+                (problem, Arc::new(local))
             }
-        }
+        };
+        Ok(FamilyMember {
+            interface: coulomb(problem.scene(), problem.mesh())?,
+            dual: dual_of(&problem).clone(),
+            base: Arc::new(problem),
+            local,
+        })
     }
 
     /// The size of stresses in Pa, a power of two near ‖S⁻¹h‖ of the glued face at the harder end.
@@ -318,14 +311,8 @@ pub(super) fn assemble(scene: &Scene, folder: &Path) -> Result<AssembledProblem,
         several => return Err(several_faces(several.len()).into()),
     }
     let assembled = Problem::in_folder(explicit(scene.clone()), folder)?.assemble()?;
-    crate::floating::refuse_floating(&assembled, "paths of solutions")?;
+    refuse_floating(&assembled, "paths of solutions")?;
     Ok(assembled)
-}
-
-pub(super) fn dual_of(problem: &AssembledProblem) -> &ExplicitDual {
-    let contact = problem.system().contact.as_ref();
-    let dual = contact.and_then(|contact| contact.explicit());
-    dual.expect("assembled with contact and the dense operator")
 }
 
 fn several_faces(found: usize) -> Invalid {
@@ -368,8 +355,8 @@ pub(super) fn on_line(
             .and_then(|state| state.interface.gap.clone())
             .unwrap_or_default()
     };
-    let straight = |values: [Vec<f64>; 3]| {
-        let [a, b, c] = values;
+    let straight = |of: &dyn Fn(&AssembledProblem) -> Vec<f64>| {
+        let [a, b, c] = [first, second, between].map(of);
         let longest = a.len().max(b.len()).max(c.len());
         let at = |v: &[f64], i: usize| v.get(i).copied().unwrap_or(0.0);
         let size = [&a, &b]
@@ -381,9 +368,7 @@ pub(super) fn on_line(
             (at(&c, i) - line).abs() <= STRAIGHT * size
         })
     };
-    straight([load(first), load(second), load(between)])
-        && straight([held(first), held(second), held(between)])
-        && straight([gap(first), gap(second), gap(between)])
+    straight(&load) && straight(&held) && straight(&gap)
 }
 
 /// h and the free slip at a share of the way between those of two problems.

@@ -142,10 +142,8 @@ impl PieceEquations<'_> {
                     break;
                 }
                 // The law at a node that begins to slip follows the way it slips.
-                if left
-                    .iter()
-                    .any(|distance| distance.beyond == AdjacentPiece::Zone)
-                {
+                let is_zone = |distance: &EndDistance| distance.beyond == AdjacentPiece::Zone;
+                if left.iter().any(is_zone) {
                     break;
                 }
                 for distance in left {
@@ -175,9 +173,7 @@ impl PieceEquations<'_> {
         for ((here, of_zone), of_law) in here.iter().zip(of_zones).zip(of_law) {
             let (rate, level) = match here.beyond {
                 AdjacentPiece::Zone | AdjacentPiece::Cap(_) => (of_zone, LEVEL),
-                AdjacentPiece::Negative { .. }
-                | AdjacentPiece::Segment { .. }
-                | AdjacentPiece::Fork { .. } => (of_law, LAW_LEVEL),
+                AdjacentPiece::Law(_) => (of_law, LAW_LEVEL),
             };
             if here.value <= REACHED && rate < -level || here.value < -10.0 * REACHED {
                 crossed.push(*here);
@@ -188,36 +184,27 @@ impl PieceEquations<'_> {
         Ok((crossed, is_inside))
     }
 
-    /// How fast the distances to the ends of a piece change along a tangent; `None` where the equations have no value.
+    /// How fast the distances to the ends of a piece change along a tangent, from those a little to both sides; `None` where the
+    /// equations have no value.
     fn rates(
         &self,
         piece: &Piece,
         state: &PathState,
         trial: f64,
     ) -> Result<Option<Vec<f64>>, ProblemError> {
-        let behind = self.beside(piece, state, -trial)?;
-        let Some((behind, ahead)) = behind.zip(self.beside(piece, state, trial)?) else {
+        let beside = |step: f64| -> Result<Option<Vec<EndDistance>>, ProblemError> {
+            let mut point = state.point.clone();
+            add_scaled(&mut point, step, &state.tangent);
+            let (s, y) = point.split_last().expect("a point has a parameter");
+            let member = self.family.member(s.clamp(0.0, 1.0))?;
+            let evaluated = self.evaluate(&member, piece, y);
+            Ok(evaluated.map(|evaluated| self.distances(&member, piece, &evaluated)))
+        };
+        let Some((behind, ahead)) = beside(-trial)?.zip(beside(trial)?) else {
             return Ok(None);
         };
         let rate = |(a, b): (&EndDistance, &EndDistance)| (b.value - a.value) / (2.0 * trial);
         Ok(Some(behind.iter().zip(&ahead).map(rate).collect()))
-    }
-}
-
-impl PieceEquations<'_> {
-    /// The distances to the ends of a piece a little along the tangent; `None` where the equations have no value.
-    fn beside(
-        &self,
-        piece: &Piece,
-        state: &PathState,
-        step: f64,
-    ) -> Result<Option<Vec<EndDistance>>, ProblemError> {
-        let mut point = state.point.clone();
-        add_scaled(&mut point, step, &state.tangent);
-        let (s, y) = point.split_last().expect("a point has a parameter");
-        let member = self.family.member(s.clamp(0.0, 1.0))?;
-        let evaluated = self.evaluate(&member, piece, y);
-        Ok(evaluated.map(|evaluated| self.distances(&member, piece, &evaluated)))
     }
 }
 
@@ -227,32 +214,25 @@ fn combinations(piece: &Piece, choices: &[Choice]) -> Vec<Piece> {
         Choice::Zone(_, zones) => zones.len(),
         Choice::Law(..) => 2,
     };
-    let total = choices
-        .iter()
-        .try_fold(1_usize, |n, choice| n.checked_mul(number(choice)));
+    let mut all = choices.iter();
+    let total = all.try_fold(1_usize, |n, choice| n.checked_mul(number(choice)));
     if total.is_some_and(|total| total <= MOST_PIECES) {
         let mut pieces = vec![piece.clone()];
         for choice in choices {
-            let apply = |piece: &Piece| {
-                (0..number(choice))
-                    .map(|k| chosen(piece, choice, k))
-                    .collect::<Vec<_>>()
-            };
-            pieces = pieces.iter().flat_map(apply).collect();
+            let ways = |piece| (0..number(choice)).map(move |k| chosen(piece, choice, k));
+            pieces = pieces.iter().flat_map(ways).collect();
         }
         return pieces;
     }
     let other = |piece: &Piece, choice: &Choice| match choice {
         Choice::Zone(pane, zones) => {
             let differs = |zone: &Zone| *zone != piece.zones[*pane];
-            let k = zones.iter().position(differs).unwrap_or(0);
-            chosen(piece, choice, k)
+            chosen(piece, choice, zones.iter().position(differs).unwrap_or(0))
         }
         Choice::Law(..) => chosen(piece, choice, 1),
     };
-    let all = choices
-        .iter()
-        .fold(piece.clone(), |piece, choice| other(&piece, choice));
+    let apart = |piece: Piece, choice| other(&piece, choice);
+    let all = choices.iter().fold(piece.clone(), apart);
     let single = choices.iter().map(|choice| other(piece, choice));
     [piece.clone(), all].into_iter().chain(single).collect()
 }

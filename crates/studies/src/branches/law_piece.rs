@@ -1,7 +1,7 @@
 //! Smooth pieces of a friction law, and where they end.
 
 use super::{
-    piece::{AdjacentPiece, EndDistance, NodePiece, Switch},
+    piece::{AdjacentPiece, EndDistance, LawChange, NodePiece, Switch},
     point::FamilyMember,
 };
 use contact3d::{
@@ -58,18 +58,15 @@ impl<'a> LawPieces<'a> {
             negative,
             ..NodePiece::default()
         };
-        for (coefficient, law) in self.law.only().coefficients().iter().enumerate() {
+        let coefficients = self.law.only().coefficients().iter().zip(&self.knots);
+        for (coefficient, (law, knots)) in coefficients.enumerate() {
             if let Coefficient::Expression(formula) = law {
-                let at = self.at(coefficient, node, slip).0;
+                let (at, _) = self.at(coefficient, node, slip);
                 piece.branch[coefficient] = formula.branch(&at);
             }
-        }
-        for (coefficient, knots) in self.knots.iter().enumerate() {
             let along = self.slips(coefficient, slip);
-            for axis in [0, 1] {
-                piece.segment[coefficient][axis] =
-                    knots[axis].partition_point(|knot| *knot < along[axis]);
-            }
+            let segment = |axis: usize| knots[axis].partition_point(|knot| *knot < along[axis]);
+            piece.segment[coefficient] = [0, 1].map(segment);
         }
         piece
     }
@@ -246,102 +243,69 @@ impl LawPieces<'_> {
         slip: [f64; 2],
         piece: &NodePiece,
         unit: f64,
-        out: &mut Vec<EndDistance>,
-    ) {
+    ) -> Vec<EndDistance> {
         let unit = self.scale(unit);
+        let mut ends = Vec::new();
+        let mut end = |switch: Switch, value: f64, change: LawChange| {
+            ends.push(EndDistance {
+                switch,
+                value,
+                beyond: AdjacentPiece::Law(change),
+            });
+        };
         for axis in 0..2 {
             if self.is_nodal && self.bends_at_reversal(axis, slip) {
-                out.push(EndDistance {
-                    switch: Switch::Reversal(node, axis),
-                    value: slip[axis] / unit,
-                    beyond: AdjacentPiece::Negative {
-                        axis,
-                        negative: !piece.negative[axis],
-                    },
-                });
+                let beyond = LawChange::Negative(axis, !piece.negative[axis]);
+                end(Switch::Reversal(node, axis), slip[axis] / unit, beyond);
             }
         }
-        self.fork_distances(node, slip, piece, unit, out);
-        for (coefficient, knots) in self.knots.iter().enumerate() {
-            let slips = self.slips(coefficient, slip);
-            for along in 0..2 {
-                let segment = piece.segment[coefficient][along];
-                let mut end = |value: f64, segment: usize| {
-                    out.push(EndDistance {
-                        switch: Switch::Knot(node, coefficient),
-                        value: value / unit,
-                        beyond: AdjacentPiece::Segment {
-                            coefficient,
-                            along,
-                            segment,
-                        },
-                    });
-                };
-                if let Some(upper) = knots[along].get(segment) {
-                    end(upper - slips[along], segment + 1);
-                }
-                if let Some(lower) = segment.checked_sub(1).map(|below| knots[along][below]) {
-                    end(slips[along] - lower, segment - 1);
-                }
-            }
-        }
-    }
-
-    /// How far a node is from the forks of its formulas: to first order the slip to them.
-    fn fork_distances(
-        &self,
-        node: usize,
-        slip: [f64; 2],
-        piece: &NodePiece,
-        unit: f64,
-        out: &mut Vec<EndDistance>,
-    ) {
+        // To forks of formulas it is to first order the slip to them.
         for (coefficient, law) in self.law.only().coefficients().iter().enumerate() {
             let Coefficient::Expression(formula) = law else {
                 continue;
             };
             let (at, own_by) = self.at(coefficient, node, slip);
-            for end in formula
-                .on_branch(&kept(&at), piece.branch[coefficient])
-                .ends
-            {
-                let [own, first, second] = end.slopes;
+            let found = formula.on_branch(&kept(&at), piece.branch[coefficient]);
+            for fork in found.ends {
+                let [own, first, second] = fork.slopes;
                 let slope = (own * own_by[0] + first).hypot(own * own_by[1] + second);
+                let distance = fork.margin / slope;
                 // Where the slip does not move the fork it ends nothing.
-                let far = f64::MAX.copysign(end.margin);
-                let distance = end.margin / slope;
-                out.push(EndDistance {
-                    switch: Switch::Knot(node, coefficient),
-                    value: if distance.is_finite() {
-                        distance / unit
-                    } else {
-                        far
-                    },
-                    beyond: AdjacentPiece::Fork {
-                        coefficient,
-                        fork: end.fork,
-                        less: !end.less,
-                    },
-                });
+                let value = if distance.is_finite() {
+                    distance / unit
+                } else {
+                    f64::MAX.copysign(fork.margin)
+                };
+                let beyond = LawChange::Fork(coefficient, fork.fork, !fork.less);
+                end(Switch::Knot(node, coefficient), value, beyond);
             }
         }
+        for (coefficient, knots) in self.knots.iter().enumerate() {
+            let slips = self.slips(coefficient, slip);
+            let switch = Switch::Knot(node, coefficient);
+            for along in 0..2 {
+                let segment = piece.segment[coefficient][along];
+                if let Some(upper) = knots[along].get(segment) {
+                    let beyond = LawChange::Segment(coefficient, along, segment + 1);
+                    end(switch, (upper - slips[along]) / unit, beyond);
+                }
+                if let Some(below) = segment.checked_sub(1) {
+                    let beyond = LawChange::Segment(coefficient, along, below);
+                    end(switch, (slips[along] - knots[along][below]) / unit, beyond);
+                }
+            }
+        }
+        ends
     }
 
     /// Whether the law has a kink where u_t along an axis changes its sign.
     fn bends_at_reversal(&self, axis: usize, slip: [f64; 2]) -> bool {
-        let coefficients = self.law.only().coefficients().iter().enumerate();
-        let mut bends =
-            coefficients.map(
-                |(k, coefficient)| match (self.law.only().law(), coefficient) {
-                    (FrictionLaw::Isotropic(_), Coefficient::Ramp(_) | Coefficient::Table(_)) => {
-                        slip[1 - axis] == 0.0
-                    }
-                    (FrictionLaw::Isotropic(_), coefficient) => {
-                        coefficient.slips_used(0)[axis] || coefficient.slips_used(1)[axis]
-                    }
-                    (FrictionLaw::Orthotropic(_), coefficient) => coefficient.slips_used(k)[axis],
-                },
-            );
-        bends.any(|bends| bends)
+        match self.law.only().law() {
+            FrictionLaw::Isotropic(Coefficient::Ramp(_) | Coefficient::Table(_)) => {
+                slip[1 - axis] == 0.0
+            }
+            FrictionLaw::Isotropic(law) => law.slips_used(0)[axis] || law.slips_used(1)[axis],
+            FrictionLaw::Orthotropic(pair) => (0..2).any(|k| pair[k].slips_used(k)[axis]),
+        }
     }
 }

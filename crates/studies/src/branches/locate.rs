@@ -48,8 +48,9 @@ impl Chord<'_> {
     pub(super) fn first_end(&self) -> Result<Option<(PathState, Vec<EndDistance>)>, ProblemError> {
         let distances = |state: &PathState| state.distances(self.equations, self.piece);
         let (mut low, mut high) = (0.0, 1.0);
-        let mut inside: Vec<f64> = distances(self.from).iter().map(|d| d.value).collect();
-        let mut outside: Vec<f64> = distances(self.to).iter().map(|d| d.value).collect();
+        let values =
+            |state: &PathState| -> Vec<f64> { distances(state).iter().map(|d| d.value).collect() };
+        let (mut inside, mut outside) = (values(self.from), values(self.to));
         if inside.len() != outside.len() {
             return Ok(None);
         }
@@ -61,35 +62,27 @@ impl Chord<'_> {
                 .fold(1.0, f64::min);
             let share = match trial % 3 {
                 2 => 0.5,
+                // Without the margin once the line through both ends is all but the path.
+                1 if first > 0.0 => first,
                 _ => first.clamp(MARGIN, 1.0 - MARGIN),
-            };
-            // Without the margin once the line through both ends is all but the path.
-            let share = if trial % 3 == 1 && first > 0.0 {
-                first
-            } else {
-                share
             };
             let middle = low + share * (high - low);
             let Some(state) = self.at(middle)? else {
                 return Ok(None);
             };
-            let values: Vec<f64> = distances(&state).iter().map(|d| d.value).collect();
-            if values.len() != inside.len() {
+            let here = values(&state);
+            if here.len() != inside.len() {
                 return Ok(None);
             }
             // Ends from which the step began count once they are behind it.
-            let least = values
-                .iter()
-                .zip(&outside)
-                .filter(|(_, outside)| **outside < -LOCATED)
-                .map(|(value, _)| *value)
-                .fold(f64::INFINITY, f64::min);
+            let crossing = here.iter().zip(&outside).filter(|(_, b)| **b < -LOCATED);
+            let least = crossing.map(|(a, _)| *a).fold(f64::INFINITY, f64::min);
             let beyond = least < -LOCATED;
             let located = least.abs() <= LOCATED || (high - low) * share.max(1.0 - share) < LOCATED;
             if beyond {
-                (high, outside) = (middle, values);
+                (high, outside) = (middle, here);
             } else {
-                (low, inside) = (middle, values);
+                (low, inside) = (middle, here);
             }
             found = Some(state);
             if located {
@@ -98,10 +91,8 @@ impl Chord<'_> {
         }
         let Some(state) = found else { return Ok(None) };
         let reached = distances(&state);
-        let least = reached
-            .iter()
-            .map(|d| d.value)
-            .fold(f64::INFINITY, f64::min);
+        let least = reached.iter().map(|d| d.value);
+        let least = least.fold(f64::INFINITY, f64::min);
         if least.abs() > REACHED {
             return Ok(None);
         }
@@ -201,9 +192,7 @@ impl PieceEquations<'_> {
         }
         Ok(rays)
     }
-}
 
-impl PieceEquations<'_> {
     /// A point near a guess and its piece: the given one, with the law at nodes whose slip turns as it does there.
     fn law_followed(
         &self,
@@ -226,10 +215,8 @@ impl PieceEquations<'_> {
                     is_inside: true,
                 }));
             }
-            if left
-                .iter()
-                .any(|distance| distance.beyond == AdjacentPiece::Zone)
-            {
+            let is_zone = |distance: &EndDistance| distance.beyond == AdjacentPiece::Zone;
+            if left.iter().any(is_zone) {
                 return Ok(None);
             }
             for distance in left {

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    corrector::{Along, PathState},
+    corrector::{Along, PathState, last_axis},
     equations::PieceEquations,
     kink::HalfPath,
     locate::{CROSSED, Chord, LOCATED, OFF},
@@ -97,29 +97,9 @@ impl PieceEquations<'_> {
                     }
                     continue;
                 }
-                Advance::RangeEnd(state) => {
-                    let (mut points, known) = self.turning_points(&front, &state, open)?;
-                    if known.is_none() {
-                        let kind = PointKind::End;
-                        let point = self.describe(&front.piece, &state, kind, Vec::new())?;
-                        let is_certified = self.is_certified(&point, &state);
-                        front.state = state;
-                        points.push(point);
-                        (
-                            points,
-                            Some(if is_certified {
-                                PathEnd::Range
-                            } else {
-                                PathEnd::Uncertified
-                            }),
-                        )
-                    } else {
-                        (points, known)
-                    }
-                }
-                Advance::Point(state) => {
-                    let returned = passes(&front.state, &state, start);
-                    let kind = if returned {
+                Advance::Point(state, at_range_end) => {
+                    let returned = !at_range_end && passes(&front.state, &state, start);
+                    let kind = if at_range_end || returned {
                         PointKind::End
                     } else {
                         PointKind::Regular
@@ -127,7 +107,7 @@ impl PieceEquations<'_> {
                     let point = self.describe(&front.piece, &state, kind, Vec::new())?;
                     let is_certified = self.is_certified(&point, &state);
                     // A shorter step starts nearer and settles better.
-                    if !is_certified && front.step * SHRINK >= SMALLEST_STEP {
+                    if !(is_certified || at_range_end) && front.step * SHRINK >= SMALLEST_STEP {
                         front.step *= SHRINK;
                         continue;
                     }
@@ -140,10 +120,11 @@ impl PieceEquations<'_> {
                         front.state = state;
                         points.push(point);
                     }
-                    let end = known.or(match (is_certified, returned) {
-                        (false, _) => Some(PathEnd::Uncertified),
-                        (true, true) => Some(PathEnd::Closed),
-                        (true, false) => None,
+                    let end = known.or(match (is_certified, at_range_end, returned) {
+                        (false, ..) => Some(PathEnd::Uncertified),
+                        (true, true, _) => Some(PathEnd::Range),
+                        (true, false, true) => Some(PathEnd::Closed),
+                        (true, false, false) => None,
                     });
                     (points, end)
                 }
@@ -249,12 +230,10 @@ impl PieceEquations<'_> {
         front.state = next.state;
         front.piece = next.piece;
         front.step = front.step.min(FIRST_STEP);
-        let end = if !is_certified {
-            Some(PathEnd::Uncertified)
-        } else if known {
-            Some(PathEnd::KnownPoint)
-        } else {
-            None
+        let end = match (is_certified, known) {
+            (false, _) => Some(PathEnd::Uncertified),
+            (true, true) => Some(PathEnd::KnownPoint),
+            (true, false) => None,
         };
         Ok((points, end))
     }
@@ -283,10 +262,8 @@ const NEAR: f64 = 2.0;
 
 /// What a step came to.
 pub(super) enum Advance {
-    /// A point of the same piece.
-    Point(PathState),
-    /// The end of the range.
-    RangeEnd(PathState),
+    /// A point of the same piece, and whether it is the end of the range.
+    Point(PathState, bool),
     /// An end of the piece, with what ends there.
     PieceEnd(PathState, Vec<EndDistance>),
     /// Nothing; a smaller step may do.
@@ -327,11 +304,7 @@ impl PieceEquations<'_> {
             return Ok(Advance::Nothing);
         }
         if !self.crosses(piece, from, &state) {
-            return Ok(if at_end {
-                Advance::RangeEnd(state)
-            } else {
-                Advance::Point(state)
-            });
+            return Ok(Advance::Point(state, at_end));
         }
         let step = Chord {
             equations: self,
@@ -392,14 +365,10 @@ impl PieceEquations<'_> {
         } else {
             (end - from[last]) / length
         };
-        let mut guess: Vec<f64> = from
-            .iter()
-            .zip(to)
-            .map(|(a, b)| a + share * (b - a))
-            .collect();
+        let pairs = from.iter().zip(to);
+        let mut guess: Vec<f64> = pairs.map(|(a, b)| a + share * (b - a)).collect();
         guess[last] = end;
-        let mut normal = vec![0.0; from.len()];
-        normal[last] = 1.0;
+        let normal = last_axis(from.len());
         let along = Along::Plane(&normal, end);
         self.correct(&front.piece, guess, &front.state.tangent, along)
     }

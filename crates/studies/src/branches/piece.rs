@@ -6,14 +6,14 @@ use super::{
     equations::{EvaluatedPiece, PieceEquations},
     kink::HalfPath,
     law_piece::LawPieces,
-    path::{FIRST_STEP, RETURNED},
+    path::RETURNED,
     point::{FamilyMember, FrontRecord, PathOrigin},
 };
 use contact3d::{
     linalg::{difference, norm},
     post::Zone,
     scene::FormulaBranch,
-    solver::{Bound, NaturalMap, PaneZone},
+    solver::PaneZone,
 };
 
 /// What the law of friction does at a contact node on a piece.
@@ -80,56 +80,38 @@ pub(super) enum AdjacentPiece {
     Zone,
     /// The cap is on or off.
     Cap(bool),
-    /// The sign of the slip of a node along an axis.
-    Negative { axis: usize, negative: bool },
-    /// The segment of a coefficient at a node.
-    Segment {
-        coefficient: usize,
-        along: usize,
-        segment: usize,
-    },
-    /// The side of a fork of the formula of a coefficient at a node.
-    Fork {
-        coefficient: usize,
-        fork: usize,
-        less: bool,
-    },
+    /// The law at a node changes.
+    Law(LawChange),
+}
+
+/// How the piece of a law at a node changes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum LawChange {
+    /// Along an axis the slip becomes negative, or no longer is.
+    Negative(usize, bool),
+    /// A coefficient, along one of its slips, goes to a segment.
+    Segment(usize, usize, usize),
+    /// The formula of a coefficient goes at a fork to the lesser side, or not.
+    Fork(usize, usize, bool),
 }
 
 impl Piece {
     /// Changes the law as `beyond` says at the place of a switch; zones are chosen elsewhere.
     pub(super) fn pass(&mut self, switch: Switch, beyond: AdjacentPiece) {
-        let node = match switch {
-            Switch::Reversal(node, _) | Switch::Knot(node, _) => self.nodes[node].as_mut(),
-            Switch::Opening(_) | Switch::Slipping(_) | Switch::Cap(_) => None,
-        };
-        match (node, beyond) {
-            (Some(node), AdjacentPiece::Negative { axis, negative }) => {
-                node.negative[axis] = negative;
-            }
-            (
-                Some(node),
-                AdjacentPiece::Segment {
-                    coefficient,
-                    along,
-                    segment,
-                },
-            ) => {
-                node.segment[coefficient][along] = segment;
-            }
-            (
-                Some(node),
-                AdjacentPiece::Fork {
-                    coefficient,
-                    fork,
-                    less,
-                },
-            ) => {
-                node.branch[coefficient] = node.branch[coefficient].with(fork, less);
-            }
-            (_, AdjacentPiece::Cap(capped)) => {
-                if let Switch::Cap(pane) = switch {
-                    self.capped[pane] = capped;
+        match (switch, beyond) {
+            (Switch::Cap(pane), AdjacentPiece::Cap(capped)) => self.capped[pane] = capped,
+            (Switch::Reversal(node, _) | Switch::Knot(node, _), AdjacentPiece::Law(change)) => {
+                let Some(node) = &mut self.nodes[node] else {
+                    return;
+                };
+                match change {
+                    LawChange::Negative(axis, negative) => node.negative[axis] = negative,
+                    LawChange::Segment(coefficient, along, segment) => {
+                        node.segment[coefficient][along] = segment;
+                    }
+                    LawChange::Fork(coefficient, fork, less) => {
+                        node.branch[coefficient] = node.branch[coefficient].with(fork, less);
+                    }
                 }
             }
             _ => {}
@@ -152,8 +134,7 @@ pub(super) struct Open {
 
 impl Open {
     pub(super) fn keep(&mut self, rays: &[HalfPath]) {
-        let origin = PathOrigin::BranchPoint;
-        let records = rays.iter().map(|ray| ray.record(origin, FIRST_STEP));
+        let records = rays.iter().map(|ray| ray.record(PathOrigin::BranchPoint));
         self.rays.extend(records);
     }
 
@@ -176,13 +157,14 @@ impl PieceEquations<'_> {
         let unit = (at.panes.len() as f64).sqrt();
         let cap = law.slip_bound(0, f64::INFINITY) / self.stress;
         let mut distances = Vec::new();
-        let mut zone = |switch: Switch, value: f64| {
+        let mut end = |switch: Switch, value: f64, beyond: AdjacentPiece| {
             distances.push(EndDistance {
                 switch,
                 value: unit * value,
-                beyond: AdjacentPiece::Zone,
+                beyond,
             });
         };
+        let mut zone = |switch, value| end(switch, value, AdjacentPiece::Zone);
         for (pane, state) in at.panes.iter().enumerate() {
             match piece.zones[pane] {
                 Zone::Open => zone(Switch::Opening(pane), -state.normal_trial),
@@ -203,18 +185,15 @@ impl PieceEquations<'_> {
             for (pane, state) in at.panes.iter().enumerate() {
                 let above = state.pressure - cap;
                 let capped = piece.capped[pane];
-                distances.push(EndDistance {
-                    switch: Switch::Cap(pane),
-                    value: unit * if capped { above } else { -above },
-                    beyond: AdjacentPiece::Cap(!capped),
-                });
+                let value = if capped { above } else { -above };
+                end(Switch::Cap(pane), value, AdjacentPiece::Cap(!capped));
             }
         }
         let laws = LawPieces::new(member);
         let nodes = at.slips.value.iter().zip(&piece.nodes).enumerate();
         for (node, (slip, piece)) in nodes {
             if let Some(piece) = piece {
-                laws.distances(node, *slip, piece, self.slip, &mut distances);
+                distances.extend(laws.distances(node, *slip, piece, self.slip));
             }
         }
         distances
@@ -250,26 +229,17 @@ impl PieceEquations<'_> {
 
     /// The piece on which a solution lies.
     pub(super) fn piece_of(&self, member: &FamilyMember, point: &[f64]) -> Piece {
-        let multiplier = self.multiplier(point);
-        let laws = member.laws();
-        let law = member.law();
-        let bound = Bound::Coulomb(&laws, law);
-        let steplengths = member.steplengths().to_vec();
-        let map = NaturalMap::with_steplengths(&member.dual, bound, steplengths);
+        let (multiplier, law) = (self.multiplier(point), member.law());
+        let panes = member.natural_map(|map| map.evaluate(&multiplier).panes);
+        let zones = panes.iter().map(|pane| match pane.zone() {
+            PaneZone::Open => Zone::Open,
+            PaneZone::Stick => Zone::Stick,
+            PaneZone::Slip => Zone::Slip,
+        });
         let (normal, _) = member.dual.layout.split(&multiplier);
-        let capped = normal.iter().map(|p| law.slip_bound(0, *p) < *p).collect();
         let mut piece = Piece {
-            zones: map
-                .evaluate(&multiplier)
-                .panes
-                .iter()
-                .map(|pane| match pane.zone() {
-                    PaneZone::Open => Zone::Open,
-                    PaneZone::Stick => Zone::Stick,
-                    PaneZone::Slip => Zone::Slip,
-                })
-                .collect(),
-            capped,
+            zones: zones.collect(),
+            capped: normal.iter().map(|p| law.slip_bound(0, *p) < *p).collect(),
             nodes: Vec::new(),
         };
         self.follow_law(member, &mut piece, point);

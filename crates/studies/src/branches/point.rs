@@ -9,7 +9,7 @@ use super::{
     equations::PieceEquations,
     family::ParameterRange,
     kink::HalfPath,
-    path::PathFront,
+    path::{FIRST_STEP, PathFront},
     piece::{NodePiece, Piece, Switch},
 };
 use contact3d::{
@@ -19,7 +19,7 @@ use contact3d::{
     linalg::{difference, dot, norm},
     mesh::ContactSurface,
     post::Zone,
-    solver::{ContactState, PaneLaws},
+    solver::{Bound, ContactState, NaturalMap},
 };
 
 /// What is special about a point.
@@ -89,12 +89,9 @@ impl PieceEquations<'_> {
         let multiplier = self.multiplier(&state.point);
         let surface = state.member.surface();
         let (normal, tangential) = state.member.dual.layout.split(&multiplier);
-        let areas = || surface.pane_area.iter();
-        let sum = |stresses: &mut dyn Iterator<Item = f64>| -> f64 {
-            areas()
-                .zip(stresses)
-                .map(|(area, stress)| area * stress)
-                .sum()
+        let sum = |stress: &dyn Fn(usize) -> f64| -> f64 {
+            let areas = surface.pane_area.iter().enumerate();
+            areas.map(|(pane, area)| area * stress(pane)).sum()
         };
         Ok(PathPoint {
             parameter: self.family.range().value(state.parameter().clamp(0.0, 1.0)),
@@ -105,8 +102,8 @@ impl PieceEquations<'_> {
             },
             spectral_radius: self.spectral_radius(piece, state).unwrap_or(f64::NAN),
             zones: piece.counts(),
-            normal_force: sum(&mut normal.iter().copied()),
-            tangential_force: [0, 1].map(|k| sum(&mut tangential.iter().map(|pair| pair[k]))),
+            normal_force: sum(&|pane| normal[pane]),
+            tangential_force: [0, 1].map(|k| sum(&|pane| tangential[pane][k])),
             largest_pressure: normal.iter().copied().fold(0.0, f64::max),
             multiplier,
             kind,
@@ -137,9 +134,17 @@ impl FamilyMember {
             .expect("a family has Coulomb friction")
     }
 
-    pub(super) fn laws(&self) -> PaneLaws {
+    /// Uses the natural map R, measured by local stiffness as the solvers do; it knows nothing of pieces.
+    pub(super) fn natural_map<T>(&self, work: impl FnOnce(&NaturalMap<'_>) -> T) -> T {
         let (surface, interface) = (self.surface(), &*self.interface);
-        ContactState { surface, interface }.laws()
+        let laws = ContactState { surface, interface }.laws();
+        let bound = Bound::Coulomb(&laws, self.law());
+        let steplengths = self.steplengths().to_vec();
+        work(&NaturalMap::with_steplengths(
+            &self.dual,
+            bound,
+            steplengths,
+        ))
     }
 
     pub(super) fn steplengths(&self) -> &[f64] {
@@ -158,6 +163,9 @@ pub enum PathOrigin {
     BranchPoint,
 }
 
+/// How zones are stored.
+const LETTERS: [(char, Zone); 3] = [('o', Zone::Open), ('t', Zone::Stick), ('l', Zone::Slip)];
+
 /// A front: where a path stands and how it goes on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct FrontRecord {
@@ -173,18 +181,19 @@ pub(super) struct FrontRecord {
 
 impl FrontRecord {
     pub(super) fn of(origin: PathOrigin, state: &PathState, piece: &Piece, step: f64) -> Self {
-        let letter = |zone: &Zone| match zone {
-            Zone::Open => 'o',
-            Zone::Stick => 't',
-            Zone::Slip => 'l',
-        };
+        let letter = |zone: &Zone| LETTERS.iter().find(|(_, known)| known == zone);
         Self {
             origin,
             point: state.point.clone(),
             tangent: state.tangent.clone(),
             orientation: state.orientation,
             step,
-            zones: piece.zones.iter().map(letter).collect(),
+            zones: piece
+                .zones
+                .iter()
+                .filter_map(letter)
+                .map(|it| it.0)
+                .collect(),
             capped: piece.capped.clone(),
             nodes: piece.nodes.clone(),
         }
@@ -207,13 +216,9 @@ impl FrontRecord {
         &self,
         equations: &PieceEquations<'_>,
     ) -> Result<Option<PathFront>, ProblemError> {
-        let zone = |letter: char| match letter {
-            'o' => Some(Zone::Open),
-            't' => Some(Zone::Stick),
-            'l' => Some(Zone::Slip),
-            _ => None,
-        };
-        let Some(zones) = self.zones.chars().map(zone).collect::<Option<Vec<Zone>>>() else {
+        let zone = |letter: char| LETTERS.iter().find(|(known, _)| *known == letter);
+        let zones = self.zones.chars().map(|letter| Some(zone(letter)?.1));
+        let Some(zones) = zones.collect() else {
             return Ok(None);
         };
         let piece = Piece {
@@ -250,7 +255,7 @@ impl FrontRecord {
 }
 
 impl HalfPath {
-    pub(super) fn record(&self, origin: PathOrigin, step: f64) -> FrontRecord {
-        FrontRecord::of(origin, &self.state, &self.piece, step)
+    pub(super) fn record(&self, origin: PathOrigin) -> FrontRecord {
+        FrontRecord::of(origin, &self.state, &self.piece, FIRST_STEP)
     }
 }

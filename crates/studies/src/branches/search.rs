@@ -1,16 +1,17 @@
 //! Solutions at one value of the parameter, by deflated Newton's method from many starts, and the half paths that begin at solutions.
 
 use super::{
-    corrector::Along,
-    enumeration::{CompletenessProof, Undecided, enumerated},
+    corrector::{Along, last_axis},
+    enumeration::{Certificate, Undecided, enumerated},
     equations::PieceEquations,
     kink::{HalfPath, REACHED},
+    point::FamilyMember,
 };
 use contact3d::{
     ProblemError,
     linalg::{difference, dot, norm},
     scene::Invalid,
-    solver::{Bound, NaturalMap, Solution, Status},
+    solver::{NaturalMap, Status},
 };
 
 /// ‖R‖ / ‖λ‖ of a solution, measured by local stiffness.
@@ -28,96 +29,46 @@ pub(super) const SAME: f64 = 1e-6;
 const OPERATIONS: f64 = 4e10;
 const STARTS: [f64; 2] = [6.0, 256.0];
 
-/// Solutions at one value of the parameter.
-pub(super) struct FoundSolutions {
-    /// (y, s) of each.
-    pub(super) points: Vec<Vec<f64>>,
-    /// The proof that they are all, or why there is none.
-    pub(super) certificate: Result<CompletenessProof, Undecided>,
-}
-
 impl PieceEquations<'_> {
     /// The solutions at s, beside known ones: all of them where the states can be enumerated, else those that deflated Newton's
-    /// method finds from the face that is open, glued, pressed, and from scattered zones and directions, others in every round.
+    /// method finds from the face that is open, glued, pressed, and from scattered zones and directions, others in every round. With the
+    /// proof that they are all.
     pub(super) fn solutions_at(
         &self,
         s: f64,
         known: &[Vec<f64>],
         round: usize,
-    ) -> Result<FoundSolutions, ProblemError> {
+    ) -> Result<(Vec<Vec<f64>>, Certificate), ProblemError> {
         let member = self.family.member(s)?;
         let point = |multiplier: &[f64]| {
             let scaled = multiplier.iter().map(|l| l / self.stress);
             scaled.chain([s]).collect::<Vec<f64>>()
         };
-        let (multipliers, certificate) = match enumerated(&member) {
-            Some(all) => (all.multipliers, all.certificate),
-            None => (Vec::new(), Err(Undecided::NotCovered)),
-        };
+        let all = enumerated(&member);
+        let (multipliers, certificate) = all.unwrap_or((Vec::new(), Err(Undecided::NotCovered)));
+        let mut found: Vec<Vec<f64>> = multipliers.iter().map(|one| point(one)).collect();
         if certificate.is_ok() {
-            return Ok(FoundSolutions {
-                points: multipliers.iter().map(|one| point(one)).collect(),
-                certificate,
-            });
+            return Ok((found, certificate));
         }
-        let laws = member.laws();
-        let bound = Bound::Coulomb(&laws, member.law());
-        let steplengths = member.steplengths().to_vec();
-        let map = NaturalMap::with_steplengths(&member.dual, bound, steplengths);
-        let mut found: Vec<Vec<f64>> = Vec::new();
         let mut known: Vec<Vec<f64>> = known.iter().map(|point| self.multiplier(point)).collect();
-        found.extend(multipliers.iter().map(|one| point(one)));
         known.extend(multipliers);
-        let n = member.dual.dimension();
-        let glued = member.local.glued(&member.dual.rhs);
-        let pressed = member.local.pressed(&member.dual.rhs);
-        let count =
-            (OPERATIONS / (MOST_STEPS as f64 * (n as f64).powi(3))).clamp(STARTS[0], STARTS[1]);
-        let layout = member.dual.layout;
-        let mut scatter = PseudoRandom::new(round);
-        for k in 0..count as usize {
-            let start: Vec<f64> = match k {
-                0 => vec![0.0; n],
-                1 => glued.clone(),
-                2 => pressed.clone(),
-                _ => {
-                    let mut start = glued.clone();
-                    for pane in 0..layout.n_panes() {
-                        let open = scatter.below(3) == 0;
-                        let normal = layout.normal(pane);
-                        start[normal] = if open { 0.0 } else { start[normal].abs() };
-                        if let Some([first, second]) = layout.tangential(pane) {
-                            let [cos, sin] = scatter.turn();
-                            let share = if open {
-                                0.0
-                            } else {
-                                [0.0, 1.0, 1.0, 0.2][scatter.below(4)]
-                            };
-                            let (a, b) = (share * start[first], share * start[second]);
-                            start[first] = cos * a - sin * b;
-                            start[second] = sin * a + cos * b;
-                        }
-                    }
-                    start
-                }
-            };
-            for deflated in [false, true] {
+        let starts = scattered_starts(&member, round);
+        member.natural_map(|map| {
+            let both = |start: Vec<f64>| [(false, start.clone()), (true, start)];
+            for (deflated, start) in starts.flat_map(both) {
                 let apart: &[Vec<f64>] = if deflated { &known } else { &[] };
-                let Some(multiplier) = self.newton(&map, start.clone(), apart) else {
+                let Some(multiplier) = self.newton(map, start, apart) else {
                     continue;
                 };
                 let near =
                     |other: &Vec<f64>| norm(&difference(other, &multiplier)) <= SAME * self.stress;
                 if !known.iter().any(near) {
-                    known.push(multiplier.clone());
                     found.push(point(&multiplier));
+                    known.push(multiplier);
                 }
             }
-        }
-        Ok(FoundSolutions {
-            points: found,
-            certificate,
-        })
+        });
+        Ok((found, certificate))
     }
 
     /// Newton's method on the natural map, kept away from known solutions by deflation: M(λ) R(λ) with
@@ -177,6 +128,42 @@ impl PieceEquations<'_> {
     }
 }
 
+/// Multipliers of a face that is open, glued, pressed, and in scattered zones and directions.
+fn scattered_starts(member: &FamilyMember, round: usize) -> impl Iterator<Item = Vec<f64>> + '_ {
+    let (dual, layout) = (&member.dual, member.dual.layout);
+    let n = dual.dimension();
+    let glued = member.local.glued(&dual.rhs);
+    let count = OPERATIONS / (MOST_STEPS as f64 * (n as f64).powi(3));
+    let mut scatter = PseudoRandom::new(round);
+    (0..count.clamp(STARTS[0], STARTS[1]) as usize).map(move |k| {
+        let mut start = glued.clone();
+        match k {
+            0 => start.fill(0.0),
+            1 => {}
+            2 => start = member.local.pressed(&dual.rhs),
+            _ => {
+                for pane in 0..layout.n_panes() {
+                    let open = scatter.below(3) == 0;
+                    let normal = layout.normal(pane);
+                    start[normal] = if open { 0.0 } else { start[normal].abs() };
+                    if let Some([first, second]) = layout.tangential(pane) {
+                        let [cos, sin] = scatter.turn();
+                        let share = if open {
+                            0.0
+                        } else {
+                            [0.0, 1.0, 1.0, 0.2][scatter.below(4)]
+                        };
+                        let (a, b) = (share * start[first], share * start[second]);
+                        start[first] = cos * a - sin * b;
+                        start[second] = sin * a + cos * b;
+                    }
+                }
+            }
+        }
+        start
+    })
+}
+
 /// Numbers without a pattern, the same on every machine.
 struct PseudoRandom(u64);
 
@@ -215,7 +202,9 @@ const INSIDE: [f64; 3] = [1e-3, 1e-2, 0.1];
 pub(super) fn solver_rays(equations: &PieceEquations<'_>) -> Result<Vec<HalfPath>, ProblemError> {
     let mut last = Status::Converged;
     for s in [0.0].into_iter().chain(INSIDE) {
-        let solution = solved(equations, s)?;
+        let family = equations.family;
+        let problem = family.problem_at(family.range().value(s))?;
+        let solution = problem.solve(&problem.scene().solve)?;
         last = solution.status;
         if !solution.status.is_solved() {
             continue;
@@ -236,32 +225,22 @@ pub(super) fn solver_rays(equations: &PieceEquations<'_>) -> Result<Vec<HalfPath
     .into())
 }
 
-fn solved(equations: &PieceEquations<'_>, s: f64) -> Result<Solution, ProblemError> {
-    let problem = equations.family.problem(s)?;
-    problem.solve(&problem.scene().solve)
-}
-
 /// The half paths from a solution into the range: corrected on its piece, one at an end of the range, two inside.
 pub(super) fn rays_from(
     equations: &PieceEquations<'_>,
     point: &[f64],
 ) -> Result<Vec<HalfPath>, ProblemError> {
-    let last = point.len() - 1;
-    let s = point[last];
+    let s = point[point.len() - 1];
     let member = equations.family.member(s)?;
     let piece = equations.piece_of(&member, point);
-    let mut up = vec![0.0; point.len()];
-    up[last] = 1.0;
+    let up = last_axis(point.len());
     let fixed = Along::Plane(&up, s);
     let corrected = equations.correct(&piece, point.to_vec(), &up, fixed)?;
     let Some(state) = corrected else {
         return Ok(Vec::new());
     };
-    let distances = state.distances(equations, &piece);
-    let reached: Vec<_> = distances
-        .into_iter()
-        .filter(|d| d.value <= REACHED)
-        .collect();
+    let mut reached = state.distances(equations, &piece);
+    reached.retain(|distance| distance.value <= REACHED);
     let inward = |rate: f64| rate > 0.0 && s < 1.0 || rate < 0.0 && s > 0.0;
     let mut rays = if reached.is_empty() {
         let mut rays = Vec::new();
@@ -270,10 +249,9 @@ pub(super) fn rays_from(
                 if !forward {
                     state.turn();
                 }
-                let piece = piece.clone();
                 rays.push(HalfPath {
                     state,
-                    piece,
+                    piece: piece.clone(),
                     is_inside: true,
                 });
             }

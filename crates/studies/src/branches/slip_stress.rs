@@ -117,7 +117,7 @@ fn excess(trial: [f64; 2], bound: f64, a: [f64; 2]) -> Option<f64> {
 pub(super) struct Slips {
     /// φ in m, `[n_contact_nodes]`, or empty.
     pub(super) value: Vec<[f64; 2]>,
-    derivative: Option<SlipOperatorDerivative>,
+    derivative: SlipOperatorDerivative,
 }
 
 impl Slips {
@@ -127,43 +127,32 @@ impl Slips {
         displacement: &[[f64; 2]],
         nodes: &[Option<NodePiece>],
     ) -> Self {
-        if displacement.is_empty() {
+        if matches!(operator, SlipOperator::Clement(_)) && !displacement.is_empty() {
             return Self {
-                value: Vec::new(),
-                derivative: None,
+                value: operator.slip(displacement),
+                derivative: operator.derivative(displacement),
             };
         }
-        match operator {
-            SlipOperator::Clement(_) => Self {
-                value: operator.slip(displacement),
-                derivative: Some(operator.derivative(displacement)),
-            },
-            SlipOperator::Lagrange => {
-                let sign = |negative: bool| if negative { -1.0 } else { 1.0 };
-                let nodes = displacement.iter().zip(nodes);
-                let signs: Vec<[f64; 2]> = nodes
-                    .map(|(u, piece)| match piece {
-                        Some(piece) => piece.negative.map(sign),
-                        None => u.map(|u| sign(u < 0.0)),
-                    })
-                    .collect();
-                let nodes = displacement.iter().zip(&signs);
-                Self {
-                    value: nodes
-                        .map(|(u, sign)| [sign[0] * u[0], sign[1] * u[1]])
-                        .collect(),
-                    derivative: Some(SlipOperatorDerivative::Signs(signs)),
-                }
-            }
+        let sign = |negative: bool| if negative { -1.0 } else { 1.0 };
+        let pieces = displacement.iter().zip(nodes);
+        let signs = pieces.map(|(u, piece)| match piece {
+            Some(piece) => piece.negative.map(sign),
+            None => u.map(|u| sign(u < 0.0)),
+        });
+        let signs: Vec<[f64; 2]> = signs.collect();
+        let pairs = displacement.iter().zip(&signs);
+        Self {
+            value: pairs
+                .map(|(u, sign)| [sign[0] * u[0], sign[1] * u[1]])
+                .collect(),
+            derivative: SlipOperatorDerivative::Signs(signs),
         }
     }
 
     /// The change of φ with a change of u_t, given as pairs of the contact nodes.
     pub(super) fn change(&self, moved: &[f64]) -> Vec<[f64; 2]> {
-        let derivative = self.derivative.as_ref();
-        derivative.map_or_else(Vec::new, |derivative| {
-            derivative.apply(|node| [moved[2 * node], moved[2 * node + 1]])
-        })
+        let pair = |node: usize| [moved[2 * node], moved[2 * node + 1]];
+        self.derivative.apply(pair)
     }
 }
 

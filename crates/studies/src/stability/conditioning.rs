@@ -5,7 +5,7 @@ use faer::{MatRef, Side};
 use super::explicit_problem::ExplicitProblem;
 use contact3d::{
     dual::ExplicitDual,
-    linalg::{CscMatrix, Workspace, dot, largest_eigenvalue},
+    linalg::{Workspace, dot, largest_eigenvalue},
     post::ContactReport,
     solver::{Linearisation, Solution},
 };
@@ -83,7 +83,7 @@ fn spectrum(dual: &ExplicitDual, scale: impl Fn(usize) -> f64) -> Spectrum {
 fn scaled_condition(problem: &ExplicitProblem) -> f64 {
     let assembly = &problem.assembled.system().assembly;
     let a = assembly.primal.invertible();
-    let root: Vec<f64> = diagonal(a).iter().map(|d| d.sqrt()).collect();
+    let root: Vec<f64> = (0..a.cols).map(|j| a.diagonal(j).sqrt()).collect();
     let n = root.len();
     let largest = largest_eigenvalue(n, |v| {
         let scaled: Vec<f64> = v.iter().zip(&root).map(|(v, d)| v / d).collect();
@@ -98,10 +98,6 @@ fn scaled_condition(problem: &ExplicitProblem) -> f64 {
         solved.iter().zip(&root).map(|(v, d)| v * d).collect()
     });
     largest * inverse
-}
-
-fn diagonal(a: &CscMatrix) -> Vec<f64> {
-    (0..a.cols).map(|j| a.diagonal(j)).collect()
 }
 
 /// Roundings of a sum of some hundred terms add up to about this many, as the root of their number.

@@ -110,26 +110,18 @@ pub(super) fn compare(
 ) -> Result<Vec<CrossCheckResult>, ProblemError> {
     let mut results: Vec<CrossCheckResult> = Vec::new();
     for cross_check in CrossCheck::ALL {
-        let found = match cross_check {
-            CrossCheck::Averaged => {
-                let solved = results.iter().filter(|result| result.is_solution());
-                match problem.contact().interface.coulomb() {
-                    Some(law) if solved.count() < 2 => averaged(problem, law),
-                    _ => continue,
-                }
+        let (status, accuracy, steps, unknowns) = if cross_check == CrossCheck::Averaged {
+            let solved = results.iter().filter(|result| result.is_solution());
+            match problem.contact().interface.coulomb() {
+                Some(law) if solved.count() < 2 => averaged(problem, law),
+                _ => continue,
             }
-            _ => {
-                let solution = problem.assembled.solve(&cross_check.settings())?;
-                let steps = solution.newton.len().max(solution.history.len());
-                (
-                    solution.status,
-                    solution.accuracy,
-                    steps,
-                    problem.unknowns(&solution.multiplier, &solution),
-                )
-            }
+        } else {
+            let solution = problem.assembled.solve(&cross_check.settings())?;
+            let steps = solution.newton.len().max(solution.history.len());
+            let unknowns = problem.unknowns(&solution.multiplier, &solution);
+            (solution.status, solution.accuracy, steps, unknowns)
         };
-        let (status, accuracy, steps, unknowns) = found;
         let multiplier = problem.dual().multipliers(&unknowns);
         let laws = problem.contact().laws();
         results.push(CrossCheckResult {

@@ -2,11 +2,12 @@
 
 use std::{path::Path, sync::Arc};
 
+use crate::shared::dual_of;
 use contact3d::{
     AssembledProblem, Problem, ProblemError,
     adaptation::adapted,
     dual::{ContactSystem, ExplicitDual},
-    linalg::{Precision, norm},
+    linalg::{Precision, difference, norm},
     mesh::{ContactSurface, Mesh, Refinement},
     scene::{DualOperatorKind, FactorPrecision, Invalid, Scene},
     solver::{ContactState, Solution},
@@ -108,10 +109,8 @@ impl ExplicitProblem {
     }
 
     pub(super) fn dual(&self) -> &ExplicitDual {
-        let contact = self.assembled.system().contact.as_ref();
-        let contact = self.balanced.as_ref().or(contact);
-        let dual = contact.and_then(|contact| contact.explicit());
-        dual.expect("assembled with contact and the dense operator")
+        let balanced = self.balanced.as_ref().and_then(ContactSystem::explicit);
+        balanced.unwrap_or_else(|| dual_of(&self.assembled))
     }
 
     /// The unknowns of an answer: its multipliers, and its rigid motions where the body floats.
@@ -124,8 +123,7 @@ impl ExplicitProblem {
     /// ‖λ' − λ‖ / ‖λ‖ for the answer λ. Where that is zero to rounding, over ‖ρh‖: the stresses
     /// that would push the free body back.
     pub(super) fn distance(&self, other: &[f64], answer: &[f64]) -> f64 {
-        let difference: Vec<f64> = other.iter().zip(answer).map(|(x, y)| x - y).collect();
-        let (difference, size) = (norm(&difference), norm(answer));
+        let (difference, size) = (norm(&difference(other, answer)), norm(answer));
         if difference == 0.0 {
             return 0.0;
         }

@@ -3,9 +3,9 @@
 use std::{fmt, ops::Range, path::Path};
 
 use super::{Redescription, UnitChange, explicit_problem::ExplicitProblem};
+use crate::shared::{greatest_common_divisor, matrix_of_columns};
 use contact3d::{
     ProblemError,
-    linalg::CscMatrix,
     mesh::{ContactSurface, Mesh, MidEdgeNodes},
     scene::Scene,
     solver::{Linearisation, Solution, Status},
@@ -52,18 +52,23 @@ impl Invariance {
         matches!(self, Self::BinaryUnits | Self::LoadScaling | Self::Threads)
     }
 
+    /// The name of its column, and the change in words.
+    fn names(self) -> [&'static str; 2] {
+        match self {
+            Self::BinaryUnits => ["binary_units", "units by powers of two"],
+            Self::DecimalUnits => ["decimal_units", "decimal units"],
+            Self::LoadScaling => ["load_scaling", "scaled loads"],
+            Self::Renumbering => ["renumbering", "renumbered nodes"],
+            Self::Threads => ["threads", "other threads"],
+            Self::Mirror => ["mirror", "mirror"],
+            Self::Exchange => ["exchange", "exchanged axes"],
+        }
+    }
+
     /// The name of its column.
     #[must_use]
     pub fn word(self) -> &'static str {
-        match self {
-            Self::BinaryUnits => "binary_units",
-            Self::DecimalUnits => "decimal_units",
-            Self::LoadScaling => "load_scaling",
-            Self::Renumbering => "renumbering",
-            Self::Threads => "threads",
-            Self::Mirror => "mirror",
-            Self::Exchange => "exchange",
-        }
+        self.names()[0]
     }
 
     /// The other description; `None` where numbers stay what they are.
@@ -89,15 +94,7 @@ impl Invariance {
 
 impl fmt::Display for Invariance {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::BinaryUnits => "units by powers of two",
-            Self::DecimalUnits => "decimal units",
-            Self::LoadScaling => "scaled loads",
-            Self::Renumbering => "renumbered nodes",
-            Self::Threads => "other threads",
-            Self::Mirror => "mirror",
-            Self::Exchange => "exchanged axes",
-        })
+        f.write_str(self.names()[1])
     }
 }
 
@@ -171,10 +168,9 @@ fn changed(
         let solution = other.assembled.solve(&scene.solve)?;
         return Ok(Some((solution.status, solution.multiplier)));
     }
-    let other_count = if rayon::current_num_threads() == 1 {
-        3
-    } else {
-        1
+    let other_count = match rayon::current_num_threads() {
+        1 => 3,
+        _ => 1,
     };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(other_count);
     let Ok(pool) = pool.build() else {
@@ -241,43 +237,31 @@ pub(super) fn renumbered(mesh: &Mesh) -> Mesh {
     }
     Mesh {
         coordinates,
-        tetrahedra: mesh
-            .tetrahedra
-            .iter()
-            .rev()
-            .map(|t| t.map(|n| new[n]))
-            .collect(),
+        tetrahedra: renamed(mesh.tetrahedra.iter().rev(), &new),
         tetrahedron_region: mesh.tetrahedron_region.iter().rev().copied().collect(),
-        facets: mesh.facets.iter().map(|f| f.map(|n| new[n])).collect(),
+        facets: renamed(mesh.facets.iter(), &new),
         facet_face: mesh.facet_face.clone(),
         face_names: mesh.face_names.clone(),
         mid_edges: mesh.mid_edges.as_ref().map(|middles| MidEdgeNodes {
-            tetrahedra: middles
-                .tetrahedra
-                .iter()
-                .rev()
-                .map(|m| m.map(|n| new[n]))
-                .collect(),
-            facets: middles.facets.iter().map(|m| m.map(|n| new[n])).collect(),
+            tetrahedra: renamed(middles.tetrahedra.iter().rev(), &new),
+            facets: renamed(middles.facets.iter(), &new),
         }),
-        contact: mesh
-            .contact
-            .as_ref()
-            .map(|surface| reordered(surface, &new)),
+        contact: mesh.contact.as_ref().map(|own| reordered(own, &new)),
     }
+}
+
+/// Simplices with the new numbers of their nodes.
+fn renamed<'a, const K: usize>(
+    simplices: impl Iterator<Item = &'a [usize; K]>,
+    new: &[usize],
+) -> Vec<[usize; K]> {
+    simplices.map(|nodes| nodes.map(|n| new[n])).collect()
 }
 
 /// A permutation of 0…n−1 without order.
 fn scattered(n: usize) -> Vec<usize> {
-    let divides_both = |stride: usize| {
-        let (mut a, mut b) = (n, stride);
-        while b != 0 {
-            (a, b) = (b, a % b);
-        }
-        a
-    };
     let first = ((n as f64 * GOLDEN) as usize).max(1);
-    let stride = (first..).find(|&stride| divides_both(stride) == 1);
+    let stride = (first..).find(|&stride| greatest_common_divisor(n, stride) == 1);
     (0..n).map(|i| i * stride.unwrap_or(1) % n).collect()
 }
 
@@ -290,43 +274,27 @@ fn reordered(surface: &ContactSurface, new: &[usize]) -> ContactSurface {
     for (next, &local) in order.iter().enumerate() {
         place[local] = next;
     }
-    let old = &surface.pane_average;
-    let mut average = CscMatrix {
-        indices: Vec::new(),
-        data: Vec::new(),
-        ..old.clone()
-    };
-    for pane in 0..surface.n_panes() {
+    let columns = (0..surface.n_panes()).map(|pane| {
         let weights = surface.pane_weights(pane);
-        let mut column: Vec<_> = weights
+        weights
             .map(|(local, weight)| (place[local], weight))
-            .collect();
+            .collect()
+    });
+    let sorted = columns.map(|mut column: Vec<_>| {
         column.sort_by_key(|(local, _)| *local);
-        average
-            .indices
-            .extend(column.iter().map(|(local, _)| *local));
-        average
-            .data
-            .extend(column.iter().map(|(_, weight)| *weight));
-    }
+        column
+    });
     ContactSurface {
         normals: match surface.normals.as_slice() {
             [everywhere] => vec![*everywhere],
             each => order.iter().map(|&local| each[local]).collect(),
         },
-        clearance: if surface.clearance.is_empty() {
-            Vec::new()
-        } else {
-            order
-                .iter()
-                .map(|&local| surface.clearance[local])
-                .collect()
+        clearance: match surface.clearance.as_slice() {
+            [] => Vec::new(),
+            each => order.iter().map(|&local| each[local]).collect(),
         },
-        nodes: order
-            .iter()
-            .map(|&local| new[surface.nodes[local]])
-            .collect(),
-        pane_average: average,
+        nodes: order.iter().map(|&n| new[surface.nodes[n]]).collect(),
+        pane_average: matrix_of_columns(surface.pane_average.rows, sorted),
         ..surface.clone()
     }
 }

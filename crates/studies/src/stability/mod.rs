@@ -6,13 +6,11 @@ mod cross_checks;
 mod explicit_problem;
 mod invariance;
 mod redescription;
-#[cfg(test)]
-mod tests;
 
 pub use conditioning::{Conditioning, RoundingBound, Spectrum};
 pub use cross_checks::{CrossCheck, CrossCheckResult};
 pub use invariance::{Invariance, InvarianceResult};
-pub(crate) use redescription::{Redescription, UnitChange};
+pub use redescription::{Redescription, UnitChange};
 
 use std::{fmt, path::Path, time::Instant};
 
@@ -150,20 +148,17 @@ impl Check {
     /// What an algorithm found; `None` where it was not asked.
     #[must_use]
     pub fn cross_check(&self, cross_check: CrossCheck) -> Option<&CrossCheckResult> {
-        self.cross_checks
-            .iter()
-            .find(|result| result.cross_check == cross_check)
+        let mut results = self.cross_checks.iter();
+        results.find(|result| result.cross_check == cross_check)
     }
 
     /// The largest difference to another algorithm that found a solution; 0 for none.
     #[must_use]
     pub fn disagreement(&self) -> f64 {
-        let solutions = self
-            .cross_checks
-            .iter()
-            .filter(|cross_check| cross_check.is_solution());
+        let results = self.cross_checks.iter();
+        let solutions = results.filter(|result| result.is_solution());
         solutions
-            .map(|cross_check| cross_check.disagreement)
+            .map(|result| result.disagreement)
             .fold(0.0, f64::max)
     }
 
@@ -243,33 +238,27 @@ impl Verdict {
         if !check.status.is_solved() {
             verdict.add(VerdictLevel::Fails, check.status.word().replace('_', " "));
         }
-        let name = |what: &str, value: f64, rounding_bound: f64| {
-            format!("{what} {value:.0e}, rounding allows {rounding_bound:.0e}")
-        };
-        let certificate = level(check.certificate, check.rounding_bound.certificate);
-        if certificate != VerdictLevel::Holds {
-            let text = name(
-                "certificate",
-                check.certificate,
-                check.rounding_bound.certificate,
-            );
-            verdict.add(certificate, text);
-        }
-        if check.linearisation.determinant < 1 {
-            let sign = ["det R' < 0", "det R' = 0"][(check.linearisation.determinant + 1) as usize];
+        verdict.add_figure(
+            level(check.certificate, check.rounding_bound.certificate),
+            &"certificate",
+            [check.certificate, check.rounding_bound.certificate],
+        );
+        let local = &check.linearisation;
+        if local.determinant < 1 {
+            let sign = ["det R' < 0", "det R' = 0"][(local.determinant + 1) as usize];
             verdict.add(VerdictLevel::Holds, sign.to_owned());
         }
-        if check.linearisation.contraction > 1.0 {
+        if local.contraction > 1.0 {
             let text = format!(
                 "successive approximations leave this solution: they move away by a factor of {:.3e} a step",
-                check.linearisation.contraction
+                local.contraction
             );
             verdict.add(VerdictLevel::Holds, text);
         }
-        if check.linearisation.is_near_fold() {
+        if local.is_near_fold() {
             let text = format!(
                 "a fold is near: an eigenvalue of Ψ' is within {:.1e} of 1",
-                check.linearisation.fold_distance
+                local.fold_distance
             );
             verdict.add(VerdictLevel::Holds, text);
         }
@@ -286,12 +275,23 @@ impl Verdict {
                 0.0 => VerdictLevel::Fails,
                 rounding_bound => level(result.difference, rounding_bound),
             };
-            if reached != VerdictLevel::Holds {
-                let what = result.invariance.to_string();
-                verdict.add(reached, name(&what, result.difference, allowed));
-            }
+            let figures = [result.difference, allowed];
+            verdict.add_figure(reached, &result.invariance, figures);
         }
         verdict
+    }
+
+    /// Reports a figure that is not as small as it should be, with what rounding allows.
+    fn add_figure(
+        &mut self,
+        level: VerdictLevel,
+        what: &dyn fmt::Display,
+        [value, rounding_bound]: [f64; 2],
+    ) {
+        if level != VerdictLevel::Holds {
+            let text = format!("{what} {value:.0e}, rounding allows {rounding_bound:.0e}");
+            self.add(level, text);
+        }
     }
 
     /// Two algorithms must agree; what the others say is a remark.

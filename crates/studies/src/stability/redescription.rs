@@ -1,14 +1,13 @@
 //! The same problem in other units, in a mirror, or with two axes exchanged.
 
 use contact3d::scene::{
-    Body, Clamp, Coefficient, Component, Contact, Cylinder, Friction, Functional, Grid, HalfSpace,
-    Height, Invalid, LawPoint, Material, Obstacle, POSITION, Part, Quantity, Ramp, Region, Scene,
-    SlipDerivative, Sphere, Spring, SteppedValue, Table,
+    Body, Clamp, Coefficient, Component, Contact, Friction, Functional, Invalid, LawPoint,
+    Material, Obstacle, POSITION, Part, Quantity, Scene, SlipDerivative, Spring, SteppedValue,
 };
 
 /// Another description of a problem.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Redescription {
+pub enum Redescription {
     /// Other units.
     Units(UnitChange),
     /// y → L_y − y for this L_y, which takes a brick on z_min to a brick on z_min, and its mesh to the mesh of that brick.
@@ -20,7 +19,7 @@ pub(crate) enum Redescription {
 /// Factors by which numbers change when units do. All three are free: linear elasticity scales with
 /// displacement and stress apart from the size of the body.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct UnitChange {
+pub struct UnitChange {
     /// Of coordinates.
     pub length: f64,
     /// Of displacements, gaps, and the slips that a law of friction knows.
@@ -29,18 +28,10 @@ pub(crate) struct UnitChange {
     pub stress: f64,
 }
 
-/// Names of the faces after each map.
-const MIRRORED: [(&str, &str); 2] = [("y_min", "y_max"), ("y_max", "y_min")];
-const EXCHANGED: [(&str, &str); 4] = [
-    ("x_min", "y_min"),
-    ("x_max", "y_max"),
-    ("y_min", "x_min"),
-    ("y_max", "x_max"),
-];
-
 impl Redescription {
     /// The mirror of a scene.
-    pub(crate) fn mirror(scene: &Scene) -> Self {
+    #[must_use]
+    pub fn mirror(scene: &Scene) -> Self {
         Self::Mirror(scene.body.as_brick().map_or(0.0, |brick| brick.size[1]))
     }
 
@@ -48,7 +39,7 @@ impl Redescription {
     ///
     /// # Errors
     /// A step that changes what the scene does not have.
-    pub(crate) fn apply(self, scene: &Scene) -> Result<Option<Scene>, Invalid> {
+    pub fn apply(self, scene: &Scene) -> Result<Option<Scene>, Invalid> {
         if !self.covers(scene) {
             return Ok(None);
         }
@@ -89,13 +80,14 @@ impl Redescription {
         } = &mut image;
         self.map_body(body);
         self.map_material(material);
-        regions
-            .iter_mut()
-            .for_each(|region| self.map_region(region));
+        for region in regions {
+            self.map_material(&mut region.material);
+            if let Part::Box(part) = &mut region.part {
+                self.map_corners(part);
+            }
+        }
         clamps.iter_mut().for_each(|clamp| self.map_clamp(clamp));
-        springs
-            .iter_mut()
-            .for_each(|spring| self.map_spring(spring));
+        springs.iter_mut().for_each(|it| self.map_spring(it));
         for traction in tractions {
             self.map_face(&mut traction.face);
             traction.value = self.vector(traction.value.each_ref(), units.stress);
@@ -107,9 +99,7 @@ impl Redescription {
         if let Some(force) = body_force {
             force.value = self.vector(force.value.each_ref(), force_density);
         }
-        contacts
-            .iter_mut()
-            .for_each(|contact| self.map_contact(contact));
+        contacts.iter_mut().for_each(|it| self.map_contact(it));
         *friction = friction.as_ref().map(|own| self.friction(own));
         if let Some(of) = adapt.as_mut().and_then(|adapt| adapt.of.as_mut()) {
             self.map_functional(of);
@@ -164,7 +154,8 @@ impl Redescription {
     }
 
     /// The point that goes to a point of the image.
-    pub(crate) fn origin(self, [x, y, z]: [f64; 3]) -> [f64; 3] {
+    #[must_use]
+    pub fn origin(self, [x, y, z]: [f64; 3]) -> [f64; 3] {
         match self {
             Self::Units(units) => [x, y, z].map(|x| x / units.length),
             Self::Mirror(width) => [x, width - y, z],
@@ -182,43 +173,40 @@ impl Redescription {
     }
 
     /// Where a direction goes.
-    fn direction(self, [x, y, z]: [f64; 3]) -> [f64; 3] {
+    fn direction(self, direction: [f64; 3]) -> [f64; 3] {
+        let [x, y, z] = self.exchanged(direction);
         match self {
-            Self::Units(_) => [x, y, z],
             Self::Mirror(_) => [x, -y, z],
-            Self::Exchange => [y, x, z],
+            Self::Units(_) | Self::Exchange => [x, y, z],
         }
     }
 
     /// The components (along t₁, t₂) that a tangential stress of the image had.
-    pub(crate) fn tangential(self, [first, second]: [f64; 2]) -> [f64; 2] {
+    #[must_use]
+    pub fn tangential(self, [first, second]: [f64; 2]) -> [f64; 2] {
         let [first, second, _] = self.direction([first, second, 0.0]);
         [first, second]
     }
 
-    /// What belongs to t₁ and t₂, without signs.
-    fn pair<T>(self, [first, second]: [T; 2]) -> [T; 2] {
-        match self {
-            Self::Units(_) | Self::Mirror(_) => [first, second],
-            Self::Exchange => [second, first],
+    /// What belongs to x and y, or to t₁ and t₂, first, without signs.
+    fn exchanged<T, const N: usize>(self, mut values: [T; N]) -> [T; N] {
+        if self == Self::Exchange {
+            values.swap(0, 1);
         }
-    }
-
-    /// What belongs to x, y and z, without signs.
-    fn triple<T>(self, [x, y, z]: [T; 3]) -> [T; 3] {
-        let [x, y] = self.pair([x, y]);
-        [x, y, z]
+        values
     }
 
     fn map_face(self, face: &mut String) {
-        let names: &[(&str, &str)] = match self {
-            Self::Units(_) => &[],
-            Self::Mirror(_) => &MIRRORED,
-            Self::Exchange => &EXCHANGED,
+        let image = match (self, face.as_str()) {
+            (Self::Mirror(_), "y_min") => "y_max",
+            (Self::Mirror(_), "y_max") => "y_min",
+            (Self::Exchange, "x_min") => "y_min",
+            (Self::Exchange, "x_max") => "y_max",
+            (Self::Exchange, "y_min") => "x_min",
+            (Self::Exchange, "y_max") => "x_max",
+            _ => return,
         };
-        if let Some((_, image)) = names.iter().find(|(name, _)| name == face) {
-            *face = (*image).to_owned();
-        }
+        *face = image.to_owned();
     }
 
     fn map_corners(self, corners: &mut [[f64; 3]; 2]) {
@@ -233,8 +221,8 @@ impl Redescription {
         if let Self::Units(units) = self {
             body.scale(units.length);
         } else if let Some(brick) = body.as_brick_mut() {
-            brick.size = self.triple(brick.size);
-            brick.cells = self.triple(brick.cells);
+            brick.size = self.exchanged(brick.size);
+            brick.cells = self.exchanged(brick.cells);
             let (grading, planes) = (&mut brick.grading, &mut brick.coordinates);
             if let Self::Mirror(width) = self {
                 std::mem::swap(&mut grading.y_min, &mut grading.y_max);
@@ -247,13 +235,6 @@ impl Redescription {
                 std::mem::swap(&mut grading.x_max, &mut grading.y_max);
                 std::mem::swap(&mut planes.x, &mut planes.y);
             }
-        }
-    }
-
-    fn map_region(self, region: &mut Region) {
-        self.map_material(&mut region.material);
-        if let Part::Box(part) = &mut region.part {
-            self.map_corners(part);
         }
     }
 
@@ -335,18 +316,13 @@ impl Redescription {
     }
 
     fn vector(self, components: [&Quantity; 3], factor: f64) -> [Quantity; 3] {
-        let signs = self.direction([factor; 3]);
-        let [x, y, z] = self.triple(components);
-        [
-            self.quantity(x, signs[0]),
-            self.quantity(y, signs[1]),
-            self.quantity(z, signs[2]),
-        ]
+        let (signs, components) = (self.direction([factor; 3]), self.exchanged(components));
+        std::array::from_fn(|c| self.quantity(components[c], signs[c]))
     }
 
     /// M K Mᵀ for the map M of vectors.
     fn tensor(self, tensor: &[[Quantity; 3]; 3], factor: f64) -> [[Quantity; 3]; 3] {
-        let (order, signs) = (self.triple([0, 1, 2]), self.direction([1.0; 3]));
+        let (order, signs) = (self.exchanged([0, 1, 2]), self.direction([1.0; 3]));
         std::array::from_fn(|i| {
             std::array::from_fn(|j| {
                 let own = &tensor[order[i]][order[j]];
@@ -362,7 +338,8 @@ impl Redescription {
         };
         contact.gap = self.quantity(&contact.gap, self.units().displacement);
         contact.corners.iter_mut().for_each(|c| self.map_corners(c));
-        contact.obstacle = contact.obstacle.as_ref().map(|own| self.obstacle(own));
+        let obstacle = contact.obstacle.iter_mut();
+        obstacle.for_each(|own| self.map_obstacle(own));
         if let Some(angle) = &mut contact.angle {
             *angle = self.quantity(angle, turned);
         }
@@ -372,28 +349,23 @@ impl Redescription {
         contact.friction = contact.friction.as_ref().map(|own| self.friction(own));
     }
 
-    fn obstacle(self, obstacle: &Obstacle) -> Obstacle {
+    fn map_obstacle(self, obstacle: &mut Obstacle) {
         let length = self.units().length;
         match obstacle {
-            Obstacle::HalfSpace(half) => Obstacle::HalfSpace(HalfSpace {
-                point: self.image(half.point),
-                normal: self.direction(half.normal),
-            }),
-            Obstacle::Sphere(sphere) => Obstacle::Sphere(Sphere {
-                centre: self.image(sphere.centre),
-                radius: sphere.radius * length,
-                ..*sphere
-            }),
-            Obstacle::Cylinder(cylinder) => Obstacle::Cylinder(Cylinder {
-                point: self.image(cylinder.point),
-                direction: self.direction(cylinder.direction),
-                radius: cylinder.radius * length,
-                ..*cylinder
-            }),
-            Obstacle::Height(height) => Obstacle::Height(Height {
-                value: self.quantity(&height.value, length),
-                direction: height.direction,
-            }),
+            Obstacle::HalfSpace(half) => {
+                half.point = self.image(half.point);
+                half.normal = self.direction(half.normal);
+            }
+            Obstacle::Sphere(sphere) => {
+                sphere.centre = self.image(sphere.centre);
+                sphere.radius *= length;
+            }
+            Obstacle::Cylinder(cylinder) => {
+                cylinder.point = self.image(cylinder.point);
+                cylinder.direction = self.direction(cylinder.direction);
+                cylinder.radius *= length;
+            }
+            Obstacle::Height(height) => height.value = self.quantity(&height.value, length),
         }
     }
 
@@ -401,7 +373,7 @@ impl Redescription {
         let stress = self.units().stress;
         let along = [&friction.coefficient_1, &friction.coefficient_2];
         let image = |law: &Option<Coefficient>| law.as_ref().map(|law| self.coefficient(law));
-        let [coefficient_1, coefficient_2] = self.pair(along.map(image));
+        let [coefficient_1, coefficient_2] = self.exchanged(along.map(image));
         let bound = friction.slip_bound.as_ref();
         Friction {
             slip_bound: bound.map(|bound| self.quantity(bound, stress)),
@@ -415,30 +387,22 @@ impl Redescription {
 
     fn coefficient(self, coefficient: &Coefficient) -> Coefficient {
         let d = self.units().displacement;
-        let slips = |slips: &Vec<f64>| slips.iter().map(|s| s * d).collect();
-        match coefficient {
-            Coefficient::Constant(value) => Coefficient::Constant(*value),
-            Coefficient::Ramp(ramp) => Coefficient::Ramp(Ramp {
-                onset: ramp.onset * d,
-                rate: ramp.rate / d,
-                ..*ramp
-            }),
-            Coefficient::Table(table) => Coefficient::Table(Table {
-                slip: slips(&table.slip),
-                value: table.value.clone(),
-            }),
+        let mut image = coefficient.clone();
+        match &mut image {
+            Coefficient::Constant(_) => {}
+            Coefficient::Ramp(ramp) => {
+                ramp.onset *= d;
+                ramp.rate /= d;
+            }
+            Coefficient::Table(table) => table.slip.iter_mut().for_each(|s| *s *= d),
             Coefficient::Grid(grid) => {
-                let [slip_1, slip_2] = self.pair([&grid.slip_1, &grid.slip_2]).map(slips);
-                let column = |j: usize| grid.value.iter().map(|row| row[j]).collect();
-                let value = match self {
-                    Self::Exchange => (0..grid.slip_2.len()).map(column).collect(),
-                    Self::Units(_) | Self::Mirror(_) => grid.value.clone(),
-                };
-                Coefficient::Grid(Grid {
-                    slip_1,
-                    slip_2,
-                    value,
-                })
+                let slips = grid.slip_1.iter_mut().chain(&mut grid.slip_2);
+                slips.for_each(|s| *s *= d);
+                if self == Self::Exchange {
+                    let column = |j: usize| grid.value.iter().map(|row| row[j]).collect();
+                    grid.value = (0..grid.slip_2.len()).map(column).collect();
+                    std::mem::swap(&mut grid.slip_1, &mut grid.slip_2);
+                }
             }
             Coefficient::Expression(formula) => {
                 let mut old = self.origins();
@@ -447,20 +411,23 @@ impl Redescription {
                     Self::Mirror(_) => Vec::new(),
                     Self::Exchange => vec![("s1", "s2".to_owned()), ("s2", "s1".to_owned())],
                 });
-                Coefficient::Expression(formula.with_variables(&old))
+                *formula = formula.with_variables(&old);
             }
-            Coefficient::Function(function) => Coefficient::Function(function.seen_from(
-                move |at| LawPoint {
-                    position: self.origin(at.position),
-                    slip: self.pair(at.slip).map(|s| s / d),
-                    own_slip: at.own_slip / d,
-                },
-                move |derivative| SlipDerivative {
-                    own: derivative.own / d,
-                    pair: self.pair(derivative.pair).map(|slope| slope / d),
-                },
-            )),
+            Coefficient::Function(function) => {
+                *function = function.seen_from(
+                    move |at| LawPoint {
+                        position: self.origin(at.position),
+                        slip: self.exchanged(at.slip).map(|s| s / d),
+                        own_slip: at.own_slip / d,
+                    },
+                    move |derivative| SlipDerivative {
+                        own: derivative.own / d,
+                        pair: self.exchanged(derivative.pair).map(|slope| slope / d),
+                    },
+                );
+            }
         }
+        image
     }
 }
 

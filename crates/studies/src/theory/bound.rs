@@ -101,101 +101,81 @@ pub struct ContractionBound {
     pub by_coefficient: f64,
 }
 
-/// What the bounds are made of.
-pub(super) struct Ingredients<'a> {
-    pub(super) face: &'a FaceConstants,
-    pub(super) law: &'a LawBounds,
-    pub(super) norm: &'a NormConstants,
-    /// c_r of the scene's r_h.
-    pub(super) interpolation: f64,
-    /// The bound of the norm of r_h|v_t| by ‖v‖ that does without c_r.
-    pub(super) interpolated: f64,
-    /// Whether multipliers belong to nodes.
-    pub(super) nodal: bool,
-}
-
-impl Ingredients<'_> {
-    /// c_tr⁽²⁾ (c_inv⁽¹'⁰⁾ c_r c_t + 1), the bound of ‖(r_h|v_t1|, r_h|v_t2|)‖ by ‖v‖ in (3.6).
-    fn interpolated_trace(&self) -> f64 {
-        self.interpolated_trace_by(self.face.inverse_first)
-    }
-
-    /// The same with the inverse inequality for ‖∇ψ‖ alone, which (3.6) could use as well, as constants are interpolated
-    /// exactly: unlike ‖ψ‖_1 it does not depend on the unit of length.
-    fn interpolated_trace_by_gradient(&self) -> f64 {
-        let (whole, size) = (self.face.inverse_first, self.face.triangle_size);
-        // λ_max(K + M, M) = λ_max(K, M) + 1.
-        self.interpolated_trace_by((whole * whole - size * size).sqrt())
-    }
-
-    fn interpolated_trace_by(&self, inverse: f64) -> f64 {
-        self.norm.trace.second * (inverse * self.interpolation * self.face.axes + 1.0)
-    }
-
-    pub(super) fn radii(&self) -> Radii {
-        Radii {
-            slip: self.interpolated_trace() * self.norm.load / self.norm.ellipticity,
-            pressure: (1.0 + self.norm.continuity / self.norm.ellipticity) * self.norm.load,
-        }
-    }
-
-    pub(super) fn bound(&self) -> ContractionBound {
-        let law = self.law;
+impl NormConstants {
+    /// With the radii and the bounds that follow from the constants, from c_r of the scene's r_h and the bound of the norm of
+    /// r_h|v_t| by ‖v‖ that does without it.
+    pub(super) fn bounded(
+        self,
+        face: &FaceConstants,
+        law: &LawBounds,
+        [interpolation, interpolated]: [f64; 2],
+        nodal: bool,
+    ) -> Self {
+        // c_tr⁽²⁾ (c_inv⁽¹'⁰⁾ c_r c_t + 1), the bound of ‖(r_h|v_t1|, r_h|v_t2|)‖ by ‖v‖ in (3.6).
+        let trace_by =
+            |inverse: f64| self.trace.second * (inverse * interpolation * face.axes + 1.0);
+        let interpolated_trace = trace_by(face.inverse_first);
+        let radii = Radii {
+            slip: interpolated_trace * self.load / self.ellipticity,
+            pressure: (1.0 + self.continuity / self.ellipticity) * self.load,
+        };
+        // The same with the inverse inequality for ‖∇ψ‖ alone, which (3.6) could use as well, as constants are interpolated
+        // exactly: unlike ‖ψ‖_1 it does not depend on the unit of length. λ_max(K + M, M) = λ_max(K, M) + 1.
+        let (whole, size) = (face.inverse_first, face.triangle_size);
+        let image = trace_by((whole * whole - size * size).sqrt());
         let steep = law.lipschitz.value * (2.0 + law.anisotropy.value);
         // ‖μ‖_0 ≤ of_pressure ‖μ‖_*.
-        let of_pressure = self.norm.inverse_half / self.face.pane_size.sqrt();
-        let largest =
-            self.face.inverse_fourth / self.face.triangle_size.sqrt() * self.norm.trace.fourth;
-        let radius = self.radii().pressure;
+        let of_pressure = self.inverse_half / face.pane_size.sqrt();
+        let largest = face.inverse_fourth / face.triangle_size.sqrt() * self.trace.fourth;
         // ‖u − ū‖ ≤ a ‖g − ḡ‖_* + b ‖φ − φ̄‖_0.
         let moved = |coefficient: f64, steep: f64, trace: f64, largest: f64| {
-            let a = coefficient * of_pressure * trace / self.norm.ellipticity;
+            let a = coefficient * of_pressure * trace / self.ellipticity;
             // A constant law has no second term, whatever the constants are.
             let b = match steep {
                 0.0 => 0.0,
-                steep => steep * of_pressure * largest * radius / self.norm.ellipticity,
+                steep => steep * of_pressure * largest * radii.pressure / self.ellipticity,
             };
             (a, b)
         };
-        let image = self.interpolated_trace_by_gradient();
-        let weighted = |(a, b): (f64, f64), image: f64| self.norm.continuity * a + image * b;
-        let (a, b) = moved(law.largest.value, steep, self.norm.trace.second, largest);
-        let sharp = moved(
-            law.largest.value,
-            steep,
-            self.norm.trace.tangential,
-            self.norm.trace.pointwise,
-        );
-        let [on_coefficient, on_slope] = self.functional_factors();
+        let weighted = |(a, b): (f64, f64), image: f64| self.continuity * a + image * b;
+        let (coefficient, trace) = (law.largest.value, &self.trace);
+        let (a, b) = moved(coefficient, steep, trace.second, largest);
+        let sharp = moved(coefficient, steep, trace.tangential, trace.pointwise);
+        let [on_coefficient, on_slope] = functional_factors(law, nodal);
         let averaged = moved(
-            on_coefficient * law.largest.value,
+            on_coefficient * coefficient,
             on_slope * steep,
-            self.norm.trace.second,
+            trace.second,
             largest,
         );
-        ContractionBound {
-            paper: (self.interpolated_trace() + self.norm.continuity) * a.max(b),
+        let bound = ContractionBound {
+            paper: (interpolated_trace + self.continuity) * a.max(b),
             weighted: weighted((a, b), image),
-            sharp: weighted(sharp, self.interpolated),
+            sharp: weighted(sharp, interpolated),
             averaged: weighted(averaged, image),
-            by_coefficient: self.norm.continuity * a / weighted((a, b), image),
+            by_coefficient: self.continuity * a / weighted((a, b), image),
+        };
+        Self {
+            radii,
+            bound,
+            ..self
         }
     }
+}
 
-    /// What F_max and L grow by where the friction functional is not the exact integral of g ‖F v_t‖.
-    ///
-    /// On panes it is Σ g_i |Rⁱ| ‖𝓕_i mean v_t‖ with the mean 𝓕_i⁻¹ of F⁻¹ at the nodes. |𝓕 − 𝓕̄| ≤ (F_max/F_min)² L times
-    /// the mean of |φ − φ̄| at the nodes. On a triangle of area |T| the linear function with the values |v_i| has the squared norm
-    /// |T|/6 (Σ|v_i|² + Σ|v_i||v_j|) ≤ |T|/3 Σ|v_i|², that of v is |T|/12 (Σ|v_i|² + |Σ v_i|²); so the norm grows by 2 at most, which
-    /// three unit vectors at 120° reach (one component alone grows by √(2+√3) at most). Nodal values are lumped: the lumped norm,
-    /// |T|/3 Σ|v_i|², is at most twice the norm for the same reason.
-    fn functional_factors(&self) -> [f64; 2] {
-        if self.nodal {
-            return [2.0, 2.0];
-        }
-        let spread = self.law.largest.value / self.law.smallest.value;
-        [1.0, 2.0 * spread * spread]
+/// What F_max and L grow by where the friction functional is not the exact integral of g ‖F v_t‖.
+///
+/// On panes it is Σ g_i |Rⁱ| ‖𝓕_i mean v_t‖ with the mean 𝓕_i⁻¹ of F⁻¹ at the nodes. |𝓕 − 𝓕̄| ≤ (F_max/F_min)² L times
+/// the mean of |φ − φ̄| at the nodes. On a triangle of area |T| the linear function with the values |v_i| has the squared norm
+/// |T|/6 (Σ|v_i|² + Σ|v_i||v_j|) ≤ |T|/3 Σ|v_i|², that of v is |T|/12 (Σ|v_i|² + |Σ v_i|²); so the norm grows by 2 at most, which
+/// three unit vectors at 120° reach (one component alone grows by √(2+√3) at most). Nodal values are lumped: the lumped norm,
+/// |T|/3 Σ|v_i|², is at most twice the norm for the same reason.
+fn functional_factors(law: &LawBounds, nodal: bool) -> [f64; 2] {
+    if nodal {
+        return [2.0, 2.0];
     }
+    let spread = law.largest.value / law.smallest.value;
+    [1.0, 2.0 * spread * spread]
 }
 
 /// How far the friction functional of the program, Σ g_i |Rⁱ| ‖𝓕_i mean u_t‖ with the mean 𝓕_i⁻¹ of F⁻¹ at the nodes of a pane,

@@ -3,15 +3,13 @@
 use faer::Mat;
 
 use super::{
-    dense::{alone, congruent, root, symmetric},
-    face::{TriangulatedFace, product},
+    dense::{alone, congruent, inverse, root, symmetric},
     level::TheoryProblem,
-    trace::{Blocks, PartNorms, SpaceNorms},
+    trace::{Blocks, PartNorms, norm_on_sum, part_norms},
 };
 use contact3d::{
     contact::{CoulombLaw, FrictionField, Interface, SlipOperatorDerivative},
-    linalg::{CscMatrix, Workspace},
-    solver::{ContactState, CoulombState, PaneLaws, Solution, frozen_response},
+    solver::{CoulombState, PaneLaws, Solution, frozen_response},
 };
 
 /// Ψ′ at a solution.
@@ -47,27 +45,21 @@ impl TheoryProblem {
         solution: &Solution,
         with_paper: bool,
     ) -> Option<LocalContraction> {
-        let (face, norms) = (&self.face, &self.norms);
         let chain = self.chain(interface, solution)?;
         let (spectral_radius, index) = chain.spectrum();
-        let blocks: Vec<Blocks> = (0..norms.pressure.len())
-            .map(|k| chain.blocks(face, norms, k))
-            .collect();
+        let slip_ball = root(&chain.slip_ball(self));
+        let blocks = [0, 1].map(|k| chain.blocks(self, k, &slip_ball));
         Some(LocalContraction {
             spectral_radius,
             index,
-            parts: blocks.iter().map(Blocks::part_norms).collect(),
-            paper: with_paper.then(|| blocks.iter().map(Blocks::paper).collect()),
+            parts: blocks.iter().map(part_norms).collect(),
+            paper: with_paper.then(|| blocks.iter().map(norm_on_sum).collect()),
         })
     }
 
     fn chain(&self, interface: &Interface, solution: &Solution) -> Option<Chain> {
         let (dual, law) = (self.dual(), interface.coulomb()?);
-        let laws = ContactState {
-            interface,
-            ..self.contact()
-        }
-        .laws();
+        let laws = self.laws_of(interface);
         let (m, n) = (dual.layout.n_panes(), dual.layout.n_multipliers());
         let operator = &laws.slip.operator;
         let tangential = self.tangential_of(&solution.displacement);
@@ -163,12 +155,17 @@ impl Chain {
     }
 
     /// The forms of both images over unit balls of both arguments.
-    fn blocks(&self, face: &TriangulatedFace, norms: &SpaceNorms, norm: usize) -> Blocks {
+    fn blocks(&self, problem: &TheoryProblem, norm: usize, slip_ball: &Mat<f64>) -> Blocks {
         let m = self.n_panes();
-        let (pressure, factor) = &norms.pressure[norm];
+        let (pressure, factor) = &problem.pressure[norm];
         let slip_form = |z: &Mat<f64>| {
             let moved = alone(|| &self.slip * z);
-            let weighed = weighed(face, &norms.mass, &moved);
+            let columns = (0..moved.ncols()).map(|j| {
+                let column: Vec<f64> = moved.col(j).iter().copied().collect();
+                problem.face.mass_product(&problem.forms.mass, &column, 2)
+            });
+            let columns: Vec<Vec<f64>> = columns.collect();
+            let weighed = Mat::from_fn(moved.nrows(), moved.ncols(), |i, j| columns[j][i]);
             symmetric(alone(|| moved.transpose() * &weighed))
         };
         let pressure_form = |z: &Mat<f64>| {
@@ -177,36 +174,26 @@ impl Chain {
         };
         let identity = Mat::<f64>::identity(m, m);
         let pressure_ball = root(&symmetric(factor.solve(&identity)));
-        let slip_ball = root(&self.slip_ball(face, norms));
         let form = |z: &Mat<f64>, ball: &Mat<f64>| {
             let [slip, pressure] = [slip_form(z), pressure_form(z)];
             [congruent(ball, &slip), congruent(ball, &pressure)]
         };
-        Blocks {
-            by_slip: form(&self.by_inverse, &slip_ball),
-            by_pressure: form(&self.by_pressure, &pressure_ball),
-        }
+        [
+            form(&self.by_inverse, slip_ball),
+            form(&self.by_pressure, &pressure_ball),
+        ]
     }
 
     /// D M⁻¹ Dᵀ: the image of the unit ball of Y^h × Y^h in 𝓕⁻¹.
-    fn slip_ball(&self, face: &TriangulatedFace, norms: &SpaceNorms) -> Mat<f64> {
-        let d = &self.inverse_by_slip;
-        let free: Vec<usize> = (0..face.points.len())
-            .filter(|&n| face.place[n].is_some())
-            .collect();
+    fn slip_ball(&self, problem: &TheoryProblem) -> Mat<f64> {
+        let (d, free) = (&self.inverse_by_slip, problem.face.free_nodes());
+        let mut inverse = inverse(&problem.mass_factor);
         let mut ball = Mat::zeros(d.nrows(), d.nrows());
-        let mut work = Workspace::default();
         for l in 0..2 {
             let part = Mat::from_fn(d.nrows(), free.len(), |row, j| d[(row, 2 * free[j] + l)]);
-            let mut solved = Mat::zeros(free.len(), d.nrows());
-            for row in 0..d.nrows() {
-                let mut values: Vec<f64> = (0..free.len()).map(|j| part[(row, j)]).collect();
-                norms.mass_factor.solve_in_place(&mut values, &mut work);
-                values
-                    .iter()
-                    .enumerate()
-                    .for_each(|(j, v)| solved[(j, row)] = *v);
-            }
+            let rows = (0..d.nrows()).map(|row| part.row(row).iter().copied().collect());
+            let solved: Vec<Vec<f64>> = rows.map(&mut inverse).collect();
+            let solved = Mat::from_fn(free.len(), d.nrows(), |j, row| solved[row][j]);
             ball += alone(|| &part * &solved);
         }
         symmetric(ball)
@@ -227,21 +214,4 @@ fn recurrent(n: usize, entry: impl Fn(usize, usize) -> f64) -> Vec<usize> {
         }
         kept = next;
     }
-}
-
-/// M_Γ of both components of columns of nodal pairs.
-fn weighed(face: &TriangulatedFace, mass: &CscMatrix, columns: &Mat<f64>) -> Mat<f64> {
-    let mut result = Mat::zeros(columns.nrows(), columns.ncols());
-    for j in 0..columns.ncols() {
-        for k in 0..2 {
-            let values = face.to_free(|node| columns[(2 * node + k, j)]);
-            let image = product(mass, &values);
-            for (node, place) in face.place.iter().enumerate() {
-                if let Some(place) = *place {
-                    result[(2 * node + k, j)] = image[place];
-                }
-            }
-        }
-    }
-    result
 }

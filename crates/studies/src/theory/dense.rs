@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use faer::{Mat, Side, linalg::solvers::Llt, prelude::Solve};
 use rayon::ThreadPool;
 
-use contact3d::linalg::{add_scaled, dot, largest_ritz_pair};
+use contact3d::linalg::{CholeskyFactor, Workspace, add_scaled, dot, largest_ritz_pair};
 
 /// Runs dense algebra on one thread.
 pub(super) fn alone<R: Send>(work: impl FnOnce() -> R + Send) -> R {
@@ -55,6 +55,22 @@ pub(super) fn symmetric(form: Mat<f64>) -> Mat<f64> {
     Mat::from_fn(form.nrows(), form.ncols(), |i, j| {
         0.5 * (form[(i, j)] + form[(j, i)])
     })
+}
+
+/// The diagonal matrix of some numbers.
+pub(super) fn diagonal(values: &[f64]) -> Mat<f64> {
+    Mat::from_fn(values.len(), values.len(), |i, j| {
+        if i == j { values[i] } else { 0.0 }
+    })
+}
+
+/// Products with Y⁻¹ by a sparse factor of Y.
+pub(super) fn inverse(factor: &CholeskyFactor) -> impl FnMut(Vec<f64>) -> Vec<f64> + '_ {
+    let mut work = Workspace::default();
+    move |mut forces| {
+        factor.solve_in_place(&mut forces, &mut work);
+        forces
+    }
 }
 
 /// The Cholesky factor of a dense positive definite matrix.

@@ -6,6 +6,7 @@ use faer::Mat;
 use nalgebra::Vector3;
 
 use super::dense::{DenseFactor, alone, symmetric};
+use crate::shared::matrix_of_columns;
 use contact3d::{
     contact::ContactFrame,
     elasticity::DofMap,
@@ -79,12 +80,25 @@ impl TriangulatedFace {
 
     /// h_Γ: the largest diameter of a triangle.
     pub(super) fn size(&self) -> f64 {
-        let edges = self
-            .triangles
-            .iter()
-            .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+        let triangles = self.triangles.iter();
+        let edges = triangles.flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
         let length = |[a, b]: [usize; 2]| distance(self.points[a], self.points[b]);
         edges.map(length).fold(0.0, f64::max)
+    }
+
+    /// The triangles around each node.
+    pub(super) fn stars(&self) -> Vec<Vec<usize>> {
+        let mut stars = vec![Vec::new(); self.points.len()];
+        for (t, nodes) in self.triangles.iter().enumerate() {
+            nodes.iter().for_each(|&node| stars[node].push(t));
+        }
+        stars
+    }
+
+    /// The nodes at which functions of Y^h need not vanish.
+    pub(super) fn free_nodes(&self) -> Vec<usize> {
+        let nodes = 0..self.points.len();
+        nodes.filter(|&n| self.place[n].is_some()).collect()
     }
 
     /// ∫ φ_j of the hat functions, `[n]`.
@@ -120,10 +134,24 @@ impl TriangulatedFace {
 
     /// The values of a nodal field at the free nodes.
     pub(super) fn to_free(&self, nodal: impl Fn(usize) -> f64) -> Vec<f64> {
-        let nodes = self.place.iter().enumerate();
-        nodes
-            .filter_map(|(node, place)| place.map(|_| nodal(node)))
-            .collect()
+        self.free_nodes().into_iter().map(nodal).collect()
+    }
+
+    /// M_Γ times each of so many components of a field, `[n][components]`; 0 at held nodes.
+    pub(super) fn mass_product(
+        &self,
+        mass: &CscMatrix,
+        values: &[f64],
+        components: usize,
+    ) -> Vec<f64> {
+        let mut image = vec![0.0; values.len()];
+        for c in 0..components {
+            let free = product(mass, &self.to_free(|node| values[components * node + c]));
+            for (node, value) in self.free_nodes().into_iter().zip(free) {
+                image[components * node + c] = value;
+            }
+        }
+        image
     }
 
     /// A pair of functions of Y^h at a point of a triangle, from values at the nodes.
@@ -155,30 +183,19 @@ pub(super) fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 /// Sums of element contributions, column by column.
-pub(super) struct ElementSums {
-    columns: Vec<BTreeMap<usize, f64>>,
-}
+pub(super) struct ElementSums(Vec<BTreeMap<usize, f64>>);
 
 impl ElementSums {
     pub(super) fn new(size: usize) -> Self {
-        Self {
-            columns: vec![BTreeMap::new(); size],
-        }
+        Self(vec![BTreeMap::new(); size])
     }
 
     pub(super) fn add(&mut self, row: usize, column: usize, value: f64) {
-        *self.columns[column].entry(row).or_insert(0.0) += value;
+        *self.0[column].entry(row).or_insert(0.0) += value;
     }
 
     pub(super) fn matrix(self) -> CscMatrix {
-        let mut matrix = CscMatrix::empty(self.columns.len());
-        matrix.cols = self.columns.len();
-        for column in self.columns {
-            matrix.indices.extend(column.keys());
-            matrix.data.extend(column.values());
-            matrix.indptr.push(matrix.indices.len());
-        }
-        matrix
+        matrix_of_columns(self.0.len(), self.0)
     }
 }
 
@@ -286,6 +303,11 @@ impl PaneIntegrals {
         Self(panes.map(row).collect())
     }
 
+    /// Sums of contributions of triangles.
+    pub(super) fn of_sums(sums: Vec<BTreeMap<usize, f64>>) -> Self {
+        Self(sums.into_iter().map(Vec::from_iter).collect())
+    }
+
     pub(super) fn len(&self) -> usize {
         self.0.len()
     }
@@ -324,20 +346,17 @@ impl FaceGram {
 
     /// G f for nodal forces in the order of the rows, `[3 n_contact_nodes]`.
     pub(super) fn apply(&self, forces: &[f64]) -> Vec<f64> {
-        let columns = self.matrix.chunks_exact(forces.len().max(1));
         // Symmetric: each entry is the product of one column.
-        columns
-            .map(|column| contact3d::linalg::dot(column, forces))
-            .collect()
+        let columns = self.matrix.chunks_exact(forces.len().max(1));
+        columns.map(|column| dot(column, forces)).collect()
     }
 
     /// W G_ab Wᵀ for components a and b of displacements.
     fn between(&self, rows: &PaneIntegrals, a: usize, b: usize) -> Mat<f64> {
         let cross = self.cross(rows, a, b);
         Mat::from_fn(rows.len(), rows.len(), |i, j| {
-            rows.0[j]
-                .iter()
-                .map(|&(node, integral)| integral * cross[(i, node)])
+            let row = rows.0[j].iter();
+            row.map(|&(node, integral)| integral * cross[(i, node)])
                 .sum()
         })
     }
@@ -396,19 +415,14 @@ impl FaceGram {
 
 /// E: rows u_ν, u_t1, u_t2 of contact node after contact node, `[3 n_contact_nodes, n_free]`.
 fn selection(surface: &ContactSurface, frame: &ContactFrame, dofs: &DofMap) -> CscMatrix {
-    let mut transposed = CscMatrix::empty(dofs.n_free);
-    for (local, &node) in surface.nodes.iter().enumerate() {
+    let nodes = surface.nodes.iter().enumerate();
+    let columns = nodes.flat_map(|(local, &node)| {
         let [first, second] = *frame.axes_at(local);
-        for axis in [frame.normal_at(local), first, second] {
-            for (dof, direction) in dofs.dof[node].iter().zip(axis) {
-                if let (Some(dof), true) = (*dof, direction != 0.0) {
-                    transposed.indices.push(dof);
-                    transposed.data.push(direction);
-                }
-            }
-            transposed.indptr.push(transposed.indices.len());
-            transposed.cols += 1;
-        }
-    }
-    transposed.transpose()
+        [frame.normal_at(local), first, second].map(|axis| {
+            let entries = dofs.dof[node].iter().zip(axis);
+            let entries = entries.filter(|(_, direction)| *direction != 0.0);
+            entries.filter_map(|(dof, direction)| Some(((*dof)?, direction)))
+        })
+    });
+    matrix_of_columns(dofs.n_free, columns).transpose()
 }

@@ -1,10 +1,12 @@
 //! Condition (3.1) and the Babuška–Brezzi constant of HKL §3.2 for several spaces of multipliers.
 
+use std::collections::BTreeMap;
+
 use faer::Mat;
 use nalgebra::Vector3;
 
 use super::{
-    dense::DenseFactor,
+    dense::{DenseFactor, diagonal},
     face::{FaceGram, PaneIntegrals, TriangulatedFace, distance, gradients},
 };
 use contact3d::scene::{Brick, BrickFace};
@@ -81,14 +83,12 @@ pub(super) fn inf_sup(
     here: &BrickFaceGram<'_>,
     finest: Option<&BrickFaceGram<'_>>,
 ) -> Vec<InfSup> {
-    let axes: Vec<usize> = (0..3).filter(|&axis| axis != on.axis()).collect();
-    let axes = [axes[0], axes[1]];
     let spaces = TrialSpace::ALL.into_iter();
     let measured = spaces.filter_map(|space| {
-        let trial = TrialMultipliers::new(space, here, axes)?;
-        let own = here.gram.normal(&trial.rows(here.face));
+        let trial = TrialMultipliers::new(space, on, here)?;
+        let own = here.gram.normal(&(trial.rows)(here.face));
         let norm = DenseFactor::new(&own);
-        let fine = finest.map(|finest| finest.gram.normal(&trial.rows(finest.face)));
+        let fine = finest.map(|finest| finest.gram.normal(&(trial.rows)(finest.face)));
         let smallest = DenseFactor::new(&trial.mass)?.smallest_of(&own);
         let largest = norm.zip(fine).map(|(norm, fine)| norm.largest_of(&fine));
         Some(InfSup {
@@ -108,62 +108,45 @@ pub(super) fn inf_sup(
 
 /// A space of multipliers that does not depend on the mesh of displacements.
 struct TrialMultipliers<'a> {
-    kind: TrialKind<'a>,
+    /// In terms of the nodal values of a face.
+    rows: Box<dyn Fn(&TriangulatedFace) -> PaneIntegrals + 'a>,
     /// ∫ μ_i μ_j.
     mass: Mat<f64>,
     /// H in m.
     size: f64,
 }
 
-enum TrialKind<'a> {
-    /// The planes between pieces along two axes.
-    Boxes {
-        axes: [usize; 2],
-        planes: [Vec<f64>; 2],
-    },
-    /// The hat functions of a coarser face.
-    Hats(&'a TriangulatedFace),
-}
-
 impl<'a> TrialMultipliers<'a> {
-    fn new(space: TrialSpace, here: &BrickFaceGram<'a>, axes: [usize; 2]) -> Option<Self> {
+    fn new(space: TrialSpace, on: BrickFace, here: &BrickFaceGram<'a>) -> Option<Self> {
+        let (brick, coarse) = (here.brick, here.face);
         let Some(width) = space.width() else {
             return Some(Self {
-                kind: TrialKind::Hats(here.face),
-                mass: dense_mass(here.face),
-                size: here.face.size(),
+                rows: Box::new(|face| hats(coarse, face)),
+                mass: dense_mass(coarse),
+                size: coarse.size(),
             });
         };
-        if axes
+        let axes: Vec<usize> = (0..3).filter(|&axis| axis != on.axis()).collect();
+        let axes = [axes[0], axes[1]];
+        if !axes
             .iter()
-            .any(|&axis| !here.brick.cells[axis].is_multiple_of(width))
+            .all(|&axis| brick.cells[axis].is_multiple_of(width))
         {
             return None;
         }
-        let planes = axes.map(|axis| {
-            let planes = here.brick.planes(axis).into_iter();
-            planes.step_by(width).collect::<Vec<f64>>()
+        // The planes between pieces.
+        let planes = axes
+            .map(|axis| -> Vec<f64> { brick.planes(axis).into_iter().step_by(width).collect() });
+        let [first, second] = planes.each_ref().map(|planes| {
+            let widths = planes.windows(2).map(|p| p[1] - p[0]);
+            widths.fold(0.0, f64::max)
         });
-        let widest = |k: usize| {
-            planes[k]
-                .windows(2)
-                .map(|p| p[1] - p[0])
-                .fold(0.0, f64::max)
-        };
-        let size = widest(0).hypot(widest(1));
-        let kind = TrialKind::Boxes { axes, planes };
-        let areas = rows_of(&kind, here.face).areas();
+        let rows = move |face: &TriangulatedFace| boxes(face, axes, &planes);
         Some(Self {
-            mass: Mat::from_fn(areas.len(), areas.len(), |i, j| {
-                if i == j { areas[i] } else { 0.0 }
-            }),
-            kind,
-            size,
+            mass: diagonal(&rows(coarse).areas()),
+            rows: Box::new(rows),
+            size: first.hypot(second),
         })
-    }
-
-    fn rows(&self, face: &TriangulatedFace) -> PaneIntegrals {
-        rows_of(&self.kind, face)
     }
 }
 
@@ -171,25 +154,17 @@ fn dense_mass(face: &TriangulatedFace) -> Mat<f64> {
     let mass = face.forms().mass;
     let mut dense = Mat::zeros(mass.rows, mass.cols);
     for column in 0..mass.cols {
-        let (rows, values) = mass.column(column);
-        for (&row, &value) in rows.iter().zip(values) {
+        for (row, value) in mass.entries(column) {
             dense[(row, column)] = value;
         }
     }
     dense
 }
 
-fn rows_of(kind: &TrialKind<'_>, face: &TriangulatedFace) -> PaneIntegrals {
-    match kind {
-        TrialKind::Boxes { axes, planes } => boxes(face, *axes, planes),
-        TrialKind::Hats(coarse) => hats(coarse, face),
-    }
-}
-
 /// ∫ φ_j over each box.
 fn boxes(face: &TriangulatedFace, axes: [usize; 2], planes: &[Vec<f64>; 2]) -> PaneIntegrals {
     let counts = planes.each_ref().map(|planes| planes.len() - 1);
-    let mut sums = vec![std::collections::BTreeMap::new(); counts[0] * counts[1]];
+    let mut sums = vec![BTreeMap::new(); counts[0] * counts[1]];
     for (t, nodes) in face.triangles.iter().enumerate() {
         let at = [0, 1].map(|k| {
             let corners = face.corners(t);
@@ -203,21 +178,14 @@ fn boxes(face: &TriangulatedFace, axes: [usize; 2], planes: &[Vec<f64>; 2]) -> P
             *sums[at[1] * counts[0] + at[0]].entry(node).or_insert(0.0) += face.area(t) / 3.0;
         }
     }
-    PaneIntegrals(
-        sums.into_iter()
-            .map(|sum| sum.into_iter().collect())
-            .collect(),
-    )
+    PaneIntegrals::of_sums(sums)
 }
 
 /// ∫ χ_i φ_j with the hat functions χ of a coarser face in which this one is nested.
 fn hats(coarse: &TriangulatedFace, face: &TriangulatedFace) -> PaneIntegrals {
-    let values: Vec<Vec<(usize, f64)>> = face
-        .points
-        .iter()
-        .map(|point| hats_at(coarse, *point))
-        .collect();
-    let mut sums = vec![std::collections::BTreeMap::new(); coarse.n_free()];
+    let values = face.points.iter().map(|point| hats_at(coarse, *point));
+    let values: Vec<Vec<(usize, f64)>> = values.collect();
+    let mut sums = vec![BTreeMap::new(); coarse.n_free()];
     for (t, nodes) in face.triangles.iter().enumerate() {
         let area = face.area(t);
         for (a, j) in nodes.iter().enumerate() {
@@ -231,11 +199,7 @@ fn hats(coarse: &TriangulatedFace, face: &TriangulatedFace) -> PaneIntegrals {
             }
         }
     }
-    PaneIntegrals(
-        sums.into_iter()
-            .map(|sum| sum.into_iter().collect())
-            .collect(),
-    )
+    PaneIntegrals::of_sums(sums)
 }
 
 /// Barycentric coordinates of a point in a triangle that holds it.

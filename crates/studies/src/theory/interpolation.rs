@@ -1,12 +1,15 @@
 //! The approximation property (3.3) of interpolation on the contact face.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
+
+use nalgebra::Vector3;
 
 use super::{
-    dense::largest_ratio,
+    dense::{inverse, largest_ratio},
     face::{TriangulatedFace, factorised, gradients, product, sum},
 };
-use contact3d::linalg::{CscMatrix, Workspace, add_scaled};
+use crate::shared::matrix_of_columns;
+use contact3d::linalg::{CscMatrix, add_scaled};
 
 /// Points along each side of the square of cuts, and how often the square around the best is halved.
 const GRID: usize = 33;
@@ -32,15 +35,17 @@ pub(super) fn lagrange_on_absolute(face: &TriangulatedFace) -> f64 {
 /// the difference is twice that of the negative part, whose norm is known.
 fn on_triangle(corners: &[[f64; 3]; 3]) -> f64 {
     let gradients = gradients(corners);
-    let at = |corner: usize, s: f64, t: f64| {
-        let [next, last] = [1.0 / s - 1.0, 1.0 / t - 1.0];
-        let slope = gradients[(corner + 1) % 3] * next + gradients[(corner + 2) % 3] * last
-            - gradients[corner];
-        2.0 / 3.0 * (1.0 - s * t * (3.0 - s - t)) / slope.norm_squared()
-    };
     (0..3)
-        .map(|corner| largest_on_square(|s, t| at(corner, s, t)))
+        .map(|corner| largest_on_square(|s, t| ratio_of_cut(&gradients, corner, s, t)))
         .fold(0.0, f64::max)
+}
+
+/// The ratio for one cut.
+fn ratio_of_cut(gradients: &[Vector3<f64>; 3], corner: usize, s: f64, t: f64) -> f64 {
+    let [next, last] = [1.0 / s - 1.0, 1.0 / t - 1.0];
+    let slope =
+        gradients[(corner + 1) % 3] * next + gradients[(corner + 2) % 3] * last - gradients[corner];
+    2.0 / 3.0 * (1.0 - s * t * (3.0 - s - t)) / slope.norm_squared()
 }
 
 /// The largest value of a smooth function on (0, 1]².
@@ -80,7 +85,7 @@ pub(super) fn on_finer_functions(
     let cut = CutFace::new(face, parts);
     let forms = cut.fine.forms();
     let factor = factorised(&sum(&forms.mass, &forms.stiffness))?;
-    let coarse = cut.interpolation(face, interpolation);
+    let coarse = cut.interpolation(interpolation);
     let apply = |values: &[f64]| {
         let mut error = values.to_vec();
         add_scaled(&mut error, -1.0, &cut.prolong(&product(&coarse, values)));
@@ -91,27 +96,22 @@ pub(super) fn on_finer_functions(
         add_scaled(&mut image, -1.0, &back);
         image
     };
-    let mut work = Workspace::default();
-    let square = largest_ratio(cut.fine.n_free(), apply, |mut f| {
-        factor.solve_in_place(&mut f, &mut work);
-        f
-    });
+    let square = largest_ratio(cut.fine.n_free(), apply, inverse(&factor));
     Some(square.sqrt() / face.size())
 }
 
 /// A face with each triangle cut in equal ones.
-struct CutFace {
+struct CutFace<'a> {
     fine: TriangulatedFace,
     /// Coarse nodes and barycentric weights of each fine node.
     origin: Vec<Vec<(usize, f64)>>,
     /// Fine triangles of each coarse one.
     children: Vec<Vec<usize>>,
-    /// Place of each coarse node among the coarse free ones.
-    place: Vec<Option<usize>>,
+    coarse: &'a TriangulatedFace,
 }
 
-impl CutFace {
-    fn new(face: &TriangulatedFace, parts: usize) -> Self {
+impl<'a> CutFace<'a> {
+    fn new(face: &'a TriangulatedFace, parts: usize) -> Self {
         let mut numbers: HashMap<Vec<(usize, usize)>, usize> = HashMap::new();
         let mut origin: Vec<Vec<(usize, f64)>> = Vec::new();
         let mut triangles = Vec::new();
@@ -146,47 +146,35 @@ impl CutFace {
         Self {
             fine: TriangulatedFace::with_held(points, triangles, is_held),
             children,
-            place: face.place.clone(),
+            coarse: face,
             origin,
         }
     }
 
     /// Columns: the functional of each free coarse node on fine functions, `[n_fine_free, n_coarse_free]`.
-    fn interpolation(&self, face: &TriangulatedFace, interpolation: Interpolation) -> CscMatrix {
-        let mut star = vec![Vec::new(); face.points.len()];
-        for (t, nodes) in face.triangles.iter().enumerate() {
-            nodes.iter().for_each(|&node| star[node].push(t));
-        }
-        let mut columns = CscMatrix::empty(self.fine.n_free());
-        for node in (0..face.points.len()).filter(|&n| face.place[n].is_some()) {
-            let functional = match interpolation {
+    fn interpolation(&self, interpolation: Interpolation) -> CscMatrix {
+        let stars = self.coarse.stars();
+        let functionals = self
+            .coarse
+            .free_nodes()
+            .into_iter()
+            .map(|node| match interpolation {
                 Interpolation::Lagrange => self.point_value(node),
-                Interpolation::Clement => self.mean(&star[node]),
-            };
-            columns
-                .indices
-                .extend(functional.iter().map(|(fine, _)| *fine));
-            columns
-                .data
-                .extend(functional.iter().map(|(_, weight)| *weight));
-            columns.indptr.push(columns.indices.len());
-            columns.cols += 1;
-        }
-        columns
+                Interpolation::Clement => self.mean(&stars[node]),
+            });
+        matrix_of_columns(self.fine.n_free(), functionals)
     }
 
     fn point_value(&self, node: usize) -> Vec<(usize, f64)> {
-        let found = self
-            .origin
-            .iter()
-            .position(|weights| *weights == [(node, 1.0)]);
+        let mut origins = self.origin.iter();
+        let found = origins.position(|weights| *weights == [(node, 1.0)]);
         let place = found.and_then(|fine| self.fine.place[fine]);
         place.map(|fine| (fine, 1.0)).into_iter().collect()
     }
 
     /// The mean over coarse triangles.
     fn mean(&self, triangles: &[usize]) -> Vec<(usize, f64)> {
-        let mut integrals = std::collections::BTreeMap::new();
+        let mut integrals = BTreeMap::new();
         let mut whole = 0.0;
         for &child in triangles.iter().flat_map(|&t| &self.children[t]) {
             let area = self.fine.area(child);
@@ -197,8 +185,8 @@ impl CutFace {
                 }
             }
         }
+        let integrals = integrals.into_iter();
         integrals
-            .into_iter()
             .map(|(n, integral)| (n, integral / whole))
             .collect()
     }
@@ -207,18 +195,18 @@ impl CutFace {
     fn prolong(&self, coarse: &[f64]) -> Vec<f64> {
         self.fine.to_free(|fine| {
             let weights = self.origin[fine].iter();
-            let known = weights.filter_map(|&(n, w)| Some(w * coarse[self.place[n]?]));
+            let known = weights.filter_map(|&(n, w)| Some(w * coarse[self.coarse.place[n]?]));
             known.sum()
         })
     }
 
     /// The transpose of [`Self::prolong`].
     fn restrict(&self, fine: &[f64]) -> Vec<f64> {
-        let mut coarse = vec![0.0; self.place.iter().flatten().count()];
+        let mut coarse = vec![0.0; self.coarse.n_free()];
         for (weights, place) in self.origin.iter().zip(&self.fine.place) {
             let Some(place) = *place else { continue };
             for &(node, weight) in weights {
-                if let Some(node) = self.place[node] {
+                if let Some(node) = self.coarse.place[node] {
                     coarse[node] += weight * fine[place];
                 }
             }
@@ -266,10 +254,7 @@ mod tests {
         for (i, j) in (1..=200).flat_map(|i| (1..=200).map(move |j| (i, j))) {
             let (s, t) = (f64::from(i) / 200.0, f64::from(j) / 200.0);
             for corner in 0..3 {
-                let slope = gradients[(corner + 1) % 3] * (1.0 / s - 1.0)
-                    + gradients[(corner + 2) % 3] * (1.0 / t - 1.0)
-                    - gradients[corner];
-                let ratio = 2.0 / 3.0 * (1.0 - s * t * (3.0 - s - t)) / slope.norm_squared();
+                let ratio = ratio_of_cut(&gradients, corner, s, t);
                 assert!(ratio <= constant * (1.0 + 1e-12));
                 best = best.max(ratio);
             }
@@ -284,11 +269,11 @@ mod tests {
         let face = TriangulatedFace::with_held(corners, vec![[0, 1, 2]], |_| false);
         let cut = CutFace::new(&face, 4);
         assert_eq!((cut.fine.points.len(), cut.fine.triangles.len()), (15, 16));
-        let lagrange = cut.interpolation(&face, Interpolation::Lagrange);
+        let lagrange = cut.interpolation(Interpolation::Lagrange);
         let coarse = [1.0, -2.0, 3.0];
         assert_eq!(product(&lagrange, &cut.prolong(&coarse)), coarse);
         // The mean of a linear function over the only triangle is that of its corners.
-        let clement = cut.interpolation(&face, Interpolation::Clement);
+        let clement = cut.interpolation(Interpolation::Clement);
         let means = product(&clement, &cut.prolong(&coarse));
         assert!(
             means.iter().all(|mean| (mean - 2.0 / 3.0).abs() < 1e-14),

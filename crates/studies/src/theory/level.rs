@@ -6,23 +6,24 @@ use faer::Mat;
 
 use super::{
     FrictionFunctional, InfSup, Observed, ScaledPoint, Thresholds,
-    bound::{DisplacementNorm, FaceConstants, Ingredients, NormConstants},
+    bound::{DisplacementNorm, FaceConstants, NormConstants},
     contraction::LocalContraction,
-    dense::{DenseFactor, largest_ratio},
+    dense::{DenseFactor, diagonal, inverse, largest_ratio},
     face::{FaceForms, FaceGram, PaneIntegrals, TriangulatedFace, factorised, product, sum},
     interpolation::{Interpolation, lagrange_on_absolute, on_finer_functions},
     quartic::{diameter, largest_over_fourth},
     scaled::ScaledLaws,
-    trace::{SpaceNorms, TraceConstants, first_sobolev_gram},
+    trace::{TraceConstants, first_sobolev_gram},
 };
+use crate::shared::{dual_of, refuse_floating};
 use contact3d::{
     AssembledProblem, Problem, ProblemError,
-    contact::{ContactFrame, CoulombLaw, LawBounds, SlipOperator},
+    contact::{ContactFrame, CoulombLaw, LawBounds, SlipOperator, nodal_tangential},
     dual::{DualSystem, ExplicitDual, LocalStiffness},
     linalg::{CholeskyFactor, CscMatrix, Factor, FactorStructure, Work, Workspace, dot},
     mesh::{ContactSurface, Mesh},
     scene::{DualOperatorKind, FactorPrecision, Invalid, Scene, SolveSettings},
-    solver::{ContactState, Linearisation, Status},
+    solver::{ContactState, Linearisation, PaneLaws, Status},
 };
 
 /// Parts in which the sides of contact triangles are cut to measure interpolation.
@@ -94,8 +95,7 @@ impl TheoryProblem {
             norms: norms.to_vec(),
             inf_sup: Vec::new(),
             functional: self.functional(&solution).filter(|_| solved),
-            determinant: Linearisation::new(self.dual(), &contact.laws(), &solution.multiplier)
-                .determinant,
+            determinant: self.determinant(contact.interface, &solution.multiplier),
             local,
             scaled: scan.points,
             thresholds,
@@ -132,24 +132,18 @@ impl TheoryProblem {
             DisplacementNorm::FirstSobolev => {
                 let (gram, factor) = &self.sobolev;
                 let n = load.len();
-                let mut by_gram = |mut f: Vec<f64>| {
-                    factor.solve_in_place(&mut f, &mut work);
-                    f
-                };
+                let mut by_gram = inverse(factor);
                 let dual = dot(load, &by_gram(load.clone())).sqrt();
-                let largest = largest_ratio(n, |v| product(stiffness, v), &mut by_gram);
-                let mut other = Workspace::default();
-                let inverse =
-                    largest_ratio(n, |v| product(gram, v), |f| assembly.solve(&f, &mut other));
-                (inverse.recip(), largest, dual)
+                let largest = largest_ratio(n, |v| product(stiffness, v), by_gram);
+                let by_stiffness = |f: Vec<f64>| assembly.solve(&f, &mut work);
+                let softest = largest_ratio(n, |v| product(gram, v), by_stiffness);
+                (softest.recip(), largest, dual)
             }
         };
-        let areas = self.rows.areas();
-        let areas = Mat::from_fn(areas.len(), areas.len(), |i, j| {
-            if i == j { areas[i] } else { 0.0 }
-        });
-        let over = DenseFactor::new(&self.glued[k]).map_or(f64::INFINITY, |q| q.largest_of(&areas));
+        let areas = diagonal(&self.rows.areas());
+        let over = self.pressure[k].1.largest_of(&areas);
         let trace = TraceConstants::new(&self.grams[k], &self.face, &self.forms);
+        // c_r of the scene's r_h, and the bound of the norm of r_h|v_t| by ‖v‖ that does without it.
         let (interpolation, interpolated) = match self.contact().interface.slip.operator {
             SlipOperator::Lagrange => (face.lagrange, trace.interpolated),
             // Larger on finer functions, among them |φ| of φ ∈ Y^h, until it settles.
@@ -164,19 +158,8 @@ impl TheoryProblem {
             trace,
             ..NormConstants::default()
         };
-        let ingredients = Ingredients {
-            face,
-            law,
-            norm: &constants,
-            interpolation,
-            interpolated,
-            nodal: self.surface().is_nodal(),
-        };
-        NormConstants {
-            radii: ingredients.radii(),
-            bound: ingredients.bound(),
-            ..constants
-        }
+        let nodal = self.surface().is_nodal();
+        constants.bounded(face, law, [interpolation, interpolated], nodal)
     }
 }
 
@@ -185,12 +168,7 @@ fn ratio(form: &CscMatrix, norm: &CscMatrix) -> f64 {
     let Some(factor) = factorised(norm) else {
         return f64::NAN;
     };
-    let mut work = Workspace::default();
-    let solve = |mut f: Vec<f64>| {
-        factor.solve_in_place(&mut f, &mut work);
-        f
-    };
-    largest_ratio(form.cols, |v| product(form, v), solve).sqrt()
+    largest_ratio(form.cols, |v| product(form, v), inverse(&factor)).sqrt()
 }
 
 /// c_t: sup of ‖φ_t‖_1 / ‖φ‖_1 over nodal fields, φ_t interpolated; 1 where the axes do not turn.
@@ -201,10 +179,8 @@ fn axes_constant(face: &TriangulatedFace, whole: &CscMatrix, frame: &ContactFram
     let Some(factor) = factorised(whole) else {
         return f64::NAN;
     };
-    let n = face.n_free();
-    let free: Vec<usize> = (0..face.points.len())
-        .filter(|&n| face.place[n].is_some())
-        .collect();
+    let free = face.free_nodes();
+    let n = free.len();
     let mut work = Workspace::default();
     let form = |field: &[f64]| {
         let mut image = vec![0.0; 3 * n];
@@ -230,10 +206,10 @@ fn axes_constant(face: &TriangulatedFace, whole: &CscMatrix, frame: &ContactFram
 
 /// The largest diameter of a pane; `None` for nodal multipliers.
 fn pane_size(mesh: &Mesh, surface: &ContactSurface) -> Option<f64> {
-    let mut corners = vec![Vec::new(); surface.n_panes()];
     if surface.is_nodal() {
         return None;
     }
+    let mut corners = vec![Vec::new(); surface.n_panes()];
     for (&facet, &pane) in surface.facets.iter().zip(&surface.facet_pane) {
         corners[pane].extend(mesh.corners(&mesh.facets[facet]));
     }
@@ -251,8 +227,10 @@ pub(super) struct TheoryProblem {
     /// In H¹(Ω)³ and in the energy norm.
     pub(super) grams: [FaceGram; 2],
     pub(super) sobolev: (CscMatrix, CholeskyFactor),
-    pub(super) norms: SpaceNorms,
-    pub(super) glued: [Mat<f64>; 2],
+    /// Of the mass of Y^h.
+    pub(super) mass_factor: CholeskyFactor,
+    /// ‖·‖²_{*,h} over V₀^h in both norms of displacements, `[m, m]`, and its factor.
+    pub(super) pressure: [(Mat<f64>, DenseFactor); 2],
     /// The compliance u_t = … − G λ of the contact nodes, `[2 n_contact_nodes, 3 m]`.
     pub(super) compliance: Mat<f64>,
 }
@@ -263,7 +241,7 @@ impl TheoryProblem {
         scene.assemble.factor = FactorPrecision::Double;
         let mesh = Mesh::of_scene(&scene, folder)?;
         let assembled = Problem::of_checked(scene, Arc::new(mesh))?.assemble()?;
-        crate::floating::refuse_floating(&assembled, "the constants of the theory")?;
+        refuse_floating(&assembled, "the constants of the theory")?;
         let contact = assembled
             .contact_state()
             .ok_or_else(|| singular("no contact"))?;
@@ -275,42 +253,37 @@ impl TheoryProblem {
         }
         let gram = first_sobolev_gram(assembled.mesh(), dofs);
         // K has the pattern of A where materials couple all components, so the order of A's factor serves it.
-        let order = assembled
-            .system()
-            .assembly
-            .factor
-            .structure()
-            .permutation
-            .clone();
+        let assembly = &assembled.system().assembly;
+        let order = assembly.factor.structure().permutation.clone();
         let structure = FactorStructure::analyse(&gram, order);
         let factor = structure
             .and_then(|structure| CholeskyFactor::of_structure(structure, &gram, &Work::default()));
         let factor = factor.map_err(|_| singular("H¹"))?;
-        let Factor::Double(stiffness) = &*assembled.system().assembly.factor else {
+        let Factor::Double(stiffness) = &*assembly.factor else {
             return Err(singular("single precision"));
         };
         let grams = [&factor, stiffness].map(|f| FaceGram::new(f, surface, frame, dofs));
         let face = TriangulatedFace::new(assembled.mesh(), surface, dofs);
         let forms = face.forms();
         let rows = PaneIntegrals::of_surface(surface);
-        let glued = |gram: &FaceGram| gram.normal_glued(&rows).ok_or_else(|| singular("Q"));
-        let glued = [glued(&grams[0])?, glued(&grams[1])?];
-        let norms = SpaceNorms::new(forms.mass.clone(), glued.to_vec());
-        let dual = assembled
-            .system()
-            .contact
-            .as_ref()
-            .and_then(|c| c.explicit());
+        let pressure = |gram: &FaceGram| {
+            let form = gram.normal_glued(&rows)?;
+            let factor = DenseFactor::new(&form)?;
+            Some((form, factor))
+        };
+        let [first, second] = grams.each_ref().map(pressure);
+        let factors = factorised(&forms.mass).zip(first.zip(second));
+        let (mass_factor, (first, second)) = factors.ok_or_else(|| singular("Q"))?;
         Ok(Self {
-            local: LocalStiffness::new(dual.ok_or_else(|| singular("S"))?),
-            norms: norms.ok_or_else(|| singular("Q"))?,
+            local: LocalStiffness::new(dual_of(&assembled)),
+            mass_factor,
+            pressure: [first, second],
             compliance: grams[1].tangential_by_multipliers(&rows),
             face,
             forms,
             rows,
             grams,
             sobolev: (gram, factor),
-            glued,
             assembled,
         })
     }
@@ -326,14 +299,18 @@ impl TheoryProblem {
     }
 
     pub(super) fn dual(&self) -> &ExplicitDual {
-        let contact = self.system().contact.as_ref();
-        contact
-            .and_then(|c| c.explicit())
-            .expect("assembled with the dense operator")
+        dual_of(&self.assembled)
     }
 
-    pub(super) fn sobolev_gram(&self) -> &FaceGram {
-        &self.grams[0]
+    /// The sign of det R′ for the law of an interface.
+    pub(super) fn determinant(&self, interface: &Interface, multiplier: &[f64]) -> i8 {
+        Linearisation::new(self.dual(), &self.laws_of(interface), multiplier).determinant
+    }
+
+    /// The laws of the panes with another interface.
+    pub(super) fn laws_of(&self, interface: &Interface) -> PaneLaws {
+        let surface = self.surface();
+        ContactState { surface, interface }.laws()
     }
 
     pub(super) fn into_sobolev_gram(self) -> (TriangulatedFace, FaceGram) {

@@ -38,7 +38,7 @@ pub(super) fn triangle_rule() -> [(f64, [f64; 3]); 7] {
 pub(super) fn largest_over_fourth(face: &TriangulatedFace) -> f64 {
     let surroundings = Surroundings::new(face);
     let mut known = BTreeSet::new();
-    let free = (0..face.points.len()).filter(|&node| face.place[node].is_some());
+    let free = face.free_nodes().into_iter();
     let distinct = free.filter(|&node| known.insert(surroundings.signature(node)));
     let least = distinct.map(|node| surroundings.least_fourth(node));
     least.fold(f64::INFINITY, f64::min).powf(-0.25)
@@ -53,13 +53,9 @@ struct Surroundings<'a> {
 
 impl<'a> Surroundings<'a> {
     fn new(face: &'a TriangulatedFace) -> Self {
-        let mut star = vec![Vec::new(); face.points.len()];
-        for (t, nodes) in face.triangles.iter().enumerate() {
-            nodes.iter().for_each(|&node| star[node].push(t));
-        }
         Self {
             face,
-            star,
+            star: face.stars(),
             size: face.size(),
         }
     }

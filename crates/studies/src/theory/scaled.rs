@@ -3,9 +3,8 @@
 use super::level::TheoryProblem;
 use contact3d::{
     ProblemError,
-    contact::Interface,
     scene::SolveSettings,
-    solver::{ContactState, Linearisation, Solution, Start, solve},
+    solver::{ContactState, Start, solve},
 };
 
 /// Scales in each decade, from the smallest to the largest.
@@ -67,10 +66,10 @@ impl<'a> ScaledLaws<'a> {
         };
         let mut start = None;
         for k in SMALLEST * PER_DECADE..=LARGEST * PER_DECADE {
-            let (point, solution) = scan.at(scale(k), start.as_deref())?;
+            let (point, multiplier) = scan.at(scale(k), start.as_deref())?;
             scan.points.push(point);
             if point.solved {
-                start = Some(solution.multiplier);
+                start = Some(multiplier);
             }
         }
         let mut k = SMALLEST * PER_DECADE;
@@ -83,16 +82,17 @@ impl<'a> ScaledLaws<'a> {
         Ok(scan)
     }
 
+    /// What was found for the law at a scale, and λ.
     fn at(
         &self,
         scale: f64,
         start: Option<&[f64]>,
-    ) -> Result<(ScaledPoint, Solution), ProblemError> {
-        let contact = self.problem.contact();
+    ) -> Result<(ScaledPoint, Vec<f64>), ProblemError> {
+        let (problem, contact) = (self.problem, self.problem.contact());
         let interface = contact.interface.scaled(scale);
-        let interface = interface.expect("Coulomb's law, as the study asked for");
+        let interface = &interface.expect("Coulomb's law, as the study asked for");
         let contact = ContactState {
-            interface: &interface,
+            interface,
             ..contact
         };
         let start = Start {
@@ -100,47 +100,24 @@ impl<'a> ScaledLaws<'a> {
             checkpoint: None,
         };
         let settings = SolveSettings::default();
-        let solution = solve(
-            self.problem.system(),
-            Some(&contact),
-            &settings,
-            start,
-            &mut |_| {},
-        )?;
-        Ok((self.point(scale, &interface, &solution), solution))
-    }
-
-    fn point(&self, scale: f64, interface: &Interface, solution: &Solution) -> ScaledPoint {
-        let contraction = solution
-            .status
-            .is_solved()
-            .then(|| self.problem.contraction(interface, solution, false))
-            .flatten();
-        let contact = ContactState {
-            interface,
-            ..self.problem.contact()
+        let (system, contact) = (problem.system(), Some(&contact));
+        let solution = solve(system, contact, &settings, start, &mut |_| {})?;
+        let mut point = ScaledPoint {
+            scale,
+            solved: false,
+            spectral_radius: f64::NAN,
+            norm: [f64::NAN; 2],
+            determinant: 0,
         };
-        match contraction {
-            None => ScaledPoint {
-                scale,
-                solved: false,
-                spectral_radius: f64::NAN,
-                norm: [f64::NAN; 2],
-                determinant: 0,
-            },
-            Some(found) => ScaledPoint {
-                scale,
-                solved: true,
-                spectral_radius: found.spectral_radius,
-                norm: [found.parts[0].weighted(), found.parts[1].weighted()],
-                determinant: Linearisation::new(
-                    self.problem.dual(),
-                    &contact.laws(),
-                    &solution.multiplier,
-                )
-                .determinant,
-            },
+        if solution.status.is_solved()
+            && let Some(found) = problem.contraction(interface, &solution, false)
+        {
+            point.solved = true;
+            point.spectral_radius = found.spectral_radius;
+            point.norm = [0, 1].map(|k| found.parts[k].weighted());
+            point.determinant = problem.determinant(interface, &solution.multiplier);
         }
+        Ok((point, solution.multiplier))
     }
 
     /// The smallest scale at which a measure, small for small scales, turns true, to four digits.
@@ -156,15 +133,15 @@ impl<'a> ScaledLaws<'a> {
             return Ok(Some(solved[place].scale));
         };
         let (mut low, mut high) = (solved[below].scale, solved[place].scale);
-        let mut start = self.at(low, None)?.1.multiplier;
+        let (_, mut start) = self.at(low, None)?;
         for _ in 0..HALVINGS {
             let middle = (low * high).sqrt();
-            let (point, solution) = self.at(middle, Some(&start))?;
+            let (point, multiplier) = self.at(middle, Some(&start))?;
             if point.solved && is_beyond(&point) {
                 high = middle;
             } else {
                 low = middle;
-                start = solution.multiplier;
+                start = multiplier;
             }
         }
         Ok(Some((low * high).sqrt()))

@@ -4,6 +4,7 @@ use super::{
     bound::{NormConstants, Radii},
     contraction::LocalContraction,
     level::TheoryProblem,
+    trace::norm_by,
 };
 use contact3d::{
     contact::FrictionField,
@@ -143,10 +144,10 @@ impl Mapping<'_> {
 
     /// ‖φ‖_0 and ‖λ_ν‖_*.
     fn norms_of(&self, norm: usize, state: &MappingPoint) -> [f64; 2] {
-        let (face, norms) = (&self.problem.face, &self.problem.norms);
+        let (problem, mass) = (self.problem, &self.problem.forms.mass);
         [
-            face.norm_of_pair(&norms.mass, &state.slip),
-            norms.of_pressure(norm, &state.pressure),
+            problem.face.norm_of_pair(mass, &state.slip),
+            norm_by(&problem.pressure[norm].0, &state.pressure),
         ]
     }
 
@@ -181,11 +182,8 @@ impl Mapping<'_> {
         for block in 1..=MOST_BLOCKS {
             for _ in 0..BLOCK {
                 let length = norm(&direction);
-                let disturbed: Vec<f64> = solution
-                    .iter()
-                    .zip(&direction)
-                    .map(|(l, d)| l + size * d / length)
-                    .collect();
+                let pairs = solution.iter().zip(&direction);
+                let disturbed: Vec<f64> = pairs.map(|(l, d)| l + size * d / length).collect();
                 let Some(image) = self.image(&self.state(&disturbed), solution, observed) else {
                     return;
                 };
@@ -288,12 +286,9 @@ impl Random {
         let mut moved = |value: f64, scale: f64| {
             (size * (value + 0.5 * spread * scale * self.signed())).max(0.0)
         };
+        let slips = centre.slip.iter();
         MappingPoint {
-            slip: centre
-                .slip
-                .iter()
-                .map(|u| u.map(|v| moved(v, largest_slip)))
-                .collect(),
+            slip: slips.map(|u| u.map(|v| moved(v, largest_slip))).collect(),
             pressure: centre.pressure.iter().map(|v| moved(*v, largest)).collect(),
         }
     }

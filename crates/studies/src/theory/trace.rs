@@ -4,13 +4,13 @@ use faer::Mat;
 use nalgebra::Vector3;
 
 use super::{
-    dense::{self, DenseFactor, largest, largest_ratio},
-    face::{ElementSums, FaceForms, FaceGram, TriangulatedFace, factorised, product},
+    dense::{largest, largest_ratio},
+    face::{ElementSums, FaceForms, FaceGram, TriangulatedFace},
     quartic::triangle_rule,
 };
 use contact3d::{
     elasticity::DofMap,
-    linalg::{CholeskyFactor, CscMatrix, dot, norm},
+    linalg::{CscMatrix, dot, norm},
     mesh::{Mesh, tetrahedron_volume},
 };
 
@@ -40,7 +40,7 @@ pub struct TraceConstants {
 impl TraceConstants {
     pub(super) fn new(gram: &FaceGram, face: &TriangulatedFace, forms: &FaceForms) -> Self {
         let lumped = face.lumped();
-        let mass = |values: &[f64]| mass_product(face, forms, values);
+        let mass = |values: &[f64]| face.mass_product(&forms.mass, values, 3);
         let of_tangential = |form: &dyn Fn(&[f64]) -> Vec<f64>| {
             let tangential =
                 |values: &[f64]| without_normal(form(&without_normal(values.to_vec())));
@@ -60,18 +60,6 @@ impl TraceConstants {
     }
 }
 
-/// M_Γ of each component of a field at the contact nodes.
-fn mass_product(face: &TriangulatedFace, forms: &FaceForms, values: &[f64]) -> Vec<f64> {
-    let mut image = vec![0.0; values.len()];
-    for c in 0..3 {
-        let free = product(&forms.mass, &face.to_free(|node| values[3 * node + c]));
-        for (node, place) in face.place.iter().enumerate() {
-            image[3 * node + c] = place.map_or(0.0, |p| free[p]);
-        }
-    }
-    image
-}
-
 fn without_normal(mut values: Vec<f64>) -> Vec<f64> {
     values.iter_mut().step_by(3).for_each(|v| *v = 0.0);
     values
@@ -81,7 +69,7 @@ fn without_normal(mut values: Vec<f64>) -> Vec<f64> {
 fn pointwise(gram: &FaceGram) -> Vec<f64> {
     let block = |node| Mat::from_fn(3, 3, |c, d| gram.entry([node, c], [node, d]));
     (0..gram.n_nodes())
-        .map(|node| dense::largest(&block(node)))
+        .map(|node| largest(&block(node)))
         .collect()
 }
 
@@ -90,20 +78,17 @@ fn fourth(gram: &FaceGram, face: &TriangulatedFace) -> f64 {
     let peaks = pointwise(gram);
     let mut nodes: Vec<usize> = (0..peaks.len()).collect();
     nodes.sort_by(|a, b| peaks[*b].total_cmp(&peaks[*a]).then(a.cmp(b)));
-    let spread = |c: usize| {
-        let mut start = vec![0.0; 3 * peaks.len()];
-        start.iter_mut().skip(c).step_by(3).for_each(|v| *v = 1.0);
-        start
-    };
-    let point = |&node: &usize| {
-        let mut start = vec![0.0; 3 * peaks.len()];
-        start[3 * node] = 1.0;
-        start
-    };
     let every = nodes.len().div_ceil(POINT_STARTS).max(1);
-    let points = nodes.iter().step_by(every).map(point);
-    let starts = (0..3).map(spread).chain(points);
-    let reached = starts.map(|start| ascend(gram, face, start));
+    let points = nodes
+        .iter()
+        .step_by(every)
+        .map(|node| 3 * node..3 * node + 1);
+    let everywhere = (0..3).map(|c| c..3 * peaks.len());
+    let reached = everywhere.chain(points).map(|places| {
+        let mut start = vec![0.0; 3 * peaks.len()];
+        places.step_by(3).for_each(|place| start[place] = 1.0);
+        ascend(gram, face, start)
+    });
     reached.fold(0.0, f64::max).powf(0.25)
 }
 
@@ -139,11 +124,8 @@ fn fourth_power(face: &TriangulatedFace, values: &[f64]) -> (f64, Vec<f64>) {
         let area = face.area(t);
         for (weight, shape) in &rule {
             let at: [f64; 3] = std::array::from_fn(|c| {
-                nodes
-                    .iter()
-                    .zip(shape)
-                    .map(|(n, s)| s * values[3 * n + c])
-                    .sum()
+                let terms = nodes.iter().zip(shape);
+                terms.map(|(n, s)| s * values[3 * n + c]).sum()
             });
             let square: f64 = at.iter().map(|v| v * v).sum();
             total += area * weight * square * square;
@@ -195,38 +177,13 @@ fn gradients(corners: &[[f64; 3]; 4], volume: f64) -> [Vector3<f64>; 4] {
 const REACH: f64 = 40.0;
 const VALLEY: f64 = 1e-6;
 
-/// The norms of Y^h × Y^h and of L^H.
-pub(super) struct SpaceNorms {
-    /// M_Γ of scalar functions, over the free nodes.
-    pub(super) mass: CscMatrix,
-    pub(super) mass_factor: CholeskyFactor,
-    /// ‖·‖²_{*,h} in each norm of displacements, `[m, m]`, and its factor.
-    pub(super) pressure: Vec<(Mat<f64>, DenseFactor)>,
-}
-
-impl SpaceNorms {
-    /// `None` where a form has no factor.
-    pub(super) fn new(mass: CscMatrix, pressure: Vec<Mat<f64>>) -> Option<Self> {
-        let factors = pressure.into_iter().map(|form| {
-            let factor = DenseFactor::new(&form)?;
-            Some((form, factor))
-        });
-        Some(Self {
-            mass_factor: factorised(&mass)?,
-            pressure: factors.collect::<Option<_>>()?,
-            mass,
-        })
-    }
-
-    /// ‖μ‖_{*,h} in one of the norms of displacements.
-    pub(super) fn of_pressure(&self, norm: usize, multiplier: &[f64]) -> f64 {
-        let form = &self.pressure[norm].0;
-        let terms = (0..form.ncols()).map(|j| {
-            let column = (0..form.nrows()).map(|i| form[(i, j)] * multiplier[i]);
-            multiplier[j] * column.sum::<f64>()
-        });
-        terms.sum::<f64>().max(0.0).sqrt()
-    }
+/// ‖μ‖ with ‖μ‖² = μᵀFμ.
+pub(super) fn norm_by(form: &Mat<f64>, multiplier: &[f64]) -> f64 {
+    let terms = (0..form.ncols()).map(|j| {
+        let column = (0..form.nrows()).map(|i| form[(i, j)] * multiplier[i]);
+        multiplier[j] * column.sum::<f64>()
+    });
+    terms.sum::<f64>().max(0.0).sqrt()
 }
 
 /// Norms of the four parts of Ψ′: how much slip and pressure move with slip and pressure.
@@ -263,27 +220,22 @@ impl PartNorms {
     }
 }
 
-/// The squared norms of the slip and of the pressure that Ψ′ makes of unit vectors of slip and of pressure.
-pub(super) struct Blocks {
-    pub(super) by_slip: [Mat<f64>; 2],
-    pub(super) by_pressure: [Mat<f64>; 2],
+/// The squared norms of the slip and of the pressure that Ψ′ makes of unit vectors, of slip, and of pressure.
+pub(super) type Blocks = [[Mat<f64>; 2]; 2];
+
+pub(super) fn part_norms([by_slip, by_pressure]: &Blocks) -> PartNorms {
+    let norm = |form: &Mat<f64>| largest(form).max(0.0).sqrt();
+    PartNorms {
+        slip_by_slip: norm(&by_slip[0]),
+        pressure_by_slip: norm(&by_slip[1]),
+        slip_by_pressure: norm(&by_pressure[0]),
+        pressure_by_pressure: norm(&by_pressure[1]),
+    }
 }
 
-impl Blocks {
-    pub(super) fn part_norms(&self) -> PartNorms {
-        let norm = |form: &Mat<f64>| largest(form).max(0.0).sqrt();
-        PartNorms {
-            slip_by_slip: norm(&self.by_slip[0]),
-            pressure_by_slip: norm(&self.by_slip[1]),
-            slip_by_pressure: norm(&self.by_pressure[0]),
-            pressure_by_pressure: norm(&self.by_pressure[1]),
-        }
-    }
-
-    /// The norm on the sum: the unit ball of ‖φ‖ + ‖μ‖ is the convex hull of the two unit balls.
-    pub(super) fn paper(&self) -> f64 {
-        sum_norm(&self.by_slip).max(sum_norm(&self.by_pressure))
-    }
+/// The norm on the sum: the unit ball of ‖φ‖ + ‖μ‖ is the convex hull of the two unit balls.
+pub(super) fn norm_on_sum([by_slip, by_pressure]: &Blocks) -> f64 {
+    sum_norm(by_slip).max(sum_norm(by_pressure))
 }
 
 /// sup √(xᵀAx) + √(xᵀBx) over |x| = 1: the least λ_max(A/s + B/(1−s)) over 0 < s < 1, squared, since the pairs (xᵀAx, xᵀBx)
@@ -331,29 +283,20 @@ fn least_by_golden_section(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use contact3d::scene::Brick;
+    use crate::theory::face::product;
+    use contact3d::scene::{Body, Material, Scene};
 
     #[test]
     fn the_norm_of_linear_fields_is_known() {
-        let raw = contact3d::mesh::brick(&Brick::new([2.0, 1.0, 1.0], [2, 2, 2]), None);
-        let mesh = Mesh {
-            coordinates: raw.coordinates,
-            tetrahedra: raw.tetrahedra,
-            tetrahedron_region: Vec::new(),
-            facets: Vec::new(),
-            facet_face: Vec::new(),
-            face_names: Vec::new(),
-            mid_edges: None,
-            contact: None,
-        };
+        let body = Body::brick([2.0, 1.0, 1.0], [2, 2, 2]);
+        let scene = Scene::new(body, Material::isotropic(1.0, 0.3));
+        let mesh = Mesh::of_scene(&scene, std::path::Path::new("")).expect("a brick");
         let dofs = DofMap::new(&vec![[false; 3]; mesh.coordinates.len()]);
         let gram = first_sobolev_gram(&mesh, &dofs);
         // u = (x, 0, 2): ∫ x² + 4 + 1 over (0,2)×(0,1)² = 8/3 + 8 + 2.
         let field: Vec<[f64; 3]> = mesh.coordinates.iter().map(|x| [x[0], 0.0, 2.0]).collect();
         let field = dofs.to_free(&field);
-        let mut image = vec![0.0; field.len()];
-        gram.mul(&field, &mut image);
-        let square = contact3d::linalg::dot(&field, &image);
+        let square = dot(&field, &product(&gram, &field));
         assert!((square - (8.0 / 3.0 + 10.0)).abs() < 1e-12, "{square}");
     }
 }

@@ -17,7 +17,7 @@ use contact3d::{
 
 /// A displacement on a mesh.
 #[derive(Debug, Clone, Copy)]
-pub struct Field<'a> {
+pub struct MeshField<'a> {
     /// The mesh.
     pub mesh: &'a Mesh,
     /// Displacement of its nodes in m, `[n_nodes]`.
@@ -48,25 +48,21 @@ impl Distance {
 /// A displacement whose strain can be asked for anywhere in the body.
 #[derive(Debug)]
 struct Searchable<'a> {
-    field: Field<'a>,
+    field: MeshField<'a>,
     pieces: Vec<SearchedTetrahedron>,
     tree: Tree,
 }
 
 impl<'a> Searchable<'a> {
-    fn new(field: Field<'a>) -> Self {
+    fn new(field: MeshField<'a>) -> Self {
         let tetrahedra = (0..field.mesh.tetrahedra.len()).into_par_iter();
-        let pieces: Vec<SearchedTetrahedron> = tetrahedra
-            .map(|t| SearchedTetrahedron::of(field.mesh, t))
-            .collect();
-        let boxes = pieces
-            .par_iter()
-            .map(SearchedTetrahedron::surrounding_box)
-            .collect();
+        let pieces = tetrahedra.map(|t| SearchedTetrahedron::of(field.mesh, t));
+        let pieces: Vec<SearchedTetrahedron> = pieces.collect();
+        let boxes = pieces.iter().map(|piece| piece.bounds);
         Self {
+            tree: Tree::new(boxes.collect()),
             field,
             pieces,
-            tree: Tree::new(boxes),
         }
     }
 
@@ -97,8 +93,8 @@ impl<'a> Searchable<'a> {
 /// # Errors
 /// Springs whose stiffness is not finite and positive semidefinite somewhere.
 pub fn distance(
-    field: Field<'_>,
-    reference: Field<'_>,
+    field: MeshField<'_>,
+    reference: MeshField<'_>,
     scene: &Scene,
 ) -> Result<Distance, Invalid> {
     let material = MaterialField::new(scene, reference.mesh);
@@ -182,15 +178,7 @@ impl Tree {
 
     fn add(&mut self, from: usize, to: usize) -> usize {
         let bodies = &mut self.order[from..to];
-        let bounds = bodies.iter().map(|b| self.boxes[*b]).fold(
-            [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]],
-            |[low, high], [l, h]| {
-                [
-                    std::array::from_fn(|c| low[c].min(l[c])),
-                    std::array::from_fn(|c| high[c].max(h[c])),
-                ]
-            },
-        );
+        let bounds = around(bodies.iter().flat_map(|body| self.boxes[*body]));
         let number = self.branches.len();
         self.branches.push(TreeNode {
             bounds,
@@ -241,14 +229,13 @@ impl Tree {
                 continue;
             }
             if let Some([first, second]) = branch.parts {
-                let [near, far] =
-                    [first, second].map(|part| outside(&self.branches[part].bounds, point));
+                let away = |part: usize| outside(&self.branches[part].bounds, point);
                 // The nearer part is looked at first.
-                waiting.extend(if near <= far {
-                    [second, first]
-                } else {
-                    [first, second]
-                });
+                let mut parts = [first, second];
+                if away(first) <= away(second) {
+                    parts.reverse();
+                }
+                waiting.extend(parts);
                 continue;
             }
             for &body in &self.order[branch.bodies[0]..branch.bodies[1]] {
@@ -264,6 +251,17 @@ impl Tree {
         }
         best
     }
+}
+
+/// The box around points.
+fn around(points: impl IntoIterator<Item = [f64; 3]>) -> Bounds {
+    let nothing = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+    points.into_iter().fold(nothing, |[low, high], x| {
+        [
+            std::array::from_fn(|c| low[c].min(x[c])),
+            std::array::from_fn(|c| high[c].max(x[c])),
+        ]
+    })
 }
 
 /// The distance of a point from a box in m, 0 inside.
@@ -283,78 +281,49 @@ const ROUNDING: f64 = 1e-10;
 
 /// A tetrahedron of a mesh.
 #[derive(Debug, Clone)]
-enum SearchedTetrahedron {
-    /// On straight sides.
-    Straight {
-        /// Corners in m.
-        corners: [[f64; 3]; 4],
-        /// Volume and gradients.
-        simplex: Simplex,
-    },
-    /// On curved sides.
-    Curved {
-        /// Its ten nodes in m.
-        nodes: [[f64; 3]; 10],
-        /// The map through them.
-        map: Box<IsoparametricMap>,
-    },
+struct SearchedTetrahedron {
+    /// Its corners in m.
+    corners: [[f64; 3]; 4],
+    /// Volume and gradients on straight sides.
+    simplex: Simplex,
+    /// The map through its ten nodes, on curved sides.
+    map: Option<Box<IsoparametricMap>>,
+    /// A box around it.
+    bounds: Bounds,
 }
 
 impl SearchedTetrahedron {
-    /// A tetrahedron of a mesh.
     fn of(mesh: &Mesh, t: usize) -> Self {
         let corners = mesh.corners(&mesh.tetrahedra[t]);
         let middles = mesh.mid_edges.as_ref();
         let middles = middles.map(|known| mesh.corners(&known.tetrahedra[t]));
-        match middles.filter(|middles| !is_straight(&corners, &TETRAHEDRON_EDGES, middles)) {
-            None => Self::Straight {
-                simplex: Simplex::new(&corners),
-                corners,
-            },
-            Some(middles) => Self::Curved {
-                nodes: std::array::from_fn(|k| if k < 4 { corners[k] } else { middles[k - 4] }),
-                map: Box::new(IsoparametricMap::new(&corners, &middles)),
-            },
-        }
-    }
-
-    /// Smallest and largest coordinates of a box around it in m.
-    fn surrounding_box(&self) -> [[f64; 3]; 2] {
-        let around = |nodes: &[[f64; 3]]| {
-            let with = |start: f64, choose: fn(f64, f64) -> f64| {
-                std::array::from_fn(|c| nodes.iter().map(|x| x[c]).fold(start, choose))
-            };
-            [
-                with(f64::INFINITY, f64::min),
-                with(f64::NEG_INFINITY, f64::max),
-            ]
-        };
-        match self {
-            Self::Straight { corners, .. } => around(corners),
-            // The quadratic map is a convex combination of corners and of 2 m − (a + b)/2 for edges a b with middle m.
-            Self::Curved { nodes, .. } => {
-                let mut controls = *nodes;
-                for (e, [a, b]) in TETRAHEDRON_EDGES.into_iter().enumerate() {
-                    controls[4 + e] = std::array::from_fn(|c| {
-                        2.0 * nodes[4 + e][c] - 0.5 * (nodes[a][c] + nodes[b][c])
-                    });
-                }
-                around(&controls)
-            }
+        let curved = middles.filter(|middles| !is_straight(&corners, &TETRAHEDRON_EDGES, middles));
+        // The quadratic map is a convex combination of corners and of 2 m − (a + b)/2 for edges a b with middle m.
+        let controls = curved.iter().flat_map(|middles| {
+            let edges = TETRAHEDRON_EDGES.into_iter().zip(middles);
+            edges.map(|([a, b], middle)| {
+                std::array::from_fn(|c| 2.0 * middle[c] - 0.5 * (corners[a][c] + corners[b][c]))
+            })
+        });
+        Self {
+            bounds: around(corners.into_iter().chain(controls)),
+            simplex: Simplex::new(&corners),
+            map: curved.map(|middles| Box::new(IsoparametricMap::new(&corners, &middles))),
+            corners,
         }
     }
 
     /// The place in m of a point in barycentric coordinates, and the volume in m³ of a straight tetrahedron with the
     /// Jacobian there.
     fn place(&self, at: &[f64; 4]) -> ([f64; 3], f64) {
-        match self {
-            Self::Straight { corners, simplex } => (quadrature::point(corners, at), simplex.volume),
-            Self::Curved { map, .. } => (map.place(at), map.geometry(at).0),
+        match &self.map {
+            None => (quadrature::point(&self.corners, at), self.simplex.volume),
+            Some(map) => (map.place(at), map.geometry(at).0),
         }
     }
 
     /// The displacement at a point in barycentric coordinates in m.
-    fn displacement(field: Field<'_>, t: usize, at: &[f64; 4]) -> Vector3<f64> {
+    fn displacement(field: MeshField<'_>, t: usize, at: &[f64; 4]) -> Vector3<f64> {
         let sum = |shape: &[f64]| {
             let nodes = field.mesh.tetrahedron_nodes(t).zip(shape);
             nodes
@@ -368,19 +337,18 @@ impl SearchedTetrahedron {
     }
 
     /// Voigt strain (xx, yy, zz, 2yz, 2xz, 2xy) of a displacement at a point in barycentric coordinates.
-    fn strain(&self, field: Field<'_>, t: usize, at: &[f64; 4]) -> Vector6<f64> {
+    fn strain(&self, field: MeshField<'_>, t: usize, at: &[f64; 4]) -> Vector6<f64> {
         let slope = |gradients: &[Vector3<f64>]| -> Matrix3<f64> {
             let nodes = field.mesh.tetrahedron_nodes(t).zip(gradients);
             nodes
                 .map(|(n, g)| Vector3::from(field.displacement[n]) * g.transpose())
                 .sum()
         };
-        let slope = match (self, &field.mesh.mid_edges) {
-            (Self::Straight { simplex, .. }, None) => slope(&simplex.gradients),
-            (Self::Straight { simplex, .. }, Some(_)) => {
-                slope(&quadratic_gradients(&simplex.gradients, at))
-            }
-            (Self::Curved { map, .. }, _) => slope(&map.geometry(at).1),
+        let gradients = &self.simplex.gradients;
+        let slope = match (&self.map, &field.mesh.mid_edges) {
+            (Some(map), _) => slope(&map.geometry(at).1),
+            (None, Some(_)) => slope(&quadratic_gradients(gradients, at)),
+            (None, None) => slope(gradients),
         };
         let shear = |i: usize, j: usize| slope[(i, j)] + slope[(j, i)];
         let [x, y, z] = [0, 1, 2].map(|c| slope[(c, c)]);
@@ -408,13 +376,13 @@ impl SearchedTetrahedron {
 
     fn barycentric(&self, point: [f64; 3]) -> [f64; 4] {
         let point = Vector3::from(point);
-        match self {
-            Self::Straight { corners, simplex } => {
-                let arm = point - Vector3::from(corners[0]);
-                let [_, b, c, d] = simplex.gradients.map(|gradient| gradient.dot(&arm));
+        match &self.map {
+            None => {
+                let arm = point - Vector3::from(self.corners[0]);
+                let [_, b, c, d] = self.simplex.gradients.map(|gradient| gradient.dot(&arm));
                 [1.0 - b - c - d, b, c, d]
             }
-            Self::Curved { map, .. } => {
+            Some(map) => {
                 let mut at = [0.25; 4];
                 for _ in 0..STEPS {
                     let arm = point - Vector3::from(map.place(&at));

@@ -9,7 +9,7 @@ mod refining;
 
 use std::{fmt, path::Path, sync::Arc};
 
-use super::{AccuracySettings, Cost, Field, Forces, distance};
+use super::{AccuracySettings, Cost, Distance, Forces, MeshField, distance};
 use contact3d::{
     Problem, ProblemError,
     adaptation::transferred,
@@ -75,28 +75,20 @@ impl SequenceKind {
     pub fn element(self) -> ElementOrder {
         match self {
             Self::LinearUniform | Self::LinearAdaptive => ElementOrder::P1,
-            Self::QuadraticUniform
-            | Self::QuadraticGraded
-            | Self::QuadraticAdaptive
-            | Self::QuadraticGradedAdaptive => ElementOrder::P2,
+            _ => ElementOrder::P2,
         }
     }
 
     fn is_adaptive(self) -> bool {
-        match self {
-            Self::LinearUniform | Self::QuadraticUniform | Self::QuadraticGraded => false,
-            Self::LinearAdaptive | Self::QuadraticAdaptive | Self::QuadraticGradedAdaptive => true,
-        }
+        use SequenceKind::{LinearAdaptive, QuadraticAdaptive, QuadraticGradedAdaptive};
+        matches!(
+            self,
+            LinearAdaptive | QuadraticAdaptive | QuadraticGradedAdaptive
+        )
     }
 
     fn is_graded(self) -> bool {
-        match self {
-            Self::LinearUniform
-            | Self::QuadraticUniform
-            | Self::LinearAdaptive
-            | Self::QuadraticAdaptive => false,
-            Self::QuadraticGraded | Self::QuadraticGradedAdaptive => true,
-        }
+        matches!(self, Self::QuadraticGraded | Self::QuadraticGradedAdaptive)
     }
 }
 
@@ -164,14 +156,13 @@ impl MeshSequences {
             })?;
             runs.push(run);
         }
-        let smallest = solved_levels(&runs).fold(f64::INFINITY, |least, level| {
-            least.min(level.estimated_error)
-        });
+        let all = runs.iter().flat_map(|run| &run.solved);
+        let smallest = all.map(SolvedMesh::rank).fold(f64::INFINITY, f64::min);
         let mut finest_first = runs.iter_mut().rev();
         let last = finest_first
-            .find(|run| !run.levels().is_empty())
+            .find(|run| !run.solved.is_empty())
             .expect("every body has quadratic meshes");
-        let (carried_on, n_judged) = (last.kind(), last.levels().len());
+        let (carried_on, n_judged) = (last.kind, last.solved.len());
         last.go(
             REFERENCE_BUDGET * settings.budget,
             WANTED_SHARE * smallest,
@@ -181,26 +172,33 @@ impl MeshSequences {
         observe(SequenceProgress::Comparison);
         let meshes = runs
             .iter()
-            .flat_map(|run| run.levels().iter().map(|mesh| (run.kind(), mesh)));
+            .flat_map(|run| run.solved.iter().map(|mesh| (run.kind, mesh)));
         let (kind, reference) = meshes
             .min_by(|(_, a), (_, b)| a.rank().total_cmp(&b.rank()))
             .expect("the first mesh of the last sequence is always solved");
         let sequences = runs.iter().map(|run| {
+            // The meshes that the reference was carried on by are not judged.
+            let most = if run.kind == carried_on {
+                n_judged
+            } else {
+                run.solved.len()
+            };
+            let levels = run.solved[..most].iter();
             Ok(MeshSequence {
-                kind: run.kind(),
-                levels: judged(run.levels(), reference, scene)?,
+                kind: run.kind,
+                levels: levels
+                    .map(|mesh| mesh.judged(reference, scene))
+                    .collect::<Result<_, Invalid>>()?,
             })
         });
-        let mut sequences: Vec<MeshSequence> = sequences.collect::<Result<_, Invalid>>()?;
-        for sequence in sequences
-            .iter_mut()
-            .filter(|sequence| sequence.kind == carried_on)
-        {
-            sequence.levels.truncate(n_judged);
-        }
         Ok(Self {
-            reference: reference.to_reference(kind),
-            sequences,
+            sequences: sequences.collect::<Result<_, Invalid>>()?,
+            reference: Reference {
+                kind,
+                level: reference.level.clone(),
+                potential_energy: reference.potential_energy,
+                forces: reference.forces,
+            },
         })
     }
 
@@ -209,39 +207,6 @@ impl MeshSequences {
     pub fn advice(&self) -> SequenceAdvice {
         SequenceAdvice::new(&self.sequences)
     }
-}
-
-fn solved_levels<'a>(runs: &'a [SequenceRun<'_>]) -> impl Iterator<Item = &'a SequenceLevel> {
-    let levels = runs.iter().flat_map(SequenceRun::levels);
-    levels
-        .map(|mesh| &mesh.level)
-        .filter(|level| level.status.is_solved())
-}
-
-/// The levels with their true errors, where the reference is good enough to tell.
-fn judged(
-    solved: &[SolvedMesh],
-    reference: &SolvedMesh,
-    scene: &Scene,
-) -> Result<Vec<SequenceLevel>, Invalid> {
-    let uncertainty = reference.level.estimated_error;
-    let error = |mesh: &SolvedMesh| -> Result<Option<f64>, Invalid> {
-        let is_judged = reference.level.status.is_solved()
-            && mesh.level.status.is_solved()
-            && uncertainty <= LARGEST_SHARE * mesh.level.estimated_error;
-        if !is_judged {
-            return Ok(None);
-        }
-        let found = distance(mesh.field(), reference.field(), scene)?;
-        Ok(Some(found.relative()))
-    };
-    let levels = solved.iter().map(|mesh| {
-        Ok(SequenceLevel {
-            error: error(mesh)?,
-            ..mesh.level.clone()
-        })
-    });
-    levels.collect()
 }
 
 /// One mesh of a sequence.
@@ -291,19 +256,17 @@ struct SolvedMesh {
     forces: Option<Forces>,
 }
 
-/// The multipliers of a coarser mesh and where its tetrahedra are in a finer one.
-struct WarmStart<'a> {
-    coarse: &'a SolvedMesh,
-    parents: Vec<usize>,
-}
-
 impl SolvedMesh {
-    /// Assembles, solves and evaluates a scene on a mesh; its cost is not known yet.
-    fn new(scene: &Scene, mesh: Mesh, start: Option<WarmStart<'_>>) -> Result<Self, ProblemError> {
+    /// Assembles, solves and evaluates a scene on a mesh, perhaps from the multipliers of a coarser mesh whose tetrahedra are the
+    /// given parents; its cost is not known yet.
+    fn new(
+        scene: &Scene,
+        mesh: Mesh,
+        start: Option<(&Self, Vec<usize>)>,
+    ) -> Result<Self, ProblemError> {
         let mesh = Arc::new(mesh);
-        let start = start.map(|start| {
-            let coarse = start.coarse;
-            transferred(&coarse.mesh, &mesh, &start.parents, &coarse.multiplier)
+        let start = start.map(|(coarse, parents)| {
+            transferred(&coarse.mesh, &mesh, &parents, &coarse.multiplier)
         });
         let problem = Problem::of_checked(scene.clone(), Arc::clone(&mesh))?;
         let assembled = problem.assemble()?;
@@ -315,14 +278,13 @@ impl SolvedMesh {
         let report = assembled.report(&solution)?;
         report.judge(&mut solution);
         let r = report.resultants;
-        let status = solution.status;
         let estimate = report.discretisation_error;
         Ok(Self {
             level: SequenceLevel {
                 n_free: solution.displacement.len(),
                 n_tetrahedra: mesh.tetrahedra.len(),
                 n_multipliers: solution.multiplier.len(),
-                status,
+                status: solution.status,
                 estimated_error: estimate.relative(),
                 contact_error: estimate.relative_contact(),
                 ..SequenceLevel::default()
@@ -332,10 +294,7 @@ impl SolvedMesh {
             displacement: report.displacement,
             multiplier: solution.multiplier,
             potential_energy: r.strain_energy - r.load_work,
-            forces: r.contact.map(|contact| Forces {
-                normal: contact.normal_force,
-                tangential: contact.tangential_force,
-            }),
+            forces: Forces::of(&r),
             mesh,
         })
     }
@@ -346,8 +305,8 @@ impl SolvedMesh {
         Self::new(scene, mesh, None)
     }
 
-    fn field(&self) -> Field<'_> {
-        Field {
+    fn field(&self) -> MeshField<'_> {
+        MeshField {
             mesh: &self.mesh,
             displacement: &self.displacement,
         }
@@ -362,50 +321,40 @@ impl SolvedMesh {
         }
     }
 
-    fn to_reference(&self, kind: SequenceKind) -> Reference {
-        Reference {
-            kind,
-            level: self.level.clone(),
-            potential_energy: self.potential_energy,
-            forces: self.forces,
-        }
+    /// The level with its true error, where the reference is good enough to tell.
+    fn judged(&self, reference: &Self, scene: &Scene) -> Result<SequenceLevel, Invalid> {
+        let is_judged = reference.level.status.is_solved()
+            && self.level.status.is_solved()
+            && reference.level.estimated_error <= LARGEST_SHARE * self.level.estimated_error;
+        let error = is_judged.then(|| distance(self.field(), reference.field(), scene));
+        Ok(SequenceLevel {
+            error: error.transpose()?.map(Distance::relative),
+            ..self.level.clone()
+        })
     }
 }
 
 /// The relative errors that advice is given for.
 pub const TARGETS: [f64; 3] = [0.05, 0.02, 0.01];
 
-/// The cheapest sequence for one accuracy.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Cheapest {
-    /// The relative error in the energy norm.
-    pub target: f64,
-    /// The sequence and its seconds; `None` where no sequence reached it within the budget.
-    pub sequence: Option<(SequenceKind, f64)>,
-}
-
 /// The cheapest sequence for each of [`TARGETS`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct SequenceAdvice {
-    /// One for each target.
-    pub cheapest: Vec<Cheapest>,
+    /// For each target the sequence and its seconds; `None` where no sequence reached it within the budget.
+    pub cheapest: [Option<(SequenceKind, f64)>; 3],
 }
 
 impl SequenceAdvice {
     /// Reads the advice off the sequences.
     #[must_use]
     pub fn new(sequences: &[MeshSequence]) -> Self {
-        let cheapest = TARGETS.map(|target| {
-            let reached = sequences
-                .iter()
-                .filter_map(|sequence| Some((sequence.kind, sequence.seconds_to(target)?)));
-            Cheapest {
-                target,
-                sequence: reached.min_by(|(_, a), (_, b)| a.total_cmp(b)),
-            }
-        });
+        let cheapest = |target: f64| {
+            let known = sequences.iter();
+            let reached = known.filter_map(|one| Some((one.kind, one.seconds_to(target)?)));
+            reached.min_by(|(_, a), (_, b)| a.total_cmp(b))
+        };
         Self {
-            cheapest: cheapest.to_vec(),
+            cheapest: TARGETS.map(cheapest),
         }
     }
 }
@@ -418,17 +367,13 @@ impl MeshSequence {
     #[must_use]
     pub fn seconds_to(&self, target: f64) -> Option<f64> {
         let error = |level: &SequenceLevel| level.error.unwrap_or(level.estimated_error);
-        let reached = self
-            .levels
-            .iter()
-            .position(|level| error(level) <= target)?;
+        let mut levels = self.levels.iter();
+        let reached = levels.position(|level| error(level) <= target)?;
         let fine = &self.levels[reached];
-        let Some(coarse) = reached.checked_sub(1).map(|k| &self.levels[k]) else {
+        let coarse = reached.checked_sub(1).map(|k| &self.levels[k]);
+        let Some(coarse) = coarse.filter(|_| error(fine) != 0.0) else {
             return Some(fine.cost.seconds);
         };
-        if error(fine) == 0.0 {
-            return Some(fine.cost.seconds);
-        }
         let share = (error(coarse) / target).ln() / (error(coarse) / error(fine)).ln();
         let [from, to] = [coarse, fine].map(|level| level.cost.seconds.ln());
         Some((from + share * (to - from)).exp())
@@ -437,11 +382,10 @@ impl MeshSequence {
 
 impl fmt::Display for SequenceAdvice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (k, cheapest) in self.cheapest.iter().enumerate() {
+        for (k, (target, cheapest)) in TARGETS.iter().zip(self.cheapest).enumerate() {
             let separator = if k == 0 { "" } else { "; " };
-            let percent = 100.0 * cheapest.target;
-            write!(f, "{separator}{percent} %: ")?;
-            match cheapest.sequence {
+            write!(f, "{separator}{} %: ", 100.0 * target)?;
+            match cheapest {
                 Some((kind, seconds)) => write!(f, "{}, {seconds:.2} s", kind.words())?,
                 None => f.write_str("not reached within the budget")?,
             }
@@ -449,6 +393,3 @@ impl fmt::Display for SequenceAdvice {
         Ok(())
     }
 }
-
-#[cfg(test)]
-mod tests;

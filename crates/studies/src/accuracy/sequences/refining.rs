@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{AccuracySettings, ElementOrder, SequenceKind, SolvedMesh, WarmStart};
+use super::{AccuracySettings, ElementOrder, SequenceKind, SolvedMesh};
 use crate::accuracy::{
     brick_n_div,
     cost::measure,
@@ -41,14 +41,12 @@ const SAME_VOLUME: f64 = 1e-9;
 /// Where the meshes of a sequence come from.
 #[derive(Debug)]
 pub(super) enum Meshes {
-    /// A list of scenes, each with a mesh of its own.
+    /// A list of scenes, each with a mesh of its own; empty where the body has no such mesh.
     Scenes(Vec<Scene>),
     /// One scene, whose tetrahedra are all cut into eight again and again.
     Halved(Box<Scene>),
     /// One scene, whose tetrahedra are cut where the estimated error sits.
     Adaptive(Box<Scene>),
-    /// None: the body has no such mesh.
-    Nothing,
 }
 
 impl Meshes {
@@ -59,12 +57,13 @@ impl Meshes {
         folder: &Path,
         settings: &AccuracySettings,
     ) -> Result<Self, ProblemError> {
+        let nothing = || Ok(Self::Scenes(Vec::new()));
         let mut scene = solved_to_rounding(scene.clone());
         let is_other = scene.body.element != kind.element();
         scene.body.element = kind.element();
         match scene.body.as_brick() {
             // Other planes between cells would give the regions other volumes.
-            Some(_) if kind.is_graded() && !scene.regions.is_empty() => Ok(Self::Nothing),
+            Some(_) if kind.is_graded() && !scene.regions.is_empty() => nothing(),
             Some(brick) => {
                 let coarsest = coarsest_with_regions(&scene, brick)?;
                 let multiples = MULTIPLES.map(|m| coarsest.map(|n| n * m));
@@ -75,27 +74,21 @@ impl Meshes {
                         with_cells(&scene, cells)
                     }
                 });
+                let is_both = kind.is_graded() && kind.is_adaptive();
+                let least = if is_both { FIRST_GRADED } else { 0 };
                 let mut fitting = scenes.filter(|scene| {
                     let n_div = scene.body.as_brick().map_or(0, brick_n_div);
-                    let coarsest = if kind.is_graded() && kind.is_adaptive() {
-                        settings.coarsest.max(FIRST_GRADED)
-                    } else {
-                        settings.coarsest
-                    };
-                    n_div >= coarsest && scene.validate().is_ok()
+                    n_div >= settings.coarsest.max(least) && scene.validate().is_ok()
                 });
                 Ok(match (kind.is_adaptive(), fitting.next()) {
-                    (_, None) => Self::Nothing,
                     (true, Some(first)) => Self::Adaptive(Box::new(first)),
-                    (false, Some(first)) => {
-                        Self::Scenes([first].into_iter().chain(fitting).collect())
-                    }
+                    (_, first) => Self::Scenes(first.into_iter().chain(fitting).collect()),
                 })
             }
-            None if kind.is_graded() => Ok(Self::Nothing),
+            None if kind.is_graded() => nothing(),
             None => match Mesh::of_scene(&scene, folder) {
                 // A file of second-order tetrahedra has no linear ones.
-                Err(MeshError::Scene(_)) if is_other => Ok(Self::Nothing),
+                Err(MeshError::Scene(_)) if is_other => nothing(),
                 Err(error) => Err(error.into()),
                 Ok(_) if kind.is_adaptive() => Ok(Self::Adaptive(Box::new(scene))),
                 Ok(_) => Ok(Self::Halved(Box::new(scene))),
@@ -111,16 +104,11 @@ impl Meshes {
                     let brick = scenes.get(n)?.body.as_brick()?;
                     Some(brick.cells.iter().map(|n| *n as f64).product())
                 };
-                let fine = cells(n)?;
-                Some(
-                    n.checked_sub(1)
-                        .and_then(cells)
-                        .map_or(1.0, |coarse| fine / coarse),
-                )
+                let (fine, coarse) = (cells(n)?, n.checked_sub(1).and_then(cells));
+                Some(coarse.map_or(1.0, |coarse| fine / coarse))
             }
             Self::Halved(_) => Some(8.0),
             Self::Adaptive(_) => Some(1.5 * GROWTH),
-            Self::Nothing => None,
         }
     }
 }
@@ -128,10 +116,10 @@ impl Meshes {
 /// A sequence and how far it has come.
 #[derive(Debug)]
 pub(super) struct SequenceRun<'a> {
-    kind: SequenceKind,
+    pub(super) kind: SequenceKind,
     meshes: Meshes,
     folder: &'a Path,
-    solved: Vec<SolvedMesh>,
+    pub(super) solved: Vec<SolvedMesh>,
     /// Cuts of each level, on an adaptive sequence.
     refinement: Refinement,
     /// Seconds of all solves, repeated ones too.
@@ -148,14 +136,6 @@ impl<'a> SequenceRun<'a> {
             refinement: Refinement::default(),
             spent: 0.0,
         }
-    }
-
-    pub(super) fn levels(&self) -> &[SolvedMesh] {
-        &self.solved
-    }
-
-    pub(super) fn kind(&self) -> SequenceKind {
-        self.kind
     }
 
     /// Goes on until the estimated relative error is at most `goal`, the seconds of all levels would exceed `budget`, or
@@ -188,34 +168,28 @@ impl<'a> SequenceRun<'a> {
             return true;
         };
         let before = self.solved.len().checked_sub(2).map(|k| &self.solved[k]);
-        let own = |n: usize| self.own_seconds(n);
+        // Seconds of one mesh alone.
+        let own = |n: usize| {
+            let until = |n: usize| self.solved[n].level.cost.seconds;
+            let before = n.checked_sub(1).filter(|_| self.kind.is_adaptive());
+            until(n) - before.map_or(0.0, until)
+        };
         let power = before.map_or(1.0, |before| {
             let seconds = own(self.solved.len() - 1) / own(self.solved.len() - 2);
             let unknowns = last.level.n_free as f64 / before.level.n_free as f64;
             (seconds.ln() / unknowns.ln()).clamp(1.0, TIME_POWER)
         });
         let seconds = own(self.solved.len() - 1) * growth.powf(power);
-        let bytes = last
-            .level
-            .cost
-            .peak_bytes
-            .map(|peak| peak * growth.powf(MEMORY_POWER));
+        let peak = last.level.cost.peak_bytes;
+        let bytes = peak.map(|peak| peak * growth.powf(MEMORY_POWER));
         self.spent + seconds <= budget
             && memory.zip(bytes).is_none_or(|(most, bytes)| bytes <= most)
-    }
-
-    /// Seconds of one mesh alone.
-    fn own_seconds(&self, n: usize) -> f64 {
-        let until = |n: usize| self.solved[n].level.cost.seconds;
-        let before = n.checked_sub(1).filter(|_| self.kind.is_adaptive());
-        until(n) - before.map_or(0.0, until)
     }
 
     fn next(&mut self) -> Result<SolvedMesh, ProblemError> {
         let (n, folder) = (self.solved.len(), self.folder);
         let coarser = self.solved.last();
         let (mut solved, mut cost) = match &self.meshes {
-            Meshes::Nothing => unreachable!("a sequence without meshes has no next one"),
             Meshes::Scenes(scenes) => {
                 measure(CHEAP_SECONDS, || SolvedMesh::of_scene(&scenes[n], folder))?
             }
@@ -233,19 +207,15 @@ impl<'a> SequenceRun<'a> {
                     let Some(coarse) = coarser else {
                         return SolvedMesh::of_scene(scene, folder);
                     };
-                    let wanted = coarse.estimated * fall(scene.body.element);
+                    let element = scene.body.element;
                     let target = Target {
                         estimated: coarse.estimated,
-                        wanted,
-                        element: scene.body.element,
+                        wanted: coarse.estimated * fall(element),
+                        element,
                     };
                     refinement.push(RefinedLevel::Cuts(next_cuts(&coarse.indicator, target)));
                     let body = RefinableBody::refined(scene, folder, refinement)?;
-                    let start = WarmStart {
-                        coarse,
-                        parents: body.parents(),
-                    };
-                    SolvedMesh::new(scene, body.mesh()?, Some(start))
+                    SolvedMesh::new(scene, body.mesh()?, Some((coarse, body.parents())))
                 })?
             }
         };
@@ -260,7 +230,7 @@ impl<'a> SequenceRun<'a> {
 
 /// The fewest cells with the proportions of a brick on which each region has the volume that it has on the scene's own
 /// mesh and parts of contact faces end between panes. On multiples of them boundaries of regions that are sides of tetrahedra stay so.
-pub(super) fn coarsest_with_regions(scene: &Scene, brick: &Brick) -> Result<[usize; 3], MeshError> {
+fn coarsest_with_regions(scene: &Scene, brick: &Brick) -> Result<[usize; 3], MeshError> {
     let base = proportions(brick);
     let fits = |cells: [usize; 3]| {
         with_cells(scene, cells)
@@ -268,15 +238,14 @@ pub(super) fn coarsest_with_regions(scene: &Scene, brick: &Brick) -> Result<[usi
             .as_brick()
             .is_none_or(|brick| contact_parts_fit(scene, brick))
     };
+    let finer = (1..).map(|m| base.map(|n| n * m));
+    let mut finer = finer.take_while(|cells| cells[0] < brick.cells[0]);
     if scene.regions.is_empty() {
-        let mut multiples = (1..).take_while(|m| base[0] * m < brick.cells[0]);
-        let fitting = multiples.find(|m| fits(base.map(|n| n * m)));
-        return Ok(fitting.map_or(brick.cells, |m| base.map(|n| n * m)));
+        return Ok(finer.find(|cells| fits(*cells)).unwrap_or(brick.cells));
     }
     let own = region_volumes(scene)?;
     let whole: f64 = brick.size.iter().product();
-    for multiple in (1..).take_while(|m| base[0] * m < brick.cells[0]) {
-        let cells = base.map(|n| n * multiple);
+    for cells in finer {
         // A coarse mesh may have no tetrahedron for a region at all.
         let Ok(volumes) = region_volumes(&with_cells(scene, cells)) else {
             continue;
@@ -315,4 +284,23 @@ fn fall(element: ElementOrder) -> f64 {
         ElementOrder::P2 => 2.0,
     };
     GROWTH.powf(-order / 3.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The box of a region ends at a quarter of the height.
+    #[test]
+    fn meshes_on_which_regions_would_be_others_are_left_out() {
+        let text = include_str!("../../../../../pipelines/regions.toml");
+        let mut scene = Scene::parse("regions.toml", text).expect("a scene");
+        let brick = scene.body.as_brick().expect("a brick").clone();
+        assert_eq!(brick.cells, [24, 8, 8]);
+        let found = coarsest_with_regions(&scene, &brick).expect("cells");
+        assert_eq!(found, [12, 4, 4]);
+        scene.regions.clear();
+        let found = coarsest_with_regions(&scene, &brick).expect("cells");
+        assert_eq!(found, [3, 1, 1]);
+    }
 }

@@ -13,7 +13,6 @@ mod states;
 mod system;
 #[cfg(test)]
 mod tests;
-mod varying;
 
 use std::fmt;
 
@@ -23,7 +22,7 @@ use serde::{Deserialize, Serialize};
 use self::{
     interval::Interval,
     search::{StateSolutions, search},
-    small_problem::{NodeLaw, Numbers, SmallProblem, StraightLines, UNCERTAIN},
+    small_problem::{NodeLaw, SmallProblem, StraightLines, UNCERTAIN},
     states::{Chart, PaneCase, choices},
     system::System,
 };
@@ -103,15 +102,12 @@ impl fmt::Display for Undecided {
     }
 }
 
-/// What was found by trying all states.
-pub(super) struct Enumerated {
-    /// λ in Pa, in the order of the problem.
-    pub(super) multipliers: Vec<Vec<f64>>,
-    pub(super) certificate: Result<CompletenessProof, Undecided>,
-}
+/// The proof that solutions are all, or why there is none.
+pub(super) type Certificate = Result<CompletenessProof, Undecided>;
 
-/// All solutions of a problem with few panes, under uncapped laws that are constant or made of straight lines; `None` for others.
-pub(super) fn enumerated(member: &FamilyMember) -> Option<Enumerated> {
+/// All solutions of a problem with few panes, under uncapped laws that are constant or made of straight lines, as λ in Pa; `None` for
+/// other problems.
+pub(super) fn enumerated(member: &FamilyMember) -> Option<(Vec<Vec<f64>>, Certificate)> {
     let problem = small_problem(member)?;
     let moves = |pane: usize| [1, 2].map(|c| problem.moves[3 * pane + c]);
     let panes = 0..problem.n_panes();
@@ -119,15 +115,12 @@ pub(super) fn enumerated(member: &FamilyMember) -> Option<Enumerated> {
     if angles.count() > MOST_ANGLES {
         return None;
     }
-    let of_panes: Vec<Vec<PaneCase>> = panes
-        .map(|pane| {
-            let slips = Chart::of(moves(pane)).into_iter().map(PaneCase::Slip);
-            [PaneCase::Open, PaneCase::Stick]
-                .into_iter()
-                .chain(slips)
-                .collect()
-        })
-        .collect();
+    let of_panes = panes.map(|pane| {
+        let slips = Chart::of(moves(pane)).into_iter().map(PaneCase::Slip);
+        let still = [PaneCase::Open, PaneCase::Stick].into_iter();
+        still.chain(slips).collect()
+    });
+    let of_panes: Vec<Vec<PaneCase>> = of_panes.collect();
     let all: Vec<Vec<PaneCase>> = choices(&of_panes).collect();
     let searched = |states: &[PaneCase], most_boxes| match System::new(&problem, states.to_vec()) {
         Some(system) => search(&system, most_boxes),
@@ -154,7 +147,7 @@ fn gathered(
     problem: &SmallProblem,
     member: &FamilyMember,
     outcomes: &[StateSolutions],
-) -> Enumerated {
+) -> (Vec<Vec<f64>>, Certificate) {
     let solutions = outcomes.iter().flat_map(|outcome| &outcome.solutions);
     let certain: Vec<_> = solutions.filter(|solution| solution.margin > 0.0).collect();
     let sizes = |of: fn(Interval) -> f64| {
@@ -166,38 +159,36 @@ fn gathered(
         let all = certain.iter().map(|solution| of(solution));
         all.fold(f64::INFINITY, f64::min)
     };
-    let undecided = outcomes
-        .iter()
-        .filter_map(|outcome| outcome.undecided)
-        .max();
-    let layout = member.dual.layout;
+    let undecided = outcomes.iter().filter_map(|outcome| outcome.undecided);
+    let undecided = undecided.max();
+    let order = components(member);
     let multipliers = certain.iter().map(|solution| {
         let mut multiplier = vec![0.0; member.dual.dimension()];
         for (i, value) in solution.multiplier.iter().enumerate() {
-            multiplier[component(layout, i)] = problem.stress[i / 3] * value.middle();
+            multiplier[order[i]] = problem.stress[i / 3] * value.middle();
         }
         multiplier
     });
-    Enumerated {
-        certificate: undecided.map_or(Ok(()), Err).map(|()| CompletenessProof {
-            solutions: certain.len(),
-            states: outcomes.len(),
-            boxes: outcomes.iter().map(|outcome| outcome.boxes).sum(),
-            margin: least(&|solution| solution.margin),
-            determinant: least(&|solution| solution.determinant),
-            width: sizes(Interval::width) / largest,
-            uncertainty: UNCERTAIN,
-        }),
-        multipliers: multipliers.collect(),
-    }
+    let certificate = undecided.map_or(Ok(()), Err).map(|()| CompletenessProof {
+        solutions: certain.len(),
+        states: outcomes.len(),
+        boxes: outcomes.iter().map(|outcome| outcome.boxes).sum(),
+        margin: least(&|solution| solution.margin),
+        determinant: least(&|solution| solution.determinant),
+        width: sizes(Interval::width) / largest,
+        uncertainty: UNCERTAIN,
+    });
+    (multipliers.collect(), certificate)
 }
 
-/// Where component ν, t1, t2 of a pane is among the multipliers.
-fn component(layout: contact3d::contact::MultiplierLayout, i: usize) -> usize {
-    match (layout.tangential(i / 3), i % 3) {
-        (Some(pair), c @ (1 | 2)) => pair[c - 1],
-        _ => layout.normal(i / 3),
-    }
+/// Where ν, t1, t2 of pane after pane are among the multipliers.
+fn components(member: &FamilyMember) -> Vec<usize> {
+    let layout = member.dual.layout;
+    let panes = (0..layout.n_panes()).flat_map(|pane| {
+        let pair = layout.tangential(pane).into_iter().flatten();
+        std::iter::once(layout.normal(pane)).chain(pair)
+    });
+    panes.collect()
 }
 
 fn small_problem(member: &FamilyMember) -> Option<SmallProblem> {
@@ -208,23 +199,32 @@ fn small_problem(member: &FamilyMember) -> Option<SmallProblem> {
     if panes > MOST_PANES || layout.n_pairs() < panes || is_capped {
         return None;
     }
-    let follows_slip = law.depends_on_slip();
-    let compliance = dual.compliance.as_ref();
-    if follows_slip && !matches!(member.interface.slip.operator, SlipOperator::Lagrange) {
+    let compliance = dual.compliance.as_ref().filter(|_| law.depends_on_slip());
+    let is_nodal = matches!(member.interface.slip.operator, SlipOperator::Lagrange);
+    if law.depends_on_slip() && !(is_nodal && compliance.is_some()) {
         return None;
     }
+    let order = components(member);
+    let slips = compliance.iter().flat_map(|compliance| {
+        let nodes = compliance.slip_free.iter().enumerate();
+        nodes.map(|(node, free)| {
+            [0, 1].map(|axis| {
+                let by = order.iter().map(|&j| compliance.column(j)[2 * node + axis]);
+                (free[axis], by.collect())
+            })
+        })
+    });
+    let slips: Vec<[(f64, Vec<f64>); 2]> = slips.collect();
     let laws = (0..surface.nodes.len()).map(|node| node_law(member, node));
-    let numbers = Numbers {
-        operator: &|i, j| dual.column(component(layout, j))[component(layout, i)],
-        rhs: &|i| dual.rhs[component(layout, i)],
-        slip_free: &|node, axis| compliance.map_or(0.0, |c| c.slip_free[node][axis]),
-        slip: &|node, axis, j| {
-            compliance.map_or(0.0, |c| c.column(component(layout, j))[2 * node + axis])
-        },
-        follows_slip,
-    };
     let nodes = (0..panes).map(|pane| surface.pane_weights(pane).collect());
-    SmallProblem::new(&numbers, nodes.collect(), laws.collect::<Option<_>>()?)
+    let rhs: Vec<f64> = order.iter().map(|&i| dual.rhs[i]).collect();
+    SmallProblem::new(
+        &|i, j| dual.column(order[j])[order[i]],
+        &rhs,
+        &slips,
+        nodes.collect(),
+        laws.collect::<Option<_>>()?,
+    )
 }
 
 /// The law at a contact node; `None` where it is not made of straight lines.

@@ -146,10 +146,8 @@ fn at_middle(system: &System<'_>, part: &[Interval]) -> Vec<Interval> {
 /// The derivatives of the equations over a box, row by row.
 fn derivative(system: &System<'_>, part: &[Interval]) -> Vec<Vec<Interval>> {
     let equations = system.equations(&system.slides(part));
-    let rows = equations
-        .iter()
-        .map(|left| left.slope[..part.len()].to_vec());
-    rows.collect()
+    let rows = equations.iter().map(|left| &left.slope[..part.len()]);
+    rows.map(<[Interval]>::to_vec).collect()
 }
 
 /// The place of the only zero in a box, as narrow as rounding and the uncertainty of the problem allow.
@@ -211,7 +209,7 @@ fn overlap(a: &[Interval], b: &[Interval]) -> bool {
 fn determinant(system: &System<'_>, place: &[Interval]) -> f64 {
     let derivative = derivative(system, place);
     let n = derivative.len();
-    let middle = nalgebra::DMatrix::from_fn(n, n, |i, j| derivative[i][j].middle());
+    let middle = DMatrix::from_fn(n, n, |i, j| derivative[i][j].middle());
     let lengths: f64 = middle.row_iter().map(|row| row.norm()).product();
     (middle.determinant() / lengths).abs()
 }

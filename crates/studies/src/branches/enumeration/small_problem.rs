@@ -2,8 +2,7 @@
 
 use super::{
     super::family::power_of_two,
-    interval::{Interval, product},
-    varying::IntervalFunction,
+    interval::{Interval, IntervalFunction, product},
 };
 
 /// What S, h and the slips may be wrong by, as a share of √(S_ii S_jj) and of the largest h: rounding of assembly and factor. All
@@ -54,35 +53,26 @@ impl Affine {
     }
 }
 
-/// Plain numbers of a problem: λ in Pa, r in m³, u_t in m.
-pub(super) struct Numbers<'a> {
-    /// S_ij.
-    pub(super) operator: &'a dyn Fn(usize, usize) -> f64,
-    pub(super) rhs: &'a dyn Fn(usize) -> f64,
-    /// u_t without λ at a node along an axis, and by a component of λ.
-    pub(super) slip_free: &'a dyn Fn(usize, usize) -> f64,
-    pub(super) slip: &'a dyn Fn(usize, usize, usize) -> f64,
-    pub(super) follows_slip: bool,
-}
-
 impl SmallProblem {
-    /// The problem with what rounding may have changed; `None` where a pane does not move along its normal.
+    /// The problem with what rounding may have changed, from S, h and, for a law that follows it, u_t at each node along both axes: without
+    /// λ, and how much each component of λ takes from it; λ in Pa, r in m³, u_t in m. `None` where a pane does not move along its normal.
     pub(super) fn new(
-        numbers: &Numbers<'_>,
+        operator: &dyn Fn(usize, usize) -> f64,
+        rhs: &[f64],
+        slips: &[[(f64, Vec<f64>); 2]],
         nodes: Vec<Vec<(usize, f64)>>,
         laws: Vec<NodeLaw>,
     ) -> Option<Self> {
         let panes = nodes.len();
         let n = 3 * panes;
-        let diagonal: Vec<f64> = (0..n).map(|i| (numbers.operator)(i, i)).collect();
+        let diagonal: Vec<f64> = (0..n).map(|i| operator(i, i)).collect();
         let moves: Vec<bool> = diagonal.iter().map(|d| *d > 0.0).collect();
         if !(0..panes).all(|pane| moves[3 * pane]) {
             return None;
         }
-        let scale: Vec<f64> = (0..panes)
-            .map(|pane| power_of_two(diagonal[3 * pane].sqrt()))
-            .collect();
-        let scaled = |i: usize| (numbers.rhs)(i) / scale[i / 3];
+        let normals = diagonal.iter().step_by(3);
+        let scale: Vec<f64> = normals.map(|d| power_of_two(d.sqrt())).collect();
+        let scaled = |i: usize| rhs[i] / scale[i / 3];
         let load = (0..n).map(|i| scaled(i).abs()).fold(0.0, f64::max);
         let load = power_of_two(load);
         let root = |i: usize| diagonal[i].sqrt() / scale[i / 3];
@@ -90,33 +80,37 @@ impl SmallProblem {
             if !moves[i] || !moves[j] {
                 return Interval::ZERO;
             }
+            // Both halves of S, which differ by rounding.
             let [a, b] = [(i, j), (j, i)].map(|(i, j)| {
-                let value = (numbers.operator)(i, j) / scale[i / 3] / scale[j / 3];
+                let value = operator(i, j) / scale[i / 3] / scale[j / 3];
                 Interval::around(value, UNCERTAIN * root(i) * root(j))
             });
             a.hull(b)
         };
         let stress: Vec<f64> = scale.iter().map(|scale| load / scale).collect();
-        let slips = if numbers.follows_slip {
-            (0..laws.len())
-                .map(|node| [0, 1].map(|axis| slip(numbers, &stress, node, axis)))
-                .collect()
-        } else {
-            Vec::new()
+        let slip = |(free, by): &(f64, Vec<f64>)| {
+            let row = by.iter().enumerate().map(|(j, by)| -by * stress[j / 3]);
+            let row: Vec<f64> = row.collect();
+            let size = row.iter().fold(free.abs(), |size, v| size.max(v.abs()));
+            let near = |value: f64| Interval::around(value, UNCERTAIN * size);
+            Affine {
+                constant: near(*free),
+                slope: row.into_iter().map(near).collect(),
+            }
+        };
+        let slips = slips.iter().map(|pair| pair.each_ref().map(slip));
+        let slips = slips.collect();
+        let row = |i: usize| (0..n).map(|j| entry(i, j)).collect();
+        let rhs = |i: usize| {
+            if moves[i] {
+                Interval::around(scaled(i) / load, UNCERTAIN)
+            } else {
+                Interval::ZERO
+            }
         };
         Some(Self {
-            operator: (0..n)
-                .map(|i| (0..n).map(|j| entry(i, j)).collect())
-                .collect(),
-            rhs: (0..n)
-                .map(|i| {
-                    if moves[i] {
-                        Interval::around(scaled(i) / load, UNCERTAIN)
-                    } else {
-                        Interval::ZERO
-                    }
-                })
-                .collect(),
+            operator: (0..n).map(row).collect(),
+            rhs: (0..n).map(rhs).collect(),
             moves,
             stress,
             nodes,
@@ -132,19 +126,6 @@ impl SmallProblem {
     pub(super) fn is_isotropic(&self) -> bool {
         let mut laws = self.laws.iter();
         laws.all(|law| matches!(law, NodeLaw::Isotropic(_)))
-    }
-}
-
-fn slip(numbers: &Numbers<'_>, stress: &[f64], node: usize, axis: usize) -> Affine {
-    let row: Vec<f64> = (0..3 * stress.len())
-        .map(|j| -(numbers.slip)(node, axis, j) * stress[j / 3])
-        .collect();
-    let free = (numbers.slip_free)(node, axis);
-    let size = row.iter().fold(free.abs(), |size, v| size.max(v.abs()));
-    let near = |value: f64| Interval::around(value, UNCERTAIN * size);
-    Affine {
-        constant: near(free),
-        slope: row.into_iter().map(near).collect(),
     }
 }
 

@@ -28,26 +28,16 @@ pub(super) enum Chart {
     Axis { axis: usize, negative: bool },
 }
 
-/// A direction and its derivative by t.
-pub(super) struct SlipDirection {
-    pub(super) along: [Interval; 2],
-    pub(super) turning: [Interval; 2],
-}
-
 impl Chart {
     /// Those of a pane that moves along given axes.
     pub(super) fn of(moves: [bool; 2]) -> Vec<Self> {
-        let signs = [false, true];
-        match moves {
-            [true, true] => signs.map(|negative| Self::Half { negative }).to_vec(),
-            [true, false] => signs
-                .map(|negative| Self::Axis { axis: 0, negative })
-                .to_vec(),
-            [false, true] => signs
-                .map(|negative| Self::Axis { axis: 1, negative })
-                .to_vec(),
-            [false, false] => Vec::new(),
-        }
+        let chart = |negative: bool| match moves {
+            [true, true] => Some(Self::Half { negative }),
+            [true, false] => Some(Self::Axis { axis: 0, negative }),
+            [false, true] => Some(Self::Axis { axis: 1, negative }),
+            [false, false] => None,
+        };
+        [false, true].into_iter().filter_map(chart).collect()
     }
 
     pub(super) fn has_angle(self) -> bool {
@@ -77,26 +67,24 @@ impl Chart {
         }
     }
 
-    /// The direction at t, which an axis does not have.
-    pub(super) fn direction(self, t: Interval) -> SlipDirection {
+    /// The direction at t, which an axis does not have, and its derivative by t.
+    pub(super) fn direction(self, t: Interval) -> [[Interval; 2]; 2] {
         match self {
             Self::Axis { axis, negative } => {
                 let mut along = [Interval::ZERO; 2];
-                along[axis] = Interval::ONE;
-                SlipDirection {
-                    along: along.map(|e| if negative { -e } else { e }),
-                    turning: [Interval::ZERO; 2],
-                }
+                along[axis] = if negative {
+                    -Interval::ONE
+                } else {
+                    Interval::ONE
+                };
+                [along, [Interval::ZERO; 2]]
             }
             Self::Half { negative } => {
                 let (circle, speed) = circle(t);
                 let [c, s] = TURNED.map(|v| Interval::around(v, f64::EPSILON));
                 let turned = [c * circle[0] - s * circle[1], s * circle[0] + c * circle[1]];
                 let along = turned.map(|e| if negative { -e } else { e });
-                SlipDirection {
-                    along,
-                    turning: [-(along[1] * speed), along[0] * speed],
-                }
+                [along, [-(along[1] * speed), along[0] * speed]]
             }
         }
     }

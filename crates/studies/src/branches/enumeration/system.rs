@@ -1,11 +1,10 @@
 //! The equations of one choice of states, over boxes of their unknowns, and what closed panes carry.
 
 use super::{
-    interval::{Interval, product},
+    interval::{Interval, IntervalFunction, product},
     search::solve,
     small_problem::{Affine, NodeLaw, SmallProblem},
     states::{Chart, PaneCase},
-    varying::IntervalFunction,
 };
 
 /// What pressures may be.
@@ -72,8 +71,11 @@ impl<'p> System<'p> {
         let stuck: Vec<usize> = components(|s| s == PaneCase::Stick).filter(moves).collect();
         let closed: Vec<usize> = components(|s| s != PaneCase::Open).filter(moves).collect();
         let sliding: Vec<usize> = components(PaneCase::slips).collect();
-        let by_slips = Carried::by_slips(problem, &closed, &sliding)?;
-        let by_stresses = Carried::by_stresses(problem, &stuck, &sliding)?;
+        let s = |i: usize, j: usize| problem.operator[i][j];
+        // λ = S⁻¹(h − v) on all closed components, by the slips v of some.
+        let by_slips = Carried::new(problem, &closed, &sliding, &[], |i, j| unit(i)(j))?;
+        // λ = S⁻¹(h − S λ) on sticking components, by λ of sliding ones.
+        let by_stresses = Carried::new(problem, &stuck, &sliding, &sliding, s)?;
         let (unknowns, carried) = if problem.slips.is_empty() {
             (Unknowns::Pressures, &by_stresses)
         } else {
@@ -138,14 +140,12 @@ impl<'p> System<'p> {
     pub(super) fn slides(&self, at: &[Interval]) -> Slides {
         let of_panes = self.slipping.iter().map(|pane| {
             let t = pane.angle.map_or(Interval::ZERO, |place| at[place]);
-            let direction = pane.chart.direction(t);
+            let [along, turning] = pane.chart.direction(t);
             Slide {
                 size: IntervalFunction::along(at[pane.size], pane.size, Interval::ONE),
                 direction: [0, 1].map(|k| match pane.angle {
-                    Some(place) => {
-                        IntervalFunction::along(direction.along[k], place, direction.turning[k])
-                    }
-                    None => IntervalFunction::constant(direction.along[k]),
+                    Some(place) => IntervalFunction::along(along[k], place, turning[k]),
+                    None => IntervalFunction::constant(along[k]),
                 }),
             }
         });
@@ -204,14 +204,12 @@ impl<'p> System<'p> {
     fn share(&self, pane: usize, slide: &Slide, slides: &Slides) -> [IntervalFunction; 2] {
         let friction = self.friction(pane, slides);
         let times = |a: [IntervalFunction; 2]| [0, 1].map(|k| friction[k] * a[k]);
-        match self.unknowns == Unknowns::Pressures || self.problem.is_isotropic() {
-            true => times(slide.direction),
-            // |d| = 1, so |𝓕d| lies between the coefficients.
-            false => {
-                let between = friction[0].value.hull(friction[1].value);
-                times(IntervalFunction::unit(times(slide.direction), between))
-            }
+        if self.unknowns == Unknowns::Pressures || self.problem.is_isotropic() {
+            return times(slide.direction);
         }
+        // |d| = 1, so |𝓕d| lies between the coefficients.
+        let between = friction[0].value.hull(friction[1].value);
+        times(IntervalFunction::unit(times(slide.direction), between))
     }
 
     /// 𝓕 of a pane, the inverse of the mean of F⁻¹ over its nodes.
@@ -225,11 +223,8 @@ impl<'p> System<'p> {
             at(*node)[k].recip().times(Interval::point(*weight))
         };
         [0, 1].map(|k| {
-            nodes
-                .iter()
-                .map(|node| term(node, k))
-                .sum::<IntervalFunction>()
-                .recip()
+            let mean: IntervalFunction = nodes.iter().map(|node| term(node, k)).sum();
+            mean.recip()
         })
     }
 
@@ -347,7 +342,7 @@ impl<'p> System<'p> {
 }
 
 /// λ of some components from r there and sources: r of slipping panes, or their λ.
-pub(super) struct Carried<'a> {
+struct Carried<'a> {
     components: &'a [usize],
     /// The components whose λ are the sources, if they are.
     given: &'a [usize],
@@ -356,26 +351,7 @@ pub(super) struct Carried<'a> {
 }
 
 impl<'a> Carried<'a> {
-    /// λ = S⁻¹(h − v) on all closed components, by the slips v of some; `None` where S cannot be told to be positive definite.
-    pub(super) fn by_slips(
-        problem: &SmallProblem,
-        closed: &'a [usize],
-        sliding: &[usize],
-    ) -> Option<Self> {
-        Self::new(problem, closed, sliding, &[], |i, j| unit(i)(j))
-    }
-
-    /// λ = S⁻¹(h − S λ) on sticking components, by λ of sliding ones.
-    pub(super) fn by_stresses(
-        problem: &SmallProblem,
-        stuck: &'a [usize],
-        sliding: &'a [usize],
-    ) -> Option<Self> {
-        Self::new(problem, stuck, sliding, sliding, |i, j| {
-            problem.operator[i][j]
-        })
-    }
-
+    /// From the matrix of the components and the columns of the sources; `None` where S cannot be told to be positive definite.
     fn new(
         problem: &SmallProblem,
         components: &'a [usize],
@@ -395,7 +371,7 @@ impl<'a> Carried<'a> {
     }
 
     /// Σ a_j λ_j by the sources.
-    pub(super) fn applied(&self, row: impl Fn(usize) -> Interval) -> Affine {
+    fn applied(&self, row: impl Fn(usize) -> Interval) -> Affine {
         let here: Vec<Interval> = self.components.iter().map(|j| row(*j)).collect();
         let columns = self.solved[1..].iter().enumerate();
         let slope = columns.map(|(k, column)| {
@@ -410,7 +386,7 @@ impl<'a> Carried<'a> {
 }
 
 /// The row that takes component i.
-pub(super) fn unit(i: usize) -> impl Fn(usize) -> Interval {
+fn unit(i: usize) -> impl Fn(usize) -> Interval {
     move |j| {
         if i == j {
             Interval::ONE

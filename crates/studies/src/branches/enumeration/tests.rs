@@ -3,7 +3,7 @@
 use super::{
     interval::Interval,
     search::search,
-    small_problem::{NodeLaw, Numbers, SmallProblem, StraightLines},
+    small_problem::{NodeLaw, SmallProblem, StraightLines},
     states::{Chart, PaneCase, choices},
     system::System,
 };
@@ -28,15 +28,17 @@ fn problem(
     weights: &dyn Fn(usize) -> Vec<(usize, f64)>,
 ) -> SmallProblem {
     let panes = rhs.len() / 3;
-    let numbers = Numbers {
-        operator,
-        rhs: &|i| rhs[i],
-        slip_free: &|node, axis| rhs[3 * node + 1 + axis],
-        slip: &|node, axis, j| operator(3 * node + 1 + axis, j),
-        follows_slip,
-    };
+    let followed = if follows_slip { panes } else { 0 };
+    let slips = (0..followed).map(|node| {
+        [1, 2].map(|c| {
+            let i = 3 * node + c;
+            (rhs[i], (0..rhs.len()).map(|j| operator(i, j)).collect())
+        })
+    });
+    let slips: Vec<_> = slips.collect();
     let nodes = (0..panes).map(weights).collect();
-    SmallProblem::new(&numbers, nodes, vec![law.clone(); panes]).expect("panes that move")
+    let laws = vec![law.clone(); panes];
+    SmallProblem::new(operator, rhs, &slips, nodes, laws).expect("panes that move")
 }
 
 fn coupled(i: usize, j: usize) -> f64 {

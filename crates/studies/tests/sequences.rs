@@ -2,8 +2,11 @@
 
 use std::path::Path;
 
-use super::*;
-use crate::accuracy::Cost;
+use contact3d::{scene::Scene, solver::Status};
+use studies::accuracy::{
+    AccuracySettings, Cost, MeshSequence, MeshSequences, SequenceAdvice, SequenceKind,
+    SequenceLevel,
+};
 
 fn level(error: Option<f64>, estimated_error: f64, seconds: f64) -> SequenceLevel {
     SequenceLevel {
@@ -52,15 +55,7 @@ fn advice_names_the_cheapest_sequence_and_says_what_nobody_reached() {
         sequence(SequenceKind::LinearAdaptive, &[]),
     ];
     let advice = SequenceAdvice::new(&sequences);
-    assert_eq!(
-        advice.cheapest.iter().map(|c| c.target).collect::<Vec<_>>(),
-        TARGETS
-    );
-    let kinds: Vec<_> = advice
-        .cheapest
-        .iter()
-        .map(|c| c.sequence.map(|(kind, _)| kind))
-        .collect();
+    let kinds = advice.cheapest.map(|found| found.map(|(kind, _)| kind));
     assert_eq!(
         kinds,
         [
@@ -117,7 +112,8 @@ fn every_sequence_ends_at_its_goal_and_is_judged() {
             );
         }
         assert!(sequence.levels.is_sorted_by_key(|level| level.n_free));
-        if sequence.kind.is_adaptive() {
+        use SequenceKind::{LinearAdaptive, QuadraticAdaptive, QuadraticGradedAdaptive};
+        if [LinearAdaptive, QuadraticAdaptive, QuadraticGradedAdaptive].contains(&sequence.kind) {
             let seconds = |level: &SequenceLevel| level.cost.seconds;
             assert!(sequence.levels.is_sorted_by(|a, b| seconds(a) < seconds(b)));
         }
@@ -129,24 +125,8 @@ fn every_sequence_ends_at_its_goal_and_is_judged() {
     let smallest = levels
         .map(|level| level.estimated_error)
         .fold(f64::INFINITY, f64::min);
-    assert!(sequences.reference.level.estimated_error <= WANTED_SHARE * smallest);
-}
-
-/// The box of a region ends at a quarter of the height.
-#[test]
-fn meshes_on_which_regions_would_be_others_are_left_out() {
-    let scene = scene("regions.toml");
-    let brick = scene.body.as_brick().expect("a brick");
-    assert_eq!(brick.cells, [24, 8, 8]);
-    let found = refining::coarsest_with_regions(&scene, brick).expect("cells");
-    assert_eq!(found, [12, 4, 4]);
-    let mut scene = scene;
-    scene.regions.clear();
-    let brick = scene.body.as_brick().expect("a brick");
-    assert_eq!(
-        refining::coarsest_with_regions(&scene, brick).expect("cells"),
-        [3, 1, 1]
-    );
+    // A quarter of the smallest error that it judges is wanted.
+    assert!(sequences.reference.level.estimated_error <= 0.25 * smallest);
 }
 
 /// A budget of nothing leaves the first mesh of each sequence, which nothing finer can judge.

@@ -1,21 +1,23 @@
+//! The theory against closed forms, bounds that must hold, and other descriptions of the same problem.
+
 use std::{
     path::{Path, PathBuf},
     sync::LazyLock,
 };
 
-use super::*;
-use crate::{
-    accuracy::with_brick,
-    stability::{Redescription, UnitChange},
-};
 use contact3d::{
-    Problem,
+    Problem, ProblemError,
     linalg::{difference, norm},
+    mesh::Mesh,
     scene::{
-        Body, Clamp, Coefficient, Contact, DualOperatorKind, ElementOrder, Friction, InnerSolver,
-        Material, Method, MultiplierSpace, Obstacle, Pressure, Shape, Side, SlipInterpolation,
-        SolveSettings, Sphere, Traction,
+        Body, Clamp, Coefficient, Contact, DualOperatorKind, ElementOrder, Friction, GmshFile,
+        InnerSolver, Material, Method, MultiplierSpace, Obstacle, Pressure, Scene, Shape, Side,
+        SlipInterpolation, SolveSettings, Sphere, Traction,
     },
+};
+use studies::{
+    stability::{Redescription, UnitChange},
+    theory::{Theory, TheoryLevel, TheorySettings},
 };
 
 /// The published problem on 3 n × n × n cells with Table 1's law times a factor.
@@ -46,12 +48,16 @@ fn one_pane(coefficient: f64) -> Scene {
 }
 
 fn measure(scene: &Scene) -> Theory {
+    measured(scene, Path::new(""), Vec::new()).expect("covered")
+}
+
+fn measured(scene: &Scene, folder: &Path, meshes: Vec<GmshFile>) -> Result<Theory, ProblemError> {
     let settings = TheorySettings {
         coarsest: 2,
         finest: None,
-        meshes: Vec::new(),
+        meshes,
     };
-    Theory::measure(scene, Path::new(""), &settings, &mut |_| {}).expect("covered")
+    Theory::measure(scene, folder, &settings, &mut |_| {})
 }
 
 /// The theory of the published problem at n_div = 2 and 4, measured once for the tests that read it.
@@ -240,16 +246,9 @@ fn what_has_no_unit_does_not_depend_on_units() {
 
 #[test]
 fn scenes_that_the_theory_does_not_cover_are_refused_by_their_key() {
-    let refused = |scene: Scene| {
-        let settings = TheorySettings {
-            coarsest: 2,
-            finest: None,
-            meshes: Vec::new(),
-        };
-        match Theory::measure(&scene, Path::new(""), &settings, &mut |_| {}) {
-            Err(ProblemError::Invalid(invalid)) => invalid.key,
-            other => panic!("{other:?}"),
-        }
+    let refused = |scene: Scene| match measured(&scene, Path::new(""), Vec::new()) {
+        Err(ProblemError::Invalid(invalid)) => invalid.key,
+        other => panic!("{other:?}"),
     };
     let mut frictionless = published(2, 1.0);
     frictionless.friction = None;
@@ -278,12 +277,7 @@ fn findings_tell_apart_the_solution_followed_and_the_one_found() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../pipelines/hard");
     let text = std::fs::read_to_string(folder.join("two_nodes.toml")).expect("a pipeline");
     let scene = Scene::parse("two nodes", &text).expect("a scene");
-    let settings = TheorySettings {
-        coarsest: 2,
-        finest: None,
-        meshes: Vec::new(),
-    };
-    let theory = Theory::measure(&scene, &folder, &settings, &mut |_| {}).expect("covered");
+    let theory = measured(&scene, &folder, Vec::new()).expect("covered");
     let findings = theory.findings();
     let [radius, _] = findings.rates.expect("a regular solution");
     assert!(radius > 1.0 && findings.contracts.is_none());
@@ -329,8 +323,9 @@ fn mesh_files_serve_like_the_meshes_of_a_brick() {
     let expected = measure(&scene);
     let folder = tempfile::tempdir().expect("a folder");
     let meshes = [4, 2].map(|n| {
-        let bricks = with_brick(&scene, published(n, 1.0).body.as_brick().expect("a brick"));
-        let mesh = Mesh::of_scene(&bricks, folder.path()).expect("a mesh");
+        let mut brick = scene.clone();
+        brick.body = published(n, 1.0).body;
+        let mesh = Mesh::of_scene(&brick, folder.path()).expect("a mesh");
         let file = PathBuf::from(format!("{n}.msh"));
         std::fs::write(folder.path().join(&file), gmsh(&mesh)).expect("a file");
         GmshFile {
@@ -339,15 +334,10 @@ fn mesh_files_serve_like_the_meshes_of_a_brick() {
             digest: None,
         }
     });
-    let settings = TheorySettings {
-        coarsest: 2,
-        finest: None,
-        meshes: meshes.to_vec(),
-    };
-    let refused = Theory::measure(&scene, folder.path(), &settings, &mut |_| {});
+    let refused = measured(&scene, folder.path(), meshes.to_vec());
     assert!(matches!(refused, Err(ProblemError::Invalid(_))));
     scene.body.shape = Shape::Gmsh(meshes[0].clone());
-    let found = Theory::measure(&scene, folder.path(), &settings, &mut |_| {}).expect("covered");
+    let found = measured(&scene, folder.path(), meshes.to_vec()).expect("covered");
     assert_eq!(found.levels.len(), expected.levels.len());
     for (file, brick) in found.levels.iter().zip(&expected.levels) {
         assert_eq!((file.n_free, file.n_panes), (brick.n_free, brick.n_panes));

@@ -1,10 +1,10 @@
 //! Transformations of scenes and their inverses.
 
-use super::{Redescription, UnitChange};
 use contact3d::scene::{AdaptSettings, Brick, BrickFace, Component, FirstMesh, Functional, Scene};
+use studies::stability::{Redescription, UnitChange};
 
 fn scene() -> Scene {
-    let text = include_str!("../../../../pipelines/expression_law.toml");
+    let text = include_str!("../../../pipelines/expression_law.toml");
     Scene::parse("expression_law.toml", text).expect("a pipeline")
 }
 
@@ -60,7 +60,7 @@ fn graded_cells_go_with_the_symmetry() {
 
 #[test]
 fn bodies_from_files_have_no_mirror_image() {
-    let text = include_str!("../../../../pipelines/gmsh_foot.toml");
+    let text = include_str!("../../../pipelines/gmsh_foot.toml");
     let scene = Scene::parse("gmsh_foot.toml", text).expect("a pipeline");
     assert!(scene.body.mesh_file().is_some());
     assert_eq!(Redescription::mirror(&scene).apply(&scene).unwrap(), None);

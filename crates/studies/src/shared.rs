@@ -1,0 +1,58 @@
+//! What several studies share.
+
+use contact3d::{AssembledProblem, dual::ExplicitDual, linalg::CscMatrix, scene::Invalid};
+
+/// Refuses a body that only contact holds, or weak springs, where `what` needs A⁻¹ itself.
+pub(crate) fn refuse_floating(problem: &AssembledProblem, what: &str) -> Result<(), Invalid> {
+    let Some(body) = &problem.system().assembly.primal.floating else {
+        return Ok(());
+    };
+    let (found, why) = match body.support {
+        None => (
+            "only contact holds",
+            "A is singular: there is no S = B A^-1 B^T, no unique mapping of contact forces to displacements",
+        ),
+        Some(_) => (
+            "only contact and weak springs hold",
+            "springs far softer than the body leave S = B A^-1 B^T no digits of the body's own compliance",
+        ),
+    };
+    Err(Invalid {
+        key: "clamp".into(),
+        expected: format!("a body that its supports hold, for {what}"),
+        found: format!("a body that {found}"),
+        help: format!("{why}; hold the body with [[clamp]] or solve it with run"),
+    })
+}
+
+/// S, h and the compliance of a problem that was assembled with contact and the dense operator.
+pub(crate) fn dual_of(problem: &AssembledProblem) -> &ExplicitDual {
+    let contact = problem.system().contact.as_ref();
+    let dual = contact.and_then(|contact| contact.explicit());
+    dual.expect("assembled with contact and the dense operator")
+}
+
+/// A sparse matrix from its columns, each with increasing rows.
+pub(crate) fn matrix_of_columns<C: IntoIterator<Item = (usize, f64)>>(
+    rows: usize,
+    columns: impl IntoIterator<Item = C>,
+) -> CscMatrix {
+    let mut matrix = CscMatrix::empty(rows);
+    for column in columns {
+        for (row, value) in column {
+            matrix.indices.push(row);
+            matrix.data.push(value);
+        }
+        matrix.indptr.push(matrix.indices.len());
+        matrix.cols += 1;
+    }
+    matrix
+}
+
+pub(crate) fn greatest_common_divisor(a: usize, b: usize) -> usize {
+    if b == 0 {
+        a
+    } else {
+        greatest_common_divisor(b, a % b)
+    }
+}
