@@ -18,7 +18,7 @@ use super::{
 use crate::shared::{dual_of, refuse_floating};
 use contact3d::{
     AssembledProblem, Problem, ProblemError,
-    contact::{ContactFrame, CoulombLaw, LawBounds, SlipOperator, nodal_tangential},
+    contact::{ContactFrame, CoulombLaw, Interface, LawBounds, SlipOperator},
     dual::{DualSystem, ExplicitDual, LocalStiffness},
     linalg::{CholeskyFactor, CscMatrix, Factor, FactorStructure, Work, Workspace, dot},
     mesh::{ContactSurface, Mesh},
