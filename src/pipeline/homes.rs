@@ -7,8 +7,8 @@ use runfile::{SharedGroup, StoreError, StoredGroup, Transaction};
 
 use super::{
     Commit, Session, StageError,
-    cache::{LoadState, StageCache},
     freshness::input_digest,
+    session::{LoadState, StageCache},
 };
 use crate::format::{CHECKPOINT, FormatError, Stage};
 

@@ -5,7 +5,6 @@
 
 mod adapt;
 mod branches;
-mod cache;
 mod commit;
 mod error;
 mod freshness;
@@ -13,12 +12,10 @@ mod homes;
 mod mesh;
 mod resources;
 mod results;
-mod rollback;
 mod series_folder;
 mod session;
 mod settings;
 mod stages;
-mod start;
 mod store;
 mod studies;
 

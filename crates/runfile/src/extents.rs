@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::layout::{DatasetSpec, Extent, Group};
+use crate::layout::{DatasetSpec, Extent, Group};
 
 #[derive(Clone, Copy, Debug)]
 struct Binding {
@@ -23,12 +23,8 @@ impl Binding {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Sizes(BTreeMap<&'static str, Binding>);
 
-/// A shape that the table, or an earlier dataset, does not allow.
-#[derive(Clone, Debug)]
-pub(super) struct ShapeConflict {
-    pub(super) expected: String,
-    pub(super) found: String,
-}
+/// A shape that the table, or an earlier dataset, does not allow: what is expected, and what is found.
+type ShapeConflict = (String, String);
 
 impl Sizes {
     /// Checks a shape and remembers the sizes it fixes for the first time; a conflict leaves the
@@ -105,10 +101,10 @@ impl Sizes {
             .iter()
             .map(|extent| self.explain(*extent))
             .collect();
-        Err(ShapeConflict {
-            expected: format!("shape [{}]", expected.join(", ")),
-            found: format!("shape {shape:?}"),
-        })
+        Err((
+            format!("shape [{}]", expected.join(", ")),
+            format!("shape {shape:?}"),
+        ))
     }
 
     /// Takes over the sizes that are not known yet.

@@ -2,7 +2,7 @@
 //!
 //! The seal of a group covers the attributes of everything in it, the datasets that its own digest leaves out and the
 //! labels of its axes; that of the root its attributes and the seals of its groups. Both are written at the commit, and
-//! [`super::Reader::problems`] compares them. Files of older
+//! [`crate::Reader::problems`] compares them. Files of older
 //! formats have none.
 
 use blake3::Hasher;
@@ -10,14 +10,12 @@ use hdf5::types::{FixedAscii, TypeDescriptor, VarLenUnicode};
 use hdf5::{IndexType, IterationOrder, LinkType};
 use hdf5_metno as hdf5;
 
-use super::attribute::{has, read_text, write_text};
-use super::dimension::is_scale;
-use super::error::StoreError;
-use super::layout::Group;
-use super::place::{AtPlace, Place};
-use super::reader::Reader;
-use super::scale_text::TEXT_BYTES;
-use super::volume::Volume;
+use crate::attribute::{has, read_text, write_text};
+use crate::dimension::{TEXT_BYTES, is_scale};
+use crate::error::{AtPlace, Place, StoreError};
+use crate::layout::Group;
+use crate::reader::Reader;
+use crate::volume::Volume;
 
 /// The attribute of a group and of the root that holds the seal.
 pub(super) const SEAL: &str = "seal";

@@ -1,17 +1,15 @@
 //! Temporary files: removed when dropped, and before the process dies of SIGINT or SIGTERM.
 
 use std::collections::BTreeSet;
-use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::thread;
+use std::{fs, io, thread};
 
 use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::iterator::Signals;
 use signal_hook::low_level::emulate_default_handler;
 
-use super::layout::Group;
+use crate::layout::Group;
 
 /// The temporaries of this process. Whoever holds the lock decides alone: a rename, or the end of
 /// the process.
