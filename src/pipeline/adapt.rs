@@ -20,7 +20,7 @@ use contact3d::{
 use runfile::{Home, Reader, Transaction};
 
 use super::{
-    Commit, Performed, Session, StageError, StageState,
+    Session, StageError, StageState, StageTiming, StoreWhen,
     resources::{available_memory, problem_bytes},
     results::Results,
     session::StageCache,
@@ -44,7 +44,7 @@ pub struct Adapted {
     /// The level whose stages the file holds.
     pub level: usize,
     /// The stages of that level, if they were run now.
-    pub performed: Vec<Performed>,
+    pub performed: Vec<StageTiming>,
 }
 
 /// What an adaptive run is doing.
@@ -195,7 +195,7 @@ struct LevelAtHand {
     level: usize,
     results: Arc<Results>,
     /// The stages that were run for it.
-    performed: Vec<Performed>,
+    performed: Vec<StageTiming>,
 }
 
 impl LevelInRunFile<'_> {
@@ -222,7 +222,7 @@ impl LevelInRunFile<'_> {
             for stage in Stage::ALL {
                 observe(AdaptStep::Stage(level, stage));
                 let observe = &mut |step: RunStep<'_>| observe(AdaptStep::Run(step));
-                performed.push(session.perform(stage, Commit::Held, observe)?);
+                performed.push(session.perform(stage, StoreWhen::Held, observe)?);
             }
         }
         Ok(LevelAtHand {

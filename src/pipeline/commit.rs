@@ -20,7 +20,7 @@ use crate::format::{self, ADAPT, CHECKPOINT, HISTORY, Stage};
 
 /// A computed stage that waits to be stored, with all that it takes to store it.
 #[derive(Debug, Clone)]
-pub(super) struct ComputedStage {
+pub(super) struct WaitingStage {
     pub(super) output: StageOutput,
     pub(super) home: Home,
     /// Without what it was computed from.
@@ -43,7 +43,7 @@ impl StageWriter {
     /// Where the system gives no thread.
     pub(super) fn new(
         mut commit: OpenCommit,
-        stages: Vec<ComputedStage>,
+        stages: Vec<WaitingStage>,
         scene: Scene,
     ) -> io::Result<Self> {
         let count = stages.len();
@@ -121,7 +121,7 @@ impl OpenCommit {
     /// Writes a stage.
     pub(super) fn write(
         &mut self,
-        computed: &ComputedStage,
+        computed: &WaitingStage,
         scene: &Scene,
     ) -> Result<(), StoreError> {
         let stage = computed.output.stage();

@@ -47,7 +47,7 @@ pub(super) enum LoadState {
 
 /// What a stage did.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Performed {
+pub struct StageTiming {
     /// The stage.
     pub stage: Stage,
     /// Seconds of computing, reading its input included.
@@ -58,7 +58,7 @@ pub struct Performed {
 
 /// When a stage is stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Commit {
+pub enum StoreWhen {
     /// At once.
     Now,
     /// Together with the next stage, unless that would put more than a few seconds of work at risk, or more than writing the
@@ -156,9 +156,9 @@ impl Session {
     pub fn perform(
         &mut self,
         stage: Stage,
-        commit: Commit,
+        commit: StoreWhen,
         observe: &mut dyn FnMut(RunStep<'_>),
-    ) -> Result<Performed, StageError> {
+    ) -> Result<StageTiming, StageError> {
         self.store.require_fresh_before(stage)?;
         let started = Instant::now();
         let output = self.compute(stage, observe)?;

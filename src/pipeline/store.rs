@@ -17,9 +17,9 @@ use runfile::{
 };
 
 use super::{
-    AssemblyFile, Commit, Performed, StageError, StageState,
+    AssemblyFile, StageError, StageState, StageTiming, StoreWhen,
     adapt::stored_refinement,
-    commit::{ComputedStage, OpenCommit, StageWriter, Undo},
+    commit::{OpenCommit, StageWriter, Undo, WaitingStage},
     freshness::{input_digest, states_from},
     settings::{BesideScene, refinement_digest, settings, start_digest},
     stages::StageOutput,
@@ -50,7 +50,7 @@ pub(super) struct Store {
     /// Digests of the stages that the stage at work builds on, as they were when it began.
     upstream: Vec<(Stage, String)>,
     /// Stages that are computed but not yet stored.
-    pending: Vec<ComputedStage>,
+    pending: Vec<WaitingStage>,
     /// What the last commit of this process took.
     last_store_seconds: f64,
     /// For a command that can be taken back.
@@ -180,31 +180,31 @@ impl Store {
         &mut self,
         output: StageOutput,
         started: Instant,
-        commit: Commit,
-    ) -> Result<Performed, StageError> {
+        commit: StoreWhen,
+    ) -> Result<StageTiming, StageError> {
         let stage = output.stage();
         let is_large = output.bytes() >= LARGE;
         let compute_seconds = started.elapsed().as_secs_f64();
-        self.pending.push(ComputedStage {
+        self.pending.push(WaitingStage {
             home: output.home(self.assembly_file),
             record: self.record(self.settings(stage), compute_seconds, String::new()),
             output,
         });
         let waiting: f64 = self.pending.iter().map(|it| it.record.seconds).sum();
         let is_due = match commit {
-            Commit::Held => false,
-            Commit::Now => true,
-            Commit::WithNextIfCheap => {
+            StoreWhen::Held => false,
+            StoreWhen::Now => true,
+            StoreWhen::WithNextIfCheap => {
                 Stage::ALL.last() == Some(&stage)
                     || waiting >= self.last_store_seconds.max(SHORT_RUN)
             }
         };
         if is_due {
             self.commit(None)?;
-        } else if is_large && commit == Commit::WithNextIfCheap && self.threads > 1 {
+        } else if is_large && commit == StoreWhen::WithNextIfCheap && self.threads > 1 {
             self.write_beside()?;
         }
-        Ok(Performed {
+        Ok(StageTiming {
             stage,
             compute_seconds,
             store_seconds: if is_due { self.last_store_seconds } else { 0.0 },

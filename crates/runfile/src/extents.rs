@@ -39,11 +39,8 @@ impl Sizes {
         }
         let known = self.clone();
         for (extent, &size) in spec.shape.iter().zip(shape) {
-            let fixed = match *extent {
-                Extent::Fixed(_) | Extent::Labelled(_) => None,
-                Extent::Named(name) => Some((name, size)),
-                Extent::Plus(name, more) => size.checked_sub(more).map(|size| (name, size)),
-            };
+            let named = extent.named();
+            let fixed = named.and_then(|(name, more)| Some((name, size.checked_sub(more)?)));
             if let Some((name, size)) = fixed {
                 self.0.entry(name).or_insert(Binding {
                     size,
@@ -64,35 +61,30 @@ impl Sizes {
     /// Notes which sizes a dataset contradicts that others of its group have; either may be the damaged one.
     fn contradict(&mut self, spec: &'static DatasetSpec, shape: &[usize]) {
         for (extent, &size) in spec.shape.iter().zip(shape) {
-            let bound = extent.name().and_then(|name| self.0.get_mut(name));
-            if let Some(bound) = bound.filter(|bound| bound.group == spec.group) {
-                let more = match *extent {
-                    Extent::Plus(_, more) => more,
-                    Extent::Fixed(_) | Extent::Labelled(_) | Extent::Named(_) => 0,
-                };
-                if bound.size.checked_add(more) != Some(size) {
-                    bound.contradicted = Some(spec.path);
-                }
+            let Some((name, more)) = extent.named() else {
+                continue;
+            };
+            let bound = self.0.get_mut(name);
+            if let Some(bound) = bound.filter(|bound| bound.group == spec.group)
+                && bound.size.checked_add(more) != Some(size)
+            {
+                bound.contradicted = Some(spec.path);
             }
         }
     }
 
     /// Checks a shape against the table and the sizes known so far.
     pub(super) fn check(&self, spec: &DatasetSpec, shape: &[usize]) -> Result<(), ShapeConflict> {
-        let fits = shape.len() == spec.shape.len()
-            && spec
-                .shape
-                .iter()
-                .zip(shape)
-                .all(|(extent, &size)| match *extent {
-                    Extent::Fixed(fixed) => size == fixed,
-                    Extent::Labelled(axis) => size == axis.labels.len(),
-                    Extent::Named(name) => self.0.get(name).is_none_or(|bound| bound.fits(size, 0)),
-                    Extent::Plus(name, more) => match self.0.get(name) {
-                        Some(bound) => bound.fits(size, more),
-                        None => size >= more,
-                    },
-                });
+        let fits = |(extent, &size): (&Extent, &usize)| match *extent {
+            Extent::Fixed(fixed) => size == fixed,
+            Extent::Labelled(axis) => size == axis.labels.len(),
+            Extent::Named(name) | Extent::Plus(name, _) => {
+                let more = extent.named().map_or(0, |(_, more)| more);
+                let known = self.0.get(name);
+                known.map_or(size >= more, |bound| bound.fits(size, more))
+            }
+        };
+        let fits = shape.len() == spec.shape.len() && spec.shape.iter().zip(shape).all(fits);
         if fits {
             return Ok(());
         }
@@ -115,7 +107,7 @@ impl Sizes {
     }
 
     fn explain(&self, extent: Extent) -> String {
-        match extent.name().and_then(|name| self.0.get_key_value(name)) {
+        match extent.named().and_then(|it| self.0.get_key_value(it.0)) {
             Some((name, bound)) => {
                 let other = bound
                     .contradicted

@@ -101,28 +101,18 @@ impl Linked {
         let name = LinkedName::parse(&text, group);
         let volume = match &name {
             None => Err(LinkProblem::NotAName { found: text }),
-            Some(name) => open(home, layout, group, name),
+            Some(name) => {
+                // HDF5 and we look beside the run file itself, not beside a symbolic link to it.
+                let home = home.path.canonicalize().unwrap_or(home.path.clone());
+                open_named(&home.with_file_name(&name.0), layout, group, name)
+            }
         };
         Some(Linked { name, volume })
     }
 }
 
-fn open(
-    home: &Volume,
-    layout: &Layout,
-    group: Group,
-    name: &LinkedName,
-) -> Result<Volume, LinkProblem> {
-    // HDF5 and we look beside the run file itself, not beside a symbolic link to it.
-    let true_path = home
-        .path
-        .canonicalize()
-        .unwrap_or_else(|_| home.path.clone());
-    open_named(&true_path.with_file_name(&name.0), layout, group, name)
-}
-
 /// Opens a file that holds a group with the digest in its name.
-pub(super) fn open_named(
+fn open_named(
     path: &Path,
     layout: &Layout,
     group: Group,
@@ -300,7 +290,9 @@ impl SharedGroup {
         names.sort_by_key(ToString::to_string);
         names.into_iter().find_map(|name| {
             let path = run_file.folder.join(name.to_string());
-            let stored = read(&path, &run_file.layout, group, &name)?;
+            let volume = open_named(&path, &run_file.layout, group, &name).ok()?;
+            let object = volume.file.group(group.name()).ok()?;
+            let stored = header::read(&object, Place::new(&path, group.name())).ok()?;
             (stored.record.input_digest == input_digest).then_some(Self {
                 group,
                 name,
@@ -314,13 +306,6 @@ impl SharedGroup {
     pub fn stored(&self) -> &StoredGroup {
         &self.stored
     }
-}
-
-fn read(path: &Path, layout: &Layout, group: Group, name: &LinkedName) -> Option<StoredGroup> {
-    let volume = open_named(path, layout, group, name).ok()?;
-    let place = Place::new(path, group.name());
-    let Volume { file, .. } = &volume;
-    header::read(&*file.group(group.name()).ok()?, place).ok()
 }
 
 impl Reader {

@@ -157,12 +157,13 @@ pub struct Axis {
 }
 
 impl Extent {
-    /// The symbolic name in this extent, if there is one.
+    /// The named size in this extent, if there is one, and what is added to it.
     #[must_use]
-    pub const fn name(self) -> Option<&'static str> {
+    pub const fn named(self) -> Option<(&'static str, usize)> {
         match self {
             Extent::Fixed(_) | Extent::Labelled(_) => None,
-            Extent::Named(name) | Extent::Plus(name, _) => Some(name),
+            Extent::Named(name) => Some((name, 0)),
+            Extent::Plus(name, more) => Some((name, more)),
         }
     }
 }
@@ -365,26 +366,22 @@ impl Layout {
     }
 
     fn extent_problems(&self) -> Vec<String> {
-        let used: BTreeSet<_> = self
-            .datasets()
-            .flat_map(|spec| spec.shape.iter().filter_map(|extent| extent.name()))
-            .collect();
+        let extents = self.datasets().flat_map(|spec| spec.shape);
+        let used: BTreeSet<_> = extents.filter_map(|it| it.named()).map(|it| it.0).collect();
         let explained: BTreeSet<_> = self.extents.iter().map(|(name, _)| *name).collect();
-        let mut problems: Vec<_> = used
-            .difference(&explained)
-            .map(|name| format!("size {name} is not explained"))
-            .collect();
-        problems.extend(
-            explained
-                .difference(&used)
-                .map(|name| format!("size {name} is explained but not used")),
-        );
-        problems
+        let problem = |name: &&str| {
+            let what = if used.contains(name) {
+                "not explained"
+            } else {
+                "explained but not used"
+            };
+            format!("size {name} is {what}")
+        };
+        used.symmetric_difference(&explained).map(problem).collect()
     }
 }
 
 fn row_problems(spec: &DatasetSpec) -> Vec<&'static str> {
-    use crate::layout::Kind;
     let rank_fits = match spec.kind {
         Kind::CscMatrix | Kind::CsrMatrix => spec.shape.len() == 2,
         Kind::Text => spec.shape.len() <= 1,
