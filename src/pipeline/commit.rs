@@ -38,9 +38,6 @@ pub(super) struct StageWriter {
 
 impl StageWriter {
     /// Begins to write.
-    ///
-    /// # Errors
-    /// Where the system gives no thread.
     pub(super) fn new(
         mut commit: OpenCommit,
         stages: Vec<WaitingStage>,

@@ -105,9 +105,6 @@ pub fn read_global(path: &Path) -> Result<GlobalProblem, FclibError> {
 }
 
 /// Reads the solution with so many components of u and r; `None` where there is none.
-///
-/// # Errors
-/// [`FclibError`].
 pub fn read_solution(path: &Path, components: usize) -> Result<Option<FclibSolution>, FclibError> {
     let source = Source::open(path)?;
     if !source.has(SOLUTION) {
@@ -117,9 +114,6 @@ pub fn read_solution(path: &Path, components: usize) -> Result<Option<FclibSolut
 }
 
 /// Reads the guesses with so many components of u and r.
-///
-/// # Errors
-/// [`FclibError`].
 pub fn read_guesses(path: &Path, components: usize) -> Result<Vec<FclibSolution>, FclibError> {
     let source = Source::open(path)?;
     if !source.has(GUESSES) {

@@ -30,9 +30,6 @@ pub struct Array<'a> {
 }
 
 /// Writes a local problem to an empty file, W by compressed columns.
-///
-/// # Errors
-/// [`FclibError`].
 pub fn write_local(file: &hdf5::File, problem: &LocalProblem) -> Result<(), FclibError> {
     let target = FileWriter::of(file);
     let dimension = int("components of a contact", problem.space_dimension)?;
@@ -46,9 +43,6 @@ pub fn write_local(file: &hdf5::File, problem: &LocalProblem) -> Result<(), Fcli
 }
 
 /// Writes a global problem to an empty file, its matrices as triplets.
-///
-/// # Errors
-/// [`FclibError`].
 pub fn write_global(file: &hdf5::File, problem: &GlobalProblem) -> Result<(), FclibError> {
     let target = FileWriter::of(file);
     let dimension = int("components of a contact", problem.space_dimension)?;
@@ -64,18 +58,12 @@ pub fn write_global(file: &hdf5::File, problem: &GlobalProblem) -> Result<(), Fc
 }
 
 /// Adds `/solution` to a file without one.
-///
-/// # Errors
-/// [`FclibError`].
 pub fn write_solution(file: &hdf5::File, solution: &FclibSolution) -> Result<(), FclibError> {
     let target = FileWriter::of(file);
     target.solution(&target.group(target.root(), SOLUTION)?, solution)
 }
 
 /// Adds `/guesses` to a file without any.
-///
-/// # Errors
-/// [`FclibError`].
 pub fn write_guesses(file: &hdf5::File, guesses: &[FclibSolution]) -> Result<(), FclibError> {
     let target = FileWriter::of(file);
     let group = target.group(target.root(), GUESSES)?;
@@ -92,9 +80,6 @@ pub fn write_guesses(file: &hdf5::File, guesses: &[FclibSolution]) -> Result<(),
 }
 
 /// Adds further arrays to a group, there or new, which FCLIB's readers pass over.
-///
-/// # Errors
-/// [`FclibError`].
 pub fn write_arrays(
     file: &hdf5::File,
     group: &str,
@@ -119,9 +104,6 @@ pub fn write_arrays(
 }
 
 /// Marks a file as written by a program, for [`crate::program_of`].
-///
-/// # Errors
-/// [`FclibError`].
 pub fn write_program(file: &hdf5::File, program: &str) -> Result<(), FclibError> {
     let target = FileWriter::of(file);
     if target.file.attr(PROGRAM).is_ok() {
@@ -132,9 +114,6 @@ pub fn write_program(file: &hdf5::File, program: &str) -> Result<(), FclibError>
 }
 
 /// Removes `/solution`, if it is there; its bytes stay in the file.
-///
-/// # Errors
-/// HDF5 failures.
 pub fn remove_solution(file: &hdf5::File) -> Result<(), FclibError> {
     if file.link_exists(SOLUTION) {
         let path = FileWriter::of(file).path;

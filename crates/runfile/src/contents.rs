@@ -31,9 +31,6 @@ pub(super) enum Held {
 /// What each object of a file holds, by its path, groups with a slash at the end; no link that leads elsewhere is followed.
 ///
 /// `bytes` is the length of the file.
-///
-/// # Errors
-/// `Hdf5` if its groups cannot be listed.
 pub(super) fn of(
     file: &hdf5::File,
     place: Place<'_>,

@@ -235,9 +235,6 @@ pub(super) fn digest_of(
 }
 
 /// Adds the values of a dataset to a digest, in blocks of whole rows.
-///
-/// # Errors
-/// `Hdf5` if reading fails.
 pub(super) fn feed<T: StoredElement>(
     digest: &mut DatasetDigest,
     dataset: &hdf5::Dataset,

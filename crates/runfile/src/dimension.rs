@@ -77,9 +77,6 @@ struct Scale {
 }
 
 /// Names the axes of all datasets of a group that a file holds itself.
-///
-/// # Errors
-/// `Hdf5` if writing fails.
 pub(super) fn name_axes(
     file: &hdf5::File,
     place: Place<'_>,

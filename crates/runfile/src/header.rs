@@ -48,9 +48,6 @@ const FOREIGN_ACCESS: [(&str, &str); 2] =
     [("HDF5_DRIVER", "sec2"), ("HDF5_VOL_CONNECTOR", "native")];
 
 /// Refuses an environment that has HDF5 open files by other means: with means that it does not know it would crash.
-///
-/// # Errors
-/// `Environment`.
 pub fn require_plain_hdf5() -> Result<(), StoreError> {
     for (variable, plain) in FOREIGN_ACCESS {
         let found = env::var_os(variable).unwrap_or_default();

@@ -246,9 +246,6 @@ pub(super) fn carry_over(
 }
 
 /// Copies one group of another file as it is.
-///
-/// # Errors
-/// `Hdf5` if copying fails.
 pub(super) fn take_over(from: &Reader, group: Group, file: &hdf5::File) -> Result<(), StoreError> {
     let volume = from.volume(group)?;
     let place = Place::new(&volume.path, "/");

@@ -11,7 +11,7 @@ use crate::header::{GROUP_ATTRIBUTES, LINKED_GROUPS, OPTIONAL_GROUP_ATTRIBUTES, 
 use crate::layout::{DatasetSpec, Extent, Group, Kind, Layout, Presence, Storage};
 
 /// The attributes every dataset and matrix group carries, with their meanings.
-pub(super) const DATASET_ATTRIBUTES: &[(&str, &str, &str)] = &[
+const DATASET_ATTRIBUTES: &[(&str, &str, &str)] = &[
     (
         "units",
         "text",
@@ -31,7 +31,7 @@ pub(super) const DATASET_ATTRIBUTES: &[(&str, &str, &str)] = &[
 ];
 
 /// The attributes a matrix group carries besides.
-pub(super) const MATRIX_ATTRIBUTES: &[(&str, &str, &str)] = &[
+const MATRIX_ATTRIBUTES: &[(&str, &str, &str)] = &[
     ("shape", "i64[2]", "rows, columns"),
     ("encoding-type", "text", "csc_matrix or csr_matrix"),
     (
@@ -42,7 +42,7 @@ pub(super) const MATRIX_ATTRIBUTES: &[(&str, &str, &str)] = &[
 ];
 
 /// The members of a matrix group.
-pub(super) const MATRIX_MEMBERS: &[(&str, &str, &str)] = &[
+const MATRIX_MEMBERS: &[(&str, &str, &str)] = &[
     ("data", "f64", "values of the entries"),
     ("indices", "i64", "row (CSC) or column (CSR) of each entry"),
     (
@@ -148,32 +148,18 @@ pub fn schema_page(layout: &Layout) -> String {
     );
     attributes(&mut page, "Attributes of the root", ROOT_ATTRIBUTES);
     heading(&mut page, "Stages in files of their own");
-    let _ = write!(
-        page,
-        "{LINKED_GROUPS} Its file type is `{}`.\n\n",
-        layout.linked_filetype
-    );
-    attributes(
-        &mut page,
-        "Attributes of every stage group",
-        GROUP_ATTRIBUTES,
-    );
-    attributes(
-        &mut page,
-        "Further attribute of a stage group in other units than metres and newtons",
-        OPTIONAL_GROUP_ATTRIBUTES,
-    );
-    attributes(
-        &mut page,
-        "Attributes of every dataset and matrix",
-        DATASET_ATTRIBUTES,
-    );
-    attributes(
-        &mut page,
-        "Further attributes of a matrix group",
-        MATRIX_ATTRIBUTES,
-    );
-    attributes(&mut page, "Members of a matrix group", MATRIX_MEMBERS);
+    let filetype = layout.linked_filetype;
+    let _ = write!(page, "{LINKED_GROUPS} Its file type is `{filetype}`.\n\n");
+    let optional = "Further attribute of a stage group in other units than metres and newtons";
+    for (title, rows) in [
+        ("Attributes of every stage group", GROUP_ATTRIBUTES),
+        (optional, OPTIONAL_GROUP_ATTRIBUTES),
+        ("Attributes of every dataset and matrix", DATASET_ATTRIBUTES),
+        ("Further attributes of a matrix group", MATRIX_ATTRIBUTES),
+        ("Members of a matrix group", MATRIX_MEMBERS),
+    ] {
+        attributes(&mut page, title, rows);
+    }
     for group in layout.groups() {
         group_section(&mut page, layout, group);
     }
@@ -201,28 +187,20 @@ fn group_section(page: &mut String, layout: &Layout, group: Group) {
     );
     for spec in layout.of_group(group) {
         let shape: Vec<_> = spec.shape.iter().map(ToString::to_string).collect();
-        let shape = if shape.is_empty() {
-            "scalar".into()
-        } else {
-            format!("[{}]", shape.join(", "))
+        let shape = match shape.join(", ") {
+            scalar if scalar.is_empty() => "scalar".into(),
+            extents => format!("[{extents}]"),
         };
-        let kind = match spec.kind {
-            Kind::Enum(_) => cell(&spec.kind.to_string()),
-            kind => kind.tag().into(),
-        };
-        let name = format!("`{}`", spec.name());
-        row(
-            page,
-            &[
-                name,
-                cell(spec.symbol),
-                kind,
-                shape,
-                spec.dimension.to_string(),
-                Units::SI.word(spec.dimension),
-                meaning(spec),
-            ],
-        );
+        let cells = [
+            format!("`{}`", spec.name()),
+            cell(spec.symbol),
+            cell(&spec.kind.to_string()),
+            shape,
+            spec.dimension.to_string(),
+            Units::SI.word(spec.dimension),
+            meaning(spec),
+        ];
+        row(page, &cells);
     }
     page.push('\n');
 }

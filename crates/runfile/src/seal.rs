@@ -78,9 +78,6 @@ pub(super) struct Seals {
 
 impl Seals {
     /// Seals groups of a file that have no seals yet, which those that were copied have, and its root.
-    ///
-    /// # Errors
-    /// `Hdf5` if reading or writing fails.
     pub(super) fn set(
         file: &hdf5::File,
         place: Place<'_>,

@@ -39,9 +39,6 @@ pub(super) fn note_commit(target: &Path, groups: Vec<Group>) {
 ///
 /// A rename that has begun is completed first. A file that reaches the largest size allowed (SIGXFSZ) is an error of the
 /// write from then on, and no longer the end of the process. Calling it again does nothing.
-///
-/// # Errors
-/// If the system refuses the signal handlers or the thread.
 pub fn install(farewell: fn()) -> io::Result<()> {
     let mut installed = INSTALLED.lock().unwrap_or_else(PoisonError::into_inner);
     if !*installed {
@@ -91,9 +88,6 @@ impl Temporary {
     }
 
     /// Renames the file; a signal acts either before or after.
-    ///
-    /// # Errors
-    /// Those of renaming.
     pub fn publish(&self, target: &Path) -> io::Result<()> {
         let mut temporaries = temporaries();
         fs::rename(&self.path, target)?;

@@ -147,9 +147,6 @@ impl Transaction {
     }
 
     /// Puts a link to a shared file in the place of what the file held of its group.
-    ///
-    /// # Errors
-    /// `Hdf5` if linking fails.
     pub fn link(&mut self, shared: &SharedGroup) -> Result<(), StoreError> {
         self.remove(shared.group);
         let place = Place::new(&self.target, shared.group.name());

@@ -205,9 +205,6 @@ fn unproven(target: &Path, reason: impl Into<String>) -> StoreError {
 }
 
 /// Whether two sources give the same bytes.
-///
-/// # Errors
-/// Those of reading.
 pub fn is_same(one: impl Read, other: impl Read) -> io::Result<bool> {
     let (mut one, mut other) = (BufReader::new(one), BufReader::new(other));
     loop {
@@ -276,9 +273,6 @@ fn keep_owner(_: &Path, _: &Path) -> io::Result<()> {
 }
 
 /// Makes renames in a folder safe against loss of power.
-///
-/// # Errors
-/// Those of the system.
 pub fn sync_folder(folder: &Path) -> io::Result<()> {
     File::open(folder).and_then(|folder| folder.sync_all())
 }
