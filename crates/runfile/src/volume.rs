@@ -162,7 +162,17 @@ pub(super) struct Member {
 
 /// The members of a group with some path, empty for the root.
 pub(super) fn members(parent: &hdf5::Group, path: &str) -> hdf5::Result<Vec<Member>> {
-    let links = parent.links(IndexType::Name, IterationOrder::Native)?;
+    members_named(parent, path, |_| true)
+}
+
+/// The members with some names; the others are not looked at.
+fn members_named(
+    parent: &hdf5::Group,
+    path: &str,
+    is_wanted: impl Fn(&str) -> bool,
+) -> hdf5::Result<Vec<Member>> {
+    let mut links = parent.links(IndexType::Name, IterationOrder::Native)?;
+    links.retain(|(name, _)| is_wanted(name));
     let member = |(name, link): (String, hdf5::LinkInfo)| {
         let kind = match link.link_type {
             LinkType::Hard => Some(parent.loc_info_by_name(&name)?.loc_type),
@@ -252,8 +262,8 @@ impl Foreign {
 fn examined(file: &hdf5::File, path: &Path, bytes: u64, name: &str) -> Result<u64, StoreError> {
     let object = format!("/{name}");
     let place = Place::new(path, &object);
-    let mut named = members(file, "").at(place, "list the links")?;
-    named.retain(|member| member.name == name);
+    let named = members_named(file, "", |member| member == name);
+    let named = named.at(place, "list the links")?;
     let mut declared = 0_u64;
     for member in walk(named).at(place, "list the links")? {
         let place = place.beside(&member.path);
