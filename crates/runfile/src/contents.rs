@@ -38,21 +38,24 @@ pub(super) fn of(
 ) -> Result<BTreeMap<String, Held>, StoreError> {
     let root = file.group("/").at(place, "open the group")?;
     let mut found = BTreeMap::from([("/".to_owned(), held(of_attributes(&root, place)))]);
-    let below = volume::members(&root, "").and_then(volume::walk);
-    for member in below.at(place, "list the members")? {
+    let members = volume::members(&root, "");
+    for member in volume::walk(members.at(place, "list the members")?) {
         let (path, name) = (member.path, &member.name);
         match member.kind {
-            Some(LocationType::Dataset) => {
+            Ok(Some(LocationType::Dataset)) => {
                 let dataset = member.parent.dataset(name).at(place, "open the dataset");
                 let digest = dataset.and_then(|dataset| of_dataset(&dataset, place, bytes));
                 found.insert(path, held(digest));
             }
-            Some(LocationType::Group) => {
+            Ok(Some(LocationType::Group)) => {
                 let group = member.parent.group(name).at(place, "open the group");
                 let digest = group.and_then(|group| of_attributes(&group, place));
                 found.insert(format!("{path}/"), held(digest));
             }
-            _ => {}
+            Ok(_) => {}
+            Err(_) => {
+                found.insert(path, Held::Unreadable);
+            }
         }
     }
     Ok(found)

@@ -186,10 +186,10 @@ impl Reader {
         let Some(object) = self.object(group)? else {
             return Ok(Vec::new());
         };
-        let members = members(&object, &format!("/{group}")).and_then(walk);
+        let members = members(&object, &format!("/{group}"));
         let mut datasets = Vec::new();
-        for member in members.at(place, "list the datasets")? {
-            if member.kind == Some(LocationType::Dataset) {
+        for member in walk(members.at(place, "list the datasets")?) {
+            if member.kind.at(place, "look at a member")? == Some(LocationType::Dataset) {
                 let dataset = member.parent.dataset(&member.name);
                 let dataset = dataset.at(place, "open the dataset")?;
                 if !is_scale(&dataset) {

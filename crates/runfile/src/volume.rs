@@ -156,8 +156,8 @@ pub(super) struct Member {
     pub(super) parent: hdf5::Group,
     pub(super) name: String,
     pub(super) path: String,
-    /// `None` for a soft or external link, which is never followed.
-    pub(super) kind: Option<LocationType>,
+    /// `None` for a soft or external link, which is never followed; an error for what cannot be looked at.
+    pub(super) kind: hdf5::Result<Option<LocationType>>,
 }
 
 /// The members of a group with some path, empty for the root.
@@ -175,43 +175,52 @@ fn members_named(
     links.retain(|(name, _)| is_wanted(name));
     let member = |(name, link): (String, hdf5::LinkInfo)| {
         let kind = match link.link_type {
-            LinkType::Hard => Some(parent.loc_info_by_name(&name)?.loc_type),
-            LinkType::Soft | LinkType::External => None,
+            LinkType::Hard => parent.loc_info_by_name(&name).map(|it| Some(it.loc_type)),
+            LinkType::Soft | LinkType::External => Ok(None),
         };
-        Ok(Member {
+        Member {
             parent: parent.clone(),
             path: format!("{path}/{name}"),
             name,
             kind,
-        })
+        }
     };
-    links.into_iter().map(member).collect()
+    Ok(links.into_iter().map(member).collect())
 }
 
 /// Members of a group and all that is below them along hard links; of a group with several names only one.
-pub(super) fn walk(mut open: Vec<Member>) -> hdf5::Result<Vec<Member>> {
+pub(super) fn walk(mut open: Vec<Member>) -> Vec<Member> {
     let mut found = Vec::new();
     let mut seen = Vec::new();
-    while let Some(member) = open.pop() {
-        if member.kind == Some(LocationType::Group) {
-            let group = member.parent.group(&member.name)?;
-            let token = group.loc_info()?.token;
-            if seen.contains(&token) {
-                continue;
+    while let Some(mut member) = open.pop() {
+        if let Ok(Some(LocationType::Group)) = member.kind {
+            let opened = member.parent.group(&member.name).and_then(|group| {
+                let token = group.loc_info()?.token;
+                Ok((members(&group, &member.path)?, token))
+            });
+            match opened {
+                Ok((_, token)) if seen.contains(&token) => continue,
+                Ok((below, token)) => {
+                    seen.push(token);
+                    open.extend(below);
+                }
+                Err(error) => member.kind = Err(error),
             }
-            seen.push(token);
-            open.extend(members(&group, &member.path)?);
         }
         found.push(member);
     }
-    Ok(found)
+    found
 }
 
 /// The paths of all soft and external links of a file.
 fn links(file: &hdf5::File) -> hdf5::Result<Vec<String>> {
-    let members = walk(members(file, "")?)?.into_iter();
-    let links = members.filter(|member| member.kind.is_none());
-    Ok(links.map(|link| link.path).collect())
+    let mut links = Vec::new();
+    for member in walk(members(file, "")?) {
+        if member.kind?.is_none() {
+            links.push(member.path);
+        }
+    }
+    Ok(links)
 }
 
 /// An HDF5 file of which some groups are known to hold all their data themselves.
@@ -265,9 +274,9 @@ fn examined(file: &hdf5::File, path: &Path, bytes: u64, name: &str) -> Result<u6
     let named = members_named(file, "", |member| member == name);
     let named = named.at(place, "list the links")?;
     let mut declared = 0_u64;
-    for member in walk(named).at(place, "list the links")? {
+    for member in walk(named) {
         let place = place.beside(&member.path);
-        match member.kind {
+        match member.kind.at(place, "look at the object")? {
             None => return Err(elsewhere(path, place.dataset, "a link to another place")),
             Some(LocationType::Dataset) => {
                 let dataset = member.parent.dataset(&member.name);
