@@ -15,7 +15,7 @@ use contact3d::{
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
 use super::arguments::Output;
-use crate::pipeline::Performed;
+use crate::pipeline::StageTiming;
 
 /// Steps that a forecast looks back on: enough to even out, few enough to follow.
 const WINDOW: usize = 4;
@@ -122,7 +122,7 @@ impl Forecast {
 }
 
 /// One line per stage done.
-pub(super) fn stage_line(performed: &Performed) -> String {
+pub(super) fn stage_line(performed: &StageTiming) -> String {
     let stage = performed.stage.word();
     let computed = format!("{stage:<9} done in {:.3} s", performed.compute_seconds);
     match performed.store_seconds {

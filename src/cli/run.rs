@@ -22,7 +22,7 @@ use super::{
 use crate::{
     format::Stage,
     output::Inputs,
-    pipeline::{Adapted, AssemblyFile, Commit, Performed, Session, StageError},
+    pipeline::{Adapted, AssemblyFile, Session, StageError, StageTiming, StoreWhen},
     report::{self, SolvedRun},
     views::{PictureFolder, are_drawn, draw_run, drawing_of},
 };
@@ -84,7 +84,7 @@ pub(super) fn run(arguments: &RunArguments, output: &Output, threads: usize) -> 
 }
 
 /// Runs the first stage that is not fresh and all after it.
-fn perform_stale(session: &mut Session, output: &Output) -> Result<Vec<Performed>, StageError> {
+fn perform_stale(session: &mut Session, output: &Output) -> Result<Vec<StageTiming>, StageError> {
     let mut performed = Vec::new();
     for state in session.states()? {
         if state.stage == Stage::Assemble {
@@ -93,7 +93,7 @@ fn perform_stale(session: &mut Session, output: &Output) -> Result<Vec<Performed
         if state.is_fresh() && performed.is_empty() {
             say(output, &format!("{:<9} fresh, kept", state.stage.word()));
         } else {
-            let commit = Commit::WithNextIfCheap;
+            let commit = StoreWhen::WithNextIfCheap;
             performed.push(perform(session, state.stage, commit, output)?);
         }
     }
@@ -107,7 +107,7 @@ pub(super) fn mesh(arguments: &MeshArguments, output: &Output, threads: usize) -
     interruption::on_run_file(&arguments.file);
     let mut session = Session::with_scene(&arguments.file, scene, threads)?;
     session.all_or_nothing(|session| {
-        let performed = perform(session, Stage::Mesh, Commit::Now, output)?;
+        let performed = perform(session, Stage::Mesh, StoreWhen::Now, output)?;
         warn(output, &session.warnings()?);
         print_stages(output, &[performed]);
         Ok(Exit::Done)
@@ -125,9 +125,9 @@ pub(super) fn assemble(arguments: &AssembleArguments, output: &Output, threads: 
         factor: arguments.factor.unwrap_or(stored.factor),
     });
     session.all_or_nothing(|session| {
-        let commit = Commit::Held;
+        let commit = StoreWhen::Held;
         let assembled = perform(session, Stage::Assemble, commit, output)?;
-        let loaded = perform(session, Stage::Load, Commit::Now, output)?;
+        let loaded = perform(session, Stage::Load, StoreWhen::Now, output)?;
         print_stages(output, &[assembled, loaded]);
         Ok(Exit::Done)
     })
@@ -140,7 +140,7 @@ pub(super) fn solve(arguments: &SolveArguments, output: &Output, threads: usize)
     let settings = arguments.apply(&session.scene().solve);
     session.set_solve(settings)?;
     session.all_or_nothing(|session| {
-        let performed = perform(session, Stage::Solve, Commit::Now, output)?;
+        let performed = perform(session, Stage::Solve, StoreWhen::Now, output)?;
         finish(session, output, &[performed], None)
     })
 }
@@ -155,7 +155,7 @@ pub(super) fn post(arguments: &PostArguments, output: &Output, threads: usize) -
         Inputs::default(),
     )?;
     session.all_or_nothing(|session| {
-        let performed = perform(session, Stage::Post, Commit::Now, output)?;
+        let performed = perform(session, Stage::Post, StoreWhen::Now, output)?;
         draw_figures(session, pictures.as_ref(), output)?;
         finish(session, output, &[performed], None)
     })
@@ -164,9 +164,9 @@ pub(super) fn post(arguments: &PostArguments, output: &Output, threads: usize) -
 fn perform(
     session: &mut Session,
     stage: Stage,
-    commit: Commit,
+    commit: StoreWhen,
     output: &Output,
-) -> Result<Performed, StageError> {
+) -> Result<StageTiming, StageError> {
     let spinner = progress::spinner(stage.word(), output);
     let mut forecast = Forecast::new(session.scene().solve.epsilon());
     let mut observe = |step: RunStep<'_>| progress::show(&spinner, &mut forecast, step);
@@ -212,7 +212,7 @@ fn draw_figures(
 fn finish(
     session: &mut Session,
     output: &Output,
-    performed: &[Performed],
+    performed: &[StageTiming],
     adapted: Option<&Adapted>,
 ) -> Outcome {
     let results = session.results()?;
@@ -270,7 +270,7 @@ fn finish(
     Ok(Exit::NotConverged)
 }
 
-fn print_stages(output: &Output, performed: &[Performed]) {
+fn print_stages(output: &Output, performed: &[StageTiming]) {
     if output.json {
         let stages = report::performed(performed);
         terminal::json(&serde_json::json!({ "stages": stages }));

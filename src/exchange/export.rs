@@ -6,17 +6,18 @@ use contact3d::{
     AssembledProblem,
     contact::{Interface, MultiplierLayout},
     dual::{ExplicitDual, Need},
-    linalg::Precision,
+    linalg::{CscMatrix, Precision},
     mesh::ContactSurface,
     scene::ModelFeatures,
     solver::{self, FrozenGlobal, FrozenScaling, frozen_global, frozen_local},
 };
-use fclib::{Array, FclibSolution, GlobalProblem, Info, LocalProblem};
+use fclib::{Array, FclibError, FclibSolution, GlobalProblem, Info, LocalProblem, Matrix};
+use hdf5_metno::File;
 use runfile::{WholeFile, WrittenFile};
 
-use super::file::{PROGRAM, bytes_of, to_file};
+use super::{PROGRAM, put};
 use crate::{
-    output::{self, Inputs, OutputFile, OutputKind},
+    output::{self, Inputs, OutputKind},
     pipeline::{StageError, admit_memory, read_solved},
 };
 
@@ -74,13 +75,7 @@ pub fn export(run_file: &Path, target: &Path, form: FclibForm) -> Result<Exporte
         FclibForm::Local => face.write_local(run_file, target)?,
         FclibForm::Global => face.write_global(target)?,
     };
-    let file = OutputFile {
-        path: target.to_owned(),
-        kind: OutputKind::Fclib,
-        bytes: bytes_of(&written, target)?,
-    };
-    exported.bytes = file.bytes.len();
-    output::write(&[file], &inputs)?;
+    exported.bytes = put(&written, target, &inputs)?;
     Ok(exported)
 }
 
@@ -197,13 +192,8 @@ impl ExportedFace<'_> {
             info: self.info(),
             w: to_file(problem.into_matrix()),
         };
-        let written = WholeFile::filled(target, None, |file| {
-            fclib::write_local(file, &local)?;
-            fclib::write_solution(file, &solution)?;
-            fclib::write_guesses(file, std::slice::from_ref(&start))?;
-            self.write_scaling(file, &scaling, None)?;
-            fclib::write_program(file, PROGRAM)
-        })?;
+        let write = |file: &File| fclib::write_local(file, &local);
+        let written = self.write_with(target, write, &[solution, start], &scaling, None)?;
         Ok((exported, written))
     }
 
@@ -247,14 +237,29 @@ impl ExportedFace<'_> {
             mu: scaling.mu.clone(),
             info: self.info(),
         };
-        let written = WholeFile::filled(target, None, |file| {
-            fclib::write_global(file, &global)?;
-            fclib::write_solution(file, &solution)?;
-            fclib::write_guesses(file, std::slice::from_ref(&start))?;
-            self.write_scaling(file, &scaling, Some(displacement_scale))?;
-            fclib::write_program(file, PROGRAM)
-        })?;
+        let write = |file: &File| fclib::write_global(file, &global);
+        let (answers, scale) = ([solution, start], Some(displacement_scale));
+        let written = self.write_with(target, write, &answers, &scaling, scale)?;
         Ok((exported, written))
+    }
+
+    /// Writes a problem with its solution, a guess, and what leads back to stresses and displacements.
+    fn write_with(
+        &self,
+        target: &Path,
+        write_problem: impl Fn(&File) -> Result<(), FclibError>,
+        [solution, start]: &[FclibSolution; 2],
+        scaling: &FrozenScaling,
+        displacement: Option<f64>,
+    ) -> Result<WrittenFile, StageError> {
+        let written = WholeFile::filled(target, None, |file| {
+            write_problem(file)?;
+            fclib::write_solution(file, solution)?;
+            fclib::write_guesses(file, std::slice::from_ref(start))?;
+            self.write_scaling(file, scaling, displacement)?;
+            fclib::write_program(file, PROGRAM)
+        });
+        Ok(written?)
     }
 
     /// S with tangential pairs on all panes: that of the file where it has them.
@@ -298,10 +303,10 @@ impl ExportedFace<'_> {
     /// What leads back from the file to stresses and displacements.
     fn write_scaling(
         &self,
-        file: &hdf5_metno::File,
+        file: &File,
         scaling: &FrozenScaling,
         displacement: Option<f64>,
-    ) -> Result<(), fclib::FclibError> {
+    ) -> Result<(), FclibError> {
         let friction: Vec<f64> = self
             .friction
             .iter()
@@ -350,6 +355,16 @@ impl ExportedFace<'_> {
             ));
         }
         fclib::write_arrays(file, "contact3d", &arrays)
+    }
+}
+
+fn to_file(matrix: CscMatrix) -> Matrix {
+    Matrix {
+        rows: matrix.rows,
+        columns: matrix.cols,
+        starts: matrix.indptr,
+        indices: matrix.indices,
+        values: matrix.data,
     }
 }
 

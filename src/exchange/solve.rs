@@ -6,6 +6,7 @@ use std::{
 };
 
 use contact3d::dual::Need;
+use contact3d::linalg::CscMatrix;
 use contact3d::solver::{
     DelassusMethod, DelassusProblem, DelassusSettings, DelassusSolution, MOST_DENSE_CONTACTS,
     Obstruction, solve_delassus,
@@ -13,9 +14,9 @@ use contact3d::solver::{
 use fclib::{Array, FclibSolution};
 use runfile::{FileState, StoreError, WholeFile};
 
-use super::file::{PROGRAM, bytes_of, to_problem};
+use super::{PROGRAM, put};
 use crate::{
-    output::{self, Inputs, OutputFile, OutputKind},
+    output::{self, Inputs, OutputKind},
     pipeline::{StageError, admit_memory},
 };
 
@@ -79,7 +80,18 @@ pub fn solve_file(
                 .into(),
         });
     }
-    let problem = to_problem(file, local)?;
+    let matrix = CscMatrix {
+        rows: local.w.rows,
+        cols: local.w.columns,
+        indptr: local.w.starts,
+        indices: local.w.indices,
+        data: local.w.values,
+    };
+    let problem = DelassusProblem::new(matrix, local.q, local.mu);
+    let problem = problem.map_err(|source| StageError::Delassus {
+        file: file.to_owned(),
+        source,
+    })?;
     admit(&problem, settings.method)?;
     let size = problem.offset().len();
     let before = fclib::read_solution(file, size)?;
@@ -160,11 +172,6 @@ fn store(
     if *target == SolutionFile::InPlace {
         return Ok(written.replace(path)?);
     }
-    let copy = OutputFile {
-        path: path.to_owned(),
-        kind: OutputKind::Fclib,
-        bytes: bytes_of(&written, path)?,
-    };
-    output::write(&[copy], inputs)?;
+    put(&written, path, inputs)?;
     Ok(())
 }

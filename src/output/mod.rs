@@ -7,17 +7,13 @@
 //! files have their own type in the root and are judged by `store`; here they are only kept apart
 //! from the inputs.
 
-mod error;
 mod folder;
 mod guard;
-mod inputs;
 mod kind;
 mod write;
 
-pub use error::OutputError;
 pub use folder::Folder;
-pub use guard::admit;
-pub use inputs::Inputs;
+pub use guard::{Inputs, OutputError, admit};
 pub(crate) use kind::FCLIB_PROGRAM;
 pub use kind::OutputKind;
 pub use write::{OutputFile, write};

@@ -42,16 +42,14 @@ pub fn write(files: &[OutputFile], inputs: &Inputs) -> Result<(), OutputError> {
             source,
         };
         match place {
-            Destination::Stream(stream) => File::options()
-                .write(true)
-                .open(stream)
-                .and_then(|mut stream| stream.write_all(&file.bytes))
-                .map_err(failed)?,
-            Destination::New(target) => {
-                written.push(HiddenFile::write(target, file, None).map_err(failed)?)
+            Destination::Stream(stream) => {
+                let opened = File::options().write(true).open(stream);
+                let wrote = opened.and_then(|mut stream| stream.write_all(&file.bytes));
+                wrote.map_err(failed)?;
             }
-            Destination::Old(target, permissions) => {
-                written.push(HiddenFile::write(target, file, Some(permissions)).map_err(failed)?);
+            Destination::File(target, permissions) => {
+                let hidden = HiddenFile::write(target, file, permissions);
+                written.push(hidden.map_err(failed)?);
             }
         }
     }

@@ -14,28 +14,20 @@ use contact3d::{
         SolvedLevel, refine,
     },
     dual::AssemblyError,
-    mesh::{RefinedLevel, Refinement},
+    mesh::Refinement,
     scene::Scene,
 };
 use runfile::{Home, Reader, Transaction};
 
 use super::{
-    Commit, Performed, Session, StageError, StageState,
-    cache::StageCache,
+    Session, StageError, StageState, StageTiming, StoreWhen,
     resources::{available_memory, problem_bytes},
     results::Results,
+    session::StageCache,
     settings::stage_settings,
-    start::StartFrom,
-    store::{Checkpoints, write_group},
+    store::Checkpoints,
 };
 use crate::format::{self, ADAPT, FormatError, Stage};
-
-/// What lies between the first mesh of a scene and the one of its run file.
-#[derive(Debug, Clone, Default)]
-pub(super) struct RefinementInForce {
-    refinement: Refinement,
-    digest: Option<String>,
-}
 
 /// What storing the levels takes before it is known.
 const SECONDS_OF_A_COMMIT: f64 = 0.02;
@@ -52,7 +44,7 @@ pub struct Adapted {
     /// The level whose stages the file holds.
     pub level: usize,
     /// The stages of that level, if they were run now.
-    pub performed: Vec<Performed>,
+    pub performed: Vec<StageTiming>,
 }
 
 /// What an adaptive run is doing.
@@ -80,50 +72,19 @@ pub struct OutOfReach {
     pub available: u64,
 }
 
-impl RefinementInForce {
-    fn new(refinement: Refinement) -> Self {
-        let digest = (!refinement.is_empty()).then(|| {
-            let mut hasher = blake3::Hasher::new();
-            for level in refinement.levels() {
-                match level {
-                    RefinedLevel::Cuts(cuts) => {
-                        hasher.update(&(cuts.len() as u64).to_le_bytes());
-                        hasher.update(cuts);
-                    }
-                    RefinedLevel::Cells(cells) => {
-                        hasher.update(format!("cells {cells:?}").as_bytes());
-                    }
-                }
-            }
-            hasher.finalize().to_hex().to_string()
-        });
-        Self { refinement, digest }
+/// The cuts between the first mesh of a scene and the one of its run file; none for a scene that asks for no adaptive mesh, and
+/// before its first level. Unreadable levels are made again.
+pub(super) fn stored_refinement(reader: Option<&Reader>, scene: &Scene) -> Refinement {
+    let (Some(adapt), Some(reader)) = (scene.adapt, reader) else {
+        return Refinement::default();
+    };
+    let Ok(Some((mut adaptation, _))) = read(reader, scene) else {
+        return Refinement::default();
+    };
+    if let Some(level) = adaptation.level_that_meets(adapt.error) {
+        adaptation.refinement.truncate(level);
     }
-
-    /// What a file holds for a scene; none for a scene that asks for no adaptive mesh, and before
-    /// its first level. Unreadable levels are made again.
-    pub(super) fn stored(reader: Option<&Reader>, scene: &Scene) -> Self {
-        let (Some(adapt), Some(reader)) = (scene.adapt, reader) else {
-            return Self::default();
-        };
-        match read(reader, scene) {
-            Ok(Some((mut adaptation, _))) => {
-                if let Some(level) = adaptation.level_that_meets(adapt.error) {
-                    adaptation.refinement.truncate(level);
-                }
-                Self::new(adaptation.refinement)
-            }
-            Ok(None) | Err(_) => Self::default(),
-        }
-    }
-
-    pub(super) fn refinement(&self) -> &Refinement {
-        &self.refinement
-    }
-
-    pub(super) fn digest(&self) -> Option<&str> {
-        self.digest.as_deref()
-    }
+    adaptation.refinement
 }
 
 /// Digest of all that the levels are computed from: the scene but for its target.
@@ -214,7 +175,7 @@ impl Session {
         let record = self.store.record(String::new(), seconds, input);
         let mut transaction = Transaction::begin(&self.store.file)?;
         self.store.write_scene(&mut transaction)?;
-        write_group(&mut transaction, ADAPT, Home::RunFile, &record, |writer| {
+        transaction.write(ADAPT, Home::RunFile, &record, |writer| {
             format::write_adaptation(writer, adaptation, status)
         })?;
         Ok(self.store.end(transaction, &[ADAPT])?)
@@ -234,7 +195,7 @@ struct LevelAtHand {
     level: usize,
     results: Arc<Results>,
     /// The stages that were run for it.
-    performed: Vec<Performed>,
+    performed: Vec<StageTiming>,
 }
 
 impl LevelInRunFile<'_> {
@@ -252,18 +213,16 @@ impl LevelInRunFile<'_> {
         session.store.discard_pending();
         let mut refinement = known.refinement.clone();
         refinement.truncate(level);
-        session.store.refinement = RefinementInForce::new(refinement);
-        session.store.start = match level.checked_sub(1) {
-            Some(before) => StartFrom::multipliers(known.starts[before].clone()),
-            None => StartFrom::Any,
-        };
+        session.store.refinement = refinement;
+        let before = level.checked_sub(1);
+        session.store.start = before.map(|before| known.starts[before].clone());
         session.cache = StageCache::default();
         let mut performed = Vec::new();
         if !session.is_fresh_throughout()? {
             for stage in Stage::ALL {
                 observe(AdaptStep::Stage(level, stage));
                 let observe = &mut |step: RunStep<'_>| observe(AdaptStep::Run(step));
-                performed.push(session.perform(stage, Commit::Held, observe)?);
+                performed.push(session.perform(stage, StoreWhen::Held, observe)?);
             }
         }
         Ok(LevelAtHand {

@@ -1,4 +1,5 @@
-//! One commit under way: the scene, the stages that wait, and what is unfinished.
+//! One commit under way: the scene, the stages that wait, and what is unfinished; and the way back from commits: a command that
+//! is refused midway leaves its run file as it found it.
 
 use std::{
     io,
@@ -6,19 +7,20 @@ use std::{
 };
 
 use contact3d::{Unfinished, scene::Scene};
-use runfile::{Group, GroupRecord, Home, Reader, StoreError, StoredGroup, Transaction};
+use runfile::{
+    FileState, Group, GroupRecord, Home, Reader, RunFile, Savepoint, StoreError, StoredGroup,
+    Transaction,
+};
 
 use super::{
-    AssemblyFile, StageState,
-    freshness::input_digest,
-    stages::StageOutput,
-    store::{Store, write_group},
+    AssemblyFile, Session, StageError, StageState, freshness::input_digest, stages::StageOutput,
+    store::Store,
 };
 use crate::format::{self, ADAPT, CHECKPOINT, HISTORY, Stage};
 
 /// A computed stage that waits to be stored, with all that it takes to store it.
 #[derive(Debug, Clone)]
-pub(super) struct ComputedStage {
+pub(super) struct WaitingStage {
     pub(super) output: StageOutput,
     pub(super) home: Home,
     /// Without what it was computed from.
@@ -36,12 +38,9 @@ pub(super) struct StageWriter {
 
 impl StageWriter {
     /// Begins to write.
-    ///
-    /// # Errors
-    /// Where the system gives no thread.
     pub(super) fn new(
         mut commit: OpenCommit,
-        stages: Vec<ComputedStage>,
+        stages: Vec<WaitingStage>,
         scene: Scene,
     ) -> io::Result<Self> {
         let count = stages.len();
@@ -119,7 +118,7 @@ impl OpenCommit {
     /// Writes a stage.
     pub(super) fn write(
         &mut self,
-        computed: &ComputedStage,
+        computed: &WaitingStage,
         scene: &Scene,
     ) -> Result<(), StoreError> {
         let stage = computed.output.stage();
@@ -158,19 +157,85 @@ impl OpenCommit {
             }
         };
         let (transaction, home) = (&mut self.transaction, Home::RunFile);
-        write_group(
-            transaction,
-            group,
-            home,
-            &record,
-            |writer| match unfinished {
-                Unfinished::Solve(state) => format::write_checkpoint(writer, state),
-                Unfinished::History(records) => {
-                    format::write_history(writer, &store.input.scene, records)
-                }
-            },
-        )?;
+        transaction.write(group, home, &record, |writer| match unfinished {
+            Unfinished::Solve(state) => format::write_checkpoint(writer, state),
+            Unfinished::History(records) => {
+                format::write_history(writer, &store.input.scene, records)
+            }
+        })?;
         self.changed.push(group);
         Ok(())
+    }
+}
+
+/// What a command puts back if it is refused midway.
+#[derive(Debug, Default)]
+pub(super) struct Undo {
+    /// The file before the first commit.
+    savepoint: Option<Savepoint>,
+    /// The file as the last commit left it; none before the first.
+    last: Option<FileState>,
+    stored: Vec<Group>,
+    /// Files of assembled data that the run file has linked since the command began.
+    linked: Vec<String>,
+}
+
+impl Undo {
+    /// Keeps the state of the file before the first commit.
+    pub(super) fn before_commit(&mut self, file: &RunFile) -> Result<(), StoreError> {
+        if self.savepoint.is_none() {
+            self.savepoint = Some(file.savepoint()?);
+        }
+        Ok(())
+    }
+
+    /// Notes what a commit stored.
+    pub(super) fn after_commit(&mut self, file: &RunFile, changed: &[Group]) {
+        self.last = Some(FileState::of(file.path()));
+        self.stored.extend(changed);
+        self.linked.extend(file.linked_names());
+    }
+
+    /// Keeps what the command stored, or puts the earlier state back.
+    fn settle(self, error: StageError, file: &RunFile) -> StageError {
+        let Some(savepoint) = self.savepoint else {
+            return error;
+        };
+        if error.is_of_machine() && !self.stored.is_empty() {
+            return StageError::Partly {
+                stored: self.stored,
+                source: Box::new(error),
+            };
+        }
+        let is_ours = self.last == Some(FileState::of(file.path()));
+        if is_ours && !error.is_internal() {
+            return savepoint.restore().map_or_else(Into::into, |()| error);
+        }
+        error
+    }
+}
+
+impl Session {
+    /// Does work that may store in several steps. If it is refused, the run file is as before; if
+    /// the machine fails midway, for example because the disk is full, the stages stored by then
+    /// stay and the error says so.
+    ///
+    /// # Errors
+    /// Those of the work; [`StageError::Partly`] if something was stored.
+    pub fn all_or_nothing<T>(
+        &mut self,
+        work: impl FnOnce(&mut Self) -> Result<T, StageError>,
+    ) -> Result<T, StageError> {
+        self.store.undo = Some(Undo {
+            linked: self.store.file.linked_names(),
+            ..Undo::default()
+        });
+        let outcome = work(self);
+        let file = &self.store.file;
+        let mut undo = self.store.undo.take().unwrap_or_default();
+        let linked = std::mem::take(&mut undo.linked);
+        let outcome = outcome.map_err(|error| undo.settle(error, file));
+        file.remove_unlinked(linked);
+        outcome
     }
 }

@@ -6,6 +6,7 @@
 use std::path::Path;
 
 use contact3d::{
+    mesh::Refinement,
     post::{Certificate, ContactReport},
     scene::{Scene, SceneFile},
 };
@@ -13,10 +14,9 @@ use runfile::{Reader, StoreError, StoredGroup};
 
 use super::{
     StageError,
-    adapt::RefinementInForce,
+    adapt::stored_refinement,
     read_results,
-    settings::{Chosen, settings},
-    start::StartFrom,
+    settings::{BesideScene, refinement_digest, settings, start_digest},
 };
 use crate::format::{self, LAYOUT, Stage};
 
@@ -94,9 +94,8 @@ impl OpenRun {
     /// An open file at a path.
     pub fn of(reader: Reader, path: &Path) -> Result<Self, StageError> {
         let input = format::read_scene(&reader, path)?;
-        let refinement = RefinementInForce::stored(Some(&reader), &input.scene);
-        let (scene, digest) = (&input.scene, refinement.digest());
-        let states = states_from(Some(&reader), scene, digest, &StartFrom::Any);
+        let refinement = stored_refinement(Some(&reader), &input.scene);
+        let states = states_from(Some(&reader), &input.scene, &refinement, None);
         Ok(Self {
             reader,
             input,
@@ -160,13 +159,14 @@ pub(super) fn input_digest(
 }
 
 /// The state of every stage of a file that may not exist yet with respect to a scene, with a solve that must have started from
-/// certain multipliers.
+/// certain multipliers; `None` for any.
 pub(super) fn states_from(
     reader: Option<&Reader>,
     scene: &Scene,
-    refinement: Option<&str>,
-    start: &StartFrom,
+    refinement: &Refinement,
+    start: Option<&[f64]>,
 ) -> Vec<StageState> {
+    let refinement = refinement_digest(refinement);
     let mut states: Vec<StageState> = Vec::new();
     for stage in Stage::ALL {
         let found = match reader {
@@ -175,7 +175,7 @@ pub(super) fn states_from(
                 let Some(stored) = stored else {
                     return Ok(None);
                 };
-                let freshness = judge(stage, scene, refinement, start, &stored, &states);
+                let freshness = judge(stage, scene, refinement.as_deref(), start, &stored, &states);
                 if freshness == Freshness::Fresh {
                     compare(reader, stage)?;
                 }
@@ -231,7 +231,7 @@ fn judge(
     stage: Stage,
     scene: &Scene,
     refinement: Option<&str>,
-    start: &StartFrom,
+    start: Option<&[f64]>,
     stored: &StoredGroup,
     upstream: &[StageState],
 ) -> Freshness {
@@ -247,15 +247,15 @@ fn judge(
         .filter_map(|state| Some((state.stage, state.stored.clone()?)))
         .collect();
     let stored_start = stored_start(&stored.record.settings);
-    let start = match start {
-        StartFrom::Any => stored_start.as_deref(),
-        StartFrom::Zero | StartFrom::Given { .. } => start.digest(),
+    let start = start.map_or_else(|| stored_start.clone(), start_digest);
+    let with = |start: &Option<String>| {
+        let start = start.as_deref();
+        settings(stage, scene, BesideScene { refinement, start })
     };
-    let with = |start| settings(stage, scene, Chosen { refinement, start });
-    let settings_now = with(start);
+    let settings_now = with(&start);
     if stored.record.input_digest == input_digest(stage, &settings_now, &records) {
         Freshness::Fresh
-    } else if stored.record.settings == with(stored_start.as_deref())
+    } else if stored.record.settings == with(&stored_start)
         && stored.record.settings != settings_now
     {
         Freshness::Stale("it started from other multipliers".into())

@@ -6,9 +6,9 @@ use contact3d::{AssembledProblem, Problem};
 use runfile::{SharedGroup, StoreError, StoredGroup, Transaction};
 
 use super::{
-    Commit, Session, StageError,
-    cache::{LoadState, StageCache},
+    Session, StageError, StoreWhen,
     freshness::input_digest,
+    session::{LoadState, StageCache},
 };
 use crate::format::{CHECKPOINT, FormatError, Stage};
 
@@ -65,11 +65,11 @@ impl Session {
         self.keep_assembly(AssemblyFile::LinkedWithMesh);
         self.link_shared()?;
         if !self.is_fresh(Stage::Mesh)? {
-            self.perform(Stage::Mesh, Commit::Now, &mut |_| {})?;
+            self.perform(Stage::Mesh, StoreWhen::Now, &mut |_| {})?;
             self.link_shared()?;
         }
         if !self.is_fresh(Stage::Assemble)? {
-            self.perform(Stage::Assemble, Commit::Now, &mut |_| {})?;
+            self.perform(Stage::Assemble, StoreWhen::Now, &mut |_| {})?;
         } else if let Some(known) = known {
             let scene = self.scene().clone();
             let problem = Problem::of_checked(scene, known.mesh().clone());

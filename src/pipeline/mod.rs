@@ -5,7 +5,6 @@
 
 mod adapt;
 mod branches;
-mod cache;
 mod commit;
 mod error;
 mod freshness;
@@ -13,12 +12,10 @@ mod homes;
 mod mesh;
 mod resources;
 mod results;
-mod rollback;
 mod series_folder;
 mod session;
 mod settings;
 mod stages;
-mod start;
 mod store;
 mod studies;
 
@@ -32,6 +29,6 @@ pub(crate) use resources::admit_memory;
 pub use resources::{memory_for_sweeps, scene_bytes};
 pub use results::{Results, read_results, read_solved};
 pub use series_folder::{SeriesFolder, SeriesKind};
-pub use session::{Commit, Performed, Session};
+pub use session::{Session, StageTiming, StoreWhen};
 pub use settings::{operator_settings, stage_settings};
 pub use studies::{accuracy_input, measure_accuracy, measure_theory};

@@ -138,19 +138,13 @@ fn write_path(
         require_same_mesh(mesh, problem.mesh(), &family.range().key)?;
         let report = problem.report(&problem.state_of(point.multiplier.clone()))?;
         let contact = problem.contact_state();
-        series.step(
-            mesh,
-            &GridValues::from(&report),
-            contact.map(|contact| &contact.interface.frame),
-        )?;
+        let frame = contact.map(|contact| &contact.interface.frame);
+        series.step(mesh, &GridValues::from(&report), frame)?;
     }
     series.finish()?;
-    writer.finish(&GroupRecord::ended(
-        String::new(),
-        String::new(),
-        started.elapsed().as_secs_f64(),
-        threads,
-    ))?;
+    let seconds = started.elapsed().as_secs_f64();
+    let record = GroupRecord::ended(String::new(), String::new(), seconds, threads);
+    writer.finish(&record)?;
     Ok(transaction.commit()?)
 }
 

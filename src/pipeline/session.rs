@@ -1,16 +1,19 @@
 //! One process at work on one run file.
 
-use std::{path::Path, time::Instant};
+use std::{path::Path, sync::Arc, time::Instant};
 
 use contact3d::{
-    RunStep,
+    AssembledProblem, Problem, RunStep,
     dual::{Assembly, OperatorEstimate},
     scene::{AssembleSettings, Scene, SceneFile, SolveSettings, Warning},
 };
 use runfile::{IfMissing, Reader, RunFile, Transaction};
 
 use super::{
-    StageError, StageState, cache::StageCache, pin_mesh_file, start::StartFrom, store::Store,
+    StageError, StageState,
+    mesh::{self, pin_mesh_file},
+    results::Results,
+    store::Store,
 };
 use crate::format::{self, LAYOUT, SCENE, Stage};
 
@@ -21,9 +24,30 @@ pub struct Session {
     pub(super) cache: StageCache,
 }
 
+/// The chain from the mesh to the results, as far as it is in memory.
+///
+/// A new link replaces all that rested on the old one. Links are shared, so holding one keeps no other from being read.
+#[derive(Debug, Default)]
+pub(super) struct StageCache {
+    pub(super) problem: Option<Arc<Problem>>,
+    pub(super) assembled: Option<(Arc<AssembledProblem>, LoadState)>,
+    pub(super) results: Option<Arc<Results>>,
+    /// Whether the problem is in double precision because single precision led to no answer.
+    pub(super) is_second_try: bool,
+}
+
+/// The loads of an assembled problem.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum LoadState {
+    /// Perhaps those of another scene.
+    Any,
+    /// Those of the scene, at the end of its load history.
+    OfScene,
+}
+
 /// What a stage did.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Performed {
+pub struct StageTiming {
     /// The stage.
     pub stage: Stage,
     /// Seconds of computing, reading its input included.
@@ -34,7 +58,7 @@ pub struct Performed {
 
 /// When a stage is stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Commit {
+pub enum StoreWhen {
     /// At once.
     Now,
     /// Together with the next stage, unless that would put more than a few seconds of work at risk, or more than writing the
@@ -115,7 +139,7 @@ impl Session {
     /// Lets the solve start from the multipliers of a similar problem, `[n_multipliers]`, in Pa, or
     /// from λ = 0 if empty. A stored solve that started from others is stale.
     pub fn start_from(&mut self, multiplier: Vec<f64>) {
-        self.store.start = StartFrom::multipliers(multiplier);
+        self.store.start = Some(multiplier);
     }
 
     /// The state of every stage with respect to the scene in force; all missing in a new file.
@@ -132,9 +156,9 @@ impl Session {
     pub fn perform(
         &mut self,
         stage: Stage,
-        commit: Commit,
+        commit: StoreWhen,
         observe: &mut dyn FnMut(RunStep<'_>),
-    ) -> Result<Performed, StageError> {
+    ) -> Result<StageTiming, StageError> {
         self.store.require_fresh_before(stage)?;
         let started = Instant::now();
         let output = self.compute(stage, observe)?;
@@ -167,5 +191,52 @@ impl Session {
         let structure = system.assembly.factor.structure();
         let estimate = OperatorEstimate::new(structure, &contact.coupling, nodes);
         Some((estimate, contact.explicit().is_some()))
+    }
+
+    /// The scene on its mesh.
+    pub(super) fn problem(&mut self) -> Result<Arc<Problem>, StageError> {
+        if let Some(problem) = &self.cache.problem {
+            return Ok(problem.clone());
+        }
+        let problem = Arc::new(mesh::read(&self.store.reader()?, &self.store.input)?);
+        self.cache.problem = Some(problem.clone());
+        Ok(problem)
+    }
+
+    /// The assembled problem, whatever its loads.
+    pub(super) fn assembled(&mut self) -> Result<Arc<AssembledProblem>, StageError> {
+        if let Some((assembled, _)) = &self.cache.assembled {
+            return Ok(assembled.clone());
+        }
+        let problem = self.problem()?.as_ref().clone();
+        let system = format::read_assembly(&self.store.reader()?)?;
+        let assembled = Arc::new(AssembledProblem::new(problem, system));
+        self.cache.assembled = Some((assembled.clone(), LoadState::Any));
+        Ok(assembled)
+    }
+
+    /// The assembled problem with the loads of the scene, which `load` applies where it has others.
+    pub(super) fn loaded(
+        &mut self,
+        load: impl FnOnce(&Self, AssembledProblem) -> Result<AssembledProblem, StageError>,
+    ) -> Result<Arc<AssembledProblem>, StageError> {
+        let mut assembled = self.assembled()?;
+        if !matches!(self.cache.assembled.take(), Some((_, LoadState::OfScene))) {
+            assembled = Arc::new(load(self, Arc::unwrap_or_clone(assembled))?);
+        }
+        self.cache.assembled = Some((assembled.clone(), LoadState::OfScene));
+        Ok(assembled)
+    }
+
+    /// The results of a solved file, evaluated anew where they are read.
+    pub fn results(&mut self) -> Result<Arc<Results>, StageError> {
+        if let Some(results) = &self.cache.results {
+            return Ok(results.clone());
+        }
+        let problem = self.problem()?;
+        let reader = self.store.reader()?;
+        let results = Arc::new(Results::read(&reader, &self.store.input, &problem)?);
+        self.cache.results = Some(results.clone());
+        Ok(results)
     }
 }

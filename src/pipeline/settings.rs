@@ -2,6 +2,7 @@
 //!
 //! A key that is added to scenes must not show here while it has its default, or every older file goes stale.
 
+use contact3d::mesh::{RefinedLevel, Refinement};
 use contact3d::scene::{
     AssembleSettings, Body, BodyForce, Clamp, Contact, Friction, Functional, Material,
     ModelFeatures, MultiplierSpace, Obstacle, Parameters, Part, Pressure, ProblemPart, Quantity,
@@ -13,15 +14,41 @@ use crate::format::Stage;
 
 /// What stages depend on beside the scene, by digests.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Chosen<'a> {
+pub(super) struct BesideScene<'a> {
     /// Of the cuts that lead from the first mesh to this one; `None` for the first.
     pub(super) refinement: Option<&'a str>,
     /// Of the multipliers that a solve starts from; `None` for λ = 0.
     pub(super) start: Option<&'a str>,
 }
 
+/// The digest of the multipliers that a solve starts from, `[n_multipliers]` in Pa; `None` for none, which stand for λ = 0.
+pub(super) fn start_digest(multiplier: &[f64]) -> Option<String> {
+    let bytes: Vec<u8> = multiplier.iter().flat_map(|v| v.to_le_bytes()).collect();
+    (!bytes.is_empty()).then(|| blake3::hash(&bytes).to_hex().to_string())
+}
+
+/// The digest of the cuts that lead from the first mesh of a scene to another; `None` for the first.
+pub(super) fn refinement_digest(refinement: &Refinement) -> Option<String> {
+    if refinement.is_empty() {
+        return None;
+    }
+    let mut hasher = blake3::Hasher::new();
+    for level in refinement.levels() {
+        match level {
+            RefinedLevel::Cuts(cuts) => {
+                hasher.update(&(cuts.len() as u64).to_le_bytes());
+                hasher.update(cuts);
+            }
+            RefinedLevel::Cells(cells) => {
+                hasher.update(format!("cells {cells:?}").as_bytes());
+            }
+        }
+    }
+    Some(hasher.finalize().to_hex().to_string())
+}
+
 /// The part of a scene that a stage depends on directly, as TOML.
-pub(super) fn settings(stage: Stage, scene: &Scene, chosen: Chosen<'_>) -> String {
+pub(super) fn settings(stage: Stage, scene: &Scene, chosen: BesideScene<'_>) -> String {
     let parts = Parts::of(scene, chosen);
     let text = match stage {
         Stage::Mesh => toml(&parts.mesh),
@@ -40,7 +67,7 @@ pub(super) fn settings(stage: Stage, scene: &Scene, chosen: Chosen<'_>) -> Strin
 /// The part of a scene that a stage depends on directly, as TOML, for the body's own mesh and a solve that starts from λ = 0.
 #[must_use]
 pub fn stage_settings(stage: Stage, scene: &Scene) -> String {
-    settings(stage, scene, Chosen::default())
+    settings(stage, scene, BesideScene::default())
 }
 
 /// What tells two scenes apart whose assembled problems differ in more than their loads.
@@ -62,7 +89,7 @@ struct Parts<'a> {
 }
 
 impl<'a> Parts<'a> {
-    fn of(scene: &'a Scene, chosen: Chosen<'a>) -> Self {
+    fn of(scene: &'a Scene, chosen: BesideScene<'a>) -> Self {
         // Every key by name, so that a new one does not compile before it has a stage.
         let Scene {
             title: _,

@@ -9,15 +9,15 @@ use contact3d::{
     scene::{Scene, SceneFile},
     solver::Start,
 };
-use runfile::{GroupRecord, Home, StoreError, Transaction};
+use runfile::{GroupRecord, GroupWriter, Home, StoreError, Transaction};
 
 use super::{
     AssemblyFile, Session, StageError,
-    cache::{LoadState, StageCache},
     homes::LINK_ABOVE,
     mesh, resources,
     results::Results,
-    store::{Checkpoints, Store, write_group},
+    session::{LoadState, StageCache},
+    store::{Checkpoints, Store},
 };
 use crate::format::{self, HISTORY, Stage, VTKHDF};
 
@@ -79,7 +79,7 @@ impl Session {
 
     fn make_mesh(&mut self) -> Result<StageOutput, StageError> {
         let store = &self.store;
-        let problem = mesh::make(&store.input, store.refinement.refinement(), store.path())?;
+        let problem = mesh::make(&store.input, &store.refinement, store.path())?;
         let problem = Arc::new(problem);
         self.cache = StageCache {
             problem: Some(problem.clone()),
@@ -136,7 +136,7 @@ impl Session {
         let (checkpoint, done) = self.store.read_unfinished()?;
         self.store.require_unchanged()?;
         let settings = self.scene().solve.clone();
-        let multiplier = self.store.start.multiplier().map(<[f64]>::to_vec);
+        let multiplier = self.store.start.clone().filter(|start| !start.is_empty());
         let start = Start {
             multiplier: multiplier.as_deref(),
             checkpoint: checkpoint.as_ref(),
@@ -244,36 +244,36 @@ impl StageOutput {
         scene: &Scene,
     ) -> Result<String, StoreError> {
         let group = self.stage().group();
+        if let Self::Post(_) = self {
+            // The report of another scene has other sizes, and would bind those of the grid, which is written first.
+            transaction.remove(group);
+        }
+        let mut write = |group, write: &dyn Fn(&mut GroupWriter<'_>) -> Result<(), StoreError>| {
+            transaction.write(group, home, record, write)
+        };
         match self {
-            Self::Mesh(problem) => write_group(transaction, group, home, record, |writer| {
-                mesh::write(writer, problem)
-            }),
-            Self::Assemble(problem) => write_group(transaction, group, home, record, |writer| {
+            Self::Mesh(problem) => write(group, &|writer| mesh::write(writer, problem)),
+            Self::Assemble(problem) => write(group, &|writer| {
                 format::write_assembly(writer, problem.system())
             }),
-            Self::Load(problem) => write_group(transaction, group, home, record, |writer| {
+            Self::Load(problem) => write(group, &|writer| {
                 format::write_loads(writer, problem.system())
             }),
             Self::Solve(results) => {
-                let history = scene.has_history().then(|| {
-                    write_group(transaction, HISTORY, home, record, |writer| {
+                let history = if scene.has_history() {
+                    Some(write(HISTORY, &|writer| {
                         format::write_history(writer, scene, &results.increments)
-                    })
-                });
-                let history = history.transpose()?;
-                write_group(transaction, group, home, record, |writer| {
+                    })?)
+                } else {
+                    None
+                };
+                write(group, &|writer| {
                     results.write_solution(writer, history.as_deref())
                 })
             }
             Self::Post(results) => {
-                // The report of another scene has other sizes, and would bind those of the grid, which is written first.
-                transaction.remove(group);
-                let vtkhdf = write_group(transaction, VTKHDF, home, record, |writer| {
-                    results.write_vtkhdf(writer)
-                })?;
-                write_group(transaction, group, home, record, |writer| {
-                    results.write_report(writer, &vtkhdf)
-                })
+                let vtkhdf = write(VTKHDF, &|writer| results.write_vtkhdf(writer))?;
+                write(group, &|writer| results.write_report(writer, &vtkhdf))
             }
         }
     }

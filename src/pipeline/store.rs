@@ -8,6 +8,7 @@ use std::{
 use contact3d::{
     Unfinished,
     history::StepRecord,
+    mesh::Refinement,
     scene::{Scene, SceneFile},
     solver::OuterState,
 };
@@ -16,14 +17,12 @@ use runfile::{
 };
 
 use super::{
-    AssemblyFile, Commit, Performed, StageError, StageState,
-    adapt::RefinementInForce,
-    commit::{ComputedStage, OpenCommit, StageWriter},
+    AssemblyFile, StageError, StageState, StageTiming, StoreWhen,
+    adapt::stored_refinement,
+    commit::{OpenCommit, StageWriter, Undo, WaitingStage},
     freshness::{input_digest, states_from},
-    rollback::Rollback,
-    settings::{Chosen, settings},
+    settings::{BesideScene, refinement_digest, settings, start_digest},
     stages::StageOutput,
-    start::StartFrom,
 };
 use crate::format::{self, CHECKPOINT, HISTORY, LAYOUT, SCENE, Stage};
 
@@ -41,39 +40,38 @@ pub(super) struct Store {
     pub(super) file: RunFile,
     pub(super) input: SceneFile,
     /// The cuts between the first mesh of the scene and the one in force.
-    pub(super) refinement: RefinementInForce,
-    pub(super) start: StartFrom,
+    pub(super) refinement: Refinement,
+    /// The multipliers that a solve starts from, none for λ = 0; where `None`, which also is λ = 0, a stored solve stays fresh
+    /// whatever it started from.
+    pub(super) start: Option<Vec<f64>>,
     threads: usize,
     /// Where assembled data are kept.
     pub(super) assembly_file: AssemblyFile,
     /// Digests of the stages that the stage at work builds on, as they were when it began.
     upstream: Vec<(Stage, String)>,
     /// Stages that are computed but not yet stored.
-    pending: Vec<ComputedStage>,
+    pending: Vec<WaitingStage>,
     /// What the last commit of this process took.
     last_store_seconds: f64,
-    /// The run file as it was before the command at work.
-    pub(super) rollback: Rollback,
-    /// Files of assembled data that the run file has linked since the command at work began.
-    pub(super) linked: Vec<String>,
+    /// For a command that can be taken back.
+    pub(super) undo: Option<Undo>,
 }
 
 impl Store {
     pub(super) fn new(file: RunFile, input: SceneFile, threads: usize) -> Result<Self, StoreError> {
-        let reader = open(file.path())?;
+        let reader = Reader::open_if_there(file.path(), LAYOUT)?;
         Ok(Self {
-            refinement: RefinementInForce::stored(reader.as_ref(), &input.scene),
+            refinement: stored_refinement(reader.as_ref(), &input.scene),
             file,
             input,
-            start: StartFrom::Any,
+            start: None,
             threads,
             assembly_file: AssemblyFile::default(),
             upstream: Vec::new(),
             pending: Vec::new(),
             writer: None,
             last_store_seconds: 0.0,
-            rollback: Rollback::default(),
-            linked: Vec::new(),
+            undo: None,
         })
     }
 
@@ -91,16 +89,18 @@ impl Store {
 
     /// The run file opened for reading; `None` in the place of a new one.
     pub(super) fn reader_if_there(&self) -> Result<Option<Reader>, StoreError> {
-        open(self.path())
+        Reader::open_if_there(self.path(), LAYOUT)
     }
 
     /// The settings of a stage in force, as TOML.
     pub(super) fn settings(&self, stage: Stage) -> String {
-        let chosen = Chosen {
-            refinement: self.refinement.digest(),
-            start: self.start.digest(),
+        let refinement = refinement_digest(&self.refinement);
+        let start = self.start.as_deref().and_then(start_digest);
+        let beside = BesideScene {
+            refinement: refinement.as_deref(),
+            start: start.as_deref(),
         };
-        settings(stage, &self.input.scene, chosen)
+        settings(stage, &self.input.scene, beside)
     }
 
     /// How a group was made.
@@ -119,8 +119,8 @@ impl Store {
     }
 
     fn states_in(&self, reader: Option<&Reader>) -> Vec<StageState> {
-        let refinement = self.refinement.digest();
-        states_from(reader, &self.input.scene, refinement, &self.start)
+        let start = self.start.as_deref();
+        states_from(reader, &self.input.scene, &self.refinement, start)
     }
 
     /// Refuses to begin a stage on anything but fresh ones, stored or waiting, and remembers which of the stored ones these were.
@@ -143,10 +143,8 @@ impl Store {
             }
             // It was fresh when an earlier stage began.
             Some(state) if self.upstream.iter().any(|(known, _)| *known == state.stage) => {
-                Err(StoreError::Changed {
-                    file: self.path().to_owned(),
-                }
-                .into())
+                let file = self.path().to_owned();
+                Err(StoreError::Changed { file }.into())
             }
             Some(state) => Err(StageError::NotReady {
                 file: self.path().to_owned(),
@@ -165,17 +163,14 @@ impl Store {
 
     fn require_upstream(&self, states: &[StageState]) -> Result<(), StoreError> {
         let holds = |(stage, digest): &(Stage, String)| {
-            let mut stored = states
-                .iter()
-                .filter_map(|s| Some((s.stage, s.stored.as_ref()?)));
-            stored.any(|(other, stored)| other == *stage && stored.digest == *digest)
+            let mut same = states.iter().filter(|state| state.stage == *stage);
+            same.any(|state| matches!(&state.stored, Some(it) if it.digest == *digest))
         };
         if self.upstream.iter().all(holds) {
             Ok(())
         } else {
-            Err(StoreError::Changed {
-                file: self.path().to_owned(),
-            })
+            let file = self.path().to_owned();
+            Err(StoreError::Changed { file })
         }
     }
 
@@ -185,31 +180,31 @@ impl Store {
         &mut self,
         output: StageOutput,
         started: Instant,
-        commit: Commit,
-    ) -> Result<Performed, StageError> {
+        commit: StoreWhen,
+    ) -> Result<StageTiming, StageError> {
         let stage = output.stage();
         let is_large = output.bytes() >= LARGE;
         let compute_seconds = started.elapsed().as_secs_f64();
-        self.pending.push(ComputedStage {
+        self.pending.push(WaitingStage {
             home: output.home(self.assembly_file),
             record: self.record(self.settings(stage), compute_seconds, String::new()),
             output,
         });
         let waiting: f64 = self.pending.iter().map(|it| it.record.seconds).sum();
         let is_due = match commit {
-            Commit::Held => false,
-            Commit::Now => true,
-            Commit::WithNextIfCheap => {
+            StoreWhen::Held => false,
+            StoreWhen::Now => true,
+            StoreWhen::WithNextIfCheap => {
                 Stage::ALL.last() == Some(&stage)
                     || waiting >= self.last_store_seconds.max(SHORT_RUN)
             }
         };
         if is_due {
             self.commit(None)?;
-        } else if is_large && commit == Commit::WithNextIfCheap && self.threads > 1 {
+        } else if is_large && commit == StoreWhen::WithNextIfCheap && self.threads > 1 {
             self.write_beside()?;
         }
-        Ok(Performed {
+        Ok(StageTiming {
             stage,
             compute_seconds,
             store_seconds: if is_due { self.last_store_seconds } else { 0.0 },
@@ -273,14 +268,16 @@ impl Store {
         transaction: Transaction,
         changed: &[Group],
     ) -> Result<(), StoreError> {
-        self.rollback.before_commit(&self.file)?;
+        if let Some(undo) = &mut self.undo {
+            undo.before_commit(&self.file)?;
+        }
         let committed = transaction.commit();
-        if !matches!(&committed, Err(error) if !error.is_after_storing()) {
-            self.rollback.after_commit(&self.file, changed);
-            // Only a command that can be taken back cleans up behind itself.
-            if !matches!(self.rollback, Rollback::Off) {
-                self.linked.extend(self.file.linked_names());
-            }
+        let is_stored = match &committed {
+            Ok(()) => true,
+            Err(error) => error.is_after_storing(),
+        };
+        if is_stored && let Some(undo) = &mut self.undo {
+            undo.after_commit(&self.file, changed);
         }
         committed
     }
@@ -321,32 +318,11 @@ impl Store {
     /// Writes the scene.
     pub(super) fn write_scene(&self, transaction: &mut Transaction) -> Result<(), StoreError> {
         let record = self.record(String::new(), 0.0, String::new());
-        write_group(transaction, SCENE, Home::RunFile, &record, |writer| {
+        transaction.write(SCENE, Home::RunFile, &record, |writer| {
             format::write_scene(writer, &self.input.scene)
         })?;
         Ok(())
     }
-}
-
-/// A run file opened for reading, if it is there.
-fn open(run_file: &Path) -> Result<Option<Reader>, StoreError> {
-    match Reader::open(run_file, LAYOUT) {
-        Err(StoreError::NotFound { .. }) => Ok(None),
-        opened => opened.map(Some),
-    }
-}
-
-/// Writes one group and returns its digest.
-pub(super) fn write_group(
-    transaction: &mut Transaction,
-    group: Group,
-    home: Home,
-    record: &GroupRecord,
-    write: impl FnOnce(&mut GroupWriter<'_>) -> Result<(), StoreError>,
-) -> Result<String, StoreError> {
-    let mut writer = transaction.group(group, home)?;
-    write(&mut writer)?;
-    writer.finish(record)
 }
 
 /// Stores a group with the scene that it was computed from, in one step.
@@ -358,20 +334,17 @@ pub(super) fn store_with_scene(
     write: impl FnOnce(&mut GroupWriter<'_>) -> Result<(), StoreError>,
 ) -> Result<(), StageError> {
     let mut transaction = Transaction::begin(file)?;
+    let home = Home::RunFile;
     let of_scene = GroupRecord {
         settings: String::new(),
         input_digest: String::new(),
         seconds: 0.0,
         ..record.clone()
     };
-    write_group(
-        &mut transaction,
-        format::SCENE,
-        Home::RunFile,
-        &of_scene,
-        |writer| format::write_scene(writer, scene),
-    )?;
-    write_group(&mut transaction, group, Home::RunFile, record, write)?;
+    transaction.write(SCENE, home, &of_scene, |writer| {
+        format::write_scene(writer, scene)
+    })?;
+    transaction.write(group, home, record, write)?;
     transaction.commit()?;
     Ok(())
 }

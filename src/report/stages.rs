@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{
     format::{CaseResults, OutcomeWords},
-    pipeline::{Freshness, Performed, StageState},
+    pipeline::{Freshness, StageState, StageTiming},
 };
 
 /// State, size and cost of each stage.
@@ -54,8 +54,8 @@ pub fn stages(reader: &Reader, scene: &Scene, states: &[StageState]) -> Result<F
 }
 
 /// What stages took that were performed just now.
-pub fn performed(performed: &[Performed]) -> serde_json::Value {
-    let row = |stage: &Performed| {
+pub fn performed(performed: &[StageTiming]) -> serde_json::Value {
+    let row = |stage: &StageTiming| {
         json!({
             "stage": stage.stage.word(),
             "compute_seconds": stage.compute_seconds,

@@ -63,11 +63,11 @@ pub fn claim(path: &Path, inputs: &Inputs) -> Result<RunFile, StageError> {
 pub fn store(file: RunFile, rows: &[StabilityRow], threads: usize) -> Result<(), StageError> {
     let units = rows.first().map_or(STABILITY_LAYOUT.units, |row| row.units);
     let mut transaction = Transaction::begin(&file.in_units(units))?;
-    let mut writer = transaction.group(STABILITY, Home::RunFile)?;
-    write_stability(&mut writer, rows)?;
     let checks = rows.iter().filter_map(|row| row.outcome.as_ref().ok());
     let seconds = checks.map(|check| check.seconds).sum();
-    let (settings, input) = (String::new(), String::new());
-    writer.finish(&GroupRecord::ended(settings, input, seconds, threads))?;
+    let record = GroupRecord::ended(String::new(), String::new(), seconds, threads);
+    transaction.write(STABILITY, Home::RunFile, &record, |writer| {
+        write_stability(writer, rows)
+    })?;
     Ok(transaction.commit()?)
 }

@@ -8,7 +8,7 @@ use runfile::Reader;
 use super::{Event, Options, Plan, lock::operator_turn, operators::Operators};
 use crate::{
     format::{self, LAYOUT, Stage},
-    pipeline::{Commit, Session, StageError, operator_settings},
+    pipeline::{Session, StageError, StoreWhen, operator_settings},
 };
 
 /// What two cases must have in common to share an operator.
@@ -72,7 +72,7 @@ pub(super) fn run(
 
 /// Loads, solution and report, each if it or an earlier one is not fresh.
 fn compute(session: &mut Session) -> Result<(), StageError> {
-    let commit = Commit::WithNextIfCheap;
+    let commit = StoreWhen::WithNextIfCheap;
     let mut stale = false;
     for state in session.states()? {
         stale |= !state.is_fresh();

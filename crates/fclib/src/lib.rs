@@ -15,17 +15,14 @@
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
 mod error;
-mod file;
-mod matrix;
 mod problem;
 mod read;
 mod write;
 
 pub use error::FclibError;
-pub use file::{declared_bytes, program_of, remove_solution};
-pub use matrix::{Matrix, MatrixStorage};
-pub use problem::{FclibSolution, GlobalProblem, Info, LocalProblem};
-pub use read::{read_global, read_guesses, read_local, read_solution};
+pub use problem::{FclibSolution, GlobalProblem, Info, LocalProblem, Matrix};
+pub use read::{declared_bytes, program_of, read_global, read_guesses, read_local, read_solution};
 pub use write::{
-    Array, write_arrays, write_global, write_guesses, write_local, write_program, write_solution,
+    Array, remove_solution, write_arrays, write_global, write_guesses, write_local, write_program,
+    write_solution,
 };

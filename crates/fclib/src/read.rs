@@ -9,35 +9,61 @@ use hdf5_metno::{
 
 use runfile::Foreign;
 
-use crate::{
-    FclibError, FclibSolution, GlobalProblem, Info, LocalProblem, Matrix, MatrixStorage,
-    error::InFile,
-    file::{GLOBAL, GUESSES, LOCAL, SOLUTION, open},
-};
+use crate::{FclibError, FclibSolution, GlobalProblem, Info, LocalProblem, Matrix, error::InFile};
+
+/// The attribute of the root that names the program.
+pub(crate) const PROGRAM: &str = "program";
+
+/// The groups of problems.
+pub(crate) const LOCAL: &str = "fclib_local";
+pub(crate) const GLOBAL: &str = "fclib_global";
+pub(crate) const SOLUTION: &str = "solution";
+pub(crate) const GUESSES: &str = "guesses";
+
+/// What `nz` is of a matrix by compressed columns, and by compressed rows; else it is the number of triplets.
+pub(crate) const COLUMNS: i32 = -1;
+const ROWS: i32 = -2;
 
 /// Most characters of a text.
 const MOST_TEXT: usize = 1 << 16;
 
-const ANOTHER: &str = "give a file of FCLIB, such as those of its public collection";
+/// Bytes of all that may be read of a file, once it is read.
+///
+/// # Errors
+/// A file that cannot be opened, is damaged, or does not hold its own data.
+pub fn declared_bytes(path: &Path) -> Result<u64, FclibError> {
+    Ok(Source::open(path)?.opened.declared())
+}
+
+/// The program that marked an FCLIB file as its own by [`crate::write_program`]; `None` for other files.
+#[must_use]
+pub fn program_of(path: &Path) -> Option<String> {
+    let opened = Foreign::open(path, &[]).ok()?;
+    let file = opened.file();
+    if !(file.link_exists(LOCAL) || file.link_exists(GLOBAL)) {
+        return None;
+    }
+    let text: VarLenUnicode = file.attr(PROGRAM).ok()?.read_scalar().ok()?;
+    Some(text.as_str().to_owned())
+}
 
 /// Reads a local problem.
 ///
 /// # Errors
 /// [`FclibError`]: what is missing, of another size or type, or of a kind that is not supported (bilateral constraints V, R, s).
 pub fn read_local(path: &Path) -> Result<LocalProblem, FclibError> {
-    let opened = open(path)?;
-    let source = Source::new(path, &opened);
+    let source = Source::open(path)?;
     if !source.has(LOCAL) {
         return Err(source.no_local_problem());
     }
     for bilateral in ["V", "R"] {
-        if source.has(&format!("{LOCAL}/{bilateral}")) {
-            return Err(FclibError::Unsupported {
-                file: path.to_owned(),
-                path: format!("/{LOCAL}/{bilateral}"),
-                found: "a problem with bilateral constraints (V, R and s)".into(),
-                help: "eliminate them first: W - V R^-1 V' and q - V R^-1 s in place of W and q",
-            });
+        let part = format!("{LOCAL}/{bilateral}");
+        if source.has(&part) {
+            return Err(source.unsupported(
+                &part,
+                "a problem with bilateral constraints (V, R and s)",
+                "eliminate them first: W - V R^-1 V' and q - V R^-1 s in place of W and q",
+            ));
         }
     }
     let space_dimension = source.count(&format!("{LOCAL}/spacedim"))?;
@@ -57,15 +83,11 @@ pub fn read_local(path: &Path) -> Result<LocalProblem, FclibError> {
 /// # Errors
 /// [`FclibError`]: what is missing, of another size or type, or of a kind that is not supported (equality constraints G, b).
 pub fn read_global(path: &Path) -> Result<GlobalProblem, FclibError> {
-    let opened = open(path)?;
-    let source = Source::new(path, &opened);
-    if source.has(&format!("{GLOBAL}/G")) {
-        return Err(FclibError::Unsupported {
-            file: path.to_owned(),
-            path: format!("/{GLOBAL}/G"),
-            found: "a problem with equality constraints (G and b)".into(),
-            help: "eliminate them first",
-        });
+    let source = Source::open(path)?;
+    let equalities = format!("{GLOBAL}/G");
+    if source.has(&equalities) {
+        let found = "a problem with equality constraints (G and b)";
+        return Err(source.unsupported(&equalities, found, "eliminate them first"));
     }
     let space_dimension = source.count(&format!("{GLOBAL}/spacedim"))?;
     let mu = source.vector(&format!("{GLOBAL}/vectors/mu"))?;
@@ -83,12 +105,8 @@ pub fn read_global(path: &Path) -> Result<GlobalProblem, FclibError> {
 }
 
 /// Reads the solution with so many components of u and r; `None` where there is none.
-///
-/// # Errors
-/// [`FclibError`].
 pub fn read_solution(path: &Path, components: usize) -> Result<Option<FclibSolution>, FclibError> {
-    let opened = open(path)?;
-    let source = Source::new(path, &opened);
+    let source = Source::open(path)?;
     if !source.has(SOLUTION) {
         return Ok(None);
     }
@@ -96,12 +114,8 @@ pub fn read_solution(path: &Path, components: usize) -> Result<Option<FclibSolut
 }
 
 /// Reads the guesses with so many components of u and r.
-///
-/// # Errors
-/// [`FclibError`].
 pub fn read_guesses(path: &Path, components: usize) -> Result<Vec<FclibSolution>, FclibError> {
-    let opened = open(path)?;
-    let source = Source::new(path, &opened);
+    let source = Source::open(path)?;
     if !source.has(GUESSES) {
         return Ok(Vec::new());
     }
@@ -114,22 +128,37 @@ pub fn read_guesses(path: &Path, components: usize) -> Result<Vec<FclibSolution>
 /// An open file.
 struct Source<'a> {
     path: &'a Path,
-    file: &'a hdf5::File,
+    opened: Foreign,
 }
 
 impl<'a> Source<'a> {
-    fn new(path: &'a Path, opened: &'a Foreign) -> Self {
-        let file = opened.file();
-        Self { path, file }
+    /// Opens a file and examines what is read of it.
+    fn open(path: &'a Path) -> Result<Self, FclibError> {
+        let opened = Foreign::open(path, &[LOCAL, GLOBAL, SOLUTION, GUESSES])?;
+        Ok(Self { path, opened })
     }
+
     /// Whether a path of groups ends at something.
     fn has(&self, path: &str) -> bool {
-        let mut ends = path
-            .match_indices('/')
-            .map(|(at, _)| at)
-            .collect::<Vec<_>>();
-        ends.push(path.len());
-        ends.iter().all(|end| self.file.link_exists(&path[..*end]))
+        self.opened.has(&format!("/{path}"))
+    }
+
+    /// A problem that is not supported, by the group or dataset that makes it so.
+    fn unsupported(&self, path: &str, found: &str, help: &'static str) -> FclibError {
+        FclibError::Unsupported {
+            file: self.path.to_owned(),
+            path: format!("/{path}"),
+            found: found.into(),
+            help,
+        }
+    }
+
+    fn missing(&self, path: &str) -> FclibError {
+        FclibError::Missing {
+            file: self.path.to_owned(),
+            path: format!("/{path}"),
+            help: "give a file of FCLIB, such as those of its public collection",
+        }
     }
 
     fn unexpected(&self, path: &str, expected: impl Into<String>, found: String) -> FclibError {
@@ -156,29 +185,20 @@ impl<'a> Source<'a> {
         ];
         let other = others.into_iter().find(|(group, _)| self.has(group));
         match other {
-            Some((group, found)) => FclibError::Unsupported {
-                file: self.path.to_owned(),
-                path: format!("/{group}"),
-                found: found.into(),
-                help: "give a file with /fclib_local; W = H' M^-1 H and q = H' M^-1 f + w make a local problem of a global one",
-            },
-            None => FclibError::Missing {
-                file: self.path.to_owned(),
-                path: format!("/{LOCAL}"),
-                help: ANOTHER,
-            },
+            Some((group, found)) => self.unsupported(
+                group,
+                found,
+                "give a file with /fclib_local; W = H' M^-1 H and q = H' M^-1 f + w make a local problem of a global one",
+            ),
+            None => self.missing(LOCAL),
         }
     }
 
     fn dataset(&self, path: &str) -> Result<hdf5::Dataset, FclibError> {
         if !self.has(path) {
-            return Err(FclibError::Missing {
-                file: self.path.to_owned(),
-                path: format!("/{path}"),
-                help: ANOTHER,
-            });
+            return Err(self.missing(path));
         }
-        let dataset = self.file.dataset(path);
+        let dataset = self.opened.file().dataset(path);
         dataset.in_file(self.path, || format!("open /{path}"))
     }
 
@@ -265,16 +285,10 @@ impl<'a> Source<'a> {
         let p = self.numbers::<i32>(&format!("{path}/p"), "whole numbers")?;
         let i = self.numbers::<i32>(&format!("{path}/i"), "whole numbers")?;
         let x = self.numbers::<f64>(&format!("{path}/x"), "floating-point numbers")?;
-        let storage = match nz {
-            -1 => MatrixStorage::Columns,
-            -2 => MatrixStorage::Rows,
-            0.. => MatrixStorage::Triplets,
-            _ => {
-                let expected =
-                    "-1 (compressed columns), -2 (compressed rows) or a number of triplets";
-                return Err(self.unexpected(&format!("{path}/nz"), expected, nz.to_string()));
-            }
-        };
+        if nz < ROWS {
+            let expected = "-1 (compressed columns), -2 (compressed rows) or a number of triplets";
+            return Err(self.unexpected(&format!("{path}/nz"), expected, nz.to_string()));
+        }
         let found = || {
             format!(
                 "{rows} rows, {columns} columns, nz = {nz}, and {}, {} and {} numbers in p, i and x",
@@ -283,7 +297,7 @@ impl<'a> Source<'a> {
                 x.len()
             )
         };
-        let entries = entries([rows, columns], storage, nz, &p, &i, &x);
+        let entries = entries([rows, columns], nz, &p, &i, &x);
         let entries = entries.ok_or_else(|| {
             let expected = "arrays p, i and x that describe a sparse matrix";
             self.unexpected(path, expected, found())
@@ -308,7 +322,7 @@ impl<'a> Source<'a> {
         if !self.has(path) {
             return Ok(Info::default());
         }
-        let group = self.file.group(path);
+        let group = self.opened.file().group(path);
         let group = group.in_file(self.path, || format!("open /{path}"))?;
         let degrees = group.attr("numberOfDegreeOfFreedom").ok();
         let degrees = degrees.filter(|attribute| attribute.size() == 1);
@@ -329,24 +343,24 @@ impl<'a> Source<'a> {
 /// The entries of a matrix; `None` where its arrays describe none.
 fn entries(
     [rows, columns]: [usize; 2],
-    storage: MatrixStorage,
     nz: i32,
     p: &[i32],
     i: &[i32],
     x: &[f64],
 ) -> Option<Vec<(usize, usize, f64)>> {
     let at = |value: i32, below: usize| usize::try_from(value).ok().filter(|v| *v < below);
-    if storage == MatrixStorage::Triplets {
-        let count = usize::try_from(nz).ok()?;
+    if let Ok(count) = usize::try_from(nz) {
         let (p, i, x) = (p.get(..count)?, i.get(..count)?, x.get(..count)?);
         let triplets = p.iter().zip(i).zip(x);
         return triplets
             .map(|((&column, &row), &value)| Some((at(row, rows)?, at(column, columns)?, value)))
             .collect();
     }
-    let (lines, across) = match storage {
-        MatrixStorage::Rows => (rows, columns),
-        MatrixStorage::Columns | MatrixStorage::Triplets => (columns, rows),
+    let by_rows = nz == ROWS;
+    let (lines, across) = if by_rows {
+        (rows, columns)
+    } else {
+        (columns, rows)
     };
     let starts: Vec<usize> = p
         .iter()
@@ -361,9 +375,10 @@ fn entries(
         let (inner, values) = (i.get(range.clone())?, x.get(range)?);
         for (&index, &value) in inner.iter().zip(values) {
             let index = at(index, across)?;
-            entries.push(match storage {
-                MatrixStorage::Rows => (line, index, value),
-                MatrixStorage::Columns | MatrixStorage::Triplets => (index, line, value),
+            entries.push(if by_rows {
+                (line, index, value)
+            } else {
+                (index, line, value)
             });
         }
     }
@@ -373,32 +388,25 @@ fn entries(
 /// A text of any kind that HDF5 knows; `None` for what is none. Texts only describe, so none of them makes a file unusable.
 fn text_of(dataset: &hdf5::Dataset) -> Option<String> {
     let descriptor = dataset.dtype().ok()?.to_descriptor().ok()?;
-    let text = match descriptor {
-        TypeDescriptor::VarLenUnicode => dataset
-            .read_scalar::<VarLenUnicode>()
-            .ok()?
-            .as_str()
-            .to_owned(),
-        TypeDescriptor::VarLenAscii => dataset
-            .read_scalar::<VarLenAscii>()
-            .ok()?
-            .as_str()
-            .to_owned(),
-        TypeDescriptor::FixedAscii(length) if length <= MOST_TEXT => fixed(
-            dataset
-                .read_scalar::<FixedAscii<MOST_TEXT>>()
-                .ok()?
-                .as_bytes(),
-        ),
-        TypeDescriptor::FixedUnicode(length) if length <= MOST_TEXT => fixed(
-            dataset
-                .read_scalar::<FixedUnicode<MOST_TEXT>>()
-                .ok()?
-                .as_bytes(),
-        ),
-        _ => return None,
-    };
-    Some(text)
+    match descriptor {
+        TypeDescriptor::VarLenUnicode => {
+            let text = dataset.read_scalar::<VarLenUnicode>().ok()?;
+            Some(text.as_str().to_owned())
+        }
+        TypeDescriptor::VarLenAscii => {
+            let text = dataset.read_scalar::<VarLenAscii>().ok()?;
+            Some(text.as_str().to_owned())
+        }
+        TypeDescriptor::FixedAscii(length) if length <= MOST_TEXT => {
+            let text = dataset.read_scalar::<FixedAscii<MOST_TEXT>>().ok()?;
+            Some(fixed(text.as_bytes()))
+        }
+        TypeDescriptor::FixedUnicode(length) if length <= MOST_TEXT => {
+            let text = dataset.read_scalar::<FixedUnicode<MOST_TEXT>>().ok()?;
+            Some(fixed(text.as_bytes()))
+        }
+        _ => None,
+    }
 }
 
 fn fixed(bytes: &[u8]) -> String {

@@ -8,10 +8,9 @@ use hdf5_metno::{
 };
 
 use crate::{
-    FclibError, FclibSolution, GlobalProblem, Info, LocalProblem, Matrix, MatrixStorage,
+    FclibError, FclibSolution, GlobalProblem, Info, LocalProblem, Matrix,
     error::InFile,
-    file::{GLOBAL, GUESSES, LOCAL, PROGRAM, SOLUTION},
-    matrix::int,
+    read::{COLUMNS, GLOBAL, GUESSES, LOCAL, PROGRAM, SOLUTION},
 };
 
 /// Bytes of a text, the zero at its end included; longer ones are cut off.
@@ -31,19 +30,12 @@ pub struct Array<'a> {
 }
 
 /// Writes a local problem to an empty file, W by compressed columns.
-///
-/// # Errors
-/// [`FclibError`].
 pub fn write_local(file: &hdf5::File, problem: &LocalProblem) -> Result<(), FclibError> {
     let target = FileWriter::of(file);
     let dimension = int("components of a contact", problem.space_dimension)?;
     let group = target.group(target.root(), LOCAL)?;
     target.numbers(&group, "spacedim", &[dimension])?;
-    target.matrix(
-        &target.group(&group, "W")?,
-        &problem.w,
-        MatrixStorage::Columns,
-    )?;
+    target.matrix(&target.group(&group, "W")?, &problem.w, true)?;
     let vectors = target.group(&group, "vectors")?;
     target.numbers(&vectors, "q", &problem.q)?;
     target.numbers(&vectors, "mu", &problem.mu)?;
@@ -51,24 +43,13 @@ pub fn write_local(file: &hdf5::File, problem: &LocalProblem) -> Result<(), Fcli
 }
 
 /// Writes a global problem to an empty file, its matrices as triplets.
-///
-/// # Errors
-/// [`FclibError`].
 pub fn write_global(file: &hdf5::File, problem: &GlobalProblem) -> Result<(), FclibError> {
     let target = FileWriter::of(file);
     let dimension = int("components of a contact", problem.space_dimension)?;
     let group = target.group(target.root(), GLOBAL)?;
     target.numbers(&group, "spacedim", &[dimension])?;
-    target.matrix(
-        &target.group(&group, "M")?,
-        &problem.m,
-        MatrixStorage::Triplets,
-    )?;
-    target.matrix(
-        &target.group(&group, "H")?,
-        &problem.h,
-        MatrixStorage::Triplets,
-    )?;
+    target.matrix(&target.group(&group, "M")?, &problem.m, false)?;
+    target.matrix(&target.group(&group, "H")?, &problem.h, false)?;
     let vectors = target.group(&group, "vectors")?;
     target.numbers(&vectors, "f", &problem.f)?;
     target.numbers(&vectors, "w", &problem.w)?;
@@ -77,18 +58,12 @@ pub fn write_global(file: &hdf5::File, problem: &GlobalProblem) -> Result<(), Fc
 }
 
 /// Adds `/solution` to a file without one.
-///
-/// # Errors
-/// [`FclibError`].
 pub fn write_solution(file: &hdf5::File, solution: &FclibSolution) -> Result<(), FclibError> {
     let target = FileWriter::of(file);
     target.solution(&target.group(target.root(), SOLUTION)?, solution)
 }
 
 /// Adds `/guesses` to a file without any.
-///
-/// # Errors
-/// [`FclibError`].
 pub fn write_guesses(file: &hdf5::File, guesses: &[FclibSolution]) -> Result<(), FclibError> {
     let target = FileWriter::of(file);
     let group = target.group(target.root(), GUESSES)?;
@@ -105,9 +80,6 @@ pub fn write_guesses(file: &hdf5::File, guesses: &[FclibSolution]) -> Result<(),
 }
 
 /// Adds further arrays to a group, there or new, which FCLIB's readers pass over.
-///
-/// # Errors
-/// [`FclibError`].
 pub fn write_arrays(
     file: &hdf5::File,
     group: &str,
@@ -132,9 +104,6 @@ pub fn write_arrays(
 }
 
 /// Marks a file as written by a program, for [`crate::program_of`].
-///
-/// # Errors
-/// [`FclibError`].
 pub fn write_program(file: &hdf5::File, program: &str) -> Result<(), FclibError> {
     let target = FileWriter::of(file);
     if target.file.attr(PROGRAM).is_ok() {
@@ -142,6 +111,21 @@ pub fn write_program(file: &hdf5::File, program: &str) -> Result<(), FclibError>
         deleted.in_file(&target.path, || "replace the mark of a program".into())?;
     }
     target.attribute(target.root(), PROGRAM, program)
+}
+
+/// Removes `/solution`, if it is there; its bytes stay in the file.
+pub fn remove_solution(file: &hdf5::File) -> Result<(), FclibError> {
+    if file.link_exists(SOLUTION) {
+        let path = FileWriter::of(file).path;
+        let removed = file.unlink(SOLUTION);
+        removed.in_file(&path, || format!("remove /{SOLUTION}"))?;
+    }
+    Ok(())
+}
+
+/// A number as files hold it.
+fn int(what: &'static str, count: usize) -> Result<i32, FclibError> {
+    i32::try_from(count).map_err(|_| FclibError::TooLarge { what, count })
 }
 
 /// A file to write to.
@@ -192,20 +176,30 @@ impl<'a> FileWriter<'a> {
         written.in_file(&self.path, || format!("write {}/{name}", group.name()))
     }
 
+    /// Writes a matrix by compressed columns, or as triplets.
     fn matrix(
         &self,
         group: &hdf5::Group,
         matrix: &Matrix,
-        storage: MatrixStorage,
+        by_columns: bool,
     ) -> Result<(), FclibError> {
-        let stored = matrix.stored(storage)?;
-        self.numbers(group, "nzmax", &[int("entries", stored.x.len())?])?;
+        let ints = |what, counts: Vec<usize>| -> Result<Vec<i32>, FclibError> {
+            counts.into_iter().map(|count| int(what, count)).collect()
+        };
+        let entries = int("entries", matrix.values.len())?;
+        let (nz, p) = if by_columns {
+            (COLUMNS, ints("entries", matrix.starts.clone())?)
+        } else {
+            let columns = matrix.entries().map(|(_, column, _)| column);
+            (entries, ints("columns", columns.collect())?)
+        };
+        self.numbers(group, "nzmax", &[entries])?;
         self.numbers(group, "m", &[int("rows", matrix.rows)?])?;
         self.numbers(group, "n", &[int("columns", matrix.columns)?])?;
-        self.numbers(group, "nz", &[stored.nz])?;
-        self.numbers(group, "p", &stored.p)?;
-        self.numbers(group, "i", &stored.i)?;
-        self.numbers(group, "x", stored.x)
+        self.numbers(group, "nz", &[nz])?;
+        self.numbers(group, "p", &p)?;
+        self.numbers(group, "i", &ints("rows", matrix.indices.clone())?)?;
+        self.numbers(group, "x", &matrix.values)
     }
 
     fn solution(&self, group: &hdf5::Group, solution: &FclibSolution) -> Result<(), FclibError> {

@@ -5,9 +5,8 @@ use std::fmt::Debug;
 use hdf5::types::{FixedAscii, TypeDescriptor, VarLenUnicode};
 use hdf5_metno as hdf5;
 
-use super::element::StoredElement;
-use super::error::StoreError;
-use super::place::{AtPlace, Place};
+use crate::element::StoredElement;
+use crate::error::{AtPlace, Place, StoreError};
 
 /// Most values an attribute array of ours can have.
 const MOST: usize = 16;
@@ -25,53 +24,39 @@ pub(super) fn write_text(
     text: &str,
 ) -> Result<(), StoreError> {
     let text = unicode(text).at(place, "store a text with a zero character")?;
-    object
-        .new_attr::<VarLenUnicode>()
-        .create(name)
-        .and_then(|attribute| attribute.write_scalar(&text))
-        .at(place, "write an attribute")
+    write_value(object, place, name, &text)
 }
 
-/// Writes a text of N bytes, shorter ones with zeros at the end.
-pub(super) fn write_ascii<const N: usize>(
-    object: &hdf5::Location,
-    place: Place<'_>,
-    name: &str,
+/// The text of N bytes, shorter ones with zeros at the end.
+pub(super) fn ascii<const N: usize>(
     text: &[u8],
-) -> Result<(), StoreError> {
-    let text = FixedAscii::<N>::from_ascii(text)
+    place: Place<'_>,
+) -> Result<FixedAscii<N>, StoreError> {
+    FixedAscii::from_ascii(text)
         .map_err(|error| hdf5::Error::from(error.to_string()))
-        .at(place, "store a text that is not ASCII")?;
-    object
-        .new_attr::<FixedAscii<N>>()
-        .create(name)
-        .and_then(|attribute| attribute.write_scalar(&text))
-        .at(place, "write an attribute")
+        .at(place, "store a text that is not ASCII")
 }
 
-pub(super) fn write_number<T: StoredElement>(
+pub(super) fn write_value<T: hdf5::H5Type>(
     object: &hdf5::Location,
     place: Place<'_>,
     name: &str,
-    value: T,
+    value: &T,
 ) -> Result<(), StoreError> {
-    object
-        .new_attr::<T>()
-        .create(name)
-        .and_then(|attribute| attribute.write_scalar(&value))
+    let attribute = object.new_attr::<T>().create(name);
+    attribute
+        .and_then(|attribute| attribute.write_scalar(value))
         .at(place, "write an attribute")
 }
 
-pub(super) fn write_numbers<T: StoredElement>(
+pub(super) fn write_values<T: hdf5::H5Type>(
     object: &hdf5::Location,
     place: Place<'_>,
     name: &str,
     values: &[T],
 ) -> Result<(), StoreError> {
-    object
-        .new_attr::<T>()
-        .shape(values.len())
-        .create(name)
+    let attribute = object.new_attr::<T>().shape(values.len()).create(name);
+    attribute
         .and_then(|attribute| attribute.write_raw(values))
         .at(place, "write an attribute")
 }

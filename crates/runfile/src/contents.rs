@@ -3,16 +3,16 @@
 use std::collections::BTreeMap;
 
 use blake3::Hasher;
+use hdf5::LocationType;
 use hdf5::types::{FixedAscii, FixedUnicode, TypeDescriptor};
 use hdf5_metno as hdf5;
 
-use super::bounds;
-use super::digest::{DatasetDigest, of_texts};
-use super::error::StoreError;
-use super::layout::Kind;
-use super::place::{AtPlace, Place};
-use super::seal::{add_attributes, members};
-use super::stream;
+use crate::dataset::{digest_of, require_bytes};
+use crate::digest::of_texts;
+use crate::error::{AtPlace, Place, StoreError};
+use crate::layout::Kind;
+use crate::seal::add_attributes;
+use crate::volume;
 
 /// Most bytes of a text of fixed length whose digest is taken.
 const MOST_TEXT: usize = 1 << 16;
@@ -31,37 +31,40 @@ pub(super) enum Held {
 /// What each object of a file holds, by its path, groups with a slash at the end; no link that leads elsewhere is followed.
 ///
 /// `bytes` is the length of the file.
-///
-/// # Errors
-/// `Hdf5` if its groups cannot be listed.
 pub(super) fn of(
     file: &hdf5::File,
     place: Place<'_>,
     bytes: u64,
 ) -> Result<BTreeMap<String, Held>, StoreError> {
-    let mut found = BTreeMap::new();
     let root = file.group("/").at(place, "open the group")?;
-    let mut seen = vec![root.loc_info().at(place, "look at the group")?.token];
-    let mut groups = vec![("/".to_owned(), root)];
-    while let Some((folder, group)) = groups.pop() {
-        for name in members(&group, place)? {
-            let path = format!("{folder}{name}");
-            if let Ok(dataset) = group.dataset(&name) {
-                found.insert(path, held(of_dataset(&dataset, place, bytes)));
-            } else if let Ok(inner) = group.group(&name) {
-                let token = inner.loc_info().at(place, "look at the group")?.token;
-                if !seen.contains(&token) {
-                    seen.push(token);
-                    groups.push((format!("{path}/"), inner));
-                }
+    let mut found = BTreeMap::from([("/".to_owned(), held(of_attributes(&root, place)))]);
+    let members = volume::members(&root, "");
+    for member in volume::walk(members.at(place, "list the members")?) {
+        let (path, name) = (member.path, &member.name);
+        match member.kind {
+            Ok(Some(LocationType::Dataset)) => {
+                let dataset = member.parent.dataset(name).at(place, "open the dataset");
+                let digest = dataset.and_then(|dataset| of_dataset(&dataset, place, bytes));
+                found.insert(path, held(digest));
+            }
+            Ok(Some(LocationType::Group)) => {
+                let group = member.parent.group(name).at(place, "open the group");
+                let digest = group.and_then(|group| of_attributes(&group, place));
+                found.insert(format!("{path}/"), held(digest));
+            }
+            Ok(_) => {}
+            Err(_) => {
+                found.insert(path, Held::Unreadable);
             }
         }
-        let mut hasher = Hasher::new();
-        let attributes = add_attributes(&mut hasher, &group, place);
-        let digest = attributes.map(|()| Some(hasher.finalize().to_hex().to_string()));
-        found.insert(folder, held(digest));
     }
     Ok(found)
+}
+
+fn of_attributes(group: &hdf5::Group, place: Place<'_>) -> Result<Option<String>, StoreError> {
+    let mut hasher = Hasher::new();
+    add_attributes(&mut hasher, group, place)?;
+    Ok(Some(hasher.finalize().to_hex().to_string()))
 }
 
 fn held(digest: Result<Option<String>, StoreError>) -> Held {
@@ -81,24 +84,15 @@ fn of_dataset(
     if !creation.external().is_empty() || dataset.layout() == hdf5::dataset::Layout::Virtual {
         return Ok(None);
     }
-    bounds::check(dataset, place, bytes)?;
+    require_bytes(dataset, place, bytes)?;
     let shape = dataset.get_shape().at(place, "read the shape")?;
-    let numbers = |kind| DatasetDigest::new(kind, &shape);
     let dtype = dataset.dtype().and_then(|dtype| dtype.to_descriptor());
     let values = match dtype {
-        Ok(TypeDescriptor::Float(_)) => {
-            let mut digest = numbers(Kind::F64);
-            stream::feed::<f64>(&mut digest, dataset, &shape, place)?;
-            digest.finish()
-        }
+        Ok(TypeDescriptor::Float(_)) => digest_of(dataset, Kind::F64, place, bytes)?,
         Ok(TypeDescriptor::Integer(_) | TypeDescriptor::Unsigned(_)) => {
-            let mut digest = numbers(Kind::I64);
-            stream::feed::<i64>(&mut digest, dataset, &shape, place)?;
-            digest.finish()
+            digest_of(dataset, Kind::I64, place, bytes)?
         }
-        Ok(TypeDescriptor::VarLenUnicode) => {
-            of_texts(&shape, &stream::texts(dataset, &shape, place, bytes)?)
-        }
+        Ok(TypeDescriptor::VarLenUnicode) => digest_of(dataset, Kind::Text, place, bytes)?,
         Ok(TypeDescriptor::FixedUnicode(length)) if length <= MOST_TEXT && shape.is_empty() => {
             let text = dataset.read_scalar::<FixedUnicode<MOST_TEXT>>();
             of_texts(&shape, &[text.at(place, "read the text")?])

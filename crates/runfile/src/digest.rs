@@ -1,10 +1,12 @@
 //! Digests of datasets and groups: BLAKE3 over kind, shape and little-endian bytes.
 
+use std::collections::BTreeMap;
+
 use blake3::Hasher;
 use units::Units;
 
-use super::element::StoredElement;
-use super::layout::Kind;
+use crate::element::StoredElement;
+use crate::layout::Kind;
 
 /// Values hashed at a time; 1 MiB of doubles, large enough for the hash to use all threads.
 const BLOCK: usize = 1 << 17;
@@ -72,19 +74,12 @@ pub(super) fn of_texts<S: AsRef<str>>(shape: &[usize], texts: &[S]) -> String {
 /// The digest of a group: path, zero byte, digest, zero byte of each dataset, in the order of the
 /// paths; then the units, where they are not the default, so that groups before format 1.4 keep
 /// their digests.
-pub(super) fn of_group<'a>(
-    datasets: impl Iterator<Item = (&'a str, &'a str)>,
-    units: Units,
-) -> String {
-    let mut sorted: Vec<_> = datasets.collect();
-    sorted.sort_unstable();
+pub(super) fn of_group(digests: &BTreeMap<impl AsRef<str>, String>, units: Units) -> String {
     let mut hasher = Hasher::new();
-    for (path, digest) in sorted {
-        hasher
-            .update(path.as_bytes())
-            .update(&[0])
-            .update(digest.as_bytes())
-            .update(&[0]);
+    for (path, digest) in digests {
+        for text in [path.as_ref(), digest] {
+            hasher.update(text.as_bytes()).update(&[0]);
+        }
     }
     if !units.is_default() {
         hasher.update(units.to_string().as_bytes()).update(&[0]);

@@ -4,20 +4,37 @@
 //! without values, or with the labels of its entries; the parts of a matrix have theirs in the group of the matrix.
 //! A dataset names the scales of its axes in `DIMENSION_LIST`, a scale its datasets in `REFERENCE_LIST`. Both hold
 //! object references, which HDF5's copy of a group sets to nothing, so they are written at every commit.
+//!
+//! Types of texts in the attributes of dimension scales: of fixed length, ending with a zero.
+//!
+//! HDF5 before 2.0, and so netCDF-C and h5py, takes a dataset for a scale only if its `CLASS` has 16 bytes and is of the kind
+//! `H5T_STR_NULLTERM`. The binding makes texts of fixed length of another kind, padded with zeros, and none but those. It
+//! copies types that a file has, though, so these come from `scale_texts.hdf5`, an HDF5 file of 250 bytes without data:
+//!
+//! ```python
+//! types = {b"CLASS": 16, b"NAME": 64}
+//! for name, size in types.items():                 # file: h5py.h5f.create(…), libver v110, no times
+//!     text = h5py.h5t.C_S1.copy()
+//!     text.set_size(size)
+//!     text.set_strpad(h5py.h5t.STR_NULLTERM)
+//!     h5py.h5a.create(file, name, text, h5py.h5s.create(h5py.h5s.SCALAR))
+//! ```
 
 use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::sync::OnceLock;
 
-use hdf5::ObjectReference1;
 use hdf5::types::{FixedAscii, VarLenArray, VarLenUnicode};
+use hdf5::{Datatype, ObjectReference1};
 use hdf5_metno as hdf5;
 
-use super::attribute::{has, unicode};
-use super::error::StoreError;
-use super::layout::{DatasetSpec, Extent, Group};
-use super::place::{AtPlace, Place};
-use super::scale_text::{self, TEXT_BYTES, Types};
-use super::table::Layout;
-use super::volume::has_path;
+use crate::attribute::{ascii, has, unicode, write_values};
+use crate::error::{AtFile, AtPlace, Place, StoreError};
+use crate::layout::{DatasetSpec, Extent, Group, Layout};
+use crate::lock::temporary_for;
+use crate::signals::Temporary;
+use crate::volume::has_path;
 
 const CLASS: &str = "CLASS";
 const SCALE: &str = "DIMENSION_SCALE";
@@ -60,9 +77,6 @@ struct Scale {
 }
 
 /// Names the axes of all datasets of a group that a file holds itself.
-///
-/// # Errors
-/// `Hdf5` if writing fails.
 pub(super) fn name_axes(
     file: &hdf5::File,
     place: Place<'_>,
@@ -111,11 +125,13 @@ pub(super) fn name_axes(
         let references: Vec<_> = references
             .map(|scale| VarLenArray::from_slice(&[scale.reference]))
             .collect();
-        replace_attribute(&dataset.object, place, DIMENSION_LIST, &references)?;
+        remove_attribute(&dataset.object, place, DIMENSION_LIST)?;
+        write_values(&dataset.object, place, DIMENSION_LIST, &references)?;
     }
     for (name, scale) in scales {
         let object = file.dataset(&name).at(place, "open a dimension")?;
-        replace_attribute(&object, place, REFERENCE_LIST, &scale.uses)?;
+        remove_attribute(&object, place, REFERENCE_LIST)?;
+        write_values(&object, place, REFERENCE_LIST, &scale.uses)?;
     }
     Ok(())
 }
@@ -190,8 +206,8 @@ fn require_scale(
     };
     remove_attribute(&object, place, CLASS)?;
     remove_attribute(&object, place, NAME)?;
-    scale_text::write(&object, place, (CLASS, &types.class), SCALE)?;
-    scale_text::write(&object, place, (NAME, &types.name), &name)
+    write_fixed(&object, place, (CLASS, &types.class), SCALE)?;
+    write_fixed(&object, place, (NAME, &types.name), &name)
 }
 
 /// Creates the dataset of a scale.
@@ -233,20 +249,6 @@ fn reference(
     file.reference(path).at(place, "refer to a dataset")
 }
 
-fn replace_attribute<T: hdf5::H5Type>(
-    object: &hdf5::Location,
-    place: Place<'_>,
-    name: &str,
-    values: &[T],
-) -> Result<(), StoreError> {
-    remove_attribute(object, place, name)?;
-    let builder = object.new_attr::<T>().shape(values.len());
-    let written = builder
-        .create(name)
-        .and_then(|attribute| attribute.write_raw(values));
-    written.at(place, "write an attribute")
-}
-
 fn remove_attribute(
     object: &hdf5::Location,
     place: Place<'_>,
@@ -257,4 +259,64 @@ fn remove_attribute(
     } else {
         Ok(())
     }
+}
+
+const FILE: &[u8] = include_bytes!("scale_texts.hdf5");
+
+/// Most bytes of such a text, with the zero that ends it.
+pub(super) const TEXT_BYTES: usize = 64;
+
+/// The types, once a process has read them.
+static TYPES: OnceLock<Types> = OnceLock::new();
+
+/// The types of the attributes that make a dataset a scale.
+#[derive(Debug)]
+pub(super) struct Types {
+    /// Of `CLASS`.
+    class: Datatype,
+    /// Of `NAME`.
+    name: Datatype,
+}
+
+/// The types; the first call of a process writes the file that has them beside a temporary file, and removes it.
+///
+/// # Errors
+/// `Io` or `Hdf5` if that file cannot be written or read.
+pub(super) fn types(temporary: &Path, place: Place<'_>) -> Result<&'static Types, StoreError> {
+    if let Some(types) = TYPES.get() {
+        return Ok(types);
+    }
+    let path = &temporary_for(temporary, "texts");
+    let made = Temporary::create(path.clone(), |path| {
+        fs::write(path, FILE).inspect_err(|_| drop(fs::remove_file(path)))
+    });
+    let (_temporary, ()) = made.at_file(path, "write a temporary file")?;
+    let file = hdf5::File::with_options()
+        .with_fapl(|access| access.file_locking(false))
+        .open(path)
+        .at(place, "open a temporary file")?;
+    let type_of = |name| {
+        let attribute = file.attr(name);
+        let dtype = attribute.and_then(|attribute| attribute.dtype());
+        dtype.at(place, "read the type of a text")
+    };
+    let types = Types {
+        class: type_of("CLASS")?,
+        name: type_of("NAME")?,
+    };
+    Ok(TYPES.get_or_init(|| types))
+}
+
+/// Writes a text of one of the types.
+fn write_fixed(
+    object: &hdf5::Location,
+    place: Place<'_>,
+    (name, dtype): (&str, &Datatype),
+    text: &str,
+) -> Result<(), StoreError> {
+    let fixed = ascii::<TEXT_BYTES>(text.as_bytes(), place)?;
+    let attribute = object.new_attr_builder().empty_as(dtype).create(name);
+    attribute
+        .and_then(|attribute| attribute.write_scalar(&fixed))
+        .at(place, "write an attribute")
 }

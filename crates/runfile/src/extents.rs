@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::layout::{DatasetSpec, Extent, Group};
+use crate::layout::{DatasetSpec, Extent, Group};
 
 #[derive(Clone, Copy, Debug)]
 struct Binding {
@@ -23,12 +23,8 @@ impl Binding {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Sizes(BTreeMap<&'static str, Binding>);
 
-/// A shape that the table, or an earlier dataset, does not allow.
-#[derive(Clone, Debug)]
-pub(super) struct ShapeConflict {
-    pub(super) expected: String,
-    pub(super) found: String,
-}
+/// A shape that the table, or an earlier dataset, does not allow: what is expected, and what is found.
+type ShapeConflict = (String, String);
 
 impl Sizes {
     /// Checks a shape and remembers the sizes it fixes for the first time; a conflict leaves the
@@ -43,11 +39,8 @@ impl Sizes {
         }
         let known = self.clone();
         for (extent, &size) in spec.shape.iter().zip(shape) {
-            let fixed = match *extent {
-                Extent::Fixed(_) | Extent::Labelled(_) => None,
-                Extent::Named(name) => Some((name, size)),
-                Extent::Plus(name, more) => size.checked_sub(more).map(|size| (name, size)),
-            };
+            let named = extent.named();
+            let fixed = named.and_then(|(name, more)| Some((name, size.checked_sub(more)?)));
             if let Some((name, size)) = fixed {
                 self.0.entry(name).or_insert(Binding {
                     size,
@@ -68,35 +61,30 @@ impl Sizes {
     /// Notes which sizes a dataset contradicts that others of its group have; either may be the damaged one.
     fn contradict(&mut self, spec: &'static DatasetSpec, shape: &[usize]) {
         for (extent, &size) in spec.shape.iter().zip(shape) {
-            let bound = extent.name().and_then(|name| self.0.get_mut(name));
-            if let Some(bound) = bound.filter(|bound| bound.group == spec.group) {
-                let more = match *extent {
-                    Extent::Plus(_, more) => more,
-                    Extent::Fixed(_) | Extent::Labelled(_) | Extent::Named(_) => 0,
-                };
-                if bound.size.checked_add(more) != Some(size) {
-                    bound.contradicted = Some(spec.path);
-                }
+            let Some((name, more)) = extent.named() else {
+                continue;
+            };
+            let bound = self.0.get_mut(name);
+            if let Some(bound) = bound.filter(|bound| bound.group == spec.group)
+                && bound.size.checked_add(more) != Some(size)
+            {
+                bound.contradicted = Some(spec.path);
             }
         }
     }
 
     /// Checks a shape against the table and the sizes known so far.
     pub(super) fn check(&self, spec: &DatasetSpec, shape: &[usize]) -> Result<(), ShapeConflict> {
-        let fits = shape.len() == spec.shape.len()
-            && spec
-                .shape
-                .iter()
-                .zip(shape)
-                .all(|(extent, &size)| match *extent {
-                    Extent::Fixed(fixed) => size == fixed,
-                    Extent::Labelled(axis) => size == axis.labels.len(),
-                    Extent::Named(name) => self.0.get(name).is_none_or(|bound| bound.fits(size, 0)),
-                    Extent::Plus(name, more) => match self.0.get(name) {
-                        Some(bound) => bound.fits(size, more),
-                        None => size >= more,
-                    },
-                });
+        let fits = |(extent, &size): (&Extent, &usize)| match *extent {
+            Extent::Fixed(fixed) => size == fixed,
+            Extent::Labelled(axis) => size == axis.labels.len(),
+            Extent::Named(name) | Extent::Plus(name, _) => {
+                let more = extent.named().map_or(0, |(_, more)| more);
+                let known = self.0.get(name);
+                known.map_or(size >= more, |bound| bound.fits(size, more))
+            }
+        };
+        let fits = shape.len() == spec.shape.len() && spec.shape.iter().zip(shape).all(fits);
         if fits {
             return Ok(());
         }
@@ -105,10 +93,10 @@ impl Sizes {
             .iter()
             .map(|extent| self.explain(*extent))
             .collect();
-        Err(ShapeConflict {
-            expected: format!("shape [{}]", expected.join(", ")),
-            found: format!("shape {shape:?}"),
-        })
+        Err((
+            format!("shape [{}]", expected.join(", ")),
+            format!("shape {shape:?}"),
+        ))
     }
 
     /// Takes over the sizes that are not known yet.
@@ -119,7 +107,7 @@ impl Sizes {
     }
 
     fn explain(&self, extent: Extent) -> String {
-        match extent.name().and_then(|name| self.0.get_key_value(name)) {
+        match extent.named().and_then(|it| self.0.get_key_value(it.0)) {
             Some((name, bound)) => {
                 let other = bound
                     .contradicted

@@ -1,20 +1,21 @@
-//! The head of a file: what it is, by whom, in which format, and whether it is ours.
+//! What files and groups tell about themselves in attributes: of which format a file is and whether it is ours, how a group was run.
 
-use std::env;
-use std::fs;
-use std::io;
 use std::path::Path;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::{env, fs, io};
 
 use hdf5::file::LibraryVersion;
 use hdf5_metno as hdf5;
+use units::Units;
 
-use super::attribute::{read_numbers, read_text, write_numbers, write_text};
-use super::error::StoreError;
-use super::heaps;
-use super::place::{AtFile, Place};
-use super::seal::SEAL;
-use super::table::Layout;
-use super::whole::{self, seeing_every_error};
+use crate::attribute::{
+    has, read_number, read_numbers, read_text, write_text, write_value, write_values,
+};
+use crate::error::{AtFile, Place, StoreError};
+use crate::layout::Layout;
+use crate::seal::SEAL;
+use crate::whole::seeing_every_error;
+use crate::{heaps, whole};
 
 /// The root attributes with their meanings, as the schema lists them.
 pub const ROOT_ATTRIBUTES: &[(&str, &str, &str)] = &[
@@ -47,9 +48,6 @@ const FOREIGN_ACCESS: [(&str, &str); 2] =
     [("HDF5_DRIVER", "sec2"), ("HDF5_VOL_CONNECTOR", "native")];
 
 /// Refuses an environment that has HDF5 open files by other means: with means that it does not know it would crash.
-///
-/// # Errors
-/// `Environment`.
 pub fn require_plain_hdf5() -> Result<(), StoreError> {
     for (variable, plain) in FOREIGN_ACCESS {
         let found = env::var_os(variable).unwrap_or_default();
@@ -84,7 +82,7 @@ pub(super) fn create(
         access.libver_bounds(LibraryVersion::V110, LibraryVersion::V110)
     })?;
     write_text(&file, place, "filetype", filetype)?;
-    write_numbers(&file, place, "format_version", &layout.format_version)?;
+    write_values(&file, place, "format_version", &layout.format_version)?;
     write_text(&file, place, "creator", layout.creator)?;
     Ok(file)
 }
@@ -174,4 +172,142 @@ pub(super) fn check(
         }),
         _ => Err(place.mismatch("format_version with two numbers", format!("{version:?}"))),
     }
+}
+
+/// The attributes every group carries, with their meanings, as the schema lists them.
+pub const GROUP_ATTRIBUTES: &[(&str, &str, &str)] = &[
+    (
+        "complete",
+        "u8",
+        "1 once every required dataset of the stage is written",
+    ),
+    (
+        "input_digest",
+        "text",
+        "digest of the settings and of the upstream stages the stage was computed from",
+    ),
+    (
+        "digest",
+        "text",
+        "BLAKE3 over the sorted paths and digests of the datasets, without timings, and over `units`",
+    ),
+    ("settings", "text", "the settings used, as TOML"),
+    ("seconds", "f64", "wall-clock time of the stage in s"),
+    ("threads", "i64", "number of threads"),
+    ("date", "text", "when the stage ended, RFC 3339 in UTC"),
+    (
+        SEAL,
+        "text",
+        "BLAKE3 over all other attributes in the stage, the names and the extents of its datasets; stages of older versions have none",
+    ),
+];
+
+/// The attributes a group may carry besides, as the schema lists them.
+pub(super) const OPTIONAL_GROUP_ATTRIBUTES: &[(&str, &str, &str)] = &[(
+    "units",
+    "text",
+    "units of length and force that all others follow from, such as `mm, N`; absent for `m, N`",
+)];
+
+/// How a group was run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GroupRecord {
+    /// The settings used, as TOML.
+    pub settings: String,
+    /// Digest of everything the group was computed from.
+    pub input_digest: String,
+    /// Wall-clock time in s.
+    pub seconds: f64,
+    /// Number of threads.
+    pub threads: i64,
+    /// When the group ended, RFC 3339 in UTC, see [`timestamp`].
+    pub date: String,
+}
+
+impl GroupRecord {
+    /// That of a group which ends now, after so many seconds on so many threads.
+    #[must_use]
+    pub fn ended(settings: String, input_digest: String, seconds: f64, threads: usize) -> Self {
+        Self {
+            settings,
+            input_digest,
+            seconds,
+            threads: i64::try_from(threads).unwrap_or(i64::MAX),
+            date: timestamp(),
+        }
+    }
+
+    /// That of a group that only gathers what other files hold, with no input or time of its own, now.
+    #[must_use]
+    pub fn gathered(settings: String) -> Self {
+        Self::ended(settings, String::new(), 0.0, 1)
+    }
+}
+
+/// A group as the file holds it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StoredGroup {
+    /// How it was run.
+    pub record: GroupRecord,
+    /// Digest of its datasets and units.
+    pub digest: String,
+    /// What its numbers are in.
+    pub units: Units,
+}
+
+/// The last second that RFC 3339 can write, at the end of the year 9999.
+const LAST_SECOND: Duration = Duration::from_secs(253_402_300_799);
+
+/// The present time to the second, RFC 3339 in UTC; of a clock that is before 1970 or after 9999, the nearer end.
+#[must_use]
+pub fn timestamp() -> String {
+    let (first, last) = (UNIX_EPOCH, UNIX_EPOCH + LAST_SECOND);
+    humantime::format_rfc3339_seconds(SystemTime::now().clamp(first, last)).to_string()
+}
+
+pub(super) fn write(
+    group: &hdf5::Location,
+    place: Place<'_>,
+    record: &GroupRecord,
+    units: Units,
+    digest: &str,
+) -> Result<(), StoreError> {
+    if !units.is_default() {
+        write_text(group, place, "units", &units.to_string())?;
+    }
+    write_text(group, place, "input_digest", &record.input_digest)?;
+    write_text(group, place, "digest", digest)?;
+    write_text(group, place, "settings", &record.settings)?;
+    write_value(group, place, "seconds", &record.seconds)?;
+    write_value(group, place, "threads", &record.threads)?;
+    write_text(group, place, "date", &record.date)?;
+    write_value(group, place, "complete", &1_u8)
+}
+
+pub(super) fn read(group: &hdf5::Location, place: Place<'_>) -> Result<StoredGroup, StoreError> {
+    let complete: u8 = read_number(group, place, "complete")?;
+    if complete != 1 {
+        return Err(place.mismatch("complete = 1", format!("complete = {complete}")));
+    }
+    Ok(StoredGroup {
+        record: GroupRecord {
+            settings: read_text(group, place, "settings")?,
+            input_digest: read_text(group, place, "input_digest")?,
+            seconds: read_number(group, place, "seconds")?,
+            threads: read_number(group, place, "threads")?,
+            date: read_text(group, place, "date")?,
+        },
+        digest: read_text(group, place, "digest")?,
+        units: read_units(group, place)?,
+    })
+}
+
+/// The units a group names; the default where it names none, as in files before format 1.4.
+fn read_units(group: &hdf5::Location, place: Place<'_>) -> Result<Units, StoreError> {
+    if !has(group, place, "units")? {
+        return Ok(Units::SI);
+    }
+    let text = read_text(group, place, "units")?;
+    text.parse()
+        .map_err(|problem: String| place.damaged(problem))
 }

@@ -5,15 +5,15 @@
 
 use std::collections::HashSet;
 use std::fs::File;
-use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::io;
+use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
 use hdf5_metno as hdf5;
 
-use super::error::StoreError;
-use super::place::{AtFile, AtPlace, Place};
-use super::volume::{Stamp, TICK};
+use crate::error::{AtFile, AtPlace, Place, StoreError};
+use crate::volume::{FileState, TICK};
 
 /// How a heap begins: its name, the version, zeros.
 const SIGNATURE: &[u8; 8] = b"GCOL\x01\0\0\0";
@@ -22,7 +22,7 @@ const SIGNATURE: &[u8; 8] = b"GCOL\x01\0\0\0";
 const STRETCH: usize = 64;
 
 /// Files of this process whose heaps have been walked.
-static WALKED: LazyLock<Mutex<HashSet<Stamp>>> = LazyLock::new(Mutex::default);
+static WALKED: LazyLock<Mutex<HashSet<FileState>>> = LazyLock::new(Mutex::default);
 
 /// Bytes searched at a time.
 const BLOCK: u64 = 1 << 18;
@@ -32,7 +32,7 @@ const BLOCK: u64 = 1 << 18;
 /// # Errors
 /// `Damaged`; `Io` if the file cannot be read.
 pub(super) fn check(file: &hdf5::File, place: Place<'_>) -> Result<(), StoreError> {
-    let stamp = Stamp::of(place.file);
+    let stamp = FileState::of(place.file);
     if walked().contains(&stamp) {
         return Ok(());
     }
@@ -59,16 +59,16 @@ pub(super) fn check(file: &hdf5::File, place: Place<'_>) -> Result<(), StoreErro
 
 /// Spares a file the walk whose texts HDF5 has just written and read back in this process.
 pub(super) fn trust(path: &Path) {
-    remember(Stamp::of(path));
+    remember(FileState::of(path));
 }
 
-fn remember(stamp: Stamp) {
+fn remember(stamp: FileState) {
     if stamp.is_older_than(TICK) {
         walked().insert(stamp);
     }
 }
 
-fn walked() -> MutexGuard<'static, HashSet<Stamp>> {
+fn walked() -> MutexGuard<'static, HashSet<FileState>> {
     WALKED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 

@@ -1,20 +1,28 @@
-//! Looking at groups as a whole: records, sizes on disk, and the check of a group against the
-//! table.
+//! Looking at groups as a whole: records, sizes on disk, and the check of every dataset against the table and its digest.
+//!
+//! A group that an older version wrote with other datasets than the present table has is sound, but of no use to the present
+//! program.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::fmt::Debug;
 
+use hdf5::LocationType;
+use hdf5::types::{FloatSize, IntSize, TypeDescriptor};
 use hdf5_metno as hdf5;
+use units::Units;
 
-use super::attribute::{read_text, require_ascii, require_numbers};
-use super::digest::of_group;
-use super::dimension::is_scale;
-use super::element::StoredElement;
-use super::error::StoreError;
-use super::layout::{DatasetSpec, Group, Presence};
-use super::place::{AtPlace, Place};
-use super::reader::Reader;
-use super::record::{self, StoredGroup};
+use crate::attribute::{read_text, require_ascii, require_numbers};
+use crate::dataset::digest_of;
+use crate::digest::of_group;
+use crate::dimension::is_scale;
+use crate::element::StoredElement;
+use crate::error::{AtPlace, Place, StoreError};
+use crate::header::StoredGroup;
+use crate::layout::{DatasetSpec, EnumSpec, Group, Kind, Presence};
+use crate::matrix::PARTS;
+use crate::reader::Reader;
+use crate::volume::{members, walk};
+use crate::{header, matrix};
 
 impl Reader {
     /// How a group was run, or `None` if the file does not hold it.
@@ -24,7 +32,7 @@ impl Reader {
     /// in a file of its own that cannot be used.
     pub fn group_record(&self, group: Group) -> Result<Option<StoredGroup>, StoreError> {
         match self.object(group)? {
-            Some(object) => record::read(&object, self.group_place(group)).map(Some),
+            Some(object) => header::read(&object, self.group_place(group)).map(Some),
             None => Ok(None),
         }
     }
@@ -66,16 +74,11 @@ impl Reader {
                 return Err(self.missing(spec.path, group));
             }
         }
-        let mut digests = Vec::new();
+        let mut digests = BTreeMap::new();
         for spec in held.into_iter().filter(|spec| !spec.volatile) {
-            digests.push((spec.path, self.attribute(spec, "digest")?));
+            digests.insert(spec.path, self.attribute(spec, "digest")?);
         }
-        let digest = of_group(
-            digests
-                .iter()
-                .map(|(path, digest)| (*path, digest.as_str())),
-            stored.units,
-        );
+        let digest = of_group(&digests, stored.units);
         self.group_place(group)
             .same_digest(stored.digest.clone(), digest)
     }
@@ -93,8 +96,7 @@ impl Reader {
     /// Bytes the datasets of a group take on disk; 0 if the file does not hold the group.
     pub fn group_bytes(&self, group: Group) -> Result<u64, StoreError> {
         let datasets = self.datasets_below(group)?;
-        let bytes = |(_, dataset): &(String, hdf5::Dataset)| dataset.storage_size();
-        Ok(datasets.iter().map(bytes).sum())
+        Ok(datasets.iter().map(|(_, it)| it.storage_size()).sum())
     }
 
     /// Checks the set of datasets of a group against the table and against the digest of the group.
@@ -109,7 +111,7 @@ impl Reader {
     }
 
     /// Refuses an attribute of a group that is not what
-    /// [`super::GroupWriter::write_ascii_attribute`] wrote.
+    /// [`crate::GroupWriter::write_ascii_attribute`] wrote.
     ///
     /// # Errors
     /// `Missing` for the group, `Mismatch` for the attribute.
@@ -124,7 +126,7 @@ impl Reader {
     }
 
     /// Refuses an attribute of a group that is not what
-    /// [`super::GroupWriter::write_number_attribute`] wrote; errors as for
+    /// [`crate::GroupWriter::write_number_attribute`] wrote; errors as for
     /// [`Reader::require_ascii_attribute`].
     pub fn require_number_attribute<T: StoredElement + PartialEq + Debug>(
         &self,
@@ -142,53 +144,37 @@ impl Reader {
     }
 
     /// A text stored beside a dataset, such as its digest.
-    pub(super) fn attribute(&self, spec: &DatasetSpec, name: &str) -> Result<String, StoreError> {
+    fn attribute(&self, spec: &DatasetSpec, name: &str) -> Result<String, StoreError> {
         let place = self.place(spec);
         let file = &self.volume(spec.group)?.file;
         if spec.kind.is_matrix() {
-            read_text(
-                &*file.group(spec.path).at(place, "open the matrix")?,
-                place,
-                name,
-            )
+            let group = file.group(spec.path).at(place, "open the matrix")?;
+            read_text(&group, place, name)
         } else {
-            read_text(
-                &**file.dataset(spec.path).at(place, "open the dataset")?,
-                place,
-                name,
-            )
+            let dataset = file.dataset(spec.path).at(place, "open the dataset")?;
+            read_text(&dataset, place, name)
         }
     }
 
-    pub(super) fn refuse_unknown(&self, group: Group) -> Result<(), StoreError> {
-        let mut known = BTreeSet::new();
-        for spec in self.layout.of_group(group) {
-            if spec.kind.is_matrix() {
-                known.extend(
-                    ["data", "indices", "indptr"].map(|part| format!("{}/{part}", spec.path)),
-                );
-            } else {
-                known.insert(spec.path.into());
+    /// Refuses datasets that the table does not have.
+    fn refuse_unknown(&self, group: Group) -> Result<(), StoreError> {
+        for (path, _) in self.datasets_below(group)? {
+            let is_part = |spec: &DatasetSpec| {
+                let mut parts = PARTS.iter();
+                spec.kind.is_matrix() && parts.any(|part| path == format!("{}/{part}", spec.path))
+            };
+            let is_it = |spec: &DatasetSpec| spec.path == path && !spec.kind.is_matrix();
+            let mut known = self.layout.of_group(group);
+            if !known.any(|spec| is_it(spec) || is_part(spec)) {
+                let place = self.group_place(group).beside(&path);
+                return Err(place.mismatch("only datasets of the table", "another one"));
             }
         }
-        match self
-            .datasets_below(group)?
-            .into_iter()
-            .find(|(name, _)| !known.contains(name))
-        {
-            Some((name, _)) => Err(self
-                .group_place(group)
-                .beside(&name)
-                .mismatch("only datasets of the table", "another one")),
-            None => Ok(()),
-        }
+        Ok(())
     }
 
     /// All datasets of a group with their paths: HDF5 would search the whole file for each path.
-    pub(super) fn datasets_below(
-        &self,
-        group: Group,
-    ) -> Result<Vec<(String, hdf5::Dataset)>, StoreError> {
+    fn datasets_below(&self, group: Group) -> Result<Vec<(String, hdf5::Dataset)>, StoreError> {
         let place = self.group_place(group);
         let volume = self.volume(group)?;
         if let Some(link) = volume.link_below(group) {
@@ -197,22 +183,18 @@ impl Reader {
                 link: link.into(),
             });
         }
+        let Some(object) = self.object(group)? else {
+            return Ok(Vec::new());
+        };
+        let members = members(&object, &format!("/{group}"));
         let mut datasets = Vec::new();
-        let mut groups: Vec<_> = self.object(group)?.into_iter().collect();
-        let mut seen = BTreeSet::new();
-        while let Some(group) = groups.pop() {
-            let path = group.name();
-            if seen.insert(path.clone()) {
-                for name in group.member_names().at(place, "list the datasets")? {
-                    let kind = group.loc_type_by_name(&name);
-                    if kind.at(place, "look at a member")? == hdf5::LocationType::Dataset {
-                        let dataset = group.dataset(&name).at(place, "open the dataset")?;
-                        if !is_scale(&dataset) {
-                            datasets.push((format!("{path}/{name}"), dataset));
-                        }
-                    }
+        for member in walk(members.at(place, "list the datasets")?) {
+            if member.kind.at(place, "look at a member")? == Some(LocationType::Dataset) {
+                let dataset = member.parent.dataset(&member.name);
+                let dataset = dataset.at(place, "open the dataset")?;
+                if !is_scale(&dataset) {
+                    datasets.push((member.path, dataset));
                 }
-                groups.extend(group.groups().at(place, "list the groups")?);
             }
         }
         Ok(datasets)
@@ -223,19 +205,152 @@ impl Reader {
         if !volume.holds(&format!("/{group}")) {
             return Ok(None);
         }
-        volume
-            .file
-            .group(group.name())
+        let object = volume.file.group(group.name());
+        object
             .map(Some)
             .at(self.group_place(group), "open the group")
     }
 
     fn group_place(&self, group: Group) -> Place<'_> {
-        Place {
-            file: self
-                .volume(group)
-                .map_or(self.path(), |volume| &volume.path),
-            dataset: group.name(),
+        let file = self.volume(group);
+        let file = file.map_or(self.path(), |volume| &volume.path);
+        Place::new(file, group.name())
+    }
+
+    /// Everything that is wrong with a file; empty for one as it was written.
+    ///
+    /// Reads every value. Groups that are not there, or not finished, are not wrong; whether they
+    /// are fresh is another question.
+    #[must_use]
+    pub fn problems(&self) -> Vec<StoreError> {
+        let groups = self.layout.groups();
+        let mut problems: Vec<StoreError> = groups
+            .flat_map(|group| self.group_problems(group))
+            .collect();
+        problems.extend(self.root_problems());
+        problems
+    }
+
+    /// Everything that is wrong with one group; as [`Self::problems`]. What this process has found sound is not read again before
+    /// its file changes.
+    #[must_use]
+    pub fn group_problems(&self, group: Group) -> Vec<StoreError> {
+        let file = self.volume(group).ok().filter(|file| file.is_unchanged());
+        if file.is_some_and(|file| file.is_sound(group)) {
+            return Vec::new();
         }
+        let problems = self.problems_read(group);
+        if let Some(file) = file.filter(|_| problems.is_empty()) {
+            file.note_sound(group);
+        }
+        problems
+    }
+
+    fn problems_read(&self, group: Group) -> Vec<StoreError> {
+        let mut problems = Vec::new();
+        match self.whole_group(group) {
+            Ok(None) => return problems,
+            Ok(Some(stored)) => {
+                let held = self.layout.of_group(group).filter(|spec| self.holds(spec));
+                let wrong = held.filter_map(|spec| self.check_unit(spec, stored.units).err());
+                problems.extend(wrong);
+            }
+            Err(StoreError::Older { .. }) => {
+                return self
+                    .problems_as_written(group)
+                    .unwrap_or_else(|error| vec![error]);
+            }
+            Err(error) => problems.push(error),
+        }
+        problems.extend(self.refuse_unknown(group).err());
+        let held = self.layout.of_group(group).filter(|spec| self.holds(spec));
+        problems.extend(held.filter_map(|spec| self.check_values(spec).err()));
+        // A seal breaks with what is named already.
+        if problems.is_empty() {
+            problems.extend(self.refuse_unsealed(group).err());
+        }
+        problems
+    }
+
+    /// Refuses a word for the unit of a dataset that is not that of the units its group names.
+    fn check_unit(&self, spec: &DatasetSpec, units: Units) -> Result<(), StoreError> {
+        let found = self.attribute(spec, "units")?;
+        let expected = units.word(spec.dimension);
+        if found == expected {
+            return Ok(());
+        }
+        let [expected, found] = [expected, found].map(|word| format!("units = \"{word}\""));
+        Err(self.place(spec).mismatch(expected, found))
+    }
+
+    /// Compares the values of a dataset with its digest.
+    fn check_values(&self, spec: &'static DatasetSpec) -> Result<(), StoreError> {
+        if spec.kind.is_matrix() {
+            return self.read_matrix(spec.path).map(drop);
+        }
+        let (place, dataset) = (self.place(spec), self.dataset(spec)?);
+        let expected = read_text(&dataset, place, "digest")?;
+        let bytes = self.volume(spec.group)?.bytes;
+        place.same_digest(expected, digest_of(&dataset, spec.kind, place, bytes)?)
+    }
+
+    /// Whether the datasets that a group has, known to the table or not, are those it was finished
+    /// with.
+    fn is_whole_as_written(&self, group: Group, stored: &StoredGroup) -> Result<bool, StoreError> {
+        let mut digests = self.digests_below(group)?;
+        digests.retain(|path, _| !self.layout.find(path).is_some_and(|spec| spec.volatile));
+        Ok(of_group(&digests, stored.units) == stored.digest)
+    }
+
+    /// The values of such a group that do not fit their digests.
+    fn problems_as_written(&self, group: Group) -> Result<Vec<StoreError>, StoreError> {
+        let volume = self.volume(group)?;
+        let check = |(path, expected): (String, String)| {
+            let place = Place::new(&volume.path, &path);
+            let found = match volume.file.dataset(&path) {
+                Ok(dataset) => kind_as_written(&dataset, place)
+                    .and_then(|kind| digest_of(&dataset, kind, place, volume.bytes)),
+                Err(_) => matrix::digest_of(&volume.file, place, volume.bytes),
+            };
+            found.and_then(|found| place.same_digest(expected, found))
+        };
+        let digests = self.digests_below(group)?.into_iter();
+        Ok(digests.filter_map(|stored| check(stored).err()).collect())
+    }
+
+    /// The digests beside the datasets and matrices of a group, known to the table or not.
+    fn digests_below(&self, group: Group) -> Result<BTreeMap<String, String>, StoreError> {
+        let volume = self.volume(group)?;
+        let mut digests = BTreeMap::new();
+        for (path, dataset) in self.datasets_below(group)? {
+            let place = Place::new(&volume.path, &path);
+            if let Ok(digest) = read_text(&dataset, place, "digest") {
+                digests.insert(path, digest);
+            } else if let Some(matrix) = path.strip_suffix("/indptr") {
+                let object = volume.file.group(matrix).at(place, "open the matrix")?;
+                digests.insert(matrix.into(), read_text(&object, place, "digest")?);
+            }
+        }
+        Ok(digests)
+    }
+}
+
+/// Stands for any enumeration: digests do not depend on the members.
+const ENUMERATION: Kind = Kind::Enum(&EnumSpec {
+    name: "",
+    members: &[],
+});
+
+/// The kind of a dataset by its type.
+fn kind_as_written(dataset: &hdf5::Dataset, place: Place<'_>) -> Result<Kind, StoreError> {
+    let stored = dataset.dtype().and_then(|dtype| dtype.to_descriptor());
+    match stored.at(place, "read the type")? {
+        TypeDescriptor::Float(FloatSize::U8) => Ok(Kind::F64),
+        TypeDescriptor::Float(FloatSize::U4) => Ok(Kind::F32),
+        TypeDescriptor::Integer(IntSize::U8) => Ok(Kind::I64),
+        TypeDescriptor::Unsigned(IntSize::U1) => Ok(Kind::U8),
+        TypeDescriptor::Enum(_) => Ok(ENUMERATION),
+        TypeDescriptor::VarLenUnicode => Ok(Kind::Text),
+        other => Err(place.mismatch("a type of ours", format!("type {other}"))),
     }
 }

@@ -12,16 +12,13 @@
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
 mod attribute;
-mod bounds;
 mod contents;
 mod dataset;
 mod digest;
 mod dimension;
 mod element;
-mod enumeration;
 mod error;
 mod extents;
-mod foreign;
 mod header;
 mod heaps;
 mod home;
@@ -29,46 +26,29 @@ mod inspect;
 mod layout;
 mod lock;
 mod matrix;
-mod older;
-mod piecewise;
-mod place;
-mod proof;
 mod reader;
-mod record;
-mod savepoint;
-mod scale_text;
 mod schema;
-mod schema_page;
 mod seal;
 mod signals;
-mod sparse;
-mod stream;
-mod table;
-#[cfg(test)]
-mod tests;
 mod transaction;
-mod verify;
 mod volume;
 mod whole;
 mod writer;
 
-pub use element::StoredElement;
-pub use enumeration::StoredEnum;
+pub use element::{StoredElement, StoredEnum};
 pub use error::{LayoutError, LinkProblem, StoreError};
-pub use foreign::Foreign;
-pub use header::{ROOT_ATTRIBUTES, hdf5_version, require_plain_hdf5};
+pub use header::{
+    GROUP_ATTRIBUTES, GroupRecord, ROOT_ATTRIBUTES, StoredGroup, hdf5_version, require_plain_hdf5,
+    timestamp,
+};
 pub use home::{Home, SharedGroup};
-pub use layout::{Axis, DatasetSpec, EnumSpec, Extent, Group, Kind, Presence, Storage};
-pub use lock::{IfMissing, RunFile};
-pub use piecewise::Piecewise;
+pub use layout::{Axis, DatasetSpec, EnumSpec, Extent, Group, Kind, Layout, Presence, Storage};
+pub use lock::{IfMissing, RunFile, Savepoint};
+pub use matrix::{SparseMatrix, SparseView};
 pub use reader::Reader;
-pub use record::{GROUP_ATTRIBUTES, GroupRecord, StoredGroup, timestamp};
-pub use savepoint::{FileState, Savepoint};
-pub use schema::schema_json;
-pub use schema_page::schema_page;
+pub use schema::{schema_json, schema_page};
 pub use signals::{Temporary, install as install_signal_handlers, last_commit};
-pub use sparse::{SparseMatrix, SparseView};
-pub use table::Layout;
 pub use transaction::Transaction;
+pub use volume::{FileState, Foreign};
 pub use whole::{WholeFile, WrittenFile, is_same, sync_folder};
-pub use writer::GroupWriter;
+pub use writer::{GroupWriter, Piecewise};

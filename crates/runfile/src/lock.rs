@@ -1,19 +1,20 @@
-//! The lock of a run file: one writing process at a time.
+//! The lock of a run file, one writing process at a time; and the state before a command that stores in several steps.
 
 use std::ffi::OsString;
 use std::fmt::Display;
-use std::fs::{self, File, TryLockError};
-use std::io;
+use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
+use std::{fs, io};
 
 use units::Units;
 
-use super::error::StoreError;
-use super::home::linked_names;
-use super::place::AtFile;
-use super::reader::Reader;
-use super::table::Layout;
-use super::volume::inode;
+use crate::error::{AtFile, StoreError};
+use crate::home::linked_names;
+use crate::layout::Layout;
+use crate::reader::Reader;
+use crate::signals::Temporary;
+use crate::volume::inode;
+use crate::whole::sync_folder;
 
 /// What to do about a run file that does not exist.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,9 +47,9 @@ impl RunFile {
     pub fn lock(path: &Path, layout: Layout, if_missing: IfMissing) -> Result<Self, StoreError> {
         let (folder, name) = locate(path)?;
         let path = folder.join(&name);
-        match Reader::open(&path, layout) {
-            Err(StoreError::NotFound { .. }) if if_missing == IfMissing::Create => {}
-            opened => drop(opened?),
+        match if_missing {
+            IfMissing::Create => drop(Reader::open_if_there(&path, layout)?),
+            IfMissing::Refuse => drop(Reader::open(&path, layout)?),
         }
         let lock = hidden(&folder, &name, ".lock");
         if fs::metadata(&lock).is_ok_and(|metadata| !metadata.is_file()) {
@@ -74,12 +75,7 @@ impl RunFile {
         let mut named = Vec::new();
         for temporary in left.chain([self.previous()]) {
             named.extend(linked_names(&temporary, &self.layout));
-            match fs::remove_file(&temporary) {
-                Err(error) if error.kind() != io::ErrorKind::NotFound => {
-                    Err(error).at_file(&temporary, "remove what a killed process left")?;
-                }
-                _ => {}
-            }
+            remove_if_there(&temporary, "remove what a killed process left")?;
         }
         self.remove_unlinked(named);
         Ok(())
@@ -116,6 +112,13 @@ pub(super) fn temporary_for(temporary: &Path, purpose: impl Display) -> PathBuf 
     path.into()
 }
 
+fn remove_if_there(path: &Path, action: &'static str) -> Result<(), StoreError> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+        removed => removed.at_file(path, action),
+    }
+}
+
 /// Whether a file is the temporary one of a run file, or one [for a purpose](temporary_for); purposes have no dots, unlike what belongs to other files.
 fn is_temporary(file: &Path, whole: &Path) -> bool {
     let [file, whole] = [file, whole].map(|path| path.as_os_str().as_encoded_bytes());
@@ -137,18 +140,10 @@ fn claim(path: &Path, lock: &Path) -> Result<File, StoreError> {
             Ok(()) if !is_at(&file, lock) => {}
             Ok(()) => return Ok(file),
             Err(TryLockError::WouldBlock) => {
-                return Err(StoreError::Busy {
-                    file: path.into(),
-                    lock: lock.into(),
-                });
+                let (file, lock) = (path.into(), lock.into());
+                return Err(StoreError::Busy { file, lock });
             }
-            Err(TryLockError::Error(source)) => {
-                return Err(StoreError::Io {
-                    file: lock.into(),
-                    action: "lock the lock file",
-                    source,
-                });
-            }
+            Err(TryLockError::Error(source)) => Err(source).at_file(lock, "lock the lock file")?,
         }
     }
 }
@@ -203,4 +198,67 @@ fn hidden(folder: &Path, name: &OsString, suffix: &str) -> PathBuf {
     hidden.push(name);
     hidden.push(suffix);
     folder.join(hidden)
+}
+
+/// An earlier state of a run file, in the hidden file `.NAME.previous`; dropping it gives that
+/// state up.
+///
+/// It is a second name of the earlier file, so keeping it copies nothing, and the files that it
+/// links stay.
+#[derive(Debug)]
+pub struct Savepoint {
+    /// `None` if there was no file.
+    earlier: Option<Temporary>,
+    target: PathBuf,
+    folder: PathBuf,
+}
+
+impl RunFile {
+    /// Keeps the present state.
+    ///
+    /// # Errors
+    /// `Io` if the folder does not take another file.
+    pub fn savepoint(&self) -> Result<Savepoint, StoreError> {
+        // A second name of the run file that another process left would be written through by a copy.
+        remove_if_there(&self.previous(), "remove an earlier state")?;
+        let link = |path: &Path| fs::hard_link(&self.path, path);
+        let earlier = match Temporary::create(self.previous(), link) {
+            Ok((earlier, ())) => Some(earlier),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => None,
+            // Not every file system has hard links.
+            Err(_) => {
+                let copied = self.copy();
+                Some(copied.at_file(&self.path, "keep the state before the command")?)
+            }
+        };
+        Ok(Savepoint {
+            earlier,
+            target: self.path.clone(),
+            folder: self.folder.clone(),
+        })
+    }
+
+    fn copy(&self) -> io::Result<Temporary> {
+        let mut present = File::open(&self.path)?;
+        let (earlier, mut copy) =
+            Temporary::create(self.previous(), |path| File::create_new(path))?;
+        io::copy(&mut present, &mut copy)?;
+        copy.set_permissions(present.metadata()?.permissions())?;
+        Ok(earlier)
+    }
+}
+
+impl Savepoint {
+    /// Puts the earlier state back, or no file where there was none.
+    ///
+    /// # Errors
+    /// `Io` if renaming or removing fails.
+    pub fn restore(self) -> Result<(), StoreError> {
+        match self.earlier {
+            Some(earlier) => earlier.publish(&self.target),
+            None => fs::remove_file(&self.target),
+        }
+        .at_file(&self.target, "put the earlier state back")?;
+        sync_folder(&self.folder).at_file(&self.folder, "sync the folder")
+    }
 }

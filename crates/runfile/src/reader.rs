@@ -3,26 +3,19 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use hdf5::H5Type;
-use hdf5::types::TypeDescriptor;
 use hdf5_metno as hdf5;
 use ndarray::ArrayD;
 
-use super::attribute::read_text;
-use super::bounds;
-use super::dataset::open_dataset;
-use super::digest::{of_texts, of_values};
-use super::element::StoredElement;
-use super::enumeration::StoredEnum;
-use super::error::{LayoutError, StoreError};
-use super::extents::Sizes;
-use super::home::Linked;
-use super::layout::{DatasetSpec, Group, Kind};
-use super::matrix;
-use super::place::{AtPlace, Place};
-use super::stream;
-use super::table::Layout;
-use super::volume::Volume;
+use crate::attribute::read_text;
+use crate::dataset::{claims_much, digest_of, open_dataset, require_bytes, texts};
+use crate::digest::{of_texts, of_values};
+use crate::element::{StoredElement, StoredEnum};
+use crate::error::{AtPlace, LayoutError, Place, StoreError};
+use crate::extents::Sizes;
+use crate::home::Linked;
+use crate::layout::{DatasetSpec, Group, Kind, Layout};
+use crate::matrix;
+use crate::volume::Volume;
 
 /// A run file opened for reading.
 ///
@@ -54,6 +47,17 @@ impl Reader {
         Ok(reader)
     }
 
+    /// Opens a run file that may not be there.
+    ///
+    /// # Errors
+    /// Those of [`Reader::open`] but `NotFound`.
+    pub fn open_if_there(path: &Path, layout: Layout) -> Result<Option<Self>, StoreError> {
+        match Self::open(path, layout) {
+            Err(StoreError::NotFound { .. }) => Ok(None),
+            opened => opened.map(Some),
+        }
+    }
+
     fn open_state(path: &Path, layout: Layout) -> Result<Self, StoreError> {
         let home = Volume::open(path, &layout, layout.filetype)?;
         let linked = |group| Some((group, Linked::open(&home, &layout, group)?));
@@ -83,15 +87,13 @@ impl Reader {
     /// `Missing`, `Mismatch` of type or shape, `Altered`, `Damaged`; `Internal` for a path or kind
     /// not in the table.
     pub fn read<T: StoredElement>(&self, path: &str) -> Result<ArrayD<T>, StoreError> {
-        let spec = self.spec(path, |kind| kind == T::KIND, T::KIND)?;
-        let (values, shape) = self.values(spec, &T::type_descriptor())?;
-        array(values, shape, self.place(spec))
+        let (values, shape, place) = self.values::<T>(path, T::KIND)?;
+        array(values, shape, place)
     }
 
     /// Reads numbers in row-major order, without their shape; errors as for [`Reader::read`].
     pub fn read_vec<T: StoredElement>(&self, path: &str) -> Result<Vec<T>, StoreError> {
-        let spec = self.spec(path, |kind| kind == T::KIND, T::KIND)?;
-        Ok(self.values(spec, &T::type_descriptor())?.0)
+        Ok(self.values::<T>(path, T::KIND)?.0)
     }
 
     /// Reads doubles and refuses NaN and infinities; other errors as for [`Reader::read`].
@@ -122,28 +124,19 @@ impl Reader {
     /// Reads indices stored as `i64`; `Damaged` if one is negative, other errors as for
     /// [`Reader::read`].
     pub fn read_indices(&self, path: &str) -> Result<ArrayD<usize>, StoreError> {
-        let spec = self.spec(path, |kind| kind == Kind::I64, Kind::I64)?;
-        let (values, shape) = self.values::<i64>(spec, &i64::type_descriptor())?;
-        array(
-            to_indices(&values, self.place(spec))?,
-            shape,
-            self.place(spec),
-        )
+        let (values, shape, place) = self.values::<i64>(path, Kind::I64)?;
+        array(to_indices(&values, place)?, shape, place)
     }
 
     /// Reads members of an enumeration; `Damaged` for an unknown code, other errors as for
     /// [`Reader::read`].
     pub fn read_enum<E: StoredEnum>(&self, path: &str) -> Result<ArrayD<E>, StoreError> {
-        let kind = Kind::Enum(E::SPEC);
-        let spec = self.spec(path, |found| found == kind, kind)?;
-        let (codes, shape) = self.values::<u8>(spec, &E::type_descriptor())?;
-        let members = codes.iter().map(|&code| {
-            E::from_code(code).ok_or_else(|| {
-                self.place(spec)
-                    .damaged(format!("{code} is no {}", E::SPEC.name))
-            })
-        });
-        array(members.collect::<Result<_, _>>()?, shape, self.place(spec))
+        let (codes, shape, place) = self.values::<u8>(path, Kind::Enum(E::SPEC))?;
+        let unknown = |code| place.damaged(format!("{code} is no {}", E::SPEC.name));
+        let members = codes
+            .iter()
+            .map(|&code| E::from_code(code).ok_or_else(|| unknown(code)));
+        array(members.collect::<Result<_, _>>()?, shape, place)
     }
 
     /// Reads one text; errors as for [`Reader::read`].
@@ -157,15 +150,14 @@ impl Reader {
 
     /// Reads a list of texts; errors as for [`Reader::read`].
     pub fn read_texts(&self, path: &str) -> Result<Vec<String>, StoreError> {
-        let spec = self.spec(path, |kind| kind == Kind::Text, Kind::Text)?;
-        let place = self.place(spec);
-        let dataset = self.dataset(spec, &TypeDescriptor::VarLenUnicode)?;
-        let shape = self.checked_shape(spec, &dataset)?;
-        let texts = stream::texts(&dataset, &shape, place, self.volume(spec.group)?.bytes)?;
-        place.same_digest(
-            read_text(&dataset, place, "digest")?,
-            of_texts(&shape, &texts),
-        )?;
+        let spec = self.spec(path, Kind::Text)?;
+        let (place, dataset) = (self.place(spec), self.dataset(spec)?);
+        let bytes = self.volume(spec.group)?.bytes;
+        require_bytes(&dataset, place, bytes)?;
+        let shape = dataset.get_shape().at(place, "read the shape")?;
+        let texts = texts(&dataset, &shape, place, bytes)?;
+        let digest = read_text(&dataset, place, "digest")?;
+        place.same_digest(digest, of_texts(&shape, &texts))?;
         Ok(texts)
     }
 
@@ -187,30 +179,26 @@ impl Reader {
         if !self.holds(spec) {
             return None;
         }
+        let file = &self.volume(spec.group).ok()?.file;
         if spec.kind.is_matrix() {
-            return matrix::shape(self, spec).ok().map(Vec::from);
+            let group = file.group(spec.path).ok()?;
+            return matrix::shape_of(&group, self.place(spec))
+                .ok()
+                .map(Vec::from);
         }
-        let dataset = self.volume(spec.group).ok()?.file.dataset(spec.path).ok()?;
-        dataset.get_shape().ok()
+        file.dataset(spec.path).ok()?.get_shape().ok()
     }
 
-    /// The row of a path, if it holds the kind that is asked for.
-    pub(super) fn spec(
-        &self,
-        path: &str,
-        fits: impl Fn(Kind) -> bool,
-        asked: Kind,
-    ) -> Result<&'static DatasetSpec, StoreError> {
+    /// The row of a path, if it holds the kind that is asked for, or both are matrices.
+    pub(super) fn spec(&self, path: &str, asked: Kind) -> Result<&'static DatasetSpec, StoreError> {
         let spec = self.layout.find(path);
         let spec = spec.ok_or_else(|| LayoutError::unknown(path))?;
-        if !fits(spec.kind) {
+        if spec.kind != asked && !(spec.kind.is_matrix() && asked.is_matrix()) {
             let problem = format!(" holds {}, not {asked}", spec.kind);
             return Err(LayoutError::dataset(path, problem));
         }
-        if !self
-            .volume_of_object(spec.group, spec.path)?
-            .holds(spec.path)
-        {
+        let volume = self.volume_of_object(spec.group, spec.path)?;
+        if !volume.holds(spec.path) {
             return Err(self.missing(spec.path, spec.group));
         }
         Ok(spec)
@@ -221,64 +209,36 @@ impl Reader {
         spec: &DatasetSpec,
         shape: &[usize],
     ) -> Result<(), StoreError> {
-        let conflict = |conflict: super::extents::ShapeConflict| {
-            self.place(spec).mismatch(conflict.expected, conflict.found)
-        };
-        self.sizes.check(spec, shape).map_err(conflict)
+        let checked = self.sizes.check(spec, shape);
+        checked.map_err(|(expected, found)| self.place(spec).mismatch(expected, found))
     }
 
-    fn dataset(
-        &self,
-        spec: &DatasetSpec,
-        expected: &TypeDescriptor,
-    ) -> Result<hdf5::Dataset, StoreError> {
-        open_dataset(&self.volume(spec.group)?.file, self.place(spec), expected)
-    }
-
-    fn checked_shape(
-        &self,
-        spec: &DatasetSpec,
-        dataset: &hdf5::Dataset,
-    ) -> Result<Vec<usize>, StoreError> {
+    /// A plain dataset with the type and the shape that the table says.
+    pub(super) fn dataset(&self, spec: &DatasetSpec) -> Result<hdf5::Dataset, StoreError> {
         let place = self.place(spec);
+        let dataset = open_dataset(&self.volume(spec.group)?.file, place, spec.kind)?;
         let shape = dataset.get_shape().at(place, "read the shape")?;
         self.check_shape(spec, &shape)?;
-        bounds::check(dataset, place, self.volume(spec.group)?.bytes)?;
-        Ok(shape)
+        Ok(dataset)
     }
 
-    pub(super) fn values<T: StoredElement>(
+    fn values<T: StoredElement>(
         &self,
-        spec: &DatasetSpec,
-        expected: &TypeDescriptor,
-    ) -> Result<(Vec<T>, Vec<usize>), StoreError> {
-        let place = self.place(spec);
-        let dataset = self.dataset(spec, expected)?;
-        let shape = self.checked_shape(spec, &dataset)?;
+        path: &str,
+        kind: Kind,
+    ) -> Result<(Vec<T>, Vec<usize>, Place<'_>), StoreError> {
+        let spec = self.spec(path, kind)?;
+        let (place, dataset) = (self.place(spec), self.dataset(spec)?);
+        let bytes = self.volume(spec.group)?.bytes;
+        require_bytes(&dataset, place, bytes)?;
+        let shape = dataset.get_shape().at(place, "read the shape")?;
         let digest = read_text(&dataset, place, "digest")?;
-        if bounds::claims_much(&dataset, &shape, size_of::<T>()) {
-            let found = stream::digest::<T>(&dataset, spec.kind, &shape, place)?;
-            place.same_digest(digest.clone(), found)?;
+        if claims_much(&dataset, &shape, size_of::<T>()) {
+            place.same_digest(digest.clone(), digest_of(&dataset, kind, place, bytes)?)?;
         }
         let values = dataset.read_raw::<T>().at(place, "read the values")?;
-        place.same_digest(digest, of_values(spec.kind, &shape, &values))?;
-        Ok((values, shape))
-    }
-
-    /// Compares the values of a dataset with its digest, without keeping them.
-    pub(super) fn check_digest<T: StoredElement>(
-        &self,
-        spec: &DatasetSpec,
-        expected: &TypeDescriptor,
-    ) -> Result<(), StoreError> {
-        let place = self.place(spec);
-        let dataset = self.dataset(spec, expected)?;
-        let shape = self.checked_shape(spec, &dataset)?;
-        let digest = read_text(&dataset, place, "digest")?;
-        place.same_digest(
-            digest,
-            stream::digest::<T>(&dataset, spec.kind, &shape, place)?,
-        )
+        place.same_digest(digest, of_values(kind, &shape, &values))?;
+        Ok((values, shape, place))
     }
 }
 

@@ -1,16 +1,17 @@
-//! The table of datasets as a JSON schema and as a page.
+//! The table of datasets as a JSON schema, and as a Markdown page for people.
+
+use std::fmt::Write as _;
 
 use serde_json::{Map, Value, json};
 use units::{ForceUnit, LengthUnit, Units};
 
-use super::dimension::{self, DIMENSION_SCALES};
-use super::header::{LINKED_GROUPS, ROOT_ATTRIBUTES};
-use super::layout::{DatasetSpec, Extent, Kind, Presence, Storage};
-use super::record::{GROUP_ATTRIBUTES, OPTIONAL_GROUP_ATTRIBUTES};
-use super::table::Layout;
+use crate::dimension;
+use crate::dimension::DIMENSION_SCALES;
+use crate::header::{GROUP_ATTRIBUTES, LINKED_GROUPS, OPTIONAL_GROUP_ATTRIBUTES, ROOT_ATTRIBUTES};
+use crate::layout::{DatasetSpec, Extent, Group, Kind, Layout, Presence, Storage};
 
 /// The attributes every dataset and matrix group carries, with their meanings.
-pub(super) const DATASET_ATTRIBUTES: &[(&str, &str, &str)] = &[
+const DATASET_ATTRIBUTES: &[(&str, &str, &str)] = &[
     (
         "units",
         "text",
@@ -30,7 +31,7 @@ pub(super) const DATASET_ATTRIBUTES: &[(&str, &str, &str)] = &[
 ];
 
 /// The attributes a matrix group carries besides.
-pub(super) const MATRIX_ATTRIBUTES: &[(&str, &str, &str)] = &[
+const MATRIX_ATTRIBUTES: &[(&str, &str, &str)] = &[
     ("shape", "i64[2]", "rows, columns"),
     ("encoding-type", "text", "csc_matrix or csr_matrix"),
     (
@@ -41,7 +42,7 @@ pub(super) const MATRIX_ATTRIBUTES: &[(&str, &str, &str)] = &[
 ];
 
 /// The members of a matrix group.
-pub(super) const MATRIX_MEMBERS: &[(&str, &str, &str)] = &[
+const MATRIX_MEMBERS: &[(&str, &str, &str)] = &[
     ("data", "f64", "values of the entries"),
     ("indices", "i64", "row (CSC) or column (CSR) of each entry"),
     (
@@ -133,4 +134,103 @@ fn extent(extent: &Extent) -> Value {
         Extent::Labelled(axis) => json!(axis.labels.len()),
         symbolic => json!(symbolic.to_string()),
     }
+}
+
+/// The table as a Markdown page: the file, its groups one by one, and the symbolic sizes.
+#[must_use]
+pub fn schema_page(layout: &Layout) -> String {
+    let [major, minor] = layout.format_version;
+    let mut page = format!(
+        "# The run file\n\nGenerated from the table of datasets; do not edit.\n\nOne HDF5 file of type \
+         `{}`, format version {major}.{minor}. Readers take the same major and any older minor version. \
+         Units are words for force F and length L, here those of a scene that names none.\n\n",
+        layout.filetype
+    );
+    attributes(&mut page, "Attributes of the root", ROOT_ATTRIBUTES);
+    heading(&mut page, "Stages in files of their own");
+    let filetype = layout.linked_filetype;
+    let _ = write!(page, "{LINKED_GROUPS} Its file type is `{filetype}`.\n\n");
+    let optional = "Further attribute of a stage group in other units than metres and newtons";
+    for (title, rows) in [
+        ("Attributes of every stage group", GROUP_ATTRIBUTES),
+        (optional, OPTIONAL_GROUP_ATTRIBUTES),
+        ("Attributes of every dataset and matrix", DATASET_ATTRIBUTES),
+        ("Further attributes of a matrix group", MATRIX_ATTRIBUTES),
+        ("Members of a matrix group", MATRIX_MEMBERS),
+    ] {
+        attributes(&mut page, title, rows);
+    }
+    for group in layout.groups() {
+        group_section(&mut page, layout, group);
+    }
+    let _ = write!(page, "## Names of axes\n\n{DIMENSION_SCALES}\n\n");
+    page.push_str("## Sizes\n\n| Name | Meaning |\n|---|---|\n");
+    for (name, meaning) in layout.extents {
+        row(&mut page, &[format!("`{name}`"), cell(meaning)]);
+    }
+    page
+}
+
+fn attributes(page: &mut String, title: &str, rows: &[(&str, &str, &str)]) {
+    heading(page, title);
+    page.push_str("| Name | Type | Meaning |\n|---|---|---|\n");
+    for (name, kind, meaning) in rows {
+        row(page, &[format!("`{name}`"), cell(kind), cell(meaning)]);
+    }
+    page.push('\n');
+}
+
+fn group_section(page: &mut String, layout: &Layout, group: Group) {
+    heading(page, &format!("`/{group}`"));
+    page.push_str(
+        "| Dataset | Symbol | Type | Shape | Dimension | Unit | Meaning |\n|---|---|---|---|---|---|---|\n",
+    );
+    for spec in layout.of_group(group) {
+        let shape: Vec<_> = spec.shape.iter().map(ToString::to_string).collect();
+        let shape = match shape.join(", ") {
+            scalar if scalar.is_empty() => "scalar".into(),
+            extents => format!("[{extents}]"),
+        };
+        let cells = [
+            format!("`{}`", spec.name()),
+            cell(spec.symbol),
+            cell(&spec.kind.to_string()),
+            shape,
+            spec.dimension.to_string(),
+            Units::SI.word(spec.dimension),
+            meaning(spec),
+        ];
+        row(page, &cells);
+    }
+    page.push('\n');
+}
+
+fn meaning(spec: &DatasetSpec) -> String {
+    let mut meaning = cell(spec.description);
+    if let Presence::Optional(reason) = spec.presence {
+        let _ = write!(meaning, " Optional: {}.", cell(reason));
+    }
+    if spec.storage == Storage::Compressed {
+        meaning.push_str(if spec.kind.is_matrix() {
+            " Indices compressed."
+        } else {
+            " Compressed."
+        });
+    }
+    if spec.volatile {
+        meaning.push_str(" Not in the digest of the stage.");
+    }
+    meaning
+}
+
+fn heading(page: &mut String, title: &str) {
+    let _ = write!(page, "## {title}\n\n");
+}
+
+fn row(page: &mut String, cells: &[String]) {
+    let _ = writeln!(page, "| {} |", cells.join(" | "));
+}
+
+fn cell(text: &str) -> String {
+    text.replace('|', "\\|")
 }

@@ -2,7 +2,7 @@
 //!
 //! The seal of a group covers the attributes of everything in it, the datasets that its own digest leaves out and the
 //! labels of its axes; that of the root its attributes and the seals of its groups. Both are written at the commit, and
-//! [`super::Reader::problems`] compares them. Files of older
+//! [`crate::Reader::problems`] compares them. Files of older
 //! formats have none.
 
 use blake3::Hasher;
@@ -10,22 +10,23 @@ use hdf5::types::{FixedAscii, TypeDescriptor, VarLenUnicode};
 use hdf5::{IndexType, IterationOrder, LinkType};
 use hdf5_metno as hdf5;
 
-use super::attribute::{has, read_text, write_text};
-use super::dimension::is_scale;
-use super::error::StoreError;
-use super::layout::Group;
-use super::place::{AtPlace, Place};
-use super::reader::Reader;
-use super::scale_text::TEXT_BYTES;
-use super::volume::Volume;
+use crate::attribute::{has, read_text, write_text};
+use crate::dimension::{TEXT_BYTES, is_scale};
+use crate::error::{AtPlace, Place, StoreError};
+use crate::layout::Group;
+use crate::reader::Reader;
+use crate::volume::Volume;
 
 /// The attribute of a group and of the root that holds the seal.
 pub(super) const SEAL: &str = "seal";
 
+/// Where the root of a file is.
+const ROOT: &str = "/";
+
 /// No axis of ours has more entries with labels.
 const MOST_LABELS: usize = 64;
 
-/// What stands as the seal of an object, and what it should be.
+/// What stands as the seal of a group or the root, and what it should be.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Seal {
     stored: Option<String>,
@@ -33,36 +34,38 @@ struct Seal {
 }
 
 impl Seal {
-    fn new(object: &hdf5::Location, place: Place<'_>, found: String) -> Result<Self, StoreError> {
-        let stored = if has(object, place, SEAL)? {
-            Some(read_text(object, place, SEAL)?)
-        } else {
-            None
-        };
-        Ok(Self { stored, found })
-    }
-
-    fn of_group(file: &hdf5::File, place: Place<'_>) -> Result<Self, StoreError> {
+    /// That of the group at a place, or of the root at `/`.
+    fn of(file: &hdf5::File, place: Place<'_>) -> Result<Self, StoreError> {
         let object = file.group(place.dataset).at(place, "open the group")?;
-        Self::new(&object, place, of_group(&object, place)?)
+        let mut hasher = Hasher::new();
+        if place.dataset == ROOT {
+            add_root(&mut hasher, &object, place)?;
+        } else {
+            add_group(&mut hasher, &object, place)?;
+        }
+        let is_sealed = has(&object, place, SEAL)?;
+        let stored = is_sealed.then(|| read_text(&object, place, SEAL));
+        Ok(Self {
+            stored: stored.transpose()?,
+            found: hasher.finalize().to_hex().to_string(),
+        })
     }
 
-    fn of_root(file: &hdf5::File, place: Place<'_>) -> Result<Self, StoreError> {
-        Self::new(file, place, of_root(file, place)?)
+    /// Stores the seal of what has none yet.
+    fn set(file: &hdf5::File, place: Place<'_>) -> Result<Self, StoreError> {
+        let mut seal = Self::of(file, place)?;
+        if seal.stored.is_none() {
+            let object = file.group(place.dataset).at(place, "open the group")?;
+            write_text(&object, place, SEAL, &seal.found)?;
+            seal.stored = Some(seal.found.clone());
+        }
+        Ok(seal)
     }
 
     fn same(&self, other: &Self, place: Place<'_>) -> Result<(), StoreError> {
         let in_one =
             |seal: &Self| format!("{} {}", seal.stored.as_deref().unwrap_or("-"), seal.found);
         place.same_digest(in_one(other), in_one(self))
-    }
-
-    /// Stores the seal where none stands.
-    fn store(&mut self, object: &hdf5::Location, place: Place<'_>) -> Result<(), StoreError> {
-        match self.stored {
-            Some(_) => Ok(()),
-            None => write_text(object, place, SEAL, self.stored.insert(self.found.clone())),
-        }
     }
 }
 
@@ -75,27 +78,15 @@ pub(super) struct Seals {
 
 impl Seals {
     /// Seals groups of a file that have no seals yet, which those that were copied have, and its root.
-    ///
-    /// # Errors
-    /// `Hdf5` if reading or writing fails.
     pub(super) fn set(
         file: &hdf5::File,
         place: Place<'_>,
         groups: &[Group],
     ) -> Result<Self, StoreError> {
-        let mut sealed = Vec::new();
-        for group in groups {
-            let place = group_place(place, *group);
-            let mut seal = Seal::of_group(file, place)?;
-            let object = file.group(place.dataset).at(place, "open the group")?;
-            seal.store(&object, place)?;
-            sealed.push((*group, seal));
-        }
-        let mut root = Seal::of_root(file, place)?;
-        root.store(file, place)?;
+        let seal = |group: &Group| Ok((*group, Seal::set(file, place.beside(group.name()))?));
         Ok(Self {
-            groups: sealed,
-            root,
+            groups: groups.iter().map(seal).collect::<Result<_, StoreError>>()?,
+            root: Seal::set(file, place.beside(ROOT))?,
         })
     }
 
@@ -113,14 +104,14 @@ impl Seals {
         volume: &Volume,
         previous: Option<&Reader>,
     ) -> Result<(), StoreError> {
-        let root = Place::new(&volume.path, "/");
+        let root = Place::new(&volume.path, ROOT);
         for (group, seal) in &self.groups {
-            let place = group_place(root, *group);
-            Seal::of_group(&volume.file, place)?.same(seal, place)?;
+            let place = root.beside(group.name());
+            Seal::of(&volume.file, place)?.same(seal, place)?;
             if seal.stored.as_ref() != Some(&seal.found) {
                 // What a copy lost was wrong before the file was closed.
                 let before = match previous {
-                    Some(previous) => Seal::of_group(&previous.volume(*group)?.file, place)?,
+                    Some(previous) => Seal::of(&previous.volume(*group)?.file, place)?,
                     None => Seal {
                         found: seal.stored.clone().unwrap_or_default(),
                         ..seal.clone()
@@ -129,12 +120,8 @@ impl Seals {
                 seal.same(&before, place)?;
             }
         }
-        Seal::of_root(&volume.file, root)?.same(&self.root, root)
+        Seal::of(&volume.file, root)?.same(&self.root, root)
     }
-}
-
-fn group_place<'a>(place: Place<'a>, group: Group) -> Place<'a> {
-    place.beside(group.name())
 }
 
 impl Reader {
@@ -143,52 +130,42 @@ impl Reader {
         let linked = self.linked.values();
         let volumes = linked.filter_map(|linked| linked.volume.as_ref().ok());
         let roots = [&self.home].into_iter().chain(volumes);
-        roots
-            .filter_map(|volume| self.root_problem(volume).err())
-            .collect()
-    }
-
-    fn root_problem(&self, volume: &Volume) -> Result<(), StoreError> {
-        let place = Place::new(&volume.path, "/");
-        self.sound(volume, &Seal::of_root(&volume.file, place)?, place)
+        let problem = |volume: &Volume| self.require_sound(volume, ROOT).err();
+        roots.filter_map(problem).collect()
     }
 
     /// Refuses a group whose seal is broken, or missing where it must be.
     pub(super) fn refuse_unsealed(&self, group: Group) -> Result<(), StoreError> {
         let volume = self.volume(group)?;
-        if !volume.holds(&format!("/{group}")) {
-            return Ok(());
+        if volume.holds(&format!("/{group}")) {
+            self.require_sound(volume, group.name())
+        } else {
+            Ok(())
         }
-        let place = Place::new(&volume.path, group.name());
-        self.sound(volume, &Seal::of_group(&volume.file, place)?, place)
     }
 
-    fn sound(&self, volume: &Volume, seal: &Seal, place: Place<'_>) -> Result<(), StoreError> {
-        match &seal.stored {
+    fn require_sound(&self, volume: &Volume, object: &str) -> Result<(), StoreError> {
+        let place = Place::new(&volume.path, object);
+        let seal = Seal::of(&volume.file, place)?;
+        match seal.stored {
             None if volume.format_version < self.layout.sealed_since => Ok(()),
             None => Err(place.mismatch(format!("the attribute `{SEAL}`"), "none")),
-            Some(stored) => place.same_digest(stored.clone(), seal.found.clone()),
+            Some(stored) => place.same_digest(stored, seal.found),
         }
     }
 }
 
-fn of_group(group: &hdf5::Group, place: Place<'_>) -> Result<String, StoreError> {
-    let mut hasher = Hasher::new();
-    add_group(&mut hasher, group, place)?;
-    Ok(hasher.finalize().to_hex().to_string())
-}
-
-fn of_root(file: &hdf5::File, place: Place<'_>) -> Result<String, StoreError> {
-    let mut hasher = Hasher::new();
-    add_attributes(&mut hasher, file, place)?;
-    for name in members(file, place)? {
-        add_text(&mut hasher, &name);
-        let group = file.group(&name).at(place, "open the group")?;
+/// The attributes of the root and, in the order of their names, the seals of its groups.
+fn add_root(hasher: &mut Hasher, root: &hdf5::Group, place: Place<'_>) -> Result<(), StoreError> {
+    add_attributes(hasher, root, place)?;
+    for name in members(root, place)? {
+        add_text(hasher, &name);
+        let group = root.group(&name).at(place, "open the group")?;
         if has(&group, place, SEAL)? {
-            add_text(&mut hasher, &read_text(&group, place, SEAL)?);
+            add_text(hasher, &read_text(&group, place, SEAL)?);
         }
     }
-    Ok(hasher.finalize().to_hex().to_string())
+    Ok(())
 }
 
 /// The attributes of a group and, in the order of their names, its members.
@@ -261,17 +238,13 @@ fn add_value(hasher: &mut Hasher, attribute: &hdf5::Attribute) -> hdf5::Result<(
                 hasher.update(&value.to_le_bytes());
             }
         }
-        Ok(TypeDescriptor::FixedAscii(_)) => add_fixed(hasher, attribute)?,
-        Ok(_) => {}
         // Texts that end with a zero have no descriptor.
-        Err(_) => add_fixed(hasher, attribute)?,
+        Ok(TypeDescriptor::FixedAscii(_)) | Err(_) => {
+            let text = attribute.read_scalar::<FixedAscii<TEXT_BYTES>>()?;
+            add_text(hasher, &text);
+        }
+        Ok(_) => {}
     }
-    Ok(())
-}
-
-fn add_fixed(hasher: &mut Hasher, attribute: &hdf5::Attribute) -> hdf5::Result<()> {
-    let text = attribute.read_scalar::<FixedAscii<TEXT_BYTES>>()?;
-    add_text(hasher, &text);
     Ok(())
 }
 
@@ -281,7 +254,7 @@ fn add_text(hasher: &mut Hasher, text: &str) {
 }
 
 /// The objects of a group, without links to other places.
-pub(super) fn members(group: &hdf5::Group, place: Place<'_>) -> Result<Vec<String>, StoreError> {
+fn members(group: &hdf5::Group, place: Place<'_>) -> Result<Vec<String>, StoreError> {
     let links = group.links(IndexType::Name, IterationOrder::Native);
     let links = links.at(place, "list the members")?.into_iter();
     let hard = links.filter(|(_, link)| link.link_type == LinkType::Hard);

@@ -1,17 +1,15 @@
 //! Temporary files: removed when dropped, and before the process dies of SIGINT or SIGTERM.
 
 use std::collections::BTreeSet;
-use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::thread;
+use std::{fs, io, thread};
 
 use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::iterator::Signals;
 use signal_hook::low_level::emulate_default_handler;
 
-use super::layout::Group;
+use crate::layout::Group;
 
 /// The temporaries of this process. Whoever holds the lock decides alone: a rename, or the end of
 /// the process.
@@ -41,9 +39,6 @@ pub(super) fn note_commit(target: &Path, groups: Vec<Group>) {
 ///
 /// A rename that has begun is completed first. A file that reaches the largest size allowed (SIGXFSZ) is an error of the
 /// write from then on, and no longer the end of the process. Calling it again does nothing.
-///
-/// # Errors
-/// If the system refuses the signal handlers or the thread.
 pub fn install(farewell: fn()) -> io::Result<()> {
     let mut installed = INSTALLED.lock().unwrap_or_else(PoisonError::into_inner);
     if !*installed {
@@ -93,9 +88,6 @@ impl Temporary {
     }
 
     /// Renames the file; a signal acts either before or after.
-    ///
-    /// # Errors
-    /// Those of renaming.
     pub fn publish(&self, target: &Path) -> io::Result<()> {
         let mut temporaries = temporaries();
         fs::rename(&self.path, target)?;

@@ -1,25 +1,25 @@
-//! A change of a run file: written beside it, then put in its place in one step, or not at all.
+//! A change of a run file: written beside it, read back, then put in its place in one step, or not at all.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::dimension::name_axes;
-use super::error::{LayoutError, StoreError};
-use super::extents::Sizes;
-use super::header;
-use super::home::{Home, LinkedName, SharedGroup, carry_over, is_joined, join, take_over};
-use super::layout::Group;
-use super::lock::{RunFile, temporary_for};
-use super::place::{AtFile, AtPlace, Place};
-use super::proof::Proof;
-use super::reader::Reader;
-use super::scale_text;
-use super::seal::Seals;
-use super::signals::note_commit;
-use super::table::Layout;
-use super::volume::Stamp;
-use super::whole::{WholeFile, replaceable, sync_folder};
-use super::writer::GroupWriter;
+use crate::attribute::read_text;
+use crate::dataset::digest_of;
+use crate::digest::of_group;
+use crate::dimension::name_axes;
+use crate::error::{AtFile, AtPlace, LayoutError, Place, StoreError};
+use crate::extents::Sizes;
+use crate::header::GroupRecord;
+use crate::home::{Home, LinkedName, SharedGroup, carry_over, is_joined, join, take_over};
+use crate::layout::{DatasetSpec, Group, Layout};
+use crate::lock::{RunFile, temporary_for};
+use crate::reader::Reader;
+use crate::seal::Seals;
+use crate::signals::note_commit;
+use crate::volume::{FileState, Volume};
+use crate::whole::{WholeFile, replaceable, sync_folder};
+use crate::writer::GroupWriter;
+use crate::{dimension, header, heaps, matrix};
 
 /// A new state of a run file, in the hidden file `.NAME.part`; dropping it leaves the run file as
 /// it was.
@@ -33,15 +33,15 @@ pub struct Transaction {
     shared: Vec<SharedPart>,
     previous: Option<Reader>,
     /// That of the present file, before it was opened.
-    stamp: Stamp,
+    state: FileState,
     replaced: Vec<Group>,
     embed: bool,
     unfinished: Option<Group>,
     /// Digests of the groups that are written.
     finished: BTreeMap<Group, String>,
-    sizes: Sizes,
-    layout: Layout,
-    target: PathBuf,
+    pub(super) sizes: Sizes,
+    pub(super) layout: Layout,
+    pub(super) target: PathBuf,
     folder: PathBuf,
     temporary: PathBuf,
 }
@@ -62,12 +62,8 @@ impl Transaction {
     /// Those of [`Reader::open`] for the present file, `Io` if it is write-protected, `Hdf5` if the
     /// temporary file cannot be created.
     pub fn begin(run_file: &RunFile) -> Result<Self, StoreError> {
-        let stamp = Stamp::of(&run_file.path);
-        let previous = match Reader::open(&run_file.path, run_file.layout) {
-            Ok(previous) => Some(previous),
-            Err(StoreError::NotFound { .. }) => None,
-            Err(error) => return Err(error),
-        };
+        let state = FileState::of(&run_file.path);
+        let previous = Reader::open_if_there(&run_file.path, run_file.layout)?;
         replaceable(&run_file.path)?;
         let layout = run_file.layout;
         let temporary = run_file.temporary();
@@ -75,7 +71,7 @@ impl Transaction {
             run_file: part(temporary.clone(), &layout, layout.filetype)?,
             shared: Vec::new(),
             previous,
-            stamp,
+            state,
             replaced: Vec::new(),
             embed: false,
             unfinished: None,
@@ -107,10 +103,8 @@ impl Transaction {
         }
         let is_shared = self.shared.iter().any(|shared| shared.group == group);
         if is_shared || self.run_file.file().link_exists(group.name()) {
-            return Err(LayoutError::Twice {
-                path: group.name().into(),
-            }
-            .into());
+            let path = group.name().into();
+            return Err(LayoutError::Twice { path }.into());
         }
         self.remove(group);
         self.learn_upstream_sizes(group);
@@ -136,10 +130,23 @@ impl Transaction {
         Ok(GroupWriter::new(self, group, object))
     }
 
-    /// Puts a link to a shared file in the place of what the file held of its group.
+    /// Writes a whole group with its record, as [`Self::group`] and [`GroupWriter::finish`]; returns its digest.
     ///
     /// # Errors
-    /// `Hdf5` if linking fails.
+    /// Those of `write` and of both.
+    pub fn write<E: From<StoreError>>(
+        &mut self,
+        group: Group,
+        home: Home,
+        record: &GroupRecord,
+        write: impl FnOnce(&mut GroupWriter<'_>) -> Result<(), E>,
+    ) -> Result<String, E> {
+        let mut writer = self.group(group, home)?;
+        write(&mut writer)?;
+        Ok(writer.finish(record)?)
+    }
+
+    /// Puts a link to a shared file in the place of what the file held of its group.
     pub fn link(&mut self, shared: &SharedGroup) -> Result<(), StoreError> {
         self.remove(shared.group);
         let place = Place::new(&self.target, shared.group.name());
@@ -189,12 +196,12 @@ impl Transaction {
             carry_over(previous, &self.replaced, self.embed, file)?;
         }
         // What was copied from a file that another program overwrote meanwhile may be a mixture.
-        if Stamp::of(&self.target) != self.stamp {
+        if FileState::of(&self.target) != self.state {
             return Err(StoreError::Changed { file: self.target });
         }
         let permissions = replaceable(&self.target)?;
         let place = Place::new(&self.target, "/");
-        let texts = scale_text::types(&self.temporary, place)?;
+        let texts = dimension::types(&self.temporary, place)?;
         let proof = Proof {
             layout: &self.layout,
             finished: &self.finished,
@@ -208,8 +215,8 @@ impl Transaction {
             let target = self.folder.join(name.to_string());
             replaceable(&target)?;
             let filetype = self.layout.linked_filetype;
-            let written = shared.part.close()?;
-            let written = written.proven(|path| proof.of(path, filetype, &seals, &target))?;
+            let proven = |path: &Path| proof.of(path, filetype, &seals, &target);
+            let written = shared.part.finish(proven)?;
             written.publish(&target, permissions.clone())?;
             sync_folder(&self.folder).at_file(&self.folder, "sync the folder")?;
         }
@@ -224,8 +231,8 @@ impl Transaction {
         }
         let seals = Seals::set(file, place, &own)?;
         let filetype = self.layout.filetype;
-        let written = self.run_file.close()?;
-        let written = written.proven(|path| proof.of(path, filetype, &seals, &self.target))?;
+        let proven = |path: &Path| proof.of(path, filetype, &seals, &self.target);
+        let written = self.run_file.finish(proven)?;
         drop(self.previous);
         written.publish(&self.target, permissions)?;
         note_commit(&self.target, held);
@@ -233,18 +240,6 @@ impl Transaction {
             file: self.target,
             source,
         })
-    }
-
-    pub(super) fn layout(&self) -> Layout {
-        self.layout
-    }
-
-    pub(super) fn path(&self) -> &Path {
-        &self.target
-    }
-
-    pub(super) fn sizes_mut(&mut self) -> &mut Sizes {
-        &mut self.sizes
     }
 
     pub(super) fn group_finished(&mut self, digest: &str) {
@@ -271,4 +266,93 @@ impl Transaction {
 /// Begins a hidden file with its root attributes.
 fn part(path: PathBuf, layout: &Layout, filetype: &'static str) -> Result<WholeFile, StoreError> {
     WholeFile::create(path, |path| header::create(path, layout, filetype))
+}
+
+/// What a new state is held against.
+#[derive(Debug)]
+struct Proof<'a> {
+    layout: &'a Layout,
+    /// Digests of the groups that were written.
+    finished: &'a BTreeMap<Group, String>,
+    /// Where the other groups were copied from.
+    previous: Option<&'a Reader>,
+}
+
+impl Proof<'_> {
+    /// Reads the groups that a file holds itself back, and all its attributes.
+    ///
+    /// # Errors
+    /// `Unproven` if anything is not what was written; `target` is the file that it names.
+    fn of(
+        &self,
+        written: &Path,
+        filetype: &'static str,
+        seals: &Seals,
+        target: &Path,
+    ) -> Result<(), StoreError> {
+        let state = FileState::of(written);
+        let opened = header::open_written(written);
+        let volume =
+            opened.and_then(|file| Volume::of(file, state, written, self.layout, filetype));
+        let proven = volume.and_then(|volume| {
+            let mut groups = seals.groups();
+            groups.try_for_each(|group| self.of_group(&volume, group))?;
+            seals.require(&volume, self.previous)
+        });
+        proven.map_err(|error| StoreError::Unproven {
+            file: target.into(),
+            reason: error.to_string(),
+        })?;
+        heaps::trust(written);
+        Ok(())
+    }
+
+    fn of_group(&self, volume: &Volume, group: Group) -> Result<(), StoreError> {
+        let place = Place::new(&volume.path, group.name());
+        let mut digests = BTreeMap::new();
+        for spec in self.layout.of_group(group) {
+            if volume.holds(spec.path) {
+                let digest = self.of_dataset(volume, spec)?;
+                if !spec.volatile {
+                    digests.insert(spec.path, digest);
+                }
+            }
+        }
+        let object = volume.file.group(group.name());
+        let object = object.at(place, "open the group")?;
+        let Some(finished) = self.finished.get(&group) else {
+            return Ok(());
+        };
+        let stored = header::read(&object, place)?;
+        place.same_digest(finished.clone(), of_group(&digests, stored.units))?;
+        place.same_digest(finished.clone(), stored.digest)
+    }
+
+    /// The digest of a dataset as the disk has it: the one beside it or, in a copy, that of the original, sound or not.
+    fn of_dataset(&self, volume: &Volume, spec: &DatasetSpec) -> Result<String, StoreError> {
+        let place = Place::new(&volume.path, spec.path);
+        let (mut expected, found) = digests_on_disk(volume, spec)?;
+        if expected != found
+            && let Some(previous) = self.previous
+            && !self.finished.contains_key(&spec.group)
+        {
+            expected = digests_on_disk(previous.volume(spec.group)?, spec)?.1;
+        }
+        place.same_digest(expected, found.clone())?;
+        Ok(found)
+    }
+}
+
+/// The digest that stands beside a dataset or matrix, and that of its values.
+fn digests_on_disk(volume: &Volume, spec: &DatasetSpec) -> Result<(String, String), StoreError> {
+    let place = Place::new(&volume.path, spec.path);
+    if spec.kind.is_matrix() {
+        let group = volume.file.group(spec.path).at(place, "open the matrix")?;
+        let found = matrix::digest_of(&volume.file, place, volume.bytes)?;
+        return Ok((read_text(&group, place, "digest")?, found));
+    }
+    let dataset = volume.file.dataset(spec.path);
+    let dataset = dataset.at(place, "open the dataset")?;
+    let found = digest_of(&dataset, spec.kind, place, volume.bytes)?;
+    Ok((read_text(&dataset, place, "digest")?, found))
 }

@@ -1,4 +1,4 @@
-//! One HDF5 file opened for reading: the run file, or the file beside it that holds one group.
+//! One HDF5 file opened for reading: the run file, the file beside it that holds one group, or a file of another program.
 
 use std::collections::HashSet;
 use std::fs;
@@ -6,14 +6,14 @@ use std::path::{Path, PathBuf};
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, SystemTime};
 
+use hdf5::dataset::Layout as Storage;
 use hdf5::{IndexType, IterationOrder, LinkType, LocationType};
 use hdf5_metno as hdf5;
 
-use super::error::StoreError;
-use super::header;
-use super::layout::Group;
-use super::place::{AtFile, Place};
-use super::table::Layout;
+use crate::dataset::require_bytes;
+use crate::error::{AtFile, AtPlace, Place, StoreError};
+use crate::header;
+use crate::layout::{Group, Layout};
 
 /// An open file with what is needed to judge its contents.
 #[derive(Debug)]
@@ -27,34 +27,34 @@ pub(super) struct Volume {
     /// Paths of all soft and external links, which are never followed.
     links: Vec<String>,
     /// That of the file before it was opened.
-    stamp: Stamp,
+    state: FileState,
 }
 
 /// A file that was not changed for so long has another time of change once it is: clocks of file systems tick less often.
 pub(super) const TICK: Duration = Duration::from_millis(20);
 
 /// Groups of files that this process has found sound.
-static SOUND: LazyLock<Mutex<HashSet<(Stamp, Group)>>> = LazyLock::new(Mutex::default);
+static SOUND: LazyLock<Mutex<HashSet<(FileState, Group)>>> = LazyLock::new(Mutex::default);
 
-fn sound() -> MutexGuard<'static, HashSet<(Stamp, Group)>> {
+fn sound() -> MutexGuard<'static, HashSet<(FileState, Group)>> {
     SOUND.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Volume {
-    /// Opens a file and checks its root attributes; errors as for [`super::Reader::open`].
+    /// Opens a file and checks its root attributes; errors as for [`crate::Reader::open`].
     pub(super) fn open(
         path: &Path,
         layout: &Layout,
         filetype: &'static str,
     ) -> Result<Self, StoreError> {
-        let stamp = Stamp::of(path);
-        Self::of(header::open_any(path)?, stamp, path, layout, filetype)
+        let state = FileState::of(path);
+        Self::of(header::open_any(path)?, state, path, layout, filetype)
     }
 
-    /// Takes an open file, with its stamp before it was opened; errors as for [`super::Reader::open`].
+    /// Takes an open file, with its stamp before it was opened; errors as for [`crate::Reader::open`].
     pub(super) fn of(
         file: hdf5::File,
-        stamp: Stamp,
+        state: FileState,
         path: &Path,
         layout: &Layout,
         filetype: &'static str,
@@ -69,23 +69,23 @@ impl Volume {
             bytes,
             format_version,
             links,
-            stamp,
+            state,
         })
     }
 
     /// Whether the file is still the one that was opened, as it was.
     pub(super) fn is_unchanged(&self) -> bool {
-        Stamp::of(&self.path) == self.stamp
+        FileState::of(&self.path) == self.state
     }
 
     pub(super) fn is_sound(&self, group: Group) -> bool {
-        sound().contains(&(self.stamp.clone(), group))
+        sound().contains(&(self.state.clone(), group))
     }
 
     /// Notes that a group is what was written.
     pub(super) fn note_sound(&self, group: Group) {
-        if self.stamp.is_older_than(TICK) {
-            sound().insert((self.stamp.clone(), group));
+        if self.state.is_older_than(TICK) {
+            sound().insert((self.state.clone(), group));
         }
     }
 
@@ -121,16 +121,17 @@ pub(super) fn has_path(file: &hdf5::File, path: &str) -> bool {
     ends.all(|end| file.link_exists(&path[..end]))
 }
 
-/// What changes when a file is written, replaced or removed.
+/// What tells the present state of a file from any other: what changes when it is written, replaced or removed.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub(super) struct Stamp(Option<(u64, SystemTime, u64)>);
+pub struct FileState(Option<(u64, SystemTime, u64)>);
 
-impl Stamp {
+impl FileState {
     /// The length, the time of the last change and, where the system has it, the number of the
-    /// file.
-    pub(super) fn of(path: &Path) -> Self {
+    /// file at a path.
+    #[must_use]
+    pub fn of(path: &Path) -> Self {
         let metadata = fs::metadata(path).ok();
-        Stamp(metadata.and_then(|m| Some((m.len(), m.modified().ok()?, inode(&m)))))
+        Self(metadata.and_then(|m| Some((m.len(), m.modified().ok()?, inode(&m)))))
     }
 
     /// Whether the last change is so long ago.
@@ -150,24 +151,170 @@ pub(super) fn inode(_: &fs::Metadata) -> u64 {
     0
 }
 
-/// Walks the groups of a file, each once, along hard links.
-fn links(file: &hdf5::File) -> hdf5::Result<Vec<String>> {
+/// What a group has under a name.
+pub(super) struct Member {
+    pub(super) parent: hdf5::Group,
+    pub(super) name: String,
+    pub(super) path: String,
+    /// `None` for a soft or external link, which is never followed; an error for what cannot be looked at.
+    pub(super) kind: hdf5::Result<Option<LocationType>>,
+}
+
+/// The members of a group with some path, empty for the root.
+pub(super) fn members(parent: &hdf5::Group, path: &str) -> hdf5::Result<Vec<Member>> {
+    members_named(parent, path, |_| true)
+}
+
+/// The members with some names; the others are not looked at.
+fn members_named(
+    parent: &hdf5::Group,
+    path: &str,
+    is_wanted: impl Fn(&str) -> bool,
+) -> hdf5::Result<Vec<Member>> {
+    let mut links = parent.links(IndexType::Name, IterationOrder::Native)?;
+    links.retain(|(name, _)| is_wanted(name));
+    let member = |(name, link): (String, hdf5::LinkInfo)| {
+        let kind = match link.link_type {
+            LinkType::Hard => parent.loc_info_by_name(&name).map(|it| Some(it.loc_type)),
+            LinkType::Soft | LinkType::External => Ok(None),
+        };
+        Member {
+            parent: parent.clone(),
+            path: format!("{path}/{name}"),
+            name,
+            kind,
+        }
+    };
+    Ok(links.into_iter().map(member).collect())
+}
+
+/// Members of a group and all that is below them along hard links; of a group with several names only one.
+pub(super) fn walk(mut open: Vec<Member>) -> Vec<Member> {
     let mut found = Vec::new();
-    let mut seen = vec![file.loc_info()?.token];
-    let mut groups = vec![(String::new(), file.group("/")?)];
-    while let Some((path, group)) = groups.pop() {
-        for (name, info) in group.links(IndexType::Name, IterationOrder::Native)? {
-            let path = format!("{path}/{name}");
-            if info.link_type != LinkType::Hard {
-                found.push(path);
-                continue;
-            }
-            let info = group.loc_info_by_name(&name)?;
-            if info.loc_type == LocationType::Group && !seen.contains(&info.token) {
-                seen.push(info.token);
-                groups.push((path, group.group(&name)?));
+    let mut seen = Vec::new();
+    while let Some(mut member) = open.pop() {
+        if let Ok(Some(LocationType::Group)) = member.kind {
+            let opened = member.parent.group(&member.name).and_then(|group| {
+                let token = group.loc_info()?.token;
+                Ok((members(&group, &member.path)?, token))
+            });
+            match opened {
+                Ok((_, token)) if seen.contains(&token) => continue,
+                Ok((below, token)) => {
+                    seen.push(token);
+                    open.extend(below);
+                }
+                Err(error) => member.kind = Err(error),
             }
         }
+        found.push(member);
     }
-    Ok(found)
+    found
+}
+
+/// The paths of all soft and external links of a file.
+fn links(file: &hdf5::File) -> hdf5::Result<Vec<String>> {
+    let mut links = Vec::new();
+    for member in walk(members(file, "")?) {
+        if member.kind?.is_none() {
+            links.push(member.path);
+        }
+    }
+    Ok(links)
+}
+
+/// An HDF5 file of which some groups are known to hold all their data themselves.
+///
+/// No soft or external link leads out of these groups, no dataset lies in another file, virtual or by external storage, and every size that is
+/// declared is backed by bytes of the file, up to what deflate can make of them.
+#[derive(Debug)]
+pub struct Foreign {
+    file: hdf5::File,
+    declared: u64,
+}
+
+impl Foreign {
+    /// Opens a file and examines those of some groups of its root that are there, and all in them.
+    ///
+    /// # Errors
+    /// `NotFound`, `IsDirectory`, `NotAFile`, `NotHdf5`, `Io`; `NotItself` for what is damaged, or lies elsewhere.
+    pub fn open(path: &Path, groups: &[&str]) -> Result<Self, StoreError> {
+        let file = header::open_any(path).map_err(|error| in_words(error, path))?;
+        let bytes = fs::metadata(path).at_file(path, "look at the file")?.len();
+        let mut declared = 0_u64;
+        for group in groups {
+            declared = declared.saturating_add(examined(&file, path, bytes, group)?);
+        }
+        Ok(Self { file, declared })
+    }
+
+    /// Whether a path of groups that begins with a slash ends at something.
+    #[must_use]
+    pub fn has(&self, path: &str) -> bool {
+        has_path(&self.file, path)
+    }
+
+    /// The file; only the groups that were named may be read.
+    #[must_use]
+    pub fn file(&self) -> &hdf5::File {
+        &self.file
+    }
+
+    /// Bytes of all values in the groups, once they are read.
+    #[must_use]
+    pub fn declared(&self) -> u64 {
+        self.declared
+    }
+}
+
+/// Bytes of all values at and below an object of the root.
+fn examined(file: &hdf5::File, path: &Path, bytes: u64, name: &str) -> Result<u64, StoreError> {
+    let object = format!("/{name}");
+    let place = Place::new(path, &object);
+    let named = members_named(file, "", |member| member == name);
+    let named = named.at(place, "list the links")?;
+    let mut declared = 0_u64;
+    for member in walk(named) {
+        let place = place.beside(&member.path);
+        match member.kind.at(place, "look at the object")? {
+            None => return Err(elsewhere(path, place.dataset, "a link to another place")),
+            Some(LocationType::Dataset) => {
+                let dataset = member.parent.dataset(&member.name);
+                let dataset = dataset.at(place, "open the dataset")?;
+                declared = declared.saturating_add(backed(&dataset, place, bytes)?);
+            }
+            Some(_) => {}
+        }
+    }
+    Ok(declared)
+}
+
+/// The bytes that a dataset declares, all of them backed by the file.
+fn backed(dataset: &hdf5::Dataset, place: Place<'_>, bytes: u64) -> Result<u64, StoreError> {
+    let creation = dataset.dcpl().at(place, "read how it is stored")?;
+    if !creation.external().is_empty() || dataset.layout() == Storage::Virtual {
+        let found = "values in other files";
+        return Err(elsewhere(place.file, place.dataset, found));
+    }
+    require_bytes(dataset, place, bytes).map_err(|error| in_words(error, place.file))?;
+    let element = dataset.dtype().at(place, "read the type")?.size() as u64;
+    Ok(element.saturating_mul(dataset.size() as u64))
+}
+
+/// What is damaged said to those who have no stages to run again.
+fn in_words(error: StoreError, file: &Path) -> StoreError {
+    match error {
+        StoreError::Damaged {
+            dataset, reason, ..
+        } => elsewhere(file, &dataset, reason),
+        other => other,
+    }
+}
+
+fn elsewhere(file: &Path, object: &str, found: impl Into<String>) -> StoreError {
+    StoreError::NotItself {
+        file: file.into(),
+        object: object.into(),
+        found: found.into(),
+    }
 }

@@ -4,21 +4,19 @@
 //! library then keeps a dataset that is gone and dies at the next flush of any file. So nothing is kept back:
 //! [`seeing_every_error`] has values written by the call that hands them over, and metadata by a flush or the end.
 
-use std::fs::{self, File, Permissions};
-use std::io::{self, BufRead, BufReader, Read};
+use std::fs::{File, Permissions};
+use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
-use std::thread;
+use std::{fs, io, thread};
 
 use hdf5::plist::file_access::{
     CacheDecreaseMode, CacheIncreaseMode, FileAccessBuilder, FlashIncreaseMode, MetadataCacheConfig,
 };
 use hdf5_metno as hdf5;
 
-use super::contents;
-use super::error::StoreError;
-use super::header;
-use super::place::{AtFile, AtPlace, Place};
-use super::signals::Temporary;
+use crate::error::{AtFile, AtPlace, Place, StoreError};
+use crate::signals::Temporary;
+use crate::{contents, header};
 
 /// An HDF5 file being written; dropping it removes it.
 #[derive(Debug)]
@@ -27,10 +25,6 @@ pub struct WholeFile {
     file: hdf5::File,
     temporary: Temporary,
 }
-
-/// A file that HDF5 has closed, still under its hidden name; dropping it removes it.
-#[derive(Debug)]
-pub(super) struct Closed(Temporary);
 
 /// A file that the disk has taken and given back, still under its hidden name; dropping it removes it.
 #[derive(Debug)]
@@ -68,7 +62,7 @@ impl WholeFile {
         drop(in_memory);
         let file = made(seeing_every_error)?;
         write(&file)?;
-        Self { file, temporary }.close()?.proven(|path| {
+        Self { file, temporary }.finish(|path| {
             let file = header::open_written(path)?;
             let bytes = fs::metadata(path).at_file(path, "look at the file")?.len();
             let found = contents::of(&file, Place::new(path, "/"), bytes)?;
@@ -97,31 +91,19 @@ impl WholeFile {
         &self.file
     }
 
-    /// Ends writing.
+    /// Ends writing, and reads the file back by `proof`, an error unless it holds what it should, while the disk takes it.
     ///
     /// # Errors
-    /// `Hdf5` if anything could not be written.
-    pub(super) fn close(self) -> Result<Closed, StoreError> {
-        let WholeFile { temporary, file } = self;
-        let path = temporary.path();
-        file.flush()
-            .at(Place::new(path, "/"), "flush the temporary file")?;
-        file.close()
-            .at(Place::new(path, "/"), "close the temporary file")?;
-        Ok(Closed(temporary))
-    }
-}
-
-impl Closed {
-    /// Reads the file back by `proof`, an error unless it holds what it should, while the disk takes it.
-    ///
-    /// # Errors
-    /// Those of `proof`; `Io` if the disk does not take it.
-    pub(super) fn proven<E: From<StoreError>>(
+    /// `Hdf5` if anything could not be written; `Io` if the disk does not take it; those of `proof`.
+    pub(super) fn finish<E: From<StoreError>>(
         self,
         proof: impl FnOnce(&Path) -> Result<(), E>,
     ) -> Result<WrittenFile, E> {
-        let path = self.0.path();
+        let WholeFile { temporary, file } = self;
+        let path = temporary.path();
+        let place = Place::new(path, "/");
+        file.flush().at(place, "flush the temporary file")?;
+        file.close().at(place, "close the temporary file")?;
         let sync = || {
             let synced = File::open(path).and_then(|written| written.sync_all());
             synced.at_file(path, "sync the temporary file")
@@ -138,7 +120,7 @@ impl Closed {
             };
             Ok::<(), E>(synced?)
         })?;
-        Ok(WrittenFile(self.0))
+        Ok(WrittenFile(temporary))
     }
 }
 
@@ -223,9 +205,6 @@ fn unproven(target: &Path, reason: impl Into<String>) -> StoreError {
 }
 
 /// Whether two sources give the same bytes.
-///
-/// # Errors
-/// Those of reading.
 pub fn is_same(one: impl Read, other: impl Read) -> io::Result<bool> {
     let (mut one, mut other) = (BufReader::new(one), BufReader::new(other));
     loop {
@@ -294,9 +273,6 @@ fn keep_owner(_: &Path, _: &Path) -> io::Result<()> {
 }
 
 /// Makes renames in a folder safe against loss of power.
-///
-/// # Errors
-/// Those of the system.
 pub fn sync_folder(folder: &Path) -> io::Result<()> {
     File::open(folder).and_then(|folder| folder.sync_all())
 }

@@ -1,23 +1,22 @@
 //! Writing one group: every dataset is looked up in the table and gets its attributes and digest.
 
-use std::collections::BTreeMap;
-use std::path::Path;
+use std::collections::{BTreeMap, BTreeSet};
 
-use hdf5::{H5Type, types::VarLenUnicode};
+use hdf5::types::VarLenUnicode;
+use hdf5::{H5Type, Hyperslab, SliceOrIndex};
 use hdf5_metno as hdf5;
+use ndarray::ArrayViewD;
 
-use super::attribute::{unicode, write_ascii, write_text};
-use super::dataset::new_dataset;
-use super::digest::{of_group, of_texts, of_values};
-use super::element::StoredElement;
-use super::enumeration::StoredEnum;
-use super::error::{LayoutError, StoreError};
-use super::layout::{DatasetSpec, Group, Kind, Presence, Storage};
-use super::matrix::{self, from_indices};
-use super::place::{AtPlace, Place};
-use super::record::{self, GroupRecord};
-use super::sparse::SparseView;
-use super::transaction::Transaction;
+use crate::attribute::{ascii, unicode, write_text, write_value, write_values};
+use crate::dataset::{empty_dataset, new_dataset};
+use crate::digest::{DatasetDigest, of_group, of_texts, of_values};
+use crate::element::{StoredElement, StoredEnum};
+use crate::error::{AtPlace, LayoutError, Place, StoreError};
+use crate::header::GroupRecord;
+use crate::layout::{DatasetSpec, Group, Kind, Presence, Storage};
+use crate::matrix::{SparseView, from_indices};
+use crate::transaction::Transaction;
+use crate::{header, matrix};
 
 /// Writes the datasets of one group into a transaction.
 ///
@@ -26,8 +25,10 @@ use super::transaction::Transaction;
 pub struct GroupWriter<'t> {
     transaction: &'t mut Transaction,
     group: Group,
-    pub(super) object: hdf5::Group,
-    digests: BTreeMap<&'static str, (String, bool)>,
+    object: hdf5::Group,
+    written: BTreeSet<&'static str>,
+    /// Digests of what counts for that of the group.
+    digests: BTreeMap<&'static str, String>,
 }
 
 impl<'t> GroupWriter<'t> {
@@ -36,6 +37,7 @@ impl<'t> GroupWriter<'t> {
             transaction,
             group,
             object,
+            written: BTreeSet::new(),
             digests: BTreeMap::new(),
         }
     }
@@ -107,7 +109,8 @@ impl<'t> GroupWriter<'t> {
         name: &str,
         text: &[u8; N],
     ) -> Result<(), StoreError> {
-        write_ascii::<N>(&self.object, self.group_place(), name, text)
+        let place = self.group_place();
+        write_value(&self.object, place, name, &ascii::<N>(text, place)?)
     }
 
     /// Writes an attribute of numbers on the group of the group, as other programs look for.
@@ -116,7 +119,7 @@ impl<'t> GroupWriter<'t> {
         name: &str,
         values: &[T],
     ) -> Result<(), StoreError> {
-        super::attribute::write_numbers(&self.object, self.group_place(), name, values)
+        write_values(&self.object, self.group_place(), name, values)
     }
 
     /// Writes one number as an attribute of a group inside the group, which a dataset written before has made, as other programs
@@ -129,7 +132,7 @@ impl<'t> GroupWriter<'t> {
     ) -> Result<(), StoreError> {
         let place = self.group_place();
         let object = self.object.group(inner).at(place, "open a group")?;
-        super::attribute::write_number(&object, place, name, value)
+        write_value(&object, place, name, &value)
     }
 
     /// Ends the group and returns its digest.
@@ -140,21 +143,19 @@ impl<'t> GroupWriter<'t> {
         let group = self.group;
         let required = self
             .transaction
-            .layout()
+            .layout
             .of_group(group)
             .filter(|spec| spec.presence == Presence::Required);
         let missing: Vec<_> = required
             .map(|spec| spec.path)
-            .filter(|path| !self.digests.contains_key(path))
+            .filter(|path| !self.written.contains(path))
             .collect();
         if !missing.is_empty() {
             return Err(LayoutError::NotWritten { group, missing }.into());
         }
-        let stable = self.digests.iter().filter(|(_, (_, volatile))| !volatile);
-        let units = self.transaction.layout().units;
-        let stable = stable.map(|(path, (digest, _))| (*path, digest.as_str()));
-        let digest = of_group(stable, units);
-        record::write(&self.object, self.group_place(), record, units, &digest)?;
+        let units = self.transaction.layout.units;
+        let digest = of_group(&self.digests, units);
+        header::write(&self.object, self.group_place(), record, units, &digest)?;
         self.transaction.group_finished(&digest);
         Ok(digest)
     }
@@ -176,24 +177,18 @@ impl<'t> GroupWriter<'t> {
             texts.iter().map(|text| unicode(text)).collect();
         let unicode =
             unicode.map_err(|error| LayoutError::dataset(spec.path, format!(": {error}")))?;
-        let dataset = new_dataset(
-            &self.object,
-            place,
-            spec.name(),
-            shape,
-            Storage::Plain,
-            &unicode,
-        )?;
+        let (name, plain) = (spec.name(), Storage::Plain);
+        let dataset = new_dataset(&self.object, place, name, shape, plain, &unicode)?;
         self.seal(spec, &dataset, of_texts(shape, texts))
     }
 
     fn find(&self, path: &str) -> Result<&'static DatasetSpec, StoreError> {
-        let found = self.transaction.layout().find(path);
+        let found = self.transaction.layout.find(path);
         found.ok_or_else(|| LayoutError::unknown(path))
     }
 
     /// The row of a path, if the table allows these values there now.
-    pub(super) fn admit(
+    fn admit(
         &mut self,
         path: &str,
         kind: Kind,
@@ -211,7 +206,7 @@ impl<'t> GroupWriter<'t> {
             let problem = format!(" holds {}, not {kind}", spec.kind);
             return Err(LayoutError::dataset(path, problem));
         }
-        if self.digests.contains_key(path) {
+        if self.written.contains(path) {
             return Err(LayoutError::Twice { path: path.into() }.into());
         }
         let volume = shape
@@ -221,40 +216,157 @@ impl<'t> GroupWriter<'t> {
             let problem = format!(": {found} values do not fill the shape {shape:?}");
             return Err(LayoutError::dataset(path, problem));
         }
-        let bound = self.transaction.sizes_mut().bind(spec, shape);
-        bound.map_err(|conflict| {
-            let problem = format!(": expected {}, found {}", conflict.expected, conflict.found);
-            LayoutError::dataset(path, problem)
+        let bound = self.transaction.sizes.bind(spec, shape);
+        bound.map_err(|(expected, found)| {
+            LayoutError::dataset(path, format!(": expected {expected}, found {found}"))
         })?;
         Ok(spec)
     }
 
     /// Writes the attributes of a dataset and remembers its digest.
-    pub(super) fn seal(
+    fn seal(
         &mut self,
         spec: &'static DatasetSpec,
         object: &hdf5::Location,
         digest: String,
     ) -> Result<(), StoreError> {
         let place = self.place(spec);
-        let units = self.transaction.layout().units;
+        let units = self.transaction.layout.units;
         write_text(object, place, "units", &units.word(spec.dimension))?;
         write_text(object, place, "symbol", spec.symbol)?;
         write_text(object, place, "description", spec.description)?;
         write_text(object, place, "digest", &digest)?;
-        self.digests.insert(spec.path, (digest, spec.volatile));
+        self.written.insert(spec.path);
+        if !spec.volatile {
+            self.digests.insert(spec.path, digest);
+        }
         Ok(())
     }
 
-    pub(super) fn place(&self, spec: &DatasetSpec) -> Place<'_> {
-        Place::new(self.file(), spec.path)
+    fn place(&self, spec: &DatasetSpec) -> Place<'_> {
+        Place::new(&self.transaction.target, spec.path)
     }
 
-    pub(super) fn group_place(&self) -> Place<'_> {
-        Place::new(self.file(), self.group.name())
+    fn group_place(&self) -> Place<'_> {
+        Place::new(&self.transaction.target, self.group.name())
+    }
+}
+
+/// A dataset whose rows come one after the other; its bytes and its digest are those of all written at once.
+#[derive(Debug)]
+pub struct Piecewise<T> {
+    spec: &'static DatasetSpec,
+    dataset: hdf5::Dataset,
+    digest: DatasetDigest,
+    shape: Vec<usize>,
+    /// Rows on the disk.
+    rows: usize,
+    /// Rows that are written at a time, whole chunks: a chunk that is written twice would be stored twice.
+    batch: usize,
+    /// What is not on the disk yet.
+    waiting: Vec<T>,
+}
+
+impl<T> Piecewise<T> {
+    /// Values of one row.
+    fn width(&self) -> usize {
+        self.shape[1..].iter().product()
     }
 
-    fn file(&self) -> &Path {
-        self.transaction.path()
+    fn length_error(&self, found: usize) -> StoreError {
+        let problem = format!(": {found} values do not fill the shape {:?}", self.shape);
+        LayoutError::dataset(self.spec.path, problem)
+    }
+}
+
+impl GroupWriter<'_> {
+    /// Begins a dataset of one extent or more, whose size is known and whose values are not.
+    ///
+    /// # Errors
+    /// `Internal` for a breach of the table, `Hdf5` if writing fails.
+    pub fn begin<T: StoredElement>(
+        &mut self,
+        path: &str,
+        shape: &[usize],
+    ) -> Result<Piecewise<T>, StoreError> {
+        let spec = self.admit(path, T::KIND, shape, None)?;
+        let (place, name) = (self.place(spec), spec.name());
+        let dataset = empty_dataset::<T>(&self.object, place, name, shape, spec.storage)?;
+        Ok(Piecewise {
+            spec,
+            batch: dataset.chunk().map_or(1, |chunk| chunk[0]),
+            dataset,
+            digest: DatasetDigest::new(spec.kind, shape),
+            shape: shape.to_vec(),
+            rows: 0,
+            waiting: Vec::new(),
+        })
+    }
+
+    /// Writes the next rows.
+    ///
+    /// # Errors
+    /// `Internal` for values that are no whole rows or too many, `Hdf5` if writing fails.
+    pub fn append<T: StoredElement>(
+        &self,
+        piecewise: &mut Piecewise<T>,
+        values: &[T],
+    ) -> Result<(), StoreError> {
+        let width = piecewise.width().max(1);
+        piecewise.waiting.extend_from_slice(values);
+        let rows = piecewise.waiting.len() / width;
+        let is_whole = values.len().is_multiple_of(width);
+        if !is_whole || piecewise.rows + rows > piecewise.shape[0] {
+            return Err(piecewise.length_error(values.len()));
+        }
+        piecewise.digest.values(values);
+        self.write_rows(piecewise, rows - rows % piecewise.batch)
+    }
+
+    /// Writes the first rows of those that wait.
+    fn write_rows<T: StoredElement>(
+        &self,
+        piecewise: &mut Piecewise<T>,
+        rows: usize,
+    ) -> Result<(), StoreError> {
+        if rows == 0 {
+            return Ok(());
+        }
+        let place = self.place(piecewise.spec);
+        let end = piecewise.rows + rows;
+        let mut shape = piecewise.shape.clone();
+        shape[0] = rows;
+        let others = shape[1..].iter().map(|extent| 0..*extent);
+        let ranges = std::iter::once(piecewise.rows..end).chain(others);
+        let slab: Vec<SliceOrIndex> = ranges.map(SliceOrIndex::from).collect();
+        let values = &piecewise.waiting[..shape.iter().product()];
+        let view = ArrayViewD::from_shape(shape, values)
+            .map_err(|error| hdf5::Error::from(error.to_string()))
+            .at(place, "shape the values")?;
+        let written = piecewise.dataset.write_slice(view, Hyperslab::from(slab));
+        written.at(place, "write the values")?;
+        let count = values.len();
+        piecewise.waiting.drain(..count);
+        piecewise.rows = end;
+        Ok(())
+    }
+
+    /// Ends a dataset.
+    ///
+    /// # Errors
+    /// `Internal` where rows are missing, `Hdf5` if writing fails.
+    pub fn end<T: StoredElement>(&mut self, mut piecewise: Piecewise<T>) -> Result<(), StoreError> {
+        let rows = piecewise.waiting.len() / piecewise.width().max(1);
+        self.write_rows(&mut piecewise, rows)?;
+        if piecewise.rows != piecewise.shape[0] {
+            return Err(piecewise.length_error(piecewise.rows * piecewise.width()));
+        }
+        let Piecewise {
+            spec,
+            dataset,
+            digest,
+            ..
+        } = piecewise;
+        self.seal(spec, &dataset, digest.finish())
     }
 }

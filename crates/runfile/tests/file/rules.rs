@@ -2,8 +2,8 @@
 
 use units::Dimension;
 
-use super::sample::*;
-use crate::{
+use crate::sample::*;
+use contact3d_runfile::{
     DatasetSpec, Extent, Group, GroupWriter, Home, Kind, Layout, LayoutError, SparseView,
     StoreError, Transaction, schema_json, schema_page,
 };
@@ -83,7 +83,7 @@ fn writers_refuse_what_the_table_does_not_allow() {
 #[test]
 fn sizes_agree_with_upstream_groups_and_within_a_dataset() {
     let upstream = refused(FIELD, |writer| {
-        writer.write_enum("/field/zone", &zones(6), &[6])
+        writer.write_enum("/field/zone", &states(6), &[6])
     });
     assert_eq!(
         upstream.to_string(),

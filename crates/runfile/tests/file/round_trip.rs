@@ -6,8 +6,8 @@ use hdf5_metno as hdf5;
 use ndarray::Array2;
 use proptest::prelude::*;
 
-use super::sample::*;
-use crate::{Home, Kind, SparseMatrix, StoreError};
+use crate::sample::*;
+use contact3d_runfile::{Home, Kind, SparseMatrix, StoreError};
 
 #[test]
 fn every_kind_comes_back() {
@@ -30,11 +30,11 @@ fn every_kind_comes_back() {
     );
     assert_eq!(
         reader
-            .read_enum::<Zone>("/field/zone")
+            .read_enum::<State>("/field/zone")
             .unwrap()
             .into_raw_vec_and_offset()
             .0,
-        zones(5)
+        states(5)
     );
     assert_eq!(
         reader.read_matrix("/field/stiffness").unwrap(),
@@ -68,7 +68,8 @@ fn rows_written_piece_by_piece_are_those_written_at_once() {
     .unwrap();
     assert_eq!(coordinates_in(&at_once), coordinates_in(&by_pieces));
     let [first, second] = [&at_once, &by_pieces].map(|file| open(file).unwrap());
-    let digest = |reader: &crate::Reader| reader.whole_group(GRID).unwrap().unwrap().digest;
+    let digest =
+        |reader: &contact3d_runfile::Reader| reader.whole_group(GRID).unwrap().unwrap().digest;
     assert_eq!(digest(&first), digest(&second));
 }
 

@@ -2,8 +2,8 @@
 
 use std::fs;
 
-use super::sample::*;
-use crate::{Home, StoreError, Transaction};
+use crate::sample::*;
+use contact3d_runfile::{Home, StoreError, Transaction};
 
 #[test]
 fn dropping_a_transaction_leaves_the_old_state_and_no_temporary() {
@@ -113,7 +113,7 @@ fn a_new_grid_makes_the_stale_group_unreadable_not_the_grid() {
     let reader = open(&file).unwrap();
     reader.read::<f64>("/grid/coordinates").unwrap();
     let message = reader
-        .read_enum::<Zone>("/field/zone")
+        .read_enum::<State>("/field/zone")
         .unwrap_err()
         .to_string();
     assert!(
@@ -124,7 +124,7 @@ fn a_new_grid_makes_the_stale_group_unreadable_not_the_grid() {
     save_field(&file, 7, &[]);
     open(&file)
         .unwrap()
-        .read_enum::<Zone>("/field/zone")
+        .read_enum::<State>("/field/zone")
         .unwrap();
 }
 

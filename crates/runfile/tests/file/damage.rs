@@ -5,8 +5,8 @@ use std::path::Path;
 
 use hdf5_metno as hdf5;
 
-use super::sample::*;
-use crate::{Foreign, IfMissing, Layout, Reader, RunFile, StoreError};
+use crate::sample::*;
+use contact3d_runfile::{Foreign, IfMissing, Layout, Reader, RunFile, StoreError};
 
 fn edit(file: &Path, change: impl Fn(&hdf5::File)) {
     change(&hdf5::File::open_rw(file).unwrap());
@@ -33,7 +33,7 @@ fn altered_values_are_found_in_every_kind() {
             .unwrap();
         file.dataset("/field/zone")
             .unwrap()
-            .write_slice(&[Zone::Slip], 0..1)
+            .write_slice(&[State::Slip], 0..1)
             .unwrap();
         let text: hdf5::types::VarLenUnicode = "moved".parse().unwrap();
         file.dataset("/grid/names")
@@ -46,7 +46,7 @@ fn altered_values_are_found_in_every_kind() {
         |error: StoreError| assert!(matches!(error, StoreError::Altered { .. }), "{error}");
     altered(reader.read::<f64>("/grid/coordinates").unwrap_err());
     altered(reader.read_matrix("/field/stiffness").unwrap_err());
-    altered(reader.read_enum::<Zone>("/field/zone").unwrap_err());
+    altered(reader.read_enum::<State>("/field/zone").unwrap_err());
     altered(reader.read_texts("/grid/names").unwrap_err());
     assert!(reader.read_indices("/grid/cells").is_ok());
 }
@@ -181,7 +181,7 @@ fn flipped_bytes_give_errors_or_the_data_that_were_written() {
         }
         let _ = (
             reader.read_texts("/grid/names"),
-            reader.read_enum::<Zone>("/field/zone"),
+            reader.read_enum::<State>("/field/zone"),
         );
         let _ = (reader.check_group(GRID), reader.group_bytes(FIELD));
     }

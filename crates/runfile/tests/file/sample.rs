@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 use units::{Dimension, Units};
 
-use crate::{
+use contact3d_runfile::{
     DatasetSpec, EnumSpec, Extent, Group, GroupRecord, GroupWriter, Home, IfMissing, Kind, Layout,
     Reader, RunFile, SparseMatrix, StoreError, StoredEnum, Transaction, stored_enum,
 };
 
 stored_enum! {
     /// A state.
-    pub(super) enum Zone as "zone" {
+    pub(crate) enum State as "state" {
         /// Apart.
         Open = 0 => "open",
         /// At rest.
@@ -23,15 +23,15 @@ stored_enum! {
 }
 
 /// A first group.
-pub(super) const GRID: Group = Group::new("grid", "draw");
+pub(crate) const GRID: Group = Group::new("grid", "draw");
 /// A group that builds on the first.
-pub(super) const FIELD: Group = Group::new("field", "compute");
+pub(crate) const FIELD: Group = Group::new("field", "compute");
 /// A group without datasets, described by attributes alone.
-pub(super) const NOTES: Group = Group::new("notes", "compute");
+pub(crate) const NOTES: Group = Group::new("notes", "compute");
 
 const NODES: Extent = Extent::Named("n_nodes");
 const CELLS: Extent = Extent::Named("n_cells");
-const ZONE: &EnumSpec = Zone::SPEC;
+const STATE: &EnumSpec = State::SPEC;
 
 const GRID_TABLE: &[DatasetSpec] = &[
     GRID.row(
@@ -74,7 +74,7 @@ const GRID_TABLE: &[DatasetSpec] = &[
 const FIELD_TABLE: &[DatasetSpec] = &[
     FIELD.row(
         "/field/zone",
-        Kind::Enum(ZONE),
+        Kind::Enum(STATE),
         &[NODES],
         Dimension::Number,
         "States.",
@@ -116,7 +116,7 @@ const FIELD_TABLE: &[DatasetSpec] = &[
 ];
 
 /// The sample format.
-pub(super) const SAMPLE: Layout = Layout {
+pub(crate) const SAMPLE: Layout = Layout {
     filetype: "sample run",
     linked_filetype: "sample stage",
     format_version: [1, 2],
@@ -133,13 +133,13 @@ pub(super) const SAMPLE: Layout = Layout {
     ],
 };
 
-pub(super) fn folder() -> (TempDir, PathBuf) {
+pub(crate) fn folder() -> (TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("run.h5");
     (folder, file)
 }
 
-pub(super) fn record() -> GroupRecord {
+pub(crate) fn record() -> GroupRecord {
     GroupRecord {
         settings: "epsilon = 1e-4\n".into(),
         input_digest: "abc".into(),
@@ -149,18 +149,18 @@ pub(super) fn record() -> GroupRecord {
     }
 }
 
-pub(super) fn coordinates(n_nodes: usize) -> Vec<f64> {
+pub(crate) fn coordinates(n_nodes: usize) -> Vec<f64> {
     (0..3 * n_nodes).map(|index| (index as f64).sin()).collect()
 }
 
-pub(super) fn write_grid(writer: GroupWriter<'_>, n_nodes: usize) -> Result<String, StoreError> {
+pub(crate) fn write_grid(writer: GroupWriter<'_>, n_nodes: usize) -> Result<String, StoreError> {
     write_grid_of(writer, |writer| {
         writer.write("/grid/coordinates", &coordinates(n_nodes), &[n_nodes, 3])
     })
 }
 
 /// A file with a grid whose coordinates are written in some way.
-pub(super) fn write_grid_with(
+pub(crate) fn write_grid_with(
     file: &Path,
     write_coordinates: impl FnOnce(&mut GroupWriter<'_>) -> Result<(), StoreError>,
 ) -> Result<(), StoreError> {
@@ -182,7 +182,7 @@ fn write_grid_of(
     writer.finish(&record())
 }
 
-pub(super) fn stiffness(n: usize) -> SparseMatrix {
+pub(crate) fn stiffness(n: usize) -> SparseMatrix {
     SparseMatrix {
         shape: [n, n],
         indptr: (0..=n).collect(),
@@ -191,7 +191,7 @@ pub(super) fn stiffness(n: usize) -> SparseMatrix {
     }
 }
 
-pub(super) fn coupling(n: usize) -> SparseMatrix {
+pub(crate) fn coupling(n: usize) -> SparseMatrix {
     SparseMatrix {
         shape: [2, n],
         indptr: vec![0, 2, 2],
@@ -200,18 +200,18 @@ pub(super) fn coupling(n: usize) -> SparseMatrix {
     }
 }
 
-pub(super) fn zones(n: usize) -> Vec<Zone> {
+pub(crate) fn states(n: usize) -> Vec<State> {
     (0..n)
-        .map(|node| [Zone::Open, Zone::Stick, Zone::Slip][node % 3])
+        .map(|node| [State::Open, State::Stick, State::Slip][node % 3])
         .collect()
 }
 
-pub(super) fn write_field(
+pub(crate) fn write_field(
     mut writer: GroupWriter<'_>,
     n: usize,
     seconds: &[f64],
 ) -> Result<String, StoreError> {
-    writer.write_enum("/field/zone", &zones(n), &[n])?;
+    writer.write_enum("/field/zone", &states(n), &[n])?;
     writer.write_matrix("/field/stiffness", stiffness(n).view())?;
     writer.write_matrix("/field/coupling", coupling(n).view())?;
     writer.write("/field/energy", &[-12.5], &[])?;
@@ -219,12 +219,12 @@ pub(super) fn write_field(
     writer.finish(&record())
 }
 
-pub(super) fn lock(file: &Path) -> Result<RunFile, StoreError> {
+pub(crate) fn lock(file: &Path) -> Result<RunFile, StoreError> {
     RunFile::lock(file, SAMPLE, IfMissing::Create)
 }
 
 /// Changes a file in one step.
-pub(super) fn change<T>(file: &Path, change: impl FnOnce(&mut Transaction) -> T) -> T {
+pub(crate) fn change<T>(file: &Path, change: impl FnOnce(&mut Transaction) -> T) -> T {
     let lock = lock(file).unwrap();
     let mut transaction = Transaction::begin(&lock).unwrap();
     let done = change(&mut transaction);
@@ -232,29 +232,29 @@ pub(super) fn change<T>(file: &Path, change: impl FnOnce(&mut Transaction) -> T)
     done
 }
 
-pub(super) fn save_grid(file: &Path, n_nodes: usize) -> String {
+pub(crate) fn save_grid(file: &Path, n_nodes: usize) -> String {
     change(file, |transaction| {
         write_grid(transaction.group(GRID, Home::RunFile).unwrap(), n_nodes).unwrap()
     })
 }
 
-pub(super) fn save_field(file: &Path, n_nodes: usize, seconds: &[f64]) -> String {
+pub(crate) fn save_field(file: &Path, n_nodes: usize, seconds: &[f64]) -> String {
     change(file, |transaction| {
         let writer = transaction.group(FIELD, Home::RunFile).unwrap();
         write_field(writer, n_nodes, seconds).unwrap()
     })
 }
 
-pub(super) fn open(file: &Path) -> Result<Reader, StoreError> {
+pub(crate) fn open(file: &Path) -> Result<Reader, StoreError> {
     Reader::open(file, SAMPLE)
 }
 
 /// The coordinates that a file holds.
-pub(super) fn coordinates_in(file: &Path) -> Vec<f64> {
+pub(crate) fn coordinates_in(file: &Path) -> Vec<f64> {
     open(file).unwrap().read_vec("/grid/coordinates").unwrap()
 }
 
 /// The stiffness that a file holds.
-pub(super) fn stiffness_in(file: &Path) -> SparseMatrix {
+pub(crate) fn stiffness_in(file: &Path) -> SparseMatrix {
     open(file).unwrap().read_matrix("/field/stiffness").unwrap()
 }

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 use hdf5_metno as hdf5;
 
-use super::sample::*;
-use crate::{Home, LinkProblem, StoreError, Transaction};
+use crate::sample::*;
+use contact3d_runfile::{Home, LinkProblem, StoreError, Transaction};
 
 /// Writes the field of the sample where it is asked to.
 fn save_field_in(file: &Path, home: Home, n_nodes: usize) -> String {
@@ -364,7 +364,7 @@ fn a_dropped_transaction_leaves_no_file_of_the_group() {
     assert!(folder.path().join(".run.h5.part-field").exists());
     std::mem::forget(transaction);
     drop(lock);
-    let lock = super::sample::lock(&file).unwrap();
+    let lock = crate::sample::lock(&file).unwrap();
     assert_eq!(
         files(folder.path()),
         before,

@@ -7,8 +7,8 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::Duration;
 
-use super::sample::*;
-use crate::{Home, install_signal_handlers};
+use crate::sample::*;
+use contact3d_runfile::{Home, install_signal_handlers};
 
 /// Names the file for the child process.
 const FILE: &str = "STORE_TEST_FILE";
@@ -40,7 +40,7 @@ fn child_that_writes_until_killed() {
 const SIZES: [usize; 2] = [20_000, 20_001];
 
 fn child(file: &Path) -> Child {
-    let name = "tests::kills::child_that_writes_until_killed";
+    let name = "kills::child_that_writes_until_killed";
     Command::new(env::current_exe().unwrap())
         .args(["--ignored", "--exact", name])
         .env(FILE, file)

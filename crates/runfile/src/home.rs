@@ -1,0 +1,366 @@
+//! Where a group is kept: in the run file, or in a file beside it that the run files of a folder share.
+//!
+//! Such a file, `STAGE-DIGEST.h5`, is named by the digest of the group and never changes; older versions also wrote
+//! `RUNFILE.STAGE-DIGEST.h5`. It is found by what the group was computed from. Its name stands in a root attribute of the run
+//! file, which this program goes by; the external link there is for everyone else.
+
+use std::path::Path;
+use std::{fmt, fs};
+
+use hdf5_metno as hdf5;
+
+use crate::attribute::{read_text, write_text};
+use crate::error::{AtPlace, LinkProblem, Place, StoreError};
+use crate::header;
+use crate::header::StoredGroup;
+use crate::layout::{DatasetSpec, Group, Layout};
+use crate::lock::RunFile;
+use crate::reader::Reader;
+use crate::volume::Volume;
+
+/// The file a group is kept in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Home {
+    /// The run file itself.
+    RunFile,
+    /// A file beside the run file, named by its digest, that any run file of the folder may link.
+    Shared,
+}
+
+/// Hexadecimal digits of the group's digest in the name; 64 bits tell the groups of a folder apart.
+const DIGITS: usize = 16;
+
+/// The plain name of a file that holds one group.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct LinkedName(String);
+
+impl LinkedName {
+    pub(super) fn new(group: Group, digest: &str) -> Self {
+        let digits = digest.get(..DIGITS).unwrap_or(digest);
+        LinkedName(format!("{group}-{digits}.h5"))
+    }
+
+    /// Takes a text that is such a name; a name has no path separators, so it stays in its folder.
+    pub(super) fn parse(text: &str, group: Group) -> Option<Self> {
+        let name = LinkedName(text.into());
+        let owner = name.owner_and_dot(group)?;
+        let plain = owner.is_empty() || (owner.ends_with('.') && owner.len() > 1);
+        (plain && !text.contains(['/', '\\', '\0'])).then_some(name)
+    }
+
+    /// Whether the file may hold a group with this digest.
+    fn fits(&self, digest: &str) -> bool {
+        let digits = self.digits().unwrap_or_default();
+        !digits.is_empty() && digest.starts_with(digits)
+    }
+
+    /// Whether any run file may link the file.
+    pub(super) fn is_shared(&self, group: Group) -> bool {
+        self.owner_and_dot(group) == Some("")
+    }
+
+    fn digits(&self) -> Option<&str> {
+        let stem = self.0.strip_suffix(".h5")?;
+        let digits = stem.get(stem.len().checked_sub(DIGITS)?..)?;
+        let hexadecimal = |c: u8| c.is_ascii_digit() || (b'a'..=b'f').contains(&c);
+        digits.bytes().all(hexadecimal).then_some(digits)
+    }
+
+    fn owner_and_dot(&self, group: Group) -> Option<&str> {
+        let digits = self.digits()?;
+        self.0.strip_suffix(&format!("{group}-{digits}.h5"))
+    }
+}
+
+impl fmt::Display for LinkedName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+/// A group that the run file keeps elsewhere.
+#[derive(Debug)]
+pub(super) struct Linked {
+    /// `None` if what stands in the run file cannot be the name.
+    pub(super) name: Option<LinkedName>,
+    pub(super) volume: Result<Volume, LinkProblem>,
+}
+
+/// The root attribute that names the file of a group.
+fn attribute(group: Group) -> String {
+    format!("{group}_file")
+}
+
+impl Linked {
+    /// Opens the file of a group, or `None` if the run file holds the group itself, or not at all.
+    pub(super) fn open(home: &Volume, layout: &Layout, group: Group) -> Option<Self> {
+        let path = format!("/{group}");
+        home.link_on_the_way(&path)?;
+        let place = Place::new(&home.path, &path);
+        let text = read_text(&home.file, place, &attribute(group)).unwrap_or_default();
+        let name = LinkedName::parse(&text, group);
+        let volume = match &name {
+            None => Err(LinkProblem::NotAName { found: text }),
+            Some(name) => {
+                // HDF5 and we look beside the run file itself, not beside a symbolic link to it.
+                let home = home.path.canonicalize().unwrap_or(home.path.clone());
+                open_named(&home.with_file_name(&name.0), layout, group, name)
+            }
+        };
+        Some(Linked { name, volume })
+    }
+}
+
+/// Opens a file that holds a group with the digest in its name.
+fn open_named(
+    path: &Path,
+    layout: &Layout,
+    group: Group,
+    name: &LinkedName,
+) -> Result<Volume, LinkProblem> {
+    let unusable = |error: StoreError| match error {
+        StoreError::NotFound { file } => LinkProblem::Missing { file },
+        error => LinkProblem::Unusable {
+            reason: error.to_string(),
+        },
+    };
+    let volume = Volume::open(path, layout, layout.linked_filetype).map_err(unusable)?;
+    let place = Place::new(path, group.name());
+    if !volume.holds(&format!("/{group}")) {
+        return Err(unusable(place.mismatch("the group of the stage", "none")));
+    }
+    let object = volume.file.group(group.name());
+    let digest = object
+        .at(place, "open the group")
+        .and_then(|object| read_text(&object, place, "digest"))
+        .map_err(unusable)?;
+    if name.fits(&digest) {
+        return Ok(volume);
+    }
+    Err(LinkProblem::Replaced {
+        file: path.into(),
+        found: digest,
+    })
+}
+
+/// Joins the file of a group to a run file: the name for us, an external link for everyone else.
+pub(super) fn join(
+    run_file: &hdf5::File,
+    place: Place<'_>,
+    group: Group,
+    name: &LinkedName,
+) -> Result<(), StoreError> {
+    write_text(run_file, place, &attribute(group), &name.0)?;
+    run_file
+        .link_external(&name.0, &format!("/{group}"), group.name())
+        .at(place, "link the file of the stage")
+}
+
+/// Whether a group of a run file being written is kept in a file of its own.
+pub(super) fn is_joined(run_file: &hdf5::File, group: Group) -> bool {
+    run_file.attr(&attribute(group)).is_ok()
+}
+
+impl RunFile {
+    /// The names of all files that the run file links.
+    #[must_use]
+    pub fn linked_names(&self) -> Vec<String> {
+        linked_names(&self.path, &self.layout)
+    }
+
+    /// Removes linked files that no run file of the folder names any more; what cannot be removed, or is write-protected, stays, and
+    /// what is no file of ours.
+    pub fn remove_unlinked(&self, mut names: Vec<String>) {
+        names.retain(|name| {
+            let mut groups = self.layout.groups();
+            groups.any(|group| LinkedName::parse(name, group).is_some())
+        });
+        if names.is_empty() {
+            return;
+        }
+        for entry in fs::read_dir(&self.folder).into_iter().flatten().flatten() {
+            let named = linked_names(&entry.path(), &self.layout);
+            names.retain(|name| !named.contains(name));
+        }
+        for path in names.iter().map(|name| self.folder.join(name)) {
+            let is_ours = header::open(&path, &self.layout, self.layout.linked_filetype).is_ok();
+            let removable = |metadata: fs::Metadata| !metadata.permissions().readonly();
+            if is_ours && fs::metadata(&path).is_ok_and(removable) {
+                let _ = fs::remove_file(path);
+            }
+        }
+    }
+}
+
+/// The names of all files that a run file links; none if it cannot be read.
+pub(super) fn linked_names(run_file: &Path, layout: &Layout) -> Vec<String> {
+    let Ok((file, _)) = header::open(run_file, layout, layout.filetype) else {
+        return Vec::new();
+    };
+    let place = Place::new(run_file, "/");
+    let named = |group| read_text(&file, place, &attribute(group)).ok();
+    layout.groups().filter_map(named).collect()
+}
+
+/// Carries everything but the replaced groups over to a new file.
+///
+/// With `embed`, groups in files of their own are copied into the new file too.
+///
+/// # Errors
+/// `ForeignLink` for a link that this program did not make; `Damaged` where the groups cannot be listed; `Hdf5` if copying
+/// fails.
+pub(super) fn carry_over(
+    previous: &Reader,
+    replaced: &[Group],
+    embed: bool,
+    file: &hdf5::File,
+) -> Result<(), StoreError> {
+    let home = &previous.home;
+    let place = Place::new(&home.path, "/");
+    let names = home.file.member_names();
+    for name in names.map_err(|error| place.unlisted(&error))? {
+        let group = previous.layout.groups().find(|group| group.name() == name);
+        if group.is_some_and(|group| replaced.contains(&group)) {
+            continue;
+        }
+        let linked = group.and_then(|group| Some((group, previous.linked.get(&group)?)));
+        match linked {
+            Some((group, Linked { name, volume })) => match (name, volume) {
+                (_, Ok(volume)) if embed => copy(&volume.file, place, group.name(), file)?,
+                (Some(name), _) => join(file, place, group, name)?,
+                // Nothing can be found by it again.
+                (None, _) => {}
+            },
+            None => match home.link_on_the_way(&format!("/{name}")) {
+                None => copy(&home.file, place, &name, file)?,
+                Some(link) => {
+                    return Err(StoreError::ForeignLink {
+                        file: home.path.clone(),
+                        link: link.into(),
+                    });
+                }
+            },
+        }
+    }
+    Ok(())
+}
+
+/// Copies one group of another file as it is.
+pub(super) fn take_over(from: &Reader, group: Group, file: &hdf5::File) -> Result<(), StoreError> {
+    let volume = from.volume(group)?;
+    let place = Place::new(&volume.path, "/");
+    copy(&volume.file, place, group.name(), file)
+}
+
+/// Copies a group; links inside it stay links.
+fn copy(
+    from: &hdf5::File,
+    place: Place<'_>,
+    name: &str,
+    to: &hdf5::File,
+) -> Result<(), StoreError> {
+    let place = place.beside(name);
+    let info = from.loc_info_by_name(name).at(place, "find the group")?;
+    let object = from.open_by_token(info.token).at(place, "open the group")?;
+    object.copy_to(to, name).at(place, "copy the group")
+}
+
+/// A group in a file `STAGE-DIGEST.h5`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SharedGroup {
+    pub(super) group: Group,
+    pub(super) name: LinkedName,
+    stored: StoredGroup,
+}
+
+impl SharedGroup {
+    /// Looks beside a run file for a group that was computed from the same input; files that cannot
+    /// be used are passed over.
+    #[must_use]
+    pub fn find(run_file: &RunFile, group: Group, input_digest: &str) -> Option<Self> {
+        let entries = fs::read_dir(&run_file.folder).ok()?;
+        let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+        let mut names: Vec<LinkedName> = names
+            .filter_map(|name| LinkedName::parse(&name, group))
+            .filter(|name| name.is_shared(group))
+            .collect();
+        names.sort_by_key(ToString::to_string);
+        names.into_iter().find_map(|name| {
+            let path = run_file.folder.join(name.to_string());
+            let volume = open_named(&path, &run_file.layout, group, &name).ok()?;
+            let object = volume.file.group(group.name()).ok()?;
+            let stored = header::read(&object, Place::new(&path, group.name())).ok()?;
+            (stored.record.input_digest == input_digest).then_some(Self {
+                group,
+                name,
+                stored,
+            })
+        })
+    }
+
+    /// How the group was run, and its digest.
+    #[must_use]
+    pub fn stored(&self) -> &StoredGroup {
+        &self.stored
+    }
+}
+
+impl Reader {
+    /// The name and the length of the file beside the run file that holds a group, if one does.
+    #[must_use]
+    pub fn linked_file(&self, group: Group) -> Option<(String, u64)> {
+        let linked = self.linked.get(&group)?;
+        let volume = linked.volume.as_ref().ok()?;
+        Some((linked.name.as_ref()?.to_string(), volume.bytes))
+    }
+
+    /// The file that holds a group: the run file, or the one beside it.
+    pub(super) fn volume(&self, group: Group) -> Result<&Volume, StoreError> {
+        match self.linked.get(&group).map(|linked| &linked.volume) {
+            None => Ok(&self.home),
+            Some(Ok(volume)) => Ok(volume),
+            Some(Err(problem)) => Err(StoreError::Linked {
+                file: self.home.path.clone(),
+                group,
+                problem: problem.clone(),
+            }),
+        }
+    }
+
+    /// The path of the file that holds a dataset.
+    pub(super) fn file_of(&self, path: &str) -> &Path {
+        let spec = self.layout.find(path);
+        let volume = spec.and_then(|spec| self.volume(spec.group).ok());
+        &volume.unwrap_or(&self.home).path
+    }
+
+    pub(super) fn place<'a>(&'a self, spec: &DatasetSpec) -> Place<'a> {
+        Place::new(self.file_of(spec.path), spec.path)
+    }
+
+    /// Whether the dataset itself, not a link to another place, is there.
+    pub(super) fn holds(&self, spec: &DatasetSpec) -> bool {
+        self.volume(spec.group)
+            .is_ok_and(|volume| volume.holds(spec.path))
+    }
+
+    /// The file that holds a group, unless a link stands on the way to one of its objects.
+    pub(super) fn volume_of_object(&self, group: Group, path: &str) -> Result<&Volume, StoreError> {
+        let volume = self.volume(group)?;
+        match volume.link_on_the_way(path) {
+            None => Ok(volume),
+            Some(link) => Err(StoreError::ForeignLink {
+                file: volume.path.clone(),
+                link: link.into(),
+            }),
+        }
+    }
+
+    pub(super) fn missing(&self, dataset: &str, group: Group) -> StoreError {
+        StoreError::Missing {
+            file: self.home.path.clone(),
+            dataset: dataset.into(),
+            group,
+        }
+    }
+}
