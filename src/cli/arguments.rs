@@ -18,13 +18,12 @@ use serde::de::{DeserializeOwned, IntoDeserializer, value::StrDeserializer};
 use super::{
     accuracy::AccuracyArguments,
     branches::BranchesArguments,
-    completions::CompletionsArguments,
     fclib::{ExportArguments, SolveFclibArguments},
     html::ReportArguments,
     init::InitArguments,
     inspect::InspectArguments,
     law::LawArguments,
-    man::ManArguments,
+    man::{CompletionsArguments, ManArguments},
     schema::SchemaArguments,
     stability::StabilityArguments,
     sweep::SweepArguments,
@@ -53,7 +52,7 @@ pub(super) const MOST_THREADS: i64 = 1024;
 /// Exit codes: 0 done, 1 not converged (all results stored), 2 bad or stale input, 3 internal error
 /// or a standard output that cannot take the results, 130 interrupted.
 #[derive(Debug, Parser)]
-#[command(version, long_version = super::version::words(), verbatim_doc_comment)]
+#[command(version, long_version = super::man::version_words(), verbatim_doc_comment)]
 pub struct Arguments {
     /// What to do
     #[command(subcommand)]

@@ -5,7 +5,6 @@ mod adaptive;
 mod arguments;
 mod branches;
 mod check;
-mod completions;
 mod exit;
 mod fclib;
 mod html;
@@ -13,19 +12,17 @@ mod init;
 mod inspect;
 mod interruption;
 mod law;
-mod law_words;
 mod man;
-mod measured;
 mod override_scene;
 mod progress;
 mod run;
 mod schema;
 mod stability;
 mod status;
+mod study;
 mod sweep;
 mod terminal;
 mod theory;
-mod version;
 
 use clap::Parser;
 
@@ -79,7 +76,7 @@ fn perform(arguments: &Arguments) -> Exit {
         Command::Schema(schema) => schema::schema(schema, &output),
         Command::Init(scene) => init::init(scene, &output),
         Command::Inspect(mesh) => inspect::inspect(mesh, &output),
-        Command::Completions(shell) => Ok(completions::completions(shell)),
+        Command::Completions(shell) => Ok(man::completions(shell)),
         Command::Man(pages) => man::man(pages, &output),
         Command::Sweep(arguments) => sweep::sweep(arguments, &output, threads),
     };

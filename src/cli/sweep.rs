@@ -236,12 +236,8 @@ fn run_all(whole: &SweepArguments, output: &Output, threads: usize) -> Result<Ex
     if let Some(pictures) = &pictures {
         draw(out, pictures, output)?;
     }
-    let finished = outcome.failed + outcome.busy + outcome.not_converged == 0;
-    Ok(if finished {
-        Exit::Done
-    } else {
-        Exit::NotConverged
-    })
+    let unfinished = outcome.failed + outcome.busy + outcome.not_converged;
+    Ok(Exit::of(unfinished == 0))
 }
 
 /// Writes the series, where they are wanted; the tables are stored by then.
@@ -261,12 +257,8 @@ fn write_series(
 
 /// The folder of the charts, looked at before anything is run.
 fn claim(plan: &Plan, folder: &Path) -> Result<PictureFolder, StageError> {
-    let inputs = plan.inputs.clone();
-    Ok(PictureFolder::claim(
-        &folder.join("figures"),
-        Drawing::Sweep,
-        inputs,
-    )?)
+    let (folder, inputs) = (folder.join("figures"), plan.inputs.clone());
+    Ok(PictureFolder::claim(&folder, Drawing::Sweep, inputs)?)
 }
 
 /// What the scenes of the cases show, each warning once.
@@ -295,20 +287,23 @@ fn report(plan: &Plan, folder: &Path, outcome: &Outcome, output: &Output) {
         busy,
         not_converged,
     } = outcome;
-    if output.json {
-        let counts = serde_json::json!({
-            "cases": plan.cases.len(), "computed": computed, "kept": kept, "failed": failed,
-            "busy": busy, "not_converged": not_converged,
-        });
-        terminal::json(&counts);
-    } else if !output.quiet {
-        terminal::result(&format!(
-            "{} cases: {computed} computed, {kept} kept, {failed} failed, {busy} busy elsewhere; \
-             {not_converged} not converged\ntable {}",
-            plan.cases.len(),
-            folder.join(CSV_FILE).display()
-        ));
-    }
+    let cases = plan.cases.len();
+    terminal::print(
+        output,
+        || {
+            serde_json::json!({
+                "cases": cases, "computed": computed, "kept": kept, "failed": failed,
+                "busy": busy, "not_converged": not_converged,
+            })
+        },
+        || {
+            format!(
+                "{cases} cases: {computed} computed, {kept} kept, {failed} failed, {busy} busy elsewhere; \
+                 {not_converged} not converged\ntable {}",
+                folder.join(CSV_FILE).display()
+            )
+        },
+    );
 }
 
 /// What became of a case, in a word.

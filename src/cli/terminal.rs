@@ -26,6 +26,19 @@ pub(super) fn json(value: &serde_json::Value) {
     write_out(&line(escaped_json(&format!("{value:#}"))));
 }
 
+/// Results for programs or for people, as they are asked for.
+pub(super) fn print(
+    output: &Output,
+    for_programs: impl FnOnce() -> serde_json::Value,
+    for_people: impl FnOnce() -> String,
+) {
+    if output.json {
+        json(&for_programs());
+    } else if !output.quiet {
+        result(&for_people());
+    }
+}
+
 /// A message on standard error. Nobody may be there to read it, which stops no work.
 pub(super) fn message(text: &str) {
     let _ = io::stderr().write_all(line(shown_lines(text)).as_bytes());

@@ -9,7 +9,7 @@ use units::{Dimension, Units};
 
 use super::{
     FormatError, extents,
-    fields::{Table, fields, read_if_there, read_value, write_value},
+    fields::{Fields, fields, read_if_there, read_value, write_value},
     solve::GROUP,
 };
 
@@ -21,7 +21,7 @@ const INDICATOR: &str = "/solve/quantities/indicator";
 const ROWS: &[Extent] = &[Named("n_quantities")];
 const MISSING: &str = "absent in a load history, where nothing is deformed, and before format 1.11; areas alone where the dual operator is not dense";
 
-pub(super) const FIELDS: Table<FunctionalEstimate> = fields! { FunctionalEstimate => GROUP;
+pub(super) const FIELDS: Fields<FunctionalEstimate> = fields! { FunctionalEstimate => GROUP;
     {Kind::Text} NAME, ROWS, Dimension::Number, "Quantities of the answer, as `adapt.of` names them.".optional(MISSING);
     {Kind::Text} UNIT, ROWS, Dimension::Number, "The unit of each: of its value, error and range.".optional(MISSING);
     (value) "/solve/quantities/value", ROWS, Dimension::Number, "Their values, each in its own `unit`.".symbol("Q(u_h)").optional(MISSING);

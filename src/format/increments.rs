@@ -14,7 +14,7 @@ use units::Dimension;
 
 use super::{
     FormatError, Stage, extents,
-    fields::{Condition, RENAMED, Table, fields, old_name},
+    fields::{Condition, Fields, RENAMED, fields, old_name},
 };
 
 /// The increments of a load history that were solved.
@@ -45,7 +45,7 @@ const PANE_PAIRS: &[Extent] = &[
     extents::FRICTION_AXES,
 ];
 
-pub(super) const INCREMENTS: Table<StepRecord> = fields! { StepRecord => GROUP;
+pub(super) const INCREMENTS: Fields<StepRecord> = fields! { StepRecord => GROUP;
     {Kind::Text} TITLE, ROWS, Dimension::Number, "Title of the step that each increment belongs to.";
     [|record| record.increment.step] "/history/step", ROWS, Dimension::Number, "Step of the scene, from 0, that each increment belongs to.";
     (increment.time) TIME, ROWS, Dimension::Time, "Time at the end of each increment.".symbol("t");

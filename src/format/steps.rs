@@ -6,7 +6,7 @@ use units::Dimension;
 
 use super::{
     FormatError, Stage, extents,
-    fields::{RENAMED, Table, fields, old_name, read_if_there, rows},
+    fields::{Fields, RENAMED, fields, old_name, read_if_there, rows},
     solve,
 };
 
@@ -34,12 +34,12 @@ macro_rules! outer_steps {
     };
 }
 
-pub(super) const OUTER_STEPS: Table<OuterStep> =
+pub(super) const OUTER_STEPS: Fields<OuterStep> =
     outer_steps!(solve::GROUP, "/solve/history", OUTER);
-pub(super) const DONE_STEPS: Table<OuterStep> =
+pub(super) const DONE_STEPS: Fields<OuterStep> =
     outer_steps!(CHECKPOINT, "/checkpoint/history", DONE);
 
-pub(super) const NEWTON_STEPS: Table<NewtonStep> = fields! { NewtonStep => solve::GROUP;
+pub(super) const NEWTON_STEPS: Fields<NewtonStep> = fields! { NewtonStep => solve::GROUP;
     (residual) "/solve/newton/residual", NEWTON, Dimension::Number, "|R| / |lambda| after each Newton step.";
     (step_length) "/solve/newton/step_length", NEWTON, Dimension::Number, "Share of the Newton step taken.";
     (halvings) "/solve/newton/halvings", NEWTON, Dimension::Number, "Halvings of the step tried.";
@@ -50,7 +50,7 @@ pub(super) const NEWTON_STEPS: Table<NewtonStep> = fields! { NewtonStep => solve
     (seconds) "/solve/newton/seconds", NEWTON, Dimension::Time, "Wall-clock time of each Newton step.".volatile();
 };
 
-pub(super) const STATE: Table<OuterState> = fields! { OuterState => CHECKPOINT;
+pub(super) const STATE: Fields<OuterState> = fields! { OuterState => CHECKPOINT;
     (multiplier) "/checkpoint/multiplier", &[Named("n_multipliers")], Dimension::STRESS, "Multipliers after the last step done: the normal ones, then the tangential pairs.".symbol("lambda").finite();
     (slip) "/checkpoint/slip", &[Named("n_contact_nodes"), extents::FRICTION_AXES], Dimension::LENGTH, "Absolute tangential displacements of the contact nodes.".symbol("phi").optional("absent unless friction follows the slip").finite();
     (tolerance) "/checkpoint/inner_tolerance", &[], Dimension::Number, "Tolerance of the last inner problem.".finite();

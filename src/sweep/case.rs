@@ -5,7 +5,7 @@ use std::path::Path;
 use contact3d::{adaptation::RefinementGoal, scene::Scene};
 use runfile::Reader;
 
-use super::{Event, Options, Plan, lock::operator_turn, operators::Operators};
+use super::{Event, Options, Plan, folder::operator_turn, operators::Operators};
 use crate::{
     format::{self, LAYOUT, Stage},
     pipeline::{Commit, Session, StageError, operator_settings},

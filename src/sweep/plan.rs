@@ -8,7 +8,7 @@ use std::{
 use contact3d::scene::{SceneFile, Written};
 use units::Units;
 
-use super::{StageError, SweepFile, axes::Steps, ownership::relative};
+use super::{StageError, SweepFile, axes::Steps, folder::relative};
 use crate::{
     format::{scene_table, scene_text, set_key},
     output::Inputs,

@@ -10,10 +10,10 @@ use std::{
 use runfile::StoreError;
 
 use super::{
-    Plan, case, failure,
-    lock::{Access, lock},
+    Plan, case,
+    folder::{self, Access},
     operators::Operators,
-    ownership, summary,
+    summary,
 };
 use crate::{
     output::Folder,
@@ -76,9 +76,9 @@ pub fn run(
     options: &Options,
     observe: &(dyn Fn(usize, &Event) + Sync),
 ) -> Result<Outcome, StageError> {
-    ownership::refuse_others(plan, folder)?;
+    folder::refuse_others(plan, folder)?;
     let _folder = Folder::make(folder)?;
-    let _lock = lock(folder, Access::Sweep)?;
+    let _lock = folder::lock(folder, Access::Sweep)?;
     if !folder.join(summary::SUMMARY_FILE).exists() {
         // The folder is this sweep's from the start, also if it is interrupted before its first table.
         let claimed = summary::write(plan, folder);
@@ -123,7 +123,7 @@ pub fn run_case(
 ) -> Result<Event, StageError> {
     let index = plan.find(id)?;
     let _folder = Folder::make(folder)?;
-    let _lock = lock(folder, Access::SingleCase)?;
+    let _lock = folder::lock(folder, Access::SingleCase)?;
     let operators = Operators::new(BTreeMap::new(), options.memory);
     let mut chain = vec![index];
     while let Some(start) = chain.last().and_then(|&last| plan.cases[last].start) {
@@ -182,18 +182,18 @@ fn attempt(
     operators: &Operators,
 ) -> Event {
     let file = plan.cases[index].file(folder);
-    if let (false, Some(error)) = (options.retry_failed, failure::read(&file)) {
+    if let (false, Some(error)) = (options.retry_failed, folder::read_failure(&file)) {
         return Event::Failed(error);
     }
     match case::run(plan, index, folder, options, operators) {
-        Ok(event) => match failure::forget(&file) {
+        Ok(event) => match folder::forget_failure(&file) {
             Ok(()) => event,
             Err(error) => Event::Failed(error.to_string()),
         },
         Err(StageError::Store(StoreError::Busy { .. })) => Event::Busy,
         Err(error) => {
             let message = error.with_help();
-            match failure::record(&file, &message) {
+            match folder::record_failure(&file, &message) {
                 Ok(()) => Event::Failed(message),
                 Err(unrecorded) => Event::Failed(format!("{message}; not recorded: {unrecorded}")),
             }

@@ -13,9 +13,10 @@ use contact3d::{
 use runfile::{GroupRecord, Home, IfMissing, Reader, RunFile, StoreError, Transaction};
 use units::Units;
 
-use super::{Plan, StageError, csv_table, failure, ownership, plan::UNITS_KEY};
+use super::{Plan, StageError, folder, plan::UNITS_KEY};
 use crate::{
     format::{self, CaseRow, LAYOUT, SWEEP_LAYOUT, get_key, scene_table_of_text},
+    output::{self, OutputFile, OutputKind},
     report::SweepTable,
 };
 
@@ -27,11 +28,11 @@ pub const CSV_FILE: &str = "summary.csv";
 /// Writes both tables from the run files of a folder: the cases of the plan in its order, then older
 /// ones in the same units. Returns how many planned cases have a solve that did not converge.
 pub fn write(plan: &Plan, folder: &Path) -> Result<usize, StageError> {
-    ownership::refuse_others(plan, folder)?;
+    folder::refuse_others(plan, folder)?;
     let rows = rows(plan, folder)?;
     write_table(plan, folder, &rows)?;
     let reader = Reader::open(&folder.join(SUMMARY_FILE), SWEEP_LAYOUT)?;
-    csv_table::write(plan, folder, &SweepTable::read(&reader)?)?;
+    write_csv(plan, folder, &SweepTable::read(&reader)?)?;
     // The planned cases come first, in the order of the plan.
     let planned = plan.cases.iter().zip(&rows);
     let solved = planned.filter_map(|(case, row)| Some((case, row.results.as_ref()?)));
@@ -113,7 +114,7 @@ fn row(
     planned: bool,
     file: &Path,
 ) -> Result<CaseRow, StageError> {
-    let error = failure::read(file);
+    let error = folder::read_failure(file);
     let results = match error {
         Some(_) => None,
         None => match Reader::open(file, LAYOUT) {
@@ -163,4 +164,63 @@ fn write_table(plan: &Plan, folder: &Path, rows: &[CaseRow]) -> Result<(), Stage
     format::write_cases(&mut writer, sweep_file.as_deref(), &plan.keys, rows)?;
     writer.finish(&GroupRecord::gathered(String::new()))?;
     Ok(transaction.commit()?)
+}
+
+/// The last columns, so that every row says what its numbers are in.
+const UNIT_COLUMNS: [&str; 4] = ["length_unit", "force_unit", "stress_unit", "energy_unit"];
+
+/// Writes the table of some cases: texts of the user with their control characters escaped, numbers in the shortest
+/// form that reads back to the same bits, nothing where a case has no result.
+fn write_csv(plan: &Plan, folder: &Path, table: &SweepTable) -> Result<(), StageError> {
+    let path = folder.join(CSV_FILE);
+    let failed = |source: csv::Error| StageError::Csv {
+        file: path.clone(),
+        source,
+    };
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let names = table
+        .columns
+        .iter()
+        .map(|column| as_text(column.name.clone()));
+    let head = names.chain(UNIT_COLUMNS.map(str::to_owned));
+    writer.write_record(head).map_err(failed)?;
+    for row in 0..table.n_cases {
+        let cells = table.columns.iter().map(|column| match &column.cells[row] {
+            cell if cell.is_word() => as_text(cell.text()),
+            cell => cell.text(),
+        });
+        let record = cells.chain(unit_cells(table.units));
+        writer.write_record(record).map_err(failed)?;
+    }
+    let bytes = writer
+        .into_inner()
+        .map_err(|error| failed(error.into_error().into()))?;
+    let table = OutputFile {
+        path,
+        kind: OutputKind::SweepTable,
+        bytes,
+    };
+    Ok(output::write(&[table], &plan.inputs)?)
+}
+
+/// The words for the units of each row's results.
+fn unit_cells(units: Units) -> [String; UNIT_COLUMNS.len()] {
+    [
+        units.length().to_owned(),
+        units.force().to_owned(),
+        units.stress(),
+        units.energy(),
+    ]
+}
+
+/// What begins a formula in a spreadsheet.
+const FORMULA: [char; 4] = ['=', '+', '-', '@'];
+
+/// A text with the apostrophe that spreadsheets know it by where they would compute it.
+fn as_text(text: String) -> String {
+    if text.starts_with(FORMULA) {
+        format!("'{text}")
+    } else {
+        text
+    }
 }
