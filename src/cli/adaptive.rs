@@ -151,18 +151,3 @@ pub(super) fn unmet(adapted: &Adapted) -> Option<String> {
         "NOT MET: the error is about {reached}, {target} was asked for; {why}"
     ))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn shares_are_numbers_or_percent() {
-        assert_eq!(share("1%"), Ok(0.01));
-        assert_eq!(share(" 2.5 % "), Ok(0.025));
-        assert_eq!(share("0.01"), Ok(0.01));
-        for text in ["", "%", "one", "1 percent", "nan", "inf"] {
-            assert!(share(text).is_err(), "{text}");
-        }
-    }
-}

@@ -4,7 +4,6 @@ mod accuracy;
 mod adaptive;
 mod arguments;
 mod branches;
-mod check;
 mod exit;
 mod fclib;
 mod html;
@@ -56,7 +55,7 @@ fn perform(arguments: &Arguments) -> Exit {
             "the system gives no threads or handlers of signals ({error}); raise the limits of the shell (`ulimit -a`)"
         ));
     }
-    let output = arguments.output();
+    let output = arguments.output;
     let outcome = match &arguments.command {
         Command::Run(run) => run::run(run, &output, threads),
         Command::Mesh(mesh) => run::mesh(mesh, &output, threads),
@@ -64,7 +63,7 @@ fn perform(arguments: &Arguments) -> Exit {
         Command::Solve(solve) => run::solve(solve, &output, threads),
         Command::Post(post) => run::post(post, &output, threads),
         Command::Status(status) => status::status(status, &output),
-        Command::Check(file) => check::check(file, &output),
+        Command::Check(file) => status::check(file, &output),
         Command::Law(law) => law::law(law, &output),
         Command::Accuracy(accuracy) => accuracy::accuracy(accuracy, &output, threads),
         Command::Theory(study) => theory::theory(study, &output, threads),

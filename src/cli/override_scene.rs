@@ -126,35 +126,3 @@ fn setting(expected: &str, found: &str, help: String) -> StageError {
         help,
     })
 }
-
-#[cfg(test)]
-mod tests {
-    use std::process::Command;
-
-    use super::*;
-
-    #[test]
-    fn values_are_toml_and_only_one() {
-        assert_eq!(toml_value("1e-8"), Ok(toml::Value::Float(1e-8)));
-        assert!(toml_value("[1, 2]").is_ok());
-        for text in ["nodal", "", "1\nother = 2", "1 2", "\"open"] {
-            assert_eq!(toml_value(text), Err(None), "{text}");
-        }
-        let expected = toml_value("[1, 1e400]").unwrap_err().unwrap();
-        assert!(expected.contains("largest double"), "{expected}");
-    }
-
-    /// A shell hands on what the advice says, and it is the text that was meant.
-    #[test]
-    fn the_advice_about_quotes_helps() {
-        for text in ["nodal", "it's", "a \"word\" and $HOME", "both ' and \""] {
-            let advice = in_quotes("title", text);
-            let (_, argument) = advice.split_once("--set ").unwrap();
-            let shell = format!("printf %s {argument}");
-            let said = Command::new("sh").args(["-c", &shell]).output().unwrap();
-            let said = String::from_utf8(said.stdout).unwrap();
-            let value = toml_value(said.strip_prefix("title=").unwrap());
-            assert_eq!(value, Ok(toml::Value::String(text.into())), "{advice}");
-        }
-    }
-}

@@ -148,17 +148,3 @@ fn escaped_json(text: &str) -> String {
     }
     shown
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn escaped_json_means_the_same() {
-        let value = serde_json::json!({ "title": "a\u{1b}\u{7f}\u{9b}\u{202e}b" });
-        let text = escaped_json(&format!("{value:#}"));
-        assert!(!text.chars().any(|c| is_hidden_control(c) && c != '\n'));
-        let read: serde_json::Value = serde_json::from_str(&text).unwrap();
-        assert_eq!(read, value);
-    }
-}

@@ -124,24 +124,3 @@ fn split(key: &str) -> (&str, Option<&str>) {
         None => (key, None),
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn values_are_set_in_tables_and_lists() {
-        let mut table: toml::Table = "a = 1\n[[t]]\nv = [1, 2]\n".parse().unwrap();
-        set_key(&mut table, "t.0.v.1", Value::Integer(5)).unwrap();
-        set_key(&mut table, "b.c.d", Value::Boolean(true)).unwrap();
-        assert_eq!(get_key(&table, "t.0.v.1"), Some(&Value::Integer(5)));
-        assert_eq!(get_key(&table, "b.c.d"), Some(&Value::Boolean(true)));
-        assert_eq!(get_key(&table, "t.1.v"), None);
-        for key in ["t.1.v", "t.x", "a.b"] {
-            assert!(
-                set_key(&mut table, key, Value::Integer(0)).is_err(),
-                "{key}"
-            );
-        }
-    }
-}

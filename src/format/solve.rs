@@ -2,7 +2,7 @@
 
 use contact3d::{
     elasticity::DofMap,
-    solver::{CoulombState, LocalMapping, Solution, SolvedBy, Status},
+    solver::{CoulombState, LocalMapping, NewtonStep, OuterStep, Solution, SolvedBy, Status},
 };
 use runfile::{Extent, Extent::Named, Group, GroupWriter, Kind, Reader, StoreError};
 use units::Dimension;
@@ -15,7 +15,8 @@ use super::{
         Condition, Fields, RENAMED, fields, old_name, read_as, read_if_there, read_value,
         write_value,
     },
-    increments, steps,
+    increments,
+    steps::{self, NEWTON_STEPS, OUTER_STEPS},
     stored::{stored_as, word},
 };
 
@@ -129,7 +130,8 @@ pub fn write(
         write_value(writer, FOLD_DISTANCE, &local.fold_distance)?;
     }
     FIELDS.write_one(writer, solution)?;
-    steps::write(writer, &solution.newton, &solution.history)
+    NEWTON_STEPS.write_rows(writer, &solution.newton)?;
+    OUTER_STEPS.write_rows(writer, &solution.history)
 }
 
 /// Writes one number for each pane, then a pair for each pane with friction; nothing where there are none.
@@ -153,7 +155,6 @@ fn write_of_panes(
 /// Reads the solution.
 pub fn read(reader: &Reader, dofs: &DofMap) -> Result<Solution, FormatError> {
     let (status, multiplier) = read_multiplier(reader)?;
-    let (newton, history) = steps::read(reader)?;
     // Finite numbers, unless the solve ended for want of them.
     let is_finite = status != Status::NumericalError;
     let nodal: Vec<[f64; 3]> = read_as(reader, DISPLACEMENT, is_finite)?;
@@ -178,8 +179,8 @@ pub fn read(reader: &Reader, dofs: &DofMap) -> Result<Solution, FormatError> {
             ..LocalMapping::default()
         }),
         local_stiffness,
-        history,
-        newton,
+        history: OUTER_STEPS.read_rows(reader, OuterStep::default)?,
+        newton: NEWTON_STEPS.read_rows(reader, NewtonStep::default)?,
         ..Solution::default()
     };
     FIELDS.read_one(reader, &mut solution, is_finite)?;

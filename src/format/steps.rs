@@ -71,24 +71,6 @@ pub(super) const DONE_ROWS: &[DatasetSpec] = &{
     rows
 };
 
-/// Writes the steps of both solvers.
-pub(super) fn write(
-    writer: &mut GroupWriter<'_>,
-    newton: &[NewtonStep],
-    outer: &[OuterStep],
-) -> Result<(), StoreError> {
-    NEWTON_STEPS.write_rows(writer, newton)?;
-    OUTER_STEPS.write_rows(writer, outer)
-}
-
-/// Reads the steps of both solvers.
-pub(super) fn read(reader: &Reader) -> Result<(Vec<NewtonStep>, Vec<OuterStep>), FormatError> {
-    Ok((
-        NEWTON_STEPS.read_rows(reader, NewtonStep::default)?,
-        OUTER_STEPS.read_rows(reader, OuterStep::default)?,
-    ))
-}
-
 /// Numbers of steps of successive approximations and of Newton's method, by a column of each.
 pub(super) fn counts(reader: &Reader) -> Result<[usize; 2], FormatError> {
     let count = |rows: &[DatasetSpec]| -> Result<usize, FormatError> {

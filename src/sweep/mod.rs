@@ -6,7 +6,6 @@
 //! files of mesh and factor, and in one process the arrays themselves.
 
 mod axes;
-mod case;
 mod folder;
 mod operators;
 mod plan;

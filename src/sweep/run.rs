@@ -7,17 +7,19 @@ use std::{
     thread,
 };
 
-use runfile::StoreError;
+use contact3d::{adaptation::RefinementGoal, scene::Scene};
+use runfile::{Reader, StoreError};
 
 use super::{
-    Plan, case,
-    folder::{self, Access},
+    Plan,
+    folder::{self, Access, operator_turn},
     operators::Operators,
     summary,
 };
 use crate::{
+    format::{self, LAYOUT, Stage},
     output::Folder,
-    pipeline::{StageError, scene_bytes},
+    pipeline::{Commit, Session, StageError, operator_settings, scene_bytes},
 };
 
 /// How a sweep is run.
@@ -91,7 +93,7 @@ pub fn run(
         while let Some(chain) = next(&queue) {
             for index in chain {
                 let event = attempt(plan, index, folder, options, &operators);
-                operators.done(&case::operator_key(&plan.cases[index].scene.scene));
+                operators.done(&operator_key(&plan.cases[index].scene.scene));
                 outcome
                     .lock()
                     .unwrap_or_else(PoisonError::into_inner)
@@ -147,11 +149,10 @@ fn chains(plan: &Plan) -> VecDeque<Vec<usize>> {
     }
     let mut first_use = BTreeMap::new();
     for (index, case) in plan.cases.iter().enumerate() {
-        let key = case::operator_key(&case.scene.scene);
+        let key = operator_key(&case.scene.scene);
         first_use.entry(key).or_insert(index);
     }
-    let rank =
-        |chain: &Vec<usize>| first_use[&case::operator_key(&plan.cases[chain[0]].scene.scene)];
+    let rank = |chain: &Vec<usize>| first_use[&operator_key(&plan.cases[chain[0]].scene.scene)];
     chains.sort_by_key(rank);
     chains.into()
 }
@@ -162,7 +163,7 @@ fn needed(plan: &Plan) -> BTreeMap<String, (usize, u64)> {
     for case in &plan.cases {
         let scene = &case.scene;
         let entry = needed
-            .entry(case::operator_key(&scene.scene))
+            .entry(operator_key(&scene.scene))
             .or_insert_with(|| (0, scene_bytes(scene)));
         entry.0 += 1;
     }
@@ -185,7 +186,7 @@ fn attempt(
     if let (false, Some(error)) = (options.retry_failed, folder::read_failure(&file)) {
         return Event::Failed(error);
     }
-    match case::run(plan, index, folder, options, operators) {
+    match run_stale(plan, index, folder, options, operators) {
         Ok(event) => match folder::forget_failure(&file) {
             Ok(()) => event,
             Err(error) => Event::Failed(error.to_string()),
@@ -210,4 +211,92 @@ impl Outcome {
             Event::Busy => self.busy += 1,
         }
     }
+}
+
+/// What two cases must have in common to share an operator.
+fn operator_key(scene: &Scene) -> String {
+    let digest = blake3::hash(operator_settings(scene).as_bytes());
+    digest.to_hex().to_string()
+}
+
+/// Runs what is not fresh of a case.
+fn run_stale(
+    plan: &Plan,
+    index: usize,
+    folder: &Path,
+    options: &Options,
+    operators: &Operators,
+) -> Result<Event, StageError> {
+    let case = &plan.cases[index];
+    let mut session = Session::with_scene(&case.file(folder), case.scene.clone(), options.threads)?;
+    session.mend_scene()?;
+    if let Some(adapt) = case.scene.scene.adapt {
+        let goal = RefinementGoal {
+            error: adapt.error,
+            deadline: None,
+        };
+        let adapted = session.adapt(goal, &mut |_| {})?;
+        if options.self_contained {
+            session.embed_assembly()?;
+        }
+        return Ok(if adapted.performed.is_empty() {
+            Event::Kept
+        } else {
+            Event::Computed
+        });
+    }
+    if let Some(start) = case.start {
+        session.start_from(multiplier(&plan.cases[start].file(folder))?.unwrap_or_default());
+    }
+    let mut event = Event::Kept;
+    if !session.is_done()? {
+        event = Event::Computed;
+        let key = operator_key(&case.scene.scene);
+        let outcome = operators
+            .prepare(&key, |known| {
+                let turn = operator_turn(folder, &key).map_err(|source| StageError::Write {
+                    file: folder.to_owned(),
+                    source,
+                })?;
+                let operator = session.prepare_operator(known);
+                drop(turn);
+                operator
+            })
+            .and_then(|()| compute(&mut session));
+        operators.release(&key);
+        outcome?;
+    }
+    if options.self_contained {
+        session.embed_assembly()?;
+    }
+    Ok(event)
+}
+
+/// Loads, solution and report, each if it or an earlier one is not fresh.
+fn compute(session: &mut Session) -> Result<(), StageError> {
+    let commit = Commit::WithNextIfCheap;
+    let mut stale = false;
+    for state in session.states()? {
+        stale |= !state.is_fresh();
+        if !stale {
+            continue;
+        }
+        session.perform(state.stage, commit, &mut |_| {})?;
+    }
+    Ok(())
+}
+
+/// The multipliers of a solved case; `None` if it has none or did not converge.
+fn multiplier(run_file: &Path) -> Result<Option<Vec<f64>>, StageError> {
+    let Ok(reader) = Reader::open(run_file, LAYOUT) else {
+        return Ok(None);
+    };
+    if !matches!(reader.group_record(Stage::Post.group()), Ok(Some(_))) {
+        return Ok(None);
+    }
+    let (status, multiplier) = format::read_multiplier(&reader)?;
+    Ok(status
+        .is_solved()
+        .then_some(multiplier)
+        .filter(|m| !m.is_empty()))
 }
