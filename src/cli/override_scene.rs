@@ -41,12 +41,7 @@ pub(super) fn read_for_error(
     }
     if let Some(of) = of {
         if error.is_none() && file.scene.adapt.is_none() {
-            return Err(StageError::Setting(Invalid {
-                key: "--of".into(),
-                expected: "a scene that asks for an error".into(),
-                found: "neither --error nor [adapt]".into(),
-                help: "add --error 3%, for example".into(),
-            }));
+            return Err(asks_for_no_error("--of", "3%"));
         }
         let value = if of.trim_start().starts_with('{') {
             of.to_owned()
@@ -63,6 +58,16 @@ pub(super) fn read_for_error(
             .chain([arguments.scene.clone()]),
     );
     Ok((scene, inputs))
+}
+
+/// Refuses an option that means nothing without an error to refine for.
+pub(super) fn asks_for_no_error(option: &str, error: &str) -> StageError {
+    StageError::Setting(Invalid {
+        key: option.into(),
+        expected: "a scene that asks for an error".into(),
+        found: "neither --error nor [adapt]".into(),
+        help: format!("add --error {error}, for example"),
+    })
 }
 
 /// Whether any element fits: mesh files have one, and averaged slips are for linear tetrahedra.

@@ -16,6 +16,7 @@ use super::{
         write_value,
     },
     increments,
+    sizes::length,
     steps::{self, NEWTON_STEPS, OUTER_STEPS},
     stored::{stored_as, word},
 };
@@ -229,7 +230,6 @@ pub fn read_outcome(reader: &Reader) -> Result<OutcomeWords, FormatError> {
         method: word(&read_value::<SolvedBy>(reader, METHOD)?),
         counts: [outer, newton, applications],
         accuracy: read_value(reader, ACCURACY)?,
-        increments: read_if_there::<Vec<f64>>(reader, increments::TIME)?
-            .map_or(0, |times| times.len()),
+        increments: length::<f64>(reader, increments::TIME)?.unwrap_or(0),
     })
 }

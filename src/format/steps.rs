@@ -6,7 +6,8 @@ use units::Dimension;
 
 use super::{
     FormatError, Stage, extents,
-    fields::{Fields, RENAMED, fields, old_name, read_if_there, rows},
+    fields::{Fields, RENAMED, fields, old_name, rows},
+    sizes::length,
     solve,
 };
 
@@ -73,11 +74,12 @@ pub(super) const DONE_ROWS: &[DatasetSpec] = &{
 
 /// Numbers of steps of successive approximations and of Newton's method, by a column of each.
 pub(super) fn counts(reader: &Reader) -> Result<[usize; 2], FormatError> {
-    let count = |rows: &[DatasetSpec]| -> Result<usize, FormatError> {
-        let column: Option<Vec<f64>> = read_if_there(reader, rows[0].path)?;
-        Ok(column.map_or(0, |column| column.len()))
-    };
-    Ok([count(OUTER_STEPS.rows)?, count(NEWTON_STEPS.rows)?])
+    let [outer, newton] = [OUTER_STEPS.rows, NEWTON_STEPS.rows].map(|rows| rows[0].path);
+    let counts = [
+        length::<f64>(reader, outer)?,
+        length::<f64>(reader, newton)?,
+    ];
+    Ok(counts.map(Option::unwrap_or_default))
 }
 
 /// Writes the state between two steps.

@@ -13,7 +13,10 @@ use contact3d::{
 use runfile::{GroupRecord, Home, IfMissing, Reader, RunFile, StoreError, Transaction};
 use units::Units;
 
-use super::{Plan, StageError, folder, plan::UNITS_KEY};
+use super::{
+    Plan, StageError, folder,
+    plan::{UNITS_KEY, as_json},
+};
 use crate::{
     format::{self, CaseRow, LAYOUT, SWEEP_LAYOUT, get_key, scene_table_of_text},
     output::{self, OutputFile, OutputKind},
@@ -50,13 +53,8 @@ pub fn write(plan: &Plan, folder: &Path) -> Result<usize, StageError> {
 fn rows(plan: &Plan, folder: &Path) -> Result<Vec<CaseRow>, StageError> {
     let mut rows = Vec::new();
     for case in &plan.cases {
-        rows.push(row(
-            plan,
-            &case.id,
-            &case.settings,
-            true,
-            &case.file(folder),
-        )?);
+        let file = case.file(folder);
+        rows.push(row(plan, &case.id, &case.settings, true, &file)?);
     }
     let planned: BTreeSet<&str> = plan.cases.iter().map(|case| case.id.as_str()).collect();
     for (id, file) in run_files(folder)? {
@@ -70,11 +68,8 @@ fn rows(plan: &Plan, folder: &Path) -> Result<Vec<CaseRow>, StageError> {
         if units(&table) != plan.units {
             continue;
         }
-        let settings: Vec<(String, toml::Value)> = plan
-            .keys
-            .iter()
-            .filter_map(|key| Some((key.clone(), get_key(&table, key)?.clone())))
-            .collect();
+        let value = |key: &String| Some((key.clone(), get_key(&table, key)?.clone()));
+        let settings: Vec<(String, toml::Value)> = plan.keys.iter().filter_map(value).collect();
         // What is damaged and not planned is no reason to lose the table of what is.
         let old = row(plan, &id, &settings, false, &file).ok();
         rows.extend(old.filter(|old| old.results.is_some()));
@@ -128,17 +123,13 @@ fn row(
         (Some(results), None) => &results.status,
         (None, None) => "missing",
     };
-    let object: serde_json::Map<String, serde_json::Value> = settings
-        .iter()
-        .map(|(key, value)| (key.clone(), serde_json::json!(value)))
-        .collect();
     // An older case may leave a key out.
     let value = |key: &String| settings.iter().find(|(name, _)| name == key);
     let number_at = |key: &String| value(key).map_or(f64::NAN, |(_, value)| number(value));
     Ok(CaseRow {
         id: id.to_owned(),
         planned,
-        settings: serde_json::Value::Object(object).to_string(),
+        settings: as_json(settings).to_string(),
         setting_values: plan.keys.iter().map(number_at).collect(),
         status: status.to_owned(),
         error: error.unwrap_or_default(),
