@@ -71,13 +71,8 @@ pub(super) fn init(arguments: &InitArguments, printing: &Output) -> Result<Exit,
     };
     let written: Vec<PathBuf> = files.iter().map(|(path, _)| path.clone()).collect();
     write(files, &Inputs::default())?;
-    for path in &written {
-        say(printing, &format!("wrote {}", path.display()));
-    }
+    terminal::written(printing, &written);
     say(printing, &format!("go on with: contact3d-pipe {next}"));
-    if printing.json {
-        terminal::json(&serde_json::json!({ "written": written }));
-    }
     Ok(Exit::Done)
 }
 

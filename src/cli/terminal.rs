@@ -6,7 +6,7 @@ use std::{
     fmt::Write as _,
     io::{self, ErrorKind, Write},
     path::{Path, PathBuf},
-    sync::{Mutex, PoisonError},
+    sync::{Mutex, MutexGuard, PoisonError},
 };
 
 use contact3d::scene::{Warning, is_hidden_control, shown_lines};
@@ -89,18 +89,20 @@ pub(super) fn warn(output: &Output, warnings: &[Warning]) {
     }
 }
 
+fn lost() -> MutexGuard<'static, Option<io::Error>> {
+    LOST.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 /// Remembers that standard output failed.
 pub(super) fn lose(error: io::Error) {
-    let mut lost = LOST.lock().unwrap_or_else(PoisonError::into_inner);
-    lost.get_or_insert(error);
+    lost().get_or_insert(error);
 }
 
 /// The exit code of the program, once all its work is done: that of the work, unless results are
 /// missing on a standard output that failed. A reader that has gone, as in `status FILE | head -1`,
 /// wants no more and is no failure.
 pub(super) fn close(exit: Exit) -> Exit {
-    let lost = LOST.lock().unwrap_or_else(PoisonError::into_inner);
-    match (lost.as_ref(), exit) {
+    match (lost().as_ref(), exit) {
         (None, _) => exit,
         (Some(error), _) if error.kind() == ErrorKind::BrokenPipe => exit,
         (Some(error), _) => {
@@ -116,11 +118,7 @@ pub(super) fn close(exit: Exit) -> Exit {
 }
 
 fn write_out(text: &str) {
-    if LOST
-        .lock()
-        .unwrap_or_else(PoisonError::into_inner)
-        .is_some()
-    {
+    if lost().is_some() {
         return;
     }
     let mut out = io::stdout().lock();

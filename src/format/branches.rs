@@ -71,19 +71,12 @@ stored_as! {
 runfile::stored_enum! {
     /// What changes at a point, as stored.
     enum StoredSwitch as "switch" {
-        /// `opening`.
         Opening = 0 => "opening",
-        /// `slipping`.
         Slipping = 1 => "slipping",
-        /// `cap`.
         Cap = 2 => "cap",
-        /// `reversal_1`.
         Reversal1 = 3 => "reversal_1",
-        /// `reversal_2`.
         Reversal2 = 4 => "reversal_2",
-        /// `knot_1`.
         Knot1 = 5 => "knot_1",
-        /// `knot_2`.
         Knot2 = 6 => "knot_2",
     }
 }

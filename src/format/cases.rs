@@ -10,7 +10,7 @@ use units::Dimension;
 
 use super::{
     FormatError, Stage, adapt, extents,
-    fields::{Fields, fields, read_as, read_if_there, read_value, write_value},
+    fields::{Fields, fields, read_as, read_if_there, read_value, write_list, write_value},
     mesh, post,
     solve::read_outcome,
     stored::{Absent, Stored},
@@ -109,14 +109,13 @@ pub struct TableOwner {
 
 /// Reads whose table a summary file holds.
 pub fn read_table_owner(reader: &Reader) -> Result<TableOwner, StoreError> {
+    let is_named = reader.has(SWEEP_FILE);
+    let sweep_file = is_named.then(|| reader.read_text(SWEEP_FILE)).transpose()?;
     let ids = reader.read_texts(ID)?;
     let planned = reader.read_vec::<u8>(PLANNED)?;
     let planned = ids.iter().zip(planned).filter(|(_, planned)| *planned == 1);
     Ok(TableOwner {
-        sweep_file: reader
-            .has(SWEEP_FILE)
-            .then(|| reader.read_text(SWEEP_FILE))
-            .transpose()?,
+        sweep_file,
         planned: planned.map(|(id, _)| id.clone()).collect(),
         ids,
     })
@@ -132,8 +131,7 @@ pub fn write(
     if let Some(sweep_file) = sweep_file {
         writer.write_text(SWEEP_FILE, sweep_file)?;
     }
-    let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
-    writer.write_texts(KEYS, &keys)?;
+    write_list(writer, KEYS, keys)?;
     FIELDS.write_rows(writer, rows)?;
     let results = rows.iter().map(|row| row.results.as_ref());
     let faces = results.map(|results| results.map_or(&[][..], |results| &results.faces));

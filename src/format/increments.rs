@@ -14,7 +14,7 @@ use units::Dimension;
 
 use super::{
     FormatError, Stage, extents,
-    fields::{Condition, Fields, RENAMED, fields, old_name},
+    fields::{Condition, Fields, RENAMED, fields, old_name, write_value},
 };
 
 /// The increments of a load history that were solved.
@@ -119,8 +119,7 @@ pub fn write(
 ) -> Result<(), StoreError> {
     let steps = records.iter().map(|record| record.increment.step);
     let titles: Vec<String> = steps.map(|step| scene.step_title(step)).collect();
-    let titles: Vec<&str> = titles.iter().map(String::as_str).collect();
-    writer.write_texts(TITLE, &titles)?;
+    write_value(writer, TITLE, &titles)?;
     INCREMENTS.write_rows(writer, records)
 }
 
