@@ -189,12 +189,13 @@ pub struct CaseResults {
 /// Reads the main results of a finished run file; `None` if it has no report yet.
 pub fn read_case(reader: &Reader) -> Result<Option<CaseResults>, FormatError> {
     let whole = |stage: Stage| reader.whole_group(stage.group());
-    let stages = (
-        whole(Stage::Load)?,
-        whole(Stage::Solve)?,
-        whole(Stage::Post)?,
-    );
-    let (Some(load), Some(solve), Some(post)) = stages else {
+    let Some(load) = whole(Stage::Load)? else {
+        return Ok(None);
+    };
+    let Some(solve) = whole(Stage::Solve)? else {
+        return Ok(None);
+    };
+    let Some(post) = whole(Stage::Post)? else {
         return Ok(None);
     };
     let outcome = read_outcome(reader)?;
