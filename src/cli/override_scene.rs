@@ -51,12 +51,16 @@ pub(super) fn read_for_error(
         overrides.push(format!("adapt.of={value}"));
         changes.push(format!("--of {of}"));
     }
-    let scene = with(file, &overrides, &changes.join(" "))?;
-    let inputs = Inputs::of(
-        mesh_file(&scene)
-            .into_iter()
-            .chain([arguments.scene.clone()]),
-    );
+    let mut scene = file;
+    if !overrides.is_empty() {
+        let mut table = scene_table(&scene.scene);
+        for change in &overrides {
+            apply(&mut table, change)?;
+        }
+        scene = scene.changed(&changes.join(" "), table.to_string())?;
+    }
+    let mesh = mesh_file(&scene).into_iter();
+    let inputs = Inputs::of(mesh.chain([arguments.scene.clone()]));
     Ok((scene, inputs))
 }
 
@@ -75,18 +79,6 @@ fn leaves_element_open(scene: &Scene) -> bool {
     let mut contacts = scene.contacts.iter();
     scene.body.as_brick().is_some()
         && !contacts.any(|contact| contact.slip_interpolation == SlipInterpolation::Clement)
-}
-
-/// A scene with other values at some keys, which `changes` says for messages.
-fn with(file: SceneFile, overrides: &[String], changes: &str) -> Result<SceneFile, StageError> {
-    if overrides.is_empty() {
-        return Ok(file);
-    }
-    let mut table = scene_table(&file.scene);
-    for change in overrides {
-        apply(&mut table, change)?;
-    }
-    Ok(file.changed(changes, table.to_string())?)
 }
 
 /// Puts a value at a dotted key path; tables that are not there are made.
