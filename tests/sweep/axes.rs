@@ -58,11 +58,11 @@ fn ranges_end_exactly_and_keep_their_ratios() {
 #[test]
 fn zipped_axes_become_one() {
     let cases = settings(
-        "[[axis]]\nkey = \"body.brick.cells.0\"\nvalues = [1, 2]\nzip = \"z\"\n\
+        "[[axis]]\nkey = \"body.brick.cells.0\"\nvalues = [2, 4]\nzip = \"z\"\n\
          [[axis]]\nkey = \"body.brick.size.0\"\nvalues = [7]\n\
-         [[axis]]\nkeys = [\"body.brick.cells.1\", \"body.brick.cells.2\"]\nrows = [[3, 4], [5, 6]]\nzip = \"z\"",
+         [[axis]]\nkeys = [\"body.brick.cells.1\", \"body.brick.cells.2\"]\nrows = [[4, 3], [6, 5]]\nzip = \"z\"",
     );
-    let expected = [["1", "3", "4", "7"], ["2", "5", "6", "7"]];
+    let expected = [["2", "4", "3", "7"], ["4", "6", "5", "7"]];
     assert_eq!(cases.unwrap(), expected);
 }
 
