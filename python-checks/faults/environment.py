@@ -97,8 +97,8 @@ def fill_and_run(
     outcome = setting.program.run(*command, cwd=disk)
     if outcome.code == 0:
         return sound(file) or Verdict.WENT_ON
-    if outcome.code == INCOMPLETE and "stored before and kept" in outcome.stderr:
-        # Earlier stages were stored before the disk was full; each commit is whole.
+    if outcome.code in (INCOMPLETE, BAD_INPUT) and "stored before and kept" in outcome.stderr:
+        # Earlier stages were stored before the disk was full, or only pictures do not fit; each commit is whole.
         left = left_overs(disk)
         verdict = f"{name} left {left}" if left else Verdict.WENT_ON
     else:

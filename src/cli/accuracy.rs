@@ -10,7 +10,7 @@ use studies::accuracy::{Accuracy, AccuracyProgress, AccuracySettings, SequencePr
 use super::{
     arguments::{FigureArguments, Output, SceneArguments, n_div, seconds},
     exit::Exit,
-    measured, override_scene, progress, terminal,
+    progress, study, terminal,
 };
 use crate::{
     pipeline::{StageError, measure_accuracy},
@@ -48,12 +48,13 @@ pub(super) fn accuracy(
     output: &Output,
     threads: usize,
 ) -> Result<Exit, StageError> {
-    let (scene, inputs) = override_scene::read_with_inputs(&arguments.scene)?;
+    let (scene, _, pictures) = study::begin(
+        &arguments.scene,
+        &arguments.file,
+        &arguments.figures,
+        Drawing::Accuracy,
+    )?;
     let units = scene.scene.units;
-    inputs.refuse(&arguments.file)?;
-    let pictures = arguments
-        .figures
-        .claim(&arguments.file, Drawing::Accuracy, inputs)?;
     let settings = AccuracySettings {
         budget: arguments.budget,
         coarsest: arguments.coarsest,
@@ -67,23 +68,21 @@ pub(super) fn accuracy(
     });
     spinner.finish_and_clear();
     let accuracy = measured?;
-    measured::draw(pictures.as_ref(), output, |folder| {
-        draw_accuracy(folder, &accuracy)
-    })?;
-    measured::print(
+    study::finish(
         output,
+        pictures.as_ref(),
         units,
+        |folder| draw_accuracy(folder, &accuracy),
         || report::accuracy::json(&accuracy, units),
         || report::accuracy::text(&accuracy, units),
-    );
-    Ok(if is_complete(&accuracy) {
-        Exit::Done
-    } else {
+    )?;
+    let is_complete = is_complete(&accuracy);
+    if !is_complete {
         terminal::message(
             "NOT CONVERGED: the reference or a mesh of the study; its errors are not errors",
         );
-        Exit::NotConverged
-    })
+    }
+    Ok(Exit::of(is_complete))
 }
 
 /// Whether the reference and all meshes were solved.

@@ -18,13 +18,12 @@ use serde::de::{DeserializeOwned, IntoDeserializer, value::StrDeserializer};
 use super::{
     accuracy::AccuracyArguments,
     branches::BranchesArguments,
-    completions::CompletionsArguments,
     fclib::{ExportArguments, SolveFclibArguments},
     html::ReportArguments,
     init::InitArguments,
     inspect::InspectArguments,
     law::LawArguments,
-    man::ManArguments,
+    man::{CompletionsArguments, ManArguments},
     schema::SchemaArguments,
     stability::StabilityArguments,
     sweep::SweepArguments,
@@ -53,17 +52,13 @@ pub(super) const MOST_THREADS: i64 = 1024;
 /// Exit codes: 0 done, 1 not converged (all results stored), 2 bad or stale input, 3 internal error
 /// or a standard output that cannot take the results, 130 interrupted.
 #[derive(Debug, Parser)]
-#[command(version, long_version = super::version::words(), verbatim_doc_comment)]
+#[command(version, long_version = super::man::version_words(), verbatim_doc_comment)]
 pub struct Arguments {
     /// What to do
     #[command(subcommand)]
     pub command: Command,
-    /// Print only errors
-    #[arg(long, short, global = true)]
-    pub quiet: bool,
-    /// Print the results as JSON on standard output
-    #[arg(long, global = true)]
-    pub json: bool,
+    #[command(flatten)]
+    pub output: Output,
     /// Number of threads; all processors by default
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     pub threads: Option<u16>,
@@ -327,11 +322,13 @@ where
 }
 
 /// What to print, and where.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Args)]
 pub struct Output {
-    /// Print only errors.
+    /// Print only errors
+    #[arg(long, short, global = true)]
     pub quiet: bool,
-    /// Print results as JSON on standard output.
+    /// Print the results as JSON on standard output
+    #[arg(long, global = true)]
     pub json: bool,
 }
 
@@ -340,14 +337,6 @@ impl Arguments {
     pub fn thread_count(&self) -> usize {
         let available = || std::thread::available_parallelism().map_or(1, usize::from);
         self.threads.map_or_else(available, usize::from)
-    }
-
-    /// What to print, and where.
-    pub fn output(&self) -> Output {
-        Output {
-            quiet: self.quiet,
-            json: self.json,
-        }
     }
 }
 

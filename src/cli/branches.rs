@@ -8,7 +8,7 @@ use studies::branches::{Branches, ParameterRange};
 use super::{
     arguments::{FigureArguments, Output, SceneArguments},
     exit::Exit,
-    measured, override_scene, progress, terminal,
+    progress, study, terminal,
 };
 use crate::{
     pipeline::{BranchesTask, Followed, SeriesFolder, SeriesKind, StageError, follow_branches},
@@ -48,14 +48,15 @@ pub(super) fn branches(
     output: &Output,
     threads: usize,
 ) -> Result<Exit, StageError> {
-    let (scene, inputs) = override_scene::read_with_inputs(&arguments.scene)?;
+    let (scene, inputs, pictures) = study::begin(
+        &arguments.scene,
+        &arguments.file,
+        &arguments.figures,
+        Drawing::Branches,
+    )?;
     let units = scene.scene.units;
-    inputs.refuse(&arguments.file)?;
     let claim = |folder: &PathBuf| SeriesFolder::claim(folder, SeriesKind::Paths, &inputs);
     let series = arguments.series.as_ref().map(claim).transpose()?;
-    let pictures = arguments
-        .figures
-        .claim(&arguments.file, Drawing::Branches, inputs)?;
     let task = BranchesTask {
         range: ParameterRange {
             key: arguments.parameter.clone(),
@@ -82,22 +83,19 @@ pub(super) fn branches(
     if let Some(folder) = &arguments.series {
         terminal::say_files(output, "series", &files, folder);
     }
-    measured::draw(pictures.as_ref(), output, |folder| {
-        draw_branches(folder, &branches, units)
-    })?;
-    measured::print(
+    study::finish(
         output,
+        pictures.as_ref(),
         units,
+        |folder| draw_branches(folder, &branches, units),
         || report::branches::json(&branches, units),
         || report::branches::text(&branches, units),
-    );
-    match shortcoming(&branches) {
-        None => Ok(Exit::Done),
-        Some(reason) => {
-            terminal::message(&format!("NOT CONVERGED: {reason}"));
-            Ok(Exit::NotConverged)
-        }
+    )?;
+    let shortcoming = shortcoming(&branches);
+    if let Some(reason) = &shortcoming {
+        terminal::message(&format!("NOT CONVERGED: {reason}"));
     }
+    Ok(Exit::of(shortcoming.is_none()))
 }
 
 /// Why the search did not end as it should; `None` where it did.

@@ -19,10 +19,21 @@ pub enum Exit {
     Done = 0,
     /// The solver did not converge, or the machine failed midway; what was found is stored, and said.
     NotConverged = 1,
-    /// Unusable or stale input; nothing on disk was changed.
+    /// Unusable or stale input, and nothing on disk was changed; or pictures that cannot be written, and results are stored.
     BadInput = 2,
     /// A fault of the program itself, or a standard output that does not take the results.
     Internal = 3,
+}
+
+impl Exit {
+    /// [`Self::Done`], or [`Self::NotConverged`] where something did not converge.
+    pub(super) fn of(is_converged: bool) -> Self {
+        if is_converged {
+            Self::Done
+        } else {
+            Self::NotConverged
+        }
+    }
 }
 
 impl Termination for Exit {

@@ -163,11 +163,7 @@ pub(super) fn solve_fclib(
     spinner.finish_and_clear();
     let answer = answer?;
     let figures = figures(&answer);
-    if output.json {
-        terminal::json(&figures.json());
-    } else if !output.quiet {
-        terminal::result(&figures.text(0, 33));
-    }
+    terminal::print(output, || figures.json(), || figures.text(0, 33));
     let stored = match &target {
         SolutionFile::Nowhere => None,
         SolutionFile::Copy(path) => Some(path),

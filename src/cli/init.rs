@@ -27,13 +27,13 @@ pub struct InitArguments {
     #[arg(default_value = "scene.toml")]
     pub scene: PathBuf,
     /// What to start from
-    #[arg(long, value_enum, default_value_t = Kind::Brick)]
-    pub kind: Kind,
+    #[arg(long, value_enum, default_value_t = SceneKind::Brick)]
+    pub kind: SceneKind,
 }
 
 /// What a scene starts from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Kind {
+pub enum SceneKind {
     /// A block on a foundation
     Brick,
     /// A part from a mesh file of Gmsh
@@ -53,13 +53,13 @@ pub(super) fn init(arguments: &InitArguments, printing: &Output) -> Result<Exit,
         scene.with_extension("h5").display()
     );
     let (files, next) = match arguments.kind {
-        Kind::Brick => (vec![(scene.clone(), BRICK.to_owned())], run),
-        Kind::Gmsh => (vec![(scene.clone(), GMSH.to_owned())], run),
-        Kind::History => {
+        SceneKind::Brick => (vec![(scene.clone(), BRICK.to_owned())], run),
+        SceneKind::Gmsh => (vec![(scene.clone(), GMSH.to_owned())], run),
+        SceneKind::History => {
             let text = include_str!("scenes/history.toml");
             (vec![(scene.clone(), text.to_owned())], run)
         }
-        Kind::Sweep => {
+        SceneKind::Sweep => {
             let sweep = beside(scene, "sweep.toml");
             let name = scene.file_name().unwrap_or_default().to_string_lossy();
             let name = toml::Value::String(name.into_owned()).to_string();
@@ -71,13 +71,8 @@ pub(super) fn init(arguments: &InitArguments, printing: &Output) -> Result<Exit,
     };
     let written: Vec<PathBuf> = files.iter().map(|(path, _)| path.clone()).collect();
     write(files, &Inputs::default())?;
-    for path in &written {
-        say(printing, &format!("wrote {}", path.display()));
-    }
+    terminal::written(printing, &written);
     say(printing, &format!("go on with: contact3d-pipe {next}"));
-    if printing.json {
-        terminal::json(&serde_json::json!({ "written": written }));
-    }
     Ok(Exit::Done)
 }
 

@@ -34,11 +34,11 @@ pub(super) fn inspect(arguments: &InspectArguments, output: &Output) -> Result<E
         let inputs = Inputs::of([arguments.mesh.clone()]);
         init::write(vec![(scene.clone(), scene_for(&mesh, arguments))], &inputs)?;
     }
-    if output.json {
-        terminal::json(&report::mesh::json(&mesh));
-    } else if !output.quiet {
-        terminal::result(&report::mesh::text(&mesh));
-    }
+    terminal::print(
+        output,
+        || report::mesh::json(&mesh),
+        || report::mesh::text(&mesh),
+    );
     if let Some(scene) = &arguments.scene {
         let (scene, run) = (scene.display(), scene.with_extension("h5"));
         say(

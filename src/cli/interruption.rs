@@ -3,7 +3,7 @@
 use std::{
     io::{self, IsTerminal},
     path::{Path, PathBuf},
-    sync::{Mutex, PoisonError, mpsc},
+    sync::{Mutex, MutexGuard, PoisonError, mpsc},
     thread,
     time::Duration,
 };
@@ -34,37 +34,35 @@ const PATIENCE: Duration = Duration::from_millis(300);
 
 /// Says which run file is at work.
 pub(super) fn on_run_file(file: &Path) {
-    set(CurrentWork::RunFile(file.to_owned()));
+    *work() = Some(CurrentWork::RunFile(file.to_owned()));
 }
 
 /// Says which run file is at work on an adaptive mesh.
 pub(super) fn on_levels(file: &Path) {
-    set(CurrentWork::Levels(file.to_owned(), 0));
+    *work() = Some(CurrentWork::Levels(file.to_owned(), 0));
 }
 
 /// Says how many levels the run file holds.
 pub(super) fn levels_kept(count: usize) {
-    let mut work = WORK.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(CurrentWork::Levels(_, kept)) = &mut *work {
+    if let Some(CurrentWork::Levels(_, kept)) = &mut *work() {
         *kept = count;
     }
 }
 
 /// Says which sweep is at work.
 pub(super) fn on_sweep(folder: &Path, cases: usize) {
-    set(CurrentWork::Sweep(folder.to_owned(), 0, cases));
+    *work() = Some(CurrentWork::Sweep(folder.to_owned(), 0, cases));
 }
 
 /// Counts a case of the sweep that has ended.
 pub(super) fn case_ended() {
-    let mut work = WORK.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(CurrentWork::Sweep(_, ended, _)) = &mut *work {
+    if let Some(CurrentWork::Sweep(_, ended, _)) = &mut *work() {
         *ended += 1;
     }
 }
 
-fn set(work: CurrentWork) {
-    *WORK.lock().unwrap_or_else(PoisonError::into_inner) = Some(work);
+fn work() -> MutexGuard<'static, Option<CurrentWork>> {
+    WORK.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Says what is kept; called when a signal is about to end the process. Another thread writes,
@@ -83,7 +81,7 @@ pub(super) fn farewell() {
 }
 
 fn words() -> String {
-    let work = WORK.lock().unwrap_or_else(PoisonError::into_inner).clone();
+    let work = work().clone();
     let kept = match &work {
         None => return "interrupted".into(),
         Some(CurrentWork::Sweep(folder, ended, cases)) => format!(

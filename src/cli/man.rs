@@ -1,8 +1,9 @@
-//! `man`: manual pages from the definitions of the command line.
+//! `man`, `completions` and `--version`: what the definitions of the command line make.
 
 use std::path::PathBuf;
 
 use clap::{Args, CommandFactory};
+use clap_complete::Shell;
 
 use super::{
     arguments::{Arguments, Output},
@@ -60,4 +61,39 @@ fn page(
             source,
         }),
     }
+}
+
+/// Arguments of `completions`.
+#[derive(Debug, Args)]
+pub struct CompletionsArguments {
+    /// The shell; for bash: contact3d-pipe completions bash > ~/.local/share/bash-completion/completions/contact3d-pipe
+    pub shell: Shell,
+}
+
+/// `completions`: prints the script for a shell.
+pub(super) fn completions(arguments: &CompletionsArguments) -> Exit {
+    let mut script = Vec::new();
+    clap_complete::generate(
+        arguments.shell,
+        &mut Arguments::command(),
+        "contact3d-pipe",
+        &mut script,
+    );
+    terminal::result(&String::from_utf8_lossy(&script));
+    Exit::Done
+}
+
+/// The version of the program, the commit it was built from where the build named it (`CONTACT3D_COMMIT`), and the
+/// version of HDF5.
+pub(super) fn version_words() -> &'static str {
+    static WORDS: std::sync::LazyLock<String> = std::sync::LazyLock::new(|| {
+        let commit = option_env!("CONTACT3D_COMMIT")
+            .map_or_else(String::new, |commit| format!("commit {commit}\n"));
+        let [major, minor, patch] = runfile::hdf5_version();
+        format!(
+            "{}\n{commit}HDF5 {major}.{minor}.{patch}",
+            env!("CARGO_PKG_VERSION")
+        )
+    });
+    &WORDS
 }

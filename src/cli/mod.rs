@@ -4,8 +4,6 @@ mod accuracy;
 mod adaptive;
 mod arguments;
 mod branches;
-mod check;
-mod completions;
 mod exit;
 mod fclib;
 mod html;
@@ -13,19 +11,17 @@ mod init;
 mod inspect;
 mod interruption;
 mod law;
-mod law_words;
 mod man;
-mod measured;
 mod override_scene;
 mod progress;
 mod run;
 mod schema;
 mod stability;
 mod status;
+mod study;
 mod sweep;
 mod terminal;
 mod theory;
-mod version;
 
 use clap::Parser;
 
@@ -59,7 +55,7 @@ fn perform(arguments: &Arguments) -> Exit {
             "the system gives no threads or handlers of signals ({error}); raise the limits of the shell (`ulimit -a`)"
         ));
     }
-    let output = arguments.output();
+    let output = arguments.output;
     let outcome = match &arguments.command {
         Command::Run(run) => run::run(run, &output, threads),
         Command::Mesh(mesh) => run::mesh(mesh, &output, threads),
@@ -67,7 +63,7 @@ fn perform(arguments: &Arguments) -> Exit {
         Command::Solve(solve) => run::solve(solve, &output, threads),
         Command::Post(post) => run::post(post, &output, threads),
         Command::Status(status) => status::status(status, &output),
-        Command::Check(file) => check::check(file, &output),
+        Command::Check(file) => status::check(file, &output),
         Command::Law(law) => law::law(law, &output),
         Command::Accuracy(accuracy) => accuracy::accuracy(accuracy, &output, threads),
         Command::Theory(study) => theory::theory(study, &output, threads),
@@ -79,7 +75,7 @@ fn perform(arguments: &Arguments) -> Exit {
         Command::Schema(schema) => schema::schema(schema, &output),
         Command::Init(scene) => init::init(scene, &output),
         Command::Inspect(mesh) => inspect::inspect(mesh, &output),
-        Command::Completions(shell) => Ok(completions::completions(shell)),
+        Command::Completions(shell) => Ok(man::completions(shell)),
         Command::Man(pages) => man::man(pages, &output),
         Command::Sweep(arguments) => sweep::sweep(arguments, &output, threads),
     };

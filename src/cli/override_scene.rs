@@ -41,12 +41,7 @@ pub(super) fn read_for_error(
     }
     if let Some(of) = of {
         if error.is_none() && file.scene.adapt.is_none() {
-            return Err(StageError::Setting(Invalid {
-                key: "--of".into(),
-                expected: "a scene that asks for an error".into(),
-                found: "neither --error nor [adapt]".into(),
-                help: "add --error 3%, for example".into(),
-            }));
+            return Err(asks_for_no_error("--of", "3%"));
         }
         let value = if of.trim_start().starts_with('{') {
             of.to_owned()
@@ -56,13 +51,27 @@ pub(super) fn read_for_error(
         overrides.push(format!("adapt.of={value}"));
         changes.push(format!("--of {of}"));
     }
-    let scene = with(file, &overrides, &changes.join(" "))?;
-    let inputs = Inputs::of(
-        mesh_file(&scene)
-            .into_iter()
-            .chain([arguments.scene.clone()]),
-    );
+    let mut scene = file;
+    if !overrides.is_empty() {
+        let mut table = scene_table(&scene.scene);
+        for change in &overrides {
+            apply(&mut table, change)?;
+        }
+        scene = scene.changed(&changes.join(" "), table.to_string())?;
+    }
+    let mesh = mesh_file(&scene).into_iter();
+    let inputs = Inputs::of(mesh.chain([arguments.scene.clone()]));
     Ok((scene, inputs))
+}
+
+/// Refuses an option that means nothing without an error to refine for.
+pub(super) fn asks_for_no_error(option: &str, error: &str) -> StageError {
+    StageError::Setting(Invalid {
+        key: option.into(),
+        expected: "a scene that asks for an error".into(),
+        found: "neither --error nor [adapt]".into(),
+        help: format!("add --error {error}, for example"),
+    })
 }
 
 /// Whether any element fits: mesh files have one, and averaged slips are for linear tetrahedra.
@@ -70,18 +79,6 @@ fn leaves_element_open(scene: &Scene) -> bool {
     let mut contacts = scene.contacts.iter();
     scene.body.as_brick().is_some()
         && !contacts.any(|contact| contact.slip_interpolation == SlipInterpolation::Clement)
-}
-
-/// A scene with other values at some keys, which `changes` says for messages.
-fn with(file: SceneFile, overrides: &[String], changes: &str) -> Result<SceneFile, StageError> {
-    if overrides.is_empty() {
-        return Ok(file);
-    }
-    let mut table = scene_table(&file.scene);
-    for change in overrides {
-        apply(&mut table, change)?;
-    }
-    Ok(file.changed(changes, table.to_string())?)
 }
 
 /// Puts a value at a dotted key path; tables that are not there are made.
@@ -125,36 +122,4 @@ fn setting(expected: &str, found: &str, help: String) -> StageError {
         found: found.into(),
         help,
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use std::process::Command;
-
-    use super::*;
-
-    #[test]
-    fn values_are_toml_and_only_one() {
-        assert_eq!(toml_value("1e-8"), Ok(toml::Value::Float(1e-8)));
-        assert!(toml_value("[1, 2]").is_ok());
-        for text in ["nodal", "", "1\nother = 2", "1 2", "\"open"] {
-            assert_eq!(toml_value(text), Err(None), "{text}");
-        }
-        let expected = toml_value("[1, 1e400]").unwrap_err().unwrap();
-        assert!(expected.contains("largest double"), "{expected}");
-    }
-
-    /// A shell hands on what the advice says, and it is the text that was meant.
-    #[test]
-    fn the_advice_about_quotes_helps() {
-        for text in ["nodal", "it's", "a \"word\" and $HOME", "both ' and \""] {
-            let advice = in_quotes("title", text);
-            let (_, argument) = advice.split_once("--set ").unwrap();
-            let shell = format!("printf %s {argument}");
-            let said = Command::new("sh").args(["-c", &shell]).output().unwrap();
-            let said = String::from_utf8(said.stdout).unwrap();
-            let value = toml_value(said.strip_prefix("title=").unwrap());
-            assert_eq!(value, Ok(toml::Value::String(text.into())), "{advice}");
-        }
-    }
 }

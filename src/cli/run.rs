@@ -2,12 +2,7 @@
 
 use std::time::Instant;
 
-use contact3d::{
-    RunStep,
-    adaptation::RefinementGoal,
-    scene::{AssembleSettings, Invalid},
-    solver::Goal,
-};
+use contact3d::{RunStep, adaptation::RefinementGoal, scene::AssembleSettings, solver::Goal};
 
 use super::{
     adaptive,
@@ -51,12 +46,7 @@ pub(super) fn run(arguments: &RunArguments, output: &Output, threads: usize) -> 
         arguments.figures.claim(&arguments.file, drawing, inputs)?
     };
     if arguments.budget.is_some() && session.scene().adapt.is_none() {
-        return Err(StageError::Setting(Invalid {
-            key: "--budget".into(),
-            expected: "a scene that asks for an error".into(),
-            found: "neither --error nor [adapt]".into(),
-            help: "add --error 5%, for example".into(),
-        }));
+        return Err(override_scene::asks_for_no_error("--budget", "5%"));
     }
     session.all_or_nothing(|session| {
         session.mend_scene()?;

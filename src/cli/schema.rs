@@ -42,10 +42,9 @@ pub(super) fn schema(arguments: &SchemaArguments, printing: &Output) -> Result<E
     }
     let _folder = Folder::make(&arguments.out)?;
     let outputs = files.map(|(path, text)| OutputFile {
-        kind: if path.extension().is_some_and(|ending| ending == "md") {
-            OutputKind::SchemaPage
-        } else {
-            OutputKind::Schema
+        kind: match path.extension() {
+            Some(ending) if ending == "md" => OutputKind::SchemaPage,
+            _ => OutputKind::Schema,
         },
         path,
         bytes: text.into_bytes(),

@@ -50,9 +50,13 @@ pub struct StabilityArguments {
 
 impl StabilityArguments {
     fn choose_factor(&self, scene: &mut Scene) {
-        if let Some(factor) = self.factor {
-            scene.assemble.factor = factor;
-        }
+        scene.assemble.factor = self.factor.unwrap_or(scene.assemble.factor);
+    }
+
+    /// The file for the table, looked at before the checks, which take long.
+    fn claim(&self, inputs: &Inputs) -> Result<Option<RunFile>, StageError> {
+        let claim = |file: &PathBuf| suite::claim(file, inputs);
+        self.out.as_ref().map(claim).transpose()
     }
 }
 
@@ -110,7 +114,7 @@ fn run_suite(
         arguments.choose_factor(&mut case.scene.scene);
     }
     let meshes = cases.iter().filter_map(|case| mesh_file(&case.scene));
-    let table = claim(arguments, &Inputs::of(meshes.chain([index.to_owned()])))?;
+    let table = arguments.claim(&Inputs::of(meshes.chain([index.to_owned()])))?;
     let mut rows = Vec::new();
     for case in &cases {
         let started = Instant::now();
@@ -120,7 +124,9 @@ fn run_suite(
         terminal::say(output, &line);
         rows.push(row);
     }
-    store(table, &rows, threads)?;
+    if let Some(file) = table {
+        suite::store(file, &rows, threads)?;
+    }
     Ok(finish(arguments, output, &rows, figures::table))
 }
 
@@ -135,20 +141,12 @@ fn run_scene(
         overrides: arguments.overrides.clone(),
     })?;
     arguments.choose_factor(&mut scene.scene);
-    let table = claim(arguments, &inputs)?;
+    let table = arguments.claim(&inputs)?;
     let rows = [SuiteCase::alone(scene).check()];
-    store(table, &rows, threads)?;
+    if let Some(file) = table {
+        suite::store(file, &rows, threads)?;
+    }
     Ok(finish(arguments, output, &rows, figures::details))
-}
-
-/// The file for the table, looked at before the checks, which take long.
-fn claim(arguments: &StabilityArguments, inputs: &Inputs) -> Result<Option<RunFile>, StageError> {
-    let claim = |file: &PathBuf| suite::claim(file, inputs);
-    arguments.out.as_ref().map(claim).transpose()
-}
-
-fn store(table: Option<RunFile>, rows: &[StabilityRow], threads: usize) -> Result<(), StageError> {
-    table.map_or(Ok(()), |file| suite::store(file, rows, threads))
 }
 
 fn finish(
@@ -157,23 +155,15 @@ fn finish(
     rows: &[StabilityRow],
     words: fn(&[StabilityRow]) -> String,
 ) -> Exit {
-    if output.json {
-        terminal::json(&figures::json(rows));
-    } else if !output.quiet {
-        let words = if arguments.markdown {
-            figures::markdown
-        } else {
-            words
-        };
-        terminal::result(&words(rows));
-    }
+    let words = if arguments.markdown {
+        figures::markdown
+    } else {
+        words
+    };
+    terminal::print(output, || figures::json(rows), || words(rows));
     let holds = |row: &StabilityRow| {
         let check = row.outcome.as_ref();
         check.is_ok_and(|check| check.verdict().level != VerdictLevel::Fails)
     };
-    if rows.iter().all(holds) {
-        Exit::Done
-    } else {
-        Exit::NotConverged
-    }
+    Exit::of(rows.iter().all(holds))
 }

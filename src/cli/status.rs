@@ -1,13 +1,15 @@
-//! The command `status`: which stages are fresh, stale, damaged or missing.
+//! `status` and `check`: which stages are fresh, stale, damaged or missing, and whether they are what was written.
+
+use runfile::Reader;
 
 use super::{
     arguments::{Output, StageArguments},
     exit::Exit,
-    terminal,
+    terminal::{self, say},
 };
 use crate::{
-    format::{self, Stage},
-    pipeline::{OpenRun, StageError},
+    format::{self, LAYOUT, Stage},
+    pipeline::{OpenRun, StageError, contradictions},
     report::{self, unit_words},
     views::sweep_table,
 };
@@ -69,4 +71,24 @@ pub(super) fn status(arguments: &StageArguments, output: &Output) -> Result<Exit
             Exit::BadInput
         }
     })
+}
+
+/// `check`: whether every stage of a file is what was written; reads only and takes no lock.
+pub(super) fn check(arguments: &StageArguments, output: &Output) -> Result<Exit, StageError> {
+    let problems = format::problems(&Reader::open(&arguments.file, LAYOUT)?);
+    let mut problems: Vec<String> = problems.iter().map(ToString::to_string).collect();
+    if problems.is_empty() {
+        problems = contradictions(&arguments.file)?;
+    }
+    if output.json {
+        terminal::json(&serde_json::json!({ "problems": problems }));
+    }
+    for problem in &problems {
+        terminal::message(&format!("error: {problem}"));
+    }
+    if problems.is_empty() {
+        say(output, "every dataset is what was written");
+        return Ok(Exit::Done);
+    }
+    Ok(Exit::BadInput)
 }

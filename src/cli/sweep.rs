@@ -147,8 +147,7 @@ fn summary(
     let series = series.claim(&plan)?;
     sweep::write_summary(&plan, &folder.out)?;
     say(output, &format!("tables in {}", folder.out.display()));
-    write_series(&plan, &folder.out, series.as_ref(), output)?;
-    draw(&folder.out, &pictures, output)?;
+    show(&plan, &folder.out, series.as_ref(), Some(&pictures), output)?;
     if output.json {
         let tables = [SUMMARY_FILE, CSV_FILE].map(|name| folder.out.join(name));
         terminal::json(&serde_json::json!({ "written": tables }));
@@ -203,11 +202,8 @@ fn run_all(whole: &SweepArguments, output: &Output, threads: usize) -> Result<Ex
         return Ok(Exit::BadInput);
     };
     let plan = Plan::read(sweep)?;
-    let pictures = if whole.no_figures {
-        None
-    } else {
-        Some(claim(&plan, out)?)
-    };
+    let pictures = (!whole.no_figures).then(|| claim(&plan, out));
+    let pictures = pictures.transpose()?;
     let series = whole.series.claim(&plan)?;
     for warning in warnings(&plan) {
         say(output, &format!("warning: {warning}"));
@@ -232,59 +228,43 @@ fn run_all(whole: &SweepArguments, output: &Output, threads: usize) -> Result<Ex
     bar.finish_and_clear();
     let outcome = outcome?;
     report(&plan, out, &outcome, output);
-    write_series(&plan, out, series.as_ref(), output)?;
-    if let Some(pictures) = &pictures {
-        draw(out, pictures, output)?;
-    }
-    let finished = outcome.failed + outcome.busy + outcome.not_converged == 0;
-    Ok(if finished {
-        Exit::Done
-    } else {
-        Exit::NotConverged
-    })
+    show(&plan, out, series.as_ref(), pictures.as_ref(), output)?;
+    let unfinished = outcome.failed + outcome.busy + outcome.not_converged;
+    Ok(Exit::of(unfinished == 0))
 }
 
-/// Writes the series, where they are wanted; the tables are stored by then.
-fn write_series(
+/// Writes series, and charts of what varies, where they are wanted; the tables are stored by then.
+fn show(
     plan: &Plan,
     folder: &Path,
     series: Option<&SeriesFolder>,
+    pictures: Option<&PictureFolder>,
     output: &Output,
 ) -> Result<(), StageError> {
-    let Some(series) = series else {
-        return Ok(());
-    };
-    let files = sweep::write_series(plan, folder, series)?;
-    terminal::say_files(output, "series", &files, series.path());
+    if let Some(series) = series {
+        let files = sweep::write_series(plan, folder, series)?;
+        terminal::say_files(output, "series", &files, series.path());
+    }
+    if let Some(pictures) = pictures {
+        let files = draw_sweep(folder, pictures).map_err(StageError::after_storing)?;
+        if !files.is_empty() {
+            terminal::say_files(output, "figures", &files, pictures.path());
+        }
+    }
     Ok(())
 }
 
 /// The folder of the charts, looked at before anything is run.
 fn claim(plan: &Plan, folder: &Path) -> Result<PictureFolder, StageError> {
-    let inputs = plan.inputs.clone();
-    Ok(PictureFolder::claim(
-        &folder.join("figures"),
-        Drawing::Sweep,
-        inputs,
-    )?)
+    let (folder, inputs) = (folder.join("figures"), plan.inputs.clone());
+    Ok(PictureFolder::claim(&folder, Drawing::Sweep, inputs)?)
 }
 
 /// What the scenes of the cases show, each warning once.
 fn warnings(plan: &Plan) -> BTreeSet<String> {
-    let warnings = plan
-        .cases
-        .iter()
-        .flat_map(|case| case.scene.scene.warnings());
+    let cases = plan.cases.iter();
+    let warnings = cases.flat_map(|case| case.scene.scene.warnings());
     warnings.map(|warning| warning.to_string()).collect()
-}
-
-/// Charts of what varies in the tables of a folder.
-fn draw(folder: &Path, pictures: &PictureFolder, output: &Output) -> Result<(), StageError> {
-    let files = draw_sweep(folder, pictures).map_err(StageError::after_storing)?;
-    if !files.is_empty() {
-        terminal::say_files(output, "figures", &files, pictures.path());
-    }
-    Ok(())
 }
 
 fn report(plan: &Plan, folder: &Path, outcome: &Outcome, output: &Output) {
@@ -295,20 +275,23 @@ fn report(plan: &Plan, folder: &Path, outcome: &Outcome, output: &Output) {
         busy,
         not_converged,
     } = outcome;
-    if output.json {
-        let counts = serde_json::json!({
-            "cases": plan.cases.len(), "computed": computed, "kept": kept, "failed": failed,
-            "busy": busy, "not_converged": not_converged,
-        });
-        terminal::json(&counts);
-    } else if !output.quiet {
-        terminal::result(&format!(
-            "{} cases: {computed} computed, {kept} kept, {failed} failed, {busy} busy elsewhere; \
-             {not_converged} not converged\ntable {}",
-            plan.cases.len(),
-            folder.join(CSV_FILE).display()
-        ));
-    }
+    let cases = plan.cases.len();
+    terminal::print(
+        output,
+        || {
+            serde_json::json!({
+                "cases": cases, "computed": computed, "kept": kept, "failed": failed,
+                "busy": busy, "not_converged": not_converged,
+            })
+        },
+        || {
+            format!(
+                "{cases} cases: {computed} computed, {kept} kept, {failed} failed, {busy} busy elsewhere; \
+                 {not_converged} not converged\ntable {}",
+                folder.join(CSV_FILE).display()
+            )
+        },
+    );
 }
 
 /// What became of a case, in a word.

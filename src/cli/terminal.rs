@@ -6,7 +6,7 @@ use std::{
     fmt::Write as _,
     io::{self, ErrorKind, Write},
     path::{Path, PathBuf},
-    sync::{Mutex, PoisonError},
+    sync::{Mutex, MutexGuard, PoisonError},
 };
 
 use contact3d::scene::{Warning, is_hidden_control, shown_lines};
@@ -24,6 +24,19 @@ pub(super) fn result(text: &str) {
 /// Results for programs, on standard output.
 pub(super) fn json(value: &serde_json::Value) {
     write_out(&line(escaped_json(&format!("{value:#}"))));
+}
+
+/// Results for programs or for people, as they are asked for.
+pub(super) fn print(
+    output: &Output,
+    for_programs: impl FnOnce() -> serde_json::Value,
+    for_people: impl FnOnce() -> String,
+) {
+    if output.json {
+        json(&for_programs());
+    } else if !output.quiet {
+        result(&for_people());
+    }
 }
 
 /// A message on standard error. Nobody may be there to read it, which stops no work.
@@ -76,18 +89,20 @@ pub(super) fn warn(output: &Output, warnings: &[Warning]) {
     }
 }
 
+fn lost() -> MutexGuard<'static, Option<io::Error>> {
+    LOST.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 /// Remembers that standard output failed.
 pub(super) fn lose(error: io::Error) {
-    let mut lost = LOST.lock().unwrap_or_else(PoisonError::into_inner);
-    lost.get_or_insert(error);
+    lost().get_or_insert(error);
 }
 
 /// The exit code of the program, once all its work is done: that of the work, unless results are
 /// missing on a standard output that failed. A reader that has gone, as in `status FILE | head -1`,
 /// wants no more and is no failure.
 pub(super) fn close(exit: Exit) -> Exit {
-    let lost = LOST.lock().unwrap_or_else(PoisonError::into_inner);
-    match (lost.as_ref(), exit) {
+    match (lost().as_ref(), exit) {
         (None, _) => exit,
         (Some(error), _) if error.kind() == ErrorKind::BrokenPipe => exit,
         (Some(error), _) => {
@@ -103,11 +118,7 @@ pub(super) fn close(exit: Exit) -> Exit {
 }
 
 fn write_out(text: &str) {
-    if LOST
-        .lock()
-        .unwrap_or_else(PoisonError::into_inner)
-        .is_some()
-    {
+    if lost().is_some() {
         return;
     }
     let mut out = io::stdout().lock();
@@ -134,18 +145,4 @@ fn escaped_json(text: &str) -> String {
         }
     }
     shown
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn escaped_json_means_the_same() {
-        let value = serde_json::json!({ "title": "a\u{1b}\u{7f}\u{9b}\u{202e}b" });
-        let text = escaped_json(&format!("{value:#}"));
-        assert!(!text.chars().any(|c| is_hidden_control(c) && c != '\n'));
-        let read: serde_json::Value = serde_json::from_str(&text).unwrap();
-        assert_eq!(read, value);
-    }
 }

@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use contact3d::{scene::GmshFile, solver::Status};
-use studies::theory::{Theory, TheorySettings};
+use contact3d::scene::GmshFile;
+use studies::theory::{Theory, TheoryLevel, TheorySettings};
 
 use super::{
     arguments::{FigureArguments, Output, SceneArguments, n_div},
     exit::Exit,
-    measured, override_scene, progress, terminal,
+    progress, study, terminal,
 };
 use crate::{
     pipeline::{StageError, measure_theory},
@@ -43,12 +43,13 @@ pub(super) fn theory(
     output: &Output,
     threads: usize,
 ) -> Result<Exit, StageError> {
-    let (scene, inputs) = override_scene::read_with_inputs(&arguments.scene)?;
+    let (scene, _, pictures) = study::begin(
+        &arguments.scene,
+        &arguments.file,
+        &arguments.figures,
+        Drawing::Theory,
+    )?;
     let units = scene.scene.units;
-    inputs.refuse(&arguments.file)?;
-    let pictures = arguments
-        .figures
-        .claim(&arguments.file, Drawing::Theory, inputs)?;
     let unit = scene.scene.body.mesh_file().map_or(1.0, |own| own.unit);
     let mesh = |file: &PathBuf| GmshFile {
         file: file.clone(),
@@ -69,15 +70,14 @@ pub(super) fn theory(
     });
     spinner.finish_and_clear();
     let theory = measured?;
-    measured::draw(pictures.as_ref(), output, |folder| {
-        draw_theory(folder, &theory, units)
-    })?;
-    measured::print(
+    study::finish(
         output,
+        pictures.as_ref(),
         units,
+        |folder| draw_theory(folder, &theory, units),
         || report::theory::json(&theory, units),
         || report::theory::text(&theory, units),
-    );
+    )?;
     Ok(judge(&theory))
 }
 
@@ -85,13 +85,9 @@ pub(super) fn theory(
 /// left the set of Lemma 3.3.
 fn judge(theory: &Theory) -> Exit {
     let findings = theory.findings();
-    let solved = |status: Status| status.is_solved();
+    let is_solved = |level: &TheoryLevel| level.status.is_solved() && level.local.is_some();
     let mut problems = Vec::new();
-    if !theory
-        .levels
-        .iter()
-        .all(|level| solved(level.status) && level.local.is_some())
-    {
+    if !theory.levels.iter().all(is_solved) {
         problems.push("a mesh of the study; its local figures are missing");
     }
     if findings.rates_agree() == Some(false) {
@@ -103,9 +99,5 @@ fn judge(theory: &Theory) -> Exit {
     for problem in &problems {
         terminal::message(&format!("NOT CONVERGED: {problem}"));
     }
-    if problems.is_empty() {
-        Exit::Done
-    } else {
-        Exit::NotConverged
-    }
+    Exit::of(problems.is_empty())
 }

@@ -14,7 +14,7 @@ use units::Dimension;
 
 use super::{
     FormatError, extents,
-    fields::{Table, fields, read_if_there, read_value, write_value},
+    fields::{Fields, fields, read_if_there, read_value, write_value},
     stored::stored_as,
 };
 
@@ -65,11 +65,11 @@ const SOLVES_AXIS: &[Extent] = &[Named("n_solves")];
 const OF_OPERATORS: &[Extent] = &[Fixed(2)];
 const LEVELS: &[Extent] = &[Named("n_levels")];
 
-pub(super) const ACCURACY: Table<Accuracy> = fields! { Accuracy => GROUP;
+pub(super) const ACCURACY: Fields<Accuracy> = fields! { Accuracy => GROUP;
     [|accuracy| accuracy.advice().to_string()] ADVICE, &[], Dimension::Number, "What the studies mean for this mesh, in one sentence.".volatile();
 };
 
-pub(super) const ALGEBRAIC: Table<AlgebraicStudy> = fields! { AlgebraicStudy => GROUP;
+pub(super) const ALGEBRAIC: Fields<AlgebraicStudy> = fields! { AlgebraicStudy => GROUP;
     (reference_status) "/accuracy/reference_status", &[], Dimension::Number, "How the reference ended: Newton's method on the explicit operator to rounding.".optional(NO_CONTACT);
     (reference_accuracy) "/accuracy/reference_accuracy", &[], Dimension::Number, "Last relative residual of the reference.".optional(NO_CONTACT);
     (each k in assembly[k].seconds) "/accuracy/assembly/seconds", OF_OPERATORS, Dimension::Time, "Median wall-clock time of assembly with the implicit and the explicit operator.".volatile().optional(NO_CONTACT);
@@ -96,14 +96,14 @@ macro_rules! solver_runs {
     };
 }
 
-pub(super) const SOLVES: Table<SolverRun> =
+pub(super) const SOLVES: Fields<SolverRun> =
     solver_runs!("/accuracy/solves", "/applications", SOLVES_AXIS, NO_CONTACT);
 
 /// Their names before format 1.10, which are only read.
-pub(super) const FORMER_SOLVES: Table<SolverRun> =
+pub(super) const FORMER_SOLVES: Fields<SolverRun> =
     solver_runs!("/accuracy/rungs", "/actions", &[Named("n_rungs")], FORMER);
 
-pub(super) const MESHES: Table<Level> = fields! { Level => GROUP;
+pub(super) const MESHES: Fields<Level> = fields! { Level => GROUP;
     {Kind::I64} SCENE_N_DIV, &[], Dimension::Number, "Smallest number of cells along an edge in the scene itself.".optional(NO_BRICK);
     (n_div) "/accuracy/levels/n_div", LEVELS, Dimension::Number, "Smallest number of cells along an edge.".symbol("n_div").optional(NO_BRICK);
     (cells) "/accuracy/levels/cells", &[Named("n_levels"), extents::XYZ], Dimension::Number, "Cells along the edges.".optional(NO_BRICK);
@@ -125,7 +125,7 @@ pub(super) const MESHES: Table<Level> = fields! { Level => GROUP;
 };
 
 /// Orders and limits, which reading computes again.
-pub(super) const TRENDS: Table<DiscretisationStudy> = fields! { DiscretisationStudy => GROUP;
+pub(super) const TRENDS: Fields<DiscretisationStudy> = fields! { DiscretisationStudy => GROUP;
     [|study| numbers(&study.energy_norm.orders)] "/accuracy/order/energy_norm", LEVELS, Dimension::Number, "Order of the energy-norm error observed from each level and the two before it; NaN where none is.".symbol("p").optional(NO_BRICK);
     [|study| numbers(&study.potential_energy.orders)] "/accuracy/order/potential_energy", LEVELS, Dimension::Number, "Order of the potential energy, likewise.".optional(NO_BRICK);
     [force_orders] "/accuracy/order/forces", &[Named("n_levels"), extents::CONTACT_AXES], Dimension::Number, "Orders of the normal and the two tangential forces, likewise; NaN for forces the scene does not have.".optional(NO_CONTACT);
@@ -153,7 +153,7 @@ macro_rules! sequence_levels {
     };
 }
 
-pub(super) const SEQUENCE_LEVELS: Table<(SequenceKind, SequenceLevel)> = sequence_levels!(
+pub(super) const SEQUENCE_LEVELS: Fields<(SequenceKind, SequenceLevel)> = sequence_levels!(
     "/accuracy/sequences",
     "/sequence",
     &[Named("n_sequence_levels")],
@@ -161,7 +161,7 @@ pub(super) const SEQUENCE_LEVELS: Table<(SequenceKind, SequenceLevel)> = sequenc
 );
 
 /// Their names before format 1.10, which are only read.
-pub(super) const FORMER_SEQUENCE_LEVELS: Table<(SequenceKind, SequenceLevel)> =
+pub(super) const FORMER_SEQUENCE_LEVELS: Fields<(SequenceKind, SequenceLevel)> =
     sequence_levels!("/accuracy/ways", "/way", &[Named("n_way_levels")], FORMER);
 
 /// What all sequences have together, in a place of the group.
@@ -176,11 +176,11 @@ macro_rules! sequences {
     };
 }
 
-pub(super) const SEQUENCES: Table<MeshSequences> =
+pub(super) const SEQUENCES: Fields<MeshSequences> =
     sequences!("/accuracy/sequences", NOT_ASKED, NO_FORCES, NO_FRICTION);
 
 /// Their names before format 1.10, which are only read.
-pub(super) const FORMER_SEQUENCES: Table<MeshSequences> =
+pub(super) const FORMER_SEQUENCES: Fields<MeshSequences> =
     sequences!("/accuracy/ways", FORMER, FORMER_FORCES, FORMER_FRICTION);
 
 fn put_peaks(study: &mut AlgebraicStudy, peaks: [f64; 2]) {
@@ -284,7 +284,7 @@ fn read_discretisation(reader: &Reader) -> Result<DiscretisationStudy, FormatErr
 }
 
 /// The table that a file has, by its name today or before format 1.10.
-fn there<'a, T>(reader: &Reader, names: [&'a Table<T>; 2]) -> Option<&'a Table<T>> {
+fn there<'a, T>(reader: &Reader, names: [&'a Fields<T>; 2]) -> Option<&'a Fields<T>> {
     names.into_iter().find(|table| table.is_there(reader))
 }
 

@@ -9,8 +9,8 @@ use units::Dimension;
 
 use super::{
     FormatError, Stage,
-    fields::{Table, fields, read_finite, read_if_there, read_value, write_value},
-    stored::{Stored, stored_as},
+    fields::{Fields, fields, read_finite, read_if_there, read_value, write_value},
+    stored::{Stored, stored_as, word},
 };
 
 /// The levels of an adaptive mesh.
@@ -39,7 +39,7 @@ const N_START: &str = "/adapt/n_start";
 const LEVELS: &[Extent] = &[Named("n_adaptive_levels")];
 const REFINEMENTS: &[Extent] = &[Named("n_refinements")];
 
-pub(super) const FIELDS: Table<AdaptiveLevel> = fields! { AdaptiveLevel => GROUP;
+pub(super) const FIELDS: Fields<AdaptiveLevel> = fields! { AdaptiveLevel => GROUP;
     {Kind::Enum(StoredAdaptiveStatus::SPEC)} STATUS, &[], Dimension::Number, "How the levels stand with the error that the scene asks for.";
     (n_tetrahedra) "/adapt/levels/n_tetrahedra", LEVELS, Dimension::Number, "Tetrahedra.";
     (n_free) "/adapt/levels/n_free", LEVELS, Dimension::Number, "Free degrees of freedom.";
@@ -111,6 +111,11 @@ pub fn read(reader: &Reader) -> Result<(Adaptation, AdaptiveStatus), FormatError
 /// How the levels stand; `None` in a file without any.
 pub(super) fn read_status(reader: &Reader) -> Result<Option<AdaptiveStatus>, FormatError> {
     read_if_there(reader, STATUS)
+}
+
+/// A word for how the levels stand.
+pub fn adaptive_status_word(status: AdaptiveStatus) -> &'static str {
+    word(&status)
 }
 
 /// Consecutive parts of some lengths.

@@ -19,8 +19,8 @@ use runfile::{
 use units::Dimension;
 
 use super::{
-    FormatError, Stage, columns, extents,
-    fields::{Table, fields, read_finite, read_value, write_value},
+    FormatError, Stage, as_columns, columns, extents,
+    fields::{Fields, fields, read_finite, read_finite_if_there, read_value, write_value},
     load, rows_of_transpose,
 };
 
@@ -75,14 +75,14 @@ pub(super) const OPERATORS: &[DatasetSpec] = &[
     GROUP.row(CONTACT_COMPLIANCE, Kind::F64, &[Named("n_multipliers"), Named("n_contact_nodes"), extents::FRICTION_AXES], Dimension::COMPLIANCE, "Tangential displacement of the contact nodes that a unit of each multiplier takes away.").symbol("G").optional(NO_SLIP),
 ];
 
-pub(super) const SECONDS: Table<AssemblySeconds> = fields! { AssemblySeconds => GROUP;
+pub(super) const SECONDS: Fields<AssemblySeconds> = fields! { AssemblySeconds => GROUP;
     (stiffness) "/assemble/seconds/stiffness", &[], Dimension::Time, "Wall-clock time of assembling stiffness and load.".volatile().finite();
     (ordering) "/assemble/seconds/ordering", &[], Dimension::Time, "Wall-clock time of the fill-reducing order.".volatile().finite();
     (factorisation) "/assemble/seconds/factorisation", &[], Dimension::Time, "Wall-clock time of the Cholesky factorisation.".volatile().finite();
     (dual_operator) "/assemble/seconds/dual_operator", &[], Dimension::Time, "Wall-clock time of forming the dual operator and the contact compliance; 0 when it is implicit.".volatile().finite();
 };
 
-pub(super) const FACTOR: Table<FactorStructure> = fields! { FactorStructure => GROUP;
+pub(super) const FACTOR: Fields<FactorStructure> = fields! { FactorStructure => GROUP;
     (permutation) "/assemble/factor/permutation", &[FREE], Dimension::Number, "Fill-reducing order: row i of P A P^T = L L^T is row permutation[i] of A.".symbol("P").compressed();
     (supernode_columns) "/assemble/factor/supernode_columns", OFFSETS, Dimension::Number, "First column of each supernode of L, then n_free.".compressed();
     (row_offsets) "/assemble/factor/row_offsets", OFFSETS, Dimension::Number, "Where the rows of each supernode begin in row_indices.".compressed();
@@ -311,13 +311,12 @@ fn read_floating(
         });
     }
     let spring = read_finite(reader, RIGID_SPRING)?;
-    let support = if reader.has(RIGID_SUPPORT) {
-        Some(WeakSupport {
-            stiffness: read_finite(reader, RIGID_SUPPORT)?,
+    let support = match read_finite_if_there(reader, RIGID_SUPPORT)? {
+        None => None,
+        Some(stiffness) => Some(WeakSupport {
+            stiffness,
             yielding: read_finite(reader, RIGID_YIELDING)?,
-        })
-    } else {
-        None
+        }),
     };
     Ok(Some(Arc::new(FloatingBody::from_parts(
         modes, pins, spring, support, stiffness,
@@ -345,16 +344,6 @@ fn read_dofs(reader: &Reader, n_free: usize) -> Result<DofMap, FormatError> {
         n_free,
         prescribed: None,
     })
-}
-
-fn as_columns(matrix: SparseMatrix) -> CscMatrix {
-    CscMatrix {
-        rows: matrix.shape[0],
-        cols: matrix.shape[1],
-        indptr: matrix.indptr,
-        indices: matrix.indices,
-        data: matrix.data,
-    }
 }
 
 /// The transpose of a matrix compressed by rows.

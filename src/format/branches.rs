@@ -13,7 +13,7 @@ use units::Dimension;
 
 use super::{
     FormatError, extents,
-    fields::{Table, fields, read_if_there, read_value, write_value},
+    fields::{Fields, fields, read_if_there, read_value, write_value},
     require_below,
     stored::stored_as,
 };
@@ -71,19 +71,12 @@ stored_as! {
 runfile::stored_enum! {
     /// What changes at a point, as stored.
     enum StoredSwitch as "switch" {
-        /// `opening`.
         Opening = 0 => "opening",
-        /// `slipping`.
         Slipping = 1 => "slipping",
-        /// `cap`.
         Cap = 2 => "cap",
-        /// `reversal_1`.
         Reversal1 = 3 => "reversal_1",
-        /// `reversal_2`.
         Reversal2 = 4 => "reversal_2",
-        /// `knot_1`.
         Knot1 = 5 => "knot_1",
-        /// `knot_2`.
         Knot2 = 6 => "knot_2",
     }
 }
@@ -106,7 +99,7 @@ const POINT_ZONES: &[Extent] = &[Named("n_path_points"), extents::ZONES];
 const POINT_MULTIPLIERS: &[Extent] = &[Named("n_path_points"), Named("n_path_multipliers")];
 const SWITCHES: &[Extent] = &[Named("n_switches")];
 
-pub(super) const SEARCH: Table<Branches> = fields! { Branches => GROUP;
+pub(super) const SEARCH: Fields<Branches> = fields! { Branches => GROUP;
     (range.key) "/branches/key", &[], Dimension::Number, "The key of the scene that is the parameter.";
     [|branches| [branches.range.from, branches.range.to], |branches, [from, to]| (branches.range.from, branches.range.to) = (from, to)] "/branches/range", &[Fixed(2)], Dimension::Number, "Where the parameter begins and ends, in the unit of the key.".finite();
     (all) "/branches/all", &[], Dimension::Number, "1 where all solutions were searched for at both ends of the range.";
@@ -114,7 +107,7 @@ pub(super) const SEARCH: Table<Branches> = fields! { Branches => GROUP;
 };
 
 /// What is proven at each end of the range.
-pub(super) const PROOFS: Table<Option<CompletenessProof>> = fields! { Option<CompletenessProof> => GROUP;
+pub(super) const PROOFS: Fields<Option<CompletenessProof>> = fields! { Option<CompletenessProof> => GROUP;
     [Option::is_some, |proof, is_proven: bool| if !is_proven { *proof = None }] "/branches/certificate/proven", ENDS, Dimension::Number, "1 at an end of the range whose solutions were enumerated: every choice of states was tried in intervals.".optional(NOT_SEARCHED);
     {Kind::Enum(StoredUndecided::SPEC)} UNDECIDED, ENDS, Dimension::Number, "Why there is no proof; not_asked where there is one.".optional(NOT_SEARCHED);
     (?.solutions) "/branches/certificate/n_solutions", ENDS, Dimension::Number, "How many solutions there are; 0 without a proof.".optional(NOT_SEARCHED);
@@ -126,19 +119,19 @@ pub(super) const PROOFS: Table<Option<CompletenessProof>> = fields! { Option<Com
     (?.uncertainty) "/branches/certificate/uncertainty", ENDS, Dimension::Number, "What the dual operator, its right-hand side and slips may be wrong by, as a share of their size, for the proof to hold; NaN without a proof.".optional(NOT_SEARCHED);
 };
 
-pub(super) const FOLLOWED: Table<Branches> = fields! { Branches => GROUP;
+pub(super) const FOLLOWED: Fields<Branches> = fields! { Branches => GROUP;
     (stress) "/branches/stress_scale", &[], Dimension::STRESS, "Size of stresses that lengths of steps are measured by, a power of two.".symbol("Lambda").finite();
     (left_out) "/branches/left_out", &[], Dimension::Number, "Half paths from branch points that were not followed, since there are so many.";
     [|branches| branches.pending.as_ref().map(as_json)] PENDING, &[], Dimension::Number, "What is still to be followed, as JSON: where the path in hand stands, half paths that wait, known branch points.".optional("absent when all is followed");
 };
 
-pub(super) const OF_PATHS: Table<Path> = fields! { Path => GROUP;
+pub(super) const OF_PATHS: Fields<Path> = fields! { Path => GROUP;
     (origin) "/branches/path/origin", PATHS, Dimension::Number, "Where a path begins: at the solver's answer, at a solution that was searched for, at a branch point.";
     (end) "/branches/path/end", PATHS, Dimension::Number, "Why a path ends.";
     [|path| path.points.len()] N_POINTS, PATHS, Dimension::Number, "Points of a path, those of the first path first.";
 };
 
-pub(super) const OF_POINTS: Table<PathPoint> = fields! { PathPoint => GROUP;
+pub(super) const OF_POINTS: Fields<PathPoint> = fields! { PathPoint => GROUP;
     (parameter) "/branches/point/parameter", POINTS, Dimension::Number, "The parameter, in the unit of the key.".symbol("gamma").finite();
     (kind) "/branches/point/kind", POINTS, Dimension::Number, "What is special about a point.";
     (determinant) "/branches/point/determinant_sign", POINTS, Dimension::Number, "Sign of the determinant of Newton's matrix, on the side the path comes from; 0 at folds.".symbol("sign det R'");
@@ -235,7 +228,7 @@ fn read_paths(reader: &Reader) -> Result<Vec<Path>, FormatError> {
 fn read_points(reader: &Reader) -> Result<Vec<PathPoint>, FormatError> {
     let mut points = OF_POINTS.read_rows(reader, PathPoint::default)?;
     let places: Vec<usize> = read_value(reader, SWITCH_POINT)?;
-    require_below(SWITCH_POINT, places.iter().copied(), points.len())?;
+    require_below(SWITCH_POINT, &places, points.len())?;
     let kinds = reader.read_enum::<StoredSwitch>(SWITCH_KIND)?;
     let indices: Vec<usize> = read_value(reader, SWITCH_INDEX)?;
     for ((place, kind), index) in places.into_iter().zip(&kinds).zip(indices) {

@@ -13,7 +13,7 @@ use super::{
 };
 
 /// The datasets that hold records of one type.
-pub(super) struct Table<T: 'static> {
+pub(super) struct Fields<T: 'static> {
     pub(super) fields: &'static [FieldSpec<T>],
     pub(super) rows: &'static [DatasetSpec],
 }
@@ -257,8 +257,7 @@ pub(super) fn write_list<V: Stored>(
 
 /// Reads the value of a dataset by itself.
 pub(super) fn read_value<V: Stored>(reader: &Reader, path: &'static str) -> Result<V, FormatError> {
-    let (items, shape) = read_items::<V>(reader, path, false)?;
-    Ok(V::take(&mut items.into_iter(), &shape))
+    read_as(reader, path, false)
 }
 
 /// As [`read_value`], of finite numbers.
@@ -266,7 +265,16 @@ pub(super) fn read_finite<V: Stored>(
     reader: &Reader,
     path: &'static str,
 ) -> Result<V, FormatError> {
-    let (items, shape) = read_items::<V>(reader, path, true)?;
+    read_as(reader, path, true)
+}
+
+/// As [`read_value`], of finite numbers where `is_finite`.
+pub(super) fn read_as<V: Stored>(
+    reader: &Reader,
+    path: &'static str,
+    is_finite: bool,
+) -> Result<V, FormatError> {
+    let (items, shape) = read_items::<V>(reader, path, is_finite)?;
     Ok(V::take(&mut items.into_iter(), &shape))
 }
 
@@ -279,7 +287,16 @@ pub(super) fn read_if_there<V: Stored>(
     is_there.then(|| read_value(reader, path)).transpose()
 }
 
-impl<T> Table<T> {
+/// As [`read_finite`]; `None` where a file does not have it.
+pub(super) fn read_finite_if_there<V: Stored>(
+    reader: &Reader,
+    path: &'static str,
+) -> Result<Option<V>, FormatError> {
+    let is_there = reader.has(path);
+    is_there.then(|| read_finite(reader, path)).transpose()
+}
+
+impl<T> Fields<T> {
     /// Writes one record as single values.
     pub(super) fn write_one(
         &self,
@@ -421,7 +438,7 @@ macro_rules! fields {
             $($crate::format::fields::field!($T, $group, $part, $path, $shape, $dimension, $meaning)
                 $(.$modifier($($argument),*))*),+
         ];
-        $crate::format::fields::Table {
+        $crate::format::fields::Fields {
             fields: FIELDS,
             rows: &$crate::format::fields::rows::<$T, { FIELDS.len() }>(FIELDS),
         }

@@ -9,25 +9,24 @@ use units::{Dimension, Units};
 
 use super::{
     FormatError, extents,
-    fields::{Table, fields, read_if_there, read_value, write_value},
+    fields::{Fields, fields, read_if_there, write_value},
     solve::GROUP,
 };
 
 const NAME: &str = "/solve/quantities/name";
 const UNIT: &str = "/solve/quantities/unit";
-const BOX: &str = "/solve/quantities/box";
 const INDICATOR: &str = "/solve/quantities/indicator";
 
 const ROWS: &[Extent] = &[Named("n_quantities")];
 const MISSING: &str = "absent in a load history, where nothing is deformed, and before format 1.11; areas alone where the dual operator is not dense";
 
-pub(super) const FIELDS: Table<FunctionalEstimate> = fields! { FunctionalEstimate => GROUP;
-    {Kind::Text} NAME, ROWS, Dimension::Number, "Quantities of the answer, as `adapt.of` names them.".optional(MISSING);
+pub(super) const FIELDS: Fields<FunctionalEstimate> = fields! { FunctionalEstimate => GROUP;
+    [|it| it.functional.word().to_owned()] NAME, ROWS, Dimension::Number, "Quantities of the answer, as `adapt.of` names them.".optional(MISSING);
     {Kind::Text} UNIT, ROWS, Dimension::Number, "The unit of each: of its value, error and range.".optional(MISSING);
     (value) "/solve/quantities/value", ROWS, Dimension::Number, "Their values, each in its own `unit`.".symbol("Q(u_h)").optional(MISSING);
     (error) "/solve/quantities/error", ROWS, Dimension::Number, "Estimated Q(u) - Q(u_h) with its sign; of areas the larger distance to an end of the range.".optional(MISSING);
     (range) "/solve/quantities/range", &[Named("n_quantities"), Fixed(2)], Dimension::Number, "Where the quantity of the body lies by the estimate: smallest and largest value.".optional(MISSING);
-    {Kind::F64} BOX, &[Named("n_quantities"), Fixed(2), extents::XYZ], Dimension::LENGTH, "Opposite corners of the box that a mean is over; NaN for what is no mean.".optional(MISSING);
+    [|it| it.corners.unwrap_or([[f64::NAN; 3]; 2]), |it, corners: [[f64; 3]; 2]| it.corners = Some(corners).filter(|corners| corners[0][0].is_finite())] "/solve/quantities/box", &[Named("n_quantities"), Fixed(2), extents::XYZ], Dimension::LENGTH, "Opposite corners of the box that a mean is over; NaN for what is no mean.".optional(MISSING);
     (kinks) "/solve/quantities/kinks", ROWS, Dimension::Number, "Panes at a kink of the contact conditions, where the estimate is that of one side.".optional(MISSING);
     {Kind::F64} INDICATOR, &[Named("n_tetrahedra")], Dimension::Number, "What each tetrahedron contributes to the error of the quantity that the mesh is refined for, in its unit.".optional("absent unless the mesh is refined for a quantity");
 };
@@ -52,14 +51,9 @@ pub fn write(
     if found.is_empty() {
         return Ok(());
     }
-    let all = || found.iter();
-    let names: Vec<String> = all().map(|it| it.functional.word().to_owned()).collect();
-    write_value(writer, NAME, &names)?;
     let unit = |it: &FunctionalEstimate| units.of(dimension(it.functional)).word().to_owned();
-    write_value(writer, UNIT, &all().map(unit).collect::<Vec<_>>())?;
+    write_value(writer, UNIT, &found.iter().map(unit).collect::<Vec<_>>())?;
     FIELDS.write_rows(writer, found)?;
-    let corners = all().map(|it| it.corners.unwrap_or([[f64::NAN; 3]; 2]));
-    write_value(writer, BOX, &corners.collect::<Vec<_>>())?;
     match found.iter().find(|it| !it.indicator.is_empty()) {
         Some(wanted) => write_value(writer, INDICATOR, &wanted.indicator),
         None => Ok(()),
@@ -71,7 +65,6 @@ pub fn read(reader: &Reader, scene: &Scene) -> Result<Vec<FunctionalEstimate>, F
     let Some(names) = read_if_there::<Vec<String>>(reader, NAME)? else {
         return Ok(Vec::new());
     };
-    let corners: Vec<[[f64; 3]; 2]> = read_value(reader, BOX)?;
     let wanted = scene.adapt.and_then(|adapt| adapt.of);
     let known = |name: &str| {
         let all = Functional::NAMED.into_iter().chain(wanted);
@@ -86,12 +79,11 @@ pub fn read(reader: &Reader, scene: &Scene) -> Result<Vec<FunctionalEstimate>, F
         kinks: 0,
         indicator: Vec::new(),
     })?;
-    for ((it, name), corners) in found.iter_mut().zip(&names).zip(corners) {
+    for (it, name) in found.iter_mut().zip(&names) {
         it.functional = known(name).ok_or_else(|| FormatError::Inconsistent {
             dataset: NAME,
             reason: format!("expected a quantity of the scene, found {name:?}"),
         })?;
-        it.corners = corners[0][0].is_finite().then_some(corners);
         if Some(it.functional) == wanted {
             it.indicator = read_if_there(reader, INDICATOR)?.unwrap_or_default();
         }

@@ -14,7 +14,7 @@ use units::Dimension;
 
 use super::{
     FormatError, Stage, extents,
-    fields::{Condition, RENAMED, Table, fields, old_name},
+    fields::{Condition, Fields, RENAMED, fields, old_name, write_value},
 };
 
 /// The increments of a load history that were solved.
@@ -45,7 +45,7 @@ const PANE_PAIRS: &[Extent] = &[
     extents::FRICTION_AXES,
 ];
 
-pub(super) const INCREMENTS: Table<StepRecord> = fields! { StepRecord => GROUP;
+pub(super) const INCREMENTS: Fields<StepRecord> = fields! { StepRecord => GROUP;
     {Kind::Text} TITLE, ROWS, Dimension::Number, "Title of the step that each increment belongs to.";
     [|record| record.increment.step] "/history/step", ROWS, Dimension::Number, "Step of the scene, from 0, that each increment belongs to.";
     (increment.time) TIME, ROWS, Dimension::Time, "Time at the end of each increment.".symbol("t");
@@ -119,8 +119,7 @@ pub fn write(
 ) -> Result<(), StoreError> {
     let steps = records.iter().map(|record| record.increment.step);
     let titles: Vec<String> = steps.map(|step| scene.step_title(step)).collect();
-    let titles: Vec<&str> = titles.iter().map(String::as_str).collect();
-    writer.write_texts(TITLE, &titles)?;
+    write_value(writer, TITLE, &titles)?;
     INCREMENTS.write_rows(writer, records)
 }
 

@@ -8,7 +8,7 @@ use units::Dimension;
 
 use super::{
     FormatError, Stage, extents,
-    fields::{read_finite, write_list, write_value},
+    fields::{read_finite, read_finite_if_there, write_list, write_value},
 };
 
 /// Loads and what follows from them linearly.
@@ -62,10 +62,6 @@ pub fn read(reader: &Reader, system: &mut DualSystem) -> Result<(), FormatError>
 /// Reads l and the prescribed displacements alone.
 pub(super) fn read_into(reader: &Reader, primal: &mut PrimalSystem) -> Result<(), FormatError> {
     primal.load = read_finite(reader, FORCE)?;
-    primal.dofs.prescribed = if reader.has(PRESCRIBED) {
-        Some(Arc::new(read_finite(reader, PRESCRIBED)?))
-    } else {
-        None
-    };
+    primal.dofs.prescribed = read_finite_if_there(reader, PRESCRIBED)?.map(Arc::new);
     Ok(())
 }

@@ -2,10 +2,7 @@
 
 use std::ops::Range;
 
-use contact3d::{
-    linalg::CscMatrix,
-    mesh::{ContactSurface, Mesh, MidEdgeNodes, Quality, SurfaceFace},
-};
+use contact3d::mesh::{ContactSurface, Mesh, MidEdgeNodes, Quality, SurfaceFace};
 use runfile::{
     Extent::{Fixed, Named, Plus},
     Group, GroupWriter, Kind, Reader, StoreError,
@@ -13,8 +10,8 @@ use runfile::{
 use units::Dimension;
 
 use super::{
-    FormatError, Stage, columns, extents,
-    fields::{Condition, Table, fields, read_value, write_value},
+    FormatError, Stage, as_columns, columns, extents,
+    fields::{Condition, Fields, fields, read_value, write_value},
     require_below,
 };
 
@@ -43,7 +40,7 @@ const ONLY_QUADRATIC: Condition<Mesh> = ("absent with linear tetrahedra", |mesh|
 const NO_CONTACT: &str = "absent without contact";
 const ONE_FACE: &str = "absent without several contact faces";
 
-pub(super) const BODY: Table<Mesh> = fields! { Mesh => GROUP;
+pub(super) const BODY: Fields<Mesh> = fields! { Mesh => GROUP;
     (coordinates) "/mesh/coordinates", &[Named("n_nodes"), extents::XYZ], Dimension::LENGTH, "Node coordinates.".symbol("x").compressed().finite();
     (tetrahedra) TETRAHEDRA, &[Named("n_tetrahedra"), Fixed(4)], Dimension::Number, "Corners of each tetrahedron, positively oriented.".compressed();
     (facets) FACETS, &[Named("n_facets"), Fixed(3)], Dimension::Number, "Corners of each boundary triangle, counter-clockwise seen from outside.".compressed();
@@ -54,7 +51,7 @@ pub(super) const BODY: Table<Mesh> = fields! { Mesh => GROUP;
     (tetrahedron_region) "/mesh/tetrahedron_region", &[Named("n_tetrahedra")], Dimension::Number, "Region of each tetrahedron: 0 for the body's own material, k for the k-th region of the scene.".compressed().optional("absent without regions");
 };
 
-pub(super) const SURFACE: Table<ContactSurface> = fields! { ContactSurface => GROUP;
+pub(super) const SURFACE: Fields<ContactSurface> = fields! { ContactSurface => GROUP;
     [only_normal, |surface, normal| surface.normals.extend(normal)] "/mesh/contact_normal", &[extents::XYZ], Dimension::Number, "Outward unit normal of the contact face.".symbol("nu").optional("absent without contact, with several contact faces, and where normals vary").finite();
     [nodal_normals, |surface, normals| surface.normals.extend(normals)] "/mesh/contact_node_normal", &[Named("n_contact_nodes"), extents::XYZ], Dimension::Number, "Unit normal of contact at each contact node, out of the body and into the obstacle.".symbol("nu").compressed().optional("absent with one face whose normal is the same everywhere").finite();
     (clearance) "/mesh/contact_clearance", &[Named("n_contact_nodes")], Dimension::LENGTH, "Initial distance of each contact node from the obstacle along its normal, 0 on faces without one; the gap of the scene comes on top.".optional("absent without an obstacle").finite();
@@ -70,7 +67,7 @@ pub(super) const SURFACE: Table<ContactSurface> = fields! { ContactSurface => GR
     {Kind::CscMatrix} PANE_AVERAGE, &[Named("n_contact_nodes"), Named("n_panes")], Dimension::Number, "Mean of each contact node's hat function over each pane; columns sum to 1. With nodal multipliers 1 at the node itself.".optional(NO_CONTACT);
 };
 
-pub(super) const QUALITY: Table<Quality> = fields! { Quality => GROUP;
+pub(super) const QUALITY: Fields<Quality> = fields! { Quality => GROUP;
     (longest_edge) "/mesh/quality/longest_edge", &[], Dimension::LENGTH, "Longest edge.".symbol("h");
     (shortest_edge) "/mesh/quality/shortest_edge", &[], Dimension::LENGTH, "Shortest edge.";
     (smallest_volume) "/mesh/quality/smallest_volume", &[], Dimension::VOLUME, "Smallest tetrahedron volume.";
@@ -143,21 +140,13 @@ pub fn read(reader: &Reader) -> Result<Mesh, FormatError> {
     };
     BODY.read_one(reader, &mut mesh, true)?;
     let n_nodes = mesh.coordinates.len();
-    let corners = mesh.tetrahedra.as_flattened();
-    require_below(TETRAHEDRA, corners.iter().copied(), n_nodes)?;
-    let corners = mesh.facets.as_flattened();
-    require_below(FACETS, corners.iter().copied(), n_nodes)?;
-    require_below(
-        FACET_FACE,
-        mesh.facet_face.iter().copied(),
-        mesh.face_names.len(),
-    )?;
+    require_below(TETRAHEDRA, mesh.tetrahedra.as_flattened(), n_nodes)?;
+    require_below(FACETS, mesh.facets.as_flattened(), n_nodes)?;
+    require_below(FACET_FACE, &mesh.facet_face, mesh.face_names.len())?;
     if let Some(middles) = &mesh.mid_edges {
-        let (of_tetrahedra, of_facets) = (&middles.tetrahedra, &middles.facets);
-        let nodes = of_tetrahedra.as_flattened().iter().copied();
+        let nodes = middles.tetrahedra.as_flattened();
         require_below(TETRAHEDRON_MIDDLES, nodes, n_nodes)?;
-        let nodes = of_facets.as_flattened().iter().copied();
-        require_below(FACET_MIDDLES, nodes, n_nodes)?;
+        require_below(FACET_MIDDLES, middles.facets.as_flattened(), n_nodes)?;
     }
     if reader.has(CONTACT_NODES) {
         mesh.contact = Some(read_contact_surface(reader, n_nodes, mesh.facets.len())?);
@@ -170,7 +159,8 @@ fn read_contact_surface(
     n_nodes: usize,
     n_facets: usize,
 ) -> Result<ContactSurface, FormatError> {
-    let average = reader.read_matrix(PANE_AVERAGE)?;
+    let pane_average = as_columns(reader.read_matrix(PANE_AVERAGE)?);
+    let n_panes = pane_average.cols;
     let mut surface = ContactSurface {
         faces: Vec::new(),
         normals: Vec::new(),
@@ -179,29 +169,19 @@ fn read_contact_surface(
         facets: Vec::new(),
         facet_pane: Vec::new(),
         pane_area: Vec::new(),
-        pane_average: CscMatrix {
-            rows: average.shape[0],
-            cols: average.shape[1],
-            indptr: average.indptr,
-            indices: average.indices,
-            data: average.data,
-        },
+        pane_average,
     };
     SURFACE.read_one(reader, &mut surface, true)?;
-    let sizes = [surface.nodes.len(), surface.facets.len(), average.shape[1]];
+    let sizes = [surface.nodes.len(), surface.facets.len(), n_panes];
     surface.faces = if reader.has(CONTACT_FACE_PANES) {
         read_faces(reader, sizes)?
     } else {
         let is_nodal = !reader.has(CONTACT_FACET_PANE);
         vec![SurfaceFace::only(sizes[0], sizes[1], sizes[2], is_nodal)]
     };
-    require_below(CONTACT_NODES, surface.nodes.iter().copied(), n_nodes)?;
-    require_below(CONTACT_FACETS, surface.facets.iter().copied(), n_facets)?;
-    require_below(
-        CONTACT_FACET_PANE,
-        surface.facet_pane.iter().copied(),
-        surface.n_panes(),
-    )?;
+    require_below(CONTACT_NODES, &surface.nodes, n_nodes)?;
+    require_below(CONTACT_FACETS, &surface.facets, n_facets)?;
+    require_below(CONTACT_FACET_PANE, &surface.facet_pane, surface.n_panes())?;
     Ok(surface)
 }
 

@@ -7,13 +7,11 @@ mod adapt;
 mod agreement;
 mod assemble;
 mod branches;
-mod case;
-mod case_faces;
+mod cases;
 mod extents;
 mod fields;
 mod functionals;
 mod increments;
-mod keys;
 mod load;
 mod mesh;
 mod post;
@@ -24,7 +22,6 @@ mod solve;
 mod stability;
 mod steps;
 mod stored;
-mod sweep;
 mod theory;
 mod vtkhdf;
 
@@ -33,25 +30,29 @@ use thiserror::Error;
 pub use accuracy::{
     GROUP as ACCURACY, read as read_accuracy, read_advice, write as write_accuracy,
 };
-pub use adapt::{GROUP as ADAPT, read as read_adaptation, write as write_adaptation};
+pub use adapt::{
+    GROUP as ADAPT, adaptive_status_word, read as read_adaptation, write as write_adaptation,
+};
 pub use agreement::{check_companion, check_vtkhdf, problems};
 pub use assemble::{
     read as read_assembly, read_coupling, read_primal, stored_bytes as assembly_bytes,
     write as write_assembly,
 };
 pub use branches::{GROUP as BRANCHES, read as read_branches, write as write_branches};
-pub use case::{CERTIFICATE, CaseResults, read_case};
+pub use cases::{
+    CERTIFICATE, CaseResults, CaseRow, GROUP as CASES, SWEEP_LAYOUT, TableOwner, read_case,
+    read_table_owner, write as write_cases,
+};
 pub use functionals::{
     dimension as dimension_of_quantity, read as read_functionals, write as write_functionals,
 };
 pub use increments::{GROUP as HISTORY, read as read_history, write as write_history};
-pub use keys::{get as get_key, set as set_key};
 pub use load::{read as read_loads, write as write_loads};
 pub use mesh::{read as read_mesh, write as write_mesh};
 pub use post::{read_certificate, write as write_report};
 pub use scene::{
-    GROUP as SCENE, read as read_scene, table as scene_table, table_of_text as scene_table_of_text,
-    text as scene_text, write as write_scene,
+    GROUP as SCENE, get_key, read as read_scene, set_key, table as scene_table,
+    table_of_text as scene_table_of_text, text as scene_text, write as write_scene,
 };
 pub use series::{
     GridSeries, SERIES_LAYOUT, SeriesCase, begin_path_series, begin_sweep_series, field_paths,
@@ -63,9 +64,6 @@ pub use solve::{
 };
 pub use stability::{GROUP as STABILITY, STABILITY_LAYOUT, StabilityRow, write as write_stability};
 pub use steps::{CHECKPOINT, read_checkpoint, write_checkpoint};
-pub use sweep::{
-    CaseRow, GROUP as CASES, SWEEP_LAYOUT, TableOwner, read_table_owner, write as write_cases,
-};
 pub use theory::{GROUP as THEORY, read as read_theory, write as write_theory};
 pub use vtkhdf::{GROUP as VTKHDF, GridValues, PaneValues, write as write_vtkhdf};
 
@@ -73,7 +71,7 @@ use contact3d::{
     linalg::{CscMatrix, PartsError},
     scene::SceneError,
 };
-use runfile::{Group, Layout, SparseView, StoreError};
+use runfile::{Group, Layout, SparseMatrix, SparseView, StoreError};
 use units::Units;
 
 /// A step of the pipeline: it computes one group from those of the stages before it.
@@ -233,12 +231,12 @@ pub enum FormatError {
 }
 
 /// Refuses an index that is not below its bound.
-fn require_below(
+fn require_below<'a>(
     dataset: &'static str,
-    mut indices: impl Iterator<Item = usize>,
+    indices: impl IntoIterator<Item = &'a usize>,
     bound: usize,
 ) -> Result<(), FormatError> {
-    match indices.find(|&index| index >= bound) {
+    match indices.into_iter().find(|index| **index >= bound) {
         None => Ok(()),
         Some(index) => Err(FormatError::Inconsistent {
             dataset,
@@ -254,6 +252,17 @@ fn columns(matrix: &CscMatrix) -> SparseView<'_> {
         indptr: &matrix.indptr,
         indices: &matrix.indices,
         data: &matrix.data,
+    }
+}
+
+/// The matrix of a file that is compressed by columns.
+fn as_columns(matrix: SparseMatrix) -> CscMatrix {
+    CscMatrix {
+        rows: matrix.shape[0],
+        cols: matrix.shape[1],
+        indptr: matrix.indptr,
+        indices: matrix.indices,
+        data: matrix.data,
     }
 }
 

@@ -17,7 +17,7 @@ use units::Dimension;
 
 use super::{
     FormatError, Stage, extents,
-    fields::{Table, fields, write_value},
+    fields::{Fields, fields, write_value},
     stored::stored_as,
 };
 
@@ -59,7 +59,7 @@ const ONE_FACE: &str = "absent without several contact faces";
 const VECTOR: &[Extent] = &[extents::XYZ];
 const NODE_VECTORS: &[Extent] = &[Named("n_contact_nodes"), extents::XYZ];
 
-pub(super) const ON_THE_BODY: Table<ContactReport> = fields! { ContactReport => GROUP;
+pub(super) const ON_THE_BODY: Fields<ContactReport> = fields! { ContactReport => GROUP;
     {Kind::Text} VTKHDF_DIGEST, &[], Dimension::Number, "Digest of /VTKHDF, which shows the same results.".optional("absent in files before format 1.4");
     [|report| of_panes(report, |pane| pane.zone)] "/post/contact_zone", PANES, Dimension::Number, "Open: no pressure, and no tangential stress but that under a given slip bound (Tresca's law); slip: the trial stress lambda_t + rho |R_i| u_t with local stiffness rho lies outside the ellipse of the last inner problem; stick: inside.".optional(NO_CONTACT);
     [|report| with_friction(report, |pane| pane.margin)] "/post/margin", FRICTION_PANES, Dimension::Number, "1 - |F^-1 lambda_t| / g: 0 on the boundary of the ellipse, 1 at its centre, and on open panes where g follows the pressure.".optional(NO_FRICTION);
@@ -90,14 +90,14 @@ pub(super) const ON_THE_BODY: Table<ContactReport> = fields! { ContactReport => 
     (resultants.clamp_work) "/post/resultants/clamp_work", &[], Dimension::Energy, "Work of the reactions on prescribed displacements.".optional("absent where all clamps hold at zero");
 };
 
-pub(super) const FORCES: Table<SourceForce> = fields! { SourceForce => GROUP;
+pub(super) const FORCES: Fields<SourceForce> = fields! { SourceForce => GROUP;
     (source) "/post/forces/source", &[Named("n_forces")], Dimension::Number, "Where each force on the body comes from: the key of a clamp, a spring, a load or a contact face in the scene.".optional(BEFORE_FORCES);
     (face) "/post/forces/face", &[Named("n_forces")], Dimension::Number, "Its face; empty for boxes of nodes and the body force.".optional(BEFORE_FORCES);
     (force) "/post/forces/force", &[Named("n_forces"), extents::XYZ], Dimension::FORCE, "Its resultant on the body; reactions for clamps, in equal parts where several hold a component. All sum to zero.".optional(BEFORE_FORCES);
     (moment) "/post/forces/moment", &[Named("n_forces"), extents::XYZ], Dimension::MOMENT, "Its moment about the origin of coordinates.".optional(BEFORE_FORCES);
 };
 
-pub(super) const TOTALS: Table<ContactReport> = fields! { ContactReport => GROUP;
+pub(super) const TOTALS: Fields<ContactReport> = fields! { ContactReport => GROUP;
     (resultants.strain_energy) "/post/resultants/strain_energy", &[], Dimension::Energy, "Strain energy a(u, u) / 2 of body and springs.";
     (resultants.load_work) "/post/resultants/load_work", &[], Dimension::Energy, "Work l.u of the loads, on held nodes too.";
     (resultants.largest_displacement) "/post/resultants/largest_displacement", VECTOR, Dimension::LENGTH, "Largest |u_x|, |u_y|, |u_z| of a node.";

@@ -5,9 +5,10 @@ use runfile::Reader;
 use super::{
     FormatError, Stage,
     assemble::RIGID_PINS,
-    fields::read_value,
+    fields::{read_if_there, read_value},
     load::FORCE,
     mesh::{CONTACT_FACE_NODES, CONTACT_FACE_PANES, CONTACT_NODES, PANE_AREA},
+    stored::Stored,
 };
 
 /// Numbers of unknowns, as far as stages that can be used fix them.
@@ -28,29 +29,30 @@ pub fn read_sizes(
     reader: &Reader,
     is_usable: &dyn Fn(Stage) -> bool,
 ) -> Result<StageSizes, FormatError> {
-    let length = |stage, path, of: Length| -> Result<Option<usize>, FormatError> {
-        let is_there = is_usable(stage) && reader.has(path);
-        is_there.then(|| of(reader, path)).transpose()
-    };
-    let faces = |path, all: Option<usize>| all.map(|all| of_faces(reader, path, all)).transpose();
-    let panes = length(Stage::Mesh, PANE_AREA, n_numbers)?;
-    let nodes = length(Stage::Mesh, CONTACT_NODES, n_indices)?;
-    Ok(StageSizes {
-        n_free: length(Stage::Load, FORCE, n_numbers)?,
-        panes: faces(CONTACT_FACE_PANES, panes)?,
-        contact_nodes: faces(CONTACT_FACE_NODES, nodes)?,
-        n_rigid_modes: length(Stage::Assemble, RIGID_PINS, n_indices)?,
-    })
+    let mut sizes = StageSizes::default();
+    if is_usable(Stage::Mesh) {
+        let faces = |path, all| of_faces(reader, path, all);
+        let panes = length::<f64>(reader, PANE_AREA)?;
+        sizes.panes = panes.map(|n| faces(CONTACT_FACE_PANES, n)).transpose()?;
+        let nodes = length::<usize>(reader, CONTACT_NODES)?;
+        sizes.contact_nodes = nodes.map(|n| faces(CONTACT_FACE_NODES, n)).transpose()?;
+    }
+    if is_usable(Stage::Assemble) {
+        sizes.n_rigid_modes = length::<usize>(reader, RIGID_PINS)?;
+    }
+    if is_usable(Stage::Load) {
+        sizes.n_free = length::<f64>(reader, FORCE)?;
+    }
+    Ok(sizes)
 }
 
-type Length = fn(&Reader, &'static str) -> Result<usize, FormatError>;
-
-fn n_numbers(reader: &Reader, path: &'static str) -> Result<usize, FormatError> {
-    Ok(reader.read_vec::<f64>(path)?.len())
-}
-
-fn n_indices(reader: &Reader, path: &'static str) -> Result<usize, FormatError> {
-    Ok(read_value::<Vec<usize>>(reader, path)?.len())
+/// The number of rows of a dataset; `None` where a file does not have it.
+pub(super) fn length<V: Stored>(
+    reader: &Reader,
+    path: &'static str,
+) -> Result<Option<usize>, FormatError> {
+    let rows: Option<Vec<V>> = read_if_there(reader, path)?;
+    Ok(rows.map(|rows| rows.len()))
 }
 
 /// The sizes of several faces, whose limits a dataset holds, or that of the only one.

@@ -2,7 +2,7 @@
 
 use contact3d::{
     elasticity::DofMap,
-    solver::{CoulombState, LocalMapping, Solution, SolvedBy, Status},
+    solver::{CoulombState, LocalMapping, NewtonStep, OuterStep, Solution, SolvedBy, Status},
 };
 use runfile::{Extent, Extent::Named, Group, GroupWriter, Kind, Reader, StoreError};
 use units::Dimension;
@@ -12,11 +12,13 @@ use super::{
     assemble::RIGID,
     extents,
     fields::{
-        Condition, RENAMED, Table, fields, old_name, read_finite, read_if_there, read_value,
+        Condition, Fields, RENAMED, fields, old_name, read_as, read_if_there, read_value,
         write_value,
     },
-    increments, steps,
-    stored::{Stored, stored_as, word},
+    increments,
+    sizes::length,
+    steps::{self, NEWTON_STEPS, OUTER_STEPS},
+    stored::{stored_as, word},
 };
 
 /// Multipliers, displacement and history.
@@ -76,7 +78,7 @@ const NO_LINEARISATION: Condition<Solution> = (
 const PANES: &[Extent] = &[Named("n_panes")];
 const PANE_PAIRS: &[Extent] = &[Named("n_friction_panes"), extents::FRICTION_AXES];
 
-pub(super) const FIELDS: Table<Solution> = fields! { Solution => GROUP;
+pub(super) const FIELDS: Fields<Solution> = fields! { Solution => GROUP;
     (status) STATUS, &[], Dimension::Number, "How the solve ended: converged to epsilon; rounding_limit and stopped (by the rule of its method) near the solution, as far as accuracy says; anything else is a failed solve.";
     {Kind::F64} MULTIPLIER_NORMAL, PANES, Dimension::STRESS, "Normal contact multiplier, the pressure on each pane.".symbol("lambda_nu").when(NO_CONTACT);
     {Kind::F64} MULTIPLIER_TANGENTIAL, PANE_PAIRS, Dimension::STRESS, "Tangential contact multipliers along t1 and t2.".symbol("lambda_t").optional("absent without friction");
@@ -129,7 +131,8 @@ pub fn write(
         write_value(writer, FOLD_DISTANCE, &local.fold_distance)?;
     }
     FIELDS.write_one(writer, solution)?;
-    steps::write(writer, &solution.newton, &solution.history)
+    NEWTON_STEPS.write_rows(writer, &solution.newton)?;
+    OUTER_STEPS.write_rows(writer, &solution.history)
 }
 
 /// Writes one number for each pane, then a pair for each pane with friction; nothing where there are none.
@@ -153,11 +156,12 @@ fn write_of_panes(
 /// Reads the solution.
 pub fn read(reader: &Reader, dofs: &DofMap) -> Result<Solution, FormatError> {
     let (status, multiplier) = read_multiplier(reader)?;
-    let (newton, history) = steps::read(reader)?;
-    let nodal: Vec<[f64; 3]> = read_measured(reader, DISPLACEMENT, status)?;
+    // Finite numbers, unless the solve ended for want of them.
+    let is_finite = status != Status::NumericalError;
+    let nodal: Vec<[f64; 3]> = read_as(reader, DISPLACEMENT, is_finite)?;
     let mut straining = Vec::new();
     if reader.has(STRAINING) {
-        let nodal: Vec<[f64; 3]> = read_measured(reader, STRAINING, status)?;
+        let nodal: Vec<[f64; 3]> = read_as(reader, STRAINING, is_finite)?;
         straining = dofs.to_free(&nodal);
     }
     let mut local_stiffness = Vec::new();
@@ -176,11 +180,10 @@ pub fn read(reader: &Reader, dofs: &DofMap) -> Result<Solution, FormatError> {
             ..LocalMapping::default()
         }),
         local_stiffness,
-        history,
-        newton,
+        history: OUTER_STEPS.read_rows(reader, OuterStep::default)?,
+        newton: NEWTON_STEPS.read_rows(reader, NewtonStep::default)?,
         ..Solution::default()
     };
-    let is_finite = status != Status::NumericalError;
     FIELDS.read_one(reader, &mut solution, is_finite)?;
     Ok(solution)
 }
@@ -188,28 +191,16 @@ pub fn read(reader: &Reader, dofs: &DofMap) -> Result<Solution, FormatError> {
 /// Reads the multipliers alone, and how the solve ended.
 pub fn read_multiplier(reader: &Reader) -> Result<(Status, Vec<f64>), FormatError> {
     let status = read_value(reader, STATUS)?;
+    let is_finite = status != Status::NumericalError;
     let mut multiplier = Vec::new();
     if reader.has(MULTIPLIER_NORMAL) {
-        multiplier = read_measured(reader, MULTIPLIER_NORMAL, status)?;
+        multiplier = read_as(reader, MULTIPLIER_NORMAL, is_finite)?;
     }
     if reader.has(MULTIPLIER_TANGENTIAL) {
-        let pairs: Vec<[f64; 2]> = read_measured(reader, MULTIPLIER_TANGENTIAL, status)?;
+        let pairs: Vec<[f64; 2]> = read_as(reader, MULTIPLIER_TANGENTIAL, is_finite)?;
         multiplier.extend(pairs.as_flattened());
     }
     Ok((status, multiplier))
-}
-
-/// Reads what a solve found: finite numbers, unless it ended for want of them.
-fn read_measured<V: Stored>(
-    reader: &Reader,
-    path: &'static str,
-    status: Status,
-) -> Result<V, FormatError> {
-    if status == Status::NumericalError {
-        read_value(reader, path)
-    } else {
-        read_finite(reader, path)
-    }
 }
 
 /// How a solve ended, in words and numbers.
@@ -239,7 +230,6 @@ pub fn read_outcome(reader: &Reader) -> Result<OutcomeWords, FormatError> {
         method: word(&read_value::<SolvedBy>(reader, METHOD)?),
         counts: [outer, newton, applications],
         accuracy: read_value(reader, ACCURACY)?,
-        increments: read_if_there::<Vec<f64>>(reader, increments::TIME)?
-            .map_or(0, |times| times.len()),
+        increments: length::<f64>(reader, increments::TIME)?.unwrap_or(0),
     })
 }

@@ -11,7 +11,7 @@ use units::{Dimension, Units};
 
 use super::{
     extents,
-    fields::{Table, fields},
+    fields::{Fields, fields},
     stored::{Absent, stored_as},
 };
 
@@ -55,7 +55,7 @@ const ZONES: &[Extent] = &[Named("n_cases"), extents::ZONES];
 const CROSS_CHECKS: &[Extent] = &[Named("n_cases"), Fixed(4)];
 const CHANGES: &[Extent] = &[Named("n_cases"), Fixed(7)];
 
-const FIELDS: Table<StabilityRow> = fields! { StabilityRow => GROUP;
+const FIELDS: Fields<StabilityRow> = fields! { StabilityRow => GROUP;
     (name) "/stability/name", CASES, Dimension::Number, "Name of the case.";
     (family) "/stability/family", CASES, Dimension::Number, "What the case is one of.";
     (shows) "/stability/shows", CASES, Dimension::Number, "What the case shows, and what is expected.";

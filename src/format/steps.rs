@@ -6,7 +6,8 @@ use units::Dimension;
 
 use super::{
     FormatError, Stage, extents,
-    fields::{RENAMED, Table, fields, old_name, read_if_there, rows},
+    fields::{Fields, RENAMED, fields, old_name, rows},
+    sizes::length,
     solve,
 };
 
@@ -34,12 +35,12 @@ macro_rules! outer_steps {
     };
 }
 
-pub(super) const OUTER_STEPS: Table<OuterStep> =
+pub(super) const OUTER_STEPS: Fields<OuterStep> =
     outer_steps!(solve::GROUP, "/solve/history", OUTER);
-pub(super) const DONE_STEPS: Table<OuterStep> =
+pub(super) const DONE_STEPS: Fields<OuterStep> =
     outer_steps!(CHECKPOINT, "/checkpoint/history", DONE);
 
-pub(super) const NEWTON_STEPS: Table<NewtonStep> = fields! { NewtonStep => solve::GROUP;
+pub(super) const NEWTON_STEPS: Fields<NewtonStep> = fields! { NewtonStep => solve::GROUP;
     (residual) "/solve/newton/residual", NEWTON, Dimension::Number, "|R| / |lambda| after each Newton step.";
     (step_length) "/solve/newton/step_length", NEWTON, Dimension::Number, "Share of the Newton step taken.";
     (halvings) "/solve/newton/halvings", NEWTON, Dimension::Number, "Halvings of the step tried.";
@@ -50,7 +51,7 @@ pub(super) const NEWTON_STEPS: Table<NewtonStep> = fields! { NewtonStep => solve
     (seconds) "/solve/newton/seconds", NEWTON, Dimension::Time, "Wall-clock time of each Newton step.".volatile();
 };
 
-pub(super) const STATE: Table<OuterState> = fields! { OuterState => CHECKPOINT;
+pub(super) const STATE: Fields<OuterState> = fields! { OuterState => CHECKPOINT;
     (multiplier) "/checkpoint/multiplier", &[Named("n_multipliers")], Dimension::STRESS, "Multipliers after the last step done: the normal ones, then the tangential pairs.".symbol("lambda").finite();
     (slip) "/checkpoint/slip", &[Named("n_contact_nodes"), extents::FRICTION_AXES], Dimension::LENGTH, "Absolute tangential displacements of the contact nodes.".symbol("phi").optional("absent unless friction follows the slip").finite();
     (tolerance) "/checkpoint/inner_tolerance", &[], Dimension::Number, "Tolerance of the last inner problem.".finite();
@@ -71,31 +72,14 @@ pub(super) const DONE_ROWS: &[DatasetSpec] = &{
     rows
 };
 
-/// Writes the steps of both solvers.
-pub(super) fn write(
-    writer: &mut GroupWriter<'_>,
-    newton: &[NewtonStep],
-    outer: &[OuterStep],
-) -> Result<(), StoreError> {
-    NEWTON_STEPS.write_rows(writer, newton)?;
-    OUTER_STEPS.write_rows(writer, outer)
-}
-
-/// Reads the steps of both solvers.
-pub(super) fn read(reader: &Reader) -> Result<(Vec<NewtonStep>, Vec<OuterStep>), FormatError> {
-    Ok((
-        NEWTON_STEPS.read_rows(reader, NewtonStep::default)?,
-        OUTER_STEPS.read_rows(reader, OuterStep::default)?,
-    ))
-}
-
 /// Numbers of steps of successive approximations and of Newton's method, by a column of each.
 pub(super) fn counts(reader: &Reader) -> Result<[usize; 2], FormatError> {
-    let count = |rows: &[DatasetSpec]| -> Result<usize, FormatError> {
-        let column: Option<Vec<f64>> = read_if_there(reader, rows[0].path)?;
-        Ok(column.map_or(0, |column| column.len()))
-    };
-    Ok([count(OUTER_STEPS.rows)?, count(NEWTON_STEPS.rows)?])
+    let [outer, newton] = [OUTER_STEPS.rows, NEWTON_STEPS.rows].map(|rows| rows[0].path);
+    let counts = [
+        length::<f64>(reader, outer)?,
+        length::<f64>(reader, newton)?,
+    ];
+    Ok(counts.map(Option::unwrap_or_default))
 }
 
 /// Writes the state between two steps.

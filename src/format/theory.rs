@@ -13,7 +13,7 @@ use units::Dimension;
 
 use super::{
     FormatError,
-    fields::{Table, fields},
+    fields::{Fields, fields},
     require_below,
     stored::stored_as,
 };
@@ -42,7 +42,7 @@ const PAIRS: &[Extent] = &[Named("n_theory_levels"), Fixed(2)];
 const SPACES: &[Extent] = &[Named("n_trial_spaces")];
 const SCALES: &[Extent] = &[Named("n_scales")];
 
-pub(super) const LAW: Table<Theory> = fields! { Theory => GROUP;
+pub(super) const LAW: Fields<Theory> = fields! { Theory => GROUP;
     [|theory| theory.findings().to_string()] "/theory/findings", &[], Dimension::Number, "What the figures mean, in a few sentences.";
     (law.smallest) "/theory/law/coefficient_min", &[], Dimension::Number, "Smallest coefficient of friction, HKL (2.4).".symbol("F_min");
     (law.largest) "/theory/law/coefficient_max", &[], Dimension::Number, "Largest coefficient of friction, HKL (2.4).".symbol("F_max");
@@ -51,7 +51,7 @@ pub(super) const LAW: Table<Theory> = fields! { Theory => GROUP;
     (law.estimated) "/theory/law/estimated", &[], Dimension::Number, "1 where these four are estimates, because a coefficient is a formula.";
 };
 
-pub(super) const LEVELS: Table<TheoryLevel> = fields! { TheoryLevel => GROUP;
+pub(super) const LEVELS: Fields<TheoryLevel> = fields! { TheoryLevel => GROUP;
     (n_div) "/theory/levels/n_div", ROWS, Dimension::Number, "Smallest number of cells along an edge, coarse to fine; 0 for a mesh file.";
     (n_free) "/theory/levels/unknowns", ROWS, Dimension::Number, "Free degrees of freedom.";
     (n_panes) "/theory/levels/panes", ROWS, Dimension::Number, "Panes m, or nodes that carry multipliers.";
@@ -109,7 +109,7 @@ pub(super) const LEVELS: Table<TheoryLevel> = fields! { TheoryLevel => GROUP;
 };
 
 /// A space of multipliers on a mesh, with its number.
-pub(super) const INF_SUP: Table<(usize, InfSup)> = fields! { (usize, InfSup) => GROUP;
+pub(super) const INF_SUP: Fields<(usize, InfSup)> = fields! { (usize, InfSup) => GROUP;
     (0) LEVEL, SPACES, Dimension::Number, "Mesh of each row, from 0.".optional(NO_BRICK);
     (1.space) "/theory/inf_sup/space", SPACES, Dimension::Number, "Multipliers constant on pieces of so many cells, or continuous and linear.".optional(NO_BRICK);
     (1.ratio) "/theory/inf_sup/size_ratio", SPACES, Dimension::Number, "Diameter of a piece over that of a contact triangle.".symbol("H/h").optional(NO_BRICK);
@@ -119,7 +119,7 @@ pub(super) const INF_SUP: Table<(usize, InfSup)> = fields! { (usize, InfSup) => 
 };
 
 /// A law times a factor on a mesh, with its number.
-pub(super) const SCALED: Table<(usize, ScaledPoint)> = fields! { (usize, ScaledPoint) => GROUP;
+pub(super) const SCALED: Fields<(usize, ScaledPoint)> = fields! { (usize, ScaledPoint) => GROUP;
     (0) SCALED_LEVEL, SCALES, Dimension::Number, "Mesh of each row, from 0.";
     (1.scale) "/theory/scaled/scale", SCALES, Dimension::Number, "Factor of the law of friction.".symbol("t");
     (1.solved) "/theory/scaled/solved", SCALES, Dimension::Number, "1 where a solution was found; 0 where not, and its figures are NaN and 0.";
@@ -189,13 +189,13 @@ pub fn read(reader: &Reader) -> Result<Theory, FormatError> {
     }
     if INF_SUP.is_there(reader) {
         let spaces = INF_SUP.read_rows(reader, Default::default)?;
-        require_below(LEVEL, spaces.iter().map(|(k, _)| *k), levels.len())?;
+        require_below(LEVEL, spaces.iter().map(|(k, _)| k), levels.len())?;
         for (k, row) in spaces {
             levels[k].inf_sup.push(row);
         }
     }
     let scaled = SCALED.read_rows(reader, Default::default)?;
-    require_below(SCALED_LEVEL, scaled.iter().map(|(k, _)| *k), levels.len())?;
+    require_below(SCALED_LEVEL, scaled.iter().map(|(k, _)| k), levels.len())?;
     for (k, row) in scaled {
         levels[k].scaled.push(row);
     }

@@ -236,8 +236,8 @@ pub(super) fn fields(
     frame: Option<&ContactFrame>,
 ) -> Vec<GridArray> {
     let n_cells = mesh.tetrahedra.len() + contact_triangles(mesh).len();
-    let on_tetrahedra = |path: &str, values: &mut dyn Iterator<Item = f64>| {
-        let mut values: Vec<f64> = values.collect();
+    let on_tetrahedra = |path: &str, values: &[f64]| {
+        let mut values = values.to_vec();
         values.resize(n_cells, f64::NAN);
         GridArray {
             path: path.to_owned(),
@@ -247,10 +247,10 @@ pub(super) fn fields(
     };
     let mut fields = vec![
         GridArray::new(DISPLACEMENT.to_owned(), shown.displacement),
-        on_tetrahedra(VON_MISES, &mut shown.von_mises.iter().copied()),
+        on_tetrahedra(VON_MISES, shown.von_mises),
     ];
     let error = shown.error.as_ref();
-    fields.extend(error.map(|error| on_tetrahedra(ERROR_INDICATOR, &mut error.iter().copied())));
+    fields.extend(error.map(|error| on_tetrahedra(ERROR_INDICATOR, error)));
     if let (Some(surface), Some(frame)) = (&mesh.contact, frame) {
         let contact = ContactFields {
             mesh,

@@ -175,11 +175,13 @@ impl StageError {
         }
     }
 
-    /// Whether something was stored all the same.
+    /// Whether the work stopped midway and something was stored all the same. Pictures are no part of the work: a place that does
+    /// not take them is bad input.
     pub fn is_after_storing(&self) -> bool {
         match self {
             Self::Store(error) => error.is_after_storing(),
-            Self::Partly { .. } | Self::NotSummedUp(_) => true,
+            Self::Partly { source, .. } => !matches!(**source, Self::Output(_)),
+            Self::NotSummedUp(_) => true,
             _ => false,
         }
     }

@@ -16,21 +16,14 @@ use super::{
 
 /// All tables and the advice.
 pub fn text(accuracy: &Accuracy, units: Units) -> String {
-    let mut tables = Vec::new();
-    tables.extend(
-        accuracy
-            .algebraic
-            .as_ref()
-            .map(|study| entries(study, units)),
-    );
-    tables.extend(
-        accuracy
-            .discretisation
-            .as_ref()
-            .map(|study| levels(study, units)),
-    );
-    tables.extend(accuracy.sequences.as_ref().map(|all| sequences(all, units)));
-    let text: String = tables.iter().map(|table| table.text() + "\n").collect();
+    let (algebraic, meshes) = (&accuracy.algebraic, &accuracy.discretisation);
+    let tables = [
+        algebraic.as_ref().map(|study| entries(study, units)),
+        meshes.as_ref().map(|study| levels(study, units)),
+        accuracy.sequences.as_ref().map(|all| sequences(all, units)),
+    ];
+    let tables = tables.iter().flatten();
+    let text: String = tables.map(|table| table.text() + "\n").collect();
     text + &accuracy.advice().to_string()
 }
 
@@ -129,11 +122,8 @@ pub fn levels(study: &DiscretisationStudy, units: Units) -> FigureTable {
 /// What the figures of the meshes tend to.
 fn limits(study: &DiscretisationStudy, units: Units) -> String {
     let (energy, force) = (units.energy(), units.force());
-    let potential = (
-        "the potential energy",
-        energy.as_str(),
-        &study.potential_energy,
-    );
+    let name = "the potential energy";
+    let potential = (name, energy.as_str(), &study.potential_energy);
     let names = [
         "the normal force",
         "tangential force 1",

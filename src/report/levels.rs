@@ -1,7 +1,7 @@
 //! The increments of a load history and the levels of an adaptive mesh.
 
 use contact3d::{
-    adaptation::{Adaptation, AdaptiveStatus},
+    adaptation::Adaptation,
     history::StepRecord,
     scene::{Scene, shown},
 };
@@ -12,7 +12,7 @@ use super::{
     Digits::{Fixed, Scientific},
     FigureTable, Figures, percent,
 };
-use crate::pipeline::Adapted;
+use crate::{format::adaptive_status_word, pipeline::Adapted};
 
 /// Rows of increments that are printed; in a longer history only the ends of steps are.
 const MOST_ROWS: usize = 60;
@@ -129,15 +129,7 @@ pub fn adaptation_json(scene: &Scene, adapted: &Adapted) -> Value {
     json!({
         "target_error": adapted.target,
         "of": scene.adapt.and_then(|adapt| adapt.of).map(|of| of.word()),
-        "status": match adapted.status {
-            AdaptiveStatus::Refining => "refining",
-            AdaptiveStatus::Met => "met",
-            AdaptiveStatus::NotConverged => "not_converged",
-            AdaptiveStatus::TooLarge => "too_large",
-            AdaptiveStatus::Stalled => "stalled",
-            AdaptiveStatus::OverBudget => "over_budget",
-            AdaptiveStatus::NotEstimated => "not_estimated",
-        },
+        "status": adaptive_status_word(adapted.status),
         "level": adapted.level,
         "levels": adaptation_table(scene, &adapted.adaptation, adapted.target).json(),
     })

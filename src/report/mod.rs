@@ -4,14 +4,12 @@
 //! terminal, the JSON of `--json` and the tables of a page.
 
 pub mod accuracy;
+mod answer;
 pub mod branches;
 mod features;
 mod figure;
 mod levels;
-mod local_mapping;
 pub mod mesh;
-mod motion;
-mod quantities;
 mod run;
 mod sinks;
 pub mod stability;

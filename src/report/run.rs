@@ -17,9 +17,10 @@ use units::Dimension;
 use super::{
     Digits::Scientific,
     FigureTable, Figures,
-    local_mapping::{fold_words, radius_words, sign_words},
-    motion::{motion_words, neutral_motions, neutral_words},
-    quantities,
+    answer::{
+        fold_words, motion_words, neutral_motions, neutral_words, quantities_json, quantity_words,
+        radius_words, sign_words,
+    },
     status::status,
 };
 use crate::{format::StageSizes, pipeline::Results};
@@ -257,10 +258,10 @@ impl<'a> SolvedRun<'a> {
             figures.for_programs(&format!("discretisation_error.{name}"), part);
         }
         for it in &report.functionals {
-            let (name, words) = quantities::words(self.scene.units, it);
+            let (name, words) = quantity_words(self.scene.units, it);
             figures.said(&name, Some(words));
         }
-        figures.for_programs("quantities", quantities::json(self.scene.units, &report.functionals));
+        figures.for_programs("quantities", quantities_json(self.scene.units, &report.functionals));
         figures
     }
 

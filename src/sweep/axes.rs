@@ -1,12 +1,15 @@
 //! A sweep file: a scene and the axes along which its keys change.
 
-use std::path::{Path, PathBuf};
+use std::{
+    io::{Error, ErrorKind},
+    path::{Path, PathBuf},
+};
 
-use contact3d::scene::{Invalid, parse_toml, shown};
+use contact3d::scene::{Invalid, LONGEST_SCENE, parse_toml, read_bounded, shown};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{StageError, index_file::read as read_index, range::Range, size};
+use super::StageError;
 use crate::format::get_key;
 
 /// A sweep file: a scene and the axes along which its keys change.
@@ -117,7 +120,7 @@ impl SweepFile {
     ///
     /// Their number is checked before anything is made of them.
     pub(super) fn steps(&self, file: &Path, scene: &toml::Table) -> Result<Vec<Steps>, StageError> {
-        size::check(&self.axes, file)?;
+        check_size(&self.axes, file)?;
         let mut merged: Vec<(Option<&str>, Steps)> = Vec::new();
         for (index, axis) in self.axes.iter().enumerate() {
             let refuse = |expected: &str, found: String| StageError::Axis {
@@ -151,7 +154,7 @@ impl SweepFile {
 
 impl SweepAxis {
     /// How many steps the axis asks for.
-    pub(super) fn length(&self) -> usize {
+    fn length(&self) -> usize {
         let values = self.values.as_ref().map(Vec::len);
         let rows = self.rows.as_ref().map(Vec::len);
         let range = self.range.map(|range| range.count);
@@ -196,91 +199,147 @@ impl SweepAxis {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+/// Numbers from one end to the other, both included.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Range {
+    /// First number.
+    pub from: f64,
+    /// Last number.
+    pub to: f64,
+    /// How many.
+    pub count: usize,
+    /// How they are spaced.
+    #[serde(default)]
+    pub scale: Spacing,
+}
 
-    fn steps(text: &str) -> Result<Vec<Steps>, StageError> {
-        let file: SweepFile = toml::from_str(&format!("scene = \"s.toml\"\n{text}")).unwrap();
-        let scene = "n = 1\nm = [1, 2]\nx = 1.0".parse().unwrap();
-        file.steps(Path::new("sweep.toml"), &scene)
+/// Spacing of a range.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+#[schemars(rename = "Scale")]
+pub enum Spacing {
+    /// Equal differences.
+    #[default]
+    Linear,
+    /// Equal ratios.
+    Log,
+}
+
+/// Relative rounding of a logarithmic range.
+const WHOLE: f64 = 1e-9;
+
+/// Whole numbers up to this one, 2⁵³, are doubles.
+const MOST_WHOLE: f64 = 9_007_199_254_740_992.0;
+
+impl Range {
+    /// The values of a key that has whole numbers.
+    fn whole_rows(&self, key: &str) -> Result<Vec<Vec<toml::Value>>, (&'static str, String)> {
+        let mut rows = self.rows()?;
+        for value in rows.iter_mut().flatten() {
+            let number = value.as_float().unwrap_or(f64::NAN);
+            let whole = number.round();
+            if (number - whole).abs() > WHOLE * whole.abs() || whole.abs() > MOST_WHOLE {
+                let expected =
+                    "ends and a count that make whole numbers, or `values` in place of `range`";
+                return Err((expected, format!("{key} = {number}")));
+            }
+            #[expect(clippy::cast_possible_truncation, reason = "whole and below 2^53")]
+            let whole = whole as i64;
+            *value = toml::Value::Integer(whole);
+        }
+        Ok(rows)
     }
 
-    fn values(range: &str, key: &str) -> Vec<String> {
-        let axes = steps(&format!("[[axis]]\nkey = \"{key}\"\nrange = {range}")).unwrap();
-        axes[0].rows.iter().map(|row| row[0].to_string()).collect()
+    fn rows(&self) -> Result<Vec<Vec<toml::Value>>, (&'static str, String)> {
+        let Self {
+            from,
+            to,
+            count,
+            scale,
+        } = *self;
+        let positive = from > 0.0 && to > 0.0;
+        if !(from.is_finite() && to.is_finite()) || (scale == Spacing::Log && !positive) {
+            let expected = "finite ends, both positive for scale = \"log\"";
+            return Err((expected, format!("from {from} to {to}")));
+        }
+        if count == 0 || (count == 1 && from != to) {
+            return Err(("a count of at least 2", count.to_string()));
+        }
+        let at = |index: usize| {
+            if index == 0 {
+                return from;
+            }
+            if index + 1 == count {
+                return to;
+            }
+            let share = index as f64 / (count - 1) as f64;
+            match scale {
+                Spacing::Linear => from + share * (to - from),
+                Spacing::Log => from * (share * (to / from).ln()).exp(),
+            }
+        };
+        Ok((0..count)
+            .map(|index| vec![toml::Value::Float(at(index))])
+            .collect())
     }
+}
 
-    #[test]
-    fn ranges_of_whole_numbers_are_whole_where_the_key_is() {
-        let linear = "{ from = 4, to = 12, count = 3 }";
-        assert_eq!(values(linear, "n"), ["4", "8", "12"]);
-        assert_eq!(values(linear, "m.1"), ["4", "8", "12"]);
-        assert_eq!(values(linear, "x"), ["4.0", "8.0", "12.0"]);
-        let logarithmic = "{ from = 3, to = 3000, count = 4, scale = \"log\" }";
-        assert_eq!(values(logarithmic, "n"), ["3", "30", "300", "3000"]);
-        for range in [
-            "{ from = 4, to = 12, count = 4 }",
-            "{ from = 0.5, to = 1.5, count = 2 }",
-            "{ from = 1, to = 1e300, count = 2 }",
-        ] {
-            let error = steps(&format!("[[axis]]\nkey = \"n\"\nrange = {range}")).unwrap_err();
-            assert!(
-                error
-                    .to_string()
-                    .contains("axis 0: expected ends and a count"),
-                "{error}"
-            );
+/// Most cases of one sweep: each is a file of the folder, and a plan holds the scene of each, some
+/// kilobytes.
+pub const MOST_CASES: usize = 100_000;
+
+/// Refuses axes whose product is larger than [`MOST_CASES`], without making anything of that size.
+fn check_size(axes: &[SweepAxis], file: &Path) -> Result<(), StageError> {
+    let refuse = |place: String, found: String| StageError::Axis {
+        file: file.to_owned(),
+        place,
+        expected: format!("at most {MOST_CASES} cases in a sweep"),
+        found,
+    };
+    let mut lengths: Vec<(Option<&str>, usize)> = Vec::new();
+    for (index, axis) in axes.iter().enumerate() {
+        let (zip, length) = (axis.zip.as_deref(), axis.length());
+        if length > MOST_CASES {
+            return Err(refuse(format!("axis {index}"), length.to_string()));
+        }
+        if zip.is_none() || lengths.iter().all(|(other, _)| *other != zip) {
+            lengths.push((zip, length));
         }
     }
-
-    #[test]
-    fn ranges_end_exactly_and_keep_their_ratios() {
-        let axes = steps(
-            "[[axis]]\nkey = \"f\"\nrange = { from = 0.05, to = 1.6, count = 6, scale = \"log\" }",
-        )
-        .unwrap();
-        let values: Vec<f64> = axes[0]
-            .rows
-            .iter()
-            .map(|r| r[0].as_float().unwrap())
-            .collect();
-        assert_eq!((values[0], values[5]), (0.05, 1.6));
-        for pair in values.windows(2) {
-            // Ratio 2, one exponential and one logarithm: a few roundings.
-            assert!((pair[1] / pair[0] - 2.0).abs() < 1e-14);
+    let product = lengths
+        .iter()
+        .try_fold(1_usize, |product, (_, length)| product.checked_mul(*length));
+    match product.filter(|cases| *cases <= MOST_CASES) {
+        Some(_) => Ok(()),
+        None => {
+            let lengths: Vec<String> = lengths.iter().map(|(_, n)| n.to_string()).collect();
+            let found = format!("{} of them", lengths.join(" x "));
+            Err(refuse("the axes together".into(), found))
         }
     }
+}
 
-    #[test]
-    fn zipped_axes_become_one() {
-        let axes = steps(
-            "[[axis]]\nkey = \"a\"\nvalues = [1, 2]\nzip = \"z\"\n\
-             [[axis]]\nkey = \"b\"\nvalues = [7]\n\
-             [[axis]]\nkeys = [\"c\", \"d\"]\nrows = [[3, 4], [5, 6]]\nzip = \"z\"",
-        )
-        .unwrap();
-        assert_eq!(axes.len(), 2);
-        assert_eq!(axes[0].keys, ["a", "c", "d"]);
-        let numbers: Vec<i64> = axes[0].rows[1]
-            .iter()
-            .map(|v| v.as_integer().unwrap())
-            .collect();
-        assert_eq!(numbers, [2, 5, 6]);
-    }
-
-    #[test]
-    fn axes_that_make_no_sense_are_refused() {
-        for text in [
-            "[[axis]]\nkey = \"a\"",
-            "[[axis]]\nkey = \"a\"\nvalues = []",
-            "[[axis]]\nkey = \"a\"\nvalues = [1]\nrange = { from = 1, to = 2, count = 2 }",
-            "[[axis]]\nkey = \"a\"\nrange = { from = 0.0, to = 2, count = 2, scale = \"log\" }",
-            "[[axis]]\nkey = \"a\"\nrange = { from = 1, to = 2, count = 1 }",
-            "[[axis]]\nkeys = [\"a\", \"b\"]\nrows = [[1]]",
-            "[[axis]]\nkey = \"a\"\nvalues = [1, 2]\nzip = \"z\"\n[[axis]]\nkey = \"b\"\nvalues = [1]\nzip = \"z\"",
-        ] {
-            assert!(steps(text).is_err(), "{text}");
+/// The text of a file that lists scenes, a sweep or a suite, which may come through a pipe and be
+/// as long as a scene.
+///
+/// # Errors
+/// `Io` for what cannot be read, is longer or no UTF-8 text.
+pub fn read_index(path: &Path, action: &'static str) -> Result<String, StageError> {
+    let text = read_bounded(path, LONGEST_SCENE).and_then(|bytes| {
+        if bytes.len() as u64 > LONGEST_SCENE {
+            let found = format!("expected at most {LONGEST_SCENE} bytes, found more");
+            return Err(Error::new(ErrorKind::InvalidData, found));
         }
-    }
+        String::from_utf8(bytes).map_err(|error| {
+            let byte = error.utf8_error().valid_up_to();
+            let found = format!("expected UTF-8 text, found something else at byte {byte}");
+            Error::new(ErrorKind::InvalidData, found)
+        })
+    });
+    text.map_err(|source| StageError::Io {
+        action,
+        file: path.to_owned(),
+        source,
+    })
 }

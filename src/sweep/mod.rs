@@ -6,26 +6,17 @@
 //! files of mesh and factor, and in one process the arrays themselves.
 
 mod axes;
-mod case;
-mod csv_table;
-mod failure;
-mod index_file;
-mod lock;
+mod folder;
 mod operators;
-mod ownership;
 mod plan;
-mod range;
 mod run;
 mod series;
-mod size;
 mod summary;
 
-pub use axes::{SweepAxis, SweepFile};
-pub use index_file::read as read_index;
+pub use axes::{MOST_CASES, SweepFile, read_index};
 pub use plan::{Case, Plan, changed as changed_scene};
 pub use run::{Event, Options, Outcome, run, run_case};
 pub use series::write as write_series;
-pub use size::MOST_CASES;
 pub use summary::{CSV_FILE, SUMMARY_FILE, write as write_summary};
 
 use crate::pipeline::StageError;

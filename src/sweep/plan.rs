@@ -8,7 +8,7 @@ use std::{
 use contact3d::scene::{SceneFile, Written};
 use units::Units;
 
-use super::{StageError, SweepFile, axes::Steps, ownership::relative};
+use super::{StageError, SweepFile, axes::Steps, folder::relative};
 use crate::{
     format::{scene_table, scene_text, set_key},
     output::Inputs,
@@ -129,15 +129,11 @@ impl Plan {
     #[must_use]
     pub fn json(&self, folder: &Path) -> serde_json::Value {
         let cases = self.cases.iter().map(|case| {
-            let settings = case.settings.iter();
-            let settings: serde_json::Map<String, serde_json::Value> = settings
-                .map(|(key, value)| (key.clone(), serde_json::json!(value)))
-                .collect();
             serde_json::json!({
                 "id": case.id,
                 "file": case.file(folder),
                 "start": case.start.map(|start| &self.cases[start].id),
-                "settings": settings,
+                "settings": as_json(&case.settings),
             })
         });
         cases.collect()
@@ -186,6 +182,13 @@ pub(super) fn in_words(settings: &[(String, toml::Value)]) -> String {
         .map(|(key, value)| format!("{key} = {}", Written(value)))
         .collect();
     words.join(", ")
+}
+
+/// Settings as a JSON object.
+pub(super) fn as_json(settings: &[(String, toml::Value)]) -> serde_json::Value {
+    let pairs = settings.iter();
+    let pairs = pairs.map(|(key, value)| (key.clone(), serde_json::json!(value)));
+    pairs.collect::<serde_json::Map<_, _>>().into()
 }
 
 /// All combinations of the axes' steps.

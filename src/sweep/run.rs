@@ -7,17 +7,19 @@ use std::{
     thread,
 };
 
-use runfile::StoreError;
+use contact3d::{adaptation::RefinementGoal, scene::Scene};
+use runfile::{Reader, StoreError};
 
 use super::{
-    Plan, case, failure,
-    lock::{Access, lock},
+    Plan,
+    folder::{self, Access, operator_turn},
     operators::Operators,
-    ownership, summary,
+    summary,
 };
 use crate::{
+    format::{self, LAYOUT, Stage},
     output::Folder,
-    pipeline::{StageError, scene_bytes},
+    pipeline::{Session, StageError, StoreWhen, operator_settings, scene_bytes},
 };
 
 /// How a sweep is run.
@@ -76,9 +78,9 @@ pub fn run(
     options: &Options,
     observe: &(dyn Fn(usize, &Event) + Sync),
 ) -> Result<Outcome, StageError> {
-    ownership::refuse_others(plan, folder)?;
+    folder::refuse_others(plan, folder)?;
     let _folder = Folder::make(folder)?;
-    let _lock = lock(folder, Access::Sweep)?;
+    let _lock = folder::lock(folder, Access::Sweep)?;
     if !folder.join(summary::SUMMARY_FILE).exists() {
         // The folder is this sweep's from the start, also if it is interrupted before its first table.
         let claimed = summary::write(plan, folder);
@@ -91,7 +93,7 @@ pub fn run(
         while let Some(chain) = next(&queue) {
             for index in chain {
                 let event = attempt(plan, index, folder, options, &operators);
-                operators.done(&case::operator_key(&plan.cases[index].scene.scene));
+                operators.done(&operator_key(&plan.cases[index].scene.scene));
                 outcome
                     .lock()
                     .unwrap_or_else(PoisonError::into_inner)
@@ -123,7 +125,7 @@ pub fn run_case(
 ) -> Result<Event, StageError> {
     let index = plan.find(id)?;
     let _folder = Folder::make(folder)?;
-    let _lock = lock(folder, Access::SingleCase)?;
+    let _lock = folder::lock(folder, Access::SingleCase)?;
     let operators = Operators::new(BTreeMap::new(), options.memory);
     let mut chain = vec![index];
     while let Some(start) = chain.last().and_then(|&last| plan.cases[last].start) {
@@ -147,11 +149,10 @@ fn chains(plan: &Plan) -> VecDeque<Vec<usize>> {
     }
     let mut first_use = BTreeMap::new();
     for (index, case) in plan.cases.iter().enumerate() {
-        let key = case::operator_key(&case.scene.scene);
+        let key = operator_key(&case.scene.scene);
         first_use.entry(key).or_insert(index);
     }
-    let rank =
-        |chain: &Vec<usize>| first_use[&case::operator_key(&plan.cases[chain[0]].scene.scene)];
+    let rank = |chain: &Vec<usize>| first_use[&operator_key(&plan.cases[chain[0]].scene.scene)];
     chains.sort_by_key(rank);
     chains.into()
 }
@@ -162,7 +163,7 @@ fn needed(plan: &Plan) -> BTreeMap<String, (usize, u64)> {
     for case in &plan.cases {
         let scene = &case.scene;
         let entry = needed
-            .entry(case::operator_key(&scene.scene))
+            .entry(operator_key(&scene.scene))
             .or_insert_with(|| (0, scene_bytes(scene)));
         entry.0 += 1;
     }
@@ -182,18 +183,18 @@ fn attempt(
     operators: &Operators,
 ) -> Event {
     let file = plan.cases[index].file(folder);
-    if let (false, Some(error)) = (options.retry_failed, failure::read(&file)) {
+    if let (false, Some(error)) = (options.retry_failed, folder::read_failure(&file)) {
         return Event::Failed(error);
     }
-    match case::run(plan, index, folder, options, operators) {
-        Ok(event) => match failure::forget(&file) {
+    match run_stale(plan, index, folder, options, operators) {
+        Ok(event) => match folder::forget_failure(&file) {
             Ok(()) => event,
             Err(error) => Event::Failed(error.to_string()),
         },
         Err(StageError::Store(StoreError::Busy { .. })) => Event::Busy,
         Err(error) => {
             let message = error.with_help();
-            match failure::record(&file, &message) {
+            match folder::record_failure(&file, &message) {
                 Ok(()) => Event::Failed(message),
                 Err(unrecorded) => Event::Failed(format!("{message}; not recorded: {unrecorded}")),
             }
@@ -210,4 +211,92 @@ impl Outcome {
             Event::Busy => self.busy += 1,
         }
     }
+}
+
+/// What two cases must have in common to share an operator.
+fn operator_key(scene: &Scene) -> String {
+    let digest = blake3::hash(operator_settings(scene).as_bytes());
+    digest.to_hex().to_string()
+}
+
+/// Runs what is not fresh of a case.
+fn run_stale(
+    plan: &Plan,
+    index: usize,
+    folder: &Path,
+    options: &Options,
+    operators: &Operators,
+) -> Result<Event, StageError> {
+    let case = &plan.cases[index];
+    let mut session = Session::with_scene(&case.file(folder), case.scene.clone(), options.threads)?;
+    session.mend_scene()?;
+    if let Some(adapt) = case.scene.scene.adapt {
+        let goal = RefinementGoal {
+            error: adapt.error,
+            deadline: None,
+        };
+        let adapted = session.adapt(goal, &mut |_| {})?;
+        if options.self_contained {
+            session.embed_assembly()?;
+        }
+        return Ok(if adapted.performed.is_empty() {
+            Event::Kept
+        } else {
+            Event::Computed
+        });
+    }
+    if let Some(start) = case.start {
+        session.start_from(multiplier(&plan.cases[start].file(folder))?.unwrap_or_default());
+    }
+    let mut event = Event::Kept;
+    if !session.is_done()? {
+        event = Event::Computed;
+        let key = operator_key(&case.scene.scene);
+        let outcome = operators
+            .prepare(&key, |known| {
+                let turn = operator_turn(folder, &key).map_err(|source| StageError::Write {
+                    file: folder.to_owned(),
+                    source,
+                })?;
+                let operator = session.prepare_operator(known);
+                drop(turn);
+                operator
+            })
+            .and_then(|()| compute(&mut session));
+        operators.release(&key);
+        outcome?;
+    }
+    if options.self_contained {
+        session.embed_assembly()?;
+    }
+    Ok(event)
+}
+
+/// Loads, solution and report, each if it or an earlier one is not fresh.
+fn compute(session: &mut Session) -> Result<(), StageError> {
+    let commit = StoreWhen::WithNextIfCheap;
+    let mut stale = false;
+    for state in session.states()? {
+        stale |= !state.is_fresh();
+        if !stale {
+            continue;
+        }
+        session.perform(state.stage, commit, &mut |_| {})?;
+    }
+    Ok(())
+}
+
+/// The multipliers of a solved case; `None` if it has none or did not converge.
+fn multiplier(run_file: &Path) -> Result<Option<Vec<f64>>, StageError> {
+    let Ok(reader) = Reader::open(run_file, LAYOUT) else {
+        return Ok(None);
+    };
+    if !matches!(reader.group_record(Stage::Post.group()), Ok(Some(_))) {
+        return Ok(None);
+    }
+    let (status, multiplier) = format::read_multiplier(&reader)?;
+    Ok(status
+        .is_solved()
+        .then_some(multiplier)
+        .filter(|m| !m.is_empty()))
 }

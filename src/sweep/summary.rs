@@ -13,9 +13,13 @@ use contact3d::{
 use runfile::{GroupRecord, Home, IfMissing, Reader, RunFile, StoreError, Transaction};
 use units::Units;
 
-use super::{Plan, StageError, csv_table, failure, ownership, plan::UNITS_KEY};
+use super::{
+    Plan, StageError, folder,
+    plan::{UNITS_KEY, as_json},
+};
 use crate::{
     format::{self, CaseRow, LAYOUT, SWEEP_LAYOUT, get_key, scene_table_of_text},
+    output::{self, OutputFile, OutputKind},
     report::SweepTable,
 };
 
@@ -27,11 +31,11 @@ pub const CSV_FILE: &str = "summary.csv";
 /// Writes both tables from the run files of a folder: the cases of the plan in its order, then older
 /// ones in the same units. Returns how many planned cases have a solve that did not converge.
 pub fn write(plan: &Plan, folder: &Path) -> Result<usize, StageError> {
-    ownership::refuse_others(plan, folder)?;
+    folder::refuse_others(plan, folder)?;
     let rows = rows(plan, folder)?;
     write_table(plan, folder, &rows)?;
     let reader = Reader::open(&folder.join(SUMMARY_FILE), SWEEP_LAYOUT)?;
-    csv_table::write(plan, folder, &SweepTable::read(&reader)?)?;
+    write_csv(plan, folder, &SweepTable::read(&reader)?)?;
     // The planned cases come first, in the order of the plan.
     let planned = plan.cases.iter().zip(&rows);
     let solved = planned.filter_map(|(case, row)| Some((case, row.results.as_ref()?)));
@@ -49,13 +53,8 @@ pub fn write(plan: &Plan, folder: &Path) -> Result<usize, StageError> {
 fn rows(plan: &Plan, folder: &Path) -> Result<Vec<CaseRow>, StageError> {
     let mut rows = Vec::new();
     for case in &plan.cases {
-        rows.push(row(
-            plan,
-            &case.id,
-            &case.settings,
-            true,
-            &case.file(folder),
-        )?);
+        let file = case.file(folder);
+        rows.push(row(plan, &case.id, &case.settings, true, &file)?);
     }
     let planned: BTreeSet<&str> = plan.cases.iter().map(|case| case.id.as_str()).collect();
     for (id, file) in run_files(folder)? {
@@ -69,11 +68,8 @@ fn rows(plan: &Plan, folder: &Path) -> Result<Vec<CaseRow>, StageError> {
         if units(&table) != plan.units {
             continue;
         }
-        let settings: Vec<(String, toml::Value)> = plan
-            .keys
-            .iter()
-            .filter_map(|key| Some((key.clone(), get_key(&table, key)?.clone())))
-            .collect();
+        let value = |key: &String| Some((key.clone(), get_key(&table, key)?.clone()));
+        let settings: Vec<(String, toml::Value)> = plan.keys.iter().filter_map(value).collect();
         // What is damaged and not planned is no reason to lose the table of what is.
         let old = row(plan, &id, &settings, false, &file).ok();
         rows.extend(old.filter(|old| old.results.is_some()));
@@ -113,7 +109,7 @@ fn row(
     planned: bool,
     file: &Path,
 ) -> Result<CaseRow, StageError> {
-    let error = failure::read(file);
+    let error = folder::read_failure(file);
     let results = match error {
         Some(_) => None,
         None => match Reader::open(file, LAYOUT) {
@@ -127,17 +123,13 @@ fn row(
         (Some(results), None) => &results.status,
         (None, None) => "missing",
     };
-    let object: serde_json::Map<String, serde_json::Value> = settings
-        .iter()
-        .map(|(key, value)| (key.clone(), serde_json::json!(value)))
-        .collect();
     // An older case may leave a key out.
     let value = |key: &String| settings.iter().find(|(name, _)| name == key);
     let number_at = |key: &String| value(key).map_or(f64::NAN, |(_, value)| number(value));
     Ok(CaseRow {
         id: id.to_owned(),
         planned,
-        settings: serde_json::Value::Object(object).to_string(),
+        settings: as_json(settings).to_string(),
         setting_values: plan.keys.iter().map(number_at).collect(),
         status: status.to_owned(),
         error: error.unwrap_or_default(),
@@ -163,4 +155,63 @@ fn write_table(plan: &Plan, folder: &Path, rows: &[CaseRow]) -> Result<(), Stage
     format::write_cases(&mut writer, sweep_file.as_deref(), &plan.keys, rows)?;
     writer.finish(&GroupRecord::gathered(String::new()))?;
     Ok(transaction.commit()?)
+}
+
+/// The last columns, so that every row says what its numbers are in.
+const UNIT_COLUMNS: [&str; 4] = ["length_unit", "force_unit", "stress_unit", "energy_unit"];
+
+/// Writes the table of some cases: texts of the user with their control characters escaped, numbers in the shortest
+/// form that reads back to the same bits, nothing where a case has no result.
+fn write_csv(plan: &Plan, folder: &Path, table: &SweepTable) -> Result<(), StageError> {
+    let path = folder.join(CSV_FILE);
+    let failed = |source: csv::Error| StageError::Csv {
+        file: path.clone(),
+        source,
+    };
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let names = table
+        .columns
+        .iter()
+        .map(|column| as_text(column.name.clone()));
+    let head = names.chain(UNIT_COLUMNS.map(str::to_owned));
+    writer.write_record(head).map_err(failed)?;
+    for row in 0..table.n_cases {
+        let cells = table.columns.iter().map(|column| match &column.cells[row] {
+            cell if cell.is_word() => as_text(cell.text()),
+            cell => cell.text(),
+        });
+        let record = cells.chain(unit_cells(table.units));
+        writer.write_record(record).map_err(failed)?;
+    }
+    let bytes = writer
+        .into_inner()
+        .map_err(|error| failed(error.into_error().into()))?;
+    let table = OutputFile {
+        path,
+        kind: OutputKind::SweepTable,
+        bytes,
+    };
+    Ok(output::write(&[table], &plan.inputs)?)
+}
+
+/// The words for the units of each row's results.
+fn unit_cells(units: Units) -> [String; UNIT_COLUMNS.len()] {
+    [
+        units.length().to_owned(),
+        units.force().to_owned(),
+        units.stress(),
+        units.energy(),
+    ]
+}
+
+/// What begins a formula in a spreadsheet.
+const FORMULA: [char; 4] = ['=', '+', '-', '@'];
+
+/// A text with the apostrophe that spreadsheets know it by where they would compute it.
+fn as_text(text: String) -> String {
+    if text.starts_with(FORMULA) {
+        format!("'{text}")
+    } else {
+        text
+    }
 }

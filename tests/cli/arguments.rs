@@ -76,3 +76,18 @@ fn errors_of_usage_are_json_where_json_is_asked_for() {
         "{error}"
     );
 }
+
+#[test]
+fn shares_are_numbers_or_percent() {
+    for text in ["", "%", "one", "1 percent", "nan", "inf"] {
+        let run = ["run", "s.toml", "r.h5", "--error", text];
+        refused(&run, "write 3% or 0.03");
+    }
+    let scene = pipeline("newton.toml");
+    let scene = scene.to_str().unwrap();
+    for (text, share) in [("1%", "0.01"), (" 2.5 % ", "0.025"), ("0.01", "0.01")] {
+        let bad = ["--set", "solve.epsilon=7.0", "--error", text];
+        let run = [&["run", scene, "r.h5"][..], &bad].concat();
+        refused(&run, &format!("--set solve.epsilon=7.0 --error {share}:"));
+    }
+}

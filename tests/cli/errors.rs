@@ -10,9 +10,16 @@ fn overrides_are_checked_like_the_scene() {
     for (change, fragment) in [
         ("solve.epsilon", "KEY=VALUE"),
         ("solve.epsilon=abc def", "KEY=VALUE"),
+        ("title=", "KEY=VALUE"),
+        ("title=1\nother = 2", "KEY=VALUE"),
+        ("title=1 2", "KEY=VALUE"),
+        ("title=\"open", "KEY=VALUE"),
+        ("body.brick.size=[1, 1e400]", "largest double"),
         ("solve.epsilon=7.0", "0 < epsilon < 1"),
         ("solve.tolerance=1e-3", "unknown key"),
         ("title.x=1", "below tables"),
+        ("title.x=1", "title is neither a table nor a list"),
+        ("traction.x=1", "no item x in the list traction"),
         ("traction.7.face=\"x_max\"", "count from 0"),
     ] {
         let refused = program.run(&["--set", change]).assert().code(2);
@@ -20,6 +27,28 @@ fn overrides_are_checked_like_the_scene() {
         assert!(text.contains(fragment), "{change}: {text}");
     }
     assert!(!program.path("run.h5").exists());
+}
+
+/// A shell hands on what the advice about quotes says, and it is the text that was meant.
+#[test]
+fn the_advice_about_quotes_helps() {
+    let program = Program::new();
+    let scene = pipeline("newton.toml");
+    let law = ["law", scene.to_str().unwrap(), "--no-figures", "--json"];
+    for text in ["nodal", "it's", "a \"word\" and $HOME", "both ' and \""] {
+        let mut command = program.command(&law);
+        let refused = command.args(["--set", &format!("title={text}")]).assert();
+        let said = String::from_utf8_lossy(&refused.code(2).get_output().stderr).into_owned();
+        let (_, argument) = said.rsplit_once("--set ").unwrap();
+        let shell = format!("printf %s {}", argument.trim_end());
+        let mut shell_command = std::process::Command::new("sh");
+        let read = shell_command.args(["-c", &shell]).output().unwrap();
+        let read = String::from_utf8(read.stdout).unwrap();
+        let done = program.command(&law).args(["--set", &read]).assert();
+        let json: serde_json::Value =
+            serde_json::from_slice(&done.success().get_output().stdout).unwrap();
+        assert_eq!(json["title"], text, "{said}");
+    }
 }
 
 #[test]

@@ -130,6 +130,38 @@ fn no_empty_folder_is_left() {
     );
 }
 
+/// A folder that does not take the pictures any more when they are drawn is bad input, and the results are stored all the same.
+#[test]
+fn pictures_that_cannot_be_written_are_exit_code_2() {
+    let program = Program::new();
+    let mut started = std::process::Command::new(assert_cmd::cargo::cargo_bin("contact3d-pipe"))
+        .current_dir(program.path(""))
+        .arg("theory")
+        .arg(pipeline("hkl2011_table1.toml"))
+        .args(["run.h5", "--json", "--coarsest", "2"])
+        .args(SMALL)
+        .stderr(std::process::Stdio::piped())
+        .stdout(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    // The folder is claimed before anything is measured.
+    while fs::remove_dir(program.path("run-figures")).is_err() {
+        assert!(started.try_wait().unwrap().is_none(), "it ended too early");
+        std::thread::sleep(std::time::Duration::from_millis(2));
+    }
+    fs::write(program.path("run-figures"), "no folder").unwrap();
+    let ended = started.wait_with_output().unwrap();
+    let text = String::from_utf8_lossy(&ended.stderr);
+    assert_eq!(ended.status.code(), Some(2), "{text}");
+    assert!(
+        text.contains("the results were stored before and kept"),
+        "{text}"
+    );
+    let error: serde_json::Value = serde_json::from_slice(&ended.stdout).unwrap();
+    assert_eq!(error["exit_code"], 2);
+    program.command(&["check", "run.h5"]).assert().success();
+}
+
 /// A disk that is full midway is no fault of the input: what was stored stays, and the exit code
 /// says so.
 #[cfg(target_os = "linux")]

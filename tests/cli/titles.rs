@@ -11,7 +11,7 @@ fn scene(program: &Program) {
     let text = fs::read_to_string(pipeline("newton.toml")).unwrap();
     let (before, rest) = text.split_once("title = ").unwrap();
     let (_, after) = rest.split_once('\n').unwrap();
-    let title = r#"title = "a\u001b[31mb\nc\u009bd\u202e""#;
+    let title = r#"title = "a\u001b[31mb\nc\u009bd\u007f\u202e""#;
     fs::write(
         program.path("scene.toml"),
         format!("{before}{title}\n{after}"),
@@ -29,7 +29,7 @@ fn commands(text: &str) -> bool {
 fn titles_are_shown_with_their_escapes() {
     let program = Program::new();
     scene(&program);
-    let shown = "a\\u{1b}[31mb\\nc\\u{9b}d\\u{202e}";
+    let shown = "a\\u{1b}[31mb\\nc\\u{9b}d\\u{7f}\\u{202e}";
     let run = ["run", "scene.toml", "run.h5", SMALL[0], SMALL[1]];
     let lines: [&[&str]; 3] = [&run, &["status", "run.h5"], &["law", "scene.toml"]];
     for command in lines {
@@ -67,7 +67,7 @@ fn json_holds_the_title_itself() {
     let text = String::from_utf8_lossy(&done.get_output().stdout).into_owned();
     assert!(!commands(&text), "{text}");
     let json: Value = serde_json::from_str(&text).unwrap();
-    assert_eq!(json["title"], "a\u{1b}[31mb\nc\u{9b}d\u{202e}");
+    assert_eq!(json["title"], "a\u{1b}[31mb\nc\u{9b}d\u{7f}\u{202e}");
 }
 
 #[test]

@@ -7,6 +7,98 @@ use runfile::Reader;
 
 use crate::program::{Sweep, names};
 
+/// The settings of all cases, as a scene writes them, or why there are none.
+fn settings(axes: &str) -> Result<Vec<Vec<String>>, String> {
+    let plan = Plan::read(&Sweep::new(axes).path("sweep.toml"));
+    let cases = plan.map_err(|error| error.to_string())?.cases;
+    let written = cases.iter().map(|case| &case.settings);
+    Ok(written
+        .map(|pairs| pairs.iter().map(|(_, value)| value.to_string()).collect())
+        .collect())
+}
+
+fn along(key: &str, range: &str) -> Result<Vec<String>, String> {
+    let cases = settings(&format!("[[axis]]\nkey = \"{key}\"\nrange = {range}"))?;
+    Ok(cases.concat())
+}
+
+#[test]
+fn ranges_of_whole_numbers_are_whole_where_the_key_is() {
+    let linear = "{ from = 4, to = 12, count = 3 }";
+    let values = |key: &str, range: &str| along(key, range).unwrap();
+    assert_eq!(values("solve.max_outer_steps", linear), ["4", "8", "12"]);
+    assert_eq!(values("body.brick.cells.1", linear), ["4", "8", "12"]);
+    assert_eq!(values("body.brick.size.0", linear), ["4.0", "8.0", "12.0"]);
+    let logarithmic = "{ from = 3, to = 3000, count = 4, scale = \"log\" }";
+    let steps = values("solve.max_outer_steps", logarithmic);
+    assert_eq!(steps, ["3", "30", "300", "3000"]);
+    for range in [
+        "{ from = 4, to = 12, count = 4 }",
+        "{ from = 0.5, to = 1.5, count = 2 }",
+        "{ from = 1, to = 1e300, count = 2 }",
+    ] {
+        let error = along("solve.max_outer_steps", range).unwrap_err();
+        let expected = "axis 0: expected ends and a count";
+        assert!(error.contains(expected), "{error}");
+    }
+}
+
+#[test]
+fn ranges_end_exactly_and_keep_their_ratios() {
+    let range = "{ from = 0.05, to = 1.6, count = 6, scale = \"log\" }";
+    let values = along("body.brick.size.0", range).unwrap();
+    let values: Vec<f64> = values.iter().map(|value| value.parse().unwrap()).collect();
+    assert_eq!((values[0], values[5]), (0.05, 1.6));
+    for pair in values.windows(2) {
+        // Ratio 2, one exponential and one logarithm: a few roundings.
+        assert!((pair[1] / pair[0] - 2.0).abs() < 1e-14);
+    }
+}
+
+#[test]
+fn zipped_axes_become_one() {
+    let cases = settings(
+        "[[axis]]\nkey = \"body.brick.cells.0\"\nvalues = [2, 4]\nzip = \"z\"\n\
+         [[axis]]\nkey = \"body.brick.size.0\"\nvalues = [7]\n\
+         [[axis]]\nkeys = [\"body.brick.cells.1\", \"body.brick.cells.2\"]\nrows = [[4, 3], [6, 5]]\nzip = \"z\"",
+    );
+    let expected = [["2", "4", "3", "7"], ["4", "6", "5", "7"]];
+    assert_eq!(cases.unwrap(), expected);
+}
+
+#[test]
+fn axes_that_make_no_sense_are_refused() {
+    for (axis, expected) in [
+        ("", "key with values"),
+        ("values = []", "at least one value"),
+        (
+            "values = [1]\nrange = { from = 1, to = 2, count = 2 }",
+            "key with values",
+        ),
+        (
+            "range = { from = 0.0, to = 2, count = 2, scale = \"log\" }",
+            "finite ends, both positive",
+        ),
+        (
+            "range = { from = 1, to = 2, count = 1 }",
+            "a count of at least 2",
+        ),
+        (
+            "values = [1, 2]\nzip = \"z\"\n[[axis]]\nkey = \"body.brick.cells.0\"\nvalues = [1]\nzip = \"z\"",
+            "as many values as the other axes of its zip",
+        ),
+    ] {
+        let error = settings(&format!("[[axis]]\nkey = \"body.brick.size.0\"\n{axis}"));
+        let error = error.unwrap_err();
+        assert!(error.contains(&format!("expected {expected}")), "{error}");
+    }
+    let error = settings("[[axis]]\nkeys = [\"title\", \"b\"]\nrows = [[1]]").unwrap_err();
+    assert!(
+        error.contains("one value for each key in every row"),
+        "{error}"
+    );
+}
+
 fn refusal(sweep: &Sweep) -> String {
     let (code, said) = sweep.run("out", &[]);
     assert_eq!(code, 2, "{said}");

@@ -1,8 +1,10 @@
-//! Whose tables lie in a folder: those of another sweep, or of nobody we know, are not written
-//! over.
+//! The folder of a sweep: whose tables lie there, who works in it, which cases failed. Tables of another sweep, or of nobody we
+//! know, are not written over.
 
 use std::{
     collections::BTreeSet,
+    fs::{self, File, TryLockError},
+    io::{self, ErrorKind},
     path::{Component, Path, PathBuf},
 };
 
@@ -95,6 +97,84 @@ pub(super) fn relative(folder: &Path, file: &Path) -> PathBuf {
         to.next();
     }
     from.map(|_| Component::ParentDir).chain(to).collect()
+}
+
+const LOCK_FILE: &str = ".sweep.lock";
+
+/// Who else may work in the folder.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Access {
+    /// Nobody.
+    Sweep,
+    /// Others that run single cases; each run file has its own lock.
+    SingleCase,
+}
+
+/// Waits for the turn to prepare an operator, so that of many processes one computes and the others
+/// read.
+pub(super) fn operator_turn(folder: &Path, key: &str) -> io::Result<File> {
+    let name = format!(".operator-{}.lock", key.get(..16).unwrap_or(key));
+    let file = File::options()
+        .create(true)
+        .truncate(false)
+        .write(true)
+        .open(folder.join(name))?;
+    file.lock()?;
+    Ok(file)
+}
+
+/// Locks a folder until the file is dropped; a killed process leaves no lock.
+pub(super) fn lock(folder: &Path, access: Access) -> Result<File, StageError> {
+    let io = |action| {
+        move |source| StageError::Io {
+            action,
+            file: folder.to_owned(),
+            source,
+        }
+    };
+    let file = File::options()
+        .create(true)
+        .truncate(false)
+        .write(true)
+        .open(folder.join(LOCK_FILE))
+        .map_err(io("open the lock file in"))?;
+    let locked = match access {
+        Access::Sweep => file.try_lock(),
+        Access::SingleCase => file.try_lock_shared(),
+    };
+    match locked {
+        Ok(()) => Ok(file),
+        Err(TryLockError::WouldBlock) => Err(StageError::Busy {
+            folder: folder.to_owned(),
+        }),
+        Err(TryLockError::Error(source)) => Err(io("lock")(source)),
+    }
+}
+
+/// The file that holds the error of a failed case.
+fn error_file(run_file: &Path) -> PathBuf {
+    run_file.with_extension("error.txt")
+}
+
+/// The error of a failed case.
+pub(super) fn read_failure(run_file: &Path) -> Option<String> {
+    fs::read_to_string(error_file(run_file)).ok()
+}
+
+/// Records an error in one step, so that a killed process leaves a whole text or none.
+pub(super) fn record_failure(run_file: &Path, error: &str) -> io::Result<()> {
+    let temporary = run_file.with_extension("error.txt.part");
+    let written = fs::write(&temporary, error);
+    let written = written.and_then(|()| fs::rename(&temporary, error_file(run_file)));
+    written.inspect_err(|_| drop(fs::remove_file(&temporary)))
+}
+
+/// Forgets the error of a case.
+pub(super) fn forget_failure(run_file: &Path) -> io::Result<()> {
+    match fs::remove_file(error_file(run_file)) {
+        Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
+        _ => Ok(()),
+    }
 }
 
 #[cfg(test)]

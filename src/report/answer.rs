@@ -1,0 +1,156 @@
+//! What is said of an answer: its surroundings, how its body moves, its quantities with their error bars.
+
+use contact3d::{
+    elasticity::BodyMotion,
+    mesh::Mesh,
+    post::{ContactReport, FunctionalEstimate},
+    scene::Functional,
+    solver::{LocalMapping, Solution},
+};
+use serde_json::{Value, json};
+use units::{Dimension, Units};
+
+use super::percent;
+use crate::format::dimension_of_quantity as dimension;
+
+/// The spectral radius of Ψ' in words.
+pub(super) fn radius_words(local: &LocalMapping) -> String {
+    let radius = local.spectral_radius;
+    if local.is_attracting() {
+        format!("{radius:.4}")
+    } else {
+        format!("{radius:.3e}, not below 1: successive approximations leave this solution")
+    }
+}
+
+/// What the sign of det R' says about other solutions; `None` where it says nothing.
+pub(super) fn sign_words(local: &LocalMapping) -> Option<String> {
+    match local.determinant {
+        -1 => Some(
+            "negative: at least two other solutions exist (`branches --all` searches for them)"
+                .to_owned(),
+        ),
+        0 => Some("zero: other solutions may lie nearby (`branches` follows them)".to_owned()),
+        _ => None,
+    }
+}
+
+/// What the nearness of det R' = 0 says; `None` where it is not near.
+pub(super) fn fold_words(local: &LocalMapping) -> Option<String> {
+    let distance = local.fold_distance;
+    local.is_near_fold().then(|| {
+        format!(
+            "{distance:.2e}: another solution may be near, and small changes of the data move this one far \
+             (`branches` follows it)"
+        )
+    })
+}
+
+/// What is to be said of the rigid motion of a body that only contact holds: that which nothing stops, or the one nearest to its
+/// displacement; `None` where supports hold it.
+pub(super) fn motion_words(
+    units: Units,
+    mesh: &Mesh,
+    solution: &Solution,
+    report: &ContactReport,
+) -> Option<(&'static str, String)> {
+    if let Some(motion) = &solution.unstopped_motion {
+        let motion = BodyMotion::told(&mesh.coordinates, motion);
+        return Some(("nothing stops", motion.describe(units.length())));
+    }
+    if solution.rigid_motion.is_empty() {
+        return None;
+    }
+    let motion = BodyMotion::told(&mesh.coordinates, &report.displacement);
+    Some(("moves on the whole", motion.sized(units.length())))
+}
+
+/// The rigid motions that neither contact nor supports feel, and which the answer leaves at zero.
+pub(super) fn neutral_motions(mesh: &Mesh, solution: &Solution) -> Vec<BodyMotion> {
+    let motions = BodyMotion::telling(&mesh.coordinates, &solution.neutral_motions);
+    let told = |motion: &Vec<[f64; 3]>| BodyMotion::told(&mesh.coordinates, motion);
+    motions.iter().map(told).collect()
+}
+
+/// The same in words.
+pub(super) fn neutral_words(
+    units: Units,
+    mesh: &Mesh,
+    solution: &Solution,
+) -> Vec<(&'static str, String)> {
+    let n_panes = mesh.contact.as_ref().map_or(0, |surface| surface.n_panes());
+    let panes = if n_panes == 1 {
+        "pane feels"
+    } else {
+        "panes feel"
+    };
+    let motions = neutral_motions(mesh, solution);
+    let line = |motion: &BodyMotion| {
+        let words = motion.describe(units.length());
+        (
+            "neutral, left at zero",
+            format!("{words}: none of {n_panes} {panes} it"),
+        )
+    };
+    motions.iter().map(line).collect()
+}
+
+/// The name of a quantity and what it is by the estimate, for people.
+pub(super) fn quantity_words(units: Units, it: &FunctionalEstimate) -> (String, String) {
+    let unit = units.of(dimension(it.functional));
+    let name = match (it.functional, it.corners) {
+        (Functional::LargestDisplacement, Some(_)) => "mean displacement near peak".to_owned(),
+        (Functional::LargestPressure, Some(_)) => "mean pressure near its peak".to_owned(),
+        (of, _) => format!("{}, error bar", of.word().replace('_', " ")),
+    };
+    let value = match it.functional {
+        Functional::ContactArea | Functional::StickArea => {
+            let [low, high] = it.range;
+            format!("{low:.4e} to {high:.4e} {}", unit.word())
+        }
+        _ => format!(
+            "{:.4e} {} ± {}{}",
+            it.value,
+            unit.word(),
+            percent(it.relative()),
+            cautions(units, it)
+        ),
+    };
+    (name, value)
+}
+
+/// The box of a mean, and panes at kinks.
+fn cautions(units: Units, it: &FunctionalEstimate) -> String {
+    let mean = it.corners.map_or_else(String::new, |[low, high]| {
+        let unit = units.of(Dimension::LENGTH);
+        let corner = |[x, y, z]: [f64; 3]| format!("({x:.4}, {y:.4}, {z:.4})");
+        format!(
+            ", mean from {} to {} {}",
+            corner(low),
+            corner(high),
+            unit.word()
+        )
+    });
+    let kinks = match it.kinks {
+        0 => String::new(),
+        1 => ", 1 pane at a kink".into(),
+        many => format!(", {many} panes at kinks"),
+    };
+    mean + &kinks
+}
+
+/// The quantities for programs.
+pub(super) fn quantities_json(units: Units, found: &[FunctionalEstimate]) -> Value {
+    let row = |it: &FunctionalEstimate| {
+        json!({
+            "name": it.functional.word(),
+            "unit": units.of(dimension(it.functional)).word(),
+            "value": it.value,
+            "error": it.error,
+            "range": it.range,
+            "box": it.corners,
+            "kinks": it.kinks,
+        })
+    };
+    found.iter().map(row).collect()
+}
