@@ -38,6 +38,9 @@ pub struct AccuracyArguments {
     /// the budget counts for each of them
     #[arg(long, alias = "ways", value_name = "SHARE", value_parser = super::adaptive::target)]
     pub sequences: Option<f64>,
+    /// List the solves by method, operator and epsilon, which are stored and drawn in any case
+    #[arg(long)]
+    pub solves: bool,
     #[command(flatten)]
     pub(super) figures: FigureArguments,
 }
@@ -74,7 +77,7 @@ pub(super) fn accuracy(
         units,
         |folder| draw_accuracy(folder, &accuracy),
         || report::accuracy::json(&accuracy, units),
-        || report::accuracy::text(&accuracy, units),
+        || report::accuracy::text(&accuracy, units, arguments.solves),
     )?;
     let is_complete = is_complete(&accuracy);
     if !is_complete {

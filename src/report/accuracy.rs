@@ -14,17 +14,27 @@ use super::{
     FigureTable, Figures,
 };
 
-/// All tables and the advice.
-pub fn text(accuracy: &Accuracy, units: Units) -> String {
-    let (algebraic, meshes) = (&accuracy.algebraic, &accuracy.discretisation);
-    let tables = [
-        algebraic.as_ref().map(|study| entries(study, units)),
-        meshes.as_ref().map(|study| levels(study, units)),
-        accuracy.sequences.as_ref().map(|all| sequences(all, units)),
-    ];
-    let tables = tables.iter().flatten();
-    let text: String = tables.map(|table| table.text() + "\n").collect();
-    text + &accuracy.advice().to_string()
+/// The advice, then the tables; that of the solves, which is long, where it is asked for.
+pub fn text(accuracy: &Accuracy, units: Units, with_solves: bool) -> String {
+    let mut text = format!("{}\n\n", accuracy.advice());
+    let meshes = accuracy.discretisation.as_ref();
+    let meshes = meshes.map(|study| levels(study, units));
+    let sequences = accuracy.sequences.as_ref().map(|all| sequences(all, units));
+    for table in meshes.into_iter().chain(sequences) {
+        text += &(table.text() + "\n");
+    }
+    match &accuracy.algebraic {
+        Some(study) if with_solves => text += &entries(study, units).text(),
+        Some(study) => {
+            let count = study.entries.len();
+            let _ = write!(
+                text,
+                "{count} solves by method, operator and epsilon: --solves lists them"
+            );
+        }
+        None => {}
+    }
+    text.trim_end().to_owned()
 }
 
 /// The same for programs.

@@ -19,14 +19,18 @@ fn both_studies_are_stored_drawn_printed_and_advised_on() {
     let program = Program::new();
     let done = accuracy(&program, &[]).assert().success();
     let text = String::from_utf8_lossy(&done.get_output().stdout).into_owned();
-    assert!(text.contains("Algebraic error") && text.contains("Discretisation error"));
-    let advice = text.lines().last().expect("a last line");
-    assert!(advice.starts_with("At this mesh (n_div = 4)"), "{advice}");
+    assert!(text.starts_with("At this mesh (n_div = 4)"), "{text}");
+    assert!(text.contains("Discretisation error") && !text.contains("Algebraic error"));
+    assert!(text.trim_end().ends_with("--solves lists them"), "{text}");
     for name in ["work_precision", "convergence"] {
         for kind in ["svg", "png"] {
             assert!(program.path(&format!("run-figures/{name}.{kind}")).exists());
         }
     }
+    let listed = accuracy(&program, &["--solves", "--no-figures"]).assert();
+    let listed = listed.success();
+    let listed = String::from_utf8_lossy(&listed.get_output().stdout);
+    assert!(listed.starts_with("At this mesh") && listed.contains("Algebraic error"));
     let json = accuracy(&program, &["--json", "--no-figures"])
         .assert()
         .success();
