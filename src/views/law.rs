@@ -7,11 +7,10 @@ use contact3d::{
     mesh::{Mesh, Quality, Refinement},
     scene::{FrictionModel, ModelFeatures, Scene, SceneFile, Warning, shown},
 };
-use plots::{FigureError, LawPicture, OverSlip, Picture, law_page};
+use plots::{FigureError, LawPicture, Picture, law_page};
 
 use super::{
-    Drawing, PictureFolder,
-    law_curves::{self, Curves},
+    Drawing, PictureFolder, law_curves,
     law_face::LawFace,
     picture::{self, endings_of},
 };
@@ -141,11 +140,7 @@ impl LawStudy {
             title: &title,
             units: self.scene.units,
             note: &note,
-            over_slip: match &drawn {
-                Curves::Isotropic(curve) => OverSlip::Isotropic(curve),
-                Curves::Own(curves) => OverSlip::Own(curves),
-                Curves::Both(maps) => OverSlip::Both(maps),
-            },
+            over_slip: &drawn,
             at_rest: varies.then(|| face.picture(&title, self.scene.units, frame)),
         })
     }
