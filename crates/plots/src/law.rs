@@ -278,7 +278,7 @@ fn map_panels(maps: &[SlipCoefficientMap; 2], units: Units) -> [Canvas; 2] {
     let own = maps
         .each_ref()
         .map(|map| ValueRange::of(map.values.iter().copied()));
-    let ranges = own[0].shared(own[1]).map_or(own, |common| [common; 2]);
+    let ranges = ValueRange::shared(own);
     [0, 1].map(|axis| {
         let symbol = FrictionKind::OverPressure.semi_axis_symbol(axis);
         let key = ColourKey::with_range(
