@@ -394,6 +394,7 @@ fn draw_entry(canvas: &mut Canvas, number: usize, name: &str, [x, y]: Point) {
 pub(super) const TICK_LENGTH: f64 = 5.0;
 
 /// The name of an axis and its ticks, as fractions of its length.
+#[derive(Clone, Debug)]
 pub(super) struct TickedAxis {
     pub(super) title: Label,
     pub(super) ticks: Vec<(f64, Label)>,
@@ -447,15 +448,9 @@ pub(super) fn draw_ticked_frame(
 
 /// Draws frame, ticks, labels and the note on stretching.
 pub(super) fn draw_axes(canvas: &mut Canvas, layout: &PictureLayout) {
-    let axes = [0, 1].map(|k| {
-        let axis = &layout.axes[k];
-        let interval = [layout.contact.low[k], layout.contact.high[k]];
-        let interval = interval.map(|end| axis.scale.scaled(end));
-        TickedAxis::linear(axis.label.clone(), &axis.ticks, interval)
-    });
-    let name_x = layout.corner[0] - (TICK_LENGTH + 14.0 + axes[1].widest());
+    let name_x = layout.corner[0] - (TICK_LENGTH + 14.0 + layout.axes[1].widest());
     let frame = (layout.corner, layout.size);
-    draw_ticked_frame(canvas, frame, &axes, [19.0, 37.0], name_x);
+    draw_ticked_frame(canvas, frame, &layout.axes, [19.0, 37.0], name_x);
     if let Some(note) = &layout.note {
         let position = [PANEL_WIDTH - 16.0, 42.5];
         canvas.text(position, note, TICK_SIZE, Anchor::End);
