@@ -4,15 +4,19 @@ use std::path::{Path, PathBuf};
 
 use contact3d::{
     contact::{ContactFrame, CoulombLaw, FaceLaw, FrictionField, Interface, LawBounds},
-    mesh::{Mesh, Quality, Refinement},
+    mesh::{ContactSurface, Mesh, Quality, Refinement},
     scene::{FrictionModel, ModelFeatures, Scene, SceneFile, Warning, shown},
 };
-use plots::{FigureError, LawPicture, OverSlip, Picture, law_page};
+use plots::{
+    ContactPicture, DrawnFriction, DrawnSupport, DrawnZone, FigureError, FrictionKind, LawPicture,
+    Picture, law_page,
+};
+use units::Units;
 
 use super::{
     Drawing, PictureFolder,
-    law_curves::{self, Curves},
-    law_face::LawFace,
+    contact_cells::ContactCells,
+    law_curves,
     picture::{self, endings_of},
 };
 use crate::pipeline::{StageError, mesh_of, pin_mesh_file};
@@ -141,11 +145,7 @@ impl LawStudy {
             title: &title,
             units: self.scene.units,
             note: &note,
-            over_slip: match &drawn {
-                Curves::Isotropic(curve) => OverSlip::Isotropic(curve),
-                Curves::Own(curves) => OverSlip::Own(curves),
-                Curves::Both(maps) => OverSlip::Both(maps),
-            },
+            over_slip: &drawn,
             at_rest: varies.then(|| face.picture(&title, self.scene.units, frame)),
         })
     }
@@ -182,6 +182,70 @@ fn faces_of(scene: &Scene, mesh: &Mesh, interface: Option<&Interface>) -> Vec<Fa
             }
         })
         .collect()
+}
+
+/// A contact face with the coefficients of friction of one state of slip, and no stresses.
+struct LawFace {
+    number: usize,
+    cells: ContactCells,
+    displacement: Vec<[f64; 3]>,
+    friction: Vec<DrawnFriction>,
+    normal_stress: Vec<f64>,
+}
+
+impl LawFace {
+    /// The face with a number in the order of the multipliers.
+    fn new(mesh: &Mesh, surface: &ContactSurface, number: usize, field: &FrictionField) -> Self {
+        let face = &surface.faces[number];
+        let cells = ContactCells::new(mesh, Some((surface, face)));
+        let panes: Vec<[f64; 2]> = face.panes.clone().map(|i| field.pane(i)).collect();
+        let friction = cells.of_cells(&panes, &unloaded([f64::NAN; 2]), |f| unloaded(*f));
+        Self {
+            number,
+            displacement: vec![[0.0; 3]; cells.coordinates.len()],
+            normal_stress: vec![0.0; friction.len()],
+            friction,
+            cells,
+        }
+    }
+
+    /// The face as the figures take it.
+    fn picture<'a>(
+        &'a self,
+        title: &'a str,
+        units: Units,
+        frame: &ContactFrame,
+    ) -> ContactPicture<'a> {
+        let reference = frame.references[self.number];
+        let [axis_1, axis_2] = reference.axes;
+        ContactPicture {
+            title,
+            units,
+            coordinates: &self.cells.coordinates,
+            displacement: &self.displacement,
+            boundary_triangles: &[],
+            boundary_face: &[],
+            contact_triangles: &self.cells.triangles,
+            contact_triangle_pane: &self.cells.pane,
+            normal: reference.normal,
+            support: DrawnSupport::Plane,
+            axis_1,
+            axis_2,
+            normal_stress: &self.normal_stress,
+            friction: Some((FrictionKind::OverPressure, &self.friction)),
+        }
+    }
+}
+
+/// Coefficients without stresses.
+fn unloaded(coefficients: [f64; 2]) -> DrawnFriction {
+    DrawnFriction {
+        scaled_tangential: 0.0,
+        semi_axes: coefficients,
+        stress: [0.0; 2],
+        turn: 0.0,
+        zone: DrawnZone::Open,
+    }
 }
 
 /// The names of all pictures with these endings.

@@ -1,7 +1,7 @@
 //! Curves and maps of the coefficients of a law over the slips.
 
 use contact3d::scene::FrictionLaw;
-use plots::{SlipCoefficientMap, SlipCurve, SlipRange};
+use plots::{OverSlip, SlipCoefficientMap, SlipCurve, SlipRange};
 
 /// Share of the range of a coefficient within which it counts as not yet, or no longer, changing.
 const UNCHANGED: f64 = 0.05;
@@ -14,18 +14,8 @@ const PER_DECADE: i32 = 16;
 const SAMPLES: u32 = 400;
 const CELLS: usize = 60;
 
-/// The coefficients over the slips, as they are drawn.
-pub(super) enum Curves {
-    /// F over |u_t|.
-    Isotropic(SlipCurve),
-    /// F₁ and F₂, each over its own slip.
-    Own([SlipCurve; 2]),
-    /// F₁ and F₂ over both slips.
-    Both([SlipCoefficientMap; 2]),
-}
-
 /// Samples a law at one place over the slips at which it changes.
-pub(super) fn over_slip(law: &FrictionLaw, place: [f64; 3], extent: f64) -> Curves {
+pub(super) fn over_slip(law: &FrictionLaw, place: [f64; 3], extent: f64) -> OverSlip {
     let coefficients = law.coefficients();
     let value =
         |axis: usize, slip: [f64; 2]| coefficients[axis].evaluate(&law.point(axis, place, slip));
@@ -47,16 +37,16 @@ pub(super) fn over_slip(law: &FrictionLaw, place: [f64; 3], extent: f64) -> Curv
         }
     };
     if coefficients.len() == 1 {
-        return Curves::Isotropic(curve(0, SlipInterval::range(change(0, 0), extent)));
+        return OverSlip::Isotropic(curve(0, SlipInterval::range(change(0, 0), extent)));
     }
     let couples = (0..2).any(|axis| coefficients[axis].slips_used(axis)[1 - axis]);
     if !couples {
         let range = SlipInterval::range(SlipInterval::joined(change(0, 0), change(1, 1)), extent);
-        return Curves::Own([0, 1].map(|axis| curve(axis, range)));
+        return OverSlip::Own([0, 1].map(|axis| curve(axis, range)));
     }
     let ranges = [0, 1]
         .map(|k| SlipInterval::range(SlipInterval::joined(change(0, k), change(1, k)), extent));
-    Curves::Both([0, 1].map(|axis| {
+    OverSlip::Both([0, 1].map(|axis| {
         let centre = |cell: usize| (cell as f64 + 0.5) / CELLS as f64;
         let slip = |cell: usize| {
             [
@@ -145,7 +135,7 @@ mod tests {
     fn range_of(text: &str) -> SlipRange {
         let formula = Coefficient::Expression(Formula::parse(text).unwrap());
         match over_slip(&FrictionLaw::Isotropic(formula), [0.0; 3], 3.0) {
-            Curves::Isotropic(curve) => curve.range,
+            OverSlip::Isotropic(curve) => curve.range,
             _ => panic!("an isotropic law is one curve"),
         }
     }

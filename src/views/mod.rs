@@ -8,7 +8,6 @@ mod contact_cells;
 mod history_charts;
 mod law;
 mod law_curves;
-mod law_face;
 mod picture;
 mod picture_folder;
 mod report;

@@ -66,13 +66,17 @@ impl ValueRange {
         Self::Interval(low.max(-8e307), high.min(8e307))
     }
 
-    /// The union of two ranges, unless it would hide the variation of one of them.
-    pub(super) fn shared(self, other: Self) -> Option<Self> {
-        let (Self::Interval(a, b), Self::Interval(c, d)) = (self, other) else {
-            return None;
+    /// Two ranges as their union, unless it would hide the variation of one of them.
+    pub(super) fn shared(own: [Self; 2]) -> [Self; 2] {
+        let [Self::Interval(a, b), Self::Interval(c, d)] = own else {
+            return own;
         };
         let (low, high) = (a.min(c), b.max(d));
-        ((b - a).min(d - c) >= 0.2 * (high - low)).then_some(Self::Interval(low, high))
+        if (b - a).min(d - c) >= 0.2 * (high - low) {
+            [Self::Interval(low, high); 2]
+        } else {
+            own
+        }
     }
 
     /// Position of a value in the range, from 0 to 1; one half in a constant field, `None` when it
@@ -375,8 +379,12 @@ mod tests {
     #[test]
     fn a_shared_range_never_hides_a_field() {
         let narrow = ValueRange::Interval(0.2, 0.3);
-        assert!(narrow.shared(ValueRange::Interval(1.0, 1e6)).is_none());
-        let other = ValueRange::Interval(0.25, 0.35);
-        assert_eq!(narrow.shared(other), Some(ValueRange::Interval(0.2, 0.35)));
+        let apart = [narrow, ValueRange::Interval(1.0, 1e6)];
+        assert_eq!(ValueRange::shared(apart), apart);
+        let close = [narrow, ValueRange::Interval(0.25, 0.35)];
+        assert_eq!(
+            ValueRange::shared(close),
+            [ValueRange::Interval(0.2, 0.35); 2]
+        );
     }
 }

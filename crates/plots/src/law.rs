@@ -4,13 +4,13 @@ use units::{Dimension, Unit, Units};
 
 use super::{
     FrictionKind, PAGE_TITLE_HEIGHT, PAGE_TITLE_SIZE,
-    canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke},
+    canvas::{Anchor, Canvas, Colour, Point, Stroke},
     colour::{ColourKey, ColourMap, ValueRange},
     layout::{
-        KEY_WIDTH, KeySide, LABEL_SIZE, PANEL_WIDTH, PictureLayout, TICK_SIZE, TITLE_HEIGHT,
-        TITLE_SIZE, fitting_ticks, titled_panel,
+        KEY_WIDTH, KeySide, LABEL_SIZE, PANEL_WIDTH, PictureLayout, TITLE_HEIGHT, TITLE_SIZE,
+        fitting_ticks, titled_panel,
     },
-    line_chart::LogTicks,
+    line_chart::{LogTicks, TICK_LENGTH, TickedAxis, draw_ticked_frame},
     panels::semi_axis_map,
     panes::pane_shapes,
     picture::{ContactPicture, FigureError, Picture},
@@ -35,20 +35,20 @@ pub struct LawPicture<'a> {
     /// A line below it, such as the place at which slips are varied; empty for none.
     pub note: &'a str,
     /// The coefficients over the slips.
-    pub over_slip: OverSlip<'a>,
+    pub over_slip: &'a OverSlip,
     /// The contact face with the coefficients at zero slip, for laws that depend on the place.
     pub at_rest: Option<ContactPicture<'a>>,
 }
 
 /// The coefficients over the slips.
-#[derive(Clone, Copy, Debug)]
-pub enum OverSlip<'a> {
+#[derive(Clone, Debug)]
+pub enum OverSlip {
     /// F of an isotropic law over |u_t|.
-    Isotropic(&'a SlipCurve),
+    Isotropic(SlipCurve),
     /// F₁ over |u_t1| and F₂ over |u_t2|, at slips of one axis.
-    Own(&'a [SlipCurve; 2]),
+    Own([SlipCurve; 2]),
     /// F₁ and F₂ over both slips.
-    Both(&'a [SlipCoefficientMap; 2]),
+    Both([SlipCoefficientMap; 2]),
 }
 
 /// Which slips an axis of a drawing shows.
@@ -67,6 +67,36 @@ impl SlipRange {
         match self {
             Self::Linear(high) => fraction * high,
             Self::Logarithmic(low, high) => low * (high / low).powf(fraction),
+        }
+    }
+
+    /// Where a slip lies on the axis, from 0 to 1.
+    fn fraction(self, slip: f64) -> f64 {
+        let fraction = match self {
+            Self::Linear(high) => slip / high,
+            Self::Logarithmic(low, high) => (slip / low).ln() / (high / low).ln(),
+        };
+        fraction.clamp(0.0, 1.0)
+    }
+
+    /// The axis of this length over slips in `units`, named by a symbol.
+    fn axis(self, symbol: &Label, units: Units, pixels: f64) -> TickedAxis {
+        let unit = units.of(Dimension::LENGTH);
+        match self {
+            Self::Linear(high) => {
+                let scale = UnitScale::new(high, &unit);
+                let scaled = scale.scaled(high);
+                let ticks = fitting_ticks(0.0, scaled, pixels);
+                TickedAxis::linear(scale.title(symbol), &ticks, [0.0, scaled])
+            }
+            Self::Logarithmic(low, high) => {
+                let major = LogTicks::new(low, high, MOST_DECADES).major;
+                let label = |value: f64| (self.fraction(value), LogTicks::label(value));
+                TickedAxis {
+                    title: UnitScale::new(1.0, &unit).title(symbol),
+                    ticks: major.into_iter().map(label).collect(),
+                }
+            }
         }
     }
 }
@@ -202,15 +232,31 @@ fn curve_panel(curves: &[SlipCurve], isotropic: bool, units: Units) -> Canvas {
     let mut canvas = titled_panel([PANEL_WIDTH, CHART_HEIGHT], &Label::plain(title));
     let values = curves.iter().flat_map(|curve| &curve.points);
     let values = ValueRange::of(values.map(|point| point[1]));
-    let horizontal = SlipAxis::new(curves[0].range, &slip, units);
-    let frame = LawFrame::chart(horizontal, values, &joined_symbols(&symbols));
+    let (low, high) = match values {
+        ValueRange::Interval(low, high) => (low, high),
+        ValueRange::Constant(value) => (0.5 * value, 1.5 * value),
+        ValueRange::Nothing => (0.0, 1.0),
+    };
+    let margin = 0.06 * (high - low);
+    let (low, high) = ((low - margin).max(0.0), high + margin);
+    let vertical = coefficient_axis(low, high, &joined_symbols(&symbols));
+    let range = curves[0].range;
+    let horizontal = |pixels: f64| range.axis(&slip, units, pixels);
+    let frame = LawFrame::new(horizontal, vertical, PLOT_HEIGHT, RIGHT_MARGIN);
+    let point = |[slip, value]: [f64; 2]| {
+        let up = (value - low) / (high - low);
+        [
+            frame.corner[0] + range.fraction(slip) * frame.size[0],
+            frame.corner[1] + (1.0 - up) * frame.size[1],
+        ]
+    };
     let strokes = [
         Stroke::solid(Colour(0x00, 0x55, 0x9c), 2.2),
         Stroke::dashed(Colour(0xc4, 0x4e, 0x00), 2.2, 7.0),
     ];
     for (curve, stroke) in curves.iter().zip(strokes) {
         let points = curve.points.iter().filter(|point| point[1].is_finite());
-        canvas.polylines(&[points.map(|p| frame.point(*p)).collect()], stroke);
+        canvas.polylines(&[points.map(|p| point(*p)).collect()], stroke);
     }
     frame.draw(&mut canvas);
     if !isotropic {
@@ -232,7 +278,7 @@ fn map_panels(maps: &[SlipCoefficientMap; 2], units: Units) -> [Canvas; 2] {
     let own = maps
         .each_ref()
         .map(|map| ValueRange::of(map.values.iter().copied()));
-    let ranges = own[0].shared(own[1]).map_or(own, |common| [common; 2]);
+    let ranges = ValueRange::shared(own);
     [0, 1].map(|axis| {
         let symbol = FrictionKind::OverPressure.semi_axis_symbol(axis);
         let key = ColourKey::with_range(
@@ -251,8 +297,11 @@ fn map_panels(maps: &[SlipCoefficientMap; 2], units: Units) -> [Canvas; 2] {
 
 fn map_panel(map: &SlipCoefficientMap, key: &ColourKey, title: &Label, units: Units) -> Canvas {
     let mut canvas = titled_panel([PANEL_WIDTH, CHART_HEIGHT + 40.0], title);
-    let axis = |k: usize, index: &str| SlipAxis::new(map.ranges[k], &slip_symbol(index), units);
-    let frame = LawFrame::map(axis(0, "1"), axis(1, "2"));
+    let [first, second] = map.ranges;
+    let height = PLOT_HEIGHT + 40.0;
+    let horizontal = |pixels: f64| first.axis(&slip_symbol("1"), units, pixels);
+    let vertical = second.axis(&slip_symbol("2"), units, height);
+    let frame = LawFrame::new(horizontal, vertical, height, RIGHT_MARGIN + KEY_WIDTH);
     let [left, top] = frame.corner;
     let size = frame.size.map(|length| length / map.cells as f64);
     for (index, &value) in map.values.iter().enumerate() {
@@ -272,7 +321,6 @@ fn map_panel(map: &SlipCoefficientMap, key: &ColourKey, title: &Label, units: Un
     canvas
 }
 
-const TICK_LENGTH: f64 = 5.0;
 /// Left of a plot with short tick labels, and room for the name of the vertical axis.
 const LEFT: f64 = 84.0;
 const NAME_WIDTH: f64 = 46.0;
@@ -281,177 +329,47 @@ const PLOT_HEIGHT: f64 = 258.0;
 /// Most labelled decades of a logarithmic axis.
 const MOST_DECADES: usize = 7;
 
-/// One axis with its ticks as fractions of its length.
-pub(super) struct SlipAxis {
-    range: SlipRange,
-    label: Label,
-    scale: UnitScale,
-}
-
-impl SlipAxis {
-    /// An axis over slips in `units`, named by a symbol.
-    pub(super) fn new(range: SlipRange, symbol: &Label, units: Units) -> Self {
-        let unit = units.of(Dimension::LENGTH);
-        let scale = match range {
-            SlipRange::Linear(high) => UnitScale::new(high, &unit),
-            SlipRange::Logarithmic(..) => UnitScale::new(1.0, &unit),
-        };
-        Self {
-            range,
-            label: scale.title(symbol),
-            scale,
-        }
-    }
-
-    /// Where a slip lies on the axis, from 0 to 1.
-    fn fraction(&self, slip: f64) -> f64 {
-        let fraction = match self.range {
-            SlipRange::Linear(high) => slip / high,
-            SlipRange::Logarithmic(low, high) => (slip / low).ln() / (high / low).ln(),
-        };
-        fraction.clamp(0.0, 1.0)
-    }
-
-    fn ticks(&self, pixels: f64) -> Vec<(f64, Label)> {
-        match self.range {
-            SlipRange::Linear(high) => {
-                let scaled = self.scale.scaled(high);
-                let ticks = fitting_ticks(0.0, scaled, pixels);
-                let label = |&value: &f64| (value / scaled, Label::plain(ticks.text(value)));
-                ticks.values.iter().map(label).collect()
-            }
-            SlipRange::Logarithmic(low, high) => {
-                let major = LogTicks::new(low, high, MOST_DECADES).major;
-                let label = |value: f64| (self.fraction(value), LogTicks::label(value));
-                major.into_iter().map(label).collect()
-            }
-        }
-    }
-}
-
-/// What the vertical axis of a frame shows.
-enum Vertical {
-    Slip(SlipAxis),
-    /// Coefficients between two values.
-    Coefficient {
-        low: f64,
-        high: f64,
-        symbol: Label,
-    },
+/// An axis over coefficients between two values.
+fn coefficient_axis(low: f64, high: f64, symbol: &Label) -> TickedAxis {
+    let scale = UnitScale::new(high, &Unit::none());
+    let interval = [low, high].map(|value| scale.scaled(value));
+    let ticks = Ticks::new(interval[0], interval[1], 7);
+    TickedAxis::linear(scale.title(symbol), &ticks, interval)
 }
 
 /// The frame of a drawing over slips.
-pub(super) struct LawFrame {
-    pub(super) corner: Point,
-    pub(super) size: Point,
-    horizontal: SlipAxis,
-    vertical: Vertical,
+struct LawFrame {
+    corner: Point,
+    size: Point,
+    axes: [TickedAxis; 2],
 }
 
 impl LawFrame {
-    /// A chart of coefficients; the range of values gets a margin, and a constant a little room.
-    pub(super) fn chart(horizontal: SlipAxis, values: ValueRange, symbol: &Label) -> Self {
-        let (low, high) = match values {
-            ValueRange::Interval(low, high) => (low, high),
-            ValueRange::Constant(value) => (0.5 * value, 1.5 * value),
-            ValueRange::Nothing => (0.0, 1.0),
-        };
-        let margin = 0.06 * (high - low);
-        let vertical = Vertical::Coefficient {
-            low: (low - margin).max(0.0),
-            high: high + margin,
-            symbol: symbol.clone(),
-        };
-        Self::new(horizontal, vertical, PLOT_HEIGHT, RIGHT_MARGIN)
-    }
-
-    /// A map over both slips, with room for a colour bar at its right.
-    pub(super) fn map(horizontal: SlipAxis, vertical: SlipAxis) -> Self {
-        let right = RIGHT_MARGIN + KEY_WIDTH;
-        Self::new(
-            horizontal,
-            Vertical::Slip(vertical),
-            PLOT_HEIGHT + 40.0,
-            right,
-        )
-    }
-
     /// A frame of a height and a margin at its right; the one at its left fits its tick labels.
-    fn new(horizontal: SlipAxis, vertical: Vertical, height: f64, right: f64) -> Self {
-        let mut frame = Self {
-            corner: [LEFT, TITLE_HEIGHT],
-            size: [0.0, height],
-            horizontal,
-            vertical,
-        };
-        let left = LEFT.max(NAME_WIDTH + widest(&frame.vertical_ticks().1));
-        frame.corner[0] = left;
-        frame.size[0] = PANEL_WIDTH - left - right;
-        frame
-    }
-
-    /// Pixel of a slip and a coefficient.
-    pub(super) fn point(&self, [slip, value]: [f64; 2]) -> Point {
-        let right = self.horizontal.fraction(slip);
-        let up = match &self.vertical {
-            Vertical::Slip(axis) => axis.fraction(value),
-            Vertical::Coefficient { low, high, .. } => (value - low) / (high - low),
-        };
-        [
-            self.corner[0] + right * self.size[0],
-            self.corner[1] + (1.0 - up) * self.size[1],
-        ]
-    }
-
-    fn vertical_ticks(&self) -> (Label, Vec<(f64, Label)>) {
-        match &self.vertical {
-            Vertical::Slip(axis) => (axis.label.clone(), axis.ticks(self.size[1])),
-            Vertical::Coefficient { low, high, symbol } => {
-                let scale = UnitScale::new(*high, &Unit::none());
-                let [low, high] = [low, high].map(|&value| scale.scaled(value));
-                let ticks = Ticks::new(low, high, 7);
-                let label = |&value: &f64| {
-                    let fraction = (value - low) / (high - low);
-                    (fraction, Label::plain(ticks.text(value)))
-                };
-                (
-                    scale.title(symbol),
-                    ticks.values.iter().map(label).collect(),
-                )
-            }
+    fn new(
+        horizontal: impl FnOnce(f64) -> TickedAxis,
+        vertical: TickedAxis,
+        height: f64,
+        right: f64,
+    ) -> Self {
+        let left = LEFT.max(NAME_WIDTH + vertical.widest());
+        let width = PANEL_WIDTH - left - right;
+        Self {
+            corner: [left, TITLE_HEIGHT],
+            size: [width, height],
+            axes: [horizontal(width), vertical],
         }
     }
 
     /// Draws frame, ticks and labels.
-    pub(super) fn draw(&self, canvas: &mut Canvas) {
-        let [left, top] = self.corner;
-        let [width, height] = self.size;
-        let bottom = top + height;
-        let frame = Stroke::solid(Colour::BLACK, 0.8);
-        canvas.rectangle(self.corner, self.size, Fill::Empty, Some(frame));
-        for (fraction, label) in self.horizontal.ticks(width) {
-            let x = left + fraction * width;
-            canvas.line([x, bottom], [x, bottom + TICK_LENGTH], frame);
-            canvas.text([x, bottom + 21.0], &label, TICK_SIZE, Anchor::Middle);
-        }
-        let (name, ticks) = self.vertical_ticks();
-        for (fraction, label) in &ticks {
-            let y = bottom - fraction * height;
-            canvas.line([left, y], [left - TICK_LENGTH, y], frame);
-            let position = [left - TICK_LENGTH - 4.0, y + 0.36 * TICK_SIZE];
-            canvas.text(position, label, TICK_SIZE, Anchor::End);
-        }
-        let position = [left + width / 2.0, bottom + 42.0];
-        canvas.text(position, &self.horizontal.label, LABEL_SIZE, Anchor::Middle);
-        let position = [
-            left - TICK_LENGTH - 16.0 - widest(&ticks),
-            top + height / 2.0,
-        ];
-        canvas.vertical_text(position, &name, LABEL_SIZE);
+    fn draw(&self, canvas: &mut Canvas) {
+        let name_x = self.corner[0] - TICK_LENGTH - 16.0 - self.axes[1].widest();
+        let below = [21.0, 42.0];
+        draw_ticked_frame(canvas, (self.corner, self.size), &self.axes, below, name_x);
     }
 
     /// Draws the strokes of two curves with their names above the plot, at its right.
-    pub(super) fn draw_legend(&self, canvas: &mut Canvas, names: &[Label], strokes: &[Stroke]) {
+    fn draw_legend(&self, canvas: &mut Canvas, names: &[Label], strokes: &[Stroke]) {
         let baseline = self.corner[1] - 12.0;
         let right = self.corner[0] + self.size[0];
         for (index, (name, stroke)) in names.iter().zip(strokes).enumerate() {
@@ -461,10 +379,4 @@ impl LawFrame {
             canvas.text([x + 40.0, baseline], name, LABEL_SIZE, Anchor::Start);
         }
     }
-}
-
-/// Width of the widest tick label.
-fn widest(ticks: &[(f64, Label)]) -> f64 {
-    let widths = ticks.iter().map(|(_, label)| label.width(TICK_SIZE));
-    widths.fold(0.0, f64::max)
 }

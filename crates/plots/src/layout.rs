@@ -3,6 +3,7 @@
 use units::{Dimension, Unit};
 
 use super::canvas::{Anchor, Canvas, Point};
+use super::line_chart::TickedAxis;
 use super::panes::ContactBox;
 use super::picture::ContactPicture;
 use super::scale::{Ticks, UnitScale, factor_label};
@@ -41,17 +42,6 @@ pub(super) enum KeySide {
     Right,
 }
 
-/// One axis of the maps.
-#[derive(Clone, Debug)]
-pub(super) struct MapAxis {
-    /// Name and unit.
-    pub(super) label: Label,
-    /// Printed form of coordinates.
-    pub(super) scale: UnitScale,
-    /// Ticks in scaled coordinates.
-    pub(super) ticks: Ticks,
-}
-
 /// Rectangles and axes of the panels of one picture.
 #[derive(Clone, Debug)]
 pub(super) struct PictureLayout {
@@ -66,7 +56,7 @@ pub(super) struct PictureLayout {
     /// The part of the contact plane that fills the plot.
     pub(super) contact: ContactBox,
     /// Horizontal and vertical axis.
-    pub(super) axes: [MapAxis; 2],
+    pub(super) axes: [TickedAxis; 2],
     /// Says which direction is stretched, if any.
     pub(super) note: Option<Label>,
 }
@@ -107,17 +97,21 @@ impl PictureLayout {
         };
         let left = 46.0 + vertical(200.0).widest(TICK_SIZE);
         let (corner, size, panel_height) = plot_rectangle(key, left, aspect);
+        let axis = |k: usize, ticks: &Ticks, direction: Vector| {
+            let interval = [contact.low[k], contact.high[k]].map(|end| scales[k].scaled(end));
+            TickedAxis::linear(
+                axis_title(&scales[k], &names[k], direction),
+                ticks,
+                interval,
+            )
+        };
         let axes = [
-            MapAxis {
-                label: axis_title(&scales[0], &names[0], picture.axis_1),
-                ticks: horizontal_ticks(&scales[0], &contact, size[0]),
-                scale: scales[0].clone(),
-            },
-            MapAxis {
-                label: axis_title(&scales[1], &names[1], picture.axis_2),
-                ticks: vertical(size[1]),
-                scale: scales[1].clone(),
-            },
+            axis(
+                0,
+                &horizontal_ticks(&scales[0], &contact, size[0]),
+                picture.axis_1,
+            ),
+            axis(1, &vertical(size[1]), picture.axis_2),
         ];
         let note = (0..2).find(|&axis| stretch[axis] > 1.0).map(|axis| {
             names[axis]

@@ -391,38 +391,66 @@ fn draw_entry(canvas: &mut Canvas, number: usize, name: &str, [x, y]: Point) {
     draw_name(canvas, name, [x, y]);
 }
 
-const TICK_LENGTH: f64 = 5.0;
+pub(super) const TICK_LENGTH: f64 = 5.0;
+
+/// The name of an axis and its ticks, as fractions of its length.
+#[derive(Clone, Debug)]
+pub(super) struct TickedAxis {
+    pub(super) title: Label,
+    pub(super) ticks: Vec<(f64, Label)>,
+}
+
+impl TickedAxis {
+    /// An axis in proportion from `low` to `high`.
+    pub(super) fn linear(title: Label, ticks: &Ticks, [low, high]: [f64; 2]) -> Self {
+        let tick = |&v: &f64| ((v - low) / (high - low), Label::plain(ticks.text(v)));
+        Self {
+            title,
+            ticks: ticks.values.iter().map(tick).collect(),
+        }
+    }
+
+    /// Width of the widest tick label.
+    pub(super) fn widest(&self) -> f64 {
+        let widths = self.ticks.iter().map(|(_, label)| label.width(TICK_SIZE));
+        widths.fold(0.0, f64::max)
+    }
+}
+
+/// Draws a frame with ticks outside; `below` it are the baselines of the horizontal axis's tick labels and name, and the name
+/// of the vertical axis is at `name_x`.
+pub(super) fn draw_ticked_frame(
+    canvas: &mut Canvas,
+    (corner, size): (Point, Point),
+    [horizontal, vertical]: &[TickedAxis; 2],
+    below: [f64; 2],
+    name_x: f64,
+) {
+    let ([left, top], [width, height]) = (corner, size);
+    let bottom = top + height;
+    let frame = Stroke::solid(Colour::BLACK, 0.8);
+    canvas.rectangle(corner, size, Fill::Empty, Some(frame));
+    for (fraction, label) in &horizontal.ticks {
+        let x = left + fraction * width;
+        canvas.line([x, bottom], [x, bottom + TICK_LENGTH], frame);
+        canvas.text([x, bottom + below[0]], label, TICK_SIZE, Anchor::Middle);
+    }
+    for (fraction, label) in &vertical.ticks {
+        let y = bottom - fraction * height;
+        canvas.line([left, y], [left - TICK_LENGTH, y], frame);
+        let position = [left - TICK_LENGTH - 4.0, y + 0.36 * TICK_SIZE];
+        canvas.text(position, label, TICK_SIZE, Anchor::End);
+    }
+    let position = [left + width / 2.0, bottom + below[1]];
+    canvas.text(position, &horizontal.title, LABEL_SIZE, Anchor::Middle);
+    canvas.vertical_text([name_x, top + height / 2.0], &vertical.title, LABEL_SIZE);
+}
 
 /// Draws frame, ticks, labels and the note on stretching.
 pub(super) fn draw_axes(canvas: &mut Canvas, layout: &PictureLayout) {
-    let [left, top] = layout.corner;
-    let [width, height] = layout.size;
-    let bottom = top + height;
-    let frame = Stroke::solid(Colour::BLACK, 0.8);
-    canvas.rectangle(layout.corner, layout.size, Fill::Empty, Some(frame));
-    let [horizontal, vertical] = &layout.axes;
-    let first = horizontal.scale.scaled(layout.contact.low[0]);
-    let last = horizontal.scale.scaled(layout.contact.high[0]);
-    for &value in &horizontal.ticks.values {
-        let x = left + (value - first) / (last - first) * width;
-        canvas.line([x, bottom], [x, bottom + TICK_LENGTH], frame);
-        let label = super::text::Label::plain(horizontal.ticks.text(value));
-        canvas.text([x, bottom + 19.0], &label, TICK_SIZE, Anchor::Middle);
-    }
-    let first = vertical.scale.scaled(layout.contact.low[1]);
-    let last = vertical.scale.scaled(layout.contact.high[1]);
-    for &value in &vertical.ticks.values {
-        let y = bottom - (value - first) / (last - first) * height;
-        canvas.line([left, y], [left - TICK_LENGTH, y], frame);
-        let label = super::text::Label::plain(vertical.ticks.text(value));
-        let position = [left - TICK_LENGTH - 4.0, y + 0.36 * TICK_SIZE];
-        canvas.text(position, &label, TICK_SIZE, Anchor::End);
-    }
-    let position = [left + width / 2.0, bottom + 37.0];
-    canvas.text(position, &horizontal.label, LABEL_SIZE, Anchor::Middle);
-    let offset = TICK_LENGTH + 14.0 + vertical.ticks.widest(TICK_SIZE);
-    let position = [left - offset, top + height / 2.0];
-    canvas.vertical_text(position, &vertical.label, LABEL_SIZE);
+    let name_x = layout.corner[0] - (TICK_LENGTH + 14.0 + layout.axes[1].widest());
+    let frame = (layout.corner, layout.size);
+    draw_ticked_frame(canvas, frame, &layout.axes, [19.0, 37.0], name_x);
     if let Some(note) = &layout.note {
         let position = [PANEL_WIDTH - 16.0, 42.5];
         canvas.text(position, note, TICK_SIZE, Anchor::End);

@@ -90,8 +90,7 @@ pub(crate) fn semi_axis_map(
         let panes = shapes.iter().map(|shape| shape.pane);
         panes.map(move |pane| friction[pane].semi_axes[axis])
     };
-    let own = [0, 1].map(|axis| ValueRange::of(values(axis)));
-    let ranges = own[0].shared(own[1]).map_or(own, |common| [common; 2]);
+    let ranges = ValueRange::shared([0, 1].map(|axis| ValueRange::of(values(axis))));
     let gaps = values(axis).any(|value| !value.is_finite());
     let key = ColourKey::with_range(ranges[axis], gaps, ColourMap::Cividis, symbol, unit);
     map_panel(layout, shapes, title, &key, unit, |pane| {

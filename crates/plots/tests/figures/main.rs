@@ -411,16 +411,16 @@ fn laws_are_readable_over_short_long_and_many_slips() {
             };
             let maps = [map(0), map(1)];
             for over_slip in [
-                OverSlip::Isotropic(&curves[0]),
-                OverSlip::Own(&curves),
-                OverSlip::Both(&maps),
+                OverSlip::Isotropic(curves[0].clone()),
+                OverSlip::Own(curves.clone()),
+                OverSlip::Both(maps),
             ] {
                 for at_rest in [None, Some(sample.picture())] {
                     let svg = law_page(&LawPicture {
                         title: "A law of friction with a long name".repeat(3).as_str(),
                         units: Units::SI,
                         note: "a note",
-                        over_slip,
+                        over_slip: &over_slip,
                         at_rest,
                     });
                     assert_readable(&svg.expect("consistent picture").svg());
@@ -440,7 +440,7 @@ fn a_constant_law_is_a_line_inside_its_chart() {
         title: "constant",
         units: Units::SI,
         note: "",
-        over_slip: OverSlip::Isotropic(&flat),
+        over_slip: &OverSlip::Isotropic(flat),
         at_rest: None,
     })
     .unwrap()
