@@ -172,12 +172,22 @@ fn moving_both_meshes_changes_nothing_nor_do_threads() {
 #[test]
 fn springs_count_what_moves_them() {
     let with_springs = |cells, element| {
-        box_scene(cells, element)
-            .with_spring(Spring::normal("x_max", 3.0))
-            .with_spring(
-                Spring::normal("z_max", Quantity::formula("2*x").expect("a formula"))
-                    .with_tangential(Quantity::formula("2*x").expect("a formula")),
-            )
+        let growing = || Some(Quantity::formula("2*x").expect("a formula"));
+        let mut scene = box_scene(cells, element);
+        scene.springs = vec![
+            Spring {
+                face: "x_max".to_owned(),
+                normal: Some(3.0.into()),
+                ..Spring::default()
+            },
+            Spring {
+                face: "z_max".to_owned(),
+                normal: growing(),
+                tangential: growing(),
+                tensor: None,
+            },
+        ];
+        scene
     };
     let one = with_springs([3, 2, 2], ElementOrder::P2);
     let other = with_springs([4, 3, 5], ElementOrder::P1);
