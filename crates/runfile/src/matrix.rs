@@ -117,7 +117,7 @@ impl Reader {
             }
         }
         let stored = read_text(&group, place, "digest")?;
-        let parts = Parts::open(&volume.file, place, volume.bytes)?;
+        let parts = MatrixParts::open(&volume.file, place, volume.bytes)?;
         if parts.claim_much() {
             place.same_digest(stored.clone(), parts.digest(spec.kind, shape, place)?)?;
         }
@@ -144,13 +144,13 @@ impl Reader {
 pub(super) const PARTS: [&str; 3] = ["data", "indices", "indptr"];
 
 /// The datasets of a stored matrix, whose values the file can hold.
-struct Parts {
+struct MatrixParts {
     indptr: hdf5::Dataset,
     indices: hdf5::Dataset,
     data: hdf5::Dataset,
 }
 
-impl Parts {
+impl MatrixParts {
     fn open(file: &hdf5::File, place: Place<'_>, file_bytes: u64) -> Result<Self, StoreError> {
         let part = |name, kind| {
             let path = format!("{}/{name}", place.dataset);
@@ -200,7 +200,7 @@ pub(super) fn digest_of(
     let mut kinds = [Kind::CscMatrix, Kind::CsrMatrix].into_iter();
     let kind = kinds.find(|kind| kind.tag() == encoding);
     let kind = kind.ok_or_else(|| place.mismatch("a sparse matrix", encoding))?;
-    let parts = Parts::open(file, place, file_bytes)?;
+    let parts = MatrixParts::open(file, place, file_bytes)?;
     parts.digest(kind, shape_of(&group, place)?, place)
 }
 

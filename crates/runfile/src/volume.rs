@@ -152,7 +152,7 @@ pub(super) fn inode(_: &fs::Metadata) -> u64 {
 }
 
 /// What a group has under a name.
-pub(super) struct Member {
+pub(super) struct GroupMember {
     pub(super) parent: hdf5::Group,
     pub(super) name: String,
     pub(super) path: String,
@@ -161,7 +161,7 @@ pub(super) struct Member {
 }
 
 /// The members of a group with some path, empty for the root.
-pub(super) fn members(parent: &hdf5::Group, path: &str) -> hdf5::Result<Vec<Member>> {
+pub(super) fn members(parent: &hdf5::Group, path: &str) -> hdf5::Result<Vec<GroupMember>> {
     members_named(parent, path, |_| true)
 }
 
@@ -170,7 +170,7 @@ fn members_named(
     parent: &hdf5::Group,
     path: &str,
     is_wanted: impl Fn(&str) -> bool,
-) -> hdf5::Result<Vec<Member>> {
+) -> hdf5::Result<Vec<GroupMember>> {
     let mut links = parent.links(IndexType::Name, IterationOrder::Native)?;
     links.retain(|(name, _)| is_wanted(name));
     let member = |(name, link): (String, hdf5::LinkInfo)| {
@@ -178,7 +178,7 @@ fn members_named(
             LinkType::Hard => parent.loc_info_by_name(&name).map(|it| Some(it.loc_type)),
             LinkType::Soft | LinkType::External => Ok(None),
         };
-        Member {
+        GroupMember {
             parent: parent.clone(),
             path: format!("{path}/{name}"),
             name,
@@ -189,7 +189,7 @@ fn members_named(
 }
 
 /// Members of a group and all that is below them along hard links; of a group with several names only one.
-pub(super) fn walk(mut open: Vec<Member>) -> Vec<Member> {
+pub(super) fn walk(mut open: Vec<GroupMember>) -> Vec<GroupMember> {
     let mut found = Vec::new();
     let mut seen = Vec::new();
     while let Some(mut member) = open.pop() {

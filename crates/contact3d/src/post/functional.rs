@@ -56,7 +56,7 @@ impl FunctionalEstimate {
 }
 
 /// A functional linearised at a solution.
-struct Linearised {
+struct LinearisedFunctional {
     functional: Functional,
     value: f64,
     derivative: LinearFunctional,
@@ -85,7 +85,7 @@ pub(super) fn estimates(
         Functional::LargestDisplacement,
     ];
     let others = wanted.filter(|wanted| !shown.contains(wanted));
-    let functionals: Vec<Linearised> = shown
+    let functionals: Vec<LinearisedFunctional> = shown
         .into_iter()
         .chain(others)
         .filter(|functional| is_estimated(*functional, solved.mesh))
@@ -147,7 +147,7 @@ struct AdjointField {
 }
 
 impl AdjointField {
-    fn new(solved: &Solved<'_>, functional: &Linearised, adjoint: &Adjoint) -> Self {
+    fn new(solved: &Solved<'_>, functional: &LinearisedFunctional, adjoint: &Adjoint) -> Self {
         let dofs = &solved.system.dofs;
         let nodes = 0..dofs.dof.len();
         let displacement: Vec<[f64; 3]> = nodes
@@ -168,7 +168,7 @@ impl AdjointField {
         }
     }
 
-    fn field<'a>(&'a self, functional: &'a Linearised) -> Field<'a> {
+    fn field<'a>(&'a self, functional: &'a LinearisedFunctional) -> Field<'a> {
         Field {
             displacement: &self.displacement,
             internal: &self.internal,
@@ -213,10 +213,10 @@ fn linearised(
     known: &SolutionData<'_>,
     resultants: &Resultants,
     functional: Functional,
-) -> Option<Linearised> {
+) -> Option<LinearisedFunctional> {
     let (mesh, dofs) = (solved.mesh, &solved.system.dofs);
     let multiplier = &solved.solution.multiplier;
-    let mut it = Linearised {
+    let mut it = LinearisedFunctional {
         functional,
         value: 0.0,
         derivative: LinearFunctional {
@@ -291,7 +291,7 @@ fn linearised(
     (it.value.is_finite() && it.value != 0.0).then_some(it)
 }
 
-impl Linearised {
+impl LinearisedFunctional {
     /// The error by what the mesh contributes to it; of the quadratic strain energy less ½ ‖e‖².
     fn estimate(
         &self,
@@ -443,7 +443,7 @@ mod tests {
     }
 
     /// Q of the linear functionals, and of the others from the report.
-    fn value(of: &Linearised, solution: &Solution, report: &ContactReport) -> f64 {
+    fn value(of: &LinearisedFunctional, solution: &Solution, report: &ContactReport) -> f64 {
         match of.functional {
             Functional::StrainEnergy => report.resultants.strain_energy,
             Functional::TangentialForce => {
@@ -513,7 +513,7 @@ mod tests {
                 strain_energy: report.resultants.strain_energy,
                 rounding: 0.0,
             };
-            let functionals: Vec<Linearised> = Functional::NAMED
+            let functionals: Vec<LinearisedFunctional> = Functional::NAMED
                 .into_iter()
                 .filter_map(|it| linearised(&solved, &known, &report.resultants, it))
                 .collect();

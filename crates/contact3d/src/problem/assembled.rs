@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Answer, InMemory, Problem, ProblemError, run::Evaluation};
+use super::{Answer, InMemory, Problem, ProblemError, run::ReportDetail};
 use crate::{
     dual::{AssemblySeconds, DualSystem, LocalStiffness},
     linalg::Workspace,
@@ -56,7 +56,7 @@ impl AssembledProblem {
     /// [`Self::solve_history`] solves; [`ProblemError::NeedsExplicit`] when
     /// Newton's method is asked for and S is not dense.
     pub fn solve(&self, settings: &SolveSettings) -> Result<Solution, ProblemError> {
-        let answer = self.solve_evaluated(settings, Evaluation::WithoutEstimates)?;
+        let answer = self.solve_evaluated(settings, ReportDetail::WithoutEstimates)?;
         Ok(answer.solution)
     }
 
@@ -68,14 +68,14 @@ impl AssembledProblem {
         &self,
         settings: &SolveSettings,
     ) -> Result<(Solution, ContactReport), ProblemError> {
-        let answer = self.solve_evaluated(settings, Evaluation::Whole)?;
+        let answer = self.solve_evaluated(settings, ReportDetail::Whole)?;
         Ok((answer.solution, answer.report))
     }
 
     fn solve_evaluated(
         &self,
         settings: &SolveSettings,
-        evaluation: Evaluation,
+        evaluation: ReportDetail,
     ) -> Result<Answer, ProblemError> {
         settings.validate("solve")?;
         self.scene().require_no_history("a solve")?;

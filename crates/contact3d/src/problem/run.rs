@@ -26,7 +26,7 @@ pub struct Answer {
 
 /// How an answer is evaluated.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Evaluation {
+pub(super) enum ReportDetail {
     /// With all that the report has.
     Whole,
     /// Without the cost of the error estimates.
@@ -51,7 +51,7 @@ impl AssembledProblem {
         done: Vec<StepRecord>,
         keeper: &mut dyn Keeper,
     ) -> Result<Answer, ProblemError> {
-        self.run_evaluated(settings, start, done, Evaluation::Whole, keeper)
+        self.run_evaluated(settings, start, done, ReportDetail::Whole, keeper)
     }
 
     pub(super) fn run_evaluated(
@@ -59,7 +59,7 @@ impl AssembledProblem {
         settings: &SolveSettings,
         start: Start<'_>,
         done: Vec<StepRecord>,
-        evaluation: Evaluation,
+        evaluation: ReportDetail,
         keeper: &mut dyn Keeper,
     ) -> Result<Answer, ProblemError> {
         let mut answer = self.attempt(settings, start, done, evaluation, keeper)?;
@@ -86,7 +86,7 @@ impl AssembledProblem {
         settings: &SolveSettings,
         start: Start<'_>,
         mut records: Vec<StepRecord>,
-        evaluation: Evaluation,
+        evaluation: ReportDetail,
         keeper: &mut dyn Keeper,
     ) -> Result<Answer, ProblemError> {
         let answer = |problem, (solution, report), records| Answer {
@@ -133,7 +133,7 @@ impl AssembledProblem {
         settings: &SolveSettings,
         start: Start<'_>,
         increment: Option<Increment>,
-        evaluation: Evaluation,
+        evaluation: ReportDetail,
         keeper: &mut dyn Keeper,
     ) -> Result<(Solution, ContactReport), ProblemError> {
         let mut solution = self.solve_static(settings, start, &mut |progress| match (
@@ -147,10 +147,10 @@ impl AssembledProblem {
         })?;
         let solved = self.solved(&solution);
         let report = match (evaluation, increment) {
-            (Evaluation::Whole, None) => ContactReport::with_functionals(&solved, &self.system),
+            (ReportDetail::Whole, None) => ContactReport::with_functionals(&solved, &self.system),
             // Quantities of an increment have the errors of those before it too.
-            (Evaluation::Whole, Some(_)) => ContactReport::new(&solved),
-            (Evaluation::WithoutEstimates, _) => ContactReport::without_estimate(&solved),
+            (ReportDetail::Whole, Some(_)) => ContactReport::new(&solved),
+            (ReportDetail::WithoutEstimates, _) => ContactReport::without_estimate(&solved),
         }?;
         report.judge(&mut solution);
         Ok((solution, report))

@@ -84,7 +84,7 @@ impl Law {
 }
 
 /// The conditions of contact and friction at a solution.
-pub(super) struct Conditions<'a> {
+pub(super) struct PointConditions<'a> {
     solved: &'a Solved<'a>,
     contact: &'a SolvedContact<'a>,
     /// Of each pane, `[n_panes]`.
@@ -128,7 +128,7 @@ impl Closing {
 /// The local errors of solution and adjoint behind a contact triangle at a point in barycentric coordinates of the tetrahedron.
 pub(super) type ErrorsBehind<'a> = dyn Fn(usize, &[f64; 4]) -> [[f64; 3]; 2] + 'a;
 
-impl<'a> Conditions<'a> {
+impl<'a> PointConditions<'a> {
     pub(super) fn new(
         solved: &'a Solved<'a>,
         contact: &'a SolvedContact<'a>,

@@ -28,7 +28,7 @@ pub(super) use box_load::{BoxLoad, FacePart};
 
 use boundary::LoadedBoundary;
 use bubbles::{BubbleElements, BubbleField};
-use contact::{Closing, Conditions};
+use contact::{Closing, PointConditions};
 use hierarchical::HierarchicalErrors;
 
 /// The estimated discretisation error of a solution, in the energy norm ‖v‖_A = √a(v, v), √J.
@@ -126,9 +126,9 @@ impl ErrorEstimate {
         }
         let behind = mesh.behind_contact();
         let conditions = solved.contact.as_ref();
-        let conditions = conditions.map(|contact| Conditions::new(solved, contact, known));
+        let conditions = conditions.map(|contact| PointConditions::new(solved, contact, known));
         let closing = conditions.as_ref().filter(|_| mesh.mid_edges.is_some());
-        let closing = closing.map(Conditions::closing);
+        let closing = closing.map(PointConditions::closing);
         let LocalErrors {
             products,
             at_contact,
