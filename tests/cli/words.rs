@@ -124,6 +124,10 @@ fn values_are_shown_as_scenes_write_them() {
             "solve.method: expected a word, found integer `3`",
         ),
         (
+            "contact=3",
+            "contact: expected a table, or several tables [[contact]], found integer `3`",
+        ),
+        (
             "solve.method={newton=1, auto=2}",
             "solve.method: expected a word, found a table",
         ),

@@ -85,7 +85,7 @@ impl<'a> Checker<'a> {
         let Some(schema) = options.iter().find(|option| fits(kind(option), found)) else {
             let expected: Vec<_> = options
                 .iter()
-                .map(|option| type_words(option, options.len() > 1))
+                .map(|option| self.type_words(option, key, options.len() > 1))
                 .collect();
             let message = format!(
                 "expected {}, found {}",
@@ -280,6 +280,28 @@ impl<'a> Checker<'a> {
         }
     }
 
+    /// What a schema asks for at a key; texts beside something else are formulas.
+    fn type_words(&self, schema: &'a Schema, key: &str, is_one_of_several: bool) -> String {
+        let of_tables = || {
+            let items = self.alternatives(&schema["items"]);
+            items.iter().any(|item| kind(item) == "object")
+        };
+        let words = match kind(schema) {
+            "object" => "a table",
+            "array" => match &schema["minItems"] {
+                Schema::Number(length) => return format!("a list of {length} values"),
+                _ if of_tables() => return format!("several tables [[{key}]]"),
+                _ => "a list",
+            },
+            "string" if is_one_of_several => "an expression in x, y, z as a string",
+            "string" => "a string",
+            "boolean" => "true or false",
+            "integer" => "a whole number from 0 on",
+            _ => "a number",
+        };
+        words.to_owned()
+    }
+
     fn found(&self, value: &Spanned<DeValue<'_>>) -> String {
         let kind = match value.get_ref() {
             DeValue::Table(_) => return "a table".to_owned(),
@@ -319,23 +341,6 @@ fn fits(kind: &str, value: &DeValue<'_>) -> bool {
         ("integer", DeValue::Integer(value)) => !value.as_str().starts_with('-'),
         _ => false,
     }
-}
-
-/// What a schema asks for; texts beside something else are formulas.
-fn type_words(schema: &Schema, is_one_of_several: bool) -> String {
-    let words = match kind(schema) {
-        "object" => "a table",
-        "array" => match &schema["minItems"] {
-            Schema::Number(length) => return format!("a list of {length} values"),
-            _ => "a list",
-        },
-        "string" if is_one_of_several => "an expression in x, y, z as a string",
-        "string" => "a string",
-        "boolean" => "true or false",
-        "integer" => "a whole number from 0 on",
-        _ => "a number",
-    };
-    words.to_owned()
 }
 
 fn items(list: &Schema) -> impl Iterator<Item = &Schema> {

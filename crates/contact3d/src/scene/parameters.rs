@@ -74,7 +74,8 @@ impl Scene {
         let mut scene = self.clone();
         let mut varying = scene.varying_mut().into_iter();
         let found = varying.find(|(_, value)| value.is_function());
-        found.map(|((_, key), _)| key)
+        // The kind of a coefficient that is a function is none of a scene.
+        found.map(|((_, key), _)| key.trim_end_matches(".function").to_owned())
     }
 
     /// Whether anything varies from place to place: loads, clamps, springs, gaps, obstacles, axes or coefficients.
