@@ -57,7 +57,7 @@
 //! | stiffness | linear tetrahedra (P1) or quadratic ones (P2, straight or curved), gathered row by row | HKL §3 | [`elasticity`] |
 //! | factor | nested dissection, supernodal Cholesky | A. George, *SIAM J. Numer. Anal.* 10 (1973) 345 | [`linalg`] |
 //! | S, h | S = WᵀW with W = L⁻¹PBᵀ, or two solves for each application | HKL (4.5) | [`dual`] |
-//! | outer loop | successive approximations | HKL Algorithm 4.1, Remark 4.1 | [`solver::successive_approximations`] |
+//! | outer loop | successive approximations | HKL Algorithm 4.1, Remark 4.1 | [`solver::SuccessiveApproximations`] |
 //! | inner problem | KPRGP: conjugate gradients, expansions, proportioning | HKL §4; R. Kučera, *SIAM J. Optim.* 19 (2008) 846 | [`solver::Kprgp`] |
 //! | all at once | semismooth Newton on λ − P(λ − ρr) | L. Qi, J. Sun, *Math. Program.* 58 (1993) 353 | [`solver::newton`] |
 //! | error of the mesh | recovered stresses (P1), local Neumann problems (P2), conditions inside panes | O. C. Zienkiewicz, J. Z. Zhu, *Int. J. Numer. Methods Eng.* 33 (1992) 1331; R. E. Bank, A. Weiser, *Math. Comp.* 44 (1985) 283 | [`post::ErrorEstimate`] |

@@ -7,7 +7,7 @@ use contact3d::{
     scene::{Coefficient, Friction, Ramp, Scene},
     solver::{
         ContactState, Inner, NewtonSettings, NewtonSolution, PaneLaws, Solution, Start,
-        evaluate_mapping, newton, successive_approximations,
+        SuccessiveApproximations, evaluate_mapping, newton,
     },
 };
 
@@ -81,16 +81,15 @@ impl Dense {
         let (assembly, system) = (self.problem.assembly(), self.problem.contact());
         self.with_contact(&self.law(), |laws, law| {
             let mut operator = ContactOperator::explicit(&self.dual, assembly, system);
-            successive_approximations(
+            let method = SuccessiveApproximations {
                 inner,
-                &mut BodyOperator::Held(&mut operator),
-                &self.problem.body(),
+                body: &self.problem.body(),
                 laws,
                 law,
-                &self.scene.solve,
-                Start::default(),
-                &mut |_| {},
-            )
+                settings: &self.scene.solve,
+            };
+            let mut held = BodyOperator::Held(&mut operator);
+            method.solve(&mut held, Start::default(), &mut |_| {})
         })
     }
 

@@ -4,8 +4,8 @@ use contact3d::{
     dual::{BodyOperator, ContactOperator, DualOperator, PrimalOperator},
     scene::PrecisionControl::{Adaptive, Fixed},
     solver::{
-        Gpcg, Inner, NewtonSettings, NewtonStatus, Solution, Start, Status, coulomb_state,
-        minimise_frozen, operator_norm, successive_approximations,
+        Gpcg, Inner, NewtonSettings, NewtonStatus, Solution, Start, Status,
+        SuccessiveApproximations, coulomb_state, minimise_frozen, operator_norm,
     },
 };
 
@@ -53,16 +53,15 @@ fn on_implicit(case: &Dense, inner: Inner<'_>) -> Solution {
     case.with_contact(&case.law(), |laws, law| {
         let mut operator =
             ContactOperator::implicit(case.problem.assembly(), case.problem.contact());
-        successive_approximations(
+        let method = SuccessiveApproximations {
             inner,
-            &mut BodyOperator::Held(&mut operator),
-            &case.problem.body(),
+            body: &case.problem.body(),
             laws,
             law,
-            &case.scene.solve,
-            Start::default(),
-            &mut |_| {},
-        )
+            settings: &case.scene.solve,
+        };
+        let mut held = BodyOperator::Held(&mut operator);
+        method.solve(&mut held, Start::default(), &mut |_| {})
     })
 }
 
@@ -155,16 +154,15 @@ fn gpcg_with_values_that_are_not_finite_is_a_status() {
                 sound: ContactOperator::implicit(case.problem.assembly(), case.problem.contact()),
                 from,
             };
-            successive_approximations(
-                Inner::Gpcg(&case.local.stiffness),
-                &mut BodyOperator::Held(&mut operator),
-                &case.problem.body(),
+            let method = SuccessiveApproximations {
+                inner: Inner::Gpcg(&case.local.stiffness),
+                body: &case.problem.body(),
                 laws,
                 law,
-                &case.scene.solve,
-                Start::default(),
-                &mut |_| {},
-            )
+                settings: &case.scene.solve,
+            };
+            let mut held = BodyOperator::Held(&mut operator);
+            method.solve(&mut held, Start::default(), &mut |_| {})
         });
         assert_eq!(
             solution.status,

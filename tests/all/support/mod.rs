@@ -10,7 +10,7 @@ use contact3d::{
     mesh::{ContactSurface, Mesh},
     post::ContactReport,
     scene::{DualOperatorKind, Scene},
-    solver::{ContactBody, ContactState, Inner, Solution, Start, successive_approximations},
+    solver::{ContactBody, ContactState, Inner, Solution, Start, SuccessiveApproximations},
 };
 
 pub(crate) use case::Case;
@@ -82,16 +82,15 @@ impl Implicit {
         let problem = self.of(scene);
         let laws = problem.contact_state().expect("contact").laws();
         let mut operator = ContactOperator::implicit(self.assembly(), self.contact());
-        successive_approximations(
-            Inner::Kprgp,
-            &mut BodyOperator::Held(&mut operator),
-            &self.body(),
-            &laws,
-            laws.coulomb().expect("Coulomb friction"),
-            &scene.solve,
-            Start::default(),
-            &mut |_| {},
-        )
+        let method = SuccessiveApproximations {
+            inner: Inner::Kprgp,
+            body: &self.body(),
+            laws: &laws,
+            law: laws.coulomb().expect("Coulomb friction"),
+            settings: &scene.solve,
+        };
+        let mut held = BodyOperator::Held(&mut operator);
+        method.solve(&mut held, Start::default(), &mut |_| {})
     }
 
     pub(crate) fn report(&self, scene: &Scene, solution: &Solution) -> ContactReport {

@@ -35,7 +35,7 @@ pub use delassus::{
 pub use ellipse::{Ellipse, ProjectionDerivative};
 pub use feasible_set::FeasibleSet;
 pub use fixed_point::{
-    MappingValue, evaluate_mapping, evaluate_mapping_at, successive_approximations,
+    MappingValue, SuccessiveApproximations, evaluate_mapping, evaluate_mapping_at,
 };
 pub use inner::{Gpcg, Inner, InnerOutcome, Kprgp, operator_norm};
 pub use newton::{

@@ -2,14 +2,13 @@
 
 use super::{
     ContactBody, ContactState, Inner, LocalMapping, NeedsExplicit, OuterStep, Progress, Solution,
-    Start, Status,
+    Start, Status, SuccessiveApproximations,
     accuracy::limited_by,
     conditions::Bound,
     equilibrium::{dragged_motion, neutral_motions, unstopped_motion},
     minimisation::minimise,
     problem::DiscreteProblem,
     solution::has_run_away,
-    successive_approximations,
 };
 use crate::{
     contact::CoulombLaw,
@@ -431,16 +430,14 @@ impl DiscreteProblem<'_> {
         observe: &mut dyn FnMut(Progress<'_>),
     ) -> Solution {
         self.with_operator(|operator| {
-            successive_approximations(
+            let method = SuccessiveApproximations {
                 inner,
-                operator,
-                &self.body,
-                self.laws,
+                body: &self.body,
+                laws: self.laws,
                 law,
-                self.settings,
-                self.start,
-                observe,
-            )
+                settings: self.settings,
+            };
+            method.solve(operator, self.start, observe)
         })
     }
 }

@@ -6,12 +6,11 @@ pub use mapping::{MappingValue, evaluate as evaluate_mapping, evaluate_at as eva
 
 use std::time::Instant;
 
-use mapping::Stall;
-use mapping::{CycleDetector, relative_change};
+use mapping::{CycleDetector, Stall, relative_change};
 
 use super::{
-    ContactBody, Inner, Kprgp, OuterState, OuterStep, PaneLaws, Progress, Solution, SolvedBy,
-    Start, Status,
+    ContactBody, CoulombState, Inner, Kprgp, OuterState, OuterStep, PaneLaws, Progress, Solution,
+    SolvedBy, Start, Status,
     inner::{InnerSummary, projected_gradient_steplength},
 };
 use crate::{
@@ -57,137 +56,234 @@ impl<'a> InnerPrecision<'a> {
     }
 }
 
-/// The method of successive approximations (HKL Algorithm 4.1) with a chosen inner solver.
-///
-/// `observe` sees every outer step, and the state after every step but the last. An operator that knows
-/// the contact face's displacement spares the solve over the body in all steps but the last.
-#[allow(
-    clippy::too_many_arguments,
-    reason = "the method, the problem, its settings and its start"
-)]
-pub fn successive_approximations(
-    inner: Inner<'_>,
-    operator: &mut BodyOperator<'_, '_>,
-    body: &ContactBody<'_>,
-    laws: &PaneLaws,
-    law: &CoulombLaw,
-    settings: &SolveSettings,
-    start: Start<'_>,
-    observe: &mut dyn FnMut(Progress<'_>),
-) -> Solution {
-    let mut started = Instant::now();
-    let mut actions_before = operator.as_dual().applications();
-    let kprgp = Kprgp {
-        steplength: match start.checkpoint {
-            Some(state) => state.steplength,
-            None => projected_gradient_steplength(operator.as_dual()),
-        },
-        gamma: settings.gamma,
-        max_applications: settings.max_inner_actions,
-    };
-    let mut precision = InnerPrecision::new(settings);
-    let mut change = 1.0;
-    let follows_slip = law.depends_on_slip();
-    let mut state = laws.unpressed(law, &[]);
-    let mut solution = Solution {
-        status: Status::MaxOuterSteps,
-        solved_by: SolvedBy::FixedPoint,
-        steplength: kprgp.steplength,
-        multiplier: vec![0.0; laws.layout.n_multipliers()],
-        accuracy: 1.0,
-        ..Solution::default()
-    };
-    let mut cycle = CycleDetector::default();
-    let mut stall = Stall::default();
-    // The rounding of S λ, below which no change says anything.
-    let attainable = laws.layout.n_multipliers() as f64 * f64::EPSILON;
-    let balanced = match operator {
-        BodyOperator::Held(_) => None,
-        BodyOperator::Floating(operator) => Some(operator.balanced_start()),
-    };
-    let first = start.multiplier.or(balanced.as_deref());
-    let mut moved = first.is_some() || start.checkpoint.is_some();
-    if let Some(state) = start.checkpoint {
-        solution.resume(state);
-        change = solution.accuracy;
-        precision.tolerance = state.tolerance;
-        laws.restore_counters(state.law_evaluations, state.projections);
-    } else if let Some(multiplier) = first {
-        solution.multiplier = multiplier.to_vec();
-        if follows_slip {
-            let slip = solution.slip_at(operator, body, laws);
-            solution.slip = Some(slip);
-        }
-    }
-    for k in solution.history.len()..settings.max_outer_steps {
-        if moved {
-            let (normal, _) = laws.layout.split(&solution.multiplier);
-            state.slip_bound = law.slip_bounds(normal, |l| l);
-            if let Some(slip) = &solution.slip {
-                state.friction = FrictionField::new(law, &laws.average, slip);
+/// The method of successive approximations (HKL Algorithm 4.1): the problem, and what solves the inner ones.
+#[derive(Debug, Clone, Copy)]
+pub struct SuccessiveApproximations<'a> {
+    /// The solver of the problems with a frozen admissible set.
+    pub inner: Inner<'a>,
+    /// The body, which turns multipliers into slips.
+    pub body: &'a ContactBody<'a>,
+    /// The laws of the panes.
+    pub laws: &'a PaneLaws,
+    /// Coulomb's law among them.
+    pub law: &'a CoulombLaw,
+    /// ε, the inner tolerances and the largest number of steps.
+    pub settings: &'a SolveSettings,
+}
+
+impl SuccessiveApproximations<'_> {
+    /// Solves the problem on an operator from a start.
+    ///
+    /// `observe` sees every outer step, and the state after every step but the last. An operator that knows
+    /// the contact face's displacement spares the solve over the body in all steps but the last.
+    pub fn solve(
+        &self,
+        operator: &mut BodyOperator<'_, '_>,
+        start: Start<'_>,
+        observe: &mut dyn FnMut(Progress<'_>),
+    ) -> Solution {
+        let mut outer = OuterLoop::begin(self, operator, start);
+        let most = self.settings.max_outer_steps;
+        for k in outer.solution.history.len()..most {
+            outer.take_over_law();
+            let step = outer.minimise();
+            let end = outer.end_after(&step);
+            let last = end.is_some() || k + 1 == most;
+            outer.take_over_slip();
+            outer.record(&step, last);
+            observe(Progress::Outer(k, &outer.solution.history[k]));
+            if let Some(status) = end {
+                outer.solution.status = status;
+                break;
+            }
+            // A state that could go on would have to hold the rigid motions, too.
+            if !last && matches!(outer.operator, BodyOperator::Held(_)) {
+                let state = outer.solution.outer_state(self.laws, step.tolerance);
+                observe(Progress::Between(&state));
             }
         }
-        moved = true;
-        let set = laws.feasible_set(Some(&state));
-        let tolerance = precision.next(change);
-        let mut next = solution.multiplier.clone();
-        let outcome = inner.minimise(operator, &kprgp, &set, &mut next, tolerance);
-        change = relative_change(&next, &solution.multiplier);
-        solution.multiplier = next;
-        solution.accuracy = change;
-        // An inner solver that a loose tolerance let do nothing says nothing by a change of zero.
-        let asked = !inner.was_idle(outcome.steps) || tolerance <= precision.final_tolerance();
-        let accurate =
-            outcome.at_rounding || (asked && outcome.residual <= precision.final_tolerance());
-        let closed = cycle.closes(&solution.multiplier, change).is_some();
-        let end = stop(
-            &outcome,
-            accurate,
-            change,
-            settings.epsilon().max(attainable),
-        )
-        .or(closed.then_some(Status::Cycling))
-        .or(stall
-            .is_at_rounding(change, outcome.at_rounding)
-            .then_some(Status::RoundingLimit))
-        .map(|end| match end {
-            Status::Converged if settings.epsilon() < attainable => Status::RoundingLimit,
-            end => end,
-        });
-        if end == Some(Status::RoundingLimit) {
-            solution.accuracy = change.max(outcome.residual).max(attainable);
-        }
-        let last = end.is_some() || k + 1 == settings.max_outer_steps;
-        if follows_slip {
-            let slip = solution.slip_at(operator, body, laws);
-            solution.slip = Some(slip);
-        }
-        if last && solution.displacement.is_empty() {
-            solution.displacement = operator.as_primal().to_primal(&solution.multiplier);
-        }
-        solution.history.push(OuterStep {
-            change,
-            inner_tolerance: tolerance,
-            inner_residual: outcome.residual,
-            steps: outcome.steps,
-            applications: operator.as_dual().applications() - actions_before + outcome.applications,
-            seconds: started.elapsed().as_secs_f64(),
-        });
-        solution.applications += solution.history[k].applications;
-        actions_before = operator.as_dual().applications();
-        started = Instant::now();
-        observe(Progress::Outer(k, &solution.history[k]));
-        if let Some(status) = end {
-            solution.status = status;
-            break;
-        }
-        // A state that could go on would have to hold the rigid motions, too.
-        if !last && matches!(operator, BodyOperator::Held(_)) {
-            observe(Progress::Between(&solution.outer_state(laws, tolerance)));
+        Solution {
+            coulomb: Some(outer.frozen),
+            ..outer.solution
         }
     }
-    solution.coulomb = Some(state);
-    solution
+}
+
+/// The outer loop between two steps.
+struct OuterLoop<'s, 'o, 'b> {
+    problem: &'s SuccessiveApproximations<'s>,
+    operator: &'s mut BodyOperator<'o, 'b>,
+    kprgp: Kprgp,
+    precision: InnerPrecision<'s>,
+    /// err⁽ᵏ⁻¹⁾.
+    change: f64,
+    /// g and 𝓕 of the inner problem.
+    frozen: CoulombState,
+    /// Whether the multipliers are not those that `frozen` belongs to.
+    moved: bool,
+    cycle: CycleDetector,
+    stall: Stall,
+    started: Instant,
+    applications_before: usize,
+    solution: Solution,
+}
+
+/// What came of an inner problem.
+struct InnerStep {
+    tolerance: f64,
+    summary: InnerSummary,
+    /// err⁽ᵏ⁾ = ‖λ⁽ᵏ⁺¹⁾ − λ⁽ᵏ⁾‖ / ‖λ⁽ᵏ⁺¹⁾‖.
+    change: f64,
+}
+
+impl<'s, 'o, 'b> OuterLoop<'s, 'o, 'b> {
+    /// From a checkpoint, from given multipliers, or from those that balance a floating body or vanish.
+    fn begin(
+        problem: &'s SuccessiveApproximations<'s>,
+        operator: &'s mut BodyOperator<'o, 'b>,
+        start: Start<'_>,
+    ) -> Self {
+        let started = Instant::now();
+        let applications_before = operator.as_dual().applications();
+        let (laws, settings) = (problem.laws, problem.settings);
+        let steplength = match start.checkpoint {
+            Some(state) => state.steplength,
+            None => projected_gradient_steplength(operator.as_dual()),
+        };
+        let balanced = match operator {
+            BodyOperator::Held(_) => None,
+            BodyOperator::Floating(operator) => Some(operator.balanced_start()),
+        };
+        let first = start.multiplier.or(balanced.as_deref());
+        let mut outer = Self {
+            problem,
+            operator,
+            kprgp: Kprgp {
+                steplength,
+                gamma: settings.gamma,
+                max_applications: settings.max_inner_actions,
+            },
+            precision: InnerPrecision::new(settings),
+            change: 1.0,
+            frozen: laws.unpressed(problem.law, &[]),
+            moved: first.is_some() || start.checkpoint.is_some(),
+            cycle: CycleDetector::default(),
+            stall: Stall::default(),
+            started,
+            applications_before,
+            solution: Solution {
+                status: Status::MaxOuterSteps,
+                solved_by: SolvedBy::FixedPoint,
+                steplength,
+                multiplier: vec![0.0; laws.layout.n_multipliers()],
+                accuracy: 1.0,
+                ..Solution::default()
+            },
+        };
+        if let Some(state) = start.checkpoint {
+            outer.solution.resume(state);
+            outer.change = outer.solution.accuracy;
+            outer.precision.tolerance = state.tolerance;
+            laws.restore_counters(state.law_evaluations, state.projections);
+        } else if let Some(multiplier) = first {
+            outer.solution.multiplier = multiplier.to_vec();
+            outer.take_over_slip();
+        }
+        outer
+    }
+
+    /// (iv) g = λ_ν and F(φ) of the last step, averaged over the panes.
+    fn take_over_law(&mut self) {
+        let SuccessiveApproximations { laws, law, .. } = *self.problem;
+        if self.moved {
+            let (normal, _) = laws.layout.split(&self.solution.multiplier);
+            self.frozen.slip_bound = law.slip_bounds(normal, |l| l);
+            if let Some(slip) = &self.solution.slip {
+                self.frozen.friction = FrictionField::new(law, &laws.average, slip);
+            }
+        }
+        self.moved = true;
+    }
+
+    /// (i) λ⁽ᵏ⁺¹⁾, the minimiser on the frozen admissible set, from λ⁽ᵏ⁾.
+    fn minimise(&mut self) -> InnerStep {
+        let SuccessiveApproximations { laws, inner, .. } = *self.problem;
+        let set = laws.feasible_set(Some(&self.frozen));
+        let tolerance = self.precision.next(self.change);
+        let mut next = self.solution.multiplier.clone();
+        let summary = inner.minimise(self.operator, &self.kprgp, &set, &mut next, tolerance);
+        self.change = relative_change(&next, &self.solution.multiplier);
+        self.solution.multiplier = next;
+        self.solution.accuracy = self.change;
+        InnerStep {
+            tolerance,
+            summary,
+            change: self.change,
+        }
+    }
+
+    /// (iii) How the loop ends with a step; `None` where it goes on.
+    fn end_after(&mut self, step: &InnerStep) -> Option<Status> {
+        let InnerStep {
+            tolerance,
+            summary,
+            change,
+        } = step;
+        let epsilon = self.problem.settings.epsilon();
+        // The rounding of S λ, below which no change says anything.
+        let attainable = self.solution.multiplier.len() as f64 * f64::EPSILON;
+        let least = self.precision.final_tolerance();
+        // An inner solver that a loose tolerance let do nothing says nothing by a change of zero.
+        let asked = !self.problem.inner.was_idle(summary.steps) || *tolerance <= least;
+        let accurate = summary.at_rounding || (asked && summary.residual <= least);
+        let cycle = self.cycle.closes(&self.solution.multiplier, *change);
+        let end = stop(summary, accurate, *change, epsilon.max(attainable))
+            .or(cycle.map(|_| Status::Cycling))
+            .or(self
+                .stall
+                .is_at_rounding(*change, summary.at_rounding)
+                .then_some(Status::RoundingLimit))
+            .map(|end| match end {
+                Status::Converged if epsilon < attainable => Status::RoundingLimit,
+                end => end,
+            });
+        if end == Some(Status::RoundingLimit) {
+            self.solution.accuracy = change.max(summary.residual).max(attainable);
+        }
+        end
+    }
+
+    /// (ii) φ⁽ᵏ⁺¹⁾ where the coefficients follow it.
+    fn take_over_slip(&mut self) {
+        let SuccessiveApproximations { laws, law, .. } = *self.problem;
+        if law.depends_on_slip() {
+            let body = self.problem.body;
+            let slip = self.solution.slip_at(self.operator, body, laws);
+            self.solution.slip = Some(slip);
+        }
+    }
+
+    /// Keeps what a step took, and u⁽ᵏ⁺¹⁾ of the last one.
+    fn record(&mut self, step: &InnerStep, last: bool) {
+        let solution = &mut self.solution;
+        if last && solution.displacement.is_empty() {
+            let operator = self.operator.as_primal();
+            solution.displacement = operator.to_primal(&solution.multiplier);
+        }
+        let applied = self.operator.as_dual().applications();
+        let applications = applied - self.applications_before + step.summary.applications;
+        solution.history.push(OuterStep {
+            change: step.change,
+            inner_tolerance: step.tolerance,
+            inner_residual: step.summary.residual,
+            steps: step.summary.steps,
+            applications,
+            seconds: self.started.elapsed().as_secs_f64(),
+        });
+        solution.applications += applications;
+        self.applications_before = applied;
+        self.started = Instant::now();
+    }
 }
 
 impl Solution {
