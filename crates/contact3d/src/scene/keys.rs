@@ -96,6 +96,7 @@ impl<'a> Checker<'a> {
         };
         match (kind(schema), found) {
             (CHOICE, _) => self.choice(schema, key, value),
+            ("number", DeValue::Integer(_)) => self.whole(key, value.span()),
             ("object", DeValue::Table(table)) => self.table(schema, key, table, value.span()),
             ("array", DeValue::Array(items)) => {
                 let length = schema["minItems"].as_u64();
@@ -108,6 +109,20 @@ impl<'a> Checker<'a> {
                     self.value(&schema["items"], own.as_deref().unwrap_or(key), item)
                 })
             }
+            _ => Ok(()),
+        }
+    }
+
+    /// Refuses a number written as a whole one that is too large to be one.
+    fn whole(&self, key: &str, span: Range<usize>) -> Result<(), Misfit> {
+        let digits = &self.text[span.clone()];
+        match digits.replace('_', "").parse::<f64>() {
+            Ok(number) if number.abs() >= i64::MAX as f64 => Err(Misfit {
+                key: key.to_owned(),
+                message: format!("expected whole numbers up to {}, found {digits}", i64::MAX),
+                help: format!("write {number:e}"),
+                span,
+            }),
             _ => Ok(()),
         }
     }
@@ -174,7 +189,10 @@ impl<'a> Checker<'a> {
             DeValue::String(word) if words.contains(&word.as_ref()) => Ok(()),
             DeValue::String(word) if aliases.any(|alias| alias == word.as_ref()) => Ok(()),
             DeValue::String(word) if !words.is_empty() => {
-                self.unknown("word", key, word, value.span(), &words)
+                let aliases = options().flat_map(|option| items(&option["aliases"]));
+                let known = words.iter().copied();
+                let known: Vec<&str> = known.chain(aliases.filter_map(Schema::as_str)).collect();
+                self.unknown("word", key, word, value.span(), &known)
             }
             DeValue::Table(table) if !tables.is_empty() => {
                 let mut names = table.keys();
@@ -245,11 +263,13 @@ impl<'a> Checker<'a> {
             .max_by(|a, b| similarity(a).total_cmp(&similarity(b)));
         let meant = nearest.filter(|nearest| similarity(nearest) >= SIMILAR);
         let meant = meant.map(|meant| format!("did you mean `{meant}`? "));
-        let one_of = if known.len() > 1 { "one of " } else { "" };
-        let list = known.join("`, `");
+        let expected = match known {
+            [] | [_] | [_, _] => format!("`{}`", known.join("` or `")),
+            several => format!("one of `{}`", several.join("`, `")),
+        };
         Err(Misfit {
             key: key.to_owned(),
-            message: format!("unknown {what} `{name}`, expected {one_of}`{list}`"),
+            message: format!("unknown {what} `{name}`, expected {expected}"),
             help: meant.unwrap_or_default() + self.keys,
             span,
         })
