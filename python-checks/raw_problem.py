@@ -9,7 +9,6 @@ from functools import cached_property
 import h5py
 import numpy as np
 from scipy import sparse
-from scipy.optimize import brentq
 from scipy.sparse.linalg import splu
 
 from run_file import read_matrix, read_scene
@@ -159,9 +158,8 @@ class RawProblem:
         """The nearest admissible multiplier: a half-line and an ellipse per pane."""
         m = self.n_panes
         semi_axes = slip_bound[:, None] / friction_inverse
-        pairs = zip(point[m:].reshape(-1, 2), semi_axes, strict=True)
-        tangential = [nearest_in_ellipse(p, a) for p, a in pairs]
-        return np.concatenate([np.maximum(point[:m], 0.0), np.ravel(tangential)])
+        tangential = nearest_in_ellipses(point[m:].reshape(-1, 2), semi_axes)
+        return np.concatenate([np.maximum(point[:m], 0.0), tangential.ravel()])
 
 
 def coefficient(law: dict, slip: np.ndarray) -> np.ndarray:
@@ -174,21 +172,29 @@ def coefficient(law: dict, slip: np.ndarray) -> np.ndarray:
     return np.interp(slip, [ramp["onset"], end], [first, last])
 
 
-def nearest_in_ellipse(point: np.ndarray, semi_axes: np.ndarray) -> np.ndarray:
-    """The point of an ellipse (or of its limit, a point) nearest to a given one.
+def nearest_in_ellipses(points: np.ndarray, semi_axes: np.ndarray) -> np.ndarray:
+    """The point of each ellipse (or of its limit, a segment or a point) nearest to a given one, [n, 2].
 
-    Outside, the nearest point is x_i a_i^2 / (t + a_i^2) with the t > 0 that puts it on
-    the boundary; a bracketing root finder looks for t between 0 and a surely larger one.
+    Outside, the nearest point is x_i a_i^2 / (t + a_i^2) with the t > 0 that puts it on the
+    boundary: where q_i = a_i x_i / (t + a_i^2) has length 1. 1/|q| is concave and rises with t, so
+    Newton's method from t = 0 comes nearer from below at every step.
     """
-    if not semi_axes.all():
-        return np.clip(point, -semi_axes, semi_axes)
-    scale = semi_axes.max()
-    x, square = point / scale, (semi_axes / scale) ** 2
-
-    def excess(t: float) -> float:
-        return float(np.sum(square * (x / (t + square)) ** 2) - 1.0)
-
-    if excess(0.0) <= 0.0:
-        return point
-    t = brentq(excess, 0.0, np.linalg.norm(x), xtol=1e-300, rtol=1e-15, maxiter=500)
-    return scale * square * x / (t + square)
+    flat = ~semi_axes.all(axis=1)
+    axes = np.where(flat[:, None], 1.0, semi_axes)
+    scale = axes.max(axis=1, keepdims=True)
+    x, square = points / scale, (axes / scale) ** 2
+    product = x * np.sqrt(square)
+    t = np.zeros_like(scale)
+    for _ in range(100):
+        q = product / (t + square)
+        length = np.hypot(q[:, :1], q[:, 1:])
+        slope = np.sum(q**2 / (t + square), axis=1, keepdims=True)
+        step = np.zeros_like(t)
+        np.divide((length - 1.0) * length**2, slope, out=step, where=length > 1.0)
+        t += step
+        if np.all(step <= 1e-15 * t):
+            break
+    else:
+        raise AssertionError("no nearest point")
+    nearest = np.where(t > 0.0, scale * square * x / (t + square), points)
+    return np.where(flat[:, None], np.clip(points, -semi_axes, semi_axes), nearest)
