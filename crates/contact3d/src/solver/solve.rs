@@ -308,15 +308,8 @@ impl DiscreteProblem<'_> {
             return Ok(self.judged(None, bound, stiffness, solution));
         };
         let local = LocalStiffness::new(dual);
-        let judge = |solution| {
-            self.judged(
-                Some((dual, &local)),
-                bound,
-                local.stiffness.clone(),
-                solution,
-            )
-        };
         let explicit = Some((dual, &local));
+        let judge = |solution| self.judged(explicit, bound, local.stiffness.clone(), solution);
         let inner = Inner::chosen(self.settings.inner, explicit, &local.stiffness)?;
         let mut solution = judge(run(self, inner));
         if self.body.precision() == Precision::Double {

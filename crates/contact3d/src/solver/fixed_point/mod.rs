@@ -6,8 +6,8 @@ pub use mapping::{MappingValue, evaluate as evaluate_mapping, evaluate_at as eva
 
 use std::time::Instant;
 
-use mapping::Stall;
-use mapping::{CycleDetector, relative_change};
+pub(super) use mapping::relative_change;
+use mapping::{CycleDetector, Stall};
 
 use super::{
     ContactBody, Inner, Kprgp, OuterState, OuterStep, PaneLaws, Progress, Solution, SolvedBy,
