@@ -79,10 +79,7 @@ impl Adjoints {
         let explicit = dual.explicit()?;
         let laws = face.laws();
         let set = laws.feasible_set(solution.coulomb.as_ref());
-        let bound = match laws.coulomb() {
-            Some(law) => Bound::Coulomb(&laws, law),
-            None => Bound::Frozen(&set),
-        };
+        let bound = Bound::of(&laws, &set);
         let known = &solution.local_stiffness;
         let stiffness = if known.len() == explicit.dimension() {
             known.clone()

@@ -18,6 +18,16 @@ pub enum Bound<'a> {
     Frozen(&'a FeasibleSet<'a>),
 }
 
+impl<'a> Bound<'a> {
+    /// Coulomb friction where it is the law, else the ellipses of a set.
+    pub(super) fn of(laws: &'a PaneLaws, set: &'a FeasibleSet<'a>) -> Self {
+        match laws.coulomb() {
+            Some(law) => Self::Coulomb(laws, law),
+            None => Self::Frozen(set),
+        }
+    }
+}
+
 /// The natural map of given steplengths, as a function of λ, of the gradient r and of the
 /// tangential displacement, which an operator adds.
 ///

@@ -11,7 +11,6 @@ use super::{
     solution::has_run_away,
 };
 use crate::{
-    contact::CoulombLaw,
     dual::{
         BalancedOperator, BodyOperator, ContactOperator, ContactSystem, DualSystem, ExplicitDual,
         LocalStiffness, OperatorForm, PrimalOperator, drag, pane_stiffness,
@@ -103,10 +102,7 @@ impl DiscreteProblem<'_> {
         counts: usize,
         observe: &mut dyn FnMut(Progress<'_>),
     ) -> Result<Solution, NeedsExplicit> {
-        let solution = match self.laws.coulomb() {
-            None => self.minimise(observe)?,
-            Some(law) => self.coulomb(law, observe)?,
-        };
+        let solution = self.by_method(observe)?;
         let counted = if counts > 0 && solution.status != Status::Converged {
             self.counted_from(&solution.rigid_motion)
         } else {
@@ -198,21 +194,46 @@ impl DiscreteProblem<'_> {
         solution
     }
 
-    /// Frictionless contact and Tresca's law.
-    fn minimise(&self, observe: &mut dyn FnMut(Progress<'_>)) -> Result<Solution, NeedsExplicit> {
+    /// By the method of the settings.
+    fn by_method(&self, observe: &mut dyn FnMut(Progress<'_>)) -> Result<Solution, NeedsExplicit> {
+        let law = self.laws.coulomb();
         let set = self.laws.feasible_set(None);
-        let bound = Bound::Frozen(&set);
-        match (self.settings.method, self.dual.explicit()) {
-            (Method::Newton, None) => Err(NeedsExplicit("method newton")),
-            (Method::Auto | Method::Newton, Some(dual)) => {
+        let bound = Bound::of(self.laws, &set);
+        match (self.settings.method, self.dual.explicit(), law) {
+            (Method::Newton, None, _) => Err(NeedsExplicit("method newton")),
+            (Method::Newton, Some(dual), _) | (Method::Auto, Some(dual), None) => {
                 let local = LocalStiffness::new(dual);
                 Ok(self.newton(dual, &local, bound, observe))
             }
-            (Method::Auto, None) => Ok(self.minimise_implicit(bound, observe)),
-            (Method::FixedPoint, _) => {
-                self.with_inner(bound, |problem, inner| problem.minimise_by(inner, observe))
+            (Method::Auto, Some(dual), Some(_)) => Ok(self.coulomb_on_dense(dual, bound, observe)),
+            (Method::Auto, None, None) => Ok(self.minimise_implicit(bound, observe)),
+            (Method::Auto, None, Some(_)) => {
+                Ok(self.until_accurate(bound, |problem, inner| problem.by_inner(inner, observe)))
+            }
+            (Method::FixedPoint, ..) => {
+                self.with_inner(bound, |problem, inner| problem.by_inner(inner, observe))
             }
         }
+    }
+
+    /// Coulomb's law by Newton's method, and where that fails by successive approximations.
+    fn coulomb_on_dense(
+        &self,
+        dual: &ExplicitDual,
+        bound: Bound<'_>,
+        observe: &mut dyn FnMut(Progress<'_>),
+    ) -> Solution {
+        let local = LocalStiffness::new(dual);
+        let solution = self.newton(dual, &local, bound, observe);
+        if solution.status.is_solved() {
+            return solution;
+        }
+        let steps = solution.newton.clone();
+        let next = self.by_inner(Inner::Newton(dual, &local), observe);
+        let next = self.completed(dual, &local, bound, next, steps);
+        // Successive approximations may leave the range of numbers where Newton's method only finds nothing.
+        let is_worse = next.status == Status::NumericalError;
+        if is_worse { solution } else { next }
     }
 
     /// A convex problem on an implicit S: by GPCG, and where that takes far longer than to form S, or finds no answer, on a dense
@@ -235,7 +256,7 @@ impl DiscreteProblem<'_> {
             ..*self
         };
         let run = |problem: &DiscreteProblem<'_>, inner: Inner<'_>| {
-            problem.minimise_by(inner, &mut *observe)
+            problem.by_inner(inner, &mut *observe)
         };
         let solution = limited.until_accurate(bound, run);
         if solution.status.is_solved() || !fits {
@@ -249,42 +270,6 @@ impl DiscreteProblem<'_> {
         dual.balance.clone_from(&self.dual.balance);
         let local = LocalStiffness::new(&dual);
         solution.followed_by(self.newton(&dual, &local, bound, observe))
-    }
-
-    /// Coulomb's law.
-    fn coulomb(
-        &self,
-        law: &CoulombLaw,
-        observe: &mut dyn FnMut(Progress<'_>),
-    ) -> Result<Solution, NeedsExplicit> {
-        let bound = Bound::Coulomb(self.laws, law);
-        match (self.settings.method, self.dual.explicit()) {
-            (Method::Newton, None) => Err(NeedsExplicit("method newton")),
-            (Method::Newton, Some(dual)) => {
-                let local = LocalStiffness::new(dual);
-                Ok(self.newton(dual, &local, bound, observe))
-            }
-            (Method::Auto, Some(dual)) => {
-                let local = LocalStiffness::new(dual);
-                let solution = self.newton(dual, &local, bound, observe);
-                if solution.status.is_solved() {
-                    return Ok(solution);
-                }
-                let steps = solution.newton.clone();
-                let inner = Inner::Newton(dual, &local);
-                let next = self.fixed_point(inner, law, observe);
-                let next = self.completed(dual, &local, bound, next, steps);
-                // Successive approximations may leave the range of numbers where Newton's method only finds nothing.
-                let is_worse = next.status == Status::NumericalError;
-                Ok(if is_worse { solution } else { next })
-            }
-            (Method::Auto, None) => Ok(self.until_accurate(bound, |problem, inner| {
-                problem.fixed_point(inner, law, observe)
-            })),
-            (Method::FixedPoint, _) => self.with_inner(bound, |problem, inner| {
-                problem.fixed_point(inner, law, observe)
-            }),
-        }
     }
 
     /// Local stiffness where S is not dense.
@@ -307,15 +292,8 @@ impl DiscreteProblem<'_> {
             return Ok(self.judged(None, bound, stiffness, solution));
         };
         let local = LocalStiffness::new(dual);
-        let judge = |solution| {
-            self.judged(
-                Some((dual, &local)),
-                bound,
-                local.stiffness.clone(),
-                solution,
-            )
-        };
         let explicit = Some((dual, &local));
+        let judge = |solution| self.judged(explicit, bound, local.stiffness.clone(), solution);
         let inner = Inner::chosen(self.settings.inner, explicit, &local.stiffness)?;
         let mut solution = judge(run(self, inner));
         if self.body.precision() == Precision::Double {
@@ -415,21 +393,14 @@ impl DiscreteProblem<'_> {
         solution
     }
 
-    fn minimise_by(&self, inner: Inner<'_>, observe: &mut dyn FnMut(Progress<'_>)) -> Solution {
+    /// One minimisation, or one after the other for Coulomb's law, with an inner solver.
+    fn by_inner(&self, inner: Inner<'_>, observe: &mut dyn FnMut(Progress<'_>)) -> Solution {
         self.with_operator(|operator| {
-            let first = self.start.multiplier;
-            let observe = |k: usize, step: &OuterStep| observe(Progress::Outer(k, step));
-            minimise(inner, operator, self.laws, self.settings, first, observe)
-        })
-    }
-
-    fn fixed_point(
-        &self,
-        inner: Inner<'_>,
-        law: &CoulombLaw,
-        observe: &mut dyn FnMut(Progress<'_>),
-    ) -> Solution {
-        self.with_operator(|operator| {
+            let Some(law) = self.laws.coulomb() else {
+                let first = self.start.multiplier;
+                let observe = |k: usize, step: &OuterStep| observe(Progress::Outer(k, step));
+                return minimise(inner, operator, self.laws, self.settings, first, observe);
+            };
             let method = SuccessiveApproximations {
                 inner,
                 body: &self.body,

@@ -6,3 +6,4 @@ mod linalg;
 mod mesh;
 mod quadrature;
 mod scene;
+mod solver;

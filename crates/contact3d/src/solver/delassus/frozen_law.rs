@@ -4,14 +4,16 @@ use std::sync::atomic::AtomicUsize;
 
 use super::{
     Candidate, DelassusError, DelassusProblem,
-    scaled::{Scaled, SparseOperator, relative_change},
+    scaled::{Scaled, SparseOperator},
 };
 use crate::{
     contact::{Interface, MultiplierLayout},
     dual::{ContactSystem, DualOperator, ExplicitDual, OperatorForm, PrimalSystem, pane_stiffness},
     linalg::{CscMatrix, norm, power_of_two_near_largest},
     mesh::ContactSurface,
-    solver::{FeasibleSet, Gpcg, inner::projected_gradient_steplength},
+    solver::{
+        FeasibleSet, Gpcg, fixed_point::relative_change, inner::projected_gradient_steplength,
+    },
 };
 
 /// Frozen friction in the order and units in which other programs take it.
@@ -249,7 +251,10 @@ pub(super) fn solve(scaled: &Scaled<'_>, tolerance: f64) -> Candidate {
     if size == 0.0 {
         return Candidate::zero(scaled);
     }
-    let mut operator = SparseOperator::new(scaled);
+    let mut operator = SparseOperator {
+        scaled,
+        applications: 0,
+    };
     let projections = AtomicUsize::new(0);
     let steplength = projected_gradient_steplength(&mut operator);
     let mut multiplier = vec![0.0; scaled.rhs.len()];

@@ -6,8 +6,6 @@
 //! approximations with GPCG, `separation` proofs that there is no solution; `frozen_law` makes such a problem of a solved one of a body.
 
 mod descent;
-#[cfg(test)]
-mod form_tests;
 mod frozen_law;
 mod problem;
 mod proximal;

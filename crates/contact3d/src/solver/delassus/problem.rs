@@ -252,7 +252,8 @@ impl DelassusProblem {
 
     /// The residual of [`Self::error`], or what forces cannot resolve if that is more, over ‖q‖; 0 for 0/0. Forces without bound, by
     /// which a problem without a solution is solved ever better relative to them, make this no smaller.
-    pub(super) fn error_by_offset(&self, force: &[f64]) -> f64 {
+    #[must_use]
+    pub fn error_by_offset(&self, force: &[f64]) -> f64 {
         let residual = self.residual(force, &self.velocity(force));
         let resolution = self.resolution(force);
         relative(largest([residual, resolution]), norm(&self.offset))

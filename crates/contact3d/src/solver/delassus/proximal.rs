@@ -1,14 +1,15 @@
-//! First-order iterations: proximal steps, and descent on a frozen problem.
+//! Newton's method on the problem itself, or by proximal steps.
 
 use super::{
     Candidate,
-    scaled::{MatrixForm, Scaled, relative_change},
+    scaled::{MatrixForm, Scaled},
 };
 use crate::{
     dual::{ExplicitDual, LocalStiffness},
     solver::{
         NewtonSettings, PaneLaws,
         conditions::Bound,
+        fixed_point::relative_change,
         newton::{natural_map::NaturalMap, newton_to_rounding, search::Search},
     },
 };
@@ -87,10 +88,7 @@ pub(super) fn step(
 ) -> bool {
     found.outer_steps += 1;
     let set = laws.feasible_set(None);
-    let bound = match laws.coulomb() {
-        Some(law) => Bound::Coulomb(laws, law),
-        None => Bound::Frozen(&set),
-    };
+    let bound = Bound::of(laws, &set);
     let search = Search {
         dual,
         bound,

@@ -6,7 +6,7 @@ use super::DelassusProblem;
 use crate::{
     contact::{CoulombLaw, FaceLaw, InterfaceFriction, MultiplierLayout, SlipMap, SlipOperator},
     dual::{DualMatrix, DualOperator, ExplicitDual},
-    linalg::{CscMatrix, norm, power_of_two_near_largest},
+    linalg::{CscMatrix, power_of_two_near_largest},
     scene::{Coefficient, FrictionLaw},
     solver::PaneLaws,
 };
@@ -36,8 +36,9 @@ pub(super) struct Scaled<'a> {
     scale: Vec<f64>,
     /// t.
     unit: f64,
-    /// The scaled problem with all its tangential components, to judge by.
-    judge: DelassusProblem,
+    /// The problem with each contact scaled by its s, and q by 1/t, in the order of the given one with all its tangential components, to
+    /// judge by.
+    pub(super) judge: DelassusProblem,
 }
 
 impl<'a> Scaled<'a> {
@@ -120,12 +121,7 @@ impl<'a> Scaled<'a> {
         self.judge.error_by_offset(&force)
     }
 
-    /// The problem with each contact scaled by its s, and q by 1/t, in the order of the given one.
-    pub(super) fn judge(&self) -> &DelassusProblem {
-        &self.judge
-    }
-
-    /// A direction of forces of [`Self::judge`] in those of the given problem, with a largest component of one.
+    /// A direction of forces of `judge` in those of the given problem, with a largest component of one.
     pub(super) fn unscaled(&self, direction: &[f64]) -> Vec<f64> {
         let mut scaled = vec![0.0; direction.len()];
         for (&component, scale) in self.source.iter().zip(&self.scale) {
@@ -272,17 +268,8 @@ fn permuted(
 
 /// S' λ by the sparse matrix.
 pub(super) struct SparseOperator<'a> {
-    scaled: &'a Scaled<'a>,
-    applications: usize,
-}
-
-impl<'a> SparseOperator<'a> {
-    pub(super) fn new(scaled: &'a Scaled<'a>) -> Self {
-        Self {
-            scaled,
-            applications: 0,
-        }
-    }
+    pub(super) scaled: &'a Scaled<'a>,
+    pub(super) applications: usize,
 }
 
 impl DualOperator for SparseOperator<'_> {
@@ -305,14 +292,5 @@ impl DualOperator for SparseOperator<'_> {
 
     fn applications(&self) -> usize {
         self.applications
-    }
-}
-
-/// ‖λ' − λ‖ / ‖λ'‖, 0 for 0/0.
-pub(super) fn relative_change(next: &[f64], last: &[f64]) -> f64 {
-    let difference: Vec<f64> = next.iter().zip(last).map(|(x, y)| x - y).collect();
-    match norm(&difference) {
-        0.0 => 0.0,
-        change => change / norm(next),
     }
 }

@@ -66,7 +66,7 @@ pub struct Separation {
 
 /// The direction; `None` where there is none, or rounding hides it.
 pub(super) fn separation(scaled: &Scaled<'_>, obstruction: Obstruction) -> Option<Separation> {
-    let problem = scaled.judge();
+    let problem = &scaled.judge;
     let mu = match obstruction {
         Obstruction::Penetration => vec![0.0; problem.n_contacts()],
         Obstruction::Sticking => problem.mu().to_vec(),

@@ -9,7 +9,7 @@ use crate::{
     solver::{
         CoulombState, PaneLaws,
         conditions::Bound,
-        newton::{NewtonSettings, NewtonSolution, NewtonStatus, search::Search},
+        newton::{NewtonSettings, NewtonStatus, search::Search},
         pane_laws::coulomb_state,
     },
 };
@@ -64,26 +64,15 @@ pub fn evaluate_at(
         local,
         start: Some(multiplier),
     };
-    MappingValue::new(
-        search.minimise(&set, &NewtonSettings::to_rounding(dual)),
-        dual.multipliers(multiplier),
-    )
-}
-
-impl MappingValue {
-    fn new(inner: NewtonSolution, multiplier: &[f64]) -> Self {
-        Self {
-            status: inner.status,
-            // The rigid motions of a body that floats stay aside.
-            relative_change: match norm(&difference(multiplier, &inner.multiplier)) {
-                0.0 => 0.0,
-                change => change / norm(multiplier),
-            },
-            multiplier: inner.multiplier,
-            inner_residual: inner.residual,
-            inner_steps: inner.history.len(),
-            evaluations: inner.evaluations,
-        }
+    let inner = search.minimise(&set, &NewtonSettings::to_rounding(dual));
+    MappingValue {
+        status: inner.status,
+        // The rigid motions of a body that floats stay aside.
+        relative_change: relative_change(dual.multipliers(multiplier), &inner.multiplier),
+        multiplier: inner.multiplier,
+        inner_residual: inner.residual,
+        inner_steps: inner.history.len(),
+        evaluations: inner.evaluations,
     }
 }
 
@@ -123,11 +112,10 @@ impl CycleDetector {
 }
 
 /// ‖λ' − λ‖ / ‖λ'‖, and 0 when both vanish.
-pub(super) fn relative_change(next: &[f64], last: &[f64]) -> f64 {
-    let difference: Vec<f64> = next.iter().zip(last).map(|(a, b)| a - b).collect();
-    match (norm(&difference), norm(next)) {
-        (0.0, _) => 0.0,
-        (difference, size) => difference / size,
+pub(in crate::solver) fn relative_change(next: &[f64], last: &[f64]) -> f64 {
+    match norm(&difference(next, last)) {
+        0.0 => 0.0,
+        change => change / norm(next),
     }
 }
 

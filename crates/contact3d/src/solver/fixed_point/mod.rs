@@ -6,7 +6,8 @@ pub use mapping::{MappingValue, evaluate as evaluate_mapping, evaluate_at as eva
 
 use std::time::Instant;
 
-use mapping::{CycleDetector, Stall, relative_change};
+pub(super) use mapping::relative_change;
+use mapping::{CycleDetector, Stall};
 
 use super::{
     ContactBody, CoulombState, Inner, Kprgp, OuterState, OuterStep, PaneLaws, Progress, Solution,

@@ -1,12 +1,8 @@
 //! The inner solvers: what minimises over a frozen admissible set.
 
 mod balanced;
-#[cfg(test)]
-mod dense_operator;
 mod face;
 mod gpcg;
-#[cfg(test)]
-mod gpcg_tests;
 mod kprgp;
 
 pub use gpcg::Gpcg;

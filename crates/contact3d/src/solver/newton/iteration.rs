@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use super::natural_map::NaturalMap;
+use super::{NewtonSolution, natural_map::NaturalMap};
 use crate::{
     dual::ExplicitDual,
     solver::{
@@ -81,17 +81,6 @@ pub(in crate::solver) enum Globalisation<'f> {
     Plain(usize),
 }
 
-/// Where the iteration ended.
-pub(in crate::solver) struct NewtonOutcome {
-    pub(in crate::solver) status: NewtonStatus,
-    pub(in crate::solver) multiplier: Vec<f64>,
-    /// ‖R‖ / ‖λ‖.
-    pub(in crate::solver) residual: f64,
-    pub(in crate::solver) history: Vec<NewtonStep>,
-    /// Applications of S: evaluations of R and sweeps of relaxation.
-    pub(in crate::solver) evaluations: usize,
-}
-
 /// An iterate and its residual.
 struct Iterate {
     multiplier: Vec<f64>,
@@ -147,7 +136,7 @@ pub(in crate::solver) fn iterate(
     least_steps: usize,
     mut globalisation: Globalisation<'_>,
     mut observe: impl FnMut(usize, &NewtonStep),
-) -> NewtonOutcome {
+) -> NewtonSolution {
     let mut current = Iterate::new(map, start.clone());
     let mut evaluations = 1;
     let (patience, rounding_patience, mut relaxing) = match globalisation {
@@ -252,7 +241,7 @@ pub(in crate::solver) fn iterate(
     } else {
         (best.1, best.2)
     };
-    NewtonOutcome {
+    NewtonSolution {
         status,
         multiplier,
         residual,

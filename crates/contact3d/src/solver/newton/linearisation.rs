@@ -10,7 +10,7 @@ use crate::{
         DenseLu, distance_to_one, dot, figures_by_products, largest_eigenvalue, least_modulus,
         norm, product, spectral_radius, transpositions,
     },
-    solver::{FeasibleSet, PaneLaws, conditions::Bound, coulomb_state},
+    solver::{PaneLaws, conditions::Bound, coulomb_state},
 };
 
 /// The generalised derivative R' of the natural map R(λ) = λ − P(λ − ρ (S λ − h)) at some λ.
@@ -44,7 +44,7 @@ impl Linearisation {
     #[must_use]
     pub fn residual_of(dual: &ExplicitDual, laws: &PaneLaws, unknowns: &[f64]) -> f64 {
         let frozen = laws.feasible_set(None);
-        let map = NaturalMap::new(dual, bound(laws, &frozen));
+        let map = NaturalMap::new(dual, Bound::of(laws, &frozen));
         relative(map.evaluate(unknowns).norm, dual.multipliers(unknowns))
     }
 
@@ -52,7 +52,7 @@ impl Linearisation {
     #[must_use]
     pub fn new(dual: &ExplicitDual, laws: &PaneLaws, unknowns: &[f64]) -> Self {
         let frozen = laws.feasible_set(None);
-        let map = NaturalMap::new(dual, bound(laws, &frozen));
+        let map = NaturalMap::new(dual, Bound::of(laws, &frozen));
         let evaluation = map.evaluate(unknowns);
         let matrix = map.derivative(&evaluation);
         let (n, n_multipliers) = (unknowns.len(), dual.dimension());
@@ -99,14 +99,6 @@ impl Linearisation {
             contraction,
             fold_distance,
         }
-    }
-}
-
-/// What moves the ellipses: the law of the scene, or nothing.
-fn bound<'a>(laws: &'a PaneLaws, frozen: &'a FeasibleSet<'a>) -> Bound<'a> {
-    match laws.coulomb() {
-        Some(law) => Bound::Coulomb(laws, law),
-        None => Bound::Frozen(frozen),
     }
 }
 

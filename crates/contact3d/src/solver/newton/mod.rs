@@ -7,18 +7,15 @@ mod linearisation;
 pub(in crate::solver) mod natural_map;
 mod relaxation;
 pub(in crate::solver) mod search;
-mod softening;
 mod system;
 #[cfg(test)]
 mod tests;
 
 pub use frozen_response::frozen_response;
 pub use iteration::{NewtonSettings, NewtonStatus};
-pub use linearisation::Linearisation;
-pub use linearisation::LocalMapping;
-pub use linearisation::contraction_of_mapping;
+pub use linearisation::{Linearisation, LocalMapping, contraction_of_mapping};
 
-use iteration::{Globalisation, NewtonOutcome};
+use iteration::{Globalisation, iterate};
 use natural_map::NaturalMap;
 
 use super::{FeasibleSet, NewtonStep, PaneLaws, conditions::Bound, pane_laws::coulomb_state};
@@ -85,8 +82,9 @@ pub fn newton(
         pairs.map(|(l, next)| l + DAMPING * (next - l)).collect()
     };
     let help = Globalisation::Relaxed(&mut safeguard);
-    let outcome = iteration::iterate(&map, start, settings, 0, help, observe);
-    NewtonSolution::new(outcome, hidden_evaluations)
+    let mut found = iterate(&map, start, settings, 0, help, observe);
+    found.evaluations += hidden_evaluations;
+    found
 }
 
 /// Steps without progress at rounding that end Newton's method from a good start.
@@ -102,8 +100,7 @@ pub(in crate::solver) fn newton_from(
     observe: impl FnMut(usize, &NewtonStep),
 ) -> NewtonSolution {
     let help = Globalisation::Plain(IDLE_STEPS);
-    let outcome = iteration::iterate(map, start, settings, least_steps, help, observe);
-    NewtonSolution::new(outcome, 0)
+    iterate(map, start, settings, least_steps, help, observe)
 }
 
 /// [`newton_from`] in one step at least, ended by the first two at rounding that bring nothing: what is
@@ -114,8 +111,7 @@ pub(in crate::solver) fn newton_to_rounding(
     settings: &NewtonSettings,
 ) -> NewtonSolution {
     let help = Globalisation::Plain(IDLE_STEPS - 1);
-    let outcome = iteration::iterate(map, start, settings, 1, help, |_, _| {});
-    NewtonSolution::new(outcome, 0)
+    iterate(map, start, settings, 1, help, |_, _| {})
 }
 
 /// Minimises ½ λᵀSλ − λᵀh over a frozen admissible set (Tresca friction) by the same Newton
@@ -152,18 +148,29 @@ pub(in crate::solver) fn minimise_frozen_in(
         next
     };
     let help = Globalisation::Relaxed(&mut safeguard);
-    let outcome = iteration::iterate(&map, first, settings, least_steps, help, observe);
-    NewtonSolution::new(outcome, relaxation_applications)
+    let mut found = iterate(&map, first, settings, least_steps, help, observe);
+    found.evaluations += relaxation_applications;
+    found
 }
 
 impl NewtonSolution {
-    fn new(outcome: NewtonOutcome, hidden_evaluations: usize) -> Self {
+    /// λ = 0 before any step.
+    fn none(dual: &ExplicitDual) -> Self {
         Self {
-            status: outcome.status,
-            residual: outcome.residual,
-            multiplier: outcome.multiplier,
-            history: outcome.history,
-            evaluations: outcome.evaluations + hidden_evaluations,
+            status: NewtonStatus::MaxSteps,
+            multiplier: dual.unknowns(&[]),
+            residual: f64::INFINITY,
+            history: Vec::new(),
+            evaluations: 0,
+        }
+    }
+
+    /// A later solution with the steps and evaluations of both.
+    fn followed_by(self, next: Self) -> Self {
+        Self {
+            history: [self.history, next.history].concat(),
+            evaluations: self.evaluations + next.evaluations,
+            ..next
         }
     }
 

@@ -1,8 +1,11 @@
 //! Newton's method from several starts, by continuation and with relaxed steps where plain ones fail.
 
 use super::{
-    NewtonSettings, NewtonSolution, NewtonStatus, continuation::continuation, minimise_frozen_in,
-    natural_map::NaturalMap, newton, newton_from, softening::softened,
+    NewtonSettings, NewtonSolution,
+    continuation::{continuation, softened},
+    minimise_frozen_in,
+    natural_map::NaturalMap,
+    newton, newton_from,
 };
 use crate::{
     contact::CoulombLaw,
@@ -177,18 +180,9 @@ impl<'a> Search<'a> {
                 break;
             }
             let near = self.go(way, 0, |_, _| {});
-            let next = newton_from(
-                &self.map(self.bound),
-                near.multiplier,
-                settings,
-                1,
-                |_, _| {},
-            );
-            found = NewtonSolution {
-                history: [found.history, near.history, next.history].concat(),
-                evaluations: found.evaluations + near.evaluations + next.evaluations,
-                ..next
-            };
+            let start = near.multiplier.clone();
+            let next = newton_from(&self.map(self.bound), start, settings, 1, |_, _| {});
+            found = found.followed_by(near).followed_by(next);
         }
         found
     }
@@ -265,13 +259,7 @@ impl<'a> Search<'a> {
         let first = NaturalMap::new(self.dual, self.bound)
             .conditions
             .steplengths;
-        let mut found = NewtonSolution {
-            status: NewtonStatus::MaxSteps,
-            multiplier: vec![0.0; self.dual.n_unknowns()],
-            residual: f64::INFINITY,
-            history: Vec::new(),
-            evaluations: 0,
-        };
+        let mut found = NewtonSolution::none(self.dual);
         for step in 0..=PATH_STEPS {
             let share = f64::from(step) / f64::from(PATH_STEPS);
             let ends = first.iter().zip(&self.local.stiffness);
@@ -285,14 +273,11 @@ impl<'a> Search<'a> {
             let map = NaturalMap::with_steplengths(self.dual, self.bound, steplengths);
             let tolerance = if step < PATH_STEPS { ON_PATH } else { FOUND };
             let done = found.history.len();
-            let next = newton_from(&map, found.multiplier, &to(tolerance), 0, |k, step| {
+            let start = found.multiplier.clone();
+            let next = newton_from(&map, start, &to(tolerance), 0, |k, step| {
                 observe(done + k, step);
             });
-            found = NewtonSolution {
-                history: [found.history, next.history].concat(),
-                evaluations: found.evaluations + next.evaluations,
-                ..next
-            };
+            found = found.followed_by(next);
         }
         found
     }

@@ -1,13 +1,12 @@
-//! GPCG on small dense problems.
+//! GPCG and KPRGP on small dense problems.
 
+use contact3d::{
+    linalg::{add_scaled, norm},
+    solver::{FeasibleSet, Gpcg, Kprgp, operator_norm},
+};
 use proptest::prelude::*;
 
-use super::{
-    FeasibleSet, Gpcg, Kprgp,
-    dense_operator::{Dense, N, PANES, projected_step, set_of},
-    operator_norm,
-};
-use crate::linalg::{add_scaled, norm};
+use super::operator::{Dense, N, PANES, projected_step, set_of};
 
 fn solver(operator: &mut Dense) -> Gpcg {
     Gpcg {
@@ -156,4 +155,41 @@ fn giving_up_is_reported() {
     let outcome = solver.minimise(&mut operator, &set, &mut [0.0; N], 1e-14);
     assert!(!outcome.converged);
     assert_eq!(operator.applications, 3);
+}
+
+fn thin_set(bounds: &[f64]) -> FeasibleSet<'static> {
+    set_of(bounds.iter().map(|g| [g / 2.0, g / 5.0]).collect())
+}
+
+proptest! {
+    /// The minimiser is the only fixed point of a projected gradient step of any length.
+    #[test]
+    fn kprgp_minimiser_satisfies_the_optimality_conditions(
+        entries in prop::collection::vec(-1.0..1.0_f64, N * N),
+        rhs in prop::collection::vec(-10.0..10.0_f64, N),
+        bounds in prop::collection::vec(prop_oneof![Just(0.0), 0.1..5.0_f64], PANES),
+    ) {
+        let mut operator = Dense::new(&entries, &rhs, &[]);
+        let steplength = 1.9 / operator_norm(&mut operator);
+        let inner = Kprgp { steplength, gamma: 1.0, max_applications: 100_000 };
+        let set = thin_set(&bounds);
+        let mut multiplier = vec![0.0; N];
+        let outcome = inner.minimise(&mut operator, &set, &mut multiplier, 1e-10);
+        prop_assert!(outcome.converged);
+        let r = operator.gradient(&multiplier);
+        // ‖g̃‖ ≤ 1e-10 bounds a projected step of length 0.3 by a small multiple of it.
+        prop_assert!(projected_step(&set, &multiplier, &r, 0.3) < 1e-8);
+    }
+}
+
+#[test]
+fn giving_up_of_kprgp_is_reported() {
+    let mut operator = Dense::new(&[0.5; N * N], &[1.0; N], &[]);
+    let inner = Kprgp {
+        steplength: 1e-6,
+        gamma: 1.0,
+        max_applications: 3,
+    };
+    let outcome = inner.minimise(&mut operator, &thin_set(&[1.0; 4]), &mut [0.0; N], 1e-14);
+    assert!(!outcome.converged);
 }

@@ -1,29 +1,28 @@
-//! Dense dual operators of the inner problems, of held and of floating bodies.
+//! A dense dual operator of inner problems.
 
 use std::sync::atomic::AtomicUsize;
 
-use nalgebra::{DMatrix, DVector};
-
-use crate::{
+use contact3d::{
     dual::DualOperator,
     linalg::{add_scaled, norm},
     solver::FeasibleSet,
 };
+use nalgebra::{DMatrix, DVector};
 
-pub(in crate::solver) const PANES: usize = 4;
-pub(in crate::solver) const N: usize = 3 * PANES;
+pub(super) const PANES: usize = 4;
+pub(super) const N: usize = 3 * PANES;
 
 /// A dense S; from application `broken_from` on it gives NaN.
-pub(in crate::solver) struct Dense {
-    pub(in crate::solver) matrix: DMatrix<f64>,
-    pub(in crate::solver) rhs: Vec<f64>,
-    pub(in crate::solver) applications: usize,
-    pub(in crate::solver) broken_from: usize,
+pub(super) struct Dense {
+    pub(super) matrix: DMatrix<f64>,
+    pub(super) rhs: Vec<f64>,
+    pub(super) applications: usize,
+    pub(super) broken_from: usize,
 }
 
 impl Dense {
     /// S = GᵀG + I, with zero rows and columns where `idle` says so.
-    pub(in crate::solver) fn new(entries: &[f64], rhs: &[f64], idle: &[usize]) -> Self {
+    pub(super) fn new(entries: &[f64], rhs: &[f64], idle: &[usize]) -> Self {
         let g = DMatrix::from_column_slice(N, N, entries);
         let mut matrix = g.transpose() * &g + DMatrix::identity(N, N);
         for &i in idle {
@@ -38,7 +37,7 @@ impl Dense {
         }
     }
 
-    pub(in crate::solver) fn gradient(&mut self, multiplier: &[f64]) -> Vec<f64> {
+    pub(super) fn gradient(&mut self, multiplier: &[f64]) -> Vec<f64> {
         let mut r = self.apply(multiplier);
         add_scaled(&mut r, -1.0, &self.rhs);
         r
@@ -66,17 +65,12 @@ impl DualOperator for Dense {
 
 static PROJECTIONS: AtomicUsize = AtomicUsize::new(0);
 
-pub(in crate::solver) fn set_of(semi_axes: Vec<[f64; 2]>) -> FeasibleSet<'static> {
+pub(super) fn set_of(semi_axes: Vec<[f64; 2]>) -> FeasibleSet<'static> {
     FeasibleSet::new(PANES, semi_axes, &PROJECTIONS)
 }
 
 /// ‖λ − P(λ − s r)‖, which vanishes for every s > 0 exactly at the minimiser.
-pub(in crate::solver) fn projected_step(
-    set: &FeasibleSet<'_>,
-    multiplier: &[f64],
-    r: &[f64],
-    s: f64,
-) -> f64 {
+pub(super) fn projected_step(set: &FeasibleSet<'_>, multiplier: &[f64], r: &[f64], s: f64) -> f64 {
     let mut step = multiplier.to_vec();
     add_scaled(&mut step, -s, r);
     set.project(&mut step);
