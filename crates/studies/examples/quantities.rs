@@ -101,7 +101,7 @@ fn measure(
         }));
     }
     let mut levels: Vec<(usize, f64, Vec<FunctionalEstimate>)> = Vec::new();
-    for level in 0..=refinement.levels().len() {
+    for level in 0..=refinement.levels.len() {
         let mut cuts = refinement.clone();
         cuts.truncate(level);
         let mut all: Vec<FunctionalEstimate> = Vec::new();
