@@ -63,7 +63,7 @@ pub fn write(
 ) -> Result<(), StoreError> {
     write_value(writer, STATUS, &status)?;
     FIELDS.write_rows(writer, &adaptation.levels)?;
-    let levels = adaptation.refinement.levels();
+    let levels = &adaptation.refinement.levels;
     let cells = levels.iter().map(|level| match level {
         RefinedLevel::Cells(cells) => *cells,
         RefinedLevel::Cuts(_) => [0; 3],
@@ -102,7 +102,9 @@ pub fn read(reader: &Reader) -> Result<(Adaptation, AdaptiveStatus), FormatError
     });
     let adaptation = Adaptation {
         levels: FIELDS.read_rows(reader, AdaptiveLevel::default)?,
-        refinement: Refinement::new(levels.collect()),
+        refinement: Refinement {
+            levels: levels.collect(),
+        },
         starts: divided(read_value(reader, N_START)?, read_finite(reader, START)?),
     };
     Ok((adaptation, read_value(reader, STATUS)?))

@@ -82,7 +82,7 @@ pub(super) fn stored_refinement(reader: Option<&Reader>, scene: &Scene) -> Refin
         return Refinement::default();
     };
     if let Some(level) = adaptation.level_that_meets(adapt.error) {
-        adaptation.refinement.truncate(level);
+        adaptation.refinement.levels.truncate(level);
     }
     adaptation.refinement
 }
@@ -212,7 +212,7 @@ impl LevelInRunFile<'_> {
         let (session, observe) = (&mut *self.session, &mut *self.observe);
         session.store.discard_pending();
         let mut refinement = known.refinement.clone();
-        refinement.truncate(level);
+        refinement.levels.truncate(level);
         session.store.refinement = refinement;
         let before = level.checked_sub(1);
         session.store.start = before.map(|before| known.starts[before].clone());

@@ -29,11 +29,11 @@ pub(super) fn start_digest(multiplier: &[f64]) -> Option<String> {
 
 /// The digest of the cuts that lead from the first mesh of a scene to another; `None` for the first.
 pub(super) fn refinement_digest(refinement: &Refinement) -> Option<String> {
-    if refinement.is_empty() {
+    if refinement.levels.is_empty() {
         return None;
     }
     let mut hasher = blake3::Hasher::new();
-    for level in refinement.levels() {
+    for level in &refinement.levels {
         match level {
             RefinedLevel::Cuts(cuts) => {
                 hasher.update(&(cuts.len() as u64).to_le_bytes());

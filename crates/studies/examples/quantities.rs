@@ -101,9 +101,9 @@ fn measure(
         }));
     }
     let mut levels: Vec<(usize, f64, Vec<FunctionalEstimate>)> = Vec::new();
-    for level in 0..=refinement.levels().len() {
+    for level in 0..=refinement.levels.len() {
         let mut cuts = refinement.clone();
-        cuts.truncate(level);
+        cuts.levels.truncate(level);
         let mut all: Vec<FunctionalEstimate> = Vec::new();
         let mut size = (0, 0.0);
         for of in &wanted {

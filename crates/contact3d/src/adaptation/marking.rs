@@ -91,7 +91,7 @@ pub(super) fn graded_cells(
     if !is_open || refinement.has_cuts() {
         return None;
     }
-    let cells = match refinement.levels().last() {
+    let cells = match refinement.levels.last() {
         Some(RefinedLevel::Cells(cells)) => *cells,
         Some(RefinedLevel::Cuts(_)) | None => scene.body.as_brick()?.cells,
     };

@@ -91,8 +91,19 @@ pub fn refine<K: LevelKeeper>(
 ) -> Result<RefinedLevels, K::Error> {
     let target = goal.error;
     let mut ended = None;
+    if let Some(end) = goal.deadline
+        && let Some(forecast) = forecast_of_prepared(scene, folder, target, &known)?
+    {
+        let before = known.levels.len() - 1;
+        keeper.forecast(before + 1, &forecast);
+        if forecast.ends_after(end) {
+            ended = Some(AdaptiveStatus::OverBudget);
+            known.refinement.levels.truncate(before);
+            known.starts.truncate(before);
+        }
+    }
     while known.level_that_meets(target).is_none() {
-        let level = known.refinement.levels().len();
+        let level = known.refinement.levels.len();
         if known.levels.len() > level {
             if ended.is_some() || known.status(target) != AdaptiveStatus::Refining {
                 break;
@@ -108,7 +119,7 @@ pub fn refine<K: LevelKeeper>(
                 ended = Some(AdaptiveStatus::OverBudget);
                 break;
             }
-            known.refinement.push(mesh);
+            known.refinement.levels.push(mesh);
             known.starts.push(start);
             keeper.keep(&known);
             continue;
@@ -129,7 +140,7 @@ pub fn refine<K: LevelKeeper>(
             }
         };
         ended = Some(last);
-        known.refinement.truncate(level - 1);
+        known.refinement.levels.truncate(level - 1);
         known.starts.truncate(level - 1);
     }
     Ok(RefinedLevels {
@@ -166,7 +177,7 @@ fn next_level(
         }
     };
     let mut refinement = known.refinement.clone();
-    refinement.push(next.clone());
+    refinement.levels.push(next.clone());
     let body = RefinableBody::refined(scene, folder, &refinement)?;
     let mesh = body.mesh()?;
     let growth = mesh.coordinates.len() as f64 / solved.mesh.coordinates.len() as f64;
@@ -182,6 +193,32 @@ fn next_level(
         },
         mesh: next,
     })
+}
+
+/// What the level that an interrupted computation has left to be solved is expected to come to; `None` without such a level.
+fn forecast_of_prepared(
+    scene: &Scene,
+    folder: &Path,
+    target: f64,
+    known: &Adaptation,
+) -> Result<Option<LevelForecast>, ProblemError> {
+    let before = known.levels.len().checked_sub(1);
+    let next = before.and_then(|before| known.refinement.levels.get(before));
+    let Some(next) = next.filter(|_| known.level_that_meets(target).is_none()) else {
+        return Ok(None);
+    };
+    let mut refinement = known.refinement.clone();
+    let n_nodes = Mesh::refined(scene, folder, &refinement)?.coordinates.len();
+    refinement.levels.pop();
+    let n_before = Mesh::refined(scene, folder, &refinement)?.coordinates.len();
+    let growth = n_nodes as f64 / n_before as f64;
+    Ok(Some(LevelForecast {
+        cells: match next {
+            RefinedLevel::Cells(cells) => Some(*cells),
+            RefinedLevel::Cuts(_) => None,
+        },
+        ..LevelForecast::new(&known.levels, growth, target)
+    }))
 }
 
 /// The last level of an adaptive computation, with all that led to it.
@@ -256,7 +293,7 @@ struct LevelInMemory<'a> {
 impl LevelInMemory<'_> {
     fn solve(&self, level: usize, known: &Adaptation) -> Result<Answer, ProblemError> {
         let mut refinement = known.refinement.clone();
-        refinement.truncate(level);
+        refinement.levels.truncate(level);
         let mesh = Mesh::refined(self.scene, self.folder, &refinement)?;
         let problem = Problem::of_checked(self.scene.clone(), Arc::new(mesh))?;
         let before = level.checked_sub(1).map(|before| &*known.starts[before]);

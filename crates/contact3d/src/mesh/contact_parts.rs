@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::{Matrix3, Vector3};
 
 use super::{
-    ContactSurface, Mesh, MeshError, Origin, brick,
+    ContactSurface, Mesh, MeshError, Origin, brick, centroid,
     contact_surface::{ContactFace, FaceTriangle, plane_of},
     macro_patches,
     obstacle::Approach,
@@ -45,15 +45,13 @@ impl Mesh {
             if share > 1.0 - UNCUT {
                 inside.push(facet);
             } else if share > UNCUT {
-                let middle =
-                    std::array::from_fn(|c| triangle.iter().map(|x| x[c]).sum::<f64>() / 3.0);
                 return Err(Invalid {
                     key: format!("{}.box", scene.contact_key(entry)),
                     expected: "a box whose sides follow the edges of the triangles".into(),
                     found: format!(
                         "{}, which cuts the triangle around {}",
                         Written(&corners),
-                        place_words(middle)
+                        place_words(centroid(&triangle))
                     ),
                     help: "move the box to planes between cells, or the planes to the box with body.brick.coordinates; in a Gmsh file give each part a physical surface of its own".into(),
                 });
@@ -163,8 +161,7 @@ pub(super) fn check_meeting(
             let Some(other) = taken.insert(facet, entry) else {
                 continue;
             };
-            let corners = mesh.corners(&mesh.facets[facet]);
-            let middle = std::array::from_fn(|c| corners.iter().map(|x| x[c]).sum::<f64>() / 3.0);
+            let middle = centroid(&mesh.corners(&mesh.facets[facet]));
             return Err(Invalid {
                 key: format!("{}.box", scene.contact_key(entry.max(other))),
                 expected: "triangles that are in no other contact".into(),

@@ -4,7 +4,6 @@ mod bisection;
 mod brick;
 mod contact_parts;
 mod contact_surface;
-mod error;
 mod gmsh;
 mod inspection;
 mod obstacle;
@@ -15,9 +14,10 @@ mod side;
 
 use std::path::Path;
 
+use thiserror::Error;
+
 pub use brick::{brick, brick_counts};
 pub use contact_surface::{ContactSurface, SurfaceFace};
-pub use error::MeshError;
 pub use gmsh::{FilePosition, GmshError, GmshFlaw, digest_of, parse as parse_gmsh};
 pub use inspection::{FaceInspection, MeshInspection};
 pub use patches::macro_patches;
@@ -29,6 +29,17 @@ pub(crate) use side::{SidePoint, sorted};
 use crate::scene::{
     Body, BrickFace, Clamp, Contact, ElementOrder, Invalid, MultiplierSpace, Scene, Shape, Written,
 };
+
+/// Why a scene has no usable mesh.
+#[derive(Debug, Error)]
+pub enum MeshError {
+    /// The scene asks for what the mesh does not have.
+    #[error(transparent)]
+    Scene(#[from] Invalid),
+    /// The mesh file.
+    #[error(transparent)]
+    Gmsh(#[from] GmshError),
+}
 
 /// Nodes, tetrahedra and named boundary of a body, before the scene's parts are found on it.
 #[derive(Debug, Clone, PartialEq)]
@@ -226,27 +237,20 @@ impl Mesh {
     /// Which components of each node the clamps hold, `[n_nodes, 3]`.
     #[must_use]
     pub fn held_nodes(&self, scene: &Scene) -> Vec<[bool; 3]> {
-        let mut held = vec![[false; 3]; self.coordinates.len()];
-        for clamp in &scene.clamps {
-            self.hold(clamp, &mut held);
-        }
-        held
+        self.held_by(&scene.clamps)
     }
 
-    /// Which components of each node one clamp holds, `[n_nodes, 3]`.
-    #[must_use]
-    pub(crate) fn held_by(&self, clamp: &Clamp) -> Vec<[bool; 3]> {
+    /// Which components of each node some clamps hold, `[n_nodes, 3]`.
+    pub(crate) fn held_by(&self, clamps: &[Clamp]) -> Vec<[bool; 3]> {
         let mut held = vec![[false; 3]; self.coordinates.len()];
-        self.hold(clamp, &mut held);
-        held
-    }
-
-    fn hold(&self, clamp: &Clamp, held: &mut [[bool; 3]]) {
-        for node in self.clamped_nodes(clamp) {
-            for &component in &clamp.components {
-                held[node][component as usize] = true;
+        for clamp in clamps {
+            for node in self.clamped_nodes(clamp) {
+                for &component in &clamp.components {
+                    held[node][component as usize] = true;
+                }
             }
         }
+        held
     }
 
     /// The nodes of a clamp, some of them repeatedly.
@@ -260,20 +264,19 @@ impl Mesh {
 
     /// Refuses a box that holds no node, which would have no effect.
     fn check_clamp_boxes(&self, clamps: &[Clamp]) -> Result<(), Invalid> {
-        let empty = clamps.iter().enumerate().find_map(|(i, clamp)| {
-            let corners = clamp.corners?;
-            let holds = self.coordinates.iter().any(|x| clamp.boxes(x));
-            (!holds).then_some((i, corners))
-        });
-        match empty {
-            None => Ok(()),
-            Some((i, corners)) => Err(Invalid {
-                key: format!("clamp.{i}.box"),
-                expected: "a box that holds at least one node of the mesh".into(),
-                found: Written(&corners).to_string(),
-                help: "a box around no node would hold nothing; move or widen it".into(),
-            }),
+        for (i, clamp) in clamps.iter().enumerate() {
+            if let Some(corners) = clamp.corners
+                && !self.coordinates.iter().any(|x| clamp.boxes(x))
+            {
+                return Err(Invalid {
+                    key: format!("clamp.{i}.box"),
+                    expected: "a box that holds at least one node of the mesh".into(),
+                    found: Written(&corners).to_string(),
+                    help: "a box around no node would hold nothing; move or widen it".into(),
+                });
+            }
         }
+        Ok(())
     }
 
     /// Largest extent of the body along a coordinate axis in m.
@@ -329,6 +332,11 @@ fn check_face_names(scene: &Scene, names: &[String]) -> Result<(), Invalid> {
         }
     }
     Ok(())
+}
+
+/// The mean of the corners of a triangle or a tetrahedron.
+fn centroid<const K: usize>(corners: &[[f64; 3]; K]) -> [f64; 3] {
+    std::array::from_fn(|c| corners.iter().map(|x| x[c]).sum::<f64>() / K as f64)
 }
 
 /// Area of a triangle in m².

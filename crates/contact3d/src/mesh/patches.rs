@@ -16,7 +16,7 @@ use std::{
 
 use nalgebra::Vector3;
 
-use super::triangle_area;
+use super::{quadratic::edge, triangle_area};
 use crate::{reference::TRIANGLE_EDGES, scene::Invalid};
 
 /// The pane of each contact triangle; panes are numbered row by row along increasing z, y, x.
@@ -252,10 +252,7 @@ fn adjacency(
         .enumerate()
         .flat_map(|(t, nodes)| {
             let sides = TRIANGLE_EDGES.into_iter().enumerate();
-            sides.map(move |(side, [a, b])| {
-                let (p, q) = (nodes[a], nodes[b]);
-                ([p.min(q), p.max(q)], t, side)
-            })
+            sides.map(move |(side, [a, b])| (edge(nodes[a], nodes[b]), t, side))
         })
         .collect();
     edges.sort_unstable();

@@ -21,43 +21,16 @@ pub enum RefinedLevel {
 /// How a mesh comes from the first one, level by level, whatever made the choice.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Refinement {
-    levels: Vec<RefinedLevel>,
+    /// The levels beyond the first mesh.
+    pub levels: Vec<RefinedLevel>,
 }
 
 impl Refinement {
-    /// From the levels beyond the first mesh.
-    #[must_use]
-    pub fn new(levels: Vec<RefinedLevel>) -> Self {
-        Self { levels }
-    }
-
-    /// The levels beyond the first mesh.
-    #[must_use]
-    pub fn levels(&self) -> &[RefinedLevel] {
-        &self.levels
-    }
-
     /// Whether tetrahedra are cut on some level.
     #[must_use]
     pub fn has_cuts(&self) -> bool {
         let is_cut = |level: &RefinedLevel| matches!(level, RefinedLevel::Cuts(_));
         self.levels.iter().any(is_cut)
-    }
-
-    /// Whether the mesh is the first one.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.levels.is_empty()
-    }
-
-    /// Adds a level.
-    pub fn push(&mut self, level: RefinedLevel) {
-        self.levels.push(level);
-    }
-
-    /// Keeps the first levels only.
-    pub fn truncate(&mut self, n_levels: usize) {
-        self.levels.truncate(n_levels);
     }
 }
 
@@ -107,7 +80,7 @@ impl<'a> RefinableBody<'a> {
     ) -> Result<Self, MeshError> {
         let mut meshed = Cow::Borrowed(scene);
         let mut cuts: Vec<&[u8]> = Vec::new();
-        for level in refinement.levels() {
+        for level in &refinement.levels {
             match level {
                 RefinedLevel::Cells(cells) => {
                     meshed = Cow::Owned(scene.clone().with_graded_cells(*cells));
@@ -220,7 +193,7 @@ impl Mesh {
         folder: &Path,
         refinement: &Refinement,
     ) -> Result<Self, MeshError> {
-        if refinement.is_empty() {
+        if refinement.levels.is_empty() {
             Self::of_scene(scene, folder)
         } else {
             RefinableBody::refined(scene, folder, refinement)?.mesh()

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use nalgebra::Vector3;
 
-use super::{Mesh, RawMesh, tetrahedron_volume, triangle_area};
+use super::{Mesh, RawMesh, centroid, tetrahedron_volume, triangle_area};
 use crate::{
     reference::{
         TRIANGLE_EDGES, quadrature,
@@ -204,11 +204,8 @@ impl Quality {
             let volume = tetrahedron_volume(&corners);
             let lengths = edge_lengths(&corners);
             let shape = shape(&corners);
-            quality.longest_edge = lengths.iter().copied().fold(quality.longest_edge, f64::max);
-            quality.shortest_edge = lengths
-                .iter()
-                .copied()
-                .fold(quality.shortest_edge, f64::min);
+            quality.longest_edge = lengths.into_iter().fold(quality.longest_edge, f64::max);
+            quality.shortest_edge = lengths.into_iter().fold(quality.shortest_edge, f64::min);
             quality.smallest_volume = quality.smallest_volume.min(volume);
             quality.total_volume += volume;
             quality.smallest_shape = quality.smallest_shape.min(shape);
@@ -225,7 +222,7 @@ pub fn shape(corners: &[[f64; 3]; 4]) -> f64 {
     12.0 * (3.0 * tetrahedron_volume(corners)).powf(2.0 / 3.0) / squares
 }
 
-fn edge_lengths(corners: &[[f64; 3]; 4]) -> [f64; 6] {
+pub(super) fn edge_lengths(corners: &[[f64; 3]; 4]) -> [f64; 6] {
     let p = corners.map(Vector3::from);
     [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)].map(|(a, b)| (p[a] - p[b]).norm())
 }
@@ -245,7 +242,7 @@ pub(super) fn assign(scene: &Scene, mesh: &RawMesh) -> Result<Vec<usize>, Invali
         let holds = |t: usize| match &region.part {
             Part::Group(_) => group.is_some_and(|g| mesh.tetrahedron_group[t] == g),
             Part::Box([low, high]) => {
-                let centroid = centroid(mesh, t);
+                let centroid = centroid(&mesh.tetrahedra[t].map(|n| mesh.coordinates[n]));
                 (0..3).all(|c| low[c] <= centroid[c] && centroid[c] <= high[c])
             }
         };
@@ -259,11 +256,6 @@ pub(super) fn assign(scene: &Scene, mesh: &RawMesh) -> Result<Vec<usize>, Invali
         }
     }
     Ok(assigned)
-}
-
-fn centroid(mesh: &RawMesh, tetrahedron: usize) -> [f64; 3] {
-    let corners = mesh.tetrahedra[tetrahedron].map(|n| mesh.coordinates[n]);
-    std::array::from_fn(|c| corners.iter().map(|p| p[c]).sum::<f64>() / 4.0)
 }
 
 fn empty(region: usize, part: &Part, mesh: &RawMesh) -> Invalid {

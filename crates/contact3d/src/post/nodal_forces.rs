@@ -178,7 +178,7 @@ fn clamp_shares(scene: &Scene, mesh: &Mesh, forces: &[Vector]) -> Vec<Vec<Vector
     let holds: Vec<Vec<[bool; 3]>> = scene
         .clamps
         .iter()
-        .map(|clamp| mesh.held_by(clamp))
+        .map(|clamp| mesh.held_by(std::slice::from_ref(clamp)))
         .collect();
     let share = |holds_here: &Vec<[bool; 3]>| -> Vec<Vector> {
         let part = |node: usize, c: usize| {

@@ -1,17 +1,21 @@
 //! Adaptive meshes: conforming and shape-regular cuts, what children inherit, starts on finer meshes, and
 //! the error that levels reach.
 
-use std::{collections::HashMap, path::Path};
+use std::{collections::HashMap, path::Path, time::Instant};
 
 use contact3d::{
-    Problem,
-    adaptation::{AdaptiveStatus, Target, adapted, next_cuts, transferred},
+    Problem, ProblemError,
+    adaptation::{
+        Adaptation, AdaptiveLevel, AdaptiveStatus, LevelForecast, LevelKeeper, RefinementGoal,
+        SolvedLevel, Target, adapted, next_cuts, refine, transferred,
+    },
     dual::smallest_eigenvalue,
     elasticity::Loads,
-    mesh::{Mesh, Quality, RefinableBody, RefinedLevel, tetrahedron_volume},
+    mesh::{Mesh, Quality, RefinableBody, RefinedLevel, Refinement, tetrahedron_volume},
     scene::{
         AdaptSettings, ElementOrder, FirstMesh, Functional, MultiplierSpace, Scene, SolveSettings,
     },
+    solver::Status,
 };
 use nalgebra::Vector3;
 
@@ -300,7 +304,7 @@ fn an_open_brick_of_quadratic_elements_is_meshed_anew() {
         let refinement = &answer.adaptation.refinement;
         let again = Mesh::refined(&scene, Path::new(""), refinement).expect("a mesh");
         assert_eq!(again.coordinates, answer.assembled.mesh().coordinates);
-        refinement.levels().to_vec()
+        refinement.levels.clone()
     };
     let once = |cells| vec![RefinedLevel::Cells(cells)];
     assert_eq!(cells(0.1, FirstMesh::Coarse, None), once([9, 3, 3]));
@@ -401,4 +405,70 @@ fn the_first_mesh_is_coarse_where_the_scene_leaves_it_open() {
         let first = slender.clone().with_first_mesh();
         assert_eq!(first.body.as_brick().expect("a brick").cells, fewest);
     }
+}
+
+/// Sees forecasts, and solves nothing.
+#[derive(Default)]
+struct Forecasts(Vec<(usize, LevelForecast)>);
+
+impl LevelKeeper for Forecasts {
+    type Error = ProblemError;
+
+    fn solved(&mut self, level: usize, _: &Adaptation) -> Result<SolvedLevel<'_>, ProblemError> {
+        panic!("level {level} is over the budget");
+    }
+
+    fn done(&mut self, _: usize, _: &AdaptiveLevel) {}
+
+    fn too_large(&mut self, _: usize, error: ProblemError) -> Result<(), ProblemError> {
+        Err(error)
+    }
+
+    fn forecast(&mut self, level: usize, forecast: &LevelForecast) {
+        self.0.push((level, *forecast));
+    }
+
+    fn keep(&mut self, _: &Adaptation) {}
+}
+
+/// What an interrupted computation has left to be solved is not begun where it would end too late.
+#[test]
+fn a_level_that_is_gone_on_with_is_held_against_the_budget() {
+    let scene = published(ElementOrder::P2, 2);
+    let mesh = Mesh::of_scene(&scene, Path::new("")).expect("a mesh");
+    let known = Adaptation {
+        levels: vec![AdaptiveLevel {
+            n_free: 100,
+            estimated_error: 0.5,
+            status: Status::Converged,
+            seconds: 1.0,
+            ..AdaptiveLevel::default()
+        }],
+        refinement: Refinement {
+            levels: vec![RefinedLevel::Cuts(vec![3; mesh.tetrahedra.len()])],
+        },
+        starts: vec![Vec::new()],
+    };
+    let goal = RefinementGoal {
+        error: 0.1,
+        deadline: Some(Instant::now()),
+    };
+    let mut seen = Forecasts::default();
+    let refined = refine(&scene, Path::new(""), goal, known.clone(), &mut seen).expect("levels");
+    assert_eq!(refined.status, AdaptiveStatus::OverBudget);
+    assert_eq!(
+        (refined.level, &refined.adaptation.levels),
+        (0, &known.levels)
+    );
+    assert!(refined.adaptation.refinement.levels.is_empty());
+    assert!(refined.adaptation.starts.is_empty());
+    let [(level, forecast)] = seen.0[..] else {
+        panic!("{:?}", seen.0);
+    };
+    // Three cuts of each tetrahedron halve all edges.
+    assert_eq!((level, forecast.cells), (1, None));
+    assert!(
+        forecast.n_free > 400 && forecast.seconds > 4.0,
+        "{forecast:?}"
+    );
 }

@@ -40,7 +40,8 @@ fn on_equal_cuts(scene: &Scene, of: Functional, level: usize) -> FunctionalEstim
     let mut cuts = Refinement::default();
     for _ in 0..level {
         let mesh = Mesh::refined(scene, Path::new(""), &cuts).expect("a mesh");
-        cuts.push(RefinedLevel::Cuts(vec![3; mesh.tetrahedra.len()]));
+        cuts.levels
+            .push(RefinedLevel::Cuts(vec![3; mesh.tetrahedra.len()]));
     }
     report(scene, &cuts)
         .functional(of)

@@ -149,7 +149,7 @@ fn changed(
             return Ok(None);
         };
         // The tetrahedra of an image in space are numbered otherwise, so cuts have no image.
-        if !cuts.is_empty() && !matches!(redescription, Redescription::Units(_)) {
+        if !cuts.levels.is_empty() && !matches!(redescription, Redescription::Units(_)) {
             return Ok(None);
         }
         let other = ExplicitProblem::refined(image, folder, cuts)?;

@@ -3,7 +3,10 @@
 use std::collections::HashMap;
 
 use super::{GmshFlaw, contents::Contents, groups::MeshElement};
-use crate::{mesh::IsoparametricMap, reference::TETRAHEDRON_EDGES};
+use crate::{
+    mesh::{IsoparametricMap, quadratic::edge, side::edge_lengths},
+    reference::TETRAHEDRON_EDGES,
+};
 
 /// The tetrahedra of a file on nodes numbered by increasing tag; unused nodes are dropped.
 #[derive(Debug)]
@@ -32,13 +35,13 @@ impl GmshBody {
         let in_file: Vec<[usize; 4]> = contents
             .tetrahedra
             .iter()
-            .map(|element| listed_nodes(contents, element))
+            .map(|element| listed_nodes(contents, element, &element.nodes))
             .collect::<Result<_, _>>()?;
         let middles: Vec<[usize; 6]> = contents
             .middles
             .iter()
             .zip(&contents.tetrahedra)
-            .map(|(tags, element)| listed_tags(contents, element, tags))
+            .map(|(tags, element)| listed_nodes(contents, element, tags))
             .collect::<Result<_, _>>()?;
         let mut is_used = vec![false; contents.node_tags.len()];
         let nodes = in_file.as_flattened().iter();
@@ -70,7 +73,7 @@ impl GmshBody {
         for ((corners, middles), element) in self.tetrahedra.iter().zip(middles).zip(elements) {
             for ([a, b], &node) in TETRAHEDRON_EDGES.into_iter().zip(middles) {
                 let (a, b) = (corners[a], corners[b]);
-                let first = *known.entry([a.min(b), a.max(b)]).or_insert(node);
+                let first = *known.entry(edge(a, b)).or_insert(node);
                 if first != node {
                     let [first, a, b, found] = [first, a, b, node].map(|n| self.tags[n]);
                     return Err(element.flaw(
@@ -133,16 +136,8 @@ impl GmshBody {
     }
 }
 
-/// Indices of an element's nodes in the file; they must be listed and differ.
-pub(super) fn listed_nodes<const K: usize>(
-    contents: &Contents,
-    element: &MeshElement<K>,
-) -> Result<[usize; K], GmshFlaw> {
-    listed_tags(contents, element, &element.nodes)
-}
-
-/// Indices of nodes of an element; they must be listed and differ.
-fn listed_tags<const K: usize, const N: usize>(
+/// Indices of nodes of an element in the file; they must be listed and differ.
+pub(super) fn listed_nodes<const K: usize, const N: usize>(
     contents: &Contents,
     element: &MeshElement<K>,
     tags: &[u64; N],
@@ -179,10 +174,7 @@ fn listed_tags<const K: usize, const N: usize>(
 /// the determinant of three vectors not longer than 1 by 3√3 εM/L; 8 also covers its evaluation.
 fn relative_volume(corners: &[[f64; 3]; 4]) -> (f64, f64) {
     let p = corners.map(nalgebra::Vector3::from);
-    let longest = [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)]
-        .map(|(a, b)| (p[b] - p[a]).norm())
-        .into_iter()
-        .fold(0.0, f64::max);
+    let longest = edge_lengths(corners).into_iter().fold(0.0, f64::max);
     let [u, v, w] = [1, 2, 3].map(|i| (p[i] - p[0]) / longest);
     let largest = p.iter().map(|x| x.amax()).fold(0.0, f64::max);
     (

@@ -65,16 +65,11 @@ impl Contents {
         let version = read_format(&mut scanner)?;
         let mut contents = Self::new();
         let mut entities = None;
-        let mut seen = [None; 2];
+        let mut missing = vec!["Nodes", "Elements"];
         while let Some(section) = begin_section(&mut scanner)? {
-            let known = match section.as_str() {
-                "Nodes" => Some((0, "Nodes")),
-                "Elements" => Some((1, "Elements")),
-                _ => None,
-            };
-            if let Some((slot, section)) = known
-                && seen[slot].replace(()).is_some()
-            {
+            let n_missing = missing.len();
+            missing.retain(|known| *known != section);
+            if ["Nodes", "Elements"].contains(&&*section) && missing.len() == n_missing {
                 return Err(GmshFlaw::new(
                     scanner.place(),
                     format!("one section ${section}"),
@@ -100,17 +95,15 @@ impl Contents {
             }
             end_section(&mut scanner, &section)?;
         }
-        for (seen, section) in seen.into_iter().zip(["Nodes", "Elements"]) {
-            seen.ok_or_else(|| {
-                GmshFlaw::new(
-                    None,
-                    format!("a section ${section}"),
-                    "none",
-                    "the file is cut off or not an MSH file with nodes and elements",
-                )
-            })?;
+        match missing.first() {
+            None => Ok(contents),
+            Some(section) => Err(GmshFlaw::new(
+                None,
+                format!("a section ${section}"),
+                "none",
+                "the file is cut off or not an MSH file with nodes and elements",
+            )),
         }
-        Ok(contents)
     }
 
     fn read_names(&mut self, scanner: &mut Scanner) -> Result<(), GmshFlaw> {

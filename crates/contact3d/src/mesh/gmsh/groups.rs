@@ -77,7 +77,7 @@ pub(super) fn surfaces(
     let mut facet_group: Vec<Option<i64>> = vec![None; boundary.facets.len()];
     let mut surfaces: BTreeMap<i64, PhysicalSurface> = BTreeMap::new();
     for element in &contents.triangles {
-        listed_nodes(contents, element)?;
+        listed_nodes(contents, element, &element.nodes)?;
         let two = |groups| contents.in_two_groups(element, groups);
         let Some(group) = contents.group_of(element).map_err(two)? else {
             continue;

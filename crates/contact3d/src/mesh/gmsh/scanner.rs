@@ -188,6 +188,15 @@ impl<'a> Scanner<'a> {
         }
     }
 
+    /// The coordinates of a node.
+    pub(super) fn node_place(&mut self) -> Result<[f64; 3], GmshFlaw> {
+        let mut at = [0.0; 3];
+        for x in &mut at {
+            *x = self.real("a coordinate of the node")?;
+        }
+        Ok(at)
+    }
+
     /// A count of items of at least `text` bytes each in text, `binary` bytes in binary, checked
     /// against the rest of the file so that it may be reserved.
     pub(super) fn count(
@@ -197,7 +206,7 @@ impl<'a> Scanner<'a> {
         binary: usize,
     ) -> Result<usize, GmshFlaw> {
         let declared = self.size(&format!("the number of {what}"))?;
-        self.fitting(declared, what, if self.is_text() { text } else { binary })
+        self.fitting(declared, what, [text, binary])
     }
 
     /// As [`Self::count`], for a count that stands in text on a line of its own in any encoding.
@@ -212,13 +221,14 @@ impl<'a> Scanner<'a> {
         if let Some(token) = self.token() {
             return Err(self.syntax("the end of the line", shown(token)));
         }
-        let count = self.fitting(declared, what, if self.is_text() { text } else { binary })?;
+        let count = self.fitting(declared, what, [text, binary])?;
         self.end_text_line();
         Ok(count)
     }
 
-    /// A declared count, if the rest of the file may hold as many items of so many bytes.
-    fn fitting(&self, declared: u64, what: &str, least: usize) -> Result<usize, GmshFlaw> {
+    /// A declared count, if the rest of the file may hold as many items of so many bytes in text and in binary.
+    fn fitting(&self, declared: u64, what: &str, least: [usize; 2]) -> Result<usize, GmshFlaw> {
+        let least = least[usize::from(!self.is_text())];
         // The last line of a text may lack its line break.
         let possible = (self.rest().len() + 1) / least;
         match usize::try_from(declared) {

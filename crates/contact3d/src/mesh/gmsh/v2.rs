@@ -17,10 +17,7 @@ pub(super) fn nodes(scanner: &mut Scanner, contents: &mut Contents) -> Result<()
         scanner.begin_record();
         let place = scanner.place();
         let tag = scanner.size("the tag of a node")?;
-        let mut at = [0.0; 3];
-        for x in &mut at {
-            *x = scanner.real("a coordinate of the node")?;
-        }
+        let at = scanner.node_place()?;
         scanner.end_record()?;
         contents.push_node(place, tag, at)?;
     }
@@ -34,7 +31,7 @@ pub(super) fn nodes(scanner: &mut Scanner, contents: &mut Contents) -> Result<()
 /// orientation); an element in several groups stands in several lines.
 pub(super) fn elements(scanner: &mut Scanner, contents: &mut Contents) -> Result<(), GmshFlaw> {
     let mut left = scanner.count_line("elements", 8, 12)?;
-    let mut memberships = Memberships::default();
+    let mut memberships = HashMap::from([(0, contents.membership(Vec::new()))]);
     while left > 0 {
         scanner.begin_record();
         let place = scanner.place();
@@ -55,7 +52,9 @@ pub(super) fn elements(scanner: &mut Scanner, contents: &mut Contents) -> Result
                 Some(tag) => tag,
                 None => scanner.size("the tag of an element")?,
             };
-            let membership = memberships.of(read_group(scanner, n_tags)?, contents);
+            let group = read_group(scanner, n_tags)?;
+            let membership = memberships.entry(group);
+            let membership = *membership.or_insert_with(|| contents.membership(vec![group]));
             contents.read_element(scanner, (place, tag), kind, membership)?;
         }
         scanner.end_record()?;
@@ -83,17 +82,4 @@ fn read_group(scanner: &mut Scanner, n_tags: u64) -> Result<i64, GmshFlaw> {
         }
     }
     Ok(group)
-}
-
-/// The memberships of the physical groups seen so far.
-#[derive(Default)]
-struct Memberships(HashMap<i64, usize>);
-
-impl Memberships {
-    fn of(&mut self, group: i64, contents: &mut Contents) -> usize {
-        *self.0.entry(group).or_insert_with(|| {
-            let groups = if group == 0 { vec![] } else { vec![group] };
-            contents.membership(groups)
-        })
-    }
 }

@@ -73,10 +73,7 @@ pub(super) fn nodes(scanner: &mut Scanner, contents: &mut Contents) -> Result<()
         for tag in block_tags {
             scanner.begin_record();
             let place = scanner.place();
-            let mut at = [0.0; 3];
-            for x in &mut at {
-                *x = scanner.real("a coordinate of the node")?;
-            }
+            let at = scanner.node_place()?;
             for _ in 0..n_parameters {
                 scanner.real("a parametric coordinate of the node")?;
             }

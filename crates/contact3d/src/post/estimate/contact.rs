@@ -3,7 +3,6 @@
 use super::{Field, FieldLoads, SolutionData, boundary::multipliers_between_nodes};
 use crate::{
     elasticity::InternalForces,
-    mesh::Mesh,
     post::{Solved, SolvedContact},
     reference::{quadrature, shape::quadratic_triangle},
     solver::Ellipse,
@@ -283,7 +282,12 @@ impl<'a> PointConditions<'a> {
             };
             let law = match surface.pane_of_facet(place) {
                 Some(pane) => laws[pane],
-                None => between_nodes(mesh, self.contact, laws, place, share),
+                // Linear on the triangle; nodes without a multiplier, whose displacement is held, have a law of zero.
+                None => multipliers_between_nodes(mesh, self.contact, place, share)
+                    .into_iter()
+                    .fold(Law::default(), |sum, (pane, weight)| {
+                        sum.plus(weight, laws[pane])
+                    }),
             };
             let point = FacePoint {
                 nodes: &nodes,
@@ -326,32 +330,23 @@ fn law_of(
     let area = contact.state.surface.pane_area[pane];
     let pair = layout.tangential(pane);
     let shear = pair.map_or([0.0; 2], |pair| pair.map(|j| multiplier[j]));
+    let friction = known.panes[pane].friction;
+    let coulomb = friction.and_then(|friction| friction.coulomb);
+    let coulomb = contact.state.interface.coulomb().zip(coulomb);
     Law {
         stress: [multiplier[pane], shear[0], shear[1]],
         stiffness: [
             known.stiffness[pane] * area,
             pair.map_or(0.0, |[j, _]| known.stiffness[j] * area),
         ],
-        semi_axes: known.panes[pane].friction.map_or([0.0; 2], |f| f.semi_axes),
-        axes_by_pressure: axes_by_pressure(contact, known, pane, multiplier[pane]),
+        semi_axes: friction.map_or([0.0; 2], |f| f.semi_axes),
+        // F dg/dλ_ν.
+        axes_by_pressure: coulomb.map_or([0.0; 2], |(law, here)| {
+            let slope = law.slip_bound_slope(pane, multiplier[pane]);
+            here.coefficients.map(|f| f * slope)
+        }),
         wanted: [0.0; 3],
     }
-}
-
-/// What the semi-axes of a pane gain with its pressure: F dg/dλ_ν.
-fn axes_by_pressure(
-    contact: &SolvedContact<'_>,
-    known: &SolutionData<'_>,
-    pane: usize,
-    pressure: f64,
-) -> [f64; 2] {
-    let friction = known.panes[pane].friction;
-    let coulomb = friction.and_then(|friction| friction.coulomb);
-    let law = contact.state.interface.coulomb();
-    law.zip(coulomb).map_or([0.0; 2], |(law, here)| {
-        let slope = law.slip_bound_slope(pane, pressure);
-        here.coefficients.map(|f| f * slope)
-    })
 }
 
 /// (u_ν − d, u_t1, u_t2) at the contact nodes in m, `[n_contact_nodes]`; tangential ones since the step began.
@@ -370,21 +365,4 @@ fn displacements(contact: &SolvedContact<'_>, known: &SolutionData<'_>) -> Vec<[
             [normal - gap, first - from[0], second - from[1]]
         })
         .collect()
-}
-
-/// The law between nodal multipliers: linear on the triangle; nodes without a multiplier, whose
-/// displacement is held, have a law of zero.
-fn between_nodes(
-    mesh: &Mesh,
-    contact: &SolvedContact<'_>,
-    laws: &[Law],
-    place: usize,
-    share: [f64; 3],
-) -> Law {
-    let parts = multipliers_between_nodes(mesh, contact, place, share);
-    parts
-        .into_iter()
-        .fold(Law::default(), |sum, (pane, weight)| {
-            sum.plus(weight, laws[pane])
-        })
 }

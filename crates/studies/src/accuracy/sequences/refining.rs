@@ -213,7 +213,9 @@ impl<'a> SequenceRun<'a> {
                         wanted: coarse.estimated * fall(element),
                         element,
                     };
-                    refinement.push(RefinedLevel::Cuts(next_cuts(&coarse.indicator, target)));
+                    refinement
+                        .levels
+                        .push(RefinedLevel::Cuts(next_cuts(&coarse.indicator, target)));
                     let body = RefinableBody::refined(scene, folder, refinement)?;
                     SolvedMesh::new(scene, body.mesh()?, Some((coarse, body.parents())))
                 })?
