@@ -313,24 +313,25 @@ pub(super) fn draw_frame(canvas: &mut Canvas, x: &PlacedAxis<'_>, y: &PlacedAxis
     let faint = Stroke::solid(Colour(0xf0, 0xf0, 0xf0), 0.6);
     let [left, right] = x.pixels;
     let [bottom, top] = y.pixels;
-    let (major, minor) = x.ticks();
-    for at in minor.iter().map(|&v| x.pixel(v)) {
-        canvas.line([at, bottom], [at, top], faint);
-    }
-    for (value, label) in &major {
-        let at = x.pixel(*value);
-        canvas.line([at, bottom], [at, top], grid);
-        canvas.text([at, bottom + 19.0], label, TICK_SIZE, Anchor::Middle);
-    }
-    let (major, minor) = y.ticks();
-    for at in minor.iter().map(|&v| y.pixel(v)) {
-        canvas.line([left, at], [right, at], faint);
-    }
-    for (value, label) in &major {
-        let at = y.pixel(*value);
-        canvas.line([left, at], [right, at], grid);
-        let position = [left - 8.0, at + 0.36 * TICK_SIZE];
-        canvas.text(position, label, TICK_SIZE, Anchor::End);
+    for (axis, [from, to], is_upright) in [(x, y.pixels, true), (y, x.pixels, false)] {
+        let (major, minor) = axis.ticks();
+        let line = |canvas: &mut Canvas, at: f64, stroke: Stroke| {
+            let ends = [from, to].map(|end| if is_upright { [at, end] } else { [end, at] });
+            canvas.line(ends[0], ends[1], stroke);
+        };
+        for value in minor {
+            line(canvas, axis.pixel(value), faint);
+        }
+        for (value, label) in &major {
+            let at = axis.pixel(*value);
+            line(canvas, at, grid);
+            let (position, anchor) = if is_upright {
+                ([at, bottom + 19.0], Anchor::Middle)
+            } else {
+                ([left - 8.0, at + 0.36 * TICK_SIZE], Anchor::End)
+            };
+            canvas.text(position, label, TICK_SIZE, anchor);
+        }
     }
     let frame = Stroke::solid(Colour::BLACK, 0.8);
     let size = [right - left, bottom - top];
