@@ -22,30 +22,25 @@ pub(super) struct ContactCells {
 impl ContactCells {
     /// Cuts a contact face; no cells without contact.
     pub(super) fn new(mesh: &Mesh, face: Option<(&ContactSurface, &SurfaceFace)>) -> Self {
-        let Some((surface, face)) = face else {
-            return Self {
-                coordinates: mesh.coordinates.clone(),
-                parents: Vec::new(),
-                triangles: Vec::new(),
-                pane: Vec::new(),
-                carrying: 0,
-                cells: 0,
-            };
-        };
         let mut cells = Self {
             coordinates: mesh.coordinates.clone(),
             parents: Vec::new(),
             triangles: Vec::new(),
-            pane: face
-                .facets
-                .clone()
-                .filter_map(|place| Some(surface.pane_of_facet(place)? - face.panes.start))
-                .collect(),
-            carrying: face.panes.len(),
-            cells: face.panes.len(),
+            pane: Vec::new(),
+            carrying: 0,
+            cells: 0,
         };
+        let Some((surface, face)) = face else {
+            return cells;
+        };
+        let panes = face.facets.clone();
+        cells.pane = panes
+            .filter_map(|place| Some(surface.pane_of_facet(place)? - face.panes.start))
+            .collect();
+        cells.carrying = face.panes.len();
+        cells.cells = face.panes.len();
         let facets = surface.facets[face.facets.clone()].iter();
-        let triangles = facets.map(|&f| mesh.facets[f]);
+        let triangles = facets.clone().map(|&f| mesh.facets[f]);
         if !face.is_nodal {
             cells.triangles = triangles.collect();
             return cells;
@@ -54,7 +49,6 @@ impl ContactCells {
         match &mesh.mid_edges {
             None => cells.cut_at_medians(&cell_of_node, triangles),
             Some(middles) => {
-                let facets = surface.facets[face.facets.clone()].iter();
                 let middles = facets.map(|&f| middles.facets[f]);
                 cells.cut_at_centroids(&cell_of_node, triangles.zip(middles));
             }

@@ -115,18 +115,12 @@ fn energies(records: &[StepRecord], units: Units) -> LineChart {
     let mut all = vec![series("strain energy", records, 0.0, strain)];
     for (name, energy) in sums {
         let mut sum = 0.0;
-        let points = records.iter().map(|record| {
+        // Sums of roundings are not drawn.
+        let sums = |record: &StepRecord| {
             sum += energy(record);
             [record.increment.time, sum]
-        });
-        let points: Vec<[f64; 2]> = points.collect();
-        // Sums of roundings are not drawn.
-        let size = points
-            .iter()
-            .fold(0.0_f64, |most, [_, y]| most.max(y.abs()));
-        if size > NEGLIGIBLE * largest {
-            all.push(Some(line(name, records, &points)));
-        }
+        };
+        all.push(series(name, records, largest, sums));
     }
     let time = ChartAxis::linear("time", Units::SI.of(Dimension::Time));
     let energy = ChartAxis::linear("energy", units.of(Dimension::Energy));
@@ -148,16 +142,15 @@ fn series(
     name: &str,
     records: &[StepRecord],
     scale: f64,
-    at: impl Fn(&StepRecord) -> [f64; 2],
+    at: impl FnMut(&StepRecord) -> [f64; 2],
 ) -> Option<Series> {
     let points: Vec<[f64; 2]> = records.iter().map(at).collect();
     let largest = points
         .iter()
         .fold(0.0_f64, |most, [_, y]| most.max(y.abs()));
-    (largest > NEGLIGIBLE * scale).then(|| line(name, records, &points))
-}
-
-fn line(name: &str, records: &[StepRecord], points: &[[f64; 2]]) -> Series {
+    if largest <= NEGLIGIBLE * scale {
+        return None;
+    }
     let origin = ChartPoint {
         x: 0.0,
         y: 0.0,
@@ -167,8 +160,8 @@ fn line(name: &str, records: &[StepRecord], points: &[[f64; 2]]) -> Series {
         .iter()
         .zip(points)
         .map(|(record, [x, y])| ChartPoint {
-            x: *x,
-            y: *y,
+            x,
+            y,
             text: format!(
                 "step {}, increment {}, t = {}: {x:.4e}, {y:.4e}",
                 record.increment.step + 1,
@@ -176,5 +169,5 @@ fn line(name: &str, records: &[StepRecord], points: &[[f64; 2]]) -> Series {
                 shown_time(record.increment.time)
             ),
         });
-    Series::new(name, [origin].into_iter().chain(points))
+    Some(Series::new(name, [origin].into_iter().chain(points)))
 }

@@ -2,24 +2,22 @@
 
 use std::path::{Path, PathBuf};
 
+use super::{
+    Drawing, PictureFolder,
+    contact_cells::ContactCells,
+    law_curves,
+    picture::{self, NO_MULTIPLIER, endings_of},
+};
+use crate::pipeline::{StageError, mesh_of, pin_mesh_file};
 use contact3d::{
     contact::{ContactFrame, CoulombLaw, FaceLaw, FrictionField, Interface, LawBounds},
     mesh::{ContactSurface, Mesh, Quality, Refinement},
     scene::{FrictionModel, ModelFeatures, Scene, SceneFile, Warning, shown},
 };
 use plots::{
-    ContactPicture, DrawnFriction, DrawnSupport, DrawnZone, FigureError, FrictionKind, LawPicture,
-    Picture, law_page,
+    ContactPicture, DrawnFriction, DrawnSupport, FigureError, FrictionKind, LawPicture, Picture,
+    law_page,
 };
-use units::Units;
-
-use super::{
-    Drawing, PictureFolder,
-    contact_cells::ContactCells,
-    law_curves,
-    picture::{self, endings_of},
-};
-use crate::pipeline::{StageError, mesh_of, pin_mesh_file};
 
 /// What the names of pictures begin with.
 const PICTURE: &str = "law";
@@ -105,8 +103,8 @@ impl LawStudy {
         let endings = endings_of(&self.scene);
         let pages = bounded.map(|(number, (study, law))| {
             let name = format!("{PICTURE}{}", endings[number]);
-            let face = LawFace::new(&self.mesh, surface, number, &field);
-            let page = self.page(study, law, &face, &interface.frame);
+            let face = (surface, number);
+            let page = self.page(study, law, face, &field, &interface.frame);
             let page = page.map_err(|source| StageError::Figure {
                 file: folder.path().join(format!("{name}.svg")),
                 source,
@@ -120,7 +118,8 @@ impl LawStudy {
         &self,
         study: &FaceStudy,
         law: &FaceLaw,
-        face: &LawFace,
+        (surface, number): (&ContactSurface, usize),
+        field: &FrictionField,
         frame: &ContactFrame,
     ) -> Result<Picture, FigureError> {
         let place = central_node(law.positions());
@@ -141,12 +140,37 @@ impl LawStudy {
             1 => self.scene.shown_title(),
             _ => format!("{}: {}", self.scene.shown_title(), shown(&study.name)),
         };
+        let face = &surface.faces[number];
+        let cells = ContactCells::new(&self.mesh, Some((surface, face)));
+        let panes: Vec<[f64; 2]> = face.panes.clone().map(|i| field.pane(i)).collect();
+        let friction = cells.of_cells(&panes, &NO_MULTIPLIER, |&semi_axes| DrawnFriction {
+            semi_axes,
+            ..NO_MULTIPLIER
+        });
+        let reference = frame.references[number];
+        let [axis_1, axis_2] = reference.axes;
+        let at_rest = ContactPicture {
+            title: &title,
+            units: self.scene.units,
+            coordinates: &cells.coordinates,
+            displacement: &vec![[0.0; 3]; cells.coordinates.len()],
+            boundary_triangles: &[],
+            boundary_face: &[],
+            contact_triangles: &cells.triangles,
+            contact_triangle_pane: &cells.pane,
+            normal: reference.normal,
+            support: DrawnSupport::Plane,
+            axis_1,
+            axis_2,
+            normal_stress: &vec![0.0; friction.len()],
+            friction: Some((FrictionKind::OverPressure, &friction)),
+        };
         law_page(&LawPicture {
             title: &title,
             units: self.scene.units,
             note: &note,
             over_slip: &drawn,
-            at_rest: varies.then(|| face.picture(&title, self.scene.units, frame)),
+            at_rest: varies.then_some(at_rest),
         })
     }
 }
@@ -182,70 +206,6 @@ fn faces_of(scene: &Scene, mesh: &Mesh, interface: Option<&Interface>) -> Vec<Fa
             }
         })
         .collect()
-}
-
-/// A contact face with the coefficients of friction of one state of slip, and no stresses.
-struct LawFace {
-    number: usize,
-    cells: ContactCells,
-    displacement: Vec<[f64; 3]>,
-    friction: Vec<DrawnFriction>,
-    normal_stress: Vec<f64>,
-}
-
-impl LawFace {
-    /// The face with a number in the order of the multipliers.
-    fn new(mesh: &Mesh, surface: &ContactSurface, number: usize, field: &FrictionField) -> Self {
-        let face = &surface.faces[number];
-        let cells = ContactCells::new(mesh, Some((surface, face)));
-        let panes: Vec<[f64; 2]> = face.panes.clone().map(|i| field.pane(i)).collect();
-        let friction = cells.of_cells(&panes, &unloaded([f64::NAN; 2]), |f| unloaded(*f));
-        Self {
-            number,
-            displacement: vec![[0.0; 3]; cells.coordinates.len()],
-            normal_stress: vec![0.0; friction.len()],
-            friction,
-            cells,
-        }
-    }
-
-    /// The face as the figures take it.
-    fn picture<'a>(
-        &'a self,
-        title: &'a str,
-        units: Units,
-        frame: &ContactFrame,
-    ) -> ContactPicture<'a> {
-        let reference = frame.references[self.number];
-        let [axis_1, axis_2] = reference.axes;
-        ContactPicture {
-            title,
-            units,
-            coordinates: &self.cells.coordinates,
-            displacement: &self.displacement,
-            boundary_triangles: &[],
-            boundary_face: &[],
-            contact_triangles: &self.cells.triangles,
-            contact_triangle_pane: &self.cells.pane,
-            normal: reference.normal,
-            support: DrawnSupport::Plane,
-            axis_1,
-            axis_2,
-            normal_stress: &self.normal_stress,
-            friction: Some((FrictionKind::OverPressure, &self.friction)),
-        }
-    }
-}
-
-/// Coefficients without stresses.
-fn unloaded(coefficients: [f64; 2]) -> DrawnFriction {
-    DrawnFriction {
-        scaled_tangential: 0.0,
-        semi_axes: coefficients,
-        stress: [0.0; 2],
-        turn: 0.0,
-        zone: DrawnZone::Open,
-    }
 }
 
 /// The names of all pictures with these endings.

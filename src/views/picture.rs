@@ -226,7 +226,7 @@ impl Drawn<'_> {
 }
 
 /// What is drawn where a held node carries no multiplier.
-const NO_MULTIPLIER: DrawnFriction = DrawnFriction {
+pub(super) const NO_MULTIPLIER: DrawnFriction = DrawnFriction {
     scaled_tangential: f64::NAN,
     semi_axes: [f64::NAN; 2],
     stress: [f64::NAN; 2],

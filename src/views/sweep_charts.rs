@@ -37,20 +37,14 @@ const WIDE: f64 = 30.0;
 /// Forces below this share of the largest force of a sweep are rounding, and not drawn.
 const ROUNDING: f64 = 1e-10;
 
-/// A chart with the name of its column.
-pub(super) struct SweepChart {
-    pub(super) column: &'static str,
-    pub(super) chart: LineChart,
-}
-
 /// The columns of all results that may be drawn.
 pub(super) fn columns() -> impl Iterator<Item = &'static str> {
     RESULTS.iter().chain(&COSTS).map(|(column, ..)| *column)
 }
 
-/// One chart for each result that varies, over the setting with the most different numbers; the
+/// One chart for each result that varies, with the name of its column, over the setting with the most different numbers; the
 /// other varying settings tell the lines apart.
-pub(super) fn charts(table: &SweepTable) -> Vec<SweepChart> {
+pub(super) fn charts(table: &SweepTable) -> Vec<(&'static str, LineChart)> {
     let mut settings = varying_settings(table);
     let most_values = (0..settings.len())
         .rev()
@@ -69,15 +63,22 @@ pub(super) fn charts(table: &SweepTable) -> Vec<SweepChart> {
     } else {
         &[]
     };
-    let lines = Lines::new(&settings, table);
+    let (legend, names) = lines(&settings, table);
     let least_force = ROUNDING * largest_force(table);
     let drawn = RESULTS.iter().chain(costs).filter_map(|&(column, label)| {
         let y = table.columns.iter().find(|other| other.name == column)?;
         let values = numbers(y);
         let is_rounding = is_force(y) && largest(&values) <= least_force;
-        (values.len() > 1 && !is_rounding).then(|| SweepChart {
-            column,
-            chart: chart(&lines, (x, setting_unit(&x.name, table.units)), y, label),
+        (values.len() > 1 && !is_rounding).then(|| {
+            let x = (x, setting_unit(&x.name, table.units));
+            let chart = chart(&names, x, y, label);
+            (
+                column,
+                LineChart {
+                    legend: legend.clone(),
+                    ..chart
+                },
+            )
         })
     });
     drawn.collect()
@@ -130,36 +131,24 @@ pub(super) fn setting_unit(key: &str, units: Units) -> Unit {
     units.of(dimension)
 }
 
-/// The line that each case belongs to.
-struct Lines {
-    /// The settings that tell them apart.
-    heading: String,
-    /// One name a case.
-    names: Vec<String>,
-}
-
-impl Lines {
-    fn new(settings: &[&Column], table: &SweepTable) -> Self {
-        let parts: Vec<Vec<String>> = settings.iter().map(|column| names(column)).collect();
-        let name = |case: usize| {
-            let words: Vec<&str> = parts.iter().map(|names| names[case].as_str()).collect();
-            words.join(" · ")
-        };
-        let title = |key: &&Column| {
-            let unit = setting_unit(&key.name, table.units);
-            let words = last_words(&key.name);
-            if unit.is_none() {
-                words.to_owned()
-            } else {
-                format!("{words} [{}]", unit.word())
-            }
-        };
-        let keys: Vec<String> = settings.iter().map(title).collect();
-        Self {
-            heading: keys.join(" · "),
-            names: (0..table.n_cases).map(name).collect(),
+/// The settings that tell lines apart, and the name of the line that each case belongs to.
+fn lines(settings: &[&Column], table: &SweepTable) -> (String, Vec<String>) {
+    let parts: Vec<Vec<String>> = settings.iter().map(|column| names(column)).collect();
+    let name = |case: usize| {
+        let words: Vec<&str> = parts.iter().map(|names| names[case].as_str()).collect();
+        words.join(" · ")
+    };
+    let title = |key: &&Column| {
+        let unit = setting_unit(&key.name, table.units);
+        let words = last_words(&key.name);
+        if unit.is_none() {
+            words.to_owned()
+        } else {
+            format!("{words} [{}]", unit.word())
         }
-    }
+    };
+    let keys: Vec<String> = settings.iter().map(title).collect();
+    (keys.join(" · "), (0..table.n_cases).map(name).collect())
 }
 
 /// The end of a key, from its last word that is a name of its own in the scene.
@@ -178,9 +167,9 @@ fn last_words(key: &str) -> &str {
     &key[start..]
 }
 
-fn chart(lines: &Lines, (x, x_unit): (&Column, Unit), y: &Column, label: &str) -> LineChart {
+fn chart(names: &[String], (x, x_unit): (&Column, Unit), y: &Column, label: &str) -> LineChart {
     let mut series: Vec<Series> = Vec::new();
-    let points = lines.names.iter().zip(x.cells.iter().zip(&y.cells));
+    let points = names.iter().zip(x.cells.iter().zip(&y.cells));
     for (name, (at, value)) in points {
         let (Some(at), Some(value)) = (at.number(), value.number()) else {
             continue;
@@ -202,10 +191,7 @@ fn chart(lines: &Lines, (x, x_unit): (&Column, Unit), y: &Column, label: &str) -
     }
     let along = axis(&x.name, x_unit.clone(), &numbers(x));
     let across = axis(label, y.unit.clone(), &numbers(y));
-    LineChart {
-        legend: lines.heading.clone(),
-        ..LineChart::new(label, along, across, series)
-    }
+    LineChart::new(label, along, across, series)
 }
 
 fn axis(label: &str, unit: Unit, values: &[f64]) -> ChartAxis {

@@ -25,8 +25,7 @@ fn read(folder: &Path) -> Result<SweepTable, StageError> {
 /// Draws what varies in the table of a sweep's folder, SVG and PNG; returns the files.
 pub fn draw_sweep(sweep: &Path, figures: &PictureFolder) -> Result<Vec<PathBuf>, StageError> {
     let table = read(sweep)?;
-    let charts = charts(&table).into_iter();
-    figures.save_charts(charts.map(|drawn| (drawn.column, drawn.chart)))
+    figures.save_charts(charts(&table))
 }
 
 /// The page of a folder with a `summary.h5`.
@@ -35,7 +34,7 @@ pub(super) fn page(folder: &Path) -> Result<Page, StageError> {
     let charts = charts(&table);
     let mut sections = Vec::new();
     if !charts.is_empty() {
-        let figures = charts.iter().map(|drawn| PagePart::chart(&drawn.chart));
+        let figures = charts.iter().map(|(_, chart)| PagePart::chart(chart));
         sections.push(Section::new("charts", "What varies", figures.collect()));
     }
     let row = |case: usize| {

@@ -235,113 +235,105 @@ impl ColourKey {
         self.range.fill(self.map, value)
     }
 
-    /// Draws the bar, below or at the right of a plot, from `corner` over `length` pixels.
+    /// Draws the bar with its title, below or at the right of a plot, from `corner` over `length` pixels.
     pub(super) fn draw(&self, canvas: &mut Canvas, side: KeySide, corner: Point, length: f64) {
+        let [left, top] = corner;
         match side {
-            KeySide::Below => self.draw_horizontal(canvas, corner, length),
-            KeySide::Right => self.draw_vertical(canvas, corner, length),
+            KeySide::Below => {
+                self.draw_bar(canvas, side, corner, length);
+                let baseline = top + THICKNESS + 35.0;
+                let centre = [left + length / 2.0, baseline];
+                let title = match self.remark {
+                    "" => self.title.clone(),
+                    remark => self.title.clone().upright(format!(" {remark}")),
+                };
+                canvas.text(centre, &title, LABEL_SIZE, Anchor::Middle);
+                if self.has_gaps {
+                    draw_gap_swatch(canvas, [left + length - 78.0, baseline - 11.0]);
+                }
+            }
+            KeySide::Right => {
+                canvas.text([left, top + 10.0], &self.title, LABEL_SIZE, Anchor::Start);
+                let top = top + 22.0;
+                let footer = self.has_gaps || !self.remark.is_empty();
+                let length = length - 22.0 - if footer { 30.0 } else { 0.0 };
+                self.draw_bar(canvas, side, [left, top], length);
+                if self.has_gaps {
+                    draw_gap_swatch(canvas, [left, top + length + 16.0]);
+                } else if footer {
+                    let position = [left, top + length + 26.0];
+                    let remark = Label::plain(self.remark);
+                    canvas.text(position, &remark, TICK_SIZE, Anchor::Start);
+                }
+            }
         }
     }
 
-    fn draw_horizontal(&self, canvas: &mut Canvas, [left, top]: Point, length: f64) {
-        for slice in 0..self.slices() {
-            let from = length * slice as f64 / SLICES as f64;
-            let fill = self.slice_fill(slice);
-            canvas.rectangle([left + from, top], [length - from, THICKNESS], fill, None);
-        }
-        let frame = Stroke::solid(Colour::BLACK, 0.8);
-        canvas.rectangle([left, top], [length, THICKNESS], Fill::Empty, Some(frame));
-        let ticks = self.ticks(|low, high| fitting_ticks(low, high, length));
-        for (value, fraction) in self.positions(&ticks) {
-            let x = left + fraction * length;
-            let bottom = top + THICKNESS;
-            canvas.line([x, bottom], [x, bottom + 4.0], frame);
-            let label = Label::plain(ticks.text(value));
-            canvas.text([x, bottom + 16.5], &label, TICK_SIZE, Anchor::Middle);
-        }
-        let baseline = top + THICKNESS + 35.0;
-        let centre = [left + length / 2.0, baseline];
-        let title = match self.remark {
-            "" => self.title.clone(),
-            remark => self.title.clone().upright(format!(" {remark}")),
-        };
-        canvas.text(centre, &title, LABEL_SIZE, Anchor::Middle);
-        if self.has_gaps {
-            draw_gap_swatch(canvas, [left + length - 78.0, baseline - 11.0]);
-        }
-    }
-
-    fn draw_vertical(&self, canvas: &mut Canvas, [left, top]: Point, length: f64) {
-        canvas.text([left, top + 10.0], &self.title, LABEL_SIZE, Anchor::Start);
-        let top = top + 22.0;
-        let footer = self.has_gaps || !self.remark.is_empty();
-        let length = length - 22.0 - if footer { 30.0 } else { 0.0 };
-        for slice in 0..self.slices() {
-            let height = length * (1.0 - slice as f64 / SLICES as f64);
-            let fill = self.slice_fill(slice);
-            canvas.rectangle([left, top], [THICKNESS, height], fill, None);
-        }
-        let frame = Stroke::solid(Colour::BLACK, 0.8);
-        canvas.rectangle([left, top], [THICKNESS, length], Fill::Empty, Some(frame));
-        let ticks = self.ticks(|low, high| Ticks::new(low, high, 7));
-        for (value, fraction) in self.positions(&ticks) {
-            let y = top + (1.0 - fraction) * length;
-            let right = left + THICKNESS;
-            canvas.line([right, y], [right + 4.0, y], frame);
-            let label = Label::plain(ticks.text(value));
-            let position = [right + 8.0, y + 0.36 * TICK_SIZE];
-            canvas.text(position, &label, TICK_SIZE, Anchor::Start);
-        }
-        if self.has_gaps {
-            draw_gap_swatch(canvas, [left, top + length + 16.0]);
-        } else if footer {
-            let position = [left, top + length + 26.0];
-            canvas.text(
-                position,
-                &Label::plain(self.remark),
-                TICK_SIZE,
-                Anchor::Start,
-            );
-        }
-    }
-
-    fn slices(&self) -> usize {
-        match self.range {
+    /// The colours, each over the rest of those before it, in a frame with ticks.
+    fn draw_bar(&self, canvas: &mut Canvas, side: KeySide, [left, top]: Point, length: f64) {
+        let slices = match self.range {
             ValueRange::Interval(..) => SLICES,
             ValueRange::Nothing | ValueRange::Constant(_) => 1,
-        }
-    }
-
-    fn slice_fill(&self, slice: usize) -> Fill {
-        match self.range {
-            ValueRange::Nothing => Fill::NoValue,
-            ValueRange::Constant(value) => self.fill(value),
-            ValueRange::Interval(..) => {
-                Fill::Plain(self.map.at((slice as f64 + 0.5) / SLICES as f64))
-            }
-        }
-    }
-
-    /// Ticks in scaled values.
-    fn ticks(&self, choose: impl Fn(f64, f64) -> Ticks) -> Ticks {
-        match self.range {
-            ValueRange::Nothing => Ticks::none(),
-            ValueRange::Constant(value) => Ticks::single(self.scale.scaled(value)),
-            ValueRange::Interval(low, high) => {
-                choose(self.scale.scaled(low), self.scale.scaled(high))
-            }
-        }
-    }
-
-    /// Every tick value with its position on the bar from 0 to 1.
-    fn positions(&self, ticks: &Ticks) -> Vec<(f64, f64)> {
-        let ValueRange::Interval(low, high) = self.range else {
-            let middle = |&value: &f64| (value, 0.5);
-            return ticks.values.iter().map(middle).collect();
         };
-        let (low, high) = (self.scale.scaled(low), self.scale.scaled(high));
-        let position = |&value: &f64| (value, ((value - low) / (high - low)).clamp(0.0, 1.0));
-        ticks.values.iter().map(position).collect()
+        for slice in 0..slices {
+            let share = slice as f64 / SLICES as f64;
+            let (corner, size) = match side {
+                KeySide::Below => {
+                    let from = length * share;
+                    ([left + from, top], [length - from, THICKNESS])
+                }
+                KeySide::Right => ([left, top], [THICKNESS, length * (1.0 - share)]),
+            };
+            let fill = match self.range {
+                ValueRange::Nothing => Fill::NoValue,
+                ValueRange::Constant(value) => self.fill(value),
+                ValueRange::Interval(..) => Fill::Plain(self.map.at(share + 0.5 / SLICES as f64)),
+            };
+            canvas.rectangle(corner, size, fill, None);
+        }
+        let frame = Stroke::solid(Colour::BLACK, 0.8);
+        let size = match side {
+            KeySide::Below => [length, THICKNESS],
+            KeySide::Right => [THICKNESS, length],
+        };
+        canvas.rectangle([left, top], size, Fill::Empty, Some(frame));
+        for (fraction, label) in self.ticks(side, length) {
+            let (from, to, position, anchor) = match side {
+                KeySide::Below => {
+                    let (x, bottom) = (left + fraction * length, top + THICKNESS);
+                    let to = [x, bottom + 4.0];
+                    ([x, bottom], to, [x, bottom + 16.5], Anchor::Middle)
+                }
+                KeySide::Right => {
+                    let (right, y) = (left + THICKNESS, top + (1.0 - fraction) * length);
+                    let position = [right + 8.0, y + 0.36 * TICK_SIZE];
+                    ([right, y], [right + 4.0, y], position, Anchor::Start)
+                }
+            };
+            canvas.line(from, to, frame);
+            canvas.text(position, &label, TICK_SIZE, anchor);
+        }
+    }
+
+    /// Positions on the bar from 0 to 1, with their labels.
+    fn ticks(&self, side: KeySide, length: f64) -> Vec<(f64, Label)> {
+        let (low, high) = match self.range {
+            ValueRange::Nothing => return Vec::new(),
+            ValueRange::Constant(value) => {
+                let value = self.scale.scaled(value);
+                return vec![(0.5, Label::plain(Ticks::single(value).text(value)))];
+            }
+            ValueRange::Interval(low, high) => (self.scale.scaled(low), self.scale.scaled(high)),
+        };
+        let ticks = match side {
+            KeySide::Below => fitting_ticks(low, high, length),
+            KeySide::Right => Ticks::new(low, high, 7),
+        };
+        let tick = |&value: &f64| {
+            let fraction = ((value - low) / (high - low)).clamp(0.0, 1.0);
+            (fraction, Label::plain(ticks.text(value)))
+        };
+        ticks.values.iter().map(tick).collect()
     }
 }
 

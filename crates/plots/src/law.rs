@@ -10,7 +10,7 @@ use super::{
         KEY_WIDTH, KeySide, LABEL_SIZE, PANEL_WIDTH, PictureLayout, TITLE_HEIGHT, TITLE_SIZE,
         fitting_ticks, titled_panel,
     },
-    line_chart::{LogTicks, TICK_LENGTH, TickedAxis, draw_ticked_frame},
+    line_chart::{TICK_LENGTH, TickedAxis, draw_ticked_frame, log_label, log_ticks},
     panels::semi_axis_map,
     panes::pane_shapes,
     picture::{ContactPicture, FigureError, Picture},
@@ -90,8 +90,8 @@ impl SlipRange {
                 TickedAxis::linear(scale.title(symbol), &ticks, [0.0, scaled])
             }
             Self::Logarithmic(low, high) => {
-                let major = LogTicks::new(low, high, MOST_DECADES).major;
-                let label = |value: f64| (self.fraction(value), LogTicks::label(value));
+                let (major, _) = log_ticks(low, high, MOST_DECADES);
+                let label = |value: f64| (self.fraction(value), log_label(value));
                 TickedAxis {
                     title: UnitScale::new(1.0, &unit).title(symbol),
                     ticks: major.into_iter().map(label).collect(),

@@ -81,6 +81,8 @@ impl PictureLayout {
             axis_name(picture.axis_2, "2"),
         ];
         let scales = axis_scales(&contact, &picture.units.of(Dimension::LENGTH));
+        let intervals =
+            [0, 1].map(|k| [contact.low[k], contact.high[k]].map(|end| scales[k].scaled(end)));
         let vertical = |pixels: f64| {
             let most = (pixels / 28.0).clamp(2.0, 8.0).floor();
             #[expect(
@@ -89,28 +91,17 @@ impl PictureLayout {
                 reason = "2 to 8"
             )]
             let most = most as usize;
-            Ticks::new(
-                scales[1].scaled(contact.low[1]),
-                scales[1].scaled(contact.high[1]),
-                most,
-            )
+            Ticks::new(intervals[1][0], intervals[1][1], most)
         };
         let left = 46.0 + vertical(200.0).widest(TICK_SIZE);
         let (corner, size, panel_height) = plot_rectangle(key, left, aspect);
         let axis = |k: usize, ticks: &Ticks, direction: Vector| {
-            let interval = [contact.low[k], contact.high[k]].map(|end| scales[k].scaled(end));
-            TickedAxis::linear(
-                axis_title(&scales[k], &names[k], direction),
-                ticks,
-                interval,
-            )
+            let title = axis_title(&scales[k], &names[k], direction);
+            TickedAxis::linear(title, ticks, intervals[k])
         };
+        let horizontal = fitting_ticks(intervals[0][0], intervals[0][1], size[0]);
         let axes = [
-            axis(
-                0,
-                &horizontal_ticks(&scales[0], &contact, size[0]),
-                picture.axis_1,
-            ),
+            axis(0, &horizontal, picture.axis_1),
             axis(1, &vertical(size[1]), picture.axis_2),
         ];
         let note = (0..2).find(|&axis| stretch[axis] > 1.0).map(|axis| {
@@ -241,12 +232,6 @@ fn axis_scales(contact: &ContactBox, unit: &Unit) -> [UnitScale; 2] {
     let larger = extent[0].max(extent[1]);
     let alike = extent[0].min(extent[1]) * 1000.0 > larger;
     extent.map(|length| UnitScale::new(if alike { larger } else { length }, unit))
-}
-
-/// As many ticks as fit side by side.
-fn horizontal_ticks(scale: &UnitScale, contact: &ContactBox, pixels: f64) -> Ticks {
-    let (low, high) = (scale.scaled(contact.low[0]), scale.scaled(contact.high[0]));
-    fitting_ticks(low, high, pixels)
 }
 
 /// The densest ticks of an interval that do not touch each other on a horizontal axis.

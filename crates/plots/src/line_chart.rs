@@ -283,12 +283,12 @@ impl<'a> PlacedAxis<'a> {
                 (labels.collect(), Vec::new())
             }
             (AxisScale::Logarithmic, []) => {
-                let ticks = LogTicks::new(self.low, self.high, 8);
-                let labels = ticks.major.iter().map(|&v| (v, LogTicks::label(v)));
-                (labels.collect(), ticks.minor)
+                let (major, minor) = log_ticks(self.low, self.high, 8);
+                let labels = major.into_iter().map(|v| (v, log_label(v)));
+                (labels.collect(), minor)
             }
             (_, given) => {
-                let labels = given.iter().map(|&v| (v, LogTicks::label(v)));
+                let labels = given.iter().map(|&v| (v, log_label(v)));
                 (labels.collect(), Vec::new())
             }
         }
@@ -313,24 +313,25 @@ pub(super) fn draw_frame(canvas: &mut Canvas, x: &PlacedAxis<'_>, y: &PlacedAxis
     let faint = Stroke::solid(Colour(0xf0, 0xf0, 0xf0), 0.6);
     let [left, right] = x.pixels;
     let [bottom, top] = y.pixels;
-    let (major, minor) = x.ticks();
-    for at in minor.iter().map(|&v| x.pixel(v)) {
-        canvas.line([at, bottom], [at, top], faint);
-    }
-    for (value, label) in &major {
-        let at = x.pixel(*value);
-        canvas.line([at, bottom], [at, top], grid);
-        canvas.text([at, bottom + 19.0], label, TICK_SIZE, Anchor::Middle);
-    }
-    let (major, minor) = y.ticks();
-    for at in minor.iter().map(|&v| y.pixel(v)) {
-        canvas.line([left, at], [right, at], faint);
-    }
-    for (value, label) in &major {
-        let at = y.pixel(*value);
-        canvas.line([left, at], [right, at], grid);
-        let position = [left - 8.0, at + 0.36 * TICK_SIZE];
-        canvas.text(position, label, TICK_SIZE, Anchor::End);
+    for (axis, [from, to], is_upright) in [(x, y.pixels, true), (y, x.pixels, false)] {
+        let (major, minor) = axis.ticks();
+        let line = |canvas: &mut Canvas, at: f64, stroke: Stroke| {
+            let ends = [from, to].map(|end| if is_upright { [at, end] } else { [end, at] });
+            canvas.line(ends[0], ends[1], stroke);
+        };
+        for value in minor {
+            line(canvas, axis.pixel(value), faint);
+        }
+        for (value, label) in &major {
+            let at = axis.pixel(*value);
+            line(canvas, at, grid);
+            let (position, anchor) = if is_upright {
+                ([at, bottom + 19.0], Anchor::Middle)
+            } else {
+                ([left - 8.0, at + 0.36 * TICK_SIZE], Anchor::End)
+            };
+            canvas.text(position, label, TICK_SIZE, anchor);
+        }
     }
     let frame = Stroke::solid(Colour::BLACK, 0.8);
     let size = [right - left, bottom - top];
@@ -507,59 +508,45 @@ pub(super) fn typical_pane_size(layout: &PictureLayout, shapes: &[PaneShape]) ->
     sizes.get(sizes.len() / 4).copied().unwrap_or(0.0)
 }
 
-/// The positions of labelled and of unlabelled ticks.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct LogTicks {
-    /// Values with a label.
-    pub(super) major: Vec<f64>,
-    /// Values without one.
-    pub(super) minor: Vec<f64>,
+/// Values with a label, at most `most` powers of ten at equal distances, and values without one; where fewer than three powers
+/// fit, also their doubles and fivefolds have labels.
+pub(super) fn log_ticks(low: f64, high: f64, most: usize) -> (Vec<f64>, Vec<f64>) {
+    let (first, last) = (decade(low), decade(high) + 1);
+    let decades: Vec<f64> = (first..=last).map(|k| 10_f64.powi(k)).collect();
+    let inside = |v: &f64| *v >= low * (1.0 - 1e-9) && *v <= high * (1.0 + 1e-9);
+    let within = |values: Vec<f64>| values.into_iter().filter(inside).collect::<Vec<f64>>();
+    let powers = within(decades.clone());
+    if powers.len() >= 3 {
+        let stride = i32::try_from(powers.len().div_ceil(most.max(2))).unwrap_or(1);
+        let is_labelled = |v: &f64| decade(*v).rem_euclid(stride) == 0;
+        return powers.into_iter().partition(is_labelled);
+    }
+    let times = |factors: &[f64]| {
+        let products = decades
+            .iter()
+            .flat_map(|d| factors.iter().map(move |f| f * d));
+        within(products.collect())
+    };
+    let minor = times(&[3.0, 4.0, 6.0, 7.0, 8.0, 9.0]);
+    (times(&[1.0, 2.0, 5.0]), minor)
 }
 
-impl LogTicks {
-    /// At most `most` powers of ten at equal distances; where fewer than three fit, also their
-    /// doubles and fivefolds.
-    pub(super) fn new(low: f64, high: f64, most: usize) -> Self {
-        let (first, last) = (decade(low), decade(high) + 1);
-        let decades: Vec<f64> = (first..=last).map(|k| 10_f64.powi(k)).collect();
-        let inside = |v: &f64| *v >= low * (1.0 - 1e-9) && *v <= high * (1.0 + 1e-9);
-        let within = |values: Vec<f64>| values.into_iter().filter(inside).collect::<Vec<f64>>();
-        let powers = within(decades.clone());
-        if powers.len() >= 3 {
-            let stride = i32::try_from(powers.len().div_ceil(most.max(2))).unwrap_or(1);
-            let is_labelled = |v: &f64| decade(*v).rem_euclid(stride) == 0;
-            let (major, minor) = powers.into_iter().partition(is_labelled);
-            return Self { major, minor };
-        }
-        let times = |factors: &[f64]| {
-            let products = decades
-                .iter()
-                .flat_map(|d| factors.iter().map(move |f| f * d));
-            within(products.collect())
-        };
-        Self {
-            major: times(&[1.0, 2.0, 5.0]),
-            minor: times(&[3.0, 4.0, 6.0, 7.0, 8.0, 9.0]),
-        }
+/// The printed form of a tick: plain from 10⁻² to 10⁴, else with a power of ten.
+pub(super) fn log_label(value: f64) -> Label {
+    if (0.99e-2..1.01e4).contains(&value) {
+        let text = format!("{value:.4}");
+        let text = text.trim_end_matches('0').trim_end_matches('.');
+        return Label::plain(text);
     }
-
-    /// The printed form of a tick: plain from 10⁻² to 10⁴, else with a power of ten.
-    pub(super) fn label(value: f64) -> Label {
-        if (0.99e-2..1.01e4).contains(&value) {
-            let text = format!("{value:.4}");
-            let text = text.trim_end_matches('0').trim_end_matches('.');
-            return Label::plain(text);
-        }
-        let exponent = decade(value);
-        let mantissa = value / 10_f64.powi(exponent);
-        let digits = exponent.to_string().replace('-', "−");
-        let factor = if (mantissa - 1.0).abs() < 1e-6 {
-            Label::plain("10")
-        } else {
-            Label::plain(format!("{mantissa:.0}·10"))
-        };
-        factor.superscript(digits)
-    }
+    let exponent = decade(value);
+    let mantissa = value / 10_f64.powi(exponent);
+    let digits = exponent.to_string().replace('-', "−");
+    let factor = if (mantissa - 1.0).abs() < 1e-6 {
+        Label::plain("10")
+    } else {
+        Label::plain(format!("{mantissa:.0}·10"))
+    };
+    factor.superscript(digits)
 }
 
 /// ⌊log₁₀ v⌋, a hair of rounding allowed.
@@ -575,19 +562,19 @@ mod tests {
 
     #[test]
     fn many_decades_are_thinned_and_few_are_divided() {
-        let ticks = LogTicks::new(1e-13, 1.0, 7);
-        assert!((3..=7).contains(&ticks.major.len()), "{ticks:?}");
-        assert_eq!(ticks.major.len() + ticks.minor.len(), 14);
-        let ticks = LogTicks::new(3.0, 40.0, 7);
-        assert_eq!(ticks.major, [5.0, 10.0, 20.0]);
-        assert_eq!(ticks.minor, [3.0, 4.0, 6.0, 7.0, 8.0, 9.0, 30.0, 40.0]);
+        let (major, minor) = log_ticks(1e-13, 1.0, 7);
+        assert!((3..=7).contains(&major.len()), "{major:?}");
+        assert_eq!(major.len() + minor.len(), 14);
+        let (major, minor) = log_ticks(3.0, 40.0, 7);
+        assert_eq!(major, [5.0, 10.0, 20.0]);
+        assert_eq!(minor, [3.0, 4.0, 6.0, 7.0, 8.0, 9.0, 30.0, 40.0]);
     }
 
     #[test]
     fn labels_are_plain_or_powers_of_ten() {
-        assert_eq!(LogTicks::label(0.05), Label::plain("0.05"));
-        assert_eq!(LogTicks::label(1e-6), Label::plain("10").superscript("−6"));
+        assert_eq!(log_label(0.05), Label::plain("0.05"));
+        assert_eq!(log_label(1e-6), Label::plain("10").superscript("−6"));
         let label = Label::plain("2·10").superscript("5");
-        assert_eq!(LogTicks::label(2e5), label);
+        assert_eq!(log_label(2e5), label);
     }
 }

@@ -9,6 +9,7 @@ use super::{
     scale::UnitScale,
     svg::{bounds, dot},
     text::Label,
+    view::surface_edges,
 };
 
 /// Panes in contact in less than this share of the face's box fill the picture.
@@ -166,14 +167,11 @@ pub(super) fn pane_shapes(picture: &ContactPicture<'_>) -> Vec<PaneShape> {
 
 /// The edges, smaller node first, that belong to one triangle only.
 fn single_edges(triangles: &[[usize; 3]]) -> Vec<[usize; 2]> {
-    let mut count: BTreeMap<[usize; 2], usize> = BTreeMap::new();
-    for &[a, b, c] in triangles {
-        for [p, q] in [[a, b], [b, c], [c, a]] {
-            *count.entry([p.min(q), p.max(q)]).or_default() += 1;
-        }
-    }
-    let single = count.into_iter().filter(|&(_, times)| times == 1);
-    single.map(|(edge, _)| edge).collect()
+    let edges = surface_edges(triangles).into_iter();
+    edges
+        .filter(|edge| edge.triangles.len() == 1)
+        .map(|edge| edge.nodes)
+        .collect()
 }
 
 /// Chains edges to loops of nodes; every edge is used once.
@@ -346,20 +344,17 @@ impl FrictionKind {
     /// What a pane says of its semi-axes and its stress, both in `unit`.
     pub(super) fn describe(self, semi_axes: [f64; 2], stress: [f64; 2], unit: &Unit) -> String {
         let ([a, b], [t1, t2]) = (semi_axes, stress);
-        match self {
-            Self::OverPressure => {
-                format!("F1 = {a:.4}, F2 = {b:.4}, σt/λν = ({t1:.4}, {t2:.4})")
-            }
-            Self::OverBound => {
-                format!("F1 = {a:.4}, F2 = {b:.4}, σt/g = ({t1:.4}, {t2:.4})")
-            }
+        let bound = match self {
+            Self::OverPressure => "λν",
+            Self::OverBound => "g",
             Self::Plain => {
-                format!(
+                return format!(
                     "gF1 = {a:.4e}, gF2 = {b:.4e}, σt = ({t1:.4e}, {t2:.4e}){}",
                     unit.beside()
-                )
+                );
             }
-        }
+        };
+        format!("F1 = {a:.4}, F2 = {b:.4}, σt/{bound} = ({t1:.4}, {t2:.4})")
     }
 
     fn before_index(self) -> Label {

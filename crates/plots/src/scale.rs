@@ -157,14 +157,6 @@ impl Ticks {
         }
     }
 
-    /// No tick at all.
-    pub(super) fn none() -> Self {
-        Self {
-            values: Vec::new(),
-            decimals: 0,
-        }
-    }
-
     /// The one tick of a constant field.
     pub(super) fn single(value: f64) -> Self {
         let decimals = (0..6)

@@ -208,11 +208,9 @@ fn draw_facet(
 }
 
 fn pieces_per_edge(facets: usize) -> usize {
-    let mut pieces = 1;
-    while pieces < MOST_PIECES_PER_EDGE && facets * (pieces + 1) * (pieces + 1) <= PIECES {
-        pieces += 1;
-    }
-    pieces
+    let fits = |n: &usize| facets * n * n <= PIECES;
+    let finer = (2..=MOST_PIECES_PER_EDGE).take_while(fits);
+    finer.last().unwrap_or(1)
 }
 
 /// The pieces of the reference triangle cut `n` times along each edge: corners (s, t) with s, t ≥

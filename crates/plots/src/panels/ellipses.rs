@@ -208,11 +208,8 @@ fn draw_legend(
     (kind, unit): (FrictionKind, &Unit),
     ellipses: Option<(f64, f64)>,
 ) {
-    let mut entries = vec![
-        (Icon::Zone(DrawnZone::Open), Label::plain("open")),
-        (Icon::Zone(DrawnZone::Stick), Label::plain("stick")),
-        (Icon::Zone(DrawnZone::Slip), Label::plain("slip")),
-    ];
+    let zones = [DrawnZone::Open, DrawnZone::Stick, DrawnZone::Slip];
+    let mut entries = Vec::from(zones.map(|zone| (Icon::Zone(zone), Label::plain(zone.word()))));
     if let Some((radius, largest)) = ellipses {
         entries.push((Icon::Ellipse, kind.semi_axes_label()));
         entries.push((Icon::Line, kind.stress_label()));
