@@ -260,9 +260,10 @@ def test_a_page_of_a_sweep_has_charts_and_a_table_without_a_script(sweep):
     assert 'id="summary"' in text and "<table" in text
 
 
-def test_a_sweep_without_a_solved_case_has_no_body(contact3d, sweep, tmp_path):
+def test_a_sweep_without_a_solved_case_has_no_body(contact3d, tmp_path):
     cases, file, out = (tmp_path / name for name in ("cases", "sweep.toml", "page.html"))
     file.write_text(SWEEP.format(scene=ROOT / "pipelines" / "newton.toml"))
+    cases.mkdir()
     contact3d("sweep", "summary", file, "--out", cases)
     refused = contact3d("report", cases, "--interactive", "-o", out, expect=2)
     assert "no planned case of this sweep is solved" in refused.stderr
