@@ -198,10 +198,76 @@ def test_other_bodies_have_what_they_have(contact3d, tmp_path, scene):
     assert np.abs(sides.sum(axis=0)).max() <= 1e-3 * extent**2
 
 
-def test_a_sweep_has_no_body_to_be_turned(contact3d, tmp_path):
-    out = tmp_path / "page.html"
-    refused = contact3d("report", tmp_path, "--interactive", "-o", out, expect=2)
-    assert "run file" in refused.stderr and not out.exists()
+SWEEP = """
+scene = "{scene}"
+
+[[axis]]
+keys = ["traction.0.value", "body.brick.cells"]
+rows = [
+    [[1e7, 0.0, 2e7], [6, 2, 2]],
+    [[5e6, 0.0, 2e7], [6, 2, 2]],
+    [[1e7, 0.0, 2e7], [8, 2, 2]],
+    [[2e7, 0.0, 2e7], [6, 2, 2]],
+]
+"""
+
+
+@pytest.fixture(scope="module")
+def sweep(contact3d, tmp_path_factory) -> tuple[Path, Path, list[dict]]:
+    """Four cases, the third on another mesh and the fourth not run; the page; the plan."""
+    folder = tmp_path_factory.mktemp("view3d_sweep")
+    file, cases, out = folder / "sweep.toml", folder / "cases", folder / "page.html"
+    file.write_text(SWEEP.format(scene=ROOT / "pipelines" / "newton.toml"))
+    plan = json.loads(contact3d("sweep", "plan", file, "--out", cases).stdout)
+    for case in plan[:3]:
+        contact3d("sweep", "run-case", file, "--out", cases, case["id"])
+    contact3d("sweep", "summary", file, "--out", cases)
+    contact3d("report", cases, "--interactive", "-o", out)
+    return cases, out, plan
+
+
+def test_the_cases_of_a_sweep_on_one_mesh_are_its_frames(sweep):
+    cases, out, plan = sweep
+    text = out.read_text(encoding="utf-8")
+    page, arrays = arrays_of(text)
+    steps = {said["key"]: said["step"] for said in page["arrays"]}
+    assert page["slider"] == "case" and page["title"] == "Sweep cases"
+    assert [name.split(", body")[0] for name in page["frames"]] == [
+        "traction.0.value = (1e7, 0, 2e7) Pa",
+        "traction.0.value = (5e6, 0, 2e7) Pa",
+    ]
+    for frame, case in enumerate(plan[:2]):
+        with h5py.File(cases / f"{case['id']}.h5") as run:
+            pressure = -run["post/normal_stress"][:]
+            assert np.abs(arrays["pressure"][frame, :, 0] - pressure).max() <= (
+                0.501 * steps["pressure"]
+            )
+            largest = run["post/resultants/largest_displacement"][:]
+            found = np.abs(arrays["displacement"][frame]).max(axis=0)
+            assert np.abs(found - largest).max() <= 0.501 * steps["displacement"]
+    # The places are there once, and what has no frame is named.
+    assert len(arrays["points"]) == len(arrays["triangles"]) == 1
+    words = re.findall(r"<p>(Not among these bodies.*?)</p>", text)
+    assert [plan[2]["id"] in words[0], plan[3]["id"] in words[1]] == [True, True]
+    assert "another mesh" in words[0] and "without a solution" in words[1]
+
+
+def test_a_page_of_a_sweep_has_charts_and_a_table_without_a_script(sweep):
+    text = sweep[1].read_text(encoding="utf-8")
+    assert "needs JavaScript" in text and text.count("<script>") == 1
+    assert "default-src 'none'" in html.unescape(text)
+    assert 'id="view3d-figure" hidden' in text.replace('class="view3d" ', "")
+    assert 'id="summary"' in text and "<table" in text
+
+
+def test_a_sweep_without_a_solved_case_has_no_body(contact3d, tmp_path):
+    cases, file, out = (tmp_path / name for name in ("cases", "sweep.toml", "page.html"))
+    file.write_text(SWEEP.format(scene=ROOT / "pipelines" / "newton.toml"))
+    cases.mkdir()
+    contact3d("sweep", "summary", file, "--out", cases)
+    refused = contact3d("report", cases, "--interactive", "-o", out, expect=2)
+    assert "no planned case of this sweep is solved" in refused.stderr
+    assert "contact3d-pipe sweep" in refused.stderr and not out.exists()
 
 
 def chromium(address: str, *more: str) -> str:
@@ -259,6 +325,20 @@ def test_a_browser_follows_address_slider_pointer_and_keys(history, tmp_path):
     assert said == pytest.approx(pressure[1, pane], rel=1e-3)
     assert seen["turned"]["azimuth"] != picked.get("azimuth")
     assert seen["requests"] == [] and seen["hidden"]
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
+def test_a_browser_goes_over_the_cases_of_a_sweep(sweep):
+    address = f"{sweep[1].as_uri()}#view3d?renderer=canvas&field=pressure&pane=0"
+    dom, second = (
+        chromium(address + more, "--dump-dom") for more in ("", "&case=2")
+    )
+    assert (state(dom)["case"], state(second)["case"]) == ("1", "2")
+    assert state(dom)["values"] != state(second)["values"]
+    assert "traction.0.value = (5e6, 0, 2e7) Pa" in re.search(
+        r'<output id="view3d-increment-said">(.*?)</output>', second
+    )[1]
+    assert 'aria-valuetext="traction.0.value' in second
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")

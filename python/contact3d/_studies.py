@@ -350,7 +350,7 @@ def law(scene: SceneLike, *, set: Mapping[str, Any] | None = None, figures: StrP
 def report(file: StrPath, page: StrPath = "report.html", *, interactive: bool = False) -> Path:
     """Writes one HTML page, which needs no network, of a run file or of the folder of a sweep.
 
-    :param interactive: the body of a run file, to be turned.
+    :param interactive: the body of a run file, or those of a sweep, to be turned.
     """
     perform(["report", name(file), "--out", name(page), *options(interactive=interactive)]).check(Path(file))
     return Path(page)

@@ -23,7 +23,7 @@ pub struct ReportArguments {
     /// The page
     #[arg(short, long, value_name = "FILE", default_value = "report.html")]
     pub out: PathBuf,
-    /// Run files only: the body in 3D, with fields, increments and panes at hand, by one script in the page
+    /// The body in 3D, with fields, increments or cases, and panes at hand, by one script in the page
     #[arg(long)]
     pub interactive: bool,
 }

@@ -19,6 +19,20 @@ use crate::{
 /// How far a flat obstacle is drawn beyond the contact face, as a share of the longest way across it.
 const MARGIN: f64 = 0.08;
 
+/// The body of a solved case of a sweep, at the end of its load history if it has one.
+pub(super) fn case_view(scene: &Scene, results: &Results, name: String) -> BodyView {
+    let mut view = view(scene, results);
+    for array in &mut view.arrays {
+        array.first = 0;
+        array.frames.drain(..array.frames.len() - 1);
+    }
+    BodyView {
+        slider: "case",
+        frames: vec![name],
+        ..view
+    }
+}
+
 /// The body of results that are solved.
 pub(super) fn view(scene: &Scene, results: &Results) -> BodyView {
     let (mesh, report) = (results.mesh(), &results.report);
@@ -64,6 +78,7 @@ pub(super) fn view(scene: &Scene, results: &Results) -> BodyView {
     }
     BodyView {
         title: scene.shown_title(),
+        slider: "increment",
         frames: names,
         arrays,
     }
@@ -183,7 +198,7 @@ impl Boundary {
                 ..array(
                     "points",
                     ViewPlace::Point,
-                    ViewValues::Plain,
+                    ViewValues::Places,
                     3,
                     vec![place],
                 )
@@ -333,19 +348,19 @@ fn obstacle(mesh: &Mesh, surface: &ContactSurface, units: Units) -> [ViewArray; 
         .faces
         .iter()
         .for_each(|face| shape.add(mesh, surface, face));
-    let place = |key, rows: &[[f64; 3]]| ViewArray {
+    let place = |key, values, rows: &[[f64; 3]]| ViewArray {
         unit: units.word(Dimension::LENGTH),
         ..array(
             key,
             ViewPlace::Obstacle,
-            ViewValues::Plain,
+            values,
             3,
             vec![rows.as_flattened().to_vec()],
         )
     };
     [
-        place("obstacle_points", &shape.points),
-        place("obstacle_gaps", &shape.gaps),
+        place("obstacle_points", ViewValues::Places, &shape.points),
+        place("obstacle_gaps", ViewValues::Plain, &shape.gaps),
         indices("obstacle_triangles", ViewPlace::Obstacle, &shape.triangles),
     ]
 }

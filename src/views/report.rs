@@ -42,17 +42,12 @@ pub enum ReportKind {
 /// The report as one HTML page. Reads only and takes no lock.
 ///
 /// # Errors
-/// A file or folder that cannot be read, a stage that is damaged, a body to be turned of a sweep.
+/// A file or folder that cannot be read, a stage that is damaged, bodies to be turned of a sweep without a solved case.
 pub fn report(path: &Path, kind: ReportKind) -> Result<String, StageError> {
-    let page = match (path.is_dir(), kind) {
-        (false, kind) => file_page(path, kind)?,
-        (true, ReportKind::Still) => sweep_report::page(path)?,
-        (true, ReportKind::Turning) => {
-            return Err(StageError::Unfit {
-                file: path.to_owned(),
-                reason: "`report --interactive` shows one run file, and this is a folder; take a run file in it, or leave out --interactive".into(),
-            });
-        }
+    let page = if path.is_dir() {
+        sweep_report::page(path, kind)?
+    } else {
+        file_page(path, kind)?
     };
     Ok(page.html())
 }

@@ -1,7 +1,7 @@
 // The boundary of a body in 3D: orbit, fields, increments and the pane under the pointer, drawn by WebGL 2, or by
 // Canvas 2D where there is none. The arrays are those of view3d.rs; nothing is loaded from anywhere.
 //
-// The state stands in the address (#view3d?increment=3&field=zone) and in data-* attributes of the figure.
+// The state stands in the address (#view3d?increment=3&field=zone; case=3 for a sweep) and in data-* attributes of the figure.
 "use strict";
 (async () => {
   const byId = (name) => document.getElementById("view3d-" + name);
@@ -82,7 +82,7 @@
   function without(problem) {
     figure.hidden = true;
     byId("without").hidden = false;
-    byId("without").textContent = `The view cannot be shown (${problem.message}); the pictures below show the same run.`;
+    byId("without").textContent = `The view cannot be shown (${problem.message}); the rest of the page needs no script.`;
     document.querySelectorAll("details.picture").forEach((picture) => (picture.open = true));
   }
 
@@ -162,7 +162,8 @@
       const v = given.has(key) ? Number(given.get(key)) : NaN;
       return Number.isFinite(v) ? Math.min(Math.max(v, least), most) : otherwise;
     };
-    const frame = Math.round(number("increment", nFrames, 1, nFrames)) - 1;
+    const first = page.slider === "case" ? 1 : nFrames;
+    const frame = Math.round(number(page.slider, first, 1, nFrames)) - 1;
     const angle = (key, most) => number(key, null, -most, most);
     Object.assign(state, {
       field: fields.find((field) => field.key === given.get("field")) ?? fields[0],
@@ -182,7 +183,7 @@
   /** What the state says in words: the address, and the attributes of the figure. */
   function words() {
     const said = {
-      increment: state.frame + 1,
+      [page.slider]: state.frame + 1,
       field: state.field.key,
       scale: Number(state.scale.toPrecision(4)),
       azimuth: state.azimuth === null ? null : Math.round(state.azimuth),
@@ -266,7 +267,7 @@
     if (arrays.obstacle_triangles && state.obstacle) {
       for (let t = 0; t < arrays.obstacle_triangles.rows; t++) {
         const nodes = vector(arrays.obstacle_triangles, 0, t);
-        const isFar = (node) => shown(arrays.obstacle_gaps, 0, node) * state.scale > radius / 2;
+        const isFar = (node) => shown(arrays.obstacle_gaps, state.frame, node) * state.scale > radius / 2;
         if (nodes.some(isFar)) continue; // Far gaps, enlarged as displacements are, would fill the picture.
         ground.push({ triangle: null, colours: [OBSTACLE, OBSTACLE, OBSTACLE],
           places: nodes.map((node) => placed(arrays.obstacle_points, arrays.obstacle_gaps, state.scale, node)) });
@@ -462,6 +463,7 @@
     inputs.pane.value = state.pane ?? "";
     inputs.obstacle.checked = state.obstacle;
     byId("increment-said").textContent = page.frames[state.frame];
+    inputs.increment.setAttribute("aria-valuetext", page.frames[state.frame]);
     byId("scale-said").textContent = "× " + Number(state.scale.toPrecision(3));
     byId("values").textContent = said || (nPanes ? "Point at a pane, or choose one by its number." : "Point at the body.");
     body.setAttribute("aria-label", `${page.title}: ${state.field.label}, ${page.frames[state.frame]}`);

@@ -33,6 +33,8 @@ const STOPS: u32 = 33;
 pub struct BodyView {
     /// What it is, for those who do not see it.
     pub title: String,
+    /// What a frame is: `increment` or `case`.
+    pub slider: &'static str,
     /// The name of each frame.
     pub frames: Vec<String>,
     /// Arrays by the keys that `view3d.js` knows.
@@ -78,6 +80,8 @@ pub enum ViewPlace {
 pub enum ViewValues {
     /// Whole numbers from 0.
     Indices,
+    /// Where something is, the same in all frames.
+    Places,
     /// Numbers that no field is made of.
     Plain,
     /// A field of the body, of vectors their lengths.
@@ -95,6 +99,25 @@ impl ViewPlace {
 }
 
 impl BodyView {
+    /// Takes the frames of another view after its own; gives it back where the two differ in shape or in what they have.
+    ///
+    /// # Errors
+    /// The other view.
+    pub fn append(&mut self, other: Self) -> Result<(), Self> {
+        let pairs = || self.arrays.iter().zip(&other.arrays);
+        if self.arrays.len() != other.arrays.len() || !pairs().all(|(one, two)| one.continues(two))
+        {
+            return Err(other);
+        }
+        self.frames.extend(other.frames);
+        for (array, other) in self.arrays.iter_mut().zip(other.arrays) {
+            if !array.is_fixed() {
+                array.frames.extend(other.frames);
+            }
+        }
+        Ok(())
+    }
+
     /// Controls, pictures and data; hidden until the script has begun.
     pub(super) fn markup(&self) -> Markup {
         let (data, arrays) = self.encoded();
@@ -102,13 +125,13 @@ impl BodyView {
         let data = data.to_string().replace('<', "\\u003c");
         html! {
             p #view3d-without {
-                "Turning the body needs JavaScript and a browser of 2023 or newer; the pictures below need neither."
+                "Turning the body needs JavaScript and a browser of 2023 or newer; the rest of the page needs neither."
             }
             div.view3d #view3d-figure hidden {
                 div.controls {
                     label { "field " select #view3d-field {} }
                     label {
-                        "increment " input #view3d-increment type="range" min="1" step="1";
+                        (self.slider) " " input #view3d-increment type="range" min="1" step="1";
                         output #view3d-increment-said {}
                     }
                     label {
@@ -133,7 +156,7 @@ impl BodyView {
                 p.help {
                     "Drag or arrow keys turn, with Shift they move; + and −, and the wheel once the picture has the focus, zoom; \
                      Home resets. A click keeps a pane. Dashed: the body at rest. Gaps are as many times larger as \
-                     displacements. Colours span all increments."
+                     displacements. Colours span all " (self.slider) "s."
                 }
             }
             script #view3d-data type="application/json" { (PreEscaped(data)) }
@@ -158,7 +181,7 @@ impl BodyView {
                 .collect()
         };
         let data = json!({
-            "title": self.title, "frames": self.frames, "arrays": rows,
+            "title": self.title, "slider": self.slider, "frames": self.frames, "arrays": rows,
             "maps": { "body": map(ColourMap::Plasma), "face": map(ColourMap::Viridis) },
         });
         (data, packed.finish().unwrap_or_default())
@@ -166,6 +189,22 @@ impl BodyView {
 }
 
 impl ViewArray {
+    /// Whether all frames have the same values.
+    fn is_fixed(&self) -> bool {
+        matches!(self.values, ViewValues::Indices | ViewValues::Places)
+    }
+
+    /// Whether the frames of another array can follow.
+    fn continues(&self, other: &Self) -> bool {
+        let bits = |array: &Self| -> Vec<u64> {
+            let values = array.frames.iter().flatten();
+            values.map(|value| value.to_bits()).collect()
+        };
+        let rows = |array: &Self| array.frames.first().map(Vec::len);
+        (self.key, &self.unit, rows(self)) == (other.key, &other.unit, rows(other))
+            && (!self.is_fixed() || bits(self) == bits(other))
+    }
+
     fn described(&self, scale: &Quantisation) -> Value {
         let rows = self
             .frames
@@ -177,7 +216,7 @@ impl ViewArray {
             "step": scale.step, "base": scale.base,
         });
         match self.values {
-            ViewValues::Indices | ViewValues::Plain => {}
+            ViewValues::Indices | ViewValues::Places | ViewValues::Plain => {}
             ViewValues::OfBody => said["map"] = "body".into(),
             ViewValues::OfFace => said["map"] = "face".into(),
             ViewValues::Zones => {
@@ -377,6 +416,7 @@ mod tests {
         let within = [[half(CODES); 4], [half(BODY_CODES); 4]].concat();
         let view = BodyView {
             title: "t".into(),
+            slider: "increment",
             frames: vec![],
             arrays,
         };
@@ -394,9 +434,35 @@ mod tests {
     }
 
     #[test]
+    fn a_body_takes_frames_of_the_same_shape_alone() {
+        let view = |place: f64, value: f64| BodyView {
+            title: "t".into(),
+            slider: "case",
+            frames: vec![value.to_string()],
+            arrays: vec![
+                array(ViewValues::Places, 1, vec![vec![place, f64::NAN]]),
+                array(ViewValues::OfBody, 1, vec![vec![value, f64::NAN]]),
+            ],
+        };
+        let mut body = view(1.0, 2.0);
+        assert!(body.append(view(1.0, 3.0)).is_ok());
+        assert!(body.append(view(1.5, 4.0)).is_err());
+        let fewer = BodyView {
+            arrays: vec![],
+            ..view(1.0, 5.0)
+        };
+        assert!(body.append(fewer).is_err());
+        assert_eq!(body.frames, ["2", "3"]);
+        let frames: Vec<usize> = body.arrays.iter().map(|a| a.frames.len()).collect();
+        assert_eq!(frames, [1, 2]);
+        assert_eq!(body.arrays[1].frames[1][0], 3.0);
+    }
+
+    #[test]
     fn words_of_a_body_cannot_end_its_script() {
         let view = BodyView {
             title: "</script><!--".into(),
+            slider: "increment",
             frames: vec!["<script>".into()],
             arrays: vec![],
         };
