@@ -72,41 +72,46 @@ struct Named {
 
 /// A scale and the axes that it is of.
 struct Scale {
+    object: hdf5::Dataset,
+    /// Whether it was there before, with attributes that are out of date.
+    is_old: bool,
     reference: ObjectReference1,
     uses: Vec<Use>,
 }
 
-/// Names the axes of all datasets of a group that a file holds itself.
+/// Names the axes of all datasets of a group that a file holds itself; none has names yet if the group `is_new`.
 pub(super) fn name_axes(
     file: &hdf5::File,
     place: Place<'_>,
     layout: &Layout,
-    group: Group,
+    (group, is_new): (Group, bool),
     types: &Types,
 ) -> Result<(), StoreError> {
+    let parent = file.group(group.name()).at(place, "open the group")?;
+    // Paths from the group on spare HDF5 the way from the root.
+    let prefix = format!("/{group}/");
+    let inner = |path: &str| path.strip_prefix(&prefix).unwrap_or(path).to_owned();
     let mut named = Vec::new();
     let mut scales: BTreeMap<String, Scale> = BTreeMap::new();
     for (path, extents) in layout.of_group(group).flat_map(parts) {
-        if !has_path(file, &path) {
+        if !has_path(&parent, &inner(&path)) {
             continue;
         }
-        let object = file.dataset(&path).at(place, "open a dataset")?;
+        let object = parent.dataset(&inner(&path)).at(place, "open a dataset")?;
         let shape = object.shape();
         if shape.len() != extents.len() || shape.is_empty() {
             continue;
         }
-        let dataset = reference(file, place, &path)?;
+        let dataset = reference(&object, place)?;
         let names = names(&extents).into_iter().zip(&extents);
         let names: Vec<String> = names
             .map(|(name, extent)| format!("{}/{name}", folder(*extent, &path, group)))
             .collect();
         for (axis, (extent, name)) in extents.iter().zip(&names).enumerate() {
             if !scales.contains_key(name) {
-                require_scale(file, place, *extent, (name, shape[axis]), types)?;
-                let scale = Scale {
-                    reference: reference(file, place, name)?,
-                    uses: Vec::new(),
-                };
+                let from = (&parent, inner(name));
+                let place = place.beside(name);
+                let scale = require_scale(from, place, *extent, shape[axis], types)?;
                 scales.insert(name.clone(), scale);
             }
             let dimension = i32::try_from(axis).unwrap_or(i32::MAX);
@@ -125,13 +130,16 @@ pub(super) fn name_axes(
         let references: Vec<_> = references
             .map(|scale| VarLenArray::from_slice(&[scale.reference]))
             .collect();
-        remove_attribute(&dataset.object, place, DIMENSION_LIST)?;
+        if !is_new {
+            remove_attribute(&dataset.object, place, DIMENSION_LIST)?;
+        }
         write_values(&dataset.object, place, DIMENSION_LIST, &references)?;
     }
-    for (name, scale) in scales {
-        let object = file.dataset(&name).at(place, "open a dimension")?;
-        remove_attribute(&object, place, REFERENCE_LIST)?;
-        write_values(&object, place, REFERENCE_LIST, &scale.uses)?;
+    for scale in scales.into_values() {
+        if scale.is_old {
+            remove_attribute(&scale.object, place, REFERENCE_LIST)?;
+        }
+        write_values(&scale.object, place, REFERENCE_LIST, &scale.uses)?;
     }
     Ok(())
 }
@@ -184,41 +192,54 @@ fn folder(extent: Extent, dataset: &str, group: Group) -> String {
 
 /// Creates a scale that is not there yet, and gives one that earlier versions made the texts that all readers know.
 fn require_scale(
-    file: &hdf5::File,
+    (parent, path): (&hdf5::Group, String),
     place: Place<'_>,
     extent: Extent,
-    (path, size): (&str, usize),
+    size: usize,
     types: &Types,
-) -> Result<(), StoreError> {
-    let place = place.beside(path);
-    let object = if file.link_exists(path) {
-        file.dataset(path).at(place, "open a dimension")?
+) -> Result<Scale, StoreError> {
+    let is_old = parent.link_exists(&path);
+    let object = if is_old {
+        parent.dataset(&path).at(place, "open a dimension")?
     } else {
-        create_scale(file, place, extent, (path, size))?
+        create_scale(parent, place, extent, (&path, size))?
     };
-    let class = object.attr(CLASS).and_then(|class| class.dtype());
-    if class.is_ok_and(|class| class.size() == types.class.size()) {
-        return Ok(());
+    let class = |object: &hdf5::Dataset| object.attr(CLASS).and_then(|class| class.dtype());
+    let has_texts = is_old && class(&object).is_ok_and(|class| class.size() == types.class.size());
+    if !has_texts {
+        let name = match extent {
+            Extent::Labelled(_) => path
+                .rsplit_once('/')
+                .map_or(&*path, |(_, name)| name)
+                .into(),
+            Extent::Fixed(_) | Extent::Named(_) | Extent::Plus(..) => {
+                format!("{NO_VALUES}{size:10}")
+            }
+        };
+        if is_old {
+            remove_attribute(&object, place, CLASS)?;
+            remove_attribute(&object, place, NAME)?;
+        }
+        write_fixed(&object, place, (CLASS, &types.class), SCALE)?;
+        write_fixed(&object, place, (NAME, &types.name), &name)?;
     }
-    let name = match extent {
-        Extent::Labelled(_) => path.rsplit_once('/').map_or(path, |(_, name)| name).into(),
-        Extent::Fixed(_) | Extent::Named(_) | Extent::Plus(..) => format!("{NO_VALUES}{size:10}"),
-    };
-    remove_attribute(&object, place, CLASS)?;
-    remove_attribute(&object, place, NAME)?;
-    write_fixed(&object, place, (CLASS, &types.class), SCALE)?;
-    write_fixed(&object, place, (NAME, &types.name), &name)
+    Ok(Scale {
+        reference: reference(&object, place)?,
+        object,
+        is_old,
+        uses: Vec::new(),
+    })
 }
 
 /// Creates the dataset of a scale.
 fn create_scale(
-    file: &hdf5::File,
+    parent: &hdf5::Group,
     place: Place<'_>,
     extent: Extent,
     (path, size): (&str, usize),
 ) -> Result<hdf5::Dataset, StoreError> {
     let action = "create a dimension";
-    let builder = file.new_dataset_builder();
+    let builder = parent.new_dataset_builder();
     match extent {
         Extent::Labelled(axis) => {
             let labels: hdf5::Result<Vec<_>> = axis.labels.iter().map(|l| unicode(l)).collect();
@@ -241,12 +262,8 @@ fn create_scale(
     }
 }
 
-fn reference(
-    file: &hdf5::File,
-    place: Place<'_>,
-    path: &str,
-) -> Result<ObjectReference1, StoreError> {
-    file.reference(path).at(place, "refer to a dataset")
+fn reference(object: &hdf5::Dataset, place: Place<'_>) -> Result<ObjectReference1, StoreError> {
+    object.reference(".").at(place, "refer to a dataset")
 }
 
 fn remove_attribute(

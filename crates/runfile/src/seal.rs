@@ -37,14 +37,18 @@ impl Seal {
     /// That of the group at a place, or of the root at `/`.
     fn of(file: &hdf5::File, place: Place<'_>) -> Result<Self, StoreError> {
         let object = file.group(place.dataset).at(place, "open the group")?;
+        Self::of_object(&object, place)
+    }
+
+    fn of_object(object: &hdf5::Group, place: Place<'_>) -> Result<Self, StoreError> {
         let mut hasher = Hasher::new();
         if place.dataset == ROOT {
-            add_root(&mut hasher, &object, place)?;
+            add_root(&mut hasher, object, place)?;
         } else {
-            add_group(&mut hasher, &object, place)?;
+            add_group(&mut hasher, object, place)?;
         }
-        let is_sealed = has(&object, place, SEAL)?;
-        let stored = is_sealed.then(|| read_text(&object, place, SEAL));
+        let is_sealed = has(object, place, SEAL)?;
+        let stored = is_sealed.then(|| read_text(object, place, SEAL));
         Ok(Self {
             stored: stored.transpose()?,
             found: hasher.finalize().to_hex().to_string(),
@@ -53,9 +57,9 @@ impl Seal {
 
     /// Stores the seal of what has none yet.
     fn set(file: &hdf5::File, place: Place<'_>) -> Result<Self, StoreError> {
-        let mut seal = Self::of(file, place)?;
+        let object = file.group(place.dataset).at(place, "open the group")?;
+        let mut seal = Self::of_object(&object, place)?;
         if seal.stored.is_none() {
-            let object = file.group(place.dataset).at(place, "open the group")?;
             write_text(&object, place, SEAL, &seal.found)?;
             seal.stored = Some(seal.found.clone());
         }
@@ -193,7 +197,8 @@ fn add_dataset(
         hasher.update(&(*extent as u64).to_le_bytes());
     }
     let dtype = dataset.dtype().and_then(|dtype| dtype.to_descriptor());
-    let has_labels = is_scale(dataset) && matches!(dtype, Ok(TypeDescriptor::VarLenUnicode));
+    // The type first: to look for an attribute that is not there costs more.
+    let has_labels = matches!(dtype, Ok(TypeDescriptor::VarLenUnicode)) && is_scale(dataset);
     if has_labels && shape.iter().product::<usize>() <= MOST_LABELS {
         let labels = dataset.read_raw::<VarLenUnicode>();
         for label in labels.at(place, "read the labels")? {

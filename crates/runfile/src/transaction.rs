@@ -209,7 +209,13 @@ impl Transaction {
         };
         for shared in self.shared.drain(..) {
             let Some(name) = shared.name else { continue };
-            name_axes(shared.part.file(), place, &self.layout, shared.group, texts)?;
+            name_axes(
+                shared.part.file(),
+                place,
+                &self.layout,
+                (shared.group, true),
+                texts,
+            )?;
             let seals = Seals::set(shared.part.file(), place, &[shared.group])?;
             join(file, place, shared.group, &name)?;
             let target = self.folder.join(name.to_string());
@@ -227,7 +233,8 @@ impl Transaction {
         let own = held.iter().filter(|group| !is_joined(file, **group));
         let own: Vec<Group> = own.copied().collect();
         for group in &own {
-            name_axes(file, place, &self.layout, *group, texts)?;
+            let is_new = self.finished.contains_key(group);
+            name_axes(file, place, &self.layout, (*group, is_new), texts)?;
         }
         let seals = Seals::set(file, place, &own)?;
         let filetype = self.layout.filetype;

@@ -112,13 +112,13 @@ impl Volume {
 }
 
 /// Whether every group on the way to an object, and the object itself, is there.
-pub(super) fn has_path(file: &hdf5::File, path: &str) -> bool {
+pub(super) fn has_path(from: &hdf5::Group, path: &str) -> bool {
     let mut ends = path
         .match_indices('/')
         .map(|(end, _)| end)
-        .skip(1)
+        .filter(|end| *end > 0)
         .chain([path.len()]);
-    ends.all(|end| file.link_exists(&path[..end]))
+    ends.all(|end| from.link_exists(&path[..end]))
 }
 
 /// What tells the present state of a file from any other: what changes when it is written, replaced or removed.
