@@ -76,7 +76,7 @@ const MISSPELT: &[Case] = &[
     ("cells = [6, 2, 2]", "cells = [6, 2, 2]\ncoordinates = { w = [0.0, 1.0] }", &["body.brick.coordinates.w:", "unknown key", "x"]),
     ("young_modulus = 2e11", "young_modulus = \"steel\"", &["material.isotropic.young_modulus:", "expected a number", "steel"]),
     ("poisson_ratio = 0.3", "", &["missing key", "poisson_ratio"]),
-    ("[[clamp]]", "[clamp]", &["expected a list, found a table"]),
+    ("[[clamp]]", "[clamp]", &["expected several tables [[clamp]], found a table"]),
     ("[contact]\nface = \"z_min\"", "[contact]\nfase = \"z_min\"", &["contact.fase:", "unknown key", "face"]),
     ("angle = 10.0", "multipliers = \"nodes\"", &["unknown word", "nodes", "nodal"]),
     ("constant = 0.3", "constant = 0.3\nramp = 1", &["friction.coefficient_1:", "exactly one of", "found constant and ramp"]),

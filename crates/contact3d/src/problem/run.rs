@@ -31,6 +31,8 @@ pub(super) enum ReportDetail {
     Whole,
     /// Without the cost of the error estimates.
     WithoutEstimates,
+    /// Without estimates, which nothing of an increment that others follow is kept of; with them where the solve failed.
+    WholeIfFailed,
 }
 
 impl AssembledProblem {
@@ -59,10 +61,10 @@ impl AssembledProblem {
         settings: &SolveSettings,
         start: Start<'_>,
         done: Vec<StepRecord>,
-        evaluation: ReportDetail,
+        detail: ReportDetail,
         keeper: &mut dyn Keeper,
     ) -> Result<Answer, ProblemError> {
-        let mut answer = self.attempt(settings, start, done, evaluation, keeper)?;
+        let mut answer = self.attempt(settings, start, done, detail, keeper)?;
         let Some(double) = self.in_double_precision(answer.solution.status, settings, keeper)?
         else {
             return Ok(answer);
@@ -73,7 +75,7 @@ impl AssembledProblem {
             ..start
         };
         let keeper = &mut Unkept(keeper);
-        let again = double.attempt(settings, start, answer.records, evaluation, keeper)?;
+        let again = double.attempt(settings, start, answer.records, detail, keeper)?;
         Ok(Answer {
             is_second_try: true,
             ..again
@@ -86,7 +88,7 @@ impl AssembledProblem {
         settings: &SolveSettings,
         start: Start<'_>,
         mut records: Vec<StepRecord>,
-        evaluation: ReportDetail,
+        detail: ReportDetail,
         keeper: &mut dyn Keeper,
     ) -> Result<Answer, ProblemError> {
         let answer = |problem, (solution, report), records| Answer {
@@ -97,7 +99,7 @@ impl AssembledProblem {
             is_second_try: false,
         };
         if !self.scene().has_history() {
-            let judged = self.judged(settings, start, None, evaluation, keeper)?;
+            let judged = self.judged(settings, start, None, detail, keeper)?;
             return Ok(answer(self.clone(), judged, Vec::new()));
         }
         let increments = self.scene().increments();
@@ -105,13 +107,18 @@ impl AssembledProblem {
         let mut books = Bookkeeping::new(self.scene(), self.mesh(), &records)?;
         loop {
             let increment = increments[records.len()];
+            let is_last = records.len() + 1 == increments.len();
+            let detail = match detail {
+                ReportDetail::Whole if !is_last => ReportDetail::WholeIfFailed,
+                detail => detail,
+            };
             let before = records.last();
             let problem = self.at_increment(increment, before)?;
             let from = before.map_or(start, |before| Start {
                 multiplier: Some(&before.multiplier),
                 checkpoint: None,
             });
-            let judged = problem.judged(settings, from, Some(increment), evaluation, keeper)?;
+            let judged = problem.judged(settings, from, Some(increment), detail, keeper)?;
             let (solution, report) = &judged;
             let dual = problem.system().contact.as_ref();
             let dual_rhs = dual.map_or(&[][..], |contact| contact.dual_rhs());
@@ -120,7 +127,7 @@ impl AssembledProblem {
             let record = books.entered(record, &solved, before, report)?;
             records.push(record);
             let failed = !solution.status.is_success(Goal::of(settings));
-            if failed || records.len() == increments.len() {
+            if failed || is_last {
                 return Ok(answer(problem, judged, records));
             }
             keeper.keep(Unfinished::History(&records));
@@ -133,7 +140,7 @@ impl AssembledProblem {
         settings: &SolveSettings,
         start: Start<'_>,
         increment: Option<Increment>,
-        evaluation: ReportDetail,
+        detail: ReportDetail,
         keeper: &mut dyn Keeper,
     ) -> Result<(Solution, ContactReport), ProblemError> {
         let mut solution = self.solve_static(settings, start, &mut |progress| match (
@@ -145,15 +152,33 @@ impl AssembledProblem {
                 keeper.observe(RunStep::Solving(increment, progress));
             }
         })?;
-        let solved = self.solved(&solution);
-        let report = match (evaluation, increment) {
+        let claimed = (solution.status, solution.accuracy);
+        let mut report = self.evaluated(&solution, increment, detail)?;
+        report.judge(&mut solution);
+        let failed = || !solution.status.is_success(Goal::of(settings));
+        if matches!(detail, ReportDetail::WholeIfFailed) && failed() {
+            (solution.status, solution.accuracy) = claimed;
+            report = self.evaluated(&solution, increment, ReportDetail::Whole)?;
+            report.judge(&mut solution);
+        }
+        Ok((solution, report))
+    }
+
+    fn evaluated(
+        &self,
+        solution: &Solution,
+        increment: Option<Increment>,
+        detail: ReportDetail,
+    ) -> Result<ContactReport, Invalid> {
+        let solved = self.solved(solution);
+        match (detail, increment) {
             (ReportDetail::Whole, None) => ContactReport::with_functionals(&solved, &self.system),
             // Quantities of an increment have the errors of those before it too.
             (ReportDetail::Whole, Some(_)) => ContactReport::new(&solved),
-            (ReportDetail::WithoutEstimates, _) => ContactReport::without_estimate(&solved),
-        }?;
-        report.judge(&mut solution);
-        Ok((solution, report))
+            (ReportDetail::WithoutEstimates | ReportDetail::WholeIfFailed, _) => {
+                ContactReport::without_estimate(&solved)
+            }
+        }
     }
 
     /// The same problem with a factor in double precision, after a solve that gave up with one in single precision that the
