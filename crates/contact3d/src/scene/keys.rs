@@ -10,7 +10,7 @@ use serde::Deserialize;
 use serde_json::Value as Schema;
 use toml::{
     Spanned,
-    de::{DeTable, DeValue, Deserializer},
+    de::{DeInteger, DeTable, DeValue, Deserializer},
 };
 
 use super::{SceneError, error::Misfit};
@@ -96,7 +96,7 @@ impl<'a> Checker<'a> {
         };
         match (kind(schema), found) {
             (CHOICE, _) => self.choice(schema, key, value),
-            ("number", DeValue::Integer(_)) => self.whole(key, value.span()),
+            (_, DeValue::Integer(whole)) => self.whole(key, whole, value.span()),
             ("object", DeValue::Table(table)) => self.table(schema, key, table, value.span()),
             ("array", DeValue::Array(items)) => {
                 let length = schema["minItems"].as_u64();
@@ -113,18 +113,22 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// Refuses a number written as a whole one that is too large to be one.
-    fn whole(&self, key: &str, span: Range<usize>) -> Result<(), Misfit> {
-        let digits = &self.text[span.clone()];
-        match digits.replace('_', "").parse::<f64>() {
-            Ok(number) if number.abs() >= i64::MAX as f64 => Err(Misfit {
-                key: key.to_owned(),
-                message: format!("expected whole numbers up to {}, found {digits}", i64::MAX),
-                help: format!("write {number:e}"),
-                span,
-            }),
-            _ => Ok(()),
+    /// Refuses a whole number that TOML cannot hold.
+    fn whole(&self, key: &str, whole: &DeInteger<'_>, span: Range<usize>) -> Result<(), Misfit> {
+        let digits = whole.as_str().replace('_', "");
+        if i64::from_str_radix(&digits, whole.radix()).is_ok() {
+            return Ok(());
         }
+        let found = &self.text[span.clone()];
+        Err(Misfit {
+            key: key.to_owned(),
+            message: format!("expected whole numbers up to {}, found {found}", i64::MAX),
+            help: match digits.parse::<f64>() {
+                Ok(number) => format!("write {number:e} where a number serves"),
+                Err(_) => self.keys.to_owned(),
+            },
+            span,
+        })
     }
 
     fn table(
