@@ -337,6 +337,19 @@ def stability(
     return _study(Stability, command, scene, set, progress, file)
 
 
+def bound(file: StrPath, *, threads: int | None = None) -> dict[str, Any]:
+    """Bounds the discretisation error of a solved run file, and stores the bound in it.
+
+    :param file: the run file.
+    :returns: ``total``, the relative error in the energy norm that is not exceeded, None where friction follows the pressure;
+        ``elements``, that for the contact stresses of the answer; and the parts of ``total``.
+    :raises BadInput: a run file that is not solved, a scene whose error cannot be bounded.
+    """
+    answer = perform(["bound", name(file), *options(threads=threads), "--json"])
+    answer.check(Path(file))
+    return answer.data
+
+
 def law(scene: SceneLike, *, set: Mapping[str, Any] | None = None, figures: StrPath | None = None) -> Law:
     """Bounds the friction laws of a scene, without solving anything.
 

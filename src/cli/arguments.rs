@@ -17,6 +17,7 @@ use serde::de::{DeserializeOwned, IntoDeserializer, value::StrDeserializer};
 
 use super::{
     accuracy::AccuracyArguments,
+    bound::BoundArguments,
     branches::BranchesArguments,
     fclib::{ExportArguments, SolveFclibArguments},
     html::ReportArguments,
@@ -87,6 +88,8 @@ pub enum Command {
     Law(LawArguments),
     /// Measure the errors of solvers and meshes for a scene, and what each digit costs
     Accuracy(AccuracyArguments),
+    /// Bound the discretisation error of a solved run file, without any constant that is not known
+    Bound(BoundArguments),
     /// Measure the constants and bounds of the paper's theory for a scene, and how far they are from the truth
     Theory(TheoryArguments),
     /// Follow the solutions in a key of the scene: folds, kinks, branches, all solutions of a scene

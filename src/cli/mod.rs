@@ -3,6 +3,7 @@
 mod accuracy;
 mod adaptive;
 mod arguments;
+mod bound;
 mod branches;
 mod exit;
 mod fclib;
@@ -67,6 +68,7 @@ fn perform(arguments: &Arguments) -> Exit {
         Command::Law(law) => law::law(law, &output),
         Command::Accuracy(accuracy) => accuracy::accuracy(accuracy, &output, threads),
         Command::Theory(study) => theory::theory(study, &output, threads),
+        Command::Bound(file) => bound::bound(file, &output, threads),
         Command::Branches(task) => branches::branches(task, &output, threads),
         Command::Stability(suite) => stability::stability(suite, &output, threads),
         Command::Report(page) => html::report_page(page, &output),

@@ -6,6 +6,7 @@ mod accuracy;
 mod adapt;
 mod agreement;
 mod assemble;
+mod bound;
 mod branches;
 mod cases;
 mod extents;
@@ -38,6 +39,7 @@ pub use assemble::{
     read as read_assembly, read_coupling, read_primal, stored_bytes as assembly_bytes,
     write as write_assembly,
 };
+pub use bound::{GROUP as BOUND, read as read_bound, write as write_bound};
 pub use branches::{GROUP as BRANCHES, read as read_branches, write as write_branches};
 pub use cases::{
     CERTIFICATE, CaseResults, CaseRow, GROUP as CASES, SWEEP_LAYOUT, TableOwner, read_case,
@@ -163,6 +165,7 @@ pub const LAYOUT: Layout = Layout {
         adapt::GROUP,
         theory::GROUP,
         branches::GROUP,
+        bound::GROUP,
     ],
     tables: &[
         scene::TABLE,
@@ -206,6 +209,8 @@ pub const LAYOUT: Layout = Layout {
         branches::OF_PATHS.rows,
         branches::OF_POINTS.rows,
         increments::INCREMENTS.rows,
+        bound::FIELDS.rows,
+        bound::SIDE_FORCES.rows,
     ],
     extents: extents::OF_RUN_FILES,
 };

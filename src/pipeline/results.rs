@@ -8,7 +8,7 @@ use contact3d::{
     elasticity::DofMap,
     history::StepRecord,
     mesh::{ContactSurface, Mesh},
-    post::ContactReport,
+    post::{ContactReport, ErrorBound},
     scene::{Invalid, SceneFile},
     solver::Solution,
 };
@@ -139,6 +139,39 @@ impl From<Answer> for Results {
 pub fn read_results(reader: &Reader, input: &SceneFile) -> Result<Results, StageError> {
     let problem = mesh::read(reader, input)?;
     Results::read(reader, input, &problem)
+}
+
+/// A bound of the error of the answer in a finished run file, with its scene; takes no lock.
+///
+/// # Errors
+/// A stage that is missing, stale or damaged, unreadable datasets; an answer that is none; a scene whose error cannot be bounded.
+pub(super) fn read_bound(path: &Path) -> Result<(SceneFile, ErrorBound), StageError> {
+    let run = OpenRun::open(path)?;
+    run.require_fresh(Stage::Solve, "solved")?;
+    let OpenRun { reader, input, .. } = run;
+    let mut primal = format::read_primal(&reader)?;
+    let coupling = format::read_coupling(&reader)?;
+    let problem = mesh::read(&reader, &input)?;
+    let results = Results::read(&reader, &input, &problem)?;
+    if !results.solution.has_answer() {
+        return Err(StageError::Unfit {
+            file: path.to_owned(),
+            reason: "the solve has no answer whose error could be bounded; `status` says why"
+                .into(),
+        });
+    }
+    let mut bounded = || -> Result<ErrorBound, Invalid> {
+        let problem = &results.problem;
+        primal.apply_loads(problem.scene(), problem.mesh())?;
+        problem.error_bound(
+            &primal,
+            coupling.as_ref(),
+            &results.solution,
+            &results.report,
+        )
+    };
+    let bound = bounded().map_err(|invalid| input.refuse(invalid))?;
+    Ok((input, bound))
 }
 
 /// The assembled problem of a run file whose stages up to `solve` are fresh, and its solution.

@@ -1,19 +1,24 @@
-//! The studies `accuracy` and `theory`: measured for a scene and stored with it.
+//! The studies `accuracy`, `theory` and `bound`: measured for a scene or its answer and stored with it.
 
 use std::{path::Path, time::Instant};
 
-use contact3d::scene::{Scene, SceneFile};
+use contact3d::{
+    post::ErrorBound,
+    scene::{Scene, SceneFile},
+};
 use runfile::{Group, GroupRecord, GroupWriter, IfMissing, RunFile, StoreError};
 use serde::Serialize;
 use studies::{
     accuracy::{Accuracy, AccuracyProgress, AccuracySettings, nested_bricks},
     theory::{Theory, TheorySettings, theory_bricks},
 };
+use units::Units;
 
 use super::{
     StageError,
     mesh::{pin, pin_mesh_file},
     resources,
+    results::read_bound,
     store::store_with_scene,
 };
 use crate::format::{self, LAYOUT};
@@ -74,6 +79,24 @@ pub fn measure_theory(
     stored(place, scene, &settings, format::write_theory, || {
         Ok(Theory::measure(scene, &input.folder, &settings, observe)?)
     })
+}
+
+/// Bounds the discretisation error of a solved run file and stores the bound in it.
+///
+/// # Errors
+/// A busy, foreign or unreadable file; a file without a fresh answer; a scene whose error cannot be bounded.
+pub fn bound_error(path: &Path, threads: usize) -> Result<(ErrorBound, Units), StageError> {
+    let file = RunFile::lock(path, LAYOUT, IfMissing::Refuse)?;
+    let started = Instant::now();
+    let (input, bound) = read_bound(path)?;
+    let scene = &input.scene;
+    let seconds = started.elapsed().as_secs_f64();
+    let record = GroupRecord::ended(String::new(), accuracy_input(scene), seconds, threads);
+    let file = file.in_units(scene.units);
+    store_with_scene(&file, scene, format::BOUND, &record, |writer| {
+        format::write_bound(writer, &bound)
+    })?;
+    Ok((bound, scene.units))
 }
 
 /// Measures on so many threads, and stores what came of it in a group of a run file.

@@ -5,6 +5,7 @@
 
 pub mod accuracy;
 mod answer;
+pub mod bound;
 pub mod branches;
 mod features;
 mod figure;

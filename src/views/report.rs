@@ -94,6 +94,7 @@ fn file_page(path: &Path, kind: ReportKind) -> Result<Page, StageError> {
     sections.push(stages_section(reader, scene, &run.states)?);
     sections.extend(levels_section(reader, scene)?);
     sections.extend(branches_section(reader)?);
+    sections.extend(bound_section(reader, scene)?);
     sections.extend(accuracy_section(reader, scene)?);
     sections.extend(theory_section(reader, scene)?);
     Ok(Page {
@@ -268,6 +269,19 @@ fn branches_section(reader: &Reader) -> Result<Option<Section>, StageError> {
     let tables = tables.iter().flat_map(table_parts);
     let parts = diagrams.into_iter().chain(tables).collect();
     Ok(Some(Section::new("branches", "Paths of solutions", parts)))
+}
+
+/// The bound of the error; `None` where it was not computed.
+fn bound_section(reader: &Reader, scene: &Scene) -> Result<Option<Section>, StageError> {
+    let Some(stored) = reader.whole_group(format::BOUND)? else {
+        return Ok(None);
+    };
+    let bound = format::read_bound(reader)?;
+    let mut parts = outdated(&stored, scene, "bound");
+    parts.push(PagePart::Table(
+        report::bound::figures(&bound, stored.units).html(),
+    ));
+    Ok(Some(Section::new("bound", "A bound of the error", parts)))
 }
 
 /// What the constants of the theory are on the meshes of the scene; `None` where they were not measured.

@@ -6,6 +6,7 @@ mod advice;
 mod arguments;
 mod bad_bodies;
 mod bad_scenes;
+mod bound;
 mod branches;
 mod errors;
 mod faces;

@@ -7,7 +7,7 @@ use crate::{
     dual::{AssemblySeconds, DualSystem, LocalStiffness},
     linalg::Workspace,
     mesh::Mesh,
-    post::{ContactReport, Rounding, Solved},
+    post::{ContactReport, ErrorBound, Rounding, Solved},
     scene::{Invalid, Scene, SolveSettings},
     solver::{ContactState, NeedsExplicit, Progress, Solution, Start, coulomb_state, solve},
 };
@@ -178,6 +178,18 @@ impl AssembledProblem {
         moved: &[f64],
     ) -> Rounding {
         Rounding::of_answer(&self.solved(solution), report, moved)
+    }
+
+    /// A bound of the error of an answer to this problem; see [`ErrorBound`].
+    ///
+    /// # Errors
+    /// [`Invalid`] for scenes whose error cannot be bounded.
+    pub fn error_bound(
+        &self,
+        solution: &Solution,
+        report: &ContactReport,
+    ) -> Result<ErrorBound, Invalid> {
+        ErrorBound::new(&self.solved(solution), report)
     }
 
     pub(super) fn solved<'a>(&'a self, solution: &'a Solution) -> Solved<'a> {

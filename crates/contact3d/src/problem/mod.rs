@@ -23,7 +23,7 @@ use crate::{
     elasticity::idle_loads,
     history::StepRecord,
     mesh::Mesh,
-    post::{ContactReport, Solved, SolvedContact},
+    post::{ContactReport, ErrorBound, Solved, SolvedContact},
     scene::{Increment, Invalid, Scene, SceneFile, Warning},
     solver::{ContactState, Solution},
 };
@@ -160,6 +160,20 @@ impl Problem {
         let report = ContactReport::new(&self.solved(system, coupling, solution))?;
         report.judge(solution);
         Ok(report)
+    }
+
+    /// A bound of the error of an answer, with A, l and B; see [`ErrorBound`].
+    ///
+    /// # Errors
+    /// [`Invalid`] for scenes whose error cannot be bounded.
+    pub fn error_bound(
+        &self,
+        system: &PrimalSystem,
+        coupling: Option<&Coupling>,
+        solution: &Solution,
+        report: &ContactReport,
+    ) -> Result<ErrorBound, Invalid> {
+        ErrorBound::new(&self.solved(system, coupling, solution), report)
     }
 
     fn solved<'a>(

@@ -13,6 +13,7 @@
 //! Both are estimates and no bounds: near singularities the better stress or the next polynomials see
 //! only part of the error.
 
+mod bound;
 mod boundary;
 mod box_load;
 mod bubbles;
@@ -23,6 +24,7 @@ mod recovery;
 use super::{PaneState, Solved};
 use crate::elasticity::{InternalForces, MaterialField};
 
+pub use bound::{ContactBound, ErrorBound, SideForce};
 pub(super) use boundary::{FieldLoads, multipliers_between_nodes};
 pub(super) use box_load::{BoxLoad, FacePart};
 

@@ -1,0 +1,222 @@
+//! A displacement near u_h that penetrates nowhere, and what its contact conditions miss.
+
+use super::ContactBound;
+use crate::{
+    post::{ContactReport, Solved, SolvedContact},
+    scene::{Invalid, ModelFeatures, SlipBound},
+};
+
+/// u_h − w, and the contact part of its gap of duality.
+pub(super) struct Admissible {
+    /// w in m, `[n_nodes]`.
+    pub(super) lifting: Vec<[f64; 3]>,
+    /// ∫ λ_ν (d − v_ν) in J.
+    complementarity: f64,
+    /// ∫ (g ‖F v_t‖ − λ_t·v_t) in J; `None` without friction.
+    friction: Option<f64>,
+}
+
+impl Admissible {
+    /// That of a solved problem; `None` without contact, and where friction is no minimum of energy.
+    ///
+    /// # Errors
+    /// [`Invalid`] where a clamp presses the body into the foundation.
+    pub(super) fn new(
+        solved: &Solved<'_>,
+        report: &ContactReport,
+    ) -> Result<Option<Self>, Invalid> {
+        let Some(contact) = &solved.contact else {
+            return Ok(None);
+        };
+        let features = ModelFeatures::of(solved.scene);
+        if features
+            .friction()
+            .any(|law| !matches!(law.bound, SlipBound::Given(_)))
+        {
+            return Ok(None);
+        }
+        let held = solved.mesh.held_nodes(solved.scene);
+        let mut lifting = vec![[0.0; 3]; solved.mesh.coordinates.len()];
+        let surface = contact.state.surface;
+        for place in 0..surface.facets.len() {
+            let face = Triangle::new(solved, contact, report, place);
+            let lifted = face.nodal(face.over.map(|c| c.max(0.0)));
+            for (node, by) in face.nodes.iter().zip(lifted) {
+                for c in (0..3).filter(|c| !held[*node][*c]) {
+                    lifting[*node][c] = by * face.normal[c];
+                }
+            }
+        }
+        let mut found = Self {
+            lifting,
+            complementarity: 0.0,
+            friction: features.friction().next().map(|_| 0.0),
+        };
+        for place in 0..surface.facets.len() {
+            found.add(solved, contact, report, place)?;
+        }
+        Ok(Some(found))
+    }
+
+    /// Adds what a contact triangle misses.
+    fn add(
+        &mut self,
+        solved: &Solved<'_>,
+        contact: &SolvedContact<'_>,
+        report: &ContactReport,
+        place: usize,
+    ) -> Result<(), Invalid> {
+        let face = Triangle::new(solved, contact, report, place);
+        let lifted: Vec<f64> = face
+            .nodes
+            .iter()
+            .map(|node| {
+                (0..3)
+                    .map(|c| self.lifting[*node][c] * face.normal[c])
+                    .sum()
+            })
+            .collect();
+        let lifted = face.coefficients(&lifted);
+        let left: [f64; 6] = std::array::from_fn(|k| face.over[k] - lifted[k]);
+        let size = face
+            .over
+            .iter()
+            .chain(&face.size)
+            .fold(0.0_f64, |most, c| most.max(c.abs()));
+        if left.iter().any(|c| *c > ROUNDING * size) {
+            return Err(super::scope::pressed_in());
+        }
+        self.complementarity -= face.pressure * face.mean(&left) * face.area;
+        if let (Some(sum), Some(work)) = (&mut self.friction, face.missing_work()) {
+            *sum += work * face.area;
+        }
+        Ok(())
+    }
+
+    /// With ‖w‖_A in √J.
+    pub(super) fn bound(&self, lifting: f64) -> ContactBound {
+        let root = |energy: f64| (2.0 * energy.max(0.0)).sqrt();
+        ContactBound {
+            lifting,
+            complementarity: root(self.complementarity),
+            friction: self.friction.map(root),
+        }
+    }
+}
+
+/// Roundings of a coefficient over the largest displacement in it.
+const ROUNDING: f64 = 1e-10;
+
+/// A contact triangle with the coefficients of its displacement in Bernstein's polynomials: no function exceeds the largest of its
+/// coefficients.
+struct Triangle {
+    /// Mesh nodes: corners, then mid-edge nodes.
+    nodes: Vec<usize>,
+    normal: [f64; 3],
+    /// m².
+    area: f64,
+    /// λ_ν in Pa.
+    pressure: f64,
+    /// Of u_ν − d in m; linear triangles have the three of the corners, and zeros.
+    over: [f64; 6],
+    /// Of u_ν in m.
+    size: [f64; 6],
+    /// With friction: λ_t in Pa, the semi-axes of its ellipse in Pa, and the coefficients of u_t in m.
+    friction: Option<([f64; 2], [f64; 2], [[f64; 2]; 6])>,
+}
+
+impl Triangle {
+    fn new(
+        solved: &Solved<'_>,
+        contact: &SolvedContact<'_>,
+        report: &ContactReport,
+        place: usize,
+    ) -> Self {
+        let (surface, interface) = (contact.state.surface, contact.state.interface);
+        let facet = surface.facets[place];
+        let nodes: Vec<usize> = solved.mesh.facet_nodes(facet).collect();
+        let locals: Vec<usize> = nodes
+            .iter()
+            .map(|node| surface.contact_nodes(place, [*node])[0])
+            .collect();
+        let normal = interface.frame.normal_at(locals[0]);
+        let pane = surface.facet_pane[place];
+        let state = &report.panes[pane];
+        let moved = |local: usize| report.displacement[surface.nodes[local]];
+        let along = |local: &usize| -> f64 { (0..3).map(|c| moved(*local)[c] * normal[c]).sum() };
+        let distance = |local: &usize| interface.gap.as_ref().map_or(0.0, |gap| gap[*local]);
+        let mut face = Self {
+            normal,
+            area: solved.mesh.facet_area(facet),
+            pressure: -state.normal_stress,
+            over: [0.0; 6],
+            size: [0.0; 6],
+            friction: None,
+            nodes,
+        };
+        let over: Vec<f64> = locals
+            .iter()
+            .map(|local| along(local) - distance(local))
+            .collect();
+        face.over = face.coefficients(&over);
+        let size: Vec<f64> = locals.iter().map(along).collect();
+        face.size = face.coefficients(&size);
+        face.friction = state.friction.map(|friction| {
+            let slips: Vec<[f64; 2]> = locals
+                .iter()
+                .map(|local| interface.frame.tangential(*local, moved(*local)))
+                .collect();
+            let of = |axis: usize| {
+                let slips: Vec<f64> = slips.iter().map(|slip| slip[axis]).collect();
+                face.coefficients(&slips)
+            };
+            let [first, second] = [of(0), of(1)];
+            let slips = std::array::from_fn(|k| [first[k], second[k]]);
+            (
+                friction.stress.map(|stress| -stress),
+                friction.semi_axes,
+                slips,
+            )
+        });
+        face
+    }
+
+    /// Bernstein coefficients from nodal values.
+    fn coefficients(&self, nodal: &[f64]) -> [f64; 6] {
+        std::array::from_fn(|k| match (k, nodal.len()) {
+            (0..3, _) => nodal[k],
+            (_, 3) => 0.0,
+            _ => {
+                let [a, b] = crate::reference::TRIANGLE_EDGES[k - 3];
+                2.0 * nodal[k] - (nodal[a] + nodal[b]) / 2.0
+            }
+        })
+    }
+
+    /// Nodal values from Bernstein coefficients, in the order of the nodes.
+    fn nodal(&self, coefficients: [f64; 6]) -> Vec<f64> {
+        let value = |k: usize| match k.checked_sub(3) {
+            None => coefficients[k],
+            Some(e) => {
+                let [a, b] = crate::reference::TRIANGLE_EDGES[e];
+                coefficients[k] / 2.0 + (coefficients[a] + coefficients[b]) / 4.0
+            }
+        };
+        (0..self.nodes.len()).map(value).collect()
+    }
+
+    /// The mean of a function with some coefficients over the triangle.
+    fn mean(&self, coefficients: &[f64; 6]) -> f64 {
+        let n = self.nodes.len();
+        coefficients[..n].iter().sum::<f64>() / n as f64
+    }
+
+    /// The mean of g ‖F u_t‖ − λ_t·u_t in J/m², of which the first is at most that of its coefficients since norms are convex;
+    /// `None` without friction.
+    fn missing_work(&self) -> Option<f64> {
+        let (stress, axes, slips) = self.friction?;
+        let most = slips.map(|slip| (axes[0] * slip[0]).hypot(axes[1] * slip[1]));
+        let done = slips.map(|slip| stress[0] * slip[0] + stress[1] * slip[1]);
+        Some(self.mean(&most) - self.mean(&done))
+    }
+}

@@ -1,0 +1,274 @@
+//! A bound of the discretisation error that needs no finer mesh and no constant.
+//!
+//! Let σ balance the loads and the contact stresses λ_h at every point. For the body under λ_h (W. Prager, J. L. Synge, Quart. Appl.
+//! Math. 5 (1947) 241)
+//!
+//! ‖u − u_h‖_A ≤ ‖σ − C ε(u_h)‖, the norm of stresses in the compliance C⁻¹.
+//!
+//! Without friction and with a given slip bound g, equilibrium is a minimum of energy. Then, for any displacement v that penetrates
+//! nowhere, the gap of duality bounds the error of the contact stresses too:
+//!
+//! ‖u − v‖² ≤ ‖σ − C ε(v)‖² + 2 ∫ λ_ν (d − v_ν) + 2 ∫ (g ‖F v_t‖ − λ_t·v_t), and v = u_h − w, where w lifts what penetrates.
+//!
+//! σ is made in three steps: forces of the sides of tetrahedra in balance (`equilibration`), which come closer to C ε (`descent`), and
+//! the stress inside tetrahedra that belongs to them (`macro_stress`). No integral is approximated, but equilibrium holds to rounding.
+
+mod admissible;
+mod descent;
+mod equilibration;
+mod macro_stress;
+mod scope;
+mod sides;
+
+use nalgebra::{Matrix6, Vector3, Vector6};
+
+use super::boundary::{FieldLoads, LoadedBoundary};
+use crate::{
+    elasticity::{Element, MaterialField},
+    mesh::Mesh,
+    post::{ContactReport, Solved},
+    scene::Invalid,
+};
+
+use admissible::Admissible;
+use descent::Descent;
+use equilibration::Balanced;
+use macro_stress::{Data, MacroElement, strain_energy};
+use sides::{MeshSides, SideForces};
+
+/// A bound of the distance of a discrete solution from the exact one, in the energy norm ‖v‖_A = √a(v, v), √J.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ErrorBound {
+    /// Bound of the error for the contact stresses as they are.
+    pub elements: f64,
+    /// What contact adds; `None` without contact, and where friction follows the pressure, so that equilibrium is no minimum.
+    pub contact: Option<ContactBound>,
+    /// Bound of the whole error; `None` where only that for given contact stresses is known.
+    pub total: Option<f64>,
+    /// ‖u_h‖_A.
+    pub displacement: f64,
+    /// The balanced forces between tetrahedra that prove the bound.
+    pub forces: Vec<SideForce>,
+}
+
+/// What the contact conditions add to a bound, in √J.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactBound {
+    /// ‖w‖_A of the displacement that lifts what penetrates inside panes.
+    pub lifting: f64,
+    /// √(2 ∫ λ_ν (d − v_ν)): pressure across a gap.
+    pub complementarity: f64,
+    /// √(2 ∫ (g ‖F v_t‖ − λ_t·v_t)): slip that friction does not oppose; `None` without friction.
+    pub friction: Option<f64>,
+}
+
+/// The balanced traction of a side of a tetrahedron, linear on it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SideForce {
+    /// Corners, increasing.
+    pub nodes: [usize; 3],
+    /// The tetrahedron that it acts on; its opposite acts on the one on the other side.
+    pub tetrahedron: usize,
+    /// ∫ λ_a σν in N of its three corners.
+    pub force: [[f64; 3]; 3],
+}
+
+impl ErrorBound {
+    /// Bounds the error of an answer.
+    ///
+    /// # Errors
+    /// [`Invalid`] for scenes whose loads or supports no stress of this kind can balance.
+    pub fn new(solved: &Solved<'_>, report: &ContactReport) -> Result<Self, Invalid> {
+        scope::check(solved)?;
+        let (scene, mesh) = (solved.scene, solved.mesh);
+        let material = MaterialField::new(scene, mesh);
+        let straining = solved.system.dofs.to_nodes(solved.solution.straining());
+        let strain = strains(mesh, &straining);
+        let stress: Vec<[Vector6<f64>; 4]> = strain
+            .iter()
+            .enumerate()
+            .map(|(t, strain)| strain.map(|it| material.tensor(t) * it))
+            .collect();
+        let sides = MeshSides::new(mesh);
+        let loads = BoundaryLoads::new(solved, &sides);
+        let body_force = scene.body_force.as_ref().map_or(Vector3::zeros(), |force| {
+            Vector3::from(std::array::from_fn(|c| force.value[c].at([0.0; 3])))
+        });
+        let balanced = Balanced {
+            mesh,
+            sides: &sides,
+            stress: &stress,
+            body_force,
+            traction: &loads.traction,
+            is_free: &loads.is_free,
+        };
+        let mut forces = balanced.forces().ok_or_else(scope::held_at_points)?;
+        let compliances = material.compliances();
+        let elements: Vec<MacroElement> = mesh
+            .tetrahedra
+            .iter()
+            .enumerate()
+            .map(|(t, corners)| {
+                let region = mesh.tetrahedron_region.get(t).copied().unwrap_or(0);
+                MacroElement::new(&mesh.corners(corners), &compliances[region])
+            })
+            .collect();
+        let target = Target::new(&elements, &material, &strain);
+        let descent = Descent {
+            mesh,
+            sides: &sides,
+            elements: &elements,
+            work: &target.work,
+            strain_energy: &target.strain_energy,
+            body_force,
+            is_free: &loads.is_free,
+        };
+        descent.improve(&mut forces);
+        let data = descent.data(&forces);
+        let bound = descent.distance(&data).sqrt();
+        let (contact, total) = match Admissible::new(solved, report)? {
+            None => (None, solved.contact.is_none().then_some(bound)),
+            Some(admissible) => {
+                let lifting = strains(mesh, &admissible.lifting);
+                let lifted: Vec<[Vector6<f64>; 4]> = strain
+                    .iter()
+                    .zip(&lifting)
+                    .map(|(u, w)| std::array::from_fn(|k| u[k] - w[k]))
+                    .collect();
+                let of_lifted = Target::new(&elements, &material, &lifted);
+                let distance = Descent {
+                    work: &of_lifted.work,
+                    strain_energy: &of_lifted.strain_energy,
+                    ..descent
+                };
+                let square = distance.distance(&data);
+                let lifting = Target::new(&elements, &material, &lifting);
+                let lifting = lifting.strain_energy.iter().sum::<f64>().sqrt();
+                let contact = admissible.bound(lifting);
+                (
+                    Some(contact),
+                    Some(lifting + (square + contact.gap()).sqrt()),
+                )
+            }
+        };
+        let energy: f64 = target.strain_energy.iter().sum();
+        Ok(Self {
+            elements: bound,
+            contact,
+            total,
+            displacement: energy.sqrt(),
+            forces: shown(&sides, &forces),
+        })
+    }
+
+    /// A bound over ‖u_h‖_A; 0 for a body that is not strained.
+    #[must_use]
+    pub fn relative(&self, bound: f64) -> f64 {
+        if bound == 0.0 {
+            0.0
+        } else {
+            bound / self.displacement
+        }
+    }
+}
+
+impl ContactBound {
+    /// Twice the contact part of the gap of duality, in J.
+    fn gap(&self) -> f64 {
+        let friction = self.friction.unwrap_or(0.0);
+        self.complementarity * self.complementarity + friction * friction
+    }
+}
+
+/// Voigt strains of a displacement in m, `[n_nodes]`, at the corners of each tetrahedron.
+fn strains(mesh: &Mesh, displacement: &[[f64; 3]]) -> Vec<[Vector6<f64>; 4]> {
+    let unit = Matrix6::identity();
+    let of = |t: usize| {
+        let element = Element::of(mesh, t);
+        let local: Vec<[f64; 3]> = mesh.tetrahedron_nodes(t).map(|n| displacement[n]).collect();
+        std::array::from_fn(|k| {
+            let at = std::array::from_fn(|j| f64::from(u8::from(j == k)));
+            element.stress(&unit, &local, &at)
+        })
+    };
+    (0..mesh.tetrahedra.len()).map(of).collect()
+}
+
+/// A strain that stresses are compared with.
+struct Target {
+    /// ∫ σ : ε in J of unit data, `[n_tetrahedra]`.
+    work: Vec<Data>,
+    /// ∫ ε : C ε in J, `[n_tetrahedra]`.
+    strain_energy: Vec<f64>,
+}
+
+impl Target {
+    fn new(
+        elements: &[MacroElement],
+        material: &MaterialField<'_>,
+        strain: &[[Vector6<f64>; 4]],
+    ) -> Self {
+        let works = elements
+            .iter()
+            .zip(strain)
+            .map(|(element, strain)| element.work(strain));
+        let energies = elements
+            .iter()
+            .zip(strain)
+            .enumerate()
+            .map(|(t, (element, strain))| {
+                strain_energy(strain, material.tensor(t), element.jacobian / 6.0)
+            });
+        Self {
+            work: works.collect(),
+            strain_energy: energies.collect(),
+        }
+    }
+}
+
+/// What acts on the sides.
+struct BoundaryLoads {
+    /// Traction in Pa, `[n_sides]`; zero inside the body.
+    traction: Vec<Vector3<f64>>,
+    /// Components whose traction is unknown, `[n_sides]`.
+    is_free: Vec<[bool; 3]>,
+}
+
+impl BoundaryLoads {
+    fn new(solved: &Solved<'_>, sides: &MeshSides) -> Self {
+        let boundary = LoadedBoundary::new(solved);
+        let loads = FieldLoads {
+            of_scene: true,
+            multiplier: &solved.solution.multiplier,
+            at_nodes: &[],
+            in_box: None,
+        };
+        let (traction, is_free) = sides
+            .sides
+            .iter()
+            .map(|side| match side.facet {
+                None => (Vector3::zeros(), [true; 3]),
+                Some(facet) => {
+                    let normal = side.area.normalize();
+                    let share = [1.0 / 3.0; 3];
+                    // Loads are constant on a side.
+                    let at = solved.mesh.coordinates[side.nodes[0]];
+                    let traction = boundary.traction(facet, at, share, &normal, &loads);
+                    (traction, boundary.held[facet])
+                }
+            })
+            .unzip();
+        Self { traction, is_free }
+    }
+}
+
+fn shown(sides: &MeshSides, forces: &SideForces) -> Vec<SideForce> {
+    let sides = sides.sides.iter().zip(forces);
+    sides
+        .map(|(side, force)| SideForce {
+            nodes: side.nodes,
+            tetrahedron: side.inside,
+            force: force.map(Into::into),
+        })
+        .collect()
+}

@@ -1,0 +1,146 @@
+//! The scenes whose error can be bounded.
+
+use crate::{
+    elasticity::Element,
+    post::Solved,
+    scene::{Invalid, ModelFeatures, MultiplierSpace, Quantity},
+};
+
+const HELP: &str = "the estimate of the error, which every answer has, needs none of this";
+
+/// Refuses what the balanced stress or the gap of duality do not cover.
+pub(super) fn check(solved: &Solved<'_>) -> Result<(), Invalid> {
+    let scene = solved.scene;
+    let refused = |key: &str, expected: &str, found: &str| Err(invalid(key, expected, found));
+    if !scene.springs.is_empty() {
+        return refused(
+            "spring",
+            "no springs",
+            "faces on springs, whose tractions are not linear",
+        );
+    }
+    if let Some(key) = varying_load(solved) {
+        return refused(
+            &key,
+            "the same value everywhere",
+            "a formula, which linear tractions do not balance exactly",
+        );
+    }
+    let features = ModelFeatures::of(scene);
+    for face in &features.contact {
+        let key = scene.contact_key(face.entry);
+        if face.space == MultiplierSpace::Nodal {
+            return refused(
+                &format!("{key}.multipliers"),
+                "panes",
+                "nodal multipliers, which no traction has as its moments",
+            );
+        }
+        if face.gap.as_ref().is_some_and(is_formula) {
+            return refused(
+                &format!("{key}.gap"),
+                "a number",
+                "a formula, which the mesh only interpolates",
+            );
+        }
+        if let Some(law) = &face.friction {
+            let varies = law.coefficients.depends_on_place() || law.coefficients.depends_on_slip();
+            let is_given = law.bound.place_dependent();
+            if is_given.is_some_and(|(_, bound)| varies || is_formula(bound))
+                || (is_given.is_some() && face.turning_frame)
+            {
+                return refused(
+                    &format!("{key}.friction"),
+                    "the same slip bound everywhere",
+                    "one that differs from place to place, of which panes know the mean",
+                );
+            }
+            if is_given.is_some() && scene.has_history() {
+                return refused(
+                    "step",
+                    "no load history with friction",
+                    "increments, each of which begins with the error of the one before",
+                );
+            }
+        }
+    }
+    if let Some(surface) = &solved.mesh.contact {
+        let turns = surface.faces.iter().any(|face| {
+            let first = surface.normal_at(face.nodes.start);
+            face.nodes
+                .clone()
+                .any(|node| surface.normal_at(node) != first)
+        });
+        if turns {
+            return refused(
+                "contact.obstacle",
+                "a contact normal that is the same on a whole face",
+                "one that turns, along which tractions are not linear",
+            );
+        }
+    }
+    let mut tetrahedra = 0..solved.mesh.tetrahedra.len();
+    if tetrahedra.any(|t| matches!(Element::of(solved.mesh, t), Element::Curved(_))) {
+        return refused(
+            "body",
+            "tetrahedra with straight sides",
+            "curved ones, in which no stress of this kind is in balance",
+        );
+    }
+    Ok(())
+}
+
+/// Supports at points or along lines.
+pub(super) fn held_at_points() -> Invalid {
+    invalid(
+        "clamp",
+        "supports on whole sides of tetrahedra",
+        "a box that holds single nodes, whose reactions no stress can balance",
+    )
+}
+
+/// Prescribed displacements into the foundation.
+pub(super) fn pressed_in() -> Invalid {
+    invalid(
+        "clamp",
+        "held nodes outside the foundation",
+        "nodes that are held inside it, or faces in contact that meet at a slant",
+    )
+}
+
+fn invalid(key: &str, expected: &str, found: &str) -> Invalid {
+    Invalid {
+        key: key.to_owned(),
+        expected: format!("{expected}, for a bound of the error"),
+        found: found.to_owned(),
+        help: HELP.to_owned(),
+    }
+}
+
+fn is_formula(quantity: &Quantity) -> bool {
+    quantity.constant().is_none()
+}
+
+/// The key of a load or a prescribed displacement that is a formula.
+fn varying_load(solved: &Solved<'_>) -> Option<String> {
+    let scene = solved.scene;
+    let place = |key: &str, values: Vec<&[Quantity]>| {
+        let found = values.iter().position(|value| value.iter().any(is_formula));
+        found.map(|i| format!("{key}[{i}].value"))
+    };
+    let tractions = scene.tractions.iter().map(|it| &it.value[..]).collect();
+    let pressures = scene
+        .pressures
+        .iter()
+        .map(|it| std::slice::from_ref(&it.value))
+        .collect();
+    let clamps = scene.clamps.iter().map(|it| &it.value[..]).collect();
+    let body_force = scene
+        .body_force
+        .as_ref()
+        .filter(|it| it.value.iter().any(is_formula));
+    place("traction", tractions)
+        .or_else(|| place("pressure", pressures))
+        .or_else(|| place("clamp", clamps))
+        .or_else(|| body_force.map(|_| "body_force.value".to_owned()))
+}

@@ -1,0 +1,67 @@
+//! `/bound`: a bound of the discretisation error, with the balanced forces between tetrahedra that prove it.
+
+use contact3d::post::{ContactBound, ErrorBound, SideForce};
+use runfile::{
+    Extent,
+    Extent::{Fixed, Named},
+    Group, GroupWriter, Reader, StoreError,
+};
+use units::Dimension;
+
+use super::{
+    FormatError, extents,
+    fields::{Fields, fields, read_if_there, read_value},
+};
+
+/// The bound of the error; computed from a solved file.
+pub const GROUP: Group = Group::new("bound", "bound");
+
+const ELEMENTS: &str = "/bound/elements";
+const TOTAL: &str = "/bound/total";
+const LIFTING: &str = "/bound/lifting";
+const COMPLEMENTARITY: &str = "/bound/complementarity";
+const FRICTION: &str = "/bound/friction";
+
+const NO_TOTAL: &str = "absent where friction follows the pressure";
+const NO_CONTACT: &str = "absent without contact, and where friction follows the pressure";
+const NO_FRICTION: &str = "absent without a given slip bound";
+const SIDES: Extent = Named("n_tetrahedron_sides");
+
+pub(super) const FIELDS: Fields<ErrorBound> = fields! { ErrorBound => GROUP;
+    [|bound| bound.relative(bound.elements)] ELEMENTS, &[], Dimension::Number, "|u - u_h|_A / |u_h|_A is no larger, for the body under the contact stresses of the answer.";
+    [|bound| bound.total.map(|total| bound.relative(total))] TOTAL, &[], Dimension::Number, "|u - u_h|_A / |u_h|_A is no larger.".optional(NO_TOTAL);
+    [|bound| bound.contact.map(|contact| bound.relative(contact.lifting))] LIFTING, &[], Dimension::Number, "Part of total: energy norm of the displacement that lifts what penetrates inside panes.".optional(NO_CONTACT);
+    [|bound| bound.contact.map(|contact| bound.relative(contact.complementarity))] COMPLEMENTARITY, &[], Dimension::Number, "Part of total: pressure across a gap, once lifted.".optional(NO_CONTACT);
+    [|bound| bound.contact.and_then(|contact| contact.friction).map(|friction| bound.relative(friction))] FRICTION, &[], Dimension::Number, "Part of total: slip that friction does not fully oppose.".optional(NO_FRICTION);
+};
+
+pub(super) const SIDE_FORCES: Fields<SideForce> = fields! { SideForce => GROUP;
+    (nodes) "/bound/side_nodes", &[SIDES, Fixed(3)], Dimension::Number, "Corners of each side of a tetrahedron, increasing.";
+    (tetrahedron) "/bound/side_tetrahedron", &[SIDES], Dimension::Number, "The tetrahedron that its force acts on; the opposite acts on the one on the other side.";
+    (force) "/bound/side_force", &[SIDES, Fixed(3), extents::XYZ], Dimension::FORCE, "Force of each corner: integral of its hat function times the traction, in balance with all loads.";
+};
+
+/// Writes a bound and its proof.
+pub fn write(writer: &mut GroupWriter<'_>, bound: &ErrorBound) -> Result<(), StoreError> {
+    FIELDS.write_one(writer, bound)?;
+    SIDE_FORCES.write_rows(writer, &bound.forces)
+}
+
+/// Reads a bound, over ‖u_h‖_A, without its proof.
+pub fn read(reader: &Reader) -> Result<ErrorBound, FormatError> {
+    let lifting = read_if_there(reader, LIFTING)?;
+    let complementarity = read_if_there(reader, COMPLEMENTARITY)?;
+    let friction = read_if_there(reader, FRICTION)?;
+    let contact = lifting.zip(complementarity);
+    Ok(ErrorBound {
+        elements: read_value(reader, ELEMENTS)?,
+        contact: contact.map(|(lifting, complementarity)| ContactBound {
+            lifting,
+            complementarity,
+            friction,
+        }),
+        total: read_if_there(reader, TOTAL)?,
+        displacement: 1.0,
+        forces: Vec::new(),
+    })
+}

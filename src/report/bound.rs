@@ -1,0 +1,58 @@
+//! A bound of the discretisation error.
+
+use contact3d::post::ErrorBound;
+use serde_json::Value;
+use units::Units;
+
+use super::{Figures, percent};
+
+/// The bound and its parts, for people.
+pub fn text(bound: &ErrorBound, units: Units) -> String {
+    figures(bound, units).text(0, 28)
+}
+
+/// The same for programs.
+pub fn json(bound: &ErrorBound, units: Units) -> Value {
+    figures(bound, units).json()
+}
+
+/// The bound and its parts.
+pub fn figures(bound: &ErrorBound, units: Units) -> Figures {
+    let mut figures = Figures::new(units);
+    let mut add = |key: &str, words: &str, value: Option<f64>| {
+        let share = value.map(|value| bound.relative(value));
+        let shown = share.map(|share| format!("at most {}", percent(rounded_up(share))));
+        figures.in_words(key, words, shown, share);
+    };
+    let whole = "error in the energy norm";
+    add("total", whole, bound.total);
+    add(
+        "elements",
+        "for these contact stresses",
+        Some(bound.elements),
+    );
+    if let Some(contact) = &bound.contact {
+        add("lifting", "of it penetration", Some(contact.lifting));
+        add(
+            "complementarity",
+            "of it pressure on gaps",
+            Some(contact.complementarity),
+        );
+        add("friction", "of it slip", contact.friction);
+    }
+    if bound.total.is_none() {
+        let why = "none: friction follows the pressure, so equilibrium is no minimum of energy";
+        figures.said(whole, Some(why.to_owned()));
+    }
+    figures
+}
+
+/// The next larger number of two digits.
+fn rounded_up(share: f64) -> f64 {
+    let unit = 10_f64.powf(share.log10().floor() - 1.0);
+    if unit > 0.0 {
+        (share / unit).ceil() * unit
+    } else {
+        share
+    }
+}
