@@ -22,8 +22,9 @@ const LIFTING: &str = "/bound/lifting";
 const COMPLEMENTARITY: &str = "/bound/complementarity";
 const FRICTION: &str = "/bound/friction";
 
-const NO_TOTAL: &str = "absent where friction follows the pressure";
-const NO_CONTACT: &str = "absent without contact, and where friction follows the pressure";
+const NO_TOTAL: &str =
+    "absent where friction follows the pressure, or a slip bound or gap is a formula";
+const NO_CONTACT: &str = "absent without contact, and where friction follows the pressure, or a slip bound or gap is a formula";
 const NO_FRICTION: &str = "absent without a given slip bound";
 const SIDES: Extent = Named("n_tetrahedron_sides");
 

@@ -41,7 +41,7 @@ pub fn figures(bound: &ErrorBound, units: Units) -> Figures {
         add("friction", "of it slip", contact.friction);
     }
     if bound.total.is_none() {
-        let why = "none: friction follows the pressure, so equilibrium is no minimum of energy";
+        let why = "none: friction follows the pressure, or a slip bound or gap is a formula";
         figures.said(whole, Some(why.to_owned()));
     }
     figures

@@ -11,12 +11,21 @@ fn a_bound_is_stored_printed_and_shown() {
     let before = program.digests();
     let done = program.command(&["bound", "run.h5"]).assert().success();
     let text = String::from_utf8_lossy(&done.get_output().stdout).into_owned();
-    assert!(text.contains("none: friction follows the pressure"), "{text}");
-    let done = program.command(&["bound", "run.h5", "--json"]).assert().success();
+    assert!(
+        text.contains("none: friction follows the pressure"),
+        "{text}"
+    );
+    let done = program
+        .command(&["bound", "run.h5", "--json"])
+        .assert()
+        .success();
     let json: Value = serde_json::from_slice(&done.get_output().stdout).expect("JSON");
     let share = json["elements"].as_f64().expect("a number");
     // The estimate of this coarse mesh is 0.2 to 0.3.
-    assert!((0.2..0.6).contains(&share) && json["total"].is_null(), "{json}");
+    assert!(
+        (0.2..0.6).contains(&share) && json["total"].is_null(),
+        "{json}"
+    );
     assert_eq!(program.digests(), before);
     program.command(&["check", "run.h5"]).assert().success();
     program.command(&["report", "run.h5"]).assert().success();
@@ -33,7 +42,10 @@ fn only_answers_within_the_scope_have_bounds() {
     let refused = program.command(&["bound", "run.h5"]).assert().code(2);
     let message = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
     assert!(message.contains("contact.multipliers"), "{message}");
-    assert_eq!(std::fs::read(program.path("run.h5")).expect("a file"), bytes);
+    assert_eq!(
+        std::fs::read(program.path("run.h5")).expect("a file"),
+        bytes
+    );
     program.command(&["bound", "other.h5"]).assert().code(2);
     assert!(!program.path("other.h5").exists());
 }

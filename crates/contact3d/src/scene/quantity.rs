@@ -81,6 +81,16 @@ impl Quantity {
         }
     }
 
+    /// Whether it may differ from place to place.
+    #[must_use]
+    pub fn depends_on_place(&self) -> bool {
+        match self {
+            Self::Constant(_) => false,
+            Self::Varying(formula) => POSITION.iter().any(|name| formula.uses(name)),
+            Self::Function(_) => true,
+        }
+    }
+
     /// The value, if it is the same everywhere.
     #[must_use]
     pub fn constant(&self) -> Option<f64> {

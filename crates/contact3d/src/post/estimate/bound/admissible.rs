@@ -3,7 +3,7 @@
 use super::ContactBound;
 use crate::{
     post::{ContactReport, Solved, SolvedContact},
-    scene::{Invalid, ModelFeatures, SlipBound},
+    scene::Invalid,
 };
 
 /// u_h − w, and the contact part of its gap of duality.
@@ -17,7 +17,7 @@ pub(super) struct Admissible {
 }
 
 impl Admissible {
-    /// That of a solved problem; `None` without contact, and where friction is no minimum of energy.
+    /// That of a solved problem; `None` without contact, and where equilibrium is no minimum of energy.
     ///
     /// # Errors
     /// [`Invalid`] where a clamp presses the body into the foundation.
@@ -28,11 +28,7 @@ impl Admissible {
         let Some(contact) = &solved.contact else {
             return Ok(None);
         };
-        let features = ModelFeatures::of(solved.scene);
-        if features
-            .friction()
-            .any(|law| !matches!(law.bound, SlipBound::Given(_)))
-        {
+        if !super::scope::is_minimum(solved.scene) {
             return Ok(None);
         }
         let held = solved.mesh.held_nodes(solved.scene);
@@ -50,7 +46,7 @@ impl Admissible {
         let mut found = Self {
             lifting,
             complementarity: 0.0,
-            friction: features.friction().next().map(|_| 0.0),
+            friction: contact.state.interface.has_friction().then_some(0.0),
         };
         for place in 0..surface.facets.len() {
             found.add(solved, contact, report, place)?;
@@ -121,8 +117,18 @@ struct Triangle {
     over: [f64; 6],
     /// Of u_ν in m.
     size: [f64; 6],
-    /// With friction: λ_t in Pa, the semi-axes of its ellipse in Pa, and the coefficients of u_t in m.
-    friction: Option<([f64; 2], [f64; 2], [[f64; 2]; 6])>,
+    /// `None` without friction.
+    friction: Option<Sliding>,
+}
+
+/// Friction on a contact triangle.
+struct Sliding {
+    /// λ_t in Pa.
+    stress: [f64; 2],
+    /// g F₁, g F₂ in Pa.
+    semi_axes: [f64; 2],
+    /// Coefficients of u_t in m.
+    slip: [[f64; 2]; 6],
 }
 
 impl Triangle {
@@ -171,12 +177,11 @@ impl Triangle {
                 face.coefficients(&slips)
             };
             let [first, second] = [of(0), of(1)];
-            let slips = std::array::from_fn(|k| [first[k], second[k]]);
-            (
-                friction.stress.map(|stress| -stress),
-                friction.semi_axes,
-                slips,
-            )
+            Sliding {
+                stress: friction.stress.map(|stress| -stress),
+                semi_axes: friction.semi_axes,
+                slip: std::array::from_fn(|k| [first[k], second[k]]),
+            }
         });
         face
     }
@@ -214,9 +219,13 @@ impl Triangle {
     /// The mean of g ‖F u_t‖ − λ_t·u_t in J/m², of which the first is at most that of its coefficients since norms are convex;
     /// `None` without friction.
     fn missing_work(&self) -> Option<f64> {
-        let (stress, axes, slips) = self.friction?;
-        let most = slips.map(|slip| (axes[0] * slip[0]).hypot(axes[1] * slip[1]));
-        let done = slips.map(|slip| stress[0] * slip[0] + stress[1] * slip[1]);
+        let Sliding {
+            stress,
+            semi_axes,
+            slip,
+        } = self.friction.as_ref()?;
+        let most = slip.map(|u| (semi_axes[0] * u[0]).hypot(semi_axes[1] * u[1]));
+        let done = slip.map(|u| stress[0] * u[0] + stress[1] * u[1]);
         Some(self.mean(&most) - self.mean(&done))
     }
 }

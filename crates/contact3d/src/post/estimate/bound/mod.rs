@@ -41,7 +41,8 @@ use sides::{MeshSides, SideForces};
 pub struct ErrorBound {
     /// Bound of the error for the contact stresses as they are.
     pub elements: f64,
-    /// What contact adds; `None` without contact, and where friction follows the pressure, so that equilibrium is no minimum.
+    /// What contact adds; `None` without contact, and where equilibrium is no minimum of energy: friction that follows the pressure,
+    /// slip bounds and gaps that are formulas.
     pub contact: Option<ContactBound>,
     /// Bound of the whole error; `None` where only that for given contact stresses is known.
     pub total: Option<f64>,

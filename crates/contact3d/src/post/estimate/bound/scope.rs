@@ -3,12 +3,12 @@
 use crate::{
     elasticity::Element,
     post::Solved,
-    scene::{Invalid, ModelFeatures, MultiplierSpace, Quantity},
+    scene::{Invalid, ModelFeatures, MultiplierSpace, Quantity, Scene},
 };
 
 const HELP: &str = "the estimate of the error, which every answer has, needs none of this";
 
-/// Refuses what the balanced stress or the gap of duality do not cover.
+/// Refuses what no stress of this kind balances.
 pub(super) fn check(solved: &Solved<'_>) -> Result<(), Invalid> {
     let scene = solved.scene;
     let refused = |key: &str, expected: &str, found: &str| Err(invalid(key, expected, found));
@@ -36,32 +36,12 @@ pub(super) fn check(solved: &Solved<'_>) -> Result<(), Invalid> {
                 "nodal multipliers, which no traction has as its moments",
             );
         }
-        if face.gap.as_ref().is_some_and(is_formula) {
+        if face.turning_frame && face.friction.is_some() {
             return refused(
-                &format!("{key}.gap"),
-                "a number",
-                "a formula, which the mesh only interpolates",
+                &format!("{key}.axis_1"),
+                "the same axes of friction everywhere",
+                "axes that turn, along which tractions are not linear",
             );
-        }
-        if let Some(law) = &face.friction {
-            let varies = law.coefficients.depends_on_place() || law.coefficients.depends_on_slip();
-            let is_given = law.bound.place_dependent();
-            if is_given.is_some_and(|(_, bound)| varies || is_formula(bound))
-                || (is_given.is_some() && face.turning_frame)
-            {
-                return refused(
-                    &format!("{key}.friction"),
-                    "the same slip bound everywhere",
-                    "one that differs from place to place, of which panes know the mean",
-                );
-            }
-            if is_given.is_some() && scene.has_history() {
-                return refused(
-                    "step",
-                    "no load history with friction",
-                    "increments, each of which begins with the error of the one before",
-                );
-            }
         }
     }
     if let Some(surface) = &solved.mesh.contact {
@@ -88,6 +68,19 @@ pub(super) fn check(solved: &Solved<'_>) -> Result<(), Invalid> {
         );
     }
     Ok(())
+}
+
+/// Whether equilibrium is a minimum of energy in which no quantity differs from place to place: without friction or with one slip bound on
+/// each face, and with a distance from the foundation that the mesh does not interpolate.
+pub(super) fn is_minimum(scene: &Scene) -> bool {
+    ModelFeatures::of(scene).contact.iter().all(|face| {
+        let is_given = face.friction.as_ref().is_none_or(|law| {
+            let bound = law.bound.place_dependent();
+            let is_one = bound.is_some_and(|(_, bound)| !bound.depends_on_place());
+            is_one && !law.coefficients.depends_on_place() && !scene.has_history()
+        });
+        is_given && !face.gap.as_ref().is_some_and(Quantity::depends_on_place)
+    })
 }
 
 /// Supports at points or along lines.
@@ -117,15 +110,13 @@ fn invalid(key: &str, expected: &str, found: &str) -> Invalid {
     }
 }
 
-fn is_formula(quantity: &Quantity) -> bool {
-    quantity.constant().is_none()
-}
-
-/// The key of a load or a prescribed displacement that is a formula.
+/// The key of a load or a prescribed displacement that differs from place to place.
 fn varying_load(solved: &Solved<'_>) -> Option<String> {
     let scene = solved.scene;
     let place = |key: &str, values: Vec<&[Quantity]>| {
-        let found = values.iter().position(|value| value.iter().any(is_formula));
+        let found = values
+            .iter()
+            .position(|value| value.iter().any(Quantity::depends_on_place));
         found.map(|i| format!("{key}[{i}].value"))
     };
     let tractions = scene.tractions.iter().map(|it| &it.value[..]).collect();
@@ -138,7 +129,7 @@ fn varying_load(solved: &Solved<'_>) -> Option<String> {
     let body_force = scene
         .body_force
         .as_ref()
-        .filter(|it| it.value.iter().any(is_formula));
+        .filter(|it| it.value.iter().any(Quantity::depends_on_place));
     place("traction", tractions)
         .or_else(|| place("pressure", pressures))
         .or_else(|| place("clamp", clamps))
