@@ -11,6 +11,7 @@ mod cases;
 mod extents;
 mod fields;
 mod functionals;
+mod history_quantities;
 mod increments;
 mod load;
 mod mesh;
@@ -206,6 +207,7 @@ pub const LAYOUT: Layout = Layout {
         branches::OF_PATHS.rows,
         branches::OF_POINTS.rows,
         increments::INCREMENTS.rows,
+        history_quantities::FIELDS.rows,
     ],
     extents: extents::OF_RUN_FILES,
 };
