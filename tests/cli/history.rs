@@ -227,7 +227,6 @@ fn what_is_about_one_problem_refuses_steps() {
             "--to",
             "0.2",
         ],
-        &["run", scene, "run.h5", "--error", "5%"],
     ] {
         let before = program.everything();
         let refused = program.command(command).args(SMALL).assert().code(2);
@@ -235,6 +234,22 @@ fn what_is_about_one_problem_refuses_steps() {
         assert!(said.contains("step"), "{said}");
         assert_eq!(program.everything(), before, "{command:?}");
     }
+}
+
+/// The reason is said of the key, not of a step.
+#[test]
+fn dissipation_is_refused_with_the_reason() {
+    let program = Program::new();
+    let refused = run(&program, &["--error", "5%", "--of", "dissipation"])
+        .assert()
+        .code(2);
+    let said = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
+    assert!(
+        said.contains("adapt.of: expected a quantity of one increment")
+            && said.contains("runs backwards"),
+        "{said}"
+    );
+    assert!(!program.path("run.h5").exists());
 }
 
 #[test]
