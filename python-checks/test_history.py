@@ -255,16 +255,17 @@ def test_bars_hold_most_errors_against_a_finer_mesh(adaptive, contact3d, tmp_pat
     stored = adaptive["history/quantities"]
     names = list(stored["name"].asstr())
     scene, path = Path(adaptive.filename).parent / "scene.toml", tmp_path / "fine.h5"
-    contact3d("run", scene, path, "--no-figures", "--error", "4.5%", *ADAPTIVE)
+    contact3d("run", scene, path, "--no-figures", "--error", "6%", *ADAPTIVE)
     within = []
     with h5py.File(path) as fine:
         others = fine["history/quantities"]
         for name in ("normal_force", "tangential_force", "strain_energy"):
             k, j = names.index(name), list(others["name"].asstr()).index(name)
-            bar = np.abs(stored["range"][:, k] - stored["value"][:, k, None]).max(axis=1)
-            within += list(np.abs(others["value"][:, j] - stored["value"][:, k]) / bar)
+            value, ends = stored["value"][:, k], stored["range"][:, k]
+            bar = np.abs(ends - value[:, None]).max(axis=1)
+            within += list(np.abs(others["value"][:, j] - value) / bar)
     # An estimate, no bound: docs/explanation/errors.md has more scenes.
-    assert np.mean(np.array(within) <= 1) >= 0.75 and max(within) <= 3
+    assert np.mean(np.array(within) <= 1) >= 0.9 and max(within) <= 2, np.sort(within)
 
 
 def test_without_friction_bars_are_those_of_static_problems(contact3d, tmp_path):
