@@ -185,6 +185,48 @@ fn a_killed_history_goes_on_with_the_same_bits() {
     );
 }
 
+/// Increments that a killed run left are not those of another material, whose mesh and loads are the same.
+#[test]
+fn a_killed_history_is_not_gone_on_from_for_another_material() {
+    let program = Program::new();
+    let scene = pipeline("history.toml");
+    let steps = "step=[{factor={pull=0.0}},{factor={pull=1.0},increments=1000}]";
+    let run = |file: &str, more: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_contact3d-pipe"));
+        let quiet = [
+            "--no-figures",
+            "--quiet",
+            "--set",
+            "body.brick.cells=[12,4,4]",
+        ];
+        command
+            .current_dir(program.path(""))
+            .arg("run")
+            .arg(&scene)
+            .arg(file);
+        command.args(quiet).args(["--set", steps]).args(more);
+        command
+    };
+    let mut child = run("killed.h5", &[]).spawn().expect("runs");
+    let has_increments = || {
+        let reader = Reader::open(&program.path("killed.h5"), LAYOUT).ok()?;
+        reader.read_vec::<f64>("/history/time").ok()
+    };
+    while child.try_wait().expect("a child").is_none() && has_increments().is_none() {
+        sleep(Duration::from_millis(5));
+    }
+    let _ = child.kill();
+    child.wait().expect("a child");
+    let softer = ["--set", "material.isotropic.young_modulus=1e10"];
+    for file in ["killed.h5", "whole.h5"] {
+        assert!(run(file, &softer).status().expect("runs").success());
+    }
+    assert_eq!(
+        history(&program, "killed.h5"),
+        history(&program, "whole.h5")
+    );
+}
+
 #[test]
 fn a_step_that_fails_ends_the_history_and_is_said() {
     let program = Program::new();
