@@ -49,10 +49,10 @@ fn main() -> Result<(), Box<dyn Error>> {
                 records.map(|record| record.energies.dissipation).sum()
             };
             let (own, true_one) = (taken(&found), taken(&best));
-            println!(
-                "    dissipation in all off by {:.2} %",
-                100.0 * (own / true_one - 1.0)
-            );
+            if true_one > 0.0 {
+                let off = 100.0 * (own / true_one - 1.0);
+                println!("    dissipation in all off by {off:.2} %");
+            }
         }
     }
     Ok(())
