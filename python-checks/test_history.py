@@ -1,6 +1,7 @@
 """Load histories: every increment solved again from raw arrays, sums and energies from the arrays of the step axis."""
 
 import json
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -202,3 +203,90 @@ def test_cattaneo_and_mindlin(contact3d, tmp_path):
     cycle *= 2 * limit**2 / (np.pi * modulus)
     # The push and the pull that follows: 3.4 %.
     assert dissipation[step >= 2].sum() == pytest.approx(cycle, rel=0.05)
+
+
+# Two meshes: the scene's cells first, then cuts.
+ADAPTIVE = ["--set", 'body.element="P2"', "--set", 'adapt.start="scene"']
+
+
+@pytest.fixture(scope="module")
+def adaptive(contact3d, tmp_path_factory):
+    """A history with orthotropic friction on the mesh of the second level."""
+    folder = tmp_path_factory.mktemp("adaptive")
+    (folder / "scene.toml").write_text(f"{SCENE}[friction]\n{LAWS['orthotropic'][0]}{STEPS}")
+    path = folder / "run.h5"
+    contact3d("run", folder / "scene.toml", path, "--no-figures", "--error", "9%", *ADAPTIVE)
+    with open_run(path) as file:
+        yield file
+
+
+def test_the_worst_increment_is_the_estimate_of_the_level(adaptive, schema):
+    history = adaptive["history"]
+    assert schema_problems(adaptive, schema) == []
+    norms = []
+    problem = RawProblem.read(adaptive)
+    for u in history["displacement"]:
+        free = problem.to_free(u)
+        norms.append(np.sqrt(free @ (problem.stiffness @ free)))
+    errors = np.sqrt(history["error_energy"][:].sum(axis=1)) / max(norms)
+    # A sum of squares in another order, and u.Au from products in another order.
+    np.testing.assert_allclose(history["estimated_error"][:], errors, rtol=1e-11)
+    levels = adaptive["adapt/levels/estimated_error"][:]
+    assert len(levels) >= 2 and levels[-1] == history["estimated_error"][:].max() <= 0.09
+    # What /post has of the last increment is over its own norm.
+    last = adaptive["post/discretisation_error/total"][()] * norms[-1]
+    assert errors[-1] * max(norms) == pytest.approx(last, rel=1e-11)
+    shares = adaptive["post/discretisation_error/indicator"][:] * norms[-1]
+    np.testing.assert_allclose(np.sqrt(history["error_energy"][-1]), shares, rtol=1e-11)
+
+
+def test_paraview_plays_the_shares_in_the_error(adaptive):
+    history = adaptive["history"]
+    norm = np.sqrt(2 * history["strain_energy"][:].max())
+    for k, (_, grid) in enumerate(played(adaptive.filename)):
+        shares = np.sqrt(history["error_energy"][k]) / norm
+        found = array(grid.GetCellData(), "error_indicator")[: len(shares)]
+        # A root and a quotient, and a factor of two below the root.
+        np.testing.assert_allclose(found, shares, rtol=1e-14)
+
+
+def test_bars_hold_most_errors_against_a_finer_mesh(adaptive, contact3d, tmp_path):
+    """Estimates do not see what an increment inherits; most errors are within their bars nevertheless."""
+    stored = adaptive["history/quantities"]
+    names = list(stored["name"].asstr())
+    scene, path = Path(adaptive.filename).parent / "scene.toml", tmp_path / "fine.h5"
+    contact3d("run", scene, path, "--no-figures", "--error", "6%", *ADAPTIVE)
+    within = []
+    with h5py.File(path) as fine:
+        others = fine["history/quantities"]
+        for name in ("normal_force", "tangential_force", "strain_energy"):
+            k, j = names.index(name), list(others["name"].asstr()).index(name)
+            value, ends = stored["value"][:, k], stored["range"][:, k]
+            bar = np.abs(ends - value[:, None]).max(axis=1)
+            within += list(np.abs(others["value"][:, j] - value) / bar)
+    # An estimate, no bound: docs/explanation/errors.md has more scenes.
+    assert np.mean(np.array(within) <= 1) >= 0.9 and max(within) <= 2, np.sort(within)
+
+
+def test_without_friction_bars_are_those_of_static_problems(contact3d, tmp_path):
+    """Nothing is inherited: every increment has the quantities and bars of a static run with its loads on the same mesh."""
+    scene = tmp_path / "scene.toml"
+    scene.write_text(SCENE + STEPS)
+    # Any estimate meets 100 %, so the first mesh serves.
+    arguments = ["--no-figures", "--error", "100%", *ADAPTIVE]
+    contact3d("run", scene, tmp_path / "history.h5", *arguments)
+    factors = [(1.0, 0.0), (1.0, 1 / 3), (1.0, 2 / 3), (1.0, 1.0)]
+    scene.write_text(SCENE)
+    with h5py.File(tmp_path / "history.h5") as file:
+        stored = file["history/quantities"]
+        for k, (press, pull) in enumerate(factors):
+            pulled = [pull * 1.5e7, pull * 5e6, 0.0]
+            loads = ["--set", f"pressure.0.value={press * 2e7}", "--set", f"traction.0.value={pulled}"]
+            contact3d("run", scene, tmp_path / f"{k}.h5", *arguments, *loads)
+            with h5py.File(tmp_path / f"{k}.h5") as static:
+                expected = static["solve/quantities"]
+                order = [list(stored["name"].asstr()).index(n) for n in expected["name"].asstr()]
+                # Both solve to 1e-12, from other starts; estimates of energies end when a step gains 2e-3.
+                for what, room in (("value", 1e-9), ("range", 1e-6), ("error", 1e-2)):
+                    found = stored[what][k][order]
+                    np.testing.assert_allclose(found, expected[what][:], rtol=room, atol=0)

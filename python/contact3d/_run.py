@@ -208,7 +208,7 @@ class Run(xr.DataTree):
 
     def _quantity_table(self) -> pd.DataFrame:
         if not self._has("solve/quantities/value"):
-            raise ValueError(f"{self.file} has no error bars: it is not solved, a load history, or of an older format")
+            raise ValueError(f"{self.file} has no error bars: it is not solved, a load history without an error to refine for, or of an older format")
         stored = self["solve/quantities"].to_dataset(inherit=False)
         names = [str(name) for name in stored["name"].values]
         smallest, largest = stored["range"].values.T

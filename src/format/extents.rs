@@ -116,6 +116,7 @@ pub(super) const OF_RUN_FILES: &[Size] = &[
     ("n_cut_tetrahedra", "tetrahedra of all adaptive meshes that were cut"),
     ("n_start_multipliers", "multipliers of all adaptive meshes beyond the first"),
     ("n_increments", "increments of a load history that were solved"),
+    ("n_history_quantities", "quantities whose errors are estimated in some increment"),
     ("n_forces", "clamps, springs, loads and contact faces of the scene"),
     ("n_paths", "paths of solutions"),
     ("n_path_points", "points of all paths of solutions"),

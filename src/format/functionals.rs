@@ -18,7 +18,7 @@ const UNIT: &str = "/solve/quantities/unit";
 const INDICATOR: &str = "/solve/quantities/indicator";
 
 const ROWS: &[Extent] = &[Named("n_quantities")];
-const MISSING: &str = "absent in a load history, where nothing is deformed, and before format 1.11; areas alone where the dual operator is not dense";
+const MISSING: &str = "absent in a load history that asks for no error, where nothing is deformed, and before format 1.11; areas alone where the dual operator is not dense";
 
 pub(super) const FIELDS: Fields<FunctionalEstimate> = fields! { FunctionalEstimate => GROUP;
     [|it| it.functional.word().to_owned()] NAME, ROWS, Dimension::Number, "Quantities of the answer, as `adapt.of` names them.".optional(MISSING);
@@ -66,10 +66,6 @@ pub fn read(reader: &Reader, scene: &Scene) -> Result<Vec<FunctionalEstimate>, F
         return Ok(Vec::new());
     };
     let wanted = scene.adapt.and_then(|adapt| adapt.of);
-    let known = |name: &str| {
-        let all = Functional::NAMED.into_iter().chain(wanted);
-        all.into_iter().find(|it| it.word() == name)
-    };
     let mut found = FIELDS.read_rows(reader, || FunctionalEstimate {
         functional: Functional::NormalForce,
         value: 0.0,
@@ -80,13 +76,25 @@ pub fn read(reader: &Reader, scene: &Scene) -> Result<Vec<FunctionalEstimate>, F
         indicator: Vec::new(),
     })?;
     for (it, name) in found.iter_mut().zip(&names) {
-        it.functional = known(name).ok_or_else(|| FormatError::Inconsistent {
-            dataset: NAME,
-            reason: format!("expected a quantity of the scene, found {name:?}"),
-        })?;
+        it.functional = named(scene, name, NAME)?;
         if Some(it.functional) == wanted {
             it.indicator = read_if_there(reader, INDICATOR)?.unwrap_or_default();
         }
     }
     Ok(found)
+}
+
+/// The quantity of a scene that a word in a dataset names.
+pub(super) fn named(
+    scene: &Scene,
+    word: &str,
+    dataset: &'static str,
+) -> Result<Functional, FormatError> {
+    let wanted = scene.adapt.and_then(|adapt| adapt.of);
+    let mut known = Functional::NAMED.into_iter().chain(wanted);
+    let found = known.find(|it| it.word() == word);
+    found.ok_or_else(|| FormatError::Inconsistent {
+        dataset,
+        reason: format!("expected a quantity of the scene, found {word:?}"),
+    })
 }

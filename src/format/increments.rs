@@ -1,7 +1,7 @@
 //! `/history`: the increments of a load history, every dataset with one row for each.
 
 use contact3d::{
-    history::{StepPane, StepRecord},
+    history::{HistoryErrors, StepPane, StepRecord},
     post::Zone,
     scene::Scene,
 };
@@ -15,6 +15,7 @@ use units::Dimension;
 use super::{
     FormatError, Stage, extents,
     fields::{Condition, Fields, RENAMED, fields, old_name, write_value},
+    history_quantities,
 };
 
 /// The increments of a load history that were solved.
@@ -22,6 +23,9 @@ pub const GROUP: Group = Group::new("history", Stage::Solve.command());
 
 const TITLE: &str = "/history/step_title";
 pub(super) const TIME: &str = "/history/time";
+const ESTIMATED_ERROR: &str = "/history/estimated_error";
+
+const NO_ESTIMATE: &str = "absent unless the scene asks for an error";
 
 const NO_CONTACT: Condition<StepRecord> =
     ("absent without contact", |record| !record.panes.is_empty());
@@ -81,6 +85,8 @@ pub(super) const INCREMENTS: Fields<StepRecord> = fields! { StepRecord => GROUP;
     (energies.dissipation) "/history/dissipation", ROWS, Dimension::Energy, "Energy that friction took in each increment: the integral of lambda_t . Delta u_t with lambda_t at its end.".when(NO_FRICTION);
     (face_dissipation) "/history/face_dissipation", &[Named("n_increments"), Named("n_contact_faces")], Dimension::Energy, "The same on each contact face, in the order of /mesh/contact_face_names.".when(ONE_FACE);
     (energies.imbalance) "/history/energy_imbalance", ROWS, Dimension::Energy, "Work of the loads in each increment less the gain of strain energy, the work on the foundation and the dissipation; falls in proportion to the increments.";
+    {Kind::F64} ESTIMATED_ERROR, ROWS, Dimension::Number, "Estimated |u_h - u|_A of each increment, given those before it, over the largest |u_h|_A of the history: the largest is the estimated error of the mesh.".optional(NO_ESTIMATE);
+    (error_energy) "/history/error_energy", &[Named("n_increments"), Named("n_tetrahedra")], Dimension::Energy, "Share of each tetrahedron in the square of that error, before it is made relative.".symbol("eta_T^2").optional(NO_ESTIMATE);
 };
 
 /// The panes with friction, which come first.
@@ -120,6 +126,10 @@ pub fn write(
     let steps = records.iter().map(|record| record.increment.step);
     let titles: Vec<String> = steps.map(|step| scene.step_title(step)).collect();
     write_value(writer, TITLE, &titles)?;
+    if let Some(errors) = HistoryErrors::new(records, None) {
+        write_value(writer, ESTIMATED_ERROR, &errors.relative)?;
+    }
+    history_quantities::write(writer, scene, records, scene.units)?;
     INCREMENTS.write_rows(writer, records)
 }
 
@@ -142,5 +152,6 @@ pub fn read(reader: &Reader, scene: &Scene) -> Result<Vec<StepRecord>, FormatErr
     for (record, increment) in records.iter_mut().zip(increments) {
         record.increment = increment;
     }
+    history_quantities::read(reader, scene, &mut records)?;
     Ok(records)
 }

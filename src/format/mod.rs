@@ -12,6 +12,7 @@ mod cases;
 mod extents;
 mod fields;
 mod functionals;
+mod history_quantities;
 mod increments;
 mod load;
 mod mesh;
@@ -211,6 +212,7 @@ pub const LAYOUT: Layout = Layout {
         increments::INCREMENTS.rows,
         bound::FIELDS.rows,
         bound::SIDE_FORCES.rows,
+        history_quantities::FIELDS.rows,
     ],
     extents: extents::OF_RUN_FILES,
 };

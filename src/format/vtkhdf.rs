@@ -208,8 +208,14 @@ impl<'a> From<&'a ContactReport> for GridValues<'a> {
     }
 }
 
-impl<'a> From<&'a StepRecord> for GridValues<'a> {
-    fn from(record: &'a StepRecord) -> Self {
+impl<'a> GridValues<'a> {
+    /// Those of an increment, with its share in the error over the largest norm of the history in √J.
+    pub fn of_increment(record: &'a StepRecord, norm: f64) -> Self {
+        let squares = record.error_energy.iter();
+        let shares = squares.map(|square| match *square {
+            0.0 => 0.0,
+            square => square.sqrt() / norm,
+        });
         let (normal, tangential) = record.multiplier.split_at(record.panes.len());
         let pairs: &[[f64; 2]] = tangential.as_chunks().0;
         let panes = record.panes.iter().enumerate();
@@ -223,7 +229,7 @@ impl<'a> From<&'a StepRecord> for GridValues<'a> {
         Self {
             displacement: &record.displacement,
             von_mises: &record.von_mises,
-            error: None,
+            error: (!record.error_energy.is_empty()).then(|| shares.collect()),
             panes: panes.collect(),
         }
     }

@@ -249,6 +249,7 @@ impl LevelKeeper for LevelInRunFile<'_> {
             dual,
             solution: &results.solution,
             report: &results.report,
+            increments: &results.increments,
             // An empty sum of floats is −0.
             seconds: 0.0 + seconds.sum::<f64>(),
         })

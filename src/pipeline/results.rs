@@ -6,7 +6,7 @@ use contact3d::{
     Answer, AssembledProblem, Problem,
     contact::Interface,
     elasticity::DofMap,
-    history::StepRecord,
+    history::{StepRecord, largest_norm},
     mesh::{ContactSurface, Mesh},
     post::{ContactReport, ErrorBound},
     scene::{Invalid, SceneFile},
@@ -104,8 +104,9 @@ impl Results {
         let times = self.increments.iter().map(|record| record.increment.time);
         let times: Vec<f64> = times.collect();
         let mut series = GridSeries::begin(writer, mesh, &times)?;
+        let norm = largest_norm(&self.increments);
         for record in &self.increments {
-            series.step(mesh, &GridValues::from(record), frame)?;
+            series.step(mesh, &GridValues::of_increment(record, norm), frame)?;
         }
         series.finish()
     }

@@ -175,6 +175,7 @@ impl<'a> Parts<'a> {
                 solve,
                 of: adapt.and_then(|adapt| adapt.of),
                 history: scene.has_history().then(|| load.clone()),
+                estimates: scene.has_history() && adapt.is_some(),
                 parameters: used(ProblemPart::Law),
             },
             post: PostPart {
@@ -339,6 +340,9 @@ struct SolvePart<'a> {
     /// All loads of a load history, of which `/load` holds the last ones only.
     #[serde(skip_serializing_if = "Option::is_none")]
     history: Option<LoadPart<'a>>,
+    /// Whether every increment of a load history is estimated, as one is whose scene asks for an error.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    estimates: bool,
     /// What the formulas here use.
     #[serde(skip_serializing_if = "Parameters::is_empty")]
     parameters: Parameters,

@@ -6,7 +6,7 @@ use contact3d::{
     AssembledProblem, Keeper, Problem, ProblemError, RunStep, Unfinished,
     dual::{AssemblyError, Need, Shortage},
     mesh::Mesh,
-    scene::{Scene, SceneFile},
+    scene::{AdaptSettings, Scene, SceneFile},
     solver::Start,
 };
 use runfile::{GroupRecord, GroupWriter, Home, StoreError, Transaction};
@@ -191,7 +191,12 @@ fn need_of_history(scene: &Scene, mesh: &Mesh) -> Need {
     let contact = mesh.contact.as_ref();
     let nodes = contact.map_or(0, |surface| surface.nodes.len());
     let panes = contact.map_or(0, |surface| surface.n_panes());
-    let numbers = 6 * mesh.coordinates.len() + mesh.tetrahedra.len() + 5 * nodes + 12 * panes + 64;
+    let of_tetrahedra = match scene.adapt {
+        None => 1,
+        Some(AdaptSettings { of: None, .. }) => 2,
+        Some(AdaptSettings { of: Some(_), .. }) => 3,
+    } * mesh.tetrahedra.len();
+    let numbers = 6 * mesh.coordinates.len() + of_tetrahedra + 5 * nodes + 12 * panes + 64;
     let bytes = 8 * numbers as u64 * scene.increments().len() as u64;
     Need {
         step: "keeping the increments of the load history",

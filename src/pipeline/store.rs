@@ -298,7 +298,8 @@ impl Store {
         Ok((state, Vec::new()))
     }
 
-    /// The file, where it holds a group that a solve of the same problem left.
+    /// The file, where it holds a group that a solve of the same problem left. Stages that wait may replace those of another problem, or
+    /// of another level: then the stored ones are not fresh.
     fn unfinished(&self, group: Group) -> Result<Option<Reader>, StageError> {
         let Some(reader) = self.reader_if_there()? else {
             return Ok(None);
@@ -306,7 +307,12 @@ impl Store {
         let Ok(Some(left)) = reader.whole_group(group) else {
             return Ok(None);
         };
-        let states = self.states()?.into_iter();
+        let states = self.states()?;
+        let mut before = states.iter().filter(|state| state.stage < Stage::Solve);
+        if !before.all(StageState::is_fresh) {
+            return Ok(None);
+        }
+        let states = states.into_iter();
         let stored: Vec<(Stage, StoredGroup)> = states
             .filter_map(|state| Some((state.stage, state.stored?)))
             .collect();

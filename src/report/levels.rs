@@ -2,7 +2,7 @@
 
 use contact3d::{
     adaptation::Adaptation,
-    history::StepRecord,
+    history::{HistoryErrors, StepRecord},
     scene::{Scene, shown},
 };
 use serde_json::{Value, json};
@@ -10,7 +10,9 @@ use units::Dimension;
 
 use super::{
     Digits::{Fixed, Scientific},
-    FigureTable, Figures, percent,
+    FigureTable, Figures,
+    answer::quantities_json,
+    percent,
 };
 use crate::{format::adaptive_status_word, pipeline::Adapted};
 
@@ -30,7 +32,8 @@ pub fn shown_time(time: f64) -> String {
 #[rustfmt::skip]
 pub fn increments(scene: &Scene, records: &[StepRecord]) -> FigureTable {
     let [mut work, mut dissipated] = [0.0; 2];
-    let rows = records.iter().map(|record| {
+    let errors = HistoryErrors::new(records, None).map(|errors| errors.relative);
+    let rows = records.iter().enumerate().map(|(k, record)| {
         let energies = &record.energies;
         work += energies.load_work;
         dissipated += energies.dissipation;
@@ -48,6 +51,8 @@ pub fn increments(scene: &Scene, records: &[StepRecord]) -> FigureTable {
         figures.add("", "friction", Dimension::Energy, Scientific(4), dissipated);
         figures.add("strain_energy", "strain", Dimension::Energy, Scientific(4), energies.strain);
         figures.for_programs("energy_imbalance", energies.imbalance);
+        let error = errors.as_ref().map(|errors| errors[k]);
+        figures.in_words("estimated_error", "error about", error.map(percent), error);
         figures.plain("status", "status", record.status.word());
         figures.for_programs("load_work", energies.load_work);
         figures.for_programs("normal_work", energies.normal_work);
@@ -61,6 +66,8 @@ pub fn increments(scene: &Scene, records: &[StepRecord]) -> FigureTable {
         figures.for_programs("multiplier_force", record.multiplier_force);
         figures.for_programs("loaded_displacement", record.loaded_displacement);
         figures.for_programs("contact_displacement", record.contact_displacement);
+        let quantities = errors.is_some().then(|| quantities_json(scene.units, &record.quantities));
+        figures.for_programs("quantities", quantities);
         figures
     });
     FigureTable::new("Increments; works and dissipation since the beginning", rows)

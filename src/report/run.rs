@@ -346,11 +346,10 @@ fn estimate_words(estimate: &ErrorEstimate, scene: &Scene) -> String {
         return "none: nothing is deformed by more than rounding".to_owned();
     }
     let error = estimate.relative();
-    let can_refine = scene.adapt.is_none() && scene.steps.is_empty();
-    let caution = match (error > TRUSTED_ESTIMATE, can_refine) {
+    let caution = match (error > TRUSTED_ESTIMATE, scene.adapt) {
         (false, _) => "",
-        (true, true) => ", a rough guess: the mesh is coarse; refine it: run ... --error 10%",
-        (true, false) => ", a rough guess: the mesh is coarse",
+        (true, None) => ", a rough guess: the mesh is coarse; refine it: run ... --error 10%",
+        (true, Some(_)) => ", a rough guess: the mesh is coarse",
     };
     format!("about {} in the energy norm{caution}", percent(error))
 }
@@ -364,6 +363,7 @@ pub fn percent(share: f64) -> String {
         0.1..1.0 => format!("{percent:.2} %"),
         0.01..0.1 => format!("{percent:.3} %"),
         0.0 => "0 %".to_owned(),
+        _ if percent.is_nan() => "unknown".to_owned(),
         _ => format!("{percent:.1e} %"),
     }
 }

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use contact3d::{
+    history::largest_norm,
     mesh::{ContactSurface, Mesh, SurfaceFace},
     scene::{Scene, shown},
 };
@@ -40,7 +41,11 @@ pub(super) fn view(scene: &Scene, results: &Results) -> BodyView {
     let records = &results.increments;
     let frames: Vec<GridValues<'_>> = match records.as_slice() {
         [] => vec![GridValues::from(report)],
-        records => records.iter().map(GridValues::from).collect(),
+        records => {
+            let norm = largest_norm(records);
+            let of = |record| GridValues::of_increment(record, norm);
+            records.iter().map(of).collect()
+        }
     };
     let names = records.iter().map(|record| {
         let title = scene.step_title(record.increment.step);

@@ -223,6 +223,115 @@ fn a_killed_run_goes_on_from_the_last_level() {
     assert_eq!(program.digests(), expected);
 }
 
+const STEPS: &str =
+    "step=[{factor={pull=0.0}},{factor={pull=1.0},increments=3},{factor={pull=-1.0},increments=3}]";
+
+/// A small history on few meshes.
+fn history(program: &Program, more: &[&str]) -> assert_cmd::assert::Assert {
+    let scene = pipeline("history.toml");
+    let scene = scene.to_str().expect("plain path");
+    let mut command = program.command(&["run", scene, "run.h5", "--no-figures", "--set", STEPS]);
+    command.args(more).assert()
+}
+
+/// One mesh serves all increments; every command goes on from the file.
+#[test]
+fn histories_are_refined() {
+    let program = Program::new();
+    let wanted = ["--error", "8%"];
+    let first = history(&program, &["--error", "8%", "--json"]).success();
+    let json: Value = serde_json::from_slice(&first.get_output().stdout).expect("JSON");
+    let list = json["adaptation"]["levels"].as_array().expect("levels");
+    assert_eq!(json["adaptation"]["status"], "met");
+    assert!(list.len() >= 2, "{list:?}");
+    let rows = json["history"].as_array().expect("rows");
+    let errors = rows.iter().map(|row| row["estimated_error"].as_f64());
+    let largest = errors.fold(0.0, |most: f64, error| most.max(error.expect("an error")));
+    let last = list.last().expect("levels");
+    assert_eq!(Some(largest), last["estimated_error"].as_f64());
+    assert!(
+        rows.iter()
+            .all(|row| row["quantities"].as_array().is_some_and(|q| q.len() >= 4))
+    );
+    let before = program.everything();
+    history(&program, &wanted).success();
+    assert_eq!(program.everything(), before, "nothing is written again");
+    program.command(&["check", "run.h5"]).assert().success();
+    for stage in [
+        &["solve", "run.h5"][..],
+        &["post", "run.h5", "--no-figures"],
+    ] {
+        program.command(stage).assert().success();
+    }
+    assert!(program.states().iter().all(|(_, state)| state == "fresh"));
+    program
+        .command(&["report", "run.h5", "-o", "page.html"])
+        .assert()
+        .success();
+    let page = std::fs::read_to_string(program.path("page.html")).expect("a page");
+    assert!(page.contains("levels for an error of 8.0 %") && page.contains("error about"));
+    // A tighter target goes on from these levels, by the indicators that the file holds.
+    let on = levels(&history(&program, &["--error", "6.5%", "--json"]).success());
+    let on = on["levels"].as_array().expect("levels");
+    assert!(on.len() > list.len() && on[..list.len()] == list[..]);
+    // Without a target nothing of it stays.
+    history(&program, &["--set", "body.brick.cells=[6,2,2]"]).success();
+    let reader = runfile::Reader::open(&program.path("run.h5"), contact3d_pipe::LAYOUT);
+    let reader = reader.expect("a run file");
+    assert!(!reader.has("/history/estimated_error") && !reader.has("/adapt/status"));
+}
+
+/// A history that ends early meets no target, however loose.
+#[test]
+fn a_history_that_fails_meets_no_target() {
+    let program = Program::new();
+    let limits = ["solve.max_outer_steps=1", "solve.epsilon=1e-17"];
+    for limit in limits {
+        let settings = ["--set", "solve.method=\"fixed-point\"", "--set", limit];
+        let failed = history(
+            &program,
+            &[&settings[..], &["--error", "100%", "--json"]].concat(),
+        );
+        let failed = failed.code(1);
+        assert_eq!(levels(&failed)["status"], "not_converged");
+        assert!(levels(&failed)["levels"][0]["estimated_error"].is_null());
+        assert!(
+            said(&failed).contains("ends the history"),
+            "{}",
+            said(&failed)
+        );
+    }
+}
+
+#[test]
+fn a_killed_adaptive_history_has_the_same_datasets() {
+    let wanted = ["--error", "5%", "--quiet"];
+    let expected = {
+        let program = Program::new();
+        history(&program, &[&wanted[..], &["--threads", "1"]].concat()).success();
+        program.digests()
+    };
+    let program = Program::new();
+    for round in 0..5_u64 {
+        let mut child = Command::cargo_bin("contact3d-pipe")
+            .expect("built program")
+            .current_dir(program.path(""))
+            .arg("run")
+            .arg(pipeline("history.toml"))
+            .args(["run.h5", "--no-figures", "--set", STEPS])
+            .args(wanted)
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("started");
+        sleep(Duration::from_millis(100 + 150 * round));
+        let _ = child.kill();
+        child.wait().expect("ended");
+    }
+    history(&program, &[&wanted[..], &["--threads", "2"]].concat()).success();
+    assert_eq!(program.digests(), expected);
+}
+
 /// What does not fit, here into the largest file allowed, ends with the last level that did, stored, and exit
 /// code 1.
 #[test]

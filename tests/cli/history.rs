@@ -185,6 +185,48 @@ fn a_killed_history_goes_on_with_the_same_bits() {
     );
 }
 
+/// Increments that a killed run left are not those of another material, whose mesh and loads are the same.
+#[test]
+fn a_killed_history_is_not_gone_on_from_for_another_material() {
+    let program = Program::new();
+    let scene = pipeline("history.toml");
+    let steps = "step=[{factor={pull=0.0}},{factor={pull=1.0},increments=1000}]";
+    let run = |file: &str, more: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_contact3d-pipe"));
+        let quiet = [
+            "--no-figures",
+            "--quiet",
+            "--set",
+            "body.brick.cells=[12,4,4]",
+        ];
+        command
+            .current_dir(program.path(""))
+            .arg("run")
+            .arg(&scene)
+            .arg(file);
+        command.args(quiet).args(["--set", steps]).args(more);
+        command
+    };
+    let mut child = run("killed.h5", &[]).spawn().expect("runs");
+    let has_increments = || {
+        let reader = Reader::open(&program.path("killed.h5"), LAYOUT).ok()?;
+        reader.read_vec::<f64>("/history/time").ok()
+    };
+    while child.try_wait().expect("a child").is_none() && has_increments().is_none() {
+        sleep(Duration::from_millis(5));
+    }
+    let _ = child.kill();
+    child.wait().expect("a child");
+    let softer = ["--set", "material.isotropic.young_modulus=1e10"];
+    for file in ["killed.h5", "whole.h5"] {
+        assert!(run(file, &softer).status().expect("runs").success());
+    }
+    assert_eq!(
+        history(&program, "killed.h5"),
+        history(&program, "whole.h5")
+    );
+}
+
 #[test]
 fn a_step_that_fails_ends_the_history_and_is_said() {
     let program = Program::new();
@@ -227,7 +269,6 @@ fn what_is_about_one_problem_refuses_steps() {
             "--to",
             "0.2",
         ],
-        &["run", scene, "run.h5", "--error", "5%"],
     ] {
         let before = program.everything();
         let refused = program.command(command).args(SMALL).assert().code(2);
@@ -235,6 +276,22 @@ fn what_is_about_one_problem_refuses_steps() {
         assert!(said.contains("step"), "{said}");
         assert_eq!(program.everything(), before, "{command:?}");
     }
+}
+
+/// The reason is said of the key, not of a step.
+#[test]
+fn dissipation_is_refused_with_the_reason() {
+    let program = Program::new();
+    let refused = run(&program, &["--error", "5%", "--of", "dissipation"])
+        .assert()
+        .code(2);
+    let said = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
+    assert!(
+        said.contains("adapt.of: expected a quantity of one increment")
+            && said.contains("runs backwards"),
+        "{said}"
+    );
+    assert!(!program.path("run.h5").exists());
 }
 
 #[test]

@@ -11,7 +11,8 @@ pub struct AdaptiveLevel {
     pub n_free: usize,
     /// Multipliers.
     pub n_multipliers: usize,
-    /// Estimated error over ‖u_h‖_A; see [`ErrorEstimate::relative`](crate::post::ErrorEstimate::relative).
+    /// Estimated error over ‖u_h‖_A; see [`ErrorEstimate::relative`](crate::post::ErrorEstimate::relative). Of a load history the largest
+    /// of its increments, as [`HistoryErrors`](crate::history::HistoryErrors) measures them; NaN where it ended early.
     pub estimated_error: f64,
     /// Smallest eigenvalue of S scaled to a unit diagonal: what keeps the multipliers of a mesh
     /// apart; `None` without contact or where S is not held.
@@ -73,7 +74,7 @@ impl Adaptation {
         let Some(last) = self.levels.last() else {
             return AdaptiveStatus::Refining;
         };
-        if !last.status.is_solved() {
+        if !last.status.is_solved() || last.estimated_error.is_nan() {
             return AdaptiveStatus::NotConverged;
         }
         let earlier = self.levels.len().checked_sub(PATIENCE + 1);

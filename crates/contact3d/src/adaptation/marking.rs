@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use crate::{
+    history::HistoryErrors,
     mesh::{RefinedLevel, Refinement},
     post::ContactReport,
     scene::{ElementOrder, Scene},
@@ -57,6 +58,27 @@ impl Target {
             element,
         };
         (sizes.map(f64::sqrt).collect(), target)
+    }
+
+    /// The same of a load history, whose indicators are the largest over its increments: their root of the sum of squares, which is no
+    /// less than the error of any increment, has to fall as much as the largest error has to.
+    #[must_use]
+    pub fn of_history(scene: &Scene, errors: &HistoryErrors, target: f64) -> (Vec<f64>, Self) {
+        let fall = target / errors.largest();
+        let (indicator, fall): (Vec<f64>, f64) = match scene.adapt.and_then(|adapt| adapt.of) {
+            None => (errors.indicator.clone(), fall),
+            Some(_) => {
+                let shares = errors.indicator.iter();
+                (shares.map(|share| share.sqrt()).collect(), fall.sqrt())
+            }
+        };
+        let estimated = indicator.iter().map(|eta| eta * eta).sum::<f64>().sqrt();
+        let target = Self {
+            estimated,
+            wanted: estimated * fall,
+            element: scene.body.element,
+        };
+        (indicator, target)
     }
 
     /// The error that the next level aims at in √J: equal steps down to the target, none steeper than

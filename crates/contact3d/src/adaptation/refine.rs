@@ -9,6 +9,7 @@ use super::{
 use crate::{
     Answer, AssembledProblem, InMemory, Problem, ProblemError,
     dual::{ExplicitDual, smallest_eigenvalue},
+    history::{HistoryErrors, StepRecord},
     mesh::{Mesh, RefinableBody, RefinedLevel},
     post::ContactReport,
     scene::{Functional, Invalid, Scene},
@@ -26,6 +27,8 @@ pub struct SolvedLevel<'a> {
     pub solution: &'a Solution,
     /// What follows from it.
     pub report: &'a ContactReport,
+    /// The increments of a load history, the last of which solution and report are of; none without one.
+    pub increments: &'a [StepRecord],
     /// Seconds of mesh, assembly, solve and evaluation.
     pub seconds: f64,
 }
@@ -169,9 +172,13 @@ fn next_level(
 ) -> Result<NextLevel, ProblemError> {
     let estimated = known.levels.last().map_or(0.0, |last| last.estimated_error);
     let cells = graded_cells(scene, &known.refinement, estimated, target);
-    let next = match cells {
-        Some(cells) => RefinedLevel::Cells(cells),
-        None => {
+    let next = match (cells, solved.errors(scene)) {
+        (Some(cells), _) => RefinedLevel::Cells(cells),
+        (None, Some(errors)) => {
+            let (indicator, aim) = Target::of_history(scene, &errors, target);
+            RefinedLevel::Cuts(next_cuts(&indicator, aim))
+        }
+        (None, None) => {
             let (indicator, aim) = Target::of(scene, solved.report, target);
             RefinedLevel::Cuts(next_cuts(&indicator, aim))
         }
@@ -181,7 +188,9 @@ fn next_level(
     let body = RefinableBody::refined(scene, folder, &refinement)?;
     let mesh = body.mesh()?;
     let growth = mesh.coordinates.len() as f64 / solved.mesh.coordinates.len() as f64;
-    let multiplier = &solved.solution.multiplier;
+    // A history begins with its first increment.
+    let first = solved.increments.first().map(|record| &record.multiplier);
+    let multiplier = first.unwrap_or(&solved.solution.multiplier);
     Ok(NextLevel {
         start: match next {
             RefinedLevel::Cells(_) => Vec::new(),
@@ -230,6 +239,8 @@ pub struct AdaptedProblem {
     pub solution: Solution,
     /// What follows from it.
     pub report: ContactReport,
+    /// The increments of a load history, the last of which the answer is of; none without one.
+    pub increments: Vec<StepRecord>,
     /// All levels.
     pub adaptation: Adaptation,
     /// Whether the target is met.
@@ -249,7 +260,6 @@ pub fn adapted(
     observe: &mut dyn FnMut(&AdaptiveLevel),
 ) -> Result<AdaptedProblem, ProblemError> {
     let scene = scene.checked()?.with_first_mesh();
-    scene.require_no_history("an adaptive mesh")?;
     let goal = RefinementGoal {
         error: scene.adapt.ok_or_else(no_target)?.error,
         deadline: None,
@@ -267,6 +277,7 @@ pub fn adapted(
         assembled: answer.problem,
         solution: answer.solution,
         report: answer.report,
+        increments: answer.records,
         adaptation: refined.adaptation,
         status: refined.status,
     })
@@ -331,6 +342,7 @@ impl LevelKeeper for LevelInMemory<'_> {
             dual: contact.and_then(|contact| contact.explicit()),
             solution: &answer.solution,
             report: &answer.report,
+            increments: &answer.records,
             seconds: *seconds,
         })
     }
@@ -348,12 +360,32 @@ impl LevelKeeper for LevelInMemory<'_> {
     fn keep(&mut self, _: &Adaptation) {}
 }
 
+impl SolvedLevel<'_> {
+    /// The errors of a load history in the measure that the scene is refined for; `None` without a history, and without estimates.
+    fn errors(&self, scene: &Scene) -> Option<HistoryErrors> {
+        HistoryErrors::new(self.increments, scene.adapt.and_then(|adapt| adapt.of))
+    }
+
+    /// The estimated error of the mesh; `None` where the quantity that it is refined for has none, NaN where a load history ended before
+    /// its last increment.
+    fn estimated_error(&self, scene: &Scene) -> Option<f64> {
+        if !scene.has_history() {
+            let of = scene.adapt.and_then(|adapt| adapt.of);
+            let of = of.filter(|_| self.solution.status.is_solved());
+            return self.report.relative_error(of);
+        }
+        if self.increments.len() < scene.increments().len() || !self.solution.status.is_solved() {
+            return Some(f64::NAN);
+        }
+        self.errors(scene).map(|errors| errors.largest())
+    }
+}
+
 impl AdaptiveLevel {
     /// What a solved mesh came to.
     fn new(scene: &Scene, level: SolvedLevel<'_>) -> Result<Self, ProblemError> {
         let of = scene.adapt.and_then(|adapt| adapt.of);
-        let of = of.filter(|_| level.solution.status.is_solved());
-        let estimated_error = level.report.relative_error(of);
+        let estimated_error = level.estimated_error(scene);
         Ok(Self {
             n_tetrahedra: level.mesh.tetrahedra.len(),
             n_free: level.solution.displacement.len(),

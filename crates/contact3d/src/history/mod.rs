@@ -6,8 +6,10 @@
 //! the path of sliding, as [`crate::scene::SlipMeasure`] says. [`crate::AssembledProblem::run`] solves them one after the other.
 
 mod energies;
+mod errors;
 mod record;
 
 pub(crate) use energies::Bookkeeping;
 pub use energies::StepEnergies;
+pub use errors::{HistoryErrors, largest_norm};
 pub use record::{StepPane, StepRecord};

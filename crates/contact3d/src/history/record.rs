@@ -2,8 +2,8 @@
 
 use super::StepEnergies;
 use crate::{
-    post::{ContactReport, Solved, Vector, Zone},
-    scene::Increment,
+    post::{ContactReport, FunctionalEstimate, Solved, Vector, Zone},
+    scene::{Functional, Increment},
     solver::{SolvedBy, Status},
 };
 
@@ -58,6 +58,10 @@ pub struct StepRecord {
     pub face_dissipation: Vec<f64>,
     /// The energies of the increment.
     pub energies: StepEnergies,
+    /// η_T² in J, the estimated discretisation error given the increments before, `[n_tetrahedra]`; empty unless the scene asks for an error.
+    pub error_energy: Vec<f64>,
+    /// Quantities with their errors, likewise; those of the increment that are not zero.
+    pub quantities: Vec<FunctionalEstimate>,
 }
 
 /// One pane at the end of an increment.
@@ -81,6 +85,13 @@ impl StepRecord {
         [Zone::Open, Zone::Stick, Zone::Slip].map(count)
     }
 
+    /// A quantity with its error; `None` where it is absent or zero.
+    #[must_use]
+    pub fn quantity(&self, functional: Functional) -> Option<&FunctionalEstimate> {
+        let mut all = self.quantities.iter();
+        all.find(|it| it.functional == functional && it.value != 0.0)
+    }
+
     /// The record of a solved increment, but for its works; `dual_rhs` is its h.
     pub(crate) fn new(
         increment: Increment,
@@ -100,6 +111,8 @@ impl StepRecord {
         });
         let resultants = &report.resultants;
         let contact = resultants.contact.as_ref();
+        let indicator = &report.discretisation_error.indicator;
+        let indicator = indicator.iter().filter(|_| solved.scene.adapt.is_some());
         Self {
             increment,
             status: solution.status,
@@ -139,6 +152,8 @@ impl StepRecord {
             tangential,
             face_dissipation: Vec::new(),
             energies: StepEnergies::default(),
+            error_energy: indicator.map(|eta| eta * eta).collect(),
+            quantities: report.functionals.clone(),
         }
     }
 }

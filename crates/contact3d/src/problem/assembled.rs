@@ -2,14 +2,20 @@
 
 use std::sync::Arc;
 
-use super::{Answer, InMemory, Problem, ProblemError, run::ReportDetail};
+use super::{
+    Answer, InMemory, Problem, ProblemError,
+    run::{EstimatedErrors, Evaluation},
+};
 use crate::{
     dual::{AssemblySeconds, DualSystem, LocalStiffness},
     linalg::Workspace,
     mesh::Mesh,
     post::{ContactReport, ErrorBound, Rounding, Solved},
     scene::{Invalid, Scene, SolveSettings},
-    solver::{ContactState, NeedsExplicit, Progress, Solution, Start, coulomb_state, solve},
+    solver::{
+        ContactState, LocalMapping, NeedsExplicit, Progress, Solution, Start, coulomb_state,
+        local_mapping, solve,
+    },
 };
 
 /// A problem with its stiffness factorised and, where it has contact, with its dual problem.
@@ -56,7 +62,7 @@ impl AssembledProblem {
     /// [`Self::solve_history`] solves; [`ProblemError::NeedsExplicit`] when
     /// Newton's method is asked for and S is not dense.
     pub fn solve(&self, settings: &SolveSettings) -> Result<Solution, ProblemError> {
-        let answer = self.solve_evaluated(settings, ReportDetail::WithoutEstimates)?;
+        let answer = self.solve_evaluated(settings, EstimatedErrors::Nothing)?;
         Ok(answer.solution)
     }
 
@@ -68,18 +74,19 @@ impl AssembledProblem {
         &self,
         settings: &SolveSettings,
     ) -> Result<(Solution, ContactReport), ProblemError> {
-        let answer = self.solve_evaluated(settings, ReportDetail::Whole)?;
+        let answer = self.solve_evaluated(settings, EstimatedErrors::Quantities)?;
         Ok((answer.solution, answer.report))
     }
 
     fn solve_evaluated(
         &self,
         settings: &SolveSettings,
-        evaluation: ReportDetail,
+        errors: EstimatedErrors,
     ) -> Result<Answer, ProblemError> {
         settings.validate("solve")?;
         self.scene().require_no_history("a solve")?;
         let start = Start::default();
+        let evaluation = Evaluation::of_last(errors);
         self.run_evaluated(settings, start, Vec::new(), evaluation, &mut InMemory)
     }
 
@@ -124,7 +131,11 @@ impl AssembledProblem {
         observe: &mut dyn FnMut(Progress<'_>),
     ) -> Result<Solution, ProblemError> {
         self.scene().require_no_history("a solve")?;
-        Ok(self.solve_static(settings, start, observe)?)
+        let mut solution = self.solve_static(settings, start, observe)?;
+        if solution.status.is_solved() {
+            solution.local_mapping = self.local_mapping(&solution);
+        }
+        Ok(solution)
     }
 
     pub(super) fn solve_static(
@@ -135,6 +146,11 @@ impl AssembledProblem {
     ) -> Result<Solution, NeedsExplicit> {
         let contact = self.contact_state();
         solve(&self.system, contact.as_ref(), settings, start, observe)
+    }
+
+    /// The mapping Ψ at an answer, where it has one.
+    pub(super) fn local_mapping(&self, solution: &Solution) -> Option<LocalMapping> {
+        local_mapping(&self.system, &self.contact_state()?, solution)
     }
 
     /// What multipliers that were found elsewhere, `[n_multipliers]` in Pa, make of the body: its displacement, and with the dense

@@ -26,13 +26,32 @@ pub struct Answer {
 
 /// How an answer is evaluated.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum ReportDetail {
-    /// With all that the report has.
-    Whole,
-    /// Without the cost of the error estimates.
-    WithoutEstimates,
-    /// Without estimates, which nothing of an increment that others follow is kept of; with them where the solve failed.
-    WholeIfFailed,
+pub(super) struct Evaluation {
+    /// The errors that are estimated.
+    pub(super) errors: EstimatedErrors,
+    /// Whether other increments follow a success, of which the mapping Ψ is not kept; where the solve failed, the error in the energy norm is.
+    pub(super) is_followed: bool,
+}
+
+/// Which errors are estimated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum EstimatedErrors {
+    /// None.
+    Nothing,
+    /// That of the displacement in the energy norm.
+    Energy,
+    /// That and those of quantities.
+    Quantities,
+}
+
+impl Evaluation {
+    /// Of an answer that nothing follows.
+    pub(super) fn of_last(errors: EstimatedErrors) -> Self {
+        Self {
+            errors,
+            is_followed: false,
+        }
+    }
 }
 
 impl AssembledProblem {
@@ -53,7 +72,8 @@ impl AssembledProblem {
         done: Vec<StepRecord>,
         keeper: &mut dyn Keeper,
     ) -> Result<Answer, ProblemError> {
-        self.run_evaluated(settings, start, done, ReportDetail::Whole, keeper)
+        let evaluation = Evaluation::of_last(EstimatedErrors::Quantities);
+        self.run_evaluated(settings, start, done, evaluation, keeper)
     }
 
     pub(super) fn run_evaluated(
@@ -61,10 +81,10 @@ impl AssembledProblem {
         settings: &SolveSettings,
         start: Start<'_>,
         done: Vec<StepRecord>,
-        detail: ReportDetail,
+        evaluation: Evaluation,
         keeper: &mut dyn Keeper,
     ) -> Result<Answer, ProblemError> {
-        let mut answer = self.attempt(settings, start, done, detail, keeper)?;
+        let mut answer = self.attempt(settings, start, done, evaluation, keeper)?;
         let Some(double) = self.in_double_precision(answer.solution.status, settings, keeper)?
         else {
             return Ok(answer);
@@ -75,7 +95,7 @@ impl AssembledProblem {
             ..start
         };
         let keeper = &mut Unkept(keeper);
-        let again = double.attempt(settings, start, answer.records, detail, keeper)?;
+        let again = double.attempt(settings, start, answer.records, evaluation, keeper)?;
         Ok(Answer {
             is_second_try: true,
             ..again
@@ -88,7 +108,7 @@ impl AssembledProblem {
         settings: &SolveSettings,
         start: Start<'_>,
         mut records: Vec<StepRecord>,
-        detail: ReportDetail,
+        evaluation: Evaluation,
         keeper: &mut dyn Keeper,
     ) -> Result<Answer, ProblemError> {
         let answer = |problem, (solution, report), records| Answer {
@@ -99,7 +119,7 @@ impl AssembledProblem {
             is_second_try: false,
         };
         if !self.scene().has_history() {
-            let judged = self.judged(settings, start, None, detail, keeper)?;
+            let judged = self.judged(settings, start, None, evaluation, keeper)?;
             return Ok(answer(self.clone(), judged, Vec::new()));
         }
         let increments = self.scene().increments();
@@ -108,9 +128,13 @@ impl AssembledProblem {
         loop {
             let increment = increments[records.len()];
             let is_last = records.len() + 1 == increments.len();
-            let detail = match detail {
-                ReportDetail::Whole if !is_last => ReportDetail::WholeIfFailed,
-                detail => detail,
+            let evaluation = Evaluation {
+                errors: match self.scene().adapt {
+                    Some(_) => evaluation.errors,
+                    None if is_last => EstimatedErrors::Energy,
+                    None => EstimatedErrors::Nothing,
+                },
+                is_followed: !is_last,
             };
             let before = records.last();
             let problem = self.at_increment(increment, before)?;
@@ -118,7 +142,7 @@ impl AssembledProblem {
                 multiplier: Some(&before.multiplier),
                 checkpoint: None,
             });
-            let judged = problem.judged(settings, from, Some(increment), detail, keeper)?;
+            let judged = problem.judged(settings, from, Some(increment), evaluation, keeper)?;
             let (solution, report) = &judged;
             let dual = problem.system().contact.as_ref();
             let dual_rhs = dual.map_or(&[][..], |contact| contact.dual_rhs());
@@ -140,7 +164,7 @@ impl AssembledProblem {
         settings: &SolveSettings,
         start: Start<'_>,
         increment: Option<Increment>,
-        detail: ReportDetail,
+        evaluation: Evaluation,
         keeper: &mut dyn Keeper,
     ) -> Result<(Solution, ContactReport), ProblemError> {
         let mut solution = self.solve_static(settings, start, &mut |progress| match (
@@ -153,13 +177,20 @@ impl AssembledProblem {
             }
         })?;
         let claimed = (solution.status, solution.accuracy);
-        let mut report = self.evaluated(&solution, increment, detail)?;
+        let mut report = self.evaluated(&solution, evaluation.errors)?;
         report.judge(&mut solution);
-        let failed = || !solution.status.is_success(Goal::of(settings));
-        if matches!(detail, ReportDetail::WholeIfFailed) && failed() {
-            (solution.status, solution.accuracy) = claimed;
-            report = self.evaluated(&solution, increment, ReportDetail::Whole)?;
-            report.judge(&mut solution);
+        if evaluation.is_followed {
+            if solution.status.is_success(Goal::of(settings)) {
+                return Ok((solution, report));
+            }
+            if evaluation.errors == EstimatedErrors::Nothing {
+                (solution.status, solution.accuracy) = claimed;
+                report = self.evaluated(&solution, EstimatedErrors::Energy)?;
+                report.judge(&mut solution);
+            }
+        }
+        if claimed.0.is_solved() {
+            solution.local_mapping = self.local_mapping(&solution);
         }
         Ok((solution, report))
     }
@@ -167,17 +198,13 @@ impl AssembledProblem {
     fn evaluated(
         &self,
         solution: &Solution,
-        increment: Option<Increment>,
-        detail: ReportDetail,
+        errors: EstimatedErrors,
     ) -> Result<ContactReport, Invalid> {
         let solved = self.solved(solution);
-        match (detail, increment) {
-            (ReportDetail::Whole, None) => ContactReport::with_functionals(&solved, &self.system),
-            // Quantities of an increment have the errors of those before it too.
-            (ReportDetail::Whole, Some(_)) => ContactReport::new(&solved),
-            (ReportDetail::WithoutEstimates | ReportDetail::WholeIfFailed, _) => {
-                ContactReport::without_estimate(&solved)
-            }
+        match errors {
+            EstimatedErrors::Quantities => ContactReport::with_functionals(&solved, &self.system),
+            EstimatedErrors::Energy => ContactReport::new(&solved),
+            EstimatedErrors::Nothing => ContactReport::without_estimate(&solved),
         }
     }
 

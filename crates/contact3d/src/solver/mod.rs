@@ -48,4 +48,5 @@ pub use problem::{ContactBody, ContactState};
 pub use problem::{NeedsExplicit, OuterState, Progress, Start};
 pub use solution::{Goal, Solution, SolvedBy, Status};
 pub use solution::{NewtonStep, OuterStep, StepCounts};
+pub(crate) use solve::local_mapping;
 pub use solve::solve;

@@ -36,7 +36,7 @@ const DENSE_COPIES: usize = 4;
 const SMALL_FACTOR: usize = 32_000_000;
 
 /// Solves the discrete problem as the settings say from a start, by no more than its model features ask for: one solve
-/// without contact, one minimisation without friction or with a given slip bound.
+/// without contact, one minimisation without friction or with a given slip bound. The answer lacks its [`local_mapping`].
 ///
 /// # Errors
 /// [`NeedsExplicit`] when Newton's method is asked for and S is not dense.
@@ -77,6 +77,27 @@ pub fn solve(
         start: start.fitting(dual.layout().n_multipliers()),
     };
     problem.solve(observe)
+}
+
+/// The mapping Ψ at an answer; `None` without Coulomb's law, without the dense operator, and for a body that floats, whose mapping is
+/// not one of multipliers alone.
+pub(crate) fn local_mapping(
+    system: &DualSystem,
+    contact: &ContactState<'_>,
+    solution: &Solution,
+) -> Option<LocalMapping> {
+    let dual = system.contact.as_ref()?;
+    let balanced = dual.balanced(&system.assembly, contact.surface, contact.interface);
+    if dual.balance.is_some() || balanced.is_some() {
+        return None;
+    }
+    let laws = contact.laws();
+    LocalMapping::new(
+        dual.explicit()?,
+        &laws,
+        laws.coulomb()?,
+        &solution.multiplier,
+    )
 }
 
 impl DiscreteProblem<'_> {
@@ -185,12 +206,6 @@ impl DiscreteProblem<'_> {
         }
         solution.law_evaluations = laws.law_evaluations();
         solution.projections = laws.projections();
-        // The mapping of a body that floats is not one of multipliers alone.
-        if let (Some(law), Some(explicit), None) = (laws.coulomb(), dual.explicit(), &dual.balance)
-            && solution.status.is_solved()
-        {
-            solution.local_mapping = LocalMapping::new(explicit, laws, law, &solution.multiplier);
-        }
         solution
     }
 

@@ -1,6 +1,7 @@
 //! The library by whole scenes, in one binary, so that it is linked once and all run side by side.
 
 mod adaptive;
+mod adaptive_history;
 mod closed_forms;
 mod examples;
 mod facade;

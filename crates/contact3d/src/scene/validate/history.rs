@@ -26,13 +26,6 @@ pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
     if !scene.has_history() {
         return Ok(());
     }
-    require(
-        scene.adapt.is_none(),
-        "adapt",
-        "a scene without [[step]]",
-        format!("{} steps", scene.steps.len()),
-        "the mesh of a history stays as it is: find one with `run --error` on the last step's loads",
-    )?;
     check_times(scene)?;
     let mut increments = 0_usize;
     for (k, step) in scene.steps.iter().enumerate() {

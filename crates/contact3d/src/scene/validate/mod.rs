@@ -68,7 +68,7 @@ impl Scene {
         supports::check(self)?;
         contact::check(self)?;
         friction::check(self)?;
-        history::check(self)?;
-        solve::check(self)
+        solve::check(self)?;
+        history::check(self)
     }
 }

@@ -115,9 +115,9 @@ fn check_quantity(scene: &Scene, of: Functional) -> Result<(), Invalid> {
             ))
         }
         Functional::Dissipation => Some((
-            "a quantity of one solved problem",
+            "a quantity of one increment or of a static problem",
             "friction takes energy over a load history, whose error gathers over all increments: its adjoint runs backwards \
-             through them, which is not available",
+             through them, which is not available; refine for the energy norm or a force, and compare two targets",
         )),
         _ if !has_volume => Some((
             "a box with the smaller coordinates first and a volume",
