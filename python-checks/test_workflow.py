@@ -223,6 +223,7 @@ def test_a_sweep_is_the_same_on_every_executor(tmp_path):
     alone = package.sweep(NEWTON, tmp_path / "alone", AXES, set=SMALL)
     assert (alone.computed, alone.kept, alone.failed) == (4, 0, {})
     assert alone.table["normal_force"].shape == (2, 2, 1)
+    assert alone.table["traction.0.value.0"].attrs["units"] == "Pa"
     chosen = alone.case({"friction.coefficient_1": {"constant": 0.1}, "traction.0.value.0": 5e6})
     assert chosen["post/resultants/normal_force"].item() == alone.table["normal_force"].values[0, 1, 0]
     with ProcessPoolExecutor(2) as executor:
