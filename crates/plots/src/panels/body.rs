@@ -64,8 +64,13 @@ pub(crate) fn error_panel(
         unit: picture.units.of(Dimension::Number),
         deforms: false,
     };
+    let alone = ContactPicture {
+        obstacle: None,
+        marks: &[],
+        ..*picture
+    };
     let layout = PictureLayout::new(picture);
-    Ok(drawn_body(picture, &layout, &shown))
+    Ok(drawn_body(&alone, &layout, &shown))
 }
 
 /// The boundary coloured by a value, the undeformed outline, the support and the axes.
@@ -101,9 +106,8 @@ fn drawn_body(picture: &ContactPicture<'_>, layout: &PictureLayout, shown: &Show
     let key = ColourKey::new(values, ColourMap::Plasma, &shown.symbol, &shown.unit);
 
     let diagonal = norm(extents(picture, &undeformed));
-    let gap_factor = if shown.deforms { factor } else { 1.0 };
     let obstacle = picture.obstacle;
-    let obstacle = obstacle.map(|shape| ObstacleShape::new(shape, &view, gap_factor, diagonal));
+    let obstacle = obstacle.map(|shape| ObstacleShape::new(shape, &view, factor, diagonal));
     let drawn = used.flat_map(|&node| [undeformed[node], deformed[node]]);
     let drawn = drawn
         .chain(obstacle.iter().flat_map(ObstacleShape::points))

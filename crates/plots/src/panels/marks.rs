@@ -9,8 +9,10 @@ use crate::view::View;
 
 /// Most symbols of one mark.
 const MOST: usize = 5;
+/// Most of what is held along an axis, where planes of symmetry meet in corners.
+const MOST_CONES: usize = 3;
 /// Least distance of two symbols in pixels.
-const APART: f64 = 22.0;
+const APART: f64 = 28.0;
 /// Pixels of the longest arrow, of a shorter one that is left out, and of other symbols.
 const ARROW: f64 = 34.0;
 const SHORTEST_ARROW: f64 = 8.0;
@@ -142,6 +144,16 @@ impl Sight<'_> {
         [size * right, -size * up]
     }
 
+    /// A cone of one size from wherever it is seen, upright where it points at the viewer.
+    fn cone(&self, away: Vector) -> Point {
+        let [right, down] = self.on_screen(away, 1.0);
+        let length = right.hypot(down);
+        if length < 0.05 {
+            return [0.0, 1.2 * SYMBOL];
+        }
+        [right, down].map(|c| 1.2 * SYMBOL * c / length)
+    }
+
     fn symbols_at(&self, mark: &BodyMark, place: usize, largest: f64) -> Vec<Symbol> {
         let (at, normal) = (self.pixels[mark.nodes[place]], mark.normals[place]);
         let symbol = |shape, way: Point, pushes| Symbol {
@@ -160,7 +172,7 @@ impl Sight<'_> {
                 let cones = axes.map(|c| {
                     let mut away = [0.0; 3];
                     away[c] = if normal[c] > 0.1 { 1.0 } else { -1.0 };
-                    symbol(Shape::Cone, self.on_screen(away, 1.3 * SYMBOL), false)
+                    symbol(Shape::Cone, self.cone(away), false)
                 });
                 cones.collect()
             }
@@ -201,10 +213,11 @@ impl Sight<'_> {
             from(*a).total_cmp(&from(*b))
         };
         let mut chosen: Vec<usize> = free.iter().copied().min_by(nearest).into_iter().collect();
-        let most = if mark.kind == BodyMarkKind::Volume {
-            1
-        } else {
-            MOST
+        let is_all = || mark.vectors.iter().flatten().all(|&held| held != 0.0);
+        let most = match mark.kind {
+            BodyMarkKind::Volume => 1,
+            BodyMarkKind::Held if !is_all() => MOST_CONES,
+            _ => MOST,
         };
         while chosen.len() < most {
             let from = |place: usize| {
