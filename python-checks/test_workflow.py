@@ -135,6 +135,7 @@ def test_studies_have_typed_results(tmp_path):
 def test_an_error_may_be_asked_for(tmp_path):
     run = package.run(NEWTON, tmp_path / "run.h5", set=SMALL, error="30%")
     assert run["post/discretisation_error/total"].item() <= 0.3
+    assert run.summary["levels"].startswith(f"{run['adapt/status'].item()}: {run['adapt/levels/n_free'].size} solved, ")
     force = run.to_dataframe("quantities").loc["normal_force"]
     assert force["value"] == run["post/resultants/normal_force"].item() and force["unit"] == "N"
     bar = max(force["largest"] - force["value"], force["value"] - force["smallest"]) / force["value"]
