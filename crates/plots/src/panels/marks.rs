@@ -81,8 +81,9 @@ impl Symbol {
                     ]
                 };
                 let line: Vec<Point> = (0..=6).map(turn).collect();
-                canvas.polylines(&[line.clone()], Stroke::solid(Colour::WHITE, 3.4));
-                canvas.polylines(&[line], Stroke::solid(Colour::BLACK, 1.4));
+                let line = [line];
+                canvas.polylines(&line, Stroke::solid(Colour::WHITE, 3.4));
+                canvas.polylines(&line, Stroke::solid(Colour::BLACK, 1.4));
             }
             Shape::Moved | Shape::Load => {
                 let [from, to] = if self.pushes {
