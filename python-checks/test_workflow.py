@@ -135,6 +135,7 @@ def test_studies_have_typed_results(tmp_path):
 def test_an_error_may_be_asked_for(tmp_path):
     run = package.run(NEWTON, tmp_path / "run.h5", set=SMALL, error="30%")
     assert run["post/discretisation_error/total"].item() <= 0.3
+    assert run.summary["levels"].startswith(f"{run['adapt/status'].item()}: {run['adapt/levels/n_free'].size} solved, ")
     force = run.to_dataframe("quantities").loc["normal_force"]
     assert force["value"] == run["post/resultants/normal_force"].item() and force["unit"] == "N"
     bar = max(force["largest"] - force["value"], force["value"] - force["smallest"]) / force["value"]
@@ -223,6 +224,7 @@ def test_a_sweep_is_the_same_on_every_executor(tmp_path):
     alone = package.sweep(NEWTON, tmp_path / "alone", AXES, set=SMALL)
     assert (alone.computed, alone.kept, alone.failed) == (4, 0, {})
     assert alone.table["normal_force"].shape == (2, 2, 1)
+    assert alone.table["traction.0.value.0"].attrs["units"] == "Pa"
     chosen = alone.case({"friction.coefficient_1": {"constant": 0.1}, "traction.0.value.0": 5e6})
     assert chosen["post/resultants/normal_force"].item() == alone.table["normal_force"].values[0, 1, 0]
     with ProcessPoolExecutor(2) as executor:

@@ -64,6 +64,10 @@ class Run(xr.DataTree):
         if status := self._text("solve/status"):
             accuracy = self._number("solve/accuracy")
             found["status"] = status + (f", error {accuracy:.1e}" if accuracy is not None else "")
+        if status := self._text("adapt/status"):
+            # All there is of a run that was interrupted.
+            errors = self["adapt/levels/estimated_error"].values
+            found["levels"] = f"{status}: {len(errors)} solved, the last with an error of about {100 * errors[-1]:.2g} %"
         sizes = {word: self._size("mesh", dim) for word, dim in SIZES.items()}
         if any(sizes.values()):
             found["mesh"] = ", ".join(f"{count} {word}" for word, count in sizes.items() if count)

@@ -49,10 +49,12 @@ def open_sweep(folder: str | os.PathLike[str]) -> SweepTable:
     table = open_run(file)["cases"].to_dataset(inherit=False).load()
     with h5py.File(file) as content:
         keys = [str(key) for key in content["cases/keys"].asstr()[:]]
+        unit_list = content.get("cases/key_unit")  # not in tables before version 1.4
+        units = dict(zip(keys, unit_list.asstr()[:])) if unit_list is not None else {}
     cases = table.isel(n_cases=np.flatnonzero(table["planned"].values == 1))
     settings = [json.loads(str(text)) for text in cases["settings"].values]
     axes = _axes(keys, settings)
-    results = cases.drop_vars([name for name in ("planned", "settings", "setting_value", "keys") if name in cases])
+    results = cases.drop_vars([name for name in ("planned", "settings", "setting_value", "keys", "key_unit") if name in cases])
     shape = tuple(len(values) for _, values, _ in axes)
     place = np.zeros(len(settings), dtype=int)
     for _, values, codes in axes:
@@ -75,7 +77,8 @@ def open_sweep(folder: str | os.PathLike[str]) -> SweepTable:
     for names, values, _ in axes:
         for position, name in enumerate(names):
             column = _column([row[position] for row in values])
-            dataset = dataset.assign_coords({name: (names[0], column, {"key": name})})
+            unit = {"units": str(units[name])} if name in units else {}
+            dataset = dataset.assign_coords({name: (names[0], column, {"key": name, **unit})})
     return dataset
 
 

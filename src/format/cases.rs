@@ -23,7 +23,7 @@ pub const GROUP: Group = Group::new("cases", "sweep");
 pub const SWEEP_LAYOUT: Layout = Layout {
     filetype: "contact3d-pipe sweep",
     linked_filetype: "contact3d-pipe sweep stage",
-    format_version: [1, 3],
+    format_version: [1, 4],
     sealed_since: [1, 2],
     creator: super::LAYOUT.creator,
     units: super::LAYOUT.units,
@@ -44,6 +44,7 @@ pub const SWEEP_LAYOUT: Layout = Layout {
 
 const SWEEP_FILE: &str = "/cases/sweep_file";
 const KEYS: &str = "/cases/keys";
+const KEY_UNITS: &str = "/cases/key_unit";
 const ID: &str = "/cases/id";
 const PLANNED: &str = "/cases/planned";
 
@@ -53,6 +54,7 @@ const VECTORS: &[Extent] = &[Named("n_cases"), extents::XYZ];
 const FIELDS: Fields<CaseRow> = fields! { CaseRow => GROUP;
     {Kind::Text} SWEEP_FILE, &[], Dimension::Number, "The sweep file, as seen from this folder.".optional("absent in tables of version 1.0").volatile();
     {Kind::Text} KEYS, &[Named("n_keys")], Dimension::Number, "Keys of the scene that the axes change.";
+    {Kind::Text} KEY_UNITS, &[Named("n_keys")], Dimension::Number, "Units of the values of these keys; 1 for numbers.".optional("absent in tables before version 1.4");
     (id) ID, CASES, Dimension::Number, "Name of the case; its run file is NAME.h5 in the same folder.";
     (planned) PLANNED, CASES, Dimension::Number, "1 for cases of the present axes, 0 for older ones in the folder.";
     (settings) "/cases/settings", CASES, Dimension::Number, "Values of the keys as a JSON object.";
@@ -121,17 +123,18 @@ pub fn read_table_owner(reader: &Reader) -> Result<TableOwner, StoreError> {
     })
 }
 
-/// Writes the table of a sweep file, which is given as seen from the folder.
+/// Writes the table of a sweep file, which is given as seen from the folder; the keys come with the words of their units.
 pub fn write(
     writer: &mut GroupWriter<'_>,
     sweep_file: Option<&str>,
-    keys: &[String],
+    [keys, units]: [&[String]; 2],
     rows: &[CaseRow],
 ) -> Result<(), StoreError> {
     if let Some(sweep_file) = sweep_file {
         writer.write_text(SWEEP_FILE, sweep_file)?;
     }
     write_list(writer, KEYS, keys)?;
+    write_list(writer, KEY_UNITS, units)?;
     FIELDS.write_rows(writer, rows)?;
     let results = rows.iter().map(|row| row.results.as_ref());
     let faces = results.map(|results| results.map_or(&[][..], |results| &results.faces));

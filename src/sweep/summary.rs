@@ -20,7 +20,7 @@ use super::{
 use crate::{
     format::{self, CaseRow, LAYOUT, SWEEP_LAYOUT, get_key, scene_table_of_text},
     output::{self, OutputFile, OutputKind},
-    report::SweepTable,
+    report::{SweepTable, setting_unit},
 };
 
 /// Name of the table for h5py in the sweep's folder.
@@ -152,7 +152,10 @@ fn write_table(plan: &Plan, folder: &Path, rows: &[CaseRow]) -> Result<(), Stage
     let mut transaction = Transaction::begin(&file)?;
     let mut writer = transaction.group(format::CASES, Home::RunFile)?;
     let sweep_file = plan.sweep_file_from(folder);
-    format::write_cases(&mut writer, sweep_file.as_deref(), &plan.keys, rows)?;
+    let units = plan.keys.iter().map(|key| setting_unit(key, plan.units));
+    let units: Vec<String> = units.map(|unit| unit.word().to_owned()).collect();
+    let keys = [plan.keys.as_slice(), &units];
+    format::write_cases(&mut writer, sweep_file.as_deref(), keys, rows)?;
     writer.finish(&GroupRecord::gathered(String::new()))?;
     Ok(transaction.commit()?)
 }

@@ -1,7 +1,5 @@
 //! The body of a run file as a page can turn it: boundary, fields and panes in each increment, and the obstacle.
 
-use std::collections::{BTreeMap, BTreeSet};
-
 use contact3d::{
     history::largest_norm,
     mesh::{ContactSurface, Mesh, SurfaceFace},
@@ -10,15 +8,12 @@ use contact3d::{
 use plots::html::{BodyView, ViewArray, ViewPlace, ViewValues};
 use units::{Dimension, Units};
 
-use super::{contact_cells::ContactCells, picture::error_density};
+use super::{contact_cells::ContactCells, obstacle::obstacle_beside, picture::error_density};
 use crate::{
     format::{GridValues, PaneValues},
     pipeline::Results,
     report::shown_time,
 };
-
-/// How far a flat obstacle is drawn beyond the contact face, as a share of the longest way across it.
-const MARGIN: f64 = 0.08;
 
 /// The body of a solved case of a sweep, at the end of its load history if it has one.
 pub(super) fn case_view(scene: &Scene, results: &Results, name: String) -> BodyView {
@@ -338,21 +333,9 @@ fn pane_arrays(units: Units, frames: &[GridValues<'_>]) -> Vec<ViewArray> {
     arrays
 }
 
-/// Where the obstacle is: points of the contact face, and how far along the normal it is from them.
-#[derive(Default)]
-struct ObstacleShape {
-    points: Vec<[f64; 3]>,
-    gaps: Vec<[f64; 3]>,
-    triangles: Vec<[usize; 3]>,
-}
-
 /// The part of the obstacle that contact faces see, with a strip around it where it is flat.
 fn obstacle(mesh: &Mesh, surface: &ContactSurface, units: Units) -> [ViewArray; 3] {
-    let mut shape = ObstacleShape::default();
-    surface
-        .faces
-        .iter()
-        .for_each(|face| shape.add(mesh, surface, face));
+    let shape = obstacle_beside(mesh, surface, &surface.faces);
     let place = |key, values, rows: &[[f64; 3]]| ViewArray {
         unit: units.word(Dimension::LENGTH),
         ..array(
@@ -368,97 +351,4 @@ fn obstacle(mesh: &Mesh, surface: &ContactSurface, units: Units) -> [ViewArray; 
         place("obstacle_gaps", ViewValues::Plain, &shape.gaps),
         indices("obstacle_triangles", ViewPlace::Obstacle, &shape.triangles),
     ]
-}
-
-impl ObstacleShape {
-    fn add(&mut self, mesh: &Mesh, surface: &ContactSurface, face: &SurfaceFace) {
-        let facets = surface.facets[face.facets.clone()]
-            .iter()
-            .map(|&facet| mesh.facets[facet]);
-        let facets: Vec<[usize; 3]> = facets.collect();
-        let mut place: BTreeMap<usize, usize> = BTreeMap::new();
-        let mut normals = Vec::new();
-        for node in facets.as_flattened() {
-            let Some(contact) = surface
-                .contact_node(face, *node)
-                .filter(|_| !place.contains_key(node))
-            else {
-                continue;
-            };
-            let normal = surface.normal_at(contact);
-            let clearance = surface.clearance.get(contact).copied().unwrap_or(0.0);
-            place.insert(*node, self.points.len());
-            self.points.push(mesh.coordinates[*node]);
-            self.gaps.push(normal.map(|c| clearance * c));
-            normals.push(normal);
-        }
-        // It looks at the body, the other way round than the face.
-        self.triangles.extend(
-            facets
-                .iter()
-                .map(|&[a, b, c]| [place[&a], place[&c], place[&b]]),
-        );
-        if let [normal, others @ ..] = normals.as_slice()
-            && others.iter().all(|other| other == normal)
-        {
-            self.add_strip(mesh, &facets, &place, *normal);
-        }
-    }
-
-    /// A strip in the plane of the obstacle around a face.
-    fn add_strip(
-        &mut self,
-        mesh: &Mesh,
-        facets: &[[usize; 3]],
-        place: &BTreeMap<usize, usize>,
-        normal: [f64; 3],
-    ) {
-        let edges = || {
-            facets
-                .iter()
-                .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
-        };
-        let all: BTreeSet<[usize; 2]> = edges().collect();
-        let rim: Vec<[usize; 2]> = edges().filter(|&[a, b]| !all.contains(&[b, a])).collect();
-        let mut outward: BTreeMap<usize, [f64; 3]> = BTreeMap::new();
-        let mut across = 0.0_f64;
-        for &[a, b] in &rim {
-            let way: [f64; 3] =
-                std::array::from_fn(|c| mesh.coordinates[b][c] - mesh.coordinates[a][c]);
-            // The body's inside is to the left of the edge seen from outside, and the normal points there.
-            let out = unit(cross(way, normal));
-            for node in [a, b] {
-                let sum = outward.entry(node).or_default();
-                *sum = std::array::from_fn(|c| sum[c] + out[c]);
-            }
-            let from_first = |c: usize| mesh.coordinates[b][c] - mesh.coordinates[rim[0][0]][c];
-            across = across.max(from_first(0).hypot(from_first(1)).hypot(from_first(2)));
-        }
-        let mut beyond: BTreeMap<usize, usize> = BTreeMap::new();
-        for (node, sum) in outward {
-            // The sum of two unit vectors o₁ + o₂; both edges move by the margin along 2 (o₁ + o₂) / |o₁ + o₂|².
-            let length = sum.iter().map(|c| c * c).sum::<f64>().max(0.5);
-            let at = place[&node];
-            beyond.insert(node, self.points.len());
-            self.gaps.push(self.gaps[at]);
-            let point = self.points[at];
-            self.points.push(std::array::from_fn(|c| {
-                point[c] + 2.0 * MARGIN * across * sum[c] / length
-            }));
-        }
-        for [a, b] in rim {
-            let [near_a, near_b, far_a, far_b] = [place[&a], place[&b], beyond[&a], beyond[&b]];
-            self.triangles
-                .extend([[near_a, near_b, far_b], [near_a, far_b, far_a]]);
-        }
-    }
-}
-
-fn cross([a, b, c]: [f64; 3], [x, y, z]: [f64; 3]) -> [f64; 3] {
-    [b * z - c * y, c * x - a * z, a * y - b * x]
-}
-
-fn unit(vector: [f64; 3]) -> [f64; 3] {
-    let length = vector.iter().map(|c| c * c).sum::<f64>().sqrt();
-    vector.map(|c| if length > 0.0 { c / length } else { 0.0 })
 }

@@ -6,8 +6,11 @@ use plots::{BranchDiagram, ChartAxis, Curve, CurveKind, Mark, MarkKind, Picture}
 use studies::branches::{Branches, Path, PathEnd, PathPoint, PointKind};
 use units::{Dimension, Units};
 
-use super::{PictureFolder, sweep_charts::setting_unit};
-use crate::{pipeline::StageError, report::branches::kind_words};
+use super::PictureFolder;
+use crate::{
+    pipeline::StageError,
+    report::{branches::kind_words, setting_unit},
+};
 
 /// Width in pixels.
 const WIDTH: u32 = 1720;

@@ -15,8 +15,7 @@ use contact3d::{
     scene::{FrictionModel, ModelFeatures, Scene, SceneFile, Warning, shown},
 };
 use plots::{
-    ContactPicture, DrawnFriction, DrawnSupport, FigureError, FrictionKind, LawPicture, Picture,
-    law_page,
+    ContactPicture, DrawnFriction, FigureError, FrictionKind, LawPicture, Picture, law_page,
 };
 
 /// What the names of pictures begin with.
@@ -159,7 +158,8 @@ impl LawStudy {
             contact_triangles: &cells.triangles,
             contact_triangle_pane: &cells.pane,
             normal: reference.normal,
-            support: DrawnSupport::Plane,
+            obstacle: None,
+            marks: &[],
             axis_1,
             axis_2,
             normal_stress: &vec![0.0; friction.len()],

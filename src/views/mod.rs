@@ -8,6 +8,8 @@ mod contact_cells;
 mod history_charts;
 mod law;
 mod law_curves;
+mod marks;
+mod obstacle;
 mod picture;
 mod picture_folder;
 mod report;

@@ -3,17 +3,21 @@
 use std::{
     fs,
     path::{Path, PathBuf},
+    slice::from_ref,
 };
 
 use contact3d::{
     contact::ContactFrame,
     mesh::{Mesh, tetrahedron_volume},
     post::{ContactReport, PaneState, Zone},
-    scene::{ContactFeatures, ModelFeatures, Obstacle, Scene, SlipBound, shown},
+    scene::{ContactFeatures, ModelFeatures, Scene, SlipBound, shown},
 };
-use plots::{ContactPicture, DrawnFriction, DrawnSupport, FigureError, FrictionKind, Picture};
+use plots::{BodyMark, ContactPicture, DrawnFriction, FigureError, FrictionKind, Picture};
 
-use super::{Drawing, PictureFolder, contact_cells::ContactCells, history_charts};
+use super::{
+    Drawing, PictureFolder, contact_cells::ContactCells, history_charts, marks::body_marks,
+    obstacle::obstacle_beside,
+};
 use crate::pipeline::{Results, StageError};
 
 /// Width of the six-panel page and of a single panel in pixels.
@@ -93,6 +97,7 @@ pub fn draw_run(
     let Drawing::Run(endings) = drawing_of(scene) else {
         return Ok(Vec::new());
     };
+    let marks = marks_of(scene, results);
     let mut drawings = Vec::new();
     for (face, ending) in endings.iter().enumerate() {
         let drawn = Drawn {
@@ -100,6 +105,7 @@ pub fn draw_run(
             mesh,
             frame,
             report,
+            marks: &marks,
             face,
         };
         let (panels, page) = drawn
@@ -118,6 +124,13 @@ pub fn draw_run(
     let mut files = history_charts::draw(folder, &results.increments, scene.units)?;
     files.extend(folder.save(drawings)?);
     Ok(files)
+}
+
+/// What holds and loads the body where its results are: at the end of the last increment that was solved.
+pub(super) fn marks_of(scene: &Scene, results: &Results) -> Vec<BodyMark> {
+    let last = results.increments.last();
+    let then = last.map_or_else(|| scene.at_end(), |last| scene.at_increment(last.increment));
+    then.map_or_else(|_| Vec::new(), |scene| body_marks(&scene, results.mesh()))
 }
 
 /// The page of the estimated error as SVG.
@@ -156,6 +169,8 @@ pub(super) struct Drawn<'a> {
     pub(super) mesh: &'a Mesh,
     pub(super) frame: Option<&'a ContactFrame>,
     pub(super) report: &'a ContactReport,
+    /// What holds and loads the body.
+    pub(super) marks: &'a [BodyMark],
     /// The number of the face, in the order of the multipliers.
     pub(super) face: usize,
 }
@@ -203,6 +218,7 @@ impl Drawn<'_> {
                 state.turn = frame.mean_turn(surface, pane);
             }
         }
+        let obstacle = face.map(|(surface, face)| obstacle_beside(mesh, surface, from_ref(face)));
         draw(&ContactPicture {
             title: &self.title(&features),
             units: self.scene.units,
@@ -213,10 +229,8 @@ impl Drawn<'_> {
             contact_triangles: &cells.triangles,
             contact_triangle_pane: &cells.pane,
             normal: reference.map_or([0.0, 0.0, -1.0], |frame| frame.normal),
-            support: support(
-                features.get(self.face),
-                reference.is_some_and(|frame| frame.is_flat),
-            ),
+            obstacle: obstacle.as_ref(),
+            marks: self.marks,
             axis_1,
             axis_2,
             normal_stress: &normal_stress,
@@ -233,18 +247,6 @@ pub(super) const NO_MULTIPLIER: DrawnFriction = DrawnFriction {
     turn: 0.0,
     zone: plots::DrawnZone::Open,
 };
-
-/// What a contact face may touch: planes that all its panes see alike are drawn.
-fn support(face: Option<&ContactFeatures>, is_flat: bool) -> DrawnSupport {
-    let obstacle = face.and_then(|face| face.obstacle.as_ref());
-    match obstacle.filter(|_| !is_flat) {
-        None => DrawnSupport::Plane,
-        Some(Obstacle::HalfSpace(_)) => DrawnSupport::Named("half-space"),
-        Some(Obstacle::Sphere(_)) => DrawnSupport::Named("sphere"),
-        Some(Obstacle::Cylinder(_)) => DrawnSupport::Named("cylinder"),
-        Some(Obstacle::Height(_)) => DrawnSupport::Named("height"),
-    }
-}
 
 /// How a law is drawn.
 fn kind(bound: &SlipBound) -> FrictionKind {

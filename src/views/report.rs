@@ -143,11 +143,13 @@ fn result_sections(
         file: reader.path().to_owned(),
         source,
     };
+    let marks = picture::marks_of(scene, &results);
     let drawn = |face| Drawn {
         scene,
         mesh,
         frame,
         report,
+        marks: &marks,
         face,
     };
     let part = |picture: &Picture, name: &str, width| match kind {

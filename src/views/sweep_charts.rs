@@ -1,10 +1,10 @@
 //! What varies in a sweep.
 
 use plots::{AxisScale, ChartAxis, ChartPoint, LineChart, Series};
-use units::{Dimension, Unit, Units};
+use units::Unit;
 
 use super::sweep_table::{names, numbers, varying_settings};
-use crate::report::{Column, SweepTable};
+use crate::report::{Column, SweepTable, setting_unit};
 
 /// Results worth a chart: column, quantity.
 const RESULTS: [(&str, &str); 11] = [
@@ -97,38 +97,6 @@ fn largest_force(table: &SweepTable) -> f64 {
     forces
         .map(|column| largest(&numbers(column)))
         .fold(0.0, f64::max)
-}
-
-/// The unit of the values of a key of the scene; none for numbers.
-pub(super) fn setting_unit(key: &str, units: Units) -> Unit {
-    let words: Vec<&str> = key
-        .split('.')
-        .filter(|word| word.parse::<usize>().is_err())
-        .collect();
-    let dimension = match words.as_slice() {
-        ["pressure" | "traction", "value"]
-        | [
-            ..,
-            "young_modulus" | "young_moduli" | "shear_moduli" | "stiffness",
-        ]
-        | [.., "slip_bound" | "pressure_cap"] => Dimension::STRESS,
-        ["clamp", "value"]
-        | [.., "height", "value"]
-        | ["body", "brick", "coordinates", _]
-        | [
-            ..,
-            "gap" | "size" | "box" | "radius" | "onset" | "centre" | "point",
-        ]
-        | [.., "slip" | "slip_1" | "slip_2"] => Dimension::LENGTH,
-        // Stiffnesses of springs are stresses over displacements.
-        ["body_force", "value"] | ["spring", "normal" | "tangential" | "tensor"] => {
-            Dimension::BODY_FORCE
-        }
-        [.., "rate"] => Dimension::PER_LENGTH,
-        ["step", "time"] => Dimension::Time,
-        _ => Dimension::Number,
-    };
-    units.of(dimension)
 }
 
 /// The settings that tell lines apart, and the name of the line that each case belongs to.
@@ -230,22 +198,6 @@ mod tests {
         assert_eq!(scale(&[0.1, 0.2, 0.3, 0.4]), AxisScale::Linear);
         assert_eq!(scale(&[1.0, 31.0]), AxisScale::Logarithmic);
         assert_eq!(scale(&[-1.0, 31.0]), AxisScale::Linear);
-    }
-
-    #[test]
-    fn loads_and_lengths_have_units() {
-        let unit = |key: &str| setting_unit(key, Units::SI).word().to_owned();
-        assert_eq!(unit("pressure.0.value"), "Pa");
-        assert_eq!(unit("material.isotropic.young_modulus"), "Pa");
-        assert_eq!(unit("contact.0.friction.slip_bound"), "Pa");
-        assert_eq!(unit("friction.pressure_cap"), "Pa");
-        assert_eq!(unit("contact.gap"), "m");
-        assert_eq!(unit("body.brick.size.0"), "m");
-        assert_eq!(unit("friction.coefficient_1.table.slip.1"), "m");
-        assert_eq!(unit("friction.coefficient.ramp.rate"), "1/m");
-        assert_eq!(unit("body_force.value.2"), "N/m^3");
-        assert_eq!(unit("spring.0.normal"), "N/m^3");
-        assert!(setting_unit("friction.coefficient.constant", Units::SI).is_none());
     }
 
     #[test]

@@ -9,13 +9,13 @@ use runfile::{Reader, StoreError};
 use super::{
     PictureFolder, ReportKind, body3d,
     report::footer,
-    sweep_charts::{charts, setting_unit},
+    sweep_charts::charts,
     sweep_table::{names, rounded, varying_settings},
 };
 use crate::{
     format::SWEEP_LAYOUT,
     pipeline::{OpenRun, Results, StageError, StageState, read_results},
-    report::{Cell, Column, SweepTable},
+    report::{Cell, Column, SweepTable, setting_unit},
 };
 
 /// How many of the cases that a page leaves out are named.

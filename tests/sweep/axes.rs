@@ -234,6 +234,8 @@ fn a_clamp_at_zero_can_be_moved_on_an_axis() {
     let (code, said) = sweep.run("out", &[]);
     assert_eq!(code, 0, "{said}");
     let reader = Reader::open(&sweep.path("out/summary.h5"), SWEEP_LAYOUT).expect("a table");
+    let units = reader.read_texts("/cases/key_unit").expect("units");
+    assert_eq!(units, ["m", "m"]);
     let values: Vec<f64> = reader.read_vec("/cases/setting_value").expect("numbers");
     let rows = values.as_chunks::<2>().0;
     assert_eq!(rows[0], [2e-6, 1e-6]);

@@ -28,7 +28,7 @@ pub(super) const KEY_HEIGHT: f64 = 62.0;
 pub(super) const KEY_WIDTH: f64 = 160.0;
 
 const AXIS_HEIGHT: f64 = 50.0;
-const LEAST_HEIGHT: f64 = 310.0;
+const LEAST_HEIGHT: f64 = 350.0;
 const RIGHT_MARGIN: f64 = 28.0;
 /// Plots that are longer than this many times their width are stretched across.
 const MOST_SLENDER: f64 = 12.0;

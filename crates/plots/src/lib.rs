@@ -27,7 +27,10 @@ pub use law::{LawPicture, OverSlip, SlipCoefficientMap, SlipCurve, SlipRange, la
 pub use line_chart::{AxisScale, ChartAxis, ChartPoint, LineChart, Series};
 pub use panels::PANELS;
 pub use panes::FrictionKind;
-pub use picture::{ContactPicture, DrawnFriction, DrawnSupport, DrawnZone, FigureError, Picture};
+pub use picture::{
+    BodyMark, BodyMarkKind, ContactPicture, DrawnFriction, DrawnObstacle, DrawnZone, FigureError,
+    Picture,
+};
 
 use canvas::{Anchor, Canvas};
 use layout::PANEL_WIDTH;

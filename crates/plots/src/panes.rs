@@ -166,7 +166,7 @@ pub(super) fn pane_shapes(picture: &ContactPicture<'_>) -> Vec<PaneShape> {
 }
 
 /// The edges, smaller node first, that belong to one triangle only.
-fn single_edges(triangles: &[[usize; 3]]) -> Vec<[usize; 2]> {
+pub(super) fn single_edges(triangles: &[[usize; 3]]) -> Vec<[usize; 2]> {
     let edges = surface_edges(triangles).into_iter();
     edges
         .filter(|edge| edge.triangles.len() == 1)
@@ -175,7 +175,7 @@ fn single_edges(triangles: &[[usize; 3]]) -> Vec<[usize; 2]> {
 }
 
 /// Chains edges to loops of nodes; every edge is used once.
-fn edge_loops(edges: &[[usize; 2]]) -> Vec<Vec<usize>> {
+pub(super) fn edge_loops(edges: &[[usize; 2]]) -> Vec<Vec<usize>> {
     let mut edges_at: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for (index, edge) in edges.iter().enumerate() {
         for &node in edge {

@@ -40,13 +40,43 @@ pub struct DrawnFriction {
     pub zone: DrawnZone,
 }
 
-/// What supports a body.
+/// The part of a rigid obstacle that a contact face sees.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct DrawnObstacle {
+    /// Points of the face and around it \[m\].
+    pub points: Vec<[f64; 3]>,
+    /// From each of these to the obstacle \[m\], as many as `points`.
+    pub gaps: Vec<[f64; 3]>,
+    /// Points of its triangles.
+    pub triangles: Vec<[usize; 3]>,
+}
+
+/// What acts on a body somewhere.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum DrawnSupport {
-    /// A plane along the contact face, of which a piece is drawn.
-    Plane,
-    /// Something else, which is named and not drawn.
-    Named(&'static str),
+pub enum BodyMarkKind {
+    /// A clamp; its vectors have a 1 for each axis along which it holds, and 0 for the others.
+    Held,
+    /// A clamp that moves; its vectors are displacements.
+    Moved,
+    /// Springs along the normal; their vectors are not read.
+    Spring,
+    /// A load on a face; its vectors are tractions.
+    Load,
+    /// A load in the volume; its vectors are forces per volume.
+    Volume,
+}
+
+/// A clamp or a load, of which some symbols are drawn.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyMark {
+    /// What it is.
+    pub kind: BodyMarkKind,
+    /// Nodes where it acts.
+    pub nodes: Vec<usize>,
+    /// What it does at each of them.
+    pub vectors: Vec<[f64; 3]>,
+    /// Outward unit normal of its face at each of them; zero where it is on none.
+    pub normals: Vec<[f64; 3]>,
 }
 
 /// One solved contact problem as the figures need it: borrowed arrays, no dependence on how it was computed.
@@ -72,8 +102,10 @@ pub struct ContactPicture<'a> {
     pub contact_triangle_pane: &'a [usize],
     /// Outward unit normal ν on Γ_c, or its mean direction where it varies: pictures of the face look along it.
     pub normal: [f64; 3],
-    /// What the body may touch.
-    pub support: DrawnSupport,
+    /// What the body may touch; `None` where it is not drawn.
+    pub obstacle: Option<&'a DrawnObstacle>,
+    /// Clamps and loads.
+    pub marks: &'a [BodyMark],
     /// First unit tangent; drawn to the right.
     pub axis_1: [f64; 3],
     /// Second unit tangent; drawn upwards.
@@ -145,6 +177,21 @@ impl ContactPicture<'_> {
         let contact = self.contact_triangles.as_flattened();
         indices_below("contact_triangles", nodes, contact)?;
         indices_below("contact_triangle_pane", panes, self.contact_triangle_pane)?;
+        if let Some(obstacle) = self.obstacle {
+            let points = obstacle.points.len();
+            same_length("obstacle gaps", points, obstacle.gaps.len())?;
+            let corners = obstacle.triangles.as_flattened();
+            indices_below("obstacle triangles", points, corners)?;
+            finite("obstacle points", &obstacle.points)?;
+            finite("obstacle gaps", &obstacle.gaps)?;
+        }
+        for mark in self.marks {
+            indices_below("nodes of a mark", nodes, &mark.nodes)?;
+            for list in [&mark.vectors, &mark.normals] {
+                same_length("vectors of a mark", mark.nodes.len(), list.len())?;
+                finite("vectors of a mark", list)?;
+            }
+        }
         let frame = [self.normal, self.axis_1, self.axis_2];
         finite("drawing axes", &frame)?;
         finite("coordinates", self.coordinates)

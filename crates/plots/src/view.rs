@@ -230,13 +230,13 @@ fn piece_coordinates(n: usize) -> Vec<[[f64; 2]; 3]> {
 }
 
 /// Brightness of a facet lit from above the viewer's left shoulder, from 0.72 to 1.
-fn brightness(normal: Vector, toward: Vector) -> f64 {
+pub(super) fn brightness(normal: Vector, toward: Vector) -> f64 {
     let light = unit([toward[0] - 0.5, toward[1], toward[2] + 0.7]);
     let facing = if dot(normal, toward) < 0.0 { -1.0 } else { 1.0 };
     0.72 + 0.28 * (facing * dot(normal, light)).max(0.0)
 }
 
-fn shaded(Colour(red, green, blue): Colour, brightness: f64) -> Colour {
+pub(super) fn shaded(Colour(red, green, blue): Colour, brightness: f64) -> Colour {
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,

@@ -254,7 +254,7 @@ impl Mesh {
     }
 
     /// The nodes of a clamp, some of them repeatedly.
-    pub(crate) fn clamped_nodes(&self, clamp: &Clamp) -> impl Iterator<Item = usize> {
+    pub fn clamped_nodes(&self, clamp: &Clamp) -> impl Iterator<Item = usize> {
         let facets = clamp.face.iter().flat_map(|face| self.facets_on(face));
         let boxed = (0..self.coordinates.len()).filter(|&n| clamp.boxes(&self.coordinates[n]));
         facets

@@ -2,13 +2,16 @@
 
 use units::{Dimension, Unit};
 
+use super::{
+    marks::{Sight, Symbol, draw_symbols},
+    obstacle::ObstacleShape,
+};
 use crate::canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke};
 use crate::colour::{ColourKey, ColourMap};
 use crate::layout::{
     KEY_HEIGHT, KEY_WIDTH, KeySide, LABEL_SIZE, PANEL_WIDTH, PictureLayout, TICK_SIZE, axis_name,
 };
-use crate::panes::ContactBox;
-use crate::picture::{ContactPicture, DrawnSupport, FigureError};
+use crate::picture::{ContactPicture, DrawnObstacle, FigureError};
 use crate::scale::{factor_label, round_down};
 use crate::svg::{Vector, bounds, dot, minus, norm, scaled};
 use crate::text::Label;
@@ -61,8 +64,13 @@ pub(crate) fn error_panel(
         unit: picture.units.of(Dimension::Number),
         deforms: false,
     };
+    let alone = ContactPicture {
+        obstacle: None,
+        marks: &[],
+        ..*picture
+    };
     let layout = PictureLayout::new(picture);
-    Ok(drawn_body(picture, &layout, &shown))
+    Ok(drawn_body(&alone, &layout, &shown))
 }
 
 /// The boundary coloured by a value, the undeformed outline, the support and the axes.
@@ -97,26 +105,17 @@ fn drawn_body(picture: &ContactPicture<'_>, layout: &PictureLayout, shown: &Show
     let values = used.clone().map(|&node| magnitude[node]);
     let key = ColourKey::new(values, ColourMap::Plasma, &shown.symbol, &shown.unit);
 
-    let is_supported = !picture.contact_triangles.is_empty();
-    let on_support = is_supported && picture.support == DrawnSupport::Plane;
-    let support: Vec<Vector> = if on_support {
-        support_corners(picture, &view).to_vec()
-    } else {
-        Vec::new()
-    };
+    let diagonal = norm(extents(picture, &undeformed));
+    let obstacle = picture.obstacle;
+    let obstacle = obstacle.map(|shape| ObstacleShape::new(shape, &view, factor, diagonal));
     let drawn = used.flat_map(|&node| [undeformed[node], deformed[node]]);
     let drawn = drawn
-        .chain(support.iter().copied())
+        .chain(obstacle.iter().flat_map(ObstacleShape::points))
         .map(|point| view.projected(point));
-    let (corner, size) = view_rectangle(layout);
-    let fit = Fit::new(drawn, corner, size);
+    let (fit, symbols) = fitted(picture, layout, (&view, &deformed, &edges), drawn);
     let pixel = |point: Vector| fit.pixel(view.projected(point));
-
-    if on_support {
-        let edge = Stroke::solid(Colour(0xb4, 0xb4, 0xb4), 0.6);
-        let grey = Fill::Plain(Colour(0xe6, 0xe6, 0xe6));
-        let corners = support.into_iter().map(pixel).collect();
-        canvas.region(&[corners], grey, Some(edge));
+    if let Some(obstacle) = &obstacle {
+        obstacle.draw(&mut canvas, &view, &fit);
     }
 
     let moved = |node: usize| {
@@ -144,12 +143,22 @@ fn drawn_body(picture: &ContactPicture<'_>, layout: &PictureLayout, shown: &Show
     let dashed = Stroke::dashed(Colour(0x30, 0x30, 0x30), 0.8, 4.0);
     canvas.polylines(&to_pixels(outline(false)), dashed);
 
+    draw_symbols(&mut canvas, &symbols, [16.0, 64.0]);
+    let (corner, size) = view_rectangle(layout, false);
     draw_triad(&mut canvas, &view, [52.0, corner[1] + size[1] - 24.0]);
     let moved = shown.deforms.then(|| magnitude.iter().any(|&u| u > 0.0));
-    let support = is_supported.then_some(picture.support);
-    draw_notes(&mut canvas, &view, factor, moved, support);
+    draw_notes(&mut canvas, &view, factor, moved, picture.obstacle);
     draw_key(&mut canvas, layout, &key);
     canvas
+}
+
+/// The sizes of the body along the basis of the view.
+fn extents(picture: &ContactPicture<'_>, undeformed: &[Vector]) -> Vector {
+    let nodes = || picture.boundary_triangles.as_flattened().iter();
+    [0, 1, 2].map(|axis| {
+        let (low, high) = bounds(nodes().map(|&node| undeformed[node][axis]));
+        high - low
+    })
 }
 
 /// A round factor ≥ 1 that makes the displacement visible, but neither larger than a part of the
@@ -161,10 +170,7 @@ fn displacement_factor(
     edges: &[SurfaceEdge],
 ) -> f64 {
     let nodes = || picture.boundary_triangles.as_flattened().iter();
-    let extents = [0, 1, 2].map(|axis| {
-        let (low, high) = bounds(nodes().map(|&node| undeformed[node][axis]));
-        high - low
-    });
+    let extents = extents(picture, undeformed);
     let moved = |node: usize| view.stretched(picture.displacement[node]);
     let lengths = nodes().map(|&node| norm(moved(node)));
     let largest = lengths.filter(|l| l.is_finite()).fold(0.0, f64::max);
@@ -181,22 +187,47 @@ fn displacement_factor(
     round_down(factor)
 }
 
-/// A rectangle in the contact plane, a little larger than the contact part.
-fn support_corners(picture: &ContactPicture<'_>, view: &View) -> [Vector; 4] {
-    let contact = ContactBox::new(picture);
-    let nodes = picture.contact_triangles.as_flattened().iter();
-    let (_, level) = bounds(nodes.map(|&node| dot(picture.coordinates[node], picture.normal)));
-    let extent = contact.extent();
-    let margin = 0.08 * (extent[0] * view.stretch[0]).max(extent[1] * view.stretch[1]);
-    let (along_1, along_2) = (margin / view.stretch[0], margin / view.stretch[1]);
-    let [left, bottom] = [contact.low[0] - along_1, contact.low[1] - along_2];
-    let [right, top] = [contact.high[0] + along_1, contact.high[1] + along_2];
-    [[left, bottom], [right, bottom], [right, top], [left, top]].map(|[x, y]| {
-        let point = [0, 1, 2].map(|axis| {
-            x * picture.axis_1[axis] + y * picture.axis_2[axis] + level * picture.normal[axis]
-        });
-        view.stretched(point)
-    })
+/// The scale at which the body and what else is drawn fits with its symbols, and these.
+fn fitted(
+    picture: &ContactPicture<'_>,
+    layout: &PictureLayout,
+    (view, deformed, edges): (&View, &[Vector], &[SurfaceEdge]),
+    drawn: impl Iterator<Item = Vector> + Clone,
+) -> (Fit, Vec<Symbol>) {
+    let triangles = picture.boundary_triangles;
+    let normals = FacetNormals::new(deformed, triangles, edges);
+    let mut is_seen = vec![false; deformed.len()];
+    for (triangle, nodes) in triangles.iter().enumerate() {
+        if normals.faces(triangle, view.toward()) {
+            nodes.iter().for_each(|&node| is_seen[node] = true);
+        }
+    }
+    let placed = |fit: &Fit| {
+        let points = deformed.iter();
+        let pixels: Vec<Point> = points.map(|&x| fit.pixel(view.projected(x))).collect();
+        let sight = Sight {
+            view,
+            is_seen: &is_seen,
+            pixels: &pixels,
+        };
+        sight.symbols(picture.marks)
+    };
+    let (corner, size) = view_rectangle(layout, !picture.marks.is_empty());
+    let widest = Fit::new(drawn.clone(), corner, size);
+    let mut margin = [0.0_f64; 4];
+    for symbol in placed(&widest) {
+        let beyond = symbol.beyond(corner, size);
+        margin = [0, 1, 2, 3].map(|side| margin[side].max(beyond[side]));
+    }
+    let [left, top, right, bottom] = margin;
+    let corner = [corner[0] + left, corner[1] + top];
+    let fit = Fit::new(
+        drawn,
+        corner,
+        [size[0] - left - right, size[1] - top - bottom],
+    );
+    let symbols = placed(&fit);
+    (fit, symbols)
 }
 
 /// Outline of the undeformed body as edges: what is behind the body, or what is in front.
@@ -215,9 +246,9 @@ fn outline_of(
         .collect()
 }
 
-/// The part of the panel for the body, without the strip of the triad and the key.
-fn view_rectangle(layout: &PictureLayout) -> (Point, Point) {
-    let (left, top) = (76.0, 62.0);
+/// The part of the panel for the body, without the strip of the triad, the key, and the legend of symbols if it has one.
+fn view_rectangle(layout: &PictureLayout, has_legend: bool) -> (Point, Point) {
+    let (left, top) = (76.0, if has_legend { 80.0 } else { 62.0 });
     match layout.key {
         KeySide::Below => {
             let height = layout.height - top - KEY_HEIGHT - 14.0;
@@ -250,21 +281,23 @@ fn draw_notes(
     view: &View,
     factor: f64,
     moved: Option<bool>,
-    support: Option<DrawnSupport>,
+    obstacle: Option<&DrawnObstacle>,
 ) {
-    let support = match support {
-        Some(DrawnSupport::Plane) => ", grey: support".to_owned(),
-        Some(DrawnSupport::Named(obstacle)) => format!(", obstacle ({obstacle}) not drawn"),
-        None => String::new(),
+    let has_gaps = obstacle.is_some_and(|o| o.gaps.iter().any(|gap| norm(*gap) > 0.0));
+    let drawn_larger = if has_gaps {
+        "displacement and gaps × "
+    } else {
+        "displacement × "
     };
+    let grey = obstacle.map_or("", |_| ", grey: obstacle");
     let note = match moved {
-        Some(true) => Label::plain("displacement × ")
+        Some(true) => Label::plain(drawn_larger)
             .then(&factor_label(factor))
             .upright(", dashed: undeformed"),
         Some(false) => Label::plain("no displacement"),
         None => Label::plain("undeformed"),
     };
-    let note = note.upright(support);
+    let note = note.upright(grey);
     canvas.text([16.0, 46.0], &note, TICK_SIZE, Anchor::Start);
     let stretched = (0..3).filter(|&axis| view.stretch[axis] > 1.0);
     let factors = stretched.map(|axis| {

@@ -3,6 +3,8 @@
 mod body;
 mod ellipses;
 mod maps;
+mod marks;
+mod obstacle;
 
 pub(super) use body::error_panel;
 pub(super) use ellipses::zone_colour;

@@ -282,7 +282,7 @@ fn a_body_without_contact_has_one_panel() {
     picture.friction = None;
     let panels = panels(&picture).unwrap();
     assert_eq!(panels.len(), 1);
-    assert!(!panels[0].figure.svg().contains("grey: support"));
+    assert!(!panels[0].figure.svg().contains("grey: obstacle"));
     assert_all_readable(&picture);
 }
 
@@ -326,14 +326,77 @@ fn a_face_that_is_mostly_open_is_framed_around_what_touches() {
     assert_eq!(panes(&sample.picture()), 256);
 }
 
+/// A wave of ten displacements' height below the face: what is far from it is cut off, and gaps are said to be drawn larger.
 #[test]
-fn an_obstacle_that_is_no_plane_is_named() {
-    let sample = Sample::brick([1.0, 1.0, 1.0], [4, 4, 2]);
+fn an_obstacle_is_drawn_with_its_gaps() {
+    let sample = Sample::brick([1.0, 1.0, 1.0], [8, 8, 2]);
+    let nodes = || sample.coordinates.iter().filter(|x| x[2] == 0.0);
+    let shape = |gap: &dyn Fn(f64) -> f64| DrawnObstacle {
+        points: nodes().copied().collect(),
+        gaps: nodes().map(|x| [0.0, 0.0, -gap(x[0])]).collect(),
+        triangles: sample.contact_triangles.clone(),
+    };
+    let regions = |obstacle: &DrawnObstacle| {
+        let mut picture = sample.picture();
+        picture.obstacle = Some(obstacle);
+        assert_all_readable(&picture);
+        let body = panels(&picture).unwrap()[2].figure.svg();
+        let bare = panels(&sample.picture()).unwrap()[2].figure.svg();
+        let gaps = body.contains("displacement and gaps ×");
+        assert!(body.contains("grey: obstacle"));
+        (
+            body.matches("<path").count() - bare.matches("<path").count(),
+            gaps,
+        )
+    };
+    assert_eq!(regions(&shape(&|_| 0.0)), (1, false));
+    let (near, said) = regions(&shape(&|x| 1e-4 * x * x));
+    assert!(said && near == sample.contact_triangles.len());
+    let (far, _) = regions(&shape(&|x| 1e-2 * x * x));
+    assert!(far > 0 && far < near, "{far}");
+}
+
+/// Each kind of mark on the upper face of a slender brick, whose arrows would leave the panel at the scale of the body alone.
+#[test]
+fn clamps_and_loads_are_drawn_and_explained() {
+    let sample = Sample::brick([3.0, 1.0, 1.0], [8, 4, 4]);
+    let nodes: Vec<usize> = (0..sample.coordinates.len())
+        .filter(|&node| sample.coordinates[node][2] == 1.0)
+        .collect();
+    let mark = |kind, vector: [f64; 3]| BodyMark {
+        kind,
+        vectors: vec![vector; nodes.len()],
+        normals: vec![[0.0, 0.0, 1.0]; nodes.len()],
+        nodes: nodes.clone(),
+    };
+    let down = [0.0, 0.0, -1.0];
+    let cases = [
+        (mark(BodyMarkKind::Held, [1.0; 3]), "held"),
+        (
+            mark(BodyMarkKind::Held, [0.0, 1.0, 0.0]),
+            "held along an axis",
+        ),
+        (mark(BodyMarkKind::Spring, down), "springs"),
+        (mark(BodyMarkKind::Moved, down), "moved"),
+        (mark(BodyMarkKind::Load, down), "load"),
+        (mark(BodyMarkKind::Volume, down), "load"),
+    ];
+    for (mark, word) in cases {
+        let marks = [mark];
+        let mut picture = sample.picture();
+        picture.marks = &marks;
+        assert_all_readable(&picture);
+        let texts = text_boxes(&parse(&panels(&picture).unwrap()[2].figure.svg()));
+        assert!(
+            texts.iter().any(|(text, _)| text == word),
+            "{word}: {texts:?}"
+        );
+    }
+    let nothing = [mark(BodyMarkKind::Load, [0.0; 3])];
     let mut picture = sample.picture();
-    picture.support = DrawnSupport::Named("sphere");
-    let body = panels(&picture).unwrap()[2].figure.svg();
-    assert!(body.contains("obstacle (sphere) not drawn"), "{body}");
-    assert_all_readable(&picture);
+    picture.marks = &nothing;
+    let texts = text_boxes(&parse(&panels(&picture).unwrap()[2].figure.svg()));
+    assert!(texts.iter().all(|(text, _)| text != "load"), "{texts:?}");
 }
 
 /// The colour bar beside a tall body has room for its title.

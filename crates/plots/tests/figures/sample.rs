@@ -1,6 +1,6 @@
 //! A synthetic solved problem for the tests.
 
-use contact3d_plots::{ContactPicture, DrawnFriction, DrawnSupport, DrawnZone, FrictionKind};
+use contact3d_plots::{ContactPicture, DrawnFriction, DrawnZone, FrictionKind};
 use units::Units;
 
 /// Owned arrays of a [`ContactPicture`].
@@ -135,7 +135,8 @@ impl Sample {
             contact_triangles: &self.contact_triangles,
             contact_triangle_pane: &self.contact_triangle_pane,
             normal: [0.0, 0.0, -1.0],
-            support: DrawnSupport::Plane,
+            obstacle: None,
+            marks: &[],
             axis_1: [1.0, 0.0, 0.0],
             axis_2: [0.0, 1.0, 0.0],
             normal_stress: &self.normal_stress,
