@@ -329,7 +329,7 @@ fn corrected(
 
 /// S, and G where a selection Cᵀ is given, in the precision of the factor; panes are measured in a power of two near the largest
 /// entry of B, since squares of areas leave the range of single precision early.
-fn formed<T: Scalar>(
+pub(super) fn formed<T: Scalar>(
     factor: &CholeskyFactor<T>,
     coupling: &Coupling,
     selection: Option<&CscMatrix>,

@@ -11,6 +11,7 @@
 //! [`LocalStiffness`] is (S⁻¹)_ii, what one pane feels apart from the motion of the body as a whole: the unit in which
 //! residuals are judged, since 1/S_ii says nothing on a body that nearly floats.
 
+mod aggregates;
 mod assembly;
 mod balanced_operator;
 mod body_solve;
@@ -27,6 +28,7 @@ mod preconditioning;
 mod rigid_coupling;
 mod system;
 
+pub(crate) use aggregates::Aggregates;
 pub use assembly::{Assembly, AssemblyError, AssemblySeconds, PrimalSystem};
 pub use balanced_operator::BalancedOperator;
 pub(crate) use contact::Moved;

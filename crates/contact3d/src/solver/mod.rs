@@ -17,6 +17,7 @@ mod equilibrium;
 mod feasible_set;
 mod fixed_point;
 mod inner;
+mod matrix_free;
 mod minimisation;
 mod newton;
 mod pane_laws;

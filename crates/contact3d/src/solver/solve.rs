@@ -222,8 +222,11 @@ impl DiscreteProblem<'_> {
             }
             (Method::Auto, Some(dual), Some(_)) => Ok(self.coulomb_on_dense(dual, bound, observe)),
             (Method::Auto, None, None) => Ok(self.minimise_implicit(bound, observe)),
-            (Method::Auto, None, Some(_)) => {
-                Ok(self.until_accurate(bound, |problem, inner| problem.by_inner(inner, observe)))
+            (Method::Auto, None, Some(law)) => {
+                let by_newton = self.matrix_free(law, &self.pane_stiffness(), observe);
+                Ok(by_newton.unwrap_or_else(|| {
+                    self.until_accurate(bound, |problem, inner| problem.by_inner(inner, observe))
+                }))
             }
             (Method::FixedPoint, ..) => {
                 self.with_inner(bound, |problem, inner| problem.by_inner(inner, observe))

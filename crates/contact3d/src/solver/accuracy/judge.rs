@@ -21,14 +21,14 @@ pub(super) const NO_DIGIT: f64 = 0.05;
 const NEGLIGIBLE: f64 = 1e-10;
 
 /// Share of the residual that the linear system for the error may leave.
-const LEFT: f64 = 1e-4;
+pub(in crate::solver) const LEFT: f64 = 1e-4;
 
 /// Most applications of A⁻¹ for that.
-const MOST_APPLICATIONS: usize = 300;
+pub(in crate::solver) const MOST_APPLICATIONS: usize = 300;
 
 /// u is wanted with this share of rounding, so that the face's own displacement is left where the
 /// body moves as a whole.
-const REFINED: f64 = 1e-4 * f64::EPSILON;
+pub(in crate::solver) const REFINED: f64 = 1e-4 * f64::EPSILON;
 
 impl DiscreteProblem<'_> {
     /// Holds the answer of a method that stops by its own rule against the distance to the solution:
@@ -97,7 +97,7 @@ impl DiscreteProblem<'_> {
     ///
     /// Contact forces that vanish, as those of a face without a net force, are what rounding of the load leaves, and no digit of that
     /// means anything.
-    pub(super) fn sizes(&self, multiplier: &[f64], evaluation: &Evaluation) -> MultiplierSizes {
+    pub(in crate::solver) fn sizes(&self, multiplier: &[f64], evaluation: &Evaluation) -> MultiplierSizes {
         let area: f64 = self.laws.area.iter().sum();
         let load = area.sqrt() * load_stress(&self.body.assembly.primal, area);
         let beside_load = |size| if is_felt(size, load) { size } else { load };

@@ -1,0 +1,330 @@
+//! Newton's method on Coulomb's law where S is implicit: no matrix of the size of S, only products with it.
+//!
+//! R'(λ) d = −R(λ) is solved by GMRES to a share that shrinks with ‖R‖ (S. C. Eisenstat, H. F. Walker, *SIAM J. Sci. Comput.* 17 (1996)
+//! 16), each product by one solve with the factor of A. R' = 1 − E (1 − ρ S) with a small block E for each pane. With ρ of
+//! local stiffness and S ≈ 1/ρ + Y S_c⁻¹Yᵀ ([`Aggregates`]) it is 1 + E ρ Y S_c⁻¹Yᵀ, whose inverse
+//!
+//! 1 − U (S_c + YᵀU)⁻¹Yᵀ,  U = E ρ Y,
+//!
+//! preconditions from the right: two levels, the panes and their aggregates.
+
+use std::time::Instant;
+
+use faer::{Mat, MatRef};
+
+use super::{
+    NewtonStep, PaneLaws, Progress, Solution, SolvedBy, Status,
+    accuracy::{LEFT, MOST_APPLICATIONS, REFINED, polish::COARSEST},
+    conditions::{Bound, Conditions, Evaluation},
+    inner::projected_gradient_steplength,
+    problem::{DiscreteProblem, Exact},
+};
+use crate::{
+    contact::CoulombLaw,
+    dual::{Aggregates, ContactOperator, DualOperator},
+    linalg::{DenseLu, Precision, Workspace, add_scaled, gmres, norm, product},
+};
+
+/// The largest share of −R that GMRES leaves, and the factor of Eisenstat and Walker's second choice γ (‖Rₖ‖/‖Rₖ₋₁‖)².
+const LARGEST_SHARE: f64 = 0.1;
+const GAMMA: f64 = 0.9;
+
+/// Most Newton steps from one start, and most halvings of each.
+const MOST_STEPS: usize = 60;
+const MOST_HALVINGS: usize = 12;
+
+/// Steps in which the best residual must halve, and those in which it must below [`ROUNDING_ZONE`], where a stall is rounding.
+const PATIENCE: usize = 10;
+const ROUNDING_PATIENCE: usize = 2;
+const ROUNDING_ZONE: f64 = 1e-9;
+
+/// A Coulomb problem with an implicit S.
+struct MatrixFree<'a> {
+    problem: &'a DiscreteProblem<'a>,
+    conditions: Conditions<'a>,
+    aggregates: Aggregates,
+    work: Workspace,
+    history: Vec<NewtonStep>,
+    applications: usize,
+}
+
+/// λ with its exact displacement and R.
+struct Iterate {
+    multiplier: Vec<f64>,
+    exact: Exact,
+    at: Evaluation,
+}
+
+impl Iterate {
+    /// ‖R‖ / ‖λ‖, and 0 for 0/0.
+    fn relative(&self) -> f64 {
+        match self.at.norm {
+            0.0 => 0.0,
+            residual => residual / norm(&self.multiplier),
+        }
+    }
+}
+
+/// The inverse of 1 + E ρ Y S_c⁻¹Yᵀ at one λ.
+struct TwoLevels<'a> {
+    products: MatRef<'a, f64>,
+    /// U and the factor of S_c + YᵀU; `None` where that is singular, and the panes stand alone.
+    coarse: Option<(Mat<f64>, DenseLu)>,
+}
+
+impl TwoLevels<'_> {
+    fn apply(&self, v: &[f64]) -> Vec<f64> {
+        let mut x = v.to_vec();
+        if let Some((moved, factor)) = &self.coarse {
+            let column = MatRef::from_column_major_slice(v, v.len(), 1);
+            let mut along = product(self.products.transpose(), column);
+            factor.solve(along.col_as_slice_mut(0));
+            let change = product(moved.as_ref(), along.as_ref());
+            add_scaled(&mut x, -1.0, change.col_as_slice(0));
+        }
+        x
+    }
+}
+
+impl DiscreteProblem<'_> {
+    /// Coulomb's law by Newton's method with products of S alone, from the given start and from the face that slides freely; `None`
+    /// where no start leads to a solution, and for a body that floats.
+    pub(super) fn matrix_free(
+        &self,
+        law: &CoulombLaw,
+        stiffness: &[f64],
+        observe: &mut dyn FnMut(Progress<'_>),
+    ) -> Option<Solution> {
+        if self.dual.balance.is_some() || self.start.checkpoint.is_some() {
+            return None;
+        }
+        let bound = Bound::Coulomb(self.laws, law);
+        let mut newton = MatrixFree {
+            problem: self,
+            conditions: Conditions::new(bound, self.dual.layout(), stiffness.to_vec()),
+            aggregates: Aggregates::new(self.body.assembly, &self.dual.coupling),
+            work: Workspace::default(),
+            history: Vec::new(),
+            applications: 0,
+        };
+        let warm = self.start.multiplier.map(<[f64]>::to_vec);
+        let solution = warm
+            .and_then(|start| newton.solve(start, observe))
+            .or_else(|| {
+                let start = newton.pressed();
+                newton.solve(start, observe)
+            })?;
+        Some(newton.completed(solution, self.laws, law))
+    }
+}
+
+/// A solution, how it ended and its error.
+struct Found {
+    iterate: Iterate,
+    status: Status,
+    error: f64,
+}
+
+impl MatrixFree<'_> {
+    /// Newton's method from a start to r_tol ε, and where the error is larger than ε still, to rounding.
+    fn solve(&mut self, start: Vec<f64>, observe: &mut dyn FnMut(Progress<'_>)) -> Option<Found> {
+        let settings = self.problem.settings;
+        let (epsilon, attainable) = (settings.epsilon(), start.len() as f64 * f64::EPSILON);
+        let mut iterate = self.at(start, None);
+        for tolerance in [settings.r_tol * epsilon, 0.0] {
+            let tolerance = tolerance.max(attainable);
+            iterate = self.descend(iterate, tolerance, observe)?;
+            let error = self.error(&iterate);
+            if error <= epsilon || tolerance == attainable {
+                let converged = error <= epsilon && epsilon >= attainable;
+                let found = Found {
+                    iterate,
+                    status: if converged { Status::Converged } else { Status::RoundingLimit },
+                    error: if converged { error } else { error.max(attainable) },
+                };
+                return (error <= COARSEST).then_some(found);
+            }
+        }
+        None
+    }
+
+    /// Damped inexact Newton steps until ‖R‖ ≤ tolerance ‖λ‖ or rounding forbids it; `None` where the residual stalls before.
+    fn descend(
+        &mut self,
+        mut current: Iterate,
+        tolerance: f64,
+        observe: &mut dyn FnMut(Progress<'_>),
+    ) -> Option<Iterate> {
+        let mut least = vec![current.at.norm];
+        let mut share = LARGEST_SHARE;
+        for _ in 0..MOST_STEPS {
+            if !current.at.norm.is_finite() {
+                return None;
+            }
+            let stalled_for = |steps: usize| {
+                let last = least.len() - 1;
+                last >= steps && least[last] > 0.5 * least[last - steps]
+            };
+            let relative = current.relative();
+            let at_rounding = relative < ROUNDING_ZONE && stalled_for(ROUNDING_PATIENCE);
+            if relative <= tolerance || at_rounding {
+                return Some(current);
+            }
+            if stalled_for(PATIENCE) {
+                return None;
+            }
+            let started = Instant::now();
+            let direction = self.direction(&current, share);
+            let (next, halvings) = self.backtrack(&current, &direction);
+            let zones = |iterate: &Iterate| -> Vec<_> {
+                iterate.at.panes.iter().map(|pane| pane.zone()).collect()
+            };
+            let (before, after) = (zones(&current), zones(&next));
+            let step = NewtonStep {
+                residual: next.relative(),
+                step_length: 0.5_f64.powi(halvings as i32),
+                halvings,
+                zone_changes: before.iter().zip(&after).filter(|(a, b)| a != b).count(),
+                free_unknowns: direction.len(),
+                fallback: false,
+                law_share: 1.0,
+                seconds: started.elapsed().as_secs_f64(),
+            };
+            observe(Progress::Newton(self.history.len(), &step));
+            self.history.push(step);
+            let falls = next.at.norm / current.at.norm;
+            share = (GAMMA * falls * falls).clamp(LEFT, LARGEST_SHARE);
+            least.push(least[least.len() - 1].min(next.at.norm));
+            current = next;
+        }
+        None
+    }
+
+    /// Halves the step until ‖R‖ decreases; the full step where that fails.
+    fn backtrack(&mut self, from: &Iterate, direction: &[f64]) -> (Iterate, usize) {
+        let mut full = None;
+        for halvings in 0..=MOST_HALVINGS {
+            let mut multiplier = from.multiplier.clone();
+            add_scaled(&mut multiplier, 0.5_f64.powi(halvings as i32), direction);
+            let next = self.at(multiplier, Some(&from.exact));
+            if next.at.norm < from.at.norm {
+                return (next, halvings);
+            }
+            full.get_or_insert(next);
+        }
+        (full.expect("the full step is the first"), 0)
+    }
+
+    /// λ with u = A⁻¹(l − Bᵀλ) and R to rounding, `near` those of another λ.
+    fn at(&mut self, multiplier: Vec<f64>, near: Option<&Exact>) -> Iterate {
+        let DiscreteProblem { body, dual, .. } = self.problem;
+        let start = near.map(|exact| &exact.solved);
+        let start = start.filter(|_| body.precision() == Precision::Single);
+        let exact = body.exact(dual, &multiplier, start, REFINED);
+        let gradient: Vec<f64> = exact.closing.iter().map(|c| -c).collect();
+        let slip = body.tangential(&exact.moved.displacement);
+        let at = self.conditions.evaluate(&multiplier, &gradient, &slip);
+        self.applications += 1;
+        Iterate {
+            multiplier,
+            exact,
+            at,
+        }
+    }
+
+    /// d with ‖R'(λ) d + R‖ ≤ share ‖R‖, or what the most products lead to.
+    fn direction(&mut self, from: &Iterate, share: f64) -> Vec<f64> {
+        let levels = two_levels(&self.aggregates, &self.conditions, self.problem.laws, &from.at);
+        let rhs: Vec<f64> = from.at.residual.iter().map(|r| -r).collect();
+        let solved = gmres(&rhs, share, MOST_APPLICATIONS, |v| {
+            let v = levels.apply(v);
+            let DiscreteProblem { body, dual, .. } = self.problem;
+            let (gradient, slips) = body.change(dual, &v, &[], &mut self.work);
+            self.applications += 1;
+            self.conditions.derivative(&from.at, &v, &gradient, &slips)
+        });
+        levels.apply(&solved)
+    }
+
+    /// How far λ is from the solution: one more step, with the exact R.
+    fn error(&mut self, answer: &Iterate) -> f64 {
+        let way = self.direction(answer, LEFT);
+        let sizes = self.problem.sizes(&answer.multiplier, &answer.at);
+        sizes.relative(self.problem.laws, &way)
+    }
+
+    /// S_νν⁻¹h_ν and no tangential stress, to the share that a first step leaves: a face that slides freely and does not lift off.
+    fn pressed(&mut self) -> Vec<f64> {
+        let dual = self.problem.dual;
+        let normals = dual.layout().normals();
+        let rho = &self.conditions.steplengths[normals.clone()];
+        let scaled = |gradient: &[f64]| -> Vec<f64> {
+            gradient.iter().zip(rho).map(|(r, rho)| r * rho).collect()
+        };
+        let n = dual.layout().n_multipliers();
+        let rhs = scaled(&dual.dual_rhs()[normals]);
+        let mut start = gmres(&rhs, LARGEST_SHARE, MOST_APPLICATIONS, |v| {
+            let mut stresses = v.to_vec();
+            stresses.resize(n, 0.0);
+            let body = self.problem.body;
+            self.applications += 1;
+            scaled(&body.change(dual, &stresses, &[], &mut self.work).0)
+        });
+        start.resize(n, 0.0);
+        start
+    }
+
+    /// The answer with what belongs to it.
+    fn completed(self, found: Found, laws: &PaneLaws, law: &CoulombLaw) -> Solution {
+        let Iterate {
+            multiplier, exact, ..
+        } = found.iterate;
+        let displacement = exact.moved.displacement;
+        let slip = law.depends_on_slip().then(|| {
+            let tangential = self.problem.body.tangential(&displacement);
+            laws.slip.slip(&tangential)
+        });
+        let (normal, _) = laws.layout.split(&multiplier);
+        let at_nodes = slip.as_deref().unwrap_or_default();
+        let DiscreteProblem { body, dual, .. } = self.problem;
+        let mut operator = ContactOperator::implicit(body.assembly, dual);
+        Solution {
+            steplength: projected_gradient_steplength(&mut operator),
+            status: found.status,
+            solved_by: SolvedBy::Newton,
+            accuracy: found.error,
+            coulomb: Some(laws.state(law, normal, |l| l.max(0.0), at_nodes)),
+            slip,
+            local_stiffness: self.conditions.steplengths,
+            newton: self.history,
+            applications: self.applications + operator.applications(),
+            straining: exact.moved.straining,
+            displacement,
+            multiplier,
+            ..Solution::default()
+        }
+    }
+}
+
+/// 1 + E ρ Y S_c⁻¹Yᵀ at λ, ready to be inverted.
+fn two_levels<'a>(
+    aggregates: &'a Aggregates,
+    conditions: &Conditions<'_>,
+    laws: &PaneLaws,
+    at: &Evaluation,
+) -> TwoLevels<'a> {
+    let products = aggregates.products.as_ref();
+    let at_rest = vec![0.0; products.nrows()];
+    let slips = vec![[0.0; 2]; laws.average.rows];
+    let mut moved = Mat::zeros(products.nrows(), products.ncols());
+    for j in 0..products.ncols() {
+        let gradient = aggregates.products.col_as_slice(j);
+        let change = conditions.derivative(at, &at_rest, gradient, &slips);
+        moved.col_as_slice_mut(j).copy_from_slice(&change);
+    }
+    let sum = &aggregates.operator + product(products.transpose(), moved.as_ref());
+    TwoLevels {
+        products,
+        coarse: DenseLu::of(sum).map(|factor| (moved, factor)),
+    }
+}
