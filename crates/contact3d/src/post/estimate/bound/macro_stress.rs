@@ -242,18 +242,6 @@ impl MacroElement {
         }
         sum
     }
-
-    /// The stress in Pa at a corner of the four parts.
-    #[cfg(test)]
-    fn stress(&self, data: &Data, part: usize, corner: usize) -> Vector6<f64> {
-        let values = &REFERENCE.values;
-        let at = |c| {
-            (0..DATA)
-                .map(|j| values[(value(part, corner, c), j)] * data[j])
-                .sum()
-        };
-        self.to_stress * Vector6::from(std::array::from_fn::<f64, 6, _>(at))
-    }
 }
 
 /// ∫ ε : C ε in J of a strain that is linear on a tetrahedron of some volume.
