@@ -36,6 +36,7 @@ def test_h5py_sees_one_complete_file(linked_path, schema, monkeypatch, tmp_path)
             "/adapt",
             "/theory",
             "/branches",
+            "/bound",
             "/history",
         }
         assert stored_stages(file) == list(STAGES)

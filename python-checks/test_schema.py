@@ -30,6 +30,7 @@ def test_finished_files_follow_the_schema(run, schema):
         "/adapt",
         "/theory",
         "/branches",
+        "/bound",
         "/history",
     }
 

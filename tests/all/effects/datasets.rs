@@ -95,7 +95,7 @@ const FLOATING_ONLY: [&str; 11] = [
 ];
 
 /// Runs a scene on linear tetrahedra and returns the datasets of a run that its file lacks, those of quadratic
-/// ones apart; writers refuse any that is not in the table. Checkpoints, studies of accuracy, theory and paths, and levels of adaptive
+/// ones apart; writers refuse any that is not in the table. Checkpoints, studies of accuracy, bounds, theory and paths, and levels of adaptive
 /// meshes are no part of a finished run.
 fn absent_from(tables: &[&str]) -> BTreeSet<String> {
     let mut absent = absent_from_run(tables);
@@ -136,6 +136,7 @@ fn absent_from_run(tables: &[&str]) -> BTreeSet<String> {
             "/adapt/",
             "/theory/",
             "/branches/",
+            "/bound/",
             "/history/",
         ];
         !others.iter().any(|group| row.path.starts_with(group))
