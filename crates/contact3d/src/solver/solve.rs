@@ -36,7 +36,7 @@ const DENSE_COPIES: usize = 4;
 const SMALL_FACTOR: usize = 32_000_000;
 
 /// Solves the discrete problem as the settings say from a start, by no more than its model features ask for: one solve
-/// without contact, one minimisation without friction or with a given slip bound. The answer lacks its [`local_mapping`].
+/// without contact, one minimisation without friction or with a given slip bound. The answer lacks its `local_mapping`.
 ///
 /// # Errors
 /// [`NeedsExplicit`] when Newton's method is asked for and S is not dense.
