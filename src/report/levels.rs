@@ -51,8 +51,10 @@ pub fn increments(scene: &Scene, records: &[StepRecord]) -> FigureTable {
         figures.add("", "friction", Dimension::Energy, Scientific(4), dissipated);
         figures.add("strain_energy", "strain", Dimension::Energy, Scientific(4), energies.strain);
         figures.for_programs("energy_imbalance", energies.imbalance);
-        let error = errors.as_ref().map(|errors| errors[k]);
-        figures.in_words("estimated_error", "error about", error.map(percent), error);
+        if let Some(errors) = &errors {
+            let error = errors[k];
+            figures.in_words("estimated_error", "error about", Some(percent(error)), error);
+        }
         figures.plain("status", "status", record.status.word());
         figures.for_programs("load_work", energies.load_work);
         figures.for_programs("normal_work", energies.normal_work);
