@@ -66,12 +66,17 @@ fn summed(coupling: &Coupling, groups: &[Vec<usize>]) -> CscMatrix {
     for group in groups {
         let normals = group.iter().map(|&pane| coupling.layout.normal(pane));
         let tangential = |k: usize| {
-            let pairs = group.iter().filter_map(|&pane| coupling.layout.tangential(pane));
+            let pairs = group
+                .iter()
+                .filter_map(|&pane| coupling.layout.tangential(pane));
             pairs.map(move |pair| pair[k]).collect()
         };
         for components in [normals.collect::<Vec<_>>(), tangential(0), tangential(1)] {
             let mut sum: BTreeMap<usize, f64> = BTreeMap::new();
-            for (dof, value) in components.iter().flat_map(|&j| coupling.transposed.entries(j)) {
+            for (dof, value) in components
+                .iter()
+                .flat_map(|&j| coupling.transposed.entries(j))
+            {
                 *sum.entry(dof).or_default() += value;
             }
             if sum.values().any(|value| *value != 0.0) {

@@ -139,8 +139,16 @@ impl MatrixFree<'_> {
                 let converged = error <= epsilon && epsilon >= attainable;
                 let found = Found {
                     iterate,
-                    status: if converged { Status::Converged } else { Status::RoundingLimit },
-                    error: if converged { error } else { error.max(attainable) },
+                    status: if converged {
+                        Status::Converged
+                    } else {
+                        Status::RoundingLimit
+                    },
+                    error: if converged {
+                        error
+                    } else {
+                        error.max(attainable)
+                    },
                 };
                 return (error <= COARSEST).then_some(found);
             }
@@ -234,7 +242,12 @@ impl MatrixFree<'_> {
 
     /// d with ‖R'(λ) d + R‖ ≤ share ‖R‖, or what the most products lead to.
     fn direction(&mut self, from: &Iterate, share: f64) -> Vec<f64> {
-        let levels = two_levels(&self.aggregates, &self.conditions, self.problem.laws, &from.at);
+        let levels = two_levels(
+            &self.aggregates,
+            &self.conditions,
+            self.problem.laws,
+            &from.at,
+        );
         let rhs: Vec<f64> = from.at.residual.iter().map(|r| -r).collect();
         let solved = gmres(&rhs, share, MOST_APPLICATIONS, |v| {
             let v = levels.apply(v);

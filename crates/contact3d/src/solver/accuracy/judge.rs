@@ -97,7 +97,11 @@ impl DiscreteProblem<'_> {
     ///
     /// Contact forces that vanish, as those of a face without a net force, are what rounding of the load leaves, and no digit of that
     /// means anything.
-    pub(in crate::solver) fn sizes(&self, multiplier: &[f64], evaluation: &Evaluation) -> MultiplierSizes {
+    pub(in crate::solver) fn sizes(
+        &self,
+        multiplier: &[f64],
+        evaluation: &Evaluation,
+    ) -> MultiplierSizes {
         let area: f64 = self.laws.area.iter().sum();
         let load = area.sqrt() * load_stress(&self.body.assembly.primal, area);
         let beside_load = |size| if is_felt(size, load) { size } else { load };
