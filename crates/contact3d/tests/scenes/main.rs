@@ -12,6 +12,7 @@ mod graded;
 mod keeper;
 mod load_history;
 mod local_mapping;
+mod matrix_free;
 mod obstacles;
 mod quadratic;
 mod quantities;
