@@ -260,7 +260,7 @@ def accuracy(
 
     :param coarsest: smallest n_div of the meshes.
     :param finest: n_div of the finest mesh, a multiple of the scene's.
-    :param budget: seconds for each method on each operator.
+    :param budget: seconds for the solves of all methods, and as many for all sequences of meshes.
     :param sequences: compare elements and meshes until their error is below this, such as ``"2%"``.
     """
     measures = options(coarsest=coarsest, finest=finest, budget=budget, sequences=sequences, threads=threads)

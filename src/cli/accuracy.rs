@@ -31,11 +31,10 @@ pub struct AccuracyArguments {
     /// n_div of the finest mesh, a multiple of the scene's; by default 4, 2 or 1 times that, up to 32
     #[arg(long, value_name = "N_DIV", value_parser = n_div)]
     pub finest: Option<usize>,
-    /// Seconds for each method on each operator; accuracies that would take longer are left out
-    #[arg(long, value_name = "SECONDS", default_value_t = 30.0, allow_negative_numbers = true, value_parser = seconds)]
+    /// Seconds for the solves of all methods, and as many for all sequences; what would take longer is left out
+    #[arg(long, value_name = "SECONDS", default_value_t = 60.0, allow_negative_numbers = true, value_parser = seconds)]
     pub budget: f64,
-    /// Compare linear and quadratic elements on uniform and adaptive meshes until their error is below this, as 0.01 or 1%;
-    /// the budget counts for each of them
+    /// Compare linear and quadratic elements on uniform and adaptive meshes until their error is below this, as 0.01 or 1%
     #[arg(long, alias = "ways", value_name = "SHARE", value_parser = super::adaptive::target)]
     pub sequences: Option<f64>,
     /// List the solves by method, operator and epsilon, which are stored and drawn in any case

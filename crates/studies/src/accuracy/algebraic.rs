@@ -2,7 +2,11 @@
 
 use std::{fmt, path::Path, sync::Arc};
 
-use super::{AccuracyProgress, AccuracySettings, Cost, cost::measure, discretisation::energy_norm};
+use super::{
+    AccuracyProgress, AccuracySettings, Cost,
+    cost::{BudgetShares, measure},
+    discretisation::energy_norm,
+};
 use contact3d::{
     AssembledProblem, Problem, ProblemError,
     linalg::{difference, norm},
@@ -105,6 +109,7 @@ struct StudiedProblem<'a> {
     scene: &'a Scene,
     assembled: AssembledProblem,
     reference: Solution,
+    /// Seconds of a method on an operator.
     budget: f64,
 }
 
@@ -153,20 +158,26 @@ impl AlgebraicStudy {
             scene,
             assembled,
             reference,
-            budget: settings.budget,
+            budget: 0.0,
         };
         use RunMethod::{AdaptivePrecision, FixedPrecision, Newton};
+        let implicit: &[RunMethod] = match scene.solve.inner.needs_explicit() {
+            true => &[],
+            false => &[FixedPrecision, AdaptivePrecision],
+        };
+        let explicit = [FixedPrecision, AdaptivePrecision, Newton];
+        let mut shares = BudgetShares::new(settings.budget, explicit.len() + implicit.len());
         let entries = &mut study.entries;
-        for method in [FixedPrecision, AdaptivePrecision, Newton] {
+        for method in explicit {
+            problem.budget = shares.take(1);
             entries.extend(problem.series(method, RunOperator::Explicit, observe)?);
         }
         if let Some(contact) = &mut problem.assembled.system_mut().contact {
             contact.make_implicit();
         }
-        if !scene.solve.inner.needs_explicit() {
-            for method in [FixedPrecision, AdaptivePrecision] {
-                entries.extend(problem.series(method, RunOperator::Implicit, observe)?);
-            }
+        for method in implicit {
+            problem.budget = shares.take(1);
+            entries.extend(problem.series(*method, RunOperator::Implicit, observe)?);
         }
         Ok(Some(study))
     }

@@ -32,7 +32,7 @@ use contact3d::{ProblemError, scene::Scene};
 /// How far the studies go.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct AccuracySettings {
-    /// Seconds for each method on each operator; later entries are left out.
+    /// Seconds for the solves of all methods on all operators, and as many for all sequences of meshes; later ones are left out.
     pub budget: f64,
     /// Smallest n_div of the meshes.
     pub coarsest: usize,

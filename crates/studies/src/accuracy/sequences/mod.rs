@@ -9,7 +9,7 @@ mod refining;
 
 use std::{fmt, path::Path, sync::Arc};
 
-use super::{AccuracySettings, Cost, Distance, Forces, MeshField, distance};
+use super::{AccuracySettings, Cost, Distance, Forces, MeshField, cost::BudgetShares, distance};
 use contact3d::{
     Problem, ProblemError,
     adaptation::transferred,
@@ -27,7 +27,7 @@ const WANTED_SHARE: f64 = 0.25;
 const LARGEST_SHARE: f64 = 0.5;
 
 /// The reference may take this many times the seconds that a sequence may.
-const REFERENCE_BUDGET: f64 = 4.0;
+const REFERENCE_PARTS: usize = 4;
 
 /// A kind of sequence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -136,7 +136,7 @@ pub struct MeshSequences {
 
 impl MeshSequences {
     /// Solves all sequences, each until its estimated relative error is below `goal`; mesh files are looked for in `folder`.
-    /// The budget in `settings` is that of each sequence, and the reference may take four times as much.
+    /// The budget in `settings` is for all of them together: each has a share of what is left, the reference four.
     ///
     /// # Errors
     /// [`ProblemError`] for a scene that has no discrete problem.
@@ -148,10 +148,12 @@ impl MeshSequences {
         observe: &mut dyn FnMut(SequenceProgress),
     ) -> Result<Self, ProblemError> {
         let mut runs = Vec::new();
+        let n_sequences = SequenceKind::ALL.len();
+        let mut shares = BudgetShares::new(settings.budget, n_sequences + REFERENCE_PARTS);
         for kind in SequenceKind::ALL {
             let meshes = Meshes::of(kind, scene, folder, settings)?;
             let mut run = SequenceRun::new(kind, meshes, folder);
-            run.go(settings.budget, goal, settings.memory, &mut |n| {
+            run.go(shares.take(1), goal, settings.memory, &mut |n| {
                 observe(SequenceProgress::Level(kind, n));
             })?;
             runs.push(run);
@@ -164,7 +166,7 @@ impl MeshSequences {
             .expect("every body has quadratic meshes");
         let (carried_on, n_judged) = (last.kind, last.solved.len());
         last.go(
-            REFERENCE_BUDGET * settings.budget,
+            shares.take(REFERENCE_PARTS),
             WANTED_SHARE * smallest,
             settings.memory,
             &mut |n| observe(SequenceProgress::Reference(n)),

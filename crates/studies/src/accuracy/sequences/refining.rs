@@ -138,7 +138,7 @@ impl<'a> SequenceRun<'a> {
         }
     }
 
-    /// Goes on until the estimated relative error is at most `goal`, the seconds of all levels would exceed `budget`, or
+    /// Goes on until the estimated relative error is at most `goal`, the seconds of further levels would exceed `budget`, or
     /// the next mesh would take more than `memory` bytes. The first mesh is always solved, and an answer that did not
     /// converge ends the sequence.
     pub(super) fn go(
@@ -148,6 +148,7 @@ impl<'a> SequenceRun<'a> {
         memory: Option<f64>,
         observe: &mut dyn FnMut(usize),
     ) -> Result<(), ProblemError> {
+        let budget = self.spent + budget;
         while let Some(growth) = self.meshes.growth(self.solved.len()) {
             if let Some(last) = self.solved.last() {
                 let ends = last.level.estimated_error <= goal || !last.level.status.is_solved();
