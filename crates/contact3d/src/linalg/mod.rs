@@ -53,6 +53,6 @@ pub use refinement::Doubled;
 pub use solve::Workspace;
 pub use sparse::{CscMatrix, SparseError};
 pub(crate) use sparse_lu::{SparseLuMemory, solve_sparse};
-pub(crate) use vector::{add_combination, orthogonalise, power_of_two_near_largest};
+pub(crate) use vector::{add_combination, orthogonalise, power_of_two_near_largest, vectorised};
 pub use vector::{add_scaled, difference, dot, norm};
 pub use work::Work;

@@ -5,7 +5,7 @@
 //! scaled by the diagonal. Nothing is averaged between tetrahedra, and none is alone: the shape of cells hardly matters, and e
 //! is always smaller than the error ([`SEEN`]).
 
-use std::collections::HashMap;
+use std::{array::from_fn, collections::HashMap};
 
 use rayon::prelude::*;
 
@@ -16,6 +16,7 @@ use super::{
     },
 };
 use crate::{
+    linalg::vectorised,
     mesh::{Mesh, sorted},
     reference::TETRAHEDRON_EDGES,
 };
@@ -26,6 +27,9 @@ const SEEN: f64 = 0.7;
 
 /// Fields that are solved for side by side; a multiple of what a register holds.
 const LANES: usize = 8;
+
+/// Rows of one partial sum, whatever the number of threads.
+const BLOCK: usize = 4096;
 
 /// Conjugate gradients end when so many steps gained less than [`GAIN`] of the squared error together.
 const STEPS: usize = 4;
@@ -143,7 +147,10 @@ impl HierarchicalErrors {
             .collect();
         let products = tetrahedra.into_par_iter().map(|t| {
             let local = stiffness.gathered(t, &scaled);
-            let forces = stiffness.product(t, &local);
+            let forces = vectorised(
+                #[inline(always)]
+                || stiffness.product(t, &local),
+            );
             let of = |lane: usize| -> f64 {
                 let terms = local.iter().zip(&forces);
                 let sum: f64 = terms
@@ -185,7 +192,11 @@ struct ElementPart {
     held: [bool; COMPONENTS],
 }
 
-type LocalMatrix = [[f32; COMPONENTS]; COMPONENTS];
+/// Rows of a local matrix that are multiplied together: each of their sums stays in a register.
+const ROWS: usize = 8;
+
+/// The columns of eight rows, then those of the next eight: `[component / 8][component][component % 8]`.
+type LocalMatrix = [[[f32; ROWS]; COMPONENTS]; COMPONENTS / ROWS];
 
 impl ElementPart {
     fn new(element: BubbleElement, sign: impl Fn(usize) -> f64) -> Self {
@@ -202,7 +213,9 @@ impl ElementPart {
         let size = diagonal.max();
         let entry = |i: usize, j: usize| (signs[i] * stiffness[(i, j)] * signs[j] / size) as f32;
         Self {
-            stiffness: std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j))),
+            stiffness: from_fn(|block| {
+                from_fn(|column| from_fn(|row| entry(ROWS * block + row, column)))
+            }),
             size,
             diagonal,
             loads,
@@ -282,11 +295,13 @@ impl<'a> ScaledStiffness<'a> {
         let element = |(t, part): (usize, ElementPart)| {
             let size = part.size.sqrt();
             let factor: [f32; COMPONENTS] =
-                std::array::from_fn(|i| (size * scale[numbering.place(t, i)]) as f32);
+                from_fn(|i| (size * scale[numbering.place(t, i)]) as f32);
             let mut matrix = part.stiffness;
-            for (row, by) in matrix.iter_mut().zip(factor) {
-                let all = row.iter_mut().zip(factor);
-                all.for_each(|(entry, factor)| *entry *= by * factor);
+            for (block, rows) in matrix.iter_mut().zip(factor.as_chunks::<ROWS>().0) {
+                for (column, by) in block.iter_mut().zip(factor) {
+                    let all = column.iter_mut().zip(rows);
+                    all.for_each(|(entry, factor)| *entry *= by * factor);
+                }
             }
             matrix
         };
@@ -299,18 +314,21 @@ impl<'a> ScaledStiffness<'a> {
     }
 
     fn gathered(&self, t: usize, all: &[Lanes]) -> [Lanes; COMPONENTS] {
-        std::array::from_fn(|i| all[self.numbering.place(t, i)])
+        from_fn(|i| all[self.numbering.place(t, i)])
     }
 
+    #[inline(always)]
     fn product(&self, t: usize, local: &[Lanes; COMPONENTS]) -> [Lanes; COMPONENTS] {
-        let matrix = &self.elements[t];
-        std::array::from_fn(|i| {
-            let mut sum = [0.0; LANES];
-            for (factor, lanes) in matrix[i].iter().zip(local) {
-                (0..LANES).for_each(|l| sum[l] += factor * lanes[l]);
+        let mut product = [[0.0; LANES]; COMPONENTS];
+        let sums = product.as_chunks_mut::<ROWS>().0;
+        for (sums, columns) in sums.iter_mut().zip(&self.elements[t]) {
+            for (column, lanes) in columns.iter().zip(local) {
+                for (sum, entry) in sums.iter_mut().zip(column) {
+                    (0..LANES).for_each(|l| sum[l] = entry.mul_add(lanes[l], sum[l]));
+                }
             }
-            sum
-        })
+        }
+        product
     }
 
     /// The product with all lanes; `of_elements` is room for its parts.
@@ -321,19 +339,31 @@ impl<'a> ScaledStiffness<'a> {
         result: &mut Vec<Lanes>,
     ) {
         let tetrahedra = (0..self.elements.len()).into_par_iter();
-        tetrahedra
-            .map(|t| self.product(t, &self.gathered(t, all)))
-            .collect_into_vec(of_elements);
-        let of_elements = of_elements.as_flattened();
-        let places = (0..all.len()).into_par_iter();
-        let sum = |place: usize| {
-            let parts = &self.parts[self.first[place] as usize..self.first[place + 1] as usize];
-            parts.iter().fold([0.0; LANES], |sum, &part| {
-                let part = &of_elements[part as usize];
-                std::array::from_fn(|l| sum[l] + part[l])
-            })
+        let product = |t| {
+            vectorised(
+                #[inline(always)]
+                || self.product(t, &self.gathered(t, all)),
+            )
         };
-        places.map(sum).collect_into_vec(result);
+        tetrahedra.map(product).collect_into_vec(of_elements);
+        let of_elements = of_elements.as_flattened();
+        result.resize(all.len(), [0.0; LANES]);
+        let blocks = result.par_chunks_mut(BLOCK).enumerate();
+        blocks.for_each(|(block, result)| {
+            vectorised(
+                #[inline(always)]
+                || {
+                    for (place, sum) in (block * BLOCK..).zip(result) {
+                        let [first, end] = [place, place + 1].map(|at| self.first[at] as usize);
+                        *sum = [0.0; LANES];
+                        for &part in &self.parts[first..end] {
+                            let part = &of_elements[part as usize];
+                            (0..LANES).for_each(|l| sum[l] += part[l]);
+                        }
+                    }
+                },
+            );
+        });
     }
 
     /// Conjugate gradients for every lane on its own, from zero; with the energies of the solutions.
@@ -347,7 +377,7 @@ impl<'a> ScaledStiffness<'a> {
         while gains.len() < MOST_STEPS {
             self.times(&direction, &mut of_elements, &mut image);
             let length = quotients(squares, dots(&direction, &image));
-            let gain: [f64; LANES] = std::array::from_fn(|l| length[l] * squares[l]);
+            let gain: [f64; LANES] = from_fn(|l| length[l] * squares[l]);
             (0..LANES).for_each(|l| energy[l] += gain[l]);
             gains.push(gain);
             add(&mut solution, length, &direction);
@@ -360,8 +390,9 @@ impl<'a> ScaledStiffness<'a> {
             let next = dots(&residual, &residual);
             let turn = quotients(next, squares).map(|by| by as f32);
             squares = next;
-            let all = direction.par_iter_mut().zip(&residual);
-            all.for_each(|(d, r)| (0..LANES).for_each(|l| d[l] = r[l] + turn[l] * d[l]));
+            in_blocks(&mut direction, &residual, |d, r| {
+                (0..LANES).for_each(|l| d[l] = r[l] + turn[l] * d[l]);
+            });
         }
         (solution, energy)
     }
@@ -369,7 +400,7 @@ impl<'a> ScaledStiffness<'a> {
 
 /// Quotients of what is not negative; 0 over nothing.
 fn quotients(over: [f64; LANES], under: [f64; LANES]) -> [f64; LANES] {
-    std::array::from_fn(|l| {
+    from_fn(|l| {
         if under[l] > 0.0 {
             over[l] / under[l]
         } else {
@@ -381,23 +412,37 @@ fn quotients(over: [f64; LANES], under: [f64; LANES]) -> [f64; LANES] {
 /// Adds a multiple of vectors to others.
 fn add(to: &mut [Lanes], by: [f64; LANES], of: &[Lanes]) {
     let by = by.map(|b| b as f32);
-    let all = to.par_iter_mut().zip(of);
-    all.for_each(|(to, of)| (0..LANES).for_each(|l| to[l] += by[l] * of[l]));
+    in_blocks(to, of, |to, of| {
+        (0..LANES).for_each(|l| to[l] += by[l] * of[l]);
+    });
 }
 
-/// Rows of one partial sum, whatever the number of threads.
-const BLOCK: usize = 4096;
+/// Changes rows by those of another vector.
+fn in_blocks(to: &mut [Lanes], of: &[Lanes], change: impl Fn(&mut Lanes, &Lanes) + Sync) {
+    let blocks = to.par_chunks_mut(BLOCK).zip(of.par_chunks(BLOCK));
+    blocks.for_each(|(to, of)| {
+        vectorised(
+            #[inline(always)]
+            || to.iter_mut().zip(of).for_each(|(to, of)| change(to, of)),
+        );
+    });
+}
 
 /// Scalar products of all lanes.
 fn dots(a: &[Lanes], b: &[Lanes]) -> [f64; LANES] {
     let blocks = a.par_chunks(BLOCK).zip(b.par_chunks(BLOCK)).map(|(a, b)| {
-        let mut sum = [0.0; LANES];
-        for (a, b) in a.iter().zip(b) {
-            (0..LANES).for_each(|l| sum[l] += f64::from(a[l]) * f64::from(b[l]));
-        }
-        sum
+        vectorised(
+            #[inline(always)]
+            || {
+                let mut sum = [0.0; LANES];
+                for (a, b) in a.iter().zip(b) {
+                    (0..LANES).for_each(|l| sum[l] += f64::from(a[l]) * f64::from(b[l]));
+                }
+                sum
+            },
+        )
     });
     let blocks: Vec<[f64; LANES]> = blocks.collect();
-    let sum = |sum: [f64; LANES], block: &[f64; LANES]| std::array::from_fn(|l| sum[l] + block[l]);
+    let sum = |sum: [f64; LANES], block: &[f64; LANES]| from_fn(|l| sum[l] + block[l]);
     blocks.iter().fold([0.0; LANES], sum)
 }
