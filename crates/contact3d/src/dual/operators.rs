@@ -7,7 +7,7 @@ use crate::linalg::{Factor, Workspace};
 ///
 /// Without a dense matrix S is applied as the paper does: one pair of sparse triangular solves with the factor of A each time. B
 /// touches contact nodes only, so the solves visit just the supernodes between those nodes and the root of the elimination tree;
-/// the numbers are those of full solves, up to the order of sums. Through a factor in single precision each application takes
+/// the numbers are those of full solves. Through a factor in single precision each application takes
 /// conjugate gradients over the whole body.
 pub struct ContactOperator<'a> {
     /// A dense S and its h; `None` where S is applied through the factor.

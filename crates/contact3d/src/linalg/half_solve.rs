@@ -13,7 +13,6 @@ use super::{
     factor::CholeskyFactor,
     front_plan::{FrontPlan, SparseColumn, SupernodeTree, positions},
     precision::Scalar,
-    solve::Workspace,
     work::Work,
 };
 
@@ -203,31 +202,5 @@ impl FactorStructure {
             }
         }
         (0..self.supernodes()).filter(|&s| reached[s]).collect()
-    }
-}
-
-impl<T: Scalar> CholeskyFactor<T> {
-    /// Solves A x = b in place on the unknowns of the reached supernodes only.
-    ///
-    /// b must be zero outside the rows `reach` was made from. On return those rows (and all
-    /// unknowns of the reached supernodes) hold the solution; other entries of `rhs` are left as
-    /// they were.
-    ///
-    /// # Panics
-    /// When `rhs` does not have one entry per unknown or `reach` is from a larger factor.
-    pub(crate) fn solve_reached(&self, reach: &[usize], rhs: &mut [f64], work: &mut Workspace) {
-        assert_eq!(rhs.len(), self.size(), "length of the right-hand side");
-        let columns = || reach.iter().flat_map(|&s| self.structure.columns(s));
-        let permutation = &self.structure.permutation;
-        let mut scratch = T::scratch(work).take(self.size());
-        for column in columns() {
-            scratch.unknowns[column] = [T::rounded(rhs[permutation[column]])];
-        }
-        self.forward(reach.iter().copied(), &mut scratch);
-        self.backward(reach.iter().rev().copied(), &mut scratch);
-        for column in columns() {
-            rhs[permutation[column]] = scratch.unknowns[column][0].to_double();
-        }
-        T::scratch(work).put(scratch);
     }
 }

@@ -145,12 +145,18 @@ fn interleaved_dots<T: Scalar>(columns: [&[T]; COLUMNS], y: &[T]) -> [T; COLUMNS
         add_products(&mut sums[2], c, y);
         add_products(&mut sums[3], d, y);
     }
-    let tails = [a.1, b.1, c.1, d.1];
+    let tails = [a.1, b.1, c.1, d.1].map(|tail| dot(tail, rest.as_chunks().0));
     from_fn(|k| {
-        let [a, b, c, d, e, f, g, h] = sums[k];
-        let [tail] = dot(tails[k], rest.as_chunks().0);
-        ((a + b) + (c + d)) + ((e + f) + (g + h)) + tail
+        let [tail] = tails[k];
+        total(&sums[k]) + tail
     })
+}
+
+/// The sum of interleaved parts. In line, it would have the compiler mix the parts of the loop before it.
+#[inline(never)]
+fn total<T: Scalar>(parts: &[T; LANES]) -> T {
+    let [a, b, c, d, e, f, g, h] = *parts;
+    ((a + b) + (c + d)) + ((e + f) + (g + h))
 }
 
 #[inline(always)]

@@ -97,6 +97,14 @@ impl Factor {
         }
     }
 
+    /// The same on the supernodes that a right-hand side reaches, for forces and displacements there.
+    pub(crate) fn solve_reached(&self, reach: &[usize], rhs: &mut [f64], work: &mut Workspace) {
+        match self {
+            Self::Double(factor) => factor.solve_reached(reach, rhs, work),
+            Self::Single(factor) => factor.solve_reached(reach, rhs, work),
+        }
+    }
+
     /// The same for several right-hand sides, which share the reading of the factor.
     pub(super) fn solve_several(&self, rhs: &mut [&mut [f64]], work: &mut Workspace) {
         match self {

@@ -72,7 +72,18 @@ impl<T: Scalar> CholeskyFactor<T> {
     /// # Panics
     /// When `rhs` does not have one entry per unknown.
     pub fn solve_in_place(&self, rhs: &mut [f64], work: &mut Workspace) {
-        self.solve_block(&mut [rhs], T::scratch(work));
+        self.solve_block(&mut [rhs], Supernodes::All, T::scratch(work));
+    }
+
+    /// Solves A x = b in place on the unknowns of the reached supernodes only.
+    ///
+    /// b must be zero outside the rows that `reach` was made from ([`FactorStructure::reach`]). On return all unknowns of the reached
+    /// supernodes hold the solution; other entries of `rhs` are zero.
+    ///
+    /// # Panics
+    /// When `rhs` does not have one entry per unknown or `reach` is from a larger factor.
+    pub(crate) fn solve_reached(&self, reach: &[usize], rhs: &mut [f64], work: &mut Workspace) {
+        self.solve_block(&mut [rhs], Supernodes::Reached(reach), T::scratch(work));
     }
 
     /// Solves for several right-hand sides, eight at a time: reading the factor takes most of the time of a solve.
@@ -85,12 +96,17 @@ impl<T: Scalar> CholeskyFactor<T> {
         }
         let pool = ScratchPool::<T, SEVERAL>::default();
         for block in rhs.chunks_mut(SEVERAL) {
-            self.solve_block(block, &pool);
+            self.solve_block(block, Supernodes::All, &pool);
         }
     }
 
     /// Solves for at most N right-hand sides, each in a power of two near its largest entry.
-    fn solve_block<const N: usize>(&self, block: &mut [&mut [f64]], pool: &ScratchPool<T, N>) {
+    fn solve_block<const N: usize>(
+        &self,
+        block: &mut [&mut [f64]],
+        supernodes: Supernodes<'_>,
+        pool: &ScratchPool<T, N>,
+    ) {
         let unit = |rhs: &&mut [f64]| {
             assert_eq!(rhs.len(), self.size(), "length of a right-hand side");
             power_of_two_near_largest(rhs)
@@ -110,6 +126,7 @@ impl<T: Scalar> CholeskyFactor<T> {
         let solve = TreeSolve {
             factor: self,
             tasks: &self.structure.solve_tasks(),
+            supernodes,
             pool,
         };
         solve.forward(&mut permuted.unknowns);
@@ -183,10 +200,34 @@ fn add<T: Scalar, const N: usize>(row: &mut [T; N], other: &[T; N]) {
     }
 }
 
+/// What a solve visits.
+#[derive(Clone, Copy)]
+enum Supernodes<'a> {
+    All,
+    /// Ascending, and with each all above it.
+    Reached(&'a [usize]),
+}
+
+impl Supernodes<'_> {
+    /// Those of a range, ascending.
+    fn within(self, range: Range<usize>) -> impl DoubleEndedIterator<Item = usize> {
+        let (all, reached) = match self {
+            Self::All => (range, &[][..]),
+            Self::Reached(reach) => {
+                let [first, end] =
+                    [range.start, range.end].map(|s| reach.partition_point(|r| *r < s));
+                (0..0, &reach[first..end])
+            }
+        };
+        all.chain(reached.iter().copied())
+    }
+}
+
 /// Substitution along the elimination tree, subtrees side by side.
 struct TreeSolve<'a, T, const N: usize> {
     factor: &'a CholeskyFactor<T>,
     tasks: &'a [SubtreeTask],
+    supernodes: Supernodes<'a>,
     pool: &'a ScratchPool<T, N>,
 }
 
@@ -214,8 +255,7 @@ impl<T: Scalar, const N: usize> TreeSolve<'_, T, N> {
                         add(&mut scratch.unknowns[row], &value);
                     }
                 }
-                self.factor
-                    .forward(self.tasks[k].supernodes.clone(), scratch);
+                self.factor.forward(self.supernodes(k), scratch);
                 own.copy_from_slice(&scratch.unknowns[columns]);
                 *locked(&updates[k]) = self.values_below(k, scratch);
             });
@@ -240,14 +280,18 @@ impl<T: Scalar, const N: usize> TreeSolve<'_, T, N> {
                 for (&row, value) in self.below(k).iter().zip(known_here) {
                     scratch.unknowns[row] = value;
                 }
-                self.factor
-                    .backward(self.tasks[k].supernodes.clone().rev(), scratch);
+                self.factor.backward(self.supernodes(k).rev(), scratch);
                 own.copy_from_slice(&scratch.unknowns[columns]);
                 for &child in &self.tasks[k].children {
                     *locked(&known[child]) = self.values_below(child, scratch);
                 }
             });
         });
+    }
+
+    /// The supernodes of a task that the solve visits.
+    fn supernodes(&self, k: usize) -> impl DoubleEndedIterator<Item = usize> {
+        self.supernodes.within(self.tasks[k].supernodes.clone())
     }
 
     fn columns(&self, k: usize) -> Range<usize> {

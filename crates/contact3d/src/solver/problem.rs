@@ -10,7 +10,7 @@ use super::{NewtonStep, OuterStep, Solution};
 use crate::{
     contact::{Interface, MultiplierLayout},
     dual::{Assembly, ContactSystem, ExplicitDual, Moved},
-    linalg::{Doubled, Precision, Workspace},
+    linalg::{Doubled, Precision},
     mesh::ContactSurface,
     scene::SolveSettings,
     solver::PaneLaws,
@@ -196,17 +196,14 @@ impl ContactBody<'_> {
         )
     }
 
-    /// S v − G α in m³ and the change of (u_t1, u_t2) at the contact nodes in m, for changes v of the multipliers and α of the
-    /// motions.
+    /// S v − G α in m³ and the change of (u_t1, u_t2) at the contact nodes in m, for a change v of the multipliers that moves the
+    /// body by −`moved` and α of the motions.
     pub(super) fn change(
         &self,
         dual: &ContactSystem,
-        stresses: &[f64],
+        mut moved: Vec<f64>,
         motion: &[f64],
-        work: &mut Workspace,
     ) -> (Vec<f64>, Vec<[f64; 2]>) {
-        let forces = dual.coupling.nodal_forces(stresses);
-        let mut moved = self.assembly.solve(&forces, work);
         if let Some(balance) = &dual.balance {
             let back: Vec<f64> = motion.iter().map(|a| -a).collect();
             balance.coupling.add_motion(&back, &mut moved);

@@ -85,7 +85,9 @@ impl DiscreteProblem<'_> {
         let step = gmres(&here.residual, LEFT, MOST_APPLICATIONS, |v| {
             let (stresses, motions) = self.dual.parts(v);
             let motion: Vec<f64> = motions.iter().zip(&size).map(|(v, s)| v * s).collect();
-            let (mut gradient, slips) = self.body.change(self.dual, stresses, &motion, &mut work);
+            let forces = self.dual.coupling.nodal_forces(stresses);
+            let moved = self.body.assembly.solve(&forces, &mut work);
+            let (mut gradient, slips) = self.body.change(self.dual, moved, &motion);
             let carried = balance.map(|it| it.coupling.resultant_of(stresses, &motion));
             gradient.extend(carried.into_iter().flatten().map(|g| -g));
             conditions.derivative(&here, v, &gradient, &slips)
