@@ -1,8 +1,10 @@
 """GetFEM on the HKL brick: Alart-Curnier augmented Lagrangian as a weak form, Newton with MUMPS.
 
-Contact lives at the nodes: the Newton-Cotes rule of order 1 puts the quadrature points of every
-triangle at its vertices. Unknowns are u and the multiplier (p, s1, s2): pressure p, and the
-tangential stress scaled by friction, F s. With the slip v = F u_t the law is isotropic,
+The element is that of the run file, P1 or P2. Contact lives at the nodes: the Newton-Cotes rule of
+the element's order puts the quadrature points of every triangle at its vertices (P1) or at the
+middle of its edges (P2, whose vertices have weight zero and no multiplier). Unknowns are u and the
+multiplier (p, s1, s2): pressure p, and the tangential stress scaled by friction, F s. With the slip
+v = F u_t the law is isotropic,
     p = (p - r u_z)+,   s = projection of s - r v on the disc of radius (p - r u_z)+,
 so one weak form serves all scenes; GetFEM differentiates it, F(u) included.
 
@@ -12,6 +14,7 @@ accepts an answer without friction.
 
 import getfem as gf
 import numpy as np
+from scipy.spatial import cKDTree
 
 from hkl_brick import Brick, Report, peer_arguments
 from scenes import SCENES, Ramp
@@ -26,7 +29,9 @@ X_MIN, X_MAX, Z_MIN, Z_MAX = 1, 2, 3, 4
 
 def build_mesh(brick: Brick) -> gf.Mesh:
     """The run file's mesh with its four faces as regions."""
-    mesh = gf.Mesh("ptND", brick.coordinates.T, brick.tetrahedra.T.astype(np.int32))
+    corners, cells = np.unique(brick.tetrahedra, return_inverse=True)
+    cells = cells.reshape(-1, 4).T.astype(np.int32)
+    mesh = gf.Mesh("ptND", brick.coordinates[corners].T, cells)
     outer = mesh.outer_faces()
     normals = mesh.normal_of_faces(outer)
     for region, axis, sign in (
@@ -68,16 +73,25 @@ def contact_expression(scene: str) -> str:
     )
 
 
-def build_model(brick: Brick, mesh: gf.Mesh, scene: str, augmentation: float):
-    """The model and the finite element space of u."""
+def displacement_space(brick: Brick, mesh: gf.Mesh) -> tuple[gf.MeshFem, np.ndarray]:
+    """The finite element space of u, and the run file's node of each degree of freedom."""
     space = gf.MeshFem(mesh, 3)
-    space.set_fem(gf.Fem("FEM_PK(3,1)"))
+    space.set_fem(gf.Fem("FEM_PK(3,2)" if brick.is_quadratic else "FEM_PK(3,1)"))
+    return space, cKDTree(brick.coordinates).query(space.basic_dof_nodes().T)[1]
+
+
+def build_model(brick: Brick, mesh: gf.Mesh, scene: str, augmentation: float):
+    """The model, and the run file's node of each degree of freedom of u."""
+    space, nodes = displacement_space(brick, mesh)
     contact = set(space.basic_dof_on_region(Z_MIN))
     clamped = set(space.basic_dof_on_region(X_MIN))
-    # At clamped nodes the multiplier would be undetermined.
-    multiplier = gf.MeshFem("partial", space, np.array(sorted(contact - clamped)))
+    # At clamped nodes the multiplier would be undetermined, and where the rule has weight zero.
+    weightless = np.isin(nodes, brick.tetrahedra) & brick.is_quadratic
+    loose = contact - clamped - set(np.flatnonzero(weightless))
+    multiplier = gf.MeshFem("partial", space, np.array(sorted(loose)))
     exact = gf.MeshIm(mesh, gf.Integ("IM_TETRAHEDRON(2)"))
-    nodal = gf.MeshIm(mesh, gf.Integ("IM_NC(3,1)"))
+    rule = "IM_NC(3,2)" if brick.is_quadratic else "IM_NC(3,1)"
+    nodal = gf.MeshIm(mesh, gf.Integ(rule))
 
     young = YOUNG_MODULUS * UNIT_LENGTH / UNIT_STRESS
     nu = POISSON_RATIO
@@ -95,21 +109,7 @@ def build_model(brick: Brick, mesh: gf.Mesh, scene: str, augmentation: float):
         model.add_source_term_brick(exact, "u", face, region)
     model.add_Dirichlet_condition_with_simplification("u", X_MIN)
     model.add_nonlinear_term(nodal, contact_expression(scene), Z_MIN)
-    return model, space
-
-
-def free_displacement(brick: Brick, model: gf.Model, space: gf.MeshFem) -> np.ndarray:
-    """u in m over the run file's degrees of freedom; nodes are matched by their places."""
-    steps = 2 * 3 * brick.n_div
-    key = steps ** np.arange(3)
-    places = np.rint(space.basic_dof_nodes()[:, ::3].T * brick.n_div).astype(int) @ key
-    nodes = np.rint(brick.coordinates * brick.n_div).astype(int) @ key
-    by_place = np.argsort(places)
-    row = by_place[np.searchsorted(places[by_place], nodes)]
-    nodal = model.variable("u").reshape(-1, 3)[row] * UNIT_LENGTH
-    free = np.empty(brick.load.size)
-    free[brick.dof[brick.dof >= 0]] = nodal[brick.dof >= 0]
-    return free
+    return model, nodes
 
 
 def main(arguments) -> None:
@@ -120,7 +120,7 @@ def main(arguments) -> None:
     report = Report.begin("GetFEM", arguments.scene, brick)
     with report.timed("assembly"):
         mesh = build_mesh(brick)
-        model, space = build_model(brick, mesh, arguments.scene, arguments.augmentation)
+        model, nodes = build_model(brick, mesh, arguments.scene, arguments.augmentation)
         model.assembly()
     with report.timed("Newton"):
         words = ["max_res", arguments.tolerance, "max_iter", arguments.max_iterations]
@@ -129,7 +129,13 @@ def main(arguments) -> None:
             words.append("noisy")
         iterations, converged = model.solve(*words)
     report.data |= {"iterations": int(iterations), "converged": bool(converged)}
-    report.finish(free_displacement(brick, model, space), arguments.json)
+    displacement = np.zeros_like(brick.coordinates)
+    displacement[nodes[::3]] = model.variable("u").reshape(-1, 3) * UNIT_LENGTH
+    if arguments.displacement:
+        np.save(arguments.displacement, displacement)
+    free = np.empty(brick.load.size)
+    free[brick.dof[brick.dof >= 0]] = displacement[brick.dof >= 0]
+    report.finish(free, arguments.json)
 
 
 if __name__ == "__main__":
@@ -138,5 +144,6 @@ if __name__ == "__main__":
     parser.add_argument("--tolerance", type=float, default=1e-10)
     parser.add_argument("--max-iterations", type=int, default=100)
     parser.add_argument("--line-search", default="default")
+    parser.add_argument("--displacement", help="a file .npy for u in m at all nodes")
     parser.add_argument("--noisy", action="store_true")
     main(parser.parse_args())
