@@ -50,6 +50,12 @@ fn every_kind_of_scene_to_start_from_runs() {
         .command(&["inspect", "foot.msh", "--scene", "foot.toml"])
         .assert()
         .code(2);
+    let picture = fs::read_to_string(program.path("foot-mesh/mesh.svg")).unwrap();
+    for word in ["foot.msh", "contact", "held end", "from below"] {
+        assert!(picture.contains(word), "{word}");
+    }
+    let other = fs::read(program.path("foot-mesh/mesh.png")).unwrap();
+    assert!(other.starts_with(b"\x89PNG"));
     program.command(&["inspect", "none.msh"]).assert().code(2);
 }
 
@@ -61,7 +67,9 @@ fn a_scene_for_a_round_part_touches_with_its_curved_face() {
         env!("CARGO_MANIFEST_DIR"),
         "/pipelines/meshes/round_block.msh"
     );
-    printed(&program, &["inspect", mesh, "--scene", "round.toml"]);
+    let quiet = ["--scene", "round.toml", "--no-figures"];
+    printed(&program, &[&["inspect", mesh], &quiet[..]].concat());
+    assert!(!program.path("round_block-mesh").exists());
     let scene = fs::read_to_string(program.path("round.toml")).unwrap();
     for line in [
         "title = \"round_block.msh\"",

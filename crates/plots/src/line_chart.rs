@@ -31,7 +31,7 @@ const MARKER: f64 = 4.2;
 const LEAST_MARKER: f64 = 1.2;
 
 /// The palette of M. Okabe and K. Ito, which people with colour-deficient sight can tell apart.
-const COLOURS: [Colour; 7] = [
+pub(super) const COLOURS: [Colour; 7] = [
     Colour(0x00, 0x72, 0xb2),
     Colour(0xd5, 0x5e, 0x00),
     Colour(0x00, 0x9e, 0x73),
