@@ -55,7 +55,7 @@ fn a_factor_in_single_precision_gives_the_answers_of_double_or_none() {
     let mut refused = 0;
     for mut case in hard_cases() {
         case.scene.scene.assemble.factor = FactorPrecision::Single;
-        let row = case.check();
+        let row = case.check(&mut |_| {});
         let Ok(check) = row.outcome else {
             refused += 1;
             continue;

@@ -38,6 +38,9 @@ fn one_node_has_three_solutions_beyond_its_fold() {
     ];
     let arguments = [&["branches", scene.as_str(), "run.h5"], &span[..]].concat();
     let done = program.command(&arguments).assert().success();
+    let said = String::from_utf8_lossy(&done.get_output().stderr).into_owned();
+    let first = "path 1, point 1: friction.coefficient.constant = 0.500000, normal force ";
+    assert!(said.starts_with(first), "{said}");
     let found = json(&done.get_output().stdout);
     assert_eq!(
         found["solutions"][0]["solutions"].as_array().map(Vec::len),
