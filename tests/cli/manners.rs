@@ -190,3 +190,30 @@ fn mistyped_words_are_answered_with_the_nearest_one() {
     let key = said(&["mesh", "block.toml", "run.h5", "--set", "contact.gapp=1e-5"]);
     assert!(key.contains("did you mean `gap`?"), "{key}");
 }
+
+/// Whoever names an output as another command does is told where it goes.
+#[test]
+fn misplaced_outputs_lead_to_their_option() {
+    let program = Program::new();
+    for (arguments, tip) in [
+        (
+            &["sweep", "block-sweep.toml", "cases"][..],
+            "goes after --out",
+        ),
+        (&["stability", "block.toml", "table.h5"], "goes after --out"),
+        (&["report", "block.h5", "page.html"], "goes after --out"),
+        (&["law", "block.toml", "pictures"], "go after --figures"),
+        (&["inspect", "part.msh", "part.toml"], "goes after --scene"),
+        (&["export", "block.h5", "out.vtkhdf"], "--vtkhdf OUT"),
+        (&["run", "block.toml", "-o", "block.h5"], "needs no option"),
+        (&["init", "--out", "block.toml"], "needs no option"),
+    ] {
+        let assert = program.command(arguments).assert().code(2);
+        let said = String::from_utf8_lossy(&assert.get_output().stderr).into_owned();
+        assert!(
+            said.contains("unexpected argument") && said.contains(tip),
+            "{said}"
+        );
+        assert!(!said.contains("as a value"), "{said}");
+    }
+}
