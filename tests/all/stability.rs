@@ -21,8 +21,12 @@ fn hard_cases() -> Vec<SuiteCase> {
 }
 
 /// The hard cases, checked once for the tests that read what came of them.
-static CHECKED: LazyLock<Vec<StabilityRow>> =
-    LazyLock::new(|| hard_cases().iter().map(SuiteCase::check).collect());
+static CHECKED: LazyLock<Vec<StabilityRow>> = LazyLock::new(|| {
+    hard_cases()
+        .iter()
+        .map(|case| case.check(&mut |_| {}))
+        .collect()
+});
 
 #[test]
 fn hard_cases_hold_but_for_those_known_to_be_open() {

@@ -453,7 +453,7 @@ pub(super) fn draw_axes(canvas: &mut Canvas, layout: &PictureLayout) {
     let frame = (layout.corner, layout.size);
     draw_ticked_frame(canvas, frame, &layout.axes, [19.0, 37.0], name_x);
     if let Some(note) = &layout.note {
-        let position = [PANEL_WIDTH - 16.0, 42.5];
+        let position = [PANEL_WIDTH - 16.0, 40.5];
         canvas.text(position, note, TICK_SIZE, Anchor::End);
     }
 }
