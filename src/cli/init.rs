@@ -87,6 +87,8 @@ pub(super) struct MeshScene {
     pub(super) touching: String,
     /// Height of the plane that a curved face touches.
     pub(super) plane: Option<f64>,
+    /// Centre and radius of a ball below the body.
+    pub(super) ball: ([f64; 3], f64),
     /// Extents of the mesh; names of its faces and of its parts.
     pub(super) found: Option<(String, Vec<String>, Vec<String>)>,
 }
@@ -99,6 +101,7 @@ impl Default for MeshScene {
             held: "top".to_owned(),
             touching: "bottom".to_owned(),
             plane: None,
+            ball: ([0.0, 0.0, -50.0], 50.0),
             found: None,
         }
     }
@@ -128,6 +131,8 @@ impl MeshScene {
             extent = extent,
             names = names,
             plane = plane,
+            centre = self.ball.0,
+            radius = self.ball.1,
             title = quoted(&self.title),
             file = quoted(&self.file),
             held = quoted(&self.held),

@@ -112,6 +112,14 @@ fn scene_for(mesh: &MeshInspection, arguments: &InspectArguments) -> String {
     let name = |face: Option<&FaceInspection>| face.map_or_else(String::new, |f| f.name.clone());
     let [low, high] = mesh.bounds;
     let extent = [0, 1, 2].map(|c| six_digits(high[c] - low[c], 0.0));
+    let size = low
+        .iter()
+        .chain(&high)
+        .fold(0.0, |most: f64, x| most.max(x.abs()));
+    // To four digits of the size.
+    let decimals = (4.0 - size.log10().ceil()).clamp(0.0, 15.0) as usize;
+    let rounded = |x: f64| format!("{x:.decimals$}").parse::<f64>().unwrap_or(x) + 0.0;
+    let radius = rounded((high[0] - low[0]).max(high[1] - low[1]));
     let is_curved = lowest.is_some_and(|face| face.normal.is_none());
     let file = arguments.mesh.file_name().unwrap_or_default();
     let scene = MeshScene {
@@ -120,6 +128,14 @@ fn scene_for(mesh: &MeshInspection, arguments: &InspectArguments) -> String {
         held: name(facing(mesh, 1.0)),
         touching: name(lowest),
         plane: is_curved.then_some(low[2]),
+        ball: (
+            [
+                rounded(low[0].midpoint(high[0])),
+                rounded(low[1].midpoint(high[1])),
+                rounded(low[2] - radius),
+            ],
+            radius,
+        ),
         found: Some((
             extent.join(" x "),
             mesh.faces.iter().map(|face| face.name.clone()).collect(),

@@ -75,6 +75,7 @@ fn a_scene_for_a_round_part_touches_with_its_curved_face() {
         "title = \"round_block.msh\"",
         "face = \"z_max\"\nvalue",
         "face = \"round\"\nobstacle.half_space",
+        "# obstacle.sphere = { centre = [5.0, 5.0, -10.0], radius = 10.0 }",
         "# The mesh is 10 x 10 x 10: is that mm?",
     ] {
         assert!(scene.contains(line), "{line}: {scene}");

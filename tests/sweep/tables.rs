@@ -66,10 +66,9 @@ fn histories_of_a_sweep_are_on_its_page() {
     let (code, said) = sweep.run("out", &["--no-figures"]);
     assert_eq!(code, 0, "{said}");
     let mut command = Command::cargo_bin("contact3d-pipe").unwrap();
-    let mut command =
-        command
-            .current_dir(sweep.path(""))
-            .args(["report", "out", "-o", "page.html"]);
+    let command = command
+        .current_dir(sweep.path(""))
+        .args(["report", "out", "-o", "page.html"]);
     assert!(command.output().unwrap().status.success());
     let page = fs::read_to_string(sweep.path("page.html")).unwrap();
     for word in [
