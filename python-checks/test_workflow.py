@@ -201,6 +201,8 @@ def test_nonsense_is_refused(tmp_path, monkeypatch):
         package.export(tmp_path / "run.h5")
     with pytest.raises(FileNotFoundError, match="there is no run file"):
         package.open(tmp_path / "run.h5")
+    with pytest.raises(IsADirectoryError, match="contact3d.open_sweep"):
+        package.open(tmp_path)
     with pytest.raises(FileNotFoundError, match="contact3d.sweep makes one"):
         package.open_sweep(tmp_path / "out")
     with pytest.raises(OSError, match="is no run file"):

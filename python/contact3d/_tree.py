@@ -26,6 +26,8 @@ def open(file: str | os.PathLike[str], *, everything: bool = False) -> Run:
     :param everything: the groups ``VTKHDF`` and ``post/certificate`` too.
     """
     file = Path(file)
+    if file.is_dir():
+        raise IsADirectoryError(f"{file} is a folder; contact3d.open_sweep opens that of a sweep")
     if not file.is_file():
         raise FileNotFoundError(f"there is no run file {file}; contact3d.run makes one")
     if not h5py.is_hdf5(file):

@@ -4,8 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use contact3d::solver::Status;
-use indicatif::ProgressBar;
-use studies::accuracy::{Accuracy, AccuracyProgress, AccuracySettings, SequenceProgress};
+use studies::accuracy::{Accuracy, AccuracySettings};
 
 use super::{
     arguments::{FigureArguments, Output, SceneArguments, n_div, seconds},
@@ -66,7 +65,7 @@ pub(super) fn accuracy(
     };
     let spinner = progress::spinner("accuracy", output);
     let measured = measure_accuracy(&arguments.file, scene, &settings, threads, &mut |step| {
-        announce(&spinner, step);
+        progress::show_study(&spinner, output, step);
     });
     spinner.finish_and_clear();
     let accuracy = measured?;
@@ -93,22 +92,4 @@ fn is_complete(accuracy: &Accuracy) -> bool {
     let studies = accuracy.discretisation.iter();
     let levels = studies.flat_map(|study| study.levels.iter().map(|level| level.status));
     reference.chain(levels).all(Status::is_solved)
-}
-
-fn announce(spinner: &ProgressBar, step: AccuracyProgress) {
-    spinner.set_message(match step {
-        AccuracyProgress::Level(n_div) => format!("mesh n_div = {n_div}"),
-        AccuracyProgress::SolverRun(method, operator, epsilon) => {
-            format!("{method}, {operator}, epsilon {epsilon:.0e}")
-        }
-        AccuracyProgress::Sequence(SequenceProgress::Level(kind, n)) => {
-            format!("{}, mesh {}", kind.words(), n + 1)
-        }
-        AccuracyProgress::Sequence(SequenceProgress::Reference(n)) => {
-            format!("reference, mesh {}", n + 1)
-        }
-        AccuracyProgress::Sequence(SequenceProgress::Comparison) => {
-            "comparison of the sequences".to_owned()
-        }
-    });
 }

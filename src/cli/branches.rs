@@ -1,9 +1,11 @@
 //! `branches`: paths of solutions in a key of the scene, stored, drawn and printed.
 
-use std::path::PathBuf;
+use std::{path::PathBuf, time::Instant};
 
 use clap::Args;
+use indicatif::ProgressBar;
 use studies::branches::{Branches, ParameterRange};
+use units::{Dimension, Units};
 
 use super::{
     arguments::{FigureArguments, Output, SceneArguments},
@@ -66,7 +68,17 @@ pub(super) fn branches(
         all: arguments.all,
     };
     let spinner = progress::spinner("branches", output);
-    let mut observe = |branches: &Branches| spinner.set_message(where_it_stands(branches));
+    let began = Instant::now();
+    let mut n_said = 0;
+    let mut observe = |branches: &Branches| {
+        where_it_stands(branches, units, &spinner, began);
+        let ends = branches.paths.iter().map(|path| path.end.is_some());
+        let figures = branches.paths.len().min(1) + ends.filter(|&ended| ended).count();
+        if figures > n_said {
+            n_said = figures;
+            spinner.suspend(|| terminal::say(output, &last_point(branches, units)));
+        }
+    };
     let followed = follow_branches(
         &arguments.file,
         scene,
@@ -115,14 +127,41 @@ fn shortcoming(branches: &Branches) -> Option<String> {
     })
 }
 
-fn where_it_stands(branches: &Branches) -> String {
-    let last = branches.paths.last();
-    let point = last.and_then(|path| path.points.last());
-    let parameter = point.map_or(branches.range.from, |point| point.parameter);
-    let points: usize = branches.paths.iter().map(|path| path.points.len()).sum();
+/// The point that the last path has come to.
+fn last_point(branches: &Branches, units: Units) -> String {
+    let (n_paths, key) = (branches.paths.len(), &branches.range.key);
+    let Some((path, point)) = (branches.paths.last()).and_then(|p| Some((p, p.points.last()?)))
+    else {
+        return "searching for solutions".to_owned();
+    };
     format!(
-        "path {}, point {points}, {} = {parameter:.6}",
-        branches.paths.len(),
-        branches.range.key
+        "path {n_paths}, point {}: {key} = {:.6}, normal force {:.6e}{}",
+        path.points.len(),
+        point.parameter,
+        point.normal_force,
+        units.of(Dimension::FORCE).beside()
     )
+}
+
+/// Lets a spinner say where paths stand, and how long the rest takes if each goes once through the range.
+fn where_it_stands(branches: &Branches, units: Units, spinner: &ProgressBar, began: Instant) {
+    let n_paths = branches.paths.len();
+    let Some(waiting) = branches.n_waiting() else {
+        spinner.set_message("searching for solutions");
+        return;
+    };
+    let points = branches.paths.last().map_or(&[][..], |path| &path.points);
+    let ends = points.first().zip(points.last());
+    let share = ends.map_or(0.0, |(first, last)| {
+        let [first, last] = [first, last].map(|point| point.parameter);
+        let goals = [branches.range.from, branches.range.to];
+        let ahead = goals.map(|goal| (last - first) / (goal - first));
+        let ahead = ahead.into_iter().filter(|share| share.is_finite());
+        ahead.fold(0.0, f64::max).min(1.0)
+    });
+    let (done, of) = (n_paths as f64 - 1.0 + share, n_paths + waiting);
+    let seconds = began.elapsed().as_secs_f64();
+    let left = (done > 0.0).then(|| seconds * (of as f64 - done) / done);
+    let words = last_point(branches, units);
+    progress::piece(spinner, &words, [n_paths, of], left, Instant::now());
 }

@@ -8,13 +8,14 @@ use contact3d::mesh::{FaceInspection, MeshInspection};
 use super::{
     arguments::Output,
     exit::Exit,
-    init,
+    init::{self, MeshScene},
     terminal::{self, say},
 };
 use crate::{
     output::Inputs,
     pipeline::StageError,
     report::{self, mesh::six_digits},
+    views::{Drawing, PictureFolder, draw_mesh, folder_here},
 };
 
 /// Arguments of `inspect`.
@@ -25,20 +26,39 @@ pub struct InspectArguments {
     /// Write a scene for it; an existing file is not overwritten
     #[arg(long, value_name = "SCENE")]
     pub scene: Option<PathBuf>,
+    /// Folder for mesh.svg and mesh.png; FILE-mesh in the current directory by default
+    #[arg(long, value_name = "FOLDER")]
+    pub figures: Option<PathBuf>,
+    /// Draw no picture
+    #[arg(long, conflicts_with = "figures")]
+    pub no_figures: bool,
 }
 
-/// `inspect`: prints the figures and writes the scene.
+/// `inspect`: prints the figures, draws the mesh and writes the scene.
 pub(super) fn inspect(arguments: &InspectArguments, output: &Output) -> Result<Exit, StageError> {
     let mesh = MeshInspection::read(&arguments.mesh)?;
+    let inputs = Inputs::of([arguments.mesh.clone()]);
+    let folder = arguments.figures.clone();
+    let folder = folder.unwrap_or_else(|| folder_here(&arguments.mesh, "mesh"));
+    let pictures = (!arguments.no_figures)
+        .then(|| PictureFolder::claim(&folder, Drawing::Mesh, inputs.clone()))
+        .transpose()?;
     if let Some(scene) = &arguments.scene {
-        let inputs = Inputs::of([arguments.mesh.clone()]);
         init::write(vec![(scene.clone(), scene_for(&mesh, arguments))], &inputs)?;
     }
+    let title = arguments.mesh.file_name().unwrap_or_default();
+    let files = match &pictures {
+        Some(pictures) => draw_mesh(pictures, &title.to_string_lossy(), &mesh)?,
+        None => Vec::new(),
+    };
     terminal::print(
         output,
-        || report::mesh::json(&mesh),
+        || report::mesh::json(&mesh, &files),
         || report::mesh::text(&mesh),
     );
+    for file in files {
+        say(output, &format!("figure    {}", file.display()));
+    }
     if let Some(scene) = &arguments.scene {
         let (scene, run) = (scene.display(), scene.with_extension("h5"));
         say(
@@ -88,55 +108,39 @@ fn named_in_scene(arguments: &InspectArguments) -> PathBuf {
 
 /// A scene that touches with the face that looks down most, on a plane below it, and is held at the one that looks up most.
 fn scene_for(mesh: &MeshInspection, arguments: &InspectArguments) -> String {
-    let quoted = |text: &str| toml::Value::String(text.to_owned()).to_string();
-    let all = |names: Vec<&String>| {
-        let names: Vec<String> = names.into_iter().map(|name| quoted(name)).collect();
-        names.join(", ")
-    };
-    let (lowest, highest) = (facing(mesh, -1.0), facing(mesh, 1.0));
-    let name = |face: Option<&FaceInspection>| quoted(face.map_or("", |face| &face.name));
-    let file = arguments.mesh.file_name().unwrap_or_default();
+    let lowest = facing(mesh, -1.0);
+    let name = |face: Option<&FaceInspection>| face.map_or_else(String::new, |f| f.name.clone());
     let [low, high] = mesh.bounds;
-    let extent = [0, 1, 2]
-        .map(|c| six_digits(high[c] - low[c], 0.0))
-        .join(" x ");
-    let faces = all(mesh.faces.iter().map(|face| &face.name).collect());
-    let parts = all(mesh.parts.iter().map(|(name, ..)| name).collect());
-    let plane = format!(
-        "obstacle.half_space = {{ point = [0.0, 0.0, {:?}], normal = [0.0, 0.0, 1.0] }}\n# obstacle.sphere",
-        low[2]
-    );
+    let extent = [0, 1, 2].map(|c| six_digits(high[c] - low[c], 0.0));
+    let size = low
+        .iter()
+        .chain(&high)
+        .fold(0.0, |most: f64, x| most.max(x.abs()));
+    // To four digits of the size.
+    let decimals = (4.0 - size.log10().ceil()).clamp(0.0, 15.0) as usize;
+    let rounded = |x: f64| format!("{x:.decimals$}").parse::<f64>().unwrap_or(x) + 0.0;
+    let radius = rounded((high[0] - low[0]).max(high[1] - low[1]));
     let is_curved = lowest.is_some_and(|face| face.normal.is_none());
-    let obstacle = if is_curved {
-        plane
-    } else {
-        "# obstacle.sphere".to_owned()
+    let file = arguments.mesh.file_name().unwrap_or_default();
+    let scene = MeshScene {
+        title: file.to_string_lossy().into_owned(),
+        file: named_in_scene(arguments).to_string_lossy().into_owned(),
+        held: name(facing(mesh, 1.0)),
+        touching: name(lowest),
+        plane: is_curved.then_some(low[2]),
+        ball: (
+            [
+                rounded(low[0].midpoint(high[0])),
+                rounded(low[1].midpoint(high[1])),
+                rounded(low[2] - radius),
+            ],
+            radius,
+        ),
+        found: Some((
+            extent.join(" x "),
+            mesh.faces.iter().map(|face| face.name.clone()).collect(),
+            mesh.parts.iter().map(|(name, ..)| name.clone()).collect(),
+        )),
     };
-    // In the order of the text.
-    let texts = [
-        ("\"part from Gmsh\"", quoted(&file.to_string_lossy())),
-        (
-            "[body]",
-            format!("# The mesh is {extent}: is that mm?\n\n[body]"),
-        ),
-        (
-            "\"part.msh\"",
-            quoted(&named_in_scene(arguments).to_string_lossy()),
-        ),
-        (
-            "# [[region]] ",
-            format!("# Faces: {faces}. Parts: {parts}.\n# [[region]] "),
-        ),
-        ("\"top\"", name(highest)),
-        ("\"bottom\"", name(lowest)),
-        ("# obstacle.sphere", obstacle),
-    ];
-    let (mut scene, mut rest) = (String::new(), init::GMSH);
-    for (place, text) in texts {
-        let (before, after) = rest.split_once(place).unwrap_or((rest, ""));
-        scene += before;
-        scene += &text;
-        rest = after;
-    }
-    scene + rest
+    scene.text()
 }

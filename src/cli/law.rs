@@ -19,7 +19,7 @@ use super::{
 use crate::{
     pipeline::StageError,
     report::{Figures, unit_words},
-    views::{FaceStudy, LawStudy, MeshSizes, PictureFolder, law_folder},
+    views::{FaceStudy, LawStudy, MeshSizes, PictureFolder, folder_here},
 };
 
 /// Arguments of `law`.
@@ -44,7 +44,7 @@ pub(super) fn law(arguments: &LawArguments, output: &Output) -> Result<Exit, Sta
         Vec::new()
     } else {
         let folder = arguments.figures.clone();
-        let folder = folder.unwrap_or_else(|| law_folder(&arguments.scene.scene));
+        let folder = folder.unwrap_or_else(|| folder_here(&arguments.scene.scene, "law"));
         study.draw(&PictureFolder::claim(&folder, study.drawing(), inputs)?)?
     };
     terminal::print(output, || json(&study, &files), || text(&study));

@@ -19,7 +19,7 @@ use crate::{
 #[derive(Debug, Args)]
 pub struct ManArguments {
     /// Folder for the pages, for example ~/.local/share/man/man1
-    #[arg(long, value_name = "FOLDER", default_value = "man")]
+    #[arg(short, long, value_name = "FOLDER", default_value = "man")]
     pub out: PathBuf,
 }
 

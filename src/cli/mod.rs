@@ -39,7 +39,7 @@ pub fn main() -> Exit {
         Err(error) => exit::refuse(&error.to_string()),
         Ok(()) => match Arguments::try_parse() {
             Ok(arguments) => perform(&arguments),
-            Err(error) => exit::explain_usage(&error),
+            Err(error) => exit::explain_usage(error),
         },
     };
     terminal::close(exit)

@@ -13,8 +13,9 @@ use contact3d::{
     solver::Progress,
 };
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
+use studies::StudyStep;
 
-use super::arguments::Output;
+use super::{arguments::Output, terminal};
 use crate::pipeline::StageTiming;
 
 /// Steps that a forecast looks back on: enough to even out, few enough to follow.
@@ -66,6 +67,41 @@ fn count(spinner: &ProgressBar, step: &'static str, work: &Arc<Work>) {
     };
     spinner.set_style(style.with_key("counted", counted));
     spinner.set_message(step);
+}
+
+/// Lets a spinner say what a study is at, and shows its first figures as soon as they are there.
+pub(super) fn show_study(spinner: &ProgressBar, output: &Output, step: StudyStep) {
+    match step {
+        StudyStep::Piece {
+            words,
+            number,
+            of,
+            seconds_left,
+        } => piece(spinner, &words, [number, of], seconds_left, Instant::now()),
+        StudyStep::Figure(text) => spinner.suspend(|| terminal::say(output, &text)),
+    }
+}
+
+/// Lets a spinner say which piece of how many a study is at, and count down the time that was left at some time.
+pub(super) fn piece(
+    spinner: &ProgressBar,
+    words: &str,
+    [number, of]: [usize; 2],
+    seconds_left: Option<f64>,
+    then: Instant,
+) {
+    let Ok(style) = ProgressStyle::with_template("{spinner} {prefix:<9} {elapsed} {msg}{left}")
+    else {
+        return;
+    };
+    let left = move |_: &ProgressState, text: &mut dyn Write| {
+        let left = seconds_left.map(|seconds| seconds - then.elapsed().as_secs_f64());
+        if let Some(left) = left.filter(|left| *left >= 0.5) {
+            let _ = write!(text, ", about {left:.0} s left");
+        }
+    };
+    spinner.set_style(style.with_key("left", left));
+    spinner.set_message(format!("{number} of {of}: {words}"));
 }
 
 /// How far a step is, and the time left if it goes on as it did; empty once nothing of it is left.

@@ -18,7 +18,7 @@ use crate::{
 #[derive(Debug, Args)]
 pub struct SchemaArguments {
     /// Folder for the schemas
-    #[arg(long, value_name = "FOLDER", default_value = "schemas")]
+    #[arg(short, long, value_name = "FOLDER", default_value = "schemas")]
     pub out: PathBuf,
     /// Write nothing; fail when the files there differ from what would be written
     #[arg(long)]

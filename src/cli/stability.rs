@@ -8,12 +8,12 @@ use std::{
 use clap::Args;
 use contact3d::scene::{FactorPrecision, Invalid, Scene};
 use runfile::RunFile;
-use studies::stability::VerdictLevel;
+use studies::{StudyStep, stability::VerdictLevel};
 
 use super::{
     arguments::{Output, SceneArguments, word_of},
     exit::Exit,
-    override_scene, terminal,
+    override_scene, progress, terminal,
 };
 use crate::{
     format::StabilityRow,
@@ -116,14 +116,26 @@ fn run_suite(
     let meshes = cases.iter().filter_map(|case| mesh_file(&case.scene));
     let table = arguments.claim(&Inputs::of(meshes.chain([index.to_owned()])))?;
     let mut rows = Vec::new();
-    for case in &cases {
+    let spinner = progress::spinner("stability", output);
+    let began = Instant::now();
+    for (number, case) in cases.iter().enumerate() {
         let started = Instant::now();
-        let row = case.check();
+        let left = (number > 0).then(|| {
+            let each = began.elapsed().as_secs_f64() / number as f64;
+            each * (cases.len() - number) as f64
+        });
+        let row = case.check(&mut |step| {
+            if let StudyStep::Piece { words, .. } = step {
+                let words = format!("{}: {words}", case.name);
+                progress::piece(&spinner, &words, [number + 1, cases.len()], left, started);
+            }
+        });
         let seconds = started.elapsed().as_secs_f64();
         let line = format!("{:<28} {:<8} {seconds:.1} s", row.name, row.word());
-        terminal::say(output, &line);
+        spinner.suspend(|| terminal::say(output, &line));
         rows.push(row);
     }
+    spinner.finish_and_clear();
     if let Some(file) = table {
         suite::store(file, &rows, threads)?;
     }
@@ -142,7 +154,10 @@ fn run_scene(
     })?;
     arguments.choose_factor(&mut scene.scene);
     let table = arguments.claim(&inputs)?;
-    let rows = [SuiteCase::alone(scene).check()];
+    let spinner = progress::spinner("stability", output);
+    let case = SuiteCase::alone(scene);
+    let rows = [case.check(&mut |step| progress::show_study(&spinner, output, step))];
+    spinner.finish_and_clear();
     if let Some(file) = table {
         suite::store(file, &rows, threads)?;
     }

@@ -31,7 +31,7 @@ pub struct SweepArguments {
     #[arg(required = true)]
     sweep: Option<PathBuf>,
     /// The folder of the run files and tables, created or continued
-    #[arg(long, value_name = "DIR", required = true)]
+    #[arg(short, long, value_name = "DIR", required = true)]
     out: Option<PathBuf>,
     /// Cases run at the same time; one per thread by default
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
@@ -70,7 +70,7 @@ struct SweepFolder {
     /// The sweep, a TOML file such as pipelines/sweep_friction.toml
     sweep: PathBuf,
     /// The folder of the run files and tables, created or continued
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     out: PathBuf,
 }
 

@@ -62,11 +62,8 @@ pub(super) fn theory(
         meshes: arguments.mesh.iter().map(mesh).collect(),
     };
     let spinner = progress::spinner("theory", output);
-    let measured = measure_theory(&arguments.file, scene, settings, threads, &mut |n_div| {
-        spinner.set_message(match n_div {
-            0 => "a mesh file".to_owned(),
-            n_div => format!("mesh n_div = {n_div}"),
-        });
+    let measured = measure_theory(&arguments.file, scene, settings, threads, &mut |step| {
+        progress::show_study(&spinner, output, step);
     });
     spinner.finish_and_clear();
     let theory = measured?;

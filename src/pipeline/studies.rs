@@ -9,7 +9,8 @@ use contact3d::{
 use runfile::{Group, GroupRecord, GroupWriter, IfMissing, RunFile, StoreError};
 use serde::Serialize;
 use studies::{
-    accuracy::{Accuracy, AccuracyProgress, AccuracySettings, nested_bricks},
+    StudyStep,
+    accuracy::{Accuracy, AccuracySettings, nested_bricks},
     theory::{Theory, TheorySettings, theory_bricks},
 };
 use units::Units;
@@ -33,7 +34,7 @@ pub fn measure_accuracy(
     mut input: SceneFile,
     settings: &AccuracySettings,
     threads: usize,
-    observe: &mut dyn FnMut(AccuracyProgress),
+    observe: &mut dyn FnMut(StudyStep),
 ) -> Result<Accuracy, StageError> {
     pin_mesh_file(&mut input)?;
     let scene = &input.scene;
@@ -63,7 +64,7 @@ pub fn measure_theory(
     mut input: SceneFile,
     mut settings: TheorySettings,
     threads: usize,
-    observe: &mut dyn FnMut(usize),
+    observe: &mut dyn FnMut(StudyStep),
 ) -> Result<Theory, StageError> {
     pin_mesh_file(&mut input)?;
     for file in &mut settings.meshes {

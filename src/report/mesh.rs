@@ -1,5 +1,7 @@
 //! What a mesh file holds.
 
+use std::path::PathBuf;
+
 use contact3d::mesh::MeshInspection;
 use serde_json::{Value, json};
 use units::Units;
@@ -19,11 +21,12 @@ pub fn text(mesh: &MeshInspection) -> String {
     )
 }
 
-/// The same for programs.
-pub fn json(mesh: &MeshInspection) -> Value {
+/// The same for programs, with the pictures drawn.
+pub fn json(mesh: &MeshInspection, pictures: &[PathBuf]) -> Value {
     let mut all = whole(mesh).json();
     all["faces"] = faces(mesh).json();
     all["parts"] = parts(mesh).json();
+    all["figures"] = json!(pictures);
     json!(all)
 }
 

@@ -10,7 +10,10 @@ pub use index::{SuiteCase, SuiteVersion, is_index, read};
 
 use contact3d::scene::SceneFile;
 use runfile::{GroupRecord, Home, IfMissing, RunFile, Transaction};
-use studies::stability::{Check, Depth, Solutions};
+use studies::{
+    StudyStep,
+    stability::{Check, Depth, Solutions},
+};
 
 use crate::{
     format::{STABILITY, STABILITY_LAYOUT, StabilityRow, scene_text, write_stability},
@@ -35,9 +38,10 @@ impl SuiteCase {
 
     /// Checks the case; a scene without a discrete problem is an outcome too.
     #[must_use]
-    pub fn check(&self) -> StabilityRow {
+    pub fn check(&self, observe: &mut dyn FnMut(StudyStep)) -> StabilityRow {
         let scene = &self.scene.scene;
-        let check = Check::new(scene, &self.scene.folder, self.depth, self.solutions);
+        let folder = &self.scene.folder;
+        let check = Check::new(scene, folder, self.depth, self.solutions, observe);
         StabilityRow {
             name: self.name.clone(),
             family: self.family.clone(),

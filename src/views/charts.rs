@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use contact3d::solver::Solution;
+use contact3d::{adaptation::AdaptiveLevel, solver::Solution};
 use plots::{ChartAxis, ChartPoint, LineChart, Series};
 use studies::accuracy::{
     Accuracy, AlgebraicStudy, DiscretisationStudy, Level, MeshSequences, SequenceLevel, SolverRun,
@@ -181,6 +181,52 @@ fn sequences_chart(
     let error = "error of u in the energy norm, relative";
     let error = ChartAxis::logarithmic(error, Unit::none());
     LineChart::new("Sequences of meshes", x, error, series)
+}
+
+/// The estimated error of the levels of an adaptive mesh against their unknowns, and against the time until each, with what was asked for.
+pub(super) fn adaptation(levels: &[AdaptiveLevel], target: f64) -> [LineChart; 2] {
+    let mut seconds = 0.0;
+    let until = levels.iter().map(|level| {
+        seconds += level.seconds;
+        seconds
+    });
+    let unknowns = levels.iter().map(|level| level.n_free as f64);
+    [
+        (unknowns.collect::<Vec<_>>(), "unknowns", Unit::none()),
+        (
+            until.collect(),
+            "time until the level",
+            Units::SI.of(Dimension::Time),
+        ),
+    ]
+    .map(|(along, name, unit)| {
+        let point = |(number, (level, &x)): (usize, (&AdaptiveLevel, &f64))| ChartPoint {
+            x,
+            y: level.estimated_error,
+            text: format!(
+                "level {number}: {} unknowns, error {:.2e}",
+                level.n_free, level.estimated_error
+            ),
+        };
+        let points = levels.iter().zip(&along).enumerate().map(point);
+        let ends = along.first().into_iter().chain(along.last());
+        let asked = ends.map(|&x| ChartPoint {
+            x,
+            y: target,
+            text: format!("asked for: {target:.2e}"),
+        });
+        let series = [
+            Series::new("levels", points),
+            Series::new("asked for", asked),
+        ];
+        let error = ChartAxis::logarithmic("estimated relative error", Unit::none());
+        LineChart::new(
+            "Levels of the adaptive mesh",
+            ChartAxis::logarithmic(name, unit),
+            error,
+            series,
+        )
+    })
 }
 
 /// How the solve reached its answer, step by step.

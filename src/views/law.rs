@@ -1,6 +1,6 @@
 //! Laws of friction alone: their bounds and their pictures, without a run file.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use super::{
     Drawing, PictureFolder,
@@ -226,10 +226,4 @@ fn central_node(positions: &[[f64; 3]]) -> [f64; 3] {
         .iter()
         .min_by(|a, b| distance(a).total_cmp(&distance(b)));
     nearest.copied().unwrap_or_default()
-}
-
-/// The folder in the current directory in which the picture of a scene's law goes by default.
-pub fn law_folder(scene: &Path) -> PathBuf {
-    let stem = scene.file_stem().unwrap_or_default().to_string_lossy();
-    PathBuf::from(format!("{stem}-law"))
 }

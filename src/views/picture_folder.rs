@@ -28,6 +28,8 @@ pub enum Drawing {
     Sweep,
     /// The laws of friction of the contact faces, one with each of these endings.
     Law(Vec<String>),
+    /// A mesh file.
+    Mesh,
 }
 
 impl Drawing {
@@ -39,10 +41,17 @@ impl Drawing {
             Self::Theory => super::theory_charts::NAMES.to_vec(),
             Self::Branches => super::branches::BRANCHES.to_vec(),
             Self::Sweep => sweep_charts::columns().collect(),
+            Self::Mesh => vec![super::mesh::MESH],
             Self::Law(endings) => return super::law::names(endings),
         };
         names.into_iter().map(str::to_owned).collect()
     }
+}
+
+/// The folder in the current directory in which pictures of a file that is only read go by default.
+pub fn folder_here(file: &Path, ending: &str) -> PathBuf {
+    let stem = file.file_stem().unwrap_or_default().to_string_lossy();
+    PathBuf::from(format!("{stem}-{ending}"))
 }
 
 /// A folder that takes the pictures of a command.

@@ -17,7 +17,8 @@ use super::{
     body3d,
     branches::diagrams,
     charts::{
-        convergence, history, sequences_against_seconds, sequences_against_unknowns, work_precision,
+        self, convergence, history, sequences_against_seconds, sequences_against_unknowns,
+        work_precision,
     },
     history_charts,
     picture::{self, Drawn},
@@ -92,11 +93,46 @@ fn file_page(path: &Path, kind: ReportKind) -> Result<Page, StageError> {
         sections.extend(result_sections(reader, &run.input, kind)?);
     }
     sections.push(stages_section(reader, scene, &run.states)?);
-    sections.extend(levels_section(reader, scene)?);
-    sections.extend(branches_section(reader)?);
-    sections.extend(bound_section(reader, scene)?);
-    sections.extend(accuracy_section(reader, scene)?);
-    sections.extend(theory_section(reader, scene)?);
+    let studies = [
+        (
+            "levels",
+            "Adaptive levels",
+            "run",
+            levels_parts(reader, scene),
+        ),
+        (
+            "branches",
+            "Paths of solutions",
+            "branches",
+            branches_parts(reader),
+        ),
+        (
+            "bound",
+            "A bound of the error",
+            "bound",
+            bound_parts(reader, scene),
+        ),
+        (
+            "accuracy",
+            "What accuracy costs",
+            "accuracy",
+            accuracy_parts(reader, scene),
+        ),
+        (
+            "theory",
+            "The theory, measured",
+            "theory",
+            theory_parts(reader, scene),
+        ),
+    ];
+    for (name, heading, command, parts) in studies {
+        let parts = parts.unwrap_or_else(|error| {
+            let warning =
+                format!("Left out, since it cannot be read; `{command}` makes it anew. {error}");
+            Some(vec![PagePart::Warning(warning)])
+        });
+        sections.extend(parts.map(|parts| Section::new(name, heading, parts)));
+    }
     Ok(Page {
         title: scene.shown_title(),
         subtitle: shown(scene.reference.as_deref().unwrap_or_default()),
@@ -225,7 +261,10 @@ fn stages_section(
     Ok(Section::new("timings", "Stages and timings", parts))
 }
 
-fn accuracy_section(reader: &Reader, scene: &Scene) -> Result<Option<Section>, StageError> {
+/// What a section shows of a group; `None` where it is not there.
+type StudyParts = Result<Option<Vec<PagePart>>, StageError>;
+
+fn accuracy_parts(reader: &Reader, scene: &Scene) -> StudyParts {
     let Some(stored) = reader.whole_group(format::ACCURACY)? else {
         return Ok(None);
     };
@@ -245,23 +284,24 @@ fn accuracy_section(reader: &Reader, scene: &Scene) -> Result<Option<Section>, S
         parts.push(PagePart::chart(&work_precision(study)));
         parts.extend(table_parts(&tables::entries(study, stored.units)));
     }
-    Ok(Some(Section::new("accuracy", "What accuracy costs", parts)))
+    Ok(Some(parts))
 }
 
 /// The levels of an adaptive mesh; `None` where the scene asks for none, or none is stored.
-fn levels_section(reader: &Reader, scene: &Scene) -> Result<Option<Section>, StageError> {
+fn levels_parts(reader: &Reader, scene: &Scene) -> StudyParts {
     let stored = reader.whole_group(format::ADAPT)?;
     let (Some(adapt), Some(_)) = (scene.adapt, stored) else {
         return Ok(None);
     };
     let (adaptation, _) = format::read_adaptation(reader)?;
+    let charts = charts::adaptation(&adaptation.levels, adapt.error);
     let table = report::adaptation_table(scene, &adaptation, adapt.error);
-    let parts = table_parts(&table);
-    Ok(Some(Section::new("levels", "Adaptive levels", parts)))
+    let charts = charts.iter().map(PagePart::chart);
+    Ok(Some(charts.chain(table_parts(&table)).collect()))
 }
 
 /// The paths of solutions; `None` where none were followed.
-fn branches_section(reader: &Reader) -> Result<Option<Section>, StageError> {
+fn branches_parts(reader: &Reader) -> StudyParts {
     let Some(stored) = reader.whole_group(format::BRANCHES)? else {
         return Ok(None);
     };
@@ -269,12 +309,11 @@ fn branches_section(reader: &Reader) -> Result<Option<Section>, StageError> {
     let diagrams = diagrams(&branches, stored.units).map(|picture| PagePart::Figure(picture.svg()));
     let tables = report::branches::tables(&branches, stored.units);
     let tables = tables.iter().flat_map(table_parts);
-    let parts = diagrams.into_iter().chain(tables).collect();
-    Ok(Some(Section::new("branches", "Paths of solutions", parts)))
+    Ok(Some(diagrams.into_iter().chain(tables).collect()))
 }
 
 /// The bound of the error; `None` where it was not computed.
-fn bound_section(reader: &Reader, scene: &Scene) -> Result<Option<Section>, StageError> {
+fn bound_parts(reader: &Reader, scene: &Scene) -> StudyParts {
     let Some(stored) = reader.whole_group(format::BOUND)? else {
         return Ok(None);
     };
@@ -283,11 +322,11 @@ fn bound_section(reader: &Reader, scene: &Scene) -> Result<Option<Section>, Stag
     parts.push(PagePart::Table(
         report::bound::figures(&bound, stored.units).html(),
     ));
-    Ok(Some(Section::new("bound", "A bound of the error", parts)))
+    Ok(Some(parts))
 }
 
 /// What the constants of the theory are on the meshes of the scene; `None` where they were not measured.
-fn theory_section(reader: &Reader, scene: &Scene) -> Result<Option<Section>, StageError> {
+fn theory_parts(reader: &Reader, scene: &Scene) -> StudyParts {
     let Some(stored) = reader.whole_group(format::THEORY)? else {
         return Ok(None);
     };
@@ -302,7 +341,7 @@ fn theory_section(reader: &Reader, scene: &Scene) -> Result<Option<Section>, Sta
     parts.extend(charts.iter().map(PagePart::chart));
     let tables = report::theory::tables(&theory, units);
     parts.extend(tables.iter().flat_map(table_parts));
-    Ok(Some(Section::new("theory", "The theory, measured", parts)))
+    Ok(Some(parts))
 }
 
 /// A warning where what a command measured is not of the scene.

@@ -100,7 +100,7 @@ fn largest_force(table: &SweepTable) -> f64 {
 }
 
 /// The settings that tell lines apart, and the name of the line that each case belongs to.
-fn lines(settings: &[&Column], table: &SweepTable) -> (String, Vec<String>) {
+pub(super) fn lines(settings: &[&Column], table: &SweepTable) -> (String, Vec<String>) {
     let parts: Vec<Vec<String>> = settings.iter().map(|column| names(column)).collect();
     let name = |case: usize| {
         let words: Vec<&str> = parts.iter().map(|names| names[case].as_str()).collect();

@@ -2,14 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
-use contact3d::scene::Scene;
-use plots::html::{BodyView, Page, PagePart, PageTable, Section};
+use contact3d::{history::StepRecord, scene::Scene};
+use plots::{
+    LineChart,
+    html::{BodyView, Page, PagePart, PageTable, Section},
+};
 use runfile::{Reader, StoreError};
 
 use super::{
-    PictureFolder, ReportKind, body3d,
+    PictureFolder, ReportKind, body3d, history_charts,
     report::footer,
-    sweep_charts::charts,
+    sweep_charts::{charts, lines},
     sweep_table::{names, rounded, varying_settings},
 };
 use crate::{
@@ -17,6 +20,9 @@ use crate::{
     pipeline::{OpenRun, Results, StageError, StageState, read_results},
     report::{Cell, Column, SweepTable, setting_unit},
 };
+
+/// Most histories in one chart, as many as its colours.
+const MOST_LOOPS: usize = 7;
 
 /// How many of the cases that a page leaves out are named.
 const MOST_NAMED: usize = 20;
@@ -51,6 +57,19 @@ pub(super) fn page(folder: &Path, kind: ReportKind) -> Result<Page, StageError> 
         let figures = charts.iter().map(|(_, chart)| PagePart::chart(chart));
         sections.push(Section::new("charts", "What varies", figures.collect()));
     }
+    let (legend, lines) = lines(&varying_settings(&table), &table);
+    let histories = histories(folder, &table, &lines)?;
+    if let Some(chart) = history_charts::loops(&histories, table.units) {
+        let chart = LineChart { legend, ..chart };
+        let mut parts = vec![PagePart::chart(&chart)];
+        if histories.len() == MOST_LOOPS {
+            let words = format!(
+                "The first {MOST_LOOPS} cases; the run file of each has a page of its own."
+            );
+            parts.push(PagePart::Text(words));
+        }
+        sections.push(Section::new("load-history", "Load histories", parts));
+    }
     let row = |case: usize| {
         let cells = table.columns.iter().map(|column| &column.cells[case]);
         cells.map(rounded).collect()
@@ -69,30 +88,40 @@ pub(super) fn page(folder: &Path, kind: ReportKind) -> Result<Page, StageError> 
     })
 }
 
+/// The load histories of the first planned cases that have one, by their names.
+fn histories(
+    folder: &Path,
+    table: &SweepTable,
+    names: &[String],
+) -> Result<Vec<(String, Vec<StepRecord>)>, StageError> {
+    let mut found = Vec::new();
+    for (case, id) in planned_cases(table) {
+        let Some((scene, results)) = solved_case(&folder.join(format!("{id}.h5")))? else {
+            continue;
+        };
+        if !scene.has_history() || found.len() == MOST_LOOPS {
+            break;
+        }
+        found.push((names[case].clone(), results.increments));
+    }
+    Ok(found)
+}
+
 /// The planned cases that share shape and fields with the first solved one, and the names of the others.
 fn bodies(folder: &Path, table: &SweepTable, title: &str) -> Result<Vec<PagePart>, StageError> {
-    let column = |name: &str| table.columns.iter().find(|column| column.name == name);
-    let (Some(ids), Some(planned)) = (column("id"), column("planned")) else {
-        return Err(no_case(folder));
-    };
     let settings = case_settings(table);
     let mut body: Option<BodyView> = None;
     let (mut unsolved, mut others) = (Vec::new(), Vec::new());
-    for (case, settings) in settings.into_iter().enumerate() {
-        if planned.cells[case] != Cell::Count(Some(1)) {
-            continue;
-        }
-        let id = ids.cells[case].text();
+    for (case, id) in planned_cases(table) {
         let Some((scene, results)) = solved_case(&folder.join(format!("{id}.h5")))? else {
             unsolved.push(id);
             continue;
         };
         let status = results.solution.status;
-        let mut name = if settings.is_empty() {
-            id.clone()
-        } else {
-            settings
-        };
+        let mut name = settings[case].clone();
+        if name.is_empty() {
+            name.clone_from(&id);
+        }
         if !status.is_solved() {
             name = format!("{name} ({})", status.word());
         }
@@ -117,6 +146,19 @@ fn bodies(folder: &Path, table: &SweepTable, title: &str) -> Result<Vec<PagePart
         ..body
     };
     Ok([PagePart::Body(body)].into_iter().chain(left_out).collect())
+}
+
+/// Number and name of each planned case.
+fn planned_cases(table: &SweepTable) -> Vec<(usize, String)> {
+    let column = |name: &str| table.columns.iter().find(|column| column.name == name);
+    let (Some(ids), Some(planned)) = (column("id"), column("planned")) else {
+        return Vec::new();
+    };
+    let cases = 0..table.n_cases;
+    cases
+        .filter(|&case| planned.cells[case] == Cell::Count(Some(1)))
+        .map(|case| (case, ids.cells[case].text()))
+        .collect()
 }
 
 fn no_case(folder: &Path) -> StageError {

@@ -22,6 +22,13 @@ fn both_studies_are_stored_drawn_printed_and_advised_on() {
     assert!(text.starts_with("At this mesh (n_div = 4)"), "{text}");
     assert!(text.contains("Discretisation error") && !text.contains("Algebraic error"));
     assert!(text.trim_end().ends_with("--solves lists them"), "{text}");
+    // The small meshes come first, so a first figure does too.
+    let said = String::from_utf8_lossy(&done.get_output().stderr).into_owned();
+    let [small, solves, large] = ["n_div = 2: ", "reference solved", "n_div = 8: "].map(|words| {
+        said.find(words)
+            .unwrap_or_else(|| panic!("{words}: {said}"))
+    });
+    assert!(small < solves && solves < large, "{said}");
     for name in ["work_precision", "convergence"] {
         for kind in ["svg", "png"] {
             assert!(program.path(&format!("run-figures/{name}.{kind}")).exists());

@@ -53,6 +53,8 @@ fn a_target_is_met_and_a_second_run_keeps_everything() {
     program.command(&page).assert().success();
     let page = std::fs::read_to_string(program.path("page.html")).expect("a page");
     assert!(page.contains("levels for an error of 10 %"));
+    assert_eq!(page.matches(">Levels of the adaptive mesh<").count(), 4);
+    assert!(page.contains("time until the level") && page.contains(">asked for<"));
     // A stage by hand works on the adaptive mesh.
     program.command(&["solve", "run.h5"]).assert().success();
     program

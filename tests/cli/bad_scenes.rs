@@ -333,7 +333,14 @@ fn what_is_no_text_or_no_table_is_refused() {
     for (text, fragments) in [
         (noise.as_slice(), &["bad.toml", "UTF-8", "byte"][..]),
         (b"title = \"\xff\"", &["bad.toml", "UTF-8", "byte 9"]),
-        (b"", &["bad.toml", "missing key `title`"]),
+        (
+            b"",
+            &[
+                "bad.toml: line 1: expected keys, found none",
+                "contact3d-pipe init",
+            ],
+        ),
+        (b"# later\n", &["bad.toml:1:1", "expected keys, found none"]),
         (b"\0\0\0", &["bad.toml"]),
         (nested.as_bytes(), &["bad.toml", "recursion"]),
         (tables.as_bytes(), &["bad.toml"]),

@@ -50,6 +50,12 @@ fn every_kind_of_scene_to_start_from_runs() {
         .command(&["inspect", "foot.msh", "--scene", "foot.toml"])
         .assert()
         .code(2);
+    let picture = fs::read_to_string(program.path("foot-mesh/mesh.svg")).unwrap();
+    for word in ["foot.msh", "contact", "held end", "from below"] {
+        assert!(picture.contains(word), "{word}");
+    }
+    let other = fs::read(program.path("foot-mesh/mesh.png")).unwrap();
+    assert!(other.starts_with(b"\x89PNG"));
     program.command(&["inspect", "none.msh"]).assert().code(2);
 }
 
@@ -61,12 +67,15 @@ fn a_scene_for_a_round_part_touches_with_its_curved_face() {
         env!("CARGO_MANIFEST_DIR"),
         "/pipelines/meshes/round_block.msh"
     );
-    printed(&program, &["inspect", mesh, "--scene", "round.toml"]);
+    let quiet = ["--scene", "round.toml", "--no-figures"];
+    printed(&program, &[&["inspect", mesh], &quiet[..]].concat());
+    assert!(!program.path("round_block-mesh").exists());
     let scene = fs::read_to_string(program.path("round.toml")).unwrap();
     for line in [
         "title = \"round_block.msh\"",
         "face = \"z_max\"\nvalue",
         "face = \"round\"\nobstacle.half_space",
+        "# obstacle.sphere = { centre = [5.0, 5.0, -10.0], radius = 10.0 }",
         "# The mesh is 10 x 10 x 10: is that mm?",
     ] {
         assert!(scene.contains(line), "{line}: {scene}");
@@ -181,4 +190,31 @@ fn mistyped_words_are_answered_with_the_nearest_one() {
     assert!(said(&["stauts", "block.h5"]).contains("'status'"));
     let key = said(&["mesh", "block.toml", "run.h5", "--set", "contact.gapp=1e-5"]);
     assert!(key.contains("did you mean `gap`?"), "{key}");
+}
+
+/// Whoever names an output as another command does is told where it goes.
+#[test]
+fn misplaced_outputs_lead_to_their_option() {
+    let program = Program::new();
+    for (arguments, tip) in [
+        (
+            &["sweep", "block-sweep.toml", "cases"][..],
+            "goes after --out",
+        ),
+        (&["stability", "block.toml", "table.h5"], "goes after --out"),
+        (&["report", "block.h5", "page.html"], "goes after --out"),
+        (&["law", "block.toml", "pictures"], "go after --figures"),
+        (&["inspect", "part.msh", "part.toml"], "goes after --scene"),
+        (&["export", "block.h5", "out.vtkhdf"], "--vtkhdf OUT"),
+        (&["run", "block.toml", "-o", "block.h5"], "needs no option"),
+        (&["init", "--out", "block.toml"], "needs no option"),
+    ] {
+        let assert = program.command(arguments).assert().code(2);
+        let said = String::from_utf8_lossy(&assert.get_output().stderr).into_owned();
+        assert!(
+            said.contains("unexpected argument") && said.contains(tip),
+            "{said}"
+        );
+        assert!(!said.contains("as a value"), "{said}");
+    }
 }

@@ -24,6 +24,12 @@ fn the_theory_is_stored_drawn_printed_and_reported() {
         last.starts_with("At n_div = 4 uniqueness is proven for this law"),
         "{last}"
     );
+    let said = String::from_utf8_lossy(&done.get_output().stderr).into_owned();
+    assert!(said.starts_with("coefficients of friction from "), "{said}");
+    assert!(
+        said.contains("n_div = 4: uniqueness is proven for"),
+        "{said}"
+    );
     for name in ["theory_thresholds", "theory_scaled_law", "theory_constants"] {
         for kind in ["svg", "png"] {
             assert!(program.path(&format!("run-figures/{name}.{kind}")).exists());

@@ -129,7 +129,7 @@ fn values_are_shown_as_scenes_write_them() {
         ),
         (
             "solve.method={newton=1, auto=2}",
-            "solve.method: expected a word, found a table",
+            "write method = \"auto\"; docs/reference",
         ),
         (
             "step=[{value={\"traction.0\"=true}}]",

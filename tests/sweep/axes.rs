@@ -22,6 +22,18 @@ fn along(key: &str, range: &str) -> Result<Vec<String>, String> {
     Ok(cases.concat())
 }
 
+/// A date is no value of any key, and is shown as it was written.
+#[test]
+fn a_date_is_shown_as_a_date() {
+    let axis = "[[axis]]\nkey = \"friction.coefficient.constant\"\nvalues = [1979-05-27]";
+    let error = settings(axis).unwrap_err();
+    assert!(
+        error.contains("friction.coefficient.constant = 1979-05-27"),
+        "{error}"
+    );
+    assert!(!error.contains("private"), "{error}");
+}
+
 #[test]
 fn ranges_of_whole_numbers_are_whole_where_the_key_is() {
     let linear = "{ from = 4, to = 12, count = 3 }";

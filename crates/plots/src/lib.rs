@@ -13,6 +13,7 @@ pub mod html;
 mod law;
 mod layout;
 mod line_chart;
+mod mesh_picture;
 mod panels;
 mod panes;
 mod picture;
@@ -25,6 +26,7 @@ mod view;
 pub use branch_diagram::{BranchDiagram, Curve, CurveKind, Mark, MarkKind};
 pub use law::{LawPicture, OverSlip, SlipCoefficientMap, SlipCurve, SlipRange, law_page};
 pub use line_chart::{AxisScale, ChartAxis, ChartPoint, LineChart, Series};
+pub use mesh_picture::{MeshPicture, mesh_page};
 pub use panels::PANELS;
 pub use panes::FrictionKind;
 pub use picture::{

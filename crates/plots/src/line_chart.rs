@@ -31,7 +31,7 @@ const MARKER: f64 = 4.2;
 const LEAST_MARKER: f64 = 1.2;
 
 /// The palette of M. Okabe and K. Ito, which people with colour-deficient sight can tell apart.
-const COLOURS: [Colour; 7] = [
+pub(super) const COLOURS: [Colour; 7] = [
     Colour(0x00, 0x72, 0xb2),
     Colour(0xd5, 0x5e, 0x00),
     Colour(0x00, 0x9e, 0x73),
@@ -453,7 +453,7 @@ pub(super) fn draw_axes(canvas: &mut Canvas, layout: &PictureLayout) {
     let frame = (layout.corner, layout.size);
     draw_ticked_frame(canvas, frame, &layout.axes, [19.0, 37.0], name_x);
     if let Some(note) = &layout.note {
-        let position = [PANEL_WIDTH - 16.0, 42.5];
+        let position = [PANEL_WIDTH - 16.0, 40.5];
         canvas.text(position, note, TICK_SIZE, Anchor::End);
     }
 }

@@ -198,7 +198,11 @@ impl ContactPicture<'_> {
     }
 }
 
-fn same_length(what: &'static str, expected: usize, found: usize) -> Result<(), FigureError> {
+pub(super) fn same_length(
+    what: &'static str,
+    expected: usize,
+    found: usize,
+) -> Result<(), FigureError> {
     if expected == found {
         Ok(())
     } else {
@@ -210,14 +214,18 @@ fn same_length(what: &'static str, expected: usize, found: usize) -> Result<(), 
     }
 }
 
-fn indices_below(what: &'static str, count: usize, indices: &[usize]) -> Result<(), FigureError> {
+pub(super) fn indices_below(
+    what: &'static str,
+    count: usize,
+    indices: &[usize],
+) -> Result<(), FigureError> {
     match indices.iter().find(|&&index| index >= count) {
         Some(&index) => Err(FigureError::Index { what, index, count }),
         None => Ok(()),
     }
 }
 
-fn finite(what: &'static str, vectors: &[[f64; 3]]) -> Result<(), FigureError> {
+pub(super) fn finite(what: &'static str, vectors: &[[f64; 3]]) -> Result<(), FigureError> {
     if vectors.as_flattened().iter().all(|value| value.is_finite()) {
         Ok(())
     } else {

@@ -13,7 +13,7 @@ use super::{
 
 /// From the body to the viewer, in the basis (t₁, −ν × t₁, −ν): in front, a little to the right and
 /// above.
-const TOWARD: Vector = [0.34, -0.84, 0.42];
+pub(super) const TOWARD: Vector = [0.34, -0.84, 0.42];
 
 /// Bodies that are longer than this many times their width or height are stretched across.
 const MOST_SLENDER: f64 = 25.0;
@@ -34,9 +34,18 @@ impl View {
         let first = unit(picture.axis_1);
         let up = unit(picture.normal.map(|component| -component));
         let basis = [first, cross(up, first), up];
-        let nodes = || picture.boundary_triangles.as_flattened().iter();
+        let nodes = picture.boundary_triangles.as_flattened().iter();
+        Self::of(basis, nodes.map(|&node| picture.coordinates[node]), TOWARD)
+    }
+
+    /// The view of points from a direction in a basis.
+    pub(super) fn of(
+        basis: [Vector; 3],
+        points: impl Iterator<Item = Vector> + Clone,
+        toward: Vector,
+    ) -> Self {
         let extents = basis.map(|axis| {
-            let (low, high) = bounds(nodes().map(|&node| dot(axis, picture.coordinates[node])));
+            let (low, high) = bounds(points.clone().map(|point| dot(axis, point)));
             high - low
         });
         let longest = extents.into_iter().fold(0.0, f64::max);
@@ -47,7 +56,7 @@ impl View {
                 1.0
             }
         });
-        let toward = unit(TOWARD);
+        let toward = unit(toward);
         let right = unit(cross([0.0, 0.0, 1.0], toward));
         Self {
             basis,
@@ -116,25 +125,27 @@ const PIECES: usize = 5000;
 /// Most pieces along an edge of a facet.
 const MOST_PIECES_PER_EDGE: usize = 16;
 
-/// A surface with a value at every node.
+/// A surface to be drawn.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Facets<'a> {
     /// Deformed nodes in the stretched basis of the view.
     pub(super) points: &'a [Vector],
-    /// |u| of every node.
-    pub(super) magnitude: &'a [f64],
+    pub(super) paint: Paint<'a>,
     pub(super) triangles: &'a [[usize; 3]],
     pub(super) edges: &'a [SurfaceEdge],
 }
 
+/// What colours a surface.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Paint<'a> {
+    /// A value at every node, by its key.
+    Values(&'a [f64], &'a ColourKey),
+    /// A colour for every triangle, with the lines between them.
+    Faces(&'a [Colour]),
+}
+
 /// Draws what is visible of a surface from back to front, sharp edges and contours as lines.
-pub(super) fn draw_facets(
-    canvas: &mut Canvas,
-    facets: &Facets<'_>,
-    view: &View,
-    fit: &Fit,
-    key: &ColourKey,
-) {
+pub(super) fn draw_facets(canvas: &mut Canvas, facets: &Facets<'_>, view: &View, fit: &Fit) {
     let toward = view.toward();
     let normals = FacetNormals::new(facets.points, facets.triangles, facets.edges);
     let mut order: Vec<(usize, f64)> = (0..facets.triangles.len())
@@ -166,7 +177,19 @@ pub(super) fn draw_facets(
     let pixel = |node: usize| fit.pixel(view.projected(facets.points[node]));
     for (&(triangle, _), edges) in order.iter().zip(&edges_after) {
         let brightness = brightness(normals.normals[triangle], toward);
-        draw_facet(canvas, facets, triangle, pieces, brightness, key, &pixel);
+        let nodes = facets.triangles[triangle];
+        let corners = nodes.map(pixel);
+        match facets.paint {
+            Paint::Values(magnitude, key) => {
+                let values = nodes.map(|node| magnitude[node]);
+                draw_facet(canvas, corners, values, pieces, brightness, key);
+            }
+            Paint::Faces(colours) => {
+                let fill = shaded(colours[triangle], brightness);
+                let edge = Stroke::solid(shaded(fill, 0.8), 0.4);
+                canvas.region(&[corners.to_vec()], Fill::Plain(fill), Some(edge));
+            }
+        }
         let lines: Vec<Vec<Point>> = edges.iter().map(|e| e.map(pixel).to_vec()).collect();
         if !lines.is_empty() {
             canvas.polylines(&lines, Stroke::solid(Colour::BLACK, 0.9));
@@ -177,16 +200,12 @@ pub(super) fn draw_facets(
 /// Draws one facet in `pieces`² congruent pieces, each in the colour of its mean value.
 fn draw_facet(
     canvas: &mut Canvas,
-    facets: &Facets<'_>,
-    triangle: usize,
+    corners: [Point; 3],
+    values: [f64; 3],
     pieces: usize,
     brightness: f64,
     key: &ColourKey,
-    pixel: &impl Fn(usize) -> Point,
 ) {
-    let nodes = facets.triangles[triangle];
-    let corners = nodes.map(pixel);
-    let values = nodes.map(|node| facets.magnitude[node]);
     for piece in piece_coordinates(pieces) {
         let points = piece.map(|[s, t]| {
             [0, 1].map(|axis| {
@@ -229,9 +248,13 @@ fn piece_coordinates(n: usize) -> Vec<[[f64; 2]; 3]> {
     pieces
 }
 
-/// Brightness of a facet lit from above the viewer's left shoulder, from 0.72 to 1.
+/// Brightness of a facet lit from the viewer's left shoulder, above or, seen from below, below it, from 0.72 to 1.
 pub(super) fn brightness(normal: Vector, toward: Vector) -> f64 {
-    let light = unit([toward[0] - 0.5, toward[1], toward[2] + 0.7]);
+    let light = unit([
+        toward[0] - 0.5,
+        toward[1],
+        toward[2] + 0.7_f64.copysign(toward[2]),
+    ]);
     let facing = if dot(normal, toward) < 0.0 { -1.0 } else { 1.0 };
     0.72 + 0.28 * (facing * dot(normal, light)).max(0.0)
 }

@@ -14,6 +14,9 @@
 
 pub mod accuracy;
 pub mod branches;
+mod progress;
 mod shared;
 pub mod stability;
 pub mod theory;
+
+pub use progress::StudyStep;

@@ -17,7 +17,13 @@ fn check(obstacle: &str, friction: &str) -> Check {
          [contact]\nface = 'z_min'\nobstacle.{obstacle}\n{friction}"
     );
     let scene = Scene::parse("test", &text).unwrap_or_else(|e| panic!("{e}\n{text}"));
-    let check = Check::new(&scene, Path::new(""), Depth::Invariances, Solutions::One);
+    let check = Check::new(
+        &scene,
+        Path::new(""),
+        Depth::Invariances,
+        Solutions::One,
+        &mut |_| {},
+    );
     check.unwrap_or_else(|e| panic!("{e}"))
 }
 
@@ -99,7 +105,13 @@ fn functions_survive_other_descriptions() {
         Coefficient::of_point(varied),
         Coefficient::of_slip(|slip| (0.2 + 1e3 * slip, 1e3)),
     ));
-    let check = Check::new(&scene, Path::new(""), Depth::Invariances, Solutions::One);
+    let check = Check::new(
+        &scene,
+        Path::new(""),
+        Depth::Invariances,
+        Solutions::One,
+        &mut |_| {},
+    );
     let check = check.unwrap_or_else(|error| panic!("{error}"));
     for invariance in Invariance::ALL {
         let mut results = check.invariances.iter();

@@ -25,6 +25,8 @@ pub struct MeshInspection {
     pub quality: Quality,
     /// The physical surfaces.
     pub faces: Vec<FaceInspection>,
+    /// Nodes, tetrahedra and boundary triangles.
+    pub mesh: Mesh,
     /// The physical volumes, with their numbers of tetrahedra and their volumes.
     pub parts: Vec<(String, usize, f64)>,
 }
@@ -91,6 +93,7 @@ impl MeshInspection {
                 .map(|name| face(&mesh, name))
                 .collect(),
             parts,
+            mesh,
         })
     }
 }

@@ -237,21 +237,23 @@ pub struct Written<'a, T>(pub &'a T);
 impl<T: Serialize> fmt::Display for Written<'_, T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match toml::Value::try_from(self.0) {
-            Ok(value) => write!(f, "{}", line(&value)),
+            Ok(value) => f.write_str(&written(&value)),
             Err(error) => write!(f, "{error}"),
         }
     }
 }
 
-fn line(value: &toml::Value) -> String {
+/// A value of TOML as a scene writes it.
+#[must_use]
+pub fn written(value: &toml::Value) -> String {
     let joined = |items: Vec<String>| items.join(", ");
     match value {
         toml::Value::Float(value) if value.is_nan() => "nan".to_owned(),
         toml::Value::Float(value) => format!("{value:?}"),
-        toml::Value::Array(items) => format!("[{}]", joined(items.iter().map(line).collect())),
+        toml::Value::Array(items) => format!("[{}]", joined(items.iter().map(written).collect())),
         toml::Value::Table(table) => {
             let pairs = table.iter();
-            let pairs = pairs.map(|(key, value)| format!("{key} = {}", line(value)));
+            let pairs = pairs.map(|(key, value)| format!("{key} = {}", written(value)));
             format!("{{ {} }}", joined(pairs.collect()))
         }
         other => other.to_string(),

@@ -152,6 +152,17 @@ impl<'a> Checker<'a> {
                 None => self.value(&schema["additionalProperties"], own, value)?,
             }
         }
+        if key.is_empty() && table.is_empty() {
+            return Err(Misfit {
+                key: String::new(),
+                message: "line 1: expected keys, found none".to_owned(),
+                help: format!(
+                    "`contact3d-pipe init` writes a file to start from; {}",
+                    self.keys
+                ),
+                span,
+            });
+        }
         let mut required = items(&schema["required"]).filter_map(Schema::as_str);
         if let Some(name) = required.find(|name| !table.contains_key(*name)) {
             return self.refuse(key, span, format!("missing key `{name}`"));
@@ -198,7 +209,9 @@ impl<'a> Checker<'a> {
                 let known: Vec<&str> = known.chain(aliases.filter_map(Schema::as_str)).collect();
                 self.unknown("word", key, word, value.span(), &known)
             }
-            DeValue::Table(table) if !tables.is_empty() => {
+            DeValue::Table(table)
+                if !tables.is_empty() && !words.iter().any(|w| table.contains_key(*w)) =>
+            {
                 let mut names = table.keys();
                 if let Some(name) = names.find(|name| !kinds.contains(&name.get_ref().as_ref())) {
                     let own = format!("{key}.{}", name.get_ref());
@@ -217,9 +230,19 @@ impl<'a> Checker<'a> {
                 help: format!("name the kind, such as {}", example(kinds[0])),
                 span: value.span(),
             }),
-            _ => {
-                let message = format!("expected a word, found {}", self.found(value));
-                self.refuse(key, value.span(), message)
+            found => {
+                let inside =
+                    |word: &&&str| found.as_table().is_some_and(|t| t.contains_key(**word));
+                let meant = words.iter().find(inside).map(|word| {
+                    let name = key.rsplit('.').next().unwrap_or(key);
+                    format!("write {name} = {word:?}; ")
+                });
+                Err(Misfit {
+                    key: key.to_owned(),
+                    message: format!("expected a word, found {}", self.found(value)),
+                    help: meant.unwrap_or_default() + self.keys,
+                    span: value.span(),
+                })
             }
         }
     }

@@ -42,7 +42,7 @@ pub use expression::{
 pub use features::{ContactFeatures, ModelFeatures};
 pub use file::{
     LONGEST_SCENE, SceneFile, Written, is_hidden_control, read_bounded, require_regular, shown,
-    shown_lines,
+    shown_lines, written,
 };
 pub use friction::{Friction, FrictionLaw, SlipMeasure};
 pub use function::{Formula, Grid, LAW_VARIABLES, LawFunction, PlaceFunction, Table};

@@ -16,7 +16,7 @@ use crate::scale::{factor_label, round_down};
 use crate::svg::{Vector, bounds, dot, minus, norm, scaled};
 use crate::text::Label;
 use crate::view::{FacetNormals, SurfaceEdge, joined_lines, mark_lines, surface_edges};
-use crate::view::{Facets, Fit, View, draw_facets};
+use crate::view::{Facets, Fit, Paint, View, draw_facets};
 
 /// Largest drawn displacement relative to the diagonal of the body.
 const DRAWN_DISPLACEMENT: f64 = 0.15;
@@ -135,11 +135,11 @@ fn drawn_body(picture: &ContactPicture<'_>, layout: &PictureLayout, shown: &Show
     canvas.polylines(&to_pixels(outline(true)), dashed);
     let facets = Facets {
         points: &deformed,
-        magnitude,
+        paint: Paint::Values(magnitude, &key),
         triangles,
         edges: &edges,
     };
-    draw_facets(&mut canvas, &facets, &view, &fit, &key);
+    draw_facets(&mut canvas, &facets, &view, &fit);
     let dashed = Stroke::dashed(Colour(0x30, 0x30, 0x30), 0.8, 4.0);
     canvas.polylines(&to_pixels(outline(false)), dashed);
 
@@ -313,7 +313,7 @@ fn draw_notes(
 }
 
 /// Arrows along x, y and z from a common origin.
-fn draw_triad(canvas: &mut Canvas, view: &View, origin: Point) {
+pub(crate) fn draw_triad(canvas: &mut Canvas, view: &View, origin: Point) {
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
         let mut direction = [0.0; 3];
         direction[axis] = 1.0;

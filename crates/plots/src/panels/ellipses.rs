@@ -78,7 +78,7 @@ pub(super) fn ellipse_panel(
     if !drawn {
         remark = remark.upright(" (ellipses too small to draw)");
     }
-    let position = [layout.corner[0], 42.5];
+    let position = [layout.corner[0], 40.5];
     canvas.text(position, &remark, TICK_SIZE, Anchor::Start);
     draw_legend(
         &mut canvas,

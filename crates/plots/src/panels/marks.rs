@@ -13,6 +13,8 @@ const MOST: usize = 5;
 const MOST_CONES: usize = 3;
 /// Least distance of two symbols in pixels.
 const APART: f64 = 28.0;
+/// Least distance of the lines of two arrows in pixels: their heads do not touch.
+const CLEAR: f64 = 9.0;
 /// Pixels of the longest arrow, of a shorter one that is left out, and of other symbols.
 const ARROW: f64 = 34.0;
 const SHORTEST_ARROW: f64 = 8.0;
@@ -54,6 +56,35 @@ impl Symbol {
             over(end[0] > left + width, self.way[0]),
             over(end[1] > top + height, self.way[1]),
         ]
+    }
+
+    /// The distance of the lines of two symbols.
+    fn distance(&self, other: &Self) -> f64 {
+        let cross = |[a, b]: Point, [c, d]: Point| a * d - b * c;
+        let from = |[a, b]: Point, [c, d]: Point| [c - a, d - b];
+        // The share of the way of `line` at which it crosses that of `by`.
+        let share =
+            |line: &Self, by: &Self| cross(from(line.at, by.at), by.way) / cross(line.way, by.way);
+        let on_both = [share(self, other), share(other, self)];
+        if on_both.iter().all(|share| (0.0..=1.0).contains(share)) {
+            return 0.0;
+        }
+        let to_end = |line: &Self, end: Point| {
+            let [right, down] = from(line.at, end);
+            let along = line.way[0] * right + line.way[1] * down;
+            let length = line.way[0].powi(2) + line.way[1].powi(2);
+            let share = (along / length.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+            (right - share * line.way[0]).hypot(down - share * line.way[1])
+        };
+        let ends = |line: &Self| {
+            [
+                line.at,
+                [line.at[0] + line.way[0], line.at[1] + line.way[1]],
+            ]
+        };
+        let own = ends(self).map(|end| to_end(other, end));
+        let others = ends(other).map(|end| to_end(self, end));
+        own.into_iter().chain(others).fold(f64::MAX, f64::min)
     }
 
     fn draw(&self, canvas: &mut Canvas) {
@@ -126,14 +157,22 @@ pub(super) struct Sight<'a> {
 }
 
 impl Sight<'_> {
-    /// The symbols of all marks: few of each, spread over what is seen of it, none on another.
+    /// The symbols of all marks: few of each, spread over what is seen of it, none on another. Each mark has its first before any has
+    /// its second.
     pub(super) fn symbols(&self, marks: &[BodyMark]) -> Vec<Symbol> {
         let mut symbols: Vec<Symbol> = Vec::new();
-        for mark in marks {
-            let taken: Vec<Point> = symbols.iter().map(|symbol| symbol.at).collect();
-            let largest = mark.vectors.iter().map(|&v| norm(v)).fold(0.0, f64::max);
-            for place in self.spread(mark, &taken) {
-                symbols.extend(self.symbols_at(mark, place, largest));
+        let mut chosen = vec![Vec::new(); marks.len()];
+        for round in 0..MOST {
+            for (mark, chosen) in marks.iter().zip(&mut chosen) {
+                let next = if round < most(mark) {
+                    self.next_place(mark, chosen, &symbols)
+                } else {
+                    None
+                };
+                if let Some(place) = next {
+                    chosen.push(place);
+                    symbols.extend(self.symbols_at(mark, place, largest(mark)));
+                }
             }
         }
         symbols
@@ -196,48 +235,49 @@ impl Sight<'_> {
         }
     }
 
-    /// Places of a mark far from each other: from its middle on always the one farthest from those before.
-    fn spread(&self, mark: &BodyMark, taken: &[Point]) -> Vec<usize> {
+    /// The next place of a mark, apart from all symbols: its middle, then always the place farthest from those before.
+    fn next_place(&self, mark: &BodyMark, chosen: &[usize], symbols: &[Symbol]) -> Option<usize> {
+        let pixel = |place: usize| self.pixels[mark.nodes[place]];
         let away = |place: usize, others: &mut dyn Iterator<Item = Point>| {
-            let [x, y] = self.pixels[mark.nodes[place]];
+            let [x, y] = pixel(place);
             others.fold(f64::MAX, |least, o| least.min((x - o[0]).hypot(y - o[1])))
         };
         let seen = (0..mark.nodes.len()).filter(|&place| self.is_seen[mark.nodes[place]]);
         let mut free: Vec<usize> = seen
-            .filter(|&place| away(place, &mut taken.iter().copied()) >= APART)
+            .filter(|&place| away(place, &mut symbols.iter().map(|symbol| symbol.at)) >= APART)
             .collect();
-        let pixels = || free.iter().map(|&place| self.pixels[mark.nodes[place]]);
-        let count = free.len().max(1) as f64;
-        let middle = [0, 1].map(|c| pixels().map(|pixel| pixel[c]).sum::<f64>() / count);
-        let nearest = |a: &usize, b: &usize| {
-            let from = |place: usize| away(place, &mut [middle].into_iter());
-            from(*a).total_cmp(&from(*b))
+        let largest = largest(mark);
+        let is_clear = |&place: &usize| {
+            let mut drawn = self.symbols_at(mark, place, largest).into_iter();
+            drawn.all(|new| symbols.iter().all(|old| new.distance(old) >= CLEAR))
         };
-        let mut chosen: Vec<usize> = free.iter().copied().min_by(nearest).into_iter().collect();
-        let is_all = || mark.vectors.iter().flatten().all(|&held| held != 0.0);
-        let most = match mark.kind {
-            BodyMarkKind::Volume => 1,
-            BodyMarkKind::Held if !is_all() => MOST_CONES,
-            _ => MOST,
-        };
-        while chosen.len() < most {
-            let from = |place: usize| {
-                away(
-                    place,
-                    &mut chosen.iter().map(|&c| self.pixels[mark.nodes[c]]),
-                )
-            };
-            free.retain(|&place| from(place) >= APART);
-            let Some(next) = free
-                .iter()
-                .copied()
-                .max_by(|a, b| from(*a).total_cmp(&from(*b)).then(b.cmp(a)))
-            else {
-                break;
-            };
-            chosen.push(next);
+        // A mark has one symbol at least.
+        if !chosen.is_empty() || free.iter().any(is_clear) {
+            free.retain(is_clear);
         }
-        chosen
+        let count = free.len().max(1) as f64;
+        let middle = [0, 1].map(|c| free.iter().map(|&place| pixel(place)[c]).sum::<f64>() / count);
+        let rank = |place: &usize| match chosen {
+            [] => -away(*place, &mut [middle].into_iter()),
+            _ => away(*place, &mut chosen.iter().map(|&place| pixel(place))),
+        };
+        let places = free.iter().copied();
+        places.max_by(|a, b| rank(a).total_cmp(&rank(b)).then(b.cmp(a)))
+    }
+}
+
+/// The longest vector of a mark.
+fn largest(mark: &BodyMark) -> f64 {
+    mark.vectors.iter().map(|&v| norm(v)).fold(0.0, f64::max)
+}
+
+/// Most symbols of a mark.
+fn most(mark: &BodyMark) -> usize {
+    let is_all = || mark.vectors.iter().flatten().all(|&held| held != 0.0);
+    match mark.kind {
+        BodyMarkKind::Volume => 1,
+        BodyMarkKind::Held if !is_all() => MOST_CONES,
+        _ => MOST,
     }
 }
 
@@ -267,5 +307,30 @@ pub(super) fn draw_symbols(canvas: &mut Canvas, symbols: &[Symbol], from: Point)
         let label = Label::plain(word);
         canvas.text([x, y], &label, TICK_SIZE, Anchor::Start);
         x += label.width(TICK_SIZE) + 18.0;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_that_cross_have_no_distance() {
+        let symbol = |at, way| Symbol {
+            shape: Shape::Load,
+            at,
+            way,
+            pushes: false,
+        };
+        let first = symbol([0.0, 0.0], [10.0, 0.0]);
+        for (at, way, distance) in [
+            ([5.0, -5.0], [0.0, 10.0], 0.0),
+            ([5.0, 3.0], [0.0, 10.0], 3.0),
+            ([0.0, 4.0], [10.0, 0.0], 4.0),
+            ([13.0, 4.0], [0.0, 0.0], 5.0),
+        ] {
+            assert!((first.distance(&symbol(at, way)) - distance).abs() < 1e-12);
+            assert!((symbol(at, way).distance(&first) - distance).abs() < 1e-12);
+        }
     }
 }

@@ -400,6 +400,33 @@ fn clamps_and_loads_are_drawn_and_explained() {
 }
 
 /// The colour bar beside a tall body has room for its title.
+/// Faces of a mesh have their names in the legend, also where there are more than fit.
+#[test]
+fn faces_of_a_mesh_are_named() {
+    let sample = Sample::brick([3.0, 1.0, 1.0], [12, 4, 4]);
+    let count = sample.boundary_triangles.len();
+    for n_faces in [1, 6, 100] {
+        let face: Vec<usize> = (0..count).map(|k| k * n_faces / count).collect();
+        let names: Vec<String> = (0..n_faces).map(|k| format!("face number {k}")).collect();
+        let picture = MeshPicture {
+            title: "part.msh",
+            coordinates: &sample.coordinates,
+            triangles: &sample.boundary_triangles,
+            face: &face,
+            names: &names,
+        };
+        let svg = mesh_page(&picture).unwrap().svg();
+        assert_readable(&svg);
+        assert!(svg.contains("face number 0<") && svg.contains("from below"));
+        assert_eq!(svg.contains("and 60 more"), n_faces == 100);
+        let none = MeshPicture {
+            names: &[],
+            ..picture
+        };
+        assert!(mesh_page(&none).is_err());
+    }
+}
+
 #[test]
 fn the_error_is_readable_on_bodies_of_any_shape() {
     for size in [[3.0, 1.0, 1.0], [1.0, 1.0, 3.0]] {

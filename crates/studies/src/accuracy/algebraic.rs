@@ -3,10 +3,11 @@
 use std::{fmt, path::Path, sync::Arc};
 
 use super::{
-    AccuracyProgress, AccuracySettings, Cost,
+    AccuracySettings, Cost,
     cost::{BudgetShares, measure},
-    discretisation::energy_norm,
+    discretisation::{effort, energy_norm},
 };
+use crate::progress::Pieces;
 use contact3d::{
     AssembledProblem, Problem, ProblemError,
     linalg::{difference, norm},
@@ -113,22 +114,62 @@ struct StudiedProblem<'a> {
     budget: f64,
 }
 
+/// What the work of the study is announced as.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct SolverPieces {
+    /// Assembly and reference, beside the meshes of the other study.
+    assembly: (usize, f64),
+    /// Kind of the runs of each series.
+    runs: usize,
+}
+
+impl SolverPieces {
+    /// Announces the work on a scene; `meshes` is the kind of the meshes of the other study.
+    pub(super) fn announce(
+        scene: &Scene,
+        settings: &AccuracySettings,
+        meshes: usize,
+        pieces: &mut Pieces<'_>,
+    ) -> Self {
+        let n_series = match scene.contacts.as_slice() {
+            [] => 0,
+            _ if scene.solve.inner.needs_explicit() => 3,
+            _ => 5,
+        };
+        let runs = pieces.kind(Some(settings.budget / EPSILONS.len() as f64));
+        (0..n_series * EPSILONS.len()).for_each(|_| pieces.announce(runs, 1.0));
+        let own = scene.body.as_brick().map_or(1.0, effort);
+        if n_series > 0 {
+            pieces.announce(meshes, own);
+        }
+        Self {
+            assembly: (meshes, own),
+            runs,
+        }
+    }
+}
+
 impl AlgebraicStudy {
     /// Solves the scene on its own mesh to every ε by every method; `None` without contact, where
     /// one solve with the factor gives the answer.
     ///
     /// # Errors
     /// [`ProblemError`].
-    pub fn measure(
+    pub(super) fn of(
         scene: &Scene,
         folder: &Path,
         settings: &AccuracySettings,
-        observe: &mut dyn FnMut(AccuracyProgress),
+        (work, pieces): (SolverPieces, &mut Pieces<'_>),
     ) -> Result<Option<Self>, ProblemError> {
         let mesh = Arc::new(Mesh::of_scene(scene, folder)?);
         if mesh.contact.is_none() {
             return Ok(None);
         }
+        pieces.begin(
+            work.assembly.0,
+            work.assembly.1,
+            "assembly and reference".to_owned(),
+        );
         let assemble = |kind| {
             let mut scene = scene.clone();
             scene.assemble.dual_operator = kind;
@@ -154,6 +195,10 @@ impl AlgebraicStudy {
         if !reference.status.is_solved() {
             return Ok(Some(study));
         }
+        pieces.figure(format!(
+            "assembled in {:.2} s, reference solved to {:.1e}",
+            explicit.seconds, reference.accuracy
+        ));
         let mut problem = StudiedProblem {
             scene,
             assembled,
@@ -170,14 +215,15 @@ impl AlgebraicStudy {
         let entries = &mut study.entries;
         for method in explicit {
             problem.budget = shares.take(1);
-            entries.extend(problem.series(method, RunOperator::Explicit, observe)?);
+            entries.extend(problem.series(method, RunOperator::Explicit, (work.runs, pieces))?);
         }
         if let Some(contact) = &mut problem.assembled.system_mut().contact {
             contact.make_implicit();
         }
         for method in implicit {
             problem.budget = shares.take(1);
-            entries.extend(problem.series(*method, RunOperator::Implicit, observe)?);
+            let watched = (work.runs, &mut *pieces);
+            entries.extend(problem.series(*method, RunOperator::Implicit, watched)?);
         }
         Ok(Some(study))
     }
@@ -197,15 +243,19 @@ impl StudiedProblem<'_> {
         &self,
         method: RunMethod,
         operator: RunOperator,
-        observe: &mut dyn FnMut(AccuracyProgress),
+        (kind, pieces): (usize, &mut Pieces<'_>),
     ) -> Result<Vec<SolverRun>, ProblemError> {
         let mut entries: Vec<SolverRun> = Vec::new();
         let mut spent = 0.0;
         for epsilon in EPSILONS {
             let result = match self.affordable(&entries, spent) {
-                None => None,
+                None => {
+                    pieces.leave_out(kind, 1.0);
+                    None
+                }
                 Some(applications) => {
-                    observe(AccuracyProgress::SolverRun(method, operator, epsilon));
+                    let words = format!("{method}, {operator}, epsilon {epsilon:.0e}");
+                    pieces.begin(kind, 1.0, words);
                     Some(self.run(method, epsilon, applications)?)
                 }
             };

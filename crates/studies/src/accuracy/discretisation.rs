@@ -3,11 +3,12 @@
 use std::{path::Path, sync::Arc};
 
 use super::{
-    AccuracyProgress, AccuracySettings, Cost, brick_n_div,
+    AccuracySettings, Cost, brick_n_div,
     cost::measure,
     extrapolated, nested_bricks, observed_order,
     refinement::{prolongate, with_brick},
 };
+use crate::progress::{Pieces, StudyStep};
 use contact3d::{
     Problem, ProblemError,
     dual::PrimalSystem,
@@ -107,41 +108,12 @@ impl DiscretisationStudy {
     pub fn measure(
         scene: &Scene,
         settings: &AccuracySettings,
-        observe: &mut dyn FnMut(AccuracyProgress),
+        observe: &mut dyn FnMut(StudyStep),
     ) -> Result<Option<Self>, ProblemError> {
-        let Some(brick) = scene.body.as_brick() else {
-            return Ok(None);
-        };
-        let mut levels = Vec::new();
-        let mut fields = Vec::new();
-        let mut finest = None;
-        for level_brick in nested_bricks(scene, brick, settings)? {
-            let level_scene = solved_to_rounding(with_brick(scene, &level_brick));
-            observe(AccuracyProgress::Level(brick_n_div(&level_brick)));
-            drop(finest.take());
-            let ((level, field, primal), cost) =
-                measure(CHEAP_SECONDS, || solve_level(&level_scene, &level_brick))?;
-            levels.push(Level { cost, ..level });
-            fields.push((level_brick, field));
-            finest = Some(primal);
-        }
-        if let (Some(primal), Some((_, (mesh, finest)))) = (finest, fields.last()) {
-            let norm = |field: &[[f64; 3]]| match primal.dofs.prescribed {
-                None => energy_norm(&primal.stiffness, &primal.dofs.to_free(field)),
-                Some(_) => whole_energy_norm(scene, mesh, field),
-            };
-            let size = norm(finest);
-            for (level, (brick, (own_mesh, field))) in levels.iter_mut().zip(&fields) {
-                let same = prolongate(brick, own_mesh, field, &mesh.coordinates);
-                let pairs = same.iter().zip(finest);
-                let apart: Vec<[f64; 3]> = pairs
-                    .map(|(a, b)| std::array::from_fn(|c| a[c] - b[c]))
-                    .collect();
-                let difference = norm(&apart);
-                level.energy_difference = if size == 0.0 { 0.0 } else { difference / size };
-            }
-        }
-        Ok(Some(Self::new(brick_n_div(brick), levels)))
+        let mut pieces = Pieces::new(observe);
+        let mut meshes = NestedMeshes::announce(scene, settings, &mut pieces)?;
+        meshes.solve(false, &mut pieces)?;
+        Ok(meshes.study())
     }
 
     /// Orders and limits of solved levels, coarse to fine.
@@ -175,6 +147,105 @@ impl DiscretisationStudy {
     #[must_use]
     pub(crate) fn scene_level(&self) -> Option<&Level> {
         self.levels.iter().find(|l| l.n_div == self.scene_n_div)
+    }
+}
+
+/// The meshes of a study while they are solved.
+pub(super) struct NestedMeshes<'a> {
+    scene: &'a Scene,
+    /// Those to come, fine to coarse.
+    bricks: Vec<Brick>,
+    /// What their work is announced as.
+    pub(super) kind: usize,
+    levels: Vec<Level>,
+    fields: Vec<(Brick, NodalField)>,
+    /// A of the last mesh.
+    finest: Option<PrimalSystem>,
+}
+
+/// The work of a mesh goes with this power of its number of cells.
+const EFFORT: f64 = 1.3;
+
+/// What solving a mesh costs, beside other meshes.
+pub(crate) fn effort(brick: &Brick) -> f64 {
+    let cells: f64 = brick.cells.iter().map(|&n| n as f64).product();
+    cells.powf(EFFORT)
+}
+
+impl<'a> NestedMeshes<'a> {
+    /// The meshes of a scene's brick, none of another body, and their announcement.
+    pub(super) fn announce(
+        scene: &'a Scene,
+        settings: &AccuracySettings,
+        pieces: &mut Pieces<'_>,
+    ) -> Result<Self, ProblemError> {
+        let bricks = scene.body.as_brick();
+        let bricks = bricks.map(|brick| nested_bricks(scene, brick, settings));
+        let mut bricks = bricks.transpose()?.unwrap_or_default();
+        bricks.reverse();
+        let kind = pieces.kind(None);
+        bricks
+            .iter()
+            .for_each(|brick| pieces.announce(kind, effort(brick)));
+        Ok(Self {
+            scene,
+            kind,
+            bricks,
+            levels: Vec::new(),
+            fields: Vec::new(),
+            finest: None,
+        })
+    }
+
+    /// Solves the meshes to come, or only those coarser than the scene's own.
+    pub(super) fn solve(
+        &mut self,
+        coarser: bool,
+        pieces: &mut Pieces<'_>,
+    ) -> Result<(), ProblemError> {
+        let own = self.scene.body.as_brick().map_or(0, brick_n_div);
+        let wanted = |brick: &mut Brick| !coarser || brick_n_div(brick) < own;
+        while let Some(brick) = self.bricks.pop_if(wanted) {
+            let n_div = brick_n_div(&brick);
+            pieces.begin(self.kind, effort(&brick), format!("mesh n_div = {n_div}"));
+            let scene = solved_to_rounding(with_brick(self.scene, &brick));
+            drop(self.finest.take());
+            let ((level, field, primal), cost) =
+                measure(CHEAP_SECONDS, || solve_level(&scene, &brick))?;
+            pieces.figure(format!(
+                "n_div = {n_div}: {} unknowns, estimated error {:.2} %, {:.2} s",
+                level.n_free,
+                100.0 * level.estimated_error,
+                cost.seconds
+            ));
+            self.levels.push(Level { cost, ..level });
+            self.fields.push((brick, field));
+            self.finest = Some(primal);
+        }
+        pieces.end();
+        Ok(())
+    }
+
+    /// All meshes against the finest; `None` for another body.
+    pub(super) fn study(mut self) -> Option<DiscretisationStudy> {
+        let brick = self.scene.body.as_brick()?;
+        if let (Some(primal), Some((_, (mesh, finest)))) = (self.finest, self.fields.last()) {
+            let norm = |field: &[[f64; 3]]| match primal.dofs.prescribed {
+                None => energy_norm(&primal.stiffness, &primal.dofs.to_free(field)),
+                Some(_) => whole_energy_norm(self.scene, mesh, field),
+            };
+            let size = norm(finest);
+            for (level, (brick, (own_mesh, field))) in self.levels.iter_mut().zip(&self.fields) {
+                let same = prolongate(brick, own_mesh, field, &mesh.coordinates);
+                let pairs = same.iter().zip(finest);
+                let apart: Vec<[f64; 3]> = pairs
+                    .map(|(a, b)| std::array::from_fn(|c| a[c] - b[c]))
+                    .collect();
+                let difference = norm(&apart);
+                level.energy_difference = if size == 0.0 { 0.0 } else { difference / size };
+            }
+        }
+        Some(DiscretisationStudy::new(brick_n_div(brick), self.levels))
     }
 }
 

@@ -14,13 +14,13 @@ mod sequences;
 
 pub use algebraic::{AlgebraicStudy, EPSILONS, RunMethod, RunOperator, RunResult, SolverRun};
 pub use cost::{Advice, Cost, FinerMesh};
+pub(crate) use discretisation::effort;
 pub use discretisation::{DiscretisationStudy, Forces, Level, Trend};
 pub use distance::{Distance, MeshField, distance};
 pub(crate) use refinement::{brick_n_div, observed_order, with_brick};
 pub use refinement::{extrapolated, nested_bricks};
 pub use sequences::{
-    MeshSequence, MeshSequences, Reference, SequenceAdvice, SequenceKind, SequenceLevel,
-    SequenceProgress, TARGETS,
+    MeshSequence, MeshSequences, Reference, SequenceAdvice, SequenceKind, SequenceLevel, TARGETS,
 };
 
 use std::path::Path;
@@ -28,6 +28,10 @@ use std::path::Path;
 use serde::Serialize;
 
 use contact3d::{ProblemError, scene::Scene};
+
+use crate::progress::{Pieces, StudyStep};
+use algebraic::SolverPieces;
+use discretisation::NestedMeshes;
 
 /// How far the studies go.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
@@ -57,17 +61,6 @@ pub struct Accuracy {
     pub sequences: Option<MeshSequences>,
 }
 
-/// What an observer of the studies sees before each piece of work.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum AccuracyProgress {
-    /// A mesh of this n_div is solved.
-    Level(usize),
-    /// The scene's own mesh is solved to this ε.
-    SolverRun(RunMethod, RunOperator, f64),
-    /// A mesh of a sequence.
-    Sequence(SequenceProgress),
-}
-
 impl Accuracy {
     /// Measures both studies; mesh files are looked for in `folder`.
     ///
@@ -78,20 +71,26 @@ impl Accuracy {
         scene: &Scene,
         folder: &Path,
         settings: &AccuracySettings,
-        observe: &mut dyn FnMut(AccuracyProgress),
+        observe: &mut dyn FnMut(StudyStep),
     ) -> Result<Self, ProblemError> {
         scene.require_no_history("accuracy")?;
         // A finest mesh that cannot be is refused before the long work.
         if let Some(brick) = scene.body.as_brick() {
             nested_bricks(scene, brick, settings)?;
         }
+        let mut pieces = Pieces::new(observe);
+        let mut meshes = NestedMeshes::announce(scene, settings, &mut pieces)?;
+        let runs = SolverPieces::announce(scene, settings, meshes.kind, &mut pieces);
+        let sequences = settings
+            .sequences
+            .map(|goal| (goal, sequences::announce(settings, &mut pieces)));
         // The small meshes first: what an allocator keeps of a large one would count as their peak.
-        let algebraic = AlgebraicStudy::measure(scene, folder, settings, observe)?;
-        let discretisation = DiscretisationStudy::measure(scene, settings, observe)?;
-        let sequences = settings.sequences.map(|goal| {
-            MeshSequences::measure(scene, folder, goal, settings, &mut |step| {
-                observe(AccuracyProgress::Sequence(step));
-            })
+        meshes.solve(true, &mut pieces)?;
+        let algebraic = AlgebraicStudy::of(scene, folder, settings, (runs, &mut pieces))?;
+        meshes.solve(false, &mut pieces)?;
+        let discretisation = meshes.study();
+        let sequences = sequences.map(|(goal, kind)| {
+            MeshSequences::of(scene, folder, goal, settings, (kind, &mut pieces))
         });
         Ok(Self {
             algebraic,

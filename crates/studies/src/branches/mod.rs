@@ -162,10 +162,19 @@ impl Branches {
                     observe(self);
                 }
             } else {
+                observe(self);
                 self.next_stage(&equations)?;
             }
         }
         Ok(())
+    }
+
+    /// Half paths that wait to be followed; `None` while solutions are searched for.
+    #[must_use]
+    pub fn n_waiting(&self) -> Option<usize> {
+        let pending = self.pending.as_ref()?;
+        let is_followed = pending.current.is_some() || !pending.open.rays.is_empty();
+        is_followed.then_some(pending.open.rays.len())
     }
 
     /// Whether a path has come to a solution that was searched for since.

@@ -3,6 +3,7 @@
 use std::{fmt, ops::Range, path::Path};
 
 use super::{Redescription, UnitChange, explicit_problem::ExplicitProblem};
+use crate::progress::Pieces;
 use crate::shared::{greatest_common_divisor, matrix_of_columns};
 use contact3d::{
     ProblemError,
@@ -117,9 +118,11 @@ pub(super) fn compare(
     problem: &ExplicitProblem,
     folder: &Path,
     answer: &Solution,
+    (kind, pieces): (usize, &mut Pieces<'_>),
 ) -> Result<Vec<InvarianceResult>, ProblemError> {
     let mut results = Vec::new();
     for invariance in Invariance::ALL {
+        pieces.begin(kind, 1.0, invariance.to_string());
         if let Some((status, multiplier)) = changed(problem, folder, invariance)? {
             results.push(InvarianceResult {
                 invariance,

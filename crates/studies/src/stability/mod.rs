@@ -14,6 +14,7 @@ pub use redescription::{Redescription, UnitChange};
 
 use std::{fmt, path::Path, time::Instant};
 
+use crate::progress::{Pieces, StudyStep};
 use explicit_problem::ExplicitProblem;
 
 use contact3d::{
@@ -92,7 +93,18 @@ impl Check {
         folder: &Path,
         depth: Depth,
         solutions: Solutions,
+        observe: &mut dyn FnMut(StudyStep),
     ) -> Result<Self, ProblemError> {
+        let mut pieces = Pieces::new(observe);
+        let solves = pieces.kind(None);
+        let others = match depth {
+            Depth::Solve => 0,
+            Depth::Invariances => Invariance::ALL.len(),
+        };
+        // The answer, its conditioning, and each other algorithm and description.
+        let n_pieces = 2 + CrossCheck::ALL.len() + others;
+        (0..n_pieces).for_each(|_| pieces.announce(solves, 1.0));
+        pieces.begin(solves, 1.0, "answer".to_owned());
         let started = Instant::now();
         let mut own = ExplicitProblem::new(scene.clone(), folder)?;
         scene.solve.validate("solve")?;
@@ -111,6 +123,12 @@ impl Check {
         let problem = double.as_ref().unwrap_or(&own);
         let report = problem.assembled.report(&answer)?;
         report.judge(&mut answer);
+        pieces.figure(format!(
+            "{} in {seconds:.2} s, certificate {:.1e}",
+            answer.status.word().replace('_', " "),
+            report.certificate.worst()
+        ));
+        pieces.begin(solves, 1.0, "conditioning".to_owned());
         let laws = problem.contact().laws();
         let unknowns = problem.unknowns(&answer.multiplier, &answer);
         let linearisation = Linearisation::new(problem.dual(), &laws, &unknowns);
@@ -136,10 +154,12 @@ impl Check {
             ),
             conditioning,
             linearisation,
-            cross_checks: cross_checks::compare(problem, &answer)?,
+            cross_checks: cross_checks::compare(problem, &answer, (solves, &mut pieces))?,
             invariances: match depth {
                 Depth::Solve => Vec::new(),
-                Depth::Invariances => invariance::compare(&own, folder, &answer)?,
+                Depth::Invariances => {
+                    invariance::compare(&own, folder, &answer, (solves, &mut pieces))?
+                }
             },
             seconds,
         })

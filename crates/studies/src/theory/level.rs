@@ -5,7 +5,7 @@ use std::{path::Path, sync::Arc};
 use faer::Mat;
 
 use super::{
-    FrictionFunctional, InfSup, Observed, ScaledPoint, Thresholds,
+    FrictionFunctional, InfSup, LevelWork, Observed, ScaledPoint, Thresholds,
     bound::{DisplacementNorm, FaceConstants, NormConstants},
     contraction::LocalContraction,
     dense::{DenseFactor, diagonal, inverse, largest_ratio},
@@ -61,10 +61,18 @@ pub struct TheoryLevel {
 }
 
 impl TheoryProblem {
-    pub(super) fn measure(&self, n_div: usize) -> Result<TheoryLevel, ProblemError> {
+    pub(super) fn measure(
+        &self,
+        n_div: usize,
+        work: &mut LevelWork<'_, '_>,
+    ) -> Result<TheoryLevel, ProblemError> {
         let face = self.face_constants();
         let law = LawBounds::new(self.law().only(), self.assembled.mesh().extent());
         let norms = [0, 1].map(|k| self.norm_constants(k, &face, &law));
+        let sharp = norms[1].bound.sharp.recip();
+        work.figure(&format!(
+            "uniqueness is proven for the law scaled by less than {sharp:.2e}"
+        ));
         // To rounding, whatever the scene's own settings are: Ψ is differentiated and disturbed at the solution.
         let solution = self.assembled.solve(&SolveSettings::default())?;
         let contact = self.contact();
@@ -72,7 +80,7 @@ impl TheoryProblem {
         let local = self
             .contraction(contact.interface, &solution, true)
             .filter(|_| solved);
-        let scan = ScaledLaws::scan(self)?;
+        let scan = ScaledLaws::scan(self, work)?;
         let bounds = norms.each_ref().map(|n| n.bound);
         let thresholds = Thresholds {
             paper: bounds.map(|q| q.paper.recip()),

@@ -38,7 +38,10 @@ use std::{fmt, path::Path};
 
 use serde::Serialize;
 
-use crate::accuracy::{AccuracySettings, brick_n_div, nested_bricks, with_brick};
+use crate::{
+    accuracy::{AccuracySettings, brick_n_div, effort, nested_bricks, with_brick},
+    progress::{Pieces, StudyStep},
+};
 use contact3d::{
     Problem, ProblemError,
     contact::{Interface, LawBounds},
@@ -48,6 +51,7 @@ use contact3d::{
 use face::require_covered;
 use inf_sup::{BrickFaceGram, inf_sup};
 use level::TheoryProblem;
+use scaled::ScaledLaws;
 
 /// Which meshes are measured.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
@@ -87,8 +91,7 @@ pub struct LawConstants {
 }
 
 impl Theory {
-    /// Measures everything on every mesh; mesh files are looked for in `folder`, and `observe` sees n_div before each mesh, 0 for a mesh
-    /// file.
+    /// Measures everything on every mesh; mesh files are looked for in `folder`.
     ///
     /// # Errors
     /// [`ProblemError::Invalid`] for a scene that the theory does not cover (without Coulomb friction, with a gap, with quadratic
@@ -97,14 +100,22 @@ impl Theory {
         scene: &Scene,
         folder: &Path,
         settings: &TheorySettings,
-        observe: &mut dyn FnMut(usize),
+        observe: &mut dyn FnMut(StudyStep),
     ) -> Result<Self, ProblemError> {
         require_covered(scene)?;
         let law = LawConstants::of(scene, folder)?;
+        let pieces = &mut Pieces::new(observe);
+        pieces.figure(format!(
+            "coefficients of friction from {:.4} to {:.4}, Lipschitz modulus {:.4e} per {}",
+            law.smallest,
+            law.largest,
+            law.lipschitz,
+            scene.units.length()
+        ));
         let levels = match scene.body.as_brick() {
-            None => levels_of_files(scene, folder, &settings.meshes, observe)?,
+            None => levels_of_files(scene, folder, &settings.meshes, pieces)?,
             Some(_) if !settings.meshes.is_empty() => return Err(no_file().into()),
-            Some(brick) => nested_levels(scene, brick, settings, observe)?,
+            Some(brick) => nested_levels(scene, brick, settings, pieces)?,
         };
         Ok(Self { law, levels })
     }
@@ -140,7 +151,7 @@ fn levels_of_files(
     scene: &Scene,
     folder: &Path,
     files: &[GmshFile],
-    observe: &mut dyn FnMut(usize),
+    pieces: &mut Pieces<'_>,
 ) -> Result<Vec<TheoryLevel>, ProblemError> {
     let own = scene.body.mesh_file().cloned();
     let files = match files {
@@ -148,16 +159,71 @@ fn levels_of_files(
         files => files.to_vec(),
     };
     let mut levels = Vec::new();
+    let work = LevelPieces::announce(files.iter().map(|_| 1.0), pieces);
     for file in files {
-        observe(0);
+        let name = file.file.display().to_string();
         let mut changed = scene.clone();
         if let Some(own) = changed.body.mesh_file_mut() {
             *own = file;
         }
-        levels.push(TheoryProblem::new(changed, folder)?.measure(0)?);
+        let mut work = LevelWork {
+            kinds: work,
+            mesh: name,
+            effort: 1.0,
+            pieces,
+        };
+        work.constants();
+        levels.push(TheoryProblem::new(changed, folder)?.measure(0, &mut work)?);
     }
     levels.sort_by_key(|level| level.n_free);
     Ok(levels)
+}
+
+/// What the work on all meshes is announced as.
+#[derive(Debug, Clone, Copy)]
+struct LevelPieces {
+    constants: usize,
+    scaled: usize,
+}
+
+impl LevelPieces {
+    /// Announces meshes by their efforts.
+    fn announce(efforts: impl Iterator<Item = f64>, pieces: &mut Pieces<'_>) -> Self {
+        let [constants, scaled] = [pieces.kind(None), pieces.kind(None)];
+        for effort in efforts {
+            pieces.announce(constants, effort);
+            for share in ScaledLaws::efforts() {
+                pieces.announce(scaled, share * effort);
+            }
+        }
+        Self { constants, scaled }
+    }
+}
+
+/// The work on a mesh.
+struct LevelWork<'a, 'b> {
+    kinds: LevelPieces,
+    mesh: String,
+    effort: f64,
+    pieces: &'a mut Pieces<'b>,
+}
+
+impl LevelWork<'_, '_> {
+    fn constants(&mut self) {
+        let words = format!("{}: constants", self.mesh);
+        self.pieces.begin(self.kinds.constants, self.effort, words);
+    }
+
+    /// A piece of the scaled laws, a share of their effort.
+    fn scaled(&mut self, share: f64, words: &str) {
+        let words = format!("{}: {words}", self.mesh);
+        let effort = share * self.effort;
+        self.pieces.begin(self.kinds.scaled, effort, words);
+    }
+
+    fn figure(&mut self, words: &str) {
+        self.pieces.figure(format!("{}: {words}", self.mesh));
+    }
 }
 
 fn no_file() -> Invalid {
@@ -176,17 +242,25 @@ fn nested_levels(
     scene: &Scene,
     brick: &Brick,
     settings: &TheorySettings,
-    observe: &mut dyn FnMut(usize),
+    pieces: &mut Pieces<'_>,
 ) -> Result<Vec<TheoryLevel>, ProblemError> {
     let bricks = theory_bricks(scene, brick, settings)?;
     let contact = scene.contacts.first();
     let on = contact.and_then(|c| BrickFace::named(&c.face));
     let mut finest = None;
     let mut levels = Vec::new();
+    let work = LevelPieces::announce(bricks.iter().map(effort), pieces);
     for brick in bricks.into_iter().rev() {
-        observe(brick_n_div(&brick));
+        let name = format!("n_div = {}", brick_n_div(&brick));
+        let mut work = LevelWork {
+            kinds: work,
+            mesh: name,
+            effort: effort(&brick),
+            pieces,
+        };
+        work.constants();
         let problem = TheoryProblem::new(with_brick(scene, &brick), Path::new(""))?;
-        let mut level = problem.measure(brick_n_div(&brick))?;
+        let mut level = problem.measure(brick_n_div(&brick), &mut work)?;
         let here = BrickFaceGram {
             brick: &brick,
             face: &problem.face,

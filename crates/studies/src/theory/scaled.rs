@@ -1,6 +1,6 @@
 //! The law of friction scaled by t: solutions, contraction and thresholds.
 
-use super::level::TheoryProblem;
+use super::{LevelWork, level::TheoryProblem};
 use contact3d::{
     ProblemError,
     scene::SolveSettings,
@@ -17,6 +17,9 @@ const LEAST: i32 = -12;
 
 /// Halvings of a step in log t: 10^(1/4) to the power 2^-12 is 1.00014.
 const HALVINGS: usize = 12;
+
+/// Effort of all thresholds, as so many scales: up to four are bisected.
+const THRESHOLDS: f64 = 4.0 * HALVINGS as f64;
 
 /// The solution for the law t F that was found, and Ψ′ there.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -58,20 +61,31 @@ pub(super) struct ScaledLaws<'a> {
 }
 
 impl<'a> ScaledLaws<'a> {
+    /// Efforts of the scales, and of the thresholds between them.
+    pub(super) fn efforts() -> impl Iterator<Item = f64> {
+        let scales = SMALLEST * PER_DECADE..=LARGEST * PER_DECADE;
+        scales.map(|_| 1.0).chain([THRESHOLDS])
+    }
+
     /// Goes from the smallest scale to the largest.
-    pub(super) fn scan(problem: &'a TheoryProblem) -> Result<Self, ProblemError> {
+    pub(super) fn scan(
+        problem: &'a TheoryProblem,
+        work: &mut LevelWork<'_, '_>,
+    ) -> Result<Self, ProblemError> {
         let mut scan = Self {
             problem,
             points: Vec::new(),
         };
         let mut start = None;
         for k in SMALLEST * PER_DECADE..=LARGEST * PER_DECADE {
+            work.scaled(1.0, &format!("law scaled by {:.3e}", scale(k)));
             let (point, multiplier) = scan.at(scale(k), start.as_deref())?;
             scan.points.push(point);
             if point.solved {
                 start = Some(multiplier);
             }
         }
+        work.scaled(THRESHOLDS, "thresholds");
         let mut k = SMALLEST * PER_DECADE;
         let is_large = |p: &ScaledPoint| p.norm.iter().any(|norm| *norm > 1.0);
         while scan.points.first().is_some_and(is_large) && k > LEAST * PER_DECADE {

@@ -45,7 +45,13 @@ impl Case {
     pub(crate) fn of(mut scene: Scene) -> Self {
         scene.assemble.dual_operator = DualOperatorKind::Explicit;
         scene.solve = SolveSettings::default();
-        let check = Check::new(&scene, Path::new(""), Depth::Solve, Solutions::One);
+        let check = Check::new(
+            &scene,
+            Path::new(""),
+            Depth::Solve,
+            Solutions::One,
+            &mut |_| {},
+        );
         let problem = Problem::new(scene).expect("a brick");
         let problem = problem.assemble().expect("a discrete problem");
         let solution = problem.solve(&problem.scene().solve).expect("S is dense");

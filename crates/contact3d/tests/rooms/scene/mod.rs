@@ -1,5 +1,6 @@
 //! Keys of a scene, and the formulas and laws behind them.
 
+mod aliases;
 mod coefficient;
 mod contact;
 mod expression;

@@ -10,6 +10,7 @@ mod refining;
 use std::{fmt, path::Path, sync::Arc};
 
 use super::{AccuracySettings, Cost, Distance, Forces, MeshField, cost::BudgetShares, distance};
+use crate::progress::{Pieces, StudyStep};
 use contact3d::{
     Problem, ProblemError,
     adaptation::transferred,
@@ -92,15 +93,13 @@ impl SequenceKind {
     }
 }
 
-/// What an observer of the sequences sees before each piece of work.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum SequenceProgress {
-    /// A mesh is solved, the n-th of its sequence.
-    Level(SequenceKind, usize),
-    /// A further mesh of the reference is solved, the n-th of its sequence.
-    Reference(usize),
-    /// The solutions of all sequences are compared with the reference.
-    Comparison,
+/// Announces the sequences and their reference by the seconds that they may take.
+pub(super) fn announce(settings: &AccuracySettings, pieces: &mut Pieces<'_>) -> usize {
+    let kind = pieces.kind(Some(settings.budget));
+    let efforts = SequenceKind::ALL.map(|_| 1.0);
+    let efforts = efforts.into_iter().chain([REFERENCE_BUDGET]);
+    efforts.for_each(|effort| pieces.announce(kind, effort));
+    kind
 }
 
 /// One sequence, coarse to fine.
@@ -145,7 +144,20 @@ impl MeshSequences {
         folder: &Path,
         goal: f64,
         settings: &AccuracySettings,
-        observe: &mut dyn FnMut(SequenceProgress),
+        observe: &mut dyn FnMut(StudyStep),
+    ) -> Result<Self, ProblemError> {
+        let mut pieces = Pieces::new(observe);
+        let kind = announce(settings, &mut pieces);
+        Self::of(scene, folder, goal, settings, (kind, &mut pieces))
+    }
+
+    /// The same as announced.
+    pub(super) fn of(
+        scene: &Scene,
+        folder: &Path,
+        goal: f64,
+        settings: &AccuracySettings,
+        (work, pieces): (usize, &mut Pieces<'_>),
     ) -> Result<Self, ProblemError> {
         let mut runs = Vec::new();
         let n_sequences = SequenceKind::ALL.len();
@@ -153,9 +165,13 @@ impl MeshSequences {
         for kind in SequenceKind::ALL {
             let meshes = Meshes::of(kind, scene, folder, settings)?;
             let mut run = SequenceRun::new(kind, meshes, folder);
-            run.go(shares.take(1), goal, settings.memory, &mut |n| {
-                observe(SequenceProgress::Level(kind, n));
+            pieces.begin(work, 1.0, kind.words().to_owned());
+            run.go(shares.take(1), goal, settings.memory, &mut |n, last| {
+                pieces.say(mesh_words(kind.words(), n, last));
             })?;
+            if let Some(last) = run.solved.last() {
+                pieces.figure(mesh_words(kind.words(), run.solved.len(), Some(last)));
+            }
             runs.push(run);
         }
         let all = runs.iter().flat_map(|run| &run.solved);
@@ -165,13 +181,14 @@ impl MeshSequences {
             .find(|run| !run.solved.is_empty())
             .expect("every body has quadratic meshes");
         let (carried_on, n_judged) = (last.kind, last.solved.len());
+        pieces.begin(work, REFERENCE_PARTS as f64, "reference".to_owned());
         last.go(
             shares.take(REFERENCE_PARTS),
             WANTED_SHARE * smallest,
             settings.memory,
-            &mut |n| observe(SequenceProgress::Reference(n)),
+            &mut |n, last| pieces.say(mesh_words("reference", n, last)),
         )?;
-        observe(SequenceProgress::Comparison);
+        pieces.say("comparison of the sequences".to_owned());
         let meshes = runs
             .iter()
             .flat_map(|run| run.solved.iter().map(|mesh| (run.kind, mesh)));
@@ -209,6 +226,18 @@ impl MeshSequences {
     pub fn advice(&self) -> SequenceAdvice {
         SequenceAdvice::new(&self.sequences)
     }
+}
+
+/// How far a sequence of meshes is.
+fn mesh_words(sequence: &str, n_solved: usize, last: Option<&SolvedMesh>) -> String {
+    let Some(last) = last else {
+        return format!("{sequence}: first mesh");
+    };
+    format!(
+        "{sequence}: mesh {n_solved}, {} unknowns, estimated error {:.2} %",
+        last.level.n_free,
+        100.0 * last.level.estimated_error
+    )
 }
 
 /// One mesh of a sequence.

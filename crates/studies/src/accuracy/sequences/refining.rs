@@ -146,7 +146,7 @@ impl<'a> SequenceRun<'a> {
         budget: f64,
         goal: f64,
         memory: Option<f64>,
-        observe: &mut dyn FnMut(usize),
+        observe: &mut dyn FnMut(usize, Option<&SolvedMesh>),
     ) -> Result<(), ProblemError> {
         let budget = self.spent + budget;
         while let Some(growth) = self.meshes.growth(self.solved.len()) {
@@ -156,7 +156,7 @@ impl<'a> SequenceRun<'a> {
                     break;
                 }
             }
-            observe(self.solved.len());
+            observe(self.solved.len(), self.solved.last());
             let next = self.next()?;
             self.solved.push(next);
         }
