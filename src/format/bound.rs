@@ -1,6 +1,6 @@
 //! `/bound`: a bound of the discretisation error, with the balanced forces between tetrahedra that prove it.
 
-use contact3d::post::{ContactBound, ErrorBound, SideForce};
+use contact3d::post::{ErrorBound, RelativeBound, SideForce};
 use runfile::{
     Extent,
     Extent::{Fixed, Named},
@@ -10,17 +10,11 @@ use units::Dimension;
 
 use super::{
     FormatError, extents,
-    fields::{Fields, fields, read_if_there, read_value},
+    fields::{Fields, fields},
 };
 
 /// The bound of the error; computed from a solved file.
 pub const GROUP: Group = Group::new("bound", "bound");
-
-const ELEMENTS: &str = "/bound/elements";
-const TOTAL: &str = "/bound/total";
-const LIFTING: &str = "/bound/lifting";
-const COMPLEMENTARITY: &str = "/bound/complementarity";
-const FRICTION: &str = "/bound/friction";
 
 const NO_TOTAL: &str =
     "absent where friction follows the pressure, or a slip bound or gap is a formula";
@@ -28,12 +22,12 @@ const NO_CONTACT: &str = "absent without contact, and where friction follows the
 const NO_FRICTION: &str = "absent without a given slip bound";
 const SIDES: Extent = Named("n_tetrahedron_sides");
 
-pub(super) const FIELDS: Fields<ErrorBound> = fields! { ErrorBound => GROUP;
-    [|bound| bound.relative(bound.elements)] ELEMENTS, &[], Dimension::Number, "|u - u_h|_A / |u_h|_A is no larger, for the body under the contact stresses of the answer.";
-    [|bound| bound.total.map(|total| bound.relative(total))] TOTAL, &[], Dimension::Number, "|u - u_h|_A / |u_h|_A is no larger.".optional(NO_TOTAL);
-    [|bound| bound.contact.map(|contact| bound.relative(contact.lifting))] LIFTING, &[], Dimension::Number, "Part of total: energy norm of the displacement that lifts what penetrates inside panes.".optional(NO_CONTACT);
-    [|bound| bound.contact.map(|contact| bound.relative(contact.complementarity))] COMPLEMENTARITY, &[], Dimension::Number, "Part of total: pressure across a gap, once lifted.".optional(NO_CONTACT);
-    [|bound| bound.contact.and_then(|contact| contact.friction).map(|friction| bound.relative(friction))] FRICTION, &[], Dimension::Number, "Part of total: slip that friction does not fully oppose.".optional(NO_FRICTION);
+pub(super) const FIELDS: Fields<RelativeBound> = fields! { RelativeBound => GROUP;
+    (elements) "/bound/elements", &[], Dimension::Number, "|u - u_h|_A / |u_h|_A is no larger, for the body under the contact stresses of the answer.";
+    (total) "/bound/total", &[], Dimension::Number, "|u - u_h|_A / |u_h|_A is no larger.".optional(NO_TOTAL);
+    (lifting) "/bound/lifting", &[], Dimension::Number, "Part of total: energy norm of the displacement that lifts what penetrates inside panes.".optional(NO_CONTACT);
+    (complementarity) "/bound/complementarity", &[], Dimension::Number, "Part of total: pressure across a gap, once lifted.".optional(NO_CONTACT);
+    (friction) "/bound/friction", &[], Dimension::Number, "Part of total: slip that friction does not fully oppose.".optional(NO_FRICTION);
 };
 
 pub(super) const SIDE_FORCES: Fields<SideForce> = fields! { SideForce => GROUP;
@@ -44,25 +38,13 @@ pub(super) const SIDE_FORCES: Fields<SideForce> = fields! { SideForce => GROUP;
 
 /// Writes a bound and its proof.
 pub fn write(writer: &mut GroupWriter<'_>, bound: &ErrorBound) -> Result<(), StoreError> {
-    FIELDS.write_one(writer, bound)?;
+    FIELDS.write_one(writer, &bound.relative())?;
     SIDE_FORCES.write_rows(writer, &bound.forces)
 }
 
-/// Reads a bound, over ‖u_h‖_A, without its proof.
-pub fn read(reader: &Reader) -> Result<ErrorBound, FormatError> {
-    let lifting = read_if_there(reader, LIFTING)?;
-    let complementarity = read_if_there(reader, COMPLEMENTARITY)?;
-    let friction = read_if_there(reader, FRICTION)?;
-    let contact = lifting.zip(complementarity);
-    Ok(ErrorBound {
-        elements: read_value(reader, ELEMENTS)?,
-        contact: contact.map(|(lifting, complementarity)| ContactBound {
-            lifting,
-            complementarity,
-            friction,
-        }),
-        total: read_if_there(reader, TOTAL)?,
-        displacement: 1.0,
-        forces: Vec::new(),
-    })
+/// Reads a bound over ‖u_h‖_A, without its proof.
+pub fn read(reader: &Reader) -> Result<RelativeBound, FormatError> {
+    let mut bound = RelativeBound::default();
+    FIELDS.read_one(reader, &mut bound, true)?;
+    Ok(bound)
 }

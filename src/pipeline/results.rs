@@ -4,7 +4,8 @@ use std::path::Path;
 
 use contact3d::{
     Answer, AssembledProblem, Problem,
-    contact::Interface,
+    contact::{Coupling, Interface},
+    dual::PrimalSystem,
     elasticity::DofMap,
     history::{StepRecord, largest_norm},
     mesh::{ContactSurface, Mesh},
@@ -48,35 +49,19 @@ impl Results {
         input: &SceneFile,
         problem: &Problem,
     ) -> Result<Self, StageError> {
-        let mut primal = format::read_primal(reader)?;
-        let coupling = format::read_coupling(reader)?;
-        let mut solution = format::read_solution(reader, &primal.dofs)?;
-        let has_history = input.scene.has_history();
-        let increments = if has_history {
-            format::read_history(reader, &input.scene)?
-        } else {
-            Vec::new()
-        };
-        let mut judge = || -> Result<(Problem, ContactReport), Invalid> {
-            let problem = if has_history {
-                // The stored loads may be those of another increment.
-                let last = problem.after_increments(&increments)?;
-                primal.apply_loads(last.scene(), last.mesh())?;
-                last
-            } else {
-                problem.clone()
-            };
-            let report = problem.judge(&primal, coupling.as_ref(), &mut solution)?;
-            Ok((problem, report))
-        };
-        let (problem, mut report) = judge().map_err(|invalid| input.refuse(invalid))?;
+        let mut solve = StoredSolve::read(reader, input, problem)?;
+        let judged =
+            solve
+                .problem
+                .judge(&solve.primal, solve.coupling.as_ref(), &mut solve.solution);
+        let mut report = judged.map_err(|invalid| input.refuse(invalid))?;
         report.functionals = format::read_functionals(reader, &input.scene)?;
         Ok(Self {
-            problem,
-            dofs: primal.dofs,
-            solution,
+            problem: solve.problem,
+            dofs: solve.primal.dofs,
+            solution: solve.solution,
             report,
-            increments,
+            increments: solve.increments,
         })
     }
 
@@ -123,6 +108,46 @@ impl Results {
     }
 }
 
+/// What the stages up to `solve` leave in a run file, without the factor.
+struct StoredSolve {
+    /// The scene on its mesh; of a load history the last increment that was solved.
+    problem: Problem,
+    primal: PrimalSystem,
+    coupling: Option<Coupling>,
+    solution: Solution,
+    increments: Vec<StepRecord>,
+}
+
+impl StoredSolve {
+    fn read(reader: &Reader, input: &SceneFile, problem: &Problem) -> Result<Self, StageError> {
+        let mut primal = format::read_primal(reader)?;
+        let coupling = format::read_coupling(reader)?;
+        let solution = format::read_solution(reader, &primal.dofs)?;
+        let has_history = input.scene.has_history();
+        let increments = if has_history {
+            format::read_history(reader, &input.scene)?
+        } else {
+            Vec::new()
+        };
+        let mut after = || -> Result<Problem, Invalid> {
+            if !has_history {
+                return Ok(problem.clone());
+            }
+            // The stored loads may be those of another increment.
+            let last = problem.after_increments(&increments)?;
+            primal.apply_loads(last.scene(), last.mesh())?;
+            Ok(last)
+        };
+        Ok(Self {
+            problem: after().map_err(|invalid| input.refuse(invalid))?,
+            primal,
+            coupling,
+            solution,
+            increments,
+        })
+    }
+}
+
 impl From<Answer> for Results {
     fn from(answer: Answer) -> Self {
         let (problem, system) = answer.problem.into_parts();
@@ -150,28 +175,20 @@ pub(super) fn read_bound(path: &Path) -> Result<(SceneFile, ErrorBound), StageEr
     let run = OpenRun::open(path)?;
     run.require_fresh(Stage::Solve, "solved")?;
     let OpenRun { reader, input, .. } = run;
-    let mut primal = format::read_primal(&reader)?;
-    let coupling = format::read_coupling(&reader)?;
     let problem = mesh::read(&reader, &input)?;
-    let results = Results::read(&reader, &input, &problem)?;
-    if !results.solution.has_answer() {
+    let solve = StoredSolve::read(&reader, &input, &problem)?;
+    if !solve.solution.has_answer() {
         return Err(StageError::Unfit {
             file: path.to_owned(),
             reason: "the solve has no answer whose error could be bounded; `status` says why"
                 .into(),
         });
     }
-    let mut bounded = || -> Result<ErrorBound, Invalid> {
-        let problem = &results.problem;
-        primal.apply_loads(problem.scene(), problem.mesh())?;
-        problem.error_bound(
-            &primal,
-            coupling.as_ref(),
-            &results.solution,
-            &results.report,
-        )
-    };
-    let bound = bounded().map_err(|invalid| input.refuse(invalid))?;
+    let coupling = solve.coupling.as_ref();
+    let bound = solve
+        .problem
+        .error_bound(&solve.primal, coupling, &solve.solution)
+        .map_err(|invalid| input.refuse(invalid))?;
     Ok((input, bound))
 }
 

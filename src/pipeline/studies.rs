@@ -3,7 +3,7 @@
 use std::{path::Path, time::Instant};
 
 use contact3d::{
-    post::ErrorBound,
+    post::RelativeBound,
     scene::{Scene, SceneFile},
 };
 use runfile::{Group, GroupRecord, GroupWriter, IfMissing, RunFile, StoreError};
@@ -86,7 +86,7 @@ pub fn measure_theory(
 ///
 /// # Errors
 /// A busy, foreign or unreadable file; a file without a fresh answer; a scene whose error cannot be bounded.
-pub fn bound_error(path: &Path, threads: usize) -> Result<(ErrorBound, Units), StageError> {
+pub fn bound_error(path: &Path, threads: usize) -> Result<(RelativeBound, Units), StageError> {
     let file = RunFile::lock(path, LAYOUT, IfMissing::Refuse)?;
     let started = Instant::now();
     let (input, bound) = read_bound(path)?;
@@ -97,7 +97,7 @@ pub fn bound_error(path: &Path, threads: usize) -> Result<(ErrorBound, Units), S
     store_with_scene(&file, scene, format::BOUND, &record, |writer| {
         format::write_bound(writer, &bound)
     })?;
-    Ok((bound, scene.units))
+    Ok((bound.relative(), scene.units))
 }
 
 /// Measures on so many threads, and stores what came of it in a group of a run file.

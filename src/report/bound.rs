@@ -1,45 +1,39 @@
 //! A bound of the discretisation error.
 
-use contact3d::post::ErrorBound;
+use contact3d::post::RelativeBound;
 use serde_json::Value;
 use units::Units;
 
 use super::{Figures, percent};
 
 /// The bound and its parts, for people.
-pub fn text(bound: &ErrorBound, units: Units) -> String {
+pub fn text(bound: &RelativeBound, units: Units) -> String {
     figures(bound, units).text(0, 28)
 }
 
 /// The same for programs.
-pub fn json(bound: &ErrorBound, units: Units) -> Value {
+pub fn json(bound: &RelativeBound, units: Units) -> Value {
     figures(bound, units).json()
 }
 
 /// The bound and its parts.
-pub fn figures(bound: &ErrorBound, units: Units) -> Figures {
+pub fn figures(bound: &RelativeBound, units: Units) -> Figures {
     let mut figures = Figures::new(units);
-    let mut add = |key: &str, words: &str, value: Option<f64>| {
-        let share = value.map(|value| bound.relative(value));
+    let mut add = |key: &str, words: &str, share: Option<f64>| {
         let shown = share.map(|share| format!("at most {}", percent(rounded_up(share))));
         figures.in_words(key, words, shown, share);
     };
     let whole = "error in the energy norm";
     add("total", whole, bound.total);
+    let given = "for these contact stresses";
+    add("elements", given, Some(bound.elements));
+    add("lifting", "of it penetration", bound.lifting);
     add(
-        "elements",
-        "for these contact stresses",
-        Some(bound.elements),
+        "complementarity",
+        "of it pressure on gaps",
+        bound.complementarity,
     );
-    if let Some(contact) = &bound.contact {
-        add("lifting", "of it penetration", Some(contact.lifting));
-        add(
-            "complementarity",
-            "of it pressure on gaps",
-            Some(contact.complementarity),
-        );
-        add("friction", "of it slip", contact.friction);
-    }
+    add("friction", "of it slip", bound.friction);
     if bound.total.is_none() {
         let why = "none: friction follows the pressure, or a slip bound or gap is a formula";
         figures.said(whole, Some(why.to_owned()));

@@ -317,8 +317,12 @@ impl<'a> MaterialField<'a> {
     /// C in Pa of a tetrahedron.
     #[must_use]
     pub fn tensor(&self, tetrahedron: usize) -> &Matrix6<f64> {
-        let region = self.region.get(tetrahedron).copied().unwrap_or(0);
-        &self.tensors[region]
+        &self.tensors[self.region(tetrahedron)]
+    }
+
+    /// Which of the materials a tetrahedron is of: 0 for the body's own.
+    pub(crate) fn region(&self, tetrahedron: usize) -> usize {
+        self.region.get(tetrahedron).copied().unwrap_or(0)
     }
 }
 

@@ -11,7 +11,9 @@ mod zone_areas;
 mod zones;
 
 pub use certificate::{Certificate, ContactCertificate, FrictionCertificate};
-pub use estimate::{ContactBound, ContactError, ErrorBound, ErrorEstimate, SideForce};
+pub use estimate::{
+    ContactBound, ContactError, ErrorBound, ErrorEstimate, RelativeBound, SideForce,
+};
 pub use flaw::Flaw;
 pub use functional::FunctionalEstimate;
 pub use nodal_forces::SourceForce;

@@ -200,12 +200,8 @@ impl AssembledProblem {
     ///
     /// # Errors
     /// [`Invalid`] for scenes whose error cannot be bounded.
-    pub fn error_bound(
-        &self,
-        solution: &Solution,
-        report: &ContactReport,
-    ) -> Result<ErrorBound, Invalid> {
-        ErrorBound::new(&self.solved(solution), report)
+    pub fn error_bound(&self, solution: &Solution) -> Result<ErrorBound, Invalid> {
+        ErrorBound::new(&self.solved(solution))
     }
 
     pub(super) fn solved<'a>(&'a self, solution: &'a Solution) -> Solved<'a> {

@@ -171,9 +171,8 @@ impl Problem {
         system: &PrimalSystem,
         coupling: Option<&Coupling>,
         solution: &Solution,
-        report: &ContactReport,
     ) -> Result<ErrorBound, Invalid> {
-        ErrorBound::new(&self.solved(system, coupling, solution), report)
+        ErrorBound::new(&self.solved(system, coupling, solution))
     }
 
     fn solved<'a>(

@@ -136,13 +136,20 @@ pub fn number_limit(error: &toml::de::Error) -> Option<String> {
         "floating-point number overflowed" => {
             Some(format!("numbers up to {:e}, the largest double", f64::MAX))
         }
-        "integer number overflowed" => Some(format!("whole numbers up to {}", i64::MAX)),
-        // A number that the parser knows and the format does not.
-        wide if wide.starts_with("invalid type: integer") => {
-            Some(format!("whole numbers up to {}", i64::MAX))
+        // The second is of numbers that the parser knows and the format does not.
+        message
+            if message == "integer number overflowed"
+                || message.starts_with("invalid type: integer") =>
+        {
+            Some(whole_limit())
         }
         _ => None,
     }
+}
+
+/// The whole numbers that TOML can hold.
+pub(super) fn whole_limit() -> String {
+    format!("whole numbers up to {}", i64::MAX)
 }
 
 impl SceneError {

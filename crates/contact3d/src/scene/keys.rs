@@ -13,7 +13,10 @@ use toml::{
     de::{DeInteger, DeTable, DeValue, Deserializer},
 };
 
-use super::{SceneError, error::Misfit};
+use super::{
+    SceneError,
+    error::{Misfit, whole_limit},
+};
 
 /// Tables that hold exactly one kind of several, by their first kind, and words that need a table beside them: how to write them.
 const EXAMPLES: [(&str, &str); 7] = [
@@ -122,7 +125,7 @@ impl<'a> Checker<'a> {
         let found = &self.text[span.clone()];
         Err(Misfit {
             key: key.to_owned(),
-            message: format!("expected whole numbers up to {}, found {found}", i64::MAX),
+            message: format!("expected {}, found {found}", whole_limit()),
             help: match digits.parse::<f64>() {
                 Ok(number) => format!("write {number:e} where a number serves"),
                 Err(_) => self.keys.to_owned(),

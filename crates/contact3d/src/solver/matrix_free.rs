@@ -18,6 +18,7 @@ use super::{
     accuracy::{LEFT, MOST_APPLICATIONS, REFINED, polish::COARSEST},
     conditions::{Bound, Conditions, Evaluation},
     inner::projected_gradient_steplength,
+    newton::damping::{BestResiduals, Damped, PATIENCE, ROUNDING_ZONE, halved},
     problem::{DiscreteProblem, Exact},
 };
 use crate::{
@@ -30,14 +31,11 @@ use crate::{
 const LARGEST_SHARE: f64 = 0.1;
 const GAMMA: f64 = 0.9;
 
-/// Most Newton steps from one start, and most halvings of each.
+/// Most Newton steps from one start.
 const MOST_STEPS: usize = 60;
-const MOST_HALVINGS: usize = 12;
 
-/// Steps in which the best residual must halve, and those in which it must below [`ROUNDING_ZONE`], where a stall is rounding.
-const PATIENCE: usize = 10;
+/// Steps in which the best residual must halve in [`ROUNDING_ZONE`].
 const ROUNDING_PATIENCE: usize = 2;
-const ROUNDING_ZONE: f64 = 1e-9;
 
 /// A Coulomb problem with an implicit S.
 struct MatrixFree<'a> {
@@ -167,34 +165,39 @@ impl MatrixFree<'_> {
         tolerance: f64,
         observe: &mut dyn FnMut(Progress<'_>),
     ) -> Option<Iterate> {
-        let mut least = vec![current.at.norm];
+        let mut residuals = BestResiduals::new(current.at.norm);
         let mut share = LARGEST_SHARE;
         for _ in 0..MOST_STEPS {
             if !current.at.norm.is_finite() {
                 return None;
             }
-            let stalled_for = |steps: usize| {
-                let last = least.len() - 1;
-                last >= steps && least[last] > 0.5 * least[last - steps]
-            };
             let relative = current.relative();
-            let at_rounding = relative < ROUNDING_ZONE && stalled_for(ROUNDING_PATIENCE);
+            let at_rounding = relative < ROUNDING_ZONE && residuals.stalled_for(ROUNDING_PATIENCE);
             if relative <= tolerance || at_rounding {
                 return Some(current);
             }
-            if stalled_for(PATIENCE) {
+            if residuals.stalled_for(PATIENCE) {
                 return None;
             }
             let started = Instant::now();
             let direction = self.direction(&current, share);
-            let (next, halvings) = self.backtrack(&current, &direction);
+            let at = |share: f64| {
+                let mut multiplier = current.multiplier.clone();
+                add_scaled(&mut multiplier, share, &direction);
+                self.at(multiplier, Some(&current.exact))
+            };
+            let Damped {
+                reached: next,
+                length: step_length,
+                halvings,
+            } = halved(at, |next| next.at.norm < current.at.norm);
             let zones = |iterate: &Iterate| -> Vec<_> {
                 iterate.at.panes.iter().map(|pane| pane.zone()).collect()
             };
             let (before, after) = (zones(&current), zones(&next));
             let step = NewtonStep {
                 residual: next.relative(),
-                step_length: 0.5_f64.powi(halvings as i32),
+                step_length,
                 halvings,
                 zone_changes: before.iter().zip(&after).filter(|(a, b)| a != b).count(),
                 free_unknowns: direction.len(),
@@ -206,25 +209,10 @@ impl MatrixFree<'_> {
             self.history.push(step);
             let falls = next.at.norm / current.at.norm;
             share = (GAMMA * falls * falls).clamp(LEFT, LARGEST_SHARE);
-            least.push(least[least.len() - 1].min(next.at.norm));
+            residuals.push(next.at.norm);
             current = next;
         }
         None
-    }
-
-    /// Halves the step until ‖R‖ decreases; the full step where that fails.
-    fn backtrack(&mut self, from: &Iterate, direction: &[f64]) -> (Iterate, usize) {
-        let mut full = None;
-        for halvings in 0..=MOST_HALVINGS {
-            let mut multiplier = from.multiplier.clone();
-            add_scaled(&mut multiplier, 0.5_f64.powi(halvings as i32), direction);
-            let next = self.at(multiplier, Some(&from.exact));
-            if next.at.norm < from.at.norm {
-                return (next, halvings);
-            }
-            full.get_or_insert(next);
-        }
-        (full.expect("the full step is the first"), 0)
     }
 
     /// λ with u = A⁻¹(l − Bᵀλ) and R to rounding, `near` those of another λ.

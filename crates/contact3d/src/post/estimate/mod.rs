@@ -24,7 +24,7 @@ mod recovery;
 use super::{PaneState, Solved};
 use crate::elasticity::{InternalForces, MaterialField};
 
-pub use bound::{ContactBound, ErrorBound, SideForce};
+pub use bound::{ContactBound, ErrorBound, RelativeBound, SideForce};
 pub(super) use boundary::{FieldLoads, multipliers_between_nodes};
 pub(super) use box_load::{BoxLoad, FacePart};
 

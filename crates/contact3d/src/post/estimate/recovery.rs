@@ -6,7 +6,7 @@
 //! around which there is too little to fit, take the mean of what the polynomials of their neighbours
 //! say at their place.
 
-use nalgebra::{Matrix4, Matrix6, SMatrix, Vector3, Vector4, Vector6};
+use nalgebra::{Matrix4, SMatrix, Vector3, Vector4, Vector6};
 use rayon::prelude::*;
 
 use super::Field;
@@ -38,12 +38,12 @@ struct Stars {
 }
 
 impl Stars {
-    fn new(mesh: &Mesh) -> Self {
+    fn new(mesh: &Mesh, material: &MaterialField<'_>) -> Self {
         let mut corners: Vec<(usize, usize, usize)> = mesh
             .tetrahedra
             .iter()
             .enumerate()
-            .flat_map(|(t, nodes)| nodes.map(|node| (node, region(mesh, t), t)))
+            .flat_map(|(t, nodes)| nodes.map(|node| (node, material.region(t), t)))
             .collect();
         corners.par_sort_unstable();
         let mut stars = Self {
@@ -81,13 +81,13 @@ impl Stars {
     }
 }
 
-fn region(mesh: &Mesh, t: usize) -> usize {
-    mesh.tetrahedron_region.get(t).copied().unwrap_or(0)
-}
-
 /// The recovered stresses of several fields at the corners of every tetrahedron in Pa, `[n_fields][n_tetrahedra]`.
-fn recovered(mesh: &Mesh, stresses: &[&[[f64; 6]]]) -> Vec<Vec<[Vector6<f64>; 4]>> {
-    let stars = Stars::new(mesh);
+fn recovered(
+    mesh: &Mesh,
+    material: &MaterialField<'_>,
+    stresses: &[&[[f64; 6]]],
+) -> Vec<Vec<[Vector6<f64>; 4]>> {
+    let stars = Stars::new(mesh, material);
     let fits: Vec<Option<Vec<StressPolynomial>>> = (0..stars.places.len())
         .into_par_iter()
         .map(|k| {
@@ -100,7 +100,7 @@ fn recovered(mesh: &Mesh, stresses: &[&[[f64; 6]]]) -> Vec<Vec<[Vector6<f64>; 4]
         .map(|k| values(mesh, &stars, k, stresses, &fits))
         .collect();
     let at_corner = |t: usize, node: usize| -> &[Vector6<f64>] {
-        let star = stars.find((node, region(mesh, t)));
+        let star = stars.find((node, material.region(t)));
         &values[star.expect("a tetrahedron is in the stars of its corners")]
     };
     let of_field = |field: usize| -> Vec<[Vector6<f64>; 4]> {
@@ -213,9 +213,8 @@ pub(super) fn products(
     fields: &[Field<'_>],
 ) -> Vec<Vec<f64>> {
     let stresses: Vec<&[[f64; 6]]> = fields.iter().map(|it| &it.internal.stress[..]).collect();
-    let recovered = recovered(mesh, &stresses);
+    let recovered = recovered(mesh, material, &stresses);
     let compliances = material.compliances();
-    let compliance = |t: usize| -> &Matrix6<f64> { &compliances[region(mesh, t)] };
     (0..mesh.tetrahedra.len())
         .into_par_iter()
         .map(|t| {
@@ -226,7 +225,7 @@ pub(super) fn products(
             };
             let product = |k: usize| -> f64 {
                 let at = |(at, weight): ([f64; 4], f64)| {
-                    let strain = compliance(t) * difference(k, &at);
+                    let strain = compliances[material.region(t)] * difference(k, &at);
                     weight * difference(0, &at).dot(&strain)
                 };
                 volume * quadrature::TETRAHEDRON_2.into_iter().map(at).sum::<f64>()

@@ -2,7 +2,11 @@
 
 use std::time::Instant;
 
-use super::{NewtonSolution, natural_map::NaturalMap};
+use super::{
+    NewtonSolution,
+    damping::{BestResiduals, Damped, PATIENCE, ROUNDING_ZONE, halved},
+    natural_map::NaturalMap,
+};
 use crate::{
     dual::ExplicitDual,
     solver::{
@@ -11,9 +15,6 @@ use crate::{
     },
 };
 
-/// Halvings of one step before the full step is taken all the same.
-const MOST_HALVINGS: usize = 12;
-
 /// Sweeps of relaxation at the start and after every trial step.
 const FIRST_SWEEPS: usize = 20;
 const SWEEPS: usize = 10;
@@ -21,14 +22,10 @@ const SWEEPS: usize = 10;
 /// A step that reduces ‖R‖ to this share lies in the range of fast convergence: nothing to relax.
 const FAST: f64 = 0.01;
 
-/// Steps in which the best residual must halve; otherwise Newton's method has stalled. Without
-/// relaxation, fewer: a good start needs few steps, and there are other starts.
-const PATIENCE: usize = 10;
+/// [`PATIENCE`] without relaxation, fewer: a good start needs few steps, and there are other starts.
 const PLAIN_PATIENCE: usize = 6;
 
-/// Below this relative residual, or below what rounding of S λ makes of it, a stall within
-/// `ROUNDING_PATIENCE` steps is rounding.
-const ROUNDING_ZONE: f64 = 1e-9;
+/// In [`ROUNDING_ZONE`], or below what rounding of S λ makes of the residual, a stall within so many steps is rounding.
 const ROUNDING_PATIENCE: usize = 3;
 
 /// How Newton's method is stopped.
@@ -152,8 +149,7 @@ pub(in crate::solver) fn iterate(
         current.multiplier.clone(),
         current.relative(),
     );
-    let mut best_norms = vec![best.0];
-    let mut window_start = 0;
+    let mut residuals = BestResiduals::new(best.0);
     let mut history: Vec<NewtonStep> = Vec::new();
     let status = loop {
         let relative = current.relative();
@@ -164,50 +160,47 @@ pub(in crate::solver) fn iterate(
         if !current.evaluation.norm.is_finite() {
             break NewtonStatus::NumericalError;
         }
-        let stalled_for = |steps: usize| {
-            let last = best_norms.len() - 1;
-            last >= window_start + steps && best_norms[last] > 0.5 * best_norms[last - steps]
-        };
         // Of the best iterate: a step along what hardly anything resists may be so long that its own rounding explains any residual.
         let rounding = || map.rounding(&best.1, &map.evaluate(&best.1));
-        if stalled_for(rounding_patience) && (best.2 < ROUNDING_ZONE || best.2 < rounding()) {
+        if residuals.stalled_for(rounding_patience)
+            && (best.2 < ROUNDING_ZONE || best.2 < rounding())
+        {
             break NewtonStatus::RoundingLimit;
         }
         if history.len() == settings.max_steps {
             break NewtonStatus::MaxSteps;
         }
-        if relaxing && stalled_for(patience) {
+        if relaxing && residuals.stalled_for(patience) {
             relaxing = false;
             current = Iterate::new(map, start.clone());
             evaluations += 1;
-            best_norms = vec![current.evaluation.norm];
-            window_start = 0;
+            residuals = BestResiduals::new(current.evaluation.norm);
             continue;
         }
         let started = Instant::now();
-        let direction = if stalled_for(patience) {
+        let direction = if residuals.stalled_for(patience) {
             None
         } else {
             map.newton_step(&current.evaluation)
         };
-        let Trial {
-            iterate: next,
-            step_length,
-            halvings,
-            applications,
-        } = match (&direction, &mut globalisation) {
+        let (step, applications) = match (&direction, &mut globalisation) {
             (Some((direction, _)), _) => backtrack(map, &current, direction, relaxing),
             (None, Globalisation::Plain(_)) => break NewtonStatus::MaxSteps,
             (None, Globalisation::Relaxed(safeguard)) => {
-                window_start = best_norms.len();
-                Trial {
-                    iterate: Iterate::new(map, safeguard(&best.1)),
-                    step_length: 1.0,
+                residuals.begin_anew();
+                let safe = Damped {
+                    reached: Iterate::new(map, safeguard(&best.1)),
+                    length: 1.0,
                     halvings: 0,
-                    applications: 1,
-                }
+                };
+                (safe, 1)
             }
         };
+        let Damped {
+            reached: next,
+            length: step_length,
+            halvings,
+        } = step;
         evaluations += applications;
         let step = NewtonStep {
             residual: next.relative(),
@@ -233,8 +226,7 @@ pub(in crate::solver) fn iterate(
                 current.relative(),
             );
         }
-        let least = best_norms[best_norms.len() - 1];
-        best_norms.push(least.min(current.evaluation.norm));
+        residuals.push(current.evaluation.norm);
     };
     let (multiplier, residual) = if status == NewtonStatus::Converged {
         (current.multiplier.clone(), current.relative())
@@ -250,19 +242,15 @@ pub(in crate::solver) fn iterate(
     }
 }
 
-/// What a step led to.
-struct Trial {
-    iterate: Iterate,
-    step_length: f64,
-    halvings: usize,
-    /// Applications of S.
-    applications: usize,
-}
-
-/// Halves the step until ‖R‖, relaxed or not, decreases; the full step when that fails.
-fn backtrack(map: &NaturalMap<'_>, from: &Iterate, direction: &[f64], relaxing: bool) -> Trial {
+/// A step after which ‖R‖, relaxed or not, decreases, and the applications of S that it took.
+fn backtrack(
+    map: &NaturalMap<'_>,
+    from: &Iterate,
+    direction: &[f64],
+    relaxing: bool,
+) -> (Damped<Iterate>, usize) {
     let mut applications = 0;
-    let mut at = |share: f64| {
+    let at = |share: f64| {
         let moved = from.multiplier.iter().zip(direction);
         let next = Iterate::new(map, moved.map(|(l, d)| l + share * d).collect());
         applications += 1;
@@ -272,27 +260,6 @@ fn backtrack(map: &NaturalMap<'_>, from: &Iterate, direction: &[f64], relaxing: 
         applications += SWEEPS + 2;
         next.relaxed(map, SWEEPS)
     };
-    let full = at(1.0);
-    let mut share = 1.0;
-    let mut halvings = 0;
-    let mut shorter = None;
-    while !decreases(shorter.as_ref().unwrap_or(&full), from) && halvings < MOST_HALVINGS {
-        share *= 0.5;
-        halvings += 1;
-        shorter = Some(at(share));
-    }
-    let (iterate, step_length) = match shorter {
-        Some(shorter) if decreases(&shorter, from) => (shorter, share),
-        _ => (full, 1.0),
-    };
-    Trial {
-        iterate,
-        step_length,
-        halvings,
-        applications,
-    }
-}
-
-fn decreases(next: &Iterate, from: &Iterate) -> bool {
-    next.evaluation.norm < from.evaluation.norm
+    let step = halved(at, |next| next.evaluation.norm < from.evaluation.norm);
+    (step, applications)
 }

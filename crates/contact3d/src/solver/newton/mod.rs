@@ -1,6 +1,7 @@
 //! The semismooth Newton method on the natural map, its starts, and its linearisation.
 
 mod continuation;
+pub(in crate::solver) mod damping;
 mod frozen_response;
 mod iteration;
 mod linearisation;

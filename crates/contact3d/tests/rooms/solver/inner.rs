@@ -2,7 +2,7 @@
 
 use contact3d::{
     linalg::{add_scaled, norm},
-    solver::{FeasibleSet, Gpcg, Kprgp, operator_norm},
+    solver::{FeasibleSet, Gpcg, InnerOutcome, Kprgp, operator_norm},
 };
 use proptest::prelude::*;
 
@@ -13,6 +13,14 @@ fn solver(operator: &mut Dense) -> Gpcg {
         steplength: 1.9 / operator_norm(operator),
         max_applications: 100_000,
     }
+}
+
+/// A solver with what it makes of zero.
+fn minimised(operator: &mut Dense, set: &FeasibleSet<'_>) -> (Gpcg, Vec<f64>, InnerOutcome) {
+    let solver = solver(operator);
+    let mut multiplier = vec![0.0; N];
+    let outcome = solver.minimise(operator, set, &mut multiplier, 1e-10);
+    (solver, multiplier, outcome)
 }
 
 fn entries() -> impl Strategy<Value = Vec<f64>> {
@@ -36,9 +44,7 @@ proptest! {
         entries in entries(), rhs in rhs(), set in set(),
     ) {
         let mut operator = Dense::new(&entries, &rhs, &[]);
-        let solver = solver(&mut operator);
-        let mut multiplier = vec![0.0; N];
-        let outcome = solver.minimise(&mut operator, &set, &mut multiplier, 1e-10);
+        let (_, multiplier, outcome) = minimised(&mut operator, &set);
         prop_assert!(outcome.converged);
         let r = operator.gradient(&multiplier);
         // ‖g̃‖ ≤ 1e-10 bounds a projected step of length 0.3 by a small multiple of it.
@@ -48,9 +54,7 @@ proptest! {
     #[test]
     fn agrees_with_kprgp(entries in entries(), rhs in rhs(), set in set()) {
         let mut operator = Dense::new(&entries, &rhs, &[]);
-        let solver = solver(&mut operator);
-        let mut multiplier = vec![0.0; N];
-        solver.minimise(&mut operator, &set, &mut multiplier, 1e-10);
+        let (solver, mut multiplier, _) = minimised(&mut operator, &set);
         let Gpcg { steplength, max_applications } = solver;
         let kprgp = Kprgp { steplength, gamma: 1.0, max_applications };
         let mut expected = vec![0.0; N];
@@ -87,9 +91,7 @@ proptest! {
             rhs[PANES..PANES + 2].fill(0.0);
         }
         let mut operator = Dense::new(&entries, &rhs, &idle);
-        let solver = solver(&mut operator);
-        let mut multiplier = vec![0.0; N];
-        let outcome = solver.minimise(&mut operator, &set, &mut multiplier, 1e-10);
+        let (_, multiplier, outcome) = minimised(&mut operator, &set);
         prop_assert!(outcome.converged);
         let r = operator.gradient(&multiplier);
         // As above.
@@ -100,9 +102,7 @@ proptest! {
     #[test]
     fn units_do_not_matter(entries in entries(), rhs in rhs(), set in set()) {
         let mut operator = Dense::new(&entries, &rhs, &[]);
-        let solver = solver(&mut operator);
-        let mut multiplier = vec![0.0; N];
-        let outcome = solver.minimise(&mut operator, &set, &mut multiplier, 1e-10);
+        let (solver, multiplier, outcome) = minimised(&mut operator, &set);
         let (stress, volume) = (2.0_f64.powi(20), 2.0_f64.powi(-30));
         let scaled_axes = set.ellipses.iter().map(|e| e.semi_axes.map(|a| stress * a));
         let scaled_set = set_of(scaled_axes.collect());

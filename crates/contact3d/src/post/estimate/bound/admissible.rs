@@ -1,9 +1,18 @@
 //! A displacement near u_h that penetrates nowhere, and what its contact conditions miss.
 
-use super::ContactBound;
+use nalgebra::Vector6;
+
+use super::{
+    ContactBound,
+    macro_stress::{Data, Target},
+    strains,
+};
 use crate::{
-    post::{ContactReport, Solved, SolvedContact},
+    contact::InterfaceFriction,
+    mesh::Mesh,
+    post::{Solved, SolvedContact},
     scene::Invalid,
+    solver::ContactState,
 };
 
 /// u_h − w, and the contact part of its gap of duality.
@@ -21,10 +30,7 @@ impl Admissible {
     ///
     /// # Errors
     /// [`Invalid`] where a clamp presses the body into the foundation.
-    pub(super) fn new(
-        solved: &Solved<'_>,
-        report: &ContactReport,
-    ) -> Result<Option<Self>, Invalid> {
+    pub(super) fn new(solved: &Solved<'_>) -> Result<Option<Self>, Invalid> {
         let Some(contact) = &solved.contact else {
             return Ok(None);
         };
@@ -33,9 +39,11 @@ impl Admissible {
         }
         let held = solved.mesh.held_nodes(solved.scene);
         let mut lifting = vec![[0.0; 3]; solved.mesh.coordinates.len()];
-        let surface = contact.state.surface;
-        for place in 0..surface.facets.len() {
-            let face = Triangle::new(solved, contact, report, place);
+        let displacement = solved.system.dofs.to_nodes(&solved.solution.displacement);
+        let faces: Vec<Triangle> = (0..contact.state.surface.facets.len())
+            .map(|place| Triangle::new(solved, contact, &displacement, place))
+            .collect();
+        for face in &faces {
             let lifted = face.nodal(face.over.map(|c| c.max(0.0)));
             for (node, by) in face.nodes.iter().zip(lifted) {
                 for c in (0..3).filter(|c| !held[*node][*c]) {
@@ -48,21 +56,14 @@ impl Admissible {
             complementarity: 0.0,
             friction: contact.state.interface.has_friction().then_some(0.0),
         };
-        for place in 0..surface.facets.len() {
-            found.add(solved, contact, report, place)?;
+        for face in &faces {
+            found.add(face)?;
         }
         Ok(Some(found))
     }
 
     /// Adds what a contact triangle misses.
-    fn add(
-        &mut self,
-        solved: &Solved<'_>,
-        contact: &SolvedContact<'_>,
-        report: &ContactReport,
-        place: usize,
-    ) -> Result<(), Invalid> {
-        let face = Triangle::new(solved, contact, report, place);
+    fn add(&mut self, face: &Triangle) -> Result<(), Invalid> {
         let lifted: Vec<f64> = face
             .nodes
             .iter()
@@ -89,14 +90,29 @@ impl Admissible {
         Ok(())
     }
 
-    /// With ‖w‖_A in √J.
-    pub(super) fn bound(&self, lifting: f64) -> ContactBound {
+    /// What contact adds to the bound of a strain by the data of a balanced stress, and the bound of the whole error, in √J.
+    pub(super) fn bound<'t>(
+        &self,
+        mesh: &Mesh,
+        strain: &[[Vector6<f64>; 4]],
+        data: &[Data],
+        target: impl Fn(&[[Vector6<f64>; 4]]) -> Target<'t>,
+    ) -> (ContactBound, f64) {
+        let lifting = strains(mesh, &self.lifting);
+        let both = strain.iter().zip(&lifting);
+        let lifted: Vec<[Vector6<f64>; 4]> = both
+            .map(|(u, w)| std::array::from_fn(|k| u[k] - w[k]))
+            .collect();
+        let distance = target(&lifted).distance(data);
         let root = |energy: f64| (2.0 * energy.max(0.0)).sqrt();
-        ContactBound {
-            lifting,
+        let contact = ContactBound {
+            lifting: target(&lifting).norm(),
             complementarity: root(self.complementarity),
             friction: self.friction.map(root),
-        }
+        };
+        let friction = contact.friction.unwrap_or(0.0);
+        let gap = contact.complementarity * contact.complementarity + friction * friction;
+        (contact, contact.lifting + (distance + gap).sqrt())
     }
 }
 
@@ -135,10 +151,10 @@ impl Triangle {
     fn new(
         solved: &Solved<'_>,
         contact: &SolvedContact<'_>,
-        report: &ContactReport,
+        displacement: &[[f64; 3]],
         place: usize,
     ) -> Self {
-        let (surface, interface) = (contact.state.surface, contact.state.interface);
+        let ContactState { surface, interface } = contact.state;
         let facet = surface.facets[place];
         let nodes: Vec<usize> = solved.mesh.facet_nodes(facet).collect();
         let locals: Vec<usize> = nodes
@@ -147,14 +163,14 @@ impl Triangle {
             .collect();
         let normal = interface.frame.normal_at(locals[0]);
         let pane = surface.facet_pane[place];
-        let state = &report.panes[pane];
-        let moved = |local: usize| report.displacement[surface.nodes[local]];
+        let multiplier = &solved.solution.multiplier;
+        let moved = |local: usize| displacement[surface.nodes[local]];
         let along = |local: &usize| -> f64 { (0..3).map(|c| moved(*local)[c] * normal[c]).sum() };
         let distance = |local: &usize| interface.gap.as_ref().map_or(0.0, |gap| gap[*local]);
         let mut face = Self {
             normal,
             area: solved.mesh.facet_area(facet),
-            pressure: -state.normal_stress,
+            pressure: multiplier[pane],
             over: [0.0; 6],
             size: [0.0; 6],
             friction: None,
@@ -167,7 +183,11 @@ impl Triangle {
         face.over = face.coefficients(&over);
         let size: Vec<f64> = locals.iter().map(along).collect();
         face.size = face.coefficients(&size);
-        face.friction = state.friction.map(|friction| {
+        let semi_axes = match &interface.friction {
+            InterfaceFriction::Tresca(semi_axes) => semi_axes.get(pane),
+            InterfaceFriction::Frictionless | InterfaceFriction::Coulomb(_) => None,
+        };
+        face.friction = semi_axes.map(|semi_axes| {
             let slips: Vec<[f64; 2]> = locals
                 .iter()
                 .map(|local| interface.frame.tangential(*local, moved(*local)))
@@ -178,8 +198,8 @@ impl Triangle {
             };
             let [first, second] = [of(0), of(1)];
             Sliding {
-                stress: friction.stress.map(|stress| -stress),
-                semi_axes: friction.semi_axes,
+                stress: contact.coupling.layout.pair(multiplier, pane),
+                semi_axes: *semi_axes,
                 slip: std::array::from_fn(|k| [first[k], second[k]]),
             }
         });

@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use rayon::prelude::*;
 
 use super::{
-    macro_stress::{DATA, Data, MacroElement, SIDE_DATA},
+    macro_stress::{Data, MacroElement, SIDE_DATA, Target},
     sides::{MeshSides, SideForces},
 };
 use crate::{mesh::Mesh, reference::TETRAHEDRON_EDGES};
@@ -27,10 +27,7 @@ pub(super) struct Descent<'a> {
     pub(super) mesh: &'a Mesh,
     pub(super) sides: &'a MeshSides,
     pub(super) elements: &'a [MacroElement],
-    /// w: ∫ σ : ε in J of unit data, `[n_tetrahedra]`.
-    pub(super) work: &'a [Data],
-    /// ∫ ε : C ε in J, `[n_tetrahedra]`.
-    pub(super) strain_energy: &'a [f64],
+    pub(super) target: &'a Target<'a>,
     /// f in N/m³.
     pub(super) body_force: Vector3<f64>,
     /// Components of forces that may change, `[n_sides]`.
@@ -49,11 +46,14 @@ struct Patch {
 type Change = (usize, usize, usize, f64);
 
 impl Descent<'_> {
-    /// Sweeps over all edges until that gains little.
-    pub(super) fn improve(&self, forces: &mut SideForces) {
+    /// Sweeps over all edges until that gains little, to the data of the stress of each tetrahedron.
+    pub(super) fn improve(&self, forces: &mut SideForces) -> Vec<Data> {
         let colours = self.colours();
-        let mut data = self.data(forces);
-        let mut distance = self.distance(&data);
+        let elements = self.elements.par_iter().enumerate();
+        let data =
+            elements.map(|(t, element)| self.sides.data(t, element, forces, self.body_force));
+        let mut data: Vec<Data> = data.collect();
+        let mut distance = self.target.distance(&data);
         for _ in 0..MOST_SWEEPS {
             for colour in &colours {
                 let changes = colour.par_iter().map(|patch| self.changes(patch, &data));
@@ -69,31 +69,12 @@ impl Descent<'_> {
                     }
                 }
             }
-            let before = std::mem::replace(&mut distance, self.distance(&data));
+            let before = std::mem::replace(&mut distance, self.target.distance(&data));
             if distance.sqrt() > (1.0 - WORTHWHILE) * before.sqrt() {
                 break;
             }
         }
-    }
-
-    /// The data of the stress of each tetrahedron.
-    pub(super) fn data(&self, forces: &SideForces) -> Vec<Data> {
-        let elements = self.elements.par_iter().enumerate();
-        elements
-            .map(|(t, element)| self.sides.data(t, element, forces, self.body_force))
-            .collect()
-    }
-
-    /// ∫ (σ − C ε) : C⁻¹ (σ − C ε) in J.
-    pub(super) fn distance(&self, data: &[Data]) -> f64 {
-        let all: Vec<usize> = (0..DATA).collect();
-        let elements = self.elements.par_iter().zip(data).enumerate();
-        let of_element = |(t, (element, data)): (usize, (&MacroElement, &Data))| {
-            let energy = (element.energy(&all, &all) * data).dot(data);
-            (energy - 2.0 * self.work[t].dot(data) + self.strain_energy[t]).max(0.0)
-        };
-        let squares: Vec<f64> = elements.map(of_element).collect();
-        squares.iter().sum()
+        data
     }
 
     /// The edges in groups that share no tetrahedron.
@@ -168,7 +149,6 @@ impl Descent<'_> {
         slope: &mut DVector<f64>,
     ) {
         let element = &self.elements[t];
-        let all: Vec<usize> = (0..DATA).collect();
         let mut rows = Vec::new();
         let mut columns = Vec::new();
         for (k, seen) in self.sides.of_tetrahedra[t].iter().enumerate() {
@@ -185,8 +165,9 @@ impl Descent<'_> {
                 }
             }
         }
-        let energy = element.energy(&rows, &all);
-        let rest = &energy * data[t] - DVector::from_fn(rows.len(), |i, _| self.work[t][rows[i]]);
+        let energy = element.energy(&rows);
+        let rest =
+            &energy * data[t] - DVector::from_fn(rows.len(), |i, _| self.target.work[t][rows[i]]);
         let among = energy.select_columns(&rows);
         for (i, row, by) in &columns {
             slope[*i] += rest.fixed_rows::<3>(*row).dot(by);

@@ -32,7 +32,7 @@ pub(super) struct Balanced<'a> {
 const IMBALANCE: f64 = 1e-8;
 
 impl Balanced<'_> {
-    /// The forces; `None` where a corner is held by points, on whose sides no traction can act.
+    /// The forces; `None` where none balance what acts around a corner, such as reactions of points.
     pub(super) fn forces(&self) -> Option<SideForces> {
         let mut forces: SideForces = (0..self.sides.sides.len()).map(|s| self.mean(s)).collect();
         let n_corners = self

@@ -10,8 +10,12 @@
 use std::sync::LazyLock;
 
 use nalgebra::{DMatrix, Matrix3, Matrix6, SVector, Vector3, Vector6};
+use rayon::prelude::*;
 
-use crate::{elasticity::Simplex, reference::quadrature};
+use crate::{
+    elasticity::{MaterialField, Simplex},
+    reference::quadrature,
+};
 
 /// Corners of the sides of a tetrahedron; side k is opposite to corner k.
 pub(super) const SIDES: [[usize; 3]; 4] = [[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]];
@@ -38,8 +42,8 @@ pub(super) type Data = SVector<f64, DATA>;
 struct Reference {
     /// `[VALUES, DATA]`; part k has the corners of side k, then the centroid.
     values: DMatrix<f64>,
-    /// Mean of the products of components c ≤ d, both orders added where they differ: 21 pairs for each of `[DATA, DATA]`.
-    products: Vec<[f64; PAIRS]>,
+    /// Mean of the products of components c ≤ d, both orders added where they differ, `[DATA][pairs][DATA]`.
+    products: Vec<[[f64; DATA]; PAIRS]>,
 }
 
 static REFERENCE: LazyLock<Reference> = LazyLock::new(Reference::new);
@@ -105,16 +109,14 @@ impl Reference {
                 0.0
             }
         });
-        let mut products = vec![[0.0; PAIRS]; DATA * DATA];
+        let mut products = vec![[[0.0; DATA]; PAIRS]; DATA];
         for (pair, [c, d]) in pairs().enumerate() {
             let product = component(c).transpose() * &weights * component(d);
-            for (entry, both) in products.iter_mut().enumerate() {
-                let (i, j) = (entry / DATA, entry % DATA);
-                both[pair] = if c == d {
-                    product[(i, j)]
-                } else {
-                    product[(i, j)] + product[(j, i)]
-                };
+            for (i, of_row) in products.iter_mut().enumerate() {
+                of_row[pair] = std::array::from_fn(|j| match c == d {
+                    true => product[(i, j)],
+                    false => product[(i, j)] + product[(j, i)],
+                });
             }
         }
         Self { products, values }
@@ -211,16 +213,18 @@ impl MacroElement {
         }
     }
 
-    /// Rows and columns of the symmetric matrix of ∫ σ : C⁻¹σ in J over the data.
-    pub(super) fn energy(&self, rows: &[usize], columns: &[usize]) -> DMatrix<f64> {
-        let mut weights = [0.0; PAIRS];
-        for (weight, [c, d]) in weights.iter_mut().zip(pairs()) {
-            *weight = self.metric[(c, d)];
+    /// Rows of the symmetric matrix of ∫ σ : C⁻¹σ in J over the data.
+    pub(super) fn energy(&self, rows: &[usize]) -> DMatrix<f64> {
+        let mut energy = DMatrix::zeros(rows.len(), DATA);
+        for (i, row) in rows.iter().enumerate() {
+            let mut sums = [0.0; DATA];
+            for (products, [c, d]) in REFERENCE.products[*row].iter().zip(pairs()) {
+                let weight = self.metric[(c, d)];
+                (0..DATA).for_each(|j| sums[j] += products[j] * weight);
+            }
+            (0..DATA).for_each(|j| energy[(i, j)] = sums[j]);
         }
-        DMatrix::from_fn(rows.len(), columns.len(), |i, j| {
-            let products = &REFERENCE.products[rows[i] * DATA + columns[j]];
-            products.iter().zip(&weights).map(|(p, w)| p * w).sum()
-        })
+        energy
     }
 
     /// ∫ σ : ε in J of unit data with a strain that is linear, given in Voigt notation at the four corners.
@@ -244,12 +248,53 @@ impl MacroElement {
     }
 }
 
+/// A strain that stresses are compared with.
+pub(super) struct Target<'a> {
+    elements: &'a [MacroElement],
+    /// w: ∫ σ : ε in J of unit data, `[n_tetrahedra]`.
+    pub(super) work: Vec<Data>,
+    /// ∫ ε : C ε in J, `[n_tetrahedra]`.
+    energy: Vec<f64>,
+}
+
+impl<'a> Target<'a> {
+    /// One that is linear in each tetrahedron, given in Voigt notation at the corners.
+    pub(super) fn new(
+        elements: &'a [MacroElement],
+        material: &MaterialField<'_>,
+        strain: &[[Vector6<f64>; 4]],
+    ) -> Self {
+        let both = || elements.iter().zip(strain).enumerate();
+        let energy = both().map(|(t, (element, strain))| {
+            strain_energy(strain, material.tensor(t), element.jacobian / 6.0)
+        });
+        Self {
+            elements,
+            work: both().map(|(_, (element, at))| element.work(at)).collect(),
+            energy: energy.collect(),
+        }
+    }
+
+    /// √∫ ε : C ε over the body, in √J.
+    pub(super) fn norm(&self) -> f64 {
+        self.energy.iter().sum::<f64>().sqrt()
+    }
+
+    /// ∫ (σ − C ε) : C⁻¹ (σ − C ε) in J of the stresses that belong to some data.
+    pub(super) fn distance(&self, data: &[Data]) -> f64 {
+        let all: Vec<usize> = (0..DATA).collect();
+        let elements = self.elements.par_iter().zip(data).enumerate();
+        let of_element = |(t, (element, data)): (usize, (&MacroElement, &Data))| {
+            let energy = (element.energy(&all) * data).dot(data);
+            (energy - 2.0 * self.work[t].dot(data) + self.energy[t]).max(0.0)
+        };
+        let squares: Vec<f64> = elements.map(of_element).collect();
+        squares.iter().sum()
+    }
+}
+
 /// ∫ ε : C ε in J of a strain that is linear on a tetrahedron of some volume.
-pub(super) fn strain_energy(
-    strain: &[Vector6<f64>; 4],
-    elasticity: &Matrix6<f64>,
-    volume: f64,
-) -> f64 {
+fn strain_energy(strain: &[Vector6<f64>; 4], elasticity: &Matrix6<f64>, volume: f64) -> f64 {
     let at = |weights: [f64; 4]| -> Vector6<f64> { (0..4).map(|k| strain[k] * weights[k]).sum() };
     let points = quadrature::TETRAHEDRON_2.into_iter();
     let terms = points.map(|(at_point, weight)| {

@@ -26,14 +26,14 @@ use super::boundary::{FieldLoads, LoadedBoundary};
 use crate::{
     elasticity::{Element, MaterialField},
     mesh::Mesh,
-    post::{ContactReport, Solved},
+    post::Solved,
     scene::Invalid,
 };
 
 use admissible::Admissible;
 use descent::Descent;
 use equilibration::Balanced;
-use macro_stress::{Data, MacroElement, strain_energy};
+use macro_stress::{MacroElement, Target};
 use sides::{MeshSides, SideForces};
 
 /// A bound of the distance of a discrete solution from the exact one, in the energy norm ‖v‖_A = √a(v, v), √J.
@@ -63,6 +63,21 @@ pub struct ContactBound {
     pub friction: Option<f64>,
 }
 
+/// A bound and its parts over ‖u_h‖_A; 0 for a body that is not strained.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct RelativeBound {
+    /// [`ErrorBound::elements`].
+    pub elements: f64,
+    /// [`ErrorBound::total`].
+    pub total: Option<f64>,
+    /// [`ContactBound::lifting`].
+    pub lifting: Option<f64>,
+    /// [`ContactBound::complementarity`].
+    pub complementarity: Option<f64>,
+    /// [`ContactBound::friction`].
+    pub friction: Option<f64>,
+}
+
 /// The balanced traction of a side of a tetrahedron, linear on it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SideForce {
@@ -79,7 +94,7 @@ impl ErrorBound {
     ///
     /// # Errors
     /// [`Invalid`] for scenes whose loads or supports no stress of this kind can balance.
-    pub fn new(solved: &Solved<'_>, report: &ContactReport) -> Result<Self, Invalid> {
+    pub fn new(solved: &Solved<'_>) -> Result<Self, Invalid> {
         scope::check(solved)?;
         let (scene, mesh) = (solved.scene, solved.mesh);
         let material = MaterialField::new(scene, mesh);
@@ -103,81 +118,59 @@ impl ErrorBound {
             traction: &loads.traction,
             is_free: &loads.is_free,
         };
-        let mut forces = balanced.forces().ok_or_else(scope::held_at_points)?;
+        let mut forces = balanced.forces().ok_or_else(|| scope::unbalanced(solved))?;
         let compliances = material.compliances();
         let elements: Vec<MacroElement> = mesh
             .tetrahedra
             .iter()
             .enumerate()
             .map(|(t, corners)| {
-                let region = mesh.tetrahedron_region.get(t).copied().unwrap_or(0);
-                MacroElement::new(&mesh.corners(corners), &compliances[region])
+                MacroElement::new(&mesh.corners(corners), &compliances[material.region(t)])
             })
             .collect();
-        let target = Target::new(&elements, &material, &strain);
+        let target = |strain: &[[Vector6<f64>; 4]]| Target::new(&elements, &material, strain);
+        let own = target(&strain);
         let descent = Descent {
             mesh,
             sides: &sides,
             elements: &elements,
-            work: &target.work,
-            strain_energy: &target.strain_energy,
+            target: &own,
             body_force,
             is_free: &loads.is_free,
         };
-        descent.improve(&mut forces);
-        let data = descent.data(&forces);
-        let bound = descent.distance(&data).sqrt();
-        let (contact, total) = match Admissible::new(solved, report)? {
-            None => (None, solved.contact.is_none().then_some(bound)),
-            Some(admissible) => {
-                let lifting = strains(mesh, &admissible.lifting);
-                let lifted: Vec<[Vector6<f64>; 4]> = strain
-                    .iter()
-                    .zip(&lifting)
-                    .map(|(u, w)| std::array::from_fn(|k| u[k] - w[k]))
-                    .collect();
-                let of_lifted = Target::new(&elements, &material, &lifted);
-                let distance = Descent {
-                    work: &of_lifted.work,
-                    strain_energy: &of_lifted.strain_energy,
-                    ..descent
-                };
-                let square = distance.distance(&data);
-                let lifting = Target::new(&elements, &material, &lifting);
-                let lifting = lifting.strain_energy.iter().sum::<f64>().sqrt();
-                let contact = admissible.bound(lifting);
-                (
-                    Some(contact),
-                    Some(lifting + (square + contact.gap()).sqrt()),
-                )
-            }
+        let data = descent.improve(&mut forces);
+        let bound = own.distance(&data).sqrt();
+        let whole = match Admissible::new(solved)? {
+            Some(admissible) => Some(admissible.bound(mesh, &strain, &data, target)),
+            None => None,
         };
-        let energy: f64 = target.strain_energy.iter().sum();
         Ok(Self {
             elements: bound,
-            contact,
-            total,
-            displacement: energy.sqrt(),
+            contact: whole.map(|(contact, _)| contact),
+            total: match solved.contact {
+                None => Some(bound),
+                Some(_) => whole.map(|(_, total)| total),
+            },
+            displacement: own.norm(),
             forces: shown(&sides, &forces),
         })
     }
 
-    /// A bound over ‖u_h‖_A; 0 for a body that is not strained.
+    /// Bound and parts over ‖u_h‖_A.
     #[must_use]
-    pub fn relative(&self, bound: f64) -> f64 {
-        if bound == 0.0 {
-            0.0
-        } else {
-            bound / self.displacement
+    pub fn relative(&self) -> RelativeBound {
+        let share = |bound: f64| match bound {
+            0.0 => 0.0,
+            bound => bound / self.displacement,
+        };
+        let contact = |part: fn(&ContactBound) -> f64| self.contact.as_ref().map(part).map(share);
+        RelativeBound {
+            elements: share(self.elements),
+            total: self.total.map(share),
+            lifting: contact(|it| it.lifting),
+            complementarity: contact(|it| it.complementarity),
+            friction: self.contact.and_then(|it| it.friction).map(share),
         }
-    }
-}
-
-impl ContactBound {
-    /// Twice the contact part of the gap of duality, in J.
-    fn gap(&self) -> f64 {
-        let friction = self.friction.unwrap_or(0.0);
-        self.complementarity * self.complementarity + friction * friction
     }
 }
 
@@ -193,38 +186,6 @@ fn strains(mesh: &Mesh, displacement: &[[f64; 3]]) -> Vec<[Vector6<f64>; 4]> {
         })
     };
     (0..mesh.tetrahedra.len()).map(of).collect()
-}
-
-/// A strain that stresses are compared with.
-struct Target {
-    /// ∫ σ : ε in J of unit data, `[n_tetrahedra]`.
-    work: Vec<Data>,
-    /// ∫ ε : C ε in J, `[n_tetrahedra]`.
-    strain_energy: Vec<f64>,
-}
-
-impl Target {
-    fn new(
-        elements: &[MacroElement],
-        material: &MaterialField<'_>,
-        strain: &[[Vector6<f64>; 4]],
-    ) -> Self {
-        let works = elements
-            .iter()
-            .zip(strain)
-            .map(|(element, strain)| element.work(strain));
-        let energies = elements
-            .iter()
-            .zip(strain)
-            .enumerate()
-            .map(|(t, (element, strain))| {
-                strain_energy(strain, material.tensor(t), element.jacobian / 6.0)
-            });
-        Self {
-            work: works.collect(),
-            strain_energy: energies.collect(),
-        }
-    }
 }
 
 /// What acts on the sides.

@@ -77,19 +77,46 @@ pub(super) fn is_minimum(scene: &Scene) -> bool {
         let is_given = face.friction.as_ref().is_none_or(|law| {
             let bound = law.bound.place_dependent();
             let is_one = bound.is_some_and(|(_, bound)| !bound.depends_on_place());
-            is_one && !law.coefficients.depends_on_place() && !scene.has_history()
+            is_one && !scene.has_history()
         });
         is_given && !face.gap.as_ref().is_some_and(Quantity::depends_on_place)
     })
 }
 
-/// Supports at points or along lines.
-pub(super) fn held_at_points() -> Invalid {
-    invalid(
-        "clamp",
-        "supports on whole sides of tetrahedra",
-        "a box that holds single nodes, whose reactions no stress can balance",
-    )
+/// Forces that no tractions balance: of supports at points or along lines, or of an answer that is not in equilibrium.
+pub(super) fn unbalanced(solved: &Solved<'_>) -> Invalid {
+    match held_at_points(solved) {
+        Some(clamp) => invalid(
+            &format!("clamp.{clamp}"),
+            "supports on whole sides of tetrahedra",
+            "a box that holds single nodes, whose reactions no stress can balance",
+        ),
+        None => invalid(
+            "solve",
+            "an answer in equilibrium to rounding",
+            "one whose forces around a node do not balance",
+        ),
+    }
+}
+
+/// The first clamp that holds a node in a direction in which no boundary triangle around it is held.
+fn held_at_points(solved: &Solved<'_>) -> Option<usize> {
+    let (mesh, clamps) = (solved.mesh, &solved.scene.clamps);
+    let held = mesh.held_nodes(solved.scene);
+    let mut on_sides = vec![[false; 3]; held.len()];
+    for facet in 0..mesh.facets.len() {
+        for c in (0..3).filter(|c| mesh.facet_nodes(facet).all(|node| held[node][*c])) {
+            let nodes = mesh.facet_nodes(facet);
+            nodes.for_each(|node| on_sides[node][c] = true);
+        }
+    }
+    clamps.iter().position(|clamp| {
+        let is_alone = |node: usize| {
+            let mut components = clamp.components.iter();
+            components.any(|component| !on_sides[node][*component as usize])
+        };
+        mesh.clamped_nodes(clamp).any(is_alone)
+    })
 }
 
 /// Prescribed displacements into the foundation.
@@ -117,7 +144,7 @@ fn varying_load(solved: &Solved<'_>) -> Option<String> {
         let found = values
             .iter()
             .position(|value| value.iter().any(Quantity::depends_on_place));
-        found.map(|i| format!("{key}[{i}].value"))
+        found.map(|i| format!("{key}.{i}.value"))
     };
     let tractions = scene.tractions.iter().map(|it| &it.value[..]).collect();
     let pressures = scene
