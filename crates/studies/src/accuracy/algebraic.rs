@@ -133,11 +133,11 @@ impl SolverPieces {
     ) -> Self {
         let n_series = match scene.contacts.as_slice() {
             [] => 0,
-            _ if scene.solve.inner.needs_explicit() => 3,
-            _ => 5,
+            _ => EXPLICIT.len() + on_implicit(scene).len(),
         };
-        let runs = pieces.kind(Some(settings.budget / EPSILONS.len() as f64));
-        (0..n_series * EPSILONS.len()).for_each(|_| pieces.announce(runs, 1.0));
+        let n_runs = n_series * EPSILONS.len();
+        let runs = pieces.kind(Some(settings.budget / n_runs.max(1) as f64));
+        (0..n_runs).for_each(|_| pieces.announce(runs, 1.0));
         let own = scene.body.as_brick().map_or(1.0, effort);
         if n_series > 0 {
             pieces.announce(meshes, own);
@@ -146,6 +146,22 @@ impl SolverPieces {
             assembly: (meshes, own),
             runs,
         }
+    }
+}
+
+/// The methods on a dense S.
+const EXPLICIT: [RunMethod; 3] = [
+    RunMethod::FixedPrecision,
+    RunMethod::AdaptivePrecision,
+    RunMethod::Newton,
+];
+
+/// Those on an implicit one.
+fn on_implicit(scene: &Scene) -> &'static [RunMethod] {
+    if scene.solve.inner.needs_explicit() {
+        &[]
+    } else {
+        &[RunMethod::FixedPrecision, RunMethod::AdaptivePrecision]
     }
 }
 
@@ -205,15 +221,10 @@ impl AlgebraicStudy {
             reference,
             budget: 0.0,
         };
-        use RunMethod::{AdaptivePrecision, FixedPrecision, Newton};
-        let implicit: &[RunMethod] = match scene.solve.inner.needs_explicit() {
-            true => &[],
-            false => &[FixedPrecision, AdaptivePrecision],
-        };
-        let explicit = [FixedPrecision, AdaptivePrecision, Newton];
-        let mut shares = BudgetShares::new(settings.budget, explicit.len() + implicit.len());
+        let implicit = on_implicit(scene);
+        let mut shares = BudgetShares::new(settings.budget, EXPLICIT.len() + implicit.len());
         let entries = &mut study.entries;
-        for method in explicit {
+        for method in EXPLICIT {
             problem.budget = shares.take(1);
             entries.extend(problem.series(method, RunOperator::Explicit, (work.runs, pieces))?);
         }

@@ -30,6 +30,9 @@ const LARGEST_SHARE: f64 = 0.5;
 /// The reference may take this many times the seconds that a sequence may.
 const REFERENCE_PARTS: usize = 4;
 
+/// Equal parts of the budget.
+const PARTS: usize = SequenceKind::ALL.len() + REFERENCE_PARTS;
+
 /// A kind of sequence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum SequenceKind {
@@ -95,9 +98,9 @@ impl SequenceKind {
 
 /// Announces the sequences and their reference by the seconds that they may take.
 pub(super) fn announce(settings: &AccuracySettings, pieces: &mut Pieces<'_>) -> usize {
-    let kind = pieces.kind(Some(settings.budget));
+    let kind = pieces.kind(Some(settings.budget / PARTS as f64));
     let efforts = SequenceKind::ALL.map(|_| 1.0);
-    let efforts = efforts.into_iter().chain([REFERENCE_BUDGET]);
+    let efforts = efforts.into_iter().chain([REFERENCE_PARTS as f64]);
     efforts.for_each(|effort| pieces.announce(kind, effort));
     kind
 }
@@ -160,8 +163,7 @@ impl MeshSequences {
         (work, pieces): (usize, &mut Pieces<'_>),
     ) -> Result<Self, ProblemError> {
         let mut runs = Vec::new();
-        let n_sequences = SequenceKind::ALL.len();
-        let mut shares = BudgetShares::new(settings.budget, n_sequences + REFERENCE_PARTS);
+        let mut shares = BudgetShares::new(settings.budget, PARTS);
         for kind in SequenceKind::ALL {
             let meshes = Meshes::of(kind, scene, folder, settings)?;
             let mut run = SequenceRun::new(kind, meshes, folder);
