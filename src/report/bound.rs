@@ -27,13 +27,15 @@ pub fn figures(bound: &RelativeBound, units: Units) -> Figures {
     add("total", whole, bound.total);
     let given = "for these contact stresses";
     add("elements", given, Some(bound.elements));
-    add("lifting", "of it penetration", bound.lifting);
-    add(
-        "complementarity",
-        "of it pressure on gaps",
-        bound.complementarity,
-    );
-    add("friction", "of it slip", bound.friction);
+    if bound.lifting.is_some() {
+        add("lifting", "of it penetration", bound.lifting);
+        add(
+            "complementarity",
+            "of it pressure on gaps",
+            bound.complementarity,
+        );
+        add("friction", "of it slip", bound.friction);
+    }
     if bound.total.is_none() {
         let why = "none: friction follows the pressure, or a slip bound or gap is a formula";
         figures.said(whole, Some(why.to_owned()));

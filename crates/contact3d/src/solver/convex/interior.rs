@@ -29,6 +29,9 @@ const CENTRED: f64 = 0.5;
 /// What is violated may be this share of the answer when the active set is read off; Newton's method removes it.
 const VIOLATION: f64 = 1e-3;
 
+/// A larger violation than this share lags behind the active set, and one step more, which leaves a hundredth of it, is worth its cost.
+const LAGGING: f64 = 1e-5;
+
 /// What a Schur complement of unit diagonal resists less is a motion that contact does not hold.
 const UNRESISTED: f64 = 1e-13;
 
@@ -82,7 +85,7 @@ impl<'a> InteriorPoint<'a> {
     /// From equal pressures as large as the answer's largest, at least, and no friction; `None` where nothing presses, pulls or is pulled, so that 0 is the answer.
     pub(in crate::solver) fn new(program: &'a ConvexProgram) -> Option<Self> {
         let pressure = program.bound;
-        if pressure == 0.0 || !pressure.is_finite() {
+        if pressure == 0.0 || !pressure.is_finite() || program.is_solved_by_zero() {
             return None;
         }
         let x = program.of_blocks(|block| match block {
@@ -105,12 +108,17 @@ impl<'a> InteriorPoint<'a> {
     /// Steps until every block is at its bound or free of force, up to `indecision` as a share of the largest stress;
     /// `false` where rounding, or the cap on steps, ends it before.
     pub(in crate::solver) fn run(&mut self, indecision: f64) -> bool {
-        while !self.is_decided(indecision) {
-            if self.steps == MOST_STEPS || self.advance().is_none() {
-                return false;
+        loop {
+            let [undecided, violated] = self.open();
+            let is_decided = undecided <= indecision && violated <= VIOLATION;
+            if is_decided && violated <= LAGGING {
+                return true;
+            }
+            let moves = self.steps < MOST_STEPS && self.advance().is_some();
+            if is_decided || !moves {
+                return is_decided;
             }
         }
-        true
     }
 
     /// λ and α.
@@ -118,16 +126,16 @@ impl<'a> InteriorPoint<'a> {
         self.program.unknowns(&self.x, &self.motion, n_multipliers)
     }
 
-    fn is_decided(&self, share: f64) -> bool {
+    /// How far a block is from being decided, and what is violated, as shares of the largest stress.
+    fn open(&self) -> [f64; 2] {
         let blocks = &self.program.blocks;
         let largest = |size: &dyn Fn(&Block) -> f64| blocks.iter().map(size).fold(0.0, f64::max);
-        let size = largest(&|block| block.size(&self.x));
         let violation = self.violation();
         let points = blocks.iter().zip(&self.dual);
         let indecision = points.map(|(it, z)| it.indecision(it.point(&self.x), *z));
-        let indecision = indecision.fold(0.0, f64::max);
-        indecision <= share * size
-            && largest(&|block| block.size_of_gradient(&violation)) <= VIOLATION * size
+        let violated = largest(&|block| block.size_of_gradient(&violation));
+        let size = largest(&|block| block.size(&self.x));
+        [indecision.fold(0.0, f64::max), violated].map(|open| open / size)
     }
 
     /// A x − G α − b − z.

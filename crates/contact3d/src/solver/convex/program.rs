@@ -160,6 +160,15 @@ impl ConvexProgram {
         gradient
     }
 
+    /// Whether nothing presses the faces, moves them along or is to be carried: x = 0 and α = 0 is the answer.
+    pub(super) fn is_solved_by_zero(&self) -> bool {
+        let is_at_rest = |block: &Block| {
+            let [pressed, along @ ..] = block.part(&self.rhs);
+            pressed <= 0.0 && along == [0.0; 2]
+        };
+        self.resultant.iter().all(|q| *q == 0.0) && self.blocks.iter().all(is_at_rest)
+    }
+
     /// q − Gᵀx − D α.
     pub(super) fn excess(&self, x: &[f64], motion: &[f64]) -> Vec<f64> {
         let rows = self.motions.iter().zip(&self.support).zip(&self.resultant);

@@ -140,6 +140,25 @@ proptest! {
     }
 }
 
+/// Forces that pull all nodes off their foundation leave none in contact.
+#[test]
+fn where_nothing_presses_zero_is_the_answer() {
+    let operator = DMatrix::from_fn(PANES, PANES, |i, j| if i == j { 2.0 } else { 0.1 });
+    for (pressed, has_contact) in [(-1e-9, false), (0.0, false), (1e-9, true)] {
+        let mut rhs = vec![-1.0; PANES];
+        rhs[3] = pressed;
+        let problem = ConvexCase {
+            operator: operator.clone(),
+            rhs,
+            set: set_of(&[], 1.0),
+            motions: Motions::default(),
+        };
+        let residuals = problem.residuals();
+        assert_eq!(residuals.is_some(), has_contact, "{pressed}");
+        assert!(residuals.is_none_or(|[residual, _]| residual <= ACCURATE));
+    }
+}
+
 /// One node on a spring of stiffness 1: λ_ν = max(h_ν, 0), and λ_t is h_t as far as the ellipse lets it.
 #[test]
 fn one_node_has_its_closed_form() {
