@@ -140,10 +140,8 @@ impl ErrorBound {
         };
         let data = descent.improve(&mut forces);
         let bound = own.distance(&data).sqrt();
-        let whole = match Admissible::new(solved)? {
-            Some(admissible) => Some(admissible.bound(mesh, &strain, &data, target)),
-            None => None,
-        };
+        let admissible = Admissible::new(solved)?;
+        let whole = admissible.map(|it| it.bound(mesh, &strain, &data, target));
         Ok(Self {
             elements: bound,
             contact: whole.map(|(contact, _)| contact),
