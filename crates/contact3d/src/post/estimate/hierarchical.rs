@@ -366,7 +366,8 @@ impl<'a> ScaledStiffness<'a> {
         });
     }
 
-    /// Conjugate gradients for every lane on its own, from zero; with the energies of the solutions.
+    /// Conjugate gradients for every lane on its own, from zero, until it ends; with the energies of the solutions. What one lane comes
+    /// to does not depend on the others.
     fn solve(&self, mut residual: Vec<Lanes>) -> (Vec<Lanes>, [f64; LANES]) {
         let mut solution = vec![[0.0; LANES]; residual.len()];
         let mut direction = residual.clone();
@@ -374,16 +375,21 @@ impl<'a> ScaledStiffness<'a> {
         let mut squares = dots(&residual, &residual);
         let mut energy = [0.0; LANES];
         let mut gains: Vec<[f64; LANES]> = Vec::new();
+        let mut goes_on = [true; LANES];
         while gains.len() < MOST_STEPS {
             self.times(&direction, &mut of_elements, &mut image);
             let length = quotients(squares, dots(&direction, &image));
+            let length = from_fn(|l| if goes_on[l] { length[l] } else { 0.0 });
             let gain: [f64; LANES] = from_fn(|l| length[l] * squares[l]);
             (0..LANES).for_each(|l| energy[l] += gain[l]);
             gains.push(gain);
             add(&mut solution, length, &direction);
             let last = &gains[gains.len().saturating_sub(STEPS)..];
             let gained = |l: usize| last.iter().map(|gain| gain[l]).sum::<f64>();
-            if last.len() == STEPS && (0..LANES).all(|l| gained(l) <= GAIN * energy[l]) {
+            if last.len() == STEPS {
+                goes_on = from_fn(|l| goes_on[l] && gained(l) > GAIN * energy[l]);
+            }
+            if goes_on == [false; LANES] {
                 break;
             }
             add(&mut residual, length.map(|by| -by), &image);
