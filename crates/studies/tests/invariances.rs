@@ -17,8 +17,12 @@ fn check(obstacle: &str, friction: &str) -> Check {
          [contact]\nface = 'z_min'\nobstacle.{obstacle}\n{friction}"
     );
     let scene = Scene::parse("test", &text).unwrap_or_else(|e| panic!("{e}\n{text}"));
+    check_of(&scene)
+}
+
+fn check_of(scene: &Scene) -> Check {
     let check = Check::new(
-        &scene,
+        scene,
         Path::new(""),
         Depth::Invariances,
         Solutions::One,
@@ -105,14 +109,7 @@ fn functions_survive_other_descriptions() {
         Coefficient::of_point(varied),
         Coefficient::of_slip(|slip| (0.2 + 1e3 * slip, 1e3)),
     ));
-    let check = Check::new(
-        &scene,
-        Path::new(""),
-        Depth::Invariances,
-        Solutions::One,
-        &mut |_| {},
-    );
-    let check = check.unwrap_or_else(|error| panic!("{error}"));
+    let check = check_of(&scene);
     for invariance in Invariance::ALL {
         let mut results = check.invariances.iter();
         let result = results.find(|result| result.invariance == invariance);

@@ -74,11 +74,8 @@ impl Accuracy {
         observe: &mut dyn FnMut(StudyStep),
     ) -> Result<Self, ProblemError> {
         scene.require_no_history("accuracy")?;
-        // A finest mesh that cannot be is refused before the long work.
-        if let Some(brick) = scene.body.as_brick() {
-            nested_bricks(scene, brick, settings)?;
-        }
         let mut pieces = Pieces::new(observe);
+        // A finest mesh that cannot be is refused before the long work.
         let mut meshes = NestedMeshes::announce(scene, settings, &mut pieces)?;
         let runs = SolverPieces::announce(scene, settings, meshes.kind, &mut pieces);
         let sequences = settings
