@@ -14,7 +14,7 @@ use super::{
 };
 use crate::{
     pipeline::{AdaptStep, Adapted, OutOfReach, Session, StageError},
-    report::percent,
+    report::{estimated_percent, percent},
 };
 
 /// A share of the energy norm: `1%`, `1 %` or `0.01`.
@@ -69,7 +69,7 @@ pub(super) fn run(
             say(output, &forecast_line(number, forecast));
             if let Some(out_of_reach) = out_of_reach.filter(|_| !is_out_of_reach) {
                 is_out_of_reach = true;
-                say(output, &out_of_reach_line(forecast, out_of_reach));
+                say(output, &out_of_reach_line(out_of_reach));
             }
         }
     });
@@ -101,18 +101,18 @@ fn forecast_line(number: usize, forecast: &LevelForecast) -> String {
         "level {number:<3} {:>9} unknowns, {:>18} error about {:>8}, about {:.1} s{cells}",
         forecast.n_free,
         "expected,",
-        percent(forecast.estimated_error),
+        estimated_percent(forecast.estimated_error),
         forecast.seconds
     )
 }
 
-fn out_of_reach_line(forecast: &LevelForecast, memory: OutOfReach) -> String {
+fn out_of_reach_line(target: OutOfReach) -> String {
     let gigabytes = |bytes: u64| bytes as f64 / 1e9;
     format!(
         "mesh      at this rate the target takes about {:.1e} unknowns and {:.0} GB of memory, and there are {:.0} GB: it will hardly be met",
-        forecast.n_free_of_target,
-        gigabytes(memory.needed),
-        gigabytes(memory.available)
+        target.n_free,
+        gigabytes(target.needed),
+        gigabytes(target.available)
     )
 }
 
@@ -121,7 +121,7 @@ fn level_line(number: usize, level: &AdaptiveLevel) -> String {
         "level {number:<3} {:>9} unknowns, {:>6} multipliers, error about {:>8}, {:.3} s",
         level.n_free,
         level.n_multipliers,
-        percent(level.estimated_error),
+        estimated_percent(level.estimated_error),
         level.seconds
     )
 }
@@ -134,7 +134,7 @@ pub(super) fn unmet(adapted: &Adapted) -> Option<String> {
         .levels
         .get(adapted.level)?
         .estimated_error;
-    let reached = percent(reached);
+    let reached = estimated_percent(reached);
     let why = match adapted.status {
         AdaptiveStatus::Met | AdaptiveStatus::NotConverged => return None,
         AdaptiveStatus::Refining => "there are levels to come",

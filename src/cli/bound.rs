@@ -26,14 +26,15 @@ pub(super) fn bound(
     let spinner = progress::spinner("bound", output);
     let bounded = bound_error(&arguments.file, threads);
     spinner.finish_and_clear();
-    let (bound, units) = bounded?;
+    let (scene, bound, estimate) = bounded?;
+    let figures = report::bound::figures(&bound, &scene, estimate);
     study::finish(
         output,
         None,
-        units,
+        scene.units,
         |_| Ok(Vec::new()),
-        || report::bound::json(&bound, units),
-        || report::bound::text(&bound, units),
+        || figures.json(),
+        || figures.text(0, 28),
     )?;
     Ok(Exit::Done)
 }

@@ -168,7 +168,7 @@ pub(super) const FORMER_SEQUENCE_LEVELS: Fields<(SequenceKind, SequenceLevel)> =
 macro_rules! sequences {
     ($place:literal, $absent:expr, $no_forces:expr, $no_friction:expr) => {
         fields! { MeshSequences => GROUP;
-            [|sequences| sequences.advice().to_string()] concat!($place, "/advice"), &[], Dimension::Number, "The cheapest sequence for 5, 2 and 1 per cent.".volatile().optional($absent);
+            [|sequences| sequences.advice().to_string()] concat!($place, "/advice"), &[], Dimension::Number, "The cheapest sequence for 10, 5, 2, 1 and 0.5 per cent, as far as one reached them.".volatile().optional($absent);
             (reference.potential_energy) concat!($place, "/reference/potential_energy"), &[], Dimension::Energy, "u.Au / 2 - l.u of the reference.".symbol("J").volatile().optional($absent);
             (reference.forces?.normal) concat!($place, "/reference/normal_force"), &[], Dimension::FORCE, "Total normal contact force of the reference.".volatile().when(($no_forces, |sequences| sequences.reference.forces.is_some())).missing(|sequences| sequences.reference.forces = None);
             (reference.forces?.tangential) concat!($place, "/reference/tangential_force"), &[extents::FRICTION_AXES], Dimension::FORCE, "Its total tangential multiplier force along t1 and t2.".volatile().optional($no_friction);

@@ -52,7 +52,7 @@ pub use functionals::{
 pub use increments::{GROUP as HISTORY, read as read_history, write as write_history};
 pub use load::{read as read_loads, write as write_loads};
 pub use mesh::{read as read_mesh, write as write_mesh};
-pub use post::{read_certificate, write as write_report};
+pub use post::{read_certificate, read_estimate, write as write_report};
 pub use scene::{
     GROUP as SCENE, get_key, read as read_scene, set_key, table as scene_table,
     table_of_text as scene_table_of_text, text as scene_text, write as write_scene,

@@ -17,9 +17,11 @@ use units::Dimension;
 
 use super::{
     FormatError, Stage, extents,
-    fields::{Fields, fields, write_value},
+    fields::{Fields, fields, read_if_there, write_value},
     stored::stored_as,
 };
+
+const ESTIMATE: &str = "/post/discretisation_error/total";
 
 /// Stresses, zones, resultants and the certificate.
 pub(super) const GROUP: Group = Group::new("post", Stage::Post.command());
@@ -114,7 +116,7 @@ pub(super) const TOTALS: Fields<ContactReport> = fields! { ContactReport => GROU
     [|report| report.certificate.friction.map(|friction| friction.slip_direction)] "/post/certificate/slip_direction", &[], Dimension::Number, "Sum over panes of the frictional work that misses to that of the law's slip direction, in absolute value, over the frictional work plus the sum of |lambda_t|^2 over local stiffness.".optional(NO_FRICTION);
     [|report| report.certificate.contact.map(|contact| contact.fixed_point)] "/post/certificate/fixed_point", &[], Dimension::Number, "Largest entry of lambda - P(lambda - rho r) on the solution's own admissible set with local stiffness rho, normal ones over the largest pressure, tangential ones over the largest tangential stress or semi-axis.".optional(NO_CONTACT);
     [indicator] "/post/discretisation_error/indicator", &[Named("n_tetrahedra")], Dimension::Number, "Share of each tetrahedron in the estimated error, over the energy norm of the displacement; the root of the sum of squares is total.".optional(NO_ERROR);
-    [|report| share(report, "total")] "/post/discretisation_error/total", &[], Dimension::Number, "Estimated |u_h - u|_A / |u_h|_A.".optional(NO_ERROR);
+    [|report| share(report, "total")] ESTIMATE, &[], Dimension::Number, "Estimated |u_h - u|_A / |u_h|_A.".optional(NO_ERROR);
     [|report| share(report, "elements")] "/post/discretisation_error/elements", &[], Dimension::Number, "Part of it that the displacement has for the multipliers as they are.".optional(NO_ERROR);
     [|report| share(report, "penetration")] "/post/discretisation_error/penetration", &[], Dimension::Number, "Part of it from places inside panes that are in the foundation.".optional(NO_CONTACT_OR_OLD);
     [|report| share(report, "complementarity")] "/post/discretisation_error/complementarity", &[], Dimension::Number, "Part of it from pressure across a gap inside panes.".optional(NO_CONTACT_OR_OLD);
@@ -163,6 +165,11 @@ fn share(report: &ContactReport, name: &str) -> Option<f64> {
     let part = parts.into_iter().find(|(part, _)| *part == name);
     part.filter(|_| error.displacement != 0.0)
         .map(|(_, share)| share)
+}
+
+/// Reads the estimated error over ‖u_h‖_A; `None` where the answer is not evaluated, and for a body at rest.
+pub fn read_estimate(reader: &Reader) -> Result<Option<f64>, FormatError> {
+    read_if_there(reader, ESTIMATE)
 }
 
 /// Writes the report, with the contact face and its frame where there is contact; it belongs to a `/VTKHDF` with

@@ -14,7 +14,7 @@ use contact3d::{
         SolvedLevel, refine,
     },
     dual::AssemblyError,
-    mesh::Refinement,
+    mesh::{Mesh, Refinement},
     scene::Scene,
 };
 use runfile::{Home, Reader, Transaction};
@@ -66,6 +66,8 @@ pub enum AdaptStep<'a> {
 /// Memory that a target takes at the rate so far, and that there is, in bytes.
 #[derive(Debug, Clone, Copy)]
 pub struct OutOfReach {
+    /// Free degrees of freedom with which the target would be met.
+    pub n_free: f64,
     /// What the target takes.
     pub needed: u64,
     /// What there is.
@@ -123,6 +125,7 @@ impl Session {
             session: self,
             observe,
             saves: Checkpoints::new(SECONDS_OF_A_COMMIT),
+            prepared: None,
             at_hand: None,
         };
         let (scene, folder) = (&input.scene, &input.folder);
@@ -187,6 +190,8 @@ struct LevelInRunFile<'a> {
     session: &'a mut Session,
     observe: &'a mut dyn FnMut(AdaptStep<'_>),
     saves: Checkpoints,
+    /// The mesh of the next level.
+    prepared: Option<Mesh>,
     at_hand: Option<LevelAtHand>,
 }
 
@@ -216,7 +221,11 @@ impl LevelInRunFile<'_> {
         session.store.refinement = refinement;
         let before = level.checked_sub(1);
         session.store.start = before.map(|before| known.starts[before].clone());
-        session.cache = StageCache::default();
+        let is_last = level == known.refinement.levels.len();
+        session.cache = StageCache {
+            mesh: self.prepared.take().filter(|_| is_last),
+            ..StageCache::default()
+        };
         let mut performed = Vec::new();
         if !session.is_fresh_throughout()? {
             for stage in Stage::ALL {
@@ -271,13 +280,20 @@ impl LevelKeeper for LevelInRunFile<'_> {
     }
 
     fn forecast(&mut self, level: usize, forecast: &LevelForecast) {
-        let needed = problem_bytes(forecast.n_free_of_target / 3.0);
-        let available = available_memory().filter(|&available| needed > available);
-        let out_of_reach = available.map(|available| OutOfReach { needed, available });
+        let out_of_reach = forecast.n_free_of_target.and_then(|n_free| {
+            let needed = problem_bytes(n_free / 3.0);
+            let available = available_memory().filter(|&available| needed > available)?;
+            Some(OutOfReach {
+                n_free,
+                needed,
+                available,
+            })
+        });
         (self.observe)(AdaptStep::Forecast(level, forecast, out_of_reach));
     }
 
-    fn keep(&mut self, known: &Adaptation) {
+    fn keep(&mut self, known: &Adaptation, next: Mesh) {
+        self.prepared = Some(next);
         let (session, observe) = (&mut *self.session, &mut *self.observe);
         self.saves.keep(|| {
             session.write_levels(known, AdaptiveStatus::Refining)?;

@@ -115,13 +115,13 @@ impl OpenRun {
         states.find(|state| state.stage <= upto && !state.is_fresh())
     }
 
-    /// Refuses to export a file whose stages up to some are not fresh.
+    /// Refuses a file whose stages up to some are not fresh.
     pub fn require_fresh(&self, upto: Stage, what: &str) -> Result<(), StageError> {
         self.unusable(upto).map_or(Ok(()), |state| {
             Err(StageError::Unfit {
                 file: self.reader.path().to_owned(),
                 reason: format!(
-                    "`export` needs a {what} file, but `{}` cannot be used, {}; run `contact3d-pipe run` first",
+                    "expected a {what} file, but its `{}` cannot be used, {}; run `contact3d-pipe run` first",
                     state.stage.word(),
                     state.freshness.why()
                 ),

@@ -18,23 +18,27 @@ use runfile::{GroupWriter, Reader, StoreError};
 use super::{StageError, resources};
 use crate::format;
 
-/// Makes the mesh after some cuts, and tries loads, prescribed displacements, gap and friction on it.
+/// Makes the mesh after some cuts unless it is made, and tries loads, prescribed displacements, gap and friction on it.
 ///
 /// # Errors
 /// A mesh or loads the scene cannot have, too little memory or disk space.
 pub(super) fn make(
     input: &SceneFile,
     refinement: &Refinement,
+    made: Option<Mesh>,
     run_file: &Path,
 ) -> Result<Problem, StageError> {
     resources::admit(resources::need_of_mesh(input), run_file)?;
-    let mesh = Arc::new(mesh_of(input, refinement)?);
+    let mesh = Arc::new(match made {
+        Some(mesh) => mesh,
+        None => mesh_of(input, refinement)?,
+    });
     let scene = &input.scene;
-    let made = refuse_rigid_motions(scene, &mesh)
+    let tried = refuse_rigid_motions(scene, &mesh)
         .and_then(|()| try_loads(scene, &mesh))
         .and_then(|()| try_steps(scene, &mesh))
         .and_then(|()| Problem::of_checked(scene.clone(), mesh));
-    Ok(made.map_err(|invalid| input.refuse(invalid))?)
+    Ok(tried.map_err(|invalid| input.refuse(invalid))?)
 }
 
 fn try_loads(scene: &Scene, mesh: &Mesh) -> Result<(), Invalid> {

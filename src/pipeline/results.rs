@@ -171,10 +171,12 @@ pub fn read_results(reader: &Reader, input: &SceneFile) -> Result<Results, Stage
 ///
 /// # Errors
 /// A stage that is missing, stale or damaged, unreadable datasets; an answer that is none; a scene whose error cannot be bounded.
-pub(super) fn read_bound(path: &Path) -> Result<(SceneFile, ErrorBound), StageError> {
+pub(super) fn read_bound(path: &Path) -> Result<BoundedError, StageError> {
     let run = OpenRun::open(path)?;
     run.require_fresh(Stage::Solve, "solved")?;
+    let is_evaluated = run.is_fresh(Stage::Post);
     let OpenRun { reader, input, .. } = run;
+    let estimate = is_evaluated.then(|| format::read_estimate(&reader));
     let problem = mesh::read(&reader, &input)?;
     let solve = StoredSolve::read(&reader, &input, &problem)?;
     if !solve.solution.has_answer() {
@@ -189,7 +191,19 @@ pub(super) fn read_bound(path: &Path) -> Result<(SceneFile, ErrorBound), StageEr
         .problem
         .error_bound(&solve.primal, coupling, &solve.solution)
         .map_err(|invalid| input.refuse(invalid))?;
-    Ok((input, bound))
+    Ok(BoundedError {
+        estimate: estimate.transpose()?.flatten(),
+        bound,
+        input,
+    })
+}
+
+/// The error of a stored answer.
+pub(super) struct BoundedError {
+    pub(super) input: SceneFile,
+    pub(super) bound: ErrorBound,
+    /// Its estimate over ‖u_h‖_A; `None` where the answer is not evaluated, and for a body at rest.
+    pub(super) estimate: Option<f64>,
 }
 
 /// The assembled problem of a run file whose stages up to `solve` are fresh, and its solution.

@@ -5,6 +5,7 @@ use std::{path::Path, sync::Arc, time::Instant};
 use contact3d::{
     AssembledProblem, Problem, RunStep,
     dual::{Assembly, OperatorEstimate},
+    mesh::Mesh,
     scene::{AssembleSettings, Scene, SceneFile, SolveSettings, Warning},
 };
 use runfile::{IfMissing, Reader, RunFile, Transaction};
@@ -29,6 +30,8 @@ pub struct Session {
 /// A new link replaces all that rested on the old one. Links are shared, so holding one keeps no other from being read.
 #[derive(Debug, Default)]
 pub(super) struct StageCache {
+    /// The mesh of a level, made while the level before was at hand.
+    pub(super) mesh: Option<Mesh>,
     pub(super) problem: Option<Arc<Problem>>,
     pub(super) assembled: Option<(Arc<AssembledProblem>, LoadState)>,
     pub(super) results: Option<Arc<Results>>,

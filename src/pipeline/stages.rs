@@ -79,7 +79,8 @@ impl Session {
 
     fn make_mesh(&mut self) -> Result<StageOutput, StageError> {
         let store = &self.store;
-        let problem = mesh::make(&store.input, &store.refinement, store.path())?;
+        let made = self.cache.mesh.take();
+        let problem = mesh::make(&store.input, &store.refinement, made, store.path())?;
         let problem = Arc::new(problem);
         self.cache = StageCache {
             problem: Some(problem.clone()),

@@ -13,13 +13,12 @@ use studies::{
     accuracy::{Accuracy, AccuracySettings, nested_bricks},
     theory::{Theory, TheorySettings, theory_bricks},
 };
-use units::Units;
 
 use super::{
     StageError,
     mesh::{pin, pin_mesh_file},
     resources,
-    results::read_bound,
+    results::{BoundedError, read_bound},
     store::store_with_scene,
 };
 use crate::format::{self, LAYOUT};
@@ -82,14 +81,22 @@ pub fn measure_theory(
     })
 }
 
-/// Bounds the discretisation error of a solved run file and stores the bound in it.
+/// Bounds the discretisation error of a solved run file and stores the bound in it; beside the bound the stored estimate, where there is
+/// one.
 ///
 /// # Errors
 /// A busy, foreign or unreadable file; a file without a fresh answer; a scene whose error cannot be bounded.
-pub fn bound_error(path: &Path, threads: usize) -> Result<(RelativeBound, Units), StageError> {
+pub fn bound_error(
+    path: &Path,
+    threads: usize,
+) -> Result<(Scene, RelativeBound, Option<f64>), StageError> {
     let file = RunFile::lock(path, LAYOUT, IfMissing::Refuse)?;
     let started = Instant::now();
-    let (input, bound) = read_bound(path)?;
+    let BoundedError {
+        input,
+        bound,
+        estimate,
+    } = read_bound(path)?;
     let scene = &input.scene;
     let seconds = started.elapsed().as_secs_f64();
     let record = GroupRecord::ended(String::new(), accuracy_input(scene), seconds, threads);
@@ -97,7 +104,7 @@ pub fn bound_error(path: &Path, threads: usize) -> Result<(RelativeBound, Units)
     store_with_scene(&file, scene, format::BOUND, &record, |writer| {
         format::write_bound(writer, &bound)
     })?;
-    Ok((bound.relative(), scene.units))
+    Ok((input.scene, bound.relative(), estimate))
 }
 
 /// Measures on so many threads, and stores what came of it in a group of a run file.

@@ -143,7 +143,7 @@ fn limits(study: &DiscretisationStudy, units: Units) -> String {
     let forces = forces.map(|(name, trend)| (name, force, trend));
     let line = |(name, unit, trend): (&str, &str, &Trend)| match trend.limit {
         Some(limit) => format!("limit of {name}: {limit:.8e} {unit}\n"),
-        None => format!("limit of {name}: no order observed, none claimed\n"),
+        None => format!("limit of {name}: no order of 0.5 observed, none claimed\n"),
     };
     [potential].into_iter().chain(forces).map(line).collect()
 }

@@ -112,11 +112,20 @@ pub(super) fn quantity_words(units: Units, it: &FunctionalEstimate) -> (String, 
             "{:.4e} {} ± {}{}",
             it.value,
             unit.word(),
-            percent(it.relative()),
+            bar(it, unit.word()),
             cautions(units, it)
         ),
     };
     (name, value)
+}
+
+/// An error bar relative to its value, or in a unit where the value is no more than the bar.
+fn bar(it: &FunctionalEstimate, unit: &str) -> String {
+    let [low, high] = it.range;
+    match it.relative() {
+        share @ ..=1.0 => percent(share),
+        _ => format!("{:.1e} {unit}", (high - it.value).max(it.value - low)),
+    }
 }
 
 /// The box of a mean, and panes at kinks.

@@ -1,26 +1,17 @@
 //! A bound of the discretisation error.
 
-use contact3d::post::RelativeBound;
-use serde_json::Value;
-use units::Units;
+use contact3d::{
+    post::RelativeBound,
+    scene::{Quantity, Scene},
+};
 
 use super::{Figures, percent};
 
-/// The bound and its parts, for people.
-pub fn text(bound: &RelativeBound, units: Units) -> String {
-    figures(bound, units).text(0, 28)
-}
-
-/// The same for programs.
-pub fn json(bound: &RelativeBound, units: Units) -> Value {
-    figures(bound, units).json()
-}
-
-/// The bound and its parts.
-pub fn figures(bound: &RelativeBound, units: Units) -> Figures {
-    let mut figures = Figures::new(units);
+/// The bound and its parts, and an estimate of the same error where there is one.
+pub fn figures(bound: &RelativeBound, scene: &Scene, estimate: Option<f64>) -> Figures {
+    let mut figures = Figures::new(scene.units);
     let mut add = |key: &str, words: &str, share: Option<f64>| {
-        let shown = share.map(|share| format!("at most {}", percent(rounded_up(share))));
+        let shown = share.map(|share| format!("guaranteed at most {}", percent(rounded_up(share))));
         figures.in_words(key, words, shown, share);
     };
     let whole = "error in the energy norm";
@@ -37,10 +28,31 @@ pub fn figures(bound: &RelativeBound, units: Units) -> Figures {
         add("friction", "of it slip", bound.friction);
     }
     if bound.total.is_none() {
-        let why = "none: friction follows the pressure, or a slip bound or gap is a formula";
-        figures.said(whole, Some(why.to_owned()));
+        figures.said(whole, Some(format!("no bound: {}", why_none(scene))));
     }
+    let shown = estimate.map(|share| format!("about {}", percent(share)));
+    figures.in_words("estimate", "estimated", shown, estimate);
     figures
+}
+
+/// Why only the error for the contact stresses as they are has a bound.
+fn why_none(scene: &Scene) -> &'static str {
+    if scene
+        .contacts
+        .iter()
+        .any(|face| face.gap.depends_on_place())
+    {
+        return "a gap is a formula";
+    }
+    let laws = (0..scene.contacts.len()).filter_map(|entry| scene.friction_on(entry));
+    let mut bounds = laws.map(|(_, law)| law.slip_bound.as_ref());
+    if bounds.clone().any(|bound| bound.is_none()) {
+        return "friction follows the pressure";
+    }
+    match bounds.any(|bound| bound.is_some_and(Quantity::depends_on_place)) {
+        true => "a slip bound is a formula",
+        false => "friction in a load history",
+    }
 }
 
 /// The next larger number of two digits.

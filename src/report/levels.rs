@@ -12,7 +12,7 @@ use super::{
     Digits::{Fixed, Scientific},
     FigureTable, Figures,
     answer::quantities_json,
-    percent,
+    estimated_percent, percent,
 };
 use crate::{format::adaptive_status_word, pipeline::Adapted};
 
@@ -53,7 +53,7 @@ pub fn increments(scene: &Scene, records: &[StepRecord]) -> FigureTable {
         figures.for_programs("energy_imbalance", energies.imbalance);
         if let Some(errors) = &errors {
             let error = errors[k];
-            figures.in_words("estimated_error", "error about", Some(percent(error)), error);
+            figures.in_words("estimated_error", "error about", Some(estimated_percent(error)), error);
         }
         figures.plain("status", "status", record.status.word());
         figures.for_programs("load_work", energies.load_work);
@@ -121,7 +121,7 @@ pub fn adaptation_table(scene: &Scene, adaptation: &Adaptation, target: f64) -> 
         figures.plain("n_free", "unknowns", level.n_free);
         figures.plain("n_multipliers", "multipliers", level.n_multipliers);
         let error = level.estimated_error;
-        figures.in_words("estimated_error", "error about", Some(percent(error)), error);
+        figures.in_words("estimated_error", "error about", Some(estimated_percent(error)), error);
         figures.number("stability", "stability", Fixed(3), level.stability);
         figures.add("seconds", "time", Dimension::Time, Fixed(3), level.seconds);
         figures.for_programs("status", level.status.word());

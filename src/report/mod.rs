@@ -23,7 +23,7 @@ pub mod theory;
 pub use features::features;
 pub use figure::{Digits, Figures};
 pub use levels::{adaptation_json, adaptation_table, history_text, increments, shown_time};
-pub use run::{SolvedRun, percent};
+pub use run::{SolvedRun, estimated_percent, percent};
 pub use setting_unit::setting_unit;
 pub use sinks::FigureTable;
 pub use stages::{outcome, performed, stages, summary};

@@ -126,6 +126,13 @@ impl<'a> SolvedRun<'a> {
         if panes.is_empty() || !self.solution.has_answer() || !panes.iter().all(is_open) {
             return None;
         }
+        let error = &self.report.discretisation_error;
+        if error
+            .contact
+            .is_some_and(|contact| contact.penetration > 0.0)
+        {
+            return Some("no pane is in contact, but between the nodes the obstacle lies inside the body: the mesh is too coarse there; refine it, or let run --error do so".into());
+        }
         let gap = panes
             .iter()
             .map(|pane| pane.gap)
@@ -351,7 +358,10 @@ fn estimate_words(estimate: &ErrorEstimate, scene: &Scene) -> String {
         (true, None) => ", a rough guess: the mesh is coarse; refine it: run ... --error 10%",
         (true, Some(_)) => ", a rough guess: the mesh is coarse",
     };
-    format!("about {} in the energy norm{caution}", percent(error))
+    format!(
+        "about {} in the energy norm{caution}",
+        estimated_percent(error)
+    )
 }
 
 /// A share in percent with two digits, without a power of ten from 0.01 % on.
@@ -365,6 +375,15 @@ pub fn percent(share: f64) -> String {
         0.0 => "0 %".to_owned(),
         _ if percent.is_nan() => "unknown".to_owned(),
         _ => format!("{percent:.1e} %"),
+    }
+}
+
+/// An estimated share in per cent, of which an order of magnitude is all that counts where it is large.
+pub fn estimated_percent(share: f64) -> String {
+    if share >= 10.0 {
+        "over 1000 %".to_owned()
+    } else {
+        percent(share)
     }
 }
 

@@ -320,7 +320,7 @@ fn bound_parts(reader: &Reader, scene: &Scene) -> StudyParts {
     let bound = format::read_bound(reader)?;
     let mut parts = outdated(&stored, scene, "bound");
     parts.push(PagePart::Table(
-        report::bound::figures(&bound, stored.units).html(),
+        report::bound::figures(&bound, scene, None).html(),
     ));
     Ok(Some(parts))
 }

@@ -19,7 +19,10 @@ fn both_studies_are_stored_drawn_printed_and_advised_on() {
     let program = Program::new();
     let done = accuracy(&program, &[]).assert().success();
     let text = String::from_utf8_lossy(&done.get_output().stdout).into_owned();
-    assert!(text.starts_with("At this mesh (n_div = 4)"), "{text}");
+    assert!(
+        text.starts_with("At this mesh (12 x 4 x 4 cells)"),
+        "{text}"
+    );
     assert!(text.contains("Discretisation error") && !text.contains("Algebraic error"));
     assert!(text.trim_end().ends_with("--solves lists them"), "{text}");
     // The small meshes come first, so a first figure does too.

@@ -12,7 +12,7 @@ fn a_bound_is_stored_printed_and_shown() {
     let done = program.command(&["bound", "run.h5"]).assert().success();
     let text = String::from_utf8_lossy(&done.get_output().stdout).into_owned();
     assert!(
-        text.contains("none: friction follows the pressure"),
+        text.contains("no bound: friction follows the pressure"),
         "{text}"
     );
     let done = program

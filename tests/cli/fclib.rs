@@ -181,7 +181,11 @@ fn unsolved_files_and_outputs_of_others_are_refused() {
     fclib::write_local(&others, &problem()).expect("written");
     others.close().expect("closed");
     for (file, out, word) in [
-        ("mesh.h5", "out.hdf5", "needs a solved file, but `assemble`"),
+        (
+            "mesh.h5",
+            "out.hdf5",
+            "expected a solved file, but its `assemble`",
+        ),
         ("run.h5", "run.h5", "this command reads that file"),
         (
             "run.h5",

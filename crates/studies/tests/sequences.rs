@@ -60,13 +60,15 @@ fn advice_names_the_cheapest_sequence_and_says_what_nobody_reached() {
         kinds,
         [
             Some(SequenceKind::LinearUniform),
+            Some(SequenceKind::LinearUniform),
             Some(SequenceKind::QuadraticAdaptive),
+            None,
             None
         ]
     );
     assert_eq!(
         advice.to_string(),
-        "5 %: P1 uniform, 2.00 s; 2 %: P2 adaptive, 9.00 s; 1 %: not reached within the budget"
+        "10 %: P1 uniform, 2.00 s; 5 %: P1 uniform, 2.00 s; 2 %: P2 adaptive, 9.00 s; 1 %: not reached by any"
     );
 }
 

@@ -20,8 +20,9 @@ pub struct LevelForecast {
     pub seconds: f64,
     /// Estimated error over ‖u_h‖_A at the rate so far.
     pub estimated_error: f64,
-    /// Free degrees of freedom with which the target would be met at the rate so far.
-    pub n_free_of_target: f64,
+    /// Free degrees of freedom with which the target would be met at the rate so far; `None` while the error is as large as the solution,
+    /// which has no rate.
+    pub n_free_of_target: Option<f64>,
     /// Graded cells of a brick that is meshed anew; `None` where the level before is cut.
     pub cells: Option<[usize; 3]>,
 }
@@ -50,7 +51,8 @@ impl LevelForecast {
             n_free: n_free as usize,
             seconds: last.seconds * growth.powf(cost),
             estimated_error: last.estimated_error * growth.powf(-rate),
-            n_free_of_target: last.n_free as f64 * to_go.powf(1.0 / rate),
+            n_free_of_target: (last.estimated_error < 1.0)
+                .then(|| last.n_free as f64 * to_go.powf(1.0 / rate)),
             cells: None,
         }
     }
@@ -85,7 +87,8 @@ mod tests {
         assert_eq!(forecast.n_free, 1600);
         // Logarithms and powers of exact numbers: some roundings.
         assert!((forecast.seconds - 64.0).abs() < 1e-9, "{forecast:?}");
-        assert!((forecast.n_free_of_target - 6400.0).abs() < 1e-6);
+        let of_target = forecast.n_free_of_target.expect("a rate");
+        assert!((of_target - 6400.0).abs() < 1e-6);
         let alone = LevelForecast::new(&levels[..1], 4.0, 0.05);
         assert!((alone.seconds - 8.0).abs() < 1e-12, "{alone:?}");
     }

@@ -57,11 +57,16 @@ pub struct Adaptation {
 /// Levels in a row that have to make the estimate smaller between them.
 const PATIENCE: usize = 3;
 
+/// Growth of the unknowns over which an estimate larger than the solution has to fall: that of two halvings of all edges. It tells where
+/// a coarse mesh misses contact, and does not fall before that is found, with far fewer unknowns.
+const GROWTH_OF_SEARCH: usize = 64;
+
 impl Adaptation {
-    /// The first level that meets a target.
+    /// The first level that meets a target; none with an error as large as the solution does.
     #[must_use]
     pub fn level_that_meets(&self, target: f64) -> Option<usize> {
-        let meets = |l: &AdaptiveLevel| l.status.is_solved() && l.estimated_error <= target;
+        let is_met = |error: f64| error <= target && error < 1.0;
+        let meets = |l: &AdaptiveLevel| l.status.is_solved() && is_met(l.estimated_error);
         self.levels.iter().position(meets)
     }
 
@@ -77,9 +82,14 @@ impl Adaptation {
         if !last.status.is_solved() || last.estimated_error.is_nan() {
             return AdaptiveStatus::NotConverged;
         }
-        let earlier = self.levels.len().checked_sub(PATIENCE + 1);
-        match earlier.map(|k| self.levels[k].estimated_error) {
-            Some(earlier) if last.estimated_error >= earlier => AdaptiveStatus::Stalled,
+        let before = self.levels.len().saturating_sub(PATIENCE);
+        let searches = last.estimated_error >= 1.0;
+        let growth = if searches { GROWTH_OF_SEARCH } else { 1 };
+        let coarser = |l: &&AdaptiveLevel| growth * l.n_free <= last.n_free;
+        match self.levels[..before].iter().rfind(coarser) {
+            Some(earlier) if last.estimated_error >= earlier.estimated_error => {
+                AdaptiveStatus::Stalled
+            }
             Some(_) | None => AdaptiveStatus::Refining,
         }
     }

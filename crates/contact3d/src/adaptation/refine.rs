@@ -56,8 +56,8 @@ pub trait LevelKeeper {
     /// Sees what the next level, by its number, is expected to come to.
     fn forecast(&mut self, level: usize, forecast: &LevelForecast);
 
-    /// Keeps what an interrupted computation could go on from.
-    fn keep(&mut self, known: &Adaptation);
+    /// Keeps what an interrupted computation could go on from, and the mesh of the level that comes next.
+    fn keep(&mut self, known: &Adaptation, next: Mesh);
 }
 
 /// When refining ends.
@@ -113,6 +113,7 @@ pub fn refine<K: LevelKeeper>(
             }
             let solved = keeper.solved(level, &known)?;
             let NextLevel {
+                refined,
                 mesh,
                 start,
                 forecast,
@@ -122,9 +123,9 @@ pub fn refine<K: LevelKeeper>(
                 ended = Some(AdaptiveStatus::OverBudget);
                 break;
             }
-            known.refinement.levels.push(mesh);
+            known.refinement.levels.push(refined);
             known.starts.push(start);
-            keeper.keep(&known);
+            keeper.keep(&known, mesh);
             continue;
         }
         let solved = keeper.solved(level, &known);
@@ -157,7 +158,8 @@ pub fn refine<K: LevelKeeper>(
 
 /// What the next level is made of, and what it is expected to come to.
 struct NextLevel {
-    mesh: RefinedLevel,
+    refined: RefinedLevel,
+    mesh: Mesh,
     start: Vec<f64>,
     forecast: LevelForecast,
 }
@@ -200,7 +202,8 @@ fn next_level(
             cells,
             ..LevelForecast::new(&known.levels, growth, target)
         },
-        mesh: next,
+        refined: next,
+        mesh,
     })
 }
 
@@ -268,6 +271,7 @@ pub fn adapted(
         scene: &scene,
         folder,
         observe,
+        prepared: None,
         at_hand: None,
     };
     let refined = refine(&scene, folder, goal, Adaptation::default(), &mut levels)?;
@@ -297,15 +301,23 @@ struct LevelInMemory<'a> {
     scene: &'a Scene,
     folder: &'a Path,
     observe: &'a mut dyn FnMut(&AdaptiveLevel),
+    /// The mesh of the next level.
+    prepared: Option<Mesh>,
     /// Its number, what it came to, and the seconds it took.
     at_hand: Option<(usize, Answer, f64)>,
 }
 
 impl LevelInMemory<'_> {
-    fn solve(&self, level: usize, known: &Adaptation) -> Result<Answer, ProblemError> {
-        let mut refinement = known.refinement.clone();
-        refinement.levels.truncate(level);
-        let mesh = Mesh::refined(self.scene, self.folder, &refinement)?;
+    fn solve(&mut self, level: usize, known: &Adaptation) -> Result<Answer, ProblemError> {
+        let is_last = level == known.refinement.levels.len();
+        let mesh = match self.prepared.take().filter(|_| is_last) {
+            Some(mesh) => mesh,
+            None => {
+                let mut refinement = known.refinement.clone();
+                refinement.levels.truncate(level);
+                Mesh::refined(self.scene, self.folder, &refinement)?
+            }
+        };
         let problem = Problem::of_checked(self.scene.clone(), Arc::new(mesh))?;
         let before = level.checked_sub(1).map(|before| &*known.starts[before]);
         let start = Start {
@@ -357,7 +369,9 @@ impl LevelKeeper for LevelInMemory<'_> {
 
     fn forecast(&mut self, _: usize, _: &LevelForecast) {}
 
-    fn keep(&mut self, _: &Adaptation) {}
+    fn keep(&mut self, _: &Adaptation, next: Mesh) {
+        self.prepared = Some(next);
+    }
 }
 
 impl SolvedLevel<'_> {
@@ -390,7 +404,8 @@ impl AdaptiveLevel {
             n_tetrahedra: level.mesh.tetrahedra.len(),
             n_free: level.solution.displacement.len(),
             n_multipliers: level.solution.multiplier.len(),
-            estimated_error: estimated_error.ok_or_else(|| nothing_to_refine_for(of))?,
+            estimated_error: estimated_error
+                .ok_or_else(|| nothing_to_refine_for(of, level.dual.is_some()))?,
             stability: level.dual.map(smallest_eigenvalue),
             status: level.solution.status,
             seconds: level.seconds,
@@ -398,14 +413,18 @@ impl AdaptiveLevel {
     }
 }
 
-/// Refuses to refine for a quantity that an answer does not have.
-fn nothing_to_refine_for(of: Option<Functional>) -> Invalid {
+/// Refuses to refine for a quantity that an answer does not have, with S at hand or not.
+fn nothing_to_refine_for(of: Option<Functional>, has_dual: bool) -> Invalid {
     let name = of.map_or("", Functional::word);
+    let rest = if has_dual {
+        ""
+    } else {
+        ", or set assemble.dual_operator = \"explicit\""
+    };
     Invalid {
         key: "adapt.of".into(),
-        expected: "a quantity that the answer has, other than zero, with S as a dense matrix".into(),
+        expected: "a quantity that the answer has, other than zero".into(),
         found: format!("{name}, which is zero or has no estimate"),
-        help: "leave it out to refine for the energy norm, refine the first mesh, or set assemble.dual_operator = \"explicit\""
-            .into(),
+        help: format!("leave it out to refine for the energy norm, refine the first mesh{rest}"),
     }
 }

@@ -22,11 +22,13 @@ pub fn largest_norm(records: &[StepRecord]) -> f64 {
 
 impl HistoryErrors {
     /// Those of the displacement in the energy norm, over the largest ‖u_h‖_A, or of a quantity, over its largest size; `None` where
-    /// no increment has an estimate.
+    /// no increment has an estimate. Quantities of a displacement with an error as large as itself have that error.
     #[must_use]
     pub fn new(records: &[StepRecord], of: Option<Functional>) -> Option<Self> {
-        let Some(of) = of else {
-            return Self::of_displacement(records);
+        let of_displacement = Self::of_displacement(records);
+        let misses_solution = |errors: &Self| errors.largest() >= 1.0;
+        let Some(of) = of.filter(|_| !of_displacement.as_ref().is_some_and(misses_solution)) else {
+            return of_displacement;
         };
         let found = records.iter().map(|record| record.quantity(of));
         let found: Vec<Option<&FunctionalEstimate>> = found.collect();
@@ -42,14 +44,15 @@ impl HistoryErrors {
     }
 
     fn of_displacement(records: &[StepRecord]) -> Option<Self> {
-        let size = largest_norm(records);
-        let error = |record: &StepRecord| match record.error_energy.iter().sum::<f64>() {
-            0.0 => 0.0,
-            square => square.sqrt() / size,
-        };
+        let errors = records
+            .iter()
+            .map(|record| record.error_energy.iter().sum::<f64>().sqrt());
+        // Of a body at rest that misses its contact the error is all of the solution.
+        let size = largest_norm(records).max(largest(errors.clone()));
+        let relative = |error: f64| if error == 0.0 { 0.0 } else { error / size };
         let is_estimated = records.iter().any(|record| !record.error_energy.is_empty());
         is_estimated.then(|| Self {
-            relative: records.iter().map(error).collect(),
+            relative: errors.map(relative).collect(),
             indicator: envelope(records.iter().map(|record| &record.error_energy), f64::sqrt),
         })
     }

@@ -20,6 +20,7 @@ pub use brick::{brick, brick_counts};
 pub use contact_surface::{ContactSurface, SurfaceFace};
 pub use gmsh::{FilePosition, GmshError, GmshFlaw, digest_of, parse as parse_gmsh};
 pub use inspection::{FaceInspection, MeshInspection};
+pub(crate) use obstacle::DistanceBetweenNodes;
 pub use patches::macro_patches;
 pub use quadratic::{IsoparametricMap, MidEdgeNodes};
 pub use refined::{RefinableBody, RefinedLevel, Refinement};

@@ -133,8 +133,8 @@ pub struct ContactReport {
     pub certificate: Certificate,
     /// The estimated distance of the discrete solution from the body it models.
     pub discretisation_error: ErrorEstimate,
-    /// Quantities of the answer with their errors; empty where no dense dual problem was at hand, in a load history, and where nothing
-    /// is deformed.
+    /// Quantities of the answer with their errors; empty where no dense dual problem was at hand, in a load history, where nothing
+    /// is deformed, and where the estimated error is as large as the answer.
     pub functionals: Vec<FunctionalEstimate>,
     /// What takes back the claim of the solve; [`Self::judge`] acts on it.
     pub flaw: Option<Flaw>,
@@ -208,7 +208,10 @@ impl ContactReport {
             strain_energy: resultants.strain_energy,
             rounding: rounding_energy,
         };
-        let (discretisation_error, functionals) = estimate(solved, &known, &resultants);
+        let (discretisation_error, mut functionals) = estimate(solved, &known, &resultants);
+        if discretisation_error.misses_solution() {
+            functionals.clear();
+        }
         let mut report = Self {
             discretisation_error,
             functionals,
@@ -232,12 +235,13 @@ impl ContactReport {
     }
 
     /// The estimated relative error of a quantity of the answer, of the displacement in the energy norm where none is named; `None` of
-    /// a quantity that the answer does not have.
+    /// a quantity that the answer does not have. An answer with an error as large as itself has no quantities yet: that error is theirs.
     #[must_use]
     pub fn relative_error(&self, of: Option<Functional>) -> Option<f64> {
-        match of {
-            None => Some(self.discretisation_error.relative()),
-            Some(_) => self.functional(of?).map(FunctionalEstimate::relative),
+        let error = &self.discretisation_error;
+        match of.filter(|_| !error.misses_solution()) {
+            None => Some(error.relative()),
+            Some(of) => self.functional(of).map(FunctionalEstimate::relative),
         }
     }
 

@@ -428,7 +428,7 @@ impl LevelKeeper for Forecasts {
         self.0.push((level, *forecast));
     }
 
-    fn keep(&mut self, _: &Adaptation) {}
+    fn keep(&mut self, _: &Adaptation, _: Mesh) {}
 }
 
 /// What an interrupted computation has left to be solved is not begun where it would end too late.

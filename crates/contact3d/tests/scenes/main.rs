@@ -9,6 +9,7 @@ mod faces;
 mod floating;
 mod gate;
 mod graded;
+mod hidden_contact;
 mod keeper;
 mod load_history;
 mod local_mapping;

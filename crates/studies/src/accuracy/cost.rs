@@ -98,6 +98,8 @@ const NEGLIGIBLE_SHARE: f64 = 0.1;
 pub struct Advice {
     /// n_div of the scene's mesh; `None` for a mesh file.
     pub n_div: Option<usize>,
+    /// Its cells; `None` where it was not solved.
+    pub cells: Option<[usize; 3]>,
     /// The relative discretisation error in the energy norm, extrapolated; where no order is
     /// observed, the difference to the finest mesh, which it exceeds.
     pub discretisation_error: Option<f64>,
@@ -113,8 +115,8 @@ pub struct Advice {
 /// The next mesh compared with the scene's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FinerMesh {
-    /// Its n_div.
-    pub n_div: usize,
+    /// Its cells.
+    pub cells: [usize; 3],
     /// Its seconds over those of the scene's mesh.
     pub cost_ratio: f64,
     /// The scene's error over its error; `None` without extrapolation.
@@ -141,10 +143,11 @@ impl Advice {
         let finer = study.levels.iter().find(|l| l.n_div > here.n_div);
         let judged = accuracy.algebraic.as_ref().zip(error);
         Self {
+            cells: Some(here.cells),
             extrapolated: here.energy_error.is_some(),
             discretisation_error: error,
             refinement: finer.map(|finer| FinerMesh {
-                n_div: finer.n_div,
+                cells: finer.cells,
                 cost_ratio: finer.cost.seconds / here.cost.seconds,
                 error_ratio: Option::zip(here.energy_error, finer.energy_error)
                     .map(|(here, finer)| here / finer),
@@ -177,17 +180,22 @@ impl fmt::Display for Advice {
                 "A mesh file has no finer meshes, so its discretisation error is not known.",
             );
         };
+        match self.cells {
+            None => write!(f, "At this mesh (n_div = {n_div})")?,
+            Some([x, y, z]) => write!(f, "At this mesh ({x} x {y} x {z} cells)")?,
+        }
         match self.discretisation_error {
-            None => write!(
-                f,
-                "At this mesh (n_div = {n_div}) the discretisation error is not known"
-            )?,
-            Some(error) => write!(
-                f,
-                "At this mesh (n_div = {n_div}) the discretisation error is {}{:.2} % in the energy norm",
-                if self.extrapolated { "" } else { "at least " },
-                100.0 * error
-            )?,
+            None => f.write_str(" the discretisation error is not known")?,
+            Some(error) => {
+                let least = if self.extrapolated { "" } else { "at least " };
+                let percent = 100.0 * error;
+                // Two digits are what an extrapolation tells.
+                let digits = (1.0 - percent.log10().floor()).clamp(0.0, 9.0) as usize;
+                write!(
+                    f,
+                    " the discretisation error is {least}{percent:.digits$} % in the energy norm"
+                )?;
+            }
         }
         if let Some(epsilon) = self.sufficient_epsilon {
             write!(f, "; epsilon below {epsilon:.0e} buys nothing")?;
@@ -195,11 +203,12 @@ impl fmt::Display for Advice {
         if let Some(next) = self.refinement {
             write!(
                 f,
-                "; refining to n_div = {} costs {:.1} times the time",
-                next.n_div, next.cost_ratio
+                "; refining to {} cells costs {:.1} times the time",
+                next.cells.map(|n| n.to_string()).join(" x "),
+                next.cost_ratio
             )?;
             if let Some(ratio) = next.error_ratio {
-                write!(f, " and divides the error by {ratio:.2}")?;
+                write!(f, " and divides the error by {ratio:.1}")?;
             }
         }
         f.write_str(".")

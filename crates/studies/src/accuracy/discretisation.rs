@@ -26,6 +26,10 @@ pub(super) const CHEAP_SECONDS: f64 = 5.0;
 /// Differences below this share of the quantity are rounding: the solves reach 1e-12.
 const NEGLIGIBLE: f64 = 1e-10;
 
+/// The least observed order that a limit is claimed from: that of the energy norm at an edge between a clamp and a free face. With a
+/// lower one the meshes are too coarse to tell, and the limit lies far beyond the last of them.
+const LEAST_ORDER: f64 = 0.5;
+
 /// Resultants on Γ_c.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Forces {
@@ -276,7 +280,8 @@ impl Trend {
         };
         let orders: Vec<Option<f64>> = (0..h.len()).map(order).collect();
         let last = h.len().wrapping_sub(1);
-        let limit = orders.last().copied().flatten().map(|order| {
+        let order = orders.last().copied().flatten();
+        let limit = order.filter(|order| *order >= LEAST_ORDER).map(|order| {
             let pair = |list: &[f64]| [list[last - 1], list[last]];
             extrapolated(pair(h), pair(values), order)
         });

@@ -81,6 +81,57 @@ impl Approach {
     }
 }
 
+/// The distance of a face from its obstacle between the nodes, where that is not the one of the nodes interpolated.
+pub(crate) struct DistanceBetweenNodes<'a> {
+    measured: Measured<'a>,
+    /// φ in m, by node of the mesh.
+    at_nodes: BTreeMap<usize, f64>,
+    /// What a mesh leaves of a curved face around each node in m.
+    faceting: BTreeMap<usize, f64>,
+}
+
+impl<'a> DistanceBetweenNodes<'a> {
+    /// That of a face with some triangles and nodes; `None` where interpolation is exact, for a plane before flat triangles, and where
+    /// a node has no distance.
+    pub(crate) fn new(
+        mesh: &Mesh,
+        facets: &[usize],
+        nodes: &[usize],
+        obstacle: &'a Obstacle,
+    ) -> Option<Self> {
+        let places = nodes.iter().map(|&node| mesh.coordinates[node]);
+        let extent = extent(places.clone());
+        let measured = Measured::new(obstacle, extent);
+        if measured.is_flat() {
+            return None;
+        }
+        let pairs = nodes.iter().zip(places);
+        let at_nodes = pairs.map(|(&node, at)| Some((node, measured.from(at).ok()?.distance)));
+        Some(Self {
+            at_nodes: at_nodes.collect::<Option<_>>()?,
+            faceting: depths_allowed(mesh, facets, FLAT * extent),
+            measured,
+        })
+    }
+
+    /// At a point of a triangle: by how much in m the obstacle is farther than the distances of its nodes with their shape functions say,
+    /// and the contact normal there; what the mesh leaves of a curved face counts for nothing. `None` where the obstacle has no normal.
+    pub(crate) fn at(
+        &self,
+        at: [f64; 3],
+        nodes: &[usize],
+        shape: &[f64],
+    ) -> Option<(f64, [f64; 3])> {
+        let seen = self.measured.from(at).ok()?;
+        let terms = nodes.iter().zip(shape);
+        let interpolated: f64 = terms.map(|(node, shape)| shape * self.at_nodes[node]).sum();
+        let faceting = nodes.iter().map(|node| self.faceting[node]);
+        let beyond = seen.distance - interpolated;
+        let counted = (beyond.abs() - faceting.fold(0.0, f64::max)).max(0.0);
+        Some((counted.copysign(beyond), (-seen.away).into()))
+    }
+}
+
 /// What a mesh leaves of a curved face at most, in m.
 pub(super) fn faceting(mesh: &Mesh, facets: &[usize]) -> f64 {
     let depths = depths_allowed(mesh, facets, 0.0);

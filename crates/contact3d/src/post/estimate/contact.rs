@@ -1,6 +1,10 @@
 //! What the conditions of contact and friction are violated by inside panes.
 
-use super::{Field, FieldLoads, SolutionData, boundary::multipliers_between_nodes};
+use super::{
+    Field, FieldLoads, SolutionData,
+    boundary::multipliers_between_nodes,
+    contact_points::{ContactPoint, ContactPoints},
+};
 use crate::{
     elasticity::InternalForces,
     post::{Solved, SolvedContact},
@@ -90,6 +94,11 @@ pub(super) struct PointConditions<'a> {
     laws: Vec<Law>,
     /// (u_ν − d, u_t1, u_t2) at the contact nodes in m, `[n_contact_nodes]`.
     moved: Vec<[f64; 3]>,
+    /// Where the conditions are measured on each contact triangle, `[n_contact_facets]`.
+    points: Vec<Vec<ContactPoint>>,
+    /// How many times stiffer the body is where it is only pressed in some place inside an open pane, of each contact triangle, at
+    /// least 1, `[n_contact_facets]`.
+    stiffening: Vec<f64>,
     /// Share of k that the body has at violations inside panes, at most 1.
     share: f64,
 }
@@ -134,15 +143,70 @@ impl<'a> PointConditions<'a> {
         known: &SolutionData<'_>,
     ) -> Self {
         let panes = 0..contact.state.surface.n_panes();
-        Self {
+        let moved = displacements(contact, known);
+        let conditions = Self {
             solved,
             contact,
             laws: panes
                 .map(|pane| law_of(contact, solved, known, pane))
                 .collect(),
-            moved: displacements(contact, known),
+            stiffening: vec![1.0; contact.state.surface.facets.len()],
+            points: ContactPoints::new(solved, contact, known.displacement, &moved).of_facets(),
+            moved,
             share: 1.0,
+        };
+        conditions.stiffened()
+    }
+
+    /// With open triangles as much stiffer than their panes as the place that penetrates is narrower: a body resists the more, the smaller
+    /// the place is that it is pressed on, k ~ E/√a for an area a.
+    fn stiffened(mut self) -> Self {
+        let surface = self.contact.state.surface;
+        let mut inside = vec![0.0; surface.n_panes()];
+        let mut of_facets = Vec::with_capacity(self.points.len());
+        for place in 0..self.points.len() {
+            let mut here = 0.0;
+            self.visit(place, &self.laws, |point, law, weight| {
+                if law.stress[0] == 0.0 && point.moved(&self.moved)[0] > 0.0 {
+                    here += weight;
+                }
+            });
+            if let Some(pane) = surface.pane_of_facet(place) {
+                inside[pane] += here;
+            }
+            of_facets.push(here);
         }
+        let factor = |(place, here): (usize, f64)| {
+            // A node takes about as much of the face as one of its triangles.
+            let (whole, inside) = match surface.pane_of_facet(place) {
+                Some(pane) => (surface.pane_area[pane], inside[pane]),
+                None => (self.solved.mesh.facet_area(surface.facets[place]), here),
+            };
+            if inside > 0.0 {
+                (whole / inside).sqrt().max(1.0)
+            } else {
+                1.0
+            }
+        };
+        self.stiffening = of_facets.into_iter().enumerate().map(factor).collect();
+        self
+    }
+
+    /// The law at a point of a contact triangle: that of its pane, or of nodes, linear between them; nodes without a multiplier, whose
+    /// displacement is held, have a law of zero.
+    fn law_at(&self, place: usize, share: [f64; 3], laws: &[Law]) -> Law {
+        let mut law = match self.contact.state.surface.pane_of_facet(place) {
+            Some(pane) => laws[pane],
+            None => multipliers_between_nodes(self.solved.mesh, self.contact, place, share)
+                .into_iter()
+                .fold(Law::default(), |sum, (pane, weight)| {
+                    sum.plus(weight, laws[pane])
+                }),
+        };
+        if law.stress[0] == 0.0 {
+            law.stiffness[0] *= self.stiffening[place];
+        }
+        law
     }
 
     /// The tractions δλ of the violations inside panes, averaged at nodes.
@@ -152,7 +216,7 @@ impl<'a> PointConditions<'a> {
         let mut work = 0.0;
         for place in 0..surface.facets.len() {
             self.visit(place, &self.laws, |point, law, weight| {
-                let at = point.value(&self.moved);
+                let at = point.moved(&self.moved);
                 let change = law.change(at);
                 for (&node, shape) in point.nodes.iter().zip(&point.shape) {
                     let weight = weight * shape.max(0.0);
@@ -200,7 +264,7 @@ impl<'a> PointConditions<'a> {
         let of_facet = |place| {
             let mut sum = [0.0; 3];
             self.visit(place, &self.laws, |point, law, weight| {
-                let energies = law.energies(point.value(&self.moved));
+                let energies = law.energies(point.moved(&self.moved));
                 for (sum, energy) in sum.iter_mut().zip(energies) {
                     *sum += weight * self.share * energy;
                 }
@@ -249,7 +313,7 @@ impl<'a> PointConditions<'a> {
                 });
                 let [own, of_adjoint] = errors(place, &at).map(|e| in_frame(point.nodes[0], e));
                 let z = sum3(point.value(&nodal), of_adjoint);
-                let change = law.change(sum3(point.value(&self.moved), own));
+                let change = law.change(sum3(point.moved(&self.moved), own));
                 let wanted = match &adjoint.over {
                     None => law.wanted,
                     Some(part) => {
@@ -275,26 +339,19 @@ impl<'a> PointConditions<'a> {
             .map(|node| surface.contact_nodes(place, [node])[0])
             .collect();
         let area = mesh.facet_area(facet);
-        for (share, weight) in quadrature::triangle() {
+        for at in &self.points[place] {
             let shape = match mesh.mid_edges {
-                None => share.to_vec(),
-                Some(_) => quadratic_triangle(&share).to_vec(),
+                None => at.share.to_vec(),
+                Some(_) => quadratic_triangle(&at.share).to_vec(),
             };
-            let law = match surface.pane_of_facet(place) {
-                Some(pane) => laws[pane],
-                // Linear on the triangle; nodes without a multiplier, whose displacement is held, have a law of zero.
-                None => multipliers_between_nodes(mesh, self.contact, place, share)
-                    .into_iter()
-                    .fold(Law::default(), |sum, (pane, weight)| {
-                        sum.plus(weight, laws[pane])
-                    }),
-            };
+            let law = self.law_at(place, at.share, laws);
             let point = FacePoint {
                 nodes: &nodes,
                 shape,
-                share,
+                share: at.share,
+                beyond_nodes: at.beyond_nodes,
             };
-            visited(point, law, weight * area);
+            visited(point, law, at.weight * area);
         }
     }
 }
@@ -307,9 +364,17 @@ struct FacePoint<'a> {
     shape: Vec<f64>,
     /// Its barycentric coordinates.
     share: [f64; 3],
+    /// As [`ContactPoint::beyond_nodes`].
+    beyond_nodes: f64,
 }
 
 impl FacePoint<'_> {
+    /// (u_ν − d, u_t1, u_t2) here in m, from its values at the nodes.
+    fn moved(&self, nodal: &[[f64; 3]]) -> [f64; 3] {
+        let [depth, first, second] = self.value(nodal);
+        [depth - self.beyond_nodes, first, second]
+    }
+
     fn value(&self, nodal: &[[f64; 3]]) -> [f64; 3] {
         std::array::from_fn(|c| {
             let terms = self.nodes.iter().zip(&self.shape);

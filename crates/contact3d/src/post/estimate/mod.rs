@@ -18,6 +18,7 @@ mod boundary;
 mod box_load;
 mod bubbles;
 mod contact;
+mod contact_points;
 mod hierarchical;
 mod recovery;
 
@@ -43,7 +44,8 @@ pub struct ErrorEstimate {
     pub elements: f64,
     /// The contact conditions inside panes; `None` without contact.
     pub contact: Option<ContactError>,
-    /// ‖u_h‖_A in √J; 0, and all parts with it, where it is no more than rounding: a body at rest, or moved as a whole.
+    /// ‖u_h‖_A in √J; 0, and all parts with it, where it is no more than rounding: a body at rest, or moved as a whole. Of such a body
+    /// with a part of the obstacle between its nodes it is the whole estimate, so that all of the solution counts as missed.
     pub displacement: f64,
 }
 
@@ -101,6 +103,31 @@ pub(super) struct SolutionData<'a> {
 }
 
 impl ContactError {
+    /// That of conditions, added to the squares in J of the tetrahedra behind the contact triangles.
+    fn new(conditions: &PointConditions<'_>, behind: &[usize], squares: &mut [f64]) -> Self {
+        let mut sum = [0.0; 3];
+        for (&tetrahedron, energies) in behind.iter().zip(conditions.residuals()) {
+            for (sum, energy) in sum.iter_mut().zip(energies) {
+                *sum += energy;
+                squares[tetrahedron] += energy;
+            }
+        }
+        let [penetration, complementarity, friction] = sum.map(f64::sqrt);
+        Self {
+            penetration,
+            complementarity,
+            friction: conditions.has_friction().then_some(friction),
+        }
+    }
+
+    /// The same parts, all zero.
+    fn without_error(self) -> Self {
+        Self {
+            friction: self.friction.map(|_| 0.0),
+            ..Self::default()
+        }
+    }
+
     fn squares(&self) -> f64 {
         let friction = self.friction.unwrap_or(0.0);
         let parts = [self.penetration, self.complementarity, friction];
@@ -123,12 +150,12 @@ impl ErrorEstimate {
         adjoints: &[Field<'_>],
     ) -> (Self, Vec<Contributions>) {
         let mesh = solved.mesh;
-        if 2.0 * known.strain_energy <= known.rounding {
-            return (Self::of_rest(solved), Vec::new());
-        }
         let behind = mesh.behind_contact();
         let conditions = solved.contact.as_ref();
         let conditions = conditions.map(|contact| PointConditions::new(solved, contact, known));
+        if 2.0 * known.strain_energy <= known.rounding {
+            return (Self::of_rest(solved, known, conditions), Vec::new());
+        }
         let closing = conditions.as_ref().filter(|_| mesh.mid_edges.is_some());
         let closing = closing.map(PointConditions::closing);
         let LocalErrors {
@@ -162,22 +189,7 @@ impl ErrorEstimate {
             }
         });
         let shares = shares.collect();
-        let contact = conditions.map(|conditions| {
-            let sides = conditions.residuals();
-            let mut sum = [0.0; 3];
-            for (&tetrahedron, energies) in behind.iter().zip(sides) {
-                for (sum, energy) in sum.iter_mut().zip(energies) {
-                    *sum += energy;
-                    squares[tetrahedron] += energy;
-                }
-            }
-            let [penetration, complementarity, friction] = sum.map(f64::sqrt);
-            ContactError {
-                penetration,
-                complementarity,
-                friction: conditions.has_friction().then_some(friction),
-            }
-        });
+        let contact = conditions.map(|it| ContactError::new(&it, &behind, &mut squares));
         let estimate = Self {
             indicator: squares.into_iter().map(f64::sqrt).collect(),
             elements: elements.sqrt(),
@@ -187,16 +199,28 @@ impl ErrorEstimate {
         (estimate, shares)
     }
 
-    /// No error of no deformation.
-    fn of_rest(solved: &Solved<'_>) -> Self {
-        let contact = solved.contact.map(|contact| ContactError {
-            friction: contact.state.interface.has_friction().then_some(0.0),
-            ..ContactError::default()
-        });
+    /// Of no deformation: none, or where the body lies in the obstacle between its nodes all of what the true solution is.
+    fn of_rest(
+        solved: &Solved<'_>,
+        known: &SolutionData<'_>,
+        conditions: Option<PointConditions<'_>>,
+    ) -> Self {
+        let mut squares = vec![0.0; solved.mesh.tetrahedra.len()];
+        let behind = solved.mesh.behind_contact();
+        let contact = conditions.map(|it| ContactError::new(&it, &behind, &mut squares));
+        let missed: f64 = squares.iter().sum();
+        if missed <= known.rounding {
+            return Self {
+                indicator: vec![0.0; squares.len()],
+                contact: contact.map(ContactError::without_error),
+                ..Self::default()
+            };
+        }
         Self {
-            indicator: vec![0.0; solved.mesh.tetrahedra.len()],
+            indicator: squares.into_iter().map(f64::sqrt).collect(),
+            elements: 0.0,
             contact,
-            ..Self::default()
+            displacement: missed.sqrt(),
         }
     }
 
@@ -226,6 +250,12 @@ impl ErrorEstimate {
     #[must_use]
     pub fn relative(&self) -> f64 {
         self.over_displacement(self.total())
+    }
+
+    /// Whether the error is as large as the solution, of which the mesh then sees too little to tell anything of.
+    #[must_use]
+    pub fn misses_solution(&self) -> bool {
+        self.relative() >= 1.0
     }
 
     /// What the multipliers are wrong by over ‖u_h‖_A; 0 without contact.

@@ -368,13 +368,13 @@ impl SolvedMesh {
 }
 
 /// The relative errors that advice is given for.
-pub const TARGETS: [f64; 3] = [0.05, 0.02, 0.01];
+pub const TARGETS: [f64; 5] = [0.1, 0.05, 0.02, 0.01, 0.005];
 
 /// The cheapest sequence for each of [`TARGETS`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct SequenceAdvice {
-    /// For each target the sequence and its seconds; `None` where no sequence reached it within the budget.
-    pub cheapest: [Option<(SequenceKind, f64)>; 3],
+    /// For each target the sequence and its seconds; `None` where no sequence reached it.
+    pub cheapest: [Option<(SequenceKind, f64)>; 5],
 }
 
 impl SequenceAdvice {
@@ -413,15 +413,17 @@ impl MeshSequence {
     }
 }
 
+/// Up to the first target that no sequence reached.
 impl fmt::Display for SequenceAdvice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (k, (target, cheapest)) in TARGETS.iter().zip(self.cheapest).enumerate() {
-            let separator = if k == 0 { "" } else { "; " };
+        let mut separator = "";
+        for (target, cheapest) in TARGETS.iter().zip(self.cheapest) {
             write!(f, "{separator}{} %: ", 100.0 * target)?;
             match cheapest {
                 Some((kind, seconds)) => write!(f, "{}, {seconds:.2} s", kind.words())?,
-                None => f.write_str("not reached within the budget")?,
+                None => return f.write_str("not reached by any"),
             }
+            separator = "; ";
         }
         Ok(())
     }
