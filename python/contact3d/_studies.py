@@ -345,7 +345,7 @@ def bound(file: StrPath, *, threads: int | None = None) -> dict[str, Any]:
         ``elements``, that for the contact stresses of the answer; and the parts of ``total``.
     :raises BadInput: a run file that is not solved, a scene whose error cannot be bounded.
     """
-    answer = perform(["bound", name(file), *options(threads=threads), "--json"])
+    answer = perform(["bound", name(file), *options(threads=threads)])
     answer.check(Path(file))
     return answer.data
 

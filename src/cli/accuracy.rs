@@ -24,7 +24,7 @@ pub struct AccuracyArguments {
     pub(super) scene: SceneArguments,
     /// The run file, created or updated
     pub file: PathBuf,
-    /// Smallest n_div of the meshes
+    /// Smallest n_div of the meshes, the cells along the shortest edge; the scene's if that is less
     #[arg(long, value_name = "N_DIV", default_value_t = 4, value_parser = n_div)]
     pub coarsest: usize,
     /// n_div of the finest mesh, a multiple of the scene's; by default 4, 2 or 1 times that, up to 32

@@ -16,7 +16,7 @@ pub fn figures(bound: &RelativeBound, scene: &Scene, estimate: Option<f64>) -> F
     };
     let whole = "error in the energy norm";
     add("total", whole, bound.total);
-    let given = "for these contact stresses";
+    let given = "under these contact stresses";
     add("elements", given, Some(bound.elements));
     if bound.lifting.is_some() {
         add("lifting", "of it penetration", bound.lifting);
@@ -28,7 +28,13 @@ pub fn figures(bound: &RelativeBound, scene: &Scene, estimate: Option<f64>) -> F
         add("friction", "of it slip", bound.friction);
     }
     if bound.total.is_none() {
-        figures.said(whole, Some(format!("no bound: {}", why_none(scene))));
+        figures.said(
+            whole,
+            Some(format!(
+                "no bound: {}, and the contact stresses have an error of their own",
+                why_none(scene)
+            )),
+        );
     }
     let shown = estimate.map(|share| format!("about {}", percent(share)));
     figures.in_words("estimate", "estimated", shown, estimate);

@@ -137,6 +137,9 @@ impl<'a> SolvedRun<'a> {
             .iter()
             .map(|pane| pane.gap)
             .fold(f64::INFINITY, f64::min);
+        if gap <= 0.0 {
+            return Some("no pane is pressed: the contact face only touches the foundation".into());
+        }
         let unit = self.scene.units.of(Dimension::LENGTH);
         Some(format!(
             "no pane is in contact, the smallest gap left is {gap:.3e} {}: check the place of the obstacle and the unit of lengths",

@@ -33,7 +33,11 @@ pub fn draw_accuracy(
     accuracy: &Accuracy,
 ) -> Result<Vec<PathBuf>, StageError> {
     let algebraic = accuracy.algebraic.as_ref().map(work_precision);
-    let discretisation = accuracy.discretisation.as_ref().map(convergence);
+    // The finest mesh is what the others are compared with, and one point is no line.
+    let nested = accuracy.discretisation.as_ref();
+    let discretisation = nested
+        .filter(|study| study.levels.len() > 2)
+        .map(convergence);
     let sequences = accuracy.sequences.as_ref();
     let charts = [
         (WORK_PRECISION, algebraic),

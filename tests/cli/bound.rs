@@ -30,7 +30,7 @@ fn a_bound_is_stored_printed_and_shown() {
     program.command(&["check", "run.h5"]).assert().success();
     program.command(&["report", "run.h5"]).assert().success();
     let page = std::fs::read_to_string(program.path("report.html")).expect("a page");
-    assert!(page.contains("for these contact stresses"));
+    assert!(page.contains("under these contact stresses"));
 }
 
 #[test]

@@ -40,7 +40,7 @@ fn seconds_to_an_error_lie_on_straight_lines_of_logarithms() {
 }
 
 #[test]
-fn advice_names_the_cheapest_sequence_and_says_what_nobody_reached() {
+fn advice_names_the_cheapest_sequence_of_the_targets_that_were_reached() {
     let sequence = |kind, levels: &[SequenceLevel]| MeshSequence {
         kind,
         levels: levels.to_vec(),
@@ -68,7 +68,7 @@ fn advice_names_the_cheapest_sequence_and_says_what_nobody_reached() {
     );
     assert_eq!(
         advice.to_string(),
-        "10 %: P1 uniform, 2.00 s; 5 %: P1 uniform, 2.00 s; 2 %: P2 adaptive, 9.00 s; 1 %: not reached by any"
+        "10 %: P1 uniform, 2.00 s; 5 %: P1 uniform, 2.00 s; 2 %: P2 adaptive, 9.00 s"
     );
 }
 

@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use super::AdaptiveLevel;
+use crate::post::LARGEST_TOLD;
 
 /// Seconds of a level grow with this power of its unknowns where one level is all that is known: between that of writing (1) and that
 /// of factorising (2).
@@ -10,6 +11,9 @@ const USUAL_POWER: f64 = 1.5;
 
 /// The error falls with this power of the unknowns where one level is all that is known: what cells of equal shape reach at edges.
 const USUAL_RATE: f64 = 0.5;
+
+/// The power of levels that go well: a target is called out of reach after one level only where it is so with this one.
+const BEST_RATE: f64 = 1.0;
 
 /// What a level is expected to come to before it is assembled.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,8 +24,8 @@ pub struct LevelForecast {
     pub seconds: f64,
     /// Estimated error over ‖u_h‖_A at the rate so far.
     pub estimated_error: f64,
-    /// Free degrees of freedom with which the target would be met at the rate so far; `None` while the error is as large as the solution,
-    /// which has no rate.
+    /// Free degrees of freedom with which the target would be met at the rate so far; after one level at the best rate
+    /// that levels have; `None` while the error is more than half of the solution, and has no rate.
     pub n_free_of_target: Option<f64>,
     /// Graded cells of a brick that is meshed anew; `None` where the level before is cut.
     pub cells: Option<[usize; 3]>,
@@ -46,13 +50,14 @@ impl LevelForecast {
         let cost = power(USUAL_POWER, |level| level.seconds, [1.0, 2.0]);
         // Coarse meshes tell little of it.
         let rate = power(USUAL_RATE, |level| 1.0 / level.estimated_error, [0.4, 2.0]);
+        let rate_to_target = if before.is_some() { rate } else { BEST_RATE };
         let to_go = (last.estimated_error / target).max(1.0);
         Self {
             n_free: n_free as usize,
             seconds: last.seconds * growth.powf(cost),
             estimated_error: last.estimated_error * growth.powf(-rate),
-            n_free_of_target: (last.estimated_error < 1.0)
-                .then(|| last.n_free as f64 * to_go.powf(1.0 / rate)),
+            n_free_of_target: (last.estimated_error < LARGEST_TOLD)
+                .then(|| last.n_free as f64 * to_go.powf(1.0 / rate_to_target)),
             cells: None,
         }
     }

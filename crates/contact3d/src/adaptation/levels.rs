@@ -57,6 +57,9 @@ pub struct Adaptation {
 /// Levels in a row that have to make the estimate smaller between them.
 const PATIENCE: usize = 3;
 
+/// Growth of the unknowns over which the estimate has to fall: that of a halving of all edges. It also rises where a level finds contact.
+const GROWTH: usize = 8;
+
 /// Growth of the unknowns over which an estimate larger than the solution has to fall: that of two halvings of all edges. It tells where
 /// a coarse mesh misses contact, and does not fall before that is found, with far fewer unknowns.
 const GROWTH_OF_SEARCH: usize = 64;
@@ -84,13 +87,19 @@ impl Adaptation {
         }
         let before = self.levels.len().saturating_sub(PATIENCE);
         let searches = last.estimated_error >= 1.0;
-        let growth = if searches { GROWTH_OF_SEARCH } else { 1 };
+        let growth = if searches { GROWTH_OF_SEARCH } else { GROWTH };
         let coarser = |l: &&AdaptiveLevel| growth * l.n_free <= last.n_free;
-        match self.levels[..before].iter().rfind(coarser) {
-            Some(earlier) if last.estimated_error >= earlier.estimated_error => {
-                AdaptiveStatus::Stalled
-            }
-            Some(_) | None => AdaptiveStatus::Refining,
+        let earlier = self.levels[..before].iter().rfind(coarser);
+        let is_no_less = |earlier: &AdaptiveLevel| last.estimated_error >= earlier.estimated_error;
+        let falls = self
+            .levels
+            .iter()
+            .nth_back(1)
+            .is_some_and(|one| !is_no_less(one));
+        if earlier.is_some_and(is_no_less) && !falls {
+            AdaptiveStatus::Stalled
+        } else {
+            AdaptiveStatus::Refining
         }
     }
 }

@@ -1,7 +1,10 @@
 //! How far the increments of a history on one mesh lie from the body, by one measure for all of them.
 
 use super::StepRecord;
-use crate::{post::FunctionalEstimate, scene::Functional};
+use crate::{
+    post::{FunctionalEstimate, LARGEST_TOLD},
+    scene::Functional,
+};
 
 /// The estimated errors of the increments of a history, all over the largest size in it: an increment that hardly deforms the body, or
 /// in which a quantity passes through zero, has a large error over its own size, which says nothing of the mesh.
@@ -22,11 +25,11 @@ pub fn largest_norm(records: &[StepRecord]) -> f64 {
 
 impl HistoryErrors {
     /// Those of the displacement in the energy norm, over the largest ‖u_h‖_A, or of a quantity, over its largest size; `None` where
-    /// no increment has an estimate. Quantities of a displacement with an error as large as itself have that error.
+    /// no increment has an estimate. Quantities of a displacement with an error of half of itself have that error.
     #[must_use]
     pub fn new(records: &[StepRecord], of: Option<Functional>) -> Option<Self> {
         let of_displacement = Self::of_displacement(records);
-        let misses_solution = |errors: &Self| errors.largest() >= 1.0;
+        let misses_solution = |errors: &Self| errors.largest() >= LARGEST_TOLD;
         let Some(of) = of.filter(|_| !of_displacement.as_ref().is_some_and(misses_solution)) else {
             return of_displacement;
         };

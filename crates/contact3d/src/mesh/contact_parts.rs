@@ -230,7 +230,7 @@ fn independent(normals: Vec<[f64; 3]>, held: &[bool; 3]) -> bool {
 
 /// Largest distance of a contact node from the plane of its face, over the extent of the face:
 /// the digits that mesh files keep.
-pub(super) const FLAT: f64 = 1e-6;
+pub(crate) const FLAT: f64 = 1e-6;
 
 impl Mesh {
     /// One contact face of a scene with its panes or nodal multipliers.

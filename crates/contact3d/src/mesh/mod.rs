@@ -17,6 +17,7 @@ use std::path::Path;
 use thiserror::Error;
 
 pub use brick::{brick, brick_counts};
+pub(crate) use contact_parts::FLAT;
 pub use contact_surface::{ContactSurface, SurfaceFace};
 pub use gmsh::{FilePosition, GmshError, GmshFlaw, digest_of, parse as parse_gmsh};
 pub use inspection::{FaceInspection, MeshInspection};

@@ -12,7 +12,7 @@ mod zones;
 
 pub use certificate::{Certificate, ContactCertificate, FrictionCertificate};
 pub use estimate::{
-    ContactBound, ContactError, ErrorBound, ErrorEstimate, RelativeBound, SideForce,
+    ContactBound, ContactError, ErrorBound, ErrorEstimate, LARGEST_TOLD, RelativeBound, SideForce,
 };
 pub use flaw::Flaw;
 pub use functional::FunctionalEstimate;
@@ -28,7 +28,7 @@ use crate::{
     dual::{DualSystem, PrimalSystem, pane_stiffness},
     elasticity::{InternalForces, MaterialField, SpringMatrix},
     linalg::difference,
-    mesh::Mesh,
+    mesh::{FLAT, Mesh},
     scene::{Functional, Invalid, Scene},
     solver::{ContactState, Solution},
 };
@@ -49,6 +49,14 @@ pub struct Solved<'a> {
 }
 
 impl Solved<'_> {
+    /// Depth in m to which a face may lie in its obstacle by the digits of a mesh file; 0 of bricks.
+    fn touching_depth(&self) -> f64 {
+        match self.scene.body.as_brick() {
+            Some(_) => 0.0,
+            None => FLAT * self.mesh.extent(),
+        }
+    }
+
     /// What springs take in the part of the displacement that does not strain the body, in N, `[n_free]`; empty where there is none.
     fn carried_by_springs(&self) -> Result<Vec<f64>, Invalid> {
         let (solution, dofs) = (self.solution, &self.system.dofs);
@@ -134,7 +142,7 @@ pub struct ContactReport {
     /// The estimated distance of the discrete solution from the body it models.
     pub discretisation_error: ErrorEstimate,
     /// Quantities of the answer with their errors; empty where no dense dual problem was at hand, in a load history, where nothing
-    /// is deformed, and where the estimated error is as large as the answer.
+    /// is deformed, and where the estimated error is more than half of the answer.
     pub functionals: Vec<FunctionalEstimate>,
     /// What takes back the claim of the solve; [`Self::judge`] acts on it.
     pub flaw: Option<Flaw>,
@@ -235,7 +243,7 @@ impl ContactReport {
     }
 
     /// The estimated relative error of a quantity of the answer, of the displacement in the energy norm where none is named; `None` of
-    /// a quantity that the answer does not have. An answer with an error as large as itself has no quantities yet: that error is theirs.
+    /// a quantity that the answer does not have. An answer with an error of half of itself has no quantities yet: that error is theirs.
     #[must_use]
     pub fn relative_error(&self, of: Option<Functional>) -> Option<f64> {
         let error = &self.discretisation_error;

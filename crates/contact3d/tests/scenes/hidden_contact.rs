@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use contact3d::{
-    Problem,
+    AssembledProblem, Problem,
     adaptation::{AdaptiveStatus, adapted},
     history::HistoryErrors,
     post::{ContactReport, Zone},
@@ -46,7 +46,10 @@ fn scene(small: bool, element: ElementOrder, space: MultiplierSpace) -> Scene {
 
 fn report(scene: Scene) -> ContactReport {
     let assembled = Problem::new(scene).and_then(|problem| problem.assemble());
-    let assembled = assembled.expect("a problem");
+    report_of(&assembled.expect("a problem"))
+}
+
+fn report_of(assembled: &AssembledProblem) -> ContactReport {
     let solution = assembled.solve(&assembled.scene().solve).expect("a solve");
     assembled.report(&solution).expect("a report")
 }
@@ -128,4 +131,58 @@ fn refining_finds_the_contact() {
         // 2.2e6 N at an error of 5 %; a displacement within 3 % of 1 mm says no more than that there is contact.
         assert!((1.5e6..2.9e6).contains(&force), "{forces:?}");
     }
+}
+
+/// Shallow contact between nodes, an eighth of a cell wide, and beside another contact that bears load: the estimate sees it.
+#[test]
+fn shallow_contact_between_the_nodes_is_seen() {
+    let shallow = PRESSED
+        .replace("cells = [2, 2, 2]", "cells = [4, 4, 4]")
+        .replace("-1e-3", "-6e-5")
+        .replace("-7.7e4", "-7.7e-4");
+    let near = |centre: &str| {
+        let text = shallow.replace(
+            "[0.37, 0.39, -1.0]\n    radius = 1.0",
+            &format!("{centre}\n    radius = 2.0"),
+        );
+        let mut scene = Scene::parse("shallow", &text).expect("a scene");
+        scene.body.element = ElementOrder::P2;
+        report(scene).discretisation_error.relative()
+    };
+    for centre in [
+        "[0.21, 0.33, -2.0]",
+        "[0.55, 0.70, -2.0]",
+        "[0.37, 0.61, -2.0]",
+    ] {
+        assert!(near(centre) >= 1.0, "{centre}: {}", near(centre));
+    }
+    // Out of reach by as much.
+    assert!(near("[0.21, 0.33, -2.00012]") < 0.5);
+}
+
+/// A pin in a bore of the same radius, with the digits of a mesh file and sides that are not quite round, has no contact to miss at rest.
+#[test]
+fn a_pin_at_rest_in_its_bore_has_no_error() {
+    let text = "title = 'pin'
+        [body]
+        element = 'P2'
+        [body.gmsh]
+        file = 'post_order2_41.msh'
+        [material.isotropic]
+        young_modulus = 1e9
+        poisson_ratio = 0.3
+        [[clamp]]
+        face = 'top'
+        [contact]
+        face = 'side'
+        [contact.obstacle.cylinder]
+        point = [0.0, 0.0, 0.0]
+        direction = [0.0, 0.0, 1.0]
+        radius = 1.0
+        side = 'inside'";
+    let scene = Scene::parse("pin", text).expect("a scene");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/meshes");
+    let assembled = Problem::in_folder(scene, &folder).and_then(|problem| problem.assemble());
+    let report = report_of(&assembled.expect("a problem"));
+    assert_eq!(report.discretisation_error.relative(), 0.0);
 }

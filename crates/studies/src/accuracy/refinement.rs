@@ -60,7 +60,7 @@ pub fn nested_bricks(
     let parts = finest.cells.into_iter().fold(0, greatest_common_divisor);
     let merged = (1..=parts).rev().filter(|m| parts.is_multiple_of(*m));
     let is_wanted = |brick: &Brick| {
-        brick_n_div(brick) >= settings.coarsest
+        brick_n_div(brick) >= settings.coarsest.min(n_div)
             && with_brick(scene, brick).validate().is_ok()
             && contact_parts_fit(scene, brick)
     };

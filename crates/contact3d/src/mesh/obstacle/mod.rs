@@ -109,9 +109,14 @@ impl<'a> DistanceBetweenNodes<'a> {
         let at_nodes = pairs.map(|(&node, at)| Some((node, measured.from(at).ok()?.distance)));
         Some(Self {
             at_nodes: at_nodes.collect::<Option<_>>()?,
-            faceting: depths_allowed(mesh, facets, FLAT * extent),
+            faceting: faceting_of(mesh, facets, FLAT * extent),
             measured,
         })
+    }
+
+    /// Whether the obstacle is a formula.
+    pub(crate) fn is_formula(&self) -> bool {
+        matches!(self.measured, Measured::Graph(_))
     }
 
     /// At a point of a triangle: by how much in m the obstacle is farther than the distances of its nodes with their shape functions say,
@@ -130,6 +135,29 @@ impl<'a> DistanceBetweenNodes<'a> {
         let counted = (beyond.abs() - faceting.fold(0.0, f64::max)).max(0.0);
         Some((counted.copysign(beyond), (-seen.away).into()))
     }
+}
+
+/// As [`depths_allowed`], and what quadratic sides leave of a curved face: with edges h, and normals that turn by θ on a side, less than
+/// hθ²/8, the part of its depth hθ/8 that they do not have.
+fn faceting_of(mesh: &Mesh, facets: &[usize], digits: f64) -> BTreeMap<usize, f64> {
+    let mut depths = depths_allowed(mesh, facets, digits);
+    if mesh.mid_edges.is_none() {
+        return depths;
+    }
+    for &facet in facets {
+        let normals = mesh.side_normals(facet);
+        let pairs = normals
+            .iter()
+            .flat_map(|(_, n)| normals.iter().map(move |(_, m)| (n - m).norm()));
+        let turn = pairs.fold(0.0, f64::max);
+        let [a, b, c] = mesh.corners(&mesh.facets[facet]).map(Vector3::from);
+        let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
+        for node in mesh.facet_nodes(facet) {
+            let depth = depths.entry(node).or_default();
+            *depth = depth.max(digits + longest * turn * turn / 8.0);
+        }
+    }
+    depths
 }
 
 /// What a mesh leaves of a curved face at most, in m.

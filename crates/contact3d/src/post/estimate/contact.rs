@@ -259,6 +259,17 @@ impl<'a> PointConditions<'a> {
         self.contact.state.interface.has_friction()
     }
 
+    /// The largest depth of a point in the obstacle in m, 0 of none.
+    pub(super) fn deepest(&self) -> f64 {
+        let mut deepest = 0.0_f64;
+        for place in 0..self.points.len() {
+            self.visit(place, &self.laws, |point, _, _| {
+                deepest = deepest.max(point.moved(&self.moved)[0]);
+            });
+        }
+        deepest
+    }
+
     /// The energies in J of penetration, complementarity and friction of each contact triangle, `[n_contact_facets]`.
     pub(super) fn residuals(&self) -> Vec<[f64; 3]> {
         let of_facet = |place| {

@@ -1,7 +1,10 @@
 //! Where on the contact triangles the conditions of contact are measured.
 //!
-//! At the 16 points of a quadrature rule. Where they all stay outside the obstacle although a node of the triangle is inside, or the
-//! obstacle may reach in between the nodes, the triangle is cut into four, again and again, until points see it.
+//! At the 16 points of a quadrature rule. Where they all stay outside the obstacle although it may reach into the triangle between them,
+//! the triangle is cut into four, then the part in which it may reach deepest, and so on until points see it.
+//!
+//! A part of a triangle is outside if the Bernstein coefficients of the quadratic interpolation of u_ν − d are negative by more than
+//! what the interpolation errs by at its points.
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -13,8 +16,14 @@ use crate::{
     scene::Quantity,
 };
 
-/// Most cuts of a triangle in search of the obstacle: places of a 50th of its edges are seen.
-const MOST_CUTS: usize = 4;
+/// Most parts of a triangle in search of the obstacle.
+const MOST_PARTS: usize = 128;
+
+/// Points inside the obstacle that end the search: so many tell the area of the place to a third.
+const ENOUGH_POINTS: usize = 16;
+
+/// Depths of this share of the largest displacement of the contact face are not looked for: their energy goes with the power 2.5.
+const SHALLOWEST: f64 = 1e-6;
 
 /// Barycentric coordinates of the corners of a triangle.
 const CORNERS: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -39,6 +48,8 @@ pub(super) struct ContactPoints<'a> {
     displacement: &'a [[f64; 3]],
     /// u_ν − d at the contact nodes in m.
     depth: Vec<f64>,
+    /// The least depth that is looked for in m.
+    shallowest: f64,
     /// What a distance between nodes follows from, of each face.
     faces: Vec<FaceDistance<'a>>,
 }
@@ -58,6 +69,11 @@ impl<'a> ContactPoints<'a> {
         moved: &[[f64; 3]],
     ) -> Self {
         let (mesh, surface) = (solved.mesh, contact.state.surface);
+        let sizes = surface
+            .nodes
+            .iter()
+            .map(|&node| Vector3::from(displacement[node]).norm());
+        let largest = sizes.fold(0.0, f64::max);
         let entries = solved.scene.contact_order().into_iter();
         let face = |(entry, face): (usize, &SurfaceFace)| {
             let contact = &solved.scene.contacts[entry];
@@ -74,6 +90,7 @@ impl<'a> ContactPoints<'a> {
             mesh,
             contact,
             displacement,
+            shallowest: SHALLOWEST * largest,
             depth: moved.iter().map(|at| at[0]).collect(),
             faces: entries.zip(&surface.faces).map(face).collect(),
         }
@@ -82,11 +99,7 @@ impl<'a> ContactPoints<'a> {
     /// The points of each contact triangle, `[n_contact_facets]`.
     pub(super) fn of_facets(&self) -> Vec<Vec<ContactPoint>> {
         let places = 0..self.contact.state.surface.facets.len();
-        let of_facet = |place| {
-            let mut points = Vec::with_capacity(16);
-            TriangleDepth::new(self, place).add_points(&CORNERS, 0, &mut points);
-            points
-        };
+        let of_facet = |place| TriangleDepth::new(self, place).points();
         places.into_par_iter().map(of_facet).collect()
     }
 }
@@ -104,6 +117,20 @@ struct TriangleDepth<'a> {
     depth: Vec<f64>,
     obstacle: Option<&'a DistanceBetweenNodes<'a>>,
     gap: Option<&'a Quantity>,
+    shallowest: f64,
+}
+
+/// A part of a contact triangle.
+struct Part {
+    /// Barycentric coordinates of its corners.
+    corners: [[f64; 3]; 3],
+    /// Its share of the area.
+    share: f64,
+    points: Vec<ContactPoint>,
+    /// Points inside the obstacle.
+    inside: usize,
+    /// No point of the part is deeper in m.
+    deepest: f64,
 }
 
 impl<'a> TriangleDepth<'a> {
@@ -131,50 +158,86 @@ impl<'a> TriangleDepth<'a> {
             depth,
             obstacle: obstacle.filter(|_| is_near),
             gap: distance.and_then(|it| it.gap),
+            shallowest: points.shallowest,
         }
     }
 
-    /// Adds the points of a part of the triangle with some corners, which `cuts` cuts have made.
-    fn add_points(&self, corners: &[[f64; 3]; 3], cuts: usize, points: &mut Vec<ContactPoint>) {
-        let first = points.len();
-        let share_of_area = 0.25_f64.powi(cuts as i32);
-        points.extend(quadrature::triangle().map(|(share, weight)| {
-            let share = quadrature::point(corners, &share);
-            ContactPoint {
+    /// The points of the triangle.
+    fn points(&self) -> Vec<ContactPoint> {
+        let whole = self.part(CORNERS, 1.0);
+        let has_formula = self.gap.is_some() || self.obstacle.is_some_and(|it| it.is_formula());
+        // A formula may have hills where no interpolation has any: it is looked at in more places.
+        let mut parts = match has_formula {
+            true => self.quarters(&whole).into(),
+            false => vec![whole],
+        };
+        if parts.iter().all(|part| part.inside == 0) {
+            self.search(&mut parts);
+        }
+        parts.into_iter().flat_map(|part| part.points).collect()
+    }
+
+    /// Cuts parts until points see the obstacle, or none can be inside.
+    fn search(&self, parts: &mut Vec<Part>) {
+        while parts.len() < MOST_PARTS {
+            let seen: usize = parts.iter().map(|part| part.inside).sum();
+            let is_cut =
+                |part: &&Part| part.deepest > self.shallowest && part.inside < part.points.len();
+            let next = parts.iter().enumerate().filter(|(_, part)| is_cut(part));
+            let next = next.max_by(|(_, a), (_, b)| a.deepest.total_cmp(&b.deepest));
+            let Some((next, _)) = next.filter(|_| seen < ENOUGH_POINTS) else {
+                break;
+            };
+            let part = parts.swap_remove(next);
+            parts.extend(self.quarters(&part));
+        }
+    }
+
+    fn quarters(&self, part: &Part) -> [Part; 4] {
+        let ([a, b, c], [ab, bc, ca]) = (part.corners, middles(&part.corners));
+        let quarters = [[a, ab, ca], [ab, b, bc], [ca, bc, c], [bc, ca, ab]];
+        quarters.map(|corners| self.part(corners, part.share / 4.0))
+    }
+
+    fn part(&self, corners: [[f64; 3]; 3], share_of_area: f64) -> Part {
+        let measured = |share: [f64; 3]| self.depth_at(share, self.beyond_nodes(share));
+        let [a, b, c] = corners.map(measured);
+        let [ab, bc, ca] = middles(&corners).map(measured);
+        let coefficients = [
+            a,
+            b,
+            c,
+            2.0 * ab - (a + b) / 2.0,
+            2.0 * bc - (b + c) / 2.0,
+            2.0 * ca - (c + a) / 2.0,
+        ];
+        let mut part = Part {
+            corners,
+            share: share_of_area,
+            points: Vec::with_capacity(16),
+            inside: 0,
+            deepest: f64::NEG_INFINITY,
+        };
+        let mut interpolation_error = 0.0_f64;
+        for (place, weight) in quadrature::triangle() {
+            let share = quadrature::point(&corners, &place);
+            let beyond_nodes = self.beyond_nodes(share);
+            let depth = self.depth_at(share, beyond_nodes);
+            let terms = quadratic_triangle(&place)
+                .into_iter()
+                .zip([a, b, c, ab, bc, ca]);
+            let interpolated: f64 = terms.map(|(shape, value)| shape * value).sum();
+            interpolation_error = interpolation_error.max((depth - interpolated).abs());
+            part.inside += usize::from(depth > 0.0);
+            part.points.push(ContactPoint {
                 share,
                 weight: weight * share_of_area,
-                beyond_nodes: self.beyond_nodes(share),
-            }
-        }));
-        if cuts < MOST_CUTS && self.hides_obstacle(corners, &points[first..]) {
-            points.truncate(first);
-            let ([a, b, c], [ab, bc, ca]) = (*corners, middles(corners));
-            for part in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [bc, ca, ab]] {
-                self.add_points(&part, cuts + 1, points);
-            }
+                beyond_nodes,
+            });
         }
-    }
-
-    /// Whether the obstacle may be inside a part of the triangle that its points see outside.
-    fn hides_obstacle(&self, corners: &[[f64; 3]; 3], points: &[ContactPoint]) -> bool {
-        if points
-            .iter()
-            .any(|point| self.depth_at(point.share, point.beyond_nodes) > 0.0)
-        {
-            return false;
-        }
-        let middles = middles(corners);
-        let of_edges = corners.iter().chain(&middles).copied();
-        let of_edges = of_edges.map(|share| (share, self.beyond_nodes(share)));
-        let inside = points.iter().map(|point| (point.share, point.beyond_nodes));
-        let (mut deepest, mut low, mut high) =
-            (f64::NEG_INFINITY, f64::INFINITY, f64::NEG_INFINITY);
-        for (share, beyond) in of_edges.chain(inside) {
-            deepest = deepest.max(self.depth_at(share, beyond));
-            (low, high) = (low.min(beyond), high.max(beyond));
-        }
-        // What distances differ by between these places, they may differ by once more.
-        deepest + (high - low) > 0.0
+        part.deepest =
+            interpolation_error + coefficients.into_iter().fold(f64::NEG_INFINITY, f64::max);
+        part
     }
 
     fn depth_at(&self, share: [f64; 3], beyond_nodes: f64) -> f64 {

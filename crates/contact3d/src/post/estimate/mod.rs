@@ -61,6 +61,10 @@ pub struct ContactError {
     pub friction: Option<f64>,
 }
 
+/// Quantities have no error bars where the error in the energy norm is larger: their errors go as its square, so it is a quarter of them
+/// where what the mesh sees of the solution is all there is.
+pub const LARGEST_TOLD: f64 = 0.5;
+
 /// A field whose error is estimated: the solution, or the adjoint of a functional.
 #[derive(Clone, Copy)]
 pub(super) struct Field<'a> {
@@ -207,9 +211,11 @@ impl ErrorEstimate {
     ) -> Self {
         let mut squares = vec![0.0; solved.mesh.tetrahedra.len()];
         let behind = solved.mesh.behind_contact();
+        let touches = |it: &PointConditions<'_>| it.deepest() <= solved.touching_depth();
+        let only_touches = conditions.as_ref().is_none_or(touches);
         let contact = conditions.map(|it| ContactError::new(&it, &behind, &mut squares));
         let missed: f64 = squares.iter().sum();
-        if missed <= known.rounding {
+        if only_touches || missed <= known.rounding {
             return Self {
                 indicator: vec![0.0; squares.len()],
                 contact: contact.map(ContactError::without_error),
@@ -252,10 +258,10 @@ impl ErrorEstimate {
         self.over_displacement(self.total())
     }
 
-    /// Whether the error is as large as the solution, of which the mesh then sees too little to tell anything of.
+    /// Whether the error is so large that the mesh sees too little of the solution to tell the error of a quantity.
     #[must_use]
     pub fn misses_solution(&self) -> bool {
-        self.relative() >= 1.0
+        self.relative() >= LARGEST_TOLD
     }
 
     /// What the multipliers are wrong by over ‖u_h‖_A; 0 without contact.

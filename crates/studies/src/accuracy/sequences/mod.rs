@@ -413,18 +413,17 @@ impl MeshSequence {
     }
 }
 
-/// Up to the first target that no sequence reached.
+/// The targets that some sequence reached.
 impl fmt::Display for SequenceAdvice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut separator = "";
-        for (target, cheapest) in TARGETS.iter().zip(self.cheapest) {
-            write!(f, "{separator}{} %: ", 100.0 * target)?;
-            match cheapest {
-                Some((kind, seconds)) => write!(f, "{}, {seconds:.2} s", kind.words())?,
-                None => return f.write_str("not reached by any"),
-            }
-            separator = "; ";
+        let all = TARGETS.iter().zip(self.cheapest);
+        let reached = all.filter_map(|(target, cheapest)| Some((target, cheapest?)));
+        let words = reached.map(|(target, (kind, seconds))| {
+            format!("{} %: {}, {seconds:.2} s", 100.0 * target, kind.words())
+        });
+        match words.collect::<Vec<_>>() {
+            none if none.is_empty() => write!(f, "{} %: not reached by any", 100.0 * TARGETS[0]),
+            words => f.write_str(&words.join("; ")),
         }
-        Ok(())
     }
 }
