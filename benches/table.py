@@ -67,8 +67,12 @@ ROWS = [
     Row("adaptive to 2 %", run("newton.toml", "--error", "2%"), 1),
     Row("adaptive to 1.1 %", run("newton.toml", "--error", "1.1%"), 2, is_long=True),
     *(
-        Row(f"{study}, n_div 8", [study, str(PIPELINES / "newton.toml"), "study.h5", "--no-figures", *more, *cells(8)], 2, is_long=True)
-        for study, more in (("theory", ()), ("branches", ("--all",)), ("accuracy", ()))
+        Row(f"{study}, n_div 8", [study, str(PIPELINES / scene), "study.h5", "--no-figures", *more, *cells(8)], 2, is_long=True)
+        for study, scene, more in (
+            ("theory", "newton.toml", []),
+            ("branches", "coulomb_isotropic.toml", ["--parameter", "friction.coefficient.constant", "--from", "0.3", "--to", "1"]),
+            ("accuracy", "newton.toml", []),
+        )
     ),
 ]
 
