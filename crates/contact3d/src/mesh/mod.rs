@@ -303,6 +303,14 @@ impl Mesh {
         triangle_area(&self.corners(&self.facets[facet]))
     }
 
+    /// Longest edge of a boundary triangle in m.
+    pub(crate) fn longest_edge(&self, facet: usize) -> f64 {
+        let [a, b, c] = self
+            .corners(&self.facets[facet])
+            .map(nalgebra::Vector3::from);
+        (b - a).norm().max((c - b).norm()).max((a - c).norm())
+    }
+
     /// The boundary triangles of one face, as indices; none for a name the mesh does not have.
     pub fn facets_on(&self, face: &str) -> impl Iterator<Item = usize> + '_ {
         let number = self.face_names.iter().position(|name| name == face);

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::{Mesh, tetrahedron_volume};
 use crate::reference::{
     TETRAHEDRON_EDGES, TRIANGLE_EDGES, quadrature,
-    shape::{quadratic_tetrahedron, quadratic_tetrahedron_slopes},
+    shape::{quadratic_tetrahedron, quadratic_tetrahedron_slopes, quadratic_triangle},
 };
 
 /// The mid-edge nodes of a mesh of quadratic tetrahedra.
@@ -92,6 +92,14 @@ impl Mesh {
         let middles = self.mid_edges.as_ref().map(|m| m.facets[facet]);
         let corners = self.facets[facet].into_iter();
         corners.chain(middles.into_iter().flatten())
+    }
+
+    /// Shape functions of the nodes of a boundary triangle at a point in barycentric coordinates.
+    pub(crate) fn facet_shape(&self, at: &[f64; 3]) -> Vec<f64> {
+        match self.mid_edges {
+            None => at.to_vec(),
+            Some(_) => quadratic_triangle(at).to_vec(),
+        }
     }
 
     /// Nodes of a tetrahedron: 4 of a linear one, 10 of a quadratic one.

@@ -150,8 +150,7 @@ fn faceting_of(mesh: &Mesh, facets: &[usize], digits: f64) -> BTreeMap<usize, f6
             .iter()
             .flat_map(|(_, n)| normals.iter().map(move |(_, m)| (n - m).norm()));
         let turn = pairs.fold(0.0, f64::max);
-        let [a, b, c] = mesh.corners(&mesh.facets[facet]).map(Vector3::from);
-        let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
+        let longest = mesh.longest_edge(facet);
         for node in mesh.facet_nodes(facet) {
             let depth = depths.entry(node).or_default();
             *depth = depth.max(digits + longest * turn * turn / 8.0);
@@ -181,9 +180,7 @@ fn extent(mut places: impl Iterator<Item = [f64; 3]>) -> f64 {
 fn depths_allowed(mesh: &Mesh, facets: &[usize], digits: f64) -> BTreeMap<usize, f64> {
     let mut around: BTreeMap<usize, Vec<(Vector3<f64>, f64)>> = BTreeMap::new();
     for &facet in facets {
-        let corners = mesh.corners(&mesh.facets[facet]).map(Vector3::from);
-        let [a, b, c] = corners;
-        let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
+        let longest = mesh.longest_edge(facet);
         for (node, normal) in mesh.side_normals(facet) {
             around.entry(node).or_default().push((normal, longest));
         }

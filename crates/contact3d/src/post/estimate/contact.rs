@@ -8,7 +8,7 @@ use super::{
 use crate::{
     elasticity::InternalForces,
     post::{Solved, SolvedContact},
-    reference::{quadrature, shape::quadratic_triangle},
+    reference::quadrature,
     solver::Ellipse,
 };
 
@@ -351,14 +351,10 @@ impl<'a> PointConditions<'a> {
             .collect();
         let area = mesh.facet_area(facet);
         for at in &self.points[place] {
-            let shape = match mesh.mid_edges {
-                None => at.share.to_vec(),
-                Some(_) => quadratic_triangle(&at.share).to_vec(),
-            };
             let law = self.law_at(place, at.share, laws);
             let point = FacePoint {
                 nodes: &nodes,
-                shape,
+                shape: mesh.facet_shape(&at.share),
                 share: at.share,
                 beyond_nodes: at.beyond_nodes,
             };

@@ -142,8 +142,7 @@ impl<'a> TriangleDepth<'a> {
         let depth: Vec<f64> = nodes.iter().map(|node| points.depth[local(node)]).collect();
         let frame = &points.contact.state.interface.frame;
         let normal_part = |node: &usize| frame.normal_part(local(node), points.displacement[*node]);
-        let [a, b, c] = mesh.corners(&mesh.facets[facet]).map(Vector3::from);
-        let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
+        let longest = mesh.longest_edge(facet);
         // Distances change no faster than places do.
         let is_near = depth.iter().any(|depth| depth + longest > 0.0);
         let faces = points.faces.iter().zip(&surface.faces);
@@ -200,7 +199,7 @@ impl<'a> TriangleDepth<'a> {
     }
 
     fn part(&self, corners: [[f64; 3]; 3], share_of_area: f64) -> Part {
-        let measured = |share: [f64; 3]| self.depth_at(share, self.beyond_nodes(share));
+        let measured = |share: [f64; 3]| self.depth_at(share).0;
         let [a, b, c] = corners.map(measured);
         let [ab, bc, ca] = middles(&corners).map(measured);
         let coefficients = [
@@ -221,8 +220,7 @@ impl<'a> TriangleDepth<'a> {
         let mut interpolation_error = 0.0_f64;
         for (place, weight) in quadrature::triangle() {
             let share = quadrature::point(&corners, &place);
-            let beyond_nodes = self.beyond_nodes(share);
-            let depth = self.depth_at(share, beyond_nodes);
+            let (depth, beyond_nodes) = self.depth_at(share);
             let terms = quadratic_triangle(&place)
                 .into_iter()
                 .zip([a, b, c, ab, bc, ca]);
@@ -240,30 +238,26 @@ impl<'a> TriangleDepth<'a> {
         part
     }
 
-    fn depth_at(&self, share: [f64; 3], beyond_nodes: f64) -> f64 {
-        let terms = self.shape(share).into_iter().zip(&self.depth);
-        terms.map(|(shape, depth)| shape * depth).sum::<f64>() - beyond_nodes
+    /// u_ν − d at a point in m, and by how much it is less than interpolation between the nodes says.
+    fn depth_at(&self, share: [f64; 3]) -> (f64, f64) {
+        let shape = self.mesh.facet_shape(&share);
+        let terms = shape.iter().zip(&self.depth);
+        let interpolated = terms.map(|(shape, depth)| shape * depth).sum::<f64>();
+        let beyond_nodes = self.beyond_nodes(&shape);
+        (interpolated - beyond_nodes, beyond_nodes)
     }
 
-    fn shape(&self, share: [f64; 3]) -> Vec<f64> {
-        match self.mesh.mid_edges {
-            None => share.to_vec(),
-            Some(_) => quadratic_triangle(&share).to_vec(),
-        }
-    }
-
-    fn beyond_nodes(&self, share: [f64; 3]) -> f64 {
+    fn beyond_nodes(&self, shape: &[f64]) -> f64 {
         if self.obstacle.is_none() && self.gap.is_none() {
             return 0.0;
         }
-        let shape = self.shape(share);
         let sum = |value: &dyn Fn(usize) -> f64| -> f64 {
             let terms = shape.iter().enumerate();
             terms.map(|(k, shape)| shape * value(k)).sum()
         };
         let place = |k: usize| self.mesh.coordinates[self.nodes[k]];
         let at = [0, 1, 2].map(|c| sum(&|k| place(k)[c]));
-        let obstacle = self.obstacle.and_then(|it| it.at(at, &self.nodes, &shape));
+        let obstacle = self.obstacle.and_then(|it| it.at(at, &self.nodes, shape));
         let obstacle = obstacle.map_or(0.0, |(beyond, normal)| {
             let moved = |k: usize| self.displacement[self.nodes[k]];
             let along: f64 = (0..3).map(|c| sum(&|k| moved(k)[c]) * normal[c]).sum();

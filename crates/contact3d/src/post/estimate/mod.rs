@@ -158,7 +158,10 @@ impl ErrorEstimate {
         let conditions = solved.contact.as_ref();
         let conditions = conditions.map(|contact| PointConditions::new(solved, contact, known));
         if 2.0 * known.strain_energy <= known.rounding {
-            return (Self::of_rest(solved, known, conditions), Vec::new());
+            return (
+                Self::of_rest(solved, known, conditions, &behind),
+                Vec::new(),
+            );
         }
         let closing = conditions.as_ref().filter(|_| mesh.mid_edges.is_some());
         let closing = closing.map(PointConditions::closing);
@@ -208,12 +211,12 @@ impl ErrorEstimate {
         solved: &Solved<'_>,
         known: &SolutionData<'_>,
         conditions: Option<PointConditions<'_>>,
+        behind: &[usize],
     ) -> Self {
         let mut squares = vec![0.0; solved.mesh.tetrahedra.len()];
-        let behind = solved.mesh.behind_contact();
         let touches = |it: &PointConditions<'_>| it.deepest() <= solved.touching_depth();
         let only_touches = conditions.as_ref().is_none_or(touches);
-        let contact = conditions.map(|it| ContactError::new(&it, &behind, &mut squares));
+        let contact = conditions.map(|it| ContactError::new(&it, behind, &mut squares));
         let missed: f64 = squares.iter().sum();
         if only_touches || missed <= known.rounding {
             return Self {
