@@ -83,7 +83,7 @@ fn entry(entry: &SolverRun, units: Units) -> Figures {
     figures.number("epsilon", "epsilon", Scientific(0), entry.epsilon);
     figures.number("energy_error", "error of u", Scientific(2), result.map(|r| r.energy_error));
     figures.number("multiplier_error", "error of λ", Scientific(2), result.map(|r| r.multiplier_error));
-    figures.plain("applications", "n_A", result.map(|r| r.applications));
+    figures.plain("applications", "applications", result.map(|r| r.applications));
     cost(&mut figures, result.map(|r| &r.cost));
     figures.for_programs("cost", result.map(|r| cost_json(&r.cost)));
     let (shown, word) = match result {
@@ -119,7 +119,7 @@ pub fn levels(study: &DiscretisationStudy, units: Units) -> FigureTable {
         figures.add("", "tangential force 1", Dimension::FORCE, Scientific(6), first);
         order(&mut figures, "", study.forces.get(1), k);
         figures.for_programs("tangential_force", tangential);
-        figures.plain("applications", "n_A", level.applications);
+        figures.plain("applications", "applications", level.applications);
         cost(&mut figures, Some(&level.cost));
         figures.for_programs("cost", cost_json(&level.cost));
         figures.plain("status", "status", level.status.word());
@@ -143,7 +143,9 @@ fn limits(study: &DiscretisationStudy, units: Units) -> String {
     let forces = forces.map(|(name, trend)| (name, force, trend));
     let line = |(name, unit, trend): (&str, &str, &Trend)| match trend.limit {
         Some(limit) => format!("limit of {name}: {limit:.8e} {unit}\n"),
-        None => format!("limit of {name}: no order of 0.5 observed, none claimed\n"),
+        None => format!(
+            "limit of {name}: none claimed, differences between meshes do not fall with h^0.5 or faster\n"
+        ),
     };
     [potential].into_iter().chain(forces).map(line).collect()
 }
@@ -200,7 +202,7 @@ fn sequence_level(sequence: &str, level: &SequenceLevel, units: Units) -> Figure
 #[rustfmt::skip]
 fn cost(figures: &mut Figures, cost: Option<&Cost>) {
     figures.add("", "time", Dimension::Time, Fixed(4), cost.map(|cost| cost.seconds));
-    figures.plain("", "median of", cost.map(|cost| cost.repeats));
+    figures.plain("", "runs timed", cost.map(|cost| cost.repeats));
     figures.said("peak MB", cost.map(megabytes));
 }
 

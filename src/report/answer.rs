@@ -95,8 +95,12 @@ pub(super) fn neutral_words(
     motions.iter().map(line).collect()
 }
 
-/// The name of a quantity and what it is by the estimate, for people.
-pub(super) fn quantity_words(units: Units, it: &FunctionalEstimate) -> (String, String) {
+/// The name of a quantity and what it is by the estimate, for people; of forces not above `noise` 0.
+pub(super) fn quantity_words(
+    units: Units,
+    it: &FunctionalEstimate,
+    noise: f64,
+) -> (String, String) {
     let unit = units.of(dimension(it.functional));
     let name = match (it.functional, it.corners) {
         (Functional::LargestDisplacement, Some(_)) => "mean displacement near peak".to_owned(),
@@ -108,6 +112,7 @@ pub(super) fn quantity_words(units: Units, it: &FunctionalEstimate) -> (String, 
             let [low, high] = it.range;
             format!("{low:.4e} to {high:.4e} {}", unit.word())
         }
+        Functional::TangentialForce if it.value.abs() <= noise => format!("0 {}", unit.word()),
         _ => format!(
             "{:.4e} {} ± {}{}",
             it.value,

@@ -10,35 +10,42 @@ use super::{Figures, percent};
 /// The bound and its parts, and an estimate of the same error where there is one.
 pub fn figures(bound: &RelativeBound, scene: &Scene, estimate: Option<f64>) -> Figures {
     let mut figures = Figures::new(scene.units);
-    let mut add = |key: &str, words: &str, share: Option<f64>| {
-        let shown = share.map(|share| format!("guaranteed at most {}", percent(rounded_up(share))));
-        figures.in_words(key, words, shown, share);
-    };
     let whole = "error in the energy norm";
-    add("total", whole, bound.total);
-    let given = "under these contact stresses";
-    add("elements", given, Some(bound.elements));
-    if bound.lifting.is_some() {
-        add("lifting", "of it penetration", bound.lifting);
-        add(
+    add(&mut figures, "total", whole, bound.total);
+    if bound.total.is_none() {
+        let why = why_none(scene);
+        let words = format!("no bound: {why}, and the contact stresses have an error of their own");
+        figures.said(whole, Some(words));
+    }
+    let parts = [
+        (
+            "elements",
+            "under these contact stresses",
+            Some(bound.elements),
+        ),
+        ("lifting", "of it penetration", bound.lifting),
+        (
             "complementarity",
             "of it pressure on gaps",
             bound.complementarity,
-        );
-        add("friction", "of it slip", bound.friction);
-    }
-    if bound.total.is_none() {
-        figures.said(
-            whole,
-            Some(format!(
-                "no bound: {}, and the contact stresses have an error of their own",
-                why_none(scene)
-            )),
-        );
+        ),
+        ("friction", "of it slip", bound.friction),
+    ];
+    let n_parts = if bound.lifting.is_some() { 4 } else { 1 };
+    for (key, words, share) in &parts[..n_parts] {
+        add(&mut figures, key, words, *share);
     }
     let shown = estimate.map(|share| format!("about {}", percent(share)));
     figures.in_words("estimate", "estimated", shown, estimate);
     figures
+}
+
+fn add(figures: &mut Figures, key: &str, words: &str, share: Option<f64>) {
+    let shown = share.map(|share| {
+        let percent = percent(rounded_up(share));
+        format!("guaranteed at most {percent}, rounded up")
+    });
+    figures.in_words(key, words, shown, share);
 }
 
 /// Why only the error for the contact stresses as they are has a bound.

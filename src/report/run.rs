@@ -88,7 +88,7 @@ impl<'a> SolvedRun<'a> {
         figures.for_programs("newton_steps", solution.newton.len());
         let seconds = solution.newton.iter().map(|step| step.seconds);
         figures.for_programs("newton_seconds", seconds.sum::<f64>());
-        figures.plain("applications", "applications n_A", solution.applications);
+        figures.plain("applications", "applications of S", solution.applications);
         figures.for_programs("law_evaluations", solution.law_evaluations);
         figures.for_programs("projections", solution.projections);
         let moved = "moved by the mapping Psi";
@@ -204,10 +204,15 @@ impl<'a> SolvedRun<'a> {
         vector: [f64; N],
         of: fn(&SourceForce) -> [f64; 3],
     ) -> [f64; N] {
+        let noise = self.noise(of);
+        vector.map(|part| if part.abs() <= noise { 0.0 } else { part })
+    }
+
+    /// What a part of a force or moment has to exceed.
+    fn noise(&self, of: fn(&SourceForce) -> [f64; 3]) -> f64 {
         let all = self.report.forces.iter().flat_map(of);
         let largest = all.fold(0.0, |most: f64, part| most.max(part.abs()));
-        let noise = NOISE.max(self.report.resultants.force_imbalance) * largest;
-        vector.map(|part| if part.abs() <= noise { 0.0 } else { part })
+        NOISE.max(self.report.resultants.force_imbalance) * largest
     }
 
     /// The name that the scene gives a clamp, load or contact face, before the one by its number.
@@ -268,7 +273,7 @@ impl<'a> SolvedRun<'a> {
             figures.for_programs(&format!("discretisation_error.{name}"), part);
         }
         for it in &report.functionals {
-            let (name, words) = quantity_words(self.scene.units, it);
+            let (name, words) = quantity_words(self.scene.units, it, self.noise(|row| row.force));
             figures.said(&name, Some(words));
         }
         figures.for_programs("quantities", quantities_json(self.scene.units, &report.functionals));

@@ -117,7 +117,7 @@ pub fn draw_run(
         }
         if face == 0 {
             let error = error_page(&drawn).map_err(figure)?;
-            drawings.push((ERROR.to_owned(), error, PANEL_WIDTH));
+            drawings.push((ERROR.to_owned(), error, PAGE_WIDTH));
         }
         drawings.push((named(LAST), page, PAGE_WIDTH));
     }

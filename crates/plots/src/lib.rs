@@ -36,7 +36,7 @@ pub use picture::{
 
 use canvas::{Anchor, Canvas};
 use layout::PANEL_WIDTH;
-use panels::{drawings, error_panel};
+use panels::{drawings, error_panels};
 use text::{Label, fitted};
 
 /// Height of the title of a page.
@@ -70,13 +70,13 @@ pub fn panels(picture: &ContactPicture<'_>) -> Result<Vec<Panel>, FigureError> {
         .collect())
 }
 
-/// Draws where the error sits on the boundary of the body: the logarithm of `density`, for each node a share of
+/// Draws where the error sits on the boundary of the body, from two opposite sides: the logarithm of `density`, for each node a share of
 /// the mean, as many as `coordinates`.
 ///
 /// # Errors
 /// As [`panels`].
 pub fn error_figure(picture: &ContactPicture<'_>, density: &[f64]) -> Result<Picture, FigureError> {
-    let canvas = error_panel(picture, density)?;
+    let canvas = error_panels(picture, density)?;
     Ok(Picture::new(canvas, picture.title))
 }
 

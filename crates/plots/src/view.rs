@@ -29,13 +29,13 @@ pub(super) struct View {
 }
 
 impl View {
-    /// The view of the undeformed body.
-    pub(super) fn new(picture: &ContactPicture<'_>) -> Self {
+    /// The view of the undeformed body from a direction in the basis (t₁, −ν × t₁, −ν).
+    pub(super) fn new(picture: &ContactPicture<'_>, toward: Vector) -> Self {
         let first = unit(picture.axis_1);
         let up = unit(picture.normal.map(|component| -component));
         let basis = [first, cross(up, first), up];
         let nodes = picture.boundary_triangles.as_flattened().iter();
-        Self::of(basis, nodes.map(|&node| picture.coordinates[node]), TOWARD)
+        Self::of(basis, nodes.map(|&node| picture.coordinates[node]), toward)
     }
 
     /// The view of points from a direction in a basis.

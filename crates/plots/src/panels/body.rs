@@ -16,7 +16,7 @@ use crate::scale::{factor_label, round_down};
 use crate::svg::{Vector, bounds, dot, minus, norm, scaled};
 use crate::text::Label;
 use crate::view::{FacetNormals, SurfaceEdge, joined_lines, mark_lines, surface_edges};
-use crate::view::{Facets, Fit, Paint, View, draw_facets};
+use crate::view::{Facets, Fit, Paint, TOWARD, View, draw_facets};
 
 /// Largest drawn displacement relative to the diagonal of the body.
 const DRAWN_DISPLACEMENT: f64 = 0.15;
@@ -34,8 +34,17 @@ struct Shown {
     magnitude: Vec<f64>,
     symbol: Label,
     unit: Unit,
-    /// Whether the body is drawn deformed.
-    deforms: bool,
+    /// Whether the body is drawn deformed; if not, the words below the title.
+    motion: Motion,
+    /// From the body to the viewer, in the basis (t₁, −ν × t₁, −ν).
+    toward: Vector,
+}
+
+/// How the body is drawn.
+#[derive(Clone, Copy, PartialEq)]
+enum Motion {
+    Deformed,
+    AtRest(&'static str),
 }
 
 /// Panel (c).
@@ -45,38 +54,52 @@ pub(super) fn body_panel(picture: &ContactPicture<'_>, layout: &PictureLayout) -
         magnitude: picture.displacement.iter().map(|&u| norm(u)).collect(),
         symbol: Label::plain("|").italic("u").upright("|"),
         unit: picture.units.of(Dimension::LENGTH),
-        deforms: true,
+        motion: Motion::Deformed,
+        toward: TOWARD,
     };
     drawn_body(picture, layout, &shown)
 }
 
-/// The estimated error on the boundary of the body at rest: the logarithm of `density`, a positive value for
-/// each node.
-pub(crate) fn error_panel(
+/// The estimated error on the boundary of the body at rest, seen from two opposite sides, so that every face is shown: the
+/// logarithm of `density`, a positive value for each node.
+pub(crate) fn error_panels(
     picture: &ContactPicture<'_>,
     density: &[f64],
 ) -> Result<Canvas, FigureError> {
     picture.validate()?;
-    let shown = Shown {
-        title: Label::plain("Estimated discretisation error per volume over its mean"),
-        magnitude: density.iter().map(|value| value.log10()).collect(),
-        symbol: Label::plain("log").subscript("10"),
-        unit: picture.units.of(Dimension::Number),
-        deforms: false,
-    };
     let alone = ContactPicture {
         obstacle: None,
         marks: &[],
         ..*picture
     };
     let layout = PictureLayout::new(picture);
-    Ok(drawn_body(&alone, &layout, &shown))
+    let sides = if picture.contact_triangles.is_empty() {
+        ["from above", "from below"]
+    } else {
+        ["contact face behind", "contact face in front"]
+    };
+    let below = TOWARD.map(|component| -component);
+    let title = "Estimated discretisation error per volume over its mean";
+    let mut page = Canvas::new(2.0 * PANEL_WIDTH, layout.height);
+    for (column, (side, toward)) in sides.into_iter().zip([TOWARD, below]).enumerate() {
+        let shown = Shown {
+            title: Label::plain(if column == 0 { title } else { "" }),
+            magnitude: density.iter().map(|value| value.log10()).collect(),
+            symbol: Label::plain("log").subscript("10"),
+            unit: picture.units.of(Dimension::Number),
+            motion: Motion::AtRest(side),
+            toward,
+        };
+        let panel = drawn_body(&alone, &layout, &shown);
+        page.place(&panel, [column as f64 * PANEL_WIDTH, 0.0]);
+    }
+    Ok(page)
 }
 
 /// The boundary coloured by a value, the undeformed outline, the support and the axes.
 fn drawn_body(picture: &ContactPicture<'_>, layout: &PictureLayout, shown: &Shown) -> Canvas {
     let mut canvas = layout.panel(&shown.title);
-    let view = View::new(picture);
+    let view = View::new(picture, shown.toward);
     let magnitude = &shown.magnitude;
     let undeformed: Vec<Vector> = picture
         .coordinates
@@ -87,7 +110,7 @@ fn drawn_body(picture: &ContactPicture<'_>, layout: &PictureLayout, shown: &Show
     let mut edges = surface_edges(triangles);
     let rest = FacetNormals::new(&undeformed, triangles, &edges);
     mark_lines(&mut edges, &rest, picture.boundary_face);
-    let factor = if shown.deforms {
+    let factor = if shown.motion == Motion::Deformed {
         displacement_factor(picture, &view, &undeformed, &edges)
     } else {
         0.0
@@ -146,8 +169,17 @@ fn drawn_body(picture: &ContactPicture<'_>, layout: &PictureLayout, shown: &Show
     draw_symbols(&mut canvas, &symbols, [16.0, 64.0]);
     let (corner, size) = view_rectangle(layout, false);
     draw_triad(&mut canvas, &view, [52.0, corner[1] + size[1] - 24.0]);
-    let moved = shown.deforms.then(|| magnitude.iter().any(|&u| u > 0.0));
-    draw_notes(&mut canvas, &view, factor, moved, picture.obstacle);
+    let note = match shown.motion {
+        Motion::AtRest(words) => Label::plain(words),
+        Motion::Deformed if magnitude.iter().any(|&u| u > 0.0) => {
+            deformation_note(factor, picture.obstacle)
+        }
+        Motion::Deformed => Label::plain("no displacement"),
+    };
+    let grey = picture.obstacle.map_or("", |_| ", grey: obstacle");
+    let note = note.upright(grey);
+    canvas.text([16.0, 46.0], &note, TICK_SIZE, Anchor::Start);
+    note_stretch(&mut canvas, &view);
     draw_key(&mut canvas, layout, &key);
     canvas
 }
@@ -275,30 +307,21 @@ fn draw_key(canvas: &mut Canvas, layout: &PictureLayout, key: &ColourKey) {
     }
 }
 
-/// Notes below the title; `moved` is `None` for a body drawn at rest.
-fn draw_notes(
-    canvas: &mut Canvas,
-    view: &View,
-    factor: f64,
-    moved: Option<bool>,
-    obstacle: Option<&DrawnObstacle>,
-) {
+/// What is drawn larger, and what dashed lines are.
+fn deformation_note(factor: f64, obstacle: Option<&DrawnObstacle>) -> Label {
     let has_gaps = obstacle.is_some_and(|o| o.gaps.iter().any(|gap| norm(*gap) > 0.0));
     let drawn_larger = if has_gaps {
         "displacement and gaps × "
     } else {
         "displacement × "
     };
-    let grey = obstacle.map_or("", |_| ", grey: obstacle");
-    let note = match moved {
-        Some(true) => Label::plain(drawn_larger)
-            .then(&factor_label(factor))
-            .upright(", dashed: undeformed"),
-        Some(false) => Label::plain("no displacement"),
-        None => Label::plain("undeformed"),
-    };
-    let note = note.upright(grey);
-    canvas.text([16.0, 46.0], &note, TICK_SIZE, Anchor::Start);
+    Label::plain(drawn_larger)
+        .then(&factor_label(factor))
+        .upright(", dashed: undeformed")
+}
+
+/// Which axes of a slender body are stretched.
+fn note_stretch(canvas: &mut Canvas, view: &View) {
     let stretched = (0..3).filter(|&axis| view.stretch[axis] > 1.0);
     let factors = stretched.map(|axis| {
         let name = axis_name(view.basis[axis], &(axis + 1).to_string());

@@ -11,9 +11,10 @@ use crate::picture::{DrawnFriction, DrawnZone};
 use crate::scale::round_down;
 use crate::text::Label;
 
-/// Ellipses with a smaller largest semi-axis in pixels cannot be distinguished from dots and are
-/// left out.
-const LEAST_RADIUS: f64 = 1.2;
+/// The largest semi-axis of the ellipses has at least so many pixels; where panes are smaller, only some have one.
+const LEAST_RADIUS: f64 = 7.0;
+/// Distance of two ellipses at least, over their largest semi-axis.
+const LEAST_DISTANCE: f64 = 2.2;
 /// Smallest drawn semi-axis in pixels, for friction that is strong in one direction only.
 const LEAST_SEMI_AXIS: f64 = 0.3;
 /// Longer lines, in multiples of the largest semi-axis, are cut.
@@ -53,30 +54,38 @@ pub(super) fn ellipse_panel(
     let fill = |pane: usize| zone_paint(friction[pane].zone).0;
     let hover = |pane: usize| describe((kind, unit), pane, &friction[pane]);
     draw_panes(&mut canvas, layout, shapes, Colour::GREY, fill, hover);
-    let is_shown = |shape: &&PaneShape| layout.contact.contains(shape.centre);
+    // Where stresses are drawn over a bound that the pressure makes, open panes have none.
+    let has_ellipse = |shape: &&PaneShape| {
+        layout.contact.contains(shape.centre)
+            && (kind == FrictionKind::Plain || friction[shape.pane].zone != DrawnZone::Open)
+    };
+    let panes: Vec<&PaneShape> = shapes.iter().filter(has_ellipse).collect();
     let largest = largest_semi_axis(friction);
-    let radius = common_radius(layout, shapes.iter().filter(is_shown));
-    let drawn = largest > 0.0 && radius >= LEAST_RADIUS;
-    if drawn {
-        // Where stresses are drawn over a bound that the pressure makes, open panes have none.
-        let has_bound = |shape: &&PaneShape| {
-            kind == FrictionKind::Plain || friction[shape.pane].zone != DrawnZone::Open
-        };
-        for shape in shapes.iter().filter(is_shown).filter(has_bound) {
-            let centre = layout.point(shape.centre);
-            canvas.titled(
-                &describe((kind, unit), shape.pane, &friction[shape.pane]),
-                |canvas| {
-                    draw_pane(canvas, &friction[shape.pane], centre, radius, largest);
-                },
-            );
-        }
+    let radius = common_radius(layout, &panes);
+    let drawn = if largest > 0.0 {
+        apart(layout, &panes, radius)
+    } else {
+        Vec::new()
+    };
+    for shape in &drawn {
+        let state = &friction[shape.pane];
+        let is_inside = radius <= free_radius(layout, shape);
+        let centre = layout.point(shape.centre);
+        canvas.titled(&describe((kind, unit), shape.pane, state), |canvas| {
+            draw_pane(canvas, state, is_inside, centre, radius, largest);
+        });
     }
     draw_axes(&mut canvas, layout);
     let constants = [0, 1].map(|axis| constant(friction, shapes, axis));
     let mut remark = kind.constants_label(constants, unit);
-    if !drawn {
-        remark = remark.upright(" (ellipses too small to draw)");
+    if drawn.len() < panes.len() && !drawn.is_empty() {
+        let some = format!("ellipses of {} of {} panes", drawn.len(), panes.len());
+        let comma = if remark.width(TICK_SIZE) > 0.0 {
+            ", "
+        } else {
+            ""
+        };
+        remark = remark.upright(format!("{comma}{some}"));
     }
     let position = [layout.corner[0], 40.5];
     canvas.text(position, &remark, TICK_SIZE, Anchor::Start);
@@ -84,7 +93,7 @@ pub(super) fn ellipse_panel(
         &mut canvas,
         layout,
         (kind, unit),
-        drawn.then_some((radius, largest)),
+        (!drawn.is_empty()).then_some((radius, largest)),
     );
     canvas
 }
@@ -96,14 +105,35 @@ fn describe((kind, unit): (FrictionKind, &Unit), pane: usize, friction: &DrawnFr
     format!("pane {pane}, {zone}: {words}")
 }
 
-/// The radius in pixels that fits into the panes around their centres: that of the smallest one, unless it is so small that it
-/// would hide the others.
-fn common_radius<'s>(layout: &PictureLayout, shapes: impl Iterator<Item = &'s PaneShape>) -> f64 {
+/// The radius in pixels of all ellipses: that of the smallest pane, unless it is so small that it would hide the others.
+fn common_radius(layout: &PictureLayout, shapes: &[&PaneShape]) -> f64 {
+    let shapes = shapes.iter();
     let mut radii: Vec<f64> = shapes.map(|shape| free_radius(layout, shape)).collect();
     radii.sort_by(f64::total_cmp);
     let quartile = radii.get(radii.len() / 4).copied().unwrap_or(0.0);
     let smallest = radii.first().copied().unwrap_or(0.0);
-    0.88 * smallest.max(quartile / 2.0)
+    (0.88 * smallest.max(quartile / 2.0)).max(LEAST_RADIUS)
+}
+
+/// Panes whose ellipses of this radius do not touch each other; large panes first.
+fn apart<'s>(layout: &PictureLayout, panes: &[&'s PaneShape], radius: f64) -> Vec<&'s PaneShape> {
+    let mut sized: Vec<(f64, &PaneShape)> = panes
+        .iter()
+        .map(|shape| (free_radius(layout, shape), *shape))
+        .collect();
+    sized.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut chosen: Vec<&PaneShape> = Vec::new();
+    for (_, shape) in sized {
+        let [x, y] = layout.point(shape.centre);
+        let is_free = |other: &&PaneShape| {
+            let [at_x, at_y] = layout.point(other.centre);
+            (x - at_x).hypot(y - at_y) >= LEAST_DISTANCE * radius
+        };
+        if chosen.iter().all(is_free) {
+            chosen.push(shape);
+        }
+    }
+    chosen
 }
 
 /// The distance in pixels from the centre of a pane to its outline.
@@ -135,9 +165,16 @@ fn largest_semi_axis(friction: &[DrawnFriction]) -> f64 {
     finite.fold(0.0, f64::max)
 }
 
-/// Draws the ellipse of a pane, `largest` being a semi-axis of `radius` pixels, and the line inside
-/// it.
-fn draw_pane(canvas: &mut Canvas, pane: &DrawnFriction, centre: Point, radius: f64, largest: f64) {
+/// Draws the ellipse of a pane, `largest` being a semi-axis of `radius` pixels, and the line inside it. One that is larger than its
+/// pane hides no other.
+fn draw_pane(
+    canvas: &mut Canvas,
+    pane: &DrawnFriction,
+    is_inside: bool,
+    centre: Point,
+    radius: f64,
+    largest: f64,
+) {
     let (_, colour) = zone_paint(pane.zone);
     let thin = (0.06 * radius).clamp(0.15, 0.9);
     if pane.semi_axes.iter().all(|f| f.is_finite() && *f >= 0.0) {
@@ -145,8 +182,8 @@ fn draw_pane(canvas: &mut Canvas, pane: &DrawnFriction, centre: Point, radius: f
             .semi_axes
             .map(|f| (f / largest * radius).max(LEAST_SEMI_AXIS));
         let fill = match pane.zone {
-            DrawnZone::Open => Fill::Empty,
-            DrawnZone::Stick | DrawnZone::Slip => Fill::Plain(Colour::WHITE),
+            DrawnZone::Stick | DrawnZone::Slip if is_inside => Fill::Plain(Colour::WHITE),
+            _ => Fill::Empty,
         };
         let stroke = Some(Stroke::solid(colour, thin));
         if pane.turn == 0.0 {

@@ -6,7 +6,7 @@ mod maps;
 mod marks;
 mod obstacle;
 
-pub(super) use body::{draw_triad, error_panel};
+pub(super) use body::{draw_triad, error_panels};
 pub(super) use ellipses::zone_colour;
 pub(super) use maps::semi_axis_map;
 
