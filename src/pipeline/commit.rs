@@ -105,6 +105,9 @@ impl OpenCommit {
             transaction.remove(HISTORY);
         }
         store.write_scene(&mut transaction)?;
+        for link in &store.links {
+            transaction.link(link)?;
+        }
         let stored = states.into_iter();
         Ok(Self {
             transaction,

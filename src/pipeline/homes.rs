@@ -63,10 +63,10 @@ impl Session {
         known: Option<&Arc<AssembledProblem>>,
     ) -> Result<Arc<AssembledProblem>, StageError> {
         self.keep_assembly(AssemblyFile::LinkedWithMesh);
-        self.link_shared()?;
+        self.link_shared(known.is_some())?;
         if !self.is_fresh(Stage::Mesh)? {
             self.perform(Stage::Mesh, StoreWhen::Now, &mut |_| {})?;
-            self.link_shared()?;
+            self.link_shared(false)?;
         }
         if !self.is_fresh(Stage::Assemble)? {
             self.perform(Stage::Assemble, StoreWhen::Now, &mut |_| {})?;
@@ -111,8 +111,9 @@ impl Session {
         Ok(removed)
     }
 
-    /// Links every large stage that is not fresh and that a shared file holds.
-    fn link_shared(&mut self) -> Result<(), StageError> {
+    /// Links every large stage that is not fresh and that a shared file holds: at once or, where all of them are in memory and
+    /// their files known to be sound, with the next stage that is stored.
+    fn link_shared(&mut self, in_memory: bool) -> Result<(), StageError> {
         let mut upstream: Vec<(Stage, StoredGroup)> = Vec::new();
         let mut found = Vec::new();
         for state in self.states()? {
@@ -133,6 +134,10 @@ impl Session {
             found.push(shared);
         }
         if found.is_empty() {
+            return Ok(());
+        }
+        if in_memory && found.len() == LARGE.len() && found.iter().all(SharedGroup::is_sound) {
+            self.store.links = found;
             return Ok(());
         }
         let mut transaction = Transaction::begin(&self.store.file)?;

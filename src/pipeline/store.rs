@@ -13,14 +13,15 @@ use contact3d::{
     solver::OuterState,
 };
 use runfile::{
-    Group, GroupRecord, GroupWriter, Home, Reader, RunFile, StoreError, StoredGroup, Transaction,
+    Group, GroupRecord, GroupWriter, Home, Reader, RunFile, SharedGroup, StoreError, StoredGroup,
+    Transaction,
 };
 
 use super::{
     AssemblyFile, StageError, StageState, StageTiming, StoreWhen,
     adapt::stored_refinement,
     commit::{OpenCommit, StageWriter, Undo, WaitingStage},
-    freshness::{input_digest, states_from},
+    freshness::{Freshness, input_digest, states_from},
     settings::{BesideScene, refinement_digest, settings, start_digest},
     stages::StageOutput,
 };
@@ -49,6 +50,8 @@ pub(super) struct Store {
     pub(super) assembly_file: AssemblyFile,
     /// Digests of the stages that the stage at work builds on, as they were when it began.
     upstream: Vec<(Stage, String)>,
+    /// Large stages of files beside the run file, which is linked to them with the next stage that is stored.
+    pub(super) links: Vec<SharedGroup>,
     /// Stages that are computed but not yet stored.
     pending: Vec<WaitingStage>,
     /// What the last commit of this process took.
@@ -68,6 +71,7 @@ impl Store {
             threads,
             assembly_file: AssemblyFile::default(),
             upstream: Vec::new(),
+            links: Vec::new(),
             pending: Vec::new(),
             writer: None,
             last_store_seconds: 0.0,
@@ -113,14 +117,22 @@ impl Store {
         GroupRecord::ended(settings, input_digest, seconds, self.threads)
     }
 
-    /// The state of every stage with respect to the scene; all missing in a new file.
+    /// The state of every stage with respect to the scene, those that will be linked included; all missing in a new file.
     pub(super) fn states(&self) -> Result<Vec<StageState>, StoreError> {
         Ok(self.states_in(self.reader_if_there()?.as_ref()))
     }
 
     fn states_in(&self, reader: Option<&Reader>) -> Vec<StageState> {
         let start = self.start.as_deref();
-        states_from(reader, &self.input.scene, &self.refinement, start)
+        let mut states = states_from(reader, &self.input.scene, &self.refinement, start);
+        for state in &mut states {
+            let mut links = self.links.iter();
+            if let Some(link) = links.find(|link| link.group() == state.stage.group()) {
+                state.freshness = Freshness::Fresh;
+                state.stored = Some(link.stored().clone());
+            }
+        }
+        states
     }
 
     /// Refuses to begin a stage on anything but fresh ones, stored or waiting, and remembers which of the stored ones these were.
@@ -257,6 +269,7 @@ impl Store {
             commit.write_unfinished(unfinished, self)?;
         }
         self.end(commit.transaction, &commit.changed)?;
+        self.links.clear();
         self.pending.clear();
         self.last_store_seconds = storing.elapsed().as_secs_f64();
         Ok(())

@@ -271,6 +271,7 @@ pub struct SharedGroup {
     pub(super) group: Group,
     pub(super) name: LinkedName,
     stored: StoredGroup,
+    is_sound: bool,
 }
 
 impl SharedGroup {
@@ -294,14 +295,27 @@ impl SharedGroup {
                 group,
                 name,
                 stored,
+                is_sound: volume.is_sound(group),
             })
         })
+    }
+
+    /// The group.
+    #[must_use]
+    pub fn group(&self) -> Group {
+        self.group
     }
 
     /// How the group was run, and its digest.
     #[must_use]
     pub fn stored(&self) -> &StoredGroup {
         &self.stored
+    }
+
+    /// Whether this process has found the file to be what was written, and it has not changed since.
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        self.is_sound
     }
 }
 

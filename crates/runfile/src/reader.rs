@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::OnceLock;
 
 use hdf5_metno as hdf5;
 use ndarray::ArrayD;
@@ -27,7 +28,8 @@ pub struct Reader {
     pub(super) home: Volume,
     pub(super) linked: BTreeMap<Group, Linked>,
     pub(super) layout: Layout,
-    sizes: Sizes,
+    /// Read when a dataset is checked against them.
+    sizes: OnceLock<Sizes>,
 }
 
 impl Reader {
@@ -43,7 +45,6 @@ impl Reader {
             // file.
             reader = Self::open_state(path, layout)?;
         }
-        reader.sizes = reader.sizes_of(layout.groups());
         Ok(reader)
     }
 
@@ -65,7 +66,7 @@ impl Reader {
             linked: layout.groups().filter_map(linked).collect(),
             home,
             layout,
-            sizes: Sizes::default(),
+            sizes: OnceLock::new(),
         })
     }
 
@@ -209,7 +210,8 @@ impl Reader {
         spec: &DatasetSpec,
         shape: &[usize],
     ) -> Result<(), StoreError> {
-        let checked = self.sizes.check(spec, shape);
+        let sizes = || self.sizes_of(self.layout.groups());
+        let checked = self.sizes.get_or_init(sizes).check(spec, shape);
         checked.map_err(|(expected, found)| self.place(spec).mismatch(expected, found))
     }
 

@@ -24,8 +24,7 @@ pub(super) struct Volume {
     pub(super) bytes: u64,
     /// Major and minor version of its format.
     pub(super) format_version: [i64; 2],
-    /// Paths of all soft and external links, which are never followed.
-    links: Vec<String>,
+    objects: Objects,
     /// That of the file before it was opened.
     state: FileState,
 }
@@ -62,13 +61,13 @@ impl Volume {
         let format_version = header::check(&file, path, layout, filetype)?;
         let bytes = fs::metadata(path).at_file(path, "look at the file")?.len();
         let place = Place::new(path, "/");
-        let links = links(&file).map_err(|error| place.unlisted(&error))?;
+        let objects = Objects::of(&file).map_err(|error| place.unlisted(&error))?;
         Ok(Volume {
             path: path.into(),
             file,
             bytes,
             format_version,
-            links,
+            objects,
             state,
         })
     }
@@ -95,19 +94,48 @@ impl Volume {
             path.strip_prefix(link.as_str())
                 .is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
         };
-        self.links.iter().find(leads).map(String::as_str)
+        self.objects.links.iter().find(leads).map(String::as_str)
     }
 
     /// A soft or external link inside the group of a group.
     pub(super) fn link_below(&self, group: Group) -> Option<&str> {
         let inside = format!("/{group}/");
-        let mut links = self.links.iter().map(String::as_str);
+        let mut links = self.objects.links.iter().map(String::as_str);
         links.find(|link| link.starts_with(&inside))
     }
 
     /// Whether every group on the way, and the object itself, is in this file.
     pub(super) fn holds(&self, path: &str) -> bool {
-        self.link_on_the_way(path).is_none() && has_path(&self.file, path)
+        let Objects {
+            paths, has_aliases, ..
+        } = &self.objects;
+        self.link_on_the_way(path).is_none()
+            && (paths.contains(path) || *has_aliases && has_path(&self.file, path))
+    }
+}
+
+/// What is in a file, listed once: to ask HDF5 for each object costs more.
+#[derive(Debug, Default)]
+struct Objects {
+    /// Paths of all soft and external links, which are never followed.
+    links: Vec<String>,
+    /// Paths of all groups and datasets along hard links, but of a group with several names only those below one of them.
+    paths: HashSet<String>,
+    /// Whether there are such groups.
+    has_aliases: bool,
+}
+
+impl Objects {
+    fn of(file: &hdf5::File) -> hdf5::Result<Self> {
+        let mut objects = Self::default();
+        for member in walk(members(file, "")?) {
+            objects.has_aliases |= member.is_alias;
+            match member.kind? {
+                None => objects.links.push(member.path),
+                Some(_) => drop(objects.paths.insert(member.path)),
+            }
+        }
+        Ok(objects)
     }
 }
 
@@ -158,6 +186,8 @@ pub(super) struct GroupMember {
     pub(super) path: String,
     /// `None` for a soft or external link, which is never followed; an error for what cannot be looked at.
     pub(super) kind: hdf5::Result<Option<LocationType>>,
+    /// Whether it is a group that was met under another name.
+    is_alias: bool,
 }
 
 /// The members of a group with some path, empty for the root.
@@ -183,12 +213,13 @@ fn members_named(
             path: format!("{path}/{name}"),
             name,
             kind,
+            is_alias: false,
         }
     };
     Ok(links.into_iter().map(member).collect())
 }
 
-/// Members of a group and all that is below them along hard links; of a group with several names only one.
+/// Members of a group and all that is below them along hard links; of a group with several names what is below only once.
 pub(super) fn walk(mut open: Vec<GroupMember>) -> Vec<GroupMember> {
     let mut found = Vec::new();
     let mut seen = Vec::new();
@@ -199,7 +230,7 @@ pub(super) fn walk(mut open: Vec<GroupMember>) -> Vec<GroupMember> {
                 Ok((members(&group, &member.path)?, token))
             });
             match opened {
-                Ok((_, token)) if seen.contains(&token) => continue,
+                Ok((_, token)) if seen.contains(&token) => member.is_alias = true,
                 Ok((below, token)) => {
                     seen.push(token);
                     open.extend(below);
@@ -210,17 +241,6 @@ pub(super) fn walk(mut open: Vec<GroupMember>) -> Vec<GroupMember> {
         found.push(member);
     }
     found
-}
-
-/// The paths of all soft and external links of a file.
-fn links(file: &hdf5::File) -> hdf5::Result<Vec<String>> {
-    let mut links = Vec::new();
-    for member in walk(members(file, "")?) {
-        if member.kind?.is_none() {
-            links.push(member.path);
-        }
-    }
-    Ok(links)
 }
 
 /// An HDF5 file of which some groups are known to hold all their data themselves.

@@ -181,7 +181,12 @@ fn next_level(
             RefinedLevel::Cuts(next_cuts(&indicator, aim))
         }
         (None, None) => {
-            let (indicator, aim) = Target::of(scene, solved.report, target);
+            let (indicator, mut aim) = Target::of(scene, solved.report, target);
+            let is_cut = matches!(known.refinement.levels.last(), Some(RefinedLevel::Cuts(_)));
+            // Errors of quantities have signs and tell less.
+            if is_cut && scene.adapt.is_none_or(|adapt| adapt.of.is_none()) {
+                aim = aim.after(&known.levels, target);
+            }
             RefinedLevel::Cuts(next_cuts(&indicator, aim))
         }
     };
