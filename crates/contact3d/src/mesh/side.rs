@@ -64,12 +64,18 @@ impl Mesh {
     /// The tetrahedron behind each of some boundary triangles, by their indices, `[n]`.
     #[must_use]
     pub fn behind(&self, facets: impl Iterator<Item = usize>) -> Vec<usize> {
-        let place: HashMap<[usize; 3], usize> = facets
-            .enumerate()
-            .map(|(place, f)| (sorted(self.facets[f]), place))
-            .collect();
+        let mut is_corner = vec![false; self.coordinates.len()];
+        let mut place: HashMap<[usize; 3], usize> = HashMap::new();
+        for (at, facet) in facets.enumerate() {
+            let nodes = self.facets[facet];
+            nodes.iter().for_each(|&node| is_corner[node] = true);
+            place.insert(sorted(nodes), at);
+        }
         let mut behind = vec![0; place.len()];
         for (t, &[a, b, c, d]) in self.tetrahedra.iter().enumerate() {
+            if [a, b, c, d].iter().filter(|&&node| is_corner[node]).count() < 3 {
+                continue;
+            }
             for side in [[b, c, d], [a, c, d], [a, b, d], [a, b, c]] {
                 if let Some(place) = place.get(&sorted(side)) {
                     behind[*place] = t;

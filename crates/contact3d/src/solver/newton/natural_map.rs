@@ -1,6 +1,6 @@
 //! The natural map of the dense dual problem.
 
-use std::cell::RefCell;
+use std::sync::Mutex;
 
 use crate::{
     dual::{Balance, ExplicitDual, drag},
@@ -17,7 +17,7 @@ pub struct NaturalMap<'a> {
     pub(in crate::solver) dual: &'a ExplicitDual,
     pub(in crate::solver) conditions: Conditions<'a>,
     /// What the steps on a sparse S share.
-    pub(super) sparse_lu: RefCell<SparseLuMemory>,
+    pub(super) sparse_lu: Mutex<SparseLuMemory>,
 }
 
 impl<'a> NaturalMap<'a> {
@@ -50,7 +50,7 @@ impl<'a> NaturalMap<'a> {
         Self {
             dual,
             conditions: Conditions::new(bound, dual.layout, steplengths),
-            sparse_lu: RefCell::default(),
+            sparse_lu: Mutex::default(),
         }
     }
 

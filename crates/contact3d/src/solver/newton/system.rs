@@ -1,8 +1,9 @@
 //! The linear systems of Newton's method, dense and sparse.
 
-use std::{borrow::Cow, ops::Range};
+use std::{borrow::Cow, ops::Range, sync::PoisonError};
 
 use faer::Mat;
+use rayon::prelude::*;
 
 use super::natural_map::NaturalMap;
 use crate::{
@@ -10,6 +11,9 @@ use crate::{
     linalg::{CscMatrix, DenseLu, solve_sparse},
     solver::conditions::{Bound, Evaluation},
 };
+
+/// Columns that a thread fills at least.
+const LEAST_COLUMNS: usize = 64;
 
 /// The part of the Newton equation R'(λ) d = −R that is not already solved.
 ///
@@ -57,11 +61,7 @@ impl NaturalMap<'_> {
             DualMatrix::Sparse(operator) => system.solve_sparse(operator, &step)?,
             DualMatrix::Dense(_) => {
                 let mut rhs = system.rhs(&step);
-                let mut matrix = Mat::zeros(n, n);
-                for (j, &unknown) in system.free.iter().enumerate() {
-                    system.column(unknown, matrix.col_as_slice_mut(j));
-                }
-                DenseLu::of(matrix)?.solve(&mut rhs);
+                DenseLu::of(system.matrix())?.solve(&mut rhs);
                 rhs
             }
         };
@@ -107,7 +107,9 @@ impl NaturalMap<'_> {
         let system = NewtonSystem::new(self, evaluation);
         let n = system.free.len();
         let mut matrix = vec![0.0; n * n];
-        for (column, &unknown) in matrix.chunks_exact_mut(n.max(1)).zip(&system.free) {
+        let columns = matrix.par_chunks_exact_mut(n.max(1)).zip(&system.free);
+        let columns = columns.with_min_len(LEAST_COLUMNS);
+        columns.for_each(|(column, &unknown)| {
             system.column(unknown, column);
             for at in &system.rows {
                 if let (Some(pair), Some(normal)) = (&at.pair, at.normal_row) {
@@ -116,7 +118,7 @@ impl NaturalMap<'_> {
                     }
                 }
             }
-        }
+        });
         (system.free, matrix)
     }
 }
@@ -211,6 +213,20 @@ impl<'a> NewtonSystem<'a> {
             }
         }
         rhs
+    }
+
+    /// The coefficients of all free unknowns.
+    fn matrix(&self) -> Mat<f64> {
+        let n = self.free.len();
+        let mut matrix = Mat::zeros(n, n);
+        let columns = matrix.par_col_iter_mut().zip(&self.free);
+        let columns = columns.with_min_len(LEAST_COLUMNS);
+        columns.for_each(|(column, &unknown)| {
+            let column = column.try_as_col_major_mut();
+            let column = column.expect("columns of a matrix are contiguous");
+            self.column(unknown, column.as_slice_mut());
+        });
+        matrix
     }
 
     /// The coefficients of unknown j in all rows.
@@ -345,7 +361,9 @@ impl NewtonSystem<'_> {
             }
             matrix.indptr.push(matrix.indices.len());
         }
-        solve_sparse(&matrix, &mut rhs, &mut self.map.sparse_lu.borrow_mut())?;
+        let memory = self.map.sparse_lu.lock();
+        let mut memory = memory.unwrap_or_else(PoisonError::into_inner);
+        solve_sparse(&matrix, &mut rhs, &mut memory)?;
         Some(rhs)
     }
 
