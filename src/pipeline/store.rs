@@ -119,7 +119,7 @@ impl Store {
 
     /// The state of every stage with respect to the scene, those that will be linked included; all missing in a new file.
     pub(super) fn states(&self) -> Result<Vec<StageState>, StoreError> {
-        runfile::undisturbed(|| Ok(self.states_in(self.reader_if_there()?.as_ref())))
+        Ok(self.states_in(self.reader_if_there()?.as_ref()))
     }
 
     fn states_in(&self, reader: Option<&Reader>) -> Vec<StageState> {
@@ -262,10 +262,9 @@ impl Store {
             Some(commit) => (commit?, written),
             None => (self.open_commit()?, 0),
         };
-        runfile::undisturbed(|| {
-            let mut pending = self.pending[written..].iter();
-            pending.try_for_each(|pending| commit.write(pending, &self.input.scene))
-        })?;
+        for pending in &self.pending[written..] {
+            commit.write(pending, &self.input.scene)?;
+        }
         if let Some(unfinished) = unfinished {
             commit.write_unfinished(unfinished, self)?;
         }

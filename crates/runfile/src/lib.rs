@@ -35,9 +35,6 @@ mod volume;
 mod whole;
 mod writer;
 
-/// Does work with HDF5 at one go: other threads wait for the library once, and not at every call.
-pub use hdf5_metno::sync::sync as undisturbed;
-
 pub use element::{StoredElement, StoredEnum};
 pub use error::{LayoutError, LinkProblem, StoreError};
 pub use header::{

@@ -3,8 +3,6 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use hdf5_metno::sync::sync as undisturbed;
-
 use crate::attribute::read_text;
 use crate::dataset::digest_of;
 use crate::digest::of_group;
@@ -193,36 +191,13 @@ impl Transaction {
         if let Some(group) = self.unfinished {
             return Err(LayoutError::NotFinished { group }.into());
         }
-        let permissions = replaceable(&self.target)?;
-        let (held, seals) = undisturbed(|| self.complete())?;
-        let proof = Proof {
-            layout: &self.layout,
-            finished: &self.finished,
-            previous: self.previous.as_ref(),
-        };
-        let filetype = self.layout.filetype;
-        let proven = |path: &Path| undisturbed(|| proof.of(path, filetype, &seals, &self.target));
-        let written = self.run_file.finish(proven)?;
-        drop(self.previous);
-        written.publish(&self.target, permissions)?;
-        note_commit(&self.target, held);
-        sync_folder(&self.folder).map_err(|source| StoreError::Unsynced {
-            file: self.target,
-            source,
-        })
-    }
-
-    /// Copies what stays, names the axes and sets the seals; puts the new files of groups in their places. Returns what the run
-    /// file holds, and its seals.
-    fn complete(&mut self) -> Result<(Vec<Group>, Seals), StoreError> {
         let file = self.run_file.file();
         if let Some(previous) = &self.previous {
             carry_over(previous, &self.replaced, self.embed, file)?;
         }
         // What was copied from a file that another program overwrote meanwhile may be a mixture.
         if FileState::of(&self.target) != self.state {
-            let file = self.target.clone();
-            return Err(StoreError::Changed { file });
+            return Err(StoreError::Changed { file: self.target });
         }
         let permissions = replaceable(&self.target)?;
         let place = Place::new(&self.target, "/");
@@ -262,7 +237,16 @@ impl Transaction {
             name_axes(file, place, &self.layout, (*group, is_new), texts)?;
         }
         let seals = Seals::set(file, place, &own)?;
-        Ok((held, seals))
+        let filetype = self.layout.filetype;
+        let proven = |path: &Path| proof.of(path, filetype, &seals, &self.target);
+        let written = self.run_file.finish(proven)?;
+        drop(self.previous);
+        written.publish(&self.target, permissions)?;
+        note_commit(&self.target, held);
+        sync_folder(&self.folder).map_err(|source| StoreError::Unsynced {
+            file: self.target,
+            source,
+        })
     }
 
     pub(super) fn group_finished(&mut self, digest: &str) {
