@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use hdf5_metno::sync::sync as undisturbed;
+
 use crate::attribute::read_text;
 use crate::dataset::digest_of;
 use crate::digest::of_group;
@@ -27,6 +29,9 @@ use crate::{dimension, header, heaps, matrix};
 /// New groups are written to an empty file and the groups that stay are copied at the commit,
 /// object by object: the file never holds dead space, however often a group runs again. A group in
 /// a file of its own is written once and only linked again.
+///
+/// Where many calls of HDF5 follow one another, the lock of the library is taken once for all: threads that write small files
+/// then wait less. No other lock may be taken meanwhile.
 #[derive(Debug)]
 pub struct Transaction {
     run_file: WholeFile,
@@ -142,8 +147,10 @@ impl Transaction {
         write: impl FnOnce(&mut GroupWriter<'_>) -> Result<(), E>,
     ) -> Result<String, E> {
         let mut writer = self.group(group, home)?;
-        write(&mut writer)?;
-        Ok(writer.finish(record)?)
+        undisturbed(|| {
+            write(&mut writer)?;
+            Ok(writer.finish(record)?)
+        })
     }
 
     /// Puts a link to a shared file in the place of what the file held of its group.
@@ -232,13 +239,15 @@ impl Transaction {
             .collect();
         let own = held.iter().filter(|group| !is_joined(file, **group));
         let own: Vec<Group> = own.copied().collect();
-        for group in &own {
-            let is_new = self.finished.contains_key(group);
-            name_axes(file, place, &self.layout, (*group, is_new), texts)?;
-        }
-        let seals = Seals::set(file, place, &own)?;
+        let seals = undisturbed(|| {
+            for group in &own {
+                let is_new = self.finished.contains_key(group);
+                name_axes(file, place, &self.layout, (*group, is_new), texts)?;
+            }
+            Seals::set(file, place, &own)
+        })?;
         let filetype = self.layout.filetype;
-        let proven = |path: &Path| proof.of(path, filetype, &seals, &self.target);
+        let proven = |path: &Path| undisturbed(|| proof.of(path, filetype, &seals, &self.target));
         let written = self.run_file.finish(proven)?;
         drop(self.previous);
         written.publish(&self.target, permissions)?;
