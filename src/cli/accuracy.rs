@@ -31,7 +31,7 @@ pub struct AccuracyArguments {
     #[arg(long, value_name = "N_DIV", value_parser = n_div)]
     pub finest: Option<usize>,
     /// Seconds for the solves of all methods, and as many for all sequences; what would take longer is left out
-    #[arg(long, value_name = "SECONDS", default_value_t = 60.0, allow_negative_numbers = true, value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 10.0, allow_negative_numbers = true, value_parser = seconds)]
     pub budget: f64,
     /// Compare linear and quadratic elements on uniform and adaptive meshes until their error is below this, as 0.01 or 1%
     #[arg(long, alias = "ways", value_name = "SHARE", value_parser = super::adaptive::target)]
