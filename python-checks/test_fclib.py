@@ -312,7 +312,7 @@ def solve_fclib(program, *arguments) -> tuple[int, dict]:
     return done.returncode, json.loads(done.stdout)
 
 
-@pytest.mark.parametrize("method", ["newton", "gpcg"])
+@pytest.mark.parametrize("method", ["newton", "gpcg", "nsgs"])
 def test_the_export_is_solved_again(exported, program, tmp_path, method):
     out = tmp_path / "solved.hdf5"
     code, answer = solve_fclib(program, exported[1], "--out", out, "--method", method)

@@ -53,7 +53,7 @@ pub struct SolveFclibArguments {
     /// Put the solution into the file itself, in place of the one that is there
     #[arg(long, conflicts_with = "out")]
     pub in_place: bool,
-    /// The algorithm: auto, newton (dense or sparse as W is) or gpcg
+    /// The algorithm: auto, newton (dense or sparse as W is), gpcg or nsgs
     #[arg(long, value_enum, default_value_t = MethodArgument::Auto)]
     pub method: MethodArgument,
     /// Largest error, as fc3d_compute_error of Siconos measures it
@@ -64,12 +64,14 @@ pub struct SolveFclibArguments {
 /// How to solve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum MethodArgument {
-    /// Newton's method, then GPCG; GPCG alone for thousands of contacts
+    /// Gauss-Seidel while it converges fast, then Newton's method, then GPCG
     Auto,
     /// Newton's method
     Newton,
     /// Successive approximations with GPCG
     Gpcg,
+    /// Nonlinear Gauss-Seidel, contact by contact
+    Nsgs,
 }
 
 fn tolerance(text: &str) -> Result<f64, String> {
@@ -155,6 +157,7 @@ pub(super) fn solve_fclib(
             MethodArgument::Auto => DelassusMethod::Auto,
             MethodArgument::Newton => DelassusMethod::Newton,
             MethodArgument::Gpcg => DelassusMethod::Gpcg,
+            MethodArgument::Nsgs => DelassusMethod::Nsgs,
         },
         tolerance: arguments.tolerance,
     };
@@ -227,6 +230,7 @@ fn solver_word(solver: DelassusSolver) -> &'static str {
     match solver {
         DelassusSolver::Newton => "newton",
         DelassusSolver::Gpcg => "gpcg",
+        DelassusSolver::Nsgs => "nsgs",
     }
 }
 

@@ -93,7 +93,7 @@ fn apply(table: &mut toml::Table, change: &str) -> Result<(), StageError> {
     })?;
     set_key(table, key.trim(), value).map_err(|problem| {
         let found = format!("{key}: {problem}");
-        let help = "docs/reference/scene.md lists the keys; items of lists count from 0";
+        let help = "docs/reference/scene.md lists the keys; items of lists have numbers from 0 on, as in pressure.0.value";
         setting("a key below tables and lists only", &found, help.into())
     })
 }

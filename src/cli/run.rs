@@ -235,7 +235,11 @@ fn finish(
             levels.unwrap_or_default()
         ));
     }
-    if let Some(words) = run.nothing_touches() {
+    for words in run
+        .nothing_touches()
+        .into_iter()
+        .chain(run.large_deformation())
+    {
         say(output, &format!("warning: {words}"));
     }
     if let Some(flaw) = report.flaw.filter(|_| report.is_broken()) {

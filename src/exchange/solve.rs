@@ -119,12 +119,12 @@ fn admit(problem: &DelassusProblem, method: DelassusMethod) -> Result<(), StageE
     let is_dense = match method {
         DelassusMethod::Auto => contacts <= MOST_DENSE_CONTACTS && !problem.is_sparse(),
         DelassusMethod::Newton => !problem.is_sparse(),
-        DelassusMethod::Gpcg => false,
+        DelassusMethod::Gpcg | DelassusMethod::Nsgs => false,
     };
     let entries = (3 * contacts as u64).saturating_pow(2);
     let memory = entries.saturating_mul(if is_dense { BYTES_PER_ENTRY } else { 0 });
     admit_memory(Need {
-        step: "Newton's method, whose matrices are dense as W is; --method gpcg takes no others",
+        step: "Newton's method, whose matrices are dense as W is; --method gpcg and nsgs take no others",
         memory,
         stored: 0,
     })?;

@@ -32,6 +32,12 @@ const TRUSTED_ESTIMATE: f64 = 0.25;
 /// Parts of forces below this share of the largest are no figures: it is the default accuracy of a solve, and below the digits shown.
 const NOISE: f64 = 1e-12;
 
+/// An imbalance from which on forces are not in equilibrium.
+const LARGEST_NOISE: f64 = 1e-6;
+
+/// How much displacements may differ from each other, over the size of the body, before strains or rotations are not small.
+const SMALL_DEFORMATION: f64 = 0.1;
+
 /// A scene with its results.
 #[derive(Clone, Copy)]
 pub struct SolvedRun<'a> {
@@ -142,9 +148,34 @@ impl<'a> SolvedRun<'a> {
         }
         let unit = self.scene.units.of(Dimension::LENGTH);
         Some(format!(
-            "no pane is in contact, the smallest gap left is {gap:.3e} {}: check the place of the obstacle and the unit of lengths",
+            "no pane is in contact, the smallest gap left is {gap:.3e} {}: check the place of the obstacle, the directions of the loads (a positive pressure pushes into the body) and the unit of lengths",
             unit.word()
         ))
+    }
+
+    /// That displacements are too large for the theory of small ones, and what to look at; `None` where they are not.
+    pub fn large_deformation(&self) -> Option<String> {
+        if !self.solution.has_answer() {
+            return None;
+        }
+        let size = |vectors: &[[f64; 3]]| {
+            let extent = |axis: usize| {
+                let values = vectors.iter().map(|vector| vector[axis]);
+                let (low, high) = values
+                    .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+                        (low.min(v), high.max(v))
+                    });
+                high - low
+            };
+            extent(0).hypot(extent(1)).hypot(extent(2))
+        };
+        let share = size(&self.report.displacement) / size(&self.mesh.coordinates);
+        (share > SMALL_DEFORMATION).then(|| {
+            format!(
+                "displacements differ by {} of the body's size, but small deformations are assumed: check the units of material, loads and lengths",
+                percent(share)
+            )
+        })
     }
 
     /// What happens on one contact face, or on all of them.
@@ -212,7 +243,14 @@ impl<'a> SolvedRun<'a> {
     fn noise(&self, of: fn(&SourceForce) -> [f64; 3]) -> f64 {
         let all = self.report.forces.iter().flat_map(of);
         let largest = all.fold(0.0, |most: f64, part| most.max(part.abs()));
-        NOISE.max(self.report.resultants.force_imbalance) * largest
+        // Forces that no equilibrium balances are none.
+        let imbalance = self.report.resultants.force_imbalance;
+        let share = if imbalance < LARGEST_NOISE {
+            imbalance
+        } else {
+            0.0
+        };
+        NOISE.max(share) * largest
     }
 
     /// The name that the scene gives a clamp, load or contact face, before the one by its number.

@@ -23,6 +23,9 @@ const MARGIN: f64 = 0.75;
 /// problem that of one level and of the next differ by less than 0.15, so that it ends at most 6 % higher.
 const EXPECTED_END: f64 = 0.93;
 
+/// An estimated error below which levels are alike: on coarser meshes one tells little of the next, and their levels cost little.
+const ALIKE: f64 = 0.02;
+
 /// Levels come at most so far of the way that they aim at, in logarithms.
 const FARTHEST: f64 = 0.95;
 
@@ -102,7 +105,7 @@ impl Target {
         let aimed = fall_of_next_level(MARGIN * target / before.estimated_error);
         let come = (last.estimated_error / before.estimated_error).ln() / aimed.ln();
         Self {
-            come: (come > 0.0 && come.is_finite()).then_some(come.min(FARTHEST)),
+            come: (last.estimated_error < ALIKE && come > 0.0).then_some(come.min(FARTHEST)),
             ..self
         }
     }

@@ -41,6 +41,21 @@ const EXAMPLES: [(&str, &str); 7] = [
     ),
 ];
 
+/// How to write what was meant, where a text stands for a number or a number for a vector; nothing elsewhere.
+fn remedy(options: &[&Schema], found: &DeValue<'_>) -> String {
+    let takes = |wanted: &str| options.iter().any(|option| kind(option) == wanted);
+    let is_vector = |option: &&Schema| option["minItems"] == 3 && option["maxItems"] == 3;
+    match found {
+        DeValue::String(_) if takes("number") => {
+            "write the number alone, in the units of the scene; ".into()
+        }
+        DeValue::Integer(_) | DeValue::Float(_) if options.iter().any(is_vector) => {
+            "write a vector: [1.0, 0.0, 0.0]; ".into()
+        }
+        _ => String::new(),
+    }
+}
+
 /// Least similarity (Jaro and Winkler's, 1 for equal words) of a word that may have been meant.
 const SIMILAR: f64 = 0.8;
 
@@ -95,7 +110,12 @@ impl<'a> Checker<'a> {
                 expected.join(", or "),
                 self.found(value)
             );
-            return self.refuse(key, value.span(), message);
+            return Err(Misfit {
+                key: key.to_owned(),
+                message,
+                help: remedy(&options, found) + self.keys,
+                span: value.span(),
+            });
         };
         match (kind(schema), found) {
             (CHOICE, _) => self.choice(schema, key, value),
@@ -292,7 +312,13 @@ impl<'a> Checker<'a> {
             .iter()
             .max_by(|a, b| similarity(a).total_cmp(&similarity(b)));
         let meant = nearest.filter(|nearest| similarity(nearest) >= SIMILAR);
-        let meant = meant.map(|meant| format!("did you mean `{meant}`? "));
+        let is_of_sweep = known.contains(&"body") && ["scene", "axis"].contains(&key);
+        let meant = match meant {
+            _ if is_of_sweep => {
+                Some("`contact3d-pipe sweep` runs the file of a sweep; ".to_owned())
+            }
+            meant => meant.map(|meant| format!("did you mean `{meant}`? ")),
+        };
         let expected = match known {
             [] | [_] | [_, _] => format!("`{}`", known.join("` or `")),
             several => format!("one of `{}`", several.join("`, `")),

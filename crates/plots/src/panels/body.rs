@@ -85,7 +85,7 @@ pub(crate) fn error_panels(
         let shown = Shown {
             title: Label::plain(if column == 0 { title } else { "" }),
             magnitude: density.iter().map(|value| value.log10()).collect(),
-            symbol: Label::plain("log").subscript("10"),
+            symbol: Label::plain("log").subscript("10").upright(", 0: the mean"),
             unit: picture.units.of(Dimension::Number),
             motion: Motion::AtRest(side),
             toward,

@@ -29,7 +29,7 @@ impl fmt::Display for FilePosition {
 pub enum GmshError {
     /// The file cannot be read.
     #[error("cannot read the mesh {}: {source}", path.display())]
-    #[diagnostic(help("the path counts from the folder of the scene file"))]
+    #[diagnostic(help("check the path; one in a scene counts from the folder of the scene file"))]
     Read {
         path: PathBuf,
         source: std::io::Error,

@@ -2,11 +2,12 @@
 //!
 //! They come from other programs, of rigid bodies too, so W may be sparse and only positive semidefinite: where bodies
 //! rest on more contacts than hold them, forces are not unique. `problem` is the problem and its error, `scaled` the
-//! same in the order and units of the solvers, `proximal` Newton's method on dense or sparse matrices, `descent` the same from easier problems, `frozen` successive
+//! same in the order and units of the solvers, `gauss_seidel` one contact after the other, `proximal` Newton's method on dense or sparse matrices, `descent` the same from easier problems, `frozen` successive
 //! approximations with GPCG, `separation` proofs that there is no solution; `frozen_law` makes such a problem of a solved one of a body.
 
 mod descent;
 mod frozen_law;
+mod gauss_seidel;
 mod problem;
 mod proximal;
 mod scaled;
@@ -28,13 +29,16 @@ pub const MOST_DENSE_CONTACTS: usize = 2000;
 /// How to solve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum DelassusMethod {
-    /// Newton's method, then GPCG where that fails; GPCG alone for some thousand contacts that all move each other.
+    /// Gauss–Seidel while it promises to end soon, then Newton's method, then GPCG where that fails; without Newton's method for some
+    /// thousand contacts that all move each other.
     #[default]
     Auto,
     /// Newton's method, on sparse matrices where W has a sparse factor.
     Newton,
     /// Successive approximations of the slip bounds, with GPCG on the matrix as it is.
     Gpcg,
+    /// Nonlinear Gauss–Seidel, contact by contact.
+    Nsgs,
 }
 
 /// What is asked of a solution.
@@ -75,6 +79,8 @@ pub enum DelassusSolver {
     Newton,
     /// Successive approximations with GPCG.
     Gpcg,
+    /// Nonlinear Gauss–Seidel.
+    Nsgs,
 }
 
 /// Forces, and how good they are.
@@ -97,7 +103,7 @@ pub struct DelassusSolution {
     pub separation: Option<Separation>,
     /// Steps of Newton's method.
     pub newton_steps: usize,
-    /// Outer steps: proximal ones of Newton's method, or successive approximations.
+    /// Outer steps: proximal ones of Newton's method, successive approximations, or sweeps.
     pub outer_steps: usize,
     /// Products with W; those of dense ones in Newton's method count as well.
     pub applications: usize,
@@ -106,6 +112,8 @@ pub struct DelassusSolution {
 /// One way to a solution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Attempt {
+    /// Nonlinear Gauss–Seidel.
+    GaussSeidel,
     /// Newton's method on the problem itself, or by proximal steps where W is singular.
     Newton,
     /// Newton's method from easier problems.
@@ -119,7 +127,7 @@ enum Attempt {
 /// A proof that there is no solution is looked for once Newton's method has failed, where it is tried at all.
 #[must_use]
 pub fn solve_delassus(problem: &DelassusProblem, settings: &DelassusSettings) -> DelassusSolution {
-    use DelassusMethod::{Auto, Gpcg, Newton};
+    use DelassusMethod::{Auto, Gpcg, Newton, Nsgs};
     let scaled = Scaled::new(problem);
     let form = if settings.method != Gpcg && problem.is_sparse() {
         MatrixForm::Sparse
@@ -129,12 +137,20 @@ pub fn solve_delassus(problem: &DelassusProblem, settings: &DelassusSettings) ->
     let is_small = problem.n_contacts() <= MOST_DENSE_CONTACTS || form == MatrixForm::Sparse;
     let ways: &[Attempt] = match settings.method {
         Newton => &[Attempt::Newton, Attempt::Descent],
-        Auto if is_small => &[Attempt::Newton, Attempt::Descent, Attempt::Gpcg],
-        Auto | Gpcg => &[Attempt::Gpcg],
+        Auto if is_small => &[
+            Attempt::GaussSeidel,
+            Attempt::Newton,
+            Attempt::Descent,
+            Attempt::Gpcg,
+        ],
+        Auto => &[Attempt::GaussSeidel, Attempt::Gpcg],
+        Gpcg => &[Attempt::Gpcg],
+        Nsgs => &[Attempt::GaussSeidel],
     };
     let (mut newton_steps, mut outer_steps, mut applications) = (0, 0, 0);
     let mut attempt = |way: Attempt| {
         let found = match way {
+            Attempt::GaussSeidel => gauss_seidel::solve(&scaled, form, settings.tolerance),
             Attempt::Newton => proximal::solve(&scaled, form, settings.tolerance),
             Attempt::Descent => descent::solve(&scaled, form, settings.tolerance),
             Attempt::Gpcg => frozen_law::solve(&scaled, settings.tolerance),
@@ -145,16 +161,17 @@ pub fn solve_delassus(problem: &DelassusProblem, settings: &DelassusSettings) ->
         let solver = match way {
             Attempt::Newton | Attempt::Descent => DelassusSolver::Newton,
             Attempt::Gpcg => DelassusSolver::Gpcg,
+            Attempt::GaussSeidel => DelassusSolver::Nsgs,
         };
         judged(problem, &scaled, settings, solver, &found.multiplier)
     };
-    let proves = ways[0] == Attempt::Newton;
+    let proves = ways.contains(&Attempt::Newton);
     let prove = |obstruction| proves.then(|| separation(&scaled, obstruction)).flatten();
     let mut best = attempt(ways[0]);
-    if best.status != DelassusStatus::Converged {
-        best.separation = prove(Obstruction::Penetration);
-    }
-    for way in &ways[1..] {
+    for (before, way) in ways.iter().zip(&ways[1..]) {
+        if best.status != DelassusStatus::Converged && *before == Attempt::Newton {
+            best.separation = prove(Obstruction::Penetration);
+        }
         if best.status == DelassusStatus::Converged || best.separation.is_some() {
             break;
         }

@@ -31,6 +31,13 @@ fn problem(matrix: &DMatrix<f64>, offset: &[f64], mu: &[f64]) -> DelassusProblem
     DelassusProblem::new(sparse(matrix), offset.to_vec(), mu.to_vec()).expect("a problem")
 }
 
+/// The methods that solve small problems by themselves.
+const EXACT: [DelassusMethod; 3] = [
+    DelassusMethod::Newton,
+    DelassusMethod::Gpcg,
+    DelassusMethod::Nsgs,
+];
+
 fn solved(problem: &DelassusProblem, method: DelassusMethod) -> DelassusSolution {
     let settings = DelassusSettings {
         method,
@@ -55,7 +62,7 @@ fn one_contact_in_closed_form() {
         ([-2.0, 0.8, 0.6], [1.0, -0.2, -0.15]),
         ([-2.0, 30.0, 40.0], [1.0, -0.5 * 0.6, -0.5 * 0.8]),
     ];
-    for method in [DelassusMethod::Newton, DelassusMethod::Gpcg] {
+    for method in EXACT {
         for (q, r) in cases {
             let solution = solved(&problem(&w, &q, &[0.5]), method);
             for (found, expected) in solution.force.iter().zip(r) {
@@ -150,7 +157,7 @@ fn tower(n: usize) -> DelassusProblem {
 /// Forces are not unique, but their resultant is: weight 1, and friction that holds the push or slides at μ.
 #[test]
 fn a_singular_matrix_leaves_the_resultant_alone() {
-    for method in [DelassusMethod::Newton, DelassusMethod::Gpcg] {
+    for method in EXACT {
         for (push, mu, friction) in [(0.2, 0.5, -0.2), (0.8, 0.5, -0.5)] {
             let cube = resting_cube(4, push, mu);
             let solution = solved(&cube, method);
@@ -169,9 +176,9 @@ fn a_singular_matrix_leaves_the_resultant_alone() {
     }
 }
 
-/// W = Gᵀ G + I for entries of a linear congruential generator: unique for small μ, so both solvers find the same forces.
+/// W = Gᵀ G + I for entries of a linear congruential generator: unique for small μ, so all solvers find the same forces.
 #[test]
-fn both_solvers_find_the_same_forces_in_any_units() {
+fn all_solvers_find_the_same_forces_in_any_units() {
     let mut state = 7_u64;
     let mut next = || {
         state = state
@@ -194,9 +201,10 @@ fn both_solvers_find_the_same_forces_in_any_units() {
         .collect();
     let given = problem(&w, &q, &mu);
     let newton = solved(&given, DelassusMethod::Newton).force;
-    let gpcg = solved(&given, DelassusMethod::Gpcg).force;
     let largest = newton.iter().fold(0.0_f64, |most, r| most.max(r.abs()));
-    for (a, b) in newton.iter().zip(&gpcg) {
+    let others = [DelassusMethod::Gpcg, DelassusMethod::Nsgs];
+    let others = others.map(|method| solved(&given, method).force).concat();
+    for (a, b) in newton.iter().cycle().zip(&others) {
         // Twice the tolerance of a solve over the least eigenvalue 1 of W, times ‖u‖ < 6 r_max.
         assert!((a - b).abs() <= 2e-9 * largest, "{a} {b}");
     }
@@ -234,6 +242,7 @@ fn what_has_no_solution_does_not_converge() {
         DelassusMethod::Auto,
         DelassusMethod::Newton,
         DelassusMethod::Gpcg,
+        DelassusMethod::Nsgs,
     ] {
         let settings = DelassusSettings {
             method,
