@@ -186,6 +186,19 @@ impl StageError {
         }
     }
 
+    /// Whether another program changed a file, or a file beside it, while this one was at work on it.
+    pub fn is_of_other_programs(&self) -> bool {
+        match self {
+            Self::Store(error) | Self::Format(FormatError::Store(error)) => {
+                matches!(
+                    error,
+                    StoreError::Changed { .. } | StoreError::Linked { .. }
+                )
+            }
+            _ => false,
+        }
+    }
+
     /// Whether the machine failed, such as a full disk, rather than the input being at fault.
     pub fn is_of_machine(&self) -> bool {
         match self {

@@ -4,8 +4,8 @@ use std::fmt::Write;
 
 use serde_json::{Value, json};
 use studies::accuracy::{
-    Accuracy, AlgebraicStudy, Cost, DiscretisationStudy, MeshSequences, SequenceLevel, SolverRun,
-    Trend,
+    Accuracy, AlgebraicStudy, Cost, DiscretisationStudy, Forces, MeshSequences, SequenceLevel,
+    SolverRun, Trend,
 };
 use units::{Dimension, Units};
 
@@ -13,6 +13,9 @@ use super::{
     Digits::{Fixed, Scientific},
     FigureTable, Figures,
 };
+
+/// A force that is smaller than this share of the normal one is rounding.
+const LEAST_FORCE: f64 = 1e-10;
 
 /// The advice, then the tables; that of the solves, which is long, where it is asked for.
 pub fn text(accuracy: &Accuracy, units: Units, with_solves: bool) -> String {
@@ -139,7 +142,19 @@ fn limits(study: &DiscretisationStudy, units: Units) -> String {
         "tangential force 1",
         "tangential force 2",
     ];
-    let forces = names.into_iter().zip(&study.forces);
+    // Of forces beside which the normal one is so much larger nothing is known.
+    let sizes = |of: &dyn Fn(&Forces) -> f64| {
+        let forces = study
+            .levels
+            .iter()
+            .filter_map(|level| level.forces.as_ref());
+        forces.map(|it| of(it).abs()).fold(0.0, f64::max)
+    };
+    let normal = sizes(&|it| it.normal);
+    let part = |k: usize| sizes(&|it| it.tangential.map_or(0.0, |pair| pair[k]));
+    let is_known = [normal, part(0), part(1)].map(|size| size > LEAST_FORCE * normal);
+    let forces = names.into_iter().zip(&study.forces).zip(is_known);
+    let forces = forces.filter(|(_, known)| *known).map(|(it, _)| it);
     let forces = forces.map(|(name, trend)| (name, force, trend));
     let line = |(name, unit, trend): (&str, &str, &Trend)| match trend.limit {
         Some(limit) => format!("limit of {name}: {limit:.8e} {unit}\n"),

@@ -192,6 +192,10 @@ fn attempt(
             Err(error) => Event::Failed(error.to_string()),
         },
         Err(StageError::Store(StoreError::Busy { .. })) => Event::Busy,
+        // The case is not at fault, and the next run tries it again.
+        Err(error) if error.is_of_machine() || error.is_of_other_programs() => {
+            Event::Failed(error.with_help())
+        }
         Err(error) => {
             let message = error.with_help();
             match folder::record_failure(&file, &message) {

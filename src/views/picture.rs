@@ -137,7 +137,12 @@ pub(super) fn marks_of(scene: &Scene, results: &Results) -> Vec<BodyMark> {
 pub(super) fn error_page(drawn: &Drawn<'_>) -> Result<Picture, FigureError> {
     drawn.with_picture(|picture| {
         let density = error_density(drawn.mesh, drawn.report, picture.coordinates.len());
-        plots::error_figure(picture, &density)
+        let sides = match drawn.mesh.contact.as_ref().map_or(0, |it| it.faces.len()) {
+            0 => ["from above", "from below"],
+            1 => ["contact face behind", "contact face in front"],
+            _ => ["from one side", "from the opposite side"],
+        };
+        plots::error_figure(picture, &density, sides)
     })
 }
 

@@ -71,12 +71,16 @@ pub fn panels(picture: &ContactPicture<'_>) -> Result<Vec<Panel>, FigureError> {
 }
 
 /// Draws where the error sits on the boundary of the body, from two opposite sides: the logarithm of `density`, for each node a share of
-/// the mean, as many as `coordinates`.
+/// the mean, as many as `coordinates`. `sides` has words for that behind whose body the contact face is, and for the other.
 ///
 /// # Errors
 /// As [`panels`].
-pub fn error_figure(picture: &ContactPicture<'_>, density: &[f64]) -> Result<Picture, FigureError> {
-    let canvas = error_panels(picture, density)?;
+pub fn error_figure(
+    picture: &ContactPicture<'_>,
+    density: &[f64],
+    sides: [&'static str; 2],
+) -> Result<Picture, FigureError> {
+    let canvas = error_panels(picture, density, sides)?;
     Ok(Picture::new(canvas, picture.title))
 }
 

@@ -75,7 +75,7 @@ pub enum StoreError {
         lock: PathBuf,
     },
     /// Another program changed, replaced or removed the file while this one was at work on it.
-    #[error("{}: another program changed or removed the file while this one was at work on it; nothing was stored, run the command again", file.display())]
+    #[error("{}: another program changed or removed the file, or one that it links, while this one was at work on it; nothing was stored, run the command again", file.display())]
     Changed {
         /// The run file.
         file: PathBuf,

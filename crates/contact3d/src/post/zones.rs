@@ -9,7 +9,7 @@ use crate::{
 /// What a pane of the contact face does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Zone {
-    /// No pressure; only a slip bound that is given apart from it lets such a pane carry tangential stress.
+    /// No pressure, but for rounding; only a slip bound that is given apart from it lets such a pane carry tangential stress.
     Open,
     /// In contact, the trial stress inside its ellipse: no slip.
     Stick,
@@ -58,6 +58,9 @@ pub struct PaneCoulomb {
     pub slip_bound: f64,
 }
 
+/// A pressure below this share of what would close the gap of its pane is what rounding has left of none.
+const LEAST_PRESSURE: f64 = 1e-9;
+
 /// Evaluates every pane.
 ///
 /// A pane slips when the trial stress λ_t + ρ |Rⁱ| u_t leaves its ellipse,
@@ -96,7 +99,12 @@ pub(super) fn pane_states(
         .map(|i| {
             let area = surface.pane_area[i];
             let normal = solution.multiplier[i];
-            let pressed = normal > 0.0;
+            let gap = match exact {
+                Some(closing) => -closing[i] / area,
+                None => gap.map_or(0.0, |d| surface.pane_mean(i, d)) - integral[i] / area,
+            };
+            let closing_pressure = stiffness[layout.normal(i)] * area * gap;
+            let pressed = normal > 0.0 && normal > LEAST_PRESSURE * closing_pressure;
             let pair = |v: &[f64]| layout.pair(v, i);
             let tangential = set.ellipses.get(i).map(|ellipse| {
                 let stress = pair(&solution.multiplier);
@@ -141,10 +149,7 @@ pub(super) fn pane_states(
                     (true, _) => Zone::Slip,
                 },
                 normal_stress: 0.0 - normal,
-                gap: match exact {
-                    Some(closing) => -closing[i] / area,
-                    None => gap.map_or(0.0, |d| surface.pane_mean(i, d)) - integral[i] / area,
-                },
+                gap,
                 friction: tangential.map(|(state, _)| state),
             }
         })

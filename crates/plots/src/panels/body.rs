@@ -9,7 +9,8 @@ use super::{
 use crate::canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke};
 use crate::colour::{ColourKey, ColourMap};
 use crate::layout::{
-    KEY_HEIGHT, KEY_WIDTH, KeySide, LABEL_SIZE, PANEL_WIDTH, PictureLayout, TICK_SIZE, axis_name,
+    KEY_HEIGHT, KEY_WIDTH, KeySide, LABEL_SIZE, PANEL_WIDTH, PictureLayout, TICK_SIZE, TITLE_SIZE,
+    axis_name,
 };
 use crate::picture::{ContactPicture, DrawnObstacle, FigureError};
 use crate::scale::{factor_label, round_down};
@@ -60,11 +61,12 @@ pub(super) fn body_panel(picture: &ContactPicture<'_>, layout: &PictureLayout) -
     drawn_body(picture, layout, &shown)
 }
 
-/// The estimated error on the boundary of the body at rest, seen from two opposite sides, so that every face is shown: the
+/// The estimated error on the boundary of the body at rest, seen from two opposite sides, so that every face is shown, with words for both: the
 /// logarithm of `density`, a positive value for each node.
 pub(crate) fn error_panels(
     picture: &ContactPicture<'_>,
     density: &[f64],
+    sides: [&'static str; 2],
 ) -> Result<Canvas, FigureError> {
     picture.validate()?;
     let alone = ContactPicture {
@@ -73,17 +75,12 @@ pub(crate) fn error_panels(
         ..*picture
     };
     let layout = PictureLayout::new(picture);
-    let sides = if picture.contact_triangles.is_empty() {
-        ["from above", "from below"]
-    } else {
-        ["contact face behind", "contact face in front"]
-    };
     let below = TOWARD.map(|component| -component);
     let title = "Estimated discretisation error per volume over its mean";
     let mut page = Canvas::new(2.0 * PANEL_WIDTH, layout.height);
     for (column, (side, toward)) in sides.into_iter().zip([TOWARD, below]).enumerate() {
         let shown = Shown {
-            title: Label::plain(if column == 0 { title } else { "" }),
+            title: Label::default(),
             magnitude: density.iter().map(|value| value.log10()).collect(),
             symbol: Label::plain("log").subscript("10").upright(", 0: the mean"),
             unit: picture.units.of(Dimension::Number),
@@ -93,6 +90,12 @@ pub(crate) fn error_panels(
         let panel = drawn_body(&alone, &layout, &shown);
         page.place(&panel, [column as f64 * PANEL_WIDTH, 0.0]);
     }
+    page.bold_text(
+        [16.0, 26.0],
+        &Label::plain(title),
+        TITLE_SIZE,
+        Anchor::Start,
+    );
     Ok(page)
 }
 
@@ -179,7 +182,12 @@ fn drawn_body(picture: &ContactPicture<'_>, layout: &PictureLayout, shown: &Show
     let grey = picture.obstacle.map_or("", |_| ", grey: obstacle");
     let note = note.upright(grey);
     canvas.text([16.0, 46.0], &note, TICK_SIZE, Anchor::Start);
-    note_stretch(&mut canvas, &view);
+    let height = if shown.motion == Motion::Deformed {
+        26.0
+    } else {
+        46.0
+    };
+    note_stretch(&mut canvas, &view, height);
     draw_key(&mut canvas, layout, &key);
     canvas
 }
@@ -320,8 +328,8 @@ fn deformation_note(factor: f64, obstacle: Option<&DrawnObstacle>) -> Label {
         .upright(", dashed: undeformed")
 }
 
-/// Which axes of a slender body are stretched.
-fn note_stretch(canvas: &mut Canvas, view: &View) {
+/// Which axes of a slender body are stretched, in a line at a height.
+fn note_stretch(canvas: &mut Canvas, view: &View, height: f64) {
     let stretched = (0..3).filter(|&axis| view.stretch[axis] > 1.0);
     let factors = stretched.map(|axis| {
         let name = axis_name(view.basis[axis], &(axis + 1).to_string());
@@ -330,7 +338,7 @@ fn note_stretch(canvas: &mut Canvas, view: &View) {
     let joined = factors.reduce(|all, next| all.upright(", ").then(&next));
     if let Some(factors) = joined {
         let note = Label::plain("stretched: ").then(&factors);
-        let position = [PANEL_WIDTH - 16.0, 26.0];
+        let position = [PANEL_WIDTH - 16.0, height];
         canvas.text(position, &note, TICK_SIZE, Anchor::End);
     }
 }

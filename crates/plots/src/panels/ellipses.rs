@@ -51,7 +51,12 @@ pub(super) fn ellipse_panel(
     let (layout, shapes) = (&figure.layout, figure.shapes.as_slice());
     let title = Label::plain("(d) Friction ellipses and tangential contact stress");
     let mut canvas = layout.panel(&title);
-    let fill = |pane: usize| zone_paint(friction[pane].zone).0;
+    let fill = |pane: usize| match friction[pane] {
+        DrawnFriction {
+            scaled_tangential, ..
+        } if scaled_tangential.is_nan() => Fill::NoValue,
+        DrawnFriction { zone, .. } => zone_paint(zone).0,
+    };
     let hover = |pane: usize| describe((kind, unit), pane, &friction[pane]);
     draw_panes(&mut canvas, layout, shapes, Colour::GREY, fill, hover);
     // Where stresses are drawn over a bound that the pressure makes, open panes have none.
@@ -63,16 +68,18 @@ pub(super) fn ellipse_panel(
     let largest = largest_semi_axis(friction);
     let radius = common_radius(layout, &panes);
     let drawn = if largest > 0.0 {
-        apart(layout, &panes, radius)
+        apart(layout, &panes, |pane| friction[pane].zone, radius)
     } else {
         Vec::new()
     };
+    let fit = drawn
+        .iter()
+        .all(|shape| radius <= free_radius(layout, shape));
     for shape in &drawn {
         let state = &friction[shape.pane];
-        let is_inside = radius <= free_radius(layout, shape);
         let centre = layout.point(shape.centre);
         canvas.titled(&describe((kind, unit), shape.pane, state), |canvas| {
-            draw_pane(canvas, state, is_inside, centre, radius, largest);
+            draw_pane(canvas, state, fit, centre, radius, largest);
         });
     }
     draw_axes(&mut canvas, layout);
@@ -115,15 +122,62 @@ fn common_radius(layout: &PictureLayout, shapes: &[&PaneShape]) -> f64 {
     (0.88 * smallest.max(quartile / 2.0)).max(LEAST_RADIUS)
 }
 
-/// Panes whose ellipses of this radius do not touch each other; large panes first.
-fn apart<'s>(layout: &PictureLayout, panes: &[&'s PaneShape], radius: f64) -> Vec<&'s PaneShape> {
-    let mut sized: Vec<(f64, &PaneShape)> = panes
+/// Panes whose ellipses of this radius touch neither each other nor the frame: the largest of each zone, then those near the points
+/// of a lattice, so that fine meshes look regular.
+fn apart<'s>(
+    layout: &PictureLayout,
+    panes: &[&'s PaneShape],
+    zone: impl Fn(usize) -> DrawnZone,
+    radius: f64,
+) -> Vec<&'s PaneShape> {
+    let middle = [0, 1].map(|k| layout.corner[k] + layout.size[k] / 2.0);
+    let is_inside = |shape: &&PaneShape| {
+        let centre = layout.point(shape.centre);
+        let room = |k: usize| layout.size[k] / 2.0 - radius;
+        let fits = |k: usize| room(k) < 0.0 || (centre[k] - middle[k]).abs() <= room(k);
+        free_radius(layout, shape) >= radius || fits(0) && fits(1)
+    };
+    let free: Vec<f64> = panes
         .iter()
-        .map(|shape| (free_radius(layout, shape), *shape))
+        .map(|shape| free_radius(layout, shape))
         .collect();
-    sized.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let smallest = free.iter().copied().fold(f64::INFINITY, f64::min);
+    // So many equal panes that their ellipses do not touch, from the one in the middle on.
+    let spacing = (LEAST_DISTANCE * radius / (2.0 * smallest)).ceil() * 2.0 * smallest;
+    let from_middle = |shape: &PaneShape| {
+        let [x, y] = layout.point(shape.centre);
+        (x - middle[0]).hypot(y - middle[1])
+    };
+    let middlemost = panes
+        .iter()
+        .min_by(|a, b| from_middle(a).total_cmp(&from_middle(b)));
+    let anchor = middlemost.map_or(middle, |shape| layout.point(shape.centre));
+    let off_lattice = |shape: &PaneShape| {
+        let centre = layout.point(shape.centre);
+        let off = [0, 1].map(|k| {
+            let place = (centre[k] - anchor[k]) / spacing;
+            place - place.round()
+        });
+        off[0].hypot(off[1])
+    };
+    let of_zone = |wanted: DrawnZone| {
+        let sized = panes.iter().zip(&free);
+        let in_zone = sized.filter(|(shape, _)| zone(shape.pane) == wanted && is_inside(shape));
+        in_zone
+            .max_by(|a, b| a.1.total_cmp(b.1))
+            .map(|(shape, _)| *shape)
+    };
+    let mut near: Vec<(f64, &PaneShape)> = panes
+        .iter()
+        .filter(|shape| is_inside(shape))
+        .map(|shape| (off_lattice(shape), *shape))
+        .collect();
+    near.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let is_crowded = smallest < radius;
+    let first = [DrawnZone::Stick, DrawnZone::Slip].map(of_zone);
+    let first = first.into_iter().flatten().filter(|_| is_crowded);
     let mut chosen: Vec<&PaneShape> = Vec::new();
-    for (_, shape) in sized {
+    for shape in first.chain(near.into_iter().map(|(_, shape)| shape)) {
         let [x, y] = layout.point(shape.centre);
         let is_free = |other: &&PaneShape| {
             let [at_x, at_y] = layout.point(other.centre);
@@ -165,12 +219,12 @@ fn largest_semi_axis(friction: &[DrawnFriction]) -> f64 {
     finite.fold(0.0, f64::max)
 }
 
-/// Draws the ellipse of a pane, `largest` being a semi-axis of `radius` pixels, and the line inside it. One that is larger than its
-/// pane hides no other.
+/// Draws the ellipse of a pane, `largest` being a semi-axis of `radius` pixels, and the line inside it; where some do not
+/// fit into their panes, none is filled.
 fn draw_pane(
     canvas: &mut Canvas,
     pane: &DrawnFriction,
-    is_inside: bool,
+    fit: bool,
     centre: Point,
     radius: f64,
     largest: f64,
@@ -182,7 +236,7 @@ fn draw_pane(
             .semi_axes
             .map(|f| (f / largest * radius).max(LEAST_SEMI_AXIS));
         let fill = match pane.zone {
-            DrawnZone::Stick | DrawnZone::Slip if is_inside => Fill::Plain(Colour::WHITE),
+            DrawnZone::Stick | DrawnZone::Slip if fit => Fill::Plain(Colour::WHITE),
             _ => Fill::Empty,
         };
         let stroke = Some(Stroke::solid(colour, thin));
