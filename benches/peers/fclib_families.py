@@ -160,7 +160,7 @@ def main() -> None:
             with tempfile.TemporaryDirectory() as folder:
                 path = Path(folder) / "problem.hdf5"
                 write_local(path, problem, f"{family} {size}")
-                for method in ("newton", "gpcg"):
+                for method in ("auto", "newton", "gpcg", "nsgs"):
                     row = ours(arguments.program, path, method, arguments.limit)
                     if out := row.pop("out", None):
                         row["error"] = natural_map_error(problem, read_solution(out)[0])

@@ -160,22 +160,30 @@ impl InternalForces {
             stress: Vec::with_capacity(n_tetrahedra),
             corner_stress: Vec::new(),
         };
-        for t in 0..n_tetrahedra {
+        let of_element = |t: usize| {
             let element = Element::of(mesh, t);
             let tensor = material.tensor(t);
             let local: Vec<[f64; 3]> = mesh.tetrahedron_nodes(t).map(|n| displacement[n]).collect();
-            let forces = element.internal_forces(tensor, &local);
-            for (node, force) in mesh.tetrahedron_nodes(t).zip(forces) {
-                for component in 0..3 {
-                    found.forces[node][component] += force[component];
-                }
-            }
-            let centroid = element.stress(tensor, &local, &CENTROID);
-            found.stress.push(centroid.into());
-            if mesh.mid_edges.is_some() {
+            let corners = mesh.mid_edges.is_some().then(|| {
                 let at = |k| std::array::from_fn(|j| f64::from(u8::from(j == k)));
-                let corner = |k| element.stress(tensor, &local, &at(k)).into();
-                found.corner_stress.push(std::array::from_fn(corner));
+                std::array::from_fn(|k| element.stress(tensor, &local, &at(k)).into())
+            });
+            let forces = element.internal_forces(tensor, &local);
+            let centroid: [f64; 6] = element.stress(tensor, &local, &CENTROID).into();
+            (forces, centroid, corners)
+        };
+        // Threads share the elements, and one adds their forces in order, so that bits do not depend on the threads.
+        let tetrahedra: Vec<usize> = (0..n_tetrahedra).collect();
+        for block in tetrahedra.chunks(BLOCK) {
+            let elements: Vec<_> = block.par_iter().map(|&t| of_element(t)).collect();
+            for (&t, (forces, centroid, corners)) in block.iter().zip(elements) {
+                for (node, force) in mesh.tetrahedron_nodes(t).zip(forces) {
+                    for component in 0..3 {
+                        found.forces[node][component] += force[component];
+                    }
+                }
+                found.stress.push(centroid);
+                found.corner_stress.extend(corners);
             }
         }
         found
@@ -184,6 +192,9 @@ impl InternalForces {
 
 /// Nodes that one thread treats.
 const CHUNK: usize = 512;
+
+/// Elements that threads share before their forces are added.
+const BLOCK: usize = 1 << 14;
 
 /// The graph of a mesh: nodes are neighbours that share a tetrahedron, and each is its own.
 #[derive(Debug)]
