@@ -434,7 +434,7 @@ fn the_error_is_readable_on_bodies_of_any_shape() {
         let density: Vec<f64> = (0..sample.coordinates.len())
             .map(|k| 0.1 + k as f64)
             .collect();
-        let figure = error_figure(&sample.picture(), &density).unwrap();
+        let figure = error_figure(&sample.picture(), &density, ["one side", "the other"]).unwrap();
         assert_readable(&figure.svg());
     }
 }
