@@ -20,7 +20,7 @@ fn overrides_are_checked_like_the_scene() {
         ("title.x=1", "below tables"),
         ("title.x=1", "title is neither a table nor a list"),
         ("traction.x=1", "no item x in the list traction"),
-        ("traction.7.face=\"x_max\"", "count from 0"),
+        ("traction.7.face=\"x_max\"", "numbers from 0 on"),
     ] {
         let refused = program.run(&["--set", change]).assert().code(2);
         let text = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();

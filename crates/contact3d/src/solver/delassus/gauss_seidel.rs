@@ -20,8 +20,16 @@ const SWEEPS: usize = 10;
 const MOST_DENSE: f64 = 200.0;
 const MOST_SPARSE: f64 = 2000.0;
 
-/// Sweeps from zero forces until the error is within the tolerance, or will not be soon.
-pub(super) fn solve(scaled: &Scaled<'_>, form: MatrixForm, tolerance: f64) -> Candidate {
+/// Most sweeps where nothing else is tried.
+const MOST_ALONE: usize = 20_000;
+
+/// Sweeps from zero forces until the error is within the tolerance: as long as it will be soon or, `alone`, all that there are.
+pub(super) fn solve(
+    scaled: &Scaled<'_>,
+    form: MatrixForm,
+    tolerance: f64,
+    alone: bool,
+) -> Candidate {
     let mut found = Candidate::zero(scaled);
     let contacts = contacts(scaled);
     let most = match form {
@@ -46,7 +54,11 @@ pub(super) fn solve(scaled: &Scaled<'_>, form: MatrixForm, tolerance: f64) -> Ca
         let is_first = error == f64::INFINITY;
         let blocks = (tolerance / next).ln() / (next / error).ln();
         let needed = found.outer_steps as f64 + SWEEPS as f64 * blocks;
-        let will_end = next < error && (is_first || needed <= most);
+        let will_end = if alone {
+            next.is_finite() && found.outer_steps < MOST_ALONE
+        } else {
+            next < error && (is_first || needed <= most)
+        };
         if next > tolerance && !will_end {
             break;
         }

@@ -150,7 +150,9 @@ pub fn solve_delassus(problem: &DelassusProblem, settings: &DelassusSettings) ->
     let (mut newton_steps, mut outer_steps, mut applications) = (0, 0, 0);
     let mut attempt = |way: Attempt| {
         let found = match way {
-            Attempt::GaussSeidel => gauss_seidel::solve(&scaled, form, settings.tolerance),
+            Attempt::GaussSeidel => {
+                gauss_seidel::solve(&scaled, form, settings.tolerance, settings.method == Nsgs)
+            }
             Attempt::Newton => proximal::solve(&scaled, form, settings.tolerance),
             Attempt::Descent => descent::solve(&scaled, form, settings.tolerance),
             Attempt::Gpcg => frozen_law::solve(&scaled, settings.tolerance),
