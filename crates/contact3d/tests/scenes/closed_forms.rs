@@ -2,7 +2,7 @@
 
 use contact3d::{
     AssembledProblem, Problem,
-    post::{ContactReport, Zone, von_mises},
+    post::{ContactReport, PaneState, Zone, von_mises},
     scene::{Method, PrecisionControl, Scene, SolveSettings},
 };
 use nalgebra::{Matrix3, Rotation3, Vector3};
@@ -170,4 +170,23 @@ fn largest_displacements_are_magnitudes() {
         report.resultants.largest_displacement,
         lowest.map(|u: f64| -u)
     );
+}
+
+/// An open pane stays open with a pressure that is rounding, and is pressed with one that would close its gap.
+#[test]
+fn a_pressure_that_rounding_leaves_is_none() {
+    let text = include_str!("../../../../pipelines/newton.toml").replace("48, 16, 16", "12, 4, 4");
+    let problem = assembled(Scene::parse("newton", &text).expect("a scene"));
+    let solution = problem.solve(&problem.scene().solve).expect("S is dense");
+    let zone = |pane: usize, pressure: f64| {
+        let mut changed = solution.clone();
+        changed.multiplier[pane] = pressure;
+        problem.report(&changed).expect("finite loads").panes[pane].zone
+    };
+    let report = problem.report(&solution).expect("finite loads");
+    let lifts = |pane: &PaneState| pane.zone == Zone::Open && pane.gap > 0.0;
+    let open = report.panes.iter().position(lifts);
+    let open = open.expect("the pulled end lifts off");
+    assert_eq!(zone(open, 1e-30), Zone::Open);
+    assert_ne!(zone(open, 1e7), Zone::Open);
 }
