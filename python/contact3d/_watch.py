@@ -41,7 +41,9 @@ class Watcher:
             self._count(int(cases["done"]), int(cases["all"]))
         elif spinner := SPINNER.match(line):
             self._say(f"{spinner['what']} {spinner['words']}")
-        elif STAGE.match(line):
+        elif stage := STAGE.match(line):
+            # A short stage has no spinner.
+            self._say(stage[1])
             self._count(None if self.bar is None else self.bar.n + 1, None)
         elif line.startswith("warning: "):
             self.warnings.append(line.removeprefix("warning: "))
