@@ -35,6 +35,36 @@ fn failed_cases_are_recorded_and_tried_again_only_on_demand() {
     assert!(stamp(&failed) > first);
 }
 
+/// A write-protected file is no fault of its case: the next run does not count it as failed.
+#[test]
+fn cases_that_the_machine_refuses_are_tried_again() {
+    let sweep = Sweep::new(
+        "[set]\n\"body.brick.cells\" = [12, 4, 4]\n[[axis]]\nkey = \"friction.coefficient_1\"\n\
+         values = [{ constant = 0.1 }, { constant = 0.2 }]",
+    );
+    assert_eq!(sweep.run("out", &[]).0, 0);
+    // Without the files that they share the cases have to be computed again.
+    let out = sweep.path("out");
+    for shared in names(&out, ".h5").iter().filter(|name| name.contains('-')) {
+        fs::remove_file(out.join(shared)).unwrap();
+    }
+    let case = sweep.plan()[0]["id"].as_str().unwrap().to_owned();
+    let file = sweep.path(&format!("out/{case}.h5"));
+    let writable = fs::metadata(&file).unwrap().permissions();
+    let mut protected = writable.clone();
+    protected.set_readonly(true);
+    fs::set_permissions(&file, protected).unwrap();
+    let (code, said) = sweep.run("out", &[]);
+    assert!(
+        code == 1 && said.contains("1 computed, 0 kept, 1 failed"),
+        "{said}"
+    );
+    fs::set_permissions(&file, writable).unwrap();
+    let (code, said) = sweep.run("out", &[]);
+    // The other case has made the shared files again.
+    assert!(code == 0 && said.contains("2 kept, 0 failed"), "{said}");
+}
+
 #[test]
 fn changed_axes_add_cases_and_keep_old_ones() {
     let axis = |values: &str| {
