@@ -188,15 +188,12 @@ impl StageError {
 
     /// Whether another program changed a file, or a file beside it, while this one was at work on it.
     pub fn is_of_other_programs(&self) -> bool {
-        match self {
-            Self::Store(error) | Self::Format(FormatError::Store(error)) => {
-                matches!(
-                    error,
-                    StoreError::Changed { .. } | StoreError::Linked { .. }
-                )
-            }
-            _ => false,
-        }
+        use StoreError::{Changed, Linked};
+        matches!(
+            self,
+            Self::Store(Changed { .. } | Linked { .. })
+                | Self::Format(FormatError::Store(Changed { .. } | Linked { .. }))
+        )
     }
 
     /// Whether the machine failed, such as a full disk, rather than the input being at fault.

@@ -10,7 +10,7 @@ use super::{
     freshness::input_digest,
     session::{LoadState, StageCache},
 };
-use crate::format::{CHECKPOINT, FormatError, Stage};
+use crate::format::{FormatError, Stage};
 
 /// Assembled data above this many bytes go to a file of their own.
 ///
@@ -136,17 +136,14 @@ impl Session {
         if found.is_empty() {
             return Ok(());
         }
-        if in_memory && found.len() == LARGE.len() && found.iter().all(SharedGroup::is_sound) {
-            self.store.links = found;
-            return Ok(());
+        let waits =
+            in_memory && found.len() == LARGE.len() && found.iter().all(SharedGroup::is_sound);
+        self.store.links = found;
+        if waits {
+            Ok(())
+        } else {
+            self.store.commit(None)
         }
-        let mut transaction = Transaction::begin(&self.store.file)?;
-        self.store.write_scene(&mut transaction)?;
-        for shared in &found {
-            transaction.link(shared)?;
-        }
-        transaction.remove(CHECKPOINT);
-        Ok(self.store.end(transaction, &[])?)
     }
 }
 

@@ -3,7 +3,7 @@
 use contact3d::{
     dual::Assembly,
     elasticity::BodyMotion,
-    mesh::Mesh,
+    mesh::{Mesh, extents},
     post::{
         ContactReport, ContactResultants, ErrorEstimate, FaceResultants, PaneState, SourceForce,
         Zone,
@@ -159,15 +159,8 @@ impl<'a> SolvedRun<'a> {
             return None;
         }
         let size = |vectors: &[[f64; 3]]| {
-            let extent = |axis: usize| {
-                let values = vectors.iter().map(|vector| vector[axis]);
-                let (low, high) = values
-                    .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-                        (low.min(v), high.max(v))
-                    });
-                high - low
-            };
-            extent(0).hypot(extent(1)).hypot(extent(2))
+            let [x, y, z] = extents(vectors);
+            x.hypot(y).hypot(z)
         };
         let share = size(&self.report.displacement) / size(&self.mesh.coordinates);
         (share > SMALL_DEFORMATION).then(|| {

@@ -173,10 +173,10 @@ impl InternalForces {
             (forces, centroid, corners)
         };
         // Threads share the elements, and one adds their forces in order, so that bits do not depend on the threads.
-        let tetrahedra: Vec<usize> = (0..n_tetrahedra).collect();
-        for block in tetrahedra.chunks(BLOCK) {
-            let elements: Vec<_> = block.par_iter().map(|&t| of_element(t)).collect();
-            for (&t, (forces, centroid, corners)) in block.iter().zip(elements) {
+        for start in (0..n_tetrahedra).step_by(BLOCK) {
+            let block = start..n_tetrahedra.min(start + BLOCK);
+            let elements: Vec<_> = block.clone().into_par_iter().map(of_element).collect();
+            for (t, (forces, centroid, corners)) in block.zip(elements) {
                 for (node, force) in mesh.tetrahedron_nodes(t).zip(forces) {
                     for component in 0..3 {
                         found.forces[node][component] += force[component];

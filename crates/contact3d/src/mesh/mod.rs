@@ -284,11 +284,7 @@ impl Mesh {
     /// Largest extent of the body along a coordinate axis in m.
     #[must_use]
     pub fn extent(&self) -> f64 {
-        let along = |c: usize| {
-            let values = self.coordinates.iter().map(|x| x[c]);
-            values.clone().fold(f64::NEG_INFINITY, f64::max) - values.fold(f64::INFINITY, f64::min)
-        };
-        (0..3).map(along).fold(0.0, f64::max)
+        extents(&self.coordinates).into_iter().fold(0.0, f64::max)
     }
 
     /// Corner coordinates of a tetrahedron or a triangle.
@@ -361,4 +357,13 @@ pub fn triangle_area(corners: &[[f64; 3]; 3]) -> f64 {
 pub fn tetrahedron_volume(corners: &[[f64; 3]; 4]) -> f64 {
     let [a, b, c, d] = corners.map(nalgebra::Vector3::from);
     (b - a).cross(&(c - a)).dot(&(d - a)) / 6.0
+}
+
+/// How far points lie apart along each coordinate axis; −∞ without points.
+#[must_use]
+pub fn extents(points: &[[f64; 3]]) -> [f64; 3] {
+    [0, 1, 2].map(|c| {
+        let values = points.iter().map(|x| x[c]);
+        values.clone().fold(f64::NEG_INFINITY, f64::max) - values.fold(f64::INFINITY, f64::min)
+    })
 }

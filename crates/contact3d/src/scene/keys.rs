@@ -313,11 +313,10 @@ impl<'a> Checker<'a> {
             .max_by(|a, b| similarity(a).total_cmp(&similarity(b)));
         let meant = nearest.filter(|nearest| similarity(nearest) >= SIMILAR);
         let is_of_sweep = known.contains(&"body") && ["scene", "axis"].contains(&key);
-        let meant = match meant {
-            _ if is_of_sweep => {
-                Some("`contact3d-pipe sweep` runs the file of a sweep; ".to_owned())
-            }
-            meant => meant.map(|meant| format!("did you mean `{meant}`? ")),
+        let meant = if is_of_sweep {
+            Some("`contact3d-pipe sweep` runs the file of a sweep; ".to_owned())
+        } else {
+            meant.map(|meant| format!("did you mean `{meant}`? "))
         };
         let expected = match known {
             [] | [_] | [_, _] => format!("`{}`", known.join("` or `")),

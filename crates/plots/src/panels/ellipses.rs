@@ -51,11 +51,9 @@ pub(super) fn ellipse_panel(
     let (layout, shapes) = (&figure.layout, figure.shapes.as_slice());
     let title = Label::plain("(d) Friction ellipses and tangential contact stress");
     let mut canvas = layout.panel(&title);
-    let fill = |pane: usize| match friction[pane] {
-        DrawnFriction {
-            scaled_tangential, ..
-        } if scaled_tangential.is_nan() => Fill::NoValue,
-        DrawnFriction { zone, .. } => zone_paint(zone).0,
+    let fill = |pane: usize| match &friction[pane] {
+        state if state.scaled_tangential.is_nan() => Fill::NoValue,
+        state => zone_paint(state.zone).0,
     };
     let hover = |pane: usize| describe((kind, unit), pane, &friction[pane]);
     draw_panes(&mut canvas, layout, shapes, Colour::GREY, fill, hover);
@@ -64,29 +62,35 @@ pub(super) fn ellipse_panel(
         layout.contact.contains(shape.centre)
             && (kind == FrictionKind::Plain || friction[shape.pane].zone != DrawnZone::Open)
     };
-    let panes: Vec<&PaneShape> = shapes.iter().filter(has_ellipse).collect();
+    let spots: Vec<Spot> = shapes
+        .iter()
+        .filter(has_ellipse)
+        .map(|shape| Spot {
+            pane: shape.pane,
+            zone: friction[shape.pane].zone,
+            centre: layout.point(shape.centre),
+            free: free_radius(layout, shape),
+        })
+        .collect();
     let largest = largest_semi_axis(friction);
-    let radius = common_radius(layout, &panes);
+    let radius = common_radius(&spots);
     let drawn = if largest > 0.0 {
-        apart(layout, &panes, |pane| friction[pane].zone, radius)
+        apart(layout, &spots, radius)
     } else {
         Vec::new()
     };
-    let fit = drawn
-        .iter()
-        .all(|shape| radius <= free_radius(layout, shape));
-    for shape in &drawn {
-        let state = &friction[shape.pane];
-        let centre = layout.point(shape.centre);
-        canvas.titled(&describe((kind, unit), shape.pane, state), |canvas| {
-            draw_pane(canvas, state, fit, centre, radius, largest);
+    let fit = drawn.iter().all(|spot| radius <= spot.free);
+    for spot in &drawn {
+        let state = &friction[spot.pane];
+        canvas.titled(&describe((kind, unit), spot.pane, state), |canvas| {
+            draw_pane(canvas, state, fit, spot.centre, radius, largest);
         });
     }
     draw_axes(&mut canvas, layout);
     let constants = [0, 1].map(|axis| constant(friction, shapes, axis));
     let mut remark = kind.constants_label(constants, unit);
-    if drawn.len() < panes.len() && !drawn.is_empty() {
-        let some = format!("ellipses of {} of {} panes", drawn.len(), panes.len());
+    if drawn.len() < spots.len() && !drawn.is_empty() {
+        let some = format!("ellipses of {} of {} panes", drawn.len(), spots.len());
         let comma = if remark.width(TICK_SIZE) > 0.0 {
             ", "
         } else {
@@ -112,79 +116,69 @@ fn describe((kind, unit): (FrictionKind, &Unit), pane: usize, friction: &DrawnFr
     format!("pane {pane}, {zone}: {words}")
 }
 
+/// A pane that may have an ellipse.
+#[derive(Clone, Copy)]
+struct Spot {
+    pane: usize,
+    zone: DrawnZone,
+    /// Its centre in pixels.
+    centre: Point,
+    /// The distance from there to its outline in pixels.
+    free: f64,
+}
+
+impl Spot {
+    fn distance(&self, [x, y]: Point) -> f64 {
+        (self.centre[0] - x).hypot(self.centre[1] - y)
+    }
+}
+
 /// The radius in pixels of all ellipses: that of the smallest pane, unless it is so small that it would hide the others.
-fn common_radius(layout: &PictureLayout, shapes: &[&PaneShape]) -> f64 {
-    let shapes = shapes.iter();
-    let mut radii: Vec<f64> = shapes.map(|shape| free_radius(layout, shape)).collect();
+fn common_radius(spots: &[Spot]) -> f64 {
+    let mut radii: Vec<f64> = spots.iter().map(|spot| spot.free).collect();
     radii.sort_by(f64::total_cmp);
     let quartile = radii.get(radii.len() / 4).copied().unwrap_or(0.0);
     let smallest = radii.first().copied().unwrap_or(0.0);
     (0.88 * smallest.max(quartile / 2.0)).max(LEAST_RADIUS)
 }
 
-/// Panes whose ellipses of this radius touch neither each other nor the frame: the largest of each zone, then those near the points
-/// of a lattice, so that fine meshes look regular.
-fn apart<'s>(
-    layout: &PictureLayout,
-    panes: &[&'s PaneShape],
-    zone: impl Fn(usize) -> DrawnZone,
-    radius: f64,
-) -> Vec<&'s PaneShape> {
+/// Panes whose ellipses of this radius touch neither each other nor the frame: where not all fit the largest of each zone, then those
+/// near the points of a lattice, so that fine meshes look regular.
+fn apart(layout: &PictureLayout, spots: &[Spot], radius: f64) -> Vec<Spot> {
     let middle = [0, 1].map(|k| layout.corner[k] + layout.size[k] / 2.0);
-    let is_inside = |shape: &&PaneShape| {
-        let centre = layout.point(shape.centre);
+    let is_inside = |spot: &&Spot| {
         let room = |k: usize| layout.size[k] / 2.0 - radius;
-        let fits = |k: usize| room(k) < 0.0 || (centre[k] - middle[k]).abs() <= room(k);
-        free_radius(layout, shape) >= radius || fits(0) && fits(1)
+        let fits = |k: usize| room(k) < 0.0 || (spot.centre[k] - middle[k]).abs() <= room(k);
+        spot.free >= radius || fits(0) && fits(1)
     };
-    let free: Vec<f64> = panes
-        .iter()
-        .map(|shape| free_radius(layout, shape))
-        .collect();
-    let smallest = free.iter().copied().fold(f64::INFINITY, f64::min);
+    let smallest = spots.iter().map(|spot| spot.free);
+    let smallest = smallest.fold(f64::INFINITY, f64::min);
+    let inside: Vec<&Spot> = spots.iter().filter(is_inside).collect();
+    let of_zone = |zone: DrawnZone| {
+        let in_zone = inside.iter().copied().filter(|spot| spot.zone == zone);
+        in_zone.max_by(|a, b| a.free.total_cmp(&b.free))
+    };
+    let first = [DrawnZone::Stick, DrawnZone::Slip].map(of_zone);
+    let first = first.into_iter().flatten().filter(|_| smallest < radius);
     // So many equal panes that their ellipses do not touch, from the one in the middle on.
     let spacing = (LEAST_DISTANCE * radius / (2.0 * smallest)).ceil() * 2.0 * smallest;
-    let from_middle = |shape: &PaneShape| {
-        let [x, y] = layout.point(shape.centre);
-        (x - middle[0]).hypot(y - middle[1])
-    };
-    let middlemost = panes
-        .iter()
-        .min_by(|a, b| from_middle(a).total_cmp(&from_middle(b)));
-    let anchor = middlemost.map_or(middle, |shape| layout.point(shape.centre));
-    let off_lattice = |shape: &PaneShape| {
-        let centre = layout.point(shape.centre);
+    let from_middle = |a: &&Spot, b: &&Spot| a.distance(middle).total_cmp(&b.distance(middle));
+    let anchor = spots.iter().min_by(from_middle);
+    let anchor = anchor.map_or(middle, |spot| spot.centre);
+    let off_lattice = |spot: &Spot| {
         let off = [0, 1].map(|k| {
-            let place = (centre[k] - anchor[k]) / spacing;
+            let place = (spot.centre[k] - anchor[k]) / spacing;
             place - place.round()
         });
         off[0].hypot(off[1])
     };
-    let of_zone = |wanted: DrawnZone| {
-        let sized = panes.iter().zip(&free);
-        let in_zone = sized.filter(|(shape, _)| zone(shape.pane) == wanted && is_inside(shape));
-        in_zone
-            .max_by(|a, b| a.1.total_cmp(b.1))
-            .map(|(shape, _)| *shape)
-    };
-    let mut near: Vec<(f64, &PaneShape)> = panes
-        .iter()
-        .filter(|shape| is_inside(shape))
-        .map(|shape| (off_lattice(shape), *shape))
-        .collect();
-    near.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let is_crowded = smallest < radius;
-    let first = [DrawnZone::Stick, DrawnZone::Slip].map(of_zone);
-    let first = first.into_iter().flatten().filter(|_| is_crowded);
-    let mut chosen: Vec<&PaneShape> = Vec::new();
-    for shape in first.chain(near.into_iter().map(|(_, shape)| shape)) {
-        let [x, y] = layout.point(shape.centre);
-        let is_free = |other: &&PaneShape| {
-            let [at_x, at_y] = layout.point(other.centre);
-            (x - at_x).hypot(y - at_y) >= LEAST_DISTANCE * radius
-        };
+    let mut near = inside.clone();
+    near.sort_by(|a, b| off_lattice(a).total_cmp(&off_lattice(b)));
+    let mut chosen: Vec<Spot> = Vec::new();
+    for spot in first.chain(near) {
+        let is_free = |other: &Spot| other.distance(spot.centre) >= LEAST_DISTANCE * radius;
         if chosen.iter().all(is_free) {
-            chosen.push(shape);
+            chosen.push(*spot);
         }
     }
     chosen

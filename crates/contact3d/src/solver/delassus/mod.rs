@@ -129,7 +129,8 @@ enum Attempt {
 pub fn solve_delassus(problem: &DelassusProblem, settings: &DelassusSettings) -> DelassusSolution {
     use DelassusMethod::{Auto, Gpcg, Newton, Nsgs};
     let scaled = Scaled::new(problem);
-    let form = if settings.method != Gpcg && problem.is_sparse() {
+    let has_form = matches!(settings.method, Auto | Newton);
+    let form = if has_form && problem.is_sparse() {
         MatrixForm::Sparse
     } else {
         MatrixForm::Dense

@@ -29,6 +29,7 @@ use crate::{
     dual::{Assembly, Balance, ExplicitDual},
     elasticity::DofMap,
     linalg::{add_scaled, dot},
+    mesh::extents,
 };
 
 /// Work of the load in a motion, as a share of the work that it would do if every node's force were along the node's displacement, from
@@ -166,20 +167,10 @@ fn strongest_friction(law: &CoulombLaw, laws: &PaneLaws) -> Vec<[f64; 2]> {
         .iter()
         .filter(|face| face.law().depends_on_slip())
     {
-        let largest = LawBounds::new(face, extent(face.positions())).largest.value;
+        // No slip of a solution is larger than the face.
+        let extent = extents(face.positions()).into_iter().fold(0.0, f64::max);
+        let largest = LawBounds::new(face, extent).largest.value;
         strongest[face.panes()].fill([law.factor() * largest; 2]);
     }
     strongest
-}
-
-/// The largest distance of points along an axis: no slip of a solution is larger.
-fn extent(points: &[[f64; 3]]) -> f64 {
-    let along = |c: usize| {
-        let values = points.iter().map(|x| x[c]);
-        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-            (low.min(v), high.max(v))
-        });
-        high - low
-    };
-    (0..3).map(along).fold(0.0, f64::max)
 }
