@@ -9,9 +9,12 @@ use clap::{
     Args, Parser, Subcommand,
     builder::{PossibleValuesParser, TypedValueParser},
 };
-use contact3d::scene::{
-    DualOperatorKind, FactorPrecision, InnerSolver, MOST_CELLS, Method, PrecisionControl,
-    SolveSettings,
+use contact3d::{
+    linalg::EngineCommand,
+    scene::{
+        DualOperatorKind, FactorPrecision, InnerSolver, MOST_CELLS, Method, PrecisionControl,
+        SolveSettings,
+    },
 };
 use serde::de::{DeserializeOwned, IntoDeserializer, value::StrDeserializer};
 
@@ -147,6 +150,8 @@ pub struct RunArguments {
     pub(super) figures: FigureArguments,
     #[command(flatten)]
     pub(super) assembly: AssemblyFileArguments,
+    #[command(flatten)]
+    pub(super) engine: EngineArguments,
 }
 
 impl RunArguments {
@@ -154,6 +159,21 @@ impl RunArguments {
     pub(super) fn deadline(&self, began: Instant) -> Option<Instant> {
         let budget = Duration::try_from_secs_f64(self.budget?).ok()?;
         began.checked_add(budget)
+    }
+}
+
+/// Who holds the factor.
+#[derive(Debug, Args)]
+pub(super) struct EngineArguments {
+    /// Let another program hold the Cholesky factor, perhaps on several machines, such as 'mpirun -n 4 contact3d-mumps' (folder engines of
+    /// the sources); it is not stored
+    #[arg(long, value_name = "COMMAND")]
+    engine: Option<String>,
+}
+
+impl EngineArguments {
+    pub(super) fn command(&self) -> Option<EngineCommand> {
+        self.engine.clone().map(EngineCommand)
     }
 }
 
@@ -209,6 +229,8 @@ pub struct AssembleArguments {
     pub factor: Option<FactorPrecision>,
     #[command(flatten)]
     pub(super) assembly: AssemblyFileArguments,
+    #[command(flatten)]
+    pub(super) engine: EngineArguments,
 }
 
 /// Arguments of `post`.
@@ -259,6 +281,8 @@ impl FigureArguments {
 pub struct SolveArguments {
     /// The run file
     pub file: PathBuf,
+    #[command(flatten)]
+    pub(super) engine: EngineArguments,
     /// The algorithm; fixed-point is the paper's
     #[arg(long, value_parser = word_of::<Method>(&["auto", "newton", "fixed-point"]))]
     method: Option<Method>,

@@ -9,7 +9,7 @@ use std::{
 use contact3d::{
     RunStep,
     dual::OperatorEstimate,
-    linalg::{Precision, Work},
+    linalg::{Precision, RemoteFactor, Work},
     solver::Progress,
 };
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
@@ -187,6 +187,18 @@ pub(super) fn operator_line(
         share * estimate.factor_bytes / 1e6,
         precision.word(),
         estimate.action_operations,
+    )
+}
+
+/// What an engine says of the factor that it holds.
+pub(super) fn engine_line(factor: &RemoteFactor) -> String {
+    let report = factor.report();
+    let [largest, all] = [report.largest_process, report.bytes].map(|bytes| bytes as f64 / 1e9);
+    format!(
+        "{:<9} {} holds {:.2e} coefficients of the factor in {all:.1} GB, {largest:.1} GB in its largest process",
+        "engine",
+        factor.name(),
+        report.coefficients as f64,
     )
 }
 

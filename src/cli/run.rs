@@ -2,7 +2,9 @@
 
 use std::time::Instant;
 
-use contact3d::{RunStep, adaptation::RefinementGoal, scene::AssembleSettings, solver::Goal};
+use contact3d::{
+    RunStep, adaptation::RefinementGoal, linalg::Factor, scene::AssembleSettings, solver::Goal,
+};
 
 use super::{
     adaptive,
@@ -33,6 +35,7 @@ pub(super) fn run(arguments: &RunArguments, output: &Output, threads: usize) -> 
     interruption::on_run_file(&arguments.file);
     let mut session = Session::with_scene(&arguments.file, scene, threads)?;
     session.keep_assembly(arguments.assembly.choice());
+    session.hold_factors_with(arguments.engine.command());
     let is_done = session.is_done()?
         && are_drawn(
             &arguments.figures.folder(&arguments.file),
@@ -109,6 +112,7 @@ pub(super) fn assemble(arguments: &AssembleArguments, output: &Output, threads: 
     interruption::on_run_file(&arguments.file);
     let mut session = Session::open(&arguments.file, threads)?;
     session.keep_assembly(arguments.assembly.choice());
+    session.hold_factors_with(arguments.engine.command());
     let stored = session.scene().assemble;
     session.set_assemble(AssembleSettings {
         dual_operator: arguments.dual_operator.unwrap_or(stored.dual_operator),
@@ -129,6 +133,7 @@ pub(super) fn solve(arguments: &SolveArguments, output: &Output, threads: usize)
     let mut session = Session::open(&arguments.file, threads)?;
     let settings = arguments.apply(&session.scene().solve);
     session.set_solve(settings)?;
+    session.hold_factors_with(arguments.engine.command());
     session.all_or_nothing(|session| {
         let performed = perform(session, Stage::Solve, StoreWhen::Now, output)?;
         finish(session, output, &[performed], None)
@@ -170,11 +175,12 @@ fn perform(
     if let (Stage::Assemble, Some(assembly), Some((estimate, dense))) =
         (stage, session.assembly(), session.operator_estimate())
     {
-        let precision = assembly.factor.precision();
-        say(
-            output,
-            &progress::operator_line(&estimate, dense, precision),
-        );
+        let factor = &assembly.factor;
+        let line = progress::operator_line(&estimate, dense, factor.precision());
+        say(output, &line);
+        if let Factor::Remote(factor) = &**factor {
+            say(output, &progress::engine_line(factor));
+        }
     }
     Ok(performed)
 }

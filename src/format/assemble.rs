@@ -9,7 +9,10 @@ use contact3d::{
         ExplicitDual, OperatorForm, PrimalSystem,
     },
     elasticity::{DofMap, FloatingBody, WeakSupport},
-    linalg::{CholeskyFactor, CscMatrix, Factor, FactorStructure},
+    linalg::{
+        CholeskyFactor, CscMatrix, EngineCommand, EngineError, Factor, FactorStructure,
+        RemoteFactor,
+    },
 };
 use runfile::{
     DatasetSpec, Extent,
@@ -47,8 +50,8 @@ const IMPLICIT: &str =
     "absent when the dual operator is applied through the factor, or is stored in single precision";
 const IN_DOUBLE: &str =
     "absent when the dual operator is stored in double precision, or applied through the factor";
-const SINGLE: &str = "absent when the factor is in single precision";
-const DOUBLE: &str = "absent when the factor is in double precision";
+const SINGLE: &str = "absent when the factor is in single precision, or stays with an engine";
+const DOUBLE: &str = "absent when the factor is in double precision, or stays with an engine";
 const SUPPORTED: &str = "absent where supports hold the body, and not weakly";
 const NO_CONTACT: &str = "absent without contact";
 const NO_FRICTION: &str = "absent without friction";
@@ -102,7 +105,11 @@ pub fn stored_bytes(system: &DualSystem) -> usize {
         let compliance = explicit.compliance.as_ref();
         explicit.operator.as_slice().len() + compliance.map_or(0, |c| c.matrix.len())
     });
-    let in_precision = assembly.factor.structure().value_count() + dense;
+    let in_factor = match &*assembly.factor {
+        Factor::Double(_) | Factor::Single(_) => assembly.factor.structure().value_count(),
+        Factor::Remote(_) => 0,
+    };
+    let in_precision = in_factor + dense;
     let double = assembly.primal.stiffness.data.len() * size_of::<f64>();
     in_precision * assembly.factor.precision().bytes() + double
 }
@@ -128,6 +135,8 @@ pub fn write(writer: &mut GroupWriter<'_>, system: &DualSystem) -> Result<(), St
     match &*assembly.factor {
         Factor::Double(factor) => writer.write(VALUES, factor.values(), &shape),
         Factor::Single(factor) => writer.write(VALUES_SINGLE, factor.values(), &shape),
+        // It stays where it is.
+        Factor::Remote(_) => Ok(()),
     }
 }
 
@@ -183,21 +192,27 @@ fn write_contact(writer: &mut GroupWriter<'_>, contact: &ContactSystem) -> Resul
     Ok(())
 }
 
-/// Reads the assembled problem; the loads are left empty for [`super::read_loads`].
-pub fn read(reader: &Reader) -> Result<DualSystem, FormatError> {
+/// Reads the assembled problem; the loads are left empty for [`super::read_loads`]. A factor that stayed with an engine is made again by
+/// the given one.
+pub fn read(reader: &Reader, engine: Option<&EngineCommand>) -> Result<DualSystem, FormatError> {
     let mut structure = FactorStructure::default();
     FACTOR.read_one(reader, &mut structure, true)?;
+    let primal = read_stiffness(reader)?;
     let factor = if reader.has(VALUES_SINGLE) {
         let values = reader.read_vec(VALUES_SINGLE)?;
         Factor::Single(CholeskyFactor::from_parts(structure, values)?)
-    } else {
+    } else if reader.has(VALUES) {
         let values = reader.read_vec(VALUES)?;
         Factor::Double(CholeskyFactor::from_parts(structure, values)?)
+    } else {
+        let engine = engine.ok_or(EngineError::NotAtHand)?;
+        let (a, no_rows) = (primal.invertible(), CscMatrix::empty(structure.size()));
+        Factor::Remote(RemoteFactor::new(engine, structure, a, no_rows)?)
     };
     let mut seconds = AssemblySeconds::default();
     SECONDS.read_one(reader, &mut seconds, true)?;
     let assembly = Assembly {
-        primal: read_stiffness(reader)?,
+        primal,
         factor: Arc::new(factor),
         seconds,
     };

@@ -71,7 +71,7 @@ pub use theory::{GROUP as THEORY, read as read_theory, write as write_theory};
 pub use vtkhdf::{GROUP as VTKHDF, GridValues, PaneValues, write as write_vtkhdf};
 
 use contact3d::{
-    linalg::{CscMatrix, PartsError},
+    linalg::{CscMatrix, EngineError, PartsError},
     scene::SceneError,
 };
 use runfile::{Group, Layout, SparseMatrix, SparseView, StoreError};
@@ -232,6 +232,9 @@ pub enum FormatError {
         dataset: &'static str,
         reason: String,
     },
+    /// The factor stayed with an engine.
+    #[error(transparent)]
+    Engine(#[from] EngineError),
     /// The stored factor is damaged.
     #[error("/assemble/factor: {0}; run `assemble` again")]
     Factor(#[from] PartsError),

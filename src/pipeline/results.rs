@@ -214,7 +214,7 @@ pub fn read_solved(path: &Path) -> Result<(AssembledProblem, Solution), StageErr
     let run = OpenRun::open(path)?;
     run.require_fresh(Stage::Solve, "solved")?;
     let OpenRun { reader, input, .. } = run;
-    let mut system = format::read_assembly(&reader)?;
+    let mut system = format::read_assembly(&reader, None)?;
     format::read_loads(&reader, &mut system)?;
     let solution = format::read_solution(&reader, &system.assembly.primal.dofs)?;
     let problem = AssembledProblem::new(mesh::read(&reader, &input)?, system);

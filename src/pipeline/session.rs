@@ -5,6 +5,7 @@ use std::{path::Path, sync::Arc, time::Instant};
 use contact3d::{
     AssembledProblem, Problem, RunStep,
     dual::{Assembly, OperatorEstimate},
+    linalg::EngineCommand,
     mesh::Mesh,
     scene::{AssembleSettings, Scene, SceneFile, SolveSettings, Warning},
 };
@@ -139,6 +140,11 @@ impl Session {
         self.store.input.scene.assemble = settings;
     }
 
+    /// Lets another program hold factors.
+    pub fn hold_factors_with(&mut self, engine: Option<EngineCommand>) {
+        self.store.engine = engine;
+    }
+
     /// Lets the solve start from the multipliers of a similar problem, `[n_multipliers]`, in Pa, or
     /// from λ = 0 if empty. A stored solve that started from others is stale.
     pub fn start_from(&mut self, multiplier: Vec<f64>) {
@@ -212,7 +218,7 @@ impl Session {
             return Ok(assembled.clone());
         }
         let problem = self.problem()?.as_ref().clone();
-        let system = format::read_assembly(&self.store.reader()?)?;
+        let system = format::read_assembly(&self.store.reader()?, self.store.engine.as_ref())?;
         let assembled = Arc::new(AssembledProblem::new(problem, system));
         self.cache.assembled = Some((assembled.clone(), LoadState::Any));
         Ok(assembled)

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use contact3d::{
     AssembledProblem, Keeper, Problem, ProblemError, RunStep, Unfinished,
     dual::{AssemblyError, Need, Shortage},
+    linalg::EngineCommand,
     mesh::Mesh,
     scene::{AdaptSettings, Scene, SceneFile},
     solver::Start,
@@ -44,6 +45,10 @@ struct CheckpointKeeper<'a> {
 impl Keeper for CheckpointKeeper<'_> {
     fn admit(&self, need: Need) -> Result<(), Shortage> {
         resources::admit(need, self.store.path())
+    }
+
+    fn engine(&self) -> Option<&EngineCommand> {
+        self.store.engine.as_ref()
     }
 
     fn observe(&mut self, step: RunStep<'_>) {

@@ -8,6 +8,7 @@ use std::{
 use contact3d::{
     Unfinished,
     history::StepRecord,
+    linalg::EngineCommand,
     mesh::Refinement,
     scene::{Scene, SceneFile},
     solver::OuterState,
@@ -48,6 +49,8 @@ pub(super) struct Store {
     threads: usize,
     /// Where assembled data are kept.
     pub(super) assembly_file: AssemblyFile,
+    /// The program that is to hold factors; `None` for this one.
+    pub(super) engine: Option<EngineCommand>,
     /// Digests of the stages that the stage at work builds on, as they were when it began.
     upstream: Vec<(Stage, String)>,
     /// Large stages of files beside the run file, which is linked to them with the next stage that is stored.
@@ -70,6 +73,7 @@ impl Store {
             start: None,
             threads,
             assembly_file: AssemblyFile::default(),
+            engine: None,
             upstream: Vec::new(),
             links: Vec::new(),
             pending: Vec::new(),

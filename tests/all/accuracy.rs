@@ -7,7 +7,8 @@ use contact3d::{ProblemError, scene::Scene, solver::Status};
 use studies::accuracy::{Accuracy, AccuracySettings, RunMethod, RunOperator};
 
 const SETTINGS: AccuracySettings = AccuracySettings {
-    budget: 20.0,
+    // Ten times what the five cheapest runs of each method take, since which fit depends on what else the machine does.
+    budget: 120.0,
     coarsest: 2,
     finest: Some(8),
     sequences: None,

@@ -1,14 +1,13 @@
 //! Meshes that follow the estimated error: solve, estimate, mark, cut.
 //!
 //! [`next_cuts`] chooses from the indicators of an answer what to cut, [`RefinableBody`](crate::mesh::RefinableBody)
-//! cuts it, and [`transferred`] is the multipliers that the next solve starts from. A level asks for a fraction of the
+//! cuts it, and [`crate::contact::transferred`] is the multipliers that the next solve starts from. A level asks for a fraction of the
 //! error of the one before, so that the last one costs most.
 
 mod forecast;
 mod levels;
 mod marking;
 mod refine;
-mod transfer;
 
 pub use forecast::LevelForecast;
 pub use levels::{Adaptation, AdaptiveLevel, AdaptiveStatus};
@@ -16,4 +15,3 @@ pub use marking::{Target, next_cuts};
 pub use refine::{
     AdaptedProblem, LevelKeeper, RefinedLevels, RefinementGoal, SolvedLevel, adapted, refine,
 };
-pub use transfer::transferred;

@@ -4,10 +4,11 @@ use std::{path::Path, sync::Arc, time::Instant};
 
 use super::{
     Adaptation, AdaptiveLevel, AdaptiveStatus, LevelForecast, Target, marking::graded_cells,
-    next_cuts, transferred,
+    next_cuts,
 };
 use crate::{
     Answer, AssembledProblem, InMemory, Problem, ProblemError,
+    contact::transferred,
     dual::{ExplicitDual, smallest_eigenvalue},
     history::{HistoryErrors, StepRecord},
     mesh::{Mesh, RefinableBody, RefinedLevel},

@@ -6,6 +6,7 @@
 //! * [`CoulombLaw`]: F at the contact nodes and the slip bound of each pane, face by face.
 //! * [`FrictionField`]: F₁(|u_t1|), F₂(|u_t2|) at nodes, and their means 𝓕_i⁻¹ = |Rⁱ|⁻¹ ∫_Rⁱ F⁻¹ over panes (HKL (4.2)).
 //! * [`Interface`]: what the scene asks for, as one type per law, so that a body without friction has no friction field.
+//! * [`transferred`]: multipliers on another mesh.
 //! * [`SlipMap`]: the slips that coefficients follow, of tangential displacements.
 //! * [`LawBounds`]: F_max, F_min, the Lipschitz modulus L and the anisotropy κ, which HKL §3 bounds a law by.
 
@@ -19,6 +20,7 @@ mod law_search;
 mod multiplier_layout;
 mod past;
 mod slip_operator;
+mod transfer;
 
 pub use coulomb::{CoulombLaw, FaceLaw, FrictionField};
 pub use coupling::Coupling;
@@ -28,3 +30,5 @@ pub use law_bounds::{LawBounds, LawExtreme};
 pub use multiplier_layout::MultiplierLayout;
 pub use past::{Past, SlipMap};
 pub use slip_operator::{ClementStars, SlipOperator, SlipOperatorDerivative};
+pub use transfer::transferred;
+pub(crate) use transfer::transferred_by_cells;

@@ -9,8 +9,8 @@ use faer::Mat;
 
 use super::{Assembly, explicit::formed};
 use crate::{
-    contact::Coupling,
-    linalg::{CscMatrix, Factor, Work},
+    contact::{Coupling, MultiplierLayout},
+    linalg::{CscMatrix, DenseLu, Work},
 };
 
 /// Y = S P and S_c = PᵀS P for √m aggregates of √m panes each, so that neither level is much larger than the other.
@@ -29,16 +29,35 @@ impl Aggregates {
             layout: coupling.layout,
         };
         let (selection, work) = (Some(&coupling.transposed), &Work::default());
-        let (operator, products) = match &*assembly.factor {
-            Factor::Double(factor) => formed(factor, &coarse, selection, work),
-            Factor::Single(factor) => formed(factor, &coarse, selection, work),
-        };
+        let (operator, products) = formed(&assembly.factor, &coarse, selection, work);
         let products = products.unwrap_or_default();
         let (n, count) = (coupling.n_multipliers(), coarse.transposed.cols);
         Self {
             products: Mat::from_fn(n, count, |i, j| products[j * n + i]),
             operator: Mat::from_fn(count, count, |i, j| operator[j * count + i]),
         }
+    }
+
+    /// The diagonal of Y S_c⁻¹Yᵀ in m³/Pa, the mean of the two on the pair of a pane, `[n_multipliers]`; 0 where S_c is singular.
+    pub(crate) fn diagonal(&self, layout: MultiplierLayout) -> Vec<f64> {
+        let (n, count) = (self.products.nrows(), self.products.ncols());
+        let mut solved = Mat::from_fn(count, n, |k, i| self.products[(i, k)]);
+        let Some(factor) = DenseLu::of(self.operator.clone()) else {
+            return vec![0.0; n];
+        };
+        for i in 0..n {
+            factor.solve(solved.col_as_slice_mut(i));
+        }
+        let along = |i: usize| -> f64 {
+            (0..count)
+                .map(|k| self.products[(i, k)] * solved[(k, i)])
+                .sum()
+        };
+        let mut diagonal: Vec<f64> = (0..n).map(along).collect();
+        for pair in layout.split_mut(&mut diagonal).1 {
+            *pair = [0.5 * (pair[0] + pair[1]); 2];
+        }
+        diagonal
     }
 }
 
@@ -56,7 +75,7 @@ fn groups(assembly: &Assembly, coupling: &Coupling) -> Vec<Vec<usize>> {
     };
     let mut panes: Vec<usize> = (0..coupling.layout.n_panes()).collect();
     panes.sort_by_key(|&pane| (first(pane), pane));
-    let size = (panes.len() as f64).sqrt().ceil().max(1.0) as usize;
+    let size = (0.5 * (panes.len() as f64).sqrt()).ceil().max(1.0) as usize;
     panes.chunks(size).map(<[usize]>::to_vec).collect()
 }
 

@@ -11,8 +11,9 @@ use crate::{
         forces_of_prescribed, loose_motions, prescribed_displacements, stiffness_on,
     },
     linalg::{
-        CscMatrix, Factor, FactorError, FactorStructure, OrderingError, Precision, Work, Workspace,
-        add_scaled, expand_to_unknowns, nested_dissection,
+        CscMatrix, EngineCommand, EngineError, Factor, FactorError, FactorStructure, OrderingError,
+        Precision, RemoteFactor, Work, Workspace, add_scaled, expand_to_unknowns,
+        nested_dissection,
     },
     mesh::Mesh,
     scene::{Invalid, Scene},
@@ -123,6 +124,9 @@ pub enum AssemblyError {
     /// Too little memory or disk space.
     #[error(transparent)]
     Shortage(#[from] Shortage),
+    /// The program that was to hold the factor.
+    #[error(transparent)]
+    Engine(#[from] EngineError),
 }
 
 /// A and l with the structure of A's factor, before the numeric factorisation.
@@ -203,6 +207,22 @@ impl Analysed {
         let stiffness = self.primal.invertible();
         let factor = Factor::of_structure(self.structure.clone(), stiffness, precision, work)
             .map_err(|e| explain(e, &self.primal.dofs))?;
+        Ok(self.assembly(factor, started))
+    }
+
+    /// Has an engine factorise A, and form S for a Bᵀ.
+    pub(super) fn factorise_by(
+        &self,
+        engine: &EngineCommand,
+        transposed: CscMatrix,
+    ) -> Result<Assembly, AssemblyError> {
+        let started = Instant::now();
+        let (structure, stiffness) = (self.structure.clone(), self.primal.invertible());
+        let factor = RemoteFactor::new(engine, structure, stiffness, transposed)?;
+        Ok(self.assembly(Factor::Remote(factor), started))
+    }
+
+    fn assembly(&self, factor: Factor, started: Instant) -> Assembly {
         let mut seconds = self.seconds;
         seconds.factorisation += started.elapsed().as_secs_f64();
         let mut assembly = Assembly {
@@ -224,7 +244,7 @@ impl Analysed {
             let body = FloatingBody::clone(body).resisted(forces, yielding);
             assembly.primal.floating = Some(Arc::new(body));
         }
-        Ok(assembly)
+        assembly
     }
 }
 

@@ -12,7 +12,7 @@ use crate::{
     contact::{ContactFrame, Coupling, Interface, MultiplierLayout},
     elasticity::DofMap,
     linalg::{
-        CholeskyFactor, CscMatrix, Factor, Scalar, Work, add_scaled, difference,
+        CholeskyFactor, CscMatrix, Factor, Precision, Scalar, Work, add_scaled, difference,
         power_of_two_near_largest,
     },
     mesh::ContactSurface,
@@ -316,20 +316,32 @@ fn corrected(
     selection: Option<&CscMatrix>,
     work: &Work,
 ) -> (Vec<f64>, Option<Vec<f64>>) {
-    match &*assembly.factor {
-        Factor::Double(factor) => formed(factor, coupling, selection, work),
-        Factor::Single(factor) => {
-            let (mut operator, mut matrix) = formed(factor, coupling, selection, work);
-            let compliance = matrix.as_mut();
-            correct(assembly, coupling, selection, &mut operator, compliance);
-            (rounded(operator), matrix.map(rounded))
-        }
+    let (mut operator, mut matrix) = formed(&assembly.factor, coupling, selection, work);
+    if assembly.factor.precision() == Precision::Double {
+        return (operator, matrix);
+    }
+    let compliance = matrix.as_mut();
+    correct(assembly, coupling, selection, &mut operator, compliance);
+    (rounded(operator), matrix.map(rounded))
+}
+
+/// S, and G where a selection Cᵀ is given, in the precision of the factor.
+pub(super) fn formed(
+    factor: &Factor,
+    coupling: &Coupling,
+    selection: Option<&CscMatrix>,
+    work: &Work,
+) -> (Vec<f64>, Option<Vec<f64>>) {
+    match factor {
+        Factor::Double(factor) => formed_here(factor, coupling, selection, work),
+        Factor::Single(factor) => formed_here(factor, coupling, selection, work),
+        Factor::Remote(factor) => factor.formed(&coupling.transposed, selection),
     }
 }
 
-/// S, and G where a selection Cᵀ is given, in the precision of the factor; panes are measured in a power of two near the largest
-/// entry of B, since squares of areas leave the range of single precision early.
-pub(super) fn formed<T: Scalar>(
+/// With a factor on this machine; panes are measured in a power of two near the largest entry of B, since squares of areas leave the
+/// range of single precision early.
+fn formed_here<T: Scalar>(
     factor: &CholeskyFactor<T>,
     coupling: &Coupling,
     selection: Option<&CscMatrix>,

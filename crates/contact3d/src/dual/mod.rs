@@ -40,7 +40,7 @@ pub use local_stiffness::{LocalStiffness, pane_stiffness, smallest_eigenvalue};
 pub use need::{Admission, Need, Observation, OperatorEstimate, Resource, Shortage};
 pub use operators::ContactOperator;
 pub use rigid_coupling::{Balance, RigidCoupling};
-pub use system::DualSystem;
+pub use system::{Assembling, DualSystem};
 
 /// Applications of the dual problem: minimise ½ λᵀSλ − λᵀh over the admissible multipliers.
 pub trait DualOperator {

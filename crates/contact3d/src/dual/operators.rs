@@ -72,7 +72,9 @@ impl DualOperator for ContactOperator<'_> {
         let mut moved = coupling.nodal_forces(multiplier);
         match &*self.assembly.factor {
             Factor::Double(factor) => factor.solve_reached(&self.reach, &mut moved, &mut self.work),
-            Factor::Single(_) => moved = self.assembly.solve(&moved, &mut self.work),
+            Factor::Single(_) | Factor::Remote(_) => {
+                moved = self.assembly.solve(&moved, &mut self.work)
+            }
         }
         coupling.integrate(&moved)
     }

@@ -9,13 +9,35 @@ use super::{
 };
 use crate::{
     contact::{Coupling, Interface},
-    linalg::{Precision, Work},
+    linalg::{CscMatrix, EngineCommand, EngineError, Factor, Precision, Work},
     mesh::Mesh,
     scene::{DualOperatorKind, FactorPrecision, Invalid, Scene},
 };
 
 /// Coefficients of the factor from which half the memory and half the time outweigh the steps of conjugate gradients.
 const SINGLE_PAYS: usize = 1 << 24;
+
+/// How a problem is assembled.
+#[derive(Clone, Copy)]
+pub struct Assembling<'a> {
+    /// Asked before the stiffness and before the factor are allocated.
+    pub admit: Admission<'a>,
+    /// Told of each long step whose operations are counted, with what shows from then on how far it is.
+    pub begun: Observation<'a>,
+    /// The program that is to hold the factor; `None` for this one.
+    pub engine: Option<&'a EngineCommand>,
+}
+
+impl Default for Assembling<'_> {
+    /// All is admitted, nothing is watched, and the factor stays here.
+    fn default() -> Self {
+        Self {
+            admit: &|_| Ok(()),
+            begun: &|_, _| (),
+            engine: None,
+        }
+    }
+}
 
 /// The assembled problem: the elastic body, and its contact where the scene has one.
 ///
@@ -34,21 +56,23 @@ impl DualSystem {
     /// # Errors
     /// [`AssemblyError`] when A has no Cholesky factor, a formula of the scene has no value, or a number overflows.
     pub fn new(scene: &Scene, mesh: &Mesh) -> Result<Self, AssemblyError> {
-        Self::watched(scene, mesh, &|_| Ok(()), &|_, _| ())
+        Self::watched(scene, mesh, &Assembling::default())
     }
 
-    /// As [`Self::new`], but asks `admit` before the stiffness and before the factor are allocated, and tells `begun` of each long
-    /// step whose operations are counted, with what shows from then on how far it is. Where the choice is free and the dense
-    /// operator does not fit, it is not formed.
+    /// As [`Self::new`], as [`Assembling`] says. Where the choice is free and the dense operator does not fit, it is not formed.
     ///
     /// # Errors
     /// As [`Self::new`], and what `admit` refuses.
     pub fn watched(
         scene: &Scene,
         mesh: &Mesh,
-        admit: Admission<'_>,
-        begun: Observation<'_>,
+        assembling: &Assembling<'_>,
     ) -> Result<Self, AssemblyError> {
+        let Assembling {
+            admit,
+            begun,
+            engine,
+        } = *assembling;
         let interface = Interface::new(scene, mesh).map_err(AssemblyError::Scene)?;
         let analysed = Analysed::new(scene, mesh, admit)?;
         let face = interface.as_ref().zip(mesh.contact.as_ref());
@@ -62,14 +86,28 @@ impl DualSystem {
                 primal, structure, ..
             } = &analysed;
             let stiffness = &primal.stiffness;
-            admit(Need::of_factor(stiffness, structure, precision, dense))?;
+            if engine.is_none() {
+                admit(Need::of_factor(stiffness, structure, precision, dense))?;
+            }
             let begin = |step, operations| {
                 let work = Arc::new(Work::of(operations));
                 begun(step, &work);
                 work
             };
-            let work = begin(FACTORISING, analysed.structure.operations());
-            let mut assembly = analysed.factorise(precision, &work)?;
+            let mut assembly = match engine {
+                None => {
+                    let work = begin(FACTORISING, analysed.structure.operations());
+                    analysed.factorise(precision, &work)?
+                }
+                Some(engine) => {
+                    let dense = coupling.as_ref().filter(|_| dense.is_some());
+                    let transposed = dense.map_or_else(
+                        || CscMatrix::empty(analysed.primal.dofs.n_free),
+                        |coupling| coupling.transposed.clone(),
+                    );
+                    analysed.factorise_by(engine, transposed)?
+                }
+            };
             let contact = face
                 .zip(coupling.clone())
                 .map(|((interface, surface), coupling)| {
@@ -87,9 +125,16 @@ impl DualSystem {
                     contact
                 });
             let system = Self { assembly, contact };
+            if let Some(failure) = system.assembly.factor.failure() {
+                return Err(failure.into());
+            }
             system.require_finite().map_err(AssemblyError::Scene)?;
             Ok(system)
         };
+        if engine.is_some() {
+            let system = form(Precision::Single, dense.as_ref())?;
+            return system.served();
+        }
         if let Some(single) = in_single_precision(scene, &analysed, dense.as_ref(), &form)? {
             return Ok(single);
         }
@@ -104,7 +149,7 @@ impl DualSystem {
     }
 
     /// The same problem with a factor in double precision, for a solve that gave up, where the one in single precision was not the
-    /// scene's choice; `None` where it was, or where `admit` refuses the other.
+    /// scene's choice; `None` where it was, or where the other is not admitted.
     ///
     /// What S̃ has wrong may decide where the law of friction hardly lets Newton's method come nearer, as with F = 1e6. The
     /// friction is no part of what is assembled, so nothing could know before.
@@ -113,11 +158,10 @@ impl DualSystem {
         &self,
         scene: &Scene,
         mesh: &Mesh,
-        admit: Admission<'_>,
-        begun: Observation<'_>,
+        assembling: &Assembling<'_>,
     ) -> Option<Self> {
         let chosen = scene.assemble.factor == FactorPrecision::Auto;
-        if !chosen || self.assembly.factor.precision() == Precision::Double {
+        if !chosen || !matches!(*self.assembly.factor, Factor::Single(_)) {
             return None;
         }
         let mut scene = scene.clone();
@@ -126,7 +170,21 @@ impl DualSystem {
         if contact.is_some_and(|c| c.explicit().is_some()) {
             scene.assemble.dual_operator = DualOperatorKind::Explicit;
         }
-        Self::watched(&scene, mesh, admit, begun).ok()
+        Self::watched(&scene, mesh, assembling).ok()
+    }
+
+    /// The system, if the factor of its engine serves.
+    fn served(self) -> Result<Self, AssemblyError> {
+        match &*self.assembly.factor {
+            Factor::Remote(factor) if !self.is_well_preconditioned() => {
+                let name = factor.name();
+                Err(factor
+                    .failure()
+                    .unwrap_or(EngineError::TooInexact { name })
+                    .into())
+            }
+            _ => Ok(self),
+        }
     }
 
     /// Replaces l, h and the free slip by those of a scene that differs in its loads, the displacements of its clamps, its

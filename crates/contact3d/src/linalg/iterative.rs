@@ -149,53 +149,109 @@ pub(crate) fn gmres(
     most_steps: usize,
     mut apply: impl FnMut(&[f64]) -> Vec<f64>,
 ) -> Vec<f64> {
-    let size = norm(b);
-    let mut solution = vec![0.0; b.len()];
-    if !(size > 0.0 && size.is_finite()) {
-        return solution;
+    let b = std::slice::from_ref(&b);
+    gmres_several(b, tolerance, most_steps, |v| vec![apply(v[0])]).remove(0)
+}
+
+/// The same for several right-hand sides side by side, of which those that are not solved yet share each call of `apply`.
+pub(crate) fn gmres_several(
+    rhs: &[&[f64]],
+    tolerance: f64,
+    most_steps: usize,
+    mut apply: impl FnMut(&[&[f64]]) -> Vec<Vec<f64>>,
+) -> Vec<Vec<f64>> {
+    let spaces = rhs.iter().map(|b| KrylovSpace::new(b, tolerance));
+    let mut spaces: Vec<KrylovSpace> = spaces.collect();
+    for k in 0..most_steps {
+        let going = |space: &&mut KrylovSpace| !space.is_done && k < space.size_of_system;
+        let mut open: Vec<&mut KrylovSpace> = spaces.iter_mut().filter(going).collect();
+        if open.is_empty() {
+            break;
+        }
+        let last: Vec<&[f64]> = open.iter().map(|space| space.basis[k].as_slice()).collect();
+        let products = apply(&last);
+        for (space, product) in open.iter_mut().zip(products) {
+            space.extend(product);
+        }
     }
-    let mut basis: Vec<Vec<f64>> = vec![b.iter().map(|v| v / size).collect()];
-    // Columns of the triangular factor of the Hessenberg matrix, the rotations that made it, and
-    // the right-hand side turned by them.
-    let mut triangle: Vec<Vec<f64>> = Vec::new();
-    let mut rotations: Vec<(f64, f64)> = Vec::new();
-    let mut turned = vec![size];
-    for k in 0..most_steps.min(b.len()) {
-        let mut next = apply(&basis[k]);
-        let mut column = orthogonalise(&mut next, &basis, 2);
+    spaces.into_iter().map(KrylovSpace::solution).collect()
+}
+
+/// The Krylov space of one right-hand side.
+struct KrylovSpace {
+    size_of_system: usize,
+    /// The residual that is small enough.
+    enough: f64,
+    basis: Vec<Vec<f64>>,
+    /// Columns of the triangular factor of the Hessenberg matrix, the rotations that made it, and the right-hand side turned by them.
+    triangle: Vec<Vec<f64>>,
+    rotations: Vec<(f64, f64)>,
+    turned: Vec<f64>,
+    is_done: bool,
+}
+
+impl KrylovSpace {
+    fn new(b: &[f64], tolerance: f64) -> Self {
+        let size = norm(b);
+        let is_done = !(size > 0.0 && size.is_finite());
+        let first = if is_done {
+            Vec::new()
+        } else {
+            vec![b.iter().map(|v| v / size).collect()]
+        };
+        Self {
+            size_of_system: b.len(),
+            enough: tolerance * size,
+            basis: first,
+            triangle: Vec::new(),
+            rotations: Vec::new(),
+            turned: vec![size],
+            is_done,
+        }
+    }
+
+    /// Takes M times the last vector of the basis in.
+    fn extend(&mut self, mut next: Vec<f64>) {
+        let k = self.triangle.len();
+        let mut column = orthogonalise(&mut next, &self.basis, 2);
         let length = norm(&next);
         column.push(length);
-        for (i, (c, s)) in rotations.iter().enumerate() {
+        for (i, (c, s)) in self.rotations.iter().enumerate() {
             let (upper, lower) = (column[i], column[i + 1]);
             column[i] = c * upper + s * lower;
             column[i + 1] = c * lower - s * upper;
         }
         let diagonal = column[k].hypot(column[k + 1]);
         if !(diagonal > 0.0 && diagonal.is_finite()) {
-            break;
+            self.is_done = true;
+            return;
         }
         let (c, s) = (column[k] / diagonal, column[k + 1] / diagonal);
         column.truncate(k + 1);
         column[k] = diagonal;
-        triangle.push(column);
-        rotations.push((c, s));
-        turned.push(-s * turned[k]);
-        turned[k] *= c;
-        if turned[k + 1].abs() <= tolerance * size || length == 0.0 {
-            break;
-        }
-        basis.push(next.iter().map(|v| v / length).collect());
-    }
-    let mut weights = turned[..triangle.len()].to_vec();
-    for k in (0..triangle.len()).rev() {
-        weights[k] /= triangle[k][k];
-        let weight = weights[k];
-        for (i, upper) in weights[..k].iter_mut().enumerate() {
-            *upper -= triangle[k][i] * weight;
+        self.triangle.push(column);
+        self.rotations.push((c, s));
+        self.turned.push(-s * self.turned[k]);
+        self.turned[k] *= c;
+        self.is_done = self.turned[k + 1].abs() <= self.enough || length == 0.0;
+        if !self.is_done {
+            self.basis.push(next.iter().map(|v| v / length).collect());
         }
     }
-    add_combination(&mut solution, &weights, &basis);
-    solution
+
+    fn solution(self) -> Vec<f64> {
+        let mut solution = vec![0.0; self.size_of_system];
+        let mut weights = self.turned[..self.triangle.len()].to_vec();
+        for (k, column) in self.triangle.iter().enumerate().rev() {
+            weights[k] /= column[k];
+            let weight = weights[k];
+            for (i, upper) in weights[..k].iter_mut().enumerate() {
+                *upper -= column[i] * weight;
+            }
+        }
+        add_combination(&mut solution, &weights, &self.basis);
+        solution
+    }
 }
 
 #[cfg(test)]

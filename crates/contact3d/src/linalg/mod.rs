@@ -16,6 +16,7 @@ mod compliance;
 mod dense;
 mod dissection;
 mod eigenvalues;
+mod engine;
 mod factor;
 mod forward_rows;
 mod front_plan;
@@ -46,8 +47,9 @@ pub(crate) use eigenvalues::{
     distance_to_one, figures_by_products, least_modulus, spectral_radius,
 };
 pub use eigenvalues::{largest_eigenvalue, largest_ritz_pair};
+pub use engine::{EngineCommand, EngineError, EngineReport, RemoteFactor};
 pub use factor::{CholeskyFactor, FactorError, PartsError};
-pub(crate) use iterative::{CgSolution, StoppingRule, conjugate_gradients, gmres};
+pub(crate) use iterative::{CgSolution, StoppingRule, conjugate_gradients, gmres, gmres_several};
 pub use precision::{Factor, Precision, Scalar};
 pub use refinement::Doubled;
 pub use solve::Workspace;

@@ -6,6 +6,7 @@ use faer::traits::RealField;
 
 use super::{
     analysis::FactorStructure,
+    engine::{EngineError, RemoteFactor},
     factor::{CholeskyFactor, FactorError},
     solve::{ScratchPool, Workspace},
     sparse::CscMatrix,
@@ -20,6 +21,8 @@ pub enum Factor {
     Double(CholeskyFactor<f64>),
     /// Solves to about four digits, or as many as seven less the logarithm of the condition number leave.
     Single(CholeskyFactor<f32>),
+    /// In single precision, in the processes of another program.
+    Remote(RemoteFactor),
 }
 
 /// The precision that coefficients are stored in.
@@ -73,7 +76,16 @@ impl Factor {
     pub fn precision(&self) -> Precision {
         match self {
             Self::Double(_) => Precision::Double,
-            Self::Single(_) => Precision::Single,
+            Self::Single(_) | Self::Remote(_) => Precision::Single,
+        }
+    }
+
+    /// What ended the program that holds the factor, after which its answers are no numbers.
+    #[must_use]
+    pub fn failure(&self) -> Option<EngineError> {
+        match self {
+            Self::Double(_) | Self::Single(_) => None,
+            Self::Remote(factor) => factor.failure(),
         }
     }
 
@@ -83,6 +95,7 @@ impl Factor {
         match self {
             Self::Double(factor) => factor.structure(),
             Self::Single(factor) => factor.structure(),
+            Self::Remote(factor) => factor.structure(),
         }
     }
 
@@ -94,6 +107,7 @@ impl Factor {
         match self {
             Self::Double(factor) => factor.solve_in_place(rhs, work),
             Self::Single(factor) => factor.solve_in_place(rhs, work),
+            Self::Remote(factor) => factor.solve_several(&mut [rhs]),
         }
     }
 
@@ -102,14 +116,16 @@ impl Factor {
         match self {
             Self::Double(factor) => factor.solve_reached(reach, rhs, work),
             Self::Single(factor) => factor.solve_reached(reach, rhs, work),
+            Self::Remote(factor) => factor.solve_several(&mut [rhs]),
         }
     }
 
     /// The same for several right-hand sides, which share the reading of the factor.
-    pub(super) fn solve_several(&self, rhs: &mut [&mut [f64]], work: &mut Workspace) {
+    pub(crate) fn solve_several(&self, rhs: &mut [&mut [f64]], work: &mut Workspace) {
         match self {
             Self::Double(factor) => factor.solve_several(rhs, work),
             Self::Single(factor) => factor.solve_several(rhs, work),
+            Self::Remote(factor) => factor.solve_several(rhs),
         }
     }
 }

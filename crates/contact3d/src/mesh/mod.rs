@@ -341,7 +341,7 @@ fn check_face_names(scene: &Scene, names: &[String]) -> Result<(), Invalid> {
 }
 
 /// The mean of the corners of a triangle or a tetrahedron.
-fn centroid<const K: usize>(corners: &[[f64; 3]; K]) -> [f64; 3] {
+pub(crate) fn centroid<const K: usize>(corners: &[[f64; 3]; K]) -> [f64; 3] {
     std::array::from_fn(|c| corners.iter().map(|x| x[c]).sum::<f64>() / K as f64)
 }
 

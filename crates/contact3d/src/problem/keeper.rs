@@ -3,9 +3,9 @@
 use std::{cell::RefCell, sync::Arc};
 
 use crate::{
-    dual::{Need, Shortage},
+    dual::{Assembling, Need, Shortage},
     history::StepRecord,
-    linalg::Work,
+    linalg::{EngineCommand, Work},
     scene::Increment,
     solver::{OuterState, Progress},
 };
@@ -40,6 +40,11 @@ pub trait Keeper {
         Ok(())
     }
 
+    /// The program that is to hold factors; `None` for this one.
+    fn engine(&self) -> Option<&EngineCommand> {
+        None
+    }
+
     /// Sees a step.
     fn observe(&mut self, _step: RunStep<'_>) {}
 
@@ -61,6 +66,10 @@ impl Keeper for Unkept<'_> {
         self.0.admit(need)
     }
 
+    fn engine(&self) -> Option<&EngineCommand> {
+        self.0.engine()
+    }
+
     fn observe(&mut self, step: RunStep<'_>) {
         self.0.observe(step);
     }
@@ -69,13 +78,18 @@ impl Keeper for Unkept<'_> {
 /// Lets a keeper admit and watch what assembles.
 pub(super) fn assembled_by<T>(
     keeper: &mut dyn Keeper,
-    assemble: impl FnOnce(&dyn Fn(Need) -> Result<(), Shortage>, &dyn Fn(&'static str, &Arc<Work>)) -> T,
+    assemble: impl FnOnce(&Assembling<'_>) -> T,
 ) -> T {
+    let engine = keeper.engine().cloned();
     let keeper = RefCell::new(keeper);
     let admit = |need: Need| {
         keeper.borrow_mut().observe(RunStep::Assembling(need.step));
         keeper.borrow().admit(need)
     };
     let begun = |step, work: &Arc<Work>| keeper.borrow_mut().observe(RunStep::Counting(step, work));
-    assemble(&admit, &begun)
+    assemble(&Assembling {
+        admit: &admit,
+        begun: &begun,
+        engine: engine.as_ref(),
+    })
 }

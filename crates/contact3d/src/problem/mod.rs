@@ -7,6 +7,7 @@
 mod assembled;
 mod error;
 mod keeper;
+mod nested;
 mod reuse;
 mod run;
 
@@ -141,8 +142,8 @@ impl Problem {
     /// # Errors
     /// As [`Self::assemble`], and what the keeper refuses.
     pub fn assemble_kept(self, keeper: &mut dyn Keeper) -> Result<AssembledProblem, ProblemError> {
-        let system = keeper::assembled_by(keeper, |admit, begun| {
-            DualSystem::watched(&self.scene, &self.mesh, admit, begun)
+        let system = keeper::assembled_by(keeper, |assembling| {
+            DualSystem::watched(&self.scene, &self.mesh, assembling)
         })?;
         Ok(AssembledProblem::new(self, system))
     }

@@ -3,6 +3,7 @@
 
 use super::{AssembledProblem, Keeper, ProblemError, RunStep, Unfinished, keeper::Unkept};
 use crate::{
+    dual::AssemblyError,
     history::{Bookkeeping, StepRecord},
     post::ContactReport,
     scene::{Increment, Invalid, SolveSettings},
@@ -167,6 +168,17 @@ impl AssembledProblem {
         evaluation: Evaluation,
         keeper: &mut dyn Keeper,
     ) -> Result<(Solution, ContactReport), ProblemError> {
+        let nested = match start {
+            Start {
+                multiplier: None,
+                checkpoint: None,
+            } => self.nested_start(settings, keeper),
+            _ => None,
+        };
+        let start = Start {
+            multiplier: start.multiplier.or(nested.as_deref()),
+            ..start
+        };
         let mut solution = self.solve_static(settings, start, &mut |progress| match (
             progress, increment,
         ) {
@@ -178,6 +190,9 @@ impl AssembledProblem {
         })?;
         let claimed = (solution.status, solution.accuracy);
         let mut report = self.evaluated(&solution, evaluation.errors)?;
+        if let Some(failure) = self.system.assembly.factor.failure() {
+            return Err(AssemblyError::Engine(failure).into());
+        }
         report.judge(&mut solution);
         if evaluation.is_followed {
             if solution.status.is_success(Goal::of(settings)) {
@@ -223,8 +238,8 @@ impl AssembledProblem {
             return Ok(None);
         }
         let (scene, mesh) = (self.scene(), self.mesh());
-        let double = super::keeper::assembled_by(keeper, |admit, begun| {
-            self.system.in_double_precision(scene, mesh, admit, begun)
+        let double = super::keeper::assembled_by(keeper, |assembling| {
+            self.system.in_double_precision(scene, mesh, assembling)
         });
         let double = double.map(|system| Self::new(self.problem.clone(), system));
         // Each increment of a history applies loads of its own.

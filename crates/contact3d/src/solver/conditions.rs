@@ -119,6 +119,11 @@ impl<'a> Conditions<'a> {
         }
     }
 
+    /// The order of the multipliers.
+    pub(super) fn layout(&self) -> MultiplierLayout {
+        self.layout
+    }
+
     /// Whether the ellipses move with the slip.
     pub(super) fn follows_slip(&self) -> bool {
         match self.bound {

@@ -1,17 +1,13 @@
 //! Newton's method on Coulomb's law where S is implicit: no matrix of the size of S, only products with it.
 //!
 //! R'(λ) d = −R(λ) is solved by GMRES to a share that shrinks with ‖R‖ (S. C. Eisenstat, H. F. Walker, *SIAM J. Sci. Comput.* 17 (1996)
-//! 16), each product by one pair of substitutions with the factor of A, in its precision: what it has wrong costs steps, for R is
-//! exact. R' = 1 − E (1 − ρ S) with a small block E for each pane. With ρ of
-//! local stiffness and S ≈ 1/ρ + Y S_c⁻¹Yᵀ ([`Aggregates`]) it is 1 + E ρ Y S_c⁻¹Yᵀ, whose inverse
+//! 16), preconditioned from the right by [`TwoLevels`]. Each product takes one pair of substitutions with the factor of A, in its
+//! precision: what it has wrong costs steps, for R is exact.
 //!
-//! 1 − U (S_c + YᵀU)⁻¹Yᵀ,  U = E ρ Y,
-//!
-//! preconditions from the right: two levels, the panes and their aggregates.
+//! R is measured with ρ = 1/S_ii, of which the aggregates give the part that a pane shares with others. Measured by its local stiffness, a
+//! small error of the face as a whole hides the zones, and steps are cut short until nothing moves.
 
 use std::time::Instant;
-
-use faer::{Mat, MatRef};
 
 use super::{
     ContactBody, NewtonStep, PaneLaws, Progress, Solution, SolvedBy, Status,
@@ -20,16 +16,29 @@ use super::{
     inner::projected_gradient_steplength,
     newton::damping::{BestResiduals, Damped, PATIENCE, ROUNDING_ZONE, halved},
     problem::{DiscreteProblem, Exact},
+    two_levels::{PaneLevels, TwoLevels},
 };
 use crate::{
     contact::CoulombLaw,
-    dual::{Aggregates, ContactOperator, DualOperator},
-    linalg::{DenseLu, Precision, Workspace, add_scaled, gmres, norm, product},
+    dual::{ContactOperator, DualOperator},
+    linalg::{Precision, Workspace, add_scaled, gmres, norm},
 };
 
-/// The largest share of −R that GMRES leaves, and the factor of Eisenstat and Walker's second choice γ (‖Rₖ‖/‖Rₖ₋₁‖)².
+/// The shares of −R that GMRES leaves, and the factor of Eisenstat and Walker's second choice γ (‖Rₖ‖/‖Rₖ₋₁‖)². Less than the smallest
+/// costs as many products in one step as in two, and is lost where the factor is in single precision.
 const LARGEST_SHARE: f64 = 0.1;
+const SMALLEST_SHARE: f64 = 0.01;
 const GAMMA: f64 = 0.9;
+
+/// With this share of ρ = 1/S_ii the stresses of a start tell its zones, whatever its displacement. So does the first step from another
+/// mesh, where the body as a whole is displaced further than zones differ.
+const TOLD_BY_STRESSES: f64 = 1e-2;
+
+/// With this share steps settle the zones of bodies that move so far as a whole that all their panes count as open.
+const SHORTER: f64 = 0.1;
+
+/// The relative residual at which zones are settled.
+const NEAR: f64 = 1e-3;
 
 /// Most Newton steps from one start.
 const MOST_STEPS: usize = 60;
@@ -41,7 +50,9 @@ const ROUNDING_PATIENCE: usize = 2;
 struct MatrixFree<'a> {
     problem: &'a DiscreteProblem<'a>,
     conditions: Conditions<'a>,
-    aggregates: Aggregates,
+    levels: PaneLevels,
+    /// The stiffness of a pane against its neighbours in Pa/m³, 0 where it moves nothing, `[n_multipliers]`.
+    stiffness: &'a [f64],
     /// The supernodes that forces at contact nodes reach.
     reach: Vec<usize>,
     work: Workspace,
@@ -66,27 +77,6 @@ impl Iterate {
     }
 }
 
-/// The inverse of 1 + E ρ Y S_c⁻¹Yᵀ at one λ.
-struct TwoLevels<'a> {
-    products: MatRef<'a, f64>,
-    /// U and the factor of S_c + YᵀU; `None` where that is singular, and the panes stand alone.
-    coarse: Option<(Mat<f64>, DenseLu)>,
-}
-
-impl TwoLevels<'_> {
-    fn apply(&self, v: &[f64]) -> Vec<f64> {
-        let mut x = v.to_vec();
-        if let Some((moved, factor)) = &self.coarse {
-            let column = MatRef::from_column_major_slice(v, v.len(), 1);
-            let mut along = product(self.products.transpose(), column);
-            factor.solve(along.col_as_slice_mut(0));
-            let change = product(moved.as_ref(), along.as_ref());
-            add_scaled(&mut x, -1.0, change.col_as_slice(0));
-        }
-        x
-    }
-}
-
 impl DiscreteProblem<'_> {
     /// Coulomb's law by Newton's method with products of S alone, from the given start and from the face that slides freely; `None`
     /// where no start leads to a solution, and for a body that floats.
@@ -99,11 +89,13 @@ impl DiscreteProblem<'_> {
         if self.dual.balance.is_some() || self.start.checkpoint.is_some() {
             return None;
         }
-        let bound = Bound::Coulomb(self.laws, law);
+        let (bound, layout) = (Bound::Coulomb(self.laws, law), self.dual.layout());
+        let levels = PaneLevels::new(self.body.assembly, &self.dual.coupling, stiffness);
         let mut newton = MatrixFree {
             problem: self,
-            conditions: Conditions::new(bound, self.dual.layout(), stiffness.to_vec()),
-            aggregates: Aggregates::new(self.body.assembly, &self.dual.coupling),
+            conditions: Conditions::new(bound, layout, levels.steplengths.clone()),
+            levels,
+            stiffness,
             reach: reach(&self.body),
             work: Workspace::default(),
             history: Vec::new(),
@@ -111,9 +103,10 @@ impl DiscreteProblem<'_> {
         };
         let warm = self.start.multiplier.map(<[f64]>::to_vec);
         let solution = warm
-            .and_then(|start| newton.solve(start, observe))
+            .and_then(|start| newton.solve_similar(&start, observe))
             .or_else(|| {
                 let start = newton.pressed();
+                let start = newton.at(start, None);
                 newton.solve(start, observe)
             })?;
         Some(newton.completed(solution, self.laws, law))
@@ -129,10 +122,11 @@ struct Found {
 
 impl MatrixFree<'_> {
     /// Newton's method from a start to r_tol ε, and where the error is larger than ε still, to rounding.
-    fn solve(&mut self, start: Vec<f64>, observe: &mut dyn FnMut(Progress<'_>)) -> Option<Found> {
+    fn solve(&mut self, start: Iterate, observe: &mut dyn FnMut(Progress<'_>)) -> Option<Found> {
         let settings = self.problem.settings;
-        let (epsilon, attainable) = (settings.epsilon(), start.len() as f64 * f64::EPSILON);
-        let mut iterate = self.at(start, None);
+        let n = start.multiplier.len() as f64;
+        let (epsilon, attainable) = (settings.epsilon(), n * f64::EPSILON);
+        let mut iterate = start;
         for tolerance in [settings.r_tol * epsilon, 0.0] {
             let tolerance = tolerance.max(attainable);
             iterate = self.descend(iterate, tolerance, observe)?;
@@ -208,11 +202,53 @@ impl MatrixFree<'_> {
             observe(Progress::Newton(self.history.len(), &step));
             self.history.push(step);
             let falls = next.at.norm / current.at.norm;
-            share = (GAMMA * falls * falls).clamp(LEFT, LARGEST_SHARE);
+            share = (GAMMA * falls * falls).clamp(SMALLEST_SHARE, LARGEST_SHARE);
             residuals.push(next.at.norm);
             current = next;
         }
         None
+    }
+
+    /// From the answer of a similar problem: after a step whose zones its stresses tell, and, where that leads nowhere, with short
+    /// steplengths until the zones are settled.
+    fn solve_similar(
+        &mut self,
+        start: &[f64],
+        observe: &mut dyn FnMut(Progress<'_>),
+    ) -> Option<Found> {
+        let near = self.at(start.to_vec(), None);
+        if near.relative() <= NEAR {
+            return self.solve(near, observe);
+        }
+        let settled = self.with_steplengths(TOLD_BY_STRESSES, |newton| {
+            let at = newton.at(start.to_vec(), None);
+            let direction = newton.direction(&at, SMALLEST_SHARE);
+            let mut settled = at.multiplier;
+            add_scaled(&mut settled, 1.0, &direction);
+            settled
+        });
+        let settled = self.at(settled, None);
+        let found = (settled.relative() < 1.0).then(|| self.solve(settled, observe));
+        found.flatten().or_else(|| {
+            let near = self.with_steplengths(SHORTER, |newton| {
+                let start = newton.at(start.to_vec(), None);
+                newton.descend(start, NEAR, observe)
+            })?;
+            let near = self.at(near.multiplier, Some(&near.exact));
+            self.solve(near, observe)
+        })
+    }
+
+    /// With steplengths ρ that are multiplied by a share.
+    fn with_steplengths<T>(&mut self, share: f64, run: impl FnOnce(&mut Self) -> T) -> T {
+        let whole = self.conditions.steplengths.clone();
+        self.conditions
+            .steplengths
+            .iter_mut()
+            .for_each(|rho| *rho *= share);
+        let value = run(self);
+        self.conditions.steplengths = whole;
+        value
     }
 
     /// λ with u = A⁻¹(l − Bᵀλ) and R to rounding, `near` those of another λ.
@@ -234,12 +270,8 @@ impl MatrixFree<'_> {
 
     /// d with ‖R'(λ) d + R‖ ≤ share ‖R‖, or what the most products lead to.
     fn direction(&mut self, from: &Iterate, share: f64) -> Vec<f64> {
-        let levels = two_levels(
-            &self.aggregates,
-            &self.conditions,
-            self.problem.laws,
-            &from.at,
-        );
+        let n_nodes = self.problem.laws.average.rows;
+        let levels = TwoLevels::at(&self.levels, &self.conditions, &from.at, n_nodes);
         let rhs: Vec<f64> = from.at.residual.iter().map(|r| -r).collect();
         let solved = gmres(&rhs, share, MOST_APPLICATIONS, |v| {
             let v = levels.apply(v);
@@ -261,19 +293,24 @@ impl MatrixFree<'_> {
     fn pressed(&mut self) -> Vec<f64> {
         let dual = self.problem.dual;
         let normals = dual.layout().normals();
-        let rho = &self.conditions.steplengths[normals.clone()];
+        let rho = &self.levels.steplengths;
+        let levels = TwoLevels::pressed(&self.levels, dual.layout());
         let scaled = |gradient: &[f64]| -> Vec<f64> {
-            gradient.iter().zip(rho).map(|(r, rho)| r * rho).collect()
+            let mut scaled = vec![0.0; rho.len()];
+            normals
+                .clone()
+                .for_each(|i| scaled[i] = rho[i] * gradient[i]);
+            scaled
         };
-        let n = dual.layout().n_multipliers();
-        let rhs = scaled(&dual.dual_rhs()[normals]);
-        let mut start = gmres(&rhs, LARGEST_SHARE, MOST_APPLICATIONS, |v| {
-            let mut stresses = v.to_vec();
-            stresses.resize(n, 0.0);
+        let rhs = scaled(dual.dual_rhs());
+        let solved = gmres(&rhs, LARGEST_SHARE, MOST_APPLICATIONS, |v| {
+            let mut stresses = levels.apply(v);
+            stresses[normals.end..].fill(0.0);
             self.applications += 1;
             scaled(&change(self.problem, &self.reach, &stresses, &mut self.work).0)
         });
-        start.resize(n, 0.0);
+        let mut start = levels.apply(&solved);
+        start[normals.end..].fill(0.0);
         start
     }
 
@@ -298,7 +335,7 @@ impl MatrixFree<'_> {
             accuracy: found.error,
             coulomb: Some(laws.state(law, normal, |l| l.max(0.0), at_nodes)),
             slip,
-            local_stiffness: self.conditions.steplengths,
+            local_stiffness: self.stiffness.to_vec(),
             newton: self.history,
             applications: self.applications + operator.applications(),
             straining: exact.moved.straining,
@@ -329,27 +366,4 @@ fn change(
     let factor = &body.assembly.factor;
     factor.solve_reached(reach, &mut moved, work);
     body.change(dual, moved, &[])
-}
-
-/// 1 + E ρ Y S_c⁻¹Yᵀ at λ, ready to be inverted.
-fn two_levels<'a>(
-    aggregates: &'a Aggregates,
-    conditions: &Conditions<'_>,
-    laws: &PaneLaws,
-    at: &Evaluation,
-) -> TwoLevels<'a> {
-    let products = aggregates.products.as_ref();
-    let at_rest = vec![0.0; products.nrows()];
-    let slips = vec![[0.0; 2]; laws.average.rows];
-    let mut moved = Mat::zeros(products.nrows(), products.ncols());
-    for j in 0..products.ncols() {
-        let gradient = aggregates.products.col_as_slice(j);
-        let change = conditions.derivative(at, &at_rest, gradient, &slips);
-        moved.col_as_slice_mut(j).copy_from_slice(&change);
-    }
-    let sum = &aggregates.operator + product(products.transpose(), moved.as_ref());
-    TwoLevels {
-        products,
-        coarse: DenseLu::of(sum).map(|factor| (moved, factor)),
-    }
 }

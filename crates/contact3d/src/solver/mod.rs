@@ -24,6 +24,7 @@ mod pane_laws;
 mod problem;
 mod solution;
 mod solve;
+mod two_levels;
 
 pub(crate) use accuracy::{is_felt, load_stress};
 pub(crate) use adjoint::{Adjoint, Adjoints, LinearFunctional};

@@ -7,8 +7,9 @@ use contact3d::{
     Problem, ProblemError,
     adaptation::{
         Adaptation, AdaptiveLevel, AdaptiveStatus, LevelForecast, LevelKeeper, RefinementGoal,
-        SolvedLevel, Target, adapted, next_cuts, refine, transferred,
+        SolvedLevel, Target, adapted, next_cuts, refine,
     },
+    contact::transferred,
     dual::smallest_eigenvalue,
     elasticity::Loads,
     mesh::{Mesh, Quality, RefinableBody, RefinedLevel, Refinement, tetrahedron_volume},

@@ -4,8 +4,7 @@ use std::path::Path;
 
 use contact3d::{
     AssembledProblem, Problem,
-    adaptation::transferred,
-    contact::MultiplierLayout,
+    contact::{MultiplierLayout, transferred},
     dual::smallest_eigenvalue,
     mesh::{Mesh, RefinableBody},
     post::{ContactReport, FaceResultants, Zone},

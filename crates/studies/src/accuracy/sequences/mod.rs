@@ -13,7 +13,7 @@ use super::{AccuracySettings, Cost, Distance, Forces, MeshField, cost::BudgetSha
 use crate::progress::{Pieces, StudyStep};
 use contact3d::{
     Problem, ProblemError,
-    adaptation::transferred,
+    contact::transferred,
     mesh::Mesh,
     scene::{ElementOrder, Invalid, Scene},
     solver::{Start, Status},

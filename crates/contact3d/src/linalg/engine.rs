@@ -1,0 +1,552 @@
+//! A factor that lives in the processes of another program, perhaps on several machines.
+//!
+//! The program is started once for each matrix and spoken to through its standard input and output, in the little-endian messages of
+//! `engines/protocol.md`. It gets D A D with powers of two D that make the diagonal nearly one, an order of elimination and B D, and
+//! answers in single precision: solves are preconditioners, as those of a factor in single precision are.
+
+use std::{
+    fmt,
+    io::{self, BufReader, BufWriter, Read, Write},
+    process::{Child, ChildStdin, ChildStdout, Command, Stdio},
+    sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc},
+    thread,
+    time::Duration,
+};
+
+use thiserror::Error;
+
+use super::{analysis::FactorStructure, sparse::CscMatrix, vector::power_of_two_near_largest};
+
+/// The first bytes of an engine.
+const GREETING: &[u8; 8] = b"C3DENG01";
+
+/// Requests of the protocol.
+const FACTORISE: u64 = 1;
+const SOLVE: u64 = 2;
+const COMPLIANCE: u64 = 3;
+
+/// How long an engine may take until it greets: `mpirun` on many machines takes seconds.
+const GREETING_TIME: Duration = Duration::from_secs(60);
+
+/// Longest text that an engine may answer.
+const LONGEST_TEXT: u64 = 1 << 16;
+
+/// Right-hand sides that are sent together.
+const COLUMNS: usize = 64;
+
+/// The command line that starts an engine, such as `mpirun -n 4 contact3d-mumps`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct EngineCommand(pub String);
+
+/// What goes wrong between this program and an engine.
+#[derive(Debug, Clone, Error, PartialEq, Eq)]
+pub enum EngineError {
+    /// It was not started.
+    #[error("the engine `{command}` was not started: {reason}")]
+    NotStarted {
+        /// Its command line.
+        command: String,
+        /// What the system says.
+        reason: String,
+    },
+    /// It does not speak the protocol.
+    #[error(
+        "`{command}` is no engine: expected the greeting C3DENG01 and a name within a minute; see engines/protocol.md"
+    )]
+    NoEngine {
+        /// Its command line.
+        command: String,
+    },
+    /// It ended, or its answers did.
+    #[error(
+        "the engine {name} ended in the middle of its work: {reason}; what it printed is above"
+    )]
+    Ended {
+        /// Its name.
+        name: String,
+        /// What the system says.
+        reason: String,
+    },
+    /// It found a pivot that is not positive.
+    #[error(
+        "the engine {name} finds the stiffness matrix not positive definite in single precision; run without --engine to learn where"
+    )]
+    Indefinite {
+        /// Its name.
+        name: String,
+    },
+    /// It refuses, for want of memory or for another reason.
+    #[error("the engine {name} refuses: {reason}")]
+    Refused {
+        /// Its name.
+        name: String,
+        /// What it says.
+        reason: String,
+    },
+    /// Its answers are of no use.
+    #[error(
+        "the factor of the engine {name} leaves more than a tenth of an error at each step: expected single precision; with block low-rank fronts ask it for smaller errors"
+    )]
+    TooInexact {
+        /// Its name.
+        name: String,
+    },
+    /// The factor is not in the file.
+    #[error(
+        "the factor stayed in the processes of an engine: give --engine again, or run the stage assemble without it"
+    )]
+    NotAtHand,
+}
+
+/// What an engine says of a factor.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct EngineReport {
+    /// Coefficients in all processes.
+    pub coefficients: u64,
+    /// Bytes of memory of the process that has most.
+    pub largest_process: u64,
+    /// Bytes of memory of all.
+    pub bytes: u64,
+}
+
+/// The Cholesky factor of a matrix in the processes of an engine, which end with the last clone.
+#[derive(Clone)]
+pub struct RemoteFactor {
+    structure: FactorStructure,
+    /// D.
+    scale: Vec<f64>,
+    /// Bᵀ of S, with the unit of B D.
+    transposed: CscMatrix,
+    unit: f64,
+    /// S of B D in its unit, `[rows, rows]`.
+    operator: Arc<Vec<f32>>,
+    report: EngineReport,
+    engine: Arc<Mutex<Engine>>,
+}
+
+/// An engine at work.
+struct Engine {
+    name: String,
+    child: Child,
+    requests: Option<BufWriter<ChildStdin>>,
+    answers: BufReader<ChildStdout>,
+    /// What ended it.
+    failure: Option<EngineError>,
+}
+
+impl RemoteFactor {
+    /// Starts an engine and has it factorise A, with S = B A⁻¹Bᵀ for a Bᵀ that may have no columns.
+    ///
+    /// # Errors
+    /// [`EngineError`].
+    pub fn new(
+        command: &EngineCommand,
+        structure: FactorStructure,
+        a: &CscMatrix,
+        transposed: CscMatrix,
+    ) -> Result<Self, EngineError> {
+        let mut engine = Engine::start(command)?;
+        let scale: Vec<f64> = (0..a.cols)
+            .map(|i| (-0.5 * a.diagonal(i).log2()).round().exp2())
+            .collect();
+        let rows = scaled_columns(&transposed, &scale);
+        let unit = power_of_two_near_largest(&rows.data).unwrap_or(1.0);
+        let lower = lower_triangle(a, &scale);
+        let asked = engine.factorise(&structure.permutation, &lower, &rows, unit);
+        let (report, operator) = asked.map_err(|error| engine.failed(error))?;
+        Ok(Self {
+            structure,
+            scale,
+            transposed,
+            unit,
+            operator: Arc::new(operator),
+            report,
+            engine: Arc::new(Mutex::new(engine)),
+        })
+    }
+
+    /// Where the coefficients of a factor on this machine would stand.
+    #[must_use]
+    pub fn structure(&self) -> &FactorStructure {
+        &self.structure
+    }
+
+    /// What the engine said of the factor.
+    #[must_use]
+    pub fn report(&self) -> EngineReport {
+        self.report
+    }
+
+    /// The name of the engine.
+    #[must_use]
+    pub fn name(&self) -> String {
+        self.engine().name.clone()
+    }
+
+    /// What ended the engine; answers after it are no numbers.
+    #[must_use]
+    pub fn failure(&self) -> Option<EngineError> {
+        self.engine().failure.clone()
+    }
+
+    /// Solves A x = b in place for several right-hand sides, to single precision.
+    pub(super) fn solve_several(&self, rhs: &mut [&mut [f64]]) {
+        for block in rhs.chunks_mut(COLUMNS) {
+            self.solve_block(block);
+        }
+    }
+
+    /// S, and G = C A⁻¹Bᵀ where a selection Cᵀ is given, for some Bᵀ: the one that it was started with, or another by solves.
+    pub(crate) fn formed(
+        &self,
+        transposed: &CscMatrix,
+        selection: Option<&CscMatrix>,
+    ) -> (Vec<f64>, Option<Vec<f64>>) {
+        if *transposed == self.transposed {
+            let unit = self.unit * self.unit;
+            let operator = self.operator.iter().map(|s| f64::from(*s) * unit);
+            return (operator.collect(), selection.map(|by| self.compliance(by)));
+        }
+        let (n, m) = (self.scale.len(), transposed.cols);
+        let (mut operator, mut matrix) = (Vec::new(), Vec::new());
+        for first in (0..m).step_by(COLUMNS) {
+            let last = (first + COLUMNS).min(m);
+            let mut moved = vec![vec![0.0; n]; last - first];
+            for (moved, j) in moved.iter_mut().zip(first..last) {
+                transposed
+                    .entries(j)
+                    .for_each(|(i, value)| moved[i] = value);
+            }
+            let mut block: Vec<&mut [f64]> = moved.iter_mut().map(Vec::as_mut_slice).collect();
+            self.solve_block(&mut block);
+            for moved in &moved {
+                let along = |by: &CscMatrix| -> Vec<f64> {
+                    let entries = |j| by.entries(j).map(|(i, value)| value * moved[i]);
+                    (0..by.cols).map(|j| entries(j).sum()).collect()
+                };
+                operator.extend(along(transposed));
+                selection.iter().for_each(|by| matrix.extend(along(by)));
+            }
+        }
+        symmetrise(&mut operator, m);
+        (operator, selection.map(|_| matrix))
+    }
+
+    /// C A⁻¹Bᵀ for the columns Cᵀ of a selection and the B that the engine has.
+    fn compliance(&self, selection: &CscMatrix) -> Vec<f64> {
+        let scaled = scaled_columns(selection, &self.scale);
+        let unit = power_of_two_near_largest(&scaled.data).unwrap_or(1.0);
+        let (m, c) = (self.transposed.cols, selection.cols);
+        let asked = |engine: &mut Engine| engine.compliance(&scaled, unit, m * c);
+        let answer = self.ask(asked, m * c);
+        let unit = unit * self.unit;
+        answer.into_iter().map(|g| f64::from(g) * unit).collect()
+    }
+
+    fn solve_block(&self, block: &mut [&mut [f64]]) {
+        let n = self.scale.len();
+        let mut sent = Vec::with_capacity(n * block.len());
+        let mut units = Vec::new();
+        for rhs in block.iter() {
+            let scaled: Vec<f64> = rhs.iter().zip(&self.scale).map(|(b, d)| b * d).collect();
+            let unit = power_of_two_near_largest(&scaled).unwrap_or(1.0);
+            sent.extend(scaled.iter().map(|b| (b / unit) as f32));
+            units.push(unit);
+        }
+        let answer = self.ask(|engine| engine.solve(&sent, n), sent.len());
+        for ((rhs, answer), unit) in block.iter_mut().zip(answer.chunks_exact(n)).zip(units) {
+            for ((x, y), d) in rhs.iter_mut().zip(answer).zip(&self.scale) {
+                *x = f64::from(*y) * d * unit;
+            }
+        }
+    }
+
+    /// An answer of so many numbers; after a failure, none of them is one.
+    fn ask(
+        &self,
+        request: impl FnOnce(&mut Engine) -> Result<Vec<f32>, Asked>,
+        length: usize,
+    ) -> Vec<f32> {
+        let mut engine = self.engine();
+        if engine.failure.is_none() {
+            match request(&mut engine) {
+                Ok(answer) => return answer,
+                Err(error) => {
+                    let failure = engine.failed(error);
+                    engine.failure = Some(failure);
+                }
+            }
+        }
+        vec![f32::NAN; length]
+    }
+
+    fn engine(&self) -> MutexGuard<'_, Engine> {
+        self.engine.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl PartialEq for RemoteFactor {
+    /// Whether both are the factor of one engine.
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.engine, &other.engine)
+    }
+}
+
+impl fmt::Debug for RemoteFactor {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = self.name();
+        f.debug_struct("RemoteFactor")
+            .field("name", &name)
+            .finish_non_exhaustive()
+    }
+}
+
+/// Why an answer did not come.
+#[derive(Debug)]
+enum Asked {
+    Io(io::Error),
+    Indefinite,
+    Refused(String),
+}
+
+impl From<io::Error> for Asked {
+    fn from(error: io::Error) -> Self {
+        Self::Io(error)
+    }
+}
+
+impl Engine {
+    fn start(command: &EngineCommand) -> Result<Self, EngineError> {
+        let text = command.0.clone();
+        let child = Command::new("sh")
+            .args(["-c", &format!("exec {text}")])
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn();
+        let mut child = child.map_err(|error| EngineError::NotStarted {
+            command: text.clone(),
+            reason: error.to_string(),
+        })?;
+        let requests = child.stdin.take().map(BufWriter::new);
+        let mut answers = BufReader::new(child.stdout.take().expect("asked for a pipe"));
+        let (sender, receiver) = mpsc::channel();
+        // A program that waits for input never greets, so the wait has to end here.
+        thread::spawn(move || sender.send(greeting(&mut answers).map(|name| (name, answers))));
+        match receiver.recv_timeout(GREETING_TIME) {
+            Ok(Ok((name, answers))) => Ok(Self {
+                name,
+                child,
+                requests,
+                answers,
+                failure: None,
+            }),
+            Ok(Err(_)) | Err(_) => {
+                let _ = child.kill();
+                let _ = child.wait();
+                Err(EngineError::NoEngine { command: text })
+            }
+        }
+    }
+
+    fn failed(&mut self, asked: Asked) -> EngineError {
+        let name = self.name.clone();
+        match asked {
+            Asked::Indefinite => EngineError::Indefinite { name },
+            Asked::Refused(reason) => EngineError::Refused { name, reason },
+            Asked::Io(error) => EngineError::Ended {
+                name,
+                reason: match self.child.try_wait() {
+                    Ok(Some(status)) => status.to_string(),
+                    _ => error.to_string(),
+                },
+            },
+        }
+    }
+
+    fn factorise(
+        &mut self,
+        order: &[usize],
+        lower: &CscMatrix,
+        transposed: &CscMatrix,
+        unit: f64,
+    ) -> Result<(EngineReport, Vec<f32>), Asked> {
+        let (n, m) = (lower.cols, transposed.cols);
+        self.send_integers(&[
+            FACTORISE,
+            n as u64,
+            lower.data.len() as u64,
+            m as u64,
+            transposed.data.len() as u64,
+        ])?;
+        self.send_matrix(lower, 1.0)?;
+        self.send_indices(order)?;
+        self.send_matrix(transposed, unit)?;
+        self.answered()?;
+        let report = EngineReport {
+            coefficients: self.integer()?,
+            largest_process: self.integer()?,
+            bytes: self.integer()?,
+        };
+        Ok((report, self.numbers(m * m)?))
+    }
+
+    fn solve(&mut self, rhs: &[f32], n: usize) -> Result<Vec<f32>, Asked> {
+        self.send_integers(&[SOLVE, (rhs.len() / n.max(1)) as u64])?;
+        for part in rhs.chunks(1 << 16) {
+            let bytes: Vec<u8> = part.iter().flat_map(|value| value.to_le_bytes()).collect();
+            self.send(&bytes)?;
+        }
+        self.answered()?;
+        Ok(self.numbers(rhs.len())?)
+    }
+
+    fn compliance(
+        &mut self,
+        selection: &CscMatrix,
+        unit: f64,
+        length: usize,
+    ) -> Result<Vec<f32>, Asked> {
+        let (c, entries) = (selection.cols as u64, selection.data.len() as u64);
+        self.send_integers(&[COMPLIANCE, c, entries])?;
+        self.send_matrix(selection, unit)?;
+        self.answered()?;
+        Ok(self.numbers(length)?)
+    }
+
+    /// Sends what is left of a request and reads how the answer begins.
+    fn answered(&mut self) -> Result<(), Asked> {
+        if let Some(requests) = &mut self.requests {
+            requests.flush()?;
+        }
+        match self.integer()? {
+            0 => Ok(()),
+            1 => {
+                self.integer()?;
+                Err(Asked::Indefinite)
+            }
+            _ => Err(Asked::Refused(self.text()?)),
+        }
+    }
+
+    fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
+        match &mut self.requests {
+            Some(requests) => requests.write_all(bytes),
+            None => Err(io::ErrorKind::BrokenPipe.into()),
+        }
+    }
+
+    fn send_integers(&mut self, values: &[u64]) -> io::Result<()> {
+        values
+            .iter()
+            .try_for_each(|value| self.send(&value.to_le_bytes()))
+    }
+
+    fn send_indices(&mut self, values: &[usize]) -> io::Result<()> {
+        values.iter().try_for_each(|value| {
+            let value = u32::try_from(*value).map_err(io::Error::other)?;
+            self.send(&value.to_le_bytes())
+        })
+    }
+
+    /// The offsets, indices and values of the columns of a matrix, in units of a number.
+    fn send_matrix(&mut self, matrix: &CscMatrix, unit: f64) -> io::Result<()> {
+        let offsets = matrix.indptr.iter();
+        offsets
+            .copied()
+            .try_for_each(|offset| self.send(&(offset as u64).to_le_bytes()))?;
+        self.send_indices(&matrix.indices)?;
+        let mut values = matrix.data.iter();
+        values.try_for_each(|value| self.send(&(value / unit).to_le_bytes()))
+    }
+
+    fn integer(&mut self) -> io::Result<u64> {
+        read_integer(&mut self.answers)
+    }
+
+    fn text(&mut self) -> io::Result<String> {
+        read_text(&mut self.answers)
+    }
+
+    fn numbers(&mut self, count: usize) -> io::Result<Vec<f32>> {
+        let mut numbers = vec![0.0; count];
+        let mut bytes = vec![0; 4 << 16];
+        for part in numbers.chunks_mut(1 << 16) {
+            let bytes = &mut bytes[..4 * part.len()];
+            self.answers.read_exact(bytes)?;
+            for (number, bytes) in part.iter_mut().zip(bytes.chunks_exact(4)) {
+                *number = f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
+            }
+        }
+        Ok(numbers)
+    }
+}
+
+/// The name of an engine that greets.
+fn greeting(answers: &mut impl Read) -> io::Result<String> {
+    let mut greeting = [0; 8];
+    answers.read_exact(&mut greeting)?;
+    if greeting != *GREETING {
+        return Err(io::ErrorKind::InvalidData.into());
+    }
+    read_text(answers)
+}
+
+fn read_integer(answers: &mut impl Read) -> io::Result<u64> {
+    let mut bytes = [0; 8];
+    answers.read_exact(&mut bytes)?;
+    Ok(u64::from_le_bytes(bytes))
+}
+
+fn read_text(answers: &mut impl Read) -> io::Result<String> {
+    let length = read_integer(answers)?;
+    if length > LONGEST_TEXT {
+        return Err(io::ErrorKind::InvalidData.into());
+    }
+    let mut bytes = vec![0; length as usize];
+    answers.read_exact(&mut bytes)?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
+
+impl Drop for Engine {
+    /// Closes its input, at which an engine ends, and waits for it.
+    fn drop(&mut self) {
+        self.requests = None;
+        if self.failure.is_some() {
+            let _ = self.child.kill();
+        }
+        let _ = self.child.wait();
+    }
+}
+
+/// The lower triangle of D A D by columns.
+fn lower_triangle(a: &CscMatrix, scale: &[f64]) -> CscMatrix {
+    let mut lower = CscMatrix::empty(a.rows);
+    lower.cols = a.cols;
+    for j in 0..a.cols {
+        for (i, value) in a.entries(j).filter(|(i, _)| *i >= j) {
+            lower.indices.push(i);
+            lower.data.push(scale[i] * value * scale[j]);
+        }
+        lower.indptr.push(lower.indices.len());
+    }
+    lower
+}
+
+/// D times a matrix.
+fn scaled_columns(columns: &CscMatrix, scale: &[f64]) -> CscMatrix {
+    let mut scaled = columns.clone();
+    for (value, i) in scaled.data.iter_mut().zip(&columns.indices) {
+        *value *= scale[*i];
+    }
+    scaled
+}
+
+/// The mean of a square matrix and its transpose.
+fn symmetrise(matrix: &mut [f64], n: usize) {
+    for j in 0..n {
+        for i in 0..j {
+            let mean = f64::midpoint(matrix[j * n + i], matrix[i * n + j]);
+            (matrix[j * n + i], matrix[i * n + j]) = (mean, mean);
+        }
+    }
+}

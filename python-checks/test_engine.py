@@ -1,0 +1,115 @@
+"""Factors that another program holds: the same answers, and what goes wrong with it."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from conftest import ROOT
+
+REFERENCE = f"{sys.executable} {ROOT / 'python-checks' / 'reference_engine.py'}"
+CELLS = "body.brick.cells=[18,6,6]"
+
+
+def pipe(folder, *arguments):
+    program = os.environ.get("CONTACT3D_PIPE", ROOT / "target" / "release" / "contact3d-pipe")
+    return subprocess.run([program, *arguments], cwd=folder, capture_output=True, text=True, check=False)
+
+
+def run(folder, file, *more):
+    scene = ROOT / "pipelines" / "newton.toml"
+    return pipe(folder, "run", scene, file, "--no-figures", "--set", CELLS, *more)
+
+
+def answers(path):
+    with h5py.File(path) as file:
+        return file["solve/multiplier"][:], file["solve/displacement"][:]
+
+
+def require_same_answers(folder, engine, *more):
+    assert run(folder, "here.h5").returncode == 0
+    done = run(folder, "there.h5", "--engine", engine, *more)
+    assert done.returncode == 0, done.stderr
+    for there, here in zip(answers(folder / "there.h5"), answers(folder / "here.h5"), strict=True):
+        # Both are solved to 1e-12; two digits are left for the norms in which errors are measured.
+        assert np.linalg.norm(there - here) <= 1e-10 * np.linalg.norm(here)
+
+
+@pytest.mark.parametrize("operator", ["explicit", "implicit"])
+def test_a_factor_elsewhere_gives_the_answers_of_one_here(tmp_path, operator):
+    require_same_answers(tmp_path, REFERENCE, "--set", f"assemble.dual_operator='{operator}'")
+    with h5py.File(tmp_path / "there.h5") as file:
+        assert not {"values", "values_single"} & set(file["assemble/factor"])
+        assert ("dual_operator_single" in file["assemble"]) == (operator == "explicit")
+
+
+def test_bodies_that_contact_alone_holds_have_factors_elsewhere_too(tmp_path):
+    scene = ROOT / "pipelines" / "pushed_block.toml"
+    totals = []
+    for more in [(), ("--engine", REFERENCE)]:
+        done = pipe(tmp_path, "run", scene, f"{len(more)}.h5", "--no-figures", "--json", *more)
+        assert done.returncode == 0, done.stderr
+        totals.append(json.loads(done.stdout)["results"]["strain_energy"])
+    # Balanced answers are accurate to 1e-10 or better.
+    assert totals[1] == pytest.approx(totals[0], rel=1e-8)
+
+
+def test_a_stage_that_needs_the_factor_asks_for_the_engine(tmp_path):
+    assert run(tmp_path, "run.h5", "--engine", REFERENCE).returncode == 0
+    before = (tmp_path / "run.h5").read_bytes()
+    refused = pipe(tmp_path, "solve", "run.h5")
+    assert refused.returncode == 2
+    assert "give --engine again" in refused.stderr.replace("\n", " ")
+    assert (tmp_path / "run.h5").read_bytes() == before
+    multiplier, _ = answers(tmp_path / "run.h5")
+    assert pipe(tmp_path, "solve", "run.h5", "--engine", REFERENCE).returncode == 0
+    assert np.array_equal(answers(tmp_path / "run.h5")[0], multiplier)
+    assert pipe(tmp_path, "post", "run.h5", "--no-figures").returncode == 0
+
+
+DIES = """
+import sys
+sys.path.insert(0, {folder!r})
+import reference_engine
+reference_engine.Engine.solve = lambda engine: sys.exit(7)
+reference_engine.main()
+"""
+
+
+@pytest.mark.parametrize(
+    ("engine", "expected"),
+    [
+        ("false", "is no engine"),
+        ("no-such-program-at-all", "is no engine"),
+        ("echo C3DENG00", "is no engine"),
+        ("python dies.py", "ended in the middle of its work"),
+    ],
+)
+def test_engines_that_fail_leave_nothing_behind(tmp_path, engine, expected):
+    (tmp_path / "dies.py").write_text(DIES.format(folder=str(ROOT / "python-checks")))
+    engine = engine.replace("python", sys.executable)
+    failed = run(tmp_path, "run.h5", "--engine", engine)
+    assert failed.returncode == 2
+    assert expected in " ".join(failed.stderr.replace("│", " ").split())
+    assert not (tmp_path / "run.h5").exists()
+
+
+def find_mumps():
+    headers = [Path("/usr/include/smumps_c.h"), Path("/usr/local/include/smumps_c.h")]
+    return shutil.which("mpicc") and shutil.which("mpirun") and any(header.exists() for header in headers)
+
+
+@pytest.mark.skipif(not find_mumps(), reason="needs MPI and MUMPS: libmumps-dev, libopenmpi-dev, openmpi-bin")
+def test_two_processes_of_mumps_hold_a_factor(tmp_path):
+    for file in ["Makefile", "contact3d_mumps.c"]:
+        shutil.copy(ROOT / "engines" / "mumps" / file, tmp_path)
+    subprocess.run(["make", "-C", tmp_path], check=True, capture_output=True)
+    as_root = "--allow-run-as-root" if os.geteuid() == 0 else ""
+    engine = f"mpirun {as_root} --oversubscribe -n 2 {tmp_path / 'contact3d-mumps'}"
+    require_same_answers(tmp_path, engine)
