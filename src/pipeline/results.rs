@@ -8,6 +8,7 @@ use contact3d::{
     dual::PrimalSystem,
     elasticity::DofMap,
     history::{StepRecord, largest_norm},
+    linalg::EngineError,
     mesh::{ContactSurface, Mesh},
     post::{ContactReport, ErrorBound},
     scene::{Invalid, SceneFile},
@@ -15,8 +16,8 @@ use contact3d::{
 };
 use runfile::{GroupWriter, Reader, StoreError};
 
-use super::{OpenRun, StageError, mesh};
-use crate::format::{self, GridSeries, GridValues, Stage};
+use super::{OpenRun, StageError, mesh, stages};
+use crate::format::{self, FormatError, GridSeries, GridValues, Stage};
 
 /// What a solve came to.
 #[derive(Debug)]
@@ -214,9 +215,16 @@ pub fn read_solved(path: &Path) -> Result<(AssembledProblem, Solution), StageErr
     let run = OpenRun::open(path)?;
     run.require_fresh(Stage::Solve, "solved")?;
     let OpenRun { reader, input, .. } = run;
-    let mut system = format::read_assembly(&reader, None)?;
+    let problem = mesh::read(&reader, &input)?;
+    let mut system = match format::read_assembly(&reader, None) {
+        Err(FormatError::Engine(EngineError::NotAtHand)) => {
+            let assembled = problem.clone().assemble();
+            let assembled = assembled.map_err(|error| stages::refused(&input, error))?;
+            assembled.into_parts().1
+        }
+        read => read?,
+    };
     format::read_loads(&reader, &mut system)?;
     let solution = format::read_solution(&reader, &system.assembly.primal.dofs)?;
-    let problem = AssembledProblem::new(mesh::read(&reader, &input)?, system);
-    Ok((problem, solution))
+    Ok((AssembledProblem::new(problem, system), solution))
 }

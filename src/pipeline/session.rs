@@ -5,7 +5,7 @@ use std::{path::Path, sync::Arc, time::Instant};
 use contact3d::{
     AssembledProblem, Problem, RunStep,
     dual::{Assembly, OperatorEstimate},
-    linalg::EngineCommand,
+    linalg::{EngineCommand, EngineError},
     mesh::Mesh,
     scene::{AssembleSettings, Scene, SceneFile, SolveSettings, Warning},
 };
@@ -17,7 +17,7 @@ use super::{
     results::Results,
     store::Store,
 };
-use crate::format::{self, LAYOUT, SCENE, Stage};
+use crate::format::{self, FormatError, LAYOUT, SCENE, Stage};
 
 /// A session with a run file: it holds the lock, and what it has computed or read so far.
 #[derive(Debug)]
@@ -218,8 +218,14 @@ impl Session {
             return Ok(assembled.clone());
         }
         let problem = self.problem()?.as_ref().clone();
-        let system = format::read_assembly(&self.store.reader()?, self.store.engine.as_ref())?;
-        let assembled = Arc::new(AssembledProblem::new(problem, system));
+        let engine = self.store.engine.as_ref();
+        let assembled = match format::read_assembly(&self.store.reader()?, engine) {
+            Ok(system) => AssembledProblem::new(problem, system),
+            // The factor stayed with an engine; here it is made again.
+            Err(FormatError::Engine(EngineError::NotAtHand)) => self.assemble_again(problem)?,
+            Err(error) => return Err(error.into()),
+        };
+        let assembled = Arc::new(assembled);
         self.cache.assembled = Some((assembled.clone(), LoadState::Any));
         Ok(assembled)
     }

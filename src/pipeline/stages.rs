@@ -115,6 +115,16 @@ impl Session {
         Ok(StageOutput::Assemble(assembled))
     }
 
+    /// The problem of the stored assembly, whose factor is not stored.
+    pub(super) fn assemble_again(
+        &mut self,
+        problem: Problem,
+    ) -> Result<AssembledProblem, StageError> {
+        let mut observe = |_: RunStep<'_>| {};
+        let assembled = problem.assemble_kept(&mut self.keeper(0.0, &mut observe));
+        assembled.map_err(|error| refused(&self.store.input, error))
+    }
+
     fn apply_loads(&mut self) -> Result<StageOutput, StageError> {
         self.assembled()?;
         self.store.require_unchanged()?;

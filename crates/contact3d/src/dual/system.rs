@@ -132,6 +132,7 @@ impl DualSystem {
             Ok(system)
         };
         if engine.is_some() {
+            require_single_precision(scene)?;
             let system = form(Precision::Single, dense.as_ref())?;
             return system.served();
         }
@@ -249,6 +250,19 @@ impl DualSystem {
                 help: "choose units in which stiffness, loads and lengths are moderate".into(),
             }),
         }
+    }
+}
+
+/// Engines answer in single precision.
+fn require_single_precision(scene: &Scene) -> Result<(), AssemblyError> {
+    match scene.assemble.factor {
+        FactorPrecision::Auto | FactorPrecision::Single => Ok(()),
+        FactorPrecision::Double => Err(AssemblyError::Scene(Invalid {
+            key: "assemble.factor".into(),
+            expected: "auto or single with an engine".into(),
+            found: "double".into(),
+            help: "leave --engine out, or the key; answers have double precision either way".into(),
+        })),
     }
 }
 

@@ -7,10 +7,10 @@
 use std::{
     fmt,
     io::{self, BufReader, BufWriter, Read, Write},
-    process::{Child, ChildStdin, ChildStdout, Command, Stdio},
+    process::{Child, ChildStdin, ChildStdout, Command, ExitStatus, Stdio},
     sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc},
     thread,
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 use thiserror::Error;
@@ -27,6 +27,11 @@ const COMPLIANCE: u64 = 3;
 
 /// How long an engine may take until it greets: `mpirun` on many machines takes seconds.
 const GREETING_TIME: Duration = Duration::from_secs(60);
+
+/// How long an engine may take to end when its input does, and to show how it ended when its answers do; how often that is looked at.
+const ENDING_TIME: Duration = Duration::from_secs(10);
+const STATUS_TIME: Duration = Duration::from_secs(1);
+const POLL: Duration = Duration::from_millis(2);
 
 /// Longest text that an engine may answer.
 const LONGEST_TEXT: u64 = 1 << 16;
@@ -58,9 +63,7 @@ pub enum EngineError {
         command: String,
     },
     /// It ended, or its answers did.
-    #[error(
-        "the engine {name} ended in the middle of its work: {reason}; what it printed is above"
-    )]
+    #[error("the engine {name} ended in the middle of its work: {reason}")]
     Ended {
         /// Its name.
         name: String,
@@ -93,7 +96,7 @@ pub enum EngineError {
     },
     /// The factor is not in the file.
     #[error(
-        "the factor stayed in the processes of an engine: give --engine again, or run the stage assemble without it"
+        "the factor stayed in the processes of an engine: run the stage assemble without --engine"
     )]
     NotAtHand,
 }
@@ -153,7 +156,7 @@ impl RemoteFactor {
         let unit = power_of_two_near_largest(&rows.data).unwrap_or(1.0);
         let lower = lower_triangle(a, &scale);
         let asked = engine.factorise(&structure.permutation, &lower, &rows, unit);
-        let (report, operator) = asked.map_err(|error| engine.failed(error))?;
+        let (report, operator) = asked.map_err(|error| engine.fail(error))?;
         Ok(Self {
             structure,
             scale,
@@ -272,8 +275,7 @@ impl RemoteFactor {
             match request(&mut engine) {
                 Ok(answer) => return answer,
                 Err(error) => {
-                    let failure = engine.failed(error);
-                    engine.failure = Some(failure);
+                    engine.fail(error);
                 }
             }
         }
@@ -318,6 +320,12 @@ impl From<io::Error> for Asked {
 impl Engine {
     fn start(command: &EngineCommand) -> Result<Self, EngineError> {
         let text = command.0.clone();
+        if text.trim().is_empty() {
+            return Err(EngineError::NotStarted {
+                command: text,
+                reason: "the command is empty".into(),
+            });
+        }
         let child = Command::new("sh")
             .args(["-c", &format!("exec {text}")])
             .stdin(Stdio::piped())
@@ -348,18 +356,35 @@ impl Engine {
         }
     }
 
-    fn failed(&mut self, asked: Asked) -> EngineError {
+    /// Remembers why an answer did not come.
+    fn fail(&mut self, asked: Asked) -> EngineError {
         let name = self.name.clone();
-        match asked {
+        let failure = match asked {
             Asked::Indefinite => EngineError::Indefinite { name },
             Asked::Refused(reason) => EngineError::Refused { name, reason },
             Asked::Io(error) => EngineError::Ended {
                 name,
-                reason: match self.child.try_wait() {
-                    Ok(Some(status)) => status.to_string(),
-                    _ => error.to_string(),
+                reason: match self.ended_within(STATUS_TIME) {
+                    Some(status) => status.to_string(),
+                    None => error.to_string(),
                 },
             },
+        };
+        self.failure = Some(failure.clone());
+        failure
+    }
+
+    /// How it ended, if it does so within some time.
+    fn ended_within(&mut self, time: Duration) -> Option<ExitStatus> {
+        let began = Instant::now();
+        loop {
+            if let Ok(Some(status)) = self.child.try_wait() {
+                return Some(status);
+            }
+            if began.elapsed() >= time {
+                return None;
+            }
+            thread::sleep(POLL);
         }
     }
 
@@ -387,7 +412,7 @@ impl Engine {
             largest_process: self.integer()?,
             bytes: self.integer()?,
         };
-        Ok((report, self.numbers(m * m)?))
+        Ok((report, finite(self.numbers(m * m)?)?))
     }
 
     fn solve(&mut self, rhs: &[f32], n: usize) -> Result<Vec<f32>, Asked> {
@@ -397,7 +422,13 @@ impl Engine {
             self.send(&bytes)?;
         }
         self.answered()?;
-        Ok(self.numbers(rhs.len())?)
+        let answer = self.numbers(rhs.len())?;
+        // A right-hand side that is no number has no other answer.
+        if rhs.iter().all(|value| value.is_finite()) {
+            finite(answer)
+        } else {
+            Ok(answer)
+        }
     }
 
     fn compliance(
@@ -410,7 +441,7 @@ impl Engine {
         self.send_integers(&[COMPLIANCE, c, entries])?;
         self.send_matrix(selection, unit)?;
         self.answered()?;
-        Ok(self.numbers(length)?)
+        finite(self.numbers(length)?)
     }
 
     /// Sends what is left of a request and reads how the answer begins.
@@ -504,17 +535,28 @@ fn read_text(answers: &mut impl Read) -> io::Result<String> {
     }
     let mut bytes = vec![0; length as usize];
     answers.read_exact(&mut bytes)?;
-    Ok(String::from_utf8_lossy(&bytes).into_owned())
+    let text = String::from_utf8_lossy(&bytes);
+    Ok(text.split_whitespace().collect::<Vec<_>>().join(" "))
 }
 
 impl Drop for Engine {
-    /// Closes its input, at which an engine ends, and waits for it.
+    /// Closes its input, at which an engine ends; one that failed or does not end in time is killed.
     fn drop(&mut self) {
         self.requests = None;
-        if self.failure.is_some() {
+        if self.failure.is_some() || self.ended_within(ENDING_TIME).is_none() {
             let _ = self.child.kill();
+            let _ = self.child.wait();
         }
-        let _ = self.child.wait();
+    }
+}
+
+fn finite(numbers: Vec<f32>) -> Result<Vec<f32>, Asked> {
+    if numbers.iter().all(|value| value.is_finite()) {
+        Ok(numbers)
+    } else {
+        Err(Asked::Refused(
+            "its answer holds numbers that are not finite".into(),
+        ))
     }
 }
 

@@ -25,7 +25,7 @@ use crate::{
 };
 
 /// The shares of −R that GMRES leaves, and the factor of Eisenstat and Walker's second choice γ (‖Rₖ‖/‖Rₖ₋₁‖)². Less than the smallest
-/// costs as many products in one step as in two, and is lost where the factor is in single precision.
+/// is lost where the factor is in single precision.
 const LARGEST_SHARE: f64 = 0.1;
 const SMALLEST_SHARE: f64 = 0.01;
 const GAMMA: f64 = 0.9;
@@ -102,13 +102,17 @@ impl DiscreteProblem<'_> {
             applications: 0,
         };
         let warm = self.start.multiplier.map(<[f64]>::to_vec);
-        let solution = warm
-            .and_then(|start| newton.solve_similar(&start, observe))
-            .or_else(|| {
-                let start = newton.pressed();
-                let start = newton.at(start, None);
+        let similar = warm.and_then(|start| newton.solve_similar(&start, observe));
+        let solution = similar.or_else(|| {
+            let pressed = newton.pressed();
+            let start = newton.at(pressed.clone(), None);
+            let found = newton.solve(start, observe);
+            found.or_else(|| {
+                newton.conditions.steplengths = stiffness.to_vec();
+                let start = newton.at(pressed, None);
                 newton.solve(start, observe)
-            })?;
+            })
+        })?;
         Some(newton.completed(solution, self.laws, law))
     }
 }
@@ -121,35 +125,47 @@ struct Found {
 }
 
 impl MatrixFree<'_> {
-    /// Newton's method from a start to r_tol ε, and where the error is larger than ε still, to rounding.
+    /// Newton's method from a start to r_tol ε, and where the error is larger than ε still, to rounding, with residuals measured by local
+    /// stiffness: 1/S_ii hides what panes feel of errors near rounding.
     fn solve(&mut self, start: Iterate, observe: &mut dyn FnMut(Progress<'_>)) -> Option<Found> {
         let settings = self.problem.settings;
         let n = start.multiplier.len() as f64;
         let (epsilon, attainable) = (settings.epsilon(), n * f64::EPSILON);
-        let mut iterate = start;
-        for tolerance in [settings.r_tol * epsilon, 0.0] {
-            let tolerance = tolerance.max(attainable);
-            iterate = self.descend(iterate, tolerance, observe)?;
-            let error = self.error(&iterate);
-            if error <= epsilon || tolerance == attainable {
-                let converged = error <= epsilon && epsilon >= attainable;
-                let found = Found {
-                    iterate,
-                    status: if converged {
-                        Status::Converged
-                    } else {
-                        Status::RoundingLimit
-                    },
-                    error: if converged {
-                        error
-                    } else {
-                        error.max(attainable)
-                    },
-                };
-                return (error <= COARSEST).then_some(found);
-            }
+        let tolerance = (settings.r_tol * epsilon).max(attainable);
+        let near = self.descend(start, tolerance, observe)?;
+        let error = self.error(&near);
+        if error <= epsilon && epsilon >= attainable {
+            return Some(Found {
+                iterate: near,
+                status: Status::Converged,
+                error,
+            });
         }
-        None
+        let whole = std::mem::replace(&mut self.conditions.steplengths, self.stiffness.to_vec());
+        let start = self.at(near.multiplier.clone(), Some(&near.exact));
+        let (iterate, error) = match self.descend(start, attainable, observe) {
+            Some(nearer) => {
+                let error = self.error(&nearer);
+                (nearer, error)
+            }
+            None => (near, error),
+        };
+        self.conditions.steplengths = whole;
+        let converged = error <= epsilon && epsilon >= attainable;
+        let found = Found {
+            iterate,
+            status: if converged {
+                Status::Converged
+            } else {
+                Status::RoundingLimit
+            },
+            error: if converged {
+                error
+            } else {
+                error.max(attainable)
+            },
+        };
+        (error <= COARSEST).then_some(found)
     }
 
     /// Damped inexact Newton steps until ‖R‖ ≤ tolerance ‖λ‖ or rounding forbids it; `None` where the residual stalls before.
@@ -161,6 +177,10 @@ impl MatrixFree<'_> {
     ) -> Option<Iterate> {
         let mut residuals = BestResiduals::new(current.at.norm);
         let mut share = LARGEST_SHARE;
+        let smallest = match self.problem.body.precision() {
+            Precision::Single => SMALLEST_SHARE,
+            Precision::Double => LEFT,
+        };
         for _ in 0..MOST_STEPS {
             if !current.at.norm.is_finite() {
                 return None;
@@ -202,7 +222,7 @@ impl MatrixFree<'_> {
             observe(Progress::Newton(self.history.len(), &step));
             self.history.push(step);
             let falls = next.at.norm / current.at.norm;
-            share = (GAMMA * falls * falls).clamp(SMALLEST_SHARE, LARGEST_SHARE);
+            share = (GAMMA * falls * falls).clamp(smallest, LARGEST_SHARE);
             residuals.push(next.at.norm);
             current = next;
         }
