@@ -49,10 +49,12 @@ def test_a_factor_elsewhere_gives_the_answers_of_one_here(tmp_path, operator):
         assert ("dual_operator_single" in file["assemble"]) == (operator == "explicit")
 
 
-def test_bodies_that_contact_alone_holds_have_factors_elsewhere_too(tmp_path):
+@pytest.mark.parametrize("operator", ["explicit", "implicit"])
+def test_bodies_that_contact_alone_holds_have_factors_elsewhere_too(tmp_path, operator):
     scene = ROOT / "pipelines" / "pushed_block.toml"
+    change = f"assemble.dual_operator='{operator}'"
     for file, more in [("here.h5", ()), ("there.h5", ("--engine", REFERENCE))]:
-        done = pipe(tmp_path, "run", scene, file, "--no-figures", *more)
+        done = pipe(tmp_path, "run", scene, file, "--no-figures", "--set", change, *more)
         assert done.returncode == 0, done.stderr
     for there, here in zip(answers(tmp_path / "there.h5"), answers(tmp_path / "here.h5"), strict=True):
         # Balanced answers are accurate to 1e-10 or better.

@@ -104,15 +104,15 @@ impl Adjoints {
             kinks: at.kinks(),
         };
         let Some(explicit) = dual.explicit() else {
+            if dual.balance.is_some() {
+                return None;
+            }
             let levels = PaneLevels::new(assembly, &dual.coupling, known?);
             let conditions = Conditions::new(bound, dual.layout(), levels.steplengths.clone());
             let at = evaluated(&conditions, dual, &body, solution);
             let levels = TwoLevels::at(&levels, &conditions, &at, laws.average.rows);
             let rows = Rows::Products(levels);
-            return dual
-                .balance
-                .is_none()
-                .then(|| adjoints(&conditions, &at, rows));
+            return Some(adjoints(&conditions, &at, rows));
         };
         let stiffness = known.map_or_else(|| LocalStiffness::new(explicit).stiffness, Vec::clone);
         let map = NaturalMap::with_steplengths(explicit, bound, stiffness);

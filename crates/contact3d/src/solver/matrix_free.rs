@@ -134,12 +134,21 @@ impl MatrixFree<'_> {
         let tolerance = (settings.r_tol * epsilon).max(attainable);
         let near = self.descend(start, tolerance, observe)?;
         let error = self.error(&near);
-        if error <= epsilon && epsilon >= attainable {
-            return Some(Found {
-                iterate: near,
-                status: Status::Converged,
+        let found = |iterate, error: f64| {
+            let converged = error <= epsilon && epsilon >= attainable;
+            let (status, error) = if converged {
+                (Status::Converged, error)
+            } else {
+                (Status::RoundingLimit, error.max(attainable))
+            };
+            Found {
+                iterate,
+                status,
                 error,
-            });
+            }
+        };
+        if error <= epsilon.max(attainable) {
+            return Some(found(near, error));
         }
         let whole = std::mem::replace(&mut self.conditions.steplengths, self.stiffness.to_vec());
         let start = self.at(near.multiplier.clone(), Some(&near.exact));
@@ -151,21 +160,7 @@ impl MatrixFree<'_> {
             None => (near, error),
         };
         self.conditions.steplengths = whole;
-        let converged = error <= epsilon && epsilon >= attainable;
-        let found = Found {
-            iterate,
-            status: if converged {
-                Status::Converged
-            } else {
-                Status::RoundingLimit
-            },
-            error: if converged {
-                error
-            } else {
-                error.max(attainable)
-            },
-        };
-        (error <= COARSEST).then_some(found)
+        (error <= COARSEST).then(|| found(iterate, error))
     }
 
     /// Damped inexact Newton steps until ‖R‖ ≤ tolerance ‖λ‖ or rounding forbids it; `None` where the residual stalls before.
