@@ -121,7 +121,7 @@ def test_studies_have_typed_results(tmp_path):
     assert paths.points["parameter"].iloc[[0, -1]].tolist() == [0.1, 0.5]
     assert paths.plot().lines and "branches" in paths.tree.children
     stability = package.stability(NEWTON, set=SMALL)
-    assert stability.holds and len(stability.table) == 1
+    assert stability.passes and len(stability.table) == 1
     assert package.law(NEWTON).bounds["f_max"]["value"] == 0.3
     assert [face["law"] for face in package.law(PIPELINES / "dry_and_greased.toml").faces] == ["orthotropic", "capped"]
     assert package.report(tmp_path / "theory.h5", tmp_path / "page.html").read_text().startswith("<!DOCTYPE html>")

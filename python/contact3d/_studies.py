@@ -166,9 +166,9 @@ class Stability(Study):
         return pd.json_normalize(self.data)
 
     @property
-    def holds(self) -> bool:
+    def passes(self) -> bool:
         """Whether no check failed."""
-        return all(row["verdict"] != "fails" for row in self.data)
+        return all(row["verdict"] != "fail" for row in self.data)
 
     def _lines(self) -> list[str]:
         return [" ".join(filter(None, [f"{row['name']}: {row['verdict']}", row["findings"]])) for row in self.data]

@@ -9,7 +9,7 @@ use clap::{
     CommandFactory,
     error::{ContextKind, ContextValue, ErrorKind},
 };
-use contact3d::scene::shown_lines;
+use contact3d::scene::escape_control_lines;
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme};
 
 use super::{
@@ -75,7 +75,7 @@ fn draw(error: &dyn Diagnostic) {
         drawn.map_or_else(|_| format!("error: {error}"), |()| text)
     };
     let plain = render(GraphicalTheme::unicode_nocolor());
-    let is_harmless = shown_lines(&plain) == plain;
+    let is_harmless = escape_control_lines(&plain) == plain;
     if is_harmless && io::stderr().is_terminal() {
         terminal::coloured_message(&render(GraphicalTheme::unicode()));
     } else {

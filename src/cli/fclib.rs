@@ -251,8 +251,8 @@ fn figures(answer: &FclibAnswer) -> Figures {
     figures.plain("contacts", "contacts", answer.contacts);
     figures.plain("entries", "entries of W", answer.entries);
     let ended = Some(format!("{status} by {solver}"));
-    figures.in_words("status", "status", ended, status);
-    figures.for_programs("solver", solver);
+    figures.described("status", "status", ended, status);
+    figures.json_only("solver", solver);
     figures.add("seconds", "time", Dimension::Time, Fixed(3), answer.seconds);
     figures.plain("newton_steps", "Newton steps", solution.newton_steps);
     figures.plain("outer_steps", "outer steps", solution.outer_steps);
@@ -261,6 +261,6 @@ fn figures(answer: &FclibAnswer) -> Figures {
     figures.number("error", "error", Scientific(1), solution.error);
     let scaled = "error scaled to a unit diagonal";
     figures.number("scaled_error", scaled, Scientific(1), solution.scaled_error);
-    figures.for_programs("obstruction", obstruction);
+    figures.json_only("obstruction", obstruction);
     figures
 }

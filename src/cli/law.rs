@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use contact3d::{
     contact::{LawBounds, LawExtreme},
-    scene::{Coefficient, Friction, FrictionLaw, FrictionModel, Quantity, shown},
+    scene::{Coefficient, Friction, FrictionLaw, FrictionModel, Quantity, escape_control},
 };
 use serde_json::{Map, Value, json};
 use units::Dimension;
@@ -62,7 +62,7 @@ fn text(study: &LawStudy) -> String {
     let mut text = format!("{}\n", study.scene.shown_title());
     if study.faces.is_empty() {
         let mut none = Figures::new(study.scene.units);
-        none.said(
+        none.human_only(
             "law",
             Some("none: the scene has no contact face".to_owned()),
         );
@@ -70,7 +70,7 @@ fn text(study: &LawStudy) -> String {
     }
     for face in &study.faces {
         if study.faces.len() > 1 {
-            text += &format!("\nface {}\n", shown(&face.name));
+            text += &format!("\nface {}\n", escape_control(&face.name));
         }
         text += &figures(study, face).text(2, NAMES);
     }
@@ -107,17 +107,17 @@ fn json(study: &LawStudy, files: &[PathBuf]) -> Value {
 #[rustfmt::skip]
 fn figures(study: &LawStudy, face: &FaceStudy) -> Figures {
     let mut figures = Figures::new(study.scene.units);
-    figures.in_words("law", "law", Some(law_words(face.model.as_ref())), FrictionModel::word(face.model.as_ref()));
-    figures.for_programs("coefficients", Map::new());
+    figures.described("law", "law", Some(law_words(face.model.as_ref())), FrictionModel::word(face.model.as_ref()));
+    figures.json_only("coefficients", Map::new());
     for (name, words) in coefficients(study, face) {
-        figures.in_words(&format!("coefficients.{name}"), name, Some(words.clone()), words);
+        figures.described(&format!("coefficients.{name}"), name, Some(words.clone()), words);
     }
     if let Some((name, stress)) = face.model.as_ref().and_then(|law| law.bound.given_stress()) {
         let name = format!("{name} [{}]", study.scene.units.stress());
-        figures.said(&name, Some(quantity_words(&stress)));
+        figures.human_only(&name, Some(quantity_words(&stress)));
     }
     match &face.bounds {
-        None => figures.for_programs("bounds", ()),
+        None => figures.json_only("bounds", ()),
         Some(bounds) => figures = figures.with(of_bounds(study, face, bounds)),
     }
     figures
@@ -152,8 +152,8 @@ fn of_bounds(study: &LawStudy, face: &FaceStudy, bounds: &LawBounds) -> Figures 
         "exact"
     };
     let range = format!("0 to {largest} {length}, the extent of the body; {how}");
-    figures.in_words("bounds.largest_slip", "slips considered", Some(range), largest);
-    figures.for_programs("bounds.estimated", bounds.estimated);
+    figures.described("bounds.largest_slip", "slips considered", Some(range), largest);
+    figures.json_only("bounds.estimated", bounds.estimated);
     for (key, words, shown, extreme) in [
         ("f_min", "F_min", valued(&bounds.smallest, ""), &bounds.smallest),
         ("f_max", "F_max", valued(&bounds.largest, ""), &bounds.largest),
@@ -166,19 +166,19 @@ fn of_bounds(study: &LawStudy, face: &FaceStudy, bounds: &LawBounds) -> Figures 
             "position": extreme.position,
             "slip": extreme.slip,
         });
-        figures.in_words(&format!("bounds.{key}"), words, Some(shown), value);
+        figures.described(&format!("bounds.{key}"), words, Some(shown), value);
     }
     let MeshSizes { pane, edge } = face.sizes;
     let sizes = format!("H = {} {length}, h = {} {length}", number(pane), number(edge));
-    figures.said("pane size, edge", Some(sizes));
-    figures.for_programs("bounds.pane_size", pane);
-    figures.for_programs("bounds.edge_length", edge);
+    figures.human_only("pane size, edge", Some(sizes));
+    figures.json_only("bounds.pane_size", pane);
+    figures.json_only("bounds.edge_length", edge);
     let size = bounds.largest.value / pane.sqrt();
     let key = "bounds.f_max_over_sqrt_pane_size";
-    figures.in_words(key, "F_max/sqrt(H)", Some(number(size)), size);
+    figures.described(key, "F_max/sqrt(H)", Some(number(size)), size);
     let steepness = bounds.lipschitz.value * (2.0 + bounds.anisotropy.value) / (edge * pane).sqrt();
     let key = "bounds.lipschitz_times_2_plus_kappa_over_sqrt_edge_length_pane_size";
-    figures.in_words(key, "L(2+kappa)/sqrt(h H)", Some(number(steepness)), steepness);
+    figures.described(key, "L(2+kappa)/sqrt(h H)", Some(number(steepness)), steepness);
     figures
 }
 

@@ -1,6 +1,6 @@
 //! Scenes read with the changes of `--set`.
 
-use contact3d::scene::{Invalid, Scene, SceneFile, SlipInterpolation, number_limit};
+use contact3d::scene::{InvalidValue, Scene, SceneFile, SlipInterpolation, number_limit};
 
 use super::arguments::SceneArguments;
 use crate::{
@@ -66,7 +66,7 @@ pub(super) fn read_for_error(
 
 /// Refuses an option that means nothing without an error to refine for.
 pub(super) fn asks_for_no_error(option: &str, error: &str) -> StageError {
-    StageError::Setting(Invalid {
+    StageError::Setting(InvalidValue {
         key: option.into(),
         expected: "a scene that asks for an error".into(),
         found: "neither --error nor [adapt]".into(),
@@ -116,7 +116,7 @@ fn in_quotes(key: &str, text: &str) -> String {
 }
 
 fn setting(expected: &str, found: &str, help: String) -> StageError {
-    StageError::Setting(Invalid {
+    StageError::Setting(InvalidValue {
         key: "--set".into(),
         expected: expected.into(),
         found: found.into(),

@@ -6,7 +6,7 @@ use std::{
 };
 
 use clap::Args;
-use contact3d::scene::{FactorPrecision, Invalid, Scene};
+use contact3d::scene::{FactorPrecision, InvalidValue, Scene};
 use runfile::RunFile;
 use studies::{StudyStep, stability::VerdictLevel};
 
@@ -94,7 +94,7 @@ fn run_suite(
     threads: usize,
 ) -> Result<Exit, StageError> {
     if let Some(change) = arguments.overrides.first() {
-        return Err(StageError::Setting(Invalid {
+        return Err(StageError::Setting(InvalidValue {
             key: "--set".into(),
             expected: "a scene to change".into(),
             found: format!("--set {change} with a suite"),
@@ -176,9 +176,9 @@ fn finish(
         words
     };
     terminal::print(output, || figures::json(rows), || words(rows));
-    let holds = |row: &StabilityRow| {
+    let passes = |row: &StabilityRow| {
         let check = row.outcome.as_ref();
-        check.is_ok_and(|check| check.verdict().level != VerdictLevel::Fails)
+        check.is_ok_and(|check| check.verdict().level != VerdictLevel::Fail)
     };
-    Exit::of(rows.iter().all(holds))
+    Exit::of(rows.iter().all(passes))
 }

@@ -9,7 +9,7 @@ use std::{
     sync::{Mutex, MutexGuard, PoisonError},
 };
 
-use contact3d::scene::{Warning, is_hidden_control, shown_lines};
+use contact3d::scene::{Warning, escape_control_lines, is_hidden_control};
 
 use super::{arguments::Output, exit::Exit};
 
@@ -18,7 +18,7 @@ static LOST: Mutex<Option<io::Error>> = Mutex::new(None);
 
 /// Results for people, on standard output; a missing end of line is added.
 pub(super) fn result(text: &str) {
-    write_out(&line(shown_lines(text)));
+    write_out(&line(escape_control_lines(text)));
 }
 
 /// Results for programs, on standard output.
@@ -41,7 +41,7 @@ pub(super) fn print(
 
 /// A message on standard error. Nobody may be there to read it, which stops no work.
 pub(super) fn message(text: &str) {
-    let _ = io::stderr().write_all(line(shown_lines(text)).as_bytes());
+    let _ = io::stderr().write_all(line(escape_control_lines(text)).as_bytes());
 }
 
 /// A message that has the colours of a terminal; the caller has escaped what is not ours.

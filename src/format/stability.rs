@@ -29,9 +29,9 @@ stored_as! {
 stored_as! {
     /// How a case came out, as stored; `None` for one without a discrete problem.
     StoredLevel of Option<VerdictLevel> as "verdict" {
-        Holds = 0 => "holds" is (Some(VerdictLevel::Holds)),
-        AtRounding = 1 => "floor" is (Some(VerdictLevel::AtRounding)),
-        Fails = 2 => "fails" is (Some(VerdictLevel::Fails)),
+        Pass = 0 => "pass" is (Some(VerdictLevel::Pass)),
+        Limited = 1 => "limited" is (Some(VerdictLevel::Limited)),
+        Fail = 2 => "fail" is (Some(VerdictLevel::Fail)),
         Refused = 3 => "refused" is (None),
     }
 }
@@ -60,7 +60,7 @@ const FIELDS: Fields<StabilityRow> = fields! { StabilityRow => GROUP;
     (family) "/stability/family", CASES, Dimension::Number, "What the case is one of.";
     (shows) "/stability/shows", CASES, Dimension::Number, "What the case shows, and what is expected.";
     (scene) "/stability/scene", CASES, Dimension::Number, "The scene as TOML.";
-    [StabilityRow::level] "/stability/verdict", CASES, Dimension::Number, "holds: to 1e-10 or to the bit; floor: to what rounding allows; fails; refused: no discrete problem.";
+    [StabilityRow::level] "/stability/verdict", CASES, Dimension::Number, "pass: to 1e-10 or to the bit; limited: to what rounding allows; fail: neither; refused: no discrete problem.";
     [StabilityRow::findings] "/stability/findings", CASES, Dimension::Number, "What is to be said about the verdict, else empty.";
     (open) "/stability/open", CASES, Dimension::Number, "Why the suite expects the case to fail, else empty.";
     [|row| row.outcome.as_ref().map_or(Status::NumericalError, |check| check.status)] "/stability/status", CASES, Dimension::Number, "How the solve ended; numerical_error for a refused case.";
@@ -73,7 +73,7 @@ const FIELDS: Fields<StabilityRow> = fields! { StabilityRow => GROUP;
     [|row| of_check(row, |check| check.asked)] "/stability/asked", CASES, Dimension::Number, "Accuracy that was asked for; NaN in this and other measures of a refused case.";
     [|row| of_check(row, |check| check.accuracy)] "/stability/accuracy", CASES, Dimension::Number, "Accuracy that the solver says it reached.";
     [|row| of_check(row, |check| check.certificate)] "/stability/certificate", CASES, Dimension::Number, "Largest figure of the certificate.";
-    [|row| of_check(row, |check| check.rounding_bound.certificate)] "/stability/certificate_floor", CASES, Dimension::Number, "Size of the certificate's figures at the best double-precision answer.";
+    [|row| of_check(row, |check| check.rounding_bound.certificate)] "/stability/certificate_rounding", CASES, Dimension::Number, "Size of the certificate's figures at the best double-precision answer.";
     [|row| of_check(row, |check| check.conditioning.stiffness)] "/stability/stiffness_condition", CASES, Dimension::Number, "Condition number of A scaled to the diagonal 1.";
     [|row| of_check(row, |check| extremes(&check.conditioning.dual))] "/stability/dual_eigenvalues", PAIRS, Dimension::DUAL, "Smallest and largest eigenvalue of S without its empty rows.";
     [|row| of_check(row, |check| extremes(&check.conditioning.dual_by_area))] "/stability/dual_eigenvalues_by_area", PAIRS, Dimension::COMPLIANCE, "The same of S scaled by the areas of the panes.";
@@ -81,7 +81,7 @@ const FIELDS: Fields<StabilityRow> = fields! { StabilityRow => GROUP;
     [|row| of_check(row, |check| check.linearisation.sensitivity)] "/stability/sensitivity", CASES, Dimension::Number, "Norm of the inverse of Newton's matrix at the answer.";
     [|row| of_check(row, |check| check.linearisation.contraction)] "/stability/spectral_radius", CASES, Dimension::Number, "Spectral radius of the derivative of the mapping Psi at the answer: successive approximations converge to it from nearby where it is below 1; 0 without Coulomb friction.".symbol("rho(Psi')");
     [|row| of_check(row, |check| check.linearisation.fold_distance)] "/stability/fold_distance", CASES, Dimension::Number, "Least |1 - mu| over the eigenvalues mu of that derivative: 0 where Newton's matrix is singular, as in a fold where two solutions meet; 1 without Coulomb friction.".symbol("min |1 - mu|");
-    [|row| of_check(row, |check| check.rounding_bound.multiplier)] "/stability/multiplier_floor", CASES, Dimension::Number, "Relative error of the multipliers that rounding alone makes.";
+    [|row| of_check(row, |check| check.rounding_bound.multiplier)] "/stability/multiplier_rounding", CASES, Dimension::Number, "Relative error of the multipliers that rounding alone makes.";
     [|row| cross_checks(row, Status::NumericalError, |result| result.status)] "/stability/rival_status", CROSS_CHECKS, Dimension::Number, "How Newton, the fixed point with Newton, that with GPCG, and the averaged fixed point ended; numerical_error where not run.";
     [|row| cross_checks(row, 0, |result| result.steps)] "/stability/rival_steps", CROSS_CHECKS, Dimension::Number, "Their steps; 0 where not run.";
     [|row| cross_checks(row, f64::NAN, |result| result.residual)] "/stability/rival_residual", CROSS_CHECKS, Dimension::Number, "Residuals of the natural map at their answers, relative to the multipliers; NaN where not run.";

@@ -5,7 +5,7 @@ use std::{
     time::Instant,
 };
 
-use contact3d::scene::{Invalid, Scene, SceneFile};
+use contact3d::scene::{InvalidValue, Scene, SceneFile};
 use runfile::{GroupRecord, IfMissing, Reader, RunFile, StoreError};
 use studies::branches::{Branches, Family, ParameterRange};
 use toml::Value;
@@ -125,7 +125,7 @@ fn table_of(scene: &Scene, key: &str) -> Result<toml::Table, StageError> {
         Some(Value::Table(_)) => "a table of keys".to_owned(),
         Some(Value::Datetime(_)) => "a date".to_owned(),
     };
-    Err(StageError::Setting(Invalid {
+    Err(StageError::Setting(InvalidValue {
         key: key.to_owned(),
         expected: "a key whose value is a number".into(),
         found,
@@ -134,10 +134,10 @@ fn table_of(scene: &Scene, key: &str) -> Result<toml::Table, StageError> {
 }
 
 /// The scene with a value of the key.
-fn scene_at(table: &toml::Table, key: &str, value: f64) -> Result<Scene, Invalid> {
+fn scene_at(table: &toml::Table, key: &str, value: f64) -> Result<Scene, InvalidValue> {
     let mut table = table.clone();
     let invalid = |found: String| {
-        Invalid {
+        InvalidValue {
         key: key.to_owned(),
         expected: "a scene that is valid at every value of the range".into(),
         found: format!("at {value}: {found}"),

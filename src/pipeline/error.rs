@@ -6,7 +6,7 @@ use contact3d::{
     ProblemError,
     dual::{AssemblyError, Shortage},
     mesh::GmshError,
-    scene::{Invalid, SceneError},
+    scene::{InvalidValue, SceneError},
     solver::{DelassusError, NeedsExplicit},
 };
 use fclib::FclibError;
@@ -31,7 +31,7 @@ pub enum StageError {
     Mesh(#[from] GmshError),
     /// A setting given on the command line.
     #[error(transparent)]
-    Setting(Invalid),
+    Setting(InvalidValue),
     /// The run file.
     #[error(transparent)]
     Store(#[from] StoreError),

@@ -11,7 +11,7 @@ use contact3d::{
     contact::Interface,
     elasticity::{Loads, prescribed_displacements, refuse_rigid_motions},
     mesh::{Mesh, MeshError, Quality, Refinement, digest_of},
-    scene::{GmshFile, Invalid, Scene, SceneFile},
+    scene::{GmshFile, InvalidValue, Scene, SceneFile},
 };
 use runfile::{GroupWriter, Reader, StoreError};
 
@@ -41,18 +41,18 @@ pub(super) fn make(
     Ok(tried.map_err(|invalid| input.refuse(invalid))?)
 }
 
-fn try_loads(scene: &Scene, mesh: &Mesh) -> Result<(), Invalid> {
+fn try_loads(scene: &Scene, mesh: &Mesh) -> Result<(), InvalidValue> {
     Loads::of(scene).nodal_forces(mesh)?;
     prescribed_displacements(scene, mesh).map(drop)
 }
 
 /// Tries loads and gap of every step of a load history: between two ends they are means.
-fn try_steps(scene: &Scene, mesh: &Mesh) -> Result<(), Invalid> {
+fn try_steps(scene: &Scene, mesh: &Mesh) -> Result<(), InvalidValue> {
     let increments = scene.increments().into_iter();
     for end in increments.filter(|increment| increment.share >= 1.0) {
         let at_end = scene.at_increment(end)?;
         let tried = try_loads(&at_end, mesh).and_then(|()| Interface::new(&at_end, mesh).map(drop));
-        tried.map_err(|invalid| Invalid {
+        tried.map_err(|invalid| InvalidValue {
             key: format!("step.{}", end.step),
             expected: format!("{}: {}", invalid.key, invalid.expected),
             ..invalid
@@ -113,7 +113,7 @@ pub(super) fn pin(gmsh: &mut GmshFile, input: &SceneFile) -> Result<(), StageErr
         resources::admit_memory(resources::need_of_mesh_file(metadata.len()))?;
     }
     let digest = digest_of(&path).map_err(|error| {
-        input.refuse(Invalid {
+        input.refuse(InvalidValue {
             key: "body.gmsh.file".into(),
             expected: "a Gmsh file that can be read, beside the scene".into(),
             found: format!("{}: {error}", path.display()),
@@ -122,7 +122,7 @@ pub(super) fn pin(gmsh: &mut GmshFile, input: &SceneFile) -> Result<(), StageErr
     })?;
     if gmsh.digest.as_ref().is_some_and(|given| *given != digest) {
         return Err(input
-            .refuse(Invalid {
+            .refuse(InvalidValue {
                 key: "body.gmsh.digest".into(),
                 expected: "the digest of the file".into(),
                 found: digest,

@@ -11,7 +11,7 @@ use contact3d::{
     linalg::EngineError,
     mesh::{ContactSurface, Mesh},
     post::{ContactReport, ErrorBound},
-    scene::{Invalid, SceneFile},
+    scene::{InvalidValue, SceneFile},
     solver::Solution,
 };
 use runfile::{GroupWriter, Reader, StoreError};
@@ -130,7 +130,7 @@ impl StoredSolve {
         } else {
             Vec::new()
         };
-        let mut after = || -> Result<Problem, Invalid> {
+        let mut after = || -> Result<Problem, InvalidValue> {
             if !has_history {
                 return Ok(problem.clone());
             }

@@ -6,7 +6,7 @@ use std::{
     time::Instant,
 };
 
-use contact3d::{mesh::Mesh, scene::Invalid};
+use contact3d::{mesh::Mesh, scene::InvalidValue};
 use runfile::{GroupRecord, Home, IfMissing, RunFile, Transaction};
 use studies::branches::{Branches, Family};
 
@@ -153,7 +153,7 @@ pub(super) fn require_same_mesh(first: &Mesh, other: &Mesh, key: &str) -> Result
     if first.coordinates == other.coordinates && first.tetrahedra == other.tetrahedra {
         return Ok(());
     }
-    Err(StageError::Setting(Invalid {
+    Err(StageError::Setting(InvalidValue {
         key: key.to_owned(),
         expected: "a parameter that leaves the mesh as it is, for --series".into(),
         found: "one that changes it".into(),

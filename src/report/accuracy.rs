@@ -88,12 +88,12 @@ fn entry(entry: &SolverRun, units: Units) -> Figures {
     figures.number("multiplier_error", "error of λ", Scientific(2), result.map(|r| r.multiplier_error));
     figures.plain("applications", "applications", result.map(|r| r.applications));
     cost(&mut figures, result.map(|r| &r.cost));
-    figures.for_programs("cost", result.map(|r| cost_json(&r.cost)));
+    figures.json_only("cost", result.map(|r| cost_json(&r.cost)));
     let (shown, word) = match result {
         Some(result) => (result.status.word(), result.status.word()),
         None => ("not run: over the budget", "not_run_over_budget"),
     };
-    figures.in_words("status", "status", Some(shown.to_owned()), word);
+    figures.described("status", "status", Some(shown.to_owned()), word);
     figures
 }
 
@@ -108,7 +108,7 @@ pub fn levels(study: &DiscretisationStudy, units: Units) -> FigureTable {
         let tangential = level.forces.and_then(|forces| forces.tangential);
         let mut figures = Figures::new(units);
         figures.plain("n_div", "n_div", level.n_div);
-        figures.for_programs("cells", level.cells);
+        figures.json_only("cells", level.cells);
         figures.plain("n_free", "unknowns", level.n_free);
         figures.number("energy_difference", "error to finest", Fixed(4), level.energy_difference);
         figures.number("energy_error", "error to limit", Fixed(4), level.energy_error);
@@ -121,10 +121,10 @@ pub fn levels(study: &DiscretisationStudy, units: Units) -> FigureTable {
         let first = tangential.map(|pair| pair[0]);
         figures.add("", "tangential force 1", Dimension::FORCE, Scientific(6), first);
         order(&mut figures, "", study.forces.get(1), k);
-        figures.for_programs("tangential_force", tangential);
+        figures.json_only("tangential_force", tangential);
         figures.plain("applications", "applications", level.applications);
         cost(&mut figures, Some(&level.cost));
-        figures.for_programs("cost", cost_json(&level.cost));
+        figures.json_only("cost", cost_json(&level.cost));
         figures.plain("status", "status", level.status.word());
         figures
     });
@@ -200,15 +200,15 @@ fn sequence_level(sequence: &str, level: &SequenceLevel, units: Units) -> Figure
     let mut figures = Figures::new(units);
     figures.plain("sequence", "sequence", sequence);
     figures.plain("n_free", "unknowns", level.n_free);
-    figures.for_programs("n_tetrahedra", level.n_tetrahedra);
+    figures.json_only("n_tetrahedra", level.n_tetrahedra);
     figures.plain("n_multipliers", "multipliers", level.n_multipliers);
     figures.number("estimated_error", "estimated", Fixed(4), level.estimated_error);
     figures.number("contact_error", "of contact", Fixed(4), level.contact_error);
     figures.number("energy_error", "true", Fixed(4), level.error);
     figures.number("effectivity", "effectivity", Fixed(2), level.effectivity());
     cost(&mut figures, Some(&level.cost));
-    figures.for_programs("seconds", level.cost.seconds);
-    figures.for_programs("peak_bytes", level.cost.peak_bytes);
+    figures.json_only("seconds", level.cost.seconds);
+    figures.json_only("peak_bytes", level.cost.peak_bytes);
     figures.plain("status", "status", level.status.word());
     figures
 }
@@ -218,7 +218,7 @@ fn sequence_level(sequence: &str, level: &SequenceLevel, units: Units) -> Figure
 fn cost(figures: &mut Figures, cost: Option<&Cost>) {
     figures.add("", "time", Dimension::Time, Fixed(4), cost.map(|cost| cost.seconds));
     figures.plain("", "runs timed", cost.map(|cost| cost.repeats));
-    figures.said("peak MB", cost.map(megabytes));
+    figures.human_only("peak MB", cost.map(megabytes));
 }
 
 fn cost_json(cost: &Cost) -> Value {

@@ -15,7 +15,7 @@ pub fn figures(bound: &RelativeBound, scene: &Scene, estimate: Option<f64>) -> F
     if bound.total.is_none() {
         let why = why_none(scene);
         let words = format!("no bound: {why}, and the contact stresses have an error of their own");
-        figures.said(whole, Some(words));
+        figures.human_only(whole, Some(words));
     }
     let parts = [
         (
@@ -36,7 +36,7 @@ pub fn figures(bound: &RelativeBound, scene: &Scene, estimate: Option<f64>) -> F
         add(&mut figures, key, words, *share);
     }
     let shown = estimate.map(|share| format!("about {}", percent(share)));
-    figures.in_words("estimate", "estimated", shown, estimate);
+    figures.described("estimate", "estimated", shown, estimate);
     figures
 }
 
@@ -45,7 +45,7 @@ fn add(figures: &mut Figures, key: &str, words: &str, share: Option<f64>) {
         let percent = percent(rounded_up(share));
         format!("guaranteed at most {percent}, rounded up")
     });
-    figures.in_words(key, words, shown, share);
+    figures.described(key, words, shown, share);
 }
 
 /// Why only the error for the contact stresses as they are has a bound.

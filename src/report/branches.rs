@@ -86,21 +86,21 @@ fn solutions(branches: &Branches, parameter: f64, units: Units) -> FigureTable {
 fn figures(path: usize, number: usize, point: &PathPoint, units: Units) -> Figures {
     let [open, stick, slip] = point.zones;
     let mut figures = Figures::new(units);
-    figures.in_words("path", "path", Some((path + 1).to_string()), path);
+    figures.described("path", "path", Some((path + 1).to_string()), path);
     figures.plain("", "point", number + 1);
     figures.plain("kind", "what", kind_words(point.kind));
     figures.number("parameter", "parameter", Scientific(12), point.parameter);
     figures.counts("open, stick, slip", [("", open), ("", stick), ("", slip)]);
-    figures.for_programs("zone_counts", point.zones);
+    figures.json_only("zone_counts", point.zones);
     figures.plain("determinant_sign", "det R'", point.determinant);
     figures.number("spectral_radius", "rho(Psi')", Fixed(4), point.spectral_radius);
-    figures.for_programs("attracting", point.is_attracting());
+    figures.json_only("attracting", point.is_attracting());
     figures.number("residual", "residual", Scientific(1), point.residual);
     figures.add("normal_force", "normal", Dimension::FORCE, Scientific(9), point.normal_force);
     let first = point.tangential_force[0];
     figures.add("", "tangential 1", Dimension::FORCE, Scientific(9), first);
-    figures.for_programs("tangential_force", point.tangential_force);
-    figures.for_programs("largest_pressure", point.largest_pressure);
+    figures.json_only("tangential_force", point.tangential_force);
+    figures.json_only("largest_pressure", point.largest_pressure);
     figures.plain("switches", "what changes", switches_words(&point.switches));
     figures
 }

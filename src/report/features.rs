@@ -149,15 +149,15 @@ pub fn features(scene: &Scene, sizes: &StageSizes) -> Figures {
             continue;
         };
         present.push(serde_json::json!({ "effect": name, "cost": words, "unknowns": unknowns }));
-        figures.said(name, Some(words));
+        figures.human_only(name, Some(words));
     }
     let none = if absent.is_empty() {
         "nothing".to_owned()
     } else {
         absent.join(", ")
     };
-    figures.said("absent, not computed", Some(none));
-    figures.for_programs("present", present);
-    figures.for_programs("absent", absent);
+    figures.human_only("absent, not computed", Some(none));
+    figures.json_only("present", present);
+    figures.json_only("absent", absent);
     figures
 }

@@ -121,7 +121,7 @@ impl Figures {
     /// Counts that people read side by side, separated by commas.
     pub fn counts<const N: usize>(&mut self, words: &str, counts: [(&str, usize); N]) {
         let shown = counts.map(|(_, count)| count.to_string()).join(", ");
-        self.said(words, Some(shown));
+        self.human_only(words, Some(shown));
         if let Some(figure) = self.list.last_mut() {
             let values = counts.iter();
             figure.values = values.flat_map(|(key, count)| keyed(key, count)).collect();
@@ -129,21 +129,21 @@ impl Figures {
     }
 
     /// A value that people read in words of its own.
-    pub fn in_words(
+    pub fn described(
         &mut self,
         key: &str,
         words: &str,
         shown: Option<String>,
         value: impl Serialize,
     ) {
-        self.said(words, shown);
+        self.human_only(words, shown);
         if let Some(figure) = self.list.last_mut() {
             figure.values = keyed(key, &value);
         }
     }
 
     /// What only people are told.
-    pub fn said(&mut self, words: &str, shown: Option<String>) {
+    pub fn human_only(&mut self, words: &str, shown: Option<String>) {
         self.list.push(Figure {
             values: Vec::new(),
             words: Some(words.to_owned()),
@@ -153,7 +153,7 @@ impl Figures {
     }
 
     /// What only programs want.
-    pub fn for_programs(&mut self, key: &str, value: impl Serialize) {
+    pub fn json_only(&mut self, key: &str, value: impl Serialize) {
         self.list.push(Figure {
             values: keyed(key, &value),
             words: None,

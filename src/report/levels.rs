@@ -3,7 +3,7 @@
 use contact3d::{
     adaptation::Adaptation,
     history::{HistoryErrors, StepRecord},
-    scene::{Scene, shown},
+    scene::{Scene, escape_control},
 };
 use serde_json::{Value, json};
 use units::Dimension;
@@ -41,8 +41,8 @@ pub fn increments(scene: &Scene, records: &[StepRecord]) -> FigureTable {
         let [normal, first, second] = record.multiplier_force;
         let mut figures = Figures::new(scene.units);
         let name = Some(name(scene, record));
-        figures.in_words("step", "step", name, record.increment.step);
-        figures.for_programs("increment", record.increment.number);
+        figures.described("step", "step", name, record.increment.step);
+        figures.json_only("increment", record.increment.number);
         figures.add("time", "time", Dimension::Time, Fixed(4), record.increment.time);
         figures.counts("open, stick, slip", [("open", open), ("stick", stick), ("slip", slip)]);
         figures.add("", "normal", Dimension::FORCE, Scientific(5), normal);
@@ -50,26 +50,26 @@ pub fn increments(scene: &Scene, records: &[StepRecord]) -> FigureTable {
         figures.add("", "loads", Dimension::Energy, Scientific(4), work);
         figures.add("", "friction", Dimension::Energy, Scientific(4), dissipated);
         figures.add("strain_energy", "strain", Dimension::Energy, Scientific(4), energies.strain);
-        figures.for_programs("energy_imbalance", energies.imbalance);
+        figures.json_only("energy_imbalance", energies.imbalance);
         if let Some(errors) = &errors {
             let error = errors[k];
-            figures.in_words("estimated_error", "error about", Some(estimated_percent(error)), error);
+            figures.described("estimated_error", "error about", Some(estimated_percent(error)), error);
         }
         figures.plain("status", "status", record.status.word());
-        figures.for_programs("load_work", energies.load_work);
-        figures.for_programs("normal_work", energies.normal_work);
-        figures.for_programs("dissipation", energies.dissipation);
-        figures.for_programs("accuracy", record.accuracy);
-        figures.for_programs("applications", record.applications);
-        figures.for_programs("certificate", record.certificate);
-        figures.for_programs("applied_force", record.applied_force);
-        figures.for_programs("contact_force", record.contact_force);
-        figures.for_programs("clamp_force", record.clamp_force);
-        figures.for_programs("multiplier_force", record.multiplier_force);
-        figures.for_programs("loaded_displacement", record.loaded_displacement);
-        figures.for_programs("contact_displacement", record.contact_displacement);
+        figures.json_only("load_work", energies.load_work);
+        figures.json_only("normal_work", energies.normal_work);
+        figures.json_only("dissipation", energies.dissipation);
+        figures.json_only("accuracy", record.accuracy);
+        figures.json_only("applications", record.applications);
+        figures.json_only("certificate", record.certificate);
+        figures.json_only("applied_force", record.applied_force);
+        figures.json_only("contact_force", record.contact_force);
+        figures.json_only("clamp_force", record.clamp_force);
+        figures.json_only("multiplier_force", record.multiplier_force);
+        figures.json_only("loaded_displacement", record.loaded_displacement);
+        figures.json_only("contact_displacement", record.contact_displacement);
         let quantities = errors.is_some().then(|| quantities_json(scene.units, &record.quantities));
-        figures.for_programs("quantities", quantities);
+        figures.json_only("quantities", quantities);
         figures
     });
     FigureTable::new("Increments; works and dissipation since the beginning", rows)
@@ -99,7 +99,7 @@ pub fn history_text(scene: &Scene, records: &[StepRecord]) -> String {
 /// The title of a step and the number of the increment.
 fn name(scene: &Scene, record: &StepRecord) -> String {
     let step = record.increment.step;
-    let title = shown(&scene.step_title(step));
+    let title = escape_control(&scene.step_title(step));
     let short: String = title.chars().take(LONGEST_TITLE).collect();
     match scene.steps[step].increments {
         1 => short,
@@ -115,16 +115,16 @@ pub fn adaptation_table(scene: &Scene, adaptation: &Adaptation, target: f64) -> 
     let rows = levels.iter().enumerate().map(|(number, level)| {
         let mut figures = Figures::new(scene.units);
         let mark = if number == in_force { "*" } else { "" };
-        figures.said("", Some(mark.to_owned()));
+        figures.human_only("", Some(mark.to_owned()));
         figures.plain("", "level", number);
         figures.plain("n_tetrahedra", "tetrahedra", level.n_tetrahedra);
         figures.plain("n_free", "unknowns", level.n_free);
         figures.plain("n_multipliers", "multipliers", level.n_multipliers);
         let error = level.estimated_error;
-        figures.in_words("estimated_error", "error about", Some(estimated_percent(error)), error);
+        figures.described("estimated_error", "error about", Some(estimated_percent(error)), error);
         figures.number("stability", "stability", Fixed(3), level.stability);
         figures.add("seconds", "time", Dimension::Time, Fixed(3), level.seconds);
-        figures.for_programs("status", level.status.word());
+        figures.json_only("status", level.status.word());
         figures
     });
     let of = scene.adapt.and_then(|adapt| adapt.of);

@@ -49,8 +49,8 @@ fn whole(mesh: &MeshInspection) -> Figures {
     let [low, high] = mesh.bounds;
     let size = low.iter().chain(&high).fold(0.0, |most: f64, x| most.max(x.abs()));
     let shown = |corner: [f64; 3]| Some(corner.map(|x| six_digits(x, size)).join(", "));
-    figures.in_words("bounds_min", "smallest x, y, z", shown(low), low);
-    figures.in_words("bounds_max", "largest x, y, z", shown(high), high);
+    figures.described("bounds_min", "smallest x, y, z", shown(low), low);
+    figures.described("bounds_max", "largest x, y, z", shown(high), high);
     figures.number("volume", "volume", Scientific(6), mesh.quality.total_volume);
     figures.number("shortest_edge", "shortest edge", Scientific(3), mesh.quality.shortest_edge);
     figures.number("longest_edge", "longest edge", Scientific(3), mesh.quality.longest_edge);
@@ -67,7 +67,7 @@ fn faces(mesh: &MeshInspection) -> FigureTable {
         figures.plain("n_facets", "triangles", face.n_facets);
         figures.number("area", "area", Scientific(4), face.area);
         let normal = face.normal.map(|normal| normal.map(|c| format!("{:.3}", c + 0.0)).join(", "));
-        figures.in_words("normal", "outward normal", Some(normal.unwrap_or_else(|| "curved".into())), face.normal);
+        figures.described("normal", "outward normal", Some(normal.unwrap_or_else(|| "curved".into())), face.normal);
         figures
     });
     FigureTable::new("faces (physical surfaces)", rows)

@@ -8,7 +8,7 @@ use contact3d::{
         ContactReport, ContactResultants, ErrorEstimate, FaceResultants, PaneState, SourceForce,
         Zone,
     },
-    scene::{ContactFeatures, FrictionModel, ModelFeatures, Scene, shown},
+    scene::{ContactFeatures, FrictionModel, ModelFeatures, Scene, escape_control},
     solver::{Solution, SolvedBy},
 };
 use serde_json::{Map, Value, json};
@@ -80,31 +80,31 @@ impl<'a> SolvedRun<'a> {
         let (solution, mesh) = (self.solution, self.mesh);
         let mut figures = Figures::new(self.scene.units);
         let words = status(solution, self.scene);
-        figures.in_words("status", "status", Some(words), solution.status.word());
-        figures.for_programs("accuracy", solution.accuracy);
+        figures.described("status", "status", Some(words), solution.status.word());
+        figures.json_only("accuracy", solution.accuracy);
         let (nodes, tetrahedra) = (mesh.coordinates.len(), mesh.tetrahedra.len());
         let sizes = [("n_nodes", nodes), ("n_tetrahedra", tetrahedra), ("n_panes", self.report.panes.len())];
         figures.counts("nodes, tetrahedra, panes", sizes);
         let nodes = mesh.contact.as_ref().map(|surface| surface.nodes.len());
-        figures.for_programs("n_contact_nodes", nodes);
+        figures.json_only("n_contact_nodes", nodes);
         let (primal, dual) = (solution.displacement.len(), solution.multiplier.len());
         figures.counts("unknowns (primal, dual)", [("n_free", primal), ("n_multipliers", dual)]);
-        figures.said("steps", Some(steps(solution)));
-        figures.for_programs("outer_steps", solution.history.len());
-        figures.for_programs("newton_steps", solution.newton.len());
+        figures.human_only("steps", Some(steps(solution)));
+        figures.json_only("outer_steps", solution.history.len());
+        figures.json_only("newton_steps", solution.newton.len());
         let seconds = solution.newton.iter().map(|step| step.seconds);
-        figures.for_programs("newton_seconds", seconds.sum::<f64>());
+        figures.json_only("newton_seconds", seconds.sum::<f64>());
         figures.plain("applications", "applications of S", solution.applications);
-        figures.for_programs("law_evaluations", solution.law_evaluations);
-        figures.for_programs("projections", solution.projections);
+        figures.json_only("law_evaluations", solution.law_evaluations);
+        figures.json_only("projections", solution.projections);
         let moved = "moved by the mapping Psi";
         figures.number("mapping_change", moved, Scientific(1), solution.mapping_change);
         let local = solution.local_mapping.as_ref();
         let (radius, sign) = (local.map(radius_words), local.and_then(sign_words));
-        figures.in_words("spectral_radius", "spectral radius of Psi'", radius, local.map(|l| l.spectral_radius));
-        figures.in_words("determinant_sign", "sign of det R'", sign, local.map(|l| l.determinant));
+        figures.described("spectral_radius", "spectral radius of Psi'", radius, local.map(|l| l.spectral_radius));
+        figures.described("determinant_sign", "sign of det R'", sign, local.map(|l| l.determinant));
         let fold = local.and_then(fold_words);
-        figures.in_words("fold_distance", "distance from a fold", fold, local.map(|l| l.fold_distance));
+        figures.described("fold_distance", "distance from a fold", fold, local.map(|l| l.fold_distance));
         figures
     }
 
@@ -118,10 +118,10 @@ impl<'a> SolvedRun<'a> {
             let told: Vec<String> = pairs
                 .map(|(name, value)| format!("{name} {value}"))
                 .collect();
-            figures.said(&name.unwrap_or_default(), Some(told.join("; ")));
+            figures.human_only(&name.unwrap_or_default(), Some(told.join("; ")));
         }
-        figures.said("contact", self.nothing_touches());
-        figures.said("friction on panes", friction_ranges(self.report));
+        figures.human_only("contact", self.nothing_touches());
+        figures.human_only("friction on panes", friction_ranges(self.report));
         figures
     }
 
@@ -180,14 +180,14 @@ impl<'a> SolvedRun<'a> {
             figures.counts("panes open, stick, slip", zones);
         } else {
             for (key, count) in zones {
-                figures.for_programs(key, count);
+                figures.json_only(key, count);
             }
         }
         normal_force(&mut figures, contact.map(|c| c.normal_force));
         let tangential = contact.and_then(|c| c.tangential_force);
         let shown = tangential.map(|force| self.without_noise(force, |row| row.force));
         figures.add("", "tangential multiplier force", Dimension::FORCE, Scientific(6), shown);
-        figures.for_programs("tangential_force", tangential);
+        figures.json_only("tangential_force", tangential);
         largest_pressure(&mut figures, contact.map(|c| c.largest_pressure));
         figures
     }
@@ -198,9 +198,14 @@ impl<'a> SolvedRun<'a> {
         let faces = self.report.faces.iter().zip(features);
         let row = |(face, has): (&FaceResultants, ContactFeatures)| {
             let mut figures = Figures::new(self.scene.units);
-            figures.in_words("name", "contact face", Some(shown(&has.name)), &has.name);
-            figures.for_programs("law", FrictionModel::word(has.friction.as_ref()));
-            figures.for_programs("contact_force", face.contact.contact_force);
+            figures.described(
+                "name",
+                "contact face",
+                Some(escape_control(&has.name)),
+                &has.name,
+            );
+            figures.json_only("law", FrictionModel::word(has.friction.as_ref()));
+            figures.json_only("contact_force", face.contact.contact_force);
             figures.with(self.resultants(face.zone_counts, Some(&face.contact)))
         };
         FigureTable::new("Contact faces", faces.map(row))
@@ -211,12 +216,12 @@ impl<'a> SolvedRun<'a> {
     pub fn forces(&self) -> FigureTable {
         let rows = self.report.forces.iter().map(|row| {
             let mut figures = Figures::new(self.scene.units);
-            figures.in_words("source", "source", Some(self.name_of(&row.source)), row.source.as_str());
+            figures.described("source", "source", Some(self.name_of(&row.source)), row.source.as_str());
             figures.plain("face", "face", row.face.as_str());
             figures.add("", "force x, y, z", Dimension::FORCE, Scientific(6), self.without_noise(row.force, |row| row.force));
             figures.add("", "moment x, y, z", Dimension::MOMENT, Scientific(6), self.without_noise(row.moment, |row| row.moment));
-            figures.for_programs("force", row.force);
-            figures.for_programs("moment", row.moment);
+            figures.json_only("force", row.force);
+            figures.json_only("moment", row.moment);
             figures
         });
         FigureTable::new("Forces on the body and their moments about the origin", rows)
@@ -261,7 +266,7 @@ impl<'a> SolvedRun<'a> {
         });
         given.map_or_else(
             || source.to_owned(),
-            |name| format!("{} ({source})", shown(name)),
+            |name| format!("{} ({source})", escape_control(name)),
         )
     }
 
@@ -272,17 +277,17 @@ impl<'a> SolvedRun<'a> {
         let units = self.scene.units;
         let mut figures = Figures::new(units);
         if let Some((name, words)) = motion_words(units, mesh, solution, report) {
-            figures.said(name, Some(words));
+            figures.human_only(name, Some(words));
         }
         for (name, words) in neutral_words(units, mesh, solution) {
-            figures.said(name, Some(words));
+            figures.human_only(name, Some(words));
         }
         for row in &report.forces {
             let name = format!("force of {}", self.name_of(&row.source));
             figures.add("", &name, Dimension::FORCE, Scientific(6), self.without_noise(row.force, |row| row.force));
         }
         strain_energy(&mut figures, r.strain_energy);
-        figures.for_programs("energy", r.strain_energy - r.load_work);
+        figures.json_only("energy", r.strain_energy - r.load_work);
         figures.add("largest_displacement", "largest displacement", Dimension::LENGTH, Scientific(6), r.largest_displacement);
         figures
     }
@@ -293,21 +298,21 @@ impl<'a> SolvedRun<'a> {
         let r = &report.resultants;
         let mut figures = Figures::new(self.scene.units);
         figures.number("", "force, moment imbalance", Scientific(1), [r.force_imbalance, r.moment_imbalance]);
-        figures.for_programs("force_imbalance", r.force_imbalance);
-        figures.for_programs("moment_imbalance", r.moment_imbalance);
+        figures.json_only("force_imbalance", r.force_imbalance);
+        figures.json_only("moment_imbalance", r.moment_imbalance);
         if !self.solution.has_answer() {
             return figures;
         }
         let error = &report.discretisation_error;
-        figures.said("discretisation error", Some(estimate_words(error, self.scene)));
+        figures.human_only("discretisation error", Some(estimate_words(error, self.scene)));
         for (name, part) in error.relative_parts() {
-            figures.for_programs(&format!("discretisation_error.{name}"), part);
+            figures.json_only(&format!("discretisation_error.{name}"), part);
         }
         for it in &report.functionals {
             let (name, words) = quantity_words(self.scene.units, it, self.noise(|row| row.force));
-            figures.said(&name, Some(words));
+            figures.human_only(&name, Some(words));
         }
-        figures.for_programs("quantities", quantities_json(self.scene.units, &report.functionals));
+        figures.json_only("quantities", quantities_json(self.scene.units, &report.functionals));
         figures
     }
 
@@ -330,23 +335,23 @@ impl<'a> SolvedRun<'a> {
         let faces = self.faces();
         let moves = !solution.rigid_motion.is_empty();
         let mut figures = Figures::new(self.scene.units);
-        figures.for_programs("title", &self.scene.title);
-        figures.for_programs("forces", self.forces().json());
-        figures.for_programs("faces", (!faces.rows.is_empty()).then(|| faces.json()));
+        figures.json_only("title", &self.scene.title);
+        figures.json_only("forces", self.forces().json());
+        figures.json_only("faces", (!faces.rows.is_empty()).then(|| faces.json()));
         let motion =
             |displacement| rigid_json(&BodyMotion::fitted(&mesh.coordinates, displacement));
-        figures.for_programs("motion", moves.then(|| motion(&self.report.displacement)));
+        figures.json_only("motion", moves.then(|| motion(&self.report.displacement)));
         let unstopped = solution.unstopped_motion.as_deref();
-        figures.for_programs("unstopped_motion", unstopped.map(motion));
+        figures.json_only("unstopped_motion", unstopped.map(motion));
         let neutral = || {
             neutral_motions(mesh, solution)
                 .iter()
                 .map(rigid_json)
                 .collect::<Value>()
         };
-        figures.for_programs("neutral_motions", moves.then(neutral));
-        figures.for_programs("assembly_seconds", assembly.map(seconds));
-        figures.for_programs("factor", assembly.map(factor));
+        figures.json_only("neutral_motions", moves.then(neutral));
+        figures.json_only("assembly_seconds", assembly.map(seconds));
+        figures.json_only("factor", assembly.map(factor));
         figures.with(self.figures()).with(self.certificate()).json()
     }
 }

@@ -193,8 +193,8 @@ mod tests {
         figures.add("force", "force", Dimension::FORCE, Scientific(2), force);
         figures.number("cost.seconds", "cost", Fixed(1), 2.0);
         figures.counts("open, stick", [("open", 3), ("", 4)]);
-        figures.in_words("status", "status", Some("ended".to_owned()), "converged");
-        figures.for_programs("digest", "abc");
+        figures.described("status", "status", Some("ended".to_owned()), "converged");
+        figures.json_only("digest", "abc");
         figures
     }
 

@@ -54,7 +54,7 @@ fn all(rows: &[StabilityRow]) -> FigureTable {
 fn short_row(row: &StabilityRow) -> Figures {
     let check = row.outcome.as_ref().ok();
     let mut figures = Figures::new(row.units);
-    let mut say = |name: &str, of: &dyn Fn(&Check) -> String| figures.said(name, check.map(of));
+    let mut say = |name: &str, of: &dyn Fn(&Check) -> String| figures.human_only(name, check.map(of));
     say("status", &|c| c.status.word().replace('_', " "));
     say("factor", &|c| c.precision.word().to_owned());
     say("steps", &steps);
@@ -133,13 +133,13 @@ fn figures(check: &Check, units: Units) -> Figures {
     figures.counts("unknowns, multipliers", [("unknowns", check.n_free), ("multipliers", check.n_multipliers)]);
     let word = check.status.word();
     let status = format!("{word} to {:.1e}", check.accuracy);
-    figures.in_words("status", "status", Some(status), word);
-    figures.for_programs("accuracy", check.accuracy);
-    figures.for_programs("steps", check.steps);
+    figures.described("status", "status", Some(status), word);
+    figures.json_only("accuracy", check.accuracy);
+    figures.json_only("steps", check.steps);
     figures.counts("panes open, sticking, slipping", [("", open), ("", stick), ("", slip)]);
     let precision = check.precision.word();
     let factor = Some(format!("in {precision} precision"));
-    figures.in_words("factor_precision", "factor", factor, precision);
+    figures.described("factor_precision", "factor", factor, precision);
     let conditioning = figures.with(of_matrices(check, units));
     conditioning.with(of_answers(check, units))
 }
@@ -152,14 +152,14 @@ fn of_matrices(check: &Check, units: Units) -> Figures {
     let (smallest, largest) = (c.dual.smallest, c.dual.largest);
     let unit = units.word(Dimension::DUAL);
     let range = format!("{smallest:.3e} to {largest:.3e} {unit}");
-    figures.said("eigenvalues of S", Some(range));
+    figures.human_only("eigenvalues of S", Some(range));
     figures.number("dual_ratio", "  ratio", Scientific(3), c.dual.ratio());
     let by_area = "  ratio, scaled by pane areas";
     figures.number("dual_ratio_by_area", by_area, Scientific(3), c.dual_by_area.ratio());
     let determinant = sign(check, ["< 0", "= 0", "> 0"]);
     let shown = format!("det {determinant}, inverse {:.1e}", l.sensitivity);
-    figures.in_words("sensitivity", "Newton's matrix R'", Some(shown), l.sensitivity);
-    figures.for_programs("determinant_sign", l.determinant);
+    figures.described("sensitivity", "Newton's matrix R'", Some(shown), l.sensitivity);
+    figures.json_only("determinant_sign", l.determinant);
     figures.number("spectral_radius", "contraction of the mapping Ψ", Fixed(4), l.contraction);
     figures.number("fold_distance", "distance from a fold", Fixed(4), l.fold_distance);
     figures
@@ -170,12 +170,12 @@ fn of_answers(check: &Check, units: Units) -> Figures {
     let bound = check.rounding_bound;
     let mut figures = Figures::new(units);
     let certificate = format!("{:.1e}, rounding allows {:.0e}", check.certificate, bound.certificate);
-    figures.in_words("certificate", "certificate", Some(certificate), check.certificate);
-    figures.for_programs("certificate_floor", bound.certificate);
+    figures.described("certificate", "certificate", Some(certificate), check.certificate);
+    figures.json_only("certificate_rounding", bound.certificate);
     let rivals = check.cross_checks.iter().map(|rival| {
         let (algorithm, status) = (rival.cross_check.to_string(), rival.status.word());
         let words = format!("{status}, {} steps, differs by {:.1e}", rival.steps, rival.disagreement);
-        figures.said(&algorithm, Some(words));
+        figures.human_only(&algorithm, Some(words));
         serde_json::json!({
             "algorithm": algorithm,
             "status": status,
@@ -185,14 +185,14 @@ fn of_answers(check: &Check, units: Units) -> Figures {
         })
     });
     let rivals: Value = rivals.collect();
-    figures.for_programs("rivals", rivals);
-    figures.for_programs("variation", Map::new());
+    figures.json_only("rivals", rivals);
+    figures.json_only("variation", Map::new());
     for result in &check.invariances {
         let key = format!("variation.{}", result.invariance.word());
         figures.number(&key, &result.invariance.to_string(), Scientific(1), result.difference);
     }
-    figures.number("multiplier_floor", "rounding of λ", Scientific(0), bound.multiplier);
-    figures.for_programs("seconds", check.seconds);
-    figures.said("verdict", Some(check.verdict().to_string()));
+    figures.number("multiplier_rounding", "rounding of λ", Scientific(0), bound.multiplier);
+    figures.json_only("seconds", check.seconds);
+    figures.human_only("verdict", Some(check.verdict().to_string()));
     figures
 }

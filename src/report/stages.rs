@@ -41,12 +41,12 @@ pub fn stages(reader: &Reader, scene: &Scene, states: &[StageState]) -> Result<F
             _ => None,
         };
         let remarks: Vec<String> = place.into_iter().chain(why).collect();
-        figures.said("remarks", Some(remarks.join("; ")));
-        figures.for_programs("why", state.freshness.why());
-        figures.for_programs("bytes", bytes);
+        figures.human_only("remarks", Some(remarks.join("; ")));
+        figures.json_only("why", state.freshness.why());
+        figures.json_only("bytes", bytes);
         let linked = linked.map(|(name, bytes)| json!({ "name": name, "bytes": bytes }));
-        figures.for_programs("linked_file", linked);
-        figures.for_programs("digest", stored.map(|stored| &stored.digest));
+        figures.json_only("linked_file", linked);
+        figures.json_only("digest", stored.map(|stored| &stored.digest));
         Ok(figures)
     };
     let rows: Result<Vec<Figures>, StoreError> = states.iter().map(row).collect();
@@ -73,7 +73,7 @@ pub fn summary(results: &CaseResults, scene: &Scene) -> Figures {
     let of_contact = |figure: f64| has_contact.then_some(figure);
     let zones = has_contact.then_some(results.zones);
     let shown = zones.map(|zones| zones.map(|count| count.to_string()).join(", "));
-    figures.in_words("zone_counts", "panes open, stick, slip", shown, zones);
+    figures.described("zone_counts", "panes open, stick, slip", shown, zones);
     normal_force(&mut figures, of_contact(results.normal_force));
     largest_pressure(&mut figures, of_contact(results.largest_pressure));
     strain_energy(&mut figures, results.strain_energy);
@@ -89,14 +89,14 @@ pub fn outcome(outcome: &OutcomeWords, scene: &Scene) -> Figures {
     );
     let failed = if solved { "" } else { "FAILED: " };
     let mut figures = Figures::new(scene.units);
-    figures.in_words("status", "solve", Some(format!("{failed}{status}")), status);
-    figures.for_programs("solved", solved);
+    figures.described("status", "solve", Some(format!("{failed}{status}")), status);
+    figures.json_only("solved", solved);
     figures.plain("method", "method", outcome.method);
     figures.number("accuracy", "accuracy", Scientific(1), outcome.accuracy);
     if outcome.increments > 0 {
         let shown = format!("{} of {of}", outcome.increments);
         let increments = json!({ "solved": outcome.increments, "of": of });
-        figures.in_words("increments", "increments", Some(shown), increments);
+        figures.described("increments", "increments", Some(shown), increments);
     }
     figures
 }

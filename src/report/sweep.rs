@@ -1,6 +1,6 @@
 //! The table of a sweep: one column for each setting and each figure of its datasets.
 
-use contact3d::scene::shown;
+use contact3d::scene::escape_control;
 use runfile::{DatasetSpec, Extent, Kind, Reader, StoreError};
 use serde_json::Value;
 use units::{Unit, Units};
@@ -84,9 +84,9 @@ impl Cell {
     /// The text that reads back to the same bits; empty where there is nothing.
     pub fn text(&self) -> String {
         match self {
-            Self::Text(text) | Self::Setting(Value::String(text)) => shown(text),
+            Self::Text(text) | Self::Setting(Value::String(text)) => escape_control(text),
             Self::Setting(Value::Null) | Self::Count(None) => String::new(),
-            Self::Setting(value) => shown(&value.to_string()),
+            Self::Setting(value) => escape_control(&value.to_string()),
             Self::Count(Some(count)) => count.to_string(),
             Self::Number(number) if number.is_nan() => String::new(),
             Self::Number(number) => format!("{number:?}"),
@@ -133,7 +133,7 @@ impl SweepTable {
                     let width = columns.len() / faces.len();
                     for (k, column) in columns.into_iter().enumerate() {
                         let face = k / width;
-                        let name = shown(&format!("{}_{}", column.name, faces[face]));
+                        let name = escape_control(&format!("{}_{}", column.name, faces[face]));
                         of_faces[face].push(Column { name, ..column });
                     }
                 }
@@ -203,7 +203,7 @@ impl SweepTable {
         let settings: Vec<Value> = settings.map(Result::unwrap_or_default).collect();
         self.columns.extend(keys.iter().map(|key| {
             Column {
-                name: shown(key),
+                name: escape_control(key),
                 role: Role::Setting,
                 unit: Unit::none(),
                 cells: settings

@@ -67,9 +67,9 @@ fn level_json(level: &TheoryLevel, units: Units) -> Value {
         .iter()
         .map(|row| inf_sup(level, row, units).json());
     let mut figures = Figures::new(units);
-    figures.for_programs("status", level.status.word());
-    figures.for_programs("norms", norms.collect::<Value>());
-    figures.for_programs("inf_sup", inf_sups.collect::<Value>());
+    figures.json_only("status", level.status.word());
+    figures.json_only("norms", norms.collect::<Value>());
+    figures.json_only("inf_sup", inf_sups.collect::<Value>());
     let measured = face(level, units).with(solution(level, units));
     measured.with(limits(level, units)).with(figures).json()
 }
@@ -114,7 +114,7 @@ fn face(level: &TheoryLevel, units: Units) -> Figures {
     figures.add("pane_size", "H", Dimension::LENGTH, Fixed(4), face.pane_size);
     figures.number("inverse_first", "c_inv(1,0)", Fixed(4), face.inverse_first);
     figures.number("inverse_fourth", "c_inv(inf)", Fixed(4), face.inverse_fourth);
-    figures.for_programs("axes", face.axes);
+    figures.json_only("axes", face.axes);
     figures.number("interpolation_lagrange", "c_r |Y^h|", Fixed(4), face.lagrange);
     let finer = "c_r Lagrange, finer x 2, 4, 8";
     figures.number("interpolation_lagrange_finer", finer, Fixed(4), face.lagrange_finer);
@@ -144,7 +144,7 @@ fn norm(level: &TheoryLevel, k: usize, units: Units) -> Figures {
     let (c, t) = (&level.norms[k], &level.thresholds);
     let local = level.local.as_ref();
     let mut figures = of_mesh(level, units);
-    figures.for_programs("norm", c.norm.words());
+    figures.json_only("norm", c.norm.words());
     for (key, words, digits, value) in [
         ("ellipticity", "alpha", 4, c.ellipticity),
         ("continuity", "M", 4, c.continuity),
@@ -161,19 +161,19 @@ fn norm(level: &TheoryLevel, k: usize, units: Units) -> Figures {
     ] {
         figures.number(key, words, Scientific(digits), value);
     }
-    figures.for_programs("trace_pointwise", c.trace.pointwise);
-    figures.for_programs("trace_interpolated", c.trace.interpolated);
-    figures.for_programs("trace_tangential", c.trace.tangential);
-    figures.for_programs("share_of_coefficient", c.bound.by_coefficient);
-    figures.for_programs("lemma_slip", level.observed.lemma[k][0]);
-    figures.for_programs("lemma_pressure", level.observed.lemma[k][1]);
-    figures.for_programs("quotient", level.observed.quotient[k]);
-    figures.for_programs("jacobian_norm", local.and_then(|l| Some(l.paper.as_ref()?[k])));
-    figures.for_programs("jacobian_norm_weighted", local.map(|l| l.parts[k].weighted()));
-    figures.for_programs("threshold_bound", t.paper[k]);
-    figures.for_programs("threshold_bound_weighted", t.weighted[k]);
-    figures.for_programs("threshold_bound_sharp", t.sharp[k]);
-    figures.for_programs("threshold_jacobian_norm", t.norm[k]);
+    figures.json_only("trace_pointwise", c.trace.pointwise);
+    figures.json_only("trace_interpolated", c.trace.interpolated);
+    figures.json_only("trace_tangential", c.trace.tangential);
+    figures.json_only("share_of_coefficient", c.bound.by_coefficient);
+    figures.json_only("lemma_slip", level.observed.lemma[k][0]);
+    figures.json_only("lemma_pressure", level.observed.lemma[k][1]);
+    figures.json_only("quotient", level.observed.quotient[k]);
+    figures.json_only("jacobian_norm", local.and_then(|l| Some(l.paper.as_ref()?[k])));
+    figures.json_only("jacobian_norm_weighted", local.map(|l| l.parts[k].weighted()));
+    figures.json_only("threshold_bound", t.paper[k]);
+    figures.json_only("threshold_bound_weighted", t.weighted[k]);
+    figures.json_only("threshold_bound_sharp", t.sharp[k]);
+    figures.json_only("threshold_jacobian_norm", t.norm[k]);
     figures
 }
 
@@ -211,19 +211,19 @@ fn solution(level: &TheoryLevel, units: Units) -> Figures {
     let radius = local.map(|l| l.spectral_radius);
     figures.number("spectral_radius", "spectral radius", Fixed(5), radius);
     figures.number("observed_rate", "observed rate", Fixed(5), observed.rate);
-    figures.for_programs("observed_rate_steps", observed.rate_steps);
+    figures.json_only("observed_rate_steps", observed.rate_steps);
     let norm = local.map(|l| l.parts[1].weighted());
     figures.number("", "norm, weighted", Fixed(5), norm);
     figures.number("", "sampled quotient", Fixed(5), observed.quotient[1]);
     let steps = observed.steps_from_zero;
     let shown = steps.map_or("> 200".to_owned(), |n| n.to_string());
-    figures.in_words("steps_from_zero", "steps from 0", Some(shown), steps);
+    figures.described("steps_from_zero", "steps from 0", Some(shown), steps);
     figures.number("", "|phi|/R_1", Scientific(2), observed.lemma[1][0]);
     figures.number("", "|lambda|_*/R_2", Scientific(2), observed.lemma[1][1]);
     figures.plain("fixed_point_index", "index", local.map(|l| l.index));
     figures.plain("determinant_sign", "det R'", level.determinant);
-    figures.for_programs("evaluations", observed.evaluations);
-    figures.for_programs("unsolved", observed.unsolved);
+    figures.json_only("evaluations", observed.evaluations);
+    figures.json_only("unsolved", observed.unsolved);
     let functional = level.functional.as_ref();
     figures.number("functional_difference", "j_H/j - 1", Fixed(5), functional.map(|f| f.difference));
     figures.number("pointwise_excess", "excess", Fixed(3), functional.map(|f| f.excess));
@@ -250,7 +250,7 @@ fn limits(level: &TheoryLevel, units: Units) -> Figures {
         ("threshold_singular", "det R' = 0", t.singular),
     ] {
         let shown = value.map_or("none".to_owned(), |scale| format!("{scale:.4}"));
-        figures.in_words(key, words, Some(shown), value);
+        figures.described(key, words, Some(shown), value);
     }
     figures
 }

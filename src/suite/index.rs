@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use contact3d::scene::{SceneFile, parse_toml, require_regular};
 use schemars::JsonSchema;
 use serde::Deserialize;
-use studies::stability::{Depth, Solutions};
+use studies::stability::{Effort, Solutions};
 
 use crate::{
     pipeline::StageError,
@@ -81,7 +81,7 @@ pub struct SuiteCase {
     /// Its scene.
     pub scene: SceneFile,
     /// How much is checked.
-    pub depth: Depth,
+    pub effort: Effort,
     /// Whether algorithms may find different solutions.
     pub solutions: Solutions,
 }
@@ -134,10 +134,10 @@ pub fn read(path: &Path, version: SuiteVersion) -> Result<Vec<SuiteCase>, StageE
                 shows: entry.shows.clone(),
                 open: entry.open.clone(),
                 scene: changed_scene(&base, path, &format!("`{}`", entry.name), &changes)?,
-                depth: if entry.solve_only {
-                    Depth::Solve
+                effort: if entry.solve_only {
+                    Effort::Solve
                 } else {
-                    Depth::Invariances
+                    Effort::Invariances
                 },
                 solutions: if entry.several {
                     Solutions::Several

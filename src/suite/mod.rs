@@ -12,7 +12,7 @@ use contact3d::scene::SceneFile;
 use runfile::{GroupRecord, Home, IfMissing, RunFile, Transaction};
 use studies::{
     StudyStep,
-    stability::{Check, Depth, Solutions},
+    stability::{Check, Effort, Solutions},
 };
 
 use crate::{
@@ -31,7 +31,7 @@ impl SuiteCase {
             shows: String::new(),
             open: String::new(),
             scene,
-            depth: Depth::Invariances,
+            effort: Effort::Invariances,
             solutions: Solutions::One,
         }
     }
@@ -41,7 +41,7 @@ impl SuiteCase {
     pub fn check(&self, observe: &mut dyn FnMut(StudyStep)) -> StabilityRow {
         let scene = &self.scene.scene;
         let folder = &self.scene.folder;
-        let check = Check::new(scene, folder, self.depth, self.solutions, observe);
+        let check = Check::new(scene, folder, self.effort, self.solutions, observe);
         StabilityRow {
             name: self.name.clone(),
             family: self.family.clone(),

@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use contact3d::scene::{Invalid, LONGEST_SCENE, parse_toml, read_bounded, shown};
+use contact3d::scene::{InvalidValue, LONGEST_SCENE, escape_control, parse_toml, read_bounded};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -58,7 +58,7 @@ pub(super) struct Steps {
 }
 
 /// Refuses a scene in the place of a sweep file, and names the file beside it that is a sweep of it.
-fn no_sweep(scene: &Path) -> Invalid {
+fn no_sweep(scene: &Path) -> InvalidValue {
     let name = scene.file_name().unwrap_or_default();
     let is_sweep = |path: &PathBuf| {
         let text = std::fs::read_to_string(path).ok();
@@ -77,12 +77,15 @@ fn no_sweep(scene: &Path) -> Invalid {
         .filter(|path| path.extension().is_some_and(|end| end == "toml") && is_sweep(path))
         .collect();
     sweeps.sort();
-    Invalid {
-        key: shown(&scene.display().to_string()),
+    InvalidValue {
+        key: escape_control(&scene.display().to_string()),
         expected: "a sweep file".into(),
         found: "a scene".into(),
         help: match sweeps.first() {
-            Some(sweep) => format!("did you mean {}?", shown(&sweep.display().to_string())),
+            Some(sweep) => format!(
+                "did you mean {}?",
+                escape_control(&sweep.display().to_string())
+            ),
             None => format!(
                 "write a file with scene = {:?} and axes, as docs/reference/sweep.md shows",
                 name.to_string_lossy()

@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use contact3d::scene::{SceneFile, written};
+use contact3d::scene::{SceneFile, to_toml};
 use units::Units;
 
 use super::{StageError, SweepFile, axes::Steps, folder::relative};
@@ -179,7 +179,7 @@ pub fn changed(
 pub(super) fn in_words(settings: &[(String, toml::Value)]) -> String {
     let words: Vec<String> = settings
         .iter()
-        .map(|(key, value)| format!("{key} = {}", written(value)))
+        .map(|(key, value)| format!("{key} = {}", to_toml(value)))
         .collect();
     words.join(", ")
 }

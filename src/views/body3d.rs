@@ -3,7 +3,7 @@
 use contact3d::{
     history::largest_norm,
     mesh::{ContactSurface, Mesh, SurfaceFace},
-    scene::{Scene, shown},
+    scene::{Scene, escape_control},
 };
 use plots::html::{BodyView, ViewArray, ViewPlace, ViewValues};
 use units::{Dimension, Units};
@@ -46,7 +46,7 @@ pub(super) fn view(scene: &Scene, results: &Results) -> BodyView {
         let title = scene.step_title(record.increment.step);
         format!(
             "{}, t = {} s",
-            shown(&title),
+            escape_control(&title),
             shown_time(record.increment.time)
         )
     });

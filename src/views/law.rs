@@ -12,7 +12,7 @@ use crate::pipeline::{StageError, mesh_of, pin_mesh_file};
 use contact3d::{
     contact::{ContactFrame, CoulombLaw, FaceLaw, FrictionField, Interface, LawBounds},
     mesh::{ContactSurface, Mesh, Quality, Refinement},
-    scene::{FrictionModel, ModelFeatures, Scene, SceneFile, Warning, shown},
+    scene::{FrictionModel, ModelFeatures, Scene, SceneFile, Warning, escape_control},
 };
 use plots::{
     ContactPicture, DrawnFriction, FigureError, FrictionKind, LawPicture, Picture, law_page,
@@ -137,7 +137,11 @@ impl LawStudy {
         };
         let title = match self.faces.len() {
             1 => self.scene.shown_title(),
-            _ => format!("{}: {}", self.scene.shown_title(), shown(&study.name)),
+            _ => format!(
+                "{}: {}",
+                self.scene.shown_title(),
+                escape_control(&study.name)
+            ),
         };
         let face = &surface.faces[number];
         let cells = ContactCells::new(&self.mesh, Some((surface, face)));

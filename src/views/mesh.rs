@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use contact3d::{mesh::MeshInspection, scene::shown};
+use contact3d::{mesh::MeshInspection, scene::escape_control};
 use plots::{MeshPicture, mesh_page};
 
 use super::{PictureFolder, picture::PAGE_WIDTH};
@@ -18,9 +18,13 @@ pub fn draw_mesh(
     inspection: &MeshInspection,
 ) -> Result<Vec<PathBuf>, StageError> {
     let mesh = &inspection.mesh;
-    let names: Vec<String> = mesh.face_names.iter().map(|name| shown(name)).collect();
+    let names: Vec<String> = mesh
+        .face_names
+        .iter()
+        .map(|name| escape_control(name))
+        .collect();
     let page = mesh_page(&MeshPicture {
-        title: &shown(title),
+        title: &escape_control(title),
         coordinates: &mesh.coordinates,
         triangles: &mesh.facets,
         face: &mesh.facet_face,

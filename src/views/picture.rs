@@ -10,7 +10,7 @@ use contact3d::{
     contact::ContactFrame,
     mesh::{Mesh, tetrahedron_volume},
     post::{ContactReport, PaneState, Zone},
-    scene::{ContactFeatures, ModelFeatures, Scene, SlipBound, shown},
+    scene::{ContactFeatures, ModelFeatures, Scene, SlipBound, escape_control},
 };
 use plots::{BodyMark, ContactPicture, DrawnFriction, FigureError, FrictionKind, Picture};
 
@@ -191,7 +191,7 @@ impl Drawn<'_> {
         let title = self.scene.shown_title();
         match features {
             [] | [_] => title,
-            several => format!("{title}: {}", shown(&several[self.face].name)),
+            several => format!("{title}: {}", escape_control(&several[self.face].name)),
         }
     }
 

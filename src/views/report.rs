@@ -4,7 +4,7 @@ use std::path::Path;
 
 use contact3d::{
     history::StepRecord,
-    scene::{Scene, SceneFile, shown, shown_lines},
+    scene::{Scene, SceneFile, escape_control, escape_control_lines},
     solver::Solution,
 };
 use plots::{
@@ -135,7 +135,7 @@ fn file_page(path: &Path, kind: ReportKind) -> Result<Page, StageError> {
     }
     Ok(Page {
         title: scene.shown_title(),
-        subtitle: shown(scene.reference.as_deref().unwrap_or_default()),
+        subtitle: escape_control(scene.reference.as_deref().unwrap_or_default()),
         footer: footer(path),
         sections,
     })
@@ -144,7 +144,7 @@ fn file_page(path: &Path, kind: ReportKind) -> Result<Page, StageError> {
 fn scene_section(scene: &Scene, features: &Figures) -> Section {
     let listing = PagePart::Listing(
         "the scene, every default written out".into(),
-        shown_lines(&format::scene_text(scene)),
+        escape_control_lines(&format::scene_text(scene)),
     );
     Section::new(
         "scene",

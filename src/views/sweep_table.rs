@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use contact3d::scene::shown;
+use contact3d::scene::escape_control;
 use serde_json::Value;
 
 use crate::report::{Cell, Column, Role, SweepTable};
@@ -87,7 +87,7 @@ fn in_short(value: &Value, digits: usize) -> String {
         Value::Number(number) => number
             .as_f64()
             .map_or_else(|| number.to_string(), |number| in_digits(number, digits)),
-        Value::String(text) => shown(text),
+        Value::String(text) => escape_control(text),
         other => other.to_string(),
     }
 }

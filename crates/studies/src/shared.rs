@@ -1,9 +1,9 @@
 //! What several studies share.
 
-use contact3d::{AssembledProblem, dual::ExplicitDual, linalg::CscMatrix, scene::Invalid};
+use contact3d::{AssembledProblem, dual::ExplicitDual, linalg::CscMatrix, scene::InvalidValue};
 
 /// Refuses a body that only contact holds, or weak springs, where `what` needs A⁻¹ itself.
-pub(crate) fn refuse_floating(problem: &AssembledProblem, what: &str) -> Result<(), Invalid> {
+pub(crate) fn refuse_floating(problem: &AssembledProblem, what: &str) -> Result<(), InvalidValue> {
     let Some(body) = &problem.system().assembly.primal.floating else {
         return Ok(());
     };
@@ -17,7 +17,7 @@ pub(crate) fn refuse_floating(problem: &AssembledProblem, what: &str) -> Result<
             "springs far softer than the body leave S = B A^-1 B^T no digits of the body's own compliance",
         ),
     };
-    Err(Invalid {
+    Err(InvalidValue {
         key: "clamp".into(),
         expected: format!("a body that its supports hold, for {what}"),
         found: format!("a body that {found}"),

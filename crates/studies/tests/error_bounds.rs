@@ -3,7 +3,7 @@
 use contact3d::{
     AssembledProblem, Problem,
     post::{ContactReport, ErrorBound},
-    scene::{Invalid, Scene},
+    scene::{InvalidValue, Scene},
 };
 use studies::accuracy::{MeshField, distance};
 
@@ -11,7 +11,7 @@ use studies::accuracy::{MeshField, distance};
 struct Solved {
     problem: AssembledProblem,
     report: ContactReport,
-    bound: Result<ErrorBound, Invalid>,
+    bound: Result<ErrorBound, InvalidValue>,
 }
 
 fn solved(text: &str, element: &str, cells: [usize; 3]) -> Solved {

@@ -6,7 +6,7 @@ use contact3d::scene::{
     Body, Clamp, Coefficient, Contact, Friction, LawPoint, Material, Pressure, Quantity, Scene,
     SlipDerivative, Traction,
 };
-use studies::stability::{Check, Depth, Invariance, Solutions};
+use studies::stability::{Check, Effort, Invariance, Solutions};
 
 const MATERIAL: &str = "[material.isotropic]\nyoung_modulus = 1.0\npoisson_ratio = 0.3\n";
 
@@ -24,7 +24,7 @@ fn check_of(scene: &Scene) -> Check {
     let check = Check::new(
         scene,
         Path::new(""),
-        Depth::Invariances,
+        Effort::Invariances,
         Solutions::One,
         &mut |_| {},
     );

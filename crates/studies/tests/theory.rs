@@ -16,7 +16,7 @@ use contact3d::{
     },
 };
 use studies::{
-    stability::{Redescription, UnitChange},
+    stability::{Transformation, UnitChange},
     theory::{Theory, TheoryLevel, TheorySettings},
 };
 
@@ -217,7 +217,7 @@ fn traces_and_inverse_inequalities_bound_each_other() {
 #[test]
 fn what_has_no_unit_does_not_depend_on_units() {
     let scene = published(2, 1.0);
-    let scaling = Redescription::Units(UnitChange {
+    let scaling = Transformation::Units(UnitChange {
         length: 1e3,
         displacement: 40.0,
         stress: 1e-6,

@@ -13,7 +13,7 @@ use crate::{
     history::{HistoryErrors, StepRecord},
     mesh::{Mesh, RefinableBody, RefinedLevel},
     post::ContactReport,
-    scene::{Functional, Invalid, Scene},
+    scene::{Functional, InvalidValue, Scene},
     solver::{Solution, Start},
 };
 
@@ -293,8 +293,8 @@ pub fn adapted(
     })
 }
 
-fn no_target() -> Invalid {
-    Invalid {
+fn no_target() -> InvalidValue {
+    InvalidValue {
         key: "adapt".into(),
         expected: "a target for the error".into(),
         found: "none".into(),
@@ -420,14 +420,14 @@ impl AdaptiveLevel {
 }
 
 /// Refuses to refine for a quantity that an answer does not have, with S at hand or not.
-fn nothing_to_refine_for(of: Option<Functional>, has_dual: bool) -> Invalid {
+fn nothing_to_refine_for(of: Option<Functional>, has_dual: bool) -> InvalidValue {
     let name = of.map_or("", Functional::word);
     let rest = if has_dual {
         ""
     } else {
         ", or set assemble.dual_operator = \"explicit\""
     };
-    Invalid {
+    InvalidValue {
         key: "adapt.of".into(),
         expected: "a quantity that the answer has, other than zero".into(),
         found: format!("{name}, which is zero or has no estimate"),

@@ -4,7 +4,9 @@ use nalgebra::Vector3;
 
 use crate::{
     mesh::{ContactSurface, Mesh},
-    scene::{Contact, ContactFeatures, Invalid, Scene, UNDEFINED, Written, numbers, place_words},
+    scene::{
+        Contact, ContactFeatures, InvalidValue, Scene, UNDEFINED, Written, numbers, place_words,
+    },
 };
 
 /// The orthonormal frame (ν, t₁, t₂) of the contact face, with t₂ = t₁ × ν; normals and the axes of
@@ -45,7 +47,7 @@ impl ContactFrame {
         features: &[ContactFeatures],
         surface: &ContactSurface,
         mesh: &Mesh,
-    ) -> Result<Self, Invalid> {
+    ) -> Result<Self, InvalidValue> {
         let mut frame = Self {
             normals: surface.normals.clone(),
             axes: Vec::new(),
@@ -61,7 +63,7 @@ impl ContactFrame {
                 face.nodes.clone().map(|n| surface.normal_at(n)).collect()
             };
             let varies = normals.iter().any(|normal| normal != &normals[0]);
-            let axes_at = |local: usize| -> Result<[[f64; 3]; 2], Invalid> {
+            let axes_at = |local: usize| -> Result<[[f64; 3]; 2], InvalidValue> {
                 let normal = Vector3::from(surface.normal_at(local));
                 let place = mesh.coordinates[surface.nodes[local]];
                 let first = first_axis(contact, &key, &normal, varies, place)?;
@@ -72,7 +74,9 @@ impl ContactFrame {
             } else {
                 face.nodes.clone()
             };
-            let axes = places.map(axes_at).collect::<Result<Vec<_>, Invalid>>()?;
+            let axes = places
+                .map(axes_at)
+                .collect::<Result<Vec<_>, InvalidValue>>()?;
             let constant = axes.first().filter(|_| !has.turning_frame);
             frame
                 .references
@@ -192,7 +196,7 @@ fn first_axis(
     normal: &Vector3<f64>,
     varies: bool,
     place: [f64; 3],
-) -> Result<Vector3<f64>, Invalid> {
+) -> Result<Vector3<f64>, InvalidValue> {
     if let Some(axis) = &contact.axis_1 {
         let given = Vector3::from(axis.each_ref().map(|a| a.at(place)));
         // Only the direction counts; squares of very large or small components would overflow or vanish. A power of
@@ -213,7 +217,7 @@ fn first_axis(
         let flat = given - normal * along;
         return match flat.try_normalize(0.0) {
             Some(first) if tangential && first.iter().all(|v| v.is_finite()) => Ok(first),
-            _ => Err(Invalid {
+            _ => Err(InvalidValue {
                 key: format!("{key}.axis_1"),
                 expected: if varies {
                     "a non-zero vector that is nowhere along the normal"
@@ -237,7 +241,7 @@ fn first_axis(
     };
     let (sine, cosine) = angle.at(place).to_radians().sin_cos();
     if !sine.is_finite() {
-        return Err(Invalid {
+        return Err(InvalidValue {
             key: format!("{key}.angle"),
             expected: "a finite angle in degrees on the whole face".into(),
             found: format!("{} at {}", Written(&angle.at(place)), place_words(place)),

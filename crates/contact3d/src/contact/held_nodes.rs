@@ -4,7 +4,7 @@ use super::ContactFrame;
 use crate::{
     elasticity::prescribed_displacements,
     mesh::{ContactSurface, Mesh},
-    scene::{ContactFeatures, Invalid, Scene, Written, place_words},
+    scene::{ContactFeatures, InvalidValue, Scene, Written, place_words},
 };
 
 /// Component of a unit vector up to which it is rounding: of the cosine of 90°, of a normal on a plane of symmetry.
@@ -31,7 +31,7 @@ pub(super) fn refuse_dependent(
     mesh: &Mesh,
     surface: &ContactSurface,
     frame: &ContactFrame,
-) -> Result<(), Invalid> {
+) -> Result<(), InvalidValue> {
     let held = mesh.held_nodes(scene);
     let faces = surface.faces.iter().zip(features);
     let rough = faces.filter(|(face, of)| face.is_nodal && of.friction.is_some());
@@ -48,7 +48,7 @@ pub(super) fn refuse_dependent(
                 .iter()
                 .filter(|row| free().any(|c| row[c].abs() > ROUNDING));
             if felt.count() > free().count() {
-                return Err(Invalid {
+                return Err(InvalidValue {
                     key: format!("{}.multipliers", scene.contact_key(of.entry)),
                     expected: "nodes that carry no more conditions than they have displacements".into(),
                     found: format!(
@@ -76,7 +76,7 @@ pub(super) fn refuse_penetration(
     surface: &ContactSurface,
     frame: &ContactFrame,
     gap: Option<&[f64]>,
-) -> Result<(), Invalid> {
+) -> Result<(), InvalidValue> {
     let Some(prescribed) = prescribed_displacements(scene, mesh)? else {
         return Ok(());
     };
@@ -92,7 +92,7 @@ pub(super) fn refuse_penetration(
             .iter()
             .fold(gap, |most, u| most.max(u.abs()));
         if towards - gap > OF_FORMULAS * size {
-            return Err(Invalid {
+            return Err(InvalidValue {
                 key: "clamp".into(),
                 expected: format!(
                     "at most the gap {} as the displacement of held contact nodes towards the foundation",

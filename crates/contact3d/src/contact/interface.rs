@@ -9,8 +9,8 @@ use crate::{
     elasticity::DofMap,
     mesh::{ContactSurface, Mesh, SurfaceFace},
     scene::{
-        ContactFeatures, FrictionModel, Invalid, ModelFeatures, Quantity, Scene, SlipInterpolation,
-        UNDEFINED, Warning, Written, place_words,
+        ContactFeatures, FrictionModel, InvalidValue, ModelFeatures, Quantity, Scene,
+        SlipInterpolation, UNDEFINED, Warning, Written, place_words,
     },
 };
 
@@ -59,7 +59,7 @@ impl Interface {
     /// Formulas that are not finite, a negative gap or slip bound, a coefficient of friction that
     /// is not positive without slip, an axis that is not tangential, a clamp that pushes a contact node into the foundation, or leaves fewer displacements to a node than it has
     /// multipliers.
-    pub fn new(scene: &Scene, mesh: &Mesh) -> Result<Option<Self>, Invalid> {
+    pub fn new(scene: &Scene, mesh: &Mesh) -> Result<Option<Self>, InvalidValue> {
         let (Some(first), Some(surface)) = (scene.contacts.first(), &mesh.contact) else {
             return Ok(None);
         };
@@ -152,14 +152,14 @@ impl InterfaceFriction {
         features: &[ContactFeatures],
         surface: &ContactSurface,
         mesh: &Mesh,
-    ) -> Result<Self, Invalid> {
+    ) -> Result<Self, InvalidValue> {
         let faces = surface.faces.iter().zip(features);
         let laws = faces.filter_map(|(face, has)| {
             let (key, _) = scene.friction_on(has.entry)?;
             let model = has.friction.as_ref()?;
             Some(face_law(key, model, face, surface, mesh))
         });
-        let laws: Vec<FaceLaw> = laws.collect::<Result<_, Invalid>>()?;
+        let laws: Vec<FaceLaw> = laws.collect::<Result<_, InvalidValue>>()?;
         if laws.is_empty() {
             return Ok(Self::Frictionless);
         }
@@ -183,7 +183,7 @@ fn face_law(
     face: &SurfaceFace,
     surface: &ContactSurface,
     mesh: &Mesh,
-) -> Result<FaceLaw, Invalid> {
+) -> Result<FaceLaw, InvalidValue> {
     let places = positions(surface, face, mesh);
     let of_panes = match model.bound.place_dependent() {
         None => Vec::new(),
@@ -212,7 +212,7 @@ fn gap(
     features: &[ContactFeatures],
     surface: &ContactSurface,
     mesh: &Mesh,
-) -> Result<Option<Vec<f64>>, Invalid> {
+) -> Result<Option<Vec<f64>>, InvalidValue> {
     if features.iter().all(|face| face.gap.is_none()) {
         let clearance = &surface.clearance;
         return Ok((!clearance.is_empty()).then(|| clearance.clone()));
@@ -234,8 +234,8 @@ fn gap(
 }
 
 /// A mesh with other contact faces than the scene's.
-fn other_faces(expected: usize, found: usize) -> Invalid {
-    Invalid {
+fn other_faces(expected: usize, found: usize) -> InvalidValue {
+    InvalidValue {
         key: "contact".into(),
         expected: format!("a mesh with {expected} contact faces, as the scene has"),
         found: format!("one with {found}"),
@@ -249,11 +249,15 @@ fn positions(surface: &ContactSurface, face: &SurfaceFace, mesh: &Mesh) -> Vec<[
 }
 
 /// A quantity at points, refused where it is negative or not finite.
-fn non_negative(key: &str, quantity: &Quantity, points: &[[f64; 3]]) -> Result<Vec<f64>, Invalid> {
+fn non_negative(
+    key: &str,
+    quantity: &Quantity,
+    points: &[[f64; 3]],
+) -> Result<Vec<f64>, InvalidValue> {
     let values: Vec<f64> = points.iter().map(|x| quantity.at(*x)).collect();
     match values.iter().position(|v| !(*v >= 0.0 && v.is_finite())) {
         None => Ok(values),
-        Some(at) => Err(Invalid {
+        Some(at) => Err(InvalidValue {
             key: key.to_owned(),
             expected: "a value >= 0 at every contact node".into(),
             found: format!("{} at {}", Written(&values[at]), place_words(points[at])),

@@ -2,7 +2,7 @@
 
 use super::{FaceLaw, law_search::Sweep};
 use crate::scene::{
-    Coefficient, FrictionLaw, Invalid, LEAST_COEFFICIENT, Warning, Written, is_coefficient,
+    Coefficient, FrictionLaw, InvalidValue, LEAST_COEFFICIENT, Warning, Written, is_coefficient,
     place_words,
 };
 
@@ -127,10 +127,10 @@ impl<'a> Sampled<'a> {
 
 /// Refuses a law with a coefficient that is not positive and finite at zero slip somewhere on the
 /// face, in the unit of length called `length`; other kinds than expressions are checked with the scene.
-pub(super) fn refuse_unusable(law: &FaceLaw, length: &str) -> Result<(), Invalid> {
+pub(super) fn refuse_unusable(law: &FaceLaw, length: &str) -> Result<(), InvalidValue> {
     match worst_values(law, 0.0, length).next() {
         None => Ok(()),
-        Some(worst) => Err(Invalid {
+        Some(worst) => Err(InvalidValue {
             key: key(law, worst.peak.coefficient),
             expected: format!("0 < F < infinity without slip, {LEAST_COEFFICIENT:e} at least, on the whole contact face"),
             found: format!("{} at {}", Written(&worst.value), worst.place),

@@ -16,7 +16,7 @@ use crate::{
         nested_dissection,
     },
     mesh::Mesh,
-    scene::{Invalid, Scene},
+    scene::{InvalidValue, Scene},
 };
 
 /// The discrete elastic problem A u = l.
@@ -47,7 +47,7 @@ impl PrimalSystem {
     ///
     /// # Errors
     /// A load that is not finite.
-    pub fn apply_loads(&mut self, scene: &Scene, mesh: &Mesh) -> Result<(), Invalid> {
+    pub fn apply_loads(&mut self, scene: &Scene, mesh: &Mesh) -> Result<(), InvalidValue> {
         (self.load, self.dofs.prescribed) = loads(scene, mesh, &self.dofs)?;
         Ok(())
     }
@@ -100,7 +100,7 @@ pub enum AssemblyError {
     NothingFree,
     /// A body that is not held, or a load that cannot be integrated.
     #[error("{}: expected {}, found {}; {}", .0.key, .0.expected, .0.found, .0.help)]
-    Scene(Invalid),
+    Scene(InvalidValue),
     /// A is not positive definite.
     #[error(
         "the stiffness matrix is not positive definite at node {node}, component {component}: {source}. \
@@ -251,7 +251,7 @@ impl Analysed {
 /// l − A_fc u_c over the free degrees of freedom in N, and u_c in m, `[n_nodes]`; `None` where all clamps hold at zero.
 type LoadData = (Vec<f64>, Option<Arc<Vec<[f64; 3]>>>);
 
-fn loads(scene: &Scene, mesh: &Mesh, dofs: &DofMap) -> Result<LoadData, Invalid> {
+fn loads(scene: &Scene, mesh: &Mesh, dofs: &DofMap) -> Result<LoadData, InvalidValue> {
     let mut rhs = dofs.to_free(&Loads::of(scene).nodal_forces(mesh)?);
     let prescribed = prescribed_displacements(scene, mesh)?;
     if let Some(prescribed) = &prescribed {

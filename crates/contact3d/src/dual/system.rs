@@ -11,7 +11,7 @@ use crate::{
     contact::{Coupling, Interface},
     linalg::{CscMatrix, EngineCommand, EngineError, Factor, Precision, Work},
     mesh::Mesh,
-    scene::{DualOperatorKind, FactorPrecision, Invalid, Scene},
+    scene::{DualOperatorKind, FactorPrecision, InvalidValue, Scene},
 };
 
 /// Coefficients of the factor from which half the memory and half the time outweigh the steps of conjugate gradients.
@@ -193,7 +193,7 @@ impl DualSystem {
     ///
     /// # Errors
     /// A formula of the scene that has no value, numbers that overflow.
-    pub fn apply_loads(&mut self, scene: &Scene, mesh: &Mesh) -> Result<(), Invalid> {
+    pub fn apply_loads(&mut self, scene: &Scene, mesh: &Mesh) -> Result<(), InvalidValue> {
         let interface = Interface::new(scene, mesh)?;
         self.apply(scene, mesh, interface.as_ref())
     }
@@ -207,7 +207,7 @@ impl DualSystem {
         scene: &Scene,
         mesh: &Mesh,
         interface: Option<&Interface>,
-    ) -> Result<(), Invalid> {
+    ) -> Result<(), InvalidValue> {
         let assembly = &mut self.assembly;
         assembly.primal.apply_loads(scene, mesh)?;
         if let (Some(contact), Some(interface), Some(surface)) =
@@ -224,7 +224,7 @@ impl DualSystem {
     }
 
     /// Refuses a problem whose assembled numbers overflowed: no solve could begin, and no file would hold them.
-    fn require_finite(&self) -> Result<(), Invalid> {
+    fn require_finite(&self) -> Result<(), InvalidValue> {
         let found = [
             ("stiffness", self.assembly.primal.stiffness.data.as_slice()),
             ("load", self.assembly.primal.load.as_slice()),
@@ -243,7 +243,7 @@ impl DualSystem {
         let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
         match arrays.find(|(_, values)| !finite(values)) {
             None => Ok(()),
-            Some((name, _)) => Err(Invalid {
+            Some((name, _)) => Err(InvalidValue {
                 key: "material".into(),
                 expected: "moduli, loads and sizes that double precision can compute with".into(),
                 found: format!("a {name} that is not finite"),
@@ -257,7 +257,7 @@ impl DualSystem {
 fn require_single_precision(scene: &Scene) -> Result<(), AssemblyError> {
     match scene.assemble.factor {
         FactorPrecision::Auto | FactorPrecision::Single => Ok(()),
-        FactorPrecision::Double => Err(AssemblyError::Scene(Invalid {
+        FactorPrecision::Double => Err(AssemblyError::Scene(InvalidValue {
             key: "assemble.factor".into(),
             expected: "auto or single with an engine".into(),
             found: "double".into(),

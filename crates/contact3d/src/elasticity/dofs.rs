@@ -6,7 +6,7 @@ use super::{Element, MaterialField};
 use crate::{
     linalg::norm,
     mesh::Mesh,
-    scene::{Component, Invalid, Scene, UNDEFINED, Written, place_words},
+    scene::{Component, InvalidValue, Scene, UNDEFINED, Written, place_words},
 };
 
 /// Numbering of the free degrees of freedom: node by node, x before y before z, held ones left out; with the
@@ -103,7 +103,7 @@ const AGREED: f64 = 1e-12;
 pub fn prescribed_displacements(
     scene: &Scene,
     mesh: &Mesh,
-) -> Result<Option<Vec<[f64; 3]>>, Invalid> {
+) -> Result<Option<Vec<[f64; 3]>>, InvalidValue> {
     if !scene.clamps.iter().any(|clamp| clamp.is_moved()) {
         return Ok(None);
     }
@@ -115,7 +115,7 @@ pub fn prescribed_displacements(
             for &component in &clamp.components {
                 let value = clamp.value[component as usize].at(at);
                 if !value.is_finite() {
-                    return Err(Invalid {
+                    return Err(InvalidValue {
                         key: format!("clamp.{index}.value"),
                         expected: "a formula that is finite at every held node".into(),
                         found: format!("{} at {}", Written(&value), place_words(at)),
@@ -181,9 +181,9 @@ pub fn forces_of_prescribed(
     forces
 }
 
-fn contradiction(at: [f64; 3], component: Component, held: [PrescribedValue; 2]) -> Invalid {
+fn contradiction(at: [f64; 3], component: Component, held: [PrescribedValue; 2]) -> InvalidValue {
     let [first, second] = held;
-    Invalid {
+    InvalidValue {
         key: format!("clamp.{}.value", second.index),
         expected: format!(
             "{}, the displacement along {} of the node at {} in clamp.{}",

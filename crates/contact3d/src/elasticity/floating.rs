@@ -9,7 +9,7 @@ use super::{
 use crate::{
     linalg::{CscMatrix, add_combination, add_scaled, dot},
     mesh::Mesh,
-    scene::Invalid,
+    scene::InvalidValue,
 };
 
 /// The rigid modes R of a body that only contact holds, or beside it springs that are weak, and the pins that make its stiffness
@@ -347,13 +347,13 @@ pub(crate) fn floating_body(
     dofs: &DofMap,
     motions: &[RigidMotion],
     stiffness: &CscMatrix,
-) -> Result<Option<FloatingBody>, Invalid> {
+) -> Result<Option<FloatingBody>, InvalidValue> {
     if motions.is_empty() {
         return Ok(None);
     }
     match FloatingBody::new(mesh, dofs, motions, stiffness) {
         Some(body) => Ok(Some(body)),
-        None => Err(Invalid {
+        None => Err(InvalidValue {
             key: "body".into(),
             expected: "a size in which double precision tells the rigid motions of the body apart"
                 .into(),

@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     mesh::{Mesh, tetrahedron_volume},
-    scene::{Invalid, Scene},
+    scene::{InvalidValue, Scene},
 };
 
 /// A direction, a unit vector, in which a place in m is held.
@@ -129,7 +129,7 @@ pub(crate) struct LooseMotions {
 ///
 /// # Errors
 /// As [`super::refuse_rigid_motions`].
-pub(crate) fn loose_motions(scene: &Scene, mesh: &Mesh) -> Result<LooseMotions, Invalid> {
+pub(crate) fn loose_motions(scene: &Scene, mesh: &Mesh) -> Result<LooseMotions, InvalidValue> {
     let free = LooseMotions {
         motions: motions_left_to_contact(scene, mesh)?,
         resisted: false,

@@ -9,8 +9,8 @@ use crate::{
     mesh::{Mesh, SidePoint, tetrahedron_volume},
     reference::{quadrature, shape::quadratic_tetrahedron},
     scene::{
-        BodyForce, Component, Invalid, Pressure, Quantity, Scene, Traction, UNDEFINED, Warning,
-        Written, place_words,
+        BodyForce, Component, InvalidValue, Pressure, Quantity, Scene, Traction, UNDEFINED,
+        Warning, Written, place_words,
     },
 };
 
@@ -43,7 +43,7 @@ impl<'a> Loads<'a> {
     ///
     /// # Errors
     /// A formula that is not finite somewhere.
-    pub fn nodal_forces(&self, mesh: &Mesh) -> Result<Vec<[f64; 3]>, Invalid> {
+    pub fn nodal_forces(&self, mesh: &Mesh) -> Result<Vec<[f64; 3]>, InvalidValue> {
         let mut load = vec![[0.0; 3]; mesh.coordinates.len()];
         for (i, traction) in self.tractions.iter().enumerate() {
             let key = format!("traction.{i}.value");
@@ -85,7 +85,7 @@ fn side_integrals<V: Copy + AddAssign + Mul<f64, Output = V>>(
     value: &Quantity,
     key: &str,
     measure: impl Fn(Vector3<f64>) -> V,
-) -> Result<Vec<(usize, V)>, Invalid> {
+) -> Result<Vec<(usize, V)>, InvalidValue> {
     let Some((nodes, points)) = curved else {
         let nodes = mesh.facets[facet];
         let corners = mesh.corners(&nodes);
@@ -106,7 +106,11 @@ fn side_integrals<V: Copy + AddAssign + Mul<f64, Output = V>>(
     Ok(nodes.iter().copied().zip(shares).collect())
 }
 
-fn add_body_force(force: &BodyForce, mesh: &Mesh, load: &mut [[f64; 3]]) -> Result<(), Invalid> {
+fn add_body_force(
+    force: &BodyForce,
+    mesh: &Mesh,
+    load: &mut [[f64; 3]],
+) -> Result<(), InvalidValue> {
     const KEY: &str = "body_force.value";
     for (t, corner_nodes) in mesh.tetrahedra.iter().enumerate() {
         let corners = mesh.corners(corner_nodes);
@@ -138,7 +142,7 @@ fn quadratic_shares(
     value: &Quantity,
     place: impl Fn(&[f64; 4]) -> ([f64; 3], f64),
     key: &str,
-) -> Result<Vec<f64>, Invalid> {
+) -> Result<Vec<f64>, InvalidValue> {
     let mut shares = vec![0.0; 10];
     for (barycentric, weight) in quadrature::tetrahedron() {
         let (at, volume) = place(&barycentric);
@@ -156,7 +160,7 @@ fn hat_means<const K: usize, I: Iterator<Item = ([f64; K], f64)>>(
     corners: &[[f64; 3]; K],
     rule: fn() -> I,
     key: &str,
-) -> Result<[f64; K], Invalid> {
+) -> Result<[f64; K], InvalidValue> {
     if let Some(constant) = value.constant() {
         return Ok([constant / K as f64; K]);
     }
@@ -171,12 +175,12 @@ fn hat_means<const K: usize, I: Iterator<Item = ([f64; K], f64)>>(
 }
 
 /// The value at a place in m.
-fn finite_at(value: &Quantity, at: [f64; 3], key: &str) -> Result<f64, Invalid> {
+fn finite_at(value: &Quantity, at: [f64; 3], key: &str) -> Result<f64, InvalidValue> {
     let found = value.at(at);
     if found.is_finite() {
         return Ok(found);
     }
-    Err(Invalid {
+    Err(InvalidValue {
         key: key.to_owned(),
         expected: "a formula that is finite on the whole face or body".into(),
         found: format!("{} at {}", Written(&found), place_words(at)),

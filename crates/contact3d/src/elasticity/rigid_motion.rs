@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     mesh::Mesh,
-    scene::{Invalid, Scene},
+    scene::{InvalidValue, Scene},
 };
 
 /// A rigid motion that the clamps leave free.
@@ -89,7 +89,7 @@ pub(super) fn clamped(coordinates: &[[f64; 3]], held: &[[bool; 3]]) -> Vec<Hold>
 ///
 /// # Errors
 /// The free motions in words, a spring's stiffness that no spring can have.
-pub fn refuse_rigid_motions(scene: &Scene, mesh: &Mesh) -> Result<(), Invalid> {
+pub fn refuse_rigid_motions(scene: &Scene, mesh: &Mesh) -> Result<(), InvalidValue> {
     motions_left_to_contact(scene, mesh).map(drop)
 }
 
@@ -100,7 +100,7 @@ pub fn refuse_rigid_motions(scene: &Scene, mesh: &Mesh) -> Result<(), Invalid> {
 pub(crate) fn motions_left_to_contact(
     scene: &Scene,
     mesh: &Mesh,
-) -> Result<Vec<RigidMotion>, Invalid> {
+) -> Result<Vec<RigidMotion>, InvalidValue> {
     let mut holds = clamped(&mesh.coordinates, &mesh.held_nodes(scene));
     holds.extend(held_directions(scene, mesh)?);
     let free = free_rigid_motions(&mesh.coordinates, &holds);
@@ -108,7 +108,7 @@ pub(crate) fn motions_left_to_contact(
         return Ok(free);
     }
     let motions: Vec<String> = free.iter().map(|m| m.describe(mesh.extent())).collect();
-    Err(Invalid {
+    Err(InvalidValue {
         key: "clamp".into(),
         expected: "clamps and springs that leave no rigid motion free".into(),
         found: format!("free: {}", motions.join(", ")),

@@ -8,7 +8,9 @@ use super::free_motions::Hold;
 use crate::{
     mesh::{Mesh, triangle_area},
     reference::quadrature,
-    scene::{Invalid, Quantity, Scene, Spring, SpringStiffness, UNDEFINED, Written, place_words},
+    scene::{
+        InvalidValue, Quantity, Scene, Spring, SpringStiffness, UNDEFINED, Written, place_words,
+    },
 };
 
 /// Share of the largest eigenvalue of a tensor below which one counts as zero: rounding of its entries.
@@ -50,7 +52,7 @@ impl SpringMatrix {
     ///
     /// # Errors
     /// A stiffness that is not finite and positive semidefinite somewhere.
-    pub fn of(scene: &Scene, mesh: &Mesh) -> Result<Option<Self>, Invalid> {
+    pub fn of(scene: &Scene, mesh: &Mesh) -> Result<Option<Self>, InvalidValue> {
         if scene.springs.is_empty() {
             Ok(None)
         } else {
@@ -65,7 +67,7 @@ impl SpringMatrix {
     pub(crate) fn sum<'a>(
         springs: impl Iterator<Item = (usize, &'a Spring)>,
         mesh: &Mesh,
-    ) -> Result<Self, Invalid> {
+    ) -> Result<Self, InvalidValue> {
         let mut blocks: BTreeMap<[usize; 2], Matrix3<f64>> = BTreeMap::new();
         for (index, spring) in springs {
             visit(spring, index, mesh, &mut |point, stiffness| {
@@ -116,7 +118,7 @@ pub fn visit_springs(
     scene: &Scene,
     mesh: &Mesh,
     take: &mut dyn FnMut(&SpringPoint<'_>, Matrix3<f64>),
-) -> Result<(), Invalid> {
+) -> Result<(), InvalidValue> {
     let mut springs = scene.springs.iter().enumerate();
     springs.try_for_each(|(index, spring)| visit(spring, index, mesh, take))
 }
@@ -127,9 +129,9 @@ fn visit(
     index: usize,
     mesh: &Mesh,
     take: &mut dyn FnMut(&SpringPoint<'_>, Matrix3<f64>),
-) -> Result<(), Invalid> {
+) -> Result<(), InvalidValue> {
     for facet in mesh.facets_on(&spring.face) {
-        let mut add = |point: SpringPoint<'_>| -> Result<(), Invalid> {
+        let mut add = |point: SpringPoint<'_>| -> Result<(), InvalidValue> {
             let stiffness = stiffness_at(spring, index, point.at, &point.normal)?;
             take(&point, stiffness);
             Ok(())
@@ -173,9 +175,9 @@ pub(crate) fn stiffness_at(
     index: usize,
     at: [f64; 3],
     normal: &Vector3<f64>,
-) -> Result<Matrix3<f64>, Invalid> {
+) -> Result<Matrix3<f64>, InvalidValue> {
     let refused = |name: &str, expected: &str, found: String| {
-        Invalid {
+        InvalidValue {
         key: format!("spring.{index}.{name}"),
         expected: format!("a stiffness that is {expected} on the whole face"),
         found: format!("{found} at {}", place_words(at)),
@@ -185,7 +187,7 @@ pub(crate) fn stiffness_at(
         },
     }
     };
-    let value = |name: &str, quantity: &Quantity| -> Result<f64, Invalid> {
+    let value = |name: &str, quantity: &Quantity| -> Result<f64, InvalidValue> {
         let found = quantity.at(at);
         if found.is_finite() {
             return Ok(found);
@@ -229,7 +231,7 @@ pub(crate) fn stiffness_at(
 
 /// The places at which springs are integrated, each with an orthonormal basis of the directions that they hold there, however
 /// stiffly.
-pub(super) fn held_directions(scene: &Scene, mesh: &Mesh) -> Result<Vec<Hold>, Invalid> {
+pub(super) fn held_directions(scene: &Scene, mesh: &Mesh) -> Result<Vec<Hold>, InvalidValue> {
     let mut found = Vec::new();
     visit_springs(scene, mesh, &mut |point, stiffness| {
         let eigen = SymmetricEigen::new(stiffness);

@@ -7,7 +7,7 @@ use crate::{
     elasticity::Loads,
     mesh::Mesh,
     post::{ContactReport, Solved, Vector},
-    scene::{Invalid, Scene, Traction},
+    scene::{InvalidValue, Scene, Traction},
 };
 
 /// Works and energies of one increment in J.
@@ -44,7 +44,7 @@ impl Bookkeeping {
         history: &Scene,
         mesh: &Mesh,
         records: &[StepRecord],
-    ) -> Result<Self, Invalid> {
+    ) -> Result<Self, InvalidValue> {
         let forces = |last: &StepRecord| {
             let scene = history.at_increment(last.increment)?;
             Loads::of(&scene).nodal_forces(mesh)
@@ -62,7 +62,7 @@ impl Bookkeeping {
         solved: &Solved<'_>,
         before: Option<&StepRecord>,
         report: &ContactReport,
-    ) -> Result<StepRecord, Invalid> {
+    ) -> Result<StepRecord, InvalidValue> {
         self.drive.enter(&mut record, report);
         let way = |node: usize| {
             let from = before.map_or([0.0; 3], |before| before.displacement[node]);
@@ -141,7 +141,7 @@ struct Drive {
 }
 
 impl Drive {
-    fn new(scene: &Scene, mesh: &Mesh) -> Result<Self, Invalid> {
+    fn new(scene: &Scene, mesh: &Mesh) -> Result<Self, InvalidValue> {
         let clamps = scene.moved_clamps()?;
         let tractions = scene.tractions.iter().map(|traction| &traction.face);
         let pressures = scene.pressures.iter().map(|pressure| &pressure.face);

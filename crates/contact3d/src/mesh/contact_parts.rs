@@ -11,7 +11,9 @@ use super::{
     obstacle::Approach,
     triangle_area,
 };
-use crate::scene::{BrickFace, Contact, Invalid, MultiplierSpace, Scene, Written, place_words};
+use crate::scene::{
+    BrickFace, Contact, InvalidValue, MultiplierSpace, Scene, Written, place_words,
+};
 
 /// Share of its area by which a triangle may lie on both sides of a box: roundings of areas.
 const UNCUT: f64 = 1e-6;
@@ -32,7 +34,7 @@ impl Mesh {
         &self,
         scene: &Scene,
         entry: usize,
-    ) -> Result<Vec<usize>, Invalid> {
+    ) -> Result<Vec<usize>, InvalidValue> {
         let contact = &scene.contacts[entry];
         let whole: Vec<usize> = self.facets_on(&contact.face).collect();
         let Some(corners) = contact.corners else {
@@ -45,7 +47,7 @@ impl Mesh {
             if share > 1.0 - UNCUT {
                 inside.push(facet);
             } else if share > UNCUT {
-                return Err(Invalid {
+                return Err(InvalidValue {
                     key: format!("{}.box", scene.contact_key(entry)),
                     expected: "a box whose sides follow the edges of the triangles".into(),
                     found: format!(
@@ -58,7 +60,7 @@ impl Mesh {
             }
         }
         if inside.is_empty() {
-            return Err(Invalid {
+            return Err(InvalidValue {
                 key: format!("{}.box", scene.contact_key(entry)),
                 expected: format!("a box that holds triangles of {}", Written(&contact.face)),
                 found: Written(&corners).to_string(),
@@ -77,8 +79,8 @@ impl Mesh {
 pub(super) fn panes_of_part(
     all: &[usize],
     part: Vec<usize>,
-    refuse: impl Fn() -> Invalid,
-) -> Result<Vec<usize>, Invalid> {
+    refuse: impl Fn() -> InvalidValue,
+) -> Result<Vec<usize>, InvalidValue> {
     if all.len() == part.len() {
         return Ok(part);
     }
@@ -152,7 +154,7 @@ pub(super) fn check_meeting(
     mesh: &Mesh,
     surface: &ContactSurface,
     held: &[[bool; 3]],
-) -> Result<(), Invalid> {
+) -> Result<(), InvalidValue> {
     let order = scene.contact_order();
     let entries = || surface.faces.iter().zip(&order);
     let mut taken: BTreeMap<usize, usize> = BTreeMap::new();
@@ -162,7 +164,7 @@ pub(super) fn check_meeting(
                 continue;
             };
             let middle = centroid(&mesh.corners(&mesh.facets[facet]));
-            return Err(Invalid {
+            return Err(InvalidValue {
                 key: format!("{}.box", scene.contact_key(entry.max(other))),
                 expected: "triangles that are in no other contact".into(),
                 found: format!("one around {} that is", place_words(middle)),
@@ -195,12 +197,12 @@ pub(super) fn check_meeting(
     }
 }
 
-fn too_many_conditions(scene: &Scene, at: [f64; 3], faces: Vec<(usize, usize)>) -> Invalid {
+fn too_many_conditions(scene: &Scene, at: [f64; 3], faces: Vec<(usize, usize)>) -> InvalidValue {
     let entries: Vec<usize> = faces.into_iter().map(|(entry, _)| entry).collect();
     let last = entries.iter().max().copied().unwrap_or_default();
     let others = entries.iter().filter(|entry| **entry != last);
     let others: Vec<String> = others.map(|entry| scene.contact_key(*entry)).collect();
-    Invalid {
+    InvalidValue {
         key: format!("{}.multipliers", scene.contact_key(last)),
         expected: "nodes that carry no more conditions than they have displacements".into(),
         found: format!(
@@ -266,7 +268,7 @@ impl Mesh {
                     .map(|f| self.facets[f])
                     .collect();
                 let part = panes_of_part(&panes(&whole), panes(&corners), || {
-                    Invalid {
+                    InvalidValue {
                         key: format!("{key}.box"),
                         expected: "a box that cuts no pane".into(),
                         found: Written(&contact.corners).to_string(),
@@ -291,7 +293,7 @@ impl Mesh {
         contact: &Contact,
         facets: &[usize],
         origin: Origin,
-    ) -> Result<ContactFace, Invalid> {
+    ) -> Result<ContactFace, InvalidValue> {
         let nodes: BTreeSet<usize> = facets.iter().flat_map(|&f| self.facet_nodes(f)).collect();
         let nodes: Vec<usize> = nodes.into_iter().collect();
         let (normals, clearance) = match &contact.obstacle {
@@ -310,13 +312,13 @@ impl Mesh {
     }
 
     /// The outward normal of a contact face without an obstacle, which is flat.
-    fn flat_normal(&self, contact: &Contact, facets: &[usize]) -> Result<[f64; 3], Invalid> {
+    fn flat_normal(&self, contact: &Contact, facets: &[usize]) -> Result<[f64; 3], InvalidValue> {
         let corners = facets.iter().map(|&f| self.facets[f]);
         let others = facets.iter().flat_map(|&f| self.facet_nodes(f));
         let (normal, unevenness) =
             plane_of(&self.coordinates, corners, others).unwrap_or(([0.0; 3], f64::INFINITY));
         if unevenness.is_nan() || unevenness > FLAT {
-            return Err(Invalid {
+            return Err(InvalidValue {
                 key: "contact.face".into(),
                 expected: "a flat face, or contact.obstacle for a curved one".into(),
                 found: format!(
@@ -343,9 +345,9 @@ impl Mesh {
 }
 
 /// What is wrong with a contact face, under its key in the scene.
-fn under(key: &str, invalid: Invalid) -> Invalid {
+fn under(key: &str, invalid: InvalidValue) -> InvalidValue {
     let rest = invalid.key.strip_prefix("contact").map(str::to_owned);
-    Invalid {
+    InvalidValue {
         key: rest.map_or(invalid.key, |rest| format!("{key}{rest}")),
         ..invalid
     }
@@ -398,7 +400,7 @@ mod tests {
 
     #[test]
     fn panes_of_a_part_are_numbered_anew_and_never_cut() {
-        let refuse = || Invalid {
+        let refuse = || InvalidValue {
             key: String::new(),
             expected: String::new(),
             found: String::new(),

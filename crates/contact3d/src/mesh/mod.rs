@@ -29,7 +29,8 @@ pub use side::{Quality, is_straight, shape};
 pub(crate) use side::{SidePoint, sorted};
 
 use crate::scene::{
-    Body, BrickFace, Clamp, Contact, ElementOrder, Invalid, MultiplierSpace, Scene, Shape, Written,
+    Body, BrickFace, Clamp, Contact, ElementOrder, InvalidValue, MultiplierSpace, Scene, Shape,
+    Written,
 };
 
 /// Why a scene has no usable mesh.
@@ -37,7 +38,7 @@ use crate::scene::{
 pub enum MeshError {
     /// The scene asks for what the mesh does not have.
     #[error(transparent)]
-    Scene(#[from] Invalid),
+    Scene(#[from] InvalidValue),
     /// The mesh file.
     #[error(transparent)]
     Gmsh(#[from] GmshError),
@@ -183,7 +184,7 @@ impl Mesh {
         scene: &Scene,
         raw: RawMesh,
         tetrahedron_region: Vec<usize>,
-    ) -> Result<Self, Invalid> {
+    ) -> Result<Self, InvalidValue> {
         let mut mesh = Self {
             coordinates: raw.coordinates,
             tetrahedra: raw.tetrahedra,
@@ -204,10 +205,10 @@ impl Mesh {
         &mut self,
         element: ElementOrder,
         known: Option<Vec<[usize; 6]>>,
-    ) -> Result<(), Invalid> {
+    ) -> Result<(), InvalidValue> {
         match (element, known) {
             (ElementOrder::P1, None) => Ok(()),
-            (ElementOrder::P1, Some(_)) => Err(Invalid {
+            (ElementOrder::P1, Some(_)) => Err(InvalidValue {
                 key: "body.element".into(),
                 expected: "\"P2\" for a mesh of second-order tetrahedra".into(),
                 found: "\"P1\"".into(),
@@ -265,12 +266,12 @@ impl Mesh {
     }
 
     /// Refuses a box that holds no node, which would have no effect.
-    fn check_clamp_boxes(&self, clamps: &[Clamp]) -> Result<(), Invalid> {
+    fn check_clamp_boxes(&self, clamps: &[Clamp]) -> Result<(), InvalidValue> {
         for (i, clamp) in clamps.iter().enumerate() {
             if let Some(corners) = clamp.corners
                 && !self.coordinates.iter().any(|x| clamp.boxes(x))
             {
-                return Err(Invalid {
+                return Err(InvalidValue {
                     key: format!("clamp.{i}.box"),
                     expected: "a box that holds at least one node of the mesh".into(),
                     found: Written(&corners).to_string(),
@@ -315,7 +316,7 @@ impl Mesh {
 }
 
 /// Refuses a face that the scene names and the mesh does not have.
-fn check_face_names(scene: &Scene, names: &[String]) -> Result<(), Invalid> {
+fn check_face_names(scene: &Scene, names: &[String]) -> Result<(), InvalidValue> {
     let clamps = scene.clamps.iter().enumerate();
     let springs = scene.springs.iter().enumerate();
     let tractions = scene.tractions.iter().enumerate();
@@ -329,7 +330,7 @@ fn check_face_names(scene: &Scene, names: &[String]) -> Result<(), Invalid> {
         .chain(contacts.map(|(i, c)| (format!("{}.face", scene.contact_key(i)), &c.face)));
     for (key, face) in keys {
         if !names.contains(face) {
-            return Err(Invalid {
+            return Err(InvalidValue {
                 key,
                 expected: format!("one of the mesh's faces: {}", names.join(", ")),
                 found: Written(face).to_string(),

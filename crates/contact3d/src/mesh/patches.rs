@@ -17,7 +17,7 @@ use std::{
 use nalgebra::Vector3;
 
 use super::{quadratic::edge, triangle_area};
-use crate::{reference::TRIANGLE_EDGES, scene::Invalid};
+use crate::{reference::TRIANGLE_EDGES, scene::InvalidValue};
 
 /// The pane of each contact triangle; panes are numbered row by row along increasing z, y, x.
 ///
@@ -32,7 +32,7 @@ pub fn macro_patches(
     triangles: &[[usize; 3]],
     carriers: &[[usize; 3]],
     is_free: impl Fn(usize) -> bool,
-) -> Result<Vec<usize>, Invalid> {
+) -> Result<Vec<usize>, InvalidValue> {
     let surface = Adjacency::new(coordinates, triangles, carriers, is_free);
     if surface.inner.is_empty() {
         let found = format!(
@@ -46,8 +46,8 @@ pub fn macro_patches(
     surface.grow(&cores)
 }
 
-fn unusable(found: String) -> Invalid {
-    Invalid {
+fn unusable(found: String) -> InvalidValue {
+    InvalidValue {
         key: "contact.face".to_owned(),
         expected: "a free node inside every part of the contact face".to_owned(),
         found,
@@ -195,7 +195,7 @@ impl<'a> Adjacency<'a> {
 
     /// Gives each core its star and the triangles between the stars to their neighbours: the
     /// smallest pane takes the nearest triangle next to it, until none is left.
-    fn grow(&self, cores: &[usize]) -> Result<Vec<usize>, Invalid> {
+    fn grow(&self, cores: &[usize]) -> Result<Vec<usize>, InvalidValue> {
         let mut pane: Vec<Option<usize>> = vec![None; self.triangles.len()];
         let mut area = vec![0.0; cores.len()];
         for (p, core) in cores.iter().enumerate() {

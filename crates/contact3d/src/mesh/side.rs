@@ -10,7 +10,7 @@ use crate::{
         TRIANGLE_EDGES, quadrature,
         shape::{quadratic_triangle, quadratic_triangle_slopes},
     },
-    scene::{Invalid, Part, Scene, Written},
+    scene::{InvalidValue, Part, Scene, Written},
 };
 
 /// Largest distance of a mid-edge node from the middle of its edge, over the length of the edge, at
@@ -235,7 +235,7 @@ pub(super) fn edge_lengths(corners: &[[f64; 3]; 4]) -> [f64; 6] {
 
 /// The region of each tetrahedron: 0, or k for the last region k of the scene that holds it; empty
 /// in a scene without regions.
-pub(super) fn assign(scene: &Scene, mesh: &RawMesh) -> Result<Vec<usize>, Invalid> {
+pub(super) fn assign(scene: &Scene, mesh: &RawMesh) -> Result<Vec<usize>, InvalidValue> {
     if scene.regions.is_empty() {
         return Ok(Vec::new());
     }
@@ -264,8 +264,8 @@ pub(super) fn assign(scene: &Scene, mesh: &RawMesh) -> Result<Vec<usize>, Invali
     Ok(assigned)
 }
 
-fn empty(region: usize, part: &Part, mesh: &RawMesh) -> Invalid {
-    Invalid {
+fn empty(region: usize, part: &Part, mesh: &RawMesh) -> InvalidValue {
+    InvalidValue {
         key: format!("region.{region}.part"),
         expected: match part {
             Part::Group(_) => format!(

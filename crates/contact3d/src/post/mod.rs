@@ -29,7 +29,7 @@ use crate::{
     elasticity::{InternalForces, MaterialField, SpringMatrix},
     linalg::difference,
     mesh::{FLAT, Mesh},
-    scene::{Functional, Invalid, Scene},
+    scene::{Functional, InvalidValue, Scene},
     solver::{ContactState, Solution},
 };
 
@@ -58,7 +58,7 @@ impl Solved<'_> {
     }
 
     /// What springs take in the part of the displacement that does not strain the body, in N, `[n_free]`; empty where there is none.
-    fn carried_by_springs(&self) -> Result<Vec<f64>, Invalid> {
+    fn carried_by_springs(&self) -> Result<Vec<f64>, InvalidValue> {
         let (solution, dofs) = (self.solution, &self.system.dofs);
         if solution.straining.is_empty() {
             return Ok(Vec::new());
@@ -155,7 +155,7 @@ impl ContactReport {
     ///
     /// # Errors
     /// A load that is not finite.
-    pub fn new(solved: &Solved<'_>) -> Result<Self, Invalid> {
+    pub fn new(solved: &Solved<'_>) -> Result<Self, InvalidValue> {
         Self::with(solved, |solved, known, _| {
             (ErrorEstimate::new(solved, known), Vec::new())
         })
@@ -168,7 +168,7 @@ impl ContactReport {
     pub(crate) fn with_functionals(
         solved: &Solved<'_>,
         system: &DualSystem,
-    ) -> Result<Self, Invalid> {
+    ) -> Result<Self, InvalidValue> {
         Self::with(solved, |solved, known, resultants| {
             functional::estimates(system, solved, known, resultants)
         })
@@ -178,7 +178,7 @@ impl ContactReport {
     ///
     /// # Errors
     /// A load that is not finite.
-    pub(crate) fn without_estimate(solved: &Solved<'_>) -> Result<Self, Invalid> {
+    pub(crate) fn without_estimate(solved: &Solved<'_>) -> Result<Self, InvalidValue> {
         Self::with(solved, |_, _, _| Default::default())
     }
 
@@ -189,7 +189,7 @@ impl ContactReport {
             &estimate::SolutionData<'_>,
             &Resultants,
         ) -> (ErrorEstimate, Vec<FunctionalEstimate>),
-    ) -> Result<Self, Invalid> {
+    ) -> Result<Self, InvalidValue> {
         let friction = solved.contact.as_ref();
         let friction = friction.and_then(|contact| contact.friction(solved));
         let stiffness = solved

@@ -8,7 +8,7 @@ use super::{Solved, SolvedContact, Vector};
 use crate::{
     elasticity::{Loads, SpringMatrix},
     mesh::Mesh,
-    scene::{Invalid, Scene},
+    scene::{InvalidValue, Scene},
 };
 
 /// Forces on the nodes of a body at rest in N, `[n_nodes]` each; they and the internal forces balance.
@@ -33,7 +33,7 @@ impl NodalForces {
         solved: &Solved<'_>,
         displacement: &[Vector],
         internal: &[Vector],
-    ) -> Result<Self, Invalid> {
+    ) -> Result<Self, InvalidValue> {
         let springs = SpringMatrix::of(solved.scene, solved.mesh)?;
         let springs = springs.map(|springs| opposite(springs.forces(displacement)));
         let applied = Loads::of(solved.scene).nodal_forces(solved.mesh)?;
@@ -124,7 +124,7 @@ pub(super) fn by_source(
     solved: &Solved<'_>,
     displacement: &[Vector],
     forces: &NodalForces,
-) -> Result<Vec<SourceForce>, Invalid> {
+) -> Result<Vec<SourceForce>, InvalidValue> {
     let (scene, mesh) = (solved.scene, solved.mesh);
     let row = |source: String, face: &str, forces: &[Vector]| {
         let (force, moment) = total(mesh, forces);

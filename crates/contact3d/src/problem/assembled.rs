@@ -11,7 +11,7 @@ use crate::{
     linalg::Workspace,
     mesh::Mesh,
     post::{ContactReport, ErrorBound, Rounding, Solved},
-    scene::{Invalid, Scene, SolveSettings},
+    scene::{InvalidValue, Scene, SolveSettings},
     solver::{
         ContactState, LocalMapping, NeedsExplicit, Progress, Solution, Start, coulomb_state,
         local_mapping, solve,
@@ -34,7 +34,7 @@ impl AssembledProblem {
     }
 
     /// The problem with the loads of its scene, which its operators may lack.
-    pub(super) fn with_own_loads(mut self) -> Result<Self, Invalid> {
+    pub(super) fn with_own_loads(mut self) -> Result<Self, InvalidValue> {
         let Problem {
             scene,
             mesh,
@@ -48,7 +48,7 @@ impl AssembledProblem {
     ///
     /// # Errors
     /// A load that is not finite.
-    pub fn with_last_loads(mut self) -> Result<Self, Invalid> {
+    pub fn with_last_loads(mut self) -> Result<Self, InvalidValue> {
         let scene = self.problem.scene.at_end()?;
         self.system.apply_loads(&scene, &self.problem.mesh)?;
         Ok(self)
@@ -199,8 +199,8 @@ impl AssembledProblem {
     /// A bound of the error of an answer to this problem; see [`ErrorBound`].
     ///
     /// # Errors
-    /// [`Invalid`] for scenes whose error cannot be bounded.
-    pub fn error_bound(&self, solution: &Solution) -> Result<ErrorBound, Invalid> {
+    /// [`InvalidValue`] for scenes whose error cannot be bounded.
+    pub fn error_bound(&self, solution: &Solution) -> Result<ErrorBound, InvalidValue> {
         ErrorBound::new(&self.solved(solution))
     }
 

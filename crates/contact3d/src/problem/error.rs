@@ -5,7 +5,7 @@ use thiserror::Error;
 use crate::{
     dual::AssemblyError,
     mesh::{GmshError, MeshError},
-    scene::{Invalid, SceneError},
+    scene::{InvalidValue, SceneError},
     solver::NeedsExplicit,
 };
 
@@ -17,7 +17,7 @@ pub enum ProblemError {
     Scene(#[from] SceneError),
     /// A value of the scene or of the settings.
     #[error(transparent)]
-    Invalid(#[from] Invalid),
+    Invalid(#[from] InvalidValue),
     /// The mesh file.
     #[error(transparent)]
     Mesh(#[from] GmshError),

@@ -25,7 +25,7 @@ use crate::{
     history::StepRecord,
     mesh::Mesh,
     post::{ContactReport, ErrorBound, Solved, SolvedContact},
-    scene::{Increment, Invalid, Scene, SceneFile, Warning},
+    scene::{Increment, InvalidValue, Scene, SceneFile, Warning},
     solver::{ContactState, Solution},
 };
 
@@ -78,7 +78,7 @@ impl Problem {
     ///
     /// # Errors
     /// Laws of the contact face that no problem can have.
-    pub fn of_checked(scene: Scene, mesh: Arc<Mesh>) -> Result<Self, Invalid> {
+    pub fn of_checked(scene: Scene, mesh: Arc<Mesh>) -> Result<Self, InvalidValue> {
         let interface = Interface::new(&scene, &mesh)?;
         Ok(Self {
             scene,
@@ -103,7 +103,7 @@ impl Problem {
         &self,
         increment: Increment,
         before: Option<&StepRecord>,
-    ) -> Result<Self, Invalid> {
+    ) -> Result<Self, InvalidValue> {
         let scene = self.scene.at_increment(increment)?;
         let problem = Self::of_checked(scene, Arc::clone(&self.mesh))?;
         let has_friction = problem.interface().is_some_and(Interface::has_friction);
@@ -120,7 +120,7 @@ impl Problem {
     ///
     /// # Errors
     /// Gaps and laws that no problem can have.
-    pub fn after_increments(&self, records: &[StepRecord]) -> Result<Self, Invalid> {
+    pub fn after_increments(&self, records: &[StepRecord]) -> Result<Self, InvalidValue> {
         match records.split_last() {
             Some((last, before)) => self.at_increment(last.increment, before.last()),
             None => Self::of_checked(self.scene.at_end()?, Arc::clone(&self.mesh)),
@@ -157,7 +157,7 @@ impl Problem {
         system: &PrimalSystem,
         coupling: Option<&Coupling>,
         solution: &mut Solution,
-    ) -> Result<ContactReport, Invalid> {
+    ) -> Result<ContactReport, InvalidValue> {
         let report = ContactReport::new(&self.solved(system, coupling, solution))?;
         report.judge(solution);
         Ok(report)
@@ -166,13 +166,13 @@ impl Problem {
     /// A bound of the error of an answer, with A, l and B; see [`ErrorBound`].
     ///
     /// # Errors
-    /// [`Invalid`] for scenes whose error cannot be bounded.
+    /// [`InvalidValue`] for scenes whose error cannot be bounded.
     pub fn error_bound(
         &self,
         system: &PrimalSystem,
         coupling: Option<&Coupling>,
         solution: &Solution,
-    ) -> Result<ErrorBound, Invalid> {
+    ) -> Result<ErrorBound, InvalidValue> {
         ErrorBound::new(&self.solved(system, coupling, solution))
     }
 

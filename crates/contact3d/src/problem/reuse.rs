@@ -3,7 +3,7 @@
 use super::{AssembledProblem, Problem, ProblemError};
 use crate::{
     contact::Interface,
-    scene::{Clamp, Contact, Invalid, Scene, SlipInterpolation},
+    scene::{Clamp, Contact, InvalidValue, Scene, SlipInterpolation},
 };
 
 impl AssembledProblem {
@@ -58,7 +58,7 @@ impl AssembledProblem {
         let explicit = contact.and_then(|contact| contact.explicit());
         let is_missing = explicit.is_some_and(|explicit| explicit.compliance.is_none());
         if is_missing && interface.is_some_and(Interface::follows_slip) {
-            return Err(ProblemError::Invalid(Invalid {
+            return Err(ProblemError::Invalid(InvalidValue {
                 key: "friction".into(),
                 expected: "a law that does not follow the slip, as when the problem was assembled".into(),
                 found: "one that follows the slip".into(),

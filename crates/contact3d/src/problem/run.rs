@@ -6,7 +6,7 @@ use crate::{
     dual::AssemblyError,
     history::{Bookkeeping, StepRecord},
     post::ContactReport,
-    scene::{Increment, Invalid, SolveSettings},
+    scene::{Increment, InvalidValue, SolveSettings},
     solver::{Goal, Progress, Solution, Start, Status},
 };
 
@@ -214,7 +214,7 @@ impl AssembledProblem {
         &self,
         solution: &Solution,
         errors: EstimatedErrors,
-    ) -> Result<ContactReport, Invalid> {
+    ) -> Result<ContactReport, InvalidValue> {
         let solved = self.solved(solution);
         match errors {
             EstimatedErrors::Quantities => ContactReport::with_functionals(&solved, &self.system),
@@ -257,7 +257,7 @@ impl AssembledProblem {
         &self,
         increment: Increment,
         before: Option<&StepRecord>,
-    ) -> Result<Self, Invalid> {
+    ) -> Result<Self, InvalidValue> {
         let problem = self.problem.at_increment(increment, before)?;
         Self::new(problem, self.system.clone()).with_own_loads()
     }

@@ -7,8 +7,9 @@ use units::Units;
 use super::{
     AssembleSettings, Body, BodyForce, Brick, Clamp, Coefficient, Component, Contact,
     DualOperatorKind, ElementOrder, Expression, ExpressionError, Formula, Friction, GmshFile,
-    Invalid, Isotropic, LawFunction, LawPoint, Material, POSITION, Parameters, Part, PlaceFunction,
-    Pressure, Quantity, Ramp, Region, Scene, Shape, SlipDerivative, SolveSettings, Step, Traction,
+    InvalidValue, Isotropic, LawFunction, LawPoint, Material, POSITION, Parameters, Part,
+    PlaceFunction, Pressure, Quantity, Ramp, Region, Scene, Shape, SlipDerivative, SolveSettings,
+    Step, Traction,
 };
 
 impl Scene {
@@ -124,7 +125,7 @@ impl Scene {
     ///
     /// # Errors
     /// The first offending key.
-    pub fn checked(mut self) -> Result<Self, Invalid> {
+    pub fn checked(mut self) -> Result<Self, InvalidValue> {
         self.bind_parameters()?;
         self.validate()?;
         Ok(self)

@@ -52,7 +52,7 @@ pub enum SceneError {
     #[diagnostic(help("{}", invalid.help))]
     Invalid {
         /// The key, what was expected and what was found.
-        invalid: Box<Invalid>,
+        invalid: Box<InvalidValue>,
         /// The scene text.
         #[source_code]
         text: NamedSource<String>,
@@ -74,7 +74,7 @@ pub struct SyntaxProblem {
 /// An unusable value: the key, what it should be, what it is, and what to do.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("{key}: expected {expected}, found {found}; {help}")]
-pub struct Invalid {
+pub struct InvalidValue {
     /// Path of the key, such as `material.isotropic.poisson_ratio` or `traction.0.value`.
     pub key: String,
     /// What the model allows.
@@ -120,7 +120,7 @@ const LONGEST_LINE: usize = 300;
 const LONGEST_FOUND: usize = 300;
 
 /// What a text has that is no scene, and where.
-pub(super) struct Misfit {
+pub(super) struct SchemaViolation {
     /// The key; empty for the text as a whole.
     pub(super) key: String,
     pub(super) message: String,
@@ -153,18 +153,18 @@ pub(super) fn whole_limit() -> String {
 }
 
 impl SceneError {
-    pub(super) fn syntax(name: &str, text: &str, misfit: Misfit) -> Self {
-        let message = shortened(misfit.message);
+    pub(super) fn syntax(name: &str, text: &str, violation: SchemaViolation) -> Self {
+        let message = shortened(violation.message);
         Self::Syntax {
             problem: Box::new(SyntaxProblem {
-                message: match misfit.key.as_str() {
+                message: match violation.key.as_str() {
                     "" => message,
                     key => format!("{key}: {message}"),
                 },
-                help: misfit.help,
+                help: violation.help,
             }),
             text: NamedSource::new(name, text.to_owned()),
-            span: shown(text, Some(misfit.span)),
+            span: shown(text, Some(violation.span)),
         }
     }
 
@@ -175,16 +175,16 @@ impl SceneError {
             Some(limit) => format!("expected {limit}, found {}", &text[span.clone()]),
             None => error.message().to_owned(),
         };
-        let misfit = Misfit {
+        let violation = SchemaViolation {
             key: key_at(text, span.start).unwrap_or_default(),
             message,
             help: help.to_owned(),
             span,
         };
-        Self::syntax(name, text, misfit)
+        Self::syntax(name, text, violation)
     }
 
-    pub(super) fn invalid(name: &str, text: &str, mut invalid: Invalid) -> Self {
+    pub(super) fn invalid(name: &str, text: &str, mut invalid: InvalidValue) -> Self {
         let span = locate(text, &invalid.key);
         invalid.found = shortened(invalid.found);
         Self::Invalid {

@@ -12,7 +12,7 @@ use std::{
 
 use serde::Serialize;
 
-use super::{Invalid, Scene, SceneError};
+use super::{InvalidValue, Scene, SceneError};
 
 /// Longest scene in bytes; a friction law of 1000 × 200 values stays below.
 pub const LONGEST_SCENE: u64 = 4_000_000;
@@ -95,7 +95,7 @@ impl SceneFile {
 
     /// An error that shows the line of an unusable value.
     #[must_use]
-    pub fn refuse(&self, invalid: Invalid) -> SceneError {
+    pub fn refuse(&self, invalid: InvalidValue) -> SceneError {
         SceneError::invalid(&self.name, &self.text, invalid)
     }
 }
@@ -237,7 +237,7 @@ pub struct Written<'a, T>(pub &'a T);
 impl<T: Serialize> fmt::Display for Written<'_, T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match toml::Value::try_from(self.0) {
-            Ok(value) => f.write_str(&written(&value)),
+            Ok(value) => f.write_str(&to_toml(&value)),
             Err(error) => write!(f, "{error}"),
         }
     }
@@ -245,15 +245,15 @@ impl<T: Serialize> fmt::Display for Written<'_, T> {
 
 /// A value of TOML as a scene writes it.
 #[must_use]
-pub fn written(value: &toml::Value) -> String {
+pub fn to_toml(value: &toml::Value) -> String {
     let joined = |items: Vec<String>| items.join(", ");
     match value {
         toml::Value::Float(value) if value.is_nan() => "nan".to_owned(),
         toml::Value::Float(value) => format!("{value:?}"),
-        toml::Value::Array(items) => format!("[{}]", joined(items.iter().map(written).collect())),
+        toml::Value::Array(items) => format!("[{}]", joined(items.iter().map(to_toml).collect())),
         toml::Value::Table(table) => {
             let pairs = table.iter();
-            let pairs = pairs.map(|(key, value)| format!("{key} = {}", written(value)));
+            let pairs = pairs.map(|(key, value)| format!("{key} = {}", to_toml(value)));
             format!("{{ {} }}", joined(pairs.collect()))
         }
         other => other.to_string(),
@@ -272,13 +272,13 @@ pub fn is_hidden_control(c: char) -> bool {
 /// Text for one line of a page or a terminal: control characters are shown by their escapes, such
 /// as `\n` and `\u{1b}`.
 #[must_use]
-pub fn shown(text: &str) -> String {
+pub fn escape_control(text: &str) -> String {
     with_escapes(text, is_hidden_control)
 }
 
-/// Text of several lines, as [`shown`] but with its ends of lines and tabs.
+/// Text of several lines, as [`escape_control`] but with its ends of lines and tabs.
 #[must_use]
-pub fn shown_lines(text: &str) -> String {
+pub fn escape_control_lines(text: &str) -> String {
     with_escapes(text, |c| is_hidden_control(c) && c != '\n' && c != '\t')
 }
 
@@ -298,6 +298,6 @@ impl Scene {
     /// The title as pages, pictures and terminals show it; files and JSON hold it as it is.
     #[must_use]
     pub fn shown_title(&self) -> String {
-        shown(&self.title)
+        escape_control(&self.title)
     }
 }

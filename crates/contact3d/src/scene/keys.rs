@@ -15,7 +15,7 @@ use toml::{
 
 use super::{
     SceneError,
-    error::{Misfit, whole_limit},
+    error::{SchemaViolation, whole_limit},
 };
 
 /// Tables that hold exactly one kind of several, by their first kind, and words that need a table beside them: how to write them.
@@ -80,7 +80,7 @@ pub fn parse_toml<'de, T: Deserialize<'de> + JsonSchema>(
     };
     checker
         .table(&root, "", table.get_ref(), 0..0)
-        .map_err(|misfit| SceneError::syntax(name, text, misfit))?;
+        .map_err(|violation| SceneError::syntax(name, text, violation))?;
     T::deserialize(Deserializer::from(table)).map_err(unreadable)
 }
 
@@ -97,7 +97,7 @@ impl<'a> Checker<'a> {
         schema: &'a Schema,
         key: &str,
         value: &Spanned<DeValue<'_>>,
-    ) -> Result<(), Misfit> {
+    ) -> Result<(), SchemaViolation> {
         let found = value.get_ref();
         let options = self.alternatives(schema);
         let Some(schema) = options.iter().find(|option| fits(kind(option), found)) else {
@@ -110,7 +110,7 @@ impl<'a> Checker<'a> {
                 expected.join(", or "),
                 self.found(value)
             );
-            return Err(Misfit {
+            return Err(SchemaViolation {
                 key: key.to_owned(),
                 message,
                 help: remedy(&options, found) + self.keys,
@@ -137,13 +137,18 @@ impl<'a> Checker<'a> {
     }
 
     /// Refuses a whole number that TOML cannot hold.
-    fn whole(&self, key: &str, whole: &DeInteger<'_>, span: Range<usize>) -> Result<(), Misfit> {
+    fn whole(
+        &self,
+        key: &str,
+        whole: &DeInteger<'_>,
+        span: Range<usize>,
+    ) -> Result<(), SchemaViolation> {
         let digits = whole.as_str().replace('_', "");
         if i64::from_str_radix(&digits, whole.radix()).is_ok() {
             return Ok(());
         }
         let found = &self.text[span.clone()];
-        Err(Misfit {
+        Err(SchemaViolation {
             key: key.to_owned(),
             message: format!("expected {}, found {found}", whole_limit()),
             help: match digits.parse::<f64>() {
@@ -160,7 +165,7 @@ impl<'a> Checker<'a> {
         key: &str,
         table: &DeTable<'_>,
         span: Range<usize>,
-    ) -> Result<(), Misfit> {
+    ) -> Result<(), SchemaViolation> {
         let properties = schema["properties"].as_object();
         for (name, value) in table {
             let own = format!("{key}.{}", name.get_ref());
@@ -176,7 +181,7 @@ impl<'a> Checker<'a> {
             }
         }
         if key.is_empty() && table.is_empty() {
-            return Err(Misfit {
+            return Err(SchemaViolation {
                 key: String::new(),
                 message: "line 1: expected keys, found none".to_owned(),
                 help: format!(
@@ -203,7 +208,7 @@ impl<'a> Checker<'a> {
         schema: &'a Schema,
         key: &str,
         value: &Spanned<DeValue<'_>>,
-    ) -> Result<(), Misfit> {
+    ) -> Result<(), SchemaViolation> {
         let options = || items(&schema["oneOf"]);
         let words: Vec<&str> = options()
             .filter_map(|option| option["const"].as_str())
@@ -214,7 +219,7 @@ impl<'a> Checker<'a> {
         let mut aliases = options().flat_map(|option| items(&option["aliases"]));
         match value.get_ref() {
             DeValue::String(word) if kinds.contains(&word.as_ref()) && !words.is_empty() => {
-                Err(Misfit {
+                Err(SchemaViolation {
                     key: key.to_owned(),
                     message: format!("expected a table with the box of the mean, found {word:?}"),
                     help: format!(
@@ -247,7 +252,7 @@ impl<'a> Checker<'a> {
                     value.map_or(Ok(()), |value| self.value(schema, &own, value))
                 })
             }
-            _ if words.is_empty() => Err(Misfit {
+            _ if words.is_empty() => Err(SchemaViolation {
                 key: key.to_owned(),
                 message: format!("{}; found {}", exactly_one(&kinds), self.found(value)),
                 help: format!("name the kind, such as {}", example(kinds[0])),
@@ -260,7 +265,7 @@ impl<'a> Checker<'a> {
                     let name = key.rsplit('.').next().unwrap_or(key);
                     format!("write {name} = {word:?}; ")
                 });
-                Err(Misfit {
+                Err(SchemaViolation {
                     key: key.to_owned(),
                     message: format!("expected a word, found {}", self.found(value)),
                     help: meant.unwrap_or_default() + self.keys,
@@ -277,7 +282,7 @@ impl<'a> Checker<'a> {
         key: &str,
         table: &DeTable<'_>,
         span: Range<usize>,
-    ) -> Result<(), Misfit> {
+    ) -> Result<(), SchemaViolation> {
         let names = table.keys().map(|name| name.get_ref().as_ref());
         let found: Vec<&str> = names.filter(|name| kinds.contains(name)).collect();
         let (found, help) = match found.as_slice() {
@@ -291,7 +296,7 @@ impl<'a> Checker<'a> {
                 format!("leave one of them; --set '{key}={{ ... }}' replaces the whole table"),
             ),
         };
-        Err(Misfit {
+        Err(SchemaViolation {
             key: key.to_owned(),
             message: format!("{}; found {found}", exactly_one(kinds)),
             help,
@@ -306,7 +311,7 @@ impl<'a> Checker<'a> {
         name: &str,
         span: Range<usize>,
         known: &[&str],
-    ) -> Result<(), Misfit> {
+    ) -> Result<(), SchemaViolation> {
         let similarity = |known: &str| strsim::jaro_winkler(name, known);
         let nearest = known
             .iter()
@@ -322,7 +327,7 @@ impl<'a> Checker<'a> {
             [] | [_] | [_, _] => format!("`{}`", known.join("` or `")),
             several => format!("one of `{}`", several.join("`, `")),
         };
-        Err(Misfit {
+        Err(SchemaViolation {
             key: key.to_owned(),
             message: format!("unknown {what} `{name}`, expected {expected}"),
             help: meant.unwrap_or_default() + self.keys,
@@ -330,8 +335,13 @@ impl<'a> Checker<'a> {
         })
     }
 
-    fn refuse(&self, key: &str, span: Range<usize>, message: String) -> Result<(), Misfit> {
-        Err(Misfit {
+    fn refuse(
+        &self,
+        key: &str,
+        span: Range<usize>,
+        message: String,
+    ) -> Result<(), SchemaViolation> {
+        Err(SchemaViolation {
             key: key.to_owned(),
             message,
             help: self.keys.to_owned(),

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{
-    Expression, Invalid, POSITION, PlaceFunction, Quantity, Scene, SlipMeasure, Step, Written,
+    Expression, InvalidValue, POSITION, PlaceFunction, Quantity, Scene, SlipMeasure, Step, Written,
     validate::require,
 };
 
@@ -91,7 +91,7 @@ impl Scene {
     ///
     /// # Errors
     /// The steps, named as what `task` cannot have.
-    pub fn require_no_history(&self, task: &str) -> Result<(), Invalid> {
+    pub fn require_no_history(&self, task: &str) -> Result<(), InvalidValue> {
         require(
             !self.has_history(),
             "step",
@@ -131,7 +131,7 @@ impl Scene {
     ///
     /// # Errors
     /// A key that the scene does not have, a value of another shape.
-    pub fn at_increment(&self, increment: Increment) -> Result<Self, Invalid> {
+    pub fn at_increment(&self, increment: Increment) -> Result<Self, InvalidValue> {
         let mut scene = self.clone();
         scene.steps.clear();
         let own = scene.contacts.iter_mut();
@@ -153,7 +153,7 @@ impl Scene {
     ///
     /// # Errors
     /// As [`Self::at_increment`].
-    pub(crate) fn moved_clamps(&self) -> Result<Vec<usize>, Invalid> {
+    pub(crate) fn moved_clamps(&self) -> Result<Vec<usize>, InvalidValue> {
         let mut moved = vec![false; self.clamps.len()];
         for end in self.increments().iter().filter(|end| end.share >= 1.0) {
             let clamps = self.at_increment(*end)?.clamps;
@@ -167,7 +167,7 @@ impl Scene {
     ///
     /// # Errors
     /// As [`Self::at_increment`].
-    pub fn at_end(&self) -> Result<Self, Invalid> {
+    pub fn at_end(&self) -> Result<Self, InvalidValue> {
         match self.increments().last() {
             None => Ok(self.clone()),
             Some(last) => self.at_increment(*last),
@@ -175,7 +175,7 @@ impl Scene {
     }
 
     /// What all targets have when a step begins and when it ends.
-    fn ends_of(&self, step: usize) -> Result<[BTreeMap<SteppedValue, EndValue>; 2], Invalid> {
+    fn ends_of(&self, step: usize) -> Result<[BTreeMap<SteppedValue, EndValue>; 2], InvalidValue> {
         let mut scene = self.clone();
         let mut held: BTreeMap<SteppedValue, EndValue> = self
             .targets()
@@ -205,7 +205,7 @@ impl Scene {
         k: usize,
         given: &Step,
         held: &mut BTreeMap<SteppedValue, EndValue>,
-    ) -> Result<(), Invalid> {
+    ) -> Result<(), InvalidValue> {
         for (name, value) in &given.value {
             let target = self.target(&format!("step.{k}.value"), name)?;
             if let Some(now) = held.get_mut(&target) {
@@ -259,13 +259,13 @@ impl Scene {
     }
 
     /// What a name or a key in a step stands for.
-    fn target(&self, at: &str, name: &str) -> Result<SteppedValue, Invalid> {
+    fn target(&self, at: &str, name: &str) -> Result<SteppedValue, InvalidValue> {
         let targets = self.targets();
         let mut named = targets.iter();
         let found = named.find(|(_, key, own)| key == name || *own == Some(name));
         found.map(|(target, ..)| *target).ok_or_else(|| {
             let known = targets.iter().map(|(_, key, own)| format!("\"{}\"", own.unwrap_or(key)));
-            Invalid {
+            InvalidValue {
                 key: format!("{at}.{name}"),
                 expected: format!(
                     "something that the scene loads, moves or opens: {}",
@@ -284,7 +284,7 @@ impl Scene {
     pub fn map_step_values(
         &mut self,
         by: impl Fn(SteppedValue, &[Quantity]) -> Vec<Quantity>,
-    ) -> Result<(), Invalid> {
+    ) -> Result<(), InvalidValue> {
         let mut steps = std::mem::take(&mut self.steps);
         for (k, step) in steps.iter_mut().enumerate() {
             for (name, value) in &mut step.value {

@@ -34,15 +34,15 @@ pub use brick::{Brick, BrickFace, GivenPlanes, Grading, MOST_CELLS};
 pub use coefficient::{Coefficient, LawPoint, Ramp, SlipDerivative};
 pub(crate) use coefficient::{LEAST_COEFFICIENT, is_coefficient};
 pub use contact::{Contact, MultiplierSpace, SlipInterpolation};
-pub use error::{Invalid, SceneError, SyntaxProblem, Unwritable, number_limit, numbers};
+pub use error::{InvalidValue, SceneError, SyntaxProblem, Unwritable, number_limit, numbers};
 pub(crate) use error::{UNDEFINED, place_words};
 pub use expression::{
     BranchEnd, Expression, ExpressionError, FUNCTIONS, FormulaBranch, OnBranch, Parameters,
 };
 pub use features::{ContactFeatures, ModelFeatures};
 pub use file::{
-    LONGEST_SCENE, SceneFile, Written, is_hidden_control, read_bounded, require_regular, shown,
-    shown_lines, written,
+    LONGEST_SCENE, SceneFile, Written, escape_control, escape_control_lines, is_hidden_control,
+    read_bounded, require_regular, to_toml,
 };
 pub use friction::{Friction, FrictionLaw, SlipMeasure};
 pub use function::{Formula, Grid, LAW_VARIABLES, LawFunction, PlaceFunction, Table};

@@ -5,8 +5,8 @@ use std::{collections::BTreeSet, slice::from_mut};
 use ProblemPart::{Law, Loads, Mesh, Operator};
 
 use super::{
-    Coefficient, Contact, Expression, ExpressionError, Friction, Invalid, LAW_VARIABLES, Obstacle,
-    Parameters, Quantity, Scene,
+    Coefficient, Contact, Expression, ExpressionError, Friction, InvalidValue, LAW_VARIABLES,
+    Obstacle, Parameters, Quantity, Scene,
     contact::contact_key,
     expression::{is_identifier, meaning},
     validate::require,
@@ -55,7 +55,7 @@ impl Scene {
     ///
     /// # Errors
     /// A parameter that cannot be one, and a name in a formula that means nothing.
-    pub(super) fn bind_parameters(&mut self) -> Result<(), Invalid> {
+    pub(super) fn bind_parameters(&mut self) -> Result<(), InvalidValue> {
         for (name, value) in &self.parameters {
             check(name, *value)?;
         }
@@ -243,7 +243,7 @@ impl Varying<'_> {
 }
 
 /// Refuses a parameter that formulas cannot use.
-fn check(name: &str, value: f64) -> Result<(), Invalid> {
+fn check(name: &str, value: f64) -> Result<(), InvalidValue> {
     let key = || format!("parameters.{name}");
     let other = meaning(name, LAW_VARIABLES);
     require(
@@ -270,9 +270,9 @@ fn check(name: &str, value: f64) -> Result<(), Invalid> {
 }
 
 /// A formula with a name that means nothing.
-fn unbound(key: String, text: &str, error: ExpressionError) -> Invalid {
+fn unbound(key: String, text: &str, error: ExpressionError) -> InvalidValue {
     match error {
-        ExpressionError::Unknown { name, known } => Invalid {
+        ExpressionError::Unknown { name, known } => InvalidValue {
             key,
             expected: known,
             found: format!("the unknown name {name} in \"{text}\""),
@@ -280,7 +280,7 @@ fn unbound(key: String, text: &str, error: ExpressionError) -> Invalid {
                 "correct the name, or make it a parameter: {name} = 1.0, with the value you mean, below a line [parameters]"
             ),
         },
-        error => Invalid {
+        error => InvalidValue {
             key,
             expected: "a formula".into(),
             found: format!("\"{text}\""),

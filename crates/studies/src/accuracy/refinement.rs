@@ -13,7 +13,7 @@ use contact3d::{
     ProblemError,
     mesh::Mesh,
     reference::shape::quadratic_tetrahedron,
-    scene::{Brick, BrickFace, Contact, Invalid, MultiplierSpace, Scene, Shape},
+    scene::{Brick, BrickFace, Contact, InvalidValue, MultiplierSpace, Scene, Shape},
 };
 
 /// Planes are rounded a few times on their way from a scene, each time to half of 2e-16.
@@ -49,7 +49,7 @@ pub fn nested_bricks(
     let n_div = brick_n_div(brick);
     let finest = settings.finest.unwrap_or_else(|| default_finest(n_div));
     if finest == 0 || !finest.is_multiple_of(n_div) {
-        return Err(ProblemError::Invalid(Invalid {
+        return Err(ProblemError::Invalid(InvalidValue {
             key: "--finest".into(),
             expected: format!("a multiple of {n_div}, the scene's n_div"),
             found: finest.to_string(),

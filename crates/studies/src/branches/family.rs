@@ -12,7 +12,7 @@ use contact3d::{
     dual::{ExplicitDual, LocalStiffness},
     linalg::norm,
     mesh::Mesh,
-    scene::{DualOperatorKind, FactorPrecision, Invalid, Scene},
+    scene::{DualOperatorKind, FactorPrecision, InvalidValue, Scene},
 };
 
 /// Places in the range at which the loads must lie on a straight line to be taken from it, and the whole scene be valid.
@@ -35,7 +35,7 @@ enum Dependence {
 }
 
 /// The scene at a value of the parameter.
-pub type SceneAt<'a> = dyn Fn(f64) -> Result<Scene, Invalid> + 'a;
+pub type SceneAt<'a> = dyn Fn(f64) -> Result<Scene, InvalidValue> + 'a;
 
 /// The contact problems of a scene in a range of a parameter.
 pub struct Family<'a> {
@@ -61,7 +61,7 @@ impl<'a> Family<'a> {
         folder: &'a Path,
     ) -> Result<Self, ProblemError> {
         if !(range.from.is_finite() && range.to.is_finite() && range.from != range.to) {
-            return Err(Invalid {
+            return Err(InvalidValue {
                 key: range.key,
                 expected: "a range between two different numbers".into(),
                 found: format!("{} to {}", range.from, range.to),
@@ -96,7 +96,7 @@ impl<'a> Family<'a> {
         let others: Vec<_> = probes
             .map(|probe| Ok(shares(&probe?)))
             .chain([Ok(from), Ok(to)])
-            .collect::<Result<_, Invalid>>()?;
+            .collect::<Result<_, InvalidValue>>()?;
         let is_other = |other: &Result<AssembledProblem, ProblemError>| {
             matches!(other, Err(ProblemError::OtherOperator { .. }))
         };
@@ -151,7 +151,7 @@ impl<'a> Family<'a> {
     }
 
     /// The scene at s.
-    pub(super) fn scene(&self, s: f64) -> Result<Scene, Invalid> {
+    pub(super) fn scene(&self, s: f64) -> Result<Scene, InvalidValue> {
         (self.scene_at)(self.range.value(s)).and_then(Scene::checked)
     }
 
@@ -315,8 +315,8 @@ pub(super) fn assemble(scene: &Scene, folder: &Path) -> Result<AssembledProblem,
     Ok(assembled)
 }
 
-fn several_faces(found: usize) -> Invalid {
-    Invalid {
+fn several_faces(found: usize) -> InvalidValue {
+    InvalidValue {
         key: "contact".into(),
         expected: "one contact face, whose zones and segments of its law name the pieces of a path"
             .into(),
@@ -325,8 +325,8 @@ fn several_faces(found: usize) -> Invalid {
     }
 }
 
-pub(super) fn no_friction() -> Invalid {
-    Invalid {
+pub(super) fn no_friction() -> InvalidValue {
+    InvalidValue {
         key: "friction".into(),
         expected: "Coulomb friction on a contact face, at every value of the parameter".into(),
         found: "a scene without".into(),

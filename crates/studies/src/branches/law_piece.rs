@@ -259,24 +259,24 @@ impl LawPieces<'_> {
                 end(Switch::Reversal(node, axis), slip[axis] / unit, beyond);
             }
         }
-        // To forks of formulas it is to first order the slip to them.
+        // To branch points of formulas it is to first order the slip to them.
         for (coefficient, law) in self.law.only().coefficients().iter().enumerate() {
             let Coefficient::Expression(formula) = law else {
                 continue;
             };
             let (at, own_by) = self.at(coefficient, node, slip);
             let found = formula.on_branch(&kept(&at), piece.branch[coefficient]);
-            for fork in found.ends {
-                let [own, first, second] = fork.slopes;
+            for reached in found.ends {
+                let [own, first, second] = reached.slopes;
                 let slope = (own * own_by[0] + first).hypot(own * own_by[1] + second);
-                let distance = fork.margin / slope;
-                // Where the slip does not move the fork it ends nothing.
+                let distance = reached.margin / slope;
+                // Where the slip does not move the branch point it ends nothing.
                 let value = if distance.is_finite() {
                     distance / unit
                 } else {
-                    f64::MAX.copysign(fork.margin)
+                    f64::MAX.copysign(reached.margin)
                 };
-                let beyond = LawChange::Fork(coefficient, fork.fork, !fork.less);
+                let beyond = LawChange::Fork(coefficient, reached.branch_point, !reached.less);
                 end(Switch::Knot(node, coefficient), value, beyond);
             }
         }

@@ -48,7 +48,7 @@ use self::{
 use contact3d::{
     ProblemError,
     linalg::{add_scaled, difference, norm},
-    scene::Invalid,
+    scene::InvalidValue,
 };
 
 /// Most paths that are begun, and most points after which no more are.
@@ -375,7 +375,7 @@ fn restored(
     equations: &PieceEquations<'_>,
 ) -> Result<PathFront, ProblemError> {
     record.front(equations)?.ok_or_else(|| {
-        Invalid {
+        InvalidValue {
             key: "branches".into(),
             expected: "a stored front of this problem".into(),
             found: "one of another".into(),

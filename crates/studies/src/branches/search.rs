@@ -10,7 +10,7 @@ use super::{
 use contact3d::{
     ProblemError,
     linalg::{difference, dot, norm},
-    scene::Invalid,
+    scene::InvalidValue,
     solver::{NaturalMap, Status},
 };
 
@@ -216,7 +216,7 @@ pub(super) fn solver_rays(equations: &PieceEquations<'_>) -> Result<Vec<HalfPath
             return Ok(rays);
         }
     }
-    Err(Invalid {
+    Err(InvalidValue {
         key: equations.family.range().key.clone(),
         expected: "a solution near the start of the range, from which a path leads".into(),
         found: format!("status {} there", last.word()),

@@ -9,7 +9,7 @@ use contact3d::{
     dual::{ContactSystem, ExplicitDual},
     linalg::{Precision, difference, norm},
     mesh::{ContactSurface, Mesh, Refinement},
-    scene::{DualOperatorKind, FactorPrecision, Invalid, Scene},
+    scene::{DualOperatorKind, FactorPrecision, InvalidValue, Scene},
     solver::{ContactState, Solution},
 };
 
@@ -137,8 +137,8 @@ impl ExplicitProblem {
     }
 }
 
-fn no_contact() -> Invalid {
-    Invalid {
+fn no_contact() -> InvalidValue {
+    InvalidValue {
         key: "contact".into(),
         expected: "a scene with contact".into(),
         found: "none".into(),

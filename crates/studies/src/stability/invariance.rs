@@ -2,7 +2,7 @@
 
 use std::{fmt, ops::Range, path::Path};
 
-use super::{Redescription, UnitChange, explicit_problem::ExplicitProblem};
+use super::{Transformation, UnitChange, explicit_problem::ExplicitProblem};
 use crate::progress::Pieces;
 use crate::shared::{greatest_common_divisor, matrix_of_columns};
 use contact3d::{
@@ -73,10 +73,10 @@ impl Invariance {
     }
 
     /// The other description; `None` where numbers stay what they are.
-    fn redescription(self, scene: &Scene) -> Option<Redescription> {
+    fn transformation(self, scene: &Scene) -> Option<Transformation> {
         let two = |power: i32| 2_f64.powi(power);
         let units = |length: f64, displacement: f64, stress: f64| {
-            Redescription::Units(UnitChange {
+            Transformation::Units(UnitChange {
                 length,
                 displacement,
                 stress,
@@ -86,8 +86,8 @@ impl Invariance {
             Self::BinaryUnits => Some(units(two(10), two(10), two(-20))),
             Self::DecimalUnits => Some(units(1e3, 1e3, 1e-6)),
             Self::LoadScaling => Some(units(1.0, two(LOAD_POWER), two(LOAD_POWER))),
-            Self::Mirror => Some(Redescription::mirror(scene)),
-            Self::Exchange => Some(Redescription::Exchange),
+            Self::Mirror => Some(Transformation::mirror(scene)),
+            Self::Exchange => Some(Transformation::Exchange),
             Self::Renumbering | Self::Threads => None,
         }
     }
@@ -147,18 +147,18 @@ fn changed(
 ) -> Result<Option<(Status, Vec<f64>)>, ProblemError> {
     let scene = &problem.scene;
     let cuts = problem.refinement.clone();
-    if let Some(redescription) = invariance.redescription(scene) {
-        let Some(image) = redescription.apply(scene)? else {
+    if let Some(transformation) = invariance.transformation(scene) {
+        let Some(image) = transformation.apply(scene)? else {
             return Ok(None);
         };
         // The tetrahedra of an image in space are numbered otherwise, so cuts have no image.
-        if !cuts.levels.is_empty() && !matches!(redescription, Redescription::Units(_)) {
+        if !cuts.levels.is_empty() && !matches!(transformation, Transformation::Units(_)) {
             return Ok(None);
         }
         let other = ExplicitProblem::refined(image, folder, cuts)?;
         let solution = other.assembled.solve(&scene.solve)?;
-        let multiplier = match redescription {
-            Redescription::Units(units) => {
+        let multiplier = match transformation {
+            Transformation::Units(units) => {
                 let stresses = solution.multiplier.iter();
                 Some(stresses.map(|l| l / units.stress).collect())
             }
@@ -190,7 +190,7 @@ fn changed(
 fn seen_back(
     problem: &ExplicitProblem,
     image: &ExplicitProblem,
-    map: Redescription,
+    map: Transformation,
     multiplier: &[f64],
 ) -> Option<Vec<f64>> {
     let layout = problem.dual().layout;

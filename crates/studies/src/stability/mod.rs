@@ -5,12 +5,12 @@ mod conditioning;
 mod cross_checks;
 mod explicit_problem;
 mod invariance;
-mod redescription;
+mod transformation;
 
 pub use conditioning::{Conditioning, RoundingBound, Spectrum};
 pub use cross_checks::{CrossCheck, CrossCheckResult};
 pub use invariance::{Invariance, InvarianceResult};
-pub use redescription::{Redescription, UnitChange};
+pub use transformation::{Transformation, UnitChange};
 
 use std::{fmt, path::Path, time::Instant};
 
@@ -27,7 +27,7 @@ use contact3d::{
 
 /// How much is checked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Depth {
+pub enum Effort {
     /// Conditioning, algorithms, certificate.
     Solve,
     /// These, and the problem in every other description.
@@ -91,15 +91,15 @@ impl Check {
     pub fn new(
         scene: &Scene,
         folder: &Path,
-        depth: Depth,
+        effort: Effort,
         solutions: Solutions,
         observe: &mut dyn FnMut(StudyStep),
     ) -> Result<Self, ProblemError> {
         let mut pieces = Pieces::new(observe);
         let solves = pieces.kind(None);
-        let others = match depth {
-            Depth::Solve => 0,
-            Depth::Invariances => Invariance::ALL.len(),
+        let others = match effort {
+            Effort::Solve => 0,
+            Effort::Invariances => Invariance::ALL.len(),
         };
         // The answer, its conditioning, and each other algorithm and description.
         let n_pieces = 2 + CrossCheck::ALL.len() + others;
@@ -155,9 +155,9 @@ impl Check {
             conditioning,
             linearisation,
             cross_checks: cross_checks::compare(problem, &answer, (solves, &mut pieces))?,
-            invariances: match depth {
-                Depth::Solve => Vec::new(),
-                Depth::Invariances => {
+            invariances: match effort {
+                Effort::Solve => Vec::new(),
+                Effort::Invariances => {
                     invariance::compare(&own, folder, &answer, (solves, &mut pieces))?
                 }
             },
@@ -218,11 +218,11 @@ pub struct Verdict {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum VerdictLevel {
     /// All that was asked for, to 1e-10 or to the bit.
-    Holds,
+    Pass,
     /// Above 1e-10, but within what double precision allows at this conditioning.
-    AtRounding,
+    Limited,
     /// Something was not reached and is not explained.
-    Fails,
+    Fail,
 }
 
 impl VerdictLevel {
@@ -230,9 +230,9 @@ impl VerdictLevel {
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
-            Self::Holds => "holds",
-            Self::AtRounding => "floor",
-            Self::Fails => "fails",
+            Self::Pass => "pass",
+            Self::Limited => "limited",
+            Self::Fail => "fail",
         }
     }
 }
@@ -252,11 +252,11 @@ const ABOUT: f64 = 10.0;
 impl Verdict {
     fn of(check: &Check) -> Self {
         let mut verdict = Self {
-            level: VerdictLevel::Holds,
+            level: VerdictLevel::Pass,
             findings: Vec::new(),
         };
         if !check.status.is_solved() {
-            verdict.add(VerdictLevel::Fails, check.status.word().replace('_', " "));
+            verdict.add(VerdictLevel::Fail, check.status.word().replace('_', " "));
         }
         verdict.add_figure(
             level(check.certificate, check.rounding_bound.certificate),
@@ -266,21 +266,21 @@ impl Verdict {
         let local = &check.linearisation;
         if local.determinant < 1 {
             let sign = ["det R' < 0", "det R' = 0"][(local.determinant + 1) as usize];
-            verdict.add(VerdictLevel::Holds, sign.to_owned());
+            verdict.add(VerdictLevel::Pass, sign.to_owned());
         }
         if local.contraction > 1.0 {
             let text = format!(
                 "successive approximations leave this solution: they move away by a factor of {:.3e} a step",
                 local.contraction
             );
-            verdict.add(VerdictLevel::Holds, text);
+            verdict.add(VerdictLevel::Pass, text);
         }
         if local.is_near_fold() {
             let text = format!(
                 "a fold is near: an eigenvalue of Ψ' is within {:.1e} of 1",
                 local.fold_distance
             );
-            verdict.add(VerdictLevel::Holds, text);
+            verdict.add(VerdictLevel::Pass, text);
         }
         verdict.add_cross_checks(check);
         for result in &check.invariances {
@@ -291,8 +291,8 @@ impl Verdict {
                 continue;
             }
             let reached = match allowed {
-                0.0 if result.difference == 0.0 => VerdictLevel::Holds,
-                0.0 => VerdictLevel::Fails,
+                0.0 if result.difference == 0.0 => VerdictLevel::Pass,
+                0.0 => VerdictLevel::Fail,
                 rounding_bound => level(result.difference, rounding_bound),
             };
             let figures = [result.difference, allowed];
@@ -308,7 +308,7 @@ impl Verdict {
         what: &dyn fmt::Display,
         [value, rounding_bound]: [f64; 2],
     ) {
-        if level != VerdictLevel::Holds {
+        if level != VerdictLevel::Pass {
             let text = format!("{what} {value:.0e}, rounding allows {rounding_bound:.0e}");
             self.add(level, text);
         }
@@ -325,28 +325,28 @@ impl Verdict {
                     * (cross_check.residual + check.linearisation.residual)
                 + ABOUT * cross_check.accuracy;
             let reached = if cross_check.disagreement > USELESS {
-                VerdictLevel::Fails
+                VerdictLevel::Fail
             } else {
                 level(cross_check.disagreement, allowed)
             };
             match (cross_check.is_solution(), reached) {
-                (false, _) => remarks.push((VerdictLevel::Holds, described(cross_check))),
-                (true, VerdictLevel::Holds) => agreeing += 1,
-                (true, VerdictLevel::AtRounding) => {
+                (false, _) => remarks.push((VerdictLevel::Pass, described(cross_check))),
+                (true, VerdictLevel::Pass) => agreeing += 1,
+                (true, VerdictLevel::Limited) => {
                     agreeing += 1;
                     let text = format!(
                         "{} {:.0e}, its residual allows {allowed:.0e}",
                         cross_check.cross_check, cross_check.disagreement
                     );
-                    remarks.push((VerdictLevel::AtRounding, text));
+                    remarks.push((VerdictLevel::Limited, text));
                 }
-                (true, VerdictLevel::Fails)
+                (true, VerdictLevel::Fail)
                     if cross_check.residual <= GOAL && cross_check.disagreement > allowed =>
                 {
                     self.add_solution(check, &cross_check.cross_check, cross_check.disagreement);
                 }
-                (true, VerdictLevel::Fails) => {
-                    remarks.push((VerdictLevel::Fails, described(cross_check)))
+                (true, VerdictLevel::Fail) => {
+                    remarks.push((VerdictLevel::Fail, described(cross_check)))
                 }
             }
         }
@@ -355,7 +355,7 @@ impl Verdict {
                 0 => "no algorithm agrees",
                 _ => "only one algorithm agrees",
             };
-            self.add(VerdictLevel::Fails, agree.to_owned());
+            self.add(VerdictLevel::Fail, agree.to_owned());
         }
         for (level, text) in remarks {
             self.add(level, text);
@@ -365,8 +365,8 @@ impl Verdict {
     /// Reports another solution, which satisfies the problem as well as the answer does.
     fn add_solution(&mut self, check: &Check, by: &dyn fmt::Display, difference: f64) {
         let level = match check.solutions {
-            Solutions::One => VerdictLevel::Fails,
-            Solutions::Several => VerdictLevel::Holds,
+            Solutions::One => VerdictLevel::Fail,
+            Solutions::Several => VerdictLevel::Pass,
         };
         self.add(level, format!("{by}: another solution ({difference:.0e})"));
     }
@@ -395,11 +395,11 @@ fn described(cross_check: &CrossCheckResult) -> String {
 /// Where a figure lies between the goal and what rounding allows; NaN fails.
 fn level(value: f64, rounding_bound: f64) -> VerdictLevel {
     if value <= GOAL {
-        VerdictLevel::Holds
+        VerdictLevel::Pass
     } else if value <= rounding_bound {
-        VerdictLevel::AtRounding
+        VerdictLevel::Limited
     } else {
-        VerdictLevel::Fails
+        VerdictLevel::Fail
     }
 }
 

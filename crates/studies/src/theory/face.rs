@@ -12,7 +12,7 @@ use contact3d::{
     elasticity::DofMap,
     linalg::{CholeskyFactor, CscMatrix, Work, amd, dot},
     mesh::{ContactSurface, Mesh, triangle_area},
-    scene::{ElementOrder, FrictionModel, Invalid, ModelFeatures, Quantity, Scene, Written},
+    scene::{ElementOrder, FrictionModel, InvalidValue, ModelFeatures, Quantity, Scene, Written},
 };
 
 /// A flat surface of linear triangles, some of whose nodes are held.
@@ -221,11 +221,11 @@ pub(super) fn factorised(matrix: &CscMatrix) -> Option<CholeskyFactor> {
 }
 
 /// Refuses what HKL §2 and §3 do not cover.
-pub(super) fn require_covered(scene: &Scene) -> Result<(), Invalid> {
+pub(super) fn require_covered(scene: &Scene) -> Result<(), InvalidValue> {
     scene.require_no_history("the theory")?;
     let faces = ModelFeatures::of(scene).contact;
     if faces.len() > 1 {
-        return Err(Invalid {
+        return Err(InvalidValue {
             key: "contact".into(),
             expected: "one contact face, as in HKL section 2".into(),
             found: format!("{} faces", faces.len()),
@@ -236,7 +236,7 @@ pub(super) fn require_covered(scene: &Scene) -> Result<(), Invalid> {
     let law = faces.first().map(|face| face.friction.as_ref());
     let follows_pressure = |law: &FrictionModel| law.bound.follows_pressure();
     if !law.flatten().is_some_and(follows_pressure) {
-        return Err(Invalid {
+        return Err(InvalidValue {
             key: "friction".into(),
             expected: "Coulomb friction on a contact face".into(),
             found: law.map_or("no contact", FrictionModel::word).into(),
@@ -245,7 +245,7 @@ pub(super) fn require_covered(scene: &Scene) -> Result<(), Invalid> {
     }
     let obstacle = faces.first().and_then(|face| face.obstacle.as_ref());
     if let Some(obstacle) = obstacle {
-        return Err(Invalid {
+        return Err(InvalidValue {
             key: "contact.obstacle".into(),
             expected: "no obstacle, as in HKL section 2".into(),
             found: obstacle.word().into(),
@@ -254,7 +254,7 @@ pub(super) fn require_covered(scene: &Scene) -> Result<(), Invalid> {
     }
     let gap = faces.first().and_then(|face| face.gap.clone());
     if let Some(gap) = gap {
-        return Err(Invalid {
+        return Err(InvalidValue {
             key: "contact.gap".into(),
             expected: "no gap, as in HKL section 2".into(),
             found: match gap {
@@ -267,7 +267,7 @@ pub(super) fn require_covered(scene: &Scene) -> Result<(), Invalid> {
         });
     }
     if scene.body.element == ElementOrder::P2 {
-        return Err(Invalid {
+        return Err(InvalidValue {
             key: "body.element".into(),
             expected: "\"P1\"".into(),
             found: "\"P2\"".into(),

@@ -22,7 +22,7 @@ use contact3d::{
     dual::{DualSystem, ExplicitDual, LocalStiffness},
     linalg::{CholeskyFactor, CscMatrix, Factor, FactorStructure, Work, Workspace, dot},
     mesh::{ContactSurface, Mesh},
-    scene::{DualOperatorKind, FactorPrecision, Invalid, Scene, SolveSettings},
+    scene::{DualOperatorKind, FactorPrecision, InvalidValue, Scene, SolveSettings},
     solver::{ContactState, Linearisation, PaneLaws, Status},
 };
 
@@ -355,8 +355,8 @@ impl TheoryProblem {
     }
 }
 
-fn moved_face() -> Invalid {
-    Invalid {
+fn moved_face() -> InvalidValue {
+    InvalidValue {
         key: "clamp".into(),
         expected: "contact nodes that are held at zero, or not at all".into(),
         found: "clamps with a value on contact nodes".into(),
@@ -365,7 +365,7 @@ fn moved_face() -> Invalid {
 }
 
 fn singular(form: &str) -> ProblemError {
-    ProblemError::Invalid(Invalid {
+    ProblemError::Invalid(InvalidValue {
         key: "contact".into(),
         expected: "forms of the contact face that have a factor, HKL (3.1)".into(),
         found: format!("a singular one ({form})"),

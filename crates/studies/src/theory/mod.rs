@@ -46,7 +46,7 @@ use contact3d::{
     Problem, ProblemError,
     contact::{Interface, LawBounds},
     mesh::Mesh,
-    scene::{Brick, BrickFace, GmshFile, Invalid, Scene},
+    scene::{Brick, BrickFace, GmshFile, InvalidValue, Scene},
 };
 use face::require_covered;
 use inf_sup::{BrickFaceGram, inf_sup};
@@ -226,8 +226,8 @@ impl LevelWork<'_, '_> {
     }
 }
 
-fn no_file() -> Invalid {
-    Invalid {
+fn no_file() -> InvalidValue {
+    InvalidValue {
         key: "body.gmsh".into(),
         expected: "a body from a Gmsh file, of which other files are finer or coarser meshes"
             .into(),

@@ -11,7 +11,7 @@ use contact3d::{
     scene::{DualOperatorKind, Scene, SolveSettings},
     solver::Solution,
 };
-use studies::stability::{Check, Depth, Solutions, VerdictLevel};
+use studies::stability::{Check, Effort, Solutions, VerdictLevel};
 
 /// Scenes of `pipelines` with the number of corruptions that they have panes for.
 pub(crate) const NAMES: [(&str, usize); 6] = [
@@ -48,7 +48,7 @@ impl Case {
         let check = Check::new(
             &scene,
             Path::new(""),
-            Depth::Solve,
+            Effort::Solve,
             Solutions::One,
             &mut |_| {},
         );

@@ -28,7 +28,7 @@ fn corrupted_answers_are_shown_and_rejected() {
         assert_eq!(judged.accuracy, case.solution.accuracy, "{name}");
         assert_ne!(
             case.verdict_of_certificate(clean),
-            VerdictLevel::Fails,
+            VerdictLevel::Fail,
             "{name}"
         );
         let corruptions = all(&case);
@@ -46,7 +46,7 @@ fn corrupted_answers_are_shown_and_rejected() {
                 "{name}, {what}: the certificate shows {figure:e}, expected {expected:e}, clean {clean:e}"
             );
             let verdict = case.verdict_of_certificate(figure);
-            assert_eq!(verdict, VerdictLevel::Fails, "{name}, {what}: {figure:e}");
+            assert_eq!(verdict, VerdictLevel::Fail, "{name}, {what}: {figure:e}");
             // The gate takes the claim back, as far as it speaks at all: above √ε.
             let judged = case.judged(solution);
             if expected > 1e-7 {
@@ -76,7 +76,7 @@ fn cross_checks_reject_a_corrupted_multiplier() {
         let case = Case::named(name);
         assert_ne!(
             case.verdict_of_multiplier(&case.solution.multiplier),
-            VerdictLevel::Fails,
+            VerdictLevel::Fail,
             "{name}"
         );
         let most = case.most_pressed();
@@ -84,7 +84,7 @@ fn cross_checks_reject_a_corrupted_multiplier() {
         multiplier[most] *= 1.0 + change;
         assert_eq!(
             case.verdict_of_multiplier(&multiplier),
-            VerdictLevel::Fails,
+            VerdictLevel::Fail,
             "{name}"
         );
     }
@@ -95,14 +95,14 @@ fn cross_checks_reject_a_corrupted_multiplier() {
 #[test]
 fn one_fault_alone_fails_the_verdict() {
     let case = Case::named("frictionless.toml");
-    assert_eq!(case.verdict(|_| {}), VerdictLevel::Holds);
+    assert_eq!(case.verdict(|_| {}), VerdictLevel::Pass);
     for status in [Status::Inaccurate, Status::Cycling, Status::NumericalError] {
         let verdict = case.verdict(|check| check.status = status);
-        assert_eq!(verdict, VerdictLevel::Fails, "{status:?}");
+        assert_eq!(verdict, VerdictLevel::Fail, "{status:?}");
     }
     assert_eq!(
         case.verdict(|check| check.cross_checks.truncate(1)),
-        VerdictLevel::Fails
+        VerdictLevel::Fail
     );
     for invariance in Invariance::ALL {
         let differs = |difference: f64| {
@@ -120,13 +120,13 @@ fn one_fault_alone_fails_the_verdict() {
             Invariance::BinaryUnits | Invariance::LoadScaling | Invariance::Threads
         );
         let by_a_bit = if exact {
-            VerdictLevel::Fails
+            VerdictLevel::Fail
         } else {
-            VerdictLevel::Holds
+            VerdictLevel::Pass
         };
         assert_eq!(differs(f64::EPSILON), by_a_bit, "{invariance}");
-        assert_eq!(differs(0.0), VerdictLevel::Holds, "{invariance}");
+        assert_eq!(differs(0.0), VerdictLevel::Pass, "{invariance}");
         // Another answer, where one was expected.
-        assert_eq!(differs(1e-3), VerdictLevel::Fails, "{invariance}");
+        assert_eq!(differs(1e-3), VerdictLevel::Fail, "{invariance}");
     }
 }

@@ -99,7 +99,7 @@ fn an_answer_to_a_wrong_dual_problem_is_rejected() {
                 figure >= expected,
                 "{name}, {wrong:?}: {figure:e} < {expected:e}"
             );
-            assert_eq!(case.verdict_of_certificate(figure), VerdictLevel::Fails);
+            assert_eq!(case.verdict_of_certificate(figure), VerdictLevel::Fail);
             assert_eq!(answer.status, Status::Stopped, "{name}, {wrong:?}");
             // The error it reports, in another norm, is the distance to the true answer.
             let off = distance(&answer.multiplier, &case.solution.multiplier);
@@ -123,7 +123,7 @@ fn a_polished_answer_does_not_believe_a_wrong_dual_problem() {
             let off = distance(&answer.multiplier, &case.solution.multiplier);
             assert!(off < 1e-11, "{name}, {wrong:?}: {off:e}");
             let figure = case.figure(&answer);
-            assert_ne!(case.verdict_of_certificate(figure), VerdictLevel::Fails);
+            assert_ne!(case.verdict_of_certificate(figure), VerdictLevel::Fail);
         }
     }
 }
@@ -183,7 +183,7 @@ fn a_wrong_coefficient_at_one_node_is_rejected() {
         .expect("friction")
         .friction_bound;
     assert!(bound >= expected, "{bound:e} < {expected:e}");
-    assert_eq!(true_law.verdict_of_certificate(bound), VerdictLevel::Fails);
+    assert_eq!(true_law.verdict_of_certificate(bound), VerdictLevel::Fail);
 }
 
 /// Friction that is not recomputed from the slip: the answer with F = F(0) = 0.3. A pane whose
@@ -216,6 +216,6 @@ fn friction_that_does_not_follow_the_slip_is_rejected() {
     assert!(friction.friction_bound >= expected);
     assert_eq!(
         true_law.verdict_of_certificate(friction.friction_bound),
-        VerdictLevel::Fails
+        VerdictLevel::Fail
     );
 }

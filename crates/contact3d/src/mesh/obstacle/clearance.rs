@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::height::Graph;
-use crate::scene::{Invalid, Obstacle, Side, place_words};
+use crate::scene::{InvalidValue, Obstacle, Side, place_words};
 
 /// Where a point is as seen from an obstacle.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,7 +63,7 @@ impl<'a> Measured<'a> {
     ///
     /// # Errors
     /// A centre or an axis, where ∇φ has no direction; a height without a nearest point.
-    pub(super) fn from(&self, at: [f64; 3]) -> Result<Clearance, Invalid> {
+    pub(super) fn from(&self, at: [f64; 3]) -> Result<Clearance, InvalidValue> {
         let x = Vector3::from(at);
         match self {
             Self::Plane { point, away } => Ok(Clearance {
@@ -101,8 +101,8 @@ impl<'a> Measured<'a> {
     }
 }
 
-fn no_direction(at: [f64; 3]) -> Invalid {
-    Invalid {
+fn no_direction(at: [f64; 3]) -> InvalidValue {
+    InvalidValue {
         key: "contact.obstacle".into(),
         expected: "contact nodes away from the centre or axis of the obstacle".into(),
         found: format!("one there, at {}", place_words(at)),

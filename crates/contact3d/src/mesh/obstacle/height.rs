@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::{Matrix2, Vector2, Vector3};
 
 use super::clearance::Clearance;
-use crate::scene::{Height, Invalid, Quantity, UNDEFINED, Written, place_words};
+use crate::scene::{Height, InvalidValue, Quantity, UNDEFINED, Written, place_words};
 
 /// Steps of Newton's method: quadratic once near, and from afar each one at least halves the slope of the squared
 /// distance or its step.
@@ -71,7 +71,7 @@ impl<'a> Graph<'a> {
     ///
     /// With q the foot and p the point, (p − q) is normal to the surface: q_i − p_i + (h(q) − p_k) ∂_i h = 0, which
     /// Newton's method solves from below or above p, going nearer with every step.
-    pub(super) fn from(&self, at: [f64; 3]) -> Result<Clearance, Invalid> {
+    pub(super) fn from(&self, at: [f64; 3]) -> Result<Clearance, InvalidValue> {
         let [i, j] = self.plane;
         let (point, level) = (Vector2::new(at[i], at[j]), at[self.along]);
         let mut foot = self.foot(point, point, level)?;
@@ -91,7 +91,7 @@ impl<'a> Graph<'a> {
         if let Some(clearance) = self.beyond_kink(&foot, point, level) {
             return Ok(clearance);
         }
-        Err(Invalid {
+        Err(InvalidValue {
             key: "contact.obstacle.height.value".into(),
             expected: "a smooth surface with a nearest point for every contact node".into(),
             found: format!("none for {}", place_words(at)),
@@ -138,7 +138,7 @@ impl<'a> Graph<'a> {
         step: Vector2<f64>,
         point: Vector2<f64>,
         level: f64,
-    ) -> Result<Option<Foot>, Invalid> {
+    ) -> Result<Option<Foot>, InvalidValue> {
         let mut share = 1.0;
         for _ in 0..MOST_HALVINGS {
             let next = self.foot(foot.at + step * share, point, level);
@@ -160,10 +160,15 @@ impl<'a> Graph<'a> {
         rounding * ((2.0 * foot.half_square).sqrt() + rounding)
     }
 
-    fn foot(&self, at: Vector2<f64>, point: Vector2<f64>, level: f64) -> Result<Foot, Invalid> {
+    fn foot(
+        &self,
+        at: Vector2<f64>,
+        point: Vector2<f64>,
+        level: f64,
+    ) -> Result<Foot, InvalidValue> {
         let height = self.height.at(self.place(at, level));
         if !height.is_finite() {
-            return Err(Invalid {
+            return Err(InvalidValue {
                 key: "contact.obstacle.height.value".into(),
                 expected: "a finite height near every contact node".into(),
                 found: format!(

@@ -14,7 +14,7 @@ use nalgebra::Vector3;
 
 use self::clearance::Measured;
 use super::{Mesh, contact_parts::FLAT};
-use crate::scene::{Invalid, Obstacle, Written, place_words};
+use crate::scene::{InvalidValue, Obstacle, Written, place_words};
 
 /// Cosine of 30°: triangles that meet at a larger angle are an edge of the body, not facets of a curved face.
 const EDGE: f64 = 0.866_025_403_784_438_6;
@@ -41,7 +41,7 @@ impl Approach {
         nodes: &[usize],
         obstacle: &Obstacle,
         inherited: f64,
-    ) -> Result<Self, Invalid> {
+    ) -> Result<Self, InvalidValue> {
         let places = nodes.iter().map(|&node| mesh.coordinates[node]);
         let extent = extent(places.clone());
         let measured = Measured::new(obstacle, extent);
@@ -220,11 +220,11 @@ impl Penetration {
         }
     }
 
-    fn refuse(&self, obstacle: &Obstacle) -> Result<(), Invalid> {
+    fn refuse(&self, obstacle: &Obstacle) -> Result<(), InvalidValue> {
         let Some((at, depth, allowed)) = self.deepest else {
             return Ok(());
         };
-        Err(Invalid {
+        Err(InvalidValue {
             key: format!("contact.obstacle.{}", obstacle.word()),
             expected: format!(
                 "an obstacle outside the body; up to {allowed:.1e} deep counts as touching there"
@@ -248,8 +248,8 @@ impl Penetration {
     }
 }
 
-fn without_area(at: [f64; 3]) -> Invalid {
-    Invalid {
+fn without_area(at: [f64; 3]) -> InvalidValue {
+    InvalidValue {
         key: "contact.face".into(),
         expected: "triangles with an area around every node of the contact face".into(),
         found: format!("none around the node at {}", place_words(at)),
@@ -259,8 +259,8 @@ fn without_area(at: [f64; 3]) -> Invalid {
     }
 }
 
-fn turned_away(obstacle: &Obstacle) -> Invalid {
-    Invalid {
+fn turned_away(obstacle: &Obstacle) -> InvalidValue {
+    InvalidValue {
         key: "contact.face".into(),
         expected: "a face that looks towards the obstacle".into(),
         found: format!(

@@ -13,7 +13,7 @@ pub use branch::{BranchEnd, FormulaBranch, OnBranch};
 pub use parse::FUNCTIONS;
 pub(super) use parse::is_identifier;
 use parse::{CONSTANTS, DEEPEST_NESTING, ParseError, replace_names};
-use program::{Binary, Forks, GrowingPiece, Instruction, Sloped, run};
+use program::{Binary, BranchPoints, Dual, Instruction, OneSidedJet, run};
 
 /// Longest text of an expression, in bytes.
 const LONGEST_TEXT: usize = 4096;
@@ -240,7 +240,7 @@ impl Expression {
             &self.parsed.steps,
             &self.parsed.values,
             |place| values[place],
-            &mut GrowingPiece,
+            &mut OneSidedJet,
         )
     }
 
@@ -248,10 +248,10 @@ impl Expression {
     /// piece that holds when all three grow at the same rate.
     #[must_use]
     pub fn derivatives(&self, values: &[f64], by: [usize; 3]) -> [f64; 3] {
-        self.go(values, by, &mut GrowingPiece).derivatives()
+        self.go(values, by, &mut OneSidedJet).derivatives()
     }
 
-    /// The branch that the formula takes at a point; at a fork the one on which three variables, given by their places, grow alike.
+    /// The branch that the formula takes at a point; at a branch point the one on which three variables, given by their places, grow alike.
     #[must_use]
     pub(crate) fn branch(&self, values: &[f64], by: [usize; 3]) -> FormulaBranch {
         let mut choice = BranchChoice::open();
@@ -272,12 +272,12 @@ impl Expression {
         choice.found(value)
     }
 
-    fn go(&self, values: &[f64], by: [usize; 3], forks: &mut impl Forks<Sloped>) -> Sloped {
+    fn go(&self, values: &[f64], by: [usize; 3], points: &mut impl BranchPoints<Dual>) -> Dual {
         let variable = |place| {
             let wanted = by.iter().position(|wanted| *wanted == place);
-            Sloped::variable(values[place], wanted)
+            Dual::variable(values[place], wanted)
         };
-        run(&self.parsed.steps, &self.parsed.values, variable, forks)
+        run(&self.parsed.steps, &self.parsed.values, variable, points)
     }
 
     /// Whether the formula uses a variable.

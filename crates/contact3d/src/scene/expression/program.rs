@@ -71,19 +71,19 @@ impl Instruction {
     }
 }
 
-fn absolute<N: Number>(argument: N, forks: &mut impl Forks<N>) -> N {
+fn absolute<N: Number>(argument: N, points: &mut impl BranchPoints<N>) -> N {
     let (x, zero) = (argument.value(), N::number(0.0));
-    let (value, sign) = match forks.order(argument, zero) {
+    let (value, sign) = match points.order(argument, zero) {
         // Adding zero leaves no sign on it.
         Some(Ordering::Less) => (-x + 0.0, -1.0),
         Some(_) => (x + 0.0, 1.0),
         None => (f64::NAN, 1.0),
     };
-    forks.joined(argument.through(value, || sign), [argument, zero])
+    points.joined(argument.through(value, || sign), [argument, zero])
 }
 
 impl Binary {
-    fn of<N: Number>(self, a: N, b: N, forks: &mut impl Forks<N>) -> N {
+    fn of<N: Number>(self, a: N, b: N, points: &mut impl BranchPoints<N>) -> N {
         let (x, y) = (a.value(), b.value());
         match self {
             Self::Add => a.with(b, x + y, || [1.0, 1.0]),
@@ -94,20 +94,20 @@ impl Binary {
                 let by_base = if y == 0.0 { 0.0 } else { y * x.powf(y - 1.0) };
                 [by_base, x.powf(y) * x.ln()]
             }),
-            Self::Min => pick(a, b, Ordering::Greater, forks),
-            Self::Max => pick(a, b, Ordering::Less, forks),
+            Self::Min => pick(a, b, Ordering::Greater, points),
+            Self::Max => pick(a, b, Ordering::Less, points),
         }
     }
 }
 
 /// The second number if the first compares so to it, else the first; no number where one is none.
-fn pick<N: Number>(a: N, b: N, second_if: Ordering, forks: &mut impl Forks<N>) -> N {
-    let picked = match forks.order(a, b) {
+fn pick<N: Number>(a: N, b: N, second_if: Ordering, points: &mut impl BranchPoints<N>) -> N {
+    let picked = match points.order(a, b) {
         None => N::number(f64::NAN),
         Some(order) if order == second_if => b,
         Some(_) => a,
     };
-    forks.joined(picked, [a, b])
+    points.joined(picked, [a, b])
 }
 
 impl Comparison {
@@ -124,14 +124,15 @@ impl Comparison {
     fn choose<N: Number>(
         self,
         [left, right, first, second]: [N; 4],
-        forks: &mut impl Forks<N>,
+        points: &mut impl BranchPoints<N>,
     ) -> N {
-        let (Some(here), Some(ahead)) = (forks.here(left, right), forks.order(left, right)) else {
+        let (Some(here), Some(ahead)) = (points.here(left, right), points.order(left, right))
+        else {
             return N::number(f64::NAN);
         };
         let chosen = |order| if self.holds(order) { first } else { second };
         let value = chosen(ahead).at(chosen(here).value());
-        forks.joined(value, [left, right])
+        points.joined(value, [left, right])
     }
 }
 
@@ -140,7 +141,7 @@ pub(super) fn run<N: Number>(
     steps: &[Instruction],
     parameters: &[f64],
     variable: impl Fn(usize) -> N,
-    forks: &mut impl Forks<N>,
+    points: &mut impl BranchPoints<N>,
 ) -> N {
     let mut stack: Vec<N> = Vec::with_capacity(16);
     for step in steps {
@@ -158,13 +159,13 @@ pub(super) fn run<N: Number>(
             }
             Instruction::Abs => {
                 let [argument] = taken(&mut stack);
-                absolute(argument, forks)
+                absolute(argument, points)
             }
             Instruction::Binary(binary) => {
                 let [a, b] = taken(&mut stack);
-                binary.of(a, b, forks)
+                binary.of(a, b, points)
             }
-            Instruction::Choose(comparison) => comparison.choose(taken(&mut stack), forks),
+            Instruction::Choose(comparison) => comparison.choose(taken(&mut stack), points),
         };
         stack.push(value);
     }
@@ -196,30 +197,30 @@ pub(super) trait Number: Copy {
 
     /// Which of two numbers is the larger one, of equal ones that which grows faster; `None` where
     /// one is no number.
-    fn compare_ahead(self, other: Self) -> Option<Ordering>;
+    fn compare_right_limit(self, other: Self) -> Option<Ordering>;
 
     /// Another value with the slopes of this number.
     fn at(self, value: f64) -> Self;
 }
 
-/// Which way a formula goes where `abs`, `min`, `max` and `if` part, its forks.
-pub(super) trait Forks<N: Number> {
+/// Which way a formula goes where `abs`, `min`, `max` and `if` part, its branch points.
+pub(super) trait BranchPoints<N: Number> {
     /// Which of two numbers is the larger one for the slopes; `None` where one is none.
     fn order(&mut self, left: N, right: N) -> Option<Ordering>;
 
-    /// The same for the value of `if`; asked before [`Self::order`] of the same fork.
+    /// The same for the value of `if`; asked before [`Self::order`] of the same branch point.
     fn here(&self, left: N, right: N) -> Option<Ordering>;
 
-    /// What a fork gives, with what the two numbers that were compared at it left behind.
+    /// What a branch point gives, with what the two numbers that were compared at it left behind.
     fn joined(&mut self, value: N, compared: [N; 2]) -> N;
 }
 
-/// Every fork goes the way of the piece on which all variables grow alike.
-pub(super) struct GrowingPiece;
+/// Every branch point goes the way of the piece on which all variables grow alike.
+pub(super) struct OneSidedJet;
 
-impl<N: Number> Forks<N> for GrowingPiece {
+impl<N: Number> BranchPoints<N> for OneSidedJet {
     fn order(&mut self, left: N, right: N) -> Option<Ordering> {
-        left.compare_ahead(right)
+        left.compare_right_limit(right)
     }
 
     fn here(&self, left: N, right: N) -> Option<Ordering> {
@@ -248,7 +249,7 @@ impl Number for f64 {
         value
     }
 
-    fn compare_ahead(self, other: Self) -> Option<Ordering> {
+    fn compare_right_limit(self, other: Self) -> Option<Ordering> {
         self.partial_cmp(&other)
     }
 
@@ -263,14 +264,14 @@ impl Number for f64 {
 /// At a kink the derivatives are those of the piece that holds when all three variables grow at the
 /// same rate: one-sided, and for slips, which are not negative, on the side where there are slips.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Sloped {
+pub(super) struct Dual {
     value: f64,
     slopes: [Option<f64>; 3],
-    /// The forks at which the branch ends that the number comes from, a bit each.
-    pub(super) forks: u64,
+    /// The branch points at which the branch ends that the number comes from, a bit each.
+    pub(super) branch_points: u64,
 }
 
-impl Sloped {
+impl Dual {
     /// A variable, the `k`-th of the three or none of them.
     pub(super) fn variable(value: f64, k: Option<usize>) -> Self {
         let mut slopes = [None; 3];
@@ -280,7 +281,7 @@ impl Sloped {
         Self {
             value,
             slopes,
-            forks: 0,
+            branch_points: 0,
         }
     }
 
@@ -305,7 +306,7 @@ fn chained(derivative: f64, slope: f64) -> f64 {
     }
 }
 
-impl Number for Sloped {
+impl Number for Dual {
     fn number(value: f64) -> Self {
         Self::variable(value, None)
     }
@@ -336,11 +337,11 @@ impl Number for Sloped {
         Self {
             value,
             slopes,
-            forks: self.forks | other.forks,
+            branch_points: self.branch_points | other.branch_points,
         }
     }
 
-    fn compare_ahead(self, other: Self) -> Option<Ordering> {
+    fn compare_right_limit(self, other: Self) -> Option<Ordering> {
         let order = self.value.partial_cmp(&other.value)?;
         let growth = || self.growth().partial_cmp(&other.growth());
         Some(order.then_with(|| growth().unwrap_or(Ordering::Equal)))

@@ -4,7 +4,7 @@ use std::cmp::Ordering::Less;
 
 use super::{positive, require};
 use crate::scene::{
-    Brick, BrickFace, Invalid, MOST_CELLS, MultiplierSpace, Scene, Shape, Written, numbers,
+    Brick, BrickFace, InvalidValue, MOST_CELLS, MultiplierSpace, Scene, Shape, Written, numbers,
 };
 
 /// The largest exponent: with it, two cells alone differ a billionfold.
@@ -19,7 +19,7 @@ const SLENDEREST: f64 = 1e8;
 /// Names of the axes.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
+pub(super) fn check(scene: &Scene) -> Result<(), InvalidValue> {
     match &scene.body.shape {
         Shape::Brick(brick) => check_brick(brick, scene),
         Shape::Gmsh(gmsh) => require(
@@ -32,7 +32,7 @@ pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
     }
 }
 
-fn check_brick(brick: &Brick, scene: &Scene) -> Result<(), Invalid> {
+fn check_brick(brick: &Brick, scene: &Scene) -> Result<(), InvalidValue> {
     require(
         brick.size.iter().all(|&l| positive(l)),
         "body.brick.size",
@@ -82,7 +82,7 @@ fn check_brick(brick: &Brick, scene: &Scene) -> Result<(), Invalid> {
 }
 
 /// Checks graded cells and given planes of a brick with positive edges and a moderate number of cells.
-fn check_planes(brick: &Brick) -> Result<(), Invalid> {
+fn check_planes(brick: &Brick) -> Result<(), InvalidValue> {
     for (face, name) in BrickFace::ALL.into_iter().zip(BrickFace::NAMES) {
         let exponent = brick.grading.towards(face);
         require(
@@ -101,7 +101,7 @@ fn check_planes(brick: &Brick) -> Result<(), Invalid> {
     check_widths(brick)
 }
 
-fn check_given(brick: &Brick, axis: usize, given: &[f64]) -> Result<(), Invalid> {
+fn check_given(brick: &Brick, axis: usize, given: &[f64]) -> Result<(), InvalidValue> {
     let (name, length, cells) = (AXES[axis], brick.size[axis], brick.cells[axis]);
     let key = || format!("body.brick.coordinates.{name}");
     let disorder = given
@@ -155,7 +155,7 @@ fn check_given(brick: &Brick, axis: usize, given: &[f64]) -> Result<(), Invalid>
 }
 
 /// Refuses cells too thin to compute with.
-fn check_widths(brick: &Brick) -> Result<(), Invalid> {
+fn check_widths(brick: &Brick) -> Result<(), InvalidValue> {
     if (0..3).all(|axis| brick.is_even(axis)) {
         return Ok(());
     }

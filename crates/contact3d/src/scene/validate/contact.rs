@@ -2,11 +2,11 @@
 
 use super::{check_box, holds, positive, require, supports::check_name};
 use crate::scene::{
-    Contact, ElementOrder, Height, Invalid, Obstacle, POSITION, Quantity, Scene, SlipInterpolation,
-    Written,
+    Contact, ElementOrder, Height, InvalidValue, Obstacle, POSITION, Quantity, Scene,
+    SlipInterpolation, Written,
 };
 
-pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
+pub(super) fn check(scene: &Scene) -> Result<(), InvalidValue> {
     for (entry, contact) in scene.contacts.iter().enumerate() {
         check_face(scene, contact, &scene.contact_key(entry))?;
         check_beside_others(scene, contact, entry)?;
@@ -14,7 +14,7 @@ pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
     Ok(())
 }
 
-fn check_face(scene: &Scene, contact: &Contact, key: &str) -> Result<(), Invalid> {
+fn check_face(scene: &Scene, contact: &Contact, key: &str) -> Result<(), InvalidValue> {
     check_name(scene, &contact.face, format!("{key}.face"))?;
     if let Some(corners) = &contact.corners {
         check_box(scene, format!("{key}.box"), corners)?;
@@ -43,7 +43,7 @@ fn check_face(scene: &Scene, contact: &Contact, key: &str) -> Result<(), Invalid
     check_axes(contact, key)
 }
 
-fn check_axes(contact: &Contact, key: &str) -> Result<(), Invalid> {
+fn check_axes(contact: &Contact, key: &str) -> Result<(), InvalidValue> {
     require(
         contact.axis_1.is_none() || contact.angle.is_none(),
         format!("{key}.angle"),
@@ -76,7 +76,7 @@ fn check_axes(contact: &Contact, key: &str) -> Result<(), Invalid> {
 }
 
 /// What several contact faces owe each other: names, parts of their own, one interpolation of slips.
-fn check_beside_others(scene: &Scene, contact: &Contact, entry: usize) -> Result<(), Invalid> {
+fn check_beside_others(scene: &Scene, contact: &Contact, entry: usize) -> Result<(), InvalidValue> {
     let key = scene.contact_key(entry);
     require(
         !contact.name().is_empty() && !contact.name().contains(char::is_control),
@@ -116,7 +116,7 @@ fn check_beside_others(scene: &Scene, contact: &Contact, entry: usize) -> Result
 }
 
 /// Checks the obstacle of the contact face under a key.
-fn check_obstacle(obstacle: &Obstacle, scene: &Scene, face: &str) -> Result<(), Invalid> {
+fn check_obstacle(obstacle: &Obstacle, scene: &Scene, face: &str) -> Result<(), InvalidValue> {
     let key = |name: &str| format!("{face}.obstacle.{}.{name}", obstacle.word());
     let length = scene.units.length();
     let point = |name: &str, at: &[f64; 3]| {
@@ -165,7 +165,7 @@ fn check_obstacle(obstacle: &Obstacle, scene: &Scene, face: &str) -> Result<(), 
 }
 
 /// A height is a function of the two coordinates across its direction.
-fn check_height(height: &Height, key: &str, length: &str) -> Result<(), Invalid> {
+fn check_height(height: &Height, key: &str, length: &str) -> Result<(), InvalidValue> {
     let own = POSITION[height.direction.axis().0];
     let uses_own = match &height.value {
         Quantity::Varying(formula) => formula.uses(own),

@@ -2,11 +2,11 @@
 
 use super::{holds, positive, require};
 use crate::scene::{
-    Coefficient, Friction, Grid, Invalid, LEAST_COEFFICIENT, Quantity, Scene, Table, Written,
+    Coefficient, Friction, Grid, InvalidValue, LEAST_COEFFICIENT, Quantity, Scene, Table, Written,
     is_coefficient,
 };
 
-pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
+pub(super) fn check(scene: &Scene) -> Result<(), InvalidValue> {
     if scene.friction.is_some() {
         require(
             !scene.contacts.is_empty(),
@@ -33,7 +33,7 @@ pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
     Ok(())
 }
 
-fn check_law(scene: &Scene, friction: &Friction, key: &str) -> Result<(), Invalid> {
+fn check_law(scene: &Scene, friction: &Friction, key: &str) -> Result<(), InvalidValue> {
     check_choice(friction, key)?;
     for (name, coefficient) in friction.given() {
         let key = format!("{key}.{name}");
@@ -50,7 +50,7 @@ fn check_law(scene: &Scene, friction: &Friction, key: &str) -> Result<(), Invali
     }
 }
 
-fn check_choice(friction: &Friction, key: &str) -> Result<(), Invalid> {
+fn check_choice(friction: &Friction, key: &str) -> Result<(), InvalidValue> {
     let names: Vec<&str> = friction.given().map(|(name, _)| name).collect();
     require(
         friction.law().is_some(),
@@ -69,7 +69,7 @@ fn check_tresca(
     bound: &Quantity,
     stress: &str,
     key: &str,
-) -> Result<(), Invalid> {
+) -> Result<(), InvalidValue> {
     require(
         holds(bound, |g| g >= 0.0 && g.is_finite()),
         format!("{key}.slip_bound"),
@@ -96,7 +96,7 @@ fn check_tresca(
     Ok(())
 }
 
-fn check_cap(friction: &Friction, cap: f64, stress: &str, key: &str) -> Result<(), Invalid> {
+fn check_cap(friction: &Friction, cap: f64, stress: &str, key: &str) -> Result<(), InvalidValue> {
     let key = format!("{key}.pressure_cap");
     require(
         positive(cap),
@@ -114,7 +114,11 @@ fn check_cap(friction: &Friction, cap: f64, stress: &str, key: &str) -> Result<(
     )
 }
 
-fn check_coefficient(coefficient: &Coefficient, key: &str, length: &str) -> Result<(), Invalid> {
+fn check_coefficient(
+    coefficient: &Coefficient,
+    key: &str,
+    length: &str,
+) -> Result<(), InvalidValue> {
     match coefficient {
         Coefficient::Constant(value) => require(
             is_coefficient(*value),
@@ -143,7 +147,7 @@ fn check_coefficient(coefficient: &Coefficient, key: &str, length: &str) -> Resu
     }
 }
 
-fn check_slips(slips: &[f64], key: String, length: &str) -> Result<(), Invalid> {
+fn check_slips(slips: &[f64], key: String, length: &str) -> Result<(), InvalidValue> {
     require(
         slips.first() == Some(&0.0)
             && slips.windows(2).all(|w| w[0] < w[1])
@@ -155,7 +159,7 @@ fn check_slips(slips: &[f64], key: String, length: &str) -> Result<(), Invalid> 
     )
 }
 
-fn check_table(table: &Table, key: &str, length: &str) -> Result<(), Invalid> {
+fn check_table(table: &Table, key: &str, length: &str) -> Result<(), InvalidValue> {
     check_slips(&table.slip, format!("{key}.slip"), length)?;
     require(
         table.value.len() == table.slip.len() && table.value.iter().all(|&f| is_coefficient(f)),
@@ -169,7 +173,7 @@ fn check_table(table: &Table, key: &str, length: &str) -> Result<(), Invalid> {
     )
 }
 
-fn check_grid(grid: &Grid, key: &str, length: &str) -> Result<(), Invalid> {
+fn check_grid(grid: &Grid, key: &str, length: &str) -> Result<(), InvalidValue> {
     for (name, slips) in [("slip_1", &grid.slip_1), ("slip_2", &grid.slip_2)] {
         check_slips(slips, format!("{key}.{name}"), length)?;
     }
@@ -189,7 +193,11 @@ fn check_grid(grid: &Grid, key: &str, length: &str) -> Result<(), Invalid> {
 }
 
 /// An isotropic law is a function of |u_t| = s alone, an orthotropic one of s1 and s2.
-fn check_variables(coefficient: &Coefficient, isotropic: bool, key: &str) -> Result<(), Invalid> {
+fn check_variables(
+    coefficient: &Coefficient,
+    isotropic: bool,
+    key: &str,
+) -> Result<(), InvalidValue> {
     let (wrong, expected): (&[&str], _) = if isotropic {
         (&["s1", "s2"], "the slip s = |u_t| in an isotropic law")
     } else {

@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 
 use super::require;
-use crate::scene::{Invalid, MOST_INCREMENTS, Scene, SlipMeasure, Written};
+use crate::scene::{InvalidValue, MOST_INCREMENTS, Scene, SlipMeasure, Written};
 
-pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
+pub(super) fn check(scene: &Scene) -> Result<(), InvalidValue> {
     check_names(scene)?;
     for (key, friction) in scene.friction_tables() {
         require(
@@ -58,12 +58,12 @@ pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
 }
 
 /// Every step must end in a scene that a problem of one step could have.
-fn check_ends(scene: &Scene) -> Result<(), Invalid> {
+fn check_ends(scene: &Scene) -> Result<(), InvalidValue> {
     for end in scene.increments().iter().filter(|end| end.share >= 1.0) {
         scene
             .at_increment(*end)?
             .validate()
-            .map_err(|invalid| Invalid {
+            .map_err(|invalid| InvalidValue {
                 key: format!("step.{}", end.step),
                 expected: format!("{}: {}", invalid.key, invalid.expected),
                 ..invalid
@@ -72,7 +72,7 @@ fn check_ends(scene: &Scene) -> Result<(), Invalid> {
     Ok(())
 }
 
-fn check_times(scene: &Scene) -> Result<(), Invalid> {
+fn check_times(scene: &Scene) -> Result<(), InvalidValue> {
     if scene.steps.iter().all(|step| step.time.is_none()) {
         return Ok(());
     }
@@ -103,7 +103,7 @@ fn check_times(scene: &Scene) -> Result<(), Invalid> {
     Ok(())
 }
 
-fn check_names(scene: &Scene) -> Result<(), Invalid> {
+fn check_names(scene: &Scene) -> Result<(), InvalidValue> {
     let mut known = BTreeSet::new();
     for (key, name) in scene.given_names() {
         require(

@@ -4,12 +4,12 @@ use nalgebra::Vector3;
 use units::Units;
 
 use super::{positive, require};
-use crate::scene::{Invalid, Isotropic, Material, Orthotropic, Part, Scene, Voigt, Written};
+use crate::scene::{InvalidValue, Isotropic, Material, Orthotropic, Part, Scene, Voigt, Written};
 
 /// Relative rounding allowed to hand-typed numbers: symmetry of C, right angles of axes.
 const TYPED_DIGITS: f64 = 1e-6;
 
-pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
+pub(super) fn check(scene: &Scene) -> Result<(), InvalidValue> {
     check_law(&scene.material, "material", scene.units)?;
     for (i, region) in scene.regions.iter().enumerate() {
         check_law(
@@ -22,7 +22,7 @@ pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
     Ok(())
 }
 
-fn check_part(part: &Part, key: &str, scene: &Scene) -> Result<(), Invalid> {
+fn check_part(part: &Part, key: &str, scene: &Scene) -> Result<(), InvalidValue> {
     match part {
         Part::Group(name) => require(
             scene.body.mesh_file().is_some(),
@@ -44,7 +44,7 @@ fn check_part(part: &Part, key: &str, scene: &Scene) -> Result<(), Invalid> {
     }
 }
 
-fn check_law(material: &Material, key: &str, units: Units) -> Result<(), Invalid> {
+fn check_law(material: &Material, key: &str, units: Units) -> Result<(), InvalidValue> {
     match material {
         Material::Isotropic(constants) => {
             check_isotropic(constants, &format!("{key}.isotropic"), units)
@@ -60,7 +60,7 @@ fn check_law(material: &Material, key: &str, units: Units) -> Result<(), Invalid
     }
 }
 
-fn check_isotropic(material: &Isotropic, key: &str, units: Units) -> Result<(), Invalid> {
+fn check_isotropic(material: &Isotropic, key: &str, units: Units) -> Result<(), InvalidValue> {
     require(
         positive(material.young_modulus),
         format!("{key}.young_modulus"),
@@ -82,7 +82,7 @@ fn check_isotropic(material: &Isotropic, key: &str, units: Units) -> Result<(), 
     )
 }
 
-fn check_orthotropic(material: &Orthotropic, key: &str, units: Units) -> Result<(), Invalid> {
+fn check_orthotropic(material: &Orthotropic, key: &str, units: Units) -> Result<(), InvalidValue> {
     for (name, moduli) in [
         ("young_moduli", material.young_moduli),
         ("shear_moduli", material.shear_moduli),
@@ -113,7 +113,7 @@ fn check_orthotropic(material: &Orthotropic, key: &str, units: Units) -> Result<
     )
 }
 
-fn check_voigt(material: &Voigt, key: &str, units: Units) -> Result<(), Invalid> {
+fn check_voigt(material: &Voigt, key: &str, units: Units) -> Result<(), InvalidValue> {
     let c = &material.stiffness;
     let largest = c
         .iter()
@@ -134,7 +134,7 @@ fn check_voigt(material: &Voigt, key: &str, units: Units) -> Result<(), Invalid>
 }
 
 /// Refuses an elasticity tensor whose smallest eigenvalue is not positive beyond rounding.
-fn check_definite(material: &Material, key: &str, units: Units) -> Result<(), Invalid> {
+fn check_definite(material: &Material, key: &str, units: Units) -> Result<(), InvalidValue> {
     let eigenvalues = material.elasticity().map(|c| c.symmetric_eigenvalues());
     let definite =
         eigenvalues.is_some_and(|e| e.min() > 6.0 * f64::EPSILON * e.max() && e.max().is_finite());

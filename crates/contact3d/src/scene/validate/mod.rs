@@ -10,7 +10,7 @@ mod supports;
 
 use std::fmt;
 
-use super::{Invalid, Quantity, Scene, Written};
+use super::{InvalidValue, Quantity, Scene, Written};
 
 /// Refuses `found` at `key` unless `ok`.
 pub(super) fn require(
@@ -19,11 +19,11 @@ pub(super) fn require(
     expected: &str,
     found: impl fmt::Display,
     help: &str,
-) -> Result<(), Invalid> {
+) -> Result<(), InvalidValue> {
     if ok {
         return Ok(());
     }
-    Err(Invalid {
+    Err(InvalidValue {
         key: key.into(),
         expected: expected.to_owned(),
         found: found.to_string(),
@@ -36,7 +36,7 @@ fn positive(value: f64) -> bool {
 }
 
 /// Refuses corners of a box of nodes or triangles that are not in order; a box may be flat.
-fn check_box(scene: &Scene, key: String, corners: &[[f64; 3]; 2]) -> Result<(), Invalid> {
+fn check_box(scene: &Scene, key: String, corners: &[[f64; 3]; 2]) -> Result<(), InvalidValue> {
     let [low, high] = corners;
     require(
         (0..3).all(|c| low[c] <= high[c] && low[c].is_finite() && high[c].is_finite()),
@@ -62,7 +62,7 @@ impl Scene {
     ///
     /// # Errors
     /// The first offending key.
-    pub fn validate(&self) -> Result<(), Invalid> {
+    pub fn validate(&self) -> Result<(), InvalidValue> {
         body::check(self)?;
         material::check(self)?;
         supports::check(self)?;

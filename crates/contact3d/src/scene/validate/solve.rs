@@ -2,10 +2,10 @@
 
 use super::{positive, require};
 use crate::scene::{
-    ElementOrder, Functional, Invalid, SMALLEST_ERROR, Scene, SolveSettings, Written,
+    ElementOrder, Functional, InvalidValue, SMALLEST_ERROR, Scene, SolveSettings, Written,
 };
 
-pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
+pub(super) fn check(scene: &Scene) -> Result<(), InvalidValue> {
     if let Some(adapt) = scene.adapt {
         if let Some(of) = adapt.of {
             check_quantity(scene, of)?;
@@ -26,7 +26,7 @@ impl SolveSettings {
     ///
     /// # Errors
     /// The first offending key.
-    pub fn validate(&self, prefix: &str) -> Result<(), Invalid> {
+    pub fn validate(&self, prefix: &str) -> Result<(), InvalidValue> {
         let unit_interval = |value: f64| value > 0.0 && value < 1.0;
         let checks = [
             (
@@ -76,7 +76,7 @@ impl SolveSettings {
 }
 
 /// Refuses a quantity that no answer of the scene has.
-fn check_quantity(scene: &Scene, of: Functional) -> Result<(), Invalid> {
+fn check_quantity(scene: &Scene, of: Functional) -> Result<(), InvalidValue> {
     let has_volume = of.corners().is_none_or(|[low, high]| {
         let may_be_flat = matches!(of, Functional::MeanPressure { .. });
         let numbers = low.iter().chain(&high).all(|x| x.is_finite());

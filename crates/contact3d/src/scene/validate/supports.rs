@@ -3,9 +3,9 @@
 use units::Dimension;
 
 use super::{check_box, holds, require};
-use crate::scene::{BrickFace, Clamp, Component, Invalid, Quantity, Scene, Written};
+use crate::scene::{BrickFace, Clamp, Component, InvalidValue, Quantity, Scene, Written};
 
-pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
+pub(super) fn check(scene: &Scene) -> Result<(), InvalidValue> {
     check_clamps(scene)?;
     check_springs(scene)?;
     let stress = scene.units.stress();
@@ -32,7 +32,7 @@ pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
     }
 }
 
-fn check_clamps(scene: &Scene) -> Result<(), Invalid> {
+fn check_clamps(scene: &Scene) -> Result<(), InvalidValue> {
     let length = scene.units.length();
     for (i, clamp) in scene.clamps.iter().enumerate() {
         require(
@@ -68,7 +68,7 @@ fn check_clamps(scene: &Scene) -> Result<(), Invalid> {
     )
 }
 
-fn check_springs(scene: &Scene) -> Result<(), Invalid> {
+fn check_springs(scene: &Scene) -> Result<(), InvalidValue> {
     let unit = scene.units.word(Dimension::BODY_FORCE);
     for (i, spring) in scene.springs.iter().enumerate() {
         check_loaded_face(scene, &spring.face, format!("spring.{i}.face"))?;
@@ -104,7 +104,7 @@ fn check_springs(scene: &Scene) -> Result<(), Invalid> {
     Ok(())
 }
 
-fn check_place(scene: &Scene, clamp: &Clamp, i: usize) -> Result<(), Invalid> {
+fn check_place(scene: &Scene, clamp: &Clamp, i: usize) -> Result<(), InvalidValue> {
     match (&clamp.face, &clamp.corners) {
         (Some(face), None) => {
             let key = format!("clamp.{i}.face");
@@ -132,7 +132,7 @@ fn check_place(scene: &Scene, clamp: &Clamp, i: usize) -> Result<(), Invalid> {
     }
 }
 
-fn check_vector(value: &[Quantity; 3], key: String, unit: &str) -> Result<(), Invalid> {
+fn check_vector(value: &[Quantity; 3], key: String, unit: &str) -> Result<(), InvalidValue> {
     require(
         value.iter().all(|p| holds(p, f64::is_finite)),
         key,
@@ -143,7 +143,7 @@ fn check_vector(value: &[Quantity; 3], key: String, unit: &str) -> Result<(), In
 }
 
 /// Refuses a face that a brick does not have; the groups of a Gmsh file are checked with the mesh.
-pub(super) fn check_name(scene: &Scene, face: &str, key: String) -> Result<(), Invalid> {
+pub(super) fn check_name(scene: &Scene, face: &str, key: String) -> Result<(), InvalidValue> {
     require(
         scene.body.as_brick().is_none() || BrickFace::named(face).is_some(),
         key,
@@ -153,7 +153,7 @@ pub(super) fn check_name(scene: &Scene, face: &str, key: String) -> Result<(), I
     )
 }
 
-fn check_loaded_face(scene: &Scene, face: &str, key: String) -> Result<(), Invalid> {
+fn check_loaded_face(scene: &Scene, face: &str, key: String) -> Result<(), InvalidValue> {
     check_name(scene, face, key.clone())?;
     let held = scene
         .clamps

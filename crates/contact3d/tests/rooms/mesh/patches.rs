@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use contact3d::{
     mesh::{macro_patches, parse_gmsh, triangle_area},
-    scene::Invalid,
+    scene::InvalidValue,
 };
 use nalgebra::DMatrix;
 use proptest::prelude::*;
@@ -17,7 +17,7 @@ struct Flat {
 }
 
 impl Flat {
-    fn build(&self, is_free: impl Fn(usize) -> bool) -> Result<Vec<usize>, Invalid> {
+    fn build(&self, is_free: impl Fn(usize) -> bool) -> Result<Vec<usize>, InvalidValue> {
         macro_patches(&self.coordinates, &self.triangles, &self.triangles, is_free)
     }
 

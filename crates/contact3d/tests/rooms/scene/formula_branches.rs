@@ -33,17 +33,21 @@ fn values(s: f64) -> [f64; 6] {
 }
 
 #[test]
-fn a_branch_ends_only_at_forks_on_its_way() {
+fn a_branch_ends_only_at_branch_points_on_its_way() {
     let law = formula("if(s < 1, 0.3, max(0.1, 0.3 - s1*(s - 1)))");
     let ends = |s: f64| {
         let branch = law.branch(&point(s));
         let found = law.on_branch(&point(s), branch);
-        found.ends.iter().map(|end| end.fork).collect::<Vec<_>>()
+        found
+            .ends
+            .iter()
+            .map(|end| end.branch_point)
+            .collect::<Vec<_>>()
     };
-    // The arguments of `if` are computed first, so its own fork is the second.
+    // The arguments of `if` are computed first, so its own branch point is the second.
     assert_eq!(ends(0.5), [1]);
     assert_eq!(ends(2.0), [0, 1]);
-    // Forks beyond the sixty-fourth go their own way.
+    // Branch points beyond the sixty-fourth go their own way.
     let many = (0..70).map(|_| "abs(s)").collect::<Vec<_>>().join(" + ");
     let many = formula(&many);
     let branch = many.branch(&point(-1.0));
@@ -104,7 +108,7 @@ proptest! {
         prop_assert_eq!(here.value.to_bits(), value(&text, x).to_bits(), "{}", text);
         prop_assert_eq!(here.slopes, slopes(&text, x), "{}", text);
         prop_assert!(here.ends.iter().all(|end| end.margin >= 0.0), "{text}: {here:?}");
-        // The fork at the kink, if the branch goes by it, has the distance to the kink as its margin.
+        // The branch point at the kink, if the branch goes by it, has the distance to the kink as its margin.
         let end = here.ends.iter().find(|end| end.slopes[0].abs() == 1.0);
         if let Some(end) = end {
             prop_assert!((end.margin - (x - kink).abs()).abs() < 1e-12, "{text}: {end:?}");
@@ -116,10 +120,10 @@ proptest! {
             // 1e-12 times second derivatives up to 1e3.
             let size = 1.0 + across.value.abs() + across.slopes[0].abs();
             prop_assert!((across.value - line).abs() < 1e-8 * size, "{text} at {kink}: {across:?}");
-            let own = across.ends.iter().find(|other| other.fork == end.fork).unwrap();
+            let own = across.ends.iter().find(|other| other.branch_point == end.branch_point).unwrap();
             prop_assert!(own.margin < 0.0);
             // The other side has a branch of its own there.
-            let other = branch.with(end.fork, !end.less);
+            let other = branch.with(end.branch_point, !end.less);
             let found = law.on_branch(&point(beyond), other);
             prop_assert!((found.value - value(&text, beyond)).abs() <= 1e-15 * size || found.ends.iter().any(|end| end.margin < 0.0));
         }

@@ -1,6 +1,8 @@
 //! Values and titles as messages show them.
 
-use contact3d::scene::{Coefficient, Formula, Part, Quantity, Ramp, Written, shown, shown_lines};
+use contact3d::scene::{
+    Coefficient, Formula, Part, Quantity, Ramp, Written, escape_control, escape_control_lines,
+};
 
 #[test]
 fn values_are_written_as_in_scenes() {
@@ -35,6 +37,12 @@ fn values_are_written_as_in_scenes() {
 #[test]
 fn a_title_stays_on_its_line_and_commands_nothing() {
     let title = "a\nb\u{1b}]0;c\u{7}\t\u{202e}é λ";
-    assert_eq!(shown_lines(title), "a\nb\\u{1b}]0;c\\u{7}\t\\u{202e}é λ");
-    assert_eq!(shown(title), "a\\nb\\u{1b}]0;c\\u{7}\\t\\u{202e}é λ");
+    assert_eq!(
+        escape_control_lines(title),
+        "a\nb\\u{1b}]0;c\\u{7}\t\\u{202e}é λ"
+    );
+    assert_eq!(
+        escape_control(title),
+        "a\\nb\\u{1b}]0;c\\u{7}\\t\\u{202e}é λ"
+    );
 }

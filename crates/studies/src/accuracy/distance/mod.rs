@@ -12,7 +12,7 @@ use contact3d::{
     elasticity::{MaterialField, Simplex, quadratic_gradients, visit_springs},
     mesh::{IsoparametricMap, Mesh, is_straight},
     reference::{TETRAHEDRON_EDGES, quadrature, shape::quadratic_tetrahedron},
-    scene::{Invalid, Scene},
+    scene::{InvalidValue, Scene},
 };
 
 /// A displacement on a mesh.
@@ -96,7 +96,7 @@ pub fn distance(
     field: MeshField<'_>,
     reference: MeshField<'_>,
     scene: &Scene,
-) -> Result<Distance, Invalid> {
+) -> Result<Distance, InvalidValue> {
     let material = MaterialField::new(scene, reference.mesh);
     let searchable = Searchable::new(field);
     let rule: Vec<_> = quadrature::tetrahedron_5().collect();

@@ -15,7 +15,7 @@ use contact3d::{
     Problem, ProblemError,
     contact::transferred,
     mesh::Mesh,
-    scene::{ElementOrder, Invalid, Scene},
+    scene::{ElementOrder, InvalidValue, Scene},
     solver::{Start, Status},
 };
 
@@ -209,11 +209,11 @@ impl MeshSequences {
                 kind: run.kind,
                 levels: levels
                     .map(|mesh| mesh.judged(reference, scene))
-                    .collect::<Result<_, Invalid>>()?,
+                    .collect::<Result<_, InvalidValue>>()?,
             })
         });
         Ok(Self {
-            sequences: sequences.collect::<Result<_, Invalid>>()?,
+            sequences: sequences.collect::<Result<_, InvalidValue>>()?,
             reference: Reference {
                 kind,
                 level: reference.level.clone(),
@@ -355,7 +355,7 @@ impl SolvedMesh {
     }
 
     /// The level with its true error, where the reference is good enough to tell.
-    fn judged(&self, reference: &Self, scene: &Scene) -> Result<SequenceLevel, Invalid> {
+    fn judged(&self, reference: &Self, scene: &Scene) -> Result<SequenceLevel, InvalidValue> {
         let is_judged = reference.level.status.is_solved()
             && self.level.status.is_solved()
             && reference.level.estimated_error <= LARGEST_SHARE * self.level.estimated_error;

@@ -11,7 +11,7 @@ use crate::{
     contact::InterfaceFriction,
     mesh::Mesh,
     post::{Solved, SolvedContact},
-    scene::Invalid,
+    scene::InvalidValue,
     solver::ContactState,
 };
 
@@ -29,8 +29,8 @@ impl Admissible {
     /// That of a solved problem; `None` without contact, and where equilibrium is no minimum of energy.
     ///
     /// # Errors
-    /// [`Invalid`] where a clamp presses the body into the foundation.
-    pub(super) fn new(solved: &Solved<'_>) -> Result<Option<Self>, Invalid> {
+    /// [`InvalidValue`] where a clamp presses the body into the foundation.
+    pub(super) fn new(solved: &Solved<'_>) -> Result<Option<Self>, InvalidValue> {
         let Some(contact) = &solved.contact else {
             return Ok(None);
         };
@@ -63,7 +63,7 @@ impl Admissible {
     }
 
     /// Adds what a contact triangle misses.
-    fn add(&mut self, face: &Triangle) -> Result<(), Invalid> {
+    fn add(&mut self, face: &Triangle) -> Result<(), InvalidValue> {
         let lifted: Vec<f64> = face
             .nodes
             .iter()

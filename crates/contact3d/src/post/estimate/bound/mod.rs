@@ -27,7 +27,7 @@ use crate::{
     elasticity::{Element, MaterialField},
     mesh::Mesh,
     post::Solved,
-    scene::Invalid,
+    scene::InvalidValue,
 };
 
 use admissible::Admissible;
@@ -93,8 +93,8 @@ impl ErrorBound {
     /// Bounds the error of an answer.
     ///
     /// # Errors
-    /// [`Invalid`] for scenes whose loads or supports no stress of this kind can balance.
-    pub fn new(solved: &Solved<'_>) -> Result<Self, Invalid> {
+    /// [`InvalidValue`] for scenes whose loads or supports no stress of this kind can balance.
+    pub fn new(solved: &Solved<'_>) -> Result<Self, InvalidValue> {
         scope::check(solved)?;
         let (scene, mesh) = (solved.scene, solved.mesh);
         let material = MaterialField::new(scene, mesh);

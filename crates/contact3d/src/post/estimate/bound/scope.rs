@@ -3,13 +3,13 @@
 use crate::{
     elasticity::Element,
     post::Solved,
-    scene::{Invalid, ModelFeatures, MultiplierSpace, Quantity, Scene},
+    scene::{InvalidValue, ModelFeatures, MultiplierSpace, Quantity, Scene},
 };
 
 const HELP: &str = "the estimate of the error, which every answer has, needs none of this";
 
 /// Refuses what no stress of this kind balances.
-pub(super) fn check(solved: &Solved<'_>) -> Result<(), Invalid> {
+pub(super) fn check(solved: &Solved<'_>) -> Result<(), InvalidValue> {
     let scene = solved.scene;
     let refused = |key: &str, expected: &str, found: &str| Err(invalid(key, expected, found));
     if !scene.springs.is_empty() {
@@ -84,7 +84,7 @@ pub(super) fn is_minimum(scene: &Scene) -> bool {
 }
 
 /// Forces that no tractions balance: of supports at points or along lines, or of an answer that is not in equilibrium.
-pub(super) fn unbalanced(solved: &Solved<'_>) -> Invalid {
+pub(super) fn unbalanced(solved: &Solved<'_>) -> InvalidValue {
     match held_at_points(solved) {
         Some(clamp) => invalid(
             &format!("clamp.{clamp}"),
@@ -120,7 +120,7 @@ fn held_at_points(solved: &Solved<'_>) -> Option<usize> {
 }
 
 /// Prescribed displacements into the foundation.
-pub(super) fn pressed_in() -> Invalid {
+pub(super) fn pressed_in() -> InvalidValue {
     invalid(
         "clamp",
         "held nodes outside the foundation",
@@ -128,8 +128,8 @@ pub(super) fn pressed_in() -> Invalid {
     )
 }
 
-fn invalid(key: &str, expected: &str, found: &str) -> Invalid {
-    Invalid {
+fn invalid(key: &str, expected: &str, found: &str) -> InvalidValue {
+    InvalidValue {
         key: key.to_owned(),
         expected: format!("{expected}, for a bound of the error"),
         found: found.to_owned(),

@@ -1,7 +1,7 @@
 //! Transformations of scenes and their inverses.
 
 use contact3d::scene::{AdaptSettings, Brick, BrickFace, Component, FirstMesh, Functional, Scene};
-use studies::stability::{Redescription, UnitChange};
+use studies::stability::{Transformation, UnitChange};
 
 fn scene() -> Scene {
     let text = include_str!("../../../pipelines/expression_law.toml");
@@ -17,7 +17,7 @@ fn transformations_undo_themselves() {
         .with_grading(BrickFace::YMin, 2.0)
         .with_grading(BrickFace::ZMin, 1.5);
     scene.body = brick.into();
-    for symmetry in [Redescription::mirror(&scene), Redescription::Exchange] {
+    for symmetry in [Transformation::mirror(&scene), Transformation::Exchange] {
         let image = symmetry.apply(&scene).unwrap().expect("a brick on z_min");
         assert_ne!(image.to_toml(), scene.to_toml());
         let back = symmetry.apply(&image).unwrap().expect("a brick on z_min");
@@ -26,7 +26,7 @@ fn transformations_undo_themselves() {
     }
     let [scaling, inverse] = [[8.0, 4.0, 0.5], [0.125, 0.25, 2.0]].map(|factors| {
         let [length, displacement, stress] = factors;
-        Redescription::Units(UnitChange {
+        Transformation::Units(UnitChange {
             length,
             displacement,
             stress,
@@ -46,14 +46,14 @@ fn graded_cells_go_with_the_symmetry() {
         .with_planes(1, given.clone())
         .with_grading(BrickFace::XMin, 2.0);
     scene.body = brick.clone().into();
-    let image = |symmetry: Redescription| {
+    let image = |symmetry: Transformation| {
         let image = symmetry.apply(&scene).unwrap().expect("a brick on z_min");
         image.body.as_brick().expect("a brick").clone()
     };
-    let mirrored = image(Redescription::mirror(&scene));
+    let mirrored = image(Transformation::mirror(&scene));
     assert_eq!(mirrored.planes(1), [0.0, 0.25, 1.5, 1.75, 2.0]);
     assert_eq!(mirrored.planes(0), brick.planes(0));
-    let exchanged = image(Redescription::Exchange);
+    let exchanged = image(Transformation::Exchange);
     assert_eq!(exchanged.planes(0), given);
     assert_eq!(exchanged.planes(1), brick.planes(0));
 }
@@ -63,7 +63,7 @@ fn bodies_from_files_have_no_mirror_image() {
     let text = include_str!("../../../pipelines/gmsh_foot.toml");
     let scene = Scene::parse("gmsh_foot.toml", text).expect("a pipeline");
     assert!(scene.body.mesh_file().is_some());
-    assert_eq!(Redescription::mirror(&scene).apply(&scene).unwrap(), None);
+    assert_eq!(Transformation::mirror(&scene).apply(&scene).unwrap(), None);
 }
 
 /// The box of a mean goes with the body, and its component with the axes.
@@ -78,7 +78,7 @@ fn the_quantity_to_refine_for_has_an_image() {
         start: FirstMesh::Scene,
         of: Some(mean(corners, Component::X)),
     });
-    let scaling = Redescription::Units(UnitChange {
+    let scaling = Transformation::Units(UnitChange {
         length: 2.0,
         displacement: 2.0,
         stress: 0.5,
@@ -90,12 +90,12 @@ fn the_quantity_to_refine_for_has_an_image() {
             Component::X,
         ),
         (
-            Redescription::mirror(&scene),
+            Transformation::mirror(&scene),
             [[2.0, 0.75, 0.5], [3.0, 1.0, 1.0]],
             Component::X,
         ),
         (
-            Redescription::Exchange,
+            Transformation::Exchange,
             [[0.0, 2.0, 0.5], [0.25, 3.0, 1.0]],
             Component::Y,
         ),

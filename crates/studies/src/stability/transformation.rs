@@ -1,13 +1,13 @@
 //! The same problem in other units, in a mirror, or with two axes exchanged.
 
 use contact3d::scene::{
-    Body, Clamp, Coefficient, Component, Contact, Friction, Functional, Invalid, LawPoint,
+    Body, Clamp, Coefficient, Component, Contact, Friction, Functional, InvalidValue, LawPoint,
     Material, Obstacle, POSITION, Part, Quantity, Scene, SlipDerivative, Spring, SteppedValue,
 };
 
 /// Another description of a problem.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Redescription {
+pub enum Transformation {
     /// Other units.
     Units(UnitChange),
     /// y → L_y − y for this L_y, which takes a brick on z_min to a brick on z_min, and its mesh to the mesh of that brick.
@@ -28,7 +28,7 @@ pub struct UnitChange {
     pub stress: f64,
 }
 
-impl Redescription {
+impl Transformation {
     /// The mirror of a scene.
     #[must_use]
     pub fn mirror(scene: &Scene) -> Self {
@@ -39,7 +39,7 @@ impl Redescription {
     ///
     /// # Errors
     /// A step that changes what the scene does not have.
-    pub fn apply(self, scene: &Scene) -> Result<Option<Scene>, Invalid> {
+    pub fn apply(self, scene: &Scene) -> Result<Option<Scene>, InvalidValue> {
         if !self.covers(scene) {
             return Ok(None);
         }
