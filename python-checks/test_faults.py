@@ -38,13 +38,13 @@ def test_hostile_surroundings(tested, tmp_path):
 
 
 def test_failing_writes(tested, tmp_path):
-    only = ["run, old file", "solve", "report", "solve-fclib --in-place"]
+    only = ["run, old file", "solve", "report", "export --fclib --global"]
     rows = list(writes.run(tested, tmp_path, count=24, seed=2, only=only))
     assert wrong(rows) == []
 
 
 def test_no_write_is_lost_unseen(tested, tmp_path):
-    only = ["export --fclib", "export --vtkhdf", "solve-fclib --in-place"]
+    only = ["export --fclib", "export --vtkhdf", "export --fclib --global"]
     rows = list(writes.lost_one_by_one(tested, tmp_path, only))
     assert wrong(rows) == []
     assert all(row.refused > row.tried / 2 for row in rows)

@@ -1,13 +1,10 @@
-"""Exported problems: read by FCLIB's own library, recomputed from the raw run file, and solved again.
+"""Exported problems: read by FCLIB's own library and recomputed from the raw run file.
 
 The library is Debian's libfclib0; without it the tests that need it are skipped and say so.
 """
 
 import ctypes
 import ctypes.util
-import json
-import subprocess
-from collections import Counter
 from pathlib import Path
 
 import h5py
@@ -16,7 +13,6 @@ import pytest
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-import random_contacts
 from run_file import open_run, read_matrix
 
 PIPELINES = Path(__file__).resolve().parent.parent / "pipelines"
@@ -303,59 +299,3 @@ def test_fclib_reads_the_global_problem(exported, libfclib):
             stored = file[f"solution/{name}"][:]
             read = np.ctypeslib.as_array(getattr(solution, name), stored.shape)
             np.testing.assert_array_equal(read, stored)
-
-
-def solve_fclib(program, *arguments) -> tuple[int, dict]:
-    """Exit code and JSON of solve-fclib."""
-    command = [program, "--json", "solve-fclib", *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    return done.returncode, json.loads(done.stdout)
-
-
-@pytest.mark.parametrize("method", ["newton", "gpcg", "nsgs"])
-def test_the_export_is_solved_again(exported, program, tmp_path, method):
-    out = tmp_path / "solved.hdf5"
-    code, answer = solve_fclib(program, exported[1], "--out", out, "--method", method)
-    assert code == 0 and answer["status"] == "converged" and answer["error_before"] <= 1e-10
-    with h5py.File(out) as file, h5py.File(exported[1]) as before:
-        local = file["fclib_local"]
-        w, q, mu = stored_matrix(local["W"]), local["vectors/q"][:], local["vectors/mu"][:]
-        r = file["solution/r"][:]
-        error = natural_map_error(w, q, mu, r)
-        # Rounding of norms.
-        assert error == pytest.approx(answer["error"], rel=1e-2, abs=1e-15) and error <= 1e-10
-        known = before["solution/r"][:]
-    # Both are within 1e-10 of the same solution, times the condition of W, about 1e3.
-    assert np.linalg.norm(r - known) <= 1e-6 * np.linalg.norm(known)
-
-
-def test_fclib_reads_the_solved_copy(exported, libfclib, program, tmp_path):
-    out = tmp_path / "solved.hdf5"
-    assert solve_fclib(program, exported[1], "--out", out)[0] == 0
-    with h5py.File(out) as file:
-        stored = file["solution/r"][:]
-    solution = libfclib.fclib_read_solution(str(out).encode()).contents
-    np.testing.assert_array_equal(np.ctypeslib.as_array(solution.r, stored.shape), stored)
-
-
-def test_random_problems_are_solved_or_proven_to_have_no_solution(program, tmp_path):
-    """`python3 python-checks/random_contacts.py` in short."""
-    rows = list(random_contacts.run(program, 6, 2, tmp_path))
-    assert [wrong for _, _, wrong in rows if wrong] == []
-    statuses = sum((statuses for _, statuses, _ in rows), Counter())
-    assert statuses["converged"] >= 30 and statuses["no_solution"] >= 20
-
-
-def test_a_large_friction_on_a_regular_w_is_never_proven_to_have_no_solution(contact3d, program, tmp_path):
-    run, path = tmp_path / "run.h5", tmp_path / "problem.hdf5"
-    contact3d("run", PIPELINES / SCENE, run, "--no-figures", "--set", "body.brick.cells=[6,2,2]")
-    contact3d("export", run, "--fclib", path)
-    with h5py.File(path) as file:
-        w = stored_matrix(file["fclib_local/W"]).toarray()
-    # Forces without motion, of which a proof would be made, there are none.
-    assert np.linalg.cond(w) < 1e6
-    for friction in (1e8, 1e10, 1e12):
-        with h5py.File(path, "r+") as file:
-            file["fclib_local/vectors/mu"][...] = friction
-        _, answer = solve_fclib(program, path)
-        assert answer["status"] in ("converged", "not_converged"), friction

@@ -14,11 +14,11 @@ import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+import h5py
 import numpy as np
 import siconos.numerics as sn
+from scipy import sparse
 
-from fclib_files import LocalProblem, natural_map_error, read_local, read_solution
-from siconos_scene import with_long_indices
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 PIPELINES = ROOT / "pipelines"
@@ -65,6 +65,15 @@ SAME = 1e-6
 
 
 @dataclass(frozen=True)
+class LocalProblem:
+    """u = W r + q, components N, T1, T2 contact after contact, Coulomb's law with mu."""
+
+    matrix: sparse.csc_matrix
+    offset: np.ndarray
+    mu: np.ndarray
+
+
+@dataclass(frozen=True)
 class Attempt:
     """What a solver of Siconos came to."""
 
@@ -76,13 +85,41 @@ class Attempt:
     distance: float
 
 
-def siconos_problem(problem: LocalProblem, blocks: bool) -> sn.FrictionContactProblem:
-    """The problem as Siconos takes it: W dense or by blocks of three."""
-    if blocks:
-        matrix = sn.SBM_from_csparse(3, with_long_indices(problem.matrix))[1]
-    else:
-        matrix = problem.matrix.toarray()
-    return sn.FrictionContactProblem(3, matrix, problem.offset, problem.mu)
+def read(path: Path) -> tuple[LocalProblem, np.ndarray]:
+    """The problem of a file with W by columns, and r of its solution."""
+    with h5py.File(path) as file:
+        local = file["fclib_local"]
+        shape = (int(local["W/m"][0]), int(local["W/n"][0]))
+        matrix = sparse.csc_matrix(tuple(local[f"W/{name}"][:] for name in "xip"), shape)
+        problem = LocalProblem(matrix, local["vectors/q"][:], local["vectors/mu"][:])
+        return problem, file["solution/r"][:]
+
+
+def cone_projection(points: np.ndarray, mu: np.ndarray) -> np.ndarray:
+    """The nearest points of the cones |x_T| <= mu x_N, rows N, T1, T2."""
+    normal, tangential = points[:, 0], np.hypot(points[:, 1], points[:, 2])
+    height = (normal + mu * tangential) / (1.0 + mu**2)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        share = mu * height / tangential
+    surface = np.column_stack([height, points[:, 1] * share, points[:, 2] * share])
+    inside = (tangential <= mu * normal)[:, None]
+    polar = (mu * tangential <= -normal)[:, None]
+    return np.where(polar, 0.0, np.where(inside, points, surface))
+
+
+def natural_map_error(problem: LocalProblem, force: np.ndarray) -> float:
+    """|r - P(r - u^)| / max(|q|, |r|, |u|) with u^ = u + (mu |u_T|, 0, 0), as Siconos 4.4 has it."""
+    u = (problem.matrix @ force + problem.offset).reshape(-1, 3)
+    r = force.reshape(-1, 3)
+    size = max(map(np.linalg.norm, (problem.offset, r, u)))
+    u[:, 0] += problem.mu * np.hypot(u[:, 1], u[:, 2])
+    residual = np.linalg.norm(r - cone_projection(r - u, problem.mu))
+    return residual / size if size > 0.0 else residual
+
+
+def siconos_problem(problem: LocalProblem) -> sn.FrictionContactProblem:
+    """The problem as Siconos takes it, W dense."""
+    return sn.FrictionContactProblem(3, problem.matrix.toarray(), problem.offset, problem.mu)
 
 
 def siconos_error(problem: LocalProblem, force: np.ndarray) -> float:
@@ -90,19 +127,17 @@ def siconos_error(problem: LocalProblem, force: np.ndarray) -> float:
     options = sn.SolverOptions(sn.SICONOS_FRICTION_3D_NSN_AC)
     size = np.linalg.norm(problem.offset)
     velocity = np.zeros_like(force)
-    fc = siconos_problem(problem, blocks=False)
+    fc = siconos_problem(problem)
     return sn.fc3d_compute_error(fc, force.copy(), velocity, TOLERANCE, options, size)[1]
 
 
-def solve(
-    problem: LocalProblem, solver: str, answer: np.ndarray, tolerance: float = TOLERANCE, blocks: bool = False
-) -> Attempt:
+def solve(problem: LocalProblem, solver: str, answer: np.ndarray) -> Attempt:
     """Solve from zero and compare with an answer."""
     options = sn.SolverOptions(SOLVERS[solver])
-    options.dparam[sn.SICONOS_DPARAM_TOL] = tolerance
+    options.dparam[sn.SICONOS_DPARAM_TOL] = TOLERANCE
     options.iparam[sn.SICONOS_IPARAM_MAX_ITER] = MAX_ITERATIONS
     force, velocity = np.zeros_like(answer), np.zeros_like(answer)
-    fc = siconos_problem(problem, blocks)
+    fc = siconos_problem(problem)
     started = time.perf_counter()
     info = sn.fc3d_driver(fc, force, velocity, options)
     seconds = time.perf_counter() - started
@@ -118,13 +153,12 @@ def solve(
 
 
 def export(program: Path, scene: str, changes: list[str], folder: Path) -> Path:
-    """Run a scene, export it, and solve the export by the program itself, too."""
+    """Run a scene and export it."""
     run, out = folder / "run.h5", folder / "problem.hdf5"
     settings = [part for change in changes for part in ("--set", change)]
     for command in (
         ["run", PIPELINES / scene, run, "--no-figures", *settings],
         ["export", run, "--fclib", out],
-        ["solve-fclib", out],
     ):
         subprocess.run([program, "--quiet", *command], check=True, stdout=subprocess.DEVNULL)
     return out
@@ -135,7 +169,7 @@ def judge(program: Path, name: str) -> dict:
     scene, changes = SCENES[name]
     with tempfile.TemporaryDirectory() as folder:
         path = export(program, scene, changes, Path(folder))
-        problem, (force, _) = read_local(path), read_solution(path)
+        problem, force = read(path)
     ours = natural_map_error(problem, force)
     theirs = siconos_error(problem, force)
     attempts = [solve(problem, solver, force) for solver in SOLVERS]

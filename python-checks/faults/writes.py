@@ -24,7 +24,6 @@ RUN = ("run", SCENE, "run.h5", *SMALL)
 PLAIN = (*RUN, "--no-figures")
 OLD = ("run", SCENE, "run.h5", *OTHER)
 FCLIB = ("export", "run.h5", "--fclib", "out.hdf5")
-SOLVE_FCLIB = ("solve-fclib", "out.hdf5")
 NUMBER = re.compile(rb"[-+]?\d+(\.\d+)?(e[-+]?\d+)?")
 OF_THE_MOMENT = re.compile(r"error\.txt$|seconds\.\w+$")
 """Errors of failed cases, and charts of the clock."""
@@ -59,8 +58,6 @@ CASES = (
     Case("export --fclib", FCLIB, (PLAIN,)),
     Case("export --fclib --global", (*FCLIB, "--global"), (PLAIN, FCLIB)),
     Case("export --vtkhdf", ("export", "run.h5", "--vtkhdf", "out.vtkhdf"), (PLAIN,)),
-    Case("solve-fclib --out", (*SOLVE_FCLIB, "--out", "new.hdf5"), (PLAIN, FCLIB)),
-    Case("solve-fclib --in-place", (*SOLVE_FCLIB, "--in-place"), (PLAIN, FCLIB)),
     Case("accuracy", ("accuracy", *PLAIN[1:], *MESHES), (OLD,)),
     Case("theory", ("theory", *RUN[1:], "--finest", "4"), (OLD,)),
     Case(

@@ -22,7 +22,7 @@ use super::{
     accuracy::AccuracyArguments,
     bound::BoundArguments,
     branches::BranchesArguments,
-    fclib::{ExportArguments, SolveFclibArguments},
+    export::ExportArguments,
     html::ReportArguments,
     init::InitArguments,
     inspect::InspectArguments,
@@ -103,8 +103,6 @@ pub enum Command {
     Report(ReportArguments),
     /// Write the problem of a solved run file, friction frozen at the solution, as a file of FCLIB
     Export(ExportArguments),
-    /// Solve a local frictional contact problem from a file of FCLIB
-    SolveFclib(SolveFclibArguments),
     /// Write or check the schemas of run files and scenes
     Schema(SchemaArguments),
     /// Write a commented scene to start from

@@ -133,6 +133,12 @@ const OUTPUTS: [(&[&str], &str); 7] = [
     ),
 ];
 
+/// Commands that are gone, and where their tasks are now.
+const GONE: [(&str, &str); 1] = [(
+    "solve-fclib",
+    "solve-fclib is gone: Siconos solves problems of FCLIB, and `export FILE --fclib OUT` writes them for it",
+)];
+
 /// An error of the command line with a tip where an output seems to be meant.
 fn advised(mut error: clap::Error) -> clap::Error {
     let text =
@@ -145,6 +151,12 @@ fn advised(mut error: clap::Error) -> clap::Error {
         error = clap::Error::new(ErrorKind::UnknownArgument).with_cmd(&Arguments::command());
         error.insert(ContextKind::InvalidArg, found);
         usage.map(|usage| error.insert(ContextKind::Usage, usage));
+    }
+    let command = text(&error, ContextKind::InvalidSubcommand);
+    if let Some((_, tip)) = GONE.iter().find(|(gone, _)| *gone == command) {
+        error.remove(ContextKind::SuggestedSubcommand);
+        let tip = ContextValue::StyledStrs(vec![(*tip).into()]);
+        error.insert(ContextKind::Suggested, tip);
     }
     let (found, usage) = (
         text(&error, ContextKind::InvalidArg),

@@ -6,7 +6,7 @@ mod arguments;
 mod bound;
 mod branches;
 mod exit;
-mod fclib;
+mod export;
 mod html;
 mod init;
 mod inspect;
@@ -72,8 +72,7 @@ fn perform(arguments: &Arguments) -> Exit {
         Command::Branches(task) => branches::branches(task, &output, threads),
         Command::Stability(suite) => stability::stability(suite, &output, threads),
         Command::Report(page) => html::report_page(page, &output),
-        Command::Export(arguments) => fclib::export(arguments, &output),
-        Command::SolveFclib(arguments) => fclib::solve_fclib(arguments, &output),
+        Command::Export(arguments) => export::export(arguments, &output),
         Command::Schema(schema) => schema::schema(schema, &output),
         Command::Init(scene) => init::init(scene, &output),
         Command::Inspect(mesh) => inspect::inspect(mesh, &output),

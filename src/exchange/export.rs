@@ -3,21 +3,19 @@
 use std::path::Path;
 
 use contact3d::{
-    AssembledProblem,
-    contact::{Interface, MultiplierLayout},
-    dual::{ExplicitDual, Need},
-    linalg::{CscMatrix, Precision},
-    mesh::ContactSurface,
-    scene::ModelFeatures,
-    solver::{self, FrozenGlobal, FrozenScaling, frozen_global, frozen_local},
+    AssembledProblem, contact::MultiplierLayout, dual::Need, linalg::Precision,
+    mesh::ContactSurface, scene::ModelFeatures, solver,
 };
-use fclib::{Array, FclibError, FclibSolution, GlobalProblem, Info, LocalProblem, Matrix};
 use hdf5_metno::File;
-use runfile::{WholeFile, WrittenFile};
+use runfile::{StoreError, WholeFile, WrittenFile};
 
-use super::{PROGRAM, put};
+use super::{
+    fclib::{self, FclibSolution, Info},
+    frozen::{COMPONENTS, Equations, FrozenProblem},
+    put,
+};
 use crate::{
-    output::{self, Inputs, OutputKind},
+    output::{self, FCLIB_PROGRAM, Inputs, OutputKind},
     pipeline::{StageError, admit_memory, read_solved},
 };
 
@@ -42,7 +40,7 @@ pub struct Exported {
     pub unknowns: Option<usize>,
     /// Smallest and largest μ.
     pub mu: [f64; 2],
-    /// [`DelassusProblem::error`](contact3d::solver::DelassusProblem::error) of the stored forces; `None` for a global problem.
+    /// The error of the stored forces as Siconos measures it; `None` for a global problem.
     pub error: Option<f64>,
     /// Bytes of the file.
     pub bytes: usize,
@@ -64,19 +62,40 @@ pub fn export(run_file: &Path, target: &Path, form: FclibForm) -> Result<Exporte
         unfit("the scene has no contact, so there is no frictional contact problem to write".into())
     })?;
     let friction = frozen_friction(&problem, &solution, contact.surface).map_err(unfit)?;
-    let face = ExportedFace {
-        problem: &problem,
-        solution: &solution,
-        surface: contact.surface,
-        interface: contact.interface,
-        friction: &friction,
+    let n_contacts = contact.surface.n_panes();
+    if form == FclibForm::Local {
+        admit_memory(Need {
+            step: "writing W, which is dense; --global writes sparse matrices",
+            memory: ((COMPONENTS * n_contacts) as u64)
+                .saturating_pow(2)
+                .saturating_mul(BYTES_PER_ENTRY),
+            stored: 0,
+        })?;
+    }
+    let freeze = match form {
+        FclibForm::Local => FrozenProblem::local,
+        FclibForm::Global => FrozenProblem::global,
     };
-    let (mut exported, written) = match form {
-        FclibForm::Local => face.write_local(run_file, target)?,
-        FclibForm::Global => face.write_global(target)?,
-    };
-    exported.bytes = put(&written, target, &inputs)?;
-    Ok(exported)
+    let frozen = freeze(&problem, contact.surface, contact.interface, &friction);
+    let entries = fclib::most_entries(&frozen);
+    if i32::try_from(entries).is_err() {
+        return Err(unfit(format!(
+            "a matrix of {entries} entries does not fit the 32-bit indices of FCLIB files; take a coarser mesh"
+        )));
+    }
+    let layout = MultiplierLayout::new(n_contacts, contact.interface.n_friction_panes());
+    let forces = frozen.scaling.forces(layout, &solution.multiplier);
+    let answer = frozen.solution(forces, &solution.displacement);
+    let nothing = vec![0.0; COMPONENTS * n_contacts];
+    let start = frozen.solution(nothing, &vec![0.0; solution.displacement.len()]);
+    let written = write(&problem, &frozen, &friction, [&answer, &start], target)?;
+    Ok(Exported {
+        contacts: n_contacts,
+        unknowns: answer.v.as_ref().map(Vec::len),
+        mu: ends(&frozen.scaling.mu),
+        error: frozen.error(&answer),
+        bytes: put(&written, target, &inputs)?,
+    })
 }
 
 /// (F₁, F₂) that act on each pane at the solution, `None` without friction; refused where Coulomb's law with fixed coefficients is
@@ -135,236 +154,94 @@ fn frozen_friction(
     Ok(coefficients.collect())
 }
 
-/// A contact face with frozen friction.
-struct ExportedFace<'a> {
-    problem: &'a AssembledProblem,
-    solution: &'a solver::Solution,
-    surface: &'a ContactSurface,
-    interface: &'a Interface,
-    friction: &'a [Option<[f64; 2]>],
+/// Writes a problem with its solution, a guess, and what leads back to stresses and displacements.
+fn write(
+    problem: &AssembledProblem,
+    frozen: &FrozenProblem,
+    friction: &[Option<[f64; 2]>],
+    [solution, start]: [&FclibSolution; 2],
+    target: &Path,
+) -> Result<WrittenFile, StageError> {
+    let units = problem.scene().units;
+    let description = format!(
+        "An elastic body on its foundation, written by contact3d-pipe {}. Orthotropic friction with coefficients that follow the \
+         solution is frozen at the solution. The group contact3d holds what r and u are scaled by, and areas of panes, in {} and {}.",
+        env!("CARGO_PKG_VERSION"),
+        units.length(),
+        units.force(),
+    );
+    let info = Info {
+        title: &problem.scene().title,
+        description: &description,
+        math_info: "W is symmetric and positive definite up to rounding; solution is that of the program, guess 1 is zero",
+        degrees_of_freedom: problem.system().assembly.primal.dofs.n_free,
+    };
+    let all = |file: &File| {
+        fclib::write_problem(file, frozen, &info)?;
+        fclib::write_solutions(file, solution, start)?;
+        write_scaling(file, frozen, friction)?;
+        fclib::write_attribute(file, output::PROGRAM_ATTRIBUTE, FCLIB_PROGRAM)
+    };
+    let written = WholeFile::filled(target, |file| {
+        all(file).map_err(|source| StoreError::Hdf5 {
+            file: target.to_owned(),
+            dataset: "/".into(),
+            action: "write the problem",
+            source: Box::new(source),
+        })
+    });
+    Ok(written?)
 }
 
-impl ExportedFace<'_> {
-    fn write_local(
-        &self,
-        run_file: &Path,
-        target: &Path,
-    ) -> Result<(Exported, WrittenFile), StageError> {
-        let size = 3 * self.surface.n_panes();
-        let memory = (size as u64)
-            .saturating_pow(2)
-            .saturating_mul(BYTES_PER_ENTRY);
-        admit_memory(Need {
-            step: "writing W, which is dense; --global writes sparse matrices",
-            memory,
-            stored: 0,
-        })?;
-        let (problem, scaling) = {
-            let dual = self.dense();
-            let frozen = frozen_local(&dual, &self.surface.pane_area, self.friction);
-            frozen.map_err(|source| StageError::Delassus {
-                file: run_file.to_owned(),
-                source,
-            })?
-        };
-        let force = scaling.forces(self.layout(), &self.solution.multiplier);
-        let solution = FclibSolution {
-            v: None,
-            u: problem.velocity(&force),
-            r: force,
-        };
-        let start = FclibSolution {
-            v: None,
-            u: problem.offset().to_vec(),
-            r: vec![0.0; size],
-        };
-        let exported = Exported {
-            contacts: self.surface.n_panes(),
-            unknowns: None,
-            mu: ends(&scaling.mu),
-            error: Some(problem.error(&solution.r)),
-            bytes: 0,
-        };
-        let local = LocalProblem {
-            space_dimension: 3,
-            q: problem.offset().to_vec(),
-            mu: scaling.mu.clone(),
-            info: self.info(),
-            w: to_file(problem.into_matrix()),
-        };
-        let write = |file: &File| fclib::write_local(file, &local);
-        let written = self.write_with(target, write, &[solution, start], &scaling, None)?;
-        Ok((exported, written))
-    }
-
-    fn write_global(&self, target: &Path) -> Result<(Exported, WrittenFile), StageError> {
-        let primal = &self.problem.system().assembly.primal;
-        let frozen = frozen_global(primal, self.surface, self.interface, self.friction);
-        let scaling = &frozen.scaling;
-        let v = frozen.displacement(&self.solution.displacement);
-        let solution = FclibSolution {
-            u: frozen.velocity(&v),
-            v: Some(v),
-            r: scaling.forces(self.layout(), &self.solution.multiplier),
-        };
-        let zero = vec![0.0; frozen.load.len()];
-        let start = FclibSolution {
-            u: frozen.velocity(&zero),
-            v: Some(zero),
-            r: vec![0.0; scaling.scale.len()],
-        };
-        let exported = Exported {
-            contacts: self.surface.n_panes(),
-            unknowns: Some(frozen.load.len()),
-            mu: ends(&scaling.mu),
-            error: None,
-            bytes: 0,
-        };
-        let FrozenGlobal {
-            matrix,
-            contact,
-            load,
-            distance,
-            displacement_scale,
-            scaling,
-        } = frozen;
-        let global = GlobalProblem {
-            space_dimension: 3,
-            m: to_file(matrix),
-            h: to_file(contact),
-            f: load,
-            w: distance,
-            mu: scaling.mu.clone(),
-            info: self.info(),
-        };
-        let write = |file: &File| fclib::write_global(file, &global);
-        let (answers, scale) = ([solution, start], Some(displacement_scale));
-        let written = self.write_with(target, write, &answers, &scaling, scale)?;
-        Ok((exported, written))
-    }
-
-    /// Writes a problem with its solution, a guess, and what leads back to stresses and displacements.
-    fn write_with(
-        &self,
-        target: &Path,
-        write_problem: impl Fn(&File) -> Result<(), FclibError>,
-        [solution, start]: &[FclibSolution; 2],
-        scaling: &FrozenScaling,
-        displacement: Option<f64>,
-    ) -> Result<WrittenFile, StageError> {
-        let written = WholeFile::filled(target, None, |file| {
-            write_problem(file)?;
-            fclib::write_solution(file, solution)?;
-            fclib::write_guesses(file, std::slice::from_ref(start))?;
-            self.write_scaling(file, scaling, displacement)?;
-            fclib::write_program(file, PROGRAM)
-        });
-        Ok(written?)
-    }
-
-    /// S with tangential pairs on all panes: that of the file where it has them.
-    fn dense(&self) -> ExplicitDual {
-        let system = self.problem.system();
-        let held = system
-            .contact
-            .as_ref()
-            .and_then(|contact| contact.explicit());
-        match held {
-            Some(dual) if dual.layout.n_pairs() == dual.n_panes() => dual.clone(),
-            _ => ExplicitDual::everywhere(&system.assembly, self.surface, self.interface),
-        }
-    }
-
-    /// The order of the multipliers of the solution.
-    fn layout(&self) -> MultiplierLayout {
-        let panes = self.surface.n_panes();
-        MultiplierLayout::new(panes, self.interface.n_friction_panes())
-    }
-
-    fn info(&self) -> Info {
-        let units = self.problem.scene().units;
-        Info {
-            title: Some(self.problem.scene().title.clone()),
-            description: Some(format!(
-                "An elastic body on its foundation, written by contact3d-pipe {}. Orthotropic friction with coefficients that follow the \
-                 solution is frozen at the solution. The group contact3d holds what r and u are scaled by, and areas of panes, in \
-                 {} and {}.",
-                env!("CARGO_PKG_VERSION"),
-                units.length(),
-                units.force(),
-            )),
-            math_info: Some(
-                "W is symmetric and positive definite up to rounding; solution is that of the program, guess 1 is zero".into(),
-            ),
-            degrees_of_freedom: Some(self.problem.system().assembly.primal.dofs.n_free),
-        }
-    }
-
-    /// What leads back from the file to stresses and displacements.
-    fn write_scaling(
-        &self,
-        file: &File,
-        scaling: &FrozenScaling,
-        displacement: Option<f64>,
-    ) -> Result<(), FclibError> {
-        let friction: Vec<f64> = self
-            .friction
-            .iter()
-            .flat_map(|f| f.unwrap_or([0.0; 2]))
-            .collect();
-        let unit = [scaling.unit];
-        let displacement = displacement.map(|c| [c]);
-        let array = |name, meaning, values, columns| Array {
-            name,
-            meaning,
-            values,
-            columns,
-        };
-        let mut arrays = vec![
-            array(
-                "scale",
-                "D: contact forces are unit * scale * r, relative displacements unit * u / scale",
-                &scaling.scale,
-                3,
-            ),
-            array(
-                "unit",
-                "t: one number that all of q, r and u are divided by",
-                &unit[..],
-                1,
-            ),
-            array(
-                "pane_area",
-                "a: contact stresses are contact forces over these areas",
-                &scaling.area,
-                1,
-            ),
-            array(
-                "friction",
-                "F1 and F2 on each pane at the solution; 0 without friction",
-                &friction,
-                2,
-            ),
-        ];
-        if let Some(c) = &displacement {
-            arrays.push(array(
-                "displacement_scale",
-                "c: displacements are displacement_scale * unit * v",
-                c,
-                1,
-            ));
-        }
-        fclib::write_arrays(file, "contact3d", &arrays)
-    }
-}
-
-fn to_file(matrix: CscMatrix) -> Matrix {
-    Matrix {
-        rows: matrix.rows,
-        columns: matrix.cols,
-        starts: matrix.indptr,
-        indices: matrix.indices,
-        values: matrix.data,
+/// What leads back from the file to stresses and displacements.
+fn write_scaling(
+    file: &File,
+    frozen: &FrozenProblem,
+    friction: &[Option<[f64; 2]>],
+) -> hdf5_metno::Result<()> {
+    let scaling = &frozen.scaling;
+    let friction = friction.iter().flat_map(|f| f.unwrap_or([0.0; 2]));
+    let friction: Vec<f64> = friction.collect();
+    let group = &fclib::new_group(file, "contact3d")?;
+    fclib::write_array(
+        group,
+        "scale",
+        "D: contact forces are unit * scale * r, relative displacements unit * u / scale",
+        &scaling.scale,
+        COMPONENTS,
+    )?;
+    fclib::write_array(
+        group,
+        "unit",
+        "t: one number that all of q, r and u are divided by",
+        &[scaling.unit],
+        1,
+    )?;
+    fclib::write_array(
+        group,
+        "pane_area",
+        "a: contact stresses are contact forces over these areas",
+        &scaling.area,
+        1,
+    )?;
+    fclib::write_array(
+        group,
+        "friction",
+        "F1 and F2 on each pane at the solution; 0 without friction",
+        &friction,
+        2,
+    )?;
+    match &frozen.equations {
+        Equations::Local { .. } => Ok(()),
+        Equations::Global {
+            displacement_scale, ..
+        } => fclib::write_array(
+            group,
+            "displacement_scale",
+            "c: displacements are displacement_scale * unit * v",
+            &[*displacement_scale],
+            1,
+        ),
     }
 }
 

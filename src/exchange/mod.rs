@@ -1,10 +1,11 @@
-//! Files from and to other programs: frictional contact problems in those of FCLIB, grids for ParaView.
+//! Files for other programs: frictional contact problems in those of FCLIB, grids for ParaView.
 //!
-//! `export` makes a problem of a solved run file, `solve` solves the problem of a file. Files are put together beside their places
-//! before the output guard lets them in.
+//! `frozen` makes a problem of a solution, `fclib` knows the layout of its file, `export` joins them. Files are put together beside
+//! their places before the output guard lets them in.
 
 mod export;
-mod solve;
+mod fclib;
+mod frozen;
 
 use std::{fs, path::Path};
 
@@ -12,12 +13,11 @@ use runfile::{IfMissing, RunFile, Transaction, WrittenFile};
 
 use crate::{
     format::{SERIES_LAYOUT, Stage, VTKHDF},
-    output::{self, FCLIB_PROGRAM as PROGRAM, Inputs, OutputError, OutputFile, OutputKind},
+    output::{self, Inputs, OutputError, OutputFile, OutputKind},
     pipeline::{OpenRun, StageError},
 };
 
 pub use export::{FclibForm, export};
-pub use solve::{FclibAnswer, SolutionFile, solve_file};
 
 /// Lets a file of FCLIB into its place; returns its bytes.
 fn put(written: &WrittenFile, target: &Path, inputs: &Inputs) -> Result<usize, OutputError> {

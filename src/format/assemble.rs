@@ -5,8 +5,8 @@ use std::sync::Arc;
 use contact3d::{
     contact::Coupling,
     dual::{
-        Assembly, AssemblySeconds, ContactCompliance, ContactSystem, DualMatrix, DualSystem,
-        ExplicitDual, OperatorForm, PrimalSystem,
+        Assembly, AssemblySeconds, ContactCompliance, ContactSystem, DualSystem, ExplicitDual,
+        OperatorForm, PrimalSystem,
     },
     elasticity::{DofMap, FloatingBody, WeakSupport},
     linalg::{
@@ -235,7 +235,7 @@ fn read_contact(reader: &Reader) -> Result<Option<ContactSystem>, FormatError> {
         None => OperatorForm::Implicit(Vec::new()),
         Some(operator) => OperatorForm::Explicit(ExplicitDual {
             anchor: None,
-            operator: DualMatrix::Dense(Arc::new(operator)),
+            operator: Arc::new(operator),
             rhs: Vec::new(),
             layout: coupling.layout,
             compliance,

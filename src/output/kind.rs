@@ -42,7 +42,8 @@ pub enum OutputKind {
     Scene,
 }
 
-/// How the root of an FCLIB file names this program.
+/// The attribute by which the root of an FCLIB file names the program that wrote it, and this program's name.
+pub(crate) const PROGRAM_ATTRIBUTE: &str = "program";
 pub(crate) const FCLIB_PROGRAM: &str = "contact3d-pipe";
 
 impl OutputKind {
@@ -77,7 +78,8 @@ impl OutputKind {
                 ),
                 Self::Fclib => {
                     ends.first.starts_with(HDF5)
-                        && fclib::program_of(path).as_deref() == Some(FCLIB_PROGRAM)
+                        && runfile::root_text(path, PROGRAM_ATTRIBUTE).as_deref()
+                            == Some(FCLIB_PROGRAM)
                 }
                 Self::ManualPage => text().contains("\n.TH contact3d-pipe"),
                 Self::Scene => false,

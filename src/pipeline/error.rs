@@ -7,9 +7,8 @@ use contact3d::{
     dual::{AssemblyError, Shortage},
     mesh::GmshError,
     scene::{InvalidValue, SceneError},
-    solver::{DelassusError, NeedsExplicit},
+    solver::NeedsExplicit,
 };
-use fclib::FclibError;
 use miette::Diagnostic;
 use plots::FigureError;
 use runfile::{Group, StoreError};
@@ -112,18 +111,9 @@ pub enum StageError {
         stored: Vec<Group>,
         source: Box<StageError>,
     },
-    /// A file of FCLIB.
-    #[error(transparent)]
-    Fclib(#[from] FclibError),
     /// A problem that files of FCLIB cannot hold, or that is not solved.
     #[error("{}: {reason}", file.display())]
     Unfit { file: PathBuf, reason: String },
-    /// Arrays of a file that make no frictional contact problem.
-    #[error("{}: {source}", file.display())]
-    Delassus {
-        file: PathBuf,
-        source: DelassusError,
-    },
     /// A file that runs share cannot be removed, or the turn to make it not be had.
     #[error("cannot write {}: {source}; check the permissions of the folder", file.display())]
     Write {

@@ -1,8 +1,7 @@
-//! `export` and `solve-fclib`: what is written, what is refused, and that inputs stay as they are.
+//! `export --fclib`: what is written, what is refused, and that inputs stay as they are.
 
 use std::fs;
 
-use fclib::{FclibSolution, LocalProblem, Matrix};
 use hdf5_metno as hdf5;
 use serde_json::Value;
 
@@ -54,39 +53,6 @@ fn refused(program: &Program, arguments: &[&str]) -> String {
     error["error"].as_str().expect("a message").to_owned()
 }
 
-/// Two contacts whose matrix is diag(2, 4, 4) each, pressed, one of them sliding.
-fn problem() -> LocalProblem {
-    LocalProblem {
-        space_dimension: 3,
-        w: Matrix::from_entries(
-            6,
-            6,
-            (0..6)
-                .map(|k| (k, k, if k % 3 == 0 { 2.0 } else { 4.0 }))
-                .collect(),
-        ),
-        q: vec![-2.0, 0.8, 0.6, -2.0, 30.0, 40.0],
-        mu: vec![0.5; 2],
-        info: fclib::Info::default(),
-    }
-}
-
-const ZERO: [f64; 6] = [0.0; 6];
-
-fn written(problem: &LocalProblem) -> Program {
-    let program = Program::new();
-    let file = program.path("given.hdf5");
-    let file = hdf5_metno::File::create(file).expect("a file");
-    fclib::write_local(&file, problem).expect("written");
-    let solution = FclibSolution {
-        v: None,
-        u: ZERO.to_vec(),
-        r: ZERO.to_vec(),
-    };
-    fclib::write_solution(&file, &solution).expect("written");
-    program
-}
-
 #[test]
 fn an_exported_solution_solves_the_exported_problem() {
     let program = solved(&[]);
@@ -100,16 +66,19 @@ fn an_exported_solution_solves_the_exported_problem() {
         assert_eq!(exported["contacts"], 3);
         if more.is_none() {
             assert!(exported["error"].as_f64().expect("measured") <= 1e-10);
-            let solved = json(&program, &["solve-fclib", "out.hdf5"], 0);
-            assert!(solved["error_before"].as_f64().expect("measured") <= 1e-10);
         }
     }
     assert!(fs::read(program.path("run.h5")).expect("run file") == before);
-    let text = refused(&program, &["solve-fclib", "out.hdf5"]);
+}
+
+#[test]
+fn problems_of_others_are_for_siconos() {
+    let text = refused(&Program::new(), &["solve-fclib", "problem.hdf5"]);
     assert!(
-        text.contains("a global problem") && text.contains("W = H' M^-1 H"),
+        text.contains("Siconos") && text.contains("export"),
         "{text}"
     );
+    assert!(!text.contains("a similar subcommand"), "{text}");
 }
 
 #[test]
@@ -151,17 +120,19 @@ fn a_face_without_friction_has_contacts_without_friction() {
     );
     let exported = json(&program, &["export", "run.h5", "--fclib", "out.hdf5"], 0);
     assert!(exported["error"].as_f64().expect("measured") <= 1e-10);
-    let problem = fclib::read_local(&program.path("out.hdf5")).expect("readable");
+    let problem = hdf5::File::open(program.path("out.hdf5")).expect("readable");
+    let numbers = |name: &str| {
+        let dataset = problem.dataset(name).expect("there");
+        dataset.read_raw::<f64>().expect("numbers")
+    };
     // Two columns of two panes with friction, which come first, three without; F is the reciprocal of a mean.
-    let (with, without) = problem.mu.split_at(4);
+    let mu = numbers("fclib_local/vectors/mu");
+    let (with, without) = mu.split_at(4);
     assert!(with.iter().all(|mu| (mu - 0.6).abs() < 1e-14), "{with:?}");
     assert_eq!(without, [0.0; 6]);
-    assert!((0..30).all(|k| {
-        problem
-            .w
-            .entries()
-            .any(|(i, j, value)| i == k && j == k && value > 0.0)
-    }));
+    let entries = numbers("fclib_local/W/x");
+    assert_eq!(entries.len(), 30 * 30);
+    assert!((0..30).all(|k| entries[31 * k] > 0.0));
 }
 
 #[test]
@@ -177,8 +148,8 @@ fn unsolved_files_and_outputs_of_others_are_refused() {
     ];
     program.command(&mesh).assert().success();
     fs::write(program.path("notes.txt"), "my notes\n").expect("notes");
-    let others = hdf5_metno::File::create(program.path("others.hdf5")).expect("a file");
-    fclib::write_local(&others, &problem()).expect("written");
+    let others = hdf5::File::create(program.path("others.hdf5")).expect("a file");
+    others.create_group("fclib_local").expect("a group");
     others.close().expect("closed");
     for (file, out, word) in [
         (
@@ -203,174 +174,4 @@ fn unsolved_files_and_outputs_of_others_are_refused() {
         let text = refused(&program, &["export", file, "--fclib", out]);
         assert!(text.contains(word), "{file} {out}: {text}");
     }
-}
-
-#[test]
-fn a_solution_goes_into_a_copy_and_only_on_request_into_the_file() {
-    let program = written(&problem());
-    let before = fs::read(program.path("given.hdf5")).expect("given");
-    let expected = [1.0, -0.2, -0.15, 1.0, -0.3, -0.4];
-    let check = |name: &str| {
-        let solution = fclib::read_solution(&program.path(name), 6)
-            .expect("readable")
-            .expect("there");
-        for (found, expected) in solution.r.iter().zip(expected) {
-            // The tolerance 1e-10 times ‖q‖ = 50.
-            assert!((found - expected).abs() <= 5e-9, "{:?}", solution.r);
-        }
-    };
-    let answer = json(&program, &["solve-fclib", "given.hdf5"], 0);
-    assert_eq!(
-        (&answer["status"], &answer["contacts"]),
-        (&"converged".into(), &2.into())
-    );
-    assert!(answer["error_before"].as_f64().expect("measured") > 0.01);
-    for method in ["newton", "gpcg"] {
-        json(
-            &program,
-            &[
-                "solve-fclib",
-                "given.hdf5",
-                "-o",
-                "out.hdf5",
-                "--method",
-                method,
-            ],
-            0,
-        );
-        check("out.hdf5");
-    }
-    assert!(fs::read(program.path("given.hdf5")).expect("given") == before);
-    let text = refused(
-        &program,
-        &["solve-fclib", "given.hdf5", "--out", "given.hdf5"],
-    );
-    assert!(text.contains("this command reads that file"), "{text}");
-    json(&program, &["solve-fclib", "given.hdf5", "--in-place"], 0);
-    check("given.hdf5");
-}
-
-/// A link stays a link, permissions stay, and a protected file stays as it is.
-#[cfg(unix)]
-#[test]
-fn a_file_solved_in_place_keeps_what_it_is() {
-    use std::os::unix::fs::{PermissionsExt, symlink};
-    let program = written(&problem());
-    fs::create_dir(program.path("far")).expect("a folder");
-    fs::rename(program.path("given.hdf5"), program.path("far/real.hdf5")).expect("moved");
-    symlink("far/real.hdf5", program.path("given.hdf5")).expect("a link");
-    let mode = |mode: u32| {
-        let permissions = fs::Permissions::from_mode(mode);
-        fs::set_permissions(program.path("far/real.hdf5"), permissions).expect("allowed");
-    };
-    mode(0o640);
-    json(&program, &["solve-fclib", "given.hdf5", "--in-place"], 0);
-    assert!(program.path("given.hdf5").is_symlink());
-    let found = fs::metadata(program.path("far/real.hdf5")).expect("there");
-    assert_eq!(found.permissions().mode() & 0o777, 0o640);
-    let stored = fclib::read_solution(&program.path("far/real.hdf5"), 6).expect("readable");
-    assert!(stored.expect("there").r[0] > 0.5);
-    assert_eq!(
-        program.everything().len(),
-        3,
-        "{:?}",
-        program.everything().keys()
-    );
-    mode(0o440);
-    let text = refused(&program, &["solve-fclib", "given.hdf5", "--in-place"]);
-    assert!(text.contains("write-protected"), "{text}");
-    // A copy of it is as writable as any new file.
-    json(
-        &program,
-        &["solve-fclib", "given.hdf5", "--out", "out.hdf5"],
-        0,
-    );
-}
-
-/// A file whose /solution is a link to another file's numbers, and one without the bytes that it declares.
-#[test]
-fn data_of_other_files_are_neither_read_nor_stored() {
-    let program = written(&problem());
-    let other = hdf5::File::create(program.path("other.h5")).expect("made");
-    let numbers = other
-        .new_dataset::<f64>()
-        .shape(6)
-        .create("r")
-        .expect("made");
-    numbers.write_raw(&[1.0; 6]).expect("written");
-    other.close().expect("closed");
-    let raw = hdf5::File::open_rw(program.path("given.hdf5")).expect("open");
-    raw.unlink("solution/r").expect("there");
-    raw.link_external("other.h5", "r", "solution/r")
-        .expect("linked");
-    raw.close().expect("closed");
-    let text = refused(
-        &program,
-        &["solve-fclib", "given.hdf5", "--out", "out.hdf5"],
-    );
-    assert!(
-        text.contains("/solution/r: expected data in the file itself"),
-        "{text}"
-    );
-}
-
-/// W = 0 where bodies would have to be pushed apart: no forces do.
-#[test]
-fn what_has_no_solution_is_stored_and_is_not_converged() {
-    let mut impossible = problem();
-    impossible.w = Matrix::from_entries(6, 6, vec![(0, 0, 1.0)]);
-    let program = written(&impossible);
-    let answer = json(
-        &program,
-        &["solve-fclib", "given.hdf5", "-o", "out.hdf5"],
-        1,
-    );
-    assert_eq!(answer["status"], "no_solution");
-    assert_eq!(answer["obstruction"]["kind"], "penetration");
-    assert_eq!(
-        answer["obstruction"]["direction"],
-        serde_json::json!([0.0, 0.0, 0.0, 1.0, 0.0, 0.0])
-    );
-    let stored = hdf5::File::open(program.path("out.hdf5")).expect("open");
-    let direction = stored
-        .dataset("solution/obstruction")
-        .and_then(|dataset| dataset.read_raw::<f64>())
-        .expect("numbers");
-    assert_eq!(direction, [0.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
-    stored.close().expect("closed");
-    assert!(
-        fclib::read_solution(&program.path("out.hdf5"), 6)
-            .expect("readable")
-            .is_some()
-    );
-}
-
-#[test]
-fn what_is_no_problem_in_3d_is_refused() {
-    let refuses = |problem: LocalProblem, word: &str| {
-        let program = written(&problem);
-        let text = refused(&program, &["solve-fclib", "given.hdf5"]);
-        assert!(text.contains(word) && text.contains("given.hdf5"), "{text}");
-    };
-    refuses(
-        LocalProblem {
-            space_dimension: 2,
-            mu: vec![0.5; 3],
-            ..problem()
-        },
-        "only problems in 3D",
-    );
-    refuses(
-        LocalProblem {
-            mu: vec![0.5, -0.5],
-            ..problem()
-        },
-        "found -0.5 at contact 1",
-    );
-    let mut skew = problem();
-    skew.w = Matrix::from_entries(6, 6, vec![(0, 1, 1.0)]);
-    refuses(skew, "a symmetric matrix");
-    let program = Program::new();
-    let text = refused(&program, &["solve-fclib", "gone.hdf5"]);
-    assert!(text.contains("gone.hdf5"), "{text}");
 }

@@ -30,10 +30,8 @@ fn a_run_file_is_a_regular_file() {
     let program = scratch();
     for path in ["pipe", "/dev/zero", "/dev/null"] {
         let run = ["run", "scene.toml", path, SMALL[0], SMALL[1]];
-        let commands: [&[&str]; 8] = [
+        let commands: [&[&str]; 6] = [
             &run,
-            &["solve-fclib", path],
-            &["solve-fclib", path, "--in-place"],
             &["status", path],
             &["check", path],
             &["solve", path],

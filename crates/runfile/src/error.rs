@@ -140,16 +140,6 @@ pub enum StoreError {
         /// Path of the link.
         link: String,
     },
-    /// A file of another program does not hold its own data, or cannot be read.
-    #[error("{}: {object}: expected data in the file itself, found {found}; nothing was followed, write the file anew with its own program", file.display())]
-    NotItself {
-        /// The file.
-        file: PathBuf,
-        /// Path of the link or dataset, `/` for the whole file.
-        object: String,
-        /// What is there.
-        found: String,
-    },
     /// A number that must be finite is not.
     #[error("{}: {dataset}: expected finite numbers, found {found} at flat index {index}; run the stage that owns it again", file.display())]
     NotFinite {

@@ -106,6 +106,13 @@ pub(super) fn open_any(path: &Path) -> Result<hdf5::File, StoreError> {
     Ok(file)
 }
 
+/// A text attribute of the root of an HDF5 file, whoever wrote it; `None` where there is none, or no such file.
+#[must_use]
+pub fn root_text(path: &Path, attribute: &str) -> Option<String> {
+    let file = open_any(path).ok()?;
+    read_text(&file, Place::new(path, "/"), attribute).ok()
+}
+
 /// Opens a file that HDF5 has just written in this process.
 pub(super) fn open_written(path: &Path) -> Result<hdf5::File, StoreError> {
     let metadata = fs::metadata(path).map_err(|source| match source.kind() {

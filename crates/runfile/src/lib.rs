@@ -39,7 +39,7 @@ pub use element::{StoredElement, StoredEnum};
 pub use error::{LayoutError, LinkProblem, StoreError};
 pub use header::{
     GROUP_ATTRIBUTES, GroupRecord, ROOT_ATTRIBUTES, StoredGroup, hdf5_version, require_plain_hdf5,
-    timestamp,
+    root_text, timestamp,
 };
 pub use home::{Home, SharedGroup};
 pub use layout::{Axis, DatasetSpec, EnumSpec, Extent, Group, Kind, Layout, Presence, Storage};
@@ -49,6 +49,6 @@ pub use reader::Reader;
 pub use schema::{schema_json, schema_page};
 pub use signals::{Temporary, install as install_signal_handlers, last_commit};
 pub use transaction::Transaction;
-pub use volume::{FileState, Foreign};
+pub use volume::FileState;
 pub use whole::{WholeFile, WrittenFile, is_same, sync_folder};
 pub use writer::{GroupWriter, Piecewise};

@@ -1,4 +1,4 @@
-//! One HDF5 file opened for reading: the run file, the file beside it that holds one group, or a file of another program.
+//! One HDF5 file opened for reading: the run file, or the file beside it that holds one group.
 
 use std::collections::HashSet;
 use std::fs;
@@ -6,12 +6,10 @@ use std::path::{Path, PathBuf};
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, SystemTime};
 
-use hdf5::dataset::Layout as Storage;
 use hdf5::{IndexType, IterationOrder, LinkType, LocationType};
 use hdf5_metno as hdf5;
 
-use crate::dataset::require_bytes;
-use crate::error::{AtFile, AtPlace, Place, StoreError};
+use crate::error::{AtFile, Place, StoreError};
 use crate::header;
 use crate::layout::{Group, Layout};
 
@@ -192,17 +190,7 @@ pub(super) struct GroupMember {
 
 /// The members of a group with some path, empty for the root.
 pub(super) fn members(parent: &hdf5::Group, path: &str) -> hdf5::Result<Vec<GroupMember>> {
-    members_named(parent, path, |_| true)
-}
-
-/// The members with some names; the others are not looked at.
-fn members_named(
-    parent: &hdf5::Group,
-    path: &str,
-    is_wanted: impl Fn(&str) -> bool,
-) -> hdf5::Result<Vec<GroupMember>> {
-    let mut links = parent.links(IndexType::Name, IterationOrder::Native)?;
-    links.retain(|(name, _)| is_wanted(name));
+    let links = parent.links(IndexType::Name, IterationOrder::Native)?;
     let member = |(name, link): (String, hdf5::LinkInfo)| {
         let kind = match link.link_type {
             LinkType::Hard => parent.loc_info_by_name(&name).map(|it| Some(it.loc_type)),
@@ -241,100 +229,4 @@ pub(super) fn walk(mut open: Vec<GroupMember>) -> Vec<GroupMember> {
         found.push(member);
     }
     found
-}
-
-/// An HDF5 file of which some groups are known to hold all their data themselves.
-///
-/// No soft or external link leads out of these groups, no dataset lies in another file, virtual or by external storage, and every size that is
-/// declared is backed by bytes of the file, up to what deflate can make of them.
-#[derive(Debug)]
-pub struct Foreign {
-    file: hdf5::File,
-    declared: u64,
-}
-
-impl Foreign {
-    /// Opens a file and examines those of some groups of its root that are there, and all in them.
-    ///
-    /// # Errors
-    /// `NotFound`, `IsDirectory`, `NotAFile`, `NotHdf5`, `Io`; `NotItself` for what is damaged, or lies elsewhere.
-    pub fn open(path: &Path, groups: &[&str]) -> Result<Self, StoreError> {
-        let file = header::open_any(path).map_err(|error| in_words(error, path))?;
-        let bytes = fs::metadata(path).at_file(path, "look at the file")?.len();
-        let mut declared = 0_u64;
-        for group in groups {
-            declared = declared.saturating_add(examined(&file, path, bytes, group)?);
-        }
-        Ok(Self { file, declared })
-    }
-
-    /// Whether a path of groups that begins with a slash ends at something.
-    #[must_use]
-    pub fn has(&self, path: &str) -> bool {
-        has_path(&self.file, path)
-    }
-
-    /// The file; only the groups that were named may be read.
-    #[must_use]
-    pub fn file(&self) -> &hdf5::File {
-        &self.file
-    }
-
-    /// Bytes of all values in the groups, once they are read.
-    #[must_use]
-    pub fn declared(&self) -> u64 {
-        self.declared
-    }
-}
-
-/// Bytes of all values at and below an object of the root.
-fn examined(file: &hdf5::File, path: &Path, bytes: u64, name: &str) -> Result<u64, StoreError> {
-    let object = format!("/{name}");
-    let place = Place::new(path, &object);
-    let named = members_named(file, "", |member| member == name);
-    let named = named.at(place, "list the links")?;
-    let mut declared = 0_u64;
-    for member in walk(named) {
-        let place = place.beside(&member.path);
-        match member.kind.at(place, "look at the object")? {
-            None => return Err(elsewhere(path, place.dataset, "a link to another place")),
-            Some(LocationType::Dataset) => {
-                let dataset = member.parent.dataset(&member.name);
-                let dataset = dataset.at(place, "open the dataset")?;
-                declared = declared.saturating_add(backed(&dataset, place, bytes)?);
-            }
-            Some(_) => {}
-        }
-    }
-    Ok(declared)
-}
-
-/// The bytes that a dataset declares, all of them backed by the file.
-fn backed(dataset: &hdf5::Dataset, place: Place<'_>, bytes: u64) -> Result<u64, StoreError> {
-    let creation = dataset.dcpl().at(place, "read how it is stored")?;
-    if !creation.external().is_empty() || dataset.layout() == Storage::Virtual {
-        let found = "values in other files";
-        return Err(elsewhere(place.file, place.dataset, found));
-    }
-    require_bytes(dataset, place, bytes).map_err(|error| in_words(error, place.file))?;
-    let element = dataset.dtype().at(place, "read the type")?.size() as u64;
-    Ok(element.saturating_mul(dataset.size() as u64))
-}
-
-/// What is damaged said to those who have no stages to run again.
-fn in_words(error: StoreError, file: &Path) -> StoreError {
-    match error {
-        StoreError::Damaged {
-            dataset, reason, ..
-        } => elsewhere(file, &dataset, reason),
-        other => other,
-    }
-}
-
-fn elsewhere(file: &Path, object: &str, found: impl Into<String>) -> StoreError {
-    StoreError::NotItself {
-        file: file.into(),
-        object: object.into(),
-        found: found.into(),
-    }
 }

@@ -31,36 +31,23 @@ pub struct WholeFile {
 pub struct WrittenFile(Temporary);
 
 impl WholeFile {
-    /// Writes a file under a hidden name beside a place, empty at first or a copy of another, and reads it back.
+    /// Writes a file under a hidden name beside a place, and reads it back.
     ///
     /// `write` is called twice, for a file in memory and for that on the disk, which has to hold the same in the end.
     ///
     /// # Errors
-    /// Those of `write`; `Io` or `Hdf5` if the folder does not take it, or the other is no file of HDF5; `Unproven` if the disk
-    /// gives back something else.
+    /// Those of `write`; `Io` or `Hdf5` if the folder does not take it; `Unproven` if the disk gives back something else.
     pub fn filled<E: From<StoreError>>(
         target: &Path,
-        copied: Option<&Path>,
         write: impl Fn(&hdf5::File) -> Result<(), E>,
     ) -> Result<WrittenFile, E> {
         let temporary = hidden_beside(target)?;
         let path = temporary.path();
-        if let Some(source) = copied {
-            copy(source, path, target)?;
-        }
-        let made = |access: fn(&mut FileAccessBuilder) -> &mut FileAccessBuilder| match copied {
-            None => create(path, access),
-            Some(_) => {
-                let mut options = hdf5::File::with_options();
-                let opened = options.with_fapl(access).open_rw(path);
-                opened.at(Place::new(path, "/"), "open the temporary file")
-            }
-        };
-        let in_memory = made(|access| access.core_filebacked(false))?;
+        let in_memory = create(path, |access| access.core_filebacked(false))?;
         write(&in_memory)?;
         let expected = contents::of(&in_memory, Place::new(path, "/"), u64::MAX)?;
         drop(in_memory);
-        let file = made(seeing_every_error)?;
+        let file = create(path, seeing_every_error)?;
         write(&file)?;
         Self { file, temporary }.finish(|path| {
             let file = header::open_written(path)?;
@@ -70,7 +57,11 @@ impl WholeFile {
             let mut different = objects.filter(|name| expected.get(*name) != found.get(*name));
             match different.next() {
                 None => Ok(()),
-                Some(name) => Err(unproven(target, format!("{name} is different")).into()),
+                Some(name) => Err(StoreError::Unproven {
+                    file: target.into(),
+                    reason: format!("{name} is different"),
+                }
+                .into()),
             }
         })
     }
@@ -147,23 +138,6 @@ impl WrittenFile {
         let renamed = self.0.publish(target);
         renamed.at_file(target, "rename the temporary file")
     }
-
-    /// Puts the file in the place of another, whose owner and permissions it takes; a symbolic link leads to the file that is replaced.
-    ///
-    /// # Errors
-    /// `Io` if that file is write-protected or the system fails; `Unsynced` with the file in its place.
-    pub fn replace(self, target: &Path) -> Result<(), StoreError> {
-        let file = target.canonicalize().at_file(target, "find the file")?;
-        let permissions = replaceable(&file)?;
-        keep_owner(&file, self.path()).at_file(target, "keep the owner")?;
-        self.publish(&file, permissions)?;
-        sync_folder(file.parent().unwrap_or(Path::new("/"))).map_err(|source| {
-            StoreError::Unsynced {
-                file: target.into(),
-                source,
-            }
-        })
-    }
 }
 
 /// Makes an empty file under a hidden name for this process alone, beside the place it is for.
@@ -183,25 +157,6 @@ fn hidden_beside(target: &Path) -> Result<Temporary, StoreError> {
     let kept = path.keep().map_err(io::Error::from);
     kept.at_file(target, "make a file in its folder")?;
     Ok(temporary)
-}
-
-/// Copies the bytes of a file into a new one of this process, whatever the permissions of the source, and reads them back.
-fn copy(source: &Path, path: &Path, target: &Path) -> Result<(), StoreError> {
-    let copied = File::open(source)
-        .and_then(|mut from| io::copy(&mut from, &mut File::create(path)?))
-        .and_then(|_| is_same(File::open(path)?, File::open(source)?));
-    if copied.at_file(path, "copy the file")? {
-        Ok(())
-    } else {
-        Err(unproven(target, "its copy is different"))
-    }
-}
-
-fn unproven(target: &Path, reason: impl Into<String>) -> StoreError {
-    StoreError::Unproven {
-        file: target.into(),
-        reason: reason.into(),
-    }
 }
 
 /// Whether two sources give the same bytes.
@@ -252,24 +207,6 @@ pub(super) fn seeing_every_error(access: &mut FileAccessBuilder) -> &mut FileAcc
         .sieve_buf_size(0)
         .chunk_cache(1, 0, 1.0)
         .mdc_config(&metadata)
-}
-
-/// Gives a file the owner and the group of another.
-#[cfg(unix)]
-fn keep_owner(of: &Path, path: &Path) -> io::Result<()> {
-    use std::os::unix::fs::{MetadataExt, chown};
-    let owner = |path: &Path| fs::metadata(path).map(|found| (found.uid(), found.gid()));
-    let (user, group) = owner(of)?;
-    if owner(path)? == (user, group) {
-        Ok(())
-    } else {
-        chown(path, Some(user), Some(group))
-    }
-}
-
-#[cfg(not(unix))]
-fn keep_owner(_: &Path, _: &Path) -> io::Result<()> {
-    Ok(())
 }
 
 /// Makes renames in a folder safe against loss of power.

@@ -2,10 +2,10 @@
 
 use faer::{Mat, MatMut, Par, linalg::triangular_inverse::invert_lower_triangular};
 
-use super::{Assembly, DualMatrix, ExplicitDual};
+use super::{Assembly, ExplicitDual};
 use crate::linalg::{
-    CgSolution, CholeskyFactor, CscMatrix, DenseCholesky, Doubled, FactorStructure, Precision,
-    StoppingRule, Work, Workspace, amd, conjugate_gradients, norm, shifts,
+    CgSolution, DenseCholesky, Doubled, Precision, StoppingRule, Workspace, conjugate_gradients,
+    norm,
 };
 
 /// Steps of iterative refinement; each wins at least the digits that cond(A) leaves.
@@ -132,36 +132,17 @@ pub(super) struct StiffnessFactor {
     /// 1/√S_ii of them.
     pub(super) scale: Vec<f64>,
     /// `None` of numbers that are not finite.
-    factor: Option<Triangle>,
-}
-
-#[derive(Debug, Clone)]
-enum Triangle {
-    Dense(DenseCholesky),
-    /// Of all components, and of the first ones, the normal ones, whose factor is no part of the other.
-    Sparse(Box<[CholeskyFactor; 2]>),
+    factor: Option<DenseCholesky>,
 }
 
 impl StiffnessFactor {
-    /// A third of n³ operations for n multipliers of a dense S.
+    /// A third of n³ operations for n multipliers.
     pub(super) fn new(dual: &ExplicitDual) -> Self {
         let (kept, scale) = units(dual);
-        let factor = match &dual.operator {
-            DualMatrix::Dense(_) => {
-                let factor = DenseCholesky::shifted(&unit_diagonal(dual, &kept, &scale));
-                factor.map(Triangle::Dense)
-            }
-            DualMatrix::Sparse(matrix) => {
-                let n_normal = kept.partition_point(|&j| j < dual.n_panes());
-                let factor = |count: usize| shifted_sparse(leading(matrix, &kept[..count], &scale));
-                let factors = factor(kept.len()).zip(factor(n_normal));
-                factors.map(|(all, normal)| Triangle::Sparse(Box::new([all, normal])))
-            }
-        };
         Self {
+            factor: DenseCholesky::shifted(&unit_diagonal(dual, &kept, &scale)),
             kept,
             scale,
-            factor,
         }
     }
 
@@ -172,11 +153,7 @@ impl StiffnessFactor {
         let mut x: Vec<f64> = scaled.collect();
         match &self.factor {
             None => x.fill(f64::NAN),
-            Some(Triangle::Dense(factor)) => factor.solve(&mut x),
-            Some(Triangle::Sparse(factors)) => {
-                let factor = &factors[usize::from(count < self.kept.len())];
-                factor.solve_in_place(&mut x, &mut Workspace::default());
-            }
+            Some(factor) => factor.solve(&mut x),
         }
         let mut solution = vec![0.0; rhs.len()];
         for (i, x) in x.iter().enumerate() {
@@ -189,8 +166,7 @@ impl StiffnessFactor {
     pub(super) fn inverse_diagonal(&self) -> Vec<f64> {
         match &self.factor {
             None => vec![f64::NAN; self.kept.len()],
-            Some(Triangle::Dense(factor)) => inverse_diagonal(factor),
-            Some(Triangle::Sparse(factors)) => factors[0].inverse_diagonal(),
+            Some(factor) => inverse_diagonal(factor),
         }
     }
 }
@@ -201,39 +177,10 @@ pub(super) fn units(dual: &ExplicitDual) -> (Vec<usize>, Vec<f64>) {
     kept.map(|j| (j, dual.diagonal(j).sqrt().recip())).unzip()
 }
 
-/// D S D of a dense S over some components.
+/// D S D over some components.
 pub(super) fn unit_diagonal(dual: &ExplicitDual, kept: &[usize], scale: &[f64]) -> Mat<f64> {
     Mat::from_fn(kept.len(), kept.len(), |i, j| {
         scale[i] * dual.column(kept[j])[kept[i]] * scale[j]
-    })
-}
-
-/// D S D of a sparse S over some ascending components.
-fn leading(matrix: &CscMatrix, kept: &[usize], scale: &[f64]) -> CscMatrix {
-    let n = kept.len();
-    let mut scaled = CscMatrix::empty(n);
-    scaled.cols = n;
-    for (&j, by_column) in kept.iter().zip(scale) {
-        for (row, value) in matrix.entries(j) {
-            if let Ok(i) = kept.binary_search(&row) {
-                scaled.indices.push(i);
-                scaled.data.push(scale[i] * value * by_column);
-            }
-        }
-        scaled.indptr.push(scaled.indices.len());
-    }
-    scaled
-}
-
-/// The Cholesky factor of a sparse matrix with diagonal 1, shifted as little as it takes to have one; `None` of one that is not
-/// finite.
-fn shifted_sparse(mut matrix: CscMatrix) -> Option<CholeskyFactor> {
-    let structure = FactorStructure::analyse(&matrix, amd(&matrix).ok()?).ok()?;
-    let exact = matrix.data.clone();
-    shifts(matrix.cols).find_map(|shift| {
-        matrix.data.copy_from_slice(&exact);
-        matrix.add_to_diagonal(shift);
-        CholeskyFactor::of_structure(structure.clone(), &matrix, &Work::default()).ok()
     })
 }
 

@@ -1,8 +1,6 @@
 //! The dual operator S as a dense matrix.
 
-use std::{ops::Range, sync::Arc};
-
-use crate::linalg::CscMatrix;
+use std::ops::Range;
 
 /// Columns treated together: each entry of y is then loaded once for four coefficients.
 const COLUMNS: usize = 4;
@@ -90,29 +88,6 @@ pub(super) fn subtract_product(matrix: &[f64], x: &[f64], y: &mut [f64]) {
         y.iter_mut()
             .zip(column(j))
             .for_each(|(y, m)| *y -= m * x[j]);
-    }
-}
-
-/// S, exactly symmetric, `[n_multipliers, n_multipliers]`, in m³/Pa; shared by problems that differ in their loads.
-#[derive(Debug, Clone, PartialEq)]
-pub enum DualMatrix {
-    /// Column-major: the panes of one body all move each other.
-    Dense(Arc<Vec<f64>>),
-    /// By columns: contacts between many bodies move their neighbours only.
-    Sparse(Arc<CscMatrix>),
-}
-
-impl DualMatrix {
-    /// All coefficients, column-major.
-    ///
-    /// # Panics
-    /// If S is sparse; that of a body never is.
-    #[must_use]
-    pub fn as_slice(&self) -> &[f64] {
-        match self {
-            Self::Dense(values) => values,
-            Self::Sparse(_) => panic!("the dual operator of a body is dense"),
-        }
     }
 }
 

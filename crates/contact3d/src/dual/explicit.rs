@@ -3,7 +3,7 @@
 use std::{borrow::Cow, sync::Arc};
 
 use super::{
-    Assembly, Balance, ContactCompliance, ContactSystem, DualMatrix,
+    Assembly, Balance, ContactCompliance, ContactSystem,
     contact::{free_slip, pairs, tangential_selection},
     dense::{subtract_product, symmetric_product},
     global_modes::correct,
@@ -22,8 +22,9 @@ use crate::{
 /// the contact nodes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExplicitDual {
-    /// S = B A⁻¹ Bᵀ, in m³/Pa.
-    pub operator: DualMatrix,
+    /// S = B A⁻¹ Bᵀ, exactly symmetric, column-major, `[n_multipliers, n_multipliers]`, in m³/Pa; shared by problems that differ in
+    /// their loads.
+    pub operator: Arc<Vec<f64>>,
     /// h = B A⁻¹ l with the gap's integral subtracted, `[n_multipliers]`, in m³; −r(λ₀) where the
     /// problem is written about an anchor λ₀.
     pub rhs: Vec<f64>,
@@ -66,7 +67,7 @@ impl ExplicitDual {
 
     fn without_compliance(operator: Vec<f64>, rhs: Vec<f64>, coupling: &Coupling) -> Self {
         Self {
-            operator: DualMatrix::Dense(Arc::new(operator)),
+            operator: Arc::new(operator),
             rhs,
             anchor: None,
             layout: coupling.layout,
@@ -188,34 +189,16 @@ impl ExplicitDual {
         self.dimension() as f64 * f64::EPSILON
     }
 
-    /// One column (or row) of a dense S.
-    ///
-    /// # Panics
-    /// As [`DualMatrix::as_slice`].
+    /// One column (or row) of S.
     #[must_use]
     pub fn column(&self, j: usize) -> &[f64] {
-        &self.operator.as_slice()[j * self.dimension()..(j + 1) * self.dimension()]
+        &self.operator[j * self.dimension()..(j + 1) * self.dimension()]
     }
 
     /// S_jj.
     #[must_use]
     pub fn diagonal(&self, j: usize) -> f64 {
-        match &self.operator {
-            DualMatrix::Dense(_) => self.column(j)[j],
-            DualMatrix::Sparse(matrix) => matrix.diagonal(j),
-        }
-    }
-
-    /// r += a S_j.
-    pub(crate) fn add_column(&self, j: usize, factor: f64, gradient: &mut [f64]) {
-        match &self.operator {
-            DualMatrix::Dense(_) => add_scaled(gradient, factor, self.column(j)),
-            DualMatrix::Sparse(matrix) => {
-                for (row, value) in matrix.entries(j) {
-                    gradient[row] += factor * value;
-                }
-            }
-        }
+        self.column(j)[j]
     }
 
     /// Number of unknowns x: the multipliers, and the rigid motions where the body floats.
@@ -298,14 +281,7 @@ impl ExplicitDual {
     /// S λ in m³.
     #[must_use]
     pub fn apply(&self, multiplier: &[f64]) -> Vec<f64> {
-        match &self.operator {
-            DualMatrix::Dense(values) => symmetric_product(values, multiplier),
-            DualMatrix::Sparse(matrix) => {
-                let mut product = vec![0.0; multiplier.len()];
-                matrix.mul_transposed(multiplier, &mut product);
-                product
-            }
-        }
+        symmetric_product(&self.operator, multiplier)
     }
 }
 

@@ -30,7 +30,7 @@ pub struct LocalStiffness {
 }
 
 impl LocalStiffness {
-    /// Factorises S: n³ operations for n multipliers of a dense S, as one and a half steps of
+    /// Factorises S: n³ operations for n multipliers, as one and a half steps of
     /// Newton's method.
     #[must_use]
     pub fn new(dual: &ExplicitDual) -> Self {

@@ -33,7 +33,6 @@ pub use assembly::{Assembly, AssemblyError, AssemblySeconds, PrimalSystem};
 pub use balanced_operator::BalancedOperator;
 pub(crate) use contact::Moved;
 pub use contact::{ContactCompliance, ContactSystem, OperatorForm};
-pub use dense::DualMatrix;
 pub use explicit::ExplicitDual;
 pub(crate) use local_stiffness::drag;
 pub use local_stiffness::{LocalStiffness, pane_stiffness, smallest_eigenvalue};

@@ -178,7 +178,7 @@ impl DenseCholesky {
 }
 
 /// Shifts from n ε on to n, beyond which a matrix of unit diagonal is diagonally dominant.
-pub(crate) fn shifts(n: usize) -> impl Iterator<Item = f64> {
+fn shifts(n: usize) -> impl Iterator<Item = f64> {
     let n = n as f64;
     let grown = move |shift: &f64| (*shift < n).then_some(shift * SHIFT_GROWTH);
     std::iter::successors(Some(SHIFT * n * f64::EPSILON), grown)

@@ -142,18 +142,6 @@ impl<T: Scalar> ForwardRows<'_, T> {
         gram
     }
 
-    /// The diagonal of S: ‖W_i‖² for all rows i of B.
-    pub(crate) fn squared_lengths(&self) -> Vec<f64> {
-        let mut lengths = vec![0.0; self.order.len()];
-        for part in &self.half_solved {
-            for (&column, values) in part.columns.iter().zip(part.values.chunks(part.width())) {
-                let squares = values.iter().map(|value| value.to_double().powi(2));
-                lengths[self.order[column]] += squares.sum::<f64>();
-            }
-        }
-        lengths
-    }
-
     /// Multiplications and additions of the solves.
     pub(super) fn solve_operations(&self) -> f64 {
         let structure = &self.factor.structure;

@@ -28,8 +28,6 @@ mod precision;
 mod refinement;
 mod solve;
 mod sparse;
-mod sparse_lu;
-
 mod vector;
 mod work;
 
@@ -41,7 +39,7 @@ mod tests;
 
 pub use analysis::FactorStructure;
 pub use dense::DenseLu;
-pub(crate) use dense::{DenseCholesky, product, shifts, transpositions};
+pub(crate) use dense::{DenseCholesky, product, transpositions};
 pub use dissection::{OrderingError, amd, expand_to_unknowns, nested_dissection};
 pub(crate) use eigenvalues::{
     distance_to_one, figures_by_products, least_modulus, spectral_radius,
@@ -54,7 +52,6 @@ pub use precision::{Factor, Precision, Scalar};
 pub use refinement::Doubled;
 pub use solve::Workspace;
 pub use sparse::{CscMatrix, SparseError};
-pub(crate) use sparse_lu::{SparseLuMemory, solve_sparse};
-pub(crate) use vector::{add_combination, orthogonalise, power_of_two_near_largest, vectorised};
-pub use vector::{add_scaled, difference, dot, norm};
+pub(crate) use vector::{add_combination, orthogonalise, vectorised};
+pub use vector::{add_scaled, difference, dot, norm, power_of_two_near_largest};
 pub use work::Work;

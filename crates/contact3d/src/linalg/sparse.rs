@@ -140,17 +140,9 @@ impl CscMatrix {
             .map_or(0.0, |at| self.data[at])
     }
 
-    /// Adds a number to all stored diagonal entries.
-    pub(crate) fn add_to_diagonal(&mut self, added: f64) {
-        for column in 0..self.cols {
-            if let Some(at) = self.place_of_diagonal(column) {
-                self.data[at] += added;
-            }
-        }
-    }
-
     /// The mean of the diagonal of a square matrix; 0 without rows.
-    pub(crate) fn mean_diagonal(&self) -> f64 {
+    #[must_use]
+    pub fn mean_diagonal(&self) -> f64 {
         let sum: f64 = (0..self.cols).map(|column| self.diagonal(column)).sum();
         sum / self.cols.max(1) as f64
     }

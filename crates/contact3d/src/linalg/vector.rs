@@ -26,7 +26,8 @@ pub fn norm(x: &[f64]) -> f64 {
 
 /// A power of two near the largest entry: dividing by it brings the others into the small range of single precision and changes
 /// no bits. `None` where all are zero.
-pub(crate) fn power_of_two_near_largest(x: &[f64]) -> Option<f64> {
+#[must_use]
+pub fn power_of_two_near_largest(x: &[f64]) -> Option<f64> {
     let largest = x.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     (largest != 0.0).then(|| {
         if largest.is_finite() {

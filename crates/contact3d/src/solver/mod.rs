@@ -2,8 +2,8 @@
 //! method inside, and a semismooth Newton method for the whole problem.
 //!
 //! Each module uses only those before it: `ellipse`, `feasible_set`, `history`, `pane_laws`, `body`,
-//! `solution`, `problem`, `conditions`, `convex`, `newton`, `inner`, `minimisation`, `fixed_point`, `accuracy`, `answer`, `equilibrium`, `solve`;
-//! `delassus` is for problems given by matrices alone. They work on [`PaneLaws`] and an operator; what is behind, a mesh with its
+//! `solution`, `problem`, `conditions`, `convex`, `newton`, `inner`, `minimisation`, `fixed_point`, `accuracy`, `answer`, `equilibrium`, `solve`.
+//! They work on [`PaneLaws`] and an operator; what is behind, a mesh with its
 //! frames and degrees of freedom, only `body` knows.
 
 mod accuracy;
@@ -11,7 +11,6 @@ mod adjoint;
 mod answer;
 mod conditions;
 mod convex;
-mod delassus;
 mod ellipse;
 mod equilibrium;
 mod feasible_set;
@@ -29,11 +28,6 @@ mod two_levels;
 pub(crate) use accuracy::{is_felt, load_stress};
 pub(crate) use adjoint::{Adjoint, Adjoints, LinearFunctional};
 pub use conditions::{Bound, Evaluation, PaneEvaluation, PaneZone};
-pub use delassus::{
-    DelassusError, DelassusMethod, DelassusProblem, DelassusSettings, DelassusSolution,
-    DelassusSolver, DelassusStatus, FrozenGlobal, FrozenScaling, MOST_DENSE_CONTACTS, Obstruction,
-    Separation, frozen_global, frozen_local, solve_delassus,
-};
 pub use ellipse::{Ellipse, ProjectionDerivative};
 pub use feasible_set::FeasibleSet;
 pub use fixed_point::{

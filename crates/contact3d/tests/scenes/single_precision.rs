@@ -4,7 +4,6 @@ use std::{path::Path, sync::Arc};
 
 use contact3d::{
     InMemory, Problem, ProblemError,
-    dual::DualMatrix,
     linalg::Precision,
     scene::{
         Body, Clamp, Coefficient, Contact, DualOperatorKind, FactorPrecision, Friction,
@@ -215,7 +214,7 @@ fn a_solve_that_gives_up_in_single_precision_is_done_again_in_double() {
         let contact = problem.system_mut().contact.as_mut().expect("contact");
         let dual = contact.explicit_mut().expect("the dense operator");
         let tenth = dual.operator.as_slice().iter().map(|s| 0.1 * s);
-        dual.operator = DualMatrix::Dense(Arc::new(tenth.collect()));
+        dual.operator = Arc::new(tenth.collect());
         problem
     };
     let asked = spoilt(FactorPrecision::Single).solve(&settings);

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use contact3d::{
-    dual::{DualMatrix, ExplicitDual},
+    dual::ExplicitDual,
     post::Zone,
     scene::{InnerSolver, Method, PrecisionControl, Scene, SolveSettings},
     solver::{Solution, Status},
@@ -47,7 +47,7 @@ impl Wrong {
             }
             Self::Rhs => dual.rhs[pane] *= 1.0 + WRONG,
         }
-        dual.operator = DualMatrix::Dense(Arc::new(s));
+        dual.operator = Arc::new(s);
         row(dual, pane, &multiplier) - before
     }
 }

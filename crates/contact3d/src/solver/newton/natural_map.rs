@@ -1,10 +1,8 @@
 //! The natural map of the dense dual problem.
 
-use std::sync::Mutex;
-
 use crate::{
     dual::{Balance, ExplicitDual, drag},
-    linalg::{SparseLuMemory, norm},
+    linalg::norm,
     solver::conditions::{Bound, Conditions, Evaluation},
 };
 
@@ -16,8 +14,6 @@ const ROUNDINGS: f64 = 16.0;
 pub struct NaturalMap<'a> {
     pub(in crate::solver) dual: &'a ExplicitDual,
     pub(in crate::solver) conditions: Conditions<'a>,
-    /// What the steps on a sparse S share.
-    pub(super) sparse_lu: Mutex<SparseLuMemory>,
 }
 
 impl<'a> NaturalMap<'a> {
@@ -50,7 +46,6 @@ impl<'a> NaturalMap<'a> {
         Self {
             dual,
             conditions: Conditions::new(bound, dual.layout, steplengths),
-            sparse_lu: Mutex::default(),
         }
     }
 

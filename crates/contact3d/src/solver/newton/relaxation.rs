@@ -1,7 +1,10 @@
 //! Sweeps of nonlinear block Gauss–Seidel.
 
 use super::natural_map::NaturalMap;
-use crate::solver::{Ellipse, conditions::Bound};
+use crate::{
+    linalg::add_scaled,
+    solver::{Ellipse, conditions::Bound},
+};
 
 /// Share of the way from the last sweep's 𝓕⁻¹ to that of the present λ. Undamped, a law that
 /// hardens with slip makes panes stick and slip in turn from sweep to sweep.
@@ -43,7 +46,7 @@ impl NaturalMap<'_> {
         let set = |multiplier: &mut [f64], gradient: &mut [f64], j: usize, value: f64| {
             let change = value - multiplier[j];
             if change != 0.0 {
-                self.dual.add_column(j, change, gradient);
+                add_scaled(gradient, change, self.dual.column(j));
                 multiplier[j] = value;
             }
         };

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     contact::CoulombLaw,
-    dual::{DualMatrix, ExplicitDual, LocalStiffness},
+    dual::{ExplicitDual, LocalStiffness},
     solver::{
         FeasibleSet, NewtonStep, PaneLaws,
         conditions::Bound,
@@ -91,10 +91,8 @@ impl<'a> Search<'a> {
                 Way::Eased,
             ]
         };
-        let has_dense_operator = matches!(self.dual.operator, DualMatrix::Dense(_));
         let is_open = |way: &Way| match (way, self.bound) {
             (Way::Eased, Bound::Frozen(_)) | (Way::Convex, Bound::Coulomb(..)) => false,
-            (Way::Convex, Bound::Frozen(_)) => has_dense_operator,
             _ => true,
         };
         let warm = warm.filter(|_| mobile).into_iter();

@@ -11,7 +11,7 @@ use proptest::prelude::*;
 use super::{NewtonSettings, NewtonStatus, minimise_frozen, natural_map::NaturalMap};
 use crate::{
     contact::{Interface, MultiplierLayout},
-    dual::{ContactCompliance, DualMatrix, ExplicitDual},
+    dual::{ContactCompliance, ExplicitDual},
     linalg::norm,
     mesh::Mesh,
     scene::{Coefficient, Formula, Friction, Ramp, Scene, SlipInterpolation},
@@ -62,7 +62,7 @@ fn dual(entries: &[f64], rhs: &[f64], compliance: &[f64], slip_free: &[f64]) -> 
     let operator = m.transpose() * &m + DMatrix::identity(SIZE, SIZE);
     ExplicitDual {
         anchor: None,
-        operator: DualMatrix::Dense(Arc::new(operator.as_slice().to_vec())),
+        operator: Arc::new(operator.as_slice().to_vec()),
         rhs: rhs.to_vec(),
         layout: MultiplierLayout::new(PANES, PANES),
         compliance: Some(ContactCompliance {

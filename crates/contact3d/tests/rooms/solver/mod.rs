@@ -1,6 +1,5 @@
-//! Ellipses of friction, inner solvers, and problems given by a Delassus matrix.
+//! Ellipses of friction, inner solvers, operators.
 
-mod delassus;
 mod ellipse;
 mod inner;
 mod operator;
