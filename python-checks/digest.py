@@ -33,13 +33,12 @@ def dataset_digest(item: h5py.Group | h5py.Dataset, kind: str) -> str:
     return hasher.hexdigest()
 
 
-def stage_digest(digests: dict[str, str], units: str = "") -> str:
+def stage_digest(digests: dict[str, str], units: str) -> str:
     """The digest of a stage from the paths and digests of its datasets, and its attribute `units`."""
     hasher = blake3()
     for path in sorted(digests, key=str.encode):
         hasher.update(path.encode() + b"\0" + digests[path].encode() + b"\0")
-    if units:
-        hasher.update(units.encode() + b"\0")
+    hasher.update(units.encode() + b"\0")
     return hasher.hexdigest()
 
 

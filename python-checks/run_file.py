@@ -14,7 +14,7 @@ import numpy as np
 from scipy import sparse
 
 FILETYPE = "contact3d-pipe run"
-FORMAT_MAJOR = 1
+FORMAT_MAJOR = 2
 STAGES = ("mesh", "assemble", "load", "solve", "post")
 
 

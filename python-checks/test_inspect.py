@@ -54,12 +54,12 @@ def test_unusable_files(tmp_path):
     newer = tmp_path / "newer.h5"
     with h5py.File(newer, "w") as file:
         file.attrs["filetype"] = "contact3d-pipe run"
-        file.attrs["format_version"] = [2, 0]
+        file.attrs["format_version"] = [3, 0]
     reasons = {
         missing: "no such file",
         text: "not a readable HDF5 file",
         foreign: "filetype is None",
-        newer: "format version [2, 0]",
+        newer: "format version [3, 0]",
     }
     for path, reason in reasons.items():
         result = inspect(path)

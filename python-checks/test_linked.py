@@ -51,7 +51,7 @@ def test_digests_hold_across_the_link(linked_path, schema):
                 assert dataset_digest(item, row["type"]) == item.attrs["digest"]
                 if row["in_stage_digest"]:
                     digests[row["path"]] = item.attrs["digest"]
-        assert stage_digest(digests) == file["assemble"].attrs["digest"]
+        assert stage_digest(digests, file["assemble"].attrs["units"]) == file["assemble"].attrs["digest"]
 
 
 def test_the_checker_sees_a_wrong_link(linked_path, schema):

@@ -196,13 +196,6 @@ values = [0.1, 0.3]
     assert example == "modes" or (tmp_path / f"{example}.png").stat().st_size > 10_000
 
 
-def test_old_files_still_open():
-    for path in sorted((ROOT / "tests" / "fixtures").glob("run_1.*.h5")):
-        tree = package.open(path)
-        assert tree["solve/displacement"].sizes[tree["solve/displacement"].dims[1]] == 3
-        assert "title" in tree.attrs["scene"]
-
-
 def test_a_sweep_is_one_dataset_over_its_axes(contact3d, tmp_path):
     sweep = f"""
 scene = "{ROOT / "pipelines" / "newton.toml"}"

@@ -157,13 +157,14 @@ def headers(bench: Bench) -> list[Row]:
     rows, row_of = one_row("newer, older or unreadable format version")
     versions = [
         [2, 0],
-        [1, 99],
+        [2, 99],
+        [1, 11],
         [0, 9],
         [-1, 0],
-        [1],
-        [1, 2, 3],
-        [1.5, 2.5],
-        "1.2",
+        [2],
+        [2, 0, 3],
+        [2.5, 0.5],
+        "2.0",
         None,
     ]
     bench.judge(row_of, [(f"version {v}", versioned(v)) for v in versions])

@@ -44,7 +44,7 @@ def checked_digest(file: h5py.File, stage: str) -> str:
             raise ValueError(f"{row['path']} is not what its digest says")
         if row["in_stage_digest"]:
             digests[row["path"]] = digest
-    if stage_digest(digests) != file[stage].attrs["digest"]:
+    if stage_digest(digests, file[stage].attrs["units"]) != file[stage].attrs["digest"]:
         raise ValueError(f"/{stage} is not what its digest says")
     if "seal" in file[stage].attrs and file[stage].attrs["seal"] != group_seal(file[stage]):
         raise ValueError(f"/{stage} is not what its seal says")

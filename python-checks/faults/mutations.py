@@ -159,7 +159,7 @@ def seal(file: h5py.File) -> None:
             item.attrs["digest"] = dataset_digest(item, row["type"])
             if row["in_stage_digest"]:
                 digests[row["path"]] = item.attrs["digest"]
-        file[stage].attrs["digest"] = stage_digest(digests)
+        file[stage].attrs["digest"] = stage_digest(digests, file[stage].attrs["units"])
         upstream.append(file[stage].attrs["digest"])
         file[stage].attrs["seal"] = group_seal(file[stage])
     file.attrs["seal"] = root_seal(file)

@@ -212,7 +212,7 @@ class Run(xr.DataTree):
 
     def _quantity_table(self) -> pd.DataFrame:
         if not self._has("solve/quantities/value"):
-            raise ValueError(f"{self.file} has no error bars: it is not solved, a load history without an error to refine for, or of an older format")
+            raise ValueError(f"{self.file} has no error bars: it is not solved, or a load history without an error to refine for")
         stored = self["solve/quantities"].to_dataset(inherit=False)
         names = [str(name) for name in stored["name"].values]
         smallest, largest = stored["range"].values.T
@@ -290,7 +290,7 @@ class Run(xr.DataTree):
 
     def _demand(self, path: str) -> None:
         if not self._has(path):
-            why = "it is not solved, or of an older format; contact3d.run brings it up to date"
+            why = "it is not solved; contact3d.run brings it up to date"
             raise ValueError(f"{self.file} has no {path}: {why}")
 
     def _size(self, group: str, dim: str) -> int:

@@ -49,8 +49,7 @@ def open_sweep(folder: str | os.PathLike[str]) -> SweepTable:
     table = open_run(file)["cases"].to_dataset(inherit=False).load()
     with h5py.File(file) as content:
         keys = [str(key) for key in content["cases/keys"].asstr()[:]]
-        unit_list = content.get("cases/key_unit")  # not in tables before version 1.4
-        units = dict(zip(keys, unit_list.asstr()[:])) if unit_list is not None else {}
+        units = dict(zip(keys, content["cases/key_unit"].asstr()[:]))
     cases = table.isel(n_cases=np.flatnonzero(table["planned"].values == 1))
     settings = [json.loads(str(text)) for text in cases["settings"].values]
     axes = _axes(keys, settings)

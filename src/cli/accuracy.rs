@@ -34,7 +34,7 @@ pub struct AccuracyArguments {
     #[arg(long, value_name = "SECONDS", default_value_t = 10.0, allow_negative_numbers = true, value_parser = seconds)]
     pub budget: f64,
     /// Compare linear and quadratic elements on uniform and adaptive meshes until their error is below this, as 0.01 or 1%
-    #[arg(long, alias = "ways", value_name = "SHARE", value_parser = super::adaptive::target)]
+    #[arg(long, value_name = "SHARE", value_parser = super::adaptive::target)]
     pub sequences: Option<f64>,
     /// List the solves by method, operator and epsilon, which are stored and drawn in any case
     #[arg(long)]

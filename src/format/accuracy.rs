@@ -55,15 +55,13 @@ const SCENE_N_DIV: &str = "/accuracy/scene_n_div";
 
 const NO_CONTACT: &str = "absent without contact";
 const NO_BRICK: &str = "absent for a mesh file, which has no finer meshes";
-const FORMER: &str = "only in files before format 1.10";
-const FORMER_FORCES: &str = "only in files before format 1.10 with contact";
-const FORMER_FRICTION: &str = "only in files before format 1.10 with friction";
 const NOT_ASKED: &str = "absent without --sequences";
 const NO_FORCES: &str = "absent without --sequences or contact";
 const NO_FRICTION: &str = "absent without --sequences or friction";
 const SOLVES_AXIS: &[Extent] = &[Named("n_solves")];
 const OF_OPERATORS: &[Extent] = &[Fixed(2)];
 const LEVELS: &[Extent] = &[Named("n_levels")];
+const SEQUENCE_ROWS: &[Extent] = &[Named("n_sequence_levels")];
 
 pub(super) const ACCURACY: Fields<Accuracy> = fields! { Accuracy => GROUP;
     [|accuracy| accuracy.advice().to_string()] ADVICE, &[], Dimension::Number, "What the studies mean for this mesh, in one sentence.".volatile();
@@ -77,31 +75,19 @@ pub(super) const ALGEBRAIC: Fields<AlgebraicStudy> = fields! { AlgebraicStudy =>
     [|study| study.assembly.map(|cost| cost.peak_bytes.unwrap_or(f64::NAN)), |study, peaks: [f64; 2]| put_peaks(study, peaks)] "/accuracy/assembly/peak_memory", OF_OPERATORS, Dimension::Memory, "Peak resident memory of the process meanwhile, NaN where unknown.".volatile().optional(NO_CONTACT);
 };
 
-/// The solves of the algebraic study, in a place of the group.
-macro_rules! solver_runs {
-    ($place:literal, $applications:literal, $extent:expr, $absent:expr) => {
-        fields! { SolverRun => GROUP;
-            (method) concat!($place, "/method"), $extent, Dimension::Number, "Method.".optional($absent);
-            (operator) concat!($place, "/operator"), $extent, Dimension::Number, "How the dual operator is held.".optional($absent);
-            (epsilon) concat!($place, "/epsilon"), $extent, Dimension::Number, "Accuracy asked for.".symbol("epsilon").optional($absent);
-            [|entry| entry.result.is_some(), |entry, is_run: bool| if !is_run { entry.result = None }] concat!($place, "/run"), $extent, Dimension::Number, "1 where it was run; 0 where the budget did not suffice, and its results are NaN or 0.".volatile().optional($absent);
-            [|entry| entry.result.map_or(Status::MaxInnerApplications, |result| result.status), |entry, status| if let Some(result) = &mut entry.result { result.status = status }] concat!($place, "/status"), $extent, Dimension::Number, "How the solve ended.".volatile().optional($absent);
-            (result?.energy_error) concat!($place, "/energy_error"), $extent, Dimension::Number, "|u - u*|_A / |u*|_A with the reference u*.".volatile().optional($absent);
-            (result?.multiplier_error) concat!($place, "/multiplier_error"), $extent, Dimension::Number, "|lambda - lambda*| / |lambda*| with the reference lambda*.".volatile().optional($absent);
-            (result?.applications) concat!($place, $applications), $extent, Dimension::Number, "Applications of the dual operator.".symbol("n_A").volatile().optional($absent);
-            (result?.cost.seconds) concat!($place, "/seconds"), $extent, Dimension::Time, "Median wall-clock time of the solve alone.".volatile().optional($absent);
-            (result?.cost.repeats) concat!($place, "/repeats"), $extent, Dimension::Number, "Runs the median is taken of.".volatile().optional($absent);
-            [|entry| entry.result.and_then(|result| result.cost.peak_bytes).unwrap_or(f64::NAN), |entry, peak: f64| if let Some(result) = &mut entry.result { result.cost.peak_bytes = Some(peak).filter(|peak| !peak.is_nan()) }] concat!($place, "/peak_memory"), $extent, Dimension::Memory, "Peak resident memory of the process meanwhile, NaN where unknown.".volatile().optional($absent);
-        }
-    };
-}
-
-pub(super) const SOLVES: Fields<SolverRun> =
-    solver_runs!("/accuracy/solves", "/applications", SOLVES_AXIS, NO_CONTACT);
-
-/// Their names before format 1.10, which are only read.
-pub(super) const FORMER_SOLVES: Fields<SolverRun> =
-    solver_runs!("/accuracy/rungs", "/actions", &[Named("n_rungs")], FORMER);
+pub(super) const SOLVES: Fields<SolverRun> = fields! { SolverRun => GROUP;
+    (method) "/accuracy/solves/method", SOLVES_AXIS, Dimension::Number, "Method.".optional(NO_CONTACT);
+    (operator) "/accuracy/solves/operator", SOLVES_AXIS, Dimension::Number, "How the dual operator is held.".optional(NO_CONTACT);
+    (epsilon) "/accuracy/solves/epsilon", SOLVES_AXIS, Dimension::Number, "Accuracy asked for.".symbol("epsilon").optional(NO_CONTACT);
+    [|entry| entry.result.is_some(), |entry, is_run: bool| if !is_run { entry.result = None }] "/accuracy/solves/run", SOLVES_AXIS, Dimension::Number, "1 where it was run; 0 where the budget did not suffice, and its results are NaN or 0.".volatile().optional(NO_CONTACT);
+    [|entry| entry.result.map_or(Status::MaxInnerApplications, |result| result.status), |entry, status| if let Some(result) = &mut entry.result { result.status = status }] "/accuracy/solves/status", SOLVES_AXIS, Dimension::Number, "How the solve ended.".volatile().optional(NO_CONTACT);
+    (result?.energy_error) "/accuracy/solves/energy_error", SOLVES_AXIS, Dimension::Number, "|u - u*|_A / |u*|_A with the reference u*.".volatile().optional(NO_CONTACT);
+    (result?.multiplier_error) "/accuracy/solves/multiplier_error", SOLVES_AXIS, Dimension::Number, "|lambda - lambda*| / |lambda*| with the reference lambda*.".volatile().optional(NO_CONTACT);
+    (result?.applications) "/accuracy/solves/applications", SOLVES_AXIS, Dimension::Number, "Applications of the dual operator.".symbol("n_A").volatile().optional(NO_CONTACT);
+    (result?.cost.seconds) "/accuracy/solves/seconds", SOLVES_AXIS, Dimension::Time, "Median wall-clock time of the solve alone.".volatile().optional(NO_CONTACT);
+    (result?.cost.repeats) "/accuracy/solves/repeats", SOLVES_AXIS, Dimension::Number, "Runs the median is taken of.".volatile().optional(NO_CONTACT);
+    [|entry| entry.result.and_then(|result| result.cost.peak_bytes).unwrap_or(f64::NAN), |entry, peak: f64| if let Some(result) = &mut entry.result { result.cost.peak_bytes = Some(peak).filter(|peak| !peak.is_nan()) }] "/accuracy/solves/peak_memory", SOLVES_AXIS, Dimension::Memory, "Peak resident memory of the process meanwhile, NaN where unknown.".volatile().optional(NO_CONTACT);
+};
 
 pub(super) const MESHES: Fields<Level> = fields! { Level => GROUP;
     {Kind::I64} SCENE_N_DIV, &[], Dimension::Number, "Smallest number of cells along an edge in the scene itself.".optional(NO_BRICK);
@@ -111,11 +97,10 @@ pub(super) const MESHES: Fields<Level> = fields! { Level => GROUP;
     (n_free) "/accuracy/levels/unknowns", LEVELS, Dimension::Number, "Free degrees of freedom.".optional(NO_BRICK);
     (n_multipliers) "/accuracy/levels/multipliers", LEVELS, Dimension::Number, "Multipliers.".optional(NO_BRICK);
     (status) "/accuracy/levels/status", LEVELS, Dimension::Number, "How the solve ended.".optional(NO_BRICK);
-    (applications) "/accuracy/levels/applications", LEVELS, Dimension::Number, "Applications of the dual operator.".symbol("n_A").optional("absent in files before format 1.10");
-    (applications) "/accuracy/levels/actions", LEVELS, Dimension::Number, "The former name of applications.".symbol("n_A").when((FORMER, |_| false));
+    (applications) "/accuracy/levels/applications", LEVELS, Dimension::Number, "Applications of the dual operator.".symbol("n_A").optional(NO_BRICK);
     (energy_difference) "/accuracy/levels/energy_difference", LEVELS, Dimension::Number, "|u_h - u_f|_A / |u_f|_A with u_f of the finest mesh.".symbol("e_h").optional(NO_BRICK);
     [|level| level.energy_error.unwrap_or(f64::NAN)] "/accuracy/levels/energy_error", LEVELS, Dimension::Number, "|u_h - u|_A / |u_f|_A with the extrapolated limit of e_h^2; NaN where no order is observed.".optional(NO_BRICK);
-    (estimated_error) "/accuracy/levels/estimated_error", LEVELS, Dimension::Number, "Error of u_h over |u_h|_A as its own report estimates it.".optional("absent for a mesh file, and in files before format 1.4").missing(|level| level.estimated_error = f64::NAN);
+    (estimated_error) "/accuracy/levels/estimated_error", LEVELS, Dimension::Number, "Error of u_h over |u_h|_A as its own report estimates it.".optional(NO_BRICK);
     (potential_energy) "/accuracy/levels/potential_energy", LEVELS, Dimension::Energy, "u.Au / 2 - l.u.".symbol("J").optional(NO_BRICK);
     (forces?.normal) "/accuracy/levels/normal_force", LEVELS, Dimension::FORCE, "Total normal contact force.".when((NO_CONTACT, |level| level.forces.is_some())).missing(|level| level.forces = None);
     (forces?.tangential) "/accuracy/levels/tangential_force", &[Named("n_levels"), extents::FRICTION_AXES], Dimension::FORCE, "Total tangential multiplier force along t1 and t2.".optional("absent without friction");
@@ -133,55 +118,28 @@ pub(super) const TRENDS: Fields<DiscretisationStudy> = fields! { DiscretisationS
     [force_limits] "/accuracy/limit/forces", &[extents::CONTACT_AXES], Dimension::FORCE, "Extrapolated normal and tangential forces, likewise.".optional(NO_CONTACT);
 };
 
-/// The meshes of all sequences, and the reference as the last row, in a place of the group; how many there are depends on what
-/// fits into the budget.
-macro_rules! sequence_levels {
-    ($place:literal, $kind:literal, $extent:expr, $absent:expr) => {
-        fields! { (SequenceKind, SequenceLevel) => GROUP;
-            (0) concat!($place, $kind), $extent, Dimension::Number, "Sequence of each mesh, coarse to fine; the last row is the reference.".volatile().optional($absent);
-            (1.n_free) concat!($place, "/unknowns"), $extent, Dimension::Number, "Free degrees of freedom.".volatile().optional($absent);
-            (1.n_tetrahedra) concat!($place, "/tetrahedra"), $extent, Dimension::Number, "Tetrahedra.".volatile().optional($absent);
-            (1.n_multipliers) concat!($place, "/multipliers"), $extent, Dimension::Number, "Multipliers.".volatile().optional($absent);
-            (1.status) concat!($place, "/status"), $extent, Dimension::Number, "How the solve ended.".volatile().optional($absent);
-            (1.estimated_error) concat!($place, "/estimated_error"), $extent, Dimension::Number, "Error of u_h over |u_h|_A as its own report estimates it.".volatile().optional($absent);
-            (1.contact_error) concat!($place, "/contact_error"), $extent, Dimension::Number, "The part of it that the multipliers are to blame for; 0 without contact.".volatile().optional($absent);
-            (nan 1.error) concat!($place, "/energy_error"), $extent, Dimension::Number, "|u_h - u_r|_A / |u_r|_A with the reference u_r; NaN where its estimated error is more than half of that of u_h.".volatile().optional($absent);
-            (1.cost.seconds) concat!($place, "/seconds"), $extent, Dimension::Time, "Median wall-clock time of mesh, assembly, solve and evaluation in memory; of an adaptive mesh with all coarser ones.".volatile().optional($absent);
-            (1.cost.repeats) concat!($place, "/repeats"), $extent, Dimension::Number, "Runs the median is taken of.".volatile().optional($absent);
-            (nan 1.cost.peak_bytes) concat!($place, "/peak_memory"), $extent, Dimension::Memory, "Peak resident memory of the process meanwhile, NaN where unknown.".volatile().optional($absent);
-        }
-    };
-}
+/// The meshes of all sequences, and the reference as the last row; how many there are depends on what fits into the budget.
+pub(super) const SEQUENCE_LEVELS: Fields<(SequenceKind, SequenceLevel)> = fields! { (SequenceKind, SequenceLevel) => GROUP;
+    (0) "/accuracy/sequences/sequence", SEQUENCE_ROWS, Dimension::Number, "Sequence of each mesh, coarse to fine; the last row is the reference.".volatile().optional(NOT_ASKED);
+    (1.n_free) "/accuracy/sequences/unknowns", SEQUENCE_ROWS, Dimension::Number, "Free degrees of freedom.".volatile().optional(NOT_ASKED);
+    (1.n_tetrahedra) "/accuracy/sequences/tetrahedra", SEQUENCE_ROWS, Dimension::Number, "Tetrahedra.".volatile().optional(NOT_ASKED);
+    (1.n_multipliers) "/accuracy/sequences/multipliers", SEQUENCE_ROWS, Dimension::Number, "Multipliers.".volatile().optional(NOT_ASKED);
+    (1.status) "/accuracy/sequences/status", SEQUENCE_ROWS, Dimension::Number, "How the solve ended.".volatile().optional(NOT_ASKED);
+    (1.estimated_error) "/accuracy/sequences/estimated_error", SEQUENCE_ROWS, Dimension::Number, "Error of u_h over |u_h|_A as its own report estimates it.".volatile().optional(NOT_ASKED);
+    (1.contact_error) "/accuracy/sequences/contact_error", SEQUENCE_ROWS, Dimension::Number, "The part of it that the multipliers are to blame for; 0 without contact.".volatile().optional(NOT_ASKED);
+    (nan 1.error) "/accuracy/sequences/energy_error", SEQUENCE_ROWS, Dimension::Number, "|u_h - u_r|_A / |u_r|_A with the reference u_r; NaN where its estimated error is more than half of that of u_h.".volatile().optional(NOT_ASKED);
+    (1.cost.seconds) "/accuracy/sequences/seconds", SEQUENCE_ROWS, Dimension::Time, "Median wall-clock time of mesh, assembly, solve and evaluation in memory; of an adaptive mesh with all coarser ones.".volatile().optional(NOT_ASKED);
+    (1.cost.repeats) "/accuracy/sequences/repeats", SEQUENCE_ROWS, Dimension::Number, "Runs the median is taken of.".volatile().optional(NOT_ASKED);
+    (nan 1.cost.peak_bytes) "/accuracy/sequences/peak_memory", SEQUENCE_ROWS, Dimension::Memory, "Peak resident memory of the process meanwhile, NaN where unknown.".volatile().optional(NOT_ASKED);
+};
 
-pub(super) const SEQUENCE_LEVELS: Fields<(SequenceKind, SequenceLevel)> = sequence_levels!(
-    "/accuracy/sequences",
-    "/sequence",
-    &[Named("n_sequence_levels")],
-    NOT_ASKED
-);
-
-/// Their names before format 1.10, which are only read.
-pub(super) const FORMER_SEQUENCE_LEVELS: Fields<(SequenceKind, SequenceLevel)> =
-    sequence_levels!("/accuracy/ways", "/way", &[Named("n_way_levels")], FORMER);
-
-/// What all sequences have together, in a place of the group.
-macro_rules! sequences {
-    ($place:literal, $absent:expr, $no_forces:expr, $no_friction:expr) => {
-        fields! { MeshSequences => GROUP;
-            [|sequences| sequences.advice().to_string()] concat!($place, "/advice"), &[], Dimension::Number, "The cheapest sequence for 10, 5, 2, 1 and 0.5 per cent, as far as one reached them.".volatile().optional($absent);
-            (reference.potential_energy) concat!($place, "/reference/potential_energy"), &[], Dimension::Energy, "u.Au / 2 - l.u of the reference.".symbol("J").volatile().optional($absent);
-            (reference.forces?.normal) concat!($place, "/reference/normal_force"), &[], Dimension::FORCE, "Total normal contact force of the reference.".volatile().when(($no_forces, |sequences| sequences.reference.forces.is_some())).missing(|sequences| sequences.reference.forces = None);
-            (reference.forces?.tangential) concat!($place, "/reference/tangential_force"), &[extents::FRICTION_AXES], Dimension::FORCE, "Its total tangential multiplier force along t1 and t2.".volatile().optional($no_friction);
-        }
-    };
-}
-
-pub(super) const SEQUENCES: Fields<MeshSequences> =
-    sequences!("/accuracy/sequences", NOT_ASKED, NO_FORCES, NO_FRICTION);
-
-/// Their names before format 1.10, which are only read.
-pub(super) const FORMER_SEQUENCES: Fields<MeshSequences> =
-    sequences!("/accuracy/ways", FORMER, FORMER_FORCES, FORMER_FRICTION);
+/// What all sequences have together.
+pub(super) const SEQUENCES: Fields<MeshSequences> = fields! { MeshSequences => GROUP;
+    [|sequences| sequences.advice().to_string()] "/accuracy/sequences/advice", &[], Dimension::Number, "The cheapest sequence for 10, 5, 2, 1 and 0.5 per cent, as far as one reached them.".volatile().optional(NOT_ASKED);
+    (reference.potential_energy) "/accuracy/sequences/reference/potential_energy", &[], Dimension::Energy, "u.Au / 2 - l.u of the reference.".symbol("J").volatile().optional(NOT_ASKED);
+    (reference.forces?.normal) "/accuracy/sequences/reference/normal_force", &[], Dimension::FORCE, "Total normal contact force of the reference.".volatile().when((NO_FORCES, |sequences| sequences.reference.forces.is_some())).missing(|sequences| sequences.reference.forces = None);
+    (reference.forces?.tangential) "/accuracy/sequences/reference/tangential_force", &[extents::FRICTION_AXES], Dimension::FORCE, "Its total tangential multiplier force along t1 and t2.".volatile().optional(NO_FRICTION);
+};
 
 fn put_peaks(study: &mut AlgebraicStudy, peaks: [f64; 2]) {
     for (cost, peak) in study.assembly.iter_mut().zip(peaks) {
@@ -264,8 +222,7 @@ pub fn read(reader: &Reader) -> Result<Accuracy, FormatError> {
 fn read_algebraic(reader: &Reader) -> Result<AlgebraicStudy, FormatError> {
     let mut study = AlgebraicStudy::default();
     ALGEBRAIC.read_one(reader, &mut study, true)?;
-    let runs = there(reader, [&SOLVES, &FORMER_SOLVES]).unwrap_or(&SOLVES);
-    study.entries = runs.read_rows(reader, || SolverRun {
+    study.entries = SOLVES.read_rows(reader, || SolverRun {
         method: RunMethod::Newton,
         operator: RunOperator::Explicit,
         epsilon: f64::NAN,
@@ -283,17 +240,12 @@ fn read_discretisation(reader: &Reader) -> Result<DiscretisationStudy, FormatErr
     Ok(DiscretisationStudy::new(scene_n_div, levels))
 }
 
-/// The table that a file has, by its name today or before format 1.10.
-fn there<'a, T>(reader: &Reader, names: [&'a Fields<T>; 2]) -> Option<&'a Fields<T>> {
-    names.into_iter().find(|table| table.is_there(reader))
-}
-
 fn read_sequences(reader: &Reader) -> Result<Option<MeshSequences>, FormatError> {
-    let Some(table) = there(reader, [&SEQUENCE_LEVELS, &FORMER_SEQUENCE_LEVELS]) else {
+    if !SEQUENCE_LEVELS.is_there(reader) {
         return Ok(None);
-    };
+    }
     let blank = || (SequenceKind::LinearUniform, SequenceLevel::default());
-    let mut levels = table.read_rows(reader, blank)?;
+    let mut levels = SEQUENCE_LEVELS.read_rows(reader, blank)?;
     let (kind, level) = levels.pop().unwrap_or_else(blank);
     let of_kind = |kind| {
         let levels = levels.iter().filter(|(other, _)| *other == kind);
@@ -313,8 +265,6 @@ fn read_sequences(reader: &Reader) -> Result<Option<MeshSequences>, FormatError>
             forces: Some(Forces::default()),
         },
     };
-    if let Some(table) = there(reader, [&SEQUENCES, &FORMER_SEQUENCES]) {
-        table.read_one(reader, &mut sequences, true)?;
-    }
+    SEQUENCES.read_one(reader, &mut sequences, true)?;
     Ok(Some(sequences))
 }

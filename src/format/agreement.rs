@@ -20,23 +20,16 @@ pub fn check_companion(reader: &Reader, stage: Stage) -> Result<(), StoreError> 
 
 /// Refuses a report whose form for ParaView is missing, altered, or that of another run. Does
 /// nothing without a report.
-///
-/// Files of format 1.3 and older hold no digest of `/VTKHDF` in the report; there both must have
-/// been computed from the same.
 pub fn check_vtkhdf(reader: &Reader) -> Result<(), StoreError> {
-    let Some(report) = reader.whole_group(post::GROUP)? else {
+    if reader.whole_group(post::GROUP)?.is_none() {
         return Ok(());
-    };
+    }
     let grid = require(reader, vtkhdf::GROUP)?;
     // No digest covers attributes; these are the same in every file.
     reader.require_ascii_attribute(vtkhdf::GROUP, "Type", vtkhdf::TYPE)?;
     reader.require_number_attribute(vtkhdf::GROUP, "Version", &vtkhdf::VERSION)?;
-    let (expected, found) = if reader.has(VTKHDF_DIGEST) {
-        (reader.read_text(VTKHDF_DIGEST)?, grid.digest)
-    } else {
-        (report.record.input_digest, grid.record.input_digest)
-    };
-    require_same(reader, vtkhdf::GROUP, expected, found)
+    let expected = reader.read_text(VTKHDF_DIGEST)?;
+    require_same(reader, vtkhdf::GROUP, expected, grid.digest)
 }
 
 /// Refuses a solution of a history whose `/history` is missing, altered, or that of another run.

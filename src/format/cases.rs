@@ -23,8 +23,7 @@ pub const GROUP: Group = Group::new("cases", "sweep");
 pub const SWEEP_LAYOUT: Layout = Layout {
     filetype: "contact3d-pipe sweep",
     linked_filetype: "contact3d-pipe sweep stage",
-    format_version: [1, 4],
-    sealed_since: [1, 2],
+    format_version: [2, 0],
     creator: super::LAYOUT.creator,
     units: super::LAYOUT.units,
     groups: &[GROUP],
@@ -52,9 +51,9 @@ const CASES: &[Extent] = &[Named("n_cases")];
 const VECTORS: &[Extent] = &[Named("n_cases"), extents::XYZ];
 
 const FIELDS: Fields<CaseRow> = fields! { CaseRow => GROUP;
-    {Kind::Text} SWEEP_FILE, &[], Dimension::Number, "The sweep file, as seen from this folder.".optional("absent in tables of version 1.0").volatile();
+    {Kind::Text} SWEEP_FILE, &[], Dimension::Number, "The sweep file, as seen from this folder.".volatile();
     {Kind::Text} KEYS, &[Named("n_keys")], Dimension::Number, "Keys of the scene that the axes change.";
-    {Kind::Text} KEY_UNITS, &[Named("n_keys")], Dimension::Number, "Units of the values of these keys; 1 for numbers.".optional("absent in tables before version 1.4");
+    {Kind::Text} KEY_UNITS, &[Named("n_keys")], Dimension::Number, "Units of the values of these keys; 1 for numbers.";
     (id) ID, CASES, Dimension::Number, "Name of the case; its run file is NAME.h5 in the same folder.";
     (planned) PLANNED, CASES, Dimension::Number, "1 for cases of the present axes, 0 for older ones in the folder.";
     (settings) "/cases/settings", CASES, Dimension::Number, "Values of the keys as a JSON object.";
@@ -64,8 +63,7 @@ const FIELDS: Fields<CaseRow> = fields! { CaseRow => GROUP;
     (results?.method) "/cases/method", CASES, Dimension::Number, "Algorithm that gave the answer, else empty.";
     (results?.counts[0]) "/cases/outer_steps", CASES, Dimension::Number, "Steps of successive approximations; -1 in this and other counts without a result.";
     (results?.counts[1]) "/cases/newton_steps", CASES, Dimension::Number, "Steps of Newton's method.";
-    (results?.counts[2]) "/cases/applications", CASES, Dimension::Number, "Applications of the inverse stiffness matrix.".symbol("n_A").optional("named actions in tables before version 1.3");
-    (results?.counts[2]) "/cases/actions", CASES, Dimension::Number, "The former name of applications.".symbol("n_A").when(("only in tables before version 1.3", |_| false));
+    (results?.counts[2]) "/cases/applications", CASES, Dimension::Number, "Applications of the inverse stiffness matrix.".symbol("n_A");
     (results?.seconds) "/cases/seconds", CASES, Dimension::Time, "Wall-clock time of loads, solve and report.".volatile();
     (results?.accuracy) "/cases/accuracy", CASES, Dimension::Number, "As /solve/accuracy; NaN in this and the other measures without a result.";
     (results?.zones) "/cases/zone_counts", &[Named("n_cases"), extents::ZONES], Dimension::Number, "Numbers of open, sticking and slipping panes.";
@@ -101,8 +99,8 @@ pub struct CaseRow {
 /// Whose table a summary file holds.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TableOwner {
-    /// The sweep file, as seen from the folder; `None` in tables of version 1.0.
-    pub sweep_file: Option<String>,
+    /// The sweep file, as seen from the folder.
+    pub sweep_file: String,
     /// All cases of the table.
     pub ids: Vec<String>,
     /// Those that the sweep planned when the table was written.
@@ -111,13 +109,11 @@ pub struct TableOwner {
 
 /// Reads whose table a summary file holds.
 pub fn read_table_owner(reader: &Reader) -> Result<TableOwner, StoreError> {
-    let is_named = reader.has(SWEEP_FILE);
-    let sweep_file = is_named.then(|| reader.read_text(SWEEP_FILE)).transpose()?;
     let ids = reader.read_texts(ID)?;
     let planned = reader.read_vec::<u8>(PLANNED)?;
     let planned = ids.iter().zip(planned).filter(|(_, planned)| *planned == 1);
     Ok(TableOwner {
-        sweep_file,
+        sweep_file: reader.read_text(SWEEP_FILE)?,
         planned: planned.map(|(id, _)| id.clone()).collect(),
         ids,
     })
@@ -126,13 +122,11 @@ pub fn read_table_owner(reader: &Reader) -> Result<TableOwner, StoreError> {
 /// Writes the table of a sweep file, which is given as seen from the folder; the keys come with the words of their units.
 pub fn write(
     writer: &mut GroupWriter<'_>,
-    sweep_file: Option<&str>,
+    sweep_file: &str,
     [keys, units]: [&[String]; 2],
     rows: &[CaseRow],
 ) -> Result<(), StoreError> {
-    if let Some(sweep_file) = sweep_file {
-        writer.write_text(SWEEP_FILE, sweep_file)?;
-    }
+    writer.write_text(SWEEP_FILE, sweep_file)?;
     write_list(writer, KEYS, keys)?;
     write_list(writer, KEY_UNITS, units)?;
     FIELDS.write_rows(writer, rows)?;

@@ -106,7 +106,6 @@ pub(super) const OF_RUN_FILES: &[Size] = &[
     SERIES_STEPS,
     ("n_levels", "nested meshes of the study of accuracy"),
     ("n_sequence_levels", "meshes of all sequences of the study of accuracy, and the reference"),
-    ("n_way_levels", "the former name of n_sequence_levels"),
     ("n_tetrahedron_sides", "sides of tetrahedra, each once"),
     ("n_theory_levels", "nested meshes of the theory, or one"),
     ("n_trial_spaces", "spaces of multipliers on all of them"),
@@ -123,5 +122,4 @@ pub(super) const OF_RUN_FILES: &[Size] = &[
     ("n_path_multipliers", "multipliers of the problem whose solutions are followed"),
     ("n_switches", "changes of panes and nodes at all points of all paths"),
     ("n_solves", "accuracies asked of every method on every operator"),
-    ("n_rungs", "the former name of n_solves"),
 ];

@@ -33,14 +33,6 @@ pub(super) struct FieldSpec<T: 'static> {
 /// Why a dataset may be missing, and which records have it.
 pub(super) type Condition<T> = (&'static str, fn(&T) -> bool);
 
-/// Why files have no dataset that had another name before format 1.9.
-pub(super) const RENAMED: &str = "absent in files before format 1.9";
-
-/// A name from before format 1.9, which is read and no longer written.
-pub(super) const fn old_name<T>() -> Condition<T> {
-    ("only in files before format 1.9", |_| false)
-}
-
 impl<T> FieldSpec<T> {
     /// A dataset that holds a part of a record.
     pub(super) const fn new<V: Stored>(

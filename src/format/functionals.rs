@@ -18,7 +18,7 @@ const UNIT: &str = "/solve/quantities/unit";
 const INDICATOR: &str = "/solve/quantities/indicator";
 
 const ROWS: &[Extent] = &[Named("n_quantities")];
-const MISSING: &str = "absent in a load history that asks for no error, where nothing is deformed, where the estimated error of the displacement is above a half, and before format 1.11; areas alone where the dual operator is not dense";
+const MISSING: &str = "absent in a load history that asks for no error, where nothing is deformed, or where the estimated error of the displacement is above a half; areas alone where the dual operator is not dense";
 
 pub(super) const FIELDS: Fields<FunctionalEstimate> = fields! { FunctionalEstimate => GROUP;
     [|it| it.functional.word().to_owned()] NAME, ROWS, Dimension::Number, "Quantities of the answer, as `adapt.of` names them.".optional(MISSING);

@@ -14,7 +14,7 @@ use units::Dimension;
 
 use super::{
     FormatError, Stage, extents,
-    fields::{Condition, Fields, RENAMED, fields, old_name, write_value},
+    fields::{Condition, Fields, fields, write_value},
     history_quantities,
 };
 
@@ -56,8 +56,7 @@ pub(super) const INCREMENTS: Fields<StepRecord> = fields! { StepRecord => GROUP;
     (status) "/history/status", ROWS, Dimension::Number, "How each solve ended, as /solve/status; one that failed is the last.";
     (solved_by) "/history/method", ROWS, Dimension::Number, "Algorithm that gave each answer, as /solve/method.";
     (accuracy) "/history/accuracy", ROWS, Dimension::Number, "Relative error of the multipliers, as /solve/accuracy.";
-    (applications) "/history/applications", ROWS, Dimension::Number, "Applications of the inverse stiffness matrix, as /solve/applications.".symbol("n_A").optional(RENAMED);
-    (applications) "/history/actions", ROWS, Dimension::Number, "The former name of applications.".symbol("n_A").when(old_name());
+    (applications) "/history/applications", ROWS, Dimension::Number, "Applications of the inverse stiffness matrix, as /solve/applications.".symbol("n_A");
     (certificate) "/history/certificate", ROWS, Dimension::Number, "Largest figure of the certificate of each answer.";
     (dual_rhs) "/history/dual_rhs", &[Named("n_increments"), Named("n_multipliers")], Dimension::VOLUME, "Right-hand side B A^-1 l of each dual problem, minus the integrated gap in its first m entries and minus the integrated tangential displacement where the increment begins in the others.".symbol("h").when(NO_CONTACT);
     [|record| record.multiplier[..record.panes.len()].to_vec(), |record, normal| record.multiplier = normal] "/history/multiplier_normal", PANES, Dimension::STRESS, "Normal contact multiplier, the pressure on each pane.".symbol("lambda_nu").when(NO_CONTACT);

@@ -148,8 +148,7 @@ impl Stage {
 pub const LAYOUT: Layout = Layout {
     filetype: "contact3d-pipe run",
     linked_filetype: "contact3d-pipe stage",
-    format_version: [1, 11],
-    sealed_since: [1, 8],
+    format_version: [2, 0],
     creator: concat!("contact3d-pipe ", env!("CARGO_PKG_VERSION")),
     units: Units::SI,
     groups: &[
@@ -190,13 +189,10 @@ pub const LAYOUT: Layout = Layout {
         accuracy::ACCURACY.rows,
         accuracy::ALGEBRAIC.rows,
         accuracy::SOLVES.rows,
-        accuracy::FORMER_SOLVES.rows,
         accuracy::MESHES.rows,
         accuracy::TRENDS.rows,
         accuracy::SEQUENCE_LEVELS.rows,
         accuracy::SEQUENCES.rows,
-        accuracy::FORMER_SEQUENCE_LEVELS.rows,
-        accuracy::FORMER_SEQUENCES.rows,
         steps::STATE.rows,
         steps::DONE_ROWS,
         adapt::FIELDS.rows,

@@ -45,13 +45,10 @@ pub(super) const FACE_TANGENTIAL_FORCE: &str = "/post/faces/tangential_force";
 pub(super) const FACE_LARGEST_PRESSURE: &str = "/post/faces/largest_pressure";
 
 const NO_SPRINGS: &str = "absent without springs";
-const BEFORE_FORCES: &str = "absent in files before format 1.7";
 const NO_CONTACT: &str = "absent without contact";
-const NO_CONTACT_OR_OLD: &str = "absent without contact, and in files before format 1.4";
 const NO_FRICTION: &str = "absent without friction";
 const NO_COULOMB: &str = "absent without Coulomb friction";
-const NO_ERROR: &str = "absent in files before format 1.4, and for a body at rest";
-const NO_FRICTION_OR_OLD: &str = "absent without friction, and in files before format 1.4";
+const NO_ERROR: &str = "absent for a body at rest";
 const PANES: &[Extent] = &[Named("n_panes")];
 const FRICTION_PANES: &[Extent] = &[Named("n_friction_panes")];
 const PANE_PAIRS: &[Extent] = &[Named("n_friction_panes"), extents::FRICTION_AXES];
@@ -62,15 +59,15 @@ const VECTOR: &[Extent] = &[extents::XYZ];
 const NODE_VECTORS: &[Extent] = &[Named("n_contact_nodes"), extents::XYZ];
 
 pub(super) const ON_THE_BODY: Fields<ContactReport> = fields! { ContactReport => GROUP;
-    {Kind::Text} VTKHDF_DIGEST, &[], Dimension::Number, "Digest of /VTKHDF, which shows the same results.".optional("absent in files before format 1.4");
+    {Kind::Text} VTKHDF_DIGEST, &[], Dimension::Number, "Digest of /VTKHDF, which shows the same results.";
     [|report| of_panes(report, |pane| pane.zone)] "/post/contact_zone", PANES, Dimension::Number, "Open: no pressure, and no tangential stress but that under a given slip bound (Tresca's law); slip: the trial stress lambda_t + rho |R_i| u_t with local stiffness rho lies outside the ellipse of the last inner problem; stick: inside.".optional(NO_CONTACT);
     [|report| with_friction(report, |pane| pane.margin)] "/post/margin", FRICTION_PANES, Dimension::Number, "1 - |F^-1 lambda_t| / g: 0 on the boundary of the ellipse, 1 at its centre, and on open panes where g follows the pressure.".optional(NO_FRICTION);
     [|report| of_panes(report, |pane| pane.normal_stress)] "/post/normal_stress", PANES, Dimension::STRESS, "Normal contact stress, negative in compression.".symbol("sigma_nu").optional(NO_CONTACT);
     [|report| with_friction(report, |pane| pane.stress)] "/post/tangential_stress", PANE_PAIRS, Dimension::STRESS, "Tangential contact stress along t1 and t2.".symbol("sigma_t").optional(NO_FRICTION);
     [|report| with_coulomb(report, |pane| pane.scaled_stress)] "/post/scaled_tangential_stress", FRICTION_PANES, Dimension::STRESS, "Norm of the tangential stress scaled by the inverse friction matrix at the solution; at most -sigma_nu, and no more than a cap.".symbol("|F^-1 sigma_t|").optional(NO_COULOMB);
-    {Kind::F64} TRACTION, &[Named("n_panes"), extents::XYZ], Dimension::STRESS, "Contact stress on the body in the global axes, sigma_nu nu + sigma_t1 t1 + sigma_t2 t2; times pane areas it sums to the contact force.".symbol("sigma nu").optional(NO_CONTACT_OR_OLD);
-    {Kind::F64} AXIS_1, NODE_VECTORS, Dimension::Number, "First axis of friction at each contact node.".symbol("t1").optional(NO_CONTACT_OR_OLD);
-    {Kind::F64} AXIS_2, NODE_VECTORS, Dimension::Number, "Second axis of friction at each contact node, t1 x nu with the outward normal nu.".symbol("t2").optional(NO_CONTACT_OR_OLD);
+    {Kind::F64} TRACTION, &[Named("n_panes"), extents::XYZ], Dimension::STRESS, "Contact stress on the body in the global axes, sigma_nu nu + sigma_t1 t1 + sigma_t2 t2; times pane areas it sums to the contact force.".symbol("sigma nu").optional(NO_CONTACT);
+    {Kind::F64} AXIS_1, NODE_VECTORS, Dimension::Number, "First axis of friction at each contact node.".symbol("t1").optional(NO_CONTACT);
+    {Kind::F64} AXIS_2, NODE_VECTORS, Dimension::Number, "Second axis of friction at each contact node, t1 x nu with the outward normal nu.".symbol("t2").optional(NO_CONTACT);
     [|report| with_friction(report, |pane| pane.slip)] "/post/pane_slip", PANE_PAIRS, Dimension::LENGTH, "Mean tangential displacement of each pane.".symbol("u_t").optional(NO_FRICTION);
     [|report| of_panes(report, |pane| pane.gap)] "/post/pane_gap", PANES, Dimension::LENGTH, "Mean distance of each pane to the foundation.".symbol("d - u_nu").optional(NO_CONTACT);
     [|report| with_coulomb(report, |pane| pane.coefficients)] "/post/pane_friction", PANE_PAIRS, Dimension::Number, "Coefficients of friction acting on each pane at the solution.".symbol("F_1, F_2").optional(NO_COULOMB);
@@ -93,10 +90,10 @@ pub(super) const ON_THE_BODY: Fields<ContactReport> = fields! { ContactReport =>
 };
 
 pub(super) const FORCES: Fields<SourceForce> = fields! { SourceForce => GROUP;
-    (source) "/post/forces/source", &[Named("n_forces")], Dimension::Number, "Where each force on the body comes from: the key of a clamp, a spring, a load or a contact face in the scene.".optional(BEFORE_FORCES);
-    (face) "/post/forces/face", &[Named("n_forces")], Dimension::Number, "Its face; empty for boxes of nodes and the body force.".optional(BEFORE_FORCES);
-    (force) "/post/forces/force", &[Named("n_forces"), extents::XYZ], Dimension::FORCE, "Its resultant on the body; reactions for clamps, in equal parts where several hold a component. All sum to zero.".optional(BEFORE_FORCES);
-    (moment) "/post/forces/moment", &[Named("n_forces"), extents::XYZ], Dimension::MOMENT, "Its moment about the origin of coordinates.".optional(BEFORE_FORCES);
+    (source) "/post/forces/source", &[Named("n_forces")], Dimension::Number, "Where each force on the body comes from: the key of a clamp, a spring, a load or a contact face in the scene.";
+    (face) "/post/forces/face", &[Named("n_forces")], Dimension::Number, "Its face; empty for boxes of nodes and the body force.";
+    (force) "/post/forces/force", &[Named("n_forces"), extents::XYZ], Dimension::FORCE, "Its resultant on the body; reactions for clamps, in equal parts where several hold a component. All sum to zero.";
+    (moment) "/post/forces/moment", &[Named("n_forces"), extents::XYZ], Dimension::MOMENT, "Its moment about the origin of coordinates.";
 };
 
 pub(super) const TOTALS: Fields<ContactReport> = fields! { ContactReport => GROUP;
@@ -118,9 +115,9 @@ pub(super) const TOTALS: Fields<ContactReport> = fields! { ContactReport => GROU
     [indicator] "/post/discretisation_error/indicator", &[Named("n_tetrahedra")], Dimension::Number, "Share of each tetrahedron in the estimated error, over the energy norm of the displacement; the root of the sum of squares is total.".optional(NO_ERROR);
     [|report| share(report, "total")] ESTIMATE, &[], Dimension::Number, "Estimated |u_h - u|_A / |u_h|_A.".optional(NO_ERROR);
     [|report| share(report, "elements")] "/post/discretisation_error/elements", &[], Dimension::Number, "Part of it that the displacement has for the multipliers as they are.".optional(NO_ERROR);
-    [|report| share(report, "penetration")] "/post/discretisation_error/penetration", &[], Dimension::Number, "Part of it from places inside panes that are in the foundation.".optional(NO_CONTACT_OR_OLD);
-    [|report| share(report, "complementarity")] "/post/discretisation_error/complementarity", &[], Dimension::Number, "Part of it from pressure across a gap inside panes.".optional(NO_CONTACT_OR_OLD);
-    [|report| share(report, "friction")] "/post/discretisation_error/friction", &[], Dimension::Number, "Part of it from slip inside sticking panes and from stress in another direction than the slip's.".optional(NO_FRICTION_OR_OLD);
+    [|report| share(report, "penetration")] "/post/discretisation_error/penetration", &[], Dimension::Number, "Part of it from places inside panes that are in the foundation.".optional(NO_CONTACT);
+    [|report| share(report, "complementarity")] "/post/discretisation_error/complementarity", &[], Dimension::Number, "Part of it from pressure across a gap inside panes.".optional(NO_CONTACT);
+    [|report| share(report, "friction")] "/post/discretisation_error/friction", &[], Dimension::Number, "Part of it from slip inside sticking panes and from stress in another direction than the slip's.".optional(NO_FRICTION);
 };
 
 fn of_panes<V>(report: &ContactReport, of: fn(&PaneState) -> V) -> Vec<V> {

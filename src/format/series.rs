@@ -87,8 +87,7 @@ const OF_SWEEPS: &[DatasetSpec] = &[
 pub const SERIES_LAYOUT: Layout = Layout {
     filetype: "contact3d-pipe series",
     linked_filetype: "contact3d-pipe series stage",
-    format_version: [1, 2],
-    sealed_since: [1, 2],
+    format_version: [2, 0],
     creator: super::LAYOUT.creator,
     units: super::LAYOUT.units,
     groups: &[GROUP],

@@ -11,10 +11,7 @@ use super::{
     FormatError, Stage,
     assemble::RIGID,
     extents,
-    fields::{
-        Condition, Fields, RENAMED, fields, old_name, read_as, read_if_there, read_value,
-        write_value,
-    },
+    fields::{Condition, Fields, fields, read_as, read_if_there, read_value, write_value},
     increments,
     sizes::length,
     steps::{self, NEWTON_STEPS, OUTER_STEPS},
@@ -58,7 +55,6 @@ const STRAINING: &str = "/solve/straining_displacement";
 const LOCAL_STIFFNESS_NORMAL: &str = "/solve/local_stiffness_normal";
 const LOCAL_STIFFNESS_TANGENTIAL: &str = "/solve/local_stiffness_tangential";
 const APPLICATIONS: &str = "/solve/applications";
-const ACTIONS: &str = "/solve/actions";
 const METHOD: &str = "/solve/method";
 const ACCURACY: &str = "/solve/accuracy";
 const FOLD_DISTANCE: &str = "/solve/fold_distance";
@@ -71,7 +67,7 @@ const NO_COULOMB: Condition<Solution> = ("absent without Coulomb friction", |sol
     solution.coulomb.is_some()
 });
 const NO_LINEARISATION: Condition<Solution> = (
-    "absent unless a solution with Coulomb friction was found with the dense operator, and before format 1.7",
+    "absent unless a solution with Coulomb friction was found with the dense operator",
     |solution| solution.local_mapping.is_some(),
 );
 
@@ -83,20 +79,19 @@ pub(super) const FIELDS: Fields<Solution> = fields! { Solution => GROUP;
     {Kind::F64} MULTIPLIER_NORMAL, PANES, Dimension::STRESS, "Normal contact multiplier, the pressure on each pane.".symbol("lambda_nu").when(NO_CONTACT);
     {Kind::F64} MULTIPLIER_TANGENTIAL, PANE_PAIRS, Dimension::STRESS, "Tangential contact multipliers along t1 and t2.".symbol("lambda_t").optional("absent without friction");
     {Kind::F64} DISPLACEMENT, &[Named("n_nodes"), extents::XYZ], Dimension::LENGTH, "Displacement of every node, that of its clamp where held.".symbol("u");
-    {Kind::F64} STRAINING, &[Named("n_nodes"), extents::XYZ], Dimension::LENGTH, "The displacement without the rigid motions that weak springs let go far: what strains the body, which rounding of a long way would hide.".optional("absent where no weak spring holds the body, and before format 1.8");
+    {Kind::F64} STRAINING, &[Named("n_nodes"), extents::XYZ], Dimension::LENGTH, "The displacement without the rigid motions that weak springs let go far: what strains the body, which rounding of a long way would hide.".optional("absent where no weak spring holds the body");
     (rigid_motion) "/solve/rigid_motion", &[RIGID], Dimension::LENGTH, "Rigid motions of a body that only contact or weak springs hold: the part R alpha of the displacement beside that of a body whose pins rest; zero without equilibrium.".symbol("alpha").optional("absent where supports hold the body").finite();
-    (closing) "/solve/closing", &[Named("n_multipliers")], Dimension::VOLUME, "Integrals of the displacement over each pane less those of the gap, in the order of the dual operator: what rounding of a long way on weak springs would hide.".symbol("B u - d").optional("absent where no weak spring holds the body, and before format 1.10").finite();
+    (closing) "/solve/closing", &[Named("n_multipliers")], Dimension::VOLUME, "Integrals of the displacement over each pane less those of the gap, in the order of the dual operator: what rounding of a long way on weak springs would hide.".symbol("B u - d").optional("absent where no weak spring holds the body").finite();
     (unstopped_motion) "/solve/unstopped_motion", &[Named("n_nodes"), extents::XYZ], Dimension::Number, "Rigid motion in which the load works and which no admissible contact force opposes, of largest component one.".symbol("q").optional("absent unless there is no equilibrium").finite();
-    (neutral_motions) "/solve/neutral_motions", &[Named("n_neutral_motions"), Named("n_nodes"), extents::XYZ], Dimension::Number, "Rigid motions that neither contact nor supports feel, each of largest component one; the displacement has none of them.".optional("absent where every rigid motion is felt, and before format 1.8").finite();
+    (neutral_motions) "/solve/neutral_motions", &[Named("n_neutral_motions"), Named("n_nodes"), extents::XYZ], Dimension::Number, "Rigid motions that neither contact nor supports feel, each of largest component one; the displacement has none of them.".optional("absent where every rigid motion is felt").finite();
     (slip) "/solve/slip", &[Named("n_contact_nodes"), extents::FRICTION_AXES], Dimension::LENGTH, "Slips that the friction follows at the contact nodes: |u_t1| and |u_t2|, or their means around each node with contact.slip_interpolation = clement.".symbol("phi").optional("absent unless friction follows the slip").finite();
     (coulomb?.slip_bound) "/solve/slip_bound", &[Named("n_friction_panes")], Dimension::STRESS, "Slip bound of the last inner problem.".symbol("g").when(NO_COULOMB).missing(|solution| solution.coulomb = None).finite();
     (coulomb?.friction.nodal) "/solve/friction", &[Named("n_friction_nodes"), extents::FRICTION_AXES], Dimension::Number, "Coefficients at the contact nodes in the last inner problem.".symbol("F_1, F_2").when(NO_COULOMB).finite();
     (coulomb?.friction.pane_inverse) "/solve/friction_inverse", PANE_PAIRS, Dimension::Number, "Diagonal of the inverse friction matrix averaged over each pane, in the last inner problem.".symbol("Fbar^-1").when(NO_COULOMB).finite();
     (steplength) "/solve/steplength", &[], Dimension::PER_DUAL, "Steplength of projected gradient steps, 1.9 over the norm of the dual operator.".symbol("alpha").when(NO_CONTACT).finite();
-    {Kind::F64} LOCAL_STIFFNESS_NORMAL, PANES, Dimension::PER_DUAL, "Stiffness of each pane along the normal while the others do not move, that residuals are measured by.".symbol("rho_nu").optional("absent without contact, and before format 1.4");
-    {Kind::F64} LOCAL_STIFFNESS_TANGENTIAL, PANE_PAIRS, Dimension::PER_DUAL, "The same along t1 and t2: one for both where both can move.".symbol("rho_t").optional("absent without friction, and before format 1.4");
-    (applications) APPLICATIONS, &[], Dimension::Number, "Applications of the inverse stiffness matrix in the whole solve.".symbol("n_A").optional(RENAMED);
-    (applications) ACTIONS, &[], Dimension::Number, "The former name of applications.".symbol("n_A").when(old_name());
+    {Kind::F64} LOCAL_STIFFNESS_NORMAL, PANES, Dimension::PER_DUAL, "Stiffness of each pane along the normal while the others do not move, that residuals are measured by.".symbol("rho_nu").optional("absent without contact");
+    {Kind::F64} LOCAL_STIFFNESS_TANGENTIAL, PANE_PAIRS, Dimension::PER_DUAL, "The same along t1 and t2: one for both where both can move.".symbol("rho_t").optional("absent without friction");
+    (applications) APPLICATIONS, &[], Dimension::Number, "Applications of the inverse stiffness matrix in the whole solve.".symbol("n_A");
     (solved_by) METHOD, &[], Dimension::Number, "Algorithm that gave the answer: minimisation without friction or with a given slip bound, direct without contact; after a failed Newton solve it is fixed_point and both histories are there.";
     (accuracy) ACCURACY, &[], Dimension::Number, "Relative error of the multipliers, measured by one more solution from them with exact residuals; the last relative change of successive approximations that did not end.".finite();
     (mapping_change) "/solve/mapping_change", &[], Dimension::Number, "|Psi(lambda) - lambda| / |lambda| for one evaluation of the paper's mapping.".optional("absent unless Newton's method gave the answer");
@@ -221,14 +216,10 @@ pub struct OutcomeWords {
 /// Reads how a solve ended, without its fields.
 pub fn read_outcome(reader: &Reader) -> Result<OutcomeWords, FormatError> {
     let [outer, newton] = steps::counts(reader)?;
-    let applications = match read_if_there(reader, APPLICATIONS)? {
-        Some(applications) => applications,
-        None => read_value(reader, ACTIONS)?,
-    };
     Ok(OutcomeWords {
         status: read_value(reader, STATUS)?,
         method: word(&read_value::<SolvedBy>(reader, METHOD)?),
-        counts: [outer, newton, applications],
+        counts: [outer, newton, read_value(reader, APPLICATIONS)?],
         accuracy: read_value(reader, ACCURACY)?,
         increments: length::<f64>(reader, increments::TIME)?.unwrap_or(0),
     })

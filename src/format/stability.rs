@@ -40,8 +40,7 @@ stored_as! {
 pub const STABILITY_LAYOUT: Layout = Layout {
     filetype: "contact3d-pipe stability",
     linked_filetype: "contact3d-pipe stability stage",
-    format_version: [1, 2],
-    sealed_since: [1, 2],
+    format_version: [2, 0],
     creator: super::LAYOUT.creator,
     units: super::LAYOUT.units,
     groups: &[GROUP],

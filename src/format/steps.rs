@@ -6,7 +6,7 @@ use units::Dimension;
 
 use super::{
     FormatError, Stage, extents,
-    fields::{Fields, RENAMED, fields, old_name, rows},
+    fields::{Fields, fields, rows},
     sizes::length,
     solve,
 };
@@ -28,8 +28,7 @@ macro_rules! outer_steps {
             (steps.conjugate_gradient) concat!($place, "/conjugate_gradient_steps"), $steps, Dimension::Number, "Conjugate gradient steps.";
             (steps.expansion) concat!($place, "/expansion_steps"), $steps, Dimension::Number, "Expansion steps.";
             (steps.proportioning) concat!($place, "/proportioning_steps"), $steps, Dimension::Number, "Proportioning steps.";
-            (applications) concat!($place, "/applications"), $steps, Dimension::Number, "Applications of the inverse stiffness matrix; the first step includes those that estimate the norm of S.".optional(RENAMED);
-            (applications) concat!($place, "/actions"), $steps, Dimension::Number, "The former name of applications.".when(old_name());
+            (applications) concat!($place, "/applications"), $steps, Dimension::Number, "Applications of the inverse stiffness matrix; the first step includes those that estimate the norm of S.";
             (seconds) concat!($place, "/seconds"), $steps, Dimension::Time, "Wall-clock time of each outer step.".volatile();
         }
     };
@@ -47,7 +46,7 @@ pub(super) const NEWTON_STEPS: Fields<NewtonStep> = fields! { NewtonStep => solv
     (zone_changes) "/solve/newton/zone_changes", NEWTON, Dimension::Number, "Panes that changed between open, stick and slip.";
     (free_unknowns) "/solve/newton/free_unknowns", NEWTON, Dimension::Number, "Unknowns of the dense linear system.";
     (fallback) "/solve/newton/fallback", NEWTON, Dimension::Number, "1 where the safeguard replaced Newton's step.";
-    (law_share) "/solve/newton/law_share", NEWTON, Dimension::Number, "Share of the law of friction in the step: below 1 where the law was approached by continuation.".symbol("tau").optional("absent in files of format 1.2, which had no continuation").missing(|step| step.law_share = 1.0);
+    (law_share) "/solve/newton/law_share", NEWTON, Dimension::Number, "Share of the law of friction in the step: below 1 where the law was approached by continuation.".symbol("tau");
     (seconds) "/solve/newton/seconds", NEWTON, Dimension::Time, "Wall-clock time of each Newton step.".volatile();
 };
 

@@ -75,7 +75,7 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(TYPES, Kind::U8, CELLS, Dimension::Number, "VTK cell type: 10 tetrahedron, 5 triangle, 24 and 22 the quadratic ones.").compressed(),
     GROUP.row(DISPLACEMENT, Kind::F64, POINT_VECTORS, Dimension::LENGTH, "Displacement; warp by this vector.").compressed(),
     GROUP.row(VON_MISES, Kind::F64, CELL_VALUES, Dimension::STRESS, "Von Mises stress, NaN on contact triangles.").compressed(),
-    GROUP.row(ERROR_INDICATOR, Kind::F64, CELL_VALUES, Dimension::Number, "Share in the estimated discretisation error, NaN on contact triangles.").compressed().optional("absent in files before format 1.4, for a body at rest, and with a load history"),
+    GROUP.row(ERROR_INDICATOR, Kind::F64, CELL_VALUES, Dimension::Number, "Share in the estimated discretisation error, NaN on contact triangles.").compressed().optional("absent for a body at rest, and with a load history"),
     GROUP.row(CONTACT_FACE, Kind::F64, CELL_VALUES, Dimension::Number, "Number of the contact face from 0, in the order of /mesh/contact_face_names; NaN on tetrahedra.").compressed().optional("absent without several contact faces"),
     GROUP.row("/VTKHDF/CellData/contact_normal_stress", Kind::F64, CELL_VALUES, Dimension::STRESS, "Normal contact stress; NaN on tetrahedra.").compressed().optional(ON_CELLS),
     GROUP.row("/VTKHDF/PointData/contact_normal_stress", Kind::F64, POINT_VALUES, Dimension::STRESS, "Normal contact stress; NaN where no multiplier is.").compressed().optional(ON_POINTS),

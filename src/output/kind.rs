@@ -1,5 +1,4 @@
-//! What this program writes, recognised by its contents; the marks are those of version 0.1.0
-//! wherever that had any.
+//! What this program writes, recognised by its contents.
 
 use std::{
     fs::File,
@@ -69,7 +68,7 @@ impl OutputKind {
         Ok(ends.first.is_empty()
             || match self {
                 Self::Svg => is_svg(text()),
-                Self::Png => is_png(&ends.first, path),
+                Self::Png => is_png(&ends.first),
                 Self::Page => is_page(&ends),
                 Self::SweepTable => is_sweep_table(&ends.first),
                 Self::Schema => is_schema(path)?,
@@ -143,14 +142,10 @@ fn is_svg(text: &str) -> bool {
     })
 }
 
-/// Marked by us, or as version 0.1.0 wrote it: plain chunks only, and our drawing beside it.
-fn is_png(bytes: &[u8], path: &Path) -> bool {
+/// Marked by us.
+fn is_png(bytes: &[u8]) -> bool {
     let chunk = bytes.get(AFTER_HEADER + 4..).unwrap_or_default();
-    let drawing = || Ends::read(&path.with_extension("svg")).ok();
-    let is_drawn = |ends: Ends| std::str::from_utf8(&ends.first).is_ok_and(is_svg);
-    bytes.starts_with(PNG)
-        && (chunk.starts_with(SOFTWARE)
-            || chunk.starts_with(b"IDAT") && drawing().is_some_and(is_drawn))
+    bytes.starts_with(PNG) && chunk.starts_with(SOFTWARE)
 }
 
 /// Our head, and our name at the end.

@@ -2,7 +2,7 @@
 //! of its own kind.
 //!
 //! [`Inputs`] are known by device and file number, so links do not hide them. [`OutputKind`] knows what
-//! this program writes by the contents, also what version 0.1.0 wrote. [`write()`] admits all files
+//! this program writes by the contents. [`write()`] admits all files
 //! of a command before it changes any of them, writes each beside its place and renames it. Run
 //! files have their own type in the root and are judged by `store`; here they are only kept apart
 //! from the inputs.

@@ -188,10 +188,6 @@ pub(super) fn states_from(
             Err(StoreError::Linked { problem, .. }) => {
                 (None, Freshness::Stale(problem.to_string()))
             }
-            Err(StoreError::Older { .. }) => {
-                let why = "an older version wrote it, in a form that cannot be gone on from";
-                (None, Freshness::Stale(why.into()))
-            }
             Err(error) => (None, Freshness::Damaged(error.to_string())),
         };
         states.push(StageState {

@@ -22,8 +22,7 @@ use crate::{
 /// Refuses a folder whose tables are no tables of this program, or those of another sweep.
 ///
 /// A table is this sweep's if the same sweep file wrote it, whatever its axes were then, or if all
-/// its cases are in the plan. Tables of version 0.1.0 do not name the sweep file: there one common
-/// case is enough.
+/// its cases are in the plan.
 pub(super) fn refuse_others(plan: &Plan, folder: &Path) -> Result<(), StageError> {
     let ids: BTreeSet<&str> = plan.cases.iter().map(|case| case.id.as_str()).collect();
     let file = folder.join(SUMMARY_FILE);
@@ -34,11 +33,11 @@ pub(super) fn refuse_others(plan: &Plan, folder: &Path) -> Result<(), StageError
         Err(error) => return Err(error.into()),
     };
     if let Some(table) = &table
-        && !is_own(table, &ids, plan.sweep_file_from(folder).as_deref())
+        && !is_own(table, &ids, &plan.sweep_file_from(folder))
     {
         return Err(StageError::OthersTable {
             file,
-            sweep: table.sweep_file.clone().unwrap_or_default(),
+            sweep: table.sweep_file.clone(),
         });
     }
     let file = folder.join(CSV_FILE);
@@ -57,12 +56,9 @@ pub(super) fn refuse_others(plan: &Plan, folder: &Path) -> Result<(), StageError
     })
 }
 
-fn is_own(table: &TableOwner, ids: &BTreeSet<&str>, sweep_file: Option<&str>) -> bool {
+fn is_own(table: &TableOwner, ids: &BTreeSet<&str>, sweep_file: &str) -> bool {
     let mut planned = table.planned.iter().map(String::as_str);
-    match &table.sweep_file {
-        Some(owner) => Some(owner.as_str()) == sweep_file || planned.all(|id| ids.contains(id)),
-        None => table.planned.is_empty() || planned.any(|id| ids.contains(id)),
-    }
+    table.sweep_file == sweep_file || planned.all(|id| ids.contains(id))
 }
 
 /// The planned cases of `summary.csv`; none if there is no such file.
@@ -181,10 +177,10 @@ pub(super) fn forget_failure(run_file: &Path) -> io::Result<()> {
 mod tests {
     use super::*;
 
-    fn table(sweep_file: Option<&str>, planned: &[&str]) -> TableOwner {
+    fn table(sweep_file: &str, planned: &[&str]) -> TableOwner {
         let planned: Vec<String> = planned.iter().map(|id| (*id).to_owned()).collect();
         TableOwner {
-            sweep_file: sweep_file.map(str::to_owned),
+            sweep_file: sweep_file.to_owned(),
             ids: planned.clone(),
             planned,
         }
@@ -193,15 +189,11 @@ mod tests {
     #[test]
     fn a_table_belongs_to_its_sweep_file_or_to_whoever_has_all_its_cases() {
         let plan = BTreeSet::from(["a", "b"]);
-        let own = |owner: Option<&str>, planned: &[&str]| {
-            is_own(&table(owner, planned), &plan, Some("../sweep.toml"))
-        };
-        assert!(own(Some("../sweep.toml"), &["x"]));
-        assert!(own(Some("../renamed.toml"), &["a"]));
-        assert!(!own(Some("../other.toml"), &["a", "x"]));
-        assert!(own(None, &["a", "x"]));
-        assert!(!own(None, &["x"]));
-        assert!(own(None, &[]));
+        let own =
+            |owner: &str, planned: &[&str]| is_own(&table(owner, planned), &plan, "../sweep.toml");
+        assert!(own("../sweep.toml", &["x"]));
+        assert!(own("../renamed.toml", &["a"]));
+        assert!(!own("../other.toml", &["a", "x"]));
     }
 
     #[test]

@@ -111,12 +111,14 @@ impl Plan {
         })
     }
 
-    /// The sweep file as seen from the folder of its cases, which need not be there yet; `None` without a file.
-    pub(super) fn sweep_file_from(&self, folder: &Path) -> Option<String> {
-        let file = self.file.canonicalize().ok()?;
-        let folder = std::path::absolute(folder).ok()?;
-        let folder = folder.canonicalize().unwrap_or(folder);
-        Some(relative(&folder, &file).to_string_lossy().into_owned())
+    /// The sweep file as seen from the folder of its cases, which need not be there yet.
+    pub(super) fn sweep_file_from(&self, folder: &Path) -> String {
+        let canonical = |path: &Path| {
+            let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+            absolute.canonicalize().unwrap_or(absolute)
+        };
+        let file = relative(&canonical(folder), &canonical(&self.file));
+        file.to_string_lossy().into_owned()
     }
 
     /// The case with a name.

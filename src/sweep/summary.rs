@@ -155,7 +155,7 @@ fn write_table(plan: &Plan, folder: &Path, rows: &[CaseRow]) -> Result<(), Stage
     let units = plan.keys.iter().map(|key| setting_unit(key, plan.units));
     let units: Vec<String> = units.map(|unit| unit.word().to_owned()).collect();
     let keys = [plan.keys.as_slice(), &units];
-    format::write_cases(&mut writer, sweep_file.as_deref(), keys, rows)?;
+    format::write_cases(&mut writer, &sweep_file, keys, rows)?;
     writer.finish(&GroupRecord::gathered(String::new()))?;
     Ok(transaction.commit()?)
 }

@@ -10,7 +10,6 @@ mod layout;
 mod literature_hkl2011;
 mod mesh;
 mod newton;
-mod old_files;
 mod pipelines;
 mod scene_page;
 mod stability;

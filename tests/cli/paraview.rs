@@ -1,6 +1,6 @@
 //! `/VTKHDF` belongs to `post`: what ParaView shows is what the report says.
 
-use std::{fs, path::Path};
+use std::path::Path;
 
 use hdf5_metno::File;
 
@@ -98,27 +98,5 @@ fn a_changed_attribute_is_seen_and_made_again() {
         drop(group);
         target.close().expect("closed");
         is_seen_and_mended(&program, wrong);
-    }
-}
-
-/// Reports of format 1.3 and older hold no digest of the grid, but both know what they were
-/// computed from.
-#[test]
-fn older_files_are_fresh_as_they_are_and_foreign_grids_are_seen_there_too() {
-    let fixture = |name: &str| {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures");
-        folder.join(name)
-    };
-    for name in ["run_1.2.h5", "run_1.3.h5"] {
-        let program = Program::new();
-        fs::copy(fixture(name), program.path("run.h5")).unwrap();
-        assert_eq!(state_of_post(&program), "fresh");
-        program.run(&[]).assert().success();
-        let new = program.path("new.h5");
-        fs::rename(program.path("run.h5"), &new).unwrap();
-        fs::copy(fixture(name), program.path("run.h5")).unwrap();
-        exchange(&program.path("run.h5"), Some(&new));
-        assert_eq!(state_of_post(&program), "damaged", "{name}");
-        program.command(&["check", "run.h5"]).assert().code(2);
     }
 }

@@ -2,6 +2,8 @@
 
 use std::{fs, path::Path};
 
+use hdf5_metno::File;
+
 use crate::program::{Program, SMALL, pipeline};
 
 /// Runs a command that must be refused with nothing changed; returns what it said.
@@ -52,6 +54,32 @@ fn a_stage_that_refuses_its_input_leaves_the_file_of_before() {
     let again = program.run(&[]).assert().success();
     let text = String::from_utf8_lossy(&again.get_output().stderr).into_owned();
     assert_eq!(text.matches("fresh, kept").count(), 5, "{text}");
+}
+
+/// Files before format 2 are not gone on from: their user runs the scene again.
+#[test]
+fn a_file_of_an_older_format_is_left_as_it_is() {
+    let scene = pipeline("hkl2011_table1.toml");
+    let program = Program::new();
+    program.run(&[]).assert().success();
+    let file = File::open_rw(program.path("run.h5")).expect("HDF5");
+    let version = file.attr("format_version").expect("a version");
+    version.write_raw(&[1_i64, 11]).expect("written");
+    drop(version);
+    file.close().expect("closed");
+    let arguments = [
+        run(&scene, &[]),
+        vec!["solve", "run.h5"],
+        vec!["post", "run.h5"],
+        vec!["status", "run.h5"],
+        vec!["check", "run.h5"],
+        vec!["report", "run.h5", "-o", "page.html"],
+    ];
+    for arguments in arguments {
+        let text = refused(&program, &arguments);
+        let words = "is of format 1.11, expected 2.0; nothing was changed, run again";
+        assert!(text.contains(words), "{text}");
+    }
 }
 
 /// The linked file of the old state is needed again when the new state is given up.

@@ -9,6 +9,7 @@ use std::{
 
 use assert_cmd::cargo::CommandCargoExt;
 use contact3d_pipe::{LAYOUT, SWEEP_LAYOUT};
+use hdf5_metno::File;
 use runfile::Reader;
 
 use crate::program::{SLOW, Sweep};
@@ -53,6 +54,20 @@ fn foreign_tables_are_not_written_over() {
         refused(&sweep, &["sweep.toml", "--out", "out"], word);
         refused(&sweep, &["summary", "sweep.toml", "--out", "out"], word);
     }
+}
+
+#[test]
+fn a_folder_of_an_older_format_is_left_as_it_is() {
+    let sweep = Sweep::new(AXIS);
+    assert_eq!(sweep.run("out", &[]).0, 0);
+    let file = File::open_rw(sweep.path("out/summary.h5")).expect("HDF5");
+    let version = file.attr("format_version").expect("a version");
+    version.write_raw(&[1_i64, 4]).expect("written");
+    drop(version);
+    file.close().expect("closed");
+    let word = "is of format 1.4, expected 2.0; nothing was changed, run again";
+    refused(&sweep, &["sweep.toml", "--out", "out"], word);
+    refused(&sweep, &["summary", "sweep.toml", "--out", "out"], word);
 }
 
 /// The page of a sweep of histories has their loops, named after what varies.

@@ -74,21 +74,9 @@ pub(super) fn open_dataset(
         .at(place, "open the dataset")?;
     let found = dataset.dtype().and_then(|dtype| dtype.to_descriptor());
     match found {
-        Ok(found) if fits(&found, &expected) => Ok(dataset),
+        Ok(found) if found == expected => Ok(dataset),
         Ok(found) => Err(place.mismatch(format!("type {expected}"), format!("type {found}"))),
         Err(_) => Err(place.mismatch(format!("type {expected}"), "another type")),
-    }
-}
-
-/// Whether a stored type is the expected one, or that enumeration with fewer members, as an older
-/// minor version wrote it.
-fn fits(found: &TypeDescriptor, expected: &TypeDescriptor) -> bool {
-    match (found, expected) {
-        (TypeDescriptor::Enum(found), TypeDescriptor::Enum(expected)) => {
-            (found.size, found.signed) == (expected.size, expected.signed)
-                && found.members.iter().all(|m| expected.members.contains(m))
-        }
-        _ => found == expected,
     }
 }
 
@@ -297,32 +285,4 @@ pub(super) fn texts(
         }
     }
     Ok(texts)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn enumeration(members: &'static [(&'static str, u8)]) -> TypeDescriptor {
-        super::enumeration(&EnumSpec { name: "", members })
-    }
-
-    #[test]
-    fn enumerations_of_older_versions_fit_and_others_do_not() {
-        let known = enumeration(&[("converged", 0), ("failed", 1), ("cycling", 2)]);
-        assert!(fits(
-            &enumeration(&[("converged", 0), ("failed", 1)]),
-            &known
-        ));
-        assert!(!fits(
-            &enumeration(&[("converged", 1), ("failed", 0)]),
-            &known
-        ));
-        assert!(!fits(
-            &enumeration(&[("converged", 0), ("lost", 3)]),
-            &known
-        ));
-        assert!(!fits(&u8::type_descriptor(), &known));
-        assert!(fits(&f64::type_descriptor(), &f64::type_descriptor()));
-    }
 }

@@ -71,9 +71,7 @@ pub(super) fn of_texts<S: AsRef<str>>(shape: &[usize], texts: &[S]) -> String {
     digest.finish()
 }
 
-/// The digest of a group: path, zero byte, digest, zero byte of each dataset, in the order of the
-/// paths; then the units, where they are not the default, so that groups before format 1.4 keep
-/// their digests.
+/// The digest of a group: path, zero byte, digest, zero byte of each dataset, in the order of the paths; then the units.
 pub(super) fn of_group(digests: &BTreeMap<impl AsRef<str>, String>, units: Units) -> String {
     let mut hasher = Hasher::new();
     for (path, digest) in digests {
@@ -81,8 +79,6 @@ pub(super) fn of_group(digests: &BTreeMap<impl AsRef<str>, String>, units: Units
             hasher.update(text.as_bytes()).update(&[0]);
         }
     }
-    if !units.is_default() {
-        hasher.update(units.to_string().as_bytes()).update(&[0]);
-    }
+    hasher.update(units.to_string().as_bytes()).update(&[0]);
     hasher.finalize().to_hex().to_string()
 }

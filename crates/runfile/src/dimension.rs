@@ -190,7 +190,7 @@ fn folder(extent: Extent, dataset: &str, group: Group) -> String {
     }
 }
 
-/// Creates a scale that is not there yet, and gives one that earlier versions made the texts that all readers know.
+/// Opens a scale, or creates it where it is not there yet.
 fn require_scale(
     (parent, path): (&hdf5::Group, String),
     place: Place<'_>,
@@ -202,11 +202,7 @@ fn require_scale(
     let object = if is_old {
         parent.dataset(&path).at(place, "open a dimension")?
     } else {
-        create_scale(parent, place, extent, (&path, size))?
-    };
-    let class = |object: &hdf5::Dataset| object.attr(CLASS).and_then(|class| class.dtype());
-    let has_texts = is_old && class(&object).is_ok_and(|class| class.size() == types.class.size());
-    if !has_texts {
+        let object = create_scale(parent, place, extent, (&path, size))?;
         let name = match extent {
             Extent::Labelled(_) => path
                 .rsplit_once('/')
@@ -216,13 +212,10 @@ fn require_scale(
                 format!("{NO_VALUES}{size:10}")
             }
         };
-        if is_old {
-            remove_attribute(&object, place, CLASS)?;
-            remove_attribute(&object, place, NAME)?;
-        }
         write_fixed(&object, place, (CLASS, &types.class), SCALE)?;
         write_fixed(&object, place, (NAME, &types.name), &name)?;
-    }
+        object
+    };
     Ok(Scale {
         reference: reference(&object, place)?,
         object,

@@ -55,7 +55,7 @@ pub enum StoreError {
         found: String,
     },
     /// The file has a format version this program does not read.
-    #[error("{}: format version {}.{} cannot be read, expected {}.{} or an older minor version; use the program that wrote it ({creator})", file.display(), found[0], found[1], expected[0], expected[1])]
+    #[error("{}: is of format {}.{}, expected {}.{}; nothing was changed, run again with another path, or use the program that wrote it ({creator})", file.display(), found[0], found[1], expected[0], expected[1])]
     Version {
         /// The file.
         file: PathBuf,
@@ -123,14 +123,6 @@ pub enum StoreError {
         group: Group,
         /// What is wrong with the other file.
         problem: LinkProblem,
-    },
-    /// A group is sound, but an older version wrote it with other datasets than the table has now.
-    #[error("{}: /{group} has the form that an older version gave it, which cannot be gone on from; its values are sound, run `{}` again", file.display(), group.writer())]
-    Older {
-        /// The run file.
-        file: PathBuf,
-        /// The group.
-        group: Group,
     },
     /// A soft or external link that this program did not make.
     #[error("{}: {link} is a link to another place; expected the data themselves, nothing was followed; remove the link, or run the stage that owns it again", file.display())]

@@ -9,7 +9,7 @@ use hdf5_metno as hdf5;
 use units::Units;
 
 use crate::attribute::{
-    has, read_number, read_numbers, read_text, write_text, write_value, write_values,
+    read_number, read_numbers, read_text, write_text, write_value, write_values,
 };
 use crate::error::{AtFile, Place, StoreError};
 use crate::layout::Layout;
@@ -33,7 +33,7 @@ pub const ROOT_ATTRIBUTES: &[(&str, &str, &str)] = &[
     (
         SEAL,
         "text",
-        "BLAKE3 over the other attributes of the root and the seals of the stages; files of older versions have none",
+        "BLAKE3 over the other attributes of the root and the seals of the stages",
     ),
 ];
 
@@ -41,7 +41,7 @@ pub const ROOT_ATTRIBUTES: &[(&str, &str, &str)] = &[
 pub(super) const LINKED_GROUPS: &str = "A stage may be kept in a file of its own in the same folder. Then the group in the \
      root is an external link to the group of the same name in that file, and the root attribute `STAGE_file` names \
      it: `STAGE-DIGEST.h5` with the first 16 digits of the digest of the stage, which any run file of the folder may \
-     link; older versions put `NAME.` before it for a run file NAME alone. Such a file never changes.";
+     link. Such a file never changes.";
 
 /// Variables that make HDF5 open files in another way than it is told, and the only value that does not.
 const FOREIGN_ACCESS: [(&str, &str); 2] =
@@ -87,15 +87,15 @@ pub(super) fn create(
     Ok(file)
 }
 
-/// Opens a file of ours for reading; with its format version.
+/// Opens a file of ours for reading.
 pub(super) fn open(
     path: &Path,
     layout: &Layout,
     filetype: &'static str,
-) -> Result<(hdf5::File, [i64; 2]), StoreError> {
+) -> Result<hdf5::File, StoreError> {
     let file = open_any(path)?;
-    let version = check(&file, path, layout, filetype)?;
-    Ok((file, version))
+    check(&file, path, layout, filetype)?;
+    Ok(file)
 }
 
 /// Opens a file for reading, whoever wrote it, unless HDF5 could not come to an end with it.
@@ -147,13 +147,13 @@ pub(super) fn open_written(path: &Path) -> Result<hdf5::File, StoreError> {
     })
 }
 
-/// Refuses a file that is not of this type and version; its format version.
+/// Refuses a file that is not of this type and version.
 pub(super) fn check(
     file: &hdf5::File,
     path: &Path,
     layout: &Layout,
     expected: &'static str,
-) -> Result<[i64; 2], StoreError> {
+) -> Result<(), StoreError> {
     let place = Place::new(path, "/");
     let filetype = read_text(file, place, "filetype");
     if filetype.as_deref().ok() != Some(expected) {
@@ -168,9 +168,7 @@ pub(super) fn check(
     let version: Vec<i64> = read_numbers(file, place, "format_version")?;
     let expected = layout.format_version;
     match version[..] {
-        [major, minor] if major == expected[0] && (0..=expected[1]).contains(&minor) => {
-            Ok([major, minor])
-        }
+        [major, minor] if major == expected[0] && (0..=expected[1]).contains(&minor) => Ok(()),
         [major, minor] => Err(StoreError::Version {
             file: path.into(),
             expected,
@@ -198,6 +196,11 @@ pub const GROUP_ATTRIBUTES: &[(&str, &str, &str)] = &[
         "text",
         "BLAKE3 over the sorted paths and digests of the datasets, without timings, and over `units`",
     ),
+    (
+        "units",
+        "text",
+        "units of length and force that all others follow from, such as `mm, N`",
+    ),
     ("settings", "text", "the settings used, as TOML"),
     ("seconds", "f64", "wall-clock time of the stage in s"),
     ("threads", "i64", "number of threads"),
@@ -205,16 +208,9 @@ pub const GROUP_ATTRIBUTES: &[(&str, &str, &str)] = &[
     (
         SEAL,
         "text",
-        "BLAKE3 over all other attributes in the stage, the names and the extents of its datasets; stages of older versions have none",
+        "BLAKE3 over all other attributes in the stage, the names and the extents of its datasets",
     ),
 ];
-
-/// The attributes a group may carry besides, as the schema lists them.
-pub(super) const OPTIONAL_GROUP_ATTRIBUTES: &[(&str, &str, &str)] = &[(
-    "units",
-    "text",
-    "units of length and force that all others follow from, such as `mm, N`; absent for `m, N`",
-)];
 
 /// How a group was run.
 #[derive(Clone, Debug, PartialEq)]
@@ -279,9 +275,7 @@ pub(super) fn write(
     units: Units,
     digest: &str,
 ) -> Result<(), StoreError> {
-    if !units.is_default() {
-        write_text(group, place, "units", &units.to_string())?;
-    }
+    write_text(group, place, "units", &units.to_string())?;
     write_text(group, place, "input_digest", &record.input_digest)?;
     write_text(group, place, "digest", digest)?;
     write_text(group, place, "settings", &record.settings)?;
@@ -309,11 +303,8 @@ pub(super) fn read(group: &hdf5::Location, place: Place<'_>) -> Result<StoredGro
     })
 }
 
-/// The units a group names; the default where it names none, as in files before format 1.4.
+/// The units a group names.
 fn read_units(group: &hdf5::Location, place: Place<'_>) -> Result<Units, StoreError> {
-    if !has(group, place, "units")? {
-        return Ok(Units::SI);
-    }
     let text = read_text(group, place, "units")?;
     text.parse()
         .map_err(|problem: String| place.damaged(problem))

@@ -1,7 +1,6 @@
 //! Where a group is kept: in the run file, or in a file beside it that the run files of a folder share.
 //!
-//! Such a file, `STAGE-DIGEST.h5`, is named by the digest of the group and never changes; older versions also wrote
-//! `RUNFILE.STAGE-DIGEST.h5`. It is found by what the group was computed from. Its name stands in a root attribute of the run
+//! Such a file, `STAGE-DIGEST.h5`, is named by the digest of the group and never changes. It is found by what the group was computed from. Its name stands in a root attribute of the run
 //! file, which this program goes by; the external link there is for everyone else.
 
 use std::path::Path;
@@ -42,33 +41,18 @@ impl LinkedName {
 
     /// Takes a text that is such a name; a name has no path separators, so it stays in its folder.
     pub(super) fn parse(text: &str, group: Group) -> Option<Self> {
-        let name = LinkedName(text.into());
-        let owner = name.owner_and_dot(group)?;
-        let plain = owner.is_empty() || (owner.ends_with('.') && owner.len() > 1);
-        (plain && !text.contains(['/', '\\', '\0'])).then_some(name)
+        let digits = text.strip_prefix(group.name())?.strip_prefix('-')?;
+        let digits = digits.strip_suffix(".h5")?;
+        let hexadecimal = |c: u8| c.is_ascii_digit() || (b'a'..=b'f').contains(&c);
+        let is_name = digits.len() == DIGITS && digits.bytes().all(hexadecimal);
+        is_name.then(|| LinkedName(text.into()))
     }
 
     /// Whether the file may hold a group with this digest.
     fn fits(&self, digest: &str) -> bool {
-        let digits = self.digits().unwrap_or_default();
+        let name = self.0.strip_suffix(".h5").unwrap_or_default();
+        let digits = name.rsplit_once('-').map_or("", |(_, digits)| digits);
         !digits.is_empty() && digest.starts_with(digits)
-    }
-
-    /// Whether any run file may link the file.
-    pub(super) fn is_shared(&self, group: Group) -> bool {
-        self.owner_and_dot(group) == Some("")
-    }
-
-    fn digits(&self) -> Option<&str> {
-        let stem = self.0.strip_suffix(".h5")?;
-        let digits = stem.get(stem.len().checked_sub(DIGITS)?..)?;
-        let hexadecimal = |c: u8| c.is_ascii_digit() || (b'a'..=b'f').contains(&c);
-        digits.bytes().all(hexadecimal).then_some(digits)
-    }
-
-    fn owner_and_dot(&self, group: Group) -> Option<&str> {
-        let digits = self.digits()?;
-        self.0.strip_suffix(&format!("{group}-{digits}.h5"))
     }
 }
 
@@ -194,7 +178,7 @@ impl RunFile {
 
 /// The names of all files that a run file links; none if it cannot be read.
 pub(super) fn linked_names(run_file: &Path, layout: &Layout) -> Vec<String> {
-    let Ok((file, _)) = header::open(run_file, layout, layout.filetype) else {
+    let Ok(file) = header::open(run_file, layout, layout.filetype) else {
         return Vec::new();
     };
     let place = Place::new(run_file, "/");
@@ -283,7 +267,6 @@ impl SharedGroup {
         let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
         let mut names: Vec<LinkedName> = names
             .filter_map(|name| LinkedName::parse(&name, group))
-            .filter(|name| name.is_shared(group))
             .collect();
         names.sort_by_key(ToString::to_string);
         names.into_iter().find_map(|name| {

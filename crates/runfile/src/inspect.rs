@@ -1,13 +1,9 @@
 //! Looking at groups as a whole: records, sizes on disk, and the check of every dataset against the table and its digest.
-//!
-//! A group that an older version wrote with other datasets than the present table has is sound, but of no use to the present
-//! program.
 
 use std::collections::BTreeMap;
 use std::fmt::Debug;
 
 use hdf5::LocationType;
-use hdf5::types::{FloatSize, IntSize, TypeDescriptor};
 use hdf5_metno as hdf5;
 use units::Units;
 
@@ -17,12 +13,12 @@ use crate::digest::of_group;
 use crate::dimension::is_scale;
 use crate::element::StoredElement;
 use crate::error::{AtPlace, Place, StoreError};
+use crate::header;
 use crate::header::StoredGroup;
-use crate::layout::{DatasetSpec, EnumSpec, Group, Kind, Presence};
+use crate::layout::{DatasetSpec, Group, Presence};
 use crate::matrix::PARTS;
 use crate::reader::Reader;
 use crate::volume::{members, walk};
-use crate::{header, matrix};
 
 impl Reader {
     /// How a group was run, or `None` if the file does not hold it.
@@ -45,23 +41,13 @@ impl Reader {
     /// # Errors
     /// As for [`Reader::group_record`]; `Missing` for a required dataset, `ForeignLink` for a link
     /// in the place of one, `Altered` if the digests of the datasets are not those the group was
-    /// finished with; `Older` if it is sound, but an older version wrote it with other datasets.
+    /// finished with.
     pub fn whole_group(&self, group: Group) -> Result<Option<StoredGroup>, StoreError> {
         let Some(stored) = self.group_record(group)? else {
             return Ok(None);
         };
-        match self.refuse_altered(group, &stored) {
-            Ok(()) => Ok(Some(stored)),
-            Err(error) => {
-                let is_older = self.is_whole_as_written(group, &stored).unwrap_or(false)
-                    && self.refuse_unsealed(group).is_ok();
-                if is_older {
-                    let file = self.path().into();
-                    return Err(StoreError::Older { file, group });
-                }
-                Err(error)
-            }
-        }
+        self.refuse_altered(group, &stored)?;
+        Ok(Some(stored))
     }
 
     /// Refuses a group whose datasets of the table are not those it was finished with.
@@ -87,7 +73,7 @@ impl Reader {
     #[must_use]
     pub fn damaged_groups(&self) -> Vec<Group> {
         let is_damaged = |group: &Group| match self.whole_group(*group) {
-            Ok(_) | Err(StoreError::Linked { .. } | StoreError::Older { .. }) => false,
+            Ok(_) | Err(StoreError::Linked { .. }) => false,
             Err(_) => true,
         };
         self.layout.groups().filter(is_damaged).collect()
@@ -255,11 +241,6 @@ impl Reader {
                 let wrong = held.filter_map(|spec| self.check_unit(spec, stored.units).err());
                 problems.extend(wrong);
             }
-            Err(StoreError::Older { .. }) => {
-                return self
-                    .problems_as_written(group)
-                    .unwrap_or_else(|error| vec![error]);
-            }
             Err(error) => problems.push(error),
         }
         problems.extend(self.refuse_unknown(group).err());
@@ -292,65 +273,5 @@ impl Reader {
         let expected = read_text(&dataset, place, "digest")?;
         let bytes = self.volume(spec.group)?.bytes;
         place.same_digest(expected, digest_of(&dataset, spec.kind, place, bytes)?)
-    }
-
-    /// Whether the datasets that a group has, known to the table or not, are those it was finished
-    /// with.
-    fn is_whole_as_written(&self, group: Group, stored: &StoredGroup) -> Result<bool, StoreError> {
-        let mut digests = self.digests_below(group)?;
-        digests.retain(|path, _| !self.layout.find(path).is_some_and(|spec| spec.volatile));
-        Ok(of_group(&digests, stored.units) == stored.digest)
-    }
-
-    /// The values of such a group that do not fit their digests.
-    fn problems_as_written(&self, group: Group) -> Result<Vec<StoreError>, StoreError> {
-        let volume = self.volume(group)?;
-        let check = |(path, expected): (String, String)| {
-            let place = Place::new(&volume.path, &path);
-            let found = match volume.file.dataset(&path) {
-                Ok(dataset) => kind_as_written(&dataset, place)
-                    .and_then(|kind| digest_of(&dataset, kind, place, volume.bytes)),
-                Err(_) => matrix::digest_of(&volume.file, place, volume.bytes),
-            };
-            found.and_then(|found| place.same_digest(expected, found))
-        };
-        let digests = self.digests_below(group)?.into_iter();
-        Ok(digests.filter_map(|stored| check(stored).err()).collect())
-    }
-
-    /// The digests beside the datasets and matrices of a group, known to the table or not.
-    fn digests_below(&self, group: Group) -> Result<BTreeMap<String, String>, StoreError> {
-        let volume = self.volume(group)?;
-        let mut digests = BTreeMap::new();
-        for (path, dataset) in self.datasets_below(group)? {
-            let place = Place::new(&volume.path, &path);
-            if let Ok(digest) = read_text(&dataset, place, "digest") {
-                digests.insert(path, digest);
-            } else if let Some(matrix) = path.strip_suffix("/indptr") {
-                let object = volume.file.group(matrix).at(place, "open the matrix")?;
-                digests.insert(matrix.into(), read_text(&object, place, "digest")?);
-            }
-        }
-        Ok(digests)
-    }
-}
-
-/// Stands for any enumeration: digests do not depend on the members.
-const ENUMERATION: Kind = Kind::Enum(&EnumSpec {
-    name: "",
-    members: &[],
-});
-
-/// The kind of a dataset by its type.
-fn kind_as_written(dataset: &hdf5::Dataset, place: Place<'_>) -> Result<Kind, StoreError> {
-    let stored = dataset.dtype().and_then(|dtype| dtype.to_descriptor());
-    match stored.at(place, "read the type")? {
-        TypeDescriptor::Float(FloatSize::U8) => Ok(Kind::F64),
-        TypeDescriptor::Float(FloatSize::U4) => Ok(Kind::F32),
-        TypeDescriptor::Integer(IntSize::U8) => Ok(Kind::I64),
-        TypeDescriptor::Unsigned(IntSize::U1) => Ok(Kind::U8),
-        TypeDescriptor::Enum(_) => Ok(ENUMERATION),
-        TypeDescriptor::VarLenUnicode => Ok(Kind::Text),
-        other => Err(place.mismatch("a type of ours", format!("type {other}"))),
     }
 }

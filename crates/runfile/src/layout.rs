@@ -276,8 +276,6 @@ pub struct Layout {
     pub linked_filetype: &'static str,
     /// Value of the root attribute `format_version`: major, minor.
     pub format_version: [i64; 2],
-    /// The first version of the format whose files have seals.
-    pub sealed_since: [i64; 2],
     /// Value of the root attribute `creator`: program and version.
     pub creator: &'static str,
     /// The groups a file of this format can hold, each after those it builds on.

@@ -7,7 +7,7 @@ use units::{ForceUnit, LengthUnit, Units};
 
 use crate::dimension;
 use crate::dimension::DIMENSION_SCALES;
-use crate::header::{GROUP_ATTRIBUTES, LINKED_GROUPS, OPTIONAL_GROUP_ATTRIBUTES, ROOT_ATTRIBUTES};
+use crate::header::{GROUP_ATTRIBUTES, LINKED_GROUPS, ROOT_ATTRIBUTES};
 use crate::layout::{DatasetSpec, Extent, Group, Kind, Layout, Presence, Storage};
 
 /// The attributes every dataset and matrix group carries, with their meanings.
@@ -72,7 +72,6 @@ pub fn schema_json(layout: &Layout) -> String {
         "linked_stages": LINKED_GROUPS,
         "stages": groups,
         "stage_attributes": triples(GROUP_ATTRIBUTES),
-        "optional_stage_attributes": triples(OPTIONAL_GROUP_ATTRIBUTES),
         "length_units": LengthUnit::ALL.map(LengthUnit::word),
         "force_units": ForceUnit::ALL.map(ForceUnit::word),
         "dataset_attributes": triples(DATASET_ATTRIBUTES),
@@ -150,10 +149,8 @@ pub fn schema_page(layout: &Layout) -> String {
     heading(&mut page, "Stages in files of their own");
     let filetype = layout.linked_filetype;
     let _ = write!(page, "{LINKED_GROUPS} Its file type is `{filetype}`.\n\n");
-    let optional = "Further attribute of a stage group in other units than metres and newtons";
     for (title, rows) in [
         ("Attributes of every stage group", GROUP_ATTRIBUTES),
-        (optional, OPTIONAL_GROUP_ATTRIBUTES),
         ("Attributes of every dataset and matrix", DATASET_ATTRIBUTES),
         ("Further attributes of a matrix group", MATRIX_ATTRIBUTES),
         ("Members of a matrix group", MATRIX_MEMBERS),

@@ -2,8 +2,7 @@
 //!
 //! The seal of a group covers the attributes of everything in it, the datasets that its own digest leaves out and the
 //! labels of its axes; that of the root its attributes and the seals of its groups. Both are written at the commit, and
-//! [`crate::Reader::problems`] compares them. Files of older
-//! formats have none.
+//! [`crate::Reader::problems`] compares them.
 
 use blake3::Hasher;
 use hdf5::types::{FixedAscii, TypeDescriptor, VarLenUnicode};
@@ -152,7 +151,6 @@ impl Reader {
         let place = Place::new(&volume.path, object);
         let seal = Seal::of(&volume.file, place)?;
         match seal.stored {
-            None if volume.format_version < self.layout.sealed_since => Ok(()),
             None => Err(place.mismatch(format!("the attribute `{SEAL}`"), "none")),
             Some(stored) => place.same_digest(stored, seal.found),
         }

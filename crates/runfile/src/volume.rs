@@ -20,8 +20,6 @@ pub(super) struct Volume {
     pub(super) file: hdf5::File,
     /// Length of the file.
     pub(super) bytes: u64,
-    /// Major and minor version of its format.
-    pub(super) format_version: [i64; 2],
     objects: Objects,
     /// That of the file before it was opened.
     state: FileState,
@@ -56,7 +54,7 @@ impl Volume {
         layout: &Layout,
         filetype: &'static str,
     ) -> Result<Self, StoreError> {
-        let format_version = header::check(&file, path, layout, filetype)?;
+        header::check(&file, path, layout, filetype)?;
         let bytes = fs::metadata(path).at_file(path, "look at the file")?.len();
         let place = Place::new(path, "/");
         let objects = Objects::of(&file).map_err(|error| place.unlisted(&error))?;
@@ -64,7 +62,6 @@ impl Volume {
             path: path.into(),
             file,
             bytes,
-            format_version,
             objects,
             state,
         })

@@ -158,9 +158,6 @@ fn absent_from_run(tables: &[&str]) -> BTreeSet<String> {
     for path in QUANTITIES {
         assert_eq!(absent.remove(path), !is_estimated, "{path}");
     }
-    for path in FORMER_NAMES {
-        assert!(absent.remove(path), "{path} is a former name");
-    }
     absent
 }
 
@@ -177,9 +174,6 @@ const QUANTITIES: [&str; 7] = [
 
 /// What only a mesh has that is refined for a quantity.
 const INDICATOR: &str = "/solve/quantities/indicator";
-
-/// What only files before format 1.9 have.
-const FORMER_NAMES: [&str; 2] = ["/solve/actions", "/solve/history/actions"];
 
 /// What only a scene with an obstacle has.
 const OBSTACLE_ONLY: [&str; 1] = ["/mesh/contact_clearance"];

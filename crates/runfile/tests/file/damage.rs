@@ -235,7 +235,8 @@ fn older_minor_versions_are_read_and_newer_ones_refused() {
             matches!(error, StoreError::Version { found: [1, 2], .. }),
             "{error}"
         );
-        assert!(error.to_string().contains("sample 0.1"));
+        let text = error.to_string();
+        assert!(text.contains("sample 0.1") && text.contains("run again"));
     }
 }
 

@@ -313,26 +313,6 @@ fn two_run_files_link_one_file_and_a_write_protected_one_stays() {
     assert!(path.exists());
 }
 
-/// Older versions put the name of a run file before that of a file which it alone linked.
-#[test]
-fn a_file_with_the_name_of_its_run_file_is_read_kept_and_removed() {
-    let (folder, file) = saved(5);
-    let path = linked_path(&file);
-    let name = path.file_name().unwrap().to_str().unwrap();
-    let older = format!("run.h5.{name}");
-    fs::rename(&path, folder.path().join(&older)).unwrap();
-    link_field(&file, &older, &older);
-    assert_eq!(stiffness_in(&file), stiffness(5));
-    save_grid(&file, 5);
-    assert_eq!(stiffness_in(&file), stiffness(5));
-    assert_eq!(files(folder.path()), ["run.h5", &older]);
-    let before = lock(&file).unwrap().linked_names();
-    change(&file, Transaction::embed_linked);
-    remove_unlinked(&file, before);
-    assert_eq!(files(folder.path()), ["run.h5"]);
-    assert_eq!(stiffness_in(&file), stiffness(5));
-}
-
 #[test]
 fn killed_between_the_two_renames_the_old_state_is_whole() {
     let (folder, file) = saved(5);

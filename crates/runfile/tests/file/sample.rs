@@ -120,7 +120,6 @@ pub(crate) const SAMPLE: Layout = Layout {
     filetype: "sample run",
     linked_filetype: "sample stage",
     format_version: [1, 2],
-    sealed_since: [1, 2],
     creator: "sample 0.1",
     units: Units::SI,
     groups: &[GRID, FIELD, NOTES],
