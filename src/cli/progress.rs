@@ -167,10 +167,6 @@ pub(super) fn stage_line(performed: &StageTiming) -> String {
     }
 }
 
-/// What a second solve is for.
-pub(super) const SECOND_TRY: &str =
-    "factor    double: single precision led to no answer, so the problem was solved again";
-
 /// How the dual operator is held, and what either form costs.
 pub(super) fn operator_line(
     estimate: &OperatorEstimate,

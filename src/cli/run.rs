@@ -169,9 +169,6 @@ fn perform(
     spinner.finish_and_clear();
     let performed = performed?;
     say(output, &progress::stage_line(&performed));
-    if stage == Stage::Solve && session.is_second_try() {
-        say(output, progress::SECOND_TRY);
-    }
     if let (Stage::Assemble, Some(assembly), Some((estimate, dense))) =
         (stage, session.assembly(), session.operator_estimate())
     {

@@ -36,8 +36,6 @@ pub(super) struct StageCache {
     pub(super) problem: Option<Arc<Problem>>,
     pub(super) assembled: Option<(Arc<AssembledProblem>, LoadState)>,
     pub(super) results: Option<Arc<Results>>,
-    /// Whether the problem is in double precision because single precision led to no answer.
-    pub(super) is_second_try: bool,
 }
 
 /// The loads of an assembled problem.
@@ -183,11 +181,6 @@ impl Session {
     pub fn assembly(&self) -> Option<&Assembly> {
         let (assembled, _) = self.cache.assembled.as_ref()?;
         Some(&assembled.system().assembly)
-    }
-
-    /// Whether the last solve gave up with a factor in single precision, and was done again with one in double.
-    pub fn is_second_try(&self) -> bool {
-        self.cache.is_second_try
     }
 
     /// What each form of the dual operator costs, and whether the dense one is held; `None`

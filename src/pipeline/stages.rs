@@ -136,18 +136,18 @@ impl Session {
     }
 
     fn solve(&mut self, observe: &mut dyn FnMut(RunStep<'_>)) -> Result<StageOutput, StageError> {
-        let (assembled, loads, least_cost) = if self.scene().has_history() {
+        let (assembled, least_cost) = if self.scene().has_history() {
             let assembled = self.assembled()?;
             let need = need_of_history(self.scene(), assembled.mesh());
             resources::admit(need, self.store.path())?;
-            (assembled, LoadState::Any, SECONDS_OF_A_COMMIT)
+            (assembled, SECONDS_OF_A_COMMIT)
         } else {
             let loaded = self.loaded(|session, assembled| {
                 let (problem, mut system) = assembled.into_parts();
                 format::read_loads(&session.store.reader()?, &mut system)?;
                 Ok(AssembledProblem::new(problem, system))
             })?;
-            (loaded, LoadState::OfScene, 0.0)
+            (loaded, 0.0)
         };
         let (checkpoint, done) = self.store.read_unfinished()?;
         self.store.require_unchanged()?;
@@ -164,12 +164,6 @@ impl Session {
             &mut self.keeper(least_cost, observe),
         );
         let answer = answer.map_err(|error| refused(&self.store.input, error))?;
-        if answer.is_second_try {
-            let problem = self.problem()?.as_ref().clone();
-            let double = AssembledProblem::new(problem, answer.problem.system().clone());
-            self.cache.assembled = Some((Arc::new(double), loads));
-            self.cache.is_second_try = true;
-        }
         let results = Arc::new(Results::from(answer));
         self.cache.results = Some(results.clone());
         Ok(StageOutput::Solve(results))

@@ -149,31 +149,6 @@ impl DualSystem {
         }
     }
 
-    /// The same problem with a factor in double precision, for a solve that gave up, where the one in single precision was not the
-    /// scene's choice; `None` where it was, or where the other is not admitted.
-    ///
-    /// What S̃ has wrong may decide where the law of friction hardly lets Newton's method come nearer, as with F = 1e6. The
-    /// friction is no part of what is assembled, so nothing could know before.
-    #[must_use]
-    pub fn in_double_precision(
-        &self,
-        scene: &Scene,
-        mesh: &Mesh,
-        assembling: &Assembling<'_>,
-    ) -> Option<Self> {
-        let chosen = scene.assemble.factor == FactorPrecision::Auto;
-        if !chosen || !matches!(*self.assembly.factor, Factor::Single(_)) {
-            return None;
-        }
-        let mut scene = scene.clone();
-        scene.assemble.factor = FactorPrecision::Double;
-        let contact = self.contact.as_ref();
-        if contact.is_some_and(|c| c.explicit().is_some()) {
-            scene.assemble.dual_operator = DualOperatorKind::Explicit;
-        }
-        Self::watched(&scene, mesh, assembling).ok()
-    }
-
     /// The system, if the factor of its engine serves.
     fn served(self) -> Result<Self, AssemblyError> {
         match &*self.assembly.factor {

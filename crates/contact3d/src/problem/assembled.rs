@@ -54,8 +54,7 @@ impl AssembledProblem {
         Ok(self)
     }
 
-    /// Solves from λ = 0, again with a factor in double precision where one in single precision that the program chose led to no
-    /// answer. A solve that does not converge is a solution with a [status](crate::solver::Status).
+    /// Solves from λ = 0. A solve that does not converge is a solution with a [status](crate::solver::Status).
     ///
     /// # Errors
     /// [`ProblemError::Invalid`] for settings that no solve can have and for a scene with steps, which
@@ -118,7 +117,7 @@ impl AssembledProblem {
         self.run(settings, Start::default(), Vec::new(), &mut InMemory)
     }
 
-    /// As [`Self::solve`] with the factor that there is, from a given start, such as the multipliers of a similar problem, while
+    /// As [`Self::solve`] from a given start, such as the multipliers of a similar problem, while
     /// `observe` sees the steps; those that measure the error of the answer are in its history only.
     /// The settings are taken as they are: ε = 0 means to rounding.
     ///

@@ -1,13 +1,12 @@
-//! The one way from an assembled problem to a judged answer: static or increment by increment, and again in double precision
-//! where single precision led to none.
+//! The one way from an assembled problem to a judged answer: static or increment by increment.
 
-use super::{AssembledProblem, Keeper, ProblemError, RunStep, Unfinished, keeper::Unkept};
+use super::{AssembledProblem, Keeper, ProblemError, RunStep, Unfinished};
 use crate::{
     dual::AssemblyError,
     history::{Bookkeeping, StepRecord},
     post::ContactReport,
     scene::{Increment, InvalidValue, SolveSettings},
-    solver::{Goal, Progress, Solution, Start, Status},
+    solver::{Goal, Progress, Solution, Start},
 };
 
 /// What a solve came to.
@@ -21,8 +20,6 @@ pub struct Answer {
     pub report: ContactReport,
     /// One record for each increment of a load history that was solved, of which the last may have failed; none without a history.
     pub records: Vec<StepRecord>,
-    /// Whether a factor in single precision led to no answer, and this is that of one in double.
-    pub is_second_try: bool,
 }
 
 /// How an answer is evaluated.
@@ -57,12 +54,10 @@ impl Evaluation {
 
 impl AssembledProblem {
     /// Solves the problem from a start, a scene with steps increment by increment after those of `done`, each from the
-    /// multipliers of the one before, until one fails. Where the program chose a factor in single precision and the solve gave up, it is
-    /// solved again with one in double. `settings` replace those of the scene.
+    /// multipliers of the one before, until one fails. `settings` replace those of the scene.
     ///
     /// Records hold all that the next increment depends on, so a history that goes on from some of them has the bits of one that
-    /// was never stopped. The last increment of a complete history is solved again. A second try keeps nothing: whoever goes on
-    /// begins with single precision, as the first one did.
+    /// was never stopped. The last increment of a complete history is solved again.
     ///
     /// # Errors
     /// [`ProblemError::Invalid`] for a value that no problem can have, [`ProblemError::NeedsExplicit`] for a method that needs the dense operator.
@@ -81,33 +76,6 @@ impl AssembledProblem {
         &self,
         settings: &SolveSettings,
         start: Start<'_>,
-        done: Vec<StepRecord>,
-        evaluation: Evaluation,
-        keeper: &mut dyn Keeper,
-    ) -> Result<Answer, ProblemError> {
-        let mut answer = self.attempt(settings, start, done, evaluation, keeper)?;
-        let Some(double) = self.in_double_precision(answer.solution.status, settings, keeper)?
-        else {
-            return Ok(answer);
-        };
-        answer.records.pop();
-        let start = Start {
-            checkpoint: None,
-            ..start
-        };
-        let keeper = &mut Unkept(keeper);
-        let again = double.attempt(settings, start, answer.records, evaluation, keeper)?;
-        Ok(Answer {
-            is_second_try: true,
-            ..again
-        })
-    }
-
-    /// Solves with the factor that there is.
-    fn attempt(
-        &self,
-        settings: &SolveSettings,
-        start: Start<'_>,
         mut records: Vec<StepRecord>,
         evaluation: Evaluation,
         keeper: &mut dyn Keeper,
@@ -117,7 +85,6 @@ impl AssembledProblem {
             solution,
             report,
             records,
-            is_second_try: false,
         };
         if !self.scene().has_history() {
             let judged = self.judged(settings, start, None, evaluation, keeper)?;
@@ -221,32 +188,6 @@ impl AssembledProblem {
             EstimatedErrors::Energy => ContactReport::new(&solved),
             EstimatedErrors::Nothing => ContactReport::without_estimate(&solved),
         }
-    }
-
-    /// The same problem with a factor in double precision, after a solve that gave up with one in single precision that the
-    /// program chose; `None` where it is not admitted.
-    ///
-    /// # Errors
-    /// Laws of the contact face that no problem can have.
-    pub fn in_double_precision(
-        &self,
-        status: Status,
-        settings: &SolveSettings,
-        keeper: &mut dyn Keeper,
-    ) -> Result<Option<Self>, ProblemError> {
-        if !status.gave_up(settings) {
-            return Ok(None);
-        }
-        let (scene, mesh) = (self.scene(), self.mesh());
-        let double = super::keeper::assembled_by(keeper, |assembling| {
-            self.system.in_double_precision(scene, mesh, assembling)
-        });
-        let double = double.map(|system| Self::new(self.problem.clone(), system));
-        // Each increment of a history applies loads of its own.
-        Ok(match double {
-            Some(double) if !scene.has_history() => Some(double.with_own_loads()?),
-            double => double,
-        })
     }
 
     /// The problem of an increment of the scene's load history, which begins where `before` ended, on the same operators.

@@ -3,7 +3,7 @@
 use std::{path::Path, sync::Arc};
 
 use contact3d::{
-    InMemory, Problem, ProblemError,
+    Problem, ProblemError,
     linalg::Precision,
     scene::{
         Body, Clamp, Coefficient, Contact, DualOperatorKind, FactorPrecision, Friction,
@@ -192,61 +192,6 @@ fn a_body_on_soft_springs_keeps_its_answer() {
         single.status.is_solved() && error <= 10.0 * (single.accuracy + double.accuracy).max(1e-12),
         "{error:e}"
     );
-}
-
-/// With an S̃ a tenth of S, whose corrections go ten times too far, the solve gives up, as it did with F = 1e6 and 24 cells across; a scene that leaves the precision to
-/// the program is solved again, with the bits of a factor in double precision.
-#[test]
-fn a_solve_that_gives_up_in_single_precision_is_done_again_in_double() {
-    let assembled = |factor, operator_of: FactorPrecision| {
-        let of = |factor| {
-            let mut scene = published(4).with_dual_operator(DualOperatorKind::Explicit);
-            scene.assemble.factor = factor;
-            Problem::new(scene).expect("a problem").assemble()
-        };
-        let mut problem = of(factor).expect("a factor");
-        *problem.system_mut() = of(operator_of).expect("a factor").system().clone();
-        problem
-    };
-    let settings = SolveSettings::default();
-    let spoilt = |factor| {
-        let mut problem = assembled(factor, FactorPrecision::Single);
-        let contact = problem.system_mut().contact.as_mut().expect("contact");
-        let dual = contact.explicit_mut().expect("the dense operator");
-        let tenth = dual.operator.as_slice().iter().map(|s| 0.1 * s);
-        dual.operator = Arc::new(tenth.collect());
-        problem
-    };
-    let asked = spoilt(FactorPrecision::Single).solve(&settings);
-    let asked = asked.expect("an answer");
-    assert!(asked.status.gave_up(&settings), "{}", asked.status.word());
-    let free = spoilt(FactorPrecision::Auto)
-        .solve(&settings)
-        .expect("an answer");
-    let double = assembled(FactorPrecision::Double, FactorPrecision::Double);
-    let double = double.solve(&settings).expect("an answer");
-    assert_eq!(
-        (free.status, free.multiplier),
-        (double.status, double.multiplier)
-    );
-
-    let problem = assembled(FactorPrecision::Auto, FactorPrecision::Single);
-    let asked = SolveSettings {
-        method: Method::FixedPoint,
-        ..SolveSettings::default()
-    };
-    for (status, settings, again) in [
-        (Status::Cycling, &settings, true),
-        (Status::Converged, &settings, false),
-        (Status::NoEquilibrium, &settings, false),
-        (Status::MaxOuterSteps, &settings, true),
-        (Status::MaxOuterSteps, &asked, false),
-    ] {
-        let in_double_precision = problem
-            .in_double_precision(status, settings, &mut InMemory)
-            .expect("laws");
-        assert_eq!(in_double_precision.is_some(), again, "{}", status.word());
-    }
 }
 
 /// A column far longer than its foot, of one pane: the foot hardly moves beside the body, so its displacement is wanted to

@@ -21,7 +21,7 @@ use contact3d::{
     ProblemError,
     linalg::Precision,
     post::Zone,
-    scene::{FactorPrecision, Scene},
+    scene::Scene,
     solver::{Linearisation, SolvedBy, Start, Status},
 };
 
@@ -106,18 +106,11 @@ impl Check {
         (0..n_pieces).for_each(|_| pieces.announce(solves, 1.0));
         pieces.begin(solves, 1.0, "answer".to_owned());
         let started = Instant::now();
-        let mut own = ExplicitProblem::new(scene.clone(), folder)?;
+        let own = ExplicitProblem::new(scene.clone(), folder)?;
         scene.solve.validate("solve")?;
         let mut answer = own
             .assembled
             .solve_from(&scene.solve, Start::default(), &mut |_| {})?;
-        if answer.status.gave_up(&scene.solve)
-            && scene.assemble.factor == FactorPrecision::Auto
-            && let Some(double) = own.in_double_precision(scene, folder)?
-        {
-            own = double;
-            answer = own.assembled.solve(&scene.solve)?;
-        }
         let seconds = started.elapsed().as_secs_f64();
         let double = own.in_double_precision(scene, folder)?;
         let problem = double.as_ref().unwrap_or(&own);
