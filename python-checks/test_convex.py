@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from convex import springs
-from convex.judge import SOLVED, answer, compared, judge
+from convex.judge import answer, compared, judge
 from convex.reference import Dual, by_active_sets
 from convex.scenes import Kind, scene
 from convex.sprung import sprung
@@ -112,9 +112,9 @@ BLOCKS = range(36)
 def test_blocks_on_springs_meet_their_conditions(tested, tmp_path):
     judged = [springs.judge(tested, sprung(1, number), tmp_path) for number in BLOCKS]
     assert [f"{one.scene.name}: {one.wrong}" for one in judged if one.wrong] == []
-    # As soft as they may be, and stiffer than the block.
+    # Hardly holding the block, and stiffer than it.
     softness = [one.softness for one in judged]
-    assert max(softness) > 1e9 and min(softness) < 10.0
+    assert max(softness) > 1e6 and min(softness) < 10.0
 
 
 def test_what_breaks_a_condition_of_a_block_is_seen(tested, tmp_path):
@@ -131,8 +131,8 @@ def test_what_breaks_a_condition_of_a_block_is_seen(tested, tmp_path):
             file["solve"][name][...] = right
 
 
-@pytest.mark.parametrize(("softest", "numbers"), [(1e16, range(20)), (1e18, range(20, 40))])
-def test_what_is_beyond_all_digits_is_right_or_no_success(tested, tmp_path, softest, numbers):
+@pytest.mark.parametrize(("softest", "numbers"), [(1e10, range(20)), (1e18, range(20, 40))])
+def test_softer_springs_are_refused_or_right(tested, tmp_path, softest, numbers):
     judged = [springs.judge(tested, sprung(2, number, softest), tmp_path) for number in numbers]
-    claimed = [one for one in judged if one.status in SOLVED and one.wrong]
-    assert [f"{one.scene.name}: {one.wrong}" for one in claimed] == []
+    assert [f"{one.scene.name}: {one.wrong}" for one in judged if one.wrong] == []
+    assert {one.status for one in judged} > {"refused"}

@@ -39,16 +39,15 @@ tensor = [[0.1, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]
 """
 
 
-@pytest.mark.parametrize("modulus", [2e5, 1e6, 2e8, 2e11])
+@pytest.mark.parametrize("modulus", [2e5, 1e6, 1e8])
 def test_a_uniform_pressure_and_a_slide_whatever_the_stiffness(contact3d, tmp_path, modulus):
     scene, path = tmp_path / "pad.toml", tmp_path / "pad.h5"
     scene.write_text(PAD.format(modulus=modulus) + STEPS.split("[[step]]")[1].join(["[[step]]", ""]))
     contact3d("run", scene, path, "--no-figures")
     with open_run(path) as file:
         pressure = file["solve/multiplier_normal"][:]
-        # Without a Poisson ratio the load goes straight down. A displacement of one mm leaves the strains of a body of 2e11 N/mm2
-        # some seven digits.
-        assert np.abs(pressure / 300.0 - 1.0).max() < 1e-9 + 1e-18 * modulus
+        # Without a Poisson ratio the load goes straight down.
+        assert np.abs(pressure / 300.0 - 1.0).max() < 1e-9
     scene.write_text(PAD.format(modulus=modulus) + STEPS)
     contact3d("run", scene, path, "--no-figures")
     with open_run(path) as file:
@@ -60,6 +59,18 @@ def test_a_uniform_pressure_and_a_slide_whatever_the_stiffness(contact3d, tmp_pa
         springs = forces["spring.0"] + forces["spring.1"]
         assert springs[0] == pytest.approx(-36.0, abs=1e-4)
         assert forces["contact"][2] == pytest.approx(12000.0, rel=1e-6)
+
+
+def test_springs_that_hold_next_to_nothing_are_refused(contact3d, tmp_path):
+    scene, path = tmp_path / "pad.toml", tmp_path / "pad.h5"
+    scene.write_text(PAD.format(modulus=2e11))
+    words = contact3d("run", scene, path, "--no-figures", expect=2).stderr
+    # 0.1 N/mm3 on two faces, z^2 of them over the mean square of a rotation about y, and c V / r^2 over the nodes.
+    x, y, z = (np.linspace(-side / 2, side / 2, n + 1) for side, n in ((40.0, 8), (1.0, 2), (20.0, 4)))
+    x2, y2, z2 = (np.mean(axis**2) for axis in (x, y, z))
+    number = 0.1 * 2 * 20.0**3 / 12 / (x2 + z2) / (2e11 * 800.0 / (x2 + y2 + z2))
+    assert f"{number:.1e} of it in a rotation about y" in words and "remove them" in words
+    assert not path.exists()
 
 
 def turned_block(path, cells, size, angle):
@@ -182,16 +193,16 @@ multipliers = "nodal"
 @pytest.mark.parametrize(
     ("stiffness", "law", "load", "element", "units"),
     [
-        (1e-5, "frictionless", "lifted", "P1", "m"),
-        (1e-4, "coulomb", "lifted", "P2", "mm"),
-        (1e-3, "tresca", "lifted", "P1", "m"),
-        (1e-5, "frictionless", "pressed", "P2", "mm"),
-        (1e-3, "tresca", "pushed", "P1", "mm"),
-        (1e-1, "coulomb", "pushed", "P1", "m"),
+        (2e1, "frictionless", "lifted", "P1", "m"),
+        (1e2, "coulomb", "lifted", "P2", "mm"),
+        (1e3, "tresca", "lifted", "P1", "m"),
+        (2e1, "frictionless", "pressed", "P2", "mm"),
+        (1e3, "tresca", "pushed", "P1", "mm"),
+        (1e4, "coulomb", "pushed", "P1", "m"),
     ],
 )
 def test_springs_as_soft_as_can_be(contact3d, tmp_path, stiffness, law, load, element, units):
-    """Every law, 1e-14 to 1e-10 of E L: the motion is what the springs make of the forces, and the stress that of the forces."""
+    """Every law, 2e-8 to 1e-5 of E L: the motion is what the springs make of the forces, and the stress that of the forces."""
     scene, path = tmp_path / "cube.toml", tmp_path / "cube.h5"
     scene.write_text(cube_on_springs(stiffness, law, load, element, units))
     contact3d("run", scene, path, "--no-figures")

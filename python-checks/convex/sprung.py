@@ -1,4 +1,4 @@
-"""Random blocks that springs alone hold, from as soft as can be to stiffer than the block: pressed, lifted, pushed, turned.
+"""Random blocks that springs alone hold, from hardly to stiffer than the block: pressed, lifted, pushed, turned.
 
 Every scene is a function of the seed, of its number and of how soft springs may be. Laws take turns: none, Tresca's, Coulomb's.
 """
@@ -19,8 +19,8 @@ LOADS = {
 }
 
 
-SOFTEST = 1e10
-"""E / (k L) up to which every block is solved: beyond, rounding of E hides the springs."""
+SOFTEST = 1e7
+"""E / (k L) up to which no block has springs that are refused as too soft."""
 
 
 @dataclass(frozen=True)

@@ -38,7 +38,7 @@ const RIGID_MODES: &str = "/assemble/rigid_modes";
 pub(super) const RIGID_PINS: &str = "/assemble/rigid_pins";
 const RIGID_SPRING: &str = "/assemble/rigid_spring";
 const RIGID_SUPPORT: &str = "/assemble/rigid_support";
-const RIGID_YIELDING: &str = "/assemble/rigid_yielding";
+const RIGID_SPRING_RESPONSE: &str = "/assemble/rigid_spring_response";
 const DUAL_OPERATOR: &str = "/assemble/dual_operator";
 const CONTACT_COMPLIANCE: &str = "/assemble/contact_compliance";
 const VALUES: &str = "/assemble/factor/values";
@@ -71,7 +71,7 @@ pub(super) const OPERATORS: &[DatasetSpec] = &[
     GROUP.row(RIGID_PINS, Kind::I64, &[RIGID], Dimension::Number, "The pins, one free degree of freedom for each rigid mode: the factor is that of A with the spring added to these entries of its diagonal.").optional(SUPPORTED),
     GROUP.row(RIGID_SPRING, Kind::F64, &[], Dimension::STIFFNESS, "Spring at each pin; answers do not depend on it.").symbol("kappa").optional(SUPPORTED),
     GROUP.row(RIGID_SUPPORT, Kind::F64, &[RIGID, RIGID], Dimension::STIFFNESS, "Stiffness of weak springs in the rigid modes, which are unknowns of their own: (R + Y)^T (l - B^T lambda) = D alpha.").symbol("D").optional("absent where no weak spring resists the rigid modes"),
-    GROUP.row(RIGID_YIELDING, Kind::F64, &[RIGID, FREE], Dimension::Number, "How the body yields to the forces of weak springs K_s in the rigid modes, -A_kappa^-1 K_s R.").symbol("Y").optional("absent where no weak spring resists the rigid modes"),
+    GROUP.row(RIGID_SPRING_RESPONSE, Kind::F64, &[RIGID, FREE], Dimension::Number, "How the body yields to the forces of weak springs K_s in the rigid modes, -A_kappa^-1 K_s R.").symbol("Y").optional("absent where no weak spring resists the rigid modes"),
     GROUP.row(COUPLING_NORMAL, Kind::CsrMatrix, &[Named("n_panes"), FREE], Dimension::AREA, "Integral of the normal displacement over each pane.").symbol("N").optional(NO_CONTACT),
     GROUP.row(COUPLING_TANGENTIAL, Kind::CsrMatrix, &[Named("n_tangential"), FREE], Dimension::AREA, "Integrals of the tangential displacements over each pane; rows 2i and 2i + 1 belong to pane i.").symbol("T").optional(NO_FRICTION),
     GROUP.row(DUAL_OPERATOR, Kind::F64, &[Named("n_multipliers"), Named("n_multipliers")], Dimension::DUAL, "Dual operator B A^-1 B^T, symmetric.").symbol("S").optional(IMPLICIT),
@@ -148,7 +148,7 @@ fn write_floating(writer: &mut GroupWriter<'_>, body: &FloatingBody) -> Result<(
         None => Ok(()),
         Some(support) => {
             write_value(writer, RIGID_SUPPORT, &support.stiffness)?;
-            write_value(writer, RIGID_YIELDING, &support.yielding)
+            write_value(writer, RIGID_SPRING_RESPONSE, &support.spring_response)
         }
     }
 }
@@ -330,7 +330,7 @@ fn read_floating(
         None => None,
         Some(stiffness) => Some(WeakSupport {
             stiffness,
-            yielding: read_finite(reader, RIGID_YIELDING)?,
+            spring_response: read_finite(reader, RIGID_SPRING_RESPONSE)?,
         }),
     };
     Ok(Some(Arc::new(FloatingBody::from_parts(

@@ -51,7 +51,6 @@ const STATUS: &str = "/solve/status";
 const MULTIPLIER_NORMAL: &str = "/solve/multiplier_normal";
 const MULTIPLIER_TANGENTIAL: &str = "/solve/multiplier_tangential";
 const DISPLACEMENT: &str = "/solve/displacement";
-const STRAINING: &str = "/solve/straining_displacement";
 const LOCAL_STIFFNESS_NORMAL: &str = "/solve/local_stiffness_normal";
 const LOCAL_STIFFNESS_TANGENTIAL: &str = "/solve/local_stiffness_tangential";
 const APPLICATIONS: &str = "/solve/applications";
@@ -79,9 +78,7 @@ pub(super) const FIELDS: Fields<Solution> = fields! { Solution => GROUP;
     {Kind::F64} MULTIPLIER_NORMAL, PANES, Dimension::STRESS, "Normal contact multiplier, the pressure on each pane.".symbol("lambda_nu").when(NO_CONTACT);
     {Kind::F64} MULTIPLIER_TANGENTIAL, PANE_PAIRS, Dimension::STRESS, "Tangential contact multipliers along t1 and t2.".symbol("lambda_t").optional("absent without friction");
     {Kind::F64} DISPLACEMENT, &[Named("n_nodes"), extents::XYZ], Dimension::LENGTH, "Displacement of every node, that of its clamp where held.".symbol("u");
-    {Kind::F64} STRAINING, &[Named("n_nodes"), extents::XYZ], Dimension::LENGTH, "The displacement without the rigid motions that weak springs let go far: what strains the body, which rounding of a long way would hide.".optional("absent where no weak spring holds the body");
     (rigid_motion) "/solve/rigid_motion", &[RIGID], Dimension::LENGTH, "Rigid motions of a body that only contact or weak springs hold: the part R alpha of the displacement beside that of a body whose pins rest; zero without equilibrium.".symbol("alpha").optional("absent where supports hold the body").finite();
-    (closing) "/solve/closing", &[Named("n_multipliers")], Dimension::VOLUME, "Integrals of the displacement over each pane less those of the gap, in the order of the dual operator: what rounding of a long way on weak springs would hide.".symbol("B u - d").optional("absent where no weak spring holds the body").finite();
     (unstopped_motion) "/solve/unstopped_motion", &[Named("n_nodes"), extents::XYZ], Dimension::Number, "Rigid motion in which the load works and which no admissible contact force opposes, of largest component one.".symbol("q").optional("absent unless there is no equilibrium").finite();
     (neutral_motions) "/solve/neutral_motions", &[Named("n_neutral_motions"), Named("n_nodes"), extents::XYZ], Dimension::Number, "Rigid motions that neither contact nor supports feel, each of largest component one; the displacement has none of them.".optional("absent where every rigid motion is felt").finite();
     (slip) "/solve/slip", &[Named("n_contact_nodes"), extents::FRICTION_AXES], Dimension::LENGTH, "Slips that the friction follows at the contact nodes: |u_t1| and |u_t2|, or their means around each node with contact.slip_interpolation = clement.".symbol("phi").optional("absent unless friction follows the slip").finite();
@@ -119,9 +116,6 @@ pub fn write(
     let stiffness = [LOCAL_STIFFNESS_NORMAL, LOCAL_STIFFNESS_TANGENTIAL];
     write_of_panes(writer, stiffness, &solution.local_stiffness, n_panes)?;
     write_value(writer, DISPLACEMENT, &dofs.to_nodes(&solution.displacement))?;
-    if !solution.straining.is_empty() {
-        write_value(writer, STRAINING, &dofs.to_nodes(&solution.straining))?;
-    }
     if let Some(local) = &solution.local_mapping {
         write_value(writer, FOLD_DISTANCE, &local.fold_distance)?;
     }
@@ -154,11 +148,6 @@ pub fn read(reader: &Reader, dofs: &DofMap) -> Result<Solution, FormatError> {
     // Finite numbers, unless the solve ended for want of them.
     let is_finite = status != Status::NumericalError;
     let nodal: Vec<[f64; 3]> = read_as(reader, DISPLACEMENT, is_finite)?;
-    let mut straining = Vec::new();
-    if reader.has(STRAINING) {
-        let nodal: Vec<[f64; 3]> = read_as(reader, STRAINING, is_finite)?;
-        straining = dofs.to_free(&nodal);
-    }
     let mut local_stiffness = Vec::new();
     for path in [LOCAL_STIFFNESS_NORMAL, LOCAL_STIFFNESS_TANGENTIAL] {
         if reader.has(path) {
@@ -168,7 +157,6 @@ pub fn read(reader: &Reader, dofs: &DofMap) -> Result<Solution, FormatError> {
     let mut solution = Solution {
         multiplier,
         displacement: dofs.to_free(&nodal),
-        straining,
         coulomb: Some(CoulombState::default()),
         local_mapping: Some(LocalMapping {
             fold_distance: read_if_there(reader, FOLD_DISTANCE)?.unwrap_or(f64::NAN),

@@ -78,7 +78,7 @@ fn after_all_solvers(solution: &Solution, scene: &Scene) -> String {
     let features = ModelFeatures::of(scene);
     let has_coulomb = features.friction().any(|law| law.bound.follows_pressure());
     let look = load_and_friction(scene, "and");
-    if !solution.straining.is_empty() {
+    if !solution.rigid_motion.is_empty() && !scene.springs.is_empty() {
         return format!(
             "no equilibrium was found, and none is ruled out: look at {look}, and at how soft the springs are"
         );

@@ -80,17 +80,15 @@ const QUADRATIC_ONLY: [&str; 3] = [
     "/post/corner_stress",
 ];
 
-const FLOATING_ONLY: [&str; 11] = [
+const FLOATING_ONLY: [&str; 9] = [
     "/VTKHDF/PointData/unstopped_motion",
     "/assemble/rigid_modes",
     "/assemble/rigid_pins",
     "/assemble/rigid_spring",
     "/assemble/rigid_support",
-    "/assemble/rigid_yielding",
-    "/solve/closing",
+    "/assemble/rigid_spring_response",
     "/solve/neutral_motions",
     "/solve/rigid_motion",
-    "/solve/straining_displacement",
     "/solve/unstopped_motion",
 ];
 

@@ -82,7 +82,7 @@ fn driven_by(case: &Case, forces: &[[f64; 3]]) -> (AssembledProblem, Solution) {
     let unconstrained = assembly.unconstrained();
     let dofs = &assembly.primal.dofs;
     let contact = system.contact.as_mut().expect("contact");
-    let rhs = contact.closing(&unconstrained, dofs, state.surface, state.interface);
+    let rhs = contact.gap_residual(&unconstrained, dofs, state.surface, state.interface);
     contact.set_dual_rhs(rhs);
     let tangential = |u: &[f64]| -> Vec<[f64; 2]> {
         let nodes = state.surface.nodes.iter().enumerate();

@@ -236,12 +236,12 @@ impl Analysed {
             .zip(self.primal.floating.as_ref())
         {
             let mut work = Workspace::default();
-            let mut yielding = |force: &Vec<f64>| {
+            let mut spring_response = |force: &Vec<f64>| {
                 let solved = assembly.solve_refined(force, None, f64::EPSILON, &mut work);
                 solved.value.iter().map(|u| -u).collect()
             };
-            let yielding: Vec<Vec<f64>> = forces.iter().map(&mut yielding).collect();
-            let body = FloatingBody::clone(body).resisted(forces, yielding);
+            let spring_response: Vec<Vec<f64>> = forces.iter().map(&mut spring_response).collect();
+            let body = FloatingBody::clone(body).resisted(forces, spring_response);
             assembly.primal.floating = Some(Arc::new(body));
         }
         assembly

@@ -21,15 +21,6 @@ pub struct ContactSystem {
     pub balance: Option<Balance>,
 }
 
-/// Displacements over the free degrees of freedom in m.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub(crate) struct Moved {
-    /// u.
-    pub(crate) displacement: Vec<f64>,
-    /// u − R α, what strains the body, where weak springs let it go far; empty elsewhere, where u does.
-    pub(crate) straining: Vec<f64>,
-}
-
 /// How S is held; either form holds h = B A⁻¹ l with the gap's integral subtracted from the normal
 /// part and that of where a step of a load history begins from the tangential one, `[n_multipliers]`, in m³.
 #[derive(Debug, Clone, PartialEq)]
@@ -58,7 +49,7 @@ impl ContactSystem {
         contact
     }
 
-    /// The same with the balance of a body that floats, or whose supports are weak, and motions counted from that which closes the gap;
+    /// The same with the balance of a body that floats, or whose supports are weak, and motions about the one that closes the gap;
     /// `None` where its supports hold it.
     #[must_use]
     pub fn balanced(
@@ -72,31 +63,17 @@ impl ContactSystem {
         distances.resize(self.layout().n_multipliers(), 0.0);
         // Coefficients that follow the slip read it from displacements, which have to be whole.
         if distances.iter().any(|d| *d != 0.0) && !interface.follows_slip() {
-            balance = balance.with_closed_gap(&distances, &surface.pane_area);
+            balance = balance.about_closed_gap(&distances, &surface.pane_area);
         }
         Some(self.with_balance(balance, assembly))
     }
 
-    /// The same with motions counted from those of an answer in m, which leave [`Self::distances_left`] in m³; `None` where supports
-    /// hold the body.
-    pub(crate) fn counted_from(
-        &self,
-        motion: &[f64],
-        assembly: &Assembly,
-        distances: &[f64],
-    ) -> Option<Self> {
-        let balance = self.balance.as_ref()?;
-        Some(self.with_balance(balance.counted_from(motion, distances), assembly))
-    }
-
     fn with_balance(&self, balance: Balance, assembly: &Assembly) -> Self {
         let mut balanced = self.clone();
-        if let Some(closed) = &balance.closed {
-            let mut closing = self.coupling.integrate(&assembly.unconstrained());
-            for (closing, left) in closing.iter_mut().zip(&closed.left) {
-                *closing -= left;
-            }
-            balanced.set_dual_rhs(closing);
+        if let Some(reference) = &balance.reference {
+            let mut rhs = self.coupling.integrate(&assembly.unconstrained());
+            add_scaled(&mut rhs, -1.0, &reference.distances);
+            balanced.set_dual_rhs(rhs);
         }
         if let Some(explicit) = balanced.explicit_mut() {
             explicit.balance = Some(balance.clone());
@@ -183,28 +160,28 @@ impl ContactSystem {
         surface: &ContactSurface,
         interface: &Interface,
     ) {
-        self.set_dual_rhs(self.closing(unconstrained, dofs, surface, interface));
+        self.set_dual_rhs(self.gap_residual(unconstrained, dofs, surface, interface));
     }
 
     /// B u with the gap's integral subtracted from the normal part, and in a later step of a load history that of u_tⁿ⁻¹ from
     /// the tangential part: −r of the displacement in m over the free degrees of freedom, `[n_multipliers]`, in m³; held contact
     /// nodes count where they are held.
     #[must_use]
-    pub fn closing(
+    pub fn gap_residual(
         &self,
         displacement: &[f64],
         dofs: &DofMap,
         surface: &ContactSurface,
         interface: &Interface,
     ) -> Vec<f64> {
-        let mut closing = self.coupling.integrate(displacement);
+        let mut residual = self.coupling.integrate(displacement);
         let distances = self.distances(dofs, surface, interface);
-        add_scaled(&mut closing, -1.0, &distances);
-        closing
+        add_scaled(&mut residual, -1.0, &distances);
+        residual
     }
 
     /// The same of unknowns x = (λ, α) with the displacement A⁻¹(l − Bᵀλ) and its remainder, in twice the working precision.
-    pub(crate) fn closing_refined(
+    pub(crate) fn gap_residual_refined(
         &self,
         displacement: &Doubled,
         unknowns: &[f64],
@@ -212,30 +189,19 @@ impl ContactSystem {
         surface: &ContactSurface,
         interface: &Interface,
     ) -> Vec<f64> {
-        let mut distances = self.distances_left(dofs, surface, interface);
-        let n = distances.len();
+        let reference = self.balance.as_ref().and_then(|it| it.reference.as_ref());
+        let mut distances = match reference {
+            Some(reference) => reference.distances.clone(),
+            None => self.distances(dofs, surface, interface),
+        };
+        let n = self.coupling.n_multipliers();
+        distances.resize(n, 0.0);
         if let Some(balance) = &self.balance {
             let moved = balance.coupling.integrals_of(self.parts(unknowns).1, n);
             add_scaled(&mut distances, -1.0, &moved);
         }
         let transposed = &self.coupling.transposed;
         transposed.transposed_excess(displacement, &distances)
-    }
-
-    /// What the body has to close beside the motion that its motions are counted from, in m³, `[n_multipliers]`.
-    pub(crate) fn distances_left(
-        &self,
-        dofs: &DofMap,
-        surface: &ContactSurface,
-        interface: &Interface,
-    ) -> Vec<f64> {
-        let closed = self.balance.as_ref().and_then(|it| it.closed.as_ref());
-        let mut distances = match closed {
-            Some(closed) => closed.left.clone(),
-            None => self.distances(dofs, surface, interface),
-        };
-        distances.resize(self.coupling.n_multipliers(), 0.0);
-        distances
     }
 
     /// What the free degrees of freedom have to close: ∫ gap over each pane and, tangentially, ∫ u_tⁿ⁻¹ of a load history, less B u
@@ -265,10 +231,15 @@ impl ContactSystem {
     ) -> Vec<f64> {
         let (multiplier, motion) = self.parts(unknowns);
         let mut displacement = assembly.solve(&self.forces(assembly, multiplier), work);
-        if let Some(balance) = &self.balance {
-            balance.coupling.add_motion(motion, &mut displacement);
-        }
+        self.add_motion(motion, &mut displacement);
         displacement
+    }
+
+    /// Adds (R + Y) α of a body that floats.
+    pub(crate) fn add_motion(&self, motion: &[f64], displacement: &mut [f64]) {
+        if let Some(balance) = &self.balance {
+            balance.coupling.add_motion(motion, displacement);
+        }
     }
 
     /// A⁻¹(l − Bᵀλ) by iterative refinement, from that of a multiplier nearby, to the share `target` of it.
@@ -282,24 +253,6 @@ impl ContactSystem {
     ) -> Doubled {
         let forces = self.forces(assembly, self.parts(unknowns).0);
         assembly.solve_refined(&forces, start, target, &mut Workspace::default())
-    }
-
-    /// The displacement of unknowns, and where weak springs hold the body its part that strains it, from A⁻¹(l − Bᵀλ) over the free
-    /// degrees of freedom in m.
-    pub(crate) fn moved(&self, unknowns: &[f64], mut displacement: Vec<f64>) -> Moved {
-        let mut straining = Vec::new();
-        if let Some(balance) = &self.balance {
-            let (_, motion) = self.parts(unknowns);
-            balance.coupling.add_yielding(motion, &mut displacement);
-            if balance.is_resisted() {
-                straining.clone_from(&displacement);
-            }
-            balance.coupling.add_rigid(motion, &mut displacement);
-        }
-        Moved {
-            displacement,
-            straining,
-        }
     }
 
     /// l − Bᵀλ in N.

@@ -92,7 +92,7 @@ impl ExplicitDual {
     }
 
     /// The same problem written about λ₀ with its exact displacement u₀ in m: r = S (λ − λ₀) − c for
-    /// the closing c = B u₀ − gap in m³, u_t = C u₀ − G (λ − λ₀).
+    /// c = B u₀ − gap in m³, u_t = C u₀ − G (λ − λ₀).
     ///
     /// Near λ₀ the rounding of S, G and h then counts only in proportion to λ − λ₀ (iterative
     /// refinement); what cancels in S λ − h, the rigid motion of a body that nearly floats, cancelled
@@ -101,7 +101,7 @@ impl ExplicitDual {
         &self,
         multiplier: &[f64],
         displacement: &[f64],
-        closing: Vec<f64>,
+        gap_residual: Vec<f64>,
         surface: &ContactSurface,
         frame: &ContactFrame,
         dofs: &DofMap,
@@ -109,7 +109,7 @@ impl ExplicitDual {
         let (stresses, motion) = (self.multipliers(multiplier), self.motion(multiplier));
         let mut anchored = Self {
             operator: self.operator.clone(),
-            rhs: closing,
+            rhs: gap_residual,
             anchor: Some(multiplier.to_vec()),
             layout: self.layout,
             compliance: self.compliance.clone(),

@@ -31,7 +31,6 @@ mod system;
 pub(crate) use aggregates::Aggregates;
 pub use assembly::{Assembly, AssemblyError, AssemblySeconds, PrimalSystem};
 pub use balanced_operator::BalancedOperator;
-pub(crate) use contact::Moved;
 pub use contact::{ContactCompliance, ContactSystem, OperatorForm};
 pub use explicit::ExplicitDual;
 pub(crate) use local_stiffness::drag;

@@ -37,7 +37,7 @@ pub struct RigidCoupling {
     /// R of the felt motions, `[n_felt][n_free]`.
     rigid: Vec<Vec<f64>>,
     /// Y of the felt motions, likewise; empty where no supports resist.
-    yielding: Vec<Vec<f64>>,
+    spring_response: Vec<Vec<f64>>,
     /// The stiffness D of the supports in each felt motion in N/m, `[n_felt]`; zeros where none resist.
     pub(crate) support: Vec<f64>,
     /// G = B (R + Y) of the felt motions, `[n_felt][n_multipliers]`, in m².
@@ -55,20 +55,20 @@ pub struct Balance {
     pub(crate) coupling: Arc<RigidCoupling>,
     /// e = Rᵀl of the felt motions, or e − Gᵀλ₀ − D α₀ about an anchor, `[n_felt]`, in N.
     pub(crate) resultant: Vec<f64>,
-    /// The motion that closes the gap, where the motions α are counted from it.
-    pub(crate) closed: Option<ClosedGap>,
+    /// The motion about which α is written, where there is a gap.
+    pub(crate) reference: Option<ReferenceMotion>,
     /// A free motion that lifts every pane and in which the load does not work: then λ_ν = 0, `[n_felt]`.
     pub(super) lift: Option<Vec<f64>>,
 }
 
-/// The rigid motion α₀ that closes the gap d best, and what it leaves, d − G α₀: with the motions counted from α₀ a gap of a thousand
-/// times what the body is strained takes no digits from h.
+/// The rigid motion α₀ that closes the gap d best, and what remains of it, d − G α₀: written about α₀, a problem whose gap is a
+/// thousand times larger than the strained displacement loses no digits of h.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct ClosedGap {
+pub(crate) struct ReferenceMotion {
     /// α₀ in m, `[n_felt]`.
     pub(crate) motion: Vec<f64>,
     /// d − G α₀ in m³, `[n_multipliers]`; zero where it is no more than rounding of d.
-    pub(crate) left: Vec<f64>,
+    pub(crate) distances: Vec<f64>,
 }
 
 impl RigidCoupling {
@@ -84,8 +84,8 @@ impl RigidCoupling {
         let dofs = &assembly.primal.dofs;
         let motions = || spaces.felt.iter().map(|motion| &motion.modes);
         let rigid: Vec<Vec<f64>> = motions().map(|w| body.rigid_part(w)).collect();
-        let yielding: Vec<Vec<f64>> = match body.support {
-            Some(_) => motions().map(|w| body.yielding_part(w)).collect(),
+        let spring_response: Vec<Vec<f64>> = match body.support {
+            Some(_) => motions().map(|w| body.spring_response_part(w)).collect(),
             None => Vec::new(),
         };
         let integrate = |u: &Vec<f64>| coupling.integrate(u);
@@ -99,7 +99,7 @@ impl RigidCoupling {
         };
         let mut slip: Vec<Vec<[f64; 2]>> = rigid.iter().map(slip_of).collect();
         let mut integrals = grip.clone();
-        for (p, by_springs) in yielding.iter().enumerate() {
+        for (p, by_springs) in spring_response.iter().enumerate() {
             add_scaled(&mut integrals[p], 1.0, &integrate(by_springs));
             let by_springs = slip_of(by_springs);
             add_scaled(slip[p].as_flattened_mut(), 1.0, by_springs.as_flattened());
@@ -112,7 +112,7 @@ impl RigidCoupling {
             unfelt: Vec::new(),
             support: spaces.felt.iter().map(|motion| motion.support).collect(),
             rigid,
-            yielding,
+            spring_response,
             integrals,
             grip,
             slip,
@@ -120,8 +120,8 @@ impl RigidCoupling {
         // What rounding left of them on the face, relative to motions of the whole body, would be slips of sticking panes.
         let neutral = spaces.unfelt.into_iter().map(|mut modes| {
             let left = coupling.integrate(&body.rigid_part(&modes));
-            let closed = rigid.closing(&left, &surface.pane_area);
-            add_scaled(&mut modes, -1.0, &rigid.in_modes(&closed.motion));
+            let closing = rigid.closing_motion(&left, &surface.pane_area);
+            add_scaled(&mut modes, -1.0, &rigid.in_modes(&closing));
             modes
         });
         rigid.unfelt = neutral.collect();
@@ -148,7 +148,7 @@ impl RigidCoupling {
     /// (R + Y)ᵀf of the felt motions in N for nodal forces f in N.
     pub(crate) fn work_of(&self, forces: &[f64]) -> Vec<f64> {
         let mut work: Vec<f64> = self.rigid.iter().map(|u| dot(u, forces)).collect();
-        for (work, u) in work.iter_mut().zip(&self.yielding) {
+        for (work, u) in work.iter_mut().zip(&self.spring_response) {
             *work += dot(u, forces);
         }
         work
@@ -177,15 +177,10 @@ impl RigidCoupling {
         add_combination(displacement, motion, &self.rigid);
     }
 
-    /// Adds Y α, which strains the body.
-    pub(crate) fn add_yielding(&self, motion: &[f64], displacement: &mut [f64]) {
-        add_combination(displacement, motion, &self.yielding);
-    }
-
-    /// Adds (R + Y) α.
+    /// Adds (R + Y) α: first Y α, which is of the size of strained displacements.
     pub(crate) fn add_motion(&self, motion: &[f64], displacement: &mut [f64]) {
+        add_combination(displacement, motion, &self.spring_response);
         self.add_rigid(motion, displacement);
-        self.add_yielding(motion, displacement);
     }
 
     /// Takes the neutral motions out of a displacement, by least squares over its degrees of freedom, and out of its α in terms of the
@@ -205,12 +200,9 @@ impl RigidCoupling {
     }
 
     /// The motion that closes distances d in m³, `[n_multipliers]`, by least squares over the contact face.
-    fn closing(&self, distances: &[f64], areas: &[f64]) -> ClosedGap {
+    fn closing_motion(&self, distances: &[f64], areas: &[f64]) -> Vec<f64> {
         if self.n_felt() == 0 {
-            return ClosedGap {
-                motion: Vec::new(),
-                left: distances.to_vec(),
-            };
+            return Vec::new();
         }
         let weight = |j: usize| areas[self.layout.pane_of(j)].sqrt().recip();
         let n = distances.len();
@@ -219,15 +211,11 @@ impl RigidCoupling {
         let svd = weighted.svd(true, true);
         let least = UNFELT * svd.singular_values.max();
         let motion = svd.solve(&wanted, least);
-        let motion = motion.map_or_else(|_| vec![0.0; self.n_felt()], |a| a.data.into());
-        ClosedGap {
-            left: self.left_by(&motion, distances),
-            motion,
-        }
+        motion.map_or_else(|_| vec![0.0; self.n_felt()], |a| a.data.into())
     }
 
     /// d − G α of distances d in m³; zero where it is no more than rounding of its terms.
-    fn left_by(&self, motion: &[f64], distances: &[f64]) -> Vec<f64> {
+    fn distances_after(&self, motion: &[f64], distances: &[f64]) -> Vec<f64> {
         let left = distances.iter().enumerate().map(|(j, distance)| {
             let parts = self.integrals.iter().zip(motion).map(|(g, by)| g[j] * by);
             let size = distance.abs() + parts.clone().map(f64::abs).sum::<f64>();
@@ -280,64 +268,37 @@ impl Balance {
             lift: lift(&rigid, &resultant, &surface.pane_area),
             coupling: Arc::new(rigid),
             resultant,
-            closed: None,
+            reference: None,
         })
     }
 
-    /// The same with motions counted from that which closes distances d in m³, `[n_multipliers]`.
-    pub(super) fn with_closed_gap(&self, distances: &[f64], areas: &[f64]) -> Self {
-        let closed = self.coupling.closing(distances, areas);
-        let nothing = vec![0.0; distances.len()];
+    /// The same written about the motion that closes distances d in m³, `[n_multipliers]`.
+    pub(super) fn about_closed_gap(&self, distances: &[f64], areas: &[f64]) -> Self {
+        let motion = self.coupling.closing_motion(distances, areas);
+        let about = self.anchored(&vec![0.0; distances.len()], &motion);
         Self {
-            closed: Some(closed.clone()),
-            ..self.anchored(&nothing, &closed.motion)
-        }
-    }
-
-    /// The same with motions counted from one in m, of those counted now, with the distances d in m³ that it leaves, `[n_multipliers]`:
-    /// what a long way leaves of the face's own displacement then keeps its digits.
-    pub(super) fn counted_from(&self, motion: &[f64], distances: &[f64]) -> Self {
-        let before = self.closed.as_ref().map(|closed| &closed.motion);
-        let sum = |(p, by): (usize, &f64)| before.map_or(0.0, |before| before[p]) + by;
-        Self {
-            closed: Some(ClosedGap {
-                motion: motion.iter().enumerate().map(sum).collect(),
-                left: self.coupling.left_by(motion, distances),
+            reference: Some(ReferenceMotion {
+                distances: self.coupling.distances_after(&motion, distances),
+                motion,
             }),
-            ..self.anchored(&vec![0.0; distances.len()], motion)
+            ..about
         }
     }
 
     /// Whether supports resist a motion, so that a motion α strains the body by Y α.
     pub(crate) fn is_resisted(&self) -> bool {
-        !self.coupling.yielding.is_empty()
+        !self.coupling.spring_response.is_empty()
     }
 
-    /// α of motions counted from zero in m, `[n_felt]`, of those that are counted from the closed gap.
-    pub(crate) fn whole_way(&self, motion: &[f64]) -> Vec<f64> {
-        let mut whole = motion.to_vec();
-        if let Some(closed) = &self.closed {
-            add_scaled(&mut whole, 1.0, &closed.motion);
-        }
-        whole
-    }
-
-    /// α of the motions counted from zero, in terms of the modes of the body, and what α₀ of the closed gap does added to the
-    /// displacement and to its part that strains the body, if that is told apart.
-    pub(crate) fn counted_from_zero(
-        &self,
-        motion: &[f64],
-        displacement: &mut [f64],
-        straining: &mut [f64],
-    ) -> Vec<f64> {
-        let Some(closed) = &self.closed else {
+    /// α in terms of the modes of the body, with the reference motion added to it and to the displacement in m.
+    pub(crate) fn add_reference(&self, motion: &[f64], displacement: &mut [f64]) -> Vec<f64> {
+        let Some(reference) = &self.reference else {
             return self.coupling.in_modes(motion);
         };
-        self.coupling.add_motion(&closed.motion, displacement);
-        if !straining.is_empty() {
-            self.coupling.add_yielding(&closed.motion, straining);
-        }
-        self.coupling.in_modes(&self.whole_way(motion))
+        self.coupling.add_motion(&reference.motion, displacement);
+        let mut whole = motion.to_vec();
+        add_scaled(&mut whole, 1.0, &reference.motion);
+        self.coupling.in_modes(&whole)
     }
 
     /// The unknowns α of motions in terms of the modes of the body.
@@ -345,8 +306,8 @@ impl Balance {
     pub fn unknown_motion(&self, modes: &[f64]) -> Vec<f64> {
         let rows = self.coupling.coordinates.iter();
         let mut motion: Vec<f64> = rows.map(|row| dot(row, modes)).collect();
-        if let Some(closed) = &self.closed {
-            add_scaled(&mut motion, -1.0, &closed.motion);
+        if let Some(reference) = &self.reference {
+            add_scaled(&mut motion, -1.0, &reference.motion);
         }
         motion
     }

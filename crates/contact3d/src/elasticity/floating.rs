@@ -47,7 +47,7 @@ pub struct WeakSupport {
     /// D in N/m, `[n_modes][n_modes]`, symmetric.
     pub stiffness: Vec<Vec<f64>>,
     /// Y = −A_κ⁻¹K_s R, `[n_modes][n_free]`, dimensionless: how the body yields to the springs.
-    pub yielding: Vec<Vec<f64>>,
+    pub spring_response: Vec<Vec<f64>>,
 }
 
 /// A rigid motion in space, u(x) = t + ω × (x − c).
@@ -115,16 +115,17 @@ impl FloatingBody {
     }
 
     /// The same with weak springs, from their forces C = K_s R in N/m, `[n_modes][n_free]`, and Y.
-    pub(crate) fn resisted(self, forces: &[Vec<f64>], yielding: Vec<Vec<f64>>) -> Self {
-        let work =
-            |p: usize, q: usize| dot(&self.modes[p], &forces[q]) + dot(&yielding[p], &forces[q]);
+    pub(crate) fn resisted(self, forces: &[Vec<f64>], spring_response: Vec<Vec<f64>>) -> Self {
+        let work = |p: usize, q: usize| {
+            dot(&self.modes[p], &forces[q]) + dot(&spring_response[p], &forces[q])
+        };
         let all = || 0..self.n_modes();
         let row = |p| all().map(|q| 0.5 * (work(p, q) + work(q, p))).collect();
         let stiffness = all().map(row).collect();
         Self {
             support: Some(WeakSupport {
                 stiffness,
-                yielding,
+                spring_response,
             }),
             ..self
         }
@@ -157,12 +158,12 @@ impl FloatingBody {
     }
 
     /// Y a; empty where supports resist no mode.
-    pub(crate) fn yielding_part(&self, weights: &[f64]) -> Vec<f64> {
+    pub(crate) fn spring_response_part(&self, weights: &[f64]) -> Vec<f64> {
         let Some(support) = &self.support else {
             return Vec::new();
         };
         let mut sum = vec![0.0; self.grounded.cols];
-        add_combination(&mut sum, weights, &support.yielding);
+        add_combination(&mut sum, weights, &support.spring_response);
         sum
     }
 }

@@ -108,9 +108,13 @@ fn hardly_moved(
         .collect()
 }
 
-/// Stiffness of the springs in a rigid motion, as a share of the body's own, below which the motion is an unknown of its own: S would
-/// hold it and the face's compliance in one number, and lose as many digits.
-const WEAK: f64 = 1e-4;
+/// Relative stiffness of the springs in a rigid motion below which the motion is an unknown of its own: S would hold it and the
+/// compliance of the face in one number, and lose as many digits.
+const WEAK_SPRINGS: f64 = 1e-4;
+
+/// Relative stiffness of the springs in a rigid motion below which they are refused: strains are then a billionth of the displacement,
+/// which leaves them seven of its sixteen digits.
+const SOFTEST_SPRINGS: f64 = 1e-9;
 
 /// The rigid motions that are unknowns beside the multipliers.
 #[derive(Debug, Clone, PartialEq)]
@@ -121,56 +125,75 @@ pub(crate) struct LooseMotions {
     pub(crate) resisted: bool,
 }
 
-/// The rigid motions that clamps leave and springs hold weakly, or not at all.
-///
-/// A motion is weak where its energy ½ ∫ u·K u is below [`WEAK`] times c V / r², what uniform strains of the softest kind
-/// (least eigenvalue c of C) take for the same mean square displacement, for the volume V and the radius of gyration r: a ratio
-/// without units, the same on every mesh.
+/// The rigid motions that clamps leave and springs hold weakly, by less than [`WEAK_SPRINGS`] of the body's own stiffness, or not at all.
 ///
 /// # Errors
-/// As [`super::refuse_rigid_motions`].
+/// Free motions where no contact could stop them, springs softer than [`SOFTEST_SPRINGS`], a spring's stiffness that no spring can have.
 pub(crate) fn loose_motions(scene: &Scene, mesh: &Mesh) -> Result<LooseMotions, InvalidValue> {
-    let free = LooseMotions {
-        motions: motions_left_to_contact(scene, mesh)?,
-        resisted: false,
-    };
+    let free = motions_left_to_contact(scene, mesh)?;
+    let mut loose = sprung_motions(scene, mesh)?;
+    loose.retain(|sprung| sprung.stiffness < WEAK_SPRINGS);
+    if loose.len() <= free.len() {
+        return Ok(LooseMotions {
+            motions: free,
+            resisted: false,
+        });
+    }
+    let (centre, _) = middle_and_spread(&mesh.coordinates);
+    let extent = farthest(&mesh.coordinates, &centre);
+    let basis = |motions: &[Motion]| telling_motions(motions, &centre, extent);
+    // Motions without springs come first: their stiffness is rounding.
+    loose.sort_by(|a, b| a.stiffness.total_cmp(&b.stiffness));
+    let softest = &loose[free.len()];
+    if softest.stiffness < SOFTEST_SPRINGS {
+        let motion = basis(&[softest.motion])[0];
+        return Err(InvalidValue {
+            key: "spring".into(),
+            expected: format!(
+                "springs with at least {SOFTEST_SPRINGS:e} of the body's own stiffness in every motion that they hold"
+            ),
+            found: format!(
+                "{:.1e} of it in a {}",
+                softest.stiffness,
+                motion.describe(mesh.extent())
+            ),
+            help: "make the springs stiffer, or remove them: contact holds a body by itself".into(),
+        });
+    }
+    let motions: Vec<Motion> = loose.iter().map(|sprung| sprung.motion).collect();
+    Ok(LooseMotions {
+        motions: basis(&motions),
+        resisted: true,
+    })
+}
+
+/// A rigid motion that clamps leave, with what springs do to it.
+struct SprungMotion {
+    motion: Motion,
+    /// The stiffness of the springs relative to the body's own, without unit.
+    stiffness: f64,
+}
+
+/// The motions that clamps leave a body in contact, in which the stiffness of the springs is diagonal; none without springs.
+///
+/// Their energy ½ ∫ u·K u is set beside c V / r², what uniform strains of the softest kind (least eigenvalue c of C) take for the same
+/// mean square displacement, for the volume V and the radius of gyration r: the same number in all units and on every mesh.
+fn sprung_motions(scene: &Scene, mesh: &Mesh) -> Result<Vec<SprungMotion>, InvalidValue> {
     let springs = if scene.contacts.is_empty() {
         None
     } else {
         SpringMatrix::of(scene, mesh)?
     };
     let Some(springs) = springs else {
-        return Ok(free);
+        return Ok(Vec::new());
     };
     let coordinates = &mesh.coordinates;
-    let unclamped = free_rigid_motions(coordinates, &clamped(coordinates, &mesh.held_nodes(scene)));
-    if unclamped.is_empty() {
-        return Ok(free);
-    }
-    let least = WEAK * own_stiffness(scene, mesh);
-    let loose = softer_than(least, &unclamped, &springs, mesh);
-    if loose.len() <= free.motions.len() {
-        return Ok(free);
-    }
-    let (centre, _) = middle_and_spread(coordinates);
-    Ok(LooseMotions {
-        motions: telling_motions(&loose, &centre, farthest(coordinates, &centre)),
-        resisted: true,
-    })
-}
-
-/// Combinations of motions in which springs take less than a stiffness in N/m for a mean square displacement of one.
-fn softer_than(
-    stiffness: f64,
-    motions: &[RigidMotion],
-    springs: &SpringMatrix,
-    mesh: &Mesh,
-) -> Vec<Motion> {
+    let motions = free_rigid_motions(coordinates, &clamped(coordinates, &mesh.held_nodes(scene)));
     let n = motions.len();
     let mut units = Vec::with_capacity(n);
     let mut shapes: Vec<Vec<[f64; 3]>> = Vec::with_capacity(n);
-    for motion in motions {
-        let mut shape: Vec<[f64; 3]> = mesh.coordinates.iter().map(|x| motion.at(x)).collect();
+    for motion in &motions {
+        let mut shape: Vec<[f64; 3]> = coordinates.iter().map(|x| motion.at(x)).collect();
         let unit = (shape.len() as f64 / product(&shape, &shape)).sqrt();
         shape.as_flattened_mut().iter_mut().for_each(|u| *u *= unit);
         units.push(unit);
@@ -179,25 +202,29 @@ fn softer_than(
     let forces: Vec<Vec<[f64; 3]>> = shapes.iter().map(|shape| springs.forces(shape)).collect();
     let held = DMatrix::from_fn(n, n, |p, q| product(&forces[p], &shapes[q]));
     let moved = DMatrix::from_fn(n, n, |p, q| {
-        product(&shapes[p], &shapes[q]) / mesh.coordinates.len() as f64
+        product(&shapes[p], &shapes[q]) / coordinates.len() as f64
     });
     let Some(root) = moved
         .cholesky()
         .and_then(|factor| factor.l().transpose().try_inverse())
     else {
-        return Vec::new();
+        return Ok(Vec::new());
     };
+    let own = own_stiffness(scene, mesh);
     let energies = (root.transpose() * held * &root).symmetric_eigen();
-    let soft = (0..n).filter(|&i| energies.eigenvalues[i] < stiffness);
-    soft.map(|i| {
+    let sprung = (0..n).map(|i| {
         let weights = &root * energies.eigenvectors.column(i);
         let terms = motions.iter().zip(&units).zip(&weights);
-        terms.fold([Vector3::zeros(); 2], |sum, ((motion, unit), weight)| {
+        let motion = terms.fold([Vector3::zeros(); 2], |sum, ((motion, unit), weight)| {
             let part = [motion.at_centre, motion.rotation];
             [0, 1].map(|k| sum[k] + part[k] * (unit * weight))
-        })
-    })
-    .collect()
+        });
+        SprungMotion {
+            motion,
+            stiffness: energies.eigenvalues[i] / own,
+        }
+    });
+    Ok(sprung.collect())
 }
 
 fn product(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {

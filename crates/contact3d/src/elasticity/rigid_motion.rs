@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3, Vector6};
 
 use super::{
-    free_motions::{Hold, Motion, free_motions},
+    free_motions::{Hold, Motion, free_motions, loose_motions},
     springs::held_directions,
 };
 use crate::{
@@ -85,19 +85,19 @@ pub(super) fn clamped(coordinates: &[[f64; 3]], held: &[[bool; 3]]) -> Vec<Hold>
         .collect()
 }
 
-/// Refuses clamps and springs that leave a rigid motion free where no contact could stop it.
+/// Refuses clamps and springs that leave a rigid motion free where no contact could stop it, or hold one by next to nothing.
 ///
 /// # Errors
-/// The free motions in words, a spring's stiffness that no spring can have.
+/// The free motions in words, the stiffness of springs that are too soft, a spring's stiffness that no spring can have.
 pub fn refuse_rigid_motions(scene: &Scene, mesh: &Mesh) -> Result<(), InvalidValue> {
-    motions_left_to_contact(scene, mesh).map(drop)
+    loose_motions(scene, mesh).map(drop)
 }
 
 /// The rigid motions that clamps and springs leave to the contact of the scene.
 ///
 /// # Errors
-/// As [`refuse_rigid_motions`].
-pub(crate) fn motions_left_to_contact(
+/// Free motions where there is no contact, a spring's stiffness that no spring can have.
+pub(super) fn motions_left_to_contact(
     scene: &Scene,
     mesh: &Mesh,
 ) -> Result<Vec<RigidMotion>, InvalidValue> {

@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicUsize;
 
 use super::{PaneFriction, PaneState, Solved, SolvedContact, largest, rounding::Measure};
 use crate::{
-    linalg::{add_scaled, norm},
+    linalg::norm,
     solver::{FeasibleSet, is_felt, load_stress},
 };
 
@@ -84,11 +84,10 @@ impl<'a> Yardstick<'a> {
         let multiplier = &solved.solution.multiplier;
         let layout = contact.coupling.layout;
         let moved = largest(solved.solution.displacement.iter().copied());
-        let strained = largest(solved.solution.straining().iter().copied());
         let areas = &contact.state.surface.pane_area;
         let rounding = |range: std::ops::Range<usize>| {
             let entries = range.map(|j| stiffness[j] * areas[layout.pane_of(j)]);
-            f64::EPSILON.sqrt() * strained * entries.fold(0.0, f64::max)
+            f64::EPSILON.sqrt() * moved * entries.fold(0.0, f64::max)
         };
         let shears = panes.iter().filter_map(|pane| pane.friction.as_ref());
         let shears = shears.flat_map(|pane| {
@@ -133,18 +132,13 @@ impl<'a> Yardstick<'a> {
 }
 
 impl Certificate {
-    pub(super) fn new(
-        solved: &Solved<'_>,
-        panes: &[PaneState],
-        stiffness: &[f64],
-        carried_by_springs: &[f64],
-    ) -> Self {
+    pub(super) fn new(solved: &Solved<'_>, panes: &[PaneState], stiffness: &[f64]) -> Self {
         let measured = solved.contact.as_ref().map(|contact| {
             let yardstick = Yardstick::new(solved, contact, panes, stiffness);
             (contact, yardstick)
         });
         Self {
-            equilibrium: equilibrium(solved, carried_by_springs),
+            equilibrium: equilibrium(solved),
             contact: measured
                 .as_ref()
                 .map(|(contact, by)| ContactCertificate::new(solved, contact, panes, by)),
@@ -262,17 +256,14 @@ impl FrictionCertificate {
     }
 }
 
-fn equilibrium(solved: &Solved<'_>, carried_by_springs: &[f64]) -> f64 {
+fn equilibrium(solved: &Solved<'_>) -> f64 {
     let mut residual = match &solved.contact {
         Some(contact) => contact.coupling.nodal_forces(&solved.solution.multiplier),
         None => vec![0.0; solved.system.load.len()],
     };
     let mut stiffness_u = vec![0.0; residual.len()];
-    let straining = solved.solution.straining();
-    solved.system.stiffness.mul(straining, &mut stiffness_u);
-    if !carried_by_springs.is_empty() {
-        add_scaled(&mut stiffness_u, 1.0, carried_by_springs);
-    }
+    let displacement = &solved.solution.displacement;
+    solved.system.stiffness.mul(displacement, &mut stiffness_u);
     for (i, r) in residual.iter_mut().enumerate() {
         *r += stiffness_u[i] - solved.system.load[i];
     }

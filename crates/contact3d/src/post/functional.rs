@@ -492,7 +492,7 @@ mod tests {
             let internal = InternalForces::of(
                 problem.mesh(),
                 &material,
-                &dofs.to_nodes(solution.straining()),
+                &dofs.to_nodes(&solution.displacement),
             );
             let contact = problem.system().contact.as_ref().expect("contact");
             let solved = Solved {

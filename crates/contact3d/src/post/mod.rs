@@ -26,8 +26,7 @@ use nodal_forces::NodalForces;
 use crate::{
     contact::{CoulombLaw, Coupling, FrictionField},
     dual::{DualSystem, PrimalSystem, pane_stiffness},
-    elasticity::{InternalForces, MaterialField, SpringMatrix},
-    linalg::difference,
+    elasticity::{InternalForces, MaterialField},
     mesh::{FLAT, Mesh},
     scene::{Functional, InvalidValue, Scene},
     solver::{ContactState, Solution},
@@ -55,21 +54,6 @@ impl Solved<'_> {
             Some(_) => 0.0,
             None => FLAT * self.mesh.extent(),
         }
-    }
-
-    /// What springs take in the part of the displacement that does not strain the body, in N, `[n_free]`; empty where there is none.
-    fn carried_by_springs(&self) -> Result<Vec<f64>, InvalidValue> {
-        let (solution, dofs) = (self.solution, &self.system.dofs);
-        if solution.straining.is_empty() {
-            return Ok(Vec::new());
-        }
-        let Some(springs) = SpringMatrix::of(self.scene, self.mesh)? else {
-            return Ok(Vec::new());
-        };
-        let moved = difference(&solution.displacement, &solution.straining);
-        let nodes = 0..dofs.dof.len();
-        let nodal: Vec<[f64; 3]> = nodes.map(|n| dofs.change_at_node(n, &moved)).collect();
-        Ok(dofs.to_free(&springs.forces(&nodal)))
     }
 }
 
@@ -146,8 +130,6 @@ pub struct ContactReport {
     pub functionals: Vec<FunctionalEstimate>,
     /// What takes back the claim of the solve; [`Self::judge`] acts on it.
     pub flaw: Option<Flaw>,
-    /// What springs take in the part of the displacement that does not strain the body, in N, `[n_free]`; empty where there is none.
-    carried_by_springs: Vec<f64>,
 }
 
 impl ContactReport {
@@ -201,11 +183,9 @@ impl ContactReport {
         });
         let displacement = solved.system.dofs.to_nodes(&solved.solution.displacement);
         let material = MaterialField::new(solved.scene, solved.mesh);
-        let straining = solved.system.dofs.to_nodes(solved.solution.straining());
-        let internal = InternalForces::of(solved.mesh, &material, &straining);
+        let internal = InternalForces::of(solved.mesh, &material, &displacement);
         let forces = NodalForces::new(solved, &displacement, &internal.forces)?;
-        let carried_by_springs = solved.carried_by_springs()?;
-        let terms = rounding::terms(solved, &carried_by_springs);
+        let terms = rounding::terms(solved);
         let resultants = Resultants::new(solved, &terms, &displacement, &forces, &internal.forces);
         let rounding_energy = rounding::of_energy(solved, &terms, &displacement, &forces);
         let known = estimate::SolutionData {
@@ -226,7 +206,7 @@ impl ContactReport {
             forces: nodal_forces::by_source(solved, &displacement, &forces)?,
             resultants,
             faces: FaceResultants::of_faces(solved, &panes),
-            certificate: Certificate::new(solved, &panes, &stiffness, &carried_by_springs),
+            certificate: Certificate::new(solved, &panes, &stiffness),
             von_mises: internal.stress.iter().map(von_mises).collect(),
             stress: internal.stress,
             corner_stress: internal.corner_stress,
@@ -235,7 +215,6 @@ impl ContactReport {
             displacement,
             reaction: forces.clamp,
             flaw: None,
-            carried_by_springs,
         };
         let rounding = Rounding::new(solved, &terms, &report.panes, &stiffness, &[]);
         report.flaw = report.find_flaw(solved, &rounding, rounding_energy);

@@ -1,6 +1,6 @@
 //! What rounding alone makes of the residuals of an answer.
 
-use super::{ContactReport, PaneState, Solved, nodal_forces::NodalForces};
+use super::{ContactReport, PaneState, Solved, largest, nodal_forces::NodalForces};
 use crate::linalg::{dot, norm};
 
 /// Roundings of a sum of some hundred terms add up to about this many, as the root of their number.
@@ -52,7 +52,7 @@ impl Rounding {
     pub(crate) fn of_answer(solved: &Solved<'_>, report: &ContactReport, moved: &[f64]) -> Self {
         let contact = solved.contact.as_ref();
         let stiffness = contact.map_or_else(Vec::new, |contact| contact.local_stiffness(solved));
-        let terms = terms(solved, &report.carried_by_springs);
+        let terms = terms(solved);
         Self::new(solved, &terms, &report.panes, &stiffness, moved)
     }
 
@@ -80,8 +80,9 @@ impl Rounding {
 }
 
 /// |A||u| + |Bᵀ||λ| + |l| in N, `[n_free]`: what cancels in the equilibrium.
-pub(super) fn terms(solved: &Solved<'_>, carried_by_springs: &[f64]) -> Vec<f64> {
-    let (u, lambda) = (solved.solution.straining(), &*solved.solution.multiplier);
+pub(super) fn terms(solved: &Solved<'_>) -> Vec<f64> {
+    let solution = solved.solution;
+    let (u, lambda) = (&*solution.displacement, &*solution.multiplier);
     let mut forces: Vec<f64> = solved.system.load.iter().map(|l| l.abs()).collect();
     let coupling = solved.contact.map(|contact| &contact.coupling.transposed);
     let terms = [(Some(&*solved.system.stiffness), u), (coupling, lambda)];
@@ -93,9 +94,6 @@ pub(super) fn terms(solved: &Solved<'_>, carried_by_springs: &[f64]) -> Vec<f64>
                 forces[row] += (value * x).abs();
             }
         }
-    }
-    for (force, carried) in forces.iter_mut().zip(carried_by_springs) {
-        *force += carried.abs();
     }
     forces
 }
@@ -131,15 +129,7 @@ fn of_contact(
     let area = &contact.state.surface.pane_area;
     let layout = contact.coupling.layout;
     let lambda = &solved.solution.multiplier;
-    // Gaps and slips that the solve measured itself do not know of a long way.
-    let displacement = if solved.solution.closing.is_empty() {
-        &*solved.solution.displacement
-    } else {
-        solved.solution.straining()
-    };
-    let largest = displacement
-        .iter()
-        .fold(0.0, |most: f64, u| most.max(u.abs()));
+    let largest = largest(solved.solution.displacement.iter().copied());
     let rounded =
         |j: usize| moved.get(j).copied().unwrap_or(0.0) + area[layout.pane_of(j)] * largest;
     let strength = |j: usize| match panes[layout.pane_of(j)].friction {

@@ -85,7 +85,6 @@ pub(super) fn pane_states(
         .iter_mut()
         .zip(held)
         .for_each(|(u, held)| *u += held);
-    let exact = (!solution.closing.is_empty()).then_some(&solution.closing);
     let laws = contact.state.laws();
     let set = laws.feasible_set(solution.coulomb.as_ref());
     let gap = contact.state.interface.gap.as_deref();
@@ -99,22 +98,14 @@ pub(super) fn pane_states(
         .map(|i| {
             let area = surface.pane_area[i];
             let normal = solution.multiplier[i];
-            let gap = match exact {
-                Some(closing) => -closing[i] / area,
-                None => gap.map_or(0.0, |d| surface.pane_mean(i, d)) - integral[i] / area,
-            };
+            let gap = gap.map_or(0.0, |d| surface.pane_mean(i, d)) - integral[i] / area;
             let closing_pressure = stiffness[layout.normal(i)] * area * gap;
             let pressed = normal > 0.0 && normal > LEAST_PRESSURE * closing_pressure;
             let pair = |v: &[f64]| layout.pair(v, i);
             let tangential = set.ellipses.get(i).map(|ellipse| {
                 let stress = pair(&solution.multiplier);
-                let slip = match exact {
-                    Some(closing) => pair(closing).map(|v| v / area),
-                    None => {
-                        let total = pair(&integral).map(|v| v / area);
-                        [0, 1].map(|k| total[k] - origin(i, k))
-                    }
-                };
+                let total = pair(&integral).map(|v| v / area);
+                let slip = [0, 1].map(|k| total[k] - origin(i, k));
                 let step = pair(stiffness).map(|rho| rho * area);
                 let trial = [0, 1].map(|c| stress[c] + step[c] * slip[c]);
                 let sticks = level(ellipse, trial) <= 1.0;

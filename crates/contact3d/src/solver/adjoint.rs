@@ -138,12 +138,8 @@ fn evaluated(
     let ContactBody { assembly, face } = body;
     let dofs = &assembly.primal.dofs;
     let displacement = &solution.displacement;
-    let closing = if solution.closing.is_empty() {
-        dual.closing(displacement, dofs, face.surface, face.interface)
-    } else {
-        solution.closing.clone()
-    };
-    let mut gradient: Vec<f64> = closing.iter().map(|c| -c).collect();
+    let residual = dual.gap_residual(displacement, dofs, face.surface, face.interface);
+    let mut gradient: Vec<f64> = residual.iter().map(|c| -c).collect();
     let mut unknowns = solution.multiplier.clone();
     gradient.resize(dual.n_unknowns(), 0.0);
     unknowns.resize(dual.n_unknowns(), 0.0);

@@ -129,8 +129,7 @@ impl DiscreteProblem<'_> {
                 solution.coulomb = Some(coulomb_state(&answer.dual, laws, law, &answer.multiplier));
             }
         }
-        solution.displacement = answer.moved.displacement;
-        solution.straining = answer.moved.straining;
+        solution.displacement = answer.displacement;
         solution.rigid_motion = dual.motion(&answer.multiplier).to_vec();
         solution.multiplier = dual.multipliers(&answer.multiplier).to_vec();
         solution

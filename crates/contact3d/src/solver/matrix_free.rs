@@ -272,8 +272,8 @@ impl MatrixFree<'_> {
         let start = near.map(|exact| &exact.solved);
         let start = start.filter(|_| body.precision() == Precision::Single);
         let exact = body.exact(dual, &multiplier, start, REFINED);
-        let gradient: Vec<f64> = exact.closing.iter().map(|c| -c).collect();
-        let slip = body.tangential(&exact.moved.displacement);
+        let gradient: Vec<f64> = exact.gap_residual.iter().map(|c| -c).collect();
+        let slip = body.tangential(&exact.displacement);
         let at = self.conditions.evaluate(&multiplier, &gradient, &slip);
         self.applications += 1;
         Iterate {
@@ -334,7 +334,7 @@ impl MatrixFree<'_> {
         let Iterate {
             multiplier, exact, ..
         } = found.iterate;
-        let displacement = exact.moved.displacement;
+        let displacement = exact.displacement;
         let slip = law.depends_on_slip().then(|| {
             let tangential = self.problem.body.tangential(&displacement);
             laws.slip.slip(&tangential)
@@ -353,7 +353,6 @@ impl MatrixFree<'_> {
             local_stiffness: self.stiffness.to_vec(),
             newton: self.history,
             applications: self.applications + operator.applications(),
-            straining: exact.moved.straining,
             displacement,
             multiplier,
             ..Solution::default()

@@ -9,7 +9,7 @@ use thiserror::Error;
 use super::{NewtonStep, OuterStep, Solution};
 use crate::{
     contact::{Interface, MultiplierLayout},
-    dual::{Assembly, ContactSystem, ExplicitDual, Moved},
+    dual::{Assembly, ContactSystem, ExplicitDual},
     linalg::{Doubled, Precision},
     mesh::ContactSurface,
     scene::SolveSettings,
@@ -120,9 +120,9 @@ pub(super) struct Exact {
     /// A⁻¹(l − Bᵀλ) in m, u of a body that supports hold.
     pub(super) solved: Doubled,
     /// u.
-    pub(super) moved: Moved,
+    pub(super) displacement: Vec<f64>,
     /// B u − gap in m³, `[n_multipliers]`.
-    pub(super) closing: Vec<f64>,
+    pub(super) gap_residual: Vec<f64>,
 }
 
 impl ContactState<'_> {
@@ -169,9 +169,11 @@ impl ContactBody<'_> {
         let solved = dual.refined(self.assembly, unknowns, start, target);
         let (surface, interface) = (self.face.surface, self.face.interface);
         let dofs = &self.assembly.primal.dofs;
+        let mut displacement = solved.value.clone();
+        dual.add_motion(dual.parts(unknowns).1, &mut displacement);
         Exact {
-            closing: dual.closing_refined(&solved, unknowns, dofs, surface, interface),
-            moved: dual.moved(unknowns, solved.value.clone()),
+            gap_residual: dual.gap_residual_refined(&solved, unknowns, dofs, surface, interface),
+            displacement,
             solved,
         }
     }
@@ -185,11 +187,11 @@ impl ContactBody<'_> {
     ) -> ExplicitDual {
         let (surface, frame) = (self.face.surface, &self.face.interface.frame);
         let dofs = &self.assembly.primal.dofs;
-        let closing = exact.closing.clone();
+        let gap_residual = exact.gap_residual.clone();
         dual.anchored(
             unknowns,
-            &exact.moved.displacement,
-            closing,
+            &exact.displacement,
+            gap_residual,
             surface,
             frame,
             dofs,

@@ -3,10 +3,7 @@
 use std::ops::AddAssign;
 
 use super::{CoulombState, LocalMapping, PaneLaws, problem::DiscreteProblem};
-use crate::{
-    contact::CoulombLaw,
-    scene::{Method, SolveSettings},
-};
+use crate::{contact::CoulombLaw, scene::SolveSettings};
 
 /// How a solve ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -83,19 +80,6 @@ impl Status {
     #[must_use]
     pub fn is_solved(self) -> bool {
         self.is_success(Goal::BestPossible)
-    }
-
-    /// Whether the method ended without an answer, though there may be one; not where successive approximations were asked for and
-    /// reached a limit of the settings.
-    #[must_use]
-    pub fn gave_up(self, settings: &SolveSettings) -> bool {
-        match self {
-            Self::Converged | Self::Stopped | Self::RoundingLimit | Self::NoEquilibrium => false,
-            Self::MaxOuterSteps | Self::MaxInnerApplications => {
-                settings.method != Method::FixedPoint
-            }
-            Self::NumericalError | Self::MaxNewtonSteps | Self::Cycling | Self::Inaccurate => true,
-        }
     }
 
     /// All of them.
@@ -178,11 +162,6 @@ pub struct Solution {
     pub neutral_motions: Vec<Vec<[f64; 3]>>,
     /// u over the free degrees of freedom, `[n_free]`, in m; zero without equilibrium.
     pub displacement: Vec<f64>,
-    /// The part of u that strains the body, u less rigid motions that weak springs let go far, `[n_free]`, in m; empty where u does.
-    pub straining: Vec<f64>,
-    /// B u − gap over the panes in twice the working precision, `[n_multipliers]`, in m³, where weak springs let rigid motions go so
-    /// far that rounding of u hides it; empty elsewhere.
-    pub closing: Vec<f64>,
     /// φ = (|u_t1|, |u_t2|) of `displacement` at the contact nodes, in m; `None` unless the
     /// coefficients of friction follow the slip.
     pub slip: Option<Vec<[f64; 2]>>,
@@ -210,16 +189,6 @@ impl Solution {
     #[must_use]
     pub fn has_answer(&self) -> bool {
         self.status.is_solved() || self.displacement.iter().any(|u| *u != 0.0)
-    }
-
-    /// What of the displacement strains the body, `[n_free]`, in m.
-    #[must_use]
-    pub fn straining(&self) -> &[f64] {
-        if self.straining.is_empty() {
-            &self.displacement
-        } else {
-            &self.straining
-        }
     }
 
     /// A later answer of the same solve, with the steps and applications of both.
@@ -302,10 +271,6 @@ impl Solution {
     pub(super) fn without_answer(status: Status, problem: &DiscreteProblem<'_>) -> Self {
         let (laws, primal) = (problem.laws, &problem.body.assembly.primal);
         let displacement = vec![0.0; primal.dofs.n_free];
-        let balance = problem.dual.balance.as_ref();
-        let straining = balance
-            .filter(|it| it.is_resisted())
-            .map(|_| displacement.clone());
         let unpressed = |law: &CoulombLaw| {
             let slip = if law.depends_on_slip() {
                 laws.slip.slip(&problem.body.tangential(&displacement))
@@ -321,7 +286,6 @@ impl Solution {
             coulomb: laws.coulomb().map(unpressed),
             multiplier: vec![0.0; laws.layout.n_multipliers()],
             rigid_motion: vec![0.0; primal.floating.as_ref().map_or(0, |body| body.n_modes())],
-            straining: straining.unwrap_or_default(),
             displacement,
             ..Self::default()
         }

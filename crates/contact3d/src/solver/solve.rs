@@ -3,7 +3,6 @@
 use super::{
     ContactBody, ContactState, Inner, LocalMapping, NeedsExplicit, OuterStep, Progress, Solution,
     Start, Status, SuccessiveApproximations,
-    accuracy::limited_by,
     conditions::Bound,
     equilibrium::{dragged_motion, neutral_motions, unstopped_motion},
     minimisation::minimise,
@@ -27,9 +26,6 @@ const ROUNDINGS: f64 = 16.0;
 
 /// Applications of an implicit S for each multiplier after which S is formed: forming takes no more than one.
 const APPLICATIONS_WORTH: usize = 50;
-
-/// Most times that motions are counted from those of an answer: each wins the digits that the way before took.
-const MOST_COUNTS: usize = 3;
 
 /// Matrices of the size of S that Newton's and the interior point method hold at a time, and numbers that always fit.
 const DENSE_COPIES: usize = 4;
@@ -113,61 +109,11 @@ impl DiscreteProblem<'_> {
                 ..Solution::without_answer(Status::NoEquilibrium, self)
             });
         }
-        self.solve_counting(MOST_COUNTS, observe)
-    }
-
-    /// By the method of the settings; where weak springs let the body go far and rounding of the way is what is left, again with motions
-    /// counted from there, up to so many times.
-    fn solve_counting(
-        &self,
-        counts: usize,
-        observe: &mut dyn FnMut(Progress<'_>),
-    ) -> Result<Solution, NeedsExplicit> {
         let solution = self.by_method(observe)?;
-        let counted = if counts > 0 && solution.status != Status::Converged {
-            self.counted_from(&solution.rigid_motion)
-        } else {
-            None
-        };
-        let start = solution.multiplier.clone();
-        let (way, epsilon) = (self.rounding_of_way(&solution), self.settings.epsilon());
-        let solution = limited_by(way, epsilon, self.finished(solution));
-        let Some(dual) = counted else {
-            return Ok(solution);
-        };
-        let start = Start {
-            multiplier: Some(&start),
-            checkpoint: None,
-        };
-        let problem = DiscreteProblem {
-            dual: &dual,
-            start,
-            ..*self
-        };
-        let next = problem.solve_counting(counts - 1, observe)?;
-        let rank = |of: &Solution| (of.status.is_solved(), -of.accuracy);
-        Ok(if rank(&next) > rank(&solution) {
-            solution.followed_by(next)
-        } else {
-            solution
-        })
+        Ok(self.finished(solution))
     }
 
-    /// The problem with motions counted from those of an answer, where weak springs resist them and coefficients do not read the slip
-    /// from displacements, which have to be whole.
-    fn counted_from(&self, motion: &[f64]) -> Option<ContactSystem> {
-        let face = self.body.face;
-        let balance = self.dual.balance.as_ref()?;
-        if !balance.is_resisted() || face.interface.follows_slip() || motion.is_empty() {
-            return None;
-        }
-        let assembly = self.body.assembly;
-        let dofs = &assembly.primal.dofs;
-        let distances = self.dual.distances_left(dofs, face.surface, face.interface);
-        self.dual.counted_from(motion, assembly, &distances)
-    }
-
-    /// An answer with its motions counted from zero, and what belongs to it.
+    /// A solution with its whole rigid motion, and what belongs to it.
     fn finished(&self, mut solution: Solution) -> Solution {
         let (dual, laws) = (self.dual, self.laws);
         let assembly = self.body.assembly;
@@ -176,18 +122,8 @@ impl DiscreteProblem<'_> {
             solution.status = Status::NumericalError;
         }
         if let Some(balance) = &dual.balance {
-            if balance.is_resisted() {
-                let unknowns = self.unknowns(&solution);
-                let exact = self.body.exact(dual, &unknowns, None, f64::EPSILON);
-                if exact.closing.iter().all(|c| c.is_finite()) {
-                    solution.closing = exact.closing;
-                }
-            }
-            solution.rigid_motion = balance.counted_from_zero(
-                &solution.rigid_motion,
-                &mut solution.displacement,
-                &mut solution.straining,
-            );
+            solution.rigid_motion =
+                balance.add_reference(&solution.rigid_motion, &mut solution.displacement);
             if !solution.status.is_solved() && has_run_away(&solution, laws) {
                 return Solution {
                     history: solution.history,
@@ -406,8 +342,9 @@ impl DiscreteProblem<'_> {
         };
         let unknowns = self.unknowns(&solution);
         let solved = self.dual.refined(assembly, &unknowns, None, f64::EPSILON);
-        let moved = self.dual.moved(&unknowns, solved.value);
-        (solution.displacement, solution.straining) = (moved.displacement, moved.straining);
+        solution.displacement = solved.value;
+        let (_, motion) = self.dual.parts(&unknowns);
+        self.dual.add_motion(motion, &mut solution.displacement);
         solution
     }
 

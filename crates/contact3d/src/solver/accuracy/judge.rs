@@ -73,11 +73,11 @@ impl DiscreteProblem<'_> {
         steplengths.extend(balance.into_iter().flat_map(Balance::steplengths));
         let conditions = Conditions::new(bound, self.dual.layout(), steplengths);
         let exact = self.body.exact(self.dual, unknowns, None, REFINED);
-        let mut gradient: Vec<f64> = exact.closing.iter().map(|c| -c).collect();
+        let mut gradient: Vec<f64> = exact.gap_residual.iter().map(|c| -c).collect();
         let (multiplier, motion) = self.dual.parts(unknowns);
         let excess = balance.map(|it| it.excess(multiplier, motion));
         gradient.extend(excess.into_iter().flatten());
-        let slip = self.body.tangential(&exact.moved.displacement);
+        let slip = self.body.tangential(&exact.displacement);
         let here = conditions.evaluate(unknowns, &gradient, &slip);
         // The motions count in units in which they cost as much as a stress.
         let size = steplength_of_motions(balance, &conditions.steplengths);
@@ -92,7 +92,47 @@ impl DiscreteProblem<'_> {
             gradient.extend(carried.into_iter().flatten().map(|g| -g));
             conditions.derivative(&here, v, &gradient, &slips)
         });
-        self.sizes(multiplier, &here).relative(self.laws, &step)
+        let error = self.sizes(multiplier, &here).relative(self.laws, &step);
+        error.max(self.motion_rounding(unknowns, &here, &solution.local_stiffness))
+    }
+
+    /// The error of λ, relative as in [`MultiplierSizes`], that rounding of G α makes where weak springs hold the body; 0 elsewhere.
+    ///
+    /// Gaps and slips are known to ε/2 Σ |G α|. A pane that is pressed or sticks takes that as a stress by its local stiffness, an open
+    /// one not at all, one that slides as the turn of its slip.
+    pub(in crate::solver) fn motion_rounding(
+        &self,
+        unknowns: &[f64],
+        here: &Evaluation,
+        local_stiffness: &[f64],
+    ) -> f64 {
+        let balance = self.dual.balance.as_ref();
+        let Some(balance) = balance.filter(|it| it.is_resisted()) else {
+            return 0.0;
+        };
+        let (multiplier, motion) = self.dual.parts(unknowns);
+        let stress = |j: usize| {
+            let terms = balance.coupling.integrals.iter().zip(motion);
+            let moved: f64 = terms.map(|(g, by)| (g[j] * by).abs()).sum();
+            0.5 * f64::EPSILON * local_stiffness[j] * moved
+        };
+        let layout = self.dual.layout();
+        let mut change = vec![0.0; layout.n_multipliers()];
+        for (pane, at) in here.panes.iter().enumerate() {
+            if at.pressed {
+                let normal = layout.normal(pane);
+                change[normal] = stress(normal);
+            }
+            let Some(pair) = layout.tangential(pane) else {
+                continue;
+            };
+            let by_point = at.ellipse.projection_derivative(at.trial).by_point;
+            for (row, &j) in by_point.iter().zip(&pair) {
+                let terms = row.iter().zip(&pair);
+                change[j] = terms.map(|(by, &k)| (by * stress(k)).abs()).sum();
+            }
+        }
+        self.sizes(multiplier, here).relative(self.laws, &change)
     }
 
     /// What an error of λ is measured against: its sizes, or that of the load where they are nothing beside it.

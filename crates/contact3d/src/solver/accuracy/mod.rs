@@ -2,8 +2,6 @@
 
 mod judge;
 pub(in crate::solver) mod polish;
-mod rigid_rounding;
 
 pub(in crate::solver) use judge::{LEFT, MOST_APPLICATIONS, REFINED};
 pub(crate) use judge::{is_felt, load_stress};
-pub(in crate::solver) use rigid_rounding::limited_by;

@@ -2,7 +2,7 @@
 
 use super::judge::within_ellipses;
 use crate::{
-    dual::{ExplicitDual, LocalStiffness, Moved},
+    dual::{ExplicitDual, LocalStiffness},
     linalg::{Doubled, Precision, difference},
     solver::{
         NewtonSettings, NewtonSolution, NewtonStep,
@@ -32,8 +32,8 @@ pub(in crate::solver) struct Polished {
     pub(in crate::solver) multiplier: Vec<f64>,
     /// A⁻¹(l − Bᵀλ) in m, to rounding.
     pub(in crate::solver) solved: Doubled,
-    /// u of λ.
-    pub(in crate::solver) moved: Moved,
+    /// u of λ in m.
+    pub(in crate::solver) displacement: Vec<f64>,
     /// Distance to the solution, relative as in [`super::judge::MultiplierSizes`].
     pub(in crate::solver) error: f64,
     /// S and G about λ.
@@ -68,7 +68,7 @@ impl Polished {
 
     /// Whether λ and u are numbers.
     pub(in crate::solver) fn is_finite(&self) -> bool {
-        let mut values = self.multiplier.iter().chain(&self.moved.displacement);
+        let mut values = self.multiplier.iter().chain(&self.displacement);
         values.all(|v| v.is_finite())
     }
 }
@@ -190,8 +190,9 @@ impl DiscreteProblem<'_> {
         let there = map.evaluate(&found.multiplier);
         let sizes = self.sizes(&found.multiplier, &there);
         let way = difference(&found.multiplier, &answer.multiplier);
+        let rounding = self.motion_rounding(&found.multiplier, &there, &local.stiffness);
         let way = Discrepancy {
-            error: sizes.relative(self.laws, &way),
+            error: sizes.relative(self.laws, &way).max(rounding),
             bound_error: within_ellipses(self.laws, &there, &way),
         };
         Some((found, way))
@@ -224,7 +225,7 @@ impl DiscreteProblem<'_> {
             error: f64::INFINITY,
             dual: self.body.about(dual, multiplier, &exact),
             solved: exact.solved,
-            moved: exact.moved,
+            displacement: exact.displacement,
             history: Vec::new(),
             applications: 1,
         }

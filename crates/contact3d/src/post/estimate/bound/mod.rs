@@ -98,8 +98,8 @@ impl ErrorBound {
         scope::check(solved)?;
         let (scene, mesh) = (solved.scene, solved.mesh);
         let material = MaterialField::new(scene, mesh);
-        let straining = solved.system.dofs.to_nodes(solved.solution.straining());
-        let strain = strains(mesh, &straining);
+        let displacement = solved.system.dofs.to_nodes(&solved.solution.displacement);
+        let strain = strains(mesh, &displacement);
         let stress: Vec<[Vector6<f64>; 4]> = strain
             .iter()
             .enumerate()
