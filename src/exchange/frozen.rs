@@ -116,7 +116,7 @@ impl FrozenProblem {
             balance: None,
         };
         let nothing = vec![0.0; primal.dofs.n_free];
-        let closing = system.closing(&nothing, &primal.dofs, surface, interface);
+        let closing = system.gap_residual(&nothing, &primal.dofs, surface, interface);
         let mean = primal.stiffness.mean_diagonal();
         let c = (-0.5 * mean.log2()).round().exp2();
         let mut scaling = FrozenScaling::new(&surface.pane_area, friction, &diagonal, &closing);

@@ -88,7 +88,7 @@ impl Dense {
                 law,
                 settings: &self.scene.solve,
             };
-            let mut held = BodyOperator::Held(&mut operator);
+            let mut held = BodyOperator::Constrained(&mut operator);
             method.solve(&mut held, Start::default(), &mut |_| {})
         })
     }

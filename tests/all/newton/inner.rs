@@ -60,7 +60,7 @@ fn on_implicit(case: &Dense, inner: Inner<'_>) -> Solution {
             law,
             settings: &case.scene.solve,
         };
-        let mut held = BodyOperator::Held(&mut operator);
+        let mut held = BodyOperator::Constrained(&mut operator);
         method.solve(&mut held, Start::default(), &mut |_| {})
     })
 }
@@ -161,7 +161,7 @@ fn gpcg_with_values_that_are_not_finite_is_a_status() {
                 law,
                 settings: &case.scene.solve,
             };
-            let mut held = BodyOperator::Held(&mut operator);
+            let mut held = BodyOperator::Constrained(&mut operator);
             method.solve(&mut held, Start::default(), &mut |_| {})
         });
         assert_eq!(

@@ -89,7 +89,7 @@ impl Implicit {
             law: laws.coulomb().expect("Coulomb friction"),
             settings: &scene.solve,
         };
-        let mut held = BodyOperator::Held(&mut operator);
+        let mut held = BodyOperator::Constrained(&mut operator);
         method.solve(&mut held, Start::default(), &mut |_| {})
     }
 

@@ -27,7 +27,9 @@ pub struct CoulombLaw {
     evaluations: AtomicUsize,
     /// All coefficients are this many times those of the faces.
     factor: f64,
-    softening: Option<Softening>,
+    relaxation: Option<Relaxation>,
+    /// F(s/σ) in place of F(s), for this σ.
+    stretch: f64,
     /// Lengths of the path slid before, which coefficients follow beside the slip, `[n_contact_nodes]`, in m;
     /// `None` where there is none or they do not.
     pub(super) path: Option<Arc<Vec<[f64; 3]>>>,
@@ -55,7 +57,8 @@ impl Clone for CoulombLaw {
     fn clone(&self) -> Self {
         Self {
             factor: self.factor,
-            softening: self.softening,
+            relaxation: self.relaxation,
+            stretch: self.stretch,
             path: self.path.clone(),
             ..Self::new(self.faces.clone())
         }
@@ -64,12 +67,12 @@ impl Clone for CoulombLaw {
 
 /// F₀^(1−τ) F^τ in place of F.
 #[derive(Debug, Clone, Copy)]
-struct Softening {
+struct Relaxation {
     reference: f64,
     share: f64,
 }
 
-impl Softening {
+impl Relaxation {
     /// F₀^(1−τ) F^τ.
     fn value(self, coefficient: f64) -> f64 {
         self.reference.powf(1.0 - self.share) * coefficient.powf(self.share)
@@ -131,6 +134,11 @@ impl FaceLaw {
         self.panes.clone()
     }
 
+    /// The contact nodes of the face among all of them.
+    pub(crate) fn nodes(&self) -> Range<usize> {
+        self.first_node..self.first_node + self.positions.len()
+    }
+
     /// The contact nodes in m, `[n_contact_nodes]` of the face.
     #[must_use]
     pub fn positions(&self) -> &[[f64; 3]] {
@@ -147,7 +155,8 @@ impl CoulombLaw {
             unchanging: OnceLock::new(),
             evaluations: AtomicUsize::new(0),
             factor: 1.0,
-            softening: None,
+            relaxation: None,
+            stretch: 1.0,
             path: None,
         }
     }
@@ -163,9 +172,17 @@ impl CoulombLaw {
 
     /// The law F₀^(1−τ) F^τ between a constant coefficient F₀ > 0 (τ = 0) and this law (τ = 1),
     /// positive and as smooth as this one for every share τ.
-    pub(crate) fn softened(&self, reference: f64, share: f64) -> Self {
+    pub(crate) fn relaxed(&self, reference: f64, share: f64) -> Self {
         Self {
-            softening: (share < 1.0).then_some(Softening { reference, share }),
+            relaxation: (share < 1.0).then_some(Relaxation { reference, share }),
+            ..self.clone()
+        }
+    }
+
+    /// The law F(s/σ), which has the values of this one at σ times the slips.
+    pub(crate) fn stretched(&self, stretch: f64) -> Self {
+        Self {
+            stretch,
             ..self.clone()
         }
     }
@@ -221,9 +238,9 @@ impl CoulombLaw {
     #[must_use]
     pub fn evaluate(&self, contact_node: usize, slip: [f64; 2]) -> [f64; 2] {
         self.evaluations.fetch_add(1, Ordering::Relaxed);
-        let given = self.unsoftened(contact_node, slip);
-        match self.softening {
-            Some(softening) => given.map(|f| softening.value(f)),
+        let given = self.own_value(contact_node, slip);
+        match self.relaxation {
+            Some(relaxation) => given.map(|f| relaxation.value(f)),
             None => given,
         }
     }
@@ -232,22 +249,22 @@ impl CoulombLaw {
     #[must_use]
     pub fn derivative(&self, contact_node: usize, slip: [f64; 2]) -> [[f64; 2]; 2] {
         let (law, path, position) = self.law_at(contact_node);
-        let given = law.derivative_after(path, position, slip);
-        let given = given.map(|row| row.map(|d| self.factor * d));
-        let Some(softening) = self.softening else {
+        let given = law.derivative_after(path, position, slip.map(|s| s / self.stretch));
+        let given = given.map(|row| row.map(|d| self.factor / self.stretch * d));
+        let Some(relaxation) = self.relaxation else {
             return given;
         };
         // d(F₀^(1−τ) F^τ) = τ F₀^(1−τ) F^τ / F dF.
-        let coefficients = self.unsoftened(contact_node, slip);
+        let coefficients = self.own_value(contact_node, slip);
         std::array::from_fn(|i| {
-            let factor = softening.share * softening.value(coefficients[i]) / coefficients[i];
+            let factor = relaxation.share * relaxation.value(coefficients[i]) / coefficients[i];
             given[i].map(|d| factor * d)
         })
     }
 
-    fn unsoftened(&self, contact_node: usize, slip: [f64; 2]) -> [f64; 2] {
+    fn own_value(&self, contact_node: usize, slip: [f64; 2]) -> [f64; 2] {
         let (law, path, position) = self.law_at(contact_node);
-        let given = law.evaluate_after(path, position, slip);
+        let given = law.evaluate_after(path, position, slip.map(|s| s / self.stretch));
         given.map(|f| self.factor * f)
     }
 

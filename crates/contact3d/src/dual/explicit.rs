@@ -207,10 +207,11 @@ impl ExplicitDual {
         self.dimension() + self.balance.as_ref().map_or(0, Balance::n_felt)
     }
 
-    /// The same body with springs at its pins, `share` times those of A_κ; S stays as it is.
-    pub(crate) fn on_springs(&self, share: f64) -> Self {
+    /// The same with the force −k (α − α₀) on each rigid motion, for k in N/m and α₀ in m beside the anchor, `[n_felt]`.
+    pub(crate) fn with_proximal_term(&self, stiffness: &[f64], centre: &[f64]) -> Self {
+        let balance = self.balance.as_ref();
         Self {
-            balance: self.balance.as_ref().map(|it| it.on_springs(share)),
+            balance: balance.map(|it| it.with_proximal_term(stiffness, centre)),
             ..self.clone()
         }
     }

@@ -45,7 +45,7 @@ impl LocalStiffness {
                 *pair = [0.5 * (pair[0] + pair[1]); 2];
             }
         }
-        drag(&mut stiffness, dual.layout, &dual.rhs);
+        friction_stiffness(&mut stiffness, dual.layout, &dual.rhs);
         Self {
             stiffness,
             layout: dual.layout,
@@ -57,7 +57,7 @@ impl LocalStiffness {
     #[must_use]
     pub fn dragged_by(mut self, rhs: &[f64]) -> Self {
         if rhs.len() == self.stiffness.len() {
-            drag(&mut self.stiffness, self.layout, rhs);
+            friction_stiffness(&mut self.stiffness, self.layout, rhs);
         }
         self
     }
@@ -134,7 +134,7 @@ fn balanced(dual: &ExplicitDual, solve: impl Fn(&[f64]) -> Vec<f64>) -> Vec<f64>
 
 /// Gives tangential components whose rows of S vanish, but which clamps drag along the foundation, the stiffness of the
 /// other component of their pair, or that of the normal one: friction acts there, and with ρ = 0 no map would see it.
-pub(crate) fn drag(stiffness: &mut [f64], layout: MultiplierLayout, rhs: &[f64]) {
+pub(crate) fn friction_stiffness(stiffness: &mut [f64], layout: MultiplierLayout, rhs: &[f64]) {
     for pane in 0..layout.n_panes() {
         let Some(pair) = layout.tangential(pane) else {
             continue;

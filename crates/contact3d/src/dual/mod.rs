@@ -33,7 +33,7 @@ pub use assembly::{Assembly, AssemblyError, AssemblySeconds, PrimalSystem};
 pub use balanced_operator::BalancedOperator;
 pub use contact::{ContactCompliance, ContactSystem, OperatorForm};
 pub use explicit::ExplicitDual;
-pub(crate) use local_stiffness::drag;
+pub(crate) use local_stiffness::friction_stiffness;
 pub use local_stiffness::{LocalStiffness, pane_stiffness, smallest_eigenvalue};
 pub use need::{Admission, Need, Observation, OperatorEstimate, Resource, Shortage};
 pub use operators::ContactOperator;
@@ -64,7 +64,7 @@ pub trait PrimalOperator: DualOperator {
 /// The dual operator of a body.
 pub enum BodyOperator<'o, 'a> {
     /// Of one that its supports hold.
-    Held(&'o mut (dyn PrimalOperator + 'a)),
+    Constrained(&'o mut (dyn PrimalOperator + 'a)),
     /// Of one that floats.
     Floating(&'o mut BalancedOperator<'a>),
 }
@@ -78,7 +78,7 @@ impl BodyOperator<'_, '_> {
     /// Its displacements.
     pub fn as_primal(&mut self) -> &mut dyn PrimalOperator {
         match self {
-            Self::Held(operator) => *operator,
+            Self::Constrained(operator) => *operator,
             Self::Floating(operator) => *operator,
         }
     }

@@ -331,22 +331,18 @@ impl Balance {
         self.coupling.n_felt()
     }
 
-    /// The same with springs at the pins beside the supports, `share` times those of A_κ.
-    pub(super) fn on_springs(&self, share: f64) -> Self {
+    /// The same with the force −k (α − α₀) on each felt motion, for k in N/m and α₀ in m beside the anchor, `[n_felt]`.
+    pub(super) fn with_proximal_term(&self, stiffness: &[f64], centre: &[f64]) -> Self {
         let mut coupling = RigidCoupling::clone(&self.coupling);
-        let spring = share * coupling.body.spring;
-        coupling.support.iter_mut().for_each(|d| *d += spring);
+        add_scaled(&mut coupling.support, 1.0, stiffness);
+        let mut resultant = self.resultant.clone();
+        let terms = resultant.iter_mut().zip(stiffness).zip(centre);
+        terms.for_each(|((e, k), centre)| *e += k * centre);
         Self {
             coupling: Arc::new(coupling),
+            resultant,
             ..self.clone()
         }
-    }
-
-    /// ‖D α‖ beside the load ‖e‖: what the supports carry.
-    pub(crate) fn share_of_supports(&self, motion: &[f64]) -> f64 {
-        let supports = self.coupling.support.iter().zip(motion);
-        let carried: Vec<f64> = supports.map(|(d, by)| d * by).collect();
-        norm(&carried) / norm(&self.resultant)
     }
 
     /// ρ of the rows Gᵀλ + D α − e in Pa/N: rows times ρ are the distance of λ from the plane Gᵀλ = e; for motions that supports

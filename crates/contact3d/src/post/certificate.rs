@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicUsize;
 use super::{PaneFriction, PaneState, Solved, SolvedContact, largest, rounding::Measure};
 use crate::{
     linalg::norm,
-    solver::{FeasibleSet, is_felt, load_stress},
+    solver::{FeasibleSet, is_significant, load_stress},
 };
 
 /// How well λ and u satisfy the discrete problem; every figure is dimensionless and vanishes for
@@ -105,7 +105,7 @@ impl<'a> Yardstick<'a> {
         let load = load_stress(solved.system, areas.iter().sum());
         let least = |range: std::ops::Range<usize>, stress: f64| {
             let rounding = rounding(range);
-            if is_felt(stress, load) {
+            if is_significant(stress, load) {
                 rounding
             } else {
                 rounding.max(load)

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::{ContactReport, Rounding, Solved, largest, rounding::Measure};
-use crate::solver::{Solution, Status};
+use crate::solver::{Assessment, Solution, Status};
 
 /// An answer with a figure above this is none, whatever rounding explains: nothing of it can be relied on.
 const BROKEN: f64 = 1e-3;
@@ -79,18 +79,15 @@ impl ContactReport {
     /// Status and accuracy of an answer with this report.
     #[must_use]
     pub fn verdict(&self, status: Status, accuracy: f64) -> (Status, f64) {
-        match self.flaw {
-            Some(Flaw::OutOfRange { .. }) => (Status::NumericalError, accuracy),
-            Some(Flaw::Contradiction { value, .. }) if status.is_solved() => {
-                let status = match status {
-                    _ if self.is_broken() => Status::Inaccurate,
-                    Status::Converged => Status::RoundingLimit,
-                    status => status,
-                };
-                (status, accuracy.max(value).min(1.0))
+        let claimed = Assessment { status, accuracy };
+        let Assessment { status, accuracy } = match self.flaw {
+            Some(Flaw::OutOfRange { .. }) => claimed.out_of_range(),
+            Some(Flaw::Contradiction { value, .. }) => {
+                claimed.contradicted_by(value, self.is_broken())
             }
-            Some(Flaw::Contradiction { .. }) | None => (status, accuracy),
-        }
+            None => claimed,
+        };
+        (status, accuracy)
     }
 
     /// Whether the answer has a figure that makes it none.

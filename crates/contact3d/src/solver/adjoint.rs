@@ -11,7 +11,7 @@
 
 use super::{
     ContactBody, ContactState, Ellipse, NaturalMap, Solution,
-    accuracy::MOST_APPLICATIONS,
+    accuracy::GMRES_MAX_APPLICATIONS,
     conditions::{Bound, Conditions, Evaluation},
     two_levels::{PaneLevels, TwoLevels},
 };
@@ -21,13 +21,13 @@ use crate::{
 };
 
 /// A pane is at a kink where its trial stress is this near to another zone, beside the largest pressure or its ellipse.
-const KINK: f64 = 1e-6;
+const NON_SMOOTH_DISTANCE: f64 = 1e-6;
 
 /// What solves leave of an adjoint: no digit of an estimated error depends on it.
-const LEFT: f64 = 1e-6;
+const ADJOINT_TOLERANCE: f64 = 1e-6;
 
 /// What GMRES leaves of R'ᵀy = b: a hundred times that of ζ, where estimated errors are good to a tenth at best.
-const LEFT_BY_PRODUCTS: f64 = 1e-4;
+const ADJOINT_GMRES_TOLERANCE: f64 = 1e-4;
 
 /// The derivative of a functional by the displacement and by the multipliers.
 #[derive(Debug, Clone, Default)]
@@ -77,7 +77,10 @@ impl Adjoints {
                 displacement,
                 ..Adjoint::default()
             };
-            let of = assembly.solve_several(&forces, LEFT).into_iter().map(alone);
+            let of = assembly
+                .solve_several(&forces, ADJOINT_TOLERANCE)
+                .into_iter()
+                .map(alone);
             let of = of.collect();
             return Some(Self { of, kinks: 0 });
         };
@@ -139,20 +142,17 @@ fn evaluated(
     let dofs = &assembly.primal.dofs;
     let displacement = &solution.displacement;
     let residual = dual.gap_residual(displacement, dofs, face.surface, face.interface);
-    let mut gradient: Vec<f64> = residual.iter().map(|c| -c).collect();
     let mut unknowns = solution.multiplier.clone();
-    gradient.resize(dual.n_unknowns(), 0.0);
     unknowns.resize(dual.n_unknowns(), 0.0);
-    let slip = body.tangential(displacement);
-    conditions.evaluate(&unknowns, &gradient, &slip)
+    body.conditions_at(dual, conditions, &unknowns, displacement, &residual)
 }
 
 impl Evaluation {
     /// Panes whose zone a small change would turn.
     fn kinks(&self) -> usize {
-        let near = |level: f64| (level - 1.0).abs() <= KINK;
+        let near = |level: f64| (level - 1.0).abs() <= NON_SMOOTH_DISTANCE;
         let largest = self.panes.iter().map(|pane| pane.pressure.abs());
-        let small = KINK * largest.fold(0.0, f64::max);
+        let small = NON_SMOOTH_DISTANCE * largest.fold(0.0, f64::max);
         let turns = self.panes.iter().filter(|pane| {
             let has_ellipse = pane.ellipse.semi_axes != Ellipse::POINT.semi_axes;
             pane.pressure.abs() <= small
@@ -199,7 +199,9 @@ impl Linearised<'_> {
         let is_loaded = |it: &&LinearFunctional| it.by_displacement.iter().any(|f| *f != 0.0);
         let loaded = functionals.iter().filter(is_loaded);
         let loaded: Vec<Vec<f64>> = loaded.map(|it| it.by_displacement.clone()).collect();
-        let mut moved = assembly.solve_several(&loaded, LEFT).into_iter();
+        let mut moved = assembly
+            .solve_several(&loaded, ADJOINT_TOLERANCE)
+            .into_iter();
         let rows = functionals.iter().map(|it| {
             let moved = is_loaded(&it).then(|| moved.next()).flatten();
             self.rhs(it, moved.as_deref())
@@ -208,7 +210,7 @@ impl Linearised<'_> {
         let loads = functionals.iter().zip(weights);
         let loads: Vec<AdjointLoad> = loads.map(|(it, y)| self.load(it, y)).collect();
         let forces: Vec<Vec<f64>> = loads.iter().map(|load| load.force.clone()).collect();
-        let moved = assembly.solve_several(&forces, LEFT);
+        let moved = assembly.solve_several(&forces, ADJOINT_TOLERANCE);
         let both = loads.into_iter().zip(moved);
         both.map(|(load, displacement)| self.adjoint(load, displacement))
             .collect()
@@ -260,10 +262,11 @@ impl Linearised<'_> {
             Rows::Products(levels) => {
                 let mut work = Workspace::default();
                 let rhs: Vec<&[f64]> = rhs.iter().map(Vec::as_slice).collect();
-                let solved = gmres_several(&rhs, LEFT_BY_PRODUCTS, MOST_APPLICATIONS, |v| {
-                    let y: Vec<_> = v.iter().map(|v| levels.apply_transposed(v)).collect();
-                    self.transposed_products(&y, &mut work)
-                });
+                let solved =
+                    gmres_several(&rhs, ADJOINT_GMRES_TOLERANCE, GMRES_MAX_APPLICATIONS, |v| {
+                        let y: Vec<_> = v.iter().map(|v| levels.apply_transposed(v)).collect();
+                        self.transposed_products(&y, &mut work)
+                    });
                 solved.iter().map(|v| levels.apply_transposed(v)).collect()
             }
         }

@@ -43,7 +43,7 @@ pub(super) struct Conditions<'a> {
     /// `[n_unknowns]`.
     pub(super) steplengths: Vec<f64>,
     layout: MultiplierLayout,
-    /// 𝓕⁻¹ of a law that does not follow the slip, evaluated once, `[n_friction_panes]`.
+    /// 𝓕⁻¹ where it does not follow the slip, `[n_friction_panes]`.
     constant_inverse: Option<Vec<[f64; 2]>>,
 }
 
@@ -126,9 +126,14 @@ impl<'a> Conditions<'a> {
 
     /// Whether the ellipses move with the slip.
     pub(super) fn follows_slip(&self) -> bool {
-        match self.bound {
-            Bound::Coulomb(_, law) => law.depends_on_slip(),
-            Bound::Frozen(_) => false,
+        matches!(self.bound, Bound::Coulomb(..)) && self.constant_inverse.is_none()
+    }
+
+    /// The same where the coefficients of friction are given by their 𝓕⁻¹ on the panes, whatever the slip, `[n_friction_panes]`.
+    pub(super) fn with_coefficients(self, inverse: Vec<[f64; 2]>) -> Self {
+        Self {
+            constant_inverse: Some(inverse),
+            ..self
         }
     }
 

@@ -1,32 +1,34 @@
 //! The nonlinear solvers: Algorithm 4.1 (successive approximations) with KPRGP, GPCG or Newton's
 //! method inside, and a semismooth Newton method for the whole problem.
 //!
-//! Each module uses only those before it: `ellipse`, `feasible_set`, `history`, `pane_laws`, `body`,
-//! `solution`, `problem`, `conditions`, `convex`, `newton`, `inner`, `minimisation`, `fixed_point`, `accuracy`, `answer`, `equilibrium`, `solve`.
-//! They work on [`PaneLaws`] and an operator; what is behind, a mesh with its
-//! frames and degrees of freedom, only `body` knows.
+//! [`solve()`] tells a solve in order and names the module of each step; `strategy` lists the starts of Newton's method. Below them, each
+//! using only those before it: `ellipse`, `feasible_set`, `pane_laws`, `solution`, `problem`, `conditions` (the natural map), `newton`,
+//! `convex`, `inner`, `minimisation`, `fixed_point`, `accuracy`, `assessment`, `equilibrium`.
 
 mod accuracy;
 mod adjoint;
-mod answer;
+mod assessment;
+mod by_products;
 mod conditions;
 mod convex;
 mod ellipse;
 mod equilibrium;
 mod feasible_set;
 mod fixed_point;
+mod gradient_methods;
 mod inner;
-mod matrix_free;
 mod minimisation;
 mod newton;
 mod pane_laws;
 mod problem;
 mod solution;
 mod solve;
+mod strategy;
 mod two_levels;
 
-pub(crate) use accuracy::{is_felt, load_stress};
+pub(crate) use accuracy::{is_significant, load_stress};
 pub(crate) use adjoint::{Adjoint, Adjoints, LinearFunctional};
+pub(crate) use assessment::Assessment;
 pub use conditions::{Bound, Evaluation, PaneEvaluation, PaneZone};
 pub use ellipse::{Ellipse, ProjectionDerivative};
 pub use feasible_set::FeasibleSet;
@@ -46,3 +48,4 @@ pub use solution::{Goal, Solution, SolvedBy, Status};
 pub use solution::{NewtonStep, OuterStep, StepCounts};
 pub(crate) use solve::local_mapping;
 pub use solve::solve;
+pub use strategy::StartStrategy;

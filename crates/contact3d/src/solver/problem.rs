@@ -6,7 +6,10 @@
 
 use thiserror::Error;
 
-use super::{NewtonStep, OuterStep, Solution};
+use super::{
+    NewtonStep, OuterStep, Solution,
+    conditions::{Conditions, Evaluation},
+};
 use crate::{
     contact::{Interface, MultiplierLayout},
     dual::{Assembly, ContactSystem, ExplicitDual},
@@ -16,8 +19,8 @@ use crate::{
     solver::PaneLaws,
 };
 
-/// A contact problem, and how to solve it.
-pub(super) struct DiscreteProblem<'a> {
+/// One solve of a contact problem: the problem, the settings, and where it begins.
+pub(super) struct ContactSolve<'a> {
     /// S and h, and the balance of a body that floats.
     pub(super) dual: &'a ContactSystem,
     pub(super) laws: &'a PaneLaws,
@@ -27,7 +30,7 @@ pub(super) struct DiscreteProblem<'a> {
     pub(super) start: Start<'a>,
 }
 
-impl DiscreteProblem<'_> {
+impl ContactSolve<'_> {
     /// The unknowns of an answer: its multipliers, and its rigid motions where the body floats.
     pub(super) fn unknowns(&self, solution: &Solution) -> Vec<f64> {
         let mut unknowns = solution.multiplier.clone();
@@ -176,6 +179,38 @@ impl ContactBody<'_> {
             displacement,
             solved,
         }
+    }
+
+    /// R at unknowns, with the exact displacement of [`Self::exact`].
+    pub(super) fn residual_at(
+        &self,
+        dual: &ContactSystem,
+        conditions: &Conditions<'_>,
+        unknowns: &[f64],
+        start: Option<&Doubled>,
+        target: f64,
+    ) -> (Exact, Evaluation) {
+        let exact = self.exact(dual, unknowns, start, target);
+        let (displacement, gap_residual) = (&exact.displacement, &exact.gap_residual);
+        let here = self.conditions_at(dual, conditions, unknowns, displacement, gap_residual);
+        (exact, here)
+    }
+
+    /// R at unknowns with their displacement u in m and B u − gap in m³.
+    pub(super) fn conditions_at(
+        &self,
+        dual: &ContactSystem,
+        conditions: &Conditions<'_>,
+        unknowns: &[f64],
+        displacement: &[f64],
+        gap_residual: &[f64],
+    ) -> Evaluation {
+        let mut gradient: Vec<f64> = gap_residual.iter().map(|c| -c).collect();
+        if let Some(balance) = &dual.balance {
+            let (multiplier, motion) = dual.parts(unknowns);
+            gradient.extend(balance.excess(multiplier, motion));
+        }
+        conditions.evaluate(unknowns, &gradient, &self.tangential(displacement))
     }
 
     /// The dense dual problem written about unknowns.

@@ -2,7 +2,7 @@
 
 use std::ops::AddAssign;
 
-use super::{CoulombState, LocalMapping, PaneLaws, problem::DiscreteProblem};
+use super::{CoulombState, LocalMapping, problem::ContactSolve};
 use crate::{contact::CoulombLaw, scene::SolveSettings};
 
 /// How a solve ended.
@@ -192,7 +192,7 @@ impl Solution {
     }
 
     /// A later answer of the same solve, with the steps and applications of both.
-    pub(super) fn followed_by(self, next: Self) -> Self {
+    pub(super) fn merged_with(self, next: Self) -> Self {
         Self {
             history: [self.history, next.history].concat(),
             applications: self.applications + next.applications,
@@ -259,16 +259,9 @@ pub struct NewtonStep {
     pub seconds: f64,
 }
 
-/// Whether a body that floats was moved further than its contact faces are wide, as Newton's method does where no contact forces
-/// stop it: nothing of that is an answer.
-pub(super) fn has_run_away(solution: &Solution, laws: &PaneLaws) -> bool {
-    let width = laws.area.iter().sum::<f64>().sqrt();
-    !solution.displacement.iter().all(|u| u.abs() <= width)
-}
-
 impl Solution {
     /// What is known of a body that floats and for which no contact forces were found: it rests, without any.
-    pub(super) fn without_answer(status: Status, problem: &DiscreteProblem<'_>) -> Self {
+    pub(super) fn unsolved(status: Status, problem: &ContactSolve<'_>) -> Self {
         let (laws, primal) = (problem.laws, &problem.body.assembly.primal);
         let displacement = vec![0.0; primal.dofs.n_free];
         let unpressed = |law: &CoulombLaw| {

@@ -1,38 +1,45 @@
-//! Chooses how a discrete problem is solved, as its settings say.
+//! The solve of a contact problem, step by step.
+//!
+//! 1. *Equilibrium.* Where contact alone holds the body, a rigid-body motion that no admissible contact forces resist proves that there
+//!    is no solution ([`super::equilibrium`]).
+//! 2. *Operator.* With a dense S Newton's method has the matrix of its derivative. Without, it multiplies with S through the factor, or
+//!    a gradient method does ([`super::by_products`]).
+//! 3. *Strategies.* Starts of Newton's method are tried in order ([`super::strategy`]) until one leads to a solution.
+//! 4. *Refinement.* The displacement of the solution is solved in twice the working precision, and Newton's method goes on with exact
+//!    residuals. The way that is left is the error of λ ([`super::accuracy`]).
+//! 5. *Assessment.* The error decides the status ([`super::assessment`]).
+//!
+//! Algorithm 4.1 of the paper (`solve.method = "fixed_point"`) takes the place of 3 and 4, and its error is measured alike.
+
+use std::time::Instant;
 
 use super::{
     ContactBody, ContactState, Inner, LocalMapping, NeedsExplicit, OuterStep, Progress, Solution,
-    Start, Status, SuccessiveApproximations,
+    SolvedBy, Start, Status, StepCounts, SuccessiveApproximations,
+    accuracy::{DenseModel, Refined},
+    assessment::{Assessment, REFINEMENT_TARGET, has_diverged, has_lost_its_gaps},
     conditions::Bound,
+    coulomb_state,
     equilibrium::{dragged_motion, neutral_motions, unstopped_motion},
+    evaluate_mapping,
+    inner::projected_gradient_steplength,
     minimisation::minimise,
-    problem::DiscreteProblem,
-    solution::has_run_away,
+    newton::{NewtonSolution, NewtonStatus},
+    pane_laws::slip_of,
+    problem::ContactSolve,
+    strategy::{NewtonDriver, StartStrategy},
 };
 use crate::{
     dual::{
-        BalancedOperator, BodyOperator, ContactOperator, ContactSystem, DualSystem, ExplicitDual,
-        LocalStiffness, OperatorForm, PrimalOperator, drag, pane_stiffness,
+        BalancedOperator, BodyOperator, ContactOperator, DualOperator, DualSystem, ExplicitDual,
+        LocalStiffness, PrimalOperator,
     },
-    linalg::{Precision, Work, Workspace},
+    linalg::Workspace,
     scene::{Method, SolveSettings},
 };
 
-/// Most times that a method is run again with a smaller ε.
-const MOST_TIGHTENINGS: usize = 4;
-
-/// An answer from S in single precision is corrected until its error is this many times what rounding in double makes of S λ.
-const ROUNDINGS: f64 = 16.0;
-
-/// Applications of an implicit S for each multiplier after which S is formed: forming takes no more than one.
-const APPLICATIONS_WORTH: usize = 50;
-
-/// Matrices of the size of S that Newton's and the interior point method hold at a time, and numbers that always fit.
-const DENSE_COPIES: usize = 4;
-const SMALL_FACTOR: usize = 32_000_000;
-
 /// Solves the discrete problem as the settings say from a start, by no more than its model features ask for: one solve
-/// without contact, one minimisation without friction or with a given slip bound. The answer lacks its `local_mapping`.
+/// without contact, one minimisation without friction or with a given slip bound. The solution lacks its `local_mapping`.
 ///
 /// # Errors
 /// [`NeedsExplicit`] when Newton's method is asked for and S is not dense.
@@ -44,19 +51,7 @@ pub fn solve(
     observe: &mut dyn FnMut(Progress<'_>),
 ) -> Result<Solution, NeedsExplicit> {
     let (Some(contact), Some(dual)) = (contact, &system.contact) else {
-        return Ok(Solution {
-            displacement: system
-                .assembly
-                .solve_refined(
-                    &system.assembly.primal.load,
-                    None,
-                    f64::EPSILON,
-                    &mut Workspace::default(),
-                )
-                .value,
-            applications: 1,
-            ..Solution::default()
-        });
+        return Ok(without_contact(system));
     };
     let body = ContactBody {
         assembly: &system.assembly,
@@ -65,17 +60,28 @@ pub fn solve(
     let laws = contact.laws();
     let balanced = dual.balanced(&system.assembly, contact.surface, contact.interface);
     let dual = balanced.as_ref().unwrap_or(dual);
-    let problem = DiscreteProblem {
+    let solve = ContactSolve {
         dual,
         laws: &laws,
         body,
         settings,
         start: start.fitting(dual.layout().n_multipliers()),
     };
-    problem.solve(observe)
+    solve.run(observe)
 }
 
-/// The mapping Ψ at an answer; `None` without Coulomb's law, without the dense operator, and for a body that floats, whose mapping is
+/// u = A⁻¹l.
+fn without_contact(system: &DualSystem) -> Solution {
+    let (assembly, work) = (&system.assembly, &mut Workspace::default());
+    let load = &assembly.primal.load;
+    Solution {
+        displacement: assembly.solve_refined(load, None, f64::EPSILON, work).value,
+        applications: 1,
+        ..Solution::default()
+    }
+}
+
+/// The mapping Ψ at a solution; `None` without Coulomb's law, without the dense operator, and for a body that floats, whose mapping is
 /// not one of multipliers alone.
 pub(crate) fn local_mapping(
     system: &DualSystem,
@@ -96,41 +102,207 @@ pub(crate) fn local_mapping(
     )
 }
 
-impl DiscreteProblem<'_> {
-    fn solve(&self, observe: &mut dyn FnMut(Progress<'_>)) -> Result<Solution, NeedsExplicit> {
-        let (dual, laws) = (self.dual, self.laws);
-        let assembly = self.body.assembly;
-        if let Some(balance) = &dual.balance
-            && let Some(motion) = unstopped_motion(assembly, balance, laws)
-                .or_else(|| dragged_motion(assembly, dual.explicit()?, laws))
-        {
+impl ContactSolve<'_> {
+    fn run(&self, observe: &mut dyn FnMut(Progress<'_>)) -> Result<Solution, NeedsExplicit> {
+        if let Some(mechanism) = self.mechanism() {
             return Ok(Solution {
-                unstopped_motion: Some(motion),
-                ..Solution::without_answer(Status::NoEquilibrium, self)
+                unstopped_motion: Some(mechanism),
+                ..Solution::unsolved(Status::NoEquilibrium, self)
             });
         }
-        let solution = self.by_method(observe)?;
-        Ok(self.finished(solution))
+        let set = self.laws.feasible_set(None);
+        let bound = Bound::of(self.laws, &set);
+        let solution = match (self.settings.method, self.dual.explicit()) {
+            (Method::FixedPoint, _) => self.by_given_method(bound, observe)?,
+            (Method::Newton, None) => return Err(NeedsExplicit("method newton")),
+            (Method::Auto, None) => self.by_products(bound, observe),
+            (Method::Newton | Method::Auto, Some(dual)) => self.by_strategies(dual, bound, observe),
+        };
+        Ok(self.finalize(solution))
+    }
+
+    /// A rigid-body motion that proves that there is no equilibrium.
+    fn mechanism(&self) -> Option<Vec<[f64; 3]>> {
+        let balance = self.dual.balance.as_ref()?;
+        let assembly = self.body.assembly;
+        unstopped_motion(assembly, balance, self.laws)
+            .or_else(|| dragged_motion(assembly, self.dual.explicit()?, self.laws))
+    }
+
+    /// The first refined solution to which a strategy leads; without one, what came nearest.
+    pub(super) fn by_strategies(
+        &self,
+        dual: &ExplicitDual,
+        bound: Bound<'_>,
+        observe: &mut dyn FnMut(Progress<'_>),
+    ) -> Solution {
+        let started = Instant::now();
+        let local = LocalStiffness::new(dual);
+        let model = DenseModel {
+            dual,
+            local: &local,
+            bound,
+        };
+        let driver = NewtonDriver {
+            dual,
+            bound,
+            local: &local,
+            start: self.start.multiplier,
+        };
+        let mut trace = Solution::default();
+        let mut best: Option<(StartStrategy, Refined)> = None;
+        let mut least = f64::INFINITY;
+        let mut fixed_point: Option<Solution> = None;
+        for strategy in driver.strategies() {
+            let found = if strategy == StartStrategy::SuccessiveApproximations {
+                if self.settings.method == Method::Newton {
+                    break;
+                }
+                let outer = self.by_inner(Inner::Newton(dual, &local), observe);
+                let found = self.found_by_approximations(&outer);
+                fixed_point = Some(outer);
+                found
+            } else {
+                let observe = |k: usize, step: &_| observe(Progress::Newton(k, step));
+                driver.run(strategy, trace.newton.len(), observe)
+            };
+            let mut next = if found.is_solution() {
+                self.refined(&model, strategy, &found.multiplier, self.tolerance())
+            } else {
+                self.exact(&model, &found.multiplier, None, f64::EPSILON)
+            };
+            trace
+                .newton
+                .extend(found.history.iter().chain(&next.history));
+            trace.applications += found.evaluations + next.applications;
+            if self.dual.balance.is_some() && has_lost_its_gaps(&next.displacement, self.laws) {
+                next.error = f64::INFINITY;
+            }
+            // NaN is no progress. Where nothing led to a solution, what came closest is where another try may begin.
+            let is_nearer = |(_, best): &(_, Refined)| {
+                next.error < best.error || best.error.is_infinite() && found.residual < least
+            };
+            let is_solution = next.is_solution();
+            if best.as_ref().is_none_or(is_nearer) {
+                least = found.residual;
+                best = Some((strategy, next));
+            }
+            if is_solution {
+                break;
+            }
+        }
+        let (strategy, best) = best.expect("some strategy always applies");
+        let solution = self.assessed(&model, strategy, best, fixed_point, started);
+        Solution {
+            applications: trace.applications + solution.applications,
+            newton: trace.newton,
+            ..solution
+        }
+    }
+
+    /// Successive approximations as a start of Newton's method, which needs no more than one in the right zones.
+    fn found_by_approximations(&self, outer: &Solution) -> NewtonSolution {
+        NewtonSolution {
+            // Whatever their rule says: a cycle may turn about a solution.
+            status: match outer.status {
+                Status::NumericalError => NewtonStatus::NumericalError,
+                _ => NewtonStatus::Converged,
+            },
+            multiplier: self.unknowns(outer),
+            residual: outer.accuracy,
+            history: Vec::new(),
+            evaluations: outer.applications,
+        }
+    }
+
+    /// What is asked of a refined solution.
+    fn tolerance(&self) -> f64 {
+        self.settings.epsilon().min(REFINEMENT_TARGET)
+    }
+
+    /// A refined solution with its status, ᾱ, and one evaluation of Ψ.
+    fn assessed(
+        &self,
+        model: &DenseModel<'_>,
+        strategy: StartStrategy,
+        found: Refined,
+        fixed_point: Option<Solution>,
+        started: Instant,
+    ) -> Solution {
+        let DenseModel { dual, local, bound } = *model;
+        let assessment = match &fixed_point {
+            _ if !found.is_finite() => Assessment {
+                status: Status::NumericalError,
+                accuracy: found.error.min(1.0),
+            },
+            // Successive approximations may leave the range of numbers where Newton's method only finds nothing.
+            Some(outer) if !found.is_solution() && outer.status != Status::NumericalError => {
+                Assessment::of_lost_fixed_point(outer.ending(), found.error)
+            }
+            _ => Assessment::of_refined(found.error, self.settings.epsilon(), dual.rounding()),
+        };
+        let mut operator = ContactOperator::explicit(dual, self.body.assembly, self.dual);
+        let steplength = projected_gradient_steplength(&mut operator);
+        let mut solution = Solution {
+            steplength,
+            local_stiffness: local.stiffness.clone(),
+            applications: operator.applications(),
+            ..Solution::default()
+        }
+        .assessed(assessment);
+        match bound {
+            Bound::Frozen(_) => {
+                solution.solved_by = SolvedBy::Minimisation;
+                solution.history = vec![OuterStep {
+                    change: 0.0,
+                    inner_tolerance: self.tolerance(),
+                    inner_residual: found.error.min(1.0),
+                    steps: StepCounts::default(),
+                    applications: solution.applications,
+                    seconds: started.elapsed().as_secs_f64(),
+                }];
+            }
+            Bound::Coulomb(laws, law) => {
+                let image = evaluate_mapping(&found.dual, local, laws, law, &found.multiplier);
+                solution.solved_by = match strategy {
+                    StartStrategy::SuccessiveApproximations => SolvedBy::FixedPoint,
+                    _ => SolvedBy::Newton,
+                };
+                solution.mapping_change = Some(image.relative_change);
+                solution.applications += image.evaluations;
+                let slip = || slip_of(&found.dual, laws, &found.multiplier);
+                solution.slip = law.depends_on_slip().then(slip);
+                solution.coulomb = Some(coulomb_state(&found.dual, laws, law, &found.multiplier));
+            }
+        }
+        if let Some(outer) = fixed_point {
+            solution.history = outer.history;
+        }
+        solution.displacement = found.displacement;
+        solution.rigid_motion = dual.motion(&found.multiplier).to_vec();
+        solution.multiplier = dual.multipliers(&found.multiplier).to_vec();
+        solution
     }
 
     /// A solution with its whole rigid motion, and what belongs to it.
-    fn finished(&self, mut solution: Solution) -> Solution {
+    fn finalize(&self, mut solution: Solution) -> Solution {
         let (dual, laws) = (self.dual, self.laws);
         let assembly = self.body.assembly;
         let mut states = solution.coulomb.iter();
         if !states.all(|state| state.is_admissible(laws)) {
-            solution.status = Status::NumericalError;
+            let assessment = solution.assessment().out_of_range();
+            solution = solution.assessed(assessment);
         }
         if let Some(balance) = &dual.balance {
             solution.rigid_motion =
                 balance.add_reference(&solution.rigid_motion, &mut solution.displacement);
-            if !solution.status.is_solved() && has_run_away(&solution, laws) {
+            if !solution.status.is_solved() && has_diverged(&solution.displacement, laws) {
                 return Solution {
                     history: solution.history,
                     newton: solution.newton,
                     solved_by: solution.solved_by,
                     applications: solution.applications,
-                    ..Solution::without_answer(solution.status, self)
+                    ..Solution::unsolved(solution.status, self)
                 };
             }
             solution.neutral_motions = neutral_motions(assembly, balance);
@@ -145,211 +317,12 @@ impl DiscreteProblem<'_> {
         solution
     }
 
-    /// By the method of the settings.
-    fn by_method(&self, observe: &mut dyn FnMut(Progress<'_>)) -> Result<Solution, NeedsExplicit> {
-        let law = self.laws.coulomb();
-        let set = self.laws.feasible_set(None);
-        let bound = Bound::of(self.laws, &set);
-        match (self.settings.method, self.dual.explicit(), law) {
-            (Method::Newton, None, _) => Err(NeedsExplicit("method newton")),
-            (Method::Newton, Some(dual), _) | (Method::Auto, Some(dual), None) => {
-                let local = LocalStiffness::new(dual);
-                Ok(self.newton(dual, &local, bound, observe))
-            }
-            (Method::Auto, Some(dual), Some(_)) => Ok(self.coulomb_on_dense(dual, bound, observe)),
-            (Method::Auto, None, None) => Ok(self.minimise_implicit(bound, observe)),
-            (Method::Auto, None, Some(law)) => {
-                let by_newton = self.matrix_free(law, &self.pane_stiffness(), observe);
-                Ok(by_newton.unwrap_or_else(|| {
-                    self.until_accurate(bound, |problem, inner| problem.by_inner(inner, observe))
-                }))
-            }
-            (Method::FixedPoint, ..) => {
-                self.with_inner(bound, |problem, inner| problem.by_inner(inner, observe))
-            }
-        }
-    }
-
-    /// Coulomb's law by Newton's method, and where that fails by successive approximations.
-    fn coulomb_on_dense(
+    /// One minimisation, or one after the other for Coulomb's law (Algorithm 4.1), with an inner solver.
+    pub(super) fn by_inner(
         &self,
-        dual: &ExplicitDual,
-        bound: Bound<'_>,
+        inner: Inner<'_>,
         observe: &mut dyn FnMut(Progress<'_>),
     ) -> Solution {
-        let local = LocalStiffness::new(dual);
-        let solution = self.newton(dual, &local, bound, observe);
-        if solution.status.is_solved() {
-            return solution;
-        }
-        let steps = solution.newton.clone();
-        let next = self.by_inner(Inner::Newton(dual, &local), observe);
-        let next = self.completed(dual, &local, bound, next, steps);
-        // Successive approximations may leave the range of numbers where Newton's method only finds nothing.
-        let is_worse = next.status == Status::NumericalError;
-        if is_worse { solution } else { next }
-    }
-
-    /// A convex problem on an implicit S: by GPCG, and where that takes far longer than to form S, or finds no answer, on a dense
-    /// one if it fits beside the factor.
-    fn minimise_implicit(
-        &self,
-        bound: Bound<'_>,
-        observe: &mut dyn FnMut(Progress<'_>),
-    ) -> Solution {
-        let n = self.dual.layout().n_multipliers();
-        let in_factor = self.body.assembly.factor.structure().value_count();
-        let fits = DENSE_COPIES * n * n <= in_factor.max(SMALL_FACTOR);
-        let mut settings = self.settings.clone();
-        if fits {
-            let worth = APPLICATIONS_WORTH * n;
-            settings.max_inner_actions = settings.max_inner_actions.min(worth);
-        }
-        let limited = DiscreteProblem {
-            settings: &settings,
-            ..*self
-        };
-        let run = |problem: &DiscreteProblem<'_>, inner: Inner<'_>| {
-            problem.by_inner(inner, &mut *observe)
-        };
-        let solution = limited.until_accurate(bound, run);
-        if solution.status.is_solved() || !fits {
-            return solution;
-        }
-        let (coupling, rhs) = (&self.dual.coupling, self.dual.dual_rhs().to_vec());
-        let (assembly, face) = (self.body.assembly, self.body.face);
-        let face = (face.surface, face.interface);
-        // No law of a convex problem follows the slip, so nothing asks for that of A⁻¹l.
-        let mut dual = ExplicitDual::new(assembly, coupling, rhs, &[], face, &Work::default());
-        dual.balance.clone_from(&self.dual.balance);
-        let local = LocalStiffness::new(&dual);
-        solution.followed_by(self.newton(&dual, &local, bound, observe))
-    }
-
-    /// Local stiffness where S is not dense.
-    fn pane_stiffness(&self) -> Vec<f64> {
-        let mut stiffness = pane_stiffness(&self.body.assembly.primal, &self.dual.coupling);
-        drag(&mut stiffness, self.dual.layout(), self.dual.dual_rhs());
-        stiffness
-    }
-
-    /// Runs a method with the inner solver of the settings and judges its answer.
-    fn with_inner(
-        &self,
-        bound: Bound<'_>,
-        mut run: impl FnMut(&DiscreteProblem<'_>, Inner<'_>) -> Solution,
-    ) -> Result<Solution, NeedsExplicit> {
-        let Some(dual) = self.dual.explicit() else {
-            let stiffness = self.pane_stiffness();
-            let inner = Inner::chosen(self.settings.inner, None, &stiffness)?;
-            let solution = run(self, inner);
-            return Ok(self.judged(None, bound, stiffness, solution));
-        };
-        let local = LocalStiffness::new(dual);
-        let explicit = Some((dual, &local));
-        let judge = |solution| self.judged(explicit, bound, local.stiffness.clone(), solution);
-        let inner = Inner::chosen(self.settings.inner, explicit, &local.stiffness)?;
-        let mut solution = judge(run(self, inner));
-        if self.body.precision() == Precision::Double {
-            return Ok(solution);
-        }
-        for _ in 0..MOST_TIGHTENINGS {
-            let is_good = match solution.status {
-                Status::Stopped | Status::Inaccurate => false,
-                Status::RoundingLimit => solution.accuracy <= ROUNDINGS * dual.rounding(),
-                _ => true,
-            };
-            if is_good {
-                break;
-            }
-            let multiplier = &solution.multiplier;
-            let unknowns = self.unknowns(&solution);
-            let exact = self.exact(dual, &local, &unknowns, None, f64::EPSILON);
-            let corrected = ContactSystem {
-                coupling: self.dual.coupling.clone(),
-                form: OperatorForm::Explicit(exact.dual.without_anchor()),
-                balance: self.dual.balance.clone(),
-            };
-            let problem = DiscreteProblem {
-                dual: &corrected,
-                start: Start {
-                    multiplier: Some(multiplier),
-                    checkpoint: None,
-                },
-                ..*self
-            };
-            let explicit = corrected.explicit().map(|dual| (dual, &local));
-            let inner = Inner::chosen(self.settings.inner, explicit, &local.stiffness)?;
-            let next = judge(run(&problem, inner));
-            let falls = next.accuracy <= 0.5 * solution.accuracy;
-            solution = solution.followed_by(next);
-            if !falls {
-                break;
-            }
-        }
-        Ok(solution)
-    }
-
-    /// Runs a method with GPCG inside on the implicit operator, again with a smaller ε from where it
-    /// stopped while its answer is further from the solution than asked.
-    fn until_accurate(
-        &self,
-        bound: Bound<'_>,
-        mut run: impl FnMut(&DiscreteProblem<'_>, Inner<'_>) -> Solution,
-    ) -> Solution {
-        let stiffness = self.pane_stiffness();
-        let judge = |solution| self.judged(None, bound, stiffness.clone(), solution);
-        let inner = Inner::Gpcg(&stiffness);
-        let mut solution = judge(run(self, inner));
-        let mut settings = self.settings.clone();
-        for _ in 0..MOST_TIGHTENINGS {
-            if !matches!(solution.status, Status::Stopped | Status::Inaccurate) {
-                break;
-            }
-            let excess = solution.accuracy / self.settings.epsilon();
-            settings.epsilon = Some(settings.epsilon() / excess.max(10.0));
-            let start = Start {
-                multiplier: Some(&solution.multiplier),
-                checkpoint: None,
-            };
-            let tighter = DiscreteProblem {
-                settings: &settings,
-                start,
-                ..*self
-            };
-            let next = judge(run(&tighter, inner));
-            solution = solution.followed_by(next);
-        }
-        solution
-    }
-
-    fn with_operator(&self, run: impl FnOnce(&mut BodyOperator<'_, '_>) -> Solution) -> Solution {
-        let assembly = self.body.assembly;
-        let mut operator: Box<dyn PrimalOperator + '_> = match self.dual.explicit() {
-            Some(dual) => Box::new(ContactOperator::explicit(dual, assembly, self.dual)),
-            None => Box::new(ContactOperator::implicit(assembly, self.dual)),
-        };
-        let mut solution = match &self.dual.balance {
-            None => run(&mut BodyOperator::Held(&mut *operator)),
-            Some(balance) => {
-                let mut operator = BalancedOperator::new(operator, balance);
-                let solution = run(&mut BodyOperator::Floating(&mut operator));
-                Solution {
-                    rigid_motion: operator.motion(&solution.multiplier),
-                    ..solution
-                }
-            }
-        };
-        let unknowns = self.unknowns(&solution);
-        let solved = self.dual.refined(assembly, &unknowns, None, f64::EPSILON);
-        solution.displacement = solved.value;
-        let (_, motion) = self.dual.parts(&unknowns);
-        self.dual.add_motion(motion, &mut solution.displacement);
-        solution
-    }
-
-    /// One minimisation, or one after the other for Coulomb's law, with an inner solver.
-    fn by_inner(&self, inner: Inner<'_>, observe: &mut dyn FnMut(Progress<'_>)) -> Solution {
         self.with_operator(|operator| {
             let Some(law) = self.laws.coulomb() else {
                 let first = self.start.multiplier;
@@ -365,5 +338,30 @@ impl DiscreteProblem<'_> {
             };
             method.solve(operator, self.start, observe)
         })
+    }
+
+    fn with_operator(&self, run: impl FnOnce(&mut BodyOperator<'_, '_>) -> Solution) -> Solution {
+        let assembly = self.body.assembly;
+        let mut operator: Box<dyn PrimalOperator + '_> = match self.dual.explicit() {
+            Some(dual) => Box::new(ContactOperator::explicit(dual, assembly, self.dual)),
+            None => Box::new(ContactOperator::implicit(assembly, self.dual)),
+        };
+        let mut solution = match &self.dual.balance {
+            None => run(&mut BodyOperator::Constrained(&mut *operator)),
+            Some(balance) => {
+                let mut operator = BalancedOperator::new(operator, balance);
+                let solution = run(&mut BodyOperator::Floating(&mut operator));
+                Solution {
+                    rigid_motion: operator.motion(&solution.multiplier),
+                    ..solution
+                }
+            }
+        };
+        let unknowns = self.unknowns(&solution);
+        let solved = self.dual.refined(assembly, &unknowns, None, f64::EPSILON);
+        solution.displacement = solved.value;
+        let (_, motion) = self.dual.parts(&unknowns);
+        self.dual.add_motion(motion, &mut solution.displacement);
+        solution
     }
 }

@@ -17,8 +17,8 @@ use crate::{
 };
 
 /// Columns and rows of a block of Y and U, of which threads take one after another; their number changes no sum.
-const COLUMNS: usize = 32;
-const ROWS: usize = 4096;
+const AGGREGATE_COLUMNS: usize = 32;
+const AGGREGATE_ROWS: usize = 4096;
 
 /// What is known of an implicit S: its aggregates, and how panes yield.
 pub(super) struct PaneLevels {
@@ -161,9 +161,9 @@ impl<'a> TwoLevels<'a> {
 fn along(columns: MatRef<'_, f64>, x: &[f64]) -> Vec<f64> {
     let x = MatRef::from_column_major_slice(x, x.len(), 1);
     let mut along = vec![0.0; columns.ncols()];
-    let blocks = along.par_chunks_mut(COLUMNS).enumerate();
+    let blocks = along.par_chunks_mut(AGGREGATE_COLUMNS).enumerate();
     blocks.for_each(|(k, along)| {
-        let columns = columns.subcols(k * COLUMNS, along.len());
+        let columns = columns.subcols(k * AGGREGATE_COLUMNS, along.len());
         along.copy_from_slice(product(columns.transpose(), x).col_as_slice(0));
     });
     along
@@ -172,10 +172,12 @@ fn along(columns: MatRef<'_, f64>, x: &[f64]) -> Vec<f64> {
 /// x − Y a.
 fn subtract(columns: MatRef<'_, f64>, along: &[f64], x: &mut [f64]) {
     let along = MatRef::from_column_major_slice(along, along.len(), 1);
-    x.par_chunks_mut(ROWS).enumerate().for_each(|(k, x)| {
-        let change = product(columns.subrows(k * ROWS, x.len()), along);
-        add_scaled(x, -1.0, change.col_as_slice(0));
-    });
+    x.par_chunks_mut(AGGREGATE_ROWS)
+        .enumerate()
+        .for_each(|(k, x)| {
+            let change = product(columns.subrows(k * AGGREGATE_ROWS, x.len()), along);
+            add_scaled(x, -1.0, change.col_as_slice(0));
+        });
 }
 
 /// M⁻¹ of every pane; 1 where M is singular.

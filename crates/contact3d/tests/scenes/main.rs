@@ -18,3 +18,4 @@ mod obstacles;
 mod quadratic;
 mod quantities;
 mod single_precision;
+mod strategies;

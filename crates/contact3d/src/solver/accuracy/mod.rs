@@ -1,7 +1,10 @@
-//! The error of an answer: its way to the solution.
+//! The error of a solution: its distance to the solution that exact residuals lead to.
 
-mod judge;
-pub(in crate::solver) mod polish;
+mod error;
+mod refinement;
 
-pub(in crate::solver) use judge::{LEFT, MOST_APPLICATIONS, REFINED};
-pub(crate) use judge::{is_felt, load_stress};
+pub(in crate::solver) use error::{
+    DISPLACEMENT_TOLERANCE, GMRES_MAX_APPLICATIONS, GMRES_TOLERANCE,
+};
+pub(crate) use error::{is_significant, load_stress};
+pub(in crate::solver) use refinement::{DenseModel, Refined};

@@ -9,10 +9,10 @@ use super::{
 use crate::linalg::{DenseCholesky, add_scaled, dot};
 
 /// Most steps: the problems of the campaign need no more than a quarter.
-const MOST_STEPS: usize = 100;
+const INTERIOR_MAX_STEPS: usize = 100;
 
 /// Share of the way to the boundary.
-const SHARE: f64 = 0.99;
+const BOUNDARY_FRACTION: f64 = 0.99;
 
 /// Every s ∘ z keeps this share of their mean, and what is violated falls at least as μ does, but for this factor: the
 /// neighbourhood in which convergence is proven.
@@ -20,20 +20,20 @@ const CENTRALITY: f64 = 1e-3;
 const INFEASIBILITY: f64 = 1e6;
 
 /// Least decrease of μ, as a share of the step.
-const DECREASE: f64 = 0.01;
+const INTERIOR_DECREASE: f64 = 0.01;
 
 /// Steps along the corrected direction that are shorter give way to the centred one, of which convergence is proven.
-const SHORT: f64 = 0.1;
-const CENTRED: f64 = 0.5;
+const SHORT_INTERIOR_STEP: f64 = 0.1;
+const CENTRED_FRACTION: f64 = 0.5;
 
 /// What is violated may be this share of the answer when the active set is read off; Newton's method removes it.
-const VIOLATION: f64 = 1e-3;
+const BLOCK_VIOLATION: f64 = 1e-3;
 
 /// A larger violation than this share lags behind the active set, and one step more, which leaves a hundredth of it, is worth its cost.
 const LAGGING: f64 = 1e-5;
 
 /// What a Schur complement of unit diagonal resists less is a motion that contact does not hold.
-const UNRESISTED: f64 = 1e-13;
+const NULL_MOTION_PIVOT: f64 = 1e-13;
 
 /// The primal–dual method of path following with Mehrotra's corrector on the cones of pressures and ellipses, one Cholesky
 /// factor a step.
@@ -110,11 +110,11 @@ impl<'a> InteriorPoint<'a> {
     pub(in crate::solver) fn run(&mut self, indecision: f64) -> bool {
         loop {
             let [undecided, violated] = self.open();
-            let is_decided = undecided <= indecision && violated <= VIOLATION;
+            let is_decided = undecided <= indecision && violated <= BLOCK_VIOLATION;
             if is_decided && violated <= LAGGING {
                 return true;
             }
-            let moves = self.steps < MOST_STEPS && self.advance().is_some();
+            let moves = self.steps < INTERIOR_MAX_STEPS && self.advance().is_some();
             if is_decided || !moves {
                 return is_decided;
             }
@@ -199,8 +199,8 @@ impl<'a> InteriorPoint<'a> {
         let share = (self.mu(Some(&predictor), reach) / mu).clamp(0.0, 1.0);
         let mut direction = towards(share.powi(3) * mu, Some(&predictor));
         let mut step = self.admissible(&direction, mu);
-        if step < SHORT {
-            let centred = towards(CENTRED * mu, None);
+        if step < SHORT_INTERIOR_STEP {
+            let centred = towards(CENTRED_FRACTION * mu, None);
             let longer = self.admissible(&centred, mu);
             if longer > step {
                 (direction, step) = (centred, longer);
@@ -228,20 +228,20 @@ impl<'a> InteriorPoint<'a> {
 
     /// A step within the neighbourhood along which μ falls; 0 where rounding leaves none.
     fn admissible(&self, direction: &InteriorStep, mu: f64) -> f64 {
-        const SHORTER: f64 = 0.7;
-        const LEAST: f64 = 1e-10;
-        let mut step = (SHARE * self.longest(direction)).min(1.0);
-        while step > LEAST {
+        const STEP_REDUCTION: f64 = 0.7;
+        const LEAST_REGULARISATION: f64 = 1e-10;
+        let mut step = (BOUNDARY_FRACTION * self.longest(direction)).min(1.0);
+        while step > LEAST_REGULARISATION {
             let next = self.mu(Some(direction), step);
             let mut pairs = self.moved_pairs(direction, step);
             let feasible = self.left * (1.0 - step) <= INFEASIBILITY * next / self.first_mu;
-            if next <= (1.0 - DECREASE * step) * mu
+            if next <= (1.0 - INTERIOR_DECREASE * step) * mu
                 && feasible
                 && pairs.all(|(s, z)| smaller_eigenvalue(s, z) >= CENTRALITY * next)
             {
                 return step;
             }
-            step *= SHORTER;
+            step *= STEP_REDUCTION;
         }
         0.0
     }
@@ -338,7 +338,7 @@ impl StepSystem {
         };
         let scaled = DMatrix::from_fn(n, n, |p, q| scale(p) * self.complement[(p, q)] * scale(q));
         let rhs = DVector::from_fn(n, |p, _| scale(p) * resultant[p]);
-        let motion = scaled.svd(true, true).solve(&rhs, UNRESISTED);
+        let motion = scaled.svd(true, true).solve(&rhs, NULL_MOTION_PIVOT);
         match motion {
             Ok(motion) => (0..n).map(|p| scale(p) * motion[p]).collect(),
             Err(_) => vec![0.0; n],

@@ -135,10 +135,10 @@ impl Ellipse {
 
 /// Root t of (a x/(t+a²))² + (b y/(t+b²))² = 1 for a point outside, semi-axes scaled to max 1.
 fn multiplier(axes: [f64; 2], point: [f64; 2]) -> f64 {
-    const MOST_STEPS: usize = 100;
+    const PROJECTION_MAX_STEPS: usize = 100;
     let [a, b] = axes;
     let mut t = (a * point[0] - a * a).max(b * point[1] - b * b).max(0.0);
-    for _ in 0..MOST_STEPS {
+    for _ in 0..PROJECTION_MAX_STEPS {
         let ratio = [0, 1].map(|i| axes[i] * point[i] / (t + axes[i] * axes[i]));
         // Newton on 1/level, nearly linear in t: few steps even far outside.
         let level = ratio[0].hypot(ratio[1]);

@@ -9,8 +9,9 @@ use crate::{
     solver::{
         CoulombState, PaneLaws,
         conditions::Bound,
-        newton::{NewtonSettings, NewtonStatus, search::Search},
+        newton::{NewtonSettings, NewtonStatus},
         pane_laws::coulomb_state,
+        strategy::NewtonDriver,
     },
 };
 
@@ -58,13 +59,13 @@ pub fn evaluate_at(
     multiplier: &[f64],
 ) -> MappingValue {
     let set = laws.feasible_set(Some(state));
-    let search = Search {
+    let driver = NewtonDriver {
         dual,
         bound: Bound::Frozen(&set),
         local,
         start: Some(multiplier),
     };
-    let inner = search.minimise(&set, &NewtonSettings::to_rounding(dual));
+    let inner = driver.minimise(&set, &NewtonSettings::to_rounding(dual));
     MappingValue {
         status: inner.status,
         // The rigid motions of a body that floats stay aside.
@@ -77,11 +78,11 @@ pub fn evaluate_at(
 }
 
 /// Longest period that is looked for.
-const LONGEST: usize = 8;
+const CYCLE_LONGEST_PERIOD: usize = 8;
 
 /// A return this much closer than the steps of the round is a cycle: linear convergence that slow
 /// would need a million steps for one digit.
-const CLOSED: f64 = 1e-6;
+const CYCLE_CLOSED: f64 = 1e-6;
 
 /// Remembers the last iterates of successive approximations, to tell a cycle from slow convergence.
 #[derive(Debug, Default)]
@@ -100,10 +101,10 @@ impl CycleDetector {
             let before = &self.recent[self.recent.len() - period];
             let round = self.changes.range(self.changes.len() - period..);
             let least = round.copied().fold(f64::INFINITY, f64::min);
-            relative_change(multiplier, before) <= CLOSED * least
+            relative_change(multiplier, before) <= CYCLE_CLOSED * least
         });
         self.recent.push_back(multiplier.to_vec());
-        if self.recent.len() > LONGEST {
+        if self.recent.len() > CYCLE_LONGEST_PERIOD {
             self.recent.pop_front();
             self.changes.pop_front();
         }
@@ -120,10 +121,10 @@ pub(in crate::solver) fn relative_change(next: &[f64], last: &[f64]) -> f64 {
 }
 
 /// Steps in which changes must halve; a contraction of 0.993 a step does that.
-const PATIENCE: usize = 100;
+const STALL_STEPS: usize = 100;
 
 /// A larger change is not rounding: 1e-8 is left where the body's motion as a whole takes half the digits.
-const LARGEST: f64 = 1e-8;
+const STALL_LARGEST_CHANGE: f64 = 1e-8;
 
 /// Watches the changes of successive approximations whose inner problems are solved to rounding.
 #[derive(Debug, Default)]
@@ -134,16 +135,16 @@ pub(super) struct Stall {
 }
 
 impl Stall {
-    /// Whether small changes have not halved in [`PATIENCE`] steps, all with inner problems solved to rounding.
+    /// Whether small changes have not halved in [`STALL_STEPS`] steps, all with inner problems solved to rounding.
     pub(super) fn is_at_rounding(&mut self, change: f64, inner_at_rounding: bool) -> bool {
         let falls = self.best.is_none_or(|best| change <= 0.5 * best);
-        if falls || !inner_at_rounding || change > LARGEST {
+        if falls || !inner_at_rounding || change > STALL_LARGEST_CHANGE {
             self.best = Some(self.best.map_or(change, |best| best.min(change)));
             self.idle = 0;
             return false;
         }
         self.idle += 1;
-        self.idle >= PATIENCE
+        self.idle >= STALL_STEPS
     }
 }
 
@@ -183,7 +184,7 @@ mod tests {
         let mut noise = Stall::default();
         let at =
             (0..).position(|k| noise.is_at_rounding(if k % 2 == 0 { 1e-10 } else { 2e-10 }, true));
-        assert_eq!(at, Some(PATIENCE));
+        assert_eq!(at, Some(STALL_STEPS));
         let mut slow = Stall::default();
         assert!((0..2000).all(|k| !slow.is_at_rounding(1e-9 * 0.99_f64.powi(k), true)));
         let mut large = Stall::default();

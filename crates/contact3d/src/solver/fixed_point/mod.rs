@@ -98,7 +98,7 @@ impl SuccessiveApproximations<'_> {
                 break;
             }
             // A state that could go on would have to hold the rigid motions, too.
-            if !last && matches!(outer.operator, BodyOperator::Held(_)) {
+            if !last && matches!(outer.operator, BodyOperator::Constrained(_)) {
                 let state = outer.solution.outer_state(self.laws, step.tolerance);
                 observe(Progress::Between(&state));
             }
@@ -152,7 +152,7 @@ impl<'s, 'o, 'b> OuterLoop<'s, 'o, 'b> {
             None => projected_gradient_steplength(operator.as_dual()),
         };
         let balanced = match operator {
-            BodyOperator::Held(_) => None,
+            BodyOperator::Constrained(_) => None,
             BodyOperator::Floating(operator) => Some(operator.balanced_start()),
         };
         let first = start.multiplier.or(balanced.as_deref());

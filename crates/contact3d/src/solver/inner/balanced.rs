@@ -7,13 +7,13 @@ use crate::{
 };
 
 /// Most steps of the method of multipliers.
-const MOST_STEPS: usize = 200;
+const BALANCE_MAX_STEPS: usize = 200;
 
 /// What an inner minimisation may leave, as a share of the imbalance before it: imbalance and residual fall together.
-const SHARE: f64 = 0.1;
+const BALANCE_REDUCTION: f64 = 0.1;
 
 /// Imbalance before the first step.
-const FIRST: f64 = 1e-2;
+const BALANCE_FIRST_TOLERANCE: f64 = 1e-2;
 
 impl Inner<'_> {
     /// Minimises ½ λᵀSλ − λᵀh under Gᵀλ = e by the method of multipliers (SMALSE-M: Z. Dostál, *Optimal Quadratic Programming
@@ -31,16 +31,16 @@ impl Inner<'_> {
     ) -> InnerSummary {
         let attainable = operator.dimension() as f64 * f64::EPSILON;
         let first_application = operator.applications();
-        let mut imbalance = FIRST;
+        let mut imbalance = BALANCE_FIRST_TOLERANCE;
         let mut total: Option<InnerSummary> = None;
-        for _ in 0..MOST_STEPS {
+        for _ in 0..BALANCE_MAX_STEPS {
             let used = operator.applications() - first_application;
             let left = Kprgp {
                 max_applications: kprgp.max_applications.saturating_sub(used),
                 ..*kprgp
             };
             // A residual within the tolerance leaves an imbalance of the same size, give or take a factor.
-            let asked = SHARE * imbalance.max(tolerance);
+            let asked = BALANCE_REDUCTION * imbalance.max(tolerance);
             let mut summary = self.minimise_at(operator, &left, set, multiplier, asked);
             if let Some(before) = &total {
                 summary.steps += before.steps;

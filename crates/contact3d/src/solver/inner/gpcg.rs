@@ -29,7 +29,7 @@ pub struct Gpcg {
 }
 
 /// Energies that a projected gradient step is compared with.
-const WINDOW: usize = 10;
+const DECREASE_WINDOW: usize = 10;
 /// Share of the linear decrease that it must reach below the largest of them.
 const SUFFICIENT_DECREASE: f64 = 1e-4;
 /// Largest spectral steplength in units of ᾱ.
@@ -39,7 +39,7 @@ const MOST_IDENTIFICATION_STEPS: usize = 10;
 /// Loosest and tightest relative residual of a Newton step.
 const FORCING: [f64; 2] = [0.3, 1e-3];
 /// Share of the tolerance below which the residual of a Newton step need not come.
-const ENOUGH: f64 = 0.5;
+const FACE_DECREASE: f64 = 0.5;
 /// Lengths of a Newton step that are tried.
 const TRIALS: [f64; 3] = [1.0, 0.25, 0.0625];
 
@@ -134,7 +134,7 @@ impl GradientSearch<'_> {
                 _ => FORCING[0],
             };
             last_gradient = Some(size);
-            let target = (forcing * size).max(ENOUGH * tolerance);
+            let target = (forcing * size).max(FACE_DECREASE * tolerance);
             if size <= target || !size.is_finite() {
                 continue;
             }
@@ -235,7 +235,7 @@ impl GradientSearch<'_> {
             *energy -= change;
         }
         self.energies.push(0.0);
-        if self.energies.len() > WINDOW {
+        if self.energies.len() > DECREASE_WINDOW {
             self.energies.remove(0);
         }
     }

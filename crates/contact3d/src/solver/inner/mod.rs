@@ -11,7 +11,8 @@ pub use kprgp::{InnerOutcome, Kprgp};
 use super::{
     FeasibleSet, NeedsExplicit, NewtonStep, Status, StepCounts,
     conditions::Bound,
-    newton::{NewtonSettings, NewtonStatus, search::Search},
+    newton::{NewtonSettings, NewtonStatus},
+    strategy::NewtonDriver,
 };
 use crate::{
     dual::{BodyOperator, DualOperator, ExplicitDual, LocalStiffness},
@@ -83,7 +84,7 @@ impl<'a> Inner<'a> {
             (Self::Newton(dual, local), operator) => {
                 newton_inside(dual, local, operator, set, multiplier, tolerance)
             }
-            (_, BodyOperator::Held(operator)) => {
+            (_, BodyOperator::Constrained(operator)) => {
                 self.minimise_at(*operator, kprgp, set, multiplier, tolerance)
             }
             (_, BodyOperator::Floating(operator)) => {
@@ -156,13 +157,13 @@ fn newton_inside(
     if let BodyOperator::Floating(operator) = operator {
         start.extend(operator.motion(multiplier));
     }
-    let search = Search {
+    let driver = NewtonDriver {
         dual,
         bound: Bound::Frozen(set),
         local,
         start: Some(&start),
     };
-    let outcome = search.minimise(set, &settings);
+    let outcome = driver.minimise(set, &settings);
     let summary = InnerSummary {
         failure: (!outcome.is_solution()).then_some(Status::MaxNewtonSteps),
         residual: outcome.residual,

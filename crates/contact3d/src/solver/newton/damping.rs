@@ -1,10 +1,10 @@
 //! What damped Newton methods share, with a matrix and without: halved steps, and what a stall is.
 
 /// Halvings of one step before the full step is taken all the same.
-const MOST_HALVINGS: usize = 12;
+const STEP_MAX_HALVINGS: usize = 12;
 
 /// Steps in which the best residual must halve; otherwise Newton's method has stalled.
-pub(in crate::solver) const PATIENCE: usize = 10;
+pub(in crate::solver) const STAGNATION_STEPS: usize = 10;
 
 /// Below this relative residual a stall is rounding.
 pub(in crate::solver) const ROUNDING_ZONE: f64 = 1e-9;
@@ -25,7 +25,7 @@ pub(in crate::solver) fn halved<T>(
     decreases: impl Fn(&T) -> bool,
 ) -> Damped<T> {
     let mut full = None;
-    for halvings in 0..=MOST_HALVINGS {
+    for halvings in 0..=STEP_MAX_HALVINGS {
         let length = 0.5_f64.powi(halvings as i32);
         let reached = at(length);
         if decreases(&reached) {
@@ -40,7 +40,7 @@ pub(in crate::solver) fn halved<T>(
     Damped {
         reached: full.expect("the full step is the first"),
         length: 1.0,
-        halvings: MOST_HALVINGS,
+        halvings: STEP_MAX_HALVINGS,
     }
 }
 

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use super::{
     NewtonSolution,
-    damping::{BestResiduals, Damped, PATIENCE, ROUNDING_ZONE, halved},
+    damping::{BestResiduals, Damped, ROUNDING_ZONE, STAGNATION_STEPS, halved},
     natural_map::NaturalMap,
 };
 use crate::{
@@ -17,16 +17,16 @@ use crate::{
 
 /// Sweeps of relaxation at the start and after every trial step.
 const FIRST_SWEEPS: usize = 20;
-const SWEEPS: usize = 10;
+const SWEEPS_PER_STEP: usize = 10;
 
 /// A step that reduces ‖R‖ to this share lies in the range of fast convergence: nothing to relax.
-const FAST: f64 = 0.01;
+const FAST_DECREASE: f64 = 0.01;
 
-/// [`PATIENCE`] without relaxation, fewer: a good start needs few steps, and there are other starts.
-const PLAIN_PATIENCE: usize = 6;
+/// [`STAGNATION_STEPS`] without relaxation, fewer: a good start needs few steps, and there are other starts.
+const PLAIN_STAGNATION_STEPS: usize = 6;
 
 /// In [`ROUNDING_ZONE`], or below what rounding of S λ makes of the residual, a stall within so many steps is rounding.
-const ROUNDING_PATIENCE: usize = 3;
+const ROUNDING_STAGNATION_STEPS: usize = 3;
 
 /// How Newton's method is stopped.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -137,8 +137,10 @@ pub(in crate::solver) fn iterate(
     let mut current = Iterate::new(map, start.clone());
     let mut evaluations = 1;
     let (patience, rounding_patience, mut relaxing) = match globalisation {
-        Globalisation::Plain(rounding_patience) => (PLAIN_PATIENCE, rounding_patience, false),
-        Globalisation::Relaxed(_) => (PATIENCE, ROUNDING_PATIENCE, true),
+        Globalisation::Plain(rounding_patience) => {
+            (PLAIN_STAGNATION_STEPS, rounding_patience, false)
+        }
+        Globalisation::Relaxed(_) => (STAGNATION_STEPS, ROUNDING_STAGNATION_STEPS, true),
     };
     if relaxing && current.evaluation.norm.is_finite() && current.relative() > settings.tolerance {
         current = current.relaxed(map, FIRST_SWEEPS);
@@ -254,11 +256,11 @@ fn backtrack(
         let moved = from.multiplier.iter().zip(direction);
         let next = Iterate::new(map, moved.map(|(l, d)| l + share * d).collect());
         applications += 1;
-        if !relaxing || next.evaluation.norm < FAST * from.evaluation.norm {
+        if !relaxing || next.evaluation.norm < FAST_DECREASE * from.evaluation.norm {
             return next;
         }
-        applications += SWEEPS + 2;
-        next.relaxed(map, SWEEPS)
+        applications += SWEEPS_PER_STEP + 2;
+        next.relaxed(map, SWEEPS_PER_STEP)
     };
     let step = halved(at, |next| next.evaluation.norm < from.evaluation.norm);
     (step, applications)

@@ -2,12 +2,13 @@
 
 mod continuation;
 pub(in crate::solver) mod damping;
+mod friction_graph;
 mod frozen_response;
 mod iteration;
 mod linearisation;
 pub(in crate::solver) mod natural_map;
+pub(in crate::solver) mod proximal;
 mod relaxation;
-pub(in crate::solver) mod search;
 mod system;
 #[cfg(test)]
 mod tests;
@@ -16,6 +17,10 @@ pub use frozen_response::frozen_response;
 pub use iteration::{NewtonSettings, NewtonStatus};
 pub use linearisation::{Linearisation, LocalMapping, contraction_of_mapping};
 
+pub(in crate::solver) use continuation::continuation;
+pub(in crate::solver) use friction_graph::FrictionGraph;
+pub(in crate::solver) use proximal::proximal_point;
+
 use iteration::{Globalisation, iterate};
 use natural_map::NaturalMap;
 
@@ -23,7 +28,7 @@ use super::{FeasibleSet, NewtonStep, PaneLaws, conditions::Bound, pane_laws::cou
 use crate::{contact::CoulombLaw, dual::ExplicitDual};
 
 /// Share of the way to Ψ(λ) in a safeguard step of [`newton`].
-const DAMPING: f64 = 0.5;
+const SAFEGUARD_STEP: f64 = 0.5;
 
 /// The multiplier that Newton's method found and how it was reached.
 #[derive(Debug, Clone)]
@@ -80,7 +85,9 @@ pub fn newton(
         let image = minimise_frozen_in(dual, &set, multiplier, &settings, 1, |_, _| {});
         hidden_evaluations += image.evaluations;
         let pairs = multiplier.iter().zip(&image.multiplier);
-        pairs.map(|(l, next)| l + DAMPING * (next - l)).collect()
+        pairs
+            .map(|(l, next)| l + SAFEGUARD_STEP * (next - l))
+            .collect()
     };
     let help = Globalisation::Relaxed(&mut safeguard);
     let mut found = iterate(&map, start, settings, 0, help, observe);
@@ -89,7 +96,7 @@ pub fn newton(
 }
 
 /// Steps without progress at rounding that end Newton's method from a good start.
-const IDLE_STEPS: usize = 3;
+const ROUNDING_IDLE_STEPS: usize = 3;
 
 /// Newton's method on any natural map from a good start, in no fewer than `least_steps`; a stall
 /// ends it.
@@ -100,7 +107,7 @@ pub(in crate::solver) fn newton_from(
     least_steps: usize,
     observe: impl FnMut(usize, &NewtonStep),
 ) -> NewtonSolution {
-    let help = Globalisation::Plain(IDLE_STEPS);
+    let help = Globalisation::Plain(ROUNDING_IDLE_STEPS);
     iterate(map, start, settings, least_steps, help, observe)
 }
 
@@ -111,7 +118,7 @@ pub(in crate::solver) fn newton_to_rounding(
     start: Vec<f64>,
     settings: &NewtonSettings,
 ) -> NewtonSolution {
-    let help = Globalisation::Plain(IDLE_STEPS - 1);
+    let help = Globalisation::Plain(ROUNDING_IDLE_STEPS - 1);
     iterate(map, start, settings, 1, help, |_, _| {})
 }
 
@@ -136,7 +143,7 @@ pub(in crate::solver) fn minimise_frozen_in(
     least_steps: usize,
     observe: impl FnMut(usize, &NewtonStep),
 ) -> NewtonSolution {
-    const SWEEPS: usize = 50;
+    const SAFEGUARD_SWEEPS: usize = 50;
     let map = NaturalMap::new(dual, Bound::Frozen(set));
     let mut first = dual.unknowns(start);
     set.project(&mut first);
@@ -144,8 +151,8 @@ pub(in crate::solver) fn minimise_frozen_in(
     let mut safeguard = |multiplier: &[f64]| {
         let mut next = multiplier.to_vec();
         set.project(&mut next);
-        map.relax(&mut next, SWEEPS);
-        relaxation_applications += SWEEPS + 1;
+        map.relax(&mut next, SAFEGUARD_SWEEPS);
+        relaxation_applications += SAFEGUARD_SWEEPS + 1;
         next
     };
     let help = Globalisation::Relaxed(&mut safeguard);
@@ -156,7 +163,7 @@ pub(in crate::solver) fn minimise_frozen_in(
 
 impl NewtonSolution {
     /// λ = 0 before any step.
-    fn none(dual: &ExplicitDual) -> Self {
+    pub(in crate::solver) fn none(dual: &ExplicitDual) -> Self {
         Self {
             status: NewtonStatus::MaxSteps,
             multiplier: dual.unknowns(&[]),
@@ -167,7 +174,7 @@ impl NewtonSolution {
     }
 
     /// A later solution with the steps and evaluations of both.
-    fn followed_by(self, next: Self) -> Self {
+    pub(in crate::solver) fn merged_with(self, next: Self) -> Self {
         Self {
             history: [self.history, next.history].concat(),
             evaluations: self.evaluations + next.evaluations,

@@ -1,13 +1,13 @@
 //! The natural map of the dense dual problem.
 
 use crate::{
-    dual::{Balance, ExplicitDual, drag},
+    dual::{Balance, ExplicitDual, friction_stiffness},
     linalg::norm,
     solver::conditions::{Bound, Conditions, Evaluation},
 };
 
 /// Roundings of a few terms and of the steps that follow them.
-const ROUNDINGS: f64 = 16.0;
+const MOTION_ROUNDINGS: f64 = 16.0;
 
 /// The natural map R(λ) = λ − P(λ − ρ r), r = S λ − h, whose zeros solve the contact problem;
 /// where the body floats, of x = (λ, α) with rows ρ (e − Gᵀλ) for the balance.
@@ -32,7 +32,7 @@ impl<'a> NaturalMap<'a> {
             })
         });
         let mut steplengths = normal.chain(tangential).collect::<Vec<_>>();
-        drag(&mut steplengths, layout, &dual.rhs);
+        friction_stiffness(&mut steplengths, layout, &dual.rhs);
         Self::with_steplengths(dual, bound, steplengths)
     }
 
@@ -46,6 +46,20 @@ impl<'a> NaturalMap<'a> {
         Self {
             dual,
             conditions: Conditions::new(bound, dual.layout, steplengths),
+        }
+    }
+
+    /// As [`Self::with_steplengths`], with given 𝓕⁻¹ on the panes, `[n_friction_panes]`.
+    pub(in crate::solver) fn with_coefficients(
+        dual: &'a ExplicitDual,
+        bound: Bound<'a>,
+        steplengths: Vec<f64>,
+        inverse: Vec<[f64; 2]>,
+    ) -> Self {
+        let map = Self::with_steplengths(dual, bound, steplengths);
+        Self {
+            conditions: map.conditions.with_coefficients(inverse),
+            ..map
         }
     }
 
@@ -74,7 +88,7 @@ impl<'a> NaturalMap<'a> {
     }
 
     /// ‖λ‖, beside the forces D α that weak supports take, as stresses ρ D α: what ‖R‖ is measured by.
-    pub(super) fn size(&self, unknowns: &[f64]) -> f64 {
+    pub(in crate::solver) fn size(&self, unknowns: &[f64]) -> f64 {
         let mut stresses = self.dual.multipliers(unknowns).to_vec();
         if let Some(balance) = &self.dual.balance {
             let motions = self.dual.motion(unknowns).iter();
@@ -104,7 +118,7 @@ impl<'a> NaturalMap<'a> {
         let rounded = |j: usize| {
             let terms = balance.coupling.integrals.iter().zip(motion);
             let way = terms.map(|(g, by)| (g[j] * by).abs()).sum::<f64>();
-            ROUNDINGS * f64::EPSILON * rho[j] * way
+            MOTION_ROUNDINGS * f64::EPSILON * rho[j] * way
         };
         let layout = self.dual.layout;
         let stresses = evaluation.panes.iter().enumerate().flat_map(|(i, pane)| {

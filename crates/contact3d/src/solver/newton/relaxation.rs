@@ -8,7 +8,7 @@ use crate::{
 
 /// Share of the way from the last sweep's 𝓕⁻¹ to that of the present λ. Undamped, a law that
 /// hardens with slip makes panes stick and slip in turn from sweep to sweep.
-const FRICTION_DAMPING: f64 = 0.5;
+const FRICTION_RELAXATION: f64 = 0.5;
 
 impl NaturalMap<'_> {
     /// Sweeps of nonlinear block Gauss–Seidel: in pane after pane the normal component goes to its
@@ -26,7 +26,7 @@ impl NaturalMap<'_> {
             if sweep > 0 {
                 let next = self.friction_inverse(multiplier);
                 for (old, new) in inverse.iter_mut().flatten().zip(next.iter().flatten()) {
-                    *old += FRICTION_DAMPING * (new - *old);
+                    *old += FRICTION_RELAXATION * (new - *old);
                 }
             }
             for pane in 0..m {

@@ -13,7 +13,7 @@ use crate::{
 };
 
 /// Columns that a thread fills at least.
-const LEAST_COLUMNS: usize = 64;
+const COLUMNS_PER_THREAD: usize = 64;
 
 /// The part of the Newton equation R'(λ) d = −R that is not already solved.
 ///
@@ -102,7 +102,7 @@ impl NaturalMap<'_> {
         let n = system.free.len();
         let mut matrix = vec![0.0; n * n];
         let columns = matrix.par_chunks_exact_mut(n.max(1)).zip(&system.free);
-        let columns = columns.with_min_len(LEAST_COLUMNS);
+        let columns = columns.with_min_len(COLUMNS_PER_THREAD);
         columns.for_each(|(column, &unknown)| {
             system.column(unknown, column);
             for at in &system.rows {
@@ -214,7 +214,7 @@ impl<'a> NewtonSystem<'a> {
         let n = self.free.len();
         let mut matrix = Mat::zeros(n, n);
         let columns = matrix.par_col_iter_mut().zip(&self.free);
-        let columns = columns.with_min_len(LEAST_COLUMNS);
+        let columns = columns.with_min_len(COLUMNS_PER_THREAD);
         columns.for_each(|(column, &unknown)| {
             let column = column.try_as_col_major_mut();
             let column = column.expect("columns of a matrix are contiguous");

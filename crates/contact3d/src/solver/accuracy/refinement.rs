@@ -1,33 +1,43 @@
-//! Answers to the accuracy they promise: exact residuals, and the distance to the solution.
+//! Iterative refinement: exact residuals, and the distance to the solution.
 
-use super::judge::within_ellipses;
+use super::error::within_ellipses;
 use crate::{
     dual::{ExplicitDual, LocalStiffness},
     linalg::{Doubled, Precision, difference},
     solver::{
         NewtonSettings, NewtonSolution, NewtonStep,
+        assessment::REFINEMENT_TARGET,
         conditions::Bound,
-        newton::{natural_map::NaturalMap, newton_to_rounding, search::Search},
-        problem::DiscreteProblem,
+        newton::{natural_map::NaturalMap, newton_to_rounding, proximal::about_own_motion},
+        problem::ContactSolve,
+        strategy::{NewtonDriver, StartStrategy},
     },
 };
 
 /// Most rounds; each wins the digits that the conditioning of A and the precision of its factor leave.
-const MOST_ROUNDS: usize = 16;
+const REFINEMENT_MAX_ROUNDS: usize = 16;
 
 /// The displacement of an answer in a round is wanted to this share of the last way, where every digit takes steps of conjugate
 /// gradients: S in single precision leaves a thousandth of the way or so, and the displacement shall not be what decides.
-const SHARE_OF_WAY: f64 = 1e-5;
+const DISPLACEMENT_SHARE: f64 = 1e-5;
 
 /// Most Newton steps in one round: one or two, more where the exact residual moves panes between
 /// zones.
-const STEPS: usize = 20;
+const REFINEMENT_MAX_STEPS: usize = 20;
 
-/// An answer with a larger error is none: its zones are not known.
-pub(in crate::solver) const COARSEST: f64 = 1e-3;
+/// A dense contact problem with its local stiffness.
+#[derive(Clone, Copy)]
+pub(in crate::solver) struct DenseModel<'a> {
+    /// S, h, G and the equilibrium of rigid-body motions.
+    pub(in crate::solver) dual: &'a ExplicitDual,
+    /// What residuals are measured by.
+    pub(in crate::solver) local: &'a LocalStiffness,
+    /// Where ellipses come from.
+    pub(in crate::solver) bound: Bound<'a>,
+}
 
 /// An answer, how far it is from the solution, and the dual problem written about it.
-pub(in crate::solver) struct Polished {
+pub(in crate::solver) struct Refined {
     /// λ, `[n_multipliers]`, in Pa.
     pub(in crate::solver) multiplier: Vec<f64>,
     /// A⁻¹(l − Bᵀλ) in m, to rounding.
@@ -60,10 +70,10 @@ impl Discrepancy {
     };
 }
 
-impl Polished {
+impl Refined {
     /// Whether the answer lies in the zones of a solution.
     pub(in crate::solver) fn is_solution(&self) -> bool {
-        self.error <= COARSEST
+        self.error <= REFINEMENT_TARGET
     }
 
     /// Whether λ and u are numbers.
@@ -73,7 +83,7 @@ impl Polished {
     }
 }
 
-impl DiscreteProblem<'_> {
+impl ContactSolve<'_> {
     /// Measures how far λ is from the solution, and comes closer until that is at most `tolerance` or
     /// rounding forbids it.
     ///
@@ -82,22 +92,21 @@ impl DiscreteProblem<'_> {
     /// local stiffness, solves that. Its solution differs from the true one by what S is wrong, as
     /// a share of the way from λ; so that way is the error of λ. It needs no scale, while small
     /// residuals say little for bodies that nearly float.
-    pub(in crate::solver) fn polished(
+    pub(in crate::solver) fn refined(
         &self,
-        dual: &ExplicitDual,
-        local: &LocalStiffness,
-        bound: Bound<'_>,
+        model: &DenseModel<'_>,
+        strategy: StartStrategy,
         multiplier: &[f64],
         tolerance: f64,
-    ) -> Polished {
+    ) -> Refined {
         let mut target = self.target(1.0);
-        let mut best = self.exact(dual, local, multiplier, None, target);
+        let mut best = self.exact(model, multiplier, None, target);
         let (mut history, mut applications) = (Vec::new(), 1);
         let mut last = Discrepancy::UNKNOWN;
         // Of displacements; a stall may be theirs where the face hardly moves beside the body.
         let mut loosest = f64::INFINITY;
-        for _ in 0..MOST_ROUNDS {
-            let Some((found, way)) = self.way_to_solution(&best, local, bound) else {
+        for _ in 0..REFINEMENT_MAX_ROUNDS {
+            let Some((found, way)) = self.distance_to_solution(model, &best, strategy) else {
                 break;
             };
             applications += found.evaluations + 1;
@@ -123,21 +132,21 @@ impl DiscreteProblem<'_> {
             }
             let start = Some(&best.solved);
             target = self.target(way.error).min(loosest);
-            let next = self.exact(dual, local, &found.multiplier, start, target);
+            let next = self.exact(model, &found.multiplier, start, target);
             let error = way.error;
-            best = Polished { error, ..next };
+            best = Refined { error, ..next };
             last = way;
         }
         if target > f64::EPSILON {
             let (multiplier, start) = (&best.multiplier, Some(&best.solved));
-            let exact = self.exact(dual, local, multiplier, start, f64::EPSILON);
+            let exact = self.exact(model, multiplier, start, f64::EPSILON);
             applications += 1;
-            best = Polished {
+            best = Refined {
                 error: best.error,
                 ..exact
             };
         }
-        Polished {
+        Refined {
             history,
             applications,
             ..best
@@ -145,44 +154,43 @@ impl DiscreteProblem<'_> {
     }
 
     /// The distance of λ to the solution; infinite where Newton's method finds none from there.
-    pub(in crate::solver) fn error_of(
-        &self,
-        dual: &ExplicitDual,
-        local: &LocalStiffness,
-        bound: Bound<'_>,
-        multiplier: &[f64],
-    ) -> f64 {
-        let answer = self.exact(dual, local, multiplier, None, f64::EPSILON);
-        let way = self.way_to_solution(&answer, local, bound);
+    pub(in crate::solver) fn error_of(&self, model: &DenseModel<'_>, multiplier: &[f64]) -> f64 {
+        let found = self.exact(model, multiplier, None, f64::EPSILON);
+        let way = self.distance_to_solution(model, &found, StartStrategy::Relaxed);
         way.map_or(f64::INFINITY, |(_, way)| way.error)
     }
 
     /// The solution of the dual problem about an answer, and its relative distance; `None` where
     /// Newton's method does not find it from there.
-    fn way_to_solution(
+    fn distance_to_solution(
         &self,
-        answer: &Polished,
-        local: &LocalStiffness,
-        bound: Bound<'_>,
+        model: &DenseModel<'_>,
+        answer: &Refined,
+        strategy: StartStrategy,
     ) -> Option<(NewtonSolution, Discrepancy)> {
+        let DenseModel { local, bound, .. } = *model;
         let steplengths = local.stiffness.clone();
-        let map = NaturalMap::with_steplengths(&answer.dual, bound, steplengths);
+        let held = match strategy {
+            StartStrategy::ProximalPoint => Some(about_own_motion(&answer.dual, local)),
+            _ => None,
+        };
+        let dual = held.as_ref().unwrap_or(&answer.dual);
+        let map = NaturalMap::with_steplengths(dual, bound, steplengths);
         let settings = NewtonSettings {
             tolerance: answer.dual.rounding(),
-            max_steps: STEPS,
+            max_steps: REFINEMENT_MAX_STEPS,
         };
         // One step at least: that is what measures the error.
         let mut found = newton_to_rounding(&map, answer.multiplier.clone(), &settings);
         if let (false, Bound::Frozen(set)) = (found.is_solution(), bound) {
             // An answer that is not far off may lie in zones from which Newton's steps wander off.
-            let dual = &answer.dual;
-            let search = Search {
-                dual,
+            let driver = NewtonDriver {
+                dual: &answer.dual,
                 bound,
                 local,
                 start: None,
             };
-            found = search.convex(set, &settings, &mut |_, _| {});
+            found = driver.interior_point(set, &settings, &mut |_, _| {});
         }
         if !found.is_solution() {
             return None;
@@ -202,7 +210,7 @@ impl DiscreteProblem<'_> {
     fn target(&self, way: f64) -> f64 {
         match self.body.precision() {
             Precision::Double => f64::EPSILON,
-            Precision::Single => (SHARE_OF_WAY * way).max(f64::EPSILON),
+            Precision::Single => (DISPLACEMENT_SHARE * way).max(f64::EPSILON),
         }
     }
 
@@ -210,17 +218,17 @@ impl DiscreteProblem<'_> {
     /// error is yet to be measured.
     pub(in crate::solver) fn exact(
         &self,
-        dual: &ExplicitDual,
-        local: &LocalStiffness,
+        model: &DenseModel<'_>,
         multiplier: &[f64],
         start: Option<&Doubled>,
         target: f64,
-    ) -> Polished {
+    ) -> Refined {
+        let DenseModel { dual, local, .. } = *model;
         // The face's own displacement is this share of the body's, at least.
         let target = target / local.mobility();
         let start = start.filter(|_| self.body.precision() == Precision::Single);
         let exact = self.body.exact(self.dual, multiplier, start, target);
-        Polished {
+        Refined {
             multiplier: multiplier.to_vec(),
             error: f64::INFINITY,
             dual: self.body.about(dual, multiplier, &exact),

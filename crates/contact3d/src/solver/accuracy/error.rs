@@ -1,97 +1,62 @@
-//! Measures the error of an answer by solving for it once more with exact residuals.
+//! The error of multipliers: one more step of Newton's method with exact residuals, and what it is measured against.
 
-use super::polish::COARSEST;
 use crate::{
-    dual::{Balance, ExplicitDual, LocalStiffness, PrimalSystem},
+    dual::{Balance, PrimalSystem},
     linalg::{Workspace, gmres, norm},
     solver::{
-        PaneLaws, Solution, Status,
+        PaneLaws, Solution,
         conditions::{Bound, Conditions, Evaluation},
-        problem::DiscreteProblem,
+        problem::ContactSolve,
     },
 };
 
-/// An answer is as accurate as promised when its error is at most this many times ε.
-pub(super) const ABOUT: f64 = 10.0;
-
-/// An answer with a larger error has no digit to rely on: it is no answer.
-pub(super) const NO_DIGIT: f64 = 0.05;
-
 /// Contact forces below this share of the load are none: in sums of that many digits fewer than double precision has, rounding is seen.
-const NEGLIGIBLE: f64 = 1e-10;
+const NEGLIGIBLE_STRESS: f64 = 1e-10;
 
 /// Share of the residual that the linear system for the error may leave.
-pub(in crate::solver) const LEFT: f64 = 1e-4;
+pub(in crate::solver) const GMRES_TOLERANCE: f64 = 1e-4;
 
 /// Most applications of A⁻¹ for that.
-pub(in crate::solver) const MOST_APPLICATIONS: usize = 300;
+pub(in crate::solver) const GMRES_MAX_APPLICATIONS: usize = 300;
 
 /// u is wanted with this share of rounding, so that the face's own displacement is left where the
 /// body moves as a whole.
-pub(in crate::solver) const REFINED: f64 = 1e-4 * f64::EPSILON;
+pub(in crate::solver) const DISPLACEMENT_TOLERANCE: f64 = 1e-4 * f64::EPSILON;
 
-impl DiscreteProblem<'_> {
-    /// Holds the answer of a method that stops by its own rule against the distance to the solution:
-    /// `converged` stays only where that is about ε, and an answer in other zones is none. The method's
-    /// own counters stay as they are.
-    pub(in crate::solver) fn judged(
-        &self,
-        explicit: Option<(&ExplicitDual, &LocalStiffness)>,
-        bound: Bound<'_>,
-        local_stiffness: Vec<f64>,
-        mut solution: Solution,
-    ) -> Solution {
-        solution.local_stiffness = local_stiffness;
-        if !solution.status.is_solved() {
-            return solution;
-        }
-        let error = match explicit {
-            Some((dual, local)) => self.error_of(dual, local, bound, &self.unknowns(&solution)),
-            None => self.error_without_operator(bound, &solution),
-        };
-        // An answer without a digit is off by its own size.
-        let error = if error <= 1.0 { error } else { 1.0 };
-        solution.status = match solution.status {
-            _ if error > NO_DIGIT => Status::Inaccurate,
-            Status::Converged if error > ABOUT * self.settings.epsilon() => Status::Stopped,
-            Status::RoundingLimit if error > COARSEST => Status::Stopped,
-            status => status,
-        };
-        solution.accuracy = match solution.status {
-            Status::RoundingLimit => error.max(solution.accuracy),
-            _ => error,
-        };
-        solution
-    }
-
+impl ContactSolve<'_> {
     /// The error of λ where S is not dense: the step d with R'(λ) d = −R(λ) of the natural map with
     /// exact residuals and local stiffness, by GMRES; each product costs one application of A⁻¹.
-    fn error_without_operator(&self, bound: Bound<'_>, solution: &Solution) -> f64 {
+    pub(in crate::solver) fn error_by_products(
+        &self,
+        bound: Bound<'_>,
+        solution: &Solution,
+    ) -> f64 {
         let unknowns = &self.unknowns(solution);
         let mut steplengths = solution.local_stiffness.clone();
         let balance = self.dual.balance.as_ref();
         steplengths.extend(balance.into_iter().flat_map(Balance::steplengths));
         let conditions = Conditions::new(bound, self.dual.layout(), steplengths);
-        let exact = self.body.exact(self.dual, unknowns, None, REFINED);
-        let mut gradient: Vec<f64> = exact.gap_residual.iter().map(|c| -c).collect();
-        let (multiplier, motion) = self.dual.parts(unknowns);
-        let excess = balance.map(|it| it.excess(multiplier, motion));
-        gradient.extend(excess.into_iter().flatten());
-        let slip = self.body.tangential(&exact.displacement);
-        let here = conditions.evaluate(unknowns, &gradient, &slip);
+        let (body, target) = (&self.body, DISPLACEMENT_TOLERANCE);
+        let (_, here) = body.residual_at(self.dual, &conditions, unknowns, None, target);
+        let (multiplier, _) = self.dual.parts(unknowns);
         // The motions count in units in which they cost as much as a stress.
         let size = steplength_of_motions(balance, &conditions.steplengths);
         let mut work = Workspace::default();
-        let step = gmres(&here.residual, LEFT, MOST_APPLICATIONS, |v| {
-            let (stresses, motions) = self.dual.parts(v);
-            let motion: Vec<f64> = motions.iter().zip(&size).map(|(v, s)| v * s).collect();
-            let forces = self.dual.coupling.nodal_forces(stresses);
-            let moved = self.body.assembly.solve(&forces, &mut work);
-            let (mut gradient, slips) = self.body.change(self.dual, moved, &motion);
-            let carried = balance.map(|it| it.coupling.resultant_of(stresses, &motion));
-            gradient.extend(carried.into_iter().flatten().map(|g| -g));
-            conditions.derivative(&here, v, &gradient, &slips)
-        });
+        let step = gmres(
+            &here.residual,
+            GMRES_TOLERANCE,
+            GMRES_MAX_APPLICATIONS,
+            |v| {
+                let (stresses, motions) = self.dual.parts(v);
+                let motion: Vec<f64> = motions.iter().zip(&size).map(|(v, s)| v * s).collect();
+                let forces = self.dual.coupling.nodal_forces(stresses);
+                let moved = self.body.assembly.solve(&forces, &mut work);
+                let (mut gradient, slips) = self.body.change(self.dual, moved, &motion);
+                let carried = balance.map(|it| it.coupling.resultant_of(stresses, &motion));
+                gradient.extend(carried.into_iter().flatten().map(|g| -g));
+                conditions.derivative(&here, v, &gradient, &slips)
+            },
+        );
         let error = self.sizes(multiplier, &here).relative(self.laws, &step);
         error.max(self.motion_rounding(unknowns, &here, &solution.local_stiffness))
     }
@@ -146,7 +111,13 @@ impl DiscreteProblem<'_> {
     ) -> MultiplierSizes {
         let area: f64 = self.laws.area.iter().sum();
         let load = area.sqrt() * load_stress(&self.body.assembly.primal, area);
-        let beside_load = |size| if is_felt(size, load) { size } else { load };
+        let beside_load = |size| {
+            if is_significant(size, load) {
+                size
+            } else {
+                load
+            }
+        };
         let MultiplierSizes { normal, tangential } =
             MultiplierSizes::of(self.laws, multiplier, evaluation);
         MultiplierSizes {
@@ -164,8 +135,8 @@ pub(crate) fn load_stress(primal: &PrimalSystem, area: f64) -> f64 {
 }
 
 /// Whether stresses are more than what rounding of the load leaves.
-pub(crate) fn is_felt(stress: f64, load: f64) -> bool {
-    stress > NEGLIGIBLE * load
+pub(crate) fn is_significant(stress: f64, load: f64) -> bool {
+    stress > NEGLIGIBLE_STRESS * load
 }
 
 /// For each rigid motion the α in m that moves the panes by as much as one Pa does, 1 / ‖ρ G‖, or takes as much force of its support.

@@ -10,12 +10,13 @@
 use std::time::Instant;
 
 use super::{
-    ContactBody, NewtonStep, PaneLaws, Progress, Solution, SolvedBy, Status,
-    accuracy::{LEFT, MOST_APPLICATIONS, REFINED, polish::COARSEST},
+    ContactBody, NewtonStep, PaneLaws, Progress, Solution, SolvedBy,
+    accuracy::{DISPLACEMENT_TOLERANCE, GMRES_MAX_APPLICATIONS, GMRES_TOLERANCE},
+    assessment::{Assessment, REFINEMENT_TARGET},
     conditions::{Bound, Conditions, Evaluation},
     inner::projected_gradient_steplength,
-    newton::damping::{BestResiduals, Damped, PATIENCE, ROUNDING_ZONE, halved},
-    problem::{DiscreteProblem, Exact},
+    newton::damping::{BestResiduals, Damped, ROUNDING_ZONE, STAGNATION_STEPS, halved},
+    problem::{ContactSolve, Exact},
     two_levels::{PaneLevels, TwoLevels},
 };
 use crate::{
@@ -26,29 +27,29 @@ use crate::{
 
 /// The shares of −R that GMRES leaves, and the factor of Eisenstat and Walker's second choice γ (‖Rₖ‖/‖Rₖ₋₁‖)². Less than the smallest
 /// is lost where the factor is in single precision.
-const LARGEST_SHARE: f64 = 0.1;
-const SMALLEST_SHARE: f64 = 0.01;
-const GAMMA: f64 = 0.9;
+const LARGEST_FORCING: f64 = 0.1;
+const SMALLEST_FORCING: f64 = 0.01;
+const FORCING_FACTOR: f64 = 0.9;
 
 /// With this share of ρ = 1/S_ii the stresses of a start tell its zones, whatever its displacement. So does the first step from another
 /// mesh, where the body as a whole is displaced further than zones differ.
-const TOLD_BY_STRESSES: f64 = 1e-2;
+const ZONE_STEPLENGTH: f64 = 1e-2;
 
 /// With this share steps settle the zones of bodies that move so far as a whole that all their panes count as open.
-const SHORTER: f64 = 0.1;
+const SHORT_STEPLENGTH: f64 = 0.1;
 
 /// The relative residual at which zones are settled.
-const NEAR: f64 = 1e-3;
+const NEWTON_BASIN: f64 = 1e-3;
 
 /// Most Newton steps from one start.
-const MOST_STEPS: usize = 60;
+const PRODUCT_MAX_STEPS: usize = 60;
 
 /// Steps in which the best residual must halve in [`ROUNDING_ZONE`].
-const ROUNDING_PATIENCE: usize = 2;
+const PRODUCT_ROUNDING_STEPS: usize = 2;
 
 /// A Coulomb problem with an implicit S.
-struct MatrixFree<'a> {
-    problem: &'a DiscreteProblem<'a>,
+struct ProductNewton<'a> {
+    problem: &'a ContactSolve<'a>,
     conditions: Conditions<'a>,
     levels: PaneLevels,
     /// The stiffness of a pane against its neighbours in Pa/m³, 0 where it moves nothing, `[n_multipliers]`.
@@ -77,10 +78,23 @@ impl Iterate {
     }
 }
 
-impl DiscreteProblem<'_> {
+impl ContactSolve<'_> {
+    /// The problem without a dense S: Coulomb's law by Newton's method, and where that has no solution, and for other laws, by gradients.
+    pub(super) fn by_products(
+        &self,
+        bound: Bound<'_>,
+        observe: &mut dyn FnMut(Progress<'_>),
+    ) -> Solution {
+        let Some(law) = self.laws.coulomb() else {
+            return self.convex_by_products(bound, observe);
+        };
+        let by_newton = self.newton_by_products(law, &self.pane_stiffness(), observe);
+        by_newton.unwrap_or_else(|| self.by_gradients(bound, observe))
+    }
+
     /// Coulomb's law by Newton's method with products of S alone, from the given start and from the face that slides freely; `None`
     /// where no start leads to a solution, and for a body that floats.
-    pub(super) fn matrix_free(
+    fn newton_by_products(
         &self,
         law: &CoulombLaw,
         stiffness: &[f64],
@@ -91,7 +105,7 @@ impl DiscreteProblem<'_> {
         }
         let (bound, layout) = (Bound::Coulomb(self.laws, law), self.dual.layout());
         let levels = PaneLevels::new(self.body.assembly, &self.dual.coupling, stiffness);
-        let mut newton = MatrixFree {
+        let mut newton = ProductNewton {
             problem: self,
             conditions: Conditions::new(bound, layout, levels.steplengths.clone()),
             levels,
@@ -117,14 +131,13 @@ impl DiscreteProblem<'_> {
     }
 }
 
-/// A solution, how it ended and its error.
+/// A solution and what its error makes of it.
 struct Found {
     iterate: Iterate,
-    status: Status,
-    error: f64,
+    assessment: Assessment,
 }
 
-impl MatrixFree<'_> {
+impl ProductNewton<'_> {
     /// Newton's method from a start to r_tol ε, and where the error is larger than ε still, to rounding, with residuals measured by local
     /// stiffness: 1/S_ii hides what panes feel of errors near rounding.
     fn solve(&mut self, start: Iterate, observe: &mut dyn FnMut(Progress<'_>)) -> Option<Found> {
@@ -134,18 +147,9 @@ impl MatrixFree<'_> {
         let tolerance = (settings.r_tol * epsilon).max(attainable);
         let near = self.descend(start, tolerance, observe)?;
         let error = self.error(&near);
-        let found = |iterate, error: f64| {
-            let converged = error <= epsilon && epsilon >= attainable;
-            let (status, error) = if converged {
-                (Status::Converged, error)
-            } else {
-                (Status::RoundingLimit, error.max(attainable))
-            };
-            Found {
-                iterate,
-                status,
-                error,
-            }
+        let found = |iterate, error: f64| Found {
+            iterate,
+            assessment: Assessment::of_refined(error, epsilon, attainable),
         };
         if error <= epsilon.max(attainable) {
             return Some(found(near, error));
@@ -160,7 +164,7 @@ impl MatrixFree<'_> {
             None => (near, error),
         };
         self.conditions.steplengths = whole;
-        (error <= COARSEST).then(|| found(iterate, error))
+        (error <= REFINEMENT_TARGET).then(|| found(iterate, error))
     }
 
     /// Damped inexact Newton steps until ‖R‖ ≤ tolerance ‖λ‖ or rounding forbids it; `None` where the residual stalls before.
@@ -171,21 +175,22 @@ impl MatrixFree<'_> {
         observe: &mut dyn FnMut(Progress<'_>),
     ) -> Option<Iterate> {
         let mut residuals = BestResiduals::new(current.at.norm);
-        let mut share = LARGEST_SHARE;
+        let mut share = LARGEST_FORCING;
         let smallest = match self.problem.body.precision() {
-            Precision::Single => SMALLEST_SHARE,
-            Precision::Double => LEFT,
+            Precision::Single => SMALLEST_FORCING,
+            Precision::Double => GMRES_TOLERANCE,
         };
-        for _ in 0..MOST_STEPS {
+        for _ in 0..PRODUCT_MAX_STEPS {
             if !current.at.norm.is_finite() {
                 return None;
             }
             let relative = current.relative();
-            let at_rounding = relative < ROUNDING_ZONE && residuals.stalled_for(ROUNDING_PATIENCE);
+            let at_rounding =
+                relative < ROUNDING_ZONE && residuals.stalled_for(PRODUCT_ROUNDING_STEPS);
             if relative <= tolerance || at_rounding {
                 return Some(current);
             }
-            if residuals.stalled_for(PATIENCE) {
+            if residuals.stalled_for(STAGNATION_STEPS) {
                 return None;
             }
             let started = Instant::now();
@@ -217,7 +222,7 @@ impl MatrixFree<'_> {
             observe(Progress::Newton(self.history.len(), &step));
             self.history.push(step);
             let falls = next.at.norm / current.at.norm;
-            share = (GAMMA * falls * falls).clamp(smallest, LARGEST_SHARE);
+            share = (FORCING_FACTOR * falls * falls).clamp(smallest, LARGEST_FORCING);
             residuals.push(next.at.norm);
             current = next;
         }
@@ -232,12 +237,12 @@ impl MatrixFree<'_> {
         observe: &mut dyn FnMut(Progress<'_>),
     ) -> Option<Found> {
         let near = self.at(start.to_vec(), None);
-        if near.relative() <= NEAR {
+        if near.relative() <= NEWTON_BASIN {
             return self.solve(near, observe);
         }
-        let settled = self.with_steplengths(TOLD_BY_STRESSES, |newton| {
+        let settled = self.with_steplengths(ZONE_STEPLENGTH, |newton| {
             let at = newton.at(start.to_vec(), None);
-            let direction = newton.direction(&at, SMALLEST_SHARE);
+            let direction = newton.direction(&at, SMALLEST_FORCING);
             let mut settled = at.multiplier;
             add_scaled(&mut settled, 1.0, &direction);
             settled
@@ -245,9 +250,9 @@ impl MatrixFree<'_> {
         let settled = self.at(settled, None);
         let found = (settled.relative() < 1.0).then(|| self.solve(settled, observe));
         found.flatten().or_else(|| {
-            let near = self.with_steplengths(SHORTER, |newton| {
+            let near = self.with_steplengths(SHORT_STEPLENGTH, |newton| {
                 let start = newton.at(start.to_vec(), None);
-                newton.descend(start, NEAR, observe)
+                newton.descend(start, NEWTON_BASIN, observe)
             })?;
             let near = self.at(near.multiplier, Some(&near.exact));
             self.solve(near, observe)
@@ -268,13 +273,16 @@ impl MatrixFree<'_> {
 
     /// λ with u = A⁻¹(l − Bᵀλ) and R to rounding, `near` those of another λ.
     fn at(&mut self, multiplier: Vec<f64>, near: Option<&Exact>) -> Iterate {
-        let DiscreteProblem { body, dual, .. } = self.problem;
+        let ContactSolve { body, dual, .. } = self.problem;
         let start = near.map(|exact| &exact.solved);
         let start = start.filter(|_| body.precision() == Precision::Single);
-        let exact = body.exact(dual, &multiplier, start, REFINED);
-        let gradient: Vec<f64> = exact.gap_residual.iter().map(|c| -c).collect();
-        let slip = body.tangential(&exact.displacement);
-        let at = self.conditions.evaluate(&multiplier, &gradient, &slip);
+        let (exact, at) = body.residual_at(
+            dual,
+            &self.conditions,
+            &multiplier,
+            start,
+            DISPLACEMENT_TOLERANCE,
+        );
         self.applications += 1;
         Iterate {
             multiplier,
@@ -288,7 +296,7 @@ impl MatrixFree<'_> {
         let n_nodes = self.problem.laws.average.rows;
         let levels = TwoLevels::at(&self.levels, &self.conditions, &from.at, n_nodes);
         let rhs: Vec<f64> = from.at.residual.iter().map(|r| -r).collect();
-        let solved = gmres(&rhs, share, MOST_APPLICATIONS, |v| {
+        let solved = gmres(&rhs, share, GMRES_MAX_APPLICATIONS, |v| {
             let v = levels.apply(v);
             let (gradient, slips) = change(self.problem, &self.reach, &v, &mut self.work);
             self.applications += 1;
@@ -299,7 +307,7 @@ impl MatrixFree<'_> {
 
     /// How far λ is from the solution: one more step, with the exact R.
     fn error(&mut self, answer: &Iterate) -> f64 {
-        let way = self.direction(answer, LEFT);
+        let way = self.direction(answer, GMRES_TOLERANCE);
         let sizes = self.problem.sizes(&answer.multiplier, &answer.at);
         sizes.relative(self.problem.laws, &way)
     }
@@ -318,7 +326,7 @@ impl MatrixFree<'_> {
             scaled
         };
         let rhs = scaled(dual.dual_rhs());
-        let solved = gmres(&rhs, LARGEST_SHARE, MOST_APPLICATIONS, |v| {
+        let solved = gmres(&rhs, LARGEST_FORCING, GMRES_MAX_APPLICATIONS, |v| {
             let mut stresses = levels.apply(v);
             stresses[normals.end..].fill(0.0);
             self.applications += 1;
@@ -341,13 +349,11 @@ impl MatrixFree<'_> {
         });
         let (normal, _) = laws.layout.split(&multiplier);
         let at_nodes = slip.as_deref().unwrap_or_default();
-        let DiscreteProblem { body, dual, .. } = self.problem;
+        let ContactSolve { body, dual, .. } = self.problem;
         let mut operator = ContactOperator::implicit(body.assembly, dual);
         Solution {
             steplength: projected_gradient_steplength(&mut operator),
-            status: found.status,
             solved_by: SolvedBy::Newton,
-            accuracy: found.error,
             coulomb: Some(laws.state(law, normal, |l| l.max(0.0), at_nodes)),
             slip,
             local_stiffness: self.stiffness.to_vec(),
@@ -357,6 +363,7 @@ impl MatrixFree<'_> {
             multiplier,
             ..Solution::default()
         }
+        .assessed(found.assessment)
     }
 }
 
@@ -370,12 +377,12 @@ fn reach(body: &ContactBody<'_>) -> Vec<usize> {
 
 /// S v in m³ and the change of (u_t1, u_t2) at the contact nodes in m, in the precision of the factor.
 fn change(
-    problem: &DiscreteProblem<'_>,
+    problem: &ContactSolve<'_>,
     reach: &[usize],
     stresses: &[f64],
     work: &mut Workspace,
 ) -> (Vec<f64>, Vec<[f64; 2]>) {
-    let DiscreteProblem { body, dual, .. } = problem;
+    let ContactSolve { body, dual, .. } = problem;
     let mut moved = dual.coupling.nodal_forces(stresses);
     let factor = &body.assembly.factor;
     factor.solve_reached(reach, &mut moved, work);

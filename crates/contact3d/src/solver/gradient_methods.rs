@@ -1,0 +1,193 @@
+//! Methods that stop by their own rule: Algorithm 4.1 and single minimisations by KPRGP or GPCG.
+//!
+//! Their rule measures a gradient; the error of λ is measured afterwards. While it is larger than promised, the method goes on from
+//! where it stopped, with a smaller ε, or where S has single precision with the h that exact residuals correct.
+
+use super::{
+    Inner, NeedsExplicit, Progress, Solution, Start, Status, accuracy::DenseModel,
+    assessment::Assessment, conditions::Bound, problem::ContactSolve,
+};
+use crate::{
+    dual::{
+        ContactSystem, ExplicitDual, LocalStiffness, OperatorForm, friction_stiffness,
+        pane_stiffness,
+    },
+    linalg::{Precision, Work},
+    scene::SolveSettings,
+};
+
+/// Most repetitions of a method whose error is larger than promised.
+const MAX_REPETITIONS: usize = 4;
+
+/// With S in single precision a method is repeated until its error is this many times what rounding in double makes of S λ.
+const ROUNDING_FACTOR: f64 = 16.0;
+
+/// Applications of S by products for each multiplier after which S is formed: forming takes no more than one each.
+const APPLICATIONS_BEFORE_DENSE: usize = 50;
+
+/// Matrices of the size of S that Newton's and the interior point method hold at a time, and numbers that always fit.
+const DENSE_MATRICES: usize = 4;
+const ALWAYS_FITS: usize = 32_000_000;
+
+impl ContactSolve<'_> {
+    /// By the method and the inner solver that the settings name.
+    pub(super) fn by_given_method(
+        &self,
+        bound: Bound<'_>,
+        observe: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<Solution, NeedsExplicit> {
+        let Some(dual) = self.dual.explicit() else {
+            let stiffness = self.pane_stiffness();
+            let inner = Inner::chosen(self.settings.inner, None, &stiffness)?;
+            let solution = self.by_inner(inner, observe);
+            return Ok(self.measured(None, bound, stiffness, solution));
+        };
+        let local = LocalStiffness::new(dual);
+        let once = |solve: &ContactSolve<'_>, observe: &mut dyn FnMut(Progress<'_>)| {
+            let explicit = solve.dual.explicit().map(|dual| (dual, &local));
+            let inner = Inner::chosen(self.settings.inner, explicit, &local.stiffness)?;
+            let solution = solve.by_inner(inner, observe);
+            let model = DenseModel {
+                dual,
+                local: &local,
+                bound,
+            };
+            Ok(self.measured(Some(&model), bound, local.stiffness.clone(), solution))
+        };
+        let mut solution = once(self, observe)?;
+        if self.body.precision() == Precision::Double {
+            return Ok(solution);
+        }
+        for _ in 0..MAX_REPETITIONS {
+            let is_accurate = match solution.status {
+                Status::Stopped | Status::Inaccurate => false,
+                Status::RoundingLimit => solution.accuracy <= ROUNDING_FACTOR * dual.rounding(),
+                _ => true,
+            };
+            if is_accurate {
+                break;
+            }
+            let model = DenseModel {
+                dual,
+                local: &local,
+                bound,
+            };
+            let exact = self.exact(&model, &self.unknowns(&solution), None, f64::EPSILON);
+            let corrected = ContactSystem {
+                coupling: self.dual.coupling.clone(),
+                form: OperatorForm::Explicit(exact.dual.without_anchor()),
+                balance: self.dual.balance.clone(),
+            };
+            let again = ContactSolve {
+                dual: &corrected,
+                start: Start {
+                    multiplier: Some(&solution.multiplier),
+                    checkpoint: None,
+                },
+                ..*self
+            };
+            let next = once(&again, observe)?;
+            let falls = next.accuracy <= 0.5 * solution.accuracy;
+            solution = solution.merged_with(next);
+            if !falls {
+                break;
+            }
+        }
+        Ok(solution)
+    }
+
+    /// By GPCG with products of S, repeated with a smaller ε while its error is larger than asked.
+    pub(super) fn by_gradients(
+        &self,
+        bound: Bound<'_>,
+        observe: &mut dyn FnMut(Progress<'_>),
+    ) -> Solution {
+        let stiffness = self.pane_stiffness();
+        let once = |solve: &ContactSolve<'_>, observe: &mut dyn FnMut(Progress<'_>)| {
+            let solution = solve.by_inner(Inner::Gpcg(&stiffness), observe);
+            self.measured(None, bound, stiffness.clone(), solution)
+        };
+        let mut solution = once(self, observe);
+        let mut settings = self.settings.clone();
+        for _ in 0..MAX_REPETITIONS {
+            if !matches!(solution.status, Status::Stopped | Status::Inaccurate) {
+                break;
+            }
+            let excess = solution.accuracy / self.settings.epsilon();
+            settings.epsilon = Some(settings.epsilon() / excess.max(10.0));
+            let tighter = ContactSolve {
+                settings: &settings,
+                start: Start {
+                    multiplier: Some(&solution.multiplier),
+                    checkpoint: None,
+                },
+                ..*self
+            };
+            let next = once(&tighter, observe);
+            solution = solution.merged_with(next);
+        }
+        solution
+    }
+
+    /// A convex problem with products of S: by GPCG, and where that takes far longer than to form S, or finds no solution, on a dense
+    /// one if it fits beside the factor.
+    pub(super) fn convex_by_products(
+        &self,
+        bound: Bound<'_>,
+        observe: &mut dyn FnMut(Progress<'_>),
+    ) -> Solution {
+        let n = self.dual.layout().n_multipliers();
+        let in_factor = self.body.assembly.factor.structure().value_count();
+        if DENSE_MATRICES * n * n > in_factor.max(ALWAYS_FITS) {
+            return self.by_gradients(bound, observe);
+        }
+        let worth = APPLICATIONS_BEFORE_DENSE * n;
+        let settings = SolveSettings {
+            max_inner_actions: self.settings.max_inner_actions.min(worth),
+            ..self.settings.clone()
+        };
+        let limited = ContactSolve {
+            settings: &settings,
+            ..*self
+        };
+        let solution = limited.by_gradients(bound, observe);
+        if solution.status.is_solved() {
+            return solution;
+        }
+        let (coupling, rhs) = (&self.dual.coupling, self.dual.dual_rhs().to_vec());
+        let (assembly, face) = (self.body.assembly, self.body.face);
+        let face = (face.surface, face.interface);
+        // No law of a convex problem follows the slip, so nothing asks for that of A⁻¹l.
+        let mut dual = ExplicitDual::new(assembly, coupling, rhs, &[], face, &Work::default());
+        dual.balance.clone_from(&self.dual.balance);
+        solution.merged_with(self.by_strategies(&dual, bound, observe))
+    }
+
+    /// Local stiffness where S is not dense.
+    pub(super) fn pane_stiffness(&self) -> Vec<f64> {
+        let mut stiffness = pane_stiffness(&self.body.assembly.primal, &self.dual.coupling);
+        friction_stiffness(&mut stiffness, self.dual.layout(), self.dual.dual_rhs());
+        stiffness
+    }
+
+    /// What a method found by its own rule, with its measured error and the status that follows.
+    fn measured(
+        &self,
+        model: Option<&DenseModel<'_>>,
+        bound: Bound<'_>,
+        local_stiffness: Vec<f64>,
+        mut solution: Solution,
+    ) -> Solution {
+        solution.local_stiffness = local_stiffness;
+        if !solution.status.is_solved() {
+            return solution;
+        }
+        let error = match model {
+            Some(model) => self.error_of(model, &self.unknowns(&solution)),
+            None => self.error_by_products(bound, &solution),
+        };
+        let epsilon = self.settings.epsilon();
+        let assessment = Assessment::of_measured(solution.ending(), error, epsilon);
+        solution.assessed(assessment)
+    }
+}

@@ -1,0 +1,117 @@
+//! The proximal point method on the rigid motions of a body that contact holds.
+//!
+//! Where panes open, contact may leave a rigid motion free within an interval: the matrix of Newton's method in (λ, α) is singular at
+//! the solution, and its α runs away. With a force −k (α − α₀) in the balance of forces,
+//!
+//!   Gᵀλ + D α + k (α − α₀) = e,
+//!
+//! no matrix is singular. Each pass solves this problem and takes its α for the next α₀, so that the force vanishes by itself and the
+//! balance becomes exact at a finite k. The first k is the stiffness of the bonded face, λ_max(GᵀS⁻¹G) with columns of G of length
+//! one; smaller ones need fewer passes. For convex problems the method converges from any α₀ (R. T. Rockafellar, *SIAM J. Control
+//! Optim.* 14 (1976) 877); with Coulomb's law this is measured, not proven. Where no equilibrium exists, α runs away pass by pass.
+
+use nalgebra::DMatrix;
+
+use super::NewtonSolution;
+use crate::{
+    dual::{ExplicitDual, LocalStiffness},
+    linalg::{dot, norm},
+    solver::{
+        NewtonStep,
+        strategy::{NewtonDriver, ZONES_FOUND},
+    },
+};
+
+/// Most passes: solutions take a median of four.
+const PROXIMAL_MAX_PASSES: usize = 14;
+
+/// k of the second pass beside the first, of each later one beside the one before, and the least of all beside the first.
+const FIRST_REDUCTION: f64 = 1e-2;
+const LATER_REDUCTION: f64 = 1e-1;
+const LEAST_PROXIMAL_STIFFNESS: f64 = 1e-9;
+
+/// Growth of k after a pass without a solution.
+const PROXIMAL_GROWTH: f64 = 4.0;
+
+/// k beside the first one with which refinement goes on: stiff enough for matrices without zero pivots.
+const REFINEMENT_STIFFNESS: f64 = 1e-3;
+
+/// Runs the method; solutions of its passes that do not solve the problem without k are none.
+pub(in crate::solver) fn proximal_point(
+    driver: &NewtonDriver<'_>,
+    observe: &mut dyn FnMut(usize, &NewtonStep),
+) -> NewtonSolution {
+    let stiffness = bonded_stiffness(driver.dual, driver.local);
+    let without = driver.map();
+    let mut found = NewtonSolution::none(driver.dual);
+    let mut last: Option<Vec<f64>> = None;
+    let mut k = 1.0;
+    for pass in 0..PROXIMAL_MAX_PASSES {
+        let centre = last.as_ref().map_or_else(
+            || vec![0.0; stiffness.len()],
+            |unknowns| driver.dual.motion(unknowns).to_vec(),
+        );
+        let terms: Vec<f64> = stiffness.iter().map(|s| k * s).collect();
+        let dual = driver.dual.with_proximal_term(&terms, &centre);
+        let held = NewtonDriver {
+            dual: &dual,
+            ..*driver
+        };
+        let start = last.clone();
+        let start = start.unwrap_or_else(|| driver.local.glued_start(&dual));
+        let done = found.history.len();
+        let next = held.from(start, &mut |i, step| observe(done + i, step));
+        let is_solved = next.is_solution();
+        found = found.merged_with(next);
+        if !is_solved {
+            k *= PROXIMAL_GROWTH;
+            continue;
+        }
+        let residual = without.evaluate(&found.multiplier).norm / without.size(&found.multiplier);
+        found.residual = residual;
+        if residual <= ZONES_FOUND {
+            return found;
+        }
+        last = Some(found.multiplier.clone());
+        let reduction = if pass == 0 {
+            FIRST_REDUCTION
+        } else {
+            LATER_REDUCTION
+        };
+        k = (k * reduction).max(LEAST_PROXIMAL_STIFFNESS);
+    }
+    // What the force −k (α − α₀) still holds is no solution.
+    NewtonSolution {
+        history: found.history,
+        evaluations: found.evaluations,
+        ..NewtonSolution::none(driver.dual)
+    }
+}
+
+/// The problem about an iterate, with the proximal term about its own motion.
+pub(in crate::solver) fn about_own_motion(
+    dual: &ExplicitDual,
+    local: &LocalStiffness,
+) -> ExplicitDual {
+    let stiffness = bonded_stiffness(dual, local);
+    let terms: Vec<f64> = stiffness.iter().map(|s| REFINEMENT_STIFFNESS * s).collect();
+    dual.with_proximal_term(&terms, &vec![0.0; terms.len()])
+}
+
+/// λ_max(ĜᵀS⁻¹Ĝ) ‖G_p‖² of each motion in N/m, with columns Ĝ_p = G_p/‖G_p‖.
+fn bonded_stiffness(dual: &ExplicitDual, local: &LocalStiffness) -> Vec<f64> {
+    let Some(balance) = &dual.balance else {
+        return Vec::new();
+    };
+    let integrals = &balance.coupling.integrals;
+    let sizes: Vec<f64> = integrals.iter().map(|g| norm(g)).collect();
+    let bonded: Vec<Vec<f64>> = integrals.iter().map(|g| local.glued(g)).collect();
+    let n = sizes.len();
+    let product = |p: usize, q: usize| match sizes[p] * sizes[q] {
+        0.0 => 0.0,
+        size => dot(&integrals[p], &bonded[q]) / size,
+    };
+    let largest = DMatrix::from_fn(n, n, product).symmetric_eigenvalues();
+    let largest = largest.iter().fold(0.0, |most: f64, k| most.max(*k));
+    sizes.iter().map(|size| largest * size * size).collect()
+}

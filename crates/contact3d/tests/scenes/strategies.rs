@@ -1,0 +1,77 @@
+//! Problems to which only one start strategy leads, each of a kind that once had no solution here.
+
+use contact3d::{
+    Problem,
+    post::ContactReport,
+    scene::{Scene, SolveSettings},
+    solver::{Solution, Status},
+};
+
+fn solved(text: &str) -> (Solution, ContactReport) {
+    let scene = Scene::parse("strategy", text).unwrap_or_else(|error| panic!("{error}"));
+    let problem = Problem::new(scene).and_then(Problem::assemble);
+    let problem = problem.unwrap_or_else(|error| panic!("{error}"));
+    let settings = SolveSettings::default();
+    problem.solve_and_report(&settings).expect("a solve")
+}
+
+/// The rigid motion along a rough wall that opens is free, and so is that along a face of two panes without slip: Newton's method alone
+/// lets both run away. The weight rests on the floor, to the digits that λ has.
+#[test]
+fn bodies_whose_panes_leave_a_motion_free_rest_by_the_proximal_point_method() {
+    let block = |cells, rest: &str| {
+        format!(
+            "title = 'free motion'
+            body.brick = {{ size = [1.0, 1.0, 1.0], cells = {cells} }}
+            {rest}"
+        )
+    };
+    let beside_wall = block(
+        "[3, 3, 2]",
+        "body.element = 'P2'
+        material.isotropic = { young_modulus = 1.8e7, poisson_ratio = 0.3 }
+        body_force.value = [0.0, 0.0, -22.0]
+        clamp = [{ face = 'x_min', components = ['x'] }]
+        [[contact]]
+        face = 'z_min'
+        [[contact]]
+        face = 'y_max'
+        friction.coefficient.constant = 0.1",
+    );
+    let two_panes = block(
+        "[2, 4, 4]",
+        "material.isotropic = { young_modulus = 1e6, poisson_ratio = 0.3 }
+        body_force.value = [0.0, 0.0, -100.0]
+        contact.face = 'z_min'
+        friction.coefficient.constant = 0.1",
+    );
+    for (text, weight) in [(beside_wall, 22.0), (two_panes, 100.0)] {
+        let (solution, report) = solved(&text);
+        assert!(solution.status.is_solved(), "{}", solution.status.word());
+        let force = report.resultants.contact.expect("contact").contact_force;
+        // Statics, to what refinement leaves of λ: 1e-10 or better.
+        assert!((force[2] - weight).abs() < 1e-8 * weight, "{force:?}");
+        assert!(report.certificate.worst() < 1e-8);
+    }
+}
+
+/// A coefficient that rises from 4e-4 to 0.17 within 2e-7 m, of slips up to a millimetre: some node lies on the rise.
+#[test]
+fn a_steep_rise_of_friction_is_met_with_coefficients_as_unknowns() {
+    let (solution, report) = solved(
+        "title = 'steep rise'
+        body.brick = { size = [3.0, 1.0, 1.0], cells = [4, 4, 2] }
+        material.isotropic = { young_modulus = 1e9, poisson_ratio = 0.3 }
+        clamp = [{ face = 'x_min' }]
+        pressure = [{ face = 'z_max', value = 1.26879e+06 }]
+        traction = [{ face = 'x_max', value = [184925, -131829, 127579] }]
+        contact = { face = 'z_min', angle = 25.3 }
+        friction.coefficient.ramp = { initial = 0.000367475, residual = 0.168468, onset = 0.00157207, rate = 1e6 }",
+    );
+    assert_eq!(solution.status, Status::Converged);
+    // Successive approximations, which solve with frozen friction, stay where they are: the certificate of any method. A rise of 1e6/m
+    // turns a rounding of 1e-16 m of slips of 1e-3 m into 1e-7 of the coefficient.
+    let change = solution.mapping_change.expect("Coulomb's law");
+    assert!(change < 1e-6, "{change:e}");
+    assert!(report.certificate.worst() < 1e-6);
+}
