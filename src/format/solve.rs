@@ -2,7 +2,10 @@
 
 use contact3d::{
     elasticity::DofMap,
-    solver::{CoulombState, LocalMapping, NewtonStep, OuterStep, Solution, SolvedBy, Status},
+    solver::{
+        CoulombState, LocalMapping, NewtonStep, OuterStep, Solution, SolvedBy, StartStrategy,
+        Status,
+    },
 };
 use runfile::{Extent, Extent::Named, Group, GroupWriter, Kind, Reader, StoreError};
 use units::Dimension;
@@ -44,6 +47,23 @@ stored_as! {
         Newton = 1 => "newton",
         Minimisation = 2 => "minimisation",
         Direct = 3 => "direct",
+    }
+}
+
+stored_as! {
+    /// The start strategy that led to the solution, as stored.
+    StoredStrategy of StartStrategy as "strategy" {
+        Separated = 0 => "separated",
+        Warm = 1 => "warm",
+        Relaxed = 2 => "relaxed",
+        BondedContact = 3 => "bonded_contact",
+        BilateralFrictionless = 4 => "bilateral_frictionless",
+        ProximalPoint = 5 => "proximal_point",
+        InteriorPoint = 6 => "interior_point",
+        SteplengthContinuation = 7 => "steplength_continuation",
+        FrictionContinuation = 8 => "friction_continuation",
+        FrictionGraph = 9 => "friction_graph",
+        SuccessiveApproximations = 10 => "successive_approximations",
     }
 }
 
@@ -90,6 +110,7 @@ pub(super) const FIELDS: Fields<Solution> = fields! { Solution => GROUP;
     {Kind::F64} LOCAL_STIFFNESS_TANGENTIAL, PANE_PAIRS, Dimension::PER_DUAL, "The same along t1 and t2: one for both where both can move.".symbol("rho_t").optional("absent without friction");
     (applications) APPLICATIONS, &[], Dimension::Number, "Applications of the inverse stiffness matrix in the whole solve.".symbol("n_A");
     (solved_by) METHOD, &[], Dimension::Number, "Algorithm that gave the answer: minimisation without friction or with a given slip bound, direct without contact; after a failed Newton solve it is fixed_point and both histories are there.";
+    (strategy) "/solve/strategy", &[], Dimension::Number, "Start strategy of Newton's method that led to the solution, or came nearest to one.".optional("absent without a dense dual operator, and with the fixed-point method");
     (accuracy) ACCURACY, &[], Dimension::Number, "Relative error of the multipliers, measured by one more solution from them with exact residuals; the last relative change of successive approximations that did not end.".finite();
     (mapping_change) "/solve/mapping_change", &[], Dimension::Number, "|Psi(lambda) - lambda| / |lambda| for one evaluation of the paper's mapping.".optional("absent unless Newton's method gave the answer");
     (local_mapping?.spectral_radius) "/solve/spectral_radius", &[], Dimension::Number, "Spectral radius of the derivative of the mapping Psi at the solution: successive approximations converge to it from nearby where it is below 1.".symbol("rho(Psi')").when(NO_LINEARISATION).missing(|solution| solution.local_mapping = None);

@@ -9,7 +9,7 @@ use contact3d::{
         Zone,
     },
     scene::{ContactFeatures, FrictionModel, ModelFeatures, Scene, escape_control},
-    solver::{Solution, SolvedBy},
+    solver::{Solution, SolvedBy, StartStrategy},
 };
 use serde_json::{Map, Value, json};
 use units::Dimension;
@@ -90,6 +90,7 @@ impl<'a> SolvedRun<'a> {
         let (primal, dual) = (solution.displacement.len(), solution.multiplier.len());
         figures.counts("unknowns (primal, dual)", [("n_free", primal), ("n_multipliers", dual)]);
         figures.human_only("steps", Some(steps(solution)));
+        figures.json_only("strategy", solution.strategy.map(StartStrategy::word));
         figures.json_only("outer_steps", solution.history.len());
         figures.json_only("newton_steps", solution.newton.len());
         let seconds = solution.newton.iter().map(|step| step.seconds);

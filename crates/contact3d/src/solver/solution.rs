@@ -2,7 +2,7 @@
 
 use std::ops::AddAssign;
 
-use super::{CoulombState, LocalMapping, problem::ContactSolve};
+use super::{CoulombState, LocalMapping, StartStrategy, problem::ContactSolve};
 use crate::{contact::CoulombLaw, scene::SolveSettings};
 
 /// How a solve ended.
@@ -141,6 +141,8 @@ pub struct Solution {
     pub status: Status,
     /// Which algorithm gave the answer.
     pub solved_by: SolvedBy,
+    /// The start strategy that led to the solution, or came nearest to one; `None` where Newton's method had none to choose.
+    pub strategy: Option<StartStrategy>,
     /// Relative error of λ, measured by one more solution from it with exact residuals: weighted by
     /// areas, the larger of that of λ_ν and of that of λ_t, relative to max(‖λ_t‖, ‖F λ_ν‖), or to the load
     /// where forces vanish beside it. The last change err of successive approximations, or the residual of a minimisation, that did not end.

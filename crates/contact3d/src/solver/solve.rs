@@ -245,6 +245,7 @@ impl ContactSolve<'_> {
         let steplength = projected_gradient_steplength(&mut operator);
         let mut solution = Solution {
             steplength,
+            strategy: Some(strategy),
             local_stiffness: local.stiffness.clone(),
             applications: operator.applications(),
             ..Solution::default()

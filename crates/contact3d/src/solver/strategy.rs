@@ -87,6 +87,24 @@ impl StartStrategy {
         Self::FrictionGraph,
         Self::SuccessiveApproximations,
     ];
+
+    /// The strategy as programs see it.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Separated => "separated",
+            Self::Warm => "warm",
+            Self::Relaxed => "relaxed",
+            Self::BondedContact => "bonded_contact",
+            Self::BilateralFrictionless => "bilateral_frictionless",
+            Self::ProximalPoint => "proximal_point",
+            Self::InteriorPoint => "interior_point",
+            Self::SteplengthContinuation => "steplength_continuation",
+            Self::FrictionContinuation => "friction_continuation",
+            Self::FrictionGraph => "friction_graph",
+            Self::SuccessiveApproximations => "successive_approximations",
+        }
+    }
 }
 
 /// Newton's method on a dense contact problem, with what strategies need.
