@@ -69,7 +69,6 @@ ROWS = [
     *(
         Row(f"{study}, n_div 8", [study, str(PIPELINES / scene), "study.h5", "--no-figures", *more, *cells(8)], 2, is_long=True)
         for study, scene, more in (
-            ("theory", "newton.toml", []),
             ("branches", "coulomb_isotropic.toml", ["--parameter", "friction.coefficient.constant", "--from", "0.3", "--to", "1"]),
             ("accuracy", "newton.toml", []),
         )

@@ -34,7 +34,6 @@ def test_h5py_sees_one_complete_file(linked_path, schema, monkeypatch, tmp_path)
             "/checkpoint",
             "/accuracy",
             "/adapt",
-            "/theory",
             "/branches",
             "/bound",
             "/history",

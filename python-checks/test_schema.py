@@ -28,7 +28,6 @@ def test_finished_files_follow_the_schema(run, schema):
         "/checkpoint",
         "/accuracy",
         "/adapt",
-        "/theory",
         "/branches",
         "/bound",
         "/history",

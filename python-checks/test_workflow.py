@@ -111,8 +111,6 @@ def test_pictures_tables_and_grids(loop, greased):
 
 
 def test_studies_have_typed_results(tmp_path):
-    theory = package.theory(NEWTON, tmp_path / "theory.h5", set=SMALL)
-    assert len(theory.levels) == 1 and list(theory.norms["norm"])[0] == "H1 norm" and theory.findings in repr(theory)
     accuracy = package.accuracy(NEWTON, tmp_path / "accuracy.h5", set=SMALL, budget=0.05, coarsest=2, finest=4)
     assert isinstance(accuracy.solves, pd.DataFrame) and list(accuracy.levels["n_div"]) == [2, 4] and accuracy.advice
     isotropic = PIPELINES / "coulomb_isotropic.toml"
@@ -124,7 +122,7 @@ def test_studies_have_typed_results(tmp_path):
     assert stability.passes and len(stability.table) == 1
     assert package.law(NEWTON).bounds["f_max"]["value"] == 0.3
     assert [face["law"] for face in package.law(PIPELINES / "dry_and_greased.toml").faces] == ["orthotropic", "capped"]
-    assert package.report(tmp_path / "theory.h5", tmp_path / "page.html").read_text().startswith("<!DOCTYPE html>")
+    assert package.report(tmp_path / "accuracy.h5", tmp_path / "page.html").read_text().startswith("<!DOCTYPE html>")
     run = package.run(NEWTON, tmp_path / "run.h5", set=SMALL)
     assert "<script" in package.report(run.file, tmp_path / "page.html", interactive=True).read_text()
     with pytest.raises(package.BadInput, match="friction.coefficient_9"):

@@ -59,7 +59,6 @@ CASES = (
     Case("export --fclib --global", (*FCLIB, "--global"), (PLAIN, FCLIB)),
     Case("export --vtkhdf", ("export", "run.h5", "--vtkhdf", "out.vtkhdf"), (PLAIN,)),
     Case("accuracy", ("accuracy", *PLAIN[1:], *MESHES), (OLD,)),
-    Case("theory", ("theory", *RUN[1:], "--finest", "4"), (OLD,)),
     Case(
         "branches",
         ("branches", *RUN[1:], *PATH, "--to", "0.31", "--series", "paths"),

@@ -7,7 +7,7 @@
     >>> block["solve/multiplier_normal"]         # an xarray.DataArray with units, by panes
 
 :func:`run` solves a scene, :func:`sweep` many, :func:`open` reads a run file. :mod:`contact3d.scene` has the classes of a
-scene, :mod:`contact3d.convert` reads meshes of other programs.
+scene, :mod:`contact3d.convert` reads meshes of other programs, :mod:`contact3d.theory` measures the constants of the paper.
 """
 
 from ._matrices import Matrices
@@ -18,7 +18,6 @@ from ._studies import (
     Branches,
     Law,
     Stability,
-    Theory,
     accuracy,
     bound,
     branches,
@@ -27,7 +26,6 @@ from ._studies import (
     report,
     run,
     stability,
-    theory,
 )
 from ._sweep import Sweep, open_sweep, sweep
 from ._sweep_table import SweepTable
@@ -53,7 +51,6 @@ __all__ = [
     "Stability",
     "Sweep",
     "SweepTable",
-    "Theory",
     "accuracy",
     "bound",
     "branches",
@@ -66,6 +63,5 @@ __all__ = [
     "run",
     "stability",
     "sweep",
-    "theory",
     "version",
 ]

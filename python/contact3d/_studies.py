@@ -1,7 +1,7 @@
 """The commands that solve, measure and write, each as a function with a typed result."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar
@@ -73,36 +73,6 @@ class Accuracy(Study):
 
     def _lines(self) -> list[str]:
         return [f"{len(self.solves)} solves, {len(self.levels)} meshes", self.advice]
-
-
-@dataclass(frozen=True, repr=False)
-class Theory(Study):
-    """Constants and bounds of the theory, mesh by mesh."""
-
-    title: ClassVar[str] = "measurement of constants"
-
-    @property
-    def law(self) -> dict[str, Any]:
-        """Bounds of the friction law."""
-        return self.data["law"]
-
-    @property
-    def levels(self) -> pd.DataFrame:
-        """The figures of each mesh that depend on no norm."""
-        return pd.json_normalize(self.data["levels"]).drop(columns=["norms", "inf_sup"], errors="ignore")
-
-    @property
-    def norms(self) -> pd.DataFrame:
-        """The constants of each mesh in each norm."""
-        return pd.json_normalize(self.data["levels"], "norms", ["n_div"], errors="ignore")
-
-    @property
-    def findings(self) -> str:
-        """What they mean, in words."""
-        return self.data["findings"]
-
-    def _lines(self) -> list[str]:
-        return [f"{len(self.data['levels'])} meshes", self.findings]
 
 
 @dataclass(frozen=True, repr=False)
@@ -266,27 +236,6 @@ def accuracy(
     measures = options(coarsest=coarsest, finest=finest, budget=budget, sequences=sequences, threads=threads)
     command = [*_on_file("accuracy", scene, file), *measures, *pictures(figures)]
     return _study(Accuracy, command, scene, set, progress, file)
-
-
-def theory(
-    scene: SceneLike,
-    file: StrPath,
-    *,
-    set: Mapping[str, Any] | None = None,
-    coarsest: int | None = None,
-    finest: int | None = None,
-    meshes: Sequence[StrPath] = (),
-    figures: StrPath | None = None,
-    threads: int | None = None,
-    progress: bool | None = None,
-) -> Theory:
-    """Measures the constants and bounds of the paper's theory for a scene.
-
-    :param meshes: Gmsh files of the scene's body, in place of ``coarsest`` and ``finest``.
-    """
-    measures = options(coarsest=coarsest, finest=finest, mesh=list(meshes), threads=threads)
-    command = [*_on_file("theory", scene, file), *measures, *pictures(figures)]
-    return _study(Theory, command, scene, set, progress, file)
 
 
 def branches(

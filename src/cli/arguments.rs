@@ -31,7 +31,6 @@ use super::{
     schema::SchemaArguments,
     stability::StabilityArguments,
     sweep::SweepArguments,
-    theory::TheoryArguments,
 };
 use crate::{
     output::Inputs,
@@ -93,8 +92,6 @@ pub enum Command {
     Accuracy(AccuracyArguments),
     /// Bound the discretisation error of a solved run file, without any constant that is not known
     Bound(BoundArguments),
-    /// Measure the constants and bounds of the paper's theory for a scene, and how far they are from the truth
-    Theory(TheoryArguments),
     /// Follow the solutions in a key of the scene: folds, kinks, branches, all solutions of a scene
     Branches(BranchesArguments),
     /// Conditioning, agreement of algorithms and invariance, for one scene or a suite of hard cases

@@ -128,16 +128,22 @@ const OUTPUTS: [(&[&str], &str); 7] = [
         "a file goes after its kind: export FILE --vtkhdf OUT, or --fclib OUT",
     ),
     (
-        &["run", "mesh", "accuracy", "theory", "branches", "init"],
+        &["run", "mesh", "accuracy", "branches", "init"],
         "the file to write needs no option before it",
     ),
 ];
 
 /// Commands that are gone, and where their tasks are now.
-const GONE: [(&str, &str); 1] = [(
-    "solve-fclib",
-    "solve-fclib is gone: Siconos solves problems of FCLIB, and `export FILE --fclib OUT` writes them for it",
-)];
+const GONE: [(&str, &str); 2] = [
+    (
+        "solve-fclib",
+        "solve-fclib is gone: Siconos solves problems of FCLIB, and `export FILE --fclib OUT` writes them for it",
+    ),
+    (
+        "theory",
+        "theory is a part of the Python package now: python -m contact3d.theory SCENE",
+    ),
+];
 
 /// An error of the command line with a tip where an output seems to be meant.
 fn advised(mut error: clap::Error) -> clap::Error {

@@ -22,7 +22,6 @@ mod status;
 mod study;
 mod sweep;
 mod terminal;
-mod theory;
 
 use clap::Parser;
 
@@ -67,7 +66,6 @@ fn perform(arguments: &Arguments) -> Exit {
         Command::Check(file) => status::check(file, &output),
         Command::Law(law) => law::law(law, &output),
         Command::Accuracy(accuracy) => accuracy::accuracy(accuracy, &output, threads),
-        Command::Theory(study) => theory::theory(study, &output, threads),
         Command::Bound(file) => bound::bound(file, &output, threads),
         Command::Branches(task) => branches::branches(task, &output, threads),
         Command::Stability(suite) => stability::stability(suite, &output, threads),

@@ -1,4 +1,4 @@
-//! How `accuracy`, `theory` and `branches` begin and end.
+//! How `accuracy` and `branches` begin and end.
 
 use std::path::{Path, PathBuf};
 

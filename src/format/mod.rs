@@ -24,7 +24,6 @@ mod solve;
 mod stability;
 mod steps;
 mod stored;
-mod theory;
 mod vtkhdf;
 
 use thiserror::Error;
@@ -67,7 +66,6 @@ pub use solve::{
 };
 pub use stability::{GROUP as STABILITY, STABILITY_LAYOUT, StabilityRow, write as write_stability};
 pub use steps::{CHECKPOINT, read_checkpoint, write_checkpoint};
-pub use theory::{GROUP as THEORY, read as read_theory, write as write_theory};
 pub use vtkhdf::{GROUP as VTKHDF, GridValues, PaneValues, write as write_vtkhdf};
 
 use contact3d::{
@@ -163,7 +161,6 @@ pub const LAYOUT: Layout = Layout {
         CHECKPOINT,
         accuracy::GROUP,
         adapt::GROUP,
-        theory::GROUP,
         branches::GROUP,
         bound::GROUP,
     ],
@@ -196,10 +193,6 @@ pub const LAYOUT: Layout = Layout {
         steps::STATE.rows,
         steps::DONE_ROWS,
         adapt::FIELDS.rows,
-        theory::LAW.rows,
-        theory::LEVELS.rows,
-        theory::INF_SUP.rows,
-        theory::SCALED.rows,
         branches::SEARCH.rows,
         branches::PROOFS.rows,
         branches::FOLLOWED.rows,

@@ -107,7 +107,7 @@ pub fn pin_mesh_file(input: &mut SceneFile) -> Result<(), StageError> {
 }
 
 /// The same for a mesh file of the body of a scene.
-pub(super) fn pin(gmsh: &mut GmshFile, input: &SceneFile) -> Result<(), StageError> {
+fn pin(gmsh: &mut GmshFile, input: &SceneFile) -> Result<(), StageError> {
     let path = input.folder.join(&gmsh.file);
     if let Ok(metadata) = fs::metadata(&path) {
         resources::admit_memory(resources::need_of_mesh_file(metadata.len()))?;

@@ -31,4 +31,4 @@ pub use results::{Results, read_results, read_solved};
 pub use series_folder::{SeriesFolder, SeriesKind};
 pub use session::{Session, StageTiming, StoreWhen};
 pub use settings::{operator_settings, stage_settings};
-pub use studies::{accuracy_input, bound_error, measure_accuracy, measure_theory};
+pub use studies::{accuracy_input, bound_error, measure_accuracy};

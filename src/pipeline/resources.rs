@@ -161,24 +161,6 @@ pub(super) fn need_of_finest(brick: &Brick, element: ElementOrder) -> Need {
     }
 }
 
-/// What the theory takes on the finest mesh: a second factor, for the norm of H¹, two dense matrices over all displacements of
-/// the largest face with as much work space, and the vectors of Lanczos' method.
-pub(super) fn need_of_theory(brick: &Brick) -> Need {
-    let nodes = counted_nodes(brick_counts(brick, ElementOrder::P1));
-    let mut sides = brick.cells.map(|cells| cells as f64 + 1.0);
-    sides.sort_by(f64::total_cmp);
-    let face = 3.0 * sides[1] * sides[2];
-    let dense = 4.0 * 8.0 * face * face;
-    let vectors = 600.0 * 8.0 * 3.0 * nodes;
-    Need {
-        step: "measuring the theory on the finest mesh",
-        memory: problem_bytes(nodes)
-            .saturating_mul(2)
-            .saturating_add((dense + vectors) as u64),
-        stored: 0,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,4 +1,4 @@
-//! The studies `accuracy`, `theory` and `bound`: measured for a scene or its answer and stored with it.
+//! The studies `accuracy` and `bound`: measured for a scene or its answer and stored with it.
 
 use std::{path::Path, time::Instant};
 
@@ -11,12 +11,11 @@ use serde::Serialize;
 use studies::{
     StudyStep,
     accuracy::{Accuracy, AccuracySettings, nested_bricks},
-    theory::{Theory, TheorySettings, theory_bricks},
 };
 
 use super::{
     StageError,
-    mesh::{pin, pin_mesh_file},
+    mesh::pin_mesh_file,
     resources,
     results::{BoundedError, read_bound},
     store::store_with_scene,
@@ -50,34 +49,6 @@ pub fn measure_accuracy(
     let place = (path, format::ACCURACY, threads);
     stored(place, scene, settings, format::write_accuracy, || {
         Ok(Accuracy::measure(scene, &input.folder, &limited, observe)?)
-    })
-}
-
-/// Measures the theory for a scene and stores it with the scene in a run file, new or existing.
-///
-/// # Errors
-/// A busy, foreign or unreadable file; a scene without a discrete problem, or one that the theory does not cover; a mesh that
-/// does not fit into memory.
-pub fn measure_theory(
-    path: &Path,
-    mut input: SceneFile,
-    mut settings: TheorySettings,
-    threads: usize,
-    observe: &mut dyn FnMut(StudyStep),
-) -> Result<Theory, StageError> {
-    pin_mesh_file(&mut input)?;
-    for file in &mut settings.meshes {
-        pin(file, &input)?;
-    }
-    let scene = &input.scene;
-    if let Some(brick) = scene.body.as_brick()
-        && let Some(finest) = theory_bricks(scene, brick, &settings)?.last()
-    {
-        resources::admit(resources::need_of_theory(finest), path)?;
-    }
-    let place = (path, format::THEORY, threads);
-    stored(place, scene, &settings, format::write_theory, || {
-        Ok(Theory::measure(scene, &input.folder, &settings, observe)?)
     })
 }
 

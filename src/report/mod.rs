@@ -18,7 +18,6 @@ pub mod stability;
 mod stages;
 mod status;
 mod sweep;
-pub mod theory;
 
 pub use features::features;
 pub use figure::{Digits, Figures};

@@ -17,7 +17,6 @@ mod report;
 mod sweep_charts;
 mod sweep_report;
 mod sweep_table;
-mod theory_charts;
 
 pub use branches::draw_branches;
 pub use charts::draw_accuracy;
@@ -27,4 +26,3 @@ pub use picture::{are_drawn, draw_run, drawing_of, figures_folder};
 pub use picture_folder::{Drawing, PictureFolder, folder_here};
 pub use report::{ReportKind, report};
 pub use sweep_report::{draw_sweep, sweep_table};
-pub use theory_charts::draw_theory;

@@ -20,8 +20,6 @@ pub enum Drawing {
     Run(Vec<String>),
     /// The diagrams of the studies of accuracy.
     Accuracy,
-    /// The diagrams of the theory.
-    Theory,
     /// The diagrams of paths of solutions.
     Branches,
     /// The charts of a sweep.
@@ -38,7 +36,6 @@ impl Drawing {
         let names = match self {
             Self::Run(endings) => return super::picture::names(endings),
             Self::Accuracy => super::charts::ACCURACY.to_vec(),
-            Self::Theory => super::theory_charts::NAMES.to_vec(),
             Self::Branches => super::branches::BRANCHES.to_vec(),
             Self::Sweep => sweep_charts::columns().collect(),
             Self::Mesh => vec![super::mesh::MESH],

@@ -23,7 +23,6 @@ use super::{
     history_charts,
     picture::{self, Drawn},
     sweep_report,
-    theory_charts::{constants, scaled, thresholds},
 };
 use crate::{
     format::{self, LAYOUT, SWEEP_LAYOUT},
@@ -117,12 +116,6 @@ fn file_page(path: &Path, kind: ReportKind) -> Result<Page, StageError> {
             "What accuracy costs",
             "accuracy",
             accuracy_parts(reader, scene),
-        ),
-        (
-            "theory",
-            "The theory, measured",
-            "theory",
-            theory_parts(reader, scene),
         ),
     ];
     for (name, heading, command, parts) in studies {
@@ -322,25 +315,6 @@ fn bound_parts(reader: &Reader, scene: &Scene) -> StudyParts {
     parts.push(PagePart::Table(
         report::bound::figures(&bound, scene, None).html(),
     ));
-    Ok(Some(parts))
-}
-
-/// What the constants of the theory are on the meshes of the scene; `None` where they were not measured.
-fn theory_parts(reader: &Reader, scene: &Scene) -> StudyParts {
-    let Some(stored) = reader.whole_group(format::THEORY)? else {
-        return Ok(None);
-    };
-    let (theory, units) = (format::read_theory(reader)?, stored.units);
-    let mut parts = outdated(&stored, scene, "theory");
-    parts.push(PagePart::Advice(theory.findings().to_string()));
-    let charts = [
-        thresholds(&theory, units),
-        scaled(&theory),
-        constants(&theory, units),
-    ];
-    parts.extend(charts.iter().map(PagePart::chart));
-    let tables = report::theory::tables(&theory, units);
-    parts.extend(tables.iter().flat_map(table_parts));
     Ok(Some(parts))
 }
 

@@ -71,35 +71,24 @@ fn changes_of_one_face_are_computed_as_far_as_they_reach() {
 }
 
 #[test]
-fn studies_of_one_face_refuse_several() {
+fn paths_of_solutions_refuse_several_faces() {
     let scene = pipeline("corner_block.toml");
     let scene = scene.to_str().unwrap();
-    let key = "contact.0.friction.coefficient.constant";
-    for arguments in [
-        vec!["theory", scene, "study.h5"],
-        vec![
-            "branches",
-            scene,
-            "study.h5",
-            "--parameter",
-            key,
-            "--from",
-            "0.1",
-            "--to",
-            "0.2",
-        ],
-    ] {
-        let program = Program::new();
-        let refused = program.command(&arguments).assert().code(2);
-        let text = String::from_utf8_lossy(&refused.get_output().stderr).replace('│', " ");
-        // Long lines are broken.
-        let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
-        assert!(
-            text.contains("contact: expected one contact face"),
-            "{text}"
-        );
-        assert!(!program.path("study.h5").exists());
-    }
+    let program = Program::new();
+    let refused = program
+        .command(&["branches", scene, "study.h5"])
+        .args(["--parameter", "contact.0.friction.coefficient.constant"])
+        .args(["--from", "0.1", "--to", "0.2"])
+        .assert()
+        .code(2);
+    let text = String::from_utf8_lossy(&refused.get_output().stderr).replace('│', " ");
+    // Long lines are broken.
+    let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(
+        text.contains("contact: expected one contact face"),
+        "{text}"
+    );
+    assert!(!program.path("study.h5").exists());
 }
 
 #[test]

@@ -257,7 +257,6 @@ fn what_is_about_one_problem_refuses_steps() {
     let scene = scene.to_str().expect("plain path");
     for command in [
         &["accuracy", scene, "run.h5"][..],
-        &["theory", scene, "run.h5"],
         &[
             "branches",
             scene,

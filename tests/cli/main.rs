@@ -24,7 +24,6 @@ mod range;
 mod refusals;
 mod special_files;
 mod stages;
-mod theory;
 mod titles;
 mod units;
 mod warnings;

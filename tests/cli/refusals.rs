@@ -164,9 +164,18 @@ fn pictures_that_cannot_be_written_are_exit_code_2() {
     let program = Program::new();
     let mut started = std::process::Command::new(assert_cmd::cargo::cargo_bin("contact3d-pipe"))
         .current_dir(program.path(""))
-        .arg("theory")
+        .arg("accuracy")
         .arg(pipeline("hkl2011_table1.toml"))
-        .args(["run.h5", "--json", "--coarsest", "2"])
+        .args([
+            "run.h5",
+            "--json",
+            "--coarsest",
+            "2",
+            "--finest",
+            "4",
+            "--budget",
+            "0.1",
+        ])
         .args(SMALL)
         .stderr(std::process::Stdio::piped())
         .stdout(std::process::Stdio::piped())
@@ -218,4 +227,12 @@ fn a_machine_that_fails_midway_keeps_what_was_stored() {
     let again = program.run(&[]).assert().success();
     let text = String::from_utf8_lossy(&again.get_output().stderr).into_owned();
     assert!(text.contains("assemble  fresh, kept"), "{text}");
+}
+
+#[test]
+fn a_command_that_is_gone_says_where_its_task_is() {
+    let program = Program::new();
+    let output = program.command(&["theory", "scene.toml"]).assert().code(2);
+    let text = String::from_utf8_lossy(&output.get_output().stderr).into_owned();
+    assert!(text.contains("python -m contact3d.theory SCENE"), "{text}");
 }

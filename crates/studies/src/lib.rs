@@ -5,7 +5,6 @@
 //! | [`accuracy`] | What do solvers and meshes cost for which error? | [`Accuracy::measure`](accuracy::Accuracy::measure) |
 //! | [`stability`] | Do other algorithms and other descriptions of the problem give the same answer? | [`Check::new`](stability::Check::new) |
 //! | [`branches`] | Which solutions are there as a key of the scene changes? | [`Branches::follow`](branches::Branches::follow) |
-//! | [`theory`] | How large are the constants in the proofs of uniqueness and convergence? | [`Theory::measure`](theory::Theory::measure) |
 //!
 //! Each takes a [`Scene`](contact3d::scene::Scene) and the folder of its mesh files, assembles what it needs in memory,
 //! and returns plain data. Nothing is stored or printed, and the library knows nothing of the studies.
@@ -17,6 +16,5 @@ pub mod branches;
 mod progress;
 mod shared;
 pub mod stability;
-pub mod theory;
 
 pub use progress::StudyStep;

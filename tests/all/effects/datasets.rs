@@ -94,7 +94,7 @@ const FLOATING_ONLY: [&str; 9] = [
 ];
 
 /// Runs a scene on linear tetrahedra and returns the datasets of a run that its file lacks, those of quadratic
-/// ones apart; writers refuse any that is not in the table. Checkpoints, studies of accuracy, bounds, theory and paths, and levels of adaptive
+/// ones apart; writers refuse any that is not in the table. Checkpoints, studies of accuracy, bounds and paths, and levels of adaptive
 /// meshes are no part of a finished run.
 fn absent_from(tables: &[&str]) -> BTreeSet<String> {
     let mut absent = absent_from_run(tables);
@@ -133,7 +133,6 @@ fn absent_from_run(tables: &[&str]) -> BTreeSet<String> {
             "/accuracy/",
             "/checkpoint/",
             "/adapt/",
-            "/theory/",
             "/branches/",
             "/bound/",
             "/history/",

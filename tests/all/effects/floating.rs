@@ -107,7 +107,12 @@ fn stored_modes_give_the_same_bits() {
 #[test]
 fn what_needs_the_inverse_of_a_is_refused() {
     let folder = tempfile::tempdir().unwrap();
-    let theory = on_slope(folder.path(), &["theory", "theory.h5"], "0.2", &[]).code(2);
-    let message = String::from_utf8(theory.get_output().stderr.clone()).unwrap();
+    let range = [
+        "--parameter=friction.coefficient.constant",
+        "--from=0.3",
+        "--to=0.4",
+    ];
+    let paths = on_slope(folder.path(), &["branches", "paths.h5"], "0.2", &range).code(2);
+    let message = String::from_utf8(paths.get_output().stderr.clone()).unwrap();
     assert!(message.contains("only contact holds"), "{message}");
 }

@@ -25,8 +25,6 @@ pub struct CoulombLaw {
     unchanging: OnceLock<Vec<[f64; 2]>>,
     /// Evaluations at nodes, counted on any thread.
     evaluations: AtomicUsize,
-    /// All coefficients are this many times those of the faces.
-    factor: f64,
     relaxation: Option<Relaxation>,
     /// F(s/σ) in place of F(s), for this σ.
     stretch: f64,
@@ -56,7 +54,6 @@ pub struct FaceLaw {
 impl Clone for CoulombLaw {
     fn clone(&self) -> Self {
         Self {
-            factor: self.factor,
             relaxation: self.relaxation,
             stretch: self.stretch,
             path: self.path.clone(),
@@ -154,19 +151,9 @@ impl CoulombLaw {
             faces,
             unchanging: OnceLock::new(),
             evaluations: AtomicUsize::new(0),
-            factor: 1.0,
             relaxation: None,
             stretch: 1.0,
             path: None,
-        }
-    }
-
-    /// The law t F for a factor t > 0, which counts its evaluations anew.
-    #[must_use]
-    pub fn scaled(&self, factor: f64) -> Self {
-        Self {
-            factor: self.factor * factor,
-            ..self.clone()
         }
     }
 
@@ -185,11 +172,6 @@ impl CoulombLaw {
             stretch,
             ..self.clone()
         }
-    }
-
-    /// How many times those of the faces its coefficients are.
-    pub(crate) fn factor(&self) -> f64 {
-        self.factor
     }
 
     /// The laws of the faces.
@@ -250,7 +232,7 @@ impl CoulombLaw {
     pub fn derivative(&self, contact_node: usize, slip: [f64; 2]) -> [[f64; 2]; 2] {
         let (law, path, position) = self.law_at(contact_node);
         let given = law.derivative_after(path, position, slip.map(|s| s / self.stretch));
-        let given = given.map(|row| row.map(|d| self.factor / self.stretch * d));
+        let given = given.map(|row| row.map(|d| d / self.stretch));
         let Some(relaxation) = self.relaxation else {
             return given;
         };
@@ -264,8 +246,7 @@ impl CoulombLaw {
 
     fn own_value(&self, contact_node: usize, slip: [f64; 2]) -> [f64; 2] {
         let (law, path, position) = self.law_at(contact_node);
-        let given = law.evaluate_after(path, position, slip.map(|s| s / self.stretch));
-        given.map(|f| self.factor * f)
+        law.evaluate_after(path, position, slip.map(|s| s / self.stretch))
     }
 
     /// The law at a contact node, the path slid there before, and its place.

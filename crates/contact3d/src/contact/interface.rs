@@ -43,16 +43,6 @@ pub enum InterfaceFriction {
 }
 
 impl Interface {
-    /// The same face with the coefficients of Coulomb's law multiplied by a factor t > 0; `None` where the law is another
-    /// one.
-    #[must_use]
-    pub fn scaled(&self, factor: f64) -> Option<Self> {
-        Some(Self {
-            friction: InterfaceFriction::Coulomb(Box::new(self.coulomb()?.scaled(factor))),
-            ..self.clone()
-        })
-    }
-
     /// The contact face's laws; `None` in a scene without contact.
     ///
     /// # Errors

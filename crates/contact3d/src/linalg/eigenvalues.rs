@@ -90,7 +90,7 @@ fn start_vector(n: usize) -> Vec<f64> {
 
 /// Largest eigenvalue of the Lanczos matrix and the last component of its unit eigenvector.
 #[must_use]
-pub fn largest_ritz_pair(diagonal: &[f64], off_diagonal: &[f64]) -> (f64, f64) {
+fn largest_ritz_pair(diagonal: &[f64], off_diagonal: &[f64]) -> (f64, f64) {
     let k = diagonal.len();
     let matrix = nalgebra::DMatrix::from_fn(k, k, |i, j| match i.abs_diff(j) {
         0 => diagonal[i],

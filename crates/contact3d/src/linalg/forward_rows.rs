@@ -85,15 +85,6 @@ impl FactorStructure {
 }
 
 impl<T: Scalar> CholeskyFactor<T> {
-    /// BA⁻¹Bᵀ for a sparse B of shape (rows, unknowns): column-major, shape (rows, rows), exactly symmetric.
-    ///
-    /// # Panics
-    /// When B does not have one column per unknown.
-    #[must_use]
-    pub fn gram(&self, b: &CscMatrix, work: &Work) -> Vec<f64> {
-        self.forward_rows(b, work).gram()
-    }
-
     /// Solves W = L⁻¹PBᵀ for all rows of B (shape: rows, unknowns); `work` is told of what [`FactorStructure::count_forward_rows`]
     /// counts, of the solves now and of the products in [`ForwardRows::gram`].
     ///

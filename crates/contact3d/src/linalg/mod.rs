@@ -41,10 +41,10 @@ pub use analysis::FactorStructure;
 pub use dense::DenseLu;
 pub(crate) use dense::{DenseCholesky, product, transpositions};
 pub use dissection::{OrderingError, amd, expand_to_unknowns, nested_dissection};
+pub use eigenvalues::largest_eigenvalue;
 pub(crate) use eigenvalues::{
     distance_to_one, figures_by_products, least_modulus, spectral_radius,
 };
-pub use eigenvalues::{largest_eigenvalue, largest_ritz_pair};
 pub use engine::{EngineCommand, EngineError, EngineReport, RemoteFactor};
 pub use factor::{CholeskyFactor, FactorError, PartsError};
 pub(crate) use iterative::{CgSolution, StoppingRule, conjugate_gradients, gmres, gmres_several};

@@ -32,13 +32,11 @@ pub(crate) use assessment::Assessment;
 pub use conditions::{Bound, Evaluation, PaneEvaluation, PaneZone};
 pub use ellipse::{Ellipse, ProjectionDerivative};
 pub use feasible_set::FeasibleSet;
-pub use fixed_point::{
-    MappingValue, SuccessiveApproximations, evaluate_mapping, evaluate_mapping_at,
-};
+pub use fixed_point::{MappingValue, SuccessiveApproximations, evaluate_mapping};
 pub use inner::{Gpcg, Inner, InnerOutcome, Kprgp, operator_norm};
 pub use newton::{
-    Linearisation, LocalMapping, NewtonSettings, NewtonSolution, NewtonStatus, frozen_response,
-    minimise_frozen, newton,
+    Linearisation, LocalMapping, NewtonSettings, NewtonSolution, NewtonStatus, minimise_frozen,
+    newton,
 };
 pub use newton::{contraction_of_mapping, natural_map::NaturalMap};
 pub use pane_laws::{CoulombState, PaneLaws, coulomb_state};

@@ -14,10 +14,9 @@ mod sequences;
 
 pub use algebraic::{AlgebraicStudy, EPSILONS, RunMethod, RunOperator, RunResult, SolverRun};
 pub use cost::{Advice, Cost, FinerMesh};
-pub(crate) use discretisation::effort;
 pub use discretisation::{DiscretisationStudy, Forces, Level, Trend};
 pub use distance::{Distance, MeshField, distance};
-pub(crate) use refinement::{brick_n_div, observed_order, with_brick};
+pub(crate) use refinement::{brick_n_div, observed_order};
 pub use refinement::{extrapolated, nested_bricks};
 pub use sequences::{
     MeshSequence, MeshSequences, Reference, SequenceAdvice, SequenceKind, SequenceLevel, TARGETS,

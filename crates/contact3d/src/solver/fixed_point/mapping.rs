@@ -7,7 +7,7 @@ use crate::{
     dual::{ExplicitDual, LocalStiffness},
     linalg::{difference, norm},
     solver::{
-        CoulombState, PaneLaws,
+        PaneLaws,
         conditions::Bound,
         newton::{NewtonSettings, NewtonStatus},
         pane_laws::coulomb_state,
@@ -45,20 +45,7 @@ pub fn evaluate(
     multiplier: &[f64],
 ) -> MappingValue {
     let state = coulomb_state(dual, laws, law, multiplier);
-    evaluate_at(dual, local, laws, &state, multiplier)
-}
-
-/// Evaluates Ψ at any slip bound and friction, the frozen problem of (φ, g), from a multiplier nearby; its change is the
-/// distance to that multiplier.
-#[must_use]
-pub fn evaluate_at(
-    dual: &ExplicitDual,
-    local: &LocalStiffness,
-    laws: &PaneLaws,
-    state: &CoulombState,
-    multiplier: &[f64],
-) -> MappingValue {
-    let set = laws.feasible_set(Some(state));
+    let set = laws.feasible_set(Some(&state));
     let driver = NewtonDriver {
         dual,
         bound: Bound::Frozen(&set),

@@ -2,7 +2,7 @@
 
 mod mapping;
 
-pub use mapping::{MappingValue, evaluate as evaluate_mapping, evaluate_at as evaluate_mapping_at};
+pub use mapping::{MappingValue, evaluate as evaluate_mapping};
 
 use std::time::Instant;
 

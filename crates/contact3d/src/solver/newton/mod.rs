@@ -3,7 +3,6 @@
 mod continuation;
 pub(in crate::solver) mod damping;
 mod friction_graph;
-mod frozen_response;
 mod iteration;
 mod linearisation;
 pub(in crate::solver) mod natural_map;
@@ -13,7 +12,6 @@ mod system;
 #[cfg(test)]
 mod tests;
 
-pub use frozen_response::frozen_response;
 pub use iteration::{NewtonSettings, NewtonStatus};
 pub use linearisation::{Linearisation, LocalMapping, contraction_of_mapping};
 
