@@ -9,7 +9,7 @@ from functools import cache, cached_property
 import numpy as np
 from scipy import sparse
 from scipy.linalg import cho_factor, cho_solve, eigh
-from scipy.optimize import minimize, minimize_scalar
+from scipy.optimize import minimize
 from scipy.sparse.linalg import splu
 
 from raw_problem import RawProblem
@@ -336,18 +336,3 @@ def fine_rule(parts: int = 24) -> tuple[np.ndarray, np.ndarray]:
 
 
 FINE = fine_rule()
-
-
-def sum_norm(first: np.ndarray, second: np.ndarray) -> float:
-    """sup |A x| + |B x| over |x| = 1 for the forms A'A and B'B.
-
-    The pairs (|A x|^2, |B x|^2) fill a convex set, so the least upper bound over the
-    weights s of |A x|^2 / s + |B x|^2 / (1 - s) is attained.
-    """
-
-    def bound(share: float) -> float:
-        return float(np.linalg.eigvalsh(first / share + second / (1 - share))[-1])
-
-    edges, options = (1e-9, 1 - 1e-9), {"xatol": 1e-12}
-    found = minimize_scalar(bound, bounds=edges, method="bounded", options=options)
-    return np.sqrt(found.fun)

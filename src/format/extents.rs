@@ -107,8 +107,6 @@ pub(super) const OF_RUN_FILES: &[Size] = &[
     ("n_levels", "nested meshes of the study of accuracy"),
     ("n_sequence_levels", "meshes of all sequences of the study of accuracy, and the reference"),
     ("n_tetrahedron_sides", "sides of tetrahedra, each once"),
-    ("n_trial_spaces", "spaces of multipliers on all of them"),
-    ("n_scales", "scales of the law on all of them"),
     ("n_adaptive_levels", "adaptive meshes that were solved"),
     ("n_refinements", "adaptive meshes beyond the first, solved or made"),
     ("n_cut_tetrahedra", "tetrahedra of all adaptive meshes that were cut"),

@@ -98,8 +98,10 @@ def _runs(scene: SceneLike, coarsest: int, finest: int | None, meshes: Sequence[
         raise NotCovered("body: mesh files are for bodies from mesh files; the coarser meshes of a brick are made of its own cells")
     n_div = min(brick["cells"])
     fine = [cells * (finest or n_div) // n_div for cells in brick["cells"]]
-    if min(fine) % n_div or (is_graded := {"grading", "coordinates"} & brick.keys()) and fine != brick["cells"]:
-        raise NotCovered(f"finest: expected {'the' if is_graded else 'a multiple of the'} n_div of the scene, {n_div}, found {finest}")
+    is_graded = bool({"grading", "coordinates"} & brick.keys())
+    if min(fine) % n_div or is_graded and fine != brick["cells"]:
+        wanted = "the n_div of the scene, whose cells are graded" if is_graded else "a multiple of the n_div of the scene"
+        raise NotCovered(f"finest: expected {wanted}, {n_div}, found {finest}")
     parts = math.gcd(*fine)
     for merged in (1,) if is_graded else range(1, parts + 1):
         cells = [count // merged for count in fine]
