@@ -154,7 +154,7 @@ def test_no_equilibrium_comes_with_its_proof(contact3d, tmp_path, slope):
     with open_run(run(contact3d, tmp_path, "off", *changes, code=1)) as file:
         assert not file["solve/displacement"][:].any()
         assert not file["solve/rigid_motion"][:].any()
-        motion = free(file, file["solve/unstopped_motion"][:])
+        motion = free(file, file["solve/mechanism"][:])
         load = file["load/force"][:]
         area = file["mesh/pane_area"][:]
         moved = coupling(file) @ motion

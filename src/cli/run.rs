@@ -263,7 +263,7 @@ fn finish(
             let [step, number] = [record.increment.step + 1, record.increment.number];
             format!("load step {step}, increment {number}, ends the history: ")
         });
-    terminal::message(&(failed + &report::status(solution, scene)));
+    terminal::message(&(failed + &report::status(solution, scene, results.mesh())));
     Ok(Exit::NotConverged)
 }
 

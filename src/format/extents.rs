@@ -91,7 +91,7 @@ pub(super) const OF_RUN_FILES: &[Size] = &[
     ("n_friction_nodes", "nodes of contact faces with friction, the first of all contact nodes"),
     ("n_free", "free degrees of freedom, the dimension 3n of HKL section 4"),
     ("n_rigid_modes", "rigid motions that supports leave to contact, or hold weakly, 1 to 6"),
-    ("n_neutral_motions", "rigid motions among these that neither contact nor supports feel"),
+    ("n_null_space_motions", "rigid motions among these that neither contact nor supports feel"),
     ("n_supernodes", "supernodes of the Cholesky factor"),
     ("n_factor_rows", "row indices of all supernodes together"),
     ("n_factor_values", "coefficients stored for the Cholesky factor"),

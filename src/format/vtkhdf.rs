@@ -39,7 +39,7 @@ const CONTACT_FACE: &str = "/VTKHDF/CellData/contact_face";
 const VON_MISES: &str = "/VTKHDF/CellData/von_mises";
 pub(super) const NORMAL: &str = "/VTKHDF/CellData/contact_normal";
 const NORMAL_OFFSETS: &str = "/VTKHDF/Steps/CellDataOffsets/contact_normal";
-const UNSTOPPED_MOTION: &str = "/VTKHDF/PointData/unstopped_motion";
+const MECHANISM: &str = "/VTKHDF/PointData/mechanism";
 
 /// Value of the attribute `Type` of the group.
 pub(super) const TYPE: &[u8; 16] = b"UnstructuredGrid";
@@ -96,21 +96,21 @@ pub(super) const TABLE: &[DatasetSpec] = &[
 pub(super) const ONCE: &[DatasetSpec] = &[
     GROUP.row(NORMAL, Kind::F64, &[Named("n_cells"), Fixed(3)], Dimension::Number, "Unit normal of contact in the middle of each contact triangle, out of the body and into the obstacle, one array for all steps of a series; NaN on tetrahedra.").symbol("nu").compressed().optional("absent without contact, and with one face whose normal is the same everywhere"),
     offsets_row(NORMAL_OFFSETS),
-    GROUP.row(UNSTOPPED_MOTION, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::Number, "Without equilibrium the rigid motion that nothing stops, of largest component one; warp by this vector.").compressed().optional("absent with equilibrium, and in a series"),
+    GROUP.row(MECHANISM, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::Number, "Without equilibrium the rigid motion that contact cannot resist, of largest component one; warp by this vector.").compressed().optional("absent with equilibrium, and in a series"),
 ];
 
-/// Writes the grid and its fields, with the motion that nothing stops where there is one.
+/// Writes the grid and its fields, with the mechanism where there is one.
 pub fn write(
     writer: &mut GroupWriter<'_>,
     mesh: &Mesh,
     report: &ContactReport,
     frame: Option<&ContactFrame>,
-    unstopped: Option<&[[f64; 3]]>,
+    mechanism: Option<&[[f64; 3]]>,
 ) -> Result<(), StoreError> {
     write_grid(writer, mesh)?;
     write_normals(writer, mesh, None)?;
-    if let Some(motion) = unstopped {
-        write_list(writer, UNSTOPPED_MOTION, motion)?;
+    if let Some(motion) = mechanism {
+        write_list(writer, MECHANISM, motion)?;
     }
     for field in fields(mesh, &GridValues::from(report), frame) {
         // A body at rest has no error to share.

@@ -84,8 +84,8 @@ impl Results {
         let frame = self.interface().map(|interface| &interface.frame);
         let mesh = self.mesh();
         if self.increments.is_empty() {
-            let unstopped = self.solution.unstopped_motion.as_deref();
-            return format::write_vtkhdf(writer, mesh, &self.report, frame, unstopped);
+            let mechanism = self.solution.mechanism.as_deref();
+            return format::write_vtkhdf(writer, mesh, &self.report, frame, mechanism);
         }
         let times = self.increments.iter().map(|record| record.increment.time);
         let times: Vec<f64> = times.collect();

@@ -46,7 +46,7 @@ pub(super) fn fold_words(local: &LocalMapping) -> Option<String> {
     })
 }
 
-/// What is to be said of the rigid motion of a body that only contact holds: that which nothing stops, or the one nearest to its
+/// What is to be said of the rigid motion of a body that only contact holds: the mechanism, or the one nearest to its
 /// displacement; `None` where supports hold it.
 pub(super) fn motion_words(
     units: Units,
@@ -54,9 +54,9 @@ pub(super) fn motion_words(
     solution: &Solution,
     report: &ContactReport,
 ) -> Option<(&'static str, String)> {
-    if let Some(motion) = &solution.unstopped_motion {
+    if let Some(motion) = &solution.mechanism {
         let motion = BodyMotion::told(&mesh.coordinates, motion);
-        return Some(("nothing stops", motion.describe(units.length())));
+        return Some(("mechanism", motion.describe(units.length())));
     }
     if solution.rigid_motion.is_empty() {
         return None;
@@ -66,14 +66,14 @@ pub(super) fn motion_words(
 }
 
 /// The rigid motions that neither contact nor supports feel, and which the answer leaves at zero.
-pub(super) fn neutral_motions(mesh: &Mesh, solution: &Solution) -> Vec<BodyMotion> {
-    let motions = BodyMotion::telling(&mesh.coordinates, &solution.neutral_motions);
+pub(super) fn null_space_motions(mesh: &Mesh, solution: &Solution) -> Vec<BodyMotion> {
+    let motions = BodyMotion::telling(&mesh.coordinates, &solution.null_space_motions);
     let told = |motion: &Vec<[f64; 3]>| BodyMotion::told(&mesh.coordinates, motion);
     motions.iter().map(told).collect()
 }
 
 /// The same in words.
-pub(super) fn neutral_words(
+pub(super) fn null_space_words(
     units: Units,
     mesh: &Mesh,
     solution: &Solution,
@@ -84,11 +84,11 @@ pub(super) fn neutral_words(
     } else {
         "panes feel"
     };
-    let motions = neutral_motions(mesh, solution);
+    let motions = null_space_motions(mesh, solution);
     let line = |motion: &BodyMotion| {
         let words = motion.describe(units.length());
         (
-            "neutral, left at zero",
+            "null space, left at zero",
             format!("{words}: none of {n_panes} {panes} it"),
         )
     };

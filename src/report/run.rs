@@ -18,8 +18,8 @@ use super::{
     Digits::Scientific,
     FigureTable, Figures,
     answer::{
-        fold_words, motion_words, neutral_motions, neutral_words, quantities_json, quantity_words,
-        radius_words, sign_words,
+        fold_words, motion_words, null_space_motions, null_space_words, quantities_json,
+        quantity_words, radius_words, sign_words,
     },
     status::status,
 };
@@ -79,7 +79,7 @@ impl<'a> SolvedRun<'a> {
     fn of_solve(&self) -> Figures {
         let (solution, mesh) = (self.solution, self.mesh);
         let mut figures = Figures::new(self.scene.units);
-        let words = status(solution, self.scene);
+        let words = status(solution, self.scene, mesh);
         figures.described("status", "status", Some(words), solution.status.word());
         figures.json_only("accuracy", solution.accuracy);
         let (nodes, tetrahedra) = (mesh.coordinates.len(), mesh.tetrahedra.len());
@@ -280,7 +280,7 @@ impl<'a> SolvedRun<'a> {
         if let Some((name, words)) = motion_words(units, mesh, solution, report) {
             figures.human_only(name, Some(words));
         }
-        for (name, words) in neutral_words(units, mesh, solution) {
+        for (name, words) in null_space_words(units, mesh, solution) {
             figures.human_only(name, Some(words));
         }
         for row in &report.forces {
@@ -342,15 +342,15 @@ impl<'a> SolvedRun<'a> {
         let motion =
             |displacement| rigid_json(&BodyMotion::fitted(&mesh.coordinates, displacement));
         figures.json_only("motion", moves.then(|| motion(&self.report.displacement)));
-        let unstopped = solution.unstopped_motion.as_deref();
-        figures.json_only("unstopped_motion", unstopped.map(motion));
-        let neutral = || {
-            neutral_motions(mesh, solution)
+        let mechanism = solution.mechanism.as_deref();
+        figures.json_only("mechanism", mechanism.map(motion));
+        let null_space = || {
+            null_space_motions(mesh, solution)
                 .iter()
                 .map(rigid_json)
                 .collect::<Value>()
         };
-        figures.json_only("neutral_motions", moves.then(neutral));
+        figures.json_only("null_space_motions", moves.then(null_space));
         figures.json_only("assembly_seconds", assembly.map(seconds));
         figures.json_only("factor", assembly.map(factor));
         figures.with(self.figures()).with(self.certificate()).json()

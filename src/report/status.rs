@@ -1,12 +1,13 @@
 //! What the status of a solve means, and what helps.
 
 use contact3d::{
+    mesh::Mesh,
     scene::{DualOperatorKind, FactorPrecision, Method, ModelFeatures, Scene, SolveSettings},
     solver::{Solution, Status},
 };
 
 /// What a status means to a person, and what helps.
-pub fn status(solution: &Solution, scene: &Scene) -> String {
+pub fn status(solution: &Solution, scene: &Scene, mesh: &Mesh) -> String {
     let automatic = by_another_way(scene);
     let accuracy = solution.accuracy;
     let (limits, usual) = (&scene.solve, SolveSettings::default());
@@ -61,8 +62,13 @@ pub fn status(solution: &Solution, scene: &Scene) -> String {
         Status::NoEquilibrium => (
             "no equilibrium: contact cannot hold the body under this load".to_owned(),
             format!(
-                "see the motion that nothing stops; hold it with [[clamp]], or change {}",
-                load_and_friction(scene, "or")
+                "see the mechanism; hold it with [[clamp]], or change {}{}",
+                load_and_friction(scene, "or"),
+                if nodes_resist(solution, mesh) {
+                    "; panes transmit forces at their centres only: a finer mesh or contact.multipliers = \"nodal\" may hold the body"
+                } else {
+                    ""
+                }
             ),
         ),
         Status::Cycling => (
@@ -94,6 +100,27 @@ fn after_all_solvers(solution: &Solution, scene: &Scene) -> String {
             "no equilibrium was found, and none is ruled out: contact may not hold the body; look at {look}, or hold it with [[clamp]]"
         ),
     }
+}
+
+/// Whether some contact node moves into the foundation in the mechanism, which the mean displacements of its panes do not show.
+fn nodes_resist(solution: &Solution, mesh: &Mesh) -> bool {
+    let (Some(motion), Some(surface)) = (&solution.mechanism, &mesh.contact) else {
+        return false;
+    };
+    let into = |(contact_node, node): (usize, &usize)| {
+        let pairs = surface
+            .normal_at(contact_node)
+            .into_iter()
+            .zip(motion[*node]);
+        pairs.map(|(normal, moved)| normal * moved).sum::<f64>()
+    };
+    // The largest component of the motion is one.
+    surface
+        .nodes
+        .iter()
+        .enumerate()
+        .map(into)
+        .any(|depth| depth > 1e-3)
 }
 
 /// What a scene without equilibrium may change.

@@ -82,15 +82,15 @@ const QUADRATIC_ONLY: [&str; 3] = [
 ];
 
 const FLOATING_ONLY: [&str; 9] = [
-    "/VTKHDF/PointData/unstopped_motion",
+    "/VTKHDF/PointData/mechanism",
     "/assemble/rigid_modes",
     "/assemble/rigid_pins",
     "/assemble/rigid_spring",
     "/assemble/rigid_support",
     "/assemble/rigid_spring_response",
-    "/solve/neutral_motions",
+    "/solve/null_space_motions",
     "/solve/rigid_motion",
-    "/solve/unstopped_motion",
+    "/solve/mechanism",
 ];
 
 /// Runs a scene on linear tetrahedra and returns the datasets of a run that its file lacks, those of quadratic

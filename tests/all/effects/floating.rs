@@ -36,8 +36,8 @@ fn below_the_limit_the_file_has_the_rigid_motions() {
     assert!(text.contains("moves on the whole"), "{text}");
     assert!(has(folder.path(), "/assemble/rigid_modes"));
     assert!(has(folder.path(), "/solve/rigid_motion"));
-    assert!(!has(folder.path(), "/solve/unstopped_motion"));
-    assert!(!has(folder.path(), "/VTKHDF/PointData/unstopped_motion"));
+    assert!(!has(folder.path(), "/solve/mechanism"));
+    assert!(!has(folder.path(), "/VTKHDF/PointData/mechanism"));
 }
 
 #[test]
@@ -47,17 +47,14 @@ fn beyond_the_limit_the_exit_code_is_1_and_the_motion_is_said_and_stored() {
     let assert = on_slope(folder.path(), &run, "0.3000003", &[]).code(1);
     let text = String::from_utf8(assert.get_output().stdout.clone()).unwrap();
     assert!(
-        text.contains("nothing stops               translation along"),
+        text.contains("mechanism                   translation along"),
         "{text}"
     );
     let message = String::from_utf8(assert.get_output().stderr.clone()).unwrap();
     assert!(message.contains("no equilibrium"), "{message}");
     let reader = Reader::open(&folder.path().join("run.h5"), LAYOUT).unwrap();
-    let [stored, shown] = [
-        "/solve/unstopped_motion",
-        "/VTKHDF/PointData/unstopped_motion",
-    ]
-    .map(|path| reader.read_vec::<f64>(path).unwrap());
+    let [stored, shown] = ["/solve/mechanism", "/VTKHDF/PointData/mechanism"]
+        .map(|path| reader.read_vec::<f64>(path).unwrap());
     assert_eq!(stored, shown);
     drop(reader);
     // The parts of a run do what the whole does, from the stored factor.

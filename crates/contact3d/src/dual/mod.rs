@@ -19,13 +19,13 @@ mod contact;
 mod dense;
 mod explicit;
 mod global_modes;
-mod lifting;
 mod local_stiffness;
 mod motion_spaces;
 mod need;
 mod operators;
 mod preconditioning;
 mod rigid_coupling;
+mod separation;
 mod system;
 
 pub(crate) use aggregates::Aggregates;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{Assembly, lifting::lift, motion_spaces::MotionSpaces};
+use super::{Assembly, motion_spaces::MotionSpaces, separation::separation_motion};
 use crate::{
     contact::{Coupling, Interface, MultiplierLayout},
     elasticity::FloatingBody,
@@ -22,7 +22,7 @@ pub(super) const ROUNDINGS: f64 = 16.0;
 /// The rigid motions that contact or weak supports feel, and what they do to the contact face.
 ///
 /// Contact without friction on a plane does not feel motions along it, and a single pane feels no rotation about its centroid. Such
-/// motions are neutral: their α are zero in every answer (the least motion), and a load that works on them has no equilibrium.
+/// motions are the null space of contact: their α are zero in every solution (the least motion), and a load that works on them has no equilibrium.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RigidCoupling {
     body: Arc<FloatingBody>,
@@ -57,8 +57,8 @@ pub struct Balance {
     pub(crate) resultant: Vec<f64>,
     /// The motion about which α is written, where there is a gap.
     pub(crate) reference: Option<ReferenceMotion>,
-    /// A free motion that lifts every pane and in which the load does not work: then λ_ν = 0, `[n_felt]`.
-    pub(super) lift: Option<Vec<f64>>,
+    /// A free motion that separates every pane from the foundation and in which the load does not work: then λ_ν = 0, `[n_felt]`.
+    pub(super) separation_motion: Option<Vec<f64>>,
 }
 
 /// The rigid motion α₀ that closes the gap d best, and what remains of it, d − G α₀: written about α₀, a problem whose gap is a
@@ -118,13 +118,13 @@ impl RigidCoupling {
             slip,
         };
         // What rounding left of them on the face, relative to motions of the whole body, would be slips of sticking panes.
-        let neutral = spaces.unfelt.into_iter().map(|mut modes| {
+        let null_space = spaces.unfelt.into_iter().map(|mut modes| {
             let left = coupling.integrate(&body.rigid_part(&modes));
             let closing = rigid.closing_motion(&left, &surface.pane_area);
             add_scaled(&mut modes, -1.0, &rigid.in_modes(&closing));
             modes
         });
-        rigid.unfelt = neutral.collect();
+        rigid.unfelt = null_space.collect();
         rigid
     }
 
@@ -166,8 +166,8 @@ impl RigidCoupling {
         works.map(felt).collect()
     }
 
-    /// The displacements of the free degrees of freedom in the neutral motions, `[n_modes − n_felt][n_free]`.
-    pub(crate) fn neutral_motions(&self) -> Vec<Vec<f64>> {
+    /// The displacements of the free degrees of freedom in the motions of the null space, `[n_modes − n_felt][n_free]`.
+    pub(crate) fn null_space_motions(&self) -> Vec<Vec<f64>> {
         let motions = self.unfelt.iter();
         motions.map(|modes| self.body.rigid_part(modes)).collect()
     }
@@ -183,10 +183,10 @@ impl RigidCoupling {
         self.add_rigid(motion, displacement);
     }
 
-    /// Takes the neutral motions out of a displacement, by least squares over its degrees of freedom, and out of its α in terms of the
+    /// Takes the motions of the null space out of a displacement, by least squares over its degrees of freedom, and out of its α in terms of the
     /// modes.
-    pub(crate) fn remove_neutral(&self, displacement: &mut [f64], modes: &mut [f64]) {
-        let motions = self.neutral_motions();
+    pub(crate) fn remove_null_space(&self, displacement: &mut [f64], modes: &mut [f64]) {
+        let motions = self.null_space_motions();
         let n = motions.len();
         let gram = DMatrix::from_fn(n, n, |p, q| dot(&motions[p], &motions[q]));
         let along = DVector::from_fn(n, |p, _| dot(&motions[p], displacement));
@@ -265,7 +265,7 @@ impl Balance {
         let rigid = RigidCoupling::new(body, coupling, surface, interface, assembly);
         let resultant = rigid.load_resultant(assembly);
         Some(Self {
-            lift: lift(&rigid, &resultant, &surface.pane_area),
+            separation_motion: separation_motion(&rigid, &resultant, &surface.pane_area),
             coupling: Arc::new(rigid),
             resultant,
             reference: None,

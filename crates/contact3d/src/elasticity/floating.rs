@@ -274,7 +274,7 @@ const HARDLY_A_TURN: f64 = 1e-2;
 
 /// A direction in words: an axis with its sign, or a unit vector.
 fn direction(v: Vector3<f64>) -> String {
-    let v = v.normalize();
+    let v = v.normalize().map(|c| if c.abs() < 1e-9 { 0.0 } else { c });
     match axis_along(&v, 1e-9) {
         Some(c) => {
             let sign = if v[c] < 0.0 { "-" } else { "" };

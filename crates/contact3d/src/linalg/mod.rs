@@ -7,6 +7,7 @@
 //! | half-solves | W = L⁻¹PBᵀ on the paths of the elimination tree that B's columns reach; S = WᵀW | J. Gilbert, T. Peierls, *SIAM J. Sci. Stat. Comput.* 9 (1988) 862 |
 //! | conjugate gradients | on A, preconditioned by a factor in single precision | M. R. Hestenes, E. Stiefel, *J. Res. Nat. Bur. Standards* 49 (1952) 409 |
 //! | refinement | residuals in twice the working precision | N. J. Higham, *Accuracy and Stability of Numerical Algorithms*, 2002 |
+//! | nonnegative least squares | active sets in a few dimensions | C. L. Lawson, R. J. Hanson, *Solving Least Squares Problems*, 1995 |
 //! | operators | GMRES, Lanczos and Arnoldi, for matrices known by their products | Y. Saad, *Iterative Methods for Sparse Linear Systems*, 2003 |
 //!
 //! Sums have one fixed order: the same matrix gives the same bits at any number of threads.
@@ -23,6 +24,7 @@ mod front_plan;
 mod fronts;
 mod half_solve;
 mod iterative;
+mod nonnegative;
 mod panel_solve;
 mod precision;
 mod refinement;
@@ -48,6 +50,7 @@ pub(crate) use eigenvalues::{
 pub use engine::{EngineCommand, EngineError, EngineReport, RemoteFactor};
 pub use factor::{CholeskyFactor, FactorError, PartsError};
 pub(crate) use iterative::{CgSolution, StoppingRule, conjugate_gradients, gmres, gmres_several};
+pub(crate) use nonnegative::nonnegative_least_squares;
 pub use precision::{Factor, Precision, Scalar};
 pub use refinement::Doubled;
 pub use solve::Workspace;

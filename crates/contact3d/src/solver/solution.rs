@@ -28,7 +28,7 @@ pub enum Status {
     Stopped,
     /// The stopping rule of the method is met, but the answer is no solution.
     Inaccurate,
-    /// No contact forces that the laws admit hold a body that floats; the motion that nothing stops proves it.
+    /// No contact forces that the laws admit hold a body that floats; the mechanism proves it.
     NoEquilibrium,
 }
 
@@ -156,12 +156,12 @@ pub struct Solution {
     /// Rigid motions α in m of a body that only contact holds, or weak springs, one for each of its modes, zero without equilibrium;
     /// empty where supports hold it.
     pub rigid_motion: Vec<f64>,
-    /// With [`Status::NoEquilibrium`] the rigid motion that nothing stops, of largest component one, `[n_nodes]`: the load works in
-    /// it, and admissible contact forces take less.
-    pub unstopped_motion: Option<Vec<[f64; 3]>>,
-    /// The rigid motions that neither contact nor supports feel, each of largest component one, `[n_neutral][n_nodes]`; the
-    /// answer has none of them, and the load does not work in them where there is an equilibrium.
-    pub neutral_motions: Vec<Vec<[f64; 3]>>,
+    /// With [`Status::NoEquilibrium`] a rigid motion of largest component one, `[n_nodes]`, in which the load does more work than contact
+    /// can oppose.
+    pub mechanism: Option<Vec<[f64; 3]>>,
+    /// The rigid motions that neither contact nor supports feel, each of largest component one, `[n_null][n_nodes]`; the
+    /// solution has none of them, and the load does not work in them where there is an equilibrium.
+    pub null_space_motions: Vec<Vec<[f64; 3]>>,
     /// u over the free degrees of freedom, `[n_free]`, in m; zero without equilibrium.
     pub displacement: Vec<f64>,
     /// φ = (|u_t1|, |u_t2|) of `displacement` at the contact nodes, in m; `None` unless the

@@ -20,7 +20,7 @@ use super::{
     assessment::{Assessment, REFINEMENT_TARGET, has_diverged, has_lost_its_gaps},
     conditions::Bound,
     coulomb_state,
-    equilibrium::{dragged_motion, neutral_motions, unstopped_motion},
+    equilibrium::{mechanism, null_space_motions, sliding_mechanism},
     evaluate_mapping,
     inner::projected_gradient_steplength,
     minimisation::minimise,
@@ -106,7 +106,7 @@ impl ContactSolve<'_> {
     fn run(&self, observe: &mut dyn FnMut(Progress<'_>)) -> Result<Solution, NeedsExplicit> {
         if let Some(mechanism) = self.mechanism() {
             return Ok(Solution {
-                unstopped_motion: Some(mechanism),
+                mechanism: Some(mechanism),
                 ..Solution::unsolved(Status::NoEquilibrium, self)
             });
         }
@@ -125,8 +125,8 @@ impl ContactSolve<'_> {
     fn mechanism(&self) -> Option<Vec<[f64; 3]>> {
         let balance = self.dual.balance.as_ref()?;
         let assembly = self.body.assembly;
-        unstopped_motion(assembly, balance, self.laws)
-            .or_else(|| dragged_motion(assembly, self.dual.explicit()?, self.laws))
+        mechanism(assembly, balance, self.laws)
+            .or_else(|| sliding_mechanism(assembly, self.dual.explicit()?, self.laws))
     }
 
     /// The first refined solution to which a strategy leads; without one, what came nearest.
@@ -306,11 +306,11 @@ impl ContactSolve<'_> {
                     ..Solution::unsolved(solution.status, self)
                 };
             }
-            solution.neutral_motions = neutral_motions(assembly, balance);
+            solution.null_space_motions = null_space_motions(assembly, balance);
             // Coefficients that follow the slip of nodes may feel what panes do not.
             if solution.slip.is_none() {
                 let (u, motion) = (&mut solution.displacement, &mut solution.rigid_motion);
-                balance.coupling.remove_neutral(u, motion);
+                balance.coupling.remove_null_space(u, motion);
             }
         }
         solution.law_evaluations = laws.law_evaluations();

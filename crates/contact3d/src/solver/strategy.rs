@@ -247,7 +247,7 @@ impl<'a> NewtonDriver<'a> {
 
     /// No contact force, and the motions of a body that nothing presses.
     fn separated(&self) -> Option<Vec<f64>> {
-        let motion = self.dual.balance.as_ref()?.lifted(&self.dual.rhs)?;
+        let motion = self.dual.balance.as_ref()?.separated(&self.dual.rhs)?;
         let n = self.dual.dimension();
         Some(std::iter::repeat_n(0.0, n).chain(motion).collect())
     }

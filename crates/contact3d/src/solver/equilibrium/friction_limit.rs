@@ -10,7 +10,7 @@ use std::sync::atomic::AtomicUsize;
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Matrix2};
 
-use super::motion_program::{MotionProgram, PaneTerm};
+use super::contact_cone::{ContactCone, PROOF_MARGIN, PaneFriction};
 use crate::{
     dual::{Balance, ExplicitDual},
     linalg::{dot, largest_eigenvalue, norm},
@@ -19,12 +19,6 @@ use crate::{
         convex::{ConvexProgram, InteriorPoint, Motions},
     },
 };
-
-/// Share of a motion on the face that may be along its normal: rounding.
-const NORMAL: f64 = 1e-10;
-
-/// How far the interior point leaves the pressure undecided; what it is off by is bounded and counts.
-const UNDECIDED: f64 = 1e-9;
 
 /// S + G D⁻¹Gᵀ of a face and its weak supports.
 struct PressedFace {
@@ -45,18 +39,20 @@ pub(super) fn beyond_friction(
 ) -> Option<Vec<f64>> {
     let layout = dual.layout;
     let free = &balance.coupling.integrals[balance.coupling.n_resisted()..];
-    let is_along = |g: &Vec<f64>| norm(&g[layout.normals()]) <= NORMAL * norm(g);
+    // But for rounding.
+    let is_along = |g: &Vec<f64>| norm(&g[layout.normals()]) <= PROOF_MARGIN * norm(g);
     if free.is_empty() || !free.iter().all(is_along) {
         return None;
     }
     let face = PressedFace::new(dual, balance)?;
-    let strayed = face.strayed(coefficients);
+    let sensitivity = face.sensitivity(coefficients);
     let (pressure, off) = face.frictionless_pressure();
-    let terms = (0..layout.n_panes()).map(|i| match coefficients.get(i) {
-        Some(f) => PaneTerm::Bounded(f.map(|f| f * pressure[i])),
-        None => PaneTerm::Pressure,
+    let bounds = (0..layout.n_panes()).map(|i| match coefficients.get(i) {
+        Some(f) => PaneFriction::Tresca(f.map(|f| f * pressure[i])),
+        None => PaneFriction::None,
     });
-    let motion = MotionProgram::new(balance, areas, layout, terms.collect())?.unopposed()?;
+    let bounds: Vec<PaneFriction> = bounds.collect();
+    let motion = ContactCone::new(balance, areas, layout, &bounds)?.mechanism()?;
     let moved = balance
         .coupling
         .integrals_of(&motion, layout.n_multipliers());
@@ -67,9 +63,9 @@ pub(super) fn beyond_friction(
         }
     });
     let size = pressure.dot(&(&face.normal * &pressure)).sqrt() + off;
-    let reach = strayed / (1.0 - strayed) * size + off;
+    let reach = sensitivity / (1.0 - sensitivity) * size + off;
     let friction = by_pressure.dot(&pressure) + face.dual_norm(&by_pressure) * reach;
-    let is_proven = strayed < 1.0 && dot(&balance.resultant, &motion) > friction;
+    let is_proven = sensitivity < 1.0 && dot(&balance.resultant, &motion) > friction;
     is_proven.then_some(motion)
 }
 
@@ -96,8 +92,8 @@ impl PressedFace {
         })
     }
 
-    /// κ.
-    fn strayed(&self, coefficients: &[[f64; 2]]) -> f64 {
+    /// κ, how far friction can change the pressure, as a share of it.
+    fn sensitivity(&self, coefficients: &[[f64; 2]]) -> f64 {
         let m = self.normal.nrows();
         let triangle = self.factor.l();
         let mut half = self.mixed.clone();
@@ -156,8 +152,8 @@ impl PressedFace {
         let program = ConvexProgram::new(entry, rhs, &set, &stiffness, bound, &none);
         let mut pressure = DVector::zeros(m);
         if let Some(mut inside) = InteriorPoint::new(&program) {
-            // However far it comes.
-            inside.run(UNDECIDED);
+            // However far it comes: what the pressure is off by is bounded, and counts.
+            inside.run(PROOF_MARGIN);
             pressure.copy_from_slice(&inside.unknowns(m));
         }
         pressure

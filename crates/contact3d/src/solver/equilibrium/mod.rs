@@ -1,25 +1,14 @@
-//! Whether any contact forces hold a body that floats.
+//! Whether any contact forces hold a body that floats, before a solver looks for them.
 //!
-//! Forces that the laws of the contact face admit, λ ∈ K, can balance the load, Gᵀλ = e, unless a rigid motion q does work
-//! against nothing: e·q > σ_K(G q), where the support function σ_K(w) = sup over λ ∈ K of λ·w is what contact can oppose
-//! (separation of a convex set and a point; R. T. Rockafellar, *Convex Analysis*, Princeton 1970, theorem 13.1). On a pane with mean
-//! displacements w:
-//!
-//! * without friction λ_ν ≥ 0, so σ = 0 where w_ν ≤ 0, else ∞;
-//! * with Coulomb's law σ = 0 where w_ν + ‖F w_t‖ ≤ 0, else ∞: a cone of second order;
-//! * with Tresca's law σ = |Rⁱ| ‖(a w_t1, b w_t2)‖ where w_ν ≤ 0, else ∞.
-//!
-//! Motions that supports resist, however weakly, need no contact force.
-//!
-//! Such a q is a proof. Clamps may press a face as hard as they like in this, but not in the elastic body: where that settles the pressure, friction
-//! has a limit ([`friction_limit`]). That admissible forces exist is necessary for an equilibrium of a body that deforms and slides, but
-//! decides nothing by itself: then the solver has the word. Coefficients that follow the slip count with the largest value that
-//! they have anywhere, and a capped law as both Coulomb's and Tresca's, so that a proof is a proof for them, too.
+//! [`contact_cone`] has the mathematics: a body is a mechanism if the load does more work in a rigid motion than contact can oppose. There clamps
+//! may press a face as hard as they like; in the elastic body supports and load may settle the pressure, and then friction has a limit
+//! ([`friction_limit`]). Coefficients that follow the slip count with the largest value that they have anywhere, and a capped law both as
+//! Coulomb's and as Tresca's, so that a proof is a proof for them, too.
 
+mod contact_cone;
 mod friction_limit;
-mod motion_program;
 
-use motion_program::{MotionProgram, PaneTerm};
+use contact_cone::{ContactCone, PROOF_MARGIN, PaneFriction};
 
 use nalgebra::{DMatrix, DVector};
 
@@ -32,33 +21,28 @@ use crate::{
     mesh::extents,
 };
 
-/// Work of the load in a motion, as a share of the work that it would do if every node's force were along the node's displacement, from
-/// which it counts: rounding of coordinates and sums, with room.
-const FELT_WORK: f64 = 1e-10;
-
-/// A rigid motion that nothing stops, of largest component one, `[n_nodes]`.
-pub(super) fn unstopped_motion(
+/// A rigid motion of largest component one, `[n_nodes]`, that proves a body a mechanism: the load does more work in it than contact can oppose.
+pub(super) fn mechanism(
     assembly: &Assembly,
     balance: &Balance,
     laws: &PaneLaws,
 ) -> Option<Vec<[f64; 3]>> {
     let (dofs, load) = (&assembly.primal.dofs, &assembly.primal.load);
-    if let Some(u) = driven(&balance.coupling.neutral_motions(), load)
+    if let Some(u) = driven(&balance.coupling.null_space_motions(), load)
         && is_driven(dofs, &u, load)
     {
         return Some(in_space(dofs, &u));
     }
-    let motion = laws_to_test(laws).into_iter().find_map(|terms| {
-        let program = MotionProgram::new(balance, &laws.area, laws.layout, terms);
-        program?.unopposed()
+    let motion = laws_to_test(laws).iter().find_map(|friction| {
+        ContactCone::new(balance, &laws.area, laws.layout, friction)?.mechanism()
     })?;
     let mut displacement = vec![0.0; load.len()];
     balance.coupling.add_motion(&motion, &mut displacement);
     is_driven(dofs, &displacement, load).then(|| in_space(dofs, &displacement))
 }
 
-/// A rigid motion of largest component one, `[n_nodes]`, that drags the body along its foundation whatever friction does.
-pub(super) fn dragged_motion(
+/// A rigid motion of largest component one, `[n_nodes]`, in which the load drags the body along its foundation whatever friction does.
+pub(super) fn sliding_mechanism(
     assembly: &Assembly,
     dual: &ExplicitDual,
     laws: &PaneLaws,
@@ -78,12 +62,12 @@ pub(super) fn dragged_motion(
 
 /// Whether a load works in a motion by more than rounding: without it no motion proves anything.
 fn is_driven(dofs: &DofMap, motion: &[f64], load: &[f64]) -> bool {
-    dot(motion, load) > FELT_WORK * dofs.largest_work(motion, load)
+    dot(motion, load) > PROOF_MARGIN * dofs.largest_work(motion, load)
 }
 
-/// The motions that neither contact nor supports feel, each of largest component one, `[n_neutral][n_nodes]`.
-pub(super) fn neutral_motions(assembly: &Assembly, balance: &Balance) -> Vec<Vec<[f64; 3]>> {
-    let motions = balance.coupling.neutral_motions();
+/// The motions that neither contact nor supports feel, each of largest component one, `[n_null][n_nodes]`.
+pub(super) fn null_space_motions(assembly: &Assembly, balance: &Balance) -> Vec<Vec<[f64; 3]>> {
+    let motions = balance.coupling.null_space_motions();
     let dofs = &assembly.primal.dofs;
     motions.iter().map(|u| in_space(dofs, u)).collect()
 }
@@ -114,44 +98,38 @@ fn driven(shapes: &[Vec<f64>], load: &[f64]) -> Option<Vec<f64>> {
     Some(driven)
 }
 
-/// What each pane opposes, for laws whose admissible sets contain that of the scene.
-fn laws_to_test(laws: &PaneLaws) -> Vec<Vec<PaneTerm>> {
-    let mut tests: Vec<Vec<PaneTerm>> = match &laws.friction {
+/// The friction of the panes, for laws whose admissible sets contain that of the scene.
+fn laws_to_test(laws: &PaneLaws) -> Vec<Vec<PaneFriction>> {
+    let mut tests: Vec<Vec<PaneFriction>> = match &laws.friction {
         InterfaceFriction::Frictionless => vec![Vec::new()],
         InterfaceFriction::Tresca(semi_axes) => {
             vec![
                 semi_axes
                     .iter()
-                    .map(|axes| PaneTerm::Bounded(*axes))
+                    .map(|axes| PaneFriction::Tresca(*axes))
                     .collect(),
             ]
         }
         InterfaceFriction::Coulomb(law) => {
             let coefficients = strongest_friction(law, laws);
-            let bound = |pane: usize, pressure: f64| law.slip_bound(pane, pressure);
-            let is_given = |pane: usize| bound(pane, 0.0) == bound(pane, f64::INFINITY);
-            let is_capped = |pane: usize| bound(pane, f64::INFINITY).is_finite();
-            let bounded = |pane: usize, f: [f64; 2]| {
-                PaneTerm::Bounded(f.map(|f| f * bound(pane, f64::INFINITY)))
-            };
-            let terms = |is_bounded: &dyn Fn(usize) -> bool| -> Vec<PaneTerm> {
+            let largest = |pane: usize| law.slip_bound(pane, f64::INFINITY);
+            let is_given = |pane: usize| law.slip_bound(pane, 0.0) == largest(pane);
+            let is_bounded = |pane: usize| largest(pane).is_finite();
+            let with_bounds = |has_bound: &dyn Fn(usize) -> bool| {
                 let panes = coefficients.iter().enumerate();
-                let term = |(pane, f): (usize, &[f64; 2])| {
-                    if is_bounded(pane) {
-                        bounded(pane, *f)
-                    } else {
-                        PaneTerm::Cone(*f)
-                    }
+                let friction = |(pane, f): (usize, &[f64; 2])| match has_bound(pane) {
+                    true => PaneFriction::Tresca(f.map(|f| f * largest(pane))),
+                    false => PaneFriction::Coulomb(*f),
                 };
-                panes.map(term).collect()
+                panes.map(friction).collect::<Vec<PaneFriction>>()
             };
-            let is_any_capped = (0..coefficients.len()).any(|i| is_capped(i) && !is_given(i));
-            let capped = is_any_capped.then(|| terms(&is_capped));
-            std::iter::once(terms(&is_given)).chain(capped).collect()
+            let mut tests = vec![with_bounds(&is_given), with_bounds(&is_bounded)];
+            tests.dedup();
+            tests
         }
     };
-    for terms in &mut tests {
-        terms.resize(laws.n_panes(), PaneTerm::Pressure);
+    for friction in &mut tests {
+        friction.resize(laws.n_panes(), PaneFriction::None);
     }
     tests
 }

@@ -1,6 +1,6 @@
 //! Bodies that no load presses onto their foundation.
 //!
-//! Where a free motion q lifts every pane, w_ν(q) < 0, slides none that has friction, and the load does not work in it, e·q = 0, the balance
+//! Where a free motion q separates every pane from the foundation, w_ν(q) < 0, slides none that has friction, and the load does not work in it, e·q = 0, the balance
 //! of forces says Σ λ_ν·w_ν(q) = 0: nothing presses. How high the body floats is then free, so that S, G and the pressed panes do not determine it. It is
 //! left as low as it can be.
 
@@ -23,7 +23,11 @@ const LEAST_STIFFNESS: f64 = 1e-8;
 
 /// The motion that comes nearest to a lift by one, of those that no support resists, the load does not drive and no friction feels;
 /// `None` where it does not lift every pane.
-pub(super) fn lift(coupling: &RigidCoupling, resultant: &[f64], areas: &[f64]) -> Option<Vec<f64>> {
+pub(super) fn separation_motion(
+    coupling: &RigidCoupling,
+    resultant: &[f64],
+    areas: &[f64],
+) -> Option<Vec<f64>> {
     let n_resisted = coupling.n_resisted();
     let free = &coupling.integrals[n_resisted..];
     let layout = coupling.layout;
@@ -85,26 +89,26 @@ fn orthogonal_to(vector: &[f64]) -> DMatrix<f64> {
 impl Balance {
     /// The motions α of a body that nothing presses, without contact forces and as low as the right-hand side h of its face allows;
     /// `None` where the load presses it, or may.
-    pub(crate) fn lifted(&self, rhs: &[f64]) -> Option<Vec<f64>> {
-        let lift = self.lift.as_ref()?;
+    pub(crate) fn separated(&self, rhs: &[f64]) -> Option<Vec<f64>> {
+        let separation = self.separation_motion.as_ref()?;
         let coupling = &self.coupling;
         let by_load = self.resultant.iter().zip(&coupling.support);
         let by_load = by_load.map(|(e, d)| if *d > 0.0 { e / d } else { 0.0 });
         let mut motion: Vec<f64> = by_load.collect();
         let normals = coupling.layout.normals();
-        let lifts = coupling.integrals_of(lift, rhs.len());
+        let lifts = coupling.integrals_of(separation, rhs.len());
         let moved = coupling.integrals_of(&motion, rhs.len());
         // r = −h − G α, of every pane.
         let heights = normals.map(|i| (rhs[i] + moved[i]) / -lifts[i]);
         let height = heights.fold(0.0, f64::max);
-        add_scaled(&mut motion, height * (1.0 + HIGHER), lift);
+        add_scaled(&mut motion, height * (1.0 + HIGHER), separation);
         Some(motion)
     }
 
     /// D of a motion in the matrix of Newton's method, in N/m, where ρ measures the panes.
     pub(crate) fn stiffness_of(&self, motion: usize, steplengths: &[f64]) -> f64 {
         let support = self.coupling.support[motion];
-        if support > 0.0 || self.lift.is_none() {
+        if support > 0.0 || self.separation_motion.is_none() {
             return support;
         }
         let g = &self.coupling.integrals[motion];
