@@ -261,7 +261,7 @@ fn coefficient_words(coefficient: &Coefficient, slip: &str, length: &str) -> Str
                 .map(|(name, slip)| format!("{name} = {slip}"))
                 .collect();
             if meanings.is_empty() {
-                formula.text().to_owned()
+                formula.text().into_owned()
             } else {
                 format!("{}  ({} in {length})", formula.text(), meanings.join(", "))
             }
@@ -273,7 +273,7 @@ fn coefficient_words(coefficient: &Coefficient, slip: &str, length: &str) -> Str
 fn quantity_words(quantity: &Quantity) -> String {
     match quantity {
         Quantity::Constant(value) => number(*value),
-        Quantity::Varying(expression) => expression.text().to_owned(),
+        Quantity::Varying(expression) => expression.text().into_owned(),
         Quantity::Function(_) => "a Rust function of the place".to_owned(),
     }
 }

@@ -31,8 +31,8 @@ pub(super) fn read_for_error(
     if let Some(error) = error {
         let keys = overrides.iter().filter_map(|change| change.split_once('='));
         let mut keys = keys.map(|(key, _)| key.trim());
-        let is_named = file.names("body", "element")
-            || keys.any(|key| ["body", "body.element"].contains(&key));
+        let is_named =
+            file.gives("body.element") || keys.any(|key| ["body", "body.element"].contains(&key));
         if !is_named && leaves_element_open(&file.scene) {
             overrides.push("body.element=\"auto\"".to_owned());
         }
@@ -57,7 +57,7 @@ pub(super) fn read_for_error(
         for change in &overrides {
             apply(&mut table, change)?;
         }
-        scene = scene.changed(&changes.join(" "), table.to_string())?;
+        scene = scene.changed(&changes.join(" "), &table.to_string())?;
     }
     let mesh = mesh_file(&scene).into_iter();
     let inputs = Inputs::of(mesh.chain([arguments.scene.clone()]));

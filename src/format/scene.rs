@@ -64,7 +64,7 @@ pub fn read(reader: &Reader, file: &Path) -> Result<SceneFile, FormatError> {
     reader.whole_group(GROUP)?;
     let text = reader.read_text(TOML)?;
     let folder = file.parent().unwrap_or(Path::new("")).to_owned();
-    SceneFile::parse(TOML.to_owned(), text, folder).map_err(|e| FormatError::Scene(Box::new(e)))
+    SceneFile::parse(TOML.to_owned(), &text, folder).map_err(|e| FormatError::Scene(Box::new(e)))
 }
 
 /// Puts a value at a key path; tables that are not there are made, items of lists must be there.

@@ -52,7 +52,7 @@ const CASES: &[Extent] = &[Named("n_cases")];
 const PAIRS: &[Extent] = &[Named("n_cases"), Fixed(2)];
 const ZONES: &[Extent] = &[Named("n_cases"), extents::ZONES];
 const CROSS_CHECKS: &[Extent] = &[Named("n_cases"), Fixed(4)];
-const CHANGES: &[Extent] = &[Named("n_cases"), Fixed(7)];
+const CHANGES: &[Extent] = &[Named("n_cases"), Fixed(5)];
 
 const FIELDS: Fields<StabilityRow> = fields! { StabilityRow => GROUP;
     (name) "/stability/name", CASES, Dimension::Number, "Name of the case.";
@@ -85,7 +85,7 @@ const FIELDS: Fields<StabilityRow> = fields! { StabilityRow => GROUP;
     [|row| cross_checks(row, 0, |result| result.steps)] "/stability/rival_steps", CROSS_CHECKS, Dimension::Number, "Their steps; 0 where not run.";
     [|row| cross_checks(row, f64::NAN, |result| result.residual)] "/stability/rival_residual", CROSS_CHECKS, Dimension::Number, "Residuals of the natural map at their answers, relative to the multipliers; NaN where not run.";
     [|row| cross_checks(row, f64::NAN, |result| result.disagreement)] "/stability/disagreement", CROSS_CHECKS, Dimension::Number, "Relative difference of their multipliers to the answer; NaN where not run.";
-    [|row| of_check(row, variations)] "/stability/variation", CHANGES, Dimension::Number, "Relative difference of the multipliers after a change of units by powers of two, of decimal units, of loads, of node numbers, of threads, in a mirror, with exchanged axes; NaN where not applicable.";
+    [|row| of_check(row, variations)] "/stability/variation", CHANGES, Dimension::Number, "Relative difference of the multipliers after a change of units by powers of two, of decimal units, of loads, of node numbers, of threads; NaN where not applicable.";
     [|row| of_check(row, |check| check.seconds)] "/stability/seconds", CASES, Dimension::Time, "Wall-clock time of assembly and solve.".volatile();
 };
 
@@ -151,7 +151,7 @@ fn cross_checks<V: Copy>(row: &StabilityRow, not_run: V, of: fn(&CrossCheckResul
     })
 }
 
-fn variations(check: &Check) -> [f64; 7] {
+fn variations(check: &Check) -> [f64; 5] {
     let of = |invariance: Invariance| {
         let mut results = check.invariances.iter();
         let found = results.find(|result| result.invariance == invariance);

@@ -265,7 +265,7 @@ fn judge(
 /// The digest of the multipliers that a solve with these settings started from.
 fn stored_start(settings: &str) -> Option<String> {
     let table: toml::Table = settings.parse().ok()?;
-    Some(table.get("start")?.as_str()?.to_owned())
+    Some(table.get("beside")?.get("start")?.as_str()?.to_owned())
 }
 
 /// Difference of two figures of a certificate, each a share of its yardstick, that versions of the program may have by

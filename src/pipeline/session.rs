@@ -128,7 +128,7 @@ impl Session {
 
     /// Changes the solve settings of the scene; stored with the next stage that is written.
     pub fn set_solve(&mut self, settings: SolveSettings) -> Result<(), StageError> {
-        settings.validate("solve").map_err(StageError::Setting)?;
+        settings.validate().map_err(StageError::Setting)?;
         self.store.input.scene.solve = settings;
         Ok(())
     }

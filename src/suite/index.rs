@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use contact3d::scene::{SceneFile, parse_toml, require_regular};
+use contact3d::scene::{SceneFile, Source, require_regular};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use studies::stability::{Effort, Solutions};
@@ -109,11 +109,8 @@ pub fn is_index(path: &Path) -> bool {
 /// Reads the cases of an index.
 pub fn read(path: &Path, version: SuiteVersion) -> Result<Vec<SuiteCase>, StageError> {
     let text = read_index(path, "read the suite")?;
-    let index: Index = parse_toml(
-        &path.display().to_string(),
-        &text,
-        "docs/validation/stability.md",
-    )?;
+    let name = path.display().to_string();
+    let (index, _): (Index, _) = Source::read(&name, &text, "docs/validation/stability.md")?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut cases = Vec::new();
     for family in &index.families {

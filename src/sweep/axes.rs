@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use contact3d::scene::{InvalidValue, LONGEST_SCENE, escape_control, parse_toml, read_bounded};
+use contact3d::scene::{InvalidValue, LONGEST_SCENE, Source, escape_control, read_bounded};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -104,11 +104,9 @@ impl SweepFile {
         {
             return Err(StageError::Setting(no_sweep(path)));
         }
-        Ok(parse_toml(
-            &path.display().to_string(),
-            &text,
-            "docs/reference/sweep.md",
-        )?)
+        let name = path.display().to_string();
+        let (sweep, _) = Source::read(&name, &text, "docs/reference/sweep.md")?;
+        Ok(sweep)
     }
 
     /// The JSON Schema of sweep files, for editors.

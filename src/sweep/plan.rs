@@ -174,7 +174,7 @@ pub fn changed(
         })?;
     }
     let changes = format!("{label} ({})", in_words(settings));
-    Ok(base.changed(&changes, table.to_string())?)
+    Ok(base.changed(&changes, &table.to_string())?)
 }
 
 /// Settings as a scene writes them, for messages.

@@ -8,6 +8,7 @@ use std::{
 
 use contact3d::{
     adaptation::AdaptiveStatus,
+    scene::unit_of_key,
     solver::{Goal, Status},
 };
 use runfile::{GroupRecord, Home, IfMissing, Reader, RunFile, StoreError, Transaction};
@@ -20,7 +21,7 @@ use super::{
 use crate::{
     format::{self, CaseRow, LAYOUT, SWEEP_LAYOUT, get_key, scene_table_of_text},
     output::{self, OutputFile, OutputKind},
-    report::{SweepTable, setting_unit},
+    report::SweepTable,
 };
 
 /// Name of the table for h5py in the sweep's folder.
@@ -152,7 +153,7 @@ fn write_table(plan: &Plan, folder: &Path, rows: &[CaseRow]) -> Result<(), Stage
     let mut transaction = Transaction::begin(&file)?;
     let mut writer = transaction.group(format::CASES, Home::RunFile)?;
     let sweep_file = plan.sweep_file_from(folder);
-    let units = plan.keys.iter().map(|key| setting_unit(key, plan.units));
+    let units = plan.keys.iter().map(|key| unit_of_key(key, plan.units));
     let units: Vec<String> = units.map(|unit| unit.word().to_owned()).collect();
     let keys = [plan.keys.as_slice(), &units];
     format::write_cases(&mut writer, &sweep_file, keys, rows)?;

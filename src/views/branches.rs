@@ -1,5 +1,6 @@
 //! The diagrams of paths of solutions.
 
+use contact3d::scene::unit_of_key;
 use std::path::PathBuf;
 
 use plots::{BranchDiagram, ChartAxis, Curve, CurveKind, Mark, MarkKind, Picture};
@@ -7,10 +8,7 @@ use studies::branches::{Branches, Path, PathEnd, PathPoint, PointKind};
 use units::{Dimension, Units};
 
 use super::PictureFolder;
-use crate::{
-    pipeline::StageError,
-    report::{branches::kind_words, setting_unit},
-};
+use crate::{pipeline::StageError, report::branches::kind_words};
 
 /// Width in pixels.
 const WIDTH: u32 = 1720;
@@ -58,10 +56,7 @@ fn diagram(
     let paths = || branches.paths.iter();
     BranchDiagram {
         title: format!("Solutions over {}", branches.range.key),
-        x: along(
-            &branches.range.key,
-            setting_unit(&branches.range.key, units),
-        ),
+        x: along(&branches.range.key, unit_of_key(&branches.range.key, units)),
         y: ChartAxis::linear(label, units.of(Dimension::FORCE)),
         curves: paths().flat_map(|path| curves(path, quantity)).collect(),
         marks: paths().flat_map(|path| marks(path, quantity)).collect(),

@@ -1,10 +1,11 @@
 //! What varies in a sweep.
 
+use contact3d::scene::unit_of_key;
 use plots::{AxisScale, ChartAxis, ChartPoint, LineChart, Series};
 use units::Unit;
 
 use super::sweep_table::{names, numbers, varying_settings};
-use crate::report::{Column, SweepTable, setting_unit};
+use crate::report::{Column, SweepTable};
 
 /// Results worth a chart: column, quantity.
 const RESULTS: [(&str, &str); 11] = [
@@ -70,7 +71,7 @@ pub(super) fn charts(table: &SweepTable) -> Vec<(&'static str, LineChart)> {
         let values = numbers(y);
         let is_rounding = is_force(y) && largest(&values) <= least_force;
         (values.len() > 1 && !is_rounding).then(|| {
-            let x = (x, setting_unit(&x.name, table.units));
+            let x = (x, unit_of_key(&x.name, table.units));
             let chart = chart(&names, x, y, label);
             (
                 column,
@@ -107,7 +108,7 @@ pub(super) fn lines(settings: &[&Column], table: &SweepTable) -> (String, Vec<St
         words.join(" · ")
     };
     let title = |key: &&Column| {
-        let unit = setting_unit(&key.name, table.units);
+        let unit = unit_of_key(&key.name, table.units);
         let words = last_words(&key.name);
         if unit.is_none() {
             words.to_owned()

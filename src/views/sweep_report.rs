@@ -2,7 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use contact3d::{history::StepRecord, scene::Scene};
+use contact3d::{
+    history::StepRecord,
+    scene::{Scene, unit_of_key},
+};
 use plots::{
     LineChart,
     html::{BodyView, Page, PagePart, PageTable, Section},
@@ -18,7 +21,7 @@ use super::{
 use crate::{
     format::SWEEP_LAYOUT,
     pipeline::{OpenRun, Results, StageError, StageState, read_results},
-    report::{Cell, Column, SweepTable, setting_unit},
+    report::{Cell, Column, SweepTable},
 };
 
 /// Most histories in one chart, as many as its colours.
@@ -183,7 +186,7 @@ fn left_out_words(ids: &[String], why: &str) -> String {
 fn case_settings(table: &SweepTable) -> Vec<String> {
     let varying = varying_settings(table);
     let parts = varying.iter().map(|column| {
-        let unit = setting_unit(&column.name, table.units).beside();
+        let unit = unit_of_key(&column.name, table.units).beside();
         let word =
             |value: String| (!value.is_empty()).then(|| format!("{} = {value}{unit}", column.name));
         names(column).into_iter().map(word).collect()

@@ -107,7 +107,7 @@ impl Small {
         let mut table: toml::Table = text.parse().unwrap();
         table["friction"]["coefficient"]["constant"] = friction.into();
         table["traction"][0]["value"] = traction.to_vec().into();
-        let mut scene = file.changed("a load", table.to_string()).unwrap().scene;
+        let mut scene = file.changed("a load", &table.to_string()).unwrap().scene;
         scene.assemble.dual_operator = DualOperatorKind::Explicit;
         let mesh = contact3d::mesh::Mesh::of_scene(&scene, &file.folder).unwrap();
         let interface = contact3d::contact::Interface::new(&scene, &mesh);

@@ -31,8 +31,7 @@ pub enum LengthUnit {
     #[serde(rename = "cm")]
     Centimetre,
     /// Micrometre.
-    #[serde(rename = "um", alias = "µm")]
-    #[schemars(extend("aliases" = ["µm"]))]
+    #[serde(rename = "um")]
     Micrometre,
     /// Nanometre.
     #[serde(rename = "nm")]

@@ -177,7 +177,7 @@ fn one_node_has_its_closed_form() {
             law.insert("pressure_cap".to_owned(), cap.into());
         }
         table["traction"][0]["value"] = traction.to_vec().into();
-        let mut scene = file.changed("a load", table.to_string()).unwrap().scene;
+        let mut scene = file.changed("a load", &table.to_string()).unwrap().scene;
         scene.assemble.dual_operator = DualOperatorKind::Explicit;
         Case::try_new(scene, &file.folder).unwrap()
     };

@@ -82,7 +82,7 @@ impl AssembledProblem {
         settings: &SolveSettings,
         errors: EstimatedErrors,
     ) -> Result<Answer, ProblemError> {
-        settings.validate("solve")?;
+        settings.validate()?;
         self.scene().require_no_history("a solve")?;
         let start = Start::default();
         let evaluation = Evaluation::of_last(errors);
@@ -113,7 +113,7 @@ impl AssembledProblem {
     /// # Errors
     /// As [`Self::run`].
     pub fn solve_history(&self, settings: &SolveSettings) -> Result<Answer, ProblemError> {
-        settings.validate("solve")?;
+        settings.validate()?;
         self.run(settings, Start::default(), Vec::new(), &mut InMemory)
     }
 

@@ -34,7 +34,7 @@ pub enum ProblemError {
     )]
     OtherOperator {
         /// The key that differs.
-        key: &'static str,
+        key: String,
     },
 }
 

@@ -3,7 +3,7 @@
 use super::{AssembledProblem, Problem, ProblemError};
 use crate::{
     contact::Interface,
-    scene::{Clamp, Contact, InvalidValue, Scene, SlipInterpolation},
+    scene::{InvalidValue, ProblemPart, Scene},
 };
 
 impl AssembledProblem {
@@ -69,36 +69,19 @@ impl AssembledProblem {
     }
 }
 
-/// The first key in which two scenes differ and on which mesh, stiffness, coupling or S depend.
-fn other_part(old: &Scene, new: &Scene) -> Option<&'static str> {
-    let faces = |scene: &'_ Scene| -> Vec<Contact> {
-        let contacts = scene.contacts.iter().cloned();
-        contacts
-            .map(|contact| Contact {
-                gap: 0.0.into(),
-                slip_interpolation: SlipInterpolation::default(),
-                friction: None,
-                ..contact
-            })
-            .collect()
-    };
-    let with_friction = |scene: &'_ Scene| -> Vec<bool> {
-        let entries = 0..scene.contacts.len();
-        entries.map(|i| scene.friction_on(i).is_some()).collect()
-    };
-    let clamps =
-        |scene: &Scene| -> Vec<Clamp> { scene.clamps.iter().map(Clamp::at_zero).collect() };
-    let differences = [
-        ("body", old.body != new.body),
-        ("material", old.material != new.material),
-        ("region", old.regions != new.regions),
-        ("clamp", clamps(old) != clamps(new)),
-        ("spring", old.springs != new.springs),
-        ("contact", faces(old) != faces(new)),
-        ("friction", with_friction(old) != with_friction(new)),
-        ("assemble", old.assemble != new.assemble),
-        ("units", old.units != new.units),
-    ];
-    let mut different = differences.into_iter().filter(|(_, differs)| *differs);
-    different.next().map(|(key, _)| key)
+/// The first table in which two scenes differ and on which mesh, stiffness, coupling or S depend.
+fn other_part(old: &Scene, new: &Scene) -> Option<String> {
+    let parts = [old, new].map(|scene| scene.part(&[ProblemPart::Mesh, ProblemPart::Operator]));
+    let mut keys = parts[0].keys().chain(parts[1].keys());
+    let differs = |key: &&String| parts[0].get(*key) != parts[1].get(*key);
+    if let Some(key) = keys.find(differs) {
+        return Some(key.clone());
+    }
+    let [old, new] = [old, new].map(|scene| {
+        let faces = 0..scene.contacts.len();
+        faces
+            .map(|face| scene.friction_on(face).is_some())
+            .collect::<Vec<_>>()
+    });
+    (old != new).then(|| "friction".to_owned())
 }

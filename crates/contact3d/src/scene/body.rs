@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Brick, is_default};
+use super::{Brick, Measure, is_default};
 
 /// The body Ω and the finite element of its displacement.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -30,7 +30,7 @@ pub enum Shape {
 /// A body as a scene file writes it: `element`, and either `brick` or `gmsh`.
 #[derive(Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-#[schemars(extend("oneOf" = [{"required": ["brick"]}, {"required": ["gmsh"]}]))]
+#[schemars(extend("oneOf" = [{"required": ["brick"]}, {"required": ["gmsh"]}], "examples" = ["body.gmsh = { file = \"foot.msh\" }"]))]
 struct BodyTable {
     /// The finite element of the displacement.
     #[serde(default, skip_serializing_if = "is_default")]
@@ -187,8 +187,9 @@ impl ElementOrder {
 pub struct GmshFile {
     /// Path of the .msh file, relative to the scene file.
     pub file: PathBuf,
-    /// Length of the file's unit in m.
+    /// Length > 0 of the file's unit in m: 0.001 for a mesh in millimetres and a scene in metres.
     #[serde(default = "one")]
+    #[schemars(extend("measures" = Measure::Length, "exclusiveMinimum" = 0))]
     pub unit: f64,
     /// BLAKE3 digest of the file. Filled in when the mesh is made; a scene that gives it is sure
     /// to use that very file.

@@ -3,18 +3,23 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::is_default;
+use super::{Measure, is_default};
 
 /// Most cells of a brick along an edge.
 pub const MOST_CELLS: usize = 4096;
+
+/// The largest exponent of graded cells: with it, two cells alone differ a billionfold.
+const MOST_GRADING: usize = 30;
 
 /// A box and its mesh, whose cells lie between planes perpendicular to the axes (HKL §4).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Brick {
-    /// Edge lengths [Lx, Ly, Lz] in m.
+    /// Edge lengths [Lx, Ly, Lz] > 0 in m.
+    #[schemars(extend("measures" = Measure::Length, "exclusiveMinimum" = 0))]
     pub size: [f64; 3],
     /// Numbers of cells [nx, ny, nz]; with panes of P1, even along the two axes of the contact face.
+    #[schemars(extend("minimum" = 1, "maximum" = MOST_CELLS))]
     pub cells: [usize; 3],
     /// Faces towards which cells shrink; equal cells where none is named.
     #[serde(default, skip_serializing_if = "is_default")]
@@ -32,23 +37,29 @@ pub struct Brick {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Grading {
-    /// Towards x = 0.
+    /// Exponent towards x = 0.
     #[serde(skip_serializing_if = "is_one")]
+    #[schemars(extend("minimum" = 1, "maximum" = MOST_GRADING))]
     pub x_min: f64,
-    /// Towards x = Lx.
+    /// Exponent towards x = Lx.
     #[serde(skip_serializing_if = "is_one")]
+    #[schemars(extend("minimum" = 1, "maximum" = MOST_GRADING))]
     pub x_max: f64,
-    /// Towards y = 0.
+    /// Exponent towards y = 0.
     #[serde(skip_serializing_if = "is_one")]
+    #[schemars(extend("minimum" = 1, "maximum" = MOST_GRADING))]
     pub y_min: f64,
-    /// Towards y = Ly.
+    /// Exponent towards y = Ly.
     #[serde(skip_serializing_if = "is_one")]
+    #[schemars(extend("minimum" = 1, "maximum" = MOST_GRADING))]
     pub y_max: f64,
-    /// Towards z = 0.
+    /// Exponent towards z = 0.
     #[serde(skip_serializing_if = "is_one")]
+    #[schemars(extend("minimum" = 1, "maximum" = MOST_GRADING))]
     pub z_min: f64,
-    /// Towards z = Lz.
+    /// Exponent towards z = Lz.
     #[serde(skip_serializing_if = "is_one")]
+    #[schemars(extend("minimum" = 1, "maximum" = MOST_GRADING))]
     pub z_max: f64,
 }
 
@@ -57,14 +68,17 @@ pub struct Grading {
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GivenPlanes {
-    /// From x = 0 to x = Lx, nx + 1 numbers.
+    /// From x = 0 to x = Lx, nx + 1 numbers in m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("measures" = Measure::Length))]
     pub x: Option<Vec<f64>>,
-    /// From y = 0 to y = Ly, ny + 1 numbers.
+    /// From y = 0 to y = Ly, ny + 1 numbers in m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("measures" = Measure::Length))]
     pub y: Option<Vec<f64>>,
-    /// From z = 0 to z = Lz, nz + 1 numbers.
+    /// From z = 0 to z = Lz, nz + 1 numbers in m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("measures" = Measure::Length))]
     pub z: Option<Vec<f64>>,
 }
 

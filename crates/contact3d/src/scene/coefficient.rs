@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Formula, LawFunction,
+    Formula, LawFunction, Measure,
     function::{Grid, Table},
 };
 
@@ -19,8 +19,10 @@ pub(crate) fn is_coefficient(value: f64) -> bool {
 /// One coefficient of friction as a function of place and slip.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[schemars(extend("examples" = ["friction.coefficient.constant = 0.3"]))]
 pub enum Coefficient {
-    /// The same value everywhere and for every slip.
+    /// The same value > 0 everywhere and for every slip; for frictionless contact leave [friction] out.
+    #[schemars(extend("minimum" = LEAST_COEFFICIENT))]
     Constant(f64),
     /// A linear change with the own slip between two constant values (HKL §4).
     Ramp(Ramp),
@@ -40,13 +42,17 @@ pub enum Coefficient {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Ramp {
-    /// Value at small slip.
+    /// Value at small slip, > 0.
+    #[schemars(extend("minimum" = LEAST_COEFFICIENT))]
     pub initial: f64,
-    /// Value at large slip.
+    /// Value at large slip, > 0.
+    #[schemars(extend("minimum" = LEAST_COEFFICIENT))]
     pub residual: f64,
-    /// Slip at which the change begins, in m.
+    /// Slip ≥ 0 at which the change begins, in m.
+    #[schemars(extend("measures" = Measure::Displacement, "minimum" = 0))]
     pub onset: f64,
-    /// Steepness |dF/dζ| of the change, in 1/m.
+    /// Steepness |dF/dζ| > 0 of the change, in 1/m; whether F falls or rises follows from initial and residual.
+    #[schemars(extend("measures" = Measure::PerDisplacement, "exclusiveMinimum" = 0))]
     pub rate: f64,
 }
 

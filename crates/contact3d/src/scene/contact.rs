@@ -8,7 +8,9 @@ use serde::{
     de::{MapAccess, SeqAccess, Visitor, value::MapAccessDeserializer},
 };
 
-use super::{Friction, Obstacle, Quantity, Scene, is_default};
+use super::{
+    Friction, Measure, Obstacle, ProblemPart, Quantity, Scene, is_default, varying::varies,
+};
 
 /// A contact face, or a part of one, above a rigid half-space of its own or against a rigid obstacle.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -25,31 +27,39 @@ pub struct Contact {
     /// Two opposite corners [min, max] in m: only the triangles of the face between them are in contact. The sides of the box
     /// follow edges of triangles and, on a brick, of panes.
     #[serde(rename = "box", default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("measures" = Measure::Length))]
     pub corners: Option<[[f64; 3]; 2]>,
     /// Initial gap d ≥ 0 between body and foundation in m: a number, or an expression in x, y, z. It adds to the
     /// distance from an obstacle.
     #[serde(default, skip_serializing_if = "is_default")]
+    #[schemars(extend("part" = ProblemPart::Loads, "measures" = Measure::Displacement, "minimum" = 0))]
     pub gap: Quantity,
     /// First principal axis t₁ of friction, a vector of any length in the plane of the face:
     /// numbers, or expressions in x, y, z. Where normals vary it is projected on the tangent plane of each contact node.
     /// When not given, the global x axis projected on the face (the y axis on a face perpendicular to x).
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("part" = ProblemPart::Operator))]
     pub axis_1: Option<[Quantity; 3]>,
     /// Angle in degrees by which the default t₁ is turned towards t₂ = t₁ × ν, with ν the outward
     /// normal: counterclockwise seen from inside the body, on z_min from x towards y. A number, or
     /// an expression in x, y, z.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("part" = ProblemPart::Operator))]
     pub angle: Option<Quantity>,
     /// The space of the contact stresses.
     #[serde(default)]
     pub multipliers: MultiplierSpace,
     /// How the slips that coefficients of friction follow are made from displacements.
     #[serde(default, skip_serializing_if = "is_default")]
+    #[schemars(extend("part" = ProblemPart::Solve))]
     pub slip_interpolation: SlipInterpolation,
     /// The law of friction on this face; that of the table `friction` when not given, and none without either.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("part" = ProblemPart::Law))]
     pub friction: Option<Friction>,
 }
+
+varies!(Contact: obstacle, gap, axis_1, angle, friction);
 
 impl Contact {
     /// What results call this face.

@@ -12,7 +12,7 @@ use std::{
 
 use serde::Serialize;
 
-use super::{InvalidValue, Scene, SceneError};
+use super::{InvalidValue, Scene, SceneError, Source};
 
 /// Longest scene in bytes; a friction law of 1000 × 200 values stays below.
 pub const LONGEST_SCENE: u64 = 4_000_000;
@@ -24,11 +24,9 @@ pub struct SceneFile {
     pub scene: Scene,
     /// The folder in which mesh files are looked for.
     pub folder: PathBuf,
-    /// The file, and how it was changed, for messages.
-    name: String,
-    /// The file itself.
+    /// The file itself; the source is named by how it was changed, too.
     origin: String,
-    text: String,
+    source: Source,
 }
 
 impl SceneFile {
@@ -53,20 +51,21 @@ impl SceneFile {
         let text =
             String::from_utf8(bytes).map_err(|error| SceneError::no_text(name.clone(), &error))?;
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
-        Self::parse(name, text, folder)
+        Self::parse(name, &text, folder)
     }
 
-    /// Parses and validates a scene's text.
+    /// Parses and validates a scene's text; `name` is the file's name for messages.
     ///
     /// # Errors
     /// As [`Scene::parse`].
-    pub fn parse(name: String, text: String, folder: PathBuf) -> Result<Self, SceneError> {
+    pub fn parse(name: String, text: &str, folder: PathBuf) -> Result<Self, SceneError> {
+        let (scene, source): (Scene, _) = Source::read(&name, text, "docs/reference/scene.md")?;
+        let scene = scene.checked().map_err(|invalid| source.refuse(invalid))?;
         Ok(Self {
-            scene: Scene::parse(&name, &text)?,
+            scene,
             folder,
-            origin: name.clone(),
-            name,
-            text,
+            origin: name,
+            source,
         })
     }
 
@@ -75,7 +74,7 @@ impl SceneFile {
     ///
     /// # Errors
     /// As [`Scene::parse`].
-    pub fn changed(&self, changes: &str, text: String) -> Result<Self, SceneError> {
+    pub fn changed(&self, changes: &str, text: &str) -> Result<Self, SceneError> {
         let name = format!("{} with {changes}", self.origin);
         Ok(Self {
             origin: self.origin.clone(),
@@ -83,20 +82,16 @@ impl SceneFile {
         })
     }
 
-    /// Whether the text itself gives a key of a table, its default or not.
+    /// Whether the text itself gives a key, its default or not.
     #[must_use]
-    pub fn names(&self, table: &str, key: &str) -> bool {
-        let text = self.text.parse::<toml::Table>();
-        text.is_ok_and(|text| {
-            text.get(table)
-                .is_some_and(|table| table.get(key).is_some())
-        })
+    pub fn gives(&self, key: &str) -> bool {
+        self.source.gives(key)
     }
 
     /// An error that shows the line of an unusable value.
     #[must_use]
     pub fn refuse(&self, invalid: InvalidValue) -> SceneError {
-        SceneError::invalid(&self.name, &self.text, invalid)
+        self.source.refuse(invalid)
     }
 }
 

@@ -3,7 +3,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Coefficient, FrictionModel, LawPoint, Quantity, SlipBound, is_default};
+use super::{
+    Coefficient, FrictionModel, LawPoint, Measure, Quantity, SlipBound, is_default, varying::varies,
+};
 
 /// What the scene says about friction: one isotropic coefficient, or two for the axes t₁ and t₂;
 /// with a slip bound it is Tresca's law, without one Coulomb's, which a pressure cap may limit.
@@ -13,11 +15,13 @@ pub struct Friction {
     /// Given slip bound g ≥ 0 of Tresca's law ‖F⁻¹σ_t‖ ≤ g in Pa: a number, or an expression in
     /// x, y, z. The coefficients are then constants, and 1 when not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("measures" = Measure::Stress, "minimum" = 0))]
     pub slip_bound: Option<Quantity>,
     /// Pressure p_cap > 0 in Pa above which Coulomb friction grows no further,
-    /// ‖F⁻¹σ_t‖ ≤ min(−σ_ν, p_cap); F p_cap is the shear strength of the weaker body. When not given,
-    /// friction is not limited.
+    /// ‖F⁻¹σ_t‖ ≤ min(−σ_ν, p_cap); F p_cap is the shear strength of the weaker body. Leave it out where nothing
+    /// limits friction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("measures" = Measure::Stress, "exclusiveMinimum" = 0))]
     pub pressure_cap: Option<f64>,
     /// F of an isotropic law, which may depend on |u_t|.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -54,6 +58,8 @@ pub enum FrictionLaw {
     /// F₁ and F₂.
     Orthotropic(Box<[Coefficient; 2]>),
 }
+
+varies!(Friction: slip_bound, coefficient, coefficient_1, coefficient_2);
 
 impl Friction {
     /// The coefficients; `None` when the scene gives none, or one of two, or one too many.

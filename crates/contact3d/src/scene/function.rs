@@ -3,15 +3,15 @@
 use std::{borrow::Cow, fmt, sync::Arc};
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::{Deserialize, Serialize, Serializer, ser};
+use serde::{Deserialize, Serialize, Serializer};
 
 use super::{
-    Expression, ExpressionError, LawPoint, SlipDerivative,
+    Expression, ExpressionError, LEAST_COEFFICIENT, LawPoint, Measure, SlipDerivative,
     expression::{FormulaBranch, OnBranch},
 };
 
 /// What stands for a function in messages.
-const WORDS: &str = "a Rust function";
+pub(super) const WORDS: &str = "a Rust function";
 
 /// A function that several scenes may have; equal to itself alone, and to be found in no text.
 struct Shared<F: ?Sized>(Arc<F>);
@@ -88,7 +88,7 @@ impl LawFunction {
     /// The function as another description of the problem sees it: `old` gives the point of this one, `new` takes the
     /// derivatives back.
     #[must_use]
-    pub fn seen_from(
+    pub(super) fn seen_from(
         &self,
         old: impl Fn(&LawPoint) -> LawPoint + Send + Sync + 'static,
         new: impl Fn(SlipDerivative) -> SlipDerivative + Send + Sync + 'static,
@@ -122,9 +122,10 @@ impl<F: ?Sized> fmt::Debug for Shared<F> {
     }
 }
 
+/// Scenes are compared by their values, so a function has one of its own; [`Scene::to_toml`](super::Scene::to_toml) refuses it.
 impl<F: ?Sized> Serialize for Shared<F> {
-    fn serialize<S: Serializer>(&self, _: S) -> Result<S::Ok, S::Error> {
-        Err(ser::Error::custom(WORDS))
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(&format_args!("{WORDS} at {:p}", Arc::as_ptr(&self.0)))
     }
 }
 
@@ -133,8 +134,10 @@ impl<F: ?Sized> Serialize for Shared<F> {
 #[serde(deny_unknown_fields)]
 pub struct Table {
     /// Slips in m, increasing from 0 on.
+    #[schemars(extend("measures" = Measure::Displacement, "minimum" = 0))]
     pub slip: Vec<f64>,
-    /// Coefficient at each slip.
+    /// Coefficient > 0 at each slip.
+    #[schemars(extend("minimum" = LEAST_COEFFICIENT))]
     pub value: Vec<f64>,
 }
 
@@ -143,10 +146,13 @@ pub struct Table {
 #[serde(deny_unknown_fields)]
 pub struct Grid {
     /// Slips |u_t1| in m, increasing from 0 on.
+    #[schemars(extend("measures" = Measure::Displacement, "minimum" = 0))]
     pub slip_1: Vec<f64>,
     /// Slips |u_t2| in m, increasing from 0 on.
+    #[schemars(extend("measures" = Measure::Displacement, "minimum" = 0))]
     pub slip_2: Vec<f64>,
-    /// Coefficients: one row for each entry of `slip_1`, one column for each of `slip_2`.
+    /// Coefficients > 0: one row for each entry of `slip_1`, one column for each of `slip_2`.
+    #[schemars(extend("minimum" = LEAST_COEFFICIENT))]
     pub value: Vec<Vec<f64>>,
 }
 
@@ -227,10 +233,10 @@ impl Formula {
         Ok(Self { value })
     }
 
-    /// As [`Expression::with_variables`].
+    /// As [`Expression::substitute`].
     #[must_use]
-    pub fn with_variables(&self, new: &[(&str, String)]) -> Self {
-        let value = self.value.with_variables(new);
+    pub fn substitute(&self, new: &[(&str, Expression)]) -> Self {
+        let value = self.value.substitute(new);
         Self { value }
     }
 
@@ -284,7 +290,7 @@ impl TryFrom<String> for Formula {
 
 impl From<Formula> for String {
     fn from(formula: Formula) -> Self {
-        formula.value.text().to_owned()
+        formula.value.text().into_owned()
     }
 }
 

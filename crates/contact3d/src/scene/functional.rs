@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Component;
+use super::{Component, Measure};
 
 /// A quantity of an answer whose discretisation error is estimated.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -26,17 +26,21 @@ pub enum Functional {
     /// The energy that friction takes in a load history.
     Dissipation,
     /// The mean of a component of the displacement over the part of the body in a box.
+    #[schemars(extend("examples" = ["of = { mean_displacement = { box = [[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]], component = \"z\" } }"]))]
     MeanDisplacement {
         /// Two opposite corners [min, max] in m.
         #[serde(rename = "box")]
+        #[schemars(extend("measures" = Measure::Length))]
         corners: [[f64; 3]; 2],
         /// Along which axis.
         component: Component,
     },
     /// The mean pressure over the part of the contact faces in a box.
+    #[schemars(extend("examples" = ["of = { mean_pressure = { box = [[0.0, 0.0, 0.0], [1.0, 1.0, 0.0]] } }"]))]
     MeanPressure {
         /// Two opposite corners [min, max] in m.
         #[serde(rename = "box")]
+        #[schemars(extend("measures" = Measure::Length))]
         corners: [[f64; 3]; 2],
     },
 }

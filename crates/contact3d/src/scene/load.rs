@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Quantity, is_default};
+use super::{Measure, ProblemPart, Quantity, is_default, varying::varies};
 
 /// Roundings of a box's corners and of nodes, over the coordinates of a node: some thousand. Cells are no narrower than 1e-9.
 const ROUNDING: f64 = 1e-12;
@@ -38,6 +38,7 @@ impl Component {
 pub struct Clamp {
     /// A name that steps may use.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("part" = ProblemPart::Loads))]
     pub name: Option<String>,
     /// The held face: x_min … z_max of a brick, or a physical surface of a Gmsh file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -46,6 +47,7 @@ pub struct Clamp {
     /// box may be as flat as an edge or a point; nodes that coordinates do not hit exactly need
     /// some width.
     #[serde(rename = "box", default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("measures" = Measure::Length))]
     pub corners: Option<[[f64; 3]; 2]>,
     /// The held components; all three when not given.
     #[serde(default = "all_components")]
@@ -53,6 +55,7 @@ pub struct Clamp {
     /// The displacement u_c in m along x, y and z: numbers, or expressions in x, y, z; components that are not held
     /// have a zero.
     #[serde(default, skip_serializing_if = "is_default")]
+    #[schemars(extend("part" = ProblemPart::Loads, "measures" = Measure::Displacement))]
     pub value: [Quantity; 3],
 }
 
@@ -95,6 +98,12 @@ fn all_components() -> Vec<Component> {
     vec![Component::X, Component::Y, Component::Z]
 }
 
+varies!(Clamp named name: value);
+varies!(Traction named name: value);
+varies!(Pressure named name: value);
+varies!(BodyForce: value);
+varies!(Spring: normal, tangential, tensor);
+
 /// A surface traction σν = p.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -105,6 +114,7 @@ pub struct Traction {
     /// The loaded face.
     pub face: String,
     /// The traction vector p in Pa: numbers, or expressions in x, y, z.
+    #[schemars(extend("measures" = Measure::Stress))]
     pub value: [Quantity; 3],
 }
 
@@ -118,6 +128,7 @@ pub struct Pressure {
     /// The loaded face.
     pub face: String,
     /// The pressure p in Pa: a number, or an expression in x, y, z.
+    #[schemars(extend("measures" = Measure::Stress))]
     pub value: Quantity,
 }
 
@@ -126,6 +137,7 @@ pub struct Pressure {
 #[serde(deny_unknown_fields)]
 pub struct BodyForce {
     /// The force vector f in N/m³: numbers, or expressions in x, y, z.
+    #[schemars(extend("measures" = Measure::ForceDensity))]
     pub value: [Quantity; 3],
 }
 
@@ -136,15 +148,18 @@ pub struct BodyForce {
 pub struct Spring {
     /// The face on springs.
     pub face: String,
-    /// Stiffness along the normal in Pa/m: a number, or an expression in x, y, z; none when not given.
+    /// Stiffness ≥ 0 along the normal in Pa/m: a number, or an expression in x, y, z; none when not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("measures" = Measure::SpringStiffness, "minimum" = 0))]
     pub normal: Option<Quantity>,
-    /// Stiffness along the face, the same in all its directions, in Pa/m: a number, or an expression in x, y, z; none when
+    /// Stiffness ≥ 0 along the face, the same in all its directions, in Pa/m: a number, or an expression in x, y, z; none when
     /// not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("measures" = Measure::SpringStiffness, "minimum" = 0))]
     pub tangential: Option<Quantity>,
     /// Symmetric positive semidefinite stiffness over the axes x, y, z in Pa/m: rows of numbers, or expressions in x, y, z.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("measures" = Measure::SpringStiffness))]
     pub tensor: Option<[[Quantity; 3]; 3]>,
 }
 
@@ -165,19 +180,6 @@ impl Spring {
             Some(tensor) => SpringStiffness::Tensor(tensor),
             None => SpringStiffness::OfFace([self.normal.as_ref(), self.tangential.as_ref()]),
         }
-    }
-
-    /// All that may vary.
-    pub fn quantities_mut(&mut self) -> impl Iterator<Item = (&'static str, &mut Quantity)> {
-        let normal = self.normal.iter_mut().map(|value| ("normal", value));
-        let tangential = self
-            .tangential
-            .iter_mut()
-            .map(|value| ("tangential", value));
-        let tensor = self.tensor.iter_mut().flatten().flatten();
-        normal
-            .chain(tangential)
-            .chain(tensor.map(|value| ("tensor", value)))
     }
 }
 

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::{
-    Expression, InvalidValue, POSITION, PlaceFunction, Quantity, Scene, SlipMeasure, Step, Written,
-    validate::require,
+    Expression, InvalidValue, POSITION, PlaceFunction, ProblemPart, Quantity, Scene, SlipMeasure,
+    Step, Written, validate::require, varying::Varying,
 };
 
 /// One of the problems that a history consists of.
@@ -20,51 +20,26 @@ pub struct Increment {
     pub time: f64,
 }
 
-/// Something that a step may change, with its number in the scene.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum SteppedValue {
-    /// A traction in Pa.
-    Traction(usize),
-    /// A pressure in Pa.
-    Pressure(usize),
-    /// The body force in N/m³.
-    BodyForce,
-    /// The prescribed displacement of a clamp in m.
-    Clamp(usize),
-    /// The initial gap of a contact face in m.
-    Gap(usize),
+/// Something that a step may change: a load, a prescribed displacement, a gap.
+struct Target<'s> {
+    /// Its key, without `value` at the end, as steps write it.
+    key: String,
+    /// Its name, by which steps may know it, too.
+    name: Option<String>,
+    /// Its components, one or three.
+    values: Vec<&'s mut Quantity>,
 }
 
 /// What a target has at the end of a step: a factor of a value.
 #[derive(Debug, Clone, PartialEq)]
-struct EndValue {
+pub(super) struct EndValue {
+    name: Option<String>,
     value: Vec<Quantity>,
     factor: f64,
 }
 
-impl SteppedValue {
-    /// The values it has in a scene.
-    fn values(self, scene: &mut Scene) -> &mut [Quantity] {
-        match self {
-            Self::Traction(i) => &mut scene.tractions[i].value,
-            Self::Pressure(i) => std::slice::from_mut(&mut scene.pressures[i].value),
-            Self::Clamp(i) => &mut scene.clamps[i].value,
-            Self::BodyForce => scene
-                .body_force
-                .as_mut()
-                .map_or(&mut [], |force| &mut force.value),
-            Self::Gap(i) => std::slice::from_mut(&mut scene.contacts[i].gap),
-        }
-    }
-
-    /// The factor before the first step: nothing loads or moves the body yet, and the gap is what it is.
-    fn first_factor(self) -> f64 {
-        match self {
-            Self::Traction(_) | Self::Pressure(_) | Self::BodyForce | Self::Clamp(_) => 0.0,
-            Self::Gap(_) => 1.0,
-        }
-    }
-}
+/// The targets of a scene by their keys.
+pub(super) type EndValues = BTreeMap<String, EndValue>;
 
 impl Scene {
     /// Whether the scene has a load history.
@@ -140,10 +115,11 @@ impl Scene {
             friction.follows = SlipMeasure::default();
         }
         let [before, after] = self.ends_of(increment.step)?;
-        for (target, after) in after {
-            let before = &before[&target];
-            let values = between(before, &after, increment.share);
-            target.values(&mut scene).clone_from_slice(&values);
+        for target in scene.targets() {
+            let ends = (&before[&target.key], &after[&target.key]);
+            let values = between(ends, increment.share);
+            let pairs = target.values.into_iter().zip(values);
+            pairs.for_each(|(old, new)| *old = new);
         }
         scene.bind_parameters()?;
         Ok(scene)
@@ -175,97 +151,108 @@ impl Scene {
     }
 
     /// What all targets have when a step begins and when it ends.
-    fn ends_of(&self, step: usize) -> Result<[BTreeMap<SteppedValue, EndValue>; 2], InvalidValue> {
-        let mut scene = self.clone();
-        let mut held: BTreeMap<SteppedValue, EndValue> = self
-            .targets()
-            .into_iter()
-            .map(|(target, ..)| {
-                let first = EndValue {
-                    value: target.values(&mut scene).to_vec(),
-                    factor: target.first_factor(),
-                };
-                (target, first)
-            })
-            .collect();
+    fn ends_of(&self, step: usize) -> Result<[EndValues; 2], InvalidValue> {
+        let mut held = self.initial_values();
         let mut before = held.clone();
         for (k, given) in self.steps.iter().enumerate().take(step + 1) {
             before.clone_from(&held);
             if k == 0 {
                 held.values_mut().for_each(|held| held.factor = 1.0);
             }
-            self.change(k, given, &mut held)?;
+            change(k, given, &mut held)?;
         }
         Ok([before, held])
     }
 
-    /// What a step changes.
-    fn change(
-        &self,
-        k: usize,
-        given: &Step,
-        held: &mut BTreeMap<SteppedValue, EndValue>,
-    ) -> Result<(), InvalidValue> {
-        for (name, value) in &given.value {
-            let target = self.target(&format!("step.{k}.value"), name)?;
-            if let Some(now) = held.get_mut(&target) {
-                let is_one = now.value.len() == 1;
-                let (count, plural) = if is_one { ("one", "") } else { ("three", "s") };
-                require(
-                    now.value.len() == value.components().len(),
-                    format!("step.{k}.value.{name}"),
-                    &format!("{count} number{plural} or formula{plural}"),
-                    Written(value),
-                    &format!("{name} has {count} in the scene"),
-                )?;
-                *now = EndValue {
-                    value: value.components().to_vec(),
-                    factor: 1.0,
-                };
-            }
-        }
-        for (name, factor) in &given.factor {
-            let target = self.target(&format!("step.{k}.factor"), name)?;
-            if let Some(now) = held.get_mut(&target) {
-                now.factor = *factor;
-            }
-        }
-        Ok(())
+    /// What all targets have before the first step: nothing loads or moves the body yet, and the gap is what it is.
+    pub(super) fn initial_values(&self) -> EndValues {
+        let mut scene = self.clone();
+        let values = scene.targets().into_iter().map(|target| {
+            let first = EndValue {
+                name: target.name,
+                value: target
+                    .values
+                    .into_iter()
+                    .map(|value| value.clone())
+                    .collect(),
+                factor: if target.key.ends_with(".gap") {
+                    1.0
+                } else {
+                    0.0
+                },
+            };
+            (target.key, first)
+        });
+        values.collect()
     }
 
-    /// All that steps of this scene may change, with the keys and the names that they may use for it.
-    fn targets(&self) -> Vec<(SteppedValue, String, Option<&str>)> {
-        let mut targets = Vec::new();
-        for (i, traction) in self.tractions.iter().enumerate() {
-            let name = traction.name.as_deref();
-            targets.push((SteppedValue::Traction(i), format!("traction.{i}"), name));
-        }
-        for (i, pressure) in self.pressures.iter().enumerate() {
-            let name = pressure.name.as_deref();
-            targets.push((SteppedValue::Pressure(i), format!("pressure.{i}"), name));
-        }
-        if self.body_force.is_some() {
-            targets.push((SteppedValue::BodyForce, "body_force".to_owned(), None));
-        }
-        for (i, clamp) in self.clamps.iter().enumerate() {
-            let name = clamp.name.as_deref();
-            targets.push((SteppedValue::Clamp(i), format!("clamp.{i}"), name));
-        }
-        for i in 0..self.contacts.len() {
-            let key = format!("{}.gap", self.contact_key(i));
-            targets.push((SteppedValue::Gap(i), key, None));
+    /// All that steps of this scene may change.
+    fn targets(&mut self) -> Vec<Target<'_>> {
+        let mut targets: Vec<Target<'_>> = Vec::new();
+        for (key, value) in self.varying_mut() {
+            let Varying::Quantity(value) = value else {
+                continue;
+            };
+            if key.part() != Some(ProblemPart::Loads) || key.path.starts_with("step.") {
+                continue;
+            }
+            let own = key.path.trim_end_matches(".value");
+            match targets.last_mut() {
+                Some(vector) if vector.key == own => vector.values.push(value),
+                _ => targets.push(Target {
+                    key: own.to_owned(),
+                    name: key.name,
+                    values: vec![value],
+                }),
+            }
         }
         targets
     }
 
-    /// What a name or a key in a step stands for.
-    fn target(&self, at: &str, name: &str) -> Result<SteppedValue, InvalidValue> {
-        let targets = self.targets();
-        let mut named = targets.iter();
-        let found = named.find(|(_, key, own)| key == name || *own == Some(name));
-        found.map(|(target, ..)| *target).ok_or_else(|| {
-            let known = targets.iter().map(|(_, key, own)| format!("\"{}\"", own.unwrap_or(key)));
-            InvalidValue {
+    /// The names that loads and clamps have, each with its key.
+    pub(super) fn given_names(&self) -> Vec<(String, String)> {
+        let named = self.initial_values().into_iter();
+        let named = named.filter_map(|(key, value)| Some((key, value.name?)));
+        named
+            .map(|(key, name)| (format!("{key}.name"), name))
+            .collect()
+    }
+}
+
+/// What a step changes.
+fn change(k: usize, given: &Step, held: &mut EndValues) -> Result<(), InvalidValue> {
+    for (name, value) in &given.value {
+        let now = target(held, &format!("step.{k}.value"), name)?;
+        let is_one = now.value.len() == 1;
+        let (count, plural) = if is_one { ("one", "") } else { ("three", "s") };
+        require(
+            now.value.len() == value.components().len(),
+            format!("step.{k}.value.{name}"),
+            &format!("{count} number{plural} or formula{plural}"),
+            Written(value),
+            &format!("{name} has {count} in the scene"),
+        )?;
+        now.value = value.components().to_vec();
+        now.factor = 1.0;
+    }
+    for (name, factor) in &given.factor {
+        target(held, &format!("step.{k}.factor"), name)?.factor = *factor;
+    }
+    Ok(())
+}
+
+/// What a name or a key in a step stands for.
+fn target<'v>(
+    held: &'v mut EndValues,
+    at: &str,
+    name: &str,
+) -> Result<&'v mut EndValue, InvalidValue> {
+    match key_of_target(held, name) {
+        Some(key) => Ok(held.get_mut(&key).expect("a key of theirs")),
+        None => {
+            let known = held.iter();
+            let known = known.map(|(key, it)| format!("\"{}\"", it.name.as_ref().unwrap_or(key)));
+            Err(InvalidValue {
                 key: format!("{at}.{name}"),
                 expected: format!(
                     "something that the scene loads, moves or opens: {}",
@@ -273,42 +260,20 @@ impl Scene {
                 ),
                 found: format!("\"{name}\""),
                 help: "give the load a name = \"...\", or write its key as \"traction.0\", with quotes".into(),
-            }
-        })
-    }
-
-    /// Rewrites the values that steps give, each with what it is a value of.
-    ///
-    /// # Errors
-    /// A key that the scene does not have.
-    pub fn map_step_values(
-        &mut self,
-        by: impl Fn(SteppedValue, &[Quantity]) -> Vec<Quantity>,
-    ) -> Result<(), InvalidValue> {
-        let mut steps = std::mem::take(&mut self.steps);
-        for (k, step) in steps.iter_mut().enumerate() {
-            for (name, value) in &mut step.value {
-                let target = self.target(&format!("step.{k}.value"), name)?;
-                let values = by(target, value.components());
-                value.components_mut().clone_from_slice(&values);
-            }
+            })
         }
-        self.steps = steps;
-        Ok(())
-    }
-
-    /// The names that loads and clamps have, each with its key.
-    pub(super) fn given_names(&self) -> Vec<(String, String)> {
-        let targets = self.targets().into_iter();
-        let named = targets.filter_map(|(_, key, name)| Some((key, name?.to_owned())));
-        named
-            .map(|(key, name)| (format!("{key}.name"), name))
-            .collect()
     }
 }
 
+/// The key of what a name or a key in a step stands for.
+pub(super) fn key_of_target(targets: &EndValues, name: &str) -> Option<String> {
+    let mut targets = targets.iter();
+    let found = targets.find(|(key, it)| *key == name || it.name.as_deref() == Some(name));
+    found.map(|(key, _)| key.clone())
+}
+
 /// The values at a share of the way from one end of a step to the other.
-fn between(before: &EndValue, after: &EndValue, share: f64) -> Vec<Quantity> {
+fn between((before, after): (&EndValue, &EndValue), share: f64) -> Vec<Quantity> {
     let ends = |factor: f64| after.value.iter().map(|v| v.times(factor)).collect();
     if share >= 1.0 {
         return ends(after.factor);

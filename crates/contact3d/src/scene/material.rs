@@ -4,9 +4,12 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::{Measure, ProblemPart};
+
 /// The elastic law σ = C ε.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[schemars(extend("examples" = ["material.isotropic = { young_modulus = 2.1e11, poisson_ratio = 0.3 }"]))]
 pub enum Material {
     /// Hooke's law with two constants.
     Isotropic(Isotropic),
@@ -21,8 +24,11 @@ pub enum Material {
 #[serde(deny_unknown_fields)]
 pub struct Isotropic {
     /// Young's modulus E > 0 in Pa.
+    #[schemars(extend("measures" = Measure::Modulus, "exclusiveMinimum" = 0))]
     pub young_modulus: f64,
-    /// Poisson's ratio, −1 < ν < 0.5.
+    /// Poisson's ratio, −1 < ν < 0.5; at 0.5 the material is incompressible, and rubber has 0.49 to 0.4999, on quadratic tetrahedra
+    /// (body.element = "P2").
+    #[schemars(extend("exclusiveMinimum" = -1, "exclusiveMaximum" = 0.5))]
     pub poisson_ratio: f64,
 }
 
@@ -31,10 +37,12 @@ pub struct Isotropic {
 #[serde(deny_unknown_fields)]
 pub struct Orthotropic {
     /// Young's moduli [E₁, E₂, E₃] in Pa.
+    #[schemars(extend("measures" = Measure::Modulus, "exclusiveMinimum" = 0))]
     pub young_moduli: [f64; 3],
     /// Poisson's ratios [ν₂₃, ν₁₃, ν₁₂]: ν_ij is the contraction along j under tension along i.
     pub poisson_ratios: [f64; 3],
     /// Shear moduli [G₂₃, G₁₃, G₁₂] in Pa.
+    #[schemars(extend("measures" = Measure::Modulus, "exclusiveMinimum" = 0))]
     pub shear_moduli: [f64; 3],
     /// First two material axes in the global frame, orthogonal, of any length; x and y when not
     /// given.
@@ -52,6 +60,7 @@ fn global_axes() -> [[f64; 3]; 2] {
 pub struct Voigt {
     /// The symmetric matrix C in Pa for σ = (xx, yy, zz, yz, xz, xy) and engineering shear strains
     /// 2ε_yz, 2ε_xz, 2ε_xy, in the global axes.
+    #[schemars(extend("measures" = Measure::Modulus))]
     pub stiffness: [[f64; 6]; 6],
 }
 
@@ -60,6 +69,7 @@ pub struct Voigt {
 #[serde(deny_unknown_fields)]
 pub struct Region {
     /// Where it is.
+    #[schemars(extend("part" = ProblemPart::Mesh))]
     pub part: Part,
     /// Its elastic law.
     pub material: Material,
@@ -68,10 +78,12 @@ pub struct Region {
 /// A part of the body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[schemars(extend("examples" = ["part.box = [[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]]"]))]
 pub enum Part {
     /// A physical volume of a Gmsh file.
     Group(String),
     /// The tetrahedra whose centroid lies between two corners [min, max] in m.
+    #[schemars(extend("measures" = Measure::Length))]
     Box([[f64; 3]; 2]),
 }
 

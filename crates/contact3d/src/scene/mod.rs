@@ -16,17 +16,21 @@ mod first_mesh;
 mod friction;
 mod function;
 mod functional;
-mod keys;
+mod key;
 mod load;
 mod load_path;
 mod material;
 mod obstacle;
-mod parameters;
 mod quantity;
+mod rescaled;
+mod schema;
+mod schema_check;
 mod slip_bound;
 mod solve;
+mod source;
 mod step;
 mod validate;
+mod varying;
 mod warning;
 
 pub use body::{Body, ElementOrder, GmshFile, Shape};
@@ -34,7 +38,7 @@ pub use brick::{Brick, BrickFace, GivenPlanes, Grading, MOST_CELLS};
 pub use coefficient::{Coefficient, LawPoint, Ramp, SlipDerivative};
 pub(crate) use coefficient::{LEAST_COEFFICIENT, is_coefficient};
 pub use contact::{Contact, MultiplierSpace, SlipInterpolation};
-pub use error::{InvalidValue, SceneError, SyntaxProblem, Unwritable, number_limit, numbers};
+pub use error::{InvalidValue, SceneError, SyntaxProblem, Unwritable, numbers};
 pub(crate) use error::{UNDEFINED, place_words};
 pub use expression::{
     BranchEnd, Expression, ExpressionError, FUNCTIONS, FormulaBranch, OnBranch, Parameters,
@@ -47,20 +51,23 @@ pub use file::{
 pub use friction::{Friction, FrictionLaw, SlipMeasure};
 pub use function::{Formula, Grid, LAW_VARIABLES, LawFunction, PlaceFunction, Table};
 pub use functional::Functional;
-pub use keys::parse_toml;
+pub use key::{Key, Measure, ProblemPart, key, keys, unit_of_key};
 pub use load::{BodyForce, Clamp, Component, Pressure, Spring, SpringStiffness, Traction};
-pub use load_path::{Increment, SteppedValue};
+pub use load_path::Increment;
 pub use material::{Isotropic, Material, Orthotropic, Part, Region, Voigt};
 pub use obstacle::{Cylinder, Direction, HalfSpace, Height, Obstacle, Side, Sphere};
-pub use parameters::ProblemPart;
 pub use quantity::{POSITION, Quantity};
+pub use rescaled::UnitChange;
 pub use slip_bound::{FrictionModel, LawWords, SlipBound};
 pub use solve::{
     AdaptSettings, AssembleSettings, DualOperatorKind, FactorPrecision, FirstMesh, InnerSolver,
     Method, PrecisionControl, SMALLEST_ERROR, SolveSettings,
 };
+pub use source::{Source, number_limit};
 pub use step::{MOST_INCREMENTS, Step, StepValue};
 pub use warning::Warning;
+
+use std::path::PathBuf;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -83,26 +90,34 @@ pub struct Scene {
     #[serde(default, skip_serializing_if = "Parameters::is_empty")]
     pub parameters: Parameters,
     /// The body Ω and its mesh.
+    #[schemars(extend("part" = ProblemPart::Mesh))]
     pub body: Body,
     /// The elastic law σ = C ε wherever no region has another.
+    #[schemars(extend("part" = ProblemPart::Operator))]
     pub material: Material,
     /// Parts of the body with a material of their own; the last one that holds a tetrahedron counts.
     #[serde(rename = "region", default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(extend("part" = ProblemPart::Operator))]
     pub regions: Vec<Region>,
     /// Faces on which displacement components are held (Γ_u), at zero or at given values.
     #[serde(rename = "clamp", default)]
+    #[schemars(extend("part" = ProblemPart::Mesh))]
     pub clamps: Vec<Clamp>,
     /// Springs on faces.
     #[serde(rename = "spring", default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(extend("part" = ProblemPart::Operator))]
     pub springs: Vec<Spring>,
     /// Surface tractions p on faces (Γ_p); tractions on the same face add up.
     #[serde(rename = "traction", default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(extend("part" = ProblemPart::Loads))]
     pub tractions: Vec<Traction>,
     /// Pressures on faces; they add to tractions.
     #[serde(rename = "pressure", default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(extend("part" = ProblemPart::Loads))]
     pub pressures: Vec<Pressure>,
     /// The body force f; none when not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("part" = ProblemPart::Loads))]
     pub body_force: Option<BodyForce>,
     /// The contact faces Γ_c: one as a table, several as an array of tables; without any the problem is elastic only.
     #[serde(
@@ -112,19 +127,24 @@ pub struct Scene {
         skip_serializing_if = "Vec::is_empty"
     )]
     #[schemars(with = "contact::OneOrSeveral")]
+    #[schemars(extend("part" = ProblemPart::Mesh))]
     pub contacts: Vec<Contact>,
     /// The law of friction on contact faces without one of their own; without it they are frictionless.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("part" = ProblemPart::Law))]
     pub friction: Option<Friction>,
     /// A load history: problems that are solved one after the other, each from where the one before left the body;
     /// without it there is one.
     #[serde(rename = "step", default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(extend("part" = ProblemPart::Loads))]
     pub steps: Vec<Step>,
     /// How the elastic problem is prepared.
     #[serde(default)]
+    #[schemars(extend("part" = ProblemPart::Operator))]
     pub assemble: AssembleSettings,
     /// How the discrete problem is solved.
     #[serde(default)]
+    #[schemars(extend("part" = ProblemPart::Solve))]
     pub solve: SolveSettings,
     /// How accurate the mesh has to be; without it the mesh is the body's own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -143,12 +163,8 @@ impl Scene {
     /// [`SceneError::Syntax`] for text that is not TOML or has an unknown, missing or mistyped key;
     /// [`SceneError::Invalid`] for a value that no problem of this kind can have.
     pub fn parse(name: &str, text: &str) -> Result<Self, SceneError> {
-        let mut scene: Self = parse_toml(name, text, "docs/reference/scene.md")?;
-        scene
-            .bind_parameters()
-            .and_then(|()| scene.validate())
-            .map_err(|invalid| SceneError::invalid(name, text, invalid))?;
-        Ok(scene)
+        let file = SceneFile::parse(name.to_owned(), text, PathBuf::new())?;
+        Ok(file.scene)
     }
 
     /// The scene as canonical TOML, which parses back to the same scene.
@@ -160,8 +176,12 @@ impl Scene {
     /// # Errors
     /// [`Unwritable`] for a Rust function in the place of a number.
     pub fn to_toml(&self) -> Result<String, Unwritable> {
+        if let Some(key) = self.function_key() {
+            let reason = function::WORDS.to_owned();
+            return Err(Unwritable { key, reason });
+        }
         toml::to_string(self).map_err(|error| Unwritable {
-            key: self.function_key().unwrap_or_default(),
+            key: "scene".to_owned(),
             reason: error.to_string(),
         })
     }

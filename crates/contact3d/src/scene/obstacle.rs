@@ -3,11 +3,15 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Quantity, is_default};
+use super::{
+    Measure, Quantity, is_default,
+    varying::{Found, Varies, VaryingKey, varies},
+};
 
 /// A rigid obstacle, which does not move.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[schemars(extend("examples" = ["contact.obstacle.sphere = { centre = [0.0, 0.0, -1.0], radius = 1.0 }"]))]
 pub enum Obstacle {
     /// All points on one side of a plane.
     HalfSpace(HalfSpace),
@@ -24,6 +28,7 @@ pub enum Obstacle {
 #[serde(deny_unknown_fields)]
 pub struct HalfSpace {
     /// A point of the plane in m.
+    #[schemars(extend("measures" = Measure::Length))]
     pub point: [f64; 3],
     /// Normal of the plane, of any length; it points out of the obstacle, towards the body.
     pub normal: [f64; 3],
@@ -34,8 +39,10 @@ pub struct HalfSpace {
 #[serde(deny_unknown_fields)]
 pub struct Sphere {
     /// Centre in m.
+    #[schemars(extend("measures" = Measure::Length))]
     pub centre: [f64; 3],
-    /// Radius > 0 in m.
+    /// Radius > 0 in m; side = "inside" makes the hollow the obstacle.
+    #[schemars(extend("measures" = Measure::Length, "exclusiveMinimum" = 0))]
     pub radius: f64,
     /// Where the body is.
     #[serde(default, skip_serializing_if = "is_default")]
@@ -47,10 +54,12 @@ pub struct Sphere {
 #[serde(deny_unknown_fields)]
 pub struct Cylinder {
     /// A point of the axis in m.
+    #[schemars(extend("measures" = Measure::Length))]
     pub point: [f64; 3],
     /// Direction of the axis, of any length.
     pub direction: [f64; 3],
-    /// Radius > 0 in m.
+    /// Radius > 0 in m; side = "inside" makes the hollow the obstacle.
+    #[schemars(extend("measures" = Measure::Length, "exclusiveMinimum" = 0))]
     pub radius: f64,
     /// Where the body is.
     #[serde(default, skip_serializing_if = "is_default")]
@@ -74,6 +83,7 @@ pub enum Side {
 pub struct Height {
     /// The coordinate h of the surface along the axis of `direction` in m: a number, or an expression in the two other
     /// coordinates.
+    #[schemars(extend("measures" = Measure::Length))]
     pub value: Quantity,
     /// From the obstacle to the body.
     #[serde(default, skip_serializing_if = "is_default")]
@@ -102,6 +112,18 @@ pub enum Direction {
     /// Against z.
     #[serde(rename = "-z")]
     MinusZ,
+}
+
+varies!(Height: value);
+
+impl Varies for Obstacle {
+    fn add_varying<'s>(&'s mut self, at: &VaryingKey, found: &mut Found<'s>) {
+        let at = at.below(self.word());
+        match self {
+            Self::Height(height) => height.add_varying(&at, found),
+            Self::HalfSpace(_) | Self::Sphere(_) | Self::Cylinder(_) => {}
+        }
+    }
 }
 
 impl Side {

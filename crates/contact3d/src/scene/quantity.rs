@@ -64,23 +64,6 @@ impl Quantity {
         }
     }
 
-    /// The quantity at another place, given as formulas of the coordinates and as a function.
-    #[must_use]
-    pub fn seen_from(
-        &self,
-        places: &[(&str, String)],
-        place: impl Fn([f64; 3]) -> [f64; 3] + Send + Sync + 'static,
-    ) -> Self {
-        match self {
-            Self::Constant(_) => self.clone(),
-            Self::Varying(formula) => Self::Varying(formula.with_variables(places)),
-            Self::Function(function) => {
-                let function = function.clone();
-                Self::function(move |at| function.at(place(at)))
-            }
-        }
-    }
-
     /// Whether it may differ from place to place.
     #[must_use]
     pub fn depends_on_place(&self) -> bool {
@@ -111,7 +94,7 @@ impl Serialize for Quantity {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
             Self::Constant(value) => serializer.serialize_f64(*value),
-            Self::Varying(expression) => serializer.serialize_str(expression.text()),
+            Self::Varying(expression) => serializer.serialize_str(&expression.text()),
             Self::Function(function) => function.serialize(serializer),
         }
     }

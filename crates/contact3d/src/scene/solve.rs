@@ -1,6 +1,6 @@
 //! Settings of the stages assemble and solve.
 
-use super::{Functional, is_default};
+use super::{Functional, ProblemPart, is_default};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -103,18 +103,24 @@ pub struct SolveSettings {
     /// ‖λ⁽ᵏ⁺¹⁾ − λ⁽ᵏ⁾‖ ≤ ε ‖λ⁽ᵏ⁺¹⁾‖ and are judged afterwards. When not given, 1e-4 with method
     /// fixed-point and 1e-12 otherwise.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
     pub epsilon: Option<f64>,
     /// Precision control of the inner problems.
     pub precision: PrecisionControl,
     /// Ratio r_tol of inner to outer tolerance.
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
     pub r_tol: f64,
     /// Smallest decrease c_fact of the inner tolerance per outer step under adaptive control.
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
     pub c_fact: f64,
     /// Proportioning constant Γ of KPRGP.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub gamma: f64,
     /// Most outer steps.
+    #[schemars(extend("minimum" = 1))]
     pub max_outer_steps: usize,
     /// Most applications of S in one inner problem of `kprgp` and `gpcg`.
+    #[schemars(extend("minimum" = 1))]
     pub max_inner_actions: usize,
 }
 
@@ -151,12 +157,14 @@ impl SolveSettings {
 pub struct AdaptSettings {
     /// Wanted discretisation error ‖u − u_h‖_A / ‖u_h‖_A: `run` refines the mesh where the estimated error sits until
     /// the estimate is no larger. 0.01 is 1 %.
+    #[schemars(extend("minimum" = SMALLEST_ERROR, "maximum" = 1))]
     pub error: f64,
     /// The mesh that refining starts from.
     #[serde(default, skip_serializing_if = "is_default")]
     pub start: FirstMesh,
     /// The quantity that the error is of, relative to its value; the energy norm of the displacement when not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("part" = ProblemPart::Solve))]
     pub of: Option<Functional>,
 }
 

@@ -8,7 +8,10 @@ use serde::{
     de::{Error, IntoDeserializer, SeqAccess, Visitor, value::SeqAccessDeserializer},
 };
 
-use super::Quantity;
+use super::{
+    Measure, Quantity,
+    varying::{Found, Varies, VaryingKey, varies},
+};
 
 /// Most increments of a history, over all steps.
 pub const MOST_INCREMENTS: usize = 100_000;
@@ -24,9 +27,11 @@ pub struct Step {
     /// The time at its end in s, greater than that of the step before; 1, 2, … where no step has one. Nothing
     /// depends on it but tables, charts and films.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("measures" = Measure::Time))]
     pub time: Option<f64>,
     /// Equal parts of the step, each solved by itself, between which loads change linearly.
     #[serde(skip_serializing_if = "is_one")]
+    #[schemars(extend("minimum" = 1))]
     pub increments: usize,
     /// How many times their values loads, gap and prescribed displacements have, by name or by key.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
@@ -76,6 +81,16 @@ impl<'de> Visitor<'de> for NumberOrVector {
     fn visit_seq<A: SeqAccess<'de>>(self, entries: A) -> Result<StepValue, A::Error> {
         let components = <[Quantity; 3]>::deserialize(SeqAccessDeserializer::new(entries));
         components.map(StepValue::Vector)
+    }
+}
+
+varies!(Step: value);
+
+impl Varies for StepValue {
+    fn add_varying<'s>(&'s mut self, at: &VaryingKey, found: &mut Found<'s>) {
+        self.components_mut()
+            .iter_mut()
+            .for_each(|it| it.add_varying(at, found));
     }
 }
 

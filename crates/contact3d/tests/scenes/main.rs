@@ -19,3 +19,4 @@ mod quadratic;
 mod quantities;
 mod single_precision;
 mod strategies;
+mod symmetry;

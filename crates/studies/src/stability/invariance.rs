@@ -1,14 +1,14 @@
-//! The answers to other descriptions of the same problem, among them one with its nodes in another order.
+//! The solutions of other descriptions of the same problem, among them one with its nodes in another order.
 
-use std::{fmt, ops::Range, path::Path};
+use std::{fmt, path::Path};
 
-use super::{Transformation, UnitChange, explicit_problem::ExplicitProblem};
+use super::explicit_problem::ExplicitProblem;
 use crate::progress::Pieces;
 use crate::shared::{greatest_common_divisor, matrix_of_columns};
 use contact3d::{
     ProblemError,
     mesh::{ContactSurface, Mesh, MidEdgeNodes},
-    scene::Scene,
+    scene::{Scene, UnitChange},
     solver::{Linearisation, Solution, Status},
 };
 
@@ -26,10 +26,6 @@ pub enum Invariance {
     Renumbering,
     /// Another number of threads: all bits stay.
     Threads,
-    /// y → L_y − y.
-    Mirror,
-    /// x ↔ y.
-    Exchange,
 }
 
 /// Two to this power scales the loads.
@@ -37,14 +33,12 @@ const LOAD_POWER: i32 = -30;
 
 impl Invariance {
     /// All changes.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 5] = [
         Self::BinaryUnits,
         Self::DecimalUnits,
         Self::LoadScaling,
         Self::Renumbering,
         Self::Threads,
-        Self::Mirror,
-        Self::Exchange,
     ];
 
     /// Whether not even a bit may change.
@@ -61,8 +55,6 @@ impl Invariance {
             Self::LoadScaling => ["load_scaling", "scaled loads"],
             Self::Renumbering => ["renumbering", "renumbered nodes"],
             Self::Threads => ["threads", "other threads"],
-            Self::Mirror => ["mirror", "mirror"],
-            Self::Exchange => ["exchange", "exchanged axes"],
         }
     }
 
@@ -72,24 +64,26 @@ impl Invariance {
         self.names()[0]
     }
 
-    /// The other description; `None` where numbers stay what they are.
-    fn transformation(self, scene: &Scene) -> Option<Transformation> {
+    /// The other units; `None` where numbers stay what they are.
+    fn unit_change(self) -> Option<UnitChange> {
         let two = |power: i32| 2_f64.powi(power);
-        let units = |length: f64, displacement: f64, stress: f64| {
-            Transformation::Units(UnitChange {
-                length,
-                displacement,
-                stress,
-            })
+        let [length, displacement, stress] = match self {
+            Self::BinaryUnits => [two(10), two(10), two(-20)],
+            Self::DecimalUnits => [1e3, 1e3, 1e-6],
+            Self::LoadScaling => [1.0, two(LOAD_POWER), two(LOAD_POWER)],
+            Self::Renumbering | Self::Threads => return None,
         };
-        match self {
-            Self::BinaryUnits => Some(units(two(10), two(10), two(-20))),
-            Self::DecimalUnits => Some(units(1e3, 1e3, 1e-6)),
-            Self::LoadScaling => Some(units(1.0, two(LOAD_POWER), two(LOAD_POWER))),
-            Self::Mirror => Some(Transformation::mirror(scene)),
-            Self::Exchange => Some(Transformation::Exchange),
-            Self::Renumbering | Self::Threads => None,
-        }
+        Some(UnitChange {
+            length,
+            displacement,
+            stress,
+        })
+    }
+
+    /// Whether a scene has the other description: distances from an obstacle scale as coordinates do.
+    fn applies(self, scene: &Scene) -> bool {
+        let mut contacts = scene.contacts.iter();
+        self != Self::LoadScaling || contacts.all(|contact| contact.obstacle.is_none())
     }
 }
 
@@ -146,25 +140,16 @@ fn changed(
     invariance: Invariance,
 ) -> Result<Option<(Status, Vec<f64>)>, ProblemError> {
     let scene = &problem.scene;
+    if !invariance.applies(scene) {
+        return Ok(None);
+    }
     let cuts = problem.refinement.clone();
-    if let Some(transformation) = invariance.transformation(scene) {
-        let Some(image) = transformation.apply(scene)? else {
-            return Ok(None);
-        };
-        // The tetrahedra of an image in space are numbered otherwise, so cuts have no image.
-        if !cuts.levels.is_empty() && !matches!(transformation, Transformation::Units(_)) {
-            return Ok(None);
-        }
-        let other = ExplicitProblem::refined(image, folder, cuts)?;
+    if let Some(units) = invariance.unit_change() {
+        let other = ExplicitProblem::refined(scene.in_units(units), folder, cuts)?;
         let solution = other.assembled.solve(&scene.solve)?;
-        let multiplier = match transformation {
-            Transformation::Units(units) => {
-                let stresses = solution.multiplier.iter();
-                Some(stresses.map(|l| l / units.stress).collect())
-            }
-            map => seen_back(problem, &other, map, &solution.multiplier),
-        };
-        return Ok(multiplier.map(|multiplier| (solution.status, multiplier)));
+        let stresses = solution.multiplier.iter();
+        let multiplier = stresses.map(|l| l / units.stress).collect();
+        return Ok(Some((solution.status, multiplier)));
     }
     if invariance == Invariance::Renumbering {
         let other = ExplicitProblem::on_mesh(scene.clone(), renumbered(problem.assembled.mesh()))?;
@@ -184,48 +169,6 @@ fn changed(
         other.assembled.solve(&scene.solve)
     })?;
     Ok(Some((solution.status, solution.multiplier)))
-}
-
-/// Multipliers of an image, pane by pane where they come from; `None` if a pane has no partner.
-fn seen_back(
-    problem: &ExplicitProblem,
-    image: &ExplicitProblem,
-    map: Transformation,
-    multiplier: &[f64],
-) -> Option<Vec<f64>> {
-    let layout = problem.dual().layout;
-    let m = layout.n_panes();
-    let images: Vec<[f64; 3]> = (0..m).map(|pane| map.origin(centre(image, pane))).collect();
-    // Faces with and without friction keep their order, and so do the faces of either kind.
-    let nearest = |at: [f64; 3], among: Range<usize>| {
-        let distance = |b: &[f64; 3]| -> f64 { (0..3).map(|c| (at[c] - b[c]).powi(2)).sum() };
-        among.min_by(|&i, &j| distance(&images[i]).total_cmp(&distance(&images[j])))
-    };
-    let (own, other) = (problem.surface(), image.surface());
-    let mut back = vec![0.0; multiplier.len()];
-    for pane in 0..m {
-        let face = other.faces.get(own.face_of_pane(pane))?;
-        let partner = nearest(centre(problem, pane), face.panes.clone())?;
-        back[layout.normal(pane)] = multiplier[layout.normal(partner)];
-        if layout.tangential(pane).is_some() {
-            let pair = map.tangential(layout.pair(multiplier, partner));
-            layout.split_mut(&mut back).1[pane] = pair;
-        }
-    }
-    Some(back)
-}
-
-/// The weighted mean of a pane's nodes.
-fn centre(problem: &ExplicitProblem, pane: usize) -> [f64; 3] {
-    let surface = problem.surface();
-    let mut centre = [0.0; 3];
-    for (local, weight) in surface.pane_weights(pane) {
-        let at = problem.assembled.mesh().coordinates[surface.nodes[local]];
-        for c in 0..3 {
-            centre[c] += weight * at[c];
-        }
-    }
-    centre
 }
 
 /// A stride near the golden section of any number scatters neighbours far apart.

@@ -5,12 +5,10 @@ mod conditioning;
 mod cross_checks;
 mod explicit_problem;
 mod invariance;
-mod transformation;
 
 pub use conditioning::{Conditioning, RoundingBound, Spectrum};
 pub use cross_checks::{CrossCheck, CrossCheckResult};
 pub use invariance::{Invariance, InvarianceResult};
-pub use transformation::{Transformation, UnitChange};
 
 use std::{fmt, path::Path, time::Instant};
 
@@ -107,7 +105,7 @@ impl Check {
         pieces.begin(solves, 1.0, "answer".to_owned());
         let started = Instant::now();
         let own = ExplicitProblem::new(scene.clone(), folder)?;
-        scene.solve.validate("solve")?;
+        scene.solve.validate()?;
         let mut answer = own
             .assembled
             .solve_from(&scene.solve, Start::default(), &mut |_| {})?;

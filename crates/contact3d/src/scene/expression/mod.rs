@@ -2,9 +2,10 @@
 
 mod branch;
 mod parse;
+mod print;
 mod program;
 
-use std::{collections::BTreeMap, fmt};
+use std::{borrow::Cow, collections::BTreeMap, fmt};
 
 use thiserror::Error;
 
@@ -12,7 +13,7 @@ use branch::BranchChoice;
 pub use branch::{BranchEnd, FormulaBranch, OnBranch};
 pub use parse::FUNCTIONS;
 pub(super) use parse::is_identifier;
-use parse::{CONSTANTS, DEEPEST_NESTING, ParseError, replace_names};
+use parse::{CONSTANTS, DEEPEST_NESTING, ParseError};
 use program::{Binary, BranchPoints, Dual, Instruction, OneSidedJet, run};
 
 /// Longest text of an expression, in bytes.
@@ -31,10 +32,11 @@ pub struct Expression {
     variables: &'static [&'static str],
 }
 
-/// A formula as written, and as read.
+/// A formula as written, and as read: its tree, arguments before what is made of them.
 #[derive(Clone)]
 struct ParsedFormula {
-    text: String,
+    /// As written; `None` for one that was made of others.
+    text: Option<String>,
     steps: Vec<Instruction>,
     /// The names of the parameters.
     names: Vec<String>,
@@ -125,7 +127,7 @@ impl Expression {
         })?;
         Ok(Self {
             parsed: Box::new(ParsedFormula {
-                text: text.to_owned(),
+                text: Some(text.to_owned()),
                 steps: parsed.steps,
                 names: parsed.parameters,
                 values: Vec::new(),
@@ -150,53 +152,25 @@ impl Expression {
         Ok(())
     }
 
-    /// The formula with others in the same variables, given as text, in the place of some of its variables.
+    /// A variable as a formula.
     ///
     /// # Panics
-    /// If one of them is no formula.
-    #[must_use]
-    pub fn with_variables(&self, new: &[(&str, String)]) -> Self {
-        let read = |text: &str| Self::parse(text, self.variables).expect("a formula");
-        let steps = new
-            .iter()
-            .map(|(name, text)| (*name, read(text).parsed.steps));
-        let new_steps: Vec<_> = steps.collect();
-        let mut image = self.clone();
-        image.parsed.text = replace_names(self.text(), new);
-        let moved = |step: &Instruction| {
-            let Instruction::Variable(place) = step else {
-                return vec![*step];
-            };
-            let name = self.variables[*place];
-            let found = new_steps.iter().find(|(known, _)| *known == name);
-            found.map_or_else(|| vec![*step], |(_, steps)| steps.clone())
-        };
-        image.parsed.steps = self.parsed.steps.iter().flat_map(moved).collect();
-        image
-    }
-
-    /// The formula times a number.
-    pub(super) fn times(&self, factor: f64) -> Self {
-        let factor = Self::number(factor, self.variables);
-        let text = format!("{}*({})", factor.text(), self.text());
-        factor.joined(self, Binary::Multiply, text)
-    }
-
-    /// The sum of two formulas in the same variables.
-    pub(super) fn plus(&self, other: &Self) -> Self {
-        self.joined(
-            other,
-            Binary::Add,
-            format!("{} + {}", self.text(), other.text()),
-        )
+    /// If it is not among them.
+    pub(super) fn variable(name: &str, variables: &'static [&'static str]) -> Self {
+        let place = variables.iter().position(|known| *known == name);
+        Self::leaf(Instruction::Variable(place.expect("a variable")), variables)
     }
 
     /// A number as a formula.
     pub(super) fn number(value: f64, variables: &'static [&'static str]) -> Self {
+        Self::leaf(Instruction::Number(value), variables)
+    }
+
+    fn leaf(step: Instruction, variables: &'static [&'static str]) -> Self {
         Self {
             parsed: Box::new(ParsedFormula {
-                text: format!("({value:?})"),
-                steps: vec![Instruction::Number(value)],
+                text: None,
+                steps: vec![step],
                 names: Vec::new(),
                 values: Vec::new(),
             }),
@@ -204,12 +178,56 @@ impl Expression {
         }
     }
 
-    /// Two formulas in the same variables as the arguments of an operator; `text` says the same.
-    fn joined(&self, other: &Self, operator: Binary, text: String) -> Self {
+    /// The formula with others in the same variables in the place of some of its variables.
+    #[must_use]
+    pub fn substitute(&self, new: &[(&str, Self)]) -> Self {
+        let mut image = Self {
+            parsed: Box::new(ParsedFormula {
+                text: None,
+                steps: Vec::new(),
+                ..(*self.parsed).clone()
+            }),
+            variables: self.variables,
+        };
+        for step in &self.parsed.steps {
+            let found = match step {
+                Instruction::Variable(place) => {
+                    let name = self.variables[*place];
+                    new.iter().find(|(known, _)| *known == name)
+                }
+                _ => None,
+            };
+            match found {
+                Some((_, formula)) => image.append(formula),
+                None => image.parsed.steps.push(*step),
+            }
+        }
+        image
+    }
+
+    /// The formula times a number.
+    pub(super) fn times(&self, factor: f64) -> Self {
+        Self::number(factor, self.variables).joined(self, Binary::Multiply)
+    }
+
+    /// The sum of two formulas in the same variables.
+    pub(super) fn plus(&self, other: &Self) -> Self {
+        self.joined(other, Binary::Add)
+    }
+
+    /// Two formulas in the same variables as the arguments of an operator.
+    fn joined(&self, other: &Self, operator: Binary) -> Self {
         let mut joined = self.clone();
-        let parsed = &mut *joined.parsed;
+        joined.parsed.text = None;
+        joined.append(other);
+        joined.parsed.steps.push(Instruction::Binary(operator));
+        joined
+    }
+
+    /// Adds the steps of another formula in the same variables, with its parameters.
+    fn append(&mut self, other: &Self) {
+        let parsed = &mut *self.parsed;
         let n_parameters = parsed.names.len();
-        parsed.text = text;
         parsed.names.extend_from_slice(&other.parsed.names);
         parsed.values.extend_from_slice(&other.parsed.values);
         let steps = other.parsed.steps.iter().map(|step| match step {
@@ -217,14 +235,16 @@ impl Expression {
             step => *step,
         });
         parsed.steps.extend(steps);
-        parsed.steps.push(Instruction::Binary(operator));
-        joined
     }
 
-    /// The formula as written.
+    /// The formula as written, or one that says the same.
     #[must_use]
-    pub fn text(&self) -> &str {
-        &self.parsed.text
+    pub fn text(&self) -> Cow<'_, str> {
+        let parsed = &*self.parsed;
+        match &parsed.text {
+            Some(text) => text.into(),
+            None => print::text(&parsed.steps, self.variables, &parsed.names).into(),
+        }
     }
 
     /// The names of the parameters it uses.
@@ -293,9 +313,11 @@ impl Expression {
 
 impl PartialEq for Expression {
     fn eq(&self, other: &Self) -> bool {
-        self.text() == other.text()
+        let (own, other_own) = (&*self.parsed, &*other.parsed);
+        own.steps == other_own.steps
             && self.variables == other.variables
-            && self.parsed.values == other.parsed.values
+            && own.names == other_own.names
+            && own.values == other_own.values
     }
 }
 
@@ -322,8 +344,9 @@ mod tests {
         assert_eq!(e.evaluate(&[2.0, 0.0, 0.0]), 15.0);
         assert_eq!(e.derivatives(&[2.0, 0.0, 0.0], [0, 1, 2]), [3.0, 0.0, 0.0]);
         assert_eq!(e.parameters().collect::<Vec<_>>(), ["mu", "k"]);
-        let moved = e.with_variables(&[("x", "2*x".to_owned())]).times(2.0);
-        assert_eq!(moved.text(), "(2.0)*(mu*(2*x) + mu^k)");
+        let doubled = Expression::parse("2*x", &["x", "y", "z"]).unwrap();
+        let moved = e.substitute(&[("x", doubled)]).times(2.0);
+        assert_eq!(moved.text(), "2.0*(mu*(2.0*x) + mu^k)");
         assert_eq!(moved.evaluate(&[1.0, 0.0, 0.0]), 30.0);
         assert_ne!(e, bound("mu*x + mu^k", &[("mu", 4.0), ("k", 2.0)]).unwrap());
         let error = bound("mo*x", &[("mu", 3.0)]).unwrap_err().to_string();

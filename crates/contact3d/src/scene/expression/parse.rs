@@ -360,29 +360,6 @@ pub(in crate::scene) fn is_identifier(text: &str) -> bool {
     matches!(first(text), (Token::Name(name), _) if name.len() == text.len())
 }
 
-/// A formula with other text, in parentheses, in place of some of its names.
-#[must_use]
-pub(super) fn replace_names(text: &str, replacements: &[(&str, String)]) -> String {
-    let mut result = String::with_capacity(2 * text.len());
-    let mut rest = text;
-    while !rest.is_empty() {
-        let word = rest.trim_start();
-        let (space, _) = rest.split_at(rest.len() - word.len());
-        let (token, length) = first(word);
-        let replacement = match token {
-            Token::Name(name) => replacements.iter().find(|(known, _)| *known == name),
-            _ => None,
-        };
-        result.push_str(space);
-        match replacement {
-            Some((_, replacement)) => result.extend(["(", replacement, ")"]),
-            None => result.push_str(&word[..length]),
-        }
-        rest = &word[length..];
-    }
-    result
-}
-
 /// Bytes of the decimal number that a text begins with: digits with a point, an exponent.
 fn number_length(text: &str) -> usize {
     let digits = |from: usize| {
@@ -433,16 +410,6 @@ mod tests {
         }
         assert_eq!(Tokens::new("{").take(), Token::Foreign("{"));
         assert_eq!(Tokens::new(".").take(), Token::Foreign("."));
-    }
-
-    #[test]
-    fn names_are_replaced_and_numbers_and_functions_are_not() {
-        let to = [("x", "y".to_owned()), ("s", "s/2".to_owned())];
-        assert_eq!(replace_names("exp(-x/1e-5)", &to), "exp(-(y)/1e-5)");
-        assert_eq!(replace_names("2e3*s1 +  s*E ", &to), "2e3*s1 +  (s/2)*E ");
-        assert_eq!(replace_names("1.5e-1x", &to), "1.5e-1(y)");
-        assert_eq!(replace_names("sinh(s)", &to), "sinh((s/2))");
-        assert_eq!(replace_names("\u{3bc}x*xs < x", &to), "\u{3bc}x*xs < (y)");
     }
 
     #[test]

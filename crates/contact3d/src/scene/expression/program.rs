@@ -43,7 +43,7 @@ pub(super) enum Comparison {
 type Smooth = (&'static str, fn(f64) -> f64, fn(f64) -> f64);
 
 /// The smooth functions of one argument.
-const SMOOTH: [Smooth; 13] = [
+pub(super) const SMOOTH: [Smooth; 13] = [
     ("sqrt", f64::sqrt, |x| 0.5 / x.sqrt()),
     ("exp", f64::exp, f64::exp),
     ("ln", f64::ln, f64::recip),
@@ -111,6 +111,11 @@ fn pick<N: Number>(a: N, b: N, second_if: Ordering, points: &mut impl BranchPoin
 }
 
 impl Comparison {
+    /// How a formula writes it.
+    pub(super) fn sign(self) -> &'static str {
+        ["<", "<=", ">", ">="][self as usize]
+    }
+
     fn holds(self, order: Ordering) -> bool {
         match self {
             Self::Below => order.is_lt(),

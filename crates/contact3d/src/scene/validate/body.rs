@@ -1,46 +1,38 @@
-//! Checks of the body.
+//! Checks of the body, its materials and its regions.
 
 use std::cmp::Ordering::Less;
 
-use super::{positive, require};
+use nalgebra::Vector3;
+
+use super::require;
 use crate::scene::{
-    Brick, BrickFace, InvalidValue, MOST_CELLS, MultiplierSpace, Scene, Shape, Written, numbers,
+    Brick, BrickFace, InvalidValue, Material, MultiplierSpace, Orthotropic, POSITION, Part, Scene,
+    Voigt, Written, numbers,
 };
 
-/// The largest exponent: with it, two cells alone differ a billionfold.
-const MOST_EXPONENT: f64 = 30.0;
-
 /// Narrowest cell over the edge: planes are rounded to 2e-16 of it, so widths keep seven digits.
-const NARROWEST: f64 = 1e-9;
+const NARROWEST_CELL: f64 = 1e-9;
 
 /// Largest ratio of two edges of a cell. Its stiffness goes with the square, and a double has 16 digits.
-const SLENDEREST: f64 = 1e8;
+const MOST_SLENDER_CELL: f64 = 1e8;
 
-/// Names of the axes.
-const AXES: [&str; 3] = ["x", "y", "z"];
+/// Relative rounding allowed to hand-typed numbers: symmetry of C, right angles of axes.
+const TYPED_DIGITS: f64 = 1e-6;
 
 pub(super) fn check(scene: &Scene) -> Result<(), InvalidValue> {
-    match &scene.body.shape {
-        Shape::Brick(brick) => check_brick(brick, scene),
-        Shape::Gmsh(gmsh) => require(
-            positive(gmsh.unit),
-            "body.gmsh.unit",
-            &format!("a positive length [{}]", scene.units.length()),
-            Written(&gmsh.unit),
-            "give the length of the file's unit, 0.001 for a mesh in millimetres and a scene in metres",
-        ),
+    if let Some(brick) = scene.body.as_brick() {
+        check_brick(brick, scene)?;
     }
+    check_law(&scene.material, "material", scene)?;
+    for (i, region) in scene.regions.iter().enumerate() {
+        check_law(&region.material, &format!("region.{i}.material"), scene)?;
+        check_part(&region.part, &format!("region.{i}.part"), scene)?;
+    }
+    Ok(())
 }
 
 fn check_brick(brick: &Brick, scene: &Scene) -> Result<(), InvalidValue> {
-    require(
-        brick.size.iter().all(|&l| positive(l)),
-        "body.brick.size",
-        &format!("three positive lengths [{}]", scene.units.length()),
-        Written(&brick.size),
-        "give the edge lengths Lx, Ly, Lz",
-    )?;
-    let cell = [0, 1, 2].map(|axis| brick.size[axis] / brick.cells[axis].max(1) as f64);
+    let cell = [0, 1, 2].map(|axis| brick.size[axis] / brick.cells[axis] as f64);
     require(
         [brick.size, cell]
             .iter()
@@ -58,9 +50,9 @@ fn check_brick(brick: &Brick, scene: &Scene) -> Result<(), InvalidValue> {
         let whole = cells.is_multiple_of(scene.body.element.cells_per_pane());
         let along = faces.iter().any(|face| face.axis() != axis);
         require(
-            (1..=MOST_CELLS).contains(&cells) && (whole || !along),
+            whole || !along,
             "body.brick.cells",
-            &format!("{name} from 1 to {MOST_CELLS}, even along the contact face"),
+            &format!("{name} even along the contact face"),
             Written(&brick.cells),
             "a pane is 2 x 2 cells of the contact face, so both of its cell counts are even; nodal multipliers and body.element = \"P2\" take any",
         )?;
@@ -78,21 +70,6 @@ fn check_brick(brick: &Brick, scene: &Scene) -> Result<(), InvalidValue> {
             "the diagonals of the cells meet in the middle of a pane on both faces where an even number of cells lies between them",
         )?;
     }
-    check_planes(brick)
-}
-
-/// Checks graded cells and given planes of a brick with positive edges and a moderate number of cells.
-fn check_planes(brick: &Brick) -> Result<(), InvalidValue> {
-    for (face, name) in BrickFace::ALL.into_iter().zip(BrickFace::NAMES) {
-        let exponent = brick.grading.towards(face);
-        require(
-            (1.0..=MOST_EXPONENT).contains(&exponent),
-            format!("body.brick.grading.{name}"),
-            &format!("an exponent from 1, for equal cells, to {MOST_EXPONENT}"),
-            Written(&exponent),
-            "the first of n cells has the share (1/n)^exponent of the edge; 1.5 and 2 are common",
-        )?;
-    }
     for axis in 0..3 {
         if let Some(given) = brick.coordinates.along(axis) {
             check_given(brick, axis, given)?;
@@ -102,7 +79,7 @@ fn check_planes(brick: &Brick) -> Result<(), InvalidValue> {
 }
 
 fn check_given(brick: &Brick, axis: usize, given: &[f64]) -> Result<(), InvalidValue> {
-    let (name, length, cells) = (AXES[axis], brick.size[axis], brick.cells[axis]);
+    let (name, length, cells) = (POSITION[axis], brick.size[axis], brick.cells[axis]);
     let key = || format!("body.brick.coordinates.{name}");
     let disorder = given
         .windows(2)
@@ -161,25 +138,25 @@ fn check_widths(brick: &Brick) -> Result<(), InvalidValue> {
     }
     let widths = [0, 1, 2].map(|axis| extreme_widths(&brick.planes(axis)));
     for axis in (0..3).filter(|axis| !brick.is_even(*axis)) {
-        let (name, [narrowest, _]) = (AXES[axis], widths[axis]);
+        let (name, [narrowest, _]) = (POSITION[axis], widths[axis]);
         let (key, help) = match brick.coordinates.along(axis) {
             Some(_) => ("coordinates", "move planes apart"),
             None => ("grading", "choose smaller exponents or fewer cells"),
         };
         let key = || format!("body.brick.{key}.{}", steepest(brick, axis).unwrap_or(name));
         require(
-            narrowest >= NARROWEST * brick.size[axis],
+            narrowest >= NARROWEST_CELL * brick.size[axis],
             key(),
-            &format!("cells no narrower than {NARROWEST:e} of the edge"),
+            &format!("cells no narrower than {NARROWEST_CELL:e} of the edge"),
             format!("one of {:.1e} of it", narrowest / brick.size[axis]),
             help,
         )?;
         let others = (0..3).filter(|other| *other != axis);
         let longest = others.map(|other| widths[other][1]).fold(0.0, f64::max);
         require(
-            longest <= SLENDEREST * narrowest,
+            longest <= MOST_SLENDER_CELL * narrowest,
             key(),
-            &format!("cells whose edges differ at most {SLENDEREST:e} times"),
+            &format!("cells whose edges differ at most {MOST_SLENDER_CELL:e} times"),
             format!("a cell of {longest:.1e} by {narrowest:.1e}"),
             help,
         )?;
@@ -207,4 +184,92 @@ fn steepest(brick: &Brick, axis: usize) -> Option<&'static str> {
     let [lower, upper] = brick.grading.along(axis);
     let place = 2 * axis + usize::from(upper > lower);
     (lower.max(upper) > 1.0).then_some(BrickFace::NAMES[place])
+}
+
+fn check_part(part: &Part, key: &str, scene: &Scene) -> Result<(), InvalidValue> {
+    match part {
+        Part::Group(name) => require(
+            scene.body.mesh_file().is_some(),
+            format!("{key}.group"),
+            "a box, since a brick has no physical volumes",
+            Written(name),
+            "write box = [[x, y, z], [x, y, z]] with two opposite corners",
+        ),
+        Part::Box([low, high]) => require(
+            (0..3).all(|c| low[c] < high[c]),
+            format!("{key}.box"),
+            &format!(
+                "two corners [min, max], min below max in x, y and z [{}]",
+                scene.units.length()
+            ),
+            Written(&[low, high]),
+            "give the lower corner first",
+        ),
+    }
+}
+
+fn check_law(material: &Material, key: &str, scene: &Scene) -> Result<(), InvalidValue> {
+    match material {
+        Material::Isotropic(_) => Ok(()),
+        Material::Orthotropic(constants) => {
+            check_axes(constants, &format!("{key}.orthotropic"))?;
+            check_definite(material, &format!("{key}.orthotropic"), scene)
+        }
+        Material::Voigt(voigt) => {
+            check_symmetry(voigt, &format!("{key}.voigt"), scene)?;
+            check_definite(material, &format!("{key}.voigt"), scene)
+        }
+    }
+}
+
+fn check_axes(material: &Orthotropic, key: &str) -> Result<(), InvalidValue> {
+    let [first, second] = material.axes.map(Vector3::from);
+    let right_angle = first.dot(&second).abs() <= TYPED_DIGITS * first.norm() * second.norm();
+    require(
+        first.norm() > 0.0 && second.norm() > 0.0 && right_angle,
+        format!("{key}.axes"),
+        "two orthogonal vectors of positive length",
+        Written(&material.axes),
+        "the third material axis is their cross product",
+    )
+}
+
+fn check_symmetry(material: &Voigt, key: &str, scene: &Scene) -> Result<(), InvalidValue> {
+    let c = &material.stiffness;
+    let largest = c
+        .iter()
+        .flatten()
+        .fold(0.0_f64, |most, v| most.max(v.abs()));
+    let symmetric =
+        (0..6).all(|i| (0..i).all(|j| (c[i][j] - c[j][i]).abs() <= TYPED_DIGITS * largest));
+    require(
+        largest > 0.0 && symmetric,
+        format!("{key}.stiffness"),
+        &format!(
+            "a symmetric 6 x 6 matrix of finite numbers [{}]",
+            scene.units.stress()
+        ),
+        Written(c),
+        "rows and columns are xx, yy, zz, yz, xz, xy, with engineering shear strains",
+    )
+}
+
+/// Refuses an elasticity tensor whose smallest eigenvalue is not positive beyond rounding.
+fn check_definite(material: &Material, key: &str, scene: &Scene) -> Result<(), InvalidValue> {
+    let eigenvalues = material.elasticity().map(|c| c.symmetric_eigenvalues());
+    let definite =
+        eigenvalues.is_some_and(|e| e.min() > 6.0 * f64::EPSILON * e.max() && e.max().is_finite());
+    require(
+        definite,
+        key,
+        "a positive definite elasticity tensor",
+        eigenvalues.map_or("no inverse of the compliance".to_owned(), |e| {
+            let (least, most) = (e.min(), e.max());
+            format!(
+                "eigenvalues from {least:.3e} to {most:.3e} {}",
+                scene.units.stress()
+            )
+        }),
+        "every strain must store energy: reduce the Poisson ratios (|nu_ij| < sqrt(E_i/E_j)) or the off-diagonal entries",
+    )
 }

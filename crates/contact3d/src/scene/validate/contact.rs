@@ -1,15 +1,19 @@
-//! Checks of the contact faces and their obstacles.
+//! Checks of the contact faces, their obstacles and their laws of friction.
 
-use super::{check_box, holds, positive, require, supports::check_name};
+use super::{check_box, require, supports::check_name};
 use crate::scene::{
-    Contact, ElementOrder, Height, InvalidValue, Obstacle, POSITION, Quantity, Scene,
-    SlipInterpolation, Written,
+    Coefficient, Contact, ElementOrder, Friction, Grid, Height, InvalidValue, Obstacle, POSITION,
+    Quantity, Scene, SlipInterpolation, Table, Written,
 };
 
 pub(super) fn check(scene: &Scene) -> Result<(), InvalidValue> {
     for (entry, contact) in scene.contacts.iter().enumerate() {
         check_face(scene, contact, &scene.contact_key(entry))?;
         check_beside_others(scene, contact, entry)?;
+    }
+    check_common_friction(scene)?;
+    for (key, friction) in scene.friction_tables() {
+        check_friction(friction, &key)?;
     }
     Ok(())
 }
@@ -19,18 +23,8 @@ fn check_face(scene: &Scene, contact: &Contact, key: &str) -> Result<(), Invalid
     if let Some(corners) = &contact.corners {
         check_box(scene, format!("{key}.box"), corners)?;
     }
-    require(
-        holds(&contact.gap, |d| d >= 0.0 && d.is_finite()),
-        format!("{key}.gap"),
-        &format!(
-            "a gap d >= 0 [{}] or an expression in x, y, z",
-            scene.units.length()
-        ),
-        Written(&contact.gap),
-        "the body may not start inside the foundation",
-    )?;
     if let Some(obstacle) = &contact.obstacle {
-        check_obstacle(obstacle, scene, key)?;
+        check_obstacle(obstacle, &format!("{key}.obstacle.{}", obstacle.word()))?;
     }
     require(
         contact.slip_interpolation == SlipInterpolation::Lagrange
@@ -51,19 +45,9 @@ fn check_axes(contact: &Contact, key: &str) -> Result<(), InvalidValue> {
         "both",
         "axis_1 is the direction of t1 itself, angle turns the default one",
     )?;
-    if let Some(angle) = &contact.angle {
-        require(
-            holds(angle, f64::is_finite),
-            format!("{key}.angle"),
-            "a finite angle [degrees] or an expression in x, y, z",
-            Written(angle),
-            "the angle turns t1 towards t2",
-        )?;
-    }
     if let Some(axis) = &contact.axis_1 {
         let constants: Option<Vec<f64>> = axis.iter().map(|a| a.constant()).collect();
-        let usable = constants
-            .is_none_or(|a| a.iter().all(|v| v.is_finite()) && a.iter().any(|v| *v != 0.0));
+        let usable = constants.is_none_or(|a| a.iter().any(|v| *v != 0.0));
         require(
             usable,
             format!("{key}.axis_1"),
@@ -115,67 +99,188 @@ fn check_beside_others(scene: &Scene, contact: &Contact, entry: usize) -> Result
     Ok(())
 }
 
-/// Checks the obstacle of the contact face under a key.
-fn check_obstacle(obstacle: &Obstacle, scene: &Scene, face: &str) -> Result<(), InvalidValue> {
-    let key = |name: &str| format!("{face}.obstacle.{}.{name}", obstacle.word());
-    let length = scene.units.length();
-    let point = |name: &str, at: &[f64; 3]| {
-        require(
-            at.iter().all(|x| x.is_finite()),
-            key(name),
-            &format!("three finite numbers [{length}]"),
-            Written(at),
-            "give the coordinates x, y, z of a point",
-        )
-    };
+/// Checks the directions of an obstacle and the formula of its height.
+fn check_obstacle(obstacle: &Obstacle, key: &str) -> Result<(), InvalidValue> {
     let direction = |name: &str, along: &[f64; 3]| {
         require(
-            along.iter().all(|c| c.is_finite()) && along.iter().any(|c| *c != 0.0),
-            key(name),
+            along.iter().any(|c| *c != 0.0),
+            format!("{key}.{name}"),
             "a non-zero vector of three finite numbers",
             Written(along),
             "only its direction counts, for example [0.0, 0.0, 1.0]",
         )
     };
-    let radius = |radius: f64| {
-        require(
-            positive(radius),
-            key("radius"),
-            &format!("a number > 0 [{length}]"),
-            radius,
-            "side = \"inside\" makes the hollow of a sphere or cylinder the obstacle",
-        )
-    };
     match obstacle {
-        Obstacle::HalfSpace(half) => {
-            point("point", &half.point)?;
-            direction("normal", &half.normal)
-        }
-        Obstacle::Sphere(sphere) => {
-            point("centre", &sphere.centre)?;
-            radius(sphere.radius)
-        }
-        Obstacle::Cylinder(cylinder) => {
-            point("point", &cylinder.point)?;
-            direction("direction", &cylinder.direction)?;
-            radius(cylinder.radius)
-        }
-        Obstacle::Height(height) => check_height(height, &key("value"), length),
+        Obstacle::HalfSpace(half) => direction("normal", &half.normal),
+        Obstacle::Sphere(_) => Ok(()),
+        Obstacle::Cylinder(cylinder) => direction("direction", &cylinder.direction),
+        Obstacle::Height(height) => check_height(height, &format!("{key}.value")),
     }
 }
 
 /// A height is a function of the two coordinates across its direction.
-fn check_height(height: &Height, key: &str, length: &str) -> Result<(), InvalidValue> {
+fn check_height(height: &Height, key: &str) -> Result<(), InvalidValue> {
     let own = POSITION[height.direction.axis().0];
     let uses_own = match &height.value {
         Quantity::Varying(formula) => formula.uses(own),
         Quantity::Constant(_) | Quantity::Function(_) => false,
     };
     require(
-        holds(&height.value, f64::is_finite) && !uses_own,
+        !uses_own,
         key,
-        &format!("a finite number [{length}] or an expression without {own}"),
+        &format!("a number or an expression without {own}"),
         Written(&height.value),
         &format!("the height is {own} itself as a function of the two other coordinates"),
+    )
+}
+
+fn check_common_friction(scene: &Scene) -> Result<(), InvalidValue> {
+    if scene.friction.is_some() {
+        require(
+            !scene.contacts.is_empty(),
+            "friction",
+            "a [contact] table beside [friction]",
+            "no contact",
+            "friction acts on the contact face; name it in [contact]",
+        )?;
+        let own = (0..scene.contacts.len())
+            .filter(|entry| scene.contacts[*entry].friction.is_some())
+            .map(|entry| format!("{}.friction", scene.contact_key(entry)));
+        let own: Vec<String> = own.collect();
+        require(
+            own.len() < scene.contacts.len(),
+            "friction",
+            "a contact face that it can be the law of",
+            format!("none, for each has {} in its place", own.join(" or ")),
+            "[friction] is for contact faces without friction of their own: leave one of the two out",
+        )?;
+    }
+    Ok(())
+}
+
+fn check_friction(friction: &Friction, key: &str) -> Result<(), InvalidValue> {
+    check_choice(friction, key)?;
+    for (name, coefficient) in friction.given() {
+        let key = format!("{key}.{name}");
+        check_coefficient(coefficient, &key)?;
+        check_variables(coefficient, name == "coefficient", &key)?;
+    }
+    if friction.slip_bound.is_some() {
+        check_tresca(friction, key)?;
+    }
+    Ok(())
+}
+
+fn check_choice(friction: &Friction, key: &str) -> Result<(), InvalidValue> {
+    let names: Vec<&str> = friction.given().map(|(name, _)| name).collect();
+    require(
+        friction.law().is_some(),
+        key,
+        "coefficient (isotropic), or coefficient_1 and coefficient_2 (orthotropic)",
+        match names.as_slice() {
+            [] => "none of them".to_owned(),
+            names => names.join(" and "),
+        },
+        "give one isotropic coefficient or both orthotropic ones; leave [friction] out for frictionless contact",
+    )
+}
+
+fn check_tresca(friction: &Friction, key: &str) -> Result<(), InvalidValue> {
+    for (name, coefficient) in friction.given() {
+        require(
+            matches!(coefficient, Coefficient::Constant(_)),
+            format!("{key}.{name}"),
+            "a constant beside slip_bound",
+            Written(coefficient),
+            "for coefficients that vary use Coulomb's law: leave slip_bound out",
+        )?;
+    }
+    require(
+        friction.pressure_cap.is_none(),
+        format!("{key}.pressure_cap"),
+        "no pressure_cap beside slip_bound",
+        Written(&friction.pressure_cap),
+        "Tresca's law has a given bound and follows no pressure: leave one of the two out",
+    )
+}
+
+fn check_coefficient(coefficient: &Coefficient, key: &str) -> Result<(), InvalidValue> {
+    match coefficient {
+        Coefficient::Table(table) => check_table(table, &format!("{key}.table")),
+        Coefficient::Grid(grid) => check_grid(grid, &format!("{key}.grid")),
+        // Formulas and functions are checked where they are evaluated.
+        Coefficient::Constant(_)
+        | Coefficient::Ramp(_)
+        | Coefficient::Expression(_)
+        | Coefficient::Function(_) => Ok(()),
+    }
+}
+
+fn check_slips(slips: &[f64], key: String) -> Result<(), InvalidValue> {
+    require(
+        slips.first() == Some(&0.0) && slips.windows(2).all(|w| w[0] < w[1]),
+        key,
+        "increasing slips from 0 on",
+        Written(&slips),
+        "the first slip is 0, the law is constant beyond the last",
+    )
+}
+
+fn check_table(table: &Table, key: &str) -> Result<(), InvalidValue> {
+    check_slips(&table.slip, format!("{key}.slip"))?;
+    require(
+        table.value.len() == table.slip.len(),
+        format!("{key}.value"),
+        &format!(
+            "{} positive coefficients, one for each slip",
+            table.slip.len()
+        ),
+        Written(&table.value),
+        "straight lines lead from one to the next",
+    )
+}
+
+fn check_grid(grid: &Grid, key: &str) -> Result<(), InvalidValue> {
+    for (name, slips) in [("slip_1", &grid.slip_1), ("slip_2", &grid.slip_2)] {
+        check_slips(slips, format!("{key}.{name}"))?;
+    }
+    let shaped = grid.value.len() == grid.slip_1.len()
+        && grid.value.iter().all(|row| row.len() == grid.slip_2.len());
+    require(
+        shaped,
+        format!("{key}.value"),
+        &format!(
+            "{} rows of {} positive coefficients",
+            grid.slip_1.len(),
+            grid.slip_2.len()
+        ),
+        Written(&grid.value),
+        "one row for each slip_1, one column for each slip_2",
+    )
+}
+
+/// An isotropic law is a function of |u_t| = s alone, an orthotropic one of s1 and s2.
+fn check_variables(
+    coefficient: &Coefficient,
+    isotropic: bool,
+    key: &str,
+) -> Result<(), InvalidValue> {
+    let (wrong, expected): (&[&str], _) = if isotropic {
+        (&["s1", "s2"], "the slip s = |u_t| in an isotropic law")
+    } else {
+        (&["s"], "the slips s1 and s2 in an orthotropic law")
+    };
+    let used = match coefficient {
+        Coefficient::Expression(formula) => wrong.iter().any(|v| formula.expression().uses(v)),
+        Coefficient::Grid(_) => isotropic,
+        Coefficient::Function(function) => isotropic && !function.is_of_own_slip_only(),
+        Coefficient::Constant(_) | Coefficient::Ramp(_) | Coefficient::Table(_) => false,
+    };
+    require(
+        !used,
+        format!("{key}.{}", coefficient.kind()),
+        expected,
+        wrong.join(", "),
+        "use coefficient for F(|u_t|), coefficient_1 and coefficient_2 for F(|u_t1|, |u_t2|)",
     )
 }

@@ -2,15 +2,12 @@
 
 mod body;
 mod contact;
-mod friction;
-mod history;
-mod material;
-mod solve;
+mod quantity;
 mod supports;
 
 use std::fmt;
 
-use super::{InvalidValue, Quantity, Scene, Written};
+use super::{InvalidValue, Scene, Written};
 
 /// Refuses `found` at `key` unless `ok`.
 pub(super) fn require(
@@ -31,15 +28,11 @@ pub(super) fn require(
     })
 }
 
-fn positive(value: f64) -> bool {
-    value > 0.0 && value.is_finite()
-}
-
 /// Refuses corners of a box of nodes or triangles that are not in order; a box may be flat.
 fn check_box(scene: &Scene, key: String, corners: &[[f64; 3]; 2]) -> Result<(), InvalidValue> {
     let [low, high] = corners;
     require(
-        (0..3).all(|c| low[c] <= high[c] && low[c].is_finite() && high[c].is_finite()),
+        (0..3).all(|c| low[c] <= high[c]),
         key,
         &format!(
             "two corners [min, max], min at most max in x, y and z [{}]",
@@ -50,12 +43,6 @@ fn check_box(scene: &Scene, key: String, corners: &[[f64; 3]; 2]) -> Result<(), 
     )
 }
 
-/// Whether a quantity that is the same everywhere satisfies a condition; formulas are checked
-/// where they are evaluated.
-fn holds(quantity: &Quantity, condition: impl Fn(f64) -> bool) -> bool {
-    quantity.constant().is_none_or(condition)
-}
-
 impl Scene {
     /// Checks every value of the scene against what the model allows. What needs the mesh (names of
     /// Gmsh groups, flatness, values of formulas) is checked when the mesh is made.
@@ -63,12 +50,13 @@ impl Scene {
     /// # Errors
     /// The first offending key.
     pub fn validate(&self) -> Result<(), InvalidValue> {
+        self.check_limits()?;
         body::check(self)?;
-        material::check(self)?;
         supports::check(self)?;
         contact::check(self)?;
-        friction::check(self)?;
-        solve::check(self)?;
-        history::check(self)
+        if let Some(of) = self.adapt.and_then(|adapt| adapt.of) {
+            quantity::check(self, of)?;
+        }
+        supports::check_history(self)
     }
 }

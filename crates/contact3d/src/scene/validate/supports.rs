@@ -1,39 +1,26 @@
-//! Checks of clamps and loads.
+//! Checks of clamps, springs, loads and their histories.
 
-use units::Dimension;
+use std::collections::BTreeSet;
 
-use super::{check_box, holds, require};
-use crate::scene::{BrickFace, Clamp, Component, InvalidValue, Quantity, Scene, Written};
+use super::{check_box, require};
+use crate::scene::{
+    BrickFace, Clamp, Component, InvalidValue, MOST_INCREMENTS, Scene, SlipMeasure, Written,
+};
 
 pub(super) fn check(scene: &Scene) -> Result<(), InvalidValue> {
     check_clamps(scene)?;
     check_springs(scene)?;
-    let stress = scene.units.stress();
-    for (i, traction) in scene.tractions.iter().enumerate() {
-        check_vector(&traction.value, format!("traction.{i}.value"), &stress)?;
-        check_loaded_face(scene, &traction.face, format!("traction.{i}.face"))?;
+    let tractions = scene.tractions.iter().enumerate();
+    let tractions = tractions.map(|(i, it)| (&it.face, format!("traction.{i}.face")));
+    let pressures = scene.pressures.iter().enumerate();
+    let pressures = pressures.map(|(i, it)| (&it.face, format!("pressure.{i}.face")));
+    for (face, key) in tractions.chain(pressures) {
+        check_loaded_face(scene, face, key)?;
     }
-    for (i, pressure) in scene.pressures.iter().enumerate() {
-        require(
-            holds(&pressure.value, f64::is_finite),
-            format!("pressure.{i}.value"),
-            &format!("a finite number [{stress}] or an expression in x, y, z"),
-            Written(&pressure.value),
-            "a positive pressure pushes into the body",
-        )?;
-        check_loaded_face(scene, &pressure.face, format!("pressure.{i}.face"))?;
-    }
-    match &scene.body_force {
-        Some(force) => {
-            let unit = scene.units.word(Dimension::BODY_FORCE);
-            check_vector(&force.value, "body_force.value".into(), &unit)
-        }
-        None => Ok(()),
-    }
+    Ok(())
 }
 
 fn check_clamps(scene: &Scene) -> Result<(), InvalidValue> {
-    let length = scene.units.length();
     for (i, clamp) in scene.clamps.iter().enumerate() {
         require(
             !clamp.components.is_empty(),
@@ -43,7 +30,6 @@ fn check_clamps(scene: &Scene) -> Result<(), InvalidValue> {
             "leave the key out to hold all three components",
         )?;
         check_place(scene, clamp, i)?;
-        check_vector(&clamp.value, format!("clamp.{i}.value"), length)?;
         let free = Component::ALL.into_iter().find(|component| {
             let moved = clamp.value[*component as usize].constant() != Some(0.0);
             moved && !clamp.components.contains(component)
@@ -69,15 +55,11 @@ fn check_clamps(scene: &Scene) -> Result<(), InvalidValue> {
 }
 
 fn check_springs(scene: &Scene) -> Result<(), InvalidValue> {
-    let unit = scene.units.word(Dimension::BODY_FORCE);
     for (i, spring) in scene.springs.iter().enumerate() {
         check_loaded_face(scene, &spring.face, format!("spring.{i}.face"))?;
-        let of_face = [
-            ("normal", &spring.normal),
-            ("tangential", &spring.tangential),
-        ];
+        let follows_face = spring.normal.is_some() || spring.tangential.is_some();
         require(
-            of_face.iter().any(|(_, given)| given.is_some()) != spring.tensor.is_some(),
+            follows_face != spring.tensor.is_some(),
             format!("spring.{i}"),
             "either normal and tangential, one of them or both, or tensor",
             if spring.tensor.is_some() {
@@ -87,19 +69,6 @@ fn check_springs(scene: &Scene) -> Result<(), InvalidValue> {
             },
             "normal and tangential follow the face, tensor the axes x, y, z",
         )?;
-        for (name, given) in of_face {
-            let Some(given) = given else { continue };
-            require(
-                holds(given, |k| k >= 0.0 && k.is_finite()),
-                format!("spring.{i}.{name}"),
-                &format!("a finite number >= 0 [{unit}] or an expression in x, y, z"),
-                Written(given),
-                "a spring pushes back; leave the key out for none",
-            )?;
-        }
-        for row in spring.tensor.iter().flatten() {
-            check_vector(row, format!("spring.{i}.tensor"), &unit)?;
-        }
     }
     Ok(())
 }
@@ -132,16 +101,6 @@ fn check_place(scene: &Scene, clamp: &Clamp, i: usize) -> Result<(), InvalidValu
     }
 }
 
-fn check_vector(value: &[Quantity; 3], key: String, unit: &str) -> Result<(), InvalidValue> {
-    require(
-        value.iter().all(|p| holds(p, f64::is_finite)),
-        key,
-        &format!("three finite numbers [{unit}] or expressions in x, y, z"),
-        Written(value),
-        "give the vector's three components",
-    )
-}
-
 /// Refuses a face that a brick does not have; the groups of a Gmsh file are checked with the mesh.
 pub(super) fn check_name(scene: &Scene, face: &str, key: String) -> Result<(), InvalidValue> {
     require(
@@ -166,4 +125,107 @@ fn check_loaded_face(scene: &Scene, face: &str, key: String) -> Result<(), Inval
         Written(&face),
         "loads act on free faces only",
     )
+}
+
+pub(super) fn check_history(scene: &Scene) -> Result<(), InvalidValue> {
+    check_names(scene)?;
+    for (key, friction) in scene.friction_tables() {
+        require(
+            scene.has_history() || friction.follows == SlipMeasure::default(),
+            format!("{key}.follows"),
+            "a scene with [[step]]",
+            "none",
+            "without a history there is one slip to follow; leave the key out, or add a [[step]]",
+        )?;
+        require(
+            friction.follows == scene.slip_measure(),
+            format!("{key}.follows"),
+            "the same on all contact faces",
+            Written(&friction.follows),
+            "give all tables of friction the same word",
+        )?;
+    }
+    if !scene.has_history() {
+        return Ok(());
+    }
+    check_times(scene)?;
+    let mut increments = 0_usize;
+    for (k, step) in scene.steps.iter().enumerate() {
+        increments = increments.saturating_add(step.increments);
+        require(
+            increments <= MOST_INCREMENTS,
+            format!("step.{k}.increments"),
+            &format!("at most {MOST_INCREMENTS} increments in all steps together"),
+            increments,
+            "use fewer increments",
+        )?;
+    }
+    check_ends(scene)
+}
+
+/// Every step must end in a scene that a problem of one step could have.
+fn check_ends(scene: &Scene) -> Result<(), InvalidValue> {
+    for end in scene.increments().iter().filter(|end| end.share >= 1.0) {
+        scene
+            .at_increment(*end)?
+            .validate()
+            .map_err(|invalid| InvalidValue {
+                key: format!("step.{}", end.step),
+                expected: format!("{}: {}", invalid.key, invalid.expected),
+                ..invalid
+            })?;
+    }
+    Ok(())
+}
+
+fn check_times(scene: &Scene) -> Result<(), InvalidValue> {
+    if scene.steps.iter().all(|step| step.time.is_none()) {
+        return Ok(());
+    }
+    let mut before = 0.0;
+    for (k, step) in scene.steps.iter().enumerate() {
+        let key = format!("step.{k}.time");
+        let Some(time) = step.time else {
+            return require(
+                false,
+                key,
+                "a time, as other steps have one",
+                "none",
+                "give every step a time, or none",
+            );
+        };
+        require(
+            time > before,
+            key,
+            &format!(
+                "a time [s] after {}, when the step begins",
+                Written(&before)
+            ),
+            Written(&time),
+            "times of steps grow, and the first begins at 0",
+        )?;
+        before = time;
+    }
+    Ok(())
+}
+
+fn check_names(scene: &Scene) -> Result<(), InvalidValue> {
+    let mut known = BTreeSet::new();
+    for (key, name) in scene.given_names() {
+        require(
+            !name.is_empty() && !name.contains('.') && name != "body_force",
+            key.clone(),
+            "a name without dots",
+            Written(&name),
+            "keys such as traction.0 have dots, names do not",
+        )?;
+        require(
+            known.insert(name.clone()),
+            key,
+            "a name that no other load has",
+            Written(&name),
+            "steps could not tell the two apart",
+        )?;
+    }
+    Ok(())
 }

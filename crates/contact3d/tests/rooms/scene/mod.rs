@@ -1,6 +1,5 @@
 //! Keys of a scene, and the formulas and laws behind them.
 
-mod aliases;
 mod coefficient;
 mod contact;
 mod expression;
@@ -10,4 +9,5 @@ mod grading;
 mod load_path;
 mod material;
 mod messages;
+mod units_change;
 mod written;

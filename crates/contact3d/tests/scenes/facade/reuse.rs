@@ -49,7 +49,7 @@ fn a_changed_problem_has_the_bits_of_its_own_assembly() {
 fn what_needs_its_own_assembly_is_refused_by_its_key() {
     let base = assembled(block(Friction::coulomb(0.3)));
     let refused = |change: &dyn Fn(&mut contact3d::scene::Scene)| match base.with_changes(change) {
-        Err(ProblemError::OtherOperator { key }) => key.to_owned(),
+        Err(ProblemError::OtherOperator { key }) => key,
         Err(ProblemError::Invalid(invalid)) => invalid.key,
         Err(other) => panic!("{other}"),
         Ok(_) => panic!("another operator was not noticed"),

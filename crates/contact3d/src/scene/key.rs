@@ -1,0 +1,431 @@
+//! The table of keys: what each measures, which part of the problem it belongs to, its limits and its sentence.
+//!
+//! All of it stands beside the fields of the scene, in their documentation and in `schemars(extend(…))`, and is read from the
+//! JSON Schema:
+//!
+//! | word | what it says |
+//! |---|---|
+//! | `measures` | a [`Measure`]; a number without unit where it is missing |
+//! | `part` | a [`ProblemPart`]; that of the table around it where it is missing |
+//! | `minimum`, `exclusiveMinimum`, `maximum`, `exclusiveMaximum` | limits of all numbers of the key |
+//! | `examples` | how to write a table that is one kind of several |
+
+use std::{collections::BTreeMap, sync::LazyLock};
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value as Schema;
+use toml::{Table, Value};
+use units::{Dimension, Unit, Units};
+
+use super::{
+    InvalidValue, Scene, SolveSettings,
+    file::to_toml,
+    schema::{SchemaTree, kind},
+    source::whole_limit,
+};
+
+/// What the numbers of a key measure. Linear elasticity scales with displacements and stresses apart from the size of the body, so
+/// lengths of the two kinds are told apart.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Measure {
+    /// Numbers without unit, and texts.
+    #[default]
+    Number,
+    /// Times in s.
+    Time,
+    /// Coordinates and sizes in m.
+    Length,
+    /// Displacements, gaps and slips in m.
+    Displacement,
+    /// Derivatives by slips, in 1/m.
+    PerDisplacement,
+    /// Stresses in Pa.
+    Stress,
+    /// Stresses per strain in Pa.
+    Modulus,
+    /// Forces per volume in N/m³.
+    ForceDensity,
+    /// Stresses per displacement in Pa/m.
+    SpringStiffness,
+}
+
+impl Measure {
+    /// Exponents of (length, displacement, stress).
+    fn exponents(self) -> [i8; 3] {
+        match self {
+            Self::Number | Self::Time => [0, 0, 0],
+            Self::Length => [1, 0, 0],
+            Self::Displacement => [0, 1, 0],
+            Self::PerDisplacement => [0, -1, 0],
+            Self::Stress => [0, 0, 1],
+            Self::Modulus => [1, -1, 1],
+            Self::ForceDensity => [-1, 0, 1],
+            Self::SpringStiffness => [0, -1, 1],
+        }
+    }
+
+    /// The dimension, which names the unit.
+    #[must_use]
+    pub fn dimension(self) -> Dimension {
+        match (self, self.exponents()) {
+            (Self::Time, _) => Dimension::Time,
+            (_, [0, 0, 0]) => Dimension::Number,
+            (_, [length, displacement, stress]) => Dimension::Product {
+                force: stress,
+                length: length + displacement - 2 * stress,
+            },
+        }
+    }
+
+    /// The factor of its numbers where lengths, displacements and stresses have these factors.
+    #[must_use]
+    pub fn factor(self, factors: [f64; 3]) -> f64 {
+        let powers = factors.into_iter().zip(self.exponents());
+        powers
+            .map(|(factor, exponent)| factor.powi(exponent.into()))
+            .product()
+    }
+}
+
+/// What of the discrete problem a key is part of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ProblemPart {
+    /// The mesh with the normals and distances of its obstacles.
+    Mesh,
+    /// A with its springs, and T with the axes of friction.
+    Operator,
+    /// What loads, moves and opens.
+    Loads,
+    /// The law of friction.
+    Law,
+    /// How the problem is solved.
+    Solve,
+}
+
+/// A key of the scene.
+#[derive(Debug, Clone, Default)]
+pub struct Key {
+    /// What its numbers measure.
+    pub measure: Measure,
+    /// What it is part of; `None` for names, units, and what decides on the mesh.
+    pub part: Option<ProblemPart>,
+    /// What it is, in a sentence.
+    pub sentence: String,
+    /// The words that it may be; empty for other than words.
+    pub words: Vec<String>,
+    /// Kinds of values: `number`, `integer`, `string`, `boolean`, `object`.
+    pub(super) kinds: Vec<String>,
+    /// How many values it has, where it has a list of a given length.
+    length: Option<u64>,
+    limits: Limits,
+}
+
+/// What stands beside a field.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+struct Facts {
+    measures: Option<Measure>,
+    part: Option<ProblemPart>,
+    description: Option<String>,
+    #[serde(flatten)]
+    limits: Limits,
+}
+
+/// Limits of the numbers of a key, by their names in JSON Schema.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+struct Limits {
+    minimum: Option<f64>,
+    exclusive_minimum: Option<f64>,
+    maximum: Option<f64>,
+    exclusive_maximum: Option<f64>,
+}
+
+impl Limits {
+    fn hold(self, value: f64) -> bool {
+        value.is_finite()
+            && self.minimum.is_none_or(|least| value >= least)
+            && self.exclusive_minimum.is_none_or(|least| value > least)
+            && self.maximum.is_none_or(|most| value <= most)
+            && self.exclusive_maximum.is_none_or(|most| value < most)
+    }
+}
+
+impl Key {
+    /// What its values may be.
+    fn expected(&self, name: &str, units: Units) -> String {
+        let is = |kind: &str| self.kinds.iter().any(|known| known == kind);
+        let noun = if is("integer") {
+            "whole number"
+        } else {
+            "number"
+        };
+        let unit = match units.of(self.measure.dimension()) {
+            unit if unit.is_none() => String::new(),
+            unit => format!(" [{}]", unit.word()),
+        };
+        let numbers = |adjective: &str| match self.length {
+            Some(3) => format!("three {adjective}{noun}s{unit}"),
+            Some(_) => format!("{adjective}{noun}s{unit}"),
+            None => format!("a {adjective}{noun}{unit}"),
+        };
+        let limits = self.limits;
+        let words = match (limits.minimum, limits.exclusive_minimum) {
+            (Some(least), _) => match limits.maximum {
+                Some(most) => numbers("") + &format!(" from {least} to {most}"),
+                None if is("integer") => numbers("") + &format!(", at least {least}"),
+                None if least > 0.0 => {
+                    numbers("finite positive ") + &format!(", {least:e} at least")
+                }
+                None => numbers("finite ") + &format!(" >= {least}"),
+            },
+            (None, Some(least)) => match limits.exclusive_maximum {
+                Some(most) => numbers("") + &format!(" with {least} < {name} < {most}"),
+                None => numbers("finite positive "),
+            },
+            (None, None) => numbers("finite "),
+        };
+        match (is("string"), self.length) {
+            (false, _) => words,
+            (true, None) => words + " or an expression in x, y, z",
+            (true, Some(_)) => words + " or expressions in x, y, z",
+        }
+    }
+
+    pub(super) fn is_numeric(&self) -> bool {
+        let mut kinds = self.kinds.iter();
+        kinds.any(|kind| kind == "number" || kind == "integer")
+    }
+}
+
+/// Every key by its path without the numbers of items of lists; of tables whose keys have any name the table alone.
+pub fn keys() -> &'static BTreeMap<String, Key> {
+    static KEYS: LazyLock<BTreeMap<String, Key>> = LazyLock::new(|| {
+        let schema = SchemaTree::of::<Scene>();
+        let mut keys = BTreeMap::new();
+        add_keys(&schema, schema.root(), "", None, &mut keys);
+        keys
+    });
+    &KEYS
+}
+
+/// What is known of a key such as `pressure.0.value`, or of the one that it is an item of; `None` for a key of no scene.
+#[must_use]
+pub fn key(path: &str) -> Option<&'static Key> {
+    let names = path
+        .split('.')
+        .filter(|name| name.parse::<usize>().is_err());
+    let mut known = names.collect::<Vec<_>>().join(".");
+    loop {
+        if let Some(key) = keys().get(&known) {
+            return Some(key);
+        }
+        known.truncate(known.rfind('.')?);
+    }
+}
+
+/// The unit of the numbers of a key; none for a key of no scene.
+#[must_use]
+pub fn unit_of_key(path: &str, units: Units) -> Unit {
+    let measure = key(path).map(|key| key.measure);
+    units.of(measure.unwrap_or_default().dimension())
+}
+
+/// Adds the keys of a table, and of the tables below it.
+fn add_keys(
+    schema: &SchemaTree,
+    table: &Schema,
+    path: &str,
+    part: Option<ProblemPart>,
+    keys: &mut BTreeMap<String, Key>,
+) {
+    for option in schema.alternatives(table) {
+        let kinds = option["oneOf"].as_array().into_iter().flatten();
+        // What stands beside one kind of several is said of its only key.
+        let kinds = kinds.filter(|kind| kind["properties"].is_object());
+        for (beside, properties) in kinds
+            .map(|kind| (kind, &kind["properties"]))
+            .chain([(&Schema::Null, &option["properties"])])
+        {
+            for (name, own) in properties.as_object().into_iter().flatten() {
+                let path = format!("{path}.{name}");
+                let path = path.trim_start_matches('.');
+                let key = Key::new(schema, [own, beside], part);
+                let part = key.part;
+                keys.insert(path.to_owned(), key);
+                add_keys(schema, own, path, part, keys);
+            }
+        }
+        if option["items"].is_object() {
+            add_keys(schema, &option["items"], path, part, keys);
+        }
+    }
+}
+
+impl Key {
+    /// A key by its schema, or by what stands beside that, in a table that is part of something.
+    fn new(schema: &SchemaTree, places: [&Schema; 2], part: Option<ProblemPart>) -> Self {
+        let facts = |place: &Schema| {
+            let facts = place.is_object().then(|| Facts::deserialize(place));
+            facts.map_or_else(Facts::default, |facts| {
+                facts.expect("words of the table of keys")
+            })
+        };
+        let [own, beside] = places.map(facts);
+        let sentence = own.description.or(beside.description).unwrap_or_default();
+        let first = sentence.split("\n\n").next().unwrap_or_default();
+        let mut key = Self {
+            measure: own.measures.or(beside.measures).unwrap_or_default(),
+            part: own.part.or(beside.part).or(part),
+            sentence: first.replace('\n', " "),
+            limits: if own.limits == Limits::default() {
+                beside.limits
+            } else {
+                own.limits
+            },
+            ..Self::default()
+        };
+        key.add_kinds(schema, places[0]);
+        key
+    }
+
+    fn add_kinds(&mut self, schema: &SchemaTree, of: &Schema) {
+        for option in schema.alternatives(of) {
+            let words = option["oneOf"].as_array().into_iter().flatten();
+            let words = words.filter_map(|word| word["const"].as_str().map(str::to_owned));
+            self.words.extend(words);
+            match kind(option) {
+                "array" => {
+                    self.length = self.length.or(option["minItems"].as_u64());
+                    self.add_kinds(schema, &option["items"]);
+                }
+                "object" if option["additionalProperties"].is_object() => {
+                    self.add_kinds(schema, &option["additionalProperties"]);
+                }
+                kind => self.kinds.push(kind.to_owned()),
+            }
+        }
+    }
+}
+
+/// Calls `visit` for every key of a table that has a value, with its path; keys for which it returns `false` are taken out, and so are
+/// tables and lists of them that become empty.
+pub(super) fn retain_keys(
+    table: &mut Table,
+    path: &str,
+    visit: &mut impl FnMut(&str, &mut Value) -> bool,
+) {
+    table.retain(|name, value| {
+        let path = format!("{path}.{name}");
+        retain_value(value, path.trim_start_matches('.'), visit)
+    });
+}
+
+fn retain_value(
+    value: &mut Value,
+    path: &str,
+    visit: &mut impl FnMut(&str, &mut Value) -> bool,
+) -> bool {
+    match value {
+        Value::Table(table) if !table.is_empty() => {
+            retain_keys(table, path, visit);
+            !table.is_empty()
+        }
+        Value::Array(items) if items.iter().any(Value::is_table) => {
+            // Items stay in their places while any has something.
+            let items = items.iter_mut().enumerate();
+            items.fold(false, |any, (i, item)| {
+                retain_value(item, &format!("{path}.{i}"), visit) || any
+            })
+        }
+        value => visit(path, value),
+    }
+}
+
+/// Calls `visit` for every number of a value.
+pub(super) fn for_each_number(value: &mut Value, visit: &mut impl FnMut(&mut f64)) {
+    match value {
+        Value::Array(items) => items
+            .iter_mut()
+            .for_each(|item| for_each_number(item, visit)),
+        Value::Float(number) => visit(number),
+        Value::Integer(whole) => visit(&mut (*whole as f64)),
+        _ => {}
+    }
+}
+
+impl Scene {
+    /// All keys of the scene with their values.
+    fn table(&self) -> Result<Table, InvalidValue> {
+        Table::try_from(self).map_err(|error| InvalidValue {
+            key: "scene".to_owned(),
+            expected: whole_limit(),
+            found: error.to_string(),
+            help: "give smaller numbers".to_owned(),
+        })
+    }
+
+    /// The keys of some parts of the problem with their values, the parameters that their formulas use, and the units.
+    ///
+    /// # Panics
+    /// For whole numbers beyond those of TOML, which no validated scene has.
+    #[must_use]
+    pub fn part(&self, wanted: &[ProblemPart]) -> Table {
+        let is_wanted = |part: Option<ProblemPart>| part.is_some_and(|it| wanted.contains(&it));
+        let mut table = self.table().expect("a validated scene");
+        retain_keys(&mut table, "", &mut |path, _| {
+            path.starts_with("units.") || is_wanted(key(path).and_then(|key| key.part))
+        });
+        let parameters = self.parameters_used(is_wanted);
+        if !parameters.is_empty() {
+            let parameters = parameters
+                .into_iter()
+                .map(|(name, value)| (name, value.into()));
+            table.insert("parameters".to_owned(), Value::Table(parameters.collect()));
+        }
+        table
+    }
+
+    /// Refuses a number beyond the limits of its key.
+    pub(super) fn check_limits(&self) -> Result<(), InvalidValue> {
+        check_limits(self.table()?, self.units)
+    }
+}
+
+impl SolveSettings {
+    /// Checks the settings.
+    ///
+    /// # Errors
+    /// The first offending key.
+    pub fn validate(&self) -> Result<(), InvalidValue> {
+        let settings = Value::try_from(self).expect("numbers and words");
+        check_limits(
+            Table::from_iter([("solve".to_owned(), settings)]),
+            Units::SI,
+        )
+    }
+}
+
+fn check_limits(mut table: Table, units: Units) -> Result<(), InvalidValue> {
+    let mut beyond = None;
+    retain_keys(&mut table, "", &mut |path, value| {
+        let Some(key) = key(path).filter(|key| beyond.is_none() && key.is_numeric()) else {
+            return true;
+        };
+        let mut hold = true;
+        for_each_number(value, &mut |number| hold &= key.limits.hold(*number));
+        if !hold {
+            let name = path.rsplit('.').find(|name| name.parse::<usize>().is_err());
+            beyond = Some(InvalidValue {
+                key: path.to_owned(),
+                expected: key.expected(name.unwrap_or(path), units),
+                found: to_toml(value),
+                help: key.sentence.clone(),
+            });
+        }
+        true
+    });
+    beyond.map_or(Ok(()), Err)
+}
