@@ -62,7 +62,7 @@ ROWS = [
     ),
     Row("n_div 16, one static run", run("history.toml", *cells(16), "--set", "step=[]"), 1),
     Row("n_div 16, history of 25 increments", run("history.toml", *cells(16)), 1),
-    Row("sweep of 64 cases, n_div 4", ["sweep", str(PIPELINES / "sweep_friction.toml"), "--out", "sweep", "--no-figures"], 2),
+    Row("sweep of 64 cases, n_div 4", ["sweep", str(PIPELINES / "sweep_friction.toml"), "sweep", "--no-figures"], 2),
     Row("adaptive to 5 %", run("newton.toml", "--error", "5%"), 1),
     Row("adaptive to 2 %", run("newton.toml", "--error", "2%"), 1),
     Row("adaptive to 1.1 %", run("newton.toml", "--error", "1.1%"), 2, is_long=True),

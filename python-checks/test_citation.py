@@ -18,7 +18,7 @@ def test_one_version_everywhere():
 
 
 def test_reports_say_what_to_cite(contact3d, tight_path, tmp_path):
-    contact3d("report", tight_path, "-o", tmp_path / "report.html")
+    contact3d("report", tight_path, tmp_path / "report.html")
     page = (tmp_path / "report.html").read_text()
     assert f"doi:{DOI}" in page.rsplit("<footer>", 1)[1]
     assert DOI in (ROOT / "CITATION.cff").read_text()

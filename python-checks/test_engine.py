@@ -64,7 +64,7 @@ def test_bodies_that_contact_alone_holds_have_factors_elsewhere_too(tmp_path, op
 def test_a_factor_that_is_not_at_hand_is_made_again(tmp_path):
     assert run(tmp_path, "run.h5", "--engine", REFERENCE).returncode == 0
     first = answers(tmp_path / "run.h5")
-    assert pipe(tmp_path, "export", "run.h5", "--fclib", "problem.h5").returncode == 0
+    assert pipe(tmp_path, "export", "run.h5", "problem.h5", "--kind", "fclib").returncode == 0
     assert pipe(tmp_path, "solve", "run.h5").returncode == 0
     for here, there in zip(answers(tmp_path / "run.h5"), first, strict=True):
         # As above.
@@ -79,10 +79,10 @@ def test_a_sweep_takes_cases_that_an_engine_assembled(tmp_path):
         f'scene = "{ROOT / "pipelines" / "newton.toml"}"\n[set]\n"body.brick.cells" = [12, 4, 4]\n'
         '[[axis]]\nkey = "friction.coefficient_1"\nvalues = [{ constant = 0.1 }, { constant = 0.2 }]\n'
     )
-    assert pipe(tmp_path, "sweep", "sweep.toml", "--out", "out").returncode == 0
+    assert pipe(tmp_path, "sweep", "sweep.toml", "out").returncode == 0
     case = next(path for path in sorted((tmp_path / "out").glob("*.h5")) if "-" not in path.name and path.stem != "summary")
     assert pipe(tmp_path, "assemble", case, "--engine", REFERENCE).returncode == 0
-    again = pipe(tmp_path, "sweep", "sweep.toml", "--out", "out")
+    again = pipe(tmp_path, "sweep", "sweep.toml", "out")
     assert again.returncode == 0, again.stderr
 
 

@@ -44,7 +44,7 @@ def test_failing_writes(tested, tmp_path):
 
 
 def test_no_write_is_lost_unseen(tested, tmp_path):
-    only = ["export --fclib", "export --vtkhdf", "export --fclib --global"]
+    only = ["export fclib", "export vtkhdf", "export fclib-global"]
     rows = list(writes.lost_one_by_one(tested, tmp_path, only))
     assert wrong(rows) == []
     assert all(row.refused > row.tried / 2 for row in rows)

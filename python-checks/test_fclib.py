@@ -117,8 +117,8 @@ def exported(request, contact3d, tmp_path_factory):
     run, local, whole = (folder / name for name in ("run.h5", "local.hdf5", "global.hdf5"))
     settings = [part for change in changes for part in ("--set", change)]
     contact3d("run", PIPELINES / scene, run, "--no-figures", *settings)
-    contact3d("export", run, "--fclib", local)
-    contact3d("export", run, "--fclib", whole, "--global")
+    contact3d("export", run, local, "--kind", "fclib")
+    contact3d("export", run, whole, "--kind", "fclib-global")
     return run, local, whole
 
 

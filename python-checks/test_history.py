@@ -150,14 +150,14 @@ def test_paraview_plays_the_increments(history):
         cells = grid.GetCellData()
         assert np.array_equal(array(cells, "von_mises")[:n_tetrahedra], stored["von_mises"][k])
         for name, expected in (
-            ("contact_normal_stress", -stored["multiplier_normal"][k]),
+            ("contact_pressure", stored["multiplier_normal"][k]),
             ("contact_gap", stored["gap"][k]),
             ("contact_zone", stored["contact_zone"][k]),
             ("friction_1", stored["friction"][k][:, 0]),
         ):
             assert np.array_equal(array(cells, name)[n_tetrahedra:], expected[panes]), name
         stress = -stored["multiplier_tangential"][k] @ problem.frame[1:]
-        found = array(cells, "contact_tangential_stress")[n_tetrahedra:]
+        found = array(cells, "friction_stress")[n_tetrahedra:]
         # Two products and a sum for each component.
         assert np.abs(found - stress[panes]).max() <= 1e-14 * np.abs(stress).max()
     assert times == list(stored["time"])

@@ -150,8 +150,11 @@ def test_pyvista_reads_what_is_exported(solved, tmp_path):
     triangles = grid.extract_cells(grid.celltypes == pyvista.CellType.TRIANGLE)
     pressure = tree["solve/multiplier_normal"].values
     panes = tree["mesh/contact_facet_pane"].values
-    # Stress is minus pressure.
-    np.testing.assert_array_equal(triangles["contact_normal_stress"], 0.0 - pressure[panes])
+    np.testing.assert_array_equal(triangles["contact_pressure"], pressure[panes])
+    body = tree.to_pyvista()
+    assert {"von_mises", "error_indicator", "stress"} <= set(body.cell_data.keys()) and "contact_gap" not in body.cell_data
+    np.testing.assert_array_equal(body["displacement"], tree["solve/displacement"].values)
+    np.testing.assert_array_equal(body["von_mises"], tree["post/von_mises"].values)
     with pytest.raises(package.BadInput, match="reads that file"):
         package.export(path, vtkhdf=path)
 
@@ -190,7 +193,7 @@ values = [[1e7, 0.0, 2e7], [5e6, 8.7e6, 2e7]]
 key = "friction.coefficient_1.constant"
 values = [0.1, 0.3]
 """)
-        contact3d("sweep", "sweep.toml", "--out", "cases", "--no-figures")
+        contact3d("sweep", "sweep.toml", "cases", "--no-figures")
         monkeypatch.setattr(sys, "argv", ["sweep.py", "cases"])
     runpy.run_path(str(ROOT / "python" / "examples" / f"{example}.py"))
     assert example == "modes" or (tmp_path / f"{example}.png").stat().st_size > 10_000
@@ -208,7 +211,7 @@ key = "friction.coefficient_1"
 values = [{{ constant = 0.1 }}, {{ constant = 0.3 }}, {{ constant = 0.5 }}]
 """
     (tmp_path / "sweep.toml").write_text(sweep)
-    contact3d("sweep", tmp_path / "sweep.toml", "--out", tmp_path / "cases", "--no-figures")
+    contact3d("sweep", tmp_path / "sweep.toml", tmp_path / "cases", "--no-figures")
     table = package.open_sweep(tmp_path / "cases")
     modulus, ratio = "material.isotropic.young_modulus", "material.isotropic.poisson_ratio"
     assert table["normal_force"].dims == (modulus, "friction.coefficient_1")
@@ -234,7 +237,7 @@ def test_linked_files_and_cases_of_a_sweep_are_opened(contact3d, tmp_path):
         f'scene = "{SCENE}"\nset = {{ "body.brick.cells" = [6, 2, 2] }}\n'
         '[[axis]]\nkey = "traction.0.value.0"\nvalues = [1e7, 2e7]\n'
     )
-    contact3d("sweep", sweep, "--out", tmp_path / "out")
+    contact3d("sweep", sweep, tmp_path / "out")
     cases = [path for path in (tmp_path / "out").glob("*.h5") if "-" not in path.name and path.name != "summary.h5"]
     assert len(cases) == 2
     for path in (linked, *cases):

@@ -88,7 +88,7 @@ def report(contact3d, tmp_path_factory) -> str:
     contact3d("run", SCENE, file, "--no-figures", *SMALL)
     sizes = ["--coarsest", "2", "--finest", "8", "--budget", "5"]
     contact3d("accuracy", SCENE, file, "--no-figures", *SMALL, *sizes)
-    contact3d("report", file, "-o", out)
+    contact3d("report", file, out)
     return out.read_text(encoding="utf-8")
 
 
@@ -114,7 +114,7 @@ def test_every_drawing_is_well_formed_and_says_its_values(report):
 def test_a_file_without_a_part_has_no_section_of_it(contact3d, tmp_path):
     file, out = tmp_path / "mesh.h5", tmp_path / "report.html"
     contact3d("mesh", SCENE, file, *SMALL)
-    contact3d("report", file, "-o", out)
+    contact3d("report", file, out)
     text = out.read_text(encoding="utf-8")
     assert check_is_self_contained(text).sections == ["scene", "timings"]
     assert "Results are left out: assemble is needed" in text
@@ -132,12 +132,12 @@ keys = ["title", "body.brick.cells"]
 rows = [["<b>", [6, 2, 2]], ["x & y", [8, 2, 2]]]
 """
     )
-    plan = json.loads(contact3d("sweep", "plan", sweep, "--out", out).stdout)
+    plan = json.loads(contact3d("sweep", "plan", sweep, out).stdout)
     assert len(plan) == 4
     for case in plan[:3]:
-        contact3d("sweep", "run-case", sweep, "--out", out, case["id"])
-    contact3d("sweep", "summary", sweep, "--out", out)
-    contact3d("report", out, "-o", page)
+        contact3d("sweep", "run-case", sweep, out, case["id"])
+    contact3d("sweep", "summary", sweep, out)
+    contact3d("report", out, page)
     text = page.read_text(encoding="utf-8")
     parsed = check_is_self_contained(text)
     assert parsed.sections == ["charts", "summary"] and "b" not in parsed.tags

@@ -107,7 +107,7 @@ def test_damaged_data_are_not_copied(path, contact3d, tmp_path):
         shutil.copy(path, copy)
         with editable(copy) as file:
             file[name][0] += 1e-3
-        assert f"/{name}" in contact3d("export", copy, "--vtkhdf", target, expect=2).stderr
+        assert f"/{name}" in contact3d("export", copy, target, "--kind", "vtkhdf", expect=2).stderr
         assert not target.exists()
 
 
@@ -128,7 +128,7 @@ def test_a_file_that_claims_much_takes_little(path, program, tmp_path):
                 stored.attrs[name] = value
     assert bomb.stat().st_size < path.stat().st_size + 2_000_000
     page = tmp_path / "page.html"
-    for command in (["check", bomb], ["report", bomb, "-o", page], ["post", bomb, "--no-figures"]):
+    for command in (["check", bomb], ["report", bomb, page], ["post", bomb, "--no-figures"]):
         limited = ["sh", "-c", 'ulimit -v 400000 && exec "$@"', "sh", program, *command]
         answer = subprocess.run(limited, capture_output=True, text=True, check=False)
         assert answer.returncode == 2, answer.stderr

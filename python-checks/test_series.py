@@ -94,11 +94,11 @@ def test_each_step_is_a_point_of_its_path(folders, scene):
                 assert np.array_equal(array(fields, name), known, equal_nan=True)
             multiplier = points["multiplier"][point]
             # Both scenes have multipliers at nodes, one node each.
-            pressure = array(grid.GetPointData(), "contact_normal_stress")
+            pressure = array(grid.GetPointData(), "contact_pressure")
             expected = np.full(len(coordinates), np.nan)
             for pane in range(m):
                 node = carriers[:, [pane]].indices
-                expected[contact_nodes[node]] = -multiplier[pane]
+                expected[contact_nodes[node]] = multiplier[pane]
             assert np.array_equal(pressure, expected, equal_nan=True)
             # u solves A u = l - B'lambda: one factorisation against another, condition 1e2.
             expected = problem.displacement_of(multiplier)
@@ -136,7 +136,7 @@ def test_a_second_search_replaces_its_own_series_only(contact3d, program, folder
     assert [file.name for file in series.glob("*.vtkhdf")] == ["path_1.vtkhdf"]
 
 
-GRIDS = "/VTKHDF/PointData/displacement", "/VTKHDF/CellData/contact_normal_stress"
+GRIDS = "/VTKHDF/PointData/displacement", "/VTKHDF/CellData/contact_pressure"
 GAPS = (0.0, 1e-6, 4e-6)
 SWEEP = f"""
 scene = "{ROOT / "pipelines" / "newton.toml"}"
@@ -155,7 +155,7 @@ def swept(contact3d, tmp_path_factory):
     folder = tmp_path_factory.mktemp("sweep")
     (folder / "sweep.toml").write_text(SWEEP)
     series = ["--series", folder / "series"]
-    contact3d("sweep", folder / "sweep.toml", "--out", folder / "cases", "--no-figures", *series)
+    contact3d("sweep", folder / "sweep.toml", folder / "cases", "--no-figures", *series)
     return folder
 
 
@@ -193,7 +193,7 @@ scene = "{scene}"
 key = "material.isotropic.young_modulus"
 values = [1e11, 2e11]
 """)
-    contact3d("sweep", tmp_path / "sweep.toml", "--out", tmp_path / "cases", "--no-figures", "--series", tmp_path)
+    contact3d("sweep", tmp_path / "sweep.toml", tmp_path / "cases", "--no-figures", "--series", tmp_path)
     file = tmp_path / "cases_1.vtkhdf"
     with h5py.File(file) as stored:
         assert schema_problems(stored, series_schema) == []
@@ -211,7 +211,7 @@ def test_what_viewers_open_has_a_file_of_its_own(contact3d, program, swept, seri
     link.symlink_to(run_file)
     for _ in range(2):
         # The second time it replaces its own file.
-        contact3d("export", run_file, "--vtkhdf", copy)
+        contact3d("export", run_file, copy, "--kind", "vtkhdf")
     with h5py.File(copy) as file:
         assert schema_problems(file, series_schema) == []
         assert list(file) == ["VTKHDF"]
@@ -228,7 +228,7 @@ def test_what_viewers_open_has_a_file_of_its_own(contact3d, program, swept, seri
                         assert np.array_equal(array(data, name), run[f"VTKHDF/{kind}/{name}"][:], equal_nan=True)
     notes = tmp_path / "notes.vtkhdf"
     notes.write_text("not ours")
-    for arguments in (["--vtkhdf", notes], ["--vtkhdf", run_file], [], ["--vtkhdf", copy, "--global"]):
+    for arguments in ([notes, "--kind", "vtkhdf"], [run_file, "--kind", "vtkhdf"], [], [copy]):
         command = [program, "export", run_file, *arguments]
         refused = subprocess.run(command, capture_output=True, text=True, check=False)
         assert refused.returncode == 2, arguments

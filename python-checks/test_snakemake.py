@@ -42,7 +42,7 @@ def table_digest(folder: Path) -> str:
 def test_workflow_gives_the_table_of_the_sweep(program, contact3d, tmp_path):
     scene = ROOT / "pipelines" / "newton.toml"
     (tmp_path / "sweep.toml").write_text(SWEEP.format(scene=scene))
-    contact3d("sweep", tmp_path / "sweep.toml", "--out", tmp_path / "whole")
+    contact3d("sweep", tmp_path / "sweep.toml", tmp_path / "whole")
     snakemake(program, tmp_path)
     assert table_digest(tmp_path / "jobs") == table_digest(tmp_path / "whole")
     assert len(list((tmp_path / "jobs" / "done").iterdir())) == 4

@@ -7,7 +7,6 @@ from vtkmodules.vtkIOHDF import vtkHDFReader
 
 TETRAHEDRON, TRIANGLE = 10, 5
 CONTACT_FIELDS = {
-    "contact_normal_stress": "normal_stress",
     "contact_gap": "pane_gap",
     "contact_zone": "contact_zone",
 }
@@ -63,7 +62,8 @@ def test_only_the_promised_fields(grid):
     others = {
         "von_mises",
         "error_indicator",
-        "contact_tangential_stress",
+        "contact_pressure",
+        "friction_stress",
         "friction_1",
         "friction_2",
     }
@@ -85,6 +85,7 @@ def test_contact_fields_live_on_triangles(run, grid):
         name: run[f"post/{dataset}"][:][panes]
         for name, dataset in CONTACT_FIELDS.items()
     }
+    expected["contact_pressure"] = 0.0 - run["post/normal_stress"][:][panes]
     for i in (0, 1):
         expected[f"friction_{i + 1}"] = run["post/pane_friction"][:, i][panes]
     for name, values in expected.items():
@@ -95,7 +96,7 @@ def test_contact_fields_live_on_triangles(run, grid):
 
 def test_tangential_stress_in_global_axes(run, grid, problem):
     n_tetrahedra = run["mesh/tetrahedra"].shape[0]
-    field = cell_field(grid, "contact_tangential_stress")
+    field = cell_field(grid, "friction_stress")
     assert np.isnan(field[:n_tetrahedra]).all()
     stress = run["post/tangential_stress"][:] @ problem.frame[1:]
     expected = stress[run["mesh/contact_facet_pane"][:]]

@@ -83,6 +83,8 @@ def test_panes_of_a_brick_are_a_grid(loop, greased):
         assert there["pressure"].item() == stored[n].item()
         assert there["zone"].item() == loop["post/contact_zone"][n].item()
     assert loop.panes(history=True)["slip"].dims == ("time", "friction_axis", "y", "x")
+    last = loop.panes(history=True)["friction_stress"].isel(time=-1)
+    np.testing.assert_array_equal(last.values, loop.panes()["friction_stress"].values)
     # Two faces and a strip between them that touches nothing.
     both = greased.panes()
     assert greased.faces == ["dry", "greased"] and both["pressure"].shape == (4, 12)
@@ -120,8 +122,8 @@ def test_studies_have_typed_results(tmp_path):
     assert paths.plot().lines and "branches" in paths.tree.children
     stability = package.stability(NEWTON, set=SMALL)
     assert stability.passes and len(stability.table) == 1
-    assert package.law(NEWTON).bounds["f_max"]["value"] == 0.3
-    assert [face["law"] for face in package.law(PIPELINES / "dry_and_greased.toml").faces] == ["orthotropic", "capped"]
+    assert package.friction_law(NEWTON).bounds["f_max"]["value"] == 0.3
+    assert [face["law"] for face in package.friction_law(PIPELINES / "dry_and_greased.toml").faces] == ["orthotropic", "capped"]
     assert package.report(tmp_path / "accuracy.h5", tmp_path / "page.html").read_text().startswith("<!DOCTYPE html>")
     run = package.run(NEWTON, tmp_path / "run.h5", set=SMALL)
     assert "<script" in package.report(run.file, tmp_path / "page.html", interactive=True).read_text()

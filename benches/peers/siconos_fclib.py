@@ -158,7 +158,7 @@ def export(program: Path, scene: str, changes: list[str], folder: Path) -> Path:
     settings = [part for change in changes for part in ("--set", change)]
     for command in (
         ["run", PIPELINES / scene, run, "--no-figures", *settings],
-        ["export", run, "--fclib", out],
+        ["export", run, out, "--kind", "fclib"],
     ):
         subprocess.run([program, "--quiet", *command], check=True, stdout=subprocess.DEVNULL)
     return out

@@ -93,10 +93,10 @@ same() { # FOLDER WHAT
     [ "$(digest "$1")" = "$(digest whole)" ] || { echo "error: $2: another table than that of sweep" >&2; exit 1; }
     echo "ok: $2"
 }
-"$PROGRAM" --quiet sweep sweep.toml --out whole --no-figures --jobs 1
+"$PROGRAM" --quiet sweep sweep.toml whole --no-figures --jobs 1
 
 # A program that does what FAULT says, the first time that the second case runs.
-second=$("$PROGRAM" sweep plan sweep.toml --out whole | sed -n 's/^ *"id": "\([0-9a-f]*\)",$/\1/p' | sed -n 2p)
+second=$("$PROGRAM" sweep plan sweep.toml whole | sed -n 's/^ *"id": "\([0-9a-f]*\)",$/\1/p' | sed -n 2p)
 cat > faulty <<END
 #!/bin/sh
 case "\$*" in
@@ -149,7 +149,7 @@ job=$(array "$scratch/faulty" sweep.toml 3 limit --time=0:10)
 finish "$job"
 scontrol show job "${job}_1" | grep -q JobState=TIMEOUT || { echo "error: no time limit" >&2; scontrol show job "${job}_1" >&2; exit 1; }
 finish "$(array "$scratch/faulty" sweep.toml 3 limit --time=1)"
-"$PROGRAM" --quiet sweep summary sweep.toml --out limit
+"$PROGRAM" --quiet sweep summary sweep.toml limit
 same limit "a job ended at its time limit, submitted again"
 
 export FAULT=waits
@@ -159,7 +159,7 @@ sleep 1
 scontrol requeue "${job}_1"
 finish "$job"
 scontrol show job "${job}_1" | grep -q Restarts=1 || { echo "error: not requeued" >&2; exit 1; }
-"$PROGRAM" --quiet sweep summary sweep.toml --out requeued
+"$PROGRAM" --quiet sweep summary sweep.toml requeued
 same requeued "a job taken back into the queue while it ran"
 
 # --- what scheduling costs ----------------------------------------------------------------------------------------
@@ -167,7 +167,7 @@ local_snakemake() {
     snakemake -s "$here/Snakefile" --cores "$(nproc)" --quiet rules --directory "$scratch/local.work" \
         --config program="$PROGRAM" sweep="$scratch/many.toml" out="$scratch/local" > local.log 2>&1
 }
-echo "$cases tiny cases, seconds: sweep $(seconds "$PROGRAM" --quiet sweep many.toml --out many --no-figures)"
+echo "$cases tiny cases, seconds: sweep $(seconds "$PROGRAM" --quiet sweep many.toml many --no-figures)"
 echo "$cases tiny cases, seconds: Snakemake on this machine $(seconds local_snakemake)"
 whole_array() { finish "$(array "$PROGRAM" many.toml $((cases - 1)) array --time=5)"; }
 echo "$cases tiny cases, seconds: a job array of Slurm $(seconds whole_array)"

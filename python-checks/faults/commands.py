@@ -14,7 +14,7 @@ COMMANDS = {
     "check": ("check", "run.h5"),
     "solve": ("solve", "run.h5", "--json"),
     "post": ("post", "run.h5", "--no-figures", "--json"),
-    "report": ("report", "run.h5", "-o", "report.html"),
+    "report": ("report", "run.h5", "report.html"),
 }
 
 

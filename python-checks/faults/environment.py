@@ -135,7 +135,7 @@ def readers_and_writers(setting: Setting, row: Row, folder: Path, **options) -> 
     report = setting.scratch / f"report-{folder.name}"
     report.mkdir()
     report.chmod(0o777)
-    command = ("report", "run.h5", "-o", report / "report.html")
+    command = ("report", "run.h5", report / "report.html")
     outcome = setting.program.run(*command, cwd=folder, **options)
     row.count(Verdict.WENT_ON if outcome.code == 0 else repr(outcome))
 

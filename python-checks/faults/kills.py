@@ -39,19 +39,19 @@ CASES = (
     ),
     Case(
         "solve, with checkpoints",
-        ("solve", "run.h5", "--epsilon", "1e-8"),
+        ("solve", "run.h5", *settings(solve__epsilon="1e-8")),
         ((*RUN, *SMALL),),
     ),
     Case(
         "post",
         ("post", "run.h5"),
-        ((*RUN, *SMALL), ("solve", "run.h5", "--epsilon", "1e-7")),
+        ((*RUN, *SMALL), ("solve", "run.h5", *settings(solve__epsilon="1e-7"))),
     ),
     Case("run, new file", (*RUN, *SMALL), ()),
     Case("run, old file", (*RUN, *SMALL), ((*RUN, *OTHER),)),
     Case("run, linked assembly", (*RUN, *LARGE), ((*RUN, *OTHER),), share=1),
     Case("accuracy", accuracy(), ((*RUN, *SMALL),)),
-    Case("sweep", ("sweep", "sweep.toml", "--out", "cases", "--jobs", "2"), ()),
+    Case("sweep", ("sweep", "sweep.toml", "cases", "--jobs", "2"), ()),
 )
 
 SWEEP = f"""

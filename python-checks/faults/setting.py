@@ -11,8 +11,8 @@ from faults.program import ROOT, Program, settings
 SCENE = ROOT / "pipelines" / "hkl2011_table1.toml"
 SMALL = settings(body__brick__cells="[12,4,4]", solve__epsilon=1e-6)
 SMALLER = settings(body__brick__cells="[6,2,2]")
-LOOSE = ("solve", "run.h5", "--epsilon", "1e-4")
-TIGHT = ("solve", "run.h5", "--epsilon", "1e-8")
+LOOSE = ("solve", "run.h5", *settings(solve__epsilon="1e-4"))
+TIGHT = ("solve", "run.h5", *settings(solve__epsilon="1e-8"))
 RUN = ("run", SCENE, "run.h5", "--no-figures", *SMALL)
 
 

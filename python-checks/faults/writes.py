@@ -23,7 +23,7 @@ OTHER = settings(body__brick__cells="[2,2,2]")
 RUN = ("run", SCENE, "run.h5", *SMALL)
 PLAIN = (*RUN, "--no-figures")
 OLD = ("run", SCENE, "run.h5", *OTHER)
-FCLIB = ("export", "run.h5", "--fclib", "out.hdf5")
+FCLIB = ("export", "run.h5", "out.hdf5", "--kind", "fclib")
 NUMBER = re.compile(rb"[-+]?\d+(\.\d+)?(e[-+]?\d+)?")
 OF_THE_MOMENT = re.compile(r"error\.txt$|seconds\.\w+$")
 """Errors of failed cases, and charts of the clock."""
@@ -41,7 +41,7 @@ values = [0.25, 0.3]
 """
 
 
-SOLVED_AGAIN = ("solve", "run.h5", "--epsilon", "1e-8")
+SOLVED_AGAIN = ("solve", "run.h5", *settings(solve__epsilon="1e-8"))
 MESHES = ("--budget", "0.01", "--coarsest", "2", "--finest", "4")
 PATH = ("--parameter", "friction.coefficient_1.ramp.initial", "--from", "0.3")
 
@@ -53,19 +53,19 @@ CASES = (
     Case("assemble", ("assemble", "run.h5"), (("mesh", SCENE, "run.h5", *SMALL),)),
     Case("solve", SOLVED_AGAIN, (PLAIN,)),
     Case("post", ("post", "run.h5"), (PLAIN, SOLVED_AGAIN)),
-    Case("sweep", ("sweep", "sweep.toml", "--out", "cases", "--series", "series")),
-    Case("report", ("report", "run.h5", "--out", "page.html"), (PLAIN,)),
-    Case("export --fclib", FCLIB, (PLAIN,)),
-    Case("export --fclib --global", (*FCLIB, "--global"), (PLAIN, FCLIB)),
-    Case("export --vtkhdf", ("export", "run.h5", "--vtkhdf", "out.vtkhdf"), (PLAIN,)),
+    Case("sweep", ("sweep", "sweep.toml", "cases", "--series", "series")),
+    Case("report", ("report", "run.h5", "page.html"), (PLAIN,)),
+    Case("export fclib", FCLIB, (PLAIN,)),
+    Case("export fclib-global", (*FCLIB[:-1], "fclib-global"), (PLAIN, FCLIB)),
+    Case("export vtkhdf", ("export", "run.h5", "out.vtkhdf", "--kind", "vtkhdf"), (PLAIN,)),
     Case("accuracy", ("accuracy", *PLAIN[1:], *MESHES), (OLD,)),
     Case(
         "branches",
         ("branches", *RUN[1:], *PATH, "--to", "0.31", "--series", "paths"),
         (OLD,),
     ),
-    Case("law", ("law", SCENE, "--figures", "law")),
-    Case("man", ("man", "--out", "man")),
+    Case("friction-law", ("friction-law", SCENE, "--figures", "law")),
+    Case("man", ("man", "man")),
 )
 
 

@@ -92,22 +92,23 @@ def default_answer(program: Program, scene: Path, run_file: Path) -> Answer:
 
 def answer_at(program: Program, run_file: Path, epsilon: float) -> Answer:
     """The answer at another accuracy, on the operator that the file holds."""
-    command = ["solve", run_file, "--epsilon", epsilon]
+    command = ["solve", run_file, "--set", f"solve.epsilon={epsilon}"]
     return solved(program, command, run_file, f"epsilon {epsilon:.0e}", epsilon)
 
 
+BY_FIXED_POINT = ('--set=solve.method="fixed-point"',)
 METHODS = {
-    "fixed point, Newton": ("--method", "fixed-point", "--inner", "newton"),
-    "fixed point, GPCG": ("--method", "fixed-point", "--inner", "gpcg"),
-    "fixed point, KPRGP": ("--method", "fixed-point", "--inner", "kprgp"),
+    "fixed point, Newton": (*BY_FIXED_POINT, '--set=solve.inner="newton"'),
+    "fixed point, GPCG": (*BY_FIXED_POINT, '--set=solve.inner="gpcg"'),
+    "fixed point, KPRGP": (*BY_FIXED_POINT, '--set=solve.inner="kprgp"'),
 }
 
 
-LIMITS = ("--max-outer-steps", 100, "--max-inner-actions", 50_000)
+LIMITS = ("--set=solve.max_outer_steps=100", "--set=solve.max_inner_actions=50000")
 """The slow methods may give up; what they call solved is judged."""
 
 
 def answer_by(program: Program, run_file: Path, method: str, epsilon: float) -> Answer:
     """The answer of another method."""
-    command = ["solve", run_file, *METHODS[method], *LIMITS, "--epsilon", epsilon]
+    command = ["solve", run_file, *METHODS[method], *LIMITS, f"--set=solve.epsilon={epsilon}"]
     return solved(program, command, run_file, method, epsilon)

@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING, Any
 
+import h5py
 import numpy as np
-import xarray as xr
 
 if TYPE_CHECKING:
     from ._run import Run
@@ -25,21 +25,40 @@ def pane_triangles(run: "Run") -> tuple[np.ndarray, np.ndarray]:
 
 
 def body(run: "Run", time: float | None) -> Any:
-    """The tetrahedra with displacement, von Mises stress and stress."""
+    """The tetrahedra with all fields that the results have on nodes and tetrahedra, and the stress."""
     pyvista = _pyvista()
     mesh = run["mesh"].to_dataset(inherit=False)
     tetrahedra, kind = mesh["tetrahedra"].values, TETRAHEDRON
     if "tetrahedron_mid_edges" in mesh:
         tetrahedra, kind = np.hstack([tetrahedra, mesh["tetrahedron_mid_edges"].values]), QUADRATIC_TETRAHEDRON
     grid = pyvista.UnstructuredGrid({kind: tetrahedra}, mesh["coordinates"].values)
-    state = _state(run, time)
-    grid.point_data["displacement"] = state["displacement"].values
-    grid.cell_data["von_mises"] = state["von_mises"].values
+    on_nodes, on_cells = fields(run, time)
+    grid.point_data.update(on_nodes)
+    for name, values in on_cells.items():
+        # Contact triangles are behind the tetrahedra; what they alone have is a field of the contact faces.
+        if not np.isnan(values[: len(tetrahedra)]).all():
+            grid.cell_data[name] = values[: len(tetrahedra)]
     if time is None:
         grid.cell_data["stress"] = run["post/stress"].values
     if "tetrahedron_region" in mesh:
         grid.cell_data["region"] = mesh["tetrahedron_region"].values
     return grid
+
+
+def fields(run: "Run", time: float | None) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+    """The fields that ParaView reads, on points and on cells, by name: of the increment of a history nearest to a time, or the last."""
+    with h5py.File(run.file) as file:
+        grid = file["VTKHDF"]
+        times = grid["Steps/Values"][:] if "Steps" in grid else np.zeros(1)
+        step = len(times) - 1 if time is None else int(np.abs(times - time).argmin())
+
+        def at_step(group: str, size: str) -> dict[str, np.ndarray]:
+            rows = int(grid[size][0])
+            found = grid[group].items() if group in grid else ()
+            return {name: values[step * rows : (step + 1) * rows] for name, values in found
+                    if not values.is_scale and len(values) == rows * len(times)}
+
+        return at_step("PointData", "NumberOfPoints"), at_step("CellData", "NumberOfCells")
 
 
 def contact(run: "Run", time: float | None) -> Any:
@@ -58,12 +77,6 @@ def contact(run: "Run", time: float | None) -> Any:
     for name, values in figures.data_vars.items():
         target[str(name)] = values.transpose("pane", ...).values[panes]
     return surface
-
-
-def _state(run: "Run", time: float | None) -> xr.Dataset:
-    if time is None:
-        return xr.Dataset({"displacement": run["solve/displacement"].variable, "von_mises": run["post/von_mises"].variable})
-    return run.history[["displacement", "von_mises"]].sel(time=time, method="nearest")
 
 
 def _pyvista() -> Any:

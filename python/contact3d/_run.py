@@ -14,7 +14,7 @@ from ._matrices import Matrices
 #: What panes are told of: name here, the dataset of the last state, the one in a history.
 PANES = {
     "pressure": ("solve/multiplier_normal", "multiplier_normal"),
-    "friction_stress": ("solve/multiplier_tangential", "multiplier_tangential"),
+    "friction_stress": ("post/tangential_stress", "multiplier_tangential"),
     "zone": ("post/contact_zone", "contact_zone"),
     "gap": ("post/pane_gap", "gap"),
     "slip": ("post/pane_slip", "slip"),
@@ -134,7 +134,9 @@ class Run(xr.DataTree):
         found = xr.Dataset()
         for name, (last, each) in PANES.items():
             if source is not None and each in source:
-                found[name] = self._over_panes(source[each])
+                values = source[each]
+                # Multipliers are the stresses on the obstacle.
+                found[name] = self._over_panes(values.copy(data=-values.values) if name == "friction_stress" else values)
             elif source is None and self._has(last):
                 found[name] = self._over_panes(self[last])
         found["area"] = self._over_panes(self["mesh/pane_area"])
@@ -176,13 +178,15 @@ class Run(xr.DataTree):
         return makers[what]()
 
     def to_pyvista(self, what: Literal["body", "contact"] = "body", *, time: float | None = None) -> Any:
-        """A grid of pyvista: the body with ``displacement`` and ``von_mises``, or the contact faces with what panes have.
+        """A grid of pyvista: the body with its fields, ``displacement`` and ``von_mises`` among them, or the contact faces with what panes have.
 
         :param time: the increment of a history nearest to it; the last by default.
         """
         from ._grids import body, contact
 
-        self._demand("solve/displacement")
+        self._demand("post/von_mises")
+        if time is not None:
+            time = float(self.history["time"].sel(time=time, method="nearest"))
         makers = {"body": body, "contact": contact}
         if what not in makers:
             raise ValueError(f"expected {' or '.join(makers)}, found {what!r}")

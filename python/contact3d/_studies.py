@@ -269,7 +269,6 @@ def stability(
     *,
     file: StrPath | None = None,
     set: Mapping[str, Any] | None = None,
-    factor: str | None = None,
     coarse: bool = False,
     only: str | None = None,
     threads: int | None = None,
@@ -279,9 +278,8 @@ def stability(
 
     :param file: where the table is stored; nowhere without it.
     :param coarse: small meshes of the hard cases only; ``only`` those of a family, or with this in their names.
-    :param factor: ``single``, ``double`` or ``auto`` in place of the scene's.
     """
-    measures = options(out=file, factor=factor, coarse=coarse, only=only, threads=threads)
+    measures = options(table=file, coarse=coarse, only=only, threads=threads)
     command = ["stability", *([] if scene is None else [_place(scene)]), *measures]
     return _study(Stability, command, scene, set, progress, file)
 
@@ -299,12 +297,12 @@ def bound(file: StrPath, *, threads: int | None = None) -> dict[str, Any]:
     return answer.data
 
 
-def law(scene: SceneLike, *, set: Mapping[str, Any] | None = None, figures: StrPath | None = None) -> Law:
+def friction_law(scene: SceneLike, *, set: Mapping[str, Any] | None = None, figures: StrPath | None = None) -> Law:
     """Bounds the friction laws of a scene, without solving anything.
 
     :param figures: a folder for pictures of them.
     """
-    answer = _ask(["law", _place(scene), *pictures(figures)], scene, set, False)
+    answer = _ask(["friction-law", _place(scene), *pictures(figures)], scene, set, False)
     answer.check()
     return Law(answer.data, None, [Path(picture) for picture in answer.data["figures"]])
 
@@ -312,9 +310,9 @@ def law(scene: SceneLike, *, set: Mapping[str, Any] | None = None, figures: StrP
 def report(file: StrPath, page: StrPath = "report.html", *, interactive: bool = False) -> Path:
     """Writes one HTML page, which needs no network, of a run file or of the folder of a sweep.
 
-    :param interactive: the body of a run file, or those of a sweep, to be turned.
+    :param interactive: the body of a run file, or those of a sweep, in 3D.
     """
-    perform(["report", name(file), "--out", name(page), *options(interactive=interactive)]).check(Path(file))
+    perform(["report", name(file), name(page), *options(interactive=interactive)]).check(Path(file))
     return Path(page)
 
 
@@ -336,10 +334,10 @@ def export(
     if vtkhdf is None and fclib is None:
         raise TypeError("export: name a target, vtkhdf= or fclib=")
     if vtkhdf is not None:
-        perform(["export", name(file), "--vtkhdf", name(vtkhdf)]).check(Path(file))
+        perform(["export", name(file), name(vtkhdf), "--kind=vtkhdf"]).check(Path(file))
     if fclib is not None:
-        form = options(**{"global": sparse})
-        perform(["export", name(file), "--fclib", name(fclib), *form]).check(Path(file))
+        kind = "fclib-global" if sparse else "fclib"
+        perform(["export", name(file), name(fclib), f"--kind={kind}"]).check(Path(file))
 
 
 def _place(scene: SceneLike) -> str:

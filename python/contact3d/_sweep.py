@@ -104,7 +104,7 @@ def sweep(
     if folder.is_file():
         raise NotADirectoryError(f"{folder} is a file, and the cases of a sweep want a folder")
     with _kept_if_refused(folder):
-        place = [_written(source, folder, axes, set, warm_start), f"--out={folder}"]
+        place = [_written(source, folder, axes, set, warm_start), name(folder)]
         plan = perform(["sweep", "plan", *place])
         plan.check(folder)
     how = options(retry_failed=retry_failed, self_contained=self_contained)
@@ -196,7 +196,7 @@ def run_case(place: list[str], case: str, how: list[str]) -> str:
 def _run_cases(executor: Executor, place: list[str], cases: list[dict[str, Any]], how: list[str],
                progress: bool | None) -> list[str]:
     """Hands the cases to an executor, each once the one that it starts from has ended, and waits for all."""
-    place = [os.path.abspath(place[0]), f"--out={os.path.abspath(place[1].removeprefix('--out='))}"]
+    place = [os.path.abspath(path) for path in place]
     waiting: dict[str | None, list[str]] = {}
     for case in cases:
         waiting.setdefault(case["start"], []).append(case["id"])

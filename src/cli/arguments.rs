@@ -5,28 +5,18 @@ use std::{
     time::{Duration, Instant},
 };
 
-use clap::{
-    Args, Parser, Subcommand,
-    builder::{PossibleValuesParser, TypedValueParser},
-};
-use contact3d::{
-    linalg::EngineCommand,
-    scene::{
-        DualOperatorKind, FactorPrecision, InnerSolver, MOST_CELLS, Method, PrecisionControl,
-        SolveSettings,
-    },
-};
-use serde::de::{DeserializeOwned, IntoDeserializer, value::StrDeserializer};
+use clap::{Args, Parser, Subcommand};
+use contact3d::{linalg::EngineCommand, scene::MOST_CELLS};
 
 use super::{
     accuracy::AccuracyArguments,
     bound::BoundArguments,
     branches::BranchesArguments,
     export::ExportArguments,
+    friction_law::FrictionLawArguments,
     html::ReportArguments,
     init::InitArguments,
     inspect::InspectArguments,
-    law::LawArguments,
     man::{CompletionsArguments, ManArguments},
     schema::SchemaArguments,
     stability::StabilityArguments,
@@ -87,7 +77,7 @@ pub enum Command {
     /// Check every value of a run file against its digest, and every dataset against the table
     Check(StageArguments),
     /// Bound and draw the law of friction of a scene, without solving anything
-    Law(LawArguments),
+    FrictionLaw(FrictionLawArguments),
     /// Measure the errors of solvers and meshes for a scene, and what each digit costs
     Accuracy(AccuracyArguments),
     /// Bound the discretisation error of a solved run file, without any constant that is not known
@@ -137,7 +127,7 @@ pub struct RunArguments {
     /// largest_displacement, largest_pressure, contact_area, stick_area, or a table of TOML as
     /// '{ mean_pressure = { box = [[0, 0, 0], [1, 1, 0]] } }'
     #[arg(long, value_name = "QUANTITY")]
-    pub(super) of: Option<String>,
+    pub(super) quantity: Option<String>,
     /// Start no mesh that is forecast to end later than this many seconds after the command began
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = seconds)]
     pub(super) budget: Option<f64>,
@@ -211,17 +201,14 @@ pub struct StageArguments {
     pub file: PathBuf,
 }
 
-/// Arguments of `assemble`; settings given here replace those of the stored scene.
+/// Arguments of `assemble`.
 #[derive(Debug, Args)]
 pub struct AssembleArguments {
     /// The run file
     pub file: PathBuf,
-    /// How the dual operator is held: by the paper's backsolves, or as a dense matrix
-    #[arg(long, value_name = "KIND", value_parser = word_of::<DualOperatorKind>(&["auto", "implicit", "explicit"]))]
-    pub dual_operator: Option<DualOperatorKind>,
-    /// Precision of the Cholesky factor; single takes half the memory
-    #[arg(long, value_name = "PRECISION", value_parser = word_of::<FactorPrecision>(&["auto", "single", "double"]))]
-    pub factor: Option<FactorPrecision>,
+    /// Change a key of [assemble] in the stored scene, for example --set assemble.factor=\"single\"
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub overrides: Vec<String>,
     #[command(flatten)]
     pub(super) assembly: AssemblyFileArguments,
     #[command(flatten)]
@@ -240,7 +227,7 @@ pub struct PostArguments {
 /// Where pictures go.
 #[derive(Debug, Args)]
 pub(super) struct FigureArguments {
-    /// Folder for the pictures; FILE-figures beside the run file by default
+    /// Folder for the pictures, in place of the usual one
     #[arg(long, value_name = "FOLDER")]
     pub figures: Option<PathBuf>,
     /// Draw no pictures
@@ -256,55 +243,41 @@ impl FigureArguments {
     }
 
     /// That folder, looked at before anything is stored; `None` where no pictures are wanted.
-    pub(super) fn claim(
+    pub(super) fn beside(
         &self,
         run_file: &Path,
         drawing: Drawing,
         mut inputs: Inputs,
     ) -> Result<Option<PictureFolder>, StageError> {
+        inputs.add(run_file);
+        self.claim(&figures_folder(run_file), drawing, inputs)
+    }
+
+    /// The usual folder or the one that was asked for, as [`Self::beside`].
+    pub(super) fn claim(
+        &self,
+        usual: &Path,
+        drawing: Drawing,
+        inputs: Inputs,
+    ) -> Result<Option<PictureFolder>, StageError> {
         if self.no_figures {
             return Ok(None);
         }
-        inputs.add(run_file);
-        let folder = PictureFolder::claim(&self.folder(run_file), drawing, inputs)?;
-        Ok(Some(folder))
+        let folder = self.figures.as_deref().unwrap_or(usual);
+        Ok(Some(PictureFolder::claim(folder, drawing, inputs)?))
     }
 }
 
-/// Arguments of `solve`; settings given here replace those of the stored scene.
+/// Arguments of `solve`.
 #[derive(Debug, Args)]
 pub struct SolveArguments {
     /// The run file
     pub file: PathBuf,
+    /// Change a key of [solve] in the stored scene, for example --set solve.epsilon=1e-8
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub overrides: Vec<String>,
     #[command(flatten)]
     pub(super) engine: EngineArguments,
-    /// The algorithm; fixed-point is the paper's
-    #[arg(long, value_parser = word_of::<Method>(&["auto", "newton", "fixed-point"]))]
-    method: Option<Method>,
-    /// Inner solver of method fixed-point: kprgp is the paper's, gpcg goes along curved faces too
-    #[arg(long, value_name = "SOLVER", value_parser = word_of::<InnerSolver>(&["kprgp", "gpcg", "newton"]))]
-    inner: Option<InnerSolver>,
-    /// Relative accuracy of the multipliers
-    #[arg(long, value_name = "EPS", allow_negative_numbers = true)]
-    epsilon: Option<f64>,
-    /// Precision control of the inner problems: (a) fixed, (b) adaptive
-    #[arg(long, value_name = "CONTROL", value_parser = word_of::<PrecisionControl>(&["fixed", "adaptive"]))]
-    precision: Option<PrecisionControl>,
-    /// Ratio of inner to outer tolerance
-    #[arg(long, allow_negative_numbers = true)]
-    r_tol: Option<f64>,
-    /// Smallest decrease of the inner tolerance per step, adaptive control
-    #[arg(long, allow_negative_numbers = true)]
-    c_fact: Option<f64>,
-    /// Proportioning constant of KPRGP
-    #[arg(long, allow_negative_numbers = true)]
-    gamma: Option<f64>,
-    /// Most outer steps
-    #[arg(long, value_name = "N")]
-    max_outer_steps: Option<usize>,
-    /// Most applications of the dual operator in one inner problem
-    #[arg(long, value_name = "N")]
-    max_inner_actions: Option<usize>,
 }
 
 /// Cells along an edge, as many as a brick may have.
@@ -332,17 +305,6 @@ fn number_within(text: &str, [least, most]: [f64; 2], unit: &str) -> Result<f64,
     }
 }
 
-/// A flag's value by one of the names that it has in scene files.
-pub(super) fn word_of<T>(words: &'static [&'static str]) -> impl TypedValueParser<Value = T>
-where
-    T: DeserializeOwned + Clone + Send + Sync + 'static,
-{
-    PossibleValuesParser::new(words).try_map(|word| {
-        let value: StrDeserializer<'_, serde::de::value::Error> = word.as_str().into_deserializer();
-        T::deserialize(value)
-    })
-}
-
 /// What to print, and where.
 #[derive(Debug, Clone, Copy, Args)]
 pub struct Output {
@@ -359,22 +321,5 @@ impl Arguments {
     pub fn thread_count(&self) -> usize {
         let available = || std::thread::available_parallelism().map_or(1, usize::from);
         self.threads.map_or_else(available, usize::from)
-    }
-}
-
-impl SolveArguments {
-    /// The stored settings with the given flags in their place.
-    pub fn apply(&self, stored: &SolveSettings) -> SolveSettings {
-        SolveSettings {
-            method: self.method.unwrap_or(stored.method),
-            inner: self.inner.unwrap_or(stored.inner),
-            epsilon: self.epsilon.or(stored.epsilon),
-            precision: self.precision.unwrap_or(stored.precision),
-            r_tol: self.r_tol.unwrap_or(stored.r_tol),
-            c_fact: self.c_fact.unwrap_or(stored.c_fact),
-            gamma: self.gamma.unwrap_or(stored.gamma),
-            max_outer_steps: self.max_outer_steps.unwrap_or(stored.max_outer_steps),
-            max_inner_actions: self.max_inner_actions.unwrap_or(stored.max_inner_actions),
-        }
     }
 }

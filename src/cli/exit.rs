@@ -5,17 +5,11 @@ use std::{
     process::{ExitCode, Termination},
 };
 
-use clap::{
-    CommandFactory,
-    error::{ContextKind, ContextValue, ErrorKind},
-};
+use clap::error::ContextKind;
 use contact3d::scene::escape_control_lines;
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme};
 
-use super::{
-    arguments::{Arguments, Output},
-    terminal,
-};
+use super::{arguments::Output, terminal};
 use crate::pipeline::StageError;
 
 /// How the program ends.
@@ -85,7 +79,11 @@ fn draw(error: &dyn Diagnostic) {
 
 /// Prints what the parser of the command line has to say, help and version included, and chooses the exit code.
 pub(super) fn explain_usage(error: clap::Error) -> Exit {
-    let error = advised(error);
+    let command = error.get(ContextKind::InvalidSubcommand);
+    let command = command.map_or_else(String::new, ToString::to_string);
+    if let Some((_, words)) = GONE.iter().find(|(gone, _)| *gone == command) {
+        return refuse(words);
+    }
     let printed = error.print();
     if !error.use_stderr() {
         if let Err(failure) = printed {
@@ -101,92 +99,21 @@ pub(super) fn explain_usage(error: clap::Error) -> Exit {
     Exit::BadInput
 }
 
-/// Where the outputs of a command go, for those who give them otherwise.
-const OUTPUTS: [(&[&str], &str); 7] = [
-    (
-        &["sweep"],
-        "the folder of the cases goes after --out: sweep SWEEP --out FOLDER",
-    ),
-    (
-        &["stability"],
-        "the table goes after --out: stability SCENE --out FILE",
-    ),
-    (
-        &["report"],
-        "the page goes after --out: report FILE --out page.html",
-    ),
-    (
-        &["law"],
-        "pictures go after --figures: law SCENE --figures FOLDER",
-    ),
-    (
-        &["inspect"],
-        "a scene goes after --scene, pictures after --figures: inspect MESH --scene FILE",
-    ),
-    (
-        &["export"],
-        "a file goes after its kind: export FILE --vtkhdf OUT, or --fclib OUT",
-    ),
-    (
-        &["run", "mesh", "accuracy", "branches", "init"],
-        "the file to write needs no option before it",
-    ),
-];
-
 /// Commands that are gone, and where their tasks are now.
-const GONE: [(&str, &str); 2] = [
+const GONE: [(&str, &str); 3] = [
+    (
+        "law",
+        "`law` is gone: `friction-law SCENE` bounds and draws the law of a scene",
+    ),
     (
         "solve-fclib",
-        "solve-fclib is gone: Siconos solves problems of FCLIB, and `export FILE --fclib OUT` writes them for it",
+        "`solve-fclib` is gone: Siconos solves problems of FCLIB, and `export FILE OUT --kind fclib` writes them for it",
     ),
     (
         "theory",
-        "theory is a part of the Python package now: python -m contact3d.theory SCENE",
+        "`theory` is a part of the Python package: python -m contact3d.theory SCENE",
     ),
 ];
-
-/// An error of the command line with a tip where an output seems to be meant.
-fn advised(mut error: clap::Error) -> clap::Error {
-    let text =
-        |error: &clap::Error, kind| error.get(kind).map_or_else(String::new, |v| v.to_string());
-    // What clap takes for a part of `sweep` is a file or a folder.
-    if error.kind() == ErrorKind::ArgumentConflict
-        && let Some(found) = error.remove(ContextKind::InvalidSubcommand)
-    {
-        let usage = error.remove(ContextKind::Usage);
-        error = clap::Error::new(ErrorKind::UnknownArgument).with_cmd(&Arguments::command());
-        error.insert(ContextKind::InvalidArg, found);
-        usage.map(|usage| error.insert(ContextKind::Usage, usage));
-    }
-    let command = text(&error, ContextKind::InvalidSubcommand);
-    if let Some((_, tip)) = GONE.iter().find(|(gone, _)| *gone == command) {
-        error.remove(ContextKind::SuggestedSubcommand);
-        let tip = ContextValue::StyledStrs(vec![(*tip).into()]);
-        error.insert(ContextKind::Suggested, tip);
-    }
-    let (found, usage) = (
-        text(&error, ContextKind::InvalidArg),
-        text(&error, ContextKind::Usage),
-    );
-    let names_output = !found.starts_with('-') || ["-o", "--out", "--output"].contains(&&*found);
-    let mut words = usage
-        .split_whitespace()
-        .skip_while(|word| *word != "Usage:");
-    let command = words.nth(2).unwrap_or_default();
-    let tip = OUTPUTS
-        .iter()
-        .find(|(commands, _)| commands.contains(&command));
-    if let Some((_, tip)) = tip
-        && error.kind() == ErrorKind::UnknownArgument
-        && names_output
-    {
-        error.insert(
-            ContextKind::Suggested,
-            ContextValue::StyledStrs(vec![(*tip).into()]),
-        );
-    }
-    error
-}
 
 /// Says why nothing can be done at all, before the arguments are known.
 pub(super) fn refuse(message: &str) -> Exit {

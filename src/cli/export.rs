@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::{ArgGroup, Args};
+use clap::{Args, ValueEnum};
 
 use super::{
     arguments::Output,
@@ -16,27 +16,34 @@ use crate::{
 
 /// Arguments of `export`.
 #[derive(Debug, Args)]
-#[command(group = ArgGroup::new("target").required(true).args(["fclib", "vtkhdf"]))]
 pub struct ExportArguments {
     /// A solved run file
     pub file: PathBuf,
-    /// A file of FCLIB, the Friction Contact Library, with the frictional contact problem
-    #[arg(long, value_name = "FILE")]
-    pub fclib: Option<PathBuf>,
-    /// Write the problem with the unknowns of the body (sparse), not that of the contacts alone (dense)
-    #[arg(long, conflicts_with = "vtkhdf")]
-    pub global: bool,
-    /// A file for ParaView and PyVista, which holds their part of the run file alone; name it NAME.vtkhdf
-    #[arg(long, value_name = "FILE")]
-    pub vtkhdf: Option<PathBuf>,
+    /// The file to write
+    pub target: PathBuf,
+    /// What it is to be
+    #[arg(long, value_enum)]
+    pub kind: ExportKind,
+}
+
+/// What a run file is written as.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ExportKind {
+    /// Grid and fields for ParaView and PyVista, which go by the ending .vtkhdf
+    Vtkhdf,
+    /// The frictional contact problem of the contacts alone (dense), for the Friction Contact Library
+    Fclib,
+    /// The same with the unknowns of the body (sparse)
+    FclibGlobal,
 }
 
 /// `export`: reads only, takes no lock, writes one file.
 pub(super) fn export(arguments: &ExportArguments, output: &Output) -> Result<Exit, StageError> {
-    match (&arguments.fclib, &arguments.vtkhdf) {
-        (Some(target), _) => export_problem(arguments, target, output),
-        (None, Some(target)) => grid(&arguments.file, target, output),
-        (None, None) => Ok(Exit::BadInput),
+    let (file, target) = (&arguments.file, &arguments.target);
+    match arguments.kind {
+        ExportKind::Vtkhdf => grid(file, target, output),
+        ExportKind::Fclib => problem(file, target, FclibForm::Local, output),
+        ExportKind::FclibGlobal => problem(file, target, FclibForm::Global, output),
     }
 }
 
@@ -50,17 +57,13 @@ fn grid(run_file: &Path, target: &Path, output: &Output) -> Result<Exit, StageEr
     Ok(Exit::Done)
 }
 
-fn export_problem(
-    arguments: &ExportArguments,
+fn problem(
+    run_file: &Path,
     target: &Path,
+    form: FclibForm,
     output: &Output,
 ) -> Result<Exit, StageError> {
-    let form = if arguments.global {
-        FclibForm::Global
-    } else {
-        FclibForm::Local
-    };
-    let exported = write_problem(&arguments.file, target, form)?;
+    let exported = write_problem(run_file, target, form)?;
     if output.json {
         terminal::json(&serde_json::json!({
             "fclib": target,

@@ -20,9 +20,9 @@ use crate::{
 pub struct ReportArguments {
     /// A run file, or the folder of a sweep
     pub input: PathBuf,
-    /// The page
-    #[arg(short, long, value_name = "FILE", default_value = "report.html")]
-    pub out: PathBuf,
+    /// The page to write
+    #[arg(default_value = "report.html")]
+    pub page: PathBuf,
     /// The body in 3D, with fields, increments or cases, and panes at hand, by one script in the page
     #[arg(long)]
     pub interactive: bool,
@@ -34,24 +34,24 @@ pub(super) fn report_page(
     output: &Output,
 ) -> Result<Exit, StageError> {
     let inputs = Inputs::of([arguments.input.clone(), sweep_table(&arguments.input)]);
-    output::admit(&arguments.out, OutputKind::Page, &inputs)?;
+    output::admit(&arguments.page, OutputKind::Page, &inputs)?;
     let kind = if arguments.interactive {
-        ReportKind::Turning
+        ReportKind::Interactive
     } else {
         ReportKind::Still
     };
     let page = OutputFile {
-        path: arguments.out.clone(),
+        path: arguments.page.clone(),
         kind: OutputKind::Page,
         bytes: report(&arguments.input, kind)?.into_bytes(),
     };
     let bytes = page.bytes.len();
     output::write(&[page], &inputs)?;
     if output.json {
-        let summary = serde_json::json!({ "report": arguments.out, "bytes": bytes });
+        let summary = serde_json::json!({ "report": arguments.page, "bytes": bytes });
         terminal::json(&summary);
     } else {
-        say(output, &terminal::wrote(&arguments.out, bytes as u64));
+        say(output, &terminal::wrote(&arguments.page, bytes as u64));
     }
     Ok(Exit::Done)
 }

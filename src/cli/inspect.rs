@@ -6,7 +6,7 @@ use clap::Args;
 use contact3d::mesh::{FaceInspection, MeshInspection};
 
 use super::{
-    arguments::Output,
+    arguments::{FigureArguments, Output},
     exit::Exit,
     init::{self, MeshScene},
     terminal::{self, say},
@@ -15,7 +15,7 @@ use crate::{
     output::Inputs,
     pipeline::StageError,
     report::{self, mesh::six_digits},
-    views::{Drawing, PictureFolder, draw_mesh, folder_here},
+    views::{Drawing, draw_mesh, folder_here},
 };
 
 /// Arguments of `inspect`.
@@ -26,23 +26,17 @@ pub struct InspectArguments {
     /// Write a scene for it; an existing file is not overwritten
     #[arg(long, value_name = "SCENE")]
     pub scene: Option<PathBuf>,
-    /// Folder for mesh.svg and mesh.png; FILE-mesh in the current directory by default
-    #[arg(long, value_name = "FOLDER")]
-    pub figures: Option<PathBuf>,
-    /// Draw no picture
-    #[arg(long, conflicts_with = "figures")]
-    pub no_figures: bool,
+    #[command(flatten)]
+    pub(super) figures: FigureArguments,
 }
 
 /// `inspect`: prints the figures, draws the mesh and writes the scene.
 pub(super) fn inspect(arguments: &InspectArguments, output: &Output) -> Result<Exit, StageError> {
     let mesh = MeshInspection::read(&arguments.mesh)?;
     let inputs = Inputs::of([arguments.mesh.clone()]);
-    let folder = arguments.figures.clone();
-    let folder = folder.unwrap_or_else(|| folder_here(&arguments.mesh, "mesh"));
-    let pictures = (!arguments.no_figures)
-        .then(|| PictureFolder::claim(&folder, Drawing::Mesh, inputs.clone()))
-        .transpose()?;
+    let usual = folder_here(&arguments.mesh, "mesh");
+    let figures = &arguments.figures;
+    let pictures = figures.claim(&usual, Drawing::Mesh, inputs.clone())?;
     if let Some(scene) = &arguments.scene {
         init::write(vec![(scene.clone(), scene_for(&mesh, arguments))], &inputs)?;
     }

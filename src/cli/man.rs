@@ -19,13 +19,13 @@ use crate::{
 #[derive(Debug, Args)]
 pub struct ManArguments {
     /// Folder for the pages, for example ~/.local/share/man/man1
-    #[arg(short, long, value_name = "FOLDER", default_value = "man")]
-    pub out: PathBuf,
+    #[arg(default_value = "man")]
+    pub folder: PathBuf,
 }
 
 /// `man`: writes one page for the program and one for each command.
 pub(super) fn man(arguments: &ManArguments, printing: &Output) -> Result<Exit, StageError> {
-    let _folder = Folder::make(&arguments.out)?;
+    let _folder = Folder::make(&arguments.folder)?;
     let mut program = Arguments::command();
     program.build();
     let mut pages = vec![page(arguments, program.clone(), "contact3d-pipe")?];
@@ -43,7 +43,7 @@ fn page(
     command: clap::Command,
     name: &str,
 ) -> Result<OutputFile, OutputError> {
-    let path = arguments.out.join(format!("{name}.1"));
+    let path = arguments.folder.join(format!("{name}.1"));
     let mut bytes = Vec::new();
     let rendered = clap_mangen::Man::new(command)
         .title(name)

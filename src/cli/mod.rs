@@ -7,11 +7,11 @@ mod bound;
 mod branches;
 mod exit;
 mod export;
+mod friction_law;
 mod html;
 mod init;
 mod inspect;
 mod interruption;
-mod law;
 mod man;
 mod override_scene;
 mod progress;
@@ -64,7 +64,7 @@ fn perform(arguments: &Arguments) -> Exit {
         Command::Post(post) => run::post(post, &output, threads),
         Command::Status(status) => status::status(status, &output),
         Command::Check(file) => status::check(file, &output),
-        Command::Law(law) => law::law(law, &output),
+        Command::FrictionLaw(law) => friction_law::friction_law(law, &output),
         Command::Accuracy(accuracy) => accuracy::accuracy(accuracy, &output, threads),
         Command::Bound(file) => bound::bound(file, &output, threads),
         Command::Branches(task) => branches::branches(task, &output, threads),

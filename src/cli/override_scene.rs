@@ -22,7 +22,7 @@ pub(super) fn read_with_inputs(
 pub(super) fn read_for_error(
     arguments: &SceneArguments,
     error: Option<f64>,
-    of: Option<&str>,
+    quantity: Option<&str>,
 ) -> Result<(SceneFile, Inputs), StageError> {
     let file = SceneFile::read(&arguments.scene)?;
     let mut overrides = arguments.overrides.clone();
@@ -39,29 +39,49 @@ pub(super) fn read_for_error(
         overrides.push(format!("adapt.error={error:?}"));
         changes.push(format!("--error {error}"));
     }
-    if let Some(of) = of {
+    if let Some(quantity) = quantity {
         if error.is_none() && file.scene.adapt.is_none() {
-            return Err(asks_for_no_error("--of", "3%"));
+            return Err(asks_for_no_error("--quantity", "3%"));
         }
-        let value = if of.trim_start().starts_with('{') {
-            of.to_owned()
+        let value = if quantity.trim_start().starts_with('{') {
+            quantity.to_owned()
         } else {
-            toml::Value::String(of.to_owned()).to_string()
+            toml::Value::String(quantity.to_owned()).to_string()
         };
         overrides.push(format!("adapt.of={value}"));
-        changes.push(format!("--of {of}"));
+        changes.push(format!("--quantity {quantity}"));
     }
-    let mut scene = file;
-    if !overrides.is_empty() {
-        let mut table = scene_table(&scene.scene);
-        for change in &overrides {
-            apply(&mut table, change)?;
-        }
-        scene = scene.changed(&changes.join(" "), &table.to_string())?;
-    }
+    let scene = changed(file, &overrides, &changes.join(" "))?;
     let mesh = mesh_file(&scene).into_iter();
     let inputs = Inputs::of(mesh.chain([arguments.scene.clone()]));
     Ok((scene, inputs))
+}
+
+/// A stored scene with changes of one of its tables, which alone a stage behind the mesh may change.
+pub(super) fn change_table(
+    stored: &SceneFile,
+    table: &str,
+    overrides: &[String],
+) -> Result<Scene, StageError> {
+    let is_other = |change: &&String| !change.trim_start().starts_with(&format!("{table}."));
+    if let Some(change) = overrides.iter().find(is_other) {
+        let help = "`run` changes other keys, and does again what follows from them";
+        return Err(setting(&format!("a key of [{table}]"), change, help.into()));
+    }
+    let sets: Vec<String> = overrides.iter().map(|c| format!("--set {c}")).collect();
+    Ok(changed(stored.clone(), overrides, &sets.join(" "))?.scene)
+}
+
+/// A scene with values at other keys; `words` says for messages what is other.
+fn changed(scene: SceneFile, overrides: &[String], words: &str) -> Result<SceneFile, StageError> {
+    if overrides.is_empty() {
+        return Ok(scene);
+    }
+    let mut table = scene_table(&scene.scene);
+    for change in overrides {
+        apply(&mut table, change)?;
+    }
+    Ok(scene.changed(words, &table.to_string())?)
 }
 
 /// Refuses an option that means nothing without an error to refine for.

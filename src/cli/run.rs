@@ -2,9 +2,7 @@
 
 use std::time::Instant;
 
-use contact3d::{
-    RunStep, adaptation::RefinementGoal, linalg::Factor, scene::AssembleSettings, solver::Goal,
-};
+use contact3d::{RunStep, adaptation::RefinementGoal, linalg::Factor, solver::Goal};
 
 use super::{
     adaptive,
@@ -29,8 +27,11 @@ type Outcome = Result<Exit, StageError>;
 /// `run`: every stage that is not fresh, then the results.
 pub(super) fn run(arguments: &RunArguments, output: &Output, threads: usize) -> Outcome {
     let began = Instant::now();
-    let (scene, inputs) =
-        override_scene::read_for_error(&arguments.scene, arguments.error, arguments.of.as_deref())?;
+    let (scene, inputs) = override_scene::read_for_error(
+        &arguments.scene,
+        arguments.error,
+        arguments.quantity.as_deref(),
+    )?;
     inputs.refuse(&arguments.file)?;
     interruption::on_run_file(&arguments.file);
     let mut session = Session::with_scene(&arguments.file, scene, threads)?;
@@ -46,7 +47,7 @@ pub(super) fn run(arguments: &RunArguments, output: &Output, threads: usize) -> 
         None
     } else {
         let drawing = drawing_of(session.scene());
-        arguments.figures.claim(&arguments.file, drawing, inputs)?
+        arguments.figures.beside(&arguments.file, drawing, inputs)?
     };
     if arguments.budget.is_some() && session.scene().adapt.is_none() {
         return Err(override_scene::asks_for_no_error("--budget", "5%"));
@@ -113,11 +114,8 @@ pub(super) fn assemble(arguments: &AssembleArguments, output: &Output, threads: 
     let mut session = Session::open(&arguments.file, threads)?;
     session.keep_assembly(arguments.assembly.choice());
     session.hold_factors_with(arguments.engine.command());
-    let stored = session.scene().assemble;
-    session.set_assemble(AssembleSettings {
-        dual_operator: arguments.dual_operator.unwrap_or(stored.dual_operator),
-        factor: arguments.factor.unwrap_or(stored.factor),
-    });
+    let scene = override_scene::change_table(session.input(), "assemble", &arguments.overrides)?;
+    session.set_assemble(scene.assemble);
     session.all_or_nothing(|session| {
         let commit = StoreWhen::Held;
         let assembled = perform(session, Stage::Assemble, commit, output)?;
@@ -131,8 +129,8 @@ pub(super) fn assemble(arguments: &AssembleArguments, output: &Output, threads: 
 pub(super) fn solve(arguments: &SolveArguments, output: &Output, threads: usize) -> Outcome {
     interruption::on_run_file(&arguments.file);
     let mut session = Session::open(&arguments.file, threads)?;
-    let settings = arguments.apply(&session.scene().solve);
-    session.set_solve(settings)?;
+    let scene = override_scene::change_table(session.input(), "solve", &arguments.overrides)?;
+    session.set_solve(scene.solve)?;
     session.hold_factors_with(arguments.engine.command());
     session.all_or_nothing(|session| {
         let performed = perform(session, Stage::Solve, StoreWhen::Now, output)?;
@@ -144,7 +142,7 @@ pub(super) fn solve(arguments: &SolveArguments, output: &Output, threads: usize)
 pub(super) fn post(arguments: &PostArguments, output: &Output, threads: usize) -> Outcome {
     interruption::on_run_file(&arguments.file);
     let mut session = Session::open(&arguments.file, threads)?;
-    let pictures = arguments.figures.claim(
+    let pictures = arguments.figures.beside(
         &arguments.file,
         drawing_of(session.scene()),
         Inputs::default(),

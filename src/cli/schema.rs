@@ -18,8 +18,8 @@ use crate::{
 #[derive(Debug, Args)]
 pub struct SchemaArguments {
     /// Folder for the schemas
-    #[arg(short, long, value_name = "FOLDER", default_value = "schemas")]
-    pub out: PathBuf,
+    #[arg(default_value = "schemas")]
+    pub folder: PathBuf,
     /// Write nothing; fail when the files there differ from what would be written
     #[arg(long)]
     pub check: bool,
@@ -36,11 +36,11 @@ pub(super) fn schema(arguments: &SchemaArguments, printing: &Output) -> Result<E
         ("sweep.json", SweepFile::json_schema()),
         ("sweep_summary.json", schema_json(&SWEEP_LAYOUT)),
     ]
-    .map(|(name, text)| (arguments.out.join(name), text));
+    .map(|(name, text)| (arguments.folder.join(name), text));
     if arguments.check {
         return Ok(check(&files, printing));
     }
-    let _folder = Folder::make(&arguments.out)?;
+    let _folder = Folder::make(&arguments.folder)?;
     let outputs = files.map(|(path, text)| OutputFile {
         kind: match path.extension() {
             Some(ending) if ending == "md" => OutputKind::SchemaPage,

@@ -6,12 +6,12 @@ use std::{
 };
 
 use clap::Args;
-use contact3d::scene::{FactorPrecision, InvalidValue, Scene};
+use contact3d::scene::InvalidValue;
 use runfile::RunFile;
 use studies::{StudyStep, stability::VerdictLevel};
 
 use super::{
-    arguments::{Output, SceneArguments, word_of},
+    arguments::{Output, SceneArguments},
     exit::Exit,
     override_scene, progress, terminal,
 };
@@ -31,12 +31,9 @@ pub struct StabilityArguments {
     /// Change one key of the scene, for example --set body.brick.cells=[12,4,4]
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub overrides: Vec<String>,
-    /// Precision of the Cholesky factor in all cases, in place of their own
-    #[arg(long, value_name = "PRECISION", value_parser = word_of::<FactorPrecision>(&["auto", "single", "double"]))]
-    pub factor: Option<FactorPrecision>,
     /// Store the table in this HDF5 file, created or updated
-    #[arg(short, long, value_name = "FILE")]
-    pub out: Option<PathBuf>,
+    #[arg(long, value_name = "FILE")]
+    pub table: Option<PathBuf>,
     /// Small meshes only
     #[arg(long)]
     pub coarse: bool,
@@ -49,14 +46,10 @@ pub struct StabilityArguments {
 }
 
 impl StabilityArguments {
-    fn choose_factor(&self, scene: &mut Scene) {
-        scene.assemble.factor = self.factor.unwrap_or(scene.assemble.factor);
-    }
-
     /// The file for the table, looked at before the checks, which take long.
     fn claim(&self, inputs: &Inputs) -> Result<Option<RunFile>, StageError> {
         let claim = |file: &PathBuf| suite::claim(file, inputs);
-        self.out.as_ref().map(claim).transpose()
+        self.table.as_ref().map(claim).transpose()
     }
 }
 
@@ -110,9 +103,6 @@ fn run_suite(
     if let Some(part) = &arguments.only {
         cases.retain(|case| case.name.contains(part.as_str()) || case.family == *part);
     }
-    for case in &mut cases {
-        arguments.choose_factor(&mut case.scene.scene);
-    }
     let meshes = cases.iter().filter_map(|case| mesh_file(&case.scene));
     let table = arguments.claim(&Inputs::of(meshes.chain([index.to_owned()])))?;
     let mut rows = Vec::new();
@@ -148,11 +138,10 @@ fn run_scene(
     output: &Output,
     threads: usize,
 ) -> Result<Exit, StageError> {
-    let (mut scene, inputs) = override_scene::read_with_inputs(&SceneArguments {
+    let (scene, inputs) = override_scene::read_with_inputs(&SceneArguments {
         scene: scene.to_owned(),
         overrides: arguments.overrides.clone(),
     })?;
-    arguments.choose_factor(&mut scene.scene);
     let table = arguments.claim(&inputs)?;
     let spinner = progress::spinner("stability", output);
     let case = SuiteCase::alone(scene);

@@ -27,7 +27,7 @@ pub(super) fn begin(
 ) -> Result<(SceneFile, Inputs, Option<PictureFolder>), StageError> {
     let (scene, inputs) = override_scene::read_with_inputs(scene)?;
     inputs.refuse(run_file)?;
-    let pictures = figures.claim(run_file, drawing, inputs.clone())?;
+    let pictures = figures.beside(run_file, drawing, inputs.clone())?;
     Ok((scene, inputs, pictures))
 }
 

@@ -10,7 +10,7 @@ use clap::{Args, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{
-    arguments::{MOST_THREADS, Output, gigabytes},
+    arguments::{FigureArguments, MOST_THREADS, Output, gigabytes},
     exit::Exit,
     interruption,
     terminal::{self, say},
@@ -31,17 +31,16 @@ pub struct SweepArguments {
     #[arg(required = true)]
     sweep: Option<PathBuf>,
     /// The folder of the run files and tables, created or continued
-    #[arg(short, long, value_name = "DIR", required = true)]
-    out: Option<PathBuf>,
+    #[arg(required = true)]
+    folder: Option<PathBuf>,
     /// Cases run at the same time; one per thread by default
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     jobs: Option<u16>,
     /// Memory for assembled problems in gigabytes; three quarters of what is free by default
     #[arg(long, value_name = "GB", allow_negative_numbers = true, value_parser = gigabytes)]
     memory: Option<f64>,
-    /// Draw no charts of what varies; they go to DIR/figures otherwise
-    #[arg(long)]
-    no_figures: bool,
+    #[command(flatten)]
+    figures: FigureArguments,
     #[command(flatten)]
     series: SeriesArguments,
     #[command(flatten)]
@@ -70,8 +69,7 @@ struct SweepFolder {
     /// The sweep, a TOML file such as pipelines/sweep_friction.toml
     sweep: PathBuf,
     /// The folder of the run files and tables, created or continued
-    #[arg(short, long, value_name = "DIR")]
-    out: PathBuf,
+    folder: PathBuf,
 }
 
 /// How cases are run.
@@ -93,7 +91,7 @@ enum SweepPart {
     /// Run one case
     RunCase {
         #[command(flatten)]
-        folder: SweepFolder,
+        place: SweepFolder,
         /// The name of the case, as `sweep plan` lists it
         id: String,
         #[command(flatten)]
@@ -102,7 +100,7 @@ enum SweepPart {
     /// Write the tables of the cases that are done
     Summary {
         #[command(flatten)]
-        folder: SweepFolder,
+        place: SweepFolder,
         #[command(flatten)]
         series: SeriesArguments,
     },
@@ -115,41 +113,46 @@ pub(super) fn sweep(
     threads: usize,
 ) -> Result<Exit, StageError> {
     match &arguments.part {
-        Some(SweepPart::Plan(folder)) => plan(folder),
-        Some(SweepPart::RunCase {
-            folder,
-            id,
-            options,
-        }) => run_case(folder, id, &case_options(options, threads), output),
-        Some(SweepPart::Summary { folder, series }) => summary(folder, series, output),
+        Some(SweepPart::Plan(place)) => plan(place),
+        Some(SweepPart::RunCase { place, id, options }) => {
+            run_case(place, id, &case_options(options, threads), output)
+        }
+        Some(SweepPart::Summary { place, series }) => summary(place, series, output),
         None => run_all(arguments, output, threads),
     }
 }
 
-fn plan(folder: &SweepFolder) -> Result<Exit, StageError> {
-    let plan = Plan::read(&folder.sweep)?;
-    terminal::json(&plan.json(&folder.out));
+fn plan(place: &SweepFolder) -> Result<Exit, StageError> {
+    let plan = Plan::read(&place.sweep)?;
+    terminal::json(&plan.json(&place.folder));
     Ok(Exit::Done)
 }
 
 fn summary(
-    folder: &SweepFolder,
+    place: &SweepFolder,
     series: &SeriesArguments,
     output: &Output,
 ) -> Result<Exit, StageError> {
-    let plan = Plan::read(&folder.sweep)?;
-    fs::read_dir(&folder.out).map_err(|source| StageError::Io {
+    let plan = Plan::read(&place.sweep)?;
+    fs::read_dir(&place.folder).map_err(|source| StageError::Io {
         action: "list the folder",
-        file: folder.out.clone(),
+        file: place.folder.clone(),
         source,
     })?;
-    let pictures = claim(&plan, &folder.out)?;
+    let inputs = plan.inputs.clone();
+    let pictures = PictureFolder::claim(&figures_folder(&place.folder), Drawing::Sweep, inputs)?;
     let series = series.claim(&plan)?;
-    sweep::write_summary(&plan, &folder.out)?;
-    say(output, &format!("tables in {}", folder.out.display()));
-    show(&plan, &folder.out, series.as_ref(), Some(&pictures), output)?;
+    sweep::write_summary(&plan, &place.folder)?;
+    say(output, &format!("tables in {}", place.folder.display()));
+    show(
+        &plan,
+        &place.folder,
+        series.as_ref(),
+        Some(&pictures),
+        output,
+    )?;
     if output.json {
-        let tables = [SUMMARY_FILE, CSV_FILE].map(|name| folder.out.join(name));
+        let tables = [SUMMARY_FILE, CSV_FILE].map(|name| place.folder.join(name));
         terminal::json(&serde_json::json!({ "written": tables }));
     }
     Ok(Exit::Done)
@@ -166,13 +169,13 @@ fn case_options(options: &CaseOptions, threads: usize) -> Options {
 }
 
 fn run_case(
-    folder: &SweepFolder,
+    place: &SweepFolder,
     id: &str,
     options: &Options,
     output: &Output,
 ) -> Result<Exit, StageError> {
-    let plan = Plan::read(&folder.sweep)?;
-    let event = sweep::run_case(&plan, &folder.out, id, options)?;
+    let plan = Plan::read(&place.sweep)?;
+    let event = sweep::run_case(&plan, &place.folder, id, options)?;
     say(output, &format!("case {id} {}", event_name(&event)));
     if output.json {
         let error = match &event {
@@ -198,12 +201,13 @@ fn run_case(
 }
 
 fn run_all(whole: &SweepArguments, output: &Output, threads: usize) -> Result<Exit, StageError> {
-    let (Some(sweep), Some(out)) = (&whole.sweep, &whole.out) else {
+    let (Some(sweep), Some(folder)) = (&whole.sweep, &whole.folder) else {
         return Ok(Exit::BadInput);
     };
     let plan = Plan::read(sweep)?;
-    let pictures = (!whole.no_figures).then(|| claim(&plan, out));
-    let pictures = pictures.transpose()?;
+    let usual = figures_folder(folder);
+    let inputs = plan.inputs.clone();
+    let pictures = whole.figures.claim(&usual, Drawing::Sweep, inputs)?;
     let series = whole.series.claim(&plan)?;
     for warning in warnings(&plan) {
         say(output, &format!("warning: {warning}"));
@@ -216,8 +220,8 @@ fn run_all(whole: &SweepArguments, output: &Output, threads: usize) -> Result<Ex
             .map_or_else(memory_for_sweeps, |gigabytes| (gigabytes * 1e9) as u64),
         ..case_options(&whole.options, threads)
     };
-    interruption::on_sweep(out, plan.cases.len());
-    let outcome = sweep::run(&plan, out, &options, &|index, event| {
+    interruption::on_sweep(folder, plan.cases.len());
+    let outcome = sweep::run(&plan, folder, &options, &|index, event| {
         if let Event::Failed(error) = event {
             let line = format!("{} failed: {error}", plan.cases[index].in_words());
             bar.suspend(|| terminal::message(&line));
@@ -227,8 +231,8 @@ fn run_all(whole: &SweepArguments, output: &Output, threads: usize) -> Result<Ex
     });
     bar.finish_and_clear();
     let outcome = outcome?;
-    report(&plan, out, &outcome, output);
-    show(&plan, out, series.as_ref(), pictures.as_ref(), output)?;
+    report(&plan, folder, &outcome, output);
+    show(&plan, folder, series.as_ref(), pictures.as_ref(), output)?;
     let unfinished = outcome.failed + outcome.busy + outcome.not_converged;
     Ok(Exit::of(unfinished == 0))
 }
@@ -254,10 +258,9 @@ fn show(
     Ok(())
 }
 
-/// The folder of the charts, looked at before anything is run.
-fn claim(plan: &Plan, folder: &Path) -> Result<PictureFolder, StageError> {
-    let (folder, inputs) = (folder.join("figures"), plan.inputs.clone());
-    Ok(PictureFolder::claim(&folder, Drawing::Sweep, inputs)?)
+/// Where the charts of a sweep go by default.
+fn figures_folder(folder: &Path) -> PathBuf {
+    folder.join("figures")
 }
 
 /// What the scenes of the cases show, each warning once.

@@ -113,7 +113,7 @@ fn frozen_friction(
     }
     if problem.system().assembly.factor.precision() == Precision::Single {
         return Err("the factor is in single precision, and so W would be; \
-                    run `contact3d-pipe assemble FILE --factor double`, and `solve` again"
+                    run `contact3d-pipe assemble FILE --set assemble.factor=\"double\"`, and `solve` again"
             .into());
     }
     if let Some(body) = &problem.system().assembly.primal.floating {

@@ -3,7 +3,7 @@
 use runfile::{Group, Reader, StoreError, StoredGroup};
 
 use super::{
-    Stage, increments,
+    Stage, VTKHDF, increments,
     post::{self, VTKHDF_DIGEST},
     solve::HISTORY_DIGEST,
     vtkhdf,
@@ -24,12 +24,12 @@ pub fn check_vtkhdf(reader: &Reader) -> Result<(), StoreError> {
     if reader.whole_group(post::GROUP)?.is_none() {
         return Ok(());
     }
-    let grid = require(reader, vtkhdf::GROUP)?;
+    let grid = require(reader, VTKHDF)?;
     // No digest covers attributes; these are the same in every file.
-    reader.require_ascii_attribute(vtkhdf::GROUP, "Type", vtkhdf::TYPE)?;
-    reader.require_number_attribute(vtkhdf::GROUP, "Version", &vtkhdf::VERSION)?;
+    reader.require_ascii_attribute(VTKHDF, "Type", vtkhdf::TYPE)?;
+    reader.require_number_attribute(VTKHDF, "Version", &vtkhdf::VERSION)?;
     let expected = reader.read_text(VTKHDF_DIGEST)?;
-    require_same(reader, vtkhdf::GROUP, expected, grid.digest)
+    require_same(reader, VTKHDF, expected, grid.digest)
 }
 
 /// Refuses a solution of a history whose `/history` is missing, altered, or that of another run.

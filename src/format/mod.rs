@@ -17,6 +17,7 @@ mod increments;
 mod load;
 mod mesh;
 mod post;
+mod result_fields;
 mod scene;
 mod series;
 mod sizes;
@@ -52,6 +53,7 @@ pub use increments::{GROUP as HISTORY, read as read_history, write as write_hist
 pub use load::{read as read_loads, write as write_loads};
 pub use mesh::{read as read_mesh, write as write_mesh};
 pub use post::{read_certificate, read_estimate, write as write_report};
+pub use result_fields::{FieldPlace, FieldShape, FieldView, RESULT_FIELDS, ResultState, VTKHDF};
 pub use scene::{
     GROUP as SCENE, get_key, read as read_scene, set_key, table as scene_table,
     table_of_text as scene_table_of_text, text as scene_text, write as write_scene,
@@ -66,7 +68,7 @@ pub use solve::{
 };
 pub use stability::{GROUP as STABILITY, STABILITY_LAYOUT, StabilityRow, write as write_stability};
 pub use steps::{CHECKPOINT, read_checkpoint, write_checkpoint};
-pub use vtkhdf::{GROUP as VTKHDF, GridValues, PaneValues, write as write_vtkhdf};
+pub use vtkhdf::write as write_vtkhdf;
 
 use contact3d::{
     linalg::{CscMatrix, EngineError, PartsError},
@@ -157,7 +159,7 @@ pub const LAYOUT: Layout = Layout {
         increments::GROUP,
         solve::GROUP,
         post::GROUP,
-        vtkhdf::GROUP,
+        VTKHDF,
         CHECKPOINT,
         accuracy::GROUP,
         adapt::GROUP,
@@ -181,6 +183,7 @@ pub const LAYOUT: Layout = Layout {
         post::FORCES.rows,
         post::TOTALS.rows,
         vtkhdf::TABLE,
+        result_fields::TABLE,
         vtkhdf::ONCE,
         series::TABLE,
         accuracy::ACCURACY.rows,

@@ -16,11 +16,11 @@ use units::Dimension;
 use super::{
     extents,
     fields::{write_list, write_value},
+    result_fields::{self, ONLY_IN_SERIES, ResultState, STEPS, VTKHDF},
     stored::Stored,
     vtkhdf::{
-        self, CONNECTIVITY, GROUP, GridArray, GridValues, N_CELLS, N_CONNECTIVITY, N_POINTS,
-        NORMAL, OFFSETS, POINTS, TYPE, TYPES, VERSION, fields, write_grid, write_normals,
-        write_once,
+        self, CONNECTIVITY, GridArray, N_CELLS, N_CONNECTIVITY, N_POINTS, NORMAL, OFFSETS, POINTS,
+        TYPE, TYPES, VERSION, grid_arrays, write_grid, write_normals, write_once,
     },
 };
 
@@ -31,55 +31,37 @@ const POINT_OFFSETS: &str = "/VTKHDF/Steps/PointOffsets";
 const CELL_OFFSETS: &str = "/VTKHDF/Steps/CellOffsets";
 const CONNECTIVITY_OFFSETS: &str = "/VTKHDF/Steps/ConnectivityIdOffsets";
 
-const ONLY: &str = "only in a series";
 const OF_PATH: &str = "only in the series of a path";
 const OF_SWEEP: &str = "only in the series of a sweep";
-const STEPS: &[Extent] = &[Named("n_series_steps")];
 const STEPS_AND_ONE: &[Extent] = &[Named("n_series_steps"), Fixed(1)];
 const SETTINGS: &[Extent] = &[Named("n_series_steps"), Named("n_keys")];
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
-    GROUP.row(VALUES, Kind::F64, STEPS, Dimension::Number, "Time of each step, as players show it.").optional(ONLY),
-    GROUP.row(PARTS, Kind::I64, STEPS, Dimension::Number, "Parts of the grid at each step: one.").optional(ONLY),
-    GROUP.row(PART_OFFSETS, Kind::I64, STEPS, Dimension::Number, "The part of each step: the first.").optional(ONLY),
-    GROUP.row(POINT_OFFSETS, Kind::I64, STEPS, Dimension::Number, "Where the points of each step begin: the grid stays.").optional(ONLY),
-    GROUP.row(CELL_OFFSETS, Kind::I64, STEPS_AND_ONE, Dimension::Number, "Where the cells of each step begin: the grid stays.").optional(ONLY),
-    GROUP.row(CONNECTIVITY_OFFSETS, Kind::I64, STEPS_AND_ONE, Dimension::Number, "Where Connectivity of each step begins: the grid stays.").optional(ONLY),
-    offsets_row("/VTKHDF/Steps/PointDataOffsets/displacement"),
-    offsets_row("/VTKHDF/Steps/CellDataOffsets/von_mises"),
-    offsets_row("/VTKHDF/Steps/CellDataOffsets/error_indicator"),
-    offsets_row("/VTKHDF/Steps/CellDataOffsets/contact_face"),
-    offsets_row("/VTKHDF/Steps/CellDataOffsets/contact_normal_stress"),
-    offsets_row("/VTKHDF/Steps/PointDataOffsets/contact_normal_stress"),
-    offsets_row("/VTKHDF/Steps/CellDataOffsets/contact_gap"),
-    offsets_row("/VTKHDF/Steps/PointDataOffsets/contact_gap"),
-    offsets_row("/VTKHDF/Steps/CellDataOffsets/contact_zone"),
-    offsets_row("/VTKHDF/Steps/PointDataOffsets/contact_zone"),
-    offsets_row("/VTKHDF/Steps/CellDataOffsets/contact_tangential_stress"),
-    offsets_row("/VTKHDF/Steps/PointDataOffsets/contact_tangential_stress"),
-    offsets_row("/VTKHDF/Steps/CellDataOffsets/friction_1"),
-    offsets_row("/VTKHDF/Steps/PointDataOffsets/friction_1"),
-    offsets_row("/VTKHDF/Steps/CellDataOffsets/friction_2"),
-    offsets_row("/VTKHDF/Steps/PointDataOffsets/friction_2"),
+    VTKHDF.row(VALUES, Kind::F64, STEPS, Dimension::Number, "Time of each step, as players show it.").optional(ONLY_IN_SERIES),
+    VTKHDF.row(PARTS, Kind::I64, STEPS, Dimension::Number, "Parts of the grid at each step: one.").optional(ONLY_IN_SERIES),
+    VTKHDF.row(PART_OFFSETS, Kind::I64, STEPS, Dimension::Number, "The part of each step: the first.").optional(ONLY_IN_SERIES),
+    VTKHDF.row(POINT_OFFSETS, Kind::I64, STEPS, Dimension::Number, "Where the points of each step begin: the grid stays.").optional(ONLY_IN_SERIES),
+    VTKHDF.row(CELL_OFFSETS, Kind::I64, STEPS_AND_ONE, Dimension::Number, "Where the cells of each step begin: the grid stays.").optional(ONLY_IN_SERIES),
+    VTKHDF.row(CONNECTIVITY_OFFSETS, Kind::I64, STEPS_AND_ONE, Dimension::Number, "Where Connectivity of each step begins: the grid stays.").optional(ONLY_IN_SERIES),
 ];
 
 #[rustfmt::skip]
 const OF_PATHS: &[DatasetSpec] = &[
-    GROUP.row("/VTKHDF/FieldData/parameter", Kind::F64, STEPS, Dimension::Number, "The parameter of each step, in the unit of its key.").optional(OF_PATH),
-    GROUP.row("/VTKHDF/FieldData/determinant_sign", Kind::F64, STEPS, Dimension::Number, "Sign of the determinant of Newton's matrix; 0 at folds.").optional(OF_PATH),
-    GROUP.row("/VTKHDF/FieldData/spectral_radius", Kind::F64, STEPS, Dimension::Number, "Spectral radius of the derivative of the mapping Psi; NaN where it has none.").optional(OF_PATH),
-    GROUP.row("/VTKHDF/Steps/FieldDataOffsets/parameter", Kind::I64, STEPS, Dimension::Number, "Which value belongs to each step.").optional(OF_PATH),
-    GROUP.row("/VTKHDF/Steps/FieldDataOffsets/determinant_sign", Kind::I64, STEPS, Dimension::Number, "Which value belongs to each step.").optional(OF_PATH),
-    GROUP.row("/VTKHDF/Steps/FieldDataOffsets/spectral_radius", Kind::I64, STEPS, Dimension::Number, "Which value belongs to each step.").optional(OF_PATH),
+    VTKHDF.row("/VTKHDF/FieldData/parameter", Kind::F64, STEPS, Dimension::Number, "The parameter of each step, in the unit of its key.").optional(OF_PATH),
+    VTKHDF.row("/VTKHDF/FieldData/determinant_sign", Kind::F64, STEPS, Dimension::Number, "Sign of the determinant of Newton's matrix; 0 at folds.").optional(OF_PATH),
+    VTKHDF.row("/VTKHDF/FieldData/spectral_radius", Kind::F64, STEPS, Dimension::Number, "Spectral radius of the derivative of the mapping Psi; NaN where it has none.").optional(OF_PATH),
+    VTKHDF.row("/VTKHDF/Steps/FieldDataOffsets/parameter", Kind::I64, STEPS, Dimension::Number, "Which value belongs to each step.").optional(OF_PATH),
+    VTKHDF.row("/VTKHDF/Steps/FieldDataOffsets/determinant_sign", Kind::I64, STEPS, Dimension::Number, "Which value belongs to each step.").optional(OF_PATH),
+    VTKHDF.row("/VTKHDF/Steps/FieldDataOffsets/spectral_radius", Kind::I64, STEPS, Dimension::Number, "Which value belongs to each step.").optional(OF_PATH),
 ];
 
 #[rustfmt::skip]
 const OF_SWEEPS: &[DatasetSpec] = &[
-    GROUP.row("/VTKHDF/FieldData/case", Kind::F64, STEPS, Dimension::Number, "Row of each step in /cases of summary.h5, from 0.").optional(OF_SWEEP),
-    GROUP.row("/VTKHDF/FieldData/setting", Kind::F64, SETTINGS, Dimension::Number, "Values of the keys that the settings of the group list; NaN where a value is no number.").optional(OF_SWEEP),
-    GROUP.row("/VTKHDF/Steps/FieldDataOffsets/case", Kind::I64, STEPS, Dimension::Number, "Which value belongs to each step.").optional(OF_SWEEP),
-    GROUP.row("/VTKHDF/Steps/FieldDataOffsets/setting", Kind::I64, STEPS, Dimension::Number, "Which row belongs to each step.").optional(OF_SWEEP),
+    VTKHDF.row("/VTKHDF/FieldData/case", Kind::F64, STEPS, Dimension::Number, "Row of each step in /cases of summary.h5, from 0.").optional(OF_SWEEP),
+    VTKHDF.row("/VTKHDF/FieldData/setting", Kind::F64, SETTINGS, Dimension::Number, "Values of the keys that the settings of the group list; NaN where a value is no number.").optional(OF_SWEEP),
+    VTKHDF.row("/VTKHDF/Steps/FieldDataOffsets/case", Kind::I64, STEPS, Dimension::Number, "Which value belongs to each step.").optional(OF_SWEEP),
+    VTKHDF.row("/VTKHDF/Steps/FieldDataOffsets/setting", Kind::I64, STEPS, Dimension::Number, "Which row belongs to each step.").optional(OF_SWEEP),
 ];
 
 /// Every dataset of a file that holds what ParaView opens and nothing else: a copy of what a run file has, the points of a path,
@@ -90,17 +72,17 @@ pub const SERIES_LAYOUT: Layout = Layout {
     format_version: [2, 0],
     creator: super::LAYOUT.creator,
     units: super::LAYOUT.units,
-    groups: &[GROUP],
-    tables: &[vtkhdf::TABLE, vtkhdf::ONCE, TABLE, OF_PATHS, OF_SWEEPS],
+    groups: &[VTKHDF],
+    tables: &[
+        vtkhdf::TABLE,
+        result_fields::TABLE,
+        vtkhdf::ONCE,
+        TABLE,
+        OF_PATHS,
+        OF_SWEEPS,
+    ],
     extents: extents::OF_SERIES,
 };
-
-pub(super) const fn offsets_row(path: &'static str) -> DatasetSpec {
-    let meaning = "Where the values of each step begin.";
-    GROUP
-        .row(path, Kind::I64, STEPS, Dimension::Number, meaning)
-        .optional(ONLY)
-}
 
 /// A series that is being written, step by step, so that the values of one are in memory at a time.
 pub struct GridSeries<'w, 't> {
@@ -151,10 +133,10 @@ impl<'w, 't> GridSeries<'w, 't> {
     pub fn step(
         &mut self,
         mesh: &Mesh,
-        shown: &GridValues<'_>,
+        state: &ResultState<'_>,
         frame: Option<&ContactFrame>,
     ) -> Result<(), StoreError> {
-        self.append(&fields(mesh, shown, frame))
+        self.append(&grid_arrays(mesh, state, frame))
     }
 
     /// Writes the fields of the next step, the same ones in each.
@@ -271,7 +253,8 @@ pub fn field_paths(reader: &Reader) -> Vec<&'static str> {
     let on_grid = |path: &&str| {
         path.starts_with("/VTKHDF/PointData/") || path.starts_with("/VTKHDF/CellData/")
     };
-    let paths = vtkhdf::TABLE.iter().map(|row| row.path);
+    let rows = result_fields::TABLE.iter().chain(vtkhdf::TABLE);
+    let paths = rows.map(|row| row.path);
     paths
         .filter(on_grid)
         .filter(|path| reader.has(path))

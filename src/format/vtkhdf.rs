@@ -6,25 +6,20 @@
 
 use contact3d::{
     contact::ContactFrame,
-    history::StepRecord,
     mesh::{ContactSurface, Mesh},
-    post::{ContactReport, PaneState, Zone},
+    post::ContactReport,
 };
 use runfile::{
     DatasetSpec, Extent,
     Extent::{Fixed, Named, Plus},
-    Group, GroupWriter, Kind, StoreError,
+    GroupWriter, Kind, StoreError,
 };
 use units::Dimension;
 
 use super::{
-    Stage,
     fields::{write_list, write_value},
-    series::offsets_row,
+    result_fields::{FieldPlace, FieldShape, RESULT_FIELDS, ResultState, VTKHDF, offsets_row},
 };
-
-/// The same results as ParaView reads them.
-pub const GROUP: Group = Group::new("VTKHDF", Stage::Post.command());
 
 pub(super) const N_POINTS: &str = "/VTKHDF/NumberOfPoints";
 pub(super) const N_CELLS: &str = "/VTKHDF/NumberOfCells";
@@ -33,10 +28,8 @@ pub(super) const POINTS: &str = "/VTKHDF/Points";
 pub(super) const CONNECTIVITY: &str = "/VTKHDF/Connectivity";
 pub(super) const OFFSETS: &str = "/VTKHDF/Offsets";
 pub(super) const TYPES: &str = "/VTKHDF/Types";
-const DISPLACEMENT: &str = "/VTKHDF/PointData/displacement";
 const ERROR_INDICATOR: &str = "/VTKHDF/CellData/error_indicator";
 const CONTACT_FACE: &str = "/VTKHDF/CellData/contact_face";
-const VON_MISES: &str = "/VTKHDF/CellData/von_mises";
 pub(super) const NORMAL: &str = "/VTKHDF/CellData/contact_normal";
 const NORMAL_OFFSETS: &str = "/VTKHDF/Steps/CellDataOffsets/contact_normal";
 const MECHANISM: &str = "/VTKHDF/PointData/mechanism";
@@ -56,47 +49,25 @@ const VTK_QUADRATIC_TRIANGLE: u8 = 22;
 const VTK_QUADRATIC_TETRA: u8 = 24;
 
 const CELLS: &[Extent] = &[Named("n_cells")];
-/// Values on cells and on points: as many as there are, once for each step of a series.
-const CELL_VALUES: &[Extent] = &[Named("n_cell_values")];
-const POINT_VALUES: &[Extent] = &[Named("n_point_values")];
-const CELL_VECTORS: &[Extent] = &[Named("n_cell_values"), Fixed(3)];
-const POINT_VECTORS: &[Extent] = &[Named("n_point_values"), Fixed(3)];
-const ON_CELLS: &str = "only with panes, where the scene has the effect";
-const ON_POINTS: &str = "only with nodal multipliers, where the scene has the effect";
-
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
-    GROUP.row(N_POINTS, Kind::I64, &[Fixed(1)], Dimension::Number, "Number of points."),
-    GROUP.row(N_CELLS, Kind::I64, &[Fixed(1)], Dimension::Number, "Number of cells."),
-    GROUP.row(N_CONNECTIVITY, Kind::I64, &[Fixed(1)], Dimension::Number, "Length of Connectivity."),
-    GROUP.row(POINTS, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::LENGTH, "Node coordinates.").compressed(),
-    GROUP.row(CONNECTIVITY, Kind::I64, &[Named("n_connectivity")], Dimension::Number, "Nodes of all cells, one after the other.").compressed(),
-    GROUP.row(OFFSETS, Kind::I64, &[Plus("n_cells", 1)], Dimension::Number, "Where each cell begins in Connectivity.").compressed(),
-    GROUP.row(TYPES, Kind::U8, CELLS, Dimension::Number, "VTK cell type: 10 tetrahedron, 5 triangle, 24 and 22 the quadratic ones.").compressed(),
-    GROUP.row(DISPLACEMENT, Kind::F64, POINT_VECTORS, Dimension::LENGTH, "Displacement; warp by this vector.").compressed(),
-    GROUP.row(VON_MISES, Kind::F64, CELL_VALUES, Dimension::STRESS, "Von Mises stress, NaN on contact triangles.").compressed(),
-    GROUP.row(ERROR_INDICATOR, Kind::F64, CELL_VALUES, Dimension::Number, "Share in the estimated discretisation error, NaN on contact triangles.").compressed().optional("absent for a body at rest, and with a load history"),
-    GROUP.row(CONTACT_FACE, Kind::F64, CELL_VALUES, Dimension::Number, "Number of the contact face from 0, in the order of /mesh/contact_face_names; NaN on tetrahedra.").compressed().optional("absent without several contact faces"),
-    GROUP.row("/VTKHDF/CellData/contact_normal_stress", Kind::F64, CELL_VALUES, Dimension::STRESS, "Normal contact stress; NaN on tetrahedra.").compressed().optional(ON_CELLS),
-    GROUP.row("/VTKHDF/PointData/contact_normal_stress", Kind::F64, POINT_VALUES, Dimension::STRESS, "Normal contact stress; NaN where no multiplier is.").compressed().optional(ON_POINTS),
-    GROUP.row("/VTKHDF/CellData/contact_gap", Kind::F64, CELL_VALUES, Dimension::LENGTH, "Gap d - u_nu; NaN on tetrahedra.").compressed().optional(ON_CELLS),
-    GROUP.row("/VTKHDF/PointData/contact_gap", Kind::F64, POINT_VALUES, Dimension::LENGTH, "Gap d - u_nu; NaN where no multiplier is.").compressed().optional(ON_POINTS),
-    GROUP.row("/VTKHDF/CellData/contact_zone", Kind::F64, CELL_VALUES, Dimension::Number, "0 open, 1 stick, 2 slip; NaN on tetrahedra.").compressed().optional(ON_CELLS),
-    GROUP.row("/VTKHDF/PointData/contact_zone", Kind::F64, POINT_VALUES, Dimension::Number, "0 open, 1 stick, 2 slip; NaN where no multiplier is.").compressed().optional(ON_POINTS),
-    GROUP.row("/VTKHDF/CellData/contact_tangential_stress", Kind::F64, CELL_VECTORS, Dimension::STRESS, "Tangential contact stress in the global axes; NaN on tetrahedra.").compressed().optional(ON_CELLS),
-    GROUP.row("/VTKHDF/PointData/contact_tangential_stress", Kind::F64, POINT_VECTORS, Dimension::STRESS, "Tangential contact stress in the global axes; NaN where no multiplier is.").compressed().optional(ON_POINTS),
-    GROUP.row("/VTKHDF/CellData/friction_1", Kind::F64, CELL_VALUES, Dimension::Number, "Coefficient F_1; NaN on tetrahedra.").compressed().optional(ON_CELLS),
-    GROUP.row("/VTKHDF/PointData/friction_1", Kind::F64, POINT_VALUES, Dimension::Number, "Coefficient F_1; NaN where no multiplier is.").compressed().optional(ON_POINTS),
-    GROUP.row("/VTKHDF/CellData/friction_2", Kind::F64, CELL_VALUES, Dimension::Number, "Coefficient F_2; NaN on tetrahedra.").compressed().optional(ON_CELLS),
-    GROUP.row("/VTKHDF/PointData/friction_2", Kind::F64, POINT_VALUES, Dimension::Number, "Coefficient F_2; NaN where no multiplier is.").compressed().optional(ON_POINTS),
+    VTKHDF.row(N_POINTS, Kind::I64, &[Fixed(1)], Dimension::Number, "Number of points."),
+    VTKHDF.row(N_CELLS, Kind::I64, &[Fixed(1)], Dimension::Number, "Number of cells."),
+    VTKHDF.row(N_CONNECTIVITY, Kind::I64, &[Fixed(1)], Dimension::Number, "Length of Connectivity."),
+    VTKHDF.row(POINTS, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::LENGTH, "Node coordinates.").compressed(),
+    VTKHDF.row(CONNECTIVITY, Kind::I64, &[Named("n_connectivity")], Dimension::Number, "Nodes of all cells, one after the other.").compressed(),
+    VTKHDF.row(OFFSETS, Kind::I64, &[Plus("n_cells", 1)], Dimension::Number, "Where each cell begins in Connectivity.").compressed(),
+    VTKHDF.row(TYPES, Kind::U8, CELLS, Dimension::Number, "VTK cell type: 10 tetrahedron, 5 triangle, 24 and 22 the quadratic ones.").compressed(),
+    VTKHDF.row(CONTACT_FACE, Kind::F64, &[Named("n_cell_values")], Dimension::Number, "Number of the contact face from 0, in the order of /mesh/contact_face_names; NaN on tetrahedra.").compressed().optional("absent without several contact faces"),
+    offsets_row("/VTKHDF/Steps/CellDataOffsets/contact_face"),
 ];
 
 /// Fields that no step of a series has of its own.
 #[rustfmt::skip]
 pub(super) const ONCE: &[DatasetSpec] = &[
-    GROUP.row(NORMAL, Kind::F64, &[Named("n_cells"), Fixed(3)], Dimension::Number, "Unit normal of contact in the middle of each contact triangle, out of the body and into the obstacle, one array for all steps of a series; NaN on tetrahedra.").symbol("nu").compressed().optional("absent without contact, and with one face whose normal is the same everywhere"),
+    VTKHDF.row(NORMAL, Kind::F64, &[Named("n_cells"), Fixed(3)], Dimension::Number, "Unit normal of contact in the middle of each contact triangle, out of the body and into the obstacle, one array for all steps of a series; NaN on tetrahedra.").symbol("nu").compressed().optional("absent without contact, and with one face whose normal is the same everywhere"),
     offsets_row(NORMAL_OFFSETS),
-    GROUP.row(MECHANISM, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::Number, "Without equilibrium the rigid motion that contact cannot resist, of largest component one; warp by this vector.").compressed().optional("absent with equilibrium, and in a series"),
+    VTKHDF.row(MECHANISM, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::Number, "Without equilibrium the rigid motion that contact cannot resist, of largest component one; warp by this vector.").compressed().optional("absent with equilibrium, and in a series"),
 ];
 
 /// Writes the grid and its fields, with the mechanism where there is one.
@@ -112,12 +83,12 @@ pub fn write(
     if let Some(motion) = mechanism {
         write_list(writer, MECHANISM, motion)?;
     }
-    for field in fields(mesh, &GridValues::from(report), frame) {
+    let is_at_rest = report.discretisation_error.displacement == 0.0;
+    for array in grid_arrays(mesh, &ResultState::from(report), frame) {
         // A body at rest has no error to share.
-        if field.path == ERROR_INDICATOR && report.discretisation_error.displacement == 0.0 {
-            continue;
+        if !(is_at_rest && array.path == ERROR_INDICATOR) {
+            writer.write(&array.path, &array.values, &array.shape(1))?;
         }
-        writer.write(&field.path, &field.values, &field.shape(1))?;
     }
     Ok(())
 }
@@ -154,198 +125,110 @@ impl GridArray {
     }
 }
 
-/// What the grid shows at one time.
-#[derive(Debug)]
-pub struct GridValues<'a> {
-    /// Displacement of the nodes.
-    pub displacement: &'a [[f64; 3]],
-    /// Von Mises stress of the tetrahedra.
-    pub von_mises: &'a [f64],
-    /// Share of each tetrahedron in the estimated error; `None` where it is not kept.
-    error: Option<Vec<f64>>,
-    /// What it shows of each pane.
-    pub panes: Vec<PaneValues>,
-}
-
-/// What the grid shows of a pane.
-#[derive(Debug)]
-pub struct PaneValues {
-    /// Normal contact stress σ_ν.
-    pub normal_stress: f64,
-    /// Mean gap d − u_ν.
-    pub gap: f64,
-    /// What it does.
-    pub zone: Zone,
-    /// Tangential contact stress σ_t; `None` without friction.
-    pub tangential_stress: Option<[f64; 2]>,
-    /// (F₁, F₂); `None` without Coulomb's law.
-    pub coefficients: Option<[f64; 2]>,
-}
-
-impl<'a> From<&'a ContactReport> for GridValues<'a> {
-    fn from(report: &'a ContactReport) -> Self {
-        let error = &report.discretisation_error;
-        let share = |indicator: &f64| match error.displacement {
-            0.0 => 0.0,
-            displacement => indicator / displacement,
-        };
-        let pane = |pane: &PaneState| PaneValues {
-            normal_stress: pane.normal_stress,
-            gap: pane.gap,
-            zone: pane.zone,
-            tangential_stress: pane.friction.map(|friction| friction.stress),
-            coefficients: pane
-                .friction
-                .and_then(|friction| friction.coulomb)
-                .map(|coulomb| coulomb.coefficients),
-        };
-        Self {
-            displacement: &report.displacement,
-            von_mises: &report.von_mises,
-            error: Some(error.indicator.iter().map(share).collect()),
-            panes: report.panes.iter().map(pane).collect(),
-        }
-    }
-}
-
-impl<'a> GridValues<'a> {
-    /// Those of an increment, with its share in the error over the largest norm of the history in √J.
-    pub fn of_increment(record: &'a StepRecord, norm: f64) -> Self {
-        let squares = record.error_energy.iter();
-        let shares = squares.map(|square| match *square {
-            0.0 => 0.0,
-            square => square.sqrt() / norm,
-        });
-        let (normal, tangential) = record.multiplier.split_at(record.panes.len());
-        let pairs: &[[f64; 2]] = tangential.as_chunks().0;
-        let panes = record.panes.iter().enumerate();
-        let panes = panes.map(|(k, pane)| PaneValues {
-            normal_stress: 0.0 - normal[k],
-            gap: pane.gap,
-            zone: pane.zone,
-            tangential_stress: pairs.get(k).map(|pair| pair.map(|stress| 0.0 - stress)),
-            coefficients: Some(pane.coefficients).filter(|f| !f[0].is_nan()),
-        });
-        Self {
-            displacement: &record.displacement,
-            von_mises: &record.von_mises,
-            error: (!record.error_energy.is_empty()).then(|| shares.collect()),
-            panes: panes.collect(),
-        }
-    }
-}
-
-/// The fields of results, always the same ones for the same scene.
-pub(super) fn fields(
+/// The fields of results on the grid, always the same ones for the same scene.
+pub(super) fn grid_arrays(
     mesh: &Mesh,
-    shown: &GridValues<'_>,
+    state: &ResultState<'_>,
     frame: Option<&ContactFrame>,
 ) -> Vec<GridArray> {
     let n_cells = mesh.tetrahedra.len() + contact_triangles(mesh).len();
-    let on_tetrahedra = |path: &str, values: &[f64]| {
-        let mut values = values.to_vec();
-        values.resize(n_cells, f64::NAN);
-        GridArray {
-            path: path.to_owned(),
-            components: 1,
-            values,
-        }
-    };
-    let mut fields = vec![
-        GridArray::new(DISPLACEMENT.to_owned(), shown.displacement),
-        on_tetrahedra(VON_MISES, shown.von_mises),
-    ];
-    let error = shown.error.as_ref();
-    fields.extend(error.map(|error| on_tetrahedra(ERROR_INDICATOR, error)));
-    if let (Some(surface), Some(frame)) = (&mesh.contact, frame) {
-        let contact = ContactFields {
-            mesh,
-            surface,
-            frame,
-            panes: &shown.panes,
+    let contact = mesh.contact.as_ref().zip(frame);
+    let mut arrays = Vec::new();
+    for field in RESULT_FIELDS {
+        let Some(mut values) = (field.values)(state) else {
+            continue;
         };
-        fields.extend(contact.fields());
-    }
-    fields
-}
-
-/// The fields of the contact face.
-struct ContactFields<'a> {
-    mesh: &'a Mesh,
-    surface: &'a ContactSurface,
-    frame: &'a ContactFrame,
-    panes: &'a [PaneValues],
-}
-
-impl ContactFields<'_> {
-    fn fields(&self) -> Vec<GridArray> {
-        type Measure = fn(&PaneValues) -> Option<f64>;
-        let measures: [(&str, Measure); 5] = [
-            ("contact_normal_stress", |p| Some(p.normal_stress)),
-            ("contact_gap", |p| Some(p.gap)),
-            ("contact_zone", |p| Some(f64::from(p.zone as u8))),
-            ("friction_1", |p| Some(p.coefficients?[0])),
-            ("friction_2", |p| Some(p.coefficients?[1])),
-        ];
-        let mut fields = Vec::new();
-        for (name, measure) in measures {
-            if self.panes.iter().any(|pane| measure(pane).is_some()) {
-                let value = |pane: usize| [measure(&self.panes[pane]).unwrap_or(f64::NAN)];
-                fields.extend(self.spread(name, value));
+        let components = field.shape.components();
+        match field.place {
+            FieldPlace::Nodes => arrays.push(GridArray {
+                path: on_points(field.name),
+                components,
+                values,
+            }),
+            FieldPlace::Tetrahedra => {
+                values.resize(n_cells * components, f64::NAN);
+                arrays.push(GridArray {
+                    path: on_cells(field.name),
+                    components,
+                    values,
+                });
+            }
+            FieldPlace::Panes => {
+                arrays.extend(
+                    contact
+                        .into_iter()
+                        .flat_map(|(surface, frame)| match field.shape {
+                            FieldShape::Tangential => {
+                                let pairs: &[[f64; 2]] = values.as_chunks().0;
+                                let pairs = pairs.iter().enumerate();
+                                let vectors = pairs.map(|(pane, pair)| {
+                                    frame.pane_vector(surface, pane, 0.0, *pair)
+                                });
+                                spread(
+                                    mesh,
+                                    surface,
+                                    field.name,
+                                    &vectors.collect::<Vec<[f64; 3]>>(),
+                                )
+                            }
+                            _ => spread::<1>(mesh, surface, field.name, values.as_chunks().0),
+                        }),
+                )
             }
         }
-        let mut panes = self.panes.iter();
-        if panes.any(|pane| pane.tangential_stress.is_some()) {
-            let stress = |pane: usize| match self.panes[pane].tangential_stress {
-                Some(stress) => self.frame.pane_vector(self.surface, pane, 0.0, stress),
-                None => [f64::NAN; 3],
-            };
-            fields.extend(self.spread("contact_tangential_stress", stress));
-        }
-        fields.extend(self.faces());
-        fields
     }
+    arrays.extend(contact_faces(mesh));
+    arrays
+}
 
-    /// Which of several contact faces each contact triangle belongs to.
-    fn faces(&self) -> Option<GridArray> {
-        if self.surface.faces.len() == 1 {
-            return None;
-        }
-        let mut values = vec![[f64::NAN]; self.mesh.tetrahedra.len()];
-        let triangles = 0..self.surface.facets.len();
-        values.extend(triangles.map(|place| [self.surface.face_number(place) as f64]));
-        Some(GridArray::new(CONTACT_FACE.to_owned(), &values))
+/// Values of panes on cells and values of nodal multipliers on points, as far as there are any; NaN elsewhere.
+fn spread<const K: usize>(
+    mesh: &Mesh,
+    surface: &ContactSurface,
+    name: &str,
+    of_panes: &[[f64; K]],
+) -> Vec<GridArray> {
+    let mut arrays = Vec::new();
+    if surface.faces.iter().any(|face| !face.is_nodal) {
+        let mut values = vec![[f64::NAN; K]; mesh.tetrahedra.len()];
+        let triangles = 0..surface.facets.len();
+        values.extend(triangles.map(|place| {
+            let pane = surface.pane_of_facet(place);
+            pane.map_or([f64::NAN; K], |pane| of_panes[pane])
+        }));
+        arrays.push(GridArray::new(on_cells(name), &values));
     }
-
-    /// Values of panes on cells and values of nodal multipliers on points, as far as there are any; NaN elsewhere.
-    fn spread<const K: usize>(
-        &self,
-        name: &str,
-        value: impl Fn(usize) -> [f64; K],
-    ) -> Vec<GridArray> {
-        let surface = self.surface;
-        let mut fields = Vec::new();
-        if surface.faces.iter().any(|face| !face.is_nodal) {
-            let mut values = vec![[f64::NAN; K]; self.mesh.tetrahedra.len()];
-            let triangles = 0..surface.facets.len();
-            values.extend(triangles.map(|place| match surface.pane_of_facet(place) {
-                Some(pane) => value(pane),
-                None => [f64::NAN; K],
-            }));
-            fields.push(GridArray::new(format!("/VTKHDF/CellData/{name}"), &values));
-        }
-        if surface.faces.iter().any(|face| face.is_nodal) {
-            let mut values = vec![[f64::NAN; K]; self.mesh.coordinates.len()];
-            let nodal = surface.faces.iter().filter(|face| face.is_nodal);
-            for pane in nodal.flat_map(|face| face.panes.clone()) {
-                for (node, _) in surface.pane_weights(pane) {
-                    values[surface.nodes[node]] = value(pane);
-                }
+    if surface.faces.iter().any(|face| face.is_nodal) {
+        let mut values = vec![[f64::NAN; K]; mesh.coordinates.len()];
+        let nodal = surface.faces.iter().filter(|face| face.is_nodal);
+        for pane in nodal.flat_map(|face| face.panes.clone()) {
+            for (node, _) in surface.pane_weights(pane) {
+                values[surface.nodes[node]] = of_panes[pane];
             }
-            fields.push(GridArray::new(format!("/VTKHDF/PointData/{name}"), &values));
         }
-        fields
+        arrays.push(GridArray::new(on_points(name), &values));
     }
+    arrays
+}
+
+/// Which of several contact faces each contact triangle belongs to.
+fn contact_faces(mesh: &Mesh) -> Option<GridArray> {
+    let surface = mesh
+        .contact
+        .as_ref()
+        .filter(|surface| surface.faces.len() > 1)?;
+    let mut values = vec![[f64::NAN]; mesh.tetrahedra.len()];
+    let triangles = 0..surface.facets.len();
+    values.extend(triangles.map(|place| [surface.face_number(place) as f64]));
+    Some(GridArray::new(CONTACT_FACE.to_owned(), &values))
+}
+
+fn on_points(name: &str) -> String {
+    format!("/VTKHDF/PointData/{name}")
+}
+
+fn on_cells(name: &str) -> String {
+    format!("/VTKHDF/CellData/{name}")
 }
 
 /// Writes the normals, with `n_steps` also that they are those of all steps of a series.

@@ -10,7 +10,7 @@ use contact3d::{
     solver::NeedsExplicit,
 };
 use miette::Diagnostic;
-use plots::FigureError;
+use plots::PngError;
 use runfile::{Group, StoreError};
 use thiserror::Error;
 
@@ -96,7 +96,7 @@ pub enum StageError {
     Csv { file: PathBuf, source: csv::Error },
     /// A picture could not be drawn or written.
     #[error("figure {}: {source}", file.display())]
-    Figure { file: PathBuf, source: FigureError },
+    Figure { file: PathBuf, source: PngError },
     /// An output that is an input, or in the place of a file of another kind, or that cannot be
     /// written.
     #[error(transparent)]

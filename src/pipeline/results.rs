@@ -17,7 +17,7 @@ use contact3d::{
 use runfile::{GroupWriter, Reader, StoreError};
 
 use super::{OpenRun, StageError, mesh, stages};
-use crate::format::{self, FormatError, GridSeries, GridValues, Stage};
+use crate::format::{self, FormatError, GridSeries, ResultState, Stage};
 
 /// What a solve came to.
 #[derive(Debug)]
@@ -92,7 +92,7 @@ impl Results {
         let mut series = GridSeries::begin(writer, mesh, &times)?;
         let norm = largest_norm(&self.increments);
         for record in &self.increments {
-            series.step(mesh, &GridValues::of_increment(record, norm), frame)?;
+            series.step(mesh, &ResultState::of_increment(record, norm), frame)?;
         }
         series.finish()
     }

@@ -12,7 +12,7 @@ use studies::branches::{Branches, Family};
 
 use super::StageError;
 use crate::{
-    format::{self, GridValues, SERIES_LAYOUT},
+    format::{self, ResultState, SERIES_LAYOUT},
     output::{Folder, Inputs},
 };
 
@@ -139,7 +139,7 @@ fn write_path(
         let report = problem.report(&problem.state_of(point.multiplier.clone()))?;
         let contact = problem.contact_state();
         let frame = contact.map(|contact| &contact.interface.frame);
-        series.step(mesh, &GridValues::from(&report), frame)?;
+        series.step(mesh, &ResultState::from(&report), frame)?;
     }
     series.finish()?;
     let seconds = started.elapsed().as_secs_f64();

@@ -126,6 +126,11 @@ impl Session {
         &self.store.input.scene
     }
 
+    /// The scene in force with the text that it came from.
+    pub fn input(&self) -> &SceneFile {
+        &self.store.input
+    }
+
     /// Changes the solve settings of the scene; stored with the next stage that is written.
     pub fn set_solve(&mut self, settings: SolveSettings) -> Result<(), StageError> {
         settings.validate().map_err(StageError::Setting)?;

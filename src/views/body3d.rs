@@ -10,7 +10,7 @@ use units::{Dimension, Units};
 
 use super::{contact_cells::ContactCells, obstacle::obstacle_beside, picture::error_density};
 use crate::{
-    format::{GridValues, PaneValues},
+    format::{FieldPlace, FieldShape, FieldView, RESULT_FIELDS, ResultState},
     pipeline::Results,
     report::shown_time,
 };
@@ -34,11 +34,11 @@ pub(super) fn view(scene: &Scene, results: &Results) -> BodyView {
     let (mesh, report) = (results.mesh(), &results.report);
     let boundary = Boundary::new(mesh);
     let records = &results.increments;
-    let frames: Vec<GridValues<'_>> = match records.as_slice() {
-        [] => vec![GridValues::from(report)],
+    let states: Vec<ResultState<'_>> = match records.as_slice() {
+        [] => vec![ResultState::from(report)],
         records => {
             let norm = largest_norm(records);
-            let of = |record| GridValues::of_increment(record, norm);
+            let of = |record| ResultState::of_increment(record, norm);
             records.iter().map(of).collect()
         }
     };
@@ -55,15 +55,14 @@ pub(super) fn view(scene: &Scene, results: &Results) -> BodyView {
         names.push("the solution".into());
     }
     let mut arrays = boundary.shape(mesh, scene.units);
-    arrays.extend(boundary.fields(scene.units, &frames));
-    arrays.extend(pane_arrays(scene.units, &frames));
+    arrays.extend(boundary.fields(scene.units, &states));
     if report.discretisation_error.displacement > 0.0 {
         let density = error_density(mesh, report, mesh.coordinates.len());
-        let logarithm: Vec<[f64; 3]> = density.iter().map(|v| [v.log10(); 3]).collect();
-        let values = boundary.at_points(&logarithm).map(|[v, ..]| v).collect();
+        let logarithm: Vec<[f64; 1]> = density.iter().map(|v| [v.log10()]).collect();
+        let values = boundary.at_points(&logarithm);
         arrays.push(ViewArray {
             label: "log10 of error per volume over its mean",
-            first: frames.len() - 1,
+            first: states.len() - 1,
             ..array(
                 "error",
                 ViewPlace::Point,
@@ -175,19 +174,18 @@ impl Boundary {
         boundary
     }
 
-    /// A field of the nodes at the points of the triangles.
-    fn at_points(&self, nodal: &[[f64; 3]]) -> impl Iterator<Item = [f64; 3]> {
+    /// A field of the nodes at the points of the triangles, value after value.
+    fn at_points<const K: usize>(&self, nodal: &[[f64; K]]) -> Vec<f64> {
         let mut field = nodal.to_vec();
         for cells in &self.cells {
             field.extend_from_slice(&cells.interpolate(nodal)[self.n_nodes..]);
         }
-        self.used.iter().map(move |&point| field[point])
+        self.used.iter().flat_map(|&point| field[point]).collect()
     }
 
     /// Points and triangles.
     fn shape(&self, mesh: &Mesh, units: Units) -> Vec<ViewArray> {
-        let points: Vec<[f64; 3]> = self.at_points(&mesh.coordinates).collect();
-        let place = points.as_flattened().to_vec();
+        let place = self.at_points(&mesh.coordinates);
         let pane = self
             .pane
             .iter()
@@ -214,43 +212,44 @@ impl Boundary {
         ]
     }
 
-    /// Displacement and stress.
-    fn fields(&self, units: Units, frames: &[GridValues<'_>]) -> [ViewArray; 2] {
-        let displacement = frames.iter().map(|frame| {
-            let u: Vec<[f64; 3]> = self.at_points(frame.displacement).collect();
-            u.as_flattened().to_vec()
+    /// The fields that all states have.
+    fn fields(&self, units: Units, states: &[ResultState<'_>]) -> Vec<ViewArray> {
+        let shown = RESULT_FIELDS
+            .iter()
+            .filter(|field| field.view != FieldView::Hidden);
+        let arrays = shown.filter_map(|field| {
+            let columns = field.shape.components();
+            let frame = |state: &ResultState<'_>| {
+                let values = (field.values)(state)?;
+                Some(match (field.place, columns) {
+                    (FieldPlace::Panes, _) => values,
+                    (FieldPlace::Nodes, 3) => self.at_points::<3>(values.as_chunks().0),
+                    (FieldPlace::Nodes, _) => self.at_points::<1>(values.as_chunks().0),
+                    (FieldPlace::Tetrahedra, _) => {
+                        let rows = self.behind.iter().map(|k| k * columns..(k + 1) * columns);
+                        rows.flat_map(|row| values[row].iter().copied()).collect()
+                    }
+                })
+            };
+            let on = match field.place {
+                FieldPlace::Nodes => ViewPlace::Point,
+                FieldPlace::Tetrahedra => ViewPlace::Triangle,
+                FieldPlace::Panes => ViewPlace::Pane,
+            };
+            let values = match (field.view, field.shape, field.place) {
+                (FieldView::Numbers | FieldView::Hidden, ..) => ViewValues::Plain,
+                (_, FieldShape::Zone, _) => ViewValues::Zones,
+                (_, _, FieldPlace::Panes) => ViewValues::OfFace,
+                _ => ViewValues::OfBody,
+            };
+            let frames = states.iter().map(frame).collect::<Option<Vec<_>>>()?;
+            Some(ViewArray {
+                label: field.words,
+                unit: units.of(field.dimension).beside().trim().to_owned(),
+                ..array(field.name, on, values, columns, frames)
+            })
         });
-        let stress = |frame: &GridValues<'_>| {
-            let of_triangles = self.behind.iter();
-            of_triangles
-                .map(|&tetrahedron| frame.von_mises[tetrahedron])
-                .collect()
-        };
-        let stress = frames.iter().map(stress).collect();
-        [
-            ViewArray {
-                label: "displacement",
-                unit: units.word(Dimension::LENGTH),
-                ..array(
-                    "displacement",
-                    ViewPlace::Point,
-                    ViewValues::OfBody,
-                    3,
-                    displacement.collect(),
-                )
-            },
-            ViewArray {
-                label: "von Mises stress",
-                unit: units.word(Dimension::STRESS),
-                ..array(
-                    "von_mises",
-                    ViewPlace::Triangle,
-                    ViewValues::OfBody,
-                    1,
-                    stress,
-                )
-            },
-        ]
+        arrays.collect()
     }
 }
 
@@ -258,79 +257,6 @@ impl Boundary {
 fn faces(mesh: &Mesh) -> impl Iterator<Item = (&ContactSurface, &SurfaceFace)> {
     let surfaces = mesh.contact.iter();
     surfaces.flat_map(|surface| surface.faces.iter().map(move |face| (surface, face)))
-}
-
-/// What each pane has in each frame; none without contact.
-fn pane_arrays(units: Units, frames: &[GridValues<'_>]) -> Vec<ViewArray> {
-    let Some(first) = frames[0].panes.first() else {
-        return Vec::new();
-    };
-    let (frictional, coulomb) = (
-        first.tangential_stress.is_some(),
-        first.coefficients.is_some(),
-    );
-    let of = |key,
-              label,
-              dimension: Dimension,
-              values,
-              columns,
-              each: &dyn Fn(&PaneValues) -> Vec<f64>| {
-        let frames = frames.iter();
-        let rows = frames.map(|frame| frame.panes.iter().flat_map(each).collect());
-        ViewArray {
-            label,
-            unit: units.of(dimension).beside().trim().to_owned(),
-            ..array(key, ViewPlace::Pane, values, columns, rows.collect())
-        }
-    };
-    let pair = |pair: Option<[f64; 2]>| pair.unwrap_or([f64::NAN; 2]).to_vec();
-    let stress = Dimension::STRESS;
-    let mut arrays = vec![of(
-        "pressure",
-        "contact pressure",
-        stress,
-        ViewValues::OfFace,
-        1,
-        &|pane| vec![0.0 - pane.normal_stress],
-    )];
-    if frictional {
-        arrays.push(of(
-            "friction",
-            "friction stress",
-            stress,
-            ViewValues::OfFace,
-            2,
-            &|pane| pair(pane.tangential_stress),
-        ));
-    }
-    arrays.push(of(
-        "zone",
-        "zone",
-        Dimension::Number,
-        ViewValues::Zones,
-        1,
-        &|pane| vec![f64::from(pane.zone as u8)],
-    ));
-    arrays.push(of(
-        "gap",
-        "gap",
-        Dimension::LENGTH,
-        ViewValues::Plain,
-        1,
-        &|pane| vec![pane.gap],
-    ));
-    if coulomb {
-        let name = "coefficients of friction";
-        arrays.push(of(
-            "coefficients",
-            name,
-            Dimension::Number,
-            ViewValues::Plain,
-            2,
-            &|pane| pair(pane.coefficients),
-        ));
-    }
-    arrays
 }
 
 /// The part of the obstacle that contact faces see, with a strip around it where it is flat.

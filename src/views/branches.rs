@@ -1,24 +1,17 @@
 //! The diagrams of paths of solutions.
 
-use contact3d::scene::unit_of_key;
 use std::path::PathBuf;
 
-use plots::{BranchDiagram, ChartAxis, Curve, CurveKind, Mark, MarkKind, Picture};
+use contact3d::scene::unit_of_key;
+use plots::{Chart, ChartAxis, ChartPoint, MarkKind, PathKind, Series, SeriesStyle};
 use studies::branches::{Branches, Path, PathEnd, PathPoint, PointKind};
 use units::{Dimension, Units};
 
 use super::PictureFolder;
 use crate::{pipeline::StageError, report::branches::kind_words};
 
-/// Width in pixels.
-const WIDTH: u32 = 1720;
-
-/// Names of the pictures.
-const NORMAL: &str = "branches_normal_force";
-const TANGENTIAL: &str = "branches_tangential_force";
-
 /// Those of `branches`.
-pub(super) const BRANCHES: [&str; 2] = [NORMAL, TANGENTIAL];
+pub(super) const BRANCHES: [&str; 2] = ["branches_normal_force", "branches_tangential_force"];
 
 /// Draws the normal and the first tangential force over the parameter as SVG and PNG; returns the files.
 pub fn draw_branches(
@@ -26,20 +19,19 @@ pub fn draw_branches(
     branches: &Branches,
     units: Units,
 ) -> Result<Vec<PathBuf>, StageError> {
-    let [normal, tangential] = diagrams(branches, units);
-    folder.save([(NORMAL, normal, WIDTH), (TANGENTIAL, tangential, WIDTH)])
+    folder.save_charts(BRANCHES.into_iter().zip(diagrams(branches, units)))
 }
 
 /// The normal and the first tangential force over the parameter.
-pub(super) fn diagrams(branches: &Branches, units: Units) -> [Picture; 2] {
-    type Quantity = fn(&PathPoint) -> f64;
-    let quantities: [(&str, Quantity); 2] = [
-        ("normal contact force", |point| point.normal_force),
-        ("tangential multiplier force along t1", |point| {
+pub(super) fn diagrams(branches: &Branches, units: Units) -> [Chart; 2] {
+    [
+        diagram(branches, units, "normal contact force", |point| {
+            point.normal_force
+        }),
+        diagram(branches, units, "friction force along t1", |point| {
             point.tangential_force[0]
         }),
-    ];
-    quantities.map(|(label, quantity)| diagram(branches, units, label, quantity).figure())
+    ]
 }
 
 fn diagram(
@@ -47,56 +39,64 @@ fn diagram(
     units: Units,
     label: &str,
     quantity: fn(&PathPoint) -> f64,
-) -> BranchDiagram {
-    let along = if branches.range.is_logarithmic() && branches.range.from > 0.0 {
+) -> Chart {
+    let range = &branches.range;
+    let along = if range.is_logarithmic() && range.from > 0.0 {
         ChartAxis::logarithmic
     } else {
         ChartAxis::linear
     };
-    let paths = || branches.paths.iter();
-    BranchDiagram {
-        title: format!("Solutions over {}", branches.range.key),
-        x: along(&branches.range.key, unit_of_key(&branches.range.key, units)),
-        y: ChartAxis::linear(label, units.of(Dimension::FORCE)),
-        curves: paths().flat_map(|path| curves(path, quantity)).collect(),
-        marks: paths().flat_map(|path| marks(path, quantity)).collect(),
+    let parts = branches.paths.iter().flat_map(|path| parts(path, quantity));
+    let marks = branches.paths.iter().flat_map(|path| marks(path, quantity));
+    Chart::new(
+        &format!("Solutions over {}", range.key),
+        along(&range.key, unit_of_key(&range.key, units)),
+        ChartAxis::linear(label, units.of(Dimension::FORCE)),
+        parts.chain(marks),
+    )
+}
+
+fn place(point: &PathPoint, quantity: fn(&PathPoint) -> f64, text: String) -> ChartPoint {
+    ChartPoint {
+        x: point.parameter,
+        y: quantity(point),
+        text,
     }
 }
 
 /// A path cut where its solutions begin to behave otherwise.
-fn curves(path: &Path, quantity: fn(&PathPoint) -> f64) -> Vec<Curve> {
-    let mut curves: Vec<Curve> = Vec::new();
-    let mut last: Option<[f64; 2]> = None;
+fn parts(path: &Path, quantity: fn(&PathPoint) -> f64) -> Vec<Series> {
+    let mut parts: Vec<Series> = Vec::new();
     for point in &path.points {
-        let at = [point.parameter, quantity(point)];
+        let at = place(point, quantity, String::new());
         // A fold belongs to the side that the path comes from.
-        let kind = match (point.kind, curves.last()) {
-            (PointKind::Fold, Some(curve)) => curve.kind,
-            _ => kind_of(point),
+        let style = match (point.kind, parts.last()) {
+            (PointKind::Fold, Some(part)) => part.style,
+            _ => SeriesStyle::Path(kind_of(point)),
         };
-        match curves.last_mut() {
-            Some(curve) if curve.kind == kind => curve.points.push(at),
-            _ => curves.push(Curve {
-                kind,
-                points: last.into_iter().chain([at]).collect(),
-            }),
+        match parts.last_mut() {
+            Some(part) if part.style == style => part.points.push(at),
+            last => {
+                let before = last.and_then(|part| part.points.last().cloned());
+                let points = before.into_iter().chain([at]).collect();
+                parts.push(Series::of_path(style, points));
+            }
         }
-        last = Some(at);
     }
-    curves
+    parts
 }
 
-fn kind_of(point: &PathPoint) -> CurveKind {
+fn kind_of(point: &PathPoint) -> PathKind {
     if point.determinant < 0 {
-        CurveKind::NegativeDeterminant
+        PathKind::NegativeDeterminant
     } else if point.is_attracting() {
-        CurveKind::Attracting
+        PathKind::Attracting
     } else {
-        CurveKind::Repelling
+        PathKind::Repelling
     }
 }
 
-fn marks(path: &Path, quantity: fn(&PathPoint) -> f64) -> Vec<Mark> {
+fn marks(path: &Path, quantity: fn(&PathPoint) -> f64) -> Vec<Series> {
     let last = path.points.len().saturating_sub(1);
     let points = path.points.iter().enumerate().filter_map(|(k, point)| {
         let kind = match point.kind {
@@ -107,11 +107,8 @@ fn marks(path: &Path, quantity: fn(&PathPoint) -> f64) -> Vec<Mark> {
             PointKind::Start | PointKind::Regular | PointKind::End => return None,
         };
         let text = format!("{} {:.9e}", kind_words(point.kind), point.parameter);
-        Some(Mark {
-            kind,
-            at: [point.parameter, quantity(point)],
-            text,
-        })
+        let point = place(point, quantity, text);
+        Some(Series::of_path(SeriesStyle::Marks(kind), vec![point]))
     });
     points.collect()
 }

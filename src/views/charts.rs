@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use contact3d::{adaptation::AdaptiveLevel, solver::Solution};
-use plots::{ChartAxis, ChartPoint, LineChart, Series};
+use plots::{Chart, ChartAxis, ChartPoint, Series};
 use studies::accuracy::{
     Accuracy, AlgebraicStudy, DiscretisationStudy, Level, MeshSequences, SequenceLevel, SolverRun,
     Trend,
@@ -55,7 +55,7 @@ pub fn draw_accuracy(
 }
 
 /// Energy error of each solve against its seconds.
-pub(super) fn work_precision(study: &AlgebraicStudy) -> LineChart {
+pub(super) fn work_precision(study: &AlgebraicStudy) -> Chart {
     let series = study.series().into_iter().map(|entries| {
         let points = entries.iter().filter_map(entry_point);
         Series::new(&series_name(&entries[0]), points)
@@ -63,7 +63,7 @@ pub(super) fn work_precision(study: &AlgebraicStudy) -> LineChart {
     let time = ChartAxis::logarithmic("time of the solve", Units::SI.of(Dimension::Time));
     let error = "algebraic error of u in the energy norm, relative";
     let error = ChartAxis::logarithmic(error, Unit::none());
-    LineChart::new(
+    Chart::new(
         "Work and precision on the scene's mesh",
         time,
         error,
@@ -94,7 +94,7 @@ fn series_name(entry: &SolverRun) -> String {
 }
 
 /// Errors of the meshes against n_div.
-pub(super) fn convergence(study: &DiscretisationStudy) -> LineChart {
+pub(super) fn convergence(study: &DiscretisationStudy) -> Chart {
     let levels = &study.levels;
     let points = |value: &dyn Fn(&Level) -> Option<f64>| -> Vec<ChartPoint> {
         let values = levels
@@ -141,11 +141,11 @@ pub(super) fn convergence(study: &DiscretisationStudy) -> LineChart {
     let n_div = ChartAxis::logarithmic("n_div", Unit::none());
     let n_div = n_div.with_ticks(levels.iter().map(|level| level.n_div as f64));
     let error = ChartAxis::logarithmic("relative error", Unit::none());
-    LineChart::new("Discretisation error", n_div, error, series)
+    Chart::new("Discretisation error", n_div, error, series)
 }
 
 /// Error of each sequence against its seconds.
-pub(super) fn sequences_against_seconds(sequences: &MeshSequences) -> LineChart {
+pub(super) fn sequences_against_seconds(sequences: &MeshSequences) -> Chart {
     let time = ChartAxis::logarithmic(
         "time of mesh, assembly, solve and evaluation",
         Units::SI.of(Dimension::Time),
@@ -154,7 +154,7 @@ pub(super) fn sequences_against_seconds(sequences: &MeshSequences) -> LineChart 
 }
 
 /// Error of each sequence against its unknowns.
-pub(super) fn sequences_against_unknowns(sequences: &MeshSequences) -> LineChart {
+pub(super) fn sequences_against_unknowns(sequences: &MeshSequences) -> Chart {
     let unknowns = ChartAxis::logarithmic("unknowns", Unit::none());
     sequences_chart(sequences, unknowns, |level| level.n_free as f64)
 }
@@ -164,7 +164,7 @@ fn sequences_chart(
     sequences: &MeshSequences,
     x: ChartAxis,
     along: impl Fn(&SequenceLevel) -> f64,
-) -> LineChart {
+) -> Chart {
     let series = sequences.sequences.iter().map(|sequence| {
         let points = sequence.levels.iter().filter_map(|level| {
             let error = level.error?;
@@ -184,11 +184,11 @@ fn sequences_chart(
     });
     let error = "error of u in the energy norm, relative";
     let error = ChartAxis::logarithmic(error, Unit::none());
-    LineChart::new("Sequences of meshes", x, error, series)
+    Chart::new("Sequences of meshes", x, error, series)
 }
 
 /// The estimated error of the levels of an adaptive mesh against their unknowns, and against the time until each, with what was asked for.
-pub(super) fn adaptation(levels: &[AdaptiveLevel], target: f64) -> [LineChart; 2] {
+pub(super) fn adaptation(levels: &[AdaptiveLevel], target: f64) -> [Chart; 2] {
     let mut seconds = 0.0;
     let until = levels.iter().map(|level| {
         seconds += level.seconds;
@@ -224,7 +224,7 @@ pub(super) fn adaptation(levels: &[AdaptiveLevel], target: f64) -> [LineChart; 2
             Series::new("asked for", asked),
         ];
         let error = ChartAxis::logarithmic("estimated relative error", Unit::none());
-        LineChart::new(
+        Chart::new(
             "Levels of the adaptive mesh",
             ChartAxis::logarithmic(name, unit),
             error,
@@ -234,7 +234,7 @@ pub(super) fn adaptation(levels: &[AdaptiveLevel], target: f64) -> [LineChart; 2
 }
 
 /// How the solve reached its answer, step by step.
-pub(super) fn history(solution: &Solution) -> LineChart {
+pub(super) fn history(solution: &Solution) -> Chart {
     let line = |name: &str, values: Vec<f64>| {
         let points = (1..).zip(values).map(|(step, value)| ChartPoint {
             x: f64::from(step),
@@ -262,5 +262,5 @@ pub(super) fn history(solution: &Solution) -> LineChart {
     let ticks = (1..=most).step_by(most.div_ceil(12)).map(|k| k as f64);
     let step = ChartAxis::linear("step", Unit::none()).with_ticks(ticks);
     let size = ChartAxis::logarithmic("relative size", Unit::none());
-    LineChart::new("Convergence of the solve", step, size, series)
+    Chart::new("Convergence of the solve", step, size, series)
 }

@@ -124,7 +124,7 @@ impl ContactCells {
     }
 
     /// A nodal field on mesh nodes and added points.
-    pub(super) fn interpolate(&self, nodal: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    pub(super) fn interpolate<const K: usize>(&self, nodal: &[[f64; K]]) -> Vec<[f64; K]> {
         let mut field = nodal.to_vec();
         field.extend(self.parents.iter().map(|nodes| mean(nodes, nodal)));
         field
@@ -143,6 +143,6 @@ impl ContactCells {
     }
 }
 
-fn mean(nodes: &[usize], field: &[[f64; 3]]) -> [f64; 3] {
+fn mean<const K: usize>(nodes: &[usize], field: &[[f64; K]]) -> [f64; K] {
     std::array::from_fn(|c| nodes.iter().map(|&n| field[n][c]).sum::<f64>() / nodes.len() as f64)
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use contact3d::history::StepRecord;
-use plots::{ChartAxis, ChartPoint, LineChart, Series};
+use plots::{Chart, ChartAxis, ChartPoint, Series};
 use units::{Dimension, Units};
 
 use super::PictureFolder;
@@ -36,18 +36,18 @@ pub(super) fn draw(
 pub(super) fn charts(
     records: &[StepRecord],
     units: Units,
-) -> impl Iterator<Item = (&'static str, LineChart)> {
+) -> impl Iterator<Item = (&'static str, Chart)> {
     let all = [
         (FRICTION_LOOP, friction_loop(records, units)),
         (FORCE_DISPLACEMENT, force_displacement(records, units)),
         (ENERGIES, energies(records, units)),
     ];
-    let has_points = |chart: &LineChart| !chart.series.is_empty();
+    let has_points = |chart: &Chart| !chart.series.is_empty();
     all.into_iter().filter(move |(_, chart)| has_points(chart))
 }
 
 /// The tangential force on the face over its mean tangential displacement.
-fn friction_loop(records: &[StepRecord], units: Units) -> LineChart {
+fn friction_loop(records: &[StepRecord], units: Units) -> Chart {
     let series = [0, 1].into_iter().filter_map(|k| {
         let name = format!("along t{}", k + 1);
         let at = |record: &StepRecord| {
@@ -58,7 +58,7 @@ fn friction_loop(records: &[StepRecord], units: Units) -> LineChart {
         };
         series(&name, records, largest_force(records), at)
     });
-    LineChart::new(
+    Chart::new(
         "Friction and displacement of the contact face",
         ChartAxis::linear("mean tangential displacement", units.of(Dimension::LENGTH)),
         ChartAxis::linear("tangential multiplier force", units.of(Dimension::FORCE)),
@@ -67,7 +67,7 @@ fn friction_loop(records: &[StepRecord], units: Units) -> LineChart {
 }
 
 /// The loops of several histories by their names, along the axis with more friction; `None` where there is none.
-pub(super) fn loops(histories: &[(String, Vec<StepRecord>)], units: Units) -> Option<LineChart> {
+pub(super) fn loops(histories: &[(String, Vec<StepRecord>)], units: Units) -> Option<Chart> {
     let most = [0, 1].map(|k| {
         let records = histories.iter().flat_map(|(_, records)| records);
         records.fold(0.0_f64, |most, r| most.max(r.multiplier_force[k + 1].abs()))
@@ -78,7 +78,7 @@ pub(super) fn loops(histories: &[(String, Vec<StepRecord>)], units: Units) -> Op
         .iter()
         .filter_map(|(name, records)| series(name, records, largest_force(records), at));
     let length = units.of(Dimension::LENGTH);
-    let chart = LineChart::new(
+    let chart = Chart::new(
         "Friction and displacement of the contact face",
         ChartAxis::linear(
             &format!("mean tangential displacement along t{}", k + 1),
@@ -92,7 +92,7 @@ pub(super) fn loops(histories: &[(String, Vec<StepRecord>)], units: Units) -> Op
 
 /// The force of loads and moving clamps over the mean displacement of their faces, along directions in which something happens: loads
 /// that are held, and directions that hardly move, are left out beside them.
-fn force_displacement(records: &[StepRecord], units: Units) -> LineChart {
+fn force_displacement(records: &[StepRecord], units: Units) -> Chart {
     let span = |values: &mut dyn Iterator<Item = f64>| {
         let ends = |[low, high]: [f64; 2], value: f64| [low.min(value), high.max(value)];
         let [low, high] = values.fold([f64::INFINITY, f64::NEG_INFINITY], ends);
@@ -114,7 +114,7 @@ fn force_displacement(records: &[StepRecord], units: Units) -> LineChart {
         series(&name, records, largest_force(records), at)
     });
     let force = "force of loads and moving clamps";
-    LineChart::new(
+    Chart::new(
         "Force and displacement of the loaded faces",
         ChartAxis::linear("mean displacement", units.of(Dimension::LENGTH)),
         ChartAxis::linear(force, units.of(Dimension::FORCE)),
@@ -123,7 +123,7 @@ fn force_displacement(records: &[StepRecord], units: Units) -> LineChart {
 }
 
 /// Energies over time, works summed up.
-fn energies(records: &[StepRecord], units: Units) -> LineChart {
+fn energies(records: &[StepRecord], units: Units) -> Chart {
     type Energy = fn(&StepRecord) -> f64;
     let sums: [(&str, Energy); 4] = [
         ("work of the loads", |record| record.energies.load_work),
@@ -148,7 +148,7 @@ fn energies(records: &[StepRecord], units: Units) -> LineChart {
     }
     let time = ChartAxis::linear("time", Units::SI.of(Dimension::Time));
     let energy = ChartAxis::linear("energy", units.of(Dimension::Energy));
-    LineChart::new("Energies", time, energy, all.into_iter().flatten())
+    Chart::new("Energies", time, energy, all.into_iter().flatten())
 }
 
 /// The largest force of any kind, in N.

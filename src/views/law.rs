@@ -14,12 +14,10 @@ use contact3d::{
     mesh::{ContactSurface, Mesh, Quality, Refinement},
     scene::{FrictionModel, ModelFeatures, Scene, SceneFile, Warning, escape_control},
 };
-use plots::{
-    ContactPicture, DrawnFriction, FigureError, FrictionKind, LawPicture, Picture, law_page,
-};
+use plots::{ContactPicture, DrawnFriction, FrictionKind, LawPicture, Picture, law_page};
 
 /// What the names of pictures begin with.
-const PICTURE: &str = "law";
+const PICTURE: &str = "friction_law";
 
 /// The laws of friction by themselves: their bounds and their pictures, from the mesh alone and without a run
 /// file.
@@ -87,7 +85,7 @@ impl LawStudy {
         Drawing::Law(endings_of(&self.scene))
     }
 
-    /// Draws Coulomb's law as `law.svg` and `law.png`, of several faces each its own, with the name of the face at the end; returns the
+    /// Draws Coulomb's law as `friction_law.svg` and `.png`, of several faces each its own, with the name of the face at the end; returns the
     /// files, none for other laws.
     pub fn draw(&self, folder: &PictureFolder) -> Result<Vec<PathBuf>, StageError> {
         let (Some(surface), Some(interface)) = (&self.mesh.contact, &self.interface) else {
@@ -104,13 +102,9 @@ impl LawStudy {
             let name = format!("{PICTURE}{}", endings[number]);
             let face = (surface, number);
             let page = self.page(study, law, face, &field, &interface.frame);
-            let page = page.map_err(|source| StageError::Figure {
-                file: folder.path().join(format!("{name}.svg")),
-                source,
-            })?;
-            Ok((name, page, picture::PAGE_WIDTH))
+            (name, page, picture::PAGE_WIDTH)
         });
-        folder.save(pages.collect::<Result<Vec<_>, StageError>>()?)
+        folder.save(pages)
     }
 
     fn page(
@@ -120,7 +114,7 @@ impl LawStudy {
         (surface, number): (&ContactSurface, usize),
         field: &FrictionField,
         frame: &ContactFrame,
-    ) -> Result<Picture, FigureError> {
+    ) -> Picture {
         let place = central_node(law.positions());
         let drawn = law_curves::over_slip(law.law(), place, self.mesh.extent());
         let varies = law.law().depends_on_place();

@@ -37,12 +37,12 @@ pub(super) fn over_slip(law: &FrictionLaw, place: [f64; 3], extent: f64) -> Over
         }
     };
     if coefficients.len() == 1 {
-        return OverSlip::Isotropic(curve(0, SlipInterval::range(change(0, 0), extent)));
+        return OverSlip::Own(vec![curve(0, SlipInterval::range(change(0, 0), extent))]);
     }
     let couples = (0..2).any(|axis| coefficients[axis].slips_used(axis)[1 - axis]);
     if !couples {
         let range = SlipInterval::range(SlipInterval::joined(change(0, 0), change(1, 1)), extent);
-        return OverSlip::Own([0, 1].map(|axis| curve(axis, range)));
+        return OverSlip::Own(Vec::from([0, 1].map(|axis| curve(axis, range))));
     }
     let ranges = [0, 1]
         .map(|k| SlipInterval::range(SlipInterval::joined(change(0, k), change(1, k)), extent));
@@ -135,7 +135,7 @@ mod tests {
     fn range_of(text: &str) -> SlipRange {
         let formula = Coefficient::Expression(Formula::parse(text).unwrap());
         match over_slip(&FrictionLaw::Isotropic(formula), [0.0; 3], 3.0) {
-            OverSlip::Isotropic(curve) => curve.range,
+            OverSlip::Own(curves) if curves.len() == 1 => curves[0].range,
             _ => panic!("an isotropic law is one curve"),
         }
     }

@@ -30,9 +30,5 @@ pub fn draw_mesh(
         face: &mesh.facet_face,
         names: &names,
     });
-    let page = page.map_err(|source| StageError::Figure {
-        file: folder.path().join(format!("{MESH}.svg")),
-        source,
-    })?;
     folder.save([(MESH, page, PAGE_WIDTH)])
 }

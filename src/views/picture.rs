@@ -12,7 +12,7 @@ use contact3d::{
     post::{ContactReport, PaneState, Zone},
     scene::{ContactFeatures, ModelFeatures, Scene, SlipBound, escape_control},
 };
-use plots::{BodyMark, ContactPicture, DrawnFriction, FigureError, FrictionKind, Picture};
+use plots::{BodyMark, ContactPicture, DrawnFriction, FrictionKind, Picture};
 
 use super::{
     Drawing, PictureFolder, contact_cells::ContactCells, history_charts, marks::body_marks,
@@ -33,8 +33,8 @@ pub fn figures_folder(run_file: &Path) -> PathBuf {
 /// The picture of where the discretisation error sits.
 const ERROR: &str = "discretisation_error";
 
-/// The picture that is drawn last.
-const LAST: &str = "figure5";
+/// The page of all panels, which is drawn last.
+const OVERVIEW: &str = "overview";
 
 /// What is drawn of a scene: one set of panels, or one for each of several contact faces, whose names end the names of the files.
 pub fn drawing_of(scene: &Scene) -> Drawing {
@@ -61,7 +61,7 @@ pub(super) fn endings_of(scene: &Scene) -> Vec<String> {
 
 /// The names of all pictures with these endings.
 pub(super) fn names(endings: &[String]) -> Vec<String> {
-    let panels = || plots::PANELS.iter().chain([&LAST]);
+    let panels = || plots::PANELS.iter().chain([&OVERVIEW]);
     let of_faces = endings
         .iter()
         .flat_map(|ending| panels().map(move |name| format!("{name}{ending}")));
@@ -77,7 +77,7 @@ pub fn are_drawn(folder: &Path, run_file: &Path, scene: &Scene) -> bool {
         Drawing::Run(endings) => endings.last().cloned().unwrap_or_default(),
         _ => String::new(),
     };
-    let last = modified(&folder.join(format!("{LAST}{last}.png")));
+    let last = modified(&folder.join(format!("{OVERVIEW}{last}.png")));
     matches!((last, modified(run_file)), (Ok(drawn), Ok(stored)) if drawn >= stored)
 }
 
@@ -88,10 +88,6 @@ pub fn draw_run(
     scene: &Scene,
     results: &Results,
 ) -> Result<Vec<PathBuf>, StageError> {
-    let figure = |source| StageError::Figure {
-        file: folder.path().to_owned(),
-        source,
-    };
     let frame = results.interface().map(|interface| &interface.frame);
     let (mesh, report) = (results.mesh(), &results.report);
     let Drawing::Run(endings) = drawing_of(scene) else {
@@ -108,18 +104,16 @@ pub fn draw_run(
             marks: &marks,
             face,
         };
-        let (panels, page) = drawn
-            .with_picture(|picture| Ok((plots::panels(picture)?, plots::page(picture)?)))
-            .map_err(figure)?;
+        let (panels, page) =
+            drawn.with_picture(|picture| (plots::panels(picture), plots::page(picture)));
         let named = |name: &str| format!("{name}{ending}");
-        for panel in panels {
-            drawings.push((named(panel.name), panel.figure, PANEL_WIDTH));
+        for (name, panel) in panels {
+            drawings.push((named(name), panel, PANEL_WIDTH));
         }
         if face == 0 {
-            let error = error_page(&drawn).map_err(figure)?;
-            drawings.push((ERROR.to_owned(), error, PAGE_WIDTH));
+            drawings.push((ERROR.to_owned(), error_page(&drawn), PAGE_WIDTH));
         }
-        drawings.push((named(LAST), page, PAGE_WIDTH));
+        drawings.push((named(OVERVIEW), page, PAGE_WIDTH));
     }
     let mut files = history_charts::draw(folder, &results.increments, scene.units)?;
     files.extend(folder.save(drawings)?);
@@ -134,7 +128,7 @@ pub(super) fn marks_of(scene: &Scene, results: &Results) -> Vec<BodyMark> {
 }
 
 /// The page of the estimated error as SVG.
-pub(super) fn error_page(drawn: &Drawn<'_>) -> Result<Picture, FigureError> {
+pub(super) fn error_page(drawn: &Drawn<'_>) -> Picture {
     drawn.with_picture(|picture| {
         let density = error_density(drawn.mesh, drawn.report, picture.coordinates.len());
         let sides = match drawn.mesh.contact.as_ref().map_or(0, |it| it.faces.len()) {
@@ -182,7 +176,7 @@ pub(super) struct Drawn<'a> {
 
 impl Drawn<'_> {
     /// The page of all panels as SVG.
-    pub(super) fn page(&self) -> Result<Picture, FigureError> {
+    pub(super) fn page(&self) -> Picture {
         self.with_picture(plots::page)
     }
 

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use plots::{self, LineChart, Picture};
+use plots::{self, Chart, Picture};
 
 use super::sweep_charts;
 use crate::{
@@ -109,7 +109,7 @@ impl PictureFolder {
     /// Saves charts by their names; returns the files.
     pub(super) fn save_charts<'a>(
         &self,
-        charts: impl IntoIterator<Item = (&'a str, LineChart)>,
+        charts: impl IntoIterator<Item = (&'a str, Chart)>,
     ) -> Result<Vec<PathBuf>, StageError> {
         let drawn = charts.into_iter();
         self.save(drawn.map(|(name, chart)| (name, chart.figure(), CHART_WIDTH)))

@@ -35,14 +35,14 @@ use crate::{
 pub enum ReportKind {
     /// As drawings, without a script.
     Still,
-    /// As a body to be turned, and as pictures where no script runs.
-    Turning,
+    /// As a body in 3D, and as pictures where no script runs.
+    Interactive,
 }
 
 /// The report as one HTML page. Reads only and takes no lock.
 ///
 /// # Errors
-/// A file or folder that cannot be read, a stage that is damaged, bodies to be turned of a sweep without a solved case.
+/// A file or folder that cannot be read, a stage that is damaged, the view of a sweep without a solved case.
 pub fn report(path: &Path, kind: ReportKind) -> Result<String, StageError> {
     let page = if path.is_dir() {
         sweep_report::page(path, kind)?
@@ -52,7 +52,7 @@ pub fn report(path: &Path, kind: ReportKind) -> Result<String, StageError> {
     Ok(page.html())
 }
 
-/// Widths in pixels of the pictures of a page whose body can be turned: of all panels, and of the error.
+/// Widths in pixels of the pictures of a page with the 3D view: of all panels, and of the error.
 const PICTURE_WIDTHS: [u32; 2] = [880, 360];
 
 /// The paper that a user of any result cites, beside the program.
@@ -183,24 +183,24 @@ fn result_sections(
     };
     let part = |picture: &Picture, name: &str, width| match kind {
         ReportKind::Still => Ok(PagePart::Figure(picture.svg())),
-        ReportKind::Turning => Ok(PagePart::Picture(name.into(), picture.png(width)?)),
+        ReportKind::Interactive => Ok(PagePart::Picture(name.into(), picture.png(width)?)),
     };
     let mut parts = Vec::new();
     match kind {
         ReportKind::Still => {
             parts.push(PagePart::Text("Point at a pane to see its values.".into()))
         }
-        ReportKind::Turning => {
+        ReportKind::Interactive => {
             let body = vec![PagePart::Body(body3d::view(scene, &results))];
             sections.push(Section::new("view3d", "The body in 3D", body));
         }
     }
     for face in 0..scene.contacts.len().max(1) {
-        let page = drawn(face).page().map_err(refuse)?;
+        let page = drawn(face).page();
         let name = "contact face and body, a picture";
         parts.push(part(&page, name, PICTURE_WIDTHS[0]).map_err(refuse)?);
     }
-    let error = picture::error_page(&drawn(0)).map_err(refuse)?;
+    let error = picture::error_page(&drawn(0));
     let name = "estimated discretisation error, a picture";
     let error = part(&error, name, PICTURE_WIDTHS[1]).map_err(refuse)?;
     sections.push(Section::new("panels", "Contact face and body", parts));
@@ -299,7 +299,7 @@ fn branches_parts(reader: &Reader) -> StudyParts {
         return Ok(None);
     };
     let branches = format::read_branches(reader)?;
-    let diagrams = diagrams(&branches, stored.units).map(|picture| PagePart::Figure(picture.svg()));
+    let diagrams = diagrams(&branches, stored.units).map(|chart| PagePart::chart(&chart));
     let tables = report::branches::tables(&branches, stored.units);
     let tables = tables.iter().flat_map(table_parts);
     Ok(Some(diagrams.into_iter().chain(tables).collect()))

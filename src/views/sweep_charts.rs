@@ -1,7 +1,7 @@
 //! What varies in a sweep.
 
 use contact3d::scene::unit_of_key;
-use plots::{AxisScale, ChartAxis, ChartPoint, LineChart, Series};
+use plots::{AxisScale, Chart, ChartAxis, ChartPoint, Series};
 use units::Unit;
 
 use super::sweep_table::{names, numbers, varying_settings};
@@ -45,7 +45,7 @@ pub(super) fn columns() -> impl Iterator<Item = &'static str> {
 
 /// One chart for each result that varies, with the name of its column, over the setting with the most different numbers; the
 /// other varying settings tell the lines apart.
-pub(super) fn charts(table: &SweepTable) -> Vec<(&'static str, LineChart)> {
+pub(super) fn charts(table: &SweepTable) -> Vec<(&'static str, Chart)> {
     let mut settings = varying_settings(table);
     let most_values = (0..settings.len())
         .rev()
@@ -75,7 +75,7 @@ pub(super) fn charts(table: &SweepTable) -> Vec<(&'static str, LineChart)> {
             let chart = chart(&names, x, y, label);
             (
                 column,
-                LineChart {
+                Chart {
                     legend: legend.clone(),
                     ..chart
                 },
@@ -136,7 +136,7 @@ fn last_words(key: &str) -> &str {
     &key[start..]
 }
 
-fn chart(names: &[String], (x, x_unit): (&Column, Unit), y: &Column, label: &str) -> LineChart {
+fn chart(names: &[String], (x, x_unit): (&Column, Unit), y: &Column, label: &str) -> Chart {
     let mut series: Vec<Series> = Vec::new();
     let points = names.iter().zip(x.cells.iter().zip(&y.cells));
     for (name, (at, value)) in points {
@@ -160,7 +160,7 @@ fn chart(names: &[String], (x, x_unit): (&Column, Unit), y: &Column, label: &str
     }
     let along = axis(&x.name, x_unit.clone(), &numbers(x));
     let across = axis(label, y.unit.clone(), &numbers(y));
-    LineChart::new(label, along, across, series)
+    Chart::new(label, along, across, series)
 }
 
 fn axis(label: &str, unit: Unit, values: &[f64]) -> ChartAxis {

@@ -7,7 +7,7 @@ use contact3d::{
     scene::{Scene, unit_of_key},
 };
 use plots::{
-    LineChart,
+    Chart,
     html::{BodyView, Page, PagePart, PageTable, Section},
 };
 use runfile::{Reader, StoreError};
@@ -52,7 +52,7 @@ pub(super) fn page(folder: &Path, kind: ReportKind) -> Result<Page, StageError> 
     let charts = charts(&table);
     let mut sections = Vec::new();
     let name = folder.file_name().unwrap_or_default().to_string_lossy();
-    if kind == ReportKind::Turning {
+    if kind == ReportKind::Interactive {
         let parts = bodies(folder, &table, &format!("Sweep {name}"))?;
         sections.push(Section::new("view3d", "The bodies in 3D", parts));
     }
@@ -63,7 +63,7 @@ pub(super) fn page(folder: &Path, kind: ReportKind) -> Result<Page, StageError> 
     let (legend, lines) = lines(&varying_settings(&table), &table);
     let histories = histories(folder, &table, &lines)?;
     if let Some(chart) = history_charts::loops(&histories, table.units) {
-        let chart = LineChart { legend, ..chart };
+        let chart = Chart { legend, ..chart };
         let mut parts = vec![PagePart::chart(&chart)];
         if histories.len() == MOST_LOOPS {
             let words = format!(
@@ -167,7 +167,7 @@ fn planned_cases(table: &SweepTable) -> Vec<(usize, String)> {
 fn no_case(folder: &Path) -> StageError {
     StageError::Unfit {
         file: folder.to_owned(),
-        reason: "no planned case of this sweep is solved, so there is no body to be turned; run `contact3d-pipe sweep` first, or leave out --interactive".into(),
+        reason: "no planned case of this sweep is solved, so there is no body to show; run `contact3d-pipe sweep` first, or leave out --interactive".into(),
     }
 }
 

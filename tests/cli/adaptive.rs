@@ -49,7 +49,7 @@ fn a_target_is_met_and_a_second_run_keeps_everything() {
     run(&program, "10%", &[]).success();
     assert_eq!(program.everything(), before, "nothing is written again");
     program.command(&["check", "run.h5"]).assert().success();
-    let page = ["report", "run.h5", "-o", "page.html"];
+    let page = ["report", "run.h5", "page.html"];
     program.command(&page).assert().success();
     let page = std::fs::read_to_string(program.path("page.html")).expect("a page");
     assert!(page.contains("levels for an error of 10 %"));
@@ -79,11 +79,11 @@ fn a_quantity_may_be_the_target() {
         (force["error"].as_f64().expect("an error") / force["value"].as_f64().expect("a force"))
             .abs()
     };
-    let first = run(&program, "0.2%", &["--of", "normal_force", "--json"]).success();
+    let first = run(&program, "0.2%", &["--quantity", "normal_force", "--json"]).success();
     let error = error_of_force(&first);
     assert!(error <= 0.002, "{error}");
     let before = program.everything();
-    let again = run(&program, "0.2%", &["--of", "normal_force", "--json"]).success();
+    let again = run(&program, "0.2%", &["--quantity", "normal_force", "--json"]).success();
     assert_eq!(error_of_force(&again), error);
     assert_eq!(program.everything(), before, "nothing is written again");
     program.command(&["check", "run.h5"]).assert().success();
@@ -104,7 +104,7 @@ fn quantities_that_are_not_there_are_refused() {
             "--no-figures",
             "--error",
             "5%",
-            "--of",
+            "--quantity",
             of,
         ];
         let said = said(&program.command(&arguments).assert().code(2));
@@ -267,7 +267,7 @@ fn histories_are_refined() {
     }
     assert!(program.states().iter().all(|(_, state)| state == "fresh"));
     program
-        .command(&["report", "run.h5", "-o", "page.html"])
+        .command(&["report", "run.h5", "page.html"])
         .assert()
         .success();
     let page = std::fs::read_to_string(program.path("page.html")).expect("a page");
@@ -448,12 +448,12 @@ fn sweeps_refine_each_case() {
     let sweep = "scene = \"scene.toml\"\n[[axis]]\nkey = \"adapt.error\"\nvalues = [0.14, 0.1]\n";
     std::fs::write(program.path("sweep.toml"), sweep).expect("written");
     program
-        .command(&["sweep", "sweep.toml", "--out", "cases"])
+        .command(&["sweep", "sweep.toml", "cases"])
         .assert()
         .success();
     let before = program.everything();
     program
-        .command(&["sweep", "sweep.toml", "--out", "cases"])
+        .command(&["sweep", "sweep.toml", "cases"])
         .assert()
         .success();
     let run_files = |all: &std::collections::BTreeMap<String, Option<Vec<u8>>>| {

@@ -27,10 +27,7 @@ fn numbers_of_threads_and_jobs_have_a_range() {
     let sweep = pipeline("sweep_friction.toml");
     let sweep = sweep.to_str().unwrap();
     for jobs in ["0", "60000"] {
-        refused(
-            &["sweep", sweep, "--out", "out", "--jobs", jobs],
-            "1..=1024",
-        );
+        refused(&["sweep", sweep, "out", "--jobs", jobs], "1..=1024");
     }
 }
 
@@ -39,7 +36,7 @@ fn memory_and_budget_are_positive_numbers_of_a_range() {
     let sweep = pipeline("sweep_friction.toml");
     let sweep = sweep.to_str().unwrap();
     for memory in ["nan", "-1", "0", "inf", "1e300", "1e-300"] {
-        let arguments = ["sweep", sweep, "--out", "out", "--memory", memory];
+        let arguments = ["sweep", sweep, "out", "--memory", memory];
         refused(&arguments, "gigabytes from 1e-9 to 1e6");
     }
     let scene = pipeline("newton.toml");

@@ -75,7 +75,7 @@ fn one_node_has_three_solutions_beyond_its_fold() {
         );
     }
     program.command(&["check", "run.h5"]).assert().success();
-    let page = ["report", "run.h5", "-o", "page.html"];
+    let page = ["report", "run.h5", "page.html"];
     program.command(&page).assert().success();
     let page = std::fs::read_to_string(program.path("page.html")).expect("a page");
     assert!(page.contains("Paths of solutions") && page.contains("Solutions over"));
@@ -91,7 +91,7 @@ fn one_node_has_three_solutions_beyond_its_fold() {
     force.write_raw(&nothing).expect("written");
     drop(force);
     file.close().expect("closed");
-    let page = ["report", "run.h5", "-o", "page.html"];
+    let page = ["report", "run.h5", "page.html"];
     program.command(&page).assert().success();
     let page = std::fs::read_to_string(program.path("page.html")).expect("a page");
     assert!(page.contains("`branches` makes it anew") && !page.contains("Solutions over"));

@@ -34,7 +34,12 @@ fn overrides_are_checked_like_the_scene() {
 fn the_advice_about_quotes_helps() {
     let program = Program::new();
     let scene = pipeline("newton.toml");
-    let law = ["law", scene.to_str().unwrap(), "--no-figures", "--json"];
+    let law = [
+        "friction-law",
+        scene.to_str().unwrap(),
+        "--no-figures",
+        "--json",
+    ];
     for text in ["nodal", "it's", "a \"word\" and $HOME", "both ' and \""] {
         let mut command = program.command(&law);
         let refused = command.args(["--set", &format!("title={text}")]).assert();
@@ -97,8 +102,18 @@ fn missing_stages_and_bad_settings_are_refused() {
             "`solve` needs a fresh `assemble`, but it is missing",
         ),
         (vec!["post", "run.h5"], "`post` needs a fresh `assemble`"),
-        (vec!["solve", "run.h5", "--epsilon", "0"], "solve.epsilon"),
-        (vec!["solve", "run.h5", "--gamma", "-1"], "solve.gamma"),
+        (
+            vec!["solve", "run.h5", "--set", "solve.epsilon=0"],
+            "solve.epsilon",
+        ),
+        (
+            vec!["solve", "run.h5", "--set", "solve.gamma=-1"],
+            "solve.gamma",
+        ),
+        (
+            vec!["solve", "run.h5", "--set", "contact.gap=1e-5"],
+            "a key of [solve]",
+        ),
     ] {
         let refused = program.command(&arguments).assert().code(2);
         let text = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
@@ -126,18 +141,15 @@ fn a_second_process_is_told_that_the_file_is_busy() {
 #[test]
 fn stale_schemas_are_found() {
     let program = Program::new();
+    program.command(&["schema", "schemas"]).assert().success();
     program
-        .command(&["schema", "--out", "schemas"])
-        .assert()
-        .success();
-    program
-        .command(&["schema", "--out", "schemas", "--check"])
+        .command(&["schema", "schemas", "--check"])
         .assert()
         .success();
     let page = program.path("schemas/run_file.md");
     fs::write(&page, fs::read_to_string(&page).unwrap() + "x").unwrap();
     program
-        .command(&["schema", "--out", "schemas", "--check"])
+        .command(&["schema", "schemas", "--check"])
         .assert()
         .code(2);
 }

@@ -44,7 +44,7 @@ fn each_face_has_its_results_and_its_pictures() {
     // Coefficients of the floor are constant, which leaves two panels out.
     assert_eq!(pictures(".png"), 13);
     assert_eq!([pictures("-floor.svg"), pictures("-wall.svg")], [5, 7]);
-    assert!(!program.path("run-figures/figure5.svg").exists());
+    assert!(!program.path("run-figures/overview.svg").exists());
 }
 
 /// The laws are settings of the solve, gaps of the loads, axes of B; a face that loses its friction loses its pairs, and comes last.
@@ -97,7 +97,7 @@ fn each_face_has_its_law() {
     let scene = pipeline("corner_block.toml");
     let scene = scene.to_str().unwrap();
     let law = |scene: &str, more: &[&str]| {
-        let mut command = program.command(&["law", scene]);
+        let mut command = program.command(&["friction-law", scene]);
         let done = command.args(COARSE).args(more).assert().success();
         String::from_utf8_lossy(&done.get_output().stdout).into_owned()
     };
@@ -113,8 +113,12 @@ fn each_face_has_its_law() {
         [value(0, "lipschitz"), value(1, "lipschitz")],
         [Some(0.0), Some(3e4)]
     );
-    for name in ["law-floor.svg", "law-wall.png"] {
-        assert!(program.path(&format!("corner_block-law/{name}")).exists());
+    for name in ["friction_law-floor.svg", "friction_law-wall.png"] {
+        assert!(
+            program
+                .path(&format!("corner_block-friction-law/{name}"))
+                .exists()
+        );
     }
     // A given slip bound has no bounds and no picture.
     let plates = pipeline("two_plates.toml");
@@ -123,8 +127,16 @@ fn each_face_has_its_law() {
     let [lower, upper] = ["face lower", "face upper"].map(|heading| text.find(heading).unwrap());
     let words = text.find("with a given slip bound").unwrap();
     assert!(lower < upper && upper < words, "{text}");
-    assert!(program.path("two_plates-law/law-lower.svg").exists());
-    assert!(!program.path("two_plates-law/law-upper.svg").exists());
+    assert!(
+        program
+            .path("two_plates-friction-law/friction_law-lower.svg")
+            .exists()
+    );
+    assert!(
+        !program
+            .path("two_plates-friction-law/friction_law-upper.svg")
+            .exists()
+    );
 }
 
 #[test]

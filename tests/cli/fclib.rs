@@ -57,14 +57,13 @@ fn refused(program: &Program, arguments: &[&str]) -> String {
 fn an_exported_solution_solves_the_exported_problem() {
     let program = solved(&[]);
     let before = fs::read(program.path("run.h5")).expect("run file");
-    for (more, form) in [(None, "local"), (Some("--global"), "global")] {
-        let mut arguments = vec!["export", "run.h5", "--fclib", "out.hdf5"];
-        arguments.extend(more);
+    for (kind, form) in [("fclib", "local"), ("fclib-global", "global")] {
+        let arguments = ["export", "run.h5", "out.hdf5", "--kind", kind];
         // The second replaces the first, which is the program's own.
         let exported = json(&program, &arguments, 0);
         assert_eq!(exported["form"], form);
         assert_eq!(exported["contacts"], 3);
-        if more.is_none() {
+        if form == "local" {
             assert!(exported["error"].as_f64().expect("measured") <= 1e-10);
         }
     }
@@ -92,7 +91,10 @@ fn laws_that_fclib_cannot_hold_are_refused_with_the_reason() {
         ("assemble.factor=\"single\"", "single precision"),
     ] {
         let program = solved(&[change]);
-        let text = refused(&program, &["export", "run.h5", "--fclib", "out.hdf5"]);
+        let text = refused(
+            &program,
+            &["export", "run.h5", "out.hdf5", "--kind", "fclib"],
+        );
         assert!(text.contains(word), "{change}: {text}");
     }
     for (scene, cells, word) in [
@@ -104,7 +106,10 @@ fn laws_that_fclib_cannot_hold_are_refused_with_the_reason() {
         ("history.toml", "body.brick.cells=[6,2,2]", "load history"),
     ] {
         let program = solved_scene(scene, &[cells]);
-        let text = refused(&program, &["export", "run.h5", "--fclib", "out.hdf5"]);
+        let text = refused(
+            &program,
+            &["export", "run.h5", "out.hdf5", "--kind", "fclib"],
+        );
         assert!(text.contains(word), "{scene}: {text}");
     }
 }
@@ -118,7 +123,11 @@ fn a_face_without_friction_has_contacts_without_friction() {
         "dry_and_greased.toml",
         &["body.brick.cells=[12,4,2]", halves],
     );
-    let exported = json(&program, &["export", "run.h5", "--fclib", "out.hdf5"], 0);
+    let exported = json(
+        &program,
+        &["export", "run.h5", "out.hdf5", "--kind", "fclib"],
+        0,
+    );
     assert!(exported["error"].as_f64().expect("measured") <= 1e-10);
     let problem = hdf5::File::open(program.path("out.hdf5")).expect("readable");
     let numbers = |name: &str| {
@@ -171,7 +180,7 @@ fn unsolved_files_and_outputs_of_others_are_refused() {
         ("run.h5", "mesh.h5", "found an HDF5 file"),
         ("run.h5", "no/such/out.hdf5", "make a file in its folder"),
     ] {
-        let text = refused(&program, &["export", file, "--fclib", out]);
+        let text = refused(&program, &["export", file, out, "--kind", "fclib"]);
         assert!(text.contains(word), "{file} {out}: {text}");
     }
 }

@@ -281,7 +281,7 @@ fn what_is_about_one_problem_refuses_steps() {
 #[test]
 fn dissipation_is_refused_with_the_reason() {
     let program = Program::new();
-    let refused = run(&program, &["--error", "5%", "--of", "dissipation"])
+    let refused = run(&program, &["--error", "5%", "--quantity", "dissipation"])
         .assert()
         .code(2);
     let said = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();

@@ -53,7 +53,7 @@ fn a_report_replaces_neither_its_input_nor_a_file_of_another_kind() {
         (".", "expected a file, found a folder"),
         ("no/such/folder.html", "cannot write the file"),
     ] {
-        let text = refused(&program, &["report", "run.h5", "-o", out]);
+        let text = refused(&program, &["report", "run.h5", out]);
         assert!(text.contains(word), "{out}: {text}");
     }
     #[cfg(unix)]
@@ -61,7 +61,7 @@ fn a_report_replaces_neither_its_input_nor_a_file_of_another_kind() {
         ("soft.html", "this command reads that file"),
         ("dangling.html", "cannot follow the symbolic link"),
     ] {
-        let text = refused(&program, &["report", "run.h5", "-o", out]);
+        let text = refused(&program, &["report", "run.h5", out]);
         assert!(text.contains(word), "{out}: {text}");
     }
 }
@@ -70,7 +70,7 @@ fn a_report_replaces_neither_its_input_nor_a_file_of_another_kind() {
 fn a_report_replaces_a_report_and_keeps_a_link_to_it() {
     let program = program();
     let report = |out: &str| {
-        let mut command = program.command(&["report", "run.h5", "-o", out]);
+        let mut command = program.command(&["report", "run.h5", out]);
         command.assert().success();
     };
     report("new.html");
@@ -96,7 +96,7 @@ fn pictures_replace_only_pictures_of_ours() {
     fs::create_dir(&folder).unwrap();
     for (name, content) in [
         (
-            "figure5.svg",
+            "overview.svg",
             &b"<svg xmlns=\"http://www.w3.org/2000/svg\"/>"[..],
         ),
         (
@@ -118,8 +118,8 @@ fn pictures_replace_only_pictures_of_ours() {
     #[cfg(unix)]
     {
         // A picture that is a link to the run file.
-        fs::remove_file(folder.join("figure5.svg")).unwrap();
-        std::os::unix::fs::symlink("../run.h5", folder.join("figure5.svg")).unwrap();
+        fs::remove_file(folder.join("overview.svg")).unwrap();
+        std::os::unix::fs::symlink("../run.h5", folder.join("overview.svg")).unwrap();
         let text = refused(&program, &["post", "run.h5"]);
         assert!(text.contains("this command reads that file"), "{text}");
     }
@@ -129,18 +129,21 @@ fn pictures_replace_only_pictures_of_ours() {
 fn laws_schemas_studies_and_tables_of_checks_are_guarded_too() {
     let program = program();
     fs::create_dir(program.path("law")).unwrap();
-    fs::write(program.path("law/law.png"), "not a picture").unwrap();
-    let text = refused(&program, &["law", "scene.toml", "--figures", "law"]);
-    assert!(text.contains("law.png"), "{text}");
+    fs::write(program.path("law/friction_law.png"), "not a picture").unwrap();
+    let text = refused(
+        &program,
+        &["friction-law", "scene.toml", "--figures", "law"],
+    );
+    assert!(text.contains("friction_law.png"), "{text}");
 
     fs::create_dir(program.path("schemas")).unwrap();
     fs::write(program.path("schemas/sweep.json"), "{\"mine\": 1}\n").unwrap();
-    let text = refused(&program, &["schema", "--out", "schemas"]);
+    let text = refused(&program, &["schema", "schemas"]);
     assert!(
         text.contains("sweep.json: expected a JSON schema"),
         "{text}"
     );
-    let text = refused(&program, &["schema", "--out", "notes.txt"]);
+    let text = refused(&program, &["schema", "notes.txt"]);
     assert!(
         text.contains("expected a folder to write to, found a file"),
         "{text}"
@@ -156,7 +159,7 @@ fn laws_schemas_studies_and_tables_of_checks_are_guarded_too() {
     assert!(accuracy("notes.txt", "new").contains("not an HDF5 file"));
 
     let stability = |out: &str| {
-        let arguments = ["stability", "scene.toml", "-o", out];
+        let arguments = ["stability", "scene.toml", "--table", out];
         refused(&program, &[&arguments[..], &SMALL].concat())
     };
     assert!(stability("scene.toml").contains("this command reads that file"));

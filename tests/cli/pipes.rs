@@ -42,7 +42,7 @@ fn a_reader_that_goes_away_ends_no_command() {
     let output = shell(&program, script);
     assert_eq!(text(&output.stdout).lines().last(), Some("0"), "{output:?}");
     assert_complete(&program);
-    assert!(program.path("run-figures/figure5.svg").exists());
+    assert!(program.path("run-figures/overview.svg").exists());
     // A reader that is gone before the first line.
     let script =
         "(sleep 0.3; \"$program\" status run.h5; echo $? >code) | true; sleep 0.6; cat code";
@@ -53,7 +53,7 @@ fn a_reader_that_goes_away_ends_no_command() {
         "check run.h5 --json --quiet",
         "--help",
         "law \"$scene\" --no-figures",
-        "report run.h5 -o r.html --json",
+        "report run.h5 r.html --json",
     ] {
         let script = format!(
             "(sleep 0.2; \"$program\" {command}; echo $? >code) 2>err | true; sleep 0.6; cat code err"
@@ -151,8 +151,8 @@ fn with_json_standard_output_holds_json_alone() {
         &["status", "run.h5"],
         &["check", "run.h5"],
         &["report", "run.h5"],
-        &["law", scene],
-        &["schema", "--out", "schemas"],
+        &["friction-law", scene],
+        &["schema", "schemas"],
     ];
     for command in commands {
         let done = program.command(command).arg("--json").assert().success();

@@ -100,7 +100,7 @@ fn a_failed_solve_is_told_everywhere() {
         size.split_once('=').unwrap().1
     );
     std::fs::write(program.path("sweep.toml"), sweep).unwrap();
-    let sweep = program.command(&["sweep", "sweep.toml", "--out", "out"]);
+    let sweep = program.command(&["sweep", "sweep.toml", "out"]);
     let done = { sweep }.assert().code(1);
     let text = String::from_utf8_lossy(&done.get_output().stdout).into_owned();
     assert!(

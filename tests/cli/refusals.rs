@@ -125,7 +125,7 @@ fn a_folder_for_pictures_that_cannot_be_is_refused_before_anything_is_stored() {
         if command == "post" {
             arguments.extend(["--figures", "file"]);
         } else {
-            arguments.extend(["--epsilon", "-1"]);
+            arguments.extend(["--set", "solve.epsilon=-1"]);
         }
         refused(&program, &arguments);
     }
@@ -139,7 +139,7 @@ fn a_folder_for_pictures_that_cannot_be_is_refused_before_anything_is_stored() {
     refused(&program, &[&accuracy[..], &SMALL].concat());
     refused(
         &program,
-        &["law", scene.to_str().unwrap(), "--figures", "file"],
+        &["friction-law", scene.to_str().unwrap(), "--figures", "file"],
     );
 }
 

@@ -67,10 +67,10 @@ fn a_scene_or_sweep_is_no_device_and_no_folder() {
     for path in ["/dev/zero", "/dev/null", "folder"] {
         let commands: [&[&str]; 5] = [
             &["run", path, "run.h5"],
-            &["law", path],
+            &["friction-law", path],
             &["accuracy", path, "run.h5"],
             &["stability", path],
-            &["sweep", path, "--out", "out"],
+            &["sweep", path, "out"],
         ];
         for command in commands {
             let text = refused(&program, command);
@@ -114,7 +114,7 @@ fn a_scene_may_come_through_a_pipe_up_to_its_limit() {
     let (code, text) = bash(&program, "\"$program\" run <(yes '# endless') endless.h5");
     assert_eq!(code, Some(2), "{text}");
     assert!(text.contains("expected at most 4000000 bytes"), "{text}");
-    let (code, text) = bash(&program, "\"$program\" sweep <(yes '# endless') --out out");
+    let (code, text) = bash(&program, "\"$program\" sweep <(yes '# endless') out");
     assert_eq!(code, Some(2), "{text}");
     assert!(text.contains("expected at most 4000000 bytes"), "{text}");
 }

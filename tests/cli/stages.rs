@@ -45,7 +45,7 @@ fn run_draws_pictures_that_are_missing() {
         run.args(SMALL).assert().success();
     };
     run();
-    let last = program.path("run-figures/figure5.png");
+    let last = program.path("run-figures/overview.png");
     let drawn = fs::read(&last).unwrap();
     let unchanged = fs::metadata(&last).unwrap().modified().unwrap();
     run();
@@ -110,7 +110,7 @@ fn stages_in_processes_of_their_own_give_the_same_digests_as_run() {
         .success();
     parts.command(&["post", "run.h5"]).assert().success();
     assert_eq!(parts.digests(), whole.digests());
-    assert!(parts.path("run-figures/figure5.png").exists());
+    assert!(parts.path("run-figures/overview.png").exists());
     assert!(parts.path("run-figures/d_friction_ellipses.svg").exists());
 }
 
@@ -170,10 +170,10 @@ fn settings_given_to_solve_are_stored_and_make_post_stale() {
         .command(&[
             "solve",
             "run.h5",
-            "--epsilon",
-            "1e-6",
-            "--precision",
-            "fixed",
+            "--set",
+            "solve.epsilon=1e-6",
+            "--set",
+            "solve.precision=\"fixed\"",
         ])
         .assert()
         .success();
@@ -267,7 +267,7 @@ fn newton_stores_its_history_and_is_certified_by_the_papers_mapping() {
 }
 
 #[test]
-fn methods_are_one_flag_away_and_agree() {
+fn methods_are_one_key_away_and_agree() {
     let program = Program::new();
     run_newton(&program, &[]).success();
     let force = |program: &Program, arguments: &[&str]| {
@@ -279,22 +279,22 @@ fn methods_are_one_flag_away_and_agree() {
     let inner_newton = [
         "solve",
         "run.h5",
-        "--method",
-        "fixed-point",
-        "--inner",
-        "newton",
-        "--epsilon",
-        "1e-12",
+        "--set",
+        "solve.method=\"fixed-point\"",
+        "--set",
+        "solve.inner=\"newton\"",
+        "--set",
+        "solve.epsilon=1e-12",
     ];
     let paper = [
         "solve",
         "run.h5",
-        "--inner",
-        "kprgp",
-        "--epsilon",
-        "1e-6",
-        "--precision",
-        "fixed",
+        "--set",
+        "solve.inner=\"kprgp\"",
+        "--set",
+        "solve.epsilon=1e-6",
+        "--set",
+        "solve.precision=\"fixed\"",
     ];
     // ε = 1e-12 and a contraction factor near 0.1.
     assert!((force(&program, &inner_newton) / newton - 1.0).abs() < 1e-11);
@@ -306,24 +306,27 @@ fn methods_are_one_flag_away_and_agree() {
 fn newton_without_the_dense_operator_is_refused_with_the_way_out() {
     let program = Program::new();
     run_newton(&program, &[]).success();
-    program
-        .command(&["assemble", "run.h5", "--dual-operator", "implicit"])
-        .assert()
-        .success();
+    let assemble = |kind: &str| {
+        let set = format!("assemble.dual_operator=\"{kind}\"");
+        program
+            .command(&["assemble", "run.h5", "--set", &set])
+            .assert()
+    };
+    assemble("implicit").success();
     assert_eq!(
         words(&program.states()),
         ["fresh", "fresh", "fresh", "stale", "stale"]
     );
     let refused = program
-        .command(&["solve", "run.h5", "--method", "newton"])
+        .command(&["solve", "run.h5", "--set", "solve.method=\"newton\""])
         .assert()
         .code(2);
     let text = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
-    assert!(text.contains("--dual-operator explicit"), "{text}");
-    program
-        .command(&["assemble", "run.h5", "--dual-operator", "sparse"])
-        .assert()
-        .code(2);
+    assert!(
+        text.contains("assemble.dual_operator=\"explicit\""),
+        "{text}"
+    );
+    assemble("sparse").code(2);
 }
 
 #[test]
@@ -353,7 +356,7 @@ fn altered_values_are_seen_and_made_again() {
         drop(dataset);
         file.close().expect("closed");
         program.command(&["status", "run.h5"]).assert().code(2);
-        let mut report = program.command(&["report", "run.h5", "-o", "page.html"]);
+        let mut report = program.command(&["report", "run.h5", "page.html"]);
         let report = report.assert().code(2);
         let text = String::from_utf8_lossy(&report.get_output().stderr).into_owned();
         assert!(text.contains(name), "{text}");

@@ -31,7 +31,7 @@ fn titles_are_shown_with_their_escapes() {
     scene(&program);
     let shown = "a\\u{1b}[31mb\\nc\\u{9b}d\\u{7f}\\u{202e}";
     let run = ["run", "scene.toml", "run.h5", SMALL[0], SMALL[1]];
-    let lines: [&[&str]; 3] = [&run, &["status", "run.h5"], &["law", "scene.toml"]];
+    let lines: [&[&str]; 3] = [&run, &["status", "run.h5"], &["friction-law", "scene.toml"]];
     for command in lines {
         let done = program.command(command).assert().success();
         let text = String::from_utf8_lossy(&done.get_output().stdout).into_owned();
@@ -42,10 +42,14 @@ fn titles_are_shown_with_their_escapes() {
         assert!(!commands(&text), "{command:?}: {text}");
     }
     program
-        .command(&["report", "run.h5", "-o", "r.html"])
+        .command(&["report", "run.h5", "r.html"])
         .assert()
         .success();
-    for file in ["r.html", "run-figures/figure5.svg", "scene-law/law.svg"] {
+    for file in [
+        "r.html",
+        "run-figures/overview.svg",
+        "scene-friction-law/friction_law.svg",
+    ] {
         let text = fs::read_to_string(program.path(file)).unwrap();
         assert!(text.contains(shown) && !commands(&text), "{file}");
     }

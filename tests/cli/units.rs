@@ -83,26 +83,23 @@ fn outputs(scene: &str) -> Vec<(String, String)> {
     say("run", &["run", scene, "run.h5", SMALL[0], SMALL[1]]);
     say("status", &["status", "run.h5"]);
     say("check", &["check", "run.h5"]);
-    say("law", &["law", scene, "--figures", "law"]);
+    say("law", &["friction-law", scene, "--figures", "law"]);
     let small = [SMALL[0], SMALL[1]];
     let meshes = ["--coarsest", "2", "--finest", "4", "--budget", "5"];
     let accuracy = ["accuracy", scene, "run.h5"];
     say("accuracy", &[&accuracy[..], &small, &meshes].concat());
-    let stability = ["stability", scene, "--out", "stability.h5"];
+    let stability = ["stability", scene, "--table", "stability.h5"];
     let coarse = [SMALL[0], "body.brick.cells=[6,2,2]"];
     say("stability", &[&stability[..], &coarse].concat());
-    say("report", &["report", "run.h5", "-o", "run.html"]);
+    say("report", &["report", "run.h5", "run.html"]);
     let sweep = format!(
         "scene = {scene:?}\n[set]\n\"body.brick.cells\" = [6, 2, 2]\n[[axis]]\n\
          key = \"friction\"\nvalues = [{{ coefficient.constant = 0.2 }}, {{ coefficient.constant = 0.4 }}]\n\
          zip = \"k\"\n[[axis]]\nkey = \"contact.angle\"\nvalues = [0.0, 20.0]\nzip = \"k\"\n"
     );
     fs::write(program.path("sweep.toml"), sweep).unwrap();
-    say("sweep", &["sweep", "sweep.toml", "--out", "sweep"]);
-    say(
-        "report of a sweep",
-        &["report", "sweep", "-o", "sweep.html"],
-    );
+    say("sweep", &["sweep", "sweep.toml", "sweep"]);
+    say("report of a sweep", &["report", "sweep", "sweep.html"]);
     for page in ["run.html", "sweep.html"] {
         let page_text = without_marks(&fs::read_to_string(program.path(page)).unwrap());
         texts.push((page.to_owned(), page_text));
@@ -142,7 +139,7 @@ const STRESS_IN: [&str; 7] = [
 const LENGTH_IN: [&str; 7] = [
     "run",
     "law",
-    "law.svg",
+    "friction_law.svg",
     "c_deformed_body.svg",
     "run.html",
     "run.h5",

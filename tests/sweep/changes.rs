@@ -96,19 +96,19 @@ fn single_cases_give_the_files_of_the_whole_sweep() {
     for case in sweep.plan().iter().rev() {
         let id = case["id"].as_str().unwrap();
         let run = sweep
-            .command(&["run-case", "sweep.toml", "--out", "parts", id])
+            .command(&["run-case", "sweep.toml", "parts", id])
             .output()
             .unwrap();
         assert!(run.status.success(), "{run:?}");
     }
     let summary = sweep
-        .command(&["summary", "sweep.toml", "--out", "parts"])
+        .command(&["summary", "sweep.toml", "parts"])
         .output()
         .unwrap();
     assert!(summary.status.success());
     assert_eq!(sweep.digests("parts"), sweep.digests("whole"));
     let unknown = sweep
-        .command(&["run-case", "sweep.toml", "--out", "parts", "0123"])
+        .command(&["run-case", "sweep.toml", "parts", "0123"])
         .output()
         .unwrap();
     assert_eq!(unknown.status.code(), Some(2));

@@ -38,10 +38,7 @@ fn survives_kills(text: &str, least_kills: usize) -> [usize; 2] {
         rounds += 1;
         let out = format!("killed{rounds}");
         let ended = loop {
-            let mut child = sweep
-                .command(&["sweep.toml", "--out", &out])
-                .spawn()
-                .unwrap();
+            let mut child = sweep.command(&["sweep.toml", &out]).spawn().unwrap();
             // Up to half of the time that the whole takes: every round is killed some times.
             sleep(Duration::from_micros(
                 lottery.below(whole.as_micros() as u64 / 2),
@@ -97,7 +94,7 @@ fn a_killed_sweep_of_histories_goes_on_to_the_same_bits() {
     let sweep = Sweep::new(STEPPED);
     let (code, said) = sweep.run("whole", &[]);
     assert_eq!(code, 0, "{said}");
-    let mut child = sweep.command(&["sweep.toml", "--out", "killed"]).spawn();
+    let mut child = sweep.command(&["sweep.toml", "killed"]).spawn();
     let child = child.as_mut().expect("a process");
     while !sweep.has_checkpoint("killed") {
         assert!(
@@ -120,7 +117,7 @@ fn an_interrupted_sweep_says_how_many_cases_it_keeps() {
         "[set]\n\"body.brick.cells\" = [24, 8, 8]\n[[axis]]\nkey = \"traction.0.value.0\"\n\
          range = { from = 1e6, to = 1e7, count = 40 }\n",
     );
-    let child = sweep.command(&["sweep.toml", "--out", "out"]).spawn();
+    let child = sweep.command(&["sweep.toml", "out"]).spawn();
     let child = child.unwrap();
     let deadline = Instant::now() + Duration::from_secs(60);
     let first = sweep.path(&format!("out/{}", sweep.plan()[0]["id"].as_str().unwrap()));

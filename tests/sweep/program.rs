@@ -50,7 +50,7 @@ impl Sweep {
 
     /// Runs the sweep to a folder and returns its exit code and what it said.
     pub(crate) fn run(&self, out: &str, more: &[&str]) -> (i32, String) {
-        let mut arguments = vec!["sweep.toml", "--out", out];
+        let mut arguments = vec!["sweep.toml", out];
         arguments.extend(more);
         let output = self.command(&arguments).output().expect("a process");
         let said = [output.stderr, output.stdout].concat();
@@ -59,7 +59,7 @@ impl Sweep {
     }
 
     pub(crate) fn plan(&self) -> Vec<serde_json::Value> {
-        let output = self.command(&["plan", "sweep.toml", "--out", "x"]).output();
+        let output = self.command(&["plan", "sweep.toml", "x"]).output();
         let output = output.expect("a process");
         serde_json::from_slice(&output.stdout).expect("JSON")
     }

@@ -51,8 +51,8 @@ fn foreign_tables_are_not_written_over() {
         let sweep = Sweep::new(AXIS);
         fs::create_dir(sweep.path("out")).unwrap();
         fs::write(sweep.path("out").join(name), content).unwrap();
-        refused(&sweep, &["sweep.toml", "--out", "out"], word);
-        refused(&sweep, &["summary", "sweep.toml", "--out", "out"], word);
+        refused(&sweep, &["sweep.toml", "out"], word);
+        refused(&sweep, &["summary", "sweep.toml", "out"], word);
     }
 }
 
@@ -83,7 +83,7 @@ fn histories_of_a_sweep_are_on_its_page() {
     let mut command = Command::cargo_bin("contact3d-pipe").unwrap();
     let command = command
         .current_dir(sweep.path(""))
-        .args(["report", "out", "-o", "page.html"]);
+        .args(["report", "out", "page.html"]);
     assert!(command.output().unwrap().status.success());
     let page = fs::read_to_string(sweep.path("page.html")).unwrap();
     for word in [
@@ -127,8 +127,8 @@ fn the_tables_of_another_sweep_are_not_written_over() {
     let text = format!("scene = \"scene.toml\"\n{other}");
     fs::write(sweep.path("other.toml"), &text).unwrap();
     let word = "belongs to another sweep, ../sweep.toml";
-    refused(&sweep, &["other.toml", "--out", "out"], word);
-    refused(&sweep, &["summary", "other.toml", "--out", "out"], word);
+    refused(&sweep, &["other.toml", "out"], word);
+    refused(&sweep, &["summary", "other.toml", "out"], word);
     // Without the HDF5 table the CSV table alone tells nothing but its cases.
     let unlike = AXIS.replace("0.1", "0.15").replace("0.2", "0.25");
     fs::write(
@@ -137,20 +137,16 @@ fn the_tables_of_another_sweep_are_not_written_over() {
     )
     .unwrap();
     fs::remove_file(sweep.path("out/summary.h5")).unwrap();
-    refused(
-        &sweep,
-        &["other.toml", "--out", "out"],
-        "belongs to another sweep",
-    );
+    refused(&sweep, &["other.toml", "out"], "belongs to another sweep");
     // Single cases share the folder.
     let plan = sweep
-        .command(&["plan", "other.toml", "--out", "out"])
+        .command(&["plan", "other.toml", "out"])
         .output()
         .unwrap();
     let plan: serde_json::Value = serde_json::from_slice(&plan.stdout).expect("JSON");
     let id = plan[0]["id"].as_str().expect("a name");
     let case = sweep
-        .command(&["run-case", "other.toml", "--out", "out", id])
+        .command(&["run-case", "other.toml", "out", id])
         .output();
     assert!(case.unwrap().status.success());
 }
@@ -166,10 +162,7 @@ fn a_renamed_sweep_with_all_its_cases_goes_on() {
         format!("scene = \"scene.toml\"\n{more}"),
     )
     .unwrap();
-    let output = sweep
-        .command(&["renamed.toml", "--out", "out"])
-        .output()
-        .unwrap();
+    let output = sweep.command(&["renamed.toml", "out"]).output().unwrap();
     let said = String::from_utf8_lossy(&[output.stderr, output.stdout].concat()).into_owned();
     assert_eq!(output.status.code(), Some(0), "{said}");
     assert!(said.contains("1 computed, 2 kept"), "{said}");
@@ -180,7 +173,7 @@ fn charts_replace_only_charts_of_ours() {
     let sweep = Sweep::new(AXIS);
     fs::create_dir_all(sweep.path("out/figures")).unwrap();
     fs::write(sweep.path("out/figures/normal_force.svg"), "<svg/>").unwrap();
-    refused(&sweep, &["sweep.toml", "--out", "out"], "normal_force.svg");
+    refused(&sweep, &["sweep.toml", "out"], "normal_force.svg");
     fs::remove_file(sweep.path("out/figures/normal_force.svg")).unwrap();
     assert_eq!(sweep.run("out", &[]).0, 0);
     assert_eq!(sweep.run("out", &[]).0, 0);
@@ -205,7 +198,7 @@ fn a_single_case_that_fails_is_recorded_with_exit_code_1() {
     let sweep = Sweep::new(text);
     let id = sweep.plan()[0]["id"].as_str().expect("a name").to_owned();
     let case = sweep
-        .command(&["run-case", "sweep.toml", "--out", "out", &id])
+        .command(&["run-case", "sweep.toml", "out", &id])
         .output();
     assert_eq!(case.unwrap().status.code(), Some(1));
     assert!(sweep.path(&format!("out/{id}.error.txt")).exists());
@@ -215,10 +208,7 @@ fn a_single_case_that_fails_is_recorded_with_exit_code_1() {
 #[test]
 fn an_interrupted_sweep_keeps_its_folder() {
     let sweep = Sweep::new(SLOW);
-    let mut child = sweep
-        .command(&["sweep.toml", "--out", "out"])
-        .spawn()
-        .unwrap();
+    let mut child = sweep.command(&["sweep.toml", "out"]).spawn().unwrap();
     let started = Instant::now();
     while !sweep.path("out/summary.h5").exists() {
         assert!(started.elapsed() < Duration::from_secs(60), "no table");
@@ -232,7 +222,7 @@ fn an_interrupted_sweep_keeps_its_folder() {
     )
     .unwrap();
     let word = "belongs to another sweep, ../sweep.toml";
-    refused(&sweep, &["other.toml", "--out", "out"], word);
+    refused(&sweep, &["other.toml", "out"], word);
     let (code, said) = sweep.run("out", &[]);
     assert_eq!(code, 0, "{said}");
 }

@@ -4,11 +4,8 @@ use units::Unit;
 
 use super::{
     canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke},
-    layout::{KeySide, LABEL_SIZE, PictureLayout, TICK_SIZE, fitting_ticks},
-    line_chart::{draw_axes, draw_panes},
-    panes::PaneShape,
-    scale::{Ticks, UnitScale},
-    svg::bounds,
+    layout::{KeySide, LABEL_SIZE, TICK_SIZE, fitting_ticks},
+    scale::{Ticks, UnitScale, bounds},
     text::Label,
 };
 
@@ -96,78 +93,6 @@ impl ValueRange {
         self.fraction(value)
             .map_or(Fill::NoValue, |fraction| Fill::Plain(map.at(fraction)))
     }
-}
-
-/// A square tile with lines from lower left to upper right, continued by its neighbours.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Hatch {
-    /// Identifier within an SVG document.
-    pub(super) name: &'static str,
-    /// Side of the tile in pixels.
-    pub(super) period: f64,
-    pub(super) background: Colour,
-    pub(super) lines: Colour,
-    /// Width of the lines in pixels.
-    pub(super) width: f64,
-}
-
-impl Hatch {
-    /// A value that is not a number.
-    pub(super) const NO_VALUE: Self = Self {
-        name: "no-value",
-        period: 6.0,
-        background: Colour(0xd8, 0xd8, 0xd8),
-        lines: Colour(0x8a, 0x8a, 0x8a),
-        width: 1.0,
-    };
-
-    /// A pane that is out of contact.
-    pub(super) const OPEN: Self = Self {
-        name: "open",
-        period: 5.0,
-        background: Colour::WHITE,
-        lines: Colour(0xc4, 0xc4, 0xc4),
-        width: 0.7,
-    };
-
-    /// The diagonal of the tile, and the corners of those of its neighbours.
-    pub(super) fn segments(&self) -> [[Point; 2]; 3] {
-        let side = self.period;
-        [
-            [[-1.0, 1.0], [1.0, -1.0]],
-            [[0.0, side], [side, 0.0]],
-            [[side - 1.0, side + 1.0], [side + 1.0, side - 1.0]],
-        ]
-    }
-}
-
-/// A map of one value per pane in `unit`, with axes and colour bar.
-pub(super) fn map_panel(
-    layout: &PictureLayout,
-    shapes: &[PaneShape],
-    title: &Label,
-    key: &ColourKey,
-    unit: &Unit,
-    value: impl Fn(usize) -> f64,
-) -> Canvas {
-    let mut canvas = layout.panel(title);
-    let fill = |pane: usize| key.fill(value(pane));
-    let hover = |pane: usize| format!("pane {pane}: {:.4e}{}", value(pane), unit.beside());
-    draw_panes(&mut canvas, layout, shapes, Colour::WHITE, fill, hover);
-    draw_axes(&mut canvas, layout);
-    let [left, top] = layout.corner;
-    let [width, height] = layout.size;
-    match layout.key {
-        KeySide::Below => {
-            let corner = [left, top + height + 50.0];
-            key.draw(&mut canvas, layout.key, corner, width);
-        }
-        KeySide::Right => {
-            let corner = [left + width + 28.0, top];
-            key.draw(&mut canvas, layout.key, corner, height);
-        }
-    }
-    canvas
 }
 
 /// Number of slices that show the colour map.

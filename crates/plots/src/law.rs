@@ -3,27 +3,27 @@
 use units::{Dimension, Unit, Units};
 
 use super::{
-    FrictionKind, PAGE_TITLE_HEIGHT, PAGE_TITLE_SIZE,
-    canvas::{Anchor, Canvas, Colour, Point, Stroke},
+    FrictionKind,
+    axis::{Axis, AxisScale, PlotFrame},
+    canvas::{Anchor, Canvas, Colour, Stroke},
     colour::{ColourKey, ColourMap, ValueRange},
     layout::{
-        KEY_WIDTH, KeySide, LABEL_SIZE, PANEL_WIDTH, PictureLayout, TITLE_HEIGHT, TITLE_SIZE,
-        fitting_ticks, titled_panel,
+        KEY_WIDTH, KeySide, LABEL_SIZE, PANEL_WIDTH, PictureLayout, RIGHT_MARGIN, TITLE_HEIGHT,
+        titled_panel,
     },
-    line_chart::{TICK_LENGTH, TickedAxis, draw_ticked_frame, log_label, log_ticks},
     panels::semi_axis_map,
     panes::pane_shapes,
-    picture::{ContactPicture, FigureError, Picture},
+    picture::{ContactPicture, Picture},
     scale::{Ticks, UnitScale},
-    text::{Label, fitted},
+    text::Label,
+    titled_page,
 };
 
-/// Height of a chart over slips.
-const CHART_HEIGHT: f64 = 360.0;
-/// Vertical space of the note below the page title.
-const NOTE_HEIGHT: f64 = 24.0;
-/// Pixels by which the cells of a map reach below their neighbours.
-const OVERLAP: f64 = 0.8;
+/// Height of a chart over slips, and of its plot.
+const LAW_HEIGHT: f64 = 360.0;
+const PLOT_HEIGHT: f64 = 258.0;
+/// Most labelled decades of a logarithmic axis.
+const LAW_DECADES: usize = 7;
 
 /// What a law is drawn from.
 #[derive(Clone, Copy, Debug)]
@@ -43,10 +43,8 @@ pub struct LawPicture<'a> {
 /// The coefficients over the slips.
 #[derive(Clone, Debug)]
 pub enum OverSlip {
-    /// F of an isotropic law over |u_t|.
-    Isotropic(SlipCurve),
-    /// F₁ over |u_t1| and F₂ over |u_t2|, at slips of one axis.
-    Own([SlipCurve; 2]),
+    /// F of an isotropic law over |u_t|, or F₁ over |u_t1| and F₂ over |u_t2|, at slips of one axis.
+    Own(Vec<SlipCurve>),
     /// F₁ and F₂ over both slips.
     Both([SlipCoefficientMap; 2]),
 }
@@ -70,34 +68,14 @@ impl SlipRange {
         }
     }
 
-    /// Where a slip lies on the axis, from 0 to 1.
-    fn fraction(self, slip: f64) -> f64 {
-        let fraction = match self {
-            Self::Linear(high) => slip / high,
-            Self::Logarithmic(low, high) => (slip / low).ln() / (high / low).ln(),
-        };
-        fraction.clamp(0.0, 1.0)
-    }
-
     /// The axis of this length over slips in `units`, named by a symbol.
-    fn axis(self, symbol: &Label, units: Units, pixels: f64) -> TickedAxis {
+    fn axis(self, symbol: &Label, units: Units, pixels: f64) -> Axis {
+        let (scale, interval) = match self {
+            Self::Linear(high) => (AxisScale::Linear, [0.0, high]),
+            Self::Logarithmic(low, high) => (AxisScale::Logarithmic, [low, high]),
+        };
         let unit = units.of(Dimension::LENGTH);
-        match self {
-            Self::Linear(high) => {
-                let scale = UnitScale::new(high, &unit);
-                let scaled = scale.scaled(high);
-                let ticks = fitting_ticks(0.0, scaled, pixels);
-                TickedAxis::linear(scale.title(symbol), &ticks, [0.0, scaled])
-            }
-            Self::Logarithmic(low, high) => {
-                let (major, _) = log_ticks(low, high, MOST_DECADES);
-                let label = |value: f64| (self.fraction(value), log_label(value));
-                TickedAxis {
-                    title: UnitScale::new(1.0, &unit).title(symbol),
-                    ticks: major.into_iter().map(label).collect(),
-                }
-            }
-        }
+        Axis::new(scale, interval, (symbol, &unit), pixels, LAW_DECADES)
     }
 }
 
@@ -123,80 +101,41 @@ pub struct SlipCoefficientMap {
 
 /// Draws a law as one figure.
 ///
-/// # Errors
-/// [`FigureError`] when the arrays of the contact face do not fit together.
-pub fn law_page(picture: &LawPicture<'_>) -> Result<Picture, FigureError> {
+/// # Panics
+/// Where arrays of the contact face do not fit together.
+#[must_use]
+pub fn law_page(picture: &LawPicture<'_>) -> Picture {
     let units = picture.units;
     let mut rows = vec![match picture.over_slip {
-        OverSlip::Isotropic(curve) => vec![curve_panel(std::slice::from_ref(curve), true, units)],
-        OverSlip::Own(curves) => vec![curve_panel(curves, false, units)],
+        OverSlip::Own(curves) => vec![curve_panel(curves, units)],
         OverSlip::Both(maps) => map_panels(maps, units).to_vec(),
     }];
+    let isotropic = matches!(picture.over_slip, OverSlip::Own(curves) if curves.len() == 1);
     if let Some(face) = &picture.at_rest {
-        let isotropic = matches!(picture.over_slip, OverSlip::Isotropic(_));
-        let maps = face_panels(face, isotropic)?;
+        let maps = face_panels(face, isotropic);
         if isotropic {
             rows[0].extend(maps);
         } else {
             rows.push(maps);
         }
     }
-    Ok(Picture::new(joined(picture, &rows), picture.title))
+    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
+    let page = titled_page([picture.title, picture.note], &rows, columns, 0.5);
+    Picture::new(&page, picture.title)
 }
 
 /// The coefficients over the contact face.
-fn face_panels(face: &ContactPicture<'_>, isotropic: bool) -> Result<Vec<Canvas>, FigureError> {
-    face.validate()?;
-    let symbols = [0, 1].map(|axis| law_symbol(axis, isotropic));
-    let titles = symbols.each_ref().map(|symbol| {
-        Label::plain("Coefficient of friction ")
-            .then(symbol)
-            .upright(" at zero slip")
-    });
-    let friction = face.friction.unwrap_or((FrictionKind::OverPressure, &[]));
-    let shapes = pane_shapes(face);
-    let (kind, panes) = friction;
-    let friction = (panes, &kind.unit(face.units));
-    let layout = PictureLayout::new(face);
-    let count = if isotropic { 1 } else { 2 };
-    let maps = (0..count).map(|axis| {
-        let face = (&layout, shapes.as_slice());
-        semi_axis_map(friction, face, axis, &titles[axis], &symbols[axis])
-    });
-    Ok(maps.collect())
-}
-
-/// Rows of panels below the title; a shorter row sits in the middle.
-fn joined(picture: &LawPicture<'_>, rows: &[Vec<Canvas>]) -> Canvas {
-    let height = |row: &[Canvas]| row.iter().map(|canvas| canvas.height).fold(0.0, f64::max);
-    let width = |row: &[Canvas]| row.len() as f64 * PANEL_WIDTH;
-    let note_height = if picture.note.is_empty() {
-        0.0
-    } else {
-        NOTE_HEIGHT
+fn face_panels(face: &ContactPicture<'_>, isotropic: bool) -> Vec<Canvas> {
+    let (kind, panes) = face.friction.unwrap_or((FrictionKind::OverPressure, &[]));
+    let (shapes, layout) = (pane_shapes(face), PictureLayout::new(face));
+    let unit = kind.unit(face.units);
+    let panel = |axis: usize| {
+        let symbol = law_symbol(axis, isotropic);
+        let title = Label::plain("Coefficient of friction ");
+        let title = title.then(&symbol).upright(" at zero slip");
+        semi_axis_map((panes, &unit), (&layout, &shapes), axis, &title, &symbol)
     };
-    let mut top = PAGE_TITLE_HEIGHT + note_height;
-    let mut page = Canvas::new(
-        rows.iter().map(|row| width(row)).fold(0.0, f64::max),
-        top + rows.iter().map(|row| height(row)).sum::<f64>(),
-    );
-    let mut line = |text: &str, baseline: f64, size: f64| {
-        let text = fitted(text, size, page.width - 60.0);
-        let centre = [page.width / 2.0, baseline];
-        page.text(centre, &Label::plain(text), size, Anchor::Middle);
-    };
-    line(picture.title, 31.0, PAGE_TITLE_SIZE);
-    if note_height > 0.0 {
-        line(picture.note, 31.0 + NOTE_HEIGHT, TITLE_SIZE);
-    }
-    for row in rows {
-        let left = (page.width - width(row)) / 2.0;
-        for (column, canvas) in row.iter().enumerate() {
-            page.place(canvas, [left + column as f64 * PANEL_WIDTH, top]);
-        }
-        top += height(row);
-    }
-    page
+    (0..if isotropic { 1 } else { 2 }).map(panel).collect()
 }
 
 /// F with an index, or without one in an isotropic law.
@@ -217,7 +156,8 @@ fn slip_symbol(index: &str) -> Label {
 }
 
 /// One or two coefficients over their own slips in one chart.
-fn curve_panel(curves: &[SlipCurve], isotropic: bool, units: Units) -> Canvas {
+fn curve_panel(curves: &[SlipCurve], units: Units) -> Canvas {
+    let isotropic = curves.len() == 1;
     let symbols: Vec<Label> = (0..curves.len())
         .map(|axis| law_symbol(axis, isotropic))
         .collect();
@@ -229,7 +169,7 @@ fn curve_panel(curves: &[SlipCurve], isotropic: bool, units: Units) -> Canvas {
             slip_symbol("1").upright(", ").then(&slip_symbol("2")),
         )
     };
-    let mut canvas = titled_panel([PANEL_WIDTH, CHART_HEIGHT], &Label::plain(title));
+    let mut canvas = titled_panel([PANEL_WIDTH, LAW_HEIGHT], &Label::plain(title));
     let values = curves.iter().flat_map(|curve| &curve.points);
     let values = ValueRange::of(values.map(|point| point[1]));
     let (low, high) = match values {
@@ -238,29 +178,25 @@ fn curve_panel(curves: &[SlipCurve], isotropic: bool, units: Units) -> Canvas {
         ValueRange::Nothing => (0.0, 1.0),
     };
     let margin = 0.06 * (high - low);
-    let (low, high) = ((low - margin).max(0.0), high + margin);
-    let vertical = coefficient_axis(low, high, &joined_symbols(&symbols));
-    let range = curves[0].range;
-    let horizontal = |pixels: f64| range.axis(&slip, units, pixels);
-    let frame = LawFrame::new(horizontal, vertical, PLOT_HEIGHT, RIGHT_MARGIN);
-    let point = |[slip, value]: [f64; 2]| {
-        let up = (value - low) / (high - low);
-        [
-            frame.corner[0] + range.fraction(slip) * frame.size[0],
-            frame.corner[1] + (1.0 - up) * frame.size[1],
-        ]
-    };
+    let interval = [(low - margin).max(0.0), high + margin];
+    let scale = UnitScale::new(interval[1], &Unit::none());
+    let scaled = interval.map(|value| scale.scaled(value));
+    let title = scale.title(&joined_symbols(&symbols));
+    let vertical = Axis::linear(title, &Ticks::new(scaled[0], scaled[1], 7), scaled);
+    let horizontal = |pixels: f64| curves[0].range.axis(&slip, units, pixels);
+    let frame = law_frame(horizontal, vertical, PLOT_HEIGHT, RIGHT_MARGIN);
     let strokes = [
         Stroke::solid(Colour(0x00, 0x55, 0x9c), 2.2),
         Stroke::dashed(Colour(0xc4, 0x4e, 0x00), 2.2, 7.0),
     ];
     for (curve, stroke) in curves.iter().zip(strokes) {
         let points = curve.points.iter().filter(|point| point[1].is_finite());
-        canvas.polylines(&[points.map(|p| point(*p)).collect()], stroke);
+        let points = points.map(|[slip, value]| frame.pixel([*slip, scale.scaled(*value)]));
+        canvas.polylines(&[points.collect()], stroke);
     }
-    frame.draw(&mut canvas);
+    draw_frame(&mut canvas, &frame);
     if !isotropic {
-        frame.draw_legend(&mut canvas, &symbols, &strokes);
+        draw_legend(&mut canvas, &frame, symbols.iter().zip(strokes));
     }
     canvas
 }
@@ -296,18 +232,18 @@ fn map_panels(maps: &[SlipCoefficientMap; 2], units: Units) -> [Canvas; 2] {
 }
 
 fn map_panel(map: &SlipCoefficientMap, key: &ColourKey, title: &Label, units: Units) -> Canvas {
-    let mut canvas = titled_panel([PANEL_WIDTH, CHART_HEIGHT + 40.0], title);
+    let mut canvas = titled_panel([PANEL_WIDTH, LAW_HEIGHT + 40.0], title);
     let [first, second] = map.ranges;
     let height = PLOT_HEIGHT + 40.0;
     let horizontal = |pixels: f64| first.axis(&slip_symbol("1"), units, pixels);
     let vertical = second.axis(&slip_symbol("2"), units, height);
-    let frame = LawFrame::new(horizontal, vertical, height, RIGHT_MARGIN + KEY_WIDTH);
+    let frame = law_frame(horizontal, vertical, height, RIGHT_MARGIN + KEY_WIDTH);
     let [left, top] = frame.corner;
     let size = frame.size.map(|length| length / map.cells as f64);
     for (index, &value) in map.values.iter().enumerate() {
         let [column, row] = [index % map.cells, index / map.cells];
-        // Cells reach below those drawn after them, so that no seam shows.
-        let overlap = [column, row].map(|k| if k + 1 < map.cells { OVERLAP } else { 0.0 });
+        // Cells reach some pixels below those drawn after them, so that no seam shows.
+        let overlap = [column, row].map(|k| if k + 1 < map.cells { 0.8 } else { 0.0 });
         let corner = [
             left + column as f64 * size[0],
             top + (map.cells - 1 - row) as f64 * size[1] - overlap[1],
@@ -315,68 +251,45 @@ fn map_panel(map: &SlipCoefficientMap, key: &ColourKey, title: &Label, units: Un
         let size = [size[0] + overlap[0], size[1] + overlap[1]];
         canvas.rectangle(corner, size, key.fill(value), None);
     }
-    frame.draw(&mut canvas);
+    draw_frame(&mut canvas, &frame);
     let corner = [left + frame.size[0] + 28.0, top];
     key.draw(&mut canvas, KeySide::Right, corner, frame.size[1]);
     canvas
 }
 
-/// Left of a plot with short tick labels, and room for the name of the vertical axis.
-const LEFT: f64 = 84.0;
-const NAME_WIDTH: f64 = 46.0;
-const RIGHT_MARGIN: f64 = 28.0;
-const PLOT_HEIGHT: f64 = 258.0;
-/// Most labelled decades of a logarithmic axis.
-const MOST_DECADES: usize = 7;
-
-/// An axis over coefficients between two values.
-fn coefficient_axis(low: f64, high: f64, symbol: &Label) -> TickedAxis {
-    let scale = UnitScale::new(high, &Unit::none());
-    let interval = [low, high].map(|value| scale.scaled(value));
-    let ticks = Ticks::new(interval[0], interval[1], 7);
-    TickedAxis::linear(scale.title(symbol), &ticks, interval)
+/// The frame of a plot over slips with a margin at its right; the one at its left fits its tick labels.
+fn law_frame(
+    horizontal: impl FnOnce(f64) -> Axis,
+    vertical: Axis,
+    height: f64,
+    right: f64,
+) -> PlotFrame {
+    let left = (46.0 + vertical.widest()).max(84.0);
+    let width = PANEL_WIDTH - left - right;
+    PlotFrame {
+        corner: [left, TITLE_HEIGHT],
+        size: [width, height],
+        axes: [horizontal(width), vertical],
+        has_grid: false,
+    }
 }
 
-/// The frame of a drawing over slips.
-struct LawFrame {
-    corner: Point,
-    size: Point,
-    axes: [TickedAxis; 2],
+fn draw_frame(canvas: &mut Canvas, frame: &PlotFrame) {
+    frame.draw(canvas, [21.0, 42.0], frame.name_x(16.0));
 }
 
-impl LawFrame {
-    /// A frame of a height and a margin at its right; the one at its left fits its tick labels.
-    fn new(
-        horizontal: impl FnOnce(f64) -> TickedAxis,
-        vertical: TickedAxis,
-        height: f64,
-        right: f64,
-    ) -> Self {
-        let left = LEFT.max(NAME_WIDTH + vertical.widest());
-        let width = PANEL_WIDTH - left - right;
-        Self {
-            corner: [left, TITLE_HEIGHT],
-            size: [width, height],
-            axes: [horizontal(width), vertical],
-        }
-    }
-
-    /// Draws frame, ticks and labels.
-    fn draw(&self, canvas: &mut Canvas) {
-        let name_x = self.corner[0] - TICK_LENGTH - 16.0 - self.axes[1].widest();
-        let below = [21.0, 42.0];
-        draw_ticked_frame(canvas, (self.corner, self.size), &self.axes, below, name_x);
-    }
-
-    /// Draws the strokes of two curves with their names above the plot, at its right.
-    fn draw_legend(&self, canvas: &mut Canvas, names: &[Label], strokes: &[Stroke]) {
-        let baseline = self.corner[1] - 12.0;
-        let right = self.corner[0] + self.size[0];
-        for (index, (name, stroke)) in names.iter().zip(strokes).enumerate() {
-            let x = right - 70.0 * (names.len() - index) as f64;
-            let y = baseline - 4.0;
-            canvas.line([x, y], [x + 34.0, y], *stroke);
-            canvas.text([x + 40.0, baseline], name, LABEL_SIZE, Anchor::Start);
-        }
+/// Draws the strokes of two curves with their names above the plot, at its right.
+fn draw_legend<'a>(
+    canvas: &mut Canvas,
+    frame: &PlotFrame,
+    curves: impl Iterator<Item = (&'a Label, Stroke)>,
+) {
+    let baseline = frame.corner[1] - 12.0;
+    let right = frame.corner[0] + frame.size[0];
+    for (index, (name, stroke)) in curves.enumerate() {
+        let x = right - 70.0 * (2 - index) as f64;
+        let y = baseline - 4.0;
+        canvas.line([x, y], [x + 34.0, y], stroke);
+        canvas.text([x + 40.0, baseline], name, LABEL_SIZE, Anchor::Start);
     }
 }

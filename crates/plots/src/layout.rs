@@ -2,13 +2,13 @@
 
 use units::{Dimension, Unit};
 
+use super::axis::{Axis, PlotFrame};
 use super::canvas::{Anchor, Canvas, Point};
-use super::line_chart::TickedAxis;
 use super::panes::ContactBox;
 use super::picture::ContactPicture;
 use super::scale::{Ticks, UnitScale, factor_label};
-use super::svg::Vector;
 use super::text::Label;
+use super::view::Vector;
 
 /// Width of a panel in pixels.
 pub(super) const PANEL_WIDTH: f64 = 640.0;
@@ -29,7 +29,8 @@ pub(super) const KEY_WIDTH: f64 = 160.0;
 
 const AXIS_HEIGHT: f64 = 50.0;
 const LEAST_HEIGHT: f64 = 350.0;
-const RIGHT_MARGIN: f64 = 28.0;
+/// What is beside a plot without a key.
+pub(super) const RIGHT_MARGIN: f64 = 28.0;
 /// Plots that are longer than this many times their width are stretched across.
 const MOST_SLENDER: f64 = 12.0;
 /// Contact parts at least this many times wider than high have the colour bar below.
@@ -49,14 +50,10 @@ pub(super) struct PictureLayout {
     pub(super) height: f64,
     /// Side of the colour bar or legend.
     pub(super) key: KeySide,
-    /// Upper left corner of the plot of a map.
-    pub(super) corner: Point,
-    /// Size of the plot of a map.
-    pub(super) size: Point,
+    /// The plot of a map.
+    pub(super) frame: PlotFrame,
     /// The part of the contact plane that fills the plot.
     pub(super) contact: ContactBox,
-    /// Horizontal and vertical axis.
-    pub(super) axes: [TickedAxis; 2],
     /// Says which direction is stretched, if any.
     pub(super) note: Option<Label>,
 }
@@ -97,7 +94,7 @@ impl PictureLayout {
         let (corner, size, panel_height) = plot_rectangle(key, left, aspect);
         let axis = |k: usize, ticks: &Ticks, direction: Vector| {
             let title = axis_title(&scales[k], &names[k], direction);
-            TickedAxis::linear(title, ticks, intervals[k])
+            Axis::linear(title, ticks, intervals[k])
         };
         let horizontal = fitting_ticks(intervals[0][0], intervals[0][1], size[0]);
         let axes = [
@@ -119,10 +116,13 @@ impl PictureLayout {
         Self {
             height: panel_height,
             key,
-            corner,
-            size,
+            frame: PlotFrame {
+                corner,
+                size,
+                axes,
+                has_grid: false,
+            },
             contact,
-            axes,
             note,
         }
     }
@@ -133,15 +133,15 @@ impl PictureLayout {
         let right = (point[0] - self.contact.low[0]) / extent[0];
         let up = (point[1] - self.contact.low[1]) / extent[1];
         [
-            self.corner[0] + right * self.size[0],
-            self.corner[1] + (1.0 - up) * self.size[1],
+            self.frame.corner[0] + right * self.frame.size[0],
+            self.frame.corner[1] + (1.0 - up) * self.frame.size[1],
         ]
     }
 
     /// Pixels per unit of length along both axes.
     pub(super) fn pixels_per_length(&self) -> [f64; 2] {
         let extent = self.contact.extent();
-        [self.size[0] / extent[0], self.size[1] / extent[1]]
+        [0, 1].map(|k| self.frame.size[k] / extent[k])
     }
 
     /// An empty panel with its title.

@@ -2,15 +2,14 @@
 
 use super::{
     canvas::{Anchor, Canvas, Colour, Fill, Stroke},
+    chart::COLOURS,
     layout::{LABEL_SIZE, PANEL_WIDTH, TICK_SIZE, axis_name, titled_panel},
-    line_chart::COLOURS,
     panels::draw_triad,
-    picture::{FigureError, Picture, finite, indices_below, same_length},
+    picture::Picture,
     scale::factor_label,
-    svg::Vector,
     text::{Label, fitted},
     view::{
-        FacetNormals, Facets, Fit, Paint, TOWARD, View, draw_facets, mark_lines, shaded,
+        FacetNormals, Facets, Fit, Paint, TOWARD, Vector, View, draw_facets, mark_lines, shaded,
         surface_edges,
     },
 };
@@ -41,14 +40,10 @@ pub struct MeshPicture<'a> {
 
 /// Draws a mesh as seen from above and from below, with a legend of its faces.
 ///
-/// # Errors
-/// [`FigureError`] when the arrays do not fit together.
-pub fn mesh_page(picture: &MeshPicture<'_>) -> Result<Picture, FigureError> {
-    let corners = picture.triangles.as_flattened();
-    indices_below("triangles", picture.coordinates.len(), corners)?;
-    same_length("face", picture.triangles.len(), picture.face.len())?;
-    indices_below("face", picture.names.len(), picture.face)?;
-    finite("coordinates", picture.coordinates)?;
+/// # Panics
+/// Where arrays do not fit together.
+#[must_use]
+pub fn mesh_page(picture: &MeshPicture<'_>) -> Picture {
     let shown = picture.names.len().min(COLUMNS * MOST_LINES);
     let lines = shown.div_ceil(COLUMNS) as f64;
     let size = [2.0 * PANEL_WIDTH, TITLE + VIEW_HEIGHT + lines * LINE + 24.0];
@@ -63,7 +58,7 @@ pub fn mesh_page(picture: &MeshPicture<'_>) -> Result<Picture, FigureError> {
         page.place(&view, [column as f64 * PANEL_WIDTH, TITLE]);
     }
     draw_legend(&mut page, &picture.names[..shown], picture.names.len());
-    Ok(Picture::new(page, picture.title))
+    Picture::new(&page, picture.title)
 }
 
 /// The colour of a face: those of charts, then lighter ones.

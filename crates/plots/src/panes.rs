@@ -6,10 +6,9 @@ use units::{Dimension, Unit, Units};
 
 use super::{
     picture::ContactPicture,
-    scale::UnitScale,
-    svg::{bounds, dot},
+    scale::{UnitScale, bounds},
     text::Label,
-    view::surface_edges,
+    view::{dot, surface_edges},
 };
 
 /// Panes in contact in less than this share of the face's box fill the picture.

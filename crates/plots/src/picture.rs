@@ -3,7 +3,10 @@
 use thiserror::Error;
 use units::Units;
 
-use super::{canvas::Canvas, panes::FrictionKind, raster, svg};
+use super::{
+    canvas::{Canvas, png},
+    panes::FrictionKind,
+};
 
 /// Contact state of a pane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,7 +82,8 @@ pub struct BodyMark {
     pub normals: Vec<[f64; 3]>,
 }
 
-/// One solved contact problem as the figures need it: borrowed arrays, no dependence on how it was computed.
+/// One solved contact problem as the figures need it: borrowed arrays, no dependence on how it was computed. All that draws one panics
+/// where arrays of it do not fit together.
 ///
 /// A value that is not finite is drawn as a hatched pane or a grey facet.
 #[derive(Clone, Copy, Debug)]
@@ -116,153 +120,43 @@ pub struct ContactPicture<'a> {
     pub friction: Option<(FrictionKind, &'a [DrawnFriction])>,
 }
 
-/// Why a figure cannot be drawn.
+/// Why a PNG cannot be made.
 #[derive(Debug, Error)]
-pub enum FigureError {
-    /// Two arrays that belong together differ in length.
-    #[error("{what}: {found} entries where {expected} are needed")]
-    Length {
-        /// The array.
-        what: &'static str,
-        /// Entries needed.
-        expected: usize,
-        /// Entries found.
-        found: usize,
-    },
-    /// A triangle names a node or a pane that does not exist.
-    #[error("{what}: index {index} where there are only {count}")]
-    Index {
-        /// The array.
-        what: &'static str,
-        /// The offending index.
-        index: usize,
-        /// Number of nodes or panes.
-        count: usize,
-    },
-    /// A node position or a drawing axis is not finite.
-    #[error("{0} are not finite")]
-    NotFinite(&'static str),
+pub enum PngError {
     /// The picture of that width is empty or too large for memory.
     #[error("a picture {0} pixels wide cannot be made")]
     Width(u32),
-    /// The PNG could not be written.
-    #[error("PNG encoding failed: {0}")]
-    Png(String),
+    /// The renderer or the encoder failed.
+    #[error("the PNG cannot be made: {0}")]
+    Failed(String),
 }
 
-impl ContactPicture<'_> {
-    /// Checks lengths, indices and positions.
-    ///
-    /// # Errors
-    /// [`FigureError`] names the first array that does not fit.
-    pub fn validate(&self) -> Result<(), FigureError> {
-        let nodes = self.coordinates.len();
-        let panes = self.normal_stress.len();
-        same_length("displacement", nodes, self.displacement.len())?;
-        let triangles = self.contact_triangles.len();
-        same_length(
-            "contact_triangle_pane",
-            triangles,
-            self.contact_triangle_pane.len(),
-        )?;
-        if !self.boundary_face.is_empty() {
-            let (expected, found) = (self.boundary_triangles.len(), self.boundary_face.len());
-            same_length("boundary_face", expected, found)?;
-        }
-        if let Some((_, friction)) = self.friction {
-            same_length("friction", panes, friction.len())?;
-        }
-        let boundary = self.boundary_triangles.as_flattened();
-        indices_below("boundary_triangles", nodes, boundary)?;
-        let contact = self.contact_triangles.as_flattened();
-        indices_below("contact_triangles", nodes, contact)?;
-        indices_below("contact_triangle_pane", panes, self.contact_triangle_pane)?;
-        if let Some(obstacle) = self.obstacle {
-            let points = obstacle.points.len();
-            same_length("obstacle gaps", points, obstacle.gaps.len())?;
-            let corners = obstacle.triangles.as_flattened();
-            indices_below("obstacle triangles", points, corners)?;
-            finite("obstacle points", &obstacle.points)?;
-            finite("obstacle gaps", &obstacle.gaps)?;
-        }
-        for mark in self.marks {
-            indices_below("nodes of a mark", nodes, &mark.nodes)?;
-            for list in [&mark.vectors, &mark.normals] {
-                same_length("vectors of a mark", mark.nodes.len(), list.len())?;
-                finite("vectors of a mark", list)?;
-            }
-        }
-        let frame = [self.normal, self.axis_1, self.axis_2];
-        finite("drawing axes", &frame)?;
-        finite("coordinates", self.coordinates)
-    }
-}
-
-pub(super) fn same_length(
-    what: &'static str,
-    expected: usize,
-    found: usize,
-) -> Result<(), FigureError> {
-    if expected == found {
-        Ok(())
-    } else {
-        Err(FigureError::Length {
-            what,
-            expected,
-            found,
-        })
-    }
-}
-
-pub(super) fn indices_below(
-    what: &'static str,
-    count: usize,
-    indices: &[usize],
-) -> Result<(), FigureError> {
-    match indices.iter().find(|&&index| index >= count) {
-        Some(&index) => Err(FigureError::Index { what, index, count }),
-        None => Ok(()),
-    }
-}
-
-pub(super) fn finite(what: &'static str, vectors: &[[f64; 3]]) -> Result<(), FigureError> {
-    if vectors.as_flattened().iter().all(|value| value.is_finite()) {
-        Ok(())
-    } else {
-        Err(FigureError::NotFinite(what))
-    }
-}
-
-/// A drawing with its title, as SVG or PNG.
+/// A drawing as SVG or PNG.
 ///
 /// The same figure gives the same bytes.
 #[derive(Clone, Debug)]
 pub struct Picture {
-    canvas: Canvas,
-    title: String,
+    svg: String,
 }
 
 impl Picture {
-    pub(super) fn new(canvas: Canvas, title: &str) -> Self {
-        Self {
-            canvas,
-            title: title.to_owned(),
-        }
+    pub(super) fn new(canvas: &Canvas, title: &str) -> Self {
+        let svg = canvas.svg(title);
+        Self { svg }
     }
 
     /// The figure as an SVG document, with the title as its accessible name.
     #[must_use]
     pub fn svg(&self) -> String {
-        svg::document(&self.canvas, &self.title)
+        self.svg.clone()
     }
 
-    /// The figure as a PNG of the given width; the height follows from its shape.
-    ///
-    /// Text is set in DejaVu Sans, character by character from left to right. The file says that this program made it.
+    /// The figure as a PNG of the given width, which resvg draws from the SVG in DejaVu Sans; the height follows from its
+    /// shape. The file says that this program made it.
     ///
     /// # Errors
-    /// [`FigureError::Width`] when the picture would be empty or too large, [`FigureError::Png`] when the encoder fails.
-    pub fn png(&self, pixels_wide: u32) -> Result<Vec<u8>, FigureError> {
-        raster::png(&self.canvas, pixels_wide)
+    /// [`PngError::Width`] when the picture would be empty or too large, [`PngError::Failed`] when drawing or encoding fails.
+    pub fn png(&self, pixels_wide: u32) -> Result<Vec<u8>, PngError> {
+        png(&self.svg, pixels_wide)
     }
 }

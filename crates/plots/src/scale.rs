@@ -254,6 +254,14 @@ pub(super) fn factor_label(factor: f64) -> Label {
     Label::plain(grouped)
 }
 
+/// Smallest and largest value; (0, 0) when there is none.
+pub(super) fn bounds(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+        (low.min(value), high.max(value))
+    });
+    if low <= high { (low, high) } else { (0.0, 0.0) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -8,7 +8,7 @@ use super::{
     colour::ColourKey,
     layout::stretch_factor,
     picture::ContactPicture,
-    svg::{Vector, bounds, cross, dot, minus, unit},
+    scale::bounds,
 };
 
 /// From the body to the viewer, in the basis (t₁, −ν × t₁, −ν): in front, a little to the right and
@@ -416,6 +416,43 @@ fn enclosed_volume(points: &[Vector], triangles: &[[usize; 3]]) -> f64 {
         dot(a, cross(b, c))
     });
     six_fold.sum::<f64>() / 6.0
+}
+
+/// A vector of ℝ³.
+pub(super) type Vector = [f64; 3];
+
+pub(super) fn dot(a: Vector, b: Vector) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+pub(super) fn cross(a: Vector, b: Vector) -> Vector {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+pub(super) fn minus(a: Vector, b: Vector) -> Vector {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+pub(super) fn scaled(a: Vector, factor: f64) -> Vector {
+    a.map(|component| factor * component)
+}
+
+pub(super) fn norm(a: Vector) -> f64 {
+    a[0].hypot(a[1]).hypot(a[2])
+}
+
+/// `a` divided by its length; the zero vector stays.
+pub(super) fn unit(a: Vector) -> Vector {
+    let length = norm(a);
+    if length > 0.0 {
+        scaled(a, 1.0 / length)
+    } else {
+        a
+    }
 }
 
 #[cfg(test)]

@@ -38,7 +38,7 @@ const CONTACT_ONLY: [&str; 32] = [
     "/post/certificate/fixed_point",
     "/post/discretisation_error/penetration",
     "/post/discretisation_error/complementarity",
-    "/VTKHDF/{}Data/contact_normal_stress",
+    "/VTKHDF/{}Data/contact_pressure",
     "/VTKHDF/{}Data/contact_gap",
     "/VTKHDF/{}Data/contact_zone",
 ];
@@ -53,7 +53,7 @@ const FRICTION_ONLY: [&str; 11] = [
     "/post/certificate/friction_bound",
     "/post/certificate/slip_direction",
     "/post/discretisation_error/friction",
-    "/VTKHDF/{}Data/contact_tangential_stress",
+    "/VTKHDF/{}Data/friction_stress",
 ];
 const COULOMB_ONLY: [&str; 12] = [
     "/solve/slip_bound",

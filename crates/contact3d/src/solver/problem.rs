@@ -96,7 +96,7 @@ impl Start<'_> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[error(
     "{0} needs the explicit dual operator, but /assemble holds the implicit one; \
-     set assemble.dual_operator = \"explicit\" (`assemble --dual-operator explicit`), or solve.method = \"auto\""
+     set assemble.dual_operator = \"explicit\" (`assemble --set assemble.dual_operator=\"explicit\"`), or solve.method = \"auto\""
 )]
 pub struct NeedsExplicit(pub(super) &'static str);
 

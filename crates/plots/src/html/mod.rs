@@ -1,10 +1,10 @@
 //! A report as one HTML page: its parts as plain data, and the page with everything inside it, so
-//! that it opens from the file system without network, scripts or fonts of its own. Only a page with a body to be
-//! turned has one script, which a Content-Security-Policy keeps from loading anything.
+//! that it opens from the file system without network, scripts or fonts of its own. Only a page with a body in
+//! 3D has one script, which a Content-Security-Policy keeps from loading anything.
 //!
 //! Values show when the reader points at them: they are the `title` elements of the drawings.
 
-mod encoding;
+mod digest;
 mod view3d;
 
 pub use view3d::{BodyView, ViewArray, ViewPlace, ViewValues};
@@ -13,9 +13,10 @@ use std::borrow::Cow;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use encoding::{base64, policy_source};
+use base64::{Engine, engine::general_purpose::STANDARD};
+use digest::policy_source;
 
-use super::LineChart;
+use super::Chart;
 
 /// The style of every page.
 const STYLE: &str = include_str!("style.css");
@@ -61,7 +62,7 @@ pub enum PagePart {
     Figure(String),
     /// A PNG, folded away where a script draws more, with its name.
     Picture(String, Vec<u8>),
-    /// A body to be turned; one in a page.
+    /// A body in 3D; one in a page.
     Body(BodyView),
 }
 
@@ -93,10 +94,10 @@ impl Page {
     #[must_use]
     pub fn html(&self) -> String {
         let parts = self.sections.iter().flat_map(|section| &section.parts);
-        let turns = parts
+        let interactive = parts
             .into_iter()
             .any(|part| matches!(part, PagePart::Body(_)));
-        let style: Cow<'_, str> = if turns {
+        let style: Cow<'_, str> = if interactive {
             [STYLE, view3d::STYLE].concat().into()
         } else {
             STYLE.into()
@@ -112,7 +113,7 @@ impl Page {
             html lang="en" {
                 head {
                     meta charset="utf-8";
-                    @if turns { meta http-equiv="Content-Security-Policy" content=(policy()); }
+                    @if interactive { meta http-equiv="Content-Security-Policy" content=(policy()); }
                     meta name="viewport" content="width=device-width, initial-scale=1";
                     // An icon in the page itself: a browser asks the network for none.
                     link rel="icon" href="data:,";
@@ -131,7 +132,7 @@ impl Page {
                     }
                     main {
                         @for section in &self.sections { (section.markup()) }
-                        @if turns { script { (PreEscaped(view3d::SCRIPT)) } }
+                        @if interactive { script { (PreEscaped(view3d::SCRIPT)) } }
                     }
                     footer { p { (self.footer) } }
                 }
@@ -165,7 +166,7 @@ impl Section {
 impl PagePart {
     /// A chart.
     #[must_use]
-    pub fn chart(chart: &LineChart) -> Self {
+    pub fn chart(chart: &Chart) -> Self {
         Self::Figure(chart.figure().svg())
     }
 
@@ -181,7 +182,7 @@ impl PagePart {
             Self::Picture(name, png) => html! {
                 details.picture open {
                     summary { (name) }
-                    img src={ "data:image/png;base64," (base64(png)) } alt=(name);
+                    img src={ "data:image/png;base64," (STANDARD.encode(png)) } alt=(name);
                 }
             },
             Self::Body(body) => body.markup(),

@@ -1,5 +1,5 @@
-// The boundary of a body in 3D: orbit, fields, increments and the pane under the pointer, drawn by WebGL 2, or by
-// Canvas 2D where there is none. The arrays are those of view3d.rs; nothing is loaded from anywhere.
+// The boundary of a body in 3D: orbit, fields, increments and the pane under the pointer, drawn by WebGL 2; where there is
+// none, the page shows its pictures. The arrays are those of view3d.rs; nothing is loaded from anywhere.
 //
 // The state stands in the address (#view3d?increment=3&field=zone; case=3 for a sweep) and in data-* attributes of the figure.
 "use strict";
@@ -11,7 +11,7 @@
   const GREY = [214, 214, 214], OBSTACLE = [228, 226, 218], NO_VALUE = [170, 170, 170];
   const HOME = { azimuth: -60, elevation: 25 };
 
-  // ---- Arrays: value = step (base + code), the codes as view3d.rs packs them ----
+  // ---- Arrays in single precision, as view3d.rs packs them ----
 
   async function inflated(base64) {
     const bytes = Uint8Array.from(atob(base64), (character) => character.charCodeAt(0));
@@ -19,21 +19,20 @@
     return new Uint8Array(await new Response(stream).arrayBuffer());
   }
 
-  /** Gives each array its codes by frame: sums of the differences to the frame before, and those to the row before. */
+  /** Gives each array its values by frame: the bits of the frame before with those that change. */
   function decode(arrays, bytes) {
     let at = 0;
     for (const array of arrays) {
-      const { rows, columns, width } = array, count = rows * columns, modulus = 256 ** width;
-      array.none = modulus - 1;
-      array.codes = [];
-      for (let frame = 0; frame < array.frames; frame++) {
-        const codes = new Float64Array(count), before = array.codes[frame - 1];
-        for (let plane = 0; plane < width; plane++) {
-          for (let k = 0; k < count; k++) codes[k] += bytes[at++] * 256 ** plane;
+      const count = array.rows * array.columns;
+      array.values = [];
+      for (let frame = 0, before = null; frame < array.frames; frame++) {
+        const bits = new Uint32Array(count);
+        for (let plane = 0; plane < 4; plane++) {
+          for (let k = 0; k < count; k++) bits[k] |= bytes[at++] << (8 * plane);
         }
-        for (let k = columns; k < count; k++) codes[k] = (codes[k] + codes[k - columns]) % modulus;
-        if (before) for (let k = 0; k < count; k++) codes[k] = (codes[k] + before[k]) % modulus;
-        array.codes.push(codes);
+        if (before) for (let k = 0; k < count; k++) bits[k] ^= before[k];
+        array.values.push(new Float32Array(bits.buffer));
+        before = bits;
       }
     }
     if (at !== bytes.length) throw new Error("the arrays of the page are incomplete");
@@ -42,12 +41,11 @@
 
   /** A value, NaN where there is none. An array with fewer frames begins later or does not change. */
   function value(array, frame, row, column = 0) {
-    const codes = array.codes[Math.min(frame - array.first, array.frames - 1)];
-    const code = codes ? codes[row * array.columns + column] : array.none;
-    return code === array.none ? NaN : array.step * (array.base[column] + code);
+    const values = array.values[Math.min(frame - array.first, array.frames - 1)];
+    return values ? values[row * array.columns + column] : NaN;
   }
 
-  const vector = (array, frame, row) => array.base.map((_, column) => value(array, frame, row, column));
+  const vector = (array, frame, row) => [...Array(array.columns).keys()].map((column) => value(array, frame, row, column));
   const shown = (array, frame, row) =>
     array.columns === 1 ? value(array, frame, row) : Math.hypot(...vector(array, frame, row));
 
@@ -66,14 +64,11 @@
     return array.range;
   }
 
-  /** A number with the digits that its quantisation leaves. */
-  function written(v, step) {
+  /** A number with six digits. */
+  function written(v) {
     if (Number.isNaN(v)) return "no value";
-    if (Math.abs(v) <= step / 2) return "0";
-    const place = step > 0 ? Math.ceil(Math.log10(step)) : -Infinity;
-    const digits = Math.floor(Math.log10(Math.abs(v))) - place + 1;
-    const rounded = Number(v.toPrecision(Math.min(Math.max(digits, 1), 6)));
-    return Math.abs(rounded) >= 1e-4 && Math.abs(rounded) < 1e5 ? String(rounded) : rounded.toExponential().replace("+", "");
+    const rounded = Number(v.toPrecision(6)), size = Math.abs(rounded);
+    return v === 0 || (size >= 1e-4 && size < 1e5) ? String(rounded) : rounded.toExponential().replace("+", "");
   }
 
   // ---- What the page holds ----
@@ -276,7 +271,7 @@
     return { places, facets, ground };
   }
 
-  // ---- Two painters of the same scene ----
+  // ---- The painter ----
 
   const VERTEX = `#version 300 es
     in vec3 place; in vec3 tint; uniform mat3 axes; uniform vec3 size; uniform vec2 middle;
@@ -299,9 +294,8 @@
     }`;
 
   function webgl() {
-    if (new URLSearchParams(location.hash.split("?")[1]).get("renderer") === "canvas") return null;
     const gl = body.getContext("webgl2", { antialias: true, preserveDrawingBuffer: true });
-    if (!gl) return null;
+    if (!gl) throw new Error("it needs WebGL 2");
     const program = gl.createProgram();
     for (const [kind, source] of [[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, FRAGMENT]]) {
       const shader = gl.createShader(kind);
@@ -352,32 +346,6 @@
     };
   }
 
-  function canvas2d() {
-    const pen = body.getContext("2d");
-    return ({ facets, ground }, seen) => {
-      pen.fillStyle = "#fff";
-      pen.fillRect(0, 0, body.width, body.height);
-      // Where the obstacle is seen, it is behind the body.
-      const [behind, visible] = [ground, facets].map((kind) => kind
-        .map((facet) => ({ facet, corners: facet.places.map(seen.pixel) }))
-        .filter(({ corners: [a, b, c] }) => (b[0] - a[0]) * (c[1] - a[1]) < (b[1] - a[1]) * (c[0] - a[0])));
-      const depth = ({ corners: [a, b, c] }) => a[2] + b[2] + c[2];
-      visible.sort((p, q) => depth(p) - depth(q));
-      for (const { facet, corners } of behind.concat(visible)) {
-        const normal = cross(minus(corners[1], corners[0]), minus(corners[2], corners[0]));
-        const light = 0.78 + 0.22 * Math.abs(normal[2] / Math.hypot(...normal));
-        const tint = (by) => [0, 1, 2].map((k) => Math.round(by * facet.colours.reduce((sum, c) => sum + c[k] / 3, 0)));
-        pen.fillStyle = `rgb(${tint(light)})`;
-        pen.strokeStyle = `rgb(${tint(0.86 * light)})`;
-        pen.beginPath();
-        corners.forEach(([x, y], k) => (k ? pen.lineTo(x, y) : pen.moveTo(x, y)));
-        pen.closePath();
-        pen.fill();
-        pen.stroke();
-      }
-    };
-  }
-
   /** Outlines at rest and of the pane that is looked at, and the axes. */
   function drawMarks({ places }, seen) {
     const pen = marks.getContext("2d"), dots = window.devicePixelRatio || 1;
@@ -421,7 +389,7 @@
     return list.map((array) => {
       const text = array.classes
         ? array.classes[value(array, state.frame, row)]?.label ?? "no value"
-        : vector(array, state.frame, row).map((v) => written(v, array.step)).join(", ");
+        : vector(array, state.frame, row).map((v) => written(v)).join(", ");
       const several = array.columns > 1 ? `(${text})` : text;
       return `${array.label} ${several}${array.unit && !text.includes("no value") ? " " + array.unit : ""}`;
     });
@@ -444,7 +412,7 @@
       pen.fillStyle = tint;
       pen.fillRect((k * key.width) / colours.length, 0, key.width / colours.length + 1, key.height);
     });
-    const ends = from > to ? ["no value", ""] : [written(from, field.step), written(to, field.step)];
+    const ends = from > to ? ["no value", ""] : [written(from), written(to)];
     byId("low").textContent = field.classes ? field.classes.map((one) => one.label).join(", ") : ends[0];
     byId("high").textContent = field.classes ? "" : ends[1];
     return ends;
@@ -565,9 +533,7 @@
   resize();
   const asked = readAddress();
   try {
-    const painted = webgl();
-    painter = painted ?? canvas2d();
-    figure.dataset.renderer = painted ? "webgl2" : "canvas";
+    painter = webgl();
     draw();
   } catch (problem) {
     return without(problem);

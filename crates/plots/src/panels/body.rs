@@ -12,12 +12,13 @@ use crate::layout::{
     KEY_HEIGHT, KEY_WIDTH, KeySide, LABEL_SIZE, PANEL_WIDTH, PictureLayout, TICK_SIZE, TITLE_SIZE,
     axis_name,
 };
-use crate::picture::{ContactPicture, DrawnObstacle, FigureError};
-use crate::scale::{factor_label, round_down};
-use crate::svg::{Vector, bounds, dot, minus, norm, scaled};
+use crate::picture::{ContactPicture, DrawnObstacle};
+use crate::scale::{bounds, factor_label, round_down};
 use crate::text::Label;
 use crate::view::{FacetNormals, SurfaceEdge, joined_lines, mark_lines, surface_edges};
-use crate::view::{Facets, Fit, Paint, TOWARD, View, draw_facets};
+use crate::view::{
+    Facets, Fit, Paint, TOWARD, Vector, View, dot, draw_facets, minus, norm, scaled,
+};
 
 /// Largest drawn displacement relative to the diagonal of the body.
 const DRAWN_DISPLACEMENT: f64 = 0.15;
@@ -67,8 +68,7 @@ pub(crate) fn error_panels(
     picture: &ContactPicture<'_>,
     density: &[f64],
     sides: [&'static str; 2],
-) -> Result<Canvas, FigureError> {
-    picture.validate()?;
+) -> Canvas {
     let alone = ContactPicture {
         obstacle: None,
         marks: &[],
@@ -96,7 +96,7 @@ pub(crate) fn error_panels(
         TITLE_SIZE,
         Anchor::Start,
     );
-    Ok(page)
+    page
 }
 
 /// The boundary coloured by a value, the undeformed outline, the support and the axes.
@@ -302,11 +302,11 @@ fn view_rectangle(layout: &PictureLayout, has_legend: bool) -> (Point, Point) {
 }
 
 fn draw_key(canvas: &mut Canvas, layout: &PictureLayout, key: &ColourKey) {
-    let [left, top] = layout.corner;
+    let [left, top] = layout.frame.corner;
     match layout.key {
         KeySide::Below => {
             let corner = [left, layout.height - KEY_HEIGHT];
-            key.draw(canvas, layout.key, corner, layout.size[0]);
+            key.draw(canvas, layout.key, corner, layout.frame.size[0]);
         }
         KeySide::Right => {
             let corner = [PANEL_WIDTH - KEY_WIDTH + 10.0, top + 20.0];

@@ -2,10 +2,12 @@
 
 use units::Unit;
 
-use super::{PanelData, maps::constant};
+use super::{
+    PanelData,
+    maps::{constant, draw_axes, draw_panes},
+};
 use crate::canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke};
 use crate::layout::{KeySide, LABEL_SIZE, PictureLayout, TICK_SIZE};
-use crate::line_chart::{draw_axes, draw_panes};
 use crate::panes::{FrictionKind, PaneShape};
 use crate::picture::{DrawnFriction, DrawnZone};
 use crate::scale::round_down;
@@ -98,7 +100,7 @@ pub(super) fn ellipse_panel(
         };
         remark = remark.upright(format!("{comma}{some}"));
     }
-    let position = [layout.corner[0], 40.5];
+    let position = [layout.frame.corner[0], 40.5];
     canvas.text(position, &remark, TICK_SIZE, Anchor::Start);
     draw_legend(
         &mut canvas,
@@ -145,9 +147,9 @@ fn common_radius(spots: &[Spot]) -> f64 {
 /// Panes whose ellipses of this radius touch neither each other nor the frame: where not all fit the largest of each zone, then those
 /// near the points of a lattice, so that fine meshes look regular.
 fn apart(layout: &PictureLayout, spots: &[Spot], radius: f64) -> Vec<Spot> {
-    let middle = [0, 1].map(|k| layout.corner[k] + layout.size[k] / 2.0);
+    let middle = [0, 1].map(|k| layout.frame.corner[k] + layout.frame.size[k] / 2.0);
     let is_inside = |spot: &&Spot| {
-        let room = |k: usize| layout.size[k] / 2.0 - radius;
+        let room = |k: usize| layout.frame.size[k] / 2.0 - radius;
         let fits = |k: usize| room(k) < 0.0 || (spot.centre[k] - middle[k]).abs() <= room(k);
         spot.free >= radius || fits(0) && fits(1)
     };
@@ -309,8 +311,8 @@ fn draw_legend(
         let bar = value / largest * radius;
         entries.push((Icon::ScaleBar(bar), kind.scale_bar_label(value, unit)));
     }
-    let [left, top] = layout.corner;
-    let [width, height] = layout.size;
+    let [left, top] = layout.frame.corner;
+    let [width, height] = layout.frame.size;
     for (index, (icon, label)) in entries.iter().enumerate() {
         let row = (index % 3) as f64;
         let column = (index / 3) as f64;

@@ -3,9 +3,9 @@
 use units::{Dimension, Unit};
 
 use super::PanelData;
-use crate::canvas::Canvas;
-use crate::colour::{ColourKey, ColourMap, ValueRange, map_panel};
-use crate::layout::PictureLayout;
+use crate::canvas::{Anchor, Canvas, Colour, Fill, Stroke};
+use crate::colour::{ColourKey, ColourMap, ValueRange};
+use crate::layout::{KeySide, PANEL_WIDTH, PictureLayout, TICK_SIZE};
 use crate::panes::{FrictionKind, PaneShape};
 use crate::picture::DrawnFriction;
 use crate::text::Label;
@@ -96,4 +96,89 @@ pub(crate) fn semi_axis_map(
     map_panel(layout, shapes, title, &key, unit, |pane| {
         friction[pane].semi_axes[axis]
     })
+}
+
+/// A map of one value per pane in `unit`, with axes and colour bar.
+fn map_panel(
+    layout: &PictureLayout,
+    shapes: &[PaneShape],
+    title: &Label,
+    key: &ColourKey,
+    unit: &Unit,
+    value: impl Fn(usize) -> f64,
+) -> Canvas {
+    let mut canvas = layout.panel(title);
+    let fill = |pane: usize| key.fill(value(pane));
+    let hover = |pane: usize| format!("pane {pane}: {:.4e}{}", value(pane), unit.beside());
+    draw_panes(&mut canvas, layout, shapes, Colour::WHITE, fill, hover);
+    draw_axes(&mut canvas, layout);
+    let [left, top] = layout.frame.corner;
+    let [width, height] = layout.frame.size;
+    match layout.key {
+        KeySide::Below => {
+            let corner = [left, top + height + 50.0];
+            key.draw(&mut canvas, layout.key, corner, width);
+        }
+        KeySide::Right => {
+            let corner = [left + width + 28.0, top];
+            key.draw(&mut canvas, layout.key, corner, height);
+        }
+    }
+    canvas
+}
+
+/// Draws frame, ticks, labels and the note on stretching.
+pub(super) fn draw_axes(canvas: &mut Canvas, layout: &PictureLayout) {
+    let name_x = layout.frame.name_x(14.0);
+    layout.frame.draw(canvas, [19.0, 37.0], name_x);
+    if let Some(note) = &layout.note {
+        let position = [PANEL_WIDTH - 16.0, 40.5];
+        canvas.text(position, note, TICK_SIZE, Anchor::End);
+    }
+}
+
+/// Draws every pane with its fill and the text it shows when pointed at, and thin outlines of the
+/// given colour over all of them.
+pub(super) fn draw_panes(
+    canvas: &mut Canvas,
+    layout: &PictureLayout,
+    shapes: &[PaneShape],
+    outline: Colour,
+    fill: impl Fn(usize) -> Fill,
+    hover: impl Fn(usize) -> String,
+) {
+    let mut outlines = Vec::new();
+    for shape in shapes {
+        let pixels = |line: &Vec<[f64; 2]>| line.iter().map(|&p| layout.point(p)).collect();
+        let mut loops: Vec<Vec<_>> = shape.outline.iter().map(pixels).collect();
+        let fill = fill(shape.pane);
+        // A stroke in the colour of the pane closes the seam to its neighbours.
+        let seam = match fill {
+            Fill::Plain(colour) => Some(Stroke::solid(colour, 0.4)),
+            Fill::Empty | Fill::NoValue | Fill::Open => None,
+        };
+        canvas.titled(&hover(shape.pane), |canvas| {
+            canvas.region(&loops, fill, seam);
+        });
+        for points in &mut loops {
+            points.extend(points.first().copied());
+        }
+        outlines.append(&mut loops);
+    }
+    let width = outline_width(layout, shapes);
+    if width > 0.05 {
+        canvas.polylines(&outlines, Stroke::solid(outline, width));
+    }
+}
+
+/// Pane outlines get thinner with the panes so that they never cover them: by the lower quartile of the smaller sides of their boxes.
+fn outline_width(layout: &PictureLayout, shapes: &[PaneShape]) -> f64 {
+    let scale = layout.pixels_per_length();
+    let sides = shapes
+        .iter()
+        .map(|shape| [0, 1].map(|k| shape.extent[k] * scale[k]));
+    let mut sizes: Vec<f64> = sides.map(|[a, b]| a.min(b)).collect();
+    sizes.sort_by(f64::total_cmp);
+    let size = sizes.get(sizes.len() / 4).copied().unwrap_or(0.0);
+    (0.025 * size).min(0.5)
 }

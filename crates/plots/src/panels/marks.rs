@@ -3,9 +3,8 @@
 use crate::canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke};
 use crate::layout::TICK_SIZE;
 use crate::picture::{BodyMark, BodyMarkKind};
-use crate::svg::{Vector, dot, norm, scaled};
 use crate::text::Label;
-use crate::view::View;
+use crate::view::{Vector, View, dot, norm, scaled};
 
 /// Most symbols of one mark.
 const MOST: usize = 5;

@@ -13,7 +13,7 @@ pub(super) use maps::semi_axis_map;
 use super::canvas::Canvas;
 use super::layout::PictureLayout;
 use super::panes::{PaneShape, pane_shapes};
-use super::picture::{ContactPicture, FigureError};
+use super::picture::ContactPicture;
 
 /// Names of all panels of HKL Fig. 5 in the order of the page, for files.
 pub const PANELS: [&str; 6] = [
@@ -33,10 +33,7 @@ struct PanelData<'a> {
 }
 
 /// All panels that the picture allows, of equal size, by their names.
-pub(super) fn drawings(
-    picture: &ContactPicture<'_>,
-) -> Result<Vec<(&'static str, Canvas)>, FigureError> {
-    picture.validate()?;
+pub(super) fn drawings(picture: &ContactPicture<'_>) -> Vec<(&'static str, Canvas)> {
     let layout = PictureLayout::new(picture);
     let shapes = pane_shapes(picture).into_iter();
     let figure = PanelData {
@@ -56,7 +53,7 @@ pub(super) fn drawings(
         law.and_then(|law| maps::semi_axis(&figure, law, 1)),
     ];
     let named = PANELS.into_iter().zip(drawn);
-    Ok(named
+    named
         .filter_map(|(name, canvas)| Some((name, canvas?)))
-        .collect())
+        .collect()
 }

@@ -3,8 +3,7 @@
 use crate::canvas::{Canvas, Colour, Fill, Stroke};
 use crate::panes::{edge_loops, single_edges};
 use crate::picture::DrawnObstacle;
-use crate::svg::{Vector, cross, dot, minus, norm, unit};
-use crate::view::{Fit, View, brightness, shaded};
+use crate::view::{Fit, Vector, View, brightness, cross, dot, minus, norm, shaded, unit};
 
 /// What is farther from the face than the nearest point, by more than this share of the diagonal of the body, is cut off.
 const FARTHEST: f64 = 0.2;

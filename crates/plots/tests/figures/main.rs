@@ -1,12 +1,14 @@
-//! Tests of whole figures: laid-out text, robustness, determinism, and PNGs against an SVG renderer.
+//! Tests of whole figures: laid-out text, robustness, determinism.
 
 mod sample;
 
 use std::sync::Arc;
 
 use contact3d_plots::*;
-use resvg::usvg::{Group, Node, Options, Rect, Tree, fontdb};
-use tiny_skia::{Pixmap, Transform};
+use resvg::{
+    tiny_skia::Pixmap,
+    usvg::{Group, Node, Options, Rect, Tree, fontdb},
+};
 use units::{Unit, Units};
 
 use sample::Sample;
@@ -22,7 +24,6 @@ fn parse(svg: &str) -> Tree {
     ] {
         fonts.load_font_source(fontdb::Source::Binary(Arc::new(font)));
     }
-    fonts.set_sans_serif_family("DejaVu Sans");
     let options = Options {
         fontdb: Arc::new(fonts),
         ..Options::default()
@@ -77,10 +78,10 @@ fn assert_readable(svg: &str) {
 }
 
 fn assert_all_readable(picture: &ContactPicture<'_>) {
-    for panel in panels(picture).expect("consistent picture") {
-        assert_readable(&panel.figure.svg());
+    for (_, figure) in panels(picture) {
+        assert_readable(&figure.svg());
     }
-    assert_readable(&page(picture).expect("consistent picture").svg());
+    assert_readable(&page(picture).svg());
 }
 
 #[test]
@@ -135,9 +136,9 @@ fn one_missing_value_is_explained_beside_either_kind_of_colour_bar() {
     for size in [[3.0, 1.0, 1.0], [1.0, 1.0, 1.0]] {
         let mut sample = Sample::brick(size, [4, 4, 4]);
         sample.normal_stress[1] = f64::NAN;
-        let panels = panels(&sample.picture()).unwrap();
-        assert!(panels[0].figure.svg().contains("no value"));
-        assert!(!panels[1].figure.svg().contains("no value"));
+        let panels = panels(&sample.picture());
+        assert!(panels[0].1.svg().contains("no value"));
+        assert!(!panels[1].1.svg().contains("no value"));
     }
 }
 
@@ -145,17 +146,17 @@ fn one_missing_value_is_explained_beside_either_kind_of_colour_bar() {
 fn title_is_escaped_and_cut_to_the_page() {
     let mut sample = Sample::brick([3.0, 1.0, 1.0], [4, 2, 2]);
     sample.title = "a < b & \"c\" > 'd' \u{1} ".repeat(20);
-    let svg = page(&sample.picture()).unwrap().svg();
+    let svg = page(&sample.picture()).svg();
     assert!(svg.contains("a &lt; b &amp; &quot;c&quot; &gt; &apos;d&apos;"));
     assert_readable(&svg);
     sample.title.clear();
-    assert_readable(&page(&sample.picture()).unwrap().svg());
+    assert_readable(&page(&sample.picture()).svg());
 }
 
 #[test]
 fn png_has_the_asked_width_and_is_not_blank() {
     let sample = Sample::brick([3.0, 1.0, 1.0], [12, 4, 4]);
-    let figure = page(&sample.picture()).unwrap();
+    let figure = page(&sample.picture());
     let png = figure.png(700).unwrap();
     let picture = Pixmap::decode_png(&png).unwrap();
     assert_eq!(picture.width(), 700);
@@ -165,68 +166,28 @@ fn png_has_the_asked_width_and_is_not_blank() {
     });
     // The maps cover more than a fifth of the page.
     assert!(coloured.count() * 5 > picture.pixels().len());
-    assert!(matches!(figure.png(0), Err(FigureError::Width(0))));
+    assert!(matches!(figure.png(0), Err(PngError::Width(0))));
 }
 
-/// Share of the pixels in which some channel of two pictures of one size differs by more than `levels` of 255.
-fn share_that_differs(first: &Pixmap, second: &Pixmap, levels: u8) -> f64 {
-    assert_eq!(
-        (first.width(), first.height()),
-        (second.width(), second.height())
-    );
-    let pairs = first.pixels().iter().zip(second.pixels());
-    let differing = pairs.filter(|(a, b)| {
-        let apart = |a: u8, b: u8| a.abs_diff(b) > levels;
-        apart(a.red(), b.red()) || apart(a.green(), b.green()) || apart(a.blue(), b.blue())
-    });
-    differing.count() as f64 / first.pixels().len() as f64
-}
-
-/// An SVG as an independent renderer draws it.
-fn rendered(svg: &str, pixels_wide: u32) -> Pixmap {
-    let tree = parse(svg);
-    let scale = pixels_wide as f32 / tree.size().width();
-    let height = (scale * tree.size().height()).round() as u32;
-    let mut pixmap = Pixmap::new(pixels_wide, height).unwrap();
-    let transform = Transform::from_scale(scale, scale);
-    resvg::render(&tree, transform, &mut pixmap.as_mut());
-    pixmap
-}
-
-/// What resvg draws from the SVG is what the PNG shows: shapes, patterns, and text with its kerning, anchors, faces,
-/// lowered runs and turned lines. Only resvg also kerns a symbol with the small letter below it.
+/// The fonts are part of the program: with its words a picture is another one, also in letters that they lack.
 #[test]
-fn a_png_shows_what_the_svg_says() {
+fn a_png_has_its_text() {
     let mut sample = Sample::brick([3.0, 1.0, 1.0], [12, 4, 4]);
-    sample.normal_stress[1] = f64::NAN;
-    sample.title = "  Two   blanks & AVA, Tokio; \u{1} \u{65e5} ".to_owned();
-    let picture = sample.picture();
-    let chart = chart(AxisScale::Logarithmic, 1.0, 3).figure();
-    for (figure, width) in [
-        (page(&picture).unwrap(), 1280),
-        (page(&picture).unwrap(), 2560),
-        (chart, 860),
-    ] {
-        let found = Pixmap::decode_png(&figure.png(width).unwrap()).unwrap();
-        let expected = rendered(&figure.svg(), width);
-        let [visible, striking] =
-            [16, 96].map(|levels| share_that_differs(&found, &expected, levels));
-        assert!(visible < 5e-4, "{visible} of {width}");
-        assert!(striking < 2e-4, "{striking} of {width}");
-        // The threshold means something: without its text the picture is another one.
-        let wordless = figure
-            .svg()
-            .replace("<text", "<desc")
-            .replace("</text", "</desc");
-        let without = share_that_differs(&found, &rendered(&wordless, width), 96);
-        assert!(without > 5e-3, "{without} of {width}");
-    }
+    let pixels = |title: &str| {
+        sample.title = title.to_owned();
+        let png = page(&sample.picture()).png(1280).unwrap();
+        Pixmap::decode_png(&png).unwrap()
+    };
+    let [none, words, foreign] = ["", "AVA, Tokio", "\u{65e5}"].map(pixels);
+    let dark = |picture: &Pixmap| picture.pixels().iter().filter(|p| p.red() < 64).count();
+    assert!(dark(&words) > dark(&none) + 200);
+    assert!(dark(&foreign) > dark(&none));
 }
 
 #[test]
 fn same_picture_gives_the_same_bytes() {
     let sample = Sample::brick([3.0, 1.0, 1.0], [12, 4, 4]);
-    let [first, second] = [(); 2].map(|()| page(&sample.picture()).unwrap());
+    let [first, second] = [(); 2].map(|()| page(&sample.picture()));
     assert_eq!(first.svg(), second.svg());
     assert_eq!(first.png(300).unwrap(), second.png(300).unwrap());
 }
@@ -236,8 +197,8 @@ fn without_friction_there_are_stress_and_body_only() {
     let sample = Sample::brick([3.0, 1.0, 1.0], [12, 4, 4]);
     let mut picture = sample.picture();
     picture.friction = None;
-    let panels = panels(&picture).unwrap();
-    let names: Vec<_> = panels.iter().map(|panel| panel.name).collect();
+    let panels = panels(&picture);
+    let names: Vec<_> = panels.iter().map(|(name, _)| *name).collect();
     assert_eq!(names, ["a_normal_stress", "c_deformed_body"]);
     assert_all_readable(&picture);
 }
@@ -253,26 +214,6 @@ fn an_empty_or_open_boundary_surface_is_drawn_as_it_is() {
 }
 
 #[test]
-fn inconsistent_pictures_are_refused() {
-    let sample = Sample::brick([3.0, 1.0, 1.0], [4, 2, 2]);
-    let mut picture = sample.picture();
-    picture.displacement = &sample.displacement[1..];
-    let found = page(&picture);
-    assert!(matches!(
-        found,
-        Err(FigureError::Length {
-            what: "displacement",
-            ..
-        })
-    ));
-    let mut picture = sample.picture();
-    picture.normal_stress = &[];
-    picture.friction = None;
-    let found = page(&picture);
-    assert!(matches!(found, Err(FigureError::Index { count: 0, .. })));
-}
-
-#[test]
 fn a_body_without_contact_has_one_panel() {
     let sample = Sample::brick([3.0, 1.0, 1.0], [4, 2, 2]);
     let mut picture = sample.picture();
@@ -280,9 +221,9 @@ fn a_body_without_contact_has_one_panel() {
     picture.contact_triangle_pane = &[];
     picture.normal_stress = &[];
     picture.friction = None;
-    let panels = panels(&picture).unwrap();
+    let panels = panels(&picture);
     assert_eq!(panels.len(), 1);
-    assert!(!panels[0].figure.svg().contains("grey: obstacle"));
+    assert!(!panels[0].1.svg().contains("grey: obstacle"));
     assert_all_readable(&picture);
 }
 
@@ -292,15 +233,15 @@ fn a_coefficient_that_does_not_vary_is_said_and_not_drawn() {
     for pane in &mut sample.friction {
         pane.semi_axes = [0.3; 2];
     }
-    let drawn = panels(&sample.picture()).unwrap();
-    let names: Vec<_> = drawn.iter().map(|panel| &panel.name[..1]).collect();
+    let drawn = panels(&sample.picture());
+    let names: Vec<_> = drawn.iter().map(|(name, _)| &name[..1]).collect();
     assert_eq!(names, ["a", "b", "c", "d"]);
-    let texts = text_boxes(&parse(&drawn[3].figure.svg()));
+    let texts = text_boxes(&parse(&drawn[3].1.svg()));
     let said = |words: &str| texts.iter().any(|(text, _)| text == words);
     assert!(said("F1 = F2 = 0.3") && said("F = 0.3"), "{texts:?}");
     assert_all_readable(&sample.picture());
     sample.friction[1].semi_axes[1] = 0.2;
-    assert_eq!(panels(&sample.picture()).unwrap().len(), 5);
+    assert_eq!(panels(&sample.picture()).len(), 5);
 }
 
 /// Of 16 × 16 panes the four in a corner touch and are drawn with what is beside them.
@@ -316,7 +257,7 @@ fn a_face_that_is_mostly_open_is_framed_around_what_touches() {
     });
     sample.normal_stress = normal_stress.collect();
     let panes = |picture: &ContactPicture<'_>| {
-        let svg = panels(picture).unwrap()[0].figure.svg();
+        let svg = panels(picture)[0].1.svg();
         svg.matches("<title>pane ").count()
     };
     // A margin of a quarter of two panes reaches into the next ones.
@@ -340,8 +281,8 @@ fn an_obstacle_is_drawn_with_its_gaps() {
         let mut picture = sample.picture();
         picture.obstacle = Some(obstacle);
         assert_all_readable(&picture);
-        let body = panels(&picture).unwrap()[2].figure.svg();
-        let bare = panels(&sample.picture()).unwrap()[2].figure.svg();
+        let body = panels(&picture)[2].1.svg();
+        let bare = panels(&sample.picture())[2].1.svg();
         let gaps = body.contains("displacement and gaps ×");
         assert!(body.contains("grey: obstacle"));
         (
@@ -386,7 +327,7 @@ fn clamps_and_loads_are_drawn_and_explained() {
         let mut picture = sample.picture();
         picture.marks = &marks;
         assert_all_readable(&picture);
-        let texts = text_boxes(&parse(&panels(&picture).unwrap()[2].figure.svg()));
+        let texts = text_boxes(&parse(&panels(&picture)[2].1.svg()));
         assert!(
             texts.iter().any(|(text, _)| text == word),
             "{word}: {texts:?}"
@@ -395,7 +336,7 @@ fn clamps_and_loads_are_drawn_and_explained() {
     let nothing = [mark(BodyMarkKind::Load, [0.0; 3])];
     let mut picture = sample.picture();
     picture.marks = &nothing;
-    let texts = text_boxes(&parse(&panels(&picture).unwrap()[2].figure.svg()));
+    let texts = text_boxes(&parse(&panels(&picture)[2].1.svg()));
     assert!(texts.iter().all(|(text, _)| text != "load"), "{texts:?}");
 }
 
@@ -415,15 +356,10 @@ fn faces_of_a_mesh_are_named() {
             face: &face,
             names: &names,
         };
-        let svg = mesh_page(&picture).unwrap().svg();
+        let svg = mesh_page(&picture).svg();
         assert_readable(&svg);
         assert!(svg.contains("face number 0<") && svg.contains("from below"));
         assert_eq!(svg.contains("and 60 more"), n_faces == 100);
-        let none = MeshPicture {
-            names: &[],
-            ..picture
-        };
-        assert!(mesh_page(&none).is_err());
     }
 }
 
@@ -434,7 +370,7 @@ fn the_error_is_readable_on_bodies_of_any_shape() {
         let density: Vec<f64> = (0..sample.coordinates.len())
             .map(|k| 0.1 + k as f64)
             .collect();
-        let figure = error_figure(&sample.picture(), &density, ["one side", "the other"]).unwrap();
+        let figure = error_figure(&sample.picture(), &density, ["one side", "the other"]);
         assert_readable(&figure.svg());
     }
 }
@@ -442,11 +378,11 @@ fn the_error_is_readable_on_bodies_of_any_shape() {
 #[test]
 fn turned_ellipses_are_drawn_as_outlines() {
     let mut sample = Sample::brick([3.0, 1.0, 1.0], [4, 2, 2]);
-    let straight = page(&sample.picture()).unwrap().svg();
+    let straight = page(&sample.picture()).svg();
     for pane in &mut sample.friction {
         pane.turn = 0.5;
     }
-    let turned = page(&sample.picture()).unwrap().svg();
+    let turned = page(&sample.picture()).svg();
     assert!(turned.matches("<ellipse").count() < straight.matches("<ellipse").count());
     assert_all_readable(&sample.picture());
 }
@@ -460,10 +396,10 @@ fn axes_that_turn_the_body_are_named() {
     assert_all_readable(&picture);
     picture.axis_1 = [-1.0, 0.0, 0.0];
     picture.axis_2 = [0.0, -1.0, 0.0];
-    let panels = panels(&picture).unwrap();
+    let panels = panels(&picture);
     assert!(
         panels[0]
-            .figure
+            .1
             .svg()
             .contains("−<tspan font-style=\"italic\">x</tspan>")
     );
@@ -501,8 +437,8 @@ fn laws_are_readable_over_short_long_and_many_slips() {
             };
             let maps = [map(0), map(1)];
             for over_slip in [
-                OverSlip::Isotropic(curves[0].clone()),
-                OverSlip::Own(curves.clone()),
+                OverSlip::Own(vec![curves[0].clone()]),
+                OverSlip::Own(curves.to_vec()),
                 OverSlip::Both(maps),
             ] {
                 for at_rest in [None, Some(sample.picture())] {
@@ -513,7 +449,7 @@ fn laws_are_readable_over_short_long_and_many_slips() {
                         over_slip: &over_slip,
                         at_rest,
                     });
-                    assert_readable(&svg.expect("consistent picture").svg());
+                    assert_readable(&svg.svg());
                 }
             }
         }
@@ -530,34 +466,31 @@ fn a_constant_law_is_a_line_inside_its_chart() {
         title: "constant",
         units: Units::SI,
         note: "",
-        over_slip: &OverSlip::Isotropic(flat),
+        over_slip: &OverSlip::Own(vec![flat]),
         at_rest: None,
     })
-    .unwrap()
     .svg();
     assert_readable(&svg);
     // The plot is 258 px high below 42 + 46 px of titles, and a constant lies in its middle.
     assert!(svg.contains("M84 171L612 171"), "{svg}");
 }
 
-fn chart(scale: AxisScale, factor: f64, n_series: usize) -> LineChart {
+fn chart(scale: AxisScale, factor: f64, n_series: usize) -> Chart {
     let axis = |label: &str| ChartAxis {
         label: label.to_owned(),
         unit: Unit::none(),
         scale,
         ticks: Vec::new(),
     };
-    let series = (0..n_series).map(|k| Series {
-        name: format!("fixed point (a), explicit, {k}"),
-        points: (0..6)
-            .map(|i| ChartPoint {
-                x: factor * 10_f64.powi(i - 3) * (k + 1) as f64,
-                y: factor * 10_f64.powi(-2 * i),
-                text: format!("point <{i}> & more"),
-            })
-            .collect(),
+    let series = (0..n_series).map(|k| {
+        let points = (0..6).map(|i| ChartPoint {
+            x: factor * 10_f64.powi(i - 3) * (k + 1) as f64,
+            y: factor * 10_f64.powi(-2 * i),
+            text: format!("point <{i}> & more"),
+        });
+        Series::new(&format!("fixed point (a), explicit, {k}"), points)
     });
-    LineChart {
+    Chart {
         title: "Work and precision".to_owned(),
         x: axis("seconds [s]"),
         y: axis("error"),
@@ -591,6 +524,28 @@ fn a_point_that_no_axis_can_show_is_left_out() {
     assert_eq!(with.figure().svg(), expected);
 }
 
+/// Parts of a path of one kind are one entry of the legend, marks say where they are.
+#[test]
+fn paths_of_solutions_are_readable() {
+    let point = |x: f64| ChartPoint {
+        x,
+        y: x * x,
+        text: format!("fold {x}"),
+    };
+    let path = |kind| Series::of_path(SeriesStyle::Path(kind), vec![point(1.0), point(2.0)]);
+    let mut chart = chart(AxisScale::Linear, 1.0, 0);
+    chart.series = vec![
+        path(PathKind::Attracting),
+        path(PathKind::NegativeDeterminant),
+        path(PathKind::Attracting),
+        Series::of_path(SeriesStyle::Marks(MarkKind::Fold), vec![point(2.0)]),
+    ];
+    let svg = chart.figure().svg();
+    assert_readable(&svg);
+    assert_eq!(svg.matches(">attracting").count(), 1);
+    assert_eq!(svg.matches("<title>fold 2").count(), 1);
+}
+
 #[test]
 fn every_pane_and_every_point_says_its_value() {
     let sample = Sample::brick([3.0, 1.0, 1.0], [12, 4, 4]);
@@ -598,14 +553,14 @@ fn every_pane_and_every_point_says_its_value() {
     // Open panes have no ellipse that could say it again.
     let pressed = picture.normal_stress.iter().filter(|s| **s < 0.0).count();
     assert!(pressed < picture.normal_stress.len());
-    for panel in panels(&picture).expect("consistent picture") {
-        let panes = panel.figure.svg().matches("<title>pane ").count();
-        let expected = match panel.name {
+    for (name, figure) in panels(&picture) {
+        let panes = figure.svg().matches("<title>pane ").count();
+        let expected = match name {
             "c_deformed_body" => 0,
             "d_friction_ellipses" => picture.normal_stress.len() + pressed,
             _ => picture.normal_stress.len(),
         };
-        assert_eq!(panes, expected, "{}", panel.name);
+        assert_eq!(panes, expected, "{name}");
     }
     let svg = chart(AxisScale::Logarithmic, 1.0, 3).figure().svg();
     assert_eq!(svg.matches("<title>point &lt;").count(), 18);
@@ -615,7 +570,7 @@ fn every_pane_and_every_point_says_its_value() {
 #[test]
 fn pngs_name_this_program() {
     let sample = Sample::brick([3.0, 1.0, 1.0], [4, 2, 2]);
-    let png = page(&sample.picture()).unwrap().png(640).unwrap();
+    let png = page(&sample.picture()).png(640).unwrap();
     let picture = Pixmap::decode_png(&png).unwrap();
     assert_eq!(picture.width(), 640);
     assert_eq!(

@@ -15,7 +15,7 @@ fn scene_with(program: &Program, law: &str) {
 
 /// Standard output of `law` for a scene of the scratch folder.
 fn law(program: &Program, more: &[&str]) -> String {
-    let mut command = program.command(&["law", "scene.toml"]);
+    let mut command = program.command(&["friction-law", "scene.toml"]);
     let done = command.args(SMALL).args(more).assert().success();
     String::from_utf8_lossy(&done.get_output().stdout).into_owned()
 }
@@ -25,7 +25,7 @@ fn the_law_of_table_1_is_bounded_and_drawn_without_a_run_file() {
     let program = Program::new();
     let scene = pipeline("hkl2011_table1.toml");
     let done = program
-        .command(&["law", scene.to_str().unwrap()])
+        .command(&["friction-law", scene.to_str().unwrap()])
         .args(SMALL)
         .assert()
         .success();
@@ -49,9 +49,14 @@ fn the_law_of_table_1_is_bounded_and_drawn_without_a_run_file() {
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
         .collect();
     files.sort();
-    assert_eq!(files, ["hkl2011_table1-law"]);
-    for name in ["law.svg", "law.png"] {
-        assert!(program.path("hkl2011_table1-law").join(name).exists());
+    assert_eq!(files, ["hkl2011_table1-friction-law"]);
+    for name in ["friction_law.svg", "friction_law.png"] {
+        assert!(
+            program
+                .path("hkl2011_table1-friction-law")
+                .join(name)
+                .exists()
+        );
     }
 }
 
@@ -83,8 +88,8 @@ fn json_holds_the_bounds_and_the_smallness_quantities() {
     assert!((size / (peak / h.sqrt()) - 1.0).abs() < 1e-12);
     let name = "lipschitz_times_2_plus_kappa_over_sqrt_edge_length_pane_size";
     assert!((quantity(name) / steepness - 1.0).abs() < 1e-11);
-    assert_eq!(json["figures"][0], "pictures/law.svg");
-    assert!(program.path("pictures/law.png").exists());
+    assert_eq!(json["figures"][0], "pictures/friction_law.svg");
+    assert!(program.path("pictures/friction_law.png").exists());
 }
 
 #[test]
@@ -105,7 +110,7 @@ fn laws_without_coulomb_friction_say_so() {
         assert_eq!(json["law"], kind);
         assert!(json["bounds"].is_null());
     }
-    assert!(!program.path("scene-law").exists());
+    assert!(!program.path("scene-friction-law").exists());
 }
 
 #[test]
@@ -122,7 +127,7 @@ fn a_law_that_turns_negative_is_warned_of_and_solved_where_it_holds() {
     for (law, code) in [("0.3 - 500*s1", 0), ("0.3 - 3e4*s1", 1)] {
         scene(law);
         for (arguments, code) in [
-            (vec!["law", "scene.toml"], 0),
+            (vec!["friction-law", "scene.toml"], 0),
             (vec!["mesh", "scene.toml", "run.h5"], 0),
             (vec!["run", "scene.toml", "run.h5"], code),
         ] {
@@ -150,7 +155,7 @@ fn a_law_that_is_not_positive_at_rest_is_refused_before_anything_is_stored() {
          [friction.coefficient_2]\nconstant = 0.2",
     );
     for arguments in [
-        vec!["law", "scene.toml"],
+        vec!["friction-law", "scene.toml"],
         vec!["mesh", "scene.toml", "run.h5"],
         vec!["run", "scene.toml", "run.h5"],
     ] {
@@ -171,7 +176,7 @@ fn a_law_that_is_not_positive_at_rest_is_refused_before_anything_is_stored() {
             );
         }
     }
-    assert!(!program.path("run.h5").exists() && !program.path("scene-law").exists());
+    assert!(!program.path("run.h5").exists() && !program.path("scene-friction-law").exists());
 }
 
 /// The cap bounds the slip bound, not F: the law's bounds are those of the law without it.

@@ -1,4 +1,4 @@
-//! `law`: bounds and pictures of a law of friction.
+//! `friction-law`: bounds and pictures of a law of friction.
 
 use std::path::PathBuf;
 
@@ -11,7 +11,7 @@ use serde_json::{Map, Value, json};
 use units::Dimension;
 
 use super::{
-    arguments::{Output, SceneArguments},
+    arguments::{FigureArguments, Output, SceneArguments},
     exit::Exit,
     override_scene,
     terminal::{self, say, warn},
@@ -19,34 +19,29 @@ use super::{
 use crate::{
     pipeline::StageError,
     report::{Figures, unit_words},
-    views::{FaceStudy, LawStudy, MeshSizes, PictureFolder, folder_here},
+    views::{FaceStudy, LawStudy, MeshSizes, folder_here},
 };
 
-/// Arguments of `law`.
+/// Arguments of `friction-law`.
 #[derive(Debug, Args)]
-pub struct LawArguments {
+pub struct FrictionLawArguments {
     #[command(flatten)]
     pub(super) scene: SceneArguments,
-    /// Folder for law.svg and law.png; SCENE-law in the current directory by default
-    #[arg(long, value_name = "FOLDER")]
-    pub figures: Option<PathBuf>,
-    /// Draw no picture
-    #[arg(long, conflicts_with = "figures")]
-    pub no_figures: bool,
+    #[command(flatten)]
+    pub(super) figures: FigureArguments,
 }
 
-/// `law`: bounds and picture of a law of friction; stores no run file.
-pub(super) fn law(arguments: &LawArguments, output: &Output) -> Result<Exit, StageError> {
+/// `friction-law`: bounds and picture of a law of friction; stores no run file.
+pub(super) fn friction_law(
+    arguments: &FrictionLawArguments,
+    output: &Output,
+) -> Result<Exit, StageError> {
     let (scene, inputs) = override_scene::read_with_inputs(&arguments.scene)?;
     let study = LawStudy::new(scene)?;
     warn(output, &study.warnings());
-    let files = if arguments.no_figures {
-        Vec::new()
-    } else {
-        let folder = arguments.figures.clone();
-        let folder = folder.unwrap_or_else(|| folder_here(&arguments.scene.scene, "law"));
-        study.draw(&PictureFolder::claim(&folder, study.drawing(), inputs)?)?
-    };
+    let usual = folder_here(&arguments.scene.scene, "friction-law");
+    let folder = arguments.figures.claim(&usual, study.drawing(), inputs)?;
+    let files = folder.map_or_else(|| Ok(Vec::new()), |folder| study.draw(&folder))?;
     terminal::print(output, || json(&study, &files), || text(&study));
     for file in files {
         say(output, &format!("figure    {}", file.display()));
