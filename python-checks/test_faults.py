@@ -38,7 +38,7 @@ def test_hostile_surroundings(tested, tmp_path):
 
 
 def test_failing_writes(tested, tmp_path):
-    only = ["run, old file", "solve", "report", "export --fclib --global"]
+    only = ["run, old file", "solve", "report", "export fclib-global"]
     rows = list(writes.run(tested, tmp_path, count=24, seed=2, only=only))
     assert wrong(rows) == []
 

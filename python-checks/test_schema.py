@@ -1,4 +1,4 @@
-"""Real files against schemas/run_file.json, and the checker against tampered files."""
+"""Real files against the schema of run files, and the checker against tampered files."""
 
 import shutil
 import subprocess

@@ -102,9 +102,9 @@ class Branches(Study):
         return {end["parameter"]: pd.DataFrame(end["solutions"]) for end in self.data["solutions"]}
 
     @property
-    def is_complete(self) -> bool:
-        """Whether there are provably no other solutions at the ends."""
-        return self.data["complete"]
+    def is_followed(self) -> bool:
+        """Whether every path was followed to its end. Other solutions may exist all the same."""
+        return self.data["followed"]
 
     def plot(self, y: str = "normal_force", ax: Any = None) -> Any:
         """Draws the paths with matplotlib: a column of :attr:`points` over the key."""

@@ -65,7 +65,7 @@ pub fn export(run_file: &Path, target: &Path, form: FclibForm) -> Result<Exporte
     let n_contacts = contact.surface.n_panes();
     if form == FclibForm::Local {
         admit_memory(Need {
-            step: "writing W, which is dense; --global writes sparse matrices",
+            step: "writing W, which is dense; --kind fclib-global writes sparse matrices",
             memory: ((COMPONENTS * n_contacts) as u64)
                 .saturating_pow(2)
                 .saturating_mul(BYTES_PER_ENTRY),

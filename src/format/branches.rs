@@ -6,9 +6,7 @@ use runfile::{
     Group, GroupWriter, Kind, Reader, StoreError, StoredEnum,
 };
 use serde::Serialize;
-use studies::branches::{
-    Branches, CompletenessProof, Path, PathEnd, PathOrigin, PathPoint, PointKind, Switch, Undecided,
-};
+use studies::branches::{Branches, Path, PathEnd, PathOrigin, PathPoint, PointKind, Switch};
 use units::Dimension;
 
 use super::{
@@ -27,17 +25,6 @@ stored_as! {
         Solver = 0 => "solver",
         Search = 1 => "search",
         BranchPoint = 2 => "branch_point",
-    }
-}
-
-stored_as! {
-    /// Why there is no proof, as stored.
-    StoredUndecided of Undecided as "undecided" {
-        NotAsked = 0 => "not_asked",
-        NotCovered = 1 => "not_covered",
-        AtEndOfStates = 2 => "at_end_of_states",
-        Irregular = 3 => "irregular",
-        TooManyBoxes = 4 => "too_many_boxes",
     }
 }
 
@@ -81,17 +68,12 @@ runfile::stored_enum! {
     }
 }
 
-const UNDECIDED: &str = "/branches/certificate/undecided";
 const PENDING: &str = "/branches/pending";
 const N_POINTS: &str = "/branches/path/n_points";
 const SWITCH_POINT: &str = "/branches/switch/point";
 const SWITCH_KIND: &str = "/branches/switch/kind";
 const SWITCH_INDEX: &str = "/branches/switch/index";
 
-const NOT_SEARCHED: &str =
-    "absent where not all solutions were searched for, and in files of versions before";
-
-const ENDS: &[Extent] = &[Fixed(2)];
 const PATHS: &[Extent] = &[Named("n_paths")];
 const POINTS: &[Extent] = &[Named("n_path_points")];
 const POINT_PAIRS: &[Extent] = &[Named("n_path_points"), extents::FRICTION_AXES];
@@ -99,27 +81,10 @@ const POINT_ZONES: &[Extent] = &[Named("n_path_points"), extents::ZONES];
 const POINT_MULTIPLIERS: &[Extent] = &[Named("n_path_points"), Named("n_path_multipliers")];
 const SWITCHES: &[Extent] = &[Named("n_switches")];
 
-pub(super) const SEARCH: Fields<Branches> = fields! { Branches => GROUP;
+pub(super) const OF_SEARCH: Fields<Branches> = fields! { Branches => GROUP;
     (range.key) "/branches/key", &[], Dimension::Number, "The key of the scene that is the parameter.";
     [|branches| [branches.range.from, branches.range.to], |branches, [from, to]| (branches.range.from, branches.range.to) = (from, to)] "/branches/range", &[Fixed(2)], Dimension::Number, "Where the parameter begins and ends, in the unit of the key.".finite();
     (all) "/branches/all", &[], Dimension::Number, "1 where all solutions were searched for at both ends of the range.";
-    [|branches| branches.is_enumerated(0) && branches.is_enumerated(1)] "/branches/enumerated", &[], Dimension::Number, "1 where at both ends of the range no solution is missing, by the proof in /branches/certificate.";
-};
-
-/// What is proven at each end of the range.
-pub(super) const PROOFS: Fields<Option<CompletenessProof>> = fields! { Option<CompletenessProof> => GROUP;
-    [Option::is_some, |proof, is_proven: bool| if !is_proven { *proof = None }] "/branches/certificate/proven", ENDS, Dimension::Number, "1 at an end of the range whose solutions were enumerated: every choice of states was tried in intervals.".optional(NOT_SEARCHED);
-    {Kind::Enum(StoredUndecided::SPEC)} UNDECIDED, ENDS, Dimension::Number, "Why there is no proof; not_asked where there is one.".optional(NOT_SEARCHED);
-    (?.solutions) "/branches/certificate/n_solutions", ENDS, Dimension::Number, "How many solutions there are; 0 without a proof.".optional(NOT_SEARCHED);
-    (?.states) "/branches/certificate/n_states", ENDS, Dimension::Number, "Choices of open, stick, and slip in half circles that were tried; 0 without a proof.".optional(NOT_SEARCHED);
-    (?.boxes) "/branches/certificate/n_boxes", ENDS, Dimension::Number, "Boxes of unknowns with no solution or exactly one, by arithmetic in intervals; 0 without a proof.".optional(NOT_SEARCHED);
-    (?.margin) "/branches/certificate/margin", ENDS, Dimension::Number, "What is left at least of an inequality of the states of a solution; NaN without a proof.".optional(NOT_SEARCHED);
-    (?.determinant) "/branches/certificate/least_determinant", ENDS, Dimension::Number, "Least absolute determinant of the equations of slipping panes at a solution over the product of the lengths of their rows; NaN without a proof.".optional(NOT_SEARCHED);
-    (?.width) "/branches/certificate/width", ENDS, Dimension::Number, "Widest interval in which a multiplier of a solution lies, over the largest multiplier; NaN without a proof.".optional(NOT_SEARCHED);
-    (?.uncertainty) "/branches/certificate/uncertainty", ENDS, Dimension::Number, "What the dual operator, its right-hand side and slips may be wrong by, as a share of their size, for the proof to hold; NaN without a proof.".optional(NOT_SEARCHED);
-};
-
-pub(super) const FOLLOWED: Fields<Branches> = fields! { Branches => GROUP;
     (stress) "/branches/stress_scale", &[], Dimension::STRESS, "Size of stresses that lengths of steps are measured by, a power of two.".symbol("Lambda").finite();
     (left_out) "/branches/left_out", &[], Dimension::Number, "Half paths from branch points that were not followed, since there are so many.";
     [|branches| branches.pending.as_ref().map(as_json)] PENDING, &[], Dimension::Number, "What is still to be followed, as JSON: where the path in hand stands, half paths that wait, known branch points.".optional("absent when all is followed");
@@ -154,14 +119,7 @@ fn as_json<T: Serialize>(pending: &T) -> String {
 
 /// Writes all paths, finished or not.
 pub fn write(writer: &mut GroupWriter<'_>, branches: &Branches) -> Result<(), StoreError> {
-    SEARCH.write_one(writer, branches)?;
-    if branches.all {
-        let ends = &branches.certificates;
-        PROOFS.write_rows(writer, &ends.map(Result::ok))?;
-        let undecided = ends.map(|end| end.err().unwrap_or(Undecided::NotAsked));
-        write_value(writer, UNDECIDED, &undecided.to_vec())?;
-    }
-    FOLLOWED.write_one(writer, branches)?;
+    OF_SEARCH.write_one(writer, branches)?;
     OF_PATHS.write_rows(writer, &branches.paths)?;
     let points = branches.paths.iter().flat_map(|path| &path.points);
     OF_POINTS.write_rows(writer, points.clone())?;
@@ -184,17 +142,7 @@ pub fn read(reader: &Reader) -> Result<Branches, FormatError> {
         paths: read_paths(reader)?,
         ..Branches::default()
     };
-    SEARCH.read_one(reader, &mut branches, true)?;
-    FOLLOWED.read_one(reader, &mut branches, true)?;
-    if PROOFS.is_there(reader) {
-        let proofs = PROOFS.read_rows(reader, || Some(CompletenessProof::default()))?;
-        let undecided: Option<Vec<Undecided>> = read_if_there(reader, UNDECIDED)?;
-        let undecided = undecided.unwrap_or_else(|| vec![Undecided::NotAsked; 2]);
-        for ((end, proof), undecided) in branches.certificates.iter_mut().zip(proofs).zip(undecided)
-        {
-            *end = proof.ok_or(undecided);
-        }
-    }
+    OF_SEARCH.read_one(reader, &mut branches, true)?;
     let pending: Option<String> = read_if_there(reader, PENDING)?;
     let parsed = pending.map(|text| serde_json::from_str(&text)).transpose();
     branches.pending = parsed.map_err(|error| FormatError::Inconsistent {

@@ -3,9 +3,7 @@
 use std::fmt::Write;
 
 use serde_json::{Value, json};
-use studies::branches::{
-    Branches, CompletenessProof, PathEnd, PathPoint, PointKind, Switch, Undecided,
-};
+use studies::branches::{Branches, PathEnd, PathPoint, PointKind, Switch};
 use units::{Dimension, Units};
 
 use super::{
@@ -22,7 +20,7 @@ pub fn text(branches: &Branches, units: Units) -> String {
     tables.map(|table| table.text()).join("\n")
 }
 
-/// The special points of all paths, and the solutions at both ends, each with whether they are all.
+/// The special points of all paths, and the solutions at both ends, each with what is known of others.
 pub fn tables(branches: &Branches, units: Units) -> [FigureTable; 3] {
     let range = &branches.range;
     let caption = format!(
@@ -52,26 +50,19 @@ fn ends(branches: &Branches) -> [f64; 2] {
     [branches.range.from, branches.range.to]
 }
 
-/// The solutions at one end of the range, and whether they are all.
+/// The solutions at one end of the range, and what is known of others.
 fn solutions_with_words(branches: &Branches, parameter: f64, units: Units) -> FigureTable {
-    let table = solutions(branches, parameter, units);
     let degree = branches.degree(parameter);
-    let end = usize::from(parameter == branches.range.to);
-    let complete = match branches.certificates[end] {
-        Ok(all) => certificate_words(&all, table.rows.len()),
-        Err(undecided @ Undecided::NotAsked) => undecided.to_string(),
-        Err(undecided) => format!("{}; {undecided}", degree_words(degree)),
+    let others = match (branches.all, degree) {
+        (false, _) => "those on the paths; --all searches for others",
+        (true, 1) => {
+            "others may exist: the sum is 1 where none is missing, and may be 1 where some are"
+        }
+        (true, _) => "at least one is missing or not regular, since the sum is not 1",
     };
-    let caption = format!("Solutions at {parameter}, sum of signs {degree}: {complete}");
-    FigureTable { caption, ..table }
-}
-
-/// What the sum of signs tells without a proof.
-fn degree_words(degree: i32) -> &'static str {
-    if degree == 1 {
-        "some may be missing; the sum is 1 where none is, and may be 1 where some are"
-    } else {
-        "one is missing or not regular, since the sum is not 1"
+    FigureTable {
+        caption: format!("Solutions at {parameter}, sum of signs {degree}: {others}"),
+        ..solutions(branches, parameter, units)
     }
 }
 
@@ -103,19 +94,6 @@ fn figures(path: usize, number: usize, point: &PathPoint, units: Units) -> Figur
     figures.json_only("largest_pressure", point.largest_pressure);
     figures.plain("switches", "what changes", switches_words(&point.switches));
     figures
-}
-
-fn certificate_words(all: &CompletenessProof, found: usize) -> String {
-    let complete = if all.solutions == found {
-        "complete by enumeration".to_owned()
-    } else {
-        format!("{} exist by enumeration", all.solutions)
-    };
-    format!(
-        "{complete} ({} choices of states, {} boxes, each with no solution or exactly one; \
-         least determinant {:.1e}, margin {:.1e}; S and h to {:.0e})",
-        all.states, all.boxes, all.determinant, all.margin, all.uncertainty
-    )
 }
 
 fn switches_words(switches: &[Switch]) -> String {
@@ -153,14 +131,10 @@ pub fn json(branches: &Branches, units: Units) -> Value {
         let points = points.map(|(number, point)| figures(k, number, point, units).json());
         json!({ "end": end_words(path.end), "points": points.collect::<Value>() })
     });
-    let at_ends = [0, 1].map(|end| {
-        let parameter = ends(branches)[end];
+    let at_ends = ends(branches).map(|parameter| {
         json!({
             "parameter": parameter,
             "degree": branches.degree(parameter),
-            "enumerated": branches.is_enumerated(end),
-            "certificate": branches.certificates[end].ok(),
-            "no_proof": branches.certificates[end].err().map(|undecided| undecided.to_string()),
             "solutions": solutions(branches, parameter, units).json(),
         })
     });
@@ -169,10 +143,8 @@ pub fn json(branches: &Branches, units: Units) -> Value {
         "from": branches.range.from,
         "to": branches.range.to,
         "all": branches.all,
-        "enumerated": branches.is_enumerated(0) && branches.is_enumerated(1),
         "left_out": branches.left_out,
         "followed": branches.is_followed(),
-        "complete": branches.is_complete(),
         "paths": paths.collect::<Value>(),
         "solutions": at_ends,
     })

@@ -51,7 +51,7 @@ fn one_node_has_three_solutions_beyond_its_fold() {
         Some(3)
     );
     assert_eq!(
-        (&found["solutions"][1]["degree"], &found["complete"]),
+        (&found["solutions"][1]["degree"], &found["followed"]),
         (&1.into(), &true.into())
     );
     let paths = found["paths"].as_array().expect("paths");

@@ -73,7 +73,7 @@ fn a_file_of_an_older_format_is_left_as_it_is() {
         vec!["post", "run.h5"],
         vec!["status", "run.h5"],
         vec!["check", "run.h5"],
-        vec!["report", "run.h5", "-o", "page.html"],
+        vec!["report", "run.h5", "page.html"],
     ];
     for arguments in arguments {
         let text = refused(&program, &arguments);

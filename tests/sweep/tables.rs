@@ -66,8 +66,8 @@ fn a_folder_of_an_older_format_is_left_as_it_is() {
     drop(version);
     file.close().expect("closed");
     let word = "is of format 1.4, expected 2.0; nothing was changed, run again";
-    refused(&sweep, &["sweep.toml", "--out", "out"], word);
-    refused(&sweep, &["summary", "sweep.toml", "--out", "out"], word);
+    refused(&sweep, &["sweep.toml", "out"], word);
+    refused(&sweep, &["summary", "sweep.toml", "out"], word);
 }
 
 /// The page of a sweep of histories has their loops, named after what varies.

@@ -201,6 +201,7 @@ impl Key {
 }
 
 /// Every key by its path without the numbers of items of lists; of tables whose keys have any name the table alone.
+#[must_use]
 pub fn keys() -> &'static BTreeMap<String, Key> {
     static KEYS: LazyLock<BTreeMap<String, Key>> = LazyLock::new(|| {
         let schema = SchemaTree::of::<Scene>();

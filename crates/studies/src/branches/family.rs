@@ -242,7 +242,7 @@ fn coulomb(scene: &Scene, mesh: &Mesh) -> Result<Arc<Interface>, ProblemError> {
 }
 
 /// The nearest power of two above a size; 1 for none. Scales that are powers of two round nothing.
-pub(super) fn power_of_two(size: f64) -> f64 {
+fn power_of_two(size: f64) -> f64 {
     if size > 0.0 && size.is_finite() {
         size.log2().ceil().exp2()
     } else {

@@ -52,6 +52,24 @@ impl<'a> LawPieces<'a> {
         }
     }
 
+    /// Whether coefficients read the length of the slip and not its components.
+    pub(super) fn is_radial(&self) -> bool {
+        matches!(self.law.only().law(), FrictionLaw::Isotropic(law) if !matches!(law, Coefficient::Grid(_)))
+    }
+
+    /// The knots along the slip of each axis, or along its length.
+    pub(super) fn knots_along(&self) -> [Vec<f64>; 2] {
+        let last = self.knots.len() - 1;
+        [0, 1].map(|axis| {
+            let [own, other] = &self.knots[axis.min(last)];
+            if axis == 1 && !other.is_empty() {
+                other.clone()
+            } else {
+                own.clone()
+            }
+        })
+    }
+
     /// The piece on which a node with given slips and signs of u_t lies.
     pub(super) fn piece_of(&self, node: usize, slip: [f64; 2], negative: [bool; 2]) -> NodePiece {
         let mut piece = NodePiece {

@@ -16,7 +16,6 @@
 //! over the range; so no unit matters.
 
 mod corrector;
-mod enumeration;
 mod equations;
 mod family;
 mod kink;
@@ -28,7 +27,6 @@ mod point;
 mod search;
 mod slip_stress;
 
-pub use enumeration::{CompletenessProof, Undecided};
 pub use family::{Family, ParameterRange, SceneAt};
 pub use path::PathEnd;
 pub use piece::Switch;
@@ -37,7 +35,6 @@ pub use point::{PathOrigin, PathPoint, PointKind};
 use serde::{Deserialize, Serialize};
 
 use self::{
-    enumeration::Certificate,
     equations::PieceEquations,
     kink::HalfPath,
     path::PathFront,
@@ -70,7 +67,7 @@ pub struct Path {
 }
 
 /// The paths of a family, as far as they have been followed.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Branches {
     /// The key and its range.
     pub range: ParameterRange,
@@ -78,29 +75,12 @@ pub struct Branches {
     pub paths: Vec<Path>,
     /// Whether solutions were searched for at both ends of the range.
     pub all: bool,
-    /// The proof for each end of the range that no solution there is missing, or why there is none.
-    pub certificates: [Result<CompletenessProof, Undecided>; 2],
     /// The size of stresses Λ in Pa.
     pub stress: f64,
     /// Half paths that were not followed, since there are so many.
     pub left_out: usize,
     /// What is still to be done; `None` when all is.
     pub pending: Option<Pending>,
-}
-
-impl Default for Branches {
-    /// No paths, and nothing asked.
-    fn default() -> Self {
-        Self {
-            range: ParameterRange::default(),
-            paths: Vec::new(),
-            all: false,
-            certificates: [Err(Undecided::NotAsked); 2],
-            stress: 0.0,
-            left_out: 0,
-            pending: None,
-        }
-    }
 }
 
 /// What is still to be done.
@@ -260,16 +240,16 @@ impl Branches {
                 }
             }
             SearchStage::End => {
-                (rays, self.certificates[1]) = self.searched(equations, 1.0, 0)?;
+                rays = self.searched(equations, 1.0, 0)?;
                 SearchStage::Start
             }
             SearchStage::Start => {
-                (rays, self.certificates[0]) = self.searched(equations, 0.0, 0)?;
+                rays = self.searched(equations, 0.0, 0)?;
                 SearchStage::Again(0)
             }
             SearchStage::Again(round) if self.lacks() && round < ELSEWHERE.len() => {
                 for s in [1.0, 0.0, ELSEWHERE[round]] {
-                    rays.extend(self.searched(equations, s, round + 1)?.0);
+                    rays.extend(self.searched(equations, s, round + 1)?);
                 }
                 SearchStage::Again(round + 1)
             }
@@ -292,16 +272,15 @@ impl Branches {
         equations: &PieceEquations<'_>,
         s: f64,
         round: usize,
-    ) -> Result<(Vec<HalfPath>, Certificate), ProblemError> {
+    ) -> Result<Vec<HalfPath>, ProblemError> {
         let value = self.range.value(s);
         let known = self.end_solutions(value).into_iter().map(|at| {
             let scaled = at.point.multiplier.iter().map(|l| l / self.stress);
             scaled.chain([s]).collect()
         });
         let known: Vec<Vec<f64>> = known.collect();
-        let (points, certificate) = equations.solutions_at(s, &known, round)?;
         let mut rays = Vec::new();
-        for point in points {
+        for point in equations.solutions_at(s, &known, round)? {
             let near = |other: &Vec<f64>| norm(&difference(other, &point)) <= SAME;
             if known.iter().any(near) {
                 continue;
@@ -313,7 +292,7 @@ impl Branches {
                 rays.extend(both);
             }
         }
-        Ok((rays, certificate))
+        Ok(rays)
     }
 
     /// Whether a path comes by a solution at a value inside the range, as near as a chord is to its arc.
@@ -336,19 +315,6 @@ impl Branches {
     pub fn lacks(&self) -> bool {
         let ends = [self.range.from, self.range.to];
         self.all && ends.into_iter().any(|end| self.degree(end) != 1)
-    }
-
-    /// Whether the solutions on the paths at an end of the range, 0 or 1, are proven to be all.
-    #[must_use]
-    pub fn is_enumerated(&self, end: usize) -> bool {
-        let parameter = [self.range.from, self.range.to][end];
-        self.certificates[end].is_ok_and(|all| all.solutions == self.end_solutions(parameter).len())
-    }
-
-    /// Whether every path was followed to its end and no solution is missing at either end of the range, by proof.
-    #[must_use]
-    pub fn is_complete(&self) -> bool {
-        self.is_followed() && self.is_enumerated(0) && self.is_enumerated(1)
     }
 
     /// Whether every path has an end that says where it leads.

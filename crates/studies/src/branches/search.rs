@@ -2,14 +2,14 @@
 
 use super::{
     corrector::{Along, last_axis},
-    enumeration::{Certificate, Undecided, enumerated},
     equations::PieceEquations,
     kink::{HalfPath, REACHED},
+    law_piece::LawPieces,
     point::FamilyMember,
 };
 use contact3d::{
     ProblemError,
-    linalg::{difference, dot, norm},
+    linalg::{DenseLu, difference, dot, norm},
     scene::InvalidValue,
     solver::{NaturalMap, Status},
 };
@@ -24,51 +24,62 @@ const MOST_HALVINGS: usize = 8;
 /// Multipliers this near, relative to Λ, are one.
 pub(super) const SAME: f64 = 1e-6;
 
-/// Operations that all starts may take, as dense factorisations of n³ operations with `MOST_STEPS` each; and the least and
-/// largest number of starts.
-const OPERATIONS: f64 = 4e10;
-const STARTS: [f64; 2] = [6.0, 256.0];
+/// Operations that all starts may take, some ten seconds, and those that a step from a start takes beside n³ for n unknowns.
+const SEARCH_OPERATIONS: f64 = 4e10;
+const STEP_OPERATIONS: f64 = 1e5;
+
+/// The least number of starts, whatever they cost, and how many there are before a search may end early.
+const LEAST_STARTS: usize = 8;
+const FIRST_STARTS: usize = 64;
+
+/// A search ends once every solution was reached from this many starts. One that fewer starts lead to than any of those found may still
+/// be missing.
+const REPEATS: usize = 4;
 
 impl PieceEquations<'_> {
-    /// The solutions at s, beside known ones: all of them where the states can be enumerated, else those that deflated Newton's
-    /// method finds from the face that is open, glued, pressed, and from scattered zones and directions, others in every round. With the
-    /// proof that they are all.
+    /// The solutions at s, beside known ones, to which Newton's method and the deflated one lead: from the face that is open, glued,
+    /// pressed, and from states of panes at random, others in every round. Whether there are more is not known.
     pub(super) fn solutions_at(
         &self,
         s: f64,
         known: &[Vec<f64>],
         round: usize,
-    ) -> Result<(Vec<Vec<f64>>, Certificate), ProblemError> {
+    ) -> Result<Vec<Vec<f64>>, ProblemError> {
         let member = self.family.member(s)?;
-        let point = |multiplier: &[f64]| {
-            let scaled = multiplier.iter().map(|l| l / self.stress);
-            scaled.chain([s]).collect::<Vec<f64>>()
-        };
-        let all = enumerated(&member);
-        let (multipliers, certificate) = all.unwrap_or((Vec::new(), Err(Undecided::NotCovered)));
-        let mut found: Vec<Vec<f64>> = multipliers.iter().map(|one| point(one)).collect();
-        if certificate.is_ok() {
-            return Ok((found, certificate));
-        }
         let mut known: Vec<Vec<f64>> = known.iter().map(|point| self.multiplier(point)).collect();
-        known.extend(multipliers);
-        let starts = scattered_starts(&member, round);
+        let mut reached = vec![0; known.len()];
+        let n_known = known.len();
+        let cost = MOST_STEPS as f64 * ((member.dual.dimension() as f64).powi(3) + STEP_OPERATIONS);
+        let most = LEAST_STARTS.max((SEARCH_OPERATIONS / cost) as usize);
+        let starts = Starts::new(&member, round);
         member.natural_map(|map| {
-            let both = |start: Vec<f64>| [(false, start.clone()), (true, start)];
-            for (deflated, start) in starts.flat_map(both) {
-                let apart: &[Vec<f64>] = if deflated { &known } else { &[] };
-                let Some(multiplier) = self.newton(map, start, apart) else {
-                    continue;
-                };
-                let near =
-                    |other: &Vec<f64>| norm(&difference(other, &multiplier)) <= SAME * self.stress;
-                if !known.iter().any(near) {
-                    found.push(point(&multiplier));
-                    known.push(multiplier);
+            for (number, start) in starts.take(most).enumerate() {
+                for deflated in [false, true] {
+                    let apart: &[Vec<f64>] = if deflated { &known } else { &[] };
+                    let Some(multiplier) = self.newton(map, start.clone(), apart) else {
+                        continue;
+                    };
+                    let near = |other: &Vec<f64>| {
+                        norm(&difference(other, &multiplier)) <= SAME * self.stress
+                    };
+                    let place = known.iter().position(near).unwrap_or(known.len());
+                    if place == known.len() {
+                        known.push(multiplier);
+                        reached.push(0);
+                    }
+                    reached[place] += usize::from(!deflated);
+                }
+                let is_usual = |count: &usize| *count >= REPEATS;
+                if number + 1 >= FIRST_STARTS && !known.is_empty() && reached.iter().all(is_usual) {
+                    break;
                 }
             }
         });
-        Ok((found, certificate))
+        let point = |multiplier: &Vec<f64>| {
+            let scaled = multiplier.iter().map(|l| l / self.stress);
+            scaled.chain([s]).collect()
+        };
+        Ok(known[n_known..].iter().map(point).collect())
     }
 
     /// Newton's method on the natural map, kept away from known solutions by deflation: M(λ) R(λ) with
@@ -128,43 +139,119 @@ impl PieceEquations<'_> {
     }
 }
 
-/// Multipliers of a face that is open, glued, pressed, and in scattered zones and directions.
-fn scattered_starts(member: &FamilyMember, round: usize) -> impl Iterator<Item = Vec<f64>> + '_ {
-    let (dual, layout) = (&member.dual, member.dual.layout);
-    let n = dual.dimension();
-    let glued = member.local.glued(&dual.rhs);
-    let count = OPERATIONS / (MOST_STEPS as f64 * (n as f64).powi(3));
-    let mut scatter = PseudoRandom::new(round);
-    (0..count.clamp(STARTS[0], STARTS[1]) as usize).map(move |k| {
-        let mut start = glued.clone();
-        match k {
-            0 => start.fill(0.0),
-            1 => {}
-            2 => start = member.local.pressed(&dual.rhs),
-            _ => {
-                for pane in 0..layout.n_panes() {
-                    let open = scatter.below(3) == 0;
-                    let normal = layout.normal(pane);
-                    start[normal] = if open { 0.0 } else { start[normal].abs() };
-                    if let Some([first, second]) = layout.tangential(pane) {
-                        let [cos, sin] = scatter.turn();
-                        let share = if open {
-                            0.0
-                        } else {
-                            [0.0, 1.0, 1.0, 0.2][scatter.below(4)]
-                        };
-                        let (a, b) = (share * start[first], share * start[second]);
-                        start[first] = cos * a - sin * b;
-                        start[second] = sin * a + cos * b;
-                    }
-                }
-            }
-        }
-        start
-    })
+/// Multipliers from which solutions are searched for: of a face that is open, glued, pressed, then of states of panes at random.
+struct Starts<'a> {
+    member: &'a FamilyMember,
+    law: LawPieces<'a>,
+    /// The largest displacement of a pane of the body without contact, in m.
+    displacement: f64,
+    random: PseudoRandom,
+    number: usize,
 }
 
-/// Numbers without a pattern, the same on every machine.
+/// Slips at random, as shares of the displacement without contact, in decades.
+const SLIP_DECADES: [f64; 2] = [-2.5, 0.5];
+
+impl<'a> Starts<'a> {
+    fn new(member: &'a FamilyMember, round: usize) -> Self {
+        let (dual, area) = (&member.dual, &member.surface().pane_area);
+        let displacements = dual.rhs.iter().enumerate();
+        let displacements = displacements.map(|(i, h)| h.abs() / area[dual.layout.pane_of(i)]);
+        Self {
+            member,
+            law: LawPieces::new(member),
+            displacement: displacements.fold(0.0, f64::max),
+            random: PseudoRandom::new(round),
+            number: 0,
+        }
+    }
+
+    /// What the face carries where panes are open, stick, or slip by a given way: S λ = h − a u on the closed ones.
+    fn at_random(&mut self) -> Vec<f64> {
+        let member = self.member;
+        let (dual, area) = (&member.dual, &member.surface().pane_area);
+        let mut rhs = dual.rhs.clone();
+        let mut closed = Vec::new();
+        for pane in 0..dual.n_panes() {
+            let state = self.random.below(3);
+            let slip = self.slip();
+            if state == 0 {
+                continue;
+            }
+            closed.push(dual.layout.normal(pane));
+            let Some(pair) = dual.layout.tangential(pane) else {
+                continue;
+            };
+            closed.extend(pair);
+            if state == 1 {
+                pair.iter()
+                    .zip(slip)
+                    .for_each(|(&j, u)| rhs[j] -= area[pane] * u);
+            }
+        }
+        closed.retain(|&j| dual.diagonal(j) > 0.0);
+        let columns = closed
+            .iter()
+            .flat_map(|&j| closed.iter().map(move |&i| (i, j)));
+        let matrix: Vec<f64> = columns.map(|(i, j)| dual.column(j)[i]).collect();
+        let mut solved: Vec<f64> = closed.iter().map(|&j| rhs[j]).collect();
+        if let Some(lu) = DenseLu::new(&matrix, closed.len()) {
+            lu.solve(&mut solved);
+        }
+        let mut start = vec![0.0; dual.dimension()];
+        closed
+            .iter()
+            .zip(solved)
+            .for_each(|(&j, value)| start[j] = value);
+        start
+    }
+
+    /// A slip in m: half of them of any size, the others on the segments of the law, which may be narrow.
+    fn slip(&mut self) -> [f64; 2] {
+        let along = self.random.direction();
+        let [low, high] = SLIP_DECADES;
+        let decade = low + (high - low) * self.random.share();
+        if self.random.below(2) == 0 {
+            return along.map(|e| self.displacement * 10_f64.powf(decade) * e);
+        }
+        let knots = self.law.knots_along();
+        let sizes = knots.map(|knots| {
+            let ends = [
+                &[0.0],
+                knots.as_slice(),
+                &[self
+                    .displacement
+                    .max(2.0 * knots.last().copied().unwrap_or(0.0))],
+            ]
+            .concat();
+            let segment = self.random.below(ends.len() as u64 - 1);
+            let share = self.random.share();
+            ends[segment] + share * (ends[segment + 1] - ends[segment])
+        });
+        if self.law.is_radial() {
+            along.map(|e| sizes[0] * e)
+        } else {
+            [0, 1].map(|axis| sizes[axis].copysign(along[axis]))
+        }
+    }
+}
+
+impl Iterator for Starts<'_> {
+    type Item = Vec<f64>;
+
+    fn next(&mut self) -> Option<Vec<f64>> {
+        let (dual, local) = (&self.member.dual, &self.member.local);
+        self.number += 1;
+        Some(match self.number {
+            1 => vec![0.0; dual.dimension()],
+            2 => local.glued(&dual.rhs),
+            3 => local.pressed(&dual.rhs),
+            _ => self.at_random(),
+        })
+    }
+}
+
+/// Numbers without a pattern, the same on every machine: G. Marsaglia's xorshift, *J. Stat. Softw.* 8 (2003) 14.
 struct PseudoRandom(u64);
 
 impl PseudoRandom {
@@ -172,26 +259,27 @@ impl PseudoRandom {
         Self(0x9E37_79B9_7F4A_7C15 ^ (round as u64) << 32)
     }
 
-    /// cos and sin of an angle; mostly none, half a turn, or anything.
-    fn turn(&mut self) -> [f64; 2] {
-        let tangent = self.below(1 << 20) as f64 / f64::from(1 << 20);
-        let over = (1.0 + tangent * tangent).recip();
-        let (cos, sin) = ((1.0 - tangent * tangent) * over, 2.0 * tangent * over);
-        match self.below(6) {
-            0 => [1.0, 0.0],
-            1 => [-1.0, 0.0],
-            2 => [cos, sin],
-            3 => [cos, -sin],
-            4 => [-cos, sin],
-            _ => [-cos, -sin],
-        }
-    }
-
     fn below(&mut self, bound: u64) -> usize {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
         self.0 ^= self.0 << 17;
         usize::try_from((self.0 >> 33) % bound).unwrap_or(0)
+    }
+
+    /// A number from 0 to 1.
+    fn share(&mut self) -> f64 {
+        self.below(1 << 30) as f64 / f64::from(1 << 30)
+    }
+
+    /// cos and sin of an angle, by arithmetic alone: the nearest point of the unit circle to one in the unit disk.
+    fn direction(&mut self) -> [f64; 2] {
+        loop {
+            let [x, y] = [2.0 * self.share() - 1.0, 2.0 * self.share() - 1.0];
+            let length = x.hypot(y);
+            if length <= 1.0 && length > 0.1 {
+                return [x / length, y / length];
+            }
+        }
     }
 }
 

@@ -39,7 +39,7 @@ const MAX_PASSES: usize = 100;
 
 /// The friction that a pane can oppose a motion with.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum PaneFriction {
+pub(super) enum FrictionResistance {
     None,
     /// Up to F₁, F₂ times the pressure.
     Coulomb([f64; 2]),
@@ -76,7 +76,7 @@ impl ContactCone {
         balance: &Balance,
         areas: &[f64],
         layout: MultiplierLayout,
-        friction: &[PaneFriction],
+        friction: &[FrictionResistance],
     ) -> Option<Self> {
         let n_resisted = balance.coupling.n_resisted();
         let integrals = &balance.coupling.integrals[n_resisted..];
@@ -109,12 +109,12 @@ impl ContactCone {
             cone.normal.set_row(i, &mean(layout.normal(i)));
             for (axis, j) in layout.tangential(i).into_iter().flatten().enumerate() {
                 match friction[i] {
-                    PaneFriction::None => {}
-                    PaneFriction::Coulomb(f) => {
+                    FrictionResistance::None => {}
+                    FrictionResistance::Coulomb(f) => {
                         cone.friction[axis].set_row(i, &(mean(j) * f[axis]));
                         cone.force_limit = cone.force_limit.max(FORCE_LIMIT / f[axis]);
                     }
-                    PaneFriction::Tresca(axes) => {
+                    FrictionResistance::Tresca(axes) => {
                         cone.bounded[axis].set_row(i, &(mean(j) * (area * axes[axis])));
                     }
                 }

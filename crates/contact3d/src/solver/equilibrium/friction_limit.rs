@@ -10,7 +10,7 @@ use std::sync::atomic::AtomicUsize;
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Matrix2};
 
-use super::contact_cone::{ContactCone, PROOF_MARGIN, PaneFriction};
+use super::contact_cone::{ContactCone, FrictionResistance, PROOF_MARGIN};
 use crate::{
     dual::{Balance, ExplicitDual},
     linalg::{dot, largest_eigenvalue, norm},
@@ -48,10 +48,10 @@ pub(super) fn beyond_friction(
     let sensitivity = face.sensitivity(coefficients);
     let (pressure, off) = face.frictionless_pressure();
     let bounds = (0..layout.n_panes()).map(|i| match coefficients.get(i) {
-        Some(f) => PaneFriction::Tresca(f.map(|f| f * pressure[i])),
-        None => PaneFriction::None,
+        Some(f) => FrictionResistance::Tresca(f.map(|f| f * pressure[i])),
+        None => FrictionResistance::None,
     });
-    let bounds: Vec<PaneFriction> = bounds.collect();
+    let bounds: Vec<FrictionResistance> = bounds.collect();
     let motion = ContactCone::new(balance, areas, layout, &bounds)?.mechanism()?;
     let moved = balance
         .coupling

@@ -8,7 +8,7 @@
 mod contact_cone;
 mod friction_limit;
 
-use contact_cone::{ContactCone, PROOF_MARGIN, PaneFriction};
+use contact_cone::{ContactCone, FrictionResistance, PROOF_MARGIN};
 
 use nalgebra::{DMatrix, DVector};
 
@@ -99,14 +99,14 @@ fn driven(shapes: &[Vec<f64>], load: &[f64]) -> Option<Vec<f64>> {
 }
 
 /// The friction of the panes, for laws whose admissible sets contain that of the scene.
-fn laws_to_test(laws: &PaneLaws) -> Vec<Vec<PaneFriction>> {
-    let mut tests: Vec<Vec<PaneFriction>> = match &laws.friction {
+fn laws_to_test(laws: &PaneLaws) -> Vec<Vec<FrictionResistance>> {
+    let mut tests: Vec<Vec<FrictionResistance>> = match &laws.friction {
         InterfaceFriction::Frictionless => vec![Vec::new()],
         InterfaceFriction::Tresca(semi_axes) => {
             vec![
                 semi_axes
                     .iter()
-                    .map(|axes| PaneFriction::Tresca(*axes))
+                    .map(|axes| FrictionResistance::Tresca(*axes))
                     .collect(),
             ]
         }
@@ -118,10 +118,10 @@ fn laws_to_test(laws: &PaneLaws) -> Vec<Vec<PaneFriction>> {
             let with_bounds = |has_bound: &dyn Fn(usize) -> bool| {
                 let panes = coefficients.iter().enumerate();
                 let friction = |(pane, f): (usize, &[f64; 2])| match has_bound(pane) {
-                    true => PaneFriction::Tresca(f.map(|f| f * largest(pane))),
-                    false => PaneFriction::Coulomb(*f),
+                    true => FrictionResistance::Tresca(f.map(|f| f * largest(pane))),
+                    false => FrictionResistance::Coulomb(*f),
                 };
-                panes.map(friction).collect::<Vec<PaneFriction>>()
+                panes.map(friction).collect::<Vec<FrictionResistance>>()
             };
             let mut tests = vec![with_bounds(&is_given), with_bounds(&is_bounded)];
             tests.dedup();
@@ -129,7 +129,7 @@ fn laws_to_test(laws: &PaneLaws) -> Vec<Vec<PaneFriction>> {
         }
     };
     for friction in &mut tests {
-        friction.resize(laws.n_panes(), PaneFriction::None);
+        friction.resize(laws.n_panes(), FrictionResistance::None);
     }
     tests
 }

@@ -53,6 +53,7 @@ pub(super) struct PairRows {
 
 impl NaturalMap<'_> {
     /// The Newton step d with R'(λ) d = −R and its number of coupled unknowns; `None` when R' is singular.
+    #[must_use]
     pub fn newton_step(&self, evaluation: &Evaluation) -> Option<(Vec<f64>, usize)> {
         let system = NewtonSystem::new(self, evaluation);
         let n = system.free.len();
