@@ -1,4 +1,4 @@
-"""Fixtures: the program, solved run files at small sizes, the published schema.
+"""Fixtures: the program, solved run files at small sizes, the schemas.
 
 The program is the environment variable CONTACT3D_PIPE, or target/release/contact3d-pipe. With run
 files in CONTACT3D_RUN_FILES, separated as in PATH, the checks of raw arrays judge those files alone:
@@ -6,7 +6,6 @@ bricks of one isotropic material under constant tractions, orthotropic Coulomb f
 or ramps. The name of a file without its suffix is the parameter of its tests.
 """
 
-import json
 import os
 import subprocess
 import sys
@@ -17,6 +16,7 @@ import pytest
 
 from raw_problem import RawProblem
 from run_file import open_run
+from schema_check import schemas
 
 ROOT = Path(__file__).resolve().parent.parent
 # The Python package, also for the process that collects what others report.
@@ -153,20 +153,12 @@ def tight(tight_path) -> RawProblem:
 
 
 @pytest.fixture(scope="session")
-def schema() -> dict:
-    """The published table of datasets."""
-    return read_schema("run_file.json")
+def schema(program) -> dict:
+    """The table of datasets."""
+    return schemas()["run_file.json"]
 
 
 @pytest.fixture(scope="session")
-def series_schema() -> dict:
-    """The published table of datasets of a series."""
-    return read_schema("series.json")
-
-
-def read_schema(name: str) -> dict:
-    """One of the published schemas."""
-    path = ROOT / "schemas" / name
-    if not path.is_file():
-        pytest.fail(f"no {path}: run `contact3d-pipe schema`")
-    return json.loads(path.read_text())
+def series_schema(program) -> dict:
+    """The table of datasets of a series."""
+    return schemas()["series.json"]

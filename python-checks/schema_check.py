@@ -1,6 +1,12 @@
-"""Checking a run file against schemas/run_file.json: every group, dataset, attribute."""
+"""Checking a run file against the schema that the program writes: every group, dataset, attribute."""
 
+import json
+import os
 import re
+import subprocess
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import h5py
 import numpy as np
@@ -12,6 +18,16 @@ VTK_ATTRIBUTES = {"Type", "Version"}
 # On the group of the steps of a series.
 SERIES_ATTRIBUTES = {"NSteps"}
 NUMBERS = {"f64": np.dtype("<f8"), "f32": np.dtype("<f4"), "i64": np.dtype("<i8"), "u8": np.dtype("u1")}
+
+
+@cache
+def schemas() -> dict[str, dict]:
+    """The tables of datasets that the program writes, by the names of their files."""
+    built = Path(__file__).resolve().parent.parent / "target" / "release" / "contact3d-pipe"
+    program = os.environ.get("CONTACT3D_PIPE", built)
+    with TemporaryDirectory() as folder:
+        subprocess.run([program, "schema", folder], check=True, capture_output=True)
+        return {path.name: json.loads(path.read_text()) for path in Path(folder).glob("*.json")}
 
 
 def schema_problems(file: h5py.File, schema: dict) -> list[str]:
