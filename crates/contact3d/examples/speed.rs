@@ -59,11 +59,10 @@ fn main() -> Result<(), ProblemError> {
             operations / assembly.seconds.dual_operator
         );
     }
-    let mut work = contact3d::linalg::Workspace::default();
     let started = Instant::now();
     for _ in 0..SOLVES {
         let mut x = assembly.primal.load.clone();
-        assembly.factor.solve_in_place(&mut x, &mut work);
+        assembly.factor.solve_in_place(&mut x);
     }
     println!(
         "{:>15} {:8.3} s",

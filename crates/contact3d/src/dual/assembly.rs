@@ -11,9 +11,8 @@ use crate::{
         forces_of_prescribed, loose_motions, prescribed_displacements, stiffness_on,
     },
     linalg::{
-        CscMatrix, EngineCommand, EngineError, Factor, FactorError, FactorStructure, OrderingError,
-        Precision, RemoteFactor, Work, Workspace, add_scaled, expand_to_unknowns,
-        nested_dissection,
+        CscMatrix, EngineCommand, EngineError, Factor, FactorError, FactorStructure, Precision,
+        RemoteFactor, Work, add_scaled, expand_to_unknowns, nested_dissection,
     },
     mesh::Mesh,
     scene::{InvalidValue, Scene},
@@ -118,9 +117,6 @@ pub enum AssemblyError {
     /// The factorisation failed for another reason.
     #[error(transparent)]
     Factor(FactorError),
-    /// No ordering.
-    #[error(transparent)]
-    Ordering(#[from] OrderingError),
     /// Too little memory or disk space.
     #[error(transparent)]
     Shortage(#[from] Shortage),
@@ -167,7 +163,7 @@ impl Analysed {
         let (matrices, stiffness_seconds) = matrices;
         let (order, ordering_seconds) = order;
         let (stiffness, springs, (load, prescribed)) = matrices.map_err(AssemblyError::Scene)?;
-        let order = order?;
+        let order = order.map_err(AssemblyError::Factor)?;
         let (structure, analysis_seconds) = timed(|| FactorStructure::analyse(&stiffness, order));
         let seconds = AssemblySeconds {
             stiffness: graph_seconds + stiffness_seconds,
@@ -235,9 +231,8 @@ impl Analysed {
             .as_ref()
             .zip(self.primal.floating.as_ref())
         {
-            let mut work = Workspace::default();
             let mut spring_response = |force: &Vec<f64>| {
-                let solved = assembly.solve_refined(force, None, f64::EPSILON, &mut work);
+                let solved = assembly.solve_refined(force, None, f64::EPSILON);
                 solved.value.iter().map(|u| -u).collect()
             };
             let spring_response: Vec<Vec<f64>> = forces.iter().map(&mut spring_response).collect();
@@ -271,7 +266,7 @@ fn fill_reducing_order(
     mesh: &Mesh,
     graph: &NodeGraph,
     dofs: &DofMap,
-) -> Result<Vec<usize>, OrderingError> {
+) -> Result<Vec<usize>, FactorError> {
     let is_free = |node: usize| dofs.dof[node].iter().any(Option::is_some);
     let free: Vec<usize> = (0..dofs.dof.len()).filter(|&node| is_free(node)).collect();
     let mut place = vec![None; dofs.dof.len()];

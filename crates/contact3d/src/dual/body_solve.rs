@@ -4,8 +4,7 @@ use faer::{Mat, MatMut, Par, linalg::triangular_inverse::invert_lower_triangular
 
 use super::{Assembly, ExplicitDual};
 use crate::linalg::{
-    CgSolution, DenseCholesky, Doubled, Precision, StoppingRule, Workspace, conjugate_gradients,
-    norm,
+    CgSolution, DenseCholesky, Doubled, Precision, StoppingRule, conjugate_gradients, norm,
 };
 
 /// Steps of iterative refinement; each wins at least the digits that cond(A) leaves.
@@ -18,21 +17,21 @@ impl Assembly {
     /// The displacement A⁻¹l over the free degrees of freedom in m: the body without contact.
     #[must_use]
     pub fn unconstrained(&self) -> Vec<f64> {
-        self.solve(&self.primal.load, &mut Workspace::default())
+        self.solve(&self.primal.load)
     }
 
     /// The displacement A⁻¹f of nodal forces f in N over the free degrees of freedom, in m.
     #[must_use]
-    pub fn solve(&self, forces: &[f64], work: &mut Workspace) -> Vec<f64> {
+    pub fn solve(&self, forces: &[f64]) -> Vec<f64> {
         match self.factor.precision() {
-            Precision::Double => self.solve_once(forces, work),
-            Precision::Single => self.solve_refined(forces, None, f64::EPSILON, work).value,
+            Precision::Double => self.solve_once(forces),
+            Precision::Single => self.solve_refined(forces, None, f64::EPSILON).value,
         }
     }
 
-    fn solve_once(&self, forces: &[f64], work: &mut Workspace) -> Vec<f64> {
+    fn solve_once(&self, forces: &[f64]) -> Vec<f64> {
         let mut displacement = forces.to_vec();
-        self.factor.solve_in_place(&mut displacement, work);
+        self.factor.solve_in_place(&mut displacement);
         displacement
     }
 
@@ -40,20 +39,15 @@ impl Assembly {
     pub(crate) fn solve_several(&self, forces: &[Vec<f64>], share: f64) -> Vec<Vec<f64>> {
         let forces: Vec<&[f64]> = forces.iter().map(Vec::as_slice).collect();
         let accuracy = StoppingRule { share, length: 0.0 };
-        let (a, work) = (self.primal.invertible(), &mut Workspace::default());
-        let solved = conjugate_gradients(a, &self.factor, &forces, accuracy, work);
+        let a = self.primal.invertible();
+        let solved = conjugate_gradients(a, &self.factor, &forces, accuracy);
         solved.into_iter().map(|solved| solved.solution).collect()
     }
 
     /// A⁻¹f by conjugate gradients.
-    pub(super) fn by_gradients(
-        &self,
-        forces: &[f64],
-        accuracy: StoppingRule,
-        work: &mut Workspace,
-    ) -> CgSolution {
+    pub(super) fn by_gradients(&self, forces: &[f64], accuracy: StoppingRule) -> CgSolution {
         let a = self.primal.invertible();
-        conjugate_gradients(a, &self.factor, &[forces], accuracy, work).remove(0)
+        conjugate_gradients(a, &self.factor, &[forces], accuracy).remove(0)
     }
 
     /// A⁻¹f from a start, or from zero, refined with residuals in twice the working precision until the
@@ -64,7 +58,6 @@ impl Assembly {
         forces: &[f64],
         start: Option<&Doubled>,
         target: f64,
-        work: &mut Workspace,
     ) -> Doubled {
         let mut displacement = match start {
             Some(start) => start.clone(),
@@ -80,7 +73,7 @@ impl Assembly {
                     .invertible()
                     .symmetric_residual(&displacement, forces),
             };
-            let (correction, left) = self.correction(&residual, whole, target, work);
+            let (correction, left) = self.correction(&residual, whole, target);
             let size = norm(&correction);
             // A first correction of no more than rounding changes nothing; NaN ends here too.
             if !(size > 0.0 && size < 0.5 * last) {
@@ -104,19 +97,13 @@ impl Assembly {
     }
 
     /// A⁻¹r for the residual r of a displacement of length `whole`, and the share of it that is left, where that is known.
-    fn correction(
-        &self,
-        residual: &[f64],
-        whole: f64,
-        target: f64,
-        work: &mut Workspace,
-    ) -> (Vec<f64>, Option<f64>) {
+    fn correction(&self, residual: &[f64], whole: f64, target: f64) -> (Vec<f64>, Option<f64>) {
         match self.factor.precision() {
-            Precision::Double => (self.solve_once(residual, work), None),
+            Precision::Double => (self.solve_once(residual), None),
             Precision::Single => {
                 let least = if whole > 0.0 { 0.0 } else { target };
                 let (share, length) = (CG_LEFT.max(least), target * whole);
-                let solved = self.by_gradients(residual, StoppingRule { share, length }, work);
+                let solved = self.by_gradients(residual, StoppingRule { share, length });
                 let left = solved.left();
                 (solved.solution, Some(left))
             }

@@ -6,7 +6,7 @@ use super::{Assembly, Balance, ExplicitDual, dense::subtract_product};
 use crate::{
     contact::{ContactFrame, Coupling, Interface, MultiplierLayout},
     elasticity::DofMap,
-    linalg::{CscMatrix, Doubled, Work, Workspace, add_scaled},
+    linalg::{CscMatrix, Doubled, Work, add_scaled},
     mesh::ContactSurface,
 };
 
@@ -223,14 +223,9 @@ impl ContactSystem {
     /// The displacement u = A⁻¹(l − Bᵀλ) over the free degrees of freedom in m; u = A_κ⁻¹(l − Bᵀλ) + R α of x = (λ, α) where the
     /// body floats.
     #[must_use]
-    pub fn displacement(
-        &self,
-        assembly: &Assembly,
-        unknowns: &[f64],
-        work: &mut Workspace,
-    ) -> Vec<f64> {
+    pub fn displacement(&self, assembly: &Assembly, unknowns: &[f64]) -> Vec<f64> {
         let (multiplier, motion) = self.parts(unknowns);
-        let mut displacement = assembly.solve(&self.forces(assembly, multiplier), work);
+        let mut displacement = assembly.solve(&self.forces(assembly, multiplier));
         self.add_motion(motion, &mut displacement);
         displacement
     }
@@ -252,7 +247,7 @@ impl ContactSystem {
         target: f64,
     ) -> Doubled {
         let forces = self.forces(assembly, self.parts(unknowns).0);
-        assembly.solve_refined(&forces, start, target, &mut Workspace::default())
+        assembly.solve_refined(&forces, start, target)
     }
 
     /// l − Bᵀλ in N.

@@ -1,7 +1,7 @@
 //! The dual operator of a body that its supports hold: through the factor, or as a dense matrix.
 
 use super::{Assembly, ContactSystem, DualOperator, ExplicitDual, PrimalOperator};
-use crate::linalg::{Factor, Workspace};
+use crate::linalg::Factor;
 
 /// S, and the displacements of the body behind it.
 ///
@@ -16,7 +16,6 @@ pub struct ContactOperator<'a> {
     contact: &'a ContactSystem,
     /// The supernodes that contact forces reach, without a dense S.
     reach: Vec<usize>,
-    work: Workspace,
     applications: usize,
 }
 
@@ -30,7 +29,6 @@ impl<'a> ContactOperator<'a> {
             assembly,
             contact,
             reach: assembly.factor.structure().reach(touched),
-            work: Workspace::default(),
             applications: 0,
         }
     }
@@ -47,7 +45,6 @@ impl<'a> ContactOperator<'a> {
             assembly,
             contact,
             reach: Vec::new(),
-            work: Workspace::default(),
             applications: 0,
         }
     }
@@ -71,10 +68,8 @@ impl DualOperator for ContactOperator<'_> {
         let coupling = &self.contact.coupling;
         let mut moved = coupling.nodal_forces(multiplier);
         match &*self.assembly.factor {
-            Factor::Double(factor) => factor.solve_reached(&self.reach, &mut moved, &mut self.work),
-            Factor::Single(_) | Factor::Remote(_) => {
-                moved = self.assembly.solve(&moved, &mut self.work)
-            }
+            Factor::Double(factor) => factor.solve_reached(&self.reach, &mut moved),
+            Factor::Single(_) | Factor::Remote(_) => moved = self.assembly.solve(&moved),
         }
         coupling.integrate(&moved)
     }
@@ -87,8 +82,7 @@ impl DualOperator for ContactOperator<'_> {
 impl PrimalOperator for ContactOperator<'_> {
     fn to_primal(&mut self, multiplier: &[f64]) -> Vec<f64> {
         self.applications += 1;
-        self.contact
-            .displacement(self.assembly, multiplier, &mut self.work)
+        self.contact.displacement(self.assembly, multiplier)
     }
 
     fn tangential_displacement(&mut self, multiplier: &[f64]) -> Option<Vec<[f64; 2]>> {

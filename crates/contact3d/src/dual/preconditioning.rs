@@ -1,7 +1,7 @@
 //! Whether a factor in single precision serves a problem: measured, not assumed.
 
 use super::{ContactSystem, DualSystem, ExplicitDual, LocalStiffness};
-use crate::linalg::{StoppingRule, Workspace, difference, norm};
+use crate::linalg::{StoppingRule, difference, norm};
 
 /// The error that one step may leave: of conjugate gradients on A, and of corrections by the dense operator.
 const SLOWEST: f64 = 0.1;
@@ -54,8 +54,7 @@ impl DualSystem {
             share: LEFT,
             length: 0.0,
         };
-        let work = &mut Workspace::default();
-        let solved = self.assembly.by_gradients(forces, accuracy, work);
+        let solved = self.assembly.by_gradients(forces, accuracy);
         let contraction = solved.contraction();
         (solved.solution, contraction)
     }

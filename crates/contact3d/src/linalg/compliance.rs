@@ -12,11 +12,11 @@ use super::{
     dense::multiply,
     factor::CholeskyFactor,
     forward_rows::ForwardRows,
-    front_plan::{SparseColumn, SupernodeTree},
-    half_solve::SupernodeColumns,
+    half_solve::{SparseColumn, SupernodeColumns},
     precision::Scalar,
     sparse::CscMatrix,
-    work::Work,
+    structure::SupernodeTree,
+    tasks::Work,
 };
 
 /// Columns of W that go back together; multiples of 48 fill the tiles of the AVX-512 kernels.

@@ -5,9 +5,8 @@ use faer::{
     dyn_stack::{MemBuffer, MemStack},
     sparse::{SymbolicSparseColMatRef, linalg::amd as faer_amd},
 };
-use thiserror::Error;
 
-use super::sparse::CscMatrix;
+use super::{sparse::CscMatrix, structure::FactorError};
 
 /// Parts of at most this many nodes are ordered by minimum degree.
 const LEAF_NODES: usize = 100;
@@ -61,18 +60,18 @@ struct Subgraph {
 /// result does not depend on the number of threads. Complexity O(n log² n).
 ///
 /// # Errors
-/// [`OrderingError`] when the arrays do not describe a graph with one point per node, or memory
+/// [`FactorError`] when the arrays do not describe a graph with one point per node, or memory
 /// runs out.
 pub fn nested_dissection(
     indptr: &[usize],
     indices: &[usize],
     points: &[[f64; 3]],
-) -> Result<Vec<usize>, OrderingError> {
+) -> Result<Vec<usize>, FactorError> {
     let nodes = points.len();
     let rising = indptr.windows(2).all(|pair| pair[0] <= pair[1]);
     let ends = indptr.first() == Some(&0) && indptr.last() == Some(&indices.len());
     if indptr.len() != nodes + 1 || !rising || !ends || indices.iter().any(|&node| node >= nodes) {
-        return Err(OrderingError::NotAGraph { nodes });
+        return Err(FactorError::NotAGraph { nodes });
     }
     Subgraph::whole(indptr, indices, points).dissect()
 }
@@ -126,7 +125,7 @@ impl Subgraph {
 
     /// The ordering of this part's nodes in the mesh's numbers: one side, the other side, the
     /// separator.
-    fn dissect(self) -> Result<Vec<usize>, OrderingError> {
+    fn dissect(self) -> Result<Vec<usize>, FactorError> {
         let is_leaf = self.len() <= LEAF_NODES;
         let Some(split) = (!is_leaf).then(|| best_split(&self)).flatten() else {
             let order = amd_of_pattern(&self.indptr, &self.indices)?;
@@ -376,39 +375,14 @@ fn split_at(part: &Subgraph, cut: &Cut, rank: &[usize]) -> Split {
     split
 }
 
-/// Why no ordering was made.
-#[derive(Clone, Debug, Error, PartialEq)]
-pub enum OrderingError {
-    /// The matrix is not square.
-    #[error("an ordering needs a square matrix, got {rows} × {cols}")]
-    NotSquare {
-        /// Number of rows.
-        rows: usize,
-        /// Number of columns.
-        cols: usize,
-    },
-    /// Pointers and neighbours do not describe a graph of the given nodes.
-    #[error("adjacency arrays do not describe a graph of {nodes} nodes")]
-    NotAGraph {
-        /// Number of nodes.
-        nodes: usize,
-    },
-    /// Work space could not be allocated, or an index overflowed.
-    #[error("not enough memory to order {rows} rows")]
-    OutOfMemory {
-        /// Number of rows.
-        rows: usize,
-    },
-}
-
 /// Approximate minimum degree ordering of a symmetric matrix, new → old: row i of PAPᵀ is row
 /// `result[i]` of A.
 ///
 /// # Errors
-/// [`OrderingError`] for a matrix that is not square or too large for memory.
-pub fn amd(a: &CscMatrix) -> Result<Vec<usize>, OrderingError> {
+/// [`FactorError`] for a matrix that is not square or too large for memory.
+pub fn amd(a: &CscMatrix) -> Result<Vec<usize>, FactorError> {
     if a.rows != a.cols {
-        return Err(OrderingError::NotSquare {
+        return Err(FactorError::NotSquare {
             rows: a.rows,
             cols: a.cols,
         });
@@ -420,9 +394,9 @@ pub fn amd(a: &CscMatrix) -> Result<Vec<usize>, OrderingError> {
 pub(super) fn amd_of_pattern(
     indptr: &[usize],
     indices: &[usize],
-) -> Result<Vec<usize>, OrderingError> {
+) -> Result<Vec<usize>, FactorError> {
     let n = indptr.len() - 1;
-    let failure = OrderingError::OutOfMemory { rows: n };
+    let failure = FactorError::OutOfMemory { size: n };
     let mut order = vec![0_usize; n];
     let mut inverse = vec![0_usize; n];
     let scratch = faer_amd::order_scratch::<usize>(n, indices.len());

@@ -15,7 +15,7 @@ use std::{
 
 use thiserror::Error;
 
-use super::{analysis::FactorStructure, sparse::CscMatrix, vector::power_of_two_near_largest};
+use super::{sparse::CscMatrix, structure::FactorStructure, vector::power_of_two_near_largest};
 
 /// The first bytes of an engine.
 const GREETING: &[u8; 8] = b"C3DENG01";

@@ -6,14 +6,15 @@ use std::ops::Range;
 use faer::{Accum, MatMut};
 use rayon::prelude::*;
 
-use super::analysis::FactorStructure;
-use super::dense::multiply;
-use super::factor::CholeskyFactor;
-use super::front_plan::{FrontPlan, SparseColumn, SupernodeTree};
-use super::half_solve::SupernodeColumns;
-use super::precision::Scalar;
-use super::sparse::CscMatrix;
-use super::work::Work;
+use super::{
+    dense::multiply,
+    factor::CholeskyFactor,
+    half_solve::{FrontPlan, SparseColumn, SupernodeColumns},
+    precision::Scalar,
+    sparse::CscMatrix,
+    structure::{FactorStructure, SupernodeTree},
+    tasks::Work,
+};
 
 /// Rows and columns of a tile of the dual operator.
 const TILE: usize = 144;

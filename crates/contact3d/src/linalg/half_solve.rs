@@ -8,17 +8,86 @@ use faer::{
 use rayon::prelude::*;
 
 use super::{
-    analysis::{FactorStructure, Front},
     dense::multiply,
     factor::CholeskyFactor,
-    front_plan::{FrontPlan, SparseColumn, SupernodeTree, positions},
     precision::Scalar,
-    work::Work,
+    structure::{FactorStructure, Front, SupernodeTree, positions},
+    tasks::Work,
 };
 
 /// Columns of a front that are solved together; multiples of 48 fill the tiles of the AVX-512
 /// kernels.
 const CHUNK_COLUMNS: usize = 144;
+
+/// A sparse right-hand side: unknowns (new numbering, ascending) and their coefficients.
+pub(super) type SparseColumn = Vec<(usize, f64)>;
+
+/// The reached supernodes with their right-hand sides, and who passes its update to whom.
+pub(super) struct FrontPlan {
+    /// Supernode and right-hand sides, ascending.
+    pub(super) reached: Vec<(usize, Vec<usize>)>,
+    /// The part of each one's parent.
+    pub(super) parent: Vec<Option<usize>>,
+    pub(super) children: Vec<Vec<usize>>,
+}
+
+impl FrontPlan {
+    /// Passes each right-hand side up the tree from the unknowns it is nonzero on.
+    pub(super) fn new(
+        supernodes: usize,
+        tree: &SupernodeTree,
+        right_hand_sides: &[SparseColumn],
+        included: impl Fn(usize) -> bool,
+    ) -> Self {
+        let mut columns: Vec<Vec<usize>> = vec![Vec::new(); supernodes];
+        for (column, entries) in right_hand_sides.iter().enumerate() {
+            for &(unknown, _) in entries {
+                let mut next = Some(tree.owner[unknown]);
+                while let Some(s) =
+                    next.filter(|&s| included(s) && columns[s].last() != Some(&column))
+                {
+                    columns[s].push(column);
+                    next = tree.parent[s];
+                }
+            }
+        }
+        let reached = columns.into_iter().enumerate();
+        let reached = reached.filter(|(_, columns)| !columns.is_empty());
+        let reached: Vec<(usize, Vec<usize>)> = reached.collect();
+        let part_of = |s: usize| reached.binary_search_by_key(&s, |part| part.0).ok();
+        let parents = reached
+            .iter()
+            .map(|(s, _)| tree.parent[*s].and_then(part_of));
+        let parent: Vec<Option<usize>> = parents.collect();
+        let mut children = vec![Vec::new(); reached.len()];
+        for (k, parent) in parent.iter().enumerate() {
+            if let Some(parent) = *parent {
+                children[parent].push(k);
+            }
+        }
+        Self {
+            reached,
+            parent,
+            children,
+        }
+    }
+
+    /// The parts by their height in the forest, leaves first.
+    pub(super) fn levels(&self) -> Vec<Vec<usize>> {
+        let mut height = vec![0; self.reached.len()];
+        let mut levels: Vec<Vec<usize>> = Vec::new();
+        for k in 0..self.reached.len() {
+            if height[k] == levels.len() {
+                levels.push(Vec::new());
+            }
+            levels[height[k]].push(k);
+            if let Some(parent) = self.parent[k] {
+                height[parent] = height[parent].max(height[k] + 1);
+            }
+        }
+        levels
+    }
+}
 
 /// Some columns of L⁻¹ on one supernode.
 #[derive(Clone, Debug)]

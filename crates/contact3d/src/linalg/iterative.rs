@@ -1,8 +1,7 @@
 //! Iterative solvers: preconditioned conjugate gradients, and GMRES.
 
 use super::{
-    precision::Factor,
-    solve::Workspace,
+    factor::Factor,
     sparse::CscMatrix,
     vector::{add_combination, add_scaled, dot, norm, orthogonalise},
 };
@@ -47,7 +46,6 @@ pub(crate) fn conjugate_gradients(
     factor: &Factor,
     rhs: &[&[f64]],
     accuracy: StoppingRule,
-    work: &mut Workspace,
 ) -> Vec<CgSolution> {
     let mut iterations: Vec<Iteration> = rhs.iter().map(|b| Iteration::new(b)).collect();
     loop {
@@ -57,7 +55,7 @@ pub(crate) fn conjugate_gradients(
             break;
         }
         let residuals = active.iter_mut().map(|it| &mut it.preconditioned[..]);
-        factor.solve_several(&mut residuals.collect::<Vec<_>>(), work);
+        factor.solve_several(&mut residuals.collect::<Vec<_>>());
         for iteration in active {
             iteration.judge(accuracy);
             if !iteration.is_done {

@@ -17,21 +17,21 @@ mod compliance;
 mod dense;
 mod dissection;
 mod eigenvalues;
+mod eliminate;
 mod engine;
 mod factor;
 mod forward_rows;
-mod front_plan;
 mod fronts;
 mod half_solve;
 mod iterative;
 mod nonnegative;
 mod panel_solve;
 mod precision;
-mod refinement;
 mod solve;
 mod sparse;
+mod structure;
+mod tasks;
 mod vector;
-mod work;
 
 #[cfg(test)]
 #[path = "../../tests/rooms/linalg/brick.rs"]
@@ -39,22 +39,20 @@ mod test_brick;
 #[cfg(test)]
 mod tests;
 
-pub use analysis::FactorStructure;
 pub use dense::DenseLu;
 pub(crate) use dense::{DenseCholesky, product, transpositions};
-pub use dissection::{OrderingError, amd, expand_to_unknowns, nested_dissection};
+pub use dissection::{amd, expand_to_unknowns, nested_dissection};
 pub use eigenvalues::largest_eigenvalue;
 pub(crate) use eigenvalues::{
     distance_to_one, figures_by_products, least_modulus, spectral_radius,
 };
 pub use engine::{EngineCommand, EngineError, EngineReport, RemoteFactor};
-pub use factor::{CholeskyFactor, FactorError, PartsError};
+pub use factor::{CholeskyFactor, Factor};
 pub(crate) use iterative::{CgSolution, StoppingRule, conjugate_gradients, gmres, gmres_several};
 pub(crate) use nonnegative::nonnegative_least_squares;
-pub use precision::{Factor, Precision, Scalar};
-pub use refinement::Doubled;
-pub use solve::Workspace;
-pub use sparse::{CscMatrix, SparseError};
+pub use precision::{Precision, Scalar};
+pub use sparse::CscMatrix;
+pub use structure::{FactorError, FactorStructure, PartsError};
+pub use tasks::Work;
+pub use vector::{Doubled, add_scaled, difference, dot, norm, power_of_two_near_largest};
 pub(crate) use vector::{add_combination, orthogonalise, vectorised};
-pub use vector::{add_scaled, difference, dot, norm, power_of_two_near_largest};
-pub use work::Work;

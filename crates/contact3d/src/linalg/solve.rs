@@ -3,48 +3,16 @@
 use std::{ops::Range, sync::Mutex};
 
 use super::{
-    analysis::FactorStructure,
     factor::CholeskyFactor,
-    fronts::{SubtreeTask, ascend, descend, locked, split},
     panel_solve::{backward, forward},
     precision::Scalar,
+    structure::FactorStructure,
+    tasks::{SubtreeTask, ascend, descend, locked, split},
     vector::{power_of_two_near_largest, vectorised},
 };
 
 /// Right-hand sides solved together: in single precision one vector register holds a row of them.
 const SEVERAL: usize = 8;
-
-/// Memory of solves, kept between calls.
-#[derive(Debug, Default)]
-pub struct Workspace {
-    pub(super) single: ScratchPool<f32, 1>,
-    pub(super) double: ScratchPool<f64, 1>,
-}
-
-/// One scratch memory for each thread at work.
-#[derive(Debug, Default)]
-pub struct ScratchPool<T, const N: usize>(Mutex<Vec<Scratch<T, N>>>);
-
-/// Memory of a solve of N right-hand sides on some supernodes.
-#[derive(Debug, Default)]
-pub(super) struct Scratch<T, const N: usize> {
-    /// The unknowns, in the new numbering; only those that the supernodes touch mean something.
-    pub(super) unknowns: Vec<[T; N]>,
-    /// The part of them that one supernode touches.
-    panel: Vec<[T; N]>,
-}
-
-impl<T: Copy + Default, const N: usize> ScratchPool<T, N> {
-    pub(super) fn take(&self, unknowns: usize) -> Scratch<T, N> {
-        let mut scratch = locked(&self.0).pop().unwrap_or_default();
-        scratch.unknowns.resize(unknowns, [T::default(); N]);
-        scratch
-    }
-
-    pub(super) fn put(&self, scratch: Scratch<T, N>) {
-        locked(&self.0).push(scratch);
-    }
-}
 
 /// A subtree of less than this share of the coefficients is one task.
 const SMALLEST_SHARE: f64 = 1.0 / 16.0;
@@ -71,8 +39,8 @@ impl<T: Scalar> CholeskyFactor<T> {
     ///
     /// # Panics
     /// When `rhs` does not have one entry per unknown.
-    pub fn solve_in_place(&self, rhs: &mut [f64], work: &mut Workspace) {
-        self.solve_block(&mut [rhs], Supernodes::All, T::scratch(work));
+    pub fn solve_in_place(&self, rhs: &mut [f64]) {
+        self.solve_block::<1>(&mut [rhs], None, &Mutex::default());
     }
 
     /// Solves A x = b in place on the unknowns of the reached supernodes only.
@@ -82,21 +50,21 @@ impl<T: Scalar> CholeskyFactor<T> {
     ///
     /// # Panics
     /// When `rhs` does not have one entry per unknown or `reach` is from a larger factor.
-    pub(crate) fn solve_reached(&self, reach: &[usize], rhs: &mut [f64], work: &mut Workspace) {
-        self.solve_block(&mut [rhs], Supernodes::Reached(reach), T::scratch(work));
+    pub(crate) fn solve_reached(&self, reach: &[usize], rhs: &mut [f64]) {
+        self.solve_block::<1>(&mut [rhs], Some(reach), &Mutex::default());
     }
 
     /// Solves for several right-hand sides, eight at a time: reading the factor takes most of the time of a solve.
     ///
     /// # Panics
     /// As [`Self::solve_in_place`].
-    pub(super) fn solve_several(&self, rhs: &mut [&mut [f64]], work: &mut Workspace) {
+    pub(super) fn solve_several(&self, rhs: &mut [&mut [f64]]) {
         if let [one] = rhs {
-            return self.solve_in_place(one, work);
+            return self.solve_in_place(one);
         }
-        let pool = ScratchPool::<T, SEVERAL>::default();
+        let memory = Mutex::default();
         for block in rhs.chunks_mut(SEVERAL) {
-            self.solve_block(block, Supernodes::All, &pool);
+            self.solve_block::<SEVERAL>(block, None, &memory);
         }
     }
 
@@ -104,8 +72,8 @@ impl<T: Scalar> CholeskyFactor<T> {
     fn solve_block<const N: usize>(
         &self,
         block: &mut [&mut [f64]],
-        supernodes: Supernodes<'_>,
-        pool: &ScratchPool<T, N>,
+        reach: Option<&[usize]>,
+        memory: &Mutex<Vec<Vec<[T; N]>>>,
     ) {
         let unit = |rhs: &&mut [f64]| {
             assert_eq!(rhs.len(), self.size(), "length of a right-hand side");
@@ -117,8 +85,8 @@ impl<T: Scalar> CholeskyFactor<T> {
         }
         let units: Vec<f64> = units.iter().map(|unit| unit.unwrap_or(1.0)).collect();
         let permutation = &self.structure.permutation;
-        let mut permuted = pool.take(self.size());
-        for (row, &old) in permuted.unknowns.iter_mut().zip(permutation) {
+        let mut permuted = vec![[T::default(); N]; self.size()];
+        for (row, &old) in permuted.iter_mut().zip(permutation) {
             for ((unknown, rhs), unit) in row.iter_mut().zip(&*block).zip(&units) {
                 *unknown = T::rounded(rhs[old] / unit);
             }
@@ -126,29 +94,25 @@ impl<T: Scalar> CholeskyFactor<T> {
         let solve = TreeSolve {
             factor: self,
             tasks: &self.structure.solve_tasks(),
-            supernodes,
-            pool,
+            reach,
+            memory,
         };
-        solve.forward(&mut permuted.unknowns);
-        solve.backward(&mut permuted.unknowns);
-        for (&old, row) in permutation.iter().zip(&permuted.unknowns) {
+        solve.forward(&mut permuted);
+        solve.backward(&mut permuted);
+        for (&old, row) in permutation.iter().zip(&permuted) {
             for ((unknown, rhs), unit) in row.iter().zip(&mut *block).zip(&units) {
                 rhs[old] = unknown.to_double() * unit;
             }
         }
-        pool.put(permuted);
     }
 
     /// L⁻¹ on the unknowns over the given ascending supernodes.
-    pub(super) fn forward<const N: usize>(
+    fn forward<const N: usize>(
         &self,
         supernodes: impl Iterator<Item = usize>,
-        scratch: &mut Scratch<T, N>,
+        unknowns: &mut [[T; N]],
     ) {
-        let Scratch {
-            unknowns,
-            panel: sums,
-        } = scratch;
+        let mut sums = Vec::new();
         vectorised(
             #[inline(always)]
             || {
@@ -158,7 +122,7 @@ impl<T: Scalar> CholeskyFactor<T> {
                     sums.clear();
                     sums.extend_from_slice(&unknowns[columns.clone()]);
                     sums.resize(front.rows.len(), [T::default(); N]);
-                    forward(values, front.width, sums);
+                    forward(values, front.width, &mut sums);
                     unknowns[columns].copy_from_slice(&sums[..front.width]);
                     for (&row, sum) in front.below().iter().zip(&sums[front.width..]) {
                         add(&mut unknowns[row], sum);
@@ -169,15 +133,12 @@ impl<T: Scalar> CholeskyFactor<T> {
     }
 
     /// L⁻ᵀ on the unknowns over the given descending supernodes.
-    pub(super) fn backward<const N: usize>(
+    fn backward<const N: usize>(
         &self,
         supernodes: impl Iterator<Item = usize>,
-        scratch: &mut Scratch<T, N>,
+        unknowns: &mut [[T; N]],
     ) {
-        let Scratch {
-            unknowns,
-            panel: known,
-        } = scratch;
+        let mut known = Vec::new();
         vectorised(
             #[inline(always)]
             || {
@@ -185,7 +146,7 @@ impl<T: Scalar> CholeskyFactor<T> {
                     let (front, values) = self.panel(s);
                     known.clear();
                     known.extend(front.rows.iter().map(|&row| unknowns[row]));
-                    backward(values, front.width, known);
+                    backward(values, front.width, &mut known);
                     unknowns[self.structure.columns(s)].copy_from_slice(&known[..front.width]);
                 }
             },
@@ -200,35 +161,14 @@ fn add<T: Scalar, const N: usize>(row: &mut [T; N], other: &[T; N]) {
     }
 }
 
-/// What a solve visits.
-#[derive(Clone, Copy)]
-enum Supernodes<'a> {
-    All,
-    /// Ascending, and with each all above it.
-    Reached(&'a [usize]),
-}
-
-impl Supernodes<'_> {
-    /// Those of a range, ascending.
-    fn within(self, range: Range<usize>) -> impl DoubleEndedIterator<Item = usize> {
-        let (all, reached) = match self {
-            Self::All => (range, &[][..]),
-            Self::Reached(reach) => {
-                let [first, end] =
-                    [range.start, range.end].map(|s| reach.partition_point(|r| *r < s));
-                (0..0, &reach[first..end])
-            }
-        };
-        all.chain(reached.iter().copied())
-    }
-}
-
 /// Substitution along the elimination tree, subtrees side by side.
 struct TreeSolve<'a, T, const N: usize> {
     factor: &'a CholeskyFactor<T>,
     tasks: &'a [SubtreeTask],
-    supernodes: Supernodes<'a>,
-    pool: &'a ScratchPool<T, N>,
+    /// The supernodes to visit, ascending, with each all above it; `None` for all.
+    reach: Option<&'a [usize]>,
+    /// Vectors of all unknowns that no thread uses now; only entries that a task has written mean something.
+    memory: &'a Mutex<Vec<Vec<[T; N]>>>,
 }
 
 impl<T: Scalar, const N: usize> TreeSolve<'_, T, N> {
@@ -243,21 +183,21 @@ impl<T: Scalar, const N: usize> TreeSolve<'_, T, N> {
             self.tasks.iter().map(|_| Mutex::default()).collect();
         ascend(self.tasks, |k| {
             let mut own = locked(&own[k]);
-            self.with_scratch(|scratch| {
+            self.with_unknowns(|unknowns| {
                 let columns = self.columns(k);
-                scratch.unknowns[columns.clone()].copy_from_slice(&own);
-                self.below(k)
-                    .iter()
-                    .for_each(|&row| scratch.unknowns[row] = [T::default(); N]);
+                unknowns[columns.clone()].copy_from_slice(&own);
+                for &row in self.below(k) {
+                    unknowns[row] = [T::default(); N];
+                }
                 for &child in &self.tasks[k].children {
                     let update = std::mem::take(&mut *locked(&updates[child]));
                     for (&row, value) in self.below(child).iter().zip(update) {
-                        add(&mut scratch.unknowns[row], &value);
+                        add(&mut unknowns[row], &value);
                     }
                 }
-                self.factor.forward(self.supernodes(k), scratch);
-                own.copy_from_slice(&scratch.unknowns[columns]);
-                *locked(&updates[k]) = self.values_below(k, scratch);
+                self.factor.forward(self.supernodes(k), unknowns);
+                own.copy_from_slice(&unknowns[columns]);
+                *locked(&updates[k]) = self.values_below(k, unknowns);
             });
             true
         });
@@ -273,25 +213,34 @@ impl<T: Scalar, const N: usize> TreeSolve<'_, T, N> {
         let known: Vec<Mutex<Vec<[T; N]>>> = self.tasks.iter().map(|_| Mutex::default()).collect();
         descend(self.tasks, |k| {
             let mut own = locked(&own[k]);
-            self.with_scratch(|scratch| {
+            self.with_unknowns(|unknowns| {
                 let columns = self.columns(k);
-                scratch.unknowns[columns.clone()].copy_from_slice(&own);
+                unknowns[columns.clone()].copy_from_slice(&own);
                 let known_here = std::mem::take(&mut *locked(&known[k]));
                 for (&row, value) in self.below(k).iter().zip(known_here) {
-                    scratch.unknowns[row] = value;
+                    unknowns[row] = value;
                 }
-                self.factor.backward(self.supernodes(k).rev(), scratch);
-                own.copy_from_slice(&scratch.unknowns[columns]);
+                self.factor.backward(self.supernodes(k).rev(), unknowns);
+                own.copy_from_slice(&unknowns[columns]);
                 for &child in &self.tasks[k].children {
-                    *locked(&known[child]) = self.values_below(child, scratch);
+                    *locked(&known[child]) = self.values_below(child, unknowns);
                 }
             });
         });
     }
 
-    /// The supernodes of a task that the solve visits.
+    /// The supernodes of a task that the solve visits, ascending.
     fn supernodes(&self, k: usize) -> impl DoubleEndedIterator<Item = usize> {
-        self.supernodes.within(self.tasks[k].supernodes.clone())
+        let range = self.tasks[k].supernodes.clone();
+        let (all, reached) = match self.reach {
+            None => (range, &[][..]),
+            Some(reach) => {
+                let [first, end] =
+                    [range.start, range.end].map(|s| reach.partition_point(|r| *r < s));
+                (0..0, &reach[first..end])
+            }
+        };
+        all.chain(reached.iter().copied())
     }
 
     fn columns(&self, k: usize) -> Range<usize> {
@@ -302,22 +251,18 @@ impl<T: Scalar, const N: usize> TreeSolve<'_, T, N> {
 
     /// The rows that a task shares with its ancestors.
     fn below(&self, k: usize) -> &[usize] {
-        self.factor
-            .structure
-            .front(self.tasks[k].supernodes.end - 1)
-            .below()
+        let last = self.tasks[k].supernodes.end - 1;
+        self.factor.structure.front(last).below()
     }
 
-    fn values_below(&self, k: usize, scratch: &Scratch<T, N>) -> Vec<[T; N]> {
-        self.below(k)
-            .iter()
-            .map(|&row| scratch.unknowns[row])
-            .collect()
+    fn values_below(&self, k: usize, unknowns: &[[T; N]]) -> Vec<[T; N]> {
+        self.below(k).iter().map(|&row| unknowns[row]).collect()
     }
 
-    fn with_scratch(&self, run: impl FnOnce(&mut Scratch<T, N>)) {
-        let mut scratch = self.pool.take(self.factor.size());
-        run(&mut scratch);
-        self.pool.put(scratch);
+    fn with_unknowns(&self, run: impl FnOnce(&mut [[T; N]])) {
+        let mut unknowns = locked(self.memory).pop().unwrap_or_default();
+        unknowns.resize(self.factor.size(), [T::default(); N]);
+        run(&mut unknowns);
+        locked(self.memory).push(unknowns);
     }
 }

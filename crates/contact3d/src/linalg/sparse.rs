@@ -1,7 +1,6 @@
 //! Compressed-column sparse matrices and their products.
 
 use rayon::prelude::*;
-use thiserror::Error;
 
 /// Stored entries below which a product runs on the calling thread: the work of fewer is shorter
 /// than waking the pool.
@@ -26,37 +25,6 @@ pub struct CscMatrix {
     pub data: Vec<f64>,
 }
 
-/// Why arrays do not describe a compressed-column matrix.
-#[derive(Clone, Debug, Error, PartialEq)]
-pub enum SparseError {
-    /// `indptr` has the wrong length or the wrong ends, or decreases.
-    #[error(
-        "column pointers do not rise from 0 to the {entries} stored entries over {cols} columns"
-    )]
-    ColumnPointers {
-        /// Number of columns.
-        cols: usize,
-        /// Number of stored entries.
-        entries: usize,
-    },
-    /// `indices` and `data` differ in length.
-    #[error("{indices} row indices but {data} coefficients")]
-    Lengths {
-        /// Length of `indices`.
-        indices: usize,
-        /// Length of `data`.
-        data: usize,
-    },
-    /// A row index is out of range, repeated or out of order.
-    #[error("row indices of column {column} are not strictly increasing below {rows}")]
-    RowIndices {
-        /// The offending column.
-        column: usize,
-        /// Number of rows.
-        rows: usize,
-    },
-}
-
 impl CscMatrix {
     /// A matrix without columns.
     #[must_use]
@@ -68,46 +36,6 @@ impl CscMatrix {
             indices: Vec::new(),
             data: Vec::new(),
         }
-    }
-
-    /// Builds a matrix from its arrays after checking them.
-    ///
-    /// # Errors
-    /// [`SparseError`] when lengths disagree, pointers decrease, or row indices are out of range,
-    /// repeated or unsorted.
-    pub fn new(
-        rows: usize,
-        cols: usize,
-        indptr: Vec<usize>,
-        indices: Vec<usize>,
-        data: Vec<f64>,
-    ) -> Result<Self, SparseError> {
-        let entries = indices.len();
-        if data.len() != entries {
-            return Err(SparseError::Lengths {
-                indices: entries,
-                data: data.len(),
-            });
-        }
-        let rising = indptr.windows(2).all(|pair| pair[0] <= pair[1]);
-        let ends = indptr.first() == Some(&0) && indptr.last() == Some(&entries);
-        if cols.checked_add(1) != Some(indptr.len()) || !rising || !ends {
-            return Err(SparseError::ColumnPointers { cols, entries });
-        }
-        for column in 0..cols {
-            let range = &indices[indptr[column]..indptr[column + 1]];
-            let sorted = range.windows(2).all(|pair| pair[0] < pair[1]);
-            if !sorted || range.last().is_some_and(|&row| row >= rows) {
-                return Err(SparseError::RowIndices { column, rows });
-            }
-        }
-        Ok(Self {
-            rows,
-            cols,
-            indptr,
-            indices,
-            data,
-        })
     }
 
     /// Rows and coefficients of one column.

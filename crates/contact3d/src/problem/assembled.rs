@@ -8,7 +8,6 @@ use super::{
 };
 use crate::{
     dual::{AssemblySeconds, DualSystem, LocalStiffness},
-    linalg::Workspace,
     mesh::Mesh,
     post::{ContactReport, ErrorBound, Rounding, Solved},
     scene::{InvalidValue, Scene, SolveSettings},
@@ -160,9 +159,8 @@ impl AssembledProblem {
         let (Some(dual), Some(contact)) = (&self.system.contact, self.contact_state()) else {
             return Solution::default();
         };
-        let mut work = Workspace::default();
         let mut solution = Solution {
-            displacement: dual.displacement(&self.system.assembly, &multiplier, &mut work),
+            displacement: dual.displacement(&self.system.assembly, &multiplier),
             ..Solution::default()
         };
         if let Some(explicit) = dual.explicit() {

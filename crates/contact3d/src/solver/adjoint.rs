@@ -17,7 +17,7 @@ use super::{
 };
 use crate::{
     dual::{ContactSystem, DualSystem, LocalStiffness},
-    linalg::{DenseLu, Workspace, add_scaled, gmres_several},
+    linalg::{DenseLu, add_scaled, gmres_several},
 };
 
 /// A pane is at a kink where its trial stress is this near to another zone, beside the largest pressure or its ellipse.
@@ -260,12 +260,11 @@ impl Linearised<'_> {
                 rhs.iter().map(solved).collect()
             }
             Rows::Products(levels) => {
-                let mut work = Workspace::default();
                 let rhs: Vec<&[f64]> = rhs.iter().map(Vec::as_slice).collect();
                 let solved =
                     gmres_several(&rhs, ADJOINT_GMRES_TOLERANCE, GMRES_MAX_APPLICATIONS, |v| {
                         let y: Vec<_> = v.iter().map(|v| levels.apply_transposed(v)).collect();
-                        self.transposed_products(&y, &mut work)
+                        self.transposed_products(&y)
                     });
                 solved.iter().map(|v| levels.apply_transposed(v)).collect()
             }
@@ -273,7 +272,7 @@ impl Linearised<'_> {
     }
 
     /// R'ᵀy = y + ζ/ρ − B A⁻¹(Bᵀζ + Cᵀτ) for several y, which share the reading of the factor.
-    fn transposed_products(&self, several: &[Vec<f64>], work: &mut Workspace) -> Vec<Vec<f64>> {
+    fn transposed_products(&self, several: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let transposed = several
             .iter()
             .map(|y| self.conditions.transposed(self.at, y));
@@ -283,7 +282,7 @@ impl Linearised<'_> {
             .map(|(by_rhs, by_slip)| self.contact_force(by_rhs, by_slip));
         let mut moved: Vec<Vec<f64>> = forces.collect();
         let mut columns: Vec<&mut [f64]> = moved.iter_mut().map(Vec::as_mut_slice).collect();
-        self.body.assembly.factor.solve_several(&mut columns, work);
+        self.body.assembly.factor.solve_several(&mut columns);
         let all = several.iter().zip(&transposed).zip(&moved);
         all.map(|((y, (by_rhs, _)), moved)| {
             let mut product = self.dual.coupling.integrate(moved);

@@ -22,7 +22,7 @@ use super::{
 use crate::{
     contact::CoulombLaw,
     dual::{ContactOperator, DualOperator},
-    linalg::{Precision, Workspace, add_scaled, gmres, norm},
+    linalg::{Precision, add_scaled, gmres, norm},
 };
 
 /// The shares of −R that GMRES leaves, and the factor of Eisenstat and Walker's second choice γ (‖Rₖ‖/‖Rₖ₋₁‖)². Less than the smallest
@@ -56,7 +56,6 @@ struct ProductNewton<'a> {
     stiffness: &'a [f64],
     /// The supernodes that forces at contact nodes reach.
     reach: Vec<usize>,
-    work: Workspace,
     history: Vec<NewtonStep>,
     applications: usize,
 }
@@ -111,7 +110,6 @@ impl ContactSolve<'_> {
             levels,
             stiffness,
             reach: reach(&self.body),
-            work: Workspace::default(),
             history: Vec::new(),
             applications: 0,
         };
@@ -298,7 +296,7 @@ impl ProductNewton<'_> {
         let rhs: Vec<f64> = from.at.residual.iter().map(|r| -r).collect();
         let solved = gmres(&rhs, share, GMRES_MAX_APPLICATIONS, |v| {
             let v = levels.apply(v);
-            let (gradient, slips) = change(self.problem, &self.reach, &v, &mut self.work);
+            let (gradient, slips) = change(self.problem, &self.reach, &v);
             self.applications += 1;
             self.conditions.derivative(&from.at, &v, &gradient, &slips)
         });
@@ -330,7 +328,7 @@ impl ProductNewton<'_> {
             let mut stresses = levels.apply(v);
             stresses[normals.end..].fill(0.0);
             self.applications += 1;
-            scaled(&change(self.problem, &self.reach, &stresses, &mut self.work).0)
+            scaled(&change(self.problem, &self.reach, &stresses).0)
         });
         let mut start = levels.apply(&solved);
         start[normals.end..].fill(0.0);
@@ -380,11 +378,10 @@ fn change(
     problem: &ContactSolve<'_>,
     reach: &[usize],
     stresses: &[f64],
-    work: &mut Workspace,
 ) -> (Vec<f64>, Vec<[f64; 2]>) {
     let ContactSolve { body, dual, .. } = problem;
     let mut moved = dual.coupling.nodal_forces(stresses);
     let factor = &body.assembly.factor;
-    factor.solve_reached(reach, &mut moved, work);
+    factor.solve_reached(reach, &mut moved);
     body.change(dual, moved, &[])
 }

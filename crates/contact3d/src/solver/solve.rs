@@ -34,7 +34,6 @@ use crate::{
         BalancedOperator, BodyOperator, ContactOperator, DualOperator, DualSystem, ExplicitDual,
         LocalStiffness, PrimalOperator,
     },
-    linalg::Workspace,
     scene::{Method, SolveSettings},
 };
 
@@ -72,10 +71,10 @@ pub fn solve(
 
 /// u = A⁻¹l.
 fn without_contact(system: &DualSystem) -> Solution {
-    let (assembly, work) = (&system.assembly, &mut Workspace::default());
+    let assembly = &system.assembly;
     let load = &assembly.primal.load;
     Solution {
-        displacement: assembly.solve_refined(load, None, f64::EPSILON, work).value,
+        displacement: assembly.solve_refined(load, None, f64::EPSILON).value,
         applications: 1,
         ..Solution::default()
     }

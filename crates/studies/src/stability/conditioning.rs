@@ -5,7 +5,7 @@ use faer::{MatRef, Side};
 use super::explicit_problem::ExplicitProblem;
 use contact3d::{
     dual::ExplicitDual,
-    linalg::{Workspace, dot, largest_eigenvalue},
+    linalg::{dot, largest_eigenvalue},
     post::ContactReport,
     solver::{Linearisation, Solution},
 };
@@ -91,10 +91,9 @@ fn scaled_condition(problem: &ExplicitProblem) -> f64 {
         a.mul(&scaled, &mut product);
         product.iter().zip(&root).map(|(v, d)| v / d).collect()
     });
-    let mut work = Workspace::default();
     let inverse = largest_eigenvalue(n, |v| {
         let scaled: Vec<f64> = v.iter().zip(&root).map(|(v, d)| v * d).collect();
-        let solved = assembly.solve(&scaled, &mut work);
+        let solved = assembly.solve(&scaled);
         solved.iter().zip(&root).map(|(v, d)| v * d).collect()
     });
     largest * inverse

@@ -9,7 +9,7 @@
 //! components is 1/√2 of their length: δ/3 remains, whichever way the projection on the ellipse
 //! contracts.
 
-use contact3d::{linalg::Workspace, post::Zone, solver::Solution};
+use contact3d::{post::Zone, solver::Solution};
 
 use crate::case::{Case, norm};
 
@@ -159,7 +159,7 @@ fn both(case: &Case, what: &str, changes: &[(usize, f64)], residual: f64) -> Vec
 /// λ + δ with the displacement A⁻¹(l − Bᵀ(λ + δ)).
 pub(crate) fn with_its_displacement(case: &Case, changes: &[(usize, f64)]) -> Solution {
     let assembly = &case.problem.system().assembly;
-    let moved = assembly.solve(&forces(case, changes), &mut Workspace::default());
+    let moved = assembly.solve(&forces(case, changes));
     let mut solution = changed(case, changes);
     for (u, moved) in solution.displacement.iter_mut().zip(&moved) {
         *u -= moved;

@@ -2,7 +2,7 @@
 
 use crate::{
     dual::{Balance, PrimalSystem},
-    linalg::{Workspace, gmres, norm},
+    linalg::{gmres, norm},
     solver::{
         PaneLaws, Solution,
         conditions::{Bound, Conditions, Evaluation},
@@ -41,7 +41,6 @@ impl ContactSolve<'_> {
         let (multiplier, _) = self.dual.parts(unknowns);
         // The motions count in units in which they cost as much as a stress.
         let size = steplength_of_motions(balance, &conditions.steplengths);
-        let mut work = Workspace::default();
         let step = gmres(
             &here.residual,
             GMRES_TOLERANCE,
@@ -50,7 +49,7 @@ impl ContactSolve<'_> {
                 let (stresses, motions) = self.dual.parts(v);
                 let motion: Vec<f64> = motions.iter().zip(&size).map(|(v, s)| v * s).collect();
                 let forces = self.dual.coupling.nodal_forces(stresses);
-                let moved = self.body.assembly.solve(&forces, &mut work);
+                let moved = self.body.assembly.solve(&forces);
                 let (mut gradient, slips) = self.body.change(self.dual, moved, &motion);
                 let carried = balance.map(|it| it.coupling.resultant_of(stresses, &motion));
                 gradient.extend(carried.into_iter().flatten().map(|g| -g));

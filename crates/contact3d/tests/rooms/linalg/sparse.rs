@@ -1,6 +1,6 @@
 //! Compressed columns.
 
-use contact3d::linalg::{CscMatrix, SparseError};
+use contact3d::linalg::CscMatrix;
 use proptest::prelude::*;
 
 /// A random matrix of at most 7 × 7 as a dense table.
@@ -25,7 +25,13 @@ fn compress(table: &[Vec<f64>]) -> CscMatrix {
         }
         indptr.push(indices.len());
     }
-    CscMatrix::new(rows, cols, indptr, indices, data).expect("valid by construction")
+    CscMatrix {
+        rows,
+        cols,
+        indptr,
+        indices,
+        data,
+    }
 }
 
 proptest! {
@@ -46,37 +52,4 @@ proptest! {
         prop_assert_eq!(&y, &by_transpose);
         prop_assert_eq!(matrix.transpose().transpose(), matrix);
     }
-}
-
-#[test]
-fn damaged_arrays_are_refused() {
-    let build = |indptr: &[usize], indices: &[usize]| {
-        CscMatrix::new(3, 2, indptr.to_vec(), indices.to_vec(), vec![1.0; 3]).map(|_| ())
-    };
-    assert_eq!(build(&[0, 1, 3], &[0, 1, 2]), Ok(()));
-    let pointers = Err(SparseError::ColumnPointers {
-        cols: 2,
-        entries: 3,
-    });
-    for indptr in [
-        &[0, 1][..],
-        &[1, 1, 3],
-        &[0, 2, 1],
-        &[0, 4, 3],
-        &[0, 1, 2],
-        &[],
-    ] {
-        assert_eq!(build(indptr, &[0, 1, 2]), pointers);
-    }
-    let rows = Err(SparseError::RowIndices { column: 1, rows: 3 });
-    for indices in [[0, 1, 3], [0, 1, 1], [0, 2, 1]] {
-        assert_eq!(build(&[0, 1, 3], &indices), rows);
-    }
-    assert_eq!(
-        build(&[0, 1, 2], &[0, 1]),
-        Err(SparseError::Lengths {
-            indices: 2,
-            data: 3
-        })
-    );
 }

@@ -13,8 +13,8 @@ use faer::reborrow::{Reborrow, ReborrowMut};
 use faer::{Accum, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
-use super::super::dense::{cholesky, multiply};
-use super::super::precision::Scalar;
+use super::dense::{cholesky, multiply};
+use super::precision::Scalar;
 
 /// Columns eliminated together, and the inner length of every product: what faer's kernels are fastest at, since two operands
 /// of 256 × 256 stay in a core's second cache.

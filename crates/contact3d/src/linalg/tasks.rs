@@ -1,32 +1,30 @@
-//! Which supernodes one thread treats, and in which order tasks run.
+//! Long steps along the elimination tree: what one thread treats, in which order tasks run, and how far they are.
 
-use std::ops::Range;
-use std::sync::{
-    Mutex,
-    atomic::{AtomicUsize, Ordering},
+use std::{
+    ops::Range,
+    sync::{
+        Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicU64, AtomicUsize, Ordering},
+    },
 };
 
 use rayon::ScopeFifo;
 
-use super::super::analysis::{FactorStructure, Front};
+use super::structure::{FactorStructure, Front};
 
 /// Supernodes that one thread treats one after another: a subtree, or one supernode above the subtrees.
 #[derive(Clone, Debug, PartialEq)]
-pub(in super::super) struct SubtreeTask {
+pub(super) struct SubtreeTask {
     /// In postorder.
-    pub(in super::super) supernodes: Range<usize>,
+    pub(super) supernodes: Range<usize>,
     /// Tasks whose updates the last supernode takes, ascending.
-    pub(in super::super) children: Vec<usize>,
-    pub(in super::super) parent: Option<usize>,
+    pub(super) children: Vec<usize>,
+    pub(super) parent: Option<usize>,
 }
 
 impl FactorStructure {
     /// Cuts the elimination tree into tasks, in postorder; subtrees of less than `share` of all the work are not cut.
-    pub(in super::super) fn tasks(
-        &self,
-        work: impl Fn(Front<'_>) -> f64,
-        share: f64,
-    ) -> Vec<SubtreeTask> {
+    pub(super) fn tasks(&self, work: impl Fn(Front<'_>) -> f64, share: f64) -> Vec<SubtreeTask> {
         let tree = self.supernode_tree();
         let work: Vec<f64> = (0..self.supernodes())
             .map(|s| work(self.front(s)))
@@ -56,7 +54,7 @@ impl FactorStructure {
 }
 
 /// The part of each task in values of which those of supernode s begin at `offsets[s]`.
-pub(in super::super) fn split<'a, V>(
+pub(super) fn split<'a, V>(
     tasks: &[SubtreeTask],
     offsets: &[usize],
     values: &'a mut [V],
@@ -74,7 +72,7 @@ pub(in super::super) fn split<'a, V>(
 
 /// Runs every task after its children, side by side where the tree allows; a task that returns false keeps its ancestors
 /// from running.
-pub(in super::super) fn ascend(tasks: &[SubtreeTask], run: impl Fn(usize) -> bool + Sync) {
+pub(super) fn ascend(tasks: &[SubtreeTask], run: impl Fn(usize) -> bool + Sync) {
     let waiting: Vec<AtomicUsize> = tasks
         .iter()
         .map(|task| AtomicUsize::new(task.children.len()))
@@ -96,7 +94,7 @@ pub(in super::super) fn ascend(tasks: &[SubtreeTask], run: impl Fn(usize) -> boo
 }
 
 /// Runs every task after its parent, side by side where the tree allows.
-pub(in super::super) fn descend(tasks: &[SubtreeTask], run: impl Fn(usize) + Sync) {
+pub(super) fn descend(tasks: &[SubtreeTask], run: impl Fn(usize) + Sync) {
     fn from<'s>(
         k: usize,
         tasks: &'s [SubtreeTask],
@@ -117,4 +115,43 @@ pub(in super::super) fn descend(tasks: &[SubtreeTask], run: impl Fn(usize) + Syn
             scope.spawn_fifo(move |scope| from(root, tasks, run, scope));
         }
     });
+}
+
+/// Operations of a step, counted before it begins, and those that are done.
+#[derive(Debug, Default)]
+pub struct Work {
+    total: f64,
+    done: AtomicU64,
+}
+
+impl Work {
+    /// Work of some operations, none of which is done.
+    #[must_use]
+    pub fn of(total: f64) -> Self {
+        Self {
+            total,
+            done: AtomicU64::new(0),
+        }
+    }
+
+    /// Notes that operations are done.
+    pub(super) fn add(&self, operations: f64) {
+        self.done.fetch_add(operations as u64, Ordering::Relaxed);
+    }
+
+    /// The share that is done, from 0 to 1; 0 where there is nothing to do.
+    #[must_use]
+    pub fn share(&self) -> f64 {
+        let done = self.done.load(Ordering::Relaxed) as f64;
+        if self.total > 0.0 {
+            (done / self.total).min(1.0)
+        } else {
+            0.0
+        }
+    }
+}
+
+/// The content of a mutex, whether or not a thread that held it panicked.
+pub(super) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
