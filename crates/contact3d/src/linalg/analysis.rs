@@ -168,10 +168,10 @@ const NONE: usize = usize::MAX;
 
 /// A subtree of at most this many columns becomes one supernode: the zeros it then stores cost less than the many small fronts,
 /// in factorisation and in solves.
-const SMALLEST: usize = 32;
+const MERGED_COLUMNS: usize = 32;
 
 impl FactorStructure {
-    /// Merges every largest subtree of the elimination tree with at most [`SMALLEST`] columns into one supernode.
+    /// Merges every largest subtree of the elimination tree with at most [`MERGED_COLUMNS`] columns into one supernode.
     ///
     /// The rows of a descendant are its ancestors' columns inside the subtree, or rows of the subtree's root: so the rows of the
     /// whole are its columns and the rows below its root.
@@ -179,7 +179,7 @@ impl FactorStructure {
         let columns = |s: usize| self.columns(s).len();
         let pieces = self
             .supernode_tree()
-            .pieces(columns, |columns| columns <= SMALLEST);
+            .pieces(columns, |columns| columns <= MERGED_COLUMNS);
         let mut merged = Self {
             permutation: self.permutation.clone(),
             ..Self::empty()

@@ -12,15 +12,12 @@ use super::{
     dense::multiply,
     factor::CholeskyFactor,
     forward_rows::ForwardRows,
-    half_solve::{SparseColumn, SupernodeColumns},
+    half_solve::{BLOCK_COLUMNS, SparseColumn, SupernodeColumns},
     precision::Scalar,
     sparse::CscMatrix,
     structure::SupernodeTree,
     tasks::Work,
 };
-
-/// Columns of W that go back together; multiples of 48 fill the tiles of the AVX-512 kernels.
-const BLOCK_COLUMNS: usize = 144;
 
 /// How L⁻ᵀW is computed on the selected unknowns: a backward pass on the top of the elimination
 /// tree, and for the selected unknowns of the subtrees T below it

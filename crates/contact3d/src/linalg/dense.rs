@@ -43,12 +43,13 @@ pub(super) fn cholesky<T: Scalar>(matrix: MatMut<'_, T>) -> Result<(), usize> {
         .map_err(|LltError::NonPositivePivot { index }| index)
 }
 
-/// Order from which on several threads are faster than one in factorising: 14 ms against 17 at 1,296, 62 against 96 at 2,304 on two.
-const ORDER_FOR_THREADS: usize = 1000;
+/// Order of a matrix from which on several threads factorise it faster than one: 14 ms against 17 at 1,296, 62 against 96 at 2,304
+/// on two.
+const PARALLEL_ORDER: usize = 1000;
 
 /// The threads for a dense matrix of order n. They share the entries of products but no sum, so the bits are those of one thread.
 fn threads_for(n: usize) -> Par {
-    if n < ORDER_FOR_THREADS || rayon::current_num_threads() < 2 {
+    if n < PARALLEL_ORDER || rayon::current_num_threads() < 2 {
         Par::Seq
     } else {
         Par::rayon(0)
@@ -136,11 +137,6 @@ impl DenseLu {
     }
 }
 
-/// How much is added to a diagonal of ones when rounding has made a matrix indefinite, in units of n ε, and by which factor this
-/// grows until a factor exists.
-const SHIFT: f64 = 1.0;
-const SHIFT_GROWTH: f64 = 16.0;
-
 /// LLᵀ of a positive definite matrix.
 #[derive(Debug, Clone)]
 pub(crate) struct DenseCholesky {
@@ -177,11 +173,12 @@ impl DenseCholesky {
     }
 }
 
-/// Shifts from n ε on to n, beyond which a matrix of unit diagonal is diagonally dominant.
+/// What is added to a diagonal of ones until a matrix that rounding has made indefinite has a factor: from n ε on, each 16 times the
+/// one before, to n, beyond which it is diagonally dominant.
 fn shifts(n: usize) -> impl Iterator<Item = f64> {
     let n = n as f64;
-    let grown = move |shift: &f64| (*shift < n).then_some(shift * SHIFT_GROWTH);
-    std::iter::successors(Some(SHIFT * n * f64::EPSILON), grown)
+    let grown = move |shift: &f64| (*shift < n).then_some(16.0 * shift);
+    std::iter::successors(Some(n * f64::EPSILON), grown)
 }
 
 /// The number of transpositions that a permutation is made of, up to an even number.
@@ -201,11 +198,11 @@ pub(crate) fn transpositions(permutation: &[usize]) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use super::{DenseLu, ORDER_FOR_THREADS, transpositions};
+    use super::{DenseLu, PARALLEL_ORDER, transpositions};
 
     #[test]
     fn the_bits_of_a_factor_are_the_same_at_any_number_of_threads() {
-        for n in [ORDER_FOR_THREADS - 1, ORDER_FOR_THREADS, 1203] {
+        for n in [PARALLEL_ORDER - 1, PARALLEL_ORDER, 1203] {
             let entry = |k: usize| (k as f64 * 0.754_877_666).fract() - 0.5;
             let matrix: Vec<f64> = (0..n * n).map(entry).collect();
             let factor = |threads: usize| {

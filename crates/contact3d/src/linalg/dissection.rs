@@ -14,9 +14,6 @@ const LEAF_NODES: usize = 100;
 /// Parts above this many nodes are dissected in parallel.
 const PARALLEL_NODES: usize = 2000;
 
-/// Edges shorter along an axis than this share of the longest count as lying across it.
-const ACROSS: f64 = 1e-6;
-
 /// The sweeps that look at coordinates go along the axes and the body diagonals: even nodes of the
 /// mesh of five tetrahedra per cube form a face-centred lattice, whose sparsest planes are {111}.
 const DIRECTIONS: [[f64; 3]; 7] = [
@@ -32,8 +29,8 @@ const DIRECTIONS: [[f64; 3]; 7] = [
 /// Nodes whose places along a sweep differ by less than this share of a cell lie in one plane.
 const PLANE_TOLERANCE: f64 = 1e-3;
 
-/// The smallest share of a part's nodes on either side of a cut.
-const SMALLEST_SHARE: f64 = 0.22;
+/// The smallest fraction of a part's nodes on either side of a cut.
+const MIN_SIDE: f64 = 0.22;
 
 /// Weight of the work inside the two sides against that of the separator in [`cost`].
 const SIDE_WEIGHT: f64 = 0.125;
@@ -183,7 +180,7 @@ fn cell_scaled(indptr: &[usize], indices: &[usize], points: &[[f64; 3]]) -> Vec<
             extents.extend(indices[range[0]..range[1]].iter().map(extent));
         }
         let longest = extents.iter().copied().fold(0.0, f64::max);
-        extents.retain(|&extent| extent > ACROSS * longest);
+        extents.retain(|&extent| extent > 1e-6 * longest);
         let middle = extents.len() / 2;
         if extents.is_empty() {
             0.0
@@ -203,8 +200,8 @@ fn cell_scaled(indptr: &[usize], indices: &[usize], points: &[[f64; 3]]) -> Vec<
 /// The nearest multiple of 2⁻¹⁶ cells, so that nodes of one lattice plane stay in one plane
 /// whatever roundings their coordinates carry.
 fn on_grid(coordinate: f64) -> f64 {
-    const STEPS: f64 = 65536.0;
-    (coordinate * STEPS).round() / STEPS
+    let steps = 65536.0;
+    (coordinate * steps).round() / steps
 }
 
 /// A part's nodes in three sets, each increasing, no edge joining the first two.
@@ -327,7 +324,7 @@ fn best_cut(part: &Subgraph, rank: &[usize]) -> Option<Cut> {
         before[own + 1] += 1;
         before[highest + 1] -= 1;
     }
-    let smallest = (nodes as f64 * SMALLEST_SHARE) as usize;
+    let smallest = (nodes as f64 * MIN_SIDE) as usize;
     let (mut size_after, mut size_before) = (0, 0);
     let mut best: Option<Cut> = None;
     for position in 1..nodes {

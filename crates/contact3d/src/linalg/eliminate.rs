@@ -18,10 +18,10 @@ use super::precision::Scalar;
 
 /// Columns eliminated together, and the inner length of every product: what faer's kernels are fastest at, since two operands
 /// of 256 × 256 stay in a core's second cache.
-const BLOCK: usize = 256;
+const ELIMINATED_COLUMNS: usize = 256;
 
 /// Rows and columns of a tile.
-const TILE: usize = 384;
+const TILE_ROWS: usize = 384;
 
 /// Eliminates the columns of a panel (height × width, column-major) and writes −L₂₁L₂₁ᵀ to the lower triangle of the update,
 /// (height − width)², column-major.
@@ -35,8 +35,8 @@ pub(super) fn eliminate<T: Scalar>(
     update: &mut [T],
 ) -> Result<(), usize> {
     let mut panel = MatMut::from_column_major_slice_mut(panel, height, width);
-    for first in (0..width).step_by(BLOCK) {
-        let count = BLOCK.min(width - first);
+    for first in (0..width).step_by(ELIMINATED_COLUMNS) {
+        let count = ELIMINATED_COLUMNS.min(width - first);
         let trailing = panel
             .rb_mut()
             .submatrix_mut(first, first, height - first, width - first);
@@ -82,7 +82,7 @@ fn subtract_gram<T: Scalar>(factor: MatRef<'_, T>, target: MatMut<'_, T>, start:
     let mut rest = target;
     let mut column = 0;
     while rest.ncols() > 0 {
-        let count = TILE.min(rest.ncols());
+        let count = TILE_ROWS.min(rest.ncols());
         let (columns, next) = rest.split_at_col_mut(count);
         let mut below = columns.split_at_row_mut(column).1;
         let mut row = column;
@@ -97,8 +97,8 @@ fn subtract_gram<T: Scalar>(factor: MatRef<'_, T>, target: MatMut<'_, T>, start:
         rest = next;
     }
     tiles.into_par_iter().for_each(|(row, column, mut tile)| {
-        for first in (0..factor.ncols()).step_by(BLOCK) {
-            let count = BLOCK.min(factor.ncols() - first);
+        for first in (0..factor.ncols()).step_by(ELIMINATED_COLUMNS) {
+            let count = ELIMINATED_COLUMNS.min(factor.ncols() - first);
             let accum = if first == 0 { start } else { Accum::Add };
             let left = factor.submatrix(row, first, tile.nrows(), count);
             let right = factor
@@ -132,6 +132,6 @@ fn subtract_gram<T: Scalar>(factor: MatRef<'_, T>, target: MatMut<'_, T>, start:
 
 /// The first rows, as many as a tile has, and the others.
 fn split_rows<T>(rows: MatMut<'_, T>) -> (MatMut<'_, T>, MatMut<'_, T>) {
-    let count = TILE.min(rows.nrows());
+    let count = TILE_ROWS.min(rows.nrows());
     rows.split_at_row_mut(count)
 }

@@ -20,24 +20,8 @@ use super::{sparse::CscMatrix, structure::FactorStructure, vector::power_of_two_
 /// The first bytes of an engine.
 const GREETING: &[u8; 8] = b"C3DENG01";
 
-/// Requests of the protocol.
-const FACTORISE: u64 = 1;
-const SOLVE: u64 = 2;
-const COMPLIANCE: u64 = 3;
-
-/// How long an engine may take until it greets: `mpirun` on many machines takes seconds.
-const GREETING_TIME: Duration = Duration::from_secs(60);
-
-/// How long an engine may take to end when its input does, and to show how it ended when its answers do; how often that is looked at.
-const ENDING_TIME: Duration = Duration::from_secs(10);
-const STATUS_TIME: Duration = Duration::from_secs(1);
-const POLL: Duration = Duration::from_millis(2);
-
-/// Longest text that an engine may answer.
-const LONGEST_TEXT: u64 = 1 << 16;
-
 /// Right-hand sides that are sent together.
-const COLUMNS: usize = 64;
+const SENT_COLUMNS: usize = 64;
 
 /// The command line that starts an engine, such as `mpirun -n 4 contact3d-mumps`.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -194,7 +178,7 @@ impl RemoteFactor {
 
     /// Solves A x = b in place for several right-hand sides, to single precision.
     pub(super) fn solve_several(&self, rhs: &mut [&mut [f64]]) {
-        for block in rhs.chunks_mut(COLUMNS) {
+        for block in rhs.chunks_mut(SENT_COLUMNS) {
             self.solve_block(block);
         }
     }
@@ -212,8 +196,8 @@ impl RemoteFactor {
         }
         let (n, m) = (self.scale.len(), transposed.cols);
         let (mut operator, mut matrix) = (Vec::new(), Vec::new());
-        for first in (0..m).step_by(COLUMNS) {
-            let last = (first + COLUMNS).min(m);
+        for first in (0..m).step_by(SENT_COLUMNS) {
+            let last = (first + SENT_COLUMNS).min(m);
             let mut moved = vec![vec![0.0; n]; last - first];
             for (moved, j) in moved.iter_mut().zip(first..last) {
                 transposed
@@ -338,9 +322,9 @@ impl Engine {
         let requests = child.stdin.take().map(BufWriter::new);
         let mut answers = BufReader::new(child.stdout.take().expect("asked for a pipe"));
         let (sender, receiver) = mpsc::channel();
-        // A program that waits for input never greets, so the wait has to end here.
+        // A program that waits for input never greets, so the wait has to end here; `mpirun` on many machines takes seconds.
         thread::spawn(move || sender.send(greeting(&mut answers).map(|name| (name, answers))));
-        match receiver.recv_timeout(GREETING_TIME) {
+        match receiver.recv_timeout(Duration::from_secs(60)) {
             Ok(Ok((name, answers))) => Ok(Self {
                 name,
                 child,
@@ -364,7 +348,7 @@ impl Engine {
             Asked::Refused(reason) => EngineError::Refused { name, reason },
             Asked::Io(error) => EngineError::Ended {
                 name,
-                reason: match self.ended_within(STATUS_TIME) {
+                reason: match self.ended_within(Duration::from_secs(1)) {
                     Some(status) => status.to_string(),
                     None => error.to_string(),
                 },
@@ -384,10 +368,11 @@ impl Engine {
             if began.elapsed() >= time {
                 return None;
             }
-            thread::sleep(POLL);
+            thread::sleep(Duration::from_millis(2));
         }
     }
 
+    /// Request 1 of the protocol.
     fn factorise(
         &mut self,
         order: &[usize],
@@ -397,7 +382,7 @@ impl Engine {
     ) -> Result<(EngineReport, Vec<f32>), Asked> {
         let (n, m) = (lower.cols, transposed.cols);
         self.send_integers(&[
-            FACTORISE,
+            1,
             n as u64,
             lower.data.len() as u64,
             m as u64,
@@ -415,8 +400,9 @@ impl Engine {
         Ok((report, finite(self.numbers(m * m)?)?))
     }
 
+    /// Request 2.
     fn solve(&mut self, rhs: &[f32], n: usize) -> Result<Vec<f32>, Asked> {
-        self.send_integers(&[SOLVE, (rhs.len() / n.max(1)) as u64])?;
+        self.send_integers(&[2, (rhs.len() / n.max(1)) as u64])?;
         for part in rhs.chunks(1 << 16) {
             let bytes: Vec<u8> = part.iter().flat_map(|value| value.to_le_bytes()).collect();
             self.send(&bytes)?;
@@ -431,6 +417,7 @@ impl Engine {
         }
     }
 
+    /// Request 3.
     fn compliance(
         &mut self,
         selection: &CscMatrix,
@@ -438,7 +425,7 @@ impl Engine {
         length: usize,
     ) -> Result<Vec<f32>, Asked> {
         let (c, entries) = (selection.cols as u64, selection.data.len() as u64);
-        self.send_integers(&[COMPLIANCE, c, entries])?;
+        self.send_integers(&[3, c, entries])?;
         self.send_matrix(selection, unit)?;
         self.answered()?;
         finite(self.numbers(length)?)
@@ -530,7 +517,8 @@ fn read_integer(answers: &mut impl Read) -> io::Result<u64> {
 
 fn read_text(answers: &mut impl Read) -> io::Result<String> {
     let length = read_integer(answers)?;
-    if length > LONGEST_TEXT {
+    // No engine has so much to say.
+    if length > 1 << 16 {
         return Err(io::ErrorKind::InvalidData.into());
     }
     let mut bytes = vec![0; length as usize];
@@ -540,10 +528,10 @@ fn read_text(answers: &mut impl Read) -> io::Result<String> {
 }
 
 impl Drop for Engine {
-    /// Closes its input, at which an engine ends; one that failed or does not end in time is killed.
+    /// Closes its input, at which an engine ends; one that failed or does not end within ten seconds is killed.
     fn drop(&mut self) {
         self.requests = None;
-        if self.failure.is_some() || self.ended_within(ENDING_TIME).is_none() {
+        if self.failure.is_some() || self.ended_within(Duration::from_secs(10)).is_none() {
             let _ = self.child.kill();
             let _ = self.child.wait();
         }

@@ -9,15 +9,12 @@ use rayon::prelude::*;
 use super::{
     dense::multiply,
     factor::CholeskyFactor,
-    half_solve::{FrontPlan, SparseColumn, SupernodeColumns},
+    half_solve::{BLOCK_COLUMNS, FrontPlan, SparseColumn, SupernodeColumns},
     precision::Scalar,
     sparse::CscMatrix,
     structure::{FactorStructure, SupernodeTree},
     tasks::Work,
 };
-
-/// Rows and columns of a tile of the dual operator.
-const TILE: usize = 144;
 
 /// W = L⁻¹PBᵀ for a sparse B, each column kept on the supernodes its row of B reaches only.
 ///
@@ -110,8 +107,8 @@ impl<T: Scalar> ForwardRows<'_, T> {
     /// symmetric.
     pub(crate) fn gram(&self) -> Vec<f64> {
         let rows = self.order.len();
-        let count = rows.div_ceil(TILE);
-        let range = |i: usize| i * TILE..((i + 1) * TILE).min(rows);
+        let count = rows.div_ceil(BLOCK_COLUMNS);
+        let range = |i: usize| i * BLOCK_COLUMNS..((i + 1) * BLOCK_COLUMNS).min(rows);
         let pairs: Vec<(Range<usize>, Range<usize>)> = (0..count)
             .flat_map(|j| (j..count).map(move |i| (range(i), range(j))))
             .collect();

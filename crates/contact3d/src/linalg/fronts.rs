@@ -18,9 +18,6 @@ use super::{
     tasks::{SubtreeTask, Work, ascend, locked, split},
 };
 
-/// A subtree of less than this share of all operations is one task.
-const SMALLEST_SHARE: f64 = 1.0 / 64.0;
-
 /// Why there is no factor.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Failure {
@@ -62,7 +59,7 @@ pub(super) fn factorise<T: Scalar>(
     values: &mut [T],
     work: &Work,
 ) -> Result<(), Failure> {
-    let tasks = structure.tasks(|front| front.operations(), SMALLEST_SHARE);
+    let tasks = structure.tasks(|front| front.operations(), 1.0 / 64.0);
     let run = Run {
         structure,
         a,
@@ -171,7 +168,7 @@ impl<T: Scalar> Run<'_, T> {
 }
 
 /// Columns of a front that are assembled together.
-const CHUNK_COLUMNS: usize = 64;
+const ASSEMBLED_COLUMNS: usize = 64;
 
 /// What the subtree of a supernode subtracts from the rows below it: the lower triangle of a square matrix, column-major.
 #[derive(Debug)]
@@ -275,32 +272,27 @@ fn add_children<T: Scalar>(
     height: usize,
 ) {
     let chunks = columns
-        .par_chunks_mut((height * CHUNK_COLUMNS).max(1))
+        .par_chunks_mut((height * ASSEMBLED_COLUMNS).max(1))
         .enumerate();
     chunks.for_each(|(i, columns)| {
         for child in children {
-            child.add_to(columns, first_column + i * CHUNK_COLUMNS, first_row, height);
+            child.add_to(
+                columns,
+                first_column + i * ASSEMBLED_COLUMNS,
+                first_row,
+                height,
+            );
         }
     });
 }
 
 /// Bytes above which a buffer is given back to the system instead: only the lower triangle of an update is ever touched, and a
 /// buffer that serves another update is touched elsewhere.
-const LARGEST_KEPT: usize = 32 << 20;
-
-/// Bytes kept in all: without a limit, a quarter of the factor lies idle at n_div = 32, and nothing is faster.
-const MOST_KEPT: usize = 64 << 20;
+const POOLED_BYTES: usize = 32 << 20;
 
 /// Buffers that no update uses now.
 #[derive(Default)]
-struct Free<T> {
-    buffers: Vec<Vec<T>>,
-    bytes: usize,
-}
-
-/// Where updates take their memory from.
-#[derive(Default)]
-struct Buffers<T>(Mutex<Free<T>>);
+struct Buffers<T>(Mutex<Vec<Vec<T>>>);
 
 impl<T: Scalar> Buffers<T> {
     /// At least `length` numbers of any value; `None` where there is no memory for them.
@@ -310,27 +302,26 @@ impl<T: Scalar> Buffers<T> {
         if length == 0 {
             return Some(Vec::new());
         }
-        if length * size_of::<T>() > LARGEST_KEPT {
+        if length * size_of::<T>() > POOLED_BYTES {
             return zeros(length);
         }
         let length = length.next_power_of_two();
         let mut free = locked(&self.0);
-        let fits = |buffer: &Vec<T>| buffer.len() == length;
-        if let Some(place) = free.buffers.iter().rposition(fits) {
-            free.bytes -= length * size_of::<T>();
-            return Some(free.buffers.swap_remove(place));
+        if let Some(place) = free.iter().rposition(|buffer| buffer.len() == length) {
+            return Some(free.swap_remove(place));
         }
         drop(free);
         zeros(length)
     }
 
-    /// Gives a buffer back.
+    /// Gives a buffer back. At most twice the size of the largest is kept: without a limit, a quarter of the factor lies idle at
+    /// n_div = 32, and nothing is faster.
     fn put(&self, buffer: Vec<T>) {
-        let bytes = size_of_val(&buffer[..]);
+        let bytes = |buffer: &Vec<T>| size_of_val(&buffer[..]);
         let mut free = locked(&self.0);
-        if bytes <= LARGEST_KEPT && free.bytes + bytes <= MOST_KEPT {
-            free.bytes += bytes;
-            free.buffers.push(buffer);
+        let kept: usize = free.iter().map(bytes).sum();
+        if bytes(&buffer) <= POOLED_BYTES && kept + bytes(&buffer) <= 2 * POOLED_BYTES {
+            free.push(buffer);
         }
     }
 }

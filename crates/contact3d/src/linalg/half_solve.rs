@@ -15,9 +15,8 @@ use super::{
     tasks::Work,
 };
 
-/// Columns of a front that are solved together; multiples of 48 fill the tiles of the AVX-512
-/// kernels.
-const CHUNK_COLUMNS: usize = 144;
+/// Columns that are solved, multiplied or sent back together; multiples of 48 fill the tiles of the AVX-512 kernels.
+pub(super) const BLOCK_COLUMNS: usize = 144;
 
 /// A sparse right-hand side: unknowns (new numbering, ascending) and their coefficients.
 pub(super) type SparseColumn = Vec<(usize, f64)>;
@@ -196,10 +195,10 @@ impl<T: Scalar> CholeskyFactor<T> {
         let children: Vec<ChildUpdate<'_, T>> = plan.children[k].iter().map(update_of).collect();
         let mut front = vec![T::default(); height * columns.len()];
         front
-            .par_chunks_mut(height * CHUNK_COLUMNS)
+            .par_chunks_mut(height * BLOCK_COLUMNS)
             .enumerate()
             .for_each(|(chunk, front)| {
-                let start = chunk * CHUNK_COLUMNS;
+                let start = chunk * BLOCK_COLUMNS;
                 let count = front.len() / height;
                 let own = panel.first..panel.first + panel.width;
                 for (target, &column) in front.chunks_exact_mut(height).zip(&columns[start..]) {

@@ -6,9 +6,6 @@ use super::{
     vector::{add_combination, add_scaled, dot, norm, orthogonalise},
 };
 
-/// Most steps; a factor that needs more is of no use.
-const MOST_STEPS: usize = 200;
-
 /// An approximate solution and how it was reached.
 #[derive(Debug, Clone)]
 pub(crate) struct CgSolution {
@@ -110,8 +107,8 @@ impl Iteration {
                 self.is_done = true;
             }
         }
-        // A load of zero, and numbers that are none, end at once.
-        let goes_on = rho > 0.0 && reached.steps < MOST_STEPS;
+        // A load of zero, and numbers that are none, end at once; a factor that needs more steps is of no use.
+        let goes_on = rho > 0.0 && reached.steps < 200;
         self.is_done |= !goes_on;
         let beta = rho / self.rho;
         for (d, z) in self.direction.iter_mut().zip(&self.preconditioned) {

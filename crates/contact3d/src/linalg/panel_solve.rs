@@ -6,10 +6,10 @@ use super::precision::Scalar;
 
 /// Columns treated together: each entry of the running sums is then loaded once for four
 /// coefficients.
-const COLUMNS: usize = 4;
+const UNROLLED: usize = 4;
 
 /// Rows treated together in the dot products of one right-hand side.
-const LANES: usize = 8;
+const DOT_LANES: usize = 8;
 
 /// Replaces the leading `width` rows of N right-hand sides by their solution with the diagonal block of a column-major panel
 /// and adds −L_below times it to the rest.
@@ -18,7 +18,7 @@ pub(super) fn forward<T: Scalar, const N: usize>(values: &[T], width: usize, x: 
     let height = x.len();
     let mut k = 0;
     while k < width {
-        let block = COLUMNS.min(width - k);
+        let block = UNROLLED.min(width - k);
         for c in k..k + block {
             let column = &values[c * height..(c + 1) * height];
             x[c] = x[c].map(|x| x / column[c]);
@@ -29,7 +29,7 @@ pub(super) fn forward<T: Scalar, const N: usize>(values: &[T], width: usize, x: 
         }
         let (solved, rest) = x.split_at_mut(k + block);
         let tail = |c: usize| &values[c * height + k + block..(c + 1) * height];
-        if block == COLUMNS {
+        if block == UNROLLED {
             subtract_four(from_fn(|c| tail(k + c)), from_fn(|c| solved[k + c]), rest);
         } else {
             for c in k..k + block {
@@ -50,15 +50,15 @@ pub(super) fn backward<T: Scalar, const N: usize>(values: &[T], width: usize, x:
     let mut end = width;
     while end > 0 {
         // the incomplete block comes last in the forward pass, so first here
-        let block = if end.is_multiple_of(COLUMNS) {
-            COLUMNS
+        let block = if end.is_multiple_of(UNROLLED) {
+            UNROLLED
         } else {
-            end % COLUMNS
+            end % UNROLLED
         };
         let k = end - block;
         let (unknown, known) = x.split_at_mut(end);
         let tail = |c: usize| &values[c * height + end..(c + 1) * height];
-        if block == COLUMNS {
+        if block == UNROLLED {
             let dots = four_dots(from_fn(|c| tail(k + c)), known);
             for (x, dot) in unknown[k..].iter_mut().zip(dots) {
                 subtract(x, dot, one);
@@ -89,8 +89,8 @@ fn subtract<T: Scalar, const N: usize>(x: &mut [T; N], factor: [T; N], coefficie
 /// y −= Σ columns[k] · factors[k].
 #[inline(always)]
 fn subtract_four<T: Scalar, const N: usize>(
-    columns: [&[T]; COLUMNS],
-    factors: [[T; N]; COLUMNS],
+    columns: [&[T]; UNROLLED],
+    factors: [[T; N]; UNROLLED],
     y: &mut [[T; N]],
 ) {
     let n = y.len();
@@ -116,15 +116,15 @@ fn dot<T: Scalar, const N: usize>(column: &[T], y: &[[T; N]]) -> [T; N] {
 /// The products columns[k]ᵀ y; those of one right-hand side are summed in interleaved parts.
 #[inline(always)]
 fn four_dots<T: Scalar, const N: usize>(
-    columns: [&[T]; COLUMNS],
+    columns: [&[T]; UNROLLED],
     y: &[[T; N]],
-) -> [[T; N]; COLUMNS] {
+) -> [[T; N]; UNROLLED] {
     let columns = columns.map(|column| &column[..y.len()]);
     if N == 1 {
         return interleaved_dots(columns, y.as_flattened()).map(|dot| [dot; N]);
     }
     let [a, b, c, d] = columns;
-    let mut sums = [[T::default(); N]; COLUMNS];
+    let mut sums = [[T::default(); N]; UNROLLED];
     for (i, y) in y.iter().enumerate() {
         add_products(&mut sums[0], &[a[i]; N], y);
         add_products(&mut sums[1], &[b[i]; N], y);
@@ -135,10 +135,10 @@ fn four_dots<T: Scalar, const N: usize>(
 }
 
 #[inline(always)]
-fn interleaved_dots<T: Scalar>(columns: [&[T]; COLUMNS], y: &[T]) -> [T; COLUMNS] {
-    let [a, b, c, d] = columns.map(|column| column.as_chunks::<LANES>());
-    let (whole, rest) = y.as_chunks::<LANES>();
-    let mut sums = [[T::default(); LANES]; COLUMNS];
+fn interleaved_dots<T: Scalar>(columns: [&[T]; UNROLLED], y: &[T]) -> [T; UNROLLED] {
+    let [a, b, c, d] = columns.map(|column| column.as_chunks::<DOT_LANES>());
+    let (whole, rest) = y.as_chunks::<DOT_LANES>();
+    let mut sums = [[T::default(); DOT_LANES]; UNROLLED];
     for ((((y, a), b), c), d) in whole.iter().zip(a.0).zip(b.0).zip(c.0).zip(d.0) {
         add_products(&mut sums[0], a, y);
         add_products(&mut sums[1], b, y);
@@ -154,7 +154,7 @@ fn interleaved_dots<T: Scalar>(columns: [&[T]; COLUMNS], y: &[T]) -> [T; COLUMNS
 
 /// The sum of interleaved parts. In line, it would have the compiler mix the parts of the loop before it.
 #[inline(never)]
-fn total<T: Scalar>(parts: &[T; LANES]) -> T {
+fn total<T: Scalar>(parts: &[T; DOT_LANES]) -> T {
     let [a, b, c, d, e, f, g, h] = *parts;
     ((a + b) + (c + d)) + ((e + f) + (g + h))
 }

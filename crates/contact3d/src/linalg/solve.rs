@@ -6,28 +6,20 @@ use super::{
     factor::CholeskyFactor,
     panel_solve::{backward, forward},
     precision::Scalar,
-    structure::FactorStructure,
+    structure::{FactorStructure, Front},
     tasks::{SubtreeTask, ascend, descend, locked, split},
     vector::{power_of_two_near_largest, vectorised},
 };
 
 /// Right-hand sides solved together: in single precision one vector register holds a row of them.
-const SEVERAL: usize = 8;
-
-/// A subtree of less than this share of the coefficients is one task.
-const SMALLEST_SHARE: f64 = 1.0 / 16.0;
-
-/// Below this many coefficients one thread is faster than several.
-const FEW: f64 = 1e5;
+const SHARED_SOLVES: usize = 8;
 
 impl FactorStructure {
-    /// The elimination tree in tasks of a solve.
+    /// The elimination tree in tasks of a solve; below 1e5 coefficients one thread is faster than several.
     fn solve_tasks(&self) -> Vec<SubtreeTask> {
-        let few = FEW / self.value_count().max(1) as f64;
-        self.tasks(
-            |front| (front.width * front.rows.len()) as f64,
-            SMALLEST_SHARE.max(few),
-        )
+        let few = 1e5 / self.value_count().max(1) as f64;
+        let coefficients = |front: Front<'_>| (front.width * front.rows.len()) as f64;
+        self.tasks(coefficients, few.max(1.0 / 16.0))
     }
 }
 
@@ -63,8 +55,8 @@ impl<T: Scalar> CholeskyFactor<T> {
             return self.solve_in_place(one);
         }
         let memory = Mutex::default();
-        for block in rhs.chunks_mut(SEVERAL) {
-            self.solve_block::<SEVERAL>(block, None, &memory);
+        for block in rhs.chunks_mut(SHARED_SOLVES) {
+            self.solve_block::<SHARED_SOLVES>(block, None, &memory);
         }
     }
 

@@ -76,9 +76,6 @@ pub(crate) fn orthogonalise(vector: &mut [f64], basis: &[Vec<f64>], passes: usiz
     parts
 }
 
-/// Columns of a matrix that one thread treats.
-const CHUNK: usize = 1024;
-
 /// A vector as the unevaluated sum of two, about 32 digits: what is left when large parts of it
 /// cancel, as the rigid motion of a body does in the displacements of its contact face, is still
 /// accurate.
@@ -171,12 +168,13 @@ impl CscMatrix {
     pub(crate) fn transposed_excess(&self, x: &Doubled, b: &[f64]) -> Vec<f64> {
         assert_eq!((x.value.len(), b.len()), (self.rows, self.cols));
         let mut excess: Vec<f64> = b.iter().map(|b| -b).collect();
-        let chunks = excess.par_chunks_mut(CHUNK).enumerate();
+        let columns = 1024;
+        let chunks = excess.par_chunks_mut(columns).enumerate();
         chunks.for_each(|(chunk, excess)| {
             vectorised(
                 #[inline(always)]
                 || {
-                    for (j, excess) in (chunk * CHUNK..).zip(excess) {
+                    for (j, excess) in (chunk * columns..).zip(excess) {
                         let mut sum = Accumulator::new(*excess);
                         for k in self.indptr[j]..self.indptr[j + 1] {
                             let row = self.indices[k];
