@@ -190,8 +190,8 @@ fn draw_figures(
     };
     let results = session.results()?;
     let report = &results.report;
-    if let Some(flaw) = report.flaw.filter(|_| report.is_broken()) {
-        say(output, &format!("figures   none: {flaw}"));
+    if let Some(failure) = report.failed_check.filter(|_| report.is_broken()) {
+        say(output, &format!("figures   none: {failure}"));
         return Ok(());
     }
     let files = draw_run(folder, session.scene(), &results)?;
@@ -243,8 +243,8 @@ fn finish(
     {
         say(output, &format!("warning: {words}"));
     }
-    if let Some(flaw) = report.flaw.filter(|_| report.is_broken()) {
-        terminal::message(&format!("NOT CONVERGED: {flaw}"));
+    if let Some(failure) = report.failed_check.filter(|_| report.is_broken()) {
+        terminal::message(&format!("NOT CONVERGED: {failure}"));
         return Ok(Exit::NotConverged);
     }
     if solution.status.is_success(Goal::of(&scene.solve)) {

@@ -296,12 +296,12 @@ pub fn contradictions(run_file: &Path) -> Result<Vec<String>, StageError> {
 /// What takes back the claim of a solve whose status says that it is solved.
 fn against_status(reader: &Reader, report: &ContactReport) -> Result<Option<String>, StageError> {
     let (stored, _) = format::read_multiplier(reader)?;
-    let flaw = report
-        .flaw
+    let failure = report
+        .failed_check
         .filter(|_| stored.is_solved() && report.is_broken());
-    Ok(flaw.map(|flaw| {
+    Ok(failure.map(|failure| {
         format!(
-            "/solve says {}, but its arrays are no solution: {flaw}; run `contact3d-pipe solve` again",
+            "/solve says {}, but its arrays are no solution: {failure}; run `contact3d-pipe solve` again",
             stored.word()
         )
     }))

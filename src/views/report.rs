@@ -156,15 +156,15 @@ fn result_sections(
     let (mesh, solution, report) = (results.mesh(), &results.solution, &results.report);
     let scene = &input.scene;
     let run = SolvedRun::new(scene, &results);
-    let flaw = report.flaw.filter(|_| report.is_broken());
-    let warning = flaw.map(|flaw| format!("The solve failed and nothing is drawn: {flaw}."));
+    let failure = report.failed_check.filter(|_| report.is_broken());
+    let warning = failure.map(|it| format!("The solve failed and nothing is drawn: {it}."));
     let mut parts: Vec<PagePart> = warning.map(PagePart::Warning).into_iter().collect();
     parts.extend([run.figures().html(), run.forces().html()].map(PagePart::Table));
     if !report.faces.is_empty() {
         parts.push(PagePart::Table(run.faces().html()));
     }
     let mut sections = vec![Section::new("results", "Results", parts)];
-    if flaw.is_some() {
+    if failure.is_some() {
         return Ok(sections);
     }
     let frame = results.interface().map(|interface| &interface.frame);

@@ -1,6 +1,8 @@
-//! What adaptive levels came to.
+//! What adaptive levels came to, and what the next one is expected to come to.
 
-use crate::{mesh::Refinement, solver::Status};
+use std::time::{Duration, Instant};
+
+use crate::{mesh::Refinement, post::MAX_RELIABLE_ESTIMATE, solver::Status};
 
 /// One mesh of an adaptive computation, solved.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -54,16 +56,6 @@ pub struct Adaptation {
     pub starts: Vec<Vec<f64>>,
 }
 
-/// Levels in a row that have to make the estimate smaller between them.
-const PATIENCE: usize = 3;
-
-/// Growth of the unknowns over which the estimate has to fall: that of a halving of all edges. It also rises where a level finds contact.
-const GROWTH: usize = 8;
-
-/// Growth of the unknowns over which an estimate larger than the solution has to fall: that of two halvings of all edges. It tells where
-/// a coarse mesh misses contact, and does not fall before that is found, with far fewer unknowns.
-const GROWTH_OF_SEARCH: usize = 64;
-
 impl Adaptation {
     /// The first level that meets a target; none with an error as large as the solution does.
     #[must_use]
@@ -85,9 +77,11 @@ impl Adaptation {
         if !last.status.is_solved() || last.estimated_error.is_nan() {
             return AdaptiveStatus::NotConverged;
         }
-        let before = self.levels.len().saturating_sub(PATIENCE);
-        let searches = last.estimated_error >= 1.0;
-        let growth = if searches { GROWTH_OF_SEARCH } else { GROWTH };
+        // Three levels in a row have to make the estimate smaller between them, over a halving of all edges: it also rises where a level
+        // finds contact. One larger than the solution tells where a coarse mesh misses contact, and does not fall before that is found,
+        // with far fewer unknowns: it has two halvings.
+        let before = self.levels.len().saturating_sub(3);
+        let growth = if last.estimated_error >= 1.0 { 64 } else { 8 };
         let coarser = |l: &&AdaptiveLevel| growth * l.n_free <= last.n_free;
         let earlier = self.levels[..before].iter().rfind(coarser);
         let is_no_less = |earlier: &AdaptiveLevel| last.estimated_error >= earlier.estimated_error;
@@ -101,5 +95,91 @@ impl Adaptation {
         } else {
             AdaptiveStatus::Refining
         }
+    }
+}
+
+/// What a level is expected to come to before it is assembled.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LevelForecast {
+    /// Free degrees of freedom.
+    pub n_free: usize,
+    /// Seconds of mesh, assembly, solve and evaluation.
+    pub seconds: f64,
+    /// Estimated error over ‖u_h‖_A at the rate so far.
+    pub estimated_error: f64,
+    /// Free degrees of freedom with which the target would be met at the rate so far; after one level at the best rate
+    /// that levels have; `None` while the error is more than half of the solution, and has no rate.
+    pub n_free_of_target: Option<f64>,
+    /// Graded cells of a brick that is meshed anew; `None` where the level before is cut.
+    pub cells: Option<[usize; 3]>,
+}
+
+impl LevelForecast {
+    /// For a level with `growth` times the nodes of the last one that is done, on the way to a relative error.
+    pub(super) fn new(levels: &[AdaptiveLevel], growth: f64, target: f64) -> Self {
+        let last = levels.last().copied().unwrap_or_default();
+        let before = levels.len().checked_sub(2).map(|k| levels[k]);
+        let n_free = last.n_free as f64 * growth;
+        let power = |usual: f64, quotient: fn(&AdaptiveLevel) -> f64, range: [f64; 2]| {
+            let Some(before) = before else { return usual };
+            let unknowns = (last.n_free as f64 / before.n_free as f64).ln();
+            let power = (quotient(&last) / quotient(&before)).ln() / unknowns;
+            if power.is_finite() {
+                power.clamp(range[0], range[1])
+            } else {
+                usual
+            }
+        };
+        // Where one level is all that is known, seconds grow with a power between that of writing and that of factorising, and the error
+        // falls as it does on cells of equal shape at edges; coarse meshes tell little of its rate. A target is called out of reach after
+        // one level only where it is so at the rate of levels that go well.
+        let cost = power(1.5, |level| level.seconds, [1.0, 2.0]);
+        let rate = power(0.5, |level| 1.0 / level.estimated_error, [0.4, 2.0]);
+        let rate_to_target = if before.is_some() { rate } else { 1.0 };
+        let to_go = (last.estimated_error / target).max(1.0);
+        Self {
+            n_free: n_free as usize,
+            seconds: last.seconds * growth.powf(cost),
+            estimated_error: last.estimated_error * growth.powf(-rate),
+            n_free_of_target: (last.estimated_error < MAX_RELIABLE_ESTIMATE)
+                .then(|| last.n_free as f64 * to_go.powf(1.0 / rate_to_target)),
+            cells: None,
+        }
+    }
+
+    /// Whether the level ends after some time, if it is begun now.
+    pub(super) fn ends_after(&self, end: Instant) -> bool {
+        let seconds = Duration::try_from_secs_f64(self.seconds).unwrap_or(Duration::MAX);
+        Instant::now()
+            .checked_add(seconds)
+            .is_none_or(|ended| ended > end)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn level(n_free: usize, estimated_error: f64, seconds: f64) -> AdaptiveLevel {
+        AdaptiveLevel {
+            n_free,
+            estimated_error,
+            seconds,
+            ..AdaptiveLevel::default()
+        }
+    }
+
+    /// Levels whose error halves and whose time grows eightfold where the unknowns grow fourfold go on so.
+    #[test]
+    fn rates_of_the_last_levels_go_on() {
+        let levels = [level(100, 0.4, 1.0), level(400, 0.2, 8.0)];
+        let forecast = LevelForecast::new(&levels, 4.0, 0.05);
+        assert_eq!(forecast.n_free, 1600);
+        // Logarithms and powers of exact numbers: some roundings.
+        assert!((forecast.seconds - 64.0).abs() < 1e-9, "{forecast:?}");
+        let of_target = forecast.n_free_of_target.expect("a rate");
+        assert!((of_target - 6400.0).abs() < 1e-6);
+        let alone = LevelForecast::new(&levels[..1], 4.0, 0.05);
+        assert!((alone.seconds - 8.0).abs() < 1e-12, "{alone:?}");
     }
 }

@@ -4,13 +4,11 @@
 //! cuts it, and [`crate::contact::transferred`] is the multipliers that the next solve starts from. A level asks for a fraction of the
 //! error of the one before, so that the last one costs most.
 
-mod forecast;
 mod levels;
 mod marking;
 mod refine;
 
-pub use forecast::LevelForecast;
-pub use levels::{Adaptation, AdaptiveLevel, AdaptiveStatus};
+pub use levels::{Adaptation, AdaptiveLevel, AdaptiveStatus, LevelForecast};
 pub use marking::{Target, next_cuts};
 pub use refine::{
     AdaptedProblem, LevelKeeper, RefinedLevels, RefinementGoal, SolvedLevel, adapted, refine,

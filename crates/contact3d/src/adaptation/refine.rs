@@ -113,12 +113,8 @@ pub fn refine<K: LevelKeeper>(
                 break;
             }
             let solved = keeper.solved(level, &known)?;
-            let NextLevel {
-                refined,
-                mesh,
-                start,
-                forecast,
-            } = next_level(scene, folder, target, &known, solved)?;
+            let (refined, mesh, start, forecast) =
+                next_level(scene, folder, target, &known, solved)?;
             keeper.forecast(level + 1, &forecast);
             if goal.deadline.is_some_and(|end| forecast.ends_after(end)) {
                 ended = Some(AdaptiveStatus::OverBudget);
@@ -157,22 +153,15 @@ pub fn refine<K: LevelKeeper>(
     })
 }
 
-/// What the next level is made of, and what it is expected to come to.
-struct NextLevel {
-    refined: RefinedLevel,
-    mesh: Mesh,
-    start: Vec<f64>,
-    forecast: LevelForecast,
-}
-
-/// The next mesh after a level, and what the next solve starts from: nothing where the body is meshed anew.
+/// How the next mesh comes from that of a level, the mesh, what the next solve starts from, which is nothing where the body is meshed anew,
+/// and what it is expected to come to.
 fn next_level(
     scene: &Scene,
     folder: &Path,
     target: f64,
     known: &Adaptation,
     solved: SolvedLevel<'_>,
-) -> Result<NextLevel, ProblemError> {
+) -> Result<(RefinedLevel, Mesh, Vec<f64>, LevelForecast), ProblemError> {
     let estimated = known.levels.last().map_or(0.0, |last| last.estimated_error);
     let cells = graded_cells(scene, &known.refinement, estimated, target);
     let next = match (cells, solved.errors(scene)) {
@@ -199,18 +188,15 @@ fn next_level(
     // A history begins with its first increment.
     let first = solved.increments.first().map(|record| &record.multiplier);
     let multiplier = first.unwrap_or(&solved.solution.multiplier);
-    Ok(NextLevel {
-        start: match next {
-            RefinedLevel::Cells(_) => Vec::new(),
-            RefinedLevel::Cuts(_) => transferred(solved.mesh, &mesh, &body.parents(), multiplier),
-        },
-        forecast: LevelForecast {
-            cells,
-            ..LevelForecast::new(&known.levels, growth, target)
-        },
-        refined: next,
-        mesh,
-    })
+    let start = match next {
+        RefinedLevel::Cells(_) => Vec::new(),
+        RefinedLevel::Cuts(_) => transferred(solved.mesh, &mesh, &body.parents(), multiplier),
+    };
+    let forecast = LevelForecast {
+        cells,
+        ..LevelForecast::new(&known.levels, growth, target)
+    };
+    Ok((next, mesh, start, forecast))
 }
 
 /// What the level that an interrupted computation has left to be solved is expected to come to; `None` without such a level.

@@ -66,13 +66,13 @@ impl Clone for CoulombLaw {
 #[derive(Debug, Clone, Copy)]
 struct Relaxation {
     reference: f64,
-    share: f64,
+    exponent: f64,
 }
 
 impl Relaxation {
     /// F₀^(1−τ) F^τ.
     fn value(self, coefficient: f64) -> f64 {
-        self.reference.powf(1.0 - self.share) * coefficient.powf(self.share)
+        self.reference.powf(1.0 - self.exponent) * coefficient.powf(self.exponent)
     }
 }
 

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::{
-    mesh::{ContactSurface, Mesh},
+    mesh::{ContactSurface, GEOMETRY_TOLERANCE, Mesh},
     scene::{
         Contact, ContactFeatures, InvalidValue, Scene, UNDEFINED, Written, numbers, place_words,
     },
@@ -32,9 +32,6 @@ pub struct ReferenceFrame {
     /// Whether ν is the same on the whole face.
     pub is_flat: bool,
 }
-
-/// Share of an axis that may point along the normal: hand-typed digits.
-const TANGENTIAL: f64 = 1e-6;
 
 impl ContactFrame {
     /// The frame that a scene asks for, one pair of axes where there is one face whose frame does not turn and whose
@@ -210,9 +207,9 @@ fn first_axis(
         let along = given.dot(normal);
         // Where normals vary no constant vector is tangential everywhere.
         let tangential = if varies {
-            along.abs() < (1.0 - TANGENTIAL) * given.norm()
+            along.abs() < (1.0 - GEOMETRY_TOLERANCE) * given.norm()
         } else {
-            along.abs() <= TANGENTIAL * given.norm()
+            along.abs() <= GEOMETRY_TOLERANCE * given.norm()
         };
         let flat = given - normal * along;
         return match flat.try_normalize(0.0) {
@@ -260,14 +257,14 @@ fn mean_direction(normals: &[[f64; 3]]) -> Vector3<f64> {
         return Vector3::from(*everywhere);
     }
     let sum: Vector3<f64> = normals.iter().map(|n| Vector3::from(*n)).sum();
-    let least = TANGENTIAL * normals.len() as f64;
+    let least = GEOMETRY_TOLERANCE * normals.len() as f64;
     sum.try_normalize(least).unwrap_or_else(Vector3::z)
 }
 
 /// The x axis projected on the face; the y axis where the face is perpendicular to x.
 fn default_axis(normal: &Vector3<f64>) -> Vector3<f64> {
     let project = |axis: Vector3<f64>| (axis - normal * axis.dot(normal)).normalize();
-    if normal.x.abs() > 1.0 - TANGENTIAL {
+    if normal.x.abs() > 1.0 - GEOMETRY_TOLERANCE {
         project(Vector3::y())
     } else {
         project(Vector3::x())

@@ -1,16 +1,17 @@
-//! What a scene asks of its contact face: frame, initial gap and law of friction.
+//! What a scene asks of its contact face: frame, initial gap and law of friction; and what it must not ask of nodes that clamps hold.
+
+use std::sync::Arc;
 
 use super::{
-    ClementStars, ContactFrame, CoulombLaw, Coupling, FaceLaw, SlipMap, SlipOperator,
-    held_nodes::{refuse_dependent, refuse_penetration},
-    law_bounds,
+    ClementStars, ContactFrame, CoulombLaw, Coupling, FaceLaw, PreviousIncrement, SlipMap,
+    SlipOperator, coupling::UNIT_ROUNDING, law_bounds,
 };
 use crate::{
-    elasticity::DofMap,
+    elasticity::{DofMap, prescribed_displacements},
     mesh::{ContactSurface, Mesh, SurfaceFace},
     scene::{
         ContactFeatures, FrictionModel, InvalidValue, ModelFeatures, Quantity, Scene,
-        SlipInterpolation, UNDEFINED, Warning, Written, place_words,
+        SlipInterpolation, SlipMeasure, UNDEFINED, Warning, Written, place_words,
     },
 };
 
@@ -72,12 +73,94 @@ impl Interface {
                         SlipOperator::Clement(ClementStars::new(surface, mesh, is_held))
                     }
                 },
-                past: None,
+                previous: None,
             },
             frame,
             gap,
             friction: InterfaceFriction::new(scene, &features, surface, mesh)?,
         }))
+    }
+
+    /// The face in a later step: slip is counted from where the step begins.
+    #[must_use]
+    pub fn from_previous(mut self, previous: PreviousIncrement) -> Self {
+        if previous.follows == SlipMeasure::PathLength
+            && let InterfaceFriction::Coulomb(law) = &mut self.friction
+        {
+            law.path = Some(Arc::new(previous.path.clone()));
+        }
+        self.slip.previous = Some(previous);
+        self
+    }
+
+    /// [`SlipMap::slip`] of a displacement over the free degrees of freedom in m.
+    #[must_use]
+    pub fn slip_of_displacement(
+        &self,
+        surface: &ContactSurface,
+        dofs: &DofMap,
+        displacement: &[f64],
+    ) -> Vec<[f64; 2]> {
+        let at_node = |node| dofs.at_node(node, displacement);
+        self.slip
+            .slip(&self.frame.nodal_tangential(surface, at_node))
+    }
+
+    /// The lengths of the path of sliding at the end of a step, `[n_contact_nodes]`, in m.
+    #[must_use]
+    pub fn path_after(&self, tangential: &[[f64; 2]]) -> Vec<[f64; 3]> {
+        let SlipMap { operator, previous } = &self.slip;
+        let moved = match previous {
+            None => operator.slip(tangential),
+            Some(previous) => operator.slip(&previous.slip(tangential)),
+        };
+        let before = |node: usize| {
+            previous
+                .as_ref()
+                .map_or([0.0; 3], |previous| previous.path[node])
+        };
+        let nodes = moved.iter().enumerate();
+        nodes
+            .map(|(node, &[first, second])| {
+                let before = before(node);
+                [
+                    before[0] + first,
+                    before[1] + second,
+                    before[2] + first.hypot(second),
+                ]
+            })
+            .collect()
+    }
+
+    /// Where the slip of the step is counted from at a contact node, (u_t1, u_t2) in m.
+    #[must_use]
+    pub fn slip_origin(&self, node: usize) -> [f64; 2] {
+        self.slip
+            .previous
+            .as_ref()
+            .map_or([0.0; 2], |previous| previous.tangential[node])
+    }
+
+    /// What the integrals of (u_ν, u_t1, u_t2) over the panes are counted from: those of the gap, and of where the
+    /// step begins, in m³; `[n_multipliers]`, or shorter by what is zero.
+    pub(crate) fn offsets(&self, surface: &ContactSurface) -> Vec<f64> {
+        let n_panes = surface.n_panes();
+        let over =
+            |pane: usize, values: &[f64]| surface.pane_area[pane] * surface.pane_mean(pane, values);
+        let mut offsets = match &self.gap {
+            Some(gap) => (0..n_panes).map(|pane| over(pane, gap)).collect(),
+            None => Vec::new(),
+        };
+        let previous = self.slip.previous.as_ref().filter(|_| self.has_friction());
+        let Some(previous) = previous else {
+            return offsets;
+        };
+        offsets.resize(n_panes, 0.0);
+        let components = [0, 1].map(|k| previous.component(k));
+        for pane in 0..self.n_friction_panes() {
+            offsets.extend(components.iter().map(|values| over(pane, values)));
+        }
+        offsets
     }
 
     /// Number of panes with friction, which come first.
@@ -258,4 +341,87 @@ fn non_negative(
             },
         }),
     }
+}
+
+/// Refuses nodes that clamps hold in part, with rows of ν, t₁ and t₂ along their free axes that are more than these: S would be
+/// singular, and the stress along the held axis anything.
+///
+/// # Errors
+/// The key of the contact, and the place of the first such node.
+fn refuse_dependent(
+    scene: &Scene,
+    features: &[ContactFeatures],
+    mesh: &Mesh,
+    surface: &ContactSurface,
+    frame: &ContactFrame,
+) -> Result<(), InvalidValue> {
+    let held = mesh.held_nodes(scene);
+    let faces = surface.faces.iter().zip(features);
+    let rough = faces.filter(|(face, of)| face.is_nodal && of.friction.is_some());
+    for (face, of) in rough {
+        for local in face.nodes.clone() {
+            let node = surface.nodes[local];
+            if surface.carried_by(face, local).is_none() || held[node] == [false; 3] {
+                continue;
+            }
+            let free = || (0..3).filter(|&c| !held[node][c]);
+            let [first, second] = *frame.axes_at(local);
+            let rows = [frame.normal_at(local), first, second];
+            let active = rows
+                .iter()
+                .filter(|row| free().any(|c| row[c].abs() > UNIT_ROUNDING));
+            if active.count() > free().count() {
+                return Err(InvalidValue {
+                    key: format!("{}.multipliers", scene.contact_key(of.entry)),
+                    expected: "nodes that carry no more conditions than they have displacements".into(),
+                    found: format!(
+                        "the node at {}, which a clamp holds along some axes, and whose normal and axes of friction lie along none of them",
+                        place_words(mesh.coordinates[node])
+                    ),
+                    help: "write multipliers = \"panes\", which have nodes of their own; or give the face axes of friction along those of the clamp".into(),
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Refuses clamps that push a contact node into the foundation, which gives way to nothing.
+///
+/// # Errors
+/// The place of the first such node; what [`prescribed_displacements`] refuses.
+fn refuse_penetration(
+    scene: &Scene,
+    mesh: &Mesh,
+    surface: &ContactSurface,
+    frame: &ContactFrame,
+    gap: Option<&[f64]>,
+) -> Result<(), InvalidValue> {
+    let Some(prescribed) = prescribed_displacements(scene, mesh)? else {
+        return Ok(());
+    };
+    let held = mesh.held_nodes(scene);
+    for (local, &node) in surface.nodes.iter().enumerate() {
+        let normal = frame.normal_at(local);
+        if !(0..3).all(|c| normal[c] == 0.0 || held[node][c]) {
+            continue;
+        }
+        let towards = frame.normal_part(local, prescribed[node]);
+        let gap = gap.map_or(0.0, |gap| gap[local]);
+        let size = prescribed[node]
+            .iter()
+            .fold(gap, |most, u| most.max(u.abs()));
+        if towards - gap > UNIT_ROUNDING * size {
+            return Err(InvalidValue {
+                key: "clamp".into(),
+                expected: format!(
+                    "at most the gap {} as the displacement of held contact nodes towards the foundation",
+                    Written(&gap)
+                ),
+                found: format!("{} {}", Written(&towards), place_words(mesh.coordinates[node])),
+                help: "the foundation is rigid: give such nodes a gap, move them less, or leave the axis towards it out of the clamp's components".into(),
+            });
+        }
+    }
+    Ok(())
 }

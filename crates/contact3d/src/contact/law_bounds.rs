@@ -1,14 +1,11 @@
 //! The constants of a law of friction that HKL §3 uses: bounds, Lipschitz modulus, anisotropy.
 
-use super::{FaceLaw, law_search::Sweep};
-use crate::scene::{
-    Coefficient, FrictionLaw, InvalidValue, LEAST_COEFFICIENT, Warning, Written, is_coefficient,
-    place_words,
-};
+use std::collections::BTreeMap;
 
-/// Steps in each decade, and halvings of one, that find where a law leaves its range.
-const STEPS: i32 = 16;
-const HALVINGS: usize = 40;
+use super::FaceLaw;
+use crate::scene::{
+    Coefficient, InvalidValue, LEAST_COEFFICIENT, Warning, Written, is_coefficient, place_words,
+};
 
 /// The constants of a law of friction that HKL §3 is stated in, over slips from 0 to the extent of
 /// the body and over the contact nodes.
@@ -52,14 +49,14 @@ impl LawBounds {
     #[must_use]
     pub fn new(law: &FaceLaw, largest_slip: f64) -> Self {
         let extreme_of = |measure| extreme_of(law, largest_slip, measure);
-        let smallest = extreme_of(|f, x, s| -f.value(x, s));
+        let smallest = extreme_of(|law, axis, x, s| -law.value(axis, x, s));
         Self {
             smallest: LawExtreme {
                 value: -smallest.value,
                 ..smallest
             },
-            largest: extreme_of(Sampled::value),
-            lipschitz: extreme_of(Sampled::slope),
+            largest: extreme_of(FaceLaw::value),
+            lipschitz: extreme_of(FaceLaw::slope),
             anisotropy: anisotropy(law, largest_slip),
             largest_slip,
             estimated: law.coefficients().iter().any(Coefficient::is_searched),
@@ -67,15 +64,15 @@ impl LawBounds {
     }
 }
 
-/// What is maximised over places and slips.
-type Measure<'a> = fn(&Sampled<'a>, [f64; 3], [f64; 2]) -> f64;
-
-/// The largest value of a measure over all coefficients; the first of equal ones.
-fn extreme_of<'a>(law: &'a FaceLaw, largest_slip: f64, measure: Measure<'a>) -> LawExtreme {
+/// The largest value of a measure of a coefficient over all coefficients, places and slips; the first of equal ones.
+fn extreme_of(
+    law: &FaceLaw,
+    largest_slip: f64,
+    measure: fn(&FaceLaw, usize, [f64; 3], [f64; 2]) -> f64,
+) -> LawExtreme {
     let extremes = (0..law.coefficients().len()).map(|axis| {
-        let sampled = Sampled::new(law, axis);
         let sweep = Sweep::new(law, &[axis], largest_slip);
-        sweep.maximise(axis, |x, s| measure(&sampled, x, s))
+        sweep.maximise(axis, |x, s| measure(law, axis, x, s))
     });
     let larger = |a: LawExtreme, b: LawExtreme| if b.value > a.value { b } else { a };
     extremes.reduce(larger).expect("a law has a coefficient")
@@ -98,29 +95,19 @@ fn anisotropy(law: &FaceLaw, largest_slip: f64) -> LawExtreme {
     }
 }
 
-/// One coefficient of a law as a function of place and slips.
-struct Sampled<'a> {
-    law: &'a FrictionLaw,
-    axis: usize,
-}
-
-impl<'a> Sampled<'a> {
-    fn new(law: &'a FaceLaw, axis: usize) -> Self {
-        let law = law.law();
-        Self { law, axis }
+impl FaceLaw {
+    /// One coefficient at a place for some slips.
+    fn value(&self, axis: usize, position: [f64; 3], slip: [f64; 2]) -> f64 {
+        let at = self.law().point(axis, position, slip);
+        self.coefficients()[axis].evaluate(&at)
     }
 
-    fn value(&self, position: [f64; 3], slip: [f64; 2]) -> f64 {
-        let at = self.law.point(self.axis, position, slip);
-        self.law.coefficients()[self.axis].evaluate(&at)
-    }
-
-    /// The norm of the gradient by the slips.
-    fn slope(&self, position: [f64; 3], slip: [f64; 2]) -> f64 {
-        let at = self.law.point(self.axis, position, slip);
-        let derivative = self.law.coefficients()[self.axis].derivative(&at);
+    /// The norm of its gradient by the slips.
+    fn slope(&self, axis: usize, position: [f64; 3], slip: [f64; 2]) -> f64 {
+        let at = self.law().point(axis, position, slip);
+        let derivative = self.coefficients()[axis].derivative(&at);
         let mut gradient = derivative.pair;
-        gradient[self.axis] += derivative.own;
+        gradient[axis] += derivative.own;
         gradient[0].hypot(gradient[1])
     }
 }
@@ -172,12 +159,11 @@ impl Worst {
     /// the worst one.
     fn onset(&self, law: &FaceLaw, length: &str) -> String {
         let axis = self.peak.coefficient;
-        let sampled = Sampled::new(law, axis);
         let position = self.peak.position.unwrap_or_default();
         let at = |share: f64| self.peak.slip.map(|slip| share * slip);
-        let is_usable = |share: f64| is_coefficient(sampled.value(position, at(share)));
-        let shares = (0..=12 * STEPS).rev();
-        let shares = shares.map(|k| 10f64.powf(-f64::from(k) / f64::from(STEPS)));
+        let is_usable = |share: f64| is_coefficient(law.value(axis, position, at(share)));
+        let shares = (0..=12 * 16).rev();
+        let shares = shares.map(|k| 10f64.powf(-f64::from(k) / 16.0));
         let mut good = 0.0;
         let mut bad = 1.0;
         for share in shares {
@@ -187,7 +173,7 @@ impl Worst {
             }
             good = share;
         }
-        for _ in 0..HALVINGS {
+        for _ in 0..40 {
             let middle = 0.5 * (good + bad);
             if is_usable(middle) {
                 good = middle;
@@ -215,10 +201,9 @@ fn worst_values(law: &FaceLaw, largest_slip: f64, length: &str) -> impl Iterator
         .enumerate()
         .filter(|(_, coefficient)| coefficient.is_searched());
     formulas.filter_map(move |(axis, coefficient)| {
-        let sampled = Sampled::new(law, axis);
         let sweep = Sweep::new(law, &[axis], largest_slip);
         let peak = sweep.maximise(axis, |x, s| {
-            let value = sampled.value(x, s);
+            let value = law.value(axis, x, s);
             if value.is_finite() {
                 -value
             } else {
@@ -226,7 +211,7 @@ fn worst_values(law: &FaceLaw, largest_slip: f64, length: &str) -> impl Iterator
             }
         });
         let uses = coefficient.slips_used(axis);
-        let value = sampled.value(peak.position.unwrap_or_default(), peak.slip);
+        let value = law.value(axis, peak.position.unwrap_or_default(), peak.slip);
         (!is_coefficient(value)).then(|| Worst {
             value,
             place: point_words(&peak, coefficients.len() == 1, uses, length),
@@ -253,4 +238,203 @@ fn point_words(peak: &LawExtreme, isotropic: bool, uses: [bool; 2], length: &str
         words.push("every slip".into());
     }
     words.join(", ")
+}
+
+/// Where some coefficients of a law are looked at: places on the contact face and slips.
+///
+/// Without formulas the slips are the kinks, each also one rounding to its right, where one-sided
+/// derivatives differ, and the ends of the range: what is monotone in each slip between kinks has
+/// its extremes there. With formulas a geometric series is added, and extremes are improved.
+struct Sweep<'a> {
+    places: &'a [[f64; 3]],
+    /// Places that see all slips; the others see zero slip only.
+    spread: Vec<usize>,
+    slips: [Vec<f64>; 2],
+    search: bool,
+    depends_on_place: bool,
+}
+
+impl<'a> Sweep<'a> {
+    /// A sweep for the given coefficients, numbered 0 and 1, over slips from 0 to `largest_slip`.
+    fn new(law: &'a FaceLaw, axes: &[usize], largest_slip: f64) -> Self {
+        let coefficients = law.coefficients();
+        let chosen: Vec<(usize, &Coefficient)> =
+            axes.iter().map(|&i| (i, &coefficients[i])).collect();
+        let depends_on_place = chosen.iter().any(|(_, c)| c.depends_on_place());
+        let positions = law.positions();
+        let places = if depends_on_place {
+            positions
+        } else {
+            &positions[..1.min(positions.len())]
+        };
+        let searched = [0, 1].map(|k| {
+            let mut formulas = chosen.iter().filter(|(_, c)| c.is_searched());
+            formulas.any(|(i, c)| c.slips_used(*i)[k])
+        });
+        let per_decade = match (searched, depends_on_place) {
+            ([true, true], true) => 4,
+            ([true, true], false) => 16,
+            _ => 32,
+        };
+        let slips = [0, 1].map(|k| {
+            let used = chosen.iter().any(|(i, c)| c.slips_used(*i)[k]);
+            let kinks = chosen.iter().flat_map(|(i, c)| c.kinks(*i)[k].clone());
+            let mut slips = vec![0.0];
+            if used {
+                slips.push(largest_slip);
+                slips.extend(kinks.flat_map(|kink| [kink, kink.next_up()]));
+            }
+            if searched[k] {
+                slips.extend(series(largest_slip, per_decade));
+            }
+            slips.retain(|slip| *slip <= largest_slip);
+            slips.sort_by(f64::total_cmp);
+            slips.dedup();
+            slips
+        });
+        Self {
+            spread: spread(places),
+            places,
+            slips,
+            search: searched != [false; 2],
+            depends_on_place,
+        }
+    }
+
+    /// The largest value of a function of place and slip that a coefficient gives; values that are no numbers are passed
+    /// over.
+    fn maximise(
+        &self,
+        coefficient: usize,
+        function: impl Fn([f64; 3], [f64; 2]) -> f64,
+    ) -> LawExtreme {
+        let mut best = Best::default();
+        for place in 0..self.places.len() {
+            best.offer(place, [0.0; 2], function(self.places[place], [0.0; 2]));
+        }
+        let highest_at_rest = best.place;
+        for place in self.spread.iter().copied().chain([highest_at_rest]) {
+            for &first in &self.slips[0] {
+                for &second in &self.slips[1] {
+                    let slip = [first, second];
+                    best.offer(place, slip, function(self.places[place], slip));
+                }
+            }
+        }
+        if self.search {
+            self.improve(&mut best, &function);
+        }
+        LawExtreme {
+            value: best.value,
+            coefficient,
+            position: self.depends_on_place.then(|| self.places[best.place]),
+            slip: [0, 1].map(|k| self.without_side(k, best.slip[k])),
+        }
+    }
+
+    /// Improves an extreme in each slip between its neighbours in the sweep, then over all places.
+    fn improve(&self, best: &mut Best, function: &impl Fn([f64; 3], [f64; 2]) -> f64) {
+        for _ in 0..3 {
+            for k in 0..2 {
+                let slips = &self.slips[k];
+                let above = slips.partition_point(|slip| *slip <= best.slip[k]);
+                let below = slips.partition_point(|slip| *slip < best.slip[k]);
+                let interval = [
+                    slips[below.saturating_sub(1)],
+                    slips[above.min(slips.len() - 1)],
+                ];
+                let (place, mut slip) = (best.place, best.slip);
+                golden_sections(interval, |value| {
+                    slip[k] = value;
+                    let found = function(self.places[place], slip);
+                    best.offer(place, slip, found);
+                    found
+                });
+            }
+            for place in 0..self.places.len() {
+                best.offer(place, best.slip, function(self.places[place], best.slip));
+            }
+        }
+    }
+
+    /// A slip one rounding to the right of a kink stands for the kink.
+    fn without_side(&self, k: usize, slip: f64) -> f64 {
+        let kink = slip.next_down();
+        if self.slips[k].contains(&kink) {
+            kink
+        } else {
+            slip
+        }
+    }
+}
+
+/// The largest value so far.
+struct Best {
+    place: usize,
+    slip: [f64; 2],
+    value: f64,
+}
+
+impl Default for Best {
+    fn default() -> Self {
+        Self {
+            place: 0,
+            slip: [0.0; 2],
+            value: f64::NEG_INFINITY,
+        }
+    }
+}
+
+impl Best {
+    fn offer(&mut self, place: usize, slip: [f64; 2], value: f64) {
+        if value > self.value {
+            *self = Self { place, slip, value };
+        }
+    }
+}
+
+/// A geometric series up to the largest slip, over twelve decades.
+fn series(largest: f64, per_decade: u32) -> impl Iterator<Item = f64> {
+    let count = f64::from(per_decade);
+    (0..=12 * per_decade).map(move |k| largest * 10f64.powf(-f64::from(k) / count))
+}
+
+/// One place in each box of a coarse grid around all places, so that they spread over the face.
+fn spread(places: &[[f64; 3]]) -> Vec<usize> {
+    let bounds = [0, 1, 2].map(|c| {
+        let along = places.iter().map(|x| x[c]);
+        let low = along.clone().fold(f64::INFINITY, f64::min);
+        (low, along.fold(f64::NEG_INFINITY, f64::max) - low)
+    });
+    let mut boxes = BTreeMap::new();
+    for (place, x) in places.iter().enumerate() {
+        #[expect(clippy::cast_possible_truncation, reason = "from 0 to 16")]
+        let key = [0, 1, 2].map(|c| {
+            let (low, extent) = bounds[c];
+            let share = (x[c] - low) / extent.max(f64::MIN_POSITIVE);
+            (share * 16.0) as i32
+        });
+        boxes.entry(key).or_insert(place);
+    }
+    boxes.into_values().collect()
+}
+
+/// Golden section search for a maximum; the function keeps what it finds.
+fn golden_sections([mut low, mut high]: [f64; 2], mut function: impl FnMut(f64) -> f64) {
+    let ratio = (5f64.sqrt() - 1.0) / 2.0;
+    let inner = |low: f64, high: f64| [high - ratio * (high - low), low + ratio * (high - low)];
+    let [mut left, mut right] = inner(low, high);
+    let [mut at_left, mut at_right] = [function(left), function(right)];
+    // 0.618⁴⁰ is 4e-9 of the interval, and values are flat at extremes.
+    for _ in 0..40 {
+        if at_left > at_right {
+            (high, right, at_right) = (right, left, at_left);
+            left = inner(low, high)[0];
+            at_left = function(left);
+        } else {
+            (low, left, at_left) = (left, right, at_right);
+            right = inner(low, high)[1];
+            at_right = function(right);
+        }
+    }
 }

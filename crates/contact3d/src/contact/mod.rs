@@ -13,22 +13,16 @@
 mod coulomb;
 mod coupling;
 mod frame;
-mod held_nodes;
 mod interface;
 mod law_bounds;
-mod law_search;
-mod multiplier_layout;
-mod past;
-mod slip_operator;
+mod slip;
 mod transfer;
 
 pub use coulomb::{CoulombLaw, FaceLaw, FrictionField};
-pub use coupling::Coupling;
+pub use coupling::{Coupling, MultiplierLayout};
 pub use frame::{ContactFrame, ReferenceFrame};
 pub use interface::{Interface, InterfaceFriction};
 pub use law_bounds::{LawBounds, LawExtreme};
-pub use multiplier_layout::MultiplierLayout;
-pub use past::{Past, SlipMap};
-pub use slip_operator::{ClementStars, SlipOperator, SlipOperatorDerivative};
+pub use slip::{ClementStars, PreviousIncrement, SlipMap, SlipOperator, SlipOperatorDerivative};
 pub use transfer::transferred;
 pub(crate) use transfer::transferred_by_cells;

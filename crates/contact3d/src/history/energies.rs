@@ -12,8 +12,8 @@ use crate::{
 
 /// Works and energies of one increment in J.
 ///
-/// Loads, reactions and pressures act along a straight way from where the increment begins to where it ends, so their works are means
-/// of both ends times the way, which is exact. The work of friction is that of the stresses at the end, as the conditions
+/// Loads, reactions and pressures act along a straight path from where the increment begins to where it ends, so their works are means
+/// of both ends times the path, which is exact. The work of friction is that of the stresses at the end, as the conditions
 /// of friction have it (backward Euler): never negative, and off by half the change of λ_t times the slip, which is the
 /// [`Self::imbalance`] and falls with the increments.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -31,14 +31,14 @@ pub struct StepEnergies {
 }
 
 /// What the works of the next increment need of the last one.
-pub(crate) struct Bookkeeping {
+pub(crate) struct EnergyLedger {
     /// What drives the body.
     drive: Drive,
     /// Forces of the loads on the nodes at the end of the last increment in N; `None` before the first.
     forces: Option<Vec<Vector>>,
 }
 
-impl Bookkeeping {
+impl EnergyLedger {
     /// Begins after the last of `records` of the history of a scene.
     pub(crate) fn new(
         history: &Scene,
@@ -56,14 +56,14 @@ impl Bookkeeping {
     }
 
     /// The record of an increment with what it did, which the one before precedes.
-    pub(crate) fn entered(
+    pub(crate) fn record(
         &mut self,
         mut record: StepRecord,
         solved: &Solved<'_>,
         before: Option<&StepRecord>,
         report: &ContactReport,
     ) -> Result<StepRecord, InvalidValue> {
-        self.drive.enter(&mut record, report);
+        self.drive.record(&mut record, report);
         let way = |node: usize| {
             let from = before.map_or([0.0; 3], |before| before.displacement[node]);
             let to = record.displacement[node];
@@ -182,7 +182,7 @@ impl Drive {
     }
 
     /// Adds force, displacement and, where clamps move, reactions to a record.
-    fn enter(&self, record: &mut StepRecord, report: &ContactReport) {
+    fn record(&self, record: &mut StepRecord, report: &ContactReport) {
         record.loaded_displacement = mean(&self.shares, &record.displacement);
         let driving = report
             .forces

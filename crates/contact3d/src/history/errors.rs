@@ -2,7 +2,7 @@
 
 use super::StepRecord;
 use crate::{
-    post::{FunctionalEstimate, LARGEST_TOLD},
+    post::{FunctionalEstimate, MAX_RELIABLE_ESTIMATE},
     scene::Functional,
 };
 
@@ -29,8 +29,8 @@ impl HistoryErrors {
     #[must_use]
     pub fn new(records: &[StepRecord], of: Option<Functional>) -> Option<Self> {
         let of_displacement = Self::of_displacement(records);
-        let misses_solution = |errors: &Self| errors.largest() >= LARGEST_TOLD;
-        let Some(of) = of.filter(|_| !of_displacement.as_ref().is_some_and(misses_solution)) else {
+        let is_unreliable = |errors: &Self| errors.largest() >= MAX_RELIABLE_ESTIMATE;
+        let Some(of) = of.filter(|_| !of_displacement.as_ref().is_some_and(is_unreliable)) else {
             return of_displacement;
         };
         let found = records.iter().map(|record| record.quantity(of));

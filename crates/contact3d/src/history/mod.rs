@@ -1,7 +1,7 @@
 //! Load histories: problems solved one after the other, each from where the one before left the body.
 //!
 //! Quasi-static friction in backward differences: in step n the conditions of friction hold for the slip
-//! u_tⁿ − u_tⁿ⁻¹ of the step. In the dual problem that moves h_t by −T uⁿ⁻¹ ([`crate::contact::Past`]) and nothing else, so
+//! u_tⁿ − u_tⁿ⁻¹ of the step. In the dual problem that moves h_t by −T uⁿ⁻¹ ([`crate::contact::PreviousIncrement`]) and nothing else, so
 //! all steps share the factor, S and the compliance of the contact face. Coefficients follow the total slip, that of the step, or
 //! the path of sliding, as [`crate::scene::SlipMeasure`] says. [`crate::AssembledProblem::run`] solves them one after the other.
 
@@ -9,7 +9,7 @@ mod energies;
 mod errors;
 mod record;
 
-pub(crate) use energies::Bookkeeping;
+pub(crate) use energies::EnergyLedger;
 pub use energies::StepEnergies;
 pub use errors::{HistoryErrors, largest_norm};
 pub use record::{StepPane, StepRecord};

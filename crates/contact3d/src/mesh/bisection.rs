@@ -9,15 +9,11 @@
 
 use std::collections::HashMap;
 
-use super::{RawMesh, quadratic::edge, sorted};
+use super::{COORDINATE_ROUNDING, RawMesh, quadratic::edge, sorted};
 use crate::reference::TETRAHEDRON_EDGES;
 
 /// Two nodes, the smaller one first.
 type Edge = [usize; 2];
-
-/// Lengths of edges that agree to this share are equal, so that roundings do not decide which is
-/// marked; ties go by node numbers.
-const SAME_LENGTH: f64 = 1e-9;
 
 /// A tetrahedron with the edges at which it and its children will be cut.
 #[derive(Debug, Clone, PartialEq)]
@@ -99,9 +95,10 @@ impl Bisection {
             };
             candidates
                 .reduce(|best, next| {
+                    // Roundings do not decide which edge is marked; ties go by node numbers.
                     let (known, found) = (length(best), length(next));
-                    let is_longer = found > known * (1.0 + SAME_LENGTH);
-                    let is_equal = found >= known * (1.0 - SAME_LENGTH) && !is_longer;
+                    let is_longer = found > known * (1.0 + COORDINATE_ROUNDING);
+                    let is_equal = found >= known * (1.0 - COORDINATE_ROUNDING) && !is_longer;
                     if is_longer || is_equal && next < best {
                         next
                     } else {

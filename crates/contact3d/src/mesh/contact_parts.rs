@@ -5,25 +5,15 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::{Matrix3, Vector3};
 
 use super::{
-    ContactSurface, Mesh, MeshError, Origin, brick, centroid,
+    COORDINATE_ROUNDING, ContactSurface, GEOMETRY_TOLERANCE, Mesh, MeshError, brick, centroid,
     contact_surface::{ContactFace, FaceTriangle, plane_of},
-    macro_patches,
-    obstacle::Approach,
+    macro_elements,
+    obstacle::GapFunction,
     triangle_area,
 };
 use crate::scene::{
     BrickFace, Contact, InvalidValue, MultiplierSpace, Scene, Written, place_words,
 };
-
-/// Share of its area by which a triangle may lie on both sides of a box: roundings of areas.
-const UNCUT: f64 = 1e-6;
-
-/// How far from a plane of a box a corner of a triangle counts as on it, over the coordinates of the triangle: the digits
-/// of typed corners.
-const TYPED: f64 = 1e-9;
-
-/// Least volume of the parallelepiped of unit normals that counts as independent.
-const INDEPENDENT: f64 = 1e-6;
 
 impl Mesh {
     /// The triangles of a contact of the scene, as indices into the boundary's.
@@ -44,9 +34,9 @@ impl Mesh {
         for facet in whole {
             let triangle = self.corners(&self.facets[facet]);
             let share = share_inside(&triangle, &corners);
-            if share > 1.0 - UNCUT {
+            if share > 1.0 - GEOMETRY_TOLERANCE {
                 inside.push(facet);
-            } else if share > UNCUT {
+            } else if share > GEOMETRY_TOLERANCE {
                 return Err(InvalidValue {
                     key: format!("{}.box", scene.contact_key(entry)),
                     expected: "a box whose sides follow the edges of the triangles".into(),
@@ -103,20 +93,19 @@ pub(super) fn panes_of_part(
 /// planes. Corners that rounding may have moved off a plane lie on it.
 fn share_inside(triangle: &[[f64; 3]; 3], [low, high]: &[[f64; 3]; 2]) -> f64 {
     // Of the triangle's own coordinates: corners of a box may be far away.
-    let size = triangle
-        .as_flattened()
-        .iter()
-        .fold(0.0, |most: f64, x| most.max(x.abs()));
+    let coordinates = triangle.as_flattened().iter();
+    let size = coordinates.fold(0.0, |most: f64, x| most.max(x.abs()));
+    let rounding = COORDINATE_ROUNDING * size;
     let mut polygon: Vec<[f64; 3]> = triangle.to_vec();
     for c in 0..3 {
         let along = triangle.map(|x| x[c]);
         let extent = along.into_iter().fold(f64::NEG_INFINITY, f64::max)
             - along.into_iter().fold(f64::INFINITY, f64::min);
         // A narrow triangle has its corners on one plane at most, unless it is flat to the digits.
-        let slack = if extent > TYPED * size {
-            (TYPED * size).min(extent / 4.0)
+        let slack = if extent > rounding {
+            rounding.min(extent / 4.0)
         } else {
-            TYPED * size
+            rounding
         };
         let snapped = |side: f64| if side.abs() <= slack { 0.0 } else { side };
         polygon = cut(&polygon, |x| snapped(x[c] - low[c]));
@@ -214,7 +203,8 @@ fn too_many_conditions(scene: &Scene, at: [f64; 3], faces: Vec<(usize, usize)>) 
     }
 }
 
-/// Whether unit normals stay independent along the components that are not held: their Gram determinant.
+/// Whether unit normals stay independent along the components that are not held: by their Gram determinant, the square of the volume
+/// that they span.
 fn independent(normals: Vec<[f64; 3]>, held: &[bool; 3]) -> bool {
     let free = |normal: [f64; 3]| -> Vector3<f64> {
         Vector3::from_fn(|c, _| if held[c] { 0.0 } else { normal[c] })
@@ -227,12 +217,8 @@ fn independent(normals: Vec<[f64; 3]>, held: &[bool; 3]) -> bool {
         (Some(a), Some(b)) => a.dot(b),
         _ => f64::from(i == j),
     };
-    Matrix3::from_fn(entry).determinant() > INDEPENDENT
+    Matrix3::from_fn(entry).determinant() > GEOMETRY_TOLERANCE
 }
-
-/// Largest distance of a contact node from the plane of its face, over the extent of the face:
-/// the digits that mesh files keep.
-pub(crate) const FLAT: f64 = 1e-6;
 
 impl Mesh {
     /// One contact face of a scene with its panes or nodal multipliers.
@@ -240,18 +226,15 @@ impl Mesh {
         &self,
         scene: &Scene,
         entry: usize,
-        origin: Origin,
+        cut_faceting: Option<f64>,
         held: &[[bool; 3]],
     ) -> Result<ContactSurface, MeshError> {
         let (contact, key) = (&scene.contacts[entry], scene.contact_key(entry));
         let facets = self.contact_facets(scene, entry)?;
         let corners: Vec<[usize; 3]> = facets.iter().map(|&f| self.facets[f]).collect();
-        let face = self.contact_face(contact, &facets, origin);
+        let face = self.contact_face(contact, &facets, cut_faceting);
         let face = face.map_err(|invalid| under(&key, invalid))?;
-        let cells = match origin {
-            Origin::First => scene.body.as_brick(),
-            Origin::Cut { .. } => None,
-        };
+        let cells = scene.body.as_brick().filter(|_| cut_faceting.is_none());
         Ok(match (contact.multipliers, cells) {
             (MultiplierSpace::Nodal, _) => ContactSurface::nodal(face, |node, normal| {
                 (0..3).all(|c| normal[c] == 0.0 || held[node][c])
@@ -280,7 +263,7 @@ impl Mesh {
             (MultiplierSpace::Panes, None) => {
                 let is_free = |node: usize| held[node] == [false; 3];
                 let carriers: Vec<[usize; 3]> = face.triangles.iter().map(|t| t.carriers).collect();
-                let panes = macro_patches(&self.coordinates, &corners, &carriers, is_free)
+                let panes = macro_elements(&self.coordinates, &corners, &carriers, is_free)
                     .map_err(|invalid| under(&key, invalid))?;
                 ContactSurface::with_panes(face, panes)
             }
@@ -292,15 +275,16 @@ impl Mesh {
         &self,
         contact: &Contact,
         facets: &[usize],
-        origin: Origin,
+        cut_faceting: Option<f64>,
     ) -> Result<ContactFace, InvalidValue> {
         let nodes: BTreeSet<usize> = facets.iter().flat_map(|&f| self.facet_nodes(f)).collect();
         let nodes: Vec<usize> = nodes.into_iter().collect();
         let (normals, clearance) = match &contact.obstacle {
             None => (vec![self.flat_normal(contact, facets)?], Vec::new()),
             Some(obstacle) => {
-                let approach = Approach::new(self, facets, &nodes, obstacle, origin.faceting())?;
-                (approach.normals, approach.clearance)
+                let faceting = cut_faceting.unwrap_or(0.0);
+                let gap = GapFunction::new(self, facets, &nodes, obstacle, faceting)?;
+                (gap.normals, gap.clearance)
             }
         };
         Ok(ContactFace {
@@ -317,7 +301,7 @@ impl Mesh {
         let others = facets.iter().flat_map(|&f| self.facet_nodes(f));
         let (normal, unevenness) =
             plane_of(&self.coordinates, corners, others).unwrap_or(([0.0; 3], f64::INFINITY));
-        if unevenness.is_nan() || unevenness > FLAT {
+        if unevenness.is_nan() || unevenness > GEOMETRY_TOLERANCE {
             return Err(InvalidValue {
                 key: "contact.face".into(),
                 expected: "a flat face, or contact.obstacle for a curved one".into(),

@@ -62,7 +62,7 @@ impl SurfaceFace {
     }
 
     /// The same face with others before it.
-    fn after(&self, nodes: usize, facets: usize, panes: usize) -> Self {
+    fn shifted(&self, nodes: usize, facets: usize, panes: usize) -> Self {
         let moved = |range: &Range<usize>, by: usize| range.start + by..range.end + by;
         Self {
             nodes: moved(&self.nodes, nodes),
@@ -206,10 +206,10 @@ impl ContactSurface {
     /// One face after the other.
     #[must_use]
     pub(super) fn joined(surfaces: Vec<Self>) -> Option<Self> {
-        surfaces.into_iter().reduce(Self::followed_by)
+        surfaces.into_iter().reduce(Self::joined_with)
     }
 
-    fn followed_by(mut self, next: Self) -> Self {
+    fn joined_with(mut self, next: Self) -> Self {
         let (nodes, facets, panes) = (self.nodes.len(), self.facets.len(), self.n_panes());
         let normals = |surface: &Self| -> Vec<[f64; 3]> {
             let nodes = 0..surface.nodes.len();
@@ -223,7 +223,7 @@ impl ContactSurface {
         }
         let faces = next.faces.iter();
         self.faces
-            .extend(faces.map(|face| face.after(nodes, facets, panes)));
+            .extend(faces.map(|face| face.shifted(nodes, facets, panes)));
         self.facet_pane
             .extend(next.facet_pane.iter().map(|pane| pane + panes));
         let (average, other) = (&mut self.pane_average, next.pane_average);

@@ -7,9 +7,6 @@ use nalgebra::Vector3;
 use super::{GmshError, Mesh, Quality, gmsh, tetrahedron_volume};
 use crate::scene::GmshFile;
 
-/// A face is flat where no triangle is turned more than this against its mean normal: 1 − cos of a tenth of a degree.
-const FLAT: f64 = 1.5e-6;
-
 /// What a mesh file holds, in the unit of the file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeshInspection {
@@ -109,9 +106,10 @@ fn face(mesh: &Mesh, name: &str) -> FaceInspection {
     let sum: Vector3<f64> = areas.iter().sum();
     let mean = sum.normalize();
     let area = areas.iter().map(Vector3::norm).sum();
+    // No triangle is turned more than a tenth of a degree, of which 1 − cos is 1.5e-6.
     let is_flat = areas
         .iter()
-        .all(|area| area.dot(&mean) >= (1.0 - FLAT) * area.norm());
+        .all(|area| area.dot(&mean) >= (1.0 - 1.5e-6) * area.norm());
     FaceInspection {
         name: name.to_owned(),
         n_facets: areas.len(),

@@ -6,8 +6,8 @@ mod contact_parts;
 mod contact_surface;
 mod gmsh;
 mod inspection;
+mod macro_elements;
 mod obstacle;
-mod patches;
 mod quadratic;
 mod refined;
 mod side;
@@ -17,12 +17,11 @@ use std::path::Path;
 use thiserror::Error;
 
 pub use brick::{brick, brick_counts};
-pub(crate) use contact_parts::FLAT;
 pub use contact_surface::{ContactSurface, SurfaceFace};
 pub use gmsh::{FilePosition, GmshError, GmshFlaw, digest_of, parse as parse_gmsh};
 pub use inspection::{FaceInspection, MeshInspection};
+pub use macro_elements::macro_elements;
 pub(crate) use obstacle::DistanceBetweenNodes;
-pub use patches::macro_patches;
 pub use quadratic::{IsoparametricMap, MidEdgeNodes};
 pub use refined::{RefinableBody, RefinedLevel, Refinement};
 pub use side::{Quality, is_straight, shape};
@@ -32,6 +31,13 @@ use crate::scene::{
     Body, BrickFace, Clamp, Contact, ElementOrder, InvalidValue, MultiplierSpace, Scene, Shape,
     Written,
 };
+
+/// What the digits of mesh files and of typed numbers leave of places, directions and areas, relative to the size of what they belong
+/// to: far more than roundings and the tolerance of CAD kernels (1e-8 of the part), far less than any element worth having.
+pub(crate) const GEOMETRY_TOLERANCE: f64 = 1e-6;
+
+/// Roundings of coordinates in mesh files, and of typed coordinates, over the lengths that they make.
+const COORDINATE_ROUNDING: f64 = 1e-9;
 
 /// Why a scene has no usable mesh.
 #[derive(Debug, Error)]
@@ -109,24 +115,6 @@ impl MeshSize {
     }
 }
 
-/// Where a mesh comes from.
-#[derive(Debug, Clone, Copy)]
-enum Origin {
-    /// The body's own: that of a brick consists of whole cells.
-    First,
-    /// Cut from the first one, which left this much of a curved contact face, in m.
-    Cut { faceting: f64 },
-}
-
-impl Origin {
-    fn faceting(self) -> f64 {
-        match self {
-            Self::First => 0.0,
-            Self::Cut { faceting } => faceting,
-        }
-    }
-}
-
 /// A conforming mesh of positively oriented tetrahedra.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Mesh {
@@ -158,21 +146,22 @@ impl Mesh {
     pub fn of_scene(scene: &Scene, folder: &Path) -> Result<Self, MeshError> {
         let raw = RawMesh::of_scene(scene, folder)?;
         let regions = side::assign(scene, &raw)?;
-        Self::new(scene, raw, regions, Origin::First)
+        Self::new(scene, raw, regions, None)
     }
 
-    /// A mesh of a scene's body with a region for each tetrahedron.
+    /// A mesh of a scene's body with a region for each tetrahedron. One that was cut from a first one comes with what that left of
+    /// curved contact faces, in m; the first one of a brick consists of whole cells.
     fn new(
         scene: &Scene,
         raw: RawMesh,
         tetrahedron_region: Vec<usize>,
-        origin: Origin,
+        cut_faceting: Option<f64>,
     ) -> Result<Self, MeshError> {
         let mut mesh = Self::without_contact(scene, raw, tetrahedron_region)?;
         mesh.check_clamp_boxes(&scene.clamps)?;
         let held = mesh.held_nodes(scene);
         let order = scene.contact_order().into_iter();
-        let surfaces = order.map(|entry| mesh.contact_surface(scene, entry, origin, &held));
+        let surfaces = order.map(|entry| mesh.contact_surface(scene, entry, cut_faceting, &held));
         mesh.contact = ContactSurface::joined(surfaces.collect::<Result<_, MeshError>>()?);
         if let Some(surface) = &mesh.contact {
             contact_parts::check_meeting(scene, &mesh, surface, &held)?;

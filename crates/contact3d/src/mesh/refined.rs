@@ -3,7 +3,7 @@
 use std::{borrow::Cow, path::Path};
 
 use super::{
-    IsoparametricMap, Mesh, MeshError, MidEdgeNodes, Origin, RawMesh,
+    IsoparametricMap, Mesh, MeshError, MidEdgeNodes, RawMesh,
     bisection::{Bisection, Descendant},
     obstacle, side,
 };
@@ -121,18 +121,13 @@ impl<'a> RefinableBody<'a> {
     /// As [`Mesh::of_scene`].
     pub fn mesh(&self) -> Result<Mesh, MeshError> {
         if !self.is_cut {
-            return Mesh::new(
-                &self.scene,
-                self.first.clone(),
-                self.regions.clone(),
-                Origin::First,
-            );
+            return Mesh::new(&self.scene, self.first.clone(), self.regions.clone(), None);
         }
         let raw = self.curved(self.bisection.mesh(&self.first));
         let region = |d: Descendant| self.regions.get(d.ancestor).copied();
         let regions = self.bisection.descendants().filter_map(region).collect();
         let faceting = self.faceting()?;
-        Mesh::new(&self.scene, raw, regions, Origin::Cut { faceting })
+        Mesh::new(&self.scene, raw, regions, Some(faceting))
     }
 
     /// What the first mesh leaves of contact faces with obstacles at most, in m.

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use nalgebra::Vector3;
 
-use super::{Mesh, RawMesh, centroid, tetrahedron_volume, triangle_area};
+use super::{COORDINATE_ROUNDING, Mesh, RawMesh, centroid, tetrahedron_volume, triangle_area};
 use crate::{
     reference::{
         TRIANGLE_EDGES, quadrature,
@@ -12,10 +12,6 @@ use crate::{
     },
     scene::{InvalidValue, Part, Scene, Written},
 };
-
-/// Largest distance of a mid-edge node from the middle of its edge, over the length of the edge, at
-/// which the edge counts as straight: roundings of coordinates in a mesh file.
-const STRAIGHT: f64 = 1e-9;
 
 /// Barycentric coordinates of the nodes of a quadratic triangle: its corners, then the middles of [`TRIANGLE_EDGES`].
 const QUADRATIC_NODES: [[f64; 3]; 6] = [
@@ -44,13 +40,13 @@ pub(crate) fn sorted(mut nodes: [usize; 3]) -> [usize; 3] {
     nodes
 }
 
-/// Whether mid-edge nodes are in the middle of their edges, which join the given pairs of corners.
+/// Whether mid-edge nodes are in the middle of their edges, which join the given pairs of corners, but for rounding.
 #[must_use]
 pub fn is_straight(corners: &[[f64; 3]], edges: &[[usize; 2]], middles: &[[f64; 3]]) -> bool {
     edges.iter().zip(middles).all(|([a, b], middle)| {
         let [a, b] = [corners[*a], corners[*b]].map(Vector3::from);
         let off = (a + b) / 2.0 - Vector3::from(*middle);
-        off.norm() <= STRAIGHT * (b - a).norm()
+        off.norm() <= COORDINATE_ROUNDING * (b - a).norm()
     })
 }
 

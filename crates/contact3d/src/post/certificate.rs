@@ -51,12 +51,8 @@ pub struct FrictionCertificate {
     pub slip_direction: f64,
 }
 
-/// Slips smaller than this many roundings of the largest displacement are not resolved: elastic displacements and motions of the
-/// whole body cancel in them, of which some eighty were seen on a pane of 0.3 × 7 m.
-const RESOLVED: f64 = 1024.0;
-
 /// What violations are measured against.
-struct Yardstick<'a> {
+struct ReferenceScale<'a> {
     /// ρ, `[n_multipliers]`, in Pa/m³.
     stiffness: &'a [f64],
     /// The largest pressure, in Pa.
@@ -68,11 +64,12 @@ struct Yardstick<'a> {
     /// The stress that rounding of the displacement would make of the normal and of the tangential multipliers, and that of the load
     /// where these are none beside it, in Pa.
     rounding: [f64; 2],
-    /// The displacement that is none, in m.
+    /// The slip that is none, in m: elastic displacements and motions of the whole body cancel in slips, of which some eighty roundings
+    /// were seen on a pane of 0.3 × 7 m.
     resolution: f64,
 }
 
-impl<'a> Yardstick<'a> {
+impl<'a> ReferenceScale<'a> {
     /// Where nothing presses, the stress of the load takes the place of the pressure, and where little does, that which rounding of the
     /// displacement would make, in works too.
     fn new(
@@ -126,7 +123,7 @@ impl<'a> Yardstick<'a> {
                 work(layout.tangentials(), rounding[1]),
             ],
             rounding,
-            resolution: RESOLVED * f64::EPSILON * moved,
+            resolution: 1024.0 * f64::EPSILON * moved,
         }
     }
 }
@@ -134,8 +131,8 @@ impl<'a> Yardstick<'a> {
 impl Certificate {
     pub(super) fn new(solved: &Solved<'_>, panes: &[PaneState], stiffness: &[f64]) -> Self {
         let measured = solved.contact.as_ref().map(|contact| {
-            let yardstick = Yardstick::new(solved, contact, panes, stiffness);
-            (contact, yardstick)
+            let scale = ReferenceScale::new(solved, contact, panes, stiffness);
+            (contact, scale)
         });
         Self {
             equilibrium: equilibrium(solved),
@@ -196,7 +193,7 @@ impl ContactCertificate {
         solved: &Solved<'_>,
         contact: &SolvedContact<'_>,
         panes: &[PaneState],
-        by: &Yardstick<'_>,
+        by: &ReferenceScale<'_>,
     ) -> Self {
         let (normal, _) = contact.coupling.layout.split(&solved.solution.multiplier);
         let area = &contact.state.surface.pane_area;
@@ -216,7 +213,7 @@ impl ContactCertificate {
 }
 
 impl FrictionCertificate {
-    fn new(contact: &SolvedContact<'_>, panes: &[PaneState], by: &Yardstick<'_>) -> Self {
+    fn new(contact: &SolvedContact<'_>, panes: &[PaneState], by: &ReferenceScale<'_>) -> Self {
         let area = &contact.state.surface.pane_area;
         let with_friction =
             || (0..panes.len()).filter_map(|i| Some((i, panes[i].friction.as_ref()?)));
@@ -274,7 +271,7 @@ fn natural_residual(
     solved: &Solved<'_>,
     contact: &SolvedContact<'_>,
     panes: &[PaneState],
-    by: &Yardstick<'_>,
+    by: &ReferenceScale<'_>,
 ) -> f64 {
     let layout = contact.coupling.layout;
     let semi_axes = panes

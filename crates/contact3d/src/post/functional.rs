@@ -7,11 +7,8 @@
 
 use super::{
     ErrorEstimate, Resultants, Solved, SolvedContact,
-    estimate::{
-        BoxLoad, Contributions, FacePart, Field, FieldLoads, SolutionData,
-        multipliers_between_nodes,
-    },
-    zone_areas::areas,
+    estimate::{BoxLoad, FacePart, Field, FieldLoads, SolutionData, multipliers_between_nodes},
+    zones::areas,
 };
 use crate::{
     dual::DualSystem,
@@ -20,9 +17,6 @@ use crate::{
     scene::{Component, Functional},
     solver::{Adjoint, Adjoints, LinearFunctional},
 };
-
-/// Half the edge of the cube around a peak over the extent of what it is on.
-const HALF_PATCH: f64 = 0.05;
 
 /// A quantity of an answer and the error that the mesh makes of it, in the unit of the quantity.
 #[derive(Debug, Clone, PartialEq)]
@@ -296,13 +290,9 @@ impl LinearisedFunctional {
     fn estimate(
         &self,
         energy: &ErrorEstimate,
-        shares: Contributions,
+        (mut of_tetrahedra, mut of_contact): (Vec<f64>, f64),
         kinks: usize,
     ) -> FunctionalEstimate {
-        let Contributions {
-            mut of_tetrahedra,
-            mut of_contact,
-        } = shares;
         if self.functional == Functional::StrainEnergy {
             let squares = energy.indicator.iter().map(|eta| 0.5 * eta * eta);
             let both = of_tetrahedra.iter_mut().zip(squares);
@@ -401,7 +391,7 @@ fn cube(mesh: &Mesh, nodes: impl Iterator<Item = usize>, centre: [f64; 3]) -> [[
         }
     }
     let extent = (0..3).map(|c| ends[1][c] - ends[0][c]).fold(0.0, f64::max);
-    [-1.0, 1.0].map(|side| centre.map(|x| x + side * HALF_PATCH * extent))
+    [-0.05, 0.05].map(|half| centre.map(|x| x + half * extent))
 }
 
 #[cfg(test)]

@@ -1,33 +1,33 @@
 //! What a solution means: contact zones, stresses, resultants, and a certificate.
 
 mod certificate;
+mod checks;
 mod estimate;
-mod flaw;
 mod functional;
-mod nodal_forces;
 mod resultants;
 mod rounding;
-mod zone_areas;
 mod zones;
 
 pub use certificate::{Certificate, ContactCertificate, FrictionCertificate};
+pub use checks::CheckFailure;
 pub use estimate::{
-    ContactBound, ContactError, ErrorBound, ErrorEstimate, LARGEST_TOLD, RelativeBound, SideForce,
+    ContactBound, ContactError, ErrorBound, ErrorEstimate, MAX_RELIABLE_ESTIMATE, RelativeBound,
+    SideForce,
 };
-pub use flaw::Flaw;
 pub use functional::FunctionalEstimate;
-pub use nodal_forces::SourceForce;
-pub use resultants::{ContactResultants, FaceResultants, Resultants, Vector, von_mises};
+pub use resultants::{
+    ContactResultants, FaceResultants, Resultants, SourceForce, Vector, von_mises,
+};
 pub use rounding::Rounding;
 pub use zones::{PaneCoulomb, PaneFriction, PaneState, Zone};
 
-use nodal_forces::NodalForces;
+use resultants::NodalForces;
 
 use crate::{
     contact::{CoulombLaw, Coupling, FrictionField},
     dual::{DualSystem, PrimalSystem, pane_stiffness},
     elasticity::{InternalForces, MaterialField},
-    mesh::{FLAT, Mesh},
+    mesh::{GEOMETRY_TOLERANCE, Mesh},
     scene::{Functional, InvalidValue, Scene},
     solver::{ContactState, Solution},
 };
@@ -52,7 +52,7 @@ impl Solved<'_> {
     fn touching_depth(&self) -> f64 {
         match self.scene.body.as_brick() {
             Some(_) => 0.0,
-            None => FLAT * self.mesh.extent(),
+            None => GEOMETRY_TOLERANCE * self.mesh.extent(),
         }
     }
 }
@@ -128,8 +128,8 @@ pub struct ContactReport {
     /// Quantities of the answer with their errors; empty where no dense dual problem was at hand, in a load history, where nothing
     /// is deformed, and where the estimated error is more than half of the answer.
     pub functionals: Vec<FunctionalEstimate>,
-    /// What takes back the claim of the solve; [`Self::judge`] acts on it.
-    pub flaw: Option<Flaw>,
+    /// The first check that fails, which takes back the claim of the solve; [`Self::classify`] acts on it.
+    pub failed_check: Option<CheckFailure>,
 }
 
 impl ContactReport {
@@ -197,13 +197,13 @@ impl ContactReport {
             rounding: rounding_energy,
         };
         let (discretisation_error, mut functionals) = estimate(solved, &known, &resultants);
-        if discretisation_error.misses_solution() {
+        if discretisation_error.is_unreliable() {
             functionals.clear();
         }
         let mut report = Self {
             discretisation_error,
             functionals,
-            forces: nodal_forces::by_source(solved, &displacement, &forces)?,
+            forces: resultants::by_source(solved, &displacement, &forces)?,
             resultants,
             faces: FaceResultants::of_faces(solved, &panes),
             certificate: Certificate::new(solved, &panes, &stiffness),
@@ -214,10 +214,10 @@ impl ContactReport {
             friction: friction.map(|(_, field)| field),
             displacement,
             reaction: forces.clamp,
-            flaw: None,
+            failed_check: None,
         };
         let rounding = Rounding::new(solved, &terms, &report.panes, &stiffness, &[]);
-        report.flaw = report.find_flaw(solved, &rounding, rounding_energy);
+        report.failed_check = report.first_failed_check(solved, &rounding, rounding_energy);
         Ok(report)
     }
 
@@ -226,7 +226,7 @@ impl ContactReport {
     #[must_use]
     pub fn relative_error(&self, of: Option<Functional>) -> Option<f64> {
         let error = &self.discretisation_error;
-        match of.filter(|_| !error.misses_solution()) {
+        match of.filter(|_| !error.is_unreliable()) {
             None => Some(error.relative()),
             Some(of) => self.functional(of).map(FunctionalEstimate::relative),
         }

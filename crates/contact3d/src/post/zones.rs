@@ -1,8 +1,9 @@
-//! Open, sticking and slipping panes, and their contact quantities.
+//! Open, sticking and slipping panes, their contact quantities, and the areas of contact and of stick.
 
-use super::{Solved, SolvedContact};
+use super::{FunctionalEstimate, Solved, SolvedContact, estimate::SolutionData};
 use crate::{
     contact::{CoulombLaw, FrictionField},
+    scene::Functional,
     solver::Ellipse,
 };
 
@@ -58,9 +59,6 @@ pub struct PaneCoulomb {
     pub slip_bound: f64,
 }
 
-/// A pressure below this share of what would close the gap of its pane is what rounding has left of none.
-const LEAST_PRESSURE: f64 = 1e-9;
-
 /// Evaluates every pane.
 ///
 /// A pane slips when the trial stress λ_t + ρ |Rⁱ| u_t leaves its ellipse,
@@ -88,8 +86,8 @@ pub(super) fn pane_states(
     let laws = contact.state.laws();
     let set = laws.feasible_set(solution.coulomb.as_ref());
     let gap = contact.state.interface.gap.as_deref();
-    let past = contact.state.interface.slip.past.as_ref();
-    let origin = past.map(|past| [past.component(0), past.component(1)]);
+    let previous = contact.state.interface.slip.previous.as_ref();
+    let origin = previous.map(|previous| [previous.component(0), previous.component(1)]);
     let origin = |pane: usize, k: usize| {
         let values = origin.as_ref().map(|values| &values[k]);
         values.map_or(0.0, |values| surface.pane_mean(pane, values))
@@ -100,7 +98,7 @@ pub(super) fn pane_states(
             let normal = solution.multiplier[i];
             let gap = gap.map_or(0.0, |d| surface.pane_mean(i, d)) - integral[i] / area;
             let closing_pressure = stiffness[layout.normal(i)] * area * gap;
-            let pressed = normal > 0.0 && normal > LEAST_PRESSURE * closing_pressure;
+            let pressed = normal > 0.0 && normal > 1e-9 * closing_pressure;
             let pair = |v: &[f64]| layout.pair(v, i);
             let tangential = set.ellipses.get(i).map(|ellipse| {
                 let stress = pair(&solution.multiplier);
@@ -159,4 +157,91 @@ fn level(ellipse: &Ellipse, point: [f64; 2]) -> f64 {
 /// ‖diag(inverse) v‖.
 pub(super) fn scaled_norm(v: [f64; 2], inverse: [f64; 2]) -> f64 {
     (v[0] * inverse[0]).hypot(v[1] * inverse[1])
+}
+
+/// The areas of contact and of stick, counts of panes, which have no derivative and so no adjoint: enclosed by those of the panes that may be in another zone: panes beside one of another zone.
+pub(super) fn areas(
+    solved: &Solved<'_>,
+    known: &SolutionData<'_>,
+    wanted: Option<Functional>,
+) -> Vec<FunctionalEstimate> {
+    let Some(contact) = &solved.contact else {
+        return Vec::new();
+    };
+    let has_friction = contact.state.interface.has_friction();
+    let pressed = |pane: &PaneState| pane.zone != Zone::Open;
+    let sticks = |pane: &PaneState| pane.zone == Zone::Stick;
+    let area = |functional, counts: fn(&PaneState) -> bool| {
+        enclosed(solved, contact, known, functional, counts, wanted)
+    };
+    let mut areas = vec![area(Functional::ContactArea, pressed)];
+    if has_friction {
+        areas.push(area(Functional::StickArea, sticks));
+    }
+    areas
+}
+
+fn enclosed(
+    solved: &Solved<'_>,
+    contact: &SolvedContact<'_>,
+    known: &SolutionData<'_>,
+    functional: Functional,
+    counts: impl Fn(&PaneState) -> bool,
+    wanted: Option<Functional>,
+) -> FunctionalEstimate {
+    let surface = contact.state.surface;
+    let inside: Vec<bool> = known.panes.iter().map(counts).collect();
+    // Whether a node has panes in the zone and panes beside it.
+    let mut around = vec![[false; 2]; surface.nodes.len()];
+    let nodes_of = |place: usize| {
+        let face = surface.face_of_facet(place);
+        let nodes = solved.mesh.facet_nodes(surface.facets[place]);
+        nodes.filter_map(move |node| surface.contact_node(face, node))
+    };
+    let panes_of = |place: usize| -> Vec<usize> {
+        let face = surface.face_of_facet(place);
+        match surface.pane_of_facet(place) {
+            Some(pane) => vec![pane],
+            None => nodes_of(place)
+                .filter_map(|node| surface.carried_by(face, node))
+                .collect(),
+        }
+    };
+    for place in 0..surface.facets.len() {
+        for pane in panes_of(place) {
+            nodes_of(place).for_each(|node| around[node][usize::from(inside[pane])] = true);
+        }
+    }
+    let mut uncertain = vec![false; surface.n_panes()];
+    let mut indicator = vec![0.0; solved.mesh.tetrahedra.len()];
+    let behind = solved.mesh.behind_contact();
+    for place in 0..surface.facets.len() {
+        if nodes_of(place).any(|node| around[node] == [true; 2]) {
+            panes_of(place)
+                .into_iter()
+                .for_each(|pane| uncertain[pane] = true);
+            if wanted == Some(functional) {
+                indicator[behind[place]] += solved.mesh.facet_area(surface.facets[place]);
+            }
+        }
+    }
+    let area = |of: &dyn Fn(usize) -> bool| -> f64 {
+        let panes = (0..surface.n_panes()).filter(|&pane| of(pane));
+        // An empty sum of floats is −0.
+        0.0 + panes.map(|pane| surface.pane_area[pane]).sum::<f64>()
+    };
+    let value = area(&|pane| inside[pane]);
+    let range = [
+        area(&|pane| inside[pane] && !uncertain[pane]),
+        area(&|pane| inside[pane] || uncertain[pane]),
+    ];
+    FunctionalEstimate {
+        functional,
+        value,
+        error: (range[1] - value).max(value - range[0]),
+        range,
+        corners: None,
+        kinks: 0,
+        indicator,
+    }
 }

@@ -19,7 +19,7 @@ pub use run::Answer;
 use std::{path::Path, sync::Arc};
 
 use crate::{
-    contact::{Coupling, Interface, Past},
+    contact::{Coupling, Interface, PreviousIncrement},
     dual::{DualSystem, PrimalSystem},
     elasticity::idle_loads,
     history::StepRecord,
@@ -88,9 +88,10 @@ impl Problem {
     }
 
     /// The same problem in a later step of a load history.
-    fn after(mut self, past: Option<Past>) -> Self {
-        if let Some(past) = past {
-            self.interface = self.interface.map(|interface| interface.after(past));
+    fn from_previous(mut self, previous: Option<PreviousIncrement>) -> Self {
+        if let Some(previous) = previous {
+            let interface = self.interface;
+            self.interface = interface.map(|interface| interface.from_previous(previous));
         }
         self
     }
@@ -107,12 +108,14 @@ impl Problem {
         let scene = self.scene.at_increment(increment)?;
         let problem = Self::of_checked(scene, Arc::clone(&self.mesh))?;
         let has_friction = problem.interface().is_some_and(Interface::has_friction);
-        let past = before.filter(|_| has_friction).map(|before| Past {
-            tangential: before.tangential.clone(),
-            path: before.path.clone(),
-            follows: self.scene.slip_measure(),
-        });
-        Ok(problem.after(past))
+        let previous = before
+            .filter(|_| has_friction)
+            .map(|before| PreviousIncrement {
+                tangential: before.tangential.clone(),
+                path: before.path.clone(),
+                follows: self.scene.slip_measure(),
+            });
+        Ok(problem.from_previous(previous))
     }
 
     /// The problem after some increments of the scene's load history: that of the last of them, or of the end where there are
@@ -159,7 +162,7 @@ impl Problem {
         solution: &mut Solution,
     ) -> Result<ContactReport, InvalidValue> {
         let report = ContactReport::new(&self.solved(system, coupling, solution))?;
-        report.judge(solution);
+        report.classify(solution);
         Ok(report)
     }
 

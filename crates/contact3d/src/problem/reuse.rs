@@ -44,10 +44,10 @@ impl AssembledProblem {
             return Err(ProblemError::OtherOperator { key });
         }
         let interface = self.problem.interface();
-        let past = interface.and_then(|interface| interface.slip.past.clone());
+        let previous = interface.and_then(|interface| interface.slip.previous.clone());
         let problem = Problem::of_checked(scene, self.problem.mesh.clone())?;
         self.require_compliance(problem.interface())?;
-        let problem = problem.after(past);
+        let problem = problem.from_previous(previous);
         Ok(Self::new(problem, self.system.clone()).with_own_loads()?)
     }
 

@@ -3,7 +3,7 @@
 use super::{AssembledProblem, Keeper, ProblemError, RunStep, Unfinished};
 use crate::{
     dual::AssemblyError,
-    history::{Bookkeeping, StepRecord},
+    history::{EnergyLedger, StepRecord},
     post::ContactReport,
     scene::{Increment, InvalidValue, SolveSettings},
     solver::{Goal, Progress, Solution, Start},
@@ -92,7 +92,7 @@ impl AssembledProblem {
         }
         let increments = self.scene().increments();
         records.truncate(increments.len().saturating_sub(1));
-        let mut books = Bookkeeping::new(self.scene(), self.mesh(), &records)?;
+        let mut ledger = EnergyLedger::new(self.scene(), self.mesh(), &records)?;
         loop {
             let increment = increments[records.len()];
             let is_last = records.len() + 1 == increments.len();
@@ -116,7 +116,7 @@ impl AssembledProblem {
             let dual_rhs = dual.map_or(&[][..], |contact| contact.dual_rhs());
             let solved = problem.solved(solution);
             let record = StepRecord::new(increment, &solved, dual_rhs, report);
-            let record = books.entered(record, &solved, before, report)?;
+            let record = ledger.record(record, &solved, before, report)?;
             records.push(record);
             let failed = !solution.status.is_success(Goal::of(settings));
             if failed || is_last {
@@ -160,7 +160,7 @@ impl AssembledProblem {
         if let Some(failure) = self.system.assembly.factor.failure() {
             return Err(AssemblyError::Engine(failure).into());
         }
-        report.judge(&mut solution);
+        report.classify(&mut solution);
         if evaluation.is_followed {
             if solution.status.is_success(Goal::of(settings)) {
                 return Ok((solution, report));
@@ -168,7 +168,7 @@ impl AssembledProblem {
             if evaluation.errors == EstimatedErrors::Nothing {
                 (solution.status, solution.accuracy) = claimed;
                 report = self.evaluated(&solution, EstimatedErrors::Energy)?;
-                report.judge(&mut solution);
+                report.classify(&mut solution);
             }
         }
         if claimed.0.is_solved() {

@@ -53,13 +53,12 @@ pub fn tetrahedron() -> impl Iterator<Item = ([f64; 4], f64)> {
 /// Four points of a tetrahedron, exact for polynomials of degree 2: λ_k = (5 + 3√5)/20 at one corner,
 /// (5 − √5)/20 at the others.
 pub const TETRAHEDRON_2: [([f64; 4], f64); 4] = {
-    const FAR: f64 = 0.138_196_601_125_010_5;
-    const NEAR: f64 = 0.585_410_196_624_968_5;
+    let (far, near) = (0.138_196_601_125_010_5, 0.585_410_196_624_968_5);
     [
-        ([NEAR, FAR, FAR, FAR], 0.25),
-        ([FAR, NEAR, FAR, FAR], 0.25),
-        ([FAR, FAR, NEAR, FAR], 0.25),
-        ([FAR, FAR, FAR, NEAR], 0.25),
+        ([near, far, far, far], 0.25),
+        ([far, near, far, far], 0.25),
+        ([far, far, near, far], 0.25),
+        ([far, far, far, near], 0.25),
     ]
 };
 

@@ -213,7 +213,7 @@ fn the_largest_indicators_are_cut_most_and_equal_ones_alike() {
         estimated,
         wanted,
         element: ElementOrder::P2,
-        come: None,
+        achieved: None,
     };
     let equal = next_cuts(&[0.1; 100], target(1.0, 0.5));
     assert!(equal.iter().all(|cuts| *cuts == equal[0] && *cuts > 0));
@@ -222,9 +222,9 @@ fn the_largest_indicators_are_cut_most_and_equal_ones_alike() {
     assert!(quarter.iter().all(|cuts| *cuts == quarter[0]));
     // Where levels come all the way that they aim at, the last one aims at 0.93 of the target; where half of it, at 0.75 as before.
     let fall_of_one = (-2.0_f64 / 3.0).exp2();
-    let after = |come: Option<f64>| {
+    let after = |achieved: Option<f64>| {
         let target = target(1.0, fall_of_one / 0.93 * 1.001);
-        next_cuts(&[0.1; 100], Target { come, ..target })[0]
+        next_cuts(&[0.1; 100], Target { achieved, ..target })[0]
     };
     assert_eq!([None, Some(0.5), Some(1.0)].map(after), [2, 2, 1]);
     let mut indicator = vec![1e-3; 100];

@@ -201,7 +201,7 @@ impl AlgebraicStudy {
             ..scene.solve.clone()
         };
         let mut reference = assembled.solve_from(&to_rounding, Start::default(), &mut |_| {})?;
-        assembled.report(&reference)?.judge(&mut reference);
+        assembled.report(&reference)?.classify(&mut reference);
         let mut study = Self {
             reference_status: reference.status,
             reference_accuracy: reference.accuracy,

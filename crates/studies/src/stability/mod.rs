@@ -113,7 +113,7 @@ impl Check {
         let double = own.in_double_precision(scene, folder)?;
         let problem = double.as_ref().unwrap_or(&own);
         let report = problem.assembled.report(&answer)?;
-        report.judge(&mut answer);
+        report.classify(&mut answer);
         pieces.figure(format!(
             "{} in {seconds:.2} s, certificate {:.1e}",
             answer.status.word().replace('_', " "),

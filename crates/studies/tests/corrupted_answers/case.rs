@@ -72,7 +72,7 @@ impl Case {
     /// The answer with what the gate leaves of its claim.
     pub(crate) fn judged(&self, mut solution: Solution) -> Solution {
         let report = self.problem.report(&solution).expect("finite loads");
-        report.judge(&mut solution);
+        report.classify(&mut solution);
         solution
     }
 

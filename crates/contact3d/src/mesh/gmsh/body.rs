@@ -2,7 +2,10 @@
 
 use std::collections::HashMap;
 
-use super::{GmshFlaw, contents::Contents, groups::MeshElement};
+use super::{
+    contents::{Contents, MeshElement, listed_nodes},
+    scanner::GmshFlaw,
+};
 use crate::{
     mesh::{IsoparametricMap, quadratic::edge, side::edge_lengths},
     reference::TETRAHEDRON_EDGES,
@@ -134,37 +137,6 @@ impl GmshBody {
         }
         Ok(())
     }
-}
-
-/// Indices of nodes of an element in the file; they must be listed and differ.
-pub(super) fn listed_nodes<const K: usize, const N: usize>(
-    contents: &Contents,
-    element: &MeshElement<K>,
-    tags: &[u64; N],
-) -> Result<[usize; N], GmshFlaw> {
-    let mut nodes = [0; N];
-    for (i, &tag) in tags.iter().enumerate() {
-        let flaw = |expected: &str, found, help| {
-            let flaw = GmshFlaw::new(element.place, expected, found, help);
-            flaw.of(format!("element {}", element.tag))
-        };
-        if tags[..i].contains(&tag) {
-            return Err(flaw(
-                "different nodes",
-                format!("node {tag} twice"),
-                "the element is degenerate; mesh the geometry again, or a little coarser",
-            ));
-        }
-        nodes[i] = *contents.node_of_tag.get(&tag).ok_or_else(|| {
-            let found = format!("node {tag}");
-            flaw(
-                "nodes of $Nodes",
-                found,
-                "the file is damaged; save it again",
-            )
-        })?;
-    }
-    Ok(nodes)
 }
 
 /// Signed volume over the cube of the longest edge L, and what roundings of the coordinates alone

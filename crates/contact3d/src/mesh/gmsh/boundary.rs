@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use nalgebra::Vector3;
 use rayon::slice::ParallelSliceMut;
 
-use super::{GmshFlaw, body::GmshBody, contents::Contents};
-use crate::mesh::sorted;
+use super::{body::GmshBody, contents::Contents, scanner::GmshFlaw};
+use crate::mesh::{GEOMETRY_TOLERANCE, sorted};
 
 /// The outer triangles of the body and how its tetrahedra hang together.
 #[derive(Debug)]
@@ -172,10 +172,6 @@ impl Pieces {
     }
 }
 
-/// Nodes this much nearer than an edge is long are in the same place: far more than roundings and
-/// the tolerance of CAD kernels (1e-8 of the part), far less than any element worth having.
-const SAME_PLACE: f64 = 1e-6;
-
 /// Refuses boundaries on which parts touch without being joined: nodes in the same place, or on
 /// triangles of which they are no corner.
 ///
@@ -188,7 +184,7 @@ pub(super) fn check(
     let mut nodes: Vec<usize> = boundary.facets.iter().flatten().copied().collect();
     nodes.sort_unstable();
     nodes.dedup();
-    let nearby = Nearby::new(&body.coordinates, nodes.clone());
+    let nearby = Nearby::new(&body.coordinates, &nodes);
     no_coincident_nodes(body, boundary, &nodes, &nearby)?;
     no_hanging_nodes(body, boundary, contents, &nearby)
 }
@@ -213,7 +209,7 @@ fn no_coincident_nodes(
     }
     for &node in nodes {
         let at = body.coordinates[node];
-        let reach = SAME_PLACE * shortest[node];
+        let reach = GEOMETRY_TOLERANCE * shortest[node];
         let others = nearby.in_box(at.map(|x| x - reach), at.map(|x| x + reach));
         if let Some(&other) = others.iter().find(|&&other| other != node) {
             let flaw = GmshFlaw::new(
@@ -240,7 +236,7 @@ fn no_hanging_nodes(
         let longest = (0..3)
             .map(|i| (corners[i] - corners[(i + 1) % 3]).norm())
             .fold(0.0, f64::max);
-        let reach = SAME_PLACE * longest;
+        let reach = GEOMETRY_TOLERANCE * longest;
         let low = corners[0]
             .inf(&corners[1])
             .inf(&corners[2])
@@ -279,88 +275,41 @@ fn lies_on(corners: &[Vector3<f64>; 3], reach: f64, at: &Vector3<f64>) -> bool {
     }
     [(a, b), (b, c), (c, a)].into_iter().all(|(p, q)| {
         let share = (q - p).cross(&(at - p)).dot(&normal) / (twice_area * twice_area);
-        share >= -SAME_PLACE
+        share >= -GEOMETRY_TOLERANCE
     })
 }
 
-/// A k-d tree over points, for queries with boxes.
-///
-/// A range of the order is a subtree: the point at its middle splits it along `axis`, with no
-/// larger coordinates before and no smaller ones behind it.
-pub(super) struct Nearby<'a> {
+/// Points in the order of their places along a direction that hardly any face is perpendicular to, for queries with boxes: of n points
+/// on a surface a box has some √n others beside it.
+struct Nearby<'a> {
     points: &'a [[f64; 3]],
-    order: Vec<usize>,
-    axis: Vec<usize>,
+    order: Vec<(f64, usize)>,
 }
 
 impl<'a> Nearby<'a> {
-    /// Sorts the chosen points; each range is split along its longest extent.
-    pub(super) fn new(points: &'a [[f64; 3]], chosen: Vec<usize>) -> Self {
-        let mut order = chosen;
-        let mut axis = vec![0; order.len()];
-        let mut ranges = vec![(0, order.len())];
-        while let Some((start, end)) = ranges.pop() {
-            if end - start < 2 {
-                continue;
-            }
-            let range = &mut order[start..end];
-            let along = longest_extent(range.iter().map(|&i| &points[i]));
-            let middle = range.len() / 2;
-            range.select_nth_unstable_by(middle, |&a, &b| {
-                points[a][along]
-                    .total_cmp(&points[b][along])
-                    .then(a.cmp(&b))
-            });
-            axis[start + middle] = along;
-            ranges.push((start, start + middle));
-            ranges.push((start + middle + 1, end));
-        }
-        Self {
-            points,
-            order,
-            axis,
-        }
+    fn new(points: &'a [[f64; 3]], chosen: &[usize]) -> Self {
+        let place = |&point: &usize| (along(points[point]), point);
+        let mut order: Vec<(f64, usize)> = chosen.iter().map(place).collect();
+        order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        Self { points, order }
     }
 
     /// The chosen points in a closed box, in increasing order.
-    pub(super) fn in_box(&self, low: [f64; 3], high: [f64; 3]) -> Vec<usize> {
-        let mut found = Vec::new();
-        let mut ranges = vec![(0, self.order.len())];
-        while let Some((start, end)) = ranges.pop() {
-            if start == end {
-                continue;
-            }
-            let middle = start + (end - start) / 2;
-            let (point, axis) = (self.order[middle], self.axis[middle]);
-            let at = self.points[point];
-            if (0..3).all(|a| low[a] <= at[a] && at[a] <= high[a]) {
-                found.push(point);
-            }
-            if low[axis] <= at[axis] {
-                ranges.push((start, middle));
-            }
-            if at[axis] <= high[axis] {
-                ranges.push((middle + 1, end));
-            }
-        }
+    fn in_box(&self, low: [f64; 3], high: [f64; 3]) -> Vec<usize> {
+        let first = self.order.partition_point(|(place, _)| *place < along(low));
+        let places = self.order[first..].iter();
+        let between = places.take_while(|(place, _)| *place <= along(high));
+        let is_inside = |at: [f64; 3]| (0..3).all(|a| low[a] <= at[a] && at[a] <= high[a]);
+        let inside = between.filter(|(_, point)| is_inside(self.points[*point]));
+        let mut found: Vec<usize> = inside.map(|(_, point)| *point).collect();
         found.sort_unstable();
         found
     }
 }
 
-fn longest_extent<'p>(points: impl Iterator<Item = &'p [f64; 3]>) -> usize {
-    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    for point in points {
-        for a in 0..3 {
-            low[a] = low[a].min(point[a]);
-            high[a] = high[a].max(point[a]);
-        }
-    }
-    let extent = [0, 1, 2].map(|a| high[a] - low[a]);
-    (0..3)
-        .rev()
-        .max_by(|&a, &b| extent[a].total_cmp(&extent[b]))
-        .unwrap_or(0)
+/// The place of a point along the direction; sums of products with positive numbers keep the order of coordinates in spite of rounding.
+fn along([x, y, z]: [f64; 3]) -> f64 {
+    x + 0.618_034 * y + 0.414_214 * z
 }
 
 #[cfg(test)]
@@ -384,7 +333,7 @@ mod tests {
             let chosen: Vec<usize> = (0..points.len()).filter(|i| i % 3 != 0).collect();
             let is_inside = |i: &usize| (0..3).all(|a| (low[a]..=high[a]).contains(&points[*i][a]));
             let expected: Vec<usize> = chosen.iter().copied().filter(is_inside).collect();
-            prop_assert_eq!(Nearby::new(&points, chosen).in_box(low, high), expected);
+            prop_assert_eq!(Nearby::new(&points, &chosen).in_box(low, high), expected);
         }
     }
 }

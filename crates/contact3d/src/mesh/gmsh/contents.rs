@@ -1,13 +1,8 @@
-//! What a mesh file contains, before it is checked as a body.
+//! Nodes, elements and physical groups of a mesh file, before they are checked as a body.
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::{
-    FilePosition, GmshFlaw,
-    groups::{ElementKind, MIDDLES, MOST_NODES, MeshElement, Order},
-    scanner::{Encoding, Scanner, shown},
-    v2, v4,
-};
+use super::scanner::{FilePosition, GmshFlaw, Scanner};
 
 /// What a mesh file says, before it is checked as a body.
 #[derive(Debug, Default)]
@@ -26,21 +21,7 @@ pub(super) struct Contents {
     pub(super) names: BTreeMap<(i64, i64), String>,
 }
 
-/// The versions of the format that are read.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum GmshVersion {
-    V2,
-    V4,
-}
-
 impl Contents {
-    fn new() -> Self {
-        Self {
-            memberships: vec![Vec::new()],
-            ..Self::default()
-        }
-    }
-
     /// Adds a set of physical groups and gives its index.
     pub(super) fn membership(&mut self, mut groups: Vec<i64>) -> usize {
         if groups.is_empty() {
@@ -57,68 +38,6 @@ impl Contents {
         self.node_tags.reserve(count);
         self.node_of_tag.reserve(count);
         self.coordinates.reserve(count);
-    }
-
-    /// Reads all sections of a file.
-    pub(super) fn read(bytes: &[u8]) -> Result<Self, GmshFlaw> {
-        let mut scanner = Scanner::new(bytes);
-        let version = read_format(&mut scanner)?;
-        let mut contents = Self::new();
-        let mut entities = None;
-        let mut missing = vec!["Nodes", "Elements"];
-        while let Some(section) = begin_section(&mut scanner)? {
-            let n_missing = missing.len();
-            missing.retain(|known| *known != section);
-            if ["Nodes", "Elements"].contains(&&*section) && missing.len() == n_missing {
-                return Err(GmshFlaw::new(
-                    scanner.place(),
-                    format!("one section ${section}"),
-                    "a second one",
-                    "two meshes stand in one file; merge them in Gmsh and save once",
-                ));
-            }
-            match (section.as_str(), version) {
-                ("PhysicalNames", _) => contents.read_names(&mut scanner)?,
-                ("Entities", GmshVersion::V4) => {
-                    entities = Some(v4::entities(&mut scanner, &mut contents)?);
-                }
-                ("Nodes", GmshVersion::V2) => v2::nodes(&mut scanner, &mut contents)?,
-                ("Nodes", GmshVersion::V4) => v4::nodes(&mut scanner, &mut contents)?,
-                ("Elements", GmshVersion::V2) => v2::elements(&mut scanner, &mut contents)?,
-                ("Elements", GmshVersion::V4) => {
-                    v4::elements(&mut scanner, entities.as_ref(), &mut contents)?;
-                }
-                _ => {
-                    skip_section(&mut scanner, &section)?;
-                    continue;
-                }
-            }
-            end_section(&mut scanner, &section)?;
-        }
-        match missing.first() {
-            None => Ok(contents),
-            Some(section) => Err(GmshFlaw::new(
-                None,
-                format!("a section ${section}"),
-                "none",
-                "the file is cut off or not an MSH file with nodes and elements",
-            )),
-        }
-    }
-
-    fn read_names(&mut self, scanner: &mut Scanner) -> Result<(), GmshFlaw> {
-        const LINE: &str = "dimension, tag and \"name\" of a physical group";
-        let count = scanner.text_line().unwrap_or_default();
-        let count: u64 = text(count)
-            .and_then(|c| c.parse().ok())
-            .ok_or_else(|| scanner.syntax("the number of physical names", shown(count)))?;
-        for _ in 0..count {
-            let line = scanner.text_line().unwrap_or_default();
-            let (key, name) =
-                physical_name(line).ok_or_else(|| scanner.syntax(LINE, shown(line)))?;
-            self.names.insert(key, name);
-        }
-        Ok(())
     }
 
     /// Adds a node; its tag must be new and its coordinates finite.
@@ -158,21 +77,20 @@ impl Contents {
         kind: ElementKind,
         membership: usize,
     ) -> Result<(), GmshFlaw> {
-        let mut nodes = [0; MOST_NODES];
-        for node in &mut nodes[..kind.n_nodes()] {
+        let mut nodes = [0; 10];
+        for node in &mut nodes[..kind.n_nodes] {
             *node = scanner.size("the tag of a node of the element")?;
         }
         let [a, b, c, d, ..] = nodes;
-        match kind {
-            ElementKind::Point | ElementKind::Line(_) => {}
-            ElementKind::Triangle(_) => self.triangles.push(MeshElement {
+        match kind.corners {
+            3 => self.triangles.push(MeshElement {
                 tag,
                 place,
                 nodes: [a, b, c],
                 membership,
             }),
-            ElementKind::Tetrahedron(order) => {
-                if order == Order::Second {
+            4 => {
+                if kind.n_nodes == 10 {
                     self.middles.push(MIDDLES.map(|k| nodes[k]));
                 }
                 self.tetrahedra.push(MeshElement {
@@ -190,114 +108,152 @@ impl Contents {
                     ));
                 }
             }
+            _ => {}
         }
         Ok(())
     }
-}
 
-fn text(bytes: &[u8]) -> Option<&str> {
-    std::str::from_utf8(bytes).ok()
-}
-
-/// Takes `2 7 "left end"` apart.
-fn physical_name(line: &[u8]) -> Option<((i64, i64), String)> {
-    let (numbers, quoted) = text(line)?.split_once('"')?;
-    let (name, after) = quoted.rsplit_once('"')?;
-    let mut numbers = numbers.split_ascii_whitespace().map(str::parse);
-    let key = (numbers.next()?.ok()?, numbers.next()?.ok()?);
-    let complete = numbers.next().is_none() && after.is_empty() && !name.is_empty();
-    complete.then(|| (key, name.to_owned()))
-}
-
-/// Reads `$MeshFormat`: version, encoding and size of sizes; in binary also the order of bytes.
-fn read_format(scanner: &mut Scanner) -> Result<GmshVersion, GmshFlaw> {
-    let first = scanner.text_line().unwrap_or_default();
-    if first != b"$MeshFormat" {
-        return Err(scanner.syntax("$MeshFormat at the beginning", shown(first)));
+    /// The name of a physical group: its number when it has none.
+    pub(super) fn group_name(&self, dimension: i64, tag: i64) -> String {
+        let name = self.names.get(&(dimension, tag));
+        name.cloned().unwrap_or_else(|| tag.to_string())
     }
-    let line = scanner.text_line().unwrap_or_default();
-    let words: Vec<&str> = text(line)
-        .unwrap_or_default()
-        .split_ascii_whitespace()
-        .collect();
-    let &[version, encoding, size] = words.as_slice() else {
-        return Err(scanner.syntax(
-            "version, encoding and data size such as 4.1 0 8",
-            shown(line),
-        ));
+
+    /// The one physical group of an element; an error with the first two when it is in several.
+    pub(super) fn group_of<const K: usize>(
+        &self,
+        element: &MeshElement<K>,
+    ) -> Result<Option<i64>, [i64; 2]> {
+        match self.memberships[element.membership].as_slice() {
+            [] => Ok(None),
+            [group] => Ok(Some(*group)),
+            [first, second, ..] => Err([*first, *second]),
+        }
+    }
+
+    /// The flaw of an element that two physical groups claim.
+    pub(super) fn in_two_groups<const K: usize>(
+        &self,
+        element: &MeshElement<K>,
+        groups: [i64; 2],
+    ) -> GmshFlaw {
+        let (dimension, kind, help) = if K == 4 {
+            (3, "volume", "take the volume out of one of the two groups")
+        } else {
+            (
+                2,
+                "surface",
+                "take the surface out of one of the two groups",
+            )
+        };
+        let [first, second] = groups.map(|group| self.group_name(dimension, group));
+        let expected = format!("one physical {kind}");
+        element.flaw(expected, format!("{first:?} and {second:?}"), help)
+    }
+}
+
+/// A tetrahedron (K = 4) or triangle (K = 3) as it stands in the file, by its corners.
+#[derive(Debug)]
+pub(super) struct MeshElement<const K: usize> {
+    pub(super) tag: u64,
+    pub(super) place: FilePosition,
+    /// Node tags of the corners.
+    pub(super) nodes: [u64; K],
+    /// Index into the memberships.
+    pub(super) membership: usize,
+}
+
+impl<const K: usize> MeshElement<K> {
+    /// A flaw of this element.
+    pub(super) fn flaw(
+        &self,
+        expected: impl Into<String>,
+        found: impl Into<String>,
+        help: &'static str,
+    ) -> GmshFlaw {
+        let kind = if K == 4 { "tetrahedron" } else { "triangle" };
+        GmshFlaw::new(self.place, expected, found, help).of(format!("{kind} {}", self.tag))
+    }
+}
+
+/// Corners and nodes of a kind of elements that a mesh of linear or quadratic tetrahedra has.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ElementKind {
+    /// 1 of a point, 2 of a line, 3 of a triangle, 4 of a tetrahedron.
+    corners: usize,
+    /// Corners, and middles of edges in elements of the second order.
+    pub(super) n_nodes: usize,
+}
+
+/// The mid-edge nodes of a second-order tetrahedron in our order; the format swaps the last two.
+const MIDDLES: [usize; 6] = [4, 5, 6, 7, 9, 8];
+
+impl ElementKind {
+    /// The kind with a code of the format (Gmsh reference manual, MSH file format).
+    pub(super) fn of_code(code: i64, place: FilePosition) -> Result<Self, GmshFlaw> {
+        let (corners, n_nodes) = match code {
+            15 => (1, 1),
+            1 => (2, 2),
+            8 => (2, 3),
+            2 => (3, 3),
+            9 => (3, 6),
+            4 => (4, 4),
+            11 => (4, 10),
+            _ => return Err(unused_elements(code, place)),
+        };
+        Ok(Self { corners, n_nodes })
+    }
+}
+
+fn unused_elements(code: i64, place: FilePosition) -> GmshFlaw {
+    let name = match code {
+        3 => "quadrangles",
+        5 => "hexahedra",
+        6 => "prisms",
+        7 => "pyramids",
+        10 | 16 => "second-order quadrangles",
+        12 | 17 => "second-order hexahedra",
+        13 | 18 => "second-order prisms",
+        14 | 19 => "second-order pyramids",
+        20..=28 => "higher-order lines or triangles",
+        29..=31 => "higher-order tetrahedra",
+        _ => "another kind",
     };
-    let place = scanner.place();
-    let version = match version.parse() {
-        Ok(2.2) => GmshVersion::V2,
-        Ok(4.1) => GmshVersion::V4,
-        _ => {
-            return Err(GmshFlaw::new(
-                place,
-                "MSH format 4.1 or 2.2",
-                shown(version.as_bytes()),
-                "save it again: gmsh part.geo -3 -format msh41 -o part.msh",
+    GmshFlaw::new(
+        place,
+        "linear tetrahedra and triangles",
+        format!("{name} (element type {code})"),
+        "only linear tetrahedra are used: mesh without Recombine and save with gmsh part.geo -3 -order 1",
+    )
+}
+
+/// Indices of nodes of an element in the file; they must be listed and differ.
+pub(super) fn listed_nodes<const K: usize, const N: usize>(
+    contents: &Contents,
+    element: &MeshElement<K>,
+    tags: &[u64; N],
+) -> Result<[usize; N], GmshFlaw> {
+    let mut nodes = [0; N];
+    for (i, &tag) in tags.iter().enumerate() {
+        let flaw = |expected: &str, found, help| {
+            let flaw = GmshFlaw::new(element.place, expected, found, help);
+            flaw.of(format!("element {}", element.tag))
+        };
+        if tags[..i].contains(&tag) {
+            return Err(flaw(
+                "different nodes",
+                format!("node {tag} twice"),
+                "the element is degenerate; mesh the geometry again, or a little coarser",
             ));
         }
-    };
-    let refuse = |found: &str| {
-        Err(GmshFlaw::new(
-            place,
-            "text or little-endian binary with data of 8 bytes",
-            found,
-            "save it as text, without -bin: gmsh part.geo -3 -format msh41 -o part.msh",
-        ))
-    };
-    match (encoding, version, size) {
-        ("0", _, _) => {}
-        ("1", _, "8") => {
-            scanner.end_text_line();
-            scanner.set_encoding(match version {
-                GmshVersion::V2 => Encoding::Ints,
-                GmshVersion::V4 => Encoding::Sizes,
-            });
-            if scanner.int("the number 1 that shows the order of bytes")? != 1 {
-                return refuse("big-endian binary");
-            }
-        }
-        ("1", _, size) => return refuse(&format!("binary with sizes of {size} bytes")),
-        (other, ..) => return refuse(&format!("encoding {}", shown(other.as_bytes()))),
+        nodes[i] = *contents.node_of_tag.get(&tag).ok_or_else(|| {
+            let found = format!("node {tag}");
+            flaw(
+                "nodes of $Nodes",
+                found,
+                "the file is damaged; save it again",
+            )
+        })?;
     }
-    end_section(scanner, "MeshFormat")?;
-    Ok(version)
-}
-
-/// The name of the next section; none at the end of the file.
-fn begin_section(scanner: &mut Scanner) -> Result<Option<String>, GmshFlaw> {
-    let Some(line) = scanner.text_line() else {
-        return Ok(None);
-    };
-    let name = line.strip_prefix(b"$").and_then(text);
-    let Some(name) = name.filter(|n| !n.is_empty() && !n.starts_with("End")) else {
-        return Err(scanner.syntax("the beginning of a section such as $Nodes", shown(line)));
-    };
-    scanner.end_text_line();
-    Ok(Some(name.to_owned()))
-}
-
-fn end_section(scanner: &mut Scanner, section: &str) -> Result<(), GmshFlaw> {
-    let line = scanner.text_line().unwrap_or_default();
-    let end = format!("$End{section}");
-    if line == end.as_bytes() {
-        return Ok(());
-    }
-    let found = if line.is_empty() {
-        "the end of the file".to_owned()
-    } else {
-        shown(line)
-    };
-    Err(scanner.syntax(end, found))
-}
-
-/// Passes a section that is not used, to the end of its last line.
-fn skip_section(scanner: &mut Scanner, section: &str) -> Result<(), GmshFlaw> {
-    let end = format!("$End{section}");
-    if scanner.skip_behind(end.as_bytes()) {
-        return Ok(());
-    }
-    Err(scanner.syntax(end, "the end of the file"))
+    Ok(nodes)
 }

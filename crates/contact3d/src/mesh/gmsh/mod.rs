@@ -9,18 +9,55 @@
 mod body;
 mod boundary;
 mod contents;
-mod error;
 mod groups;
 mod scanner;
-mod v2;
-mod v4;
+mod sections;
 
-use std::{fs, io, path::Path};
+use std::{
+    fs, io,
+    path::{Path, PathBuf},
+};
 
-pub use error::{FilePosition, GmshError, GmshFlaw};
+use miette::Diagnostic;
+use thiserror::Error;
+
+pub use scanner::{FilePosition, GmshFlaw};
 
 use super::RawMesh;
 use crate::scene::{GmshFile, require_regular};
+
+/// Why a Gmsh mesh cannot be used.
+#[derive(Debug, Error, Diagnostic)]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
+pub enum GmshError {
+    /// The file cannot be read.
+    #[error("cannot read the mesh {}: {source}", path.display())]
+    #[diagnostic(help("check the path; one in a scene counts from the folder of the scene file"))]
+    Read {
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    /// The file is not the one the scene means.
+    #[error("{}: expected the blake3 digest {expected}, found {found}", path.display())]
+    #[diagnostic(help(
+        "the mesh has changed since its digest was written down; check it and update the digest"
+    ))]
+    Digest {
+        path: PathBuf,
+        expected: String,
+        found: String,
+    },
+    /// The unit of the file is no length.
+    #[error("unit of the mesh: expected a positive length, found {found}")]
+    #[diagnostic(help(
+        "a mesh in millimetres has unit 0.001 in a scene in metres; coordinates times the unit must stay finite"
+    ))]
+    Unit { found: f64 },
+    /// What is wrong in the file of this path.
+    #[error("{}: {flaw}", path.display())]
+    #[diagnostic(forward(flaw))]
+    InFile { path: PathBuf, flaw: Box<GmshFlaw> },
+}
 
 /// Reads the mesh of a scene whose paths count from `folder`; coordinates come out in m.
 ///
@@ -72,7 +109,7 @@ pub fn digest_of(path: &Path) -> io::Result<String> {
 /// # Errors
 /// The first flaw found, with its line and its tags in the file.
 pub fn parse(bytes: &[u8]) -> Result<RawMesh, GmshFlaw> {
-    let contents = contents::Contents::read(bytes)?;
+    let contents = sections::read(bytes)?;
     let body = body::GmshBody::new(&contents)?;
     let boundary = boundary::GmshBoundary::new(&body, &contents)?;
     boundary::check(&body, &boundary, &contents)?;

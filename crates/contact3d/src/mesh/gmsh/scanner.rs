@@ -1,6 +1,80 @@
-//! The bytes of a mesh file, read value by value, text or binary.
+//! The bytes of a mesh file, read value by value, text or binary, and what is wrong with them.
 
-use super::{FilePosition, GmshFlaw};
+use std::fmt;
+
+use miette::Diagnostic;
+use thiserror::Error;
+
+/// Where something stands in a mesh file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FilePosition {
+    /// Line of a text file, from 1.
+    Line(usize),
+    /// Byte of a binary file, from 0.
+    Byte(usize),
+}
+
+impl fmt::Display for FilePosition {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Line(line) => write!(f, "line {line}"),
+            Self::Byte(byte) => write!(f, "byte {byte}"),
+        }
+    }
+}
+
+/// What is wrong in a mesh file, and what to do about it; nodes and elements have the tags of the file.
+#[derive(Debug, Clone, PartialEq, Eq, Error, Diagnostic)]
+#[diagnostic(help("{help}"))]
+pub struct GmshFlaw {
+    /// Where it stands; `None` where no one place is at fault.
+    pub place: Option<FilePosition>,
+    /// The node, element or group it is about; none for the file itself.
+    pub subject: Option<String>,
+    /// What a usable file has there.
+    pub expected: String,
+    /// What this one has.
+    pub found: String,
+    /// What to do about it.
+    pub help: &'static str,
+}
+
+impl GmshFlaw {
+    pub(super) fn new(
+        place: impl Into<Option<FilePosition>>,
+        expected: impl Into<String>,
+        found: impl Into<String>,
+        help: &'static str,
+    ) -> Self {
+        Self {
+            place: place.into(),
+            subject: None,
+            expected: expected.into(),
+            found: found.into(),
+            help,
+        }
+    }
+
+    /// The same flaw of a node, an element or a group.
+    pub(super) fn of(self, subject: impl Into<String>) -> Self {
+        Self {
+            subject: Some(subject.into()),
+            ..self
+        }
+    }
+}
+
+impl fmt::Display for GmshFlaw {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(place) = self.place {
+            write!(f, "{place}: ")?;
+        }
+        if let Some(subject) = &self.subject {
+            write!(f, "{subject}: ")?;
+        }
+        write!(f, "expected {}, found {}", self.expected, self.found)
+    }
+}
 
 /// Walks through the bytes of a mesh file once, value by value.
 ///
@@ -255,8 +329,8 @@ pub(super) fn too_many(
 
 /// A word of the file as it goes into a message.
 pub(super) fn shown(word: &[u8]) -> String {
-    const LONGEST: usize = 40;
-    let text = String::from_utf8_lossy(&word[..word.len().min(LONGEST)]);
-    let dots = if word.len() > LONGEST { "..." } else { "" };
+    let longest = 40;
+    let text = String::from_utf8_lossy(&word[..word.len().min(longest)]);
+    let dots = if word.len() > longest { "..." } else { "" };
     format!("{:?}{dots}", text)
 }

@@ -4,28 +4,23 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Matrix2, Vector2, Vector3};
 
-use super::clearance::Clearance;
 use crate::scene::{Height, InvalidValue, Quantity, UNDEFINED, Written, place_words};
 
-/// Steps of Newton's method: quadratic once near, and from afar each one at least halves the slope of the squared
-/// distance or its step.
-const MOST_STEPS: usize = 100;
+/// Where a point is as seen from an obstacle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Clearance {
+    /// Signed distance φ from the obstacle in m, positive outside it.
+    pub(super) distance: f64,
+    /// ∇φ, a unit vector: the normal of the obstacle, out of it, at the nearest point of its surface.
+    pub(super) away: Vector3<f64>,
+}
 
-/// Most halvings of a step that does not come nearer.
-const MOST_HALVINGS: usize = 40;
+/// Slope of half the squared distance from a point to its foot on the surface, over that distance and the coordinates: what the
+/// roundings of a formula leave, a thousand of them.
+const FOOT_TOLERANCE: f64 = 1e-12;
 
-/// Slope of half the squared distance from the point to the surface, over that distance and the coordinates: what
-/// the roundings of a formula leave, a thousand of them.
-const NEAREST: f64 = 1e-12;
-
-/// Roundings of the coordinates in a distance: those of a formula of some terms.
-const ROUNDINGS: f64 = 64.0;
-
-/// Share of the face over which slopes of h are compared for the second derivatives that only guide the steps.
-const DIFFERENCE: f64 = 1e-5;
-
-/// Directions in which places around a kink are compared with it.
-const DIRECTIONS: u32 = 32;
+/// Fraction of the face over which slopes of h are compared for the second derivatives that only guide the steps.
+const SLOPE_STEP: f64 = 1e-5;
 
 /// The surface x_k = h(x_i, x_j), with free space on one side.
 pub(super) struct Graph<'a> {
@@ -75,11 +70,12 @@ impl<'a> Graph<'a> {
         let [i, j] = self.plane;
         let (point, level) = (Vector2::new(at[i], at[j]), at[self.along]);
         let mut foot = self.foot(point, point, level)?;
-        for _ in 0..MOST_STEPS {
+        // Quadratic once near, and from afar each step at least halves the slope of the squared distance or the step.
+        for _ in 0..100 {
             let above = foot.height - level;
             let residual = foot.at - point + foot.slope * above;
             let size = (2.0 * foot.half_square).sqrt() + self.extent + point.amax() + level.abs();
-            if residual.norm() <= NEAREST * size * (1.0 + foot.slope.norm()) {
+            if residual.norm() <= FOOT_TOLERANCE * size * (1.0 + foot.slope.norm()) {
                 return Ok(self.clearance(&foot, point, level));
             }
             let step = self.step(&foot, above, residual);
@@ -102,9 +98,9 @@ impl<'a> Graph<'a> {
     /// φ and ∇φ where the nearest point is a kink such as the apex of a cone: that way the point sees it. `None` where the
     /// point lies on the kink, or some place around is nearer.
     fn beyond_kink(&self, foot: &Foot, point: Vector2<f64>, level: f64) -> Option<Clearance> {
-        let radius = DIFFERENCE * self.extent;
+        let radius = SLOPE_STEP * self.extent;
         let away = |turn: f64| Vector2::new(turn.cos(), turn.sin()) * radius;
-        let turns = (0..DIRECTIONS).map(|k| f64::from(k) * TAU / f64::from(DIRECTIONS));
+        let turns = (0..32).map(|k| f64::from(k) * TAU / 32.0);
         let least = foot.half_square - self.rounding(foot, point, level);
         for turn in turns {
             let around = self.foot(foot.at + away(turn), point, level).ok()?;
@@ -140,7 +136,7 @@ impl<'a> Graph<'a> {
         level: f64,
     ) -> Result<Option<Foot>, InvalidValue> {
         let mut share = 1.0;
-        for _ in 0..MOST_HALVINGS {
+        for _ in 0..40 {
             let next = self.foot(foot.at + step * share, point, level);
             // A long step may leave the domain of h.
             if let Ok(next) = next
@@ -153,10 +149,10 @@ impl<'a> Graph<'a> {
         Ok(None)
     }
 
-    /// What rounding makes of half the squared distance: that of the coordinates times the distance.
+    /// What rounding makes of half the squared distance: that of the coordinates in a formula of some terms, times the distance.
     fn rounding(&self, foot: &Foot, point: Vector2<f64>, level: f64) -> f64 {
         let coordinates = self.extent + point.amax() + level.abs() + foot.height.abs();
-        let rounding = ROUNDINGS * f64::EPSILON * coordinates;
+        let rounding = 64.0 * f64::EPSILON * coordinates;
         rounding * ((2.0 * foot.half_square).sqrt() + rounding)
     }
 
@@ -224,7 +220,7 @@ impl<'a> Graph<'a> {
     }
 
     fn step_length(&self) -> f64 {
-        DIFFERENCE * self.extent
+        SLOPE_STEP * self.extent
     }
 
     fn place(&self, at: Vector2<f64>, level: f64) -> [f64; 3] {

@@ -5,29 +5,25 @@
 //! that of the obstacle at the point nearest to x, and the gap is measured along it. The body's own normal would leave
 //! an error of first order in the angle between the two surfaces, and has no value at edges and corners.
 
-mod clearance;
 mod height;
 
 use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 
-use self::clearance::Measured;
-use super::{Mesh, contact_parts::FLAT};
-use crate::scene::{InvalidValue, Obstacle, Written, place_words};
+use self::height::{Clearance, Graph};
+use super::{GEOMETRY_TOLERANCE, Mesh};
+use crate::scene::{InvalidValue, Obstacle, Side, Written, place_words};
 
-/// Cosine of 30°: triangles that meet at a larger angle are an edge of the body, not facets of a curved face.
-const EDGE: f64 = 0.866_025_403_784_438_6;
-
-/// The contact normals of a face and its distance from the obstacle.
-pub(super) struct Approach {
+/// The gap function of a face: its contact normals and its distance from the obstacle along them.
+pub(super) struct GapFunction {
     /// ν: one where it is the same everywhere, or one for each node.
     pub(super) normals: Vec<[f64; 3]>,
     /// d ≥ 0 in m for each node.
     pub(super) clearance: Vec<f64>,
 }
 
-impl Approach {
+impl GapFunction {
     /// That of a face with some triangles and nodes to an obstacle.
     ///
     /// Depths up to [`depths_allowed`] count as touching, d = 0; on the sides of a mesh that was cut from a coarser
@@ -45,11 +41,11 @@ impl Approach {
         let places = nodes.iter().map(|&node| mesh.coordinates[node]);
         let extent = extent(places.clone());
         let measured = Measured::new(obstacle, extent);
-        let allowed = depths_allowed(mesh, facets, FLAT * extent + inherited);
+        let allowed = depths_allowed(mesh, facets, GEOMETRY_TOLERANCE * extent + inherited);
         if let Some(&node) = nodes.iter().find(|node| !allowed.contains_key(node)) {
             return Err(without_area(mesh.coordinates[node]));
         }
-        let mut approach = Self {
+        let mut gap = Self {
             normals: Vec::new(),
             clearance: Vec::new(),
         };
@@ -57,8 +53,8 @@ impl Approach {
         for (&node, at) in nodes.iter().zip(places) {
             let seen = measured.from(at)?;
             cut.add(at, seen.distance, allowed[&node]);
-            approach.clearance.push(seen.distance.max(0.0));
-            approach.normals.push((-seen.away).into());
+            gap.clearance.push(seen.distance.max(0.0));
+            gap.normals.push((-seen.away).into());
         }
         let mut faces_it = false;
         for &facet in facets {
@@ -75,9 +71,9 @@ impl Approach {
             return Err(turned_away(obstacle));
         }
         if measured.is_flat() {
-            approach.normals.truncate(1);
+            gap.normals.truncate(1);
         }
-        Ok(approach)
+        Ok(gap)
     }
 }
 
@@ -109,7 +105,7 @@ impl<'a> DistanceBetweenNodes<'a> {
         let at_nodes = pairs.map(|(&node, at)| Some((node, measured.from(at).ok()?.distance)));
         Some(Self {
             at_nodes: at_nodes.collect::<Option<_>>()?,
-            faceting: faceting_of(mesh, facets, FLAT * extent),
+            faceting: faceting_of(mesh, facets, GEOMETRY_TOLERANCE * extent),
             measured,
         })
     }
@@ -185,11 +181,13 @@ fn depths_allowed(mesh: &Mesh, facets: &[usize], digits: f64) -> BTreeMap<usize,
             around.entry(node).or_default().push((normal, longest));
         }
     }
+    // Triangles that meet at more than 30° are an edge of the body, not facets of a curved face.
+    let edge_cosine = 0.75_f64.sqrt();
     let allowed = |sides: &Vec<(Vector3<f64>, f64)>| {
         let pairs = sides
             .iter()
             .flat_map(|one| sides.iter().map(move |other| (one, other)));
-        let facets = pairs.filter(|((n, _), (m, _))| n.dot(m) > EDGE);
+        let facets = pairs.filter(|((n, _), (m, _))| n.dot(m) > edge_cosine);
         let most = facets.map(|((n, h), (m, k))| 0.5 * (n - m).norm() * h.max(*k));
         digits + most.fold(0.0, f64::max)
     };
@@ -268,5 +266,101 @@ fn turned_away(obstacle: &Obstacle) -> InvalidValue {
             obstacle.word()
         ),
         help: "name the face on the obstacle's side of the body, or move the obstacle".into(),
+    }
+}
+
+/// An obstacle that points can be measured from.
+enum Measured<'a> {
+    Plane {
+        point: Vector3<f64>,
+        away: Vector3<f64>,
+    },
+    Round {
+        centre: Vector3<f64>,
+        /// Direction of the axis; zero for a sphere.
+        axis: Vector3<f64>,
+        radius: f64,
+        side: Side,
+    },
+    Graph(Graph<'a>),
+}
+
+impl<'a> Measured<'a> {
+    /// An obstacle of a validated scene; `extent` in m is that of the face that it is near.
+    fn new(obstacle: &'a Obstacle, extent: f64) -> Self {
+        let unit = |v: &[f64; 3]| {
+            // Squares of very large or small components would overflow or vanish.
+            let v = Vector3::from(*v);
+            (v / v.amax()).normalize()
+        };
+        match obstacle {
+            Obstacle::HalfSpace(half) => Self::Plane {
+                point: half.point.into(),
+                away: unit(&half.normal),
+            },
+            Obstacle::Sphere(sphere) => Self::Round {
+                centre: sphere.centre.into(),
+                axis: Vector3::zeros(),
+                radius: sphere.radius,
+                side: sphere.side,
+            },
+            Obstacle::Cylinder(cylinder) => Self::Round {
+                centre: cylinder.point.into(),
+                axis: unit(&cylinder.direction),
+                radius: cylinder.radius,
+                side: cylinder.side,
+            },
+            Obstacle::Height(height) => Self::Graph(Graph::new(height, extent)),
+        }
+    }
+
+    /// φ and ∇φ at a point.
+    ///
+    /// # Errors
+    /// A centre or an axis, where ∇φ has no direction; a height without a nearest point.
+    fn from(&self, at: [f64; 3]) -> Result<Clearance, InvalidValue> {
+        let x = Vector3::from(at);
+        match self {
+            Self::Plane { point, away } => Ok(Clearance {
+                distance: (x - point).dot(away),
+                away: *away,
+            }),
+            Self::Round {
+                centre,
+                axis,
+                radius,
+                side,
+            } => {
+                let from_centre = x - centre;
+                let across = from_centre - axis * from_centre.dot(axis);
+                let distance = across.norm();
+                let Some(outward) = across.try_normalize(f64::EPSILON * radius) else {
+                    return Err(no_direction(at));
+                };
+                Ok(Clearance {
+                    distance: side.sign() * (distance - radius),
+                    away: outward * side.sign(),
+                })
+            }
+            Self::Graph(graph) => graph.from(at),
+        }
+    }
+
+    /// Whether ∇φ is the same everywhere.
+    fn is_flat(&self) -> bool {
+        match self {
+            Self::Plane { .. } => true,
+            Self::Round { .. } => false,
+            Self::Graph(graph) => graph.is_level(),
+        }
+    }
+}
+
+fn no_direction(at: [f64; 3]) -> InvalidValue {
+    InvalidValue {
+        key: "contact.obstacle".into(),
+        expected: "contact nodes away from the centre or axis of the obstacle".into(),
+        found: format!("one there, at {}", place_words(at)),
+        help: "the obstacle has no normal there; move it or make it larger".into(),
     }
 }

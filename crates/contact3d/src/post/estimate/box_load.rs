@@ -7,12 +7,6 @@ use crate::{
     reference::{quadrature, shape::quadratic_tetrahedron},
 };
 
-/// Two opposite corners in m, the smaller coordinates first.
-pub(in crate::post) type Corners = [[f64; 3]; 2];
-
-/// A point in barycentric coordinates of a tetrahedron.
-type Barycentric = [f64; 4];
-
 /// A load of resultant one on the part of a body in a box: the derivative of a mean displacement. Curved tetrahedra count as
 /// straight ones.
 pub(in crate::post) struct BoxLoad {
@@ -21,14 +15,14 @@ pub(in crate::post) struct BoxLoad {
     /// Volume in the box in m³.
     volume: f64,
     /// Points of integration with their shares of the tetrahedron's volume, `[n_tetrahedra]`.
-    points: Vec<Vec<(Barycentric, f64)>>,
+    points: Vec<Vec<([f64; 4], f64)>>,
 }
 
 impl BoxLoad {
-    /// The load in a direction of length one; `None` where the box holds nothing of the body.
+    /// The load in a direction of length one on a box, given by opposite corners in m, the smaller coordinates first; `None` where the box holds nothing of the body.
     pub(in crate::post) fn new(
         mesh: &Mesh,
-        corners: &Corners,
+        corners: &[[f64; 3]; 2],
         direction: [f64; 3],
     ) -> Option<Self> {
         let tetrahedra = mesh.tetrahedra.iter();
@@ -52,7 +46,7 @@ impl BoxLoad {
     }
 
     /// Points of integration in a tetrahedron with their shares of its volume.
-    pub(super) fn samples(&self, t: usize) -> impl Iterator<Item = (&Barycentric, f64)> {
+    pub(super) fn samples(&self, t: usize) -> impl Iterator<Item = (&[f64; 4], f64)> {
         self.points[t].iter().map(|(at, weight)| (at, *weight))
     }
 
@@ -77,7 +71,7 @@ impl BoxLoad {
 }
 
 /// Points of integration of degree 5 in parts of a tetrahedron, with their shares of its volume.
-fn points_in(parts: &[[Barycentric; 4]]) -> Vec<(Barycentric, f64)> {
+fn points_in(parts: &[[[f64; 4]; 4]]) -> Vec<([f64; 4], f64)> {
     let points = parts.iter().flat_map(|part| {
         let edges = [1, 2, 3].map(|k| Vector3::from_fn(|c, _| part[k][c] - part[0][c]));
         let share = nalgebra::Matrix3::from_columns(&edges).determinant().abs();
@@ -90,11 +84,11 @@ fn points_in(parts: &[[Barycentric; 4]]) -> Vec<(Barycentric, f64)> {
 }
 
 /// Cuts a tetrahedron by the sides of a box: the parts inside.
-fn parts_in_box(tetrahedron: &[[f64; 3]; 4], corners: &Corners) -> Vec<[Barycentric; 4]> {
+fn parts_in_box(tetrahedron: &[[f64; 3]; 4], corners: &[[f64; 3]; 2]) -> Vec<[[f64; 4]; 4]> {
     let unit = |k: usize| std::array::from_fn(|c| if c == k { 1.0 } else { 0.0 });
-    let mut parts: Vec<[Barycentric; 4]> = vec![std::array::from_fn(unit)];
+    let mut parts: Vec<[[f64; 4]; 4]> = vec![std::array::from_fn(unit)];
     for (axis, bound, sign) in sides(corners) {
-        let height = |at: &Barycentric| {
+        let height = |at: &[f64; 4]| {
             let place: f64 = (0..4).map(|k| at[k] * tetrahedron[k][axis]).sum();
             sign * (place - bound)
         };
@@ -104,20 +98,20 @@ fn parts_in_box(tetrahedron: &[[f64; 3]; 4], corners: &Corners) -> Vec<[Barycent
 }
 
 /// Axis, coordinate and the direction inwards of the six sides.
-fn sides(corners: &Corners) -> impl Iterator<Item = (usize, f64, f64)> {
+fn sides(corners: &[[f64; 3]; 2]) -> impl Iterator<Item = (usize, f64, f64)> {
     let [low, high] = *corners;
     (0..3).flat_map(move |axis| [(axis, low[axis], 1.0), (axis, high[axis], -1.0)])
 }
 
 /// The parts of a tetrahedron where a linear function is positive.
-fn cut(part: &[Barycentric; 4], height: &impl Fn(&Barycentric) -> f64) -> Vec<[Barycentric; 4]> {
+fn cut(part: &[[f64; 4]; 4], height: &impl Fn(&[f64; 4]) -> f64) -> Vec<[[f64; 4]; 4]> {
     let heights = part.map(|corner| height(&corner));
     let (inside, outside): (Vec<usize>, Vec<usize>) = (0..4).partition(|&k| heights[k] > 0.0);
-    let between = |i: usize, o: usize| -> Barycentric {
+    let between = |i: usize, o: usize| -> [f64; 4] {
         let share = heights[i] / (heights[i] - heights[o]);
         std::array::from_fn(|c| part[i][c] + share * (part[o][c] - part[i][c]))
     };
-    let prism = |[a, b, c]: [Barycentric; 3], [d, e, f]: [Barycentric; 3]| {
+    let prism = |[a, b, c]: [[f64; 4]; 3], [d, e, f]: [[f64; 4]; 3]| {
         vec![[a, b, c, d], [b, c, d, e], [c, d, e, f]]
     };
     match (inside.as_slice(), outside.as_slice()) {
@@ -140,7 +134,7 @@ fn cut(part: &[Barycentric; 4], height: &impl Fn(&Barycentric) -> f64) -> Vec<[B
 #[derive(Debug, Clone, Copy)]
 pub(in crate::post) struct FacePart {
     /// The box.
-    pub(in crate::post) corners: Corners,
+    pub(in crate::post) corners: [[f64; 3]; 2],
     /// Area in m².
     pub(in crate::post) area: f64,
 }
@@ -156,7 +150,7 @@ impl FacePart {
     /// The part of a triangle in a box: its area in m² and the barycentric coordinates of its centroid; `None` where there is none.
     pub(in crate::post) fn triangle_in_box(
         triangle: &[[f64; 3]; 3],
-        corners: &Corners,
+        corners: &[[f64; 3]; 2],
     ) -> Option<(f64, [f64; 3])> {
         let unit = |k: usize| std::array::from_fn(|c| if c == k { 1.0 } else { 0.0 });
         let mut polygon: Vec<[f64; 3]> = (0..3).map(unit).collect();

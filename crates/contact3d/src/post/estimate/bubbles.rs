@@ -48,18 +48,15 @@ pub(super) struct BubbleElement {
     pub(super) held: [bool; COMPONENTS],
 }
 
-/// A field in the bubbles of a tetrahedron.
-pub(super) struct BubbleField(pub(super) BubbleVector);
-
-impl BubbleField {
-    /// The field at a point in barycentric coordinates.
-    pub(super) fn at(&self, at: &[f64; 4]) -> [f64; 3] {
-        let bubbles = values(at);
-        std::array::from_fn(|c| {
-            let terms = bubbles.iter().enumerate();
-            terms.map(|(a, bubble)| bubble * self.0[3 * a + c]).sum()
-        })
-    }
+/// A field in the bubbles of a tetrahedron at a point in barycentric coordinates.
+pub(super) fn bubble_field(coefficients: &BubbleVector, at: &[f64; 4]) -> [f64; 3] {
+    let bubbles = values(at);
+    std::array::from_fn(|c| {
+        let terms = bubbles.iter().enumerate();
+        terms
+            .map(|(a, bubble)| bubble * coefficients[3 * a + c])
+            .sum()
+    })
 }
 
 /// The bubbles at a point of integration.
@@ -289,9 +286,6 @@ pub(super) const BUBBLES: usize = 16;
 /// they have.
 pub(super) const CUBIC: usize = 10;
 
-/// mean ∂φ_α/∂λ_k ∂φ_β/∂λ_l over a tetrahedron as `[α][β][k][l]`.
-type SlopeProducts = [[[[f64; 4]; 4]; BUBBLES]; BUBBLES];
-
 /// The bubbles at a point in barycentric coordinates.
 fn values(at: &[f64; 4]) -> [f64; BUBBLES] {
     std::array::from_fn(|function| match function {
@@ -344,8 +338,8 @@ fn vanishes_on(function: usize, side: usize) -> bool {
     }
 }
 
-/// Means of products of slopes; the rule of degree 5 is exact for these of degree 4.
-static SLOPE_PRODUCTS: LazyLock<SlopeProducts> = LazyLock::new(|| {
+/// mean ∂φ_α/∂λ_k ∂φ_β/∂λ_l over a tetrahedron as `[α][β][k][l]`; the rule of degree 5 is exact for these of degree 4.
+static SLOPE_PRODUCTS: LazyLock<[[[[f64; 4]; 4]; BUBBLES]; BUBBLES]> = LazyLock::new(|| {
     let mut products = [[[[0.0; 4]; 4]; BUBBLES]; BUBBLES];
     for (at, weight) in quadrature::tetrahedron_5() {
         let slopes = slopes(&at);

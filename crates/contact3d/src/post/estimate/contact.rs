@@ -103,8 +103,8 @@ pub(super) struct PointConditions<'a> {
     share: f64,
 }
 
-/// What would close the violations inside panes.
-pub(super) struct Closing {
+/// Tractions that would correct the violations inside panes.
+pub(super) struct Correction {
     /// Tractions δλ on the foundation at the contact nodes in Pa, `[n_contact_nodes]`.
     at_nodes: Vec<[f64; 3]>,
     /// ∫ δλ·δλ/k in J: their work, were the body as stiff there as k.
@@ -114,8 +114,8 @@ pub(super) struct Closing {
     multiplier: Vec<f64>,
 }
 
-impl Closing {
-    /// The answer of the body to these tractions alone.
+impl Correction {
+    /// The displacement of the body under these tractions alone.
     pub(super) fn field(&self) -> Field<'_> {
         Field {
             displacement: &self.displacement,
@@ -132,9 +132,6 @@ impl Closing {
         }
     }
 }
-
-/// The local errors of solution and adjoint behind a contact triangle at a point in barycentric coordinates of the tetrahedron.
-pub(super) type ErrorsBehind<'a> = dyn Fn(usize, &[f64; 4]) -> [[f64; 3]; 2] + 'a;
 
 impl<'a> PointConditions<'a> {
     pub(super) fn new(
@@ -210,7 +207,7 @@ impl<'a> PointConditions<'a> {
     }
 
     /// The tractions δλ of the violations inside panes, averaged at nodes.
-    pub(super) fn closing(&self) -> Closing {
+    pub(super) fn correction(&self) -> Correction {
         let (surface, mesh) = (self.contact.state.surface, self.solved.mesh);
         let mut sums = vec![([0.0; 3], 0.0); self.moved.len()];
         let mut work = 0.0;
@@ -231,7 +228,7 @@ impl<'a> PointConditions<'a> {
             let [normal, first, second] = sum.map(|part| part / weight);
             frame.vector(node, normal, [first, second])
         };
-        Closing {
+        Correction {
             at_nodes: sums.into_iter().enumerate().map(traction).collect(),
             work,
             displacement: vec![[0.0; 3]; mesh.coordinates.len()],
@@ -244,11 +241,11 @@ impl<'a> PointConditions<'a> {
         }
     }
 
-    /// The conditions of a body that answers to the tractions of `closing` with some work in J: a plate bends inside panes where a
-    /// block is only pressed.
-    pub(super) fn softened(self, closing: &Closing, response: f64) -> Self {
-        let share = if response > closing.work {
-            closing.work / response
+    /// The conditions of a body in which the tractions of a correction do some work in J: a plate bends inside panes where a block is
+    /// only pressed.
+    pub(super) fn with_response(self, correction: &Correction, response: f64) -> Self {
+        let share = if response > correction.work {
+            correction.work / response
         } else {
             1.0
         };
@@ -287,9 +284,13 @@ impl<'a> PointConditions<'a> {
     }
 
     /// −∫ (z − q)·δλ over each contact triangle, `[n_contact_facets]`: what the contact conditions that are violated inside panes
-    /// make of a functional with an adjoint z and derivative Q_λ = ∫ q; `errors` are the local ones of solution and adjoint, in the
-    /// global axes, which are added to u and to z.
-    pub(super) fn weighted(&self, adjoint: &Field<'_>, errors: &ErrorsBehind<'_>) -> Vec<f64> {
+    /// make of a functional with an adjoint z and derivative Q_λ = ∫ q; `errors` are the local ones of solution and adjoint behind a
+    /// contact triangle at a point in barycentric coordinates of the tetrahedron, in the global axes, which are added to u and to z.
+    pub(super) fn weighted(
+        &self,
+        adjoint: &Field<'_>,
+        errors: impl Fn(usize, &[f64; 4]) -> [[f64; 3]; 2],
+    ) -> Vec<f64> {
         let (mesh, surface) = (self.solved.mesh, self.contact.state.surface);
         let layout = self.contact.coupling.layout;
         let law = |(pane, law): (usize, &Law)| {

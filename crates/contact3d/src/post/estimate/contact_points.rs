@@ -16,15 +16,6 @@ use crate::{
     scene::Quantity,
 };
 
-/// Most parts of a triangle in search of the obstacle.
-const MOST_PARTS: usize = 128;
-
-/// Points inside the obstacle that end the search: so many tell the area of the place to a third.
-const ENOUGH_POINTS: usize = 16;
-
-/// Depths of this share of the largest displacement of the contact face are not looked for: their energy goes with the power 2.5.
-const SHALLOWEST: f64 = 1e-6;
-
 /// Barycentric coordinates of the corners of a triangle.
 const CORNERS: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
@@ -48,16 +39,11 @@ pub(super) struct ContactPoints<'a> {
     displacement: &'a [[f64; 3]],
     /// u_ν − d at the contact nodes in m.
     depth: Vec<f64>,
-    /// The least depth that is looked for in m.
+    /// The least depth that is looked for in m, a millionth of the largest displacement of the contact face: energies go with the power
+    /// 2.5 of depths.
     shallowest: f64,
-    /// What a distance between nodes follows from, of each face.
-    faces: Vec<FaceDistance<'a>>,
-}
-
-/// The obstacle of a face and the gap of the scene before it, where they vary between nodes.
-struct FaceDistance<'a> {
-    obstacle: Option<DistanceBetweenNodes<'a>>,
-    gap: Option<&'a Quantity>,
+    /// The obstacle of each face and the gap of the scene before it, where they vary between nodes.
+    faces: Vec<(Option<DistanceBetweenNodes<'a>>, Option<&'a Quantity>)>,
 }
 
 impl<'a> ContactPoints<'a> {
@@ -80,17 +66,16 @@ impl<'a> ContactPoints<'a> {
             let facets = &surface.facets[face.facets.clone()];
             let nodes = &surface.nodes[face.nodes.clone()];
             let obstacle = contact.obstacle.as_ref();
-            FaceDistance {
-                obstacle: obstacle
-                    .and_then(|it| DistanceBetweenNodes::new(mesh, facets, nodes, it)),
-                gap: Some(&contact.gap).filter(|gap| gap.constant().is_none()),
-            }
+            (
+                obstacle.and_then(|it| DistanceBetweenNodes::new(mesh, facets, nodes, it)),
+                Some(&contact.gap).filter(|gap| gap.constant().is_none()),
+            )
         };
         Self {
             mesh,
             contact,
             displacement,
-            shallowest: SHALLOWEST * largest,
+            shallowest: 1e-6 * largest,
             depth: moved.iter().map(|at| at[0]).collect(),
             faces: entries.zip(&surface.faces).map(face).collect(),
         }
@@ -148,7 +133,7 @@ impl<'a> TriangleDepth<'a> {
         let faces = points.faces.iter().zip(&surface.faces);
         let of_face = faces.filter(|(_, face)| face.facets.contains(&place));
         let distance = of_face.map(|(distance, _)| distance).next();
-        let obstacle = distance.and_then(|it| it.obstacle.as_ref());
+        let obstacle = distance.and_then(|(obstacle, _)| obstacle.as_ref());
         Self {
             mesh,
             normal_part: nodes.iter().map(normal_part).collect(),
@@ -156,7 +141,7 @@ impl<'a> TriangleDepth<'a> {
             nodes,
             depth,
             obstacle: obstacle.filter(|_| is_near),
-            gap: distance.and_then(|it| it.gap),
+            gap: distance.and_then(|(_, gap)| *gap),
             shallowest: points.shallowest,
         }
     }
@@ -176,15 +161,15 @@ impl<'a> TriangleDepth<'a> {
         parts.into_iter().flat_map(|part| part.points).collect()
     }
 
-    /// Cuts parts until points see the obstacle, or none can be inside.
+    /// Cuts parts, into 128 at most, until 16 points are inside the obstacle, which tell the area of the place to a third, or none can be.
     fn search(&self, parts: &mut Vec<Part>) {
-        while parts.len() < MOST_PARTS {
+        while parts.len() < 128 {
             let seen: usize = parts.iter().map(|part| part.inside).sum();
             let is_cut =
                 |part: &&Part| part.deepest > self.shallowest && part.inside < part.points.len();
             let next = parts.iter().enumerate().filter(|(_, part)| is_cut(part));
             let next = next.max_by(|(_, a), (_, b)| a.deepest.total_cmp(&b.deepest));
-            let Some((next, _)) = next.filter(|_| seen < ENOUGH_POINTS) else {
+            let Some((next, _)) = next.filter(|_| seen < 16) else {
                 break;
             };
             let part = parts.swap_remove(next);

@@ -30,8 +30,8 @@ pub(super) use boundary::{FieldLoads, multipliers_between_nodes};
 pub(super) use box_load::{BoxLoad, FacePart};
 
 use boundary::LoadedBoundary;
-use bubbles::{BubbleElements, BubbleField};
-use contact::{Closing, PointConditions};
+use bubbles::{BubbleElements, BubbleVector, bubble_field};
+use contact::{Correction, PointConditions};
 use hierarchical::HierarchicalErrors;
 
 /// The estimated discretisation error of a solution, in the energy norm ‖v‖_A = √a(v, v), √J.
@@ -61,9 +61,9 @@ pub struct ContactError {
     pub friction: Option<f64>,
 }
 
-/// Quantities have no error bars where the error in the energy norm is larger: their errors go as its square, so it is a quarter of them
+/// Relative error in the energy norm above which quantities have no error bars: their errors go as its square, so it is a quarter of them
 /// where what the mesh sees of the solution is all there is.
-pub const LARGEST_TOLD: f64 = 0.5;
+pub const MAX_RELIABLE_ESTIMATE: f64 = 0.5;
 
 /// A field whose error is estimated: the solution, or the adjoint of a functional.
 #[derive(Clone, Copy)]
@@ -80,14 +80,6 @@ pub(super) struct Field<'a> {
     pub(super) is_galerkin: bool,
     /// The part of the contact faces that Q is the mean pressure of; `None` for other functionals.
     pub(super) over: Option<FacePart>,
-}
-
-/// What the mesh contributes to the error of a functional.
-pub(super) struct Contributions {
-    /// Of each tetrahedron, `[n_tetrahedra]`.
-    pub(super) of_tetrahedra: Vec<f64>,
-    /// The sum of those of the conditions of contact.
-    pub(super) of_contact: f64,
 }
 
 /// What is known of a solution already.
@@ -145,33 +137,30 @@ impl ErrorEstimate {
         Self::with_adjoints(solved, known, &[]).0
     }
 
-    /// As [`Self::new`], with what the mesh contributes to Q(u) − Q(u_h) of functionals whose adjoints are given: a_T(e, e_z) of the
-    /// local errors of solution and adjoint (for linear tetrahedra of their recovered stresses), and −∫ (z − q)·δλ of the contact
-    /// conditions, with what the local errors add to displacements there.
+    /// As [`Self::new`], with what the mesh contributes to Q(u) − Q(u_h) of functionals whose adjoints are given, of each tetrahedron,
+    /// `[n_tetrahedra]`, and the part of the contact conditions in the sum: a_T(e, e_z) of the local errors of solution and adjoint (for
+    /// linear tetrahedra of their recovered stresses), and −∫ (z − q)·δλ, with what the local errors add to displacements there.
     pub(super) fn with_adjoints(
         solved: &Solved<'_>,
         known: &SolutionData<'_>,
         adjoints: &[Field<'_>],
-    ) -> (Self, Vec<Contributions>) {
+    ) -> (Self, Vec<(Vec<f64>, f64)>) {
         let mesh = solved.mesh;
         let behind = mesh.behind_contact();
         let conditions = solved.contact.as_ref();
         let conditions = conditions.map(|contact| PointConditions::new(solved, contact, known));
         if 2.0 * known.strain_energy <= known.rounding {
             return (
-                Self::of_rest(solved, known, conditions, &behind),
+                Self::of_undeformed_body(solved, known, conditions, &behind),
                 Vec::new(),
             );
         }
-        let closing = conditions.as_ref().filter(|_| mesh.mid_edges.is_some());
-        let closing = closing.map(PointConditions::closing);
-        let LocalErrors {
-            products,
-            at_contact,
-            response,
-        } = LocalErrors::new(solved, known, adjoints, closing.as_ref(), &behind);
-        let conditions = conditions.map(|it| match &closing {
-            Some(closing) => it.softened(closing, response),
+        let correction = conditions.as_ref().filter(|_| mesh.mid_edges.is_some());
+        let correction = correction.map(PointConditions::correction);
+        let (products, at_contact, response) =
+            local_errors(solved, known, adjoints, correction.as_ref(), &behind);
+        let conditions = conditions.map(|it| match &correction {
+            Some(correction) => it.with_response(correction, response),
             None => it,
         });
         let mut squares: Vec<f64> = products.iter().map(|of| of[0]).collect();
@@ -181,19 +170,18 @@ impl ErrorEstimate {
             let mut of_contact = 0.0;
             if let Some(conditions) = &conditions {
                 let errors = |place: usize, at: &[f64; 4]| {
-                    let of: Option<&Vec<BubbleField>> = at_contact.get(place);
-                    of.map_or([[0.0; 3]; 2], |of| [of[0].at(at), of[k + 1].at(at)])
+                    let of: Option<&Vec<BubbleVector>> = at_contact.get(place);
+                    of.map_or([[0.0; 3]; 2], |of| {
+                        [0, k + 1].map(|k| bubble_field(&of[k], at))
+                    })
                 };
-                let sides = conditions.weighted(adjoint, &errors);
+                let sides = conditions.weighted(adjoint, errors);
                 for (tetrahedron, share) in behind.iter().zip(sides) {
                     of_tetrahedra[*tetrahedron] += share;
                     of_contact += share;
                 }
             }
-            Contributions {
-                of_tetrahedra,
-                of_contact,
-            }
+            (of_tetrahedra, of_contact)
         });
         let shares = shares.collect();
         let contact = conditions.map(|it| ContactError::new(&it, &behind, &mut squares));
@@ -207,7 +195,7 @@ impl ErrorEstimate {
     }
 
     /// Of no deformation: none, or where the body lies in the obstacle between its nodes all of what the true solution is.
-    fn of_rest(
+    fn of_undeformed_body(
         solved: &Solved<'_>,
         known: &SolutionData<'_>,
         conditions: Option<PointConditions<'_>>,
@@ -263,8 +251,8 @@ impl ErrorEstimate {
 
     /// Whether the error is so large that the mesh sees too little of the solution to tell the error of a quantity.
     #[must_use]
-    pub fn misses_solution(&self) -> bool {
-        self.relative() >= LARGEST_TOLD
+    pub fn is_unreliable(&self) -> bool {
+        self.relative() >= MAX_RELIABLE_ESTIMATE
     }
 
     /// What the multipliers are wrong by over ‖u_h‖_A; 0 without contact.
@@ -287,66 +275,56 @@ impl ErrorEstimate {
     }
 }
 
-/// The local errors of the solution and of adjoints.
-struct LocalErrors {
-    /// a_T(e, e) of the solution and a_T(e, e_z) with each adjoint, `[n_tetrahedra, 1 + n_adjoints]`.
-    products: Vec<Vec<f64>>,
-    /// The errors themselves behind each contact triangle, `[n_contact_facets, 1 + n_adjoints]`; empty for linear tetrahedra and
-    /// without adjoints.
-    at_contact: Vec<Vec<BubbleField>>,
-    /// Work in J with which quadratic tetrahedra answer to the tractions that close violations inside panes.
-    response: f64,
-}
-
-impl LocalErrors {
-    /// Those of a solved problem; `behind` are the tetrahedra of the contact triangles.
-    fn new(
-        solved: &Solved<'_>,
-        known: &SolutionData<'_>,
-        adjoints: &[Field<'_>],
-        closing: Option<&Closing>,
-        behind: &[usize],
-    ) -> Self {
-        let mesh = solved.mesh;
-        let material = MaterialField::new(solved.scene, mesh);
-        let solution = Field {
-            displacement: known.displacement,
-            internal: known.internal,
-            loads: FieldLoads {
-                of_scene: true,
-                multiplier: &solved.solution.multiplier,
-                at_nodes: &[],
-                in_box: None,
-            },
-            by_multiplier: &[],
-            is_galerkin: true,
-            over: None,
-        };
-        let closing = closing.iter().map(|closing| closing.field());
-        let fields = std::iter::once(solution).chain(adjoints.iter().copied());
-        let fields: Vec<Field<'_>> = fields.chain(closing).collect();
-        match mesh.mid_edges {
-            None => Self {
-                products: recovery::products(mesh, &material, &fields),
-                at_contact: Vec::new(),
-                response: 0.0,
-            },
-            Some(_) => {
-                let boundary = LoadedBoundary::new(solved);
-                let elements = BubbleElements::new(solved, &boundary, &material);
-                let errors = HierarchicalErrors::new(mesh, &elements, &fields);
-                let shared = behind.iter().filter(|_| !adjoints.is_empty());
-                let of = |t: usize| {
-                    let shown = 0..=adjoints.len();
-                    shown.map(|field| errors.field(t, field)).collect()
-                };
-                let at_contact: Vec<Vec<BubbleField>> = shared.map(|t| of(*t)).collect();
-                Self {
-                    products: errors.products,
-                    at_contact,
-                    response: errors.energies.last().copied().unwrap_or_default(),
-                }
-            }
-        }
+/// The local errors of the solution and of adjoints; `behind` are the tetrahedra of the contact triangles.
+///
+/// * a_T(e, e) of the solution and a_T(e, e_z) with each adjoint, `[n_tetrahedra, 1 + n_adjoints]`,
+/// * the errors themselves behind each contact triangle, `[n_contact_facets, 1 + n_adjoints]`, none for linear tetrahedra and without
+///   adjoints,
+/// * the work in J of the tractions of a correction in quadratic tetrahedra.
+fn local_errors(
+    solved: &Solved<'_>,
+    known: &SolutionData<'_>,
+    adjoints: &[Field<'_>],
+    correction: Option<&Correction>,
+    behind: &[usize],
+) -> (Vec<Vec<f64>>, Vec<Vec<BubbleVector>>, f64) {
+    let mesh = solved.mesh;
+    let material = MaterialField::new(solved.scene, mesh);
+    let solution = Field {
+        displacement: known.displacement,
+        internal: known.internal,
+        loads: FieldLoads {
+            of_scene: true,
+            multiplier: &solved.solution.multiplier,
+            at_nodes: &[],
+            in_box: None,
+        },
+        by_multiplier: &[],
+        is_galerkin: true,
+        over: None,
+    };
+    let correction = correction.iter().map(|correction| correction.field());
+    let fields = std::iter::once(solution).chain(adjoints.iter().copied());
+    let fields: Vec<Field<'_>> = fields.chain(correction).collect();
+    if mesh.mid_edges.is_none() {
+        return (
+            recovery::products(mesh, &material, &fields),
+            Vec::new(),
+            0.0,
+        );
     }
+    let boundary = LoadedBoundary::new(solved);
+    let elements = BubbleElements::new(solved, &boundary, &material);
+    let errors = HierarchicalErrors::new(mesh, &elements, &fields);
+    let shared = behind.iter().filter(|_| !adjoints.is_empty());
+    let fields = 0..=adjoints.len();
+    let at_contact = shared.map(|t| {
+        fields
+            .clone()
+            .map(|field| errors.field(*t, field))
+            .collect()
+    });
+    let at_contact = at_contact.collect();
+    let response = errors.energies.last().copied().unwrap_or_default();
+    (errors.products, at_contact, response)
 }

@@ -12,23 +12,17 @@ use rayon::prelude::*;
 use super::Field;
 use crate::{
     elasticity::MaterialField,
-    mesh::{Mesh, tetrahedron_volume},
+    mesh::{GEOMETRY_TOLERANCE, Mesh, tetrahedron_volume},
     reference::quadrature,
 };
-
-/// Share of the largest eigenvalue of a fit below which its points lie in a plane.
-const FLAT: f64 = 1e-6;
 
 /// A linear polynomial for the six components of stress: value and slopes about a node.
 type StressPolynomial = SMatrix<f64, 4, 6>;
 
-/// One material around a node: the node and its region.
-type PatchCentre = (usize, usize);
-
 /// The tetrahedra of each material around each node.
 struct Stars {
     /// Node and region of each star, increasing.
-    places: Vec<PatchCentre>,
+    places: Vec<(usize, usize)>,
     /// Where the tetrahedra of each star begin and end, `[n_stars + 1]`.
     offsets: Vec<usize>,
     /// Tetrahedra, increasing in each star.
@@ -72,7 +66,7 @@ impl Stars {
     }
 
     /// The star of a node in a region; `None` where the node has no tetrahedron of it.
-    fn find(&self, (node, region): PatchCentre) -> Option<usize> {
+    fn find(&self, (node, region): (usize, usize)) -> Option<usize> {
         let stars = self.first[node]..self.first[node + 1];
         let found = self.places[stars.clone()]
             .iter()
@@ -155,8 +149,9 @@ fn fit(
             *right += row * Vector6::from(stress[t]).transpose() * volume;
         }
     }
+    // Points in a plane do not determine a polynomial.
     let eigenvalues = gram.symmetric_eigenvalues();
-    if eigenvalues.min() <= FLAT * eigenvalues.max() {
+    if eigenvalues.min() <= GEOMETRY_TOLERANCE * eigenvalues.max() {
         return None;
     }
     let factor = gram.cholesky()?;
@@ -198,9 +193,10 @@ fn values(
             let parts = star.iter().map(|&t| Vector6::from(stress[t]) * volume(t));
             return parts.sum::<Vector6<f64>>() / whole;
         }
-        let said = fitted.iter();
-        let said = said.map(|(row, fits)| fits[field].transpose() * row);
-        said.sum::<Vector6<f64>>() / fitted.len() as f64
+        let values = fitted
+            .iter()
+            .map(|(row, fits)| fits[field].transpose() * row);
+        values.sum::<Vector6<f64>>() / fitted.len() as f64
     };
     stresses.iter().enumerate().map(of_field).collect()
 }

@@ -1,4 +1,4 @@
 //! Meshes from files, and panes on them.
 
 mod gmsh;
-mod patches;
+mod macro_elements;

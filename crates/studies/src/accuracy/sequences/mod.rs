@@ -309,7 +309,7 @@ impl SolvedMesh {
         };
         let mut solution = assembled.solve_from(&scene.solve, start, &mut |_| {})?;
         let report = assembled.report(&solution)?;
-        report.judge(&mut solution);
+        report.classify(&mut solution);
         let r = report.resultants;
         let estimate = report.discretisation_error;
         Ok(Self {

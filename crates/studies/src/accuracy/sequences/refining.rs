@@ -213,7 +213,7 @@ impl<'a> SequenceRun<'a> {
                         estimated: coarse.estimated,
                         wanted: coarse.estimated * fall(element),
                         element,
-                        come: None,
+                        achieved: None,
                     };
                     refinement
                         .levels

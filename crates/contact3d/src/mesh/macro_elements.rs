@@ -27,7 +27,7 @@ use crate::{reference::TRIANGLE_EDGES, scene::InvalidValue};
 ///
 /// # Errors
 /// When a part of the contact face has no free node inside it.
-pub fn macro_patches(
+pub fn macro_elements(
     coordinates: &[[f64; 3]],
     triangles: &[[usize; 3]],
     carriers: &[[usize; 3]],

@@ -1,6 +1,11 @@
-//! The interpolation r_h that makes slips in Y^h of tangential displacements (HKL §3).
+//! Slips: the interpolation r_h that makes them of tangential displacements (HKL §3), and where those of a load history begin.
 
-use crate::mesh::{ContactSurface, Mesh};
+use std::borrow::Cow;
+
+use crate::{
+    mesh::{ContactSurface, Mesh},
+    scene::SlipMeasure,
+};
 
 /// φ = (r_h|u_t1|, r_h|u_t2|) at the contact nodes, from the signed (u_t1, u_t2) there.
 #[derive(Debug, Clone)]
@@ -247,5 +252,68 @@ mod tests {
         assert_eq!(mean_absolute([1.0, 2.0, 3.0]), (2.0, [1.0 / 3.0; 3]));
         assert_eq!(mean_absolute([-1.0, -2.0, -3.0]), (2.0, [-1.0 / 3.0; 3]));
         assert_eq!(mean_absolute([0.0; 3]), (0.0, [0.0; 3]));
+    }
+}
+
+/// Where the contact nodes are when a step begins, and how far they have slid.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PreviousIncrement {
+    /// (u_t1, u_t2) that the slip of the step is counted from, `[n_contact_nodes]`, in m.
+    pub tangential: Vec<[f64; 2]>,
+    /// Lengths of the path of sliding: Σ r_h|Δu_t1|, Σ r_h|Δu_t2| and the sum of the roots of their squares,
+    /// `[n_contact_nodes]`, in m.
+    pub path: Vec<[f64; 3]>,
+    /// The slip that coefficients of friction follow.
+    pub follows: SlipMeasure,
+}
+
+/// How slips φ are made of the signed (u_t1, u_t2) at the contact nodes.
+#[derive(Debug, Clone)]
+pub struct SlipMap {
+    /// r_h.
+    pub operator: SlipOperator,
+    /// Where the step begins; `None` in the first of a load history, and without a history.
+    pub previous: Option<PreviousIncrement>,
+}
+
+impl SlipMap {
+    /// r_h of the slips that coefficients follow at the contact nodes, for the signed (u_t1, u_t2) there, in m. A path of
+    /// sliding from former steps is added by the law.
+    #[must_use]
+    pub fn slip(&self, tangential: &[[f64; 2]]) -> Vec<[f64; 2]> {
+        self.operator.slip(&self.counted(tangential))
+    }
+
+    /// The derivative of [`Self::slip`] by (u_t1, u_t2).
+    #[must_use]
+    pub fn derivative(&self, tangential: &[[f64; 2]]) -> SlipOperatorDerivative {
+        self.operator.derivative(&self.counted(tangential))
+    }
+
+    /// u_t less where the slip is counted from, where the law counts from there.
+    fn counted<'u>(&self, tangential: &'u [[f64; 2]]) -> Cow<'u, [[f64; 2]]> {
+        match &self.previous {
+            Some(previous) if previous.follows != SlipMeasure::TotalSlip => {
+                previous.slip(tangential).into()
+            }
+            _ => tangential.into(),
+        }
+    }
+}
+
+impl PreviousIncrement {
+    /// u_t − u_tⁿ⁻¹ at the contact nodes in m.
+    #[must_use]
+    pub fn slip(&self, tangential: &[[f64; 2]]) -> Vec<[f64; 2]> {
+        let pairs = tangential.iter().zip(&self.tangential);
+        pairs
+            .map(|(u, from)| [u[0] - from[0], u[1] - from[1]])
+            .collect()
+    }
+
+    /// u_t1 or u_t2 where the step begins, `[n_contact_nodes]`, in m.
+    #[must_use]
+    pub fn component(&self, k: usize) -> Vec<f64> {
+        self.tangential.iter().map(|u| u[k]).collect()
     }
 }

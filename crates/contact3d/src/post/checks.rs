@@ -1,27 +1,20 @@
-//! The gate that every answer passes: figures that are out of range, or that contradict the accuracy it claims.
+//! The checks that every solution passes: no figure is out of range, or contradicts the accuracy that the solve claims.
 
 use std::fmt;
 
 use super::{ContactReport, Rounding, Solved, largest, rounding::Measure};
 use crate::solver::{Assessment, Solution, Status};
 
-/// An answer with a figure above this is none, whatever rounding explains: nothing of it can be relied on.
-const BROKEN: f64 = 1e-3;
+/// A solution with a residual above this is none, whatever rounding explains: nothing of it can be relied on.
+const MAX_RESIDUAL: f64 = 1e-3;
 
-/// The same of a balance of forces: displacements are solved to rounding whatever λ is, and where ten digits are missing the supports
+/// The same of the balance of forces: displacements are solved to rounding whatever λ is, and where ten digits are missing the supports
 /// are softer beside the body, or beside each other, than double precision can tell.
-const UNBALANCED: f64 = 1e-6;
+const MAX_IMBALANCE: f64 = 1e-6;
 
-/// Figures are largest entries, accuracies are means over the face: they may differ by about this factor.
-const ABOUT: f64 = 100.0;
-
-/// √ε, half of all digits: below this no figure contradicts an answer. Rounding of λ alone moves bodies that nearly float by so much
-/// that residuals of 1e-10 are met in right answers.
-const SMALL: f64 = f64::EPSILON * (1_u64 << 26) as f64;
-
-/// Why an answer cannot be what its solve took it for.
+/// Why a solution cannot be what its solve took it for.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Flaw {
+pub enum CheckFailure {
     /// A figure that is not finite, or so large or small that sums of its squares are not.
     OutOfRange {
         /// Which figure.
@@ -42,7 +35,7 @@ pub enum Flaw {
     },
 }
 
-impl fmt::Display for Flaw {
+impl fmt::Display for CheckFailure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::OutOfRange { figure, value } if value.is_finite() => write!(
@@ -71,49 +64,43 @@ impl ContactReport {
     ///
     /// Figures out of range make it a `numerical_error`. A residual that contradicts the accuracy is its accuracy from then on,
     /// and `converged` becomes `rounding_limit`; above a thousandth the answer is `inaccurate`, and none.
-    pub fn judge(&self, solution: &mut Solution) {
-        let verdict = self.verdict(solution.status, solution.accuracy);
-        (solution.status, solution.accuracy) = verdict;
-    }
-
-    /// Status and accuracy of an answer with this report.
-    #[must_use]
-    pub fn verdict(&self, status: Status, accuracy: f64) -> (Status, f64) {
+    pub fn classify(&self, solution: &mut Solution) {
+        let (status, accuracy) = (solution.status, solution.accuracy);
         let claimed = Assessment { status, accuracy };
-        let Assessment { status, accuracy } = match self.flaw {
-            Some(Flaw::OutOfRange { .. }) => claimed.out_of_range(),
-            Some(Flaw::Contradiction { value, .. }) => {
+        let Assessment { status, accuracy } = match self.failed_check {
+            Some(CheckFailure::OutOfRange { .. }) => claimed.out_of_range(),
+            Some(CheckFailure::Contradiction { value, .. }) => {
                 claimed.contradicted_by(value, self.is_broken())
             }
             None => claimed,
         };
-        (status, accuracy)
+        (solution.status, solution.accuracy) = (status, accuracy);
     }
 
     /// Whether the answer has a figure that makes it none.
     #[must_use]
     pub fn is_broken(&self) -> bool {
-        match self.flaw {
-            Some(Flaw::OutOfRange { .. }) => true,
-            Some(Flaw::Contradiction { value, most, .. }) => value > most,
+        match self.failed_check {
+            Some(CheckFailure::OutOfRange { .. }) => true,
+            Some(CheckFailure::Contradiction { value, most, .. }) => value > most,
             None => false,
         }
     }
 
-    /// What is wrong with the answer, the worst first.
-    pub(super) fn find_flaw(
+    /// The first check that fails.
+    pub(super) fn first_failed_check(
         &self,
         solved: &Solved<'_>,
         rounding: &Rounding,
         rounding_energy: f64,
-    ) -> Option<Flaw> {
-        self.find_out_of_range(solved)
-            .or_else(|| self.find_lost_energy(rounding_energy))
-            .or_else(|| self.find_contradiction(solved.solution, rounding))
+    ) -> Option<CheckFailure> {
+        self.check_range(solved)
+            .or_else(|| self.check_energy(rounding_energy))
+            .or_else(|| self.check_residuals(solved.solution, rounding))
             .or_else(|| {
                 let value = self.discretisation_error.relative();
                 let claimed = solved.solution.status.is_solved();
-                (claimed && !value.is_finite()).then_some(Flaw::OutOfRange {
+                (claimed && !value.is_finite()).then_some(CheckFailure::OutOfRange {
                     figure: "estimated discretisation error",
                     value,
                 })
@@ -121,19 +108,21 @@ impl ContactReport {
     }
 
     /// The residual that most exceeds what accuracy and rounding explain; of a solve that failed none, since it claims nothing.
-    fn find_contradiction(&self, solution: &Solution, rounding: &Rounding) -> Option<Flaw> {
+    fn check_residuals(&self, solution: &Solution, rounding: &Rounding) -> Option<CheckFailure> {
         if !solution.status.is_solved() {
             return None;
         }
         let accuracy = solution.accuracy;
-        let mobility = rounding.mobility();
+        let rigid_compliance_ratio = rounding.rigid_compliance_ratio();
         let found = self.residuals().map(|(figure, value, measure, broken)| {
             let moves = match measure {
                 Measure::Balance => 1.0,
-                Measure::Stress | Measure::Work => mobility,
+                Measure::Stress | Measure::Work => rigid_compliance_ratio,
             };
-            let by_accuracy = ABOUT * accuracy * moves;
-            let allowed = (by_accuracy + rounding.of(measure)).max(SMALL);
+            // Residuals are largest entries, accuracies are means over the face: they may differ by about a hundred.
+            let by_accuracy = 100.0 * accuracy * moves;
+            // Rounding of λ alone moves bodies that nearly float by so much that residuals of 1e-10 are met in right solutions.
+            let allowed = (by_accuracy + rounding.of(measure)).max(f64::EPSILON.sqrt());
             // What only rounding explains is no answer either.
             let most = broken.max(by_accuracy);
             let allowed = allowed.min(most);
@@ -146,12 +135,14 @@ impl ContactReport {
                 let worse = (a.1 / a.2).total_cmp(&(b.1 / b.2));
                 is_broken(a).cmp(&is_broken(b)).then(worse)
             })
-            .map(|(figure, value, allowed, most)| Flaw::Contradiction {
-                figure,
-                value,
-                allowed,
-                most,
-            })
+            .map(
+                |(figure, value, allowed, most)| CheckFailure::Contradiction {
+                    figure,
+                    value,
+                    allowed,
+                    most,
+                },
+            )
     }
 
     /// Every residual.
@@ -161,20 +152,21 @@ impl ContactReport {
             ("force imbalance", r.force_imbalance),
             ("moment imbalance", r.moment_imbalance),
         ];
-        let balance = balance.map(|(figure, value)| (figure, value, Measure::Balance, UNBALANCED));
+        let balance =
+            balance.map(|(figure, value)| (figure, value, Measure::Balance, MAX_IMBALANCE));
         let certificate = self.certificate.measured();
         let certificate = certificate.into_iter();
         let certificate =
-            certificate.map(|(figure, value, measure)| (figure, value, measure, BROKEN));
+            certificate.map(|(figure, value, measure)| (figure, value, measure, MAX_RESIDUAL));
         balance.into_iter().chain(certificate)
     }
 
     /// The first figure that is out of range.
-    fn find_out_of_range(&self, solved: &Solved<'_>) -> Option<Flaw> {
+    fn check_range(&self, solved: &Solved<'_>) -> Option<CheckFailure> {
         self.fields(solved)
             .into_iter()
             .find_map(|(figure, largest)| field(figure, largest, solved.mesh.coordinates.len()))
-            .or_else(|| self.find_not_finite(solved))
+            .or_else(|| self.check_finite(solved))
     }
 
     /// The largest magnitude of every field; NaN if any value is.
@@ -192,7 +184,7 @@ impl ContactReport {
     }
 
     /// The first figure that is infinite or no number.
-    fn find_not_finite(&self, solved: &Solved<'_>) -> Option<Flaw> {
+    fn check_finite(&self, solved: &Solved<'_>) -> Option<CheckFailure> {
         let r = &self.resultants;
         let forces = [&r.applied_force, &r.clamp_force].into_iter().flatten();
         let panes = self.panes.iter();
@@ -219,15 +211,15 @@ impl ContactReport {
         let mut found = figures.into_iter().filter(|(_, value)| !value.is_finite());
         found
             .next()
-            .map(|(figure, value)| Flaw::OutOfRange { figure, value })
+            .map(|(figure, value)| CheckFailure::OutOfRange { figure, value })
     }
 
     /// A body that moves stores energy, at least by rounding; where that underflows, so does every figure made of products.
-    fn find_lost_energy(&self, rounding: f64) -> Option<Flaw> {
+    fn check_energy(&self, rounding: f64) -> Option<CheckFailure> {
         let value = self.resultants.strain_energy;
         let moves = self.resultants.largest_displacement != [0.0; 3];
         let is_lost = value.abs().max(rounding) < f64::MIN_POSITIVE;
-        (moves && is_lost).then_some(Flaw::OutOfRange {
+        (moves && is_lost).then_some(CheckFailure::OutOfRange {
             figure: "strain energy",
             value,
         })
@@ -235,11 +227,11 @@ impl ContactReport {
 }
 
 /// A field whose norm, the root of a sum of squares over all nodes, overflows or underflows.
-fn field(figure: &'static str, value: f64, nodes: usize) -> Option<Flaw> {
+fn field(figure: &'static str, value: f64, nodes: usize) -> Option<CheckFailure> {
     let square = value * value;
     let holds = value == 0.0
         || square >= f64::MIN_POSITIVE && square <= f64::MAX / (100 * nodes.max(1)) as f64;
-    (!holds).then_some(Flaw::OutOfRange { figure, value })
+    (!holds).then_some(CheckFailure::OutOfRange { figure, value })
 }
 
 #[cfg(test)]

@@ -3,8 +3,8 @@
 use std::collections::HashSet;
 
 use contact3d::{
-    mesh::{macro_patches, parse_gmsh, triangle_area},
-    scene::InvalidValue,
+    mesh::{macro_elements, parse_gmsh, triangle_area},
+    scene::Invalid,
 };
 use nalgebra::DMatrix;
 use proptest::prelude::*;
@@ -18,7 +18,7 @@ struct Flat {
 
 impl Flat {
     fn build(&self, is_free: impl Fn(usize) -> bool) -> Result<Vec<usize>, InvalidValue> {
-        macro_patches(&self.coordinates, &self.triangles, &self.triangles, is_free)
+        macro_elements(&self.coordinates, &self.triangles, &self.triangles, is_free)
     }
 
     fn area(&self, t: usize) -> f64 {
