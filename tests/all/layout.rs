@@ -39,7 +39,10 @@ fn schemas_of_all_files_are_valid() {
         assert_eq!(rows.len(), layout.datasets().count());
         for row in rows {
             for key in ["path", "stage", "type", "unit", "description"] {
-                assert!(row[key].as_str().is_some_and(|text| !text.is_empty()), "{row}");
+                assert!(
+                    row[key].as_str().is_some_and(|text| !text.is_empty()),
+                    "{row}"
+                );
             }
             let stages = schema["stages"].as_array().expect("stages");
             let stage = format!("/{}", row["stage"].as_str().unwrap_or_default());

@@ -363,10 +363,10 @@ fn a_wish_beyond_the_disk_is_not_met() {
 fn impossible_targets_are_refused() {
     let program = Program::new();
     for (target, words) in [
-        ("200%", "between 1e-8 and 1"),
-        ("0", "between 1e-8 and 1"),
-        ("-1%", "between 1e-8 and 1"),
-        ("1e-9", "between 1e-8 and 1"),
+        ("200%", "from 0.00000001 to 1"),
+        ("0", "from 0.00000001 to 1"),
+        ("-1%", "from 0.00000001 to 1"),
+        ("1e-9", "from 0.00000001 to 1"),
         ("3", "--error 3%"),
         ("nan", "write 3% or 0.03"),
         ("little", "write 3% or 0.03"),

@@ -52,7 +52,7 @@ fn a_reader_that_goes_away_ends_no_command() {
     for command in [
         "check run.h5 --json --quiet",
         "--help",
-        "law \"$scene\" --no-figures",
+        "friction-law \"$scene\" --no-figures",
         "report run.h5 r.html --json",
     ] {
         let script = format!(

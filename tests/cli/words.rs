@@ -141,7 +141,7 @@ fn values_are_shown_as_scenes_write_them() {
         ),
         (
             "friction.coefficient_2={constant=1e-320}",
-            "friction.coefficient_2.constant: expected a positive coefficient, 1e-100 at least, found 1e-320",
+            "friction.coefficient_2.constant: expected a finite positive number, 1e-100 at least, found 1e-320",
         ),
         (
             "friction.coefficient_2={expression=\"1e-320 + 0*s1\"}",

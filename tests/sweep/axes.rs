@@ -127,7 +127,7 @@ fn errors_name_the_case() {
     );
     let said = refusal(&sweep);
     let case = "scene.toml with case 1 of sweep.toml (solve.epsilon = 1e-8, friction.coefficient_1 = { constant = -0.5 }): \
-                friction.coefficient_1.constant: expected a positive coefficient, 1e-100 at least, found -0.5";
+                friction.coefficient_1.constant: expected a finite positive number, 1e-100 at least, found -0.5";
     assert!(said.contains(case), "{said}");
     sweep.write("[set]\n\"solve.epsilon\" = 7.0\n[[axis]]\nkey = \"title\"\nvalues = [\"a\"]");
     let said = refusal(&sweep);

@@ -161,7 +161,10 @@ impl CoulombLaw {
     /// positive and as smooth as this one for every share τ.
     pub(crate) fn relaxed(&self, reference: f64, share: f64) -> Self {
         Self {
-            relaxation: (share < 1.0).then_some(Relaxation { reference, share }),
+            relaxation: (share < 1.0).then_some(Relaxation {
+                reference,
+                exponent: share,
+            }),
             ..self.clone()
         }
     }
@@ -239,7 +242,7 @@ impl CoulombLaw {
         // d(F₀^(1−τ) F^τ) = τ F₀^(1−τ) F^τ / F dF.
         let coefficients = self.own_value(contact_node, slip);
         std::array::from_fn(|i| {
-            let factor = relaxation.share * relaxation.value(coefficients[i]) / coefficients[i];
+            let factor = relaxation.exponent * relaxation.value(coefficients[i]) / coefficients[i];
             given[i].map(|d| factor * d)
         })
     }

@@ -83,7 +83,7 @@ impl Interface {
 
     /// The face in a later step: slip is counted from where the step begins.
     #[must_use]
-    pub fn from_previous(mut self, previous: PreviousIncrement) -> Self {
+    pub fn following(mut self, previous: PreviousIncrement) -> Self {
         if previous.follows == SlipMeasure::PathLength
             && let InterfaceFriction::Coulomb(law) = &mut self.friction
         {

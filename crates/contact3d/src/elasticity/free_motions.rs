@@ -189,6 +189,9 @@ fn sprung_motions(scene: &Scene, mesh: &Mesh) -> Result<Vec<SprungMotion>, Inval
     };
     let coordinates = &mesh.coordinates;
     let motions = free_rigid_motions(coordinates, &clamped(coordinates, &mesh.held_nodes(scene)));
+    if motions.is_empty() {
+        return Ok(Vec::new());
+    }
     let n = motions.len();
     let mut units = Vec::with_capacity(n);
     let mut shapes: Vec<Vec<[f64; 3]>> = Vec::with_capacity(n);

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::{ContactReport, Rounding, Solved, largest, rounding::Measure};
-use crate::solver::{Assessment, Solution, Status};
+use crate::solver::{Assessment, Solution};
 
 /// A solution with a residual above this is none, whatever rounding explains: nothing of it can be relied on.
 const MAX_RESIDUAL: f64 = 1e-3;

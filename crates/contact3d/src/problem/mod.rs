@@ -88,10 +88,10 @@ impl Problem {
     }
 
     /// The same problem in a later step of a load history.
-    fn from_previous(mut self, previous: Option<PreviousIncrement>) -> Self {
+    fn following(mut self, previous: Option<PreviousIncrement>) -> Self {
         if let Some(previous) = previous {
             let interface = self.interface;
-            self.interface = interface.map(|interface| interface.from_previous(previous));
+            self.interface = interface.map(|interface| interface.following(previous));
         }
         self
     }
@@ -115,7 +115,7 @@ impl Problem {
                 path: before.path.clone(),
                 follows: self.scene.slip_measure(),
             });
-        Ok(problem.from_previous(previous))
+        Ok(problem.following(previous))
     }
 
     /// The problem after some increments of the scene's load history: that of the last of them, or of the end where there are

@@ -47,7 +47,7 @@ impl AssembledProblem {
         let previous = interface.and_then(|interface| interface.slip.previous.clone());
         let problem = Problem::of_checked(scene, self.problem.mesh.clone())?;
         self.require_compliance(problem.interface())?;
-        let problem = problem.from_previous(previous);
+        let problem = problem.following(previous);
         Ok(Self::new(problem, self.system.clone()).with_own_loads()?)
     }
 

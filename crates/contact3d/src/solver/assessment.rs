@@ -34,13 +34,6 @@ pub(crate) struct Assessment {
 impl Assessment {
     /// Of a refined solution with a measured error, where ε was asked for and rounding forbids less than `attainable`.
     pub(in crate::solver) fn of_refined(error: f64, epsilon: f64, attainable: f64) -> Self {
-        // NaN is no error at all.
-        if error > REFINEMENT_TARGET || error.is_nan() {
-            return Self {
-                status: Status::MaxNewtonSteps,
-                accuracy: error.min(1.0),
-            };
-        }
         if error <= epsilon && epsilon >= attainable {
             return Self {
                 status: Status::Converged,
@@ -50,6 +43,14 @@ impl Assessment {
         Self {
             status: Status::RoundingLimit,
             accuracy: error.max(attainable),
+        }
+    }
+
+    /// Of what came nearest to a solution, where no strategy led to one.
+    pub(in crate::solver) fn of_no_solution(error: f64) -> Self {
+        Self {
+            status: Status::MaxNewtonSteps,
+            accuracy: error.min(1.0),
         }
     }
 

@@ -238,6 +238,7 @@ impl ContactSolve<'_> {
             Some(outer) if !found.is_solution() && outer.status != Status::NumericalError => {
                 Assessment::of_lost_fixed_point(outer.ending(), found.error)
             }
+            _ if !found.is_solution() => Assessment::of_no_solution(found.error),
             _ => Assessment::of_refined(found.error, self.settings.epsilon(), dual.rounding()),
         };
         let mut operator = ContactOperator::explicit(dual, self.body.assembly, self.dual);
@@ -296,7 +297,10 @@ impl ContactSolve<'_> {
         if let Some(balance) = &dual.balance {
             solution.rigid_motion =
                 balance.add_reference(&solution.rigid_motion, &mut solution.displacement);
-            if !solution.status.is_solved() && has_diverged(&solution.displacement, laws) {
+            // Where no strategy led to a solution, the place of the last iterate means nothing.
+            let is_nowhere = solution.status == Status::MaxNewtonSteps
+                || has_diverged(&solution.displacement, laws);
+            if !solution.status.is_solved() && is_nowhere {
                 return Solution {
                     history: solution.history,
                     newton: solution.newton,

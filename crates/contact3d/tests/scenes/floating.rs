@@ -279,13 +279,14 @@ fn a_long_way_takes_digits_that_the_accuracy_tells_of() {
         status.is_solved() && accuracy < 1e-8,
         "{status:?} {accuracy:e}"
     );
-    for k in [1e2, 1.0] {
+    // Softer ones are refused: 1e3 N/m³ carry 5e-10 of the body's own stiffness.
+    for k in [1e4, 3e3] {
         let (status, accuracy, soft) = lifted(k);
         let off = stiff
             .iter()
             .zip(&soft)
             .fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()));
-        assert_eq!(status, Status::RoundingLimit, "{k:e}");
+        assert!(status.is_solved(), "{k:e}: {status:?}");
         // Relative to the bound; ten times for the other norm.
         assert!(
             off / 1e5 <= 10.0 * accuracy + 1e-5,
@@ -627,8 +628,8 @@ fn bodies_without_a_free_or_felt_motion_end_with_a_status() {
         coefficient.constant = 0.04
         [[spring]]
         face = 'x_max'
-        normal = 1e-4
-        tangential = 1e-4
+        normal = 1e5
+        tangential = 1e5
         [[traction]]
         face = 'z_max'
         value = [1e3, 0.0, -1e4]",

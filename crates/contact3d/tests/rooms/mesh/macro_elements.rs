@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use contact3d::{
     mesh::{macro_elements, parse_gmsh, triangle_area},
-    scene::Invalid,
+    scene::InvalidValue,
 };
 use nalgebra::DMatrix;
 use proptest::prelude::*;

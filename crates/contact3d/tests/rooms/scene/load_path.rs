@@ -37,7 +37,7 @@ fn formulas_with_parameters_of_their_own_are_weighted_and_added() {
     let Quantity::Varying(formula) = between else {
         panic!("a number");
     };
-    assert_eq!(formula.text(), "(0.75)*(a*y - b) + (0.25)*(b*z + a*b)");
+    assert_eq!(formula.text(), "0.75*(a*y - b) + 0.25*(b*z + a*b)");
     let between = after_a_quarter(&history("a*y - b", "8"));
     assert_eq!(between.at([0.0, 2.0, 4.0]), 2.75);
 }

@@ -105,7 +105,7 @@ fn settings_are_checked() {
     assert!(
         error
             .to_string()
-            .starts_with("solve.epsilon: expected 0 < epsilon < 1"),
+            .starts_with("solve.epsilon: expected a number with 0 < epsilon < 1"),
         "{error}"
     );
 }

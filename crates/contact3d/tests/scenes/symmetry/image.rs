@@ -211,7 +211,12 @@ impl Symmetry {
     }
 
     fn contact(self, contact: &mut Contact) {
-        assert!(contact.face == "z_min" && contact.axis_1.is_none());
+        assert_eq!(contact.face, "z_min");
+        if let Some(axis) = &mut contact.axis_1 {
+            // An exchange makes t₁ of a given axis what it was, and t₂ its opposite: no exchange of t₁ and t₂.
+            assert!(matches!(self, Self::Mirror(_)), "an axis that is given");
+            self.vector(axis);
+        }
         self.quantity(&mut contact.gap);
         contact.corners.iter_mut().for_each(|it| self.corners(it));
         if let Some(angle) = &mut contact.angle {
