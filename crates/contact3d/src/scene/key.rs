@@ -157,7 +157,7 @@ impl Key {
     /// What its values may be.
     fn expected(&self, name: &str, units: Units) -> String {
         let is = |kind: &str| self.kinds.iter().any(|known| known == kind);
-        let noun = if is("integer") {
+        let noun = if self.is_whole() {
             "whole number"
         } else {
             "number"
@@ -175,7 +175,7 @@ impl Key {
         let words = match (limits.minimum, limits.exclusive_minimum) {
             (Some(least), _) => match limits.maximum {
                 Some(most) => numbers("") + &format!(" from {least} to {most}"),
-                None if is("integer") => numbers("") + &format!(", at least {least}"),
+                None if self.is_whole() => numbers("") + &format!(", at least {least}"),
                 None if least > 0.0 => {
                     numbers("finite positive ") + &format!(", {least:e} at least")
                 }
@@ -194,9 +194,14 @@ impl Key {
         }
     }
 
-    pub(super) fn is_numeric(&self) -> bool {
-        let mut kinds = self.kinds.iter();
-        kinds.any(|kind| kind == "number" || kind == "integer")
+    /// Whether its values are whole numbers.
+    #[must_use]
+    pub fn is_whole(&self) -> bool {
+        self.kinds.iter().any(|kind| kind == "integer")
+    }
+
+    fn is_numeric(&self) -> bool {
+        self.is_whole() || self.kinds.iter().any(|kind| kind == "number")
     }
 }
 
@@ -429,4 +434,186 @@ fn check_limits(mut table: Table, units: Units) -> Result<(), InvalidValue> {
         true
     });
     beyond.map_or(Ok(()), Err)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+    use crate::scene::varying::Varying;
+
+    /// Keys that no stage depends on: names, words for units, what formulas use, and what decides on the mesh.
+    const OF_NO_PART: [&str; 7] = [
+        "adapt.error",
+        "adapt.start",
+        "parameters",
+        "reference",
+        "title",
+        "units.force",
+        "units.length",
+    ];
+
+    fn is_leaf(path: &str) -> bool {
+        let below = format!("{path}.");
+        !keys().keys().any(|other| other.starts_with(&below))
+    }
+
+    #[test]
+    fn every_key_is_part_of_something() {
+        let leaves = keys().iter().filter(|(path, _)| is_leaf(path));
+        let of_none = leaves.filter(|(_, key)| key.part.is_none());
+        assert_eq!(
+            of_none.map(|(path, _)| path).collect::<Vec<_>>(),
+            OF_NO_PART
+        );
+    }
+
+    /// A sentence says in which unit its numbers are, and which sign they have.
+    #[test]
+    fn sentences_tell_units_and_signs() {
+        let units = ["m", "1/m", "Pa", "N/m³", "Pa/m", "s"];
+        for (path, key) in keys() {
+            let expected = match key.measure {
+                Measure::Number => None,
+                Measure::Time => Some("s"),
+                Measure::Length | Measure::Displacement => Some("m"),
+                Measure::PerDisplacement => Some("1/m"),
+                Measure::Stress | Measure::Modulus => Some("Pa"),
+                Measure::ForceDensity => Some("N/m³"),
+                Measure::SpringStiffness => Some("Pa/m"),
+            };
+            let words: Vec<&str> = key
+                .sentence
+                .split(' ')
+                .map(|word| word.trim_matches([',', '.', ':', ';']))
+                .collect();
+            let told = words
+                .windows(2)
+                .find(|pair| pair[0] == "in" && units.contains(&pair[1]));
+            let is_formula = path.ends_with(".expression");
+            assert!(
+                told.map(|pair| pair[1]) == expected || is_formula,
+                "{path}: {}",
+                key.sentence
+            );
+            let is_positive =
+                key.limits.exclusive_minimum == Some(0.0) && key.limits.exclusive_maximum.is_none();
+            assert!(
+                !is_positive || key.sentence.contains("> 0"),
+                "{path}: {}",
+                key.sentence
+            );
+        }
+    }
+
+    #[test]
+    fn keys_have_units_and_limits() {
+        let unit = |path: &str| unit_of_key(path, Units::SI).word().to_owned();
+        for (path, expected) in [
+            ("pressure.0.value", "Pa"),
+            ("material.isotropic.young_modulus", "Pa"),
+            ("contact.0.friction.slip_bound", "Pa"),
+            ("friction.pressure_cap", "Pa"),
+            ("contact.gap", "m"),
+            ("body.brick.size.0", "m"),
+            ("region.1.part.box", "m"),
+            ("friction.coefficient_1.table.slip.1", "m"),
+            ("friction.coefficient.ramp.rate", "1/m"),
+            ("body_force.value.2", "N/m^3"),
+            ("spring.0.normal", "N/m^3"),
+            ("step.2.time", "s"),
+            ("friction.coefficient.constant", "1"),
+            ("no.such.key", "1"),
+        ] {
+            assert_eq!(unit(path), expected, "{path}");
+        }
+        for (path, expected) in [
+            ("solve.epsilon", "a number with 0 < epsilon < 1"),
+            ("solve.max_outer_steps", "a whole number, at least 1"),
+            ("body.brick.size", "three finite positive numbers [m]"),
+            (
+                "contact.gap",
+                "a finite number >= 0 [m] or an expression in x, y, z",
+            ),
+            ("parameters.mu", "a finite number"),
+            (
+                "clamp.0.value",
+                "three finite numbers [m] or expressions in x, y, z",
+            ),
+        ] {
+            let name = path.rsplit('.').next().unwrap_or_default();
+            assert_eq!(
+                key(path).unwrap().expected(name, Units::SI),
+                expected,
+                "{path}"
+            );
+        }
+    }
+
+    /// A scene with every value that may vary; no body has all of it.
+    const EVERYTHING: &str = r#"
+        title = "everything"
+        body.brick = { size = [1.0, 1.0, 1.0], cells = [2, 2, 2] }
+        material.isotropic = { young_modulus = 1.0, poisson_ratio = 0.3 }
+        body_force.value = [0, 0, 1]
+        friction.slip_bound = 1
+        friction.coefficient.constant = 0.3
+        friction.coefficient_1.expression = "s1"
+        friction.coefficient_2.ramp = { initial = 1, residual = 1, onset = 1, rate = 1 }
+        [[clamp]]
+        value = [1, 0, 0]
+        [[spring]]
+        face = "x_min"
+        normal = 1
+        tangential = 1
+        tensor = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
+        [[traction]]
+        face = "x_min"
+        value = [1, 0, 0]
+        [[pressure]]
+        face = "x_min"
+        value = 1
+        [[contact]]
+        face = "x_min"
+        gap = 1
+        axis_1 = [1, 0, 0]
+        angle = 1
+        obstacle.height.value = 1
+        friction.slip_bound = 1
+        friction.coefficient.table = { slip = [0], value = [1] }
+        friction.coefficient_1.grid = { slip_1 = [0], slip_2 = [0], value = [[1]] }
+        friction.coefficient_2.constant = 0.3
+        [[contact]]
+        face = "x_max"
+        [[step]]
+        value.body_force = [0, 0, 2]
+    "#;
+
+    /// Every key that may be a formula is walked over, and no other.
+    #[test]
+    fn every_key_that_varies_is_known() {
+        let mut scene: Scene = toml::from_str(EVERYTHING).expect("a scene");
+        let mut visited = BTreeSet::new();
+        for (at, value) in scene.varying_mut() {
+            let path = match value {
+                Varying::Quantity(_) => at.path.as_str(),
+                Varying::Coefficient(_) => at.path.rsplit_once('.').unwrap().0,
+            };
+            let known = key(path).expect("a key");
+            let place = keys().iter().find(|(_, key)| std::ptr::eq(*key, known));
+            visited.insert(place.expect("a key").0.as_str());
+        }
+        let varies = |(path, key): &(&String, &Key)| {
+            let has = |kind: &str| key.kinds.iter().any(|known| known == kind);
+            let name = path.rsplit('.').next().unwrap_or_default();
+            has("number") && has("string") || name.starts_with("coefficient")
+        };
+        let expected: BTreeSet<&str> = keys()
+            .iter()
+            .filter(varies)
+            .map(|(p, _)| p.as_str())
+            .collect();
+        assert_eq!(visited, expected);
+    }
 }

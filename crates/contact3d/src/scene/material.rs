@@ -36,12 +36,12 @@ pub struct Isotropic {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Orthotropic {
-    /// Young's moduli [E₁, E₂, E₃] in Pa.
+    /// Young's moduli [E₁, E₂, E₃] > 0 in Pa.
     #[schemars(extend("measures" = Measure::Modulus, "exclusiveMinimum" = 0))]
     pub young_moduli: [f64; 3],
     /// Poisson's ratios [ν₂₃, ν₁₃, ν₁₂]: ν_ij is the contraction along j under tension along i.
     pub poisson_ratios: [f64; 3],
-    /// Shear moduli [G₂₃, G₁₃, G₁₂] in Pa.
+    /// Shear moduli [G₂₃, G₁₃, G₁₂] > 0 in Pa.
     #[schemars(extend("measures" = Measure::Modulus, "exclusiveMinimum" = 0))]
     pub shear_moduli: [f64; 3],
     /// First two material axes in the global frame, orthogonal, of any length; x and y when not

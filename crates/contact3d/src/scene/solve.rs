@@ -113,7 +113,7 @@ pub struct SolveSettings {
     /// Smallest decrease c_fact of the inner tolerance per outer step under adaptive control.
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
     pub c_fact: f64,
-    /// Proportioning constant Γ of KPRGP.
+    /// Proportioning constant Γ > 0 of KPRGP.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub gamma: f64,
     /// Most outer steps.
