@@ -161,7 +161,7 @@ class Body(Keys):
 class Brick(Keys):
     """A box and its mesh, whose cells lie between planes perpendicular to the axes (HKL §4).
 
-    :param size: Edge lengths [Lx, Ly, Lz] in m.
+    :param size: Edge lengths [Lx, Ly, Lz] > 0 in m.
     :param cells: Numbers of cells [nx, ny, nz]; with panes of P1, even along the two axes of the contact face.
     :param grading: Faces towards which cells shrink; equal cells where none is named.
     :param coordinates: The planes between the cells along axes that have neither equal nor graded cells.
@@ -180,12 +180,12 @@ class Grading(Keys):
     q) of the length, B(s; p, q) = ∫₀ˢ tᵖ⁻¹ (1 − t)^(q−1) dt. That is (i/n)ᵖ where q = 1, and as smooth
     between two graded faces as at one.
 
-    :param x_min: Towards x = 0.
-    :param x_max: Towards x = Lx.
-    :param y_min: Towards y = 0.
-    :param y_max: Towards y = Ly.
-    :param z_min: Towards z = 0.
-    :param z_max: Towards z = Lz.
+    :param x_min: Exponent towards x = 0.
+    :param x_max: Exponent towards x = Lx.
+    :param y_min: Exponent towards y = 0.
+    :param y_max: Exponent towards y = Ly.
+    :param z_min: Exponent towards z = 0.
+    :param z_max: Exponent towards z = Lz.
     """
 
     x_min: float | None = None
@@ -201,9 +201,9 @@ class GivenPlanes(Keys):
     """Coordinates in m of the planes between cells, from 0 to the edge length; absent axes have equal or
     graded cells.
 
-    :param x: From x = 0 to x = Lx, nx + 1 numbers.
-    :param y: From y = 0 to y = Ly, ny + 1 numbers.
-    :param z: From z = 0 to z = Lz, nz + 1 numbers.
+    :param x: From x = 0 to x = Lx, nx + 1 numbers in m.
+    :param y: From y = 0 to y = Ly, ny + 1 numbers in m.
+    :param z: From z = 0 to z = Lz, nz + 1 numbers in m.
     """
 
     x: Sequence[float] | None = None
@@ -217,7 +217,8 @@ class GmshFile(Keys):
     volumes the regions.
 
     :param file: Path of the .msh file, relative to the scene file.
-    :param unit: Length of the file's unit in m. Default: ``1.0``.
+    :param unit: Length > 0 of the file's unit in m: 0.001 for a mesh in millimetres and a scene in metres. Default:
+        ``1.0``.
     :param digest: BLAKE3 digest of the file. Filled in when the mesh is made; a scene that gives it is sure to use
         that very file.
     """
@@ -246,7 +247,8 @@ class Isotropic(Keys):
     """An isotropic linear elastic material.
 
     :param young_modulus: Young's modulus E > 0 in Pa.
-    :param poisson_ratio: Poisson's ratio, −1 < ν < 0.5.
+    :param poisson_ratio: Poisson's ratio, −1 < ν < 0.5; at 0.5 the material is incompressible, and rubber has 0.49
+        to 0.4999, on quadratic tetrahedra (body.element = "P2").
     """
 
     young_modulus: float
@@ -257,9 +259,9 @@ class Isotropic(Keys):
 class Orthotropic(Keys):
     """An orthotropic linear elastic material: ε = C⁻¹σ with C⁻¹_ii = 1/E_i, C⁻¹_ij = −ν_ij/E_i.
 
-    :param young_moduli: Young's moduli [E₁, E₂, E₃] in Pa.
+    :param young_moduli: Young's moduli [E₁, E₂, E₃] > 0 in Pa.
     :param poisson_ratios: Poisson's ratios [ν₂₃, ν₁₃, ν₁₂]: ν_ij is the contraction along j under tension along i.
-    :param shear_moduli: Shear moduli [G₂₃, G₁₃, G₁₂] in Pa.
+    :param shear_moduli: Shear moduli [G₂₃, G₁₃, G₁₂] > 0 in Pa.
     :param axes: First two material axes in the global frame, orthogonal, of any length; x and y when not given.
     """
 
@@ -331,9 +333,10 @@ class Spring(Keys):
     ``tensor`` or at least one of ``normal`` and ``tangential`` is given.
 
     :param face: The face on springs.
-    :param normal: Stiffness along the normal in Pa/m: a number, or an expression in x, y, z; none when not given.
-    :param tangential: Stiffness along the face, the same in all its directions, in Pa/m: a number, or an expression
-        in x, y, z; none when not given.
+    :param normal: Stiffness ≥ 0 along the normal in Pa/m: a number, or an expression in x, y, z; none when not
+        given.
+    :param tangential: Stiffness ≥ 0 along the face, the same in all its directions, in Pa/m: a number, or an
+        expression in x, y, z; none when not given.
     :param tensor: Symmetric positive semidefinite stiffness over the axes x, y, z in Pa/m: rows of numbers, or
         expressions in x, y, z.
     """
@@ -450,7 +453,7 @@ class Sphere(Keys):
     """A ball, or a cup.
 
     :param centre: Centre in m.
-    :param radius: Radius > 0 in m.
+    :param radius: Radius > 0 in m; side = "inside" makes the hollow the obstacle.
     :param side: Where the body is.
     """
 
@@ -465,7 +468,7 @@ class Cylinder(Keys):
 
     :param point: A point of the axis in m.
     :param direction: Direction of the axis, of any length.
-    :param radius: Radius > 0 in m.
+    :param radius: Radius > 0 in m; side = "inside" makes the hollow the obstacle.
     :param side: Where the body is.
     """
 
@@ -496,7 +499,7 @@ class Friction(Keys):
     :param slip_bound: Given slip bound g ≥ 0 of Tresca's law ‖F⁻¹σ_t‖ ≤ g in Pa: a number, or an expression in x,
         y, z. The coefficients are then constants, and 1 when not given.
     :param pressure_cap: Pressure p_cap > 0 in Pa above which Coulomb friction grows no further, ‖F⁻¹σ_t‖ ≤
-        min(−σ_ν, p_cap); F p_cap is the shear strength of the weaker body. When not given, friction is not limited.
+        min(−σ_ν, p_cap); F p_cap is the shear strength of the weaker body. Leave it out where nothing limits friction.
     :param coefficient: F of an isotropic law, which may depend on |u_t|.
     :param coefficient_1: F₁, which may depend on |u_t1| and |u_t2|.
     :param coefficient_2: F₂, which may depend on |u_t1| and |u_t2|.
@@ -515,7 +518,8 @@ class Friction(Keys):
 class Coefficient(Keys):
     """One coefficient of friction as a function of place and slip. Exactly one key is given.
 
-    :param constant: The same value everywhere and for every slip.
+    :param constant: The same value > 0 everywhere and for every slip; for frictionless contact leave [friction]
+        out.
     :param ramp: A linear change with the own slip between two constant values (HKL §4).
     :param table: Straight lines between given values over the own slip, constant beyond the last.
     :param grid: Bilinear interpolation of given values over both slips, constant beyond the last.
@@ -533,10 +537,11 @@ class Coefficient(Keys):
 class Ramp(Keys):
     """F(ζ) = ``initial`` for ζ ≤ ``onset``, then a straight line to ``residual``, constant afterwards.
 
-    :param initial: Value at small slip.
-    :param residual: Value at large slip.
-    :param onset: Slip at which the change begins, in m.
-    :param rate: Steepness |dF/dζ| of the change, in 1/m.
+    :param initial: Value at small slip, > 0.
+    :param residual: Value at large slip, > 0.
+    :param onset: Slip ≥ 0 at which the change begins, in m.
+    :param rate: Steepness |dF/dζ| > 0 of the change, in 1/m; whether F falls or rises follows from initial and
+        residual.
     """
 
     initial: float
@@ -550,7 +555,7 @@ class Table(Keys):
     """Values over increasing slips.
 
     :param slip: Slips in m, increasing from 0 on.
-    :param value: Coefficient at each slip.
+    :param value: Coefficient > 0 at each slip.
     """
 
     slip: Sequence[float]
@@ -563,7 +568,7 @@ class Grid(Keys):
 
     :param slip_1: Slips |u_t1| in m, increasing from 0 on.
     :param slip_2: Slips |u_t2| in m, increasing from 0 on.
-    :param value: Coefficients: one row for each entry of ``slip_1``, one column for each of ``slip_2``.
+    :param value: Coefficients > 0: one row for each entry of ``slip_1``, one column for each of ``slip_2``.
     """
 
     slip_1: Sequence[float]
@@ -616,7 +621,7 @@ class SolveSettings(Keys):
     :param r_tol: Ratio r_tol of inner to outer tolerance. Default: ``0.1``.
     :param c_fact: Smallest decrease c_fact of the inner tolerance per outer step under adaptive control. Default:
         ``0.99``.
-    :param gamma: Proportioning constant Γ of KPRGP. Default: ``1.0``.
+    :param gamma: Proportioning constant Γ > 0 of KPRGP. Default: ``1.0``.
     :param max_outer_steps: Most outer steps. Default: ``200``.
     :param max_inner_actions: Most applications of S in one inner problem of ``kprgp`` and ``gpcg``. Default:
         ``1000000``.
