@@ -122,7 +122,7 @@ def test_the_data_are_those_of_the_file(history):
         agree("contact_zone", records["contact_zone"][:][..., None])
         agree("contact_gap", records["gap"][:][..., None])
         for axis in (0, 1):
-            agree(f"friction_{axis + 1}", records["friction"][..., axis, None])
+            agree(f"friction_{axis + 1}", records["friction"][..., axis][..., None])
         error = next(said for said in page["arrays"] if said["key"] == "error")
         assert error["first"] == 24 and error["frames"] == 1
         # The foundation is where the contact face is, and goes on beyond it.

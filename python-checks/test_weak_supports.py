@@ -222,8 +222,8 @@ def test_springs_as_soft_as_can_be(contact3d, tmp_path, stiffness, law, load, el
     shift = pull / stiffness
     turn = (moments[others].sum(axis=0) - np.cross(middle, pull)) / (stiffness * np.array([1 / 6, 1 / 12, 1 / 12]))
     moved = shift + np.cross(turn, x - middle)
-    # The cube's own strain, and rounding of forces of some 1e4 N where they nearly balance.
-    assert np.abs(u - moved).max() < 1e-9 * np.abs(u).max() + 1e-9 * FORCE / stiffness
+    # The cube's own strain, a few times that of a uniform stress, and rounding of forces of some 1e4 N where they nearly balance.
+    assert np.abs(u - moved).max() < 10 * FORCE / MODULUS + 1e-9 * np.abs(u).max() + 1e-9 * FORCE / stiffness
     # The mean stress along z is the sum of forces times their heights: 1 of the top, 1/2 of the springs, 0 of the foundation.
     corners = x[nodes]
     volumes = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 6

@@ -279,7 +279,7 @@ def test_cases_that_do_not_converge_are_a_warning(tmp_path):
     assert sweep.not_converged == 1 and not sweep.failed
     before = (tmp_path / "out" / "sweep.toml").read_text()
     for folder in ("bad", "out"):
-        with pytest.raises(package.BadInput, match="expected a positive coefficient"):
+        with pytest.raises(package.BadInput, match="expected a finite positive number"):
             package.sweep(NEWTON, tmp_path / folder, {"friction.coefficient_1": [{"constant": -1.0}]}, set=SMALL)
     assert not (tmp_path / "bad").exists() and (tmp_path / "out" / "sweep.toml").read_text() == before
 

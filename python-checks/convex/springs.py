@@ -48,7 +48,8 @@ def judge(program: Program, scene: Sprung, folder: Path) -> Judged:
     text.write_text(scene.text)
     path.unlink(missing_ok=True)
     outcome = program.run("run", text, path, "--no-figures")
-    if outcome.code == 2 and TOO_SOFT in outcome.stderr:
+    # Messages are broken into lines, within a frame.
+    if outcome.code == 2 and TOO_SOFT in " ".join(outcome.stderr.replace("│", " ").split()):
         return Judged(scene, "refused", None)
     if outcome.fault or not path.is_file():
         return Judged(scene, "fault", outcome.fault or outcome.stderr[-300:])

@@ -1,13 +1,12 @@
 """Judging a run file without the program: h5py opens it and every digest holds."""
 
-import json
 from functools import cache
 from pathlib import Path
 
 import h5py
 
 from digest import dataset_digest, group_seal, stage_digest
-from faults.program import ROOT
+from schema_check import schemas
 
 STEADY = ("mesh", "assemble", "load", "solve", "post", "accuracy")
 """Stages whose digests say what was computed."""
@@ -15,10 +14,9 @@ STEADY = ("mesh", "assemble", "load", "solve", "post", "accuracy")
 
 @cache
 def rows_by_stage() -> dict[str, list[dict]]:
-    """The published table of datasets, stage by stage."""
-    schema = json.loads((ROOT / "schemas" / "run_file.json").read_text())
+    """The table of datasets, stage by stage."""
     rows: dict[str, list[dict]] = {}
-    for row in schema["datasets"]:
+    for row in schemas()["run_file.json"]["datasets"]:
         rows.setdefault(row["stage"], []).append(row)
     return rows
 

@@ -29,6 +29,14 @@ pub(super) fn read_for_error(
     let sets = overrides.iter().map(|change| format!("--set {change}"));
     let mut changes: Vec<String> = sets.collect();
     if let Some(error) = error {
+        if error > 1.0 {
+            return Err(StageError::Setting(InvalidValue {
+                key: "--error".into(),
+                expected: "a number from 0.00000001 to 1, or percent".into(),
+                found: error.to_string(),
+                help: format!("for {error} percent write --error {error}%"),
+            }));
+        }
         let keys = overrides.iter().filter_map(|change| change.split_once('='));
         let mut keys = keys.map(|(key, _)| key.trim());
         let is_named =

@@ -164,10 +164,10 @@ const CONTACTS: &[Case] = &[
     ("constant = 0.3", "expression = \"ln(s1)\"", &["friction.coefficient_1.expression", "0 < F"]),
     (FRICTION, "[friction.coefficient]\nexpression = \"0.3 + s1\"", &["friction.coefficient.expression", "s = |u_t|"]),
     (FRICTION, "[friction.coefficient.grid]\nslip_1 = [0.0]\nslip_2 = [0.0]\nvalue = [[0.3]]", &["friction.coefficient.grid", "isotropic"]),
-    (FRICTION, "[friction]\nslip_bound = -1.0", &["friction.slip_bound", "g >= 0"]),
+    (FRICTION, "[friction]\nslip_bound = -1.0", &["friction.slip_bound", "[Pa] >= 0"]),
     (FRICTION, "[friction]\nslip_bound = \"x - 1\"", &["friction.slip_bound", ">= 0"]),
-    (FRICTION, "[friction]\ncoefficient.constant = 0.3\npressure_cap = 0.0", &["friction.pressure_cap", "> 0 [Pa]", "leave pressure_cap out"]),
-    (FRICTION, "[friction]\ncoefficient.constant = 0.3\npressure_cap = -1e6", &["friction.pressure_cap", "> 0 [Pa]"]),
+    (FRICTION, "[friction]\ncoefficient.constant = 0.3\npressure_cap = 0.0", &["friction.pressure_cap", "positive number [Pa]", "When not given"]),
+    (FRICTION, "[friction]\ncoefficient.constant = 0.3\npressure_cap = -1e6", &["friction.pressure_cap", "positive number [Pa]"]),
     (FRICTION, "[friction]\ncoefficient.constant = 0.3\npressure_cap = inf", &["friction.pressure_cap", "finite"]),
     (FRICTION, "[friction]\ncoefficient.constant = 0.3\npressure_cap = \"1e6\"", &["pressure_cap"]),
     (FRICTION, "[friction]\nslip_bound = 1e6\npressure_cap = 1e6", &["friction.pressure_cap", "slip_bound", "leave one of the two out"]),
@@ -185,7 +185,7 @@ const CONTACTS: &[Case] = &[
     ("epsilon = 1e-9", "epsilon = nan", &["solve.epsilon", "0 < epsilon < 1"]),
     ("epsilon = 1e-9", "r_tol = 0.0", &["solve.r_tol", "0 < r_tol < 1"]),
     ("epsilon = 1e-9", "c_fact = 1.0", &["solve.c_fact", "0 < c_fact < 1"]),
-    ("epsilon = 1e-9", "gamma = -1.0", &["solve.gamma", "gamma > 0"]),
+    ("epsilon = 1e-9", "gamma = -1.0", &["solve.gamma", "a finite positive number"]),
     ("epsilon = 1e-9", "max_outer_steps = 0", &["solve.max_outer_steps", "at least 1"]),
     ("epsilon = 1e-9", "max_inner_actions = 0", &["solve.max_inner_actions", "at least 1"]),
 ];
@@ -196,7 +196,7 @@ const ORTHOTROPIC: &str = "[material.orthotropic]\nyoung_moduli = [11e9, 8e8, 5e
 #[rustfmt::skip] // one case a line
 const MATERIALS: &[(&str, &str, &[&str])] = &[
     ("[11e9,", "[-11e9,", &["material.orthotropic.young_moduli", "positive"]),
-    ("[5e7,", "[0.0,", &["material.orthotropic.shear_moduli", "G23"]),
+    ("[5e7,", "[0.0,", &["material.orthotropic.shear_moduli", "three finite positive numbers"]),
     ("[0.4,", "[inf,", &["material.orthotropic.poisson_ratios", "finite"]),
     ("[0.4, 0.45, 0.37]", "[2.0, 0.45, 0.37]", &["material.orthotropic", "positive definite", "eigenvalues"]),
     ("[11e9,", "[1e-320,", &["material.orthotropic", "positive definite"]),

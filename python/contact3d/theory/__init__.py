@@ -19,7 +19,7 @@ import numpy as np
 from .._program import BadInput, NotConverged
 from .._run import Run
 from .._scene_input import SceneLike, given
-from .._studies import StrPath, law as bounds_of_law, run as solve
+from .._studies import StrPath, friction_law as bounds_of_law, run as solve
 from .._tree import open as open_run
 from ._contraction import ScaledLaws, contraction, friction_functional, from_zero, observed_rate
 from ._mapping import Mapping

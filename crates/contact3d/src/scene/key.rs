@@ -534,7 +534,7 @@ mod tests {
             ("body.brick.size", "three finite positive numbers [m]"),
             (
                 "contact.gap",
-                "a finite number >= 0 [m] or an expression in x, y, z",
+                "a finite number [m] >= 0 or an expression in x, y, z",
             ),
             ("parameters.mu", "a finite number"),
             (
