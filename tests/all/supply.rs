@@ -208,7 +208,14 @@ fn the_library_needs_neither_hdf5_nor_a_command_line_nor_pictures() {
         names.map(str::to_owned).collect()
     };
     let (library, program) = (tree("contact3d"), tree("contact3d-pipe"));
-    for package in ["hdf5-metno", "hdf5-metno-sys", "clap", "tiny-skia", "resvg"] {
+    for package in [
+        "hdf5-metno",
+        "hdf5-metno-sys",
+        "clap",
+        "tiny-skia",
+        "resvg",
+        "ttf-parser",
+    ] {
         assert!(
             program.contains(package),
             "the program no longer uses {package}"

@@ -1,11 +1,15 @@
 //! A drawing, kept as deterministic SVG 1.1, and its PNG.
 
-use std::sync::{Arc, LazyLock};
+use std::{
+    borrow::Cow,
+    sync::{Arc, LazyLock},
+};
 
 use resvg::{
     tiny_skia::{Pixmap, Transform},
     usvg::{Options, Tree, fontdb},
 };
+use ttf_parser::Face;
 
 use super::{
     picture::PngError,
@@ -280,6 +284,18 @@ static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
     Arc::new(fonts)
 });
 
+/// The text with a box for each character that DejaVu Sans lacks, which the renderer would leave out.
+fn boxed(svg: &str) -> Cow<'_, str> {
+    let has = |face: &Face<'_>, c: char| c.is_ascii() || face.glyph_index(c).is_some();
+    match Face::parse(dejavu::sans::regular(), 0) {
+        Ok(face) if !svg.is_ascii() => svg
+            .chars()
+            .map(|c| if has(&face, c) { c } else { '□' })
+            .collect(),
+        _ => svg.into(),
+    }
+}
+
 /// Bytes of a PNG up to the end of its header.
 const PNG_HEADER_BYTES: usize = 33;
 /// The chunk of a PNG that names this program: length, type, keyword, text, check sum.
@@ -294,7 +310,8 @@ pub(super) fn png(svg: &str, pixels_wide: u32) -> Result<Vec<u8>, PngError> {
         fontdb: FONTS.clone(),
         ..Options::default()
     };
-    let tree = Tree::from_str(svg, &options).map_err(|e| PngError::Failed(e.to_string()))?;
+    let tree =
+        Tree::from_str(&boxed(svg), &options).map_err(|e| PngError::Failed(e.to_string()))?;
     let scale = pixels_wide as f32 / tree.size().width();
     let height = (scale * tree.size().height()).round() as u32;
     let fits = pixels_wide.max(height) < 100_000;
