@@ -21,7 +21,7 @@ pub(crate) fn is_coefficient(value: f64) -> bool {
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 #[schemars(extend("examples" = ["friction.coefficient.constant = 0.3"]))]
 pub enum Coefficient {
-    /// The same value > 0 everywhere and for every slip; for frictionless contact leave [friction] out.
+    /// The same value > 0 everywhere and for every slip; for frictionless contact leave the table friction out.
     #[schemars(extend("minimum" = LEAST_COEFFICIENT))]
     Constant(f64),
     /// A linear change with the own slip between two constant values (HKL §4).
