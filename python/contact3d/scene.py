@@ -518,8 +518,8 @@ class Friction(Keys):
 class Coefficient(Keys):
     """One coefficient of friction as a function of place and slip. Exactly one key is given.
 
-    :param constant: The same value > 0 everywhere and for every slip; for frictionless contact leave [friction]
-        out.
+    :param constant: The same value > 0 everywhere and for every slip; for frictionless contact leave the table
+        friction out.
     :param ramp: A linear change with the own slip between two constant values (HKL §4).
     :param table: Straight lines between given values over the own slip, constant beyond the last.
     :param grid: Bilinear interpolation of given values over both slips, constant beyond the last.

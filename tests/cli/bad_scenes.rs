@@ -166,7 +166,7 @@ const CONTACTS: &[Case] = &[
     (FRICTION, "[friction.coefficient.grid]\nslip_1 = [0.0]\nslip_2 = [0.0]\nvalue = [[0.3]]", &["friction.coefficient.grid", "isotropic"]),
     (FRICTION, "[friction]\nslip_bound = -1.0", &["friction.slip_bound", "[Pa] >= 0"]),
     (FRICTION, "[friction]\nslip_bound = \"x - 1\"", &["friction.slip_bound", ">= 0"]),
-    (FRICTION, "[friction]\ncoefficient.constant = 0.3\npressure_cap = 0.0", &["friction.pressure_cap", "positive number [Pa]", "When not given"]),
+    (FRICTION, "[friction]\ncoefficient.constant = 0.3\npressure_cap = 0.0", &["friction.pressure_cap", "positive number [Pa]", "Leave it out"]),
     (FRICTION, "[friction]\ncoefficient.constant = 0.3\npressure_cap = -1e6", &["friction.pressure_cap", "positive number [Pa]"]),
     (FRICTION, "[friction]\ncoefficient.constant = 0.3\npressure_cap = inf", &["friction.pressure_cap", "finite"]),
     (FRICTION, "[friction]\ncoefficient.constant = 0.3\npressure_cap = \"1e6\"", &["pressure_cap"]),
