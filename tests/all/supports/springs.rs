@@ -358,9 +358,7 @@ fn friction_holds_what_a_weak_spring_does_not() {
             carried += along * 0.8 * 2.8 / panes.len() as f64;
             most = most.max(across.hypot(along));
         }
-        // Soft springs leave fewer digits, and the stated accuracy says so; ten times, since forces are sums of stresses.
-        let accuracy = ROUNDING.max(10.0 * case.solution.accuracy);
-        close(&[carried], &[-push * 0.8 * 2.8 * 0.5], accuracy);
-        assert!(most <= bound * (1.0 + accuracy), "{most}");
+        close(&[carried], &[-push * 0.8 * 2.8 * 0.5], ROUNDING);
+        assert!(most <= bound * (1.0 + ROUNDING), "{most}");
     }
 }
