@@ -72,18 +72,9 @@ impl ContactReport {
             Some(CheckFailure::Contradiction { value, .. }) => {
                 claimed.contradicted_by(value, self.is_broken())
             }
-            // Weak springs take digits of the balance of forces, and λ has no more of them.
-            None if self.is_held_weakly(solution) => {
-                claimed.limited_by(self.certificate.equilibrium)
-            }
             None => claimed,
         };
         (solution.status, solution.accuracy) = (status, accuracy);
-    }
-
-    /// Whether springs hold motions that are unknowns of the solve.
-    fn is_held_weakly(&self, solution: &Solution) -> bool {
-        !solution.rigid_motion.is_empty() && self.resultants.spring_energy.is_some()
     }
 
     /// Whether the answer has a figure that makes it none.

@@ -12,9 +12,6 @@ const ACCEPT_FACTOR: f64 = 10.0;
 /// A solution with a larger error has no digit to rely on: it is none.
 const MAX_ERROR: f64 = 0.05;
 
-/// An imbalance of forces below this is that of any solution: ten times the default ε.
-const BALANCED: f64 = 1e-11;
-
 /// The largest error of a refined solution: above, its contact zones are not known.
 pub(in crate::solver) const REFINEMENT_TARGET: f64 = 1e-3;
 
@@ -108,20 +105,6 @@ impl Assessment {
                 status => status,
             },
             accuracy: self.accuracy.max(residual).min(1.0),
-        }
-    }
-
-    /// With a relative imbalance of forces that rounding leaves, where it is more than ε lets pass by default.
-    pub(crate) fn limited_by(self, imbalance: f64) -> Self {
-        if !self.status.is_solved() || imbalance <= self.accuracy.max(BALANCED) {
-            return self;
-        }
-        Self {
-            status: match self.status {
-                Status::Converged => Status::RoundingLimit,
-                status => status,
-            },
-            accuracy: imbalance,
         }
     }
 

@@ -170,18 +170,21 @@ impl ContactSolve<'_> {
     ) -> Option<(NewtonSolution, Discrepancy)> {
         let DenseModel { local, bound, .. } = *model;
         let steplengths = local.stiffness.clone();
-        let held = match strategy {
-            StartStrategy::ProximalPoint => Some(about_own_motion(&answer.dual, local)),
-            _ => None,
-        };
-        let dual = held.as_ref().unwrap_or(&answer.dual);
-        let map = NaturalMap::with_steplengths(dual, bound, steplengths);
         let settings = NewtonSettings {
             tolerance: answer.dual.rounding(),
             max_steps: REFINEMENT_MAX_STEPS,
         };
         // One step at least: that is what measures the error.
-        let mut found = newton_to_rounding(&map, answer.multiplier.clone(), &settings);
+        let newton_about = |dual: &ExplicitDual| {
+            let map = NaturalMap::with_steplengths(dual, bound, steplengths.clone());
+            newton_to_rounding(&map, answer.multiplier.clone(), &settings)
+        };
+        let mut found = newton_about(&answer.dual);
+        let is_held = !found.is_solution() && strategy == StartStrategy::ProximalPoint;
+        if is_held {
+            // A motion is free within an interval.
+            found = newton_about(&about_own_motion(&answer.dual, local));
+        }
         if let (false, Bound::Frozen(set)) = (found.is_solution(), bound) {
             // An answer that is not far off may lie in zones from which Newton's steps wander off.
             let driver = NewtonDriver {
@@ -195,12 +198,19 @@ impl ContactSolve<'_> {
         if !found.is_solution() {
             return None;
         }
+        let map = NaturalMap::with_steplengths(&answer.dual, bound, steplengths);
         let there = map.evaluate(&found.multiplier);
         let sizes = self.sizes(&found.multiplier, &there);
         let way = difference(&found.multiplier, &answer.multiplier);
         let rounding = self.motion_rounding(&found.multiplier, &there, &local.stiffness);
+        // The term's own force vanishes round by round, and slowly where little resists the motion: steps are shorter than the way.
+        let held = if is_held {
+            there.norm / map.size(&found.multiplier)
+        } else {
+            0.0
+        };
         let way = Discrepancy {
-            error: sizes.relative(self.laws, &way).max(rounding),
+            error: sizes.relative(self.laws, &way).max(rounding).max(held),
             bound_error: within_ellipses(self.laws, &there, &way),
         };
         Some((found, way))
