@@ -17,7 +17,7 @@ from convex.scenes import Scene
 from faults.program import Program
 from run_file import open_run, read_enum
 
-SOLVED = ("converged", "stopped", "rounding_limit")
+SOLVED = ("converged", "reduced_accuracy", "machine_precision")
 LEAST = 1e-10
 """Errors below this are none."""
 MOST_RATIO = 10.0

@@ -29,7 +29,7 @@ from floating.raw import SIDES, Floating
 from floating.reference import solution
 from run_file import open_run, read_enum
 
-SOLVED = ("converged", "rounding_limit", "stopped")
+SOLVED = ("converged", "machine_precision", "reduced_accuracy")
 ACCURATE = 1e-6
 """Of an answer's conditions, in units of the panes' mean stiffness; right answers stay below 1e-9."""
 

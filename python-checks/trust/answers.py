@@ -12,7 +12,7 @@ from faults.program import Outcome, Program
 from run_file import open_run, read_enum
 
 DEFAULT_EPSILON = 1e-12
-SOLVED = ("converged", "rounding_limit")
+SOLVED = ("converged", "machine_precision")
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ METHODS = {
 }
 
 
-LIMITS = ("--set=solve.max_outer_steps=100", "--set=solve.max_inner_actions=50000")
+LIMITS = ("--set=solve.max_outer_steps=100", "--set=solve.max_operator_applications=50000")
 """The slow methods may give up; what they call solved is judged."""
 
 

@@ -623,8 +623,8 @@ class SolveSettings(Keys):
         ``0.99``.
     :param gamma: Proportioning constant Γ > 0 of KPRGP. Default: ``1.0``.
     :param max_outer_steps: Most outer steps. Default: ``200``.
-    :param max_inner_actions: Most applications of S in one inner problem of ``kprgp`` and ``gpcg``. Default:
-        ``1000000``.
+    :param max_operator_applications: Most applications of S in one inner problem of ``kprgp`` and ``gpcg``.
+        Default: ``1000000``.
     """
 
     method: Method | None = None
@@ -635,7 +635,7 @@ class SolveSettings(Keys):
     c_fact: float | None = None
     gamma: float | None = None
     max_outer_steps: int | None = None
-    max_inner_actions: int | None = None
+    max_operator_applications: int | None = None
 
 
 @dataclass(kw_only=True, repr=False)

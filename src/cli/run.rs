@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use contact3d::{RunStep, adaptation::RefinementGoal, linalg::Factor, solver::Goal};
+use contact3d::{RunStep, adaptation::RefinementGoal, linalg::Factor, solver::RequestedAccuracy};
 
 use super::{
     adaptive,
@@ -247,7 +247,10 @@ fn finish(
         terminal::message(&format!("NOT CONVERGED: {failure}"));
         return Ok(Exit::NotConverged);
     }
-    if solution.status.is_success(Goal::of(&scene.solve)) {
+    if solution
+        .status
+        .is_success(RequestedAccuracy::of(&scene.solve))
+    {
         let unmet = adapted.and_then(adaptive::unmet);
         return Ok(unmet.map_or(Exit::Done, |unmet| {
             terminal::message(&unmet);

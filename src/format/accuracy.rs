@@ -80,7 +80,7 @@ pub(super) const SOLVES: Fields<SolverRun> = fields! { SolverRun => GROUP;
     (operator) "/accuracy/solves/operator", SOLVES_AXIS, Dimension::Number, "How the dual operator is held.".optional(NO_CONTACT);
     (epsilon) "/accuracy/solves/epsilon", SOLVES_AXIS, Dimension::Number, "Accuracy asked for.".symbol("epsilon").optional(NO_CONTACT);
     [|entry| entry.result.is_some(), |entry, is_run: bool| if !is_run { entry.result = None }] "/accuracy/solves/run", SOLVES_AXIS, Dimension::Number, "1 where it was run; 0 where the budget did not suffice, and its results are NaN or 0.".volatile().optional(NO_CONTACT);
-    [|entry| entry.result.map_or(Status::MaxInnerApplications, |result| result.status), |entry, status| if let Some(result) = &mut entry.result { result.status = status }] "/accuracy/solves/status", SOLVES_AXIS, Dimension::Number, "How the solve ended.".volatile().optional(NO_CONTACT);
+    [|entry| entry.result.map_or(Status::MaxOperatorApplications, |result| result.status), |entry, status| if let Some(result) = &mut entry.result { result.status = status }] "/accuracy/solves/status", SOLVES_AXIS, Dimension::Number, "How the solve ended.".volatile().optional(NO_CONTACT);
     (result?.energy_error) "/accuracy/solves/energy_error", SOLVES_AXIS, Dimension::Number, "|u - u*|_A / |u*|_A with the reference u*.".volatile().optional(NO_CONTACT);
     (result?.multiplier_error) "/accuracy/solves/multiplier_error", SOLVES_AXIS, Dimension::Number, "|lambda - lambda*| / |lambda*| with the reference lambda*.".volatile().optional(NO_CONTACT);
     (result?.applications) "/accuracy/solves/applications", SOLVES_AXIS, Dimension::Number, "Applications of the dual operator.".symbol("n_A").volatile().optional(NO_CONTACT);

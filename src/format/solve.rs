@@ -29,12 +29,12 @@ stored_as! {
     StoredStatus of Status as "status" {
         Converged = 0 => "converged",
         MaxOuterSteps = 1 => "max_outer_steps",
-        MaxInnerApplications = 2 => "max_inner_actions",
+        MaxOperatorApplications = 2 => "max_operator_applications",
         NumericalError = 3 => "numerical_error",
-        RoundingLimit = 4 => "rounding_limit",
+        MachinePrecision = 4 => "machine_precision",
         MaxNewtonSteps = 5 => "max_newton_steps",
         Cycling = 6 => "cycling",
-        Stopped = 7 => "stopped",
+        ReducedAccuracy = 7 => "reduced_accuracy",
         Inaccurate = 8 => "inaccurate",
         NoEquilibrium = 9 => "no_equilibrium",
     }
@@ -94,7 +94,7 @@ const PANES: &[Extent] = &[Named("n_panes")];
 const PANE_PAIRS: &[Extent] = &[Named("n_friction_panes"), extents::FRICTION_AXES];
 
 pub(super) const FIELDS: Fields<Solution> = fields! { Solution => GROUP;
-    (status) STATUS, &[], Dimension::Number, "How the solve ended: converged to epsilon; rounding_limit and stopped (by the rule of its method) near the solution, as far as accuracy says; anything else is a failed solve.";
+    (status) STATUS, &[], Dimension::Number, "How the solve ended: converged to epsilon; machine_precision and reduced_accuracy near the solution, as far as accuracy says; anything else is a failed solve.";
     {Kind::F64} MULTIPLIER_NORMAL, PANES, Dimension::STRESS, "Normal contact multiplier, the pressure on each pane.".symbol("lambda_nu").when(NO_CONTACT);
     {Kind::F64} MULTIPLIER_TANGENTIAL, PANE_PAIRS, Dimension::STRESS, "Tangential contact multipliers along t1 and t2.".symbol("lambda_t").optional("absent without friction");
     {Kind::F64} DISPLACEMENT, &[Named("n_nodes"), extents::XYZ], Dimension::LENGTH, "Displacement of every node, that of its clamp where held.".symbol("u");

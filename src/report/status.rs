@@ -13,7 +13,7 @@ pub fn status(solution: &Solution, scene: &Scene, mesh: &Mesh) -> String {
     let (limits, usual) = (&scene.solve, SolveSettings::default());
     let (what, advice) = match solution.status {
         Status::Converged => return format!("converged to {accuracy:.1e}"),
-        Status::RoundingLimit => {
+        Status::MachinePrecision => {
             // Newton's steps are those of a dense operator.
             let more = match scene.assemble.dual_operator {
                 DualOperatorKind::Implicit if solution.newton.is_empty() => {
@@ -24,12 +24,12 @@ pub fn status(solution: &Solution, scene: &Scene, mesh: &Mesh) -> String {
                 | DualOperatorKind::Auto => "",
             };
             return format!(
-                "stopped at the attainable accuracy {accuracy:.1e}: rounding forbids more{more}"
+                "accurate to machine precision, {accuracy:.1e}: rounding forbids more{more}"
             );
         }
-        Status::Stopped => {
+        Status::ReducedAccuracy => {
             return format!(
-                "stopped by the rule of its method: the multipliers are accurate to {accuracy:.1e}, epsilon asks for more"
+                "reduced accuracy: the method met its stopping rule, and the multipliers are accurate to {accuracy:.1e}; epsilon asks for more"
             );
         }
         Status::MaxOuterSteps => (
@@ -38,11 +38,11 @@ pub fn status(solution: &Solution, scene: &Scene, mesh: &Mesh) -> String {
                 .filter(|_| limits.max_outer_steps >= usual.max_outer_steps)
                 .unwrap_or_else(|| "raise solve.max_outer_steps".to_owned()),
         ),
-        Status::MaxInnerApplications => (
+        Status::MaxOperatorApplications => (
             "an inner problem ran out of applications of S".to_owned(),
             automatic
-                .filter(|_| limits.max_inner_actions >= usual.max_inner_actions)
-                .unwrap_or_else(|| "raise solve.max_inner_actions".to_owned()),
+                .filter(|_| limits.max_operator_applications >= usual.max_operator_applications)
+                .unwrap_or_else(|| "raise solve.max_operator_applications".to_owned()),
         ),
         Status::NumericalError => (
             "a value is not finite, or a coefficient of friction not positive at the slips reached"

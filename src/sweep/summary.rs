@@ -9,7 +9,7 @@ use std::{
 use contact3d::{
     adaptation::AdaptiveStatus,
     scene::unit_of_key,
-    solver::{Goal, Status},
+    solver::{RequestedAccuracy, Status},
 };
 use runfile::{GroupRecord, Home, IfMissing, Reader, RunFile, StoreError, Transaction};
 use units::Units;
@@ -41,7 +41,7 @@ pub fn write(plan: &Plan, folder: &Path) -> Result<usize, StageError> {
     let planned = plan.cases.iter().zip(&rows);
     let solved = planned.filter_map(|(case, row)| Some((case, row.results.as_ref()?)));
     let not_converged = solved.filter(|(case, results)| {
-        let goal = Goal::of(&case.scene.scene.solve);
+        let goal = RequestedAccuracy::of(&case.scene.scene.solve);
         let is_met = results
             .adaptation
             .is_none_or(|status| status == AdaptiveStatus::Met);

@@ -56,7 +56,7 @@ fn every_method_approaches_the_reference_as_epsilon_falls() {
     let study = PUBLISHED.algebraic.as_ref().expect("contact");
     assert!(matches!(
         study.reference_status,
-        Status::Converged | Status::RoundingLimit
+        Status::Converged | Status::MachinePrecision
     ));
     let series = study.series();
     assert_eq!(series.len(), 5);

@@ -13,9 +13,9 @@ const FAILURES: [Failure; 5] = [
         &[
             SMALL[1],
             "solve.method=\"fixed-point\"",
-            "solve.max_inner_actions=5",
+            "solve.max_operator_applications=5",
         ],
-        "max_inner_actions",
+        "max_operator_applications",
     ),
     (
         "hkl2011_table1.toml",

@@ -187,7 +187,7 @@ const CONTACTS: &[Case] = &[
     ("epsilon = 1e-9", "c_fact = 1.0", &["solve.c_fact", "0 < c_fact < 1"]),
     ("epsilon = 1e-9", "gamma = -1.0", &["solve.gamma", "a finite positive number"]),
     ("epsilon = 1e-9", "max_outer_steps = 0", &["solve.max_outer_steps", "at least 1"]),
-    ("epsilon = 1e-9", "max_inner_actions = 0", &["solve.max_inner_actions", "at least 1"]),
+    ("epsilon = 1e-9", "max_operator_applications = 0", &["solve.max_operator_applications", "at least 1"]),
 ];
 
 const ORTHOTROPIC: &str = "[material.orthotropic]\nyoung_moduli = [11e9, 8e8, 5e8]\npoisson_ratios = [0.4, 0.45, 0.37]\nshear_moduli = [5e7, 6e8, 7e8]\n";

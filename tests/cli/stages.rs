@@ -210,7 +210,7 @@ fn non_convergence_is_stored_said_and_exit_code_1() {
         "a stored failure is said again: {text}"
     );
     program
-        .run(&["--set", "solve.max_inner_actions=5", "--quiet"])
+        .run(&["--set", "solve.max_operator_applications=5", "--quiet"])
         .assert()
         .code(1);
 }
@@ -334,7 +334,7 @@ fn a_tolerance_below_rounding_is_said_and_not_accepted() {
     let program = Program::new();
     let limited = run_newton(&program, &["--set", "solve.epsilon=1e-17"]).code(1);
     let text = String::from_utf8_lossy(&limited.get_output().stderr).into_owned();
-    assert!(text.contains("attainable accuracy"), "{text}");
+    assert!(text.contains("accurate to machine precision"), "{text}");
 }
 
 /// Values that somebody changed are seen by all who look, and `run` makes their stage again.

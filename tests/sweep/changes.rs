@@ -187,7 +187,7 @@ fn unusable_sweeps_are_refused_before_anything_is_run() {
     }
 }
 
-/// A sweep counts a case at its rounding limit as `run` would: as done, unless its ε was asked for by name.
+/// A sweep counts a case at machine precision as `run` would: as done, unless its ε was asked for by name.
 #[test]
 fn an_accuracy_below_rounding_counts_as_not_converged_where_it_was_asked_for() {
     let cells = "[set]\n\"body.brick.cells\" = [12, 4, 4]\n\"solve.method\" = \"newton\"\n";
@@ -198,5 +198,5 @@ fn an_accuracy_below_rounding_counts_as_not_converged_where_it_was_asked_for() {
     assert!(said.contains("2 computed, 0 kept, 0 failed"), "{said}");
     assert!(said.contains("1 not converged"), "{said}");
     let table = fs::read_to_string(sweep.path("out/summary.csv")).unwrap();
-    assert!(table.contains("rounding_limit"), "{table}");
+    assert!(table.contains("machine_precision"), "{table}");
 }

@@ -103,10 +103,10 @@ fn gpcg_converges_under_adaptive_precision() {
 #[test]
 fn gpcg_out_of_actions_is_a_status() {
     let mut scene = hkl_scene(1, 4);
-    scene.solve.max_inner_actions = 5;
+    scene.solve.max_operator_applications = 5;
     let case = Dense::new(scene);
     let solution = case.approximate(Inner::Gpcg(&case.local.stiffness));
-    assert_eq!(solution.status, Status::MaxInnerApplications);
+    assert_eq!(solution.status, Status::MaxOperatorApplications);
 }
 
 /// The implicit operator, whose applications give NaN from some number on.

@@ -125,7 +125,7 @@ fn no_inner_solver_calls_a_wrong_answer_converged() {
                     method,
                     inner,
                     epsilon: Some(epsilon),
-                    max_inner_actions: 20_000,
+                    max_operator_applications: 20_000,
                     ..SolveSettings::default()
                 };
                 let Ok(solution) = problem.solve(&settings) else {

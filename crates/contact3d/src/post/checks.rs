@@ -63,7 +63,7 @@ impl ContactReport {
     /// Holds a solution against this report of it: the one place where a figure may take back what a solve claims.
     ///
     /// Figures out of range make it a `numerical_error`. A residual that contradicts the accuracy is its accuracy from then on,
-    /// and `converged` becomes `rounding_limit`; above a thousandth the answer is `inaccurate`, and none.
+    /// and `converged` becomes `machine_precision`; above a thousandth the answer is `inaccurate`, and none.
     pub fn classify(&self, solution: &mut Solution) {
         let (status, accuracy) = (solution.status, solution.accuracy);
         let claimed = Assessment { status, accuracy };

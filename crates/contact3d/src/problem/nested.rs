@@ -12,7 +12,7 @@ use super::{
 use crate::{
     contact::transferred_by_cells,
     scene::{Brick, DualOperatorKind, ElementOrder, Method, SolveSettings},
-    solver::{Goal, Start},
+    solver::{RequestedAccuracy, Start},
 };
 
 /// Most multipliers of a coarser problem whose S is dense: Newton's method takes seconds on them.
@@ -57,7 +57,10 @@ impl AssembledProblem {
         let found = coarse
             .run_evaluated(settings, Start::default(), Vec::new(), evaluation, keeper)
             .ok()?;
-        let is_answer = found.solution.status.is_success(Goal::of(settings));
+        let is_answer = found
+            .solution
+            .status
+            .is_success(RequestedAccuracy::of(settings));
         let brick = coarse.scene().body.as_brick()?;
         is_answer.then(|| {
             transferred_by_cells(

@@ -6,7 +6,7 @@ use crate::{
     history::{EnergyLedger, StepRecord},
     post::ContactReport,
     scene::{Increment, InvalidValue, SolveSettings},
-    solver::{Goal, Progress, Solution, Start},
+    solver::{Progress, RequestedAccuracy, Solution, Start},
 };
 
 /// What a solve came to.
@@ -118,7 +118,7 @@ impl AssembledProblem {
             let record = StepRecord::new(increment, &solved, dual_rhs, report);
             let record = ledger.record(record, &solved, before, report)?;
             records.push(record);
-            let failed = !solution.status.is_success(Goal::of(settings));
+            let failed = !solution.status.is_success(RequestedAccuracy::of(settings));
             if failed || is_last {
                 return Ok(answer(problem, judged, records));
             }
@@ -162,7 +162,7 @@ impl AssembledProblem {
         }
         report.classify(&mut solution);
         if evaluation.is_followed {
-            if solution.status.is_success(Goal::of(settings)) {
+            if solution.status.is_success(RequestedAccuracy::of(settings)) {
                 return Ok((solution, report));
             }
             if evaluation.errors == EstimatedErrors::Nothing {

@@ -121,7 +121,7 @@ pub struct SolveSettings {
     pub max_outer_steps: usize,
     /// Most applications of S in one inner problem of `kprgp` and `gpcg`.
     #[schemars(extend("minimum" = 1))]
-    pub max_inner_actions: usize,
+    pub max_operator_applications: usize,
 }
 
 impl Default for SolveSettings {
@@ -135,7 +135,7 @@ impl Default for SolveSettings {
             c_fact: 0.99,
             gamma: 1.0,
             max_outer_steps: 200,
-            max_inner_actions: 1_000_000,
+            max_operator_applications: 1_000_000,
         }
     }
 }

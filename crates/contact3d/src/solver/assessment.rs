@@ -41,7 +41,7 @@ impl Assessment {
             };
         }
         Self {
-            status: Status::RoundingLimit,
+            status: Status::MachinePrecision,
             accuracy: error.max(attainable),
         }
     }
@@ -65,14 +65,14 @@ impl Assessment {
                 };
             }
             _ if error > MAX_ERROR => Status::Inaccurate,
-            Status::Converged if error > ACCEPT_FACTOR * epsilon => Status::Stopped,
-            Status::RoundingLimit if error > REFINEMENT_TARGET => Status::Stopped,
+            Status::Converged if error > ACCEPT_FACTOR * epsilon => Status::ReducedAccuracy,
+            Status::MachinePrecision if error > REFINEMENT_TARGET => Status::ReducedAccuracy,
             status => status,
         };
         Self {
             status,
             accuracy: match status {
-                Status::RoundingLimit => error.max(ending.measure),
+                Status::MachinePrecision => error.max(ending.measure),
                 _ => error,
             },
         }
@@ -101,7 +101,7 @@ impl Assessment {
         Self {
             status: match self.status {
                 _ if is_broken => Status::Inaccurate,
-                Status::Converged => Status::RoundingLimit,
+                Status::Converged => Status::MachinePrecision,
                 status => status,
             },
             accuracy: self.accuracy.max(residual).min(1.0),

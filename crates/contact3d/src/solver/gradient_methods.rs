@@ -60,8 +60,8 @@ impl ContactSolve<'_> {
         }
         for _ in 0..MAX_REPETITIONS {
             let is_accurate = match solution.status {
-                Status::Stopped | Status::Inaccurate => false,
-                Status::RoundingLimit => solution.accuracy <= ROUNDING_FACTOR * dual.rounding(),
+                Status::ReducedAccuracy | Status::Inaccurate => false,
+                Status::MachinePrecision => solution.accuracy <= ROUNDING_FACTOR * dual.rounding(),
                 _ => true,
             };
             if is_accurate {
@@ -110,7 +110,10 @@ impl ContactSolve<'_> {
         let mut solution = once(self, observe);
         let mut settings = self.settings.clone();
         for _ in 0..MAX_REPETITIONS {
-            if !matches!(solution.status, Status::Stopped | Status::Inaccurate) {
+            if !matches!(
+                solution.status,
+                Status::ReducedAccuracy | Status::Inaccurate
+            ) {
                 break;
             }
             let excess = solution.accuracy / self.settings.epsilon();
@@ -143,7 +146,7 @@ impl ContactSolve<'_> {
         }
         let worth = APPLICATIONS_BEFORE_DENSE * n;
         let settings = SolveSettings {
-            max_inner_actions: self.settings.max_inner_actions.min(worth),
+            max_operator_applications: self.settings.max_operator_applications.min(worth),
             ..self.settings.clone()
         };
         let limited = ContactSolve {

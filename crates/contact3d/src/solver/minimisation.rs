@@ -22,7 +22,7 @@ pub(super) fn minimise(
     let kprgp = Kprgp {
         steplength: projected_gradient_steplength(operator.as_dual()),
         gamma: settings.gamma,
-        max_applications: settings.max_inner_actions,
+        max_applications: settings.max_operator_applications,
     };
     let dimension = laws.layout.n_multipliers();
     let mut multiplier = start.map_or_else(|| vec![0.0; dimension], <[f64]>::to_vec);
@@ -44,7 +44,9 @@ pub(super) fn minimise(
     Solution {
         status: match summary.failure {
             _ if !summary.residual.is_finite() => Status::NumericalError,
-            None if summary.residual.max(attainable) > settings.epsilon() => Status::RoundingLimit,
+            None if summary.residual.max(attainable) > settings.epsilon() => {
+                Status::MachinePrecision
+            }
             None => Status::Converged,
             Some(failure) => failure,
         },

@@ -14,18 +14,18 @@ pub enum Status {
     /// The outer loop ran out of steps.
     MaxOuterSteps,
     /// An inner problem ran out of applications of S.
-    MaxInnerApplications,
+    MaxOperatorApplications,
     /// A value was not finite, or a coefficient of friction not positive at the slips reached.
     NumericalError,
     /// Rounding forbids ε; the accuracy reached is the best there is.
-    RoundingLimit,
+    MachinePrecision,
     /// Newton's method found no solution from any start.
     MaxNewtonSteps,
     /// Successive approximations return to where they were: they will never converge.
     Cycling,
     /// The stopping rule of the method is met, and the answer is near the solution, but further from it
     /// than about ε: the accuracy reached is known.
-    Stopped,
+    ReducedAccuracy,
     /// The stopping rule of the method is met, but the answer is no solution.
     Inaccurate,
     /// No contact forces that the laws admit hold a body that floats; the mechanism proves it.
@@ -34,20 +34,20 @@ pub enum Status {
 
 /// What a solve is held to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Goal {
+pub enum RequestedAccuracy {
     /// The best that rounding allows. A default ε is no more than that, and ladders of accuracy and checks of
     /// stability ask how good the best is.
-    BestPossible,
+    MachinePrecision,
     /// An ε that was asked for by name.
     Epsilon,
 }
 
-impl Goal {
+impl RequestedAccuracy {
     /// What the settings of a scene ask for.
     #[must_use]
     pub fn of(settings: &SolveSettings) -> Self {
         match settings.epsilon {
-            None => Self::BestPossible,
+            None => Self::MachinePrecision,
             Some(_) => Self::Epsilon,
         }
     }
@@ -59,15 +59,15 @@ impl Status {
     /// An answer that only met the stopping rule of its method is one: the rule is what the method promises, and the
     /// error, at most 5 per cent, is said.
     #[must_use]
-    pub fn is_success(self, goal: Goal) -> bool {
+    pub fn is_success(self, goal: RequestedAccuracy) -> bool {
         match self {
-            Self::Converged | Self::Stopped => true,
-            Self::RoundingLimit => match goal {
-                Goal::BestPossible => true,
-                Goal::Epsilon => false,
+            Self::Converged | Self::ReducedAccuracy => true,
+            Self::MachinePrecision => match goal {
+                RequestedAccuracy::MachinePrecision => true,
+                RequestedAccuracy::Epsilon => false,
             },
             Self::MaxOuterSteps
-            | Self::MaxInnerApplications
+            | Self::MaxOperatorApplications
             | Self::NumericalError
             | Self::MaxNewtonSteps
             | Self::Cycling
@@ -76,22 +76,22 @@ impl Status {
         }
     }
 
-    /// Whether the answer is a solution, as accurate as was asked or not: a success by [`Goal::BestPossible`].
+    /// Whether the answer is a solution, as accurate as was asked or not: a success by [`RequestedAccuracy::MachinePrecision`].
     #[must_use]
     pub fn is_solved(self) -> bool {
-        self.is_success(Goal::BestPossible)
+        self.is_success(RequestedAccuracy::MachinePrecision)
     }
 
     /// All of them.
     pub const ALL: [Self; 10] = [
         Self::Converged,
         Self::MaxOuterSteps,
-        Self::MaxInnerApplications,
+        Self::MaxOperatorApplications,
         Self::NumericalError,
-        Self::RoundingLimit,
+        Self::MachinePrecision,
         Self::MaxNewtonSteps,
         Self::Cycling,
-        Self::Stopped,
+        Self::ReducedAccuracy,
         Self::Inaccurate,
         Self::NoEquilibrium,
     ];
@@ -108,12 +108,12 @@ impl Status {
         match self {
             Self::Converged => "converged",
             Self::MaxOuterSteps => "max_outer_steps",
-            Self::MaxInnerApplications => "max_inner_actions",
+            Self::MaxOperatorApplications => "max_operator_applications",
             Self::NumericalError => "numerical_error",
-            Self::RoundingLimit => "rounding_limit",
+            Self::MachinePrecision => "machine_precision",
             Self::MaxNewtonSteps => "max_newton_steps",
             Self::Cycling => "cycling",
-            Self::Stopped => "stopped",
+            Self::ReducedAccuracy => "reduced_accuracy",
             Self::Inaccurate => "inaccurate",
             Self::NoEquilibrium => "no_equilibrium",
         }

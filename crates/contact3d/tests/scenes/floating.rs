@@ -356,7 +356,7 @@ fn all_methods_find_the_same_equilibrium() {
             method = 'fixed-point'
             inner = '{inner}'
             epsilon = 1e-8
-            max_inner_actions = 200000"
+            max_operator_applications = 200000"
         );
         let problem = block(
             [2.0, 1.0, 1.0],

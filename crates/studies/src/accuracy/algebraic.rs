@@ -284,7 +284,7 @@ impl StudiedProblem<'_> {
     /// Applications of S that fit in what is left of the budget, by the price of the last entry's; `None` where the next entry would take
     /// more when costs grow as they last did.
     fn affordable(&self, entries: &[SolverRun], spent: f64) -> Option<usize> {
-        let most = self.scene.solve.max_inner_actions;
+        let most = self.scene.solve.max_operator_applications;
         let mut results = entries.iter().rev().map(|entry| entry.result);
         let Some(last) = results.next() else {
             return Some(most);
@@ -312,7 +312,7 @@ impl StudiedProblem<'_> {
         &self,
         method: RunMethod,
         epsilon: f64,
-        max_inner_actions: usize,
+        max_operator_applications: usize,
     ) -> Result<RunResult, ProblemError> {
         let (method, precision) = match method {
             RunMethod::FixedPrecision => (Method::FixedPoint, PrecisionControl::Fixed),
@@ -323,7 +323,7 @@ impl StudiedProblem<'_> {
             method,
             precision,
             epsilon: Some(epsilon),
-            max_inner_actions,
+            max_operator_applications,
             ..self.scene.solve.clone()
         };
         let (solution, cost) = measure(self.budget * CHEAP_SHARE, || {

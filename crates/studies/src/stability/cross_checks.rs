@@ -59,7 +59,7 @@ impl CrossCheck {
             inner,
             epsilon: Some(TO_ROUNDING),
             precision: PrecisionControl::Fixed,
-            max_inner_actions: MOST_APPLICATIONS,
+            max_operator_applications: MOST_APPLICATIONS,
             ..SolveSettings::default()
         }
     }
@@ -98,7 +98,7 @@ impl CrossCheckResult {
     #[must_use]
     pub fn is_solution(&self) -> bool {
         match self.status {
-            Status::Stopped => self.accuracy <= NEAR,
+            Status::ReducedAccuracy => self.accuracy <= NEAR,
             status => status.is_solved(),
         }
     }

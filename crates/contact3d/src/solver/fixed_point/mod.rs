@@ -162,7 +162,7 @@ impl<'s, 'o, 'b> OuterLoop<'s, 'o, 'b> {
             kprgp: Kprgp {
                 steplength,
                 gamma: settings.gamma,
-                max_applications: settings.max_inner_actions,
+                max_applications: settings.max_operator_applications,
             },
             precision: InnerPrecision::new(settings),
             change: 1.0,
@@ -243,12 +243,12 @@ impl<'s, 'o, 'b> OuterLoop<'s, 'o, 'b> {
             .or(self
                 .stall
                 .is_at_rounding(*change, summary.at_rounding)
-                .then_some(Status::RoundingLimit))
+                .then_some(Status::MachinePrecision))
             .map(|end| match end {
-                Status::Converged if epsilon < attainable => Status::RoundingLimit,
+                Status::Converged if epsilon < attainable => Status::MachinePrecision,
                 end => end,
             });
-        if end == Some(Status::RoundingLimit) {
+        if end == Some(Status::MachinePrecision) {
             self.solution.accuracy = change.max(summary.residual).max(attainable);
         }
         end

@@ -56,7 +56,7 @@ impl Inner<'_> {
             total = Some(summary);
         }
         let mut summary = total.expect("one step at least");
-        summary.failure = Some(Status::MaxInnerApplications);
+        summary.failure = Some(Status::MaxOperatorApplications);
         summary
     }
 }

@@ -130,7 +130,7 @@ impl<'a> Inner<'a> {
         };
         let relative = reduced_gradient / rhs_norm;
         InnerSummary {
-            failure: (!converged).then_some(Status::MaxInnerApplications),
+            failure: (!converged).then_some(Status::MaxOperatorApplications),
             residual: if rhs_norm > 0.0 { relative } else { 0.0 },
             steps,
             at_rounding: asked < rounding,
