@@ -35,6 +35,7 @@ pub use contact::{ContactCompliance, ContactSystem, OperatorForm};
 pub use explicit::ExplicitDual;
 pub(crate) use local_stiffness::friction_stiffness;
 pub use local_stiffness::{LocalStiffness, pane_stiffness, smallest_eigenvalue};
+pub(crate) use need::SMALL_MEMORY;
 pub use need::{Admission, Need, Observation, OperatorEstimate, Resource, Shortage};
 pub use operators::ContactOperator;
 pub use rigid_coupling::{Balance, RigidCoupling};

@@ -162,7 +162,7 @@ const APPLICATIONS_OF_A_SOLVE: f64 = 1e5;
 const MOST_OF_FACTOR: f64 = 8.0;
 
 /// Memory that never matters, in bytes.
-const SMALL_MEMORY: f64 = 256e6;
+pub(crate) const SMALL_MEMORY: f64 = 256e6;
 
 impl OperatorEstimate {
     /// Counts the supernodes between the contact nodes and the root of the elimination tree; the

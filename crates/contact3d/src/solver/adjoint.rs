@@ -11,7 +11,7 @@
 
 use super::{
     ContactBody, ContactState, Ellipse, NaturalMap, Solution,
-    accuracy::GMRES_MAX_APPLICATIONS,
+    accuracy::{GMRES_MAX_APPLICATIONS, GMRES_TOLERANCE},
     conditions::{Bound, Conditions, Evaluation},
     two_levels::{PaneLevels, TwoLevels},
 };
@@ -25,9 +25,6 @@ const NON_SMOOTH_DISTANCE: f64 = 1e-6;
 
 /// What solves leave of an adjoint: no digit of an estimated error depends on it.
 const ADJOINT_TOLERANCE: f64 = 1e-6;
-
-/// What GMRES leaves of R'ᵀy = b: a hundred times that of ζ, where estimated errors are good to a tenth at best.
-const ADJOINT_GMRES_TOLERANCE: f64 = 1e-4;
 
 /// The derivative of a functional by the displacement and by the multipliers.
 #[derive(Debug, Clone, Default)]
@@ -261,11 +258,10 @@ impl Linearised<'_> {
             }
             Rows::Products(levels) => {
                 let rhs: Vec<&[f64]> = rhs.iter().map(Vec::as_slice).collect();
-                let solved =
-                    gmres_several(&rhs, ADJOINT_GMRES_TOLERANCE, GMRES_MAX_APPLICATIONS, |v| {
-                        let y: Vec<_> = v.iter().map(|v| levels.apply_transposed(v)).collect();
-                        self.transposed_products(&y)
-                    });
+                let solved = gmres_several(&rhs, GMRES_TOLERANCE, GMRES_MAX_APPLICATIONS, |v| {
+                    let y: Vec<_> = v.iter().map(|v| levels.apply_transposed(v)).collect();
+                    self.transposed_products(&y)
+                });
                 solved.iter().map(|v| levels.apply_transposed(v)).collect()
             }
         }

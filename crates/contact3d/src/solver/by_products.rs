@@ -7,15 +7,16 @@
 //! R is measured with ρ = 1/S_ii, of which the aggregates give the part that a pane shares with others. Measured by its local stiffness, a
 //! small error of the face as a whole hides the zones, and steps are cut short until nothing moves.
 
-use std::time::Instant;
-
 use super::{
-    ContactBody, NewtonStep, PaneLaws, Progress, Solution, SolvedBy,
+    ContactBody, LOOP_MAX_STEPS, NewtonStep, PaneLaws, Progress, Solution, SolvedBy,
     accuracy::{DISPLACEMENT_TOLERANCE, GMRES_MAX_APPLICATIONS, GMRES_TOLERANCE},
     assessment::{Assessment, REFINEMENT_TARGET},
     conditions::{Bound, Conditions, Evaluation},
     inner::projected_gradient_steplength,
-    newton::damping::{BestResiduals, Damped, ROUNDING_ZONE, STAGNATION_STEPS, halved},
+    newton::iteration::{
+        NEWTON_BASIN, NewtonModel, NewtonSettings, NewtonStatus, ROUNDING_STALL_STEPS,
+        STAGNATION_STEPS, StoppingRule, iterate,
+    },
     problem::{ContactSolve, Exact},
     two_levels::{PaneLevels, TwoLevels},
 };
@@ -25,11 +26,9 @@ use crate::{
     linalg::{Precision, add_scaled, gmres, norm},
 };
 
-/// The shares of −R that GMRES leaves, and the factor of Eisenstat and Walker's second choice γ (‖Rₖ‖/‖Rₖ₋₁‖)². Less than the smallest
-/// is lost where the factor is in single precision.
+/// The shares of −R that GMRES leaves. Less than the smallest is lost where the factor is in single precision.
 const LARGEST_FORCING: f64 = 0.1;
 const SMALLEST_FORCING: f64 = 0.01;
-const FORCING_FACTOR: f64 = 0.9;
 
 /// With this share of ρ = 1/S_ii the stresses of a start tell its zones, whatever its displacement. So does the first step from another
 /// mesh, where the body as a whole is displaced further than zones differ.
@@ -37,15 +36,6 @@ const ZONE_STEPLENGTH: f64 = 1e-2;
 
 /// With this share steps settle the zones of bodies that move so far as a whole that all their panes count as open.
 const SHORT_STEPLENGTH: f64 = 0.1;
-
-/// The relative residual at which zones are settled.
-const NEWTON_BASIN: f64 = 1e-3;
-
-/// Most Newton steps from one start.
-const PRODUCT_MAX_STEPS: usize = 60;
-
-/// Steps in which the best residual must halve in [`ROUNDING_ZONE`].
-const PRODUCT_ROUNDING_STEPS: usize = 2;
 
 /// A Coulomb problem with an implicit S.
 struct ProductNewton<'a> {
@@ -58,6 +48,8 @@ struct ProductNewton<'a> {
     reach: Vec<usize>,
     history: Vec<NewtonStep>,
     applications: usize,
+    /// ‖R‖ where the last step began.
+    last_norm: Option<f64>,
 }
 
 /// λ with its exact displacement and R.
@@ -67,13 +59,37 @@ struct Iterate {
     at: Evaluation,
 }
 
-impl Iterate {
-    /// ‖R‖ / ‖λ‖, and 0 for 0/0.
-    fn relative(&self) -> f64 {
-        match self.at.norm {
-            0.0 => 0.0,
-            residual => residual / norm(&self.multiplier),
-        }
+impl NewtonModel for ProductNewton<'_> {
+    type Iterate = Iterate;
+
+    fn evaluation<'i>(&self, iterate: &'i Iterate) -> &'i Evaluation {
+        &iterate.at
+    }
+
+    fn relative(&self, iterate: &Iterate) -> f64 {
+        iterate.at.relative_to(norm(&iterate.multiplier))
+    }
+
+    fn direction(&mut self, from: &Iterate) -> Option<(Vec<f64>, usize)> {
+        let smallest = match self.problem.body.precision() {
+            Precision::Single => SMALLEST_FORCING,
+            Precision::Double => GMRES_TOLERANCE,
+        };
+        // Eisenstat and Walker's second choice, with their factor.
+        let share = self.last_norm.map_or(LARGEST_FORCING, |last| {
+            let falls = from.at.norm / last;
+            (0.9 * falls * falls).clamp(smallest, LARGEST_FORCING)
+        });
+        self.last_norm = Some(from.at.norm);
+        let step = self.step(from, share);
+        let n = step.len();
+        Some((step, n))
+    }
+
+    fn moved(&mut self, from: &Iterate, direction: &[f64], share: f64) -> Iterate {
+        let mut multiplier = from.multiplier.clone();
+        add_scaled(&mut multiplier, share, direction);
+        self.at(multiplier, Some(&from.exact))
     }
 }
 
@@ -112,6 +128,7 @@ impl ContactSolve<'_> {
             reach: reach(&self.body),
             history: Vec::new(),
             applications: 0,
+            last_norm: None,
         };
         let warm = self.start.multiplier.map(<[f64]>::to_vec);
         let similar = warm.and_then(|start| newton.solve_similar(&start, observe));
@@ -168,63 +185,29 @@ impl ProductNewton<'_> {
     /// Damped inexact Newton steps until ‖R‖ ≤ tolerance ‖λ‖ or rounding forbids it; `None` where the residual stalls before.
     fn descend(
         &mut self,
-        mut current: Iterate,
+        start: Iterate,
         tolerance: f64,
         observe: &mut dyn FnMut(Progress<'_>),
     ) -> Option<Iterate> {
-        let mut residuals = BestResiduals::new(current.at.norm);
-        let mut share = LARGEST_FORCING;
-        let smallest = match self.problem.body.precision() {
-            Precision::Single => SMALLEST_FORCING,
-            Precision::Double => GMRES_TOLERANCE,
+        self.last_norm = None;
+        let done = self.history.len();
+        let rule = StoppingRule {
+            settings: NewtonSettings {
+                tolerance,
+                max_steps: LOOP_MAX_STEPS,
+            },
+            least_steps: 0,
+            stagnation_steps: STAGNATION_STEPS,
+            rounding_steps: ROUNDING_STALL_STEPS - 1,
         };
-        for _ in 0..PRODUCT_MAX_STEPS {
-            if !current.at.norm.is_finite() {
-                return None;
-            }
-            let relative = current.relative();
-            let at_rounding =
-                relative < ROUNDING_ZONE && residuals.stalled_for(PRODUCT_ROUNDING_STEPS);
-            if relative <= tolerance || at_rounding {
-                return Some(current);
-            }
-            if residuals.stalled_for(STAGNATION_STEPS) {
-                return None;
-            }
-            let started = Instant::now();
-            let direction = self.direction(&current, share);
-            let at = |share: f64| {
-                let mut multiplier = current.multiplier.clone();
-                add_scaled(&mut multiplier, share, &direction);
-                self.at(multiplier, Some(&current.exact))
-            };
-            let Damped {
-                reached: next,
-                length: step_length,
-                halvings,
-            } = halved(at, |next| next.at.norm < current.at.norm);
-            let zones = |iterate: &Iterate| -> Vec<_> {
-                iterate.at.panes.iter().map(|pane| pane.zone()).collect()
-            };
-            let (before, after) = (zones(&current), zones(&next));
-            let step = NewtonStep {
-                residual: next.relative(),
-                step_length,
-                halvings,
-                zone_changes: before.iter().zip(&after).filter(|(a, b)| a != b).count(),
-                free_unknowns: direction.len(),
-                fallback: false,
-                law_share: 1.0,
-                seconds: started.elapsed().as_secs_f64(),
-            };
-            observe(Progress::Newton(self.history.len(), &step));
-            self.history.push(step);
-            let falls = next.at.norm / current.at.norm;
-            share = (FORCING_FACTOR * falls * falls).clamp(smallest, LARGEST_FORCING);
-            residuals.push(next.at.norm);
-            current = next;
-        }
-        None
+        let observe = |k: usize, step: &NewtonStep| observe(Progress::Newton(done + k, step));
+        let found = iterate(self, start, &rule, observe);
+        self.history.extend(found.history);
+        let is_solution = matches!(
+            found.status,
+            NewtonStatus::Converged | NewtonStatus::RoundingLimit
+        );
+        is_solution.then_some(found.iterate)
     }
 
     /// From the answer of a similar problem: after a step whose zones its stresses tell, and, where that leads nowhere, with short
@@ -235,18 +218,18 @@ impl ProductNewton<'_> {
         observe: &mut dyn FnMut(Progress<'_>),
     ) -> Option<Found> {
         let near = self.at(start.to_vec(), None);
-        if near.relative() <= NEWTON_BASIN {
+        if self.relative(&near) <= NEWTON_BASIN {
             return self.solve(near, observe);
         }
         let settled = self.with_steplengths(ZONE_STEPLENGTH, |newton| {
             let at = newton.at(start.to_vec(), None);
-            let direction = newton.direction(&at, SMALLEST_FORCING);
+            let direction = newton.step(&at, SMALLEST_FORCING);
             let mut settled = at.multiplier;
             add_scaled(&mut settled, 1.0, &direction);
             settled
         });
         let settled = self.at(settled, None);
-        let found = (settled.relative() < 1.0).then(|| self.solve(settled, observe));
+        let found = (self.relative(&settled) < 1.0).then(|| self.solve(settled, observe));
         found.flatten().or_else(|| {
             let near = self.with_steplengths(SHORT_STEPLENGTH, |newton| {
                 let start = newton.at(start.to_vec(), None);
@@ -290,7 +273,7 @@ impl ProductNewton<'_> {
     }
 
     /// d with ‖R'(λ) d + R‖ ≤ share ‖R‖, or what the most products lead to.
-    fn direction(&mut self, from: &Iterate, share: f64) -> Vec<f64> {
+    fn step(&mut self, from: &Iterate, share: f64) -> Vec<f64> {
         let n_nodes = self.problem.laws.average.rows;
         let levels = TwoLevels::at(&self.levels, &self.conditions, &from.at, n_nodes);
         let rhs: Vec<f64> = from.at.residual.iter().map(|r| -r).collect();
@@ -305,7 +288,7 @@ impl ProductNewton<'_> {
 
     /// How far λ is from the solution: one more step, with the exact R.
     fn error(&mut self, answer: &Iterate) -> f64 {
-        let way = self.direction(answer, GMRES_TOLERANCE);
+        let way = self.step(answer, GMRES_TOLERANCE);
         let sizes = self.problem.sizes(&answer.multiplier, &answer.at);
         sizes.relative(self.problem.laws, &way)
     }

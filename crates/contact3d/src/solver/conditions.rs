@@ -89,6 +89,16 @@ pub struct PaneEvaluation {
     pub(super) inverse: [f64; 2],
 }
 
+impl Evaluation {
+    /// ‖R‖ beside a size of λ, and 0 for 0/0.
+    pub(super) fn relative_to(&self, size: f64) -> f64 {
+        match self.norm {
+            0.0 => 0.0,
+            residual => residual / size,
+        }
+    }
+}
+
 impl PaneEvaluation {
     /// The zone that z tells.
     #[must_use]

@@ -4,13 +4,13 @@
 //! where it stopped, with a smaller ε, or where S has single precision with the h that exact residuals correct.
 
 use super::{
-    Inner, NeedsExplicit, Progress, Solution, Start, Status, accuracy::DenseModel,
+    FEW_ROUNDINGS, Inner, NeedsExplicit, Progress, Solution, Start, Status, accuracy::DenseModel,
     assessment::Assessment, conditions::Bound, problem::ContactSolve,
 };
 use crate::{
     dual::{
-        ContactSystem, ExplicitDual, LocalStiffness, OperatorForm, friction_stiffness,
-        pane_stiffness,
+        ContactSystem, ExplicitDual, LocalStiffness, OperatorForm, SMALL_MEMORY,
+        friction_stiffness, pane_stiffness,
     },
     linalg::{Precision, Work},
     scene::SolveSettings,
@@ -19,15 +19,11 @@ use crate::{
 /// Most repetitions of a method whose error is larger than promised.
 const MAX_REPETITIONS: usize = 4;
 
-/// With S in single precision a method is repeated until its error is this many times what rounding in double makes of S λ.
-const ROUNDING_FACTOR: f64 = 16.0;
-
 /// Applications of S by products for each multiplier after which S is formed: forming takes no more than one each.
 const APPLICATIONS_BEFORE_DENSE: usize = 50;
 
-/// Matrices of the size of S that Newton's and the interior point method hold at a time, and numbers that always fit.
+/// Matrices of the size of S that Newton's and the interior point method hold at a time.
 const DENSE_MATRICES: usize = 4;
-const ALWAYS_FITS: usize = 32_000_000;
 
 impl ContactSolve<'_> {
     /// By the method and the inner solver that the settings name.
@@ -59,9 +55,10 @@ impl ContactSolve<'_> {
             return Ok(solution);
         }
         for _ in 0..MAX_REPETITIONS {
+            // With S in single precision a method can reach what rounding in double makes of S λ.
             let is_accurate = match solution.status {
                 Status::ReducedAccuracy | Status::Inaccurate => false,
-                Status::MachinePrecision => solution.accuracy <= ROUNDING_FACTOR * dual.rounding(),
+                Status::MachinePrecision => solution.accuracy <= FEW_ROUNDINGS * dual.rounding(),
                 _ => true,
             };
             if is_accurate {
@@ -141,7 +138,8 @@ impl ContactSolve<'_> {
     ) -> Solution {
         let n = self.dual.layout().n_multipliers();
         let in_factor = self.body.assembly.factor.structure().value_count();
-        if DENSE_MATRICES * n * n > in_factor.max(ALWAYS_FITS) {
+        let bytes = |numbers: usize| (numbers * size_of::<f64>()) as f64;
+        if bytes(DENSE_MATRICES * n * n) > bytes(in_factor).max(SMALL_MEMORY) {
             return self.by_gradients(bound, observe);
         }
         let worth = APPLICATIONS_BEFORE_DENSE * n;

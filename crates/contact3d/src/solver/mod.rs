@@ -26,6 +26,12 @@ mod solve;
 mod strategy;
 mod two_levels;
 
+/// Most steps of loops that end by a rule of their own: no problem of the campaigns took more than 60.
+const LOOP_MAX_STEPS: usize = 100;
+
+/// Roundings that sums of a few terms and the steps behind them may add up to, in units of ε.
+const FEW_ROUNDINGS: f64 = 16.0;
+
 pub(crate) use accuracy::{is_significant, load_stress};
 pub(crate) use adjoint::{Adjoint, Adjoints, LinearFunctional};
 pub(crate) use assessment::Assessment;

@@ -13,7 +13,7 @@ use crate::{
 /// Contact forces below this share of the load are none: in sums of that many digits fewer than double precision has, rounding is seen.
 const NEGLIGIBLE_STRESS: f64 = 1e-10;
 
-/// Share of the residual that the linear system for the error may leave.
+/// Share of the residual that the linear system for an error or an adjoint may leave: estimated errors are good to a tenth at best.
 pub(in crate::solver) const GMRES_TOLERANCE: f64 = 1e-4;
 
 /// Most applications of A⁻¹ for that.

@@ -10,7 +10,7 @@ use crate::{
         conditions::Bound,
         newton::{natural_map::NaturalMap, newton_to_rounding, proximal::about_own_motion},
         problem::ContactSolve,
-        strategy::{NewtonDriver, StartStrategy},
+        strategy::{NEWTON_MAX_STEPS, NewtonDriver, StartStrategy},
     },
 };
 
@@ -20,10 +20,6 @@ const REFINEMENT_MAX_ROUNDS: usize = 16;
 /// The displacement of an answer in a round is wanted to this share of the last way, where every digit takes steps of conjugate
 /// gradients: S in single precision leaves a thousandth of the way or so, and the displacement shall not be what decides.
 const DISPLACEMENT_SHARE: f64 = 1e-5;
-
-/// Most Newton steps in one round: one or two, more where the exact residual moves panes between
-/// zones.
-const REFINEMENT_MAX_STEPS: usize = 20;
 
 /// A dense contact problem with its local stiffness.
 #[derive(Clone, Copy)]
@@ -172,7 +168,7 @@ impl ContactSolve<'_> {
         let steplengths = local.stiffness.clone();
         let settings = NewtonSettings {
             tolerance: answer.dual.rounding(),
-            max_steps: REFINEMENT_MAX_STEPS,
+            max_steps: NEWTON_MAX_STEPS,
         };
         // One step at least: that is what measures the error.
         let newton_about = |dual: &ExplicitDual| {

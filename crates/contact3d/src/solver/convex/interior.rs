@@ -6,10 +6,10 @@ use super::{
     cone::{Point, Scaling, inner, largest_step, moved, product, smaller_eigenvalue},
     program::{Block, ConvexProgram},
 };
-use crate::linalg::{DenseCholesky, add_scaled, dot};
-
-/// Most steps: the problems of the campaign need no more than a quarter.
-const INTERIOR_MAX_STEPS: usize = 100;
+use crate::{
+    linalg::{DenseCholesky, add_scaled, dot},
+    solver::LOOP_MAX_STEPS,
+};
 
 /// Share of the way to the boundary.
 const BOUNDARY_FRACTION: f64 = 0.99;
@@ -24,13 +24,9 @@ const INTERIOR_DECREASE: f64 = 0.01;
 
 /// Steps along the corrected direction that are shorter give way to the centred one, of which convergence is proven.
 const SHORT_INTERIOR_STEP: f64 = 0.1;
-const CENTRED_FRACTION: f64 = 0.5;
 
 /// What is violated may be this share of the answer when the active set is read off; Newton's method removes it.
 const BLOCK_VIOLATION: f64 = 1e-3;
-
-/// A larger violation than this share lags behind the active set, and one step more, which leaves a hundredth of it, is worth its cost.
-const LAGGING: f64 = 1e-5;
 
 /// What a Schur complement of unit diagonal resists less is a motion that contact does not hold.
 const NULL_MOTION_PIVOT: f64 = 1e-13;
@@ -111,10 +107,11 @@ impl<'a> InteriorPoint<'a> {
         loop {
             let [undecided, violated] = self.open();
             let is_decided = undecided <= indecision && violated <= BLOCK_VIOLATION;
-            if is_decided && violated <= LAGGING {
+            // A larger violation lags behind the active set, and one more step, which leaves a hundredth of it, is worth its cost.
+            if is_decided && violated <= 0.01 * BLOCK_VIOLATION {
                 return true;
             }
-            let moves = self.steps < INTERIOR_MAX_STEPS && self.advance().is_some();
+            let moves = self.steps < LOOP_MAX_STEPS && self.advance().is_some();
             if is_decided || !moves {
                 return is_decided;
             }
@@ -200,7 +197,7 @@ impl<'a> InteriorPoint<'a> {
         let mut direction = towards(share.powi(3) * mu, Some(&predictor));
         let mut step = self.admissible(&direction, mu);
         if step < SHORT_INTERIOR_STEP {
-            let centred = towards(CENTRED_FRACTION * mu, None);
+            let centred = towards(0.5 * mu, None);
             let longer = self.admissible(&centred, mu);
             if longer > step {
                 (direction, step) = (centred, longer);
@@ -228,10 +225,9 @@ impl<'a> InteriorPoint<'a> {
 
     /// A step within the neighbourhood along which μ falls; 0 where rounding leaves none.
     fn admissible(&self, direction: &InteriorStep, mu: f64) -> f64 {
-        const STEP_REDUCTION: f64 = 0.7;
-        const LEAST_REGULARISATION: f64 = 1e-10;
         let mut step = (BOUNDARY_FRACTION * self.longest(direction)).min(1.0);
-        while step > LEAST_REGULARISATION {
+        // Shorter steps move x by rounding alone.
+        while step > 1e-10 {
             let next = self.mu(Some(direction), step);
             let mut pairs = self.moved_pairs(direction, step);
             let feasible = self.left * (1.0 - step) <= INFEASIBILITY * next / self.first_mu;
@@ -241,7 +237,7 @@ impl<'a> InteriorPoint<'a> {
             {
                 return step;
             }
-            step *= STEP_REDUCTION;
+            step *= 0.7;
         }
         0.0
     }

@@ -4,6 +4,8 @@ mod derivative;
 
 pub use derivative::ProjectionDerivative;
 
+use super::LOOP_MAX_STEPS;
+
 /// The closed set (x/a)² + (y/b)² ≤ 1 with semi-axes a, b ≥ 0; a segment or a point when one or
 /// both vanish.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -135,10 +137,9 @@ impl Ellipse {
 
 /// Root t of (a x/(t+a²))² + (b y/(t+b²))² = 1 for a point outside, semi-axes scaled to max 1.
 fn multiplier(axes: [f64; 2], point: [f64; 2]) -> f64 {
-    const PROJECTION_MAX_STEPS: usize = 100;
     let [a, b] = axes;
     let mut t = (a * point[0] - a * a).max(b * point[1] - b * b).max(0.0);
-    for _ in 0..PROJECTION_MAX_STEPS {
+    for _ in 0..LOOP_MAX_STEPS {
         let ratio = [0, 1].map(|i| axes[i] * point[i] / (t + axes[i] * axes[i]));
         // Newton on 1/level, nearly linear in t: few steps even far outside.
         let level = ratio[0].hypot(ratio[1]);

@@ -12,9 +12,6 @@ const BALANCE_MAX_STEPS: usize = 200;
 /// What an inner minimisation may leave, as a share of the imbalance before it: imbalance and residual fall together.
 const BALANCE_REDUCTION: f64 = 0.1;
 
-/// Imbalance before the first step.
-const BALANCE_FIRST_TOLERANCE: f64 = 1e-2;
-
 impl Inner<'_> {
     /// Minimises ½ λᵀSλ − λᵀh under Gᵀλ = e by the method of multipliers (SMALSE-M: Z. Dostál, *Optimal Quadratic Programming
     /// Algorithms*, Springer 2009, ch. 8, with a constant penalty).
@@ -31,7 +28,8 @@ impl Inner<'_> {
     ) -> InnerSummary {
         let attainable = operator.dimension() as f64 * f64::EPSILON;
         let first_application = operator.applications();
-        let mut imbalance = BALANCE_FIRST_TOLERANCE;
+        // The first step shall find the zones, no more.
+        let mut imbalance = 1e-2_f64;
         let mut total: Option<InnerSummary> = None;
         for _ in 0..BALANCE_MAX_STEPS {
             let used = operator.applications() - first_application;

@@ -38,8 +38,6 @@ const LONGEST_STEP: f64 = 1e4;
 const MOST_IDENTIFICATION_STEPS: usize = 10;
 /// Loosest and tightest relative residual of a Newton step.
 const FORCING: [f64; 2] = [0.3, 1e-3];
-/// Share of the tolerance below which the residual of a Newton step need not come.
-const FACE_DECREASE: f64 = 0.5;
 /// Lengths of a Newton step that are tried.
 const TRIALS: [f64; 3] = [1.0, 0.25, 0.0625];
 
@@ -134,7 +132,8 @@ impl GradientSearch<'_> {
                 _ => FORCING[0],
             };
             last_gradient = Some(size);
-            let target = (forcing * size).max(FACE_DECREASE * tolerance);
+            // No Newton step need come far below the tolerance.
+            let target = (forcing * size).max(0.5 * tolerance);
             if size <= target || !size.is_finite() {
                 continue;
             }

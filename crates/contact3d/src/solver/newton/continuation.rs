@@ -3,8 +3,7 @@
 use super::NewtonSolution;
 use crate::solver::NewtonStep;
 
-/// First and smallest step in the share τ.
-const FIRST_SHARE_STEP: f64 = 0.25;
+/// Smallest step in the share τ.
 const SMALLEST_SHARE_STEP: f64 = 1.0 / 512.0;
 
 /// Follows the solutions of problems from an easy one at τ = 0 to that of the scene at τ = 1, each from the one before, by
@@ -28,7 +27,7 @@ pub(in crate::solver) fn continuation(
         found
     };
     let mut last = at(0.0, None);
-    let (mut share, mut step) = (0.0, FIRST_SHARE_STEP);
+    let (mut share, mut step) = (0.0, 0.25);
     while share < 1.0 && last.is_solution() {
         let target = f64::min(share + step, 1.0);
         let found = at(target, Some(&last.multiplier));

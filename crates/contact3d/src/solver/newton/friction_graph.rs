@@ -19,9 +19,9 @@
 //! K. Ito, K. Kunisch, *SIAM J. Optim.* 13 (2003) 865, for the graph of contact).
 
 use super::{
-    NewtonSolution, NewtonStatus,
+    NewtonSettings, NewtonSolution,
     continuation::continuation,
-    damping::{Damped, halved},
+    iteration::{NewtonModel, ROUNDING_STALL_STEPS, StoppingRule, iterate},
     natural_map::NaturalMap,
 };
 use crate::{
@@ -32,26 +32,22 @@ use crate::{
     solver::{
         NewtonStep, PaneLaws,
         conditions::{Bound, Evaluation},
+        strategy::{NEWTON_MAX_STEPS, ZONES_FOUND},
     },
 };
 
 /// Factors of c that are tried, one start each: c → ∞ is Newton's method in λ alone.
 const RESOLVENT_FACTORS: [f64; 6] = [1.0, 100.0, 0.1, 1e4, 0.01, 10.0];
 
-/// Most steps from one start: those that lead to a solution take a median of 13.
-const GRAPH_MAX_STEPS: usize = 30;
-
 /// ‖R‖ / ‖λ‖ that is asked for: slips are then known to a millionth of the narrowest rise met.
 const GRAPH_TOLERANCE: f64 = 1e-12;
-
-/// ‖R‖ / ‖λ‖ that serves where rounding of a steep law forbids [`GRAPH_TOLERANCE`].
-const GRAPH_ROUNDING: f64 = 1e-8;
 
 /// Least pressure at a node beside the mean one, so that c stays finite where the bonded face lifts off.
 const LEAST_PRESSURE: f64 = 0.1;
 
-/// Decades of slip below and above the largest free slip in which the range and the largest slope of a law are sampled.
+/// Decades of slip below the largest free slip in which the range and the largest slope of a law are sampled, and samples in each.
 const SAMPLED_DECADES: i32 = 14;
+const SAMPLES_PER_DECADE: i32 = 16;
 
 /// A law that reads the slip, its graph at the contact nodes, and the contact problem that it belongs to.
 pub(in crate::solver) struct FrictionGraph<'a> {
@@ -87,12 +83,63 @@ struct Slip {
 struct GraphIterate {
     unknowns: Vec<f64>,
     coefficients: Vec<f64>,
+    /// R, with the rows of the graph as stresses in its norm.
     evaluation: Evaluation,
     slips: Vec<Slip>,
     /// f − Φ(f + c s) and Φ'.
     graph: Vec<[f64; 2]>,
-    /// ‖R‖ with the rows of the graph as stresses.
-    norm: f64,
+}
+
+/// The graph of a law with a factor of the steplengths c.
+struct GraphModel<'g> {
+    graph: &'g FrictionGraph<'g>,
+    law: &'g CoulombLaw,
+    factor: f64,
+    evaluations: usize,
+}
+
+impl GraphModel<'_> {
+    fn at(&mut self, unknowns: Vec<f64>, coefficients: Vec<f64>) -> GraphIterate {
+        self.evaluations += 1;
+        self.graph
+            .evaluate(self.law, self.factor, unknowns, coefficients)
+    }
+}
+
+impl NewtonModel for GraphModel<'_> {
+    type Iterate = GraphIterate;
+
+    fn evaluation<'i>(&self, iterate: &'i GraphIterate) -> &'i Evaluation {
+        &iterate.evaluation
+    }
+
+    fn relative(&self, iterate: &GraphIterate) -> f64 {
+        let multiplier = self.graph.dual.multipliers(&iterate.unknowns);
+        iterate.evaluation.relative_to(norm(multiplier))
+    }
+
+    fn direction(&mut self, from: &GraphIterate) -> Option<(Vec<f64>, usize)> {
+        let direction = self.graph.direction(self.factor, from)?;
+        let n = direction.len();
+        Some((direction, n))
+    }
+
+    fn moved(&mut self, from: &GraphIterate, direction: &[f64], share: f64) -> GraphIterate {
+        let moved = |from: &[f64], by: &[f64]| -> Vec<f64> {
+            from.iter().zip(by).map(|(x, d)| x + share * d).collect()
+        };
+        let (direction, change) = direction.split_at(from.unknowns.len());
+        let mut coefficients = moved(&from.coefficients, change);
+        for (f, c) in coefficients.iter_mut().zip(&self.graph.coefficients) {
+            *f = f.clamp(c.range[0], c.range[1]);
+        }
+        self.at(moved(&from.unknowns, direction), coefficients)
+    }
+
+    fn is_at_rounding(&self, best: &GraphIterate) -> bool {
+        // Rounding of a steep law forbids less.
+        self.relative(best) <= ZONES_FOUND
+    }
 }
 
 impl<'a> FrictionGraph<'a> {
@@ -240,73 +287,31 @@ impl<'a> FrictionGraph<'a> {
                 )
             }
         };
-        let mut current = self.evaluate(law, factor, unknowns, coefficients);
-        let (mut history, mut evaluations) = (Vec::new(), 1);
-        let mut idle = 0;
-        let status = loop {
-            let relative = self.relative(&current);
-            if relative <= GRAPH_TOLERANCE {
-                break NewtonStatus::Converged;
-            }
-            if !current.norm.is_finite() {
-                break NewtonStatus::NumericalError;
-            }
-            if idle > 1 && relative <= GRAPH_ROUNDING {
-                break NewtonStatus::RoundingLimit;
-            }
-            if history.len() == GRAPH_MAX_STEPS {
-                break NewtonStatus::MaxSteps;
-            }
-            let Some((direction, change)) = self.direction(factor, &current) else {
-                break NewtonStatus::MaxSteps;
-            };
-            let at = |share: f64| {
-                evaluations += 1;
-                let moved = |from: &[f64], by: &[f64]| -> Vec<f64> {
-                    from.iter().zip(by).map(|(x, d)| x + share * d).collect()
-                };
-                let mut coefficients = moved(&current.coefficients, &change);
-                for (f, c) in coefficients.iter_mut().zip(&self.coefficients) {
-                    *f = f.clamp(c.range[0], c.range[1]);
-                }
-                let unknowns = moved(&current.unknowns, &direction);
-                self.evaluate(law, factor, unknowns, coefficients)
-            };
-            let Damped {
-                reached: next,
-                length,
-                halvings,
-            } = halved(at, |next| next.norm < current.norm);
-            idle = if next.norm <= 0.5 * current.norm {
-                0
-            } else {
-                idle + 1
-            };
-            let pairs = current.evaluation.panes.iter().zip(&next.evaluation.panes);
-            history.push(NewtonStep {
-                residual: self.relative(&next),
-                step_length: length,
-                halvings,
-                zone_changes: pairs.filter(|(a, b)| a.zone() != b.zone()).count(),
-                free_unknowns: direction.len() + change.len(),
-                law_share: 1.0,
-                ..NewtonStep::default()
-            });
-            current = next;
+        let mut model = GraphModel {
+            graph: self,
+            law,
+            factor,
+            evaluations: 0,
         };
+        let first = model.at(unknowns, coefficients);
+        let rule = StoppingRule {
+            settings: NewtonSettings {
+                tolerance: GRAPH_TOLERANCE,
+                max_steps: NEWTON_MAX_STEPS,
+            },
+            least_steps: 0,
+            // Residuals may rise on the way across a rise of F.
+            stagnation_steps: NEWTON_MAX_STEPS,
+            rounding_steps: ROUNDING_STALL_STEPS - 1,
+        };
+        let found = iterate(&mut model, first, &rule, |_, _| {});
+        let last = found.iterate;
         NewtonSolution {
-            status,
-            residual: self.relative(&current),
-            multiplier: [current.unknowns, current.coefficients].concat(),
-            history,
-            evaluations,
-        }
-    }
-
-    fn relative(&self, iterate: &GraphIterate) -> f64 {
-        match iterate.norm {
-            0.0 => 0.0,
-            residual => residual / norm(self.dual.multipliers(&iterate.unknowns)),
+            status: found.status,
+            residual: model.relative(&last),
+            multiplier: [last.unknowns, last.coefficients].concat(),
+            history: found.history,
+            evaluations: model.evaluations,
         }
     }
 
@@ -334,7 +339,7 @@ impl<'a> FrictionGraph<'a> {
             self.steplengths.to_vec(),
             inverse,
         );
-        let evaluation = map.evaluate(&unknowns);
+        let mut evaluation = map.evaluate(&unknowns);
         let slips = self.slips(&unknowns);
         let points = self.coefficients.iter().zip(&coefficients).zip(&slips);
         let graph: Vec<[f64; 2]> = points
@@ -351,8 +356,8 @@ impl<'a> FrictionGraph<'a> {
                 .map(|[r, _]| self.scale * r)
                 .collect::<Vec<_>>(),
         );
+        evaluation.norm = evaluation.norm.hypot(off);
         GraphIterate {
-            norm: evaluation.norm.hypot(off),
             unknowns,
             coefficients,
             evaluation,
@@ -386,8 +391,8 @@ impl<'a> FrictionGraph<'a> {
         self.coefficients.iter().map(at).collect()
     }
 
-    /// Changes of x and f with R'd + ∂R/∂f δf = −R and (1 − Φ') δf − Φ' c δs = −(f − Φ).
-    fn direction(&self, factor: f64, at: &GraphIterate) -> Option<(Vec<f64>, Vec<f64>)> {
+    /// Changes of x and f, one behind the other, with R'd + ∂R/∂f δf = −R and (1 − Φ') δf − Φ' c δs = −(f − Φ).
+    fn direction(&self, factor: f64, at: &GraphIterate) -> Option<Vec<f64>> {
         let n = at.unknowns.len();
         let bordering: Vec<usize> = (0..at.graph.len())
             .filter(|&k| at.graph[k][1] > 0.0)
@@ -436,8 +441,8 @@ impl<'a> FrictionGraph<'a> {
             change[k] = rhs[n + b] / self.scale;
         }
         rhs.truncate(n);
-        let finite = rhs.iter().chain(&change).all(|v| v.is_finite());
-        finite.then_some((rhs, change))
+        rhs.extend(change);
+        rhs.iter().all(|v| v.is_finite()).then_some(rhs)
     }
 
     /// ∂R/∂f of each coefficient, the rows that are not zero.
@@ -558,9 +563,8 @@ fn slope(law: &CoulombLaw, c: &NodeCoefficient, pair: [f64; 2], s: f64) -> f64 {
 
 /// Slips around the largest free one, from far below it to a decade above.
 fn samples(largest: f64) -> impl Iterator<Item = f64> {
-    const PER_DECADE: i32 = 16;
-    (-SAMPLED_DECADES * PER_DECADE..=PER_DECADE)
-        .map(move |k| largest * 10_f64.powf(f64::from(k) / f64::from(PER_DECADE)))
+    (-SAMPLED_DECADES * SAMPLES_PER_DECADE..=SAMPLES_PER_DECADE)
+        .map(move |k| largest * 10_f64.powf(f64::from(k) / f64::from(SAMPLES_PER_DECADE)))
 }
 
 fn sampled_range(law: &CoulombLaw, node: usize, axis: Option<usize>, largest: f64) -> [f64; 2] {

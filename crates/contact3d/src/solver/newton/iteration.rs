@@ -1,32 +1,29 @@
-//! Semismooth Newton on the natural map of the problem.
+//! Newton's method: damped steps, stalls and how they end, for any problem that knows a step.
+//!
+//! One loop serves three models of the derivative R': the dense matrix of its columns ([`super::dense`]), that matrix bordered by
+//! coefficients of friction ([`super::friction_graph`]), and products with GMRES ([`crate::solver::by_products`]).
 
 use std::time::Instant;
 
-use super::{
-    NewtonSolution,
-    damping::{BestResiduals, Damped, ROUNDING_ZONE, STAGNATION_STEPS, halved},
-    natural_map::NaturalMap,
-};
 use crate::{
     dual::ExplicitDual,
-    solver::{
-        conditions::{Evaluation, PaneZone},
-        solution::NewtonStep,
-    },
+    solver::{conditions::Evaluation, solution::NewtonStep},
 };
 
-/// Sweeps of relaxation at the start and after every trial step.
-const FIRST_SWEEPS: usize = 20;
-const SWEEPS_PER_STEP: usize = 10;
+/// Halvings of one step before the full step is taken all the same.
+const STEP_MAX_HALVINGS: usize = 12;
 
-/// A step that reduces ‖R‖ to this share lies in the range of fast convergence: nothing to relax.
-const FAST_DECREASE: f64 = 0.01;
+/// Steps in which the best residual must halve; otherwise Newton's method has stalled.
+pub(in crate::solver) const STAGNATION_STEPS: usize = 10;
 
-/// [`STAGNATION_STEPS`] without relaxation, fewer: a good start needs few steps, and there are other starts.
-const PLAIN_STAGNATION_STEPS: usize = 6;
+/// The relative residual at which zones are settled: where a continuation goes on, and where a similar problem's solution can start.
+pub(in crate::solver) const NEWTON_BASIN: f64 = 1e-3;
 
-/// In [`ROUNDING_ZONE`], or below what rounding of S λ makes of the residual, a stall within so many steps is rounding.
-const ROUNDING_STAGNATION_STEPS: usize = 3;
+/// Below this relative residual a stall is rounding.
+pub(super) const ROUNDING_ZONE: f64 = 1e-9;
+
+/// Steps that tell such a stall; one less where every residual is exact, or the next exact residual shows what is left.
+pub(in crate::solver) const ROUNDING_STALL_STEPS: usize = 3;
 
 /// How Newton's method is stopped.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,198 +67,212 @@ pub enum NewtonStatus {
     NumericalError,
 }
 
-/// What helps Newton's method on its way.
-pub(in crate::solver) enum Globalisation<'f> {
-    /// Sweeps of relaxation, and, after a stall, steps of a safeguard from the best iterate.
-    Relaxed(&'f mut dyn FnMut(&[f64]) -> Vec<f64>),
-    /// A good start alone; a stall ends the method, at rounding after so many steps.
-    Plain(usize),
-}
+/// A problem R(x) = 0 as Newton's method sees it.
+pub(in crate::solver) trait NewtonModel {
+    /// x with R(x) and what a step from there needs.
+    type Iterate;
 
-/// An iterate and its residual.
-struct Iterate {
-    multiplier: Vec<f64>,
-    /// ‖λ‖, beside the stresses that weak supports take off the face.
-    size: f64,
-    evaluation: Evaluation,
-}
-
-impl Iterate {
-    fn new(map: &NaturalMap<'_>, multiplier: Vec<f64>) -> Self {
-        let evaluation = map.evaluate(&multiplier);
-        Self {
-            size: map.size(&multiplier),
-            multiplier,
-            evaluation,
-        }
-    }
-
-    /// This iterate or its relaxation, whichever has the smaller ‖R‖.
-    fn relaxed(self, map: &NaturalMap<'_>, sweeps: usize) -> Self {
-        let mut multiplier = self.multiplier.clone();
-        map.relax(&mut multiplier, sweeps);
-        let relaxed = Self::new(map, multiplier);
-        if relaxed.evaluation.norm < self.evaluation.norm {
-            relaxed
-        } else {
-            self
-        }
-    }
+    /// R at an iterate.
+    fn evaluation<'i>(&self, iterate: &'i Self::Iterate) -> &'i Evaluation;
 
     /// ‖R‖ / ‖λ‖, and 0 for 0/0.
-    fn relative(&self) -> f64 {
-        match self.evaluation.norm {
-            0.0 => 0.0,
-            residual => residual / self.size,
-        }
+    fn relative(&self, iterate: &Self::Iterate) -> f64;
+
+    /// d with R'(x) d = −R(x), and the number of its coupled unknowns; `None` where R' is singular.
+    fn direction(&mut self, from: &Self::Iterate) -> Option<(Vec<f64>, usize)>;
+
+    /// x + s d for a share s, or what is made of it.
+    fn moved(&mut self, from: &Self::Iterate, direction: &[f64], share: f64) -> Self::Iterate;
+
+    /// Whether a stall with this iterate as the best one is rounding.
+    fn is_at_rounding(&self, best: &Self::Iterate) -> bool {
+        self.relative(best) < ROUNDING_ZONE
     }
 
-    fn zones(&self) -> impl Iterator<Item = PaneZone> + '_ {
-        self.evaluation.panes.iter().map(|pane| pane.zone())
+    /// Where the method begins once more after a stall, if anywhere.
+    fn restart(&mut self) -> Option<Self::Iterate> {
+        None
+    }
+
+    /// What comes closer than the best iterate without Newton's step, after a stall or where R' is singular.
+    fn safeguard(&mut self, _best: &Self::Iterate) -> Option<Self::Iterate> {
+        None
     }
 }
 
-/// Runs the damped semismooth Newton method from a start.
-///
-/// [`Globalisation::Relaxed`]: with relaxed trial steps until the residual stalls and then once more
-/// without; after that, or when Newton's step is singular, the safeguard gives a better multiplier.
-/// [`Globalisation::Plain`] ends there. At least `least_steps` are taken unless R = 0.
-pub(in crate::solver) fn iterate(
-    map: &NaturalMap<'_>,
-    start: Vec<f64>,
-    settings: &NewtonSettings,
-    least_steps: usize,
-    mut globalisation: Globalisation<'_>,
+/// When Newton's method ends.
+pub(in crate::solver) struct StoppingRule {
+    pub(in crate::solver) settings: NewtonSettings,
+    /// Fewer steps are taken only where R = 0.
+    pub(in crate::solver) least_steps: usize,
+    /// Steps in which the best residual must halve.
+    pub(in crate::solver) stagnation_steps: usize,
+    /// The same at rounding.
+    pub(in crate::solver) rounding_steps: usize,
+}
+
+/// How Newton's method ended, and where.
+pub(in crate::solver) struct NewtonOutcome<I> {
+    pub(in crate::solver) status: NewtonStatus,
+    /// The last iterate where the method converged, else the one with the least residual.
+    pub(in crate::solver) iterate: I,
+    pub(in crate::solver) history: Vec<NewtonStep>,
+}
+
+/// Runs the damped method from a start: a step is halved until ‖R‖ falls, and taken in full where it never does. A stall leads to the
+/// model's restart, then, as a singular R' does, to its safeguard, and ends the method where it has neither.
+pub(in crate::solver) fn iterate<M: NewtonModel>(
+    model: &mut M,
+    start: M::Iterate,
+    rule: &StoppingRule,
     mut observe: impl FnMut(usize, &NewtonStep),
-) -> NewtonSolution {
-    let mut current = Iterate::new(map, start.clone());
-    let mut evaluations = 1;
-    let (patience, rounding_patience, mut relaxing) = match globalisation {
-        Globalisation::Plain(rounding_patience) => {
-            (PLAIN_STAGNATION_STEPS, rounding_patience, false)
-        }
-        Globalisation::Relaxed(_) => (STAGNATION_STEPS, ROUNDING_STAGNATION_STEPS, true),
-    };
-    if relaxing && current.evaluation.norm.is_finite() && current.relative() > settings.tolerance {
-        current = current.relaxed(map, FIRST_SWEEPS);
-        evaluations += FIRST_SWEEPS + 2;
-    }
-    let mut best = (
-        current.evaluation.norm,
-        current.multiplier.clone(),
-        current.relative(),
-    );
-    let mut residuals = BestResiduals::new(best.0);
+) -> NewtonOutcome<M::Iterate> {
+    let mut current = start;
+    // The iterate with the least residual, where that is not the present one.
+    let mut earlier: Option<M::Iterate> = None;
+    let mut residuals = BestResiduals::new(model.evaluation(&current).norm);
     let mut history: Vec<NewtonStep> = Vec::new();
     let status = loop {
-        let relative = current.relative();
-        let small = relative <= settings.tolerance && history.len() >= least_steps;
-        if small || current.evaluation.norm == 0.0 {
+        let norm = model.evaluation(&current).norm;
+        let is_small = model.relative(&current) <= rule.settings.tolerance;
+        if norm == 0.0 || is_small && history.len() >= rule.least_steps {
             break NewtonStatus::Converged;
         }
-        if !current.evaluation.norm.is_finite() {
+        if !norm.is_finite() {
             break NewtonStatus::NumericalError;
         }
         // Of the best iterate: a step along what hardly anything resists may be so long that its own rounding explains any residual.
-        let rounding = || map.rounding(&best.1, &map.evaluate(&best.1));
-        if residuals.stalled_for(rounding_patience)
-            && (best.2 < ROUNDING_ZONE || best.2 < rounding())
-        {
+        let best = earlier.as_ref().unwrap_or(&current);
+        if residuals.stalled_for(rule.rounding_steps) && model.is_at_rounding(best) {
             break NewtonStatus::RoundingLimit;
         }
-        if history.len() == settings.max_steps {
+        if history.len() == rule.settings.max_steps {
             break NewtonStatus::MaxSteps;
         }
-        if relaxing && residuals.stalled_for(patience) {
-            relaxing = false;
-            current = Iterate::new(map, start.clone());
-            evaluations += 1;
-            residuals = BestResiduals::new(current.evaluation.norm);
+        let stalls = residuals.stalled_for(rule.stagnation_steps);
+        if stalls && let Some(start) = model.restart() {
+            residuals = BestResiduals::new(model.evaluation(&start).norm);
+            earlier.get_or_insert(std::mem::replace(&mut current, start));
             continue;
         }
         let started = Instant::now();
-        let direction = if residuals.stalled_for(patience) {
-            None
-        } else {
-            map.newton_step(&current.evaluation)
+        let direction = match stalls {
+            true => None,
+            false => model.direction(&current),
         };
-        let (step, applications) = match (&direction, &mut globalisation) {
-            (Some((direction, _)), _) => backtrack(map, &current, direction, relaxing),
-            (None, Globalisation::Plain(_)) => break NewtonStatus::MaxSteps,
-            (None, Globalisation::Relaxed(safeguard)) => {
-                residuals.begin_anew();
-                let safe = Damped {
-                    reached: Iterate::new(map, safeguard(&best.1)),
-                    length: 1.0,
-                    halvings: 0,
-                };
-                (safe, 1)
-            }
+        let step = match &direction {
+            Some((direction, _)) => halved(model, &current, direction),
+            None => match model.safeguard(best) {
+                Some(reached) => {
+                    residuals.begin_anew();
+                    Damped {
+                        reached,
+                        length: 1.0,
+                        halvings: 0,
+                    }
+                }
+                None => break NewtonStatus::MaxSteps,
+            },
         };
-        let Damped {
-            reached: next,
-            length: step_length,
-            halvings,
-        } = step;
-        evaluations += applications;
-        let step = NewtonStep {
-            residual: next.relative(),
-            step_length,
-            halvings,
-            zone_changes: current
-                .zones()
-                .zip(next.zones())
-                .filter(|(a, b)| a != b)
-                .count(),
-            free_unknowns: direction.as_ref().map_or(0, |(_, free)| *free),
+        let least = model.evaluation(best).norm;
+        let [before, after] =
+            [&current, &step.reached].map(|iterate| model.evaluation(iterate).panes.iter());
+        let zone_changes = before.zip(after).filter(|(a, b)| a.zone() != b.zone());
+        history.push(NewtonStep {
+            residual: model.relative(&step.reached),
+            step_length: step.length,
+            halvings: step.halvings,
+            zone_changes: zone_changes.count(),
+            free_unknowns: direction.as_ref().map_or(0, |(_, coupled)| *coupled),
             fallback: direction.is_none(),
             law_share: 1.0,
             seconds: started.elapsed().as_secs_f64(),
-        };
-        observe(history.len(), &step);
-        history.push(step);
-        current = next;
-        if current.evaluation.norm < best.0 {
-            best = (
-                current.evaluation.norm,
-                current.multiplier.clone(),
-                current.relative(),
-            );
+        });
+        observe(history.len() - 1, &history[history.len() - 1]);
+        let previous = std::mem::replace(&mut current, step.reached);
+        let norm = model.evaluation(&current).norm;
+        if norm < least {
+            earlier = None;
+        } else {
+            earlier.get_or_insert(previous);
         }
-        residuals.push(current.evaluation.norm);
+        residuals.push(norm);
     };
-    let (multiplier, residual) = if status == NewtonStatus::Converged {
-        (current.multiplier.clone(), current.relative())
-    } else {
-        (best.1, best.2)
-    };
-    NewtonSolution {
+    NewtonOutcome {
+        iterate: match (status, earlier) {
+            (NewtonStatus::Converged, _) | (_, None) => current,
+            (_, Some(best)) => best,
+        },
         status,
-        multiplier,
-        residual,
         history,
-        evaluations,
     }
 }
 
-/// A step after which ‖R‖, relaxed or not, decreases, and the applications of S that it took.
-fn backtrack(
-    map: &NaturalMap<'_>,
-    from: &Iterate,
+/// A step that was taken.
+struct Damped<I> {
+    /// What it led to.
+    reached: I,
+    /// Its length over that of the full step.
+    length: f64,
+    /// Halvings that were tried.
+    halvings: usize,
+}
+
+/// Halves a step until ‖R‖ falls; the full step where it never does.
+fn halved<M: NewtonModel>(
+    model: &mut M,
+    from: &M::Iterate,
     direction: &[f64],
-    relaxing: bool,
-) -> (Damped<Iterate>, usize) {
-    let mut applications = 0;
-    let at = |share: f64| {
-        let moved = from.multiplier.iter().zip(direction);
-        let next = Iterate::new(map, moved.map(|(l, d)| l + share * d).collect());
-        applications += 1;
-        if !relaxing || next.evaluation.norm < FAST_DECREASE * from.evaluation.norm {
-            return next;
+) -> Damped<M::Iterate> {
+    let norm = model.evaluation(from).norm;
+    let mut full = None;
+    for halvings in 0..=STEP_MAX_HALVINGS {
+        let length = 0.5_f64.powi(halvings as i32);
+        let reached = model.moved(from, direction, length);
+        if model.evaluation(&reached).norm < norm {
+            return Damped {
+                reached,
+                length,
+                halvings,
+            };
         }
-        applications += SWEEPS_PER_STEP + 2;
-        next.relaxed(map, SWEEPS_PER_STEP)
-    };
-    let step = halved(at, |next| next.evaluation.norm < from.evaluation.norm);
-    (step, applications)
+        full.get_or_insert(reached);
+    }
+    Damped {
+        reached: full.expect("the full step is the first"),
+        length: 1.0,
+        halvings: STEP_MAX_HALVINGS,
+    }
+}
+
+/// The least residual after each step.
+struct BestResiduals {
+    least: Vec<f64>,
+    /// The first one that a stall is measured from.
+    first: usize,
+}
+
+impl BestResiduals {
+    fn new(norm: f64) -> Self {
+        Self {
+            least: vec![norm],
+            first: 0,
+        }
+    }
+
+    fn push(&mut self, norm: f64) {
+        let least = self.least[self.least.len() - 1];
+        self.least.push(least.min(norm));
+    }
+
+    /// Measures stalls from the next step on.
+    fn begin_anew(&mut self) {
+        self.first = self.least.len();
+    }
+
+    /// Whether the last steps, so many, have not halved the residual.
+    fn stalled_for(&self, steps: usize) -> bool {
+        let last = self.least.len() - 1;
+        last >= self.first + steps && self.least[last] > 0.5 * self.least[last - steps]
+    }
 }

@@ -45,7 +45,8 @@ impl Linearisation {
     pub fn residual_of(dual: &ExplicitDual, laws: &PaneLaws, unknowns: &[f64]) -> f64 {
         let frozen = laws.feasible_set(None);
         let map = NaturalMap::new(dual, Bound::of(laws, &frozen));
-        relative(map.evaluate(unknowns).norm, dual.multipliers(unknowns))
+        map.evaluate(unknowns)
+            .relative_to(norm(dual.multipliers(unknowns)))
     }
 
     /// Linearises the contact problem of any law at λ, `[n_multipliers]` in Pa, followed by the rigid motions of a body that floats.
@@ -79,13 +80,14 @@ impl Linearisation {
                 let set = laws.feasible_set(Some(&state));
                 let map = NaturalMap::new(dual, Bound::Frozen(&set));
                 let frozen = map.derivative(&map.evaluate(unknowns));
-                moving_part(&frozen, &matrix, n).map_or([f64::INFINITY, 0.0], |moving| {
+                Moving::new(&frozen, &matrix, n).map_or([f64::INFINITY, 0.0], |moving| {
+                    let moving = moving.matrix();
                     [spectral_radius(&moving), distance_to_one(&moving).min(1.0)]
                 })
             }
         };
         Self {
-            residual: relative(evaluation.norm, dual.multipliers(unknowns)),
+            residual: evaluation.relative_to(norm(dual.multipliers(unknowns))),
             determinant: match (singular, negative % 2) {
                 (true, _) => 0,
                 (false, 0) => 1,
@@ -102,40 +104,13 @@ impl Linearisation {
     }
 }
 
-fn relative(residual: f64, multiplier: &[f64]) -> f64 {
-    match residual {
-        0.0 => 0.0,
-        residual => residual / norm(multiplier),
-    }
-}
-
 /// The spectral radius of Ψ' at a solution, from the derivatives R_λ of the natural map with frozen friction and R' with friction
 /// that follows λ, both column-major, `[n, n]`; `None` where R_λ is singular.
 ///
-/// Ψ freezes the slip bounds and the coefficients that λ makes, and solves for λ: Ψ' = 1 − R_λ⁻¹R'. Only the tangential rows of
-/// slipping panes differ, so the eigenvalues other than zero are those of −W R_λ⁻¹E, where E picks these rows and
-/// W = Eᵀ(R' − R_λ). Successive approximations converge to the solution from nearby where it is below 1, and at that rate.
+/// Successive approximations converge to the solution from nearby where it is below 1, and at that rate ([`LocalMapping`]).
 #[must_use]
 pub fn contraction_of_mapping(frozen: &[f64], followed: &[f64], n: usize) -> Option<f64> {
-    moving_part(frozen, followed, n).map(|moving| spectral_radius(&moving))
-}
-
-/// −W R_λ⁻¹E, from both derivatives.
-pub(super) fn moving_part(frozen: &[f64], followed: &[f64], n: usize) -> Option<Mat<f64>> {
-    let differs = |row: usize| (0..n).any(|j| frozen[j * n + row] != followed[j * n + row]);
-    let rows: Vec<usize> = (0..n).filter(|row| differs(*row)).collect();
-    let lu = DenseLu::new(frozen, n)?;
-    let mut picked = vec![0.0; n * rows.len()];
-    for (column, row) in picked.chunks_exact_mut(n.max(1)).zip(&rows) {
-        column[*row] = 1.0;
-    }
-    lu.solve(&mut picked);
-    let moving = Mat::from_fn(rows.len(), n, |k, j| {
-        let at = j * n + rows[k];
-        followed[at] - frozen[at]
-    });
-    let inverse = MatRef::from_column_major_slice(&picked, n, rows.len());
-    Some(-product(moving.as_ref(), inverse))
+    Moving::new(frozen, followed, n).map(|moving| spectral_radius(&moving.matrix()))
 }
 
 /// The linearisation of the mapping Ψ of HKL, whose fixed points are the solutions, at one of them.
@@ -272,8 +247,8 @@ impl Moving {
         rows.map(|row| -dot(row, &solved)).collect()
     }
 
-    /// The sign of det(1 − M), and the least modulus of its eigenvalues.
-    fn sign_and_distance(&self) -> (i8, f64) {
+    /// M = −W R_λ⁻¹E.
+    fn matrix(&self) -> Mat<f64> {
         let count = self.rows.len();
         let mut picked = vec![0.0; self.n * count];
         for (column, row) in picked.chunks_exact_mut(self.n.max(1)).zip(&self.rows) {
@@ -282,12 +257,14 @@ impl Moving {
         self.lu.solve(&mut picked);
         let inverse = MatRef::from_column_major_slice(&picked, self.n, count);
         let moving = MatRef::from_row_major_slice(&self.differences, count, self.n);
-        let sum = product(moving, inverse) + Mat::<f64>::identity(count, count);
-        let entries: Vec<f64> = (0..count)
-            .flat_map(|j| (0..count).map(move |i| (i, j)))
-            .map(|at| sum[at])
-            .collect();
-        DenseLu::new(&entries, count).map_or((0, 0.0), |lu| (lu.sign(), least_modulus(&lu, count)))
+        -product(moving, inverse)
+    }
+
+    /// The sign of det(1 − M), and the least modulus of its eigenvalues.
+    fn sign_and_distance(&self) -> (i8, f64) {
+        let count = self.rows.len();
+        let sum = Mat::<f64>::identity(count, count) - self.matrix();
+        DenseLu::of(sum).map_or((0, 0.0), |lu| (lu.sign(), least_modulus(&lu, count)))
     }
 }
 

@@ -1,9 +1,9 @@
 //! The semismooth Newton method on the natural map, its starts, and its linearisation.
 
 mod continuation;
-pub(in crate::solver) mod damping;
+mod dense;
 mod friction_graph;
-mod iteration;
+pub(in crate::solver) mod iteration;
 mod linearisation;
 pub(in crate::solver) mod natural_map;
 pub(in crate::solver) mod proximal;
@@ -19,14 +19,12 @@ pub(in crate::solver) use continuation::continuation;
 pub(in crate::solver) use friction_graph::FrictionGraph;
 pub(in crate::solver) use proximal::proximal_point;
 
-use iteration::{Globalisation, iterate};
+use dense::{SWEEPS_PER_STEP, from_afar, from_near};
+use iteration::{ROUNDING_STALL_STEPS, STAGNATION_STEPS};
 use natural_map::NaturalMap;
 
 use super::{FeasibleSet, NewtonStep, PaneLaws, conditions::Bound, pane_laws::coulomb_state};
 use crate::{contact::CoulombLaw, dual::ExplicitDual};
-
-/// Share of the way to Ψ(λ) in a safeguard step of [`newton`].
-const SAFEGUARD_STEP: f64 = 0.5;
 
 /// The multiplier that Newton's method found and how it was reached.
 #[derive(Debug, Clone)]
@@ -83,18 +81,12 @@ pub fn newton(
         let image = minimise_frozen_in(dual, &set, multiplier, &settings, 1, |_, _| {});
         hidden_evaluations += image.evaluations;
         let pairs = multiplier.iter().zip(&image.multiplier);
-        pairs
-            .map(|(l, next)| l + SAFEGUARD_STEP * (next - l))
-            .collect()
+        pairs.map(|(l, next)| l + 0.5 * (next - l)).collect()
     };
-    let help = Globalisation::Relaxed(&mut safeguard);
-    let mut found = iterate(&map, start, settings, 0, help, observe);
+    let mut found = from_afar(&map, start, settings, 0, &mut safeguard, observe);
     found.evaluations += hidden_evaluations;
     found
 }
-
-/// Steps without progress at rounding that end Newton's method from a good start.
-const ROUNDING_IDLE_STEPS: usize = 3;
 
 /// Newton's method on any natural map from a good start, in no fewer than `least_steps`; a stall
 /// ends it.
@@ -105,8 +97,8 @@ pub(in crate::solver) fn newton_from(
     least_steps: usize,
     observe: impl FnMut(usize, &NewtonStep),
 ) -> NewtonSolution {
-    let help = Globalisation::Plain(ROUNDING_IDLE_STEPS);
-    iterate(map, start, settings, least_steps, help, observe)
+    let steps = [least_steps, ROUNDING_STALL_STEPS];
+    from_near(map, start, settings, steps, observe)
 }
 
 /// [`newton_from`] in one step at least, ended by the first two at rounding that bring nothing: what is
@@ -116,8 +108,13 @@ pub(in crate::solver) fn newton_to_rounding(
     start: Vec<f64>,
     settings: &NewtonSettings,
 ) -> NewtonSolution {
-    let help = Globalisation::Plain(ROUNDING_IDLE_STEPS - 1);
-    iterate(map, start, settings, 1, help, |_, _| {})
+    from_near(
+        map,
+        start,
+        settings,
+        [1, ROUNDING_STALL_STEPS - 1],
+        |_, _| {},
+    )
 }
 
 /// Minimises ½ λᵀSλ − λᵀh over a frozen admissible set (Tresca friction) by the same Newton
@@ -141,7 +138,8 @@ pub(in crate::solver) fn minimise_frozen_in(
     least_steps: usize,
     observe: impl FnMut(usize, &NewtonStep),
 ) -> NewtonSolution {
-    const SAFEGUARD_SWEEPS: usize = 50;
+    // One safeguard step is worth as much as five others.
+    let sweeps = 5 * SWEEPS_PER_STEP;
     let map = NaturalMap::new(dual, Bound::Frozen(set));
     let mut first = dual.unknowns(start);
     set.project(&mut first);
@@ -149,12 +147,11 @@ pub(in crate::solver) fn minimise_frozen_in(
     let mut safeguard = |multiplier: &[f64]| {
         let mut next = multiplier.to_vec();
         set.project(&mut next);
-        map.relax(&mut next, SAFEGUARD_SWEEPS);
-        relaxation_applications += SAFEGUARD_SWEEPS + 1;
+        map.relax(&mut next, sweeps);
+        relaxation_applications += sweeps + 1;
         next
     };
-    let help = Globalisation::Relaxed(&mut safeguard);
-    let mut found = iterate(&map, first, settings, least_steps, help, observe);
+    let mut found = from_afar(&map, first, settings, least_steps, &mut safeguard, observe);
     found.evaluations += relaxation_applications;
     found
 }

@@ -3,11 +3,11 @@
 use crate::{
     dual::{Balance, ExplicitDual, friction_stiffness},
     linalg::norm,
-    solver::conditions::{Bound, Conditions, Evaluation},
+    solver::{
+        FEW_ROUNDINGS,
+        conditions::{Bound, Conditions, Evaluation},
+    },
 };
-
-/// Roundings of a few terms and of the steps that follow them.
-const MOTION_ROUNDINGS: f64 = 16.0;
 
 /// The natural map R(λ) = λ − P(λ − ρ r), r = S λ − h, whose zeros solve the contact problem;
 /// where the body floats, of x = (λ, α) with rows ρ (e − Gᵀλ) for the balance.
@@ -118,7 +118,7 @@ impl<'a> NaturalMap<'a> {
         let rounded = |j: usize| {
             let terms = balance.coupling.integrals.iter().zip(motion);
             let way = terms.map(|(g, by)| (g[j] * by).abs()).sum::<f64>();
-            MOTION_ROUNDINGS * f64::EPSILON * rho[j] * way
+            FEW_ROUNDINGS * f64::EPSILON * rho[j] * way
         };
         let layout = self.dual.layout;
         let stresses = evaluation.panes.iter().enumerate().flat_map(|(i, pane)| {

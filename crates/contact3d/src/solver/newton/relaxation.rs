@@ -6,10 +6,6 @@ use crate::{
     solver::{Ellipse, conditions::Bound},
 };
 
-/// Share of the way from the last sweep's 𝓕⁻¹ to that of the present λ. Undamped, a law that
-/// hardens with slip makes panes stick and slip in turn from sweep to sweep.
-const FRICTION_RELAXATION: f64 = 0.5;
-
 impl NaturalMap<'_> {
     /// Sweeps of nonlinear block Gauss–Seidel: in pane after pane the normal component goes to its
     /// minimum max(λ_ν − r_ν/S_νν, 0), then the pair makes one projected step of length 1/trace of
@@ -25,8 +21,10 @@ impl NaturalMap<'_> {
         for sweep in 0..sweeps {
             if sweep > 0 {
                 let next = self.friction_inverse(multiplier);
+                // Half of the way to the 𝓕⁻¹ of the present λ: undamped, a law that hardens with slip makes panes stick and slip in
+                // turn from sweep to sweep.
                 for (old, new) in inverse.iter_mut().flatten().zip(next.iter().flatten()) {
-                    *old += FRICTION_RELAXATION * (new - *old);
+                    *old += 0.5 * (new - *old);
                 }
             }
             for pane in 0..m {
