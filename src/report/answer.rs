@@ -99,18 +99,25 @@ pub(super) fn null_space_words(
 pub(super) fn quantity_words(
     units: Units,
     it: &FunctionalEstimate,
+    has_few_panes: bool,
     noise: f64,
 ) -> (String, String) {
     let unit = units.of(dimension(it.functional));
     let name = match (it.functional, it.corners) {
         (Functional::LargestDisplacement, Some(_)) => "mean displacement near peak".to_owned(),
         (Functional::LargestPressure, Some(_)) => "mean pressure near its peak".to_owned(),
+        (of, _) if of.is_area() => of.word().replace('_', " "),
         (of, _) => format!("{}, error bar", of.word().replace('_', " ")),
     };
     let value = match it.functional {
         Functional::ContactArea | Functional::StickArea => {
             let [low, high] = it.range;
-            format!("{low:.4e} to {high:.4e} {}", unit.word())
+            let few = if has_few_panes { ", on few panes" } else { "" };
+            format!(
+                "{:.4e} {} ({low:.4e} to {high:.4e}{few})",
+                it.value,
+                unit.word()
+            )
         }
         Functional::TangentialForce if it.value.abs() <= noise => format!("0 {}", unit.word()),
         _ => format!(

@@ -310,7 +310,7 @@ impl<'a> SolvedRun<'a> {
             figures.json_only(&format!("discretisation_error.{name}"), part);
         }
         for it in &report.functionals {
-            let (name, words) = quantity_words(self.scene.units, it, self.noise(|row| row.force));
+            let (name, words) = quantity_words(self.scene.units, it, report.has_few_panes(), self.noise(|row| row.force));
             figures.human_only(&name, Some(words));
         }
         figures.json_only("quantities", quantities_json(self.scene.units, &report.functionals));

@@ -39,21 +39,29 @@ impl Target {
     pub fn of<'a>(scene: &Scene, report: &'a ContactReport, target: f64) -> (Cow<'a, [f64]>, Self) {
         let element = scene.body.element;
         let of = scene.adapt.and_then(|adapt| adapt.of);
-        let Some(quantity) = of.and_then(|of| report.functional(of)) else {
-            let error = &report.discretisation_error;
+        let error = &report.discretisation_error;
+        let of_energy = |fall: f64| {
             let target = Self {
                 estimated: error.total(),
-                wanted: target * error.displacement,
+                wanted: fall * error.total(),
                 element,
                 achieved: None,
             };
-            return (Cow::Borrowed(&error.indicator), target);
+            (Cow::Borrowed(&error.indicator[..]), target)
+        };
+        let Some(quantity) = of.and_then(|of| report.functional(of)) else {
+            return of_energy(target * error.displacement / error.total());
         };
         let sizes = quantity.indicator.iter().map(|share| share.abs());
         let estimated = sizes.clone().sum::<f64>().sqrt();
+        let fall = (target / report.relative_error_of(quantity)).sqrt();
+        if estimated == 0.0 {
+            // A zone on so few panes that no line of it is seen.
+            return of_energy(fall);
+        }
         let target = Self {
             estimated,
-            wanted: estimated * (target / quantity.relative()).sqrt(),
+            wanted: estimated * fall,
             element,
             achieved: None,
         };

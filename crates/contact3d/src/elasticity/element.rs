@@ -320,6 +320,17 @@ impl<'a> MaterialField<'a> {
         &self.tensors[self.region(tetrahedron)]
     }
 
+    /// E/(1 − ν²) of a tetrahedron in Pa, by which a half-space resists what presses on it; of an anisotropic material that of the mean
+    /// over all directions (W. Voigt).
+    pub(crate) fn plane_strain_modulus(&self, tetrahedron: usize) -> f64 {
+        let c = self.tensor(tetrahedron);
+        let direct = c[(0, 0)] + c[(1, 1)] + c[(2, 2)];
+        let across = c[(0, 1)] + c[(0, 2)] + c[(1, 2)];
+        let bulk = (direct + 2.0 * across) / 9.0;
+        let shear = (direct - across + 3.0 * (c[(3, 3)] + c[(4, 4)] + c[(5, 5)])) / 15.0;
+        4.0 * shear * (3.0 * bulk + shear) / (3.0 * bulk + 4.0 * shear)
+    }
+
     /// Which of the materials a tetrahedron is of: 0 for the body's own.
     pub(crate) fn region(&self, tetrahedron: usize) -> usize {
         self.region.get(tetrahedron).copied().unwrap_or(0)

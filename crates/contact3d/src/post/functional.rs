@@ -3,12 +3,12 @@
 //! For a smooth functional Q the error is dual-weighted (R. Becker, R. Rannacher, Acta Numer. 10 (2001) 1): with the adjoint z of the
 //! linearised problem ([`Adjoints`]), Q(u) − Q(u_h) ≈ Σ_T a_T(e, e_z) − ∫ (z − q)·δλ, where the local errors of solution and adjoint
 //! come from the problems of the energy estimate, and δλ is what the contact conditions inside panes ask for beyond λ. The strain
-//! energy is quadratic: ½ ‖e‖² is taken off. Areas have no derivative: they are enclosed by the panes that may change their zone.
+//! energy is quadratic: ½ ‖e‖² is taken off. Areas have no derivative ([`super::areas`]).
 
 use super::{
     ErrorEstimate, Resultants, Solved, SolvedContact,
+    areas::areas,
     estimate::{BoxLoad, FacePart, Field, FieldLoads, SolutionData, multipliers_between_nodes},
-    zones::areas,
 };
 use crate::{
     dual::DualSystem,
@@ -105,7 +105,7 @@ pub(super) fn estimates(
     let smooth =
         smooth.map(|(functional, shares)| functional.estimate(&estimate, shares, adjoints.kinks));
     let mut found: Vec<FunctionalEstimate> = smooth.collect();
-    found.extend(areas(solved, known, wanted));
+    found.extend(areas(solved, known, &estimate, wanted));
     for estimate in &mut found {
         if Some(estimate.functional) != wanted {
             estimate.indicator = Vec::new();

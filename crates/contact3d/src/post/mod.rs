@@ -1,5 +1,6 @@
 //! What a solution means: contact zones, stresses, resultants, and a certificate.
 
+mod areas;
 mod certificate;
 mod checks;
 mod estimate;
@@ -228,8 +229,23 @@ impl ContactReport {
         let error = &self.discretisation_error;
         match of.filter(|_| !error.is_unreliable()) {
             None => Some(error.relative()),
-            Some(of) => self.functional(of).map(FunctionalEstimate::relative),
+            Some(of) => self.functional(of).map(|it| self.relative_error_of(it)),
         }
+    }
+
+    /// The error bar of a quantity over its value; not below one for an area on so few panes that it is not told.
+    pub(crate) fn relative_error_of(&self, quantity: &FunctionalEstimate) -> f64 {
+        if quantity.functional.is_area() && self.has_few_panes() {
+            quantity.relative().max(1.0)
+        } else {
+            quantity.relative()
+        }
+    }
+
+    /// Whether the contact face has too few panes to tell an area of contact or stick: with 8, ranges missed the truth.
+    #[must_use]
+    pub fn has_few_panes(&self) -> bool {
+        self.panes.len() < areas::FEWEST_PANES
     }
 
     /// A quantity of the answer with its error; `None` where it is absent or zero.

@@ -75,6 +75,12 @@ impl Functional {
         }
     }
 
+    /// Whether it is an area of the contact face.
+    #[must_use]
+    pub fn is_area(self) -> bool {
+        matches!(self, Self::ContactArea | Self::StickArea)
+    }
+
     /// The box that it is a mean over; `None` where it has none or follows the answer.
     #[must_use]
     pub fn corners(self) -> Option<[[f64; 3]; 2]> {

@@ -110,3 +110,68 @@ fn meshes_follow_a_quantity() {
     // Twice the target: an error bar is an estimate, and the finer mesh has one of its own.
     assert!((force.value / finer.value - 1.0).abs() < 0.008);
 }
+
+/// A block pressed on waves of a gap, whose coarsest mesh has eight panes, all of them closed.
+const ON_WAVES: &str = "title = 'waves'
+    [body.brick]
+    size = [2.0, 1.0, 1.0]
+    cells = [4, 2, 2]
+    [material.isotropic]
+    young_modulus = 2.1e11
+    poisson_ratio = 0.3
+    [[clamp]]
+    face = 'x_min'
+    [[pressure]]
+    face = 'z_max'
+    value = 3e7
+    [contact]
+    face = 'z_min'
+    gap = '1e-5*(1 - cos(9*x)*cos(7*y))'
+    [friction]
+    coefficient.constant = 0.3";
+
+/// Ranges of areas on coarse meshes hold the areas on meshes with 64 times the cells.
+#[test]
+fn ranges_of_areas_hold_those_of_finer_meshes() {
+    let nodal = PUBLISHED.replace("[contact]", "[contact]\nmultipliers = 'nodal'");
+    for (text, cells) in [
+        (ON_WAVES, [4, 2, 2]),
+        (PUBLISHED, [6, 2, 2]),
+        (&nodal, [6, 2, 2]),
+    ] {
+        let mut scene = scene(text, Functional::ContactArea, 0.01);
+        scene.body.as_brick_mut().expect("a brick").cells = cells;
+        let coarse = report(&scene, &Refinement::default());
+        let mesh = Mesh::of_scene(&scene, Path::new("")).expect("a mesh");
+        let once = RefinedLevel::Cuts(vec![3; mesh.tetrahedra.len()]);
+        let twice = RefinedLevel::Cuts(vec![3; 8 * mesh.tetrahedra.len()]);
+        let levels = vec![once, twice];
+        let fine = report(&scene, &Refinement { levels });
+        for of in [Functional::ContactArea, Functional::StickArea] {
+            let coarse = coarse.functional(of).expect("an area");
+            let [low, high] = coarse.range;
+            assert!(low <= coarse.value && coarse.value <= high && high > low);
+            // Areas of the finer mesh are known to about a hundredth of the face of 2 to 3 m².
+            let fine = fine.functional(of).expect("an area").value;
+            assert!(
+                (low - 0.02..=high + 0.02).contains(&fine),
+                "{coarse:?} {fine:e}"
+            );
+        }
+    }
+}
+
+/// Eight panes tell no area, however sure their zones are.
+#[test]
+fn areas_are_not_accurate_on_a_few_panes() {
+    let of = Functional::ContactArea;
+    let mut scene = scene(ON_WAVES, of, 0.02);
+    scene.body.as_brick_mut().expect("a brick").cells = [4, 2, 2];
+    assert!(report(&scene, &Refinement::default()).relative_error(Some(of)) >= Some(1.0));
+    let answer = adapted(scene.clone(), Path::new(""), &mut |_| {}).expect("levels");
+    assert_eq!(answer.status, AdaptiveStatus::Met);
+    assert!(answer.adaptation.levels.len() > 1);
+    let found = answer.report.functional(of).expect("an area");
+    // 1.874 m² on a mesh of four times the cells along each edge.
+    assert!((found.value / 1.874 - 1.0).abs() < 0.02, "{found:?}");
+}

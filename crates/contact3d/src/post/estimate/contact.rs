@@ -423,7 +423,10 @@ fn law_of(
 }
 
 /// (u_ν − d, u_t1, u_t2) at the contact nodes in m, `[n_contact_nodes]`; tangential ones since the step began.
-fn displacements(contact: &SolvedContact<'_>, known: &SolutionData<'_>) -> Vec<[f64; 3]> {
+pub(in crate::post) fn displacements(
+    contact: &SolvedContact<'_>,
+    known: &SolutionData<'_>,
+) -> Vec<[f64; 3]> {
     let surface = contact.state.surface;
     let interface = contact.state.interface;
     let nodes = surface.nodes.iter().enumerate();

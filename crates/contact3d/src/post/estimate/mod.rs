@@ -31,6 +31,7 @@ pub(super) use box_load::{BoxLoad, FacePart};
 
 use boundary::LoadedBoundary;
 use bubbles::{BubbleElements, BubbleVector, bubble_field};
+pub(super) use contact::displacements;
 use contact::{Correction, PointConditions};
 use hierarchical::HierarchicalErrors;
 

@@ -1,0 +1,406 @@
+//! The areas of contact and of stick, and where they lie.
+//!
+//! A count of panes moves by whole panes and cannot tell how sure it is. Here the conditions of contact are asked at the nodes of each
+//! pane, whose multiplier λ is a mean: a face that is pressed by a wave of the length 2h of a pane resists like a half-space with
+//!
+//!   k = 2 E*/h,  h = √|R|,  E* = E/(1 − ν²),
+//!
+//! so that pressure and shear at a node with the gap g and the slip s (along λ_t) are about
+//!
+//!   z = λ_ν − k g,   τ = λ_t + k s,   ψ = min(m(z⁺) (1 − ‖τ‖_𝓕), z),
+//!
+//! with the ellipse 𝓕 of the pressure z⁺ and the mean m of its semi-axes. Contact is where z > 0 and stick where ψ > 0, both linear
+//! between the nodes of a triangle, of quadratic ones on four parts.
+//!
+//! A level line may lie 0.15 of a pane away, by which z changes as much as from pane to pane; and the pressure itself is off by about the
+//! relative error η of the energy norm. So z is known to δ = 0.15 rms |Δz̄| + 0.75 η p̃ and ψ to 0.15 rms |Δψ̄| + 1.5 η m̃, with root mean
+//! squares p̃ and m̃ over the pressed face; where η is small, lines of contact are better known than that by √(η/0.15). The areas lie
+//! between those with z > δ and z > −δ. The factors are measured: in 171 of 174 runs of 30 scenes the ranges held, at half the width of
+//! ranges by whole panes.
+
+use super::{
+    ErrorEstimate, FunctionalEstimate, Solved, SolvedContact,
+    estimate::{SolutionData, displacements, multipliers_between_nodes},
+};
+use crate::{elasticity::MaterialField, scene::Functional, solver::Ellipse};
+
+/// Share of a pane by which a level line may lie away.
+const LINE_SHIFT: f64 = 0.15;
+
+/// Errors of pressures and of slip bounds beside the relative error in the energy norm.
+const PRESSURE_ERROR: f64 = 0.75;
+const BOUND_ERROR: f64 = 1.5;
+
+/// Fewest panes that tell an area.
+pub(super) const FEWEST_PANES: usize = 16;
+
+/// Largest ‖τ‖_𝓕 that counts, so that ψ has a zero between nodes where the ellipse vanishes at one of them.
+const LARGEST_LEVEL: f64 = 10.0;
+
+/// The areas of contact and of stick with their ranges; of the wanted one with what each tetrahedron contributes to its range.
+pub(super) fn areas(
+    solved: &Solved<'_>,
+    known: &SolutionData<'_>,
+    energy: &ErrorEstimate,
+    wanted: Option<Functional>,
+) -> Vec<FunctionalEstimate> {
+    let Some(contact) = &solved.contact else {
+        return Vec::new();
+    };
+    let margins = Margins::new(solved, contact, known);
+    let (of_contact, of_stick) = (
+        PRESSURE_ERROR * margins.sizes[0] * energy.relative(),
+        BOUND_ERROR * margins.sizes[1] * energy.relative(),
+    );
+    let sharper = (energy.relative() / LINE_SHIFT).sqrt().min(1.0);
+    let of_contact = ErrorOfMargin {
+        functional: Functional::ContactArea,
+        margin: 0,
+        of_line: sharper,
+        of_pressure: sharper * of_contact,
+    };
+    let of_stick = ErrorOfMargin {
+        functional: Functional::StickArea,
+        margin: 1,
+        of_line: 1.0,
+        of_pressure: of_stick,
+    };
+    let has_friction = contact.state.interface.has_friction();
+    let errors = [of_contact]
+        .into_iter()
+        .chain(has_friction.then_some(of_stick));
+    errors
+        .map(|error| margins.area(&error, energy, wanted))
+        .collect()
+}
+
+/// What a margin is known to.
+struct ErrorOfMargin {
+    functional: Functional,
+    /// 0 for z, 1 for ψ.
+    margin: usize,
+    /// Factor of the shift of its line.
+    of_line: f64,
+    /// What the error of pressures adds, in Pa.
+    of_pressure: f64,
+}
+
+/// z and ψ of the contact face, all in Pa.
+struct Margins<'a> {
+    solved: &'a Solved<'a>,
+    contact: &'a SolvedContact<'a>,
+    known: &'a SolutionData<'a>,
+    /// −g, s₁, s₂ at the contact nodes in m, `[n_contact_nodes]`.
+    moved: Vec<[f64; 3]>,
+    /// k in Pa/m, `[n_panes]`.
+    stiffness: Vec<f64>,
+    /// 0.15 rms |Δz̄| and 0.15 rms |Δψ̄|, `[n_panes]`.
+    line_shift: Vec<[f64; 2]>,
+    /// p̃ and m̃.
+    sizes: [f64; 2],
+}
+
+impl<'a> Margins<'a> {
+    fn new(
+        solved: &'a Solved<'a>,
+        contact: &'a SolvedContact<'a>,
+        known: &'a SolutionData<'a>,
+    ) -> Self {
+        let surface = contact.state.surface;
+        let panes = 0..surface.n_panes();
+        let mut margins = Self {
+            solved,
+            contact,
+            known,
+            moved: displacements(contact, known),
+            stiffness: vec![0.0; surface.n_panes()],
+            line_shift: vec![[0.0; 2]; surface.n_panes()],
+            sizes: [0.0; 2],
+        };
+        margins.stiffness = margins.stiffnesses();
+        let means: Vec<[f64; 2]> = panes.map(|pane| margins.of_pane(pane)).collect();
+        margins.line_shift = margins.line_shifts(&means);
+        let pressed = || {
+            let states = known.panes.iter().zip(&surface.pane_area);
+            states.filter(|(state, _)| state.normal_stress < 0.0)
+        };
+        margins.sizes = [0, 1].map(|k| {
+            root_mean_square(pressed().map(|(state, area)| {
+                let axes = state
+                    .friction
+                    .map_or([0.0; 2], |friction| friction.semi_axes);
+                ([-state.normal_stress, (axes[0] + axes[1]) / 2.0][k], *area)
+            }))
+        });
+        margins
+    }
+
+    /// The panes of a contact triangle: one, or the multipliers of its nodes.
+    fn panes_of(&self, place: usize) -> Vec<usize> {
+        let surface = self.contact.state.surface;
+        match surface.pane_of_facet(place) {
+            Some(pane) => vec![pane],
+            None => {
+                let middle = [1.0 / 3.0; 3];
+                let carried =
+                    multipliers_between_nodes(self.solved.mesh, self.contact, place, middle);
+                carried.into_iter().map(|(pane, _)| pane).collect()
+            }
+        }
+    }
+
+    /// The contact nodes of a contact triangle: its corners, then those between them.
+    fn nodes_of(&self, place: usize) -> Vec<usize> {
+        let surface = self.contact.state.surface;
+        let nodes = self.solved.mesh.facet_nodes(surface.facets[place]);
+        nodes
+            .map(|node| surface.contact_nodes(place, [node])[0])
+            .collect()
+    }
+
+    /// k of the material behind each pane.
+    fn stiffnesses(&self) -> Vec<f64> {
+        let (mesh, surface) = (self.solved.mesh, self.contact.state.surface);
+        let material = MaterialField::new(self.solved.scene, mesh);
+        let mut sums = vec![[0.0; 2]; surface.n_panes()];
+        for (place, tetrahedron) in mesh.behind_contact().into_iter().enumerate() {
+            let area = mesh.facet_area(surface.facets[place]);
+            for pane in self.panes_of(place) {
+                sums[pane][0] += area * material.plane_strain_modulus(tetrahedron);
+                sums[pane][1] += area;
+            }
+        }
+        let areas = sums.iter().zip(&surface.pane_area);
+        areas
+            .map(|([modulus, area], of_pane)| 2.0 * modulus / area / of_pane.sqrt())
+            .collect()
+    }
+
+    /// z and ψ of some multipliers with their weights, for −g, s₁, s₂ in m.
+    fn at(&self, multipliers: &[(usize, f64)], moved: [f64; 3]) -> [f64; 2] {
+        let layout = self.contact.coupling.layout;
+        let values = &self.solved.solution.multiplier;
+        let sum = |of: &dyn Fn(usize) -> f64| -> f64 {
+            multipliers
+                .iter()
+                .map(|(pane, weight)| weight * of(*pane))
+                .sum()
+        };
+        let stiffness = sum(&|pane| self.stiffness[pane]);
+        let contact = sum(&|pane| values[layout.normal(pane)]) + stiffness * moved[0];
+        let shear = [0, 1].map(|k| {
+            let of_pane = |pane| layout.tangential(pane).map_or(0.0, |pair| values[pair[k]]);
+            sum(&of_pane) + stiffness * moved[k + 1]
+        });
+        let semi_axes = [0, 1].map(|k| sum(&|pane| self.semi_axes(pane, contact.max(0.0))[k]));
+        let size = (semi_axes[0] + semi_axes[1]) / 2.0;
+        let level = match shear {
+            [0.0, 0.0] => 0.0,
+            _ => Ellipse { semi_axes }.level(shear).min(LARGEST_LEVEL),
+        };
+        let inside = if size > 0.0 {
+            size * (1.0 - level)
+        } else {
+            -shear[0].hypot(shear[1])
+        };
+        [contact, inside.min(contact)]
+    }
+
+    /// The semi-axes of friction on a pane under a pressure in Pa.
+    fn semi_axes(&self, pane: usize, pressure: f64) -> [f64; 2] {
+        let Some(friction) = &self.known.panes[pane].friction else {
+            return [0.0; 2];
+        };
+        match (friction.coulomb, self.contact.state.interface.coulomb()) {
+            (Some(coulomb), Some(law)) => {
+                let bound = law.slip_bound(pane, pressure);
+                coulomb.coefficients.map(|f| f * bound)
+            }
+            _ => friction.semi_axes,
+        }
+    }
+
+    /// z̄ and ψ̄.
+    fn of_pane(&self, pane: usize) -> [f64; 2] {
+        let nodes = self.contact.state.surface.pane_weights(pane);
+        let mut mean = [0.0; 3];
+        for (node, weight) in nodes {
+            (0..3).for_each(|c| mean[c] += weight * self.moved[node][c]);
+        }
+        self.at(&[(pane, 1.0)], mean)
+    }
+
+    /// What z̄ and ψ̄ change by from each pane to those that share a node with it.
+    fn line_shifts(&self, means: &[[f64; 2]]) -> Vec<[f64; 2]> {
+        let surface = self.contact.state.surface;
+        let mut beside = vec![Vec::new(); surface.n_panes()];
+        let mut at_node = vec![Vec::new(); surface.nodes.len()];
+        for place in 0..surface.facets.len() {
+            let panes = self.panes_of(place);
+            // Nodes that carry multipliers are neighbours in a triangle, panes where they meet.
+            panes.iter().for_each(|&pane| beside[pane].extend(&panes));
+            if panes.len() == 1 {
+                self.nodes_of(place)
+                    .into_iter()
+                    .for_each(|node| at_node[node].push(panes[0]));
+            }
+        }
+        for panes in &at_node {
+            panes.iter().for_each(|&pane| beside[pane].extend(panes));
+        }
+        let of_pane = |(pane, neighbours): (usize, Vec<usize>)| {
+            let mut others = neighbours;
+            others.sort_unstable();
+            others.dedup();
+            others.retain(|&other| other != pane);
+            [0, 1].map(|k| {
+                let changes = others.iter().map(|&other| means[other][k] - means[pane][k]);
+                LINE_SHIFT * root_mean_square(changes.map(|change| (change, 1.0)))
+            })
+        };
+        beside.into_iter().enumerate().map(of_pane).collect()
+    }
+
+    /// The area where a margin is positive.
+    fn area(
+        &self,
+        error: &ErrorOfMargin,
+        energy: &ErrorEstimate,
+        wanted: Option<Functional>,
+    ) -> FunctionalEstimate {
+        let mesh = self.solved.mesh;
+        let mut indicator = vec![0.0; mesh.tetrahedra.len()];
+        let (mut sums, mut by_pressure) = ([0.0; 3], 0.0);
+        for (place, tetrahedron) in mesh.behind_contact().into_iter().enumerate() {
+            let (areas, line_part) = self.areas_of_triangle(place, error);
+            (0..3).for_each(|k| sums[k] += areas[k]);
+            let width = areas[2] - areas[1];
+            indicator[tetrahedron] += line_part * width;
+            by_pressure += (1.0 - line_part) * width;
+        }
+        if wanted == Some(error.functional) {
+            // Pressures are off by what all tetrahedra contribute to the error in the energy norm.
+            let square = energy.total().powi(2);
+            let shares = indicator.iter_mut().zip(&energy.indicator);
+            shares.for_each(|(share, eta)| *share += by_pressure * eta * eta / square);
+        }
+        let [value, low, high] = sums;
+        FunctionalEstimate {
+            functional: error.functional,
+            value,
+            error: (high - value).max(value - low),
+            range: [low, high],
+            corners: None,
+            kinks: 0,
+            indicator,
+        }
+    }
+
+    /// The areas of a contact triangle in m² where a margin is positive, above its error and above the opposite of it; and the part of
+    /// that error which is of the line.
+    fn areas_of_triangle(&self, place: usize, error: &ErrorOfMargin) -> ([f64; 3], f64) {
+        let surface = self.contact.state.surface;
+        let nodes = self.nodes_of(place);
+        let (mut margins, mut errors, mut of_line) = ([0.0; 6], [0.0; 6], 0.0);
+        for (k, (&node, share)) in nodes.iter().zip(PLACES_OF_NODES).enumerate() {
+            let multipliers = self.multipliers_at(place, share);
+            margins[k] = self.at(&multipliers, self.moved[node])[error.margin];
+            let shifts = multipliers.iter();
+            let shifts = shifts.map(|(pane, weight)| weight * self.line_shift[*pane][error.margin]);
+            let line = error.of_line * shifts.sum::<f64>().max(0.0);
+            errors[k] = line + error.of_pressure;
+            of_line += line;
+        }
+        let parts: &[[usize; 3]] = match nodes.len() {
+            3 => &[[0, 1, 2]],
+            _ => &[[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]],
+        };
+        let of_part = self.solved.mesh.facet_area(surface.facets[place]) / parts.len() as f64;
+        let areas = [0.0, 1.0, -1.0].map(|by| {
+            let shares = parts
+                .iter()
+                .map(|part| part.map(|k| margins[k] - by * errors[k]));
+            of_part * shares.map(positive_share).sum::<f64>()
+        });
+        let whole: f64 = errors.iter().sum();
+        (areas, if whole > 0.0 { of_line / whole } else { 1.0 })
+    }
+
+    /// The multipliers at a place of a contact triangle with their weights; where a held node has none, those of the others in the triangle.
+    fn multipliers_at(&self, place: usize, share: [f64; 3]) -> Vec<(usize, f64)> {
+        if let Some(pane) = self.contact.state.surface.pane_of_facet(place) {
+            return vec![(pane, 1.0)];
+        }
+        let between = multipliers_between_nodes(self.solved.mesh, self.contact, place, share);
+        let whole: f64 = between.iter().map(|(_, weight)| weight).sum();
+        if (whole - 1.0).abs() < 1e-9 {
+            return between;
+        }
+        let panes = self.panes_of(place);
+        let weight = (panes.len() as f64).recip();
+        panes.into_iter().map(|pane| (pane, weight)).collect()
+    }
+}
+
+/// Barycentric coordinates of the nodes of a triangle: its corners, then the middles of 0-1, 1-2, 2-0.
+const PLACES_OF_NODES: [[f64; 3]; 6] = [
+    [1.0, 0.0, 0.0],
+    [0.0, 1.0, 0.0],
+    [0.0, 0.0, 1.0],
+    [0.5, 0.5, 0.0],
+    [0.0, 0.5, 0.5],
+    [0.5, 0.0, 0.5],
+];
+
+/// The root of the mean square of values with their weights; 0 of none.
+fn root_mean_square(values: impl Iterator<Item = (f64, f64)>) -> f64 {
+    let add = |[sum, whole]: [f64; 2], (value, weight): (f64, f64)| {
+        [sum + weight * value * value, whole + weight]
+    };
+    match values.fold([0.0; 2], add) {
+        [_, 0.0] => 0.0,
+        [sum, whole] => (sum / whole).sqrt(),
+    }
+}
+
+/// The share of a triangle in which a linear function with these values at its corners is positive.
+fn positive_share(corners: [f64; 3]) -> f64 {
+    let negated = corners.map(|v| -v);
+    // The corner cut off by the line through zero: f(a)² / (f(a) − f(b)) (f(a) − f(c)) of the triangle.
+    let cut_off = |values: [f64; 3]| {
+        let [a, b, c] = match values.map(|v| v > 0.0) {
+            [true, false, false] => values,
+            [false, true, false] => [values[1], values[2], values[0]],
+            _ => [values[2], values[0], values[1]],
+        };
+        a / (a - b) * (a / (a - c))
+    };
+    match corners.iter().filter(|v| **v > 0.0).count() {
+        0 => 0.0,
+        1 => cut_off(corners),
+        2 if negated.iter().any(|v| *v > 0.0) => 1.0 - cut_off(negated),
+        _ => 1.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_cut_triangles_in_closed_form() {
+        for (corners, share) in [
+            ([1.0, -1.0, -1.0], 0.25),
+            ([-1.0, 1.0, 1.0], 0.75),
+            ([-2.0, 1.0, -2.0], 1.0 / 9.0),
+            ([1.0, 2.0, 0.0], 1.0),
+            ([0.0, 0.0, 0.0], 0.0),
+            ([3.0, 1.0, -1.0], 1.0 - 1.0 / 8.0),
+        ] {
+            assert!(
+                (positive_share(corners) - share).abs() < 1e-15,
+                "{corners:?}"
+            );
+        }
+    }
+}
