@@ -1,34 +1,4 @@
-//! Elastostatic contact of a 3D body with rigid foundations, flat or obstacles of other shapes, and orthotropic Coulomb
-//! friction whose coefficients depend on the solution.
-//!
-//! # First steps
-//!
-//! A steel block, pressed onto its foundation and pulled along it:
-//!
-//! ```
-//! use contact3d::{Problem, post::Zone, scene::*};
-//!
-//! let scene = Scene::new(Body::brick([3.0, 1.0, 1.0], [12, 4, 4]), Material::isotropic(2.1e11, 0.3))
-//!     .with_clamp(Clamp::face("x_min"))
-//!     .with_pressure(Pressure::on("z_max", 2e7)) // Pa
-//!     .with_traction(Traction::on("x_max", [1e7, 0.0, 0.0]))
-//!     .with_contact(Contact::on("z_min"))
-//!     .with_friction(Friction::coulomb(0.3));
-//!
-//! let problem = Problem::new(scene)?; // checked and meshed
-//! let assembled = problem.assemble()?; // factorised
-//! // Status, multipliers, displacements, history; pressures, zones, stresses, resultants, certificate.
-//! let (solution, report) = assembled.solve_and_report(&SolveSettings::default())?;
-//! println!("{} of {} panes slip", report.count(Zone::Slip), report.panes.len());
-//!
-//! assert!(solution.status.is_solved() && report.certificate.worst() < 1e-10);
-//! assert_eq!((report.count(Zone::Stick), report.count(Zone::Slip)), (2, 10));
-//! # Ok::<(), contact3d::ProblemError>(())
-//! ```
-//!
-//! [`Problem::read`] takes a scene file instead. [`AssembledProblem::with_changes`] solves for other loads and other
-//! friction on the same factor, [`Coefficient::of_slip`](scene::Coefficient::of_slip) takes a law of friction as a
-//! Rust function, and `examples/` has a program for each of these to start from.
+#![doc = include_str!("../README.md")]
 //!
 //! # The problem
 //!

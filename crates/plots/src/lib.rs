@@ -1,8 +1,4 @@
-//! The pictures of HKL Fig. 5: contact stresses, deformed body, friction ellipses and coefficients of friction.
-//!
-//! [`panels`] draws every panel as a figure of its own, [`page`] all of them as one page of two columns; a [`Picture`]
-//! is written as SVG or PNG. Colours come from perceptually uniform maps, units carry SI prefixes where they take any,
-//! and no fonts or libraries of the system are used. [`law_page`] draws a law of friction alone.
+#![doc = include_str!("../README.md")]
 
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 

@@ -1,13 +1,4 @@
-//! The run file: one HDF5 file that holds every group, itself or by a link, described by one table.
-//!
-//! A [`Layout`] lists every dataset. [`RunFile::lock`] claims a file, [`Transaction`] changes it in
-//! one step, [`GroupWriter`] and [`Reader`] move arrays across the border and hold them against the
-//! table, [`schema_json`] and [`schema_page`] print the table. This module knows HDF5 and nothing
-//! of mechanics: its groups are what the table says.
-//!
-//! What is promised: a reader sees the state before or after a commit, never between; every dataset
-//! carries a digest that is checked on reading; a size declared by a damaged file is checked before
-//! memory is taken for it.
+#![doc = include_str!("../README.md")]
 
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 

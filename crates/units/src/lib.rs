@@ -1,7 +1,4 @@
-//! Units as a scene names them: words for lengths and forces, and for all that follows from the two.
-//!
-//! Nothing is converted anywhere: every number is taken and given in the scene's own units, and only the words
-//! beside the numbers change. Time is in seconds and memory in bytes whatever the scene says.
+#![doc = include_str!("../README.md")]
 
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
