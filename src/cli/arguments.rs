@@ -76,19 +76,19 @@ pub enum Command {
     Status(StageArguments),
     /// Check every value of a run file against its digest, and every dataset against the table
     Check(StageArguments),
-    /// Bound and draw the law of friction of a scene, without solving anything
+    /// Compute bounds of the law of friction of a scene and draw it, without a solve
     FrictionLaw(FrictionLawArguments),
-    /// Measure the errors of solvers and meshes for a scene, and what each digit costs
+    /// Measure the errors of solvers and meshes for a scene, and their costs
     Accuracy(AccuracyArguments),
-    /// Bound the discretisation error of a solved run file, without any constant that is not known
+    /// Prove an upper bound of the discretisation error of a solved run file
     Bound(BoundArguments),
-    /// Follow the solutions in a key of the scene: folds, kinks, branches, all solutions of a scene
+    /// Follow solutions while one key of the scene changes: folds, branches, all solutions at one value
     Branches(BranchesArguments),
-    /// Conditioning, agreement of algorithms and invariance, for one scene or a suite of hard cases
+    /// Measure how far a solution can be trusted: conditioning, other algorithms, other descriptions of the problem
     Stability(StabilityArguments),
     /// Write a report as one HTML page that needs no network
     Report(ReportArguments),
-    /// Write the problem of a solved run file, friction frozen at the solution, as a file of FCLIB
+    /// Write a solved run file for ParaView and PyVista, or its contact problem as a file of FCLIB
     Export(ExportArguments),
     /// Write or check the schemas of run files and scenes
     Schema(SchemaArguments),
@@ -96,7 +96,7 @@ pub enum Command {
     Init(InitArguments),
     /// Show what a mesh file holds: faces, parts, sizes, quality; and write a scene for it
     Inspect(InspectArguments),
-    /// Print what completes commands and options in a shell
+    /// Print the completions of commands and options for a shell
     Completions(CompletionsArguments),
     /// Write the manual pages of the program and of every command
     Man(ManArguments),
