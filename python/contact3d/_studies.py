@@ -126,7 +126,7 @@ class Branches(Study):
 
 @dataclass(frozen=True, repr=False)
 class Stability(Study):
-    """How far answers can be trusted: a row for each scene."""
+    """How far solutions can be trusted: a row for each scene."""
 
     title: ClassVar[str] = "check"
 
@@ -289,7 +289,7 @@ def bound(file: StrPath, *, threads: int | None = None) -> dict[str, Any]:
 
     :param file: the run file.
     :returns: ``total``, the relative error in the energy norm that is not exceeded, None where friction follows the pressure;
-        ``elements``, that for the contact stresses of the answer; and the parts of ``total``.
+        ``elements``, that for the contact stresses of the computed solution; and the parts of ``total``.
     :raises BadInput: a run file that is not solved, a scene whose error cannot be bounded.
     """
     answer = perform(["bound", name(file), *options(threads=threads)])

@@ -34,7 +34,7 @@ class Sweep:
     :param computed: cases that this call ran; ``kept`` those that had been run before.
     :param failed: the messages of cases that failed, by name.
     :param busy: cases that another process is at work on.
-    :param not_converged: cases without an answer that counts as done.
+    :param not_converged: cases that did not converge.
     """
 
     folder: Path
