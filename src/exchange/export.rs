@@ -145,7 +145,7 @@ fn frozen_friction(
             law.bound.words().bound
         ));
     }
-    let state = solution.coulomb.as_ref();
+    let state = solution.friction.as_ref().map(|it| &it.coulomb);
     let panes = 0..surface.n_panes();
     let coefficients = panes.map(|pane| {
         let friction = &state?.friction;

@@ -3,8 +3,8 @@
 use contact3d::{
     elasticity::DofMap,
     solver::{
-        CoulombState, LocalMapping, NewtonStep, OuterStep, Solution, SolvedBy, StartStrategy,
-        Status,
+        FrictionState, LocalMapping, NewtonStep, OuterStep, RigidMotions, Solution, SolvedBy,
+        StartStrategy, Status, Trace,
     },
 };
 use runfile::{Extent, Extent::Named, Group, GroupWriter, Kind, Reader, StoreError};
@@ -14,7 +14,7 @@ use super::{
     FormatError, Stage,
     assemble::RIGID,
     extents,
-    fields::{Condition, Fields, fields, read_as, read_if_there, read_value, write_value},
+    fields::{Condition, Fields, fields, read_as, read_value, write_value},
     increments,
     sizes::length,
     steps::{self, NEWTON_STEPS, OUTER_STEPS},
@@ -76,18 +76,20 @@ const LOCAL_STIFFNESS_TANGENTIAL: &str = "/solve/local_stiffness_tangential";
 const APPLICATIONS: &str = "/solve/applications";
 const METHOD: &str = "/solve/method";
 const ACCURACY: &str = "/solve/accuracy";
-const FOLD_DISTANCE: &str = "/solve/fold_distance";
 pub(super) const HISTORY_DIGEST: &str = "/solve/history_digest";
 
 const NO_CONTACT: Condition<Solution> = ("absent without contact", |solution| {
     !solution.multiplier.is_empty()
 });
 const NO_COULOMB: Condition<Solution> = ("absent without Coulomb friction", |solution| {
-    solution.coulomb.is_some()
+    solution.friction.is_some()
 });
 const NO_LINEARISATION: Condition<Solution> = (
     "absent unless a solution with Coulomb friction was found with the dense operator",
-    |solution| solution.local_mapping.is_some(),
+    |solution| {
+        let friction = solution.friction.as_ref();
+        friction.is_some_and(|it| it.local_mapping.is_some())
+    },
 );
 
 const PANES: &[Extent] = &[Named("n_panes")];
@@ -98,28 +100,38 @@ pub(super) const FIELDS: Fields<Solution> = fields! { Solution => GROUP;
     {Kind::F64} MULTIPLIER_NORMAL, PANES, Dimension::STRESS, "Normal contact multiplier, the pressure on each pane.".symbol("lambda_nu").when(NO_CONTACT);
     {Kind::F64} MULTIPLIER_TANGENTIAL, PANE_PAIRS, Dimension::STRESS, "Tangential contact multipliers along t1 and t2.".symbol("lambda_t").optional("absent without friction");
     {Kind::F64} DISPLACEMENT, &[Named("n_nodes"), extents::XYZ], Dimension::LENGTH, "Displacement of every node, that of its clamp where held.".symbol("u");
-    (rigid_motion) "/solve/rigid_motion", &[RIGID], Dimension::LENGTH, "Rigid motions of a body that only contact or weak springs hold: the part R alpha of the displacement beside that of a body whose pins rest; zero without equilibrium.".symbol("alpha").optional("absent where supports hold the body").finite();
-    (mechanism) "/solve/mechanism", &[Named("n_nodes"), extents::XYZ], Dimension::Number, "Rigid motion in which the load works and which no admissible contact force opposes, of largest component one.".symbol("q").optional("absent unless there is no equilibrium").finite();
-    (null_space_motions) "/solve/null_space_motions", &[Named("n_null_space_motions"), Named("n_nodes"), extents::XYZ], Dimension::Number, "Rigid motions that neither contact nor supports feel, each of largest component one; the displacement has none of them.".optional("absent where every rigid motion is felt").finite();
-    (slip) "/solve/slip", &[Named("n_contact_nodes"), extents::FRICTION_AXES], Dimension::LENGTH, "Slips that the friction follows at the contact nodes: |u_t1| and |u_t2|, or their means around each node with contact.slip_interpolation = clement.".symbol("phi").optional("absent unless friction follows the slip").finite();
-    (coulomb?.slip_bound) "/solve/slip_bound", &[Named("n_friction_panes")], Dimension::STRESS, "Slip bound of the last inner problem.".symbol("g").when(NO_COULOMB).missing(|solution| solution.coulomb = None).finite();
-    (coulomb?.friction.nodal) "/solve/friction", &[Named("n_friction_nodes"), extents::FRICTION_AXES], Dimension::Number, "Coefficients at the contact nodes in the last inner problem.".symbol("F_1, F_2").when(NO_COULOMB).finite();
-    (coulomb?.friction.pane_inverse) "/solve/friction_inverse", PANE_PAIRS, Dimension::Number, "Diagonal of the inverse friction matrix averaged over each pane, in the last inner problem.".symbol("Fbar^-1").when(NO_COULOMB).finite();
-    (steplength) "/solve/steplength", &[], Dimension::PER_DUAL, "Steplength of projected gradient steps, 1.9 over the norm of the dual operator.".symbol("alpha").when(NO_CONTACT).finite();
+    (rigid?.motion) "/solve/rigid_motion", &[RIGID], Dimension::LENGTH, "Rigid motions of a body that only contact or weak springs hold: the part R alpha of the displacement beside that of a body whose pins rest; zero without equilibrium.".symbol("alpha").optional("absent where supports hold the body").missing(|solution| solution.rigid = None).finite();
+    (rigid?.mechanism) "/solve/mechanism", &[Named("n_nodes"), extents::XYZ], Dimension::Number, "Rigid motion in which the load works and which no admissible contact force opposes, of largest component one.".symbol("q").optional("absent unless there is no equilibrium").finite();
+    (rigid?.null_space) "/solve/null_space_motions", &[Named("n_null_space_motions"), Named("n_nodes"), extents::XYZ], Dimension::Number, "Rigid motions that neither contact nor supports feel, each of largest component one; the displacement has none of them.".optional("absent where every rigid motion is felt").finite();
+    (friction?.slip) "/solve/slip", &[Named("n_contact_nodes"), extents::FRICTION_AXES], Dimension::LENGTH, "Slips that the friction follows at the contact nodes: |u_t1| and |u_t2|, or their means around each node with contact.slip_interpolation = clement.".symbol("phi").optional("absent unless friction follows the slip").finite();
+    (friction?.coulomb.slip_bound) "/solve/slip_bound", &[Named("n_friction_panes")], Dimension::STRESS, "Slip bound of the last inner problem.".symbol("g").when(NO_COULOMB).missing(|solution| solution.friction = None).finite();
+    (friction?.coulomb.friction.nodal) "/solve/friction", &[Named("n_friction_nodes"), extents::FRICTION_AXES], Dimension::Number, "Coefficients at the contact nodes in the last inner problem.".symbol("F_1, F_2").when(NO_COULOMB).finite();
+    (friction?.coulomb.friction.pane_inverse) "/solve/friction_inverse", PANE_PAIRS, Dimension::Number, "Diagonal of the inverse friction matrix averaged over each pane, in the last inner problem.".symbol("Fbar^-1").when(NO_COULOMB).finite();
+    (trace.steplength) "/solve/steplength", &[], Dimension::PER_DUAL, "Steplength of projected gradient steps, 1.9 over the norm of the dual operator.".symbol("alpha").when(NO_CONTACT).finite();
     {Kind::F64} LOCAL_STIFFNESS_NORMAL, PANES, Dimension::PER_DUAL, "Stiffness of each pane along the normal while the others do not move, that residuals are measured by.".symbol("rho_nu").optional("absent without contact");
     {Kind::F64} LOCAL_STIFFNESS_TANGENTIAL, PANE_PAIRS, Dimension::PER_DUAL, "The same along t1 and t2: one for both where both can move.".symbol("rho_t").optional("absent without friction");
-    (applications) APPLICATIONS, &[], Dimension::Number, "Applications of the inverse stiffness matrix in the whole solve.".symbol("n_A");
-    (solved_by) METHOD, &[], Dimension::Number, "Algorithm that gave the answer: minimisation without friction or with a given slip bound, direct without contact; after a failed Newton solve it is fixed_point and both histories are there.";
-    (strategy) "/solve/strategy", &[], Dimension::Number, "Start strategy of Newton's method that led to the solution, or came nearest to one.".optional("absent without a dense dual operator, and with the fixed-point method");
+    (trace.applications) APPLICATIONS, &[], Dimension::Number, "Applications of the inverse stiffness matrix in the whole solve.".symbol("n_A");
+    (trace.solved_by) METHOD, &[], Dimension::Number, "Algorithm that gave the answer: minimisation without friction or with a given slip bound, direct without contact; after a failed Newton solve it is fixed_point and both histories are there.";
+    (trace.strategy) "/solve/strategy", &[], Dimension::Number, "Start strategy of Newton's method that led to the solution, or came nearest to one.".optional("absent without a dense dual operator, and with the fixed-point method");
     (accuracy) ACCURACY, &[], Dimension::Number, "Relative error of the multipliers, measured by one more solution from them with exact residuals; the last relative change of successive approximations that did not end.".finite();
-    (mapping_change) "/solve/mapping_change", &[], Dimension::Number, "|Psi(lambda) - lambda| / |lambda| for one evaluation of the paper's mapping.".optional("absent unless Newton's method gave the answer");
-    (local_mapping?.spectral_radius) "/solve/spectral_radius", &[], Dimension::Number, "Spectral radius of the derivative of the mapping Psi at the solution: successive approximations converge to it from nearby where it is below 1.".symbol("rho(Psi')").when(NO_LINEARISATION).missing(|solution| solution.local_mapping = None);
-    (local_mapping?.determinant) "/solve/determinant_sign", &[], Dimension::Number, "Sign of the determinant of Newton's matrix at the solution; the signs of all solutions add up to 1, so where it is -1 there are others.".symbol("sign det R'").when(NO_LINEARISATION);
-    {Kind::F64} FOLD_DISTANCE, &[], Dimension::Number, "Least |1 - mu| over the eigenvalues mu of the derivative of Psi at the solution: 0 where Newton's matrix is singular, as in a fold where two solutions meet.".symbol("min |1 - mu|").when(NO_LINEARISATION);
-    (law_evaluations) "/solve/law_evaluations", &[], Dimension::Number, "Evaluations of the friction law at a node.";
-    (projections) "/solve/projections", &[], Dimension::Number, "Projections on an ellipse.";
+    (friction?.mapping_change) "/solve/mapping_change", &[], Dimension::Number, "|Psi(lambda) - lambda| / |lambda| for one evaluation of the paper's mapping.".optional("absent unless Newton's method gave the answer");
+    [|solution| mapping(solution).spectral_radius, |solution, value| mapping_mut(solution).spectral_radius = value] "/solve/spectral_radius", &[], Dimension::Number, "Spectral radius of the derivative of the mapping Psi at the solution: successive approximations converge to it from nearby where it is below 1.".symbol("rho(Psi')").when(NO_LINEARISATION);
+    [|solution| mapping(solution).determinant, |solution, sign| mapping_mut(solution).determinant = sign] "/solve/determinant_sign", &[], Dimension::Number, "Sign of the determinant of Newton's matrix at the solution; the signs of all solutions add up to 1, so where it is -1 there are others.".symbol("sign det R'").when(NO_LINEARISATION);
+    [|solution| mapping(solution).fold_distance, |solution, value| mapping_mut(solution).fold_distance = value] "/solve/fold_distance", &[], Dimension::Number, "Least |1 - mu| over the eigenvalues mu of the derivative of Psi at the solution: 0 where Newton's matrix is singular, as in a fold where two solutions meet.".symbol("min |1 - mu|").when(NO_LINEARISATION);
+    (trace.law_evaluations) "/solve/law_evaluations", &[], Dimension::Number, "Evaluations of the friction law at a node.";
+    (trace.projections) "/solve/projections", &[], Dimension::Number, "Projections on an ellipse.";
     {Kind::Text} HISTORY_DIGEST, &[], Dimension::Number, "Digest of /history, whose last increment this is.".optional("absent without a load history");
 };
+
+fn mapping(solution: &Solution) -> LocalMapping {
+    let friction = solution.friction.as_ref();
+    friction.and_then(|it| it.local_mapping).unwrap_or_default()
+}
+
+fn mapping_mut(solution: &mut Solution) -> &mut LocalMapping {
+    let friction = solution.friction.get_or_insert_default();
+    friction.local_mapping.get_or_insert_default()
+}
 
 /// Writes the solution; that of a load history belongs to a `/history` with some digest.
 pub fn write(
@@ -135,14 +147,11 @@ pub fn write(
     let multiplier = [MULTIPLIER_NORMAL, MULTIPLIER_TANGENTIAL];
     write_of_panes(writer, multiplier, &solution.multiplier, n_panes)?;
     let stiffness = [LOCAL_STIFFNESS_NORMAL, LOCAL_STIFFNESS_TANGENTIAL];
-    write_of_panes(writer, stiffness, &solution.local_stiffness, n_panes)?;
+    write_of_panes(writer, stiffness, &solution.trace.local_stiffness, n_panes)?;
     write_value(writer, DISPLACEMENT, &dofs.to_nodes(&solution.displacement))?;
-    if let Some(local) = &solution.local_mapping {
-        write_value(writer, FOLD_DISTANCE, &local.fold_distance)?;
-    }
     FIELDS.write_one(writer, solution)?;
-    NEWTON_STEPS.write_rows(writer, &solution.newton)?;
-    OUTER_STEPS.write_rows(writer, &solution.history)
+    NEWTON_STEPS.write_rows(writer, &solution.trace.newton)?;
+    OUTER_STEPS.write_rows(writer, &solution.trace.history)
 }
 
 /// Writes one number for each pane, then a pair for each pane with friction; nothing where there are none.
@@ -178,14 +187,14 @@ pub fn read(reader: &Reader, dofs: &DofMap) -> Result<Solution, FormatError> {
     let mut solution = Solution {
         multiplier,
         displacement: dofs.to_free(&nodal),
-        coulomb: Some(CoulombState::default()),
-        local_mapping: Some(LocalMapping {
-            fold_distance: read_if_there(reader, FOLD_DISTANCE)?.unwrap_or(f64::NAN),
-            ..LocalMapping::default()
-        }),
-        local_stiffness,
-        history: OUTER_STEPS.read_rows(reader, OuterStep::default)?,
-        newton: NEWTON_STEPS.read_rows(reader, NewtonStep::default)?,
+        rigid: Some(RigidMotions::default()),
+        friction: Some(FrictionState::default()),
+        trace: Trace {
+            local_stiffness,
+            history: OUTER_STEPS.read_rows(reader, OuterStep::default)?,
+            newton: NEWTON_STEPS.read_rows(reader, NewtonStep::default)?,
+            ..Trace::default()
+        },
         ..Solution::default()
     };
     FIELDS.read_one(reader, &mut solution, is_finite)?;

@@ -84,7 +84,8 @@ impl Results {
         let frame = self.interface().map(|interface| &interface.frame);
         let mesh = self.mesh();
         if self.increments.is_empty() {
-            let mechanism = self.solution.mechanism.as_deref();
+            let rigid = self.solution.rigid.as_ref();
+            let mechanism = rigid.and_then(|rigid| rigid.mechanism.as_deref());
             return format::write_vtkhdf(writer, mesh, &self.report, frame, mechanism);
         }
         let times = self.increments.iter().map(|record| record.increment.time);

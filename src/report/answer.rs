@@ -54,12 +54,10 @@ pub(super) fn motion_words(
     solution: &Solution,
     report: &ContactReport,
 ) -> Option<(&'static str, String)> {
-    if let Some(motion) = &solution.mechanism {
+    let rigid = solution.rigid.as_ref()?;
+    if let Some(motion) = &rigid.mechanism {
         let motion = BodyMotion::told(&mesh.coordinates, motion);
         return Some(("mechanism", motion.describe(units.length())));
-    }
-    if solution.rigid_motion.is_empty() {
-        return None;
     }
     let motion = BodyMotion::told(&mesh.coordinates, &report.displacement);
     Some(("moves on the whole", motion.sized(units.length())))
@@ -67,7 +65,8 @@ pub(super) fn motion_words(
 
 /// The rigid motions that neither contact nor supports feel, and which the answer leaves at zero.
 pub(super) fn null_space_motions(mesh: &Mesh, solution: &Solution) -> Vec<BodyMotion> {
-    let motions = BodyMotion::telling(&mesh.coordinates, &solution.null_space_motions);
+    let null_space = solution.rigid.as_ref().map(|rigid| &rigid.null_space[..]);
+    let motions = BodyMotion::telling(&mesh.coordinates, null_space.unwrap_or_default());
     let told = |motion: &Vec<[f64; 3]>| BodyMotion::told(&mesh.coordinates, motion);
     motions.iter().map(told).collect()
 }

@@ -65,7 +65,7 @@ impl<'a> SolvedRun<'a> {
             n_free: Some(self.solution.displacement.len()),
             panes: faces.map(|faces| faces.iter().map(|f| f.panes.len()).collect()),
             contact_nodes: faces.map(|faces| faces.iter().map(|f| f.nodes.len()).collect()),
-            n_rigid_modes: Some(self.solution.rigid_motion.len()).filter(|n| *n > 0),
+            n_rigid_modes: self.solution.rigid.as_ref().map(|rigid| rigid.motion.len()),
         }
     }
 
@@ -90,17 +90,18 @@ impl<'a> SolvedRun<'a> {
         let (primal, dual) = (solution.displacement.len(), solution.multiplier.len());
         figures.counts("unknowns (primal, dual)", [("n_free", primal), ("n_multipliers", dual)]);
         figures.human_only("steps", Some(steps(solution)));
-        figures.json_only("strategy", solution.strategy.map(StartStrategy::word));
-        figures.json_only("outer_steps", solution.history.len());
-        figures.json_only("newton_steps", solution.newton.len());
-        let seconds = solution.newton.iter().map(|step| step.seconds);
+        figures.json_only("strategy", solution.trace.strategy.map(StartStrategy::word));
+        figures.json_only("outer_steps", solution.trace.history.len());
+        figures.json_only("newton_steps", solution.trace.newton.len());
+        let seconds = solution.trace.newton.iter().map(|step| step.seconds);
         figures.json_only("newton_seconds", seconds.sum::<f64>());
-        figures.plain("applications", "applications of S", solution.applications);
-        figures.json_only("law_evaluations", solution.law_evaluations);
-        figures.json_only("projections", solution.projections);
+        figures.plain("applications", "applications of S", solution.trace.applications);
+        figures.json_only("law_evaluations", solution.trace.law_evaluations);
+        figures.json_only("projections", solution.trace.projections);
+        let friction = solution.friction.as_ref();
         let moved = "moved by the mapping Psi";
-        figures.number("mapping_change", moved, Scientific(1), solution.mapping_change);
-        let local = solution.local_mapping.as_ref();
+        figures.number("mapping_change", moved, Scientific(1), friction.and_then(|it| it.mapping_change));
+        let local = friction.and_then(|it| it.local_mapping.as_ref());
         let (radius, sign) = (local.map(radius_words), local.and_then(sign_words));
         figures.described("spectral_radius", "spectral radius of Psi'", radius, local.map(|l| l.spectral_radius));
         figures.described("determinant_sign", "sign of det R'", sign, local.map(|l| l.determinant));
@@ -334,7 +335,8 @@ impl<'a> SolvedRun<'a> {
     pub fn json(&self, assembly: Option<&Assembly>) -> Value {
         let (mesh, solution) = (self.mesh, self.solution);
         let faces = self.faces();
-        let moves = !solution.rigid_motion.is_empty();
+        let rigid = solution.rigid.as_ref();
+        let moves = rigid.is_some();
         let mut figures = Figures::new(self.scene.units);
         figures.json_only("title", &self.scene.title);
         figures.json_only("forces", self.forces().json());
@@ -342,7 +344,7 @@ impl<'a> SolvedRun<'a> {
         let motion =
             |displacement| rigid_json(&BodyMotion::fitted(&mesh.coordinates, displacement));
         figures.json_only("motion", moves.then(|| motion(&self.report.displacement)));
-        let mechanism = solution.mechanism.as_deref();
+        let mechanism = rigid.and_then(|rigid| rigid.mechanism.as_deref());
         figures.json_only("mechanism", mechanism.map(motion));
         let null_space = || {
             null_space_motions(mesh, solution)
@@ -377,17 +379,28 @@ pub(super) fn strain_energy(figures: &mut Figures, energy: f64) {
 
 /// Steps of each algorithm that ran.
 fn steps(solution: &Solution) -> String {
-    let fallbacks = solution.newton.iter().filter(|step| step.fallback).count();
-    let eased = solution.newton.iter().filter(|step| step.law_share < 1.0);
+    let fallbacks = solution
+        .trace
+        .newton
+        .iter()
+        .filter(|step| step.fallback)
+        .count();
+    let eased = solution
+        .trace
+        .newton
+        .iter()
+        .filter(|step| step.law_share < 1.0);
     let eased = match eased.count() {
         0 => String::new(),
         count => format!(", {count} on the way from an easier law"),
     };
-    match (solution.newton.len(), solution.history.len()) {
+    match (solution.trace.newton.len(), solution.trace.history.len()) {
         (0, 0) => "one solve".into(),
         (0, outer) => format!("{outer} outer"),
         (newton, 0) => format!("{newton} Newton, {fallbacks} of them safeguards{eased}"),
-        (newton, 1) if solution.solved_by == SolvedBy::Minimisation => format!("{newton} Newton"),
+        (newton, 1) if solution.trace.solved_by == SolvedBy::Minimisation => {
+            format!("{newton} Newton")
+        }
         (newton, outer) => format!("{newton} Newton, given up, then {outer} outer"),
     }
 }

@@ -16,7 +16,7 @@ pub fn status(solution: &Solution, scene: &Scene, mesh: &Mesh) -> String {
         Status::MachinePrecision => {
             // Newton's steps are those of a dense operator.
             let more = match scene.assemble.dual_operator {
-                DualOperatorKind::Implicit if solution.newton.is_empty() => {
+                DualOperatorKind::Implicit if solution.trace.newton.is_empty() => {
                     "; assemble.dual_operator = \"explicit\" reaches more"
                 }
                 DualOperatorKind::Implicit
@@ -84,12 +84,12 @@ fn after_all_solvers(solution: &Solution, scene: &Scene) -> String {
     let features = ModelFeatures::of(scene);
     let has_coulomb = features.friction().any(|law| law.bound.follows_pressure());
     let look = load_and_friction(scene, "and");
-    if !solution.rigid_motion.is_empty() && !scene.springs.is_empty() {
+    if solution.rigid.is_some() && !scene.springs.is_empty() {
         return format!(
             "no equilibrium was found, and none is ruled out: look at {look}, and at how soft the springs are"
         );
     }
-    match (solution.rigid_motion.is_empty(), has_coulomb) {
+    match (solution.rigid.is_none(), has_coulomb) {
         (true, true) => {
             "there may be no solution: look at the friction, or try another mesh".to_owned()
         }
@@ -104,7 +104,11 @@ fn after_all_solvers(solution: &Solution, scene: &Scene) -> String {
 
 /// Whether some contact node moves into the foundation in the mechanism, which the mean displacements of its panes do not show.
 fn nodes_resist(solution: &Solution, mesh: &Mesh) -> bool {
-    let (Some(motion), Some(surface)) = (&solution.mechanism, &mesh.contact) else {
+    let mechanism = solution
+        .rigid
+        .as_ref()
+        .and_then(|rigid| rigid.mechanism.as_ref());
+    let (Some(motion), Some(surface)) = (mechanism, &mesh.contact) else {
         return false;
     };
     let into = |(contact_node, node): (usize, &usize)| {

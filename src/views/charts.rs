@@ -243,12 +243,17 @@ pub(super) fn history(solution: &Solution) -> Chart {
         });
         Series::new(name, points)
     };
-    let outer = &solution.history;
-    let most = outer.len().max(solution.newton.len()).max(1);
+    let outer = &solution.trace.history;
+    let most = outer.len().max(solution.trace.newton.len()).max(1);
     let series = [
         line(
             "Newton: |R| / |λ|",
-            solution.newton.iter().map(|step| step.residual).collect(),
+            solution
+                .trace
+                .newton
+                .iter()
+                .map(|step| step.residual)
+                .collect(),
         ),
         line(
             "outer: change of λ",

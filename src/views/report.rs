@@ -232,7 +232,7 @@ fn load_history_section(scene: &Scene, records: &[StepRecord]) -> Option<Section
 }
 
 fn history_section(solution: &Solution) -> Option<Section> {
-    let steps = solution.history.len() + solution.newton.len();
+    let steps = solution.trace.history.len() + solution.trace.newton.len();
     let parts = || vec![PagePart::chart(&history(solution))];
     (steps > 0).then(|| Section::new("convergence", "Convergence history", parts()))
 }

@@ -34,7 +34,8 @@ fn run(
 
 /// All numbers of a solution but its timings.
 fn bits(solution: &Solution) -> Vec<u64> {
-    let coulomb = solution.coulomb.as_ref().unwrap();
+    let friction = solution.friction.as_ref().unwrap();
+    let coulomb = &friction.coulomb;
     let vectors = [
         &solution.multiplier,
         &solution.displacement,
@@ -43,16 +44,16 @@ fn bits(solution: &Solution) -> Vec<u64> {
     let mut numbers: Vec<f64> = vectors.into_iter().flatten().copied().collect();
     numbers.extend(coulomb.friction.nodal.as_flattened());
     numbers.extend(coulomb.friction.pane_inverse.as_flattened());
-    numbers.extend(solution.slip.iter().flatten().flatten());
-    numbers.extend([solution.accuracy, solution.steplength]);
+    numbers.extend(friction.slip.iter().flatten().flatten());
+    numbers.extend([solution.accuracy, solution.trace.steplength]);
     let counts = [
-        solution.applications,
-        solution.law_evaluations,
-        solution.projections,
+        solution.trace.applications,
+        solution.trace.law_evaluations,
+        solution.trace.projections,
     ];
-    let steps = solution.history.iter();
+    let steps = solution.trace.history.iter();
     numbers.extend(steps.flat_map(|s| [s.change, s.inner_tolerance, s.inner_residual]));
-    let applications = solution.history.iter().map(|step| step.applications);
+    let applications = solution.trace.history.iter().map(|step| step.applications);
     let counts = counts
         .into_iter()
         .chain(applications)
@@ -75,7 +76,7 @@ fn going_on_gives_the_same_bits_for_every_inner_solver_and_operator() {
         let mesh = Mesh::of_scene(&scene, "".as_ref()).unwrap();
         let system = DualSystem::new(&scene, &mesh).unwrap();
         let (whole, states) = run(&scene, &mesh, &system, Start::default());
-        assert_eq!(states.len() + 1, whole.history.len());
+        assert_eq!(states.len() + 1, whole.trace.history.len());
         assert!(states.len() > 3, "{operator:?} {inner:?}");
         for state in &states {
             let start = Start {

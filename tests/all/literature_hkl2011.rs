@@ -64,19 +64,19 @@ fn compare(rows: &[Row]) {
                 // The paper leaves steplength, Γ and the estimate of ‖S‖ open; an independent
                 // implementation differed by up to 2 outer steps and 14 % of the applications.
                 assert!(
-                    fixed.history.len().abs_diff(iterations) <= 2,
+                    fixed.trace.history.len().abs_diff(iterations) <= 2,
                     "{case}: {} outer steps, published {iterations}",
-                    fixed.history.len()
+                    fixed.trace.history.len()
                 );
-                let ratio = fixed.applications as f64 / applications as f64;
+                let ratio = fixed.trace.applications as f64 / applications as f64;
                 assert!(
                     (ratio - 1.0).abs() <= 0.25,
                     "{case}: {} applications, published {applications}",
-                    fixed.applications
+                    fixed.trace.applications
                 );
                 // The paper's conclusion, which holds in each of its rows: control (b) is cheaper.
                 assert!(
-                    adaptive.applications < fixed.applications,
+                    adaptive.trace.applications < fixed.trace.applications,
                     "{case}: (b) against (a)"
                 );
             }

@@ -252,7 +252,7 @@ fn successive_approximations_that_cycle_are_recognised() {
     for inner in [InnerSolver::Newton, InnerSolver::Gpcg, InnerSolver::Kprgp] {
         let found = small.solve(Method::FixedPoint, inner);
         assert_eq!(found.status, Status::Cycling);
-        assert!(found.history.len() < 40);
+        assert!(found.trace.history.len() < 40);
     }
 }
 

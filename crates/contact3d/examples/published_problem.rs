@@ -47,7 +47,7 @@ fn main() -> Result<(), ProblemError> {
         "{}: error of the multipliers {:.1e}, {} steps of Newton's method",
         solution.status.word(),
         solution.accuracy,
-        solution.newton.len()
+        solution.trace.newton.len()
     );
     let [open, stick, slip] = [Zone::Open, Zone::Stick, Zone::Slip].map(|zone| report.count(zone));
     println!("panes: {open} open, {stick} sticking, {slip} slipping");

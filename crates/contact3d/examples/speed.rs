@@ -77,7 +77,7 @@ fn main() -> Result<(), ProblemError> {
         "{}: error {:.1e} after {} steps, certificate {:.1e}",
         solution.status.word(),
         solution.accuracy,
-        solution.newton.len(),
+        solution.trace.newton.len(),
         report.certificate.worst()
     );
     Ok(())

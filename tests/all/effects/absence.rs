@@ -14,8 +14,8 @@ fn counts(case: &Case) -> (usize, usize, usize, usize) {
     (
         case.solution.displacement.len(),
         case.solution.multiplier.len(),
-        case.solution.law_evaluations,
-        case.solution.projections,
+        case.solution.trace.law_evaluations,
+        case.solution.trace.projections,
     )
 }
 
@@ -26,8 +26,8 @@ const N_FREE: usize = 12 * 5 * 5 * 3;
 fn without_contact_there_is_one_solve() {
     let case = steel(&[]);
     assert_eq!(counts(&case), (N_FREE, 0, 0, 0));
-    assert_eq!(case.solution.solved_by, SolvedBy::Direct);
-    assert_eq!(case.solution.applications, 1);
+    assert_eq!(case.solution.trace.solved_by, SolvedBy::Direct);
+    assert_eq!(case.solution.trace.applications, 1);
     assert!(case.system().contact.is_none() && case.contact_state().is_none());
     assert!(case.mesh().contact.is_none());
 }
@@ -37,8 +37,8 @@ fn frictionless_contact_has_normal_multipliers_only() {
     let case = steel(&[CONTACT]);
     let (m, _) = case.sizes();
     assert_eq!((m, counts(&case)), (12, (N_FREE, m, 0, 0)));
-    assert_eq!(case.solution.solved_by, SolvedBy::Minimisation);
-    assert_eq!(case.solution.history.len(), 1);
+    assert_eq!(case.solution.trace.solved_by, SolvedBy::Minimisation);
+    assert_eq!(case.solution.trace.history.len(), 1);
     let system = case.system().contact.as_ref().unwrap();
     assert_eq!(system.coupling.n_multipliers(), m);
     assert_eq!(system.explicit().unwrap().operator.as_slice().len(), m * m);
@@ -51,9 +51,9 @@ fn a_given_slip_bound_needs_one_minimisation_and_no_law() {
     let (_, multipliers, evaluations, projections) = counts(&case);
     assert_eq!((multipliers, evaluations), (3 * m, 0));
     assert!(projections > 0);
-    assert_eq!(case.solution.solved_by, SolvedBy::Minimisation);
-    assert_eq!(case.solution.history.len(), 1);
-    assert!(case.solution.coulomb.is_none());
+    assert_eq!(case.solution.trace.solved_by, SolvedBy::Minimisation);
+    assert_eq!(case.solution.trace.history.len(), 1);
+    assert!(case.solution.friction.is_none());
 }
 
 #[test]
@@ -73,7 +73,7 @@ fn a_law_without_slip_is_evaluated_once_at_each_contact_node() {
                 (3 * m, nodes),
                 "{law} {settings}"
             );
-            assert!(case.solution.slip.is_none());
+            assert!(case.solution.friction.as_ref().unwrap().slip.is_none());
             let explicit = case.system().contact.as_ref().unwrap().explicit();
             assert!(explicit.unwrap().compliance.is_none());
             // Post-processing asks for the same coefficients, however often.
@@ -92,7 +92,8 @@ fn a_law_of_the_slip_adds_the_slips_of_the_contact_nodes() {
     assert_eq!(multipliers, 3 * m);
     assert!(evaluations > nodes && evaluations.is_multiple_of(nodes));
     assert!(projections > 0);
-    assert_eq!(case.solution.slip.as_ref().map(Vec::len), Some(nodes));
+    let friction = case.solution.friction.as_ref().unwrap();
+    assert_eq!(friction.slip.as_ref().map(Vec::len), Some(nodes));
     let explicit = case.system().contact.as_ref().unwrap().explicit();
     let compliance = explicit.unwrap().compliance.as_ref().unwrap();
     assert_eq!(compliance.matrix.len(), 3 * m * 2 * nodes);

@@ -84,7 +84,7 @@ fn a_cap_below_all_pressures_is_a_given_slip_bound() {
     let cap = 2.2e7;
     let tresca = format!("{PRESSED}\n[friction]\nslip_bound = {cap:e}\n{coefficients}");
     let tresca = Case::of(&tresca);
-    assert_eq!(tresca.solution.solved_by, SolvedBy::Minimisation);
+    assert_eq!(tresca.solution.trace.solved_by, SolvedBy::Minimisation);
     assert_eq!(tresca.solution.status, Status::Converged);
     assert!(pressures(&tresca).iter().all(|p| *p > cap));
     let report = tresca.report();

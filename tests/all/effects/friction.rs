@@ -48,7 +48,7 @@ fn flat_ramps_and_tables_are_constants_to_the_last_bit() {
             flat.solution.multiplier, constant.solution.multiplier,
             "{law}"
         );
-        assert!(flat.solution.slip.is_none(), "{law}");
+        assert!(flat.solution.friction.unwrap().slip.is_none(), "{law}");
     }
 }
 
@@ -63,7 +63,8 @@ fn laws_that_follow_the_slip_by_nothing_are_constants() {
         "coefficient.table = { slip = [0.0, 1e-3], value = [0.3, 0.300000000000001] }",
     ] {
         let flat = in_contact("", law);
-        assert!(flat.solution.slip.is_some(), "{law}");
+        let friction = flat.solution.friction.as_ref().unwrap();
+        assert!(friction.slip.is_some(), "{law}");
         assert_same(&flat, &constant);
     }
 }
@@ -90,7 +91,7 @@ fn a_ramp_is_its_table_and_its_grid() {
 #[test]
 fn tresca_at_the_converged_bound_is_coulomb() {
     let coulomb = steel(&[CONTACT, RAMPS]);
-    let state = coulomb.solution.coulomb.as_ref().unwrap();
+    let state = &coulomb.solution.friction.as_ref().unwrap().coulomb;
     let scene = in_contact("", "slip_bound = 1.0").scene().clone();
     let interface = Interface::new(&scene, coulomb.mesh()).unwrap();
     let mut interface = interface.unwrap();
@@ -108,7 +109,7 @@ fn tresca_at_the_converged_bound_is_coulomb() {
         &mut |_| {},
     )
     .unwrap();
-    assert_eq!(tresca.solved_by, SolvedBy::Minimisation);
+    assert_eq!(tresca.trace.solved_by, SolvedBy::Minimisation);
     let difference = distance(&tresca.multiplier, &coulomb.solution.multiplier);
     assert!(difference < SAME, "{difference:e}");
 }
@@ -194,7 +195,7 @@ fn ramps_written_with_max_or_if_are_ramps() {
     ] {
         let found = in_contact("", &format!("coefficient.expression = '{formula}'"));
         assert_same(&found, &ramp);
-        let steps = |case: &Case| case.solution.newton.len();
+        let steps = |case: &Case| case.solution.trace.newton.len();
         assert_eq!(steps(&found), steps(&ramp), "{formula}");
     }
 }

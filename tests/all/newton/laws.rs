@@ -67,8 +67,8 @@ fn reproduces_the_converged_values() {
         ContactOperator::implicit(case.problem.assembly(), case.problem.contact())
             .to_primal(&newton.multiplier);
     let m = case.dual.n_panes();
-    if let Some(state) = &mut of_newton.coulomb {
-        state.slip_bound = newton.multiplier[..m].to_vec();
+    if let Some(friction) = &mut of_newton.friction {
+        friction.coulomb.slip_bound = newton.multiplier[..m].to_vec();
     }
     for solution in [solution, of_newton] {
         let report = case.problem.report(&case.scene, &solution);

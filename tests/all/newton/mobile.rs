@@ -74,9 +74,9 @@ fn a_looser_epsilon_never_fails_where_a_tighter_one_succeeds() {
             assert_eq!(solution.status, Status::Converged, "{about}");
             // As few as were asked for when these scenes took 49 steps or failed.
             assert!(
-                solution.newton.len() <= 20,
+                solution.trace.newton.len() <= 20,
                 "{about}: {}",
-                solution.newton.len()
+                solution.trace.newton.len()
             );
             let error = error(&solution.multiplier, &exact.multiplier, case_panes(&case));
             assert!(error <= 10.0 * epsilon, "{about}: {error:e}");

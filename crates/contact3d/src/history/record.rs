@@ -116,9 +116,9 @@ impl StepRecord {
         Self {
             increment,
             status: solution.status,
-            solved_by: solution.solved_by,
+            solved_by: solution.trace.solved_by,
             accuracy: solution.accuracy,
-            applications: solution.applications,
+            applications: solution.trace.applications,
             certificate: report.certificate.worst(),
             dual_rhs: dual_rhs.to_vec(),
             multiplier: solution.multiplier.clone(),

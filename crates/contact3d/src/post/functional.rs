@@ -499,7 +499,7 @@ mod tests {
                 displacement: &report.displacement,
                 internal: &internal,
                 panes: &report.panes,
-                stiffness: &solution.local_stiffness,
+                stiffness: &solution.trace.local_stiffness,
                 strain_energy: report.resultants.strain_energy,
                 rounding: 0.0,
             };

@@ -70,7 +70,7 @@ pub struct SolvedContact<'a> {
 impl SolvedContact<'_> {
     /// The stiffness that residuals are measured by; that of single nodes where the solve kept none.
     fn local_stiffness(&self, solved: &Solved<'_>) -> Vec<f64> {
-        let known = &solved.solution.local_stiffness;
+        let known = &solved.solution.trace.local_stiffness;
         if known.len() == solved.solution.multiplier.len() {
             known.clone()
         } else {

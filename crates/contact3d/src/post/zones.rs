@@ -83,7 +83,7 @@ pub(super) fn pane_states(
         .zip(held)
         .for_each(|(u, held)| *u += held);
     let laws = contact.state.laws();
-    let set = laws.feasible_set(solution.coulomb.as_ref());
+    let set = laws.feasible_set(solution.friction.as_ref().map(|it| &it.coulomb));
     let gap = contact.state.interface.gap.as_deref();
     let previous = contact.state.interface.slip.previous.as_ref();
     let origin = previous.map(|previous| [previous.component(0), previous.component(1)]);

@@ -12,7 +12,7 @@ use crate::{
     post::{ContactReport, ErrorBound, Rounding, Solved},
     scene::{InvalidValue, Scene, SolveSettings},
     solver::{
-        ContactState, LocalMapping, NeedsExplicit, Progress, Solution, Start, coulomb_state,
+        ContactState, FrictionState, NeedsExplicit, Progress, Solution, Start, coulomb_state,
         local_mapping, solve,
     },
 };
@@ -131,7 +131,7 @@ impl AssembledProblem {
         self.scene().require_no_history("a solve")?;
         let mut solution = self.solve_static(settings, start, observe)?;
         if solution.status.is_solved() {
-            solution.local_mapping = self.local_mapping(&solution);
+            self.linearise(&mut solution);
         }
         Ok(solution)
     }
@@ -146,9 +146,15 @@ impl AssembledProblem {
         solve(&self.system, contact.as_ref(), settings, start, observe)
     }
 
-    /// The mapping Ψ at an answer, where it has one.
-    pub(super) fn local_mapping(&self, solution: &Solution) -> Option<LocalMapping> {
-        local_mapping(&self.system, &self.contact_state()?, solution)
+    /// Adds how the mapping Ψ behaves at an answer, where it has one.
+    pub(super) fn linearise(&self, solution: &mut Solution) {
+        let Some(contact) = self.contact_state() else {
+            return;
+        };
+        let local = local_mapping(&self.system, &contact, solution);
+        if let Some(friction) = &mut solution.friction {
+            friction.local_mapping = local;
+        }
     }
 
     /// What multipliers that were found elsewhere, `[n_multipliers]` in Pa, make of the body: its displacement, and with the dense
@@ -164,10 +170,13 @@ impl AssembledProblem {
             ..Solution::default()
         };
         if let Some(explicit) = dual.explicit() {
-            solution.local_stiffness = LocalStiffness::new(explicit).stiffness;
+            solution.trace.local_stiffness = LocalStiffness::new(explicit).stiffness;
             if let Some(law) = contact.interface.coulomb() {
                 let state = coulomb_state(explicit, &contact.laws(), law, &multiplier);
-                solution.coulomb = Some(state);
+                solution.friction = Some(FrictionState {
+                    coulomb: state,
+                    ..FrictionState::default()
+                });
             }
         }
         solution.multiplier = multiplier;

@@ -172,7 +172,7 @@ impl AssembledProblem {
             }
         }
         if claimed.0.is_solved() {
-            solution.local_mapping = self.local_mapping(&solution);
+            self.linearise(&mut solution);
         }
         Ok((solution, report))
     }

@@ -84,14 +84,14 @@ impl Adjoints {
         let balanced = dual.balanced(assembly, face.surface, face.interface);
         let dual = balanced.as_ref().unwrap_or(dual);
         let laws = face.laws();
-        let set = laws.feasible_set(solution.coulomb.as_ref());
+        let set = laws.feasible_set(solution.friction.as_ref().map(|it| &it.coulomb));
         let bound = Bound::of(&laws, &set);
         let body = ContactBody {
             assembly,
             face: *face,
         };
-        let known =
-            Some(&solution.local_stiffness).filter(|it| it.len() == dual.layout().n_multipliers());
+        let known = Some(&solution.trace.local_stiffness)
+            .filter(|it| it.len() == dual.layout().n_multipliers());
         let adjoints = |conditions: &Conditions<'_>, at: &Evaluation, rows: Rows<'_>| Self {
             of: Linearised {
                 conditions,

@@ -8,7 +8,8 @@
 //! small error of the face as a whole hides the zones, and steps are cut short until nothing moves.
 
 use super::{
-    ContactBody, LOOP_MAX_STEPS, NewtonStep, PaneLaws, Progress, Solution, SolvedBy,
+    ContactBody, FrictionState, LOOP_MAX_STEPS, NewtonStep, PaneLaws, Progress, Solution, SolvedBy,
+    Trace,
     accuracy::{DISPLACEMENT_TOLERANCE, GMRES_MAX_APPLICATIONS, GMRES_TOLERANCE},
     assessment::{Assessment, REFINEMENT_TARGET},
     conditions::{Bound, Conditions, Evaluation},
@@ -332,14 +333,21 @@ impl ProductNewton<'_> {
         let at_nodes = slip.as_deref().unwrap_or_default();
         let ContactSolve { body, dual, .. } = self.problem;
         let mut operator = ContactOperator::implicit(body.assembly, dual);
+        let coulomb = laws.state(law, normal, |l| l.max(0.0), at_nodes);
         Solution {
-            steplength: projected_gradient_steplength(&mut operator),
-            solved_by: SolvedBy::Newton,
-            coulomb: Some(laws.state(law, normal, |l| l.max(0.0), at_nodes)),
-            slip,
-            local_stiffness: self.stiffness.to_vec(),
-            newton: self.history,
-            applications: self.applications + operator.applications(),
+            friction: Some(FrictionState {
+                slip,
+                coulomb,
+                ..FrictionState::default()
+            }),
+            trace: Trace {
+                steplength: projected_gradient_steplength(&mut operator),
+                solved_by: SolvedBy::Newton,
+                local_stiffness: self.stiffness.to_vec(),
+                newton: self.history,
+                applications: self.applications + operator.applications(),
+                ..Trace::default()
+            },
             displacement,
             multiplier,
             ..Solution::default()

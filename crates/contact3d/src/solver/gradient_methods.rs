@@ -179,7 +179,7 @@ impl ContactSolve<'_> {
         local_stiffness: Vec<f64>,
         mut solution: Solution,
     ) -> Solution {
-        solution.local_stiffness = local_stiffness;
+        solution.trace.local_stiffness = local_stiffness;
         if !solution.status.is_solved() {
             return solution;
         }

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use super::{
-    Inner, Kprgp, OuterStep, PaneLaws, Solution, SolvedBy, Status,
+    Inner, Kprgp, OuterStep, PaneLaws, Solution, SolvedBy, Status, Trace,
     inner::projected_gradient_steplength,
 };
 use crate::{dual::BodyOperator, scene::SolveSettings};
@@ -50,12 +50,15 @@ pub(super) fn minimise(
             None => Status::Converged,
             Some(failure) => failure,
         },
-        solved_by: SolvedBy::Minimisation,
         accuracy: summary.residual,
-        steplength: kprgp.steplength,
-        applications: step.applications,
-        history: vec![step],
-        newton: summary.newton,
+        trace: Trace {
+            solved_by: SolvedBy::Minimisation,
+            steplength: kprgp.steplength,
+            applications: step.applications,
+            history: vec![step],
+            newton: summary.newton,
+            ..Trace::default()
+        },
         multiplier,
         displacement,
         ..Solution::default()

@@ -34,7 +34,7 @@ impl ContactSolve<'_> {
     /// The unknowns of an answer: its multipliers, and its rigid motions where the body floats.
     pub(super) fn unknowns(&self, solution: &Solution) -> Vec<f64> {
         let mut unknowns = solution.multiplier.clone();
-        unknowns.extend(&solution.rigid_motion);
+        unknowns.extend(solution.rigid.iter().flat_map(|rigid| &rigid.motion));
         unknowns.resize(self.dual.n_unknowns(), 0.0);
         unknowns
     }

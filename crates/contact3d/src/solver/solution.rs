@@ -139,36 +139,66 @@ pub enum SolvedBy {
 pub struct Solution {
     /// How the solve ended.
     pub status: Status,
-    /// Which algorithm gave the answer.
-    pub solved_by: SolvedBy,
-    /// The start strategy that led to the solution, or came nearest to one; `None` where Newton's method had none to choose.
-    pub strategy: Option<StartStrategy>,
     /// Relative error of λ, measured by one more solution from it with exact residuals: weighted by
     /// areas, the larger of that of λ_ν and of that of λ_t, relative to max(‖λ_t‖, ‖F λ_ν‖), or to the load
     /// where forces vanish beside it. The last change err of successive approximations, or the residual of a minimisation, that did not end.
     pub accuracy: f64,
-    /// ‖Ψ(λ) − λ‖ / ‖λ‖ for the paper's mapping Ψ, where it was evaluated.
-    pub mapping_change: Option<f64>,
-    /// How Ψ behaves at λ; `None` unless there is Coulomb friction, S is dense and λ is a solution.
-    pub local_mapping: Option<LocalMapping>,
     /// λ: m normal stresses λ_ν, then m pairs λ_t where there is friction, `[n_multipliers]`, in Pa.
     pub multiplier: Vec<f64>,
-    /// Rigid motions α in m of a body that only contact holds, or weak springs, one for each of its modes, zero without equilibrium;
-    /// empty where supports hold it.
-    pub rigid_motion: Vec<f64>,
-    /// With [`Status::NoEquilibrium`] a rigid motion of largest component one, `[n_nodes]`, in which the load does more work than contact
-    /// can oppose.
-    pub mechanism: Option<Vec<[f64; 3]>>,
-    /// The rigid motions that neither contact nor supports feel, each of largest component one, `[n_null][n_nodes]`; the
-    /// solution has none of them, and the load does not work in them where there is an equilibrium.
-    pub null_space_motions: Vec<Vec<[f64; 3]>>,
     /// u over the free degrees of freedom, `[n_free]`, in m; zero without equilibrium.
     pub displacement: Vec<f64>,
-    /// φ = (|u_t1|, |u_t2|) of `displacement` at the contact nodes, in m; `None` unless the
+    /// The rigid-body motions of a body that only contact holds, or weak springs; `None` where supports hold it.
+    pub rigid: Option<RigidMotions>,
+    /// The state of friction; `None` unless Coulomb's law holds.
+    pub friction: Option<FrictionState>,
+    /// How the solution was reached.
+    pub trace: Trace,
+}
+
+/// What a solve finds of rigid-body motions.
+#[derive(Debug, Clone, Default)]
+pub struct RigidMotions {
+    /// α in m, one for each mode of the body; zero without equilibrium.
+    pub motion: Vec<f64>,
+    /// The motions that neither contact nor supports feel, each of largest component one, `[n_null][n_nodes]`; the
+    /// solution has none of them, and the load does not work in them where there is an equilibrium.
+    pub null_space: Vec<Vec<[f64; 3]>>,
+    /// With [`Status::NoEquilibrium`] a motion of largest component one, `[n_nodes]`, in which the load does more work than contact
+    /// can oppose.
+    pub mechanism: Option<Vec<[f64; 3]>>,
+}
+
+impl RigidMotions {
+    /// α alone.
+    pub(super) fn of(motion: &[f64]) -> Self {
+        Self {
+            motion: motion.to_vec(),
+            ..Self::default()
+        }
+    }
+}
+
+/// Friction by Coulomb's law at a solution.
+#[derive(Debug, Clone, Default)]
+pub struct FrictionState {
+    /// φ = (|u_t1|, |u_t2|) of the displacement at the contact nodes, in m; `None` unless the
     /// coefficients of friction follow the slip.
     pub slip: Option<Vec<[f64; 2]>>,
-    /// The slip bound and the friction of the last inner problem; `None` without Coulomb friction.
-    pub coulomb: Option<CoulombState>,
+    /// The slip bound and the friction of the last inner problem.
+    pub coulomb: CoulombState,
+    /// ‖Ψ(λ) − λ‖ / ‖λ‖ for the paper's mapping Ψ, where it was evaluated.
+    pub mapping_change: Option<f64>,
+    /// How Ψ behaves at λ; `None` unless S is dense and λ is a solution.
+    pub local_mapping: Option<LocalMapping>,
+}
+
+/// How a solution was reached, step by step.
+#[derive(Debug, Clone, Default)]
+pub struct Trace {
+    /// Which algorithm gave the solution.
+    pub solved_by: SolvedBy,
+    /// The start strategy that led to the solution, or came nearest to one; `None` where Newton's method had none to choose.
+    pub strategy: Option<StartStrategy>,
     /// Steplength ᾱ of projected gradient steps, in Pa/m³; 0 without contact.
     pub steplength: f64,
     /// Stiffness of each pane while the others do not move, `[n_multipliers]`, in Pa/m³, that
@@ -196,8 +226,11 @@ impl Solution {
     /// A later answer of the same solve, with the steps and applications of both.
     pub(super) fn merged_with(self, next: Self) -> Self {
         Self {
-            history: [self.history, next.history].concat(),
-            applications: self.applications + next.applications,
+            trace: Trace {
+                history: [self.trace.history, next.trace.history].concat(),
+                applications: self.trace.applications + next.trace.applications,
+                ..next.trace
+            },
             ..next
         }
     }
@@ -267,20 +300,22 @@ impl Solution {
         let (laws, primal) = (problem.laws, &problem.body.assembly.primal);
         let displacement = vec![0.0; primal.dofs.n_free];
         let unpressed = |law: &CoulombLaw| {
-            let slip = if law.depends_on_slip() {
-                laws.slip.slip(&problem.body.tangential(&displacement))
-            } else {
-                Vec::new()
-            };
-            laws.unpressed(law, &slip)
+            let slip = || laws.slip.slip(&problem.body.tangential(&displacement));
+            let slip = law.depends_on_slip().then(slip);
+            FrictionState {
+                coulomb: laws.unpressed(law, slip.as_deref().unwrap_or_default()),
+                ..FrictionState::default()
+            }
         };
         Self {
             status,
-            solved_by: SolvedBy::Direct,
             accuracy: 1.0,
-            coulomb: laws.coulomb().map(unpressed),
+            friction: laws.coulomb().map(unpressed),
             multiplier: vec![0.0; laws.layout.n_multipliers()],
-            rigid_motion: vec![0.0; primal.floating.as_ref().map_or(0, |body| body.n_modes())],
+            rigid: primal
+                .floating
+                .as_ref()
+                .map(|body| RigidMotions::of(&vec![0.0; body.n_modes()])),
             displacement,
             ..Self::default()
         }

@@ -14,8 +14,9 @@
 use std::time::Instant;
 
 use super::{
-    ContactBody, ContactState, Inner, LocalMapping, NeedsExplicit, OuterStep, Progress, Solution,
-    SolvedBy, Start, Status, StepCounts, SuccessiveApproximations,
+    ContactBody, ContactState, FrictionState, Inner, LocalMapping, NeedsExplicit, OuterStep,
+    Progress, RigidMotions, Solution, SolvedBy, Start, Status, StepCounts,
+    SuccessiveApproximations, Trace,
     accuracy::{DenseModel, Refined},
     assessment::{Assessment, REFINEMENT_TARGET, has_diverged, has_lost_its_gaps},
     conditions::Bound,
@@ -75,7 +76,10 @@ fn without_contact(system: &DualSystem) -> Solution {
     let load = &assembly.primal.load;
     Solution {
         displacement: assembly.solve_refined(load, None, f64::EPSILON).value,
-        applications: 1,
+        trace: Trace {
+            applications: 1,
+            ..Trace::default()
+        },
         ..Solution::default()
     }
 }
@@ -104,10 +108,9 @@ pub(crate) fn local_mapping(
 impl ContactSolve<'_> {
     fn run(&self, observe: &mut dyn FnMut(Progress<'_>)) -> Result<Solution, NeedsExplicit> {
         if let Some(mechanism) = self.mechanism() {
-            return Ok(Solution {
-                mechanism: Some(mechanism),
-                ..Solution::unsolved(Status::NoEquilibrium, self)
-            });
+            let mut solution = Solution::unsolved(Status::NoEquilibrium, self);
+            solution.rigid.get_or_insert_default().mechanism = Some(mechanism);
+            return Ok(solution);
         }
         let set = self.laws.feasible_set(None);
         let bound = Bound::of(self.laws, &set);
@@ -148,7 +151,7 @@ impl ContactSolve<'_> {
             local: &local,
             start: self.start.multiplier,
         };
-        let mut trace = Solution::default();
+        let mut trace = Trace::default();
         let mut best: Option<(StartStrategy, Refined)> = None;
         let mut least = f64::INFINITY;
         let mut fixed_point: Option<Solution> = None;
@@ -191,12 +194,10 @@ impl ContactSolve<'_> {
             }
         }
         let (strategy, best) = best.expect("some strategy always applies");
-        let solution = self.assessed(&model, strategy, best, fixed_point, started);
-        Solution {
-            applications: trace.applications + solution.applications,
-            newton: trace.newton,
-            ..solution
-        }
+        let mut solution = self.assessed(&model, strategy, best, fixed_point, started);
+        solution.trace.applications += trace.applications;
+        solution.trace.newton = trace.newton;
+        solution
     }
 
     /// Successive approximations as a start of Newton's method, which needs no more than one in the right zones.
@@ -210,7 +211,7 @@ impl ContactSolve<'_> {
             multiplier: self.unknowns(outer),
             residual: outer.accuracy,
             history: Vec::new(),
-            evaluations: outer.applications,
+            evaluations: outer.trace.applications,
         }
     }
 
@@ -242,82 +243,91 @@ impl ContactSolve<'_> {
             _ => Assessment::of_refined(found.error, self.settings.epsilon(), dual.rounding()),
         };
         let mut operator = ContactOperator::explicit(dual, self.body.assembly, self.dual);
-        let steplength = projected_gradient_steplength(&mut operator);
-        let mut solution = Solution {
-            steplength,
+        let mut trace = Trace {
+            steplength: projected_gradient_steplength(&mut operator),
             strategy: Some(strategy),
             local_stiffness: local.stiffness.clone(),
             applications: operator.applications(),
-            ..Solution::default()
-        }
-        .assessed(assessment);
-        match bound {
+            ..Trace::default()
+        };
+        let friction = match bound {
             Bound::Frozen(_) => {
-                solution.solved_by = SolvedBy::Minimisation;
-                solution.history = vec![OuterStep {
+                trace.solved_by = SolvedBy::Minimisation;
+                trace.history = vec![OuterStep {
                     change: 0.0,
                     inner_tolerance: self.tolerance(),
                     inner_residual: found.error.min(1.0),
                     steps: StepCounts::default(),
-                    applications: solution.applications,
+                    applications: trace.applications,
                     seconds: started.elapsed().as_secs_f64(),
                 }];
+                None
             }
             Bound::Coulomb(laws, law) => {
                 let image = evaluate_mapping(&found.dual, local, laws, law, &found.multiplier);
-                solution.solved_by = match strategy {
+                trace.solved_by = match strategy {
                     StartStrategy::SuccessiveApproximations => SolvedBy::FixedPoint,
                     _ => SolvedBy::Newton,
                 };
-                solution.mapping_change = Some(image.relative_change);
-                solution.applications += image.evaluations;
+                trace.applications += image.evaluations;
                 let slip = || slip_of(&found.dual, laws, &found.multiplier);
-                solution.slip = law.depends_on_slip().then(slip);
-                solution.coulomb = Some(coulomb_state(&found.dual, laws, law, &found.multiplier));
+                Some(FrictionState {
+                    slip: law.depends_on_slip().then(slip),
+                    coulomb: coulomb_state(&found.dual, laws, law, &found.multiplier),
+                    mapping_change: Some(image.relative_change),
+                    local_mapping: None,
+                })
             }
-        }
+        };
         if let Some(outer) = fixed_point {
-            solution.history = outer.history;
+            trace.history = outer.trace.history;
         }
-        solution.displacement = found.displacement;
-        solution.rigid_motion = dual.motion(&found.multiplier).to_vec();
-        solution.multiplier = dual.multipliers(&found.multiplier).to_vec();
-        solution
+        let motion = dual
+            .balance
+            .is_some()
+            .then(|| dual.motion(&found.multiplier));
+        Solution {
+            multiplier: dual.multipliers(&found.multiplier).to_vec(),
+            displacement: found.displacement,
+            rigid: motion.map(RigidMotions::of),
+            friction,
+            trace,
+            ..Solution::default()
+        }
+        .assessed(assessment)
     }
 
     /// A solution with its whole rigid motion, and what belongs to it.
     fn finalize(&self, mut solution: Solution) -> Solution {
         let (dual, laws) = (self.dual, self.laws);
         let assembly = self.body.assembly;
-        let mut states = solution.coulomb.iter();
-        if !states.all(|state| state.is_admissible(laws)) {
+        let mut friction = solution.friction.iter();
+        if !friction.all(|it| it.coulomb.is_admissible(laws)) {
             let assessment = solution.assessment().out_of_range();
             solution = solution.assessed(assessment);
         }
+        solution.trace.law_evaluations = laws.law_evaluations();
+        solution.trace.projections = laws.projections();
         if let Some(balance) = &dual.balance {
-            solution.rigid_motion =
-                balance.add_reference(&solution.rigid_motion, &mut solution.displacement);
+            let rigid = solution.rigid.get_or_insert_default();
+            rigid.motion = balance.add_reference(&rigid.motion, &mut solution.displacement);
             // Where no strategy led to a solution, the place of the last iterate means nothing.
             let is_nowhere = solution.status == Status::MaxNewtonSteps
                 || has_diverged(&solution.displacement, laws);
             if !solution.status.is_solved() && is_nowhere {
                 return Solution {
-                    history: solution.history,
-                    newton: solution.newton,
-                    solved_by: solution.solved_by,
-                    applications: solution.applications,
+                    trace: solution.trace,
                     ..Solution::unsolved(solution.status, self)
                 };
             }
-            solution.null_space_motions = null_space_motions(assembly, balance);
+            rigid.null_space = null_space_motions(assembly, balance);
             // Coefficients that follow the slip of nodes may feel what panes do not.
-            if solution.slip.is_none() {
-                let (u, motion) = (&mut solution.displacement, &mut solution.rigid_motion);
-                balance.coupling.remove_null_space(u, motion);
+            let follows_slip = |friction: &FrictionState| friction.slip.is_some();
+            if !solution.friction.as_ref().is_some_and(follows_slip) {
+                let coupling = &balance.coupling;
+                coupling.remove_null_space(&mut solution.displacement, &mut rigid.motion);
             }
         }
-        solution.law_evaluations = laws.law_evaluations();
-        solution.projections = laws.projections();
         solution
     }
 
@@ -356,7 +366,7 @@ impl ContactSolve<'_> {
                 let mut operator = BalancedOperator::new(operator, balance);
                 let solution = run(&mut BodyOperator::Floating(&mut operator));
                 Solution {
-                    rigid_motion: operator.motion(&solution.multiplier),
+                    rigid: Some(RigidMotions::of(&operator.motion(&solution.multiplier))),
                     ..solution
                 }
             }

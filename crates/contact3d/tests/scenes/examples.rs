@@ -82,7 +82,7 @@ fn a_closure_is_the_law_it_computes() {
     let text = format!("{KINETIC} + ({STATIC} - {KINETIC})*exp(-s/{DECAY:e})");
     let (by_formula, _) = solve(Coefficient::formula(&text).unwrap()).unwrap();
     assert_eq!(by_closure.status, Status::Converged);
-    assert_eq!(by_closure.newton.len(), by_formula.newton.len());
+    assert_eq!(by_closure.trace.newton.len(), by_formula.trace.newton.len());
     // Both within 1e-12 of the same answer, times the conditioning of the problem.
     assert!(distance(&by_closure.multiplier, &by_formula.multiplier) < 1e-10);
     let slipping = panes.iter().filter(|pane| pane.zone == Zone::Slip);

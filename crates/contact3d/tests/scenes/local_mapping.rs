@@ -5,7 +5,7 @@ use std::path::Path;
 use contact3d::{
     Problem,
     scene::{Coefficient, Method, Scene, SceneFile},
-    solver::{Linearisation, Solution},
+    solver::{Linearisation, LocalMapping, Solution},
 };
 
 fn scene(name: &str, friction: Option<f64>) -> Scene {
@@ -32,6 +32,10 @@ fn solved(scene: Scene) -> (Solution, Linearisation) {
     (solution, full)
 }
 
+fn of_mapping(solution: &Solution) -> Option<LocalMapping> {
+    solution.friction.as_ref()?.local_mapping
+}
+
 fn small_brick(friction: Option<f64>) -> Scene {
     let mut scene = scene("brick.toml", friction);
     scene.body = contact3d::scene::Body::brick([3.0, 1.0, 1.0], [12, 4, 4]);
@@ -51,9 +55,7 @@ fn the_coupled_rows_tell_what_the_full_derivatives_do() {
     for scene in cases {
         let title = scene.title.clone();
         let (solution, full) = solved(scene);
-        let local = solution
-            .local_mapping
-            .expect("a solution with Coulomb friction");
+        let local = of_mapping(&solution).expect("a solution with Coulomb friction");
         // Squarings of a dense matrix on one side, of a Hessenberg matrix that settles to 1e-8 on the other.
         let difference = (local.spectral_radius - full.contraction).abs();
         assert!(
@@ -105,7 +107,7 @@ fn the_distance_of_one_sliding_node_from_its_fold_is_that_of_its_coefficient() {
         let (solution, full) = solved(loaded_node(loads, share * critical));
         // Rounding of h, times 1/(1 − F/F*).
         assert!((solution.multiplier[0] - 1.0).abs() < 1e-10, "{solution:?}");
-        let local = solution.local_mapping.expect("a solution");
+        let local = of_mapping(&solution).expect("a solution");
         // A number near 1 by 2^22 squarings.
         for distance in [local.fold_distance, full.fold_distance] {
             assert!(
@@ -123,16 +125,16 @@ fn it_is_there_only_for_solutions_with_coulomb_friction_and_the_dense_operator()
     implicit.assemble.dual_operator = contact3d::scene::DualOperatorKind::Implicit;
     let problem = Problem::new(implicit).unwrap().assemble().unwrap();
     let settings = &problem.scene().solve;
-    assert!(problem.solve(settings).unwrap().local_mapping.is_none());
+    assert!(of_mapping(&problem.solve(settings).unwrap()).is_none());
     let mut unfinished = small_brick(Some(0.3));
     unfinished.solve.method = Method::FixedPoint;
     unfinished.solve.max_outer_steps = 1;
     let problem = Problem::new(unfinished).unwrap().assemble().unwrap();
     let settings = &problem.scene().solve;
-    assert!(problem.solve(settings).unwrap().local_mapping.is_none());
+    assert!(of_mapping(&problem.solve(settings).unwrap()).is_none());
     let mut frictionless = small_brick(None);
     frictionless.friction = None;
     let problem = Problem::new(frictionless).unwrap().assemble().unwrap();
     let settings = &problem.scene().solve;
-    assert!(problem.solve(settings).unwrap().local_mapping.is_none());
+    assert!(of_mapping(&problem.solve(settings).unwrap()).is_none());
 }

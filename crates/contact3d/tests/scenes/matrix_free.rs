@@ -42,8 +42,8 @@ fn it_agrees_with_the_dense_operator_whether_or_not_friction_follows_the_slip() 
     ] {
         let dense = solved(&friction, DualOperatorKind::Explicit);
         let products = solved(&friction, DualOperatorKind::Implicit);
-        assert_eq!(products.solved_by, SolvedBy::Newton);
-        assert!(products.status.is_solved() && products.history.is_empty());
+        assert_eq!(products.trace.solved_by, SolvedBy::Newton);
+        assert!(products.status.is_solved() && products.trace.history.is_empty());
         // Both are solved to ε = 1e-12; one digit is left for the norms in which errors are measured.
         assert!(distance(&products.multiplier, &dense.multiplier) < 1e-11);
         assert!(distance(&products.displacement, &dense.displacement) < 1e-11);
@@ -60,8 +60,8 @@ fn it_agrees_with_the_dense_operator_from_the_answer_on_a_coarser_mesh() {
         let friction = Friction::coulomb(0.3);
         let dense = solved_on(body.clone(), &friction, DualOperatorKind::Explicit);
         let products = solved_on(body, &friction, DualOperatorKind::Implicit);
-        assert_eq!(products.solved_by, SolvedBy::Newton);
-        assert!(products.status.is_solved() && products.history.is_empty());
+        assert_eq!(products.trace.solved_by, SolvedBy::Newton);
+        assert!(products.status.is_solved() && products.trace.history.is_empty());
         // The plate's S has 100 times the condition of the block's, and errors are measured by local stiffness.
         let apart = distance(&products.multiplier, &dense.multiplier);
         assert!(apart < 1e-9, "{height} m: {apart:e}");

@@ -72,7 +72,8 @@ fn a_steep_rise_of_friction_is_met_with_coefficients_as_unknowns() {
     assert!(solution.status.is_solved(), "{}", solution.status.word());
     // Successive approximations, which solve with frozen friction, stay where they are: the certificate of any method. A rise of 1e6/m
     // turns a rounding of 1e-16 m of slips of 1e-3 m into 1e-7 of the coefficient.
-    let change = solution.mapping_change.expect("Coulomb's law");
+    let friction = solution.friction.expect("Coulomb's law");
+    let change = friction.mapping_change.expect("a solution");
     assert!(change < 1e-6, "{change:e}");
     assert!(report.certificate.worst() < 1e-6);
 }

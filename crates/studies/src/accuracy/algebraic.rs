@@ -338,7 +338,7 @@ impl StudiedProblem<'_> {
             status: solution.status,
             energy_error: relative(&energy, u, exact_u),
             multiplier_error: relative(&norm, multiplier, exact),
-            applications: solution.applications,
+            applications: solution.trace.applications,
             cost,
         })
     }

@@ -338,7 +338,7 @@ fn solve_level(
         n_free: solution.displacement.len(),
         n_multipliers: solution.multiplier.len(),
         status: solution.status,
-        applications: solution.applications,
+        applications: solution.trace.applications,
         estimated_error: report.discretisation_error.relative(),
         potential_energy: r.strain_energy - r.load_work,
         forces: Forces::of(&r),

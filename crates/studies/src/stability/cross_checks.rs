@@ -121,7 +121,11 @@ pub(super) fn compare(
             }
         } else {
             let solution = problem.assembled.solve(&cross_check.settings())?;
-            let steps = solution.newton.len().max(solution.history.len());
+            let steps = solution
+                .trace
+                .newton
+                .len()
+                .max(solution.trace.history.len());
             let unknowns = problem.unknowns(&solution.multiplier, &solution);
             (solution.status, solution.accuracy, steps, unknowns)
         };

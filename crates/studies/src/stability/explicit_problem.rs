@@ -115,8 +115,8 @@ impl ExplicitProblem {
 
     /// The unknowns of an answer: its multipliers, and its rigid motions where the body floats.
     pub(super) fn unknowns(&self, multiplier: &[f64], answer: &Solution) -> Vec<f64> {
-        let balance = self.dual().balance.as_ref();
-        let motion = balance.map(|it| it.unknown_motion(&answer.rigid_motion));
+        let known = self.dual().balance.as_ref().zip(answer.rigid.as_ref());
+        let motion = known.map(|(balance, rigid)| balance.unknown_motion(&rigid.motion));
         [multiplier, &motion.unwrap_or_default()].concat()
     }
 

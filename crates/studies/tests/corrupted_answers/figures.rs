@@ -39,7 +39,8 @@ fn penetration() {
         let contact = certificate(&case, &solution).contact.expect("contact");
         let dual = case.contact().explicit().expect("S is dense");
         let pressed = (0..case.n_panes()).filter(|j| case.solution.multiplier[*j] > 0.0);
-        let stresses = pressed.map(|j| case.solution.local_stiffness[j] * dual.column(pane)[j]);
+        let stresses =
+            pressed.map(|j| case.solution.trace.local_stiffness[j] * dual.column(pane)[j]);
         let expected = SMALL * stresses.fold(0.0, f64::max);
         assert_close(name, contact.penetration, expected);
     }
@@ -69,7 +70,7 @@ fn complementarity() {
         let gap = case.report.panes[pane].gap;
         let work = change * case.surface().pane_area[pane] * gap;
         let own = (0..case.n_panes())
-            .map(|i| case.solution.multiplier[i].powi(2) / case.solution.local_stiffness[i]);
+            .map(|i| case.solution.multiplier[i].powi(2) / case.solution.trace.local_stiffness[i]);
         assert_close(name, contact.complementarity, work / own.sum::<f64>());
     }
 }
@@ -117,7 +118,7 @@ fn slip_direction() {
         let all: f64 = (0..m).map(work).sum();
         let tangential = m..3 * m;
         let elastic: f64 = tangential
-            .map(|j| case.solution.multiplier[j].powi(2) / case.solution.local_stiffness[j])
+            .map(|j| case.solution.multiplier[j].powi(2) / case.solution.trace.local_stiffness[j])
             .sum();
         assert_close(
             name,

@@ -32,7 +32,7 @@ impl ContactSolve<'_> {
         solution: &Solution,
     ) -> f64 {
         let unknowns = &self.unknowns(solution);
-        let mut steplengths = solution.local_stiffness.clone();
+        let mut steplengths = solution.trace.local_stiffness.clone();
         let balance = self.dual.balance.as_ref();
         steplengths.extend(balance.into_iter().flat_map(Balance::steplengths));
         let conditions = Conditions::new(bound, self.dual.layout(), steplengths);
@@ -57,7 +57,7 @@ impl ContactSolve<'_> {
             },
         );
         let error = self.sizes(multiplier, &here).relative(self.laws, &step);
-        error.max(self.motion_rounding(unknowns, &here, &solution.local_stiffness))
+        error.max(self.motion_rounding(unknowns, &here, &solution.trace.local_stiffness))
     }
 
     /// The error of λ, relative as in [`MultiplierSizes`], that rounding of G α makes where weak springs hold the body; 0 elsewhere.

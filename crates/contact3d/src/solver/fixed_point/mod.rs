@@ -10,8 +10,8 @@ pub(super) use mapping::relative_change;
 use mapping::{CycleDetector, Stall};
 
 use super::{
-    ContactBody, CoulombState, Inner, Kprgp, OuterState, OuterStep, PaneLaws, Progress, Solution,
-    SolvedBy, Start, Status,
+    ContactBody, CoulombState, FrictionState, Inner, Kprgp, OuterState, OuterStep, PaneLaws,
+    Progress, Solution, SolvedBy, Start, Status, Trace,
     inner::{InnerSummary, projected_gradient_steplength},
 };
 use crate::{
@@ -85,26 +85,30 @@ impl SuccessiveApproximations<'_> {
     ) -> Solution {
         let mut outer = OuterLoop::begin(self, operator, start);
         let most = self.settings.max_outer_steps;
-        for k in outer.solution.history.len()..most {
+        for k in outer.solution.trace.history.len()..most {
             outer.take_over_law();
             let step = outer.minimise();
             let end = outer.end_after(&step);
             let last = end.is_some() || k + 1 == most;
             outer.take_over_slip();
             outer.record(&step, last);
-            observe(Progress::Outer(k, &outer.solution.history[k]));
+            observe(Progress::Outer(k, &outer.solution.trace.history[k]));
             if let Some(status) = end {
                 outer.solution.status = status;
                 break;
             }
             // A state that could go on would have to hold the rigid motions, too.
             if !last && matches!(outer.operator, BodyOperator::Constrained(_)) {
-                let state = outer.solution.outer_state(self.laws, step.tolerance);
+                let state = outer.state(step.tolerance);
                 observe(Progress::Between(&state));
             }
         }
         Solution {
-            coulomb: Some(outer.frozen),
+            friction: Some(FrictionState {
+                slip: outer.slip,
+                coulomb: outer.frozen,
+                ..FrictionState::default()
+            }),
             ..outer.solution
         }
     }
@@ -126,6 +130,8 @@ struct OuterLoop<'s, 'o, 'b> {
     stall: Stall,
     started: Instant,
     applications_before: usize,
+    /// φ of the multiplier where the coefficients follow it.
+    slip: Option<Vec<[f64; 2]>>,
     solution: Solution,
 }
 
@@ -172,20 +178,21 @@ impl<'s, 'o, 'b> OuterLoop<'s, 'o, 'b> {
             stall: Stall::default(),
             started,
             applications_before,
+            slip: None,
             solution: Solution {
                 status: Status::MaxOuterSteps,
-                solved_by: SolvedBy::FixedPoint,
-                steplength,
                 multiplier: vec![0.0; laws.layout.n_multipliers()],
                 accuracy: 1.0,
+                trace: Trace {
+                    solved_by: SolvedBy::FixedPoint,
+                    steplength,
+                    ..Trace::default()
+                },
                 ..Solution::default()
             },
         };
         if let Some(state) = start.checkpoint {
-            outer.solution.resume(state);
-            outer.change = outer.solution.accuracy;
-            outer.precision.tolerance = state.tolerance;
-            laws.restore_counters(state.law_evaluations, state.projections);
+            outer.resume(state);
         } else if let Some(multiplier) = first {
             outer.solution.multiplier = multiplier.to_vec();
             outer.take_over_slip();
@@ -199,7 +206,7 @@ impl<'s, 'o, 'b> OuterLoop<'s, 'o, 'b> {
         if self.moved {
             let (normal, _) = laws.layout.split(&self.solution.multiplier);
             self.frozen.slip_bound = law.slip_bounds(normal, |l| l);
-            if let Some(slip) = &self.solution.slip {
+            if let Some(slip) = &self.slip {
                 self.frozen.friction = FrictionField::new(law, &laws.average, slip);
             }
         }
@@ -258,9 +265,13 @@ impl<'s, 'o, 'b> OuterLoop<'s, 'o, 'b> {
     fn take_over_slip(&mut self) {
         let SuccessiveApproximations { laws, law, .. } = *self.problem;
         if law.depends_on_slip() {
-            let body = self.problem.body;
-            let slip = self.solution.slip_at(self.operator, body, laws);
-            self.solution.slip = Some(slip);
+            let (operator, solution) = (self.operator.as_primal(), &mut self.solution);
+            let known = operator.tangential_displacement(&solution.multiplier);
+            let tangential = known.unwrap_or_else(|| {
+                solution.displacement = operator.to_primal(&solution.multiplier);
+                self.problem.body.tangential(&solution.displacement)
+            });
+            self.slip = Some(laws.slip.slip(&tangential));
         }
     }
 
@@ -273,7 +284,7 @@ impl<'s, 'o, 'b> OuterLoop<'s, 'o, 'b> {
         }
         let applied = self.operator.as_dual().applications();
         let applications = applied - self.applications_before + step.summary.applications;
-        solution.history.push(OuterStep {
+        solution.trace.history.push(OuterStep {
             change: step.change,
             inner_tolerance: step.tolerance,
             inner_residual: step.summary.residual,
@@ -281,21 +292,20 @@ impl<'s, 'o, 'b> OuterLoop<'s, 'o, 'b> {
             applications,
             seconds: self.started.elapsed().as_secs_f64(),
         });
-        solution.applications += applications;
+        solution.trace.applications += applications;
         self.applications_before = applied;
         self.started = Instant::now();
     }
-}
 
-impl Solution {
     /// What the next outer step depends on.
-    fn outer_state(&self, laws: &PaneLaws, tolerance: f64) -> OuterState {
+    fn state(&self, tolerance: f64) -> OuterState {
+        let (laws, trace) = (self.problem.laws, &self.solution.trace);
         OuterState {
-            multiplier: self.multiplier.clone(),
+            multiplier: self.solution.multiplier.clone(),
             slip: self.slip.clone(),
             tolerance,
-            steplength: self.steplength,
-            history: self.history.clone(),
+            steplength: trace.steplength,
+            history: trace.history.clone(),
             law_evaluations: laws.law_evaluations(),
             projections: laws.projections(),
         }
@@ -303,26 +313,16 @@ impl Solution {
 
     /// Takes up the steps that led to a state.
     fn resume(&mut self, state: &OuterState) {
-        self.multiplier.clone_from(&state.multiplier);
+        self.solution.multiplier.clone_from(&state.multiplier);
         self.slip.clone_from(&state.slip);
-        self.history.clone_from(&state.history);
-        self.applications = self.history.iter().map(|step| step.applications).sum();
-        self.accuracy = self.history.last().map_or(1.0, |step| step.change);
-    }
-
-    /// φ of the multiplier; keeps u where φ comes from it.
-    fn slip_at(
-        &mut self,
-        operator: &mut BodyOperator<'_, '_>,
-        body: &ContactBody<'_>,
-        laws: &PaneLaws,
-    ) -> Vec<[f64; 2]> {
-        let operator = operator.as_primal();
-        if let Some(displacement) = operator.tangential_displacement(&self.multiplier) {
-            return laws.slip.slip(&displacement);
-        }
-        self.displacement = operator.to_primal(&self.multiplier);
-        laws.slip.slip(&body.tangential(&self.displacement))
+        let trace = &mut self.solution.trace;
+        trace.history.clone_from(&state.history);
+        trace.applications = state.history.iter().map(|step| step.applications).sum();
+        self.change = state.history.last().map_or(1.0, |step| step.change);
+        self.solution.accuracy = self.change;
+        self.precision.tolerance = state.tolerance;
+        let laws = self.problem.laws;
+        laws.restore_counters(state.law_evaluations, state.projections);
     }
 }
 

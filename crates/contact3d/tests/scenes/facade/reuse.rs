@@ -88,13 +88,17 @@ fn what_needs_its_own_assembly_is_refused_by_its_key() {
 fn solves_of_one_assembly_count_apart() {
     let problem = assembled(block(Friction::coulomb(ramp())));
     let [first, second] = [(); 2].map(|()| solved(&problem));
-    assert!(first.law_evaluations > 0 && first.projections > 0);
+    assert!(first.trace.law_evaluations > 0 && first.trace.projections > 0);
     assert_eq!(
-        (first.law_evaluations, first.projections, first.applications),
         (
-            second.law_evaluations,
-            second.projections,
-            second.applications
+            first.trace.law_evaluations,
+            first.trace.projections,
+            first.trace.applications
+        ),
+        (
+            second.trace.law_evaluations,
+            second.trace.projections,
+            second.trace.applications
         )
     );
     let start = Start {
@@ -104,10 +108,10 @@ fn solves_of_one_assembly_count_apart() {
     let settings = SolveSettings::default();
     let warm = problem.solve_from(&settings, start, &mut |_| {});
     let warm = warm.expect("S is dense");
-    assert!(warm.newton.len() < first.newton.len());
+    assert!(warm.trace.newton.len() < first.trace.newton.len());
     let mut steps = 0;
     let cold = problem.solve_from(&settings, Start::default(), &mut |_| steps += 1);
     assert_eq!(cold.expect("S is dense").multiplier, first.multiplier);
     // The last steps measure the error and are not seen.
-    assert!(0 < steps && steps <= first.newton.len());
+    assert!(0 < steps && steps <= first.trace.newton.len());
 }
