@@ -145,6 +145,10 @@ pub(super) fn unmet(adapted: &Adapted) -> Option<String> {
         AdaptiveStatus::OverBudget => {
             "the next mesh is forecast to take more than is left of --budget"
         }
+        AdaptiveStatus::Unbounded => {
+            "the largest pressure grows with every finer mesh, as at a sharp edge, so the body has none: refine for \
+             { mean_pressure = { box = [[X, Y, Z], [X, Y, Z]] } }, or round the edge"
+        }
         AdaptiveStatus::Stalled => "finer meshes do not lower the estimate any more",
     };
     Some(format!(

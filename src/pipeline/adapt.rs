@@ -150,9 +150,9 @@ impl Session {
     pub fn is_done(&self) -> Result<bool, StageError> {
         let has_ended = match self.scene().adapt {
             None => true,
-            Some(adapt) => self
-                .stored_levels()?
-                .is_some_and(|(levels, _)| levels.status(adapt.error) != AdaptiveStatus::Refining),
+            Some(adapt) => self.stored_levels()?.is_some_and(|(levels, _)| {
+                levels.status(adapt.error, adapt.of) != AdaptiveStatus::Refining
+            }),
         };
         Ok(has_ended && self.is_scene_whole()? && self.is_fresh_throughout()?)
     }

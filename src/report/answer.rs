@@ -104,7 +104,6 @@ pub(super) fn quantity_words(
     let unit = units.of(dimension(it.functional));
     let name = match (it.functional, it.corners) {
         (Functional::LargestDisplacement, Some(_)) => "mean displacement near peak".to_owned(),
-        (Functional::LargestPressure, Some(_)) => "mean pressure near its peak".to_owned(),
         (of, _) if of.is_area() => of.word().replace('_', " "),
         (of, _) => format!("{}, error bar", of.word().replace('_', " ")),
     };
@@ -117,6 +116,23 @@ pub(super) fn quantity_words(
                 it.value,
                 unit.word()
             )
+        }
+        Functional::LargestPressure => {
+            let place = place_of_pane(units, it);
+            if it.range[1].is_finite() {
+                format!(
+                    "{:.4e} {} ± {}{place}",
+                    it.value,
+                    unit.word(),
+                    bar(it, unit.word())
+                )
+            } else {
+                format!(
+                    "above {:.4e} {}{place}, an edge of the contact face where it grows with every finer mesh",
+                    it.value,
+                    unit.word()
+                )
+            }
         }
         Functional::TangentialForce if it.value.abs() <= noise => format!("0 {}", unit.word()),
         _ => format!(
@@ -137,6 +153,15 @@ fn bar(it: &FunctionalEstimate, unit: &str) -> String {
         share @ ..=1.0 => percent(share),
         _ => format!("{:.1e} {unit}", (high - it.value).max(it.value - low)),
     }
+}
+
+/// The middle of the box of the largest pressure.
+fn place_of_pane(units: Units, it: &FunctionalEstimate) -> String {
+    it.corners.map_or_else(String::new, |[low, high]| {
+        let [x, y, z] = [0, 1, 2].map(|c| (low[c] + high[c]) / 2.0);
+        let unit = units.of(Dimension::LENGTH);
+        format!(" at ({x:.4}, {y:.4}, {z:.4}) {}", unit.word())
+    })
 }
 
 /// The box of a mean, and panes at kinks.

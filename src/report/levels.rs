@@ -14,7 +14,10 @@ use super::{
     answer::quantities_json,
     estimated_percent, percent,
 };
-use crate::{format::adaptive_status_word, pipeline::Adapted};
+use crate::{
+    format::{adaptive_status_word, dimension_of_quantity as dimension},
+    pipeline::Adapted,
+};
 
 /// Rows of increments that are printed; in a longer history only the ends of steps are.
 const MOST_ROWS: usize = 60;
@@ -111,6 +114,7 @@ fn name(scene: &Scene, record: &StepRecord) -> String {
 #[rustfmt::skip]
 pub fn adaptation_table(scene: &Scene, adaptation: &Adaptation, target: f64) -> FigureTable {
     let levels = &adaptation.levels;
+    let of = scene.adapt.and_then(|adapt| adapt.of);
     let in_force = adaptation.level_that_meets(target).unwrap_or(levels.len().saturating_sub(1));
     let rows = levels.iter().enumerate().map(|(number, level)| {
         let mut figures = Figures::new(scene.units);
@@ -122,12 +126,14 @@ pub fn adaptation_table(scene: &Scene, adaptation: &Adaptation, target: f64) -> 
         figures.plain("n_multipliers", "multipliers", level.n_multipliers);
         let error = level.estimated_error;
         figures.described("estimated_error", "error about", Some(estimated_percent(error)), error);
+        if let Some(of) = of {
+            figures.add("value", of.word(), dimension(of), Scientific(4), level.value);
+        }
         figures.number("stability", "stability", Fixed(3), level.stability);
         figures.add("seconds", "time", Dimension::Time, Fixed(3), level.seconds);
         figures.json_only("status", level.status.word());
         figures
     });
-    let of = scene.adapt.and_then(|adapt| adapt.of);
     let of = of.map_or_else(String::new, |of| format!(" of {}", of.word()));
     let caption = format!("levels for an error of {}{of}", percent(target));
     FigureTable::new(&caption, rows)

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use crate::{mesh::Refinement, post::MAX_RELIABLE_ESTIMATE, solver::Status};
+use crate::{mesh::Refinement, post::MAX_RELIABLE_ESTIMATE, scene::Functional, solver::Status};
 
 /// One mesh of an adaptive computation, solved.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -16,6 +16,8 @@ pub struct AdaptiveLevel {
     /// Estimated error over ‖u_h‖_A; see [`ErrorEstimate::relative`](crate::post::ErrorEstimate::relative). Of a load history the largest
     /// of its increments, as [`HistoryErrors`](crate::history::HistoryErrors) measures them; NaN where it ended early.
     pub estimated_error: f64,
+    /// Value of the quantity that the mesh is refined for; `None` of the energy norm and of a load history.
+    pub value: Option<f64>,
     /// Smallest eigenvalue of S scaled to a unit diagonal: what keeps the multipliers of a mesh
     /// apart; `None` without contact or where S is not held.
     pub stability: Option<f64>,
@@ -38,6 +40,8 @@ pub enum AdaptiveStatus {
     TooLarge,
     /// Cutting makes the estimate no smaller.
     Stalled,
+    /// The largest pressure has no limit, as at a sharp edge: it grew from level to level.
+    Unbounded,
     /// The quantity that the mesh is refined for became zero, or has no estimate on the next level.
     NotEstimated,
     /// The next level is forecast to end later than allowed.
@@ -65,9 +69,22 @@ impl Adaptation {
         self.levels.iter().position(meets)
     }
 
-    /// How the levels stand with a target; that nothing larger fits is for the caller to say.
+    /// Whether the quantity grew by more than a tenth on each of three levels, and hardly less on the last: on levels that cut the panes at
+    /// its place, what converges grows by less and less.
+    fn grows_without_limit(&self) -> bool {
+        let growth = |pair: &[AdaptiveLevel]| Some(pair[1].value? / pair[0].value? - 1.0);
+        let growths: Option<Vec<f64>> = self.levels.windows(2).map(growth).collect();
+        match growths.as_deref() {
+            Some([.., first, second, third]) => {
+                [first, second, third].iter().all(|growth| **growth > 0.1) && *third > 0.5 * first
+            }
+            _ => false,
+        }
+    }
+
+    /// How the levels stand with a target for a quantity, or for the energy norm; that nothing larger fits is for the caller to say.
     #[must_use]
-    pub fn status(&self, target: f64) -> AdaptiveStatus {
+    pub fn status(&self, target: f64, of: Option<Functional>) -> AdaptiveStatus {
         if self.level_that_meets(target).is_some() {
             return AdaptiveStatus::Met;
         }
@@ -76,6 +93,9 @@ impl Adaptation {
         };
         if !last.status.is_solved() || last.estimated_error.is_nan() {
             return AdaptiveStatus::NotConverged;
+        }
+        if of == Some(Functional::LargestPressure) && self.grows_without_limit() {
+            return AdaptiveStatus::Unbounded;
         }
         // Three levels in a row have to make the estimate smaller between them, over a halving of all edges: it also rises where a level
         // finds contact. One larger than the solution tells where a coarse mesh misses contact, and does not fall before that is found,
@@ -167,6 +187,25 @@ mod tests {
             seconds,
             ..AdaptiveLevel::default()
         }
+    }
+
+    #[test]
+    fn what_grows_by_less_and_less_has_a_limit() {
+        let grows = |values: &[f64]| {
+            let levels = values.iter().map(|value| AdaptiveLevel {
+                value: Some(*value),
+                ..level(100, 1.0, 1.0)
+            });
+            let adaptation = Adaptation {
+                levels: levels.collect(),
+                ..Adaptation::default()
+            };
+            let of = Some(Functional::LargestPressure);
+            adaptation.status(0.01, of) == AdaptiveStatus::Unbounded
+        };
+        assert!(grows(&[1.0, 1.25, 1.6, 2.0]));
+        assert!(!grows(&[1.0, 1.4, 1.7, 1.85]));
+        assert!(!grows(&[1.0, 1.25, 1.6]));
     }
 
     /// Levels whose error halves and whose time grows eightfold where the unknowns grow fourfold go on so.

@@ -54,7 +54,7 @@ impl Target {
         };
         let sizes = quantity.indicator.iter().map(|share| share.abs());
         let estimated = sizes.clone().sum::<f64>().sqrt();
-        let fall = (target / report.relative_error_of(quantity)).sqrt();
+        let fall = (target / report.relative_error_of(quantity).min(1.0)).sqrt();
         if estimated == 0.0 {
             // A zone on so few panes that no line of it is seen.
             return of_energy(fall);

@@ -93,7 +93,7 @@ pub fn refine<K: LevelKeeper>(
     mut known: Adaptation,
     keeper: &mut K,
 ) -> Result<RefinedLevels, K::Error> {
-    let target = goal.error;
+    let (target, of) = (goal.error, scene.adapt.and_then(|adapt| adapt.of));
     let mut ended = None;
     if let Some(end) = goal.deadline
         && let Some(forecast) = forecast_of_prepared(scene, folder, target, &known)?
@@ -109,7 +109,7 @@ pub fn refine<K: LevelKeeper>(
     while known.level_that_meets(target).is_none() {
         let level = known.refinement.levels.len();
         if known.levels.len() > level {
-            if ended.is_some() || known.status(target) != AdaptiveStatus::Refining {
+            if ended.is_some() || known.status(target, of) != AdaptiveStatus::Refining {
                 break;
             }
             let solved = keeper.solved(level, &known)?;
@@ -126,7 +126,8 @@ pub fn refine<K: LevelKeeper>(
             continue;
         }
         let solved = keeper.solved(level, &known);
-        let last = match solved.map(|solved| AdaptiveLevel::new(scene, solved)) {
+        let last = match solved.map(|solved| AdaptiveLevel::new(scene, solved, known.levels.last()))
+        {
             Ok(Ok(done)) => {
                 keeper.done(level, &done);
                 known.levels.push(done);
@@ -145,7 +146,7 @@ pub fn refine<K: LevelKeeper>(
         known.starts.truncate(level - 1);
     }
     Ok(RefinedLevels {
-        status: ended.unwrap_or_else(|| known.status(target)),
+        status: ended.unwrap_or_else(|| known.status(target, of)),
         level: known
             .level_that_meets(target)
             .unwrap_or(known.levels.len() - 1),
@@ -163,7 +164,7 @@ fn next_level(
     solved: SolvedLevel<'_>,
 ) -> Result<(RefinedLevel, Mesh, Vec<f64>, LevelForecast), ProblemError> {
     let estimated = known.levels.last().map_or(0.0, |last| last.estimated_error);
-    let cells = graded_cells(scene, &known.refinement, estimated, target);
+    let cells = graded_cells(scene, &known.refinement, estimated.min(1.0), target);
     let next = match (cells, solved.errors(scene)) {
         (Some(cells), _) => RefinedLevel::Cells(cells),
         (None, Some(errors)) => {
@@ -389,10 +390,23 @@ impl SolvedLevel<'_> {
 
 impl AdaptiveLevel {
     /// What a solved mesh came to.
-    fn new(scene: &Scene, level: SolvedLevel<'_>) -> Result<Self, ProblemError> {
+    fn new(
+        scene: &Scene,
+        level: SolvedLevel<'_>,
+        before: Option<&Self>,
+    ) -> Result<Self, ProblemError> {
         let of = scene.adapt.and_then(|adapt| adapt.of);
-        let estimated_error = level.estimated_error(scene);
+        let quantity = of.and_then(|of| level.report.functional(of));
+        let value = quantity.filter(|_| !scene.has_history()).map(|it| it.value);
+        let mut estimated_error = level.estimated_error(scene);
+        if let (Some(Functional::LargestPressure), Some(value)) = (of, value) {
+            // It is known where it has settled from one mesh to the next.
+            let change = |before: f64| (value - before).abs() / value;
+            let change = before.and_then(|before| before.value).map_or(1.0, change);
+            estimated_error = estimated_error.map(|error| error.max(change));
+        }
         Ok(Self {
+            value,
             n_tetrahedra: level.mesh.tetrahedra.len(),
             n_free: level.solution.displacement.len(),
             n_multipliers: level.solution.multiplier.len(),

@@ -113,11 +113,10 @@ impl<'a> Margins<'a> {
             contact,
             known,
             moved: displacements(contact, known),
-            stiffness: vec![0.0; surface.n_panes()],
+            stiffness: half_space_stiffness(solved, contact),
             line_shift: vec![[0.0; 2]; surface.n_panes()],
             sizes: [0.0; 2],
         };
-        margins.stiffness = margins.stiffnesses();
         let means: Vec<[f64; 2]> = panes.map(|pane| margins.of_pane(pane)).collect();
         margins.line_shift = margins.line_shifts(&means);
         let pressed = || {
@@ -135,44 +134,12 @@ impl<'a> Margins<'a> {
         margins
     }
 
-    /// The panes of a contact triangle: one, or the multipliers of its nodes.
-    fn panes_of(&self, place: usize) -> Vec<usize> {
-        let surface = self.contact.state.surface;
-        match surface.pane_of_facet(place) {
-            Some(pane) => vec![pane],
-            None => {
-                let middle = [1.0 / 3.0; 3];
-                let carried =
-                    multipliers_between_nodes(self.solved.mesh, self.contact, place, middle);
-                carried.into_iter().map(|(pane, _)| pane).collect()
-            }
-        }
-    }
-
     /// The contact nodes of a contact triangle: its corners, then those between them.
     fn nodes_of(&self, place: usize) -> Vec<usize> {
         let surface = self.contact.state.surface;
         let nodes = self.solved.mesh.facet_nodes(surface.facets[place]);
         nodes
             .map(|node| surface.contact_nodes(place, [node])[0])
-            .collect()
-    }
-
-    /// k of the material behind each pane.
-    fn stiffnesses(&self) -> Vec<f64> {
-        let (mesh, surface) = (self.solved.mesh, self.contact.state.surface);
-        let material = MaterialField::new(self.solved.scene, mesh);
-        let mut sums = vec![[0.0; 2]; surface.n_panes()];
-        for (place, tetrahedron) in mesh.behind_contact().into_iter().enumerate() {
-            let area = mesh.facet_area(surface.facets[place]);
-            for pane in self.panes_of(place) {
-                sums[pane][0] += area * material.plane_strain_modulus(tetrahedron);
-                sums[pane][1] += area;
-            }
-        }
-        let areas = sums.iter().zip(&surface.pane_area);
-        areas
-            .map(|([modulus, area], of_pane)| 2.0 * modulus / area / of_pane.sqrt())
             .collect()
     }
 
@@ -236,7 +203,7 @@ impl<'a> Margins<'a> {
         let mut beside = vec![Vec::new(); surface.n_panes()];
         let mut at_node = vec![Vec::new(); surface.nodes.len()];
         for place in 0..surface.facets.len() {
-            let panes = self.panes_of(place);
+            let panes = panes_of(self.solved, self.contact, place);
             // Nodes that carry multipliers are neighbours in a triangle, panes where they meet.
             panes.iter().for_each(|&pane| beside[pane].extend(&panes));
             if panes.len() == 1 {
@@ -336,10 +303,44 @@ impl<'a> Margins<'a> {
         if (whole - 1.0).abs() < 1e-9 {
             return between;
         }
-        let panes = self.panes_of(place);
+        let panes = panes_of(self.solved, self.contact, place);
         let weight = (panes.len() as f64).recip();
         panes.into_iter().map(|pane| (pane, weight)).collect()
     }
+}
+
+/// The panes of a contact triangle: one, or the multipliers of its nodes.
+pub(super) fn panes_of(
+    solved: &Solved<'_>,
+    contact: &SolvedContact<'_>,
+    place: usize,
+) -> Vec<usize> {
+    match contact.state.surface.pane_of_facet(place) {
+        Some(pane) => vec![pane],
+        None => {
+            let middle = [1.0 / 3.0; 3];
+            let carried = multipliers_between_nodes(solved.mesh, contact, place, middle);
+            carried.into_iter().map(|(pane, _)| pane).collect()
+        }
+    }
+}
+
+/// k of the material behind each pane in Pa/m, `[n_panes]`.
+pub(super) fn half_space_stiffness(solved: &Solved<'_>, contact: &SolvedContact<'_>) -> Vec<f64> {
+    let (mesh, surface) = (solved.mesh, contact.state.surface);
+    let material = MaterialField::new(solved.scene, mesh);
+    let mut sums = vec![[0.0; 2]; surface.n_panes()];
+    for (place, tetrahedron) in mesh.behind_contact().into_iter().enumerate() {
+        let area = mesh.facet_area(surface.facets[place]);
+        for pane in panes_of(solved, contact, place) {
+            sums[pane][0] += area * material.plane_strain_modulus(tetrahedron);
+            sums[pane][1] += area;
+        }
+    }
+    let areas = sums.iter().zip(&surface.pane_area);
+    areas
+        .map(|([modulus, area], of_pane)| 2.0 * modulus / area / of_pane.sqrt())
+        .collect()
 }
 
 /// Barycentric coordinates of the nodes of a triangle: its corners, then the middles of 0-1, 1-2, 2-0.

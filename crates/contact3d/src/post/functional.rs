@@ -9,6 +9,7 @@ use super::{
     ErrorEstimate, Resultants, Solved, SolvedContact,
     areas::areas,
     estimate::{BoxLoad, FacePart, Field, FieldLoads, SolutionData, multipliers_between_nodes},
+    peak::largest_pressure,
 };
 use crate::{
     dual::DualSystem,
@@ -106,6 +107,17 @@ pub(super) fn estimates(
         smooth.map(|(functional, shares)| functional.estimate(&estimate, shares, adjoints.kinks));
     let mut found: Vec<FunctionalEstimate> = smooth.collect();
     found.extend(areas(solved, known, &estimate, wanted));
+    if let Some(peak) = largest_pressure(solved, known.panes) {
+        let of_pane = found
+            .iter()
+            .position(|it| it.functional == Functional::LargestPressure);
+        // Its pane tells what contributes to the error, the panes around it how large that is.
+        let indicator = of_pane.map(|place| found.remove(place).indicator);
+        found.push(FunctionalEstimate {
+            indicator: indicator.unwrap_or_default(),
+            ..peak
+        });
+    }
     for estimate in &mut found {
         if Some(estimate.functional) != wanted {
             estimate.indicator = Vec::new();
@@ -268,14 +280,8 @@ fn linearised(
             let contact = solved.contact.as_ref()?;
             let surface = contact.state.surface;
             let pane = largest(multiplier[..surface.n_panes()].iter().copied())?;
-            let centre = surface
-                .pane_weights(pane)
-                .fold([0.0; 3], |sum, (node, weight)| {
-                    let at = mesh.coordinates[surface.nodes[node]];
-                    std::array::from_fn(|c| sum[c] + weight * at[c])
-                });
-            let corners = cube(mesh, surface.nodes.iter().copied(), centre);
-            it.mean_pressure(solved, contact, &corners)?;
+            it.derivative.by_multiplier[pane] = 1.0;
+            it.value = multiplier[pane];
         }
         Functional::MeanPressure { corners } => {
             it.mean_pressure(solved, solved.contact.as_ref()?, &corners)?;

@@ -5,6 +5,7 @@ mod certificate;
 mod checks;
 mod estimate;
 mod functional;
+mod peak;
 mod resultants;
 mod rounding;
 mod zones;

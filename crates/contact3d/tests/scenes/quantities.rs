@@ -175,3 +175,29 @@ fn areas_are_not_accurate_on_a_few_panes() {
     // 1.874 m² on a mesh of four times the cells along each edge.
     assert!((found.value / 1.874 - 1.0).abs() < 0.02, "{found:?}");
 }
+
+/// At the corners of a block that is clamped beside its contact the pressure has no limit: refinement says so. On a ball it has one, and
+/// the error bar holds it.
+#[test]
+fn the_largest_pressure_is_told_where_it_has_a_limit() {
+    let of = Functional::LargestPressure;
+    let mut scene = scene(ON_WAVES, of, 0.03);
+    scene.body.as_brick_mut().expect("a brick").cells = [4, 2, 2];
+    let answer = adapted(scene, Path::new(""), &mut |_| {}).expect("levels");
+    assert_eq!(answer.status, AdaptiveStatus::Unbounded);
+    let levels = &answer.adaptation.levels;
+    let value = |level: usize| levels[level].value.expect("a pressure");
+    assert!(value(levels.len() - 1) > 1.5 * value(0));
+
+    let text = include_str!("../../../../pipelines/hertz_cylinder.toml");
+    let cylinder = Scene::parse("cylinder", text).expect("a scene");
+    let report = report(&cylinder, &Refinement::default());
+    let peak = report.functional(of).expect("a largest pressure");
+    // The largest pressure of a line contact; panes hold means, and the bar is of 2 % at least.
+    let [low, high] = peak.range;
+    assert!(
+        low < peak.value && peak.value < high && high.is_finite(),
+        "{peak:?}"
+    );
+    assert!(high - low < 0.5 * peak.value, "{peak:?}");
+}
