@@ -277,6 +277,12 @@ def test_cases_that_do_not_converge_are_a_warning(tmp_path):
     with pytest.warns(package.CasesWarning, match="1 not converged"):
         sweep = package.sweep(NEWTON, tmp_path / "out", {"solve.max_outer_steps": [1, 100]}, set=shared)
     assert sweep.not_converged == 1 and not sweep.failed
+    # What a case without a solution came to last is no result.
+    table = package.open_sweep(tmp_path / "out")
+    assert list(table["status"].values == "converged") == [False, True]
+    for name, missing in {"normal_force": np.nan, "contact_force": np.nan, "largest_pressure": np.nan, "zone_counts": -1}.items():
+        unsolved, solved = table[name].values
+        assert np.array_equal(unsolved, np.full_like(unsolved, missing), equal_nan=True) and np.isfinite(solved).all(), name
     before = (tmp_path / "out" / "sweep.toml").read_text()
     for folder in ("bad", "out"):
         with pytest.raises(package.BadInput, match="expected a finite positive number"):

@@ -233,7 +233,7 @@ fn run_all(whole: &SweepArguments, output: &Output, threads: usize) -> Result<Ex
     let outcome = outcome?;
     report(&plan, folder, &outcome, output);
     show(&plan, folder, series.as_ref(), pictures.as_ref(), output)?;
-    let unfinished = outcome.failed + outcome.busy + outcome.not_converged;
+    let unfinished = outcome.failed + outcome.busy + outcome.not_converged.len();
     Ok(Exit::of(unfinished == 0))
 }
 
@@ -270,6 +270,9 @@ fn warnings(plan: &Plan) -> BTreeSet<String> {
     warnings.map(|warning| warning.to_string()).collect()
 }
 
+/// Most cases without a solution that are named.
+const MOST_TOLD: usize = 10;
+
 fn report(plan: &Plan, folder: &Path, outcome: &Outcome, output: &Output) {
     let Outcome {
         kept,
@@ -284,13 +287,25 @@ fn report(plan: &Plan, folder: &Path, outcome: &Outcome, output: &Output) {
         || {
             serde_json::json!({
                 "cases": cases, "computed": computed, "kept": kept, "failed": failed,
-                "busy": busy, "not_converged": not_converged,
+                "busy": busy, "not_converged": not_converged.len(),
             })
         },
         || {
+            let unsolved = not_converged
+                .iter()
+                .take(MOST_TOLD)
+                .map(|(number, status)| {
+                    format!("\n  {}: {status}", plan.cases[*number].in_words())
+                });
+            let more = match not_converged.len().saturating_sub(MOST_TOLD) {
+                0 => String::new(),
+                more => format!("\n  and {more} more, with their status in the table"),
+            };
             format!(
                 "{cases} cases: {computed} computed, {kept} kept, {failed} failed, {busy} busy elsewhere; \
-                 {not_converged} not converged\ntable {}",
+                 {} not converged{}{more}\ntable {}",
+                not_converged.len(),
+                unsolved.collect::<String>(),
                 folder.join(CSV_FILE).display()
             )
         },

@@ -183,7 +183,8 @@ pub struct CaseResults {
     pub solve_digest: String,
 }
 
-/// Reads the main results of a finished run file; `None` if it has no report yet.
+/// Reads the main results of a finished run file; `None` if it has no report yet. A case without a solution has a status, and no forces,
+/// pressures and zones: what its solve came to last is no result.
 pub fn read_case(reader: &Reader) -> Result<Option<CaseResults>, FormatError> {
     let whole = |stage: Stage| reader.whole_group(stage.group());
     let Some(load) = whole(Stage::Load)? else {
@@ -198,10 +199,17 @@ pub fn read_case(reader: &Reader) -> Result<Option<CaseResults>, FormatError> {
     let outcome = read_outcome(reader)?;
     let is_solved = outcome.status.is_solved();
     let mut certificate = [f64::NAN; 7];
-    for (value, name) in certificate.iter_mut().zip(CERTIFICATE) {
+    for (value, name) in certificate
+        .iter_mut()
+        .zip(CERTIFICATE)
+        .filter(|_| is_solved)
+    {
         *value = post::read_certificate(reader, name)?.unwrap_or(f64::NAN);
     }
-    let zones = read_if_there(reader, "/post/zone_counts")?;
+    let zones = match is_solved {
+        true => read_if_there(reader, "/post/zone_counts")?,
+        false => None,
+    };
     let number = |path| resultant::<f64>(reader, path, is_solved);
     let vector = |path| resultant::<[f64; 3]>(reader, path, is_solved);
     let tangential = "/post/resultants/tangential_force";
@@ -219,20 +227,24 @@ pub fn read_case(reader: &Reader) -> Result<Option<CaseResults>, FormatError> {
         largest_pressure: number("/post/resultants/largest_pressure")?,
         largest_displacement: vector("/post/resultants/largest_displacement")?,
         strain_energy: number("/post/resultants/strain_energy")?,
-        faces: read_faces(reader)?,
+        faces: if is_solved {
+            read_faces(reader)?
+        } else {
+            Vec::new()
+        },
         certificate,
         solve_digest: solve.digest,
     }))
 }
 
-/// A resultant of the report, NaN where the file does not have it; finite numbers alone, where `is_finite`.
+/// A resultant of the report, NaN where the file does not have it or holds what an unsolved case came to.
 fn resultant<V: Stored + Absent>(
     reader: &Reader,
     path: &'static str,
-    is_finite: bool,
+    is_solved: bool,
 ) -> Result<V, FormatError> {
-    if reader.has(path) {
-        read_as(reader, path, is_finite)
+    if is_solved && reader.has(path) {
+        read_as(reader, path, true)
     } else {
         Ok(V::absent())
     }

@@ -51,7 +51,7 @@ pub enum Event {
 }
 
 /// How a sweep ended.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Outcome {
     /// Cases finished before.
     pub kept: usize,
@@ -61,8 +61,8 @@ pub struct Outcome {
     pub failed: usize,
     /// Cases that another process works on.
     pub busy: usize,
-    /// Finished cases whose solve did not converge.
-    pub not_converged: usize,
+    /// Finished cases, by their number in the plan, whose solve did not converge or whose mesh does not meet its target, with their status.
+    pub not_converged: Vec<(usize, String)>,
 }
 
 /// Runs all cases that are not finished and writes the tables; `observe` sees every case by its index.

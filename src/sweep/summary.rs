@@ -19,7 +19,9 @@ use super::{
     plan::{UNITS_KEY, as_json},
 };
 use crate::{
-    format::{self, CaseRow, LAYOUT, SWEEP_LAYOUT, get_key, scene_table_of_text},
+    format::{
+        self, CaseRow, LAYOUT, SWEEP_LAYOUT, adaptive_status_word, get_key, scene_table_of_text,
+    },
     output::{self, OutputFile, OutputKind},
     report::SweepTable,
 };
@@ -30,25 +32,29 @@ pub const SUMMARY_FILE: &str = "summary.h5";
 pub const CSV_FILE: &str = "summary.csv";
 
 /// Writes both tables from the run files of a folder: the cases of the plan in its order, then older
-/// ones in the same units. Returns how many planned cases have a solve that did not converge.
-pub fn write(plan: &Plan, folder: &Path) -> Result<usize, StageError> {
+/// ones in the same units. Returns the planned cases whose solve did not
+/// converge, or whose mesh does not meet its target, with their status.
+pub fn write(plan: &Plan, folder: &Path) -> Result<Vec<(usize, String)>, StageError> {
     folder::refuse_others(plan, folder)?;
     let rows = rows(plan, folder)?;
     write_table(plan, folder, &rows)?;
     let reader = Reader::open(&folder.join(SUMMARY_FILE), SWEEP_LAYOUT)?;
     write_csv(plan, folder, &SweepTable::read(&reader)?)?;
     // The planned cases come first, in the order of the plan.
-    let planned = plan.cases.iter().zip(&rows);
-    let solved = planned.filter_map(|(case, row)| Some((case, row.results.as_ref()?)));
-    let not_converged = solved.filter(|(case, results)| {
+    let planned = plan.cases.iter().zip(&rows).enumerate();
+    let not_converged = planned.filter_map(|(number, (case, row))| {
+        let results = row.results.as_ref()?;
         let goal = RequestedAccuracy::of(&case.scene.scene.solve);
-        let is_met = results
-            .adaptation
-            .is_none_or(|status| status == AdaptiveStatus::Met);
         let status = Status::of_word(&results.status);
-        !(is_met && status.is_some_and(|status| status.is_success(goal)))
+        if !status.is_some_and(|status| status.is_success(goal)) {
+            return Some((number, results.status.clone()));
+        }
+        let target = results
+            .adaptation
+            .filter(|status| *status != AdaptiveStatus::Met)?;
+        Some((number, adaptive_status_word(target).to_owned()))
     });
-    Ok(not_converged.count())
+    Ok(not_converged.collect())
 }
 
 fn rows(plan: &Plan, folder: &Path) -> Result<Vec<CaseRow>, StageError> {

@@ -140,15 +140,19 @@ fn chart(names: &[String], (x, x_unit): (&Column, Unit), y: &Column, label: &str
     let mut series: Vec<Series> = Vec::new();
     let points = names.iter().zip(x.cells.iter().zip(&y.cells));
     for (name, (at, value)) in points {
-        let (Some(at), Some(value)) = (at.number(), value.number()) else {
+        let Some(at) = at.number() else {
             continue;
         };
         let (along, across) = (&x.name, &y.name);
         let (at_unit, unit) = (x_unit.beside(), y.unit.beside());
+        let found = match value.number() {
+            Some(value) => format!("{across} {value}{unit}"),
+            None => "no solution".to_owned(),
+        };
         let point = ChartPoint {
             x: at,
-            y: value,
-            text: format!("{name}\n{along} {at}{at_unit}\n{across} {value}{unit}"),
+            y: value.number().unwrap_or(f64::NAN),
+            text: format!("{name}\n{along} {at}{at_unit}\n{found}"),
         };
         match series.iter_mut().find(|series| series.name == *name) {
             Some(series) => series.points.push(point),

@@ -235,10 +235,16 @@ impl Chart {
         }
     }
 
-    /// Draws the chart. Points that no axis can show are left out.
+    /// Draws the chart. Points that no axis can show are left out, and lines have gaps there; a cross below tells of a point without a
+    /// value.
     #[must_use]
     pub fn figure(&self) -> Picture {
-        let has_legend = self.series.iter().any(|series| !series.name.is_empty());
+        let has_gaps = self
+            .series
+            .iter()
+            .any(|series| series.points.iter().any(|p| p.y.is_nan()));
+        let has_names = self.series.iter().any(|series| !series.name.is_empty());
+        let has_legend = has_names || has_gaps;
         let [width, height] = CHART_SIZE;
         let right = width
             - if has_legend {
@@ -251,7 +257,9 @@ impl Chart {
         let [left, top] = PLOT_CORNER;
         let size = [right - left, height - BELOW_PLOT - top];
         let drawn = || self.series.iter().flat_map(|series| self.drawn(series));
-        let x = self.x.over(drawn().map(|point| point.x), size[0]);
+        let all = self.series.iter().flat_map(|series| &series.points);
+        let placed = all.filter(|p| self.x.shows(p.x) && (p.y.is_nan() || self.y.shows(p.y)));
+        let x = self.x.over(placed.map(|point| point.x), size[0]);
         let y = self.y.over(drawn().map(|point| point.y), size[1]);
         let frame = PlotFrame {
             corner: PLOT_CORNER,
@@ -261,14 +269,29 @@ impl Chart {
         };
         frame.draw(&mut canvas, [19.0, 44.0], 24.0);
         for (number, series) in self.series.iter().enumerate() {
-            let points = self.drawn(series);
-            let points: Vec<(Point, &str)> = points
-                .map(|p| (frame.pixel([p.x, p.y]), p.text.as_str()))
+            let is_drawn = |p: &ChartPoint| self.x.shows(p.x) && self.y.shows(p.y);
+            let parts = series.points.split(|point| !is_drawn(point));
+            let parts: Vec<Vec<(Point, &str)>> = parts
+                .map(|part| {
+                    part.iter()
+                        .map(|p: &ChartPoint| (frame.pixel([p.x, p.y]), p.text.as_str()))
+                        .collect()
+                })
                 .collect();
-            draw_series(&mut canvas, (series.style, number), &points);
+            draw_series(&mut canvas, (series.style, number), &parts);
+            let missing = series
+                .points
+                .iter()
+                .filter(|p| p.y.is_nan() && self.x.shows(p.x));
+            for point in missing {
+                let [x, _] = frame.pixel([point.x, 0.0]);
+                canvas.titled(&point.text, |canvas| {
+                    MarkKind::End.draw(canvas, [x, top + size[1]])
+                });
+            }
         }
         if has_legend {
-            self.draw_legend(&mut canvas, right + 16.0);
+            self.draw_legend(&mut canvas, right + 16.0, has_gaps);
         }
         Picture::new(&canvas, &self.title)
     }
@@ -279,7 +302,7 @@ impl Chart {
         points.filter(|point| self.x.shows(point.x) && self.y.shows(point.y))
     }
 
-    fn draw_legend(&self, canvas: &mut Canvas, x: f64) {
+    fn draw_legend(&self, canvas: &mut Canvas, x: f64, has_gaps: bool) {
         let mut y = PLOT_CORNER[1] + 14.0;
         let text = |canvas: &mut Canvas, words: &str, indent: f64, y: f64| {
             let label = Label::plain(fitted(words, TICK_SIZE, LEGEND_WIDTH - 28.0 - indent));
@@ -294,7 +317,7 @@ impl Chart {
             let is_alike = |other: &Series| {
                 series.style != SeriesStyle::Numbered && other.style == series.style
             };
-            if self.series[..number].iter().any(is_alike) {
+            if series.name.is_empty() || self.series[..number].iter().any(is_alike) {
                 continue;
             }
             let (line, mark) = ([[x, y], [x + 26.0, y]], [x + 13.0, y]);
@@ -308,6 +331,10 @@ impl Chart {
             }
             text(canvas, &series.name, 34.0, y);
             y += LEGEND_LINE;
+        }
+        if has_gaps {
+            MarkKind::End.draw(canvas, [x + 13.0, y]);
+            text(canvas, "no solution", 34.0, y);
         }
     }
 }
@@ -342,9 +369,10 @@ impl MarkKind {
 fn draw_series(
     canvas: &mut Canvas,
     (style, number): (SeriesStyle, usize),
-    points: &[(Point, &str)],
+    parts: &[Vec<(Point, &str)>],
 ) {
-    let line: Vec<Point> = points.iter().map(|(point, _)| *point).collect();
+    let points = || parts.iter().flatten();
+    let line: Vec<Point> = points().map(|(point, _)| *point).collect();
     let stroke = match style {
         SeriesStyle::Numbered => Some(numbered_line(number)),
         SeriesStyle::Path(kind) => Some(kind.stroke()),
@@ -361,10 +389,14 @@ fn draw_series(
     } else {
         MARKER_RADIUS
     };
-    if let Some(stroke) = stroke.filter(|_| line.len() > 1) {
-        canvas.polylines(&[line], stroke);
+    let joined = parts.iter().filter(|part| part.len() > 1);
+    let lines: Vec<Vec<Point>> = joined
+        .map(|part| part.iter().map(|(point, _)| *point).collect())
+        .collect();
+    if let Some(stroke) = stroke.filter(|_| !lines.is_empty()) {
+        canvas.polylines(&lines, stroke);
     }
-    for (point, text) in points {
+    for (point, text) in points() {
         match style {
             SeriesStyle::Numbered => canvas.titled(text, |canvas| {
                 draw_marker(canvas, number, *point, radius);

@@ -514,7 +514,7 @@ fn charts_are_readable_on_any_scale() {
 fn a_point_that_no_axis_can_show_is_left_out() {
     let mut with = chart(AxisScale::Logarithmic, 1.0, 1);
     let expected = with.figure().svg();
-    for y in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+    for y in [0.0, -1.0, f64::INFINITY] {
         with.series[0].points.push(ChartPoint {
             x: 1.0,
             y,
@@ -522,6 +522,21 @@ fn a_point_that_no_axis_can_show_is_left_out() {
         });
     }
     assert_eq!(with.figure().svg(), expected);
+}
+
+/// A point without a value is a gap in its line, with a cross that says why.
+#[test]
+fn a_point_without_a_value_is_a_gap() {
+    let mut chart = chart(AxisScale::Linear, 1.0, 1);
+    let lines = |svg: &str| svg.matches('M').count();
+    let whole = chart.figure().svg();
+    chart.series[0].points[3].y = f64::NAN;
+    chart.series[0].points[3].text = "lost".to_owned();
+    let with_gap = chart.figure().svg();
+    assert_readable(&with_gap);
+    assert!(with_gap.contains("<title>lost") && with_gap.contains("no solution"));
+    // One part more of the line, and two strokes for each cross, of which the legend has one.
+    assert_eq!(lines(&with_gap), lines(&whole) + 1 + 2 * 2);
 }
 
 /// Parts of a path of one kind are one entry of the legend, marks say where they are.
