@@ -79,11 +79,8 @@ fn analyse(a: &CscMatrix, permutation: &[usize]) -> Option<SymbolicCholesky<usiz
     };
     let ordering =
         SymmetricOrdering::Custom(PermRef::new_checked(permutation, &new_of_old, a.cols));
-    factorize_symbolic_cholesky(pattern(a), Side::Upper, ordering, parameters).ok()
-}
-
-pub(super) fn pattern(a: &CscMatrix) -> SymbolicSparseColMatRef<'_, usize> {
-    SymbolicSparseColMatRef::new_checked(a.rows, a.cols, &a.indptr, None, &a.indices)
+    let pattern = SymbolicSparseColMatRef::new_checked(a.rows, a.cols, &a.indptr, None, &a.indices);
+    factorize_symbolic_cholesky(pattern, Side::Upper, ordering, parameters).ok()
 }
 
 /// Puts each supernode's own columns before the rows below its diagonal block.
@@ -166,12 +163,9 @@ fn postorder(parent: &[usize]) -> Vec<usize> {
 /// No column: the parent of a root.
 const NONE: usize = usize::MAX;
 
-/// A subtree of at most this many columns becomes one supernode: the zeros it then stores cost less than the many small fronts,
-/// in factorisation and in solves.
-const MERGED_COLUMNS: usize = 32;
-
 impl FactorStructure {
-    /// Merges every largest subtree of the elimination tree with at most [`MERGED_COLUMNS`] columns into one supernode.
+    /// Merges every largest subtree of the elimination tree with at most 32 columns into one supernode: the zeros it then stores cost less
+    /// than the many small fronts, in factorisation and in solves.
     ///
     /// The rows of a descendant are its ancestors' columns inside the subtree, or rows of the subtree's root: so the rows of the
     /// whole are its columns and the rows below its root.
@@ -179,7 +173,7 @@ impl FactorStructure {
         let columns = |s: usize| self.columns(s).len();
         let pieces = self
             .supernode_tree()
-            .pieces(columns, |columns| columns <= MERGED_COLUMNS);
+            .pieces(columns, |columns| columns <= 32);
         let mut merged = Self {
             permutation: self.permutation.clone(),
             ..Self::empty()

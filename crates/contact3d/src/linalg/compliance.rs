@@ -129,27 +129,28 @@ impl<T: Scalar> ForwardRows<'_, T> {
         for part in &self.half_solved {
             loads[part.supernode] = part.columns.len() as f64;
         }
-        let mut costs = vec![SubtreeCost::default(); supernodes];
+        // Of each subtree: selected unknowns, multiplications that half-solve their unit vectors and multiply by W, and the
+        // fewest of all.
+        let mut costs = vec![[0.0; 3]; supernodes];
         for &unknown in selected {
-            costs[owner[unknown]].selected += 1.0;
+            costs[owner[unknown]][0] += 1.0;
         }
         let mut by_backward = vec![false; supernodes];
         for s in 0..supernodes {
-            if costs[s].selected == 0.0 {
+            let [selected, forward, best] = costs[s];
+            if selected == 0.0 {
                 continue;
             }
             let panel = factor.structure.front(s);
             let (width, height) = (panel.width as f64, panel.rows.len() as f64);
             let entries = width * (height - 0.5 * (width - 1.0));
-            let cost = &mut costs[s];
-            cost.forward += cost.selected * (entries + width * loads[s]);
-            let forward = cost.forward + cost.selected * (height - width) * all;
-            let backward = cost.best + entries * all;
+            let solved = forward + selected * (entries + width * loads[s]);
+            let forward = solved + selected * (height - width) * all;
+            let backward = best + entries * all;
             by_backward[s] = backward <= forward;
-            cost.best = forward.min(backward);
             if let Some(parent) = parent[s] {
-                let cost = costs[s];
-                costs[parent].add(cost);
+                let own = [selected, solved, forward.min(backward)];
+                (0..3).for_each(|k| costs[parent][k] += own[k]);
             }
         }
         for s in (0..supernodes).rev() {
@@ -261,25 +262,6 @@ impl<T: Scalar> CholeskyFactor<T> {
         let known = MatRef::from_row_major_slice(known, front.below().len(), columns);
         multiply(own.rb_mut(), Accum::Add, -1.0, below.transpose(), known);
         solve_upper_triangular_in_place(diagonal.transpose(), own, Par::Seq);
-    }
-}
-
-/// Operations (multiplications) in the subtree of a supernode.
-#[derive(Clone, Copy, Default)]
-struct SubtreeCost {
-    /// Number of selected unknowns.
-    selected: f64,
-    /// Half-solving their unit vectors and multiplying by W.
-    forward: f64,
-    /// The cheapest way.
-    best: f64,
-}
-
-impl SubtreeCost {
-    fn add(&mut self, child: Self) {
-        self.selected += child.selected;
-        self.forward += child.forward;
-        self.best += child.best;
     }
 }
 

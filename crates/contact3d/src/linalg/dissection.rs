@@ -8,12 +8,6 @@ use faer::{
 
 use super::{sparse::CscMatrix, structure::FactorError};
 
-/// Parts of at most this many nodes are ordered by minimum degree.
-const LEAF_NODES: usize = 100;
-
-/// Parts above this many nodes are dissected in parallel.
-const PARALLEL_NODES: usize = 2000;
-
 /// The sweeps that look at coordinates go along the axes and the body diagonals: even nodes of the
 /// mesh of five tetrahedra per cube form a face-centred lattice, whose sparsest planes are {111}.
 const DIRECTIONS: [[f64; 3]; 7] = [
@@ -25,15 +19,6 @@ const DIRECTIONS: [[f64; 3]; 7] = [
     [1.0, -1.0, 1.0],
     [-1.0, 1.0, 1.0],
 ];
-
-/// Nodes whose places along a sweep differ by less than this share of a cell lie in one plane.
-const PLANE_TOLERANCE: f64 = 1e-3;
-
-/// The smallest fraction of a part's nodes on either side of a cut.
-const MIN_SIDE: f64 = 0.22;
-
-/// Weight of the work inside the two sides against that of the separator in [`cost`].
-const SIDE_WEIGHT: f64 = 0.125;
 
 /// Adjacency and cell-scaled coordinates of some nodes of the mesh, numbered from 0.
 #[derive(Default)]
@@ -121,18 +106,17 @@ impl Subgraph {
     }
 
     /// The ordering of this part's nodes in the mesh's numbers: one side, the other side, the
-    /// separator.
+    /// separator. Parts of at most 100 nodes are ordered by minimum degree.
     fn dissect(self) -> Result<Vec<usize>, FactorError> {
-        let is_leaf = self.len() <= LEAF_NODES;
-        let Some(split) = (!is_leaf).then(|| best_split(&self)).flatten() else {
+        let is_leaf = self.len() <= 100;
+        let Some([first, second, separator]) = (!is_leaf).then(|| best_split(&self)).flatten() else {
             let order = amd_of_pattern(&self.indptr, &self.indices)?;
             return Ok(order.into_iter().map(|node| self.nodes[node]).collect());
         };
-        let parallel = self.len() > PARALLEL_NODES;
-        let (a, b) = (self.restrict(&split.first), self.restrict(&split.second));
-        let separator = split.separator.iter().map(|&node| self.nodes[node]);
-        let separator: Vec<usize> = separator.collect();
-        drop((self, split));
+        let parallel = self.len() > 2000;
+        let (a, b) = (self.restrict(&first), self.restrict(&second));
+        let separator: Vec<usize> = separator.iter().map(|&node| self.nodes[node]).collect();
+        drop((self, first, second));
         let (a, b) = if parallel {
             rayon::join(|| a.dissect(), || b.dissect())
         } else {
@@ -204,14 +188,6 @@ fn on_grid(coordinate: f64) -> f64 {
     (coordinate * steps).round() / steps
 }
 
-/// A part's nodes in three sets, each increasing, no edge joining the first two.
-#[derive(Default)]
-struct Split {
-    first: Vec<usize>,
-    second: Vec<usize>,
-    separator: Vec<usize>,
-}
-
 /// A cut of a sweep: the nodes before `position` against the others, the separator being the
 /// boundary of one of them.
 #[derive(Clone, Copy)]
@@ -223,9 +199,9 @@ struct Cut {
     separator_before: bool,
 }
 
-/// The cheapest separator found, or `None` when every cut leaves a side empty or takes half of the
-/// nodes.
-fn best_split(part: &Subgraph) -> Option<Split> {
+/// Both sides of the cheapest separator found and itself, each increasing, or `None` when every cut leaves a side empty or takes half
+/// of the nodes.
+fn best_split(part: &Subgraph) -> Option<[Vec<usize>; 3]> {
     let planes = DIRECTIONS
         .iter()
         .map(|direction| places_along(part, direction));
@@ -242,17 +218,17 @@ fn best_split(part: &Subgraph) -> Option<Split> {
     best.map(|(cut, rank)| split_at(part, &cut, &rank))
 }
 
-/// Work of factorising: s³ for the dense separator and n² for a three-dimensional part of n nodes.
+/// Work of factorising: s³ for the dense separator and n²/8 for a three-dimensional part of n nodes.
 fn cost(separator: usize, first: usize, second: usize) -> f64 {
-    (separator as f64).powi(3) + SIDE_WEIGHT * ((first as f64).powi(2) + (second as f64).powi(2))
+    (separator as f64).powi(3) + 0.125 * ((first as f64).powi(2) + (second as f64).powi(2))
 }
 
-/// Number of the plane across `direction` each node lies in.
+/// Number of the plane across `direction` each node lies in: planes are a thousandth of a cell thick.
 fn places_along(part: &Subgraph, direction: &[f64; 3]) -> Vec<i64> {
     let place = |point: &[f64; 3]| point.iter().zip(direction).map(|(x, d)| x * d).sum::<f64>();
     part.points
         .iter()
-        .map(|point| (place(point) / PLANE_TOLERANCE).round() as i64)
+        .map(|point| (place(point) / 1e-3).round() as i64)
         .collect()
 }
 
@@ -324,7 +300,8 @@ fn best_cut(part: &Subgraph, rank: &[usize]) -> Option<Cut> {
         before[own + 1] += 1;
         before[highest + 1] -= 1;
     }
-    let smallest = (nodes as f64 * MIN_SIDE) as usize;
+    // Neither side of a cut has fewer than this fraction of the nodes.
+    let smallest = (nodes as f64 * 0.22) as usize;
     let (mut size_after, mut size_before) = (0, 0);
     let mut best: Option<Cut> = None;
     for position in 1..nodes {
@@ -356,20 +333,20 @@ fn best_cut(part: &Subgraph, rank: &[usize]) -> Option<Cut> {
     best
 }
 
-fn split_at(part: &Subgraph, cut: &Cut, rank: &[usize]) -> Split {
-    let mut split = Split::default();
+fn split_at(part: &Subgraph, cut: &Cut, rank: &[usize]) -> [Vec<usize>; 3] {
+    let [mut first, mut second, mut separator] = <[Vec<usize>; 3]>::default();
     for node in 0..part.len() {
         let is_before = rank[node] < cut.position;
         let crosses = |&other: &usize| (rank[other] < cut.position) != is_before;
         if is_before == cut.separator_before && part.neighbours(node).iter().any(crosses) {
-            split.separator.push(node);
+            separator.push(node);
         } else if is_before {
-            split.first.push(node);
+            first.push(node);
         } else {
-            split.second.push(node);
+            second.push(node);
         }
     }
-    split
+    [first, second, separator]
 }
 
 /// Approximate minimum degree ordering of a symmetric matrix, new → old: row i of PAPᵀ is row

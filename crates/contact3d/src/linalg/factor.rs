@@ -9,10 +9,6 @@ use super::{
     tasks::Work,
 };
 
-/// A pivot below this many units of rounding of the diagonal entry it came from is rounding error, so the matrix counts as
-/// singular.
-const SINGULAR_PIVOT: f64 = 64.0;
-
 /// The supernodal Cholesky factor L of PAPᵀ = LLᵀ in single or double precision, as plain arrays that a file can hold: the dense
 /// column-major panels of [`FactorStructure`], one after another.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,14 +74,15 @@ impl<T: Scalar> CholeskyFactor<T> {
         pivot
     }
 
-    /// Refuses pivots that are positive by rounding only, or not numbers.
+    /// Refuses pivots that are positive by rounding only, below 64 units of it in the diagonal entry that they came from, or not
+    /// numbers.
     fn refuse_singular(&self, a: &CscMatrix) -> Result<(), FactorError> {
         for s in 0..self.structure.supernodes() {
             let (front, values) = self.panel(s);
             for k in 0..front.width {
                 let pivot = values[k * (front.rows.len() + 1)].to_double().powi(2);
                 let column = self.structure.permutation[front.first + k];
-                let rounding = SINGULAR_PIVOT * T::EPSILON * a.diagonal(column);
+                let rounding = 64.0 * T::epsilon() * a.diagonal(column);
                 if !(pivot > rounding && pivot.is_finite()) {
                     return Err(FactorError::NotPositiveDefinite { column, pivot });
                 }

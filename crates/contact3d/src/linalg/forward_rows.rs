@@ -30,35 +30,25 @@ pub(crate) struct ForwardRows<'a, T> {
     pub(super) work: &'a Work,
 }
 
-/// Sizes of W = L⁻¹PBᵀ, from the structure of the factor alone.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct ForwardCount {
-    /// Entries of W on the supernodes that its columns reach.
-    pub(crate) entries: f64,
-    /// Multiplications and additions of the solves.
-    pub(crate) solve_operations: f64,
-    /// Multiplications and additions of one triangle of WᵀW.
-    pub(crate) gram_operations: f64,
-}
-
 impl FactorStructure {
-    /// Counts W for a B of shape (rows, unknowns).
+    /// Of W = L⁻¹PBᵀ for a B of shape (rows, unknowns): entries on the supernodes that its columns reach, multiplications and additions of
+    /// the solves, and those of one triangle of WᵀW.
     ///
     /// # Panics
     /// When B does not have one column per unknown.
-    pub(crate) fn count_forward_rows(&self, b: &CscMatrix) -> ForwardCount {
+    pub(crate) fn count_forward_rows(&self, b: &CscMatrix) -> [f64; 3] {
         let (_, right_hand_sides) = self.sorted_rows(b);
         let tree = self.supernode_tree();
         let plan = FrontPlan::new(self.supernodes(), &tree, &right_hand_sides, |_| true);
-        let mut count = ForwardCount::default();
+        let [mut entries, mut of_solves, mut of_products] = [0.0; 3];
         for (s, columns) in &plan.reached {
             let front = self.front(*s);
-            count.solve_operations += front.solve_operations(columns.len());
+            of_solves += front.solve_operations(columns.len());
             let (width, columns) = (front.width as f64, columns.len() as f64);
-            count.entries += width * columns;
-            count.gram_operations += width * columns * columns;
+            entries += width * columns;
+            of_products += width * columns * columns;
         }
-        count
+        [entries, of_solves, of_products]
     }
 
     /// The rows of B in the new numbering, those that lie close in the elimination tree neighbours, and which each one is.

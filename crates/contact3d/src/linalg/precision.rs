@@ -48,7 +48,7 @@ pub trait Scalar:
     + 'static
 {
     /// The distance from 1 to the next larger number.
-    const EPSILON: f64;
+    fn epsilon() -> f64;
 
     /// The nearest number.
     fn rounded(value: f64) -> Self;
@@ -58,7 +58,9 @@ pub trait Scalar:
 }
 
 impl Scalar for f64 {
-    const EPSILON: f64 = f64::EPSILON;
+    fn epsilon() -> f64 {
+        f64::EPSILON
+    }
 
     #[inline(always)]
     fn rounded(value: f64) -> Self {
@@ -72,7 +74,9 @@ impl Scalar for f64 {
 }
 
 impl Scalar for f32 {
-    const EPSILON: f64 = f32::EPSILON as f64;
+    fn epsilon() -> f64 {
+        f64::from(f32::EPSILON)
+    }
 
     #[inline(always)]
     fn rounded(value: f64) -> Self {

@@ -2,10 +2,6 @@
 
 use rayon::prelude::*;
 
-/// Stored entries below which a product runs on the calling thread: the work of fewer is shorter
-/// than waking the pool.
-const PARALLEL_ENTRIES: usize = 1 << 18;
-
 /// A sparse matrix M by compressed columns, with strictly increasing row indices inside each
 /// column.
 ///
@@ -106,7 +102,8 @@ impl CscMatrix {
         let product = |(column, value): (usize, &mut f64)| {
             *value = self.entries(column).map(|(row, a)| a * x[row]).sum();
         };
-        if self.data.len() < PARALLEL_ENTRIES {
+        // The work of fewer entries is shorter than waking the pool.
+        if self.data.len() < 1 << 18 {
             y.iter_mut().enumerate().for_each(product);
         } else {
             y.par_iter_mut()

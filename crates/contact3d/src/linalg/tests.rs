@@ -186,8 +186,8 @@ fn every_counted_operation_is_done_once() {
     CholeskyFactor::<f64>::of_structure(structure.clone(), &matrix, &work).expect("a factor");
     // Both counts are whole numbers below 2^53.
     assert_eq!(work.share(), 0.5);
-    let count = structure.count_forward_rows(&coupling);
-    let work = Work::of(2.0 * (count.solve_operations + count.gram_operations));
+    let [_, of_solves, of_products] = structure.count_forward_rows(&coupling);
+    let work = Work::of(2.0 * (of_solves + of_products));
     let rows = factor.forward_rows(&coupling, &work);
     assert!(work.share() < 0.5);
     assert_eq!(rows.gram().len(), coupling.rows * coupling.rows);

@@ -119,39 +119,9 @@ fn two_sum(a: f64, b: f64) -> (f64, f64) {
     (sum, (a - (sum - virtual_part)) + (b - virtual_part))
 }
 
-/// A sum with its error (T. Ogita, S. M. Rump, S. Oishi, SIAM J. Sci. Comput. 26 (2005) 1955,
-/// algorithm Dot2).
-#[derive(Debug, Clone, Copy)]
-struct Accumulator {
-    sum: f64,
-    error: f64,
-}
-
-impl Accumulator {
-    fn new(start: f64) -> Self {
-        Self {
-            sum: start,
-            error: 0.0,
-        }
-    }
-
-    #[inline(always)]
-    fn add_product(&mut self, a: f64, b: f64) {
-        let product = a * b;
-        let product_error = a.mul_add(b, -product);
-        let (sum, sum_error) = two_sum(self.sum, product);
-        self.sum = sum;
-        self.error += product_error + sum_error;
-    }
-
-    fn rounded(self) -> f64 {
-        self.sum + self.error
-    }
-}
-
 impl CscMatrix {
-    /// b − M x for a symmetric M, with sums and products in twice the working precision, rounded once at the end; rows in
-    /// parallel.
+    /// b − M x for a symmetric M, with sums and products in twice the working precision, rounded once at the end (T. Ogita, S. M. Rump,
+    /// S. Oishi, SIAM J. Sci. Comput. 26 (2005) 1955, algorithm Dot2); rows in parallel.
     ///
     /// # Panics
     /// If `x` or `b` has another length than M has rows.
@@ -175,13 +145,17 @@ impl CscMatrix {
                 #[inline(always)]
                 || {
                     for (j, excess) in (chunk * columns..).zip(excess) {
-                        let mut sum = Accumulator::new(*excess);
+                        let (mut sum, mut error) = (*excess, 0.0);
                         for k in self.indptr[j]..self.indptr[j + 1] {
-                            let row = self.indices[k];
-                            sum.add_product(self.data[k], x.value[row]);
-                            sum.error += self.data[k] * x.remainder[row];
+                            let (a, row) = (self.data[k], self.indices[k]);
+                            let product = a * x.value[row];
+                            let product_error = a.mul_add(x.value[row], -product);
+                            let (next, sum_error) = two_sum(sum, product);
+                            sum = next;
+                            error += product_error + sum_error;
+                            error += a * x.remainder[row];
                         }
-                        *excess = sum.rounded();
+                        *excess = sum + error;
                     }
                 },
             );
