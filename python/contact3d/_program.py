@@ -54,8 +54,8 @@ ERRORS = {1: NotConverged, 2: BadInput, 130: Interrupted}
 
 
 @dataclass(frozen=True)
-class Answer:
-    """What the program answered: its JSON, its exit code, its message."""
+class CompletedCommand:
+    """What the program printed: its JSON, its exit code, its message."""
 
     data: Any
     exit_code: int
@@ -89,12 +89,12 @@ def program() -> Path:
 
 def version() -> str:
     """The version of the program."""
-    answer = subprocess.run([_found(), "--version"], capture_output=True, text=True, check=True)
-    return answer.stdout.split()[1]
+    completed = subprocess.run([_found(), "--version"], capture_output=True, text=True, check=True)
+    return completed.stdout.split()[1]
 
 
 def perform(command: Sequence[str], *, text: str | None = None, total: int | None = None,
-            progress: bool | None = False) -> Answer:
+            progress: bool | None = False) -> CompletedCommand:
     """Runs a command with some standard input; its warnings become Python's, its progress a bar."""
     executable = _found()
     environment = {**os.environ, "NO_COLOR": "1"}
@@ -110,10 +110,10 @@ def perform(command: Sequence[str], *, text: str | None = None, total: int | Non
         finally:
             os.close(ours)
         results.seek(0)
-        answered = results.read()
+        printed = results.read()
     _watch.warn(watcher.warnings)
     message = "\n".join(watcher.messages).strip().replace("/dev/stdin", "the scene")
-    return Answer(json.loads(answered) if answered.strip() else None, exit_code, message)
+    return CompletedCommand(json.loads(printed) if printed.strip() else None, exit_code, message)
 
 
 def _found() -> Path:

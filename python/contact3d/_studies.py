@@ -9,7 +9,7 @@ from typing import Any, ClassVar, TypeVar
 import pandas as pd
 
 from . import _toml
-from ._program import Answer, name, options, perform, pictures, settings
+from ._program import CompletedCommand, name, options, perform, pictures, settings
 from ._plots import axes
 from ._run import Run
 from ._scene_input import SceneLike, given
@@ -292,9 +292,9 @@ def bound(file: StrPath, *, threads: int | None = None) -> dict[str, Any]:
         ``elements``, that for the contact stresses of the computed solution; and the parts of ``total``.
     :raises BadInput: a run file that is not solved, a scene whose error cannot be bounded.
     """
-    answer = perform(["bound", name(file), *options(threads=threads)])
-    answer.check(Path(file))
-    return answer.data
+    completed = perform(["bound", name(file), *options(threads=threads)])
+    completed.check(Path(file))
+    return completed.data
 
 
 def friction_law(scene: SceneLike, *, set: Mapping[str, Any] | None = None, figures: StrPath | None = None) -> Law:
@@ -302,9 +302,9 @@ def friction_law(scene: SceneLike, *, set: Mapping[str, Any] | None = None, figu
 
     :param figures: a folder for pictures of them.
     """
-    answer = _ask(["friction-law", _place(scene), *pictures(figures)], scene, set, False)
-    answer.check()
-    return Law(answer.data, None, [Path(picture) for picture in answer.data["figures"]])
+    completed = _ask(["friction-law", _place(scene), *pictures(figures)], scene, set, False)
+    completed.check()
+    return Law(completed.data, None, [Path(picture) for picture in completed.data["figures"]])
 
 
 def report(file: StrPath, page: StrPath = "report.html", *, interactive: bool = False) -> Path:
@@ -350,7 +350,7 @@ def _on_file(command: str, scene: SceneLike, file: StrPath) -> list[str]:
 
 
 def _ask(command: list[str], scene: SceneLike | None, changes: Mapping[str, Any] | None, progress: bool | None,
-         total: int | None = None) -> Answer:
+         total: int | None = None) -> CompletedCommand:
     _, text, ours = (None, None, {}) if scene is None else given(scene)
     return perform(command + settings({**ours, **(changes or {})}), text=text, total=total, progress=progress)
 
@@ -358,9 +358,9 @@ def _ask(command: list[str], scene: SceneLike | None, changes: Mapping[str, Any]
 def _study(kind: type[Found], command: list[str], scene: SceneLike | None, changes: Mapping[str, Any] | None,
            progress: bool | None, file: StrPath | None) -> Found:
     """Runs a study; one that did not converge is in the error."""
-    answer = _ask(command, scene, changes, progress)
+    completed = _ask(command, scene, changes, progress)
     place = None if file is None else Path(file)
-    found = kind(answer.data, place) if answer.exit_code in (0, 1) else None
-    answer.check(place, found)
+    found = kind(completed.data, place) if completed.exit_code in (0, 1) else None
+    completed.check(place, found)
     assert found is not None
     return found

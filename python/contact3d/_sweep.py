@@ -118,14 +118,14 @@ def sweep(
         how = options(self_contained=self_contained)
     limits = options(jobs=jobs, memory=memory, threads=threads, no_figures=not figures, series=series)
     with _table_if_interrupted(place):
-        answer = perform(["sweep", *place, *how, *limits], total=len(plan.data), progress=progress and executor is None)
-        counts = answer.data or {}
-        if answer.exit_code != 1 or "cases" not in counts:
-            answer.check(folder)
+        completed = perform(["sweep", *place, *how, *limits], total=len(plan.data), progress=progress and executor is None)
+        counts = completed.data or {}
+        if completed.exit_code != 1 or "cases" not in counts:
+            completed.check(folder)
     computed += counts["computed"]
     found = Sweep(folder, plan.data, computed, len(plan.data) - computed - counts["failed"] - counts["busy"],
                   _failures(folder), counts["busy"], counts["not_converged"])
-    if answer.exit_code == 1:
+    if completed.exit_code == 1:
         _watch.warn([repr(found)], _watch.CasesWarning)
     return found
 
@@ -187,10 +187,10 @@ def _write(file: Path, text: str) -> None:
 
 def run_case(place: list[str], case: str, how: list[str]) -> str:
     """Runs one case where an executor wants it, and tells what became of it; each case that failed has recorded its error."""
-    answer = perform(["sweep", "run-case", *place, case, *how])
-    if "event" not in (answer.data or {}):
-        answer.check()
-    return str(answer.data["event"])
+    completed = perform(["sweep", "run-case", *place, case, *how])
+    if "event" not in (completed.data or {}):
+        completed.check()
+    return str(completed.data["event"])
 
 
 def _run_cases(executor: Executor, place: list[str], cases: list[dict[str, Any]], how: list[str],

@@ -50,16 +50,8 @@ fn main() -> Result<(), ProblemError> {
             solution.status.word(),
             solution.accuracy
         );
-        println!("  equilibrium      {:.1e}", certificate.equilibrium);
-        if let Some(contact) = certificate.contact {
-            println!("  penetration      {:.1e}", contact.penetration);
-            println!("  adhesion         {:.1e}", contact.adhesion);
-            println!("  complementarity  {:.1e}", contact.complementarity);
-            println!("  fixed point      {:.1e}", contact.fixed_point);
-        }
-        if let Some(friction) = certificate.friction {
-            println!("  friction bound   {:.1e}", friction.friction_bound);
-            println!("  slip direction   {:.1e}", friction.slip_direction);
+        for (figure, value) in certificate.figures() {
+            println!("  {figure:16} {value:.1e}");
         }
     }
     Ok(())

@@ -1,14 +1,7 @@
 //! Solves with A: its factor, and refinement or conjugate gradients about it.
 
-use faer::{Mat, MatMut, Par, linalg::triangular_inverse::invert_lower_triangular};
-
-use super::{Assembly, ExplicitDual};
-use crate::linalg::{
-    CgSolution, DenseCholesky, Doubled, Precision, StoppingRule, conjugate_gradients, norm,
-};
-
-/// Steps of iterative refinement; each wins at least the digits that cond(A) leaves.
-const MOST_REFINEMENTS: usize = 6;
+use super::Assembly;
+use crate::linalg::{CgSolution, Doubled, Precision, conjugate_gradients, norm};
 
 /// What conjugate gradients leave of a correction at most, where the factor is in single precision: after two steps or so.
 pub(super) const CG_LEFT: f64 = 1e-8;
@@ -38,16 +31,15 @@ impl Assembly {
     /// A⁻¹f for several f but for a `share` of each, by conjugate gradients that share the reading of the factor.
     pub(crate) fn solve_several(&self, forces: &[Vec<f64>], share: f64) -> Vec<Vec<f64>> {
         let forces: Vec<&[f64]> = forces.iter().map(Vec::as_slice).collect();
-        let accuracy = StoppingRule { share, length: 0.0 };
         let a = self.primal.invertible();
-        let solved = conjugate_gradients(a, &self.factor, &forces, accuracy);
+        let solved = conjugate_gradients(a, &self.factor, &forces, share, 0.0);
         solved.into_iter().map(|solved| solved.solution).collect()
     }
 
-    /// A⁻¹f by conjugate gradients.
-    pub(super) fn by_gradients(&self, forces: &[f64], accuracy: StoppingRule) -> CgSolution {
+    /// A⁻¹f by conjugate gradients, but for a share of it or a length.
+    pub(super) fn by_gradients(&self, forces: &[f64], share: f64, length: f64) -> CgSolution {
         let a = self.primal.invertible();
-        conjugate_gradients(a, &self.factor, &[forces], accuracy).remove(0)
+        conjugate_gradients(a, &self.factor, &[forces], share, length).remove(0)
     }
 
     /// A⁻¹f from a start, or from zero, refined with residuals in twice the working precision until the
@@ -64,7 +56,8 @@ impl Assembly {
             None => Doubled::from(vec![0.0; forces.len()]),
         };
         let mut last = f64::INFINITY;
-        for _ in 0..=MOST_REFINEMENTS {
+        // Each of six refinements wins at least the digits that cond(A) leaves.
+        for _ in 0..=6 {
             let whole = norm(&displacement.value);
             let residual = match whole {
                 0.0 => forces.to_vec(),
@@ -103,84 +96,10 @@ impl Assembly {
             Precision::Single => {
                 let least = if whole > 0.0 { 0.0 } else { target };
                 let (share, length) = (CG_LEFT.max(least), target * whole);
-                let solved = self.by_gradients(residual, StoppingRule { share, length });
+                let solved = self.by_gradients(residual, share, length);
                 let left = solved.left();
                 (solved.solution, Some(left))
             }
         }
     }
-}
-
-/// LLᵀ = D S D + shift for D = diag(1/√S_ii) over the components whose rows do not vanish.
-#[derive(Debug, Clone)]
-pub(super) struct StiffnessFactor {
-    /// Those components, ascending.
-    pub(super) kept: Vec<usize>,
-    /// 1/√S_ii of them.
-    pub(super) scale: Vec<f64>,
-    /// `None` of numbers that are not finite.
-    factor: Option<DenseCholesky>,
-}
-
-impl StiffnessFactor {
-    /// A third of n³ operations for n multipliers.
-    pub(super) fn new(dual: &ExplicitDual) -> Self {
-        let (kept, scale) = units(dual);
-        Self {
-            factor: DenseCholesky::shifted(&unit_diagonal(dual, &kept, &scale)),
-            kept,
-            scale,
-        }
-    }
-
-    /// S⁻¹h in Pa for h in m³ with the components before one: all, or the normal ones. The others are zero.
-    pub(super) fn solve(&self, rhs: &[f64], end: usize) -> Vec<f64> {
-        let count = self.kept.partition_point(|&j| j < end);
-        let scaled = (0..count).map(|i| self.scale[i] * rhs[self.kept[i]]);
-        let mut x: Vec<f64> = scaled.collect();
-        match &self.factor {
-            None => x.fill(f64::NAN),
-            Some(factor) => factor.solve(&mut x),
-        }
-        let mut solution = vec![0.0; rhs.len()];
-        for (i, x) in x.iter().enumerate() {
-            solution[self.kept[i]] = self.scale[i] * x;
-        }
-        solution
-    }
-
-    /// The diagonal of (LLᵀ)⁻¹.
-    pub(super) fn inverse_diagonal(&self) -> Vec<f64> {
-        match &self.factor {
-            None => vec![f64::NAN; self.kept.len()],
-            Some(factor) => inverse_diagonal(factor),
-        }
-    }
-}
-
-/// The components whose rows of S do not vanish, and 1/√S_ii of those.
-pub(super) fn units(dual: &ExplicitDual) -> (Vec<usize>, Vec<f64>) {
-    let kept = (0..dual.dimension()).filter(|&j| dual.diagonal(j) > 0.0);
-    kept.map(|j| (j, dual.diagonal(j).sqrt().recip())).unzip()
-}
-
-/// D S D over some components.
-pub(super) fn unit_diagonal(dual: &ExplicitDual, kept: &[usize], scale: &[f64]) -> Mat<f64> {
-    Mat::from_fn(kept.len(), kept.len(), |i, j| {
-        scale[i] * dual.column(kept[j])[kept[i]] * scale[j]
-    })
-}
-
-/// The diagonal of (LLᵀ)⁻¹: squared lengths of the columns of L⁻¹.
-fn inverse_diagonal(factor: &DenseCholesky) -> Vec<f64> {
-    let n = factor.lower().nrows();
-    let mut inverse = Mat::<f64>::zeros(n, n);
-    invert_lower_triangular(
-        inverse.as_mut() as MatMut<'_, f64>,
-        factor.lower(),
-        Par::Seq,
-    );
-    (0..n)
-        .map(|j| (j..n).map(|i| inverse[(i, j)].powi(2)).sum())
-        .collect()
 }

@@ -3,18 +3,18 @@
 use std::ops::Range;
 
 /// Columns treated together: each entry of y is then loaded once for four coefficients.
-const COLUMNS: usize = 4;
+const PRODUCT_COLUMNS: usize = 4;
 
 /// Independent partial sums of one dot product.
-const LANES: usize = 4;
+const PRODUCT_LANES: usize = 4;
 
 /// y = S x for a symmetric S, column-major, `[n, n]`; only its lower triangle is read.
 pub(super) fn symmetric_product(matrix: &[f64], x: &[f64]) -> Vec<f64> {
     let n = x.len();
     let mut y = vec![0.0; n];
-    let whole = n - n % COLUMNS;
-    for k in (0..whole).step_by(COLUMNS) {
-        let end = k + COLUMNS;
+    let whole = n - n % PRODUCT_COLUMNS;
+    for k in (0..whole).step_by(PRODUCT_COLUMNS) {
+        let end = k + PRODUCT_COLUMNS;
         add_diagonal_block(matrix, k..end, x, &mut y);
         let below = std::array::from_fn(|c| &matrix[(k + c) * n + end..(k + c + 1) * n]);
         let factors = [x[k], x[k + 1], x[k + 2], x[k + 3]];
@@ -42,19 +42,19 @@ fn add_diagonal_block(matrix: &[f64], range: Range<usize>, x: &[f64], y: &mut [f
 
 /// y += Σ columns[c] factors[c]; returns the products columns[c]ᵀ x.
 fn add_columns_and_dot(
-    columns: [&[f64]; COLUMNS],
-    factors: [f64; COLUMNS],
+    columns: [&[f64]; PRODUCT_COLUMNS],
+    factors: [f64; PRODUCT_COLUMNS],
     x: &[f64],
     y: &mut [f64],
-) -> [f64; COLUMNS] {
+) -> [f64; PRODUCT_COLUMNS] {
     let n = y.len();
     let [a, b, c, d] = columns.map(|column| &column[..n]);
     let [fa, fb, fc, fd] = factors;
     let x = &x[..n];
-    let mut sums = [[0.0; LANES]; COLUMNS];
-    let whole = n - n % LANES;
-    for i in (0..whole).step_by(LANES) {
-        for lane in 0..LANES {
+    let mut sums = [[0.0; PRODUCT_LANES]; PRODUCT_COLUMNS];
+    let whole = n - n % PRODUCT_LANES;
+    for i in (0..whole).step_by(PRODUCT_LANES) {
+        for lane in 0..PRODUCT_LANES {
             let at = i + lane;
             y[at] += (a[at] * fa + b[at] * fb) + (c[at] * fc + d[at] * fd);
             sums[0][lane] += a[at] * x[at];
@@ -76,8 +76,8 @@ fn add_columns_and_dot(
 pub(super) fn subtract_product(matrix: &[f64], x: &[f64], y: &mut [f64]) {
     let rows = y.len();
     let column = |j: usize| &matrix[j * rows..(j + 1) * rows];
-    let whole = x.len() - x.len() % COLUMNS;
-    for k in (0..whole).step_by(COLUMNS) {
+    let whole = x.len() - x.len() % PRODUCT_COLUMNS;
+    for k in (0..whole).step_by(PRODUCT_COLUMNS) {
         let [a, b, c, d] = std::array::from_fn(|i| column(k + i));
         let [fa, fb, fc, fd] = [x[k], x[k + 1], x[k + 2], x[k + 3]];
         for i in 0..rows {

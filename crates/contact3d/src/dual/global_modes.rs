@@ -14,12 +14,6 @@ use crate::{
     linalg::{CscMatrix, add_scaled, dot, norm, orthogonalise},
 };
 
-/// Modes: as many as a rigid body has motions.
-const MODES: usize = 6;
-
-/// Subspace iterations; the modes' eigenvalues lie far above the others.
-const ITERATIONS: usize = 4;
-
 /// Corrects S, `[n, n]`, and G, `[rows of C, n]` for a selection Cᵀ, both column-major.
 pub(super) fn correct(
     assembly: &Assembly,
@@ -74,9 +68,10 @@ pub(super) fn correct(
     }
 }
 
-/// Orthonormal vectors near the eigenvectors of the largest eigenvalues of S, fewer where S has fewer rows.
+/// Orthonormal vectors near the eigenvectors of the largest eigenvalues of S, as many as a rigid body has motions, fewer where S has
+/// fewer rows.
 fn largest_modes(operator: &[f64], n: usize) -> Vec<Vec<f64>> {
-    let count = MODES.min(n);
+    let count = n.min(6);
     // Any vectors that no symmetry of a face can be orthogonal to.
     let start = |k: usize| {
         (0..n)
@@ -84,7 +79,8 @@ fn largest_modes(operator: &[f64], n: usize) -> Vec<Vec<f64>> {
             .collect()
     };
     let mut modes: Vec<Vec<f64>> = orthonormal((0..count).map(start).collect());
-    for _ in 0..ITERATIONS {
+    // Four subspace iterations: the modes' eigenvalues lie far above the others.
+    for _ in 0..4 {
         let product = |mode: &Vec<f64>| symmetric_product(operator, mode);
         modes = orthonormal(modes.iter().map(product).collect());
     }

@@ -2,12 +2,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use faer::Mat;
 use nalgebra::{DMatrix, DVector};
 
-use super::{
-    ExplicitDual, PrimalSystem,
-    body_solve::{StiffnessFactor, unit_diagonal, units},
-};
+use super::{ExplicitDual, PrimalSystem};
 use crate::{
     contact::{Coupling, MultiplierLayout},
     linalg::{DenseCholesky, add_combination, dot, largest_eigenvalue},
@@ -26,7 +24,50 @@ pub struct LocalStiffness {
     /// ρ, `[n_multipliers]`, in Pa/m³; 0 where the row of S vanishes and no clamp drags its nodes along.
     pub stiffness: Vec<f64>,
     layout: MultiplierLayout,
-    factor: StiffnessFactor,
+    factor: ScaledFactor,
+}
+
+/// LLᵀ = D S D + shift for D = diag(1/√S_ii) over the components whose rows do not vanish.
+#[derive(Debug, Clone)]
+struct ScaledFactor {
+    /// Those components, ascending.
+    kept: Vec<usize>,
+    /// 1/√S_ii of them.
+    scale: Vec<f64>,
+    /// `None` of numbers that are not finite.
+    factor: Option<DenseCholesky>,
+}
+
+impl ScaledFactor {
+    /// A third of n³ operations for n multipliers.
+    fn new(dual: &ExplicitDual) -> Self {
+        let kept = (0..dual.dimension()).filter(|&j| dual.diagonal(j) > 0.0);
+        let kept: Vec<usize> = kept.collect();
+        let scale = kept.iter().map(|&j| dual.diagonal(j).sqrt().recip());
+        let scale: Vec<f64> = scale.collect();
+        let entry = |i: usize, j: usize| scale[i] * dual.column(kept[j])[kept[i]] * scale[j];
+        Self {
+            factor: DenseCholesky::shifted(&Mat::from_fn(kept.len(), kept.len(), entry)),
+            kept,
+            scale,
+        }
+    }
+
+    /// S⁻¹h in Pa for h in m³ with the components before one: all, or the normal ones. The others are zero.
+    fn solve(&self, rhs: &[f64], end: usize) -> Vec<f64> {
+        let count = self.kept.partition_point(|&j| j < end);
+        let scaled = (0..count).map(|i| self.scale[i] * rhs[self.kept[i]]);
+        let mut x: Vec<f64> = scaled.collect();
+        match &self.factor {
+            None => x.fill(f64::NAN),
+            Some(factor) => factor.solve(&mut x),
+        }
+        let mut solution = vec![0.0; rhs.len()];
+        for (i, x) in x.iter().enumerate() {
+            solution[self.kept[i]] = self.scale[i] * x;
+        }
+        solution
+    }
 }
 
 impl LocalStiffness {
@@ -34,9 +75,12 @@ impl LocalStiffness {
     /// Newton's method.
     #[must_use]
     pub fn new(dual: &ExplicitDual) -> Self {
-        let factor = StiffnessFactor::new(dual);
+        let factor = ScaledFactor::new(dual);
         let mut stiffness = vec![0.0; dual.dimension()];
-        let inverse = factor.inverse_diagonal();
+        let inverse = match &factor.factor {
+            None => vec![f64::NAN; factor.kept.len()],
+            Some(factor) => factor.inverse_diagonal(),
+        };
         for ((&j, inverse), scale) in factor.kept.iter().zip(inverse).zip(&factor.scale) {
             stiffness[j] = inverse * scale * scale;
         }
@@ -99,7 +143,6 @@ impl LocalStiffness {
 /// The unknowns of a linear face: λ = K h for K = S⁻¹ or its normal part; where the body floats, λ = K (h + G α) with the α that
 /// balances the load, (GᵀK G + D) α = e − GᵀK h, as far as K and the supports resist the motions.
 fn balanced(dual: &ExplicitDual, solve: impl Fn(&[f64]) -> Vec<f64>) -> Vec<f64> {
-    const UNRESISTED: f64 = 1e-12;
     let mut multiplier = solve(&dual.rhs);
     let Some(balance) = &dual.balance else {
         return multiplier;
@@ -124,7 +167,7 @@ fn balanced(dual: &ExplicitDual, solve: impl Fn(&[f64]) -> Vec<f64>) -> Vec<f64>
     let excess = DVector::from_fn(n, |p, _| scale[p] * excess[p]);
     let motion = stiffness
         .svd(true, true)
-        .solve(&excess, UNRESISTED)
+        .solve(&excess, 1e-12)
         .unwrap_or_else(|_| DVector::zeros(n));
     let motion: Vec<f64> = motion.iter().zip(&scale).map(|(a, s)| a * s).collect();
     add_combination(&mut multiplier, &motion, &held);
@@ -157,11 +200,11 @@ pub(crate) fn friction_stiffness(stiffness: &mut [f64], layout: MultiplierLayout
 /// multipliers; 1 without panes.
 #[must_use]
 pub fn smallest_eigenvalue(dual: &ExplicitDual) -> f64 {
-    let (kept, scale) = units(dual);
+    let ScaledFactor { kept, factor, .. } = ScaledFactor::new(dual);
     if kept.is_empty() {
         return 1.0;
     }
-    let Some(factor) = DenseCholesky::shifted(&unit_diagonal(dual, &kept, &scale)) else {
+    let Some(factor) = factor else {
         return f64::NAN;
     };
     let largest_of_inverse = largest_eigenvalue(kept.len(), |v| {

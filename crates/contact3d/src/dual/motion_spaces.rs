@@ -5,9 +5,6 @@ use nalgebra::{DMatrix, DVector};
 use super::rigid_coupling::{ROUNDINGS, UNFELT};
 use crate::{contact::MultiplierLayout, elasticity::FloatingBody};
 
-/// Share of the largest stiffness of the supports in a motion below which they do not resist it: rounding.
-const UNRESISTED: f64 = 1e-13;
-
 /// What of the contact face a motion moves as a rigid one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Reach {
@@ -171,7 +168,8 @@ fn conjugate(support: &DMatrix<f64>, spaces: [(DMatrix<f64>, Reach); 3]) -> Vec<
 /// Orthonormal bases of the motions that supports resist and of those that they do not.
 fn by_support(support: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
     let eigen = support.clone().symmetric_eigen();
-    let least = UNRESISTED * support.diagonal().max();
+    // Supports that are softer in a motion by so much resist it by rounding only.
+    let least = 1e-13 * support.diagonal().max();
     let (held, free): (Vec<usize>, Vec<usize>) =
         (0..support.ncols()).partition(|&p| eigen.eigenvalues[p] > least);
     (

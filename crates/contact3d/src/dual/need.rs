@@ -1,13 +1,11 @@
 //! What assembling takes: memory, disk space and operations, counted before they are spent.
 
-use std::sync::Arc;
-
 use thiserror::Error;
 
 use crate::{
     contact::Coupling,
     elasticity::DofMap,
-    linalg::{CscMatrix, FactorStructure, Precision, Work},
+    linalg::{CscMatrix, FactorStructure, Precision},
     mesh::Mesh,
 };
 
@@ -67,14 +65,8 @@ impl Resource {
     }
 }
 
-/// Learns the name of a step that begins, and how far it is.
-pub type Observation<'a> = &'a dyn Fn(&'static str, &Arc<Work>);
-
 /// The step that computes the factor.
 pub(super) const FACTORISING: &str = "factorising the stiffness";
-
-/// Bytes into which each thread packs the matrices that it multiplies, once they are large.
-const PACKING: f64 = 67_108_864.0;
 
 /// Bytes in units that suit them.
 fn in_units(bytes: u64) -> String {
@@ -128,7 +120,8 @@ impl Need {
         let forming = dense.map_or(0.0, |estimate| estimate.forming_bytes(precision));
         let kept = dense.map_or(0.0, |estimate| estimate.dense_bytes);
         let stiffness = 8.0 * stiffness.data.len() as f64;
-        let packing = (PACKING * rayon::current_num_threads() as f64).min(values);
+        // Each thread packs the matrices that it multiplies into 64 MiB, once they are large.
+        let packing = (67_108_864.0 * rayon::current_num_threads() as f64).min(values);
         Self {
             step: FACTORISING,
             memory: (values + scratch.max(forming) + packing) as u64,
@@ -152,15 +145,6 @@ pub struct OperatorEstimate {
     pub action_operations: f64,
 }
 
-/// The paper's algorithm takes about a thousand applications for four digits and some ten thousand for
-/// eight, more where panes differ in size, and their operations wait for memory, which those that form S do not;
-/// forming S pays when it costs less than this many.
-const APPLICATIONS_OF_A_SOLVE: f64 = 1e5;
-
-/// The dense form may take this many times the memory of the factor; without it, refined meshes with thousands of panes of
-/// different sizes take hours of applications.
-const MOST_OF_FACTOR: f64 = 8.0;
-
 /// Memory that never matters, in bytes.
 pub(crate) const SMALL_MEMORY: f64 = 256e6;
 
@@ -169,7 +153,8 @@ impl OperatorEstimate {
     /// factor's coefficients are not read.
     #[must_use]
     pub fn new(factor: &FactorStructure, coupling: &Coupling, n_contact_nodes: usize) -> Self {
-        let count = factor.count_forward_rows(&coupling.transposed.transpose());
+        let [half_solved, of_solves, of_products] =
+            factor.count_forward_rows(&coupling.transposed.transpose());
         let reach = factor.reach(coupling.transposed.indices.iter().copied());
         let offsets = &factor.value_offsets;
         let values: usize = reach.iter().map(|&s| offsets[s + 1] - offsets[s]).sum();
@@ -177,9 +162,9 @@ impl OperatorEstimate {
         let dense = multipliers * multipliers + 2.0 * n_contact_nodes as f64 * multipliers;
         Self {
             dense_bytes: 8.0 * dense,
-            half_solved: count.entries,
+            half_solved,
             // The compliance takes about as much as the solves: it goes back where they came from.
-            explicit_operations: 2.0 * count.solve_operations + count.gram_operations,
+            explicit_operations: 2.0 * of_solves + of_products,
             factor_bytes: 8.0 * factor.value_count() as f64,
             action_operations: 4.0 * values as f64,
         }
@@ -191,11 +176,13 @@ impl OperatorEstimate {
         self.dense_bytes + precision.bytes() as f64 * self.half_solved
     }
 
-    /// Whether the dense form pays: it fits in a few times the factor's memory, and forming it
-    /// costs less than the applications of a solve.
+    /// Whether the dense form pays: it takes no more than eight times the memory of the factor or than [`SMALL_MEMORY`], and forming it costs less
+    /// than 1e5 applications of S. Without it, refined meshes with thousands of panes of different sizes take hours.
+    ///
+    /// The paper's algorithm takes about a thousand applications for four digits and some ten thousand for eight, more where panes differ
+    /// in size, and their operations wait for memory, which those that form S do not.
     pub(crate) fn prefers_explicit(&self) -> bool {
-        self.forming_bytes(Precision::Double)
-            <= (MOST_OF_FACTOR * self.factor_bytes).max(SMALL_MEMORY)
-            && self.explicit_operations <= APPLICATIONS_OF_A_SOLVE * self.action_operations
+        self.forming_bytes(Precision::Double) <= (8.0 * self.factor_bytes).max(SMALL_MEMORY)
+            && self.explicit_operations <= 1e5 * self.action_operations
     }
 }

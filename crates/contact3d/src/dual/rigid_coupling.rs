@@ -156,11 +156,10 @@ impl RigidCoupling {
 
     /// e = (R + Y)ᵀl, with zeros for what is rounding of the load: a motion that it does not drive would else be driven by chance.
     fn load_resultant(&self, assembly: &Assembly) -> Vec<f64> {
-        const ROUNDINGS: f64 = 64.0;
         let (dofs, load) = (&assembly.primal.dofs, &assembly.primal.load);
         let works = self.work_of(load).into_iter().zip(&self.rigid);
         let felt = |(work, u): (f64, &Vec<f64>)| {
-            let rounding = ROUNDINGS * f64::EPSILON * dofs.largest_work(u, load);
+            let rounding = 64.0 * f64::EPSILON * dofs.largest_work(u, load);
             if work.abs() <= rounding { 0.0 } else { work }
         };
         works.map(felt).collect()

@@ -14,13 +14,6 @@ use crate::linalg::{add_scaled, dot, norm};
 /// Share of the mean lift that every pane takes part in, at least.
 const LIFTED: f64 = 1e-3;
 
-/// How much higher than needed the body is lifted, as a share, so that rounding presses no pane.
-const HIGHER: f64 = 1e-6;
-
-/// Stiffness of a free motion in the matrix of Newton's method, as a share of that of the panes: where these are lifted nothing else
-/// determines it. The residual does not know of it.
-const LEAST_STIFFNESS: f64 = 1e-8;
-
 /// The motion that comes nearest to a lift by one, of those that no support resists, the load does not drive and no friction feels;
 /// `None` where it does not lift every pane.
 pub(super) fn separation_motion(
@@ -101,11 +94,13 @@ impl Balance {
         // r = −h − G α, of every pane.
         let heights = normals.map(|i| (rhs[i] + moved[i]) / -lifts[i]);
         let height = heights.fold(0.0, f64::max);
-        add_scaled(&mut motion, height * (1.0 + HIGHER), separation);
+        // A millionth higher than needed, so that rounding presses no pane.
+        add_scaled(&mut motion, height * (1.0 + 1e-6), separation);
         Some(motion)
     }
 
-    /// D of a motion in the matrix of Newton's method, in N/m, where ρ measures the panes.
+    /// D of a motion in the matrix of Newton's method, in N/m, where ρ measures the panes: where panes are lifted nothing else determines
+    /// a free motion, which takes 1e-8 of their stiffness. The residual does not know of it.
     pub(crate) fn stiffness_of(&self, motion: usize, steplengths: &[f64]) -> f64 {
         let support = self.coupling.support[motion];
         if support > 0.0 || self.separation_motion.is_none() {
@@ -113,6 +108,6 @@ impl Balance {
         }
         let g = &self.coupling.integrals[motion];
         let moved: Vec<f64> = g.iter().zip(steplengths).map(|(g, rho)| g * rho).collect();
-        LEAST_STIFFNESS * dot(g, &moved)
+        1e-8 * dot(g, &moved)
     }
 }

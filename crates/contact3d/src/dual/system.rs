@@ -3,19 +3,16 @@
 use std::{sync::Arc, time::Instant};
 
 use super::{
-    Assembly, AssemblyError, ContactSystem, Need, OperatorEstimate,
+    Assembly, AssemblyError, ContactSystem, ExplicitDual, LocalStiffness, Need, OperatorEstimate,
     assembly::Analysed,
-    need::{Admission, FACTORISING, Observation},
+    need::{Admission, FACTORISING},
 };
 use crate::{
     contact::{Coupling, Interface},
-    linalg::{CscMatrix, EngineCommand, EngineError, Factor, Precision, Work},
+    linalg::{CscMatrix, EngineCommand, EngineError, Factor, Precision, Work, difference, norm},
     mesh::Mesh,
     scene::{DualOperatorKind, FactorPrecision, InvalidValue, Scene},
 };
-
-/// Coefficients of the factor from which half the memory and half the time outweigh the steps of conjugate gradients.
-const SINGLE_PAYS: usize = 1 << 24;
 
 /// How a problem is assembled.
 #[derive(Clone, Copy)]
@@ -23,7 +20,7 @@ pub struct Assembling<'a> {
     /// Asked before the stiffness and before the factor are allocated.
     pub admit: Admission<'a>,
     /// Told of each long step whose operations are counted, with what shows from then on how far it is.
-    pub begun: Observation<'a>,
+    pub begun: &'a dyn Fn(&'static str, &Arc<Work>),
     /// The program that is to hold the factor; `None` for this one.
     pub engine: Option<&'a EngineCommand>,
 }
@@ -253,7 +250,8 @@ fn in_single_precision(
         FactorPrecision::Single => form(Precision::Single, dense).map(Some),
         FactorPrecision::Auto => {
             let without_operator = !scene.contacts.is_empty() && dense.is_none();
-            if analysed.structure.value_count() < SINGLE_PAYS || without_operator {
+            // In smaller factors half the memory and half the time do not outweigh the steps of conjugate gradients.
+            if analysed.structure.value_count() < 1 << 24 || without_operator {
                 return Ok(None);
             }
             // A matrix that has no factor in single precision may have one in double.
@@ -279,4 +277,62 @@ fn dense_operator(
         DualOperatorKind::Auto => estimate.prefers_explicit(),
     };
     wanted.then_some(estimate)
+}
+
+/// The error that one step with a factor in single precision may leave: of conjugate gradients on A, and of corrections by the dense
+/// operator.
+const SLOWEST: f64 = 0.1;
+
+impl DualSystem {
+    /// Whether both uses of the factor leave at most a tenth of an error a step: conjugate gradients on A, and, where S̃
+    /// was formed from it, λ ← λ − S̃⁻¹(S λ − h), and whether panes feel little of what S̃ has wrong. The second knows what
+    /// the first does not: the rigid motion of a body that nearly floats fills S, and its error hides what the panes feel. The
+    /// third knows what the second does not: a small share of a motion that all panes take part in is much for one of them.
+    #[must_use]
+    pub fn is_well_preconditioned(&self) -> bool {
+        let contact = self.contact.as_ref();
+        match contact.and_then(|contact| Some((contact, contact.explicit()?))) {
+            Some((contact, dual)) => self.serves(contact, dual),
+            None => self.probe(&or_ones(&self.assembly.primal.load)).1 <= SLOWEST,
+        }
+    }
+
+    /// On w = S̃⁻¹h, the stresses of a face that is glued to the foundation: conjugate gradients on A, and
+    /// ‖S̃⁻¹(S w − h)‖ / ‖w‖ with S w from them; and ‖ρ (S − S̃) e‖ / ‖e‖ on e = ρ (S w − h) with local stiffness ρ, which is rich in
+    /// what S̃ has wrong.
+    fn serves(&self, contact: &ContactSystem, dual: &ExplicitDual) -> bool {
+        let local = LocalStiffness::new(dual);
+        let rhs = or_ones(&dual.rhs);
+        let glued = local.glued(&rhs);
+        let (moved, of_gradients) = self.probe(&contact.coupling.nodal_forces(&glued));
+        let excess = difference(&contact.coupling.integrate(&moved), &rhs);
+        let felt = |wrong: &[f64]| -> Vec<f64> {
+            let panes = local.stiffness.iter().zip(wrong);
+            panes.map(|(rho, wrong)| rho * wrong).collect()
+        };
+        let error = felt(&excess);
+        let (moved, _) = self.probe(&contact.coupling.nodal_forces(&error));
+        let wrong = difference(&contact.coupling.integrate(&moved), &dual.apply(&error));
+        // Newton's method does not find from the answer of S̃ to that of S where what S̃ has wrong moves panes further than their own
+        // stress moves them against their neighbours.
+        of_gradients <= SLOWEST
+            && norm(&local.glued(&excess)) / norm(&glued) <= SLOWEST
+            && norm(&felt(&wrong)) / norm(&error) <= 1.0
+    }
+
+    /// The displacement that some forces cause, and the contraction of the steps to it.
+    fn probe(&self, forces: &[f64]) -> (Vec<f64>, f64) {
+        let solved = self.assembly.by_gradients(forces, 1e-6, 0.0);
+        let contraction = solved.contraction();
+        (solved.solution, contraction)
+    }
+}
+
+/// A vector, or ones where it vanishes.
+fn or_ones(vector: &[f64]) -> Vec<f64> {
+    if vector.iter().all(|value| *value == 0.0) {
+        vec![1.0; vector.len()]
+    } else {
+        vector.to_vec()
+    }
 }

@@ -30,10 +30,15 @@ pub struct StepEnergies {
     pub imbalance: f64,
 }
 
-/// What the works of the next increment need of the last one.
+/// What drives the body, tractions, pressures and clamps that move, or the body force where there are none, and what the works of the next
+/// increment need of the last one.
 pub(crate) struct EnergyLedger {
-    /// What drives the body.
-    drive: Drive,
+    /// Clamps that move, by their places.
+    clamps: Vec<usize>,
+    /// Keys of the sources.
+    sources: Vec<String>,
+    /// ∫ φ_k over their faces in m², with the nodes; one for every node where they have none.
+    shares: Vec<(usize, f64)>,
     /// Forces of the loads on the nodes at the end of the last increment in N; `None` before the first.
     forces: Option<Vec<Vector>>,
 }
@@ -49,8 +54,42 @@ impl EnergyLedger {
             let scene = history.at_increment(last.increment)?;
             Loads::of(&scene).nodal_forces(mesh)
         };
+        let clamps = history.moved_clamps()?;
+        let tractions = history.tractions.iter().map(|traction| &traction.face);
+        let pressures = history.pressures.iter().map(|pressure| &pressure.face);
+        let held = clamps
+            .iter()
+            .filter_map(|&clamp| history.clamps[clamp].face.as_ref());
+        let faces: BTreeSet<&String> = tractions.chain(pressures).chain(held).collect();
+        let keys = |name: &str, n: usize| (0..n).map(|i| format!("{name}.{i}")).collect::<Vec<_>>();
+        let mut sources = keys("traction", history.tractions.len());
+        sources.extend(keys("pressure", history.pressures.len()));
+        sources.extend(clamps.iter().map(|clamp| format!("clamp.{clamp}")));
+        if sources.is_empty() {
+            sources.push("body_force".into());
+        }
+        let ones: Vec<Traction> = faces
+            .into_iter()
+            .map(|face| Traction::on(face, [1.0, 0.0, 0.0]))
+            .collect();
+        let unit = Loads {
+            tractions: &ones,
+            ..Loads::default()
+        };
+        let shares = unit.nodal_forces(mesh)?.into_iter().enumerate();
+        let mut shares: Vec<(usize, f64)> = shares
+            .map(|(node, [share, _, _])| (node, share))
+            .filter(|(_, share)| *share != 0.0)
+            .collect();
+        if shares.is_empty() {
+            shares = (0..mesh.coordinates.len())
+                .map(|node| (node, 1.0))
+                .collect();
+        }
         Ok(Self {
-            drive: Drive::new(history, mesh)?,
+            clamps,
+            sources,
+            shares,
             forces: records.last().map(forces).transpose()?,
         })
     }
@@ -63,7 +102,7 @@ impl EnergyLedger {
         before: Option<&StepRecord>,
         report: &ContactReport,
     ) -> Result<StepRecord, InvalidValue> {
-        self.drive.record(&mut record, report);
+        self.add_driving(&mut record, report);
         let way = |node: usize| {
             let from = before.map_or([0.0; 3], |before| before.displacement[node]);
             let to = record.displacement[node];
@@ -128,61 +167,9 @@ impl EnergyLedger {
         self.forces = Some(forces);
         Ok(record)
     }
-}
-
-/// What drives the body: tractions, pressures and clamps that move, or the body force where there are none.
-struct Drive {
-    /// Clamps that move, by their places.
-    clamps: Vec<usize>,
-    /// Keys of the sources.
-    sources: Vec<String>,
-    /// ∫ φ_k over their faces in m², with the nodes; one for every node where they have none.
-    shares: Vec<(usize, f64)>,
-}
-
-impl Drive {
-    fn new(scene: &Scene, mesh: &Mesh) -> Result<Self, InvalidValue> {
-        let clamps = scene.moved_clamps()?;
-        let tractions = scene.tractions.iter().map(|traction| &traction.face);
-        let pressures = scene.pressures.iter().map(|pressure| &pressure.face);
-        let held = clamps
-            .iter()
-            .filter_map(|&clamp| scene.clamps[clamp].face.as_ref());
-        let faces: BTreeSet<&String> = tractions.chain(pressures).chain(held).collect();
-        let keys = |name: &str, n: usize| (0..n).map(|i| format!("{name}.{i}")).collect::<Vec<_>>();
-        let mut sources = keys("traction", scene.tractions.len());
-        sources.extend(keys("pressure", scene.pressures.len()));
-        sources.extend(clamps.iter().map(|clamp| format!("clamp.{clamp}")));
-        if sources.is_empty() {
-            sources.push("body_force".into());
-        }
-        let ones: Vec<Traction> = faces
-            .into_iter()
-            .map(|face| Traction::on(face, [1.0, 0.0, 0.0]))
-            .collect();
-        let unit = Loads {
-            tractions: &ones,
-            ..Loads::default()
-        };
-        let shares = unit.nodal_forces(mesh)?.into_iter().enumerate();
-        let mut shares: Vec<(usize, f64)> = shares
-            .map(|(node, [share, _, _])| (node, share))
-            .filter(|(_, share)| *share != 0.0)
-            .collect();
-        if shares.is_empty() {
-            shares = (0..mesh.coordinates.len())
-                .map(|node| (node, 1.0))
-                .collect();
-        }
-        Ok(Self {
-            clamps,
-            sources,
-            shares,
-        })
-    }
 
     /// Adds force, displacement and, where clamps move, reactions to a record.
-    fn record(&self, record: &mut StepRecord, report: &ContactReport) {
+    fn add_driving(&self, record: &mut StepRecord, report: &ContactReport) {
         record.loaded_displacement = mean(&self.shares, &record.displacement);
         let driving = report
             .forces

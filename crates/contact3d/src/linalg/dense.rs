@@ -7,6 +7,7 @@ use faer::{
         cholesky::llt::factor::{LltError, cholesky_in_place, cholesky_in_place_scratch},
         lu::partial_pivoting::{factor, solve},
         matmul::matmul,
+        triangular_inverse::invert_lower_triangular,
         triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place},
     },
     mat::Mat,
@@ -155,9 +156,13 @@ impl DenseCholesky {
         })
     }
 
-    /// L.
-    pub(crate) fn lower(&self) -> MatRef<'_, f64> {
-        self.factor.as_ref()
+    /// The diagonal of (LLᵀ)⁻¹: squared lengths of the columns of L⁻¹.
+    pub(crate) fn inverse_diagonal(&self) -> Vec<f64> {
+        let n = self.factor.nrows();
+        let mut inverse = Mat::<f64>::zeros(n, n);
+        invert_lower_triangular(inverse.as_mut(), self.factor.as_ref(), Par::Seq);
+        let square = |j: usize| (j..n).map(|i| inverse[(i, j)].powi(2)).sum();
+        (0..n).map(square).collect()
     }
 
     /// x ← (LLᵀ)⁻¹x, for the leading part of as many components as x has.

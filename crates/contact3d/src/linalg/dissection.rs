@@ -109,7 +109,8 @@ impl Subgraph {
     /// separator. Parts of at most 100 nodes are ordered by minimum degree.
     fn dissect(self) -> Result<Vec<usize>, FactorError> {
         let is_leaf = self.len() <= 100;
-        let Some([first, second, separator]) = (!is_leaf).then(|| best_split(&self)).flatten() else {
+        let Some([first, second, separator]) = (!is_leaf).then(|| best_split(&self)).flatten()
+        else {
             let order = amd_of_pattern(&self.indptr, &self.indices)?;
             return Ok(order.into_iter().map(|node| self.nodes[node]).collect());
         };

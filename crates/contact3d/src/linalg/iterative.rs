@@ -27,14 +27,8 @@ impl CgSolution {
     }
 }
 
-/// What is asked of a solution x: an error of at most a share of ‖x‖, or of at most a length.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct StoppingRule {
-    pub(crate) share: f64,
-    pub(crate) length: f64,
-}
-
-/// A⁻¹b for every b given, for a symmetric A and a factor with (LLᵀ)⁻¹ ≈ A⁻¹.
+/// x = A⁻¹b for every b given, with an error of at most a `share` of ‖x‖ or of at most a `length`, for a symmetric A and a factor with
+/// (LLᵀ)⁻¹ ≈ A⁻¹.
 ///
 /// The error in the energy norm is √(rᵀ(LLᵀ)⁻¹r), and ‖x‖_A² is the sum of the steps α rᵀ(LLᵀ)⁻¹r. Ends early where the recurrence breaks down.
 /// Every b has an iteration of its own; they share the reading of the factor.
@@ -42,7 +36,8 @@ pub(crate) fn conjugate_gradients(
     a: &CscMatrix,
     factor: &Factor,
     rhs: &[&[f64]],
-    accuracy: StoppingRule,
+    share: f64,
+    length: f64,
 ) -> Vec<CgSolution> {
     let mut iterations: Vec<Iteration> = rhs.iter().map(|b| Iteration::new(b)).collect();
     loop {
@@ -54,7 +49,7 @@ pub(crate) fn conjugate_gradients(
         let residuals = active.iter_mut().map(|it| &mut it.preconditioned[..]);
         factor.solve_several(&mut residuals.collect::<Vec<_>>());
         for iteration in active {
-            iteration.judge(accuracy);
+            iteration.assess(share, length);
             if !iteration.is_done {
                 iteration.step(a);
             }
@@ -94,14 +89,13 @@ impl Iteration {
     }
 
     /// With the residual preconditioned: is x accurate? Otherwise the next direction.
-    fn judge(&mut self, accuracy: StoppingRule) {
+    fn assess(&mut self, share: f64, length: f64) {
         let rho = dot(&self.residual, &self.preconditioned);
         let reached = &mut self.reached;
         if reached.steps > 0 {
             reached.error = (rho.max(0.0) / self.energy).sqrt();
             let left = reached.left();
-            let enough =
-                left <= accuracy.share || left * norm(&reached.solution) <= accuracy.length;
+            let enough = left <= share || left * norm(&reached.solution) <= length;
             if enough || reached.error.is_nan() {
                 add_scaled(&mut reached.solution, 1.0, &self.preconditioned);
                 self.is_done = true;

@@ -48,7 +48,7 @@ pub(crate) use eigenvalues::{
 };
 pub use engine::{EngineCommand, EngineError, EngineReport, RemoteFactor};
 pub use factor::{CholeskyFactor, Factor};
-pub(crate) use iterative::{CgSolution, StoppingRule, conjugate_gradients, gmres, gmres_several};
+pub(crate) use iterative::{CgSolution, conjugate_gradients, gmres, gmres_several};
 pub(crate) use nonnegative::nonnegative_least_squares;
 pub use precision::{Precision, Scalar};
 pub use sparse::CscMatrix;

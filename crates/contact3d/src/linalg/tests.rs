@@ -57,11 +57,7 @@ fn conjugate_gradients_reach_double_precision_with_a_factor_in_single() {
     exact.solve_in_place(&mut expected);
     let mut rough = b.clone();
     factor.solve_in_place(&mut rough);
-    let accuracy = StoppingRule {
-        share: 1e-12,
-        length: 0.0,
-    };
-    let [solved] = &conjugate_gradients(&stiffness, &factor, &[&b], accuracy)[..] else {
+    let [solved] = &conjugate_gradients(&stiffness, &factor, &[&b], 1e-12, 0.0)[..] else {
         panic!("one right-hand side");
     };
     // Rounding in single precision times the condition number, some thousands; then that of double precision.

@@ -9,46 +9,32 @@ use crate::{
 };
 
 /// How well λ and u satisfy the discrete problem; every figure is dimensionless and vanishes for
-/// the exact discrete solution.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Certificate {
-    /// ‖A u + Bᵀλ − l‖ / ‖l‖.
-    pub equilibrium: f64,
-    /// The conditions of contact; `None` without a contact face.
-    pub contact: Option<ContactCertificate>,
-    /// The conditions of friction; `None` without friction.
-    pub friction: Option<FrictionCertificate>,
-}
-
-/// The conditions of contact.
+/// the exact discrete solution. Those of contact are `None` without a contact face, those of friction without friction.
 ///
 /// Displacements count against the local compliance 1/ρ of a pane times a stress, works against
 /// Σ λ²/ρ: in a body that nearly floats both are smaller by orders of magnitude than max |u| and lᵀu,
 /// and those would hide any violation.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ContactCertificate {
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Certificate {
+    /// ‖A u + Bᵀλ − l‖ / ‖l‖.
+    pub equilibrium: f64,
     /// Largest mean penetration (u_ν − d)₊ |Rⁱ| ρ_ν of a pane over the largest pressure.
-    pub penetration: f64,
+    pub penetration: Option<f64>,
     /// Largest adhesion (−λ_ν)₊ over the largest pressure.
-    pub adhesion: f64,
+    pub adhesion: Option<f64>,
     /// Σ |λ_ν (d − u_ν)| |Rⁱ| / Σ λ_ν²/ρ_ν.
-    pub complementarity: f64,
+    pub complementarity: Option<f64>,
     /// Largest entry of λ − P(λ − ρ r) with the admissible set of the solution itself, for Coulomb's
     /// law g of λ_ν, F = F(u): normal ones over the largest pressure, tangential ones over the
     /// largest tangential stress or semi-axis. The slip of a sticking pane is one of them.
-    pub fixed_point: f64,
-}
-
-/// The conditions of friction.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FrictionCertificate {
+    pub fixed_point: Option<f64>,
     /// Largest excess (‖𝓕⁻¹λ_t‖ − g)₊ over the largest g, with the slip bound g of λ_ν and 𝓕 at the
     /// solution for Coulomb's law; where nothing presses, over the stress that rounding of the displacement would make.
-    pub friction_bound: f64,
+    pub friction_bound: Option<f64>,
     /// Missing frictional work Σ |Rⁱ| |‖(a u_t1, b u_t2)‖ − λ_t·u_t| for the semi-axes (a, b) of a
     /// pane's ellipse, over the frictional work Σ |Rⁱ| ‖(a u_t1, b u_t2)‖ plus Σ |λ_t|²/ρ_t: zero exactly
     /// when every pane slides in the direction that the law prescribes. A slip within the rounding of u is none.
-    pub slip_direction: f64,
+    pub slip_direction: Option<f64>,
 }
 
 /// What violations are measured against.
@@ -130,19 +116,33 @@ impl<'a> ReferenceScale<'a> {
 
 impl Certificate {
     pub(super) fn new(solved: &Solved<'_>, panes: &[PaneState], stiffness: &[f64]) -> Self {
-        let measured = solved.contact.as_ref().map(|contact| {
-            let scale = ReferenceScale::new(solved, contact, panes, stiffness);
-            (contact, scale)
-        });
+        let equilibrium = equilibrium(solved);
+        let Some(contact) = &solved.contact else {
+            return Self {
+                equilibrium,
+                ..Self::default()
+            };
+        };
+        let by = &ReferenceScale::new(solved, contact, panes, stiffness);
+        let (normal, _) = contact.coupling.layout.split(&solved.solution.multiplier);
+        let area = &contact.state.surface.pane_area;
+        let product: f64 = (0..panes.len())
+            .map(|i| (normal[i] * panes[i].gap).abs() * area[i])
+            .sum();
+        let penetrations = panes.iter().enumerate();
+        let penetrations =
+            penetrations.map(|(i, pane)| (-pane.gap).max(0.0) * area[i] * by.stiffness[i]);
+        let adhesions = normal.iter().map(|l| (-l).max(0.0));
+        let has_friction = contact.state.interface.has_friction();
+        let friction = has_friction.then(|| friction(contact, panes, by));
         Self {
-            equilibrium: equilibrium(solved),
-            contact: measured
-                .as_ref()
-                .map(|(contact, by)| ContactCertificate::new(solved, contact, panes, by)),
-            friction: measured
-                .as_ref()
-                .filter(|(contact, _)| contact.state.interface.has_friction())
-                .map(|(contact, by)| FrictionCertificate::new(contact, panes, by)),
+            equilibrium,
+            penetration: Some(ratio(largest(penetrations), by.pressure)),
+            adhesion: Some(ratio(largest(adhesions), by.pressure)),
+            complementarity: Some(ratio(product, by.works[0])),
+            fixed_point: Some(natural_residual(solved, contact, panes, by)),
+            friction_bound: friction.map(|[bound, _]| bound),
+            slip_direction: friction.map(|[_, direction]| direction),
         }
     }
 
@@ -155,24 +155,19 @@ impl Certificate {
 
     /// The figures that apply, with what each is measured against.
     pub(super) fn measured(&self) -> Vec<(&'static str, f64, Measure)> {
-        let mut figures = vec![("equilibrium", self.equilibrium, Measure::Balance)];
-        if let Some(contact) = &self.contact {
-            figures.extend([
-                ("penetration", contact.penetration, Measure::Stress),
-                ("adhesion", contact.adhesion, Measure::Stress),
-                ("complementarity", contact.complementarity, Measure::Work),
-            ]);
-        }
-        if let Some(friction) = &self.friction {
-            figures.extend([
-                ("friction_bound", friction.friction_bound, Measure::Stress),
-                ("slip_direction", friction.slip_direction, Measure::Work),
-            ]);
-        }
-        if let Some(contact) = &self.contact {
-            figures.push(("fixed_point", contact.fixed_point, Measure::Stress));
-        }
-        figures
+        let all = [
+            ("equilibrium", Some(self.equilibrium), Measure::Balance),
+            ("penetration", self.penetration, Measure::Stress),
+            ("adhesion", self.adhesion, Measure::Stress),
+            ("complementarity", self.complementarity, Measure::Work),
+            ("friction_bound", self.friction_bound, Measure::Stress),
+            ("slip_direction", self.slip_direction, Measure::Work),
+            ("fixed_point", self.fixed_point, Measure::Stress),
+        ];
+        let applies = all.into_iter();
+        applies
+            .filter_map(|(figure, value, measure)| Some((figure, value?, measure)))
+            .collect()
     }
 
     /// The largest figure; NaN if any is.
@@ -188,69 +183,42 @@ impl Certificate {
     }
 }
 
-impl ContactCertificate {
-    fn new(
-        solved: &Solved<'_>,
-        contact: &SolvedContact<'_>,
-        panes: &[PaneState],
-        by: &ReferenceScale<'_>,
-    ) -> Self {
-        let (normal, _) = contact.coupling.layout.split(&solved.solution.multiplier);
-        let area = &contact.state.surface.pane_area;
-        let product: f64 = (0..panes.len())
-            .map(|i| (normal[i] * panes[i].gap).abs() * area[i])
-            .sum();
-        let penetrations = panes.iter().enumerate();
-        let penetrations =
-            penetrations.map(|(i, pane)| (-pane.gap).max(0.0) * area[i] * by.stiffness[i]);
-        Self {
-            penetration: ratio(largest(penetrations), by.pressure),
-            adhesion: ratio(largest(normal.iter().map(|l| (-l).max(0.0))), by.pressure),
-            complementarity: ratio(product, by.works[0]),
-            fixed_point: natural_residual(solved, contact, panes, by),
+/// The friction bound and the slip direction.
+fn friction(contact: &SolvedContact<'_>, panes: &[PaneState], by: &ReferenceScale<'_>) -> [f64; 2] {
+    let area = &contact.state.surface.pane_area;
+    let with_friction = || (0..panes.len()).filter_map(|i| Some((i, panes[i].friction.as_ref()?)));
+    let works = with_friction().map(|(i, pane)| {
+        let [mut s, t, [a, b]] = [pane.slip, pane.stress, pane.semi_axes];
+        if s[0].hypot(s[1]) <= by.resolution {
+            s = [0.0; 2];
         }
-    }
-}
-
-impl FrictionCertificate {
-    fn new(contact: &SolvedContact<'_>, panes: &[PaneState], by: &ReferenceScale<'_>) -> Self {
-        let area = &contact.state.surface.pane_area;
-        let with_friction =
-            || (0..panes.len()).filter_map(|i| Some((i, panes[i].friction.as_ref()?)));
-        let works = with_friction().map(|(i, pane)| {
-            let [mut s, t, [a, b]] = [pane.slip, pane.stress, pane.semi_axes];
-            if s[0].hypot(s[1]) <= by.resolution {
-                s = [0.0; 2];
+        let work = (a * s[0]).hypot(b * s[1]);
+        let missing = (work + t[0] * s[0] + t[1] * s[1]).abs();
+        [area[i] * work, area[i] * missing]
+    });
+    let [work, missing] = works.fold([0.0; 2], |sum, w| [sum[0] + w[0], sum[1] + w[1]]);
+    let bound = |pane: &PaneFriction| match pane.coulomb {
+        Some(coulomb) => coulomb.slip_bound,
+        None => pane.semi_axes[0].max(pane.semi_axes[1]),
+    };
+    let excess = with_friction().map(|(_, pane)| {
+        let g = bound(pane);
+        let scaled = match pane.coulomb {
+            Some(coulomb) => coulomb.scaled_stress,
+            None if g == 0.0 => pane.stress[0].hypot(pane.stress[1]),
+            None => {
+                g * (pane.stress[0] / pane.semi_axes[0]).hypot(pane.stress[1] / pane.semi_axes[1])
             }
-            let work = (a * s[0]).hypot(b * s[1]);
-            let missing = (work + t[0] * s[0] + t[1] * s[1]).abs();
-            [area[i] * work, area[i] * missing]
-        });
-        let [work, missing] = works.fold([0.0; 2], |sum, w| [sum[0] + w[0], sum[1] + w[1]]);
-        let bound = |pane: &PaneFriction| match pane.coulomb {
-            Some(coulomb) => coulomb.slip_bound,
-            None => pane.semi_axes[0].max(pane.semi_axes[1]),
         };
-        let excess = with_friction().map(|(_, pane)| {
-            let g = bound(pane);
-            let scaled = match pane.coulomb {
-                Some(coulomb) => coulomb.scaled_stress,
-                None if g == 0.0 => pane.stress[0].hypot(pane.stress[1]),
-                None => {
-                    g * (pane.stress[0] / pane.semi_axes[0])
-                        .hypot(pane.stress[1] / pane.semi_axes[1])
-                }
-            };
-            (scaled - g).max(0.0)
-        });
-        Self {
-            friction_bound: ratio(
-                largest(excess),
-                largest(with_friction().map(|(_, pane)| bound(pane))).max(by.rounding[1]),
-            ),
-            slip_direction: ratio(missing, work + by.works[1]),
-        }
-    }
+        (scaled - g).max(0.0)
+    });
+    [
+        ratio(
+            largest(excess),
+            largest(with_friction().map(|(_, pane)| bound(pane))).max(by.rounding[1]),
+        ),
+        ratio(missing, work + by.works[1]),
+    ]
 }
 
 fn equilibrium(solved: &Solved<'_>) -> f64 {

@@ -10,7 +10,7 @@ mod resultants;
 mod rounding;
 mod zones;
 
-pub use certificate::{Certificate, ContactCertificate, FrictionCertificate};
+pub use certificate::Certificate;
 pub use checks::CheckFailure;
 pub use estimate::{
     ContactBound, ContactError, ErrorBound, ErrorEstimate, MAX_RELIABLE_ESTIMATE, RelativeBound,

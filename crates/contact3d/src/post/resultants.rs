@@ -90,7 +90,8 @@ impl Resultants {
         let rounding = f64::EPSILON.sqrt() * terms.iter().sum::<f64>();
         let places = solved.mesh.coordinates.iter();
         let farthest = places.fold(0.0, |most: f64, x| most.max(Vector3::from(*x).norm()));
-        let works = Works::new(solved, displacement, forces, internal);
+        let (strain_energy, load_work, clamp_work, spring_work) =
+            works(solved, displacement, forces, internal);
         Self {
             applied_force: sums[1].0.into(),
             clamp_force: sums[2].0.into(),
@@ -101,10 +102,10 @@ impl Resultants {
                 all().map(|(_, moment)| moment),
                 moments_size.max(farthest * rounding),
             ),
-            strain_energy: works.strain_energy,
-            spring_energy: works.of_springs.map(|work| -0.5 * work),
-            load_work: works.of_loads,
-            clamp_work: works.of_clamps,
+            strain_energy,
+            spring_energy: spring_work.map(|work| -0.5 * work),
+            load_work,
+            clamp_work,
             largest_displacement: std::array::from_fn(|c| {
                 displacement
                     .iter()
@@ -118,53 +119,32 @@ impl Resultants {
     }
 }
 
-/// Works in J.
-struct Works {
-    strain_energy: f64,
-    of_loads: f64,
-    of_clamps: Option<f64>,
-    /// Of their forces on the body.
-    of_springs: Option<f64>,
-}
-
-impl Works {
-    /// Over the free degrees of freedom where the others do not move.
-    fn new(
-        solved: &Solved<'_>,
-        displacement: &[Vector],
-        forces: &NodalForces,
-        internal: &[Vector],
-    ) -> Self {
-        let system = solved.system;
-        let work = |forces: &[Vector]| dot(forces.as_flattened(), displacement.as_flattened());
-        let of_springs = forces.springs.as_ref().map(|springs| work(springs));
-        if system.dofs.prescribed.is_some() {
-            return Self {
-                strain_energy: 0.5 * (work(internal) - of_springs.unwrap_or(0.0)),
-                of_springs,
-                of_loads: work(&forces.applied),
-                of_clamps: Some(work(&forces.clamp)),
-            };
-        }
-        let free = &solved.solution.displacement;
-        if system.floating.is_some() {
-            // A rigid motion, which has no energy, takes its digits from u·A u, but not from the work of forces in balance.
-            return Self {
-                strain_energy: 0.5 * (work(&forces.applied) + work(&forces.contact)),
-                of_springs,
-                of_loads: dot(&system.load, free),
-                of_clamps: None,
-            };
-        }
+/// The strain energy and the works of the loads, of the clamps that move and of the forces of the springs on the body in J, over the free
+/// degrees of freedom where the others do not move.
+fn works(
+    solved: &Solved<'_>,
+    displacement: &[Vector],
+    forces: &NodalForces,
+    internal: &[Vector],
+) -> (f64, f64, Option<f64>, Option<f64>) {
+    let system = solved.system;
+    let work = |forces: &[Vector]| dot(forces.as_flattened(), displacement.as_flattened());
+    let of_springs = forces.springs.as_ref().map(|springs| work(springs));
+    if system.dofs.prescribed.is_some() {
+        let strain_energy = 0.5 * (work(internal) - of_springs.unwrap_or(0.0));
+        let of_clamps = Some(work(&forces.clamp));
+        return (strain_energy, work(&forces.applied), of_clamps, of_springs);
+    }
+    let free = &solved.solution.displacement;
+    let strain_energy = if system.floating.is_some() {
+        // A rigid motion, which has no energy, takes its digits from u·A u, but not from the work of forces in balance.
+        0.5 * (work(&forces.applied) + work(&forces.contact))
+    } else {
         let mut stiffness_u = vec![0.0; free.len()];
         system.stiffness.mul(free, &mut stiffness_u);
-        Self {
-            strain_energy: 0.5 * dot(free, &stiffness_u),
-            of_loads: dot(&system.load, free),
-            of_clamps: None,
-            of_springs,
-        }
-    }
+        0.5 * dot(free, &stiffness_u)
+    };
+    (strain_energy, dot(&system.load, free), None, of_springs)
 }
 
 impl ContactResultants {

@@ -2,10 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{
-    Answer, InMemory, Problem, ProblemError,
-    run::{EstimatedErrors, Evaluation},
-};
+use super::{Answer, InMemory, Problem, ProblemError, run::EstimatedErrors};
 use crate::{
     dual::{AssemblySeconds, DualSystem, LocalStiffness},
     mesh::Mesh,
@@ -83,9 +80,13 @@ impl AssembledProblem {
     ) -> Result<Answer, ProblemError> {
         settings.validate()?;
         self.scene().require_no_history("a solve")?;
-        let start = Start::default();
-        let evaluation = Evaluation::of_last(errors);
-        self.run_evaluated(settings, start, Vec::new(), evaluation, &mut InMemory)
+        self.run_evaluated(
+            settings,
+            Start::default(),
+            Vec::new(),
+            errors,
+            &mut InMemory,
+        )
     }
 
     /// Solves the steps of the scene one after the other, on one factor; a scene without steps once.

@@ -4,11 +4,7 @@
 //! Without a dense S no sweeps of relaxation settle the zones, and each step moves their borders by a few panes. The answer on half as many
 //! cells along each edge knows them up to a pane.
 
-use super::{
-    AssembledProblem, Keeper, Problem,
-    keeper::Unkept,
-    run::{EstimatedErrors, Evaluation},
-};
+use super::{AssembledProblem, Keeper, Problem, keeper::Unkept, run::EstimatedErrors};
 use crate::{
     contact::transferred_by_cells,
     scene::{Brick, DualOperatorKind, ElementOrder, Method, SolveSettings},
@@ -53,9 +49,9 @@ impl AssembledProblem {
             .assemble()
             .ok()?;
         let keeper = &mut Unkept(keeper);
-        let evaluation = Evaluation::of_last(EstimatedErrors::Nothing);
+        let errors = EstimatedErrors::Nothing;
         let found = coarse
-            .run_evaluated(settings, Start::default(), Vec::new(), evaluation, keeper)
+            .run_evaluated(settings, Start::default(), Vec::new(), errors, keeper)
             .ok()?;
         let is_answer = found
             .solution

@@ -22,15 +22,6 @@ pub struct Answer {
     pub records: Vec<StepRecord>,
 }
 
-/// How an answer is evaluated.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Evaluation {
-    /// The errors that are estimated.
-    pub(super) errors: EstimatedErrors,
-    /// Whether other increments follow a success, of which the mapping Ψ is not kept; where the solve failed, the error in the energy norm is.
-    pub(super) is_followed: bool,
-}
-
 /// Which errors are estimated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum EstimatedErrors {
@@ -40,16 +31,6 @@ pub(super) enum EstimatedErrors {
     Energy,
     /// That and those of quantities.
     Quantities,
-}
-
-impl Evaluation {
-    /// Of an answer that nothing follows.
-    pub(super) fn of_last(errors: EstimatedErrors) -> Self {
-        Self {
-            errors,
-            is_followed: false,
-        }
-    }
 }
 
 impl AssembledProblem {
@@ -68,8 +49,7 @@ impl AssembledProblem {
         done: Vec<StepRecord>,
         keeper: &mut dyn Keeper,
     ) -> Result<Answer, ProblemError> {
-        let evaluation = Evaluation::of_last(EstimatedErrors::Quantities);
-        self.run_evaluated(settings, start, done, evaluation, keeper)
+        self.run_evaluated(settings, start, done, EstimatedErrors::Quantities, keeper)
     }
 
     pub(super) fn run_evaluated(
@@ -77,7 +57,7 @@ impl AssembledProblem {
         settings: &SolveSettings,
         start: Start<'_>,
         mut records: Vec<StepRecord>,
-        evaluation: Evaluation,
+        errors: EstimatedErrors,
         keeper: &mut dyn Keeper,
     ) -> Result<Answer, ProblemError> {
         let answer = |problem, (solution, report), records| Answer {
@@ -87,7 +67,7 @@ impl AssembledProblem {
             records,
         };
         if !self.scene().has_history() {
-            let judged = self.judged(settings, start, None, evaluation, keeper)?;
+            let judged = self.judged(settings, start, None, errors, false, keeper)?;
             return Ok(answer(self.clone(), judged, Vec::new()));
         }
         let increments = self.scene().increments();
@@ -96,13 +76,10 @@ impl AssembledProblem {
         loop {
             let increment = increments[records.len()];
             let is_last = records.len() + 1 == increments.len();
-            let evaluation = Evaluation {
-                errors: match self.scene().adapt {
-                    Some(_) => evaluation.errors,
-                    None if is_last => EstimatedErrors::Energy,
-                    None => EstimatedErrors::Nothing,
-                },
-                is_followed: !is_last,
+            let errors = match self.scene().adapt {
+                Some(_) => errors,
+                None if is_last => EstimatedErrors::Energy,
+                None => EstimatedErrors::Nothing,
             };
             let before = records.last();
             let problem = self.at_increment(increment, before)?;
@@ -110,7 +87,8 @@ impl AssembledProblem {
                 multiplier: Some(&before.multiplier),
                 checkpoint: None,
             });
-            let judged = problem.judged(settings, from, Some(increment), evaluation, keeper)?;
+            let judged =
+                problem.judged(settings, from, Some(increment), errors, !is_last, keeper)?;
             let (solution, report) = &judged;
             let dual = problem.system().contact.as_ref();
             let dual_rhs = dual.map_or(&[][..], |contact| contact.dual_rhs());
@@ -126,13 +104,15 @@ impl AssembledProblem {
         }
     }
 
-    /// Solves one problem, evaluates the answer and holds it against its report.
+    /// Solves one problem, evaluates the answer and holds it against its report. Of a success that other increments follow the mapping Ψ is
+    /// not kept; where their solve fails, the error in the energy norm is estimated.
     fn judged(
         &self,
         settings: &SolveSettings,
         start: Start<'_>,
         increment: Option<Increment>,
-        evaluation: Evaluation,
+        errors: EstimatedErrors,
+        is_followed: bool,
         keeper: &mut dyn Keeper,
     ) -> Result<(Solution, ContactReport), ProblemError> {
         let nested = match start {
@@ -156,16 +136,16 @@ impl AssembledProblem {
             }
         })?;
         let claimed = (solution.status, solution.accuracy);
-        let mut report = self.evaluated(&solution, evaluation.errors)?;
+        let mut report = self.evaluated(&solution, errors)?;
         if let Some(failure) = self.system.assembly.factor.failure() {
             return Err(AssemblyError::Engine(failure).into());
         }
         report.classify(&mut solution);
-        if evaluation.is_followed {
+        if is_followed {
             if solution.status.is_success(RequestedAccuracy::of(settings)) {
                 return Ok((solution, report));
             }
-            if evaluation.errors == EstimatedErrors::Nothing {
+            if errors == EstimatedErrors::Nothing {
                 (solution.status, solution.accuracy) = claimed;
                 report = self.evaluated(&solution, EstimatedErrors::Energy)?;
                 report.classify(&mut solution);

@@ -22,6 +22,18 @@ pub(in crate::post) struct FieldLoads<'a> {
     pub(in crate::post) in_box: Option<&'a BoxLoad>,
 }
 
+impl<'a> FieldLoads<'a> {
+    /// Those of a solution.
+    pub(super) fn of_scene(solved: &'a Solved<'_>) -> Self {
+        Self {
+            of_scene: true,
+            multiplier: &solved.solution.multiplier,
+            at_nodes: &[],
+            in_box: None,
+        }
+    }
+}
+
 /// What acts on the boundary triangles of a solved problem.
 pub(super) struct LoadedBoundary<'a> {
     solved: &'a Solved<'a>,

@@ -16,9 +16,6 @@ use crate::{
     scene::Quantity,
 };
 
-/// Barycentric coordinates of the corners of a triangle.
-const CORNERS: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-
 /// A point of a contact triangle.
 #[derive(Clone, Copy)]
 pub(super) struct ContactPoint {
@@ -91,18 +88,15 @@ impl<'a> ContactPoints<'a> {
 
 /// How deep the points of a contact triangle lie in the obstacle.
 struct TriangleDepth<'a> {
-    mesh: &'a Mesh,
+    of: &'a ContactPoints<'a>,
     /// Its nodes in the mesh.
     nodes: Vec<usize>,
     /// u_ν at each of them in m.
     normal_part: Vec<f64>,
-    /// u at the nodes of the mesh in m.
-    displacement: &'a [[f64; 3]],
     /// u_ν − d at each of them in m.
     depth: Vec<f64>,
     obstacle: Option<&'a DistanceBetweenNodes<'a>>,
     gap: Option<&'a Quantity>,
-    shallowest: f64,
 }
 
 /// A part of a contact triangle.
@@ -119,7 +113,7 @@ struct Part {
 }
 
 impl<'a> TriangleDepth<'a> {
-    fn new(points: &'a ContactPoints<'_>, place: usize) -> Self {
+    fn new(points: &'a ContactPoints<'a>, place: usize) -> Self {
         let (mesh, surface) = (points.mesh, points.contact.state.surface);
         let facet = surface.facets[place];
         let nodes: Vec<usize> = mesh.facet_nodes(facet).collect();
@@ -135,20 +129,18 @@ impl<'a> TriangleDepth<'a> {
         let distance = of_face.map(|(distance, _)| distance).next();
         let obstacle = distance.and_then(|(obstacle, _)| obstacle.as_ref());
         Self {
-            mesh,
+            of: points,
             normal_part: nodes.iter().map(normal_part).collect(),
-            displacement: points.displacement,
             nodes,
             depth,
             obstacle: obstacle.filter(|_| is_near),
             gap: distance.and_then(|(_, gap)| *gap),
-            shallowest: points.shallowest,
         }
     }
 
     /// The points of the triangle.
     fn points(&self) -> Vec<ContactPoint> {
-        let whole = self.part(CORNERS, 1.0);
+        let whole = self.part([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], 1.0);
         let has_formula = self.gap.is_some() || self.obstacle.is_some_and(|it| it.is_formula());
         // A formula may have hills where no interpolation has any: it is looked at in more places.
         let mut parts = match has_formula {
@@ -166,7 +158,7 @@ impl<'a> TriangleDepth<'a> {
         while parts.len() < 128 {
             let seen: usize = parts.iter().map(|part| part.inside).sum();
             let is_cut =
-                |part: &&Part| part.deepest > self.shallowest && part.inside < part.points.len();
+                |part: &&Part| part.deepest > self.of.shallowest && part.inside < part.points.len();
             let next = parts.iter().enumerate().filter(|(_, part)| is_cut(part));
             let next = next.max_by(|(_, a), (_, b)| a.deepest.total_cmp(&b.deepest));
             let Some((next, _)) = next.filter(|_| seen < 16) else {
@@ -225,7 +217,7 @@ impl<'a> TriangleDepth<'a> {
 
     /// u_ν − d at a point in m, and by how much it is less than interpolation between the nodes says.
     fn depth_at(&self, share: [f64; 3]) -> (f64, f64) {
-        let shape = self.mesh.facet_shape(&share);
+        let shape = self.of.mesh.facet_shape(&share);
         let terms = shape.iter().zip(&self.depth);
         let interpolated = terms.map(|(shape, depth)| shape * depth).sum::<f64>();
         let beyond_nodes = self.beyond_nodes(&shape);
@@ -240,11 +232,11 @@ impl<'a> TriangleDepth<'a> {
             let terms = shape.iter().enumerate();
             terms.map(|(k, shape)| shape * value(k)).sum()
         };
-        let place = |k: usize| self.mesh.coordinates[self.nodes[k]];
+        let place = |k: usize| self.of.mesh.coordinates[self.nodes[k]];
         let at = [0, 1, 2].map(|c| sum(&|k| place(k)[c]));
         let obstacle = self.obstacle.and_then(|it| it.at(at, &self.nodes, shape));
         let obstacle = obstacle.map_or(0.0, |(beyond, normal)| {
-            let moved = |k: usize| self.displacement[self.nodes[k]];
+            let moved = |k: usize| self.of.displacement[self.nodes[k]];
             let along: f64 = (0..3).map(|c| sum(&|k| moved(k)[c]) * normal[c]).sum();
             beyond - (along - sum(&|k| self.normal_part[k]))
         });

@@ -294,12 +294,7 @@ fn local_errors(
     let solution = Field {
         displacement: known.displacement,
         internal: known.internal,
-        loads: FieldLoads {
-            of_scene: true,
-            multiplier: &solved.solution.multiplier,
-            at_nodes: &[],
-            in_box: None,
-        },
+        loads: FieldLoads::of_scene(solved),
         by_multiplier: &[],
         is_galerkin: true,
         over: None,

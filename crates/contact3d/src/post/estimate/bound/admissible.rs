@@ -80,11 +80,12 @@ impl Admissible {
             .iter()
             .chain(&face.size)
             .fold(0.0_f64, |most, c| most.max(c.abs()));
-        if left.iter().any(|c| *c > ROUNDING * size) {
+        // Smaller ones are rounding of a coefficient.
+        if left.iter().any(|c| *c > 1e-10 * size) {
             return Err(super::scope::pressed_in());
         }
         self.complementarity -= face.pressure * face.mean(&left) * face.area;
-        if let (Some(sum), Some(work)) = (&mut self.friction, face.missing_work()) {
+        if let (Some(sum), Some(work)) = (&mut self.friction, face.missing_work) {
             *sum += work * face.area;
         }
         Ok(())
@@ -116,9 +117,6 @@ impl Admissible {
     }
 }
 
-/// Roundings of a coefficient over the largest displacement in it.
-const ROUNDING: f64 = 1e-10;
-
 /// A contact triangle with the coefficients of its displacement in Bernstein's polynomials: no function exceeds the largest of its
 /// coefficients.
 struct Triangle {
@@ -133,18 +131,9 @@ struct Triangle {
     over: [f64; 6],
     /// Of u_ν in m.
     size: [f64; 6],
+    /// The mean of g ‖F u_t‖ − λ_t·u_t in J/m², of which the first is at most that of its coefficients since norms are convex;
     /// `None` without friction.
-    friction: Option<Sliding>,
-}
-
-/// Friction on a contact triangle.
-struct Sliding {
-    /// λ_t in Pa.
-    stress: [f64; 2],
-    /// g F₁, g F₂ in Pa.
-    semi_axes: [f64; 2],
-    /// Coefficients of u_t in m.
-    slip: [[f64; 2]; 6],
+    missing_work: Option<f64>,
 }
 
 impl Triangle {
@@ -173,7 +162,7 @@ impl Triangle {
             pressure: multiplier[pane],
             over: [0.0; 6],
             size: [0.0; 6],
-            friction: None,
+            missing_work: None,
             nodes,
         };
         let over: Vec<f64> = locals
@@ -187,7 +176,7 @@ impl Triangle {
             InterfaceFriction::Tresca(semi_axes) => semi_axes.get(pane),
             InterfaceFriction::Frictionless | InterfaceFriction::Coulomb(_) => None,
         };
-        face.friction = semi_axes.map(|semi_axes| {
+        face.missing_work = semi_axes.map(|[a, b]| {
             let slips: Vec<[f64; 2]> = locals
                 .iter()
                 .map(|local| interface.frame.tangential(*local, moved(*local)))
@@ -197,11 +186,10 @@ impl Triangle {
                 face.coefficients(&slips)
             };
             let [first, second] = [of(0), of(1)];
-            Sliding {
-                stress: contact.coupling.layout.pair(multiplier, pane),
-                semi_axes: *semi_axes,
-                slip: std::array::from_fn(|k| [first[k], second[k]]),
-            }
+            let stress = contact.coupling.layout.pair(multiplier, pane);
+            let most = std::array::from_fn(|k| (a * first[k]).hypot(b * second[k]));
+            let done = std::array::from_fn(|k| stress[0] * first[k] + stress[1] * second[k]);
+            face.mean(&most) - face.mean(&done)
         });
         face
     }
@@ -234,18 +222,5 @@ impl Triangle {
     fn mean(&self, coefficients: &[f64; 6]) -> f64 {
         let n = self.nodes.len();
         coefficients[..n].iter().sum::<f64>() / n as f64
-    }
-
-    /// The mean of g ‖F u_t‖ − λ_t·u_t in J/m², of which the first is at most that of its coefficients since norms are convex;
-    /// `None` without friction.
-    fn missing_work(&self) -> Option<f64> {
-        let Sliding {
-            stress,
-            semi_axes,
-            slip,
-        } = self.friction.as_ref()?;
-        let most = slip.map(|u| (semi_axes[0] * u[0]).hypot(semi_axes[1] * u[1]));
-        let done = slip.map(|u| stress[0] * u[0] + stress[1] * u[1]);
-        Some(self.mean(&most) - self.mean(&done))
     }
 }

@@ -13,15 +13,6 @@ use super::{
 };
 use crate::{mesh::Mesh, reference::TETRAHEDRON_EDGES};
 
-/// What a sweep lowers the distance by at least for another one to follow: bounds are read to two digits.
-const WORTHWHILE: f64 = 0.01;
-
-/// The most sweeps. Cubes need three; flat cells, across which forces pass slowly, take all.
-const MOST_SWEEPS: usize = 20;
-
-/// A pivot over the first one below which an equation follows from others: entries are ratios of lengths in a tetrahedron, or 1.
-const DEPENDENT: f64 = 1e-9;
-
 /// The minimisation.
 pub(super) struct Descent<'a> {
     pub(super) mesh: &'a Mesh,
@@ -46,7 +37,8 @@ struct Patch {
 type Change = (usize, usize, usize, f64);
 
 impl Descent<'_> {
-    /// Sweeps over all edges until that gains little, to the data of the stress of each tetrahedron.
+    /// Sweeps over all edges until one lowers the distance by less than a hundredth, since bounds are read to two digits, to the data of
+    /// the stress of each tetrahedron. Cubes need three sweeps; flat cells, across which forces pass slowly, take all twenty.
     pub(super) fn improve(&self, forces: &mut SideForces) -> Vec<Data> {
         let colours = self.colours();
         let elements = self.elements.par_iter().enumerate();
@@ -54,7 +46,7 @@ impl Descent<'_> {
             elements.map(|(t, element)| self.sides.data(t, element, forces, self.body_force));
         let mut data: Vec<Data> = data.collect();
         let mut distance = self.target.distance(&data);
-        for _ in 0..MOST_SWEEPS {
+        for _ in 0..20 {
             for colour in &colours {
                 let changes = colour.par_iter().map(|patch| self.changes(patch, &data));
                 let changes: Vec<Vec<Change>> = changes.collect();
@@ -70,7 +62,7 @@ impl Descent<'_> {
                 }
             }
             let before = std::mem::replace(&mut distance, self.target.distance(&data));
-            if distance.sqrt() > (1.0 - WORTHWHILE) * before.sqrt() {
+            if distance.sqrt() > 0.99 * before.sqrt() {
                 break;
             }
         }
@@ -221,7 +213,8 @@ fn null_space(mut matrix: DMatrix<f64>) -> DMatrix<f64> {
         let (i, j) = rest.iamax_full();
         let pivot = rest[(i, j)].abs();
         first = f64::max(first, pivot);
-        if pivot <= DEPENDENT * first {
+        // Entries are ratios of lengths in a tetrahedron, or 1; so small a pivot is of an equation that follows from others.
+        if pivot <= 1e-9 * first {
             break;
         }
         matrix.swap_rows(rank, rank + i);

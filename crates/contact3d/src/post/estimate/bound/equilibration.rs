@@ -27,10 +27,6 @@ pub(super) struct Balanced<'a> {
     pub(super) is_free: &'a [[bool; 3]],
 }
 
-/// The share of the largest force in the body that may be out of balance around a corner: rounding, and the residual of the linear
-/// solve. Both stay below 1e-12; reactions of held points are of the size of the loads.
-const IMBALANCE: f64 = 1e-8;
-
 impl Balanced<'_> {
     /// The forces; `None` where none balance what acts around a corner, such as reactions of points.
     pub(super) fn forces(&self) -> Option<SideForces> {
@@ -50,18 +46,15 @@ impl Balanced<'_> {
         }
         let corners = around.par_iter().enumerate();
         let found = corners.map(|(node, star)| self.around(node, star, &forces));
-        let found: Option<Vec<(Vec<Change>, f64)>> = found.collect();
-        let found = found?;
+        let found = found.collect::<Option<Vec<(Vec<Change>, f64)>>>()?;
         let size = |force: &Vector3<f64>| force.amax();
         let largest = forces.iter().flatten().map(size).fold(0.0, f64::max);
-        if found
-            .iter()
-            .any(|(_, missing)| *missing > IMBALANCE * largest)
-        {
+        // Rounding and the residual of the linear solve stay below 1e-12; reactions of held points are of the size of the loads.
+        if found.iter().any(|(_, missing)| *missing > 1e-8 * largest) {
             return None;
         }
-        for change in found.into_iter().flat_map(|(changes, _)| changes) {
-            forces[change.side][change.place] += change.force;
+        for (side, place, force) in found.into_iter().flat_map(|(changes, _)| changes) {
+            forces[side][place] += force;
         }
         Some(forces)
     }
@@ -111,14 +104,8 @@ impl Balanced<'_> {
             let nodes = &self.sides.sides[side].nodes;
             nodes.iter().position(|n| *n == node).unwrap_or(0)
         };
-        let mut changes: Vec<Change> = seen
-            .iter()
-            .map(|&side| Change {
-                side,
-                place: place(side),
-                force: Vector3::zeros(),
-            })
-            .collect();
+        let unchanged = |&side: &usize| (side, place(side), Vector3::zeros());
+        let mut changes: Vec<Change> = seen.iter().map(unchanged).collect();
         let mut imbalance = 0.0_f64;
         for c in 0..3 {
             let mut missing = DVector::zeros(star.len());
@@ -130,7 +117,7 @@ impl Balanced<'_> {
                         continue;
                     }
                     let column = seen.partition_point(|s| *s < side.side);
-                    let force = forces[side.side][changes[column].place][c];
+                    let force = forces[side.side][changes[column].1][c];
                     missing[row] -= side.sign * force;
                     if self.is_free[side.side][c] {
                         incidence[(row, column)] = side.sign;
@@ -143,7 +130,7 @@ impl Balanced<'_> {
             let rest = &incidence * &found - &missing;
             imbalance = imbalance.max(rest.amax());
             for (change, force) in changes.iter_mut().zip(found.iter()) {
-                change.force[c] = *force;
+                change.2[c] = *force;
             }
         }
         Some((changes, imbalance))
@@ -167,13 +154,8 @@ impl Balanced<'_> {
     }
 }
 
-/// What the force of a corner of a side changes by.
-struct Change {
-    side: usize,
-    place: usize,
-    /// N.
-    force: Vector3<f64>,
-}
+/// A side, the place of a corner, and what its force changes by in N.
+type Change = (usize, usize, Vector3<f64>);
 
 /// The x that minimises Σ x²/w subject to B x = b, or comes closest; `None` where rounding leaves none.
 fn least_change(

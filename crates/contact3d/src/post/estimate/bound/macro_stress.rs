@@ -12,13 +12,11 @@ use std::sync::LazyLock;
 use nalgebra::{DMatrix, Matrix3, Matrix6, SVector, Vector3, Vector6};
 use rayon::prelude::*;
 
+use super::super::bubbles::SIDES;
 use crate::{
     elasticity::{MaterialField, Simplex},
     reference::quadrature,
 };
-
-/// Corners of the sides of a tetrahedron; side k is opposite to corner k.
-pub(super) const SIDES: [[usize; 3]; 4] = [[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]];
 
 /// The two indices of each Voigt component xx, yy, zz, yz, xz, xy.
 const VOIGT: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [1, 2], [0, 2], [0, 1]];
@@ -80,7 +78,7 @@ impl Reference {
                 equations.add(&[(part, k, area.normalize())], of_moments);
             }
             let part_corners: [[f64; 3]; 4] = [a, b, c, centroid].map(Into::into);
-            let gradients = gradients(&part_corners);
+            let gradients = Simplex::new(&part_corners).gradients;
             let terms: Vec<_> = (0..4).map(|k| (part, k, gradients[k])).collect();
             equations.add(&terms, (0..3).map(|c| (c, 36 + c, 1.0)));
             for other in part + 1..4 {
@@ -123,12 +121,8 @@ impl Reference {
     }
 }
 
-/// Gradients of the barycentric coordinates of a tetrahedron of any orientation.
-fn gradients(corners: &[[f64; 3]; 4]) -> [Vector3<f64>; 4] {
-    Simplex::new(corners).gradients
-}
-
-fn outward(area: Vector3<f64>, away: Vector3<f64>) -> Vector3<f64> {
+/// An area vector or its opposite, whichever points away.
+pub(super) fn outward(area: Vector3<f64>, away: Vector3<f64>) -> Vector3<f64> {
     if area.dot(&away) < 0.0 { -area } else { area }
 }
 

@@ -34,7 +34,7 @@ use admissible::Admissible;
 use descent::Descent;
 use equilibration::Balanced;
 use macro_stress::{MacroElement, Target};
-use sides::{MeshSides, SideForces};
+use sides::{MeshSides, Side, SideForces};
 
 /// A bound of the distance of a discrete solution from the exact one, in the energy norm ‖v‖_A = √a(v, v), √J.
 #[derive(Debug, Clone, PartialEq)]
@@ -106,7 +106,7 @@ impl ErrorBound {
             .map(|(t, strain)| strain.map(|it| material.tensor(t) * it))
             .collect();
         let sides = MeshSides::new(mesh);
-        let loads = BoundaryLoads::new(solved, &sides);
+        let (traction, is_free) = boundary_loads(solved, &sides);
         let body_force = scene.body_force.as_ref().map_or(Vector3::zeros(), |force| {
             Vector3::from(std::array::from_fn(|c| force.value[c].at([0.0; 3])))
         });
@@ -115,8 +115,8 @@ impl ErrorBound {
             sides: &sides,
             stress: &stress,
             body_force,
-            traction: &loads.traction,
-            is_free: &loads.is_free,
+            traction: &traction,
+            is_free: &is_free,
         };
         let mut forces = balanced.forces().ok_or_else(|| scope::unbalanced(solved))?;
         let compliances = material.compliances();
@@ -136,7 +136,7 @@ impl ErrorBound {
             elements: &elements,
             target: &own,
             body_force,
-            is_free: &loads.is_free,
+            is_free: &is_free,
         };
         let data = descent.improve(&mut forces);
         let bound = own.distance(&data).sqrt();
@@ -186,40 +186,21 @@ fn strains(mesh: &Mesh, displacement: &[[f64; 3]]) -> Vec<[Vector6<f64>; 4]> {
     (0..mesh.tetrahedra.len()).map(of).collect()
 }
 
-/// What acts on the sides.
-struct BoundaryLoads {
-    /// Traction in Pa, `[n_sides]`; zero inside the body.
-    traction: Vec<Vector3<f64>>,
-    /// Components whose traction is unknown, `[n_sides]`.
-    is_free: Vec<[bool; 3]>,
-}
-
-impl BoundaryLoads {
-    fn new(solved: &Solved<'_>, sides: &MeshSides) -> Self {
-        let boundary = LoadedBoundary::new(solved);
-        let loads = FieldLoads {
-            of_scene: true,
-            multiplier: &solved.solution.multiplier,
-            at_nodes: &[],
-            in_box: None,
-        };
-        let (traction, is_free) = sides
-            .sides
-            .iter()
-            .map(|side| match side.facet {
-                None => (Vector3::zeros(), [true; 3]),
-                Some(facet) => {
-                    let normal = side.area.normalize();
-                    let share = [1.0 / 3.0; 3];
-                    // Loads are constant on a side.
-                    let at = solved.mesh.coordinates[side.nodes[0]];
-                    let traction = boundary.traction(facet, at, share, &normal, &loads);
-                    (traction, boundary.held[facet])
-                }
-            })
-            .unzip();
-        Self { traction, is_free }
-    }
+/// Of each side, `[n_sides]`, the traction in Pa that loads it, zero inside the body, and the components whose traction is unknown.
+fn boundary_loads(solved: &Solved<'_>, sides: &MeshSides) -> (Vec<Vector3<f64>>, Vec<[bool; 3]>) {
+    let boundary = LoadedBoundary::new(solved);
+    let loads = FieldLoads::of_scene(solved);
+    let of_side = |side: &Side| match side.facet {
+        None => (Vector3::zeros(), [true; 3]),
+        Some(facet) => {
+            let normal = side.area.normalize();
+            // Loads are constant on a side.
+            let at = solved.mesh.coordinates[side.nodes[0]];
+            let traction = boundary.traction(facet, at, [1.0 / 3.0; 3], &normal, &loads);
+            (traction, boundary.held[facet])
+        }
+    };
+    sides.sides.iter().map(of_side).unzip()
 }
 
 fn shown(sides: &MeshSides, forces: &SideForces) -> Vec<SideForce> {

@@ -2,8 +2,11 @@
 
 use nalgebra::Vector3;
 
-use super::macro_stress::{DATA, Data, MacroElement, SIDE_DATA, SIDES};
-use crate::mesh::Mesh;
+use super::{
+    super::bubbles::SIDES,
+    macro_stress::{DATA, Data, MacroElement, SIDE_DATA, outward},
+};
+use crate::mesh::{Mesh, sorted};
 
 /// The sides of all tetrahedra, each once.
 pub(super) struct MeshSides {
@@ -79,7 +82,7 @@ impl MeshSides {
                 inside,
                 outside: same.get(1).map(|other| other.1),
                 facet: facet_of(&nodes).filter(|_| same.len() == 1),
-                area: if area.dot(&away) < 0.0 { -area } else { area },
+                area: outward(area, away),
             });
         }
         Self {
@@ -108,9 +111,4 @@ impl MeshSides {
         data.fixed_rows_mut::<3>(DATA - 3).copy_from(&divergence);
         data
     }
-}
-
-fn sorted(mut nodes: [usize; 3]) -> [usize; 3] {
-    nodes.sort_unstable();
-    nodes
 }
