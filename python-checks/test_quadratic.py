@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy import linalg
 from scipy.sparse import linalg as sparse_linalg
 from skfem import Basis, ElementTetP2, ElementVector, FacetBasis, LinearForm, MeshTet
 from skfem.models.elasticity import lame_parameters, linear_elasticity
@@ -135,7 +134,7 @@ def test_the_estimate_is_the_sum_of_its_indicators(run):
 
 
 def test_levels(run):
-    """Levels fall to the target, and the stability of the last is the smallest eigenvalue of S scaled."""
+    """Levels fall to the target."""
     if "adapt" not in run:
         assert "adapt" not in read_scene(run)
         return
@@ -152,8 +151,3 @@ def test_levels(run):
     assert np.array_equal(run["adapt/n_cuts"][:], np.where(anew, 0, counts[:-1]))
     # Five tetrahedra a cell.
     assert np.array_equal(5 * cells.prod(axis=1)[anew], counts[1:][anew])
-    operator = run["assemble/dual_operator"][:]
-    scale = 1 / np.sqrt(np.diag(operator))
-    smallest = linalg.eigvalsh(scale[:, None] * operator * scale)[0]
-    # Lanczos' method ends when its residual is 1 %; the eigenvalues lie close together.
-    assert run["adapt/levels/stability"][-1] == pytest.approx(smallest, rel=0.05)

@@ -111,12 +111,12 @@ fn frozen_friction(
             solution.status.word()
         ));
     }
-    if problem.system().assembly.factor.precision() == Precision::Single {
+    if problem.system.assembly.factor.precision() == Precision::Single {
         return Err("the factor is in single precision, and so W would be; \
                     run `contact3d-pipe assemble FILE --set assemble.factor=\"double\"`, and `solve` again"
             .into());
     }
-    if let Some(body) = &problem.system().assembly.primal.floating {
+    if let Some(body) = &problem.system.assembly.primal.floating {
         let (holds, why) = match body.support {
             None => (
                 "only contact holds the body, so its stiffness is singular, there is no W",
@@ -174,7 +174,7 @@ fn write(
         title: &problem.scene().title,
         description: &description,
         math_info: "W is symmetric and positive definite up to rounding; solution is that of the program, guess 1 is zero",
-        degrees_of_freedom: problem.system().assembly.primal.dofs.n_free,
+        degrees_of_freedom: problem.system.assembly.primal.dofs.n_free,
     };
     let all = |file: &File| {
         fclib::write_problem(file, frozen, &info)?;

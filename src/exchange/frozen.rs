@@ -103,7 +103,7 @@ impl FrozenProblem {
         interface: &Interface,
         friction: &[Option<[f64; 2]>],
     ) -> Self {
-        let primal = &problem.system().assembly.primal;
+        let primal = &problem.system.assembly.primal;
         let coupling = interface.coupling_everywhere(surface, &primal.dofs);
         let layout = coupling.layout;
         let diagonal: Vec<f64> = pane_stiffness(primal, &coupling)
@@ -258,7 +258,7 @@ fn everywhere(
     surface: &ContactSurface,
     interface: &Interface,
 ) -> ExplicitDual {
-    let system = problem.system();
+    let system = &problem.system;
     let contact = system.contact.as_ref();
     match contact.and_then(ContactSystem::explicit) {
         Some(dual) if dual.layout.n_pairs() == dual.n_panes() => dual.clone(),

@@ -47,7 +47,6 @@ pub(super) const FIELDS: Fields<AdaptiveLevel> = fields! { AdaptiveLevel => GROU
     (n_multipliers) "/adapt/levels/n_multipliers", LEVELS, Dimension::Number, "Multipliers.";
     (estimated_error) "/adapt/levels/estimated_error", LEVELS, Dimension::Number, "Estimated discretisation error over |u|_A; of a mesh that is refined for a quantity (adapt.of), the estimated error of that over its value.";
     (nan value) "/adapt/levels/value", LEVELS, Dimension::Number, "Value of the quantity that the mesh is refined for (adapt.of), in its unit; NaN where it is refined for the energy norm, and of a load history.";
-    (nan stability) "/adapt/levels/stability", LEVELS, Dimension::Number, "Smallest eigenvalue of S scaled to a unit diagonal; NaN where S is not held.";
     (status) "/adapt/levels/status", LEVELS, Dimension::Number, "How the solve ended.";
     (seconds) "/adapt/levels/seconds", LEVELS, Dimension::Time, "Wall-clock time of mesh, assembly, solve and evaluation.".volatile();
     {Kind::I64} CELLS, &[Named("n_refinements"), Extent::Fixed(3)], Dimension::Number, "Cells along the edges of a brick that was meshed anew for a level, 0 where the level before was cut.".optional("absent where every level was cut");

@@ -420,7 +420,7 @@ pub(super) const fn rows<T, const N: usize>(fields: &[FieldSpec<T>]) -> [Dataset
 /// Declares the table of a type, a dataset a line: the part of a record that it holds, its path, shape, dimension and meaning.
 ///
 /// The part is a place in the record, `(energies.strain)`; one in an optional part of it, `(results?.accuracy)`, whose value is
-/// that of [`super::stored::Absent`] where there is none; an optional number that is stored as NaN, `(nan stability)`; the same
+/// that of [`super::stored::Absent`] where there is none; an optional number that is stored as NaN, `(nan energy_error)`; the same
 /// place of both of two, `(each k in assembly[k].seconds)`; what is taken and what is put, `[|r| …, |r, v| …]`; what is only
 /// written, `[|r| …]`; or `{Kind}`, a dataset that is written and read by hand.
 macro_rules! fields {

@@ -251,11 +251,16 @@ impl LevelKeeper for LevelInRunFile<'_> {
             results, performed, ..
         } = self.at_hand.as_ref().expect("made sure just now");
         let assembled = self.session.cache.assembled.as_ref();
-        let dual = assembled.and_then(|(it, _)| it.system().contact.as_ref()?.explicit());
+        let has_dense_operator = assembled.is_some_and(|(it, _)| {
+            it.system
+                .contact
+                .as_ref()
+                .is_some_and(|contact| contact.explicit().is_some())
+        });
         let seconds = performed.iter().map(|it| it.compute_seconds);
         Ok(SolvedLevel {
             mesh: results.mesh(),
-            dual,
+            has_dense_operator,
             solution: &results.solution,
             report: &results.report,
             increments: &results.increments,

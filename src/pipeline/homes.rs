@@ -74,7 +74,10 @@ impl Session {
             let scene = self.scene().clone();
             let problem = Problem::of_checked(scene, known.mesh().clone());
             let problem = problem.map_err(|invalid| self.store.input.refuse(invalid))?;
-            let known = AssembledProblem::new(problem.clone(), known.system().clone());
+            let known = AssembledProblem {
+                problem: problem.clone(),
+                system: known.system.clone(),
+            };
             self.cache = StageCache {
                 problem: Some(Arc::new(problem)),
                 assembled: Some((Arc::new(known), LoadState::Any)),

@@ -152,7 +152,7 @@ impl StoredSolve {
 
 impl From<Answer> for Results {
     fn from(answer: Answer) -> Self {
-        let (problem, system) = answer.problem.into_parts();
+        let AssembledProblem { problem, system } = answer.problem;
         Self {
             problem,
             dofs: system.assembly.primal.dofs,
@@ -221,11 +221,11 @@ pub fn read_solved(path: &Path) -> Result<(AssembledProblem, Solution), StageErr
         Err(FormatError::Engine(EngineError::NotAtHand)) => {
             let assembled = problem.clone().assemble();
             let assembled = assembled.map_err(|error| stages::refused(&input, error))?;
-            assembled.into_parts().1
+            assembled.system
         }
         read => read?,
     };
     format::read_loads(&reader, &mut system)?;
     let solution = format::read_solution(&reader, &system.assembly.primal.dofs)?;
-    Ok((AssembledProblem::new(problem, system), solution))
+    Ok((AssembledProblem { problem, system }, solution))
 }

@@ -185,14 +185,14 @@ impl Session {
     /// The elastic problem with its factor; `None` unless it is in memory.
     pub fn assembly(&self) -> Option<&Assembly> {
         let (assembled, _) = self.cache.assembled.as_ref()?;
-        Some(&assembled.system().assembly)
+        Some(&assembled.system.assembly)
     }
 
     /// What each form of the dual operator costs, and whether the dense one is held; `None`
     /// unless an assembly is in memory.
     pub fn operator_estimate(&self) -> Option<(OperatorEstimate, bool)> {
         let (assembled, _) = self.cache.assembled.as_ref()?;
-        let system = assembled.system();
+        let system = &assembled.system;
         let contact = system.contact.as_ref()?;
         let nodes = assembled.mesh().contact.as_ref()?.nodes.len();
         let structure = system.assembly.factor.structure();
@@ -218,7 +218,7 @@ impl Session {
         let problem = self.problem()?.as_ref().clone();
         let engine = self.store.engine.as_ref();
         let assembled = match format::read_assembly(&self.store.reader()?, engine) {
-            Ok(system) => AssembledProblem::new(problem, system),
+            Ok(system) => AssembledProblem { problem, system },
             // The factor stayed with an engine; here it is made again.
             Err(FormatError::Engine(EngineError::NotAtHand)) => self.assemble_again(problem)?,
             Err(error) => return Err(error.into()),

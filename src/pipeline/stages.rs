@@ -142,10 +142,9 @@ impl Session {
             resources::admit(need, self.store.path())?;
             (assembled, SECONDS_OF_A_COMMIT)
         } else {
-            let loaded = self.loaded(|session, assembled| {
-                let (problem, mut system) = assembled.into_parts();
-                format::read_loads(&session.store.reader()?, &mut system)?;
-                Ok(AssembledProblem::new(problem, system))
+            let loaded = self.loaded(|session, mut assembled| {
+                format::read_loads(&session.store.reader()?, &mut assembled.system)?;
+                Ok(assembled)
             })?;
             (loaded, 0.0)
         };
@@ -230,7 +229,7 @@ impl StageOutput {
     /// Bytes of its arrays, where they may be many.
     pub(super) fn bytes(&self) -> usize {
         match self {
-            Self::Assemble(problem) => format::assembly_bytes(problem.system()),
+            Self::Assemble(problem) => format::assembly_bytes(&problem.system),
             Self::Mesh(_) | Self::Load(_) | Self::Solve(_) | Self::Post(_) => 0,
         }
     }
@@ -269,10 +268,10 @@ impl StageOutput {
         match self {
             Self::Mesh(problem) => write(group, &|writer| mesh::write(writer, problem)),
             Self::Assemble(problem) => write(group, &|writer| {
-                format::write_assembly(writer, problem.system())
+                format::write_assembly(writer, &problem.system)
             }),
             Self::Load(problem) => write(group, &|writer| {
-                format::write_loads(writer, problem.system())
+                format::write_loads(writer, &problem.system)
             }),
             Self::Solve(results) => {
                 let history = if scene.has_history() {

@@ -129,7 +129,6 @@ pub fn adaptation_table(scene: &Scene, adaptation: &Adaptation, target: f64) -> 
         if let Some(of) = of {
             figures.add("value", of.word(), dimension(of), Scientific(4), level.value);
         }
-        figures.number("stability", "stability", Fixed(3), level.stability);
         figures.add("seconds", "time", Dimension::Time, Fixed(3), level.seconds);
         figures.json_only("status", level.status.word());
         figures

@@ -32,7 +32,7 @@ fn main() -> Result<(), ProblemError> {
     let mut scene = published_problem::scene(n_div);
     scene.assemble.factor = precision;
     let assembled = Problem::new(scene)?.assemble()?;
-    let assembly = &assembled.system().assembly;
+    let assembly = &assembled.system.assembly;
     let structure = assembly.factor.structure();
     println!(
         "{} unknowns, {} supernodes, {:.1} million coefficients in {} precision, {:.2} GFlop",
@@ -49,7 +49,7 @@ fn main() -> Result<(), ProblemError> {
         "factorisation {:.1} GFlop/s",
         structure.operations() / 1e9 / assembly.seconds.factorisation
     );
-    let contact = assembled.system().contact.as_ref();
+    let contact = assembled.system.contact.as_ref();
     if let (Some(contact), Some(state)) = (contact, assembled.contact_state()) {
         let nodes = state.surface.nodes.len();
         let operator = OperatorEstimate::new(structure, &contact.coupling, nodes);

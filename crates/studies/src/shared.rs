@@ -4,7 +4,7 @@ use contact3d::{AssembledProblem, dual::ExplicitDual, linalg::CscMatrix, scene::
 
 /// Refuses a body that only contact holds, or weak springs, where `what` needs A⁻¹ itself.
 pub(crate) fn refuse_floating(problem: &AssembledProblem, what: &str) -> Result<(), InvalidValue> {
-    let Some(body) = &problem.system().assembly.primal.floating else {
+    let Some(body) = &problem.system.assembly.primal.floating else {
         return Ok(());
     };
     let (found, why) = match body.support {
@@ -27,7 +27,7 @@ pub(crate) fn refuse_floating(problem: &AssembledProblem, what: &str) -> Result<
 
 /// S, h and the compliance of a problem that was assembled with contact and the dense operator.
 pub(crate) fn dual_of(problem: &AssembledProblem) -> &ExplicitDual {
-    let contact = problem.system().contact.as_ref();
+    let contact = problem.system.contact.as_ref();
     let dual = contact.and_then(|contact| contact.explicit());
     dual.expect("assembled with contact and the dense operator")
 }

@@ -50,7 +50,7 @@ fn follow(
     let family = Family::new(range, &at, &folder).expect("a family");
     let mut branches = Branches::new(&family, all).expect("a problem");
     branches.follow(&family, &mut |_| {}).expect("paths");
-    let contact = family.base().system().contact.as_ref().expect("contact");
+    let contact = family.base().system.contact.as_ref().expect("contact");
     Followed {
         branches,
         dual: contact.explicit().expect("a dense operator").clone(),
@@ -186,7 +186,7 @@ fn determinants_are_those_of_newtons_matrix() {
     let problem = contact3d::Problem::in_folder(changed, &folder()).expect("a problem");
     let problem = problem.assemble().expect("a factor");
     let dual = problem
-        .system()
+        .system
         .contact
         .as_ref()
         .and_then(|contact| contact.explicit())
@@ -504,7 +504,7 @@ fn means_of_slips_reach_the_knots_of_the_law_where_paths_say_so() {
                 continue;
             };
             let problem = solved_at(point.parameter);
-            let contact = problem.system().contact.as_ref().expect("contact");
+            let contact = problem.system.contact.as_ref().expect("contact");
             let dual = contact.explicit().expect("a dense operator");
             let moved = dual.tangential_displacement(&point.multiplier);
             let interface = problem.contact_state().expect("contact").interface;

@@ -23,7 +23,10 @@ fn solved(text: &str, element: &str, cells: [usize; 3]) -> Solved {
     let problem = problem.expect("a problem");
     let answer = problem.solve_and_report(&problem.scene().solve);
     let (solution, report) = answer.expect("a solve");
-    let bound = problem.error_bound(&solution);
+    let contact = problem.system.contact.as_ref();
+    let coupling = contact.map(|contact| &contact.coupling);
+    let primal = &problem.system.assembly.primal;
+    let bound = problem.problem.error_bound(primal, coupling, &solution);
     Solved {
         problem,
         report,

@@ -28,7 +28,7 @@ fn without_contact_there_is_one_solve() {
     assert_eq!(counts(&case), (N_FREE, 0, 0, 0));
     assert_eq!(case.solution.trace.solved_by, SolvedBy::Direct);
     assert_eq!(case.solution.trace.applications, 1);
-    assert!(case.system().contact.is_none() && case.contact_state().is_none());
+    assert!(case.system.contact.is_none() && case.contact_state().is_none());
     assert!(case.mesh().contact.is_none());
 }
 
@@ -39,7 +39,7 @@ fn frictionless_contact_has_normal_multipliers_only() {
     assert_eq!((m, counts(&case)), (12, (N_FREE, m, 0, 0)));
     assert_eq!(case.solution.trace.solved_by, SolvedBy::Minimisation);
     assert_eq!(case.solution.trace.history.len(), 1);
-    let system = case.system().contact.as_ref().unwrap();
+    let system = case.system.contact.as_ref().unwrap();
     assert_eq!(system.coupling.n_multipliers(), m);
     assert_eq!(system.explicit().unwrap().operator.as_slice().len(), m * m);
 }
@@ -74,7 +74,7 @@ fn a_law_without_slip_is_evaluated_once_at_each_contact_node() {
                 "{law} {settings}"
             );
             assert!(case.solution.friction.as_ref().unwrap().slip.is_none());
-            let explicit = case.system().contact.as_ref().unwrap().explicit();
+            let explicit = case.system.contact.as_ref().unwrap().explicit();
             assert!(explicit.unwrap().compliance.is_none());
             // Post-processing asks for the same coefficients, however often.
             case.report();
@@ -94,7 +94,7 @@ fn a_law_of_the_slip_adds_the_slips_of_the_contact_nodes() {
     assert!(projections > 0);
     let friction = case.solution.friction.as_ref().unwrap();
     assert_eq!(friction.slip.as_ref().map(Vec::len), Some(nodes));
-    let explicit = case.system().contact.as_ref().unwrap().explicit();
+    let explicit = case.system.contact.as_ref().unwrap().explicit();
     let compliance = explicit.unwrap().compliance.as_ref().unwrap();
     assert_eq!(compliance.matrix.len(), 3 * m * 2 * nodes);
 }
@@ -104,7 +104,7 @@ fn clamps_at_zero_prescribe_nothing() {
     let moved = "[[clamp]]\nface = 'x_max'\ncomponents = ['y']\nvalue = [0.0, 1e-6, 0.0]\n";
     for (value, is_there) in [("1e-6", true), ("0.0", false)] {
         let case = steel(&[&moved.replace("1e-6", value), CONTACT]);
-        let primal = &case.system().assembly.primal;
+        let primal = &case.system.assembly.primal;
         assert_eq!(primal.dofs.prescribed.is_some(), is_there);
         assert_eq!(case.report().resultants.clamp_work.is_some(), is_there);
     }
@@ -115,7 +115,7 @@ fn without_springs_there_is_no_part_of_theirs() {
     let spring = "[[spring]]\nface = 'x_max'\nnormal = 1e9\n";
     let [with, without] = [&[spring, CONTACT][..], &[CONTACT]].map(|tables| {
         let case = steel(tables);
-        let entries = case.system().assembly.primal.stiffness.data.len();
+        let entries = case.system.assembly.primal.stiffness.data.len();
         (entries, case.report().resultants)
     });
     // Nodes of a triangle share a tetrahedron already.

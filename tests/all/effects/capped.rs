@@ -206,7 +206,7 @@ fn one_node_has_its_closed_form() {
     // Pushed down and aside: the free node would stick with |λ_t| = λ_ν/3 > F λ_ν, so it slips.
     let pushed = [1e-3, 0.0, -3e-3];
     let uncapped = solve(pushed, None);
-    let contact = uncapped.system().contact.as_ref().unwrap();
+    let contact = uncapped.system.contact.as_ref().unwrap();
     let ([nn, nt, _], [h, _]) = entries(contact.explicit().unwrap());
     let pressure = h / (nn + friction * nt);
     agree(&uncapped, [pressure, friction * pressure], Zone::Slip);
@@ -221,7 +221,7 @@ fn one_node_has_its_closed_form() {
     // Pushed aside by half of that it sticks, S λ = h, until the cap is below |λ_t| / F.
     let down = [5e-4, 0.0, -3e-3];
     let sticking = solve(down, None);
-    let contact = sticking.system().contact.as_ref().unwrap();
+    let contact = sticking.system.contact.as_ref().unwrap();
     let ([nn, nt, tt], [h_n, h_t]) = entries(contact.explicit().unwrap());
     let determinant = nn * tt - nt * nt;
     let glued = [

@@ -102,7 +102,7 @@ fn tresca_at_the_converged_bound_is_coulomb() {
     };
     let settings = &coulomb.scene().solve;
     let tresca = solve(
-        coulomb.system(),
+        &coulomb.system,
         Some(&contact),
         settings,
         Start::default(),

@@ -167,17 +167,12 @@ fn the_certificate_rejects_corrupted_answers_of_soft_bodies() {
         let m = case_panes(&case);
         for corruption in corruptions(&answer, m) {
             let mut wrong = answer.clone();
-            let dual = case.system().contact.as_ref().expect("contact");
+            let dual = case.system.contact.as_ref().expect("contact");
             wrong.multiplier = corruption;
             // With the displacement that belongs to the wrong multipliers, so that the equilibrium
             // shows nothing.
             wrong.displacement = dual
-                .refined(
-                    &case.system().assembly,
-                    &wrong.multiplier,
-                    None,
-                    f64::EPSILON,
-                )
+                .refined(&case.system.assembly, &wrong.multiplier, None, f64::EPSILON)
                 .value;
             let certificate = case.report(&wrong).expect("a report").certificate;
             // The smallest corruption is 1e-4 of one component.
@@ -217,11 +212,11 @@ fn corruptions(answer: &Solution, m: usize) -> Vec<Vec<f64>> {
 fn local_stiffness_is_that_of_a_pane_whose_neighbours_do_not_move() {
     for name in CASES {
         let case = assembled(name, DualOperatorKind::Explicit);
-        let contact = case.system().contact.as_ref().expect("contact");
+        let contact = case.system.contact.as_ref().expect("contact");
         let dual = contact.explicit().expect("the dense operator");
         let local = LocalStiffness::new(dual);
         let m = dual.n_panes();
-        let bound = pane_stiffness(&case.system().assembly.primal, &contact.coupling);
+        let bound = pane_stiffness(&case.system.assembly.primal, &contact.coupling);
         for j in 0..dual.dimension() {
             let mut unit = vec![0.0; dual.dimension()];
             unit[j] = 1.0;

@@ -52,7 +52,7 @@ impl Case {
 
     /// Displacement of every node in m.
     pub(crate) fn displacement(&self) -> Vec<[f64; 3]> {
-        let dofs = &self.system().assembly.primal.dofs;
+        let dofs = &self.system.assembly.primal.dofs;
         dofs.to_nodes(&self.solution.displacement)
     }
 

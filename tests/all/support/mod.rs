@@ -45,11 +45,11 @@ impl Implicit {
     }
 
     pub(crate) fn assembly(&self) -> &Assembly {
-        &self.0.system().assembly
+        &self.0.system.assembly
     }
 
     pub(crate) fn contact(&self) -> &ContactSystem {
-        self.0.system().contact.as_ref().expect("contact")
+        self.0.system.contact.as_ref().expect("contact")
     }
 
     pub(crate) fn mesh(&self) -> &Mesh {

@@ -70,7 +70,7 @@ fn driven_by(case: &Case, forces: &[[f64; 3]]) -> (AssembledProblem, Solution) {
     let problem = Problem::new(scene).expect("a brick").assemble();
     let problem = problem.expect("a held body");
     let state = problem.contact_state().expect("contact");
-    let mut system = problem.system().clone();
+    let mut system = problem.system.clone();
     let assembly = &mut system.assembly;
     let free = assembly.primal.dofs.to_free(forces);
     assembly
@@ -145,7 +145,7 @@ fn a_body_driven_by_the_reaction_moves_as_one_driven_by_the_displacement() {
         // ε is 1e-12; displacements come from backsolves with condition number near 1e4.
         let found = distance(&solution.multiplier, &case.solution.multiplier);
         assert!(found < 1e-9, "{element} {contact} {friction}: {found:e}");
-        let dofs = &other.system().assembly.primal.dofs;
+        let dofs = &other.system.assembly.primal.dofs;
         let moved = dofs.to_nodes(&solution.displacement);
         let found = distance(moved.as_flattened(), report.displacement.as_flattened());
         assert!(found < 1e-9, "{element} {contact}: {found:e}");

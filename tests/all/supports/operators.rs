@@ -37,14 +37,11 @@ fn displacements_of_clamps_share_the_factor_and_give_the_same_bits() {
     let first = Problem::new(scene(-1e-5)).unwrap().assemble().unwrap();
     let lower = first.with_changes(|scene| scene.clamps[0].value[2] = (-2e-5).into());
     let lower = lower.unwrap();
-    let factor = |problem: &contact3d::AssembledProblem| problem.system().assembly.factor.clone();
+    let factor = |problem: &contact3d::AssembledProblem| problem.system.assembly.factor.clone();
     assert!(Arc::ptr_eq(&factor(&first), &factor(&lower)));
     let alone = Problem::new(scene(-2e-5)).unwrap().assemble().unwrap();
-    assert_eq!(
-        lower.system().assembly.primal,
-        alone.system().assembly.primal
-    );
-    assert_eq!(lower.system().contact, alone.system().contact);
+    assert_eq!(lower.system.assembly.primal, alone.system.assembly.primal);
+    assert_eq!(lower.system.contact, alone.system.contact);
     let solve = |problem: &contact3d::AssembledProblem| problem.solve(&problem.scene().solve);
     let [a, b] = [&lower, &alone].map(|problem| solve(problem).unwrap());
     assert_eq!(
@@ -54,7 +51,7 @@ fn displacements_of_clamps_share_the_factor_and_give_the_same_bits() {
     // And back to zero, where nothing is prescribed any more.
     let resting = first.with_changes(|scene| scene.clamps[0].value = Default::default());
     let resting = resting.unwrap();
-    assert!(resting.system().assembly.primal.dofs.prescribed.is_none());
+    assert!(resting.system.assembly.primal.dofs.prescribed.is_none());
     assert!(
         solve(&resting)
             .unwrap()

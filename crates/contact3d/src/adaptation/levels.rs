@@ -18,9 +18,6 @@ pub struct AdaptiveLevel {
     pub estimated_error: f64,
     /// Value of the quantity that the mesh is refined for; `None` of the energy norm and of a load history.
     pub value: Option<f64>,
-    /// Smallest eigenvalue of S scaled to a unit diagonal: what keeps the multipliers of a mesh
-    /// apart; `None` without contact or where S is not held.
-    pub stability: Option<f64>,
     /// How the solve ended.
     pub status: Status,
     /// Seconds of mesh, assembly, solve and evaluation.

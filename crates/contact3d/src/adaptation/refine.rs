@@ -9,7 +9,6 @@ use super::{
 use crate::{
     Answer, AssembledProblem, InMemory, Problem, ProblemError,
     contact::transferred,
-    dual::{ExplicitDual, smallest_eigenvalue},
     history::{HistoryErrors, StepRecord},
     mesh::{Mesh, RefinableBody, RefinedLevel},
     post::ContactReport,
@@ -22,8 +21,8 @@ use crate::{
 pub struct SolvedLevel<'a> {
     /// Its mesh.
     pub mesh: &'a Mesh,
-    /// S where it is held.
-    pub dual: Option<&'a ExplicitDual>,
+    /// Whether S is dense, without which quantities have no errors.
+    pub has_dense_operator: bool,
     /// What the solver found.
     pub solution: &'a Solution,
     /// What follows from it.
@@ -341,10 +340,10 @@ impl LevelKeeper for LevelInMemory<'_> {
             }
         };
         let (_, answer, seconds) = self.at_hand.insert(at_hand);
-        let contact = answer.problem.system().contact.as_ref();
+        let contact = answer.problem.system.contact.as_ref();
         Ok(SolvedLevel {
             mesh: answer.problem.mesh(),
-            dual: contact.and_then(|contact| contact.explicit()),
+            has_dense_operator: contact.is_some_and(|contact| contact.explicit().is_some()),
             solution: &answer.solution,
             report: &answer.report,
             increments: &answer.records,
@@ -411,18 +410,17 @@ impl AdaptiveLevel {
             n_free: level.solution.displacement.len(),
             n_multipliers: level.solution.multiplier.len(),
             estimated_error: estimated_error
-                .ok_or_else(|| nothing_to_refine_for(of, level.dual.is_some()))?,
-            stability: level.dual.map(smallest_eigenvalue),
+                .ok_or_else(|| nothing_to_refine_for(of, level.has_dense_operator))?,
             status: level.solution.status,
             seconds: level.seconds,
         })
     }
 }
 
-/// Refuses to refine for a quantity that an answer does not have, with S at hand or not.
-fn nothing_to_refine_for(of: Option<Functional>, has_dual: bool) -> InvalidValue {
+/// Refuses to refine for a quantity that a solution does not have.
+fn nothing_to_refine_for(of: Option<Functional>, has_dense_operator: bool) -> InvalidValue {
     let name = of.map_or("", Functional::word);
-    let rest = if has_dual {
+    let rest = if has_dense_operator {
         ""
     } else {
         ", or set assemble.dual_operator = \"explicit\""

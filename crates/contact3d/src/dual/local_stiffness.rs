@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use super::{ExplicitDual, PrimalSystem};
 use crate::{
     contact::{Coupling, MultiplierLayout},
-    linalg::{DenseCholesky, add_combination, dot, largest_eigenvalue},
+    linalg::{DenseCholesky, add_combination, dot},
 };
 
 /// The Cholesky factor of S, and from it the stiffness (S⁻¹)_ii of each pane while the others do
@@ -192,27 +192,6 @@ pub(crate) fn friction_stiffness(stiffness: &mut [f64], layout: MultiplierLayout
             pair.into_iter().for_each(|j| stiffness[j] = rho);
         }
     }
-}
-
-/// The smallest eigenvalue of D S D, the dual operator scaled to a unit diagonal: how far
-/// multipliers of one mesh are from having no effect. On meshes of one shape it does not fall with
-/// their size when the multipliers are stable. By Lanczos' method to a few per cent, after a third of n³ operations for n
-/// multipliers; 1 without panes.
-#[must_use]
-pub fn smallest_eigenvalue(dual: &ExplicitDual) -> f64 {
-    let ScaledFactor { kept, factor, .. } = ScaledFactor::new(dual);
-    if kept.is_empty() {
-        return 1.0;
-    }
-    let Some(factor) = factor else {
-        return f64::NAN;
-    };
-    let largest_of_inverse = largest_eigenvalue(kept.len(), |v| {
-        let mut x = v.to_vec();
-        factor.solve(&mut x);
-        x
-    });
-    largest_of_inverse.recip()
 }
 
 /// An upper bound of the local stiffness (S⁻¹)_ii of every pane, within a small factor, in Pa/m³,

@@ -33,7 +33,7 @@ pub use balanced_operator::BalancedOperator;
 pub use contact::{ContactCompliance, ContactSystem, OperatorForm};
 pub use explicit::ExplicitDual;
 pub(crate) use local_stiffness::friction_stiffness;
-pub use local_stiffness::{LocalStiffness, pane_stiffness, smallest_eigenvalue};
+pub use local_stiffness::{LocalStiffness, pane_stiffness};
 pub(crate) use need::SMALL_MEMORY;
 pub use need::{Admission, Need, OperatorEstimate, Resource, Shortage};
 pub use operators::ContactOperator;

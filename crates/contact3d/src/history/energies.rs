@@ -127,7 +127,7 @@ impl EnergyLedger {
                 .nodes
                 .iter()
                 .enumerate()
-                .map(|(local, &node)| dot(face.interface.frame.normal_at(local), way(node)))
+                .map(|(local, &node)| face.interface.frame.normal_part(local, way(node)))
                 .collect();
             let panes = (0..face.n_panes()).map(|pane| {
                 let earlier = before.map_or(0.0, |before| before.multiplier[pane]);
@@ -191,8 +191,4 @@ fn mean(shares: &[(usize, f64)], vectors: &[Vector]) -> Vector {
         let parts = shares.iter().map(|(node, share)| share * vectors[*node][c]);
         parts.sum::<f64>() / whole
     })
-}
-
-fn dot(a: Vector, b: Vector) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

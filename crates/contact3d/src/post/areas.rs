@@ -134,15 +134,6 @@ impl<'a> Margins<'a> {
         margins
     }
 
-    /// The contact nodes of a contact triangle: its corners, then those between them.
-    fn nodes_of(&self, place: usize) -> Vec<usize> {
-        let surface = self.contact.state.surface;
-        let nodes = self.solved.mesh.facet_nodes(surface.facets[place]);
-        nodes
-            .map(|node| surface.contact_nodes(place, [node])[0])
-            .collect()
-    }
-
     /// z and ψ of some multipliers with their weights, for −g, s₁, s₂ in m.
     fn at(&self, multipliers: &[(usize, f64)], moved: [f64; 3]) -> [f64; 2] {
         let layout = self.contact.coupling.layout;
@@ -207,9 +198,8 @@ impl<'a> Margins<'a> {
             // Nodes that carry multipliers are neighbours in a triangle, panes where they meet.
             panes.iter().for_each(|&pane| beside[pane].extend(&panes));
             if panes.len() == 1 {
-                self.nodes_of(place)
-                    .into_iter()
-                    .for_each(|node| at_node[node].push(panes[0]));
+                let nodes = self.contact.nodes_of(self.solved.mesh, place).into_iter();
+                nodes.for_each(|node| at_node[node].push(panes[0]));
             }
         }
         for panes in &at_node {
@@ -267,7 +257,7 @@ impl<'a> Margins<'a> {
     /// that error which is of the line.
     fn areas_of_triangle(&self, place: usize, error: &ErrorOfMargin) -> ([f64; 3], f64) {
         let surface = self.contact.state.surface;
-        let nodes = self.nodes_of(place);
+        let nodes = self.contact.nodes_of(self.solved.mesh, place);
         let (mut margins, mut errors, mut of_line) = ([0.0; 6], [0.0; 6], 0.0);
         for (k, (&node, share)) in nodes.iter().zip(PLACES_OF_NODES).enumerate() {
             let multipliers = self.multipliers_at(place, share);

@@ -484,17 +484,17 @@ mod tests {
                 .expect("a problem");
             let (problem, solution, report) = solved_at(&base, 1.0);
             let material = MaterialField::new(problem.scene(), problem.mesh());
-            let dofs = &problem.system().assembly.primal.dofs;
+            let dofs = &problem.system.assembly.primal.dofs;
             let internal = InternalForces::of(
                 problem.mesh(),
                 &material,
                 &dofs.to_nodes(&solution.displacement),
             );
-            let contact = problem.system().contact.as_ref().expect("contact");
+            let contact = problem.system.contact.as_ref().expect("contact");
             let solved = Solved {
                 scene: problem.scene(),
                 mesh: problem.mesh(),
-                system: &problem.system().assembly.primal,
+                system: &problem.system.assembly.primal,
                 contact: problem.contact_state().map(|state| SolvedContact {
                     coupling: &contact.coupling,
                     state,
@@ -516,10 +516,10 @@ mod tests {
             assert!(functionals.len() >= 4, "{name}");
             let derivatives: Vec<_> = functionals.iter().map(|it| it.derivative.clone()).collect();
             let state = problem.contact_state();
-            let adjoints = Adjoints::new(problem.system(), state.as_ref(), &solution, &derivatives)
+            let adjoints = Adjoints::new(&problem.system, state.as_ref(), &solution, &derivatives)
                 .expect("a dense dual operator");
             let [less, more] = [1.0 - STEP, 1.0 + STEP].map(|factor| solved_at(&base, factor));
-            let load = |of: &AssembledProblem| of.system().assembly.primal.load.clone();
+            let load = |of: &AssembledProblem| of.system.assembly.primal.load.clone();
             let change: Vec<f64> = load(&more.0)
                 .iter()
                 .zip(load(&less.0))

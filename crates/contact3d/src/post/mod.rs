@@ -69,6 +69,15 @@ pub struct SolvedContact<'a> {
 }
 
 impl SolvedContact<'_> {
+    /// The contact nodes of a contact triangle: its corners, then those between them.
+    fn nodes_of(&self, mesh: &Mesh, place: usize) -> Vec<usize> {
+        let surface = self.state.surface;
+        let nodes = mesh.facet_nodes(surface.facets[place]);
+        nodes
+            .map(|node| surface.contact_nodes(place, [node])[0])
+            .collect()
+    }
+
     /// The stiffness that residuals are measured by; that of single nodes where the solve kept none.
     fn local_stiffness(&self, solved: &Solved<'_>) -> Vec<f64> {
         let known = &solved.solution.trace.local_stiffness;
@@ -134,45 +143,35 @@ pub struct ContactReport {
     pub failed_check: Option<CheckFailure>,
 }
 
+/// Which errors are estimated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum EstimatedErrors {
+    /// None.
+    Nothing,
+    /// That of the displacement in the energy norm.
+    Energy,
+    /// That and those of quantities.
+    Quantities,
+}
+
 impl ContactReport {
-    /// Evaluates a solved problem.
+    /// Evaluates a solved problem, with the error of its displacement in the energy norm.
     ///
     /// # Errors
     /// A load that is not finite.
     pub fn new(solved: &Solved<'_>) -> Result<Self, InvalidValue> {
-        Self::with(solved, |solved, known, _| {
-            (ErrorEstimate::new(solved, known), Vec::new())
-        })
+        Self::with(solved, EstimatedErrors::Energy, None)
     }
 
-    /// As [`Self::new`], with the errors of quantities of the answer, by one more solve each on the factor of the problem.
+    /// As [`Self::new`], with the errors of quantities of the solution by one more solve each on the factor of its problem, or without the
+    /// cost of any estimate.
     ///
     /// # Errors
     /// A load that is not finite.
-    pub(crate) fn with_functionals(
+    pub(crate) fn with(
         solved: &Solved<'_>,
-        system: &DualSystem,
-    ) -> Result<Self, InvalidValue> {
-        Self::with(solved, |solved, known, resultants| {
-            functional::estimates(system, solved, known, resultants)
-        })
-    }
-
-    /// As [`Self::new`], without the cost of the error estimate.
-    ///
-    /// # Errors
-    /// A load that is not finite.
-    pub(crate) fn without_estimate(solved: &Solved<'_>) -> Result<Self, InvalidValue> {
-        Self::with(solved, |_, _, _| Default::default())
-    }
-
-    fn with(
-        solved: &Solved<'_>,
-        estimate: impl FnOnce(
-            &Solved<'_>,
-            &estimate::SolutionData<'_>,
-            &Resultants,
-        ) -> (ErrorEstimate, Vec<FunctionalEstimate>),
+        errors: EstimatedErrors,
+        system: Option<&DualSystem>,
     ) -> Result<Self, InvalidValue> {
         let friction = solved.contact.as_ref();
         let friction = friction.and_then(|contact| contact.friction(solved));
@@ -198,7 +197,13 @@ impl ContactReport {
             strain_energy: resultants.strain_energy,
             rounding: rounding_energy,
         };
-        let (discretisation_error, mut functionals) = estimate(solved, &known, &resultants);
+        let (discretisation_error, mut functionals) = match (errors, system) {
+            (EstimatedErrors::Nothing, _) => Default::default(),
+            (EstimatedErrors::Quantities, Some(system)) => {
+                functional::estimates(system, solved, &known, &resultants)
+            }
+            _ => (ErrorEstimate::new(solved, &known), Vec::new()),
+        };
         if discretisation_error.is_unreliable() {
             functionals.clear();
         }

@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use super::{Answer, InMemory, Problem, ProblemError, run::EstimatedErrors};
+use super::{Answer, InMemory, Problem, ProblemError};
 use crate::{
-    dual::{AssemblySeconds, DualSystem, LocalStiffness},
+    dual::{DualSystem, LocalStiffness},
     mesh::Mesh,
-    post::{ContactReport, ErrorBound, Rounding, Solved},
+    post::{ContactReport, EstimatedErrors, Rounding, Solved},
     scene::{InvalidValue, Scene, SolveSettings},
     solver::{
         ContactState, FrictionState, NeedsExplicit, Progress, Solution, Start, coulomb_state,
@@ -17,18 +17,13 @@ use crate::{
 /// A problem with its stiffness factorised and, where it has contact, with its dual problem.
 #[derive(Debug, Clone)]
 pub struct AssembledProblem {
-    pub(super) problem: Problem,
-    pub(super) system: DualSystem,
+    /// The problem.
+    pub problem: Problem,
+    /// A, l and the dual problem, assembled for a scene that differs in no more than [`Self::with_changes`] may, whatever their loads.
+    pub system: DualSystem,
 }
 
 impl AssembledProblem {
-    /// A problem with operators that were assembled for a scene that differs in no more than [`Self::with_changes`] may, whatever
-    /// their loads.
-    #[must_use]
-    pub fn new(problem: Problem, system: DualSystem) -> Self {
-        Self { problem, system }
-    }
-
     /// The problem with the loads of its scene, which its operators may lack.
     pub(super) fn with_own_loads(mut self) -> Result<Self, InvalidValue> {
         let Problem {
@@ -203,14 +198,6 @@ impl AssembledProblem {
         Rounding::of_answer(&self.solved(solution), report, moved)
     }
 
-    /// A bound of the error of an answer to this problem; see [`ErrorBound`].
-    ///
-    /// # Errors
-    /// [`InvalidValue`] for scenes whose error cannot be bounded.
-    pub fn error_bound(&self, solution: &Solution) -> Result<ErrorBound, InvalidValue> {
-        ErrorBound::new(&self.solved(solution))
-    }
-
     pub(super) fn solved<'a>(&'a self, solution: &'a Solution) -> Solved<'a> {
         let contact = self.system.contact.as_ref();
         let coupling = contact.map(|contact| &contact.coupling);
@@ -230,18 +217,6 @@ impl AssembledProblem {
         &self.problem.mesh
     }
 
-    /// A, l and the dual problem.
-    #[must_use]
-    pub fn system(&self) -> &DualSystem {
-        &self.system
-    }
-
-    /// The same, to study solves with operators that are not those of the scene.
-    #[must_use]
-    pub fn system_mut(&mut self) -> &mut DualSystem {
-        &mut self.system
-    }
-
     /// Γ_c and its laws; `None` without contact.
     #[must_use]
     pub fn contact_state(&self) -> Option<ContactState<'_>> {
@@ -259,17 +234,5 @@ impl AssembledProblem {
     #[must_use]
     pub fn n_free(&self) -> usize {
         self.system.assembly.primal.dofs.n_free
-    }
-
-    /// What the parts of the assembly took.
-    #[must_use]
-    pub fn assembly_seconds(&self) -> AssemblySeconds {
-        self.system.assembly.seconds
-    }
-
-    /// The problem and its assembled operators.
-    #[must_use]
-    pub fn into_parts(self) -> (Problem, DualSystem) {
-        (self.problem, self.system)
     }
 }

@@ -148,7 +148,10 @@ impl Problem {
         let system = keeper::assembled_by(keeper, |assembling| {
             DualSystem::watched(&self.scene, &self.mesh, assembling)
         })?;
-        Ok(AssembledProblem::new(self, system))
+        Ok(AssembledProblem {
+            problem: self,
+            system,
+        })
     }
 
     /// What follows from a solution of A and l with B, which it is held against.

@@ -4,9 +4,10 @@
 //! Without a dense S no sweeps of relaxation settle the zones, and each step moves their borders by a few panes. The answer on half as many
 //! cells along each edge knows them up to a pane.
 
-use super::{AssembledProblem, Keeper, Problem, keeper::Unkept, run::EstimatedErrors};
+use super::{AssembledProblem, Keeper, Problem, keeper::Unkept};
 use crate::{
     contact::transferred_by_cells,
+    post::EstimatedErrors,
     scene::{Brick, DualOperatorKind, ElementOrder, Method, SolveSettings},
     solver::{RequestedAccuracy, Start},
 };

@@ -48,7 +48,8 @@ impl AssembledProblem {
         let problem = Problem::of_checked(scene, self.problem.mesh.clone())?;
         self.require_compliance(problem.interface())?;
         let problem = problem.following(previous);
-        Ok(Self::new(problem, self.system.clone()).with_own_loads()?)
+        let system = self.system.clone();
+        Ok(Self { problem, system }.with_own_loads()?)
     }
 
     /// Refuses a law that follows the slip where the dense operator was formed without the compliance of the contact

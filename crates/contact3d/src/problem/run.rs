@@ -4,7 +4,7 @@ use super::{AssembledProblem, Keeper, ProblemError, RunStep, Unfinished};
 use crate::{
     dual::AssemblyError,
     history::{EnergyLedger, StepRecord},
-    post::ContactReport,
+    post::{ContactReport, EstimatedErrors},
     scene::{Increment, InvalidValue, SolveSettings},
     solver::{Progress, RequestedAccuracy, Solution, Start},
 };
@@ -20,17 +20,6 @@ pub struct Answer {
     pub report: ContactReport,
     /// One record for each increment of a load history that was solved, of which the last may have failed; none without a history.
     pub records: Vec<StepRecord>,
-}
-
-/// Which errors are estimated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum EstimatedErrors {
-    /// None.
-    Nothing,
-    /// That of the displacement in the energy norm.
-    Energy,
-    /// That and those of quantities.
-    Quantities,
 }
 
 impl AssembledProblem {
@@ -90,7 +79,7 @@ impl AssembledProblem {
             let judged =
                 problem.judged(settings, from, Some(increment), errors, !is_last, keeper)?;
             let (solution, report) = &judged;
-            let dual = problem.system().contact.as_ref();
+            let dual = problem.system.contact.as_ref();
             let dual_rhs = dual.map_or(&[][..], |contact| contact.dual_rhs());
             let solved = problem.solved(solution);
             let record = StepRecord::new(increment, &solved, dual_rhs, report);
@@ -162,12 +151,7 @@ impl AssembledProblem {
         solution: &Solution,
         errors: EstimatedErrors,
     ) -> Result<ContactReport, InvalidValue> {
-        let solved = self.solved(solution);
-        match errors {
-            EstimatedErrors::Quantities => ContactReport::with_functionals(&solved, &self.system),
-            EstimatedErrors::Energy => ContactReport::new(&solved),
-            EstimatedErrors::Nothing => ContactReport::without_estimate(&solved),
-        }
+        ContactReport::with(&self.solved(solution), errors, Some(&self.system))
     }
 
     /// The problem of an increment of the scene's load history, which begins where `before` ended, on the same operators.
@@ -180,6 +164,7 @@ impl AssembledProblem {
         before: Option<&StepRecord>,
     ) -> Result<Self, InvalidValue> {
         let problem = self.problem.at_increment(increment, before)?;
-        Self::new(problem, self.system.clone()).with_own_loads()
+        let system = self.system.clone();
+        Self { problem, system }.with_own_loads()
     }
 }

@@ -368,7 +368,7 @@ mod tests {
         };
         let functionals = [normal_force, lifted];
         let of = |problem: &AssembledProblem| {
-            Adjoints::new(problem.system(), face.as_ref(), &solution, &functionals)
+            Adjoints::new(&problem.system, face.as_ref(), &solution, &functionals)
                 .unwrap()
                 .of
         };

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
+use crate::smallest_eigenvalue;
 use contact3d::{
     AssembledProblem, Problem,
     contact::{MultiplierLayout, transferred},
-    dual::smallest_eigenvalue,
     mesh::{Mesh, RefinableBody},
     post::{ContactReport, FaceResultants, Zone},
     scene::{
@@ -282,7 +282,7 @@ fn an_edge_in_two_contacts_keeps_its_operator_definite() {
             .expect("a brick")
             .assemble()
             .expect("a discrete problem");
-        let contact = problem.system().contact.as_ref().expect("contact");
+        let contact = problem.system.contact.as_ref().expect("contact");
         smallest_eigenvalue(contact.explicit().expect("S is dense"))
     });
     // On one plane panes meet at edges as well: as far from singular, within a small factor.

@@ -432,7 +432,7 @@ fn rollers_leave_three_motions_to_contact() {
     assert!(!holds(friction, 0.3e5 * (1.0 + NEAR), rollers));
     let rest = [rollers, &contact("panes", friction)].join("\n");
     let problem = block([2.0, 1.0, 0.5], [8, 4, 2], &rest);
-    let floating = problem.system().assembly.primal.floating.as_ref();
+    let floating = problem.system.assembly.primal.floating.as_ref();
     assert_eq!(floating.expect("floats").n_modes(), 3);
 }
 
@@ -540,7 +540,7 @@ fn a_clamped_face_holds_a_body_of_any_length() {
             contact("panes", "coefficient.constant = 0.3")
         );
         let problem = block([3.0, length, 1.0], [4, 2, 2], &rest);
-        assert!(problem.system().assembly.primal.floating.is_none());
+        assert!(problem.system.assembly.primal.floating.is_none());
         let solution = solved(&problem);
         let report = problem.report(&solution).expect("a report");
         // Sums of some hundred forces, each with its rounding.

@@ -26,7 +26,7 @@ fn solved(scene: Scene) -> (Solution, Linearisation) {
     let problem = problem.assemble().expect("a factor");
     let solution = problem.solve(&problem.scene().solve).expect("a solve");
     let contact = problem.contact_state().expect("contact");
-    let dual = problem.system().contact.as_ref().expect("contact");
+    let dual = problem.system.contact.as_ref().expect("contact");
     let dual = dual.explicit().expect("a dense operator");
     let full = Linearisation::new(dual, &contact.laws(), &solution.multiplier);
     (solution, full)
@@ -85,7 +85,7 @@ fn the_distance_of_one_sliding_node_from_its_fold_is_that_of_its_coefficient() {
     let [(s, first), (_, last)] = [[1e-3, 0.0], [0.0, 1e-3]].map(|loads| {
         let problem = Problem::in_folder(loaded_node(loads, 1.0), &folder).expect("a problem");
         let problem = problem.assemble().expect("a factor");
-        let dual = problem.system().contact.as_ref().expect("contact");
+        let dual = problem.system.contact.as_ref().expect("contact");
         let dual = dual.explicit().expect("a dense operator");
         let s = [0, 1].map(|i| [0, 1].map(|j| dual.column(j)[i]));
         (s, [dual.rhs[0], dual.rhs[1]])

@@ -38,7 +38,7 @@ fn solved(mut scene: Scene, factor: FactorPrecision) -> Result<Solution, Problem
         FactorPrecision::Single => Precision::Single,
         FactorPrecision::Double | FactorPrecision::Auto => Precision::Double,
     };
-    assert_eq!(assembled.system().assembly.factor.precision(), expected);
+    assert_eq!(assembled.system.assembly.factor.precision(), expected);
     assembled.solve(&settings)
 }
 
@@ -113,7 +113,7 @@ fn served(mut scene: Scene, folder: &Path) -> Option<bool> {
     scene.assemble.dual_operator = DualOperatorKind::Explicit;
     let problem = Problem::in_folder(scene, folder).expect("a problem");
     let assembled = problem.assemble().ok()?;
-    Some(assembled.system().is_well_preconditioned())
+    Some(assembled.system.is_well_preconditioned())
 }
 
 #[test]
@@ -130,7 +130,7 @@ fn a_factor_that_serves_badly_is_seen() {
         .expect("a problem")
         .assemble()
         .expect("a factor");
-    let mut system = assembled.system().clone();
+    let mut system = assembled.system.clone();
     assert!(system.is_well_preconditioned());
     let stiffness = Arc::make_mut(&mut system.assembly.primal.stiffness);
     for j in (0..stiffness.cols).step_by(2) {

@@ -228,7 +228,7 @@ impl AlgebraicStudy {
             problem.budget = shares.take(1);
             entries.extend(problem.series(method, RunOperator::Explicit, (work.runs, pieces))?);
         }
-        if let Some(contact) = &mut problem.assembled.system_mut().contact {
+        if let Some(contact) = &mut problem.assembled.system.contact {
             contact.make_implicit();
         }
         for method in implicit {
@@ -330,7 +330,7 @@ impl StudiedProblem<'_> {
             self.assembled
                 .solve_from(&settings, Start::default(), &mut |_| {})
         })?;
-        let stiffness = &self.assembled.system().assembly.primal.stiffness;
+        let stiffness = &self.assembled.system.assembly.primal.stiffness;
         let energy = |u: &[f64]| energy_norm(stiffness, u);
         let (u, exact_u) = (&solution.displacement, &self.reference.displacement);
         let (multiplier, exact) = (&solution.multiplier, &self.reference.multiplier);

@@ -10,7 +10,7 @@ use super::{
 };
 use crate::progress::{Pieces, StudyStep};
 use contact3d::{
-    Problem, ProblemError,
+    AssembledProblem, Problem, ProblemError,
     dual::PrimalSystem,
     elasticity::{InternalForces, MaterialField, SpringMatrix},
     linalg::{CscMatrix, dot},
@@ -330,7 +330,7 @@ fn solve_level(
     let r = report.resultants;
     let cells = brick.size.iter().zip(brick.cells);
     let volume: f64 = cells.map(|(l, n)| l / n as f64).product();
-    let (problem, system) = assembled.into_parts();
+    let AssembledProblem { problem, system } = assembled;
     let level = Level {
         n_div: brick_n_div(brick),
         cells: brick.cells,

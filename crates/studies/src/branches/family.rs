@@ -344,9 +344,9 @@ pub(super) fn on_line(
     share: f64,
     between: &AssembledProblem,
 ) -> bool {
-    let load = |problem: &AssembledProblem| problem.system().assembly.primal.load.clone();
+    let load = |problem: &AssembledProblem| problem.system.assembly.primal.load.clone();
     let held = |problem: &AssembledProblem| {
-        let prescribed = problem.system().assembly.primal.dofs.prescribed.as_ref();
+        let prescribed = problem.system.assembly.primal.dofs.prescribed.as_ref();
         prescribed.map_or_else(Vec::new, |held| held.as_flattened().to_vec())
     };
     let gap = |problem: &AssembledProblem| {

@@ -81,7 +81,7 @@ fn spectrum(dual: &ExplicitDual, scale: impl Fn(usize) -> f64) -> Spectrum {
 
 /// The condition number of A scaled to the diagonal 1.
 fn scaled_condition(problem: &ExplicitProblem) -> f64 {
-    let assembly = &problem.assembled.system().assembly;
+    let assembly = &problem.assembled.system.assembly;
     let a = assembly.primal.invertible();
     let root: Vec<f64> = (0..a.cols).map(|j| a.diagonal(j).sqrt()).collect();
     let n = root.len();

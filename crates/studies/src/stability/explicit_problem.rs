@@ -67,7 +67,7 @@ impl ExplicitProblem {
         if scene.has_history() {
             assembled = assembled.solve_history(&scene.solve)?.problem;
         }
-        let system = assembled.system();
+        let system = &assembled.system;
         let contact = system.contact.as_ref().zip(assembled.contact_state());
         let balanced = contact.and_then(|(dual, state)| {
             dual.balanced(&system.assembly, state.surface, state.interface)
@@ -82,7 +82,7 @@ impl ExplicitProblem {
 
     /// Precision of the factor.
     pub(super) fn precision(&self) -> Precision {
-        self.assembled.system().assembly.factor.precision()
+        self.assembled.system.assembly.factor.precision()
     }
 
     /// The same problem with a factor in double precision; `None` where this one has it.

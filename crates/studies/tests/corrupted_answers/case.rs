@@ -103,7 +103,7 @@ impl Case {
     }
 
     pub(crate) fn contact(&self) -> &ContactSystem {
-        let contact = self.problem.system().contact.as_ref();
+        let contact = self.problem.system.contact.as_ref();
         contact.expect("a contact face")
     }
 

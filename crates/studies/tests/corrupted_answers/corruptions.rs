@@ -69,7 +69,7 @@ fn pulled_open_pane(case: &Case) -> Vec<Corruption> {
 /// One component at one node displaced by a millionth of the largest displacement: at a contact
 /// node and at the node numbered last. What it leaves is a column of A, ‖A e‖ δ / ‖l‖.
 fn displaced_nodes(case: &Case) -> Vec<Corruption> {
-    let primal = &case.problem.system().assembly.primal;
+    let primal = &case.problem.system.assembly.primal;
     let largest = case
         .solution
         .displacement
@@ -140,7 +140,7 @@ fn tangential(case: &Case, what: &str, pane: usize, change: [f64; 2]) -> Vec<Cor
 /// λ + δ with the displacement of λ, and with its own; `residual` is the least that the conditions
 /// of contact must show of the second.
 fn both(case: &Case, what: &str, changes: &[(usize, f64)], residual: f64) -> Vec<Corruption> {
-    let load = &case.problem.system().assembly.primal.load;
+    let load = &case.problem.system.assembly.primal.load;
     let imbalance = norm(&forces(case, changes)) / norm(load);
     vec![
         Corruption {
@@ -158,7 +158,7 @@ fn both(case: &Case, what: &str, changes: &[(usize, f64)], residual: f64) -> Vec
 
 /// λ + δ with the displacement A⁻¹(l − Bᵀ(λ + δ)).
 pub(crate) fn with_its_displacement(case: &Case, changes: &[(usize, f64)]) -> Solution {
-    let assembly = &case.problem.system().assembly;
+    let assembly = &case.problem.system.assembly;
     let moved = assembly.solve(&forces(case, changes));
     let mut solution = changed(case, changes);
     for (u, moved) in solution.displacement.iter_mut().zip(&moved) {

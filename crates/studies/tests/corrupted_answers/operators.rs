@@ -31,7 +31,7 @@ impl Wrong {
     fn apply(self, case: &mut Case) -> f64 {
         let pane = case.most_pressed();
         let multiplier = case.solution.multiplier.clone();
-        let contact = case.problem.system_mut().contact.as_mut();
+        let contact = case.problem.system.contact.as_mut();
         let contact = contact.expect("a contact face");
         let dual = contact.explicit_mut().expect("S is dense");
         let n = dual.dimension();
@@ -177,11 +177,7 @@ fn a_wrong_coefficient_at_one_node_is_rejected() {
         .problem
         .report(&wrong.solution)
         .expect("finite loads");
-    let bound = report
-        .certificate
-        .friction
-        .expect("friction")
-        .friction_bound;
+    let bound = report.certificate.friction_bound.expect("friction");
     assert!(bound >= expected, "{bound:e} < {expected:e}");
     assert_eq!(true_law.verdict_of_certificate(bound), VerdictLevel::Fail);
 }
@@ -197,7 +193,7 @@ fn friction_that_does_not_follow_the_slip_is_rejected() {
         .problem
         .report(&frozen.solution)
         .expect("finite loads");
-    let dofs = &true_law.problem.system().assembly.primal.dofs;
+    let dofs = &true_law.problem.system.assembly.primal.dofs;
     let displacement = dofs.to_nodes(&frozen.solution.displacement);
     let surface = true_law.surface();
     let slides = |pane: usize| {

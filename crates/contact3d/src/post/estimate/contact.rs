@@ -346,10 +346,7 @@ impl<'a> PointConditions<'a> {
     fn visit(&self, place: usize, laws: &[Law], mut visited: impl FnMut(FacePoint<'_>, Law, f64)) {
         let (mesh, surface) = (self.solved.mesh, self.contact.state.surface);
         let facet = surface.facets[place];
-        let nodes = mesh.facet_nodes(facet);
-        let nodes: Vec<usize> = nodes
-            .map(|node| surface.contact_nodes(place, [node])[0])
-            .collect();
+        let nodes = self.contact.nodes_of(mesh, place);
         let area = mesh.facet_area(facet);
         for at in &self.points[place] {
             let law = self.law_at(place, at.share, laws);
@@ -433,8 +430,7 @@ pub(in crate::post) fn displacements(
     nodes
         .map(|(local, &node)| {
             let u = known.displacement[node];
-            let outward = interface.frame.normal_at(local);
-            let normal: f64 = (0..3).map(|c| u[c] * outward[c]).sum();
+            let normal = interface.frame.normal_part(local, u);
             let gap = interface.gap.as_ref().map_or(0.0, |gap| gap[local]);
             let [first, second] = interface.frame.tangential(local, u);
             let from = interface.slip_origin(local);

@@ -44,7 +44,7 @@ impl Pulled {
     pub(crate) fn panes(&self, step: usize) -> Vec<Loaded> {
         let (mesh, record) = (self.problem.mesh(), &self.records[step]);
         let surface = mesh.contact.as_ref().expect("contact");
-        let contact = self.problem.system().contact.as_ref().expect("contact");
+        let contact = self.problem.system.contact.as_ref().expect("contact");
         let layout = contact.coupling.layout;
         let pane = |i: usize| {
             let mean = |of: &dyn Fn([f64; 3]) -> f64| -> f64 {

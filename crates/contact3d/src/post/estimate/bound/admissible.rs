@@ -146,15 +146,12 @@ impl Triangle {
         let ContactState { surface, interface } = contact.state;
         let facet = surface.facets[place];
         let nodes: Vec<usize> = solved.mesh.facet_nodes(facet).collect();
-        let locals: Vec<usize> = nodes
-            .iter()
-            .map(|node| surface.contact_nodes(place, [*node])[0])
-            .collect();
+        let locals = contact.nodes_of(solved.mesh, place);
         let normal = interface.frame.normal_at(locals[0]);
         let pane = surface.facet_pane[place];
         let multiplier = &solved.solution.multiplier;
         let moved = |local: usize| displacement[surface.nodes[local]];
-        let along = |local: &usize| -> f64 { (0..3).map(|c| moved(*local)[c] * normal[c]).sum() };
+        let along = |local: &usize| interface.frame.normal_part(*local, moved(*local));
         let distance = |local: &usize| interface.gap.as_ref().map_or(0.0, |gap| gap[*local]);
         let mut face = Self {
             normal,

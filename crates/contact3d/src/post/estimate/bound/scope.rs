@@ -3,71 +3,63 @@
 use crate::{
     elasticity::Element,
     post::Solved,
-    scene::{InvalidValue, ModelFeatures, MultiplierSpace, Quantity, Scene},
+    scene::{ContactFeatures, InvalidValue, ModelFeatures, MultiplierSpace, Quantity, Scene},
 };
-
-const HELP: &str = "the estimate of the error, which every answer has, needs none of this";
 
 /// Refuses what no stress of this kind balances.
 pub(super) fn check(solved: &Solved<'_>) -> Result<(), InvalidValue> {
-    let scene = solved.scene;
-    let refused = |key: &str, expected: &str, found: &str| Err(invalid(key, expected, found));
-    if !scene.springs.is_empty() {
-        return refused(
-            "spring",
+    let (scene, mesh) = (solved.scene, solved.mesh);
+    let features = ModelFeatures::of(scene);
+    let face_with = |is_meant: fn(&ContactFeatures) -> bool, key: &str| {
+        let face = features.contact.iter().find(|face| is_meant(face));
+        face.map(|face| format!("{}.{key}", scene.contact_key(face.entry)))
+    };
+    let turns = mesh.contact.as_ref().is_some_and(|surface| {
+        surface.faces.iter().any(|face| {
+            let first = surface.normal_at(face.nodes.start);
+            let mut nodes = face.nodes.clone();
+            nodes.any(|node| surface.normal_at(node) != first)
+        })
+    });
+    let mut tetrahedra = 0..mesh.tetrahedra.len();
+    let is_curved = tetrahedra.any(|t| matches!(Element::of(mesh, t), Element::Curved(_)));
+    let named = |is_there: bool, key: &str| is_there.then(|| key.to_owned());
+    let refusals = [
+        (
+            named(!scene.springs.is_empty(), "spring"),
             "no springs",
             "faces on springs, whose tractions are not linear",
-        );
-    }
-    if let Some(key) = varying_load(solved) {
-        return refused(
-            &key,
+        ),
+        (
+            varying_load(solved),
             "the same value everywhere",
             "a formula, which linear tractions do not balance exactly",
-        );
-    }
-    let features = ModelFeatures::of(scene);
-    for face in &features.contact {
-        let key = scene.contact_key(face.entry);
-        if face.space == MultiplierSpace::Nodal {
-            return refused(
-                &format!("{key}.multipliers"),
-                "panes",
-                "nodal multipliers, which no traction has as its moments",
-            );
-        }
-        if face.turning_frame && face.friction.is_some() {
-            return refused(
-                &format!("{key}.axis_1"),
-                "the same axes of friction everywhere",
-                "axes that turn, along which tractions are not linear",
-            );
-        }
-    }
-    if let Some(surface) = &solved.mesh.contact {
-        let turns = surface.faces.iter().any(|face| {
-            let first = surface.normal_at(face.nodes.start);
-            face.nodes
-                .clone()
-                .any(|node| surface.normal_at(node) != first)
-        });
-        if turns {
-            return refused(
-                "contact.obstacle",
-                "a contact normal that is the same on a whole face",
-                "one that turns, along which tractions are not linear",
-            );
-        }
-    }
-    let mut tetrahedra = 0..solved.mesh.tetrahedra.len();
-    if tetrahedra.any(|t| matches!(Element::of(solved.mesh, t), Element::Curved(_))) {
-        return refused(
-            "body",
+        ),
+        (
+            face_with(|face| face.space == MultiplierSpace::Nodal, "multipliers"),
+            "panes",
+            "nodal multipliers, which no traction has as its moments",
+        ),
+        (
+            face_with(|it| it.turning_frame && it.friction.is_some(), "axis_1"),
+            "the same axes of friction everywhere",
+            "axes that turn, along which tractions are not linear",
+        ),
+        (
+            named(turns, "contact.obstacle"),
+            "a contact normal that is the same on a whole face",
+            "one that turns, along which tractions are not linear",
+        ),
+        (
+            named(is_curved, "body"),
             "tetrahedra with straight sides",
             "curved ones, in which no stress of this kind is in balance",
-        );
-    }
-    Ok(())
+        ),
+    ];
+    let mut found = refusals
+        .into_iter()
+        .filter_map(|(key, expected, found)| Some(invalid(&key?, expected, found)));
+    found.next().map_or(Ok(()), Err)
 }
 
 /// Whether equilibrium is a minimum of energy in which no quantity differs from place to place: without friction or with one slip bound on
@@ -133,7 +125,7 @@ fn invalid(key: &str, expected: &str, found: &str) -> InvalidValue {
         key: key.to_owned(),
         expected: format!("{expected}, for a bound of the error"),
         found: found.to_owned(),
-        help: HELP.to_owned(),
+        help: "the estimate of the error, which every solution has, needs none of this".to_owned(),
     }
 }
 
