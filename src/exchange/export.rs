@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use contact3d::{
-    AssembledProblem, contact::MultiplierLayout, dual::Need, linalg::Precision,
+    AssembledProblem, contact::MultiplierLayout, dual::Requirement, linalg::Precision,
     mesh::ContactSurface, scene::ModelFeatures, solver,
 };
 use hdf5_metno::File;
@@ -64,7 +64,7 @@ pub fn export(run_file: &Path, target: &Path, form: FclibForm) -> Result<Exporte
     let friction = frozen_friction(&problem, &solution, contact.surface).map_err(unfit)?;
     let n_contacts = contact.surface.n_panes();
     if form == FclibForm::Local {
-        admit_memory(Need {
+        admit_memory(Requirement {
             step: "writing W, which is dense; --kind fclib-global writes sparse matrices",
             memory: ((COMPONENTS * n_contacts) as u64)
                 .saturating_pow(2)

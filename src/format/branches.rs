@@ -38,7 +38,7 @@ stored_as! {
         Stuck = 4 => "stuck" is (Some(PathEnd::Stuck)),
         Uncertified = 5 => "uncertified" is (Some(PathEnd::Uncertified)),
         TooLong = 6 => "too_long" is (Some(PathEnd::TooLong)),
-        Unfinished = 7 => "unfinished" is (None),
+        Checkpoint = 7 => "unfinished" is (None),
     }
 }
 

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use contact3d::{
     RunStep,
     adaptation::{
-        Adaptation, AdaptiveLevel, AdaptiveStatus, LevelForecast, LevelKeeper, RefinementGoal,
+        Adaptation, AdaptiveLevel, AdaptiveStatus, LevelForecast, LevelStorage, RefinementGoal,
         SolvedLevel, refine,
     },
     dual::AssemblyError,
@@ -242,7 +242,7 @@ impl LevelInRunFile<'_> {
     }
 }
 
-impl LevelKeeper for LevelInRunFile<'_> {
+impl LevelStorage for LevelInRunFile<'_> {
     type Error = StageError;
 
     fn solved(&mut self, level: usize, known: &Adaptation) -> Result<SolvedLevel<'_>, StageError> {
@@ -275,8 +275,8 @@ impl LevelKeeper for LevelInRunFile<'_> {
 
     fn too_large(&mut self, level: usize, error: StageError) -> Result<(), StageError> {
         match error {
-            StageError::Shortage(shortage)
-            | StageError::Assembly(AssemblyError::Shortage(shortage)) => {
+            StageError::InsufficientResource(shortage)
+            | StageError::Assembly(AssemblyError::InsufficientResource(shortage)) => {
                 (self.observe)(AdaptStep::TooLarge(level, shortage.to_string()));
                 Ok(())
             }
@@ -297,7 +297,7 @@ impl LevelKeeper for LevelInRunFile<'_> {
         (self.observe)(AdaptStep::Forecast(level, forecast, out_of_reach));
     }
 
-    fn keep(&mut self, known: &Adaptation, next: Mesh) {
+    fn checkpoint(&mut self, known: &Adaptation, next: Mesh) {
         self.prepared = Some(next);
         let (session, observe) = (&mut *self.session, &mut *self.observe);
         self.saves.keep(|| {

@@ -6,7 +6,7 @@ use std::{
     thread::{self, JoinHandle},
 };
 
-use contact3d::{Unfinished, scene::Scene};
+use contact3d::{Checkpoint, scene::Scene};
 use runfile::{
     FileState, Group, GroupRecord, Home, Reader, RunFile, Savepoint, StoreError, StoredGroup,
     Transaction,
@@ -145,15 +145,15 @@ impl OpenCommit {
     /// Writes what a solve goes on from that is not done yet.
     pub(super) fn write_unfinished(
         &mut self,
-        unfinished: Unfinished<'_>,
+        unfinished: Checkpoint<'_>,
         store: &Store,
     ) -> Result<(), StoreError> {
         let settings = store.settings(Stage::Solve);
         let digest = input_digest(Stage::Solve, &settings, &self.stored);
         let record = store.record(String::new(), 0.0, digest);
         let group = match unfinished {
-            Unfinished::Solve(_) => CHECKPOINT,
-            Unfinished::History(_) => {
+            Checkpoint::Solve(_) => CHECKPOINT,
+            Checkpoint::History(_) => {
                 // An older solution belongs to other increments.
                 self.transaction.remove(Stage::Solve.group());
                 HISTORY
@@ -161,8 +161,8 @@ impl OpenCommit {
         };
         let (transaction, home) = (&mut self.transaction, Home::RunFile);
         transaction.write(group, home, &record, |writer| match unfinished {
-            Unfinished::Solve(state) => format::write_checkpoint(writer, state),
-            Unfinished::History(records) => {
+            Checkpoint::Solve(state) => format::write_checkpoint(writer, state),
+            Checkpoint::History(records) => {
                 format::write_history(writer, &store.input.scene, records)
             }
         })?;

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use contact3d::{
     ProblemError,
-    dual::{AssemblyError, Shortage},
+    dual::{AssemblyError, InsufficientResource},
     mesh::GmshError,
     scene::{InvalidValue, SceneError},
     solver::NeedsExplicit,
@@ -45,7 +45,7 @@ pub enum StageError {
     Unsolved(#[from] ProblemError),
     /// Too little memory or disk space for the mesh.
     #[error(transparent)]
-    Shortage(#[from] Shortage),
+    InsufficientResource(#[from] InsufficientResource),
     /// The method needs the dense dual operator.
     #[error(transparent)]
     NeedsExplicit(#[from] NeedsExplicit),

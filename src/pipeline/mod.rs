@@ -1,4 +1,4 @@
-//! The pipeline: the library's driver, with a run file as the keeper of what it computes.
+//! The pipeline: the library's driver, with a run file as the storage of what it computes.
 //!
 //! `stages` lists the stages side by side and `settings` what each depends on. A [`Session`] has a store (the run file and what
 //! of it is fresh for a scene; commits) and a cache (what is in memory).

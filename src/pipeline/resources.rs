@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use contact3d::{
-    dual::{Need, Resource, Shortage},
+    dual::{InsufficientResource, Requirement, Resource},
     mesh::{MeshSize, brick_counts},
     scene::{Brick, ElementOrder, SceneFile},
 };
@@ -11,7 +11,7 @@ use sysinfo::{MemoryRefreshKind, RefreshKind, System};
 
 /// Refuses a step that does not fit into memory, or whose data do not fit on the disk of the run
 /// file; what the system does not tell is not checked.
-pub(super) fn admit(need: Need, run_file: &Path) -> Result<(), Shortage> {
+pub(super) fn admit(need: Requirement, run_file: &Path) -> Result<(), InsufficientResource> {
     // A commit copies what stays into a new file beside the old one.
     let kept = std::fs::metadata(run_file).map_or(0, |metadata| metadata.len());
     let stored = need.stored.saturating_add(kept);
@@ -21,7 +21,7 @@ pub(super) fn admit(need: Need, run_file: &Path) -> Result<(), Shortage> {
 }
 
 /// Refuses a step that does not fit into memory.
-pub(crate) fn admit_memory(need: Need) -> Result<(), Shortage> {
+pub(crate) fn admit_memory(need: Requirement) -> Result<(), InsufficientResource> {
     require(need.step, Resource::Memory, need.memory, available_memory())
 }
 
@@ -30,10 +30,10 @@ fn require(
     resource: Resource,
     needed: u64,
     available: Option<u64>,
-) -> Result<(), Shortage> {
+) -> Result<(), InsufficientResource> {
     match available.filter(|&available| needed > available) {
         None => Ok(()),
-        Some(available) => Err(Shortage {
+        Some(available) => Err(InsufficientResource {
             step,
             resource,
             needed,
@@ -81,7 +81,7 @@ fn soft_limit(resource: rlimit::Resource) -> Option<u64> {
 }
 
 /// What making the mesh of a scene takes.
-pub(super) fn need_of_mesh(input: &SceneFile) -> Need {
+pub(super) fn need_of_mesh(input: &SceneFile) -> Requirement {
     let body = &input.scene.body;
     match MeshSize::of(body, &input.folder) {
         MeshSize::Counted(counts) => need_of_counts(counts, body.element),
@@ -91,7 +91,7 @@ pub(super) fn need_of_mesh(input: &SceneFile) -> Need {
 
 /// What a mesh of so many nodes, tetrahedra and boundary triangles takes: coordinates, tetrahedra with their regions,
 /// the boundary, held components and nodal forces; all there is where they cannot be counted.
-fn need_of_counts(counts: Option<[u64; 3]>, element: ElementOrder) -> Need {
+fn need_of_counts(counts: Option<[u64; 3]>, element: ElementOrder) -> Requirement {
     let bytes = |per: [u64; 3]| {
         counts?
             .iter()
@@ -104,7 +104,7 @@ fn need_of_counts(counts: Option<[u64; 3]>, element: ElementOrder) -> Need {
         ElementOrder::P1 => [32, 24],
         ElementOrder::P2 => [80, 48],
     };
-    Need {
+    Requirement {
         step: "making the mesh",
         memory: bytes([24 + 3 + 24, per_tetrahedron + 8, per_triangle + 8]).unwrap_or(u64::MAX),
         stored: bytes([24, per_tetrahedron, per_triangle]).unwrap_or(u64::MAX),
@@ -114,8 +114,8 @@ fn need_of_counts(counts: Option<[u64; 3]>, element: ElementOrder) -> Need {
 /// What reading a mesh file of so many bytes takes: the file, its nodes and elements as they stand
 /// there, and the mesh. Text and binary files of 0.13 and 0.7 million elements took 7.4 to 9 times
 /// their size.
-pub(super) fn need_of_mesh_file(bytes: u64) -> Need {
-    Need {
+pub(super) fn need_of_mesh_file(bytes: u64) -> Requirement {
+    Requirement {
         step: "reading the mesh file",
         memory: bytes.saturating_mul(9),
         stored: bytes,
@@ -153,8 +153,8 @@ pub fn memory_for_sweeps() -> u64 {
 }
 
 /// What the finest mesh of a study takes, of which nothing is stored.
-pub(super) fn need_of_finest(brick: &Brick, element: ElementOrder) -> Need {
-    Need {
+pub(super) fn need_of_finest(brick: &Brick, element: ElementOrder) -> Requirement {
+    Requirement {
         step: "solving the finest mesh",
         memory: problem_bytes(counted_nodes(brick_counts(brick, element))),
         stored: 0,

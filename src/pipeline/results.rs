@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use contact3d::{
-    Answer, AssembledProblem, Problem,
+    AssembledProblem, Problem, SolvedProblem,
     contact::{Coupling, Interface},
     dual::PrimalSystem,
     elasticity::DofMap,
@@ -54,7 +54,7 @@ impl Results {
         let judged =
             solve
                 .problem
-                .judge(&solve.primal, solve.coupling.as_ref(), &mut solve.solution);
+                .assess(&solve.primal, solve.coupling.as_ref(), &mut solve.solution);
         let mut report = judged.map_err(|invalid| input.refuse(invalid))?;
         report.functionals = format::read_functionals(reader, &input.scene)?;
         Ok(Self {
@@ -150,8 +150,8 @@ impl StoredSolve {
     }
 }
 
-impl From<Answer> for Results {
-    fn from(answer: Answer) -> Self {
+impl From<SolvedProblem> for Results {
+    fn from(answer: SolvedProblem) -> Self {
         let AssembledProblem { problem, system } = answer.problem;
         Self {
             problem,

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use contact3d::{
-    AssembledProblem, Keeper, Problem, ProblemError, RunStep, Unfinished,
-    dual::{AssemblyError, Need, Shortage},
+    AssembledProblem, Checkpoint, Problem, ProblemError, RunStep, RunStorage,
+    dual::{AssemblyError, InsufficientResource, Requirement},
     linalg::EngineCommand,
     mesh::Mesh,
     scene::{AdaptSettings, Scene, SceneFile},
@@ -36,14 +36,14 @@ pub(super) enum StageOutput {
 }
 
 /// Keeps what an interrupted solve can go on from in the run file, where that costs no more than a twentieth of the time.
-struct CheckpointKeeper<'a> {
+struct CheckpointStorage<'a> {
     store: &'a mut Store,
     checkpoints: Checkpoints,
     observe: &'a mut dyn FnMut(RunStep<'_>),
 }
 
-impl Keeper for CheckpointKeeper<'_> {
-    fn admit(&self, need: Need) -> Result<(), Shortage> {
+impl RunStorage for CheckpointStorage<'_> {
+    fn admit(&self, need: Requirement) -> Result<(), InsufficientResource> {
         resources::admit(need, self.store.path())
     }
 
@@ -55,7 +55,7 @@ impl Keeper for CheckpointKeeper<'_> {
         (self.observe)(step);
     }
 
-    fn keep(&mut self, unfinished: Unfinished<'_>) {
+    fn checkpoint(&mut self, unfinished: Checkpoint<'_>) {
         let store = &mut self.store;
         self.checkpoints.keep(|| store.commit(Some(unfinished)));
     }
@@ -99,7 +99,7 @@ impl Session {
         observe: &mut dyn FnMut(RunStep<'_>),
     ) -> Result<StageOutput, StageError> {
         let problem = self.problem()?.as_ref().clone();
-        let assembled = problem.assemble_kept(&mut self.keeper(0.0, observe));
+        let assembled = problem.assemble_with(&mut self.storage(0.0, observe));
         let assembled = Arc::new(assembled.map_err(|error| refused(&self.store.input, error))?);
         // The loads of a history are those of its last increment, which nothing has applied yet.
         let loads = if self.scene().has_history() {
@@ -121,7 +121,7 @@ impl Session {
         problem: Problem,
     ) -> Result<AssembledProblem, StageError> {
         let mut observe = |_: RunStep<'_>| {};
-        let assembled = problem.assemble_kept(&mut self.keeper(0.0, &mut observe));
+        let assembled = problem.assemble_with(&mut self.storage(0.0, &mut observe));
         assembled.map_err(|error| refused(&self.store.input, error))
     }
 
@@ -160,7 +160,7 @@ impl Session {
             &settings,
             start,
             done,
-            &mut self.keeper(least_cost, observe),
+            &mut self.storage(least_cost, observe),
         );
         let answer = answer.map_err(|error| refused(&self.store.input, error))?;
         let results = Arc::new(Results::from(answer));
@@ -168,13 +168,13 @@ impl Session {
         Ok(StageOutput::Solve(results))
     }
 
-    fn keeper<'a>(
+    fn storage<'a>(
         &'a mut self,
         least_cost: f64,
         observe: &'a mut dyn FnMut(RunStep<'_>),
-    ) -> CheckpointKeeper<'a> {
+    ) -> CheckpointStorage<'a> {
         let cost = self.store.last_store_seconds().max(least_cost);
-        CheckpointKeeper {
+        CheckpointStorage {
             store: &mut self.store,
             checkpoints: Checkpoints::new(cost),
             observe,
@@ -196,7 +196,7 @@ pub(super) fn refused(input: &SceneFile, error: ProblemError) -> StageError {
 }
 
 /// What the increments of a history take: their fields in memory, twice while they are written, and on the disk.
-fn need_of_history(scene: &Scene, mesh: &Mesh) -> Need {
+fn need_of_history(scene: &Scene, mesh: &Mesh) -> Requirement {
     let contact = mesh.contact.as_ref();
     let nodes = contact.map_or(0, |surface| surface.nodes.len());
     let panes = contact.map_or(0, |surface| surface.n_panes());
@@ -207,7 +207,7 @@ fn need_of_history(scene: &Scene, mesh: &Mesh) -> Need {
     } * mesh.tetrahedra.len();
     let numbers = 6 * mesh.coordinates.len() + of_tetrahedra + 5 * nodes + 12 * panes + 64;
     let bytes = 8 * numbers as u64 * scene.increments().len() as u64;
-    Need {
+    Requirement {
         step: "keeping the increments of the load history",
         memory: bytes + bytes / 2,
         stored: 2 * bytes,

@@ -6,7 +6,7 @@ use std::{
 };
 
 use contact3d::{
-    Unfinished,
+    Checkpoint,
     history::StepRecord,
     linalg::EngineCommand,
     mesh::Refinement,
@@ -258,7 +258,7 @@ impl Store {
     }
 
     /// Stores what waits, and what a solve goes on from that is not done yet.
-    pub(super) fn commit(&mut self, unfinished: Option<Unfinished<'_>>) -> Result<(), StageError> {
+    pub(super) fn commit(&mut self, unfinished: Option<Checkpoint<'_>>) -> Result<(), StageError> {
         let storing = Instant::now();
         let writer = self.writer.take();
         let written = writer.as_ref().map_or(0, |writer| writer.stages);

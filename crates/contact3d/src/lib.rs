@@ -73,5 +73,6 @@ pub mod scene;
 pub mod solver;
 
 pub use problem::{
-    Answer, AssembledProblem, InMemory, Keeper, Problem, ProblemError, RunStep, Unfinished,
+    AssembledProblem, Checkpoint, InMemory, Problem, ProblemError, RunStep, RunStorage,
+    SolvedProblem,
 };

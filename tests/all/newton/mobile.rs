@@ -220,12 +220,12 @@ fn local_stiffness_is_that_of_a_pane_whose_neighbours_do_not_move() {
         for j in 0..dual.dimension() {
             let mut unit = vec![0.0; dual.dimension()];
             unit[j] = 1.0;
-            let mut stiffness = local.glued(&unit)[j];
+            let mut stiffness = local.bonded(&unit)[j];
             if j >= m {
                 let other = m + ((j - m) ^ 1);
                 unit[j] = 0.0;
                 unit[other] = 1.0;
-                stiffness = 0.5 * (stiffness + local.glued(&unit)[other]);
+                stiffness = 0.5 * (stiffness + local.bonded(&unit)[other]);
             }
             // Two orders of the same sums, whose condition number is up to 1e8 here.
             assert!(
@@ -236,6 +236,6 @@ fn local_stiffness_is_that_of_a_pane_whose_neighbours_do_not_move() {
             // Of single nodes, so by its neighbours' share too stiff: an order or so.
             assert!(bound[j] < 100.0 * local.stiffness[j], "{name} {j}");
         }
-        assert!(local.mobility() > 1e3, "{name} nearly floats");
+        assert!(local.rigid_compliance_ratio() > 1e3, "{name} nearly floats");
     }
 }

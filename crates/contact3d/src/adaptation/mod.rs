@@ -11,5 +11,5 @@ mod refine;
 pub use levels::{Adaptation, AdaptiveLevel, AdaptiveStatus, LevelForecast};
 pub use marking::{Target, next_cuts};
 pub use refine::{
-    AdaptedProblem, LevelKeeper, RefinedLevels, RefinementGoal, SolvedLevel, adapted, refine,
+    AdaptedProblem, LevelStorage, RefinedLevels, RefinementGoal, SolvedLevel, adapted, refine,
 };

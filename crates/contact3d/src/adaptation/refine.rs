@@ -7,7 +7,7 @@ use super::{
     next_cuts,
 };
 use crate::{
-    Answer, AssembledProblem, InMemory, Problem, ProblemError,
+    AssembledProblem, InMemory, Problem, ProblemError, SolvedProblem,
     contact::transferred,
     history::{HistoryErrors, StepRecord},
     mesh::{Mesh, RefinableBody, RefinedLevel},
@@ -34,7 +34,7 @@ pub struct SolvedLevel<'a> {
 }
 
 /// Solves the levels of an adaptive computation and keeps what they leave.
-pub trait LevelKeeper {
+pub trait LevelStorage {
     /// Why a level cannot be solved.
     type Error: From<ProblemError>;
 
@@ -57,7 +57,7 @@ pub trait LevelKeeper {
     fn forecast(&mut self, level: usize, forecast: &LevelForecast);
 
     /// Keeps what an interrupted computation could go on from, and the mesh of the level that comes next.
-    fn keep(&mut self, known: &Adaptation, next: Mesh);
+    fn checkpoint(&mut self, known: &Adaptation, next: Mesh);
 }
 
 /// When refining ends.
@@ -84,13 +84,13 @@ pub struct RefinedLevels {
 /// files are looked for in `folder`. A goal that is not met is a status.
 ///
 /// # Errors
-/// Those of the keeper, a mesh that cannot be cut.
-pub fn refine<K: LevelKeeper>(
+/// Those of the storage, a mesh that cannot be cut.
+pub fn refine<K: LevelStorage>(
     scene: &Scene,
     folder: &Path,
     goal: RefinementGoal,
     mut known: Adaptation,
-    keeper: &mut K,
+    storage: &mut K,
 ) -> Result<RefinedLevels, K::Error> {
     let (target, of) = (goal.error, scene.adapt.and_then(|adapt| adapt.of));
     let mut ended = None;
@@ -98,7 +98,7 @@ pub fn refine<K: LevelKeeper>(
         && let Some(forecast) = forecast_of_prepared(scene, folder, target, &known)?
     {
         let before = known.levels.len() - 1;
-        keeper.forecast(before + 1, &forecast);
+        storage.forecast(before + 1, &forecast);
         if forecast.ends_after(end) {
             ended = Some(AdaptiveStatus::OverBudget);
             known.refinement.levels.truncate(before);
@@ -111,24 +111,24 @@ pub fn refine<K: LevelKeeper>(
             if ended.is_some() || known.status(target, of) != AdaptiveStatus::Refining {
                 break;
             }
-            let solved = keeper.solved(level, &known)?;
+            let solved = storage.solved(level, &known)?;
             let (refined, mesh, start, forecast) =
                 next_level(scene, folder, target, &known, solved)?;
-            keeper.forecast(level + 1, &forecast);
+            storage.forecast(level + 1, &forecast);
             if goal.deadline.is_some_and(|end| forecast.ends_after(end)) {
                 ended = Some(AdaptiveStatus::OverBudget);
                 break;
             }
             known.refinement.levels.push(refined);
             known.starts.push(start);
-            keeper.keep(&known, mesh);
+            storage.checkpoint(&known, mesh);
             continue;
         }
-        let solved = keeper.solved(level, &known);
+        let solved = storage.solved(level, &known);
         let last = match solved.map(|solved| AdaptiveLevel::new(scene, solved, known.levels.last()))
         {
             Ok(Ok(done)) => {
-                keeper.done(level, &done);
+                storage.done(level, &done);
                 known.levels.push(done);
                 continue;
             }
@@ -136,7 +136,7 @@ pub fn refine<K: LevelKeeper>(
             Ok(Err(_)) => AdaptiveStatus::NotEstimated,
             Err(error) if level == 0 => return Err(error),
             Err(error) => {
-                keeper.too_large(level, error)?;
+                storage.too_large(level, error)?;
                 AdaptiveStatus::TooLarge
             }
         };
@@ -296,11 +296,11 @@ struct LevelInMemory<'a> {
     /// The mesh of the next level.
     prepared: Option<Mesh>,
     /// Its number, what it came to, and the seconds it took.
-    at_hand: Option<(usize, Answer, f64)>,
+    at_hand: Option<(usize, SolvedProblem, f64)>,
 }
 
 impl LevelInMemory<'_> {
-    fn solve(&mut self, level: usize, known: &Adaptation) -> Result<Answer, ProblemError> {
+    fn solve(&mut self, level: usize, known: &Adaptation) -> Result<SolvedProblem, ProblemError> {
         let is_last = level == known.refinement.levels.len();
         let mesh = match self.prepared.take().filter(|_| is_last) {
             Some(mesh) => mesh,
@@ -323,7 +323,7 @@ impl LevelInMemory<'_> {
     }
 }
 
-impl LevelKeeper for LevelInMemory<'_> {
+impl LevelStorage for LevelInMemory<'_> {
     type Error = ProblemError;
 
     fn solved(
@@ -361,7 +361,7 @@ impl LevelKeeper for LevelInMemory<'_> {
 
     fn forecast(&mut self, _: usize, _: &LevelForecast) {}
 
-    fn keep(&mut self, _: &Adaptation, next: Mesh) {
+    fn checkpoint(&mut self, _: &Adaptation, next: Mesh) {
         self.prepared = Some(next);
     }
 }

@@ -4,7 +4,7 @@ use std::{sync::Arc, time::Instant};
 
 use thiserror::Error;
 
-use super::{Need, Shortage, need::Admission};
+use super::{InsufficientResource, Requirement, need::Admission};
 use crate::{
     elasticity::{
         DofMap, FloatingBody, Loads, MaterialField, NodeGraph, SpringMatrix, floating_body,
@@ -119,7 +119,7 @@ pub enum AssemblyError {
     Factor(FactorError),
     /// Too little memory or disk space.
     #[error(transparent)]
-    Shortage(#[from] Shortage),
+    InsufficientResource(#[from] InsufficientResource),
     /// The program that was to hold the factor.
     #[error(transparent)]
     Engine(#[from] EngineError),
@@ -147,7 +147,11 @@ impl Analysed {
         if dofs.n_free == 0 {
             return Err(AssemblyError::NothingFree);
         }
-        admit(Need::of_stiffness(mesh, &dofs, !loose.motions.is_empty()))?;
+        admit(Requirement::of_stiffness(
+            mesh,
+            &dofs,
+            !loose.motions.is_empty(),
+        ))?;
         let (graph, graph_seconds) = timed(|| NodeGraph::new(mesh));
         let (matrices, order) = rayon::join(
             || {

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{Balance, DualOperator, PrimalOperator};
+use super::{DualOperator, PrimalOperator, RigidEquilibrium};
 use crate::linalg::{add_combination, add_scaled, dot, largest_eigenvalue};
 
 /// S' = P S P + c Q for the projector Q on the range of G = B R, P = 1 − Q and c = ‖P S P‖: the operator of the augmented
@@ -20,7 +20,7 @@ use crate::linalg::{add_combination, add_scaled, dot, largest_eigenvalue};
 /// Programming Algorithms*, Springer 2009, ch. 8, for the augmented Lagrangian with ϱ = ‖A‖.
 pub struct BalancedOperator<'a> {
     base: Box<dyn PrimalOperator + 'a>,
-    balance: &'a Balance,
+    balance: &'a RigidEquilibrium,
     /// h + G D⁻¹e.
     supported_rhs: Vec<f64>,
     /// Orthonormal columns that span the range of G of the free motions, `[n_free][n_multipliers]`.
@@ -42,9 +42,9 @@ pub struct BalancedOperator<'a> {
 impl<'a> BalancedOperator<'a> {
     /// Projects an operator; some tens of applications for ‖P S P‖.
     #[must_use]
-    pub fn new(base: Box<dyn PrimalOperator + 'a>, balance: &'a Balance) -> Self {
-        let n_resisted = balance.coupling.n_resisted();
-        let integrals = &balance.coupling.integrals[n_resisted..];
+    pub fn new(base: Box<dyn PrimalOperator + 'a>, balance: &'a RigidEquilibrium) -> Self {
+        let n_supported = balance.coupling.n_supported();
+        let integrals = &balance.coupling.integrals[n_supported..];
         let n = integrals.len();
         let g = DMatrix::from_fn(base.dimension(), n, |j, p| integrals[p][j]);
         let qr = g.qr();
@@ -52,7 +52,7 @@ impl<'a> BalancedOperator<'a> {
         let range: Vec<Vec<f64>> = (0..n)
             .map(|p| q.column(p).iter().copied().collect())
             .collect();
-        let resultant = DVector::from_row_slice(&balance.resultant[n_resisted..]);
+        let resultant = DVector::from_row_slice(&balance.resultant[n_supported..]);
         let mut supported_rhs = base.rhs().to_vec();
         for (g, e, support) in resisted(balance) {
             add_scaled(&mut supported_rhs, e / support, g);
@@ -125,7 +125,7 @@ impl<'a> BalancedOperator<'a> {
     }
 
     /// Gᵀλ = e.
-    pub(crate) fn balance(&self) -> &Balance {
+    pub(crate) fn balance(&self) -> &RigidEquilibrium {
         self.balance
     }
 
@@ -140,7 +140,7 @@ impl<'a> BalancedOperator<'a> {
 
     /// Takes the motions α for those of a multiplier.
     pub fn set_motion(&mut self, multiplier: &[f64], motion: &[f64]) {
-        let free = &motion[self.balance.coupling.n_resisted()..];
+        let free = &motion[self.balance.coupling.n_supported()..];
         let moved = &self.triangle * DVector::from_row_slice(free);
         let gradient = self.gradient_in_range(multiplier);
         self.shift_to(moved - gradient);
@@ -216,13 +216,13 @@ fn solved(matrix: DMatrix<f64>, rhs: DVector<f64>) -> DVector<f64> {
 }
 
 /// G, e and D of each motion that supports resist.
-fn resisted(balance: &Balance) -> impl Iterator<Item = (&Vec<f64>, f64, f64)> {
+fn resisted(balance: &RigidEquilibrium) -> impl Iterator<Item = (&Vec<f64>, f64, f64)> {
     let coupling = &balance.coupling;
     let motions = coupling
         .integrals
         .iter()
         .zip(&balance.resultant)
         .zip(&coupling.support);
-    let motions = motions.take(coupling.n_resisted());
+    let motions = motions.take(coupling.n_supported());
     motions.map(|((g, e), support)| (g, *e, *support))
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Assembly, Balance, ExplicitDual, dense::subtract_product};
+use super::{Assembly, ExplicitDual, RigidEquilibrium, dense::subtract_product};
 use crate::{
     contact::{ContactFrame, Coupling, Interface, MultiplierLayout},
     elasticity::DofMap,
@@ -18,7 +18,7 @@ pub struct ContactSystem {
     /// h, and S where it is dense.
     pub form: OperatorForm,
     /// What else holds where the body floats, for the loads of a solve (`Self::balanced`).
-    pub balance: Option<Balance>,
+    pub balance: Option<RigidEquilibrium>,
 }
 
 /// How S is held; either form holds h = B A⁻¹ l with the gap's integral subtracted from the normal
@@ -58,7 +58,7 @@ impl ContactSystem {
         surface: &ContactSurface,
         interface: &Interface,
     ) -> Option<Self> {
-        let mut balance = Balance::new(assembly, &self.coupling, surface, interface)?;
+        let mut balance = RigidEquilibrium::new(assembly, &self.coupling, surface, interface)?;
         let mut distances = self.distances(&assembly.primal.dofs, surface, interface);
         distances.resize(self.layout().n_multipliers(), 0.0);
         // Coefficients that follow the slip read it from displacements, which have to be whole.
@@ -68,7 +68,7 @@ impl ContactSystem {
         Some(self.with_balance(balance, assembly))
     }
 
-    fn with_balance(&self, balance: Balance, assembly: &Assembly) -> Self {
+    fn with_balance(&self, balance: RigidEquilibrium, assembly: &Assembly) -> Self {
         let mut balanced = self.clone();
         if let Some(reference) = &balance.reference {
             let mut rhs = self.coupling.integrate(&assembly.unconstrained());
@@ -85,7 +85,7 @@ impl ContactSystem {
     /// Number of unknowns x: the multipliers λ, and the rigid motions α where the body floats.
     #[must_use]
     pub fn n_unknowns(&self) -> usize {
-        self.layout().n_multipliers() + self.balance.as_ref().map_or(0, Balance::n_felt)
+        self.layout().n_multipliers() + self.balance.as_ref().map_or(0, RigidEquilibrium::n_active)
     }
 
     /// λ and α of x.

@@ -3,7 +3,7 @@
 use std::{borrow::Cow, sync::Arc};
 
 use super::{
-    Assembly, Balance, ContactCompliance, ContactSystem,
+    Assembly, ContactCompliance, ContactSystem, RigidEquilibrium,
     contact::{free_slip, pairs, tangential_selection},
     dense::{subtract_product, symmetric_product},
     global_modes::correct,
@@ -36,7 +36,7 @@ pub struct ExplicitDual {
     pub compliance: Option<ContactCompliance>,
     /// What else holds where the body floats or its supports are weak: its unknowns x are then (λ, α), r = S λ − G α − h and
     /// Gᵀλ + D α = e; `None` where supports hold it, and x = λ.
-    pub balance: Option<Balance>,
+    pub balance: Option<RigidEquilibrium>,
 }
 
 impl ExplicitDual {
@@ -97,7 +97,7 @@ impl ExplicitDual {
     /// Near λ₀ the rounding of S, G and h then counts only in proportion to λ − λ₀ (iterative
     /// refinement); what cancels in S λ − h, the rigid motion of a body that nearly floats, cancelled
     /// in c already.
-    pub(crate) fn anchored(
+    pub(crate) fn about(
         &self,
         multiplier: &[f64],
         displacement: &[f64],
@@ -113,10 +113,7 @@ impl ExplicitDual {
             anchor: Some(multiplier.to_vec()),
             layout: self.layout,
             compliance: self.compliance.clone(),
-            balance: self
-                .balance
-                .as_ref()
-                .map(|it| it.anchored(stresses, motion)),
+            balance: self.balance.as_ref().map(|it| it.about(stresses, motion)),
         };
         anchored.apply_loads(displacement, surface, frame, dofs);
         anchored
@@ -124,7 +121,7 @@ impl ExplicitDual {
 
     /// The same problem written about zero: h = S λ₀ + c, free slip C u₀ + G λ₀. Where S is not exact, its solution is
     /// off by what S is wrong as a share of the way from λ₀.
-    pub(crate) fn without_anchor(self) -> Self {
+    pub(crate) fn absolute(self) -> Self {
         let Some(anchor) = &self.anchor else {
             return self;
         };
@@ -148,7 +145,7 @@ impl ExplicitDual {
             }
         });
         let balance = self.balance.as_ref();
-        let balance = balance.map(|it| it.without_anchor(self.multipliers(anchor), motion));
+        let balance = balance.map(|it| it.absolute(self.multipliers(anchor), motion));
         Self {
             rhs,
             anchor: None,
@@ -204,10 +201,10 @@ impl ExplicitDual {
     /// Number of unknowns x: the multipliers, and the rigid motions where the body floats.
     #[must_use]
     pub fn n_unknowns(&self) -> usize {
-        self.dimension() + self.balance.as_ref().map_or(0, Balance::n_felt)
+        self.dimension() + self.balance.as_ref().map_or(0, RigidEquilibrium::n_active)
     }
 
-    /// The same with the force −k (α − α₀) on each rigid motion, for k in N/m and α₀ in m beside the anchor, `[n_felt]`.
+    /// The same with the force −k (α − α₀) on each rigid motion, for k in N/m and α₀ in m beside the anchor, `[n_active]`.
     pub(crate) fn with_proximal_term(&self, stiffness: &[f64], centre: &[f64]) -> Self {
         let balance = self.balance.as_ref();
         Self {
@@ -248,7 +245,7 @@ impl ExplicitDual {
         }
         add_scaled(&mut gradient, -1.0, &self.rhs);
         if let Some(balance) = &self.balance {
-            gradient.extend(balance.excess(multiplier, self.motion(x)));
+            gradient.extend(balance.equilibrium_residual(multiplier, self.motion(x)));
         }
         gradient
     }

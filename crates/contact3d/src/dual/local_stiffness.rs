@@ -99,7 +99,7 @@ impl LocalStiffness {
 
     /// The same where clamps drag contact nodes as another h of the same operator says, too.
     #[must_use]
-    pub fn dragged_by(mut self, rhs: &[f64]) -> Self {
+    pub fn with_friction_stiffness(mut self, rhs: &[f64]) -> Self {
         if rhs.len() == self.stiffness.len() {
             friction_stiffness(&mut self.stiffness, self.layout, rhs);
         }
@@ -109,34 +109,34 @@ impl LocalStiffness {
     /// The largest S_ii (S⁻¹)_ii ≥ 1: how many times further a pane moves with the whole body than
     /// against its neighbours.
     #[must_use]
-    pub fn mobility(&self) -> f64 {
+    pub fn rigid_compliance_ratio(&self) -> f64 {
         let rows = self.factor.kept.iter().zip(&self.factor.scale);
         rows.map(|(&j, scale)| self.stiffness[j] / (scale * scale))
             .fold(1.0, f64::max)
     }
 
-    /// S⁻¹h in Pa: the stresses of a face that is glued to the foundation.
+    /// S⁻¹h in Pa: the stresses of a face that is bonded to the foundation.
     #[must_use]
-    pub fn glued(&self, rhs: &[f64]) -> Vec<f64> {
+    pub fn bonded(&self, rhs: &[f64]) -> Vec<f64> {
         self.factor.solve(rhs, rhs.len())
     }
 
     /// S_νν⁻¹h_ν and no tangential stress, in Pa: a face that slides freely and does not lift off.
     #[must_use]
-    pub fn pressed(&self, rhs: &[f64]) -> Vec<f64> {
+    pub fn bilateral_frictionless(&self, rhs: &[f64]) -> Vec<f64> {
         self.factor.solve(rhs, self.layout.n_panes())
     }
 
-    /// The unknowns of a problem whose face is glued to the foundation: [`Self::glued`], in balance where the body floats.
+    /// The unknowns of a problem whose face is bonded to the foundation: [`Self::bonded`], in balance where the body floats.
     #[must_use]
-    pub fn glued_start(&self, dual: &ExplicitDual) -> Vec<f64> {
-        balanced(dual, |rhs| self.glued(rhs))
+    pub fn bonded_start(&self, dual: &ExplicitDual) -> Vec<f64> {
+        balanced(dual, |rhs| self.bonded(rhs))
     }
 
-    /// The unknowns of a problem whose face slides freely and does not lift off: [`Self::pressed`], as far in balance as can be
+    /// The unknowns of a problem whose face slides freely and does not lift off: [`Self::bilateral_frictionless`], as far in balance as can be
     /// where the body floats.
-    pub(crate) fn pressed_start(&self, dual: &ExplicitDual) -> Vec<f64> {
-        balanced(dual, |rhs| self.pressed(rhs))
+    pub(crate) fn bilateral_frictionless_start(&self, dual: &ExplicitDual) -> Vec<f64> {
+        balanced(dual, |rhs| self.bilateral_frictionless(rhs))
     }
 }
 
@@ -147,7 +147,7 @@ fn balanced(dual: &ExplicitDual, solve: impl Fn(&[f64]) -> Vec<f64>) -> Vec<f64>
     let Some(balance) = &dual.balance else {
         return multiplier;
     };
-    let n = balance.n_felt();
+    let n = balance.n_active();
     let (integrals, support) = (&balance.coupling.integrals, &balance.coupling.support);
     let held: Vec<Vec<f64>> = integrals.iter().map(|g| solve(g)).collect();
     let scale = (0..n).map(|p| {
@@ -163,7 +163,7 @@ fn balanced(dual: &ExplicitDual, solve: impl Fn(&[f64]) -> Vec<f64>) -> Vec<f64>
         let support = if p == q { support[p] } else { 0.0 };
         scale[p] * scale[q] * (dot(&integrals[p], &held[q]) + support)
     });
-    let excess = balance.excess(&multiplier, &vec![0.0; n]);
+    let excess = balance.equilibrium_residual(&multiplier, &vec![0.0; n]);
     let excess = DVector::from_fn(n, |p, _| scale[p] * excess[p]);
     let motion = stiffness
         .svd(true, true)

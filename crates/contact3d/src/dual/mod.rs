@@ -2,7 +2,7 @@
 //!
 //! Eliminating u = A⁻¹(l − Bᵀλ) leaves a problem for the multipliers alone: minimise ½ λᵀSλ − λᵀh. S has two forms:
 //! dense, S = WᵀW with W = L⁻¹PBᵀ, beside the compliance G = C A⁻¹Bᵀ that gives contact displacements without the
-//! body; or implicit, two triangular solves for each application, where a dense one does not fit. [`Need`] counts
+//! body; or implicit, two triangular solves for each application, where a dense one does not fit. [`Requirement`] counts
 //! memory, disk and operations of either before they are spent.
 //!
 //! Where the factor is in single precision, so are S and G, except in the few modes of the body's motion as a whole, where they come from
@@ -35,9 +35,9 @@ pub use explicit::ExplicitDual;
 pub(crate) use local_stiffness::friction_stiffness;
 pub use local_stiffness::{LocalStiffness, pane_stiffness};
 pub(crate) use need::SMALL_MEMORY;
-pub use need::{Admission, Need, OperatorEstimate, Resource, Shortage};
+pub use need::{Admission, InsufficientResource, OperatorEstimate, Requirement, Resource};
 pub use operators::ContactOperator;
-pub use rigid_coupling::{Balance, RigidCoupling};
+pub use rigid_coupling::{RigidCoupling, RigidEquilibrium};
 pub use system::{Assembling, DualSystem};
 
 /// Applications of the dual problem: minimise ½ λᵀSλ − λᵀh over the admissible multipliers.

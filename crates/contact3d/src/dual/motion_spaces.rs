@@ -1,8 +1,8 @@
-//! Bases of the rigid motions of a body: those that contact or supports feel, and those that they do not.
+//! Bases of the rigid motions of a body: those that contact or supports act on, and those that they do not.
 
 use nalgebra::{DMatrix, DVector};
 
-use super::rigid_coupling::{ROUNDINGS, UNFELT};
+use super::rigid_coupling::{NULL_MODE_SHARE, ROUNDINGS};
 use crate::{contact::MultiplierLayout, elasticity::FloatingBody};
 
 /// What of the contact face a motion moves as a rigid one.
@@ -24,23 +24,23 @@ impl Reach {
     }
 }
 
-/// A motion that contact or supports feel.
-pub(super) struct FeltMotion {
+/// A motion that contact or supports act on.
+pub(super) struct ActiveMode {
     pub(super) modes: Vec<f64>,
     /// D in N/m.
     pub(super) support: f64,
     pub(super) reach: Reach,
 }
 
-/// Bases of the motions that are felt and of those that are not.
+/// Bases of the motions that are active and of those that are not.
 pub(super) struct MotionSpaces {
-    pub(super) felt: Vec<FeltMotion>,
-    pub(super) unfelt: Vec<Vec<f64>>,
+    pub(super) active: Vec<ActiveMode>,
+    pub(super) null: Vec<Vec<f64>>,
 }
 
 impl MotionSpaces {
-    /// From B R, `[n_modes][n_multipliers]`, and D. A motion is felt if it moves the contact face, in the mean square over it, or
-    /// supports resist it. Where all motions are felt and no support resists, the modes themselves.
+    /// From B R, `[n_modes][n_multipliers]`, and D. A motion is active if it moves the contact face, in the mean square over it, or
+    /// supports resist it. Where all motions are active and no support resists, the modes themselves.
     pub(super) fn new(
         of_modes: &[Vec<f64>],
         body: &FloatingBody,
@@ -54,55 +54,55 @@ impl MotionSpaces {
         let on_face = DMatrix::from_fn(n_rows, k, |j, p| {
             of_modes[p].get(j).map_or(0.0, |value| value * weight(j))
         });
-        let least = UNFELT * on_face.singular_values().max();
+        let least = NULL_MODE_SHARE * on_face.singular_values().max();
         let whole = DMatrix::identity(k, k);
         let Some(support) = &body.support else {
-            let (on, off) = felt(&on_face, &whole, least);
+            let (on, off) = active(&on_face, &whole, least);
             let basis = if off.ncols() == 0 { &whole } else { &on };
             return Self {
-                felt: unresisted(basis),
-                unfelt: columns(&off),
+                active: unresisted(basis),
+                null: columns(&off),
             };
         };
         let support = DMatrix::from_fn(k, k, |p, q| support.stiffness[p][q]);
         // What supports resist first: of the rest, contact feels no more motions than it has multipliers.
         let (held, free) = by_support(&support);
-        let (free, unfelt) = felt(&on_face, &free, least);
+        let (free, null) = active(&on_face, &free, least);
         let mut pressing = on_face.clone();
         pressing
             .rows_mut(layout.n_panes(), n_rows - layout.n_panes())
             .fill(0.0);
-        let (normal, flat) = felt(&pressing, &held, least);
-        let (along, off) = felt(&on_face, &flat, least);
+        let (normal, flat) = active(&pressing, &held, least);
+        let (along, off) = active(&on_face, &flat, least);
         let spaces = [
             (off, Reach::Nothing),
             (along, Reach::AlongIt),
             (normal, Reach::Any),
         ];
-        let mut felt = conjugate(&support, spaces);
-        felt.extend(unresisted(&free));
+        let mut active = conjugate(&support, spaces);
+        active.extend(unresisted(&free));
         Self {
-            felt,
-            unfelt: columns(&unfelt),
+            active,
+            null: columns(&null),
         }
     }
 
-    /// The rows of the inverse of all motions that belong to felt ones.
+    /// The rows of the inverse of all motions that belong to active ones.
     pub(super) fn coordinates(&self) -> Vec<Vec<f64>> {
-        let felt = self.felt.iter().map(|motion| &motion.modes);
-        let all: Vec<DVector<f64>> = felt
-            .chain(&self.unfelt)
+        let active = self.active.iter().map(|motion| &motion.modes);
+        let all: Vec<DVector<f64>> = active
+            .chain(&self.null)
             .map(|modes| DVector::from_row_slice(modes))
             .collect();
         let inverse = DMatrix::from_columns(&all).try_inverse();
         let inverse = inverse.expect("a basis of the motions");
-        let rows = inverse.row_iter().take(self.felt.len());
+        let rows = inverse.row_iter().take(self.active.len());
         rows.map(|row| row.iter().copied().collect()).collect()
     }
 }
 
 /// The part of a space of motions that moves the rows of a face by more than `least`, and the rest of it.
-pub(super) fn felt(
+pub(super) fn active(
     on_face: &DMatrix<f64>,
     space: &DMatrix<f64>,
     least: f64,
@@ -112,16 +112,16 @@ pub(super) fn felt(
     }
     let svd = (on_face * space).svd(false, true);
     let vectors = space * svd.v_t.expect("asked for").transpose();
-    let is_felt = |p: &usize| svd.singular_values[*p] > least;
-    let (felt, unfelt): (Vec<usize>, Vec<usize>) = (0..space.ncols()).partition(is_felt);
+    let is_active = |p: &usize| svd.singular_values[*p] > least;
+    let (active, null): (Vec<usize>, Vec<usize>) = (0..space.ncols()).partition(is_active);
     (
-        vectors.select_columns(&felt),
-        vectors.select_columns(&unfelt),
+        vectors.select_columns(&active),
+        vectors.select_columns(&null),
     )
 }
 
-fn unresisted(space: &DMatrix<f64>) -> Vec<FeltMotion> {
-    let motion = |modes| FeltMotion {
+fn unresisted(space: &DMatrix<f64>) -> Vec<ActiveMode> {
+    let motion = |modes| ActiveMode {
         modes,
         support: 0.0,
         reach: Reach::Any,
@@ -131,7 +131,7 @@ fn unresisted(space: &DMatrix<f64>) -> Vec<FeltMotion> {
 
 /// A basis of motions in which D is diagonal, space by space: motions of a later one may take up some of those before, which move less
 /// of the face, and none of those after. A motion along the face, which weak springs let go far, is so never part of one that presses it.
-fn conjugate(support: &DMatrix<f64>, spaces: [(DMatrix<f64>, Reach); 3]) -> Vec<FeltMotion> {
+fn conjugate(support: &DMatrix<f64>, spaces: [(DMatrix<f64>, Reach); 3]) -> Vec<ActiveMode> {
     let mut basis: Vec<(DVector<f64>, f64, Reach)> = Vec::new();
     for (mut space, reach) in spaces {
         // Twice, for rounding.
@@ -153,7 +153,7 @@ fn conjugate(support: &DMatrix<f64>, spaces: [(DMatrix<f64>, Reach); 3]) -> Vec<
     let motion = |(modes, support, reach): (DVector<f64>, f64, Reach)| {
         // What rounding mixes in would leave the plane of a face on a long way along it.
         let least = ROUNDINGS * f64::EPSILON * modes.amax();
-        FeltMotion {
+        ActiveMode {
             modes: modes
                 .map(|w| if w.abs() > least { w } else { 0.0 })
                 .data

@@ -11,7 +11,7 @@ use crate::{
 
 /// What a step takes beyond what is held already.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Need {
+pub struct Requirement {
     /// The step.
     pub step: &'static str,
     /// Bytes of memory.
@@ -35,7 +35,7 @@ pub enum Resource {
     "{step}: expected at most {} of {}, which is what is available, found a need of {}; {}",
     in_units(*available), resource.name(), in_units(*needed), resource.remedy()
 )]
-pub struct Shortage {
+pub struct InsufficientResource {
     /// The step.
     pub step: &'static str,
     /// What there is too little of.
@@ -47,7 +47,7 @@ pub struct Shortage {
 }
 
 /// Decides whether a step may begin.
-pub type Admission<'a> = &'a dyn Fn(Need) -> Result<(), Shortage>;
+pub type Admission<'a> = &'a dyn Fn(Requirement) -> Result<(), InsufficientResource>;
 
 impl Resource {
     fn name(self) -> &'static str {
@@ -77,7 +77,7 @@ fn in_units(bytes: u64) -> String {
     }
 }
 
-impl Need {
+impl Requirement {
     /// A and what it is made from: every pair of nodes of a tetrahedron is coupled by 3 × 3
     /// coefficients.
     ///

@@ -14,12 +14,12 @@ use crate::{
 
 /// Share of the largest effect of a rigid motion on the contact face below which it has none: rounding of coordinates, with
 /// room, and no motion that a face resists.
-pub(super) const UNFELT: f64 = 1e-10;
+pub(super) const NULL_MODE_SHARE: f64 = 1e-10;
 
 /// Roundings of sums of a few terms.
 pub(super) const ROUNDINGS: f64 = 16.0;
 
-/// The rigid motions that contact or weak supports feel, and what they do to the contact face.
+/// The rigid motions that contact or weak supports act on, and what they do to the contact face.
 ///
 /// Contact without friction on a plane does not feel motions along it, and a single pane feels no rotation about its centroid. Such
 /// motions are the null space of contact: their α are zero in every solution (the least motion), and a load that works on them has no equilibrium.
@@ -28,36 +28,36 @@ pub struct RigidCoupling {
     body: Arc<FloatingBody>,
     /// The order of the multipliers.
     pub(crate) layout: MultiplierLayout,
-    /// Motions that contact or supports feel, those that supports resist first, in terms of the modes of the body, `[n_felt][n_modes]`.
-    felt: Vec<Vec<f64>>,
-    /// What a motion in terms of the modes is in terms of felt ones, `[n_felt][n_modes]`.
+    /// Motions that contact or supports act on, those that supports resist first, in terms of the modes of the body, `[n_active][n_modes]`.
+    active: Vec<Vec<f64>>,
+    /// What a motion in terms of the modes is in terms of active ones, `[n_active][n_modes]`.
     coordinates: Vec<Vec<f64>>,
-    /// The others in terms of the modes, orthonormal, `[n_modes − n_felt][n_modes]`.
-    unfelt: Vec<Vec<f64>>,
-    /// R of the felt motions, `[n_felt][n_free]`.
+    /// The others in terms of the modes, orthonormal, `[n_modes − n_active][n_modes]`.
+    null: Vec<Vec<f64>>,
+    /// R of the active motions, `[n_active][n_free]`.
     rigid: Vec<Vec<f64>>,
-    /// Y of the felt motions, likewise; empty where no supports resist.
+    /// Y of the active motions, likewise; empty where no supports resist.
     spring_response: Vec<Vec<f64>>,
-    /// The stiffness D of the supports in each felt motion in N/m, `[n_felt]`; zeros where none resist.
+    /// The stiffness D of the supports in each active motion in N/m, `[n_active]`; zeros where none resist.
     pub(crate) support: Vec<f64>,
-    /// G = B (R + Y) of the felt motions, `[n_felt][n_multipliers]`, in m².
+    /// G = B (R + Y) of the active motions, `[n_active][n_multipliers]`, in m².
     pub(crate) integrals: Vec<Vec<f64>>,
     /// B R, likewise: zero where a motion does not move the face, however the body yields to the springs.
-    grip: Vec<Vec<f64>>,
-    /// (u_t1, u_t2) of the felt motions at the contact nodes, `[n_felt][n_contact_nodes]`.
+    rigid_contact_integrals: Vec<Vec<f64>>,
+    /// (u_t1, u_t2) of the active motions at the contact nodes, `[n_active][n_contact_nodes]`.
     pub(crate) slip: Vec<Vec<[f64; 2]>>,
 }
 
 /// The condition that contact forces and weak supports balance the load, Gᵀλ + D α = e, with the rigid motions α that belong to it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Balance {
+pub struct RigidEquilibrium {
     /// G and its motions.
     pub(crate) coupling: Arc<RigidCoupling>,
-    /// e = Rᵀl of the felt motions, or e − Gᵀλ₀ − D α₀ about an anchor, `[n_felt]`, in N.
+    /// e = Rᵀl of the active motions, or e − Gᵀλ₀ − D α₀ about an anchor, `[n_active]`, in N.
     pub(crate) resultant: Vec<f64>,
     /// The motion about which α is written, where there is a gap.
     pub(crate) reference: Option<ReferenceMotion>,
-    /// A free motion that separates every pane from the foundation and in which the load does not work: then λ_ν = 0, `[n_felt]`.
+    /// A free motion that separates every pane from the foundation and in which the load does not work: then λ_ν = 0, `[n_active]`.
     pub(super) separation_motion: Option<Vec<f64>>,
 }
 
@@ -65,7 +65,7 @@ pub struct Balance {
 /// thousand times larger than the strained displacement loses no digits of h.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ReferenceMotion {
-    /// α₀ in m, `[n_felt]`.
+    /// α₀ in m, `[n_active]`.
     pub(crate) motion: Vec<f64>,
     /// d − G α₀ in m³, `[n_multipliers]`; zero where it is no more than rounding of d.
     pub(crate) distances: Vec<f64>,
@@ -82,23 +82,23 @@ impl RigidCoupling {
         let of_modes: Vec<Vec<f64>> = body.modes.iter().map(|m| coupling.integrate(m)).collect();
         let spaces = MotionSpaces::new(&of_modes, body, &surface.pane_area, coupling.layout);
         let dofs = &assembly.primal.dofs;
-        let motions = || spaces.felt.iter().map(|motion| &motion.modes);
+        let motions = || spaces.active.iter().map(|motion| &motion.modes);
         let rigid: Vec<Vec<f64>> = motions().map(|w| body.rigid_part(w)).collect();
         let spring_response: Vec<Vec<f64>> = match body.support {
             Some(_) => motions().map(|w| body.spring_response_part(w)).collect(),
             None => Vec::new(),
         };
         let integrate = |u: &Vec<f64>| coupling.integrate(u);
-        let mut grip: Vec<Vec<f64>> = rigid.iter().map(integrate).collect();
-        for (grip, motion) in grip.iter_mut().zip(&spaces.felt) {
-            motion.reach.restrict(grip, coupling.layout);
+        let mut rigid_contact_integrals: Vec<Vec<f64>> = rigid.iter().map(integrate).collect();
+        for (own, motion) in rigid_contact_integrals.iter_mut().zip(&spaces.active) {
+            motion.reach.restrict(own, coupling.layout);
         }
         let slip_of = |u: &Vec<f64>| {
             let at_node = |node| dofs.change_at_node(node, u);
             interface.frame.nodal_tangential(surface, at_node)
         };
         let mut slip: Vec<Vec<[f64; 2]>> = rigid.iter().map(slip_of).collect();
-        let mut integrals = grip.clone();
+        let mut integrals = rigid_contact_integrals.clone();
         for (p, by_springs) in spring_response.iter().enumerate() {
             add_scaled(&mut integrals[p], 1.0, &integrate(by_springs));
             let by_springs = slip_of(by_springs);
@@ -108,44 +108,44 @@ impl RigidCoupling {
             body: Arc::clone(body),
             layout: coupling.layout,
             coordinates: spaces.coordinates(),
-            felt: motions().cloned().collect(),
-            unfelt: Vec::new(),
-            support: spaces.felt.iter().map(|motion| motion.support).collect(),
+            active: motions().cloned().collect(),
+            null: Vec::new(),
+            support: spaces.active.iter().map(|motion| motion.support).collect(),
             rigid,
             spring_response,
             integrals,
-            grip,
+            rigid_contact_integrals,
             slip,
         };
         // What rounding left of them on the face, relative to motions of the whole body, would be slips of sticking panes.
-        let null_space = spaces.unfelt.into_iter().map(|mut modes| {
+        let null_space = spaces.null.into_iter().map(|mut modes| {
             let left = coupling.integrate(&body.rigid_part(&modes));
             let closing = rigid.closing_motion(&left, &surface.pane_area);
             add_scaled(&mut modes, -1.0, &rigid.in_modes(&closing));
             modes
         });
-        rigid.unfelt = null_space.collect();
+        rigid.null = null_space.collect();
         rigid
     }
 
-    /// Number of motions that contact or supports feel.
-    pub(crate) fn n_felt(&self) -> usize {
-        self.felt.len()
+    /// Number of motions that contact or supports act on.
+    pub(crate) fn n_active(&self) -> usize {
+        self.active.len()
     }
 
-    /// Number of felt motions that supports resist; they come first.
-    pub(crate) fn n_resisted(&self) -> usize {
+    /// Number of active motions that supports resist; they come first.
+    pub(crate) fn n_supported(&self) -> usize {
         self.support.iter().filter(|d| **d > 0.0).count()
     }
 
-    /// The motion in terms of the modes of the body, `[n_modes]`, of that in terms of felt ones.
+    /// The motion in terms of the modes of the body, `[n_modes]`, of that in terms of active ones.
     pub(crate) fn in_modes(&self, motion: &[f64]) -> Vec<f64> {
         let mut modes = vec![0.0; self.body.n_modes()];
-        add_combination(&mut modes, motion, &self.felt);
+        add_combination(&mut modes, motion, &self.active);
         modes
     }
 
-    /// (R + Y)ᵀf of the felt motions in N for nodal forces f in N.
+    /// (R + Y)ᵀf of the active motions in N for nodal forces f in N.
     pub(crate) fn work_of(&self, forces: &[f64]) -> Vec<f64> {
         let mut work: Vec<f64> = self.rigid.iter().map(|u| dot(u, forces)).collect();
         for (work, u) in work.iter_mut().zip(&self.spring_response) {
@@ -158,16 +158,16 @@ impl RigidCoupling {
     fn load_resultant(&self, assembly: &Assembly) -> Vec<f64> {
         let (dofs, load) = (&assembly.primal.dofs, &assembly.primal.load);
         let works = self.work_of(load).into_iter().zip(&self.rigid);
-        let felt = |(work, u): (f64, &Vec<f64>)| {
+        let active = |(work, u): (f64, &Vec<f64>)| {
             let rounding = 64.0 * f64::EPSILON * dofs.largest_work(u, load);
             if work.abs() <= rounding { 0.0 } else { work }
         };
-        works.map(felt).collect()
+        works.map(active).collect()
     }
 
-    /// The displacements of the free degrees of freedom in the motions of the null space, `[n_modes − n_felt][n_free]`.
+    /// The displacements of the free degrees of freedom in the motions of the null space, `[n_modes − n_active][n_free]`.
     pub(crate) fn null_space_motions(&self) -> Vec<Vec<f64>> {
-        let motions = self.unfelt.iter();
+        let motions = self.null.iter();
         motions.map(|modes| self.body.rigid_part(modes)).collect()
     }
 
@@ -192,7 +192,7 @@ impl RigidCoupling {
         let Some(factor) = gram.cholesky() else {
             return;
         };
-        for ((motion, weights), by) in motions.iter().zip(&self.unfelt).zip(&factor.solve(&along)) {
+        for ((motion, weights), by) in motions.iter().zip(&self.null).zip(&factor.solve(&along)) {
             add_scaled(displacement, -by, motion);
             add_scaled(modes, -by, weights);
         }
@@ -200,17 +200,19 @@ impl RigidCoupling {
 
     /// The motion that closes distances d in m³, `[n_multipliers]`, by least squares over the contact face.
     fn closing_motion(&self, distances: &[f64], areas: &[f64]) -> Vec<f64> {
-        if self.n_felt() == 0 {
+        if self.n_active() == 0 {
             return Vec::new();
         }
         let weight = |j: usize| areas[self.layout.pane_of(j)].sqrt().recip();
         let n = distances.len();
-        let weighted = DMatrix::from_fn(n, self.n_felt(), |j, p| self.grip[p][j] * weight(j));
+        let weighted = DMatrix::from_fn(n, self.n_active(), |j, p| {
+            self.rigid_contact_integrals[p][j] * weight(j)
+        });
         let wanted = DVector::from_fn(n, |j, _| distances[j] * weight(j));
         let svd = weighted.svd(true, true);
-        let least = UNFELT * svd.singular_values.max();
+        let least = NULL_MODE_SHARE * svd.singular_values.max();
         let motion = svd.solve(&wanted, least);
-        motion.map_or_else(|_| vec![0.0; self.n_felt()], |a| a.data.into())
+        motion.map_or_else(|_| vec![0.0; self.n_active()], |a| a.data.into())
     }
 
     /// d − G α of distances d in m³; zero where it is no more than rounding of its terms.
@@ -251,7 +253,7 @@ impl RigidCoupling {
     }
 }
 
-impl Balance {
+impl RigidEquilibrium {
     /// The balance of a body that floats; `None` where its supports hold it.
     #[must_use]
     pub fn new(
@@ -274,7 +276,7 @@ impl Balance {
     /// The same written about the motion that closes distances d in m³, `[n_multipliers]`.
     pub(super) fn about_closed_gap(&self, distances: &[f64], areas: &[f64]) -> Self {
         let motion = self.coupling.closing_motion(distances, areas);
-        let about = self.anchored(&vec![0.0; distances.len()], &motion);
+        let about = self.about(&vec![0.0; distances.len()], &motion);
         Self {
             reference: Some(ReferenceMotion {
                 distances: self.coupling.distances_after(&motion, distances),
@@ -285,7 +287,7 @@ impl Balance {
     }
 
     /// Whether supports resist a motion, so that a motion α strains the body by Y α.
-    pub(crate) fn is_resisted(&self) -> bool {
+    pub(crate) fn is_supported(&self) -> bool {
         !self.coupling.spring_response.is_empty()
     }
 
@@ -312,25 +314,25 @@ impl Balance {
     }
 
     /// The same about an anchor (λ₀, α₀).
-    pub(super) fn anchored(&self, multiplier: &[f64], motion: &[f64]) -> Self {
+    pub(super) fn about(&self, multiplier: &[f64], motion: &[f64]) -> Self {
         Self {
-            resultant: self.excess(multiplier, motion),
+            resultant: self.equilibrium_residual(multiplier, motion),
             ..self.clone()
         }
     }
 
     /// The same written about zero again.
-    pub(super) fn without_anchor(&self, multiplier: &[f64], motion: &[f64]) -> Self {
+    pub(super) fn absolute(&self, multiplier: &[f64], motion: &[f64]) -> Self {
         let opposite = |values: &[f64]| values.iter().map(|v| -v).collect::<Vec<f64>>();
-        self.anchored(&opposite(multiplier), &opposite(motion))
+        self.about(&opposite(multiplier), &opposite(motion))
     }
 
-    /// Number of motions that contact or supports feel.
-    pub(crate) fn n_felt(&self) -> usize {
-        self.coupling.n_felt()
+    /// Number of motions that contact or supports act on.
+    pub(crate) fn n_active(&self) -> usize {
+        self.coupling.n_active()
     }
 
-    /// The same with the force −k (α − α₀) on each felt motion, for k in N/m and α₀ in m beside the anchor, `[n_felt]`.
+    /// The same with the force −k (α − α₀) on each active motion, for k in N/m and α₀ in m beside the anchor, `[n_active]`.
     pub(super) fn with_proximal_term(&self, stiffness: &[f64], centre: &[f64]) -> Self {
         let mut coupling = RigidCoupling::clone(&self.coupling);
         add_scaled(&mut coupling.support, 1.0, stiffness);
@@ -347,12 +349,17 @@ impl Balance {
     /// ρ of the rows Gᵀλ + D α − e in Pa/N: rows times ρ are the distance of λ from the plane Gᵀλ = e; for motions that supports
     /// alone feel as for that which contact feels most.
     pub(crate) fn steplengths(&self) -> impl Iterator<Item = f64> + '_ {
-        let norms = || self.coupling.grip.iter().map(|g| norm(g));
+        let norms = || {
+            self.coupling
+                .rigid_contact_integrals
+                .iter()
+                .map(|g| norm(g))
+        };
         let largest = norms().fold(0.0, f64::max);
         // Where the face feels none, any unit serves: no row has a multiplier.
         let usual = if largest > 0.0 { largest } else { 1.0 };
         norms().map(move |size| {
-            if size > UNFELT * largest {
+            if size > NULL_MODE_SHARE * largest {
                 size.recip()
             } else {
                 usual.recip()
@@ -361,16 +368,16 @@ impl Balance {
     }
 
     /// e − Gᵀλ − D α in N.
-    pub(crate) fn excess(&self, multiplier: &[f64], motion: &[f64]) -> Vec<f64> {
+    pub(crate) fn equilibrium_residual(&self, multiplier: &[f64], motion: &[f64]) -> Vec<f64> {
         let carried = self.coupling.resultant_of(multiplier, motion);
         let pairs = self.resultant.iter().zip(carried);
         pairs.map(|(e, carried)| e - carried).collect()
     }
 
     /// ‖e − Gᵀλ‖ / ‖e‖ of the motions that no support resists, mode by mode beside what λ carries; 0 for 0/0.
-    pub(crate) fn relative_excess(&self, multiplier: &[f64]) -> f64 {
+    pub(crate) fn relative_equilibrium_residual(&self, multiplier: &[f64]) -> f64 {
         let rows = self.coupling.integrals.iter().zip(&self.resultant);
-        rows.skip(self.coupling.n_resisted())
+        rows.skip(self.coupling.n_supported())
             .map(|(g, e)| {
                 let size = e.abs().max(norm(g) * norm(multiplier));
                 match (e - dot(g, multiplier)).abs() {

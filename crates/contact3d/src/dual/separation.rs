@@ -8,7 +8,9 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{Balance, RigidCoupling, motion_spaces::felt, rigid_coupling::UNFELT};
+use super::{
+    RigidCoupling, RigidEquilibrium, motion_spaces::active, rigid_coupling::NULL_MODE_SHARE,
+};
 use crate::linalg::{add_scaled, dot, norm};
 
 /// Share of the mean lift that every pane takes part in, at least.
@@ -21,8 +23,8 @@ pub(super) fn separation_motion(
     resultant: &[f64],
     areas: &[f64],
 ) -> Option<Vec<f64>> {
-    let n_resisted = coupling.n_resisted();
-    let free = &coupling.integrals[n_resisted..];
+    let n_supported = coupling.n_supported();
+    let free = &coupling.integrals[n_supported..];
     let layout = coupling.layout;
     let rows = |range: Range<usize>, count: usize| {
         DMatrix::from_fn(count.max(free.len()), free.len(), |i, p| {
@@ -37,11 +39,15 @@ pub(super) fn separation_motion(
     };
     let (n, m) = (layout.n_panes(), layout.n_multipliers());
     let (raised, slid) = (-rows(0..n, n), rows(n..m, m - n));
-    let undriven = orthogonal_to(&resultant[n_resisted..]);
+    let undriven = orthogonal_to(&resultant[n_supported..]);
     if undriven.ncols() == 0 {
         return None;
     }
-    let (_, undriven) = felt(&slid, &undriven, UNFELT * raised.amax().max(slid.amax()));
+    let (_, undriven) = active(
+        &slid,
+        &undriven,
+        NULL_MODE_SHARE * raised.amax().max(slid.amax()),
+    );
     if undriven.ncols() == 0 {
         return None;
     }
@@ -58,7 +64,7 @@ pub(super) fn separation_motion(
         .zip(areas)
         .all(|(by, area)| *by > LIFTED * area.sqrt());
     let motion = &undriven * weights;
-    let resisted = std::iter::repeat_n(0.0, n_resisted);
+    let resisted = std::iter::repeat_n(0.0, n_supported);
     lifts_all.then(|| resisted.chain(motion.iter().copied()).collect())
 }
 
@@ -79,7 +85,7 @@ fn orthogonal_to(vector: &[f64]) -> DMatrix<f64> {
     reflection.remove_column(axis)
 }
 
-impl Balance {
+impl RigidEquilibrium {
     /// The motions α of a body that nothing presses, without contact forces and as low as the right-hand side h of its face allows;
     /// `None` where the load presses it, or may.
     pub(crate) fn separated(&self, rhs: &[f64]) -> Option<Vec<f64>> {

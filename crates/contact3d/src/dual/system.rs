@@ -3,7 +3,8 @@
 use std::{sync::Arc, time::Instant};
 
 use super::{
-    Assembly, AssemblyError, ContactSystem, ExplicitDual, LocalStiffness, Need, OperatorEstimate,
+    Assembly, AssemblyError, ContactSystem, ExplicitDual, LocalStiffness, OperatorEstimate,
+    Requirement,
     assembly::Analysed,
     need::{Admission, FACTORISING},
 };
@@ -53,14 +54,14 @@ impl DualSystem {
     /// # Errors
     /// [`AssemblyError`] when A has no Cholesky factor, a formula of the scene has no value, or a number overflows.
     pub fn new(scene: &Scene, mesh: &Mesh) -> Result<Self, AssemblyError> {
-        Self::watched(scene, mesh, &Assembling::default())
+        Self::assembled(scene, mesh, &Assembling::default())
     }
 
     /// As [`Self::new`], as [`Assembling`] says. Where the choice is free and the dense operator does not fit, it is not formed.
     ///
     /// # Errors
     /// As [`Self::new`], and what `admit` refuses.
-    pub fn watched(
+    pub fn assembled(
         scene: &Scene,
         mesh: &Mesh,
         assembling: &Assembling<'_>,
@@ -84,7 +85,9 @@ impl DualSystem {
             } = &analysed;
             let stiffness = &primal.stiffness;
             if engine.is_none() {
-                admit(Need::of_factor(stiffness, structure, precision, dense))?;
+                admit(Requirement::of_factor(
+                    stiffness, structure, precision, dense,
+                ))?;
             }
             let begin = |step, operations| {
                 let work = Arc::new(Work::of(operations));
@@ -131,13 +134,13 @@ impl DualSystem {
         if engine.is_some() {
             require_single_precision(scene)?;
             let system = form(Precision::Single, dense.as_ref())?;
-            return system.served();
+            return system.validated();
         }
         if let Some(single) = in_single_precision(scene, &analysed, dense.as_ref(), &form)? {
             return Ok(single);
         }
         match form(Precision::Double, dense.as_ref()) {
-            Err(AssemblyError::Shortage(_))
+            Err(AssemblyError::InsufficientResource(_))
                 if dense.is_some() && scene.assemble.dual_operator == DualOperatorKind::Auto =>
             {
                 form(Precision::Double, None)
@@ -147,7 +150,7 @@ impl DualSystem {
     }
 
     /// The system, if the factor of its engine serves.
-    fn served(self) -> Result<Self, AssemblyError> {
+    fn validated(self) -> Result<Self, AssemblyError> {
         match &*self.assembly.factor {
             Factor::Remote(factor) if !self.is_well_preconditioned() => {
                 let name = factor.name();
@@ -297,27 +300,27 @@ impl DualSystem {
         }
     }
 
-    /// On w = S̃⁻¹h, the stresses of a face that is glued to the foundation: conjugate gradients on A, and
+    /// On w = S̃⁻¹h, the stresses of a face that is bonded to the foundation: conjugate gradients on A, and
     /// ‖S̃⁻¹(S w − h)‖ / ‖w‖ with S w from them; and ‖ρ (S − S̃) e‖ / ‖e‖ on e = ρ (S w − h) with local stiffness ρ, which is rich in
     /// what S̃ has wrong.
     fn serves(&self, contact: &ContactSystem, dual: &ExplicitDual) -> bool {
         let local = LocalStiffness::new(dual);
         let rhs = or_ones(&dual.rhs);
-        let glued = local.glued(&rhs);
-        let (moved, of_gradients) = self.probe(&contact.coupling.nodal_forces(&glued));
+        let bonded = local.bonded(&rhs);
+        let (moved, of_gradients) = self.probe(&contact.coupling.nodal_forces(&bonded));
         let excess = difference(&contact.coupling.integrate(&moved), &rhs);
-        let felt = |wrong: &[f64]| -> Vec<f64> {
+        let against_own = |wrong: &[f64]| -> Vec<f64> {
             let panes = local.stiffness.iter().zip(wrong);
             panes.map(|(rho, wrong)| rho * wrong).collect()
         };
-        let error = felt(&excess);
+        let error = against_own(&excess);
         let (moved, _) = self.probe(&contact.coupling.nodal_forces(&error));
         let wrong = difference(&contact.coupling.integrate(&moved), &dual.apply(&error));
         // Newton's method does not find from the answer of S̃ to that of S where what S̃ has wrong moves panes further than their own
         // stress moves them against their neighbours.
         of_gradients <= SLOWEST
-            && norm(&local.glued(&excess)) / norm(&glued) <= SLOWEST
-            && norm(&felt(&wrong)) / norm(&error) <= 1.0
+            && norm(&local.bonded(&excess)) / norm(&bonded) <= SLOWEST
+            && norm(&against_own(&wrong)) / norm(&error) <= 1.0
     }
 
     /// The displacement that some forces cause, and the contraction of the steps to it.

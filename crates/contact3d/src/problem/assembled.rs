@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Answer, InMemory, Problem, ProblemError};
+use super::{InMemory, Problem, ProblemError, SolvedProblem};
 use crate::{
     dual::{DualSystem, LocalStiffness},
     mesh::Mesh,
@@ -56,7 +56,7 @@ impl AssembledProblem {
         Ok(answer.solution)
     }
 
-    /// [`Self::solve`] with the [report](Self::report) that judged it.
+    /// [`Self::solve`] with the [report](Self::report) that assessed it.
     ///
     /// # Errors
     /// As [`Self::solve`].
@@ -72,7 +72,7 @@ impl AssembledProblem {
         &self,
         settings: &SolveSettings,
         errors: EstimatedErrors,
-    ) -> Result<Answer, ProblemError> {
+    ) -> Result<SolvedProblem, ProblemError> {
         settings.validate()?;
         self.scene().require_no_history("a solve")?;
         self.run_evaluated(
@@ -107,7 +107,7 @@ impl AssembledProblem {
     ///
     /// # Errors
     /// As [`Self::run`].
-    pub fn solve_history(&self, settings: &SolveSettings) -> Result<Answer, ProblemError> {
+    pub fn solve_history(&self, settings: &SolveSettings) -> Result<SolvedProblem, ProblemError> {
         settings.validate()?;
         self.run(settings, Start::default(), Vec::new(), &mut InMemory)
     }
@@ -154,7 +154,7 @@ impl AssembledProblem {
     }
 
     /// What multipliers that were found elsewhere, `[n_multipliers]` in Pa, make of the body: its displacement, and with the dense
-    /// operator the slip and the friction that follow. Nothing is judged: the status is that of an empty solution. A body that floats is left
+    /// operator the slip and the friction that follow. Nothing is assessed: the status is that of an empty solution. A body that floats is left
     /// without its rigid motion.
     #[must_use]
     pub fn state_of(&self, multiplier: Vec<f64>) -> Solution {

@@ -2,19 +2,19 @@
 //!
 //! [`Problem`] is a scene that fits its mesh, [`AssembledProblem`] the same with the stiffness
 //! factorised, from which any number of solves start, also with other loads and other friction. [`AssembledProblem::run`] is the
-//! driver of all of them, in memory and in the program; a [`Keeper`] says what becomes of unfinished work.
+//! driver of all of them, in memory and in the program; a [`RunStorage`] says what becomes of unfinished work.
 
 mod assembled;
 mod error;
-mod keeper;
 mod nested;
 mod reuse;
 mod run;
+mod storage;
 
 pub use assembled::AssembledProblem;
 pub use error::ProblemError;
-pub use keeper::{InMemory, Keeper, RunStep, Unfinished};
-pub use run::Answer;
+pub use run::SolvedProblem;
+pub use storage::{Checkpoint, InMemory, RunStep, RunStorage};
 
 use std::{path::Path, sync::Arc};
 
@@ -137,16 +137,19 @@ impl Problem {
     /// [`ProblemError::Assembly`] when the stiffness has no Cholesky factor, a load no value, or the
     /// clamps let the body move as a rigid one.
     pub fn assemble(self) -> Result<AssembledProblem, ProblemError> {
-        self.assemble_kept(&mut InMemory)
+        self.assemble_with(&mut InMemory)
     }
 
-    /// As [`Self::assemble`], where a keeper admits and watches every step.
+    /// As [`Self::assemble`], where a storage admits and watches every step.
     ///
     /// # Errors
-    /// As [`Self::assemble`], and what the keeper refuses.
-    pub fn assemble_kept(self, keeper: &mut dyn Keeper) -> Result<AssembledProblem, ProblemError> {
-        let system = keeper::assembled_by(keeper, |assembling| {
-            DualSystem::watched(&self.scene, &self.mesh, assembling)
+    /// As [`Self::assemble`], and what the storage refuses.
+    pub fn assemble_with(
+        self,
+        storage: &mut dyn RunStorage,
+    ) -> Result<AssembledProblem, ProblemError> {
+        let system = storage::assembled_by(storage, |assembling| {
+            DualSystem::assembled(&self.scene, &self.mesh, assembling)
         })?;
         Ok(AssembledProblem {
             problem: self,
@@ -158,7 +161,7 @@ impl Problem {
     ///
     /// # Errors
     /// A law of friction without a value at the slips of the solution.
-    pub fn judge(
+    pub fn assess(
         &self,
         system: &PrimalSystem,
         coupling: Option<&Coupling>,

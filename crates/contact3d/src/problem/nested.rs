@@ -4,7 +4,7 @@
 //! Without a dense S no sweeps of relaxation settle the zones, and each step moves their borders by a few panes. The answer on half as many
 //! cells along each edge knows them up to a pane.
 
-use super::{AssembledProblem, Keeper, Problem, keeper::Unkept};
+use super::{AssembledProblem, Problem, RunStorage, storage::ReadOnly};
 use crate::{
     contact::transferred_by_cells,
     post::EstimatedErrors,
@@ -20,7 +20,7 @@ impl AssembledProblem {
     pub(super) fn nested_start(
         &self,
         settings: &SolveSettings,
-        keeper: &mut dyn Keeper,
+        storage: &mut dyn RunStorage,
     ) -> Option<Vec<f64>> {
         let dual = self.system.contact.as_ref()?;
         let has_friction = self.problem.interface()?.has_friction();
@@ -49,10 +49,10 @@ impl AssembledProblem {
             .ok()?
             .assemble()
             .ok()?;
-        let keeper = &mut Unkept(keeper);
+        let storage = &mut ReadOnly(storage);
         let errors = EstimatedErrors::Nothing;
         let found = coarse
-            .run_evaluated(settings, Start::default(), Vec::new(), errors, keeper)
+            .run_evaluated(settings, Start::default(), Vec::new(), errors, storage)
             .ok()?;
         let is_answer = found
             .solution

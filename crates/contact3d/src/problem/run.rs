@@ -1,6 +1,6 @@
-//! The one way from an assembled problem to a judged answer: static or increment by increment.
+//! The one way from an assembled problem to a assessed answer: static or increment by increment.
 
-use super::{AssembledProblem, Keeper, ProblemError, RunStep, Unfinished};
+use super::{AssembledProblem, Checkpoint, ProblemError, RunStep, RunStorage};
 use crate::{
     dual::AssemblyError,
     history::{EnergyLedger, StepRecord},
@@ -11,7 +11,7 @@ use crate::{
 
 /// What a solve came to.
 #[derive(Debug)]
-pub struct Answer {
+pub struct SolvedProblem {
     /// The problem that was solved: of a load history the last increment that was tried.
     pub problem: AssembledProblem,
     /// Its solution.
@@ -36,9 +36,9 @@ impl AssembledProblem {
         settings: &SolveSettings,
         start: Start<'_>,
         done: Vec<StepRecord>,
-        keeper: &mut dyn Keeper,
-    ) -> Result<Answer, ProblemError> {
-        self.run_evaluated(settings, start, done, EstimatedErrors::Quantities, keeper)
+        storage: &mut dyn RunStorage,
+    ) -> Result<SolvedProblem, ProblemError> {
+        self.run_evaluated(settings, start, done, EstimatedErrors::Quantities, storage)
     }
 
     pub(super) fn run_evaluated(
@@ -47,17 +47,17 @@ impl AssembledProblem {
         start: Start<'_>,
         mut records: Vec<StepRecord>,
         errors: EstimatedErrors,
-        keeper: &mut dyn Keeper,
-    ) -> Result<Answer, ProblemError> {
-        let answer = |problem, (solution, report), records| Answer {
+        storage: &mut dyn RunStorage,
+    ) -> Result<SolvedProblem, ProblemError> {
+        let answer = |problem, (solution, report), records| SolvedProblem {
             problem,
             solution,
             report,
             records,
         };
         if !self.scene().has_history() {
-            let judged = self.judged(settings, start, None, errors, false, keeper)?;
-            return Ok(answer(self.clone(), judged, Vec::new()));
+            let assessed = self.assessed(settings, start, None, errors, false, storage)?;
+            return Ok(answer(self.clone(), assessed, Vec::new()));
         }
         let increments = self.scene().increments();
         records.truncate(increments.len().saturating_sub(1));
@@ -76,9 +76,9 @@ impl AssembledProblem {
                 multiplier: Some(&before.multiplier),
                 checkpoint: None,
             });
-            let judged =
-                problem.judged(settings, from, Some(increment), errors, !is_last, keeper)?;
-            let (solution, report) = &judged;
+            let assessed =
+                problem.assessed(settings, from, Some(increment), errors, !is_last, storage)?;
+            let (solution, report) = &assessed;
             let dual = problem.system.contact.as_ref();
             let dual_rhs = dual.map_or(&[][..], |contact| contact.dual_rhs());
             let solved = problem.solved(solution);
@@ -87,28 +87,28 @@ impl AssembledProblem {
             records.push(record);
             let failed = !solution.status.is_success(RequestedAccuracy::of(settings));
             if failed || is_last {
-                return Ok(answer(problem, judged, records));
+                return Ok(answer(problem, assessed, records));
             }
-            keeper.keep(Unfinished::History(&records));
+            storage.checkpoint(Checkpoint::History(&records));
         }
     }
 
     /// Solves one problem, evaluates the answer and holds it against its report. Of a success that other increments follow the mapping Ψ is
     /// not kept; where their solve fails, the error in the energy norm is estimated.
-    fn judged(
+    fn assessed(
         &self,
         settings: &SolveSettings,
         start: Start<'_>,
         increment: Option<Increment>,
         errors: EstimatedErrors,
         is_followed: bool,
-        keeper: &mut dyn Keeper,
+        storage: &mut dyn RunStorage,
     ) -> Result<(Solution, ContactReport), ProblemError> {
         let nested = match start {
             Start {
                 multiplier: None,
                 checkpoint: None,
-            } => self.nested_start(settings, keeper),
+            } => self.nested_start(settings, storage),
             _ => None,
         };
         let start = Start {
@@ -118,10 +118,10 @@ impl AssembledProblem {
         let mut solution = self.solve_static(settings, start, &mut |progress| match (
             progress, increment,
         ) {
-            (Progress::Between(state), None) => keeper.keep(Unfinished::Solve(state)),
+            (Progress::Between(state), None) => storage.checkpoint(Checkpoint::Solve(state)),
             (Progress::Between(_), Some(_)) => {}
             (Progress::Outer(..) | Progress::Newton(..), _) => {
-                keeper.observe(RunStep::Solving(increment, progress));
+                storage.observe(RunStep::Solving(increment, progress));
             }
         })?;
         let claimed = (solution.status, solution.accuracy);

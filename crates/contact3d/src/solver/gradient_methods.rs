@@ -72,7 +72,7 @@ impl ContactSolve<'_> {
             let exact = self.exact(&model, &self.unknowns(&solution), None, f64::EPSILON);
             let corrected = ContactSystem {
                 coupling: self.dual.coupling.clone(),
-                form: OperatorForm::Explicit(exact.dual.without_anchor()),
+                form: OperatorForm::Explicit(exact.dual.absolute()),
                 balance: self.dual.balance.clone(),
             };
             let again = ContactSolve {

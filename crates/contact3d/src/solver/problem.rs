@@ -208,7 +208,7 @@ impl ContactBody<'_> {
         let mut gradient: Vec<f64> = gap_residual.iter().map(|c| -c).collect();
         if let Some(balance) = &dual.balance {
             let (multiplier, motion) = dual.parts(unknowns);
-            gradient.extend(balance.excess(multiplier, motion));
+            gradient.extend(balance.equilibrium_residual(multiplier, motion));
         }
         conditions.evaluate(unknowns, &gradient, &self.tangential(displacement))
     }
@@ -223,7 +223,7 @@ impl ContactBody<'_> {
         let (surface, frame) = (self.face.surface, &self.face.interface.frame);
         let dofs = &self.assembly.primal.dofs;
         let gap_residual = exact.gap_residual.clone();
-        dual.anchored(
+        dual.about(
             unknowns,
             &exact.displacement,
             gap_residual,

@@ -171,11 +171,12 @@ impl<'a> NewtonDriver<'a> {
             }
             (StartStrategy::Warm, _) => self.from(self.zero_or_start(), &mut observe),
             (StartStrategy::BondedContact, _) => {
-                self.from(self.local.glued_start(self.dual), &mut observe)
+                self.from(self.local.bonded_start(self.dual), &mut observe)
             }
-            (StartStrategy::BilateralFrictionless, _) => {
-                self.from(self.local.pressed_start(self.dual), &mut observe)
-            }
+            (StartStrategy::BilateralFrictionless, _) => self.from(
+                self.local.bilateral_frictionless_start(self.dual),
+                &mut observe,
+            ),
             (StartStrategy::ProximalPoint, _) => proximal_point(self, &mut observe),
             (StartStrategy::SteplengthContinuation, _) => {
                 self.steplength_continuation(&mut observe)
@@ -262,8 +263,8 @@ impl<'a> NewtonDriver<'a> {
     /// Whether the body moves as a rigid one much further than its panes do, in S or beside it.
     fn has_large_rigid_compliance(&self) -> bool {
         let balance = self.dual.balance.as_ref();
-        self.local.mobility() > LARGE_RIGID_COMPLIANCE
-            || balance.is_some_and(|it| it.coupling.n_resisted() > 0)
+        self.local.rigid_compliance_ratio() > LARGE_RIGID_COMPLIANCE
+            || balance.is_some_and(|it| it.coupling.n_supported() > 0)
     }
 
     fn zero_or_start(&self) -> Vec<f64> {
@@ -293,7 +294,7 @@ impl<'a> NewtonDriver<'a> {
         settings: &NewtonSettings,
         observe: &mut dyn FnMut(usize, &NewtonStep),
     ) -> NewtonSolution {
-        let dual = self.dual.clone().without_anchor();
+        let dual = self.dual.clone().absolute();
         let program = ConvexProgram::of_dual(&dual, set, self.local);
         let map = self.map();
         let mut from = |start: Vec<f64>, done: usize| {
@@ -369,7 +370,7 @@ impl<'a> NewtonDriver<'a> {
             }
             let start = match start {
                 Some(start) => start.to_vec(),
-                None => self.local.pressed_start(self.dual),
+                None => self.local.bilateral_frictionless_start(self.dual),
             };
             let steplengths = self.local.stiffness.clone();
             let bound = Bound::Coulomb(laws, &law);

@@ -7,7 +7,7 @@ use crate::smallest_eigenvalue;
 use contact3d::{
     Problem, ProblemError,
     adaptation::{
-        Adaptation, AdaptiveLevel, AdaptiveStatus, LevelForecast, LevelKeeper, RefinementGoal,
+        Adaptation, AdaptiveLevel, AdaptiveStatus, LevelForecast, LevelStorage, RefinementGoal,
         SolvedLevel, Target, adapted, next_cuts, refine,
     },
     contact::transferred,
@@ -420,7 +420,7 @@ fn the_first_mesh_is_coarse_where_the_scene_leaves_it_open() {
 #[derive(Default)]
 struct Forecasts(Vec<(usize, LevelForecast)>);
 
-impl LevelKeeper for Forecasts {
+impl LevelStorage for Forecasts {
     type Error = ProblemError;
 
     fn solved(&mut self, level: usize, _: &Adaptation) -> Result<SolvedLevel<'_>, ProblemError> {
@@ -437,7 +437,7 @@ impl LevelKeeper for Forecasts {
         self.0.push((level, *forecast));
     }
 
-    fn keep(&mut self, _: &Adaptation, _: Mesh) {}
+    fn checkpoint(&mut self, _: &Adaptation, _: Mesh) {}
 }
 
 /// What an interrupted computation has left to be solved is not begun where it would end too late.

@@ -100,7 +100,7 @@ fn a_low_block_slides_at_the_angle_of_friction() {
             let force = report.resultants.contact.expect("contact");
             let [along_1, along_2] = force.tangential_force.expect("friction");
             let ratio = along_1.hypot(along_2) / force.normal_force;
-            // Balance to rounding.
+            // RigidEquilibrium to rounding.
             assert!((ratio / 0.3 - (1.0 - NEAR)).abs() < 1e-10, "{ratio}");
             let (problem, solution) = at(1.0 + NEAR);
             assert_eq!(

@@ -2,7 +2,7 @@
 //! against each other.
 
 use contact3d::{
-    Answer, AssembledProblem, InMemory, Problem,
+    AssembledProblem, InMemory, Problem, SolvedProblem,
     history::StepRecord,
     scene::{Method, Scene, SolveSettings, Step},
     solver::Start,
@@ -44,7 +44,7 @@ fn assembled(scene: Scene) -> AssembledProblem {
     problem.assemble().expect("a discrete problem")
 }
 
-fn solved(scene: Scene) -> Answer {
+fn solved(scene: Scene) -> SolvedProblem {
     let settings = scene.solve.clone();
     let history = assembled(scene).solve_history(&settings);
     history.expect("a history")
@@ -105,7 +105,7 @@ fn closed_form(f0: f64, c: f64, slip: impl Fn(f64, f64, f64) -> (f64, f64)) -> V
     found
 }
 
-fn compare(scene: Scene, expected: &[[f64; 3]]) -> Answer {
+fn compare(scene: Scene, expected: &[[f64; 3]]) -> SolvedProblem {
     let history = solved(scene);
     assert_eq!(history.records.len(), expected.len());
     for (record, [u, force, dissipated]) in history.records.iter().zip(expected) {

@@ -10,7 +10,6 @@ mod floating;
 mod gate;
 mod graded;
 mod hidden_contact;
-mod keeper;
 mod load_history;
 mod local_mapping;
 mod matrix_free;
@@ -18,6 +17,7 @@ mod obstacles;
 mod quadratic;
 mod quantities;
 mod single_precision;
+mod storage;
 mod strategies;
 mod symmetry;
 

@@ -125,8 +125,8 @@ impl<'a> Family<'a> {
         Ok(Self {
             local: Arc::new(
                 LocalStiffness::new(dual_of(&base))
-                    .dragged_by(&dual_of(&first).rhs)
-                    .dragged_by(&dual_of(&second).rhs),
+                    .with_friction_stiffness(&dual_of(&first).rhs)
+                    .with_friction_stiffness(&dual_of(&second).rhs),
             ),
             interface: interface(&base)?,
             range,
@@ -217,7 +217,7 @@ impl<'a> Family<'a> {
     pub(super) fn stress(&self) -> Result<f64, ProblemError> {
         let glued = |s: f64| -> Result<f64, ProblemError> {
             let member = self.member(s)?;
-            Ok(norm(&member.local.glued(&member.dual.rhs)))
+            Ok(norm(&member.local.bonded(&member.dual.rhs)))
         };
         Ok(power_of_two(glued(0.0)?.max(glued(1.0)?)))
     }

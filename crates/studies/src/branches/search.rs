@@ -244,8 +244,8 @@ impl Iterator for Starts<'_> {
         self.number += 1;
         Some(match self.number {
             1 => vec![0.0; dual.dimension()],
-            2 => local.glued(&dual.rhs),
-            3 => local.pressed(&dual.rhs),
+            2 => local.bonded(&dual.rhs),
+            3 => local.bilateral_frictionless(&dual.rhs),
             _ => self.at_random(),
         })
     }

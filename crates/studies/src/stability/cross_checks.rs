@@ -151,7 +151,7 @@ fn averaged(problem: &ExplicitProblem, law: &CoulombLaw) -> (Status, f64, usize,
     // Without pressure no friction balances the load of a body that floats.
     let start = match &dual.balance {
         None => vec![0.0; dual.dimension()],
-        Some(_) => local.glued_start(dual),
+        Some(_) => local.bonded_start(dual),
     };
     let mut multiplier = start.clone();
     for share in [0.5, 0.125] {

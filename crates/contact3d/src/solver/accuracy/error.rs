@@ -1,7 +1,7 @@
 //! The error of multipliers: one more step of Newton's method with exact residuals, and what it is measured against.
 
 use crate::{
-    dual::{Balance, PrimalSystem},
+    dual::{PrimalSystem, RigidEquilibrium},
     linalg::{gmres, norm},
     solver::{
         PaneLaws, Solution,
@@ -34,7 +34,7 @@ impl ContactSolve<'_> {
         let unknowns = &self.unknowns(solution);
         let mut steplengths = solution.trace.local_stiffness.clone();
         let balance = self.dual.balance.as_ref();
-        steplengths.extend(balance.into_iter().flat_map(Balance::steplengths));
+        steplengths.extend(balance.into_iter().flat_map(RigidEquilibrium::steplengths));
         let conditions = Conditions::new(bound, self.dual.layout(), steplengths);
         let (body, target) = (&self.body, DISPLACEMENT_TOLERANCE);
         let (_, here) = body.residual_at(self.dual, &conditions, unknowns, None, target);
@@ -71,7 +71,7 @@ impl ContactSolve<'_> {
         local_stiffness: &[f64],
     ) -> f64 {
         let balance = self.dual.balance.as_ref();
-        let Some(balance) = balance.filter(|it| it.is_resisted()) else {
+        let Some(balance) = balance.filter(|it| it.is_supported()) else {
             return 0.0;
         };
         let (multiplier, motion) = self.dual.parts(unknowns);
@@ -139,7 +139,7 @@ pub(crate) fn is_significant(stress: f64, load: f64) -> bool {
 }
 
 /// For each rigid motion the α in m that moves the panes by as much as one Pa does, 1 / ‖ρ G‖, or takes as much force of its support.
-fn steplength_of_motions(balance: Option<&Balance>, steplengths: &[f64]) -> Vec<f64> {
+fn steplength_of_motions(balance: Option<&RigidEquilibrium>, steplengths: &[f64]) -> Vec<f64> {
     let Some(balance) = balance else {
         return Vec::new();
     };

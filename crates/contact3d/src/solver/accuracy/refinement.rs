@@ -231,7 +231,7 @@ impl ContactSolve<'_> {
     ) -> Refined {
         let DenseModel { dual, local, .. } = *model;
         // The face's own displacement is this share of the body's, at least.
-        let target = target / local.mobility();
+        let target = target / local.rigid_compliance_ratio();
         let start = start.filter(|_| self.body.precision() == Precision::Single);
         let exact = self.body.exact(self.dual, multiplier, start, target);
         Refined {

@@ -119,7 +119,7 @@ impl ConvexProgram {
             resultant: it.resultant.clone(),
             support: it.coupling.support.clone(),
         });
-        let glued = local.glued_start(dual);
+        let glued = local.bonded_start(dual);
         let glued = dual.multipliers(&glued);
         let bound = dot(glued, &dual.apply(glued)).max(0.0).sqrt();
         let entry = |i: usize, j: usize| dual.column(j)[i];

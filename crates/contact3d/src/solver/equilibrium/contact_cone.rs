@@ -25,7 +25,7 @@
 use nalgebra::{DMatrix, DVector, RowDVector};
 
 use crate::{
-    contact::MultiplierLayout, dual::Balance, linalg::nonnegative_least_squares,
+    contact::MultiplierLayout, dual::RigidEquilibrium, linalg::nonnegative_least_squares,
     solver::LOOP_MAX_STEPS,
 };
 
@@ -67,20 +67,20 @@ pub(super) struct ContactCone {
     /// [`FORCE_LIMIT`] over the smallest coefficient of friction.
     force_limit: f64,
     /// Motions that supports resist, which need no contact force and come before the n.
-    n_resisted: usize,
+    n_supported: usize,
 }
 
 impl ContactCone {
     /// The cone of panes with areas in m² and friction, `[n_panes]`; `None` where the load needs no contact force.
     pub(super) fn new(
-        balance: &Balance,
+        balance: &RigidEquilibrium,
         areas: &[f64],
         layout: MultiplierLayout,
         friction: &[FrictionResistance],
     ) -> Option<Self> {
-        let n_resisted = balance.coupling.n_resisted();
-        let integrals = &balance.coupling.integrals[n_resisted..];
-        let load = DVector::from_row_slice(&balance.resultant[n_resisted..]);
+        let n_supported = balance.coupling.n_supported();
+        let integrals = &balance.coupling.integrals[n_supported..];
+        let load = DVector::from_row_slice(&balance.resultant[n_supported..]);
         let (m, n) = (areas.len(), load.len());
         // At least as many rows as columns.
         let displacement = DMatrix::from_fn(layout.n_multipliers().max(n), n, |j, p| {
@@ -102,7 +102,7 @@ impl ContactCone {
             scaling,
             size,
             force_limit: FORCE_LIMIT,
-            n_resisted,
+            n_supported,
         };
         for (i, area) in areas.iter().enumerate() {
             let mean = |j: usize| RowDVector::from_fn(n, |_, p| integrals[p][j] / area);
@@ -123,7 +123,7 @@ impl ContactCone {
         Some(cone)
     }
 
-    /// A motion that proves the body a mechanism, in terms of felt motions, `[n_felt]`: the load does more work in it than contact can oppose.
+    /// A motion that proves the body a mechanism, in terms of active modes, `[n_active]`: the load does more work in it than contact can oppose.
     pub(super) fn mechanism(&self) -> Option<Vec<f64>> {
         let separation = self.separation();
         let mut proof: Option<(f64, DVector<f64>)> = None;
@@ -147,7 +147,7 @@ impl ContactCone {
         let load = self.scaling.tr_mul(&self.load) / self.size;
         project_on_polar(&load.push(1.0), generators, is_best);
         let (_, motion) = proof?;
-        let motion = (&self.scaling * motion).insert_rows(0, self.n_resisted, 0.0);
+        let motion = (&self.scaling * motion).insert_rows(0, self.n_supported, 0.0);
         Some(motion.iter().copied().collect())
     }
 

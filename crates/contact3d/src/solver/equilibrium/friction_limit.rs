@@ -12,7 +12,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Matrix2};
 
 use super::contact_cone::{ContactCone, FrictionResistance, PROOF_MARGIN};
 use crate::{
-    dual::{Balance, ExplicitDual},
+    dual::{ExplicitDual, RigidEquilibrium},
     linalg::{dot, largest_eigenvalue, norm},
     solver::{
         FeasibleSet,
@@ -30,15 +30,15 @@ struct PressedFace {
     rhs: DVector<f64>,
 }
 
-/// A rigid motion, in terms of felt ones, in which the load works more than friction can that is at most F₁, F₂ times the pressure of a pane.
+/// A rigid motion, in terms of active modes, in which the load works more than friction can that is at most F₁, F₂ times the pressure of a pane.
 pub(super) fn beyond_friction(
     dual: &ExplicitDual,
-    balance: &Balance,
+    balance: &RigidEquilibrium,
     areas: &[f64],
     coefficients: &[[f64; 2]],
 ) -> Option<Vec<f64>> {
     let layout = dual.layout;
-    let free = &balance.coupling.integrals[balance.coupling.n_resisted()..];
+    let free = &balance.coupling.integrals[balance.coupling.n_supported()..];
     // But for rounding.
     let is_along = |g: &Vec<f64>| norm(&g[layout.normals()]) <= PROOF_MARGIN * norm(g);
     if free.is_empty() || !free.iter().all(is_along) {
@@ -71,12 +71,12 @@ pub(super) fn beyond_friction(
 
 impl PressedFace {
     /// `None` where S is not positive definite, as where clamps hold the face.
-    fn new(dual: &ExplicitDual, balance: &Balance) -> Option<Self> {
+    fn new(dual: &ExplicitDual, balance: &RigidEquilibrium) -> Option<Self> {
         let (m, n) = (dual.n_panes(), dual.dimension());
         let mut operator = DMatrix::from_fn(m, n, |i, j| dual.column(j)[i]);
         let mut rhs = DVector::from_row_slice(&dual.rhs[..m]);
         let coupling = &balance.coupling;
-        for p in 0..coupling.n_resisted() {
+        for p in 0..coupling.n_supported() {
             let (g, support) = (&coupling.integrals[p], coupling.support[p]);
             let (g, on_normal) = (DVector::from_row_slice(g), DVector::from_row_slice(&g[..m]));
             operator.ger(support.recip(), &on_normal, &g, 1.0);

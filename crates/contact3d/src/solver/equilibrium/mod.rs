@@ -15,7 +15,7 @@ use nalgebra::{DMatrix, DVector};
 use super::PaneLaws;
 use crate::{
     contact::{CoulombLaw, FrictionField, InterfaceFriction, LawBounds},
-    dual::{Assembly, Balance, ExplicitDual},
+    dual::{Assembly, ExplicitDual, RigidEquilibrium},
     elasticity::DofMap,
     linalg::{add_scaled, dot},
     mesh::extents,
@@ -24,7 +24,7 @@ use crate::{
 /// A rigid motion of largest component one, `[n_nodes]`, that proves a body a mechanism: the load does more work in it than contact can oppose.
 pub(super) fn mechanism(
     assembly: &Assembly,
-    balance: &Balance,
+    balance: &RigidEquilibrium,
     laws: &PaneLaws,
 ) -> Option<Vec<[f64; 3]>> {
     let (dofs, load) = (&assembly.primal.dofs, &assembly.primal.load);
@@ -66,7 +66,10 @@ fn is_driven(dofs: &DofMap, motion: &[f64], load: &[f64]) -> bool {
 }
 
 /// The motions that neither contact nor supports feel, each of largest component one, `[n_null][n_nodes]`.
-pub(super) fn null_space_motions(assembly: &Assembly, balance: &Balance) -> Vec<Vec<[f64; 3]>> {
+pub(super) fn null_space_motions(
+    assembly: &Assembly,
+    balance: &RigidEquilibrium,
+) -> Vec<Vec<[f64; 3]>> {
     let motions = balance.coupling.null_space_motions();
     let dofs = &assembly.primal.dofs;
     motions.iter().map(|u| in_space(dofs, u)).collect()

@@ -43,7 +43,7 @@ impl Inner<'_> {
             if let Some(before) = &total {
                 summary.steps += before.steps;
             }
-            let next = operator.balance().relative_excess(multiplier);
+            let next = operator.balance().relative_equilibrium_residual(multiplier);
             summary.residual = summary.residual.max(next);
             let done = next <= tolerance.max(attainable) && asked <= tolerance;
             if done || summary.failure.is_some() || !next.is_finite() {

@@ -161,7 +161,7 @@ impl<'a> FrictionGraph<'a> {
         local: &'a LocalStiffness,
     ) -> Option<Self> {
         let compliance = dual.compliance.as_ref()?;
-        let bonded = local.glued_start(dual);
+        let bonded = local.bonded_start(dual);
         let (normal, _) = dual.layout.split(dual.multipliers(&bonded));
         let pressed = normal.iter().take(law.n_panes()).map(|l| l.max(0.0));
         let pressure: Vec<f64> = pressed.collect();

@@ -1,7 +1,7 @@
 //! The natural map of the dense dual problem.
 
 use crate::{
-    dual::{Balance, ExplicitDual, friction_stiffness},
+    dual::{ExplicitDual, RigidEquilibrium, friction_stiffness},
     linalg::norm,
     solver::{
         FEW_ROUNDINGS,
@@ -42,7 +42,7 @@ impl<'a> NaturalMap<'a> {
         bound: Bound<'a>,
         mut steplengths: Vec<f64>,
     ) -> Self {
-        steplengths.extend(dual.balance.iter().flat_map(Balance::steplengths));
+        steplengths.extend(dual.balance.iter().flat_map(RigidEquilibrium::steplengths));
         Self {
             dual,
             conditions: Conditions::new(bound, dual.layout, steplengths),
@@ -111,7 +111,7 @@ impl<'a> NaturalMap<'a> {
                 self.dual.rounding() * mobility.fold(0.0, f64::max)
             }
         };
-        let Some(balance) = self.dual.balance.as_ref().filter(|it| it.is_resisted()) else {
+        let Some(balance) = self.dual.balance.as_ref().filter(|it| it.is_supported()) else {
             return mobility;
         };
         let motion = self.dual.motion(unknowns);

@@ -58,7 +58,7 @@ pub(in crate::solver) fn proximal_point(
             ..*driver
         };
         let start = last.clone();
-        let start = start.unwrap_or_else(|| driver.local.glued_start(&dual));
+        let start = start.unwrap_or_else(|| driver.local.bonded_start(&dual));
         let done = found.history.len();
         let next = held.from(start, &mut |i, step| observe(done + i, step));
         let is_solved = next.is_solution();
@@ -105,7 +105,7 @@ fn bonded_stiffness(dual: &ExplicitDual, local: &LocalStiffness) -> Vec<f64> {
     };
     let integrals = &balance.coupling.integrals;
     let sizes: Vec<f64> = integrals.iter().map(|g| norm(g)).collect();
-    let bonded: Vec<Vec<f64>> = integrals.iter().map(|g| local.glued(g)).collect();
+    let bonded: Vec<Vec<f64>> = integrals.iter().map(|g| local.bonded(g)).collect();
     let n = sizes.len();
     let product = |p: usize, q: usize| match sizes[p] * sizes[q] {
         0.0 => 0.0,

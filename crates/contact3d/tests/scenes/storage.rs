@@ -1,8 +1,8 @@
-//! What a keeper is asked and given by the driver.
+//! What a storage is asked and given by the driver.
 
 use contact3d::{
-    InMemory, Keeper, Problem, ProblemError, RunStep, Unfinished,
-    dual::{AssemblyError, Need, Resource, Shortage},
+    Checkpoint, InMemory, Problem, ProblemError, RunStep, RunStorage,
+    dual::{AssemblyError, InsufficientResource, Requirement, Resource},
     history::StepRecord,
     scene::{Body, Clamp, Contact, Friction, Material, Method, Pressure, Scene, Step, Traction},
     solver::{OuterState, Start},
@@ -32,12 +32,12 @@ struct Everything {
     records: Vec<Vec<StepRecord>>,
 }
 
-impl Keeper for Everything {
-    fn admit(&self, need: Need) -> Result<(), Shortage> {
+impl RunStorage for Everything {
+    fn admit(&self, need: Requirement) -> Result<(), InsufficientResource> {
         if need.memory <= self.memory {
             return Ok(());
         }
-        Err(Shortage {
+        Err(InsufficientResource {
             step: need.step,
             resource: Resource::Memory,
             needed: need.memory,
@@ -51,27 +51,29 @@ impl Keeper for Everything {
         }
     }
 
-    fn keep(&mut self, unfinished: Unfinished<'_>) {
+    fn checkpoint(&mut self, unfinished: Checkpoint<'_>) {
         match unfinished {
-            Unfinished::Solve(state) => self.states.push(state.clone()),
-            Unfinished::History(records) => self.records.push(records.to_vec()),
+            Checkpoint::Solve(state) => self.states.push(state.clone()),
+            Checkpoint::History(records) => self.records.push(records.to_vec()),
         }
     }
 }
 
 #[test]
 fn what_a_keeper_refuses_is_not_assembled() {
-    let mut keeper = Everything::default();
+    let mut storage = Everything::default();
     let problem = Problem::new(pulled()).expect("a brick");
-    let refused = problem.clone().assemble_kept(&mut keeper);
+    let refused = problem.clone().assemble_with(&mut storage);
     assert!(matches!(
         refused,
-        Err(ProblemError::Assembly(AssemblyError::Shortage(_)))
+        Err(ProblemError::Assembly(AssemblyError::InsufficientResource(
+            _
+        )))
     ));
-    assert_eq!(keeper.assembled.len(), 1);
-    keeper.memory = u64::MAX;
-    problem.assemble_kept(&mut keeper).expect("a problem");
-    assert_eq!(keeper.assembled.len(), 3, "{:?}", keeper.assembled);
+    assert_eq!(storage.assembled.len(), 1);
+    storage.memory = u64::MAX;
+    problem.assemble_with(&mut storage).expect("a problem");
+    assert_eq!(storage.assembled.len(), 3, "{:?}", storage.assembled);
 }
 
 #[test]
@@ -79,11 +81,11 @@ fn a_static_solve_goes_on_from_what_was_kept_with_the_same_bits() {
     let problem = Problem::new(pulled()).expect("a brick");
     let problem = problem.assemble().expect("a problem");
     let settings = &problem.scene().solve;
-    let mut keeper = Everything::default();
-    let whole = problem.run(settings, Start::default(), Vec::new(), &mut keeper);
+    let mut storage = Everything::default();
+    let whole = problem.run(settings, Start::default(), Vec::new(), &mut storage);
     let whole = whole.expect("an answer");
-    assert!(whole.records.is_empty() && keeper.records.is_empty());
-    let state = &keeper.states[keeper.states.len() / 2];
+    assert!(whole.records.is_empty() && storage.records.is_empty());
+    let state = &storage.states[storage.states.len() / 2];
     let start = Start {
         checkpoint: Some(state),
         ..Start::default()
@@ -100,10 +102,10 @@ fn a_history_keeps_its_increments_but_the_last_and_no_state_between() {
     let problem = Problem::new(scene).expect("a brick");
     let problem = problem.assemble().expect("a problem");
     let settings = &problem.scene().solve;
-    let mut keeper = Everything::default();
-    let answer = problem.run(settings, Start::default(), Vec::new(), &mut keeper);
+    let mut storage = Everything::default();
+    let answer = problem.run(settings, Start::default(), Vec::new(), &mut storage);
     let answer = answer.expect("an answer");
-    assert!(keeper.states.is_empty());
+    assert!(storage.states.is_empty());
     let expected: Vec<_> = (1..3).map(|n| answer.records[..n].to_vec()).collect();
-    assert_eq!(keeper.records, expected);
+    assert_eq!(storage.records, expected);
 }

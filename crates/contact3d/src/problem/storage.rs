@@ -1,9 +1,9 @@
-//! What a run asks of the keeper of its results: whether memory allows a step, to show its progress, and to store unfinished work.
+//! What a run asks of the storage of its results: whether memory allows a step, to show its progress, and to store unfinished work.
 
 use std::{cell::RefCell, sync::Arc};
 
 use crate::{
-    dual::{Assembling, Need, Shortage},
+    dual::{Assembling, InsufficientResource, Requirement},
     history::StepRecord,
     linalg::{EngineCommand, Work},
     scene::Increment,
@@ -23,20 +23,20 @@ pub enum RunStep<'a> {
 
 /// What a solve that is not done yet has to show, from which it goes on with the same bits.
 #[derive(Debug, Clone, Copy)]
-pub enum Unfinished<'a> {
+pub enum Checkpoint<'a> {
     /// Successive approximations between two steps.
     Solve(&'a OuterState),
     /// The first increments of a load history.
     History(&'a [StepRecord]),
 }
 
-/// Admits and watches the steps of a run, and keeps what is unfinished.
-pub trait Keeper {
+/// Admits and observes the steps of a run, and stores what is unfinished.
+pub trait RunStorage {
     /// Decides whether a step may begin, by the memory and the room on the disk that it takes.
     ///
     /// # Errors
     /// What there is too little of.
-    fn admit(&self, _need: Need) -> Result<(), Shortage> {
+    fn admit(&self, _need: Requirement) -> Result<(), InsufficientResource> {
         Ok(())
     }
 
@@ -49,20 +49,20 @@ pub trait Keeper {
     fn observe(&mut self, _step: RunStep<'_>) {}
 
     /// Keeps what an interrupted run could go on from.
-    fn keep(&mut self, _unfinished: Unfinished<'_>) {}
+    fn checkpoint(&mut self, _checkpoint: Checkpoint<'_>) {}
 }
 
 /// Keeps results in memory only, admits all, and watches nothing.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct InMemory;
 
-impl Keeper for InMemory {}
+impl RunStorage for InMemory {}
 
 /// Admits and watches as another does, and keeps nothing.
-pub(super) struct Unkept<'a>(pub(super) &'a mut dyn Keeper);
+pub(super) struct ReadOnly<'a>(pub(super) &'a mut dyn RunStorage);
 
-impl Keeper for Unkept<'_> {
-    fn admit(&self, need: Need) -> Result<(), Shortage> {
+impl RunStorage for ReadOnly<'_> {
+    fn admit(&self, need: Requirement) -> Result<(), InsufficientResource> {
         self.0.admit(need)
     }
 
@@ -75,18 +75,19 @@ impl Keeper for Unkept<'_> {
     }
 }
 
-/// Lets a keeper admit and watch what assembles.
+/// Lets a storage admit and watch what assembles.
 pub(super) fn assembled_by<T>(
-    keeper: &mut dyn Keeper,
+    storage: &mut dyn RunStorage,
     assemble: impl FnOnce(&Assembling<'_>) -> T,
 ) -> T {
-    let engine = keeper.engine().cloned();
-    let keeper = RefCell::new(keeper);
+    let engine = storage.engine().cloned();
+    let storage = RefCell::new(storage);
     let admit = |need: Need| {
-        keeper.borrow_mut().observe(RunStep::Assembling(need.step));
-        keeper.borrow().admit(need)
+        storage.borrow_mut().observe(RunStep::Assembling(need.step));
+        storage.borrow().admit(need)
     };
-    let begun = |step, work: &Arc<Work>| keeper.borrow_mut().observe(RunStep::Counting(step, work));
+    let begun =
+        |step, work: &Arc<Work>| storage.borrow_mut().observe(RunStep::Counting(step, work));
     assemble(&Assembling {
         admit: &admit,
         begun: &begun,
