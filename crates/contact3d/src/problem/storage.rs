@@ -82,7 +82,7 @@ pub(super) fn assembled_by<T>(
 ) -> T {
     let engine = storage.engine().cloned();
     let storage = RefCell::new(storage);
-    let admit = |need: Need| {
+    let admit = |need: Requirement| {
         storage.borrow_mut().observe(RunStep::Assembling(need.step));
         storage.borrow().admit(need)
     };
