@@ -4,7 +4,7 @@ use std::{sync::Arc, time::Instant};
 
 use thiserror::Error;
 
-use super::{InsufficientResource, Requirement, need::Admission};
+use super::{InsufficientResource, Requirement};
 use crate::{
     elasticity::{
         DofMap, FloatingBody, Loads, MaterialField, NodeGraph, SpringMatrix, floating_body,
@@ -140,7 +140,7 @@ impl Analysed {
     pub(super) fn new(
         scene: &Scene,
         mesh: &Mesh,
-        admit: Admission<'_>,
+        admit: &dyn Fn(Requirement) -> Result<(), InsufficientResource>,
     ) -> Result<Self, AssemblyError> {
         let loose = loose_motions(scene, mesh).map_err(AssemblyError::Scene)?;
         let mut dofs = DofMap::new(&mesh.held_nodes(scene));

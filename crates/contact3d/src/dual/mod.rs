@@ -35,7 +35,7 @@ pub use explicit::ExplicitDual;
 pub(crate) use local_stiffness::friction_stiffness;
 pub use local_stiffness::{LocalStiffness, pane_stiffness};
 pub(crate) use need::SMALL_MEMORY;
-pub use need::{Admission, InsufficientResource, OperatorEstimate, Requirement, Resource};
+pub use need::{InsufficientResource, OperatorEstimate, Requirement, Resource};
 pub use operators::ContactOperator;
 pub use rigid_coupling::{RigidCoupling, RigidEquilibrium};
 pub use system::{Assembling, DualSystem};

@@ -46,9 +46,6 @@ pub struct InsufficientResource {
     pub available: u64,
 }
 
-/// Decides whether a step may begin.
-pub type Admission<'a> = &'a dyn Fn(Requirement) -> Result<(), InsufficientResource>;
-
 impl Resource {
     fn name(self) -> &'static str {
         match self {

@@ -3,10 +3,8 @@
 use std::{sync::Arc, time::Instant};
 
 use super::{
-    Assembly, AssemblyError, ContactSystem, ExplicitDual, LocalStiffness, OperatorEstimate,
-    Requirement,
-    assembly::Analysed,
-    need::{Admission, FACTORISING},
+    Assembly, AssemblyError, ContactSystem, ExplicitDual, InsufficientResource, LocalStiffness,
+    OperatorEstimate, Requirement, assembly::Analysed, need::FACTORISING,
 };
 use crate::{
     contact::{Coupling, Interface},
@@ -19,7 +17,7 @@ use crate::{
 #[derive(Clone, Copy)]
 pub struct Assembling<'a> {
     /// Asked before the stiffness and before the factor are allocated.
-    pub admit: Admission<'a>,
+    pub admit: &'a dyn Fn(Requirement) -> Result<(), InsufficientResource>,
     /// Told of each long step whose operations are counted, with what shows from then on how far it is.
     pub begun: &'a dyn Fn(&'static str, &Arc<Work>),
     /// The program that is to hold the factor; `None` for this one.

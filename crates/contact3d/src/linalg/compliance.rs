@@ -12,7 +12,7 @@ use super::{
     dense::multiply,
     factor::CholeskyFactor,
     forward_rows::ForwardRows,
-    half_solve::{BLOCK_COLUMNS, SparseColumn, SupernodeColumns},
+    half_solve::{BLOCK_COLUMNS, SupernodeColumns},
     precision::Scalar,
     sparse::CscMatrix,
     structure::SupernodeTree,
@@ -98,7 +98,7 @@ impl<T: Scalar> ForwardRows<'_, T> {
         let below = selected
             .iter()
             .filter(|&&unknown| !is_top[self.tree.owner[unknown]]);
-        let unit_vectors: Vec<SparseColumn> = below
+        let unit_vectors: Vec<Vec<(usize, f64)>> = below
             .map(|&unknown| {
                 place[unknown] = rows;
                 rows += 1;

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::{
     dense::multiply,
     factor::CholeskyFactor,
-    half_solve::{BLOCK_COLUMNS, FrontPlan, SparseColumn, SupernodeColumns},
+    half_solve::{BLOCK_COLUMNS, FrontPlan, SupernodeColumns},
     precision::Scalar,
     sparse::CscMatrix,
     structure::{FactorStructure, SupernodeTree},
@@ -52,15 +52,15 @@ impl FactorStructure {
     }
 
     /// The rows of B in the new numbering, those that lie close in the elimination tree neighbours, and which each one is.
-    fn sorted_rows(&self, b: &CscMatrix) -> (Vec<usize>, Vec<SparseColumn>) {
+    fn sorted_rows(&self, b: &CscMatrix) -> (Vec<usize>, Vec<Vec<(usize, f64)>>) {
         assert_eq!(b.cols, self.size(), "columns of the coupling");
         let by_rows = b.transpose();
         let new_of_old = self.new_of_old();
-        let mut rows: Vec<(usize, SparseColumn)> = (0..b.rows)
+        let mut rows: Vec<(usize, Vec<(usize, f64)>)> = (0..b.rows)
             .map(|row| {
                 let entries = by_rows.entries(row);
                 let new = entries.map(|(old, coefficient)| (new_of_old[old], coefficient));
-                let mut entries: SparseColumn = new.collect();
+                let mut entries: Vec<(usize, f64)> = new.collect();
                 entries.sort_unstable_by_key(|entry| entry.0);
                 (row, entries)
             })

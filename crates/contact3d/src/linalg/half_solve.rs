@@ -18,9 +18,6 @@ use super::{
 /// Columns that are solved, multiplied or sent back together; multiples of 48 fill the tiles of the AVX-512 kernels.
 pub(super) const BLOCK_COLUMNS: usize = 144;
 
-/// A sparse right-hand side: unknowns (new numbering, ascending) and their coefficients.
-pub(super) type SparseColumn = Vec<(usize, f64)>;
-
 /// The reached supernodes with their right-hand sides, and who passes its update to whom.
 pub(super) struct FrontPlan {
     /// Supernode and right-hand sides, ascending.
@@ -31,11 +28,12 @@ pub(super) struct FrontPlan {
 }
 
 impl FrontPlan {
-    /// Passes each right-hand side up the tree from the unknowns it is nonzero on.
+    /// Passes each right-hand side, given by unknowns (new numbering, ascending) and their coefficients, up the tree from the unknowns it is
+    /// nonzero on.
     pub(super) fn new(
         supernodes: usize,
         tree: &SupernodeTree,
-        right_hand_sides: &[SparseColumn],
+        right_hand_sides: &[Vec<(usize, f64)>],
         included: impl Fn(usize) -> bool,
     ) -> Self {
         let mut columns: Vec<Vec<usize>> = vec![Vec::new(); supernodes];
@@ -130,7 +128,7 @@ impl<T: Scalar> CholeskyFactor<T> {
     pub(super) fn half_solve(
         &self,
         tree: &SupernodeTree,
-        right_hand_sides: &[SparseColumn],
+        right_hand_sides: &[Vec<(usize, f64)>],
         included: impl Fn(usize) -> bool,
         work: &Work,
     ) -> Vec<SupernodeColumns<T>> {
@@ -175,7 +173,7 @@ impl<T: Scalar> CholeskyFactor<T> {
         plan: &FrontPlan,
         k: usize,
         fronts: &[Vec<T>],
-        right_hand_sides: &[SparseColumn],
+        right_hand_sides: &[Vec<(usize, f64)>],
     ) -> (Vec<T>, Vec<T>) {
         let (s, columns) = &plan.reached[k];
         let (panel, values) = self.panel(*s);

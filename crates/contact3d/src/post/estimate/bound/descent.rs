@@ -25,17 +25,6 @@ pub(super) struct Descent<'a> {
     pub(super) is_free: &'a [[bool; 3]],
 }
 
-/// An edge with what is around it.
-struct Patch {
-    /// Its tetrahedra.
-    tetrahedra: Vec<usize>,
-    /// The sides that have the edge, increasing.
-    sides: Vec<usize>,
-}
-
-/// A force that changes: side, place of the corner, component, and by how much in N.
-type Change = (usize, usize, usize, f64);
-
 impl Descent<'_> {
     /// Sweeps over all edges until one lowers the distance by less than a hundredth, since bounds are read to two digits, to the data of
     /// the stress of each tetrahedron. Cubes need three sweeps; flat cells, across which forces pass slowly, take all twenty.
@@ -48,13 +37,14 @@ impl Descent<'_> {
         let mut distance = self.target.distance(&data);
         for _ in 0..20 {
             for colour in &colours {
-                let changes = colour.par_iter().map(|patch| self.changes(patch, &data));
-                let changes: Vec<Vec<Change>> = changes.collect();
-                for (patch, changes) in colour.iter().zip(changes) {
-                    for (side, place, component, by) in changes {
+                let edges = colour.par_iter();
+                let changes = edges.map(|(around, sides)| self.changes(around, sides, &data));
+                let changes: Vec<_> = changes.collect();
+                for ((around, _), changes) in colour.iter().zip(changes) {
+                    for ((side, place, component), by) in changes {
                         forces[side][place][component] += by;
                     }
-                    for &t in &patch.tetrahedra {
+                    for &t in around {
                         data[t] = self
                             .sides
                             .data(t, &self.elements[t], forces, self.body_force);
@@ -69,8 +59,8 @@ impl Descent<'_> {
         data
     }
 
-    /// The edges in groups that share no tetrahedron.
-    fn colours(&self) -> Vec<Vec<Patch>> {
+    /// The edges in groups that share no tetrahedron: the tetrahedra around each and the sides that have it, both increasing.
+    fn colours(&self) -> Vec<Vec<(Vec<usize>, Vec<usize>)>> {
         let mut seen: Vec<([usize; 2], usize, usize)> = Vec::new();
         for (t, corners) in self.mesh.tetrahedra.iter().enumerate() {
             for (k, [a, b]) in TETRAHEDRON_EDGES.into_iter().enumerate() {
@@ -80,7 +70,7 @@ impl Descent<'_> {
         }
         seen.sort_unstable();
         let mut taken: Vec<Vec<usize>> = vec![Vec::new(); self.mesh.tetrahedra.len()];
-        let mut colours: Vec<Vec<Patch>> = Vec::new();
+        let mut colours: Vec<Vec<(Vec<usize>, Vec<usize>)>> = Vec::new();
         for edge in seen.chunk_by(|a, b| a.0 == b.0) {
             let tetrahedra: Vec<usize> = edge.iter().map(|it| it.1).collect();
             let is_taken = |colour: &usize| tetrahedra.iter().any(|t| taken[*t].contains(colour));
@@ -99,23 +89,28 @@ impl Descent<'_> {
             if colour == colours.len() {
                 colours.push(Vec::new());
             }
-            colours[colour].push(Patch { tetrahedra, sides });
+            colours[colour].push((tetrahedra, sides));
         }
         colours
     }
 
-    /// The best change of the forces around an edge; none where rounding leaves none.
-    fn changes(&self, patch: &Patch, data: &[Data]) -> Vec<Change> {
+    /// The best changes in N of the forces around an edge by side, place of the corner and component; none where rounding leaves none.
+    fn changes(
+        &self,
+        around: &[usize],
+        sides: &[usize],
+        data: &[Data],
+    ) -> Vec<((usize, usize, usize), f64)> {
         let free = |side: usize| {
             let places = (0..3).flat_map(move |place| (0..3).map(move |c| (side, place, c)));
             places.filter(|(side, _, c)| self.is_free[*side][*c])
         };
         let unknowns: Vec<(usize, usize, usize)> =
-            patch.sides.iter().flat_map(|side| free(*side)).collect();
+            sides.iter().flat_map(|side| free(*side)).collect();
         let mut hessian = DMatrix::zeros(unknowns.len(), unknowns.len());
         let mut slope = DVector::zeros(unknowns.len());
-        let mut balance = DMatrix::zeros(6 * patch.tetrahedra.len(), unknowns.len());
-        for (row, &t) in patch.tetrahedra.iter().enumerate() {
+        let mut balance = DMatrix::zeros(6 * around.len(), unknowns.len());
+        for (row, &t) in around.iter().enumerate() {
             self.add_energy(t, &unknowns, data, &mut hessian, &mut slope);
             self.add_balance(t, &unknowns, balance.rows_mut(6 * row, 6));
         }
@@ -125,10 +120,7 @@ impl Descent<'_> {
             return Vec::new();
         };
         let best = &space * reduced.solve(&(space.transpose() * -slope));
-        let changes = unknowns.iter().zip(best.iter());
-        changes
-            .map(|(&(side, place, c), by)| (side, place, c, *by))
-            .collect()
+        unknowns.into_iter().zip(best.iter().copied()).collect()
     }
 
     /// Adds the energy of a tetrahedron in the unknown forces: its second derivative over 2 and its slope over 2.

@@ -46,7 +46,7 @@ impl Balanced<'_> {
         }
         let corners = around.par_iter().enumerate();
         let found = corners.map(|(node, star)| self.around(node, star, &forces));
-        let found = found.collect::<Option<Vec<(Vec<Change>, f64)>>>()?;
+        let found = found.collect::<Option<Vec<_>>>()?;
         let size = |force: &Vector3<f64>| force.amax();
         let largest = forces.iter().flatten().map(size).fold(0.0, f64::max);
         // Rounding and the residual of the linear solve stay below 1e-12; reactions of held points are of the size of the loads.
@@ -86,13 +86,13 @@ impl Balanced<'_> {
         nodal.map(|traction| (traction + sum) * (area / 12.0))
     }
 
-    /// What balances the tetrahedra around a corner, and what is missing then, in N.
+    /// What balances the tetrahedra around a corner, by side and place of the corner, and what is missing then, in N.
     fn around(
         &self,
         node: usize,
         star: &[(usize, usize)],
         forces: &SideForces,
-    ) -> Option<(Vec<Change>, f64)> {
+    ) -> Option<(Vec<(usize, usize, Vector3<f64>)>, f64)> {
         let mut seen: Vec<usize> = Vec::new();
         for &(t, corner) in star {
             let own = self.sides.of_tetrahedra[t].iter().enumerate();
@@ -105,7 +105,7 @@ impl Balanced<'_> {
             nodes.iter().position(|n| *n == node).unwrap_or(0)
         };
         let unchanged = |&side: &usize| (side, place(side), Vector3::zeros());
-        let mut changes: Vec<Change> = seen.iter().map(unchanged).collect();
+        let mut changes: Vec<_> = seen.iter().map(unchanged).collect();
         let mut imbalance = 0.0_f64;
         for c in 0..3 {
             let mut missing = DVector::zeros(star.len());
@@ -153,9 +153,6 @@ impl Balanced<'_> {
         it.area.norm_squared() / volumes.map(volume).sum::<f64>()
     }
 }
-
-/// A side, the place of a corner, and what its force changes by in N.
-type Change = (usize, usize, Vector3<f64>);
 
 /// The x that minimises Σ x²/w subject to B x = b, or comes closest; `None` where rounding leaves none.
 fn least_change(
