@@ -67,7 +67,7 @@ fn refined(scene: &Scene, error: f64) -> Result<AdaptedProblem, Box<dyn Error>> 
         of: None,
         start: FirstMesh::Coarse,
     });
-    Ok(adapted(scene, Path::new(""), &mut |_| {})?)
+    Ok(adapted(scene, Path::new(""))?)
 }
 
 fn size(of: &AdaptedProblem) -> String {

@@ -75,7 +75,7 @@ fn measure(
         of: None,
         start: FirstMesh::Scene,
     });
-    let last = adapted(scene.clone(), folder, &mut |_| {})?;
+    let last = adapted(scene.clone(), folder)?;
     let refinement = &last.adaptation.refinement;
     let mut wanted: Vec<Option<Functional>> = vec![None];
     if let Some(corners) = mean_box(&last.report.functionals) {

@@ -90,7 +90,7 @@ fn adaptive_meshes_reach_a_target() {
             error: target,
             of: None,
         });
-        let found = adapted(scene, Path::new(""), &mut |_| {}).unwrap();
+        let found = adapted(scene, Path::new("")).unwrap();
         assert_eq!(found.status, AdaptiveStatus::Met, "{element}");
         assert!(
             found.adaptation.levels.len() > 1,

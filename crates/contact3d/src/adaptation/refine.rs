@@ -45,16 +45,18 @@ pub trait LevelStorage {
     fn solved(&mut self, level: usize, known: &Adaptation) -> Result<SolvedLevel<'_>, Self::Error>;
 
     /// Sees a level that is done.
-    fn done(&mut self, number: usize, level: &AdaptiveLevel);
+    fn done(&mut self, _number: usize, _level: &AdaptiveLevel) {}
 
     /// Sees why a refined level does not fit into memory or on the disk, if that is what the error says.
     ///
     /// # Errors
     /// Any other error.
-    fn too_large(&mut self, level: usize, error: Self::Error) -> Result<(), Self::Error>;
+    fn too_large(&mut self, _level: usize, error: Self::Error) -> Result<(), Self::Error> {
+        Err(error)
+    }
 
     /// Sees what the next level, by its number, is expected to come to.
-    fn forecast(&mut self, level: usize, forecast: &LevelForecast);
+    fn forecast(&mut self, _level: usize, _forecast: &LevelForecast) {}
 
     /// Keeps what an interrupted computation could go on from, and the mesh of the level that comes next.
     fn checkpoint(&mut self, known: &Adaptation, next: Mesh);
@@ -243,17 +245,13 @@ pub struct AdaptedProblem {
 }
 
 /// Solves a scene on finer and finer meshes until the estimated error meets the scene's
-/// `adapt.error`; mesh files are looked for in `folder`, and `observe` sees every level that is done.
+/// `adapt.error`; mesh files are looked for in `folder`.
 ///
 /// Nothing is asked about memory: what does not fit aborts, as any allocation does.
 ///
 /// # Errors
 /// [`ProblemError`] for a scene without a target or without a discrete problem.
-pub fn adapted(
-    scene: Scene,
-    folder: &Path,
-    observe: &mut dyn FnMut(&AdaptiveLevel),
-) -> Result<AdaptedProblem, ProblemError> {
+pub fn adapted(scene: Scene, folder: &Path) -> Result<AdaptedProblem, ProblemError> {
     let scene = scene.checked()?.with_first_mesh();
     let goal = RefinementGoal {
         error: scene.adapt.ok_or_else(no_target)?.error,
@@ -262,7 +260,6 @@ pub fn adapted(
     let mut levels = LevelInMemory {
         scene: &scene,
         folder,
-        observe,
         prepared: None,
         at_hand: None,
     };
@@ -292,7 +289,6 @@ fn no_target() -> InvalidValue {
 struct LevelInMemory<'a> {
     scene: &'a Scene,
     folder: &'a Path,
-    observe: &'a mut dyn FnMut(&AdaptiveLevel),
     /// The mesh of the next level.
     prepared: Option<Mesh>,
     /// Its number, what it came to, and the seconds it took.
@@ -350,16 +346,6 @@ impl LevelStorage for LevelInMemory<'_> {
             seconds: *seconds,
         })
     }
-
-    fn done(&mut self, _: usize, level: &AdaptiveLevel) {
-        (self.observe)(level);
-    }
-
-    fn too_large(&mut self, _: usize, error: ProblemError) -> Result<(), ProblemError> {
-        Err(error)
-    }
-
-    fn forecast(&mut self, _: usize, _: &LevelForecast) {}
 
     fn checkpoint(&mut self, _: &Adaptation, next: Mesh) {
         self.prepared = Some(next);

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::rigid_coupling::{NULL_MODE_SHARE, ROUNDINGS};
+use super::rigid_coupling::{FEW_TERMS_ROUNDING, NULL_MODE_SHARE};
 use crate::{contact::MultiplierLayout, elasticity::FloatingBody};
 
 /// What of the contact face a motion moves as a rigid one.
@@ -152,7 +152,7 @@ fn conjugate(support: &DMatrix<f64>, spaces: [(DMatrix<f64>, Reach); 3]) -> Vec<
     }
     let motion = |(modes, support, reach): (DVector<f64>, f64, Reach)| {
         // What rounding mixes in would leave the plane of a face on a long way along it.
-        let least = ROUNDINGS * f64::EPSILON * modes.amax();
+        let least = FEW_TERMS_ROUNDING * f64::EPSILON * modes.amax();
         ActiveMode {
             modes: modes
                 .map(|w| if w.abs() > least { w } else { 0.0 })

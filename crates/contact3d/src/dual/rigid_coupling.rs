@@ -17,7 +17,7 @@ use crate::{
 pub(super) const NULL_MODE_SHARE: f64 = 1e-10;
 
 /// Roundings of sums of a few terms.
-pub(super) const ROUNDINGS: f64 = 16.0;
+pub(super) const FEW_TERMS_ROUNDING: f64 = 16.0;
 
 /// The rigid motions that contact or weak supports act on, and what they do to the contact face.
 ///
@@ -221,7 +221,7 @@ impl RigidCoupling {
             let parts = self.integrals.iter().zip(motion).map(|(g, by)| g[j] * by);
             let size = distance.abs() + parts.clone().map(f64::abs).sum::<f64>();
             let left = distance - parts.sum::<f64>();
-            if left.abs() <= ROUNDINGS * f64::EPSILON * size {
+            if left.abs() <= FEW_TERMS_ROUNDING * f64::EPSILON * size {
                 0.0
             } else {
                 left

@@ -6,7 +6,7 @@ use super::StepRecord;
 use crate::{
     elasticity::Loads,
     mesh::Mesh,
-    post::{ContactReport, Solved, Vector},
+    post::{ContactReport, Solved},
     scene::{InvalidValue, Scene, Traction},
 };
 
@@ -40,7 +40,7 @@ pub(crate) struct EnergyLedger {
     /// ∫ φ_k over their faces in m², with the nodes; one for every node where they have none.
     shares: Vec<(usize, f64)>,
     /// Forces of the loads on the nodes at the end of the last increment in N; `None` before the first.
-    forces: Option<Vec<Vector>>,
+    forces: Option<Vec<[f64; 3]>>,
 }
 
 impl EnergyLedger {
@@ -109,7 +109,7 @@ impl EnergyLedger {
             [to[0] - from[0], to[1] - from[1], to[2] - from[2]]
         };
         let forces = Loads::of(solved.scene).nodal_forces(solved.mesh)?;
-        let work = |forces: &[Vector], earlier: Option<&Vec<Vector>>| -> f64 {
+        let work = |forces: &[[f64; 3]], earlier: Option<&Vec<[f64; 3]>>| -> f64 {
             let works = forces.iter().enumerate().map(|(node, force)| {
                 let earlier = earlier.map_or([0.0; 3], |forces| forces[node]);
                 let way = way(node);
@@ -185,7 +185,7 @@ impl EnergyLedger {
 }
 
 /// The mean of nodal vectors with given weights.
-fn mean(shares: &[(usize, f64)], vectors: &[Vector]) -> Vector {
+fn mean(shares: &[(usize, f64)], vectors: &[[f64; 3]]) -> [f64; 3] {
     let whole: f64 = shares.iter().map(|(_, share)| share).sum();
     [0, 1, 2].map(|c| {
         let parts = shares.iter().map(|(node, share)| share * vectors[*node][c]);

@@ -2,7 +2,7 @@
 
 use super::StepEnergies;
 use crate::{
-    post::{ContactReport, FunctionalEstimate, Solved, Vector, Zone},
+    post::{ContactReport, FunctionalEstimate, Solved, Zone},
     scene::{Functional, Increment},
     solver::{SolvedBy, Status},
 };
@@ -27,7 +27,7 @@ pub struct StepRecord {
     /// λ, `[n_multipliers]`, in Pa.
     pub multiplier: Vec<f64>,
     /// u, `[n_nodes]`, in m.
-    pub displacement: Vec<Vector>,
+    pub displacement: Vec<[f64; 3]>,
     /// Von Mises stress, `[n_tetrahedra]`, in Pa.
     pub von_mises: Vec<f64>,
     /// Signed (u_t1, u_t2) since the first step began, `[n_contact_nodes]`, in m; empty without friction.
@@ -37,21 +37,21 @@ pub struct StepRecord {
     /// `[n_panes]`.
     pub panes: Vec<StepPane>,
     /// Forces of the clamps on the nodes, `[n_nodes]`, in N; empty where all clamps hold at zero in all steps.
-    pub reaction: Vec<Vector>,
+    pub reaction: Vec<[f64; 3]>,
     /// Forces on the body in N by their sources, in the order of [`ContactReport::forces`].
-    pub forces: Vec<Vector>,
+    pub forces: Vec<[f64; 3]>,
     /// Loads in N.
-    pub applied_force: Vector,
+    pub applied_force: [f64; 3],
     /// Reaction of the clamps in N.
-    pub clamp_force: Vector,
+    pub clamp_force: [f64; 3],
     /// Force of the foundation on the body in N; zero without contact.
-    pub contact_force: Vector,
+    pub contact_force: [f64; 3],
     /// Total of λ_ν and λ_t over the face in N, zero where there is none.
-    pub multiplier_force: Vector,
+    pub multiplier_force: [f64; 3],
     /// Force on the body in N of tractions, pressures and clamps that move; of the body force where there are none.
-    pub loaded_force: Vector,
+    pub loaded_force: [f64; 3],
     /// Mean displacement in m of the faces that they act on; of all nodes where there are none.
-    pub loaded_displacement: Vector,
+    pub loaded_displacement: [f64; 3],
     /// Mean of (u_t1, u_t2) over the contact face in m; zero without friction.
     pub contact_displacement: [f64; 2],
     /// Energy that friction took on each contact face in J, `[n_contact_faces]`.

@@ -9,8 +9,8 @@ use faer::{
 use rayon::prelude::*;
 
 use super::{
+    cholesky::CholeskyFactor,
     dense::multiply,
-    factor::CholeskyFactor,
     forward_rows::ForwardRows,
     half_solve::{BLOCK_COLUMNS, SupernodeColumns},
     precision::Scalar,

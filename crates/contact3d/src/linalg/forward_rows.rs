@@ -7,8 +7,8 @@ use faer::{Accum, MatMut};
 use rayon::prelude::*;
 
 use super::{
+    cholesky::CholeskyFactor,
     dense::multiply,
-    factor::CholeskyFactor,
     half_solve::{BLOCK_COLUMNS, FrontPlan, SupernodeColumns},
     precision::Scalar,
     sparse::CscMatrix,

@@ -8,8 +8,8 @@ use faer::{
 use rayon::prelude::*;
 
 use super::{
+    cholesky::CholeskyFactor,
     dense::multiply,
-    factor::CholeskyFactor,
     precision::Scalar,
     structure::{FactorStructure, Front, SupernodeTree, positions},
     tasks::Work,

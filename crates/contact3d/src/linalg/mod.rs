@@ -13,6 +13,7 @@
 //! Sums have one fixed order: the same matrix gives the same bits at any number of threads.
 
 mod analysis;
+mod cholesky;
 mod compliance;
 mod dense;
 mod dissection;
@@ -39,6 +40,7 @@ mod test_brick;
 #[cfg(test)]
 mod tests;
 
+pub use cholesky::CholeskyFactor;
 pub use dense::DenseLu;
 pub(crate) use dense::{DenseCholesky, product, transpositions};
 pub use dissection::{amd, expand_to_unknowns, nested_dissection};
@@ -47,7 +49,7 @@ pub(crate) use eigenvalues::{
     distance_to_one, figures_by_products, least_modulus, spectral_radius,
 };
 pub use engine::{EngineCommand, EngineError, EngineReport, RemoteFactor};
-pub use factor::{CholeskyFactor, Factor};
+pub use factor::Factor;
 pub(crate) use iterative::{CgSolution, conjugate_gradients, gmres, gmres_several};
 pub(crate) use nonnegative::nonnegative_least_squares;
 pub use precision::{Precision, Scalar};

@@ -3,7 +3,7 @@
 use std::{ops::Range, sync::Mutex};
 
 use super::{
-    factor::CholeskyFactor,
+    cholesky::CholeskyFactor,
     panel_solve::{backward, forward},
     precision::Scalar,
     structure::{FactorStructure, Front},

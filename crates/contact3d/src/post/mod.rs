@@ -17,9 +17,7 @@ pub use estimate::{
     SideForce,
 };
 pub use functional::FunctionalEstimate;
-pub use resultants::{
-    ContactResultants, FaceResultants, Resultants, SourceForce, Vector, von_mises,
-};
+pub use resultants::{ContactResultants, FaceResultants, Resultants, SourceForce, von_mises};
 pub use rounding::Rounding;
 pub use zones::{PaneCoulomb, PaneFriction, PaneState, Zone};
 

@@ -12,20 +12,17 @@ use crate::{
     scene::{InvalidValue, Scene},
 };
 
-/// A vector in the global axes.
-pub type Vector = [f64; 3];
-
 /// Forces, moments about the origin, energies and extreme values of a solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Resultants {
     /// Applied loads in N.
-    pub applied_force: Vector,
+    pub applied_force: [f64; 3],
     /// Reaction of the clamps in N.
-    pub clamp_force: Vector,
+    pub clamp_force: [f64; 3],
     /// Force of the springs in N; `None` without springs.
-    pub spring_force: Option<Vector>,
+    pub spring_force: Option<[f64; 3]>,
     /// Moments about the origin in N·m, in the same order: contact, applied, clamp.
-    pub moments: [Vector; 3],
+    pub moments: [[f64; 3]; 3],
     /// ‖Σ forces‖ over the sum of the norms of all nodal forces, so that loads which balance each other do not vanish from it; of a body
     /// that bears none, over √ε ‖|A||u|‖₁.
     pub force_imbalance: f64,
@@ -40,7 +37,7 @@ pub struct Resultants {
     /// Work of the clamps' reactions on prescribed displacements in J; `None` where all clamps hold at zero.
     pub clamp_work: Option<f64>,
     /// max |u_x|, |u_y|, |u_z| over the nodes in m.
-    pub largest_displacement: Vector,
+    pub largest_displacement: [f64; 3],
     /// The forces of the foundation; `None` without contact.
     pub contact: Option<ContactResultants>,
 }
@@ -54,7 +51,7 @@ pub struct ContactResultants {
     /// `None` without friction, and for several faces together.
     pub tangential_force: Option<[f64; 2]>,
     /// Force of the foundation on the body in N.
-    pub contact_force: Vector,
+    pub contact_force: [f64; 3],
     /// max λ_ν in Pa.
     pub largest_pressure: f64,
 }
@@ -73,9 +70,9 @@ impl Resultants {
     pub(super) fn new(
         solved: &Solved<'_>,
         terms: &[f64],
-        displacement: &[Vector],
+        displacement: &[[f64; 3]],
         forces: &NodalForces,
-        internal: &[Vector],
+        internal: &[[f64; 3]],
     ) -> Self {
         let parts = [&forces.contact, &forces.applied, &forces.clamp];
         let sums = parts.map(|f| total(solved.mesh, f));
@@ -123,12 +120,12 @@ impl Resultants {
 /// degrees of freedom where the others do not move.
 fn works(
     solved: &Solved<'_>,
-    displacement: &[Vector],
+    displacement: &[[f64; 3]],
     forces: &NodalForces,
-    internal: &[Vector],
+    internal: &[[f64; 3]],
 ) -> (f64, f64, Option<f64>, Option<f64>) {
     let system = solved.system;
-    let work = |forces: &[Vector]| dot(forces.as_flattened(), displacement.as_flattened());
+    let work = |forces: &[[f64; 3]]| dot(forces.as_flattened(), displacement.as_flattened());
     let of_springs = forces.springs.as_ref().map(|springs| work(springs));
     if system.dofs.prescribed.is_some() {
         let strain_energy = 0.5 * (work(internal) - of_springs.unwrap_or(0.0));
@@ -149,7 +146,7 @@ fn works(
 
 impl ContactResultants {
     /// Those of all faces; tangential forces of several faces, each in axes of its own, have no sum.
-    fn new(solved: &Solved<'_>, contact: &SolvedContact<'_>, contact_force: Vector) -> Self {
+    fn new(solved: &Solved<'_>, contact: &SolvedContact<'_>, contact_force: [f64; 3]) -> Self {
         let panes = 0..contact.coupling.layout.n_panes();
         let all = Self::of_panes(solved, contact, panes, contact_force);
         match contact.state.surface.faces.as_slice() {
@@ -165,7 +162,7 @@ impl ContactResultants {
         solved: &Solved<'_>,
         contact: &SolvedContact<'_>,
         panes: Range<usize>,
-        contact_force: Vector,
+        contact_force: [f64; 3],
     ) -> Self {
         let multiplier = &solved.solution.multiplier;
         let area = &contact.state.surface.pane_area;
@@ -224,7 +221,7 @@ fn imbalance<'a>(parts: impl Iterator<Item = &'a Vector3<f64>>, size: f64) -> f6
 }
 
 /// Sums of the norms of nodal forces and of their moments about the origin.
-fn sizes(mesh: &Mesh, forces: &[Vector]) -> [f64; 2] {
+fn sizes(mesh: &Mesh, forces: &[[f64; 3]]) -> [f64; 2] {
     let nodes = forces.iter().zip(&mesh.coordinates);
     nodes.fold([0.0; 2], |[force, moment], (f, x)| {
         let f = Vector3::from(*f);
@@ -246,13 +243,13 @@ pub fn von_mises(stress: &[f64; 6]) -> f64 {
 /// Forces on the nodes of a body at rest in N, `[n_nodes]` each; they and the internal forces balance.
 pub(super) struct NodalForces {
     /// Of all loads.
-    pub(super) applied: Vec<Vector>,
+    pub(super) applied: Vec<[f64; 3]>,
     /// Of the foundation.
-    pub(super) contact: Vec<Vector>,
+    pub(super) contact: Vec<[f64; 3]>,
     /// Of the springs; `None` where there are none.
-    pub(super) springs: Option<Vec<Vector>>,
+    pub(super) springs: Option<Vec<[f64; 3]>>,
     /// Of the clamps.
-    pub(super) clamp: Vec<Vector>,
+    pub(super) clamp: Vec<[f64; 3]>,
 }
 
 impl NodalForces {
@@ -263,8 +260,8 @@ impl NodalForces {
     /// A load that is not finite.
     pub(super) fn new(
         solved: &Solved<'_>,
-        displacement: &[Vector],
-        internal: &[Vector],
+        displacement: &[[f64; 3]],
+        internal: &[[f64; 3]],
     ) -> Result<Self, InvalidValue> {
         let springs = SpringMatrix::of(solved.scene, solved.mesh)?;
         let springs = springs.map(|springs| opposite(springs.forces(displacement)));
@@ -292,7 +289,7 @@ impl NodalForces {
     }
 }
 
-fn opposite(mut forces: Vec<Vector>) -> Vec<Vector> {
+fn opposite(mut forces: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
     let entries = forces.as_flattened_mut().iter_mut();
     entries.for_each(|force| *force = 0.0 - *force);
     forces
@@ -304,7 +301,7 @@ fn contact_forces(
     solved: &Solved<'_>,
     contact: &SolvedContact<'_>,
     panes: Range<usize>,
-) -> Vec<Vector> {
+) -> Vec<[f64; 3]> {
     let surface = contact.state.surface;
     let frame = &contact.state.interface.frame;
     let multiplier = &solved.solution.multiplier;
@@ -323,7 +320,7 @@ fn contact_forces(
 }
 
 /// Sum of nodal forces and of their moments about the origin.
-fn total(mesh: &Mesh, forces: &[Vector]) -> (Vector3<f64>, Vector3<f64>) {
+fn total(mesh: &Mesh, forces: &[[f64; 3]]) -> (Vector3<f64>, Vector3<f64>) {
     forces.iter().zip(&mesh.coordinates).fold(
         (Vector3::zeros(), Vector3::zeros()),
         |(force, moment), (f, x)| {
@@ -341,9 +338,9 @@ pub struct SourceForce {
     /// Its face; empty for a box of nodes and for a body force.
     pub face: String,
     /// Resultant force on the body in N.
-    pub force: Vector,
+    pub force: [f64; 3],
     /// Its moment about the origin of coordinates in N·m.
-    pub moment: Vector,
+    pub moment: [f64; 3],
 }
 
 /// The forces on the body by their sources, clamps and springs first; all of them sum to zero.
@@ -354,11 +351,11 @@ pub struct SourceForce {
 /// A load that is not finite.
 pub(super) fn by_source(
     solved: &Solved<'_>,
-    displacement: &[Vector],
+    displacement: &[[f64; 3]],
     forces: &NodalForces,
 ) -> Result<Vec<SourceForce>, InvalidValue> {
     let (scene, mesh) = (solved.scene, solved.mesh);
-    let row = |source: String, face: &str, forces: &[Vector]| {
+    let row = |source: String, face: &str, forces: &[[f64; 3]]| {
         let (force, moment) = total(mesh, forces);
         SourceForce {
             source,
@@ -406,13 +403,13 @@ pub(super) fn by_source(
 }
 
 /// The nodal forces of each clamp.
-fn clamp_shares(scene: &Scene, mesh: &Mesh, forces: &[Vector]) -> Vec<Vec<Vector>> {
+fn clamp_shares(scene: &Scene, mesh: &Mesh, forces: &[[f64; 3]]) -> Vec<Vec<[f64; 3]>> {
     let holds: Vec<Vec<[bool; 3]>> = scene
         .clamps
         .iter()
         .map(|clamp| mesh.held_by(std::slice::from_ref(clamp)))
         .collect();
-    let share = |holds_here: &Vec<[bool; 3]>| -> Vec<Vector> {
+    let share = |holds_here: &Vec<[bool; 3]>| -> Vec<[f64; 3]> {
         let part = |node: usize, c: usize| {
             if holds_here[node][c] {
                 let count = holds.iter().filter(|holds| holds[node][c]).count();

@@ -279,7 +279,7 @@ fn levels_meet_the_target_with_stable_multipliers() {
         start: FirstMesh::Scene,
         of: None,
     });
-    let answer = adapted(scene.clone(), Path::new(""), &mut |_| {}).expect("levels");
+    let answer = adapted(scene.clone(), Path::new("")).expect("levels");
     assert_eq!(answer.status, AdaptiveStatus::Met);
     let last = answer.adaptation.levels.last().expect("a level");
     assert!(last.estimated_error <= 0.06);
@@ -308,7 +308,7 @@ fn an_open_brick_of_quadratic_elements_is_meshed_anew() {
     let cells = |error: f64, start: FirstMesh, of: Option<Functional>| {
         let mut scene = published(ElementOrder::P2, 2);
         scene.adapt = Some(AdaptSettings { error, start, of });
-        let answer = adapted(scene.clone(), Path::new(""), &mut |_| {}).expect("levels");
+        let answer = adapted(scene.clone(), Path::new("")).expect("levels");
         assert_eq!(answer.status, AdaptiveStatus::Met);
         let refinement = &answer.adaptation.refinement;
         let again = Mesh::refined(&scene, Path::new(""), refinement).expect("a mesh");
@@ -359,7 +359,7 @@ fn bodies_moved_as_a_whole_need_no_finer_mesh() {
             {extra}"
         );
         let scene = Scene::parse("moved", &text).unwrap_or_else(|error| panic!("{error}"));
-        let found = adapted(scene, Path::new(""), &mut |_| {}).unwrap_or_else(|e| panic!("{e}"));
+        let found = adapted(scene, Path::new("")).unwrap_or_else(|e| panic!("{e}"));
         assert_eq!(found.status, AdaptiveStatus::Met);
         assert_eq!(found.adaptation.levels.len(), 1);
         assert_eq!(found.adaptation.levels[0].estimated_error, 0.0);
@@ -425,12 +425,6 @@ impl LevelStorage for Forecasts {
 
     fn solved(&mut self, level: usize, _: &Adaptation) -> Result<SolvedLevel<'_>, ProblemError> {
         panic!("level {level} is over the budget");
-    }
-
-    fn done(&mut self, _: usize, _: &AdaptiveLevel) {}
-
-    fn too_large(&mut self, _: usize, error: ProblemError) -> Result<(), ProblemError> {
-        Err(error)
     }
 
     fn forecast(&mut self, level: usize, forecast: &LevelForecast) {

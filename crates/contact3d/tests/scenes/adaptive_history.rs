@@ -23,7 +23,7 @@ fn a_history_of_one_step_is_refined_as_the_static_problem() {
             start: FirstMesh::Scene,
         });
         let levels = |scene: Scene| {
-            let found = adapted(scene, Path::new(""), &mut |_| ()).expect("levels");
+            let found = adapted(scene, Path::new("")).expect("levels");
             assert_eq!(found.status, AdaptiveStatus::Met);
             found
         };
@@ -68,7 +68,7 @@ fn increments_are_estimated_as_if_each_was_the_last() {
         of: None,
         start: FirstMesh::Scene,
     });
-    let found = adapted(adaptive, Path::new(""), &mut |_| ()).expect("a level");
+    let found = adapted(adaptive, Path::new("")).expect("a level");
     let errors = HistoryErrors::new(&found.increments, None).expect("estimates");
     let mut parts = Vec::new();
     for n in 1..=3 {

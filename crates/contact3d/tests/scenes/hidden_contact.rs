@@ -106,7 +106,7 @@ fn refining_finds_the_contact() {
             start: Default::default(),
             of,
         });
-        let done = adapted(scene, Path::new(""), &mut |_| ()).expect("levels");
+        let done = adapted(scene, Path::new("")).expect("levels");
         assert_eq!(done.status, AdaptiveStatus::Met, "{of:?}");
         assert_eq!(done.increments.is_empty(), !history);
         if history {

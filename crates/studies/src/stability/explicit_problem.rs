@@ -34,11 +34,7 @@ impl ExplicitProblem {
         let scene = scene.with_first_mesh();
         let refinement = match scene.adapt {
             None => Refinement::default(),
-            Some(_) => {
-                adapted(scene.clone(), folder, &mut |_| {})?
-                    .adaptation
-                    .refinement
-            }
+            Some(_) => adapted(scene.clone(), folder)?.adaptation.refinement,
         };
         Self::refined(scene, folder, refinement)
     }

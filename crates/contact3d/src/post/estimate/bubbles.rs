@@ -33,19 +33,19 @@ pub(super) struct BubbleElements<'a> {
 }
 
 /// Components of the bubbles of a tetrahedron.
-pub(super) const COMPONENTS: usize = 3 * BUBBLES;
+pub(super) const BUBBLE_COMPONENTS: usize = 3 * BUBBLES;
 
 /// Numbers for the components of the bubbles of a tetrahedron.
-pub(super) type BubbleVector = SVector<f64, COMPONENTS>;
+pub(super) type BubbleVector = SVector<f64, BUBBLE_COMPONENTS>;
 
 /// What a tetrahedron adds to the equations.
 pub(super) struct BubbleElement {
     /// a(φ_α, φ_β), springs on its sides included, in N/m.
-    pub(super) stiffness: SMatrix<f64, COMPONENTS, COMPONENTS>,
+    pub(super) stiffness: SMatrix<f64, BUBBLE_COMPONENTS, BUBBLE_COMPONENTS>,
     /// The residual of each field in N, `[n_fields]`.
     pub(super) loads: Vec<BubbleVector>,
     /// Components of bubbles that are held.
-    pub(super) held: [bool; COMPONENTS],
+    pub(super) held: [bool; BUBBLE_COMPONENTS],
 }
 
 /// A field in the bubbles of a tetrahedron at a point in barycentric coordinates.
@@ -131,7 +131,7 @@ impl<'a> BubbleElements<'a> {
         let mut element = BubbleElement {
             stiffness: self.stiffness(t, &simplex),
             loads: vec![BubbleVector::zeros(); fields.len()],
-            held: [false; COMPONENTS],
+            held: [false; BUBBLE_COMPONENTS],
         };
         for (field, load) in fields.iter().zip(&mut element.loads) {
             self.add_inside(t, &simplex, &corners, field, load);
@@ -250,12 +250,16 @@ impl<'a> BubbleElements<'a> {
     }
 
     /// ∫ ε(φ_α):C ε(φ_β) from the means of products of slopes.
-    fn stiffness(&self, t: usize, simplex: &Simplex) -> SMatrix<f64, COMPONENTS, COMPONENTS> {
+    fn stiffness(
+        &self,
+        t: usize,
+        simplex: &Simplex,
+    ) -> SMatrix<f64, BUBBLE_COMPONENTS, BUBBLE_COMPONENTS> {
         let tensor = self.material.tensor(t);
         let blocks: [[Matrix3<f64>; 4]; 4] =
             std::array::from_fn(|k| std::array::from_fn(|l| simplex.stiffness_block(tensor, k, l)));
         let products = &*SLOPE_PRODUCTS;
-        let mut stiffness = SMatrix::<f64, COMPONENTS, COMPONENTS>::zeros();
+        let mut stiffness = SMatrix::<f64, BUBBLE_COMPONENTS, BUBBLE_COMPONENTS>::zeros();
         for a in 0..BUBBLES {
             for b in 0..=a {
                 let mut block = Matrix3::zeros();

@@ -11,7 +11,9 @@ use rayon::prelude::*;
 
 use super::{
     Field,
-    bubbles::{BUBBLES, BubbleElement, BubbleElements, BubbleVector, COMPONENTS, CUBIC, SIDES},
+    bubbles::{
+        BUBBLE_COMPONENTS, BUBBLES, BubbleElement, BubbleElements, BubbleVector, CUBIC, SIDES,
+    },
 };
 use crate::{
     linalg::vectorised,
@@ -180,14 +182,14 @@ struct ElementPart {
     size: f64,
     diagonal: BubbleVector,
     loads: Vec<BubbleVector>,
-    held: [bool; COMPONENTS],
+    held: [bool; BUBBLE_COMPONENTS],
 }
 
 /// Rows of a local matrix that are multiplied together: each of their sums stays in a register.
 const MATRIX_ROWS: usize = 8;
 
 /// The columns of eight rows, then those of the next eight: `[component / 8][component][component % 8]`.
-type LocalMatrix = [[[f32; MATRIX_ROWS]; COMPONENTS]; COMPONENTS / MATRIX_ROWS];
+type LocalMatrix = [[[f32; MATRIX_ROWS]; BUBBLE_COMPONENTS]; BUBBLE_COMPONENTS / MATRIX_ROWS];
 
 impl ElementPart {
     fn new(element: BubbleElement, sign: impl Fn(usize) -> f64) -> Self {
@@ -219,11 +221,11 @@ impl ElementPart {
 fn scales(numbering: &BubbleNumbering, parts: &[ElementPart]) -> Vec<f64> {
     let mut scale = vec![0.0; 3 * numbering.n_bubbles];
     for (t, part) in parts.iter().enumerate() {
-        (0..COMPONENTS).for_each(|i| scale[numbering.place(t, i)] += part.diagonal[i]);
+        (0..BUBBLE_COMPONENTS).for_each(|i| scale[numbering.place(t, i)] += part.diagonal[i]);
     }
     scale.iter_mut().for_each(|d| *d = d.sqrt().recip());
     for (t, part) in parts.iter().enumerate() {
-        for i in (0..COMPONENTS).filter(|&i| part.held[i]) {
+        for i in (0..BUBBLE_COMPONENTS).filter(|&i| part.held[i]) {
             scale[numbering.place(t, i)] = 0.0;
         }
     }
@@ -271,21 +273,22 @@ struct ScaledStiffness<'a> {
 impl<'a> ScaledStiffness<'a> {
     fn new(numbering: &'a BubbleNumbering, scale: &[f64], parts: Vec<ElementPart>) -> Self {
         let n_elements = parts.len();
-        let place = |part: usize| numbering.place(part / COMPONENTS, part % COMPONENTS);
+        let place =
+            |part: usize| numbering.place(part / BUBBLE_COMPONENTS, part % BUBBLE_COMPONENTS);
         let mut first = vec![0; scale.len() + 1];
-        (0..n_elements * COMPONENTS).for_each(|part| first[place(part) + 1] += 1);
+        (0..n_elements * BUBBLE_COMPONENTS).for_each(|part| first[place(part) + 1] += 1);
         for k in 0..scale.len() {
             first[k + 1] += first[k];
         }
-        let (mut next, mut sorted) = (first.clone(), vec![0; n_elements * COMPONENTS]);
-        for part in 0..n_elements * COMPONENTS {
+        let (mut next, mut sorted) = (first.clone(), vec![0; n_elements * BUBBLE_COMPONENTS]);
+        for part in 0..n_elements * BUBBLE_COMPONENTS {
             let next = &mut next[place(part)];
             sorted[*next as usize] = part as u32;
             *next += 1;
         }
         let element = |(t, part): (usize, ElementPart)| {
             let size = part.size.sqrt();
-            let factor: [f32; COMPONENTS] =
+            let factor: [f32; BUBBLE_COMPONENTS] =
                 from_fn(|i| (size * scale[numbering.place(t, i)]) as f32);
             let mut matrix = part.stiffness;
             for (block, rows) in matrix.iter_mut().zip(factor.as_chunks::<MATRIX_ROWS>().0) {
@@ -304,13 +307,13 @@ impl<'a> ScaledStiffness<'a> {
         }
     }
 
-    fn gathered(&self, t: usize, all: &[Lanes]) -> [Lanes; COMPONENTS] {
+    fn gathered(&self, t: usize, all: &[Lanes]) -> [Lanes; BUBBLE_COMPONENTS] {
         from_fn(|i| all[self.numbering.place(t, i)])
     }
 
     #[inline(always)]
-    fn product(&self, t: usize, local: &[Lanes; COMPONENTS]) -> [Lanes; COMPONENTS] {
-        let mut product = [[0.0; FIELD_LANES]; COMPONENTS];
+    fn product(&self, t: usize, local: &[Lanes; BUBBLE_COMPONENTS]) -> [Lanes; BUBBLE_COMPONENTS] {
+        let mut product = [[0.0; FIELD_LANES]; BUBBLE_COMPONENTS];
         let sums = product.as_chunks_mut::<MATRIX_ROWS>().0;
         for (sums, columns) in sums.iter_mut().zip(&self.elements[t]) {
             for (column, lanes) in columns.iter().zip(local) {
@@ -326,7 +329,7 @@ impl<'a> ScaledStiffness<'a> {
     fn times(
         &self,
         all: &[Lanes],
-        of_elements: &mut Vec<[Lanes; COMPONENTS]>,
+        of_elements: &mut Vec<[Lanes; BUBBLE_COMPONENTS]>,
         result: &mut Vec<Lanes>,
     ) {
         let tetrahedra = (0..self.elements.len()).into_par_iter();
