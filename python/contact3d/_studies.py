@@ -62,11 +62,6 @@ class Accuracy(Study):
         return pd.json_normalize(self.data["levels"])
 
     @property
-    def sequences(self) -> pd.DataFrame:
-        """Meshes of the compared elements and refinements; empty unless ``sequences`` was given."""
-        return pd.json_normalize(self.data["sequences"] or [])
-
-    @property
     def advice(self) -> str:
         """What the study recommends, in words."""
         return self.data["advice"]
@@ -221,7 +216,6 @@ def accuracy(
     coarsest: int | None = None,
     finest: int | None = None,
     budget: float | None = None,
-    sequences: float | str | None = None,
     figures: StrPath | None = None,
     threads: int | None = None,
     progress: bool | None = None,
@@ -230,10 +224,9 @@ def accuracy(
 
     :param coarsest: smallest n_div of the meshes.
     :param finest: n_div of the finest mesh, a multiple of the scene's.
-    :param budget: seconds for the solves of all methods, and as many for all sequences of meshes.
-    :param sequences: compare elements and meshes until their error is below this, such as ``"2%"``.
+    :param budget: seconds for the solves of all methods.
     """
-    measures = options(coarsest=coarsest, finest=finest, budget=budget, sequences=sequences, threads=threads)
+    measures = options(coarsest=coarsest, finest=finest, budget=budget, threads=threads)
     command = [*_on_file("accuracy", scene, file), *measures, *pictures(figures)]
     return _study(Accuracy, command, scene, set, progress, file)
 

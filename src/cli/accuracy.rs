@@ -30,12 +30,9 @@ pub struct AccuracyArguments {
     /// n_div of the finest mesh, a multiple of the scene's; by default 4, 2 or 1 times that, up to 32
     #[arg(long, value_name = "N_DIV", value_parser = n_div)]
     pub finest: Option<usize>,
-    /// Seconds for the solves of all methods, and as many for all sequences; what would take longer is left out
+    /// Seconds for the solves of all methods; what would take longer is left out
     #[arg(long, value_name = "SECONDS", default_value_t = 10.0, allow_negative_numbers = true, value_parser = seconds)]
     pub budget: f64,
-    /// Compare linear and quadratic elements on uniform and adaptive meshes until their error is below this, as 0.01 or 1%
-    #[arg(long, value_name = "SHARE", value_parser = super::adaptive::target)]
-    pub sequences: Option<f64>,
     /// List the solves by method, operator and epsilon, which are stored and drawn in any case
     #[arg(long)]
     pub solves: bool,
@@ -60,8 +57,6 @@ pub(super) fn accuracy(
         budget: arguments.budget,
         coarsest: arguments.coarsest,
         finest: arguments.finest,
-        sequences: arguments.sequences,
-        memory: None,
     };
     let spinner = progress::spinner("accuracy", output);
     let measured = measure_accuracy(&arguments.file, scene, &settings, threads, &mut |step| {

@@ -2,7 +2,7 @@
 
 use contact3d::{
     adaptation::{AdaptiveLevel, AdaptiveStatus, LevelForecast, RefinementGoal},
-    scene::{ElementOrder, SMALLEST_ERROR, Scene},
+    scene::{ElementOrder, Scene},
 };
 use indicatif::ProgressBar;
 
@@ -26,16 +26,6 @@ pub(super) fn share(text: &str) -> Result<f64, String> {
     match number.trim().parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value * unit),
         _ => Err("write 3% or 0.03, for example".into()),
-    }
-}
-
-/// A share that meshes can be refined for.
-pub(super) fn target(text: &str) -> Result<f64, String> {
-    match share(text)? {
-        target @ SMALLEST_ERROR..=1.0 => Ok(target),
-        _ => Err(format!(
-            "expected a share between {SMALLEST_ERROR:e} and 1, as 1% or 0.01"
-        )),
     }
 }
 

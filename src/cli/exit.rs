@@ -79,9 +79,15 @@ fn draw(error: &dyn Diagnostic) {
 
 /// Prints what the parser of the command line has to say, help and version included, and chooses the exit code.
 pub(super) fn explain_usage(error: clap::Error) -> Exit {
-    let command = error.get(ContextKind::InvalidSubcommand);
-    let command = command.map_or_else(String::new, ToString::to_string);
-    if let Some((_, words)) = GONE.iter().find(|(gone, _)| *gone == command) {
+    let unknown = [ContextKind::InvalidSubcommand, ContextKind::InvalidArg];
+    let unknown: Vec<String> = unknown
+        .into_iter()
+        .filter_map(|kind| error.get(kind).map(ToString::to_string))
+        .collect();
+    if let Some((_, words)) = GONE
+        .iter()
+        .find(|(gone, _)| unknown.iter().any(|it| it == gone))
+    {
         return refuse(words);
     }
     let printed = error.print();
@@ -99,8 +105,12 @@ pub(super) fn explain_usage(error: clap::Error) -> Exit {
     Exit::BadInput
 }
 
-/// Commands that are gone, and where their tasks are now.
-const GONE: [(&str, &str); 3] = [
+/// Commands and options that are gone, and where their tasks are now.
+const GONE: [(&str, &str); 4] = [
+    (
+        "--sequences",
+        "`accuracy --sequences` is gone: `run SCENE FILE --error 1%` refines the mesh and prints what each level costs",
+    ),
     (
         "law",
         "`law` is gone: `friction-law SCENE` bounds and draws the law of a scene",

@@ -7,8 +7,8 @@ use runfile::{
     Group, GroupWriter, Kind, Reader, StoreError,
 };
 use studies::accuracy::{
-    Accuracy, AlgebraicStudy, DiscretisationStudy, Forces, Level, MeshSequence, MeshSequences,
-    Reference, RunMethod, RunOperator, RunResult, SequenceKind, SequenceLevel, SolverRun,
+    Accuracy, AlgebraicStudy, DiscretisationStudy, Forces, Level, RunMethod, RunOperator,
+    RunResult, SolverRun,
 };
 use units::Dimension;
 
@@ -38,30 +38,14 @@ stored_as! {
     }
 }
 
-stored_as! {
-    /// A sequence of meshes, as stored.
-    StoredSequence of SequenceKind as "mesh_sequence" {
-        LinearUniform = 0 => "p1_uniform",
-        QuadraticUniform = 1 => "p2_uniform",
-        LinearAdaptive = 2 => "p1_adaptive",
-        QuadraticAdaptive = 3 => "p2_adaptive",
-        QuadraticGraded = 4 => "p2_graded",
-        QuadraticGradedAdaptive = 5 => "p2_graded_adaptive",
-    }
-}
-
 const ADVICE: &str = "/accuracy/advice";
 const SCENE_N_DIV: &str = "/accuracy/scene_n_div";
 
 const NO_CONTACT: &str = "absent without contact";
 const NO_BRICK: &str = "absent for a mesh file, which has no finer meshes";
-const NOT_ASKED: &str = "absent without --sequences";
-const NO_FORCES: &str = "absent without --sequences or contact";
-const NO_FRICTION: &str = "absent without --sequences or friction";
 const SOLVES_AXIS: &[Extent] = &[Named("n_solves")];
 const OF_OPERATORS: &[Extent] = &[Fixed(2)];
 const LEVELS: &[Extent] = &[Named("n_levels")];
-const SEQUENCE_ROWS: &[Extent] = &[Named("n_sequence_levels")];
 
 pub(super) const ACCURACY: Fields<Accuracy> = fields! { Accuracy => GROUP;
     [|accuracy| accuracy.advice().to_string()] ADVICE, &[], Dimension::Number, "What the studies mean for this mesh, in one sentence.".volatile();
@@ -118,29 +102,6 @@ pub(super) const TRENDS: Fields<DiscretisationStudy> = fields! { DiscretisationS
     [force_limits] "/accuracy/limit/forces", &[extents::CONTACT_AXES], Dimension::FORCE, "Extrapolated normal and tangential forces, likewise.".optional(NO_CONTACT);
 };
 
-/// The meshes of all sequences, and the reference as the last row; how many there are depends on what fits into the budget.
-pub(super) const SEQUENCE_LEVELS: Fields<(SequenceKind, SequenceLevel)> = fields! { (SequenceKind, SequenceLevel) => GROUP;
-    (0) "/accuracy/sequences/sequence", SEQUENCE_ROWS, Dimension::Number, "Sequence of each mesh, coarse to fine; the last row is the reference.".volatile().optional(NOT_ASKED);
-    (1.n_free) "/accuracy/sequences/unknowns", SEQUENCE_ROWS, Dimension::Number, "Free degrees of freedom.".volatile().optional(NOT_ASKED);
-    (1.n_tetrahedra) "/accuracy/sequences/tetrahedra", SEQUENCE_ROWS, Dimension::Number, "Tetrahedra.".volatile().optional(NOT_ASKED);
-    (1.n_multipliers) "/accuracy/sequences/multipliers", SEQUENCE_ROWS, Dimension::Number, "Multipliers.".volatile().optional(NOT_ASKED);
-    (1.status) "/accuracy/sequences/status", SEQUENCE_ROWS, Dimension::Number, "How the solve ended.".volatile().optional(NOT_ASKED);
-    (1.estimated_error) "/accuracy/sequences/estimated_error", SEQUENCE_ROWS, Dimension::Number, "Error of u_h over |u_h|_A as its own report estimates it.".volatile().optional(NOT_ASKED);
-    (1.contact_error) "/accuracy/sequences/contact_error", SEQUENCE_ROWS, Dimension::Number, "The part of it that the multipliers are to blame for; 0 without contact.".volatile().optional(NOT_ASKED);
-    (nan 1.error) "/accuracy/sequences/energy_error", SEQUENCE_ROWS, Dimension::Number, "|u_h - u_r|_A / |u_r|_A with the reference u_r; NaN where its estimated error is more than half of that of u_h.".volatile().optional(NOT_ASKED);
-    (1.cost.seconds) "/accuracy/sequences/seconds", SEQUENCE_ROWS, Dimension::Time, "Median wall-clock time of mesh, assembly, solve and evaluation in memory; of an adaptive mesh with all coarser ones.".volatile().optional(NOT_ASKED);
-    (1.cost.repeats) "/accuracy/sequences/repeats", SEQUENCE_ROWS, Dimension::Number, "Runs the median is taken of.".volatile().optional(NOT_ASKED);
-    (nan 1.cost.peak_bytes) "/accuracy/sequences/peak_memory", SEQUENCE_ROWS, Dimension::Memory, "Peak resident memory of the process meanwhile, NaN where unknown.".volatile().optional(NOT_ASKED);
-};
-
-/// What all sequences have together.
-pub(super) const SEQUENCES: Fields<MeshSequences> = fields! { MeshSequences => GROUP;
-    [|sequences| sequences.advice().to_string()] "/accuracy/sequences/advice", &[], Dimension::Number, "The cheapest sequence for 10, 5, 2, 1 and 0.5 per cent, as far as one reached them.".volatile().optional(NOT_ASKED);
-    (reference.potential_energy) "/accuracy/sequences/reference/potential_energy", &[], Dimension::Energy, "u.Au / 2 - l.u of the reference.".symbol("J").volatile().optional(NOT_ASKED);
-    (reference.forces?.normal) "/accuracy/sequences/reference/normal_force", &[], Dimension::FORCE, "Total normal contact force of the reference.".volatile().when((NO_FORCES, |sequences| sequences.reference.forces.is_some())).missing(|sequences| sequences.reference.forces = None);
-    (reference.forces?.tangential) "/accuracy/sequences/reference/tangential_force", &[extents::FRICTION_AXES], Dimension::FORCE, "Its total tangential multiplier force along t1 and t2.".volatile().optional(NO_FRICTION);
-};
-
 fn put_peaks(study: &mut AlgebraicStudy, peaks: [f64; 2]) {
     for (cost, peak) in study.assembly.iter_mut().zip(peaks) {
         cost.peak_bytes = Some(peak).filter(|peak| !peak.is_nan());
@@ -172,7 +133,7 @@ fn force_limits(study: &DiscretisationStudy) -> Option<[f64; 3]> {
     Some(limits).filter(|_| !study.forces.is_empty())
 }
 
-/// Writes both studies, the sequences and their advice.
+/// Writes both studies and their advice.
 pub fn write(writer: &mut GroupWriter<'_>, accuracy: &Accuracy) -> Result<(), StoreError> {
     ACCURACY.write_one(writer, accuracy)?;
     if let Some(study) = &accuracy.algebraic {
@@ -184,18 +145,6 @@ pub fn write(writer: &mut GroupWriter<'_>, accuracy: &Accuracy) -> Result<(), St
         MESHES.write_rows(writer, &study.levels)?;
         TRENDS.write_one(writer, study)?;
     }
-    if let Some(sequences) = &accuracy.sequences {
-        let levels = sequences.sequences.iter().flat_map(|sequence| {
-            sequence
-                .levels
-                .iter()
-                .map(|level| (sequence.kind, level.clone()))
-        });
-        let reference = (sequences.reference.kind, sequences.reference.level.clone());
-        let levels: Vec<(SequenceKind, SequenceLevel)> = levels.chain([reference]).collect();
-        SEQUENCE_LEVELS.write_rows(writer, &levels)?;
-        SEQUENCES.write_one(writer, sequences)?;
-    }
     Ok(())
 }
 
@@ -204,7 +153,7 @@ pub fn read_advice(reader: &Reader) -> Result<Option<String>, FormatError> {
     read_if_there(reader, ADVICE)
 }
 
-/// Reads both studies and the sequences; orders and limits are computed again.
+/// Reads both studies; orders and limits are computed again.
 pub fn read(reader: &Reader) -> Result<Accuracy, FormatError> {
     Ok(Accuracy {
         algebraic: ALGEBRAIC
@@ -215,7 +164,6 @@ pub fn read(reader: &Reader) -> Result<Accuracy, FormatError> {
             .is_there(reader)
             .then(|| read_discretisation(reader))
             .transpose()?,
-        sequences: read_sequences(reader)?,
     })
 }
 
@@ -238,33 +186,4 @@ fn read_discretisation(reader: &Reader) -> Result<DiscretisationStudy, FormatErr
     })?;
     let scene_n_div = read_value(reader, SCENE_N_DIV)?;
     Ok(DiscretisationStudy::new(scene_n_div, levels))
-}
-
-fn read_sequences(reader: &Reader) -> Result<Option<MeshSequences>, FormatError> {
-    if !SEQUENCE_LEVELS.is_there(reader) {
-        return Ok(None);
-    }
-    let blank = || (SequenceKind::LinearUniform, SequenceLevel::default());
-    let mut levels = SEQUENCE_LEVELS.read_rows(reader, blank)?;
-    let (kind, level) = levels.pop().unwrap_or_else(blank);
-    let of_kind = |kind| {
-        let levels = levels.iter().filter(|(other, _)| *other == kind);
-        levels.map(|(_, level)| level.clone()).collect()
-    };
-    let mut sequences = MeshSequences {
-        sequences: SequenceKind::ALL
-            .map(|kind| MeshSequence {
-                kind,
-                levels: of_kind(kind),
-            })
-            .to_vec(),
-        reference: Reference {
-            kind,
-            level,
-            potential_energy: f64::NAN,
-            forces: Some(Forces::default()),
-        },
-    };
-    SEQUENCES.read_one(reader, &mut sequences, true)?;
-    Ok(Some(sequences))
 }

@@ -105,7 +105,6 @@ pub(super) const OF_RUN_FILES: &[Size] = &[
     CELL_VALUES,
     SERIES_STEPS,
     ("n_levels", "nested meshes of the study of accuracy"),
-    ("n_sequence_levels", "meshes of all sequences of the study of accuracy, and the reference"),
     ("n_tetrahedron_sides", "sides of tetrahedra, each once"),
     ("n_adaptive_levels", "adaptive meshes that were solved"),
     ("n_refinements", "adaptive meshes beyond the first, solved or made"),

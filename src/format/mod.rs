@@ -191,8 +191,6 @@ pub const LAYOUT: Layout = Layout {
         accuracy::SOLVES.rows,
         accuracy::MESHES.rows,
         accuracy::TRENDS.rows,
-        accuracy::SEQUENCE_LEVELS.rows,
-        accuracy::SEQUENCES.rows,
         steps::STATE.rows,
         steps::DONE_ROWS,
         adapt::FIELDS.rows,

@@ -42,13 +42,9 @@ pub fn measure_accuracy(
         let need = resources::need_of_finest(finest, scene.body.element);
         resources::admit(need, path)?;
     }
-    let limited = AccuracySettings {
-        memory: resources::available_memory().map(|bytes| bytes as f64),
-        ..*settings
-    };
     let place = (path, format::ACCURACY, threads);
     stored(place, scene, settings, format::write_accuracy, || {
-        Ok(Accuracy::measure(scene, &input.folder, &limited, observe)?)
+        Ok(Accuracy::measure(scene, &input.folder, &settings, observe)?)
     })
 }
 

@@ -4,8 +4,7 @@ use std::fmt::Write;
 
 use serde_json::{Value, json};
 use studies::accuracy::{
-    Accuracy, AlgebraicStudy, Cost, DiscretisationStudy, Forces, MeshSequences, SequenceLevel,
-    SolverRun, Trend,
+    Accuracy, AlgebraicStudy, Cost, DiscretisationStudy, Forces, SolverRun, Trend,
 };
 use units::{Dimension, Units};
 
@@ -22,8 +21,7 @@ pub fn text(accuracy: &Accuracy, units: Units, with_solves: bool) -> String {
     let mut text = format!("{}\n\n", accuracy.advice());
     let meshes = accuracy.discretisation.as_ref();
     let meshes = meshes.map(|study| levels(study, units));
-    let sequences = accuracy.sequences.as_ref().map(|all| sequences(all, units));
-    for table in meshes.into_iter().chain(sequences) {
+    if let Some(table) = meshes {
         text += &(table.text() + "\n");
     }
     match &accuracy.algebraic {
@@ -48,11 +46,6 @@ pub fn json(accuracy: &Accuracy, units: Units) -> Value {
         "solves": algebraic.as_ref().map_or_else(none, |study| entries(study, units).json()),
         "levels": meshes.as_ref().map_or_else(none, |study| levels(study, units).json()),
         "advice": accuracy.advice().to_string(),
-        "sequences": accuracy.sequences.as_ref().map(|all| json!({
-            "levels": of_sequences(all, units).map(|level| level.json()).collect::<Value>(),
-            "reference": sequence_level("reference", &all.reference.level, units).json(),
-            "advice": all.advice().to_string(),
-        })),
     })
 }
 
@@ -163,54 +156,6 @@ fn limits(study: &DiscretisationStudy, units: Units) -> String {
         ),
     };
     [potential].into_iter().chain(forces).map(line).collect()
-}
-
-/// The meshes of all sequences and their reference.
-pub fn sequences(sequences: &MeshSequences, units: Units) -> FigureTable {
-    let reference = &sequences.reference;
-    let rows = of_sequences(sequences, units).chain([sequence_level(
-        "reference",
-        &reference.level,
-        units,
-    )]);
-    let note = format!(
-        "potential energy of the reference: {:.8e} {}\ncheapest sequence for {}\n",
-        reference.potential_energy,
-        units.energy(),
-        sequences.advice()
-    );
-    let caption = "sequences of meshes (relative errors in the energy norm, uncertain by the estimated error of the reference; - where that is \
-                   too large to tell)";
-    FigureTable::new(caption, rows).with_note(note)
-}
-
-fn of_sequences(sequences: &MeshSequences, units: Units) -> impl Iterator<Item = Figures> {
-    let levels = sequences.sequences.iter();
-    levels.flat_map(move |sequence| {
-        let name = sequence.kind.words();
-        sequence
-            .levels
-            .iter()
-            .map(move |level| sequence_level(name, level, units))
-    })
-}
-
-#[rustfmt::skip]
-fn sequence_level(sequence: &str, level: &SequenceLevel, units: Units) -> Figures {
-    let mut figures = Figures::new(units);
-    figures.plain("sequence", "sequence", sequence);
-    figures.plain("n_free", "unknowns", level.n_free);
-    figures.json_only("n_tetrahedra", level.n_tetrahedra);
-    figures.plain("n_multipliers", "multipliers", level.n_multipliers);
-    figures.number("estimated_error", "estimated", Fixed(4), level.estimated_error);
-    figures.number("contact_error", "of contact", Fixed(4), level.contact_error);
-    figures.number("energy_error", "true", Fixed(4), level.error);
-    figures.number("effectivity", "effectivity", Fixed(2), level.effectivity());
-    cost(&mut figures, Some(&level.cost));
-    figures.json_only("seconds", level.cost.seconds);
-    figures.json_only("peak_bytes", level.cost.peak_bytes);
-    figures.plain("status", "status", level.status.word());
-    figures
 }
 
 /// What a solve costs, for people.

@@ -4,10 +4,7 @@ use std::path::PathBuf;
 
 use contact3d::{adaptation::AdaptiveLevel, solver::Solution};
 use plots::{Chart, ChartAxis, ChartPoint, Series};
-use studies::accuracy::{
-    Accuracy, AlgebraicStudy, DiscretisationStudy, Level, MeshSequences, SequenceLevel, SolverRun,
-    Trend,
-};
+use studies::accuracy::{Accuracy, AlgebraicStudy, DiscretisationStudy, Level, SolverRun, Trend};
 use units::{Dimension, Unit, Units};
 
 use super::PictureFolder;
@@ -16,18 +13,11 @@ use crate::pipeline::StageError;
 /// Names of the pictures.
 pub(super) const WORK_PRECISION: &str = "work_precision";
 pub(super) const CONVERGENCE: &str = "convergence";
-pub(super) const SEQUENCES_SECONDS: &str = "sequences_seconds";
-pub(super) const SEQUENCES_UNKNOWNS: &str = "sequences_unknowns";
 
 /// Those of `accuracy`.
-pub(super) const ACCURACY: [&str; 4] = [
-    WORK_PRECISION,
-    CONVERGENCE,
-    SEQUENCES_SECONDS,
-    SEQUENCES_UNKNOWNS,
-];
+pub(super) const ACCURACY: [&str; 2] = [WORK_PRECISION, CONVERGENCE];
 
-/// Draws the work-precision and the convergence diagram and those of the sequences as SVG and PNG; returns the files.
+/// Draws the work-precision and the convergence diagram as SVG and PNG; returns the files.
 pub fn draw_accuracy(
     folder: &PictureFolder,
     accuracy: &Accuracy,
@@ -38,16 +28,7 @@ pub fn draw_accuracy(
     let discretisation = nested
         .filter(|study| study.levels.len() > 2)
         .map(convergence);
-    let sequences = accuracy.sequences.as_ref();
-    let charts = [
-        (WORK_PRECISION, algebraic),
-        (CONVERGENCE, discretisation),
-        (SEQUENCES_SECONDS, sequences.map(sequences_against_seconds)),
-        (
-            SEQUENCES_UNKNOWNS,
-            sequences.map(sequences_against_unknowns),
-        ),
-    ];
+    let charts = [(WORK_PRECISION, algebraic), (CONVERGENCE, discretisation)];
     let drawn = charts
         .into_iter()
         .filter_map(|(name, chart)| Some((name, chart?)));
@@ -142,49 +123,6 @@ pub(super) fn convergence(study: &DiscretisationStudy) -> Chart {
     let n_div = n_div.with_ticks(levels.iter().map(|level| level.n_div as f64));
     let error = ChartAxis::logarithmic("relative error", Unit::none());
     Chart::new("Discretisation error", n_div, error, series)
-}
-
-/// Error of each sequence against its seconds.
-pub(super) fn sequences_against_seconds(sequences: &MeshSequences) -> Chart {
-    let time = ChartAxis::logarithmic(
-        "time of mesh, assembly, solve and evaluation",
-        Units::SI.of(Dimension::Time),
-    );
-    sequences_chart(sequences, time, |level| level.cost.seconds)
-}
-
-/// Error of each sequence against its unknowns.
-pub(super) fn sequences_against_unknowns(sequences: &MeshSequences) -> Chart {
-    let unknowns = ChartAxis::logarithmic("unknowns", Unit::none());
-    sequences_chart(sequences, unknowns, |level| level.n_free as f64)
-}
-
-/// The true error of each mesh, where it is known.
-fn sequences_chart(
-    sequences: &MeshSequences,
-    x: ChartAxis,
-    along: impl Fn(&SequenceLevel) -> f64,
-) -> Chart {
-    let series = sequences.sequences.iter().map(|sequence| {
-        let points = sequence.levels.iter().filter_map(|level| {
-            let error = level.error?;
-            Some(ChartPoint {
-                x: along(level),
-                y: error,
-                text: format!(
-                    "{}, {} unknowns: error {error:.2e}, estimated {:.2e}, {:.3} s",
-                    sequence.kind.words(),
-                    level.n_free,
-                    level.estimated_error,
-                    level.cost.seconds
-                ),
-            })
-        });
-        Series::new(sequence.kind.words(), points)
-    });
-    let error = "error of u in the energy norm, relative";
-    let error = ChartAxis::logarithmic(error, Unit::none());
-    Chart::new("Sequences of meshes", x, error, series)
 }
 
 /// The estimated error of the levels of an adaptive mesh against their unknowns, and against the time until each, with what was asked for.

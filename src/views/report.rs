@@ -16,10 +16,7 @@ use runfile::{Reader, StoredGroup, timestamp};
 use super::{
     body3d,
     branches::diagrams,
-    charts::{
-        self, convergence, history, sequences_against_seconds, sequences_against_unknowns,
-        work_precision,
-    },
+    charts::{self, convergence, history, work_precision},
     history_charts,
     picture::{self, Drawn},
     sweep_report,
@@ -267,11 +264,6 @@ fn accuracy_parts(reader: &Reader, scene: &Scene) -> StudyParts {
     if let Some(study) = &accuracy.discretisation {
         parts.push(PagePart::chart(&convergence(study)));
         parts.extend(table_parts(&tables::levels(study, stored.units)));
-    }
-    if let Some(sequences) = &accuracy.sequences {
-        parts.push(PagePart::chart(&sequences_against_seconds(sequences)));
-        parts.push(PagePart::chart(&sequences_against_unknowns(sequences)));
-        parts.extend(table_parts(&tables::sequences(sequences, stored.units)));
     }
     if let Some(study) = &accuracy.algebraic {
         parts.push(PagePart::chart(&work_precision(study)));

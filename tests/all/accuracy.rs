@@ -11,8 +11,6 @@ const SETTINGS: AccuracySettings = AccuracySettings {
     budget: 120.0,
     coarsest: 2,
     finest: Some(8),
-    sequences: None,
-    memory: None,
 };
 
 fn measure(scene: &Scene, settings: &AccuracySettings) -> Result<Accuracy, ProblemError> {

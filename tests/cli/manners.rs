@@ -107,7 +107,7 @@ fn printed_forces_have_names_and_no_noise() {
     assert_eq!(of("force of weight (pressure.0)"), [0.0, 0.0, -6e7]);
     // Block and loads are mirrored in y.
     assert_eq!(of("force of contact")[1], 0.0);
-    let refused = ["accuracy", "loop.toml", "other.h5", "--sequences", "200%"];
+    let refused = ["accuracy", "loop.toml", "other.h5", "--coarsest", "0"];
     program.command(&refused).assert().code(2);
 }
 

@@ -29,8 +29,6 @@ fn the_estimated_error_is_near_the_true_one() {
             budget: 1.0,
             coarsest: 2,
             finest: Some(finest),
-            sequences: None,
-            memory: None,
         };
         let study = DiscretisationStudy::measure(&published(element), &settings, &mut |_| {});
         let study = study.expect("solves").expect("a brick");
@@ -147,7 +145,6 @@ fn errors_against_the_limit_are_recovered_from_differences_to_the_finest_mesh() 
     let accuracy = Accuracy {
         algebraic: None,
         discretisation: Some(study),
-        sequences: None,
     };
     let advice = accuracy.advice();
     assert_eq!(advice.n_div, Some(12));

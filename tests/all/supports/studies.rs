@@ -55,8 +55,6 @@ fn nested_meshes_obey_galerkins_identity() {
             budget: 1.0,
             coarsest: 1,
             finest: Some(if element == "P1" { 8 } else { 4 }),
-            sequences: None,
-            memory: None,
         };
         let study = DiscretisationStudy::measure(&scene(element, ""), &settings, &mut |_| {});
         let levels = study.unwrap().expect("a brick").levels;

@@ -10,7 +10,6 @@ mod cost;
 mod discretisation;
 mod distance;
 mod refinement;
-mod sequences;
 
 pub use algebraic::{AlgebraicStudy, EPSILONS, RunMethod, RunOperator, RunResult, SolverRun};
 pub use cost::{Advice, Cost, FinerMesh};
@@ -18,9 +17,6 @@ pub use discretisation::{DiscretisationStudy, Forces, Level, Trend};
 pub use distance::{Distance, MeshField, distance};
 pub(crate) use refinement::{brick_n_div, observed_order};
 pub use refinement::{extrapolated, nested_bricks};
-pub use sequences::{
-    MeshSequence, MeshSequences, Reference, SequenceAdvice, SequenceKind, SequenceLevel, TARGETS,
-};
 
 use std::path::Path;
 
@@ -35,29 +31,21 @@ use discretisation::NestedMeshes;
 /// How far the studies go.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct AccuracySettings {
-    /// Seconds for the solves of all methods on all operators, and as many for all sequences of meshes; later ones are left out.
+    /// Seconds for the solves of all methods on all operators; later ones are left out.
     pub budget: f64,
     /// Smallest n_div of the meshes.
     pub coarsest: usize,
     /// n_div of the finest mesh, a multiple of the scene's own; chosen when not given.
     pub finest: Option<usize>,
-    /// Where the sequences of meshes end, as a relative error; they are left out when not given.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub sequences: Option<f64>,
-    /// Bytes that a mesh of the sequences may take; no limit when not given.
-    #[serde(skip)]
-    pub memory: Option<f64>,
 }
 
-/// Both studies of a scene, and its sequences of meshes.
+/// Both studies of a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Accuracy {
     /// Errors of the solvers on the scene's own mesh; `None` without contact.
     pub algebraic: Option<AlgebraicStudy>,
     /// Errors of the meshes; `None` for a mesh file, which has no finer meshes.
     pub discretisation: Option<DiscretisationStudy>,
-    /// What linear and quadratic elements on uniform and adaptive meshes reach; `None` where it was not asked for.
-    pub sequences: Option<MeshSequences>,
 }
 
 impl Accuracy {
@@ -77,21 +65,14 @@ impl Accuracy {
         // A finest mesh that cannot be is refused before the long work.
         let mut meshes = NestedMeshes::announce(scene, settings, &mut pieces)?;
         let runs = SolverPieces::announce(scene, settings, meshes.kind, &mut pieces);
-        let sequences = settings
-            .sequences
-            .map(|goal| (goal, sequences::announce(settings, &mut pieces)));
         // The small meshes first: what an allocator keeps of a large one would count as their peak.
         meshes.solve(true, &mut pieces)?;
         let algebraic = AlgebraicStudy::of(scene, folder, settings, (runs, &mut pieces))?;
         meshes.solve(false, &mut pieces)?;
         let discretisation = meshes.study();
-        let sequences = sequences.map(|(goal, kind)| {
-            MeshSequences::of(scene, folder, goal, settings, (kind, &mut pieces))
-        });
         Ok(Self {
             algebraic,
             discretisation,
-            sequences: sequences.transpose()?,
         })
     }
 

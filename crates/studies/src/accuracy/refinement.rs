@@ -123,21 +123,6 @@ fn set_planes(brick: &mut Brick, axis: usize, planes: Vec<f64>) {
     }
 }
 
-/// The smallest numbers of cells with the proportions of a brick.
-#[must_use]
-pub(super) fn proportions(brick: &Brick) -> [usize; 3] {
-    let parts = brick.cells.into_iter().fold(0, greatest_common_divisor);
-    brick.cells.map(|cells| cells / parts.max(1))
-}
-
-/// The scene with so many equal cells.
-pub(super) fn with_cells(scene: &Scene, cells: [usize; 3]) -> Scene {
-    match scene.body.as_brick() {
-        Some(brick) => with_brick(scene, &Brick::new(brick.size, cells)),
-        None => scene.clone(),
-    }
-}
-
 /// The scene with another brick.
 pub(crate) fn with_brick(scene: &Scene, brick: &Brick) -> Scene {
     let mut scene = scene.clone();

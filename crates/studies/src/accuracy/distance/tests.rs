@@ -5,12 +5,12 @@ use std::path::Path;
 use super::*;
 use crate::accuracy::{
     discretisation::energy_norm,
-    refinement::{prolongate, with_cells},
+    refinement::{prolongate, with_brick},
 };
 use contact3d::{
     elasticity::{DofMap, stiffness},
     mesh::{RefinableBody, tetrahedron_volume},
-    scene::{Body, ElementOrder, Material, Quantity, Scene, Spring},
+    scene::{Body, Brick, ElementOrder, Material, Quantity, Scene, Spring},
 };
 
 /// λ + 2μ = 1.2 and μ = 0.4.
@@ -21,6 +21,11 @@ const MODULI: [f64; 2] = [1.2, 0.4];
 fn box_scene(cells: [usize; 3], element: ElementOrder) -> Scene {
     let body = Body::brick([1.0, 0.5, 0.75], cells).with_element(element);
     Scene::new(body, Material::isotropic(YOUNG, POISSON))
+}
+
+fn with_cells(scene: &Scene, cells: [usize; 3]) -> Scene {
+    let brick = scene.body.as_brick().expect("a brick");
+    with_brick(scene, &Brick::new(brick.size, cells))
 }
 
 fn file_scene(file: &str, element: ElementOrder) -> Scene {
