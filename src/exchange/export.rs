@@ -10,8 +10,8 @@ use hdf5_metno::File;
 use runfile::{StoreError, WholeFile, WrittenFile};
 
 use super::{
-    fclib::{self, FclibSolution, Info},
-    frozen::{COMPONENTS, Equations, FrozenProblem},
+    fclib::{self, FclibSolution},
+    frozen::{Equations, FrozenProblem, SPACE_DIMENSION},
     put,
 };
 use crate::{
@@ -20,7 +20,7 @@ use crate::{
 };
 
 /// Bytes for each entry of W: S, W by columns with long indices, W as the file has it, the file in memory.
-const BYTES_PER_ENTRY: u64 = 8 + 2 * 16 + 2 * 12;
+const BYTES_PER_ENTRY_OF_W: u64 = 8 + 2 * 16 + 2 * 12;
 
 /// Which of the two problems is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -66,9 +66,9 @@ pub fn export(run_file: &Path, target: &Path, form: FclibForm) -> Result<Exporte
     if form == FclibForm::Local {
         admit_memory(Requirement {
             step: "writing W, which is dense; --kind fclib-global writes sparse matrices",
-            memory: ((COMPONENTS * n_contacts) as u64)
+            memory: ((SPACE_DIMENSION * n_contacts) as u64)
                 .saturating_pow(2)
-                .saturating_mul(BYTES_PER_ENTRY),
+                .saturating_mul(BYTES_PER_ENTRY_OF_W),
             stored: 0,
         })?;
     }
@@ -86,7 +86,7 @@ pub fn export(run_file: &Path, target: &Path, form: FclibForm) -> Result<Exporte
     let layout = MultiplierLayout::new(n_contacts, contact.interface.n_friction_panes());
     let forces = frozen.scaling.forces(layout, &solution.multiplier);
     let answer = frozen.solution(forces, &solution.displacement);
-    let nothing = vec![0.0; COMPONENTS * n_contacts];
+    let nothing = vec![0.0; SPACE_DIMENSION * n_contacts];
     let start = frozen.solution(nothing, &vec![0.0; solution.displacement.len()]);
     let written = write(&problem, &frozen, &friction, [&answer, &start], target)?;
     Ok(Exported {
@@ -170,14 +170,17 @@ fn write(
         units.length(),
         units.force(),
     );
-    let info = Info {
-        title: &problem.scene().title,
-        description: &description,
-        math_info: "W is symmetric and positive definite up to rounding; solution is that of the program, guess 1 is zero",
-        degrees_of_freedom: problem.system.assembly.primal.dofs.n_free,
-    };
+    let info = [
+        ("title", problem.scene().title.as_str()),
+        ("description", &description),
+        (
+            "math_info",
+            "W is symmetric and positive definite up to rounding; solution is that of the program, guess 1 is zero",
+        ),
+    ];
+    let n_free = problem.system.assembly.primal.dofs.n_free;
     let all = |file: &File| {
-        fclib::write_problem(file, frozen, &info)?;
+        fclib::write_problem(file, frozen, info, n_free)?;
         fclib::write_solutions(file, solution, start)?;
         write_scaling(file, frozen, friction)?;
         fclib::write_attribute(file, output::PROGRAM_ATTRIBUTE, FCLIB_PROGRAM)
@@ -208,7 +211,7 @@ fn write_scaling(
         "scale",
         "D: contact forces are unit * scale * r, relative displacements unit * u / scale",
         &scaling.scale,
-        COMPONENTS,
+        SPACE_DIMENSION,
     )?;
     fclib::write_array(
         group,

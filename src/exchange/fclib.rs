@@ -16,10 +16,10 @@ use hdf5_metno::{
     types::{FixedUnicode, VarLenUnicode},
 };
 
-use super::frozen::{COMPONENTS, Equations, FrozenProblem};
+use super::frozen::{Equations, FrozenProblem, SPACE_DIMENSION};
 
 /// Bytes of a text, the zero at its end included, in the library's reader; longer ones are cut off.
-const TEXT_BYTES: usize = 1024;
+const INFO_TEXT_BYTES: usize = 1024;
 
 /// Forces of a problem and what they lead to.
 pub(super) struct FclibSolution {
@@ -31,15 +31,6 @@ pub(super) struct FclibSolution {
     pub(super) r: Vec<f64>,
 }
 
-/// What a file says about its problem.
-pub(super) struct Info<'a> {
-    pub(super) title: &'a str,
-    pub(super) description: &'a str,
-    pub(super) math_info: &'a str,
-    /// Degrees of freedom of the body.
-    pub(super) degrees_of_freedom: usize,
-}
-
 /// The most entries of a matrix, which 32-bit indices have to count.
 pub(super) fn most_entries(problem: &FrozenProblem) -> usize {
     match &problem.equations {
@@ -48,14 +39,20 @@ pub(super) fn most_entries(problem: &FrozenProblem) -> usize {
     }
 }
 
-/// Writes a problem whose entries 32-bit indices count to an empty file.
-pub(super) fn write_problem(file: &File, problem: &FrozenProblem, info: &Info<'_>) -> Result<()> {
+/// Writes a problem whose entries 32-bit indices count to an empty file, with texts about it by their names and the degrees of freedom of
+/// the body.
+pub(super) fn write_problem(
+    file: &File,
+    problem: &FrozenProblem,
+    info: [(&str, &str); 3],
+    degrees_of_freedom: usize,
+) -> Result<()> {
     let name = match &problem.equations {
         Equations::Local { .. } => "fclib_local",
         Equations::Global { .. } => "fclib_global",
     };
     let group = &new_group(file, name)?;
-    write(group, "spacedim", &[COMPONENTS as i32])?;
+    write(group, "spacedim", &[SPACE_DIMENSION as i32])?;
     let vectors = match &problem.equations {
         Equations::Local { w, q } => {
             write_matrix(&new_group(group, "W")?, w, -1, &w.indptr)?;
@@ -72,12 +69,12 @@ pub(super) fn write_problem(file: &File, problem: &FrozenProblem, info: &Info<'_
         write(&vector_group, name, values)?;
     }
     let group = &new_group(group, "info")?;
-    write_text(group, "title", info.title)?;
-    write_text(group, "description", info.description)?;
-    write_text(group, "math_info", info.math_info)?;
+    for (name, text) in info {
+        write_text(group, name, text)?;
+    }
     let attribute = group.new_attr::<i32>().shape(1);
     let attribute = attribute.create("numberOfDegreeOfFreedom")?;
-    attribute.write_raw(&[info.degrees_of_freedom as i32])
+    attribute.write_raw(&[degrees_of_freedom as i32])
 }
 
 /// Adds `/solution` and, as its only guess, a start.
@@ -164,12 +161,12 @@ fn write_matrix(group: &Group, matrix: &CscMatrix, nz: i32, p: &[usize]) -> Resu
 fn write_text(group: &Group, name: &str, text: &str) -> Result<()> {
     // The library reads up to the first zero.
     let mut kept: String = text.chars().filter(|c| *c != '\0').collect();
-    while kept.len() >= TEXT_BYTES {
+    while kept.len() >= INFO_TEXT_BYTES {
         kept.pop();
     }
-    let fixed = kept.parse::<FixedUnicode<TEXT_BYTES>>();
+    let fixed = kept.parse::<FixedUnicode<INFO_TEXT_BYTES>>();
     let fixed = fixed.map_err(|error| Error::from(error.to_string()))?;
-    let dataset = group.new_dataset::<FixedUnicode<TEXT_BYTES>>();
+    let dataset = group.new_dataset::<FixedUnicode<INFO_TEXT_BYTES>>();
     dataset
         .obj_track_times(false)
         .create(name)?

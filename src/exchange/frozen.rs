@@ -11,7 +11,7 @@ use contact3d::{
 use super::fclib::FclibSolution;
 
 /// Components of r and u at a contact: N, T1, T2.
-pub(super) const COMPONENTS: usize = 3;
+pub(super) const SPACE_DIMENSION: usize = 3;
 
 /// A problem with Coulomb's law between r and u, components N, T1, T2 contact after contact.
 pub(super) struct FrozenProblem {
@@ -73,7 +73,7 @@ impl FrozenProblem {
         let order: Vec<usize> = (0..area.len())
             .flat_map(|pane| components(dual.layout, pane))
             .collect();
-        let factor = |k: usize| scaling.scale[k] / area[k / COMPONENTS];
+        let factor = |k: usize| scaling.scale[k] / area[k / SPACE_DIMENSION];
         let mut data = Vec::with_capacity(n * n);
         for (k, &j) in order.iter().enumerate() {
             let column = dual.column(j);
@@ -129,7 +129,7 @@ impl FrozenProblem {
         let mut w = Vec::with_capacity(scaling.scale.len());
         for (pane, area) in surface.pane_area.iter().enumerate() {
             for (k, j) in components(layout, pane).into_iter().enumerate() {
-                let factor = scaling.scale[COMPONENTS * pane + k] / area;
+                let factor = scaling.scale[SPACE_DIMENSION * pane + k] / area;
                 let (rows, values) = system.coupling.transposed.column(j);
                 h.indices.extend(rows);
                 h.data.extend(values.iter().map(|b| -c * factor * b));
@@ -205,12 +205,12 @@ impl FrozenScaling {
         let layout = MultiplierLayout::new(area.len(), area.len());
         let mut pairs = friction.iter().flatten();
         let is_isotropic = pairs.all(|[first, second]| first == second);
-        let mut scale = Vec::with_capacity(COMPONENTS * area.len());
+        let mut scale = Vec::with_capacity(SPACE_DIMENSION * area.len());
         let mut offset: Vec<f64> = Vec::with_capacity(scale.len());
         for (pane, area) in area.iter().enumerate() {
             let ellipse = match friction[pane] {
                 Some([first, second]) if !is_isotropic => [1.0, first, second],
-                Some(_) | None => [1.0; COMPONENTS],
+                Some(_) | None => [1.0; SPACE_DIMENSION],
             };
             let places = components(layout, pane);
             let entries = places.iter().zip(ellipse);
@@ -245,8 +245,8 @@ impl FrozenScaling {
         for (pane, area) in self.area.iter().enumerate() {
             let [first, second] = layout.pair(multiplier, pane);
             let stresses = [multiplier[layout.normal(pane)], first, second];
-            let own = &self.scale[COMPONENTS * pane..];
-            forces.extend((0..COMPONENTS).map(|k| area * stresses[k] / (self.unit * own[k])));
+            let own = &self.scale[SPACE_DIMENSION * pane..];
+            forces.extend((0..SPACE_DIMENSION).map(|k| area * stresses[k] / (self.unit * own[k])));
         }
         forces
     }
@@ -267,7 +267,7 @@ fn everywhere(
 }
 
 /// The places of N, T1 and T2 of a pane in a layout with pairs on all panes.
-fn components(layout: MultiplierLayout, pane: usize) -> [usize; COMPONENTS] {
+fn components(layout: MultiplierLayout, pane: usize) -> [usize; SPACE_DIMENSION] {
     let [first, second] = layout.tangential(pane).expect("a pair on every pane");
     [layout.normal(pane), first, second]
 }

@@ -86,7 +86,7 @@ pub fn mesh_of(input: &SceneFile, refinement: &Refinement) -> Result<Mesh, Stage
 
 /// The mesh file that a scene names.
 pub fn mesh_file(input: &SceneFile) -> Option<PathBuf> {
-    Some(input.folder.join(&input.scene.body.mesh_file()?.file))
+    Some(input.folder.join(&input.scene.body.gmsh.as_ref()?.file))
 }
 
 /// Writes the digest of a mesh file into the scene, so that a changed file makes the mesh stale. A
@@ -96,11 +96,11 @@ pub fn mesh_file(input: &SceneFile) -> Option<PathBuf> {
 /// A file that cannot be read, or is not the one of the digest in the scene; too little memory for
 /// it.
 pub fn pin_mesh_file(input: &mut SceneFile) -> Result<(), StageError> {
-    let Some(mut gmsh) = input.scene.body.mesh_file().cloned() else {
+    let Some(mut gmsh) = input.scene.body.gmsh.clone() else {
         return Ok(());
     };
     pin(&mut gmsh, input)?;
-    if let Some(own) = input.scene.body.mesh_file_mut() {
+    if let Some(own) = &mut input.scene.body.gmsh {
         *own = gmsh;
     }
     Ok(())

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use contact3d::{
     mesh::{Mesh, tetrahedron_volume, triangle_area},
-    scene::{Brick, BrickFace, Scene, Shape},
+    scene::{Brick, BrickFace, Scene},
 };
 use proptest::prelude::*;
 
@@ -34,7 +34,7 @@ fn brick(spec: &Brick, face: BrickFace) -> Mesh {
         BrickFace::NAMES[face as usize]
     );
     let mut scene = Scene::parse("test", &text).unwrap();
-    scene.body = Shape::Brick(spec.clone()).into();
+    scene.body = spec.clone().into();
     Mesh::of_scene(&scene, std::path::Path::new("")).unwrap()
 }
 

@@ -5,7 +5,7 @@ use std::{fs, path::Path, process::Command, time::Duration};
 
 use crate::program::{Program, SMALL, pipeline};
 
-/// Longer than the program waits for anybody to write to a pipe.
+/// Longer than any refusal takes.
 const PATIENCE: Duration = Duration::from_secs(30);
 
 /// A scratch folder with a pipe that nobody writes to, a folder, and a scene.
@@ -80,14 +80,6 @@ fn a_scene_or_sweep_is_no_device_and_no_folder() {
             );
         }
     }
-}
-
-#[test]
-fn a_pipe_without_a_writer_is_given_up() {
-    let program = scratch();
-    let text = refused(&program, &["run", "pipe", "run.h5"]);
-    assert!(text.contains("somebody who writes to the pipe"), "{text}");
-    assert!(!program.path("run.h5").exists());
 }
 
 /// Runs a script of bash, which has `<(command)`, and returns its exit code and what it said.

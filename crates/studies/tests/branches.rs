@@ -6,7 +6,7 @@ use std::path::{Path as FilePath, PathBuf};
 use contact3d::{
     dual::ExplicitDual,
     linalg::norm,
-    scene::{Coefficient, Formula, Ramp, Scene, SceneFile, Shape},
+    scene::{Coefficient, Formula, Ramp, Scene, SceneFile},
     solver::Linearisation,
 };
 use nalgebra::{DMatrix, DVector};
@@ -471,7 +471,7 @@ fn two_nodes_have_the_solutions_of_all_their_states_at_every_friction() {
 #[test]
 fn means_of_slips_reach_the_knots_of_the_law_where_paths_say_so() {
     let mut base = scene("brick.toml");
-    if let Shape::Brick(brick) = &mut base.body.shape {
+    if let Some(brick) = base.body.as_brick_mut() {
         brick.cells = [12, 4, 4];
     }
     base.contacts[0].slip_interpolation = contact3d::scene::SlipInterpolation::Clement;
@@ -562,7 +562,7 @@ fn restarted_paths_equal_uninterrupted_ones() {
 #[test]
 fn a_path_passes_the_kinks_of_a_strongly_weakening_law() {
     let mut base = scene("brick.toml");
-    if let Shape::Brick(brick) = &mut base.body.shape {
+    if let Some(brick) = base.body.as_brick_mut() {
         brick.cells = [12, 4, 4];
     }
     let ramp = Ramp {

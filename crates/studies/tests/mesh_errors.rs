@@ -5,7 +5,7 @@ use std::path::Path;
 use contact3d::{
     Problem,
     mesh::Mesh,
-    scene::{Brick, BrickFace, ElementOrder, Scene, Shape},
+    scene::{Brick, BrickFace, ElementOrder, Scene},
 };
 use studies::accuracy::{
     Accuracy, AccuracySettings, DiscretisationStudy, Level, MeshField, distance, nested_bricks,
@@ -164,7 +164,7 @@ fn meshes_of(contact_face: &str, brick: &Brick, finest: Option<usize>) -> (Scene
     let text = include_str!("../../../pipelines/newton.toml");
     let text = text.replace("face = \"z_min\"", &format!("face = \"{contact_face}\""));
     let mut scene = Scene::parse("newton.toml", &text).expect("valid pipeline");
-    scene.body.shape = Shape::Brick(brick.clone());
+    scene.body.brick = Some(brick.clone());
     let settings = AccuracySettings {
         coarsest: 1,
         finest,
@@ -193,7 +193,7 @@ fn finer_meshes_are_nested_whatever_the_factor_and_the_contact_face() {
                 scene.body.element = element;
                 let mesh = |brick: &Brick| {
                     let mut scene = scene.clone();
-                    scene.body.shape = Shape::Brick(brick.clone());
+                    scene.body.brick = Some(brick.clone());
                     Mesh::of_scene(&scene, Path::new("")).expect("a brick")
                 };
                 let (coarse, fine) = (mesh(brick), mesh(finer.last().expect("a finest mesh")));

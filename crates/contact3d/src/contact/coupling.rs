@@ -3,7 +3,11 @@
 use std::ops::Range;
 
 use super::ContactFrame;
-use crate::{elasticity::DofMap, linalg::CscMatrix, mesh::ContactSurface};
+use crate::{
+    elasticity::DofMap,
+    linalg::{CscMatrix, UNIT_ROUNDING},
+    mesh::ContactSurface,
+};
 
 /// The order of the components of a multiplier λ: the m normal ones first, then the tangential pairs of the panes with
 /// friction, which come before those without. All that is indexed by multipliers (B, S, h, residuals, stiffness) follows it.
@@ -104,10 +108,6 @@ impl MultiplierLayout {
         (normal, rest[..n_tangential].as_chunks_mut().0)
     }
 }
-
-/// What rounding leaves of zero in a unit vector, as in the cosine of 90° or a normal on a plane of symmetry, and of formulas that
-/// agree.
-pub(super) const UNIT_ROUNDING: f64 = 1e-12;
 
 /// The coupling B = [N; T] between multipliers and displacements; B = N without friction.
 ///

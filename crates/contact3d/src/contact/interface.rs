@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use super::{
     ClementStars, ContactFrame, CoulombLaw, Coupling, FaceLaw, PreviousIncrement, SlipMap,
-    SlipOperator, coupling::UNIT_ROUNDING, law_bounds,
+    SlipOperator, law_bounds,
 };
 use crate::{
     elasticity::{DofMap, prescribed_displacements},
+    linalg::UNIT_ROUNDING,
     mesh::{ContactSurface, Mesh, SurfaceFace},
     scene::{
         ContactFeatures, FrictionModel, InvalidValue, ModelFeatures, Quantity, Scene,

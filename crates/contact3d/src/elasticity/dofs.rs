@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::{Element, MaterialField};
 use crate::{
-    linalg::norm,
+    linalg::{UNIT_ROUNDING, norm},
     mesh::Mesh,
     scene::{Component, InvalidValue, Scene, UNDEFINED, Written, place_words},
 };
@@ -91,10 +91,6 @@ impl DofMap {
     }
 }
 
-/// Share of the largest prescribed displacement by which two clamps may differ at a node that both hold: rounding of
-/// formulas.
-const AGREED: f64 = 1e-12;
-
 /// The displacement u_c in m at which the clamps hold each node, `[n_nodes, 3]`, zero for free components; `None` where
 /// all clamps hold at zero.
 ///
@@ -138,7 +134,7 @@ pub fn prescribed_displacements(
     let largest = largest.fold(0.0, |most: f64, v| most.max(v.abs()));
     let contradicts = |held: &[PrescribedValue; 2]| {
         let difference = (held[0].value - held[1].value).abs();
-        difference > AGREED * largest.max(held[1].value.abs())
+        difference > UNIT_ROUNDING * largest.max(held[1].value.abs())
     };
     match conflicts.iter().find(|(_, _, held)| contradicts(held)) {
         None => Ok(Some(values)),

@@ -10,7 +10,8 @@ use super::{
     },
 };
 use crate::{
-    mesh::{Mesh, tetrahedron_volume},
+    linalg::UNIT_ROUNDING,
+    mesh::{GEOMETRY_TOLERANCE, Mesh, tetrahedron_volume},
     scene::{InvalidValue, Scene},
 };
 
@@ -20,15 +21,9 @@ pub(super) type Hold = (Vector3<f64>, Vector3<f64>);
 /// A motion u(x) = t + ω × (x − c), as t and ω.
 pub(super) type Motion = [Vector3<f64>; 2];
 
-/// Coordinates may be off by this share of the body's extent in their direction: digits of a mesh file.
-const DIGITS: f64 = 1e-6;
-
-/// Rounding of a direction and of sums over places, with room.
-const ROUNDING: f64 = 1e-12;
-
 /// The motions about c that move no held place along its direction.
 ///
-/// A motion is free where coordinates moved by no more than [`DIGITS`] of `spread` = ⟨(x − c)(x − c)ᵀ⟩ over the body would make it
+/// A motion is free where coordinates moved by no more than [`GEOMETRY_TOLERANCE`] of `spread` = ⟨(x − c)(x − c)ᵀ⟩ over the body would make it
 /// so. Places that count as different are told apart by the extent across, not along: a cantilever holds its root however long it is.
 pub(super) fn free_motions(
     holds: &[Hold],
@@ -39,7 +34,8 @@ pub(super) fn free_motions(
     let middle = holds.iter().map(|(x, _)| x).sum::<Vector3<f64>>() / n;
     let directions: Matrix3<f64> = holds.iter().map(|(_, n)| n * n.transpose()).sum();
     let directions = directions.symmetric_eigen();
-    let still = |i: &usize| directions.eigenvalues[*i] <= ROUNDING * directions.eigenvalues.max();
+    let still =
+        |i: &usize| directions.eigenvalues[*i] <= UNIT_ROUNDING * directions.eigenvalues.max();
     let (unheld, held): (Vec<usize>, Vec<usize>) = (0..3).partition(still);
     let along = |i: usize| directions.eigenvectors.column(i).into_owned();
     let inverse: Matrix3<f64> = held
@@ -75,8 +71,8 @@ pub(super) fn free_motions(
 fn uncertainty(arm: &Vector3<f64>, along: &Vector3<f64>, spread: &Matrix3<f64>) -> Matrix3<f64> {
     let across = along.cross_matrix();
     let turned = arm.cross_matrix();
-    across.transpose() * spread * across * DIGITS.powi(2)
-        + turned.transpose() * turned * ROUNDING.powi(2)
+    across.transpose() * spread * across * GEOMETRY_TOLERANCE.powi(2)
+        + turned.transpose() * turned * UNIT_ROUNDING.powi(2)
 }
 
 /// The rotations ω with ωᵀ moved ω ≤ ωᵀ noise ω: each axis of the body in a unit of its own, so that no rotation is small beside
@@ -94,7 +90,7 @@ fn hardly_moved(
         square => square.sqrt().recip(),
     });
     let scaled = |form: &Matrix3<f64>| form.component_mul(&(units * units.transpose()));
-    let all = scaled(&(moved + noise)) + Matrix3::identity() * ROUNDING;
+    let all = scaled(&(moved + noise)) + Matrix3::identity() * UNIT_ROUNDING;
     let Some(root) = all
         .cholesky()
         .and_then(|factor| factor.l().transpose().try_inverse())

@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 
 use super::Element;
 use crate::{
+    linalg::UNIT_ROUNDING,
     mesh::{Mesh, SidePoint, tetrahedron_volume},
     reference::{quadrature, shape::quadratic_tetrahedron},
     scene::{
@@ -194,9 +195,6 @@ fn area_vector(corners: &[[f64; 3]; 3]) -> Vector3<f64> {
     (b - a).cross(&(c - a)) / 2.0
 }
 
-/// Forces below this share of the largest one are rounding of a face's normal.
-const ROUNDING: f64 = 1e-12;
-
 /// The loads of a scene, or their components, that act on held displacements only.
 #[must_use]
 pub fn idle_loads(scene: &Scene, mesh: &Mesh) -> Vec<Warning> {
@@ -249,7 +247,7 @@ fn forces(load: &Loads<'_>, mesh: &Mesh) -> Vec<[f64; 3]> {
 
 /// The components of nodal forces that act, and on held displacements only.
 fn idle_components(forces: &[[f64; 3]], held: &[[bool; 3]]) -> impl Iterator<Item = Component> {
-    let limit = ROUNDING * largest(forces);
+    let limit = UNIT_ROUNDING * largest(forces);
     Component::ALL.into_iter().filter(move |component| {
         let c = *component as usize;
         let mut free = forces.iter().zip(held).filter(|(_, held)| !held[c]);
@@ -258,7 +256,7 @@ fn idle_components(forces: &[[f64; 3]], held: &[[bool; 3]]) -> impl Iterator<Ite
 }
 
 fn acts(forces: &[[f64; 3]], component: Component) -> bool {
-    let limit = ROUNDING * largest(forces);
+    let limit = UNIT_ROUNDING * largest(forces);
     let mut along = forces.iter().map(|force| force[component as usize].abs());
     along.any(|force| force > limit)
 }

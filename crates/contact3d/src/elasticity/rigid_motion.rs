@@ -133,9 +133,9 @@ fn orthonormal(vectors: impl Iterator<Item = Vector6<f64>>) -> Vec<Vector6<f64>>
 
 /// A basis of the same space with as many motions along and about the axes as there are.
 fn telling_basis(space: &[Vector6<f64>]) -> Vec<Vector6<f64>> {
-    const LEAST_LENGTH: f64 = 1e-3;
     let mut basis: Vec<Vector6<f64>> = Vec::new();
-    for least in [1.0 - 1e-6, LEAST_LENGTH] {
+    // First the axes themselves, then what of an axis is not rounding.
+    for least in [1.0 - 1e-6, 1e-3] {
         for axis in 0..6 {
             let unit = Vector6::ith_axis(axis).into_inner();
             let mut along: Vector6<f64> = space.iter().map(|v| v * v.dot(&unit)).sum();

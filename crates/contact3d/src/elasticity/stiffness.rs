@@ -49,7 +49,7 @@ pub(crate) fn stiffness_on(
     let nodes: Vec<usize> = (0..mesh.coordinates.len()).collect();
     let (mut rest, mut column) = ((&mut indices[..], &mut data[..]), 0);
     let chunks: Vec<_> = nodes
-        .chunks(CHUNK)
+        .chunks(NODES_AT_ONCE)
         .map(|nodes| {
             let free: usize = nodes.iter().map(free_at).sum();
             let count = indptr[column + free] - indptr[column];
@@ -173,8 +173,8 @@ impl InternalForces {
             (forces, centroid, corners)
         };
         // Threads share the elements, and one adds their forces in order, so that bits do not depend on the threads.
-        for start in (0..n_tetrahedra).step_by(BLOCK) {
-            let block = start..n_tetrahedra.min(start + BLOCK);
+        for start in (0..n_tetrahedra).step_by(ELEMENTS_AT_ONCE) {
+            let block = start..n_tetrahedra.min(start + ELEMENTS_AT_ONCE);
             let elements: Vec<_> = block.clone().into_par_iter().map(of_element).collect();
             for (t, (forces, centroid, corners)) in block.zip(elements) {
                 for (node, force) in mesh.tetrahedron_nodes(t).zip(forces) {
@@ -191,10 +191,10 @@ impl InternalForces {
 }
 
 /// Nodes that one thread treats.
-const CHUNK: usize = 512;
+const NODES_AT_ONCE: usize = 512;
 
 /// Elements that threads share before their forces are added.
-const BLOCK: usize = 1 << 14;
+const ELEMENTS_AT_ONCE: usize = 1 << 14;
 
 /// The graph of a mesh: nodes are neighbours that share a tetrahedron, and each is its own.
 #[derive(Debug)]
@@ -214,7 +214,7 @@ impl NodeGraph {
         let (corner_offsets, corners) = corners(mesh);
         let nodes: Vec<usize> = (0..mesh.coordinates.len()).collect();
         let chunks: Vec<(Vec<usize>, Vec<usize>)> = nodes
-            .par_chunks(CHUNK)
+            .par_chunks(NODES_AT_ONCE)
             .map(|nodes| {
                 let (mut counts, mut neighbours) = (Vec::new(), Vec::new());
                 let mut found = Vec::new();

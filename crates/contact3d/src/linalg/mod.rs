@@ -52,6 +52,7 @@ pub use engine::{EngineCommand, EngineError, EngineReport, RemoteFactor};
 pub use factor::Factor;
 pub(crate) use iterative::{CgSolution, conjugate_gradients, gmres, gmres_several};
 pub(crate) use nonnegative::nonnegative_least_squares;
+pub(crate) use precision::UNIT_ROUNDING;
 pub use precision::{Precision, Scalar};
 pub use sparse::CscMatrix;
 pub use structure::{FactorError, FactorStructure, PartsError};

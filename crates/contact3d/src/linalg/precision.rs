@@ -4,6 +4,10 @@ use std::ops::{AddAssign, Div, DivAssign, SubAssign};
 
 use faer::traits::RealField;
 
+/// What some thousand roundings leave of numbers of size one: of zero in a unit vector, as in the cosine of 90° or a normal on a plane
+/// of symmetry, of formulas and of sums over places that agree.
+pub(crate) const UNIT_ROUNDING: f64 = 1e-12;
+
 /// The precision that coefficients are stored in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Precision {

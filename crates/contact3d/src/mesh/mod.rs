@@ -28,8 +28,7 @@ pub use side::{Quality, is_straight, shape};
 pub(crate) use side::{SidePoint, sorted};
 
 use crate::scene::{
-    Body, BrickFace, Clamp, Contact, ElementOrder, InvalidValue, MultiplierSpace, Scene, Shape,
-    Written,
+    Body, BrickFace, Clamp, Contact, ElementOrder, InvalidValue, MultiplierSpace, Scene, Written,
 };
 
 /// What the digits of mesh files and of typed numbers leave of places, directions and areas, relative to the size of what they belong
@@ -74,8 +73,8 @@ pub struct RawMesh {
 impl RawMesh {
     /// The body of a scene.
     fn of_scene(scene: &Scene, folder: &Path) -> Result<Self, MeshError> {
-        let raw = match &scene.body.shape {
-            Shape::Brick(spec) => {
+        let raw = match (&scene.body.brick, &scene.body.gmsh) {
+            (Some(spec), _) => {
                 // The diagonals of cells are those that panes ask for; faces with panes agree on them.
                 let with_panes = |c: &&Contact| c.multipliers == MultiplierSpace::Panes;
                 let mut contacts = scene.contacts.iter();
@@ -85,7 +84,7 @@ impl RawMesh {
                     first.and_then(|contact| BrickFace::named(&contact.face)),
                 )
             }
-            Shape::Gmsh(file) => gmsh::read(file, folder)?,
+            (None, file) => gmsh::read(file.as_ref().expect("a body"), folder)?,
         };
         check_face_names(scene, &raw.face_names)?;
         Ok(raw)
@@ -105,13 +104,12 @@ impl MeshSize {
     /// The size of a body's own mesh; mesh files are looked for in `folder`.
     #[must_use]
     pub fn of(body: &Body, folder: &Path) -> Self {
-        match &body.shape {
-            Shape::Brick(brick) => Self::Counted(brick_counts(brick, body.element)),
-            Shape::Gmsh(gmsh) => {
-                let file = std::fs::metadata(folder.join(&gmsh.file));
-                Self::InFile(file.map_or(0, |file| file.len()))
-            }
+        if let Some(brick) = &body.brick {
+            return Self::Counted(brick_counts(brick, body.element));
         }
+        let file = body.gmsh.as_ref();
+        let file = file.and_then(|gmsh| std::fs::metadata(folder.join(&gmsh.file)).ok());
+        Self::InFile(file.map_or(0, |file| file.len()))
     }
 }
 
@@ -306,23 +304,12 @@ impl Mesh {
 
 /// Refuses a face that the scene names and the mesh does not have.
 fn check_face_names(scene: &Scene, names: &[String]) -> Result<(), InvalidValue> {
-    let clamps = scene.clamps.iter().enumerate();
-    let springs = scene.springs.iter().enumerate();
-    let tractions = scene.tractions.iter().enumerate();
-    let pressures = scene.pressures.iter().enumerate();
-    let contacts = scene.contacts.iter().enumerate();
-    let keys = clamps
-        .filter_map(|(i, c)| Some((format!("clamp.{i}.face"), c.face.as_ref()?)))
-        .chain(springs.map(|(i, s)| (format!("spring.{i}.face"), &s.face)))
-        .chain(tractions.map(|(i, t)| (format!("traction.{i}.face"), &t.face)))
-        .chain(pressures.map(|(i, p)| (format!("pressure.{i}.face"), &p.face)))
-        .chain(contacts.map(|(i, c)| (format!("{}.face", scene.contact_key(i)), &c.face)));
-    for (key, face) in keys {
-        if !names.contains(face) {
+    for (key, face) in scene.named_faces() {
+        if !names.contains(&face) {
             return Err(InvalidValue {
                 key,
                 expected: format!("one of the mesh's faces: {}", names.join(", ")),
-                found: Written(face).to_string(),
+                found: Written(&face).to_string(),
                 help: "physical surfaces of the Gmsh file name the faces".into(),
             });
         }

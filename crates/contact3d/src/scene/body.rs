@@ -7,115 +7,48 @@ use serde::{Deserialize, Serialize};
 
 use super::{Brick, Measure, is_default};
 
-/// The body Ω and the finite element of its displacement.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(try_from = "BodyTable", into = "BodyTable")]
-#[schemars(with = "BodyTable")]
-pub struct Body {
-    /// Where the tetrahedra come from.
-    pub shape: Shape,
-    /// The element.
-    pub element: ElementOrder,
-}
-
-/// Where the tetrahedra of a body come from.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Shape {
-    /// The box (0, Lx) × (0, Ly) × (0, Lz) cut in cells of five tetrahedra each.
-    Brick(Brick),
-    /// A tetrahedral mesh from a Gmsh file.
-    Gmsh(GmshFile),
-}
-
-/// A body as a scene file writes it: `element`, and either `brick` or `gmsh`.
-#[derive(Clone, Serialize, Deserialize, JsonSchema)]
+/// The body Ω and the finite element of its displacement. Either `brick` or `gmsh` is given.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(extend("oneOf" = [{"required": ["brick"]}, {"required": ["gmsh"]}], "examples" = ["body.gmsh = { file = \"foot.msh\" }"]))]
-struct BodyTable {
+pub struct Body {
     /// The finite element of the displacement.
     #[serde(default, skip_serializing_if = "is_default")]
-    element: ElementChoice,
+    pub element: ElementOrder,
     /// The box (0, Lx) × (0, Ly) × (0, Lz) cut in cells of five tetrahedra each.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    brick: Option<Brick>,
+    pub brick: Option<Brick>,
     /// A tetrahedral mesh from a Gmsh file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    gmsh: Option<GmshFile>,
-}
-
-impl TryFrom<BodyTable> for Body {
-    type Error = String;
-
-    fn try_from(table: BodyTable) -> Result<Self, String> {
-        let shape = match (table.brick, table.gmsh) {
-            (Some(brick), None) => Shape::Brick(brick),
-            (None, Some(gmsh)) => Shape::Gmsh(gmsh),
-            (None, None) | (Some(_), Some(_)) => {
-                return Err("expected exactly one of brick, gmsh".into());
-            }
-        };
-        Ok(Self {
-            shape,
-            element: match table.element {
-                ElementChoice::P1 => ElementOrder::P1,
-                ElementChoice::P2 | ElementChoice::Auto => ElementOrder::P2,
-            },
-        })
-    }
-}
-
-impl From<Body> for BodyTable {
-    fn from(body: Body) -> Self {
-        let (brick, gmsh) = match body.shape {
-            Shape::Brick(brick) => (Some(brick), None),
-            Shape::Gmsh(gmsh) => (None, Some(gmsh)),
-        };
-        Self {
-            element: match body.element {
-                ElementOrder::P1 => ElementChoice::P1,
-                ElementOrder::P2 => ElementChoice::P2,
-            },
-            brick,
-            gmsh,
-        }
-    }
+    pub gmsh: Option<GmshFile>,
 }
 
 impl From<Brick> for Body {
     fn from(brick: Brick) -> Self {
-        Shape::Brick(brick).into()
-    }
-}
-
-impl From<Shape> for Body {
-    fn from(shape: Shape) -> Self {
         Self {
-            shape,
-            element: ElementOrder::default(),
+            brick: Some(brick),
+            ..Self::default()
         }
     }
 }
 
-/// The element as a scene file writes it.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-enum ElementChoice {
-    /// Linear tetrahedra, the paper's; panes of a brick are 2 × 2 cells.
-    #[default]
-    P1,
-    /// Quadratic tetrahedra; panes of a brick are single cells.
-    P2,
-    /// Quadratic tetrahedra: they take the fewest unknowns for an error, and hardly lock where ν is near 0.5.
-    #[serde(rename = "auto")]
-    Auto,
+impl From<GmshFile> for Body {
+    fn from(file: GmshFile) -> Self {
+        Self {
+            gmsh: Some(file),
+            ..Self::default()
+        }
+    }
 }
 
 /// The finite element of the displacement.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 pub enum ElementOrder {
     /// Linear tetrahedra, the paper's; panes of a brick are 2 × 2 cells.
     #[default]
     P1,
-    /// Quadratic tetrahedra; panes of a brick are single cells.
+    /// Quadratic tetrahedra; panes of a brick are single cells. They take the fewest unknowns for an error, and hardly lock where ν is
+    /// near 0.5.
     P2,
 }
 
@@ -124,45 +57,13 @@ impl Body {
     /// mirror images) asks for it.
     #[must_use]
     pub fn as_brick(&self) -> Option<&Brick> {
-        match &self.shape {
-            Shape::Brick(brick) => Some(brick),
-            Shape::Gmsh(_) => None,
-        }
+        self.brick.as_ref()
     }
 
     /// As [`Self::as_brick`], to change.
     #[must_use]
     pub fn as_brick_mut(&mut self) -> Option<&mut Brick> {
-        match &mut self.shape {
-            Shape::Brick(brick) => Some(brick),
-            Shape::Gmsh(_) => None,
-        }
-    }
-
-    /// The mesh file, whose physical groups name faces and regions; `None` for other bodies.
-    #[must_use]
-    pub fn mesh_file(&self) -> Option<&GmshFile> {
-        match &self.shape {
-            Shape::Brick(_) => None,
-            Shape::Gmsh(file) => Some(file),
-        }
-    }
-
-    /// As [`Self::mesh_file`], to change.
-    #[must_use]
-    pub fn mesh_file_mut(&mut self) -> Option<&mut GmshFile> {
-        match &mut self.shape {
-            Shape::Brick(_) => None,
-            Shape::Gmsh(file) => Some(file),
-        }
-    }
-
-    /// Multiplies all lengths of the body.
-    pub fn scale(&mut self, factor: f64) {
-        match &mut self.shape {
-            Shape::Brick(brick) => brick.scale(factor),
-            Shape::Gmsh(file) => file.unit *= factor,
-        }
+        self.brick.as_mut()
     }
 }
 
@@ -180,8 +81,7 @@ impl ElementOrder {
     }
 }
 
-/// A mesh file of Gmsh, format 2.2 or 4.1, text or binary. Physical surfaces name the faces,
-/// physical volumes the regions.
+/// A mesh file of Gmsh: format 4.1, or 2.2 in text. Physical surfaces name the faces, physical volumes the regions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GmshFile {

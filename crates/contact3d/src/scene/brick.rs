@@ -137,14 +137,6 @@ impl Brick {
     pub fn is_even(&self, axis: usize) -> bool {
         self.coordinates.along(axis).is_none() && self.grading.along(axis) == [1.0; 2]
     }
-
-    /// Multiplies all lengths.
-    pub(crate) fn scale(&mut self, factor: f64) {
-        self.size = self.size.map(|l| l * factor);
-        for planes in self.coordinates.all_mut().into_iter().flatten() {
-            planes.iter_mut().for_each(|x| *x *= factor);
-        }
-    }
 }
 
 impl Default for Grading {
@@ -209,11 +201,7 @@ impl GivenPlanes {
     /// As [`Self::along`], to change.
     #[must_use]
     pub fn along_mut(&mut self, axis: usize) -> &mut Option<Vec<f64>> {
-        self.all_mut()[axis]
-    }
-
-    fn all_mut(&mut self) -> [&mut Option<Vec<f64>>; 3] {
-        [&mut self.x, &mut self.y, &mut self.z]
+        [&mut self.x, &mut self.y, &mut self.z][axis]
     }
 }
 

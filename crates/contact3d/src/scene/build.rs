@@ -8,8 +8,8 @@ use super::{
     AssembleSettings, Body, BodyForce, Brick, Clamp, Coefficient, Component, Contact,
     DualOperatorKind, ElementOrder, Expression, ExpressionError, Formula, Friction, GmshFile,
     InvalidValue, Isotropic, LawFunction, LawPoint, Material, POSITION, Parameters, Part,
-    PlaceFunction, Pressure, Quantity, Ramp, Region, Scene, Shape, SlipDerivative, SolveSettings,
-    Step, Traction,
+    PlaceFunction, Pressure, Quantity, Ramp, Region, Scene, SlipDerivative, SolveSettings, Step,
+    Traction,
 };
 
 impl Scene {
@@ -248,7 +248,7 @@ impl Body {
             unit,
             digest: None,
         };
-        Shape::Gmsh(file).into()
+        file.into()
     }
 
     /// The same body with other elements.

@@ -1,12 +1,7 @@
 //! A contact face, its initial gap, its axes, its friction and the space of its multipliers.
 
-use std::fmt;
-
 use schemars::JsonSchema;
-use serde::{
-    Deserialize, Deserializer, Serialize, Serializer,
-    de::{MapAccess, SeqAccess, Visitor, value::MapAccessDeserializer},
-};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::{
     Friction, Measure, Obstacle, ProblemPart, Quantity, Scene, is_default, varying::varies,
@@ -93,9 +88,8 @@ pub enum MultiplierSpace {
 }
 
 /// One contact face or several, as a scene file writes them.
-#[derive(JsonSchema)]
-#[schemars(untagged)]
-#[expect(dead_code, reason = "it describes scene files")]
+#[derive(Deserialize, JsonSchema)]
+#[serde(untagged)]
 pub(super) enum OneOrSeveral {
     /// The only contact face.
     One(Box<Contact>),
@@ -118,29 +112,10 @@ pub(super) fn serialize<S: Serializer>(
 pub(super) fn deserialize<'de, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Vec<Contact>, D::Error> {
-    deserializer.deserialize_any(Contacts)
-}
-
-struct Contacts;
-
-impl<'de> Visitor<'de> for Contacts {
-    type Value = Vec<Contact>;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a table [contact], or several tables [[contact]]")
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
-        Ok(vec![Contact::deserialize(MapAccessDeserializer::new(map))?])
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Self::Value, A::Error> {
-        let mut contacts = Vec::new();
-        while let Some(contact) = items.next_element()? {
-            contacts.push(contact);
-        }
-        Ok(contacts)
-    }
+    Ok(match OneOrSeveral::deserialize(deserializer)? {
+        OneOrSeveral::One(only) => vec![*only],
+        OneOrSeveral::Several(contacts) => contacts,
+    })
 }
 
 impl Scene {

@@ -1,6 +1,6 @@
 //! Why a scene cannot be used, with the line that is at fault.
 
-use std::string::FromUtf8Error;
+use std::{ops::Range, string::FromUtf8Error};
 
 use miette::{Diagnostic, NamedSource, SourceSpan};
 use thiserror::Error;
@@ -65,6 +65,8 @@ pub struct SyntaxProblem {
     pub message: String,
     /// What to do about it.
     pub help: String,
+    /// Where it is, in bytes.
+    pub(super) span: Range<usize>,
 }
 
 /// An unusable value: the key, what it should be, what it is, and what to do.
@@ -79,18 +81,6 @@ pub struct InvalidValue {
     pub found: String,
     /// What to do about it.
     pub help: String,
-}
-
-/// A scene built in Rust that no text can say.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error(
-    "{key}: expected a value that a scene file can hold, found {reason}; solve the scene in memory, or give a formula or a table"
-)]
-pub struct Unwritable {
-    /// Path of the key.
-    pub key: String,
-    /// What stands there.
-    pub reason: String,
 }
 
 /// What to do about a formula that is not finite somewhere.

@@ -5,9 +5,6 @@ use std::{
     fs::{self, File, FileType},
     io::{self, ErrorKind, Read},
     path::{Path, PathBuf},
-    sync::mpsc::{self, RecvTimeoutError},
-    thread,
-    time::Duration,
 };
 
 use serde::Serialize;
@@ -95,15 +92,6 @@ impl SceneFile {
     }
 }
 
-/// How long a pipe may have nobody who writes to it.
-const OPENING: Duration = Duration::from_secs(5);
-
-/// How long the writer of a pipe may be silent.
-const SILENCE: Duration = Duration::from_secs(60);
-
-/// Bytes that are read from a pipe at once.
-const CHUNK: usize = 64 * 1024;
-
 /// Refuses what is not a regular file: a folder, a device, a pipe.
 ///
 /// # Errors
@@ -122,65 +110,17 @@ pub fn require_regular(path: &Path) -> io::Result<()> {
 /// by which the caller sees that there are too many.
 ///
 /// # Errors
-/// What the system says, `InvalidInput` for a folder or device, `TimedOut` for a pipe without a
-/// writer or with one that says nothing for a minute.
+/// What the system says, `InvalidInput` for a folder or device.
 pub fn read_bounded(path: &Path, longest: u64) -> io::Result<Vec<u8>> {
     let kind = fs::metadata(path)?.file_type();
+    if !kind.is_file() && !is_pipe(kind) {
+        return Err(refused("a regular file or a pipe", kind));
+    }
     let mut bytes = Vec::new();
-    if kind.is_file() {
-        File::open(path)?
-            .take(longest + 1)
-            .read_to_end(&mut bytes)?;
-        return Ok(bytes);
-    }
-    if is_pipe(kind) {
-        read_pipe(path, longest)
-    } else {
-        Err(refused("a regular file or a pipe", kind))
-    }
-}
-
-/// Reads in a thread of its own, which a silent writer may hold up without holding up the program.
-fn read_pipe(path: &Path, longest: u64) -> io::Result<Vec<u8>> {
-    let (sender, receiver) = mpsc::sync_channel(1);
-    let pipe = path.to_owned();
-    thread::Builder::new().spawn(move || {
-        let mut file = match File::open(pipe) {
-            Ok(file) => file,
-            Err(error) => return drop(sender.send(Err(error))),
-        };
-        // An empty chunk says that there is a writer.
-        let mut chunk = Ok(Vec::new());
-        while sender.send(chunk).is_ok() {
-            let mut bytes = vec![0; CHUNK];
-            chunk = match file.read(&mut bytes) {
-                Ok(0) => return,
-                Ok(read) => {
-                    bytes.truncate(read);
-                    Ok(bytes)
-                }
-                Err(error) if error.kind() == ErrorKind::Interrupted => Ok(Vec::new()),
-                Err(error) => return drop(sender.send(Err(error))),
-            };
-        }
-    })?;
-    let mut all: Vec<u8> = Vec::new();
-    let mut patience = OPENING;
-    let mut waits_for = "somebody who writes to the pipe";
-    while all.len() as u64 <= longest {
-        match receiver.recv_timeout(patience) {
-            Ok(chunk) => all.extend(chunk?),
-            Err(RecvTimeoutError::Disconnected) => break,
-            Err(RecvTimeoutError::Timeout) => {
-                let seconds = patience.as_secs();
-                let found = format!("expected {waits_for}, found silence for {seconds} s");
-                return Err(io::Error::new(ErrorKind::TimedOut, found));
-            }
-        }
-        patience = SILENCE;
-        waits_for = "text from the pipe";
-    }
-    Ok(all)
+    File::open(path)?
+        .take(longest + 1)
+        .read_to_end(&mut bytes)?;
+    Ok(bytes)
 }
 
 fn refused(expected: &str, found: FileType) -> io::Error {

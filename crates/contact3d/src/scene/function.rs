@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize, Serializer};
 use super::{
     Expression, ExpressionError, LEAST_COEFFICIENT, LawPoint, Measure, SlipDerivative,
     expression::{FormulaBranch, OnBranch},
+    schema::FORMULA,
 };
 
 /// What stands for a function in messages.
@@ -20,15 +21,12 @@ struct Shared<F: ?Sized>(Arc<F>);
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PlaceFunction(Shared<dyn Fn([f64; 3]) -> f64 + Send + Sync>);
 
-/// F and its derivatives at a point.
-type Law = dyn Fn(&LawPoint) -> (f64, SlipDerivative) + Send + Sync;
-
 /// A coefficient of friction with its derivatives as a function of place and slips, the same values for the same
 /// point; slips in m, derivatives in 1/m.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(transparent)]
 pub struct LawFunction {
-    function: Shared<Law>,
+    function: Shared<dyn Fn(&LawPoint) -> (f64, SlipDerivative) + Send + Sync>,
     #[serde(skip)]
     of_own_slip_only: bool,
 }
@@ -215,10 +213,8 @@ pub const LAW_VARIABLES: &[&str] = &["x", "y", "z", "s", "s1", "s2"];
 
 /// An expression in [`LAW_VARIABLES`], with derivatives by the slips.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
-pub struct Formula {
-    value: Expression,
-}
+#[serde(try_from = "String")]
+pub struct Formula(Expression);
 
 /// The places of s, s1 and s2 in [`LAW_VARIABLES`].
 const SLIPS: [usize; 3] = [3, 4, 5];
@@ -229,23 +225,21 @@ impl Formula {
     /// # Errors
     /// [`ExpressionError`] for text that is no formula in [`LAW_VARIABLES`].
     pub fn parse(text: &str) -> Result<Self, ExpressionError> {
-        let value = Expression::parse(text, LAW_VARIABLES)?;
-        Ok(Self { value })
+        Expression::parse(text, LAW_VARIABLES).map(Self)
     }
 
     /// As [`Expression::substitute`].
     #[must_use]
     pub fn substitute(&self, new: &[(&str, Expression)]) -> Self {
-        let value = self.value.substitute(new);
-        Self { value }
+        Self(self.0.substitute(new))
     }
 
     pub(super) fn evaluate(&self, at: &LawPoint) -> f64 {
-        self.value.evaluate(&arguments(at))
+        self.0.evaluate(&arguments(at))
     }
 
     pub(super) fn derivative(&self, at: &LawPoint) -> SlipDerivative {
-        let [own, first, second] = self.value.derivatives(&arguments(at), SLIPS);
+        let [own, first, second] = self.0.derivatives(&arguments(at), SLIPS);
         SlipDerivative {
             own,
             pair: [first, second],
@@ -255,27 +249,27 @@ impl Formula {
     /// The branch that the formula takes at a point.
     #[must_use]
     pub fn branch(&self, at: &LawPoint) -> FormulaBranch {
-        self.value.branch(&arguments(at), SLIPS)
+        self.0.branch(&arguments(at), SLIPS)
     }
 
     /// The formula on a branch; slopes are by the own slip, by |u_t1| and by |u_t2|.
     #[must_use]
     pub fn on_branch(&self, at: &LawPoint, branch: FormulaBranch) -> OnBranch {
-        self.value.on_branch(&arguments(at), SLIPS, branch)
+        self.0.on_branch(&arguments(at), SLIPS, branch)
     }
 
     pub(super) fn depends_on_slip(&self) -> bool {
-        SLIPS.iter().any(|&k| self.value.uses(LAW_VARIABLES[k]))
+        SLIPS.iter().any(|&k| self.0.uses(LAW_VARIABLES[k]))
     }
 
     /// The formula as written.
     #[must_use]
     pub fn expression(&self) -> &Expression {
-        &self.value
+        &self.0
     }
 
     pub(super) fn expression_mut(&mut self) -> &mut Expression {
-        &mut self.value
+        &mut self.0
     }
 }
 
@@ -283,14 +277,7 @@ impl TryFrom<String> for Formula {
     type Error = ExpressionError;
 
     fn try_from(text: String) -> Result<Self, ExpressionError> {
-        let value = Expression::unbound(&text, LAW_VARIABLES)?;
-        Ok(Self { value })
-    }
-}
-
-impl From<Formula> for String {
-    fn from(formula: Formula) -> Self {
-        formula.value.text().into_owned()
+        Expression::unbound(&text, LAW_VARIABLES).map(Self)
     }
 }
 
@@ -302,7 +289,8 @@ impl JsonSchema for Formula {
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
         json_schema!({
             "description": "An expression in x, y, z, the slips s1 = |u_t1|, s2 = |u_t2| (s = |u_t| for an isotropic law), all in m, and the scene's parameters.",
-            "type": "string"
+            "type": "string",
+            "format": FORMULA
         })
     }
 }

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Component, Measure};
+use super::{Component, ElementOrder, InvalidValue, Measure, Scene, validate::require};
 
 /// A quantity of an answer whose discretisation error is estimated.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -90,5 +90,58 @@ impl Functional {
             }
             _ => None,
         }
+    }
+
+    /// Refuses a quantity that no solution of the scene has.
+    pub(super) fn check(self, scene: &Scene) -> Result<(), InvalidValue> {
+        let has_volume = self.corners().is_none_or(|[low, high]| {
+            let may_be_flat = matches!(self, Self::MeanPressure { .. });
+            (0..3).all(|c| low[c] < high[c] || may_be_flat && low[c] == high[c])
+        });
+        let refusal = match self {
+            Self::NormalForce
+            | Self::LargestPressure
+            | Self::ContactArea
+            | Self::MeanPressure { .. }
+                if scene.contacts.is_empty() =>
+            {
+                Some((
+                    "a quantity of a scene without contact",
+                    "without a contact face there are the strain energy and displacements",
+                ))
+            }
+            Self::TangentialForce | Self::StickArea if !scene.has_friction() => Some((
+                "a quantity of a scene without friction",
+                "without friction tangential forces are zero and no pane sticks",
+            )),
+            Self::TangentialForce if scene.contacts.len() > 1 => Some((
+                "a quantity of a scene with several contact faces",
+                "tangential forces of several faces, each in axes of its own, have no sum",
+            )),
+            Self::NormalForce
+            | Self::TangentialForce
+            | Self::LargestPressure
+            | Self::MeanPressure { .. }
+                if scene.body.element == ElementOrder::P1 =>
+            {
+                Some((
+                    "a quantity whose error linear tetrahedra show",
+                    "local errors of linear elements do not reach the contact face: set body.element = \"P2\", with a mesh file of quadratic \
+                 tetrahedra (gmsh -order 2), or refine for displacements, the strain energy or areas",
+                ))
+            }
+            Self::Dissipation => Some((
+                "a quantity of one increment or of a static problem",
+                "friction takes energy over a load history, whose error gathers over all increments: its adjoint runs backwards \
+             through them, which is not available; refine for the energy norm or a force, and compare two targets",
+            )),
+            _ if !has_volume => Some((
+                "a box with the smaller coordinates first and a volume",
+                "write box = [[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]], for example",
+            )),
+            _ => None,
+        };
+        let (expected, help) = refusal.unwrap_or_default();
+        require(refusal.is_none(), "adapt.of", expected, self.word(), help)
     }
 }

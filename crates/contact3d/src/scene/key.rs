@@ -105,52 +105,31 @@ pub enum ProblemPart {
 }
 
 /// A key of the scene.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
 pub struct Key {
     /// What its numbers measure.
+    #[serde(rename = "measures")]
     pub measure: Measure,
     /// What it is part of; `None` for names, units, and what decides on the mesh.
     pub part: Option<ProblemPart>,
     /// What it is, in a sentence.
+    #[serde(rename = "description")]
     pub sentence: String,
     /// The words that it may be; empty for other than words.
+    #[serde(skip)]
     pub words: Vec<String>,
     /// Kinds of values: `number`, `integer`, `string`, `boolean`, `object`.
+    #[serde(skip)]
     pub(super) kinds: Vec<String>,
     /// How many values it has, where it has a list of a given length.
+    #[serde(skip)]
     length: Option<u64>,
-    limits: Limits,
-}
-
-/// What stands beside a field.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-struct Facts {
-    measures: Option<Measure>,
-    part: Option<ProblemPart>,
-    description: Option<String>,
-    #[serde(flatten)]
-    limits: Limits,
-}
-
-/// Limits of the numbers of a key, by their names in JSON Schema.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
-#[serde(rename_all = "camelCase", default)]
-struct Limits {
+    /// Limits of its numbers.
     minimum: Option<f64>,
     exclusive_minimum: Option<f64>,
     maximum: Option<f64>,
     exclusive_maximum: Option<f64>,
-}
-
-impl Limits {
-    fn hold(self, value: f64) -> bool {
-        value.is_finite()
-            && self.minimum.is_none_or(|least| value >= least)
-            && self.exclusive_minimum.is_none_or(|least| value > least)
-            && self.maximum.is_none_or(|most| value <= most)
-            && self.exclusive_maximum.is_none_or(|most| value < most)
-    }
 }
 
 impl Key {
@@ -171,9 +150,8 @@ impl Key {
             Some(_) => format!("{adjective}{noun}s{unit}"),
             None => format!("a {adjective}{noun}{unit}"),
         };
-        let limits = self.limits;
-        let words = match (limits.minimum, limits.exclusive_minimum) {
-            (Some(least), _) => match limits.maximum {
+        let words = match (self.minimum, self.exclusive_minimum) {
+            (Some(least), _) => match self.maximum {
                 Some(most) => numbers("") + &format!(" from {least} to {most}"),
                 None if self.is_whole() => numbers("") + &format!(", at least {least}"),
                 None if least > 0.0 => {
@@ -181,7 +159,7 @@ impl Key {
                 }
                 None => numbers("finite ") + &format!(" >= {least}"),
             },
-            (None, Some(least)) => match limits.exclusive_maximum {
+            (None, Some(least)) => match self.exclusive_maximum {
                 Some(most) => numbers("") + &format!(" with {least} < {name} < {most}"),
                 None => numbers("finite positive "),
             },
@@ -192,6 +170,15 @@ impl Key {
             (true, None) => words + " or an expression in x, y, z",
             (true, Some(_)) => words + " or expressions in x, y, z",
         }
+    }
+
+    /// Whether a number is within the limits.
+    fn holds(&self, value: f64) -> bool {
+        value.is_finite()
+            && self.minimum.is_none_or(|least| value >= least)
+            && self.exclusive_minimum.is_none_or(|least| value > least)
+            && self.maximum.is_none_or(|most| value <= most)
+            && self.exclusive_maximum.is_none_or(|most| value < most)
     }
 
     /// Whether its values are whole numbers.
@@ -271,29 +258,18 @@ fn add_keys(
 }
 
 impl Key {
-    /// A key by its schema, or by what stands beside that, in a table that is part of something.
-    fn new(schema: &SchemaTree, places: [&Schema; 2], part: Option<ProblemPart>) -> Self {
-        let facts = |place: &Schema| {
-            let facts = place.is_object().then(|| Facts::deserialize(place));
-            facts.map_or_else(Facts::default, |facts| {
-                facts.expect("words of the table of keys")
-            })
-        };
-        let [own, beside] = places.map(facts);
-        let sentence = own.description.or(beside.description).unwrap_or_default();
-        let first = sentence.split("\n\n").next().unwrap_or_default();
-        let mut key = Self {
-            measure: own.measures.or(beside.measures).unwrap_or_default(),
-            part: own.part.or(beside.part).or(part),
-            sentence: first.replace('\n', " "),
-            limits: if own.limits == Limits::default() {
-                beside.limits
-            } else {
-                own.limits
-            },
-            ..Self::default()
-        };
-        key.add_kinds(schema, places[0]);
+    /// A key by its schema, and by what stands beside that where it says nothing, in a table that is part of something.
+    fn new(schema: &SchemaTree, [own, beside]: [&Schema; 2], part: Option<ProblemPart>) -> Self {
+        let words = [beside, own].into_iter().filter_map(Schema::as_object);
+        let words = words
+            .flatten()
+            .map(|(word, value)| (word.clone(), value.clone()));
+        let mut key =
+            Self::deserialize(Schema::Object(words.collect())).expect("words of the table of keys");
+        key.part = key.part.or(part);
+        let first = key.sentence.split("\n\n").next().unwrap_or_default();
+        key.sentence = first.replace('\n', " ");
+        key.add_kinds(schema, own);
         key
     }
 
@@ -394,6 +370,18 @@ impl Scene {
         table
     }
 
+    /// The faces that the scene names, each after its key.
+    pub(crate) fn named_faces(&self) -> Vec<(String, String)> {
+        let mut faces = Vec::new();
+        let mut table = self.table().unwrap_or_default();
+        retain_keys(&mut table, "", &mut |path, value| {
+            let name = value.as_str().filter(|_| path.ends_with(".face"));
+            faces.extend(name.map(|name| (path.to_owned(), name.to_owned())));
+            true
+        });
+        faces
+    }
+
     /// Refuses a number beyond the limits of its key.
     pub(super) fn check_limits(&self) -> Result<(), InvalidValue> {
         check_limits(self.table()?, self.units)
@@ -421,7 +409,7 @@ fn check_limits(mut table: Table, units: Units) -> Result<(), InvalidValue> {
             return true;
         };
         let mut hold = true;
-        for_each_number(value, &mut |number| hold &= key.limits.hold(*number));
+        for_each_number(value, &mut |number| hold &= key.holds(*number));
         if !hold {
             let name = path.rsplit('.').find(|name| name.parse::<usize>().is_err());
             beyond = Some(InvalidValue {
@@ -497,8 +485,7 @@ mod tests {
                 "{path}: {}",
                 key.sentence
             );
-            let is_positive =
-                key.limits.exclusive_minimum == Some(0.0) && key.limits.exclusive_maximum.is_none();
+            let is_positive = key.exclusive_minimum == Some(0.0) && key.exclusive_maximum.is_none();
             assert!(
                 !is_positive || key.sentence.contains("> 0"),
                 "{path}: {}",

@@ -3,10 +3,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Measure, ProblemPart, Quantity, is_default, varying::varies};
+use crate::linalg::UNIT_ROUNDING;
 
-/// Roundings of a box's corners and of nodes, over the coordinates of a node: some thousand. Cells are no narrower than 1e-9.
-const ROUNDING: f64 = 1e-12;
+use super::{Measure, ProblemPart, Quantity, is_default, varying::varies};
 
 /// A displacement component in the global axes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -85,7 +84,8 @@ impl Clamp {
     /// Whether a point lies in the box, up to the roundings of its coordinates; none does without one.
     #[must_use]
     pub(crate) fn boxes(&self, point: &[f64; 3]) -> bool {
-        let slack = ROUNDING * point.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        // Cells are no narrower than 1e-9 of the body.
+        let slack = UNIT_ROUNDING * point.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
         let holds = |c: usize, [low, high]: [[f64; 3]; 2]| {
             low[c] - slack <= point[c] && point[c] <= high[c] + slack
         };

@@ -24,21 +24,19 @@ mod obstacle;
 mod quantity;
 mod rescaled;
 mod schema;
-mod schema_check;
 mod slip_bound;
 mod solve;
 mod source;
-mod step;
 mod validate;
 mod varying;
 mod warning;
 
-pub use body::{Body, ElementOrder, GmshFile, Shape};
+pub use body::{Body, ElementOrder, GmshFile};
 pub use brick::{Brick, BrickFace, GivenPlanes, Grading, MOST_CELLS};
 pub use coefficient::{Coefficient, LawPoint, Ramp, SlipDerivative};
 pub(crate) use coefficient::{LEAST_COEFFICIENT, is_coefficient};
 pub use contact::{Contact, MultiplierSpace, SlipInterpolation};
-pub use error::{InvalidValue, SceneError, SyntaxProblem, Unwritable, numbers};
+pub use error::{InvalidValue, SceneError, SyntaxProblem, numbers};
 pub(crate) use error::{UNDEFINED, place_words};
 pub use expression::{
     BranchEnd, Expression, ExpressionError, FUNCTIONS, FormulaBranch, OnBranch, Parameters,
@@ -53,7 +51,7 @@ pub use function::{Formula, Grid, LAW_VARIABLES, LawFunction, PlaceFunction, Tab
 pub use functional::Functional;
 pub use key::{Key, Measure, ProblemPart, key, keys, unit_of_key};
 pub use load::{BodyForce, Clamp, Component, Pressure, Spring, SpringStiffness, Traction};
-pub use load_path::Increment;
+pub use load_path::{Increment, MOST_INCREMENTS, Step, StepValue};
 pub use material::{Isotropic, Material, Orthotropic, Part, Region, Voigt};
 pub use obstacle::{Cylinder, Direction, HalfSpace, Height, Obstacle, Side, Sphere};
 pub use quantity::{POSITION, Quantity};
@@ -64,7 +62,6 @@ pub use solve::{
     Method, PrecisionControl, SMALLEST_ERROR, SolveSettings,
 };
 pub use source::{Source, number_limit};
-pub use step::{MOST_INCREMENTS, Step, StepValue};
 pub use warning::Warning;
 
 use std::path::PathBuf;
@@ -174,15 +171,19 @@ impl Scene {
     /// `tests/old_files/digests.rs` checks.
     ///
     /// # Errors
-    /// [`Unwritable`] for a Rust function in the place of a number.
-    pub fn to_toml(&self) -> Result<String, Unwritable> {
-        if let Some(key) = self.function_key() {
-            let reason = function::WORDS.to_owned();
-            return Err(Unwritable { key, reason });
-        }
-        toml::to_string(self).map_err(|error| Unwritable {
-            key: "scene".to_owned(),
-            reason: error.to_string(),
+    /// The key of a Rust function in the place of a number.
+    pub fn to_toml(&self) -> Result<String, InvalidValue> {
+        let function = self.function_key();
+        let function = function.map(|key| (key, function::WORDS.to_owned()));
+        let written = match function {
+            Some(unwritable) => Err(unwritable),
+            None => toml::to_string(self).map_err(|error| ("scene".to_owned(), error.to_string())),
+        };
+        written.map_err(|(key, found)| InvalidValue {
+            key,
+            expected: "a value that a scene file can hold".to_owned(),
+            found,
+            help: "solve the scene in memory, or give a formula or a table".to_owned(),
         })
     }
 

@@ -1,23 +1,26 @@
 //! Numbers and formulas of place.
 
-use std::{borrow::Cow, fmt};
+use std::borrow::Cow;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+use serde::{Deserialize, Deserializer, Serialize, de::Error};
 
-use super::{Expression, PlaceFunction};
+use super::{Expression, PlaceFunction, schema::FORMULA};
 
 /// The variables of a quantity that varies in space: coordinates in m.
 pub const POSITION: &[&str] = &["x", "y", "z"];
 
 /// A number, or an expression in the coordinates x, y, z.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
 pub enum Quantity {
     /// The same value everywhere.
     Constant(f64),
     /// A formula in x, y, z.
+    #[serde(deserialize_with = "formula_of_place")]
     Varying(Expression),
     /// A Rust function of (x, y, z), in scenes built in Rust.
+    #[serde(skip_deserializing)]
     Function(PlaceFunction),
 }
 
@@ -90,41 +93,8 @@ impl Default for Quantity {
     }
 }
 
-impl Serialize for Quantity {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self {
-            Self::Constant(value) => serializer.serialize_f64(*value),
-            Self::Varying(expression) => serializer.serialize_str(&expression.text()),
-            Self::Function(function) => function.serialize(serializer),
-        }
-    }
-}
-
-impl<'de> Deserialize<'de> for Quantity {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Visitor;
-        impl de::Visitor<'_> for Visitor {
-            type Value = Quantity;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a number, or an expression in x, y, z as a string")
-            }
-            fn visit_f64<E: de::Error>(self, value: f64) -> Result<Quantity, E> {
-                Ok(Quantity::Constant(value))
-            }
-            fn visit_i64<E: de::Error>(self, value: i64) -> Result<Quantity, E> {
-                Ok(Quantity::Constant(value as f64))
-            }
-            fn visit_u64<E: de::Error>(self, value: u64) -> Result<Quantity, E> {
-                Ok(Quantity::Constant(value as f64))
-            }
-            fn visit_str<E: de::Error>(self, text: &str) -> Result<Quantity, E> {
-                Expression::unbound(text, POSITION)
-                    .map(Quantity::Varying)
-                    .map_err(E::custom)
-            }
-        }
-        deserializer.deserialize_any(Visitor)
-    }
+fn formula_of_place<'de, D: Deserializer<'de>>(text: D) -> Result<Expression, D::Error> {
+    Expression::unbound(&String::deserialize(text)?, POSITION).map_err(D::Error::custom)
 }
 
 impl JsonSchema for Quantity {
@@ -135,7 +105,7 @@ impl JsonSchema for Quantity {
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
         json_schema!({
             "description": "A number, or an expression in the coordinates x, y, z and the scene's parameters.",
-            "anyOf": [{ "type": "number" }, { "type": "string" }]
+            "anyOf": [{ "type": "number" }, { "type": "string", "format": FORMULA }]
         })
     }
 }

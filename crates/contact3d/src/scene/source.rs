@@ -10,15 +10,11 @@ use toml::de::{DeTable, Deserializer};
 use super::{
     InvalidValue, SceneError,
     error::SyntaxProblem,
-    schema::SchemaTree,
-    schema_check::{Checker, Place, SchemaViolation},
+    schema::{Checker, Place, SchemaTree},
 };
 
-/// Longest line that is drawn, in bytes.
-const LONGEST_LINE: usize = 300;
-
-/// Longest value that is quoted, in characters.
-const LONGEST_FOUND: usize = 300;
+/// Longest line that is drawn and longest value that is quoted, in characters: some lines of a screen.
+const LONGEST_QUOTED: usize = 300;
 
 /// A text of TOML that holds what its schema asks for, with its name for messages.
 #[derive(Debug, Clone)]
@@ -56,7 +52,7 @@ impl Source {
         };
         let checked = checker.table(schema.root(), "", table.get_ref(), 0..0);
         source.places = checker.places;
-        checked.map_err(|violation| source.syntax(violation))?;
+        checked.map_err(|problem| source.syntax(problem))?;
         let value = T::deserialize(Deserializer::from(table));
         let value = value.map_err(|error| source.unreadable(&error, &keys))?;
         Ok((value, source))
@@ -87,26 +83,15 @@ impl Source {
             Some(limit) => format!("expected {limit}, found {}", &self.text[span.clone()]),
             None => error.message().to_owned(),
         };
-        self.syntax(SchemaViolation {
-            key: self.key_at(span.start).unwrap_or_default().to_owned(),
-            message,
-            help: help.to_owned(),
-            span,
-        })
+        let key = self.key_at(span.start).unwrap_or_default();
+        self.syntax(SyntaxProblem::new(key, span, message, help))
     }
 
-    fn syntax(&self, violation: SchemaViolation) -> SceneError {
-        let message = shortened(violation.message);
+    fn syntax(&self, problem: SyntaxProblem) -> SceneError {
         SceneError::Syntax {
-            problem: Box::new(SyntaxProblem {
-                message: match violation.key.as_str() {
-                    "" => message,
-                    key => format!("{key}: {message}"),
-                },
-                help: violation.help,
-            }),
             text: NamedSource::new(&self.name, self.text.clone()),
-            span: drawn(&self.text, Some(violation.span)),
+            span: drawn(&self.text, Some(problem.span.clone())),
+            problem: Box::new(problem),
         }
     }
 
@@ -122,6 +107,26 @@ impl Source {
         let mut places = self.places.iter();
         let own = places.find(|place| place.key == key);
         own.or_else(|| self.place(&key[..key.rfind('.')?]))
+    }
+}
+
+impl SyntaxProblem {
+    /// What is wrong at a key, which is empty for the text as a whole.
+    pub(super) fn new(
+        key: &str,
+        span: Range<usize>,
+        message: String,
+        help: impl Into<String>,
+    ) -> Self {
+        let message = shortened(message);
+        Self {
+            message: match key {
+                "" => message,
+                key => format!("{key}: {message}"),
+            },
+            help: help.into(),
+            span,
+        }
     }
 }
 
@@ -149,7 +154,7 @@ pub(super) fn whole_limit() -> String {
 }
 
 fn shortened(found: String) -> String {
-    match found.char_indices().nth(LONGEST_FOUND) {
+    match found.char_indices().nth(LONGEST_QUOTED) {
         Some((end, _)) => format!("{} … ({} bytes)", &found[..end], found.len()),
         None => found,
     }
@@ -162,8 +167,8 @@ fn drawn(text: &str, span: Option<Range<usize>>) -> Option<SourceSpan> {
     for line in text.split_inclusive('\n') {
         let end = start + line.len();
         // Two lines of context are drawn on each side; three leave room.
-        let near = span.start <= end + 3 * LONGEST_LINE && start <= span.end + 3 * LONGEST_LINE;
-        if near && line.len() > LONGEST_LINE {
+        let near = span.start <= end + 3 * LONGEST_QUOTED && start <= span.end + 3 * LONGEST_QUOTED;
+        if near && line.len() > LONGEST_QUOTED {
             return None;
         }
         start = end;

@@ -6,7 +6,7 @@ use contact3d::{
     Problem,
     mesh::Mesh,
     post::ContactReport,
-    scene::{Body, Brick, BrickFace, ElementOrder, Scene, SolveSettings},
+    scene::{Body, Brick, BrickFace, ElementOrder, Scene, SolveSettings, UnitChange},
 };
 
 fn scene(text: &str) -> Scene {
@@ -190,9 +190,14 @@ fn a_graded_scene_returns_from_its_text() {
 #[test]
 fn planes_are_scaled_with_the_body() {
     for brick in bricks() {
-        let mut body = Body::from(brick.clone());
-        body.scale(8.0);
-        let scaled = body.as_brick().expect("a brick");
+        let mut scene = scene(PRESSED);
+        scene.body = brick.clone().into();
+        let scaled = scene.in_units(UnitChange {
+            length: 8.0,
+            displacement: 1.0,
+            stress: 1.0,
+        });
+        let scaled = scaled.body.as_brick().expect("a brick");
         for axis in 0..3 {
             let expected: Vec<f64> = brick.planes(axis).iter().map(|x| 8.0 * x).collect();
             assert_eq!(scaled.planes(axis), expected);

@@ -225,7 +225,7 @@ fn a_post_with_curved_sides_stands_on_half_its_weight() {
     const UPRIGHT: f64 = 1e-3;
     const YOUNG: f64 = 1e3;
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/meshes");
-    for file in ["post_order2_41.msh", "post_order2_22_binary.msh"] {
+    for file in ["post_order2_41.msh", "post_order2_22.msh"] {
         let path = folder.join(file);
         let (mesh, report) = solved(&format!(
             "title = 'post'

@@ -13,7 +13,7 @@ use contact3d::{
     ProblemError,
     mesh::Mesh,
     reference::shape::quadratic_tetrahedron,
-    scene::{Brick, BrickFace, Contact, InvalidValue, MultiplierSpace, Scene, Shape},
+    scene::{Brick, BrickFace, Contact, InvalidValue, MultiplierSpace, Scene},
 };
 
 /// Planes are rounded a few times on their way from a scene, each time to half of 2e-16.
@@ -126,7 +126,7 @@ fn set_planes(brick: &mut Brick, axis: usize, planes: Vec<f64>) {
 /// The scene with another brick.
 pub(crate) fn with_brick(scene: &Scene, brick: &Brick) -> Scene {
     let mut scene = scene.clone();
-    scene.body.shape = Shape::Brick(brick.clone());
+    scene.body.brick = Some(brick.clone());
     scene
 }
 

@@ -1,4 +1,4 @@
-//! Meshes made by Gmsh: MSH 4.1 and 2.2, text and binary, checked as a body.
+//! Meshes made by Gmsh: MSH 4.1 in text and in binary, MSH 2.2 in text, checked as a body.
 //!
 //! Linear or quadratic tetrahedra are the body and physical volumes name its parts; triangles in physical
 //! surfaces name the boundary; points and lines are passed over, and so are sections other than

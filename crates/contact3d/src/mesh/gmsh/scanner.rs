@@ -84,17 +84,7 @@ pub(super) struct Scanner<'a> {
     bytes: &'a [u8],
     at: usize,
     line: usize,
-    encoding: Encoding,
-}
-
-/// How values are written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Encoding {
-    Text,
-    /// Binary whose counts and tags are `int`, as in MSH 2.2.
-    Ints,
-    /// Binary whose counts and tags of nodes and elements are `size_t`, as in MSH 4.1.
-    Sizes,
+    is_text: bool,
 }
 
 impl<'a> Scanner<'a> {
@@ -103,20 +93,17 @@ impl<'a> Scanner<'a> {
             bytes,
             at: 0,
             line: 1,
-            encoding: Encoding::Text,
+            is_text: true,
         }
     }
 
-    pub(super) fn set_encoding(&mut self, encoding: Encoding) {
-        self.encoding = encoding;
-    }
-
-    pub(super) fn is_text(&self) -> bool {
-        self.encoding == Encoding::Text
+    /// From here on values are binary.
+    pub(super) fn set_binary(&mut self) {
+        self.is_text = false;
     }
 
     pub(super) fn place(&self) -> FilePosition {
-        if self.is_text() {
+        if self.is_text {
             FilePosition::Line(self.line)
         } else {
             FilePosition::Byte(self.at)
@@ -187,13 +174,13 @@ impl<'a> Scanner<'a> {
     }
 
     pub(super) fn begin_record(&mut self) {
-        if self.is_text() {
+        if self.is_text {
             self.skip_blank_lines();
         }
     }
 
     pub(super) fn end_record(&mut self) -> Result<(), GmshFlaw> {
-        if !self.is_text() {
+        if !self.is_text {
             return Ok(());
         }
         match self.token() {
@@ -234,7 +221,7 @@ impl<'a> Scanner<'a> {
 
     /// An `int` of the format: a code, a dimension or an entity's tag.
     pub(super) fn int(&mut self, expected: &str) -> Result<i64, GmshFlaw> {
-        if self.is_text() {
+        if self.is_text {
             self.word(expected)
         } else {
             Ok(i32::from_le_bytes(self.raw(expected)?).into())
@@ -243,19 +230,16 @@ impl<'a> Scanner<'a> {
 
     /// A count, or the tag of a node or an element.
     pub(super) fn size(&mut self, expected: &str) -> Result<u64, GmshFlaw> {
-        match self.encoding {
-            Encoding::Text => self.word(expected),
-            Encoding::Sizes => Ok(u64::from_le_bytes(self.raw(expected)?)),
-            Encoding::Ints => {
-                let value = self.int(expected)?;
-                u64::try_from(value).map_err(|_| self.syntax(expected, value.to_string()))
-            }
+        if self.is_text {
+            self.word(expected)
+        } else {
+            Ok(u64::from_le_bytes(self.raw(expected)?))
         }
     }
 
     /// A `double` of the format.
     pub(super) fn real(&mut self, expected: &str) -> Result<f64, GmshFlaw> {
-        if self.is_text() {
+        if self.is_text {
             self.word(expected)
         } else {
             Ok(f64::from_le_bytes(self.raw(expected)?))
@@ -280,51 +264,19 @@ impl<'a> Scanner<'a> {
         binary: usize,
     ) -> Result<usize, GmshFlaw> {
         let declared = self.size(&format!("the number of {what}"))?;
-        self.fitting(declared, what, [text, binary])
-    }
-
-    /// As [`Self::count`], for a count that stands in text on a line of its own in any encoding.
-    pub(super) fn count_line(
-        &mut self,
-        what: &str,
-        text: usize,
-        binary: usize,
-    ) -> Result<usize, GmshFlaw> {
-        self.skip_blank_lines();
-        let declared = self.word(&format!("the number of {what}"))?;
-        if let Some(token) = self.token() {
-            return Err(self.syntax("the end of the line", shown(token)));
-        }
-        let count = self.fitting(declared, what, [text, binary])?;
-        self.end_text_line();
-        Ok(count)
-    }
-
-    /// A declared count, if the rest of the file may hold as many items of so many bytes in text and in binary.
-    fn fitting(&self, declared: u64, what: &str, least: [usize; 2]) -> Result<usize, GmshFlaw> {
-        let least = least[usize::from(!self.is_text())];
+        let least = if self.is_text { text } else { binary };
         // The last line of a text may lack its line break.
         let possible = (self.rest().len() + 1) / least;
         match usize::try_from(declared) {
             Ok(count) if count <= possible => Ok(count),
-            _ => Err(too_many(self.place(), what, declared, possible)),
+            _ => Err(GmshFlaw::new(
+                self.place(),
+                format!("at most {possible} {what} in the rest of the file"),
+                format!("the count {declared}"),
+                "the file is cut off or its counts are wrong; save it again: gmsh part.geo -3 -format msh41 -o part.msh",
+            )),
         }
     }
-}
-
-/// The flaw of a count of more items than the rest of the file, or of a section, can hold.
-pub(super) fn too_many(
-    place: FilePosition,
-    what: &str,
-    declared: u64,
-    possible: usize,
-) -> GmshFlaw {
-    GmshFlaw::new(
-        place,
-        format!("at most {possible} {what} in the rest of the file"),
-        format!("the count {declared}"),
-        "the file is cut off or its counts are wrong; save it again: gmsh part.geo -3 -format msh41 -o part.msh",
-    )
 }
 
 /// A word of the file as it goes into a message.

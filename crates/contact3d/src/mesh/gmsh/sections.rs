@@ -1,10 +1,10 @@
-//! Sections of mesh files of MSH 4.1 and 2.2, in text and in binary.
+//! Sections of mesh files of MSH 4.1, in text and in binary, and of MSH 2.2 in text.
 
 use std::collections::HashMap;
 
 use super::{
     contents::{Contents, ElementKind},
-    scanner::{Encoding, FilePosition, GmshFlaw, Scanner, shown, too_many},
+    scanner::{GmshFlaw, Scanner, shown},
 };
 
 /// Reads all sections of a file.
@@ -118,20 +118,17 @@ fn read_format(scanner: &mut Scanner) -> Result<bool, GmshFlaw> {
     let refuse = |found: &str| {
         Err(GmshFlaw::new(
             place,
-            "text or little-endian binary with data of 8 bytes",
+            "text or little-endian binary of MSH 4.1 with data of 8 bytes",
             found,
             "save it as text, without -bin: gmsh part.geo -3 -format msh41 -o part.msh",
         ))
     };
     match (encoding, size) {
         ("0", _) => {}
+        ("1", _) if !is_v4 => return refuse("binary of MSH 2.2"),
         ("1", "8") => {
             scanner.end_text_line();
-            scanner.set_encoding(if is_v4 {
-                Encoding::Sizes
-            } else {
-                Encoding::Ints
-            });
+            scanner.set_binary();
             if scanner.int("the number 1 that shows the order of bytes")? != 1 {
                 return refuse("big-endian binary");
             }
@@ -181,7 +178,7 @@ fn skip_section(scanner: &mut Scanner, section: &str) -> Result<(), GmshFlaw> {
 
 /// `$Nodes` of MSH 2.2: a count, then tag and coordinates of a node on each line.
 fn nodes_v2(scanner: &mut Scanner, contents: &mut Contents) -> Result<(), GmshFlaw> {
-    let count = scanner.count_line("nodes", 8, 28)?;
+    let count = count_line(scanner, "nodes", 8)?;
     contents.reserve_nodes(count);
     for _ in 0..count {
         scanner.begin_record();
@@ -194,52 +191,33 @@ fn nodes_v2(scanner: &mut Scanner, contents: &mut Contents) -> Result<(), GmshFl
     Ok(())
 }
 
-/// `$Elements` of MSH 2.2: a count, then code, number of elements and number of tags of a block, and tag, tags
-/// and nodes of each of its elements. In text every element is a block with its tag in front.
+/// `$Elements` of MSH 2.2: a count, then tag, code, number of tags, tags and nodes of an element on each line.
 ///
 /// The first of the tags is the physical group (0 for none, negative for the reversed
 /// orientation); an element in several groups stands in several lines.
 fn elements_v2(scanner: &mut Scanner, contents: &mut Contents) -> Result<(), GmshFlaw> {
-    let mut left = scanner.count_line("elements", 8, 12)?;
     let mut memberships = HashMap::from([(0, contents.membership(Vec::new()))]);
-    while left > 0 {
+    for _ in 0..count_line(scanner, "elements", 8)? {
         scanner.begin_record();
         let place = scanner.place();
-        let own_tag = if scanner.is_text() {
-            Some(scanner.size("the tag of an element")?)
-        } else {
-            None
-        };
+        let tag = scanner.size("the tag of an element")?;
         let kind = ElementKind::of_code(scanner.int("the type of the element")?, place)?;
-        let in_block = match own_tag {
-            Some(_) => 1,
-            None => block_size(scanner, left, place)?,
-        };
         let n_tags = scanner.size("the number of tags of the element")?;
-        for _ in 0..in_block {
-            let place = scanner.place();
-            let tag = match own_tag {
-                Some(tag) => tag,
-                None => scanner.size("the tag of an element")?,
-            };
-            let group = read_group(scanner, n_tags)?;
-            let membership = memberships.entry(group);
-            let membership = *membership.or_insert_with(|| contents.membership(vec![group]));
-            contents.read_element(scanner, (place, tag), kind, membership)?;
-        }
+        let group = read_group(scanner, n_tags)?;
+        let membership = memberships.entry(group);
+        let membership = *membership.or_insert_with(|| contents.membership(vec![group]));
+        contents.read_element(scanner, (place, tag), kind, membership)?;
         scanner.end_record()?;
-        left -= in_block;
     }
     Ok(())
 }
 
-/// The number of elements of a block of which at most `left` are still to come.
-fn block_size(scanner: &mut Scanner, left: usize, place: FilePosition) -> Result<usize, GmshFlaw> {
-    let declared = scanner.size("the number of elements of the block")?;
-    match usize::try_from(declared) {
-        Ok(count @ 1..) if count <= left => Ok(count),
-        _ => Err(too_many(place, "elements of the block", declared, left)),
-    }
+/// A count on a line of its own, of items of at least so many bytes.
+fn count_line(scanner: &mut Scanner, what: &str, bytes: usize) -> Result<usize, GmshFlaw> {
+    scanner.begin_record();
+    let count = scanner.count(what, bytes, bytes)?;
+    scanner.end_record()?;
+    Ok(count)
 }
 
 /// The physical group among the tags of an element.

@@ -4,7 +4,10 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Matrix2, Vector2, Vector3};
 
-use crate::scene::{Height, InvalidValue, Quantity, UNDEFINED, Written, place_words};
+use crate::{
+    linalg::UNIT_ROUNDING,
+    scene::{Height, InvalidValue, Quantity, UNDEFINED, Written, place_words},
+};
 
 /// Where a point is as seen from an obstacle.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,10 +17,6 @@ pub(super) struct Clearance {
     /// ∇φ, a unit vector: the normal of the obstacle, out of it, at the nearest point of its surface.
     pub(super) away: Vector3<f64>,
 }
-
-/// Slope of half the squared distance from a point to its foot on the surface, over that distance and the coordinates: what the
-/// roundings of a formula leave, a thousand of them.
-const FOOT_TOLERANCE: f64 = 1e-12;
 
 /// Fraction of the face over which slopes of h are compared for the second derivatives that only guide the steps.
 const SLOPE_STEP: f64 = 1e-5;
@@ -75,7 +74,7 @@ impl<'a> Graph<'a> {
             let above = foot.height - level;
             let residual = foot.at - point + foot.slope * above;
             let size = (2.0 * foot.half_square).sqrt() + self.extent + point.amax() + level.abs();
-            if residual.norm() <= FOOT_TOLERANCE * size * (1.0 + foot.slope.norm()) {
+            if residual.norm() <= UNIT_ROUNDING * size * (1.0 + foot.slope.norm()) {
                 return Ok(self.clearance(&foot, point, level));
             }
             let step = self.step(&foot, above, residual);

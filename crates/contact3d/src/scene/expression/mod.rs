@@ -7,17 +7,14 @@ mod program;
 
 use std::{borrow::Cow, collections::BTreeMap, fmt};
 
-use thiserror::Error;
+use serde::{Serialize, Serializer};
 
-use branch::BranchChoice;
+use branch::{BranchChoice, Dual};
 pub use branch::{BranchEnd, FormulaBranch, OnBranch};
-pub use parse::FUNCTIONS;
+use parse::CONSTANTS;
 pub(super) use parse::is_identifier;
-use parse::{CONSTANTS, DEEPEST_NESTING, ParseError};
-use program::{Binary, BranchPoints, Dual, Instruction, OneSidedJet, run};
-
-/// Longest text of an expression, in bytes.
-const LONGEST_TEXT: usize = 4096;
+pub use parse::{ExpressionError, FUNCTIONS};
+use program::{Binary, Instruction, run};
 
 /// Numbers with names, which formulas may use.
 pub type Parameters = BTreeMap<String, f64>;
@@ -42,38 +39,6 @@ struct ParsedFormula {
     names: Vec<String>,
     /// Their values; none before they are bound.
     values: Vec<f64>,
-}
-
-/// Why a text is no usable expression.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
-pub enum ExpressionError {
-    /// No formula.
-    #[error("{text:?} is no expression: {reason}")]
-    Syntax {
-        /// The text.
-        text: String,
-        /// What is wrong, and what to write instead.
-        reason: String,
-    },
-    /// A name that is no variable or parameter here.
-    #[error("unknown name {name:?}; expected {known}")]
-    Unknown {
-        /// The name.
-        name: String,
-        /// The names that mean something here.
-        known: String,
-    },
-    /// A name before parentheses that is no function.
-    #[error("{name:?} is no function; expected one of {} (write * for a product)", FUNCTIONS.join(", "))]
-    NoFunction {
-        /// The name.
-        name: String,
-    },
-    /// Too long, or too deeply nested.
-    #[error(
-        "an expression has at most {LONGEST_TEXT} bytes and {DEEPEST_NESTING} nested parentheses; a table or a grid takes more"
-    )]
-    TooLarge,
 }
 
 /// The names that a formula may use, in words.
@@ -114,22 +79,12 @@ impl Expression {
         text: &str,
         variables: &'static [&'static str],
     ) -> Result<Self, ExpressionError> {
-        if text.len() > LONGEST_TEXT {
-            return Err(ExpressionError::TooLarge);
-        }
-        let parsed = parse::parse(text, variables).map_err(|problem| match problem {
-            ParseError::Syntax(reason) => ExpressionError::Syntax {
-                text: text.to_owned(),
-                reason,
-            },
-            ParseError::NoFunction(name) => ExpressionError::NoFunction { name },
-            ParseError::TooDeep => ExpressionError::TooLarge,
-        })?;
+        let (steps, names) = parse::parse(text, variables)?;
         Ok(Self {
             parsed: Box::new(ParsedFormula {
                 text: Some(text.to_owned()),
-                steps: parsed.steps,
-                names: parsed.parameters,
+                steps,
+                names,
                 values: Vec::new(),
             }),
             variables,
@@ -256,25 +211,23 @@ impl Expression {
     /// finite outside the formula's domain.
     #[must_use]
     pub fn evaluate(&self, values: &[f64]) -> f64 {
-        run(
-            &self.parsed.steps,
-            &self.parsed.values,
-            |place| values[place],
-            &mut OneSidedJet,
-        )
+        let number = |place| Dual::number(values[place]);
+        let mut choice = BranchChoice::default();
+        run(&self.parsed.steps, &self.parsed.values, number, &mut choice).value
     }
 
     /// The partial derivatives by three variables, given by their places; at kinks those of the
     /// piece that holds when all three grow at the same rate.
     #[must_use]
     pub fn derivatives(&self, values: &[f64], by: [usize; 3]) -> [f64; 3] {
-        self.go(values, by, &mut OneSidedJet).derivatives()
+        self.go(values, by, &mut BranchChoice::default())
+            .derivatives()
     }
 
     /// The branch that the formula takes at a point; at a branch point the one on which three variables, given by their places, grow alike.
     #[must_use]
     pub(crate) fn branch(&self, values: &[f64], by: [usize; 3]) -> FormulaBranch {
-        let mut choice = BranchChoice::open();
+        let mut choice = BranchChoice::default();
         self.go(values, by, &mut choice);
         choice.branch()
     }
@@ -292,7 +245,7 @@ impl Expression {
         choice.found(value)
     }
 
-    fn go(&self, values: &[f64], by: [usize; 3], points: &mut impl BranchPoints<Dual>) -> Dual {
+    fn go(&self, values: &[f64], by: [usize; 3], points: &mut BranchChoice) -> Dual {
         let variable = |place| {
             let wanted = by.iter().position(|wanted| *wanted == place);
             Dual::variable(values[place], wanted)
@@ -318,6 +271,12 @@ impl PartialEq for Expression {
             && self.variables == other.variables
             && own.names == other_own.names
             && own.values == other_own.values
+    }
+}
+
+impl Serialize for Expression {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&self.text())
     }
 }
 

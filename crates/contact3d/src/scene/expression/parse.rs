@@ -1,9 +1,14 @@
 //! Formulas as they are written on paper: words and signs, and the precedence of what they mean.
 
+use thiserror::Error;
+
 use super::program::{Binary, Comparison, Instruction};
 
+/// Longest text of an expression, in bytes.
+const LONGEST_TEXT: usize = 4096;
+
 /// Deepest nesting of parentheses; the parser recurses.
-pub(super) const DEEPEST_NESTING: usize = 64;
+const DEEPEST_NESTING: usize = 64;
 
 /// The functions of an expression. `min` and `max` take two arguments or more, `if` a condition and
 /// the two values, the others one argument.
@@ -16,63 +21,89 @@ pub const FUNCTIONS: &[&str] = &[
 pub(super) const CONSTANTS: [(&str, f64); 2] =
     [("PI", std::f64::consts::PI), ("E", std::f64::consts::E)];
 
-/// Why a text is no formula.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum ParseError {
-    /// What is wrong, and what to write instead.
-    Syntax(String),
+/// Why a text is no usable expression.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum ExpressionError {
+    /// No formula.
+    #[error("{text:?} is no expression: {reason}")]
+    Syntax {
+        /// The text.
+        text: String,
+        /// What is wrong, and what to write instead.
+        reason: String,
+    },
+    /// A name that is no variable or parameter here.
+    #[error("unknown name {name:?}; expected {known}")]
+    Unknown {
+        /// The name.
+        name: String,
+        /// The names that mean something here.
+        known: String,
+    },
     /// A name before parentheses that is no function.
-    NoFunction(String),
-    /// Too deeply nested.
-    TooDeep,
+    #[error("{name:?} is no function; expected one of {} (write * for a product)", FUNCTIONS.join(", "))]
+    NoFunction {
+        /// The name.
+        name: String,
+    },
+    /// Too long, or too deeply nested.
+    #[error(
+        "an expression has at most {LONGEST_TEXT} bytes and {DEEPEST_NESTING} nested parentheses; a table or a grid takes more"
+    )]
+    TooLarge,
 }
 
-/// A formula as steps, and the names in it that are neither variables nor functions.
-#[derive(Debug, Default)]
-pub(super) struct Parsed {
-    pub(super) steps: Vec<Instruction>,
-    pub(super) parameters: Vec<String>,
-}
-
-/// Reads a formula in the given variables.
-pub(super) fn parse(text: &str, variables: &[&str]) -> Result<Parsed, ParseError> {
+/// The steps of a formula in the given variables, and the names in it that are neither variables nor functions.
+pub(super) fn parse(
+    text: &str,
+    variables: &[&str],
+) -> Result<(Vec<Instruction>, Vec<String>), ExpressionError> {
+    if text.len() > LONGEST_TEXT {
+        return Err(ExpressionError::TooLarge);
+    }
     let mut parser = Parser {
+        text,
         tokens: Tokens::new(text),
         variables,
         depth: 0,
-        parsed: Parsed::default(),
+        steps: Vec::new(),
+        parameters: Vec::new(),
     };
     parser.sum()?;
     match parser.tokens.peek() {
-        Token::End => Ok(parser.parsed),
-        Token::Comparison(_) => Err(syntax(
-            "a comparison is the first argument of `if`, such as if(x < 1, 0.3, 0.2)",
-        )),
+        Token::End => Ok((parser.steps, parser.parameters)),
+        Token::Comparison(_) => Err(parser
+            .syntax("a comparison is the first argument of `if`, such as if(x < 1, 0.3, 0.2)")),
         _ => Err(parser.expected("an operator or the end")),
     }
 }
 
 struct Parser<'a> {
+    text: &'a str,
     tokens: Tokens<'a>,
     variables: &'a [&'a str],
     depth: usize,
-    parsed: Parsed,
-}
-
-fn syntax(problem: &str) -> ParseError {
-    ParseError::Syntax(problem.to_owned())
+    steps: Vec<Instruction>,
+    parameters: Vec<String>,
 }
 
 impl Parser<'_> {
     fn push(&mut self, step: Instruction) {
-        self.parsed.steps.push(step);
+        self.steps.push(step);
     }
 
-    fn expected(&self, what: &str) -> ParseError {
-        ParseError::Syntax(format!("expected {what}, found {}", self.tokens.found()))
+    fn syntax(&self, reason: impl Into<String>) -> ExpressionError {
+        ExpressionError::Syntax {
+            text: self.text.to_owned(),
+            reason: reason.into(),
+        }
     }
 
-    fn require(&mut self, token: Token<'_>, what: &str) -> Result<(), ParseError> {
+    fn expected(&self, what: &str) -> ExpressionError {
+        self.syntax(format!("expected {what}, found {}", self.tokens.found()))
+    }
+
+    fn require(&mut self, token: Token<'_>, what: &str) -> Result<(), ExpressionError> {
         if self.tokens.accept(token) {
             Ok(())
         } else {
@@ -81,7 +112,7 @@ impl Parser<'_> {
     }
 
     /// Terms with + and − between them, perhaps with a sign in front.
-    fn sum(&mut self) -> Result<(), ParseError> {
+    fn sum(&mut self) -> Result<(), ExpressionError> {
         if self.tokens.peek() == Token::Operator('-') {
             self.push(Instruction::Number(0.0));
         } else {
@@ -91,7 +122,7 @@ impl Parser<'_> {
         self.chain(['+', '-'], [Binary::Add, Binary::Subtract], Self::product)
     }
 
-    fn product(&mut self) -> Result<(), ParseError> {
+    fn product(&mut self) -> Result<(), ExpressionError> {
         self.power()?;
         self.chain(['*', '/'], [Binary::Multiply, Binary::Divide], Self::power)
     }
@@ -101,8 +132,8 @@ impl Parser<'_> {
         &mut self,
         signs: [char; 2],
         meanings: [Binary; 2],
-        operand: fn(&mut Self) -> Result<(), ParseError>,
-    ) -> Result<(), ParseError> {
+        operand: fn(&mut Self) -> Result<(), ExpressionError>,
+    ) -> Result<(), ExpressionError> {
         while let Token::Operator(sign) = self.tokens.peek()
             && let Some(place) = signs.iter().position(|known| *known == sign)
         {
@@ -113,21 +144,21 @@ impl Parser<'_> {
         Ok(())
     }
 
-    fn power(&mut self) -> Result<(), ParseError> {
+    fn power(&mut self) -> Result<(), ExpressionError> {
         self.operand()?;
         if self.tokens.accept(Token::Operator('^')) {
             self.operand()?;
             self.push(Instruction::Binary(Binary::Power));
         }
         match self.tokens.peek() {
-            Token::Operator('^') => Err(syntax(
-                "put one of two powers in parentheses, such as (x^2)^3",
-            )),
+            Token::Operator('^') => {
+                Err(self.syntax("put one of two powers in parentheses, such as (x^2)^3"))
+            }
             _ => Ok(()),
         }
     }
 
-    fn operand(&mut self) -> Result<(), ParseError> {
+    fn operand(&mut self) -> Result<(), ExpressionError> {
         match self.tokens.peek() {
             Token::Number(value) => {
                 self.tokens.take();
@@ -142,9 +173,9 @@ impl Parser<'_> {
                 self.name(name)?;
             }
             Token::Operator('+' | '-') => {
-                return Err(syntax(
-                    "put a signed factor or exponent in parentheses, such as x*(-y)",
-                ));
+                return Err(
+                    self.syntax("put a signed factor or exponent in parentheses, such as x*(-y)")
+                );
             }
             _ => return Err(self.expected("a number, a name or parentheses")),
         }
@@ -154,12 +185,12 @@ impl Parser<'_> {
     /// Something in parentheses.
     fn parenthesised(
         &mut self,
-        content: impl FnOnce(&mut Self) -> Result<(), ParseError>,
-    ) -> Result<(), ParseError> {
+        content: impl FnOnce(&mut Self) -> Result<(), ExpressionError>,
+    ) -> Result<(), ExpressionError> {
         self.require(Token::Open, "`(`")?;
         self.depth += 1;
         if self.depth > DEEPEST_NESTING {
-            return Err(ParseError::TooDeep);
+            return Err(ExpressionError::TooLarge);
         }
         content(self)?;
         self.depth -= 1;
@@ -167,12 +198,12 @@ impl Parser<'_> {
     }
 
     /// A variable, a constant or a parameter.
-    fn name(&mut self, name: &str) -> Result<(), ParseError> {
+    fn name(&mut self, name: &str) -> Result<(), ExpressionError> {
         let constant = CONSTANTS.iter().find(|(constant, _)| *constant == name);
         let variable = self.variables.iter().position(|variable| *variable == name);
         let step = match (constant, variable) {
             _ if FUNCTIONS.contains(&name) => {
-                return Err(syntax("put the argument of a function in parentheses"));
+                return Err(self.syntax("put the argument of a function in parentheses"));
             }
             (Some((_, value)), _) => Instruction::Number(*value),
             (None, Some(place)) => Instruction::Variable(place),
@@ -184,7 +215,7 @@ impl Parser<'_> {
 
     /// The place of a parameter among those of the formula.
     fn parameter(&mut self, name: &str) -> usize {
-        let names = &mut self.parsed.parameters;
+        let names = &mut self.parameters;
         let known = names.iter().position(|known| known == name);
         known.unwrap_or_else(|| {
             names.push(name.to_owned());
@@ -193,7 +224,7 @@ impl Parser<'_> {
     }
 
     /// A function with its arguments.
-    fn call(&mut self, name: &str) -> Result<(), ParseError> {
+    fn call(&mut self, name: &str) -> Result<(), ExpressionError> {
         match (name, Instruction::function(name)) {
             (_, Some(function)) => {
                 self.parenthesised(Self::sum)?;
@@ -203,17 +234,19 @@ impl Parser<'_> {
             ("min", None) => self.parenthesised(|parser| parser.extreme(Binary::Min)),
             ("max", None) => self.parenthesised(|parser| parser.extreme(Binary::Max)),
             ("if", None) => self.parenthesised(Self::choice),
-            _ => Err(ParseError::NoFunction(name.to_owned())),
+            _ => Err(ExpressionError::NoFunction {
+                name: name.to_owned(),
+            }),
         }
     }
 
     /// The arguments of `min` or `max`.
-    fn extreme(&mut self, binary: Binary) -> Result<(), ParseError> {
+    fn extreme(&mut self, binary: Binary) -> Result<(), ExpressionError> {
         self.sum()?;
         if self.tokens.peek() == Token::Close {
-            return Err(syntax(
-                "`min` and `max` take two arguments or more, such as max(x, 0)",
-            ));
+            return Err(
+                self.syntax("`min` and `max` take two arguments or more, such as max(x, 0)")
+            );
         }
         while self.tokens.peek() != Token::Close {
             self.require(Token::Comma, "an operator, `,` or `)`")?;
@@ -224,7 +257,7 @@ impl Parser<'_> {
     }
 
     /// The arguments of `if`.
-    fn choice(&mut self) -> Result<(), ParseError> {
+    fn choice(&mut self) -> Result<(), ExpressionError> {
         self.sum()?;
         let comparison = self.comparison()?;
         self.sum()?;
@@ -239,7 +272,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    fn comparison(&mut self) -> Result<Comparison, ParseError> {
+    fn comparison(&mut self) -> Result<Comparison, ExpressionError> {
         match self.tokens.peek() {
             Token::Comparison(comparison) => {
                 self.tokens.take();

@@ -20,6 +20,17 @@ const MOST_SLENDER_CELL: f64 = 1e8;
 const TYPED_DIGITS: f64 = 1e-6;
 
 pub(super) fn check(scene: &Scene) -> Result<(), InvalidValue> {
+    require(
+        scene.body.brick.is_some() != scene.body.gmsh.is_some(),
+        "body",
+        "exactly one of brick, gmsh",
+        if scene.body.brick.is_some() {
+            "both"
+        } else {
+            "none"
+        },
+        "a body is a brick or comes from a mesh file",
+    )?;
     if let Some(brick) = scene.body.as_brick() {
         check_brick(brick, scene)?;
     }
@@ -189,7 +200,7 @@ fn steepest(brick: &Brick, axis: usize) -> Option<&'static str> {
 fn check_part(part: &Part, key: &str, scene: &Scene) -> Result<(), InvalidValue> {
     match part {
         Part::Group(name) => require(
-            scene.body.mesh_file().is_some(),
+            scene.body.gmsh.is_some(),
             format!("{key}.group"),
             "a box, since a brick has no physical volumes",
             Written(name),

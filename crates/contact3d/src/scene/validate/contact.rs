@@ -1,6 +1,6 @@
 //! Checks of the contact faces, their obstacles and their laws of friction.
 
-use super::{check_box, require, supports::check_name};
+use super::{check_box, require};
 use crate::scene::{
     Coefficient, Contact, ElementOrder, Friction, Grid, Height, InvalidValue, Obstacle, POSITION,
     Quantity, Scene, SlipInterpolation, Table, Written,
@@ -19,7 +19,6 @@ pub(super) fn check(scene: &Scene) -> Result<(), InvalidValue> {
 }
 
 fn check_face(scene: &Scene, contact: &Contact, key: &str) -> Result<(), InvalidValue> {
-    check_name(scene, &contact.face, format!("{key}.face"))?;
     if let Some(corners) = &contact.corners {
         check_box(scene, format!("{key}.box"), corners)?;
     }

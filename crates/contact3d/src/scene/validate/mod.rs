@@ -2,7 +2,6 @@
 
 mod body;
 mod contact;
-mod quantity;
 mod supports;
 
 use std::fmt;
@@ -55,7 +54,7 @@ impl Scene {
         supports::check(self)?;
         contact::check(self)?;
         if let Some(of) = self.adapt.and_then(|adapt| adapt.of) {
-            quantity::check(self, of)?;
+            of.check(self)?;
         }
         supports::check_history(self)
     }

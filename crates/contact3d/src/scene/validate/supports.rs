@@ -8,16 +8,14 @@ use crate::scene::{
 };
 
 pub(super) fn check(scene: &Scene) -> Result<(), InvalidValue> {
-    check_clamps(scene)?;
-    check_springs(scene)?;
-    let tractions = scene.tractions.iter().enumerate();
-    let tractions = tractions.map(|(i, it)| (&it.face, format!("traction.{i}.face")));
-    let pressures = scene.pressures.iter().enumerate();
-    let pressures = pressures.map(|(i, it)| (&it.face, format!("pressure.{i}.face")));
-    for (face, key) in tractions.chain(pressures) {
-        check_loaded_face(scene, face, key)?;
+    for (key, face) in scene.named_faces() {
+        check_name(scene, &face, &key)?;
+        if !key.starts_with("clamp.") && !key.starts_with("contact.") {
+            check_loaded_face(scene, &face, key)?;
+        }
     }
-    Ok(())
+    check_clamps(scene)?;
+    check_springs(scene)
 }
 
 fn check_clamps(scene: &Scene) -> Result<(), InvalidValue> {
@@ -56,7 +54,6 @@ fn check_clamps(scene: &Scene) -> Result<(), InvalidValue> {
 
 fn check_springs(scene: &Scene) -> Result<(), InvalidValue> {
     for (i, spring) in scene.springs.iter().enumerate() {
-        check_loaded_face(scene, &spring.face, format!("spring.{i}.face"))?;
         let follows_face = spring.normal.is_some() || spring.tangential.is_some();
         require(
             follows_face != spring.tensor.is_some(),
@@ -75,17 +72,13 @@ fn check_springs(scene: &Scene) -> Result<(), InvalidValue> {
 
 fn check_place(scene: &Scene, clamp: &Clamp, i: usize) -> Result<(), InvalidValue> {
     match (&clamp.face, &clamp.corners) {
-        (Some(face), None) => {
-            let key = format!("clamp.{i}.face");
-            check_name(scene, face, key.clone())?;
-            require(
-                !scene.is_in_contact(face),
-                key,
-                "a face other than the contact face",
-                Written(face),
-                "a face is either held or in contact",
-            )
-        }
+        (Some(face), None) => require(
+            !scene.is_in_contact(face),
+            format!("clamp.{i}.face"),
+            "a face other than the contact face",
+            Written(face),
+            "a face is either held or in contact",
+        ),
         (None, Some(corners)) => check_box(scene, format!("clamp.{i}.box"), corners),
         (face, corners) => require(
             false,
@@ -102,7 +95,7 @@ fn check_place(scene: &Scene, clamp: &Clamp, i: usize) -> Result<(), InvalidValu
 }
 
 /// Refuses a face that a brick does not have; the groups of a Gmsh file are checked with the mesh.
-pub(super) fn check_name(scene: &Scene, face: &str, key: String) -> Result<(), InvalidValue> {
+fn check_name(scene: &Scene, face: &str, key: &str) -> Result<(), InvalidValue> {
     require(
         scene.body.as_brick().is_none() || BrickFace::named(face).is_some(),
         key,
@@ -113,7 +106,6 @@ pub(super) fn check_name(scene: &Scene, face: &str, key: String) -> Result<(), I
 }
 
 fn check_loaded_face(scene: &Scene, face: &str, key: String) -> Result<(), InvalidValue> {
-    check_name(scene, face, key.clone())?;
     let held = scene
         .clamps
         .iter()

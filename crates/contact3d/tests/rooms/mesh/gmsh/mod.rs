@@ -6,7 +6,6 @@ mod samples;
 
 const FOOT_41: &[u8] = include_bytes!("../../../meshes/foot_41.msh");
 const FOOT_41_BINARY: &[u8] = include_bytes!("../../../meshes/foot_41_binary.msh");
-const FOOT_22_BINARY: &[u8] = include_bytes!("../../../meshes/foot_22_binary.msh");
 const FOOT_22: &[u8] = include_bytes!("../../../meshes/foot_22.msh");
 const BRACKET_41: &[u8] = include_bytes!("../../../meshes/bracket_41.msh");
 const BRACKET_22: &[u8] = include_bytes!("../../../meshes/bracket_22.msh");
