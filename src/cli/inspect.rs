@@ -21,7 +21,7 @@ use crate::{
 /// Arguments of `inspect`.
 #[derive(Debug, Args)]
 pub struct InspectArguments {
-    /// The mesh file, MSH 2.2 or 4.1
+    /// The mesh file, MSH 4.1, or 2.2 in text
     pub mesh: PathBuf,
     /// Write a scene for it; an existing file is not overwritten
     #[arg(long, value_name = "SCENE")]

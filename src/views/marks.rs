@@ -11,15 +11,9 @@ use plots::{BodyMark, BodyMarkKind};
 /// The clamps, springs and loads of a scene without steps that do something; loads first, which look worse at a rim.
 pub(super) fn body_marks(scene: &Scene, mesh: &Mesh) -> Vec<BodyMark> {
     let at = |values: &[Quantity; 3], x| [0, 1, 2].map(|c| values[c].at(x));
-    let loads = scene.tractions.iter().map(|load| {
-        on_face(mesh, &load.face, BodyMarkKind::Load, |x, _| {
-            at(&load.value, x)
-        })
-    });
-    let pressures = scene.pressures.iter().map(|load| {
-        on_face(mesh, &load.face, BodyMarkKind::Load, |x, normal| {
-            let pressure = load.value.at(x);
-            normal.map(|c| -pressure * c)
+    let loads = scene.face_loads().map(|load| {
+        on_face(mesh, load.face(), BodyMarkKind::Load, |x, normal| {
+            load.at(x, normal)
         })
     });
     let volume = scene.body_force.iter().map(|force| {
@@ -48,11 +42,7 @@ pub(super) fn body_marks(scene: &Scene, mesh: &Mesh) -> Vec<BodyMark> {
             marked(mesh, BodyMarkKind::Held, nodes, |_, _| held)
         }
     });
-    let all = loads
-        .chain(pressures)
-        .chain(volume)
-        .chain(clamps)
-        .chain(springs);
+    let all = loads.chain(volume).chain(clamps).chain(springs);
     let acts = |mark: &BodyMark| {
         let values = || mark.vectors.iter().flatten();
         values().all(|value| value.is_finite()) && values().any(|&value| value != 0.0)

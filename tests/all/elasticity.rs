@@ -3,7 +3,7 @@
 use contact3d::{
     elasticity::{DofMap, InternalForces, Loads, MaterialField, stiffness},
     mesh::{Mesh, RawMesh, brick},
-    scene::{Brick, BrickFace, Isotropic, Material, Quantity, Traction},
+    scene::{Brick, BrickFace, FaceLoad, Isotropic, Material, Traction},
 };
 use nalgebra::Vector3;
 
@@ -143,16 +143,8 @@ fn uniaxial_tension_on_symmetry_planes() {
     }
     let dofs = DofMap::new(&held);
     let a = stiffness(&mesh, &material(), &dofs);
-    let pull = [Traction {
-        name: None,
-        face: "x_max".into(),
-        value: [1e8, 0.0, 0.0].map(Quantity::Constant),
-    }];
-    let loads = Loads {
-        tractions: &pull,
-        pressures: &[],
-        body_force: None,
-    };
+    let pull = Traction::on("x_max", [1e8, 0.0, 0.0]);
+    let loads = Loads::from(FaceLoad::Traction(0, &pull));
     let mut u = dofs.to_free(&loads.nodal_forces(&mesh).unwrap());
     let order = contact3d::linalg::amd(&a).unwrap();
     let factor = contact3d::linalg::CholeskyFactor::<f64>::factorise(&a, order).unwrap();

@@ -1,14 +1,11 @@
 //! Bodies that their supports leave free to move as rigid ones.
 
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::DMatrix;
 
-use super::{
-    DofMap,
-    rigid_motion::{AXES, RigidMotion, axis_along, farthest, middle_and_spread, telling_motions},
-};
+use super::{DofMap, rigid_motion::RigidMotion};
 use crate::{
     linalg::{CscMatrix, add_combination, add_scaled, dot},
-    mesh::Mesh,
+    mesh::{GEOMETRY_TOLERANCE, Mesh},
     scene::InvalidValue,
 };
 
@@ -48,17 +45,6 @@ pub struct WeakSupport {
     pub stiffness: Vec<Vec<f64>>,
     /// Y = −A_κ⁻¹K_s R, `[n_modes][n_free]`, dimensionless: how the body yields to the springs.
     pub spring_response: Vec<Vec<f64>>,
-}
-
-/// A rigid motion in space, u(x) = t + ω × (x − c).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BodyMotion {
-    /// Displacement t of the point c, in m: along ω where the body turns, so that c lies on the axis of a screw.
-    pub translation: [f64; 3],
-    /// Rotation vector ω, in radians.
-    pub rotation: [f64; 3],
-    /// The point c, in m; the middle of the body where it does not turn.
-    pub point: [f64; 3],
 }
 
 impl FloatingBody {
@@ -140,7 +126,6 @@ impl FloatingBody {
     /// The rigid part R a of a motion in terms of the modes; what is no more than rounding of its terms is zero, so that a motion along a
     /// plane does not leave it, however far.
     pub(crate) fn rigid_part(&self, weights: &[f64]) -> Vec<f64> {
-        const ROUNDINGS: f64 = 16.0;
         let n = self.grounded.cols;
         let (mut sum, mut size) = (vec![0.0; n], vec![0.0; n]);
         for (mode, by) in self.modes.iter().zip(weights) {
@@ -150,7 +135,7 @@ impl FloatingBody {
             }
         }
         for (sum, size) in sum.iter_mut().zip(&size) {
-            if sum.abs() <= ROUNDINGS * f64::EPSILON * size {
+            if sum.abs() <= 16.0 * f64::EPSILON * size {
                 *sum = 0.0;
             }
         }
@@ -168,122 +153,6 @@ impl FloatingBody {
     }
 }
 
-impl BodyMotion {
-    /// The rigid motion nearest to displacements of points in m.
-    #[must_use]
-    pub fn fitted(points: &[[f64; 3]], displacement: &[[f64; 3]]) -> Self {
-        Self::fitted_up_to(NO_TURN, points, displacement)
-    }
-
-    /// The same for words: a translation where the body turns by no more than a hundredth of its way.
-    #[must_use]
-    pub fn told(points: &[[f64; 3]], displacement: &[[f64; 3]]) -> Self {
-        Self::fitted_up_to(HARDLY_A_TURN, points, displacement)
-    }
-
-    /// A basis of the same rigid motions, displacements of points, with as many along and about the axes as there are.
-    #[must_use]
-    pub fn telling(points: &[[f64; 3]], motions: &[Vec<[f64; 3]>]) -> Vec<Vec<[f64; 3]>> {
-        let (centre, _) = middle_and_spread(points);
-        let about_centre = |motion: &Vec<[f64; 3]>| {
-            let rigid = Self::fitted(points, motion);
-            let turn = Vector3::from(rigid.rotation);
-            let shift = Vector3::from(rigid.translation);
-            [
-                shift + turn.cross(&(centre - Vector3::from(rigid.point))),
-                turn,
-            ]
-        };
-        let motions: Vec<_> = motions.iter().map(about_centre).collect();
-        let telling = telling_motions(&motions, &centre, farthest(points, &centre));
-        let at_points = |motion: &RigidMotion| points.iter().map(|x| motion.at(x)).collect();
-        telling.iter().map(at_points).collect()
-    }
-
-    fn fitted_up_to(negligible: f64, points: &[[f64; 3]], displacement: &[[f64; 3]]) -> Self {
-        let n = points.len().max(1) as f64;
-        let mean = |of: &[[f64; 3]]| of.iter().map(|v| Vector3::from(*v)).sum::<Vector3<f64>>() / n;
-        let (centre, shift) = (mean(points), mean(displacement));
-        let mut inertia = nalgebra::Matrix3::zeros();
-        let mut moment = Vector3::zeros();
-        for (x, u) in points.iter().zip(displacement) {
-            let arm = Vector3::from(*x) - centre;
-            inertia += nalgebra::Matrix3::identity() * arm.norm_squared() - arm * arm.transpose();
-            moment += arm.cross(&(Vector3::from(*u) - shift));
-        }
-        let rotation = inertia
-            .cholesky()
-            .map_or_else(Vector3::zeros, |factor| factor.solve(&moment));
-        let extent = (inertia.trace() / n).sqrt();
-        if rotation.norm() * extent <= negligible * shift.norm() {
-            return Self {
-                translation: shift.into(),
-                rotation: [0.0; 3],
-                point: centre.into(),
-            };
-        }
-        let square = rotation.norm_squared();
-        let along = rotation * (rotation.dot(&shift) / square);
-        let point = centre + rotation.cross(&shift) / square;
-        let clean = |v: Vector3<f64>, size: f64| -> [f64; 3] {
-            v.map(|c| if c.abs() <= NO_TURN * size { 0.0 } else { c })
-                .into()
-        };
-        Self {
-            translation: clean(along, rotation.norm() * extent),
-            rotation: clean(rotation, rotation.norm()),
-            point: clean(point, extent.max(centre.norm())),
-        }
-    }
-
-    /// The motion in words with its size, with lengths in the unit `length`.
-    #[must_use]
-    pub fn sized(&self, length: &str) -> String {
-        let turn = Vector3::from(self.rotation).norm();
-        let shift = Vector3::from(self.translation).norm();
-        match (turn, shift) {
-            (0.0, 0.0) => "not at all".into(),
-            (0.0, _) => format!("{shift:.6e} {length}: {}", self.describe(length)),
-            _ => format!("{turn:.6e} rad: {}", self.describe(length)),
-        }
-    }
-
-    /// The motion in words, with lengths in the unit `length`.
-    #[must_use]
-    pub fn describe(&self, length: &str) -> String {
-        let turn = Vector3::from(self.rotation);
-        let shift = Vector3::from(self.translation);
-        if turn.norm() == 0.0 {
-            return format!("translation along {}", direction(shift));
-        }
-        let [x, y, z] = self.point;
-        let mut words = format!(
-            "rotation about {} through ({x:.6}, {y:.6}, {z:.6}) {length}",
-            direction(turn)
-        );
-        if shift.norm() > 0.0 {
-            words += &format!(", with a translation along {}", direction(shift));
-        }
-        words
-    }
-}
-
-/// Share of the whole motion below which a part of it goes without saying.
-const NO_TURN: f64 = 1e-6;
-const HARDLY_A_TURN: f64 = 1e-2;
-
-/// A direction in words: an axis with its sign, or a unit vector.
-fn direction(v: Vector3<f64>) -> String {
-    let v = v.normalize().map(|c| if c.abs() < 1e-9 { 0.0 } else { c });
-    match axis_along(&v, 1e-9) {
-        Some(c) => {
-            let sign = if v[c] < 0.0 { "-" } else { "" };
-            format!("{sign}{}", AXES[c])
-        }
-        None => format!("({:.6}, {:.6}, {:.6})", v.x, v.y, v.z),
-    }
-}
-
 /// The displacement of the free degrees of freedom in a rigid motion.
 fn on_dofs(mesh: &Mesh, dofs: &DofMap, motion: &RigidMotion) -> Vec<f64> {
     let nodal: Vec<[f64; 3]> = mesh.coordinates.iter().map(|x| motion.at(x)).collect();
@@ -295,7 +164,6 @@ fn on_dofs(mesh: &Mesh, dofs: &DofMap, motion: &RigidMotion) -> Vec<f64> {
 /// One degree of freedom of `candidates` for each mode, such that the modes' values there are as independent as can be: columns
 /// of Rᵀ chosen by pivoted Gram–Schmidt; `None` where they are dependent.
 fn telling_dofs(shapes: &[Vec<f64>], candidates: &[usize]) -> Option<Vec<usize>> {
-    const DEPENDENT: f64 = 1e-6;
     let mut left: Vec<Vec<f64>> = candidates
         .iter()
         .map(|&dof| shapes.iter().map(|shape| shape[dof]).collect())
@@ -306,7 +174,7 @@ fn telling_dofs(shapes: &[Vec<f64>], candidates: &[usize]) -> Option<Vec<usize>>
         let larger =
             |best: (usize, f64), next: (usize, f64)| if next.1 > best.1 { next } else { best };
         let (at, square) = squares.enumerate().fold((0, 0.0), larger);
-        if square <= DEPENDENT * DEPENDENT {
+        if square <= GEOMETRY_TOLERANCE * GEOMETRY_TOLERANCE {
             return None;
         }
         pins.push(candidates[at]);

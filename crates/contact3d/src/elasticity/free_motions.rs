@@ -151,7 +151,7 @@ pub(crate) fn loose_motions(scene: &Scene, mesh: &Mesh) -> Result<LooseMotions, 
             found: format!(
                 "{:.1e} of it in a {}",
                 softest.stiffness,
-                motion.describe(mesh.extent())
+                motion.describe(mesh.extent(), scene.units.length())
             ),
             help: "make the springs stiffer, or remove them: contact holds a body by itself".into(),
         });

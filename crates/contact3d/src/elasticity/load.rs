@@ -10,20 +10,27 @@ use crate::{
     mesh::{Mesh, SidePoint, tetrahedron_volume},
     reference::{quadrature, shape::quadratic_tetrahedron},
     scene::{
-        BodyForce, Component, InvalidValue, Pressure, Quantity, Scene, Traction, UNDEFINED,
-        Warning, Written, place_words,
+        BodyForce, Component, FaceLoad, InvalidValue, Quantity, Scene, UNDEFINED, Warning, Written,
+        place_words,
     },
 };
 
-/// The loads of a scene.
-#[derive(Debug, Clone, Copy, Default)]
+/// Loads of a scene.
+#[derive(Debug, Clone, Default)]
 pub struct Loads<'a> {
-    /// Surface tractions p.
-    pub tractions: &'a [Traction],
-    /// Pressures, σν = −p ν.
-    pub pressures: &'a [Pressure],
+    /// Those on faces.
+    pub faces: Vec<FaceLoad<'a>>,
     /// The body force f.
     pub body_force: Option<&'a BodyForce>,
+}
+
+impl<'a> From<FaceLoad<'a>> for Loads<'a> {
+    fn from(load: FaceLoad<'a>) -> Self {
+        Self {
+            faces: vec![load],
+            body_force: None,
+        }
+    }
 }
 
 impl<'a> Loads<'a> {
@@ -31,8 +38,7 @@ impl<'a> Loads<'a> {
     #[must_use]
     pub fn of(scene: &'a Scene) -> Self {
         Self {
-            tractions: &scene.tractions,
-            pressures: &scene.pressures,
+            faces: scene.face_loads().collect(),
             body_force: scene.body_force.as_ref(),
         }
     }
@@ -46,27 +52,28 @@ impl<'a> Loads<'a> {
     /// A formula that is not finite somewhere.
     pub fn nodal_forces(&self, mesh: &Mesh) -> Result<Vec<[f64; 3]>, InvalidValue> {
         let mut load = vec![[0.0; 3]; mesh.coordinates.len()];
-        for (i, traction) in self.tractions.iter().enumerate() {
-            let key = format!("traction.{i}.value");
-            for facet in mesh.facets_on(&traction.face) {
+        for face_load in &self.faces {
+            let key = face_load.key() + ".value";
+            for facet in mesh.facets_on(face_load.face()) {
                 let (side, curved) = ((mesh, facet), mesh.quadratic_side(facet));
-                for (component, value) in traction.value.iter().enumerate() {
-                    let norm = |area: Vector3<f64>| area.norm();
-                    let shares = side_integrals(side, curved.as_ref(), value, &key, norm)?;
-                    for (node, share) in shares {
-                        load[node][component] += share;
+                match face_load {
+                    FaceLoad::Traction(_, traction) => {
+                        for (component, value) in traction.value.iter().enumerate() {
+                            let norm = |area: Vector3<f64>| area.norm();
+                            let shares = side_integrals(side, curved.as_ref(), value, &key, norm)?;
+                            for (node, share) in shares {
+                                load[node][component] += share;
+                            }
+                        }
                     }
-                }
-            }
-        }
-        for (i, pressure) in self.pressures.iter().enumerate() {
-            let key = format!("pressure.{i}.value");
-            for facet in mesh.facets_on(&pressure.face) {
-                let (side, curved) = ((mesh, facet), mesh.quadratic_side(facet));
-                let value = &pressure.value;
-                for (node, share) in side_integrals(side, curved.as_ref(), value, &key, |a| a)? {
-                    for c in 0..3 {
-                        load[node][c] -= share[c];
+                    FaceLoad::Pressure(_, pressure) => {
+                        let value = &pressure.value;
+                        let shares = side_integrals(side, curved.as_ref(), value, &key, |a| a)?;
+                        for (node, share) in shares {
+                            for c in 0..3 {
+                                load[node][c] -= share[c];
+                            }
+                        }
                     }
                 }
             }
@@ -199,66 +206,50 @@ fn area_vector(corners: &[[f64; 3]; 3]) -> Vector3<f64> {
 #[must_use]
 pub fn idle_loads(scene: &Scene, mesh: &Mesh) -> Vec<Warning> {
     let held = mesh.held_nodes(scene);
-    let tractions = scene.tractions.iter().enumerate();
-    let tractions = tractions.map(|(i, traction)| {
-        let alone = Loads {
-            tractions: std::slice::from_ref(traction),
-            ..Loads::default()
-        };
-        let components = idle_components(&forces(&alone, mesh), &held).collect();
-        (format!("traction.{i}.value"), components)
+    let on_faces = scene.face_loads().filter_map(|load| {
+        // One that is not finite is refused elsewhere.
+        let forces = Loads::from(load).nodal_forces(mesh).unwrap_or_default();
+        let acting = acting_components(&forces);
+        let idle = acting.iter().copied();
+        let idle = idle.filter(|component| is_held(&forces, &held, *component));
+        let components: Vec<Component> = idle.collect();
+        let key = load.key() + ".value";
+        match load {
+            _ if components.is_empty() => None,
+            FaceLoad::Traction(..) => Some(Warning::IdleLoad { key, components }),
+            // A part of it alone cannot be left out.
+            FaceLoad::Pressure(..) => {
+                (components.len() == acting.len()).then(|| Warning::IdlePressure { key })
+            }
+        }
     });
-    let whole = scene.body_force.iter().map(|force| {
+    let whole = scene.body_force.iter().filter_map(|force| {
         let is_idle = |component: &Component| {
             let c = *component as usize;
             force.value[c] != Quantity::Constant(0.0) && held.iter().all(|held| held[c])
         };
-        let components = Component::ALL.into_iter().filter(is_idle).collect();
-        ("body_force.value".to_owned(), components)
+        let components: Vec<Component> = Component::ALL.into_iter().filter(is_idle).collect();
+        let key = "body_force.value".to_owned();
+        (!components.is_empty()).then(|| Warning::IdleLoad { key, components })
     });
-    let pressures = scene.pressures.iter().enumerate();
-    let pressures = pressures.filter_map(|(i, pressure)| {
-        let alone = Loads {
-            pressures: std::slice::from_ref(pressure),
-            ..Loads::default()
-        };
-        let forces = forces(&alone, mesh);
-        let acting = Component::ALL
-            .into_iter()
-            .filter(|c| acts(&forces, *c))
-            .count();
-        let idle = idle_components(&forces, &held).count();
-        (acting > 0 && idle == acting).then(|| Warning::IdlePressure {
-            key: format!("pressure.{i}.value"),
-        })
-    });
-    tractions
-        .chain(whole)
-        .filter(|(_, components): &(_, Vec<Component>)| !components.is_empty())
-        .map(|(key, components)| Warning::IdleLoad { key, components })
-        .chain(pressures)
-        .collect()
+    on_faces.chain(whole).collect()
 }
 
-/// Nodal forces of a load; none of one that is not finite, which is refused elsewhere.
-fn forces(load: &Loads<'_>, mesh: &Mesh) -> Vec<[f64; 3]> {
-    load.nodal_forces(mesh).unwrap_or_default()
-}
-
-/// The components of nodal forces that act, and on held displacements only.
-fn idle_components(forces: &[[f64; 3]], held: &[[bool; 3]]) -> impl Iterator<Item = Component> {
+/// The components of nodal forces that are more than roundings of a face's normal.
+fn acting_components(forces: &[[f64; 3]]) -> Vec<Component> {
     let limit = UNIT_ROUNDING * largest(forces);
-    Component::ALL.into_iter().filter(move |component| {
-        let c = *component as usize;
-        let mut free = forces.iter().zip(held).filter(|(_, held)| !held[c]);
-        acts(forces, *component) && free.all(|(force, _)| force[c].abs() <= limit)
-    })
+    let acts = |component: &Component| {
+        let mut along = forces.iter().map(|force| force[*component as usize].abs());
+        along.any(|force| force > limit)
+    };
+    Component::ALL.into_iter().filter(acts).collect()
 }
 
-fn acts(forces: &[[f64; 3]], component: Component) -> bool {
-    let limit = UNIT_ROUNDING * largest(forces);
-    let mut along = forces.iter().map(|force| force[component as usize].abs());
-    along.any(|force| force > limit)
+/// Whether a component of nodal forces acts on held displacements only.
+fn is_held(forces: &[[f64; 3]], held: &[[bool; 3]], component: Component) -> bool {
+    let (c, limit) = (component as usize, UNIT_ROUNDING * largest(forces));
+    let mut free = forces.iter().zip(held).filter(|(_, held)| !held[c]);
+    free.all(|(force, _)| force[c].abs() <= limit)
 }
 
 fn largest(forces: &[[f64; 3]]) -> f64 {

@@ -7,8 +7,8 @@ use super::{
     springs::held_directions,
 };
 use crate::{
-    mesh::Mesh,
-    scene::{InvalidValue, Scene},
+    mesh::{GEOMETRY_TOLERANCE, Mesh},
+    scene::{InvalidValue, POSITION, Scene},
 };
 
 /// A rigid motion that the clamps leave free.
@@ -107,7 +107,10 @@ pub(super) fn motions_left_to_contact(
     if free.is_empty() || !scene.contacts.is_empty() {
         return Ok(free);
     }
-    let motions: Vec<String> = free.iter().map(|m| m.describe(mesh.extent())).collect();
+    let motions: Vec<String> = free
+        .iter()
+        .map(|m| m.describe(mesh.extent(), scene.units.length()))
+        .collect();
     Err(InvalidValue {
         key: "clamp".into(),
         expected: "clamps and springs that leave no rigid motion free".into(),
@@ -150,11 +153,138 @@ fn telling_basis(space: &[Vector6<f64>]) -> Vec<Vector6<f64>> {
     basis
 }
 
-pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
+/// A rigid motion in space, u(x) = t + ω × (x − c).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BodyMotion {
+    /// Displacement t of the point c, in m: along ω where the body turns, so that c lies on the axis of a screw.
+    pub translation: [f64; 3],
+    /// Rotation vector ω, in radians.
+    pub rotation: [f64; 3],
+    /// The point c, in m; the middle of the body where it does not turn.
+    pub point: [f64; 3],
+}
 
-/// The axis that a unit vector lies along.
-pub(super) fn axis_along(v: &Vector3<f64>, tolerance: f64) -> Option<usize> {
-    (0..3).find(|&c| v[c].abs() > 1.0 - tolerance)
+impl BodyMotion {
+    /// The rigid motion nearest to displacements of points in m.
+    #[must_use]
+    pub fn fitted(points: &[[f64; 3]], displacement: &[[f64; 3]]) -> Self {
+        Self::fitted_up_to(GEOMETRY_TOLERANCE, points, displacement)
+    }
+
+    /// The same for words: a translation where the body turns by no more than a hundredth of its way.
+    #[must_use]
+    pub fn told(points: &[[f64; 3]], displacement: &[[f64; 3]]) -> Self {
+        Self::fitted_up_to(1e-2, points, displacement)
+    }
+
+    /// A basis of the same rigid motions, displacements of points, with as many along and about the axes as there are.
+    #[must_use]
+    pub fn telling(points: &[[f64; 3]], motions: &[Vec<[f64; 3]>]) -> Vec<Vec<[f64; 3]>> {
+        let (centre, _) = middle_and_spread(points);
+        let about_centre = |motion: &Vec<[f64; 3]>| {
+            let rigid = Self::fitted(points, motion);
+            let turn = Vector3::from(rigid.rotation);
+            let shift = Vector3::from(rigid.translation);
+            [
+                shift + turn.cross(&(centre - Vector3::from(rigid.point))),
+                turn,
+            ]
+        };
+        let motions: Vec<_> = motions.iter().map(about_centre).collect();
+        let telling = telling_motions(&motions, &centre, farthest(points, &centre));
+        let at_points = |motion: &RigidMotion| points.iter().map(|x| motion.at(x)).collect();
+        telling.iter().map(at_points).collect()
+    }
+
+    fn fitted_up_to(negligible: f64, points: &[[f64; 3]], displacement: &[[f64; 3]]) -> Self {
+        let n = points.len().max(1) as f64;
+        let mean = |of: &[[f64; 3]]| of.iter().map(|v| Vector3::from(*v)).sum::<Vector3<f64>>() / n;
+        let (centre, shift) = (mean(points), mean(displacement));
+        let mut inertia = nalgebra::Matrix3::zeros();
+        let mut moment = Vector3::zeros();
+        for (x, u) in points.iter().zip(displacement) {
+            let arm = Vector3::from(*x) - centre;
+            inertia += nalgebra::Matrix3::identity() * arm.norm_squared() - arm * arm.transpose();
+            moment += arm.cross(&(Vector3::from(*u) - shift));
+        }
+        let rotation = inertia
+            .cholesky()
+            .map_or_else(Vector3::zeros, |factor| factor.solve(&moment));
+        let extent = (inertia.trace() / n).sqrt();
+        Self::screw(negligible, [shift, rotation], &centre, extent)
+    }
+
+    /// The motion with a shift of c in m and a rotation; it is a translation where the body, of some extent in m, turns by no more than a
+    /// negligible share of its way.
+    fn screw(
+        negligible: f64,
+        [shift, rotation]: Motion,
+        centre: &Vector3<f64>,
+        extent: f64,
+    ) -> Self {
+        if rotation.norm() * extent <= negligible * shift.norm() {
+            return Self {
+                translation: shift.into(),
+                rotation: [0.0; 3],
+                point: (*centre).into(),
+            };
+        }
+        let square = rotation.norm_squared();
+        let along = rotation * (rotation.dot(&shift) / square);
+        let point = centre + rotation.cross(&shift) / square;
+        let clean = |v: Vector3<f64>, size: f64| -> [f64; 3] {
+            let is_rounding = |c: f64| c.abs() <= GEOMETRY_TOLERANCE * size;
+            v.map(|c| if is_rounding(c) { 0.0 } else { c }).into()
+        };
+        Self {
+            translation: clean(along, rotation.norm() * extent),
+            rotation: clean(rotation, rotation.norm()),
+            point: clean(point, extent.max(centre.norm())),
+        }
+    }
+
+    /// The motion in words with its size, with lengths in the unit `length`.
+    #[must_use]
+    pub fn sized(&self, length: &str) -> String {
+        let turn = Vector3::from(self.rotation).norm();
+        let shift = Vector3::from(self.translation).norm();
+        match (turn, shift) {
+            (0.0, 0.0) => "not at all".into(),
+            (0.0, _) => format!("{shift:.6e} {length}: {}", self.describe(length)),
+            _ => format!("{turn:.6e} rad: {}", self.describe(length)),
+        }
+    }
+
+    /// The motion in words, with lengths in the unit `length`.
+    #[must_use]
+    pub fn describe(&self, length: &str) -> String {
+        let turn = Vector3::from(self.rotation);
+        let shift = Vector3::from(self.translation);
+        if turn.norm() == 0.0 {
+            return format!("translation along {}", direction(shift));
+        }
+        let [x, y, z] = self.point;
+        let mut words = format!(
+            "rotation about {} through ({x:.6}, {y:.6}, {z:.6}) {length}",
+            direction(turn)
+        );
+        if shift.norm() > 0.0 {
+            words += &format!(", with a translation along {}", direction(shift));
+        }
+        words
+    }
+}
+
+/// A direction in words: an axis with its sign, or a unit vector.
+fn direction(v: Vector3<f64>) -> String {
+    let v = v.normalize().map(|c| if c.abs() < 1e-9 { 0.0 } else { c });
+    match (0..3).find(|&c| v[c].abs() > 1.0 - 1e-9) {
+        Some(c) => {
+            let sign = if v[c] < 0.0 { "-" } else { "" };
+            format!("{sign}{}", POSITION[c])
+        }
+        None => format!("({:.6}, {:.6}, {:.6})", v.x, v.y, v.z),
+    }
 }
 
 impl RigidMotion {
@@ -164,32 +294,11 @@ impl RigidMotion {
         (self.at_centre + self.rotation.cross(&arm)).into()
     }
 
-    /// What the motion is, in words: a translation or a rotation, and along or about what.
-    pub(crate) fn describe(&self, extent: f64) -> String {
-        let (turn, shift) = (
-            self.rotation,
-            self.at_centre - self.rotation.cross(&self.centre),
-        );
-        let direction = |v: Vector3<f64>| {
-            let v = v.normalize();
-            axis_along(&v, 1e-6).map_or_else(
-                || format!("({:.3}, {:.3}, {:.3})", v.x, v.y, v.z),
-                |c| AXES[c].to_owned(),
-            )
-        };
-        if turn.norm() * extent <= 1e-6 * shift.norm() {
-            format!("translation along {}", direction(shift))
-        } else {
-            let point = turn.cross(&shift) / turn.norm_squared();
-            let point = point.map(|c| if c.abs() < 1e-9 * extent { 0.0 } else { c });
-            format!(
-                "rotation about {} through ({:.3e}, {:.3e}, {:.3e})",
-                direction(turn),
-                point.x,
-                point.y,
-                point.z
-            )
-        }
+    /// What the motion is, in words: a translation or a rotation, and along or about what; for a body of some extent, with lengths in the
+    /// unit `length`.
+    pub(crate) fn describe(&self, extent: f64, length: &str) -> String {
+        let motion = [self.at_centre, self.rotation];
+        BodyMotion::screw(GEOMETRY_TOLERANCE, motion, &self.centre, extent).describe(length)
     }
 }
 
@@ -217,7 +326,7 @@ mod tests {
         assert_eq!(free.len(), 1);
         assert!(
             free[0]
-                .describe(1.0)
+                .describe(1.0, "m")
                 .starts_with("rotation about x through")
         );
     }
@@ -226,7 +335,10 @@ mod tests {
     fn a_plane_on_rollers_slides_and_turns_in_itself() {
         let held = [[false, false, true]; 4];
         let free = free_rigid_motions(&CORNERS, &clamped(&CORNERS, &held));
-        let words: Vec<String> = free.iter().map(|motion| motion.describe(3.0)).collect();
+        let words: Vec<String> = free
+            .iter()
+            .map(|motion| motion.describe(3.0, "m"))
+            .collect();
         assert_eq!(words[..2], ["translation along x", "translation along y"]);
         assert!(words[2].starts_with("rotation about z"), "{}", words[2]);
         assert_eq!(words.len(), 3);

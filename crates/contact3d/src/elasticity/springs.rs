@@ -6,15 +6,11 @@ use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
 use super::free_motions::Hold;
 use crate::{
+    linalg::UNIT_ROUNDING,
     mesh::{Mesh, triangle_area},
     reference::quadrature,
-    scene::{
-        InvalidValue, Quantity, Scene, Spring, SpringStiffness, UNDEFINED, Written, place_words,
-    },
+    scene::{InvalidValue, Quantity, Scene, Spring, UNDEFINED, Written, place_words},
 };
-
-/// Share of the largest eigenvalue of a tensor below which one counts as zero: rounding of its entries.
-const ROUNDING: f64 = 1e-12;
 
 /// The springs of a scene on a mesh: ∫ φ_a φ_b K over their faces, by pairs of nodes.
 ///
@@ -194,21 +190,23 @@ pub(crate) fn stiffness_at(
         }
         Err(refused(name, "finite", Written(&found).to_string()))
     };
-    match spring.stiffness() {
-        SpringStiffness::OfFace([along_normal, along_face]) => {
-            let along = |name: &str, quantity: Option<&Quantity>| {
-                let found = quantity.map_or(Ok(0.0), |quantity| value(name, quantity))?;
+    match &spring.tensor {
+        None => {
+            let along = |name: &str, quantity: &Option<Quantity>| {
+                let found = quantity
+                    .as_ref()
+                    .map_or(Ok(0.0), |quantity| value(name, quantity))?;
                 if found < 0.0 {
                     return Err(refused(name, "not negative", Written(&found).to_string()));
                 }
                 Ok(found)
             };
-            let k_n = along("normal", along_normal)?;
-            let k_t = along("tangential", along_face)?;
+            let k_n = along("normal", &spring.normal)?;
+            let k_t = along("tangential", &spring.tangential)?;
             let normals = normal * normal.transpose();
             Ok(Matrix3::from_diagonal_element(k_t) + normals * (k_n - k_t))
         }
-        SpringStiffness::Tensor(rows) => {
+        Some(rows) => {
             let mut tensor = Matrix3::zeros();
             for (i, row) in rows.iter().enumerate() {
                 for (j, quantity) in row.iter().enumerate() {
@@ -219,7 +217,7 @@ pub(crate) fn stiffness_at(
             let asymmetry = (tensor - tensor.transpose()).amax();
             let tensor = (tensor + tensor.transpose()) / 2.0;
             let least = tensor.symmetric_eigenvalues().min();
-            if asymmetry > ROUNDING * largest || least < -ROUNDING * largest {
+            if asymmetry > UNIT_ROUNDING * largest || least < -UNIT_ROUNDING * largest {
                 let found = Written(&<[[f64; 3]; 3]>::from(tensor)).to_string();
                 let expected = "symmetric and positive semidefinite";
                 return Err(refused("tensor", expected, found));
@@ -236,7 +234,7 @@ pub(super) fn held_directions(scene: &Scene, mesh: &Mesh) -> Result<Vec<Hold>, I
     visit_springs(scene, mesh, &mut |point, stiffness| {
         let eigen = SymmetricEigen::new(stiffness);
         let largest = eigen.eigenvalues.max();
-        let held = (0..3).filter(|&i| eigen.eigenvalues[i] > ROUNDING * largest);
+        let held = (0..3).filter(|&i| eigen.eigenvalues[i] > UNIT_ROUNDING * largest);
         let at = Vector3::from(point.at);
         found.extend(held.map(|i| (at, eigen.eigenvectors.column(i).into_owned())));
     })?;

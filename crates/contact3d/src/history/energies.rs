@@ -7,7 +7,7 @@ use crate::{
     elasticity::Loads,
     mesh::Mesh,
     post::{ContactReport, Solved},
-    scene::{InvalidValue, Scene, Traction},
+    scene::{FaceLoad, InvalidValue, Scene, Traction},
 };
 
 /// Works and energies of one increment in J.
@@ -55,15 +55,12 @@ impl EnergyLedger {
             Loads::of(&scene).nodal_forces(mesh)
         };
         let clamps = history.moved_clamps()?;
-        let tractions = history.tractions.iter().map(|traction| &traction.face);
-        let pressures = history.pressures.iter().map(|pressure| &pressure.face);
+        let loaded = history.face_loads().map(|load| load.face());
         let held = clamps
             .iter()
-            .filter_map(|&clamp| history.clamps[clamp].face.as_ref());
-        let faces: BTreeSet<&String> = tractions.chain(pressures).chain(held).collect();
-        let keys = |name: &str, n: usize| (0..n).map(|i| format!("{name}.{i}")).collect::<Vec<_>>();
-        let mut sources = keys("traction", history.tractions.len());
-        sources.extend(keys("pressure", history.pressures.len()));
+            .filter_map(|&clamp| history.clamps[clamp].face.as_deref());
+        let faces: BTreeSet<&str> = loaded.chain(held).collect();
+        let mut sources: Vec<String> = history.face_loads().map(|load| load.key()).collect();
         sources.extend(clamps.iter().map(|clamp| format!("clamp.{clamp}")));
         if sources.is_empty() {
             sources.push("body_force".into());
@@ -72,9 +69,10 @@ impl EnergyLedger {
             .into_iter()
             .map(|face| Traction::on(face, [1.0, 0.0, 0.0]))
             .collect();
+        let ones = ones.iter().enumerate();
         let unit = Loads {
-            tractions: &ones,
-            ..Loads::default()
+            faces: ones.map(|(i, one)| FaceLoad::Traction(i, one)).collect(),
+            body_force: None,
         };
         let shares = unit.nodal_forces(mesh)?.into_iter().enumerate();
         let mut shares: Vec<(usize, f64)> = shares

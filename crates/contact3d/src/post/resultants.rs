@@ -375,21 +375,16 @@ pub(super) fn by_source(
         let forces = opposite(matrix.forces(displacement));
         rows.push(row(format!("spring.{i}"), &spring.face, &forces));
     }
-    let none = Loads::default();
-    for (i, traction) in scene.tractions.iter().enumerate() {
-        let tractions = std::slice::from_ref(traction);
-        let forces = Loads { tractions, ..none }.nodal_forces(mesh)?;
-        rows.push(row(format!("traction.{i}"), &traction.face, &forces));
-    }
-    for (i, pressure) in scene.pressures.iter().enumerate() {
-        let pressures = std::slice::from_ref(pressure);
-        let forces = Loads { pressures, ..none }.nodal_forces(mesh)?;
-        rows.push(row(format!("pressure.{i}"), &pressure.face, &forces));
+    for load in scene.face_loads() {
+        let forces = Loads::from(load).nodal_forces(mesh)?;
+        rows.push(row(load.key(), load.face(), &forces));
     }
     if scene.body_force.is_some() {
-        let body_force = scene.body_force.as_ref();
-        let forces = Loads { body_force, ..none }.nodal_forces(mesh)?;
-        rows.push(row("body_force".into(), "", &forces));
+        let weight = Loads {
+            body_force: scene.body_force.as_ref(),
+            ..Loads::default()
+        };
+        rows.push(row("body_force".into(), "", &weight.nodal_forces(mesh)?));
     }
     if let Some(contact) = &solved.contact {
         let faces = contact.state.surface.faces.iter();

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::linalg::UNIT_ROUNDING;
 
-use super::{Measure, ProblemPart, Quantity, is_default, varying::varies};
+use super::{Measure, ProblemPart, Quantity, Scene, is_default, varying::varies};
 
 /// A displacement component in the global axes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -132,6 +132,66 @@ pub struct Pressure {
     pub value: Quantity,
 }
 
+/// A load on a face, with its place among those of its kind.
+#[derive(Debug, Clone, Copy)]
+pub enum FaceLoad<'a> {
+    /// A traction.
+    Traction(usize, &'a Traction),
+    /// A pressure.
+    Pressure(usize, &'a Pressure),
+}
+
+impl<'a> FaceLoad<'a> {
+    /// Its key in the scene, such as `traction.0`.
+    #[must_use]
+    pub fn key(&self) -> String {
+        match self {
+            Self::Traction(i, _) => format!("traction.{i}"),
+            Self::Pressure(i, _) => format!("pressure.{i}"),
+        }
+    }
+
+    /// The loaded face.
+    #[must_use]
+    pub fn face(&self) -> &'a str {
+        match self {
+            Self::Traction(_, load) => &load.face,
+            Self::Pressure(_, load) => &load.face,
+        }
+    }
+
+    /// Its components, one or three.
+    #[must_use]
+    pub fn components(&self) -> &'a [Quantity] {
+        match self {
+            Self::Traction(_, load) => &load.value,
+            Self::Pressure(_, load) => std::slice::from_ref(&load.value),
+        }
+    }
+
+    /// σν in Pa at a place in m of the face with some outward unit normal.
+    #[must_use]
+    pub fn at(&self, place: [f64; 3], normal: [f64; 3]) -> [f64; 3] {
+        match self {
+            Self::Traction(_, load) => load.value.each_ref().map(|value| value.at(place)),
+            Self::Pressure(_, load) => {
+                let pressure = load.value.at(place);
+                normal.map(|part| -(part * pressure))
+            }
+        }
+    }
+}
+
+impl Scene {
+    /// The loads on faces: tractions, then pressures.
+    pub fn face_loads(&self) -> impl Iterator<Item = FaceLoad<'_>> {
+        let tractions = self.tractions.iter().enumerate();
+        let pressures = self.pressures.iter().enumerate();
+        let tractions = tractions.map(|(i, load)| FaceLoad::Traction(i, load));
+        tractions.chain(pressures.map(|(i, load)| FaceLoad::Pressure(i, load)))
+    }
+}
+
 /// A force f per volume, such as weight.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -161,26 +221,6 @@ pub struct Spring {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("measures" = Measure::SpringStiffness))]
     pub tensor: Option<[[Quantity; 3]; 3]>,
-}
-
-/// The stiffness per area of a spring.
-#[derive(Debug, Clone, Copy)]
-pub enum SpringStiffness<'a> {
-    /// Along the normal and along the face; `None` for none.
-    OfFace([Option<&'a Quantity>; 2]),
-    /// Over the axes x, y, z.
-    Tensor(&'a [[Quantity; 3]; 3]),
-}
-
-impl Spring {
-    /// Its stiffness.
-    #[must_use]
-    pub fn stiffness(&self) -> SpringStiffness<'_> {
-        match &self.tensor {
-            Some(tensor) => SpringStiffness::Tensor(tensor),
-            None => SpringStiffness::OfFace([self.normal.as_ref(), self.tangential.as_ref()]),
-        }
-    }
 }
 
 #[cfg(test)]

@@ -50,7 +50,7 @@ pub use friction::{Friction, FrictionLaw, SlipMeasure};
 pub use function::{Formula, Grid, LAW_VARIABLES, LawFunction, PlaceFunction, Table};
 pub use functional::Functional;
 pub use key::{Key, Measure, ProblemPart, key, keys, unit_of_key};
-pub use load::{BodyForce, Clamp, Component, Pressure, Spring, SpringStiffness, Traction};
+pub use load::{BodyForce, Clamp, Component, FaceLoad, Pressure, Spring, Traction};
 pub use load_path::{Increment, MOST_INCREMENTS, Step, StepValue};
 pub use material::{Isotropic, Material, Orthotropic, Part, Region, Voigt};
 pub use obstacle::{Cylinder, Direction, HalfSpace, Height, Obstacle, Side, Sphere};

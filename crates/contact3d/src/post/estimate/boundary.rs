@@ -7,6 +7,7 @@ use crate::{
     elasticity::stiffness_at,
     mesh::Mesh,
     post::{Solved, SolvedContact},
+    scene::FaceLoad,
 };
 
 /// What loads a field: the solution, or the adjoint of a functional.
@@ -41,9 +42,9 @@ pub(super) struct LoadedBoundary<'a> {
     pub(super) nodes_held: Vec<[bool; 3]>,
     /// Components that are held on a whole triangle, `[n_facets]`.
     pub(super) held: Vec<[bool; 3]>,
-    /// Loads on the face of each triangle, as indices, `[n_facets]`.
-    tractions: Vec<Vec<usize>>,
-    pressures: Vec<Vec<usize>>,
+    loads: Vec<FaceLoad<'a>>,
+    /// Loads and springs on the face of each triangle, as indices, `[n_facets]`.
+    loads_on: Vec<Vec<usize>>,
     springs: Vec<Vec<usize>>,
     /// The place of each triangle among those in contact, `[n_facets]`.
     contact: Vec<Option<usize>>,
@@ -76,8 +77,8 @@ impl<'a> LoadedBoundary<'a> {
             solved,
             held,
             nodes_held,
-            tractions: on_faces(scene.tractions.iter().map(|t| t.face.as_str()).collect()),
-            pressures: on_faces(scene.pressures.iter().map(|p| p.face.as_str()).collect()),
+            loads_on: on_faces(scene.face_loads().map(|load| load.face()).collect()),
+            loads: scene.face_loads().collect(),
             springs: on_faces(scene.springs.iter().map(|s| s.face.as_str()).collect()),
             contact,
         }
@@ -109,13 +110,8 @@ impl<'a> LoadedBoundary<'a> {
         loads: &FieldLoads<'_>,
     ) -> Vector3<f64> {
         let mut sum = Vector3::zeros();
-        let scene = Some(self.solved.scene).filter(|_| loads.of_scene);
-        for (i, scene) in self.tractions[facet].iter().zip(scene.into_iter().cycle()) {
-            let value = &scene.tractions[*i].value;
-            sum += Vector3::from(std::array::from_fn(|c| value[c].at(at)));
-        }
-        for (i, scene) in self.pressures[facet].iter().zip(scene.into_iter().cycle()) {
-            sum -= normal * scene.pressures[*i].value.at(at);
+        for &i in self.loads_on[facet].iter().filter(|_| loads.of_scene) {
+            sum += Vector3::from(self.loads[i].at(at, (*normal).into()));
         }
         if let (Some(contact), Some(place)) = (&self.solved.contact, self.contact[facet]) {
             sum -= contact_stress(self.solved, contact, place, share, loads.multiplier);

@@ -132,25 +132,15 @@ fn invalid(key: &str, expected: &str, found: &str) -> InvalidValue {
 /// The key of a load or a prescribed displacement that differs from place to place.
 fn varying_load(solved: &Solved<'_>) -> Option<String> {
     let scene = solved.scene;
-    let place = |key: &str, values: Vec<&[Quantity]>| {
-        let found = values
-            .iter()
-            .position(|value| value.iter().any(Quantity::depends_on_place));
-        found.map(|i| format!("{key}.{i}.value"))
-    };
-    let tractions = scene.tractions.iter().map(|it| &it.value[..]).collect();
-    let pressures = scene
-        .pressures
-        .iter()
-        .map(|it| std::slice::from_ref(&it.value))
-        .collect();
-    let clamps = scene.clamps.iter().map(|it| &it.value[..]).collect();
-    let body_force = scene
-        .body_force
-        .as_ref()
-        .filter(|it| it.value.iter().any(Quantity::depends_on_place));
-    place("traction", tractions)
-        .or_else(|| place("pressure", pressures))
-        .or_else(|| place("clamp", clamps))
-        .or_else(|| body_force.map(|_| "body_force.value".to_owned()))
+    let varies = |values: &[Quantity]| values.iter().any(Quantity::depends_on_place);
+    let mut loads = scene.face_loads();
+    let load = loads.find(|load| varies(load.components()));
+    let clamp = scene.clamps.iter().position(|clamp| varies(&clamp.value));
+    let mut body_force = scene.body_force.iter();
+    load.map(|load| load.key() + ".value")
+        .or_else(|| clamp.map(|i| format!("clamp.{i}.value")))
+        .or_else(|| {
+            let whole = body_force.find(|force| varies(&force.value));
+            whole.map(|_| "body_force.value".to_owned())
+        })
 }
