@@ -29,7 +29,7 @@ __all__ = [
     "Cylinder",
     "Direction",
     "DualOperatorKind",
-    "ElementChoice",
+    "ElementOrder",
     "FactorPrecision",
     "FirstMesh",
     "ForceUnit",
@@ -77,8 +77,8 @@ LengthUnit = Literal["m", "mm", "cm", "um", "nm", "km", "in", "ft"]
 #: A unit of force.
 ForceUnit = Literal["N", "kN", "MN", "mN", "kgf", "lbf"]
 
-#: The element as a scene file writes it.
-ElementChoice = Literal["P1", "P2", "auto"]
+#: The finite element of the displacement.
+ElementOrder = Literal["P1", "P2"]
 
 #: A displacement component in the global axes.
 Component = Literal["x", "y", "z"]
@@ -145,14 +145,15 @@ class Units(Keys):
 
 @dataclass(kw_only=True, repr=False)
 class Body(Keys):
-    """The body Ω and the finite element of its displacement. Exactly one of ``brick`` and ``gmsh`` is given.
+    """The body Ω and the finite element of its displacement. Either ``brick`` or ``gmsh`` is given. Exactly
+    one of ``brick`` and ``gmsh`` is given.
 
     :param element: The finite element of the displacement.
     :param brick: The box (0, Lx) × (0, Ly) × (0, Lz) cut in cells of five tetrahedra each.
     :param gmsh: A tetrahedral mesh from a Gmsh file.
     """
 
-    element: ElementChoice | None = None
+    element: ElementOrder | None = None
     brick: Brick | None = None
     gmsh: GmshFile | None = None
 
@@ -213,8 +214,8 @@ class GivenPlanes(Keys):
 
 @dataclass(kw_only=True, repr=False)
 class GmshFile(Keys):
-    """A mesh file of Gmsh, format 2.2 or 4.1, text or binary. Physical surfaces name the faces, physical
-    volumes the regions.
+    """A mesh file of Gmsh: format 4.1, or 2.2 in text. Physical surfaces name the faces, physical volumes the
+    regions.
 
     :param file: Path of the .msh file, relative to the scene file.
     :param unit: Length > 0 of the file's unit in m: 0.001 for a mesh in millimetres and a scene in metres. Default:

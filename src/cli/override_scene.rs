@@ -42,7 +42,7 @@ pub(super) fn read_for_error(
         let is_named =
             file.gives("body.element") || keys.any(|key| ["body", "body.element"].contains(&key));
         if !is_named && leaves_element_open(&file.scene) {
-            overrides.push("body.element=\"auto\"".to_owned());
+            overrides.push("body.element=\"P2\"".to_owned());
         }
         overrides.push(format!("adapt.error={error:?}"));
         changes.push(format!("--error {error}"));
