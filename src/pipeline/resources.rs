@@ -4,7 +4,7 @@ use std::path::Path;
 
 use contact3d::{
     dual::{InsufficientResource, Requirement, Resource},
-    mesh::{MeshSize, brick_counts},
+    mesh::brick_counts,
     scene::{Brick, ElementOrder, SceneFile},
 };
 use sysinfo::{MemoryRefreshKind, RefreshKind, System};
@@ -83,10 +83,17 @@ fn soft_limit(resource: rlimit::Resource) -> Option<u64> {
 /// What making the mesh of a scene takes.
 pub(super) fn need_of_mesh(input: &SceneFile) -> Requirement {
     let body = &input.scene.body;
-    match MeshSize::of(body, &input.folder) {
-        MeshSize::Counted(counts) => need_of_counts(counts, body.element),
-        MeshSize::InFile(bytes) => need_of_mesh_file(bytes),
+    match body.as_brick() {
+        Some(brick) => need_of_counts(brick_counts(brick, body.element), body.element),
+        None => need_of_mesh_file(mesh_file_bytes(input)),
     }
+}
+
+/// Bytes of the mesh file of a scene; 0 where there is none.
+fn mesh_file_bytes(input: &SceneFile) -> u64 {
+    let file = input.scene.body.gmsh.as_ref();
+    let file = file.and_then(|gmsh| std::fs::metadata(input.folder.join(&gmsh.file)).ok());
+    file.map_or(0, |file| file.len())
 }
 
 /// What a mesh of so many nodes, tetrahedra and boundary triangles takes: coordinates, tetrahedra with their regions,
@@ -134,10 +141,10 @@ pub(super) fn problem_bytes(nodes: f64) -> u64 {
 /// alone.
 pub fn scene_bytes(input: &SceneFile) -> u64 {
     let body = &input.scene.body;
-    problem_bytes(match MeshSize::of(body, &input.folder) {
-        MeshSize::Counted(counts) => counted_nodes(counts),
+    problem_bytes(match body.as_brick() {
+        Some(brick) => counted_nodes(brick_counts(brick, body.element)),
         // A node of a Gmsh file and its five tetrahedra take more than a hundred bytes.
-        MeshSize::InFile(bytes) => bytes as f64 / 100.0,
+        None => mesh_file_bytes(input) as f64 / 100.0,
     })
 }
 

@@ -103,7 +103,8 @@ pub fn prescribed_displacements(
     if !scene.clamps.iter().any(|clamp| clamp.is_moved()) {
         return Ok(None);
     }
-    let mut found: Vec<[Option<PrescribedValue>; 3]> = vec![[None; 3]; mesh.coordinates.len()];
+    // The place of the clamp in the scene, and u_c in m.
+    let mut found: Vec<[Option<(usize, f64)>; 3]> = vec![[None; 3]; mesh.coordinates.len()];
     let mut conflicts = Vec::new();
     for (index, clamp) in scene.clamps.iter().enumerate() {
         for node in mesh.clamped_nodes(clamp) {
@@ -118,9 +119,9 @@ pub fn prescribed_displacements(
                         help: UNDEFINED.into(),
                     });
                 }
-                let held = PrescribedValue { index, value };
+                let held = (index, value);
                 match found[node][component as usize].get_or_insert(held) {
-                    first if first.value == value => {}
+                    first if first.1 == value => {}
                     first => conflicts.push((node, component, [*first, held])),
                 }
             }
@@ -128,13 +129,12 @@ pub fn prescribed_displacements(
     }
     let values: Vec<[f64; 3]> = found
         .iter()
-        .map(|node| node.map(|held| held.map_or(0.0, |held| held.value)))
+        .map(|node| node.map(|held| held.map_or(0.0, |(_, value)| value)))
         .collect();
     let largest = values.as_flattened().iter();
     let largest = largest.fold(0.0, |most: f64, v| most.max(v.abs()));
-    let contradicts = |held: &[PrescribedValue; 2]| {
-        let difference = (held[0].value - held[1].value).abs();
-        difference > UNIT_ROUNDING * largest.max(held[1].value.abs())
+    let contradicts = |[(_, first), (_, second)]: &[(usize, f64); 2]| {
+        (first - second).abs() > UNIT_ROUNDING * largest.max(second.abs())
     };
     match conflicts.iter().find(|(_, _, held)| contradicts(held)) {
         None => Ok(Some(values)),
@@ -142,15 +142,6 @@ pub fn prescribed_displacements(
             Err(contradiction(mesh.coordinates[node], component, held))
         }
     }
-}
-
-/// What a clamp does to one component of a node.
-#[derive(Debug, Clone, Copy)]
-struct PrescribedValue {
-    /// The clamp's place in the scene.
-    index: usize,
-    /// u_c in m.
-    value: f64,
 }
 
 /// The nodal forces ∫ σ(u_c) : ε(φ) in N, `[n_nodes]`, that hold the body where its held nodes are displaced by u_c in m
@@ -177,18 +168,18 @@ pub fn forces_of_prescribed(
     forces
 }
 
-fn contradiction(at: [f64; 3], component: Component, held: [PrescribedValue; 2]) -> InvalidValue {
-    let [first, second] = held;
+fn contradiction(at: [f64; 3], component: Component, held: [(usize, f64); 2]) -> InvalidValue {
+    let [(clamp, first), (other, second)] = held;
     InvalidValue {
-        key: format!("clamp.{}.value", second.index),
+        key: format!("clamp.{}.value", other),
         expected: format!(
             "{}, the displacement along {} of the node at {} in clamp.{}",
-            Written(&first.value),
+            Written(&first),
             component.name(),
             place_words(at),
-            first.index
+            clamp
         ),
-        found: Written(&second.value).to_string(),
+        found: Written(&second).to_string(),
         help: "a node that two clamps hold has one displacement: give both the same value there, or leave the axis out of the components of one".into(),
     }
 }

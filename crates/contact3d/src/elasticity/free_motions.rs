@@ -128,7 +128,7 @@ pub(crate) struct LooseMotions {
 pub(crate) fn loose_motions(scene: &Scene, mesh: &Mesh) -> Result<LooseMotions, InvalidValue> {
     let free = motions_left_to_contact(scene, mesh)?;
     let mut loose = sprung_motions(scene, mesh)?;
-    loose.retain(|sprung| sprung.stiffness < WEAK_SPRINGS);
+    loose.retain(|(_, stiffness)| *stiffness < WEAK_SPRINGS);
     if loose.len() <= free.len() {
         return Ok(LooseMotions {
             motions: free,
@@ -139,10 +139,10 @@ pub(crate) fn loose_motions(scene: &Scene, mesh: &Mesh) -> Result<LooseMotions, 
     let extent = farthest(&mesh.coordinates, &centre);
     let basis = |motions: &[Motion]| telling_motions(motions, &centre, extent);
     // Motions without springs come first: their stiffness is rounding.
-    loose.sort_by(|a, b| a.stiffness.total_cmp(&b.stiffness));
-    let softest = &loose[free.len()];
-    if softest.stiffness < SOFTEST_SPRINGS {
-        let motion = basis(&[softest.motion])[0];
+    loose.sort_by(|(_, a), (_, b)| a.total_cmp(b));
+    let (motion, softest) = loose[free.len()];
+    if softest < SOFTEST_SPRINGS {
+        let motion = basis(&[motion])[0];
         return Err(InvalidValue {
             key: "spring".into(),
             expected: format!(
@@ -150,31 +150,25 @@ pub(crate) fn loose_motions(scene: &Scene, mesh: &Mesh) -> Result<LooseMotions, 
             ),
             found: format!(
                 "{:.1e} of it in a {}",
-                softest.stiffness,
+                softest,
                 motion.describe(mesh.extent(), scene.units.length())
             ),
             help: "make the springs stiffer, or remove them: contact holds a body by itself".into(),
         });
     }
-    let motions: Vec<Motion> = loose.iter().map(|sprung| sprung.motion).collect();
+    let motions: Vec<Motion> = loose.into_iter().map(|(motion, _)| motion).collect();
     Ok(LooseMotions {
         motions: basis(&motions),
         resisted: true,
     })
 }
 
-/// A rigid motion that clamps leave, with what springs do to it.
-struct SprungMotion {
-    motion: Motion,
-    /// The stiffness of the springs relative to the body's own, without unit.
-    stiffness: f64,
-}
-
-/// The motions that clamps leave a body in contact, in which the stiffness of the springs is diagonal; none without springs.
+/// The motions that clamps leave a body in contact, in which the stiffness of the springs is diagonal, with that stiffness relative to the
+/// body's own, without unit; none without springs.
 ///
 /// Their energy ½ ∫ u·K u is set beside c V / r², what uniform strains of the softest kind (least eigenvalue c of C) take for the same
 /// mean square displacement, for the volume V and the radius of gyration r: the same number in all units and on every mesh.
-fn sprung_motions(scene: &Scene, mesh: &Mesh) -> Result<Vec<SprungMotion>, InvalidValue> {
+fn sprung_motions(scene: &Scene, mesh: &Mesh) -> Result<Vec<(Motion, f64)>, InvalidValue> {
     let springs = if scene.contacts.is_empty() {
         None
     } else {
@@ -218,10 +212,7 @@ fn sprung_motions(scene: &Scene, mesh: &Mesh) -> Result<Vec<SprungMotion>, Inval
             let part = [motion.at_centre, motion.rotation];
             [0, 1].map(|k| sum[k] + part[k] * (unit * weight))
         });
-        SprungMotion {
-            motion,
-            stiffness: energies.eigenvalues[i] / own,
-        }
+        (motion, energies.eigenvalues[i] / own)
     });
     Ok(sprung.collect())
 }

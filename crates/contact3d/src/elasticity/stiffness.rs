@@ -202,11 +202,9 @@ pub(crate) struct NodeGraph {
     offsets: Vec<usize>,
     neighbours: Vec<usize>,
     corner_offsets: Vec<usize>,
-    corners: Vec<Corner>,
+    /// A tetrahedron of the node, and the place of the node there.
+    corners: Vec<(usize, usize)>,
 }
-
-/// A node as one of a tetrahedron's: the tetrahedron, and its place there.
-type Corner = (usize, usize);
 
 impl NodeGraph {
     /// The graph of the nodes of a mesh.
@@ -221,7 +219,7 @@ impl NodeGraph {
                 for &node in nodes {
                     let around = &corners[corner_offsets[node]..corner_offsets[node + 1]];
                     found.clear();
-                    let nodes = |corner: &Corner| mesh.tetrahedron_nodes(corner.0);
+                    let nodes = |(t, _): &(usize, usize)| mesh.tetrahedron_nodes(*t);
                     found.extend(around.iter().flat_map(nodes));
                     found.sort_unstable();
                     found.dedup();
@@ -256,13 +254,13 @@ impl NodeGraph {
     }
 
     /// The node in each of its tetrahedra, which increase.
-    fn corners(&self, node: usize) -> &[Corner] {
+    fn corners(&self, node: usize) -> &[(usize, usize)] {
         &self.corners[self.corner_offsets[node]..self.corner_offsets[node + 1]]
     }
 }
 
 /// The corners of every node, and where they begin.
-fn corners(mesh: &Mesh) -> (Vec<usize>, Vec<Corner>) {
+fn corners(mesh: &Mesh) -> (Vec<usize>, Vec<(usize, usize)>) {
     let mut offsets = vec![0; mesh.coordinates.len() + 1];
     let nodes = |t: usize| mesh.tetrahedron_nodes(t);
     for node in (0..mesh.tetrahedra.len()).flat_map(nodes) {
@@ -272,7 +270,7 @@ fn corners(mesh: &Mesh) -> (Vec<usize>, Vec<Corner>) {
         offsets[node + 1] += offsets[node];
     }
     let mut next = offsets.clone();
-    let mut corners = vec![Corner::default(); mesh.nodes_per_tetrahedron() * mesh.tetrahedra.len()];
+    let mut corners = vec![(0, 0); mesh.nodes_per_tetrahedron() * mesh.tetrahedra.len()];
     for tetrahedron in 0..mesh.tetrahedra.len() {
         for (place, node) in nodes(tetrahedron).enumerate() {
             corners[next[node]] = (tetrahedron, place);

@@ -7,9 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::{
     COORDINATE_ROUNDING, ContactSurface, GEOMETRY_TOLERANCE, Mesh, MeshError, brick, centroid,
     contact_surface::{ContactFace, FaceTriangle, plane_of},
-    macro_elements,
-    obstacle::GapFunction,
-    triangle_area,
+    macro_elements, obstacle, triangle_area,
 };
 use crate::scene::{
     BrickFace, Contact, InvalidValue, MultiplierSpace, Scene, Written, place_words,
@@ -283,8 +281,7 @@ impl Mesh {
             None => (vec![self.flat_normal(contact, facets)?], Vec::new()),
             Some(obstacle) => {
                 let faceting = cut_faceting.unwrap_or(0.0);
-                let gap = GapFunction::new(self, facets, &nodes, obstacle, faceting)?;
-                (gap.normals, gap.clearance)
+                obstacle::gap_function(self, facets, &nodes, obstacle, faceting)?
             }
         };
         Ok(ContactFace {

@@ -28,7 +28,7 @@ pub use side::{Quality, is_straight, shape};
 pub(crate) use side::{SidePoint, sorted};
 
 use crate::scene::{
-    Body, BrickFace, Clamp, Contact, ElementOrder, InvalidValue, MultiplierSpace, Scene, Written,
+    BrickFace, Clamp, Contact, ElementOrder, InvalidValue, MultiplierSpace, Scene, Written,
 };
 
 /// What the digits of mesh files and of typed numbers leave of places, directions and areas, relative to the size of what they belong
@@ -88,28 +88,6 @@ impl RawMesh {
         };
         check_face_names(scene, &raw.face_names)?;
         Ok(raw)
-    }
-}
-
-/// How large a mesh will be, as far as the body tells before it is made.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum MeshSize {
-    /// Nodes, tetrahedra and boundary triangles; `None` where an index would overflow.
-    Counted(Option<[u64; 3]>),
-    /// That of a file of so many bytes; 0 where there is none.
-    InFile(u64),
-}
-
-impl MeshSize {
-    /// The size of a body's own mesh; mesh files are looked for in `folder`.
-    #[must_use]
-    pub fn of(body: &Body, folder: &Path) -> Self {
-        if let Some(brick) = &body.brick {
-            return Self::Counted(brick_counts(brick, body.element));
-        }
-        let file = body.gmsh.as_ref();
-        let file = file.and_then(|gmsh| std::fs::metadata(folder.join(&gmsh.file)).ok());
-        Self::InFile(file.map_or(0, |file| file.len()))
     }
 }
 

@@ -232,11 +232,12 @@ fn read_group(scanner: &mut Scanner, n_tags: u64) -> Result<i64, GmshFlaw> {
     Ok(group)
 }
 
-/// The membership of each geometric entity, by dimension and tag.
-type Entities = HashMap<(i64, i64), usize>;
-
-/// `$Entities` of MSH 4.1: points, curves, surfaces and volumes with their physical groups.
-fn entities_v4(scanner: &mut Scanner, contents: &mut Contents) -> Result<Entities, GmshFlaw> {
+/// `$Entities` of MSH 4.1: points, curves, surfaces and volumes with their physical groups; the membership of each by its dimension and
+/// tag.
+fn entities_v4(
+    scanner: &mut Scanner,
+    contents: &mut Contents,
+) -> Result<HashMap<(i64, i64), usize>, GmshFlaw> {
     scanner.begin_record();
     let mut counts = [0; 4];
     for (count, what) in counts
@@ -246,7 +247,7 @@ fn entities_v4(scanner: &mut Scanner, contents: &mut Contents) -> Result<Entitie
         *count = scanner.count(what, 2, 36)?;
     }
     scanner.end_record()?;
-    let mut entities = Entities::new();
+    let mut entities = HashMap::new();
     for (dimension, count) in (0..).zip(counts) {
         for _ in 0..count {
             scanner.begin_record();
@@ -317,7 +318,7 @@ fn nodes_v4(scanner: &mut Scanner, contents: &mut Contents) -> Result<(), GmshFl
 /// `$Elements` of MSH 4.1: blocks of one entity and one type each, tag and nodes of an element on each line.
 fn elements_v4(
     scanner: &mut Scanner,
-    entities: Option<&Entities>,
+    entities: Option<&HashMap<(i64, i64), usize>>,
     contents: &mut Contents,
 ) -> Result<(), GmshFlaw> {
     scanner.begin_record();

@@ -15,66 +15,54 @@ use self::height::{Clearance, Graph};
 use super::{GEOMETRY_TOLERANCE, Mesh};
 use crate::scene::{InvalidValue, Obstacle, Side, Written, place_words};
 
-/// The gap function of a face: its contact normals and its distance from the obstacle along them.
-pub(super) struct GapFunction {
-    /// ν: one where it is the same everywhere, or one for each node.
-    pub(super) normals: Vec<[f64; 3]>,
-    /// d ≥ 0 in m for each node.
-    pub(super) clearance: Vec<f64>,
-}
-
-impl GapFunction {
-    /// That of a face with some triangles and nodes to an obstacle.
-    ///
-    /// Depths up to [`depths_allowed`] count as touching, d = 0; on the sides of a mesh that was cut from a coarser
-    /// one also depths up to `inherited` in m, since they keep the shape of the first mesh.
-    ///
-    /// # Errors
-    /// An obstacle that cuts the face, is on its other side, or has no normal at a node.
-    pub(super) fn new(
-        mesh: &Mesh,
-        facets: &[usize],
-        nodes: &[usize],
-        obstacle: &Obstacle,
-        inherited: f64,
-    ) -> Result<Self, InvalidValue> {
-        let places = nodes.iter().map(|&node| mesh.coordinates[node]);
-        let extent = extent(places.clone());
-        let measured = Measured::new(obstacle, extent);
-        let allowed = depths_allowed(mesh, facets, GEOMETRY_TOLERANCE * extent + inherited);
-        if let Some(&node) = nodes.iter().find(|node| !allowed.contains_key(node)) {
-            return Err(without_area(mesh.coordinates[node]));
-        }
-        let mut gap = Self {
-            normals: Vec::new(),
-            clearance: Vec::new(),
-        };
-        let mut cut = Penetration::default();
-        for (&node, at) in nodes.iter().zip(places) {
-            let seen = measured.from(at)?;
-            cut.add(at, seen.distance, allowed[&node]);
-            gap.clearance.push(seen.distance.max(0.0));
-            gap.normals.push((-seen.away).into());
-        }
-        let mut faces_it = false;
-        for &facet in facets {
-            let most = mesh.facet_nodes(facet).map(|node| allowed[&node]);
-            let most = most.fold(0.0, f64::max);
-            for (at, area) in mesh.side_points(facet) {
-                let seen = measured.from(at)?;
-                cut.add(at, seen.distance, most);
-                faces_it |= area.dot(&seen.away) < 0.0;
-            }
-        }
-        cut.refuse(obstacle)?;
-        if !faces_it {
-            return Err(turned_away(obstacle));
-        }
-        if measured.is_flat() {
-            gap.normals.truncate(1);
-        }
-        Ok(gap)
+/// The gap function of a face with some triangles and nodes before an obstacle: its contact normals ν, one where it is the same everywhere
+/// or one for each node, and its distance d ≥ 0 in m along them for each node.
+///
+/// Depths up to [`depths_allowed`] count as touching, d = 0; on the sides of a mesh that was cut from a coarser
+/// one also depths up to `inherited` in m, since they keep the shape of the first mesh.
+///
+/// # Errors
+/// An obstacle that cuts the face, is on its other side, or has no normal at a node.
+pub(super) fn gap_function(
+    mesh: &Mesh,
+    facets: &[usize],
+    nodes: &[usize],
+    obstacle: &Obstacle,
+    inherited: f64,
+) -> Result<(Vec<[f64; 3]>, Vec<f64>), InvalidValue> {
+    let places = nodes.iter().map(|&node| mesh.coordinates[node]);
+    let extent = extent(places.clone());
+    let measured = Measured::new(obstacle, extent);
+    let allowed = depths_allowed(mesh, facets, GEOMETRY_TOLERANCE * extent + inherited);
+    if let Some(&node) = nodes.iter().find(|node| !allowed.contains_key(node)) {
+        return Err(without_area(mesh.coordinates[node]));
     }
+    let (mut normals, mut clearance) = (Vec::new(), Vec::new());
+    let mut cut = Penetration::default();
+    for (&node, at) in nodes.iter().zip(places) {
+        let seen = measured.from(at)?;
+        cut.add(at, seen.distance, allowed[&node]);
+        clearance.push(seen.distance.max(0.0));
+        normals.push((-seen.away).into());
+    }
+    let mut faces_it = false;
+    for &facet in facets {
+        let most = mesh.facet_nodes(facet).map(|node| allowed[&node]);
+        let most = most.fold(0.0, f64::max);
+        for (at, area) in mesh.side_points(facet) {
+            let seen = measured.from(at)?;
+            cut.add(at, seen.distance, most);
+            faces_it |= area.dot(&seen.away) < 0.0;
+        }
+    }
+    cut.refuse(obstacle)?;
+    if !faces_it {
+        return Err(turned_away(obstacle));
+    }
+    if measured.is_flat() {
+        normals.truncate(1);
+    }
+    Ok((normals, clearance))
 }
 
 /// The distance of a face from its obstacle between the nodes, where that is not the one of the nodes interpolated.
