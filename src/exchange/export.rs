@@ -4,7 +4,7 @@ use std::path::Path;
 
 use contact3d::{
     AssembledProblem, contact::MultiplierLayout, dual::Requirement, linalg::Precision,
-    mesh::ContactSurface, scene::ModelFeatures, solver,
+    mesh::ContactSurface, solver,
 };
 use hdf5_metno::File;
 use runfile::{StoreError, WholeFile, WrittenFile};
@@ -134,7 +134,7 @@ fn frozen_friction(
     if !problem.scene().steps.is_empty() {
         return Err("the scene is a load history, and files of FCLIB hold one problem; write its last step as a scene of its own".into());
     }
-    for face in ModelFeatures::of(problem.scene()).contact {
+    for face in problem.scene().contact_features() {
         let Some(law) = face.friction.filter(|law| !law.bound.is_pressure()) else {
             continue;
         };

@@ -3,7 +3,7 @@
 //! Every key of the scene says beside its field which part of the problem it belongs to.
 
 use contact3d::mesh::{RefinedLevel, Refinement};
-use contact3d::scene::{ModelFeatures, ProblemPart, Scene};
+use contact3d::scene::{ProblemPart, Scene};
 use toml::{Table, Value};
 
 use crate::format::Stage;
@@ -68,7 +68,7 @@ pub(super) fn settings(stage: Stage, scene: &Scene, chosen: BesideScene<'_>) -> 
                 .map(|face| scene.friction_on(face).is_some())
                 .collect();
             add("friction", Some(with_friction.into()));
-            let follows_slip = ModelFeatures::of(scene).follows_slip();
+            let follows_slip = scene.follows_slip();
             add("friction_follows_slip", Some(follows_slip.into()));
         }
         Stage::Solve => {

@@ -1,8 +1,6 @@
 //! The model features of a scene in words: what is computed, what it costs in unknowns, what is absent.
 
-use contact3d::scene::{
-    ContactFeatures, FrictionLaw, ModelFeatures, MultiplierSpace, Obstacle, Scene,
-};
+use contact3d::scene::{ContactFeatures, FrictionLaw, Material, MultiplierSpace, Obstacle, Scene};
 
 use super::Figures;
 use crate::format::StageSizes;
@@ -35,10 +33,13 @@ fn data(present: bool, words: impl std::fmt::Display) -> Option<FeatureCost> {
 }
 
 /// All features, in the order in which they build on each other.
-fn list(features: &ModelFeatures, sizes: &StageSizes) -> Vec<Feature> {
-    let faces = &features.contact;
-    let clamps = features.prescribed_displacements;
-    let (regions, springs) = (features.regions, features.springs);
+fn list(scene: &Scene, sizes: &StageSizes) -> Vec<Feature> {
+    let faces = &scene.contact_features();
+    let clamps = scene.clamps.iter().filter(|clamp| clamp.is_moved()).count();
+    let (regions, springs) = (scene.regions.len(), scene.springs.len());
+    let of_regions = scene.regions.iter().map(|region| &region.material);
+    let mut materials = of_regions.chain([&scene.material]);
+    let is_anisotropic = materials.any(|material| !matches!(material, Material::Isotropic(_)));
     let has_gap = faces.iter().any(|face| face.gap.is_some());
     let turns = faces.iter().any(|face| face.turning_frame);
     let besides = format!("{regions} besides the body's own material");
@@ -53,11 +54,14 @@ fn list(features: &ModelFeatures, sizes: &StageSizes) -> Vec<Feature> {
     let [friction, follows_slip, varies] = friction_features(faces, sizes);
     vec![
         ("elasticity", unknowns(sizes.n_free, "displacements")),
-        ("anisotropy", data(features.anisotropy, "21 moduli")),
+        ("anisotropy", data(is_anisotropic, "21 moduli")),
         ("regions", data(regions > 0, besides)),
         ("prescribed displacements", data(clamps > 0, by_clamps)),
         ("springs", data(springs > 0, on_faces)),
-        ("body force", data(features.body_force, "loads every node")),
+        (
+            "body force",
+            data(scene.body_force.is_some(), "loads every node"),
+        ),
         ("contact", contact(faces, sizes)),
         ("obstacle", obstacles(faces)),
         ("initial gap", data(has_gap, "one value a contact node")),
@@ -143,7 +147,7 @@ fn friction_features(faces: &[ContactFeatures], sizes: &StageSizes) -> [Option<F
 pub fn features(scene: &Scene, sizes: &StageSizes) -> Figures {
     let mut figures = Figures::new(scene.units);
     let (mut present, mut absent) = (Vec::new(), Vec::new());
-    for (name, cost) in list(&ModelFeatures::of(scene), sizes) {
+    for (name, cost) in list(scene, sizes) {
         let Some(FeatureCost { words, unknowns }) = cost else {
             absent.push(name);
             continue;

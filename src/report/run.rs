@@ -8,7 +8,7 @@ use contact3d::{
         ContactReport, ContactResultants, ErrorEstimate, FaceResultants, PaneState, SourceForce,
         Zone,
     },
-    scene::{ContactFeatures, FrictionModel, ModelFeatures, Scene, escape_control},
+    scene::{ContactFeatures, FrictionModel, Scene, escape_control},
     solver::{Solution, SolvedBy, StartStrategy},
 };
 use serde_json::{Map, Value, json};
@@ -196,7 +196,7 @@ impl<'a> SolvedRun<'a> {
 
     /// What happens on each of several contact faces.
     pub fn faces(&self) -> FigureTable {
-        let features = ModelFeatures::of(self.scene).contact;
+        let features = self.scene.contact_features();
         let faces = self.report.faces.iter().zip(features);
         let row = |(face, has): (&FaceResultants, ContactFeatures)| {
             let mut figures = Figures::new(self.scene.units);

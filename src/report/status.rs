@@ -2,7 +2,7 @@
 
 use contact3d::{
     mesh::Mesh,
-    scene::{DualOperatorKind, FactorPrecision, Method, ModelFeatures, Scene, SolveSettings},
+    scene::{DualOperatorKind, FactorPrecision, Method, Scene, SolveSettings},
     solver::{Solution, Status},
 };
 
@@ -81,8 +81,9 @@ pub fn status(solution: &Solution, scene: &Scene, mesh: &Mesh) -> String {
 
 /// What may help where no setting does: only Coulomb's law leaves open whether there is a solution of a body that is held.
 fn after_all_solvers(solution: &Solution, scene: &Scene) -> String {
-    let features = ModelFeatures::of(scene);
-    let has_coulomb = features.friction().any(|law| law.bound.follows_pressure());
+    let faces = scene.contact_features().into_iter();
+    let mut laws = faces.filter_map(|face| face.friction);
+    let has_coulomb = laws.any(|law| law.bound.follows_pressure());
     let look = load_and_friction(scene, "and");
     if solution.rigid.is_some() && !scene.springs.is_empty() {
         return format!(
@@ -129,7 +130,7 @@ fn nodes_resist(solution: &Solution, mesh: &Mesh) -> bool {
 
 /// What a scene without equilibrium may change.
 fn load_and_friction(scene: &Scene, word: &str) -> String {
-    if ModelFeatures::of(scene).friction().next().is_some() {
+    if scene.has_friction() {
         format!("load {word} friction")
     } else {
         "the load".to_owned()

@@ -12,7 +12,7 @@ use crate::pipeline::{StageError, mesh_of, pin_mesh_file};
 use contact3d::{
     contact::{ContactFrame, CoulombLaw, FaceLaw, FrictionField, Interface, LawBounds},
     mesh::{ContactSurface, Mesh, Quality, Refinement},
-    scene::{FrictionModel, ModelFeatures, Scene, SceneFile, Warning, escape_control},
+    scene::{FrictionModel, Scene, SceneFile, Warning, escape_control},
 };
 use plots::{ContactPicture, DrawnFriction, FrictionKind, LawPicture, Picture, law_page};
 
@@ -181,7 +181,7 @@ fn faces_of(scene: &Scene, mesh: &Mesh, interface: Option<&Interface>) -> Vec<Fa
     let laws = interface
         .and_then(Interface::coulomb)
         .map_or(&[][..], CoulombLaw::faces);
-    let features = ModelFeatures::of(scene).contact.into_iter();
+    let features = scene.contact_features().into_iter();
     let studied = features.zip(&surface.faces).enumerate();
     let edge = Quality::of(mesh).longest_edge;
     studied

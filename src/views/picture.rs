@@ -10,7 +10,7 @@ use contact3d::{
     contact::ContactFrame,
     mesh::{Mesh, tetrahedron_volume},
     post::{ContactReport, PaneState, Zone},
-    scene::{ContactFeatures, ModelFeatures, Scene, SlipBound, escape_control},
+    scene::{ContactFeatures, Scene, SlipBound, escape_control},
 };
 use plots::{BodyMark, ContactPicture, DrawnFriction, FrictionKind, Picture};
 
@@ -43,7 +43,7 @@ pub fn drawing_of(scene: &Scene) -> Drawing {
 
 /// What the names of pictures of each contact face end in: nothing for one.
 pub(super) fn endings_of(scene: &Scene) -> Vec<String> {
-    let faces = ModelFeatures::of(scene).contact;
+    let faces = scene.contact_features();
     if faces.len() < 2 {
         return vec![String::new()];
     }
@@ -192,7 +192,7 @@ impl Drawn<'_> {
     /// Lends the arrays of the figures.
     fn with_picture<T>(&self, draw: impl FnOnce(&ContactPicture<'_>) -> T) -> T {
         let (mesh, report) = (self.mesh, self.report);
-        let features = ModelFeatures::of(self.scene).contact;
+        let features = self.scene.contact_features();
         let surface = mesh.contact.as_ref();
         let face = surface.and_then(|surface| Some((surface, surface.faces.get(self.face)?)));
         let cells = ContactCells::new(mesh, face);

@@ -11,8 +11,8 @@ use crate::{
     linalg::UNIT_ROUNDING,
     mesh::{ContactSurface, Mesh, SurfaceFace},
     scene::{
-        ContactFeatures, FrictionModel, InvalidValue, ModelFeatures, Quantity, Scene,
-        SlipInterpolation, SlipMeasure, UNDEFINED, Warning, Written, place_words,
+        ContactFeatures, FrictionModel, InvalidValue, Quantity, Scene, SlipInterpolation,
+        SlipMeasure, UNDEFINED, Warning, Written, place_words,
     },
 };
 
@@ -55,7 +55,7 @@ impl Interface {
         let (Some(first), Some(surface)) = (scene.contacts.first(), &mesh.contact) else {
             return Ok(None);
         };
-        let features = ModelFeatures::of(scene).contact;
+        let features = scene.contact_features();
         if features.len() != surface.faces.len() {
             return Err(other_faces(features.len(), surface.faces.len()));
         }

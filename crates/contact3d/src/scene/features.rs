@@ -1,26 +1,9 @@
 //! The model features that a scene calls for.
 
-use super::{FrictionModel, Material, MultiplierSpace, Obstacle, Quantity, Scene};
+use super::{FrictionModel, MultiplierSpace, Obstacle, Quantity, Scene};
 
-/// What a scene calls for. The laws of the contact face ([`crate::contact::Interface`]) are made from
+/// What a scene calls for on a contact face. The laws of the contact face ([`crate::contact::Interface`]) are made from
 /// it and from nothing else: what is absent here has no unknowns, no datasets and no evaluations.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ModelFeatures {
-    /// What happens on each contact face, in the order of their multipliers; empty in the elastic problem alone.
-    pub contact: Vec<ContactFeatures>,
-    /// Clamps that hold somewhere else than at zero.
-    pub prescribed_displacements: usize,
-    /// Faces on springs.
-    pub springs: usize,
-    /// A body force f.
-    pub body_force: bool,
-    /// Parts of the body with a material of their own.
-    pub regions: usize,
-    /// Any material that is not isotropic.
-    pub anisotropy: bool,
-}
-
-/// What a contact face has.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactFeatures {
     /// Its number in the scene.
@@ -39,41 +22,22 @@ pub struct ContactFeatures {
     pub space: MultiplierSpace,
 }
 
-impl ModelFeatures {
-    /// Decides what a validated scene calls for.
+impl Scene {
+    /// What happens on each contact face, in the order of their multipliers; empty in the elastic problem alone.
     #[must_use]
-    pub fn of(scene: &Scene) -> Self {
-        let regions = scene.regions.iter().map(|region| &region.material);
-        let mut materials = regions.chain([&scene.material]);
-        Self {
-            contact: scene
-                .contact_order()
-                .into_iter()
-                .map(|entry| ContactFeatures::new(scene, entry))
-                .collect(),
-            prescribed_displacements: scene.clamps.iter().filter(|c| c.is_moved()).count(),
-            springs: scene.springs.len(),
-            body_force: scene.body_force.is_some(),
-            regions: scene.regions.len(),
-            anisotropy: materials.any(|material| match material {
-                Material::Isotropic(_) => false,
-                Material::Orthotropic(_) | Material::Voigt(_) => true,
-            }),
-        }
-    }
-
-    /// The laws of the contact faces with friction.
-    pub fn friction(&self) -> impl Iterator<Item = &FrictionModel> {
-        self.contact
-            .iter()
-            .filter_map(|face| face.friction.as_ref())
+    pub fn contact_features(&self) -> Vec<ContactFeatures> {
+        let order = self.contact_order().into_iter();
+        order
+            .map(|entry| ContactFeatures::new(self, entry))
+            .collect()
     }
 
     /// Whether the coefficients of any face follow the slip.
     #[must_use]
     pub fn follows_slip(&self) -> bool {
-        self.friction()
-            .any(|law| law.coefficients.depends_on_slip())
+        let faces = self.contact_features().into_iter();
+        let mut laws = faces.filter_map(|face| face.friction);
+        laws.any(|law| law.coefficients.depends_on_slip())
     }
 }
 

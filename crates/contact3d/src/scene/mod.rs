@@ -41,7 +41,7 @@ pub(crate) use error::{UNDEFINED, place_words};
 pub use expression::{
     BranchEnd, Expression, ExpressionError, FUNCTIONS, FormulaBranch, OnBranch, Parameters,
 };
-pub use features::{ContactFeatures, ModelFeatures};
+pub use features::ContactFeatures;
 pub use file::{
     LONGEST_SCENE, SceneFile, Written, escape_control, escape_control_lines, is_hidden_control,
     read_bounded, require_regular, to_toml,

@@ -3,15 +3,15 @@
 use crate::{
     elasticity::Element,
     post::Solved,
-    scene::{ContactFeatures, InvalidValue, ModelFeatures, MultiplierSpace, Quantity, Scene},
+    scene::{ContactFeatures, InvalidValue, MultiplierSpace, Quantity, Scene},
 };
 
 /// Refuses what no stress of this kind balances.
 pub(super) fn check(solved: &Solved<'_>) -> Result<(), InvalidValue> {
     let (scene, mesh) = (solved.scene, solved.mesh);
-    let features = ModelFeatures::of(scene);
+    let faces = scene.contact_features();
     let face_with = |is_meant: fn(&ContactFeatures) -> bool, key: &str| {
-        let face = features.contact.iter().find(|face| is_meant(face));
+        let face = faces.iter().find(|face| is_meant(face));
         face.map(|face| format!("{}.{key}", scene.contact_key(face.entry)))
     };
     let turns = mesh.contact.as_ref().is_some_and(|surface| {
@@ -65,7 +65,7 @@ pub(super) fn check(solved: &Solved<'_>) -> Result<(), InvalidValue> {
 /// Whether equilibrium is a minimum of energy in which no quantity differs from place to place: without friction or with one slip bound on
 /// each face, and with a distance from the foundation that the mesh does not interpolate.
 pub(super) fn is_minimum(scene: &Scene) -> bool {
-    ModelFeatures::of(scene).contact.iter().all(|face| {
+    scene.contact_features().iter().all(|face| {
         let is_given = face.friction.as_ref().is_none_or(|law| {
             let bound = law.bound.place_dependent();
             let is_one = bound.is_some_and(|(_, bound)| !bound.depends_on_place());
