@@ -25,7 +25,8 @@ pub struct CoulombLaw {
     unchanging: OnceLock<Vec<[f64; 2]>>,
     /// Evaluations at nodes, counted on any thread.
     evaluations: AtomicUsize,
-    relaxation: Option<Relaxation>,
+    /// F₀^(1−τ) F^τ in place of F, as F₀ and τ.
+    relaxation: Option<(f64, f64)>,
     /// F(s/σ) in place of F(s), for this σ.
     stretch: f64,
     /// Lengths of the path slid before, which coefficients follow beside the slip, `[n_contact_nodes]`, in m;
@@ -59,20 +60,6 @@ impl Clone for CoulombLaw {
             path: self.path.clone(),
             ..Self::new(self.faces.clone())
         }
-    }
-}
-
-/// F₀^(1−τ) F^τ in place of F.
-#[derive(Debug, Clone, Copy)]
-struct Relaxation {
-    reference: f64,
-    exponent: f64,
-}
-
-impl Relaxation {
-    /// F₀^(1−τ) F^τ.
-    fn value(self, coefficient: f64) -> f64 {
-        self.reference.powf(1.0 - self.exponent) * coefficient.powf(self.exponent)
     }
 }
 
@@ -161,10 +148,7 @@ impl CoulombLaw {
     /// positive and as smooth as this one for every share τ.
     pub(crate) fn relaxed(&self, reference: f64, share: f64) -> Self {
         Self {
-            relaxation: (share < 1.0).then_some(Relaxation {
-                reference,
-                exponent: share,
-            }),
+            relaxation: (share < 1.0).then_some((reference, share)),
             ..self.clone()
         }
     }
@@ -224,9 +208,13 @@ impl CoulombLaw {
     pub fn evaluate(&self, contact_node: usize, slip: [f64; 2]) -> [f64; 2] {
         self.evaluations.fetch_add(1, Ordering::Relaxed);
         let given = self.own_value(contact_node, slip);
+        given.map(|coefficient| self.relaxed_value(coefficient))
+    }
+
+    fn relaxed_value(&self, coefficient: f64) -> f64 {
         match self.relaxation {
-            Some(relaxation) => given.map(|f| relaxation.value(f)),
-            None => given,
+            Some((reference, share)) => reference.powf(1.0 - share) * coefficient.powf(share),
+            None => coefficient,
         }
     }
 
@@ -236,13 +224,13 @@ impl CoulombLaw {
         let (law, path, position) = self.law_at(contact_node);
         let given = law.derivative_after(path, position, slip.map(|s| s / self.stretch));
         let given = given.map(|row| row.map(|d| d / self.stretch));
-        let Some(relaxation) = self.relaxation else {
+        let Some((_, share)) = self.relaxation else {
             return given;
         };
         // d(F₀^(1−τ) F^τ) = τ F₀^(1−τ) F^τ / F dF.
         let coefficients = self.own_value(contact_node, slip);
         std::array::from_fn(|i| {
-            let factor = relaxation.exponent * relaxation.value(coefficients[i]) / coefficients[i];
+            let factor = share * self.relaxed_value(coefficients[i]) / coefficients[i];
             given[i].map(|d| factor * d)
         })
     }

@@ -9,7 +9,7 @@ use super::{
     Expression, InvalidValue, Measure, POSITION, PlaceFunction, ProblemPart, Quantity, Scene,
     SlipMeasure, Written,
     validate::require,
-    varying::{Found, Varies, Varying, VaryingKey, varies},
+    varying::{Varies, Varying, VaryingKey, varies},
 };
 
 /// Most increments of a history, over all steps.
@@ -53,7 +53,7 @@ pub enum StepValue {
 varies!(Step: value);
 
 impl Varies for StepValue {
-    fn add_varying<'s>(&'s mut self, at: &VaryingKey, found: &mut Found<'s>) {
+    fn add_varying<'s>(&'s mut self, at: &VaryingKey, found: &mut Vec<(VaryingKey, Varying<'s>)>) {
         self.components_mut()
             .iter_mut()
             .for_each(|it| it.add_varying(at, found));

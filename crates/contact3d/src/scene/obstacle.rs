@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     Measure, Quantity, is_default,
-    varying::{Found, Varies, VaryingKey, varies},
+    varying::{Varies, Varying, VaryingKey, varies},
 };
 
 /// A rigid obstacle, which does not move.
@@ -117,7 +117,7 @@ pub enum Direction {
 varies!(Height: value);
 
 impl Varies for Obstacle {
-    fn add_varying<'s>(&'s mut self, at: &VaryingKey, found: &mut Found<'s>) {
+    fn add_varying<'s>(&'s mut self, at: &VaryingKey, found: &mut Vec<(VaryingKey, Varying<'s>)>) {
         let at = at.below(self.word());
         match self {
             Self::Height(height) => height.add_varying(&at, found),

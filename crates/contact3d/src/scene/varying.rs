@@ -24,13 +24,10 @@ pub(super) struct VaryingKey {
     pub(super) name: Option<String>,
 }
 
-/// Such values with their keys.
-pub(super) type Found<'s> = Vec<(VaryingKey, Varying<'s>)>;
-
 /// A part of a scene that has such values.
 pub(super) trait Varies {
     /// Adds them, with the keys that they have where this part has a key.
-    fn add_varying<'s>(&'s mut self, at: &VaryingKey, found: &mut Found<'s>);
+    fn add_varying<'s>(&'s mut self, at: &VaryingKey, found: &mut Vec<(VaryingKey, Varying<'s>)>);
 }
 
 /// Says which fields of a table have such values, and which one has its name.
@@ -40,7 +37,7 @@ macro_rules! varies {
             fn add_varying<'s>(
                 &'s mut self,
                 at: &$crate::scene::varying::VaryingKey,
-                found: &mut $crate::scene::varying::Found<'s>,
+                found: &mut Vec<($crate::scene::varying::VaryingKey, $crate::scene::varying::Varying<'s>)>,
             ) {
                 $(let at = &at.named(self.$name.clone());)?
                 $(self.$field.add_varying(&at.below(stringify!($field)), found);)+
@@ -73,39 +70,39 @@ impl VaryingKey {
 }
 
 impl Varies for Quantity {
-    fn add_varying<'s>(&'s mut self, at: &VaryingKey, found: &mut Found<'s>) {
+    fn add_varying<'s>(&'s mut self, at: &VaryingKey, found: &mut Vec<(VaryingKey, Varying<'s>)>) {
         found.push((at.clone(), Varying::Quantity(self)));
     }
 }
 
 impl Varies for Coefficient {
-    fn add_varying<'s>(&'s mut self, at: &VaryingKey, found: &mut Found<'s>) {
+    fn add_varying<'s>(&'s mut self, at: &VaryingKey, found: &mut Vec<(VaryingKey, Varying<'s>)>) {
         found.push((at.below(self.kind()), Varying::Coefficient(self)));
     }
 }
 
 impl<T: Varies> Varies for Option<T> {
-    fn add_varying<'s>(&'s mut self, at: &VaryingKey, found: &mut Found<'s>) {
+    fn add_varying<'s>(&'s mut self, at: &VaryingKey, found: &mut Vec<(VaryingKey, Varying<'s>)>) {
         self.iter_mut().for_each(|it| it.add_varying(at, found));
     }
 }
 
 /// Components have the key of their vector.
 impl<T: Varies, const N: usize> Varies for [T; N] {
-    fn add_varying<'s>(&'s mut self, at: &VaryingKey, found: &mut Found<'s>) {
+    fn add_varying<'s>(&'s mut self, at: &VaryingKey, found: &mut Vec<(VaryingKey, Varying<'s>)>) {
         self.iter_mut().for_each(|it| it.add_varying(at, found));
     }
 }
 
 impl<T: Varies> Varies for Vec<T> {
-    fn add_varying<'s>(&'s mut self, at: &VaryingKey, found: &mut Found<'s>) {
+    fn add_varying<'s>(&'s mut self, at: &VaryingKey, found: &mut Vec<(VaryingKey, Varying<'s>)>) {
         let items = self.iter_mut().enumerate();
         items.for_each(|(i, item)| item.add_varying(&at.below(i), found));
     }
 }
 
 impl<T: Varies> Varies for BTreeMap<String, T> {
-    fn add_varying<'s>(&'s mut self, at: &VaryingKey, found: &mut Found<'s>) {
+    fn add_varying<'s>(&'s mut self, at: &VaryingKey, found: &mut Vec<(VaryingKey, Varying<'s>)>) {
         self.iter_mut()
             .for_each(|(name, item)| item.add_varying(&at.below(name), found));
     }
@@ -113,7 +110,7 @@ impl<T: Varies> Varies for BTreeMap<String, T> {
 
 impl Scene {
     /// All values that may vary.
-    pub(super) fn varying_mut(&mut self) -> Found<'_> {
+    pub(super) fn varying_mut(&mut self) -> Vec<(VaryingKey, Varying<'_>)> {
         let (at, mut found) = (|name| VaryingKey::default().below(name), Vec::new());
         self.clamps.add_varying(&at("clamp"), &mut found);
         self.springs.add_varying(&at("spring"), &mut found);
