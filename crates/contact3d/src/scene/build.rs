@@ -2,53 +2,14 @@
 
 use std::path::PathBuf;
 
-use units::Units;
-
 use super::{
-    AssembleSettings, Body, BodyForce, Brick, Clamp, Coefficient, Component, Contact,
-    DualOperatorKind, ElementOrder, Expression, ExpressionError, Formula, Friction, GmshFile,
-    InvalidValue, Isotropic, LawFunction, LawPoint, Material, POSITION, Parameters, Part,
-    PlaceFunction, Pressure, Quantity, Ramp, Region, Scene, SlipDerivative, SolveSettings, Step,
-    Traction,
+    Body, BodyForce, Brick, Clamp, Coefficient, Component, Contact, DualOperatorKind, ElementOrder,
+    Expression, ExpressionError, Formula, Friction, GmshFile, InvalidValue, Isotropic, LawFunction,
+    LawPoint, Material, POSITION, Part, PlaceFunction, Pressure, Quantity, Ramp, Region, Scene,
+    SlipDerivative, Step, Traction,
 };
 
 impl Scene {
-    /// A body of one material, with nothing that holds, loads or touches it yet.
-    ///
-    /// ```
-    /// use contact3d::scene::{Body, Clamp, Contact, Friction, Material, Pressure, Scene};
-    ///
-    /// let scene = Scene::new(Body::brick([3.0, 1.0, 1.0], [12, 4, 4]), Material::isotropic(2.1e11, 0.3))
-    ///     .with_clamp(Clamp::face("x_min"))
-    ///     .with_pressure(Pressure::on("z_max", 2e7))
-    ///     .with_contact(Contact::on("z_min"))
-    ///     .with_friction(Friction::coulomb(0.3));
-    /// assert!(scene.validate().is_ok());
-    /// ```
-    #[must_use]
-    pub fn new(body: Body, material: Material) -> Self {
-        Self {
-            title: "untitled".to_owned(),
-            reference: None,
-            units: Units::default(),
-            parameters: Parameters::new(),
-            body,
-            material,
-            regions: Vec::new(),
-            clamps: Vec::new(),
-            springs: Vec::new(),
-            tractions: Vec::new(),
-            pressures: Vec::new(),
-            body_force: None,
-            contacts: Vec::new(),
-            friction: None,
-            steps: Vec::new(),
-            assemble: AssembleSettings::default(),
-            solve: SolveSettings::default(),
-            adapt: None,
-        }
-    }
-
     /// The scene with a name.
     #[must_use]
     pub fn with_title(mut self, title: impl Into<String>) -> Self {

@@ -70,6 +70,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use units::Units;
 
+use varying::{Varies, Varying, VaryingKey};
+
 /// One contact problem, or a history of them: the body, what holds and loads it, and the law on its contact face.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -154,6 +156,66 @@ fn is_default<T: Default + PartialEq>(value: &T) -> bool {
 }
 
 impl Scene {
+    /// A body of one material, with nothing that holds, loads or touches it yet.
+    ///
+    /// ```
+    /// use contact3d::scene::{Body, Clamp, Contact, Friction, Material, Pressure, Scene};
+    ///
+    /// let scene = Scene::new(Body::brick([3.0, 1.0, 1.0], [12, 4, 4]), Material::isotropic(2.1e11, 0.3))
+    ///     .with_clamp(Clamp::face("x_min"))
+    ///     .with_pressure(Pressure::on("z_max", 2e7))
+    ///     .with_contact(Contact::on("z_min"))
+    ///     .with_friction(Friction::coulomb(0.3));
+    /// assert!(scene.validate().is_ok());
+    /// ```
+    #[must_use]
+    pub fn new(body: Body, material: Material) -> Self {
+        Self {
+            title: "untitled".to_owned(),
+            reference: None,
+            units: Units::default(),
+            parameters: Parameters::new(),
+            body,
+            material,
+            regions: Vec::new(),
+            clamps: Vec::new(),
+            springs: Vec::new(),
+            tractions: Vec::new(),
+            pressures: Vec::new(),
+            body_force: None,
+            contacts: Vec::new(),
+            friction: None,
+            steps: Vec::new(),
+            assemble: AssembleSettings::default(),
+            solve: SolveSettings::default(),
+            adapt: None,
+        }
+    }
+
+    /// All values that may vary.
+    fn varying_mut(&mut self) -> Vec<(VaryingKey, Varying<'_>)> {
+        let (at, mut found) = (|name| VaryingKey::default().below(name), Vec::new());
+        self.clamps.add_varying(&at("clamp"), &mut found);
+        self.springs.add_varying(&at("spring"), &mut found);
+        self.tractions.add_varying(&at("traction"), &mut found);
+        self.pressures.add_varying(&at("pressure"), &mut found);
+        self.body_force.add_varying(&at("body_force"), &mut found);
+        self.steps.add_varying(&at("step"), &mut found);
+        let several = self.contacts.len() > 1;
+        for (entry, contact) in self.contacts.iter_mut().enumerate() {
+            // A scene writes the only face as a table.
+            let contacts = at("contact");
+            let key = if several {
+                contacts.below(entry)
+            } else {
+                contacts
+            };
+            contact.add_varying(&key, &mut found);
+        }
+        self.friction.add_varying(&at("friction"), &mut found);
+        found
+    }
+
     /// Parses and validates a scene; `name` is the file's name for messages.
     ///
     /// # Errors

@@ -109,30 +109,6 @@ impl<T: Varies> Varies for BTreeMap<String, T> {
 }
 
 impl Scene {
-    /// All values that may vary.
-    pub(super) fn varying_mut(&mut self) -> Vec<(VaryingKey, Varying<'_>)> {
-        let (at, mut found) = (|name| VaryingKey::default().below(name), Vec::new());
-        self.clamps.add_varying(&at("clamp"), &mut found);
-        self.springs.add_varying(&at("spring"), &mut found);
-        self.tractions.add_varying(&at("traction"), &mut found);
-        self.pressures.add_varying(&at("pressure"), &mut found);
-        self.body_force.add_varying(&at("body_force"), &mut found);
-        self.steps.add_varying(&at("step"), &mut found);
-        let several = self.contacts.len() > 1;
-        for (entry, contact) in self.contacts.iter_mut().enumerate() {
-            // A scene writes the only face as a table.
-            let contacts = at("contact");
-            let key = if several {
-                contacts.below(entry)
-            } else {
-                contacts
-            };
-            contact.add_varying(&key, &mut found);
-        }
-        self.friction.add_varying(&at("friction"), &mut found);
-        found
-    }
-
     /// The parameters that the formulas of some parts use, with their values.
     #[must_use]
     pub(super) fn parameters_used(&self, of: impl Fn(Option<ProblemPart>) -> bool) -> Parameters {
