@@ -1,11 +1,13 @@
 """Meshes of other programs as Gmsh files: ``python -m contact3d.convert part.inp part.msh``.
 
-Reads what meshio reads: Abaqus and CalculiX (.inp), MED (.med), Nastran (.bdf, .nas), VTK (.vtu, .vtk) and more. Sets
-become names: those of surface elements, element faces and nodes of faces, those of volume elements of regions.
+Reads Abaqus and CalculiX (.inp), MED (.med), Nastran (.bdf, .nas), VTK (.vtu, .vtk) and what else meshlane reads. Sets
+become names: those of surface elements, element faces and nodes of faces, those of volume elements of regions. A boundary
+without names is split at its edges.
 """
 
 import argparse
 import importlib
+import io
 import itertools
 import sys
 from collections import Counter
@@ -16,7 +18,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from ._abaqus import surfaces
+from . import _nastran, _shapes
+from ._abaqus import Deck, DeckError, surfaces
+from ._nastran import BulkError
 
 TETRAHEDRA = {"tetra": 4, "tetra10": 10}
 #: Faces of the cells that can be cut, by their corners.
@@ -34,6 +38,7 @@ SIDES = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))
 MIDDLES = {(0, 1): 4, (1, 2): 5, (0, 2): 6, (0, 3): 7, (1, 3): 8, (2, 3): 9}
 #: Arrays that number cells and name no sets.
 NO_SETS = ("gmsh:geometrical", "gmsh:bounding_entities", "vtkGhostType", "vtkOriginalCellIds", "GlobalCellId")
+NASTRAN = (".bdf", ".nas", ".dat", ".fem")
 
 
 class ConversionError(ValueError):
@@ -49,21 +54,28 @@ class Tetrahedra:
     regions: list[str | None]
     faces: dict[frozenset[int], str] = field(default_factory=dict)
     ignored: list[str] = field(default_factory=list)
+    #: What the faces are that were split off.
+    shapes: dict[str, str] = field(default_factory=dict)
 
     def __str__(self) -> str:
         corners = "four" if self.cells.shape[1] == 4 else "ten"
         lines = [f"{len(self.points)} nodes, {len(self.cells)} tetrahedra of {corners} nodes"]
-        lines += [f"face {name!r}: {count} triangles" for name, count in sorted(Counter(self.faces.values()).items())]
+        for name, count in sorted(Counter(self.faces.values()).items(), key=lambda item: (len(item[0]), item[0])):
+            lines.append(f"face {name!r}: {count} triangles" + (f", {self.shapes[name]}" if name in self.shapes else ""))
         named = Counter(name for name in self.regions if name is not None)
         lines += [f"region {name!r}: {count} tetrahedra" for name, count in sorted(named.items())]
         return "\n".join(lines + self.ignored)
 
 
-def convert(source: str | Path, target: str | Path, *, sets: Collection[str] | None = None, cut: bool = False) -> Tetrahedra:
+def convert(source: str | Path, target: str | Path, *, sets: Collection[str] | None = None, cut: bool = False,
+            angle: float | None = None) -> Tetrahedra:
     """Reads a mesh, and writes its tetrahedra with their names as a Gmsh file, MSH 4.1.
 
-    :param sets: the sets that become names; all by default, but those that hold everything.
+    :param sets: the sets that become names, or arrays of cells of which all values do; all by default, but those that hold
+        everything.
     :param cut: cut hexahedra, prisms and pyramids into tetrahedra at their corners.
+    :param angle: what is in no set is split into the faces ``face_1``, ``face_2`` and so on, the largest first, where triangles
+        meet at more than this angle in degrees; by default at 30 degrees if the file names no face.
     :raises ConversionError: a file without tetrahedra, or with other cells unless they are to be cut; sets that overlap.
     """
     source, target = Path(source), Path(target)
@@ -72,13 +84,15 @@ def convert(source: str | Path, target: str | Path, *, sets: Collection[str] | N
     if target.is_file() and not target.read_bytes().startswith(b"$MeshFormat"):
         raise ConversionError(f"{target} is there and no Gmsh file; choose another name or move it away")
     body = read(source, sets, cut)
+    if angle is not None or not body.faces:
+        _split(body, 30.0 if angle is None else angle)
     target.write_text(msh(body), encoding="utf-8")
     return body
 
 
 def read(source: Path, chosen: Collection[str] | None, cut: bool) -> Tetrahedra:
     """The tetrahedra of a file and the names of its sets."""
-    mesh = _load(source)
+    mesh, ignored = _load(source)
     cells, parents = _tetrahedra(mesh, source, cut)
     used = np.unique(cells)
     number = np.full(len(mesh.points), -1)
@@ -95,9 +109,13 @@ def read(source: Path, chosen: Collection[str] | None, cut: bool) -> Tetrahedra:
         triangles += [triangle for triangle in boundary if held and triangle <= held]
         inside.setdefault(name, set()).update(child for cell in volumes for child in children.get(cell, []))
         outside.setdefault(name, set()).update(triangle for triangle in triangles if triangle in boundary)
+    if chosen is not None:
+        # The name of an array stands for those of all its values.
+        values = [[name for name in inside if part in (name, name.partition("=")[0])] or [part] for part in chosen]
+        chosen = list(itertools.chain(*values))
     if missing := sorted(set(chosen or ()) - set(inside)):
         raise ConversionError(f"{source}: there is no set {missing[0]!r}; there are {', '.join(sorted(inside)) or 'none'}")
-    ignored = [f"ignored {name!r}: it holds no tetrahedron and no triangle of the boundary"
+    ignored += [f"ignored {name!r}: it holds no tetrahedron and no triangle of the boundary"
                for name in inside if chosen is None and not inside[name] and not outside[name]]
     regions, whole = _exclusive(source, inside, len(cells), chosen)
     faces, all_around = _exclusive(source, outside, len(boundary), chosen)
@@ -131,26 +149,40 @@ def _exclusive(source: Path, sets: dict[str, set[Member]], size: int, chosen: Co
     return owner, whole
 
 
-def _load(source: Path) -> Any:
-    meshio = _library()
+def _load(source: Path) -> tuple[Any, list[str]]:
+    """The mesh, and what was left out of it."""
+    try:
+        meshlane = importlib.import_module("meshlane")
+    except ImportError:
+        raise ConversionError("reading meshes needs meshlane: pip install 'contact3d-pipe[convert]'") from None
     if not source.is_file():
         raise ConversionError(f"there is no file {source}")
     try:
-        return meshio.read(source)
+        if source.suffix.lower() in NASTRAN:
+            return _nastran.read(source, meshlane), []
+        if source.suffix.lower() == ".inp":
+            deck = Deck(source)
+            return meshlane.read(io.StringIO("\n".join(deck.lines) + "\n"), "abaqus"), deck.ignored
+        return meshlane.read(source), []
     except (Exception, SystemExit) as error:
-        # meshio ends the process where it knows no format, and its readers raise anything.
-        reason = str(error) if not isinstance(error, SystemExit) and str(error) else "meshio cannot read it"
-        raise ConversionError(f"{source}: {type(error).__name__}: {reason}") from error
+        # meshlane ends the process where it knows no format, and its readers raise anything.
+        reason = str(error) if not isinstance(error, SystemExit) and str(error) else "meshlane cannot read it"
+        kind = "" if isinstance(error, (DeckError, BulkError)) else f"{type(error).__name__}: "
+        raise ConversionError(f"{source}: {kind}{reason}") from error
 
 
-def _library() -> Any:
-    """meshio, or the fork of it that is kept."""
-    for name in ("meshio", "meshlane"):
-        try:
-            return importlib.import_module(name)
-        except ImportError:
-            continue
-    raise ConversionError("reading meshes needs meshio: pip install 'contact3d-pipe[convert]'")
+def _split(body: Tetrahedra, angle: float) -> None:
+    """Names the parts of the boundary that have no name."""
+    sides = body.cells[:, SIDES].reshape(-1, 3)
+    boundary = _boundary(body.cells)
+    free = np.array([side for side in sides if (key := frozenset(map(int, side))) in boundary and key not in body.faces])
+    if not len(free):
+        return
+    taken = set(body.faces.values())
+    numbers = (f"face_{n}" for n in itertools.count(1) if f"face_{n}" not in taken)
+    for members, name in zip(_shapes.split(body.points, free, angle), numbers, strict=False):
+        body.faces.update(dict.fromkeys((frozenset(map(int, side)) for side in free[members]), name))
+        body.shapes[name] = _shapes.describe(body.points, free[members])
 
 
 def _tetrahedra(mesh: Any, source: Path, cut: bool) -> tuple[np.ndarray, list[tuple[int, int]]]:
@@ -227,36 +259,47 @@ NamedSet = tuple[str, list[tuple[int, int]], list[np.ndarray], list[int]]
 
 def _sets(mesh: Any, source: Path) -> Iterator[NamedSet]:
     """The sets of a mesh, however its format tells them."""
+    if source.suffix.lower() == ".inp":
+        try:
+            for name, sides in surfaces(mesh):
+                yield name, [], sides, []
+        except DeckError as error:
+            raise ConversionError(f"{source}: {error}") from error
     for name, members in mesh.cell_sets.items():
         if name in NO_SETS:
             continue
         yield _of_cells(mesh, name, [[] if block is None else block for block in members])
     for name, nodes in mesh.point_sets.items():
         yield name, [], [], [int(n) for n in nodes]
-    for names, data, of_nodes in _tags(mesh):
+    for names, data, of_nodes, prefix in _tags(mesh):
         for tag in sorted({int(tag) for block in data for tag in np.unique(block)}):
-            for name in names.get(tag, []) if names else [str(tag)]:
+            for name in names.get(tag, []) if names else [f"{prefix}{tag}"]:
                 members = [np.flatnonzero(np.asarray(block) == tag) for block in data]
                 yield (name, [], [], [int(n) for n in members[0]]) if of_nodes else _of_cells(mesh, name, members)
-    if source.suffix.lower() == ".inp":
-        for name, sides in surfaces(source, mesh):
-            yield name, [], sides, []
 
 
-def _tags(mesh: Any) -> Iterator[tuple[dict[int, list[str]], list[np.ndarray], bool]]:
-    """Numbers of cells and nodes that stand for sets: families of MED with names, others with their number as the name."""
+#: Names of numbers, the numbers, whether they are those of nodes, and what stands before a number that has no name.
+Tags = tuple[dict[int, list[str]], list[np.ndarray], bool, str]
+
+
+def _tags(mesh: Any) -> Iterator[Tags]:
+    """Numbers of cells and nodes that stand for sets: families of MED with names, others with their number as the name.
+
+    Where several arrays have numbers, the name of the array stands before: ``material=1``.
+    """
     families = {"cell_tags": getattr(mesh, "cell_tags", {}), "point_tags": getattr(mesh, "point_tags", {})}
-    for name, data in mesh.cell_data.items():
-        if all(np.asarray(block).dtype.kind in "iu" and np.ndim(block) == 1 for block in data) and name not in NO_SETS:
-            if name == "gmsh:physical":
-                yield from _physical(mesh, data)
-            else:
-                yield families.get(name) or {}, data, False
+    arrays = {name: data for name, data in mesh.cell_data.items() if name not in NO_SETS
+              and all(np.asarray(block).dtype.kind in "iu" and np.ndim(block) == 1 for block in data)}
+    for name, data in arrays.items():
+        if name == "gmsh:physical":
+            yield from _physical(mesh, data)
+        else:
+            yield families.get(name) or {}, data, False, f"{name}=" if len(arrays) > 1 else ""
     if "point_tags" in mesh.point_data:
-        yield families["point_tags"], [mesh.point_data["point_tags"]], True
+        yield families["point_tags"], [mesh.point_data["point_tags"]], True, ""
 
 
-def _physical(mesh: Any, data: list[np.ndarray]) -> Iterator[tuple[dict[int, list[str]], list[np.ndarray], bool]]:
+def _physical(mesh: Any, data: list[np.ndarray]) -> Iterator[Tags]:
     """Physical surfaces, then volumes: their numbers are apart, and those without a name have their number as the name."""
     for dimension in (2, 3):
         own = [(block.type in SURFACES) == (dimension == 2) for block in mesh.cells]
@@ -264,7 +307,7 @@ def _physical(mesh: Any, data: list[np.ndarray]) -> Iterator[tuple[dict[int, lis
         names = {int(tag): [str(tag)] for block in tags for tag in np.unique(block) if tag > 0}
         names.update({int(tag): [key] for key, (tag, of) in mesh.field_data.items() if of == dimension})
         if names:
-            yield names, tags, False
+            yield names, tags, False, ""
 
 
 def _of_cells(mesh: Any, name: str, members: list[Any]) -> NamedSet:
@@ -322,13 +365,15 @@ def _oriented(body: Tetrahedra) -> Iterator[list[int]]:
 def main(arguments: list[str] | None = None) -> int:
     """The command line; exit code 2 for a mesh that cannot be used."""
     parser = argparse.ArgumentParser(prog="python -m contact3d.convert", description=__doc__.splitlines()[0])
-    parser.add_argument("source", type=Path, help="a mesh of Abaqus, MED, Nastran, VTK or another format of meshio")
+    parser.add_argument("source", type=Path, help="a mesh of Abaqus, MED, Nastran, VTK or another format of meshlane")
     parser.add_argument("target", type=Path, help="the Gmsh file, NAME.msh")
     parser.add_argument("--cut", action="store_true", help="cut hexahedra, prisms and pyramids into tetrahedra")
-    parser.add_argument("--sets", nargs="+", metavar="NAME", help="the sets that become names; all by default")
+    parser.add_argument("--sets", nargs="+", metavar="NAME", help="the sets or arrays of cells that become names; all by default")
+    parser.add_argument("--angle", type=float, help="split what has no name into faces at edges above this angle in degrees; "
+                        "by default 30 if there are no faces")
     given = parser.parse_args(arguments)
     try:
-        print(convert(given.source, given.target, sets=given.sets, cut=given.cut))
+        print(convert(given.source, given.target, sets=given.sets, cut=given.cut, angle=given.angle))
     except (ConversionError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2

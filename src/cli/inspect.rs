@@ -50,6 +50,17 @@ pub(super) fn inspect(arguments: &InspectArguments, output: &Output) -> Result<E
         || report::mesh::json(&mesh, &files),
         || report::mesh::text(&mesh),
     );
+    if mesh.faces.iter().all(|face| face.name == "unnamed") {
+        let (mesh, named) = (&arguments.mesh, arguments.mesh.with_extension("named.msh"));
+        say(
+            output,
+            &format!(
+                "no face has a name; to name them by their edges: python -m contact3d.convert {} {}",
+                mesh.display(),
+                named.display()
+            ),
+        );
+    }
     for file in files {
         say(output, &format!("figure    {}", file.display()));
     }
@@ -105,7 +116,7 @@ fn scene_for(mesh: &MeshInspection, arguments: &InspectArguments) -> String {
     let lowest = facing(mesh, -1.0);
     let name = |face: Option<&FaceInspection>| face.map_or_else(String::new, |f| f.name.clone());
     let [low, high] = mesh.bounds;
-    let extent = [0, 1, 2].map(|c| six_digits(high[c] - low[c], 0.0));
+    let extent = [0, 1, 2].map(|c| six_digits(high[c] - low[c]));
     let size = low
         .iter()
         .chain(&high)

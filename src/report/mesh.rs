@@ -30,11 +30,8 @@ pub fn json(mesh: &MeshInspection, pictures: &[PathBuf]) -> Value {
     json!(all)
 }
 
-/// A length with six digits; zero where it is rounding beside some size.
-pub fn six_digits(length: f64, size: f64) -> String {
-    if length.abs() <= 1e-12 * size {
-        return "0".to_owned();
-    }
+/// A length with six digits.
+pub fn six_digits(length: f64) -> String {
     let rounded: f64 = format!("{length:.5e}").parse().unwrap_or(length);
     rounded.to_string()
 }
@@ -47,8 +44,11 @@ fn whole(mesh: &MeshInspection) -> Figures {
     figures.plain("n_tetrahedra", "tetrahedra", mesh.n_tetrahedra);
     figures.plain("n_nodes", "nodes", mesh.n_nodes);
     let [low, high] = mesh.bounds;
-    let size = low.iter().chain(&high).fold(0.0, |most: f64, x| most.max(x.abs()));
-    let shown = |corner: [f64; 3]| Some(corner.map(|x| six_digits(x, size)).join(", "));
+    let extent = low.iter().zip(&high).fold(0.0, |most: f64, (low, high)| most.max(high - low));
+    // Six digits of the extent, however far from the origin the body is.
+    let decimals = (5.0 - extent.log10().floor()).clamp(0.0, 15.0) as usize;
+    let rounded = |x: f64| -> f64 { format!("{x:.decimals$}").parse().unwrap_or(x) + 0.0 };
+    let shown = |corner: [f64; 3]| Some(corner.map(|x| rounded(x).to_string()).join(", "));
     figures.described("bounds_min", "smallest x, y, z", shown(low), low);
     figures.described("bounds_max", "largest x, y, z", shown(high), high);
     figures.number("volume", "volume", Scientific(6), mesh.quality.total_volume);

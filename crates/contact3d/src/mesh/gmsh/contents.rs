@@ -138,12 +138,16 @@ impl Contents {
         groups: [i64; 2],
     ) -> GmshFlaw {
         let (dimension, kind, help) = if K == 4 {
-            (3, "volume", "take the volume out of one of the two groups")
+            (
+                3,
+                "volume",
+                "take the volume out of one of the two groups, or choose groups: python -m contact3d.convert mesh.msh part.msh --sets NAME ...",
+            )
         } else {
             (
                 2,
                 "surface",
-                "take the surface out of one of the two groups",
+                "take the surface out of one of the two groups, or choose groups: python -m contact3d.convert mesh.msh part.msh --sets NAME ...",
             )
         };
         let [first, second] = groups.map(|group| self.group_name(dimension, group));
@@ -221,9 +225,9 @@ fn unused_elements(code: i64, place: FilePosition) -> GmshFlaw {
     };
     GmshFlaw::new(
         place,
-        "linear tetrahedra and triangles",
+        "linear or quadratic tetrahedra and triangles",
         format!("{name} (element type {code})"),
-        "only linear tetrahedra are used: mesh without Recombine and save with gmsh part.geo -3 -order 1",
+        "linear and quadratic tetrahedra are used: mesh without Recombine and save with gmsh part.geo -3 -order 1 or -order 2; python -m contact3d.convert mesh.msh part.msh --cut makes tetrahedra of other linear cells",
     )
 }
 

@@ -68,10 +68,24 @@ pub(super) fn surfaces(
                 "none among its {} (triangle {} is the first)",
                 surface.triangles, surface.first.tag
             ),
-            "the surface lies inside the body or off it; name an outer surface, and check that its volume is in a physical group",
+            "the surface lies inside the body or off it; name an outer surface, and check that its volume is in a physical group, or choose groups: python -m contact3d.convert mesh.msh part.msh --sets NAME ...",
         );
         let name = contents.group_name(2, group);
         return Err(flaw.of(format!("physical surface {name:?}")));
+    }
+    let is_grouped = |group: Result<Option<i64>, _>| group != Ok(None);
+    let mut tetrahedra = contents.tetrahedra.iter();
+    let named_group = contents.names.iter().find(|((d, _), _)| *d >= 2);
+    if let Some((_, name)) = named_group
+        && surfaces.is_empty()
+        && !tetrahedra.any(|element| is_grouped(contents.group_of(element)))
+    {
+        return Err(GmshFlaw::new(
+            None,
+            format!("elements in the physical group {name:?}"),
+            "none in any group",
+            "MSH 2.2 with Mesh.SaveAll = 1 loses the groups; save again: gmsh part.geo -3 -format msh41 -o part.msh",
+        ));
     }
     named(contents, 2, &facet_group)
 }

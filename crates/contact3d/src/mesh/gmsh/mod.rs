@@ -37,6 +37,14 @@ pub enum GmshError {
         path: PathBuf,
         source: std::io::Error,
     },
+    /// The mesh of another program.
+    #[error("{}: expected a Gmsh file, found another format", path.display())]
+    #[diagnostic(help(
+        "pip install 'contact3d-pipe[convert]', then: python -m contact3d.convert {} {}",
+        path.display(),
+        path.with_extension("msh").display()
+    ))]
+    OtherFormat { path: PathBuf },
     /// The file is not the one the scene means.
     #[error("{}: expected the blake3 digest {expected}, found {found}", path.display())]
     #[diagnostic(help(
@@ -80,6 +88,10 @@ pub(super) fn read(file: &GmshFile, folder: &Path) -> Result<RawMesh, GmshError>
                 found: found.to_string(),
             });
         }
+    }
+    let is_msh = path.extension().is_some_and(|extension| extension == "msh");
+    if !is_msh && !bytes.starts_with(b"$MeshFormat") {
+        return Err(GmshError::OtherFormat { path });
     }
     let mut mesh = parse(&bytes).map_err(|flaw| GmshError::InFile {
         path,

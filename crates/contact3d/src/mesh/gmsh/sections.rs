@@ -17,9 +17,11 @@ pub(super) fn read(bytes: &[u8]) -> Result<Contents, GmshFlaw> {
     };
     let mut entities = None;
     let mut missing = vec!["Nodes", "Elements"];
+    let mut has_parameters = false;
     while let Some(section) = begin_section(&mut scanner)? {
         let n_missing = missing.len();
         missing.retain(|known| *known != section);
+        has_parameters |= section == "ParametricNodes";
         if ["Nodes", "Elements"].contains(&&*section) && missing.len() == n_missing {
             return Err(GmshFlaw::new(
                 scanner.place(),
@@ -52,7 +54,11 @@ pub(super) fn read(bytes: &[u8]) -> Result<Contents, GmshFlaw> {
             None,
             format!("a section ${section}"),
             "none",
-            "the file is cut off or not an MSH file with nodes and elements",
+            if has_parameters {
+                "$ParametricNodes are not read; save again with gmsh part.geo -3 -setnumber Mesh.SaveParametric 0"
+            } else {
+                "the file is cut off or not an MSH file with nodes and elements"
+            },
         )),
     }
 }

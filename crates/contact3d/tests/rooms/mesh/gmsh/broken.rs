@@ -84,6 +84,28 @@ fn broken_headers_are_refused() {
                 &[("$Nodes", "$nodes"), ("$EndNodes", "$Endnodes")],
                 &["expected a section $Nodes, found none"],
             ),
+            (
+                &[
+                    ("$Nodes", "$ParametricNodes"),
+                    ("$EndNodes", "$EndParametricNodes"),
+                ],
+                &[
+                    "expected a section $Nodes, found none",
+                    "Mesh.SaveParametric 0",
+                ],
+            ),
+            // As Mesh.SaveAll = 1 writes them.
+            (
+                &[
+                    ("2 1 1 1 30 50", "2 0 1 1 30 50"),
+                    ("2 2 1 1 4 30", "2 0 1 1 4 30"),
+                    ("2 7 1 1", "2 0 1 1"),
+                ],
+                &[
+                    "elements in the physical group \"bottom\", found none in any group",
+                    "Mesh.SaveAll = 1",
+                ],
+            ),
             (&[("$Elements", "$Other")], &["damaged or not an MSH file"]),
             (
                 &[("$EndElements", "$EndElements\n$Nodes\n0\n$EndNodes")],
@@ -212,23 +234,23 @@ fn broken_elements_are_refused() {
             ),
             (
                 &[("2 2 2 1 1 1 30 50", "2 3 2 1 1 1 30 50 4")],
-                &["expected linear tetrahedra and triangles, found quadrangles"],
+                &["expected linear or quadratic tetrahedra and triangles, found quadrangles"],
             ),
             (
                 &[("5 4 2 7", "5 5 2 7")],
                 &[
                     "line 25: ",
-                    "expected linear tetrahedra and triangles, found ",
+                    "expected linear or quadratic tetrahedra and triangles, found ",
                     "(element type 5)",
                 ],
             ),
             (
                 &[("5 4 2 7", "5 5 2 7")],
-                &["expected linear tetrahedra and triangles, found hexahedra"],
+                &["expected linear or quadratic tetrahedra and triangles, found hexahedra"],
             ),
             (
                 &[("5 4 2 7", "5 -4 2 7")],
-                &["expected linear tetrahedra and triangles, found "],
+                &["expected linear or quadratic tetrahedra and triangles, found "],
             ),
             (
                 &[("5 4 2 7", "5 4 99999999999 7")],
@@ -247,7 +269,7 @@ fn broken_elements_are_refused() {
                 &[("3 1 4 2", "3 1 5 2")],
                 &[
                     "line 42: ",
-                    "expected linear tetrahedra and triangles, found ",
+                    "expected linear or quadratic tetrahedra and triangles, found ",
                     "(element type 5)",
                 ],
             ),
