@@ -24,6 +24,8 @@ SHELL_TYPES = {3: "S3", 4: "S4", 6: "STRI65", 8: "S8R", 9: "S9R5"}
 #: Keywords that make or move nodes and elements which the file does not list.
 GENERATED = ("NGEN", "NFILL", "NMAP", "NCOPY", "ELGEN", "ELCOPY", "SYSTEM")
 SIDE = "contact3d side "
+#: Numbers of a generated set; more do not fit into the memory.
+MOST_GENERATED = 10**8
 
 #: Numbers by instance; outside an assembly the instance is empty.
 Members = dict[str, list[int]]
@@ -185,6 +187,8 @@ class Deck:
             parts = [part.strip().strip('"') for part in line.split(",") if part.strip()]
             if "GENERATE" in options:
                 first, last, step = (*map(int, parts), 1)[:3]
+                if last - first > step * MOST_GENERATED:
+                    raise DeckError(f"a set is generated from {first} to {last}; expected at most {MOST_GENERATED} numbers")
                 members.setdefault(instance, []).extend(range(first, last + 1, step))
                 continue
             for part in parts:
