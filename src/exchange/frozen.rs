@@ -112,8 +112,7 @@ impl FrozenProblem {
             .collect();
         let system = ContactSystem {
             coupling,
-            form: OperatorForm::Implicit(Vec::new()),
-            balance: None,
+            form: OperatorForm::implicit(Vec::new()),
         };
         let nothing = vec![0.0; primal.dofs.n_free];
         let closing = system.gap_residual(&nothing, &primal.dofs, surface, interface);

@@ -232,21 +232,17 @@ fn read_contact(reader: &Reader) -> Result<Option<ContactSystem>, FormatError> {
         slip_free: Vec::new(),
     });
     let form = match read_dense(reader, DUAL_OPERATOR, DUAL_OPERATOR_SINGLE)? {
-        None => OperatorForm::Implicit(Vec::new()),
+        None => OperatorForm::implicit(Vec::new()),
         Some(operator) => OperatorForm::Explicit(ExplicitDual {
             anchor: None,
             operator: Arc::new(operator),
             rhs: Vec::new(),
             layout: coupling.layout,
             compliance,
-            balance: None,
+            rigid: None,
         }),
     };
-    Ok(Some(ContactSystem {
-        coupling,
-        form,
-        balance: None,
-    }))
+    Ok(Some(ContactSystem { coupling, form }))
 }
 
 /// A dense matrix under the name of its precision; `None` where neither is there.

@@ -20,7 +20,7 @@ use crate::linalg::{add_combination, add_scaled, dot, largest_eigenvalue};
 /// Programming Algorithms*, Springer 2009, ch. 8, for the augmented Lagrangian with ϱ = ‖A‖.
 pub struct BalancedOperator<'a> {
     base: Box<dyn PrimalOperator + 'a>,
-    balance: &'a RigidEquilibrium,
+    rigid: &'a RigidEquilibrium,
     /// h + G D⁻¹e.
     supported_rhs: Vec<f64>,
     /// Orthonormal columns that span the range of G of the free motions, `[n_free][n_multipliers]`.
@@ -42,9 +42,9 @@ pub struct BalancedOperator<'a> {
 impl<'a> BalancedOperator<'a> {
     /// Projects an operator; some tens of applications for ‖P S P‖.
     #[must_use]
-    pub fn new(base: Box<dyn PrimalOperator + 'a>, balance: &'a RigidEquilibrium) -> Self {
-        let n_supported = balance.coupling.n_supported();
-        let integrals = &balance.coupling.integrals[n_supported..];
+    pub fn new(base: Box<dyn PrimalOperator + 'a>, rigid: &'a RigidEquilibrium) -> Self {
+        let n_supported = rigid.coupling.n_supported();
+        let integrals = &rigid.coupling.integrals[n_supported..];
         let n = integrals.len();
         let g = DMatrix::from_fn(base.dimension(), n, |j, p| integrals[p][j]);
         let qr = g.qr();
@@ -52,15 +52,15 @@ impl<'a> BalancedOperator<'a> {
         let range: Vec<Vec<f64>> = (0..n)
             .map(|p| q.column(p).iter().copied().collect())
             .collect();
-        let resultant = DVector::from_row_slice(&balance.resultant[n_supported..]);
+        let resultant = DVector::from_row_slice(&rigid.resultant[n_supported..]);
         let mut supported_rhs = base.rhs().to_vec();
-        for (g, e, support) in resisted(balance) {
+        for (g, e, support) in resisted(rigid) {
             add_scaled(&mut supported_rhs, e / support, g);
         }
         let wanted = solved(triangle.transpose(), resultant);
         let mut operator = Self {
             base,
-            balance,
+            rigid,
             supported_rhs,
             range,
             triangle,
@@ -87,7 +87,7 @@ impl<'a> BalancedOperator<'a> {
     /// (S + G D⁻¹Gᵀ) λ.
     fn supported(&mut self, multiplier: &[f64]) -> Vec<f64> {
         let mut product = self.base.apply(multiplier);
-        for (g, _, support) in resisted(self.balance) {
+        for (g, _, support) in resisted(self.rigid) {
             add_scaled(&mut product, dot(g, multiplier) / support, g);
         }
         product
@@ -126,21 +126,21 @@ impl<'a> BalancedOperator<'a> {
 
     /// Gᵀλ = e.
     pub(crate) fn balance(&self) -> &RigidEquilibrium {
-        self.balance
+        self.rigid
     }
 
     /// The rigid motions α in m that belong to a multiplier.
     pub fn motion(&mut self, multiplier: &[f64]) -> Vec<f64> {
         let moved = &self.shift.clone() + self.gradient_in_range(multiplier);
         let free = solved(self.triangle.clone(), moved);
-        let resisted = resisted(self.balance);
+        let resisted = resisted(self.rigid);
         let resisted = resisted.map(|(g, e, support)| (e - dot(g, multiplier)) / support);
         resisted.chain(free.iter().copied()).collect()
     }
 
     /// Takes the motions α for those of a multiplier.
     pub fn set_motion(&mut self, multiplier: &[f64], motion: &[f64]) {
-        let free = &motion[self.balance.coupling.n_supported()..];
+        let free = &motion[self.rigid.coupling.n_supported()..];
         let moved = &self.triangle * DVector::from_row_slice(free);
         let gradient = self.gradient_in_range(multiplier);
         self.shift_to(moved - gradient);
@@ -151,7 +151,7 @@ impl<'a> BalancedOperator<'a> {
     #[must_use]
     pub fn balanced_start(&self) -> Vec<f64> {
         let mut start = self.in_range(&self.wanted);
-        let (normal, _) = self.balance.coupling.layout.split_mut(&mut start);
+        let (normal, _) = self.rigid.coupling.layout.split_mut(&mut start);
         normal.iter_mut().for_each(|l| *l = l.max(0.0));
         start
     }
@@ -194,14 +194,14 @@ impl PrimalOperator for BalancedOperator<'_> {
     fn to_primal(&mut self, multiplier: &[f64]) -> Vec<f64> {
         let motion = self.motion(multiplier);
         let mut displacement = self.base.to_primal(multiplier);
-        self.balance.coupling.add_motion(&motion, &mut displacement);
+        self.rigid.coupling.add_motion(&motion, &mut displacement);
         displacement
     }
 
     fn tangential_displacement(&mut self, multiplier: &[f64]) -> Option<Vec<[f64; 2]>> {
         let mut slip = self.base.tangential_displacement(multiplier)?;
         let motion = self.motion(multiplier);
-        self.balance.coupling.add_slip(&motion, &mut slip);
+        self.rigid.coupling.add_slip(&motion, &mut slip);
         Some(slip)
     }
 }

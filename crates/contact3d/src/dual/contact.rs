@@ -15,20 +15,31 @@ use crate::{
 pub struct ContactSystem {
     /// Coupling B, in m².
     pub coupling: Coupling,
-    /// h, and S where it is dense.
+    /// h, S where it is dense, and the equilibrium of rigid-body motions.
     pub form: OperatorForm,
-    /// What else holds where the body floats, for the loads of a solve (`Self::balanced`).
-    pub balance: Option<RigidEquilibrium>,
 }
 
 /// How S is held; either form holds h = B A⁻¹ l with the gap's integral subtracted from the normal
 /// part and that of where a step of a load history begins from the tangential one, `[n_multipliers]`, in m³.
 #[derive(Debug, Clone, PartialEq)]
 pub enum OperatorForm {
-    /// S is applied through the factor; h alone.
-    Implicit(Vec<f64>),
-    /// S and h as dense arrays, and the contact compliance where friction follows the slip.
+    /// S is applied through the factor.
+    Implicit {
+        /// h.
+        rhs: Vec<f64>,
+        /// What else holds where the body floats, for the loads of a solve ([`ContactSystem::balanced`]).
+        rigid: Option<RigidEquilibrium>,
+    },
+    /// S and h as dense arrays, the same of rigid-body motions, and the contact compliance where friction follows the slip.
     Explicit(ExplicitDual),
+}
+
+impl OperatorForm {
+    /// S is applied through the factor, beside h alone.
+    #[must_use]
+    pub fn implicit(rhs: Vec<f64>) -> Self {
+        Self::Implicit { rhs, rigid: None }
+    }
 }
 
 impl ContactSystem {
@@ -42,8 +53,7 @@ impl ContactSystem {
     ) -> Self {
         let mut contact = Self {
             coupling,
-            form: OperatorForm::Implicit(Vec::new()),
-            balance: None,
+            form: OperatorForm::implicit(Vec::new()),
         };
         contact.apply_loads(unconstrained, dofs, surface, interface);
         contact
@@ -58,34 +68,49 @@ impl ContactSystem {
         surface: &ContactSurface,
         interface: &Interface,
     ) -> Option<Self> {
-        let mut balance = RigidEquilibrium::new(assembly, &self.coupling, surface, interface)?;
+        let mut rigid = RigidEquilibrium::new(assembly, &self.coupling, surface, interface)?;
         let mut distances = self.distances(&assembly.primal.dofs, surface, interface);
         distances.resize(self.layout().n_multipliers(), 0.0);
         // Coefficients that follow the slip read it from displacements, which have to be whole.
         if distances.iter().any(|d| *d != 0.0) && !interface.follows_slip() {
-            balance = balance.about_closed_gap(&distances, &surface.pane_area);
+            rigid = rigid.about_closed_gap(&distances, &surface.pane_area);
         }
-        Some(self.with_balance(balance, assembly))
-    }
-
-    fn with_balance(&self, balance: RigidEquilibrium, assembly: &Assembly) -> Self {
-        let mut balanced = self.clone();
-        if let Some(reference) = &balance.reference {
+        let rhs = rigid.reference.as_ref().map(|reference| {
             let mut rhs = self.coupling.integrate(&assembly.unconstrained());
             add_scaled(&mut rhs, -1.0, &reference.distances);
-            balanced.set_dual_rhs(rhs);
+            rhs
+        });
+        let rhs = rhs.unwrap_or_else(|| self.dual_rhs().to_vec());
+        let form = match &self.form {
+            OperatorForm::Implicit { .. } => OperatorForm::Implicit {
+                rhs,
+                rigid: Some(rigid),
+            },
+            OperatorForm::Explicit(dual) => OperatorForm::Explicit(ExplicitDual {
+                rhs,
+                rigid: Some(rigid),
+                ..dual.clone()
+            }),
+        };
+        Some(Self {
+            coupling: self.coupling.clone(),
+            form,
+        })
+    }
+
+    /// The equilibrium of the rigid-body motions of [`Self::balanced`]; `None` where supports hold the body.
+    #[must_use]
+    pub fn rigid(&self) -> Option<&RigidEquilibrium> {
+        match &self.form {
+            OperatorForm::Implicit { rigid, .. } => rigid.as_ref(),
+            OperatorForm::Explicit(dual) => dual.rigid.as_ref(),
         }
-        if let Some(explicit) = balanced.explicit_mut() {
-            explicit.balance = Some(balance.clone());
-        }
-        balanced.balance = Some(balance);
-        balanced
     }
 
     /// Number of unknowns x: the multipliers λ, and the rigid motions α where the body floats.
     #[must_use]
     pub fn n_unknowns(&self) -> usize {
-        self.layout().n_multipliers() + self.balance.as_ref().map_or(0, RigidEquilibrium::n_active)
+        self.layout().n_multipliers() + self.rigid().map_or(0, RigidEquilibrium::n_active)
     }
 
     /// λ and α of x.
@@ -103,7 +128,7 @@ impl ContactSystem {
     #[must_use]
     pub fn dual_rhs(&self) -> &[f64] {
         match &self.form {
-            OperatorForm::Implicit(rhs) => rhs,
+            OperatorForm::Implicit { rhs, .. } => rhs,
             OperatorForm::Explicit(dual) => &dual.rhs,
         }
     }
@@ -111,7 +136,7 @@ impl ContactSystem {
     /// Replaces h.
     pub fn set_dual_rhs(&mut self, next: Vec<f64>) {
         match &mut self.form {
-            OperatorForm::Implicit(rhs) => *rhs = next,
+            OperatorForm::Implicit { rhs, .. } => *rhs = next,
             OperatorForm::Explicit(dual) => dual.rhs = next,
         }
     }
@@ -120,7 +145,7 @@ impl ContactSystem {
     #[must_use]
     pub fn explicit(&self) -> Option<&ExplicitDual> {
         match &self.form {
-            OperatorForm::Implicit(_) => None,
+            OperatorForm::Implicit { .. } => None,
             OperatorForm::Explicit(dual) => Some(dual),
         }
     }
@@ -129,7 +154,7 @@ impl ContactSystem {
     #[must_use]
     pub fn explicit_mut(&mut self) -> Option<&mut ExplicitDual> {
         match &mut self.form {
-            OperatorForm::Implicit(_) => None,
+            OperatorForm::Implicit { .. } => None,
             OperatorForm::Explicit(dual) => Some(dual),
         }
     }
@@ -149,7 +174,7 @@ impl ContactSystem {
 
     /// Drops a dense S: it is applied through the factor from now on.
     pub fn make_implicit(&mut self) {
-        self.form = OperatorForm::Implicit(self.dual_rhs().to_vec());
+        self.form = OperatorForm::implicit(self.dual_rhs().to_vec());
     }
 
     /// Recomputes h from the displacement A⁻¹l in m of the body without contact, and from the gap.
@@ -189,14 +214,14 @@ impl ContactSystem {
         surface: &ContactSurface,
         interface: &Interface,
     ) -> Vec<f64> {
-        let reference = self.balance.as_ref().and_then(|it| it.reference.as_ref());
+        let reference = self.rigid().and_then(|it| it.reference.as_ref());
         let mut distances = match reference {
             Some(reference) => reference.distances.clone(),
             None => self.distances(dofs, surface, interface),
         };
         let n = self.coupling.n_multipliers();
         distances.resize(n, 0.0);
-        if let Some(balance) = &self.balance {
+        if let Some(balance) = self.rigid() {
             let moved = balance.coupling.integrals_of(self.parts(unknowns).1, n);
             add_scaled(&mut distances, -1.0, &moved);
         }
@@ -232,7 +257,7 @@ impl ContactSystem {
 
     /// Adds (R + Y) α of a body that floats.
     pub(crate) fn add_motion(&self, motion: &[f64], displacement: &mut [f64]) {
-        if let Some(balance) = &self.balance {
+        if let Some(balance) = self.rigid() {
             balance.coupling.add_motion(motion, displacement);
         }
     }

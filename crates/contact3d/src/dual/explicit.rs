@@ -36,7 +36,7 @@ pub struct ExplicitDual {
     pub compliance: Option<ContactCompliance>,
     /// What else holds where the body floats or its supports are weak: its unknowns x are then (λ, α), r = S λ − G α − h and
     /// Gᵀλ + D α = e; `None` where supports hold it, and x = λ.
-    pub balance: Option<RigidEquilibrium>,
+    pub rigid: Option<RigidEquilibrium>,
 }
 
 impl ExplicitDual {
@@ -72,7 +72,7 @@ impl ExplicitDual {
             anchor: None,
             layout: coupling.layout,
             compliance: None,
-            balance: None,
+            rigid: None,
         }
     }
 
@@ -113,7 +113,7 @@ impl ExplicitDual {
             anchor: Some(multiplier.to_vec()),
             layout: self.layout,
             compliance: self.compliance.clone(),
-            balance: self.balance.as_ref().map(|it| it.about(stresses, motion)),
+            rigid: self.rigid.as_ref().map(|it| it.about(stresses, motion)),
         };
         anchored.apply_loads(displacement, surface, frame, dofs);
         anchored
@@ -128,7 +128,7 @@ impl ExplicitDual {
         let mut rhs = self.apply(self.multipliers(anchor));
         add_scaled(&mut rhs, 1.0, &self.rhs);
         let motion = self.motion(anchor);
-        if let Some(balance) = &self.balance {
+        if let Some(balance) = &self.rigid {
             let moved = balance.coupling.integrals_of(motion, rhs.len());
             add_scaled(&mut rhs, -1.0, &moved);
         }
@@ -144,13 +144,13 @@ impl ExplicitDual {
                 slip_free,
             }
         });
-        let balance = self.balance.as_ref();
+        let balance = self.rigid.as_ref();
         let balance = balance.map(|it| it.absolute(self.multipliers(anchor), motion));
         Self {
             rhs,
             anchor: None,
             compliance,
-            balance,
+            rigid: balance,
             ..self
         }
     }
@@ -201,14 +201,14 @@ impl ExplicitDual {
     /// Number of unknowns x: the multipliers, and the rigid motions where the body floats.
     #[must_use]
     pub fn n_unknowns(&self) -> usize {
-        self.dimension() + self.balance.as_ref().map_or(0, RigidEquilibrium::n_active)
+        self.dimension() + self.rigid.as_ref().map_or(0, RigidEquilibrium::n_active)
     }
 
     /// The same with the force −k (α − α₀) on each rigid motion, for k in N/m and α₀ in m beside the anchor, `[n_active]`.
     pub(crate) fn with_proximal_term(&self, stiffness: &[f64], centre: &[f64]) -> Self {
-        let balance = self.balance.as_ref();
+        let balance = self.rigid.as_ref();
         Self {
-            balance: balance.map(|it| it.with_proximal_term(stiffness, centre)),
+            rigid: balance.map(|it| it.with_proximal_term(stiffness, centre)),
             ..self.clone()
         }
     }
@@ -237,14 +237,14 @@ impl ExplicitDual {
         let x = &self.beyond_anchor(unknowns);
         let multiplier = self.multipliers(x);
         let mut gradient = self.apply(multiplier);
-        if let Some(balance) = &self.balance {
+        if let Some(balance) = &self.rigid {
             let moved = balance
                 .coupling
                 .integrals_of(self.motion(x), gradient.len());
             add_scaled(&mut gradient, -1.0, &moved);
         }
         add_scaled(&mut gradient, -1.0, &self.rhs);
-        if let Some(balance) = &self.balance {
+        if let Some(balance) = &self.rigid {
             gradient.extend(balance.equilibrium_residual(multiplier, self.motion(x)));
         }
         gradient
@@ -271,7 +271,7 @@ impl ExplicitDual {
     }
 
     fn add_rigid_slip(&self, motion: &[f64], slip: &mut [[f64; 2]]) {
-        if let Some(balance) = &self.balance {
+        if let Some(balance) = &self.rigid {
             balance.coupling.add_slip(motion, slip);
         }
     }

@@ -144,7 +144,7 @@ impl LocalStiffness {
 /// balances the load, (GᵀK G + D) α = e − GᵀK h, as far as K and the supports resist the motions.
 fn balanced(dual: &ExplicitDual, solve: impl Fn(&[f64]) -> Vec<f64>) -> Vec<f64> {
     let mut multiplier = solve(&dual.rhs);
-    let Some(balance) = &dual.balance else {
+    let Some(balance) = &dual.rigid else {
         return multiplier;
     };
     let n = balance.n_active();

@@ -52,16 +52,18 @@ impl DualSystem {
     /// # Errors
     /// [`AssemblyError`] when A has no Cholesky factor, a formula of the scene has no value, or a number overflows.
     pub fn new(scene: &Scene, mesh: &Mesh) -> Result<Self, AssemblyError> {
-        Self::assembled(scene, mesh, &Assembling::default())
+        let interface = Interface::new(scene, mesh).map_err(AssemblyError::Scene)?;
+        Self::assembled(scene, mesh, interface.as_ref(), &Assembling::default())
     }
 
-    /// As [`Self::new`], as [`Assembling`] says. Where the choice is free and the dense operator does not fit, it is not formed.
+    /// As [`Self::new`], with the frame, the gap and the laws of the contact face as they were read from the scene, and as [`Assembling`] says. Where the choice is free and the dense operator does not fit, it is not formed.
     ///
     /// # Errors
     /// As [`Self::new`], and what `admit` refuses.
     pub fn assembled(
         scene: &Scene,
         mesh: &Mesh,
+        interface: Option<&Interface>,
         assembling: &Assembling<'_>,
     ) -> Result<Self, AssemblyError> {
         let Assembling {
@@ -69,9 +71,8 @@ impl DualSystem {
             begun,
             engine,
         } = *assembling;
-        let interface = Interface::new(scene, mesh).map_err(AssemblyError::Scene)?;
         let analysed = Analysed::new(scene, mesh, admit)?;
-        let face = interface.as_ref().zip(mesh.contact.as_ref());
+        let face = interface.zip(mesh.contact.as_ref());
         let coupling =
             face.map(|(interface, surface)| interface.coupling(surface, &analysed.primal.dofs));
         let dense = coupling

@@ -9,8 +9,8 @@ use crate::{
     post::{ContactReport, EstimatedErrors, Rounding, Solved},
     scene::{InvalidValue, Scene, SolveSettings},
     solver::{
-        ContactState, FrictionState, NeedsExplicit, Progress, Solution, Start, coulomb_state,
-        local_mapping, solve,
+        ContactProblem, ContactState, FrictionState, NeedsExplicit, Progress, Solution, Start,
+        coulomb_state, without_contact,
     },
 };
 
@@ -125,31 +125,29 @@ impl AssembledProblem {
         observe: &mut dyn FnMut(Progress<'_>),
     ) -> Result<Solution, ProblemError> {
         self.scene().require_no_history("a solve")?;
-        let mut solution = self.solve_static(settings, start, observe)?;
-        if solution.status.is_solved() {
-            self.linearise(&mut solution);
+        let contact = self.contact_problem();
+        let mut solution = self.solve_static(contact.as_ref(), settings, start, observe)?;
+        if let Some(contact) = contact.filter(|_| solution.status.is_solved()) {
+            contact.linearise(&mut solution);
         }
         Ok(solution)
     }
 
+    /// The contact problem of its loads; `None` without contact.
+    pub(super) fn contact_problem(&self) -> Option<ContactProblem<'_>> {
+        ContactProblem::new(&self.system, self.contact_state()?)
+    }
+
     pub(super) fn solve_static(
         &self,
+        contact: Option<&ContactProblem<'_>>,
         settings: &SolveSettings,
         start: Start<'_>,
         observe: &mut dyn FnMut(Progress<'_>),
     ) -> Result<Solution, NeedsExplicit> {
-        let contact = self.contact_state();
-        solve(&self.system, contact.as_ref(), settings, start, observe)
-    }
-
-    /// Adds how the mapping Ψ behaves at an answer, where it has one.
-    pub(super) fn linearise(&self, solution: &mut Solution) {
-        let Some(contact) = self.contact_state() else {
-            return;
-        };
-        let local = local_mapping(&self.system, &contact, solution);
-        if let Some(friction) = &mut solution.friction {
-            friction.local_mapping = local;
+        match contact {
+            Some(contact) => contact.solve(settings, start, observe),
+            None => Ok(without_contact(&self.system)),
         }
     }
 

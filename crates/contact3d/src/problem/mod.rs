@@ -149,7 +149,7 @@ impl Problem {
         storage: &mut dyn RunStorage,
     ) -> Result<AssembledProblem, ProblemError> {
         let system = storage::assembled_by(storage, |assembling| {
-            DualSystem::assembled(&self.scene, &self.mesh, assembling)
+            DualSystem::assembled(&self.scene, &self.mesh, self.interface.as_ref(), assembling)
         })?;
         Ok(AssembledProblem {
             problem: self,

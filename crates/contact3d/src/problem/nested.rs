@@ -16,7 +16,7 @@ use crate::{
 const DENSE: usize = 1_500;
 
 impl AssembledProblem {
-    /// Multipliers in Pa to start from; `None` where S is dense, the body floats or is no brick, or the coarser problem has no answer.
+    /// Multipliers in Pa to start from; `None` where S is dense, the body is no brick, or the coarser problem has no answer.
     pub(super) fn nested_start(
         &self,
         settings: &SolveSettings,
@@ -25,11 +25,7 @@ impl AssembledProblem {
         let dual = self.system.contact.as_ref()?;
         let has_friction = self.problem.interface()?.has_friction();
         let needs_start = dual.explicit().is_none() && settings.method == Method::Auto;
-        if !needs_start
-            || !has_friction
-            || dual.balance.is_some()
-            || dual.layout().n_multipliers() <= DENSE
-        {
+        if !needs_start || !has_friction || dual.layout().n_multipliers() <= DENSE {
             return None;
         }
         let mut scene = self.scene().clone();

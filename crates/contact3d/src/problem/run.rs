@@ -115,15 +115,15 @@ impl AssembledProblem {
             multiplier: start.multiplier.or(nested.as_deref()),
             ..start
         };
-        let mut solution = self.solve_static(settings, start, &mut |progress| match (
-            progress, increment,
-        ) {
+        let contact = self.contact_problem();
+        let mut observe = |progress: Progress<'_>| match (progress, increment) {
             (Progress::Between(state), None) => storage.checkpoint(Checkpoint::Solve(state)),
             (Progress::Between(_), Some(_)) => {}
             (Progress::Outer(..) | Progress::Newton(..), _) => {
                 storage.observe(RunStep::Solving(increment, progress));
             }
-        })?;
+        };
+        let mut solution = self.solve_static(contact.as_ref(), settings, start, &mut observe)?;
         let claimed = (solution.status, solution.accuracy);
         let mut report = self.evaluated(&solution, errors)?;
         if let Some(failure) = self.system.assembly.factor.failure() {
@@ -140,8 +140,8 @@ impl AssembledProblem {
                 report.classify(&mut solution);
             }
         }
-        if claimed.0.is_solved() {
-            self.linearise(&mut solution);
+        if let Some(contact) = contact.filter(|_| claimed.0.is_solved()) {
+            contact.linearise(&mut solution);
         }
         Ok((solution, report))
     }

@@ -10,7 +10,7 @@
 //! adjoint's multiplier, and z moves the face as Q_λ says.
 
 use super::{
-    ContactBody, ContactState, Ellipse, NaturalMap, Solution,
+    ContactBody, ContactProblem, ContactState, Ellipse, NaturalMap, Solution,
     accuracy::{GMRES_MAX_APPLICATIONS, GMRES_TOLERANCE},
     conditions::{Bound, Conditions, Evaluation},
     two_levels::{PaneLevels, TwoLevels},
@@ -65,7 +65,7 @@ impl Adjoints {
         functionals: &[LinearFunctional],
     ) -> Option<Self> {
         let assembly = &system.assembly;
-        let (Some(face), Some(dual)) = (face, &system.contact) else {
+        let Some(problem) = face.and_then(|face| ContactProblem::new(system, *face)) else {
             let forces: Vec<Vec<f64>> = functionals
                 .iter()
                 .map(|it| it.by_displacement.clone())
@@ -81,15 +81,9 @@ impl Adjoints {
             let of = of.collect();
             return Some(Self { of, kinks: 0 });
         };
-        let balanced = dual.balanced(assembly, face.surface, face.interface);
-        let dual = balanced.as_ref().unwrap_or(dual);
-        let laws = face.laws();
+        let (dual, laws, body) = (problem.dual(), problem.laws(), problem.body());
         let set = laws.feasible_set(solution.friction.as_ref().map(|it| &it.coulomb));
-        let bound = Bound::of(&laws, &set);
-        let body = ContactBody {
-            assembly,
-            face: *face,
-        };
+        let bound = Bound::of(laws, &set);
         let known = Some(&solution.trace.local_stiffness)
             .filter(|it| it.len() == dual.layout().n_multipliers());
         let adjoints = |conditions: &Conditions<'_>, at: &Evaluation, rows: Rows<'_>| Self {
@@ -104,7 +98,7 @@ impl Adjoints {
             kinks: at.kinks(),
         };
         let Some(explicit) = dual.explicit() else {
-            if dual.balance.is_some() {
+            if dual.rigid().is_some() {
                 return None;
             }
             let levels = PaneLevels::new(assembly, &dual.coupling, known?);
@@ -220,7 +214,7 @@ impl Linearised<'_> {
         if let Some(moved) = moved {
             add_scaled(&mut rhs, -1.0, &dual.coupling.integrate(moved));
         }
-        if let Some(balance) = &dual.balance {
+        if let Some(balance) = dual.rigid() {
             rhs.extend(balance.coupling.work_of(&functional.by_displacement));
         }
         rhs
@@ -309,7 +303,7 @@ impl Linearised<'_> {
     }
 
     fn adjoint(&self, load: AdjointLoad, mut displacement: Vec<f64>) -> Adjoint {
-        if let Some(balance) = &self.dual.balance {
+        if let Some(balance) = self.dual.rigid() {
             let rows = load.weights.iter().zip(&self.conditions.steplengths);
             let motion: Vec<f64> = rows
                 .skip(load.multiplier.len())

@@ -116,7 +116,7 @@ impl ContactSolve<'_> {
         stiffness: &[f64],
         observe: &mut dyn FnMut(Progress<'_>),
     ) -> Option<Solution> {
-        if self.dual.balance.is_some() || self.start.checkpoint.is_some() {
+        if self.dual.rigid().is_some() || self.start.checkpoint.is_some() {
             return None;
         }
         let (bound, layout) = (Bound::Coulomb(self.laws, law), self.dual.layout());

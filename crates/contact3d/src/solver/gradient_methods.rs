@@ -73,7 +73,6 @@ impl ContactSolve<'_> {
             let corrected = ContactSystem {
                 coupling: self.dual.coupling.clone(),
                 form: OperatorForm::Explicit(exact.dual.absolute()),
-                balance: self.dual.balance.clone(),
             };
             let again = ContactSolve {
                 dual: &corrected,
@@ -160,7 +159,7 @@ impl ContactSolve<'_> {
         let face = (face.surface, face.interface);
         // No law of a convex problem follows the slip, so nothing asks for that of A⁻¹l.
         let mut dual = ExplicitDual::new(assembly, coupling, rhs, &[], face, &Work::default());
-        dual.balance.clone_from(&self.dual.balance);
+        dual.rigid = self.dual.rigid().cloned();
         solution.merged_with(self.by_strategies(&dual, bound, observe))
     }
 

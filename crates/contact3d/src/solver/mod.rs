@@ -46,11 +46,12 @@ pub use newton::{
 };
 pub use newton::{contraction_of_mapping, natural_map::NaturalMap};
 pub use pane_laws::{CoulombState, PaneLaws, coulomb_state};
+pub(crate) use problem::ContactProblem;
 pub use problem::{ContactBody, ContactState};
 pub use problem::{NeedsExplicit, OuterState, Progress, Start};
 pub use solution::{FrictionState, RigidMotions, Trace};
 pub use solution::{NewtonStep, OuterStep, StepCounts};
 pub use solution::{RequestedAccuracy, Solution, SolvedBy, Status};
-pub(crate) use solve::local_mapping;
 pub use solve::solve;
+pub(crate) use solve::without_contact;
 pub use strategy::StartStrategy;

@@ -1,23 +1,102 @@
-//! The algebraic problem: dual operator, laws of the panes, and the body behind them.
-//!
-//! The body behind a contact problem: what its operator and the laws of its panes are made of, and what rounding leaves out of them.
+//! The discrete contact problem: dual operator, laws of the panes, and the body behind them.
 //!
 //! The solvers know matrices, panes and laws; here alone they meet a mesh.
+
+use std::borrow::Cow;
 
 use thiserror::Error;
 
 use super::{
-    NewtonStep, OuterStep, Solution,
+    LocalMapping, NewtonStep, OuterStep, Solution,
     conditions::{Conditions, Evaluation},
 };
 use crate::{
     contact::{Interface, MultiplierLayout},
-    dual::{Assembly, ContactSystem, ExplicitDual},
+    dual::{Assembly, ContactSystem, DualSystem, ExplicitDual},
     linalg::{Doubled, Precision},
     mesh::ContactSurface,
     scene::SolveSettings,
     solver::PaneLaws,
 };
+
+/// The discrete contact problem of a scene and its assembly, made once and borrowed by all that solves or examines it.
+///
+/// With the stiffness A of a body, the loads l and the means B of displacements over panes, u = A⁻¹(l − Bᵀλ) is the displacement under
+/// contact stresses λ = (λ_ν, λ_t). Where only contact or weak springs hold the body, A stands for A_κ, which is invertible, and
+/// rigid-body motions are added, u = A⁻¹(l − Bᵀλ) + R α. With S = B A⁻¹ Bᵀ, h = B A⁻¹ l − gap and G = B R,
+///
+///   r = S λ − G α − h = gap − B u,      Gᵀλ + D α = e,
+///
+/// where D is the stiffness of weak springs in these motions, 0 without, and e the resultant of the loads: the second equation, the
+/// equilibrium of rigid-body motions ([`crate::dual::RigidEquilibrium`]), is there if the motions are.
+///
+/// On each pane λ_ν ≥ 0, r_ν ≥ 0, λ_ν r_ν = 0 (Signorini), and λ_t is the point of the ellipse ‖𝓕⁻¹λ_t‖ ≤ g that does most work against
+/// the slip. Frictionless contact has g = 0; Tresca's law a given g, and then λ minimises ½ λᵀSλ − λᵀh over the ellipses; Coulomb's
+/// law g = λ_ν and 𝓕 = 𝓕(u_t), which is a fixed point of such minimisations. [`super::conditions`] has the natural map R, whose roots
+/// are the solutions.
+pub(crate) struct ContactProblem<'a> {
+    /// S, h and the equilibrium of rigid-body motions.
+    dual: Cow<'a, ContactSystem>,
+    laws: PaneLaws,
+    body: ContactBody<'a>,
+}
+
+impl<'a> ContactProblem<'a> {
+    /// `None` where the assembly has no contact face.
+    pub(crate) fn new(system: &'a DualSystem, face: ContactState<'a>) -> Option<Self> {
+        let (assembly, dual) = (&system.assembly, system.contact.as_ref()?);
+        let balanced = dual.balanced(assembly, face.surface, face.interface);
+        Some(Self {
+            dual: balanced.map_or(Cow::Borrowed(dual), Cow::Owned),
+            laws: face.laws(),
+            body: ContactBody { assembly, face },
+        })
+    }
+
+    pub(super) fn dual(&self) -> &ContactSystem {
+        &self.dual
+    }
+
+    pub(super) fn laws(&self) -> &PaneLaws {
+        &self.laws
+    }
+
+    pub(super) fn body(&self) -> ContactBody<'a> {
+        self.body
+    }
+
+    /// Solves the problem as [`super::solve()`] says; counts of laws and projections go on from an earlier solve.
+    pub(crate) fn solve(
+        &self,
+        settings: &SolveSettings,
+        start: Start<'_>,
+        observe: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<Solution, NeedsExplicit> {
+        let solve = ContactSolve {
+            dual: &self.dual,
+            laws: &self.laws,
+            body: self.body,
+            settings,
+            start: start.fitting(self.dual.layout().n_multipliers()),
+        };
+        solve.run(observe)
+    }
+
+    /// Adds how the mapping Ψ behaves at a solution: with Coulomb's law and a dense operator, and where supports hold the body, for else
+    /// the mapping is not one of multipliers alone.
+    pub(crate) fn linearise(&self, solution: &mut Solution) {
+        let parts = (
+            self.dual.explicit(),
+            self.laws.coulomb(),
+            &mut solution.friction,
+        );
+        if let (Some(dual), Some(law), Some(friction)) = parts
+            && self.dual.rigid().is_none()
+        {
+            friction.local_mapping = LocalMapping::new(dual, &self.laws, law, &solution.multiplier);
+        }
+    }
+}
 
 /// One solve of a contact problem: the problem, the settings, and where it begins.
 pub(super) struct ContactSolve<'a> {
@@ -206,7 +285,7 @@ impl ContactBody<'_> {
         gap_residual: &[f64],
     ) -> Evaluation {
         let mut gradient: Vec<f64> = gap_residual.iter().map(|c| -c).collect();
-        if let Some(balance) = &dual.balance {
+        if let Some(balance) = dual.rigid() {
             let (multiplier, motion) = dual.parts(unknowns);
             gradient.extend(balance.equilibrium_residual(multiplier, motion));
         }
@@ -241,7 +320,7 @@ impl ContactBody<'_> {
         mut moved: Vec<f64>,
         motion: &[f64],
     ) -> (Vec<f64>, Vec<[f64; 2]>) {
-        if let Some(balance) = &dual.balance {
+        if let Some(balance) = dual.rigid() {
             let back: Vec<f64> = motion.iter().map(|a| -a).collect();
             balance.coupling.add_motion(&back, &mut moved);
         }

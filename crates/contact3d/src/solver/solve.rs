@@ -14,9 +14,8 @@
 use std::time::Instant;
 
 use super::{
-    ContactBody, ContactState, FrictionState, Inner, LocalMapping, NeedsExplicit, OuterStep,
-    Progress, RigidMotions, Solution, SolvedBy, Start, Status, StepCounts,
-    SuccessiveApproximations, Trace,
+    ContactState, FrictionState, Inner, NeedsExplicit, OuterStep, Progress, RigidMotions, Solution,
+    SolvedBy, Start, Status, StepCounts, SuccessiveApproximations, Trace,
     accuracy::{DenseModel, Refined},
     assessment::{Assessment, REFINEMENT_TARGET, has_diverged, has_lost_its_gaps},
     conditions::Bound,
@@ -27,7 +26,7 @@ use super::{
     minimisation::minimise,
     newton::{NewtonSolution, NewtonStatus},
     pane_laws::slip_of,
-    problem::ContactSolve,
+    problem::{ContactProblem, ContactSolve},
     strategy::{NewtonDriver, StartStrategy},
 };
 use crate::{
@@ -50,28 +49,14 @@ pub fn solve(
     start: Start<'_>,
     observe: &mut dyn FnMut(Progress<'_>),
 ) -> Result<Solution, NeedsExplicit> {
-    let (Some(contact), Some(dual)) = (contact, &system.contact) else {
-        return Ok(without_contact(system));
-    };
-    let body = ContactBody {
-        assembly: &system.assembly,
-        face: *contact,
-    };
-    let laws = contact.laws();
-    let balanced = dual.balanced(&system.assembly, contact.surface, contact.interface);
-    let dual = balanced.as_ref().unwrap_or(dual);
-    let solve = ContactSolve {
-        dual,
-        laws: &laws,
-        body,
-        settings,
-        start: start.fitting(dual.layout().n_multipliers()),
-    };
-    solve.run(observe)
+    match contact.and_then(|face| ContactProblem::new(system, *face)) {
+        Some(problem) => problem.solve(settings, start, observe),
+        None => Ok(without_contact(system)),
+    }
 }
 
 /// u = A⁻¹l.
-fn without_contact(system: &DualSystem) -> Solution {
+pub(crate) fn without_contact(system: &DualSystem) -> Solution {
     let assembly = &system.assembly;
     let load = &assembly.primal.load;
     Solution {
@@ -84,29 +69,11 @@ fn without_contact(system: &DualSystem) -> Solution {
     }
 }
 
-/// The mapping Ψ at a solution; `None` without Coulomb's law, without the dense operator, and for a body that floats, whose mapping is
-/// not one of multipliers alone.
-pub(crate) fn local_mapping(
-    system: &DualSystem,
-    contact: &ContactState<'_>,
-    solution: &Solution,
-) -> Option<LocalMapping> {
-    let dual = system.contact.as_ref()?;
-    let balanced = dual.balanced(&system.assembly, contact.surface, contact.interface);
-    if dual.balance.is_some() || balanced.is_some() {
-        return None;
-    }
-    let laws = contact.laws();
-    LocalMapping::new(
-        dual.explicit()?,
-        &laws,
-        laws.coulomb()?,
-        &solution.multiplier,
-    )
-}
-
 impl ContactSolve<'_> {
-    fn run(&self, observe: &mut dyn FnMut(Progress<'_>)) -> Result<Solution, NeedsExplicit> {
+    pub(super) fn run(
+        &self,
+        observe: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<Solution, NeedsExplicit> {
         if let Some(mechanism) = self.mechanism() {
             let mut solution = Solution::unsolved(Status::NoEquilibrium, self);
             solution.rigid.get_or_insert_default().mechanism = Some(mechanism);
@@ -125,7 +92,7 @@ impl ContactSolve<'_> {
 
     /// A rigid-body motion that proves that there is no equilibrium.
     fn mechanism(&self) -> Option<Vec<[f64; 3]>> {
-        let balance = self.dual.balance.as_ref()?;
+        let balance = self.dual.rigid()?;
         let assembly = self.body.assembly;
         mechanism(assembly, balance, self.laws)
             .or_else(|| sliding_mechanism(assembly, self.dual.explicit()?, self.laws))
@@ -177,7 +144,7 @@ impl ContactSolve<'_> {
                 .newton
                 .extend(found.history.iter().chain(&next.history));
             trace.applications += found.evaluations + next.applications;
-            if self.dual.balance.is_some() && has_lost_its_gaps(&next.displacement, self.laws) {
+            if self.dual.rigid().is_some() && has_lost_its_gaps(&next.displacement, self.laws) {
                 next.error = f64::INFINITY;
             }
             // NaN is no progress. Where nothing led to a solution, what came closest is where another try may begin.
@@ -282,10 +249,7 @@ impl ContactSolve<'_> {
         if let Some(outer) = fixed_point {
             trace.history = outer.trace.history;
         }
-        let motion = dual
-            .balance
-            .is_some()
-            .then(|| dual.motion(&found.multiplier));
+        let motion = dual.rigid.is_some().then(|| dual.motion(&found.multiplier));
         Solution {
             multiplier: dual.multipliers(&found.multiplier).to_vec(),
             displacement: found.displacement,
@@ -308,7 +272,7 @@ impl ContactSolve<'_> {
         }
         solution.trace.law_evaluations = laws.law_evaluations();
         solution.trace.projections = laws.projections();
-        if let Some(balance) = &dual.balance {
+        if let Some(balance) = dual.rigid() {
             let rigid = solution.rigid.get_or_insert_default();
             rigid.motion = balance.add_reference(&rigid.motion, &mut solution.displacement);
             // Where no strategy led to a solution, the place of the last iterate means nothing.
@@ -360,7 +324,7 @@ impl ContactSolve<'_> {
             Some(dual) => Box::new(ContactOperator::explicit(dual, assembly, self.dual)),
             None => Box::new(ContactOperator::implicit(assembly, self.dual)),
         };
-        let mut solution = match &self.dual.balance {
+        let mut solution = match self.dual.rigid() {
             None => run(&mut BodyOperator::Constrained(&mut *operator)),
             Some(balance) => {
                 let mut operator = BalancedOperator::new(operator, balance);

@@ -139,7 +139,7 @@ impl<'a> NewtonDriver<'a> {
         match strategy {
             StartStrategy::Separated => self.separated().is_some(),
             StartStrategy::Warm => self.start.is_some() && self.has_large_rigid_compliance(),
-            StartStrategy::ProximalPoint => self.dual.balance.is_some(),
+            StartStrategy::ProximalPoint => self.dual.rigid.is_some(),
             StartStrategy::InteriorPoint => !is_coulomb,
             StartStrategy::FrictionContinuation | StartStrategy::SuccessiveApproximations => {
                 is_coulomb
@@ -248,7 +248,7 @@ impl<'a> NewtonDriver<'a> {
 
     /// No contact force, and the motions of a body that nothing presses.
     fn separated(&self) -> Option<Vec<f64>> {
-        let motion = self.dual.balance.as_ref()?.separated(&self.dual.rhs)?;
+        let motion = self.dual.rigid.as_ref()?.separated(&self.dual.rhs)?;
         let n = self.dual.dimension();
         Some(std::iter::repeat_n(0.0, n).chain(motion).collect())
     }
@@ -262,7 +262,7 @@ impl<'a> NewtonDriver<'a> {
 
     /// Whether the body moves as a rigid one much further than its panes do, in S or beside it.
     fn has_large_rigid_compliance(&self) -> bool {
-        let balance = self.dual.balance.as_ref();
+        let balance = self.dual.rigid.as_ref();
         self.local.rigid_compliance_ratio() > LARGE_RIGID_COMPLIANCE
             || balance.is_some_and(|it| it.coupling.n_supported() > 0)
     }

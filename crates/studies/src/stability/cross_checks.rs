@@ -149,7 +149,7 @@ fn averaged(problem: &ExplicitProblem, law: &CoulombLaw) -> (Status, f64, usize,
     let local = LocalStiffness::new(dual);
     let mut steps = 0;
     // Without pressure no friction balances the load of a body that floats.
-    let start = match &dual.balance {
+    let start = match &dual.rigid {
         None => vec![0.0; dual.dimension()],
         Some(_) => local.bonded_start(dual),
     };

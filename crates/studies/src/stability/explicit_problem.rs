@@ -111,7 +111,7 @@ impl ExplicitProblem {
 
     /// The unknowns of an answer: its multipliers, and its rigid motions where the body floats.
     pub(super) fn unknowns(&self, multiplier: &[f64], answer: &Solution) -> Vec<f64> {
-        let known = self.dual().balance.as_ref().zip(answer.rigid.as_ref());
+        let known = self.dual().rigid.as_ref().zip(answer.rigid.as_ref());
         let motion = known.map(|(balance, rigid)| balance.unknown_motion(&rigid.motion));
         [multiplier, &motion.unwrap_or_default()].concat()
     }

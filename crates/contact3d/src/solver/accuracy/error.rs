@@ -33,7 +33,7 @@ impl ContactSolve<'_> {
     ) -> f64 {
         let unknowns = &self.unknowns(solution);
         let mut steplengths = solution.trace.local_stiffness.clone();
-        let balance = self.dual.balance.as_ref();
+        let balance = self.dual.rigid();
         steplengths.extend(balance.into_iter().flat_map(RigidEquilibrium::steplengths));
         let conditions = Conditions::new(bound, self.dual.layout(), steplengths);
         let (body, target) = (&self.body, DISPLACEMENT_TOLERANCE);
@@ -70,7 +70,7 @@ impl ContactSolve<'_> {
         here: &Evaluation,
         local_stiffness: &[f64],
     ) -> f64 {
-        let balance = self.dual.balance.as_ref();
+        let balance = self.dual.rigid();
         let Some(balance) = balance.filter(|it| it.is_supported()) else {
             return 0.0;
         };

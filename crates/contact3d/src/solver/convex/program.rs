@@ -114,7 +114,7 @@ impl ConvexProgram {
         set: &FeasibleSet<'_>,
         local: &LocalStiffness,
     ) -> Self {
-        let motions = dual.balance.as_ref().map(|it| Motions {
+        let motions = dual.rigid.as_ref().map(|it| Motions {
             integrals: it.coupling.integrals.clone(),
             resultant: it.resultant.clone(),
             support: it.coupling.support.clone(),

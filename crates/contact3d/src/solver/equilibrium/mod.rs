@@ -47,7 +47,7 @@ pub(super) fn sliding_mechanism(
     dual: &ExplicitDual,
     laws: &PaneLaws,
 ) -> Option<Vec<[f64; 3]>> {
-    let (balance, law) = (dual.balance.as_ref()?, laws.coulomb()?);
+    let (balance, law) = (dual.rigid.as_ref()?, laws.coulomb()?);
     let is_given = |pane| law.slip_bound(pane, 0.0) > 0.0;
     if (0..laws.layout.n_pairs()).any(is_given) {
         return None;

@@ -482,7 +482,7 @@ impl<'a> FrictionGraph<'a> {
         let by = slip.by_displacement;
         match (
             unknown.checked_sub(self.dual.dimension()),
-            &self.dual.balance,
+            &self.dual.rigid,
             &self.dual.compliance,
         ) {
             (None, _, Some(compliance)) => {

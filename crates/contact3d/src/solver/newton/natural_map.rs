@@ -42,7 +42,7 @@ impl<'a> NaturalMap<'a> {
         bound: Bound<'a>,
         mut steplengths: Vec<f64>,
     ) -> Self {
-        steplengths.extend(dual.balance.iter().flat_map(RigidEquilibrium::steplengths));
+        steplengths.extend(dual.rigid.iter().flat_map(RigidEquilibrium::steplengths));
         Self {
             dual,
             conditions: Conditions::new(bound, dual.layout, steplengths),
@@ -90,7 +90,7 @@ impl<'a> NaturalMap<'a> {
     /// ‖λ‖, beside the forces D α that weak supports take, as stresses ρ D α: what ‖R‖ is measured by.
     pub(in crate::solver) fn size(&self, unknowns: &[f64]) -> f64 {
         let mut stresses = self.dual.multipliers(unknowns).to_vec();
-        if let Some(balance) = &self.dual.balance {
+        if let Some(balance) = &self.dual.rigid {
             let motions = self.dual.motion(unknowns).iter();
             let carried = motions.zip(&balance.coupling.support).map(|(a, d)| a * d);
             let rho = self.dual.motion(&self.conditions.steplengths);
@@ -111,7 +111,7 @@ impl<'a> NaturalMap<'a> {
                 self.dual.rounding() * mobility.fold(0.0, f64::max)
             }
         };
-        let Some(balance) = self.dual.balance.as_ref().filter(|it| it.is_supported()) else {
+        let Some(balance) = self.dual.rigid.as_ref().filter(|it| it.is_supported()) else {
             return mobility;
         };
         let motion = self.dual.motion(unknowns);

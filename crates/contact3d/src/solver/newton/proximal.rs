@@ -100,7 +100,7 @@ pub(in crate::solver) fn about_own_motion(
 
 /// λ_max(ĜᵀS⁻¹Ĝ) ‖G_p‖² of each motion in N/m, with columns Ĝ_p = G_p/‖G_p‖.
 fn bonded_stiffness(dual: &ExplicitDual, local: &LocalStiffness) -> Vec<f64> {
-    let Some(balance) = &dual.balance else {
+    let Some(balance) = &dual.rigid else {
         return Vec::new();
     };
     let integrals = &balance.coupling.integrals;

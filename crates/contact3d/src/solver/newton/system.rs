@@ -271,7 +271,7 @@ impl<'a> NewtonSystem<'a> {
     }
 
     fn coupling(&self) -> &RigidCoupling {
-        let balance = self.map.dual.balance.as_ref();
+        let balance = self.map.dual.rigid.as_ref();
         &balance.expect("a rigid motion is an unknown").coupling
     }
 
@@ -282,7 +282,7 @@ impl<'a> NewtonSystem<'a> {
 
     /// D of a rigid motion.
     fn support(&self, motion: usize) -> f64 {
-        let balance = self.map.dual.balance.as_ref();
+        let balance = self.map.dual.rigid.as_ref();
         let balance = balance.expect("a rigid motion is an unknown");
         balance.stiffness_of(motion, &self.map.conditions.steplengths)
     }
@@ -290,7 +290,7 @@ impl<'a> NewtonSystem<'a> {
     /// ∂r/∂x_j, a column of S or of −G, and −∂u_t/∂x_j at the contact nodes, where they are held.
     fn responses(&self, unknown: usize) -> (Cow<'_, [f64]>, Option<Cow<'_, [f64]>>) {
         let dual = self.map.dual;
-        let (Some(motion), Some(balance)) = (self.rigid(unknown), &dual.balance) else {
+        let (Some(motion), Some(balance)) = (self.rigid(unknown), &dual.rigid) else {
             let compliance = dual.compliance.as_ref();
             let slips = compliance.map(|c| Cow::Borrowed(c.column(unknown)));
             return (Cow::Borrowed(dual.column(unknown)), slips);

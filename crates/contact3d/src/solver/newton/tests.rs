@@ -69,7 +69,7 @@ fn dual(entries: &[f64], rhs: &[f64], compliance: &[f64], slip_free: &[f64]) -> 
             matrix: Arc::new(compliance.to_vec()),
             slip_free: slip_free.chunks_exact(2).map(|p| [p[0], p[1]]).collect(),
         }),
-        balance: None,
+        rigid: None,
     }
 }
 
