@@ -5,28 +5,27 @@
 //! driver of all of them, in memory and in the program; a [`RunStorage`] says what becomes of unfinished work.
 
 mod assembled;
-mod error;
 mod nested;
-mod reuse;
 mod run;
 mod storage;
 
 pub use assembled::AssembledProblem;
-pub use error::ProblemError;
 pub use run::SolvedProblem;
 pub use storage::{Checkpoint, InMemory, RunStep, RunStorage};
 
 use std::{path::Path, sync::Arc};
 
+use thiserror::Error;
+
 use crate::{
     contact::{Coupling, Interface, PreviousIncrement},
-    dual::{DualSystem, PrimalSystem},
+    dual::{AssemblyError, DualSystem, PrimalSystem},
     elasticity::idle_loads,
     history::StepRecord,
-    mesh::Mesh,
+    mesh::{GmshError, Mesh, MeshError},
     post::{ContactReport, ErrorBound, Solved, SolvedContact},
-    scene::{Increment, InvalidValue, Scene, SceneFile, Warning},
-    solver::{ContactState, Solution},
+    scene::{Increment, InvalidValue, Scene, SceneError, SceneFile, Warning},
+    solver::{ContactState, NeedsExplicit, Solution},
 };
 
 /// A scene on its mesh, with the laws of its contact face.
@@ -238,5 +237,43 @@ impl Problem {
             warnings.extend(interface.warnings(self.mesh.extent(), length));
         }
         warnings
+    }
+}
+
+/// Why a problem cannot be posed or solved.
+#[derive(Debug, Error)]
+pub enum ProblemError {
+    /// A scene file.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// A value of the scene or of the settings.
+    #[error(transparent)]
+    Invalid(#[from] InvalidValue),
+    /// The mesh file.
+    #[error(transparent)]
+    Mesh(#[from] GmshError),
+    /// The stiffness matrix.
+    #[error(transparent)]
+    Assembly(#[from] AssemblyError),
+    /// A solver setting that the operator does not allow.
+    #[error(transparent)]
+    NeedsExplicit(#[from] NeedsExplicit),
+    /// A changed scene that the assembled operators do not fit.
+    #[error(
+        "{key}: expected as when the problem was assembled, found another; only loads, gap, law of friction and \
+         settings of the solve may differ: assemble a problem of its own"
+    )]
+    OtherOperator {
+        /// The key that differs.
+        key: String,
+    },
+}
+
+impl From<MeshError> for ProblemError {
+    fn from(error: MeshError) -> Self {
+        match error {
+            MeshError::Scene(invalid) => Self::Invalid(invalid),
+            MeshError::Gmsh(error) => Self::Mesh(error),
+        }
     }
 }
