@@ -219,7 +219,7 @@ pub fn idle_loads(scene: &Scene, mesh: &Mesh) -> Vec<Warning> {
             FaceLoad::Traction(..) => Some(Warning::IdleLoad { key, components }),
             // A part of it alone cannot be left out.
             FaceLoad::Pressure(..) => {
-                (components.len() == acting.len()).then(|| Warning::IdlePressure { key })
+                (components.len() == acting.len()).then_some(Warning::IdlePressure { key })
             }
         }
     });
@@ -230,7 +230,7 @@ pub fn idle_loads(scene: &Scene, mesh: &Mesh) -> Vec<Warning> {
         };
         let components: Vec<Component> = Component::ALL.into_iter().filter(is_idle).collect();
         let key = "body_force.value".to_owned();
-        (!components.is_empty()).then(|| Warning::IdleLoad { key, components })
+        (!components.is_empty()).then_some(Warning::IdleLoad { key, components })
     });
     on_faces.chain(whole).collect()
 }

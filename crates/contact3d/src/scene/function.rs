@@ -21,12 +21,15 @@ struct Shared<F: ?Sized>(Arc<F>);
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PlaceFunction(Shared<dyn Fn([f64; 3]) -> f64 + Send + Sync>);
 
+/// F and its derivatives at a point.
+type Law = dyn Fn(&LawPoint) -> (f64, SlipDerivative) + Send + Sync;
+
 /// A coefficient of friction with its derivatives as a function of place and slips, the same values for the same
 /// point; slips in m, derivatives in 1/m.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(transparent)]
 pub struct LawFunction {
-    function: Shared<dyn Fn(&LawPoint) -> (f64, SlipDerivative) + Send + Sync>,
+    function: Shared<Law>,
     #[serde(skip)]
     of_own_slip_only: bool,
 }
