@@ -1,11 +1,11 @@
 //! `/bound`: a bound of the discretisation error, with the balanced forces between tetrahedra that prove it.
 
-use contact3d::post::{ErrorBound, RelativeBound, SideForce};
 use runfile::{
     Extent,
     Extent::{Fixed, Named},
     Group, GroupWriter, Reader, StoreError,
 };
+use studies::bound::{ErrorBound, RelativeBound, SideForce};
 use units::Dimension;
 
 use super::{

@@ -10,11 +10,12 @@ use contact3d::{
     history::{StepRecord, largest_norm},
     linalg::EngineError,
     mesh::{ContactSurface, Mesh},
-    post::{ContactReport, ErrorBound},
+    post::ContactReport,
     scene::{InvalidValue, SceneFile},
     solver::Solution,
 };
 use runfile::{GroupWriter, Reader, StoreError};
+use studies::bound::ErrorBound;
 
 use super::{OpenRun, StageError, mesh, stages};
 use crate::format::{self, FormatError, GridSeries, ResultState, Stage};
@@ -189,10 +190,10 @@ pub(super) fn read_bound(path: &Path) -> Result<BoundedError, StageError> {
         });
     }
     let coupling = solve.coupling.as_ref();
-    let bound = solve
+    let solved = solve
         .problem
-        .error_bound(&solve.primal, coupling, &solve.solution)
-        .map_err(|invalid| input.refuse(invalid))?;
+        .solved(&solve.primal, coupling, &solve.solution);
+    let bound = ErrorBound::new(&solved).map_err(|invalid| input.refuse(invalid))?;
     Ok(BoundedError {
         estimate: estimate.transpose()?.flatten(),
         bound,
@@ -200,11 +201,11 @@ pub(super) fn read_bound(path: &Path) -> Result<BoundedError, StageError> {
     })
 }
 
-/// The error of a stored answer.
+/// The error of a stored solution.
 pub(super) struct BoundedError {
     pub(super) input: SceneFile,
     pub(super) bound: ErrorBound,
-    /// Its estimate over ‖u_h‖_A; `None` where the answer is not evaluated, and for a body at rest.
+    /// Its estimate over ‖u_h‖_A; `None` where the solution is not evaluated, and for a body at rest.
     pub(super) estimate: Option<f64>,
 }
 

@@ -2,15 +2,13 @@
 
 use std::{path::Path, time::Instant};
 
-use contact3d::{
-    post::RelativeBound,
-    scene::{Scene, SceneFile},
-};
+use contact3d::scene::{Scene, SceneFile};
 use runfile::{Group, GroupRecord, GroupWriter, IfMissing, RunFile, StoreError};
 use serde::Serialize;
 use studies::{
     StudyStep,
     accuracy::{Accuracy, AccuracySettings, nested_bricks},
+    bound::RelativeBound,
 };
 
 use super::{
@@ -44,7 +42,7 @@ pub fn measure_accuracy(
     }
     let place = (path, format::ACCURACY, threads);
     stored(place, scene, settings, format::write_accuracy, || {
-        Ok(Accuracy::measure(scene, &input.folder, &settings, observe)?)
+        Ok(Accuracy::measure(scene, &input.folder, settings, observe)?)
     })
 }
 

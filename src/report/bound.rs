@@ -1,9 +1,7 @@
 //! A bound of the discretisation error.
 
-use contact3d::{
-    post::RelativeBound,
-    scene::{Quantity, Scene},
-};
+use contact3d::scene::{Quantity, Scene};
+use studies::bound::RelativeBound;
 
 use super::{Figures, percent};
 

@@ -2,6 +2,7 @@
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
 pub mod accuracy;
+pub mod bound;
 pub mod branches;
 mod progress;
 mod shared;

@@ -2,10 +2,13 @@
 
 use contact3d::{
     AssembledProblem, Problem,
-    post::{ContactReport, ErrorBound},
+    post::ContactReport,
     scene::{InvalidValue, Scene},
 };
-use studies::accuracy::{MeshField, distance};
+use studies::{
+    accuracy::{MeshField, distance},
+    bound::ErrorBound,
+};
 
 /// A solved scene.
 struct Solved {
@@ -26,7 +29,7 @@ fn solved(text: &str, element: &str, cells: [usize; 3]) -> Solved {
     let contact = problem.system.contact.as_ref();
     let coupling = contact.map(|contact| &contact.coupling);
     let primal = &problem.system.assembly.primal;
-    let bound = problem.problem.error_bound(primal, coupling, &solution);
+    let bound = ErrorBound::new(&problem.problem.solved(primal, coupling, &solution));
     Solved {
         problem,
         report,

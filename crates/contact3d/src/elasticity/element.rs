@@ -256,8 +256,24 @@ pub(super) fn unit_stresses(c: &Matrix6<f64>, g: &Vector3<f64>) -> [Vector6<f64>
     ]
 }
 
+/// Voigt strains of a displacement in m, `[n_nodes]`, at the corners of each tetrahedron.
+#[must_use]
+pub fn corner_strains(mesh: &Mesh, displacement: &[[f64; 3]]) -> Vec<[Vector6<f64>; 4]> {
+    let unit = Matrix6::identity();
+    let of = |t: usize| {
+        let element = Element::of(mesh, t);
+        let local: Vec<[f64; 3]> = mesh.tetrahedron_nodes(t).map(|n| displacement[n]).collect();
+        std::array::from_fn(|k| {
+            let at = std::array::from_fn(|j| f64::from(u8::from(j == k)));
+            element.stress(&unit, &local, &at)
+        })
+    };
+    (0..mesh.tetrahedra.len()).map(of).collect()
+}
+
 /// Gᵀσ = σ ∇φ for a Voigt stress.
-pub(crate) fn traction(g: &Vector3<f64>, s: &Vector6<f64>) -> Vector3<f64> {
+#[must_use]
+pub fn traction(g: &Vector3<f64>, s: &Vector6<f64>) -> Vector3<f64> {
     Vector3::new(
         s[0] * g.x + s[5] * g.y + s[4] * g.z,
         s[5] * g.x + s[1] * g.y + s[3] * g.z,
@@ -301,7 +317,8 @@ impl<'a> MaterialField<'a> {
     }
 
     /// C⁻¹ in 1/Pa of the body's own material, then of each region.
-    pub(crate) fn compliances(&self) -> Vec<Matrix6<f64>> {
+    #[must_use]
+    pub fn compliances(&self) -> Vec<Matrix6<f64>> {
         let inverse = |tensor: &Matrix6<f64>| {
             let inverse = tensor.try_inverse();
             inverse.expect("a validated material has a positive definite elasticity tensor")
@@ -332,7 +349,8 @@ impl<'a> MaterialField<'a> {
     }
 
     /// Which of the materials a tetrahedron is of: 0 for the body's own.
-    pub(crate) fn region(&self, tetrahedron: usize) -> usize {
+    #[must_use]
+    pub fn region(&self, tetrahedron: usize) -> usize {
         self.region.get(tetrahedron).copied().unwrap_or(0)
     }
 }

@@ -25,8 +25,8 @@ mod springs;
 mod stiffness;
 
 pub use dofs::{DofMap, forces_of_prescribed, prescribed_displacements};
-pub(crate) use element::{Element, traction};
-pub use element::{MaterialField, Simplex, quadratic_gradients};
+pub(crate) use element::Element;
+pub use element::{MaterialField, Simplex, corner_strains, quadratic_gradients, traction};
 pub(crate) use floating::floating_body;
 pub use floating::{FloatingBody, WeakSupport};
 pub(crate) use free_motions::loose_motions;

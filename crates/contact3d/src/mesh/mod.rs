@@ -24,8 +24,8 @@ pub use macro_elements::macro_elements;
 pub(crate) use obstacle::DistanceBetweenNodes;
 pub use quadratic::{IsoparametricMap, MidEdgeNodes};
 pub use refined::{RefinableBody, RefinedLevel, Refinement};
-pub use side::{Quality, is_straight, shape};
-pub(crate) use side::{SidePoint, sorted};
+pub(crate) use side::SidePoint;
+pub use side::{Quality, is_straight, shape, sorted};
 
 use crate::scene::{
     BrickFace, Clamp, Contact, ElementOrder, InvalidValue, MultiplierSpace, Scene, Written,

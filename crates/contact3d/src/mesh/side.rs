@@ -35,7 +35,8 @@ pub(crate) struct SidePoint {
 }
 
 /// The nodes of a triangle in increasing order, the same from both sides.
-pub(crate) fn sorted(mut nodes: [usize; 3]) -> [usize; 3] {
+#[must_use]
+pub fn sorted(mut nodes: [usize; 3]) -> [usize; 3] {
     nodes.sort_unstable();
     nodes
 }

@@ -12,10 +12,7 @@ mod zones;
 
 pub use certificate::Certificate;
 pub use checks::CheckFailure;
-pub use estimate::{
-    ContactBound, ContactError, ErrorBound, ErrorEstimate, MAX_RELIABLE_ESTIMATE, RelativeBound,
-    SideForce,
-};
+pub use estimate::{ContactError, ErrorEstimate, LoadedBoundary, MAX_RELIABLE_ESTIMATE};
 pub use functional::FunctionalEstimate;
 pub use resultants::{ContactResultants, FaceResultants, Resultants, SourceForce, von_mises};
 pub use rounding::Rounding;
@@ -68,7 +65,8 @@ pub struct SolvedContact<'a> {
 
 impl SolvedContact<'_> {
     /// The contact nodes of a contact triangle: its corners, then those between them.
-    fn nodes_of(&self, mesh: &Mesh, place: usize) -> Vec<usize> {
+    #[must_use]
+    pub fn nodes_of(&self, mesh: &Mesh, place: usize) -> Vec<usize> {
         let surface = self.state.surface;
         let nodes = mesh.facet_nodes(surface.facets[place]);
         nodes

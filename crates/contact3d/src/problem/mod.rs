@@ -23,7 +23,7 @@ use crate::{
     elasticity::idle_loads,
     history::StepRecord,
     mesh::{GmshError, Mesh, MeshError},
-    post::{ContactReport, ErrorBound, Solved, SolvedContact},
+    post::{ContactReport, Solved, SolvedContact},
     scene::{Increment, InvalidValue, Scene, SceneError, SceneFile, Warning},
     solver::{ContactState, NeedsExplicit, Solution},
 };
@@ -171,20 +171,9 @@ impl Problem {
         Ok(report)
     }
 
-    /// A bound of the error of an answer, with A, l and B; see [`ErrorBound`].
-    ///
-    /// # Errors
-    /// [`InvalidValue`] for scenes whose error cannot be bounded.
-    pub fn error_bound(
-        &self,
-        system: &PrimalSystem,
-        coupling: Option<&Coupling>,
-        solution: &Solution,
-    ) -> Result<ErrorBound, InvalidValue> {
-        ErrorBound::new(&self.solved(system, coupling, solution))
-    }
-
-    fn solved<'a>(
+    /// The problem with a solution of it, by A, l and B.
+    #[must_use]
+    pub fn solved<'a>(
         &'a self,
         system: &'a PrimalSystem,
         coupling: Option<&'a Coupling>,

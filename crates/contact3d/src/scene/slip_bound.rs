@@ -83,7 +83,8 @@ impl SlipBound {
     }
 
     /// The stress ≥ 0 that differs from pane to pane, with its key; `None` for laws without one.
-    pub(crate) fn place_dependent(&self) -> Option<(&'static str, &Quantity)> {
+    #[must_use]
+    pub fn place_dependent(&self) -> Option<(&'static str, &Quantity)> {
         match self {
             Self::Pressure | Self::Capped(_) => None,
             Self::Given(bound) => Some(("slip_bound", bound)),

@@ -36,12 +36,13 @@ impl<'a> FieldLoads<'a> {
 }
 
 /// What acts on the boundary triangles of a solved problem.
-pub(super) struct LoadedBoundary<'a> {
+#[derive(Debug)]
+pub struct LoadedBoundary<'a> {
     solved: &'a Solved<'a>,
     /// Components that are held at nodes, `[n_nodes]`.
     pub(super) nodes_held: Vec<[bool; 3]>,
     /// Components that are held on a whole triangle, `[n_facets]`.
-    pub(super) held: Vec<[bool; 3]>,
+    pub held: Vec<[bool; 3]>,
     loads: Vec<FaceLoad<'a>>,
     /// Loads and springs on the face of each triangle, as indices, `[n_facets]`.
     loads_on: Vec<Vec<usize>>,
@@ -51,7 +52,9 @@ pub(super) struct LoadedBoundary<'a> {
 }
 
 impl<'a> LoadedBoundary<'a> {
-    pub(super) fn new(solved: &'a Solved<'a>) -> Self {
+    /// That of a solved problem.
+    #[must_use]
+    pub fn new(solved: &'a Solved<'a>) -> Self {
         let mesh = solved.mesh;
         let nodes_held = mesh.held_nodes(solved.scene);
         let held = (0..mesh.facets.len()).map(|f| {
@@ -97,6 +100,19 @@ impl<'a> LoadedBoundary<'a> {
             stiffness_at(&self.solved.scene.springs[i], i, at, normal).ok()
         };
         (!springs.is_empty()).then(|| springs.iter().filter_map(stiffness).sum())
+    }
+
+    /// The traction in Pa of loads and contact stresses of the solution at the centre of a triangle with some outward unit normal, with
+    /// the loads at a point of it.
+    #[must_use]
+    pub fn traction_of_solution(
+        &self,
+        facet: usize,
+        at: [f64; 3],
+        normal: &Vector3<f64>,
+    ) -> Vector3<f64> {
+        let loads = FieldLoads::of_scene(self.solved);
+        self.traction(facet, at, [1.0 / 3.0; 3], normal, &loads)
     }
 
     /// The prescribed traction in Pa at a point of a triangle with some outward unit normal; `share`

@@ -13,7 +13,7 @@ use crate::{
     elasticity::{MaterialField, Simplex, traction},
     mesh::Mesh,
     post::Solved,
-    reference::{TETRAHEDRON_EDGES, quadrature, shape::quadratic_tetrahedron},
+    reference::{TETRAHEDRON_EDGES, TETRAHEDRON_SIDES, quadrature, shape::quadratic_tetrahedron},
     scene::BodyForce,
 };
 
@@ -101,7 +101,7 @@ impl<'a> BubbleElements<'a> {
         let inside = inside
             .map(|(at, weight)| QuadraturePoint::new(at, weight))
             .collect();
-        let on_sides = SIDES.map(|corners| {
+        let on_sides = TETRAHEDRON_SIDES.map(|corners| {
             let points = quadrature::triangle_4().map(|(share, weight)| {
                 let mut at = [0.0; 4];
                 corners.into_iter().zip(share).for_each(|(c, s)| at[c] = s);
@@ -280,9 +280,6 @@ impl<'a> BubbleElements<'a> {
     }
 }
 
-/// Corners of the four sides, side k opposite to corner k.
-pub(super) const SIDES: [[usize; 3]; 4] = [[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]];
-
 /// Number of bubbles.
 pub(super) const BUBBLES: usize = 16;
 
@@ -297,7 +294,7 @@ fn values(at: &[f64; 4]) -> [f64; BUBBLES] {
             let [a, b] = TETRAHEDRON_EDGES[function];
             at[a] * at[b] * (at[a] - at[b])
         }
-        6..CUBIC => SIDES[function - 6]
+        6..CUBIC => TETRAHEDRON_SIDES[function - 6]
             .iter()
             .map(|&corner| at[corner])
             .product(),
@@ -319,7 +316,7 @@ fn slopes(at: &[f64; 4]) -> [[f64; 4]; BUBBLES] {
                 slope[b] = at[a] * (at[a] - 2.0 * at[b]);
             }
             6..CUBIC => {
-                let [a, b, c] = SIDES[function - 6];
+                let [a, b, c] = TETRAHEDRON_SIDES[function - 6];
                 slope[a] = at[b] * at[c];
                 slope[b] = at[a] * at[c];
                 slope[c] = at[a] * at[b];

@@ -11,14 +11,12 @@ use rayon::prelude::*;
 
 use super::{
     Field,
-    bubbles::{
-        BUBBLE_COMPONENTS, BUBBLES, BubbleElement, BubbleElements, BubbleVector, CUBIC, SIDES,
-    },
+    bubbles::{BUBBLE_COMPONENTS, BUBBLES, BubbleElement, BubbleElements, BubbleVector, CUBIC},
 };
 use crate::{
     linalg::vectorised,
     mesh::{Mesh, sorted},
-    reference::TETRAHEDRON_EDGES,
+    reference::{TETRAHEDRON_EDGES, TETRAHEDRON_SIDES},
 };
 
 /// Fraction of the squared error that is in the bubbles: on cells of 1 : 1 to 1 : 100 it was 0.61 to 0.71 where edges of the body
@@ -72,7 +70,13 @@ impl BubbleNumbering {
         }
         let mut sides: Vec<([usize; 3], usize, usize)> = (0..n_tetrahedra)
             .flat_map(|t| (0..4).map(move |k| (t, k)))
-            .map(|(t, k)| (sorted(SIDES[k].map(|c| mesh.tetrahedra[t][c])), t, k))
+            .map(|(t, k)| {
+                (
+                    sorted(TETRAHEDRON_SIDES[k].map(|c| mesh.tetrahedra[t][c])),
+                    t,
+                    k,
+                )
+            })
             .collect();
         sides.par_sort_unstable();
         let facets: HashMap<[usize; 3], usize> = (0..mesh.facets.len())

@@ -13,7 +13,6 @@
 //! Both are estimates and no bounds: near singularities the better stress or the next polynomials see
 //! only part of the error.
 
-mod bound;
 mod boundary;
 mod box_load;
 mod bubbles;
@@ -25,11 +24,10 @@ mod recovery;
 use super::{PaneState, Solved};
 use crate::elasticity::{InternalForces, MaterialField};
 
-pub use bound::{ContactBound, ErrorBound, RelativeBound, SideForce};
+pub use boundary::LoadedBoundary;
 pub(super) use boundary::{FieldLoads, multipliers_between_nodes};
 pub(super) use box_load::{BoxLoad, FacePart};
 
-use boundary::LoadedBoundary;
 use bubbles::{BubbleElements, BubbleVector, bubble_field};
 pub(super) use contact::displacements;
 use contact::{Correction, PointConditions};

@@ -1,8 +1,9 @@
 //! The scenes whose error can be bounded.
 
-use crate::{
-    elasticity::Element,
+use contact3d::{
+    mesh::is_straight,
     post::Solved,
+    reference::TETRAHEDRON_EDGES,
     scene::{ContactFeatures, InvalidValue, MultiplierSpace, Quantity, Scene},
 };
 
@@ -21,8 +22,16 @@ pub(super) fn check(solved: &Solved<'_>) -> Result<(), InvalidValue> {
             nodes.any(|node| surface.normal_at(node) != first)
         })
     });
-    let mut tetrahedra = 0..mesh.tetrahedra.len();
-    let is_curved = tetrahedra.any(|t| matches!(Element::of(mesh, t), Element::Curved(_)));
+    let is_curved = mesh.mid_edges.as_ref().is_some_and(|mid_edges| {
+        let mut both = mesh.tetrahedra.iter().zip(&mid_edges.tetrahedra);
+        both.any(|(corners, middles)| {
+            let [corners, middles] = [
+                mesh.corners(corners).to_vec(),
+                mesh.corners(middles).to_vec(),
+            ];
+            !is_straight(&corners, &TETRAHEDRON_EDGES, &middles)
+        })
+    });
     let named = |is_there: bool, key: &str| is_there.then(|| key.to_owned());
     let refusals = [
         (

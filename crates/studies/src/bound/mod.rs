@@ -20,15 +20,12 @@ mod macro_stress;
 mod scope;
 mod sides;
 
-use nalgebra::{Matrix6, Vector3, Vector6};
-
-use super::boundary::{FieldLoads, LoadedBoundary};
-use crate::{
-    elasticity::{Element, MaterialField},
-    mesh::Mesh,
-    post::Solved,
+use contact3d::{
+    elasticity::{MaterialField, corner_strains},
+    post::{LoadedBoundary, Solved},
     scene::InvalidValue,
 };
+use nalgebra::{Vector3, Vector6};
 
 use admissible::Admissible;
 use descent::Descent;
@@ -99,7 +96,7 @@ impl ErrorBound {
         let (scene, mesh) = (solved.scene, solved.mesh);
         let material = MaterialField::new(scene, mesh);
         let displacement = solved.system.dofs.to_nodes(&solved.solution.displacement);
-        let strain = strains(mesh, &displacement);
+        let strain = corner_strains(mesh, &displacement);
         let stress: Vec<[Vector6<f64>; 4]> = strain
             .iter()
             .enumerate()
@@ -172,31 +169,16 @@ impl ErrorBound {
     }
 }
 
-/// Voigt strains of a displacement in m, `[n_nodes]`, at the corners of each tetrahedron.
-fn strains(mesh: &Mesh, displacement: &[[f64; 3]]) -> Vec<[Vector6<f64>; 4]> {
-    let unit = Matrix6::identity();
-    let of = |t: usize| {
-        let element = Element::of(mesh, t);
-        let local: Vec<[f64; 3]> = mesh.tetrahedron_nodes(t).map(|n| displacement[n]).collect();
-        std::array::from_fn(|k| {
-            let at = std::array::from_fn(|j| f64::from(u8::from(j == k)));
-            element.stress(&unit, &local, &at)
-        })
-    };
-    (0..mesh.tetrahedra.len()).map(of).collect()
-}
-
 /// Of each side, `[n_sides]`, the traction in Pa that loads it, zero inside the body, and the components whose traction is unknown.
 fn boundary_loads(solved: &Solved<'_>, sides: &MeshSides) -> (Vec<Vector3<f64>>, Vec<[bool; 3]>) {
     let boundary = LoadedBoundary::new(solved);
-    let loads = FieldLoads::of_scene(solved);
     let of_side = |side: &Side| match side.facet {
         None => (Vector3::zeros(), [true; 3]),
         Some(facet) => {
             let normal = side.area.normalize();
             // Loads are constant on a side.
             let at = solved.mesh.coordinates[side.nodes[0]];
-            let traction = boundary.traction(facet, at, [1.0 / 3.0; 3], &normal, &loads);
+            let traction = boundary.traction_of_solution(facet, at, &normal);
             (traction, boundary.held[facet])
         }
     };

@@ -4,14 +4,14 @@
 //! Since u_h is a Galerkin solution, these equations have solutions; taken is the one closest to the mean of σ_h on both sides, with
 //! weights V/|F|² that measure its energy (P. Ladevèze, D. Leguillon, SIAM J. Numer. Anal. 20 (1983) 485).
 
+use contact3d::{
+    elasticity::{Simplex, traction},
+    mesh::{Mesh, tetrahedron_volume},
+};
 use nalgebra::{DMatrix, DVector, Vector3, Vector6};
 use rayon::prelude::*;
 
 use super::sides::{MeshSides, SideForces};
-use crate::{
-    elasticity::{Simplex, traction},
-    mesh::{Mesh, tetrahedron_volume},
-};
 
 /// Stress and loads that tractions are made for.
 pub(super) struct Balanced<'a> {

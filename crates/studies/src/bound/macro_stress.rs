@@ -9,14 +9,12 @@
 
 use std::sync::LazyLock;
 
+use contact3d::{
+    elasticity::{MaterialField, Simplex},
+    reference::{TETRAHEDRON_SIDES, quadrature},
+};
 use nalgebra::{DMatrix, Matrix3, Matrix6, SVector, Vector3, Vector6};
 use rayon::prelude::*;
-
-use super::super::bubbles::SIDES;
-use crate::{
-    elasticity::{MaterialField, Simplex},
-    reference::quadrature,
-};
 
 /// The two indices of each Voigt component xx, yy, zz, yz, xz, xy.
 const VOIGT: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [1, 2], [0, 2], [0, 1]];
@@ -66,7 +64,7 @@ impl Reference {
         let corners = corners.map(Vector3::from);
         let centroid: Vector3<f64> = corners.iter().sum::<Vector3<f64>>() / 4.0;
         let mut equations = Equations::default();
-        for (part, side) in SIDES.into_iter().enumerate() {
+        for (part, side) in TETRAHEDRON_SIDES.into_iter().enumerate() {
             let [a, b, c] = side.map(|k| corners[k]);
             let area = outward((b - a).cross(&(c - a)) / 2.0, a - corners[part]);
             for (k, _) in side.iter().enumerate() {
@@ -86,8 +84,9 @@ impl Reference {
                 let [a, b] = [corners[shared[0]], corners[shared[1]]];
                 let normal = (a - centroid).cross(&(b - centroid)).normalize();
                 let place = |side: usize, corner: Option<usize>| {
-                    let at =
-                        corner.and_then(|corner| SIDES[side].iter().position(|k| *k == corner));
+                    let at = corner.and_then(|corner| {
+                        TETRAHEDRON_SIDES[side].iter().position(|k| *k == corner)
+                    });
                     at.unwrap_or(3)
                 };
                 for corner in [Some(shared[0]), Some(shared[1]), None] {
@@ -226,7 +225,7 @@ impl MacroElement {
         let centroid = strain.iter().sum::<Vector6<f64>>() / 4.0;
         let volume = self.jacobian / 6.0;
         let mut sum = Data::zeros();
-        for (part, side) in SIDES.into_iter().enumerate() {
+        for (part, side) in TETRAHEDRON_SIDES.into_iter().enumerate() {
             let at: [Vector6<f64>; 4] =
                 std::array::from_fn(|k| side.get(k).map_or(centroid, |corner| strain[*corner]));
             for a in 0..4 {

@@ -1,18 +1,19 @@
 //! A displacement near u_h that penetrates nowhere, and what its contact conditions miss.
 
+use contact3d::{
+    contact::InterfaceFriction,
+    elasticity::corner_strains,
+    mesh::Mesh,
+    post::{Solved, SolvedContact},
+    reference::TRIANGLE_EDGES,
+    scene::InvalidValue,
+    solver::ContactState,
+};
 use nalgebra::Vector6;
 
 use super::{
     ContactBound,
     macro_stress::{Data, Target},
-    strains,
-};
-use crate::{
-    contact::InterfaceFriction,
-    mesh::Mesh,
-    post::{Solved, SolvedContact},
-    scene::InvalidValue,
-    solver::ContactState,
 };
 
 /// u_h − w, and the contact part of its gap of duality.
@@ -99,7 +100,7 @@ impl Admissible {
         data: &[Data],
         target: impl Fn(&[[Vector6<f64>; 4]]) -> Target<'t>,
     ) -> (ContactBound, f64) {
-        let lifting = strains(mesh, &self.lifting);
+        let lifting = corner_strains(mesh, &self.lifting);
         let both = strain.iter().zip(&lifting);
         let lifted: Vec<[Vector6<f64>; 4]> = both
             .map(|(u, w)| std::array::from_fn(|k| u[k] - w[k]))
@@ -197,7 +198,7 @@ impl Triangle {
             (0..3, _) => nodal[k],
             (_, 3) => 0.0,
             _ => {
-                let [a, b] = crate::reference::TRIANGLE_EDGES[k - 3];
+                let [a, b] = TRIANGLE_EDGES[k - 3];
                 2.0 * nodal[k] - (nodal[a] + nodal[b]) / 2.0
             }
         })
@@ -208,7 +209,7 @@ impl Triangle {
         let value = |k: usize| match k.checked_sub(3) {
             None => coefficients[k],
             Some(e) => {
-                let [a, b] = crate::reference::TRIANGLE_EDGES[e];
+                let [a, b] = TRIANGLE_EDGES[e];
                 coefficients[k] / 2.0 + (coefficients[a] + coefficients[b]) / 4.0
             }
         };

@@ -1,12 +1,12 @@
 //! The sides of tetrahedra with the forces on them.
 
+use contact3d::{
+    mesh::{Mesh, sorted},
+    reference::TETRAHEDRON_SIDES,
+};
 use nalgebra::Vector3;
 
-use super::{
-    super::bubbles::SIDES,
-    macro_stress::{DATA, Data, MacroElement, SIDE_DATA, outward},
-};
-use crate::mesh::{Mesh, sorted};
+use super::macro_stress::{DATA, Data, MacroElement, SIDE_DATA, outward};
 
 /// The sides of all tetrahedra, each once.
 pub(super) struct MeshSides {
@@ -37,7 +37,7 @@ pub(super) struct SeenSide {
     pub(super) side: usize,
     /// 1 from inside, −1 from outside.
     pub(super) sign: f64,
-    /// The place among the side's corners of each of those in the order of [`SIDES`].
+    /// The place among the side's corners of each of those in the order of [`TETRAHEDRON_SIDES`].
     pub(super) places: [usize; 3],
 }
 
@@ -48,7 +48,7 @@ impl MeshSides {
     pub(super) fn new(mesh: &Mesh) -> Self {
         let mut seen: Vec<([usize; 3], usize, usize)> = Vec::new();
         for (t, corners) in mesh.tetrahedra.iter().enumerate() {
-            for (k, side) in SIDES.into_iter().enumerate() {
+            for (k, side) in TETRAHEDRON_SIDES.into_iter().enumerate() {
                 seen.push((sorted(side.map(|c| corners[c])), t, k));
             }
         }
@@ -70,7 +70,7 @@ impl MeshSides {
             let area = (b - a).cross(&(c - a)) / 2.0;
             let away = a - Vector3::from(mesh.coordinates[corners[k]]);
             for (place, &(_, t, k)) in same.iter().enumerate() {
-                let own = SIDES[k].map(|c| mesh.tetrahedra[t][c]);
+                let own = TETRAHEDRON_SIDES[k].map(|c| mesh.tetrahedra[t][c]);
                 of_tetrahedra[t][k] = SeenSide {
                     side: sides.len(),
                     sign: if place == 0 { 1.0 } else { -1.0 },

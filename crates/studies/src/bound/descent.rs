@@ -4,6 +4,7 @@
 //! data z of σ. It falls by exact minimisation over the forces on the sides around one edge after the other, subject to the balance of
 //! force and moment of each tetrahedron, which keeps σ in equilibrium. Edges that share no tetrahedron are treated side by side.
 
+use contact3d::{mesh::Mesh, reference::TETRAHEDRON_EDGES};
 use nalgebra::{DMatrix, DVector, Vector3};
 use rayon::prelude::*;
 
@@ -11,7 +12,6 @@ use super::{
     macro_stress::{Data, MacroElement, SIDE_DATA, Target},
     sides::{MeshSides, SideForces},
 };
-use crate::{mesh::Mesh, reference::TETRAHEDRON_EDGES};
 
 /// The minimisation.
 pub(super) struct Descent<'a> {
