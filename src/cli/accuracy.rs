@@ -33,9 +33,6 @@ pub struct AccuracyArguments {
     /// Seconds for the solves of all methods; what would take longer is left out
     #[arg(long, value_name = "SECONDS", default_value_t = 10.0, allow_negative_numbers = true, value_parser = seconds)]
     pub budget: f64,
-    /// List the solves by method, operator and epsilon, which are stored and drawn in any case
-    #[arg(long)]
-    pub solves: bool,
     #[command(flatten)]
     pub(super) figures: FigureArguments,
 }
@@ -70,7 +67,7 @@ pub(super) fn accuracy(
         units,
         |folder| draw_accuracy(folder, &accuracy),
         || report::accuracy::json(&accuracy, units),
-        || report::accuracy::text(&accuracy, units, arguments.solves),
+        || report::accuracy::text(&accuracy, units),
     )?;
     let is_complete = is_complete(&accuracy);
     if !is_complete {

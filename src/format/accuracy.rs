@@ -7,8 +7,8 @@ use runfile::{
     Group, GroupWriter, Kind, Reader, StoreError,
 };
 use studies::accuracy::{
-    Accuracy, AlgebraicStudy, DiscretisationStudy, Forces, Level, RunMethod, RunOperator,
-    RunResult, SolverRun,
+    Accuracy, AlgebraicStudy, DiscretisationStudy, Level, RunMethod, RunOperator, RunResult,
+    SolverRun,
 };
 use units::Dimension;
 
@@ -86,8 +86,6 @@ pub(super) const MESHES: Fields<Level> = fields! { Level => GROUP;
     [|level| level.energy_error.unwrap_or(f64::NAN)] "/accuracy/levels/energy_error", LEVELS, Dimension::Number, "|u_h - u|_A / |u_f|_A with the extrapolated limit of e_h^2; NaN where no order is observed.".optional(NO_BRICK);
     (estimated_error) "/accuracy/levels/estimated_error", LEVELS, Dimension::Number, "Error of u_h over |u_h|_A as its own report estimates it.".optional(NO_BRICK);
     (potential_energy) "/accuracy/levels/potential_energy", LEVELS, Dimension::Energy, "u.Au / 2 - l.u.".symbol("J").optional(NO_BRICK);
-    (forces?.normal) "/accuracy/levels/normal_force", LEVELS, Dimension::FORCE, "Total normal contact force.".when((NO_CONTACT, |level| level.forces.is_some())).missing(|level| level.forces = None);
-    (forces?.tangential) "/accuracy/levels/tangential_force", &[Named("n_levels"), extents::FRICTION_AXES], Dimension::FORCE, "Total tangential multiplier force along t1 and t2.".optional("absent without friction");
     (cost.seconds) "/accuracy/levels/seconds", LEVELS, Dimension::Time, "Median wall-clock time of mesh, assembly, solve and evaluation in memory.".volatile().optional(NO_BRICK);
     (cost.repeats) "/accuracy/levels/repeats", LEVELS, Dimension::Number, "Runs the median is taken of.".volatile().optional(NO_BRICK);
     (nan cost.peak_bytes) "/accuracy/levels/peak_memory", LEVELS, Dimension::Memory, "Peak resident memory of the process meanwhile, NaN where unknown.".volatile().optional(NO_BRICK);
@@ -97,9 +95,7 @@ pub(super) const MESHES: Fields<Level> = fields! { Level => GROUP;
 pub(super) const TRENDS: Fields<DiscretisationStudy> = fields! { DiscretisationStudy => GROUP;
     [|study| numbers(&study.energy_norm.orders)] "/accuracy/order/energy_norm", LEVELS, Dimension::Number, "Order of the energy-norm error observed from each level and the two before it; NaN where none is.".symbol("p").optional(NO_BRICK);
     [|study| numbers(&study.potential_energy.orders)] "/accuracy/order/potential_energy", LEVELS, Dimension::Number, "Order of the potential energy, likewise.".optional(NO_BRICK);
-    [force_orders] "/accuracy/order/forces", &[Named("n_levels"), extents::CONTACT_AXES], Dimension::Number, "Orders of the normal and the two tangential forces, likewise; NaN for forces the scene does not have.".optional(NO_CONTACT);
     [|study| study.potential_energy.limit.unwrap_or(f64::NAN)] "/accuracy/limit/potential_energy", &[], Dimension::Energy, "Extrapolated potential energy; NaN where no order is observed.".optional(NO_BRICK);
-    [force_limits] "/accuracy/limit/forces", &[extents::CONTACT_AXES], Dimension::FORCE, "Extrapolated normal and tangential forces, likewise.".optional(NO_CONTACT);
 };
 
 fn put_peaks(study: &mut AlgebraicStudy, peaks: [f64; 2]) {
@@ -112,25 +108,6 @@ fn put_peaks(study: &mut AlgebraicStudy, peaks: [f64; 2]) {
 fn numbers(values: &[Option<f64>]) -> Vec<f64> {
     let values = values.iter().map(|value| value.unwrap_or(f64::NAN));
     values.collect()
-}
-
-/// Orders of the forces by levels; none without contact.
-fn force_orders(study: &DiscretisationStudy) -> Vec<[f64; 3]> {
-    let order = |level: usize, k: usize| study.forces.get(k).and_then(|trend| trend.orders[level]);
-    let of_level = |level| std::array::from_fn(|k| order(level, k).unwrap_or(f64::NAN));
-    let n = if study.forces.is_empty() {
-        0
-    } else {
-        study.levels.len()
-    };
-    (0..n).map(of_level).collect()
-}
-
-/// Limits of the forces; none without contact.
-fn force_limits(study: &DiscretisationStudy) -> Option<[f64; 3]> {
-    let limit = |k: usize| study.forces.get(k).and_then(|trend| trend.limit);
-    let limits = std::array::from_fn(|k| limit(k).unwrap_or(f64::NAN));
-    Some(limits).filter(|_| !study.forces.is_empty())
 }
 
 /// Writes both studies and their advice.
@@ -180,10 +157,7 @@ fn read_algebraic(reader: &Reader) -> Result<AlgebraicStudy, FormatError> {
 }
 
 fn read_discretisation(reader: &Reader) -> Result<DiscretisationStudy, FormatError> {
-    let levels = MESHES.read_rows(reader, || Level {
-        forces: Some(Forces::default()),
-        ..Level::default()
-    })?;
+    let levels = MESHES.read_rows(reader, Level::default)?;
     let scene_n_div = read_value(reader, SCENE_N_DIV)?;
     Ok(DiscretisationStudy::new(scene_n_div, levels))
 }

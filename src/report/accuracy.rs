@@ -3,9 +3,7 @@
 use std::fmt::Write;
 
 use serde_json::{Value, json};
-use studies::accuracy::{
-    Accuracy, AlgebraicStudy, Cost, DiscretisationStudy, Forces, SolverRun, Trend,
-};
+use studies::accuracy::{Accuracy, AlgebraicStudy, Cost, DiscretisationStudy, SolverRun, Trend};
 use units::{Dimension, Units};
 
 use super::{
@@ -13,27 +11,20 @@ use super::{
     FigureTable, Figures,
 };
 
-/// A force that is smaller than this share of the normal one is rounding.
-const LEAST_FORCE: f64 = 1e-10;
-
-/// The advice, then the tables; that of the solves, which is long, where it is asked for.
-pub fn text(accuracy: &Accuracy, units: Units, with_solves: bool) -> String {
+/// The advice, then the tables; that of the solves, which is long, is in the page and in JSON.
+pub fn text(accuracy: &Accuracy, units: Units) -> String {
     let mut text = format!("{}\n\n", accuracy.advice());
     let meshes = accuracy.discretisation.as_ref();
     let meshes = meshes.map(|study| levels(study, units));
     if let Some(table) = meshes {
         text += &(table.text() + "\n");
     }
-    match &accuracy.algebraic {
-        Some(study) if with_solves => text += &entries(study, units).text(),
-        Some(study) => {
-            let count = study.entries.len();
-            let _ = write!(
-                text,
-                "{count} solves by method, operator and epsilon: --solves lists them"
-            );
-        }
-        None => {}
+    if let Some(study) = &accuracy.algebraic {
+        let count = study.entries.len();
+        let _ = write!(
+            text,
+            "{count} solves by method, operator and epsilon: `report` and --json list them"
+        );
     }
     text.trim_end().to_owned()
 }
@@ -98,7 +89,6 @@ pub fn levels(study: &DiscretisationStudy, units: Units) -> FigureTable {
         figures.number(key, "order", Fixed(2), order);
     };
     let rows = study.levels.iter().enumerate().map(|(k, level)| {
-        let tangential = level.forces.and_then(|forces| forces.tangential);
         let mut figures = Figures::new(units);
         figures.plain("n_div", "n_div", level.n_div);
         figures.json_only("cells", level.cells);
@@ -108,13 +98,6 @@ pub fn levels(study: &DiscretisationStudy, units: Units) -> FigureTable {
         order(&mut figures, "energy_order", Some(&study.energy_norm), k);
         figures.add("potential_energy", "potential energy", Dimension::Energy, Scientific(8), level.potential_energy);
         order(&mut figures, "", Some(&study.potential_energy), k);
-        let normal = level.forces.map(|forces| forces.normal);
-        figures.add("normal_force", "normal force", Dimension::FORCE, Scientific(6), normal);
-        order(&mut figures, "", study.forces.first(), k);
-        let first = tangential.map(|pair| pair[0]);
-        figures.add("", "tangential force 1", Dimension::FORCE, Scientific(6), first);
-        order(&mut figures, "", study.forces.get(1), k);
-        figures.json_only("tangential_force", tangential);
         figures.plain("applications", "applications", level.applications);
         cost(&mut figures, Some(&level.cost));
         figures.json_only("cost", cost_json(&level.cost));
@@ -122,40 +105,18 @@ pub fn levels(study: &DiscretisationStudy, units: Units) -> FigureTable {
         figures
     });
     let caption = "Discretisation error (relative, energy norm; orders from each mesh and the two before)";
-    FigureTable::new(caption, rows).with_note(limits(study, units))
+    FigureTable::new(caption, rows).with_note(limit(study, units))
 }
 
-/// What the figures of the meshes tend to.
-fn limits(study: &DiscretisationStudy, units: Units) -> String {
-    let (energy, force) = (units.energy(), units.force());
-    let name = "the potential energy";
-    let potential = (name, energy.as_str(), &study.potential_energy);
-    let names = [
-        "the normal force",
-        "tangential force 1",
-        "tangential force 2",
-    ];
-    // Of forces beside which the normal one is so much larger nothing is known.
-    let sizes = |of: &dyn Fn(&Forces) -> f64| {
-        let forces = study
-            .levels
-            .iter()
-            .filter_map(|level| level.forces.as_ref());
-        forces.map(|it| of(it).abs()).fold(0.0, f64::max)
-    };
-    let normal = sizes(&|it| it.normal);
-    let part = |k: usize| sizes(&|it| it.tangential.map_or(0.0, |pair| pair[k]));
-    let is_known = [normal, part(0), part(1)].map(|size| size > LEAST_FORCE * normal);
-    let forces = names.into_iter().zip(&study.forces).zip(is_known);
-    let forces = forces.filter(|(_, known)| *known).map(|(it, _)| it);
-    let forces = forces.map(|(name, trend)| (name, force, trend));
-    let line = |(name, unit, trend): (&str, &str, &Trend)| match trend.limit {
-        Some(limit) => format!("limit of {name}: {limit:.8e} {unit}\n"),
-        None => format!(
-            "limit of {name}: none claimed, differences between meshes do not fall with h^0.5 or faster\n"
+/// What the potential energy tends to.
+fn limit(study: &DiscretisationStudy, units: Units) -> String {
+    match study.potential_energy.limit {
+        Some(limit) => format!(
+            "limit of the potential energy: {limit:.8e} {}\n",
+            units.energy()
         ),
-    };
-    [potential].into_iter().chain(forces).map(line).collect()
+        None => "limit of the potential energy: none claimed, differences between meshes do not fall with h^0.5 or faster\n".to_owned(),
+    }
 }
 
 /// What a solve costs, for people.

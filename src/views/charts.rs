@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use contact3d::{adaptation::AdaptiveLevel, solver::Solution};
 use plots::{Chart, ChartAxis, ChartPoint, Series};
-use studies::accuracy::{Accuracy, AlgebraicStudy, DiscretisationStudy, Level, SolverRun, Trend};
+use studies::accuracy::{Accuracy, AlgebraicStudy, DiscretisationStudy, Level, SolverRun};
 use units::{Dimension, Unit, Units};
 
 use super::PictureFolder;
@@ -88,22 +88,8 @@ pub(super) fn convergence(study: &DiscretisationStudy) -> Chart {
         };
         values.map(point).collect()
     };
-    let away = |trend: &Trend, value: &dyn Fn(&Level) -> Option<f64>| {
-        let limit = trend.limit;
-        points(&|level| Some((value(level)? / limit? - 1.0).abs()))
-    };
-    let force = |k: usize| -> Vec<ChartPoint> {
-        let component = move |level: &Level| {
-            let forces = level.forces?;
-            match k {
-                0 => Some(forces.normal),
-                _ => forces.tangential.map(|pair| pair[k - 1]),
-            }
-        };
-        let trend = study.forces.get(k);
-        trend.map_or_else(Vec::new, |trend| away(trend, &component))
-    };
-    let energy = away(&study.potential_energy, &|l| Some(l.potential_energy));
+    let limit = study.potential_energy.limit;
+    let energy = points(&|level| Some((level.potential_energy / limit? - 1.0).abs()));
     let series = [
         (
             "u, energy norm, to the finest",
@@ -114,9 +100,6 @@ pub(super) fn convergence(study: &DiscretisationStudy) -> Chart {
             points(&|level| level.energy_error),
         ),
         ("J, to the limit", energy),
-        ("normal force, to the limit", force(0)),
-        ("tangential force 1, to the limit", force(1)),
-        ("tangential force 2, to the limit", force(2)),
     ];
     let series = series.map(|(name, points)| Series::new(name, points));
     let n_div = ChartAxis::logarithmic("n_div", Unit::none());

@@ -15,7 +15,6 @@ use contact3d::{
     elasticity::{InternalForces, MaterialField, SpringMatrix},
     linalg::{CscMatrix, dot},
     mesh::Mesh,
-    post::Resultants,
     scene::{AssembleSettings, Brick, Scene, SolveSettings},
     solver::Status,
 };
@@ -29,24 +28,6 @@ const NEGLIGIBLE: f64 = 1e-10;
 /// The least observed order that a limit is claimed from: that of the energy norm at an edge between a clamp and a free face. With a
 /// lower one the meshes are too coarse to tell, and the limit lies far beyond the last of them.
 const LEAST_ORDER: f64 = 0.5;
-
-/// Resultants on Γ_c.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Forces {
-    /// Total normal contact force in N.
-    pub normal: f64,
-    /// Total tangential multiplier force along t₁ and t₂ in N; `None` without friction.
-    pub tangential: Option<[f64; 2]>,
-}
-
-impl Forces {
-    pub(super) fn of(resultants: &Resultants) -> Option<Self> {
-        resultants.contact.as_ref().map(|contact| Self {
-            normal: contact.normal_force,
-            tangential: contact.tangential_force,
-        })
-    }
-}
 
 /// One mesh of the study, solved to rounding.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -73,8 +54,6 @@ pub struct Level {
     pub estimated_error: f64,
     /// J = ½ uᵀAu − lᵀu in J.
     pub potential_energy: f64,
-    /// The foundation's forces; `None` without contact.
-    pub forces: Option<Forces>,
     /// Mesh, assembly, solve and evaluation in memory, without files.
     pub cost: Cost,
 }
@@ -100,8 +79,6 @@ pub struct DiscretisationStudy {
     pub energy_norm: Trend,
     /// J.
     pub potential_energy: Trend,
-    /// Normal force, and tangential forces along t₁ and t₂ with friction; empty without contact.
-    pub forces: Vec<Trend>,
 }
 
 impl DiscretisationStudy {
@@ -134,15 +111,14 @@ impl DiscretisationStudy {
             level.energy_error = trend.limit.map(|limit| (square - limit).max(0.0).sqrt());
         }
         let energies: Vec<f64> = levels.iter().map(|level| level.potential_energy).collect();
-        let forces: Option<Vec<Forces>> = levels.iter().map(|level| level.forces).collect();
+        let size = energies.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
         Self {
             scene_n_div,
             energy_norm: Trend {
                 orders: trend.orders.iter().map(|p| p.map(|p| p / 2.0)).collect(),
                 limit: trend.limit.map(|_| 0.0),
             },
-            potential_energy: Trend::of(&h, &energies, &energies),
-            forces: forces.map_or_else(Vec::new, |forces| force_trends(&h, &forces)),
+            potential_energy: Trend::new(&h, &energies, NEGLIGIBLE * size),
             levels,
         }
     }
@@ -253,26 +229,7 @@ impl<'a> NestedMeshes<'a> {
     }
 }
 
-/// Trends of the components, judged by the size of the normal force.
-fn force_trends(h: &[f64], forces: &[Forces]) -> Vec<Trend> {
-    let normal: Vec<f64> = forces.iter().map(|f| f.normal).collect();
-    let tangential: Option<Vec<[f64; 2]>> = forces.iter().map(|f| f.tangential).collect();
-    let mut trends = vec![Trend::of(h, &normal, &normal)];
-    if let Some(pairs) = tangential {
-        trends.extend([0, 1].map(|axis| {
-            let component: Vec<f64> = pairs.iter().map(|pair| pair[axis]).collect();
-            Trend::of(h, &component, &normal)
-        }));
-    }
-    trends
-}
-
 impl Trend {
-    fn of(h: &[f64], values: &[f64], sizes: &[f64]) -> Self {
-        let size = sizes.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
-        Self::new(h, values, NEGLIGIBLE * size)
-    }
-
     fn new(h: &[f64], values: &[f64], negligible: f64) -> Self {
         let order = |k: usize| {
             let at = |list: &[f64]| [list[k - 2], list[k - 1], list[k]];
@@ -341,7 +298,6 @@ fn solve_level(
         applications: solution.trace.applications,
         estimated_error: report.discretisation_error.relative(),
         potential_energy: r.strain_energy - r.load_work,
-        forces: Forces::of(&r),
         ..Level::default()
     };
     let field = (Arc::clone(problem.mesh()), report.displacement);

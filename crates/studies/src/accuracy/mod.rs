@@ -13,7 +13,7 @@ mod refinement;
 
 pub use algebraic::{AlgebraicStudy, EPSILONS, RunMethod, RunOperator, RunResult, SolverRun};
 pub use cost::{Advice, Cost, FinerMesh};
-pub use discretisation::{DiscretisationStudy, Forces, Level, Trend};
+pub use discretisation::{DiscretisationStudy, Level, Trend};
 pub use distance::{Distance, MeshField, distance};
 pub(crate) use refinement::{brick_n_div, observed_order};
 pub use refinement::{extrapolated, nested_bricks};
