@@ -77,20 +77,14 @@ pub(super) fn inspect(arguments: &InspectArguments, output: &Output) -> Result<E
     Ok(Exit::Done)
 }
 
-/// Faces whose mean normal is shorter than this look every way.
-const EVERY_WAY: f64 = 0.1;
-
 /// The face that looks up most, or with −1 down most; of equal ones a curved face comes first where it may touch, a flat one where it
 /// is held. What the file has no name for comes last.
 fn facing(mesh: &MeshInspection, up: f64) -> Option<&FaceInspection> {
     let rank = |face: &FaceInspection| {
         let [x, y, z] = face.mean_normal;
         let length = x.hypot(y).hypot(z);
-        let height = if length > EVERY_WAY {
-            up * z / length
-        } else {
-            0.0
-        };
+        // Faces whose mean normal is shorter than this look every way.
+        let height = if length > 0.1 { up * z / length } else { 0.0 };
         let is_named = face.name != "unnamed";
         let first = if face.normal.is_some() { up } else { -up };
         // Rounding of a mesh file does not rank faces.

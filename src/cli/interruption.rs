@@ -29,9 +29,6 @@ static WORK: Mutex<Option<CurrentWork>> = Mutex::new(None);
 const BUDGET: &str =
     "a run with --budget SECONDS ends by itself, with the results of the last level that fits";
 
-/// How long a blocked standard error may hold up the end of the process.
-const PATIENCE: Duration = Duration::from_millis(300);
-
 /// Says which run file is at work.
 pub(super) fn on_run_file(file: &Path) {
     *work() = Some(CurrentWork::RunFile(file.to_owned()));
@@ -76,7 +73,8 @@ pub(super) fn farewell() {
         let _ = said.send(());
     });
     if spawned.is_ok() {
-        let _ = wait.recv_timeout(PATIENCE);
+        // How long a blocked standard error may hold up the end of the process.
+        let _ = wait.recv_timeout(Duration::from_millis(300));
     }
 }
 

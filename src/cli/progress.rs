@@ -35,9 +35,6 @@ pub(super) fn spinner(name: &'static str, output: &Output) -> ProgressBar {
     bar
 }
 
-/// Seconds after which the time left of counted work is worth saying.
-const SETTLED: f64 = 1.0;
-
 /// Lets a spinner say what a stage is at.
 pub(super) fn show(spinner: &ProgressBar, forecast: &mut Forecast, step: RunStep<'_>) {
     match step {
@@ -108,7 +105,8 @@ pub(super) fn piece(
 fn words_of(share: f64, seconds: f64) -> String {
     match share {
         1.0 => String::new(),
-        share if share > 0.0 && seconds >= SETTLED => {
+        // Seconds after which the time left of counted work is worth saying.
+        share if share > 0.0 && seconds >= 1.0 => {
             let left = seconds * (1.0 - share) / share;
             format!(", {:.0} %, about {left:.0} s left", 100.0 * share)
         }

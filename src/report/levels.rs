@@ -19,12 +19,6 @@ use crate::{
     pipeline::Adapted,
 };
 
-/// Rows of increments that are printed; in a longer history only the ends of steps are.
-const MOST_ROWS: usize = 60;
-
-/// Longest title of a step in a table.
-const LONGEST_TITLE: usize = 16;
-
 /// A time that shares of steps add up to, with four digits.
 pub fn shown_time(time: f64) -> String {
     let rounded: f64 = format!("{time:.3e}").parse().unwrap_or(time);
@@ -92,8 +86,8 @@ pub fn history_text(scene: &Scene, records: &[StepRecord]) -> String {
     let mut lines = increments(scene, records).lines().into_iter();
     let titles = lines.next();
     let last = records.len() - 1;
-    let is_shown =
-        |k: usize| records.len() <= MOST_ROWS || records[k].increment.share >= 1.0 || k == last;
+    // Rows of increments that are printed; in a longer history only the ends of steps are.
+    let is_shown = |k: usize| records.len() <= 60 || records[k].increment.share >= 1.0 || k == last;
     let rows = lines.enumerate().filter(|(k, _)| is_shown(*k));
     let rows = titles.into_iter().chain(rows.map(|(_, line)| line));
     head + &rows.collect::<String>() + "  (works and dissipation since the beginning)\n"
@@ -103,7 +97,8 @@ pub fn history_text(scene: &Scene, records: &[StepRecord]) -> String {
 fn name(scene: &Scene, record: &StepRecord) -> String {
     let step = record.increment.step;
     let title = escape_control(&scene.step_title(step));
-    let short: String = title.chars().take(LONGEST_TITLE).collect();
+    // Longest title of a step in a table.
+    let short: String = title.chars().take(16).collect();
     match scene.steps[step].increments {
         1 => short,
         _ => format!("{short} {}", record.increment.number),

@@ -25,19 +25,6 @@ use super::{
 };
 use crate::{format::StageSizes, pipeline::Results};
 
-/// Estimates above this share of the energy norm were down to 0.66 of the error on meshes of some hundred unknowns; below
-/// it they were between 0.7 and 1.5 times the error (docs/explanation/errors.md).
-const TRUSTED_ESTIMATE: f64 = 0.25;
-
-/// Parts of forces below this share of the largest are no figures: it is the default accuracy of a solve, and below the digits shown.
-const NOISE: f64 = 1e-12;
-
-/// An imbalance from which on forces are not in equilibrium.
-const LARGEST_NOISE: f64 = 1e-6;
-
-/// How much displacements may differ from each other, over the size of the body, before strains or rotations are not small.
-const SMALL_DEFORMATION: f64 = 0.1;
-
 /// A scene with its results.
 #[derive(Clone, Copy)]
 pub struct SolvedRun<'a> {
@@ -165,7 +152,8 @@ impl<'a> SolvedRun<'a> {
             x.hypot(y).hypot(z)
         };
         let share = size(&self.report.displacement) / size(&self.mesh.coordinates);
-        (share > SMALL_DEFORMATION).then(|| {
+        // How much displacements may differ from each other, over the size of the body, before strains or rotations are not small.
+        (share > 0.1).then(|| {
             format!(
                 "displacements differ by {} of the body's size, but small deformations are assumed: check the units of material, loads and lengths",
                 percent(share)
@@ -245,12 +233,10 @@ impl<'a> SolvedRun<'a> {
         let largest = all.fold(0.0, |most: f64, part| most.max(part.abs()));
         // Forces that no equilibrium balances are none.
         let imbalance = self.report.resultants.force_imbalance;
-        let share = if imbalance < LARGEST_NOISE {
-            imbalance
-        } else {
-            0.0
-        };
-        NOISE.max(share) * largest
+        // An imbalance from which on forces are not in equilibrium.
+        let share = if imbalance < 1e-6 { imbalance } else { 0.0 };
+        // Parts of forces below this share of the largest are no figures: it is the default accuracy of a solve, and below the digits shown.
+        share.max(1e-12) * largest
     }
 
     /// The name that the scene gives a clamp, load or contact face, before the one by its number.
@@ -411,7 +397,9 @@ fn estimate_words(estimate: &ErrorEstimate, scene: &Scene) -> String {
         return "none: nothing is deformed by more than rounding".to_owned();
     }
     let error = estimate.relative();
-    let caution = match (error > TRUSTED_ESTIMATE, scene.adapt) {
+    // Estimates above this share of the energy norm were down to 0.66 of the error on meshes of some hundred unknowns; below
+    // it they were between 0.7 and 1.5 times the error (docs/explanation/errors.md).
+    let caution = match (error > 0.25, scene.adapt) {
         (false, _) => "",
         (true, None) => ", a rough guess: the mesh is coarse; refine it: run ... --error 10%",
         (true, Some(_)) => ", a rough guess: the mesh is coarse",

@@ -13,9 +13,6 @@ use super::{
 };
 use crate::format::StabilityRow;
 
-/// Width of names in the details of a case.
-const NAMES: usize = 34;
-
 /// The table for a terminal; findings below their case.
 pub fn table(rows: &[StabilityRow]) -> String {
     let mut lines = all(rows).lines().into_iter();
@@ -102,7 +99,8 @@ fn remarks(row: &StabilityRow) -> Vec<String> {
 /// Each case in full.
 pub fn details(rows: &[StabilityRow]) -> String {
     let detail = |row: &StabilityRow| match &row.outcome {
-        Ok(check) => figures(check, row.units).text(0, NAMES),
+        // Width of names in the details of a case.
+        Ok(check) => figures(check, row.units).text(0, 34),
         Err(reason) => format!("{}: refused: {reason}\n", row.name),
     };
     rows.iter().map(detail).collect()

@@ -227,12 +227,6 @@ pub enum Spacing {
     Log,
 }
 
-/// Relative rounding of a logarithmic range.
-const WHOLE: f64 = 1e-9;
-
-/// Whole numbers up to this one, 2⁵³, are doubles.
-const MOST_WHOLE: f64 = 9_007_199_254_740_992.0;
-
 impl Range {
     /// The values of a key that has whole numbers.
     fn whole_rows(&self, key: &str) -> Result<Vec<Vec<toml::Value>>, (&'static str, String)> {
@@ -240,7 +234,10 @@ impl Range {
         for value in rows.iter_mut().flatten() {
             let number = value.as_float().unwrap_or(f64::NAN);
             let whole = number.round();
-            if (number - whole).abs() > WHOLE * whole.abs() || whole.abs() > MOST_WHOLE {
+            // Relative rounding of a logarithmic range.
+            // Whole numbers up to this one, 2⁵³, are doubles.
+            if (number - whole).abs() > 1e-9 * whole.abs() || whole.abs() > 9_007_199_254_740_992.0
+            {
                 let expected =
                     "ends and a count that make whole numbers, or `values` in place of `range`";
                 return Err((expected, format!("{key} = {number}")));

@@ -15,9 +15,6 @@ use crate::{
     pipeline::mesh_file,
 };
 
-/// Hexadecimal digits of a case's name: 64 bits tell the cases of a folder apart.
-const DIGITS: usize = 16;
-
 /// The table of a scene that names its units.
 pub(super) const UNITS_KEY: &str = "units";
 
@@ -213,7 +210,8 @@ fn name(scene: &SceneFile, start: Option<&str>) -> String {
     hasher.update(scene_text(&scene.scene).as_bytes());
     hasher.update(start.unwrap_or_default().as_bytes());
     let digest = hasher.finalize().to_hex();
-    digest[..DIGITS].to_owned()
+    // Hexadecimal digits of a case's name: 64 bits tell the cases of a folder apart.
+    digest[..16].to_owned()
 }
 
 /// Refuses an axis that changes units: nothing is converted, so its cases would have the same numbers, and a table

@@ -20,9 +20,6 @@ pub(super) const HISTORY: [&str; 3] = [FRICTION_LOOP, FORCE_DISPLACEMENT, ENERGI
 /// A force or an energy that is this share of the largest, or less, is none.
 const NEGLIGIBLE: f64 = 1e-9;
 
-/// A direction that moves by this share of the farthest one, or less, hardly moves.
-const HARDLY: f64 = 0.01;
-
 /// Draws the charts of a history as SVG and PNG; returns the files.
 pub(super) fn draw(
     folder: &PictureFolder,
@@ -102,7 +99,8 @@ fn force_displacement(records: &[StepRecord], units: Units) -> Chart {
     let farthest = ways.into_iter().fold(0.0, f64::max);
     let happens = |c: &usize| {
         let forces = span(&mut records.iter().map(|r| r.loaded_force[*c]));
-        forces > NEGLIGIBLE * largest_force(records) && ways[*c] > HARDLY * farthest
+        // A direction that moves by this share of the farthest one, or less, hardly moves.
+        forces > NEGLIGIBLE * largest_force(records) && ways[*c] > 0.01 * farthest
     };
     let mut directions: Vec<usize> = (0..3).filter(happens).collect();
     if directions.is_empty() {

@@ -3,10 +3,6 @@
 use contact3d::scene::FrictionLaw;
 use plots::{OverSlip, SlipCoefficientMap, SlipCurve, SlipRange};
 
-/// Share of the range of a coefficient within which it counts as not yet, or no longer, changing.
-const UNCHANGED: f64 = 0.05;
-/// Changes over a larger ratio of slips are shown by powers of ten.
-const MOST_LINEAR: f64 = 100.0;
 /// Decades of slips below the extent of the body that are looked at, and samples in each.
 const DECADES: i32 = 12;
 const PER_DECADE: i32 = 16;
@@ -88,7 +84,8 @@ impl SlipInterval {
             .collect();
         let all = lines.iter().flatten().copied();
         let (low, high) = all.fold((f64::INFINITY, 0.0_f64), |(l, h), v| (l.min(v), h.max(v)));
-        let still = UNCHANGED * (high - low);
+        // Share of the range of a coefficient within which it counts as not yet, or no longer, changing.
+        let still = 0.05 * (high - low);
         let changes = lines.iter().filter_map(|line| {
             let differs = |from: f64| move |v: &f64| (v - from).abs() > still;
             let first = line.iter().position(differs(line[0]))?;
@@ -119,7 +116,8 @@ impl SlipInterval {
     fn range(change: Option<Self>, extent: f64) -> SlipRange {
         match change {
             None => SlipRange::Linear(extent),
-            Some(Self { first, last }) if last > MOST_LINEAR * first => {
+            // Changes over a larger ratio of slips are shown by powers of ten.
+            Some(Self { first, last }) if last > 100.0 * first => {
                 SlipRange::Logarithmic(first / 3.0, extent.min(3.0 * last))
             }
             Some(Self { last, .. }) => SlipRange::Linear(extent.min(1.5 * last)),

@@ -5,9 +5,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use contact3d::mesh::{ContactSurface, Mesh, SurfaceFace};
 use plots::DrawnObstacle;
 
-/// How far a flat obstacle is drawn beyond the contact face, as a share of the longest way across it.
-const MARGIN: f64 = 0.08;
-
 /// The obstacle as some contact faces see it, with a strip around each where it is flat.
 pub(super) fn obstacle_beside(
     mesh: &Mesh,
@@ -93,7 +90,8 @@ fn add_strip(
         shape.gaps.push(shape.gaps[at]);
         let point = shape.points[at];
         shape.points.push(std::array::from_fn(|c| {
-            point[c] + 2.0 * MARGIN * across * sum[c] / length
+            // How far a flat obstacle is drawn beyond the contact face, as a share of the longest way across it.
+            point[c] + 2.0 * 0.08 * across * sum[c] / length
         }));
     }
     for [a, b] in rim {

@@ -20,9 +20,8 @@ use super::{
 };
 use crate::pipeline::{Results, StageError};
 
-/// Width of the six-panel page and of a single panel in pixels.
+/// Width of the six-panel page in pixels.
 pub(super) const PAGE_WIDTH: u32 = 1920;
-const PANEL_WIDTH: u32 = 1280;
 
 /// The folder beside a run file in which its pictures go by default.
 pub fn figures_folder(run_file: &Path) -> PathBuf {
@@ -108,7 +107,7 @@ pub fn draw_run(
             drawn.with_picture(|picture| (plots::panels(picture), plots::page(picture)));
         let named = |name: &str| format!("{name}{ending}");
         for (name, panel) in panels {
-            drawings.push((named(name), panel, PANEL_WIDTH));
+            drawings.push((named(name), panel, 1280));
         }
         if face == 0 {
             drawings.push((ERROR.to_owned(), error_page(&drawn), PAGE_WIDTH));

@@ -10,9 +10,6 @@ use crate::{
     pipeline::StageError,
 };
 
-/// Width of charts in pixels.
-const CHART_WIDTH: u32 = 1720;
-
 /// What is drawn.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Drawing {
@@ -112,7 +109,8 @@ impl PictureFolder {
         charts: impl IntoIterator<Item = (&'a str, Chart)>,
     ) -> Result<Vec<PathBuf>, StageError> {
         let drawn = charts.into_iter();
-        self.save(drawn.map(|(name, chart)| (name, chart.figure(), CHART_WIDTH)))
+        // Width of charts in pixels.
+        self.save(drawn.map(|(name, chart)| (name, chart.figure(), 1720)))
     }
 }
 

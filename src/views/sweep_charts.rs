@@ -32,12 +32,6 @@ const COSTS: [(&str, &str); 6] = [
     ("seconds", "time of the solve"),
 ];
 
-/// Columns of positive values that span more than this factor are drawn by their logarithms.
-const WIDE: f64 = 30.0;
-
-/// Forces below this share of the largest force of a sweep are rounding, and not drawn.
-const ROUNDING: f64 = 1e-10;
-
 /// The columns of all results that may be drawn.
 pub(super) fn columns() -> impl Iterator<Item = &'static str> {
     RESULTS.iter().chain(&COSTS).map(|(column, ..)| *column)
@@ -65,7 +59,8 @@ pub(super) fn charts(table: &SweepTable) -> Vec<(&'static str, Chart)> {
         &[]
     };
     let (legend, names) = lines(&settings, table);
-    let least_force = ROUNDING * largest_force(table);
+    // Forces below this share of the largest force of a sweep are rounding, and not drawn.
+    let least_force = 1e-10 * largest_force(table);
     let drawn = RESULTS.iter().chain(costs).filter_map(|&(column, label)| {
         let y = table.columns.iter().find(|other| other.name == column)?;
         let values = numbers(y);
@@ -186,7 +181,8 @@ fn scale(rising: &[f64]) -> AxisScale {
         most / least
     };
     let geometric = || spread(|a, b| (b / a).ln()) < 0.5 * spread(|a, b| b - a);
-    if low > 0.0 && (high > WIDE * low || geometric()) {
+    // Columns of positive values that span more than this factor are drawn by their logarithms.
+    if low > 0.0 && (high > 30.0 * low || geometric()) {
         AxisScale::Logarithmic
     } else {
         AxisScale::Linear

@@ -28,7 +28,7 @@ use crate::{
 const MOST_LOOPS: usize = 7;
 
 /// How many of the cases that a page leaves out are named.
-const MOST_NAMED: usize = 20;
+const MOST_NAMED_CASES: usize = 20;
 
 /// The table of a sweep's folder.
 pub fn sweep_table(folder: &Path) -> PathBuf {
@@ -172,8 +172,8 @@ fn no_case(folder: &Path) -> StageError {
 }
 
 fn left_out_words(ids: &[String], why: &str) -> String {
-    let named = ids[..ids.len().min(MOST_NAMED)].join(", ");
-    let more = match ids.len().saturating_sub(MOST_NAMED) {
+    let named = ids[..ids.len().min(MOST_NAMED_CASES)].join(", ");
+    let more = match ids.len().saturating_sub(MOST_NAMED_CASES) {
         0 => String::new(),
         more => format!(" and {more} more"),
     };

@@ -15,16 +15,12 @@ use super::{
 const CHART_SIZE: [f64; 2] = [860.0, 480.0];
 /// Upper left corner of its plot.
 const PLOT_CORNER: Point = [92.0, 48.0];
-/// What is below the plot.
-const BELOW_PLOT: f64 = 64.0;
 /// Room for the legend, and the height of an entry.
 const LEGEND_WIDTH: f64 = 250.0;
 const LEGEND_LINE: f64 = 22.0;
 /// Radii of markers, and of those that are close to each other.
 const MARKER_RADIUS: f64 = 4.2;
 const SMALL_MARKER_RADIUS: f64 = 1.2;
-/// Most labelled decades of a logarithmic axis.
-const CHART_DECADES: usize = 8;
 
 /// The palette of M. Okabe and K. Ito, which people with colour-deficient sight can tell apart.
 pub(super) const COLOURS: [Colour; 7] = [
@@ -105,7 +101,8 @@ impl ChartAxis {
         };
         let label = Label::plain(self.label.as_str());
         let quantity = (&label, &self.unit);
-        let axis = Axis::new(self.scale, interval, quantity, pixels, CHART_DECADES);
+        // Most labelled decades of a logarithmic axis.
+        let axis = Axis::new(self.scale, interval, quantity, pixels, 8);
         match self.ticks.as_slice() {
             [] => axis,
             ticks => axis.with_ticks(ticks),
@@ -255,7 +252,8 @@ impl Chart {
         let title = Label::plain(fitted(&self.title, TITLE_SIZE * 1.1, width - 32.0));
         let mut canvas = titled_panel(CHART_SIZE, &title);
         let [left, top] = PLOT_CORNER;
-        let size = [right - left, height - BELOW_PLOT - top];
+        // What is below the plot.
+        let size = [right - left, height - 64.0 - top];
         let drawn = || self.series.iter().flat_map(|series| self.drawn(series));
         let all = self.series.iter().flat_map(|series| &series.points);
         let placed = all.filter(|p| self.x.shows(p.x) && (p.y.is_nan() || self.y.shows(p.y)));

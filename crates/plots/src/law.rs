@@ -22,8 +22,6 @@ use super::{
 /// Height of a chart over slips, and of its plot.
 const LAW_HEIGHT: f64 = 360.0;
 const PLOT_HEIGHT: f64 = 258.0;
-/// Most labelled decades of a logarithmic axis.
-const LAW_DECADES: usize = 7;
 
 /// What a law is drawn from.
 #[derive(Clone, Copy, Debug)]
@@ -75,7 +73,8 @@ impl SlipRange {
             Self::Logarithmic(low, high) => (AxisScale::Logarithmic, [low, high]),
         };
         let unit = units.of(Dimension::LENGTH);
-        Axis::new(scale, interval, (symbol, &unit), pixels, LAW_DECADES)
+        // Most labelled decades of a logarithmic axis.
+        Axis::new(scale, interval, (symbol, &unit), pixels, 7)
     }
 }
 

@@ -33,8 +33,6 @@ const LEAST_HEIGHT: f64 = 350.0;
 pub(super) const RIGHT_MARGIN: f64 = 28.0;
 /// Plots that are longer than this many times their width are stretched across.
 const MOST_SLENDER: f64 = 12.0;
-/// Contact parts at least this many times wider than high have the colour bar below.
-const WIDE: f64 = 1.6;
 
 /// Side of the plot at which the colour bar or legend sits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,7 +66,8 @@ impl PictureLayout {
             stretch_factor(width / height, MOST_SLENDER),
         ];
         let aspect = width * stretch[0] / (height * stretch[1]);
-        let key = if aspect >= WIDE {
+        // Contact parts at least this many times wider than high have the colour bar below.
+        let key = if aspect >= 1.6 {
             KeySide::Below
         } else {
             KeySide::Right

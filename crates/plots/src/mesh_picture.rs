@@ -20,8 +20,6 @@ const VIEW_HEIGHT: f64 = 430.0;
 /// Names of faces in a line of the legend, and the height of a line.
 const COLUMNS: usize = 4;
 const LINE: f64 = 22.0;
-/// Most lines of the legend; the faces beyond are counted.
-const MOST_LINES: usize = 10;
 
 /// The boundary of a mesh as its picture needs it.
 #[derive(Clone, Copy, Debug)]
@@ -44,7 +42,8 @@ pub struct MeshPicture<'a> {
 /// Where arrays do not fit together.
 #[must_use]
 pub fn mesh_page(picture: &MeshPicture<'_>) -> Picture {
-    let shown = picture.names.len().min(COLUMNS * MOST_LINES);
+    // Most lines of the legend; the faces beyond are counted.
+    let shown = picture.names.len().min(COLUMNS * 10);
     let lines = shown.div_ceil(COLUMNS) as f64;
     let size = [2.0 * PANEL_WIDTH, TITLE + VIEW_HEIGHT + lines * LINE + 24.0];
     let title = fitted(picture.title, 15.0, size[0] - 40.0);

@@ -13,8 +13,6 @@ use super::{
 
 /// Panes in contact in less than this share of the face's box fill the picture.
 const SMALL_PART: f64 = 0.25;
-/// What is shown around them, as a share of the longer side of their box.
-const MARGIN: f64 = 0.25;
 
 /// A pane in the plane of t₁ and t₂ \[m\].
 #[derive(Clone, Debug, PartialEq)]
@@ -70,7 +68,8 @@ impl ContactBox {
         if nodes.is_empty() || !is_small {
             return whole;
         }
-        let margin = MARGIN * extent[0].max(extent[1]);
+        // What is shown around them, as a share of the longer side of their box.
+        let margin = 0.25 * extent[0].max(extent[1]);
         Self {
             low: [0, 1].map(|k| (([x, y][k]).0 - margin).max(whole.low[k])),
             high: [0, 1].map(|k| (([x, y][k]).1 + margin).min(whole.high[k])),

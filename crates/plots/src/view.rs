@@ -15,9 +15,6 @@ use super::{
 /// above.
 pub(super) const TOWARD: Vector = [0.34, -0.84, 0.42];
 
-/// Bodies that are longer than this many times their width or height are stretched across.
-const MOST_SLENDER: f64 = 25.0;
-
 /// Maps points of the body to the view, x to the right, y upwards, z towards the viewer.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct View {
@@ -51,7 +48,8 @@ impl View {
         let longest = extents.into_iter().fold(0.0, f64::max);
         let stretch = extents.map(|extent| {
             if extent > 0.0 {
-                stretch_factor(longest / extent, MOST_SLENDER)
+                // Bodies that are longer than this many times their width or height are stretched across.
+                stretch_factor(longest / extent, 25.0)
             } else {
                 1.0
             }
@@ -119,11 +117,6 @@ impl Fit {
         ]
     }
 }
-
-/// Coarse surfaces are refined up to about this many coloured pieces.
-const PIECES: usize = 5000;
-/// Most pieces along an edge of a facet.
-const MOST_PIECES_PER_EDGE: usize = 16;
 
 /// A surface to be drawn.
 #[derive(Clone, Copy, Debug)]
@@ -227,8 +220,10 @@ fn draw_facet(
 }
 
 fn pieces_per_edge(facets: usize) -> usize {
-    let fits = |n: &usize| facets * n * n <= PIECES;
-    let finer = (2..=MOST_PIECES_PER_EDGE).take_while(fits);
+    // Coarse surfaces are refined up to about this many coloured pieces.
+    let fits = |n: &usize| facets * n * n <= 5000;
+    // Most pieces along an edge of a facet.
+    let finer = (2..=16).take_while(fits);
     finer.last().unwrap_or(1)
 }
 
@@ -269,9 +264,6 @@ pub(super) fn shaded(Colour(red, green, blue): Colour, brightness: f64) -> Colou
     Colour(shade(red), shade(green), shade(blue))
 }
 
-/// Cosine of the angle between two facets from which on their common edge is a crease (50°): facets of coarse round faces meet at less.
-const CREASE_COSINE: f64 = 0.643;
-
 /// An edge with the one or two (or more) triangles that meet in it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct SurfaceEdge {
@@ -305,7 +297,8 @@ pub(super) fn mark_lines(edges: &mut [SurfaceEdge], rest: &FacetNormals, faces: 
         if let [first, second] = edge.triangles[..] {
             let cosine = dot(rest.normals[first], rest.normals[second]);
             let cosine = if rest.outward { cosine } else { cosine.abs() };
-            edge.is_line = cosine < CREASE_COSINE || faces.get(first) != faces.get(second);
+            // Facets that meet at more than 50° have a crease between them; those of coarse round faces meet at less.
+            edge.is_line = cosine < 0.643 || faces.get(first) != faces.get(second);
         }
     }
 }

@@ -20,12 +20,8 @@ use crate::view::{
     Facets, Fit, Paint, TOWARD, Vector, View, dot, draw_facets, minus, norm, scaled,
 };
 
-/// Largest drawn displacement relative to the diagonal of the body.
-const DRAWN_DISPLACEMENT: f64 = 0.15;
 /// Largest drawn relative shortening of an edge of the surface.
 const MOST_SHRINKAGE: f64 = 0.6;
-/// Lines of the body at rest are drawn where it moved by more pixels than this.
-const VISIBLE_MOTION: f64 = 1.5;
 /// Pixels of an arrow of the axes triad.
 const TRIAD_LENGTH: f64 = 30.0;
 
@@ -146,7 +142,8 @@ fn drawn_body(picture: &ContactPicture<'_>, layout: &PictureLayout, shown: &Show
 
     let moved = |node: usize| {
         let [from, to] = [pixel(undeformed[node]), pixel(deformed[node])];
-        (to[0] - from[0]).hypot(to[1] - from[1]) > VISIBLE_MOTION
+        // Lines of the body at rest are drawn where it moved by more pixels than this.
+        (to[0] - from[0]).hypot(to[1] - from[1]) > 1.5
     };
     let outline = |hidden: bool| {
         let mut lines = outline_of(&rest, &edges, &view, hidden);
@@ -220,7 +217,8 @@ fn displacement_factor(
         -dot(minus(moved(q), moved(p)), along) / dot(along, along)
     });
     let shrinkage = shrinkages.filter(|s| s.is_finite()).fold(0.0, f64::max);
-    let factor = (DRAWN_DISPLACEMENT * norm(extents) / largest).min(MOST_SHRINKAGE / shrinkage);
+    // Largest drawn displacement relative to the diagonal of the body.
+    let factor = (0.15 * norm(extents) / largest).min(MOST_SHRINKAGE / shrinkage);
     if !factor.is_finite() || factor <= 1.0 {
         return 1.0;
     }

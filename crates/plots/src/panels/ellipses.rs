@@ -13,14 +13,8 @@ use crate::picture::{DrawnFriction, DrawnZone};
 use crate::scale::round_down;
 use crate::text::Label;
 
-/// The largest semi-axis of the ellipses has at least so many pixels; where panes are smaller, only some have one.
-const LEAST_RADIUS: f64 = 7.0;
 /// Distance of two ellipses at least, over their largest semi-axis.
 const LEAST_DISTANCE: f64 = 2.2;
-/// Smallest drawn semi-axis in pixels, for friction that is strong in one direction only.
-const LEAST_SEMI_AXIS: f64 = 0.3;
-/// Longer lines, in multiples of the largest semi-axis, are cut.
-const LONGEST_LINE: f64 = 2.0;
 /// Longest bar of the friction scale in the legend in pixels.
 const LONGEST_SCALE_BAR: f64 = 64.0;
 
@@ -141,7 +135,8 @@ fn common_radius(spots: &[Spot]) -> f64 {
     radii.sort_by(f64::total_cmp);
     let quartile = radii.get(radii.len() / 4).copied().unwrap_or(0.0);
     let smallest = radii.first().copied().unwrap_or(0.0);
-    (0.88 * smallest.max(quartile / 2.0)).max(LEAST_RADIUS)
+    // The largest semi-axis of the ellipses has at least so many pixels; where panes are smaller, only some have one.
+    (0.88 * smallest.max(quartile / 2.0)).max(7.0)
 }
 
 /// Panes whose ellipses of this radius touch neither each other nor the frame: where not all fit the largest of each zone, then those
@@ -228,9 +223,8 @@ fn draw_pane(
     let (_, colour) = zone_paint(pane.zone);
     let thin = (0.06 * radius).clamp(0.15, 0.9);
     if pane.semi_axes.iter().all(|f| f.is_finite() && *f >= 0.0) {
-        let semi_axes = pane
-            .semi_axes
-            .map(|f| (f / largest * radius).max(LEAST_SEMI_AXIS));
+        // Smallest drawn semi-axis in pixels, for friction that is strong in one direction only.
+        let semi_axes = pane.semi_axes.map(|f| (f / largest * radius).max(0.3));
         let fill = match pane.zone {
             DrawnZone::Stick | DrawnZone::Slip if fit => Fill::Plain(Colour::WHITE),
             _ => Fill::Empty,
@@ -246,7 +240,8 @@ fn draw_pane(
     let ratio = turned(pane.stress.map(|t| t / largest), pane.turn);
     let length = ratio[0].hypot(ratio[1]);
     if length.is_finite() && length > 0.0 {
-        let shortening = radius * (LONGEST_LINE / length).min(1.0);
+        // Longer lines, in multiples of the largest semi-axis, are cut.
+        let shortening = radius * (2.0 / length).min(1.0);
         let tip = [
             centre[0] + shortening * ratio[0],
             centre[1] - shortening * ratio[1],

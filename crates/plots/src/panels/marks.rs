@@ -7,13 +7,7 @@ use crate::text::Label;
 use crate::view::{Vector, View, dot, norm, scaled};
 
 /// Most symbols of one mark.
-const MOST: usize = 5;
-/// Most of what is held along an axis, where planes of symmetry meet in corners.
-const MOST_CONES: usize = 3;
-/// Least distance of two symbols in pixels.
-const APART: f64 = 28.0;
-/// Least distance of the lines of two arrows in pixels: their heads do not touch.
-const CLEAR: f64 = 9.0;
+const MOST_SYMBOLS: usize = 5;
 /// Pixels of the longest arrow, of a shorter one that is left out, and of other symbols.
 const ARROW: f64 = 34.0;
 const SHORTEST_ARROW: f64 = 8.0;
@@ -161,7 +155,7 @@ impl Sight<'_> {
     pub(super) fn symbols(&self, marks: &[BodyMark]) -> Vec<Symbol> {
         let mut symbols: Vec<Symbol> = Vec::new();
         let mut chosen = vec![Vec::new(); marks.len()];
-        for round in 0..MOST {
+        for round in 0..MOST_SYMBOLS {
             for (mark, chosen) in marks.iter().zip(&mut chosen) {
                 let next = if round < most(mark) {
                     self.next_place(mark, chosen, &symbols)
@@ -242,13 +236,15 @@ impl Sight<'_> {
             others.fold(f64::MAX, |least, o| least.min((x - o[0]).hypot(y - o[1])))
         };
         let seen = (0..mark.nodes.len()).filter(|&place| self.is_seen[mark.nodes[place]]);
+        // Least distance of two symbols in pixels.
         let mut free: Vec<usize> = seen
-            .filter(|&place| away(place, &mut symbols.iter().map(|symbol| symbol.at)) >= APART)
+            .filter(|&place| away(place, &mut symbols.iter().map(|symbol| symbol.at)) >= 28.0)
             .collect();
         let largest = largest(mark);
         let is_clear = |&place: &usize| {
             let mut drawn = self.symbols_at(mark, place, largest).into_iter();
-            drawn.all(|new| symbols.iter().all(|old| new.distance(old) >= CLEAR))
+            // Least distance of the lines of two arrows in pixels: their heads do not touch.
+            drawn.all(|new| symbols.iter().all(|old| new.distance(old) >= 9.0))
         };
         // A mark has one symbol at least.
         if !chosen.is_empty() || free.iter().any(is_clear) {
@@ -275,8 +271,9 @@ fn most(mark: &BodyMark) -> usize {
     let is_all = || mark.vectors.iter().flatten().all(|&held| held != 0.0);
     match mark.kind {
         BodyMarkKind::Volume => 1,
-        BodyMarkKind::Held if !is_all() => MOST_CONES,
-        _ => MOST,
+        // Most of what is held along an axis, where planes of symmetry meet in corners.
+        BodyMarkKind::Held if !is_all() => 3,
+        _ => MOST_SYMBOLS,
     }
 }
 

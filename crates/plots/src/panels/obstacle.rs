@@ -5,8 +5,6 @@ use crate::panes::{edge_loops, single_edges};
 use crate::picture::DrawnObstacle;
 use crate::view::{Fit, Vector, View, brightness, cross, dot, minus, norm, shaded, unit};
 
-/// What is farther from the face than the nearest point, by more than this share of the diagonal of the body, is cut off.
-const FARTHEST: f64 = 0.2;
 const GREY: Colour = Colour(0xe6, 0xe6, 0xe6);
 const EDGE: Colour = Colour(0xb4, 0xb4, 0xb4);
 
@@ -22,7 +20,8 @@ impl ObstacleShape {
         let gaps = obstacle.gaps.iter().map(|&gap| view.stretched(gap));
         let gaps: Vec<Vector> = gaps.map(|gap| gap.map(|c| factor * c)).collect();
         let nearest = gaps.iter().map(|&gap| norm(gap)).fold(f64::MAX, f64::min);
-        let limit = nearest + FARTHEST * diagonal;
+        // What is farther from the face than the nearest point, by more than this share of the diagonal of the body, is cut off.
+        let limit = nearest + 0.2 * diagonal;
         let points = obstacle.points.iter().zip(&gaps);
         let corners: Vec<(Vector, f64)> = points
             .map(|(&point, gap)| {

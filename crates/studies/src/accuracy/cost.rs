@@ -4,9 +4,6 @@ use std::{fmt, fs, time::Instant};
 
 use super::{Accuracy, AlgebraicStudy, EPSILONS, RunResult};
 
-/// Most runs of the same work, of which the median counts.
-const REPEATS: usize = 3;
-
 /// What a piece of work took.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Cost {
@@ -58,7 +55,8 @@ pub(super) fn measure<T, E>(
     let mut value = work()?;
     let mut seconds = vec![started.elapsed().as_secs_f64()];
     let peak_bytes = peak();
-    while seconds.len() < REPEATS && seconds[0] <= cheap {
+    // Most runs of the same work, of which the median counts.
+    while seconds.len() < 3 && seconds[0] <= cheap {
         drop(value);
         let started = Instant::now();
         value = work()?;
@@ -88,10 +86,6 @@ fn peak() -> Option<f64> {
     let kibibytes: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(1024.0 * kibibytes)
 }
-
-/// An algebraic error of this share of the discretisation error is too small to matter: errors add
-/// as squares, so it changes the whole by half a per cent.
-const NEGLIGIBLE_SHARE: f64 = 0.1;
 
 /// What the studies mean for someone who has the scene's mesh.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -152,8 +146,10 @@ impl Advice {
                 error_ratio: Option::zip(here.energy_error, finer.energy_error)
                     .map(|(here, finer)| here / finer),
             }),
+            // An algebraic error of this share of the discretisation error is too small to matter: errors add
+            // as squares, so it changes the whole by half a per cent.
             sufficient_epsilon: judged
-                .and_then(|(study, error)| sufficient_epsilon(study, NEGLIGIBLE_SHARE * error)),
+                .and_then(|(study, error)| sufficient_epsilon(study, 0.1 * error)),
             ..known
         }
     }

@@ -23,11 +23,7 @@ use contact3d::{
 pub(super) const CHEAP_SECONDS: f64 = 5.0;
 
 /// Differences below this share of the quantity are rounding: the solves reach 1e-12.
-const NEGLIGIBLE: f64 = 1e-10;
-
-/// The least observed order that a limit is claimed from: that of the energy norm at an edge between a clamp and a free face. With a
-/// lower one the meshes are too coarse to tell, and the limit lies far beyond the last of them.
-const LEAST_ORDER: f64 = 0.5;
+const NEGLIGIBLE_DIFFERENCE: f64 = 1e-10;
 
 /// One mesh of the study, solved to rounding.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -106,7 +102,7 @@ impl DiscretisationStudy {
     pub fn new(scene_n_div: usize, mut levels: Vec<Level>) -> Self {
         let h: Vec<f64> = levels.iter().map(|level| level.cell_size).collect();
         let squares: Vec<f64> = levels.iter().map(|l| l.energy_difference.powi(2)).collect();
-        let trend = Trend::new(&h, &squares, NEGLIGIBLE * NEGLIGIBLE);
+        let trend = Trend::new(&h, &squares, NEGLIGIBLE_DIFFERENCE * NEGLIGIBLE_DIFFERENCE);
         for (level, square) in levels.iter_mut().zip(&squares) {
             level.energy_error = trend.limit.map(|limit| (square - limit).max(0.0).sqrt());
         }
@@ -118,7 +114,7 @@ impl DiscretisationStudy {
                 orders: trend.orders.iter().map(|p| p.map(|p| p / 2.0)).collect(),
                 limit: trend.limit.map(|_| 0.0),
             },
-            potential_energy: Trend::new(&h, &energies, NEGLIGIBLE * size),
+            potential_energy: Trend::new(&h, &energies, NEGLIGIBLE_DIFFERENCE * size),
             levels,
         }
     }
@@ -143,13 +139,11 @@ pub(super) struct NestedMeshes<'a> {
     finest: Option<PrimalSystem>,
 }
 
-/// The work of a mesh goes with this power of its number of cells.
-const EFFORT: f64 = 1.3;
-
 /// What solving a mesh costs, beside other meshes.
 pub(crate) fn effort(brick: &Brick) -> f64 {
     let cells: f64 = brick.cells.iter().map(|&n| n as f64).product();
-    cells.powf(EFFORT)
+    // The work of a mesh goes with this power of its number of cells.
+    cells.powf(1.3)
 }
 
 impl<'a> NestedMeshes<'a> {
@@ -238,7 +232,9 @@ impl Trend {
         let orders: Vec<Option<f64>> = (0..h.len()).map(order).collect();
         let last = h.len().wrapping_sub(1);
         let order = orders.last().copied().flatten();
-        let limit = order.filter(|order| *order >= LEAST_ORDER).map(|order| {
+        // The least observed order that a limit is claimed from: that of the energy norm at an edge between a clamp and a free face. With a
+        // lower one the meshes are too coarse to tell, and the limit lies far beyond the last of them.
+        let limit = order.filter(|order| *order >= 0.5).map(|order| {
             let pair = |list: &[f64]| [list[last - 1], list[last]];
             extrapolated(pair(h), pair(values), order)
         });

@@ -16,12 +16,6 @@ use contact3d::{
     scene::{Brick, BrickFace, Contact, InvalidValue, MultiplierSpace, Scene},
 };
 
-/// Planes are rounded a few times on their way from a scene, each time to half of 2e-16.
-const PLANE_ROUNDING: f64 = 4.0 * f64::EPSILON;
-
-/// Digits that typed corners of a part of a contact face share with the planes between cells.
-const PART_ROUNDING: f64 = 1e-9;
-
 /// n_div of a brick: its smallest number of cells along an edge.
 #[must_use]
 pub(crate) fn brick_n_div(brick: &Brick) -> usize {
@@ -110,7 +104,8 @@ fn merges_equal_cells(planes: &[f64], merged: usize) -> bool {
         let mut at = group.iter().enumerate();
         at.all(|(k, x)| {
             let even = first + width * (k as f64 / merged as f64);
-            (x - even).abs() <= PLANE_ROUNDING * length
+            // Planes are rounded a few times on their way from a scene, each time to half of 2e-16.
+            (x - even).abs() <= 4.0 * f64::EPSILON * length
         })
     })
 }
@@ -145,7 +140,8 @@ pub(super) fn contact_parts_fit(scene: &Scene, brick: &Brick) -> bool {
             let (planes, length) = (brick.planes(axis), brick.size[axis]);
             let is_between = |side: f64| {
                 let mut planes = planes.iter().step_by(step);
-                planes.any(|plane| (plane - side).abs() <= PART_ROUNDING * length)
+                // Digits that typed corners of a part of a contact face share with the planes between cells.
+                planes.any(|plane| (plane - side).abs() <= 1e-9 * length)
             };
             let mut sides = corners.iter().map(|corner| corner[axis]);
             sides.all(|side| side <= 0.0 || side >= length || is_between(side))

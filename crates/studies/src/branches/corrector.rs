@@ -13,20 +13,8 @@ use contact3d::{
     solver::contraction_of_mapping,
 };
 
-/// Most steps of Newton's method; quadratic convergence from a good guess takes three to five.
-const MOST_STEPS: usize = 12;
-
-/// A step this short, relative to the point, leaves an error of its square: rounding.
-const SHORT: f64 = 1e-10;
-
-/// Steps that no longer shrink are rounding below this size.
-const ROUNDING: f64 = 1e-7;
-
 /// How far beyond the range rounding may take a point.
 const BEYOND: f64 = 1e-9;
-
-/// A tangent this much longer than its projection is orthogonal to what it is projected on.
-const ORTHOGONAL: f64 = 1e8;
 
 /// Where a corrected point lies.
 #[derive(Clone, Copy)]
@@ -113,7 +101,8 @@ impl PieceEquations<'_> {
             Along::Plane(normal, _) => normal.to_vec(),
         };
         let mut last = f64::INFINITY;
-        for steps in 1..=MOST_STEPS {
+        // Most steps of Newton's method; quadratic convergence from a good guess takes three to five.
+        for steps in 1..=12 {
             let Some((member, evaluated)) = self.at(piece, &point)? else {
                 return Ok(None);
             };
@@ -136,8 +125,9 @@ impl PieceEquations<'_> {
             }
             let tangent = unit(kernel);
             add_scaled(&mut point, 1.0, step);
-            let settled =
-                length <= SHORT * reach || length <= ROUNDING * reach && length > 0.5 * last;
+            // A step this short, relative to the point, leaves an error of its square: rounding.
+            // Steps that no longer shrink are rounding below this size.
+            let settled = length <= 1e-10 * reach || length <= 1e-7 * reach && length > 0.5 * last;
             if settled {
                 let state = self
                     .at(piece, &point)?
@@ -197,7 +187,8 @@ impl PieceEquations<'_> {
             };
             let mut kernel = last_axis(n + 1);
             lu.solve(&mut kernel);
-            if norm(&kernel) < ORTHOGONAL {
+            // A tangent this much longer than its projection is orthogonal to what it is projected on.
+            if norm(&kernel) < 1e8 {
                 let tangent = unit(&kernel);
                 let state = PathState {
                     orientation: orientation(&lu, &tangent, normal),

@@ -9,9 +9,6 @@ use super::{
 };
 use contact3d::{ProblemError, linalg::norm, post::Zone};
 
-/// Stresses below this share of Λ are those of a face about to open.
-const PRESSED: f64 = 1e-4;
-
 /// The equations R(y, s) = 0 of a family: y = λ/Λ with the size of stresses Λ.
 pub(super) struct PieceEquations<'a> {
     pub(super) family: &'a Family<'a>,
@@ -69,7 +66,8 @@ impl<'a> PieceEquations<'a> {
         let residual = member.natural_map(|map| map.evaluate(&multiplier).norm);
         Ok(match residual {
             0.0 => 0.0,
-            residual => residual / norm(&multiplier).max(PRESSED * self.stress),
+            // Stresses below this share of Λ are those of a face about to open.
+            residual => residual / norm(&multiplier).max(1e-4 * self.stress),
         })
     }
 

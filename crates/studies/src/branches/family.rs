@@ -18,9 +18,6 @@ use contact3d::{
 /// Places in the range at which the loads must lie on a straight line to be taken from it, and the whole scene be valid.
 const PROBES: [f64; 3] = [0.289, 0.5, 0.781];
 
-/// Problems that are kept in memory at a time: a point and both sides of its difference.
-const KEPT: usize = 6;
-
 /// What changes with the parameter.
 enum Dependence {
     /// Loads and gap along a straight line: h and the free slip at both ends; and perhaps the law.
@@ -174,7 +171,8 @@ impl<'a> Family<'a> {
             return Ok(Arc::clone(member));
         }
         let member = Arc::new(self.make(s)?);
-        if kept.len() == KEPT {
+        // Problems that are kept in memory at a time: a point and both sides of its difference.
+        if kept.len() == 6 {
             kept.pop_front();
         }
         kept.push_back((s.to_bits(), Arc::clone(&member)));
@@ -334,9 +332,6 @@ pub(super) fn no_friction() -> InvalidValue {
     }
 }
 
-/// How far they may be from it, relative to the largest load; their own rounding is some ε.
-const STRAIGHT: f64 = 1e-13;
-
 /// Whether loads and gap of a problem lie on the line between two others, at a share of it.
 pub(super) fn on_line(
     first: &AssembledProblem,
@@ -365,7 +360,8 @@ pub(super) fn on_line(
             .fold(0.0, |m, v| f64::max(m, v.abs()));
         (0..longest).all(|i| {
             let line = at(&a, i) + share * (at(&b, i) - at(&a, i));
-            (at(&c, i) - line).abs() <= STRAIGHT * size
+            // How far they may be from it, relative to the largest load; their own rounding is some ε.
+            (at(&c, i) - line).abs() <= 1e-13 * size
         })
     };
     straight(&load) && straight(&held) && straight(&gap)

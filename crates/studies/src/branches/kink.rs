@@ -14,9 +14,6 @@ use contact3d::{
 /// Ends of a piece this near are reached.
 pub(super) const REACHED: f64 = 1e-8;
 
-/// Most combinations of pieces that are tried at a point.
-const MOST_PIECES: usize = 256;
-
 /// A point that satisfies the equations of a piece to this, lies on it.
 const ON_PIECE: f64 = 1e-6;
 
@@ -28,9 +25,6 @@ const LEVEL: f64 = 1e-5;
 /// The same for slips, which do not bend along a tangent; rounding makes rates of 1e-8.
 const LAW_TRIAL: f64 = 1e-6;
 const LAW_LEVEL: f64 = 3e-7;
-
-/// Half paths with tangents this near are one.
-const SAME: f64 = 1e-7;
 
 /// A half path whose cosine with the tangent of a path is within this of −1 leads back along it.
 const OPPOSITE: f64 = 1e-5;
@@ -50,7 +44,8 @@ pub(super) struct HalfPath {
 impl HalfPath {
     /// Whether two pieces describe one ray.
     fn is(&self, other: &Self) -> bool {
-        let parallel = 1.0 - dot(&self.state.tangent, &other.state.tangent) < SAME;
+        // Half paths with tangents this near are one.
+        let parallel = 1.0 - dot(&self.state.tangent, &other.state.tangent) < 1e-7;
         let apart = self.is_inside && other.is_inside && self.piece != other.piece;
         parallel && !apart
     }
@@ -216,7 +211,8 @@ fn combinations(piece: &Piece, choices: &[Choice]) -> Vec<Piece> {
     };
     let mut all = choices.iter();
     let total = all.try_fold(1_usize, |n, choice| n.checked_mul(number(choice)));
-    if total.is_some_and(|total| total <= MOST_PIECES) {
+    // Most combinations of pieces that are tried at a point.
+    if total.is_some_and(|total| total <= 256) {
         let mut pieces = vec![piece.clone()];
         for choice in choices {
             let ways = |piece| (0..number(choice)).map(move |k| chosen(piece, choice, k));

@@ -48,13 +48,6 @@ use contact3d::{
     scene::InvalidValue,
 };
 
-/// Most paths that are begun, and most points after which no more are.
-const MOST_PATHS: usize = 100;
-const MOST_POINTS: usize = 20_000;
-
-/// How far an arc is from its chord at most, over the chord's length: tangents of a step make an angle of cosine 0.9 at most.
-const CHORD: f64 = 0.25;
-
 /// A path of solutions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Path {
@@ -304,8 +297,9 @@ impl Branches {
             let chord = difference(&b.multiplier, &a.multiplier);
             let mut offset = difference(multiplier, &a.multiplier);
             add_scaled(&mut offset, -share, &chord);
+            // How far an arc is from its chord at most, over the chord's length: tangents of a step make an angle of cosine 0.9 at most.
             (0.0..=1.0).contains(&share)
-                && norm(&offset) <= CHORD * norm(&chord) + SAME * self.stress
+                && norm(&offset) <= 0.25 * norm(&chord) + SAME * self.stress
         })
     }
 
@@ -333,7 +327,8 @@ impl Branches {
 /// Whether no more paths are begun.
 fn is_large(paths: &[Path]) -> bool {
     let points = paths.iter().map(|path| path.points.len()).sum::<usize>();
-    paths.len() >= MOST_PATHS || points >= MOST_POINTS
+    // Most paths that are begun, and most points after which no more are.
+    paths.len() >= 100 || points >= 20_000
 }
 
 fn restored(

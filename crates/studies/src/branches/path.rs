@@ -22,7 +22,7 @@ const SMALLEST_STEP: f64 = 1e-8;
 const LARGEST_STEP: f64 = 0.1;
 
 /// A step grows by this after fewer corrections than `FEW`, and shrinks by `SHRINK` after a failure (GetFEM's rule).
-const GROWTH: f64 = 1.3;
+const STEP_GROWTH: f64 = 1.3;
 const SHRINK: f64 = 0.5;
 const FEW: usize = 5;
 
@@ -32,20 +32,8 @@ pub(super) const STRAIGHT: f64 = 0.9;
 /// A path that comes this near to a known point in its direction has come back to it.
 pub(super) const RETURNED: f64 = 1e-5;
 
-/// A start nearer than this share of a step is the one that the path has just left.
-const BEHIND: f64 = 1e-9;
-
-/// Rates of the parameter below this are those of a path that stands upright, and no fold.
-const UPRIGHT: f64 = 1e-9;
-
-/// Most points of one path.
-const MOST_POINTS: usize = 5_000;
-
 /// A certified point has at most this residual of the natural map, measured by local stiffness.
 const CERTIFIED: f64 = 1e-8;
-
-/// As many times the estimate of rounding count as rounding.
-const SEVERAL: f64 = 10.0;
 
 /// Why a path ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -88,7 +76,8 @@ impl PieceEquations<'_> {
         open: &mut Open,
         observe: &mut Observer<'_>,
     ) -> Result<PathEnd, ProblemError> {
-        for _ in done..MOST_POINTS {
+        // Most points of one path.
+        for _ in done..5_000 {
             let (points, end) = match self.advance(&front)? {
                 Advance::Nothing => {
                     front.step *= SHRINK;
@@ -115,7 +104,8 @@ impl PieceEquations<'_> {
                     if known.is_none() {
                         let reach = norm(&state.point);
                         if state.steps < FEW {
-                            front.step = (GROWTH * front.step).min(LARGEST_STEP * (1.0 + reach));
+                            front.step =
+                                (STEP_GROWTH * front.step).min(LARGEST_STEP * (1.0 + reach));
                         }
                         front.state = state;
                         points.push(point);
@@ -146,7 +136,8 @@ impl PieceEquations<'_> {
     /// Whether a point solves the problem as the solvers measure it: to `CERTIFIED`, or to what rounding of S λ leaves where large
     /// coefficients of friction multiply it.
     fn is_certified(&self, point: &PathPoint, state: &PathState) -> bool {
-        point.residual <= CERTIFIED.max(SEVERAL * self.rounding(&state.member, &state.evaluated))
+        // As many times the estimate of rounding count as rounding.
+        point.residual <= CERTIFIED.max(10.0 * self.rounding(&state.member, &state.evaluated))
     }
 
     /// The folds and branch points between the front and the next point of its piece, and the end of the path where one is a branch
@@ -165,7 +156,8 @@ impl PieceEquations<'_> {
             to,
         };
         let rates = [front.state.parameter_rate(), to.parameter_rate()];
-        let turns = rates[0] * rates[1] < 0.0 && rates.iter().all(|rate| rate.abs() > UPRIGHT);
+        // Rates of the parameter below this are those of a path that stands upright, and no fold.
+        let turns = rates[0] * rates[1] < 0.0 && rates.iter().all(|rate| rate.abs() > 1e-9);
         if turns && let Some(fold) = step.fold()? {
             points.push(self.describe(&front.piece, &fold, PointKind::Fold, Vec::new())?);
         }
@@ -246,19 +238,11 @@ fn passes(from: &PathState, to: &PathState, [point, tangent]: &[Vec<f64>; 2]) ->
     let along = dot(&offset, &chord) / dot(&chord, &chord);
     let mut off = offset;
     add_scaled(&mut off, -along, &chord);
-    (BEHIND..=1.0).contains(&along)
+    // A start nearer than this share of a step is the one that the path has just left.
+    (1e-9..=1.0).contains(&along)
         && norm(&off) < 0.1 * norm(&chord)
         && dot(&to.tangent, tangent) > STRAIGHT
 }
-
-/// A piece does not end within this share of a step; shorter steps tell.
-const STILL: f64 = 1e-3;
-
-/// Steps across a branch point are no longer than this.
-const SURE_STEP: f64 = 1e-4;
-
-/// A corrected point may lie this many steps from the last one.
-const NEAR: f64 = 2.0;
 
 /// What a step came to.
 pub(super) enum Advance {
@@ -299,8 +283,10 @@ impl PieceEquations<'_> {
             || dot(&chord, &from.tangent) < STRAIGHT * length
             || dot(&chord, &state.tangent) < STRAIGHT * length;
         // A step to another path may turn the orientation, too; a short one that does has passed a branch point.
-        let turned = state.orientation != from.orientation && front.step > SURE_STEP;
-        if bent || turned || length > NEAR * front.step {
+        // Steps across a branch point are no longer than this.
+        let turned = state.orientation != from.orientation && front.step > 1e-4;
+        // A corrected point may lie this many steps from the last one.
+        if bent || turned || length > 2.0 * front.step {
             return Ok(Advance::Nothing);
         }
         if !self.crosses(piece, from, &state) {
@@ -314,8 +300,9 @@ impl PieceEquations<'_> {
         };
         let found = step.first_end()?;
         // A path that leaves a kink leads into its piece; an end that a step finds at once lies beyond a turn it has missed.
+        // A piece does not end within this share of a step; shorter steps tell.
         let moves =
-            |state: &PathState| norm(&difference(&state.point, &from.point)) > STILL * front.step;
+            |state: &PathState| norm(&difference(&state.point, &from.point)) > 1e-3 * front.step;
         if let Some((state, reached)) = found.filter(|(state, _)| moves(state)) {
             return Ok(Advance::PieceEnd(state, reached));
         }

@@ -14,9 +14,6 @@ use contact3d::{
     solver::{NaturalMap, Status},
 };
 
-/// ‖R‖ / ‖λ‖ of a solution, measured by local stiffness.
-const SOLVED: f64 = 1e-10;
-
 /// Most steps from one start, and halvings of one step.
 const MOST_STEPS: usize = 60;
 const MOST_HALVINGS: usize = 8;
@@ -31,10 +28,6 @@ const STEP_OPERATIONS: f64 = 1e5;
 /// The least number of starts, whatever they cost, and how many there are before a search may end early.
 const LEAST_STARTS: usize = 8;
 const FIRST_STARTS: usize = 64;
-
-/// A search ends once every solution was reached from this many starts. One that fewer starts lead to than any of those found may still
-/// be missing.
-const REPEATS: usize = 4;
 
 impl PieceEquations<'_> {
     /// The solutions at s, beside known ones, to which Newton's method and the deflated one lead: from the face that is open, glued,
@@ -69,7 +62,9 @@ impl PieceEquations<'_> {
                     }
                     reached[place] += usize::from(!deflated);
                 }
-                let is_usual = |count: &usize| *count >= REPEATS;
+                // A search ends once every solution was reached from this many starts. One that fewer starts lead to than any of those
+                // found may still be missing.
+                let is_usual = |count: &usize| *count >= 4;
                 if number + 1 >= FIRST_STARTS && !known.is_empty() && reached.iter().all(is_usual) {
                     break;
                 }
@@ -101,7 +96,8 @@ impl PieceEquations<'_> {
         let mut multiplier = start;
         let mut at = map.evaluate(&multiplier);
         for _ in 0..MOST_STEPS {
-            if at.norm == 0.0 || at.norm <= SOLVED * norm(&multiplier) {
+            // ‖R‖ / ‖λ‖ of a solution, measured by local stiffness.
+            if at.norm == 0.0 || at.norm <= 1e-10 * norm(&multiplier) {
                 return Some(multiplier);
             }
             let (step, _) = map.newton_step(&at)?;

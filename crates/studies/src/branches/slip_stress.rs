@@ -3,9 +3,6 @@
 use super::piece::NodePiece;
 use contact3d::contact::{SlipOperator, SlipOperatorDerivative};
 
-/// Most steps of Newton's method for τ, which converges monotonically.
-const MOST_STEPS: usize = 60;
-
 /// The stress p of a slipping pane as a smooth function of the trial stress z, of the slip bound g and of
 /// 𝓕⁻¹ = diag(f₁, f₂).
 ///
@@ -90,7 +87,8 @@ fn excess(trial: [f64; 2], bound: f64, a: [f64; 2]) -> Option<f64> {
     }
     // Where both terms are one half, φ ≤ 0.
     let upper = reach(std::f64::consts::SQRT_2);
-    for _ in 0..MOST_STEPS {
+    // Most steps of Newton's method for τ, which converges monotonically.
+    for _ in 0..60 {
         let (mut value, mut slope) = (-1.0, 0.0);
         for k in [0, 1] {
             if trial[k] != 0.0 {

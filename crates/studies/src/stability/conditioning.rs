@@ -99,9 +99,6 @@ fn scaled_condition(problem: &ExplicitProblem) -> f64 {
     largest * inverse
 }
 
-/// Roundings of a sum of some hundred terms add up to about this many, as the root of their number.
-const ROUNDINGS: f64 = 16.0;
-
 /// What double precision allows for one problem, known from its conditioning alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RoundingBound {
@@ -134,7 +131,8 @@ impl RoundingBound {
             .collect();
         let rounding = problem.assembled.rounding_of(solution, report, &moved);
         Self {
-            multiplier: ROUNDINGS * f64::EPSILON * of_matrices * linearisation.sensitivity,
+            // Roundings of a sum of some hundred terms add up to about this many, as the root of their number.
+            multiplier: 16.0 * f64::EPSILON * of_matrices * linearisation.sensitivity,
             certificate: rounding.worst(),
         }
     }

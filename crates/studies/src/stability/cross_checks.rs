@@ -15,15 +15,6 @@ use contact3d::{
 /// Accuracy asked of all.
 const TO_ROUNDING: f64 = 1e-12;
 
-/// An answer that says it is further from the solution than this says nothing of it.
-const NEAR: f64 = 1e-6;
-
-/// Steps of averaging with one share; from 1 to rounding ½ takes 45.
-const MOST_AVERAGES: usize = 400;
-
-/// Applications of S that GPCG may take in one inner problem; a solve that needs more is reported as such.
-const MOST_APPLICATIONS: usize = 100_000;
-
 /// An algorithm that shares with the others only S and h.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CrossCheck {
@@ -59,7 +50,8 @@ impl CrossCheck {
             inner,
             epsilon: Some(TO_ROUNDING),
             precision: PrecisionControl::Fixed,
-            max_operator_applications: MOST_APPLICATIONS,
+            // Applications of S that GPCG may take in one inner problem; a solve that needs more is reported as such.
+            max_operator_applications: 100_000,
             ..SolveSettings::default()
         }
     }
@@ -98,7 +90,8 @@ impl CrossCheckResult {
     #[must_use]
     pub fn is_solution(&self) -> bool {
         match self.status {
-            Status::ReducedAccuracy => self.accuracy <= NEAR,
+            // An answer that says it is further from the solution than this says nothing of it.
+            Status::ReducedAccuracy => self.accuracy <= 1e-6,
             status => status.is_solved(),
         }
     }
@@ -156,7 +149,8 @@ fn averaged(problem: &ExplicitProblem, law: &CoulombLaw) -> (Status, f64, usize,
     let mut multiplier = start.clone();
     for share in [0.5, 0.125] {
         multiplier.clone_from(&start);
-        for _ in 0..MOST_AVERAGES {
+        // Steps of averaging with one share; from 1 to rounding ½ takes 45.
+        for _ in 0..400 {
             let image = evaluate_mapping(dual, &local, &laws, law, &multiplier);
             steps += 1;
             for (l, image) in multiplier.iter_mut().zip(&image.multiplier) {

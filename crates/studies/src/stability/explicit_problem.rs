@@ -13,9 +13,6 @@ use contact3d::{
     solver::{ContactState, Solution},
 };
 
-/// A stress this much below those of the load is none.
-const ZERO: f64 = 1e-12;
-
 /// A scene with contact, assembled in memory with the dense dual operator.
 pub(super) struct ExplicitProblem {
     pub(super) assembled: AssembledProblem,
@@ -129,7 +126,8 @@ impl ExplicitProblem {
             .map(|j| dual.rhs[j] / dual.column(j)[j])
             .collect();
         let pushed = norm(&pushed);
-        difference / if size > ZERO * pushed { size } else { pushed }
+        // A stress this much below those of the load is none.
+        difference / if size > 1e-12 * pushed { size } else { pushed }
     }
 }
 

@@ -171,9 +171,6 @@ fn changed(
     Ok(Some((solution.status, solution.multiplier)))
 }
 
-/// A stride near the golden section of any number scatters neighbours far apart.
-const GOLDEN: f64 = 0.618_033_988_749_895;
-
 /// The mesh with scattered node numbers and its tetrahedra in reverse; panes keep their numbers.
 pub(super) fn renumbered(mesh: &Mesh) -> Mesh {
     let new = scattered(mesh.coordinates.len());
@@ -206,7 +203,8 @@ fn renamed<'a, const K: usize>(
 
 /// A permutation of 0…n−1 without order.
 fn scattered(n: usize) -> Vec<usize> {
-    let first = ((n as f64 * GOLDEN) as usize).max(1);
+    // A stride near the golden section of any number scatters neighbours far apart.
+    let first = ((n as f64 * 0.618_033_988_749_895) as usize).max(1);
     let stride = (first..).find(|&stride| greatest_common_divisor(n, stride) == 1);
     (0..n).map(|i| i * stride.unwrap_or(1) % n).collect()
 }

@@ -193,9 +193,6 @@ pub const GOAL: f64 = 1e-10;
 /// Answers that differ by more than this do not agree, however badly conditioned the problem is.
 const USELESS: f64 = 1e-6;
 
-/// Algorithms that have to agree.
-const ENOUGH: usize = 2;
-
 /// The outcome of a case, and what is remarkable about it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
@@ -236,9 +233,6 @@ impl fmt::Display for Verdict {
         }
     }
 }
-
-/// Reported accuracies hold up to this factor: they are measured in another norm.
-const ABOUT: f64 = 10.0;
 
 impl Verdict {
     fn of(check: &Check) -> Self {
@@ -311,10 +305,11 @@ impl Verdict {
         let mut agreeing = 0;
         let mut remarks = Vec::new();
         for cross_check in &check.cross_checks {
+            // Reported accuracies hold up to this factor: they are measured in another norm.
             let allowed = check.rounding_bound.multiplier
                 + check.linearisation.sensitivity
                     * (cross_check.residual + check.linearisation.residual)
-                + ABOUT * cross_check.accuracy;
+                + 10.0 * cross_check.accuracy;
             let reached = if cross_check.disagreement > USELESS {
                 VerdictLevel::Fail
             } else {
@@ -341,7 +336,8 @@ impl Verdict {
                 }
             }
         }
-        if agreeing < ENOUGH && !several {
+        // Algorithms that have to agree.
+        if agreeing < 2 && !several {
             let agree = match agreeing {
                 0 => "no algorithm agrees",
                 _ => "only one algorithm agrees",

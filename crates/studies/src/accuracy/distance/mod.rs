@@ -138,9 +138,6 @@ pub fn distance(
     })
 }
 
-/// Most bodies of a leaf.
-const LEAF: usize = 4;
-
 /// Smallest and largest coordinates in m.
 type Bounds = [[f64; 3]; 2];
 
@@ -185,7 +182,8 @@ impl Tree {
             bodies: [from, to],
             parts: None,
         });
-        if to - from > LEAF {
+        // Most bodies of a leaf.
+        if to - from > 4 {
             let length = |c: usize| bounds[1][c] - bounds[0][c];
             let axis = (0..3).fold(0, |best, c| if length(c) > length(best) { c } else { best });
             let middle = |body: &usize| self.boxes[*body][0][axis] + self.boxes[*body][1][axis];
@@ -269,15 +267,6 @@ fn outside([low, high]: &Bounds, point: [f64; 3]) -> f64 {
     let beyond = |c: usize| (low[c] - point[c]).max(point[c] - high[c]).max(0.0);
     (0..3).map(|c| beyond(c).powi(2)).sum::<f64>().sqrt()
 }
-
-/// Steps of Newton's method for a place in a curved tetrahedron; few are needed, and more help no point outside.
-const STEPS: usize = 12;
-
-/// Steps below this size in barycentric coordinates are roundings.
-const SMALL_STEP: f64 = 1e-13;
-
-/// Barycentric coordinates down to minus this belong to a tetrahedron: roundings of places on its sides.
-const ROUNDING: f64 = 1e-10;
 
 /// A tetrahedron of a mesh.
 #[derive(Debug, Clone)]
@@ -367,7 +356,8 @@ impl SearchedTetrahedron {
         let inside = found.map(|l| l.max(0.0));
         let sum: f64 = inside.iter().sum();
         let inside = inside.map(|l| l / sum);
-        if least >= -ROUNDING {
+        // Barycentric coordinates down to minus this belong to a tetrahedron: roundings of places on its sides.
+        if least >= -1e-10 {
             return (0.0, inside);
         }
         let off = Vector3::from(self.place(&inside).0) - Vector3::from(point);
@@ -384,7 +374,8 @@ impl SearchedTetrahedron {
             }
             Some(map) => {
                 let mut at = [0.25; 4];
-                for _ in 0..STEPS {
+                // Steps of Newton's method for a place in a curved tetrahedron; few are needed, and more help no point outside.
+                for _ in 0..12 {
                     let arm = point - Vector3::from(map.place(&at));
                     let (_, slopes) = map.geometry(&at);
                     // λ_k is 1 at corner k and ½ in the middle of its edges.
@@ -395,7 +386,8 @@ impl SearchedTetrahedron {
                         (slopes[k] + halves).dot(&arm)
                     });
                     at = std::array::from_fn(|k| at[k] + step[k]);
-                    if step.iter().all(|s| s.abs() < SMALL_STEP) {
+                    // Steps below this size in barycentric coordinates are roundings.
+                    if step.iter().all(|s| s.abs() < 1e-13) {
                         break;
                     }
                 }
