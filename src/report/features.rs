@@ -12,9 +12,6 @@ struct FeatureCost {
     unknowns: Option<usize>,
 }
 
-/// A feature, and what it adds; `None` where it is absent.
-type Feature = (&'static str, Option<FeatureCost>);
-
 /// A cost in unknowns: their number and what they are.
 fn unknowns(count: Option<usize>, what: &str) -> Option<FeatureCost> {
     let number = count.map_or(String::new(), |count| format!("{count} "));
@@ -33,7 +30,7 @@ fn data(present: bool, words: impl std::fmt::Display) -> Option<FeatureCost> {
 }
 
 /// All features, in the order in which they build on each other.
-fn list(scene: &Scene, sizes: &StageSizes) -> Vec<Feature> {
+fn list(scene: &Scene, sizes: &StageSizes) -> Vec<(&'static str, Option<FeatureCost>)> {
     let faces = &scene.contact_features();
     let clamps = scene.clamps.iter().filter(|clamp| clamp.is_moved()).count();
     let (regions, springs) = (scene.regions.len(), scene.springs.len());

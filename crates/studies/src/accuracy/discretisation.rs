@@ -134,7 +134,7 @@ pub(super) struct NestedMeshes<'a> {
     /// What their work is announced as.
     pub(super) kind: usize,
     levels: Vec<Level>,
-    fields: Vec<(Brick, NodalField)>,
+    fields: Vec<(Brick, (Arc<Mesh>, Vec<[f64; 3]>))>,
     /// A of the last mesh.
     finest: Option<PrimalSystem>,
 }
@@ -268,14 +268,11 @@ pub(super) fn solved_to_rounding(mut scene: Scene) -> Scene {
     scene
 }
 
-/// A mesh with the displacement of its nodes in m.
-type NodalField = (Arc<Mesh>, Vec<[f64; 3]>);
-
-/// A level, its displacement, and A of its mesh.
+/// A level, its mesh with the displacement of the nodes in m, and A.
 fn solve_level(
     scene: &Scene,
     brick: &Brick,
-) -> Result<(Level, NodalField, PrimalSystem), ProblemError> {
+) -> Result<(Level, (Arc<Mesh>, Vec<[f64; 3]>), PrimalSystem), ProblemError> {
     let mesh = Mesh::of_scene(scene, Path::new(""))?;
     let problem = Problem::of_checked(scene.clone(), Arc::new(mesh))?;
     let assembled = problem.assemble()?;

@@ -29,10 +29,6 @@ pub(super) struct EvaluatedPiece {
     pub(super) slips: Slips,
 }
 
-/// How the body answers multipliers: r = S λ − h in m³, `[n]`, and u_t at the contact nodes in m, empty where no law of the family follows
-/// it.
-type Response = (Vec<f64>, Vec<[f64; 2]>);
-
 /// One pane; stresses over Λ.
 pub(super) struct EvaluatedPane {
     /// z_ν = λ_ν − ρ_ν r_ν.
@@ -90,7 +86,9 @@ impl<'a> PieceEquations<'a> {
         self.evaluate_with(member, piece, y, &self.response(member, y))
     }
 
-    fn response(&self, member: &FamilyMember, y: &[f64]) -> Response {
+    /// How the body answers multipliers: r = S λ − h in m³, `[n]`, and u_t at the contact nodes in m, empty where no law of the family
+    /// follows it.
+    fn response(&self, member: &FamilyMember, y: &[f64]) -> (Vec<f64>, Vec<[f64; 2]>) {
         let multiplier: Vec<f64> = y.iter().map(|y| self.stress * y).collect();
         let displacement = member.dual.tangential_displacement(&multiplier);
         (member.dual.gradient(&multiplier), displacement)
@@ -102,7 +100,7 @@ impl<'a> PieceEquations<'a> {
         member: &FamilyMember,
         piece: &Piece,
         y: &[f64],
-        (gradient, displacement): &Response,
+        (gradient, displacement): &(Vec<f64>, Vec<[f64; 2]>),
     ) -> Option<EvaluatedPiece> {
         let rho = member.steplengths();
         let layout = member.dual.layout;
