@@ -134,9 +134,16 @@ pub(super) struct NestedMeshes<'a> {
     /// What their work is announced as.
     pub(super) kind: usize,
     levels: Vec<Level>,
-    fields: Vec<(Brick, (Arc<Mesh>, Vec<[f64; 3]>))>,
+    fields: Vec<SolvedBrick>,
     /// A of the last mesh.
     finest: Option<PrimalSystem>,
+}
+
+/// A brick with its mesh and the displacement of the nodes in m.
+struct SolvedBrick {
+    brick: Brick,
+    mesh: Arc<Mesh>,
+    displacement: Vec<[f64; 3]>,
 }
 
 /// What solving a mesh costs, beside other meshes.
@@ -193,7 +200,7 @@ impl<'a> NestedMeshes<'a> {
                 cost.seconds
             ));
             self.levels.push(Level { cost, ..level });
-            self.fields.push((brick, field));
+            self.fields.push(field);
             self.finest = Some(primal);
         }
         pieces.end();
@@ -203,14 +210,15 @@ impl<'a> NestedMeshes<'a> {
     /// All meshes against the finest; `None` for another body.
     pub(super) fn study(mut self) -> Option<DiscretisationStudy> {
         let brick = self.scene.body.as_brick()?;
-        if let (Some(primal), Some((_, (mesh, finest)))) = (self.finest, self.fields.last()) {
+        if let (Some(primal), Some(last)) = (self.finest, self.fields.last()) {
+            let (mesh, finest) = (&last.mesh, &last.displacement);
             let norm = |field: &[[f64; 3]]| match primal.dofs.prescribed {
                 None => energy_norm(&primal.stiffness, &primal.dofs.to_free(field)),
                 Some(_) => whole_energy_norm(self.scene, mesh, field),
             };
             let size = norm(finest);
-            for (level, (brick, (own_mesh, field))) in self.levels.iter_mut().zip(&self.fields) {
-                let same = prolongate(brick, own_mesh, field, &mesh.coordinates);
+            for (level, own) in self.levels.iter_mut().zip(&self.fields) {
+                let same = prolongate(&own.brick, &own.mesh, &own.displacement, &mesh.coordinates);
                 let pairs = same.iter().zip(finest);
                 let apart: Vec<[f64; 3]> = pairs
                     .map(|(a, b)| std::array::from_fn(|c| a[c] - b[c]))
@@ -268,11 +276,11 @@ pub(super) fn solved_to_rounding(mut scene: Scene) -> Scene {
     scene
 }
 
-/// A level, its mesh with the displacement of the nodes in m, and A.
+/// A level, its displacement, and A.
 fn solve_level(
     scene: &Scene,
     brick: &Brick,
-) -> Result<(Level, (Arc<Mesh>, Vec<[f64; 3]>), PrimalSystem), ProblemError> {
+) -> Result<(Level, SolvedBrick, PrimalSystem), ProblemError> {
     let mesh = Mesh::of_scene(scene, Path::new(""))?;
     let problem = Problem::of_checked(scene.clone(), Arc::new(mesh))?;
     let assembled = problem.assemble()?;
@@ -293,6 +301,10 @@ fn solve_level(
         potential_energy: r.strain_energy - r.load_work,
         ..Level::default()
     };
-    let field = (Arc::clone(problem.mesh()), report.displacement);
+    let field = SolvedBrick {
+        brick: brick.clone(),
+        mesh: Arc::clone(problem.mesh()),
+        displacement: report.displacement,
+    };
     Ok((level, field, system.assembly.primal))
 }
