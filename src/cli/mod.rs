@@ -23,6 +23,8 @@ mod study;
 mod sweep;
 mod terminal;
 
+use std::thread;
+
 use clap::Parser;
 
 pub use arguments::Arguments;
@@ -34,14 +36,30 @@ use arguments::Command;
 #[must_use]
 pub fn main() -> Exit {
     // Before anything calls HDF5, as `--version` does.
-    let exit = match runfile::require_plain_hdf5() {
-        Err(error) => exit::refuse(&error.to_string()),
-        Ok(()) => match Arguments::try_parse() {
-            Ok(arguments) => perform(&arguments),
-            Err(error) => exit::explain_usage(error),
-        },
+    if let Err(error) = runfile::require_plain_hdf5() {
+        return terminal::close(exit::refuse(&error.to_string()));
+    }
+    // The stack of the first thread is as large as the shell allows, and a command that overflows it ends midway.
+    let work = || match Arguments::try_parse() {
+        Ok(arguments) => perform(&arguments),
+        Err(error) => exit::explain_usage(error),
     };
-    terminal::close(exit)
+    let worker = thread::Builder::new().stack_size(STACK_BYTES).spawn(work);
+    terminal::close(match worker {
+        Ok(worker) => worker
+            .join()
+            .unwrap_or_else(|panic| std::panic::resume_unwind(panic)),
+        Err(error) => refuse_limits(&error),
+    })
+}
+
+/// The stack of the thread that does the work; what Linux gives a first thread.
+const STACK_BYTES: usize = 8 << 20;
+
+fn refuse_limits(error: &std::io::Error) -> Exit {
+    exit::refuse(&format!(
+        "the system gives no threads or handlers of signals ({error}); raise the limits of the shell (`ulimit -a`)"
+    ))
 }
 
 fn perform(arguments: &Arguments) -> Exit {
@@ -51,9 +69,7 @@ fn perform(arguments: &Arguments) -> Exit {
         .build_global();
     let handlers = runfile::install_signal_handlers(interruption::farewell);
     if let Err(error) = pool.map_err(std::io::Error::other).and(handlers) {
-        return exit::refuse(&format!(
-            "the system gives no threads or handlers of signals ({error}); raise the limits of the shell (`ulimit -a`)"
-        ));
+        return refuse_limits(&error);
     }
     let output = arguments.output;
     let outcome = match &arguments.command {

@@ -68,7 +68,7 @@ const REST: [(&str, &str); 5] = [
     ("title", "title = 'example'\n"),
     (
         "body",
-        "[body]\nelement = 'auto'\n[body.brick]\nsize = [3.0, 1.0, 1.0]\ncells = [6, 2, 2]\n",
+        "[body]\nelement = 'P2'\n[body.brick]\nsize = [3.0, 1.0, 1.0]\ncells = [6, 2, 2]\n",
     ),
     (
         "material",

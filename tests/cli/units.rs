@@ -145,13 +145,7 @@ const LENGTH_IN: [&str; 7] = [
     "run.h5",
     "summary.csv",
 ];
-const FORCE_IN: [&str; 5] = [
-    "status",
-    "accuracy",
-    "sweep.html",
-    "normal_force.svg",
-    "run.h5",
-];
+const FORCE_IN: [&str; 4] = ["status", "sweep.html", "normal_force.svg", "run.h5"];
 
 fn assert_spoken(texts: &[(String, String)], places: &[&str], word: &str) {
     for place in places {

@@ -391,7 +391,6 @@ fn the_first_mesh_is_coarse_where_the_scene_leaves_it_open() {
         scene.body.as_brick().expect("a brick").cells
     };
     assert_eq!(first_cells("P2", ""), [6, 2, 2]);
-    assert_eq!(first_cells("auto", ""), [6, 2, 2]);
     assert_eq!(first_cells("P1", ""), [12, 4, 4]);
     for fixed in [
         "adapt.start = 'scene'",
