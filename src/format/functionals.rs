@@ -15,6 +15,7 @@ use super::{
 
 const NAME: &str = "/solve/quantities/name";
 const UNIT: &str = "/solve/quantities/unit";
+const BOX: &str = "/solve/quantities/box";
 const INDICATOR: &str = "/solve/quantities/indicator";
 
 const ROWS: &[Extent] = &[Named("n_quantities")];
@@ -26,7 +27,7 @@ pub(super) const FIELDS: Fields<FunctionalEstimate> = fields! { FunctionalEstima
     (value) "/solve/quantities/value", ROWS, Dimension::Number, "Their values, each in its own `unit`.".symbol("Q(u_h)").optional(MISSING);
     (error) "/solve/quantities/error", ROWS, Dimension::Number, "Estimated Q(u) - Q(u_h) with its sign; of areas the larger distance to an end of the range.".optional(MISSING);
     (range) "/solve/quantities/range", &[Named("n_quantities"), Fixed(2)], Dimension::Number, "Where the quantity of the body lies by the estimate: smallest and largest value.".optional(MISSING);
-    [|it| it.corners.unwrap_or([[f64::NAN; 3]; 2]), |it, corners: [[f64; 3]; 2]| it.corners = Some(corners).filter(|corners| corners[0][0].is_finite())] "/solve/quantities/box", &[Named("n_quantities"), Fixed(2), extents::XYZ], Dimension::LENGTH, "Opposite corners of the box that a mean is over; NaN for what is no mean.".optional(MISSING);
+    [|it| it.corners.unwrap_or([[f64::NAN; 3]; 2]), |it, corners: [[f64; 3]; 2]| it.corners = Some(corners).filter(|corners| corners.as_flattened().iter().all(|x| x.is_finite()))] BOX, &[Named("n_quantities"), Fixed(2), extents::XYZ], Dimension::LENGTH, "Opposite corners of the box that a mean is over, or of the pane of the largest pressure; NaN for what has no place.".optional(MISSING);
     (kinks) "/solve/quantities/kinks", ROWS, Dimension::Number, "Panes at a kink of the contact conditions, where the estimate is that of one side.".optional(MISSING);
     {Kind::F64} INDICATOR, &[Named("n_tetrahedra")], Dimension::Number, "What each tetrahedron contributes to the error of the quantity that the mesh is refined for, in its unit.".optional("absent unless the mesh is refined for a quantity");
 };
@@ -77,6 +78,12 @@ pub fn read(reader: &Reader, scene: &Scene) -> Result<Vec<FunctionalEstimate>, F
     })?;
     for (it, name) in found.iter_mut().zip(&names) {
         it.functional = named(scene, name, NAME)?;
+        if it.functional.has_place() != it.corners.is_some() {
+            return Err(FormatError::Inconsistent {
+                dataset: BOX,
+                reason: format!("expected a box where {name} has a place, and none elsewhere"),
+            });
+        }
         if Some(it.functional) == wanted {
             it.indicator = read_if_there(reader, INDICATOR)?.unwrap_or_default();
         }

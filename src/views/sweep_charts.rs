@@ -1,11 +1,11 @@
 //! What varies in a sweep.
 
-use contact3d::scene::unit_of_key;
+use contact3d::{scene::unit_of_key, solver::Status};
 use plots::{AxisScale, Chart, ChartAxis, ChartPoint, Series};
 use units::Unit;
 
 use super::sweep_table::{names, numbers, varying_settings};
-use crate::report::{Column, SweepTable};
+use crate::report::{Cell, Column, SweepTable};
 
 /// Results worth a chart: column, quantity.
 const RESULTS: [(&str, &str); 11] = [
@@ -61,13 +61,14 @@ pub(super) fn charts(table: &SweepTable) -> Vec<(&'static str, Chart)> {
     let (legend, names) = lines(&settings, table);
     // Forces below this share of the largest force of a sweep are rounding, and not drawn.
     let least_force = 1e-10 * largest_force(table);
+    let statuses = statuses(table);
     let drawn = RESULTS.iter().chain(costs).filter_map(|&(column, label)| {
         let y = table.columns.iter().find(|other| other.name == column)?;
         let values = numbers(y);
         let is_rounding = is_force(y) && largest(&values) <= least_force;
         (values.len() > 1 && !is_rounding).then(|| {
             let x = (x, unit_of_key(&x.name, table.units));
-            let chart = chart(&names, x, y, label);
+            let chart = chart((&names, &statuses), x, y, label);
             (
                 column,
                 Chart {
@@ -78,6 +79,14 @@ pub(super) fn charts(table: &SweepTable) -> Vec<(&'static str, Chart)> {
         })
     });
     drawn.collect()
+}
+
+/// How each case ended.
+fn statuses(table: &SweepTable) -> Vec<String> {
+    let column = table.columns.iter().find(|column| column.name == "status");
+    column.map_or_else(Vec::new, |column| {
+        column.cells.iter().map(Cell::text).collect()
+    })
 }
 
 fn is_force(column: &Column) -> bool {
@@ -131,18 +140,28 @@ fn last_words(key: &str) -> &str {
     &key[start..]
 }
 
-fn chart(names: &[String], (x, x_unit): (&Column, Unit), y: &Column, label: &str) -> Chart {
+fn chart(
+    (names, statuses): (&[String], &[String]),
+    (x, x_unit): (&Column, Unit),
+    y: &Column,
+    label: &str,
+) -> Chart {
     let mut series: Vec<Series> = Vec::new();
-    let points = names.iter().zip(x.cells.iter().zip(&y.cells));
-    for (name, (at, value)) in points {
+    let points = names.iter().zip(statuses).zip(x.cells.iter().zip(&y.cells));
+    for ((name, status), (at, value)) in points {
         let Some(at) = at.number() else {
             continue;
         };
+        // A case that is yet to be run is no gap, nor is a quantity that its scene does not have.
+        let is_solved = Status::of_word(status).is_some_and(Status::is_solved);
+        if value.number().is_none() && (is_solved || status == "missing") {
+            continue;
+        }
         let (along, across) = (&x.name, &y.name);
         let (at_unit, unit) = (x_unit.beside(), y.unit.beside());
         let found = match value.number() {
             Some(value) => format!("{across} {value}{unit}"),
-            None => "no solution".to_owned(),
+            None => format!("no solution: {status}"),
         };
         let point = ChartPoint {
             x: at,

@@ -75,8 +75,9 @@ fn no_more_threads_compute_than_are_asked_for() {
             most = most.max(fs::read_dir(&tasks).map_or(0, Iterator::count));
             std::thread::sleep(std::time::Duration::from_millis(2));
         }
-        // The one that waits for signals, the one that syncs a file while it is read back, and what starts the process.
-        let others = if threads == 1 { 3 } else { 4 };
+        // The first one, which waits for the work, the one that waits for signals, the one that syncs a file while it is read back, and
+        // what starts the process.
+        let others = if threads == 1 { 4 } else { 5 };
         assert!(
             (threads..=threads + others).contains(&most),
             "{most} threads"

@@ -297,12 +297,17 @@ impl RigidMotion {
     /// What the motion is, in words: a translation or a rotation, and along or about what; for a body of some extent, with lengths in the
     /// unit `length`.
     pub(crate) fn describe(&self, extent: f64, length: &str) -> String {
+        let motion = [self.at_centre, self.rotation];
+        let mut found = BodyMotion::screw(GEOMETRY_TOLERANCE, motion, &self.centre, extent);
         // The opposite of a free motion is the same motion.
-        let turns = self.rotation.norm() > 0.0;
-        let leading = if turns { self.rotation } else { self.at_centre };
+        let leading = match found.rotation {
+            [0.0, 0.0, 0.0] => Vector3::from(found.translation),
+            turn => Vector3::from(turn),
+        };
         let sign = leading[leading.iamax()].signum();
-        let motion = [sign * self.at_centre, sign * self.rotation];
-        BodyMotion::screw(GEOMETRY_TOLERANCE, motion, &self.centre, extent).describe(length)
+        found.translation = found.translation.map(|v| sign * v);
+        found.rotation = found.rotation.map(|v| sign * v);
+        found.describe(length)
     }
 }
 

@@ -75,6 +75,23 @@ impl Functional {
         }
     }
 
+    /// Whether its value belongs to a box in the body: one that a mean is over, or the pane of the largest pressure.
+    #[must_use]
+    pub fn has_place(self) -> bool {
+        match self {
+            Self::LargestPressure
+            | Self::LargestDisplacement
+            | Self::MeanDisplacement { .. }
+            | Self::MeanPressure { .. } => true,
+            Self::NormalForce
+            | Self::TangentialForce
+            | Self::ContactArea
+            | Self::StickArea
+            | Self::StrainEnergy
+            | Self::Dissipation => false,
+        }
+    }
+
     /// Whether it is an area of the contact face.
     #[must_use]
     pub fn is_area(self) -> bool {
