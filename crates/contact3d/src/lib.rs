@@ -48,14 +48,14 @@
 //! | h | [`dual_rhs`](dual::ContactSystem::dual_rhs) | m³ |
 //! | λ = (λ_ν, λ_t) | [`multiplier`](solver::Solution::multiplier), the stresses −σ_ν, −σ_t | Pa |
 //! | g | [`slip_bound`](solver::CoulombState::slip_bound) | Pa |
-//! | φ = (∣u_t1∣, ∣u_t2∣) | [`slip`](solver::Solution::slip) | m |
+//! | φ = (∣u_t1∣, ∣u_t2∣) | [`slip`](solver::FrictionState::slip) | m |
 //! | F₁, F₂ | [`Friction`](scene::Friction) | 1 |
 //! | 𝓕_i⁻¹ | [`pane_inverse`](contact::FrictionField::pane_inverse) | 1 |
 //! | Rⁱ, ∣Rⁱ∣ | pane, [`pane_area`](mesh::ContactSurface::pane_area) | m² |
 //! | d | [`gap`](scene::Contact::gap) | m |
 //! | ε, r_tol, c_fact, Γ | [`SolveSettings`](scene::SolveSettings) | 1 |
-//! | ᾱ | [`steplength`](solver::Solution::steplength) | Pa/m³ |
-//! | n_A | [`applications`](solver::Solution::applications) | 1 |
+//! | ᾱ | [`steplength`](solver::Trace::steplength) | Pa/m³ |
+//! | n_A | [`applications`](solver::Trace::applications) | 1 |
 
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
