@@ -7,21 +7,11 @@ use nalgebra::Vector3;
 use super::{COORDINATE_ROUNDING, Mesh, RawMesh, centroid, tetrahedron_volume, triangle_area};
 use crate::{
     reference::{
-        TRIANGLE_EDGES, quadrature,
+        QUADRATIC_TRIANGLE_NODES, TRIANGLE_EDGES, quadrature,
         shape::{quadratic_triangle, quadratic_triangle_slopes},
     },
     scene::{InvalidValue, Part, Scene, Written},
 };
-
-/// Barycentric coordinates of the nodes of a quadratic triangle: its corners, then the middles of [`TRIANGLE_EDGES`].
-const QUADRATIC_NODES: [[f64; 3]; 6] = [
-    [1.0, 0.0, 0.0],
-    [0.0, 1.0, 0.0],
-    [0.0, 0.0, 1.0],
-    [0.5, 0.5, 0.0],
-    [0.0, 0.5, 0.5],
-    [0.5, 0.0, 0.5],
-];
 
 /// A point of integration on a quadratic side.
 #[derive(Debug, Clone, Copy)]
@@ -129,7 +119,7 @@ impl Mesh {
             if places.len() == 3 {
                 return unit((b - a).cross(&(c - a)));
             }
-            let slopes = quadratic_triangle_slopes(&QUADRATIC_NODES[k]);
+            let slopes = quadratic_triangle_slopes(&QUADRATIC_TRIANGLE_NODES[k]);
             let along = |axis: usize| -> Vector3<f64> {
                 (0..6)
                     .map(|n| places[n] * (slopes[n][axis] - slopes[n][0]))

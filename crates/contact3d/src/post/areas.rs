@@ -22,7 +22,10 @@ use super::{
     ErrorEstimate, FunctionalEstimate, Solved, SolvedContact,
     estimate::{SolutionData, displacements, multipliers_between_nodes},
 };
-use crate::{elasticity::MaterialField, scene::Functional, solver::Ellipse};
+use crate::{
+    elasticity::MaterialField, reference::QUADRATIC_TRIANGLE_NODES, scene::Functional,
+    solver::Ellipse,
+};
 
 /// Share of a pane by which a level line may lie away.
 const LINE_SHIFT: f64 = 0.15;
@@ -37,17 +40,18 @@ pub(super) const FEWEST_PANES: usize = 16;
 /// Largest ‖τ‖_𝓕 that counts, so that ψ has a zero between nodes where the ellipse vanishes at one of them.
 const LARGEST_LEVEL: f64 = 10.0;
 
-/// The areas of contact and of stick with their ranges; of the wanted one with what each tetrahedron contributes to its range.
+/// The areas of contact and of stick with their ranges, for the stiffness k of each pane; of the wanted one with what each tetrahedron contributes to its range.
 pub(super) fn areas(
     solved: &Solved<'_>,
     known: &SolutionData<'_>,
     energy: &ErrorEstimate,
+    stiffness: &[f64],
     wanted: Option<Functional>,
 ) -> Vec<FunctionalEstimate> {
     let Some(contact) = &solved.contact else {
         return Vec::new();
     };
-    let margins = Margins::new(solved, contact, known);
+    let margins = Margins::new(solved, contact, known, stiffness);
     let (of_contact, of_stick) = (
         PRESSURE_ERROR * margins.sizes[0] * energy.relative(),
         BOUND_ERROR * margins.sizes[1] * energy.relative(),
@@ -93,7 +97,7 @@ struct Margins<'a> {
     /// −g, s₁, s₂ at the contact nodes in m, `[n_contact_nodes]`.
     moved: Vec<[f64; 3]>,
     /// k in Pa/m, `[n_panes]`.
-    stiffness: Vec<f64>,
+    stiffness: &'a [f64],
     /// 0.15 rms |Δz̄| and 0.15 rms |Δψ̄|, `[n_panes]`.
     line_shift: Vec<[f64; 2]>,
     /// p̃ and m̃.
@@ -105,6 +109,7 @@ impl<'a> Margins<'a> {
         solved: &'a Solved<'a>,
         contact: &'a SolvedContact<'a>,
         known: &'a SolutionData<'a>,
+        stiffness: &'a [f64],
     ) -> Self {
         let surface = contact.state.surface;
         let panes = 0..surface.n_panes();
@@ -113,7 +118,7 @@ impl<'a> Margins<'a> {
             contact,
             known,
             moved: displacements(contact, known),
-            stiffness: half_space_stiffness(solved, contact),
+            stiffness,
             line_shift: vec![[0.0; 2]; surface.n_panes()],
             sizes: [0.0; 2],
         };
@@ -259,7 +264,7 @@ impl<'a> Margins<'a> {
         let surface = self.contact.state.surface;
         let nodes = self.contact.nodes_of(self.solved.mesh, place);
         let (mut margins, mut errors, mut of_line) = ([0.0; 6], [0.0; 6], 0.0);
-        for (k, (&node, share)) in nodes.iter().zip(PLACES_OF_NODES).enumerate() {
+        for (k, (&node, share)) in nodes.iter().zip(QUADRATIC_TRIANGLE_NODES).enumerate() {
             let multipliers = self.multipliers_at(place, share);
             margins[k] = self.at(&multipliers, self.moved[node])[error.margin];
             let shifts = multipliers.iter();
@@ -332,16 +337,6 @@ pub(super) fn half_space_stiffness(solved: &Solved<'_>, contact: &SolvedContact<
         .map(|([modulus, area], of_pane)| 2.0 * modulus / area / of_pane.sqrt())
         .collect()
 }
-
-/// Barycentric coordinates of the nodes of a triangle: its corners, then the middles of 0-1, 1-2, 2-0.
-const PLACES_OF_NODES: [[f64; 3]; 6] = [
-    [1.0, 0.0, 0.0],
-    [0.0, 1.0, 0.0],
-    [0.0, 0.0, 1.0],
-    [0.5, 0.5, 0.0],
-    [0.0, 0.5, 0.5],
-    [0.5, 0.0, 0.5],
-];
 
 /// The root of the mean square of values with their weights; 0 of none.
 fn root_mean_square(values: impl Iterator<Item = (f64, f64)>) -> f64 {

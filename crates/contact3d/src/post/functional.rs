@@ -7,7 +7,7 @@
 
 use super::{
     ErrorEstimate, Resultants, Solved, SolvedContact,
-    areas::areas,
+    areas::{areas, half_space_stiffness},
     estimate::{BoxLoad, FacePart, Field, FieldLoads, SolutionData, multipliers_between_nodes},
     peak::largest_pressure,
 };
@@ -106,8 +106,10 @@ pub(super) fn estimates(
     let smooth =
         smooth.map(|(functional, shares)| functional.estimate(&estimate, shares, adjoints.kinks));
     let mut found: Vec<FunctionalEstimate> = smooth.collect();
-    found.extend(areas(solved, known, &estimate, wanted));
-    if let Some(peak) = largest_pressure(solved, known.panes) {
+    let contact = solved.contact.as_ref();
+    let stiffness = contact.map_or_else(Vec::new, |it| half_space_stiffness(solved, it));
+    found.extend(areas(solved, known, &estimate, &stiffness, wanted));
+    if let Some(peak) = largest_pressure(solved, known.panes, &stiffness) {
         let of_pane = found
             .iter()
             .position(|it| it.functional == Functional::LargestPressure);

@@ -25,10 +25,11 @@ pub(super) enum PeakShape {
 /// An open pane beside the largest pressure belongs to a sharp edge if closing it would take this many times that pressure.
 const EDGE_STIFFNESS: f64 = 10.0;
 
-/// The largest pressure as a quantity, with the box of its pane; `None` without contact forces.
+/// The largest pressure as a quantity, with the box of its pane, for the stiffness of each pane in Pa/m; `None` without contact forces.
 pub(super) fn largest_pressure(
     solved: &Solved<'_>,
     panes: &[PaneState],
+    stiffness: &[f64],
 ) -> Option<FunctionalEstimate> {
     let contact = solved.contact.as_ref()?;
     let pressure = |pane: usize| -panes[pane].normal_stress;
@@ -37,7 +38,7 @@ pub(super) fn largest_pressure(
     if largest <= 0.0 {
         return None;
     }
-    let (shape, falls) = shape_of_peak(solved, contact, panes, highest);
+    let (shape, falls) = shape_of_peak((solved, contact), panes, stiffness, highest);
     let bar = match shape {
         PeakShape::Resolved => largest * falls[0].max(falls[1].abs()).max(0.02),
         PeakShape::Coarse => largest * falls[0].max(0.2),
@@ -60,13 +61,12 @@ pub(super) fn largest_pressure(
 
 /// The shape of the peak with d₁ and d₂.
 fn shape_of_peak(
-    solved: &Solved<'_>,
-    contact: &SolvedContact<'_>,
+    (solved, contact): (&Solved<'_>, &SolvedContact<'_>),
     panes: &[PaneState],
+    stiffness: &[f64],
     highest: usize,
 ) -> (PeakShape, [f64; 2]) {
     let neighbours = Neighbours::new(solved, contact);
-    let stiffness = areas::half_space_stiffness(solved, contact);
     let pressure = |pane: usize| -panes[pane].normal_stress;
     let largest = pressure(highest);
     let is_beyond_edge = |pane: &usize| {
