@@ -149,22 +149,17 @@ class Law(Study):
     @property
     def faces(self) -> list[dict[str, Any]]:
         """The law of each contact face."""
-        return self.data.get("faces", [self.data])
+        return self.data["faces"]
 
     @property
     def bounds(self) -> dict[str, Any]:
         """F_min, F_max, Lipschitz modulus and κ of the first face, each with the place where it is reached."""
         return self.faces[0]["bounds"] or {}
 
-    @property
-    def coefficients(self) -> dict[str, str]:
-        """The coefficients of the first face in words."""
-        return self.faces[0]["coefficients"]
-
     def _lines(self) -> list[str]:
         words = []
         for face in self.faces:
-            words += [face["law"], *(f"  {key}: {text}" for key, text in face["coefficients"].items())]
+            words.append(face["law"])
             bounds = (face["bounds"] or {}).items()
             words += [f"  {key} {bound['value']:.6g}" for key, bound in bounds if isinstance(bound, dict)]
         return words
@@ -303,7 +298,7 @@ def friction_law(scene: SceneLike, *, set: Mapping[str, Any] | None = None, figu
 def report(file: StrPath, page: StrPath = "report.html", *, interactive: bool = False) -> Path:
     """Writes one HTML page, which needs no network, of a run file or of the folder of a sweep.
 
-    :param interactive: the body of a run file, or those of a sweep, in 3D.
+    :param interactive: the body of a run file in 3D.
     """
     perform(["report", name(file), name(page), *options(interactive=interactive)]).check(Path(file))
     return Path(page)

@@ -15,20 +15,6 @@ use crate::{
     report::shown_time,
 };
 
-/// The body of a solved case of a sweep, at the end of its load history if it has one.
-pub(super) fn case_view(scene: &Scene, results: &Results, name: String) -> BodyView {
-    let mut view = view(scene, results);
-    for array in &mut view.arrays {
-        array.first = 0;
-        array.frames.drain(..array.frames.len() - 1);
-    }
-    BodyView {
-        slider: "case",
-        frames: vec![name],
-        ..view
-    }
-}
-
 /// The body of results that are solved.
 pub(super) fn view(scene: &Scene, results: &Results) -> BodyView {
     let (mesh, report) = (results.mesh(), &results.report);
@@ -77,7 +63,6 @@ pub(super) fn view(scene: &Scene, results: &Results) -> BodyView {
     }
     BodyView {
         title: scene.shown_title(),
-        slider: "increment",
         frames: names,
         arrays,
     }

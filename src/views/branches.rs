@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use contact3d::scene::unit_of_key;
-use plots::{Chart, ChartAxis, ChartPoint, MarkKind, PathKind, Series, SeriesStyle};
+use plots::{Chart, ChartAxis, ChartPoint, Series, SeriesStyle};
 use studies::branches::{Branches, Path, PathEnd, PathPoint, PointKind};
 use units::{Dimension, Units};
 
@@ -72,7 +72,7 @@ fn parts(path: &Path, quantity: fn(&PathPoint) -> f64) -> Vec<Series> {
         // A fold belongs to the side that the path comes from.
         let style = match (point.kind, parts.last()) {
             (PointKind::Fold, Some(part)) => part.style,
-            _ => SeriesStyle::Path(kind_of(point)),
+            _ => style_of(point),
         };
         match parts.last_mut() {
             Some(part) if part.style == style => part.points.push(at),
@@ -86,29 +86,29 @@ fn parts(path: &Path, quantity: fn(&PathPoint) -> f64) -> Vec<Series> {
     parts
 }
 
-fn kind_of(point: &PathPoint) -> PathKind {
+fn style_of(point: &PathPoint) -> SeriesStyle {
     if point.determinant < 0 {
-        PathKind::NegativeDeterminant
+        SeriesStyle::NegativeDeterminant
     } else if point.is_attracting() {
-        PathKind::Attracting
+        SeriesStyle::Attracting
     } else {
-        PathKind::Repelling
+        SeriesStyle::Repelling
     }
 }
 
 fn marks(path: &Path, quantity: fn(&PathPoint) -> f64) -> Vec<Series> {
     let last = path.points.len().saturating_sub(1);
     let points = path.points.iter().enumerate().filter_map(|(k, point)| {
-        let kind = match point.kind {
-            PointKind::Fold | PointKind::KinkFold => MarkKind::Fold,
-            PointKind::Kink => MarkKind::Kink,
-            PointKind::BranchPoint => MarkKind::BranchPoint,
-            PointKind::End if k == last && path.end != Some(PathEnd::Range) => MarkKind::End,
+        let style = match point.kind {
+            PointKind::Fold | PointKind::KinkFold => SeriesStyle::Fold,
+            PointKind::Kink => SeriesStyle::Kink,
+            PointKind::BranchPoint => SeriesStyle::BranchPoint,
+            PointKind::End if k == last && path.end != Some(PathEnd::Range) => SeriesStyle::End,
             PointKind::Start | PointKind::Regular | PointKind::End => return None,
         };
         let text = format!("{} {:.9e}", kind_words(point.kind), point.parameter);
         let point = place(point, quantity, text);
-        Some(Series::of_path(SeriesStyle::Marks(kind), vec![point]))
+        Some(Series::of_path(style, vec![point]))
     });
     points.collect()
 }

@@ -63,30 +63,6 @@ fn friction_loop(records: &[StepRecord], units: Units) -> Chart {
     )
 }
 
-/// The loops of several histories by their names, along the axis with more friction; `None` where there is none.
-pub(super) fn loops(histories: &[(String, Vec<StepRecord>)], units: Units) -> Option<Chart> {
-    let most = [0, 1].map(|k| {
-        let records = histories.iter().flat_map(|(_, records)| records);
-        records.fold(0.0_f64, |most, r| most.max(r.multiplier_force[k + 1].abs()))
-    });
-    let k = usize::from(most[1] > most[0]);
-    let at = |r: &StepRecord| [r.contact_displacement[k], r.multiplier_force[k + 1]];
-    let series = histories
-        .iter()
-        .filter_map(|(name, records)| series(name, records, largest_force(records), at));
-    let length = units.of(Dimension::LENGTH);
-    let chart = Chart::new(
-        "Friction and displacement of the contact face",
-        ChartAxis::linear(
-            &format!("mean tangential displacement along t{}", k + 1),
-            length,
-        ),
-        ChartAxis::linear("tangential multiplier force", units.of(Dimension::FORCE)),
-        series,
-    );
-    (!chart.series.is_empty()).then_some(chart)
-}
-
 /// The force of loads and moving clamps over the mean displacement of their faces, along directions in which something happens: loads
 /// that are held, and directions that hardly move, are left out beside them.
 fn force_displacement(records: &[StepRecord], units: Units) -> Chart {

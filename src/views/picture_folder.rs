@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use plots::{self, Chart, Picture};
 
-use super::sweep_charts;
+use super::sweep;
 use crate::{
     output::{self, Folder, Inputs, OutputError, OutputFile, OutputKind},
     pipeline::StageError,
@@ -34,7 +34,7 @@ impl Drawing {
             Self::Run(endings) => return super::picture::names(endings),
             Self::Accuracy => super::charts::ACCURACY.to_vec(),
             Self::Branches => super::branches::BRANCHES.to_vec(),
-            Self::Sweep => sweep_charts::columns().collect(),
+            Self::Sweep => sweep::columns().collect(),
             Self::Mesh => vec![super::mesh::MESH],
             Self::Law(endings) => return super::law::names(endings),
         };
@@ -104,9 +104,9 @@ impl PictureFolder {
     }
 
     /// Saves charts by their names; returns the files.
-    pub(super) fn save_charts<'a>(
+    pub(super) fn save_charts(
         &self,
-        charts: impl IntoIterator<Item = (&'a str, Chart)>,
+        charts: impl IntoIterator<Item = (impl AsRef<str>, Chart)>,
     ) -> Result<Vec<PathBuf>, StageError> {
         let drawn = charts.into_iter();
         // Width of charts in pixels.

@@ -19,7 +19,7 @@ use super::{
     charts::{self, convergence, history, work_precision},
     history_charts,
     picture::{self, Drawn},
-    sweep_report,
+    sweep,
 };
 use crate::{
     format::{self, LAYOUT, SWEEP_LAYOUT},
@@ -39,10 +39,10 @@ pub enum ReportKind {
 /// The report as one HTML page. Reads only and takes no lock.
 ///
 /// # Errors
-/// A file or folder that cannot be read, a stage that is damaged, the view of a sweep without a solved case.
+/// A file or folder that cannot be read, a stage that is damaged, a body in 3D of a sweep.
 pub fn report(path: &Path, kind: ReportKind) -> Result<String, StageError> {
     let page = if path.is_dir() {
-        sweep_report::page(path, kind)?
+        sweep::page(path, kind)?
     } else {
         file_page(path, kind)?
     };

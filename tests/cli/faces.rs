@@ -124,7 +124,7 @@ fn each_face_has_its_law() {
     let plates = pipeline("two_plates.toml");
     let plates = plates.to_str().unwrap();
     let text = law(plates, &[]);
-    let [lower, upper] = ["face lower", "face upper"].map(|heading| text.find(heading).unwrap());
+    let [lower, upper] = ["lower\n", "upper\n"].map(|heading| text.find(heading).unwrap());
     let words = text.find("with a given slip bound").unwrap();
     assert!(lower < upper && upper < words, "{text}");
     assert!(

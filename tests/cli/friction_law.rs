@@ -1,4 +1,4 @@
-//! The command `law`: bounds and picture of a law by itself.
+//! The command `friction-law`: bounds and picture of a law by itself.
 
 use std::fs;
 
@@ -34,13 +34,11 @@ fn the_law_of_table_1_is_bounded_and_drawn_without_a_run_file() {
     let words = words.join(" ");
     for fragment in [
         "orthotropic Coulomb friction",
-        "F1 ramp over |u_t1|: 0.3 up to 1e-5 m, then with slope -3000 1/m to 0.2 from 4.3333e-5 m on",
-        "F_min 0.2 F1 at |u_t1| = 4.3333e-5",
-        "F_max 0.3 F1 at |u_t1| = 0",
+        "F_min 0.2 F1 at slip 4.3333e-5, 0 m",
+        "F_max 0.3 F1 at slip 0, 0 m",
         "Lipschitz modulus L 3000 1/m F1",
         "kappa(F) 1.5",
         "exact",
-        "guarantee nothing",
     ] {
         assert!(words.contains(fragment), "{fragment}: {text}");
     }
@@ -61,7 +59,7 @@ fn the_law_of_table_1_is_bounded_and_drawn_without_a_run_file() {
 }
 
 #[test]
-fn json_holds_the_bounds_and_the_smallness_quantities() {
+fn json_holds_the_bounds() {
     let program = Program::new();
     scene_with(
         &program,
@@ -70,7 +68,7 @@ fn json_holds_the_bounds_and_the_smallness_quantities() {
     );
     let text = law(&program, &["--json", "--quiet", "--figures", "pictures"]);
     let json: Value = serde_json::from_str(&text).unwrap();
-    let bounds = &json["bounds"];
+    let bounds = &json["faces"][0]["bounds"];
     let value = |name: &str| bounds[name]["value"].as_f64().unwrap();
     // The peak of s exp(-s) is 1/e, at the far end of the brick; its steepest slope that at 0.
     let peak = 0.5 + (-1.0_f64).exp();
@@ -80,14 +78,6 @@ fn json_holds_the_bounds_and_the_smallness_quantities() {
     assert_eq!(bounds["f_max"]["position"][0], 3.0);
     assert_eq!(bounds["f_max"]["coefficient"], "F1");
     assert_eq!(bounds["estimated"], true);
-    // Panes of 0.5 m, and face diagonals of cubes of 0.25 m.
-    let (h, edge) = (0.5_f64, 0.125_f64.sqrt());
-    let steepness = (1.0 / 3e-4) * (2.0 + peak / 0.2) / (edge * h).sqrt();
-    let quantity = |name: &str| bounds[name].as_f64().unwrap();
-    let size = quantity("f_max_over_sqrt_pane_size");
-    assert!((size / (peak / h.sqrt()) - 1.0).abs() < 1e-12);
-    let name = "lipschitz_times_2_plus_kappa_over_sqrt_edge_length_pane_size";
-    assert!((quantity(name) / steepness - 1.0).abs() < 1e-11);
     assert_eq!(json["figures"][0], "pictures/friction_law.svg");
     assert!(program.path("pictures/friction_law.png").exists());
 }
@@ -100,15 +90,15 @@ fn laws_without_coulomb_friction_say_so() {
         (
             "[friction]\nslip_bound = \"1e6*(1+x)\"",
             "tresca",
-            "1e6*(1+x)",
+            "with a given slip bound",
         ),
     ] {
         scene_with(&program, friction);
         let text = law(&program, &[]);
         assert!(text.contains(fragment), "{text}");
         let json: Value = serde_json::from_str(&law(&program, &["--json"])).unwrap();
-        assert_eq!(json["law"], kind);
-        assert!(json["bounds"].is_null());
+        assert_eq!(json["faces"][0]["law"], kind);
+        assert!(json["faces"][0]["bounds"].is_null());
     }
     assert!(!program.path("scene-friction-law").exists());
 }
@@ -134,7 +124,8 @@ fn a_law_that_turns_negative_is_warned_of_and_solved_where_it_holds() {
             let mut command = program.command(&arguments);
             let done = command.args(SMALL).assert().code(code);
             let text = String::from_utf8_lossy(&done.get_output().stderr).into_owned();
-            let warning = "warning: friction.coefficient_1.expression: not 0 < F < infinity, first at |u_t1| = ";
+            let warning =
+                "warning: friction.coefficient_1.expression: not 0 < F < infinity, at worst ";
             assert_eq!(text.matches(warning).count(), 1, "{arguments:?}: {text}");
             assert!(text.contains("max(FORMULA, 0.05)"), "{text}");
         }
@@ -186,15 +177,13 @@ fn a_capped_law_names_its_cap() {
     let coefficient = "[friction]\ncoefficient.constant = 0.3\n";
     scene_with(&program, &format!("{coefficient}pressure_cap = 15e6"));
     let text = law(&program, &[]);
-    for fragment in [
-        "capped Coulomb",
-        "min(-sigma_nu, p_cap)",
-        "pressure cap [Pa]",
-    ] {
+    for fragment in ["capped Coulomb", "min(-sigma_nu, p_cap)"] {
         assert!(text.contains(fragment), "{fragment}: {text}");
     }
-    let json =
-        |program: &Program| -> Value { serde_json::from_str(&law(program, &["--json"])).unwrap() };
+    let json = |program: &Program| -> Value {
+        let json: Value = serde_json::from_str(&law(program, &["--json"])).unwrap();
+        json["faces"][0].clone()
+    };
     let capped = json(&program);
     assert_eq!(capped["law"], "capped");
     scene_with(&program, coefficient);

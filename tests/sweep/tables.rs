@@ -70,31 +70,6 @@ fn a_folder_of_an_older_format_is_left_as_it_is() {
     refused(&sweep, &["summary", "sweep.toml", "out"], word);
 }
 
-/// The page of a sweep of histories has their loops, named after what varies.
-#[test]
-fn histories_of_a_sweep_are_on_its_page() {
-    let sweep = Sweep::new(
-        "[set]\n\"body.brick.cells\" = [6, 2, 2]\n[[axis]]\nkey = \"friction.coefficient.constant\"\nvalues = [0.1, 0.3]",
-    );
-    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/pipelines/history.toml");
-    fs::copy(scene, sweep.path("scene.toml")).unwrap();
-    let (code, said) = sweep.run("out", &["--no-figures"]);
-    assert_eq!(code, 0, "{said}");
-    let mut command = Command::cargo_bin("contact3d-pipe").unwrap();
-    let command = command
-        .current_dir(sweep.path(""))
-        .args(["report", "out", "page.html"]);
-    assert!(command.output().unwrap().status.success());
-    let page = fs::read_to_string(sweep.path("page.html")).unwrap();
-    for word in [
-        "Load histories",
-        "Friction and displacement of the contact face",
-        ">coefficient.constant<",
-    ] {
-        assert!(page.contains(word), "{word}");
-    }
-}
-
 #[test]
 fn commands_for_run_files_name_the_folder_of_a_sweep() {
     let sweep = Sweep::new(AXIS);

@@ -126,33 +126,19 @@ pub struct ChartPoint {
 pub enum SeriesStyle {
     /// Markers joined by a line, in the colour of its number; those after the seventh repeat colours with other markers.
     Numbered,
-    /// A part of a path of solutions, along which these behave alike.
-    Path(PathKind),
-    /// Special points of paths.
-    Marks(MarkKind),
-}
-
-/// How the solutions of a part of a path behave.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PathKind {
-    /// Successive approximations converge to them.
+    /// A part of a path of solutions to which successive approximations converge.
     Attracting,
-    /// They do not, and det R' > 0.
+    /// One to which they do not, and det R' > 0.
     Repelling,
-    /// det R' < 0.
+    /// A part of a path with det R' < 0.
     NegativeDeterminant,
-}
-
-/// What is special about a point of a path.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum MarkKind {
-    /// The parameter turns back.
+    /// Points at which the parameter turns back.
     Fold,
-    /// Panes or nodes change.
+    /// Points at which panes or nodes change.
     Kink,
-    /// Paths meet.
+    /// Points at which paths meet.
     BranchPoint,
-    /// The path ends inside the range.
+    /// Ends of paths inside the range.
     End,
 }
 
@@ -183,13 +169,13 @@ impl Series {
     pub fn of_path(style: SeriesStyle, points: Vec<ChartPoint>) -> Self {
         let name = match style {
             SeriesStyle::Numbered => "",
-            SeriesStyle::Path(PathKind::Attracting) => "attracting, ρ(Ψ') < 1",
-            SeriesStyle::Path(PathKind::Repelling) => "not attracting, det R' > 0",
-            SeriesStyle::Path(PathKind::NegativeDeterminant) => "det R' < 0",
-            SeriesStyle::Marks(MarkKind::Fold) => "fold",
-            SeriesStyle::Marks(MarkKind::Kink) => "kink",
-            SeriesStyle::Marks(MarkKind::BranchPoint) => "branch point",
-            SeriesStyle::Marks(MarkKind::End) => "end inside the range",
+            SeriesStyle::Attracting => "attracting, ρ(Ψ') < 1",
+            SeriesStyle::Repelling => "not attracting, det R' > 0",
+            SeriesStyle::NegativeDeterminant => "det R' < 0",
+            SeriesStyle::Fold => "fold",
+            SeriesStyle::Kink => "kink",
+            SeriesStyle::BranchPoint => "branch point",
+            SeriesStyle::End => "end inside the range",
         };
         Self {
             style,
@@ -284,7 +270,7 @@ impl Chart {
             for point in missing {
                 let [x, _] = frame.pixel([point.x, 0.0]);
                 canvas.titled(&point.text, |canvas| {
-                    MarkKind::End.draw(canvas, [x, top + size[1]])
+                    SeriesStyle::End.mark(canvas, 0, [x, top + size[1]], MARKER_RADIUS)
                 });
             }
         }
@@ -318,40 +304,50 @@ impl Chart {
             if series.name.is_empty() || self.series[..number].iter().any(is_alike) {
                 continue;
             }
-            let (line, mark) = ([[x, y], [x + 26.0, y]], [x + 13.0, y]);
-            match series.style {
-                SeriesStyle::Numbered => {
-                    canvas.polylines(&[line.to_vec()], numbered_line(number));
-                    draw_marker(canvas, number, mark, MARKER_RADIUS);
-                }
-                SeriesStyle::Path(kind) => canvas.polylines(&[line.to_vec()], kind.stroke()),
-                SeriesStyle::Marks(kind) => kind.draw(canvas, mark),
+            if let Some(stroke) = series.style.line(number) {
+                canvas.line([x, y], [x + 26.0, y], stroke);
             }
+            let style = series.style;
+            style.mark(canvas, number, [x + 13.0, y], MARKER_RADIUS);
             text(canvas, &series.name, 34.0, y);
             y += LEGEND_LINE;
         }
         if has_gaps {
-            MarkKind::End.draw(canvas, [x + 13.0, y]);
+            SeriesStyle::End.mark(canvas, 0, [x + 13.0, y], MARKER_RADIUS);
             text(canvas, "no solution", 34.0, y);
         }
     }
 }
 
-impl PathKind {
-    fn stroke(self) -> Stroke {
+impl SeriesStyle {
+    /// The line of the series with a number; `None` for special points.
+    fn line(self, number: usize) -> Option<Stroke> {
         match self {
-            Self::Attracting => Stroke::solid(COLOURS[0], 2.0),
-            Self::Repelling => Stroke::dashed(COLOURS[2], 1.8, 5.0),
-            Self::NegativeDeterminant => Stroke::dashed(COLOURS[1], 1.8, 1.8),
+            Self::Numbered => Some(Stroke::solid(COLOURS[number % COLOURS.len()], 1.6)),
+            Self::Attracting => Some(Stroke::solid(COLOURS[0], 2.0)),
+            Self::Repelling => Some(Stroke::dashed(COLOURS[2], 1.8, 5.0)),
+            Self::NegativeDeterminant => Some(Stroke::dashed(COLOURS[1], 1.8, 1.8)),
+            Self::Fold | Self::Kink | Self::BranchPoint | Self::End => None,
         }
     }
-}
 
-impl MarkKind {
-    fn draw(self, canvas: &mut Canvas, [x, y]: Point) {
+    /// Draws a point of the series with a number: circle, square, triangle and diamond in turn; nothing on paths.
+    fn mark(self, canvas: &mut Canvas, number: usize, [x, y]: Point, radius: f64) {
         let edge = Some(Stroke::solid(Colour::BLACK, 1.0));
         let r = MARKER_RADIUS;
         match self {
+            Self::Numbered => {
+                let colour = COLOURS[number % COLOURS.len()];
+                let edge = Some(Stroke::solid(Colour::WHITE, 0.8 * radius / MARKER_RADIUS));
+                let corners: &[Point] = match number % 4 {
+                    0 => return canvas.ellipse([x, y], [radius; 2], Fill::Plain(colour), edge),
+                    1 => &[[-0.9, -0.9], [0.9, -0.9], [0.9, 0.9], [-0.9, 0.9]],
+                    2 => &[[0.0, -1.2], [1.1, 0.8], [-1.1, 0.8]],
+                    _ => &DIAMOND,
+                };
+                polygon(canvas, [x, y], radius, corners, colour, edge);
+            }
+            Self::Attracting | Self::Repelling | Self::NegativeDeterminant => {}
             Self::Fold => canvas.ellipse([x, y], [r; 2], Fill::Plain(Colour::WHITE), edge),
             Self::Kink => canvas.ellipse([x, y], [0.6 * r; 2], Fill::Plain(Colour::GREY), None),
             Self::BranchPoint => polygon(canvas, [x, y], r, &DIAMOND, Colour::BLACK, None),
@@ -371,11 +367,6 @@ fn draw_series(
 ) {
     let points = || parts.iter().flatten();
     let line: Vec<Point> = points().map(|(point, _)| *point).collect();
-    let stroke = match style {
-        SeriesStyle::Numbered => Some(numbered_line(number)),
-        SeriesStyle::Path(kind) => Some(kind.stroke()),
-        SeriesStyle::Marks(_) => None,
-    };
     // Markers of many points get smaller, so that they hide neither each other nor other lines.
     let steps = line.windows(2).map(|ends| {
         let [[ax, ay], [bx, by]] = [ends[0], ends[1]];
@@ -391,38 +382,16 @@ fn draw_series(
     let lines: Vec<Vec<Point>> = joined
         .map(|part| part.iter().map(|(point, _)| *point).collect())
         .collect();
-    if let Some(stroke) = stroke.filter(|_| !lines.is_empty()) {
+    if let Some(stroke) = style.line(number).filter(|_| !lines.is_empty()) {
         canvas.polylines(&lines, stroke);
     }
-    for (point, text) in points() {
-        match style {
-            SeriesStyle::Numbered => canvas.titled(text, |canvas| {
-                draw_marker(canvas, number, *point, radius);
-            }),
-            SeriesStyle::Marks(kind) => canvas.titled(text, |canvas| kind.draw(canvas, *point)),
-            SeriesStyle::Path(_) => {}
-        }
+    let is_path = style != SeriesStyle::Numbered && style.line(number).is_some();
+    for (point, text) in points().filter(|_| !is_path) {
+        canvas.titled(text, |canvas| style.mark(canvas, number, *point, radius));
     }
-}
-
-fn numbered_line(number: usize) -> Stroke {
-    Stroke::solid(COLOURS[number % COLOURS.len()], 1.6)
 }
 
 const DIAMOND: [Point; 4] = [[0.0, -1.3], [1.3, 0.0], [0.0, 1.3], [-1.3, 0.0]];
-
-/// Circle, square, triangle, diamond, in turn.
-fn draw_marker(canvas: &mut Canvas, number: usize, centre: Point, radius: f64) {
-    let colour = COLOURS[number % COLOURS.len()];
-    let edge = Some(Stroke::solid(Colour::WHITE, 0.8 * radius / MARKER_RADIUS));
-    let corners: &[Point] = match number % 4 {
-        0 => return canvas.ellipse(centre, [radius; 2], Fill::Plain(colour), edge),
-        1 => &[[-0.9, -0.9], [0.9, -0.9], [0.9, 0.9], [-0.9, 0.9]],
-        2 => &[[0.0, -1.2], [1.1, 0.8], [-1.1, 0.8]],
-        _ => &DIAMOND,
-    };
-    polygon(canvas, centre, radius, corners, colour, edge);
-}
 
 fn polygon(
     canvas: &mut Canvas,

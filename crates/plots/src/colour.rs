@@ -3,8 +3,8 @@
 use units::Unit;
 
 use super::{
-    canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke},
-    layout::{KeySide, LABEL_SIZE, TICK_SIZE, fitting_ticks},
+    canvas::{Anchor, Canvas, Colour, Fill, Stroke},
+    layout::{LABEL_SIZE, PANEL_WIDTH, RIGHT_MARGIN, TICK_SIZE, fitting_ticks},
     scale::{Ticks, UnitScale, bounds},
     text::Label,
 };
@@ -160,88 +160,45 @@ impl ColourKey {
         self.range.fill(self.map, value)
     }
 
-    /// Draws the bar with its title, below or at the right of a plot, from `corner` over `length` pixels.
-    pub(super) fn draw(&self, canvas: &mut Canvas, side: KeySide, corner: Point, length: f64) {
-        let [left, top] = corner;
-        match side {
-            KeySide::Below => {
-                self.draw_bar(canvas, side, corner, length);
-                let baseline = top + THICKNESS + 35.0;
-                let centre = [left + length / 2.0, baseline];
-                let title = match self.remark {
-                    "" => self.title.clone(),
-                    remark => self.title.clone().upright(format!(" {remark}")),
-                };
-                canvas.text(centre, &title, LABEL_SIZE, Anchor::Middle);
-                if self.has_gaps {
-                    draw_gap_swatch(canvas, [left + length - 78.0, baseline - 11.0]);
-                }
-            }
-            KeySide::Right => {
-                canvas.text([left, top + 10.0], &self.title, LABEL_SIZE, Anchor::Start);
-                let top = top + 22.0;
-                let footer = self.has_gaps || !self.remark.is_empty();
-                let length = length - 22.0 - if footer { 30.0 } else { 0.0 };
-                self.draw_bar(canvas, side, [left, top], length);
-                if self.has_gaps {
-                    draw_gap_swatch(canvas, [left, top + length + 16.0]);
-                } else if footer {
-                    let position = [left, top + length + 26.0];
-                    let remark = Label::plain(self.remark);
-                    canvas.text(position, &remark, TICK_SIZE, Anchor::Start);
-                }
-            }
-        }
-    }
-
-    /// The colours, each over the rest of those before it, in a frame with ticks.
-    fn draw_bar(&self, canvas: &mut Canvas, side: KeySide, [left, top]: Point, length: f64) {
+    /// Draws the bar from a point to the margin at the right, with its title below it.
+    pub(super) fn draw(&self, canvas: &mut Canvas, [left, top]: [f64; 2]) {
+        let length = PANEL_WIDTH - RIGHT_MARGIN - left;
         let slices = match self.range {
             ValueRange::Interval(..) => SLICES,
             ValueRange::Nothing | ValueRange::Constant(_) => 1,
         };
+        // Each colour over the rest of those before it.
         for slice in 0..slices {
             let share = slice as f64 / SLICES as f64;
-            let (corner, size) = match side {
-                KeySide::Below => {
-                    let from = length * share;
-                    ([left + from, top], [length - from, THICKNESS])
-                }
-                KeySide::Right => ([left, top], [THICKNESS, length * (1.0 - share)]),
-            };
             let fill = match self.range {
                 ValueRange::Nothing => Fill::NoValue,
                 ValueRange::Constant(value) => self.fill(value),
                 ValueRange::Interval(..) => Fill::Plain(self.map.at(share + 0.5 / SLICES as f64)),
             };
-            canvas.rectangle(corner, size, fill, None);
+            let corner = [left + length * share, top];
+            canvas.rectangle(corner, [length * (1.0 - share), THICKNESS], fill, None);
         }
         let frame = Stroke::solid(Colour::BLACK, 0.8);
-        let size = match side {
-            KeySide::Below => [length, THICKNESS],
-            KeySide::Right => [THICKNESS, length],
+        canvas.rectangle([left, top], [length, THICKNESS], Fill::Empty, Some(frame));
+        for (fraction, label) in self.ticks(length) {
+            let (x, bottom) = (left + fraction * length, top + THICKNESS);
+            canvas.line([x, bottom], [x, bottom + 4.0], frame);
+            canvas.text([x, bottom + 16.5], &label, TICK_SIZE, Anchor::Middle);
+        }
+        let baseline = top + THICKNESS + 35.0;
+        let title = match self.remark {
+            "" => self.title.clone(),
+            remark => self.title.clone().upright(format!(" {remark}")),
         };
-        canvas.rectangle([left, top], size, Fill::Empty, Some(frame));
-        for (fraction, label) in self.ticks(side, length) {
-            let (from, to, position, anchor) = match side {
-                KeySide::Below => {
-                    let (x, bottom) = (left + fraction * length, top + THICKNESS);
-                    let to = [x, bottom + 4.0];
-                    ([x, bottom], to, [x, bottom + 16.5], Anchor::Middle)
-                }
-                KeySide::Right => {
-                    let (right, y) = (left + THICKNESS, top + (1.0 - fraction) * length);
-                    let position = [right + 8.0, y + 0.36 * TICK_SIZE];
-                    ([right, y], [right + 4.0, y], position, Anchor::Start)
-                }
-            };
-            canvas.line(from, to, frame);
-            canvas.text(position, &label, TICK_SIZE, anchor);
+        let centre = [left + length / 2.0, baseline];
+        canvas.text(centre, &title, LABEL_SIZE, Anchor::Middle);
+        if self.has_gaps {
+            draw_gap_swatch(canvas, [left + length - 78.0, baseline - 11.0]);
         }
     }
 
     /// Positions on the bar from 0 to 1, with their labels.
-    fn ticks(&self, side: KeySide, length: f64) -> Vec<(f64, Label)> {
+    fn ticks(&self, length: f64) -> Vec<(f64, Label)> {
         let (low, high) = match self.range {
             ValueRange::Nothing => return Vec::new(),
             ValueRange::Constant(value) => {
@@ -250,10 +207,7 @@ impl ColourKey {
             }
             ValueRange::Interval(low, high) => (self.scale.scaled(low), self.scale.scaled(high)),
         };
-        let ticks = match side {
-            KeySide::Below => fitting_ticks(low, high, length),
-            KeySide::Right => Ticks::new(low, high, 7),
-        };
+        let ticks = fitting_ticks(low, high, length);
         let tick = |&value: &f64| {
             let fraction = ((value - low) / (high - low)).clamp(0.0, 1.0);
             (fraction, Label::plain(ticks.text(value)))
@@ -263,7 +217,7 @@ impl ColourKey {
 }
 
 /// The explanation of hatched panes.
-fn draw_gap_swatch(canvas: &mut Canvas, corner: Point) {
+fn draw_gap_swatch(canvas: &mut Canvas, corner: [f64; 2]) {
     let frame = Stroke::solid(Colour::GREY, 0.6);
     canvas.rectangle(corner, [THICKNESS, 12.0], Fill::NoValue, Some(frame));
     let position = [corner[0] + 20.0, corner[1] + 10.0];

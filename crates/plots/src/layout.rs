@@ -18,36 +18,25 @@ pub(super) const TITLE_SIZE: f64 = 15.0;
 pub(super) const LABEL_SIZE: f64 = 13.0;
 /// Font size of tick labels and notes.
 pub(super) const TICK_SIZE: f64 = 12.0;
-/// Vertical space of a panel title.
-pub(super) const TITLE_HEIGHT: f64 = 42.0;
 /// Vertical space of the title of a map and a line of words below it.
 const MAP_TOP: f64 = 48.0;
 /// Height of a colour bar or legend below the plot.
 pub(super) const KEY_HEIGHT: f64 = 62.0;
-/// Width of a colour bar or legend to the right of the plot.
-pub(super) const KEY_WIDTH: f64 = 160.0;
 
 const AXIS_HEIGHT: f64 = 50.0;
 const LEAST_HEIGHT: f64 = 350.0;
-/// What is beside a plot without a key.
+/// What is beside a plot.
 pub(super) const RIGHT_MARGIN: f64 = 28.0;
 /// Plots that are longer than this many times their width are stretched across.
 const MOST_SLENDER: f64 = 12.0;
-
-/// Side of the plot at which the colour bar or legend sits.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum KeySide {
-    Below,
-    Right,
-}
 
 /// Rectangles and axes of the panels of one picture.
 #[derive(Clone, Debug)]
 pub(super) struct PictureLayout {
     /// Height of every panel.
     pub(super) height: f64,
-    /// Side of the colour bar or legend.
-    pub(super) key: KeySide,
+    /// Where the colour bar or legend begins.
+    pub(super) key: Point,
     /// The plot of a map.
     pub(super) frame: PlotFrame,
     /// The part of the contact plane that fills the plot.
@@ -57,7 +46,7 @@ pub(super) struct PictureLayout {
 }
 
 impl PictureLayout {
-    /// Chooses height, stretch and side of the key from the shape of the contact part.
+    /// Chooses height and stretch from the shape of the contact part.
     pub(super) fn new(picture: &ContactPicture<'_>) -> Self {
         let contact = ContactBox::framed(picture);
         let [width, height] = contact.extent();
@@ -66,12 +55,6 @@ impl PictureLayout {
             stretch_factor(width / height, MOST_SLENDER),
         ];
         let aspect = width * stretch[0] / (height * stretch[1]);
-        // Contact parts at least this many times wider than high have the colour bar below.
-        let key = if aspect >= 1.6 {
-            KeySide::Below
-        } else {
-            KeySide::Right
-        };
         let names = [
             axis_name(picture.axis_1, "1"),
             axis_name(picture.axis_2, "2"),
@@ -90,7 +73,15 @@ impl PictureLayout {
             Ticks::new(intervals[1][0], intervals[1][1], most)
         };
         let left = 46.0 + vertical(200.0).widest(TICK_SIZE);
-        let (corner, size, panel_height) = plot_rectangle(key, left, aspect);
+        let room = PANEL_WIDTH - left - RIGHT_MARGIN;
+        let plot_height = (room / aspect).min(380.0);
+        let size = [plot_height * aspect, plot_height];
+        let needed = MAP_TOP + plot_height + AXIS_HEIGHT + KEY_HEIGHT;
+        let panel_height = needed.max(LEAST_HEIGHT).ceil();
+        let corner = [
+            left + (room - size[0]) / 2.0,
+            MAP_TOP + (panel_height - needed) / 2.0,
+        ];
         let axis = |k: usize, ticks: &Ticks, direction: Vector| {
             let title = axis_title(&scales[k], &names[k], direction);
             Axis::linear(title, ticks, intervals[k])
@@ -114,7 +105,7 @@ impl PictureLayout {
         };
         Self {
             height: panel_height,
-            key,
+            key: [left, corner[1] + plot_height + AXIS_HEIGHT],
             frame: PlotFrame {
                 corner,
                 size,
@@ -154,28 +145,6 @@ pub(super) fn titled_panel([width, height]: Point, title: &Label) -> Canvas {
     let mut canvas = Canvas::new(width, height);
     canvas.bold_text([16.0, 26.0], title, TITLE_SIZE, Anchor::Start);
     canvas
-}
-
-/// Corner and size of the plot, and height of the panel.
-fn plot_rectangle(key: KeySide, left: f64, aspect: f64) -> (Point, Point, f64) {
-    match key {
-        KeySide::Below => {
-            let width = PANEL_WIDTH - left - RIGHT_MARGIN;
-            let height = width / aspect;
-            let needed = MAP_TOP + height + AXIS_HEIGHT + KEY_HEIGHT;
-            let panel = needed.max(LEAST_HEIGHT).ceil();
-            let top = MAP_TOP + (panel - needed) / 2.0;
-            ([left, top], [width, height], panel)
-        }
-        KeySide::Right => {
-            let room = PANEL_WIDTH - left - KEY_WIDTH - RIGHT_MARGIN;
-            let height = (room / aspect).min(380.0);
-            let width = height * aspect;
-            let needed = MAP_TOP + height + AXIS_HEIGHT;
-            let corner = [left + (room - width) / 2.0, MAP_TOP];
-            (corner, [width, height], needed.max(LEAST_HEIGHT).ceil())
-        }
-    }
 }
 
 /// Factor across something whose length is `slenderness` times its width; 1 unless that exceeds

@@ -6,7 +6,6 @@ mod canvas;
 mod chart;
 mod colour;
 pub mod html;
-mod law;
 mod layout;
 mod mesh_picture;
 mod panels;
@@ -17,8 +16,7 @@ mod text;
 mod view;
 
 pub use axis::AxisScale;
-pub use chart::{Chart, ChartAxis, ChartPoint, MarkKind, PathKind, Series, SeriesStyle};
-pub use law::{LawPicture, OverSlip, SlipCoefficientMap, SlipCurve, SlipRange, law_page};
+pub use chart::{Chart, ChartAxis, ChartPoint, Series, SeriesStyle};
 pub use mesh_picture::{MeshPicture, mesh_page};
 pub use panels::PANELS;
 pub use panes::FrictionKind;
@@ -28,7 +26,7 @@ pub use picture::{
 };
 
 use canvas::{Anchor, Canvas};
-use layout::{PANEL_WIDTH, TITLE_SIZE};
+use layout::PANEL_WIDTH;
 use panels::{drawings, error_panels};
 use text::{Label, fitted};
 
@@ -59,38 +57,16 @@ pub fn error_figure(
 /// Draws all panels below a common title in two columns.
 #[must_use]
 pub fn page(picture: &ContactPicture<'_>) -> Picture {
-    let mut panels = drawings(picture).into_iter().map(|(_, canvas)| canvas);
-    let mut rows = Vec::new();
-    while let Some(first) = panels.next() {
-        rows.push([first].into_iter().chain(panels.next()).collect());
+    let panels = drawings(picture);
+    // Panels of one picture have one height.
+    let height = panels.first().map_or(0.0, |(_, canvas)| canvas.height);
+    let (top, rows) = (46.0, panels.len().div_ceil(2) as f64);
+    let mut page = Canvas::new(2.0 * PANEL_WIDTH, top + rows * height);
+    let title = Label::plain(fitted(picture.title, 19.0, page.width - 60.0));
+    page.text([page.width / 2.0, 31.0], &title, 19.0, Anchor::Middle);
+    for (k, (_, canvas)) in panels.iter().enumerate() {
+        let [column, row] = [k % 2, k / 2].map(|k| k as f64);
+        page.place(canvas, [column * PANEL_WIDTH, top + row * height]);
     }
-    let page = titled_page([picture.title, ""], &rows, 2, 0.0);
     Picture::new(&page, picture.title)
-}
-
-/// Rows of panels below a title and a note, which may be empty; where a row is shorter than the page, a share of what is left is before it.
-fn titled_page(
-    [title, note]: [&str; 2],
-    rows: &[Vec<Canvas>],
-    columns: usize,
-    indent: f64,
-) -> Canvas {
-    let height = |row: &Vec<Canvas>| row.iter().map(|canvas| canvas.height).fold(0.0, f64::max);
-    let mut top = if note.is_empty() { 46.0 } else { 70.0 };
-    let mut page = Canvas::new(
-        columns as f64 * PANEL_WIDTH,
-        top + rows.iter().map(height).sum::<f64>(),
-    );
-    for (text, baseline, size) in [(title, 31.0, 19.0), (note, 55.0, TITLE_SIZE)] {
-        let label = Label::plain(fitted(text, size, page.width - 60.0));
-        page.text([page.width / 2.0, baseline], &label, size, Anchor::Middle);
-    }
-    for row in rows {
-        let before = indent * (columns - row.len()) as f64;
-        for (column, canvas) in row.iter().enumerate() {
-            page.place(canvas, [(before + column as f64) * PANEL_WIDTH, top]);
-        }
-        top += height(row);
-    }
-    page
 }

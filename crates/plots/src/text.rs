@@ -1,8 +1,5 @@
 //! Labels made of upright, italic, lowered and raised runs.
 
-/// Size of a lowered or raised run relative to its label.
-const SCRIPT_SIZE: f64 = 0.74;
-
 /// Vertical shift of a lowered or raised run relative to the size of its label.
 const SCRIPT_SHIFT: f64 = 0.28;
 
@@ -15,21 +12,21 @@ enum RunStyle {
     Superscript,
 }
 
+impl RunStyle {
+    /// Its font size and the distance of its baseline below that of the label, relative to the font size of the label.
+    fn size_and_drop(self) -> (f64, f64) {
+        match self {
+            Self::Upright | Self::Italic => (1.0, 0.0),
+            Self::Subscript => (0.74, SCRIPT_SHIFT),
+            Self::Superscript => (0.74, -1.3 * SCRIPT_SHIFT),
+        }
+    }
+}
+
 /// A one-line label with mathematical symbols, such as σ with the subscript ν.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Label {
     runs: Vec<(RunStyle, String)>,
-}
-
-/// A part of a label that is set in one style.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct TextRun<'a> {
-    pub(super) text: &'a str,
-    pub(super) italic: bool,
-    /// Font size, in the unit of the label's size.
-    pub(super) size: f64,
-    /// Distance of its baseline below that of the label, in the same unit.
-    pub(super) drop: f64,
 }
 
 impl Label {
@@ -84,45 +81,32 @@ impl Label {
 
     /// Estimated width at font size `size`, in the unit of `size`.
     pub(super) fn width(&self, size: f64) -> f64 {
-        let estimate = |run: TextRun<'_>| run.size * run.text.chars().map(advance).sum::<f64>();
-        size * self.runs(1.0).map(estimate).sum::<f64>()
-    }
-
-    /// The runs of the label at font size `size`.
-    pub(super) fn runs(&self, size: f64) -> impl Iterator<Item = TextRun<'_>> {
-        self.runs.iter().map(move |(form, text)| {
-            let (italic, scale, drop) = match form {
-                RunStyle::Upright => (false, 1.0, 0.0),
-                RunStyle::Italic => (true, 1.0, 0.0),
-                RunStyle::Subscript => (false, SCRIPT_SIZE, SCRIPT_SHIFT * size),
-                RunStyle::Superscript => (false, SCRIPT_SIZE, -1.3 * SCRIPT_SHIFT * size),
-            };
-            TextRun {
-                text,
-                italic,
-                size: scale * size,
-                drop,
-            }
-        })
+        let runs = self.runs.iter();
+        let widths = runs.map(|(style, text)| {
+            let (scale, _) = style.size_and_drop();
+            scale * text.chars().map(advance).sum::<f64>()
+        });
+        size * widths.sum::<f64>()
     }
 
     /// The content of an SVG `text` element of font size `size`.
     pub(super) fn markup(&self, size: f64) -> String {
         let mut markup = String::new();
         let mut level = 0.0;
-        for run in self.runs(size) {
+        for (style, text) in &self.runs {
             let mut attributes = String::new();
-            if run.drop != level {
-                attributes.push_str(&format!(" dy=\"{:.2}\"", run.drop - level));
+            let (scale, drop) = style.size_and_drop();
+            if drop != level {
+                attributes.push_str(&format!(" dy=\"{:.2}\"", (drop - level) * size));
             }
-            if run.italic {
+            if *style == RunStyle::Italic {
                 attributes.push_str(" font-style=\"italic\"");
             }
-            if run.size != size {
-                attributes.push_str(&format!(" font-size=\"{:.2}\"", run.size));
+            if scale != 1.0 {
+                attributes.push_str(&format!(" font-size=\"{:.2}\"", scale * size));
             }
-            level = run.drop;
-            let text = escape(run.text);
+            level = drop;
+            let text = escape(text);
             if attributes.is_empty() {
                 markup.push_str(&text);
             } else {

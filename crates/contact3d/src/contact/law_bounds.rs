@@ -1,7 +1,5 @@
 //! The constants of a law of friction that HKL §3 uses: bounds, Lipschitz modulus, anisotropy.
 
-use std::collections::BTreeMap;
-
 use super::FaceLaw;
 use crate::scene::{
     Coefficient, InvalidValue, LEAST_COEFFICIENT, Warning, Written, is_coefficient, place_words,
@@ -12,7 +10,7 @@ use crate::scene::{
 ///
 /// Constants, ramps, tables and grids are bounded exactly. For expressions the values are
 /// estimates: the law is sampled at zero slip at all contact nodes, at a geometric series of slips
-/// from 1e-12 of the extent on at some hundred nodes, and improved around the extremes found.
+/// from 1e-12 of the extent on at some of them, and improved around the extremes found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LawBounds {
     /// F_min, the smallest coefficient.
@@ -24,8 +22,6 @@ pub struct LawBounds {
     pub lipschitz: LawExtreme,
     /// κ(F) = sup max(F₁, F₂)/min(F₁, F₂), 1 for an isotropic law.
     pub anisotropy: LawExtreme,
-    /// The largest slip considered, in m.
-    pub largest_slip: f64,
     /// Whether the bounds are estimates, because a coefficient is an expression.
     pub estimated: bool,
 }
@@ -58,7 +54,6 @@ impl LawBounds {
             largest: extreme_of(FaceLaw::value),
             lipschitz: extreme_of(FaceLaw::slope),
             anisotropy: anisotropy(law, largest_slip),
-            largest_slip,
             estimated: law.coefficients().iter().any(Coefficient::is_searched),
         }
     }
@@ -115,87 +110,34 @@ impl FaceLaw {
 /// Refuses a law with a coefficient that is not positive and finite at zero slip somewhere on the
 /// face, in the unit of length called `length`; other kinds than expressions are checked with the scene.
 pub(super) fn refuse_unusable(law: &FaceLaw, length: &str) -> Result<(), InvalidValue> {
-    match worst_values(law, 0.0, length).next() {
-        None => Ok(()),
-        Some(worst) => Err(InvalidValue {
-            key: key(law, worst.peak.coefficient),
+    let refuse = |(key, value, place)| {
+        Err(InvalidValue {
+            key,
             expected: format!("0 < F < infinity without slip, {LEAST_COEFFICIENT:e} at least, on the whole contact face"),
-            found: format!("{} at {}", Written(&worst.value), worst.place),
+            found: format!("{} at {place}", Written(&value)),
             help: "F at zero slip decides what sticks: correct the formula there, such as 0.3 + 0.1*x; frictionless contact has no [friction]".into(),
-        }),
-    }
+        })
+    };
+    worst_values(law, 0.0, length).next().map_or(Ok(()), refuse)
 }
 
 /// Where coefficients are not positive and finite at slips up to `largest_slip`. Whether a solution
 /// has such slips is not known before it is found.
 pub(super) fn warnings(law: &FaceLaw, largest_slip: f64, length: &str) -> Vec<Warning> {
-    let words = |worst: Worst| Warning::LawLeavesRange {
-        key: key(law, worst.peak.coefficient),
-        onset: worst.onset(law, length),
-        value: worst.value,
-        place: worst.place,
-    };
-    worst_values(law, largest_slip, length).map(words).collect()
+    worst_values(law, largest_slip, length)
+        .map(|(key, value, place)| Warning::LawLeavesRange { key, value, place })
+        .collect()
 }
 
-fn key(law: &FaceLaw, axis: usize) -> String {
-    let (table, kind) = (&law.key, law.coefficients()[axis].kind());
-    match law.coefficients().len() {
-        1 => format!("{table}.coefficient.{kind}"),
-        _ => format!("{table}.coefficient_{}.{kind}", axis + 1),
-    }
-}
-
-/// A value of a coefficient that is not positive and finite.
-struct Worst {
-    value: f64,
-    peak: LawExtreme,
-    /// Slips and place in words.
-    place: String,
-}
-
-impl Worst {
-    /// The first slips in words at which the coefficient is not usable, on the way from zero slip to
-    /// the worst one.
-    fn onset(&self, law: &FaceLaw, length: &str) -> String {
-        let axis = self.peak.coefficient;
-        let position = self.peak.position.unwrap_or_default();
-        let at = |share: f64| self.peak.slip.map(|slip| share * slip);
-        let is_usable = |share: f64| is_coefficient(law.value(axis, position, at(share)));
-        let shares = (0..=12 * 16).rev();
-        let shares = shares.map(|k| 10f64.powf(-f64::from(k) / 16.0));
-        let mut good = 0.0;
-        let mut bad = 1.0;
-        for share in shares {
-            if !is_usable(share) {
-                bad = share;
-                break;
-            }
-            good = share;
-        }
-        for _ in 0..40 {
-            let middle = 0.5 * (good + bad);
-            if is_usable(middle) {
-                good = middle;
-            } else {
-                bad = middle;
-            }
-        }
-        let peak = LawExtreme {
-            position: None,
-            slip: at(bad),
-            ..self.peak
-        };
-        let coefficient = &law.coefficients()[axis];
-        let isotropic = law.coefficients().len() == 1;
-        point_words(&peak, isotropic, coefficient.slips_used(axis), length)
-    }
-}
-
-/// For every formula that is not positive and finite everywhere at slips from 0 to `largest_slip`
-/// one such value: the least one, or one that is not finite.
-fn worst_values(law: &FaceLaw, largest_slip: f64, length: &str) -> impl Iterator<Item = Worst> {
+/// The key of every formula that is not positive and finite everywhere at slips from 0 to `largest_slip`, with one such value, the
+/// least one or one that is not finite, and its slips and place in words.
+fn worst_values(
+    law: &FaceLaw,
+    largest_slip: f64,
+    length: &str,
+) -> impl Iterator<Item = (String, f64, String)> {
     let coefficients = law.coefficients();
+    let isotropic = coefficients.len() == 1;
     let formulas = coefficients
         .iter()
         .enumerate()
@@ -210,13 +152,15 @@ fn worst_values(law: &FaceLaw, largest_slip: f64, length: &str) -> impl Iterator
                 f64::INFINITY
             }
         });
-        let uses = coefficient.slips_used(axis);
         let value = law.value(axis, peak.position.unwrap_or_default(), peak.slip);
-        (!is_coefficient(value)).then(|| Worst {
-            value,
-            place: point_words(&peak, coefficients.len() == 1, uses, length),
-            peak,
-        })
+        let (table, kind) = (&law.key, coefficient.kind());
+        let key = if isotropic {
+            format!("{table}.coefficient.{kind}")
+        } else {
+            format!("{table}.coefficient_{}.{kind}", axis + 1)
+        };
+        let place = point_words(&peak, isotropic, coefficient.slips_used(axis), length);
+        (!is_coefficient(value)).then_some((key, value, place))
     })
 }
 
@@ -247,8 +191,6 @@ fn point_words(peak: &LawExtreme, isotropic: bool, uses: [bool; 2], length: &str
 /// its extremes there. With formulas a geometric series is added, and extremes are improved.
 struct Sweep<'a> {
     places: &'a [[f64; 3]],
-    /// Places that see all slips; the others see zero slip only.
-    spread: Vec<usize>,
     slips: [Vec<f64>; 2],
     search: bool,
     depends_on_place: bool,
@@ -293,7 +235,6 @@ impl<'a> Sweep<'a> {
             slips
         });
         Self {
-            spread: spread(places),
             places,
             slips,
             search: searched != [false; 2],
@@ -308,12 +249,18 @@ impl<'a> Sweep<'a> {
         coefficient: usize,
         function: impl Fn([f64; 3], [f64; 2]) -> f64,
     ) -> LawExtreme {
-        let mut best = Best::default();
+        let mut best = Best {
+            place: 0,
+            slip: [0.0; 2],
+            value: f64::NEG_INFINITY,
+        };
         for place in 0..self.places.len() {
             best.offer(place, [0.0; 2], function(self.places[place], [0.0; 2]));
         }
-        let highest_at_rest = best.place;
-        for place in self.spread.iter().copied().chain([highest_at_rest]) {
+        // Places that see all slips: so many of all, and the one that is highest at zero slip.
+        let stride = self.places.len().div_ceil(256).max(1);
+        let seen = (0..self.places.len()).step_by(stride);
+        for place in seen.chain([best.place]) {
             for &first in &self.slips[0] {
                 for &second in &self.slips[1] {
                     let slip = [first, second];
@@ -375,16 +322,6 @@ struct Best {
     value: f64,
 }
 
-impl Default for Best {
-    fn default() -> Self {
-        Self {
-            place: 0,
-            slip: [0.0; 2],
-            value: f64::NEG_INFINITY,
-        }
-    }
-}
-
 impl Best {
     fn offer(&mut self, place: usize, slip: [f64; 2], value: f64) {
         if value > self.value {
@@ -397,26 +334,6 @@ impl Best {
 fn series(largest: f64, per_decade: u32) -> impl Iterator<Item = f64> {
     let count = f64::from(per_decade);
     (0..=12 * per_decade).map(move |k| largest * 10f64.powf(-f64::from(k) / count))
-}
-
-/// One place in each box of a coarse grid around all places, so that they spread over the face.
-fn spread(places: &[[f64; 3]]) -> Vec<usize> {
-    let bounds = [0, 1, 2].map(|c| {
-        let along = places.iter().map(|x| x[c]);
-        let low = along.clone().fold(f64::INFINITY, f64::min);
-        (low, along.fold(f64::NEG_INFINITY, f64::max) - low)
-    });
-    let mut boxes = BTreeMap::new();
-    for (place, x) in places.iter().enumerate() {
-        #[expect(clippy::cast_possible_truncation, reason = "from 0 to 16")]
-        let key = [0, 1, 2].map(|c| {
-            let (low, extent) = bounds[c];
-            let share = (x[c] - low) / extent.max(f64::MIN_POSITIVE);
-            (share * 16.0) as i32
-        });
-        boxes.entry(key).or_insert(place);
-    }
-    boxes.into_values().collect()
 }
 
 /// Golden section search for a maximum; the function keeps what it finds.

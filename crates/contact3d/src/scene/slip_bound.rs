@@ -72,16 +72,6 @@ impl SlipBound {
         }
     }
 
-    /// The stress that the scene gives the law, with its name; `None` for laws without one.
-    #[must_use]
-    pub fn given_stress(&self) -> Option<(&'static str, Quantity)> {
-        match self {
-            Self::Pressure => None,
-            Self::Capped(cap) => Some(("pressure cap", Quantity::Constant(*cap))),
-            Self::Given(bound) => Some(("slip bound g", bound.clone())),
-        }
-    }
-
     /// The stress ≥ 0 that differs from pane to pane, with its key; `None` for laws without one.
     #[must_use]
     pub fn place_dependent(&self) -> Option<(&'static str, &Quantity)> {

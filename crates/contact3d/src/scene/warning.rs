@@ -35,8 +35,6 @@ pub enum Warning {
     LawLeavesRange {
         /// The key of the law.
         key: String,
-        /// The least slips in words at which it does so.
-        onset: String,
         /// Its worst value.
         value: f64,
         /// Slips and place of that value in words.
@@ -97,12 +95,7 @@ impl fmt::Display for Warning {
                 "{key}: it does nothing, since clamps hold the displacement along the normal of the face; \
                  remove it, or take that direction out of `components` of the clamp"
             ),
-            Self::LawLeavesRange {
-                key,
-                onset,
-                value,
-                place,
-            } => {
+            Self::LawLeavesRange { key, value, place } => {
                 let remedy = if value.is_nan() {
                     "where the formula is not defined, choose a value with if(CONDITION, FORMULA, VALUE)"
                 } else if *value > 0.0 {
@@ -112,7 +105,7 @@ impl fmt::Display for Warning {
                 };
                 write!(
                     f,
-                    "{key}: not 0 < F < infinity, first at {onset}, at worst {} at {place}; if pressed panes \
+                    "{key}: not 0 < F < infinity, at worst {} at {place}; if pressed panes \
                      slip so far, the solve counts as failed: {remedy}",
                     Written(value)
                 )

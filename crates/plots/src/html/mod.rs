@@ -1,10 +1,9 @@
 //! A report as one HTML page: its parts as plain data, and the page with everything inside it, so
 //! that it opens from the file system without network, scripts or fonts of its own. Only a page with a body in
-//! 3D has one script, which a Content-Security-Policy keeps from loading anything.
+//! 3D has one script; a Content-Security-Policy keeps it from loading anything, and every other script from running.
 //!
 //! Values show when the reader points at them: they are the `title` elements of the drawings.
 
-mod digest;
 mod view3d;
 
 pub use view3d::{BodyView, ViewArray, ViewPlace, ViewValues};
@@ -14,7 +13,6 @@ use std::borrow::Cow;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use base64::{Engine, engine::general_purpose::STANDARD};
-use digest::policy_source;
 
 use super::Chart;
 
@@ -102,23 +100,23 @@ impl Page {
         } else {
             STYLE.into()
         };
-        let policy = || {
-            let [script, style] = [view3d::SCRIPT, &*style].map(policy_source);
-            format!(
-                "default-src 'none'; script-src {script}; style-src {style}; img-src data:; base-uri 'none'; form-action 'none'"
-            )
-        };
+        let sections = html! { @for section in &self.sections { (section.markup()) } };
+        // Script and style are known by a word that nothing in the page can foresee.
+        let nonce = &blake3::hash(sections.0.as_bytes()).to_hex()[..32];
+        let policy = format!(
+            "default-src 'none'; script-src 'nonce-{nonce}'; style-src 'nonce-{nonce}'; img-src data:; base-uri 'none'; form-action 'none'"
+        );
         let page = html! {
             (DOCTYPE)
             html lang="en" {
                 head {
                     meta charset="utf-8";
-                    @if interactive { meta http-equiv="Content-Security-Policy" content=(policy()); }
+                    @if interactive { meta http-equiv="Content-Security-Policy" content=(policy); }
                     meta name="viewport" content="width=device-width, initial-scale=1";
                     // An icon in the page itself: a browser asks the network for none.
                     link rel="icon" href="data:,";
                     title { (self.title) }
-                    style { (PreEscaped(&style)) }
+                    style nonce=[interactive.then_some(nonce)] { (PreEscaped(&style)) }
                 }
                 body {
                     header {
@@ -131,8 +129,8 @@ impl Page {
                         }
                     }
                     main {
-                        @for section in &self.sections { (section.markup()) }
-                        @if interactive { script { (PreEscaped(view3d::SCRIPT)) } }
+                        (sections)
+                        @if interactive { script nonce=(nonce) { (PreEscaped(view3d::SCRIPT)) } }
                     }
                     footer { p { (self.footer) } }
                 }

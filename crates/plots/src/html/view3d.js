@@ -157,8 +157,7 @@
       const v = given.has(key) ? Number(given.get(key)) : NaN;
       return Number.isFinite(v) ? Math.min(Math.max(v, least), most) : otherwise;
     };
-    const first = page.slider === "case" ? 1 : nFrames;
-    const frame = Math.round(number(page.slider, first, 1, nFrames)) - 1;
+    const frame = Math.round(number("increment", nFrames, 1, nFrames)) - 1;
     const angle = (key, most) => number(key, null, -most, most);
     Object.assign(state, {
       field: fields.find((field) => field.key === given.get("field")) ?? fields[0],
@@ -178,7 +177,7 @@
   /** What the state says in words: the address, and the attributes of the figure. */
   function words() {
     const said = {
-      [page.slider]: state.frame + 1,
+      increment: state.frame + 1,
       field: state.field.key,
       scale: Number(state.scale.toPrecision(4)),
       azimuth: state.azimuth === null ? null : Math.round(state.azimuth),

@@ -27,9 +27,7 @@ const STOPS: u32 = 33;
 pub struct BodyView {
     /// What it is, for those who do not see it.
     pub title: String,
-    /// What a frame is: `increment` or `case`.
-    pub slider: &'static str,
-    /// The name of each frame.
+    /// The name of each frame, an increment.
     pub frames: Vec<String>,
     /// Arrays by the keys that `view3d.js` knows.
     pub arrays: Vec<ViewArray>,
@@ -93,25 +91,6 @@ impl ViewPlace {
 }
 
 impl BodyView {
-    /// Takes the frames of another view after its own; gives it back where the two differ in shape or in what they have.
-    ///
-    /// # Errors
-    /// The other view.
-    pub fn append(&mut self, other: Self) -> Result<(), Self> {
-        let pairs = || self.arrays.iter().zip(&other.arrays);
-        if self.arrays.len() != other.arrays.len() || !pairs().all(|(one, two)| one.continues(two))
-        {
-            return Err(other);
-        }
-        self.frames.extend(other.frames);
-        for (array, other) in self.arrays.iter_mut().zip(other.arrays) {
-            if !array.is_fixed() {
-                array.frames.extend(other.frames);
-            }
-        }
-        Ok(())
-    }
-
     /// Controls, pictures and data; hidden until the script has begun.
     pub(super) fn markup(&self) -> Markup {
         let (data, arrays) = self.encoded();
@@ -125,7 +104,7 @@ impl BodyView {
                 div.controls {
                     label { "field " select #view3d-field {} }
                     label {
-                        (self.slider) " " input #view3d-increment type="range" min="1" step="1";
+                        "increment " input #view3d-increment type="range" min="1" step="1";
                         output #view3d-increment-said {}
                     }
                     label {
@@ -150,7 +129,7 @@ impl BodyView {
                 p.help {
                     "Drag or arrow keys turn, with Shift they move; + and −, and the wheel once the picture has the focus, zoom; \
                      Home resets. A click keeps a pane. Dashed: the body at rest. Gaps are as many times larger as \
-                     displacements. Colours span all " (self.slider) "s."
+                     displacements. Colours span all increments."
                 }
             }
             script #view3d-data type="application/json" { (PreEscaped(data)) }
@@ -174,7 +153,7 @@ impl BodyView {
                 .collect()
         };
         let data = json!({
-            "title": self.title, "slider": self.slider, "frames": self.frames, "arrays": rows,
+            "title": self.title, "frames": self.frames, "arrays": rows,
             "maps": { "body": map(ColourMap::Plasma), "face": map(ColourMap::Viridis) },
         });
         (data, packed.finish().unwrap_or_default())
@@ -182,22 +161,6 @@ impl BodyView {
 }
 
 impl ViewArray {
-    /// Whether all frames have the same values.
-    fn is_fixed(&self) -> bool {
-        matches!(self.values, ViewValues::Indices | ViewValues::Places)
-    }
-
-    /// Whether the frames of another array can follow.
-    fn continues(&self, other: &Self) -> bool {
-        let bits = |array: &Self| -> Vec<u64> {
-            let values = array.frames.iter().flatten();
-            values.map(|value| value.to_bits()).collect()
-        };
-        let rows = |array: &Self| array.frames.first().map(Vec::len);
-        (self.key, &self.unit, rows(self)) == (other.key, &other.unit, rows(other))
-            && (!self.is_fixed() || bits(self) == bits(other))
-    }
-
     fn described(&self) -> Value {
         let rows = self
             .frames
@@ -313,7 +276,6 @@ mod tests {
             .collect();
         let view = BodyView {
             title: "t".into(),
-            slider: "increment",
             frames: vec![],
             arrays,
         };
@@ -331,35 +293,9 @@ mod tests {
     }
 
     #[test]
-    fn a_body_takes_frames_of_the_same_shape_alone() {
-        let view = |place: f64, value: f64| BodyView {
-            title: "t".into(),
-            slider: "case",
-            frames: vec![value.to_string()],
-            arrays: vec![
-                array(ViewValues::Places, 1, vec![vec![place, f64::NAN]]),
-                array(ViewValues::OfBody, 1, vec![vec![value, f64::NAN]]),
-            ],
-        };
-        let mut body = view(1.0, 2.0);
-        assert!(body.append(view(1.0, 3.0)).is_ok());
-        assert!(body.append(view(1.5, 4.0)).is_err());
-        let fewer = BodyView {
-            arrays: vec![],
-            ..view(1.0, 5.0)
-        };
-        assert!(body.append(fewer).is_err());
-        assert_eq!(body.frames, ["2", "3"]);
-        let frames: Vec<usize> = body.arrays.iter().map(|a| a.frames.len()).collect();
-        assert_eq!(frames, [1, 2]);
-        assert_eq!(body.arrays[1].frames[1][0], 3.0);
-    }
-
-    #[test]
     fn words_of_a_body_cannot_end_its_script() {
         let view = BodyView {
             title: "</script><!--".into(),
-            slider: "increment",
             frames: vec!["<script>".into()],
             arrays: vec![],
         };

@@ -3,14 +3,13 @@
 use units::{Dimension, Unit};
 
 use super::{
-    marks::{Sight, Symbol, draw_symbols},
+    marks::{ARROW, Sight, Symbol, draw_symbols},
     obstacle::ObstacleShape,
 };
 use crate::canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke};
 use crate::colour::{ColourKey, ColourMap};
 use crate::layout::{
-    KEY_HEIGHT, KEY_WIDTH, KeySide, LABEL_SIZE, PANEL_WIDTH, PictureLayout, TICK_SIZE, TITLE_SIZE,
-    axis_name,
+    KEY_HEIGHT, LABEL_SIZE, PANEL_WIDTH, PictureLayout, TICK_SIZE, TITLE_SIZE, axis_name,
 };
 use crate::picture::{ContactPicture, DrawnObstacle};
 use crate::scale::{bounds, factor_label, round_down};
@@ -134,7 +133,9 @@ fn drawn_body(picture: &ContactPicture<'_>, layout: &PictureLayout, shown: &Show
     let drawn = drawn
         .chain(obstacle.iter().flat_map(ObstacleShape::points))
         .map(|point| view.projected(point));
-    let (fit, symbols) = fitted(picture, layout, (&view, &deformed, &edges), drawn);
+    let (corner, size) = view_rectangle(layout, !picture.marks.is_empty());
+    let fit = Fit::new(drawn, corner, size);
+    let symbols = symbols(picture, &view, &fit, (&deformed, &edges));
     let pixel = |point: Vector| fit.pixel(view.projected(point));
     if let Some(obstacle) = &obstacle {
         obstacle.draw(&mut canvas, &view, &fit);
@@ -167,8 +168,8 @@ fn drawn_body(picture: &ContactPicture<'_>, layout: &PictureLayout, shown: &Show
     canvas.polylines(&to_pixels(outline(false)), dashed);
 
     draw_symbols(&mut canvas, &symbols, [16.0, 64.0]);
-    let (corner, size) = view_rectangle(layout, false);
-    draw_triad(&mut canvas, &view, [52.0, corner[1] + size[1] - 24.0]);
+    let bottom = layout.height - KEY_HEIGHT - 14.0;
+    draw_triad(&mut canvas, &view, [52.0, bottom - 24.0]);
     let note = match shown.motion {
         Motion::AtRest(words) => Label::plain(words),
         Motion::Deformed if magnitude.iter().any(|&u| u > 0.0) => {
@@ -185,7 +186,7 @@ fn drawn_body(picture: &ContactPicture<'_>, layout: &PictureLayout, shown: &Show
         46.0
     };
     note_stretch(&mut canvas, &view, height);
-    draw_key(&mut canvas, layout, &key);
+    key.draw(&mut canvas, [layout.key[0], layout.height - KEY_HEIGHT]);
     canvas
 }
 
@@ -225,13 +226,13 @@ fn displacement_factor(
     round_down(factor)
 }
 
-/// The scale at which the body and what else is drawn fits with its symbols, and these.
-fn fitted(
+/// The symbols of what holds and loads a body.
+fn symbols(
     picture: &ContactPicture<'_>,
-    layout: &PictureLayout,
-    (view, deformed, edges): (&View, &[Vector], &[SurfaceEdge]),
-    drawn: impl Iterator<Item = Vector> + Clone,
-) -> (Fit, Vec<Symbol>) {
+    view: &View,
+    fit: &Fit,
+    (deformed, edges): (&[Vector], &[SurfaceEdge]),
+) -> Vec<Symbol> {
     let triangles = picture.boundary_triangles;
     let normals = FacetNormals::new(deformed, triangles, edges);
     let mut is_seen = vec![false; deformed.len()];
@@ -240,32 +241,14 @@ fn fitted(
             nodes.iter().for_each(|&node| is_seen[node] = true);
         }
     }
-    let placed = |fit: &Fit| {
-        let points = deformed.iter();
-        let pixels: Vec<Point> = points.map(|&x| fit.pixel(view.projected(x))).collect();
-        let sight = Sight {
-            view,
-            is_seen: &is_seen,
-            pixels: &pixels,
-        };
-        sight.symbols(picture.marks)
+    let points = deformed.iter();
+    let pixels: Vec<Point> = points.map(|&x| fit.pixel(view.projected(x))).collect();
+    let sight = Sight {
+        view,
+        is_seen: &is_seen,
+        pixels: &pixels,
     };
-    let (corner, size) = view_rectangle(layout, !picture.marks.is_empty());
-    let widest = Fit::new(drawn.clone(), corner, size);
-    let mut margin = [0.0_f64; 4];
-    for symbol in placed(&widest) {
-        let beyond = symbol.beyond(corner, size);
-        margin = [0, 1, 2, 3].map(|side| margin[side].max(beyond[side]));
-    }
-    let [left, top, right, bottom] = margin;
-    let corner = [corner[0] + left, corner[1] + top];
-    let fit = Fit::new(
-        drawn,
-        corner,
-        [size[0] - left - right, size[1] - top - bottom],
-    );
-    let symbols = placed(&fit);
-    (fit, symbols)
+    sight.symbols(picture.marks)
 }
 
 /// Outline of the undeformed body as edges: what is behind the body, or what is in front.
@@ -284,33 +267,15 @@ fn outline_of(
         .collect()
 }
 
-/// The part of the panel for the body, without the strip of the triad, the key, and the legend of symbols if it has one.
-fn view_rectangle(layout: &PictureLayout, has_legend: bool) -> (Point, Point) {
-    let (left, top) = (76.0, if has_legend { 80.0 } else { 62.0 });
-    match layout.key {
-        KeySide::Below => {
-            let height = layout.height - top - KEY_HEIGHT - 14.0;
-            ([left, top], [PANEL_WIDTH - left - 24.0, height])
-        }
-        KeySide::Right => {
-            let width = PANEL_WIDTH - left - KEY_WIDTH - 10.0;
-            ([left, top], [width, layout.height - top - 24.0])
-        }
-    }
-}
-
-fn draw_key(canvas: &mut Canvas, layout: &PictureLayout, key: &ColourKey) {
-    let [left, top] = layout.frame.corner;
-    match layout.key {
-        KeySide::Below => {
-            let corner = [left, layout.height - KEY_HEIGHT];
-            key.draw(canvas, layout.key, corner, layout.frame.size[0]);
-        }
-        KeySide::Right => {
-            let corner = [PANEL_WIDTH - KEY_WIDTH + 10.0, top + 20.0];
-            key.draw(canvas, layout.key, corner, layout.height - top - 60.0);
-        }
-    }
+/// The part of the panel for the body, without the strip of the triad, the key, and room for symbols and their legend if it has some.
+fn view_rectangle(layout: &PictureLayout, has_symbols: bool) -> (Point, Point) {
+    let (left, top) = if has_symbols {
+        (96.0, 80.0 + ARROW)
+    } else {
+        (76.0, 62.0)
+    };
+    let bottom = layout.height - KEY_HEIGHT - 14.0;
+    ([left, top], [PANEL_WIDTH + 52.0 - 2.0 * left, bottom - top])
 }
 
 /// What is drawn larger, and what dashed lines are.

@@ -7,7 +7,7 @@ use super::{
     maps::{constant, draw_axes, draw_panes},
 };
 use crate::canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke};
-use crate::layout::{KeySide, LABEL_SIZE, PictureLayout, TICK_SIZE};
+use crate::layout::{LABEL_SIZE, PANEL_WIDTH, PictureLayout, RIGHT_MARGIN, TICK_SIZE};
 use crate::panes::{FrictionKind, PaneShape};
 use crate::picture::{DrawnFriction, DrawnZone};
 use crate::scale::round_down;
@@ -58,35 +58,35 @@ pub(super) fn ellipse_panel(
         layout.contact.contains(shape.centre)
             && (kind == FrictionKind::Plain || friction[shape.pane].zone != DrawnZone::Open)
     };
-    let spots: Vec<Spot> = shapes
-        .iter()
-        .filter(has_ellipse)
-        .map(|shape| Spot {
-            pane: shape.pane,
-            zone: friction[shape.pane].zone,
-            centre: layout.point(shape.centre),
-            free: free_radius(layout, shape),
-        })
-        .collect();
+    let with_ellipse: Vec<&PaneShape> = shapes.iter().filter(has_ellipse).collect();
+    let free = with_ellipse.iter().map(|shape| free_radius(layout, shape));
+    let free: Vec<f64> = free.collect();
     let largest = largest_semi_axis(friction);
-    let radius = common_radius(&spots);
-    let drawn = if largest > 0.0 {
-        apart(layout, &spots, radius)
-    } else {
-        Vec::new()
-    };
-    let fit = drawn.iter().all(|spot| radius <= spot.free);
-    for spot in &drawn {
-        let state = &friction[spot.pane];
-        canvas.titled(&describe((kind, unit), spot.pane, state), |canvas| {
-            draw_pane(canvas, state, fit, spot.centre, radius, largest);
-        });
+    let radius = common_radius(free.clone());
+    let mut drawn: Vec<Point> = Vec::new();
+    let fit = free.iter().all(|free| radius <= *free);
+    for shape in with_ellipse.iter().filter(|_| largest > 0.0) {
+        let centre = layout.point(shape.centre);
+        // Where panes are smaller than ellipses only some have one, and these do not touch.
+        let is_apart =
+            |[x, y]: &Point| (centre[0] - x).hypot(centre[1] - y) >= LEAST_DISTANCE * radius;
+        if drawn.iter().all(is_apart) {
+            drawn.push(centre);
+            let state = &friction[shape.pane];
+            canvas.titled(&describe((kind, unit), shape.pane, state), |canvas| {
+                draw_pane(canvas, state, fit, centre, radius, largest);
+            });
+        }
     }
     draw_axes(&mut canvas, layout);
     let constants = [0, 1].map(|axis| constant(friction, shapes, axis));
     let mut remark = kind.constants_label(constants, unit);
-    if drawn.len() < spots.len() && !drawn.is_empty() {
-        let some = format!("ellipses of {} of {} panes", drawn.len(), spots.len());
+    if drawn.len() < with_ellipse.len() && !drawn.is_empty() {
+        let some = format!(
+            "ellipses of {} of {} panes",
+            drawn.len(),
+            with_ellipse.len()
+        );
         let comma = if remark.width(TICK_SIZE) > 0.0 {
             ", "
         } else {
@@ -112,73 +112,13 @@ fn describe((kind, unit): (FrictionKind, &Unit), pane: usize, friction: &DrawnFr
     format!("pane {pane}, {zone}: {words}")
 }
 
-/// A pane that may have an ellipse.
-#[derive(Clone, Copy)]
-struct Spot {
-    pane: usize,
-    zone: DrawnZone,
-    /// Its centre in pixels.
-    centre: Point,
-    /// The distance from there to its outline in pixels.
-    free: f64,
-}
-
-impl Spot {
-    fn distance(&self, [x, y]: Point) -> f64 {
-        (self.centre[0] - x).hypot(self.centre[1] - y)
-    }
-}
-
 /// The radius in pixels of all ellipses: that of the smallest pane, unless it is so small that it would hide the others.
-fn common_radius(spots: &[Spot]) -> f64 {
-    let mut radii: Vec<f64> = spots.iter().map(|spot| spot.free).collect();
+fn common_radius(mut radii: Vec<f64>) -> f64 {
     radii.sort_by(f64::total_cmp);
     let quartile = radii.get(radii.len() / 4).copied().unwrap_or(0.0);
     let smallest = radii.first().copied().unwrap_or(0.0);
-    // The largest semi-axis of the ellipses has at least so many pixels; where panes are smaller, only some have one.
+    // The largest semi-axis of the ellipses has at least so many pixels.
     (0.88 * smallest.max(quartile / 2.0)).max(7.0)
-}
-
-/// Panes whose ellipses of this radius touch neither each other nor the frame: where not all fit the largest of each zone, then those
-/// near the points of a lattice, so that fine meshes look regular.
-fn apart(layout: &PictureLayout, spots: &[Spot], radius: f64) -> Vec<Spot> {
-    let middle = [0, 1].map(|k| layout.frame.corner[k] + layout.frame.size[k] / 2.0);
-    let is_inside = |spot: &&Spot| {
-        let room = |k: usize| layout.frame.size[k] / 2.0 - radius;
-        let fits = |k: usize| room(k) < 0.0 || (spot.centre[k] - middle[k]).abs() <= room(k);
-        spot.free >= radius || fits(0) && fits(1)
-    };
-    let smallest = spots.iter().map(|spot| spot.free);
-    let smallest = smallest.fold(f64::INFINITY, f64::min);
-    let inside: Vec<&Spot> = spots.iter().filter(is_inside).collect();
-    let of_zone = |zone: DrawnZone| {
-        let in_zone = inside.iter().copied().filter(|spot| spot.zone == zone);
-        in_zone.max_by(|a, b| a.free.total_cmp(&b.free))
-    };
-    let first = [DrawnZone::Stick, DrawnZone::Slip].map(of_zone);
-    let first = first.into_iter().flatten().filter(|_| smallest < radius);
-    // So many equal panes that their ellipses do not touch, from the one in the middle on.
-    let spacing = (LEAST_DISTANCE * radius / (2.0 * smallest)).ceil() * 2.0 * smallest;
-    let from_middle = |a: &&Spot, b: &&Spot| a.distance(middle).total_cmp(&b.distance(middle));
-    let anchor = spots.iter().min_by(from_middle);
-    let anchor = anchor.map_or(middle, |spot| spot.centre);
-    let off_lattice = |spot: &Spot| {
-        let off = [0, 1].map(|k| {
-            let place = (spot.centre[k] - anchor[k]) / spacing;
-            place - place.round()
-        });
-        off[0].hypot(off[1])
-    };
-    let mut near = inside.clone();
-    near.sort_by(|a, b| off_lattice(a).total_cmp(&off_lattice(b)));
-    let mut chosen: Vec<Spot> = Vec::new();
-    for spot in first.chain(near) {
-        let is_free = |other: &Spot| other.distance(spot.centre) >= LEAST_DISTANCE * radius;
-        if chosen.iter().all(is_free) {
-            chosen.push(*spot);
-        }
-    }
-    chosen
 }
 
 /// The distance in pixels from the centre of a pane to its outline.
@@ -273,88 +213,62 @@ fn turned_ellipse(centre: Point, semi_axes: Point, turn: f64) -> Vec<Point> {
         .collect()
 }
 
-/// The picture in front of a legend entry.
-enum Icon {
-    Zone(DrawnZone),
-    Ellipse,
-    Line,
-    /// A bar of this many pixels.
-    ScaleBar(f64),
-}
-
-/// Draws the legend; `ellipses` is the radius in pixels of the largest coefficient and this
-/// coefficient.
+/// Draws the legend in two rows; `ellipses` is the radius in pixels of the largest coefficient and this coefficient.
 fn draw_legend(
     canvas: &mut Canvas,
     layout: &PictureLayout,
     (kind, unit): (FrictionKind, &Unit),
     ellipses: Option<(f64, f64)>,
 ) {
-    let zones = [DrawnZone::Open, DrawnZone::Stick, DrawnZone::Slip];
-    let mut entries = Vec::from(zones.map(|zone| (Icon::Zone(zone), Label::plain(zone.word()))));
-    if let Some((radius, largest)) = ellipses {
-        entries.push((Icon::Ellipse, kind.semi_axes_label()));
-        entries.push((Icon::Line, kind.stress_label()));
-        let has_few_digits = |digits: f64| (digits - digits.round()).abs() < 1e-6;
-        let value = if radius <= LONGEST_SCALE_BAR
-            && has_few_digits(largest / 10f64.powf(largest.log10().floor() - 1.0))
-        {
-            largest
-        } else {
-            round_down(largest * (LONGEST_SCALE_BAR / radius).min(1.0))
-        };
-        let bar = value / largest * radius;
-        entries.push((Icon::ScaleBar(bar), kind.scale_bar_label(value, unit)));
-    }
-    let [left, top] = layout.frame.corner;
-    let [width, height] = layout.frame.size;
-    for (index, (icon, label)) in entries.iter().enumerate() {
-        let row = (index % 3) as f64;
-        let column = (index / 3) as f64;
-        let corner = match layout.key {
-            KeySide::Below => {
-                let column_left = [0.0, 0.38, 0.66][index % 3];
-                [
-                    left + column_left * width,
-                    top + height + 56.0 + 26.0 * column,
-                ]
-            }
-            KeySide::Right => [left + width + 28.0, top + 26.0 * (row + 3.0 * column)],
-        };
-        draw_entry(canvas, icon, label, corner);
-    }
-}
-
-fn draw_entry(canvas: &mut Canvas, icon: &Icon, label: &Label, [x, y]: Point) {
-    let dark = Stroke::solid(Colour::BLACK, 1.0);
-    let middle = y + 7.0;
-    let text_left = match icon {
-        Icon::Zone(zone) => {
-            let (fill, colour) = zone_paint(*zone);
-            let frame = Some(Stroke::solid(colour, 1.0));
-            canvas.rectangle([x, y], [22.0, 14.0], fill, frame);
-            30.0
-        }
-        Icon::Ellipse => {
-            let white = Fill::Plain(Colour::WHITE);
-            canvas.ellipse([x + 11.0, middle], [11.0, 7.0], white, Some(dark));
-            30.0
-        }
-        Icon::Line => {
-            let stroke = Stroke::solid(Colour::BLACK, 1.8);
-            canvas.line([x + 2.0, y + 11.0], [x + 20.0, y + 3.0], stroke);
-            let dot = Fill::Plain(Colour::BLACK);
-            canvas.ellipse([x + 2.0, y + 11.0], [1.8; 2], dot, None);
-            30.0
-        }
-        Icon::ScaleBar(length) => {
-            canvas.line([x, middle], [x + length, middle], dark);
-            for end in [x, x + length] {
-                canvas.line([end, middle - 4.0], [end, middle + 4.0], dark);
-            }
-            length.max(22.0) + 8.0
-        }
+    let [left, top] = layout.key;
+    let width = PANEL_WIDTH - RIGHT_MARGIN - left;
+    // Left ends of the columns, as shares of the width.
+    let corner = |row: usize, column: usize| {
+        let x = left + [0.0, 0.38, 0.66][column] * width;
+        [x, top + 6.0 + 26.0 * row as f64]
     };
-    let position = [x + text_left, y + 12.0];
-    canvas.text(position, label, LABEL_SIZE, Anchor::Start);
+    let name = |canvas: &mut Canvas, [x, y]: Point, indent: f64, label: &Label| {
+        canvas.text([x + indent, y + 12.0], label, LABEL_SIZE, Anchor::Start);
+    };
+    let zones = [DrawnZone::Open, DrawnZone::Stick, DrawnZone::Slip];
+    for (column, zone) in zones.into_iter().enumerate() {
+        let (fill, colour) = zone_paint(zone);
+        let frame = Some(Stroke::solid(colour, 1.0));
+        canvas.rectangle(corner(0, column), [22.0, 14.0], fill, frame);
+        let word = Label::plain(zone.word());
+        name(canvas, corner(0, column), 30.0, &word);
+    }
+    let Some((radius, largest)) = ellipses else {
+        return;
+    };
+    let dark = Stroke::solid(Colour::BLACK, 1.0);
+    let [x, y] = corner(1, 0);
+    let white = Fill::Plain(Colour::WHITE);
+    canvas.ellipse([x + 11.0, y + 7.0], [11.0, 7.0], white, Some(dark));
+    name(canvas, [x, y], 30.0, &kind.semi_axes_label());
+    let [x, y] = corner(1, 1);
+    let [from, to] = [[x + 2.0, y + 11.0], [x + 20.0, y + 3.0]];
+    canvas.line(from, to, Stroke::solid(Colour::BLACK, 1.8));
+    canvas.ellipse(from, [1.8; 2], Fill::Plain(Colour::BLACK), None);
+    name(canvas, [x, y], 30.0, &kind.stress_label());
+    let has_few_digits = |digits: f64| (digits - digits.round()).abs() < 1e-6;
+    let value = if radius <= LONGEST_SCALE_BAR
+        && has_few_digits(largest / 10f64.powf(largest.log10().floor() - 1.0))
+    {
+        largest
+    } else {
+        round_down(largest * (LONGEST_SCALE_BAR / radius).min(1.0))
+    };
+    let bar = value / largest * radius;
+    let [x, y] = corner(1, 2);
+    canvas.line([x, y + 7.0], [x + bar, y + 7.0], dark);
+    for end in [x, x + bar] {
+        canvas.line([end, y + 3.0], [end, y + 11.0], dark);
+    }
+    name(
+        canvas,
+        [x, y],
+        bar.max(22.0) + 8.0,
+        &kind.scale_bar_label(value, unit),
+    );
 }

@@ -5,7 +5,7 @@ use units::{Dimension, Unit};
 use super::PanelData;
 use crate::canvas::{Anchor, Canvas, Colour, Fill, Stroke};
 use crate::colour::{ColourKey, ColourMap, ValueRange};
-use crate::layout::{KeySide, PANEL_WIDTH, PictureLayout, TICK_SIZE};
+use crate::layout::{PANEL_WIDTH, PictureLayout, TICK_SIZE};
 use crate::panes::{FrictionKind, PaneShape};
 use crate::picture::DrawnFriction;
 use crate::text::Label;
@@ -41,27 +41,31 @@ pub(super) fn scaled_tangential(
     map_panel(&figure.layout, shapes, &title, &key, &unit, value)
 }
 
-/// Panels (e) and (f): the coefficients of friction, or the bounds of Tresca's law, along either axis, where they vary.
+/// Panels (e) and (f): the coefficients of friction, or the bounds of Tresca's law, along either axis, where they vary; in common colours
+/// unless these would hide the variation of one of them.
 pub(super) fn semi_axis(
     figure: &PanelData<'_>,
     (kind, friction): (FrictionKind, &[DrawnFriction]),
     axis: usize,
 ) -> Option<Canvas> {
-    if constant(friction, &figure.shapes, axis).is_some() {
+    let shapes = figure.shapes.as_slice();
+    if constant(friction, shapes, axis).is_some() {
         return None;
     }
     let symbol = kind.semi_axis_symbol(axis);
     let letter = ["(e)", "(f)"][axis];
     let title = Label::plain(format!("{letter} {}", kind.semi_axis_title())).then(&symbol);
     let unit = kind.unit(figure.picture.units);
-    let face = (&figure.layout, figure.shapes.as_slice());
-    Some(semi_axis_map(
-        (friction, &unit),
-        face,
-        axis,
-        &title,
-        &symbol,
-    ))
+    let values = |axis: usize| {
+        let panes = shapes.iter().map(|shape| shape.pane);
+        panes.map(move |pane| friction[pane].semi_axes[axis])
+    };
+    let ranges = ValueRange::shared([0, 1].map(|axis| ValueRange::of(values(axis))));
+    let gaps = values(axis).any(|value| !value.is_finite());
+    let key = ColourKey::with_range(ranges[axis], gaps, ColourMap::Cividis, &symbol, &unit);
+    let value = |pane: usize| friction[pane].semi_axes[axis];
+    let layout = &figure.layout;
+    Some(map_panel(layout, shapes, &title, &key, &unit, value))
 }
 
 /// The one value of a semi-axis on all panes; `None` where it varies.
@@ -75,27 +79,6 @@ pub(super) fn constant(
         ValueRange::Constant(value) => Some(value),
         ValueRange::Nothing | ValueRange::Interval(..) => None,
     }
-}
-
-/// The map of F₁ or F₂, or of g F₁ or g F₂, with common colours for both unless these would hide
-/// the variation of one of them.
-pub(crate) fn semi_axis_map(
-    (friction, unit): (&[DrawnFriction], &Unit),
-    (layout, shapes): (&PictureLayout, &[PaneShape]),
-    axis: usize,
-    title: &Label,
-    symbol: &Label,
-) -> Canvas {
-    let values = |axis: usize| {
-        let panes = shapes.iter().map(|shape| shape.pane);
-        panes.map(move |pane| friction[pane].semi_axes[axis])
-    };
-    let ranges = ValueRange::shared([0, 1].map(|axis| ValueRange::of(values(axis))));
-    let gaps = values(axis).any(|value| !value.is_finite());
-    let key = ColourKey::with_range(ranges[axis], gaps, ColourMap::Cividis, symbol, unit);
-    map_panel(layout, shapes, title, &key, unit, |pane| {
-        friction[pane].semi_axes[axis]
-    })
 }
 
 /// A map of one value per pane in `unit`, with axes and colour bar.
@@ -112,18 +95,7 @@ fn map_panel(
     let hover = |pane: usize| format!("pane {pane}: {:.4e}{}", value(pane), unit.beside());
     draw_panes(&mut canvas, layout, shapes, Colour::WHITE, fill, hover);
     draw_axes(&mut canvas, layout);
-    let [left, top] = layout.frame.corner;
-    let [width, height] = layout.frame.size;
-    match layout.key {
-        KeySide::Below => {
-            let corner = [left, top + height + 50.0];
-            key.draw(&mut canvas, layout.key, corner, width);
-        }
-        KeySide::Right => {
-            let corner = [left + width + 28.0, top];
-            key.draw(&mut canvas, layout.key, corner, height);
-        }
-    }
+    key.draw(&mut canvas, layout.key);
     canvas
 }
 

@@ -9,7 +9,7 @@ use crate::view::{Vector, View, dot, norm, scaled};
 /// Most symbols of one mark.
 const MOST_SYMBOLS: usize = 5;
 /// Pixels of the longest arrow, of a shorter one that is left out, and of other symbols.
-const ARROW: f64 = 34.0;
+pub(super) const ARROW: f64 = 34.0;
 const SHORTEST_ARROW: f64 = 8.0;
 const SYMBOL: f64 = 9.0;
 const LOAD: Colour = Colour(0x00, 0x6d, 0x2c);
@@ -39,47 +39,6 @@ pub(super) struct Symbol {
 }
 
 impl Symbol {
-    /// How far it sticks out beyond a rectangle to the left, above, to the right and below: its whole size where it does.
-    pub(super) fn beyond(&self, [left, top]: Point, [width, height]: Point) -> [f64; 4] {
-        let end = [self.at[0] + self.way[0], self.at[1] + self.way[1]];
-        let over = |is_out: bool, size: f64| if is_out { size + 4.0 } else { 0.0 };
-        [
-            over(end[0] < left, -self.way[0]),
-            over(end[1] < top, -self.way[1]),
-            over(end[0] > left + width, self.way[0]),
-            over(end[1] > top + height, self.way[1]),
-        ]
-    }
-
-    /// The distance of the lines of two symbols.
-    fn distance(&self, other: &Self) -> f64 {
-        let cross = |[a, b]: Point, [c, d]: Point| a * d - b * c;
-        let from = |[a, b]: Point, [c, d]: Point| [c - a, d - b];
-        // The share of the way of `line` at which it crosses that of `by`.
-        let share =
-            |line: &Self, by: &Self| cross(from(line.at, by.at), by.way) / cross(line.way, by.way);
-        let on_both = [share(self, other), share(other, self)];
-        if on_both.iter().all(|share| (0.0..=1.0).contains(share)) {
-            return 0.0;
-        }
-        let to_end = |line: &Self, end: Point| {
-            let [right, down] = from(line.at, end);
-            let along = line.way[0] * right + line.way[1] * down;
-            let length = line.way[0].powi(2) + line.way[1].powi(2);
-            let share = (along / length.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-            (right - share * line.way[0]).hypot(down - share * line.way[1])
-        };
-        let ends = |line: &Self| {
-            [
-                line.at,
-                [line.at[0] + line.way[0], line.at[1] + line.way[1]],
-            ]
-        };
-        let own = ends(self).map(|end| to_end(other, end));
-        let others = ends(other).map(|end| to_end(self, end));
-        own.into_iter().chain(others).fold(f64::MAX, f64::min)
-    }
-
     fn draw(&self, canvas: &mut Canvas) {
         let ([x, y], [right, down]) = (self.at, self.way);
         let end = [x + right, y + down];
@@ -237,19 +196,9 @@ impl Sight<'_> {
         };
         let seen = (0..mark.nodes.len()).filter(|&place| self.is_seen[mark.nodes[place]]);
         // Least distance of two symbols in pixels.
-        let mut free: Vec<usize> = seen
+        let free: Vec<usize> = seen
             .filter(|&place| away(place, &mut symbols.iter().map(|symbol| symbol.at)) >= 28.0)
             .collect();
-        let largest = largest(mark);
-        let is_clear = |&place: &usize| {
-            let mut drawn = self.symbols_at(mark, place, largest).into_iter();
-            // Least distance of the lines of two arrows in pixels: their heads do not touch.
-            drawn.all(|new| symbols.iter().all(|old| new.distance(old) >= 9.0))
-        };
-        // A mark has one symbol at least.
-        if !chosen.is_empty() || free.iter().any(is_clear) {
-            free.retain(is_clear);
-        }
         let count = free.len().max(1) as f64;
         let middle = [0, 1].map(|c| free.iter().map(|&place| pixel(place)[c]).sum::<f64>() / count);
         let rank = |place: &usize| match chosen {
@@ -303,30 +252,5 @@ pub(super) fn draw_symbols(canvas: &mut Canvas, symbols: &[Symbol], from: Point)
         let label = Label::plain(word);
         canvas.text([x, y], &label, TICK_SIZE, Anchor::Start);
         x += label.width(TICK_SIZE) + 18.0;
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn lines_that_cross_have_no_distance() {
-        let symbol = |at, way| Symbol {
-            shape: Shape::Load,
-            at,
-            way,
-            pushes: false,
-        };
-        let first = symbol([0.0, 0.0], [10.0, 0.0]);
-        for (at, way, distance) in [
-            ([5.0, -5.0], [0.0, 10.0], 0.0),
-            ([5.0, 3.0], [0.0, 10.0], 3.0),
-            ([0.0, 4.0], [10.0, 0.0], 4.0),
-            ([13.0, 4.0], [0.0, 0.0], 5.0),
-        ] {
-            assert!((first.distance(&symbol(at, way)) - distance).abs() < 1e-12);
-            assert!((symbol(at, way).distance(&first) - distance).abs() < 1e-12);
-        }
     }
 }

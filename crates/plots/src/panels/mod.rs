@@ -8,7 +8,6 @@ mod obstacle;
 
 pub(super) use body::{draw_triad, error_panels};
 pub(super) use ellipses::zone_colour;
-pub(super) use maps::semi_axis_map;
 
 use super::canvas::Canvas;
 use super::layout::PictureLayout;

@@ -9,7 +9,7 @@ use resvg::{
     tiny_skia::Pixmap,
     usvg::{Group, Node, Options, Rect, Tree, fontdb},
 };
-use units::{Unit, Units};
+use units::Unit;
 
 use sample::Sample;
 
@@ -132,7 +132,7 @@ fn figures_survive_constant_huge_and_missing_values() {
 }
 
 #[test]
-fn one_missing_value_is_explained_beside_either_kind_of_colour_bar() {
+fn one_missing_value_is_explained_beside_the_colour_bar() {
     for size in [[3.0, 1.0, 1.0], [1.0, 1.0, 1.0]] {
         let mut sample = Sample::brick(size, [4, 4, 4]);
         sample.normal_stress[1] = f64::NAN;
@@ -340,7 +340,6 @@ fn clamps_and_loads_are_drawn_and_explained() {
     assert!(texts.iter().all(|(text, _)| text != "load"), "{texts:?}");
 }
 
-/// The colour bar beside a tall body has room for its title.
 /// Faces of a mesh have their names in the legend, also where there are more than fit.
 #[test]
 fn faces_of_a_mesh_are_named() {
@@ -403,76 +402,6 @@ fn axes_that_turn_the_body_are_named() {
             .svg()
             .contains("−<tspan font-style=\"italic\">x</tspan>")
     );
-}
-
-/// A falling coefficient over the slips of a range.
-fn curve(range: SlipRange, scale: f64) -> SlipCurve {
-    let slip = |k: i32| range.at(f64::from(k) / 40.0);
-    let value = |slip: f64| scale * (0.2 + 0.1 / (1.0 + slip / 1e-5));
-    SlipCurve {
-        range,
-        points: (0..=40).map(|k| [slip(k), value(slip(k))]).collect(),
-    }
-}
-
-#[test]
-fn laws_are_readable_over_short_long_and_many_slips() {
-    let sample = Sample::brick([3.0, 1.0, 1.0], [12, 4, 4]);
-    let ranges = [
-        SlipRange::Linear(1.6e-4),
-        SlipRange::Linear(3.0),
-        SlipRange::Linear(7e-9),
-        SlipRange::Logarithmic(1.3e-8, 6e-5),
-        SlipRange::Logarithmic(1e-12, 3.0),
-    ];
-    for range in ranges {
-        for scale in [1.0, 1e-7, 1e6] {
-            let curves = [curve(range, scale), curve(range, 0.7 * scale)];
-            let map = |axis: usize| SlipCoefficientMap {
-                ranges: [range, curves[axis].range],
-                cells: 4,
-                values: (0..16)
-                    .map(|k| scale * (axis as f64 + f64::from(k)))
-                    .collect(),
-            };
-            let maps = [map(0), map(1)];
-            for over_slip in [
-                OverSlip::Own(vec![curves[0].clone()]),
-                OverSlip::Own(curves.to_vec()),
-                OverSlip::Both(maps),
-            ] {
-                for at_rest in [None, Some(sample.picture())] {
-                    let svg = law_page(&LawPicture {
-                        title: "A law of friction with a long name".repeat(3).as_str(),
-                        units: Units::SI,
-                        note: "a note",
-                        over_slip: &over_slip,
-                        at_rest,
-                    });
-                    assert_readable(&svg.svg());
-                }
-            }
-        }
-    }
-}
-
-#[test]
-fn a_constant_law_is_a_line_inside_its_chart() {
-    let flat = SlipCurve {
-        range: SlipRange::Linear(3.0),
-        points: vec![[0.0, 0.3], [3.0, 0.3]],
-    };
-    let svg = law_page(&LawPicture {
-        title: "constant",
-        units: Units::SI,
-        note: "",
-        over_slip: &OverSlip::Own(vec![flat]),
-        at_rest: None,
-    })
-    .svg();
-    assert_readable(&svg);
-    // The plot is 258 px high below 42 + 46 px of titles, and a constant lies in its middle.
-    assert!(svg.contains("M84 171L612 171"), "{svg}");
 }
 
 fn chart(scale: AxisScale, factor: f64, n_series: usize) -> Chart {
@@ -547,13 +476,13 @@ fn paths_of_solutions_are_readable() {
         y: x * x,
         text: format!("fold {x}"),
     };
-    let path = |kind| Series::of_path(SeriesStyle::Path(kind), vec![point(1.0), point(2.0)]);
+    let path = |style| Series::of_path(style, vec![point(1.0), point(2.0)]);
     let mut chart = chart(AxisScale::Linear, 1.0, 0);
     chart.series = vec![
-        path(PathKind::Attracting),
-        path(PathKind::NegativeDeterminant),
-        path(PathKind::Attracting),
-        Series::of_path(SeriesStyle::Marks(MarkKind::Fold), vec![point(2.0)]),
+        path(SeriesStyle::Attracting),
+        path(SeriesStyle::NegativeDeterminant),
+        path(SeriesStyle::Attracting),
+        Series::of_path(SeriesStyle::Fold, vec![point(2.0)]),
     ];
     let svg = chart.figure().svg();
     assert_readable(&svg);

@@ -232,39 +232,22 @@ fn words(friction: Friction) -> Vec<String> {
 }
 
 #[test]
-fn laws_that_fail_at_some_slip_are_warned_of_with_onset_and_place() {
+fn laws_that_fail_at_some_slip_are_warned_of_with_the_place() {
     let cases = [
-        (
-            "0.3 - 0.2*s1",
-            "first at |u_t1| = 1.5000e0 m",
-            "|u_t1| = 3.0000e0 m",
-        ),
-        (
-            "0.3 - 2e5*s2",
-            "first at |u_t2| = 1.5000e-6 m",
-            "|u_t2| = 3.0000e0 m",
-        ),
-        (
-            "0.3 + exp(1e3*s2)",
-            "first at |u_t2| = 7.0978e-1 m",
-            "at worst inf at |u_t2|",
-        ),
-        (
-            "sqrt(1 - s1)",
-            "first at |u_t1| = 1.0000e0 m",
-            "at worst nan at |u_t1|",
-        ),
+        ("0.3 - 0.2*s1", "|u_t1| = 3.0000e0 m"),
+        ("0.3 - 2e5*s2", "|u_t2| = 3.0000e0 m"),
+        ("0.3 + exp(1e3*s2)", "at worst inf at |u_t2|"),
+        ("sqrt(1 - s1)", "at worst nan at |u_t1|"),
         // Negative only around 1e-3, in a dip narrower than a decade.
         (
             "0.3 - 0.31*exp(0 - ((s2-1e-3)/1e-3)^2)",
-            "first at |u_t2| = 8.1892e-4 m",
             "|u_t2| = 1.0000e-3 m",
         ),
     ];
-    for (text, onset, place) in cases {
+    for (text, place) in cases {
         let found = words(Friction::orthotropic(0.3, formula(text)));
         assert_eq!(found.len(), 1, "{found:?}");
-        for fragment in ["friction.coefficient_2.expression: not 0 < F", onset, place] {
+        for fragment in ["friction.coefficient_2.expression: not 0 < F", place] {
             assert!(found[0].contains(fragment), "{text}: {}", found[0]);
         }
     }
@@ -274,7 +257,7 @@ fn laws_that_fail_at_some_slip_are_warned_of_with_onset_and_place() {
         "{found:?}"
     );
     assert!(
-        found[0].contains("first at |u_t| = 3.0000e-1 m,"),
+        found[0].contains("at worst -2.7 at |u_t| = 3.0000e0 m;"),
         "{found:?}"
     );
     let good = Friction::orthotropic(formula("0.3 - 0.09*s1 + 1e-9*x"), formula("1e-30"));

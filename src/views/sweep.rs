@@ -1,11 +1,75 @@
-//! What varies in a sweep.
+//! What varies in a sweep: its charts, and its page.
+
+use std::path::{Path, PathBuf};
 
 use contact3d::{scene::unit_of_key, solver::Status};
-use plots::{AxisScale, Chart, ChartAxis, ChartPoint, Series};
+use plots::{
+    AxisScale, Chart, ChartAxis, ChartPoint, Series,
+    html::{Page, PagePart, PageTable, Section},
+};
+use runfile::Reader;
 use units::Unit;
 
-use super::sweep_table::{names, numbers, varying_settings};
-use crate::report::{Cell, Column, SweepTable};
+use super::{
+    PictureFolder, ReportKind,
+    report::footer,
+    sweep_table::{names, numbers, rounded, varying_settings},
+};
+use crate::{
+    format::SWEEP_LAYOUT,
+    pipeline::StageError,
+    report::{Cell, Column, SweepTable},
+};
+
+/// The table of a sweep's folder.
+pub fn sweep_table(folder: &Path) -> PathBuf {
+    folder.join("summary.h5")
+}
+
+fn read(folder: &Path) -> Result<SweepTable, StageError> {
+    let reader = Reader::open(&sweep_table(folder), SWEEP_LAYOUT)?;
+    Ok(SweepTable::read(&reader)?)
+}
+
+/// Draws what varies in the table of a sweep's folder, SVG and PNG; returns the files.
+pub fn draw_sweep(sweep: &Path, figures: &PictureFolder) -> Result<Vec<PathBuf>, StageError> {
+    let table = read(sweep)?;
+    figures.save_charts(charts(&table))
+}
+
+/// The page of a folder with a `summary.h5`.
+pub(super) fn page(folder: &Path, kind: ReportKind) -> Result<Page, StageError> {
+    if kind == ReportKind::Interactive {
+        return Err(StageError::Unfit {
+            file: folder.to_owned(),
+            reason: "a sweep has no body of its own; take the run file of a case, or leave out --interactive".into(),
+        });
+    }
+    let table = read(folder)?;
+    let charts = charts(&table);
+    let mut sections = Vec::new();
+    if !charts.is_empty() {
+        let figures = charts.iter().map(|(_, chart)| PagePart::chart(chart));
+        sections.push(Section::new("charts", "What varies", figures.collect()));
+    }
+    let row = |case: usize| {
+        let cells = table.columns.iter().map(|column| &column.cells[case]);
+        cells.map(rounded).collect()
+    };
+    let cases = PagePart::Table(PageTable {
+        caption: "Rounded; summary.csv has every digit.".to_owned(),
+        head: table.columns.iter().map(Column::title).collect(),
+        rows: (0..table.n_cases).map(row).collect(),
+    });
+    sections.push(Section::new("summary", "Runs", vec![cases]));
+    let name = folder.file_name().unwrap_or_default().to_string_lossy();
+    Ok(Page {
+        title: format!("Sweep {name}"),
+        subtitle: format!("{} runs", table.n_cases),
+        footer: footer(folder),
+        sections,
+    })
+}
 
 /// Results worth a chart: column, quantity.
 const RESULTS: [(&str, &str); 11] = [
@@ -39,7 +103,7 @@ pub(super) fn columns() -> impl Iterator<Item = &'static str> {
 
 /// One chart for each result that varies, with the name of its column, over the setting with the most different numbers; the
 /// other varying settings tell the lines apart.
-pub(super) fn charts(table: &SweepTable) -> Vec<(&'static str, Chart)> {
+fn charts(table: &SweepTable) -> Vec<(&'static str, Chart)> {
     let mut settings = varying_settings(table);
     let most_values = (0..settings.len())
         .rev()
@@ -105,7 +169,7 @@ fn largest_force(table: &SweepTable) -> f64 {
 }
 
 /// The settings that tell lines apart, and the name of the line that each case belongs to.
-pub(super) fn lines(settings: &[&Column], table: &SweepTable) -> (String, Vec<String>) {
+fn lines(settings: &[&Column], table: &SweepTable) -> (String, Vec<String>) {
     let parts: Vec<Vec<String>> = settings.iter().map(|column| names(column)).collect();
     let name = |case: usize| {
         let words: Vec<&str> = parts.iter().map(|names| names[case].as_str()).collect();
