@@ -24,5 +24,5 @@ pub use format::{
     Stage, read_accuracy, read_multiplier,
 };
 pub use pipeline::stage_settings;
-pub use suite::{SuiteCase, SuiteVersion, read as read_suite};
+pub use suite::{SuiteCase, read as read_suite};
 pub use sweep::{Case, MOST_CASES, Plan, SweepFile};

@@ -9,17 +9,12 @@ use clap::{Args, Parser, Subcommand};
 use contact3d::{linalg::EngineCommand, scene::MOST_CELLS};
 
 use super::{
-    accuracy::AccuracyArguments,
-    bound::BoundArguments,
-    branches::BranchesArguments,
-    export::ExportArguments,
+    export::{ExportArguments, ReportArguments},
     friction_law::FrictionLawArguments,
-    html::ReportArguments,
-    init::InitArguments,
-    inspect::InspectArguments,
-    man::{CompletionsArguments, ManArguments},
-    schema::SchemaArguments,
+    generated::{CompletionsArguments, ManArguments, SchemaArguments},
+    init::{InitArguments, InspectArguments},
     stability::StabilityArguments,
+    studies::{AccuracyArguments, BoundArguments, BranchesArguments},
     sweep::SweepArguments,
 };
 use crate::{
@@ -45,7 +40,7 @@ pub(super) const MOST_THREADS: i64 = 1024;
 /// Exit codes: 0 done, 1 not converged (all results stored), 2 bad or stale input, 3 internal error
 /// or a standard output that cannot take the results, 130 interrupted.
 #[derive(Debug, Parser)]
-#[command(version, long_version = super::man::version_words(), verbatim_doc_comment)]
+#[command(version, long_version = super::generated::version_words(), verbatim_doc_comment)]
 pub struct Arguments {
     /// What to do
     #[command(subcommand)]

@@ -1,17 +1,20 @@
-//! `init`: commented scenes to start from.
+//! `init` and `inspect`: commented scenes to start from, and what a mesh file holds.
 
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use contact3d::mesh::{FaceInspection, MeshInspection};
 
 use super::{
-    arguments::Output,
+    arguments::{FigureArguments, Output},
     exit::Exit,
     terminal::{self, say},
 };
 use crate::{
     output::{self, Inputs, OutputFile, OutputKind},
     pipeline::StageError,
+    report::{self, mesh::six_digits},
+    views::{Drawing, draw_mesh, folder_here},
 };
 
 /// A block on a foundation, with the further keys of a scene in comments.
@@ -158,4 +161,130 @@ pub(super) fn write(files: Vec<(PathBuf, String)>, inputs: &Inputs) -> Result<()
 fn beside(scene: &Path, ending: &str) -> PathBuf {
     let stem = scene.file_stem().unwrap_or_default().to_string_lossy();
     scene.with_file_name(format!("{stem}-{ending}"))
+}
+
+/// Arguments of `inspect`.
+#[derive(Debug, Args)]
+pub struct InspectArguments {
+    /// The mesh file, MSH 4.1, or 2.2 in text
+    pub mesh: PathBuf,
+    /// Write a scene for it; an existing file is not overwritten
+    #[arg(long, value_name = "SCENE")]
+    pub scene: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) figures: FigureArguments,
+}
+
+/// `inspect`: prints the figures, draws the mesh and writes the scene.
+pub(super) fn inspect(arguments: &InspectArguments, output: &Output) -> Result<Exit, StageError> {
+    let mesh = MeshInspection::read(&arguments.mesh)?;
+    let inputs = Inputs::of([arguments.mesh.clone()]);
+    let usual = folder_here(&arguments.mesh, "mesh");
+    let figures = &arguments.figures;
+    let pictures = figures.claim(&usual, Drawing::Mesh, inputs.clone())?;
+    if let Some(scene) = &arguments.scene {
+        write(vec![(scene.clone(), scene_for(&mesh, arguments))], &inputs)?;
+    }
+    let title = arguments.mesh.file_name().unwrap_or_default();
+    let files = match &pictures {
+        Some(pictures) => draw_mesh(pictures, &title.to_string_lossy(), &mesh)?,
+        None => Vec::new(),
+    };
+    terminal::print(
+        output,
+        || report::mesh::json(&mesh, &files),
+        || report::mesh::text(&mesh),
+    );
+    if mesh.faces.iter().all(|face| face.name == "unnamed") {
+        let (mesh, named) = (&arguments.mesh, arguments.mesh.with_extension("named.msh"));
+        say(
+            output,
+            &format!(
+                "no face has a name; to name them by their edges: python -m contact3d.convert {} {}",
+                mesh.display(),
+                named.display()
+            ),
+        );
+    }
+    for file in files {
+        say(output, &format!("figure    {}", file.display()));
+    }
+    if let Some(scene) = &arguments.scene {
+        let (scene, run) = (scene.display(), scene.with_extension("h5"));
+        say(
+            output,
+            &format!(
+                "wrote {scene}; look at its faces and loads, then: contact3d-pipe run {scene} {}",
+                run.display()
+            ),
+        );
+    }
+    Ok(Exit::Done)
+}
+
+/// The face that looks up most, or with −1 down most; of equal ones a curved face comes first where it may touch, a flat one where it
+/// is held. What the file has no name for comes last.
+fn facing(mesh: &MeshInspection, up: f64) -> Option<&FaceInspection> {
+    let rank = |face: &FaceInspection| {
+        let [x, y, z] = face.mean_normal;
+        let length = x.hypot(y).hypot(z);
+        // Faces whose mean normal is shorter than this look every way.
+        let height = if length > 0.1 { up * z / length } else { 0.0 };
+        let is_named = face.name != "unnamed";
+        let first = if face.normal.is_some() { up } else { -up };
+        // Rounding of a mesh file does not rank faces.
+        [f64::from(u8::from(is_named)), (1e6 * height).round(), first]
+    };
+    let ranked = mesh.faces.iter().map(|face| (rank(face), face));
+    let best = ranked.reduce(|best, next| if next.0 > best.0 { next } else { best });
+    best.map(|(_, face)| face)
+}
+
+/// The path of the mesh file as a scene in some folder names it.
+fn named_in_scene(arguments: &InspectArguments) -> PathBuf {
+    let mesh = &arguments.mesh;
+    let of_scene = arguments.scene.as_deref().and_then(Path::parent);
+    if mesh.parent() == of_scene {
+        return mesh.file_name().map(PathBuf::from).unwrap_or_default();
+    }
+    std::path::absolute(mesh).unwrap_or_else(|_| mesh.clone())
+}
+
+/// A scene that touches with the face that looks down most, on a plane below it, and is held at the one that looks up most.
+fn scene_for(mesh: &MeshInspection, arguments: &InspectArguments) -> String {
+    let lowest = facing(mesh, -1.0);
+    let name = |face: Option<&FaceInspection>| face.map_or_else(String::new, |f| f.name.clone());
+    let [low, high] = mesh.bounds;
+    let extent = [0, 1, 2].map(|c| six_digits(high[c] - low[c]));
+    let size = low
+        .iter()
+        .chain(&high)
+        .fold(0.0, |most: f64, x| most.max(x.abs()));
+    // To four digits of the size.
+    let decimals = (4.0 - size.log10().ceil()).clamp(0.0, 15.0) as usize;
+    let rounded = |x: f64| format!("{x:.decimals$}").parse::<f64>().unwrap_or(x) + 0.0;
+    let radius = rounded((high[0] - low[0]).max(high[1] - low[1]));
+    let is_curved = lowest.is_some_and(|face| face.normal.is_none());
+    let file = arguments.mesh.file_name().unwrap_or_default();
+    let scene = MeshScene {
+        title: file.to_string_lossy().into_owned(),
+        file: named_in_scene(arguments).to_string_lossy().into_owned(),
+        held: name(facing(mesh, 1.0)),
+        touching: name(lowest),
+        plane: is_curved.then_some(low[2]),
+        ball: (
+            [
+                rounded(low[0].midpoint(high[0])),
+                rounded(low[1].midpoint(high[1])),
+                rounded(low[2] - radius),
+            ],
+            radius,
+        ),
+        found: Some((
+            extent.join(" x "),
+            mesh.faces.iter().map(|face| face.name.clone()).collect(),
+            mesh.parts.iter().map(|(name, ..)| name.clone()).collect(),
+        )),
+    };
+    scene.text()
 }

@@ -1,25 +1,19 @@
 //! The command line: arguments, dispatch, messages, exit codes.
 
-mod accuracy;
 mod adaptive;
 mod arguments;
-mod bound;
-mod branches;
 mod exit;
 mod export;
 mod friction_law;
-mod html;
+mod generated;
 mod init;
-mod inspect;
 mod interruption;
-mod man;
 mod override_scene;
 mod progress;
 mod run;
-mod schema;
 mod stability;
 mod status;
-mod study;
+mod studies;
 mod sweep;
 mod terminal;
 
@@ -81,17 +75,17 @@ fn perform(arguments: &Arguments) -> Exit {
         Command::Status(status) => status::status(status, &output),
         Command::Check(file) => status::check(file, &output),
         Command::FrictionLaw(law) => friction_law::friction_law(law, &output),
-        Command::Accuracy(accuracy) => accuracy::accuracy(accuracy, &output, threads),
-        Command::Bound(file) => bound::bound(file, &output, threads),
-        Command::Branches(task) => branches::branches(task, &output, threads),
+        Command::Accuracy(accuracy) => studies::accuracy(accuracy, &output, threads),
+        Command::Bound(file) => studies::bound(file, &output, threads),
+        Command::Branches(task) => studies::branches(task, &output, threads),
         Command::Stability(suite) => stability::stability(suite, &output, threads),
-        Command::Report(page) => html::report_page(page, &output),
+        Command::Report(page) => export::report_page(page, &output),
         Command::Export(arguments) => export::export(arguments, &output),
-        Command::Schema(schema) => schema::schema(schema, &output),
+        Command::Schema(schema) => generated::schema(schema, &output),
         Command::Init(scene) => init::init(scene, &output),
-        Command::Inspect(mesh) => inspect::inspect(mesh, &output),
-        Command::Completions(shell) => Ok(man::completions(shell)),
-        Command::Man(pages) => man::man(pages, &output),
+        Command::Inspect(mesh) => init::inspect(mesh, &output),
+        Command::Completions(shell) => Ok(generated::completions(shell)),
+        Command::Man(pages) => generated::man(pages, &output),
         Command::Sweep(arguments) => sweep::sweep(arguments, &output, threads),
     };
     outcome.unwrap_or_else(|error| exit::explain(error, &output))

@@ -20,7 +20,7 @@ use crate::{
     output::Inputs,
     pipeline::{StageError, mesh_file},
     report::stability as figures,
-    suite::{self, SuiteCase, SuiteVersion},
+    suite::{self, SuiteCase},
 };
 
 /// Arguments of `stability`.
@@ -94,12 +94,7 @@ fn run_suite(
             help: "name a scene, as in `stability SCENE --set KEY=VALUE`, or change the index of the suite".into(),
         }));
     }
-    let version = if arguments.coarse {
-        SuiteVersion::Coarse
-    } else {
-        SuiteVersion::Full
-    };
-    let mut cases = suite::read(index, version)?;
+    let mut cases = suite::read(index, arguments.coarse)?;
     if let Some(part) = &arguments.only {
         cases.retain(|case| case.name.contains(part.as_str()) || case.family == *part);
     }

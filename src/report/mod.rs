@@ -5,24 +5,21 @@
 
 pub mod accuracy;
 mod answer;
-pub mod bound;
 pub mod branches;
 mod features;
 mod figure;
 mod levels;
 pub mod mesh;
 mod run;
-mod sinks;
 pub mod stability;
 mod stages;
 mod status;
 mod sweep;
 
 pub use features::features;
-pub use figure::{Digits, Figures};
+pub use figure::{Digits, FigureTable, Figures};
 pub use levels::{adaptation_json, adaptation_table, history_text, increments, shown_time};
 pub use run::{SolvedRun, estimated_percent, percent};
-pub use sinks::FigureTable;
 pub use stages::{outcome, performed, stages, summary};
 pub use status::status;
 pub use sweep::{Cell, Column, Role, SweepTable};

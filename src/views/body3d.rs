@@ -8,7 +8,7 @@ use contact3d::{
 use plots::html::{BodyView, ViewArray, ViewPlace, ViewValues};
 use units::{Dimension, Units};
 
-use super::{contact_cells::ContactCells, obstacle::obstacle_beside, picture::error_density};
+use super::{contact_cells::ContactCells, picture::error_density, surroundings::obstacle_beside};
 use crate::{
     format::{FieldPlace, FieldShape, FieldView, RESULT_FIELDS, ResultState},
     pipeline::Results,

@@ -2,25 +2,20 @@
 //! run file.
 
 mod body3d;
-mod branches;
 mod charts;
 mod contact_cells;
 mod history_charts;
 mod law;
-mod marks;
-mod mesh;
-mod obstacle;
 mod picture;
 mod picture_folder;
 mod report;
+mod surroundings;
 mod sweep;
 mod sweep_table;
 
-pub use branches::draw_branches;
-pub use charts::draw_accuracy;
+pub use charts::{draw_accuracy, draw_branches};
 pub use law::{draw_laws, drawing_of_laws};
-pub use mesh::draw_mesh;
-pub use picture::{are_drawn, draw_run, drawing_of, figures_folder};
+pub use picture::{are_drawn, draw_mesh, draw_run, drawing_of, figures_folder};
 pub use picture_folder::{Drawing, PictureFolder, folder_here};
 pub use report::{ReportKind, report};
 pub use sweep::{draw_sweep, sweep_table};

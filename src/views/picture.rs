@@ -1,4 +1,4 @@
-//! The six panels of a run file, and where its discretisation error sits, as SVG and PNG.
+//! The six panels of a run file, where its discretisation error sits, and the faces of a mesh file, as SVG and PNG.
 
 use std::{
     fs,
@@ -8,15 +8,19 @@ use std::{
 
 use contact3d::{
     contact::ContactFrame,
-    mesh::{Mesh, tetrahedron_volume},
+    mesh::{Mesh, MeshInspection, tetrahedron_volume},
     post::{ContactReport, PaneState, Zone},
     scene::{ContactFeatures, Scene, SlipBound, escape_control},
 };
-use plots::{BodyMark, ContactPicture, DrawnFriction, FrictionKind, Picture};
+use plots::{
+    BodyMark, ContactPicture, DrawnFriction, FrictionKind, MeshPicture, Picture, mesh_page,
+};
 
 use super::{
-    Drawing, PictureFolder, contact_cells::ContactCells, history_charts, marks::body_marks,
-    obstacle::obstacle_beside,
+    Drawing, PictureFolder,
+    contact_cells::ContactCells,
+    history_charts,
+    surroundings::{body_marks, obstacle_beside},
 };
 use crate::pipeline::{Results, StageError};
 
@@ -287,4 +291,29 @@ fn pane_friction(pane: &PaneState, given: bool) -> Option<DrawnFriction> {
             Zone::Slip => plots::DrawnZone::Slip,
         },
     })
+}
+
+/// The picture of a mesh file.
+pub(super) const MESH: &str = "mesh";
+
+/// Draws the faces of a mesh by their names, as SVG and PNG; returns the files.
+pub fn draw_mesh(
+    folder: &PictureFolder,
+    title: &str,
+    inspection: &MeshInspection,
+) -> Result<Vec<PathBuf>, StageError> {
+    let mesh = &inspection.mesh;
+    let names: Vec<String> = mesh
+        .face_names
+        .iter()
+        .map(|name| escape_control(name))
+        .collect();
+    let page = mesh_page(&MeshPicture {
+        title: &escape_control(title),
+        coordinates: &mesh.coordinates,
+        triangles: &mesh.facets,
+        face: &mesh.facet_face,
+        names: &names,
+    });
+    folder.save([(MESH, page, PAGE_WIDTH)])
 }

@@ -33,9 +33,9 @@ impl Drawing {
         let names = match self {
             Self::Run(endings) => return super::picture::names(endings),
             Self::Accuracy => super::charts::ACCURACY.to_vec(),
-            Self::Branches => super::branches::BRANCHES.to_vec(),
+            Self::Branches => super::charts::BRANCHES.to_vec(),
             Self::Sweep => sweep::columns().collect(),
-            Self::Mesh => vec![super::mesh::MESH],
+            Self::Mesh => vec![super::picture::MESH],
             Self::Law(endings) => return super::law::names(endings),
         };
         names.into_iter().map(str::to_owned).collect()

@@ -15,8 +15,7 @@ use runfile::{Reader, StoredGroup, timestamp};
 
 use super::{
     body3d,
-    branches::diagrams,
-    charts::{self, convergence, history, work_precision},
+    charts::{self, convergence, diagrams, history, work_precision},
     history_charts,
     picture::{self, Drawn},
     sweep,
@@ -305,7 +304,7 @@ fn bound_parts(reader: &Reader, scene: &Scene) -> StudyParts {
     let bound = format::read_bound(reader)?;
     let mut parts = outdated(&stored, scene, "bound");
     parts.push(PagePart::Table(
-        report::bound::figures(&bound, scene, None).html(),
+        report::accuracy::bound(&bound, scene, None).html(),
     ));
     Ok(Some(parts))
 }

@@ -9,14 +9,14 @@ use contact3d::{
     scene::{DualOperatorKind, FactorPrecision, InnerSolver, Method, Scene, SceneFile},
     solver::{ContactState, Linearisation, Solution, Start, Status, solve},
 };
-use contact3d_pipe::{StabilityRow, SuiteCase, SuiteVersion, read_suite};
+use contact3d_pipe::{StabilityRow, SuiteCase, read_suite};
 use studies::stability::VerdictLevel;
 
 /// λ, μ of the one- and two-node bodies, in Pa.
 const LAME: [f64; 2] = [1.5, 1.0];
 
 fn hard_cases() -> Vec<SuiteCase> {
-    let cases = read_suite(&pipelines().join("hard/suite.toml"), SuiteVersion::Coarse);
+    let cases = read_suite(&pipelines().join("hard/suite.toml"), true);
     cases.unwrap_or_else(|error| panic!("{error}"))
 }
 

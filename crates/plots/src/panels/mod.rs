@@ -4,7 +4,6 @@ mod body;
 mod ellipses;
 mod maps;
 mod marks;
-mod obstacle;
 
 pub(super) use body::{draw_triad, error_panels};
 pub(super) use ellipses::zone_colour;

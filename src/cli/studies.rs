@@ -1,22 +1,132 @@
-//! `branches`: paths of solutions in a key of the scene, stored, drawn and printed.
+//! `accuracy`, `bound` and `branches`: measured, stored, drawn and printed.
 
-use std::{path::PathBuf, time::Instant};
+use std::{
+    path::{Path, PathBuf},
+    time::Instant,
+};
 
 use clap::Args;
+use contact3d::{scene::SceneFile, solver::Status};
 use indicatif::ProgressBar;
-use studies::branches::{Branches, ParameterRange};
+use serde_json::Value;
+use studies::{
+    accuracy::{Accuracy, AccuracySettings},
+    branches::{Branches, ParameterRange},
+};
 use units::{Dimension, Units};
 
 use super::{
-    arguments::{FigureArguments, Output, SceneArguments},
+    arguments::{FigureArguments, Output, SceneArguments, n_div, seconds},
     exit::Exit,
-    progress, study, terminal,
+    override_scene, progress, terminal,
 };
 use crate::{
-    pipeline::{BranchesTask, Followed, SeriesFolder, SeriesKind, StageError, follow_branches},
-    report,
-    views::{Drawing, draw_branches},
+    output::Inputs,
+    pipeline::{
+        BranchesTask, Followed, SeriesFolder, SeriesKind, StageError, bound_error, follow_branches,
+        measure_accuracy,
+    },
+    report::{self, unit_words},
+    views::{Drawing, PictureFolder, draw_accuracy, draw_branches},
 };
+
+/// Arguments of `accuracy`.
+#[derive(Debug, Args)]
+pub struct AccuracyArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneArguments,
+    /// The run file, created or updated
+    pub file: PathBuf,
+    /// Smallest n_div of the meshes, the cells along the shortest edge; the scene's if that is less
+    #[arg(long, value_name = "N_DIV", default_value_t = 4, value_parser = n_div)]
+    pub coarsest: usize,
+    /// n_div of the finest mesh, a multiple of the scene's; by default 4, 2 or 1 times that, up to 32
+    #[arg(long, value_name = "N_DIV", value_parser = n_div)]
+    pub finest: Option<usize>,
+    /// Seconds for the solves of all methods; what would take longer is left out
+    #[arg(long, value_name = "SECONDS", default_value_t = 10.0, allow_negative_numbers = true, value_parser = seconds)]
+    pub budget: f64,
+    #[command(flatten)]
+    pub(super) figures: FigureArguments,
+}
+
+/// `accuracy`: runs both studies, stores and draws them, and says what they mean.
+pub(super) fn accuracy(
+    arguments: &AccuracyArguments,
+    output: &Output,
+    threads: usize,
+) -> Result<Exit, StageError> {
+    let (scene, _, pictures) = begin(
+        &arguments.scene,
+        &arguments.file,
+        &arguments.figures,
+        Drawing::Accuracy,
+    )?;
+    let units = scene.scene.units;
+    let settings = AccuracySettings {
+        budget: arguments.budget,
+        coarsest: arguments.coarsest,
+        finest: arguments.finest,
+    };
+    let spinner = progress::spinner("accuracy", output);
+    let measured = measure_accuracy(&arguments.file, scene, &settings, threads, &mut |step| {
+        progress::show_study(&spinner, output, step);
+    });
+    spinner.finish_and_clear();
+    let accuracy = measured?;
+    finish(
+        output,
+        pictures.as_ref(),
+        units,
+        |folder| draw_accuracy(folder, &accuracy),
+        || report::accuracy::json(&accuracy, units),
+        || report::accuracy::text(&accuracy, units),
+    )?;
+    let is_complete = is_complete(&accuracy);
+    if !is_complete {
+        terminal::message(
+            "NOT CONVERGED: the reference or a mesh of the study; its errors are not errors",
+        );
+    }
+    Ok(Exit::of(is_complete))
+}
+
+/// Whether the reference and all meshes were solved.
+fn is_complete(accuracy: &Accuracy) -> bool {
+    let reference = accuracy.algebraic.iter().map(|l| l.reference_status);
+    let studies = accuracy.discretisation.iter();
+    let levels = studies.flat_map(|study| study.levels.iter().map(|level| level.status));
+    reference.chain(levels).all(Status::is_solved)
+}
+
+/// Arguments of `bound`.
+#[derive(Debug, Args)]
+pub struct BoundArguments {
+    /// The run file, solved
+    pub file: PathBuf,
+}
+
+/// `bound`: computes, stores and prints.
+pub(super) fn bound(
+    arguments: &BoundArguments,
+    output: &Output,
+    threads: usize,
+) -> Result<Exit, StageError> {
+    let spinner = progress::spinner("bound", output);
+    let bounded = bound_error(&arguments.file, threads);
+    spinner.finish_and_clear();
+    let (scene, bound, estimate) = bounded?;
+    let figures = report::accuracy::bound(&bound, &scene, estimate);
+    finish(
+        output,
+        None,
+        scene.units,
+        |_| Ok(Vec::new()),
+        || figures.json(),
+        || figures.text(0, 28),
+    )?;
+    Ok(Exit::Done)
+}
 
 /// Arguments of `branches`.
 #[derive(Debug, Args)]
@@ -50,7 +160,7 @@ pub(super) fn branches(
     output: &Output,
     threads: usize,
 ) -> Result<Exit, StageError> {
-    let (scene, inputs, pictures) = study::begin(
+    let (scene, inputs, pictures) = begin(
         &arguments.scene,
         &arguments.file,
         &arguments.figures,
@@ -95,7 +205,7 @@ pub(super) fn branches(
     if let Some(folder) = &arguments.series {
         terminal::say_files(output, "series", &files, folder);
     }
-    study::finish(
+    finish(
         output,
         pictures.as_ref(),
         units,
@@ -164,4 +274,40 @@ fn where_it_stands(branches: &Branches, units: Units, spinner: &ProgressBar, beg
     let left = (done > 0.0).then(|| seconds * (of as f64 - done) / done);
     let words = last_point(branches, units);
     progress::piece(spinner, &words, [n_paths, of], left, Instant::now());
+}
+
+/// The scene, the files that belong to it, and the folder for pictures where these are wanted; everything that is to be written is
+/// looked at before anything is measured.
+pub(super) fn begin(
+    scene: &SceneArguments,
+    run_file: &Path,
+    figures: &FigureArguments,
+    drawing: Drawing,
+) -> Result<(SceneFile, Inputs, Option<PictureFolder>), StageError> {
+    let (scene, inputs) = override_scene::read_with_inputs(scene)?;
+    inputs.refuse(run_file)?;
+    let pictures = figures.beside(run_file, drawing, inputs.clone())?;
+    Ok((scene, inputs, pictures))
+}
+
+/// Draws into the folder, where one is wanted, says how many files came of it, and prints the results. These are stored by then.
+pub(super) fn finish(
+    output: &Output,
+    pictures: Option<&PictureFolder>,
+    units: Units,
+    draw: impl FnOnce(&PictureFolder) -> Result<Vec<PathBuf>, StageError>,
+    json: impl FnOnce() -> Value,
+    text: impl FnOnce() -> String,
+) -> Result<(), StageError> {
+    if let Some(pictures) = pictures {
+        let files = draw(pictures).map_err(StageError::after_storing)?;
+        terminal::say_files(output, "figures", &files, pictures.path());
+    }
+    let with_units = || {
+        let mut json = json();
+        json["units"] = unit_words(units);
+        json
+    };
+    terminal::print(output, with_units, text);
+    Ok(())
 }
