@@ -4,11 +4,11 @@ A dataset: BLAKE3 of the name of its type, a zero byte, its rank and each extent
 then its values. A text: its length in bytes as u64, then UTF-8. A matrix: its number of
 entries as u64, then indptr, indices and data. All numbers are little endian.
 
-Seals, from crates/runfile/src/seal.rs, cover attributes: in the order of their names, each
-with its extents, texts by length and UTF-8, numbers as f64 or i64, references by name alone.
+A file begins with 512 bytes, which hold its type and the BLAKE3 of all bytes that follow.
 """
 
 import struct
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -47,63 +47,27 @@ def input_digest(stage: str, settings: str, upstream: list[str]) -> str:
     return blake3((stage + settings + "".join(upstream)).encode()).hexdigest()
 
 
-def group_seal(group: h5py.Group) -> str:
-    """The seal of a stage: all attributes in it, the names and the extents of its datasets."""
-    hasher = blake3()
-    _add_group(hasher, group)
-    return hasher.hexdigest()
+USER_BLOCK = 512
+"""Bytes before those of HDF5."""
 
 
-def root_seal(file: h5py.File) -> str:
-    """The seal of a root: its attributes, and the seals of the groups that it holds itself."""
-    hasher = blake3()
-    _add_attributes(hasher, file)
-    for name in _members(file):
-        _add_text(hasher, name.encode())
-        if "seal" in file[name].attrs:
-            _add_text(hasher, file[name].attrs["seal"].encode())
-    return hasher.hexdigest()
+def fits_digest(path: Path) -> bool:
+    """Whether a file is as it was written."""
+    return path.read_bytes() == with_digest(path)
 
 
-def _add_group(hasher: blake3, group: h5py.Group) -> None:
-    _add_attributes(hasher, group)
-    for name in _members(group):
-        _add_text(hasher, name.encode())
-        item = group[name]
-        if isinstance(item, h5py.Group):
-            _add_group(hasher, item)
-            continue
-        _add_attributes(hasher, item)
-        hasher.update(struct.pack(f"<{item.ndim}Q", *item.shape))
-        is_scale = item.attrs.get("CLASS") == b"DIMENSION_SCALE"
-        if is_scale and h5py.check_string_dtype(item.dtype):
-            for label in item[:]:
-                _add_text(hasher, label)
+def renew_digest(path: Path) -> None:
+    """Give a file that h5py has changed and closed the digest of its bytes."""
+    path.write_bytes(with_digest(path))
 
 
-def _add_attributes(hasher: blake3, item: h5py.Group | h5py.Dataset) -> None:
-    for name in sorted(set(item.attrs) - {"seal"}, key=str.encode):
-        _add_text(hasher, name.encode())
-        stored = item.attrs.get_id(name)
-        hasher.update(struct.pack(f"<{len(stored.shape)}Q", *stored.shape))
-        kind = stored.get_type()
-        if isinstance(kind, h5py.h5t.TypeStringID):
-            for text in np.ravel(item.attrs[name]):
-                _add_text(hasher, text if isinstance(text, bytes) else str(text).encode())
-        elif isinstance(kind, h5py.h5t.TypeFloatID):
-            hasher.update(little_endian(np.asarray(item.attrs[name], "f8")))
-        elif isinstance(kind, h5py.h5t.TypeIntegerID):
-            hasher.update(little_endian(np.asarray(item.attrs[name], "i8")))
-
-
-def _members(group: h5py.Group) -> list[str]:
-    """The names of what a group holds itself."""
-    names = (name for name in group if isinstance(group.get(name, getlink=True), h5py.HardLink))
-    return sorted(names, key=str.encode)
-
-
-def _add_text(hasher: blake3, text: bytes) -> None:
-    hasher.update(struct.pack("<Q", len(text)) + text)
+def with_digest(path: Path) -> bytes:
+    """The bytes of a file behind the user block that fits them."""
+    content = path.read_bytes()
+    filetype = content[: content.index(b"\n") + 1]
+    digest = blake3(content[USER_BLOCK:]).hexdigest()
+    text = filetype + f"BLAKE3 of all bytes from {USER_BLOCK} on:\n{digest}\n".encode()
+    return text.ljust(USER_BLOCK, b"\0") + content[USER_BLOCK:]
 
 
 def little_endian(values: np.ndarray) -> bytes:

@@ -209,9 +209,9 @@ class _Checker:
                 self.say(path, f"{extent} is {size}, but {expected} by {source}")
 
     def storage(self, dataset: h5py.Dataset, row: dict) -> None:
-        """Check that arrays are compressed exactly where the schema says so."""
+        """Check that arrays are compressed exactly where the schema says so, and they are more than 16 KiB."""
         packed = dataset.compression == "gzip" and dataset.shuffle
-        wanted = row["storage"] == "compressed" and dataset.size > 0
+        wanted = row["storage"] == "compressed" and dataset.size * dataset.dtype.itemsize > 1 << 14
         if packed != wanted:
             self.say(dataset.name, f"storage is not {row['storage']}")
 

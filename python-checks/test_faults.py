@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from digest import renew_digest
 from faults import bad_files, environment, kills, writes
-from faults.mutations import seal
+from faults.mutations import fit_digests
 from faults.program import Program
 from faults.table import Row, Verdict, print_table
 
@@ -74,7 +75,8 @@ def test_wrong_answers_are_seen(tested, tmp_path):
     def forge(path):
         with bad_files.editable(path) as file:
             file["post/resultants/strain_energy"][...] = 1.0
-            seal(file)
+            fit_digests(file)
+        renew_digest(path)
 
     row = Row("forged")
     bench.judge(lambda _: row, [("energy", forge)])

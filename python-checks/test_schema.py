@@ -96,7 +96,9 @@ def change_enum(file):
 
 
 def change_compression(file):
-    replace(file, "mesh/coordinates", file["mesh/coordinates"][:])
+    values = file["mesh/coordinates"][:]
+    del file["mesh/coordinates"]
+    file.create_dataset("mesh/coordinates", data=values, compression="gzip")
 
 
 def change_unit(file):
@@ -175,15 +177,14 @@ def test_schema_rows_are_complete(schema):
         assert row["required"] or row["optional_because"]
 
 
-def test_digests_of_datasets_and_stages(run, schema):
+def test_digests_of_stages(run, schema):
     by_stage = {name: {} for name in run}
     for row in schema["datasets"]:
         if row["path"] not in run:
             continue
-        item = run[row["path"]]
-        assert dataset_digest(item, row["type"]) == item.attrs["digest"], row["path"]
         if row["in_stage_digest"]:
-            by_stage[row["stage"]][row["path"]] = item.attrs["digest"]
+            digest = dataset_digest(run[row["path"]], row["type"])
+            by_stage[row["stage"]][row["path"]] = digest
     for stage, digests in by_stage.items():
         units = run[stage].attrs["units"]
         assert stage_digest(digests, units) == run[stage].attrs["digest"], stage

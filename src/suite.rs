@@ -6,7 +6,7 @@ use std::{
 };
 
 use contact3d::scene::{SceneFile, Source, require_regular};
-use runfile::{GroupRecord, Home, IfMissing, RunFile, Transaction};
+use runfile::{GroupRecord, IfMissing, RunFile, Transaction};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use studies::{
@@ -19,7 +19,7 @@ use crate::{
     format::{STABILITY, STABILITY_LAYOUT, StabilityRow, scene_text, write_stability},
     output::Inputs,
     pipeline::StageError,
-    sweep::{changed_scene, read_index},
+    sweep::{SweepError, changed_scene, read_index},
 };
 
 /// Values of any kind at keys of a scene.
@@ -155,12 +155,12 @@ fn refuse_mixed_units(path: &Path, cases: &[SuiteCase]) -> Result<(), StageError
     let other = cases.iter().find(|case| units(case) != units(&cases[0]));
     match other {
         None => Ok(()),
-        Some(case) => Err(StageError::Axis {
+        Some(case) => Err(StageError::from(SweepError::Axis {
             file: path.to_owned(),
             place: case.name.clone(),
             expected: format!("the units of all cases before it, {}", units(&cases[0])),
             found: units(case).to_string(),
-        }),
+        })),
     }
 }
 
@@ -213,9 +213,7 @@ pub fn store(file: RunFile, rows: &[StabilityRow], threads: usize) -> Result<(),
     let checks = rows.iter().filter_map(|row| row.outcome.as_ref().ok());
     let seconds = checks.map(|check| check.seconds).sum();
     let record = GroupRecord::ended(String::new(), String::new(), seconds, threads);
-    transaction.write(STABILITY, Home::RunFile, &record, |writer| {
-        write_stability(writer, rows)
-    })?;
+    transaction.write(STABILITY, &record, |writer| write_stability(writer, rows))?;
     Ok(transaction.commit()?)
 }
 

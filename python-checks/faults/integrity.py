@@ -5,7 +5,7 @@ from pathlib import Path
 
 import h5py
 
-from digest import dataset_digest, group_seal, stage_digest
+from digest import dataset_digest, fits_digest, stage_digest
 from schema_check import schemas
 
 STEADY = ("mesh", "assemble", "load", "solve", "post", "accuracy")
@@ -24,6 +24,8 @@ def rows_by_stage() -> dict[str, list[dict]]:
 def stage_digests(path: Path) -> dict[str, str]:
     """The digest of every stage of a file; `ValueError` unless each fits what is there."""
     found = {}
+    if not fits_digest(path):
+        raise ValueError(f"{path} does not have the digest that it begins with")
     with h5py.File(path, "r") as file:
         for stage in file:
             found[stage] = checked_digest(file, stage)
@@ -37,15 +39,10 @@ def checked_digest(file: h5py.File, stage: str) -> str:
         if row["path"] not in file:
             continue
         item = file[row["path"]]
-        digest = dataset_digest(item, row["type"])
-        if digest != item.attrs["digest"]:
-            raise ValueError(f"{row['path']} is not what its digest says")
         if row["in_stage_digest"]:
-            digests[row["path"]] = digest
+            digests[row["path"]] = dataset_digest(item, row["type"])
     if stage_digest(digests, file[stage].attrs["units"]) != file[stage].attrs["digest"]:
         raise ValueError(f"/{stage} is not what its digest says")
-    if "seal" in file[stage].attrs and file[stage].attrs["seal"] != group_seal(file[stage]):
-        raise ValueError(f"/{stage} is not what its seal says")
     return file[stage].attrs["digest"]
 
 

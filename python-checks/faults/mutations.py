@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 import h5py
 import numpy as np
 
-from digest import dataset_digest, group_seal, input_digest, root_seal, stage_digest
+from digest import dataset_digest, input_digest, stage_digest
 from faults.integrity import rows_by_stage
 from run_file import STAGES
 
@@ -71,12 +71,12 @@ def alter(file: h5py.File, path: str) -> None:
 
 def not_finite(file: h5py.File, path: str) -> None:
     """NaN in the last place, all digests made to fit."""
-    change_and_seal(file, path, np.nan)
+    change_with_digests(file, path, np.nan)
 
 
 def out_of_range(file: h5py.File, path: str) -> None:
     """An index or code that points nowhere, all digests made to fit."""
-    change_and_seal(file, path, 1 << 40 if file[path].dtype == "i8" else 99)
+    change_with_digests(file, path, 1 << 40 if file[path].dtype == "i8" else 99)
 
 
 def soft_link(file: h5py.File, path: str) -> None:
@@ -130,7 +130,7 @@ def relink(file: h5py.File, path: str, link) -> None:
     file[path] = link
 
 
-def change_and_seal(file: h5py.File, path: str, value: float) -> None:
+def change_with_digests(file: h5py.File, path: str, value: float) -> None:
     """Another value in the last place, and every digest from there on as if it belonged."""
     item = file[path]
     if item.size == 0:
@@ -139,11 +139,11 @@ def change_and_seal(file: h5py.File, path: str, value: float) -> None:
     changed = np.array(data)
     changed.reshape(-1)[-1] = value
     item[...] = changed
-    seal(file)
+    fit_digests(file)
 
 
-def seal(file: h5py.File) -> None:
-    """Compute the digests of all datasets and stages and their seals again, upstream first."""
+def fit_digests(file: h5py.File) -> None:
+    """Compute the digests of all stages again, upstream first."""
     upstream: list[str] = []
     for stage in (*STAGES, "VTKHDF", "scene"):
         if stage not in file:
@@ -155,11 +155,7 @@ def seal(file: h5py.File) -> None:
         for row in rows_by_stage()[stage]:
             if row["path"] not in file:
                 continue
-            item = file[row["path"]]
-            item.attrs["digest"] = dataset_digest(item, row["type"])
             if row["in_stage_digest"]:
-                digests[row["path"]] = item.attrs["digest"]
+                digests[row["path"]] = dataset_digest(file[row["path"]], row["type"])
         file[stage].attrs["digest"] = stage_digest(digests, file[stage].attrs["units"])
         upstream.append(file[stage].attrs["digest"])
-        file[stage].attrs["seal"] = group_seal(file[stage])
-    file.attrs["seal"] = root_seal(file)

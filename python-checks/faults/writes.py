@@ -27,7 +27,7 @@ FCLIB = ("export", "run.h5", "out.hdf5", "--kind", "fclib")
 NUMBER = re.compile(rb"[-+]?\d+(\.\d+)?(e[-+]?\d+)?")
 OF_THE_MOMENT = re.compile(r"error\.txt$|seconds\.\w+$")
 """Errors of failed cases, and charts of the clock."""
-CLOCKED = {"seconds", "date", "seal"}
+CLOCKED = {"seconds", "date"}
 """Attributes that depend on the clock."""
 GATHERED = ("cases/summary", "cases/figures", "series/")
 

@@ -53,7 +53,6 @@ pub(super) fn run(arguments: &RunArguments, output: &Output, threads: usize) -> 
         return Err(override_scene::asks_for_no_error("--budget", "5%"));
     }
     session.all_or_nothing(|session| {
-        session.mend_scene()?;
         let target = session.scene().adapt.map(|adapt| adapt.error);
         let (performed, adapted) = match target {
             None => (perform_stale(session, output)?, None),
@@ -87,7 +86,7 @@ fn perform_stale(session: &mut Session, output: &Output) -> Result<Vec<StageTimi
         if state.is_fresh() && performed.is_empty() {
             say(output, &format!("{:<9} fresh, kept", state.stage.word()));
         } else {
-            let commit = StoreWhen::WithNextIfCheap;
+            let commit = StoreWhen::Deferred;
             performed.push(perform(session, state.stage, commit, output)?);
         }
     }
@@ -117,7 +116,7 @@ pub(super) fn assemble(arguments: &AssembleArguments, output: &Output, threads: 
     let scene = override_scene::change_table(session.input(), "assemble", &arguments.overrides)?;
     session.set_assemble(scene.assemble);
     session.all_or_nothing(|session| {
-        let commit = StoreWhen::Held;
+        let commit = StoreWhen::Manual;
         let assembled = perform(session, Stage::Assemble, commit, output)?;
         let loaded = perform(session, Stage::Load, StoreWhen::Now, output)?;
         print_stages(output, &[assembled, loaded]);

@@ -13,11 +13,11 @@ use contact3d::{
     mesh::ContactSurface, solver,
 };
 use hdf5_metno::File;
-use runfile::{IfMissing, RunFile, StoreError, Transaction, WholeFile, WrittenFile};
+use runfile::{AtomicFile, IfMissing, RunFile, StoreError, Transaction, WrittenFile};
 
 use crate::{
     format::{SERIES_LAYOUT, Stage, VTKHDF},
-    output::{self, FCLIB_PROGRAM, Inputs, OutputError, OutputFile, OutputKind},
+    output::{self, FCLIB_TYPE, Inputs, OutputError, OutputFile, OutputKind},
     pipeline::{OpenRun, StageError, admit_memory, read_solved},
 };
 
@@ -223,10 +223,9 @@ fn write(
     let all = |file: &File| {
         fclib::write_problem(file, frozen, info, n_free)?;
         fclib::write_solutions(file, solution, start)?;
-        write_scaling(file, frozen, friction)?;
-        fclib::write_attribute(file, output::PROGRAM_ATTRIBUTE, FCLIB_PROGRAM)
+        write_scaling(file, frozen, friction)
     };
-    let written = WholeFile::filled(target, |file| {
+    let written = AtomicFile::filled(target, FCLIB_TYPE, |file| {
         all(file).map_err(|source| StoreError::Hdf5 {
             file: target.to_owned(),
             dataset: "/".into(),

@@ -186,7 +186,7 @@ pub struct CaseResults {
 /// Reads the main results of a finished run file; `None` if it has no report yet. A case without a solution has a status, and no forces,
 /// pressures and zones: what its solve came to last is no result.
 pub fn read_case(reader: &Reader) -> Result<Option<CaseResults>, FormatError> {
-    let whole = |stage: Stage| reader.whole_group(stage.group());
+    let whole = |stage: Stage| reader.group_record(stage.group());
     let Some(load) = whole(Stage::Load)? else {
         return Ok(None);
     };

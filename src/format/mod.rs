@@ -4,7 +4,6 @@
 
 mod accuracy;
 mod adapt;
-mod agreement;
 mod assemble;
 mod bound;
 mod branches;
@@ -35,7 +34,6 @@ pub use accuracy::{
 pub use adapt::{
     GROUP as ADAPT, adaptive_status_word, read as read_adaptation, write as write_adaptation,
 };
-pub use agreement::{check_companion, check_vtkhdf, problems};
 pub use assemble::{
     read as read_assembly, read_coupling, read_primal, stored_bytes as assembly_bytes,
     write as write_assembly,

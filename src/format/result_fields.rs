@@ -88,50 +88,35 @@ impl FieldShape {
 
 /// The datasets of a field: of panes on contact triangles, of nodal multipliers on points.
 macro_rules! rows {
-    (Nodes, $name:literal, $shape:expr, $dimension:expr, $meaning:literal, $why:expr) => {
-        &[
-            on_points(
-                concat!("/VTKHDF/PointData/", $name),
-                $shape,
-                $dimension,
-                concat!($meaning, "."),
-                $why,
-            ),
-            offsets_row(concat!("/VTKHDF/Steps/PointDataOffsets/", $name)),
-        ]
-    };
-    (Tetrahedra, $name:literal, $shape:expr, $dimension:expr, $meaning:literal, $why:expr) => {
-        &[
-            on_cells(
-                concat!("/VTKHDF/CellData/", $name),
-                $shape,
-                $dimension,
-                concat!($meaning, "; NaN on contact triangles."),
-                $why,
-            ),
-            offsets_row(concat!("/VTKHDF/Steps/CellDataOffsets/", $name)),
-        ]
+    (Nodes, $($field:tt)+) => { &rows!(@ "PointData" "n_point_values" "." [] $($field)+) };
+    (Tetrahedra, $($field:tt)+) => {
+        &rows!(@ "CellData" "n_cell_values" "; NaN on contact triangles." [] $($field)+)
     };
     (Panes, $name:literal, $shape:expr, $dimension:expr, $meaning:literal, $why:expr) => {
-        &[
-            on_cells(
-                concat!("/VTKHDF/CellData/", $name),
-                $shape,
+        &rows!(
+            @ "CellData" "n_cell_values" "; NaN on tetrahedra."
+            [rows!(@ "PointData" "n_point_values" "; NaN where no multiplier is." []
+                $name, $shape, $dimension, $meaning, Some(WITH_NODAL_MULTIPLIERS))]
+            $name, $shape, $dimension, $meaning, Some(WITH_PANES)
+        )
+    };
+    (@ $place:literal $count:literal $ending:literal [] $name:literal, $shape:expr, $dimension:expr, $meaning:literal, $why:expr) => {
+        [
+            field_row(
+                concat!("/VTKHDF/", $place, "/", $name),
+                if $shape.components() == 1 { &[Named($count)] } else { &[Named($count), Fixed(3)] },
                 $dimension,
-                concat!($meaning, "; NaN on tetrahedra."),
-                Some(WITH_PANES),
+                concat!($meaning, $ending),
+                $why,
             ),
-            offsets_row(concat!("/VTKHDF/Steps/CellDataOffsets/", $name)),
-            on_points(
-                concat!("/VTKHDF/PointData/", $name),
-                $shape,
-                $dimension,
-                concat!($meaning, "; NaN where no multiplier is."),
-                Some(WITH_NODAL_MULTIPLIERS),
-            ),
-            offsets_row(concat!("/VTKHDF/Steps/PointDataOffsets/", $name)),
+            offsets_row(concat!("/VTKHDF/Steps/", $place, "Offsets/", $name)),
         ]
     };
+    (@ $place:literal $count:literal $ending:literal [$more:expr] $($field:tt)+) => {{
+        let [first, second] = rows!(@ $place $count $ending [] $($field)+);
+        let [third, fourth] = $more;
+        [first, second, third, fourth]
+    }};
 }
 
 /// Declares fields, one a line: name, place, shape, use in the 3D view, dimension, words, meaning, why it may be missing, values.
@@ -194,41 +179,7 @@ const fn joined<const N: usize>(fields: &[ResultField]) -> [DatasetSpec; N] {
     all
 }
 
-const fn on_points(
-    path: &'static str,
-    shape: FieldShape,
-    dimension: Dimension,
-    meaning: &'static str,
-    missing: Option<&'static str>,
-) -> DatasetSpec {
-    const VALUES: &[Extent] = &[Named("n_point_values")];
-    const VECTORS: &[Extent] = &[Named("n_point_values"), Fixed(3)];
-    let extents = if shape.components() == 1 {
-        VALUES
-    } else {
-        VECTORS
-    };
-    grid_row(path, extents, dimension, meaning, missing)
-}
-
-const fn on_cells(
-    path: &'static str,
-    shape: FieldShape,
-    dimension: Dimension,
-    meaning: &'static str,
-    missing: Option<&'static str>,
-) -> DatasetSpec {
-    const VALUES: &[Extent] = &[Named("n_cell_values")];
-    const VECTORS: &[Extent] = &[Named("n_cell_values"), Fixed(3)];
-    let extents = if shape.components() == 1 {
-        VALUES
-    } else {
-        VECTORS
-    };
-    grid_row(path, extents, dimension, meaning, missing)
-}
-
-const fn grid_row(
+const fn field_row(
     path: &'static str,
     extents: &'static [Extent],
     dimension: Dimension,

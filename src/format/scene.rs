@@ -61,7 +61,6 @@ pub fn write(writer: &mut GroupWriter<'_>, scene: &Scene) -> Result<(), StoreErr
 
 /// Reads and validates the scene.
 pub fn read(reader: &Reader, file: &Path) -> Result<SceneFile, FormatError> {
-    reader.whole_group(GROUP)?;
     let text = reader.read_text(TOML)?;
     let folder = file.parent().unwrap_or(Path::new("")).to_owned();
     SceneFile::parse(TOML.to_owned(), &text, folder).map_err(|e| FormatError::Scene(Box::new(e)))

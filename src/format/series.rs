@@ -8,7 +8,7 @@ use contact3d::{contact::ContactFrame, mesh::Mesh};
 use runfile::{
     DatasetSpec, Extent,
     Extent::{Fixed, Named},
-    GroupWriter, Kind, Layout, Piecewise, Reader, StoreError,
+    GroupWriter, Kind, Layout, Reader, StoreError,
 };
 use studies::branches::{Path, PathPoint};
 use units::Dimension;
@@ -84,11 +84,12 @@ pub const SERIES_LAYOUT: Layout = Layout {
     extents: extents::OF_SERIES,
 };
 
-/// A series that is being written, step by step, so that the values of one are in memory at a time.
+/// A series that is being written, step by step; its fields are written at the end.
 pub struct GridSeries<'w, 't> {
     writer: &'w mut GroupWriter<'t>,
     n_steps: usize,
-    arrays: Vec<Piecewise<f64>>,
+    /// The fields of all steps so far.
+    arrays: Vec<GridArray>,
 }
 
 impl<'w, 't> GridSeries<'w, 't> {
@@ -126,50 +127,40 @@ impl<'w, 't> GridSeries<'w, 't> {
         })
     }
 
-    /// Writes the next step, with the frame of its contact face.
-    ///
-    /// # Errors
-    /// HDF5 failures; a step more than there are times.
-    pub fn step(
-        &mut self,
-        mesh: &Mesh,
-        state: &ResultState<'_>,
-        frame: Option<&ContactFrame>,
-    ) -> Result<(), StoreError> {
-        self.append(&grid_arrays(mesh, state, frame))
+    /// Adds the next step, with the frame of its contact face.
+    pub fn step(&mut self, mesh: &Mesh, state: &ResultState<'_>, frame: Option<&ContactFrame>) {
+        self.append(grid_arrays(mesh, state, frame));
     }
 
-    /// Writes the fields of the next step, the same ones in each.
-    pub(super) fn append(&mut self, fields: &[GridArray]) -> Result<(), StoreError> {
+    /// Adds the fields of the next step, the same ones in each.
+    pub(super) fn append(&mut self, fields: Vec<GridArray>) {
         if self.arrays.is_empty() {
-            for field in fields {
-                let array = self.writer.begin(&field.path, &field.shape(self.n_steps))?;
-                self.arrays.push(array);
-                self.write_offsets(field)?;
-            }
+            self.arrays = fields;
+            return;
         }
         for (array, field) in self.arrays.iter_mut().zip(fields) {
-            self.writer.append(array, &field.values)?;
+            array.values.extend(field.values);
         }
-        Ok(())
-    }
-
-    fn write_offsets(&mut self, field: &GridArray) -> Result<(), StoreError> {
-        let Some((kind, name)) = field.path.trim_start_matches("/VTKHDF/").split_once('/') else {
-            return Ok(());
-        };
-        let path = format!("/VTKHDF/Steps/{kind}Offsets/{name}");
-        let offsets: Vec<usize> = (0..self.n_steps).map(|step| step * field.rows()).collect();
-        write_value(self.writer, &path, &offsets)
     }
 
     /// Ends the series.
     ///
     /// # Errors
-    /// HDF5 failures; a step less than there are times.
+    /// HDF5 failures; a step more or less than there are times.
     pub fn finish(self) -> Result<(), StoreError> {
-        let Self { writer, arrays, .. } = self;
-        arrays.into_iter().try_for_each(|array| writer.end(array))
+        for field in &self.arrays {
+            let rows = field.rows();
+            self.writer
+                .write(&field.path, &field.values, &field.shape())?;
+            let kind_and_name = field.path.trim_start_matches("/VTKHDF/").split_once('/');
+            if let Some((kind, name)) = kind_and_name {
+                let path = format!("/VTKHDF/Steps/{kind}Offsets/{name}");
+                let steps = 0..self.n_steps;
+                let offsets = steps.map(|step| step * (rows / self.n_steps));
+                write_value(self.writer, &path, &offsets.collect::<Vec<usize>>())?;
+            }
+        }
+        Ok(())
     }
 }
 
@@ -245,7 +236,8 @@ pub fn begin_sweep_series<'w, 't>(
 
 /// Writes the fields of the next case.
 pub fn step_sweep_series(series: &mut GridSeries<'_, '_>, case: &Reader) -> Result<(), StoreError> {
-    series.append(&last_fields(case)?)
+    series.append(last_fields(case)?);
+    Ok(())
 }
 
 /// The fields that a file has on its points and cells, those that each step of a series has of its own.

@@ -87,7 +87,7 @@ pub fn write(
     for array in grid_arrays(mesh, &ResultState::from(report), frame) {
         // A body at rest has no error to share.
         if !(is_at_rest && array.path == ERROR_INDICATOR) {
-            writer.write(&array.path, &array.values, &array.shape(1))?;
+            writer.write(&array.path, &array.values, &array.shape())?;
         }
     }
     Ok(())
@@ -116,11 +116,11 @@ impl GridArray {
         self.values.len() / self.components
     }
 
-    /// The shape of its dataset for some steps.
-    pub(super) fn shape(&self, steps: usize) -> Vec<usize> {
+    /// The shape of its dataset.
+    pub(super) fn shape(&self) -> Vec<usize> {
         match self.components {
-            1 => vec![steps * self.rows()],
-            components => vec![steps * self.rows(), components],
+            1 => vec![self.rows()],
+            components => vec![self.rows(), components],
         }
     }
 }

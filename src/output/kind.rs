@@ -7,7 +7,7 @@ use std::{
 };
 
 /// Bytes looked at from either end of a file.
-const LOOK: usize = 1 << 16;
+const END_BYTES: usize = 1 << 16;
 
 /// Every PNG begins so.
 const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
@@ -41,9 +41,8 @@ pub enum OutputKind {
     Scene,
 }
 
-/// The attribute by which the root of an FCLIB file names the program that wrote it, and this program's name.
-pub(crate) const PROGRAM_ATTRIBUTE: &str = "program";
-pub(crate) const FCLIB_PROGRAM: &str = "contact3d-pipe";
+/// The type that files of FCLIB begin with.
+pub(crate) const FCLIB_TYPE: &str = "contact3d-pipe FCLIB problem";
 
 impl OutputKind {
     /// What messages call it.
@@ -75,11 +74,7 @@ impl OutputKind {
                 Self::SchemaPage => text().starts_with(
                     "# The run file\n\nGenerated from the table of datasets; do not edit.\n",
                 ),
-                Self::Fclib => {
-                    ends.first.starts_with(HDF5)
-                        && runfile::root_text(path, PROGRAM_ATTRIBUTE).as_deref()
-                            == Some(FCLIB_PROGRAM)
-                }
+                Self::Fclib => runfile::is_of_type(path, FCLIB_TYPE)?,
                 Self::ManualPage => text().contains("\n.TH contact3d-pipe"),
                 Self::Scene => false,
             })
@@ -96,6 +91,7 @@ pub(super) fn found(path: &Path) -> &'static str {
     let begins = |word: &str| text.trim_start().to_lowercase().starts_with(word);
     match () {
         () if head.starts_with(HDF5) => "an HDF5 file",
+        () if head.starts_with(b"contact3d-pipe ") => "another HDF5 file of this program",
         () if head.starts_with(PNG) => "another PNG picture",
         () if begins("<svg") || (begins("<?xml") && text.contains("<svg")) => "another SVG picture",
         () if begins("<!doctype html") || begins("<html") => "another HTML page",
@@ -115,13 +111,13 @@ impl Ends {
         let mut file = File::open(path)?;
         let mut first = Vec::new();
         let mut last = Vec::new();
-        (&mut file).take(LOOK as u64).read_to_end(&mut first)?;
+        (&mut file).take(END_BYTES as u64).read_to_end(&mut first)?;
         let length = file.seek(SeekFrom::End(0))?;
-        file.seek(SeekFrom::Start(length.saturating_sub(LOOK as u64)))?;
-        file.take(LOOK as u64).read_to_end(&mut last)?;
+        file.seek(SeekFrom::Start(length.saturating_sub(END_BYTES as u64)))?;
+        file.take(END_BYTES as u64).read_to_end(&mut last)?;
         while let Err(error) = std::str::from_utf8(&first) {
             // The last character may be cut in two.
-            if error.error_len().is_some() || first.len() < LOOK {
+            if error.error_len().is_some() || first.len() < END_BYTES {
                 break;
             }
             first.truncate(error.valid_up_to());

@@ -14,6 +14,6 @@ mod write;
 
 pub use folder::Folder;
 pub use guard::{Inputs, OutputError, admit};
+pub(crate) use kind::FCLIB_TYPE;
 pub use kind::OutputKind;
-pub(crate) use kind::{FCLIB_PROGRAM, PROGRAM_ATTRIBUTE};
 pub use write::{OutputFile, write};

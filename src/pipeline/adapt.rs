@@ -17,7 +17,7 @@ use contact3d::{
     mesh::{Mesh, Refinement},
     scene::Scene,
 };
-use runfile::{Home, Reader, Transaction};
+use runfile::{Reader, Transaction};
 
 use super::{
     Session, StageError, StageState, StageTiming, StoreWhen,
@@ -25,12 +25,9 @@ use super::{
     results::Results,
     session::StageCache,
     settings::stage_settings,
-    store::Checkpoints,
+    store::{Checkpoints, FIRST_COMMIT_SECONDS},
 };
 use crate::format::{self, ADAPT, FormatError, Stage};
-
-/// What storing the levels takes before it is known.
-const SECONDS_OF_A_COMMIT: f64 = 0.02;
 
 /// How an adaptive run went.
 #[derive(Debug)]
@@ -100,7 +97,7 @@ fn read(
     reader: &Reader,
     scene: &Scene,
 ) -> Result<Option<(Adaptation, AdaptiveStatus)>, FormatError> {
-    let stored = reader.whole_group(ADAPT)?;
+    let stored = reader.group_record(ADAPT)?;
     if stored.is_some_and(|stored| stored.record.input_digest == levels_input(scene)) {
         Ok(Some(format::read_adaptation(reader)?))
     } else {
@@ -124,7 +121,7 @@ impl Session {
         let mut levels = LevelInRunFile {
             session: self,
             observe,
-            saves: Checkpoints::new(SECONDS_OF_A_COMMIT),
+            saves: Checkpoints::new(FIRST_COMMIT_SECONDS),
             prepared: None,
             at_hand: None,
         };
@@ -154,7 +151,7 @@ impl Session {
                 levels.status(adapt.error, adapt.of) != AdaptiveStatus::Refining
             }),
         };
-        Ok(has_ended && self.is_scene_whole()? && self.is_fresh_throughout()?)
+        Ok(has_ended && self.is_fresh_throughout()?)
     }
 
     fn is_fresh_throughout(&self) -> Result<bool, StageError> {
@@ -178,7 +175,7 @@ impl Session {
         let record = self.store.record(String::new(), seconds, input);
         let mut transaction = Transaction::begin(&self.store.file)?;
         self.store.write_scene(&mut transaction)?;
-        transaction.write(ADAPT, Home::RunFile, &record, |writer| {
+        transaction.write(ADAPT, &record, |writer| {
             format::write_adaptation(writer, adaptation, status)
         })?;
         Ok(self.store.end(transaction, &[ADAPT])?)
@@ -231,7 +228,7 @@ impl LevelInRunFile<'_> {
             for stage in Stage::ALL {
                 observe(AdaptStep::Stage(level, stage));
                 let observe = &mut |step: RunStep<'_>| observe(AdaptStep::Run(step));
-                performed.push(session.perform(stage, StoreWhen::Held, observe)?);
+                performed.push(session.perform(stage, StoreWhen::Manual, observe)?);
             }
         }
         Ok(LevelAtHand {

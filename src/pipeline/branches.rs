@@ -14,12 +14,9 @@ use super::{
     SeriesFolder, StageError,
     mesh::pin_mesh_file,
     series_folder::{require_same_mesh, write_paths},
-    store::{Checkpoints, store_with_scene},
+    store::{Checkpoints, FIRST_COMMIT_SECONDS, store_with_scene},
 };
 use crate::format::{self, LAYOUT, get_key, set_key};
-
-/// A guess at the seconds of the first commit; later ones are measured.
-const SECONDS_OF_A_COMMIT: f64 = 0.05;
 
 /// What is asked of `branches`.
 #[derive(Debug, Clone, PartialEq)]
@@ -76,7 +73,7 @@ pub fn follow_branches(
             format::write_branches(writer, branches)
         })
     };
-    let mut saves = Checkpoints::new(SECONDS_OF_A_COMMIT);
+    let mut saves = Checkpoints::new(FIRST_COMMIT_SECONDS);
     branches.follow(&family, &mut |branches| {
         observe(branches);
         saves.keep(|| store(branches));
@@ -94,7 +91,7 @@ pub fn follow_branches(
 /// What the same command stored before; `None` where there is nothing that can be used.
 fn stored(file: &RunFile, layout: runfile::Layout, digest: &str) -> Option<Branches> {
     let reader = Reader::open(file.path(), layout).ok()?;
-    let stored: Result<_, StoreError> = reader.whole_group(format::BRANCHES);
+    let stored: Result<_, StoreError> = reader.group_record(format::BRANCHES);
     let stored = stored.ok()??;
     let fits = stored.record.input_digest == digest;
     fits.then(|| format::read_branches(&reader).ok()).flatten()

@@ -1,79 +1,28 @@
-//! One commit under way: the scene, the stages that wait, and what is unfinished; and the way back from commits: a command that
+//! A commit: the scene, the stages that wait, and what is unfinished, in one step; and the way back from commits: a command that
 //! is refused midway leaves its run file as it found it.
 
-use std::{
-    io,
-    thread::{self, JoinHandle},
-};
-
-use contact3d::{Checkpoint, scene::Scene};
+use contact3d::Checkpoint;
 use runfile::{
-    FileState, Group, GroupRecord, Home, Reader, RunFile, Savepoint, StoreError, StoredGroup,
-    Transaction,
+    FileState, Group, GroupRecord, RunFile, Savepoint, StoreError, StoredGroup, Transaction,
 };
 
 use super::{
-    AssemblyFile, Session, StageError, StageState, freshness::input_digest, stages::StageOutput,
-    store::Store,
+    AssemblyFile, Session, StageError, freshness::input_digest, stages::StageOutput, store::Store,
 };
 use crate::format::{self, ADAPT, CHECKPOINT, HISTORY, Stage};
 
-/// A computed stage that waits to be stored, with all that it takes to store it.
+/// A computed stage that waits to be stored.
 #[derive(Debug, Clone)]
 pub(super) struct WaitingStage {
     pub(super) output: StageOutput,
-    pub(super) home: Home,
     /// Without what it was computed from.
     pub(super) record: GroupRecord,
 }
 
-/// A thread that writes stages to a commit while the next one is computed; dropping it waits for the thread, and gives the
-/// commit up.
-#[derive(Debug)]
-pub(super) struct StageWriter {
-    thread: Option<JoinHandle<Result<OpenCommit, StoreError>>>,
-    /// How many of the stages that wait it writes.
-    pub(super) stages: usize,
-}
-
-impl StageWriter {
-    /// Begins to write.
-    pub(super) fn new(
-        mut commit: OpenCommit,
-        stages: Vec<WaitingStage>,
-        scene: Scene,
-    ) -> io::Result<Self> {
-        let count = stages.len();
-        let write = move || {
-            for stage in &stages {
-                commit.write(stage, &scene)?;
-            }
-            Ok(commit)
-        };
-        Ok(Self {
-            thread: Some(thread::Builder::new().spawn(write)?),
-            stages: count,
-        })
-    }
-
-    /// The commit with the stages written.
-    ///
-    /// # Errors
-    /// Those of writing; `None` where the thread ended by a panic, which has been printed.
-    pub(super) fn finish(mut self) -> Option<Result<OpenCommit, StoreError>> {
-        self.thread.take()?.join().ok()
-    }
-}
-
-impl Drop for StageWriter {
-    fn drop(&mut self) {
-        let _ = self.thread.take().map(JoinHandle::join);
-    }
-}
-
 /// A commit that has begun: the scene is written, and the stages given so far.
 #[derive(Debug)]
-pub(super) struct OpenCommit {
+pub(super) struct Commit<'a> {
+    store: &'a Store,
     pub(super) transaction: Transaction,
     /// What the file will hold of the stages.
     stored: Vec<(Stage, StoredGroup)>,
@@ -81,18 +30,15 @@ pub(super) struct OpenCommit {
     pub(super) changed: Vec<Group>,
 }
 
-impl OpenCommit {
-    /// Begins with the scene; `states` are those of the file as it is.
-    pub(super) fn new(
-        mut transaction: Transaction,
-        states: Vec<StageState>,
-        store: &Store,
-    ) -> Result<Self, StoreError> {
-        // What is damaged cannot be used, and copying it could fail.
-        let damaged = transaction.previous().map(Reader::damaged_groups);
-        for group in damaged.into_iter().flatten() {
-            transaction.remove(group);
-        }
+impl<'a> Commit<'a> {
+    /// Begins with the scene.
+    ///
+    /// # Errors
+    /// `Changed` if the file holds other stages than those that the waiting ones build on.
+    pub(super) fn begin(store: &'a Store) -> Result<Self, StoreError> {
+        let mut transaction = Transaction::begin(&store.file)?;
+        let states = store.states_in(transaction.previous())?;
+        store.require_upstream(&states)?;
         if store.assembly_file == AssemblyFile::SelfContained {
             transaction.embed_linked();
         }
@@ -110,6 +56,7 @@ impl OpenCommit {
         }
         let stored = states.into_iter();
         Ok(Self {
+            store,
             transaction,
             stored: stored
                 .filter_map(|state| Some((state.stage, state.stored?)))
@@ -119,11 +66,8 @@ impl OpenCommit {
     }
 
     /// Writes a stage.
-    pub(super) fn write(
-        &mut self,
-        computed: &WaitingStage,
-        scene: &Scene,
-    ) -> Result<(), StoreError> {
+    pub(super) fn write(&mut self, computed: &WaitingStage) -> Result<(), StoreError> {
+        let scene = &self.store.input.scene;
         let stage = computed.output.stage();
         self.stored.retain(|(earlier, _)| *earlier != stage);
         let settings = &computed.record.settings;
@@ -131,9 +75,13 @@ impl OpenCommit {
             input_digest: input_digest(stage, settings, &self.stored),
             ..computed.record.clone()
         };
-        let (transaction, home) = (&mut self.transaction, computed.home);
+        if computed.output.is_kept_beside(self.store.assembly_file) {
+            self.transaction.keep_beside(stage.group());
+        }
         let stored = StoredGroup {
-            digest: computed.output.write(transaction, home, &record, scene)?,
+            digest: computed
+                .output
+                .write(&mut self.transaction, &record, scene)?,
             units: scene.units,
             record,
         };
@@ -146,11 +94,10 @@ impl OpenCommit {
     pub(super) fn write_unfinished(
         &mut self,
         unfinished: Checkpoint<'_>,
-        store: &Store,
     ) -> Result<(), StoreError> {
-        let settings = store.settings(Stage::Solve);
+        let settings = self.store.settings(Stage::Solve);
         let digest = input_digest(Stage::Solve, &settings, &self.stored);
-        let record = store.record(String::new(), 0.0, digest);
+        let record = self.store.record(String::new(), 0.0, digest);
         let group = match unfinished {
             Checkpoint::Solve(_) => CHECKPOINT,
             Checkpoint::History(_) => {
@@ -159,13 +106,12 @@ impl OpenCommit {
                 HISTORY
             }
         };
-        let (transaction, home) = (&mut self.transaction, Home::RunFile);
-        transaction.write(group, home, &record, |writer| match unfinished {
-            Checkpoint::Solve(state) => format::write_checkpoint(writer, state),
-            Checkpoint::History(records) => {
-                format::write_history(writer, &store.input.scene, records)
-            }
-        })?;
+        let scene = &self.store.input.scene;
+        self.transaction
+            .write(group, &record, |writer| match unfinished {
+                Checkpoint::Solve(state) => format::write_checkpoint(writer, state),
+                Checkpoint::History(records) => format::write_history(writer, scene, records),
+            })?;
         self.changed.push(group);
         Ok(())
     }
@@ -173,7 +119,7 @@ impl OpenCommit {
 
 /// What a command puts back if it is refused midway.
 #[derive(Debug, Default)]
-pub(super) struct Undo {
+pub(super) struct Rollback {
     /// The file before the first commit.
     savepoint: Option<Savepoint>,
     /// The file as the last commit left it; none before the first.
@@ -183,7 +129,7 @@ pub(super) struct Undo {
     linked: Vec<String>,
 }
 
-impl Undo {
+impl Rollback {
     /// Keeps the state of the file before the first commit.
     pub(super) fn before_commit(&mut self, file: &RunFile) -> Result<(), StoreError> {
         if self.savepoint.is_none() {
@@ -200,7 +146,7 @@ impl Undo {
     }
 
     /// Keeps what the command stored, or puts the earlier state back.
-    fn settle(self, error: StageError, file: &RunFile) -> StageError {
+    fn after(self, error: StageError, file: &RunFile) -> StageError {
         let Some(savepoint) = self.savepoint else {
             return error;
         };
@@ -229,15 +175,15 @@ impl Session {
         &mut self,
         work: impl FnOnce(&mut Self) -> Result<T, StageError>,
     ) -> Result<T, StageError> {
-        self.store.undo = Some(Undo {
+        self.store.rollback = Some(Rollback {
             linked: self.store.file.linked_names(),
-            ..Undo::default()
+            ..Rollback::default()
         });
         let outcome = work(self);
         let file = &self.store.file;
-        let mut undo = self.store.undo.take().unwrap_or_default();
-        let linked = std::mem::take(&mut undo.linked);
-        let outcome = outcome.map_err(|error| undo.settle(error, file));
+        let mut rollback = self.store.rollback.take().unwrap_or_default();
+        let linked = std::mem::take(&mut rollback.linked);
+        let outcome = outcome.map_err(|error| rollback.after(error, file));
         file.remove_unlinked(linked);
         outcome
     }

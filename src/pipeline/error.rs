@@ -7,7 +7,6 @@ use contact3d::{
     dual::{AssemblyError, InsufficientResource},
     mesh::GmshError,
     scene::{InvalidValue, SceneError},
-    solver::NeedsExplicit,
 };
 use miette::Diagnostic;
 use plots::PngError;
@@ -46,16 +45,6 @@ pub enum StageError {
     /// Too little memory or disk space for the mesh.
     #[error(transparent)]
     InsufficientResource(#[from] InsufficientResource),
-    /// The method needs the dense dual operator.
-    #[error(transparent)]
-    NeedsExplicit(#[from] NeedsExplicit),
-    /// A stage is not what was written.
-    #[error("{}: `{}` cannot be used, {why}; `contact3d-pipe run` makes it again", file.display(), stage.word())]
-    Damaged {
-        file: PathBuf,
-        stage: Stage,
-        why: String,
-    },
     /// An earlier stage is missing or stale.
     #[error("{}: `{}` needs a fresh `{}`, but {why}; run `contact3d-pipe {}` or `contact3d-pipe run` first", file.display(), stage.word(), upstream.word(), upstream.command())]
     NotReady {
@@ -71,29 +60,12 @@ pub enum StageError {
         file: PathBuf,
         source: std::io::Error,
     },
-    /// An axis that no sweep can have, or a key of it.
-    #[error("{}: {place}: expected {expected}, found {found}", file.display())]
-    Axis {
-        file: PathBuf,
-        place: String,
-        expected: String,
-        found: String,
-    },
-    /// The plan of a sweep has no case with this name.
-    #[error("no case {id} in this sweep; `contact3d-pipe sweep plan` lists them")]
-    NoSuchCase { id: String },
-    /// Another process runs the sweep.
-    #[error("{}: another sweep is at work in this folder; wait until it is done", folder.display())]
-    Busy { folder: PathBuf },
-    /// A table of another sweep, whose file is named as seen from the folder, where the table says it.
-    #[error("{}: this table belongs to another sweep{}{sweep}; nothing was changed, give another folder with --out or move summary.h5 and summary.csv away", file.display(), if sweep.is_empty() { "" } else { ", " })]
-    OthersTable { file: PathBuf, sweep: String },
+    /// Bad input of a command that runs stages, such as a sweep.
+    #[error(transparent)]
+    Command(Box<dyn std::error::Error + Send + Sync>),
     /// The cases were run, but their tables cannot be written.
     #[error("{0}; the cases are stored and kept, `contact3d-pipe sweep summary` writes the tables")]
     NotSummedUp(#[source] Box<StageError>),
-    /// The CSV table of a sweep cannot be written.
-    #[error("cannot write {}: {source}", file.display())]
-    Csv { file: PathBuf, source: csv::Error },
     /// A picture could not be drawn or written.
     #[error("figure {}: {source}", file.display())]
     Figure { file: PathBuf, source: PngError },

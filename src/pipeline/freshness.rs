@@ -29,8 +29,6 @@ pub enum Freshness {
     Fresh,
     /// Computed from something else, for the stated reason.
     Stale(String),
-    /// Not what was written, for the stated reason.
-    Damaged(String),
 }
 
 impl Freshness {
@@ -40,7 +38,6 @@ impl Freshness {
             Self::Missing => "missing",
             Self::Fresh => "fresh",
             Self::Stale(_) => "stale",
-            Self::Damaged(_) => "damaged",
         }
     }
 
@@ -50,7 +47,6 @@ impl Freshness {
             Self::Missing => "it is missing".into(),
             Self::Fresh => "it is fresh".into(),
             Self::Stale(why) => format!("it is stale: {why}"),
-            Self::Damaged(why) => format!("it is damaged: {why}"),
         }
     }
 }
@@ -80,8 +76,7 @@ pub struct OpenRun {
     pub reader: Reader,
     /// The scene that it holds.
     pub input: SceneFile,
-    /// Its stages, upstream first. A stage that is not what was written, or whose own file cannot be used, is a state, not an
-    /// error.
+    /// Its stages, upstream first. A stage whose own file cannot be used is a state, not an error.
     pub states: Vec<StageState>,
 }
 
@@ -95,7 +90,7 @@ impl OpenRun {
     pub fn of(reader: Reader, path: &Path) -> Result<Self, StageError> {
         let input = format::read_scene(&reader, path)?;
         let refinement = stored_refinement(Some(&reader), &input.scene);
-        let states = states_from(Some(&reader), &input.scene, &refinement, None);
+        let states = states_from(Some(&reader), &input.scene, &refinement, None)?;
         Ok(Self {
             reader,
             input,
@@ -128,18 +123,6 @@ impl OpenRun {
             })
         })
     }
-
-    /// Refuses a file with a stage that is not what was written.
-    pub fn require_undamaged(&self) -> Result<(), StageError> {
-        let damaged = |state: &&StageState| matches!(state.freshness, Freshness::Damaged(_));
-        self.states.iter().find(damaged).map_or(Ok(()), |state| {
-            Err(StageError::Damaged {
-                file: self.reader.path().to_owned(),
-                stage: state.stage,
-                why: state.freshness.why(),
-            })
-        })
-    }
 }
 
 /// Digest of everything a stage is computed from: its settings and the digests of all upstream
@@ -165,30 +148,21 @@ pub(super) fn states_from(
     scene: &Scene,
     refinement: &Refinement,
     start: Option<&[f64]>,
-) -> Vec<StageState> {
+) -> Result<Vec<StageState>, StoreError> {
     let refinement = refinement_digest(refinement);
     let mut states: Vec<StageState> = Vec::new();
     for stage in Stage::ALL {
-        let found = match reader {
-            None => Ok(None),
-            Some(reader) => whole(reader, stage).and_then(|stored| {
-                let Some(stored) = stored else {
-                    return Ok(None);
-                };
+        let stored = reader.map_or(Ok(None), |reader| reader.group_record(stage.group()));
+        let (stored, freshness) = match stored {
+            Ok(Some(stored)) => {
                 let freshness = judge(stage, scene, refinement.as_deref(), start, &stored, &states);
-                if freshness == Freshness::Fresh {
-                    compare(reader, stage)?;
-                }
-                Ok(Some((stored, freshness)))
-            }),
-        };
-        let (stored, freshness) = match found {
-            Ok(Some((stored, freshness))) => (Some(stored), freshness),
+                (Some(stored), freshness)
+            }
             Ok(None) => (None, Freshness::Missing),
             Err(StoreError::Linked { problem, .. }) => {
                 (None, Freshness::Stale(problem.to_string()))
             }
-            Err(error) => (None, Freshness::Damaged(error.to_string())),
+            Err(error) => return Err(error),
         };
         states.push(StageState {
             stage,
@@ -196,31 +170,7 @@ pub(super) fn states_from(
             stored,
         });
     }
-    states
-}
-
-/// A stage with its companion.
-fn whole(reader: &Reader, stage: Stage) -> Result<Option<StoredGroup>, StoreError> {
-    let stored = reader.whole_group(stage.group())?;
-    if stored.is_some() {
-        format::check_companion(reader, stage)?;
-    }
-    Ok(stored)
-}
-
-/// Bytes of a group up to which its values are compared with their digests at once, which takes some hundredths of a second; those of
-/// larger ones when they are used, or by `check`.
-const COMPARED_AT_ONCE: u64 = 16_000_000;
-
-/// Compares the values of a fresh stage and its companion with their digests, where they are few.
-fn compare(reader: &Reader, stage: Stage) -> Result<(), StoreError> {
-    for group in std::iter::once(stage.group()).chain(stage.companion()) {
-        if reader.group_bytes(group)? <= COMPARED_AT_ONCE {
-            let problem = reader.group_problems(group).into_iter().next();
-            problem.map_or(Ok(()), Err)?;
-        }
-    }
-    Ok(())
+    Ok(states)
 }
 
 fn judge(

@@ -4,11 +4,11 @@
 //! of it is fresh for a scene; commits) and a cache (what is in memory).
 
 mod adapt;
+mod assembly_file;
 mod branches;
 mod commit;
 mod error;
 mod freshness;
-mod homes;
 mod mesh;
 mod resources;
 mod results;
@@ -20,10 +20,10 @@ mod store;
 mod studies;
 
 pub use adapt::{AdaptStep, Adapted, OutOfReach};
+pub use assembly_file::AssemblyFile;
 pub use branches::{BranchesTask, Followed, follow_branches};
 pub use error::StageError;
 pub use freshness::{Freshness, OpenRun, StageState, contradictions};
-pub use homes::AssemblyFile;
 pub use mesh::{mesh_file, mesh_of, pin_mesh_file};
 pub(crate) use resources::admit_memory;
 pub use resources::{memory_for_sweeps, scene_bytes};

@@ -94,7 +94,7 @@ impl Results {
         let mut series = GridSeries::begin(writer, mesh, &times)?;
         let norm = largest_norm(&self.increments);
         for record in &self.increments {
-            series.step(mesh, &ResultState::of_increment(record, norm), frame)?;
+            series.step(mesh, &ResultState::of_increment(record, norm), frame);
         }
         series.finish()
     }
@@ -174,7 +174,9 @@ pub fn read_results(reader: &Reader, input: &SceneFile) -> Result<Results, Stage
 ///
 /// # Errors
 /// A stage that is missing, stale or damaged, unreadable datasets; an answer that is none; a scene whose error cannot be bounded.
-pub(super) fn read_bound(path: &Path) -> Result<BoundedError, StageError> {
+///
+/// The last is the stored estimate over ‖u_h‖_A; `None` where the solution is not evaluated, and for a body at rest.
+pub(super) fn read_bound(path: &Path) -> Result<(SceneFile, ErrorBound, Option<f64>), StageError> {
     let run = OpenRun::open(path)?;
     run.require_fresh(Stage::Solve, "solved")?;
     let is_evaluated = run.is_fresh(Stage::Post);
@@ -194,19 +196,7 @@ pub(super) fn read_bound(path: &Path) -> Result<BoundedError, StageError> {
         .problem
         .solved(&solve.primal, coupling, &solve.solution);
     let bound = ErrorBound::new(&solved).map_err(|invalid| input.refuse(invalid))?;
-    Ok(BoundedError {
-        estimate: estimate.transpose()?.flatten(),
-        bound,
-        input,
-    })
-}
-
-/// The error of a stored solution.
-pub(super) struct BoundedError {
-    pub(super) input: SceneFile,
-    pub(super) bound: ErrorBound,
-    /// Its estimate over ‖u_h‖_A; `None` where the solution is not evaluated, and for a body at rest.
-    pub(super) estimate: Option<f64>,
+    Ok((input, bound, estimate.transpose()?.flatten()))
 }
 
 /// The assembled problem of a run file whose stages up to `solve` are fresh, and its solution.

@@ -7,7 +7,7 @@ use std::{
 };
 
 use contact3d::{mesh::Mesh, scene::InvalidValue};
-use runfile::{GroupRecord, Home, IfMissing, RunFile, Transaction};
+use runfile::{GroupRecord, IfMissing, RunFile, Transaction};
 use studies::branches::{Branches, Family};
 
 use super::StageError;
@@ -131,7 +131,7 @@ fn write_path(
     let layout = SERIES_LAYOUT.in_units(family.base().scene().units);
     let file = RunFile::lock(file, layout, IfMissing::Create)?;
     let mut transaction = Transaction::begin(&file)?;
-    let mut writer = transaction.group(format::VTKHDF, Home::RunFile)?;
+    let mut writer = transaction.group(format::VTKHDF)?;
     let mut series = format::begin_path_series(&mut writer, mesh, path)?;
     for point in &path.points {
         let problem = family.problem_at(point.parameter)?;
@@ -139,7 +139,7 @@ fn write_path(
         let report = problem.report(&problem.state_of(point.multiplier.clone()))?;
         let contact = problem.contact_state();
         let frame = contact.map(|contact| &contact.interface.frame);
-        series.step(mesh, &ResultState::from(&report), frame)?;
+        series.step(mesh, &ResultState::from(&report), frame);
     }
     series.finish()?;
     let seconds = started.elapsed().as_secs_f64();

@@ -9,7 +9,7 @@ use contact3d::{
     mesh::Mesh,
     scene::{AssembleSettings, Scene, SceneFile, SolveSettings, Warning},
 };
-use runfile::{IfMissing, Reader, RunFile, Transaction};
+use runfile::{IfMissing, Reader, RunFile};
 
 use super::{
     StageError, StageState,
@@ -17,7 +17,7 @@ use super::{
     results::Results,
     store::Store,
 };
-use crate::format::{self, FormatError, LAYOUT, SCENE, Stage};
+use crate::format::{self, FormatError, LAYOUT, Stage};
 
 /// A session with a run file: it holds the lock, and what it has computed or read so far.
 #[derive(Debug)]
@@ -65,9 +65,9 @@ pub enum StoreWhen {
     Now,
     /// Together with the next stage, unless that would put more than a few seconds of work at risk, or more than writing the
     /// file twice costs.
-    WithNextIfCheap,
+    Deferred,
     /// Not before the session is asked to, with all stages that wait; adaptive levels do so.
-    Held,
+    Manual,
 }
 
 impl Session {
@@ -103,22 +103,6 @@ impl Session {
             store: Store::new(file, input, threads)?,
             cache: StageCache::default(),
         })
-    }
-
-    /// Whether the stored scene, if there is one, is what was written.
-    pub(super) fn is_scene_whole(&self) -> Result<bool, StageError> {
-        let reader = self.store.reader_if_there()?;
-        Ok(reader.is_none_or(|reader| reader.group_problems(SCENE).is_empty()))
-    }
-
-    /// Writes the scene again where the stored one is damaged, which no stage would.
-    pub fn mend_scene(&mut self) -> Result<(), StageError> {
-        if self.is_scene_whole()? {
-            return Ok(());
-        }
-        let mut transaction = Transaction::begin(&self.store.file)?;
-        self.store.write_scene(&mut transaction)?;
-        Ok(self.store.end(transaction, &[SCENE])?)
     }
 
     /// The scene in force.

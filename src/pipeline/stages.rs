@@ -10,20 +10,17 @@ use contact3d::{
     scene::{AdaptSettings, Scene, SceneFile},
     solver::Start,
 };
-use runfile::{GroupRecord, GroupWriter, Home, StoreError, Transaction};
+use runfile::{GroupRecord, GroupWriter, StoreError, Transaction};
 
 use super::{
     AssemblyFile, Session, StageError,
-    homes::LINK_ABOVE,
+    assembly_file::LINK_ABOVE,
     mesh, resources,
     results::Results,
     session::{LoadState, StageCache},
-    store::{Checkpoints, Store},
+    store::{Checkpoints, FIRST_COMMIT_SECONDS, Store},
 };
 use crate::format::{self, HISTORY, Stage, VTKHDF};
-
-/// What storing the increments of a load history takes before it is known, in s.
-const SECONDS_OF_A_COMMIT: f64 = 0.05;
 
 /// What a stage computed.
 #[derive(Debug, Clone)]
@@ -140,7 +137,7 @@ impl Session {
             let assembled = self.assembled()?;
             let need = need_of_history(self.scene(), assembled.mesh());
             resources::admit(need, self.store.path())?;
-            (assembled, SECONDS_OF_A_COMMIT)
+            (assembled, FIRST_COMMIT_SECONDS)
         } else {
             let loaded = self.loaded(|session, mut assembled| {
                 format::read_loads(&session.store.reader()?, &mut assembled.system)?;
@@ -189,9 +186,8 @@ pub(super) fn refused(input: &SceneFile, error: ProblemError) -> StageError {
             input.refuse(invalid).into()
         }
         ProblemError::Assembly(error) => error.into(),
-        ProblemError::NeedsExplicit(error) => error.into(),
         ProblemError::Mesh(error) => error.into(),
-        error @ (ProblemError::Scene(_) | ProblemError::OtherOperator { .. }) => error.into(),
+        error => error.into(),
     }
 }
 
@@ -226,26 +222,15 @@ impl StageOutput {
         }
     }
 
-    /// Bytes of its arrays, where they may be many.
-    pub(super) fn bytes(&self) -> usize {
-        match self {
-            Self::Assemble(problem) => format::assembly_bytes(&problem.system),
-            Self::Mesh(_) | Self::Load(_) | Self::Solve(_) | Self::Post(_) => 0,
-        }
-    }
-
-    /// Where its group is kept.
-    pub(super) fn home(&self, assembly_file: AssemblyFile) -> Home {
-        let is_linked = match (self, assembly_file) {
+    /// Whether its group is kept in a file beside the run file.
+    pub(super) fn is_kept_beside(&self, assembly_file: AssemblyFile) -> bool {
+        match (self, assembly_file) {
             (Self::Mesh(_) | Self::Assemble(_), AssemblyFile::LinkedWithMesh)
             | (Self::Assemble(_), AssemblyFile::Linked) => true,
-            (Self::Assemble(_), AssemblyFile::BySize) => self.bytes() > LINK_ABOVE,
+            (Self::Assemble(problem), AssemblyFile::BySize) => {
+                format::assembly_bytes(&problem.system) > LINK_ABOVE
+            }
             _ => false,
-        };
-        if is_linked {
-            Home::Shared
-        } else {
-            Home::RunFile
         }
     }
 
@@ -253,7 +238,6 @@ impl StageOutput {
     pub(super) fn write(
         &self,
         transaction: &mut Transaction,
-        home: Home,
         record: &GroupRecord,
         scene: &Scene,
     ) -> Result<String, StoreError> {
@@ -263,7 +247,7 @@ impl StageOutput {
             transaction.remove(group);
         }
         let mut write = |group, write: &dyn Fn(&mut GroupWriter<'_>) -> Result<(), StoreError>| {
-            transaction.write(group, home, record, write)
+            transaction.write(group, record, write)
         };
         match self {
             Self::Mesh(problem) => write(group, &|writer| mesh::write(writer, problem)),

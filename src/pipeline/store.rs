@@ -14,14 +14,14 @@ use contact3d::{
     solver::OuterState,
 };
 use runfile::{
-    Group, GroupRecord, GroupWriter, Home, Reader, RunFile, SharedGroup, StoreError, StoredGroup,
+    Group, GroupRecord, GroupWriter, Reader, RunFile, SharedGroup, StoreError, StoredGroup,
     Transaction,
 };
 
 use super::{
     AssemblyFile, StageError, StageState, StageTiming, StoreWhen,
     adapt::stored_refinement,
-    commit::{OpenCommit, StageWriter, Undo, WaitingStage},
+    commit::{Commit, Rollback, WaitingStage},
     freshness::{Freshness, input_digest, states_from},
     settings::{BesideScene, refinement_digest, settings, start_digest},
     stages::StageOutput,
@@ -31,14 +31,9 @@ use crate::format::{self, CHECKPOINT, HISTORY, LAYOUT, SCENE, Stage};
 /// Seconds of work that may wait to be stored in one commit: an interruption costs no more than that.
 const SHORT_RUN: f64 = 10.0;
 
-/// Bytes of a stage that take long enough to be written while the next one is computed.
-const LARGE: usize = 1 << 23;
-
 /// A locked run file, and what is asked of it.
 #[derive(Debug)]
 pub(super) struct Store {
-    /// Writes the first of the stages that wait; dropped, and so ended, before the lock of the file is given free.
-    writer: Option<StageWriter>,
     pub(super) file: RunFile,
     pub(super) input: SceneFile,
     /// The cuts between the first mesh of the scene and the one in force.
@@ -60,7 +55,7 @@ pub(super) struct Store {
     /// What the last commit of this process took.
     last_store_seconds: f64,
     /// For a command that can be taken back.
-    pub(super) undo: Option<Undo>,
+    pub(super) rollback: Option<Rollback>,
 }
 
 impl Store {
@@ -77,9 +72,8 @@ impl Store {
             upstream: Vec::new(),
             links: Vec::new(),
             pending: Vec::new(),
-            writer: None,
             last_store_seconds: 0.0,
-            undo: None,
+            rollback: None,
         })
     }
 
@@ -123,12 +117,12 @@ impl Store {
 
     /// The state of every stage with respect to the scene, those that will be linked included; all missing in a new file.
     pub(super) fn states(&self) -> Result<Vec<StageState>, StoreError> {
-        Ok(self.states_in(self.reader_if_there()?.as_ref()))
+        self.states_in(self.reader_if_there()?.as_ref())
     }
 
-    fn states_in(&self, reader: Option<&Reader>) -> Vec<StageState> {
+    pub(super) fn states_in(&self, reader: Option<&Reader>) -> Result<Vec<StageState>, StoreError> {
         let start = self.start.as_deref();
-        let mut states = states_from(reader, &self.input.scene, &self.refinement, start);
+        let mut states = states_from(reader, &self.input.scene, &self.refinement, start)?;
         for state in &mut states {
             let mut links = self.links.iter();
             if let Some(link) = links.find(|link| link.group() == state.stage.group()) {
@@ -136,7 +130,7 @@ impl Store {
                 state.stored = Some(link.stored().clone());
             }
         }
-        states
+        Ok(states)
     }
 
     /// Refuses to begin a stage on anything but fresh ones, stored or waiting, and remembers which of the stored ones these were.
@@ -177,7 +171,7 @@ impl Store {
         self.require_upstream(&self.states()?)
     }
 
-    fn require_upstream(&self, states: &[StageState]) -> Result<(), StoreError> {
+    pub(super) fn require_upstream(&self, states: &[StageState]) -> Result<(), StoreError> {
         let holds = |(stage, digest): &(Stage, String)| {
             let mut same = states.iter().filter(|state| state.stage == *stage);
             same.any(|state| matches!(&state.stored, Some(it) if it.digest == *digest))
@@ -199,26 +193,22 @@ impl Store {
         commit: StoreWhen,
     ) -> Result<StageTiming, StageError> {
         let stage = output.stage();
-        let is_large = output.bytes() >= LARGE;
         let compute_seconds = started.elapsed().as_secs_f64();
         self.pending.push(WaitingStage {
-            home: output.home(self.assembly_file),
             record: self.record(self.settings(stage), compute_seconds, String::new()),
             output,
         });
         let waiting: f64 = self.pending.iter().map(|it| it.record.seconds).sum();
         let is_due = match commit {
-            StoreWhen::Held => false,
+            StoreWhen::Manual => false,
             StoreWhen::Now => true,
-            StoreWhen::WithNextIfCheap => {
+            StoreWhen::Deferred => {
                 Stage::ALL.last() == Some(&stage)
                     || waiting >= self.last_store_seconds.max(SHORT_RUN)
             }
         };
         if is_due {
             self.commit(None)?;
-        } else if is_large && commit == StoreWhen::WithNextIfCheap && self.threads > 1 {
-            self.write_beside()?;
         }
         Ok(StageTiming {
             stage,
@@ -237,42 +227,25 @@ impl Store {
 
     /// Gives up what waits.
     pub(super) fn discard_pending(&mut self) {
-        self.writer = None;
         self.pending.clear();
-    }
-
-    /// Has what waits written while the next stage is computed.
-    fn write_beside(&mut self) -> Result<(), StageError> {
-        let commit = self.open_commit()?;
-        let scene = self.input.scene.clone();
-        // Without a thread the commit writes what waits.
-        self.writer = StageWriter::new(commit, self.pending.clone(), scene).ok();
-        Ok(())
-    }
-
-    fn open_commit(&self) -> Result<OpenCommit, StoreError> {
-        let transaction = Transaction::begin(&self.file)?;
-        let states = self.states_in(transaction.previous());
-        self.require_upstream(&states)?;
-        OpenCommit::new(transaction, states, self)
     }
 
     /// Stores what waits, and what a solve goes on from that is not done yet.
     pub(super) fn commit(&mut self, unfinished: Option<Checkpoint<'_>>) -> Result<(), StageError> {
         let storing = Instant::now();
-        let writer = self.writer.take();
-        let written = writer.as_ref().map_or(0, |writer| writer.stages);
-        let (mut commit, written) = match writer.and_then(StageWriter::finish) {
-            Some(commit) => (commit?, written),
-            None => (self.open_commit()?, 0),
-        };
-        for pending in &self.pending[written..] {
-            commit.write(pending, &self.input.scene)?;
+        let mut commit = Commit::begin(self)?;
+        for waiting in &self.pending {
+            commit.write(waiting)?;
         }
         if let Some(unfinished) = unfinished {
-            commit.write_unfinished(unfinished, self)?;
+            commit.write_unfinished(unfinished)?;
         }
-        self.end(commit.transaction, &commit.changed)?;
+        let Commit {
+            transaction,
+            changed,
+            ..
+        } = commit;
+        self.end(transaction, &changed)?;
         self.links.clear();
         self.pending.clear();
         self.last_store_seconds = storing.elapsed().as_secs_f64();
@@ -285,16 +258,16 @@ impl Store {
         transaction: Transaction,
         changed: &[Group],
     ) -> Result<(), StoreError> {
-        if let Some(undo) = &mut self.undo {
-            undo.before_commit(&self.file)?;
+        if let Some(rollback) = &mut self.rollback {
+            rollback.before_commit(&self.file)?;
         }
         let committed = transaction.commit();
         let is_stored = match &committed {
             Ok(()) => true,
             Err(error) => error.is_after_storing(),
         };
-        if is_stored && let Some(undo) = &mut self.undo {
-            undo.after_commit(&self.file, changed);
+        if is_stored && let Some(rollback) = &mut self.rollback {
+            rollback.after_commit(&self.file, changed);
         }
         committed
     }
@@ -321,7 +294,7 @@ impl Store {
         let Some(reader) = self.reader_if_there()? else {
             return Ok(None);
         };
-        let Ok(Some(left)) = reader.whole_group(group) else {
+        let Some(left) = reader.group_record(group)? else {
             return Ok(None);
         };
         let states = self.states()?;
@@ -341,7 +314,7 @@ impl Store {
     /// Writes the scene.
     pub(super) fn write_scene(&self, transaction: &mut Transaction) -> Result<(), StoreError> {
         let record = self.record(String::new(), 0.0, String::new());
-        transaction.write(SCENE, Home::RunFile, &record, |writer| {
+        transaction.write(SCENE, &record, |writer| {
             format::write_scene(writer, &self.input.scene)
         })?;
         Ok(())
@@ -357,23 +330,25 @@ pub(super) fn store_with_scene(
     write: impl FnOnce(&mut GroupWriter<'_>) -> Result<(), StoreError>,
 ) -> Result<(), StageError> {
     let mut transaction = Transaction::begin(file)?;
-    let home = Home::RunFile;
     let of_scene = GroupRecord {
         settings: String::new(),
         input_digest: String::new(),
         seconds: 0.0,
         ..record.clone()
     };
-    transaction.write(SCENE, home, &of_scene, |writer| {
+    transaction.write(SCENE, &of_scene, |writer| {
         format::write_scene(writer, scene)
     })?;
-    transaction.write(group, home, record, write)?;
+    transaction.write(group, record, write)?;
     transaction.commit()?;
     Ok(())
 }
 
+/// What a commit takes before one is measured, in s.
+pub(super) const FIRST_COMMIT_SECONDS: f64 = 0.02;
+
 /// At most one part in so many of the time goes into checkpoints.
-const SHARE: f64 = 20.0;
+const CHECKPOINT_SHARE: f64 = 20.0;
 
 /// The checkpoints of one solve, or of one adaptive run.
 pub(super) struct Checkpoints {
@@ -394,7 +369,7 @@ impl Checkpoints {
     /// Writes one if it is worth the time. A checkpoint that cannot be written is no reason to
     /// give up a solve: storing the solution will say what is wrong.
     pub(super) fn keep(&mut self, write: impl FnOnce() -> Result<(), StageError>) {
-        if self.last.elapsed() < Duration::from_secs_f64(SHARE * self.cost) {
+        if self.last.elapsed() < Duration::from_secs_f64(CHECKPOINT_SHARE * self.cost) {
             return;
         }
         let started = Instant::now();

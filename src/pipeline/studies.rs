@@ -3,8 +3,7 @@
 use std::{path::Path, time::Instant};
 
 use contact3d::scene::{Scene, SceneFile};
-use runfile::{Group, GroupRecord, GroupWriter, IfMissing, RunFile, StoreError};
-use serde::Serialize;
+use runfile::{GroupRecord, IfMissing, RunFile};
 use studies::{
     StudyStep,
     accuracy::{Accuracy, AccuracySettings, nested_bricks},
@@ -12,11 +11,7 @@ use studies::{
 };
 
 use super::{
-    StageError,
-    mesh::pin_mesh_file,
-    resources,
-    results::{BoundedError, read_bound},
-    store::store_with_scene,
+    StageError, mesh::pin_mesh_file, resources, results::read_bound, store::store_with_scene,
 };
 use crate::format::{self, LAYOUT};
 
@@ -40,10 +35,16 @@ pub fn measure_accuracy(
         let need = resources::need_of_finest(finest, scene.body.element);
         resources::admit(need, path)?;
     }
-    let place = (path, format::ACCURACY, threads);
-    stored(place, scene, settings, format::write_accuracy, || {
-        Ok(Accuracy::measure(scene, &input.folder, settings, observe)?)
-    })
+    let file = RunFile::lock(path, LAYOUT.in_units(scene.units), IfMissing::Create)?;
+    let started = Instant::now();
+    let measured = Accuracy::measure(scene, &input.folder, settings, observe)?;
+    let settings = toml::to_string(settings).expect("settings hold only TOML types");
+    let seconds = started.elapsed().as_secs_f64();
+    let record = GroupRecord::ended(settings, accuracy_input(scene), seconds, threads);
+    store_with_scene(&file, scene, format::ACCURACY, &record, |writer| {
+        format::write_accuracy(writer, &measured)
+    })?;
+    Ok(measured)
 }
 
 /// Bounds the discretisation error of a solved run file and stores the bound in it; beside the bound the stored estimate, where there is
@@ -57,11 +58,7 @@ pub fn bound_error(
 ) -> Result<(Scene, RelativeBound, Option<f64>), StageError> {
     let file = RunFile::lock(path, LAYOUT, IfMissing::Refuse)?;
     let started = Instant::now();
-    let BoundedError {
-        input,
-        bound,
-        estimate,
-    } = read_bound(path)?;
+    let (input, bound, estimate) = read_bound(path)?;
     let scene = &input.scene;
     let seconds = started.elapsed().as_secs_f64();
     let record = GroupRecord::ended(String::new(), accuracy_input(scene), seconds, threads);
@@ -70,27 +67,6 @@ pub fn bound_error(
         format::write_bound(writer, &bound)
     })?;
     Ok((input.scene, bound.relative(), estimate))
-}
-
-/// Measures on so many threads, and stores what came of it in a group of a run file.
-fn stored<T>(
-    (path, group, threads): (&Path, Group, usize),
-    scene: &Scene,
-    settings: &impl Serialize,
-    write: fn(&mut GroupWriter<'_>, &T) -> Result<(), StoreError>,
-    measure: impl FnOnce() -> Result<T, StageError>,
-) -> Result<T, StageError> {
-    let layout = LAYOUT.in_units(scene.units);
-    let file = RunFile::lock(path, layout, IfMissing::Create)?;
-    let started = Instant::now();
-    let measured = measure()?;
-    let settings = toml::to_string(settings).expect("settings hold only TOML types");
-    let seconds = started.elapsed().as_secs_f64();
-    let record = GroupRecord::ended(settings, accuracy_input(scene), seconds, threads);
-    store_with_scene(&file, scene, group, &record, |writer| {
-        write(writer, &measured)
-    })?;
-    Ok(measured)
 }
 
 /// Digest of what studies are measured for.

@@ -37,7 +37,7 @@ pub fn stages(reader: &Reader, scene: &Scene, states: &[StageState]) -> Result<F
         figures.plain("", "date", record.map(|r| r.date.as_str()));
         let place = linked.as_ref().map(|(name, _)| format!("in {name}"));
         let why = match &state.freshness {
-            Freshness::Stale(why) | Freshness::Damaged(why) => Some(why.clone()),
+            Freshness::Stale(why) => Some(why.clone()),
             _ => None,
         };
         let remarks: Vec<String> = place.into_iter().chain(why).collect();

@@ -108,7 +108,7 @@ impl Column {
 impl SweepTable {
     /// Reads the datasets of `summary.h5`.
     pub fn read(reader: &Reader) -> Result<Self, StoreError> {
-        let stored = reader.whole_group(CASES)?;
+        let stored = reader.group_record(CASES)?;
         let settings = reader.read_texts(SETTINGS)?;
         let mut table = Self {
             columns: Vec::new(),

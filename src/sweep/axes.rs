@@ -9,7 +9,7 @@ use contact3d::scene::{InvalidValue, LONGEST_SCENE, Source, escape_control, read
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::StageError;
+use super::{StageError, SweepError};
 use crate::format::get_key;
 
 /// A sweep file: a scene and the axes along which its keys change.
@@ -124,11 +124,13 @@ impl SweepFile {
         check_size(&self.axes, file)?;
         let mut merged: Vec<(Option<&str>, Steps)> = Vec::new();
         for (index, axis) in self.axes.iter().enumerate() {
-            let refuse = |expected: &str, found: String| StageError::Axis {
-                file: file.to_owned(),
-                place: format!("axis {index}"),
-                expected: expected.to_owned(),
-                found,
+            let refuse = |expected: &str, found: String| {
+                StageError::from(SweepError::Axis {
+                    file: file.to_owned(),
+                    place: format!("axis {index}"),
+                    expected: expected.to_owned(),
+                    found,
+                })
             };
             let steps = axis
                 .steps(scene)
@@ -289,11 +291,13 @@ pub const MOST_CASES: usize = 100_000;
 
 /// Refuses axes whose product is larger than [`MOST_CASES`], without making anything of that size.
 fn check_size(axes: &[SweepAxis], file: &Path) -> Result<(), StageError> {
-    let refuse = |place: String, found: String| StageError::Axis {
-        file: file.to_owned(),
-        place,
-        expected: format!("at most {MOST_CASES} cases in a sweep"),
-        found,
+    let refuse = |place: String, found: String| {
+        StageError::from(SweepError::Axis {
+            file: file.to_owned(),
+            place,
+            expected: format!("at most {MOST_CASES} cases in a sweep"),
+            found,
+        })
     };
     let mut lengths: Vec<(Option<&str>, usize)> = Vec::new();
     for (index, axis) in axes.iter().enumerate() {

@@ -11,7 +11,7 @@ use std::{
 use runfile::{Reader, StoreError};
 
 use super::{
-    Plan, StageError,
+    Plan, StageError, SweepError,
     summary::{CSV_FILE, SUMMARY_FILE},
 };
 use crate::{
@@ -35,10 +35,10 @@ pub(super) fn refuse_others(plan: &Plan, folder: &Path) -> Result<(), StageError
     if let Some(table) = &table
         && !is_own(table, &ids, &plan.sweep_file_from(folder))
     {
-        return Err(StageError::OthersTable {
+        return Err(StageError::from(SweepError::OthersTable {
             file,
             sweep: table.sweep_file.clone(),
-        });
+        }));
     }
     let file = folder.join(CSV_FILE);
     output::admit(&file, OutputKind::SweepTable, &plan.inputs)?;
@@ -50,10 +50,10 @@ pub(super) fn refuse_others(plan: &Plan, folder: &Path) -> Result<(), StageError
     if listed.is_empty() || listed.iter().any(known) {
         return Ok(());
     }
-    Err(StageError::OthersTable {
+    Err(StageError::from(SweepError::OthersTable {
         file,
         sweep: String::new(),
-    })
+    }))
 }
 
 fn is_own(table: &TableOwner, ids: &BTreeSet<&str>, sweep_file: &str) -> bool {
@@ -63,9 +63,10 @@ fn is_own(table: &TableOwner, ids: &BTreeSet<&str>, sweep_file: &str) -> bool {
 
 /// The planned cases of `summary.csv`; none if there is no such file.
 fn planned_in(file: &Path) -> Result<Vec<String>, StageError> {
-    let failed = |source: csv::Error| StageError::Csv {
+    let failed = |source: csv::Error| StageError::Io {
+        action: "read",
         file: file.to_owned(),
-        source,
+        source: source.into(),
     };
     if !file.is_file() {
         return Ok(Vec::new());
@@ -140,9 +141,9 @@ pub(super) fn lock(folder: &Path, access: Access) -> Result<File, StageError> {
     };
     match locked {
         Ok(()) => Ok(file),
-        Err(TryLockError::WouldBlock) => Err(StageError::Busy {
+        Err(TryLockError::WouldBlock) => Err(StageError::from(SweepError::Busy {
             folder: folder.to_owned(),
-        }),
+        })),
         Err(TryLockError::Error(source)) => Err(io("lock")(source)),
     }
 }

@@ -6,6 +6,7 @@
 //! files of mesh and factor, and in one process the arrays themselves.
 
 mod axes;
+mod error;
 mod folder;
 mod operators;
 mod plan;
@@ -14,6 +15,7 @@ mod series;
 mod summary;
 
 pub use axes::{MOST_CASES, SweepFile, read_index};
+pub use error::SweepError;
 pub use plan::{Case, Plan, changed as changed_scene};
 pub use run::{Event, Options, Outcome, run, run_case};
 pub use series::write as write_series;

@@ -8,7 +8,7 @@ use std::{
 use contact3d::scene::{SceneFile, to_toml};
 use units::Units;
 
-use super::{StageError, SweepFile, axes::Steps, folder::relative};
+use super::{StageError, SweepError, SweepFile, axes::Steps, folder::relative};
 use crate::{
     format::{scene_table, scene_text, set_key},
     output::Inputs,
@@ -121,7 +121,7 @@ impl Plan {
     /// The case with a name.
     pub fn find(&self, id: &str) -> Result<usize, StageError> {
         let found = self.cases.iter().position(|case| case.id == id);
-        found.ok_or_else(|| StageError::NoSuchCase { id: id.to_owned() })
+        found.ok_or_else(|| StageError::from(SweepError::NoSuchCase { id: id.to_owned() }))
     }
 
     /// The cases as JSON: name, run file, start, settings.
@@ -163,11 +163,13 @@ pub fn changed(
     }
     let mut table = scene_table(&base.scene);
     for (key, value) in settings {
-        set_key(&mut table, key, value.clone()).map_err(|found| StageError::Axis {
-            file: file.to_owned(),
-            place: format!("{label}: {key}"),
-            expected: "a key of the scene".into(),
-            found,
+        set_key(&mut table, key, value.clone()).map_err(|found| {
+            StageError::from(SweepError::Axis {
+                file: file.to_owned(),
+                place: format!("{label}: {key}"),
+                expected: "a key of the scene".into(),
+                found,
+            })
         })?;
     }
     let changes = format!("{label} ({})", in_words(settings));
@@ -220,12 +222,12 @@ fn refuse_units(path: &Path, keys: &[String]) -> Result<(), StageError> {
     let names_units = |key: &&String| key.split('.').next() == Some(UNITS_KEY);
     match keys.iter().find(names_units) {
         None => Ok(()),
-        Some(key) => Err(StageError::Axis {
+        Some(key) => Err(StageError::from(SweepError::Axis {
             file: path.to_owned(),
             place: key.clone(),
             expected: "the same units in all cases, named in the scene or under [set]".into(),
             found: "an axis over units, which are only words: nothing is converted".into(),
-        }),
+        })),
     }
 }
 
@@ -238,12 +240,12 @@ fn refuse_twice(
     let mut seen = BTreeMap::new();
     for (index, name) in names.iter().enumerate() {
         if let Some(first) = seen.insert(name, index) {
-            return Err(StageError::Axis {
+            return Err(StageError::from(SweepError::Axis {
                 file: path.to_owned(),
                 place: words(index),
                 expected: "every key on one axis, and every case once".into(),
                 found: format!("it at numbers {first} and {index}"),
-            });
+            }));
         }
     }
     Ok(())

@@ -233,7 +233,6 @@ fn run_stale(
 ) -> Result<Event, StageError> {
     let case = &plan.cases[index];
     let mut session = Session::with_scene(&case.file(folder), case.scene.clone(), options.threads)?;
-    session.mend_scene()?;
     if let Some(adapt) = case.scene.scene.adapt {
         let goal = RefinementGoal {
             error: adapt.error,
@@ -278,7 +277,7 @@ fn run_stale(
 
 /// Loads, solution and report, each if it or an earlier one is not fresh.
 fn compute(session: &mut Session) -> Result<(), StageError> {
-    let commit = StoreWhen::WithNextIfCheap;
+    let commit = StoreWhen::Deferred;
     let mut stale = false;
     for state in session.states()? {
         stale |= !state.is_fresh();

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use runfile::{GroupRecord, Home, IfMissing, Reader, RunFile, StoreError, Transaction};
+use runfile::{GroupRecord, IfMissing, Reader, RunFile, StoreError, Transaction};
 
 use super::{Plan, StageError, summary::number};
 use crate::{
@@ -47,8 +47,7 @@ fn sheets(plan: &Plan, folder: &Path) -> Result<Vec<Sheet>, StageError> {
             Err(StoreError::NotFound { .. }) => continue,
             Err(error) => return Err(error.into()),
         };
-        format::check_vtkhdf(&reader)?;
-        let Some(mesh) = reader.whole_group(Stage::Mesh.group())? else {
+        let Some(mesh) = reader.group_record(Stage::Mesh.group())? else {
             continue;
         };
         let fields = format::field_paths(&reader);
@@ -75,7 +74,7 @@ fn write_sheet(plan: &Plan, folder: &Path, sheet: &Sheet, path: &Path) -> Result
     let first = open(sheet.cases[0])?;
     let file = RunFile::lock(path, SERIES_LAYOUT.in_units(plan.units), IfMissing::Create)?;
     let mut transaction = Transaction::begin(&file)?;
-    let mut writer = transaction.group(format::VTKHDF, Home::RunFile)?;
+    let mut writer = transaction.group(format::VTKHDF)?;
     let mut series = format::begin_sweep_series(&mut writer, &first, &steps(plan, &sheet.cases))?;
     for &place in &sheet.cases {
         format::step_sweep_series(&mut series, &open(place)?)?;

@@ -11,7 +11,7 @@ use contact3d::{
     scene::unit_of_key,
     solver::{RequestedAccuracy, Status},
 };
-use runfile::{GroupRecord, Home, IfMissing, Reader, RunFile, StoreError, Transaction};
+use runfile::{GroupRecord, IfMissing, Reader, RunFile, StoreError, Transaction};
 use units::Units;
 
 use super::{
@@ -157,7 +157,7 @@ fn write_table(plan: &Plan, folder: &Path, rows: &[CaseRow]) -> Result<(), Stage
     let layout = SWEEP_LAYOUT.in_units(plan.units);
     let file = RunFile::lock(&folder.join(SUMMARY_FILE), layout, IfMissing::Create)?;
     let mut transaction = Transaction::begin(&file)?;
-    let mut writer = transaction.group(format::CASES, Home::RunFile)?;
+    let mut writer = transaction.group(format::CASES)?;
     let sweep_file = plan.sweep_file_from(folder);
     let units = plan.keys.iter().map(|key| unit_of_key(key, plan.units));
     let units: Vec<String> = units.map(|unit| unit.word().to_owned()).collect();
@@ -174,9 +174,10 @@ const UNIT_COLUMNS: [&str; 4] = ["length_unit", "force_unit", "stress_unit", "en
 /// form that reads back to the same bits, nothing where a case has no result.
 fn write_csv(plan: &Plan, folder: &Path, table: &SweepTable) -> Result<(), StageError> {
     let path = folder.join(CSV_FILE);
-    let failed = |source: csv::Error| StageError::Csv {
+    let failed = |source: csv::Error| StageError::Io {
+        action: "write",
         file: path.clone(),
-        source,
+        source: source.into(),
     };
     let mut writer = csv::Writer::from_writer(Vec::new());
     let names = table

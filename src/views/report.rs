@@ -38,7 +38,7 @@ pub enum ReportKind {
 /// The report as one HTML page. Reads only and takes no lock.
 ///
 /// # Errors
-/// A file or folder that cannot be read, a stage that is damaged, a body in 3D of a sweep.
+/// A file or folder that cannot be read, a body in 3D of a sweep.
 pub fn report(path: &Path, kind: ReportKind) -> Result<String, StageError> {
     let page = if path.is_dir() {
         sweep::page(path, kind)?
@@ -80,7 +80,6 @@ fn file_page(path: &Path, kind: ReportKind) -> Result<Page, StageError> {
         opened => opened?,
     };
     let run = OpenRun::of(reader, path)?;
-    run.require_undamaged()?;
     let (reader, scene) = (&run.reader, &run.input.scene);
     let sizes = format::read_sizes(reader, &|stage| run.is_fresh(stage))?;
     let mut sections = vec![scene_section(scene, &report::features(scene, &sizes))];
@@ -89,38 +88,17 @@ fn file_page(path: &Path, kind: ReportKind) -> Result<Page, StageError> {
     }
     sections.push(stages_section(reader, scene, &run.states)?);
     let studies = [
-        (
-            "levels",
-            "Adaptive levels",
-            "run",
-            levels_parts(reader, scene),
-        ),
-        (
-            "branches",
-            "Paths of solutions",
-            "branches",
-            branches_parts(reader),
-        ),
-        (
-            "bound",
-            "A bound of the error",
-            "bound",
-            bound_parts(reader, scene),
-        ),
+        ("levels", "Adaptive levels", levels_parts(reader, scene)),
+        ("branches", "Paths of solutions", branches_parts(reader)),
+        ("bound", "A bound of the error", bound_parts(reader, scene)),
         (
             "accuracy",
             "What accuracy costs",
-            "accuracy",
             accuracy_parts(reader, scene),
         ),
     ];
-    for (name, heading, command, parts) in studies {
-        let parts = parts.unwrap_or_else(|error| {
-            let warning =
-                format!("Left out, since it cannot be read; `{command}` makes it anew. {error}");
-            Some(vec![PagePart::Warning(warning)])
-        });
-        sections.extend(parts.map(|parts| Section::new(name, heading, parts)));
+    for (name, heading, parts) in studies {
+        sections.extend(parts?.map(|parts| Section::new(name, heading, parts)));
     }
     Ok(Page {
         title: scene.shown_title(),
@@ -254,7 +232,7 @@ fn stages_section(
 type StudyParts = Result<Option<Vec<PagePart>>, StageError>;
 
 fn accuracy_parts(reader: &Reader, scene: &Scene) -> StudyParts {
-    let Some(stored) = reader.whole_group(format::ACCURACY)? else {
+    let Some(stored) = reader.group_record(format::ACCURACY)? else {
         return Ok(None);
     };
     let accuracy = format::read_accuracy(reader)?;
@@ -273,7 +251,7 @@ fn accuracy_parts(reader: &Reader, scene: &Scene) -> StudyParts {
 
 /// The levels of an adaptive mesh; `None` where the scene asks for none, or none is stored.
 fn levels_parts(reader: &Reader, scene: &Scene) -> StudyParts {
-    let stored = reader.whole_group(format::ADAPT)?;
+    let stored = reader.group_record(format::ADAPT)?;
     let (Some(adapt), Some(_)) = (scene.adapt, stored) else {
         return Ok(None);
     };
@@ -286,7 +264,7 @@ fn levels_parts(reader: &Reader, scene: &Scene) -> StudyParts {
 
 /// The paths of solutions; `None` where none were followed.
 fn branches_parts(reader: &Reader) -> StudyParts {
-    let Some(stored) = reader.whole_group(format::BRANCHES)? else {
+    let Some(stored) = reader.group_record(format::BRANCHES)? else {
         return Ok(None);
     };
     let branches = format::read_branches(reader)?;
@@ -298,7 +276,7 @@ fn branches_parts(reader: &Reader) -> StudyParts {
 
 /// The bound of the error; `None` where it was not computed.
 fn bound_parts(reader: &Reader, scene: &Scene) -> StudyParts {
-    let Some(stored) = reader.whole_group(format::BOUND)? else {
+    let Some(stored) = reader.group_record(format::BOUND)? else {
         return Ok(None);
     };
     let bound = format::read_bound(reader)?;

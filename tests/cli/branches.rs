@@ -82,19 +82,6 @@ fn one_node_has_three_solutions_beyond_its_fold() {
     // Nothing is followed again.
     let again = program.command(&arguments).assert().success();
     assert_eq!(json(&again.get_output().stdout), found);
-    // A page without its paths says so.
-    let file = hdf5_metno::File::open_rw(program.path("run.h5")).expect("HDF5");
-    let force = file
-        .dataset("branches/point/normal_force")
-        .expect("a dataset");
-    let nothing = vec![f64::NAN; force.size()];
-    force.write_raw(&nothing).expect("written");
-    drop(force);
-    file.close().expect("closed");
-    let page = ["report", "run.h5", "page.html"];
-    program.command(&page).assert().success();
-    let page = std::fs::read_to_string(program.path("page.html")).expect("a page");
-    assert!(page.contains("`branches` makes it anew") && !page.contains("Solutions over"));
 }
 
 #[test]

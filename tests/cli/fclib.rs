@@ -177,7 +177,11 @@ fn unsolved_files_and_outputs_of_others_are_refused() {
             "others.hdf5",
             "expected a file of FCLIB of this program",
         ),
-        ("run.h5", "mesh.h5", "found an HDF5 file"),
+        (
+            "run.h5",
+            "mesh.h5",
+            "found another HDF5 file of this program",
+        ),
         ("run.h5", "no/such/out.hdf5", "make a file in its folder"),
     ] {
         let text = refused(&program, &["export", file, out, "--kind", "fclib"]);

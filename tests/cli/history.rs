@@ -86,7 +86,7 @@ fn one_step_stores_what_a_scene_without_steps_stores() {
     // And back: nothing of the history stays.
     assert_eq!(digests(&[]), plain);
     let reader = Reader::open(&program.path("run.h5"), LAYOUT).expect("a run file");
-    assert!(reader.whole_group(HISTORY).expect("readable").is_none());
+    assert!(reader.group_record(HISTORY).expect("readable").is_none());
 }
 
 /// Loads of earlier steps count, though `/load` has only the last.

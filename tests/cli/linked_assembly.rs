@@ -84,7 +84,7 @@ fn large_assemblies_live_beside_the_run_file() {
     fs::write(&linked, &altered).unwrap();
     let text = stderr(&program.command(&["solve", "run.h5"]).assert().code(2));
     assert!(
-        text.contains("was altered") && text.contains("assemble-"),
+        text.contains("its bytes are not those that") && text.contains("assemble-"),
         "{text}"
     );
     program

@@ -17,7 +17,6 @@ mod interruption;
 mod linked_assembly;
 mod manners;
 mod outputs;
-mod paraview;
 mod pipes;
 mod program;
 mod range;

@@ -56,30 +56,86 @@ fn a_stage_that_refuses_its_input_leaves_the_file_of_before() {
     assert_eq!(text.matches("fresh, kept").count(), 5, "{text}");
 }
 
-/// Files before format 2 are not gone on from: their user runs the scene again.
-#[test]
-fn a_file_of_an_older_format_is_left_as_it_is() {
-    let scene = pipeline("hkl2011_table1.toml");
-    let program = Program::new();
-    program.run(&[]).assert().success();
-    let file = File::open_rw(program.path("run.h5")).expect("HDF5");
-    let version = file.attr("format_version").expect("a version");
-    version.write_raw(&[1_i64, 11]).expect("written");
-    drop(version);
-    file.close().expect("closed");
-    let arguments = [
-        run(&scene, &[]),
+/// Every command that reads a run file, or writes another state of it.
+fn commands(scene: &Path) -> Vec<Vec<&str>> {
+    vec![
+        run(scene, &[]),
         vec!["solve", "run.h5"],
         vec!["post", "run.h5"],
         vec!["status", "run.h5"],
         vec!["check", "run.h5"],
         vec!["report", "run.h5", "page.html"],
-    ];
-    for arguments in arguments {
+        vec!["export", "run.h5", "grid.vtkhdf", "--kind", "vtkhdf"],
+    ]
+}
+
+/// Files before format 2 are not gone on from: their user runs the scene again.
+#[test]
+fn a_file_of_an_older_format_is_left_as_it_is() {
+    let scene = pipeline("hkl2011_table1.toml");
+    let program = Program::new();
+    File::create(program.path("run.h5")).expect("HDF5");
+    for arguments in commands(&scene) {
         let text = refused(&program, &arguments);
-        let words = "is of format 1.11, expected 2.0; nothing was changed, run again";
-        assert!(text.contains(words), "{text}");
+        assert!(text.contains("of a format before 2.0"), "{text}");
+        assert!(text.contains("nothing was changed"), "{text}");
+        assert!(text.contains("run again with another path"), "{text}");
     }
+}
+
+/// What another program does to a file.
+type Alteration = fn(&File) -> hdf5_metno::Result<()>;
+
+const ALTERATIONS: [(&str, Alteration); 7] = [
+    ("a value", |file| {
+        let force = file.dataset("load/force")?;
+        force.write_raw(&vec![f64::NAN; force.size()])
+    }),
+    ("a value for ParaView", |file| {
+        let stresses = file.dataset("VTKHDF/CellData/von_mises")?;
+        stresses.write_raw(&vec![f64::NAN; stresses.size()])
+    }),
+    ("words of units", |file| {
+        let text: hdf5_metno::types::VarLenUnicode = "furlong, N".parse().expect("plain text");
+        file.group("solve")?.attr("units")?.write_scalar(&text)
+    }),
+    ("an attribute for ParaView", |file| {
+        let grid = file.group("VTKHDF")?;
+        grid.delete_attr("Version")?;
+        let version = grid.new_attr::<i64>().shape(2).create("Version")?;
+        version.write_raw(&[7_i64, 0])
+    }),
+    ("no grid", |file| file.unlink("VTKHDF")),
+    ("an array less", |file| file.unlink("VTKHDF/Points")),
+    ("a dataset more", |file| {
+        let builder = file.new_dataset_builder();
+        builder.with_data(&[1.0]).create("mine").map(drop)
+    }),
+];
+
+#[test]
+fn a_file_that_another_program_changed_is_left_as_it_is() {
+    let scene = pipeline("hkl2011_table1.toml");
+    let program = Program::new();
+    program.run(&[]).assert().success();
+    let whole = fs::read(program.path("run.h5")).expect("a file");
+    for (what, alter) in ALTERATIONS {
+        fs::write(program.path("run.h5"), &whole).expect("written");
+        let file = File::open_rw(program.path("run.h5")).expect("HDF5");
+        alter(&file).expect("altered");
+        file.close().expect("closed");
+        for arguments in commands(&scene) {
+            let text = refused(&program, &arguments);
+            assert!(
+                text.contains("run.h5: its bytes are not those that"),
+                "{what}: {text}"
+            );
+            assert!(text.contains("remove it and run again"), "{what}: {text}");
+        }
+    }
+    fs::remove_file(program.path("run.h5")).expect("removed");
+    program.run(&[]).assert().success();
+    program.command(&["check", "run.h5"]).assert().success();
 }
 
 /// The linked file of the old state is needed again when the new state is given up.

@@ -106,7 +106,7 @@ pub(crate) fn stage_digests(file: &Path, layout: Layout) -> Vec<String> {
         .groups()
         .filter(|s| matches!(reader.group_record(*s), Ok(Some(_))));
     held.map(|group| {
-        let stored = reader.check_group(group).expect("a sound stage");
+        let stored = reader.require_group(group).expect("a sound stage");
         format!("{group} {}", stored.digest)
     })
     .collect()

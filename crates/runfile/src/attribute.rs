@@ -1,7 +1,5 @@
 //! Attributes, and the numbers in them as text.
 
-use std::fmt::Debug;
-
 use hdf5::types::{FixedAscii, TypeDescriptor, VarLenUnicode};
 use hdf5_metno as hdf5;
 
@@ -9,7 +7,7 @@ use crate::element::StoredElement;
 use crate::error::{AtPlace, Place, StoreError};
 
 /// Most values an attribute array of ours can have.
-const MOST: usize = 16;
+const MOST_ATTRIBUTE_VALUES: usize = 16;
 
 /// The text as HDF5 stores it; a text with a zero character cannot be stored.
 pub(super) fn unicode(text: &str) -> hdf5::Result<VarLenUnicode> {
@@ -88,7 +86,9 @@ pub(super) fn read_numbers<T: StoredElement>(
     name: &str,
 ) -> Result<Vec<T>, StoreError> {
     let attribute = open(object, place, name)?;
-    if descriptor(&attribute) != Some(T::type_descriptor()) || attribute.size() > MOST {
+    if descriptor(&attribute) != Some(T::type_descriptor())
+        || attribute.size() > MOST_ATTRIBUTE_VALUES
+    {
         return Err(place.mismatch(
             format!("{} numbers in the attribute `{name}`", T::KIND),
             "another type",
@@ -110,43 +110,6 @@ pub(super) fn read_number<T: StoredElement>(
             Err(place.mismatch(format!("one number in the attribute `{name}`"), found))
         }
     }
-}
-
-/// Refuses an attribute that is not this text of fixed length.
-pub(super) fn require_ascii<const N: usize>(
-    object: &hdf5::Location,
-    place: Place<'_>,
-    name: &str,
-    expected: &[u8; N],
-) -> Result<(), StoreError> {
-    let attribute = open(object, place, name)?;
-    let text = match descriptor(&attribute) {
-        Some(TypeDescriptor::FixedAscii(length)) if length == N && attribute.is_scalar() => {
-            let text = attribute.read_scalar::<FixedAscii<N>>();
-            Some(text.at(place, "read an attribute")?)
-        }
-        _ => None,
-    };
-    if text.is_some_and(|text| text.as_bytes() == expected) {
-        return Ok(());
-    }
-    let expected = String::from_utf8_lossy(expected);
-    let found = text.map_or_else(|| "another type".into(), |text| format!("\"{text}\""));
-    Err(place.mismatch(format!("{name} = \"{expected}\""), found))
-}
-
-/// Refuses an attribute that is not these numbers.
-pub(super) fn require_numbers<T: StoredElement + PartialEq + Debug>(
-    object: &hdf5::Location,
-    place: Place<'_>,
-    name: &str,
-    expected: &[T],
-) -> Result<(), StoreError> {
-    let found: Vec<T> = read_numbers(object, place, name)?;
-    if found == expected {
-        return Ok(());
-    }
-    Err(place.mismatch(format!("{name} = {expected:?}"), format!("{found:?}")))
 }
 
 /// Whether an object has an attribute of that name.

@@ -8,8 +8,18 @@ use units::Units;
 use crate::element::StoredElement;
 use crate::layout::Kind;
 
-/// Values hashed at a time; 1 MiB of doubles, large enough for the hash to use all threads.
-const BLOCK: usize = 1 << 17;
+/// Bytes hashed at a time, large enough for the hash to use all threads.
+pub(super) const DIGEST_BLOCK_BYTES: usize = 1 << 20;
+
+/// Adds bytes to a digest.
+pub(super) fn add_bytes(hasher: &mut Hasher, bytes: &[u8]) {
+    // A thread outside the pool would hand every block over, and wait for it.
+    if bytes.len() == DIGEST_BLOCK_BYTES && rayon::current_thread_index().is_some() {
+        hasher.update_rayon(bytes);
+    } else {
+        hasher.update(bytes);
+    }
+}
 
 /// The digest of one dataset while it is fed.
 ///
@@ -34,16 +44,11 @@ impl DatasetDigest {
     }
 
     pub(super) fn values<T: StoredElement>(&mut self, values: &[T]) {
-        let mut bytes = vec![0; values.len().min(BLOCK) * size_of::<T>()];
-        for block in values.chunks(BLOCK) {
+        let mut bytes = vec![0; size_of_val(values).min(DIGEST_BLOCK_BYTES)];
+        for block in values.chunks(DIGEST_BLOCK_BYTES / size_of::<T>()) {
             let bytes = &mut bytes[..size_of_val(block)];
             T::to_little_endian(block, bytes);
-            // A thread outside the pool would hand every block over, and wait for it.
-            if block.len() == BLOCK && rayon::current_thread_index().is_some() {
-                self.0.update_rayon(bytes);
-            } else {
-                self.0.update(bytes);
-            }
+            add_bytes(&mut self.0, bytes);
         }
     }
 

@@ -1,6 +1,5 @@
 //! What can go wrong with a run file, with the place, the expectation, the finding and the remedy.
 
-use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -45,7 +44,7 @@ pub enum StoreError {
         file: PathBuf,
     },
     /// The file is an HDF5 file of something else.
-    #[error("{}: not one of our files: expected filetype \"{expected}\", found {found}; nothing was changed, give such a file to read, or another path to write", file.display())]
+    #[error("{}: not one of our files: expected filetype \"{expected}\", found {found}; nothing was changed, give such a file to read, or run again with another path", file.display())]
     NotOurs {
         /// The file.
         file: PathBuf,
@@ -102,17 +101,11 @@ pub enum StoreError {
         /// What the file holds.
         found: String,
     },
-    /// The values of a dataset, or the set of datasets of a group, are not those that were written.
-    #[error("{}: {dataset} was altered since it was written: expected digest {expected}, found {found}; run the stage that owns it again", file.display())]
+    /// The file is not as it was written.
+    #[error("{}: its bytes are not those that contact3d-pipe wrote: another program opened it for writing, or the disk gives back other bytes; nothing was changed, restore the file, or remove it and run again", file.display())]
     Altered {
-        /// The run file.
+        /// The file.
         file: PathBuf,
-        /// Path of the dataset or group.
-        dataset: String,
-        /// The digest stored beside the data.
-        expected: String,
-        /// The digest of the data as they are.
-        found: String,
     },
     /// A group is kept in a file of its own, and that file cannot be used.
     #[error("{}: /{group} is kept in a file of its own, and {problem}; run `{}` again", file.display(), group.writer())]
@@ -123,14 +116,6 @@ pub enum StoreError {
         group: Group,
         /// What is wrong with the other file.
         problem: LinkProblem,
-    },
-    /// A soft or external link that this program did not make.
-    #[error("{}: {link} is a link to another place; expected the data themselves, nothing was followed; remove the link, or run the stage that owns it again", file.display())]
-    ForeignLink {
-        /// The file.
-        file: PathBuf,
-        /// Path of the link.
-        link: String,
     },
     /// A number that must be finite is not.
     #[error("{}: {dataset}: expected finite numbers, found {found} at flat index {index}; run the stage that owns it again", file.display())]
@@ -145,7 +130,7 @@ pub enum StoreError {
         found: f64,
     },
     /// The file, or a dataset of it, cannot be what was written.
-    #[error("{}: {dataset} is damaged: {reason}; delete the file, or restore it, and run the stages again", file.display())]
+    #[error("{}: {dataset} is damaged: {reason}; remove the file, or restore it, and run again", file.display())]
     Damaged {
         /// The run file.
         file: PathBuf,
@@ -338,32 +323,6 @@ impl<'a> Place<'a> {
             dataset: self.dataset.into(),
             reason: reason.into(),
         }
-    }
-
-    /// Why HDF5 lists nothing here: the disk does not give the file back, or what it gives is damaged.
-    pub(super) fn unlisted(&self, error: &hdf5::Error) -> StoreError {
-        let read = File::open(self.file).and_then(|mut file| io::copy(&mut file, &mut io::sink()));
-        match read {
-            Ok(_) => self.damaged(format!("HDF5 cannot list its groups ({error})")),
-            Err(source) => StoreError::Io {
-                file: self.file.into(),
-                action: "read the file",
-                source,
-            },
-        }
-    }
-
-    /// An error unless the two digests are equal.
-    pub(super) fn same_digest(&self, expected: String, found: String) -> Result<(), StoreError> {
-        if expected == found {
-            return Ok(());
-        }
-        Err(StoreError::Altered {
-            file: self.file.into(),
-            dataset: self.dataset.into(),
-            expected,
-            found,
-        })
     }
 }
 

@@ -2,21 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use crate::layout::{DatasetSpec, Extent, Group};
+use crate::layout::{DatasetSpec, Extent};
 
 #[derive(Clone, Copy, Debug)]
 struct Binding {
     size: usize,
     source: &'static str,
-    group: Group,
-    /// Another dataset of the same group, which was written with it, says something else.
-    contradicted: Option<&'static str>,
-}
-
-impl Binding {
-    fn fits(&self, size: usize, more: usize) -> bool {
-        self.contradicted.is_none() && self.size.checked_add(more) == Some(size)
-    }
 }
 
 /// The values of the symbolic sizes, each with the dataset that fixed it.
@@ -45,32 +36,14 @@ impl Sizes {
                 self.0.entry(name).or_insert(Binding {
                     size,
                     source: spec.path,
-                    group: spec.group,
-                    contradicted: None,
                 });
             }
         }
         let checked = self.check(spec, shape);
         if checked.is_err() {
             *self = known;
-            self.contradict(spec, shape);
         }
         checked
-    }
-
-    /// Notes which sizes a dataset contradicts that others of its group have; either may be the damaged one.
-    fn contradict(&mut self, spec: &'static DatasetSpec, shape: &[usize]) {
-        for (extent, &size) in spec.shape.iter().zip(shape) {
-            let Some((name, more)) = extent.named() else {
-                continue;
-            };
-            let bound = self.0.get_mut(name);
-            if let Some(bound) = bound.filter(|bound| bound.group == spec.group)
-                && bound.size.checked_add(more) != Some(size)
-            {
-                bound.contradicted = Some(spec.path);
-            }
-        }
     }
 
     /// Checks a shape against the table and the sizes known so far.
@@ -81,7 +54,9 @@ impl Sizes {
             Extent::Named(name) | Extent::Plus(name, _) => {
                 let more = extent.named().map_or(0, |(_, more)| more);
                 let known = self.0.get(name);
-                known.map_or(size >= more, |bound| bound.fits(size, more))
+                known.map_or(size >= more, |bound| {
+                    bound.size.checked_add(more) == Some(size)
+                })
             }
         };
         let fits = shape.len() == spec.shape.len() && spec.shape.iter().zip(shape).all(fits);
@@ -109,13 +84,7 @@ impl Sizes {
     fn explain(&self, extent: Extent) -> String {
         match extent.named().and_then(|it| self.0.get_key_value(it.0)) {
             Some((name, bound)) => {
-                let other = bound
-                    .contradicted
-                    .map_or_else(String::new, |other| format!(", which {other} contradicts"));
-                format!(
-                    "{extent} where {name} = {} by {}{other}",
-                    bound.size, bound.source
-                )
+                format!("{extent} where {name} = {} by {}", bound.size, bound.source)
             }
             None => extent.to_string(),
         }

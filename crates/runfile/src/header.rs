@@ -4,18 +4,15 @@ use std::path::Path;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use std::{env, fs, io};
 
-use hdf5::file::LibraryVersion;
 use hdf5_metno as hdf5;
 use units::Units;
 
 use crate::attribute::{
     read_number, read_numbers, read_text, write_text, write_value, write_values,
 };
-use crate::error::{AtFile, Place, StoreError};
+use crate::error::{Place, StoreError};
 use crate::layout::Layout;
-use crate::seal::SEAL;
-use crate::whole::seeing_every_error;
-use crate::{heaps, whole};
+use crate::{atomic_file, user_block};
 
 /// The root attributes with their meanings, as the schema lists them.
 pub const ROOT_ATTRIBUTES: &[(&str, &str, &str)] = &[
@@ -30,12 +27,11 @@ pub const ROOT_ATTRIBUTES: &[(&str, &str, &str)] = &[
         "text",
         "the program that wrote the file, with its version",
     ),
-    (
-        SEAL,
-        "text",
-        "BLAKE3 over the other attributes of the root and the seals of the stages",
-    ),
 ];
+
+/// How a file begins, as the schema tells it.
+pub(super) const FILE_DIGEST: &str = "The file begins with a user block of HDF5 of 512 bytes, a text: its type, a line of words, and the \
+     BLAKE3 of all bytes that follow as 64 hexadecimal digits. A file in which they are not equal was altered.";
 
 /// How a group may be kept in a file of its own, as the schema tells it.
 pub(super) const LINKED_GROUPS: &str = "A stage may be kept in a file of its own in the same folder. Then the group in the \
@@ -77,44 +73,38 @@ pub(super) fn create(
     filetype: &'static str,
 ) -> Result<hdf5::File, StoreError> {
     let place = Place::new(path, "/");
-    let file = whole::create(path, |access| {
-        let access = seeing_every_error(access);
-        access.libver_bounds(LibraryVersion::V110, LibraryVersion::V110)
-    })?;
+    let file = atomic_file::create(path)?;
     write_text(&file, place, "filetype", filetype)?;
     write_values(&file, place, "format_version", &layout.format_version)?;
     write_text(&file, place, "creator", layout.creator)?;
     Ok(file)
 }
 
-/// Opens a file of ours for reading.
+/// Opens a file of ours for reading, unless it was altered.
 pub(super) fn open(
     path: &Path,
     layout: &Layout,
     filetype: &'static str,
 ) -> Result<hdf5::File, StoreError> {
+    require_file(path)?;
+    user_block::check(path, filetype)?;
     let file = open_any(path)?;
-    check(&file, path, layout, filetype)?;
-    Ok(file)
-}
-
-/// Opens a file for reading, whoever wrote it, unless HDF5 could not come to an end with it.
-pub(super) fn open_any(path: &Path) -> Result<hdf5::File, StoreError> {
-    let file = open_written(path)?;
     let place = Place::new(path, "/");
-    heaps::check(&file, place)?;
-    Ok(file)
+    let version: Vec<i64> = read_numbers(&file, place, "format_version")?;
+    let expected = layout.format_version;
+    match version[..] {
+        [major, minor] if major == expected[0] && (0..=expected[1]).contains(&minor) => Ok(file),
+        [major, minor] => Err(StoreError::Version {
+            file: path.into(),
+            expected,
+            found: [major, minor],
+            creator: read_text(&file, place, "creator")?,
+        }),
+        _ => Err(place.mismatch("format_version with two numbers", format!("{version:?}"))),
+    }
 }
 
-/// A text attribute of the root of an HDF5 file, whoever wrote it; `None` where there is none, or no such file.
-#[must_use]
-pub fn root_text(path: &Path, attribute: &str) -> Option<String> {
-    let file = open_any(path).ok()?;
-    read_text(&file, Place::new(path, "/"), attribute).ok()
-}
-
-/// Opens a file that HDF5 has just written in this process.
-pub(super) fn open_written(path: &Path) -> Result<hdf5::File, StoreError> {
+fn require_file(path: &Path) -> Result<(), StoreError> {
     let metadata = fs::metadata(path).map_err(|source| match source.kind() {
         io::ErrorKind::NotFound => StoreError::NotFound { file: path.into() },
         _ => StoreError::Io {
@@ -130,53 +120,22 @@ pub(super) fn open_written(path: &Path) -> Result<hdf5::File, StoreError> {
     if !metadata.is_file() {
         return Err(StoreError::NotAFile { file: path.into() });
     }
-    fs::File::open(path).at_file(path, "open the file for reading")?;
+    Ok(())
+}
+
+/// Opens an HDF5 file for reading.
+pub(super) fn open_any(path: &Path) -> Result<hdf5::File, StoreError> {
     let file = hdf5::File::with_options()
         .with_fapl(|access| access.sec2().file_locking(false))
         .open(path);
-    let place = Place::new(path, "/");
     file.map_err(|error| {
-        if error.contains_minor(hdf5::MinorErrorCode::NotHdf5) {
-            StoreError::NotHdf5 { file: path.into() }
-        } else if path.try_exists().is_ok_and(|exists| !exists) {
+        if path.try_exists().is_ok_and(|exists| !exists) {
             // Removed since it was looked at.
             StoreError::NotFound { file: path.into() }
         } else {
-            place.damaged(error.to_string())
+            Place::new(path, "/").damaged(error.to_string())
         }
     })
-}
-
-/// Refuses a file that is not of this type and version.
-pub(super) fn check(
-    file: &hdf5::File,
-    path: &Path,
-    layout: &Layout,
-    expected: &'static str,
-) -> Result<(), StoreError> {
-    let place = Place::new(path, "/");
-    let filetype = read_text(file, place, "filetype");
-    if filetype.as_deref().ok() != Some(expected) {
-        let found = filetype.map_or_else(|_| "none".into(), |filetype| format!("\"{filetype}\""));
-        return Err(StoreError::NotOurs {
-            file: path.into(),
-            expected,
-            found,
-        });
-    }
-    let creator = read_text(file, place, "creator")?;
-    let version: Vec<i64> = read_numbers(file, place, "format_version")?;
-    let expected = layout.format_version;
-    match version[..] {
-        [major, minor] if major == expected[0] && (0..=expected[1]).contains(&minor) => Ok(()),
-        [major, minor] => Err(StoreError::Version {
-            file: path.into(),
-            expected,
-            found: [major, minor],
-            creator,
-        }),
-        _ => Err(place.mismatch("format_version with two numbers", format!("{version:?}"))),
-    }
 }
 
 /// The attributes every group carries, with their meanings, as the schema lists them.
@@ -205,11 +164,6 @@ pub const GROUP_ATTRIBUTES: &[(&str, &str, &str)] = &[
     ("seconds", "f64", "wall-clock time of the stage in s"),
     ("threads", "i64", "number of threads"),
     ("date", "text", "when the stage ended, RFC 3339 in UTC"),
-    (
-        SEAL,
-        "text",
-        "BLAKE3 over all other attributes in the stage, the names and the extents of its datasets",
-    ),
 ];
 
 /// How a group was run.

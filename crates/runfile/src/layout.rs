@@ -193,7 +193,7 @@ pub enum Presence {
 pub enum Storage {
     /// Contiguous: large factors and small vectors.
     Plain,
-    /// Chunked, shuffled and gzipped: meshes and indices.
+    /// Chunked, shuffled and gzipped where they are more than 16 KiB: meshes and indices.
     Compressed,
 }
 

@@ -1,37 +1,36 @@
 #![doc = include_str!("../README.md")]
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
+mod atomic_file;
 mod attribute;
-mod contents;
 mod dataset;
 mod digest;
 mod dimension;
 mod element;
 mod error;
 mod extents;
+mod external;
+mod hdf5_file;
 mod header;
-mod heaps;
-mod home;
-mod inspect;
 mod layout;
 mod lock;
 mod matrix;
 mod reader;
 mod schema;
-mod seal;
 mod signals;
 mod transaction;
-mod volume;
-mod whole;
+mod user_block;
 mod writer;
 
+pub use atomic_file::{AtomicFile, WrittenFile, is_same, sync_folder};
 pub use element::{StoredElement, StoredEnum};
 pub use error::{LayoutError, LinkProblem, StoreError};
+pub use external::SharedGroup;
+pub use hdf5_file::FileState;
 pub use header::{
     GROUP_ATTRIBUTES, GroupRecord, ROOT_ATTRIBUTES, StoredGroup, hdf5_version, require_plain_hdf5,
-    root_text, timestamp,
+    timestamp,
 };
-pub use home::{Home, SharedGroup};
 pub use layout::{Axis, DatasetSpec, EnumSpec, Extent, Group, Kind, Layout, Presence, Storage};
 pub use lock::{IfMissing, RunFile, Savepoint};
 pub use matrix::{SparseMatrix, SparseView};
@@ -39,6 +38,5 @@ pub use reader::Reader;
 pub use schema::{schema_json, schema_page};
 pub use signals::{Temporary, install as install_signal_handlers, last_commit};
 pub use transaction::Transaction;
-pub use volume::FileState;
-pub use whole::{WholeFile, WrittenFile, is_same, sync_folder};
-pub use writer::{GroupWriter, Piecewise};
+pub use user_block::is_of_type;
+pub use writer::GroupWriter;

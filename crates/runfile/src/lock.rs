@@ -8,13 +8,13 @@ use std::{fs, io};
 
 use units::Units;
 
+use crate::atomic_file::sync_folder;
 use crate::error::{AtFile, StoreError};
-use crate::home::linked_names;
+use crate::external::linked_names;
+use crate::hdf5_file::inode;
 use crate::layout::Layout;
 use crate::reader::Reader;
 use crate::signals::Temporary;
-use crate::volume::inode;
-use crate::whole::sync_folder;
 
 /// What to do about a run file that does not exist.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

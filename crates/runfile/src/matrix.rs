@@ -3,7 +3,7 @@
 use hdf5_metno as hdf5;
 
 use crate::attribute::{read_numbers, read_text, write_text, write_values};
-use crate::dataset::{claims_much, feed, new_dataset, open_dataset, require_bytes};
+use crate::dataset::{new_dataset, open_dataset};
 use crate::digest::DatasetDigest;
 use crate::error::{AtPlace, Place, StoreError};
 use crate::layout::{DatasetSpec, Kind, Storage};
@@ -103,29 +103,17 @@ impl Reader {
     pub fn read_matrix(&self, path: &str) -> Result<SparseMatrix, StoreError> {
         let spec = self.spec(path, Kind::CscMatrix)?;
         let place = self.place(spec);
-        let volume = self.volume(spec.group)?;
-        let group = volume.file.group(spec.path).at(place, "open the matrix")?;
+        let file = self.file_of(spec.group)?;
+        let group = file.hdf5.group(spec.path).at(place, "open the matrix")?;
         let encoding = read_text(&group, place, "encoding-type")?;
         if encoding != spec.kind.tag() {
             return Err(place.mismatch(spec.kind.tag(), encoding));
         }
         let shape = shape_of(&group, place)?;
         self.check_shape(spec, &shape)?;
-        for part in PARTS.map(|part| format!("{path}/{part}")) {
-            if !self.volume_of_object(spec.group, &part)?.holds(&part) {
-                return Err(self.missing(&part, spec.group));
-            }
-        }
-        let stored = read_text(&group, place, "digest")?;
-        let parts = MatrixParts::open(&volume.file, place, volume.bytes)?;
-        if parts.claim_much() {
-            place.same_digest(stored.clone(), parts.digest(spec.kind, shape, place)?)?;
-        }
-        let read = "read the values";
-        let indptr: Vec<i64> = parts.indptr.read_raw().at(place, read)?;
-        let indices: Vec<i64> = parts.indices.read_raw().at(place, read)?;
-        let data: Vec<f64> = parts.data.read_raw().at(place, read)?;
-        place.same_digest(stored, digest(spec.kind, shape, &indptr, &indices, &data))?;
+        let indptr: Vec<i64> = read_part(&file.hdf5, place, "indptr", Kind::I64)?;
+        let indices: Vec<i64> = read_part(&file.hdf5, place, "indices", Kind::I64)?;
+        let data: Vec<f64> = read_part(&file.hdf5, place, "data", Kind::F64)?;
         self.all_finite(path, &data)?;
         let matrix = SparseMatrix {
             shape,
@@ -143,65 +131,16 @@ impl Reader {
 /// The datasets in the group of a matrix.
 pub(super) const PARTS: [&str; 3] = ["data", "indices", "indptr"];
 
-/// The datasets of a stored matrix, whose values the file can hold.
-struct MatrixParts {
-    indptr: hdf5::Dataset,
-    indices: hdf5::Dataset,
-    data: hdf5::Dataset,
-}
-
-impl MatrixParts {
-    fn open(file: &hdf5::File, place: Place<'_>, file_bytes: u64) -> Result<Self, StoreError> {
-        let part = |name, kind| {
-            let path = format!("{}/{name}", place.dataset);
-            let place = place.beside(&path);
-            let dataset = open_dataset(file, place, kind)?;
-            if dataset.ndim() != 1 {
-                return Err(place.mismatch("a vector", format!("shape {:?}", dataset.shape())));
-            }
-            require_bytes(&dataset, place, file_bytes)?;
-            Ok(dataset)
-        };
-        Ok(Self {
-            indptr: part("indptr", Kind::I64)?,
-            indices: part("indices", Kind::I64)?,
-            data: part("data", Kind::F64)?,
-        })
-    }
-
-    fn claim_much(&self) -> bool {
-        let mut parts = [&self.indptr, &self.indices, &self.data].into_iter();
-        parts.any(|part| claims_much(part, &part.shape(), size_of::<f64>()))
-    }
-
-    fn digest(
-        &self,
-        kind: Kind,
-        shape: [usize; 2],
-        place: Place<'_>,
-    ) -> Result<String, StoreError> {
-        let mut digest = DatasetDigest::new(kind, &shape);
-        digest.size(self.data.size());
-        feed::<i64>(&mut digest, &self.indptr, place)?;
-        feed::<i64>(&mut digest, &self.indices, place)?;
-        feed::<f64>(&mut digest, &self.data, place)?;
-        Ok(digest.finish())
-    }
-}
-
-/// The digest of the values of a matrix that the table need not know.
-pub(super) fn digest_of(
+fn read_part<T: hdf5::H5Type>(
     file: &hdf5::File,
     place: Place<'_>,
-    file_bytes: u64,
-) -> Result<String, StoreError> {
-    let group = file.group(place.dataset).at(place, "open the matrix")?;
-    let encoding = read_text(&group, place, "encoding-type")?;
-    let mut kinds = [Kind::CscMatrix, Kind::CsrMatrix].into_iter();
-    let kind = kinds.find(|kind| kind.tag() == encoding);
-    let kind = kind.ok_or_else(|| place.mismatch("a sparse matrix", encoding))?;
-    let parts = MatrixParts::open(file, place, file_bytes)?;
-    parts.digest(kind, shape_of(&group, place)?, place)
+    name: &str,
+    kind: Kind,
+) -> Result<Vec<T>, StoreError> {
+    let path = format!("{}/{name}", place.dataset);
+    let place = place.beside(&path);
+    let dataset = open_dataset(file, place, kind)?;
+    dataset.read_raw().at(place, "read the values")
 }
 
 /// The attribute `shape` of the group of a matrix.

@@ -1,4 +1,4 @@
-//! Reading a run file: every dataset is checked against the table and against its digest.
+//! Reading a run file: every dataset is checked against the table; how its groups were run.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -7,16 +7,15 @@ use std::sync::OnceLock;
 use hdf5_metno as hdf5;
 use ndarray::ArrayD;
 
-use crate::attribute::read_text;
-use crate::dataset::{claims_much, digest_of, open_dataset, require_bytes, texts};
-use crate::digest::{of_texts, of_values};
+use crate::dataset::{open_dataset, texts};
 use crate::element::{StoredElement, StoredEnum};
 use crate::error::{AtPlace, LayoutError, Place, StoreError};
 use crate::extents::Sizes;
-use crate::home::Linked;
+use crate::external::Linked;
+use crate::hdf5_file::Hdf5File;
+use crate::header::StoredGroup;
 use crate::layout::{DatasetSpec, Group, Kind, Layout};
-use crate::matrix;
-use crate::volume::Volume;
+use crate::{header, matrix};
 
 /// A run file opened for reading.
 ///
@@ -25,7 +24,7 @@ use crate::volume::Volume;
 /// are refused.
 #[derive(Debug)]
 pub struct Reader {
-    pub(super) home: Volume,
+    pub(super) home: Hdf5File,
     pub(super) linked: BTreeMap<Group, Linked>,
     pub(super) layout: Layout,
     /// Read when a dataset is checked against them.
@@ -36,11 +35,11 @@ impl Reader {
     /// Opens a run file and checks its root attributes.
     ///
     /// # Errors
-    /// `NotFound`, `IsDirectory`, `NotAFile`, `NotHdf5`, `NotOurs`, `Version`, or `Damaged` for a
-    /// truncated file.
+    /// `NotFound`, `IsDirectory`, `NotAFile`, `NotHdf5`, `NotOurs`, `Version`, or `Altered` for a file that is not as it was
+    /// written.
     pub fn open(path: &Path, layout: Layout) -> Result<Self, StoreError> {
         let mut reader = Self::open_state(path, layout)?;
-        if reader.linked.values().any(|linked| linked.volume.is_err()) {
+        if reader.linked.values().any(|linked| linked.file.is_err()) {
             // Another process may have committed, and removed that file, since we opened the run
             // file.
             reader = Self::open_state(path, layout)?;
@@ -60,7 +59,7 @@ impl Reader {
     }
 
     fn open_state(path: &Path, layout: Layout) -> Result<Self, StoreError> {
-        let home = Volume::open(path, &layout, layout.filetype)?;
+        let home = Hdf5File::open(path, &layout, layout.filetype)?;
         let linked = |group| Some((group, Linked::open(&home, &layout, group)?));
         Ok(Reader {
             linked: layout.groups().filter_map(linked).collect(),
@@ -85,8 +84,7 @@ impl Reader {
     /// Reads numbers in row-major order, with their shape.
     ///
     /// # Errors
-    /// `Missing`, `Mismatch` of type or shape, `Altered`, `Damaged`; `Internal` for a path or kind
-    /// not in the table.
+    /// `Missing`, `Mismatch` of type or shape; `Internal` for a path or kind not in the table.
     pub fn read<T: StoredElement>(&self, path: &str) -> Result<ArrayD<T>, StoreError> {
         let (values, shape, place) = self.values::<T>(path, T::KIND)?;
         array(values, shape, place)
@@ -114,7 +112,7 @@ impl Reader {
         match numbered.find(|(_, value)| !value.is_finite()) {
             None => Ok(()),
             Some((index, &found)) => Err(StoreError::NotFinite {
-                file: self.file_of(path).into(),
+                file: self.path_of(path).into(),
                 dataset: path.into(),
                 index,
                 found,
@@ -145,21 +143,14 @@ impl Reader {
         let mut texts = self.read_texts(path)?;
         let count = texts.len();
         texts.pop().filter(|_| count == 1).ok_or_else(|| {
-            Place::new(self.file_of(path), path).mismatch("one text", format!("{count} texts"))
+            Place::new(self.path_of(path), path).mismatch("one text", format!("{count} texts"))
         })
     }
 
     /// Reads a list of texts; errors as for [`Reader::read`].
     pub fn read_texts(&self, path: &str) -> Result<Vec<String>, StoreError> {
         let spec = self.spec(path, Kind::Text)?;
-        let (place, dataset) = (self.place(spec), self.dataset(spec)?);
-        let bytes = self.volume(spec.group)?.bytes;
-        require_bytes(&dataset, place, bytes)?;
-        let shape = dataset.get_shape().at(place, "read the shape")?;
-        let texts = texts(&dataset, &shape, place, bytes)?;
-        let digest = read_text(&dataset, place, "digest")?;
-        place.same_digest(digest, of_texts(&shape, &texts))?;
-        Ok(texts)
+        texts(&self.dataset(spec)?, self.place(spec))
     }
 
     /// The sizes fixed by the datasets of some groups; unreadable datasets are left to their
@@ -180,7 +171,7 @@ impl Reader {
         if !self.holds(spec) {
             return None;
         }
-        let file = &self.volume(spec.group).ok()?.file;
+        let file = &self.file_of(spec.group).ok()?.hdf5;
         if spec.kind.is_matrix() {
             let group = file.group(spec.path).ok()?;
             return matrix::shape_of(&group, self.place(spec))
@@ -198,8 +189,7 @@ impl Reader {
             let problem = format!(" holds {}, not {asked}", spec.kind);
             return Err(LayoutError::dataset(path, problem));
         }
-        let volume = self.volume_of_object(spec.group, spec.path)?;
-        if !volume.holds(spec.path) {
+        if !self.file_of(spec.group)?.holds(spec.path) {
             return Err(self.missing(spec.path, spec.group));
         }
         Ok(spec)
@@ -218,7 +208,7 @@ impl Reader {
     /// A plain dataset with the type and the shape that the table says.
     pub(super) fn dataset(&self, spec: &DatasetSpec) -> Result<hdf5::Dataset, StoreError> {
         let place = self.place(spec);
-        let dataset = open_dataset(&self.volume(spec.group)?.file, place, spec.kind)?;
+        let dataset = open_dataset(&self.file_of(spec.group)?.hdf5, place, spec.kind)?;
         let shape = dataset.get_shape().at(place, "read the shape")?;
         self.check_shape(spec, &shape)?;
         Ok(dataset)
@@ -231,16 +221,64 @@ impl Reader {
     ) -> Result<(Vec<T>, Vec<usize>, Place<'_>), StoreError> {
         let spec = self.spec(path, kind)?;
         let (place, dataset) = (self.place(spec), self.dataset(spec)?);
-        let bytes = self.volume(spec.group)?.bytes;
-        require_bytes(&dataset, place, bytes)?;
         let shape = dataset.get_shape().at(place, "read the shape")?;
-        let digest = read_text(&dataset, place, "digest")?;
-        if claims_much(&dataset, &shape, size_of::<T>()) {
-            place.same_digest(digest.clone(), digest_of(&dataset, kind, place, bytes)?)?;
-        }
         let values = dataset.read_raw::<T>().at(place, "read the values")?;
-        place.same_digest(digest, of_values(kind, &shape, &values))?;
         Ok((values, shape, place))
+    }
+}
+
+impl Reader {
+    /// How a group was run, or `None` if the file does not hold it.
+    ///
+    /// # Errors
+    /// `Mismatch` if the group lacks an attribute or is not complete; `Linked` if the group is kept
+    /// in a file of its own that cannot be used.
+    pub fn group_record(&self, group: Group) -> Result<Option<StoredGroup>, StoreError> {
+        let file = self.file_of(group)?;
+        if !file.hdf5.link_exists(group.name()) {
+            return Ok(None);
+        }
+        let place = Place::new(&file.path, group.name());
+        let object = file.hdf5.group(group.name()).at(place, "open the group")?;
+        header::read(&object, place).map(Some)
+    }
+
+    /// As [`Reader::group_record`], of a group that must be there: `Missing` where it is not.
+    pub fn require_group(&self, group: Group) -> Result<StoredGroup, StoreError> {
+        let stored = self.group_record(group)?;
+        stored.ok_or_else(|| self.missing(group.name(), group))
+    }
+
+    /// Bytes the datasets of a group take on disk; 0 if the file does not hold the group.
+    ///
+    /// # Errors
+    /// `Linked` as for [`Reader::group_record`]; `Hdf5`.
+    pub fn group_bytes(&self, group: Group) -> Result<u64, StoreError> {
+        let file = self.file_of(group)?;
+        let mut bytes = 0;
+        for spec in self.layout.of_group(group) {
+            if !file.holds(spec.path) {
+                continue;
+            }
+            for path in stored_paths(spec) {
+                let dataset = file.hdf5.dataset(&path);
+                bytes += dataset
+                    .at(self.place(spec), "open the dataset")?
+                    .storage_size();
+            }
+        }
+        Ok(bytes)
+    }
+}
+
+/// The paths of the datasets that a row of the table stands for: one, or the parts of a matrix.
+fn stored_paths(spec: &DatasetSpec) -> Vec<String> {
+    if spec.kind.is_matrix() {
+        matrix::PARTS
+            .map(|part| format!("{}/{part}", spec.path))
+            .into()
+    } else {
+        vec![spec.path.to_owned()]
     }
 }
 

@@ -7,7 +7,7 @@ use units::{ForceUnit, LengthUnit, Units};
 
 use crate::dimension;
 use crate::dimension::DIMENSION_SCALES;
-use crate::header::{GROUP_ATTRIBUTES, LINKED_GROUPS, ROOT_ATTRIBUTES};
+use crate::header::{FILE_DIGEST, GROUP_ATTRIBUTES, LINKED_GROUPS, ROOT_ATTRIBUTES};
 use crate::layout::{DatasetSpec, Extent, Group, Kind, Layout, Presence, Storage};
 
 /// The attributes every dataset and matrix group carries, with their meanings.
@@ -23,11 +23,6 @@ const DATASET_ATTRIBUTES: &[(&str, &str, &str)] = &[
         "symbol of the quantity in the model, may be empty",
     ),
     ("description", "text", "meaning"),
-    (
-        "digest",
-        "text",
-        "BLAKE3 over kind, shape and little-endian values, checked on reading",
-    ),
 ];
 
 /// The attributes a matrix group carries besides.
@@ -68,6 +63,7 @@ pub fn schema_json(layout: &Layout) -> String {
         "filetype": layout.filetype,
         "format_version": layout.format_version,
         "root_attributes": triples(ROOT_ATTRIBUTES),
+        "file_digest": FILE_DIGEST,
         "linked_filetype": layout.linked_filetype,
         "linked_stages": LINKED_GROUPS,
         "stages": groups,
@@ -146,6 +142,7 @@ pub fn schema_page(layout: &Layout) -> String {
         layout.filetype
     );
     attributes(&mut page, "Attributes of the root", ROOT_ATTRIBUTES);
+    let _ = write!(page, "{FILE_DIGEST}\n\n");
     heading(&mut page, "Stages in files of their own");
     let filetype = layout.linked_filetype;
     let _ = write!(page, "{LINKED_GROUPS} Its file type is `{filetype}`.\n\n");

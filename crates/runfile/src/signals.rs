@@ -34,12 +34,12 @@ pub(super) fn note_commit(target: &Path, groups: Vec<Group>) {
     *last = Some((target.to_path_buf(), groups));
 }
 
-/// Starts the thread that removes the temporaries on SIGINT or SIGTERM, calls `farewell`, and lets
+/// Starts the thread that removes the temporaries on SIGINT or SIGTERM, calls `on_exit`, and lets
 /// the signal end the process.
 ///
 /// A rename that has begun is completed first. A file that reaches the largest size allowed (SIGXFSZ) is an error of the
 /// write from then on, and no longer the end of the process. Calling it again does nothing.
-pub fn install(farewell: fn()) -> io::Result<()> {
+pub fn install(on_exit: fn()) -> io::Result<()> {
     let mut installed = INSTALLED.lock().unwrap_or_else(PoisonError::into_inner);
     if !*installed {
         let mut signals = Signals::new([SIGINT, SIGTERM, SIGXFSZ])?;
@@ -51,7 +51,7 @@ pub fn install(farewell: fn()) -> io::Result<()> {
                     for temporary in temporaries.iter() {
                         let _ = fs::remove_file(temporary);
                     }
-                    farewell();
+                    on_exit();
                     let _ = emulate_default_handler(signal);
                 }
             })?;

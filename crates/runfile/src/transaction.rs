@@ -1,27 +1,22 @@
-//! A change of a run file: written beside it, read back, then put in its place in one step, or not at all.
+//! A change of a run file: written beside it, then put in its place in one step, or not at all.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use hdf5_metno::sync::sync as undisturbed;
 
-use crate::attribute::read_text;
-use crate::dataset::digest_of;
-use crate::digest::of_group;
-use crate::dimension::name_axes;
+use crate::atomic_file::{AtomicFile, replaceable, sync_folder};
+use crate::dimension::{self, name_axes};
 use crate::error::{AtFile, AtPlace, LayoutError, Place, StoreError};
 use crate::extents::Sizes;
-use crate::header::GroupRecord;
-use crate::home::{Home, LinkedName, SharedGroup, carry_over, is_joined, join, take_over};
-use crate::layout::{DatasetSpec, Group, Layout};
+use crate::external::{LinkedName, SharedGroup, carry_over, is_joined, join, take_over};
+use crate::hdf5_file::FileState;
+use crate::header::{self, GroupRecord};
+use crate::layout::{Group, Layout};
 use crate::lock::{RunFile, temporary_for};
 use crate::reader::Reader;
-use crate::seal::Seals;
 use crate::signals::note_commit;
-use crate::volume::{FileState, Volume};
-use crate::whole::{WholeFile, replaceable, sync_folder};
 use crate::writer::GroupWriter;
-use crate::{dimension, header, heaps, matrix};
 
 /// A new state of a run file, in the hidden file `.NAME.part`; dropping it leaves the run file as
 /// it was.
@@ -34,8 +29,10 @@ use crate::{dimension, header, heaps, matrix};
 /// then wait less. No other lock may be taken meanwhile.
 #[derive(Debug)]
 pub struct Transaction {
-    run_file: WholeFile,
-    shared: Vec<SharedPart>,
+    run_file: AtomicFile,
+    /// Groups that are written to files of their own.
+    beside: Vec<Group>,
+    external: Vec<ExternalPart>,
     previous: Option<Reader>,
     /// That of the present file, before it was opened.
     state: FileState,
@@ -53,11 +50,9 @@ pub struct Transaction {
 
 /// A group being written to a file of its own.
 #[derive(Debug)]
-struct SharedPart {
+struct ExternalPart {
     group: Group,
-    part: WholeFile,
-    /// Known once the group is finished.
-    name: Option<LinkedName>,
+    part: AtomicFile,
 }
 
 impl Transaction {
@@ -74,7 +69,8 @@ impl Transaction {
         let temporary = run_file.temporary();
         Ok(Transaction {
             run_file: part(temporary.clone(), &layout, layout.filetype)?,
-            shared: Vec::new(),
+            beside: Vec::new(),
+            external: Vec::new(),
             previous,
             state,
             replaced: Vec::new(),
@@ -87,6 +83,12 @@ impl Transaction {
             folder: run_file.folder.clone(),
             temporary,
         })
+    }
+
+    /// Has a group that will be written kept in a file beside the run file, named by its digest, that any run file of the folder
+    /// may link.
+    pub fn keep_beside(&mut self, group: Group) {
+        self.beside.push(group);
     }
 
     /// The state before this change, to read upstream groups from; `None` for a new file.
@@ -102,29 +104,24 @@ impl Transaction {
     ///
     /// # Errors
     /// `Internal` if the group was written before or another one is unfinished.
-    pub fn group(&mut self, group: Group, home: Home) -> Result<GroupWriter<'_>, StoreError> {
+    pub fn group(&mut self, group: Group) -> Result<GroupWriter<'_>, StoreError> {
         if let Some(group) = self.unfinished {
             return Err(LayoutError::NotFinished { group }.into());
         }
-        let is_shared = self.shared.iter().any(|shared| shared.group == group);
-        if is_shared || self.run_file.file().link_exists(group.name()) {
+        if self.finished.contains_key(&group) {
             let path = group.name().into();
             return Err(LayoutError::Twice { path }.into());
         }
         self.remove(group);
         self.learn_upstream_sizes(group);
         let place = Place::new(&self.target, group.name());
-        let file = match home {
-            Home::RunFile => self.run_file.file(),
-            Home::Shared => {
-                let temporary = temporary_for(&self.temporary, group);
-                self.shared.push(SharedPart {
-                    group,
-                    part: part(temporary, &self.layout, self.layout.linked_filetype)?,
-                    name: None,
-                });
-                self.shared[self.shared.len() - 1].part.file()
-            }
+        let file = if self.beside.contains(&group) {
+            let temporary = temporary_for(&self.temporary, group);
+            let part = part(temporary, &self.layout, self.layout.linked_filetype)?;
+            self.external.push(ExternalPart { group, part });
+            self.external[self.external.len() - 1].part.file()
+        } else {
+            self.run_file.file()
         };
         let object = file
             .create_group_builder()
@@ -142,11 +139,10 @@ impl Transaction {
     pub fn write<E: From<StoreError>>(
         &mut self,
         group: Group,
-        home: Home,
         record: &GroupRecord,
         write: impl FnOnce(&mut GroupWriter<'_>) -> Result<(), E>,
     ) -> Result<String, E> {
-        let mut writer = self.group(group, home)?;
+        let mut writer = self.group(group)?;
         undisturbed(|| {
             write(&mut writer)?;
             Ok(writer.finish(record)?)
@@ -163,11 +159,8 @@ impl Transaction {
     /// Puts a copy of a group of another file, with its record, in the place of what the file held of it.
     ///
     /// # Errors
-    /// The first of the group's [`Reader::group_problems`], `Hdf5` if copying fails.
+    /// Those of [`Reader::group_record`], `Hdf5` if copying fails.
     pub fn copy(&mut self, from: &Reader, group: Group) -> Result<(), StoreError> {
-        if let Some(problem) = from.group_problems(group).into_iter().next() {
-            return Err(problem);
-        }
         self.remove(group);
         take_over(from, group, self.run_file.file())
     }
@@ -186,14 +179,13 @@ impl Transaction {
 
     /// Puts the new state in the place of the old one, safe against loss of power.
     ///
-    /// Each file is closed with every error seen, and read back, before it is renamed. Files of groups come first: until the
-    /// run file itself is renamed, its old state is whole.
+    /// Each file is closed with every error seen before it is renamed. Files of groups come first: until the run file itself is
+    /// renamed, its old state is whole.
     ///
     /// # Errors
     /// `Internal` if a group is unfinished; `Hdf5` or `Io` if copying, closing, syncing or renaming
-    /// fails, `Unproven` if what was written is not what the disk has, with the old state kept; `ForeignLink` for a link in the
-    /// root that this program did not make; `Changed` if another program changed the file since the change began; `Unsynced`,
-    /// with the new state in its place.
+    /// fails, `Unproven` if what was written is not what the disk has, with the old state kept; `Changed` if another program
+    /// changed the file since the change began; `Unsynced`, with the new state in its place.
     pub fn commit(mut self) -> Result<(), StoreError> {
         if let Some(group) = self.unfinished {
             return Err(LayoutError::NotFinished { group }.into());
@@ -209,46 +201,30 @@ impl Transaction {
         let permissions = replaceable(&self.target)?;
         let place = Place::new(&self.target, "/");
         let texts = dimension::types(&self.temporary, place)?;
-        let proof = Proof {
-            layout: &self.layout,
-            finished: &self.finished,
-            previous: self.previous.as_ref(),
-        };
-        for shared in self.shared.drain(..) {
-            let Some(name) = shared.name else { continue };
-            name_axes(
-                shared.part.file(),
-                place,
-                &self.layout,
-                (shared.group, true),
-                texts,
-            )?;
-            let seals = Seals::set(shared.part.file(), place, &[shared.group])?;
-            join(file, place, shared.group, &name)?;
+        let layout = self.layout;
+        for ExternalPart { group, part } in self.external.drain(..) {
+            let digest = self.finished.remove(&group).unwrap_or_default();
+            name_axes(part.file(), place, &layout, (group, true), texts)?;
+            let name = LinkedName::new(group, &digest);
+            join(file, place, group, &name)?;
             let target = self.folder.join(name.to_string());
             replaceable(&target)?;
-            let filetype = self.layout.linked_filetype;
-            let proven = |path: &Path| proof.of(path, filetype, &seals, &target);
-            let written = shared.part.finish(proven)?;
-            written.publish(&target, permissions.clone())?;
+            part.finish(&target, layout.linked_filetype)?
+                .publish(&target, permissions.clone())?;
             sync_folder(&self.folder).at_file(&self.folder, "sync the folder")?;
         }
-        let groups = self.layout.groups();
+        let groups = layout.groups();
         let held: Vec<Group> = groups
             .filter(|group| file.link_exists(group.name()))
             .collect();
-        let own = held.iter().filter(|group| !is_joined(file, **group));
-        let own: Vec<Group> = own.copied().collect();
-        let seals = undisturbed(|| {
-            for group in &own {
+        undisturbed(|| {
+            for group in held.iter().filter(|group| !is_joined(file, **group)) {
                 let is_new = self.finished.contains_key(group);
-                name_axes(file, place, &self.layout, (*group, is_new), texts)?;
+                name_axes(file, place, &layout, (*group, is_new), texts)?;
             }
-            Seals::set(file, place, &own)
+            Ok::<(), StoreError>(())
         })?;
-        let filetype = self.layout.filetype;
-        let proven = |path: &Path| undisturbed(|| proof.of(path, filetype, &seals, &self.target));
-        let written = self.run_file.finish(proven)?;
+        let written = self.run_file.finish(&self.target, layout.filetype)?;
         drop(self.previous);
         written.publish(&self.target, permissions)?;
         note_commit(&self.target, held);
@@ -262,11 +238,6 @@ impl Transaction {
         let group = self.unfinished.take();
         self.finished
             .extend(group.map(|group| (group, digest.to_owned())));
-        for shared in &mut self.shared {
-            if Some(shared.group) == group {
-                shared.name = Some(LinkedName::new(shared.group, digest));
-            }
-        }
     }
 
     fn learn_upstream_sizes(&mut self, group: Group) {
@@ -280,95 +251,6 @@ impl Transaction {
 }
 
 /// Begins a hidden file with its root attributes.
-fn part(path: PathBuf, layout: &Layout, filetype: &'static str) -> Result<WholeFile, StoreError> {
-    WholeFile::create(path, |path| header::create(path, layout, filetype))
-}
-
-/// What a new state is held against.
-#[derive(Debug)]
-struct Proof<'a> {
-    layout: &'a Layout,
-    /// Digests of the groups that were written.
-    finished: &'a BTreeMap<Group, String>,
-    /// Where the other groups were copied from.
-    previous: Option<&'a Reader>,
-}
-
-impl Proof<'_> {
-    /// Reads the groups that a file holds itself back, and all its attributes.
-    ///
-    /// # Errors
-    /// `Unproven` if anything is not what was written; `target` is the file that it names.
-    fn of(
-        &self,
-        written: &Path,
-        filetype: &'static str,
-        seals: &Seals,
-        target: &Path,
-    ) -> Result<(), StoreError> {
-        let state = FileState::of(written);
-        let opened = header::open_written(written);
-        let volume =
-            opened.and_then(|file| Volume::of(file, state, written, self.layout, filetype));
-        let proven = volume.and_then(|volume| {
-            let mut groups = seals.groups();
-            groups.try_for_each(|group| self.of_group(&volume, group))?;
-            seals.require(&volume, self.previous)
-        });
-        proven.map_err(|error| StoreError::Unproven {
-            file: target.into(),
-            reason: error.to_string(),
-        })?;
-        heaps::trust(written);
-        Ok(())
-    }
-
-    fn of_group(&self, volume: &Volume, group: Group) -> Result<(), StoreError> {
-        let place = Place::new(&volume.path, group.name());
-        let mut digests = BTreeMap::new();
-        for spec in self.layout.of_group(group) {
-            if volume.holds(spec.path) {
-                let digest = self.of_dataset(volume, spec)?;
-                if !spec.volatile {
-                    digests.insert(spec.path, digest);
-                }
-            }
-        }
-        let object = volume.file.group(group.name());
-        let object = object.at(place, "open the group")?;
-        let Some(finished) = self.finished.get(&group) else {
-            return Ok(());
-        };
-        let stored = header::read(&object, place)?;
-        place.same_digest(finished.clone(), of_group(&digests, stored.units))?;
-        place.same_digest(finished.clone(), stored.digest)
-    }
-
-    /// The digest of a dataset as the disk has it: the one beside it or, in a copy, that of the original, sound or not.
-    fn of_dataset(&self, volume: &Volume, spec: &DatasetSpec) -> Result<String, StoreError> {
-        let place = Place::new(&volume.path, spec.path);
-        let (mut expected, found) = digests_on_disk(volume, spec)?;
-        if expected != found
-            && let Some(previous) = self.previous
-            && !self.finished.contains_key(&spec.group)
-        {
-            expected = digests_on_disk(previous.volume(spec.group)?, spec)?.1;
-        }
-        place.same_digest(expected, found.clone())?;
-        Ok(found)
-    }
-}
-
-/// The digest that stands beside a dataset or matrix, and that of its values.
-fn digests_on_disk(volume: &Volume, spec: &DatasetSpec) -> Result<(String, String), StoreError> {
-    let place = Place::new(&volume.path, spec.path);
-    if spec.kind.is_matrix() {
-        let group = volume.file.group(spec.path).at(place, "open the matrix")?;
-        let found = matrix::digest_of(&volume.file, place, volume.bytes)?;
-        return Ok((read_text(&group, place, "digest")?, found));
-    }
-    let dataset = volume.file.dataset(spec.path);
-    let dataset = dataset.at(place, "open the dataset")?;
-    let found = digest_of(&dataset, spec.kind, place, volume.bytes)?;
-    Ok((read_text(&dataset, place, "digest")?, found))
+fn part(path: PathBuf, layout: &Layout, filetype: &'static str) -> Result<AtomicFile, StoreError> {
+    AtomicFile::create(path, |path| header::create(path, layout, filetype))
 }

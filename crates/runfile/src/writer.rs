@@ -1,15 +1,14 @@
-//! Writing one group: every dataset is looked up in the table and gets its attributes and digest.
+//! Writing one group: every dataset is looked up in the table, gets its attributes, and adds to the digest of the group.
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use hdf5::H5Type;
 use hdf5::types::VarLenUnicode;
-use hdf5::{H5Type, Hyperslab, SliceOrIndex};
 use hdf5_metno as hdf5;
-use ndarray::ArrayViewD;
 
 use crate::attribute::{ascii, unicode, write_text, write_value, write_values};
-use crate::dataset::{empty_dataset, new_dataset};
-use crate::digest::{DatasetDigest, of_group, of_texts, of_values};
+use crate::dataset::new_dataset;
+use crate::digest::{of_group, of_texts, of_values};
 use crate::element::{StoredElement, StoredEnum};
 use crate::error::{AtPlace, LayoutError, Place, StoreError};
 use crate::header::GroupRecord;
@@ -51,7 +50,7 @@ impl<'t> GroupWriter<'t> {
     ) -> Result<(), StoreError> {
         let spec = self.admit(path, T::KIND, shape, Some(values.len()))?;
         let dataset = self.create(spec, shape, values)?;
-        self.seal(spec, &dataset, of_values(spec.kind, shape, values))
+        self.describe(spec, &dataset, of_values(spec.kind, shape, values))
     }
 
     /// Writes indices as `i64`.
@@ -74,7 +73,7 @@ impl<'t> GroupWriter<'t> {
         let spec = self.admit(path, Kind::Enum(E::SPEC), shape, Some(members.len()))?;
         let dataset = self.create(spec, shape, members)?;
         let codes: Vec<_> = members.iter().map(|member| member.code()).collect();
-        self.seal(spec, &dataset, of_values(spec.kind, shape, &codes))
+        self.describe(spec, &dataset, of_values(spec.kind, shape, &codes))
     }
 
     /// Writes one text.
@@ -100,7 +99,7 @@ impl<'t> GroupWriter<'t> {
             return Err(LayoutError::dataset(spec.path, format!(": {reason}")));
         }
         let (object, digest) = matrix::write(&self.object, self.place(spec), spec, matrix)?;
-        self.seal(spec, &object, digest)
+        self.describe(spec, &object, digest)
     }
 
     /// Writes a fixed-length ASCII attribute on the group of the group, as other programs look for.
@@ -179,7 +178,7 @@ impl<'t> GroupWriter<'t> {
             unicode.map_err(|error| LayoutError::dataset(spec.path, format!(": {error}")))?;
         let (name, plain) = (spec.name(), Storage::Plain);
         let dataset = new_dataset(&self.object, place, name, shape, plain, &unicode)?;
-        self.seal(spec, &dataset, of_texts(shape, texts))
+        self.describe(spec, &dataset, of_texts(shape, texts))
     }
 
     fn find(&self, path: &str) -> Result<&'static DatasetSpec, StoreError> {
@@ -209,10 +208,10 @@ impl<'t> GroupWriter<'t> {
         if self.written.contains(path) {
             return Err(LayoutError::Twice { path: path.into() }.into());
         }
-        let volume = shape
+        let file = shape
             .iter()
-            .try_fold(1_usize, |volume, &extent| volume.checked_mul(extent));
-        if let Some(found) = count.filter(|&count| Some(count) != volume) {
+            .try_fold(1_usize, |file, &extent| file.checked_mul(extent));
+        if let Some(found) = count.filter(|&count| Some(count) != file) {
             let problem = format!(": {found} values do not fill the shape {shape:?}");
             return Err(LayoutError::dataset(path, problem));
         }
@@ -224,7 +223,7 @@ impl<'t> GroupWriter<'t> {
     }
 
     /// Writes the attributes of a dataset and remembers its digest.
-    fn seal(
+    fn describe(
         &mut self,
         spec: &'static DatasetSpec,
         object: &hdf5::Location,
@@ -235,7 +234,6 @@ impl<'t> GroupWriter<'t> {
         write_text(object, place, "units", &units.word(spec.dimension))?;
         write_text(object, place, "symbol", spec.symbol)?;
         write_text(object, place, "description", spec.description)?;
-        write_text(object, place, "digest", &digest)?;
         self.written.insert(spec.path);
         if !spec.volatile {
             self.digests.insert(spec.path, digest);
@@ -249,124 +247,5 @@ impl<'t> GroupWriter<'t> {
 
     fn group_place(&self) -> Place<'_> {
         Place::new(&self.transaction.target, self.group.name())
-    }
-}
-
-/// A dataset whose rows come one after the other; its bytes and its digest are those of all written at once.
-#[derive(Debug)]
-pub struct Piecewise<T> {
-    spec: &'static DatasetSpec,
-    dataset: hdf5::Dataset,
-    digest: DatasetDigest,
-    shape: Vec<usize>,
-    /// Rows on the disk.
-    rows: usize,
-    /// Rows that are written at a time, whole chunks: a chunk that is written twice would be stored twice.
-    batch: usize,
-    /// What is not on the disk yet.
-    waiting: Vec<T>,
-}
-
-impl<T> Piecewise<T> {
-    /// Values of one row.
-    fn width(&self) -> usize {
-        self.shape[1..].iter().product()
-    }
-
-    fn length_error(&self, found: usize) -> StoreError {
-        let problem = format!(": {found} values do not fill the shape {:?}", self.shape);
-        LayoutError::dataset(self.spec.path, problem)
-    }
-}
-
-impl GroupWriter<'_> {
-    /// Begins a dataset of one extent or more, whose size is known and whose values are not.
-    ///
-    /// # Errors
-    /// `Internal` for a breach of the table, `Hdf5` if writing fails.
-    pub fn begin<T: StoredElement>(
-        &mut self,
-        path: &str,
-        shape: &[usize],
-    ) -> Result<Piecewise<T>, StoreError> {
-        let spec = self.admit(path, T::KIND, shape, None)?;
-        let (place, name) = (self.place(spec), spec.name());
-        let dataset = empty_dataset::<T>(&self.object, place, name, shape, spec.storage)?;
-        Ok(Piecewise {
-            spec,
-            batch: dataset.chunk().map_or(1, |chunk| chunk[0]),
-            dataset,
-            digest: DatasetDigest::new(spec.kind, shape),
-            shape: shape.to_vec(),
-            rows: 0,
-            waiting: Vec::new(),
-        })
-    }
-
-    /// Writes the next rows.
-    ///
-    /// # Errors
-    /// `Internal` for values that are no whole rows or too many, `Hdf5` if writing fails.
-    pub fn append<T: StoredElement>(
-        &self,
-        piecewise: &mut Piecewise<T>,
-        values: &[T],
-    ) -> Result<(), StoreError> {
-        let width = piecewise.width().max(1);
-        piecewise.waiting.extend_from_slice(values);
-        let rows = piecewise.waiting.len() / width;
-        let is_whole = values.len().is_multiple_of(width);
-        if !is_whole || piecewise.rows + rows > piecewise.shape[0] {
-            return Err(piecewise.length_error(values.len()));
-        }
-        piecewise.digest.values(values);
-        self.write_rows(piecewise, rows - rows % piecewise.batch)
-    }
-
-    /// Writes the first rows of those that wait.
-    fn write_rows<T: StoredElement>(
-        &self,
-        piecewise: &mut Piecewise<T>,
-        rows: usize,
-    ) -> Result<(), StoreError> {
-        if rows == 0 {
-            return Ok(());
-        }
-        let place = self.place(piecewise.spec);
-        let end = piecewise.rows + rows;
-        let mut shape = piecewise.shape.clone();
-        shape[0] = rows;
-        let others = shape[1..].iter().map(|extent| 0..*extent);
-        let ranges = std::iter::once(piecewise.rows..end).chain(others);
-        let slab: Vec<SliceOrIndex> = ranges.map(SliceOrIndex::from).collect();
-        let values = &piecewise.waiting[..shape.iter().product()];
-        let view = ArrayViewD::from_shape(shape, values)
-            .map_err(|error| hdf5::Error::from(error.to_string()))
-            .at(place, "shape the values")?;
-        let written = piecewise.dataset.write_slice(view, Hyperslab::from(slab));
-        written.at(place, "write the values")?;
-        let count = values.len();
-        piecewise.waiting.drain(..count);
-        piecewise.rows = end;
-        Ok(())
-    }
-
-    /// Ends a dataset.
-    ///
-    /// # Errors
-    /// `Internal` where rows are missing, `Hdf5` if writing fails.
-    pub fn end<T: StoredElement>(&mut self, mut piecewise: Piecewise<T>) -> Result<(), StoreError> {
-        let rows = piecewise.waiting.len() / piecewise.width().max(1);
-        self.write_rows(&mut piecewise, rows)?;
-        if piecewise.rows != piecewise.shape[0] {
-            return Err(piecewise.length_error(piecewise.rows * piecewise.width()));
-        }
-        let Piecewise {
-            spec,
-            dataset,
-            digest,
-            ..
-        } = piecewise;
-        self.seal(spec, &dataset, digest.finish())
     }
 }

@@ -8,7 +8,7 @@ use std::thread;
 use std::time::Duration;
 
 use crate::sample::*;
-use contact3d_runfile::{Home, install_signal_handlers};
+use contact3d_runfile::install_signal_handlers;
 
 /// Names the file for the child process.
 const FILE: &str = "STORE_TEST_FILE";
@@ -16,9 +16,10 @@ const FILE: &str = "STORE_TEST_FILE";
 /// A grid in the run file and a field beside it, in one step.
 fn save_both(file: &Path, n_nodes: usize) {
     change(file, |transaction| {
-        let writer = transaction.group(GRID, Home::RunFile).unwrap();
+        let writer = transaction.group(GRID).unwrap();
         write_grid(writer, n_nodes).unwrap();
-        let writer = transaction.group(FIELD, Home::Shared).unwrap();
+        transaction.keep_beside(FIELD);
+        let writer = transaction.group(FIELD).unwrap();
         write_field(writer, n_nodes, &[0.5]).unwrap();
     });
 }
@@ -76,8 +77,8 @@ fn survives(signal: &str, number: i32) {
             "the signal itself ends the process"
         );
         let reader = open(&file).unwrap();
-        reader.check_group(GRID).unwrap();
-        reader.check_group(FIELD).unwrap();
+        reader.require_group(GRID).unwrap();
+        reader.require_group(FIELD).unwrap();
         let n_nodes = stiffness_in(&file).shape[0];
         assert!(SIZES.contains(&n_nodes));
         assert_eq!(coordinates_in(&file), coordinates(n_nodes));

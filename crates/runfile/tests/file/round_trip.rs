@@ -7,7 +7,7 @@ use ndarray::Array2;
 use proptest::prelude::*;
 
 use crate::sample::*;
-use contact3d_runfile::{Home, Kind, SparseMatrix, StoreError};
+use contact3d_runfile::{Kind, SparseMatrix, StoreError};
 
 #[test]
 fn every_kind_comes_back() {
@@ -51,58 +51,10 @@ fn every_kind_comes_back() {
 }
 
 #[test]
-fn rows_written_piece_by_piece_are_those_written_at_once() {
-    // Enough rows for several chunks, which the pieces cut anywhere.
-    let n = 50_000;
-    let (_folder, at_once) = folder();
-    save_grid(&at_once, n);
-    let (_other, by_pieces) = folder();
-    let values = coordinates(n);
-    write_grid_with(&by_pieces, |writer| {
-        let mut rows = writer.begin("/grid/coordinates", &[n, 3])?;
-        for piece in values.chunks(3 * 1234) {
-            writer.append(&mut rows, piece)?;
-        }
-        writer.end(rows)
-    })
-    .unwrap();
-    assert_eq!(coordinates_in(&at_once), coordinates_in(&by_pieces));
-    let [first, second] = [&at_once, &by_pieces].map(|file| open(file).unwrap());
-    let digest =
-        |reader: &contact3d_runfile::Reader| reader.whole_group(GRID).unwrap().unwrap().digest;
-    assert_eq!(digest(&first), digest(&second));
-}
-
-#[test]
-fn pieces_that_do_not_fill_the_shape_are_refused() {
-    let (_folder, file) = folder();
-    type Pieces<'a> = &'a [&'a [f64]];
-    let cases: [Pieces<'_>; 3] = [
-        &[&[1.0; 3]],
-        &[&[1.0; 4], &[1.0; 2]],
-        &[&[1.0; 6], &[1.0; 3]],
-    ];
-    for pieces in cases {
-        let written = write_grid_with(&file, |writer| {
-            let mut rows = writer.begin("/grid/coordinates", &[2, 3])?;
-            for piece in pieces {
-                writer.append(&mut rows, piece)?;
-            }
-            writer.end(rows)
-        });
-        let refused = written.unwrap_err().to_string();
-        assert!(
-            refused.contains("do not fill the shape [2, 3]"),
-            "{refused}"
-        );
-    }
-}
-
-#[test]
 fn attributes_tell_unit_symbol_meaning_and_encoding() {
     let (_folder, file) = folder();
-    save_grid(&file, 5);
-    save_field(&file, 5, &[]);
+    save_grid(&file, 1000);
+    save_field(&file, 1000, &[]);
     let file = hdf5::File::open(&file).unwrap();
     let text = |object: &hdf5::Location, name: &str| {
         object
@@ -117,11 +69,13 @@ fn attributes_tell_unit_symbol_meaning_and_encoding() {
     assert_eq!(text(&coordinates, "symbol"), "x");
     assert_eq!(text(&coordinates, "description"), "Positions.");
     assert!(coordinates.is_chunked() && coordinates.filters().len() == 2);
+    // Too few bytes to compress.
+    assert!(!file.dataset("/grid/cells").unwrap().is_chunked());
     let stiffness = file.group("/field/stiffness").unwrap();
     assert_eq!(text(&stiffness, "encoding-type"), "csc_matrix");
     assert_eq!(
         stiffness.attr("shape").unwrap().read_raw::<i64>().unwrap(),
-        [5, 5]
+        [1000, 1000]
     );
     assert!(!file.dataset("/field/stiffness/data").unwrap().is_chunked());
     let zone = file
@@ -153,7 +107,7 @@ fn records_and_sizes_come_back() {
     assert_eq!(reader.group_record(FIELD).unwrap(), None);
     assert_eq!(reader.group_bytes(FIELD).unwrap(), 0);
     assert!(reader.group_bytes(GRID).unwrap() > 0);
-    reader.check_group(GRID).unwrap();
+    reader.require_group(GRID).unwrap();
 }
 
 #[test]
@@ -169,7 +123,7 @@ fn the_digest_of_a_group_depends_on_values_but_not_on_timings() {
 /// A grid of some coordinates, and no cells.
 fn save_nodes(file: &Path, values: &[f64], n: usize) {
     change(file, |transaction| {
-        let mut writer = transaction.group(GRID, Home::RunFile).unwrap();
+        let mut writer = transaction.group(GRID).unwrap();
         writer.write("/grid/coordinates", values, &[n, 3]).unwrap();
         writer.write_indices("/grid/cells", &[], &[0, 4]).unwrap();
         writer.write("/grid/offsets", &[0_i64], &[1]).unwrap();
@@ -205,7 +159,7 @@ fn highly_compressible_values_are_not_taken_for_damage() {
 fn attributes_for_others_are_fixed_length_ascii() {
     let (_folder, file) = folder();
     change(&file, |transaction| {
-        let mut writer = transaction.group(NOTES, Home::RunFile).unwrap();
+        let mut writer = transaction.group(NOTES).unwrap();
         let written = writer.write_ascii_attribute("Type", b"UnstructuredGrid");
         written.unwrap();
         let written = writer.write_number_attribute("Version", &[2_i64, 0]);
@@ -221,25 +175,8 @@ fn attributes_for_others_are_fixed_length_ascii() {
         .to_descriptor()
         .unwrap();
     assert_eq!(descriptor, hdf5::types::TypeDescriptor::FixedAscii(16));
-    drop(group);
-    let reader = open(&file).unwrap();
-    let kind = |expected| reader.require_ascii_attribute(NOTES, "Type", expected);
-    kind(b"UnstructuredGrid").unwrap();
-    let wrong = kind(b"RectilinearGrids").unwrap_err().to_string();
-    assert!(
-        wrong.contains("Type = \"RectilinearGrids\", found \"UnstructuredGrid\""),
-        "{wrong}"
-    );
-    let version = |expected: &[i64]| reader.require_number_attribute(NOTES, "Version", expected);
-    version(&[2, 0]).unwrap();
-    let wrong = version(&[2, 1]).unwrap_err().to_string();
-    assert!(wrong.contains("Version = [2, 1], found [2, 0]"), "{wrong}");
-    assert!(
-        reader
-            .require_ascii_attribute(NOTES, "Version", b"2")
-            .is_err()
-    );
-    assert!(reader.require_ascii_attribute(GRID, "Type", b"2").is_err());
+    let version = group.attr("Version").unwrap().read_raw::<i64>().unwrap();
+    assert_eq!(version, [2, 0]);
 }
 
 proptest! {

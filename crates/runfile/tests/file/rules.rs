@@ -4,8 +4,8 @@ use units::Dimension;
 
 use crate::sample::*;
 use contact3d_runfile::{
-    DatasetSpec, Extent, Group, GroupWriter, Home, Kind, Layout, LayoutError, SparseView,
-    StoreError, Transaction, schema_json, schema_page,
+    DatasetSpec, Extent, Group, GroupWriter, Kind, Layout, LayoutError, SparseView, StoreError,
+    Transaction, schema_json, schema_page,
 };
 
 /// The error of one call on a writer of a group over a file with a grid of 5 nodes.
@@ -17,7 +17,7 @@ fn refused(
     save_grid(&file, 5);
     let run_file = lock(&file).unwrap();
     let mut transaction = Transaction::begin(&run_file).unwrap();
-    let mut writer = transaction.group(group, Home::RunFile).unwrap();
+    let mut writer = transaction.group(group).unwrap();
     match call(&mut writer) {
         Err(StoreError::Internal(error)) => error,
         other => panic!("{other:?}"),
@@ -111,7 +111,7 @@ fn a_group_ends_with_all_its_required_datasets() {
     let (_folder, file) = folder();
     let run_file = lock(&file).unwrap();
     let mut transaction = Transaction::begin(&run_file).unwrap();
-    let mut writer = transaction.group(GRID, Home::RunFile).unwrap();
+    let mut writer = transaction.group(GRID).unwrap();
     writer.write("/grid/tags", &[1_u8], &[1]).unwrap();
     let Err(StoreError::Internal(LayoutError::NotWritten { missing, .. })) =
         writer.finish(&record())

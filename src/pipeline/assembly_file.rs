@@ -1,16 +1,16 @@
 //! Where large stages are kept: in the run file, or in a file named by their digest that the run files of a folder share.
 
-use std::{fs, path::Path, sync::Arc};
+use std::sync::Arc;
 
 use contact3d::{AssembledProblem, Problem};
-use runfile::{SharedGroup, StoreError, StoredGroup, Transaction};
+use runfile::{SharedGroup, StoredGroup, Transaction};
 
 use super::{
     Session, StageError, StoreWhen,
     freshness::input_digest,
     session::{LoadState, StageCache},
 };
-use crate::format::{FormatError, Stage};
+use crate::format::Stage;
 
 /// Assembled data above this many bytes go to a file of their own.
 ///
@@ -57,7 +57,7 @@ impl Session {
     /// Makes mesh and assembled problem fresh with the least work: kept, linked from a file that
     /// another run file of the folder shares, or computed and shared. Loads it, or takes it from
     /// `known`, which must belong to a scene with the same [`super::operator_settings`]. A shared
-    /// file whose values do not fit their digests is made again under the same name.
+    /// file that is not what was written is made again under the same name.
     pub fn prepare_operator(
         &mut self,
         known: Option<&Arc<AssembledProblem>>,
@@ -84,13 +84,7 @@ impl Session {
                 ..StageCache::default()
             };
         }
-        match self.assembled() {
-            Err(error) if is_of_content(&error) && self.remove_shared()? => {
-                self.cache = StageCache::default();
-                self.prepare_operator(known)
-            }
-            assembled => assembled,
-        }
+        self.assembled()
     }
 
     fn is_fresh(&self, stage: Stage) -> Result<bool, StageError> {
@@ -98,24 +92,8 @@ impl Session {
         Ok(states.any(|state| state.stage == stage && state.is_fresh()))
     }
 
-    /// Removes the shared files that the run file links; whether there were any.
-    fn remove_shared(&self) -> Result<bool, StageError> {
-        let reader = self.store.reader()?;
-        let folder = self.store.path().parent().unwrap_or(Path::new(""));
-        let mut removed = false;
-        for stage in LARGE {
-            let Some((name, _)) = reader.linked_file(stage.group()) else {
-                continue;
-            };
-            let file = folder.join(name);
-            fs::remove_file(&file).map_err(|source| StageError::Write { file, source })?;
-            removed = true;
-        }
-        Ok(removed)
-    }
-
-    /// Links every large stage that is not fresh and that a shared file holds: at once or, where all of them are in memory and
-    /// their files known to be sound, with the next stage that is stored.
+    /// Links every large stage that is not fresh and that a shared file holds: at once or, where all of them are in memory, with
+    /// the next stage that is stored.
     fn link_shared(&mut self, in_memory: bool) -> Result<(), StageError> {
         let mut upstream: Vec<(Stage, StoredGroup)> = Vec::new();
         let mut found = Vec::new();
@@ -139,24 +117,12 @@ impl Session {
         if found.is_empty() {
             return Ok(());
         }
-        let waits =
-            in_memory && found.len() == LARGE.len() && found.iter().all(SharedGroup::is_sound);
+        let waits = in_memory && found.len() == LARGE.len();
         self.store.links = found;
         if waits {
             Ok(())
         } else {
             self.store.commit(None)
         }
-    }
-}
-
-/// Whether what a file holds is at fault, and not the way to it.
-fn is_of_content(error: &StageError) -> bool {
-    match error {
-        StageError::Store(error) | StageError::Format(FormatError::Store(error)) => {
-            !matches!(error, StoreError::Io { .. })
-        }
-        StageError::Format(_) | StageError::Damaged { .. } => true,
-        _ => false,
     }
 }

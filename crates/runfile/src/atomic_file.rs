@@ -1,69 +1,48 @@
-//! An HDF5 file that comes whole or not at all: written under a hidden name, closed with every error seen, synced, and renamed.
+//! An HDF5 file that comes whole or not at all: built in memory, written whole under a hidden name, synced, and renamed.
 //!
-//! HDF5 keeps values back until a dataset is closed, and who drops a handle never hears that this failed; what is more, the
-//! library then keeps a dataset that is gone and dies at the next flush of any file. So nothing is kept back:
-//! [`seeing_every_error`] has values written by the call that hands them over, and metadata by a flush or the end.
+//! HDF5 writes the file when it is closed, and closing sees every error. It writes all of it twice, first with the mark of a file
+//! that is being written: if the second call is lost, the file does not open. Then it gets its digest.
 
 use std::fs::{File, Permissions};
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
-use std::{fs, io, thread};
+use std::{fs, io};
 
-use hdf5::plist::file_access::{
-    CacheDecreaseMode, CacheIncreaseMode, FileAccessBuilder, FlashIncreaseMode, MetadataCacheConfig,
-};
 use hdf5_metno as hdf5;
+
+use hdf5::file::LibraryVersion;
 
 use crate::error::{AtFile, AtPlace, Place, StoreError};
 use crate::signals::Temporary;
-use crate::{contents, header};
+use crate::user_block::USER_BLOCK_BYTES;
+use crate::{header, user_block};
 
 /// An HDF5 file being written; dropping it removes it.
 #[derive(Debug)]
-pub struct WholeFile {
+pub struct AtomicFile {
     // Declared before the temporary, so that HDF5 lets go of the file before it is removed.
     file: hdf5::File,
     temporary: Temporary,
 }
 
-/// A file that the disk has taken and given back, still under its hidden name; dropping it removes it.
+/// A whole file, still under its hidden name; dropping it removes it.
 #[derive(Debug)]
 pub struct WrittenFile(Temporary);
 
-impl WholeFile {
-    /// Writes a file under a hidden name beside a place, and reads it back.
-    ///
-    /// `write` is called twice, for a file in memory and for that on the disk, which has to hold the same in the end.
+impl AtomicFile {
+    /// Writes a file of a format of others under a hidden name beside a place; it begins with its type all the same.
     ///
     /// # Errors
     /// Those of `write`; `Io` or `Hdf5` if the folder does not take it; `Unproven` if the disk gives back something else.
     pub fn filled<E: From<StoreError>>(
         target: &Path,
-        write: impl Fn(&hdf5::File) -> Result<(), E>,
+        filetype: &str,
+        write: impl FnOnce(&hdf5::File) -> Result<(), E>,
     ) -> Result<WrittenFile, E> {
         let temporary = hidden_beside(target)?;
-        let path = temporary.path();
-        let in_memory = create(path, |access| access.core_filebacked(false))?;
-        write(&in_memory)?;
-        let expected = contents::of(&in_memory, Place::new(path, "/"), u64::MAX)?;
-        drop(in_memory);
-        let file = create(path, seeing_every_error)?;
+        let file = create(temporary.path())?;
         write(&file)?;
-        Self { file, temporary }.finish(|path| {
-            let file = header::open_written(path)?;
-            let bytes = fs::metadata(path).at_file(path, "look at the file")?.len();
-            let found = contents::of(&file, Place::new(path, "/"), bytes)?;
-            let objects = expected.keys().chain(found.keys());
-            let mut different = objects.filter(|name| expected.get(*name) != found.get(*name));
-            match different.next() {
-                None => Ok(()),
-                Some(name) => Err(StoreError::Unproven {
-                    file: target.into(),
-                    reason: format!("{name} is different"),
-                }
-                .into()),
-            }
-        })
+        Ok(Self { file, temporary }.finish(target, filetype)?)
     }
 
     /// Takes charge of a file that `make` creates.
@@ -82,35 +61,22 @@ impl WholeFile {
         &self.file
     }
 
-    /// Ends writing, and reads the file back by `proof`, an error unless it holds what it should, while the disk takes it.
+    /// Has the file written, opens it once, gives it its type and digest, and syncs it.
     ///
     /// # Errors
-    /// `Hdf5` if anything could not be written; `Io` if the disk does not take it; those of `proof`.
-    pub(super) fn finish<E: From<StoreError>>(
-        self,
-        proof: impl FnOnce(&Path) -> Result<(), E>,
-    ) -> Result<WrittenFile, E> {
-        let WholeFile { temporary, file } = self;
+    /// `Hdf5` if anything could not be written; `Io` if the disk does not take it; `Unproven`, which names `target`, if the disk
+    /// gives back something else.
+    pub(super) fn finish(self, target: &Path, filetype: &str) -> Result<WrittenFile, StoreError> {
+        let AtomicFile { temporary, file } = self;
         let path = temporary.path();
-        let place = Place::new(path, "/");
-        file.flush().at(place, "flush the temporary file")?;
-        file.close().at(place, "close the temporary file")?;
-        let sync = || {
-            let synced = File::open(path).and_then(|written| written.sync_all());
-            synced.at_file(path, "sync the temporary file")
-        };
-        thread::scope(|scope| {
-            let syncing = thread::Builder::new().spawn_scoped(scope, sync);
-            proof(path)?;
-            let synced = match syncing {
-                Ok(syncing) => syncing
-                    .join()
-                    .unwrap_or_else(|panic| std::panic::resume_unwind(panic)),
-                // The system has no thread for it.
-                Err(_) => sync(),
-            };
-            Ok::<(), E>(synced?)
+        file.close()
+            .at(Place::new(path, "/"), "write the temporary file")?;
+        header::open_any(path).map_err(|error| StoreError::Unproven {
+            file: target.into(),
+            reason: error.to_string(),
         })?;
+        let synced = user_block::write(path, filetype).and_then(|written| written.sync_all());
+        synced.at_file(path, "sync the temporary file")?;
         Ok(WrittenFile(temporary))
     }
 }
@@ -176,37 +142,26 @@ pub fn is_same(one: impl Read, other: impl Read) -> io::Result<bool> {
     }
 }
 
-/// Creates an HDF5 file.
-pub(super) fn create(
-    path: &Path,
-    access: impl Fn(&mut FileAccessBuilder) -> &mut FileAccessBuilder,
-) -> Result<hdf5::File, StoreError> {
+/// A file in memory grows by this many bytes.
+const GROWTH_BYTES: usize = 1 << 16;
+
+/// Creates an HDF5 file, readable by HDF5 1.10 and newer, in memory; it is written when it is closed.
+pub(super) fn create(path: &Path) -> Result<hdf5::File, StoreError> {
     let mut options = hdf5::File::with_options();
     let options = options
-        .with_fapl(access)
-        .with_fcpl(|creation| creation.obj_track_times(false));
+        .with_fapl(|access| {
+            access
+                .core_options(GROWTH_BYTES, true)
+                .libver_bounds(LibraryVersion::V110, LibraryVersion::V110)
+        })
+        .with_fcpl(|creation| {
+            creation
+                .obj_track_times(false)
+                .userblock(USER_BLOCK_BYTES as u64)
+        });
     options
         .create(path)
         .at(Place::new(path, "/"), "create the temporary file")
-}
-
-/// Has every value written by the call that hands it over: no sieve buffer, no cache of chunks, and metadata that leave their
-/// cache only when they are flushed. Writers hand over whole chunks.
-pub(super) fn seeing_every_error(access: &mut FileAccessBuilder) -> &mut FileAccessBuilder {
-    let metadata = MetadataCacheConfig {
-        evictions_enabled: false,
-        incr_mode: CacheIncreaseMode::Off,
-        flash_incr_mode: FlashIncreaseMode::Off,
-        decr_mode: CacheDecreaseMode::Off,
-        ..MetadataCacheConfig::default()
-    };
-    // The lock of HDF5 would outlive its owner in a process that is started meanwhile and inherits the file.
-    access
-        .sec2()
-        .file_locking(false)
-        .sieve_buf_size(0)
-        .chunk_cache(1, 0, 1.0)
-        .mdc_config(&metadata)
 }
 
 /// Makes renames in a folder safe against loss of power.

@@ -1,7 +1,8 @@
 //! Where a group is kept: in the run file, or in a file beside it that the run files of a folder share.
 //!
-//! Such a file, `STAGE-DIGEST.h5`, is named by the digest of the group and never changes. It is found by what the group was computed from. Its name stands in a root attribute of the run
-//! file, which this program goes by; the external link there is for everyone else.
+//! Such a file, `STAGE-DIGEST.h5`, is named by the digest of the group and never changes. It is found by what the group was
+//! computed from. Its name stands in a root attribute of the run file, which this program goes by; the external link there is
+//! for everyone else.
 
 use std::path::Path;
 use std::{fmt, fs};
@@ -10,24 +11,15 @@ use hdf5_metno as hdf5;
 
 use crate::attribute::{read_text, write_text};
 use crate::error::{AtPlace, LinkProblem, Place, StoreError};
+use crate::hdf5_file::Hdf5File;
 use crate::header;
 use crate::header::StoredGroup;
 use crate::layout::{DatasetSpec, Group, Layout};
 use crate::lock::RunFile;
 use crate::reader::Reader;
-use crate::volume::Volume;
-
-/// The file a group is kept in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Home {
-    /// The run file itself.
-    RunFile,
-    /// A file beside the run file, named by its digest, that any run file of the folder may link.
-    Shared,
-}
 
 /// Hexadecimal digits of the group's digest in the name; 64 bits tell the groups of a folder apart.
-const DIGITS: usize = 16;
+const NAME_DIGITS: usize = 16;
 
 /// The plain name of a file that holds one group.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -35,7 +27,7 @@ pub(super) struct LinkedName(String);
 
 impl LinkedName {
     pub(super) fn new(group: Group, digest: &str) -> Self {
-        let digits = digest.get(..DIGITS).unwrap_or(digest);
+        let digits = digest.get(..NAME_DIGITS).unwrap_or(digest);
         LinkedName(format!("{group}-{digits}.h5"))
     }
 
@@ -44,7 +36,7 @@ impl LinkedName {
         let digits = text.strip_prefix(group.name())?.strip_prefix('-')?;
         let digits = digits.strip_suffix(".h5")?;
         let hexadecimal = |c: u8| c.is_ascii_digit() || (b'a'..=b'f').contains(&c);
-        let is_name = digits.len() == DIGITS && digits.bytes().all(hexadecimal);
+        let is_name = digits.len() == NAME_DIGITS && digits.bytes().all(hexadecimal);
         is_name.then(|| LinkedName(text.into()))
     }
 
@@ -67,7 +59,7 @@ impl fmt::Display for LinkedName {
 pub(super) struct Linked {
     /// `None` if what stands in the run file cannot be the name.
     pub(super) name: Option<LinkedName>,
-    pub(super) volume: Result<Volume, LinkProblem>,
+    pub(super) file: Result<Hdf5File, LinkProblem>,
 }
 
 /// The root attribute that names the file of a group.
@@ -77,13 +69,14 @@ fn attribute(group: Group) -> String {
 
 impl Linked {
     /// Opens the file of a group, or `None` if the run file holds the group itself, or not at all.
-    pub(super) fn open(home: &Volume, layout: &Layout, group: Group) -> Option<Self> {
-        let path = format!("/{group}");
-        home.link_on_the_way(&path)?;
-        let place = Place::new(&home.path, &path);
-        let text = read_text(&home.file, place, &attribute(group)).unwrap_or_default();
+    pub(super) fn open(home: &Hdf5File, layout: &Layout, group: Group) -> Option<Self> {
+        if !is_joined(&home.hdf5, group) {
+            return None;
+        }
+        let place = Place::new(&home.path, group.name());
+        let text = read_text(&home.hdf5, place, &attribute(group)).unwrap_or_default();
         let name = LinkedName::parse(&text, group);
-        let volume = match &name {
+        let file = match &name {
             None => Err(LinkProblem::NotAName { found: text }),
             Some(name) => {
                 // HDF5 and we look beside the run file itself, not beside a symbolic link to it.
@@ -91,7 +84,7 @@ impl Linked {
                 open_named(&home.with_file_name(&name.0), layout, group, name)
             }
         };
-        Some(Linked { name, volume })
+        Some(Linked { name, file })
     }
 }
 
@@ -101,25 +94,22 @@ fn open_named(
     layout: &Layout,
     group: Group,
     name: &LinkedName,
-) -> Result<Volume, LinkProblem> {
+) -> Result<Hdf5File, LinkProblem> {
     let unusable = |error: StoreError| match error {
         StoreError::NotFound { file } => LinkProblem::Missing { file },
         error => LinkProblem::Unusable {
             reason: error.to_string(),
         },
     };
-    let volume = Volume::open(path, layout, layout.linked_filetype).map_err(unusable)?;
+    let file = Hdf5File::open(path, layout, layout.linked_filetype).map_err(unusable)?;
     let place = Place::new(path, group.name());
-    if !volume.holds(&format!("/{group}")) {
-        return Err(unusable(place.mismatch("the group of the stage", "none")));
-    }
-    let object = volume.file.group(group.name());
+    let object = file.hdf5.group(group.name());
     let digest = object
         .at(place, "open the group")
         .and_then(|object| read_text(&object, place, "digest"))
         .map_err(unusable)?;
     if name.fits(&digest) {
-        return Ok(volume);
+        return Ok(file);
     }
     Err(LinkProblem::Replaced {
         file: path.into(),
@@ -140,7 +130,7 @@ pub(super) fn join(
         .at(place, "link the file of the stage")
 }
 
-/// Whether a group of a run file being written is kept in a file of its own.
+/// Whether a group of a run file is kept in a file of its own.
 pub(super) fn is_joined(run_file: &hdf5::File, group: Group) -> bool {
     run_file.attr(&attribute(group)).is_ok()
 }
@@ -191,52 +181,43 @@ pub(super) fn linked_names(run_file: &Path, layout: &Layout) -> Vec<String> {
 /// With `embed`, groups in files of their own are copied into the new file too.
 ///
 /// # Errors
-/// `ForeignLink` for a link that this program did not make; `Damaged` where the groups cannot be listed; `Hdf5` if copying
-/// fails.
+/// `Hdf5` if copying fails.
 pub(super) fn carry_over(
     previous: &Reader,
     replaced: &[Group],
     embed: bool,
-    file: &hdf5::File,
+    to: &hdf5::File,
 ) -> Result<(), StoreError> {
     let home = &previous.home;
     let place = Place::new(&home.path, "/");
-    let names = home.file.member_names();
-    for name in names.map_err(|error| place.unlisted(&error))? {
+    let names = home.hdf5.member_names();
+    for name in names.at(place, "list its groups")? {
         let group = previous.layout.groups().find(|group| group.name() == name);
         if group.is_some_and(|group| replaced.contains(&group)) {
             continue;
         }
         let linked = group.and_then(|group| Some((group, previous.linked.get(&group)?)));
         match linked {
-            Some((group, Linked { name, volume })) => match (name, volume) {
-                (_, Ok(volume)) if embed => copy(&volume.file, place, group.name(), file)?,
-                (Some(name), _) => join(file, place, group, name)?,
+            Some((group, Linked { name, file })) => match (name, file) {
+                (_, Ok(file)) if embed => copy(&file.hdf5, place, group.name(), to)?,
+                (Some(name), _) => join(to, place, group, name)?,
                 // Nothing can be found by it again.
                 (None, _) => {}
             },
-            None => match home.link_on_the_way(&format!("/{name}")) {
-                None => copy(&home.file, place, &name, file)?,
-                Some(link) => {
-                    return Err(StoreError::ForeignLink {
-                        file: home.path.clone(),
-                        link: link.into(),
-                    });
-                }
-            },
+            None => copy(&home.hdf5, place, &name, to)?,
         }
     }
     Ok(())
 }
 
 /// Copies one group of another file as it is.
-pub(super) fn take_over(from: &Reader, group: Group, file: &hdf5::File) -> Result<(), StoreError> {
-    let volume = from.volume(group)?;
-    let place = Place::new(&volume.path, "/");
-    copy(&volume.file, place, group.name(), file)
+pub(super) fn take_over(from: &Reader, group: Group, to: &hdf5::File) -> Result<(), StoreError> {
+    let file = from.file_of(group)?;
+    let place = Place::new(&file.path, "/");
+    copy(&file.hdf5, place, group.name(), to)
 }
 
-/// Copies a group; links inside it stay links.
+/// Copies a group.
 fn copy(
     from: &hdf5::File,
     place: Place<'_>,
@@ -255,12 +236,10 @@ pub struct SharedGroup {
     pub(super) group: Group,
     pub(super) name: LinkedName,
     stored: StoredGroup,
-    is_sound: bool,
 }
 
 impl SharedGroup {
-    /// Looks beside a run file for a group that was computed from the same input; files that cannot
-    /// be used are passed over.
+    /// Looks beside a run file for a group that was computed from the same input; altered files are passed over.
     #[must_use]
     pub fn find(run_file: &RunFile, group: Group, input_digest: &str) -> Option<Self> {
         let entries = fs::read_dir(&run_file.folder).ok()?;
@@ -271,14 +250,13 @@ impl SharedGroup {
         names.sort_by_key(ToString::to_string);
         names.into_iter().find_map(|name| {
             let path = run_file.folder.join(name.to_string());
-            let volume = open_named(&path, &run_file.layout, group, &name).ok()?;
-            let object = volume.file.group(group.name()).ok()?;
+            let file = open_named(&path, &run_file.layout, group, &name).ok()?;
+            let object = file.hdf5.group(group.name()).ok()?;
             let stored = header::read(&object, Place::new(&path, group.name())).ok()?;
             (stored.record.input_digest == input_digest).then_some(Self {
                 group,
                 name,
                 stored,
-                is_sound: volume.is_sound(group),
             })
         })
     }
@@ -294,12 +272,6 @@ impl SharedGroup {
     pub fn stored(&self) -> &StoredGroup {
         &self.stored
     }
-
-    /// Whether this process has found the file to be what was written, and it has not changed since.
-    #[must_use]
-    pub fn is_sound(&self) -> bool {
-        self.is_sound
-    }
 }
 
 impl Reader {
@@ -307,15 +279,21 @@ impl Reader {
     #[must_use]
     pub fn linked_file(&self, group: Group) -> Option<(String, u64)> {
         let linked = self.linked.get(&group)?;
-        let volume = linked.volume.as_ref().ok()?;
-        Some((linked.name.as_ref()?.to_string(), volume.bytes))
+        let file = linked.file.as_ref().ok()?;
+        Some((linked.name.as_ref()?.to_string(), file.bytes))
+    }
+
+    /// What is wrong with the files beside the run file, one for each that cannot be used.
+    pub fn link_problems(&self) -> impl Iterator<Item = StoreError> {
+        let groups = self.linked.keys();
+        groups.filter_map(|group| self.file_of(*group).err())
     }
 
     /// The file that holds a group: the run file, or the one beside it.
-    pub(super) fn volume(&self, group: Group) -> Result<&Volume, StoreError> {
-        match self.linked.get(&group).map(|linked| &linked.volume) {
+    pub(super) fn file_of(&self, group: Group) -> Result<&Hdf5File, StoreError> {
+        match self.linked.get(&group).map(|linked| &linked.file) {
             None => Ok(&self.home),
-            Some(Ok(volume)) => Ok(volume),
+            Some(Ok(file)) => Ok(file),
             Some(Err(problem)) => Err(StoreError::Linked {
                 file: self.home.path.clone(),
                 group,
@@ -325,32 +303,20 @@ impl Reader {
     }
 
     /// The path of the file that holds a dataset.
-    pub(super) fn file_of(&self, path: &str) -> &Path {
+    pub(super) fn path_of(&self, path: &str) -> &Path {
         let spec = self.layout.find(path);
-        let volume = spec.and_then(|spec| self.volume(spec.group).ok());
-        &volume.unwrap_or(&self.home).path
+        let file = spec.and_then(|spec| self.file_of(spec.group).ok());
+        &file.unwrap_or(&self.home).path
     }
 
     pub(super) fn place<'a>(&'a self, spec: &DatasetSpec) -> Place<'a> {
-        Place::new(self.file_of(spec.path), spec.path)
+        Place::new(self.path_of(spec.path), spec.path)
     }
 
-    /// Whether the dataset itself, not a link to another place, is there.
+    /// Whether the dataset is there.
     pub(super) fn holds(&self, spec: &DatasetSpec) -> bool {
-        self.volume(spec.group)
-            .is_ok_and(|volume| volume.holds(spec.path))
-    }
-
-    /// The file that holds a group, unless a link stands on the way to one of its objects.
-    pub(super) fn volume_of_object(&self, group: Group, path: &str) -> Result<&Volume, StoreError> {
-        let volume = self.volume(group)?;
-        match volume.link_on_the_way(path) {
-            None => Ok(volume),
-            Some(link) => Err(StoreError::ForeignLink {
-                file: volume.path.clone(),
-                link: link.into(),
-            }),
-        }
+        self.file_of(spec.group)
+            .is_ok_and(|file| file.holds(spec.path))
     }
 
     pub(super) fn missing(&self, dataset: &str, group: Group) -> StoreError {
