@@ -17,7 +17,7 @@ import contact3d as package
 from conftest import ROOT
 from contact3d.theory import Level, NotCovered, Theory, measure
 from contact3d.theory._face import ContactFace, triangle_rule
-from contact3d.theory._law import FrictionLaw, mean_of_absolute
+from contact3d.theory._law import FrictionLaw
 from contact3d.theory._mapping import nearest_in_ellipses
 from quadratic_program import polished
 from raw_problem import RawProblem
@@ -358,45 +358,6 @@ def test_the_friction_functional_of_the_program_beside_that_of_the_paper(measure
     assert excess > 0
 
 
-def mean_by_midpoints(corners: np.ndarray, parts: int = 200) -> np.ndarray:
-    """The mean over a triangle of |v| for linear functions, by midpoints of parts^2 triangles."""
-    i, j = (part.ravel() for part in np.mgrid[:parts, :parts])
-    up = np.column_stack([i, j])[i + j < parts] + 1 / 3
-    down = np.column_stack([i, j])[i + j < parts - 1] + 2 / 3
-    at = np.vstack([up, down]) / parts
-    barycentric = np.column_stack([1 - at.sum(axis=1), at])
-    return np.abs(barycentric @ corners).mean(axis=0)
-
-
-def test_clement_interpolation_is_the_mean_around_each_node(contact3d, tmp_path):
-    path = tmp_path / "clement.h5"
-    contact3d("run", SCENE, path, "--no-figures", "--set", "body.brick.cells=[6,2,2]", "--set", 'contact.slip_interpolation="clement"')
-    problem, face = read(path)
-    with open_run(path) as file:
-        stored = file["solve/slip"][:] if "slip" in file["solve"] else None
-        inverse = file["solve/friction_inverse"][:]
-    psi = Psi(problem)
-    tangential = psi.tangential(problem.multiplier)
-    sums, areas = np.zeros_like(tangential), np.zeros(len(tangential))
-    for nodes in face.triangles:
-        a, b, c = face.coordinates[nodes]
-        area = np.linalg.norm(np.cross(b - a, c - a)) / 2
-        sums[nodes] += area * mean_by_midpoints(tangential[nodes])
-        areas[nodes] += area
-    slip = np.zeros_like(sums)
-    slip[face.free] = sums[face.free] / areas[face.free, None]
-    if stored is not None:
-        assert stored == pytest.approx(slip, abs=1e-4 * slip.max())
-    # Midpoints see the kink of |u| to 1e-5 or so.
-    expected = problem.friction_inverse(problem.nodal_friction(slip))
-    assert inverse == pytest.approx(expected, rel=1e-4)
-    # Nodal values would give another friction.
-    nodal = problem.friction_inverse(problem.nodal_friction(np.abs(tangential)))
-    assert np.abs(nodal / inverse - 1).max() > 1e-2
-    change = np.linalg.norm(psi(slip, problem.normal) - problem.multiplier)
-    assert change <= 1e-4 * np.linalg.norm(problem.multiplier)
-
-
 def test_one_sliding_pane_contracts_as_its_closed_form(tmp_path):
     """With the pane sliding along -t1 or t1, lambda_nu = (h_nu +- F S_nut g) / S_nunu, so Psi' = +- F S_nut / S_nunu."""
     run = package.run(ONE_PANE, tmp_path / "pane.h5", set={"assemble.dual_operator": "explicit"})
@@ -551,22 +512,6 @@ def test_interpolation_reproduces_coarse_functions():
     assert (len(fine.points), len(fine.triangles)) == (15, 16)
     assert fine.geometry[1].sum() == pytest.approx(0.5, rel=1e-14)
     assert origin @ np.ones(3) == pytest.approx(np.ones(15), rel=1e-15)
-
-
-def test_means_of_absolute_values_and_their_slopes():
-    random = np.random.default_rng(7)
-    values = random.uniform(-1, 1, (50, 3, 2))
-    means, slopes = mean_of_absolute(values)
-    # The triangles on the cut, a share of 1/200, are wrong by their size 1/200 at most.
-    assert means == pytest.approx(np.array([mean_by_midpoints(corners) for corners in values]), abs=1e-4)
-    # Euler's identity of functions of degree 1.
-    assert np.sum(slopes * values, axis=1) == pytest.approx(means, abs=1e-14)
-    for corner in range(3):
-        step = 1e-6 * np.eye(3)[corner][None, :, None]
-        difference = (mean_of_absolute(values + step)[0] - mean_of_absolute(values - step)[0]) / 2e-6
-        # The slope changes by its second derivative, at most 1 over the largest value, on the way.
-        assert slopes[:, corner] == pytest.approx(difference, abs=1e-4)
-    assert mean_of_absolute(np.zeros((1, 3, 1)))[1] == pytest.approx(np.zeros((1, 3, 1)))
 
 
 def test_projections_on_ellipses_and_their_derivatives():

@@ -58,7 +58,6 @@ __all__ = [
     "Region",
     "Scene",
     "Side",
-    "SlipInterpolation",
     "SlipMeasure",
     "SolveSettings",
     "Sphere",
@@ -94,9 +93,6 @@ Direction = Literal["x", "-x", "y", "-y", "z", "-z"]
 
 #: The space L^H of the contact stresses.
 MultiplierSpace = Literal["panes", "nodal"]
-
-#: The interpolation r_h of |u_t1| and |u_t2| on the contact face (HKL §3).
-SlipInterpolation = Literal["lagrange", "clement"]
 
 #: An expression in x, y, z, the slips s1 = |u_t1|, s2 = |u_t2| (s = |u_t| for an isotropic law), all in m, and the
 #: scene's parameters.
@@ -404,7 +400,6 @@ class Contact(Keys):
     :param angle: Angle in degrees by which the default t₁ is turned towards t₂ = t₁ × ν, with ν the outward normal:
         counterclockwise seen from inside the body, on z_min from x towards y. A number, or an expression in x, y, z.
     :param multipliers: The space of the contact stresses. Default: ``"panes"``.
-    :param slip_interpolation: How the slips that coefficients of friction follow are made from displacements.
     :param friction: The law of friction on this face; that of the table ``friction`` when not given, and none
         without either.
     """
@@ -417,7 +412,6 @@ class Contact(Keys):
     axis_1: Sequence[Quantity] | None = None
     angle: Quantity | None = None
     multipliers: MultiplierSpace | None = None
-    slip_interpolation: SlipInterpolation | None = None
     friction: Friction | None = None
 
 

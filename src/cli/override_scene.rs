@@ -1,6 +1,6 @@
 //! Scenes read with the changes of `--set`.
 
-use contact3d::scene::{InvalidValue, Scene, SceneFile, SlipInterpolation, number_limit};
+use contact3d::scene::{InvalidValue, Scene, SceneFile, number_limit};
 
 use super::arguments::SceneArguments;
 use crate::{
@@ -41,7 +41,7 @@ pub(super) fn read_for_error(
         let mut keys = keys.map(|(key, _)| key.trim());
         let is_named =
             file.gives("body.element") || keys.any(|key| ["body", "body.element"].contains(&key));
-        if !is_named && leaves_element_open(&file.scene) {
+        if !is_named && file.scene.body.as_brick().is_some() {
             overrides.push("body.element=\"P2\"".to_owned());
         }
         overrides.push(format!("adapt.error={error:?}"));
@@ -100,13 +100,6 @@ pub(super) fn asks_for_no_error(option: &str, error: &str) -> StageError {
         found: "neither --error nor [adapt]".into(),
         help: format!("add --error {error}, for example"),
     })
-}
-
-/// Whether any element fits: mesh files have one, and averaged slips are for linear tetrahedra.
-fn leaves_element_open(scene: &Scene) -> bool {
-    let mut contacts = scene.contacts.iter();
-    scene.body.as_brick().is_some()
-        && !contacts.any(|contact| contact.slip_interpolation == SlipInterpolation::Clement)
 }
 
 /// Puts a value at a dotted key path; tables that are not there are made.

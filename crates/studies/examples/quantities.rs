@@ -14,7 +14,7 @@ use contact3d::{
 };
 
 /// Scenes of `pipelines/`, with the cells of the first mesh.
-const PIPELINES: [&str; 14] = [
+const PIPELINES: [&str; 13] = [
     "newton",
     "hkl2011_table2",
     "frictionless",
@@ -26,7 +26,6 @@ const PIPELINES: [&str; 14] = [
     "elastic_only",
     "springs",
     "pressed",
-    "clement",
     "nodal",
     "capped",
 ];

@@ -466,69 +466,6 @@ fn two_nodes_have_the_solutions_of_all_their_states_at_every_friction() {
         .for_each(|point| assert!((point.parameter - 2.0).abs() < 1e-12));
 }
 
-/// With Clément's interpolation a coefficient follows many nodes: paths end their pieces where a mean reaches a knot, and their ends are
-/// the solver's answers.
-#[test]
-fn means_of_slips_reach_the_knots_of_the_law_where_paths_say_so() {
-    let mut base = scene("brick.toml");
-    if let Some(brick) = base.body.as_brick_mut() {
-        brick.cells = [12, 4, 4];
-    }
-    base.contacts[0].slip_interpolation = contact3d::scene::SlipInterpolation::Clement;
-    let ramp = Ramp {
-        initial: 0.6,
-        residual: 0.1,
-        onset: 2e-5,
-        rate: 1e4,
-    };
-    let knots = [
-        ramp.onset,
-        ramp.onset + (ramp.initial - ramp.residual) / ramp.rate,
-    ];
-    let friction = base.friction.as_mut().expect("friction");
-    friction.coefficient_1 = Some(Coefficient::Ramp(ramp));
-    friction.coefficient_2 = Some(Coefficient::Ramp(ramp));
-    let Followed { branches, .. } = follow(&base, [0.1, 1.0], false, load_in_part);
-    assert!(branches.is_followed());
-    assert!(points(&branches).all(|point| point.residual < 1e-11));
-    let solved_at = |share: f64| {
-        let mut loaded = base.clone();
-        load_in_part(&mut loaded, share);
-        let problem = contact3d::Problem::in_folder(loaded, &folder()).expect("a problem");
-        problem.assemble().expect("a factor")
-    };
-    let mut met = 0;
-    for point in points(&branches) {
-        for switch in &point.switches {
-            let Switch::Knot(node, axis) = *switch else {
-                continue;
-            };
-            let problem = solved_at(point.parameter);
-            let contact = problem.system.contact.as_ref().expect("contact");
-            let dual = contact.explicit().expect("a dense operator");
-            let moved = dual.tangential_displacement(&point.multiplier);
-            let interface = problem.contact_state().expect("contact").interface;
-            let slip = interface.slip.operator.slip(&moved)[node][axis];
-            let off = knots.map(|knot| (slip / knot - 1.0).abs());
-            // Kinks are located to 1e-13 of the slip of the whole face, which is 1e3 knots at most.
-            assert!(off[0].min(off[1]) < 1e-9, "{point:?} {slip}");
-            met += 1;
-        }
-    }
-    assert!(met > 5, "{met} knots are met");
-    let end = branches.end_solutions(1.0);
-    let problem = solved_at(1.0);
-    let solution = problem.solve(&problem.scene().solve).expect("a solve");
-    let near = end.iter().map(|at| {
-        norm(&contact3d::linalg::difference(
-            &at.point.multiplier,
-            &solution.multiplier,
-        )) / norm(&solution.multiplier)
-    });
-    // The solver's own accuracy.
-    assert!(near.fold(f64::INFINITY, f64::min) < 1e-9);
-}
-
 /// A path that goes on from a stored record has the same bits as one that was never interrupted.
 #[test]
 fn restarted_paths_equal_uninterrupted_ones() {

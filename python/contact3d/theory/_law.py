@@ -1,4 +1,4 @@
-"""The law of friction of a scene: coefficients with their slopes by the slips, the slip bound, the interpolation of slips."""
+"""The law of friction of a scene: coefficients with their slopes by the slips, the slip bound, the slips."""
 
 import re
 from collections.abc import Mapping
@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from ._face import ContactFace
 from ._forms import Array
 
 #: A slip moves by this along the imaginary axis; the imaginary part of a formula over it is its slope, to rounding.
@@ -99,44 +98,9 @@ def piecewise_linear(knots: Any, values: Any, at: Array) -> tuple[Array, Array]:
     return np.interp(at, knots, values), slopes[np.searchsorted(knots, at)]
 
 
-@dataclass(frozen=True)
-class SlipOperator:
-    """phi = (r_h|u_t1|, r_h|u_t2|) at the contact nodes, by Lagrange's interpolation or Clement's (3.19)."""
-
-    face: ContactFace
-    is_clement: bool
-
-    def at(self, tangential: Array) -> tuple[Array, sparse.csr_array]:
-        """The slips, [n, 2], and their derivative by (u_t1, u_t2), [2 n, 2 n] node by node; one-sided where these vanish."""
-        if not self.is_clement:
-            # Displacements that vanish by symmetry have a sign of rounding: the derivative is that of growing ones.
-            vanishing = np.abs(tangential) <= VANISHING * np.abs(tangential).max(initial=0.0)
-            signs = np.where(vanishing, 1.0, np.sign(tangential))
-            return np.abs(tangential), sparse.diags_array(signs.ravel(), format="csr")
-        # Held nodes, whose displacement vanishes, have no star.
-        weights, inverse = self.face.stars @ sparse.diags_array(self.face.geometry[1]), np.zeros(len(tangential))
-        inverse[self.face.free] = 1 / weights.sum(axis=1)[self.face.free]
-        shares, triangles = sparse.diags_array(inverse) @ weights, self.face.triangles
-        means, slopes = mean_of_absolute(tangential[triangles])
-        places = (np.arange(len(triangles)).repeat(3), triangles.ravel())
-        parts = (sparse.csr_array((slopes[:, :, k].ravel(), places), shape=shares.shape[::-1]) for k in range(2))
-        pair = (sparse.kron(shares @ part, np.diag(np.eye(2)[k])) for k, part in enumerate(parts))
-        return shares @ means, sparse.csr_array(sum(pair))
-
-
-def mean_of_absolute(values: Array) -> tuple[Array, Array]:
-    """The means over triangles of |v| of linear functions with values at corners, [t, 3, k], and their slopes by these.
-
-    Where one corner has its own sign, v vanishes at shares s and t of the edges there, which cut off s t of the area.
-    """
-    sign = np.where((values < 0).sum(axis=1, keepdims=True) >= 2, -1.0, 1.0)
-    upright = sign * values
-    order = (upright.argmin(axis=1, keepdims=True) + np.arange(3)[:, None]) % 3
-    corner, second, third = np.take_along_axis(upright, order, axis=1).transpose(1, 0, 2)
-    depth = np.maximum(-corner, 0.0)
-    s, t = (np.divide(depth, other + depth, out=np.zeros_like(depth), where=depth > 0) for other in (second, third))
-    cut = np.stack([2 * s * t * (3 - s - t), 2 * s * s * t, 2 * s * t * t], axis=1) / 3
-    slopes = np.empty_like(values)
-    np.put_along_axis(slopes, order, np.broadcast_to(sign, values.shape) * (1 / 3 - cut), axis=1)
-    vanishes = (values == 0).all(axis=1, keepdims=True)
-    return upright.mean(axis=1) + 2 / 3 * depth * s * t, np.where(vanishes, 0.0, slopes)
+def slips_of(tangential: Array) -> tuple[Array, sparse.csr_array]:
+    """phi = (|u_t1|, |u_t2|) at the contact nodes, [n, 2], and its derivative by (u_t1, u_t2), [2 n, 2 n] node by node."""
+    # Displacements that vanish by symmetry have a sign of rounding: the derivative is that of growing ones.
+    vanishing = np.abs(tangential) <= VANISHING * np.abs(tangential).max(initial=0.0)
+    signs = np.where(vanishing, 1.0, np.sign(tangential))
+    return np.abs(tangential), sparse.diags_array(signs.ravel(), format="csr")

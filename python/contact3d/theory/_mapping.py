@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ._forms import Array, largest_eigenvalue
-from ._law import FrictionLaw, SlipOperator
+from ._law import FrictionLaw, slips_of
 from ._norms import DisplacementNorm
 from ._problem import Problem
 
@@ -43,7 +43,6 @@ class Mapping:
 
     problem: Problem
     law: FrictionLaw
-    slips: SlipOperator
     dual: Array
     rhs: Array
     steplengths: Array
@@ -63,8 +62,7 @@ class Mapping:
         steplengths[held] = steplengths.max()
         dual[held, held] = 1 / steplengths.max()
         free = problem.selection @ energy.solve(problem.load)
-        return cls(problem, FrictionLaw.of(problem.contact, run.scene), SlipOperator(problem.face, problem.is_clement),
-                   dual, run["load/dual_rhs"].values, steplengths,
+        return cls(problem, FrictionLaw.of(problem.contact, run.scene), dual, run["load/dual_rhs"].values, steplengths,
                    compliance[:, np.concatenate([rows[:, 0], rows[:, 1:].ravel()])], free[is_tangential])
 
     def scaled(self, factor: float) -> "Mapping":
@@ -77,7 +75,7 @@ class Mapping:
 
     def state(self, multiplier: Array) -> tuple[Array, Array]:
         """The point (phi, lambda_nu) of Y^h x Y^h x L^H, [n, 2] and [m]."""
-        return self.slips.at(self.tangential(multiplier))[0], multiplier[: len(self.problem.areas)]
+        return slips_of(self.tangential(multiplier))[0], multiplier[: len(self.problem.areas)]
 
     def frozen(self, multiplier: Array) -> Frozen:
         """The friction that the state of a multiplier freezes."""
@@ -88,7 +86,7 @@ class Mapping:
     def derivatives(self, multiplier: Array) -> tuple[Array, Array, Array]:
         """d phi / d lambda, [2 n, 3 m], the derivative of the inverse coefficients by phi, [2 m, 2 n], and dg / dlambda_nu, [m]."""
         average = self.problem.integrals / self.problem.areas[:, None]
-        slip, slopes = self.slips.at(self.tangential(multiplier))
+        slip, slopes = slips_of(self.tangential(multiplier))
         coefficients, by_slip = self.law.at(self.problem.face.points, slip)
         inverse_by_slip = np.zeros((2 * len(average), slip.size))
         for k, l in np.ndindex(2, 2):

@@ -73,7 +73,7 @@ class DisplacementNorm:
         return self._trace([0, 1, 2], self.problem.face.mass)
 
     def tangential_trace(self) -> float:
-        """|v_t|_0 <= c |v|, which also bounds Clement's interpolation of |v_t|."""
+        """|v_t|_0 <= c |v|."""
         return self._trace([1, 2], self.problem.face.mass)
 
     def interpolated_trace(self) -> float:
@@ -131,11 +131,9 @@ class DisplacementNorm:
         alpha, continuity, load, c_tr_2, c_tr_4 = self.alpha(), self.continuity(), self.load(), self.c_tr_2(), self.c_tr_4()
         c_inv_half, max_trace = self.c_inv_half(), math.sqrt(self.peaks.max())
         lagrange, tangential = self.interpolated_trace(), self.tangential_trace()
-        # Clement's c_r is measured on finer functions until it settles.
-        c_r, interpolated = (face.c_r_clement[-1], tangential) if problem.is_clement else (face.c_r_absolute, lagrange)
         # |(r_h|v_t1|, r_h|v_t2|)|_0 <= image |v| by (3.6). Constants are interpolated exactly, so the inverse inequality of the
         # gradient alone serves as well, whatever the unit of length: c_inv(1,0)^2 is its square and h^2.
-        image, gradient_image = (c_tr_2 * (inverse * c_r * face.c_t + 1) for inverse in
+        image, gradient_image = (c_tr_2 * (inverse * face.c_r_absolute * face.c_t + 1) for inverse in
                                  (face.c_inv_10, math.sqrt(face.c_inv_10**2 - face.h**2)))
         radius_pressure = (1 + continuity / alpha) * load
         max_by_fourth = face.c_inv_infinity / math.sqrt(face.h) * c_tr_4
@@ -157,6 +155,6 @@ class DisplacementNorm:
             radius_pressure=radius_pressure,
             q=float((image + continuity) * usual.max()),
             q_weighted=float(usual @ [continuity, gradient_image]),
-            q_composed=float(composed @ [continuity, interpolated]),
+            q_composed=float(composed @ [continuity, lagrange]),
             q_averaged=float(averaged @ [continuity, gradient_image]),
         )

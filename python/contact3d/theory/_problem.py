@@ -80,11 +80,6 @@ class Problem:
         entry = self.run.scene["contact"]
         return entry[0] if isinstance(entry, list) else entry
 
-    @property
-    def is_clement(self) -> bool:
-        """Whether slips are interpolated by (3.19)."""
-        return self.contact.get("slip_interpolation") == "clement"
-
     @cached_property
     def panes(self) -> Array | None:
         """The pane of each triangle; None for nodal multipliers."""

@@ -47,12 +47,11 @@ const RAMPS: &str =
         coefficient_2.ramp = { initial = 0.35, residual = 0.2, onset = 1e-6, rate = 1000.0 }";
 
 /// All kinds of problems: element, contact, friction.
-const KINDS: [(&str, &str, &str); 6] = [
+const KINDS: [(&str, &str, &str); 5] = [
     ("P1", "", RAMPS),
     ("P2", "", RAMPS),
     ("P1", "multipliers = 'nodal'\nangle = '20*x'", RAMPS),
     ("P2", "multipliers = 'nodal'\ngap = '1e-6*x'", RAMPS),
-    ("P1", "slip_interpolation = 'clement'", RAMPS),
     ("P1", "gap = 1e-6", "slip_bound = 2e6"),
 ];
 

@@ -2,17 +2,14 @@
 
 use std::sync::Arc;
 
-use super::{
-    ClementStars, ContactFrame, CoulombLaw, Coupling, FaceLaw, PreviousIncrement, SlipMap,
-    SlipOperator, law_bounds,
-};
+use super::{ContactFrame, CoulombLaw, Coupling, FaceLaw, PreviousIncrement, SlipMap, law_bounds};
 use crate::{
     elasticity::{DofMap, prescribed_displacements},
     linalg::UNIT_ROUNDING,
     mesh::{ContactSurface, Mesh, SurfaceFace},
     scene::{
-        ContactFeatures, FrictionModel, InvalidValue, Quantity, Scene, SlipInterpolation,
-        SlipMeasure, UNDEFINED, Warning, Written, place_words,
+        ContactFeatures, FrictionModel, InvalidValue, Quantity, Scene, SlipMeasure, UNDEFINED,
+        Warning, Written, place_words,
     },
 };
 
@@ -52,30 +49,20 @@ impl Interface {
     /// is not positive without slip, an axis that is not tangential, a clamp that pushes a contact node into the foundation, or leaves fewer displacements to a node than it has
     /// multipliers.
     pub fn new(scene: &Scene, mesh: &Mesh) -> Result<Option<Self>, InvalidValue> {
-        let (Some(first), Some(surface)) = (scene.contacts.first(), &mesh.contact) else {
+        let Some(surface) = mesh.contact.as_ref().filter(|_| !scene.contacts.is_empty()) else {
             return Ok(None);
         };
         let features = scene.contact_features();
         if features.len() != surface.faces.len() {
             return Err(other_faces(features.len(), surface.faces.len()));
         }
-        let held = mesh.held_nodes(scene);
         let frame = ContactFrame::new(scene, &features, surface, mesh)?;
         let gap = gap(scene, &features, surface, mesh)?;
         refuse_penetration(scene, mesh, surface, &frame, gap.as_deref())?;
         refuse_dependent(scene, &features, mesh, surface, &frame)?;
         Ok(Some(Self {
             names: features.iter().map(|face| face.name.clone()).collect(),
-            slip: SlipMap {
-                operator: match first.slip_interpolation {
-                    SlipInterpolation::Lagrange => SlipOperator::Lagrange,
-                    SlipInterpolation::Clement => {
-                        let is_held = |node: usize| held[node] == [true; 3];
-                        SlipOperator::Clement(ClementStars::new(surface, mesh, is_held))
-                    }
-                },
-                previous: None,
-            },
+            slip: SlipMap::default(),
             frame,
             gap,
             friction: InterfaceFriction::new(scene, &features, surface, mesh)?,
@@ -110,20 +97,13 @@ impl Interface {
     /// The lengths of the path of sliding at the end of a step, `[n_contact_nodes]`, in m.
     #[must_use]
     pub fn path_after(&self, tangential: &[[f64; 2]]) -> Vec<[f64; 3]> {
-        let SlipMap { operator, previous } = &self.slip;
-        let moved = match previous {
-            None => operator.slip(tangential),
-            Some(previous) => operator.slip(&previous.slip(tangential)),
-        };
-        let before = |node: usize| {
-            previous
-                .as_ref()
-                .map_or([0.0; 3], |previous| previous.path[node])
-        };
-        let nodes = moved.iter().enumerate();
+        let nodes = tangential.iter().enumerate();
         nodes
-            .map(|(node, &[first, second])| {
-                let before = before(node);
+            .map(|(node, moved)| {
+                let from = self.slip_origin(node);
+                let [first, second] = [0, 1].map(|k| (moved[k] - from[k]).abs());
+                let previous = self.slip.previous.as_ref();
+                let before = previous.map_or([0.0; 3], |previous| previous.path[node]);
                 [
                     before[0] + first,
                     before[1] + second,

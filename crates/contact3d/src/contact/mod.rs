@@ -23,6 +23,6 @@ pub use coupling::{Coupling, MultiplierLayout};
 pub use frame::{ContactFrame, ReferenceFrame};
 pub use interface::{Interface, InterfaceFriction};
 pub use law_bounds::{LawBounds, LawExtreme};
-pub use slip::{ClementStars, PreviousIncrement, SlipMap, SlipOperator, SlipOperatorDerivative};
+pub use slip::{PreviousIncrement, SlipMap, change_of_slips};
 pub use transfer::transferred;
 pub(crate) use transfer::transferred_by_cells;

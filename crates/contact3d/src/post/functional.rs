@@ -466,7 +466,6 @@ mod tests {
         }
         let scenes = pipeline!(
             "newton",
-            "clement",
             "tresca",
             "frictionless",
             "springs",

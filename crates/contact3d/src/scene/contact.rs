@@ -44,10 +44,6 @@ pub struct Contact {
     /// The space of the contact stresses.
     #[serde(default)]
     pub multipliers: MultiplierSpace,
-    /// How the slips that coefficients of friction follow are made from displacements.
-    #[serde(default, skip_serializing_if = "is_default")]
-    #[schemars(extend("part" = ProblemPart::Solve))]
-    pub slip_interpolation: SlipInterpolation,
     /// The law of friction on this face; that of the table `friction` when not given, and none without either.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("part" = ProblemPart::Law))]
@@ -62,17 +58,6 @@ impl Contact {
     pub fn name(&self) -> &str {
         self.name.as_deref().unwrap_or(&self.face)
     }
-}
-
-/// The interpolation r_h of |u_t1| and |u_t2| on the contact face (HKL §3).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum SlipInterpolation {
-    /// Values at the nodes, as in HKL's experiments.
-    #[default]
-    Lagrange,
-    /// Means over the triangles around each node (HKL (3.19)), as in their theory; for linear tetrahedra.
-    Clement,
 }
 
 /// The space L^H of the contact stresses.

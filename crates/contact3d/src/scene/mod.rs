@@ -35,7 +35,7 @@ pub use body::{Body, ElementOrder, GmshFile};
 pub use brick::{Brick, BrickFace, GivenPlanes, Grading, MOST_CELLS};
 pub use coefficient::{Coefficient, LawPoint, Ramp, SlipDerivative};
 pub(crate) use coefficient::{LEAST_COEFFICIENT, is_coefficient};
-pub use contact::{Contact, MultiplierSpace, SlipInterpolation};
+pub use contact::{Contact, MultiplierSpace};
 pub use error::{InvalidValue, SceneError, SyntaxProblem, numbers};
 pub(crate) use error::{UNDEFINED, place_words};
 pub use expression::{

@@ -275,10 +275,14 @@ impl<'a> Checker<'a> {
         // Jaro and Winkler's similarity is 1 for equal words.
         let meant = nearest.filter(|nearest| similarity(nearest) >= 0.8);
         let is_of_sweep = known.contains(&"body") && ["scene", "axis"].contains(&key);
-        let meant = if is_of_sweep {
-            Some("`contact3d-pipe sweep` runs the file of a sweep; ".to_owned())
-        } else {
-            meant.map(|meant| format!("did you mean `{meant}`? "))
+        let meant = match name {
+            _ if is_of_sweep => {
+                Some("`contact3d-pipe sweep` runs the file of a sweep; ".to_owned())
+            }
+            "slip_interpolation" => {
+                Some("slips are those at the nodes: leave the key out; ".to_owned())
+            }
+            _ => meant.map(|meant| format!("did you mean `{meant}`? ")),
         };
         let expected = match known {
             [] | [_] | [_, _] => format!("`{}`", known.join("` or `")),

@@ -4,7 +4,7 @@ use std::sync::atomic::Ordering;
 
 use super::{Ellipse, FeasibleSet, PaneLaws};
 use crate::{
-    contact::{CoulombLaw, FrictionField, MultiplierLayout, SlipOperatorDerivative},
+    contact::{CoulombLaw, FrictionField, MultiplierLayout, change_of_slips},
     linalg::norm,
 };
 
@@ -70,7 +70,7 @@ pub struct Evaluation {
     /// frozen.
     pub(super) inverse_slope: Vec<[[f64; 2]; 2]>,
     /// ∂φ/∂u_t; `None` where `inverse_slope` is empty.
-    pub(crate) slip_derivative: Option<SlipOperatorDerivative>,
+    pub(crate) slip_derivative: Option<Vec<[f64; 2]>>,
 }
 
 /// One pane of an [`Evaluation`].
@@ -229,7 +229,9 @@ impl<'a> Conditions<'a> {
             })
             .collect();
         let slips = at.slip_derivative.as_ref();
-        let slips = slips.map_or_else(Vec::new, |by| by.apply(|node| displacement[node]));
+        let slips = slips.map_or_else(Vec::new, |by| {
+            change_of_slips(by, |node| displacement[node])
+        });
         let mut change = direction.to_vec();
         self.balance_rows(gradient, &mut change);
         for (i, pane) in at.panes.iter().enumerate() {
@@ -300,7 +302,7 @@ impl<'a> Conditions<'a> {
         let slips = at.slip_derivative.as_ref();
         (
             by_rhs,
-            slips.map_or_else(Vec::new, |by| by.transposed(&by_slip)),
+            slips.map_or_else(Vec::new, |by| change_of_slips(by, |node| by_slip[node])),
         )
     }
 
@@ -349,7 +351,7 @@ impl<'a> Conditions<'a> {
     }
 
     /// ∂φ/∂u_t where the ellipses move with the slip.
-    fn slip_derivative(&self, displacement: &[[f64; 2]]) -> Option<SlipOperatorDerivative> {
+    fn slip_derivative(&self, displacement: &[[f64; 2]]) -> Option<Vec<[f64; 2]>> {
         match self.bound {
             Bound::Coulomb(laws, _) if self.follows_slip() => {
                 Some(laws.slip.derivative(displacement))

@@ -145,7 +145,7 @@ impl<'a> NewtonDriver<'a> {
                 is_coulomb
             }
             StartStrategy::FrictionGraph => match self.bound {
-                Bound::Coulomb(laws, law) => FrictionGraph::applies(self.dual, laws, law),
+                Bound::Coulomb(_, law) => FrictionGraph::applies(self.dual, law),
                 Bound::Frozen(_) => false,
             },
             StartStrategy::Relaxed

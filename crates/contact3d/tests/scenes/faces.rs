@@ -404,10 +404,6 @@ fn contacts_that_cannot_be_are_refused_by_their_keys() {
             |s| s.contacts.push(Contact::on("x_min").named("third")),
             "clamp.0.face",
         ),
-        (
-            |s| s.contacts[1].slip_interpolation = contact3d::scene::SlipInterpolation::Clement,
-            "contact.1.slip_interpolation",
-        ),
     ];
     for (change, key) in cases {
         let mut scene = halves(rough(), rough());

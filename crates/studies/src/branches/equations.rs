@@ -167,7 +167,7 @@ impl<'a> PieceEquations<'a> {
         } else {
             &[]
         };
-        let slips = Slips::on_piece(&member.interface.slip.operator, followed, &piece.nodes);
+        let slips = Slips::on_piece(followed, &piece.nodes);
         let nodes = slips.value.iter().zip(&piece.nodes).enumerate();
         let nodes: Vec<Option<NodalInverse>> = nodes
             .map(|(node, (slip, piece))| Some(laws.inverse(node, *slip, piece.as_ref()?)))

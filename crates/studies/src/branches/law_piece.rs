@@ -5,7 +5,7 @@ use super::{
     point::FamilyMember,
 };
 use contact3d::{
-    contact::{CoulombLaw, SlipOperator},
+    contact::CoulombLaw,
     scene::{Coefficient, FrictionLaw, LawPoint, SlipDerivative},
 };
 
@@ -15,8 +15,6 @@ const INSIDE: [f64; 2] = [0.25, 0.75];
 /// A law of friction with its knots.
 pub(super) struct LawPieces<'a> {
     pub(super) law: &'a CoulombLaw,
-    /// Whether slips are |u_t| at the nodes themselves, which bend where u_t changes its sign.
-    pub(super) is_nodal: bool,
     /// Positive slips at which straight pieces of each coefficient meet, along its own slip or both.
     pub(super) knots: Vec<[Vec<f64>; 2]>,
 }
@@ -47,7 +45,6 @@ impl<'a> LawPieces<'a> {
         });
         Self {
             law,
-            is_nodal: matches!(member.interface.slip.operator, SlipOperator::Lagrange),
             knots: knots.collect(),
         }
     }
@@ -272,7 +269,7 @@ impl LawPieces<'_> {
             });
         };
         for axis in 0..2 {
-            if self.is_nodal && self.bends_at_reversal(axis, slip) {
+            if self.bends_at_reversal(axis, slip) {
                 let beyond = LawChange::Negative(axis, !piece.negative[axis]);
                 end(Switch::Reversal(node, axis), slip[axis] / unit, beyond);
             }

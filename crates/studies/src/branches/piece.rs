@@ -218,10 +218,10 @@ impl PieceEquations<'_> {
             }
         }
         let laws = LawPieces::new(member);
-        let sizes = member.interface.slip.operator.slip(&displacement);
+        let sizes = member.interface.slip.slip(&displacement);
         piece.nodes.resize(displacement.len(), None);
         for (index, (node, slips)) in piece.nodes.iter_mut().zip(slips).enumerate() {
-            let negative = displacement[index].map(|u| laws.is_nodal && u < 0.0);
+            let negative = displacement[index].map(|u| u < 0.0);
             let here = || laws.piece_of(index, sizes[index], negative);
             *node = slips.then(|| node.unwrap_or_else(here));
         }

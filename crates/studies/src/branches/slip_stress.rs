@@ -1,7 +1,7 @@
 //! Slips of panes and the tangential stresses that follow from them.
 
 use super::piece::NodePiece;
-use contact3d::contact::{SlipOperator, SlipOperatorDerivative};
+use contact3d::contact::change_of_slips;
 
 /// The stress p of a slipping pane as a smooth function of the trial stress z, of the slip bound g and of
 /// 𝓕⁻¹ = diag(f₁, f₂).
@@ -109,28 +109,16 @@ fn excess(trial: [f64; 2], bound: f64, a: [f64; 2]) -> Option<f64> {
 
 /// φ at the contact nodes and how it moves with u_t there; nothing where the law does not follow it.
 ///
-/// At the nodes themselves (Lagrange) φ_k is u_tk times its sign on the piece, so it goes on below zero beyond a reversal. Means of
-/// |u_tk| over the triangles around a node (Clément) have a continuous derivative wherever u_tk does not vanish on a whole triangle:
-/// no sign ends a piece there.
+/// φ_k is u_tk times its sign on the piece, so it goes on below zero beyond a reversal.
 pub(super) struct Slips {
     /// φ in m, `[n_contact_nodes]`, or empty.
     pub(super) value: Vec<[f64; 2]>,
-    derivative: SlipOperatorDerivative,
+    signs: Vec<[f64; 2]>,
 }
 
 impl Slips {
     /// From u_t at the contact nodes in m; empty where the law does not follow it.
-    pub(super) fn on_piece(
-        operator: &SlipOperator,
-        displacement: &[[f64; 2]],
-        nodes: &[Option<NodePiece>],
-    ) -> Self {
-        if matches!(operator, SlipOperator::Clement(_)) && !displacement.is_empty() {
-            return Self {
-                value: operator.slip(displacement),
-                derivative: operator.derivative(displacement),
-            };
-        }
+    pub(super) fn on_piece(displacement: &[[f64; 2]], nodes: &[Option<NodePiece>]) -> Self {
         let sign = |negative: bool| if negative { -1.0 } else { 1.0 };
         let pieces = displacement.iter().zip(nodes);
         let signs = pieces.map(|(u, piece)| match piece {
@@ -143,14 +131,13 @@ impl Slips {
             value: pairs
                 .map(|(u, sign)| [sign[0] * u[0], sign[1] * u[1]])
                 .collect(),
-            derivative: SlipOperatorDerivative::Signs(signs),
+            signs,
         }
     }
 
     /// The change of φ with a change of u_t, given as pairs of the contact nodes.
     pub(super) fn change(&self, moved: &[f64]) -> Vec<[f64; 2]> {
-        let pair = |node: usize| [moved[2 * node], moved[2 * node + 1]];
-        self.derivative.apply(pair)
+        change_of_slips(&self.signs, |node| [moved[2 * node], moved[2 * node + 1]])
     }
 }
 

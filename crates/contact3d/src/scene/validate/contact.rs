@@ -2,8 +2,8 @@
 
 use super::{check_box, require};
 use crate::scene::{
-    Coefficient, Contact, ElementOrder, Friction, Grid, Height, InvalidValue, Obstacle, POSITION,
-    Quantity, Scene, SlipInterpolation, Table, Written,
+    Coefficient, Contact, Friction, Grid, Height, InvalidValue, Obstacle, POSITION, Quantity,
+    Scene, Table, Written,
 };
 
 pub(super) fn check(scene: &Scene) -> Result<(), InvalidValue> {
@@ -25,14 +25,6 @@ fn check_face(scene: &Scene, contact: &Contact, key: &str) -> Result<(), Invalid
     if let Some(obstacle) = &contact.obstacle {
         check_obstacle(obstacle, &format!("{key}.obstacle.{}", obstacle.word()))?;
     }
-    require(
-        contact.slip_interpolation == SlipInterpolation::Lagrange
-            || scene.body.element == ElementOrder::P1,
-        format!("{key}.slip_interpolation"),
-        "\"lagrange\" for quadratic tetrahedra",
-        "\"clement\"",
-        "means over the triangles around a node are made for linear functions; set body.element = \"P1\" or leave the key out",
-    )?;
     check_axes(contact, key)
 }
 
@@ -86,13 +78,6 @@ fn check_beside_others(scene: &Scene, contact: &Contact, entry: usize) -> Result
             "a name of its own",
             Written(&contact.name()),
             &format!("{other} has this name as well; write name = \"...\" in one of them"),
-        )?;
-        require(
-            first.slip_interpolation == contact.slip_interpolation,
-            format!("{key}.slip_interpolation"),
-            "the same on all contact faces",
-            Written(&contact.slip_interpolation),
-            &format!("{other} has the other one; it belongs to the discretisation, not to a face"),
         )?;
     }
     Ok(())

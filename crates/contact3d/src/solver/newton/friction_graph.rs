@@ -25,7 +25,7 @@ use super::{
     natural_map::NaturalMap,
 };
 use crate::{
-    contact::{CoulombLaw, SlipOperator, SlipOperatorDerivative},
+    contact::CoulombLaw,
     dual::{ExplicitDual, LocalStiffness},
     linalg::{DenseLu, norm},
     scene::FrictionLaw,
@@ -143,14 +143,9 @@ impl NewtonModel for GraphModel<'_> {
 }
 
 impl<'a> FrictionGraph<'a> {
-    /// Whether coefficients follow slips that are those of nodes, not means over triangles.
-    pub(in crate::solver) fn applies(
-        dual: &ExplicitDual,
-        laws: &PaneLaws,
-        law: &CoulombLaw,
-    ) -> bool {
-        let is_nodal = matches!(laws.slip.operator, SlipOperator::Lagrange);
-        is_nodal && law.depends_on_slip() && dual.compliance.is_some()
+    /// Whether coefficients follow slips.
+    pub(in crate::solver) fn applies(dual: &ExplicitDual, law: &CoulombLaw) -> bool {
+        law.depends_on_slip() && dual.compliance.is_some()
     }
 
     /// `None` where the bonded face has no stress or a node no compliance, so that no c can be found.
@@ -369,10 +364,7 @@ impl<'a> FrictionGraph<'a> {
     fn slips(&self, unknowns: &[f64]) -> Vec<Slip> {
         let displacement = self.dual.tangential_displacement(unknowns);
         let pairs = self.laws.slip.slip(&displacement);
-        let signs = match self.laws.slip.derivative(&displacement) {
-            SlipOperatorDerivative::Signs(signs) => signs,
-            SlipOperatorDerivative::Rows(_) => vec![[0.0; 2]; pairs.len()],
-        };
+        let signs = self.laws.slip.derivative(&displacement);
         let at = |c: &NodeCoefficient| {
             let (pair, sign) = (pairs[c.node], signs[c.node]);
             let (own, direction) = match c.axis {

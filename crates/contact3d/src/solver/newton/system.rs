@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::natural_map::NaturalMap;
 use crate::{
+    contact::change_of_slips,
     dual::RigidCoupling,
     linalg::DenseLu,
     solver::conditions::{Bound, Evaluation},
@@ -303,7 +304,8 @@ impl<'a> NewtonSystem<'a> {
     /// −∂φ/∂λ_j at the nodes for a column of G; `None` where friction does not follow the slip.
     fn slip_change(&self, compliance: &[f64]) -> Option<Vec<[f64; 2]>> {
         let derivative = self.evaluation.slip_derivative.as_ref()?;
-        Some(derivative.apply(|node| [compliance[2 * node], compliance[2 * node + 1]]))
+        let pair = |node| [compliance[2 * node], compliance[2 * node + 1]];
+        Some(change_of_slips(derivative, pair))
     }
 
     /// ∂𝓕_i⁻¹/∂λ_j = −Σ w ∂(1/F)/∂φ s over the nodes of a pane, for the change −s of φ.

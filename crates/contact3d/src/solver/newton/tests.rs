@@ -10,11 +10,11 @@ use proptest::prelude::*;
 
 use super::{NewtonSettings, NewtonStatus, minimise_frozen, natural_map::NaturalMap};
 use crate::{
-    contact::{Interface, MultiplierLayout},
+    contact::{Interface, MultiplierLayout, change_of_slips},
     dual::{ContactCompliance, ExplicitDual},
     linalg::norm,
     mesh::Mesh,
-    scene::{Coefficient, Formula, Friction, Ramp, Scene, SlipInterpolation},
+    scene::{Coefficient, Formula, Friction, Ramp, Scene},
     solver::{
         ContactState, FeasibleSet, PaneLaws,
         conditions::{Bound, Evaluation},
@@ -35,10 +35,9 @@ const SCENE: &str = "
     friction.coefficient.constant = 0.3
 ";
 
-fn laws_of(law: Friction, slip: SlipInterpolation) -> PaneLaws {
+fn laws_of(law: Friction) -> PaneLaws {
     let mut scene = Scene::parse("two panes", SCENE).unwrap();
     scene.friction = Some(law);
-    scene.contacts[0].slip_interpolation = slip;
     let mesh = Mesh::of_scene(&scene, Path::new("")).unwrap();
     let interface = Interface::new(&scene, &mesh).unwrap().unwrap();
     let surface = mesh.contact.as_ref().unwrap();
@@ -110,7 +109,10 @@ fn moved(point: &[f64], direction: &[f64], s: f64) -> Vec<f64> {
 fn same_piece(x: &Evaluation, y: &Evaluation) -> bool {
     let signs = |e: &Evaluation| -> Vec<[Option<bool>; 2]> {
         let sign = |v: f64| (v != 0.0).then_some(v > 0.0);
-        let ahead = e.slip_derivative.as_ref().map(|by| by.apply(|_| [1.0; 2]));
+        let ahead = e
+            .slip_derivative
+            .as_ref()
+            .map(|by| change_of_slips(by, |_| [1.0; 2]));
         let signs = ahead.unwrap_or_default();
         let nodes = e.inverse_slope.iter().zip(&signs);
         nodes
@@ -144,10 +146,9 @@ proptest! {
         frozen in prop::option::of(prop::collection::vec(0.1..2.0_f64, 2 * PANES)),
         coupled in any::<bool>(),
         cap in prop::option::of(0.2..2.0_f64),
-        slip in prop_oneof![Just(SlipInterpolation::Lagrange), Just(SlipInterpolation::Clement)],
     ) {
         let dual = dual(&entries, &rhs, &compliance, &slip_free);
-        let laws = laws_of(law(coupled, cap), slip);
+        let laws = laws_of(law(coupled, cap));
         let set = frozen.map(|axes| set_of(&axes));
         let coulomb = Bound::Coulomb(&laws, laws.coulomb().unwrap());
         let bound = set.as_ref().map_or(coulomb, Bound::Frozen);
