@@ -42,8 +42,9 @@ fn main() -> Result<(), ProblemError> {
     for bound in [1e4, 1e5, 1e6, 1e7] {
         print_row(&format!("{bound:.0e}"), &solve(bound)?);
     }
-    // A bound that varies over the face, as a function of the place in m.
-    print_row("2e4 x", &solve(Quantity::function(|[x, _, _]| 2e4 * x))?);
+    // A bound that varies over the face, as a formula of the place in m.
+    let growing = Quantity::formula("2e4*x").expect("a formula");
+    print_row("2e4 x", &solve(growing)?);
     Ok(())
 }
 

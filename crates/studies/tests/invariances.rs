@@ -1,11 +1,8 @@
-//! Scenes with obstacles and with Rust functions in other units, with other node numbers and threads.
+//! Scenes with obstacles and with formulas in other units, with other node numbers and threads.
 
 use std::path::Path;
 
-use contact3d::scene::{
-    Body, Clamp, Coefficient, Contact, Friction, LawPoint, Material, Pressure, Quantity, Scene,
-    SlipDerivative, Traction,
-};
+use contact3d::scene::Scene;
 use studies::stability::{Check, Effort, Invariance, Solutions};
 
 const MATERIAL: &str = "[material.isotropic]\nyoung_modulus = 1.0\npoisson_ratio = 0.3\n";
@@ -74,36 +71,19 @@ fn solutions_do_not_depend_on_units_and_numbers() {
     }
 }
 
-/// 0.3 + 0.05 x − 0.1 tanh(s1/2e-5) + 0.02 tanh(s2/1e-5).
-fn varied(at: &LawPoint) -> (f64, SlipDerivative) {
-    let [first, second] = [at.slip[0] / 2e-5, at.slip[1] / 1e-5];
-    let value = 0.3 + 0.05 * at.position[0] - 0.1 * first.tanh() + 0.02 * second.tanh();
-    let pair = [
-        -0.1 / 2e-5 / first.cosh().powi(2),
-        0.02 / 1e-5 / second.cosh().powi(2),
-    ];
-    let derivative = SlipDerivative { own: 0.0, pair };
-    (value, derivative)
-}
-
-/// In other units a function is seen as it must be.
+/// In other units a formula is seen as it must be.
 #[test]
-fn functions_survive_other_descriptions() {
-    let scene = Scene::new(
-        Body::brick([3.0, 1.0, 1.0], [12, 4, 4]),
-        Material::isotropic(2.1e11, 0.3),
-    )
-    .with_clamp(Clamp::face("x_min"))
-    .with_pressure(Pressure::on(
-        "z_max",
-        Quantity::function(|[x, y, _]| 1e7 + 4e6 * x * y),
-    ))
-    .with_traction(Traction::on("x_max", [1e7, 2e6, 0.0]))
-    .with_contact(Contact::on("z_min"))
-    .with_friction(Friction::orthotropic(
-        Coefficient::of_point(varied),
-        Coefficient::of_slip(|slip| (0.2 + 1e3 * slip, 1e3)),
-    ));
+fn formulas_survive_other_descriptions() {
+    let text = "title = 'formulas'
+        body.brick = { size = [3.0, 1.0, 1.0], cells = [12, 4, 4] }
+        material.isotropic = { young_modulus = 2.1e11, poisson_ratio = 0.3 }
+        clamp = [{ face = 'x_min' }]
+        pressure = [{ face = 'z_max', value = '1e7 + 4e6*x*y' }]
+        traction = [{ face = 'x_max', value = [1e7, 2e6, 0.0] }]
+        contact.face = 'z_min'
+        friction.coefficient_1.expression = '0.3 + 0.05*x - 0.1*tanh(s1/2e-5) + 0.02*tanh(s2/1e-5)'
+        friction.coefficient_2.expression = '0.2 + 1e3*s2'";
+    let scene = Scene::parse("formulas", text).unwrap_or_else(|e| panic!("{e}"));
     let check = check_of(&scene);
     for invariance in Invariance::ALL {
         let mut results = check.invariances.iter();

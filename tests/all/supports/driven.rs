@@ -178,7 +178,8 @@ fn clamps_that_follow_the_foundation_change_nothing() {
             side.value[2] = (-tau).into();
             scene.clamps = vec![pulled, side];
             let contact = &mut scene.contacts[0];
-            contact.gap = contact3d::scene::Quantity::function(move |[x, _, _]| 1e-6 * x + tau);
+            let gap = contact3d::scene::Quantity::formula(&format!("1e-6*x + {tau:?}"));
+            contact.gap = gap.expect("a formula");
             scene
                 .pressures
                 .push(contact3d::scene::Pressure::on("z_max", 2e7));

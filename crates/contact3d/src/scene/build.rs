@@ -4,9 +4,8 @@ use std::path::PathBuf;
 
 use super::{
     Body, BodyForce, Brick, Clamp, Coefficient, Component, Contact, DualOperatorKind, ElementOrder,
-    Expression, ExpressionError, Formula, Friction, GmshFile, InvalidValue, Isotropic, LawFunction,
-    LawPoint, Material, POSITION, Part, PlaceFunction, Pressure, Quantity, Ramp, Region, Scene,
-    SlipDerivative, Step, Traction,
+    Expression, ExpressionError, Formula, Friction, GmshFile, InvalidValue, Isotropic, Material,
+    POSITION, Part, Pressure, Quantity, Ramp, Region, Scene, Step, Traction,
 };
 
 impl Scene {
@@ -289,22 +288,6 @@ impl Coefficient {
     pub fn formula(text: &str) -> Result<Self, ExpressionError> {
         Formula::try_from(text.to_owned()).map(Self::Expression)
     }
-
-    /// A Rust function that gives F and dF/dζ in 1/m for a slip ζ in m: |u_t| of an isotropic law, that along its axis of
-    /// an orthotropic one. Newton's method needs the derivative, one-sided at kinks; a wrong one costs steps or the
-    /// status, never the meaning of `Converged`.
-    #[must_use]
-    pub fn of_slip(function: impl Fn(f64) -> (f64, f64) + Send + Sync + 'static) -> Self {
-        Self::Function(LawFunction::of_slip(function))
-    }
-
-    /// As [`Self::of_slip`], of the place and both slips.
-    #[must_use]
-    pub fn of_point(
-        function: impl Fn(&LawPoint) -> (f64, SlipDerivative) + Send + Sync + 'static,
-    ) -> Self {
-        Self::Function(LawFunction::of_point(function))
-    }
 }
 
 impl From<f64> for Coefficient {
@@ -320,12 +303,6 @@ impl Quantity {
     /// Text that is no formula.
     pub fn formula(text: &str) -> Result<Self, ExpressionError> {
         Expression::unbound(text, POSITION).map(Self::Varying)
-    }
-
-    /// A Rust function of the place in m.
-    #[must_use]
-    pub fn function(function: impl Fn([f64; 3]) -> f64 + Send + Sync + 'static) -> Self {
-        Self::Function(PlaceFunction::new(function))
     }
 }
 

@@ -1,11 +1,14 @@
 //! One coefficient of friction as a function of place and slip.
 
-use schemars::JsonSchema;
+use std::borrow::Cow;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Formula, LawFunction, Measure,
-    function::{Grid, Table},
+    Expression, ExpressionError, Measure,
+    expression::{FormulaBranch, OnBranch},
+    schema::FORMULA,
 };
 
 /// Smallest coefficient: means of its inverse over panes, and their products with stresses, stay far from overflow.
@@ -32,10 +35,6 @@ pub enum Coefficient {
     Grid(Grid),
     /// A formula in x, y, z and the slips.
     Expression(Formula),
-    /// A Rust function of place and slips, in scenes built in Rust.
-    #[serde(skip_deserializing)]
-    #[schemars(skip)]
-    Function(LawFunction),
 }
 
 /// F(ζ) = `initial` for ζ ≤ `onset`, then a straight line to `residual`, constant afterwards.
@@ -78,7 +77,7 @@ pub struct SlipDerivative {
 }
 
 impl Coefficient {
-    /// The key of its kind in a scene; a Rust function has none in files.
+    /// The key of its kind in a scene.
     #[must_use]
     pub fn kind(&self) -> &'static str {
         match self {
@@ -87,7 +86,6 @@ impl Coefficient {
             Self::Table(_) => "table",
             Self::Grid(_) => "grid",
             Self::Expression(_) => "expression",
-            Self::Function(_) => "function",
         }
     }
 
@@ -100,12 +98,11 @@ impl Coefficient {
             Self::Table(table) => table.evaluate(at.own_slip).0,
             Self::Grid(grid) => grid.evaluate(at.slip).0,
             Self::Expression(formula) => formula.evaluate(at),
-            Self::Function(function) => function.at(at).0,
         }
     }
 
     /// The derivatives of F by the slips, one-sided at kinks: from the left for ramps, tables and
-    /// grids, from the right for formulas; those of a Rust function as it gives them.
+    /// grids, from the right for formulas.
     #[must_use]
     pub fn derivative(&self, at: &LawPoint) -> SlipDerivative {
         let own = |own| SlipDerivative {
@@ -121,7 +118,6 @@ impl Coefficient {
                 pair: grid.evaluate(at.slip).1,
             },
             Self::Expression(formula) => formula.derivative(at),
-            Self::Function(function) => function.at(at).1,
         }
     }
 
@@ -135,7 +131,6 @@ impl Coefficient {
             Self::Table(table) => differ(&table.value),
             Self::Grid(grid) => differ(&grid.value.concat()),
             Self::Expression(formula) => formula.depends_on_slip(),
-            Self::Function(_) => true,
         }
     }
 
@@ -146,7 +141,6 @@ impl Coefficient {
             Self::Expression(formula) => {
                 ["x", "y", "z"].iter().any(|v| formula.expression().uses(v))
             }
-            Self::Function(function) => !function.is_of_own_slip_only(),
             Self::Constant(_) | Self::Ramp(_) | Self::Table(_) | Self::Grid(_) => false,
         }
     }
@@ -163,18 +157,16 @@ impl Coefficient {
                 let uses = |name| formula.expression().uses(name);
                 [0, 1].map(|k| uses(["s1", "s2"][k]) || own[k] && uses("s"))
             }
-            Self::Function(function) if function.is_of_own_slip_only() => own,
-            Self::Function(_) => [true; 2],
         }
     }
 
     /// The slips |u_t1| and |u_t2| in m at which straight pieces of the coefficient meet; none for
-    /// constants and formulas and functions.
+    /// constants and formulas.
     #[must_use]
     pub fn kinks(&self, axis: usize) -> [Vec<f64>; 2] {
         let mut kinks = [Vec::new(), Vec::new()];
         match self {
-            Self::Constant(_) | Self::Expression(_) | Self::Function(_) => {}
+            Self::Constant(_) | Self::Expression(_) => {}
             Self::Ramp(ramp) => kinks[axis] = vec![ramp.onset, ramp.end()],
             Self::Table(table) => kinks[axis].clone_from(&table.slip),
             Self::Grid(grid) => kinks = [grid.slip_1.clone(), grid.slip_2.clone()],
@@ -185,10 +177,7 @@ impl Coefficient {
     /// Whether the extremes of the coefficient can only be searched for.
     #[must_use]
     pub(crate) fn is_searched(&self) -> bool {
-        match self {
-            Self::Expression(_) | Self::Function(_) => true,
-            Self::Constant(_) | Self::Ramp(_) | Self::Table(_) | Self::Grid(_) => false,
-        }
+        matches!(self, Self::Expression(_))
     }
 }
 
@@ -216,4 +205,178 @@ impl Ramp {
             self.rate.copysign(self.residual - self.initial)
         }
     }
+}
+
+/// Values over increasing slips.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Table {
+    /// Slips in m, increasing from 0 on.
+    #[schemars(extend("measures" = Measure::Displacement, "minimum" = 0))]
+    pub slip: Vec<f64>,
+    /// Coefficient > 0 at each slip.
+    #[schemars(extend("minimum" = LEAST_COEFFICIENT))]
+    pub value: Vec<f64>,
+}
+
+/// Values over a grid of both slips.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Grid {
+    /// Slips |u_t1| in m, increasing from 0 on.
+    #[schemars(extend("measures" = Measure::Displacement, "minimum" = 0))]
+    pub slip_1: Vec<f64>,
+    /// Slips |u_t2| in m, increasing from 0 on.
+    #[schemars(extend("measures" = Measure::Displacement, "minimum" = 0))]
+    pub slip_2: Vec<f64>,
+    /// Coefficients > 0: one row for each entry of `slip_1`, one column for each of `slip_2`.
+    #[schemars(extend("minimum" = LEAST_COEFFICIENT))]
+    pub value: Vec<Vec<f64>>,
+}
+
+impl Table {
+    /// Value and slope, taken from the left at a knot.
+    fn evaluate(&self, slip: f64) -> (f64, f64) {
+        interpolate(&self.slip, &self.value, slip)
+    }
+}
+
+/// The cell of a table that holds ζ, taken from the left, and the relative place in it; `None`
+/// outside the table, with the index of the nearest entry.
+fn cell(knots: &[f64], slip: f64) -> Result<(usize, f64), usize> {
+    let above = knots.partition_point(|&knot| knot < slip);
+    if above == 0 {
+        Err(0)
+    } else if above == knots.len() {
+        Err(above - 1)
+    } else {
+        let (low, high) = (knots[above - 1], knots[above]);
+        Ok((above - 1, (slip - low) / (high - low)))
+    }
+}
+
+/// Value and slope of the piecewise linear function through (knots, values).
+fn interpolate(knots: &[f64], values: &[f64], slip: f64) -> (f64, f64) {
+    match cell(knots, slip) {
+        Err(end) => (values[end], 0.0),
+        Ok((i, t)) => {
+            let rise = values[i + 1] - values[i];
+            (values[i] + t * rise, rise / (knots[i + 1] - knots[i]))
+        }
+    }
+}
+
+impl Grid {
+    /// Value and gradient.
+    fn evaluate(&self, slip: [f64; 2]) -> (f64, [f64; 2]) {
+        let along_second = |row: usize| interpolate(&self.slip_2, &self.value[row], slip[1]);
+        match cell(&self.slip_1, slip[0]) {
+            Err(end) => {
+                let (value, slope) = along_second(end);
+                (value, [0.0, slope])
+            }
+            Ok((i, t)) => {
+                let (low, high) = (along_second(i), along_second(i + 1));
+                let width = self.slip_1[i + 1] - self.slip_1[i];
+                (
+                    low.0 + t * (high.0 - low.0),
+                    [(high.0 - low.0) / width, low.1 + t * (high.1 - low.1)],
+                )
+            }
+        }
+    }
+}
+
+/// The variables of a [`Formula`]: coordinates and slips in m. `s` is |u_t|, for isotropic laws;
+/// `s1`, `s2` are |u_t1|, |u_t2|.
+pub const LAW_VARIABLES: &[&str] = &["x", "y", "z", "s", "s1", "s2"];
+
+/// An expression in [`LAW_VARIABLES`], with derivatives by the slips.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "String")]
+pub struct Formula(Expression);
+
+/// The places of s, s1 and s2 in [`LAW_VARIABLES`].
+const SLIPS: [usize; 3] = [3, 4, 5];
+
+impl Formula {
+    /// Parses a formula without parameters.
+    ///
+    /// # Errors
+    /// [`ExpressionError`] for text that is no formula in [`LAW_VARIABLES`].
+    pub fn parse(text: &str) -> Result<Self, ExpressionError> {
+        Expression::parse(text, LAW_VARIABLES).map(Self)
+    }
+
+    /// As [`Expression::substitute`].
+    #[must_use]
+    pub fn substitute(&self, new: &[(&str, Expression)]) -> Self {
+        Self(self.0.substitute(new))
+    }
+
+    fn evaluate(&self, at: &LawPoint) -> f64 {
+        self.0.evaluate(&arguments(at))
+    }
+
+    fn derivative(&self, at: &LawPoint) -> SlipDerivative {
+        let [own, first, second] = self.0.derivatives(&arguments(at), SLIPS);
+        SlipDerivative {
+            own,
+            pair: [first, second],
+        }
+    }
+
+    /// The branch that the formula takes at a point.
+    #[must_use]
+    pub fn branch(&self, at: &LawPoint) -> FormulaBranch {
+        self.0.branch(&arguments(at), SLIPS)
+    }
+
+    /// The formula on a branch; slopes are by the own slip, by |u_t1| and by |u_t2|.
+    #[must_use]
+    pub fn on_branch(&self, at: &LawPoint, branch: FormulaBranch) -> OnBranch {
+        self.0.on_branch(&arguments(at), SLIPS, branch)
+    }
+
+    fn depends_on_slip(&self) -> bool {
+        SLIPS.iter().any(|&k| self.0.uses(LAW_VARIABLES[k]))
+    }
+
+    /// The formula as written.
+    #[must_use]
+    pub fn expression(&self) -> &Expression {
+        &self.0
+    }
+
+    pub(super) fn expression_mut(&mut self) -> &mut Expression {
+        &mut self.0
+    }
+}
+
+impl TryFrom<String> for Formula {
+    type Error = ExpressionError;
+
+    fn try_from(text: String) -> Result<Self, ExpressionError> {
+        Expression::unbound(&text, LAW_VARIABLES).map(Self)
+    }
+}
+
+impl JsonSchema for Formula {
+    fn schema_name() -> Cow<'static, str> {
+        "Formula".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "description": "An expression in x, y, z, the slips s1 = |u_t1|, s2 = |u_t2| (s = |u_t| for an isotropic law), all in m, and the scene's parameters.",
+            "type": "string",
+            "format": FORMULA
+        })
+    }
+}
+
+/// The values of [`LAW_VARIABLES`].
+fn arguments(at: &LawPoint) -> [f64; 6] {
+    let [x, y, z] = at.position;
+    [x, y, z, at.own_slip, at.slip[0], at.slip[1]]
 }

@@ -341,12 +341,7 @@ pub(super) fn for_each_number(value: &mut Value, visit: &mut impl FnMut(&mut f64
 impl Scene {
     /// All keys of the scene with their values.
     fn table(&self) -> Result<Table, InvalidValue> {
-        Table::try_from(self).map_err(|error| InvalidValue {
-            key: "scene".to_owned(),
-            expected: whole_limit(),
-            found: error.to_string(),
-            help: "give smaller numbers".to_owned(),
-        })
+        Table::try_from(self).map_err(unwritable)
     }
 
     /// The keys of some parts of the problem with their values, the parameters that their formulas use, and the units.
@@ -385,6 +380,16 @@ impl Scene {
     /// Refuses a number beyond the limits of its key.
     pub(super) fn check_limits(&self) -> Result<(), InvalidValue> {
         check_limits(self.table()?, self.units)
+    }
+}
+
+/// A scene with a number that TOML cannot hold.
+pub(super) fn unwritable(error: toml::ser::Error) -> InvalidValue {
+    InvalidValue {
+        key: "scene".to_owned(),
+        expected: whole_limit(),
+        found: error.to_string(),
+        help: "give smaller numbers".to_owned(),
     }
 }
 

@@ -6,8 +6,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Expression, InvalidValue, Measure, POSITION, PlaceFunction, ProblemPart, Quantity, Scene,
-    SlipMeasure, Written,
+    Expression, InvalidValue, Measure, POSITION, ProblemPart, Quantity, Scene, SlipMeasure,
+    Written,
     validate::require,
     varying::{Varies, Varying, VaryingKey, varies},
 };
@@ -400,15 +400,13 @@ fn between((before, after): (&EndValue, &EndValue), share: f64) -> Vec<Quantity>
 
 fn sum(a: Quantity, b: Quantity) -> Quantity {
     let formula = |quantity: &Quantity| match quantity {
-        Quantity::Constant(value) => Some(Expression::number(*value, POSITION)),
-        Quantity::Varying(formula) => Some(formula.clone()),
-        Quantity::Function(_) => None,
+        Quantity::Constant(value) => Expression::number(*value, POSITION),
+        Quantity::Varying(formula) => formula.clone(),
     };
-    match (&a, &b, formula(&a).zip(formula(&b))) {
-        (Quantity::Constant(a), Quantity::Constant(b), _) => Quantity::Constant(a + b),
-        (_, Quantity::Constant(0.0), _) => a,
-        (Quantity::Constant(0.0), ..) => b,
-        (.., Some((first, second))) => Quantity::Varying(first.plus(&second)),
-        (.., None) => Quantity::Function(PlaceFunction::new(move |x| a.at(x) + b.at(x))),
+    match (&a, &b) {
+        (Quantity::Constant(a), Quantity::Constant(b)) => Quantity::Constant(a + b),
+        (_, Quantity::Constant(0.0)) => a,
+        (Quantity::Constant(0.0), _) => b,
+        _ => Quantity::Varying(formula(&a).plus(&formula(&b))),
     }
 }

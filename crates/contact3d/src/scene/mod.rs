@@ -14,7 +14,6 @@ mod features;
 mod file;
 mod first_mesh;
 mod friction;
-mod function;
 mod functional;
 mod key;
 mod load;
@@ -33,7 +32,9 @@ mod warning;
 
 pub use body::{Body, ElementOrder, GmshFile};
 pub use brick::{Brick, BrickFace, GivenPlanes, Grading, MOST_CELLS};
-pub use coefficient::{Coefficient, LawPoint, Ramp, SlipDerivative};
+pub use coefficient::{
+    Coefficient, Formula, Grid, LAW_VARIABLES, LawPoint, Ramp, SlipDerivative, Table,
+};
 pub(crate) use coefficient::{LEAST_COEFFICIENT, is_coefficient};
 pub use contact::{Contact, MultiplierSpace};
 pub use error::{InvalidValue, SceneError, SyntaxProblem, numbers};
@@ -47,8 +48,8 @@ pub use file::{
     read_bounded, require_regular, to_toml,
 };
 pub use friction::{Friction, FrictionLaw, SlipMeasure};
-pub use function::{Formula, Grid, LAW_VARIABLES, LawFunction, PlaceFunction, Table};
 pub use functional::Functional;
+use key::unwritable;
 pub use key::{Key, Measure, ProblemPart, key, keys, unit_of_key};
 pub use load::{BodyForce, Clamp, Component, FaceLoad, Pressure, Spring, Traction};
 pub use load_path::{Increment, MOST_INCREMENTS, Step, StepValue};
@@ -233,20 +234,9 @@ impl Scene {
     /// `tests/old_files/digests.rs` checks.
     ///
     /// # Errors
-    /// The key of a Rust function in the place of a number.
+    /// A whole number that TOML cannot hold.
     pub fn to_toml(&self) -> Result<String, InvalidValue> {
-        let function = self.function_key();
-        let function = function.map(|key| (key, function::WORDS.to_owned()));
-        let written = match function {
-            Some(unwritable) => Err(unwritable),
-            None => toml::to_string(self).map_err(|error| ("scene".to_owned(), error.to_string())),
-        };
-        written.map_err(|(key, found)| InvalidValue {
-            key,
-            expected: "a value that a scene file can hold".to_owned(),
-            found,
-            help: "solve the scene in memory, or give a formula or a table".to_owned(),
-        })
+        toml::to_string(self).map_err(unwritable)
     }
 
     /// The JSON Schema of scene files, for editors.

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, de::Error};
 
-use super::{Expression, PlaceFunction, schema::FORMULA};
+use super::{Expression, schema::FORMULA};
 
 /// The variables of a quantity that varies in space: coordinates in m.
 pub const POSITION: &[&str] = &["x", "y", "z"];
@@ -19,9 +19,6 @@ pub enum Quantity {
     /// A formula in x, y, z.
     #[serde(deserialize_with = "formula_of_place")]
     Varying(Expression),
-    /// A Rust function of (x, y, z), in scenes built in Rust.
-    #[serde(skip_deserializing)]
-    Function(PlaceFunction),
 }
 
 impl Quantity {
@@ -31,24 +28,15 @@ impl Quantity {
         match self {
             Self::Constant(value) => *value,
             Self::Varying(expression) => expression.evaluate(&point),
-            Self::Function(function) => function.at(point),
         }
     }
 
-    /// The derivatives by x, y, z: exact for formulas, differences over 2 `step` in m for Rust functions.
+    /// The derivatives by x, y, z.
     #[must_use]
-    pub(crate) fn gradient(&self, point: [f64; 3], step: f64) -> [f64; 3] {
+    pub(crate) fn gradient(&self, point: [f64; 3]) -> [f64; 3] {
         match self {
             Self::Constant(_) => [0.0; 3],
             Self::Varying(expression) => expression.derivatives(&point, [0, 1, 2]),
-            Self::Function(function) => std::array::from_fn(|c| {
-                let at = |by: f64| {
-                    let mut place = point;
-                    place[c] += by;
-                    function.at(place)
-                };
-                (at(step) - at(-step)) / (2.0 * step)
-            }),
         }
     }
 
@@ -60,10 +48,6 @@ impl Quantity {
             Self::Constant(value) => Self::Constant(factor * value),
             _ if factor == 0.0 => Self::Constant(0.0),
             Self::Varying(formula) => Self::Varying(formula.times(factor)),
-            Self::Function(function) => {
-                let function = function.clone();
-                Self::function(move |x| factor * function.at(x))
-            }
         }
     }
 
@@ -73,7 +57,6 @@ impl Quantity {
         match self {
             Self::Constant(_) => false,
             Self::Varying(formula) => POSITION.iter().any(|name| formula.uses(name)),
-            Self::Function(_) => true,
         }
     }
 
@@ -82,7 +65,7 @@ impl Quantity {
     pub fn constant(&self) -> Option<f64> {
         match self {
             Self::Constant(value) => Some(*value),
-            Self::Varying(_) | Self::Function(_) => None,
+            Self::Varying(_) => None,
         }
     }
 }

@@ -3,8 +3,7 @@
 use toml::Table;
 
 use super::{
-    Coefficient, Expression, LAW_VARIABLES, LawPoint, Measure, POSITION, Quantity, Scene,
-    SlipDerivative,
+    Coefficient, Expression, LAW_VARIABLES, Measure, POSITION, Quantity, Scene,
     key::{for_each_number, key, retain_keys},
     load_path::key_of_target,
     varying::{Varying, VaryingKey},
@@ -38,12 +37,8 @@ impl Scene {
         let mut numbers = self.clone();
         for (_, value) in numbers.varying_mut() {
             // What varies follows below.
-            match value {
-                Varying::Quantity(quantity) => *quantity = Quantity::default(),
-                Varying::Coefficient(law) if matches!(law, Coefficient::Function(_)) => {
-                    *law = Coefficient::Constant(1.0);
-                }
-                Varying::Coefficient(_) => {}
+            if let Varying::Quantity(quantity) = value {
+                *quantity = Quantity::default();
             }
         }
         let mut table = Table::try_from(numbers).expect("a table");
@@ -102,37 +97,19 @@ impl Quantity {
                 let places: Vec<_> = scaled(["x", "y", "z"], POSITION, factor).collect();
                 Self::Varying(formula.substitute(&places))
             }
-            Self::Function(function) => {
-                let function = function.clone();
-                Self::function(move |at| function.at(at.map(|x| x / factor)))
-            }
         }
     }
 }
 
 impl Coefficient {
-    /// The coefficient where it is a formula or a function; `None` for numbers.
+    /// The coefficient where it is a formula; `None` for numbers.
     fn in_units(&self, change: UnitChange) -> Option<Self> {
-        let (length, slip) = (change.length, change.displacement);
-        match self {
-            Self::Constant(_) | Self::Ramp(_) | Self::Table(_) | Self::Grid(_) => None,
-            Self::Expression(formula) => {
-                let places = scaled(["x", "y", "z"], LAW_VARIABLES, length);
-                let slips = scaled(["s", "s1", "s2"], LAW_VARIABLES, slip);
-                let old: Vec<_> = places.chain(slips).collect();
-                Some(Self::Expression(formula.substitute(&old)))
-            }
-            Self::Function(function) => Some(Self::Function(function.seen_from(
-                move |at| LawPoint {
-                    position: at.position.map(|x| x / length),
-                    slip: at.slip.map(|s| s / slip),
-                    own_slip: at.own_slip / slip,
-                },
-                move |derivative| SlipDerivative {
-                    own: derivative.own / slip,
-                    pair: derivative.pair.map(|slope| slope / slip),
-                },
-            ))),
-        }
+        let Self::Expression(formula) = self else {
+            return None;
+        };
+        let places = scaled(["x", "y", "z"], LAW_VARIABLES, change.length);
+        let slips = scaled(["s", "s1", "s2"], LAW_VARIABLES, change.displacement);
+        let old: Vec<_> = places.chain(slips).collect();
+        Some(Self::Expression(formula.substitute(&old)))
     }
 }

@@ -10,7 +10,7 @@ use super::{
     validate::require,
 };
 
-/// A value that may be a formula or a function.
+/// A value that may be a formula.
 pub(super) enum Varying<'s> {
     Quantity(&'s mut Quantity),
     Coefficient(&'s mut Coefficient),
@@ -148,18 +148,6 @@ impl Scene {
             bound.map_err(|error| unbound(key.path, &formula.text(), error))?;
         }
         Ok(())
-    }
-
-    /// The key of a Rust function, which no text holds; `None` where the scene has none.
-    pub(super) fn function_key(&self) -> Option<String> {
-        let mut scene = self.clone();
-        let mut varying = scene.varying_mut().into_iter();
-        let found = varying.find(|(_, value)| match value {
-            Varying::Quantity(quantity) => matches!(quantity, Quantity::Function(_)),
-            Varying::Coefficient(law) => matches!(law, Coefficient::Function(_)),
-        });
-        // The kind of a coefficient that is a function is none of a scene.
-        found.map(|(key, _)| key.path.trim_end_matches(".function").to_owned())
     }
 
     /// Whether anything varies from place to place: loads, clamps, springs, gaps, obstacles, axes or coefficients.

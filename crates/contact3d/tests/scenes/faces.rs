@@ -449,7 +449,8 @@ fn a_block_is_pushed_up_a_slope_by_the_force_of_its_friction_angle() {
     for excess in [1.02, 1.01] {
         let push = excess * limit;
         let block = |value: f64| {
-            contact3d::scene::Quantity::function(move |[x, _, _]| if x < 2.0 { value } else { 0.0 })
+            let text = format!("if(x < 2, {value:?}, 0)");
+            contact3d::scene::Quantity::formula(&text).expect("a formula")
         };
         let scene = brick([3.0, 1.0, 0.5], [12, 4, 2])
             .with_region(

@@ -8,13 +8,11 @@
 mod algebraic;
 mod cost;
 mod discretisation;
-mod distance;
 mod refinement;
 
 pub use algebraic::{AlgebraicStudy, EPSILONS, RunMethod, RunOperator, RunResult, SolverRun};
 pub use cost::{Advice, Cost, FinerMesh};
 pub use discretisation::{DiscretisationStudy, Level, Trend};
-pub use distance::{Distance, MeshField, distance};
 pub(crate) use refinement::{brick_n_div, observed_order};
 pub use refinement::{extrapolated, nested_bricks};
 

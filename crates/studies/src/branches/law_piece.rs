@@ -30,18 +30,9 @@ impl<'a> LawPieces<'a> {
     pub(super) fn new(member: &'a FamilyMember) -> Self {
         let law = member.law();
         let knots = law.only().coefficients().iter().map(|coefficient| {
-            let positive = |knots: Vec<f64>| knots.into_iter().filter(|k| *k > 0.0).collect();
-            match coefficient {
-                // Along the own slip alone, whichever axis that is.
-                Coefficient::Ramp(_) | Coefficient::Table(_) => {
-                    let [own, _] = coefficient.kinks(0);
-                    [positive(own), Vec::new()]
-                }
-                Coefficient::Grid(_) => coefficient.kinks(0).map(positive),
-                Coefficient::Constant(_)
-                | Coefficient::Expression(_)
-                | Coefficient::Function(_) => [Vec::new(), Vec::new()],
-            }
+            // Those of ramps and tables are along the own slip alone, whichever axis that is.
+            let kinks = coefficient.kinks(0);
+            kinks.map(|knots| knots.into_iter().filter(|k| *k > 0.0).collect())
         });
         Self {
             law,
@@ -145,7 +136,7 @@ impl<'a> LawPieces<'a> {
         (at, own_by)
     }
 
-    /// A coefficient as the polynomial that it is on a segment, a formula on its branch, a function as it is; both constant below
+    /// A coefficient as the polynomial that it is on a segment, a formula on its branch, constant below
     /// zero.
     fn on_piece(
         &self,
@@ -192,10 +183,6 @@ impl<'a> LawPieces<'a> {
                 let [own, first, second] = found.slopes;
                 let pair = [first, second];
                 above_zero(at, found.value, SlipDerivative { own, pair })
-            }
-            Coefficient::Function(_) => {
-                let kept = kept(at);
-                above_zero(at, law.evaluate(&kept), law.derivative(&kept))
             }
         }
     }

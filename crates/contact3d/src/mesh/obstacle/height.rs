@@ -193,15 +193,13 @@ impl<'a> Graph<'a> {
 
     /// ∇h.
     fn slope(&self, at: Vector2<f64>) -> Vector2<f64> {
-        let gradient = self
-            .height
-            .gradient(self.place(at, 0.0), self.step_length());
+        let gradient = self.height.gradient(self.place(at, 0.0));
         Vector2::new(gradient[self.plane[0]], gradient[self.plane[1]])
     }
 
     /// The second derivatives of h, by differences of its slopes.
     fn curvature(&self, at: Vector2<f64>) -> Matrix2<f64> {
-        let step = self.step_length();
+        let step = SLOPE_STEP * self.extent;
         let column = |direction: Vector2<f64>| {
             (self.slope(at + direction) - self.slope(at - direction)) / (2.0 * step)
         };
@@ -216,10 +214,6 @@ impl<'a> Graph<'a> {
         } else {
             Matrix2::zeros()
         }
-    }
-
-    fn step_length(&self) -> f64 {
-        SLOPE_STEP * self.extent
     }
 
     fn place(&self, at: Vector2<f64>, level: f64) -> [f64; 3] {

@@ -107,7 +107,7 @@ fn check_height(height: &Height, key: &str) -> Result<(), InvalidValue> {
     let own = POSITION[height.direction.axis().0];
     let uses_own = match &height.value {
         Quantity::Varying(formula) => formula.uses(own),
-        Quantity::Constant(_) | Quantity::Function(_) => false,
+        Quantity::Constant(_) => false,
     };
     require(
         !uses_own,
@@ -192,11 +192,8 @@ fn check_coefficient(coefficient: &Coefficient, key: &str) -> Result<(), Invalid
     match coefficient {
         Coefficient::Table(table) => check_table(table, &format!("{key}.table")),
         Coefficient::Grid(grid) => check_grid(grid, &format!("{key}.grid")),
-        // Formulas and functions are checked where they are evaluated.
-        Coefficient::Constant(_)
-        | Coefficient::Ramp(_)
-        | Coefficient::Expression(_)
-        | Coefficient::Function(_) => Ok(()),
+        // Formulas are checked where they are evaluated.
+        Coefficient::Constant(_) | Coefficient::Ramp(_) | Coefficient::Expression(_) => Ok(()),
     }
 }
 
@@ -257,7 +254,6 @@ fn check_variables(
     let used = match coefficient {
         Coefficient::Expression(formula) => wrong.iter().any(|v| formula.expression().uses(v)),
         Coefficient::Grid(_) => isotropic,
-        Coefficient::Function(function) => isotropic && !function.is_of_own_slip_only(),
         Coefficient::Constant(_) | Coefficient::Ramp(_) | Coefficient::Table(_) => false,
     };
     require(

@@ -1,6 +1,5 @@
-//! Scenes built in Rust: functions in place of formulas, validation, one assembly for many problems.
+//! Scenes built in Rust: validation, one assembly for many problems.
 
-mod functions;
 mod reuse;
 mod validation;
 
@@ -29,10 +28,4 @@ fn assembled(scene: Scene) -> AssembledProblem {
 fn solved(problem: &AssembledProblem) -> Solution {
     let solution = problem.solve(&SolveSettings::default());
     solution.unwrap_or_else(|error| panic!("{error}"))
-}
-
-/// ‖x − y‖ / ‖y‖.
-fn distance(x: &[f64], y: &[f64]) -> f64 {
-    let size = |x: &mut dyn Iterator<Item = f64>| x.map(|v| v * v).sum::<f64>().sqrt();
-    size(&mut x.iter().zip(y).map(|(x, y)| x - y)) / size(&mut y.iter().copied())
 }

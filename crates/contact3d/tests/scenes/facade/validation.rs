@@ -4,7 +4,7 @@ use contact3d::{
     Problem, ProblemError,
     scene::{
         Body, Clamp, Coefficient, Contact, Friction, Material, Pressure, Quantity, Scene,
-        SlipDerivative, SolveSettings, Table,
+        SolveSettings, Table,
     },
 };
 
@@ -65,28 +65,13 @@ fn values_that_no_problem_has_are_refused_by_their_keys() {
 }
 
 #[test]
-fn functions_are_checked_where_they_act() {
-    let with = |friction| refused(block(friction));
-    // Nowhere positive without slip.
-    let negative = Coefficient::of_slip(|slip| (slip - 1.0, 1.0));
-    assert_eq!(
-        with(Friction::coulomb(negative)),
-        "friction.coefficient.function"
-    );
-    // A function of both slips in an isotropic law, and a law that varies beside Tresca's bound.
-    let both = || Coefficient::of_point(|_| (0.3, SlipDerivative::default()));
-    assert_eq!(
-        with(Friction::coulomb(both())),
-        "friction.coefficient.function"
-    );
-    let mut tresca = Friction::orthotropic(both(), 0.3);
-    tresca.slip_bound = Some(1e6.into());
-    assert_eq!(with(tresca), "friction.coefficient_1");
+fn formulas_are_checked_where_they_act() {
+    let formula = |text| Quantity::formula(text).expect("a formula");
     let mut lifted = block(Friction::coulomb(0.3));
-    lifted.contacts[0].gap = Quantity::function(|[x, _, _]| -x);
+    lifted.contacts[0].gap = formula("-x");
     assert_eq!(refused(lifted), "contact.gap");
     let mut undefined = block(Friction::coulomb(0.3));
-    undefined.pressures[0].value = Quantity::function(|[x, _, _]| (x - 1.0).sqrt());
+    undefined.pressures[0].value = formula("sqrt(x - 1)");
     let error = Problem::new(undefined)
         .expect("loads are integrated later")
         .assemble();
@@ -111,19 +96,11 @@ fn settings_are_checked() {
 }
 
 #[test]
-fn a_scene_with_functions_has_no_text_and_one_without_has() {
-    let plain = block(Friction::orthotropic(
+fn a_scene_built_in_rust_has_a_text() {
+    let scene = block(Friction::orthotropic(
         0.3,
         Coefficient::ramp(0.3, 0.2, 0.0, 1e3),
     ));
-    let text = plain.to_toml().expect("numbers only");
-    assert_eq!(Scene::parse("again", &text).expect("a scene"), plain);
-    let law = block(Friction::coulomb(Coefficient::of_slip(|_| (0.3, 0.0))));
-    let error = law.to_toml().expect_err("a law without text");
-    assert_eq!(error.key, "friction.coefficient");
-    assert!(error.to_string().contains("a Rust function"), "{error}");
-    let mut load = plain;
-    load.tractions[0].value[1] = Quantity::function(|[_, y, _]| y);
-    let error = load.to_toml().expect_err("a load without text");
-    assert_eq!(error.key, "traction.0.value");
+    let text = scene.to_toml().expect("numbers only");
+    assert_eq!(Scene::parse("again", &text).expect("a scene"), scene);
 }

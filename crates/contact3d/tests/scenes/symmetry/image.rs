@@ -2,8 +2,7 @@
 
 use contact3d::scene::{
     Brick, Clamp, Coefficient, Component, Contact, Expression, Formula, Friction, Functional,
-    LAW_VARIABLES, LawFunction, LawPoint, Material, Obstacle, POSITION, Part, Quantity, Scene,
-    SlipDerivative, Spring,
+    LAW_VARIABLES, Material, Obstacle, POSITION, Part, Quantity, Scene, Spring,
 };
 
 /// A symmetry of space that takes bricks on z_min to bricks on z_min, and their meshes to the meshes of those.
@@ -195,10 +194,6 @@ impl Symmetry {
         match quantity {
             Quantity::Constant(_) => {}
             Quantity::Varying(formula) => *formula = formula.substitute(&self.places(POSITION)),
-            Quantity::Function(function) => {
-                let function = function.clone();
-                *quantity = Quantity::function(move |at| function.at(self.image(at)));
-            }
         }
     }
 
@@ -266,22 +261,6 @@ impl Symmetry {
                 }
                 *formula = Formula::substitute(formula, &old);
             }
-            Coefficient::Function(function) => {
-                *coefficient = self.function(function.clone());
-            }
         }
-    }
-
-    fn function(self, function: LawFunction) -> Coefficient {
-        Coefficient::of_point(move |at| {
-            let old = LawPoint {
-                position: self.image(at.position),
-                slip: self.exchanged(at.slip),
-                own_slip: at.own_slip,
-            };
-            let (value, derivative) = function.at(&old);
-            let pair = self.exchanged(derivative.pair);
-            (value, SlipDerivative { pair, ..derivative })
-        })
     }
 }

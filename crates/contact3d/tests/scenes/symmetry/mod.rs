@@ -6,10 +6,7 @@ use std::ops::Range;
 
 use contact3d::{
     AssembledProblem, Problem,
-    scene::{
-        Body, Brick, BrickFace, Clamp, Coefficient, Contact, DualOperatorKind, Friction, LawPoint,
-        Material, Pressure, Quantity, Scene, SlipDerivative, Traction,
-    },
+    scene::{Brick, BrickFace, DualOperatorKind, Scene},
     solver::Status,
 };
 
@@ -131,37 +128,6 @@ fn bodies_on_obstacles_have_images() {
         let scene = Scene::parse("test", &text).unwrap_or_else(|e| panic!("{e}\n{text}"));
         check(obstacle, &scene, kinds);
     }
-}
-
-/// 0.3 + 0.05 x − 0.1 tanh(s1/2e-5) + 0.02 tanh(s2/1e-5).
-fn varied(at: &LawPoint) -> (f64, SlipDerivative) {
-    let [first, second] = [at.slip[0] / 2e-5, at.slip[1] / 1e-5];
-    let value = 0.3 + 0.05 * at.position[0] - 0.1 * first.tanh() + 0.02 * second.tanh();
-    let pair = [
-        -0.1 / 2e-5 / first.cosh().powi(2),
-        0.02 / 1e-5 / second.cosh().powi(2),
-    ];
-    (value, SlipDerivative { own: 0.0, pair })
-}
-
-#[test]
-fn functions_are_seen_from_the_other_side() {
-    let scene = Scene::new(
-        Body::brick([3.0, 1.0, 1.0], [12, 4, 4]),
-        Material::isotropic(2.1e11, 0.3),
-    )
-    .with_clamp(Clamp::face("x_min"))
-    .with_pressure(Pressure::on(
-        "z_max",
-        Quantity::function(|[x, y, _]| 1e7 + 4e6 * x * y),
-    ))
-    .with_traction(Traction::on("x_max", [1e7, 2e6, 0.0]))
-    .with_contact(Contact::on("z_min"))
-    .with_friction(Friction::orthotropic(
-        Coefficient::of_point(varied),
-        Coefficient::of_slip(|slip| (0.2 + 1e3 * slip, 1e3)),
-    ));
-    check("functions", &scene, &BOTH);
 }
 
 /// Scenes of the program on small meshes: formulas, materials, regions, springs, faces beside each other, nodes.

@@ -3,15 +3,12 @@
 use std::path::Path;
 
 use super::*;
-use crate::accuracy::{
-    discretisation::energy_norm,
-    refinement::{prolongate, with_brick},
-};
 use contact3d::{
-    elasticity::{DofMap, stiffness},
+    Problem,
     mesh::{RefinableBody, tetrahedron_volume},
     scene::{Body, Brick, ElementOrder, Material, Quantity, Scene, Spring},
 };
+use studies::accuracy::{AccuracySettings, DiscretisationStudy};
 
 /// λ + 2μ = 1.2 and μ = 0.4.
 const YOUNG: f64 = 1.0;
@@ -25,7 +22,10 @@ fn box_scene(cells: [usize; 3], element: ElementOrder) -> Scene {
 
 fn with_cells(scene: &Scene, cells: [usize; 3]) -> Scene {
     let brick = scene.body.as_brick().expect("a brick");
-    with_brick(scene, &Brick::new(brick.size, cells))
+    let brick = Brick::new(brick.size, cells);
+    let mut scene = scene.clone();
+    scene.body.brick = Some(brick);
+    scene
 }
 
 fn file_scene(file: &str, element: ElementOrder) -> Scene {
@@ -220,49 +220,36 @@ fn springs_count_what_moves_them() {
     }
 }
 
+/// The study of nested meshes interpolates the coarse solution on the fine mesh.
 #[test]
-fn nested_meshes_give_the_norm_of_the_interpolated_difference() {
-    let wave = |seed: f64| {
-        move |x: [f64; 3]| {
-            std::array::from_fn(|c| {
-                x[0] * (1.0 + (seed * (c as f64 + 1.0) * (x[1] + 2.0 * x[2])).sin())
-            })
-        }
-    };
+fn nested_meshes_are_as_far_apart_as_their_study_says() {
     let text = include_str!("../../../../../pipelines/regions.toml");
     let scene = Scene::parse("regions.toml", text).expect("a pipeline");
-    let base = scene.body.as_brick().expect("a brick").cells;
-    for (first, second) in [
-        (ElementOrder::P1, ElementOrder::P1),
-        (ElementOrder::P1, ElementOrder::P2),
-        (ElementOrder::P2, ElementOrder::P2),
-    ] {
-        let mut coarse = scene.clone();
-        coarse.body.element = first;
-        let mut fine = with_cells(&scene, base.map(|n| 2 * n));
-        fine.body.element = second;
-        let (mesh_a, mesh_b) = (mesh(&coarse), mesh(&fine));
-        let (a, b) = (nodal(&mesh_a, wave(17.0)), nodal(&mesh_b, wave(23.0)));
-        let found = between((&mesh_a, &a), (&mesh_b, &b), &fine);
-
-        let dofs = DofMap::new(&mesh_b.held_nodes(&fine));
-        let matrix = stiffness(&mesh_b, &MaterialField::new(&fine, &mesh_b), &dofs);
-        let brick = coarse.body.as_brick().expect("a brick");
-        let same = prolongate(brick, &mesh_a, &a, &mesh_b.coordinates);
-        let difference: Vec<[f64; 3]> = same
-            .iter()
-            .zip(&b)
-            .map(|(a, b)| std::array::from_fn(|c| a[c] - b[c]))
-            .collect();
-        let norm = |field: &[[f64; 3]]| energy_norm(&matrix, &dofs.to_free(field));
-        let expected = [norm(&difference), norm(&b)];
-        // Sums of some thousand terms, each rounded to 1e-16.
-        for (found, expected) in [found.absolute, found.reference].iter().zip(expected) {
-            assert!(
-                (found / expected - 1.0).abs() < 1e-12,
-                "{first:?} {second:?}"
-            );
-        }
+    for element in [ElementOrder::P1, ElementOrder::P2] {
+        let mut scene = with_cells(&scene, [12, 4, 4]);
+        scene.body.element = element;
+        let settings = AccuracySettings {
+            budget: 1.0,
+            coarsest: 4,
+            finest: Some(8),
+        };
+        let study = DiscretisationStudy::measure(&scene, &settings, &mut |_| {});
+        let study = study.expect("solves").expect("a brick");
+        let solved = [[12, 4, 4], [24, 8, 8]].map(|cells| {
+            let problem = Problem::new(with_cells(&scene, cells)).expect("a problem");
+            let assembled = problem.assemble().expect("a factor");
+            let solution = assembled.solve_and_report(&scene.solve);
+            let (_, report) = solution.expect("a solve");
+            (assembled.mesh().as_ref().clone(), report.displacement)
+        });
+        let [(mesh_a, a), (mesh_b, b)] = &solved;
+        let found = between((mesh_a, a), (mesh_b, b), &scene).relative();
+        let expected = study.levels[0].energy_difference;
+        // Solves to 1e-12 of a difference of some per cent, and sums of some thousand terms.
+        assert!(
+            (found / expected - 1.0).abs() < 1e-9,
+            "{element:?}: {found:e} {expected:e}"
+        );
     }
 }
 

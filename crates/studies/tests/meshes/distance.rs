@@ -17,26 +17,25 @@ use contact3d::{
 
 /// A displacement on a mesh.
 #[derive(Debug, Clone, Copy)]
-pub struct MeshField<'a> {
+pub(crate) struct MeshField<'a> {
     /// The mesh.
-    pub mesh: &'a Mesh,
+    pub(crate) mesh: &'a Mesh,
     /// Displacement of its nodes in m, `[n_nodes]`.
-    pub displacement: &'a [[f64; 3]],
+    pub(crate) displacement: &'a [[f64; 3]],
 }
 
 /// ‖u_a − u_b‖_A and ‖u_b‖_A in √J.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Distance {
+pub(crate) struct Distance {
     /// ‖u_a − u_b‖_A in √J.
-    pub absolute: f64,
+    pub(crate) absolute: f64,
     /// ‖u_b‖_A in √J.
-    pub reference: f64,
+    pub(crate) reference: f64,
 }
 
 impl Distance {
     /// ‖u_a − u_b‖_A / ‖u_b‖_A; 0 where both are at rest.
-    #[must_use]
-    pub fn relative(self) -> f64 {
+    pub(crate) fn relative(self) -> f64 {
         if self.absolute == 0.0 {
             0.0
         } else {
@@ -92,7 +91,7 @@ impl<'a> Searchable<'a> {
 ///
 /// # Errors
 /// Springs whose stiffness is not finite and positive semidefinite somewhere.
-pub fn distance(
+pub(crate) fn distance(
     field: MeshField<'_>,
     reference: MeshField<'_>,
     scene: &Scene,
@@ -397,5 +396,4 @@ impl SearchedTetrahedron {
     }
 }
 
-#[cfg(test)]
 mod tests;

@@ -5,10 +5,9 @@ use contact3d::{
     post::ContactReport,
     scene::{InvalidValue, Scene},
 };
-use studies::{
-    accuracy::{MeshField, distance},
-    bound::ErrorBound,
-};
+use studies::bound::ErrorBound;
+
+use crate::distance::{MeshField, distance};
 
 /// A solved scene.
 struct Solved {
@@ -127,14 +126,14 @@ fn an_exact_answer_has_no_error() {
 }
 
 fn tresca() -> String {
-    let varying = include_str!("../../../pipelines/tresca.toml");
+    let varying = include_str!("../../../../pipelines/tresca.toml");
     varying.replace("\"5e6*(1 - x/6)\"", "5e6")
 }
 
 /// Two meshes are no further apart than the sum of their bounds, and a coarse one is not much closer than its own.
 #[test]
 fn contact_and_a_given_slip_bound_are_bounded_whole() {
-    let frictionless = include_str!("../../../pipelines/frictionless.toml").to_owned();
+    let frictionless = include_str!("../../../../pipelines/frictionless.toml").to_owned();
     let gap = frictionless.replace("[contact]", "[contact]\ngap = 2e-5");
     for text in [frictionless, gap, tresca()] {
         let fine = solved(&text, "P2", [18, 6, 6]);
@@ -162,10 +161,14 @@ fn contact_and_a_given_slip_bound_are_bounded_whole() {
 /// The estimate is 0.9 to 1.2 of the error.
 #[test]
 fn no_minimum_leaves_the_bound_for_its_contact_stresses() {
-    let gap = include_str!("../../../pipelines/frictionless.toml");
+    let gap = include_str!("../../../../pipelines/frictionless.toml");
     let gap = gap.replace("[contact]", "[contact]\ngap = \"1e-5*x\"");
-    let newton = include_str!("../../../pipelines/newton.toml");
-    for text in [newton, include_str!("../../../pipelines/tresca.toml"), &gap] {
+    let newton = include_str!("../../../../pipelines/newton.toml");
+    for text in [
+        newton,
+        include_str!("../../../../pipelines/tresca.toml"),
+        &gap,
+    ] {
         let it = solved(text, "P2", [6, 2, 2]);
         let bound = it.bound();
         let share = bound.elements / it.report.discretisation_error.elements;

@@ -7,13 +7,13 @@ use contact3d::{
     mesh::Mesh,
     scene::{Brick, BrickFace, ElementOrder, Scene},
 };
-use studies::accuracy::{
-    Accuracy, AccuracySettings, DiscretisationStudy, Level, MeshField, distance, nested_bricks,
-};
+use studies::accuracy::{Accuracy, AccuracySettings, DiscretisationStudy, Level, nested_bricks};
+
+use crate::distance::{MeshField, distance};
 
 /// The published problem on 6 × 2 × 2 cells.
 fn published(element: ElementOrder) -> Scene {
-    let text = include_str!("../../../pipelines/newton.toml");
+    let text = include_str!("../../../../pipelines/newton.toml");
     let mut scene = Scene::parse("newton.toml", text).expect("a pipeline");
     scene.body.element = element;
     scene.body.as_brick_mut().expect("a brick").cells = [6, 2, 2];
@@ -161,7 +161,7 @@ fn a_sequence_that_is_not_monotone_has_no_order() {
 }
 
 fn meshes_of(contact_face: &str, brick: &Brick, finest: Option<usize>) -> (Scene, Vec<Brick>) {
-    let text = include_str!("../../../pipelines/newton.toml");
+    let text = include_str!("../../../../pipelines/newton.toml");
     let text = text.replace("face = \"z_min\"", &format!("face = \"{contact_face}\""));
     let mut scene = Scene::parse("newton.toml", &text).expect("valid pipeline");
     scene.body.brick = Some(brick.clone());

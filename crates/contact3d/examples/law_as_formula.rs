@@ -1,6 +1,6 @@
-//! A law of friction as a Rust function: from the static to the kinetic coefficient, exponentially with the slip.
+//! A law of friction as a formula: from the static to the kinetic coefficient, exponentially with the slip.
 //!
-//! `cargo run --release -p contact3d --example law_as_closure`
+//! `cargo run --release -p contact3d --example law_as_formula`
 
 use contact3d::{
     Problem, ProblemError,
@@ -17,10 +17,10 @@ pub(crate) const KINETIC: f64 = 0.15;
 /// Slip in m over which the difference falls to 1/e.
 pub(crate) const DECAY: f64 = 2e-5;
 
-/// F(|u_t|) and its derivative in 1/m, which Newton's method needs.
-pub(crate) fn weakening(slip: f64) -> (f64, f64) {
-    let excess = (STATIC - KINETIC) * (-slip / DECAY).exp();
-    (KINETIC + excess, -excess / DECAY)
+/// F(|u_t|), which the crate differentiates for Newton's method.
+pub(crate) fn weakening() -> Coefficient {
+    let text = format!("{KINETIC} + ({STATIC} - {KINETIC})*exp(-s/{DECAY:e})");
+    Coefficient::formula(&text).expect("a formula of the slip")
 }
 
 /// A steel block pressed onto its foundation and pulled along it.
@@ -36,14 +36,14 @@ pub(crate) fn block(friction: Friction) -> Scene {
     .with_friction(friction)
 }
 
-pub(crate) fn solve(law: Coefficient) -> Result<(Solution, Vec<PaneState>), ProblemError> {
-    let assembled = Problem::new(block(Friction::coulomb(law)))?.assemble()?;
+pub(crate) fn solve() -> Result<(Solution, Vec<PaneState>), ProblemError> {
+    let assembled = Problem::new(block(Friction::coulomb(weakening())))?.assemble()?;
     let (solution, report) = assembled.solve_and_report(&SolveSettings::default())?;
     Ok((solution, report.panes))
 }
 
 fn main() -> Result<(), ProblemError> {
-    let (solution, panes) = solve(Coefficient::of_slip(weakening))?;
+    let (solution, panes) = solve()?;
     println!("{}, {:.1e}", solution.status.word(), solution.accuracy);
     println!("pane  pressure/Pa  slip/m     F");
     for (number, pane) in panes.iter().enumerate() {
