@@ -15,14 +15,12 @@ mod coupling;
 mod frame;
 mod interface;
 mod law_bounds;
-mod slip;
 mod transfer;
 
 pub use coulomb::{CoulombLaw, FaceLaw, FrictionField};
 pub use coupling::{Coupling, MultiplierLayout};
 pub use frame::{ContactFrame, ReferenceFrame};
-pub use interface::{Interface, InterfaceFriction};
+pub use interface::{Interface, InterfaceFriction, PreviousIncrement, SlipMap, change_of_slips};
 pub use law_bounds::{LawBounds, LawExtreme};
-pub use slip::{PreviousIncrement, SlipMap, change_of_slips};
 pub use transfer::transferred;
 pub(crate) use transfer::transferred_by_cells;

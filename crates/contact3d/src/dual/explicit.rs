@@ -5,8 +5,7 @@ use std::{borrow::Cow, sync::Arc};
 use super::{
     Assembly, ContactCompliance, ContactSystem, RigidEquilibrium,
     contact::{free_slip, pairs, tangential_selection},
-    dense::{subtract_product, symmetric_product},
-    global_modes::correct,
+    dense::{correct, subtract_product, symmetric_product},
 };
 use crate::{
     contact::{ContactFrame, Coupling, Interface, MultiplierLayout},

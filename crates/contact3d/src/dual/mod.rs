@@ -13,30 +13,25 @@
 
 mod aggregates;
 mod assembly;
-mod balanced_operator;
-mod body_solve;
 mod contact;
 mod dense;
 mod explicit;
-mod global_modes;
 mod local_stiffness;
 mod motion_spaces;
 mod need;
 mod operators;
 mod rigid_coupling;
-mod separation;
 mod system;
 
 pub(crate) use aggregates::Aggregates;
 pub use assembly::{Assembly, AssemblyError, AssemblySeconds, PrimalSystem};
-pub use balanced_operator::BalancedOperator;
 pub use contact::{ContactCompliance, ContactSystem, OperatorForm};
 pub use explicit::ExplicitDual;
 pub(crate) use local_stiffness::friction_stiffness;
 pub use local_stiffness::{LocalStiffness, pane_stiffness};
 pub(crate) use need::SMALL_MEMORY;
 pub use need::{InsufficientResource, OperatorEstimate, Requirement, Resource};
-pub use operators::ContactOperator;
+pub use operators::{BalancedOperator, ContactOperator};
 pub use rigid_coupling::{RigidCoupling, RigidEquilibrium};
 pub use system::{Assembling, DualSystem};
 

@@ -4,7 +4,10 @@ use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{Assembly, motion_spaces::MotionSpaces, separation::separation_motion};
+use super::{
+    Assembly,
+    motion_spaces::{MotionSpaces, separation_motion},
+};
 use crate::{
     contact::{Coupling, Interface, MultiplierLayout},
     elasticity::FloatingBody,

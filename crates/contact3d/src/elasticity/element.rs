@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 use crate::{
     mesh::{IsoparametricMap, Mesh, is_straight, tetrahedron_volume},
-    reference::{TETRAHEDRON_EDGES, quadrature, shape::quadratic_tetrahedron_slopes},
+    reference::{TETRAHEDRON_EDGES, quadratic_tetrahedron_slopes, quadrature},
     scene::{Material, Scene},
 };
 

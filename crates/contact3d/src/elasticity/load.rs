@@ -8,7 +8,7 @@ use super::Element;
 use crate::{
     linalg::UNIT_ROUNDING,
     mesh::{Mesh, SidePoint, tetrahedron_volume},
-    reference::{quadrature, shape::quadratic_tetrahedron},
+    reference::{quadratic_tetrahedron, quadrature},
     scene::{
         BodyForce, Component, FaceLoad, InvalidValue, Quantity, Scene, UNDEFINED, Warning, Written,
         place_words,

@@ -11,8 +11,7 @@ use rayon::prelude::*;
 use super::{
     cholesky::CholeskyFactor,
     dense::multiply,
-    forward_rows::ForwardRows,
-    half_solve::{BLOCK_COLUMNS, SupernodeColumns},
+    half_solve::{BLOCK_COLUMNS, ForwardRows, SupernodeColumns},
     precision::Scalar,
     sparse::CscMatrix,
     structure::SupernodeTree,

@@ -1,7 +1,7 @@
 //! Iterative solvers: preconditioned conjugate gradients, and GMRES.
 
 use super::{
-    factor::Factor,
+    cholesky::Factor,
     sparse::CscMatrix,
     vector::{add_combination, add_scaled, dot, norm, orthogonalise},
 };

@@ -18,15 +18,11 @@ mod compliance;
 mod dense;
 mod dissection;
 mod eigenvalues;
-mod eliminate;
 mod engine;
-mod factor;
-mod forward_rows;
 mod fronts;
 mod half_solve;
 mod iterative;
 mod nonnegative;
-mod panel_solve;
 mod precision;
 mod solve;
 mod sparse;
@@ -40,7 +36,7 @@ mod test_brick;
 #[cfg(test)]
 mod tests;
 
-pub use cholesky::CholeskyFactor;
+pub use cholesky::{CholeskyFactor, Factor};
 pub use dense::DenseLu;
 pub(crate) use dense::{DenseCholesky, product, transpositions};
 pub use dissection::{amd, expand_to_unknowns, nested_dissection};
@@ -49,7 +45,6 @@ pub(crate) use eigenvalues::{
     distance_to_one, figures_by_products, least_modulus, spectral_radius,
 };
 pub use engine::{EngineCommand, EngineError, EngineReport, RemoteFactor};
-pub use factor::Factor;
 pub(crate) use iterative::{CgSolution, conjugate_gradients, gmres, gmres_several};
 pub(crate) use nonnegative::nonnegative_least_squares;
 pub(crate) use precision::UNIT_ROUNDING;

@@ -7,8 +7,8 @@ use rayon::prelude::*;
 
 use super::{Mesh, tetrahedron_volume};
 use crate::reference::{
-    TETRAHEDRON_EDGES, TRIANGLE_EDGES, quadrature,
-    shape::{quadratic_tetrahedron, quadratic_tetrahedron_slopes, quadratic_triangle},
+    TETRAHEDRON_EDGES, TRIANGLE_EDGES, quadratic_tetrahedron, quadratic_tetrahedron_slopes,
+    quadratic_triangle, quadrature,
 };
 
 /// The mid-edge nodes of a mesh of quadratic tetrahedra.

@@ -7,8 +7,8 @@ use nalgebra::Vector3;
 use super::{COORDINATE_ROUNDING, Mesh, RawMesh, centroid, tetrahedron_volume, triangle_area};
 use crate::{
     reference::{
-        QUADRATIC_TRIANGLE_NODES, TRIANGLE_EDGES, quadrature,
-        shape::{quadratic_triangle, quadratic_triangle_slopes},
+        QUADRATIC_TRIANGLE_NODES, TRIANGLE_EDGES, quadratic_triangle, quadratic_triangle_slopes,
+        quadrature,
     },
     scene::{InvalidValue, Part, Scene, Written},
 };

@@ -1,11 +1,11 @@
-//! Why a scene cannot be used, with the line that is at fault.
+//! Why a scene cannot be used, with the line that is at fault, and what it may say but probably does not intend.
 
-use std::{ops::Range, string::FromUtf8Error};
+use std::{fmt, ops::Range, string::FromUtf8Error};
 
 use miette::{Diagnostic, NamedSource, SourceSpan};
 use thiserror::Error;
 
-use super::Written;
+use super::{Component, ElementOrder, Material, Scene, Written};
 
 /// Why a scene file cannot be used; draws the offending line.
 #[derive(Debug, Error, Diagnostic)]
@@ -111,6 +111,116 @@ impl SceneError {
                 "line {line}: expected UTF-8 text, found byte 0x{found:02x} (byte {byte} of the file)"
             ),
             help: "a scene is a TOML file, such as pipelines/hkl2011_table1.toml; save it as UTF-8",
+        }
+    }
+}
+
+/// Something in a scene that is allowed and probably not meant.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Warning {
+    /// A parameter that no formula uses.
+    UnusedParameter {
+        /// The parameter.
+        name: String,
+    },
+    /// A nearly incompressible material on linear tetrahedra, which lock.
+    Locking {
+        /// The key of Poisson's ratio.
+        key: String,
+        /// Poisson's ratio.
+        ratio: f64,
+    },
+    /// Components of a load that act on held displacements only.
+    IdleLoad {
+        /// The key of the load.
+        key: String,
+        /// Its components without effect.
+        components: Vec<Component>,
+    },
+    /// A pressure that acts on held displacements only.
+    IdlePressure {
+        /// The key of the pressure.
+        key: String,
+    },
+    /// A law of friction that is not positive and finite at slips that may never occur.
+    LawLeavesRange {
+        /// The key of the law.
+        key: String,
+        /// Its worst value.
+        value: f64,
+        /// Slips and place of that value in words.
+        place: String,
+    },
+}
+
+impl Scene {
+    /// What the scene alone shows; loads and laws are looked at with the mesh.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<Warning> {
+        let unused = self.unused_parameters().into_iter();
+        unused
+            .map(|name| Warning::UnusedParameter { name })
+            .chain(self.locking())
+            .collect()
+    }
+
+    /// The materials in which linear tetrahedra lock: they make a flat pad on 8 × 8 × 4 cells too stiff by 6 % at a Poisson's ratio of
+    /// 0.45, by 16 % at 0.49 and by 69 % at 0.499 (docs/how_to/rubber.md).
+    fn locking(&self) -> impl Iterator<Item = Warning> {
+        let regions = self.regions.iter().enumerate();
+        let regions = regions.map(|(i, region)| (format!("region.{i}.material"), &region.material));
+        let all = regions.chain([("material".to_owned(), &self.material)]);
+        all.filter_map(|(key, material)| match material {
+            Material::Isotropic(law) => {
+                Some((format!("{key}.isotropic.poisson_ratio"), law.poisson_ratio))
+            }
+            Material::Orthotropic(_) | Material::Voigt(_) => None,
+        })
+        .filter(|(_, ratio)| self.body.element == ElementOrder::P1 && *ratio > 0.45)
+        .map(|(key, ratio)| Warning::Locking { key, ratio })
+    }
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::UnusedParameter { name } => write!(
+                f,
+                "parameters.{name}: no formula uses it; correct the name, or remove it"
+            ),
+            Self::Locking { key, ratio } => write!(
+                f,
+                "{key}: linear tetrahedra are far too stiff at {ratio}, so near to 0.5; write body.element = \"P2\""
+            ),
+            Self::IdleLoad { key, components } => {
+                let names: Vec<&str> = components.iter().map(|c| c.name()).collect();
+                let names = names.join(", ");
+                write!(
+                    f,
+                    "{key}: its part along {names} does nothing, since clamps hold that displacement wherever \
+                     it acts; set it to 0, or take {names} out of `components` of the clamp"
+                )
+            }
+            Self::IdlePressure { key } => write!(
+                f,
+                "{key}: it does nothing, since clamps hold the displacement along the normal of the face; \
+                 remove it, or take that direction out of `components` of the clamp"
+            ),
+            Self::LawLeavesRange { key, value, place } => {
+                let remedy = if value.is_nan() {
+                    "where the formula is not defined, choose a value with if(CONDITION, FORMULA, VALUE)"
+                } else if *value > 0.0 {
+                    "min(FORMULA, 1) stays below a bound"
+                } else {
+                    "max(FORMULA, 0.05) stays above a bound"
+                };
+                write!(
+                    f,
+                    "{key}: not 0 < F < infinity, at worst {} at {place}; if pressed panes \
+                     slip so far, the solve counts as failed: {remedy}",
+                    Written(value)
+                )
+            }
         }
     }
 }

@@ -12,7 +12,6 @@ mod error;
 mod expression;
 mod features;
 mod file;
-mod first_mesh;
 mod friction;
 mod functional;
 mod key;
@@ -23,12 +22,10 @@ mod obstacle;
 mod quantity;
 mod rescaled;
 mod schema;
-mod slip_bound;
 mod solve;
 mod source;
 mod validate;
 mod varying;
-mod warning;
 
 pub use body::{Body, ElementOrder, GmshFile};
 pub use brick::{Brick, BrickFace, GivenPlanes, Grading, MOST_CELLS};
@@ -37,7 +34,7 @@ pub use coefficient::{
 };
 pub(crate) use coefficient::{LEAST_COEFFICIENT, is_coefficient};
 pub use contact::{Contact, MultiplierSpace};
-pub use error::{InvalidValue, SceneError, SyntaxProblem, numbers};
+pub use error::{InvalidValue, SceneError, SyntaxProblem, Warning, numbers};
 pub(crate) use error::{UNDEFINED, place_words};
 pub use expression::{
     BranchEnd, Expression, ExpressionError, FUNCTIONS, FormulaBranch, OnBranch, Parameters,
@@ -47,7 +44,7 @@ pub use file::{
     LONGEST_SCENE, SceneFile, Written, escape_control, escape_control_lines, is_hidden_control,
     read_bounded, require_regular, to_toml,
 };
-pub use friction::{Friction, FrictionLaw, SlipMeasure};
+pub use friction::{Friction, FrictionLaw, FrictionModel, LawWords, SlipBound, SlipMeasure};
 pub use functional::Functional;
 use key::unwritable;
 pub use key::{Key, Measure, ProblemPart, key, keys, unit_of_key};
@@ -57,13 +54,11 @@ pub use material::{Isotropic, Material, Orthotropic, Part, Region, Voigt};
 pub use obstacle::{Cylinder, Direction, HalfSpace, Height, Obstacle, Side, Sphere};
 pub use quantity::{POSITION, Quantity};
 pub use rescaled::UnitChange;
-pub use slip_bound::{FrictionModel, LawWords, SlipBound};
 pub use solve::{
     AdaptSettings, AssembleSettings, DualOperatorKind, FactorPrecision, FirstMesh, InnerSolver,
     Method, PrecisionControl, SMALLEST_ERROR, SolveSettings,
 };
 pub use source::{Source, number_limit};
-pub use warning::Warning;
 
 use std::path::PathBuf;
 

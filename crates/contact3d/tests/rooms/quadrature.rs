@@ -1,6 +1,6 @@
 //! Rules of integration against monomials, and shape functions at their nodes.
 
-use contact3d::reference::{TETRAHEDRON_EDGES, quadrature::*, shape::quadratic_tetrahedron};
+use contact3d::reference::{TETRAHEDRON_EDGES, quadratic_tetrahedron, quadrature::*};
 
 fn factorial(n: i32) -> f64 {
     (1..=n).map(f64::from).product()

@@ -12,7 +12,7 @@ use crate::shared::greatest_common_divisor;
 use contact3d::{
     ProblemError,
     mesh::Mesh,
-    reference::shape::quadratic_tetrahedron,
+    reference::quadratic_tetrahedron,
     scene::{Brick, BrickFace, Contact, InvalidValue, MultiplierSpace, Scene},
 };
 

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use contact3d::{
     elasticity::{MaterialField, Simplex, quadratic_gradients, visit_springs},
     mesh::{IsoparametricMap, Mesh, is_straight},
-    reference::{TETRAHEDRON_EDGES, quadrature, shape::quadratic_tetrahedron},
+    reference::{TETRAHEDRON_EDGES, quadratic_tetrahedron, quadrature},
     scene::{InvalidValue, Scene},
 };
 

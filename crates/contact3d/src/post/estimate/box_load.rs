@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use crate::{
     mesh::{Mesh, tetrahedron_volume, triangle_area},
-    reference::{quadrature, shape::quadratic_tetrahedron},
+    reference::{quadratic_tetrahedron, quadrature},
 };
 
 /// A load of resultant one on the part of a body in a box: the derivative of a mean displacement. Curved tetrahedra count as

@@ -13,7 +13,7 @@ use crate::{
     elasticity::{MaterialField, Simplex, traction},
     mesh::Mesh,
     post::Solved,
-    reference::{TETRAHEDRON_EDGES, TETRAHEDRON_SIDES, quadrature, shape::quadratic_tetrahedron},
+    reference::{TETRAHEDRON_EDGES, TETRAHEDRON_SIDES, quadratic_tetrahedron, quadrature},
     scene::BodyForce,
 };
 
@@ -360,7 +360,7 @@ static SLOPE_PRODUCTS: LazyLock<[[[[f64; 4]; 4]; BUBBLES]; BUBBLES]> = LazyLock:
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reference::shape::quadratic_tetrahedron;
+    use crate::reference::quadratic_tetrahedron;
 
     #[test]
     fn bubbles_vanish_at_the_nodes_of_the_element() {

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use crate::{
     mesh::{DistanceBetweenNodes, Mesh, SurfaceFace},
     post::{Solved, SolvedContact},
-    reference::{quadrature, shape::quadratic_triangle},
+    reference::{quadratic_triangle, quadrature},
     scene::Quantity,
 };
 
