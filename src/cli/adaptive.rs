@@ -6,12 +6,7 @@ use contact3d::{
 };
 use indicatif::ProgressBar;
 
-use super::{
-    arguments::Output,
-    interruption,
-    progress::{self, Forecast},
-    terminal::say,
-};
+use super::{arguments::Output, interruption, progress, terminal::say};
 use crate::{
     pipeline::{AdaptStep, Adapted, OutOfReach, Session, StageError},
     report::{estimated_percent, percent},
@@ -38,14 +33,13 @@ pub(super) fn run(
     say(output, &first_mesh_line(session.scene()));
     let mut is_out_of_reach = false;
     let mut spinner = ProgressBar::hidden();
-    let mut forecast = Forecast::new(session.scene().solve.epsilon());
     let adapted = session.adapt(goal, &mut |step| match step {
         AdaptStep::Stage(level, stage) => {
             spinner.finish_and_clear();
             spinner = progress::spinner(stage.word(), output);
             spinner.set_message(format!("level {level}"));
         }
-        AdaptStep::Run(step) => progress::show(&spinner, &mut forecast, step),
+        AdaptStep::Run(step) => progress::show(&spinner, step),
         AdaptStep::Done(number, level) => {
             spinner.finish_and_clear();
             say(output, &level_line(number, level));

@@ -10,10 +10,10 @@ use super::{
     terminal::{self, say},
 };
 use crate::{
-    exchange::{FclibForm, export as write_problem, export_grid},
+    exchange::{export as write_problem, export_grid},
     output::{self, Inputs, OutputFile, OutputKind},
     pipeline::StageError,
-    views::{ReportKind, report, sweep_table},
+    views::{report, sweep_table},
 };
 
 /// Arguments of `report`.
@@ -36,15 +36,10 @@ pub(super) fn report_page(
 ) -> Result<Exit, StageError> {
     let inputs = Inputs::of([arguments.input.clone(), sweep_table(&arguments.input)]);
     output::admit(&arguments.page, OutputKind::Page, &inputs)?;
-    let kind = if arguments.interactive {
-        ReportKind::Interactive
-    } else {
-        ReportKind::Still
-    };
     let page = OutputFile {
         path: arguments.page.clone(),
         kind: OutputKind::Page,
-        bytes: report(&arguments.input, kind)?.into_bytes(),
+        bytes: report(&arguments.input, arguments.interactive)?.into_bytes(),
     };
     let bytes = page.bytes.len();
     output::write(&[page], &inputs)?;
@@ -85,8 +80,8 @@ pub(super) fn export(arguments: &ExportArguments, output: &Output) -> Result<Exi
     let (file, target) = (&arguments.file, &arguments.target);
     match arguments.kind {
         ExportKind::Vtkhdf => grid(file, target, output),
-        ExportKind::Fclib => problem(file, target, FclibForm::Local, output),
-        ExportKind::FclibGlobal => problem(file, target, FclibForm::Global, output),
+        ExportKind::Fclib => problem(file, target, false, output),
+        ExportKind::FclibGlobal => problem(file, target, true, output),
     }
 }
 
@@ -103,14 +98,14 @@ fn grid(run_file: &Path, target: &Path, output: &Output) -> Result<Exit, StageEr
 fn problem(
     run_file: &Path,
     target: &Path,
-    form: FclibForm,
+    global: bool,
     output: &Output,
 ) -> Result<Exit, StageError> {
-    let exported = write_problem(run_file, target, form)?;
+    let exported = write_problem(run_file, target, global)?;
     if output.json {
         terminal::json(&serde_json::json!({
             "fclib": target,
-            "form": match form { FclibForm::Local => "local", FclibForm::Global => "global" },
+            "form": if global { "global" } else { "local" },
             "contacts": exported.contacts,
             "unknowns": exported.unknowns,
             "mu": exported.mu,

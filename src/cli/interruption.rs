@@ -12,53 +12,28 @@ use runfile::{Group, last_commit};
 
 use super::terminal;
 
-/// What the program is at work on.
-#[derive(Debug, Clone)]
-enum CurrentWork {
-    /// The stages of a run file.
-    RunFile(PathBuf),
-    /// The levels of an adaptive mesh of a run file, and how many of them it holds.
-    Levels(PathBuf, usize),
-    /// The cases of a sweep: its folder, how many have ended, how many there are.
-    Sweep(PathBuf, usize, usize),
-}
-
-static WORK: Mutex<Option<CurrentWork>> = Mutex::new(None);
-
-/// How an adaptive run ends with results in time.
-const BUDGET: &str =
-    "a run with --budget SECONDS ends by itself, with the results of the last level that fits";
+/// The run file or the folder that the program is at work on, and what it keeps; a run file keeps its stages where nothing is said.
+static WORK: Mutex<Option<(PathBuf, Option<String>)>> = Mutex::new(None);
 
 /// Says which run file is at work.
 pub(super) fn on_run_file(file: &Path) {
-    *work() = Some(CurrentWork::RunFile(file.to_owned()));
+    *work() = Some((file.to_owned(), None));
 }
 
-/// Says which run file is at work on an adaptive mesh.
-pub(super) fn on_levels(file: &Path) {
-    *work() = Some(CurrentWork::Levels(file.to_owned(), 0));
-}
-
-/// Says how many levels the run file holds.
+/// Says how many levels of an adaptive mesh the run file at work holds.
 pub(super) fn levels_kept(count: usize) {
-    if let Some(CurrentWork::Levels(_, kept)) = &mut *work() {
-        *kept = count;
+    if let Some((_, kept)) = &mut *work() {
+        *kept = Some(format!("the meshes up to level {}", count - 1));
     }
 }
 
-/// Says which sweep is at work.
-pub(super) fn on_sweep(folder: &Path, cases: usize) {
-    *work() = Some(CurrentWork::Sweep(folder.to_owned(), 0, cases));
+/// Says which sweep is at work, and how many of its cases have ended.
+pub(super) fn on_sweep(folder: &Path, ended: usize, cases: usize) {
+    let kept = format!("all cases that ended ({ended} of {cases} in this run) and checkpoints");
+    *work() = Some((folder.to_owned(), Some(kept)));
 }
 
-/// Counts a case of the sweep that has ended.
-pub(super) fn case_ended() {
-    if let Some(CurrentWork::Sweep(_, ended, _)) = &mut *work() {
-        *ended += 1;
-    }
-}
-
-fn work() -> MutexGuard<'static, Option<CurrentWork>> {
+fn work() -> MutexGuard<'static, Option<(PathBuf, Option<String>)>> {
     WORK.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -79,33 +54,16 @@ pub(super) fn farewell() {
 }
 
 fn words() -> String {
-    let work = work().clone();
-    let kept = match &work {
-        None => return "interrupted".into(),
-        Some(CurrentWork::Sweep(folder, ended, cases)) => format!(
-            "{} keeps all cases that ended ({ended} of {cases} in this run) and checkpoints",
-            folder.display()
-        ),
-        Some(CurrentWork::Levels(file, kept @ 1..)) => {
-            return format!(
-                "interrupted: {} keeps the meshes up to level {}; the same command goes on from there, and {BUDGET}",
-                file.display(),
-                kept - 1
-            );
-        }
-        Some(CurrentWork::Levels(file, _)) if file.exists() => {
-            return format!("interrupted: {} is as it was; {BUDGET}", file.display());
-        }
-        Some(CurrentWork::Levels(..)) => {
-            return format!("interrupted: nothing was stored yet; {BUDGET}");
-        }
-        Some(CurrentWork::RunFile(file)) => match last_commit() {
-            Some((_, groups)) => format!("{} keeps {}", file.display(), names(&groups)),
-            None if file.exists() => format!("{} is as it was", file.display()),
-            None => return "interrupted: nothing was stored yet".into(),
-        },
+    let Some((file, kept)) = work().clone() else {
+        return "interrupted".into();
     };
-    format!("interrupted: {kept}; the same command goes on from there")
+    let kept = kept.or_else(|| last_commit().map(|(_, groups)| names(&groups)));
+    let state = match kept {
+        Some(kept) => format!("{} keeps {kept}", file.display()),
+        None if file.exists() => format!("{} is as it was", file.display()),
+        None => return "interrupted: nothing was stored yet".into(),
+    };
+    format!("interrupted: {state}; the same command goes on from there")
 }
 
 fn names(groups: &[Group]) -> String {

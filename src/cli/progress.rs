@@ -1,4 +1,4 @@
-//! What is said while stages are at work: spinners, forecasts, one line for each stage done.
+//! What is said while stages are at work: spinners, one line for each stage done.
 
 use std::{
     fmt::Write,
@@ -18,9 +18,6 @@ use studies::StudyStep;
 use super::{arguments::Output, terminal};
 use crate::pipeline::StageTiming;
 
-/// Steps that a forecast looks back on: enough to even out, few enough to follow.
-const WINDOW: usize = 4;
-
 /// Starts a spinner with the elapsed time on a terminal; elsewhere, and when quiet, nothing.
 pub(super) fn spinner(name: &'static str, output: &Output) -> ProgressBar {
     if output.quiet {
@@ -36,13 +33,11 @@ pub(super) fn spinner(name: &'static str, output: &Output) -> ProgressBar {
 }
 
 /// Lets a spinner say what a stage is at.
-pub(super) fn show(spinner: &ProgressBar, forecast: &mut Forecast, step: RunStep<'_>) {
+pub(super) fn show(spinner: &ProgressBar, step: RunStep<'_>) {
     match step {
         RunStep::Assembling(step) => spinner.set_message(step),
         RunStep::Counting(step, work) => count(spinner, step, work),
-        RunStep::Solving(None, progress) => {
-            spinner.set_message(words(progress) + &forecast.words(progress));
-        }
+        RunStep::Solving(None, progress) => spinner.set_message(words(progress)),
         RunStep::Solving(Some(increment), progress) => spinner.set_message(format!(
             "load step {}, increment {}: {}",
             increment.step + 1,
@@ -111,47 +106,6 @@ fn words_of(share: f64, seconds: f64) -> String {
             format!(", {:.0} %, about {left:.0} s left", 100.0 * share)
         }
         share => format!(", {:.0} %", 100.0 * share),
-    }
-}
-
-/// When successive approximations will end, if their changes go on to fall as they do.
-#[derive(Debug)]
-pub(super) struct Forecast {
-    epsilon: f64,
-    /// Change and seconds of the last steps.
-    steps: Vec<(f64, f64)>,
-}
-
-impl Forecast {
-    /// Of a solve to the relative accuracy ε.
-    pub(super) fn new(epsilon: f64) -> Self {
-        Self {
-            epsilon,
-            steps: Vec::new(),
-        }
-    }
-
-    /// The time left in words; empty as long as it cannot be known.
-    pub(super) fn words(&mut self, progress: Progress<'_>) -> String {
-        let Progress::Outer(_, step) = progress else {
-            return String::new();
-        };
-        match self.seconds_left(step.change, step.seconds) {
-            Some(seconds) => format!(", about {seconds:.0} s left"),
-            None => String::new(),
-        }
-    }
-
-    /// Linear convergence: the change falls by the same factor in each step.
-    fn seconds_left(&mut self, change: f64, seconds: f64) -> Option<f64> {
-        self.steps.push((change, seconds));
-        let first = self.steps.len().checked_sub(WINDOW + 1)?;
-        let (earlier, _) = self.steps[first];
-        let recent = &self.steps[first + 1..];
-        let mean = recent.iter().map(|(_, seconds)| seconds).sum::<f64>() / WINDOW as f64;
-        let rate = (change / earlier).ln() / WINDOW as f64;
-        let steps = ((self.epsilon / change).ln() / rate).ceil();
-        (rate < 0.0 && steps.is_finite()).then(|| steps.max(0.0) * mean)
     }
 }
 
@@ -229,23 +183,5 @@ mod tests {
         assert_eq!(words_of(0.25, 0.5), ", 25 %");
         assert_eq!(words_of(0.0, 6.0), ", 0 %");
         assert_eq!(words_of(1.0, 6.0), "");
-    }
-
-    #[test]
-    fn changes_that_fall_tenfold_end_when_expected() {
-        let mut forecast = Forecast::new(1e-8);
-        let left: Vec<_> = (1..=6)
-            .map(|k| forecast.seconds_left(0.9 * 10.0_f64.powi(-k), 2.0))
-            .collect();
-        assert_eq!(left, [None, None, None, None, Some(6.0), Some(4.0)]);
-    }
-
-    #[test]
-    fn nothing_is_promised_where_changes_do_not_fall() {
-        for change in [1.0, f64::NAN] {
-            let mut forecast = Forecast::new(1e-8);
-            let left: Vec<_> = (0..9).map(|_| forecast.seconds_left(change, 1.0)).collect();
-            assert!(left.iter().all(Option::is_none), "{change}: {left:?}");
-        }
     }
 }

@@ -10,8 +10,7 @@ use super::{
         AssembleArguments, MeshArguments, Output, PostArguments, RunArguments, SolveArguments,
     },
     exit::Exit,
-    interruption, override_scene,
-    progress::{self, Forecast},
+    interruption, override_scene, progress,
     terminal::{self, say, warn},
 };
 use crate::{
@@ -22,10 +21,12 @@ use crate::{
     views::{PictureFolder, are_drawn, draw_run, drawing_of},
 };
 
-type Outcome = Result<Exit, StageError>;
-
 /// `run`: every stage that is not fresh, then the results.
-pub(super) fn run(arguments: &RunArguments, output: &Output, threads: usize) -> Outcome {
+pub(super) fn run(
+    arguments: &RunArguments,
+    output: &Output,
+    threads: usize,
+) -> Result<Exit, StageError> {
     let began = Instant::now();
     let (scene, inputs) = override_scene::read_for_error(
         &arguments.scene,
@@ -57,13 +58,11 @@ pub(super) fn run(arguments: &RunArguments, output: &Output, threads: usize) -> 
         let (performed, adapted) = match target {
             None => (perform_stale(session, output)?, None),
             Some(target) => {
-                interruption::on_levels(&arguments.file);
                 let goal = RefinementGoal {
                     error: target,
                     deadline: arguments.deadline(began),
                 };
                 let mut adapted = adaptive::run(session, goal, output)?;
-                interruption::on_run_file(&arguments.file);
                 warn(output, &session.warnings()?);
                 (std::mem::take(&mut adapted.performed), Some(adapted))
             }
@@ -94,7 +93,11 @@ fn perform_stale(session: &mut Session, output: &Output) -> Result<Vec<StageTimi
 }
 
 /// `mesh`: the mesh of a scene.
-pub(super) fn mesh(arguments: &MeshArguments, output: &Output, threads: usize) -> Outcome {
+pub(super) fn mesh(
+    arguments: &MeshArguments,
+    output: &Output,
+    threads: usize,
+) -> Result<Exit, StageError> {
     let (scene, inputs) = override_scene::read_with_inputs(&arguments.scene)?;
     inputs.refuse(&arguments.file)?;
     interruption::on_run_file(&arguments.file);
@@ -108,7 +111,11 @@ pub(super) fn mesh(arguments: &MeshArguments, output: &Output, threads: usize) -
 }
 
 /// `assemble`: matrices and factor.
-pub(super) fn assemble(arguments: &AssembleArguments, output: &Output, threads: usize) -> Outcome {
+pub(super) fn assemble(
+    arguments: &AssembleArguments,
+    output: &Output,
+    threads: usize,
+) -> Result<Exit, StageError> {
     interruption::on_run_file(&arguments.file);
     let mut session = Session::open(&arguments.file, threads)?;
     session.keep_assembly(arguments.assembly.choice());
@@ -125,7 +132,11 @@ pub(super) fn assemble(arguments: &AssembleArguments, output: &Output, threads: 
 }
 
 /// `solve`: the contact problem, with settings from the flags.
-pub(super) fn solve(arguments: &SolveArguments, output: &Output, threads: usize) -> Outcome {
+pub(super) fn solve(
+    arguments: &SolveArguments,
+    output: &Output,
+    threads: usize,
+) -> Result<Exit, StageError> {
     interruption::on_run_file(&arguments.file);
     let mut session = Session::open(&arguments.file, threads)?;
     let scene = override_scene::change_table(session.input(), "solve", &arguments.overrides)?;
@@ -138,7 +149,11 @@ pub(super) fn solve(arguments: &SolveArguments, output: &Output, threads: usize)
 }
 
 /// `post`: report, pictures, ParaView group.
-pub(super) fn post(arguments: &PostArguments, output: &Output, threads: usize) -> Outcome {
+pub(super) fn post(
+    arguments: &PostArguments,
+    output: &Output,
+    threads: usize,
+) -> Result<Exit, StageError> {
     interruption::on_run_file(&arguments.file);
     let mut session = Session::open(&arguments.file, threads)?;
     let pictures = arguments.figures.beside(
@@ -160,8 +175,7 @@ fn perform(
     output: &Output,
 ) -> Result<StageTiming, StageError> {
     let spinner = progress::spinner(stage.word(), output);
-    let mut forecast = Forecast::new(session.scene().solve.epsilon());
-    let mut observe = |step: RunStep<'_>| progress::show(&spinner, &mut forecast, step);
+    let mut observe = |step: RunStep<'_>| progress::show(&spinner, step);
     let performed = session.perform(stage, commit, &mut observe);
     spinner.finish_and_clear();
     let performed = performed?;
@@ -204,7 +218,7 @@ fn finish(
     output: &Output,
     performed: &[StageTiming],
     adapted: Option<&Adapted>,
-) -> Outcome {
+) -> Result<Exit, StageError> {
     let results = session.results()?;
     let scene = session.scene();
     let (solution, report, increments) = (&results.solution, &results.report, &results.increments);

@@ -220,14 +220,14 @@ fn run_all(whole: &SweepArguments, output: &Output, threads: usize) -> Result<Ex
             .map_or_else(memory_for_sweeps, |gigabytes| (gigabytes * 1e9) as u64),
         ..case_options(&whole.options, threads)
     };
-    interruption::on_sweep(folder, plan.cases.len());
+    interruption::on_sweep(folder, 0, plan.cases.len());
     let outcome = sweep::run(&plan, folder, &options, &|index, event| {
         if let Event::Failed(error) = event {
             let line = format!("{} failed: {error}", plan.cases[index].in_words());
             bar.suspend(|| terminal::message(&line));
         }
-        interruption::case_ended();
         bar.inc(1);
+        interruption::on_sweep(folder, bar.position() as usize, plan.cases.len());
     });
     bar.finish_and_clear();
     let outcome = outcome?;

@@ -63,15 +63,6 @@ pub fn export_grid(run_file: &Path, target: &Path) -> Result<u64, StageError> {
 /// Bytes for each entry of W: S, W by columns with long indices, W as the file has it, the file in memory.
 const BYTES_PER_ENTRY_OF_W: u64 = 8 + 2 * 16 + 2 * 12;
 
-/// Which of the two problems is written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FclibForm {
-    /// u = W r + q, with the dense W.
-    Local,
-    /// M v = H r + f, u = Hᵀv + w, with sparse matrices.
-    Global,
-}
-
 /// What was written.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Exported {
@@ -87,11 +78,12 @@ pub struct Exported {
     pub bytes: usize,
 }
 
-/// Writes the problem of a solved run file with its friction frozen at the solution.
+/// Writes the problem of a solved run file with its friction frozen at the solution: u = W r + q with the dense W or, global,
+/// M v = H r + f, u = Hᵀv + w with sparse matrices.
 ///
 /// # Errors
 /// A run file that is not solved, a law that such files cannot hold, too little memory, an output that the guard refuses.
-pub fn export(run_file: &Path, target: &Path, form: FclibForm) -> Result<Exported, StageError> {
+pub fn export(run_file: &Path, target: &Path, global: bool) -> Result<Exported, StageError> {
     let inputs = Inputs::of([run_file]);
     output::admit(target, OutputKind::Fclib, &inputs)?;
     let (problem, solution) = read_solved(run_file)?;
@@ -104,7 +96,7 @@ pub fn export(run_file: &Path, target: &Path, form: FclibForm) -> Result<Exporte
     })?;
     let friction = frozen_friction(&problem, &solution, contact.surface).map_err(unfit)?;
     let n_contacts = contact.surface.n_panes();
-    if form == FclibForm::Local {
+    if !global {
         admit_memory(Requirement {
             step: "writing W, which is dense; --kind fclib-global writes sparse matrices",
             memory: ((SPACE_DIMENSION * n_contacts) as u64)
@@ -113,9 +105,9 @@ pub fn export(run_file: &Path, target: &Path, form: FclibForm) -> Result<Exporte
             stored: 0,
         })?;
     }
-    let freeze = match form {
-        FclibForm::Local => FrozenProblem::local,
-        FclibForm::Global => FrozenProblem::global,
+    let freeze = match global {
+        false => FrozenProblem::local,
+        true => FrozenProblem::global,
     };
     let frozen = freeze(&problem, contact.surface, contact.interface, &friction);
     let entries = fclib::most_entries(&frozen);

@@ -22,7 +22,7 @@ pub use levels::{adaptation_json, adaptation_table, history_text, increments, sh
 pub use run::{SolvedRun, estimated_percent, percent};
 pub use stages::{outcome, performed, stages, summary};
 pub use status::status;
-pub use sweep::{Cell, Column, Role, SweepTable};
+pub use sweep::{Cell, Column, SweepTable};
 
 use units::Units;
 

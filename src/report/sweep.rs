@@ -12,17 +12,6 @@ const KEYS: &str = "/cases/keys";
 const SETTINGS: &str = "/cases/settings";
 const FACE_NAMES: &str = "/cases/face_names";
 
-/// What a column tells of the cases.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Role {
-    /// Which case it is.
-    Label,
-    /// What it was set to.
-    Setting,
-    /// What came of it.
-    Result,
-}
-
 /// What one case has in a column.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cell {
@@ -41,8 +30,8 @@ pub enum Cell {
 pub struct Column {
     /// Its name in `summary.csv`.
     pub name: String,
-    /// What it tells.
-    pub role: Role,
+    /// Whether it tells what cases were set to.
+    pub is_setting: bool,
     /// The unit of its numbers.
     pub unit: Unit,
     /// One cell for each case.
@@ -187,10 +176,7 @@ impl SweepTable {
         let width = repeats * names.len();
         let column = |k: usize| Column {
             name: names[k % names.len()].clone(),
-            role: match spec.name() {
-                "id" | "planned" => Role::Label,
-                _ => Role::Result,
-            },
+            is_setting: false,
             unit: self.units.of(spec.dimension),
             cells: cells.iter().skip(k).step_by(width).cloned().collect(),
         };
@@ -204,7 +190,7 @@ impl SweepTable {
         self.columns.extend(keys.iter().map(|key| {
             Column {
                 name: escape_control(key),
-                role: Role::Setting,
+                is_setting: true,
                 unit: Unit::none(),
                 cells: settings
                     .iter()

@@ -98,8 +98,7 @@ fn force_displacement(records: &[StepRecord], units: Units) -> Chart {
 
 /// Energies over time, works summed up.
 fn energies(records: &[StepRecord], units: Units) -> Chart {
-    type Energy = fn(&StepRecord) -> f64;
-    let sums: [(&str, Energy); 4] = [
+    let sums: [(&str, fn(&StepRecord) -> f64); 4] = [
         ("work of the loads", |record| record.energies.load_work),
         ("dissipated", |record| record.energies.dissipation),
         ("work on the foundation", |record| {

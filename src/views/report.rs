@@ -26,24 +26,15 @@ use crate::{
     report::{self, FigureTable, Figures, SolvedRun, accuracy as tables},
 };
 
-/// How a page shows the body.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ReportKind {
-    /// As drawings, without a script.
-    Still,
-    /// As a body in 3D, and as pictures where no script runs.
-    Interactive,
-}
-
-/// The report as one HTML page. Reads only and takes no lock.
+/// The report as one HTML page, with drawings or, interactive, with the body in 3D and pictures. Reads only and takes no lock.
 ///
 /// # Errors
 /// A file or folder that cannot be read, a body in 3D of a sweep.
-pub fn report(path: &Path, kind: ReportKind) -> Result<String, StageError> {
+pub fn report(path: &Path, interactive: bool) -> Result<String, StageError> {
     let page = if path.is_dir() {
-        sweep::page(path, kind)?
+        sweep::page(path, interactive)?
     } else {
-        file_page(path, kind)?
+        file_page(path, interactive)?
     };
     Ok(page.html())
 }
@@ -65,7 +56,7 @@ pub(super) fn footer(path: &Path) -> String {
     )
 }
 
-fn file_page(path: &Path, kind: ReportKind) -> Result<Page, StageError> {
+fn file_page(path: &Path, interactive: bool) -> Result<Page, StageError> {
     let reader = match Reader::open(path, LAYOUT) {
         Err(_) if Reader::open(path, SWEEP_LAYOUT).is_ok() => {
             let folder = path
@@ -84,7 +75,7 @@ fn file_page(path: &Path, kind: ReportKind) -> Result<Page, StageError> {
     let sizes = format::read_sizes(reader, &|stage| run.is_fresh(stage))?;
     let mut sections = vec![scene_section(scene, &report::features(scene, &sizes))];
     if run.states.iter().all(StageState::is_fresh) {
-        sections.extend(result_sections(reader, &run.input, kind)?);
+        sections.extend(result_sections(reader, &run.input, interactive)?);
     }
     sections.push(stages_section(reader, scene, &run.states)?);
     let studies = [
@@ -124,7 +115,7 @@ fn scene_section(scene: &Scene, features: &Figures) -> Section {
 fn result_sections(
     reader: &Reader,
     input: &SceneFile,
-    kind: ReportKind,
+    interactive: bool,
 ) -> Result<Vec<Section>, StageError> {
     let results = read_results(reader, input)?;
     let (mesh, solution, report) = (results.mesh(), &results.solution, &results.report);
@@ -155,19 +146,16 @@ fn result_sections(
         marks: &marks,
         face,
     };
-    let part = |picture: &Picture, name: &str, width| match kind {
-        ReportKind::Still => Ok(PagePart::Figure(picture.svg())),
-        ReportKind::Interactive => Ok(PagePart::Picture(name.into(), picture.png(width)?)),
+    let part = |picture: &Picture, name: &str, width| match interactive {
+        false => Ok(PagePart::Figure(picture.svg())),
+        true => Ok(PagePart::Picture(name.into(), picture.png(width)?)),
     };
     let mut parts = Vec::new();
-    match kind {
-        ReportKind::Still => {
-            parts.push(PagePart::Text("Point at a pane to see its values.".into()))
-        }
-        ReportKind::Interactive => {
-            let body = vec![PagePart::Body(body3d::view(scene, &results))];
-            sections.push(Section::new("view3d", "The body in 3D", body));
-        }
+    if interactive {
+        let body = vec![PagePart::Body(body3d::view(scene, &results))];
+        sections.push(Section::new("view3d", "The body in 3D", body));
+    } else {
+        parts.push(PagePart::Text("Point at a pane to see its values.".into()));
     }
     for face in 0..scene.contacts.len().max(1) {
         let page = drawn(face).page();

@@ -11,7 +11,7 @@ use runfile::Reader;
 use units::Unit;
 
 use super::{
-    PictureFolder, ReportKind,
+    PictureFolder,
     report::footer,
     sweep_table::{names, numbers, rounded, varying_settings},
 };
@@ -38,8 +38,8 @@ pub fn draw_sweep(sweep: &Path, figures: &PictureFolder) -> Result<Vec<PathBuf>,
 }
 
 /// The page of a folder with a `summary.h5`.
-pub(super) fn page(folder: &Path, kind: ReportKind) -> Result<Page, StageError> {
-    if kind == ReportKind::Interactive {
+pub(super) fn page(folder: &Path, interactive: bool) -> Result<Page, StageError> {
+    if interactive {
         return Err(StageError::Unfit {
             file: folder.to_owned(),
             reason: "a sweep has no body of its own; take the run file of a case, or leave out --interactive".into(),

@@ -5,14 +5,11 @@ use std::collections::BTreeSet;
 use contact3d::scene::escape_control;
 use serde_json::Value;
 
-use crate::report::{Cell, Column, Role, SweepTable};
+use crate::report::{Cell, Column, SweepTable};
 
 /// The settings that are not the same in all cases.
 pub(super) fn varying_settings(table: &SweepTable) -> Vec<&Column> {
-    let settings = table
-        .columns
-        .iter()
-        .filter(|column| column.role == Role::Setting);
+    let settings = table.columns.iter().filter(|column| column.is_setting);
     settings
         .filter(|column| distinct(column).len() > 1)
         .collect()
@@ -117,7 +114,7 @@ mod tests {
     fn column(values: &[Value]) -> Column {
         Column {
             name: "law".to_owned(),
-            role: Role::Setting,
+            is_setting: true,
             unit: Unit::none(),
             cells: values.iter().cloned().map(Cell::Setting).collect(),
         }

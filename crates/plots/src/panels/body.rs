@@ -32,17 +32,10 @@ struct Shown {
     magnitude: Vec<f64>,
     symbol: Label,
     unit: Unit,
-    /// Whether the body is drawn deformed; if not, the words below the title.
-    motion: Motion,
+    /// The words below the title of a body at rest; `None` for one that is drawn deformed.
+    at_rest: Option<&'static str>,
     /// From the body to the viewer, in the basis (t₁, −ν × t₁, −ν).
     toward: Vector,
-}
-
-/// How the body is drawn.
-#[derive(Clone, Copy, PartialEq)]
-enum Motion {
-    Deformed,
-    AtRest(&'static str),
 }
 
 /// Panel (c).
@@ -52,7 +45,7 @@ pub(super) fn body_panel(picture: &ContactPicture<'_>, layout: &PictureLayout) -
         magnitude: picture.displacement.iter().map(|&u| norm(u)).collect(),
         symbol: Label::plain("|").italic("u").upright("|"),
         unit: picture.units.of(Dimension::LENGTH),
-        motion: Motion::Deformed,
+        at_rest: None,
         toward: TOWARD,
     };
     drawn_body(picture, layout, &shown)
@@ -80,7 +73,7 @@ pub(crate) fn error_panels(
             magnitude: density.iter().map(|value| value.log10()).collect(),
             symbol: Label::plain("log").subscript("10").upright(", 0: the mean"),
             unit: picture.units.of(Dimension::Number),
-            motion: Motion::AtRest(side),
+            at_rest: Some(side),
             toward,
         };
         let panel = drawn_body(&alone, &layout, &shown);
@@ -109,7 +102,7 @@ fn drawn_body(picture: &ContactPicture<'_>, layout: &PictureLayout, shown: &Show
     let mut edges = surface_edges(triangles);
     let rest = FacetNormals::new(&undeformed, triangles, &edges);
     mark_lines(&mut edges, &rest, picture.boundary_face);
-    let factor = if shown.motion == Motion::Deformed {
+    let factor = if shown.at_rest.is_none() {
         displacement_factor(picture, &view, &undeformed, &edges)
     } else {
         0.0
@@ -171,21 +164,15 @@ fn drawn_body(picture: &ContactPicture<'_>, layout: &PictureLayout, shown: &Show
     draw_symbols(&mut canvas, &symbols, [16.0, 64.0]);
     let bottom = layout.height - KEY_HEIGHT - 14.0;
     draw_triad(&mut canvas, &view, [52.0, bottom - 24.0]);
-    let note = match shown.motion {
-        Motion::AtRest(words) => Label::plain(words),
-        Motion::Deformed if magnitude.iter().any(|&u| u > 0.0) => {
-            deformation_note(factor, picture.obstacle)
-        }
-        Motion::Deformed => Label::plain("no displacement"),
+    let note = match shown.at_rest {
+        Some(words) => Label::plain(words),
+        None if magnitude.iter().any(|&u| u > 0.0) => deformation_note(factor, picture.obstacle),
+        None => Label::plain("no displacement"),
     };
     let grey = picture.obstacle.map_or("", |_| ", grey: obstacle");
     let note = note.upright(grey);
     canvas.text([16.0, 46.0], &note, TICK_SIZE, Anchor::Start);
-    let height = if shown.motion == Motion::Deformed {
-        26.0
-    } else {
-        46.0
-    };
+    let height = if shown.at_rest.is_none() { 26.0 } else { 46.0 };
     note_stretch(&mut canvas, &view, height);
     key.draw(&mut canvas, [layout.key[0], layout.height - KEY_HEIGHT]);
     canvas
