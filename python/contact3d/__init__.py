@@ -10,23 +10,11 @@
 scene, :mod:`contact3d.convert` reads meshes of other programs, :mod:`contact3d.theory` measures the constants of the paper.
 """
 
+from . import _studies
 from ._matrices import Matrices
 from ._program import BadInput, InternalError, Interrupted, NotConverged, ProgramError, ProgramNotFound, program, version
 from ._run import Run
-from ._studies import (
-    Accuracy,
-    Branches,
-    Law,
-    Stability,
-    accuracy,
-    bound,
-    branches,
-    export,
-    friction_law,
-    report,
-    run,
-    stability,
-)
+from ._studies import *
 from ._sweep import Sweep, open_sweep, sweep
 from ._sweep_table import SweepTable
 from ._tree import open
@@ -34,13 +22,10 @@ from ._watch import CasesWarning, SceneWarning
 from .scene import Scene
 
 __all__ = [
-    "Accuracy",
     "BadInput",
-    "Branches",
     "CasesWarning",
     "InternalError",
     "Interrupted",
-    "Law",
     "Matrices",
     "NotConverged",
     "ProgramError",
@@ -48,20 +33,12 @@ __all__ = [
     "Run",
     "Scene",
     "SceneWarning",
-    "Stability",
     "Sweep",
     "SweepTable",
-    "accuracy",
-    "bound",
-    "branches",
-    "export",
-    "friction_law",
     "open",
     "open_sweep",
     "program",
-    "report",
-    "run",
-    "stability",
     "sweep",
     "version",
 ]
+__all__ += _studies.__all__

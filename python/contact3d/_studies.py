@@ -16,6 +16,8 @@ from ._scene_input import SceneLike, given
 from ._tree import open as open_run
 from ._watch import STAGES
 
+__all__ = ["Accuracy", "Branches", "Law", "Stability", "accuracy", "bound", "branches", "export", "friction_law", "report", "run", "stability"]
+
 StrPath = str | os.PathLike[str]
 
 

@@ -14,7 +14,7 @@ use super::{
     generated::{CompletionsArguments, ManArguments, SchemaArguments},
     init::{InitArguments, InspectArguments},
     stability::StabilityArguments,
-    studies::{AccuracyArguments, BoundArguments, BranchesArguments},
+    studies::Study,
     sweep::SweepArguments,
 };
 use crate::{
@@ -73,12 +73,8 @@ pub enum Command {
     Check(StageArguments),
     /// Compute bounds of the law of friction of a scene and draw it, without a solve
     FrictionLaw(FrictionLawArguments),
-    /// Measure the errors of solvers and meshes for a scene, and their costs
-    Accuracy(AccuracyArguments),
-    /// Prove an upper bound of the discretisation error of a solved run file
-    Bound(BoundArguments),
-    /// Follow solutions while one key of the scene changes: folds, branches, all solutions at one value
-    Branches(BranchesArguments),
+    #[command(flatten)]
+    Study(Study),
     /// Measure how far a solution can be trusted: conditioning, other algorithms, other descriptions of the problem
     Stability(StabilityArguments),
     /// Write a report as one HTML page that needs no network

@@ -5,7 +5,7 @@ use std::{
     time::Instant,
 };
 
-use clap::Args;
+use clap::{Args, Subcommand};
 use contact3d::{scene::SceneFile, solver::Status};
 use indicatif::ProgressBar;
 use serde_json::Value;
@@ -30,6 +30,28 @@ use crate::{
     views::{Drawing, PictureFolder, draw_accuracy, draw_branches},
 };
 
+/// The studies of a scene or its solution.
+#[derive(Debug, Subcommand)]
+pub enum Study {
+    /// Measure the errors of solvers and meshes for a scene, and their costs
+    Accuracy(AccuracyArguments),
+    /// Prove an upper bound of the discretisation error of a solved run file
+    Bound(BoundArguments),
+    /// Follow solutions while one key of the scene changes: folds, branches, all solutions at one value
+    Branches(BranchesArguments),
+}
+
+impl Study {
+    /// Does what the command asks.
+    pub(super) fn perform(&self, output: &Output, threads: usize) -> Result<Exit, StageError> {
+        match self {
+            Self::Accuracy(settings) => accuracy(settings, output, threads),
+            Self::Bound(file) => bound(file, output, threads),
+            Self::Branches(range) => branches(range, output, threads),
+        }
+    }
+}
+
 /// Arguments of `accuracy`.
 #[derive(Debug, Args)]
 pub struct AccuracyArguments {
@@ -51,7 +73,7 @@ pub struct AccuracyArguments {
 }
 
 /// `accuracy`: runs both studies, stores and draws them, and says what they mean.
-pub(super) fn accuracy(
+fn accuracy(
     arguments: &AccuracyArguments,
     output: &Output,
     threads: usize,
@@ -79,8 +101,8 @@ pub(super) fn accuracy(
         pictures.as_ref(),
         units,
         |folder| draw_accuracy(folder, &accuracy),
-        || report::accuracy::json(&accuracy, units),
-        || report::accuracy::text(&accuracy, units),
+        || report::studies::accuracy_json(&accuracy, units),
+        || report::studies::accuracy_text(&accuracy, units),
     )?;
     let is_complete = is_complete(&accuracy);
     if !is_complete {
@@ -107,16 +129,12 @@ pub struct BoundArguments {
 }
 
 /// `bound`: computes, stores and prints.
-pub(super) fn bound(
-    arguments: &BoundArguments,
-    output: &Output,
-    threads: usize,
-) -> Result<Exit, StageError> {
+fn bound(arguments: &BoundArguments, output: &Output, threads: usize) -> Result<Exit, StageError> {
     let spinner = progress::spinner("bound", output);
     let bounded = bound_error(&arguments.file, threads);
     spinner.finish_and_clear();
     let (scene, bound, estimate) = bounded?;
-    let figures = report::accuracy::bound(&bound, &scene, estimate);
+    let figures = report::studies::bound(&bound, &scene, estimate);
     finish(
         output,
         None,
@@ -155,7 +173,7 @@ pub struct BranchesArguments {
 }
 
 /// `branches`: follows the paths, stores and draws them, and lists their special points.
-pub(super) fn branches(
+fn branches(
     arguments: &BranchesArguments,
     output: &Output,
     threads: usize,
@@ -210,8 +228,8 @@ pub(super) fn branches(
         pictures.as_ref(),
         units,
         |folder| draw_branches(folder, &branches, units),
-        || report::branches::json(&branches, units),
-        || report::branches::text(&branches, units),
+        || report::studies::branches_json(&branches, units),
+        || report::studies::branches_text(&branches, units),
     )?;
     let shortcoming = shortcoming(&branches);
     if let Some(reason) = &shortcoming {
@@ -278,7 +296,7 @@ fn where_it_stands(branches: &Branches, units: Units, spinner: &ProgressBar, beg
 
 /// The scene, the files that belong to it, and the folder for pictures where these are wanted; everything that is to be written is
 /// looked at before anything is measured.
-pub(super) fn begin(
+fn begin(
     scene: &SceneArguments,
     run_file: &Path,
     figures: &FigureArguments,
@@ -291,7 +309,7 @@ pub(super) fn begin(
 }
 
 /// Draws into the folder, where one is wanted, says how many files came of it, and prints the results. These are stored by then.
-pub(super) fn finish(
+fn finish(
     output: &Output,
     pictures: Option<&PictureFolder>,
     units: Units,

@@ -3,9 +3,7 @@
 //! A figure is one entry: its key, its words, its dimension and its value. The same list becomes the text of a
 //! terminal, the JSON of `--json` and the tables of a page.
 
-pub mod accuracy;
 mod answer;
-pub mod branches;
 mod features;
 mod figure;
 mod levels;
@@ -14,6 +12,7 @@ mod run;
 pub mod stability;
 mod stages;
 mod status;
+pub mod studies;
 mod sweep;
 
 pub use features::features;

@@ -11,7 +11,7 @@ use studies::{
 use units::{Dimension, Unit, Units};
 
 use super::PictureFolder;
-use crate::{pipeline::StageError, report::branches::kind_words};
+use crate::{pipeline::StageError, report::studies::kind_words};
 
 /// Names of the pictures.
 pub(super) const WORK_PRECISION: &str = "work_precision";

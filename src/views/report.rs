@@ -23,7 +23,7 @@ use super::{
 use crate::{
     format::{self, LAYOUT, SWEEP_LAYOUT},
     pipeline::{OpenRun, StageError, StageState, accuracy_input, read_results},
-    report::{self, FigureTable, Figures, SolvedRun, accuracy as tables},
+    report::{self, FigureTable, Figures, SolvedRun, studies as tables},
 };
 
 /// The report as one HTML page, with drawings or, interactive, with the body in 3D and pictures. Reads only and takes no lock.
@@ -257,7 +257,7 @@ fn branches_parts(reader: &Reader) -> StudyParts {
     };
     let branches = format::read_branches(reader)?;
     let diagrams = diagrams(&branches, stored.units).map(|chart| PagePart::chart(&chart));
-    let tables = report::branches::tables(&branches, stored.units);
+    let tables = tables::branches_tables(&branches, stored.units);
     let tables = tables.iter().flat_map(table_parts);
     Ok(Some(diagrams.into_iter().chain(tables).collect()))
 }
@@ -269,9 +269,7 @@ fn bound_parts(reader: &Reader, scene: &Scene) -> StudyParts {
     };
     let bound = format::read_bound(reader)?;
     let mut parts = outdated(&stored, scene, "bound");
-    parts.push(PagePart::Table(
-        report::accuracy::bound(&bound, scene, None).html(),
-    ));
+    parts.push(PagePart::Table(tables::bound(&bound, scene, None).html()));
     Ok(Some(parts))
 }
 
