@@ -23,8 +23,8 @@ use super::{
 use crate::{
     output::Inputs,
     pipeline::{
-        BranchesTask, Followed, SeriesFolder, SeriesKind, StageError, bound_error, follow_branches,
-        measure_accuracy,
+        BranchesTask, Followed, SeriesFolder, SeriesKind, StageError, follow_branches,
+        studies::{bound_error, measure_accuracy},
     },
     report::{self, unit_words},
     views::{Drawing, PictureFolder, draw_accuracy, draw_branches},

@@ -17,7 +17,7 @@ mod session;
 mod settings;
 mod stages;
 mod store;
-mod studies;
+pub mod studies;
 
 pub use adapt::{AdaptStep, Adapted, OutOfReach};
 pub use assembly_file::AssemblyFile;
@@ -31,4 +31,3 @@ pub use results::{Results, read_results, read_solved};
 pub use series_folder::{SeriesFolder, SeriesKind};
 pub use session::{Session, StageTiming, StoreWhen};
 pub use settings::{operator_settings, stage_settings};
-pub use studies::{accuracy_input, bound_error, measure_accuracy};

@@ -22,7 +22,7 @@ use super::{
 };
 use crate::{
     format::{self, LAYOUT, SWEEP_LAYOUT},
-    pipeline::{OpenRun, StageError, StageState, accuracy_input, read_results},
+    pipeline::{OpenRun, StageError, StageState, read_results, studies::accuracy_input},
     report::{self, FigureTable, Figures, SolvedRun, studies as tables},
 };
 
