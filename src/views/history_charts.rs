@@ -98,19 +98,23 @@ fn force_displacement(records: &[StepRecord], units: Units) -> Chart {
 
 /// Energies over time, works summed up.
 fn energies(records: &[StepRecord], units: Units) -> Chart {
-    let sums: [(&str, fn(&StepRecord) -> f64); 4] = [
-        ("work of the loads", |record| record.energies.load_work),
-        ("dissipated", |record| record.energies.dissipation),
-        ("work on the foundation", |record| {
-            record.energies.normal_work
-        }),
-        ("energy imbalance", |record| record.energies.imbalance),
+    let names = [
+        "work of the loads",
+        "dissipated",
+        "work on the foundation",
+        "energy imbalance",
+    ];
+    let sums: [fn(&StepRecord) -> f64; 4] = [
+        |record| record.energies.load_work,
+        |record| record.energies.dissipation,
+        |record| record.energies.normal_work,
+        |record| record.energies.imbalance,
     ];
     let energy = |record: &StepRecord| record.energies.strain.abs();
     let largest = records.iter().map(energy).fold(0.0, f64::max);
     let strain = |record: &StepRecord| [record.increment.time, record.energies.strain];
     let mut all = vec![series("strain energy", records, 0.0, strain)];
-    for (name, energy) in sums {
+    for (name, energy) in names.into_iter().zip(sums) {
         let mut sum = 0.0;
         // Sums of roundings are not drawn.
         let sums = |record: &StepRecord| {
