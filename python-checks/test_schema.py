@@ -43,11 +43,11 @@ def test_files_after_each_stage_follow_the_schema(stage, stage_paths, schema):
         assert stored_stages(file) == expected
 
 
-def replace(file: h5py.File, path: str, values: np.ndarray) -> None:
+def replace(file: h5py.File, path: str, values: np.ndarray, **options) -> None:
     """Put other values in the place of a dataset, keeping its attributes."""
     attributes = dict(file[path].attrs)
     del file[path]
-    file[path] = values
+    file.create_dataset(path, data=values, **options)
     file[path].attrs.update(attributes)
 
 
@@ -96,9 +96,7 @@ def change_enum(file):
 
 
 def change_compression(file):
-    values = file["mesh/coordinates"][:]
-    del file["mesh/coordinates"]
-    file.create_dataset("mesh/coordinates", data=values, compression="gzip")
+    replace(file, "mesh/coordinates", file["mesh/coordinates"][:], compression="gzip")
 
 
 def change_unit(file):
