@@ -96,7 +96,7 @@ def change_enum(file):
 
 
 def change_compression(file):
-    replace(file, "mesh/coordinates", file["mesh/coordinates"][:], compression="gzip")
+    replace(file, "mesh/coordinates", file["mesh/coordinates"][:], compression="gzip", shuffle=True)
 
 
 def change_unit(file):
