@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::assembly_file::LINK_ABOVE;
 use contact3d::{
     dual::{InsufficientResource, Requirement, Resource},
     mesh::brick_counts,
@@ -12,10 +13,14 @@ use sysinfo::{MemoryRefreshKind, RefreshKind, System};
 /// Refuses a step that does not fit into memory, or whose data do not fit on the disk of the run
 /// file; what the system does not tell is not checked.
 pub(super) fn admit(need: Requirement, run_file: &Path) -> Result<(), InsufficientResource> {
-    // A commit copies what stays into a new file beside the old one.
+    // A commit copies what stays into a new file beside the old one, and puts it together in memory.
     let kept = std::fs::metadata(run_file).map_or(0, |metadata| metadata.len());
     let stored = need.stored.saturating_add(kept);
-    admit_memory(need)?;
+    let in_run_file = need.stored.min(LINK_ABOVE as u64).saturating_add(kept);
+    admit_memory(Requirement {
+        memory: need.memory.max(need.stored.saturating_add(in_run_file)),
+        ..need
+    })?;
     let disk = available_disk(run_file);
     require(need.step, Resource::Disk, stored, disk)
 }

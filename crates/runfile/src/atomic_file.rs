@@ -1,7 +1,7 @@
-//! An HDF5 file that comes whole or not at all: built in memory, written whole under a hidden name, synced, and renamed.
+//! An HDF5 file that comes whole or not at all: written under a hidden name, given its digest, synced, and renamed.
 //!
-//! HDF5 writes the file when it is closed, and closing sees every error. It writes all of it twice, first with the mark of a file
-//! that is being written: if the second call is lost, the file does not open. Then it gets its digest.
+//! HDF5 writes a file in memory when it is closed, and closing sees every error. It writes all of it twice, first with the mark of a
+//! file that is being written: if the second call is lost, the file does not open.
 
 use std::fs::{File, Permissions};
 use std::io::{BufRead, BufReader, Read};
@@ -40,9 +40,10 @@ impl AtomicFile {
         write: impl FnOnce(&hdf5::File) -> Result<(), E>,
     ) -> Result<WrittenFile, E> {
         let temporary = hidden_beside(target)?;
-        let file = create(temporary.path())?;
+        let file = create(temporary.path(), Workplace::Memory)?;
         write(&file)?;
-        Ok(Self { file, temporary }.finish(target, filetype)?)
+        let written = Self { file, temporary };
+        Ok(written.finish(target, filetype, |path| header::open_any(path).map(drop))?)
     }
 
     /// Takes charge of a file that `make` creates.
@@ -61,17 +62,22 @@ impl AtomicFile {
         &self.file
     }
 
-    /// Has the file written, opens it once, gives it its type and digest, and syncs it.
+    /// Has the file written, proves that it is what was written, gives it its type and digest, and syncs it.
     ///
     /// # Errors
     /// `Hdf5` if anything could not be written; `Io` if the disk does not take it; `Unproven`, which names `target`, if the disk
     /// gives back something else.
-    pub(super) fn finish(self, target: &Path, filetype: &str) -> Result<WrittenFile, StoreError> {
+    pub(super) fn finish(
+        self,
+        target: &Path,
+        filetype: &str,
+        proof: impl FnOnce(&Path) -> Result<(), StoreError>,
+    ) -> Result<WrittenFile, StoreError> {
         let AtomicFile { temporary, file } = self;
         let path = temporary.path();
         file.close()
             .at(Place::new(path, "/"), "write the temporary file")?;
-        header::open_any(path).map_err(|error| StoreError::Unproven {
+        proof(path).map_err(|error| StoreError::Unproven {
             file: target.into(),
             reason: error.to_string(),
         })?;
@@ -142,17 +148,28 @@ pub fn is_same(one: impl Read, other: impl Read) -> io::Result<bool> {
     }
 }
 
+/// Where HDF5 puts a file together.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Workplace {
+    /// In memory; it is written whole, twice, when it is closed.
+    Memory,
+    /// On the disk, so that large values are in memory once.
+    Disk,
+}
+
 /// A file in memory grows by this many bytes.
 const GROWTH_BYTES: usize = 1 << 16;
 
-/// Creates an HDF5 file, readable by HDF5 1.10 and newer, in memory; it is written when it is closed.
-pub(super) fn create(path: &Path) -> Result<hdf5::File, StoreError> {
+/// Creates an HDF5 file, readable by HDF5 1.10 and newer.
+pub(super) fn create(path: &Path, workplace: Workplace) -> Result<hdf5::File, StoreError> {
     let mut options = hdf5::File::with_options();
     let options = options
         .with_fapl(|access| {
-            access
-                .core_options(GROWTH_BYTES, true)
-                .libver_bounds(LibraryVersion::V110, LibraryVersion::V110)
+            match workplace {
+                Workplace::Memory => access.core_options(GROWTH_BYTES, true),
+                Workplace::Disk => access.sec2(),
+            }
+            .libver_bounds(LibraryVersion::V110, LibraryVersion::V110)
         })
         .with_fcpl(|creation| {
             creation

@@ -39,7 +39,7 @@ use crate::signals::Temporary;
 const CLASS: &str = "CLASS";
 const SCALE: &str = "DIMENSION_SCALE";
 const NAME: &str = "NAME";
-const DIMENSION_LIST: &str = "DIMENSION_LIST";
+pub(super) const DIMENSION_LIST: &str = "DIMENSION_LIST";
 const REFERENCE_LIST: &str = "REFERENCE_LIST";
 
 /// What netCDF-4 calls a dimension that holds no values.

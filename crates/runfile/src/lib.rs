@@ -15,6 +15,7 @@ mod header;
 mod layout;
 mod lock;
 mod matrix;
+mod read_back;
 mod reader;
 mod schema;
 mod signals;

@@ -1,22 +1,23 @@
 //! A change of a run file: written beside it, then put in its place in one step, or not at all.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use hdf5_metno::sync::sync as undisturbed;
 
-use crate::atomic_file::{AtomicFile, replaceable, sync_folder};
+use crate::atomic_file::{AtomicFile, Workplace, replaceable, sync_folder};
 use crate::dimension::{self, name_axes};
 use crate::error::{AtFile, AtPlace, LayoutError, Place, StoreError};
 use crate::extents::Sizes;
 use crate::external::{LinkedName, SharedGroup, carry_over, is_joined, join, take_over};
 use crate::hdf5_file::FileState;
-use crate::header::{self, GroupRecord};
+use crate::header::GroupRecord;
 use crate::layout::{Group, Layout};
 use crate::lock::{RunFile, temporary_for};
 use crate::reader::Reader;
 use crate::signals::note_commit;
 use crate::writer::GroupWriter;
+use crate::{header, read_back};
 
 /// A new state of a run file, in the hidden file `.NAME.part`; dropping it leaves the run file as
 /// it was.
@@ -68,7 +69,12 @@ impl Transaction {
         let layout = run_file.layout;
         let temporary = run_file.temporary();
         Ok(Transaction {
-            run_file: part(temporary.clone(), &layout, layout.filetype)?,
+            run_file: part(
+                temporary.clone(),
+                Workplace::Memory,
+                &layout,
+                layout.filetype,
+            )?,
             beside: Vec::new(),
             external: Vec::new(),
             previous,
@@ -117,7 +123,12 @@ impl Transaction {
         let place = Place::new(&self.target, group.name());
         let file = if self.beside.contains(&group) {
             let temporary = temporary_for(&self.temporary, group);
-            let part = part(temporary, &self.layout, self.layout.linked_filetype)?;
+            let part = part(
+                temporary,
+                Workplace::Disk,
+                &self.layout,
+                self.layout.linked_filetype,
+            )?;
             self.external.push(ExternalPart { group, part });
             self.external[self.external.len() - 1].part.file()
         } else {
@@ -209,7 +220,8 @@ impl Transaction {
             join(file, place, group, &name)?;
             let target = self.folder.join(name.to_string());
             replaceable(&target)?;
-            part.finish(&target, layout.linked_filetype)?
+            let proof = |path: &Path| read_back::require(path, &layout, group);
+            part.finish(&target, layout.linked_filetype, proof)?
                 .publish(&target, permissions.clone())?;
             sync_folder(&self.folder).at_file(&self.folder, "sync the folder")?;
         }
@@ -224,7 +236,11 @@ impl Transaction {
             }
             Ok::<(), StoreError>(())
         })?;
-        let written = self.run_file.finish(&self.target, layout.filetype)?;
+        let written = self
+            .run_file
+            .finish(&self.target, layout.filetype, |path| {
+                header::open_any(path).map(drop)
+            })?;
         drop(self.previous);
         written.publish(&self.target, permissions)?;
         note_commit(&self.target, held);
@@ -251,6 +267,13 @@ impl Transaction {
 }
 
 /// Begins a hidden file with its root attributes.
-fn part(path: PathBuf, layout: &Layout, filetype: &'static str) -> Result<AtomicFile, StoreError> {
-    AtomicFile::create(path, |path| header::create(path, layout, filetype))
+fn part(
+    path: PathBuf,
+    workplace: Workplace,
+    layout: &Layout,
+    filetype: &'static str,
+) -> Result<AtomicFile, StoreError> {
+    AtomicFile::create(path, |path| {
+        header::create(path, workplace, layout, filetype)
+    })
 }

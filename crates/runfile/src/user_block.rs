@@ -103,7 +103,9 @@ fn type_of(block: &[u8]) -> Option<&str> {
 /// The user block that fits a file.
 fn block_of(file: &mut File, filetype: &str) -> io::Result<Vec<u8>> {
     file.seek(SeekFrom::Start(USER_BLOCK_BYTES as u64))?;
-    let (mut hasher, mut bytes) = (Hasher::new(), Vec::new());
+    let length = file.metadata()?.len().min(DIGEST_BLOCK_BYTES as u64);
+    // One byte more, so that reading sees the end of a small file at once.
+    let (mut hasher, mut bytes) = (Hasher::new(), Vec::with_capacity(length as usize + 1));
     loop {
         bytes.clear();
         let limit = DIGEST_BLOCK_BYTES as u64;
