@@ -163,11 +163,7 @@ fn words(progress: Progress<'_>) -> String {
         }
         Progress::Newton(k, step) => {
             let how = if step.fallback { "safeguard" } else { "Newton" };
-            let law = match step.law_share {
-                1.0 => String::new(),
-                share => format!(", law F^{share:.3}"),
-            };
-            format!("{how} step {}, residual {:.1e}{law}", k + 1, step.residual)
+            format!("{how} step {}, residual {:.1e}", k + 1, step.residual)
         }
         Progress::Between(_) => String::new(),
     }

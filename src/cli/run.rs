@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use contact3d::{RunStep, adaptation::RefinementGoal, linalg::Factor, solver::RequestedAccuracy};
+use contact3d::{RunStep, adaptation::RefinementGoal, linalg::Factor};
 
 use super::{
     adaptive,
@@ -260,10 +260,7 @@ fn finish(
         terminal::message(&format!("NOT CONVERGED: {failure}"));
         return Ok(Exit::NotConverged);
     }
-    if solution
-        .status
-        .is_success(RequestedAccuracy::of(&scene.solve))
-    {
+    if solution.status.is_success(&scene.solve) {
         let unmet = adapted.and_then(adaptive::unmet);
         return Ok(unmet.map_or(Exit::Done, |unmet| {
             terminal::message(&unmet);

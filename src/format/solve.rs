@@ -60,10 +60,8 @@ stored_as! {
         BilateralFrictionless = 4 => "bilateral_frictionless",
         ProximalPoint = 5 => "proximal_point",
         InteriorPoint = 6 => "interior_point",
-        SteplengthContinuation = 7 => "steplength_continuation",
-        FrictionContinuation = 8 => "friction_continuation",
-        FrictionGraph = 9 => "friction_graph",
-        SuccessiveApproximations = 10 => "successive_approximations",
+        FrictionGraph = 7 => "friction_graph",
+        SuccessiveApproximations = 8 => "successive_approximations",
     }
 }
 
@@ -119,7 +117,6 @@ pub(super) const FIELDS: Fields<Solution> = fields! { Solution => GROUP;
     [|solution| mapping(solution).determinant, |solution, sign| mapping_mut(solution).determinant = sign] "/solve/determinant_sign", &[], Dimension::Number, "Sign of the determinant of Newton's matrix at the solution; the signs of all solutions add up to 1, so where it is -1 there are others.".symbol("sign det R'").when(NO_LINEARISATION);
     [|solution| mapping(solution).fold_distance, |solution, value| mapping_mut(solution).fold_distance = value] "/solve/fold_distance", &[], Dimension::Number, "Least |1 - mu| over the eigenvalues mu of the derivative of Psi at the solution: 0 where Newton's matrix is singular, as in a fold where two solutions meet.".symbol("min |1 - mu|").when(NO_LINEARISATION);
     (trace.law_evaluations) "/solve/law_evaluations", &[], Dimension::Number, "Evaluations of the friction law at a node.";
-    (trace.projections) "/solve/projections", &[], Dimension::Number, "Projections on an ellipse.";
     {Kind::Text} HISTORY_DIGEST, &[], Dimension::Number, "Digest of /history, whose last increment this is.".optional("absent without a load history");
 };
 

@@ -46,7 +46,6 @@ pub(super) const NEWTON_STEPS: Fields<NewtonStep> = fields! { NewtonStep => solv
     (zone_changes) "/solve/newton/zone_changes", NEWTON, Dimension::Number, "Panes that changed between open, stick and slip.";
     (free_unknowns) "/solve/newton/free_unknowns", NEWTON, Dimension::Number, "Unknowns of the dense linear system.";
     (fallback) "/solve/newton/fallback", NEWTON, Dimension::Number, "1 where the safeguard replaced Newton's step.";
-    (law_share) "/solve/newton/law_share", NEWTON, Dimension::Number, "Share of the law of friction in the step: below 1 where the law was approached by continuation.".symbol("tau");
     (seconds) "/solve/newton/seconds", NEWTON, Dimension::Time, "Wall-clock time of each Newton step.".volatile();
 };
 
@@ -56,7 +55,6 @@ pub(super) const STATE: Fields<OuterState> = fields! { OuterState => CHECKPOINT;
     (tolerance) "/checkpoint/inner_tolerance", &[], Dimension::Number, "Tolerance of the last inner problem.".finite();
     (steplength) "/checkpoint/steplength", &[], Dimension::PER_DUAL, "Steplength of projected gradient steps.".symbol("alpha").finite();
     (law_evaluations) "/checkpoint/law_evaluations", &[], Dimension::Number, "Evaluations of the friction law so far.";
-    (projections) "/checkpoint/projections", &[], Dimension::Number, "Projections on an ellipse so far.";
 };
 
 /// The rows of `DONE_STEPS`, whose meaning is that of `OUTER_STEPS`.

@@ -184,7 +184,7 @@ pub(super) fn read_bound(path: &Path) -> Result<(SceneFile, ErrorBound, Option<f
     let estimate = is_evaluated.then(|| format::read_estimate(&reader));
     let problem = mesh::read(&reader, &input)?;
     let solve = StoredSolve::read(&reader, &input, &problem)?;
-    if !solve.solution.has_answer() {
+    if !solve.solution.has_computed_solution() {
         return Err(StageError::Unfit {
             file: path.to_owned(),
             reason: "the solve has no answer whose error could be bounded; `status` says why"

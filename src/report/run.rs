@@ -84,7 +84,6 @@ impl<'a> SolvedRun<'a> {
         figures.json_only("newton_seconds", seconds.sum::<f64>());
         figures.plain("applications", "applications of S", solution.trace.applications);
         figures.json_only("law_evaluations", solution.trace.law_evaluations);
-        figures.json_only("projections", solution.trace.projections);
         let friction = solution.friction.as_ref();
         let moved = "moved by the mapping Psi";
         figures.number("mapping_change", moved, Scientific(1), friction.and_then(|it| it.mapping_change));
@@ -118,7 +117,8 @@ impl<'a> SolvedRun<'a> {
     pub fn nothing_touches(&self) -> Option<String> {
         let panes = &self.report.panes;
         let is_open = |pane: &PaneState| pane.zone == Zone::Open;
-        if panes.is_empty() || !self.solution.has_answer() || !panes.iter().all(is_open) {
+        if panes.is_empty() || !self.solution.has_computed_solution() || !panes.iter().all(is_open)
+        {
             return None;
         }
         let error = &self.report.discretisation_error;
@@ -144,7 +144,7 @@ impl<'a> SolvedRun<'a> {
 
     /// That displacements are too large for the theory of small ones, and what to look at; `None` where they are not.
     pub fn large_deformation(&self) -> Option<String> {
-        if !self.solution.has_answer() {
+        if !self.solution.has_computed_solution() {
             return None;
         }
         let size = |vectors: &[[f64; 3]]| {
@@ -288,7 +288,7 @@ impl<'a> SolvedRun<'a> {
         figures.number("", "force, moment imbalance", Scientific(1), [r.force_imbalance, r.moment_imbalance]);
         figures.json_only("force_imbalance", r.force_imbalance);
         figures.json_only("moment_imbalance", r.moment_imbalance);
-        if !self.solution.has_answer() {
+        if !self.solution.has_computed_solution() {
             return figures;
         }
         let error = &report.discretisation_error;
@@ -307,7 +307,7 @@ impl<'a> SolvedRun<'a> {
     /// How well the discrete problem is satisfied.
     pub fn certificate(&self) -> Figures {
         let mut figures = Figures::new(self.scene.units);
-        if !self.solution.has_answer() {
+        if !self.solution.has_computed_solution() {
             return figures;
         }
         for (name, value) in self.report.certificate.figures() {
@@ -371,19 +371,10 @@ fn steps(solution: &Solution) -> String {
         .iter()
         .filter(|step| step.fallback)
         .count();
-    let eased = solution
-        .trace
-        .newton
-        .iter()
-        .filter(|step| step.law_share < 1.0);
-    let eased = match eased.count() {
-        0 => String::new(),
-        count => format!(", {count} on the way from an easier law"),
-    };
     match (solution.trace.newton.len(), solution.trace.history.len()) {
         (0, 0) => "one solve".into(),
         (0, outer) => format!("{outer} outer"),
-        (newton, 0) => format!("{newton} Newton, {fallbacks} of them safeguards{eased}"),
+        (newton, 0) => format!("{newton} Newton, {fallbacks} of them safeguards"),
         (newton, 1) if solution.trace.solved_by == SolvedBy::Minimisation => {
             format!("{newton} Newton")
         }

@@ -6,11 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use contact3d::{
-    adaptation::AdaptiveStatus,
-    scene::unit_of_key,
-    solver::{RequestedAccuracy, Status},
-};
+use contact3d::{adaptation::AdaptiveStatus, scene::unit_of_key, solver::Status};
 use runfile::{GroupRecord, IfMissing, Reader, RunFile, StoreError, Transaction};
 use units::Units;
 
@@ -44,9 +40,8 @@ pub fn write(plan: &Plan, folder: &Path) -> Result<Vec<(usize, String)>, StageEr
     let planned = plan.cases.iter().zip(&rows).enumerate();
     let not_converged = planned.filter_map(|(number, (case, row))| {
         let results = row.results.as_ref()?;
-        let goal = RequestedAccuracy::of(&case.scene.scene.solve);
         let status = Status::of_word(&results.status);
-        if !status.is_some_and(|status| status.is_success(goal)) {
+        if !status.is_some_and(|status| status.is_success(&case.scene.scene.solve)) {
             return Some((number, results.status.clone()));
         }
         let target = results

@@ -6,7 +6,7 @@ use contact3d::{
     dual::DualSystem,
     mesh::Mesh,
     scene::{DualOperatorKind, InnerSolver, Method, Scene},
-    solver::{ContactState, OuterState, Progress, Solution, Start, solve},
+    solver::{ContactProblem, ContactState, OuterState, Progress, Solution, Start},
 };
 
 /// A solve from a start, with the states between its steps.
@@ -28,7 +28,8 @@ fn run(
             states.push(state.clone());
         }
     };
-    let solution = solve(system, Some(&contact), &scene.solve, start, &mut observe).unwrap();
+    let problem = ContactProblem::new(system, contact).unwrap();
+    let solution = problem.solve(&scene.solve, start, &mut observe).unwrap();
     (solution, states)
 }
 
@@ -46,11 +47,7 @@ fn bits(solution: &Solution) -> Vec<u64> {
     numbers.extend(coulomb.friction.pane_inverse.as_flattened());
     numbers.extend(friction.slip.iter().flatten().flatten());
     numbers.extend([solution.accuracy, solution.trace.steplength]);
-    let counts = [
-        solution.trace.applications,
-        solution.trace.law_evaluations,
-        solution.trace.projections,
-    ];
+    let counts = [solution.trace.applications, solution.trace.law_evaluations];
     let steps = solution.trace.history.iter();
     numbers.extend(steps.flat_map(|s| [s.change, s.inner_tolerance, s.inner_residual]));
     let applications = solution.trace.history.iter().map(|step| step.applications);

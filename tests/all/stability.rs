@@ -7,7 +7,7 @@ use contact3d::{
     dual::{DualSystem, ExplicitDual},
     linalg::Precision,
     scene::{DualOperatorKind, FactorPrecision, InnerSolver, Method, Scene, SceneFile},
-    solver::{ContactState, Linearisation, Solution, Start, Status, solve},
+    solver::{ContactProblem, ContactState, Linearisation, Solution, Start, Status},
 };
 use contact3d_pipe::{StabilityRow, SuiteCase, read_suite};
 use studies::stability::VerdictLevel;
@@ -134,15 +134,10 @@ impl Small {
     fn solve(&self, method: Method, inner: InnerSolver) -> Solution {
         let mut settings = self.scene.solve.clone();
         (settings.method, settings.inner, settings.epsilon) = (method, inner, Some(1e-12));
-        let contact = self.contact();
-        solve(
-            &self.system,
-            Some(&contact),
-            &settings,
-            Start::default(),
-            &mut |_| {},
-        )
-        .unwrap()
+        let contact = ContactProblem::new(&self.system, self.contact()).unwrap();
+        contact
+            .solve(&settings, Start::default(), &mut |_| {})
+            .unwrap()
     }
 
     fn linearise(&self, multiplier: &[f64]) -> Linearisation {

@@ -2,7 +2,7 @@
 
 use contact3d::{
     contact::{Interface, InterfaceFriction},
-    solver::{ContactState, SolvedBy, Start, Status, solve},
+    solver::{ContactProblem, ContactState, SolvedBy, Start, Status},
 };
 
 use super::{
@@ -101,14 +101,10 @@ fn tresca_at_the_converged_bound_is_coulomb() {
         interface: &interface,
     };
     let settings = &coulomb.scene().solve;
-    let tresca = solve(
-        &coulomb.system,
-        Some(&contact),
-        settings,
-        Start::default(),
-        &mut |_| {},
-    )
-    .unwrap();
+    let tresca = ContactProblem::new(&coulomb.system, contact).unwrap();
+    let tresca = tresca
+        .solve(settings, Start::default(), &mut |_| {})
+        .unwrap();
     assert_eq!(tresca.trace.solved_by, SolvedBy::Minimisation);
     let difference = distance(&tresca.multiplier, &coulomb.solution.multiplier);
     assert!(difference < SAME, "{difference:e}");

@@ -6,7 +6,7 @@ use contact3d::{
     linalg::Work,
     scene::{Coefficient, Friction, Ramp, Scene},
     solver::{
-        ContactState, Inner, NewtonSettings, NewtonSolution, PaneLaws, Solution, Start,
+        ContactState, Inner, MethodResult, NewtonSettings, NewtonSolution, PaneLaws, Start,
         SuccessiveApproximations, evaluate_mapping, newton,
     },
 };
@@ -77,7 +77,7 @@ impl Dense {
     }
 
     /// Algorithm 4.1 on the explicit operator with the settings of the scene.
-    pub(crate) fn approximate(&self, inner: Inner<'_>) -> Solution {
+    pub(crate) fn approximate(&self, inner: Inner<'_>) -> MethodResult {
         let (assembly, system) = (self.problem.assembly(), self.problem.contact());
         self.with_contact(&self.law(), |laws, law| {
             let mut operator = ContactOperator::explicit(&self.dual, assembly, system);

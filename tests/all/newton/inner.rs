@@ -4,8 +4,8 @@ use contact3d::{
     dual::{BodyOperator, ContactOperator, DualOperator, PrimalOperator},
     scene::PrecisionControl::{Adaptive, Fixed},
     solver::{
-        Gpcg, Inner, NewtonSettings, NewtonStatus, Solution, Start, Status,
-        SuccessiveApproximations, coulomb_state, minimise_frozen, operator_norm,
+        Gpcg, Inner, MethodResult, NewtonSettings, Start, StopReason, SuccessiveApproximations,
+        coulomb_state, minimise_frozen, projected_gradient_steplength,
     },
 };
 
@@ -25,15 +25,15 @@ fn gpcg_and_newton_find_the_same_minimisers() {
                 let state = coulomb_state(&case.dual, laws, coulomb, &answer.multiplier);
                 let set = laws.feasible_set(Some(&state));
                 let settings = NewtonSettings::default();
-                let newton = minimise_frozen(&case.dual, &set, &start, &settings);
-                assert_eq!(newton.status, NewtonStatus::Converged);
+                let newton = minimise_frozen(&case.dual, &set, &start, &settings, 0, |_, _| {});
+                assert_eq!(newton.stop, StopReason::Converged);
                 let mut operator = ContactOperator::explicit(
                     &case.dual,
                     case.problem.assembly(),
                     case.problem.contact(),
                 );
                 let solver = Gpcg {
-                    steplength: 1.9 / operator_norm(&mut operator),
+                    steplength: projected_gradient_steplength(&mut operator),
                     max_applications: 10_000,
                 };
                 let mut multiplier = start.clone();
@@ -49,7 +49,7 @@ fn gpcg_and_newton_find_the_same_minimisers() {
     }
 }
 
-fn on_implicit(case: &Dense, inner: Inner<'_>) -> Solution {
+fn on_implicit(case: &Dense, inner: Inner<'_>) -> MethodResult {
     case.with_contact(&case.law(), |laws, law| {
         let mut operator =
             ContactOperator::implicit(case.problem.assembly(), case.problem.contact());
@@ -74,15 +74,15 @@ fn gpcg_needs_a_tenth_of_the_actions_on_both_operators() {
         let case = Dense::new(scene);
         let newton = case.solve(&case.law());
         let paper = case.approximate(Inner::Kprgp);
-        for solution in [
+        for MethodResult { stop, solution, .. } in [
             case.approximate(Inner::Gpcg(&case.local.stiffness)),
             on_implicit(&case, Inner::Gpcg(&case.local.stiffness)),
         ] {
-            assert_eq!(solution.status, Status::Converged);
+            assert_eq!(stop, StopReason::Converged);
             // Inner gradients of 1e-9 ‖h‖ times the condition number of S, some hundreds.
             assert!(distance(&solution.multiplier, &newton.multiplier) < 1e-6);
             // Measured: a twentieth.
-            assert!(10 * solution.trace.applications < paper.trace.applications);
+            assert!(10 * solution.trace.applications < paper.solution.trace.applications);
         }
     }
 }
@@ -93,8 +93,8 @@ fn gpcg_converges_under_adaptive_precision() {
     scene.solve.precision = Adaptive;
     scene.solve.epsilon = Some(1e-8);
     let case = Dense::new(scene);
-    let solution = case.approximate(Inner::Gpcg(&case.local.stiffness));
-    assert_eq!(solution.status, Status::Converged);
+    let MethodResult { stop, solution, .. } = case.approximate(Inner::Gpcg(&case.local.stiffness));
+    assert_eq!(stop, StopReason::Converged);
     let newton = case.solve(&case.law());
     // As above, with a condition number of some thousands.
     assert!(distance(&solution.multiplier, &newton.multiplier) < 1e-5);
@@ -105,8 +105,8 @@ fn gpcg_out_of_actions_is_a_status() {
     let mut scene = hkl_scene(1, 4);
     scene.solve.max_operator_applications = 5;
     let case = Dense::new(scene);
-    let solution = case.approximate(Inner::Gpcg(&case.local.stiffness));
-    assert_eq!(solution.status, Status::MaxOperatorApplications);
+    let found = case.approximate(Inner::Gpcg(&case.local.stiffness));
+    assert_eq!(found.stop, StopReason::MaxOperatorApplications);
 }
 
 /// The implicit operator, whose applications give NaN from some number on.
@@ -146,10 +146,10 @@ impl PrimalOperator for Broken<'_> {
 fn gpcg_with_values_that_are_not_finite_is_a_status() {
     let case = Dense::new(hkl_scene(1, 4));
     let mut sound = ContactOperator::implicit(case.problem.assembly(), case.problem.contact());
-    operator_norm(&mut sound);
+    let _ = projected_gradient_steplength(&mut sound);
     let first = sound.applications() + 1;
     for from in [first, first + 1, first + 40] {
-        let solution = case.with_contact(&case.law(), |laws, law| {
+        let found = case.with_contact(&case.law(), |laws, law| {
             let mut operator = Broken {
                 sound: ContactOperator::implicit(case.problem.assembly(), case.problem.contact()),
                 from,
@@ -165,8 +165,8 @@ fn gpcg_with_values_that_are_not_finite_is_a_status() {
             method.solve(&mut held, Start::default(), &mut |_| {})
         });
         assert_eq!(
-            solution.status,
-            Status::NumericalError,
+            found.stop,
+            StopReason::NumericalError,
             "from application {from}"
         );
     }

@@ -4,7 +4,7 @@ use contact3d::{
     dual::{ContactOperator, PrimalOperator},
     post::Zone,
     scene::{Coefficient, Material, PrecisionControl::Fixed, Quantity, Scene},
-    solver::{Inner, NewtonSettings, NewtonStatus, Status, newton},
+    solver::{Inner, MethodResult, NewtonSettings, StopReason, newton},
 };
 
 use super::{dense::*, support::hkl_scene};
@@ -17,7 +17,7 @@ fn published_laws_converge_to_a_fixed_point_of_the_mapping() {
             let law = case.law();
             let solution = case.solve(&law);
             let name = format!("table {table}, n_div {n_div}");
-            assert_eq!(solution.status, NewtonStatus::Converged, "{name}");
+            assert_eq!(solution.stop, StopReason::Converged, "{name}");
             assert!(solution.history.len() <= 8, "{name}");
             assert!(solution.history.iter().all(|step| !step.fallback), "{name}");
             // A residual of 1e-12 times the conditioning of the frozen problem, some tens.
@@ -36,11 +36,11 @@ fn agrees_with_the_paper_s_algorithm() {
             scene.solve.epsilon = Some(epsilon);
             let case = Dense::new(scene);
             let paper = case.approximate(Inner::Kprgp);
-            assert_eq!(paper.status, Status::Converged);
+            assert_eq!(paper.stop, StopReason::Converged);
             let solution = case.solve(&case.law());
             // KPRGP stops at a gradient of 0.1 ε ‖h‖, which leaves an error of λ larger by the
             // condition number of S.
-            let error = distance(&paper.multiplier, &solution.multiplier);
+            let error = distance(&paper.solution.multiplier, &solution.multiplier);
             assert!(
                 error < bound,
                 "table {table}, epsilon {epsilon:e}: {error:e}"
@@ -57,8 +57,9 @@ fn reproduces_the_converged_values() {
     scene.solve.epsilon = Some(1e-12);
     let case = Dense::new(scene);
     let newton = case.solve(&case.law());
-    let solution = case.approximate(Inner::Newton(&case.dual, &case.local));
-    assert_eq!(solution.status, Status::Converged);
+    let MethodResult { stop, solution, .. } =
+        case.approximate(Inner::Newton(&case.dual, &case.local));
+    assert_eq!(stop, StopReason::Converged);
     // Both end within 1e-12 of the same fixed point, up to the conditioning of the problem.
     assert!(distance(&newton.multiplier, &solution.multiplier) < 1e-11);
     let mut of_newton = solution.clone();
@@ -162,7 +163,7 @@ fn no_load_and_lift_off_need_no_step() {
     for scene in [unloaded, lifted] {
         let case = Dense::new(scene);
         let solution = case.solve(&case.law());
-        assert_eq!(solution.status, NewtonStatus::Converged);
+        assert_eq!(solution.stop, StopReason::Converged);
         assert_eq!(solution.history.len(), 0);
         assert!(solution.multiplier.iter().all(|l| *l == 0.0));
         assert_eq!(
@@ -188,10 +189,7 @@ fn a_warm_start_at_the_answer_ends_at_once() {
             |_, _| {},
         )
     });
-    assert_eq!(
-        (warm.status, warm.history.len()),
-        (NewtonStatus::Converged, 0)
-    );
+    assert_eq!((warm.stop, warm.history.len()), (StopReason::Converged, 0));
 }
 
 #[test]
@@ -206,14 +204,11 @@ fn running_out_of_steps_and_bad_starts_are_reported() {
             newton(&case.dual, laws, law, start, &settings, |_, _| {})
         })
     };
-    assert_eq!(run(None, 1e-12, 3).status, NewtonStatus::MaxSteps);
+    assert_eq!(run(None, 1e-12, 3).stop, StopReason::MaxSteps);
     let nan = vec![f64::NAN; case.dual.dimension()];
-    assert_eq!(
-        run(Some(&nan), 1e-12, 30).status,
-        NewtonStatus::NumericalError
-    );
+    assert_eq!(run(Some(&nan), 1e-12, 30).stop, StopReason::NumericalError);
     // No residual is exactly zero in floating point: the attainable accuracy is reported.
     let limit = run(None, 1e-18, 100);
-    assert_eq!(limit.status, NewtonStatus::RoundingLimit);
+    assert_eq!(limit.stop, StopReason::RoundingLimit);
     assert!(limit.residual < 1e-13);
 }

@@ -2,7 +2,7 @@
 
 use contact3d::{
     scene::{Coefficient::Constant, Friction},
-    solver::NewtonStatus,
+    solver::StopReason,
 };
 
 use super::{dense::*, support::hkl_scene};
@@ -40,7 +40,7 @@ fn steps_are_few_at_every_refinement() {
         for (name, law) in laws() {
             let name = format!("{name}, n_div {n_div}");
             let solution = case.solve(&law);
-            assert_eq!(solution.status, NewtonStatus::Converged, "{name}");
+            assert_eq!(solution.stop, StopReason::Converged, "{name}");
             assert!(solution.history.iter().all(|step| !step.fallback), "{name}");
             let steps = solution.history.len();
             let follows_slip = law.law().is_some_and(|law| law.depends_on_slip());
@@ -68,7 +68,7 @@ fn a_stall_of_the_relaxed_method_is_no_failure() {
     );
     let case = Dense::new(hkl_scene(1, 4));
     let solution = case.solve(&law);
-    assert_eq!(solution.status, NewtonStatus::Converged);
+    assert_eq!(solution.stop, StopReason::Converged);
     // As above.
     assert!(case.distance_to_image(&law, &solution.multiplier) < 1e-9);
 }

@@ -10,7 +10,9 @@ use contact3d::{
     mesh::{ContactSurface, Mesh},
     post::ContactReport,
     scene::{DualOperatorKind, Scene},
-    solver::{ContactBody, ContactState, Inner, Solution, Start, SuccessiveApproximations},
+    solver::{
+        ContactBody, ContactState, Inner, MethodResult, Solution, Start, SuccessiveApproximations,
+    },
 };
 
 pub(crate) use case::Case;
@@ -78,7 +80,7 @@ impl Implicit {
     }
 
     /// Algorithm 4.1 with KPRGP on the implicit operator, for a scene that may have another law.
-    pub(crate) fn solve(&self, scene: &Scene) -> Solution {
+    pub(crate) fn solve(&self, scene: &Scene) -> MethodResult {
         let problem = self.of(scene);
         let laws = problem.contact_state().expect("contact").laws();
         let mut operator = ContactOperator::implicit(self.assembly(), self.contact());

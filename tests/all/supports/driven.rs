@@ -5,7 +5,7 @@ use contact3d::{
     elasticity::{InternalForces, MaterialField},
     post::Zone,
     scene::{Clamp, Component, Scene},
-    solver::{Solution, Start, Status, solve},
+    solver::{ContactProblem, Solution, Start, Status},
 };
 
 use super::support::Case;
@@ -94,13 +94,8 @@ fn driven_by(case: &Case, forces: &[[f64; 3]]) -> (AssembledProblem, Solution) {
         compliance.slip_free = tangential(&unconstrained);
     }
     let settings = &case.scene().solve;
-    let solution = solve(
-        &system,
-        Some(&state),
-        settings,
-        Start::default(),
-        &mut |_| {},
-    );
+    let contact = ContactProblem::new(&system, state).expect("contact");
+    let solution = contact.solve(settings, Start::default(), &mut |_| {});
     let solution = solution.expect("dense");
     (problem, solution)
 }

@@ -25,10 +25,6 @@ pub struct CoulombLaw {
     unchanging: OnceLock<Vec<[f64; 2]>>,
     /// Evaluations at nodes, counted on any thread.
     evaluations: AtomicUsize,
-    /// F₀^(1−τ) F^τ in place of F, as F₀ and τ.
-    relaxation: Option<(f64, f64)>,
-    /// F(s/σ) in place of F(s), for this σ.
-    stretch: f64,
     /// Lengths of the path slid before, which coefficients follow beside the slip, `[n_contact_nodes]`, in m;
     /// `None` where there is none or they do not.
     pub(super) path: Option<Arc<Vec<[f64; 3]>>>,
@@ -55,8 +51,6 @@ pub struct FaceLaw {
 impl Clone for CoulombLaw {
     fn clone(&self) -> Self {
         Self {
-            relaxation: self.relaxation,
-            stretch: self.stretch,
             path: self.path.clone(),
             ..Self::new(self.faces.clone())
         }
@@ -138,26 +132,7 @@ impl CoulombLaw {
             faces,
             unchanging: OnceLock::new(),
             evaluations: AtomicUsize::new(0),
-            relaxation: None,
-            stretch: 1.0,
             path: None,
-        }
-    }
-
-    /// The law F₀^(1−τ) F^τ between a constant coefficient F₀ > 0 (τ = 0) and this law (τ = 1),
-    /// positive and as smooth as this one for every share τ.
-    pub(crate) fn relaxed(&self, reference: f64, share: f64) -> Self {
-        Self {
-            relaxation: (share < 1.0).then_some((reference, share)),
-            ..self.clone()
-        }
-    }
-
-    /// The law F(s/σ), which has the values of this one at σ times the slips.
-    pub(crate) fn stretched(&self, stretch: f64) -> Self {
-        Self {
-            stretch,
-            ..self.clone()
         }
     }
 
@@ -207,37 +182,15 @@ impl CoulombLaw {
     #[must_use]
     pub fn evaluate(&self, contact_node: usize, slip: [f64; 2]) -> [f64; 2] {
         self.evaluations.fetch_add(1, Ordering::Relaxed);
-        let given = self.own_value(contact_node, slip);
-        given.map(|coefficient| self.relaxed_value(coefficient))
-    }
-
-    fn relaxed_value(&self, coefficient: f64) -> f64 {
-        match self.relaxation {
-            Some((reference, share)) => reference.powf(1.0 - share) * coefficient.powf(share),
-            None => coefficient,
-        }
+        let (law, path, position) = self.law_at(contact_node);
+        law.evaluate_after(path, position, slip)
     }
 
     /// ∂F_i/∂|u_tk| in 1/m at a contact node.
     #[must_use]
     pub fn derivative(&self, contact_node: usize, slip: [f64; 2]) -> [[f64; 2]; 2] {
         let (law, path, position) = self.law_at(contact_node);
-        let given = law.derivative_after(path, position, slip.map(|s| s / self.stretch));
-        let given = given.map(|row| row.map(|d| d / self.stretch));
-        let Some((_, share)) = self.relaxation else {
-            return given;
-        };
-        // d(F₀^(1−τ) F^τ) = τ F₀^(1−τ) F^τ / F dF.
-        let coefficients = self.own_value(contact_node, slip);
-        std::array::from_fn(|i| {
-            let factor = share * self.relaxed_value(coefficients[i]) / coefficients[i];
-            given[i].map(|d| factor * d)
-        })
-    }
-
-    fn own_value(&self, contact_node: usize, slip: [f64; 2]) -> [f64; 2] {
-        let (law, path, position) = self.law_at(contact_node);
-        law.evaluate_after(path, position, slip.map(|s| s / self.stretch))
+        law.derivative_after(path, position, slip)
     }
 
     /// The law at a contact node, the path slid there before, and its place.

@@ -101,7 +101,7 @@ impl EnergyLedger {
         report: &ContactReport,
     ) -> Result<StepRecord, InvalidValue> {
         self.add_driving(&mut record, report);
-        let way = |node: usize| {
+        let moved_at = |node: usize| {
             let from = before.map_or([0.0; 3], |before| before.displacement[node]);
             let to = record.displacement[node];
             [to[0] - from[0], to[1] - from[1], to[2] - from[2]]
@@ -110,8 +110,8 @@ impl EnergyLedger {
         let work = |forces: &[[f64; 3]], earlier: Option<&Vec<[f64; 3]>>| -> f64 {
             let works = forces.iter().enumerate().map(|(node, force)| {
                 let earlier = earlier.map_or([0.0; 3], |forces| forces[node]);
-                let way = way(node);
-                let works = (0..3).map(|c| 0.5 * (force[c] + earlier[c]) * way[c]);
+                let moved = moved_at(node);
+                let works = (0..3).map(|c| 0.5 * (force[c] + earlier[c]) * moved[c]);
                 works.sum::<f64>()
             });
             works.sum()
@@ -125,7 +125,7 @@ impl EnergyLedger {
                 .nodes
                 .iter()
                 .enumerate()
-                .map(|(local, &node)| face.interface.frame.normal_part(local, way(node)))
+                .map(|(local, &node)| face.interface.frame.normal_part(local, moved_at(node)))
                 .collect();
             let panes = (0..face.n_panes()).map(|pane| {
                 let earlier = before.map_or(0.0, |before| before.multiplier[pane]);

@@ -14,7 +14,7 @@ pub struct StepRecord {
     pub increment: Increment,
     /// How its solve ended.
     pub status: Status,
-    /// Which algorithm gave the answer.
+    /// Which algorithm gave the solution.
     pub solved_by: SolvedBy,
     /// Relative error of λ, as [`Solution::accuracy`](crate::solver::Solution::accuracy).
     pub accuracy: f64,

@@ -52,5 +52,5 @@ pub use precision::{Precision, Scalar};
 pub use sparse::CscMatrix;
 pub use structure::{FactorError, FactorStructure, PartsError};
 pub use tasks::Work;
-pub use vector::{Doubled, add_scaled, difference, dot, norm, power_of_two_near_largest};
+pub use vector::{Doubled, add_scaled, difference, dot, norm, power_of_two_near_largest, ratio};
 pub(crate) use vector::{add_combination, orthogonalise, vectorised};

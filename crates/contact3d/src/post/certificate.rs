@@ -1,10 +1,11 @@
 //! The certificate: optimality residuals of an answer, dimensionless.
 
-use std::sync::atomic::AtomicUsize;
-
-use super::{PaneFriction, PaneState, Solved, SolvedContact, largest, rounding::Measure};
+use super::{
+    PaneFriction, PaneState, Solved, SolvedContact, largest,
+    rounding::{Measure, SUM_ROUNDINGS},
+};
 use crate::{
-    linalg::norm,
+    linalg::{norm, ratio},
     solver::{FeasibleSet, is_significant, load_stress},
 };
 
@@ -16,7 +17,7 @@ use crate::{
 /// and those would hide any violation.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Certificate {
-    /// ‖A u + Bᵀλ − l‖ / ‖l‖.
+    /// ‖A u + Bᵀλ − l‖ / ‖l‖; 0 where both norms are rounding of the sums, as of a body without load that lies where it was left.
     pub equilibrium: f64,
     /// Largest mean penetration (u_ν − d)₊ |Rⁱ| ρ_ν of a pane over the largest pressure.
     pub penetration: Option<f64>,
@@ -115,8 +116,14 @@ impl<'a> ReferenceScale<'a> {
 }
 
 impl Certificate {
-    pub(super) fn new(solved: &Solved<'_>, panes: &[PaneState], stiffness: &[f64]) -> Self {
-        let equilibrium = equilibrium(solved);
+    /// Of a solved problem with its [`terms`](super::rounding::terms), its panes and their local stiffness.
+    pub(super) fn new(
+        solved: &Solved<'_>,
+        terms: &[f64],
+        panes: &[PaneState],
+        stiffness: &[f64],
+    ) -> Self {
+        let equilibrium = equilibrium(solved, terms);
         let Some(contact) = &solved.contact else {
             return Self {
                 equilibrium,
@@ -221,7 +228,7 @@ fn friction(contact: &SolvedContact<'_>, panes: &[PaneState], by: &ReferenceScal
     ]
 }
 
-fn equilibrium(solved: &Solved<'_>) -> f64 {
+fn equilibrium(solved: &Solved<'_>, terms: &[f64]) -> f64 {
     let mut residual = match &solved.contact {
         Some(contact) => contact.coupling.nodal_forces(&solved.solution.multiplier),
         None => vec![0.0; solved.system.load.len()],
@@ -232,7 +239,13 @@ fn equilibrium(solved: &Solved<'_>) -> f64 {
     for (i, r) in residual.iter_mut().enumerate() {
         *r += stiffness_u[i] - solved.system.load[i];
     }
-    ratio(norm(&residual), norm(&solved.system.load))
+    let (residual, load) = (norm(&residual), norm(&solved.system.load));
+    let rounding = SUM_ROUNDINGS * f64::EPSILON * norm(terms);
+    if residual.max(load) <= rounding {
+        0.0
+    } else {
+        ratio(residual, load)
+    }
 }
 
 fn natural_residual(
@@ -246,8 +259,7 @@ fn natural_residual(
         .iter()
         .filter_map(|pane| Some(pane.friction?.semi_axes))
         .collect();
-    let projections = AtomicUsize::new(0);
-    let set = FeasibleSet::new(panes.len(), semi_axes, &projections);
+    let set = FeasibleSet::new(panes.len(), semi_axes);
     let area = &contact.state.surface.pane_area;
     let multiplier = &solved.solution.multiplier;
     // The gradient r = S λ − h is −(B u) plus the integrated gap.
@@ -270,9 +282,4 @@ fn natural_residual(
     } else {
         tangential
     }
-}
-
-/// The quotient, and 0 for 0/0.
-fn ratio(part: f64, whole: f64) -> f64 {
-    if part == 0.0 { 0.0 } else { part / whole }
 }

@@ -95,7 +95,7 @@ impl ContactReport {
         rounding_energy: f64,
     ) -> Option<CheckFailure> {
         self.check_range(solved)
-            .or_else(|| self.check_energy(rounding_energy))
+            .or_else(|| self.check_energy(solved, rounding_energy))
             .or_else(|| self.check_residuals(solved.solution, rounding))
             .or_else(|| {
                 let value = self.discretisation_error.relative();
@@ -214,8 +214,13 @@ impl ContactReport {
             .map(|(figure, value)| CheckFailure::OutOfRange { figure, value })
     }
 
-    /// A body that moves stores energy, at least by rounding; where that underflows, so does every figure made of products.
-    fn check_energy(&self, rounding: f64) -> Option<CheckFailure> {
+    /// A body that moves stores energy, at least by rounding; where that underflows, so does every figure made of products. One that no
+    /// force acts on may lie anywhere.
+    fn check_energy(&self, solved: &Solved<'_>, rounding: f64) -> Option<CheckFailure> {
+        let mut forces = solved.system.load.iter().chain(&solved.solution.multiplier);
+        if solved.system.floating.is_some() && forces.all(|force| *force == 0.0) {
+            return None;
+        }
         let value = self.resultants.strain_energy;
         let moves = self.resultants.largest_displacement != [0.0; 3];
         let is_lost = value.abs().max(rounding) < f64::MIN_POSITIVE;

@@ -12,7 +12,6 @@ use super::{
     peak::largest_pressure,
 };
 use crate::{
-    dual::DualSystem,
     elasticity::{InternalForces, Loads, MaterialField},
     mesh::Mesh,
     scene::{Component, Functional},
@@ -64,7 +63,7 @@ struct LinearisedFunctional {
 
 /// The estimate in the energy norm, and those of the quantities that every answer shows and of the one that is wanted.
 pub(super) fn estimates(
-    system: &DualSystem,
+    adjoints: &dyn Fn(&[LinearFunctional]) -> Option<Adjoints>,
     solved: &Solved<'_>,
     known: &SolutionData<'_>,
     resultants: &Resultants,
@@ -88,9 +87,7 @@ pub(super) fn estimates(
         .collect();
     let derivatives: Vec<LinearFunctional> =
         functionals.iter().map(|it| it.derivative.clone()).collect();
-    let state = solved.contact.as_ref().map(|contact| &contact.state);
-    let adjoints = Adjoints::new(system, state, solved.solution, &derivatives);
-    let adjoints = adjoints.unwrap_or_default();
+    let adjoints = adjoints(&derivatives).unwrap_or_default();
     let fields: Vec<AdjointField> = functionals
         .iter()
         .zip(&adjoints.of)
@@ -516,9 +513,11 @@ mod tests {
                 .collect();
             assert!(functionals.len() >= 4, "{name}");
             let derivatives: Vec<_> = functionals.iter().map(|it| it.derivative.clone()).collect();
-            let state = problem.contact_state();
-            let adjoints = Adjoints::new(&problem.system, state.as_ref(), &solution, &derivatives)
-                .expect("a dense dual operator");
+            let contact_problem = problem.contact_problem();
+            let assembly = &problem.system.assembly;
+            let adjoints =
+                Adjoints::new(assembly, contact_problem.as_ref(), &solution, &derivatives)
+                    .expect("a dense dual operator");
             let [less, more] = [1.0 - STEP, 1.0 + STEP].map(|factor| solved_at(&base, factor));
             let load = |of: &AssembledProblem| of.system.assembly.primal.load.clone();
             let change: Vec<f64> = load(&more.0)

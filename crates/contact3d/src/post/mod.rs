@@ -22,11 +22,11 @@ use resultants::NodalForces;
 
 use crate::{
     contact::{CoulombLaw, Coupling, FrictionField},
-    dual::{DualSystem, PrimalSystem, pane_stiffness},
+    dual::{PrimalSystem, pane_stiffness},
     elasticity::{InternalForces, MaterialField},
     mesh::{GEOMETRY_TOLERANCE, Mesh},
     scene::{Functional, InvalidValue, Scene},
-    solver::{ContactState, Solution},
+    solver::{Adjoints, ContactState, LinearFunctional, Solution},
 };
 
 /// A solved problem, as post-processing needs it: no factor, no dual operator.
@@ -45,12 +45,13 @@ pub struct Solved<'a> {
 }
 
 impl Solved<'_> {
-    /// Depth in m to which a face may lie in its obstacle by the digits of a mesh file; 0 of bricks.
+    /// Depth in m to which a face may lie in its obstacle by the digits of a mesh file; by rounding of places for bricks.
     fn touching_depth(&self) -> f64 {
-        match self.scene.body.as_brick() {
-            Some(_) => 0.0,
-            None => GEOMETRY_TOLERANCE * self.mesh.extent(),
-        }
+        let share = match self.scene.body.as_brick() {
+            Some(_) => rounding::SUM_ROUNDINGS * f64::EPSILON,
+            None => GEOMETRY_TOLERANCE,
+        };
+        share * self.mesh.extent()
     }
 }
 
@@ -159,15 +160,14 @@ impl ContactReport {
         Self::with(solved, EstimatedErrors::Energy, None)
     }
 
-    /// As [`Self::new`], with the errors of quantities of the solution by one more solve each on the factor of its problem, or without the
-    /// cost of any estimate.
+    /// As [`Self::new`], with the errors of quantities of the solution by their `adjoints`, or without the cost of any estimate.
     ///
     /// # Errors
     /// A load that is not finite.
     pub(crate) fn with(
         solved: &Solved<'_>,
         errors: EstimatedErrors,
-        system: Option<&DualSystem>,
+        adjoints: Option<&dyn Fn(&[LinearFunctional]) -> Option<Adjoints>>,
     ) -> Result<Self, InvalidValue> {
         let friction = solved.contact.as_ref();
         let friction = friction.and_then(|contact| contact.friction(solved));
@@ -193,10 +193,10 @@ impl ContactReport {
             strain_energy: resultants.strain_energy,
             rounding: rounding_energy,
         };
-        let (discretisation_error, mut functionals) = match (errors, system) {
+        let (discretisation_error, mut functionals) = match (errors, adjoints) {
             (EstimatedErrors::Nothing, _) => Default::default(),
-            (EstimatedErrors::Quantities, Some(system)) => {
-                functional::estimates(system, solved, &known, &resultants)
+            (EstimatedErrors::Quantities, Some(adjoints)) => {
+                functional::estimates(adjoints, solved, &known, &resultants)
             }
             _ => (ErrorEstimate::new(solved, &known), Vec::new()),
         };
@@ -209,7 +209,7 @@ impl ContactReport {
             forces: resultants::by_source(solved, &displacement, &forces)?,
             resultants,
             faces: FaceResultants::of_faces(solved, &panes),
-            certificate: Certificate::new(solved, &panes, &stiffness),
+            certificate: Certificate::new(solved, &terms, &panes, &stiffness),
             von_mises: internal.stress.iter().map(von_mises).collect(),
             stress: internal.stress,
             corner_stress: internal.corner_stress,

@@ -4,7 +4,7 @@ use super::{ContactReport, PaneState, Solved, largest, resultants::NodalForces};
 use crate::linalg::{dot, norm};
 
 /// Roundings of a sum of some hundred terms add up to about this many, as the root of their number.
-const SUM_ROUNDINGS: f64 = 16.0;
+pub(super) const SUM_ROUNDINGS: f64 = 16.0;
 
 /// Size of the residuals at the best double λ and u: 16 ε times how much larger the terms are than what their sum is measured
 /// against.

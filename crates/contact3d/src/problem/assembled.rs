@@ -53,8 +53,8 @@ impl AssembledProblem {
     /// [`Self::solve_history`] solves; [`ProblemError::NeedsExplicit`] when
     /// Newton's method is asked for and S is not dense.
     pub fn solve(&self, settings: &SolveSettings) -> Result<Solution, ProblemError> {
-        let answer = self.solve_evaluated(settings, EstimatedErrors::Nothing)?;
-        Ok(answer.solution)
+        let solved = self.solve_evaluated(settings, EstimatedErrors::Nothing)?;
+        Ok(solved.solution)
     }
 
     /// [`Self::solve`] with the [report](Self::report) that assessed it.
@@ -65,8 +65,8 @@ impl AssembledProblem {
         &self,
         settings: &SolveSettings,
     ) -> Result<(Solution, ContactReport), ProblemError> {
-        let answer = self.solve_evaluated(settings, EstimatedErrors::Quantities)?;
-        Ok((answer.solution, answer.report))
+        let solved = self.solve_evaluated(settings, EstimatedErrors::Quantities)?;
+        Ok((solved.solution, solved.report))
     }
 
     fn solve_evaluated(
@@ -114,7 +114,7 @@ impl AssembledProblem {
     }
 
     /// As [`Self::solve`] from a given start, such as the multipliers of a similar problem, while
-    /// `observe` sees the steps; those that measure the error of the answer are in its history only.
+    /// `observe` sees the steps; those that measure the error of the solution are in its history only.
     /// The settings are taken as they are: ε = 0 means to rounding.
     ///
     /// # Errors
@@ -135,7 +135,7 @@ impl AssembledProblem {
     }
 
     /// The contact problem of its loads; `None` without contact.
-    pub(super) fn contact_problem(&self) -> Option<ContactProblem<'_>> {
+    pub(crate) fn contact_problem(&self) -> Option<ContactProblem<'_>> {
         ContactProblem::new(&self.system, self.contact_state()?)
     }
 

@@ -1,7 +1,7 @@
-//! A start for Newton's method where S is implicit: the answer on a coarser mesh of the same brick, found from one that is coarser
+//! A start for Newton's method where S is implicit: the solution on a coarser mesh of the same brick, found from one that is coarser
 //! still (nested iteration).
 //!
-//! Without a dense S no sweeps of relaxation settle the zones, and each step moves their borders by a few panes. The answer on half as many
+//! Without a dense S no sweeps of relaxation settle the zones, and each step moves their borders by a few panes. The solution on half as many
 //! cells along each edge knows them up to a pane.
 
 use super::{AssembledProblem, Problem, RunStorage, storage::ReadOnly};
@@ -9,14 +9,14 @@ use crate::{
     contact::transferred_by_cells,
     post::EstimatedErrors,
     scene::{Brick, DualOperatorKind, ElementOrder, Method, SolveSettings},
-    solver::{RequestedAccuracy, Start},
+    solver::Start,
 };
 
 /// Most multipliers of a coarser problem whose S is dense: Newton's method takes seconds on them.
 const DENSE: usize = 1_500;
 
 impl AssembledProblem {
-    /// Multipliers in Pa to start from; `None` where S is dense, the body is no brick, or the coarser problem has no answer.
+    /// Multipliers in Pa to start from; `None` where S is dense, the body is no brick, or the coarser problem has no solution.
     pub(super) fn nested_start(
         &self,
         settings: &SolveSettings,
@@ -50,12 +50,9 @@ impl AssembledProblem {
         let found = coarse
             .run_evaluated(settings, Start::default(), Vec::new(), errors, storage)
             .ok()?;
-        let is_answer = found
-            .solution
-            .status
-            .is_success(RequestedAccuracy::of(settings));
+        let is_solution = found.solution.status.is_success(settings);
         let brick = coarse.scene().body.as_brick()?;
-        is_answer.then(|| {
+        is_solution.then(|| {
             transferred_by_cells(
                 (coarse.mesh(), brick),
                 self.mesh(),

@@ -1,4 +1,4 @@
-//! The one way from an assembled problem to a assessed answer: static or increment by increment.
+//! The driver from an assembled problem to an assessed solution: static or increment by increment.
 
 use super::{AssembledProblem, Checkpoint, ProblemError, RunStep, RunStorage};
 use crate::{
@@ -6,7 +6,7 @@ use crate::{
     history::{EnergyLedger, StepRecord},
     post::{ContactReport, EstimatedErrors},
     scene::{Increment, InvalidValue, SolveSettings},
-    solver::{Progress, RequestedAccuracy, Solution, Start},
+    solver::{Adjoints, ContactProblem, LinearFunctional, Progress, Solution, Start},
 };
 
 /// What a solve came to.
@@ -49,7 +49,7 @@ impl AssembledProblem {
         errors: EstimatedErrors,
         storage: &mut dyn RunStorage,
     ) -> Result<SolvedProblem, ProblemError> {
-        let answer = |problem, (solution, report), records| SolvedProblem {
+        let solved = |problem, (solution, report), records| SolvedProblem {
             problem,
             solution,
             report,
@@ -57,7 +57,7 @@ impl AssembledProblem {
         };
         if !self.scene().has_history() {
             let assessed = self.assessed(settings, start, None, errors, false, storage)?;
-            return Ok(answer(self.clone(), assessed, Vec::new()));
+            return Ok(solved(self.clone(), assessed, Vec::new()));
         }
         let increments = self.scene().increments();
         records.truncate(increments.len().saturating_sub(1));
@@ -81,19 +81,19 @@ impl AssembledProblem {
             let (solution, report) = &assessed;
             let dual = problem.system.contact.as_ref();
             let dual_rhs = dual.map_or(&[][..], |contact| contact.dual_rhs());
-            let solved = problem.solved(solution);
-            let record = StepRecord::new(increment, &solved, dual_rhs, report);
-            let record = ledger.record(record, &solved, before, report)?;
+            let of = problem.solved(solution);
+            let record = StepRecord::new(increment, &of, dual_rhs, report);
+            let record = ledger.record(record, &of, before, report)?;
             records.push(record);
-            let failed = !solution.status.is_success(RequestedAccuracy::of(settings));
+            let failed = !solution.status.is_success(settings);
             if failed || is_last {
-                return Ok(answer(problem, assessed, records));
+                return Ok(solved(problem, assessed, records));
             }
             storage.checkpoint(Checkpoint::History(&records));
         }
     }
 
-    /// Solves one problem, evaluates the answer and holds it against its report. Of a success that other increments follow the mapping Ψ is
+    /// Solves one problem, evaluates the solution and holds it against its report. Of a success that other increments follow the mapping Ψ is
     /// not kept; where their solve fails, the error in the energy norm is estimated.
     fn assessed(
         &self,
@@ -116,6 +116,7 @@ impl AssembledProblem {
             ..start
         };
         let contact = self.contact_problem();
+        let contact = contact.as_ref();
         let mut observe = |progress: Progress<'_>| match (progress, increment) {
             (Progress::Between(state), None) => storage.checkpoint(Checkpoint::Solve(state)),
             (Progress::Between(_), Some(_)) => {}
@@ -123,24 +124,24 @@ impl AssembledProblem {
                 storage.observe(RunStep::Solving(increment, progress));
             }
         };
-        let mut solution = self.solve_static(contact.as_ref(), settings, start, &mut observe)?;
-        let claimed = (solution.status, solution.accuracy);
-        let mut report = self.evaluated(&solution, errors)?;
+        let mut solution = self.solve_static(contact, settings, start, &mut observe)?;
+        let claimed = solution.assessment();
+        let mut report = self.evaluated(contact, &solution, errors)?;
         if let Some(failure) = self.system.assembly.factor.failure() {
             return Err(AssemblyError::Engine(failure).into());
         }
         report.classify(&mut solution);
         if is_followed {
-            if solution.status.is_success(RequestedAccuracy::of(settings)) {
+            if solution.status.is_success(settings) {
                 return Ok((solution, report));
             }
             if errors == EstimatedErrors::Nothing {
-                (solution.status, solution.accuracy) = claimed;
-                report = self.evaluated(&solution, EstimatedErrors::Energy)?;
+                solution = solution.assessed(claimed);
+                report = self.evaluated(contact, &solution, EstimatedErrors::Energy)?;
                 report.classify(&mut solution);
             }
         }
-        if let Some(contact) = contact.filter(|_| claimed.0.is_solved()) {
+        if let Some(contact) = contact.filter(|_| claimed.status.is_solved()) {
             contact.linearise(&mut solution);
         }
         Ok((solution, report))
@@ -148,10 +149,13 @@ impl AssembledProblem {
 
     fn evaluated(
         &self,
+        contact: Option<&ContactProblem<'_>>,
         solution: &Solution,
         errors: EstimatedErrors,
     ) -> Result<ContactReport, InvalidValue> {
-        ContactReport::with(&self.solved(solution), errors, Some(&self.system))
+        let assembly = &self.system.assembly;
+        let adjoints = |of: &[LinearFunctional]| Adjoints::new(assembly, contact, solution, of);
+        ContactReport::with(&self.solved(solution), errors, Some(&adjoints))
     }
 
     /// The problem of an increment of the scene's load history, which begins where `before` ended, on the same operators.

@@ -10,14 +10,14 @@
 //! adjoint's multiplier, and z moves the face as Q_λ says.
 
 use super::{
-    ContactBody, ContactProblem, ContactState, Ellipse, NaturalMap, Solution,
+    ContactBody, ContactProblem, Ellipse, NaturalMap, Solution,
     accuracy::{GMRES_MAX_APPLICATIONS, GMRES_TOLERANCE},
     conditions::{Bound, Conditions, Evaluation},
     two_levels::{PaneLevels, TwoLevels},
 };
 use crate::{
-    dual::{ContactSystem, DualSystem, LocalStiffness},
-    linalg::{DenseLu, add_scaled, gmres_several},
+    dual::{Assembly, LocalStiffness},
+    linalg::{DenseLu, add_scaled, difference, gmres_several},
 };
 
 /// A pane is at a kink where its trial stress is this near to another zone, beside the largest pressure or its ellipse.
@@ -56,43 +56,38 @@ pub(crate) struct Adjoints {
 }
 
 impl Adjoints {
-    /// Solves for the adjoints of functionals; `None` where the matrix of Newton's method is singular, and for a body that floats on an
-    /// implicit S.
+    /// Solves for the adjoints of functionals, with A alone where there is no contact problem; `None` where the matrix of Newton's
+    /// method is singular, and for a body that floats on an implicit S.
     pub(crate) fn new(
-        system: &DualSystem,
-        face: Option<&ContactState<'_>>,
+        assembly: &Assembly,
+        problem: Option<&ContactProblem<'_>>,
         solution: &Solution,
         functionals: &[LinearFunctional],
     ) -> Option<Self> {
-        let assembly = &system.assembly;
-        let Some(problem) = face.and_then(|face| ContactProblem::new(system, *face)) else {
+        let Some(problem) = problem else {
             let forces: Vec<Vec<f64>> = functionals
                 .iter()
                 .map(|it| it.by_displacement.clone())
                 .collect();
+            let moved = assembly.solve_several(&forces, ADJOINT_TOLERANCE);
             let alone = |displacement| Adjoint {
                 displacement,
                 ..Adjoint::default()
             };
-            let of = assembly
-                .solve_several(&forces, ADJOINT_TOLERANCE)
-                .into_iter()
-                .map(alone);
-            let of = of.collect();
+            let of = moved.into_iter().map(alone).collect();
             return Some(Self { of, kinks: 0 });
         };
-        let (dual, laws, body) = (problem.dual(), problem.laws(), problem.body());
+        let ContactProblem { dual, laws, .. } = problem;
         let set = laws.feasible_set(solution.friction.as_ref().map(|it| &it.coulomb));
         let bound = Bound::of(laws, &set);
         let known = Some(&solution.trace.local_stiffness)
             .filter(|it| it.len() == dual.layout().n_multipliers());
         let adjoints = |conditions: &Conditions<'_>, at: &Evaluation, rows: Rows<'_>| Self {
             of: Linearised {
+                problem,
                 conditions,
                 at,
                 rows,
-                dual,
-                body,
             }
             .adjoints(functionals),
             kinks: at.kinks(),
@@ -103,30 +98,25 @@ impl Adjoints {
             }
             let levels = PaneLevels::new(assembly, &dual.coupling, known?);
             let conditions = Conditions::new(bound, dual.layout(), levels.steplengths.clone());
-            let at = evaluated(&conditions, dual, &body, solution);
+            let at = evaluated(&conditions, problem, solution);
             let levels = TwoLevels::at(&levels, &conditions, &at, laws.average.rows);
-            let rows = Rows::Products(levels);
-            return Some(adjoints(&conditions, &at, rows));
+            return Some(adjoints(&conditions, &at, Rows::Products(levels)));
         };
         let stiffness = known.map_or_else(|| LocalStiffness::new(explicit).stiffness, Vec::clone);
         let map = NaturalMap::with_steplengths(explicit, bound, stiffness);
-        let at = evaluated(&map.conditions, dual, &body, solution);
+        let at = evaluated(&map.conditions, problem, solution);
         let (coupled, matrix) = map.coupled_derivative(&at);
         let factor = DenseLu::new(&matrix, coupled.len())?;
         drop(matrix);
-        Some(adjoints(
-            &map.conditions,
-            &at,
-            Rows::Dense { coupled, factor },
-        ))
+        let rows = Rows::Dense { coupled, factor };
+        Some(adjoints(&map.conditions, &at, rows))
     }
 }
 
-/// The natural map at a solution, with the exact gradient of its displacement.
+/// The natural map at a solution, with the gradient of its displacement.
 fn evaluated(
     conditions: &Conditions<'_>,
-    dual: &ContactSystem,
-    body: &ContactBody<'_>,
+    ContactProblem { dual, body, .. }: &ContactProblem<'_>,
     solution: &Solution,
 ) -> Evaluation {
     let ContactBody { assembly, face } = body;
@@ -155,11 +145,10 @@ impl Evaluation {
 
 /// The contact conditions about a solution.
 struct Linearised<'a> {
+    problem: &'a ContactProblem<'a>,
     conditions: &'a Conditions<'a>,
     at: &'a Evaluation,
     rows: Rows<'a>,
-    dual: &'a ContactSystem,
-    body: ContactBody<'a>,
 }
 
 /// How R' is known.
@@ -173,20 +162,10 @@ enum Rows<'a> {
     Products(TwoLevels<'a>),
 }
 
-/// An adjoint before it has moved the body.
-struct AdjointLoad {
-    /// y, `[n_unknowns]`.
-    weights: Vec<f64>,
-    /// Q_u − Bᵀζ − Cᵀτ.
-    force: Vec<f64>,
-    multiplier: Vec<f64>,
-    slip_force: Vec<[f64; 2]>,
-}
-
 impl Linearised<'_> {
     /// The adjoints of all functionals, side by side: the factor is read once for all of them.
     fn adjoints(&self, functionals: &[LinearFunctional]) -> Vec<Adjoint> {
-        let assembly = self.body.assembly;
+        let assembly = self.problem.body.assembly;
         let is_loaded = |it: &&LinearFunctional| it.by_displacement.iter().any(|f| *f != 0.0);
         let loaded = functionals.iter().filter(is_loaded);
         let loaded: Vec<Vec<f64>> = loaded.map(|it| it.by_displacement.clone()).collect();
@@ -198,18 +177,35 @@ impl Linearised<'_> {
             self.rhs(it, moved.as_deref())
         });
         let weights = self.weights(&rows.collect::<Vec<_>>());
-        let loads = functionals.iter().zip(weights);
-        let loads: Vec<AdjointLoad> = loads.map(|(it, y)| self.load(it, y)).collect();
-        let forces: Vec<Vec<f64>> = loads.iter().map(|load| load.force.clone()).collect();
-        let moved = assembly.solve_several(&forces, ADJOINT_TOLERANCE);
-        let both = loads.into_iter().zip(moved);
-        both.map(|(load, displacement)| self.adjoint(load, displacement))
-            .collect()
+        let forces_of = |y: &Vec<f64>| self.conditions.transposed(self.at, y);
+        let forces: Vec<_> = weights.iter().map(forces_of).collect();
+        let loads = functionals.iter().zip(&forces);
+        let loads = loads.map(|(it, (multiplier, slip_force))| {
+            let held = self.contact_force(multiplier, slip_force);
+            difference(&it.by_displacement, &held)
+        });
+        let moved = assembly.solve_several(&loads.collect::<Vec<_>>(), ADJOINT_TOLERANCE);
+        let parts = weights.iter().zip(forces).zip(moved);
+        let adjoint =
+            |((y, (multiplier, slip_force)), mut displacement): ((&Vec<f64>, _), Vec<f64>)| {
+                if let Some(balance) = self.problem.dual.rigid() {
+                    let rows = y.iter().zip(&self.conditions.steplengths);
+                    let rows = rows.skip(self.problem.dual.layout().n_multipliers());
+                    let motion: Vec<f64> = rows.map(|(y, rho)| -y * rho).collect();
+                    balance.coupling.add_motion(&motion, &mut displacement);
+                }
+                Adjoint {
+                    displacement,
+                    multiplier,
+                    slip_force,
+                }
+            };
+        parts.map(adjoint).collect()
     }
 
     /// Q_λ − B A⁻¹Q_u; `moved` is A⁻¹Q_u.
     fn rhs(&self, functional: &LinearFunctional, moved: Option<&[f64]>) -> Vec<f64> {
-        let dual = self.dual;
+        let dual = &self.problem.dual;
         let mut rhs = functional.by_multiplier.clone();
         if let Some(moved) = moved {
             add_scaled(&mut rhs, -1.0, &dual.coupling.integrate(moved));
@@ -218,23 +214,6 @@ impl Linearised<'_> {
             rhs.extend(balance.coupling.work_of(&functional.by_displacement));
         }
         rhs
-    }
-
-    /// What loads an adjoint.
-    fn load(&self, functional: &LinearFunctional, weights: Vec<f64>) -> AdjointLoad {
-        let mut force = functional.by_displacement.clone();
-        let (multiplier, slip_force) = self.conditions.transposed(self.at, &weights);
-        add_scaled(
-            &mut force,
-            -1.0,
-            &self.contact_force(&multiplier, &slip_force),
-        );
-        AdjointLoad {
-            weights,
-            force,
-            multiplier,
-            slip_force,
-        }
     }
 
     /// y of R'ᵀy = b for several b.
@@ -272,10 +251,14 @@ impl Linearised<'_> {
             .map(|(by_rhs, by_slip)| self.contact_force(by_rhs, by_slip));
         let mut moved: Vec<Vec<f64>> = forces.collect();
         let mut columns: Vec<&mut [f64]> = moved.iter_mut().map(Vec::as_mut_slice).collect();
-        self.body.assembly.factor.solve_several(&mut columns);
+        self.problem
+            .body
+            .assembly
+            .factor
+            .solve_several(&mut columns);
         let all = several.iter().zip(&transposed).zip(&moved);
         all.map(|((y, (by_rhs, _)), moved)| {
-            let mut product = self.dual.coupling.integrate(moved);
+            let mut product = self.problem.dual.coupling.integrate(moved);
             let parts = y.iter().zip(by_rhs).zip(&self.conditions.steplengths);
             for (product, ((y, by), rho)) in product.iter_mut().zip(parts) {
                 let own = if *rho > 0.0 { by / rho } else { 0.0 };
@@ -288,8 +271,9 @@ impl Linearised<'_> {
 
     /// Bᵀζ + Cᵀτ.
     fn contact_force(&self, multiplier: &[f64], slip_force: &[[f64; 2]]) -> Vec<f64> {
-        let mut force = self.dual.coupling.nodal_forces(multiplier);
-        let ContactBody { assembly, face } = &self.body;
+        let ContactProblem { dual, body, .. } = self.problem;
+        let mut force = dual.coupling.nodal_forces(multiplier);
+        let ContactBody { assembly, face } = body;
         let dofs = &assembly.primal.dofs;
         for (local, (&node, along)) in face.surface.nodes.iter().zip(slip_force).enumerate() {
             let vector = face.interface.frame.vector(local, 0.0, *along);
@@ -300,22 +284,6 @@ impl Linearised<'_> {
             }
         }
         force
-    }
-
-    fn adjoint(&self, load: AdjointLoad, mut displacement: Vec<f64>) -> Adjoint {
-        if let Some(balance) = self.dual.rigid() {
-            let rows = load.weights.iter().zip(&self.conditions.steplengths);
-            let motion: Vec<f64> = rows
-                .skip(load.multiplier.len())
-                .map(|(y, rho)| -y * rho)
-                .collect();
-            balance.coupling.add_motion(&motion, &mut displacement);
-        }
-        Adjoint {
-            displacement,
-            multiplier: load.multiplier,
-            slip_force: load.slip_force,
-        }
     }
 }
 
@@ -350,7 +318,6 @@ mod tests {
         let [dense, products] =
             [DualOperatorKind::Explicit, DualOperatorKind::Implicit].map(assembled);
         let solution = dense.solve(&dense.scene().solve).unwrap();
-        let face = dense.contact_state();
         let (m, n) = (dense.n_panes(), dense.n_free());
         let normal_force = LinearFunctional {
             by_displacement: vec![0.0; n],
@@ -362,7 +329,9 @@ mod tests {
         };
         let functionals = [normal_force, lifted];
         let of = |problem: &AssembledProblem| {
-            Adjoints::new(&problem.system, face.as_ref(), &solution, &functionals)
+            let contact = problem.contact_problem();
+            let assembly = &problem.system.assembly;
+            Adjoints::new(assembly, contact.as_ref(), &solution, &functionals)
                 .unwrap()
                 .of
         };

@@ -1,10 +1,10 @@
 //! What a measured error makes of a solution: the one place where the status of a solve is decided.
 //!
-//! Each method ends by a rule of its own, and says how ([`Ending`]). The error of λ is then measured by one more solve with exact
+//! Each method stops by a rule of its own, and says why ([`StopReason`]). The error of λ is then measured by one more solve with refined
 //! residuals ([`super::accuracy`]), and the residuals of the report are held against it ([`crate::post::ContactReport::assess`]). An
 //! error is relative: 1 means that no digit is known.
 
-use super::{PaneLaws, Solution, Status};
+use super::{MethodResult, PaneLaws, Solution, Status, StopReason};
 
 /// A method that stops by its own rule keeps its promise with an error of at most this many times ε.
 const ACCEPT_FACTOR: f64 = 10.0;
@@ -14,15 +14,6 @@ const MAX_ERROR: f64 = 0.05;
 
 /// The largest error of a refined solution: above, its contact zones are not known.
 pub(in crate::solver) const REFINEMENT_TARGET: f64 = 1e-3;
-
-/// What a solve may know of its end.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::solver) struct Ending {
-    /// How the method ended by its own rule.
-    pub(in crate::solver) by_rule: Status,
-    /// What its rule measures: the last change of successive approximations, or a residual.
-    pub(in crate::solver) measure: f64,
-}
 
 /// A status with the accuracy that belongs to it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,41 +46,57 @@ impl Assessment {
     }
 
     /// Of what a method found by its own rule, with a measured error: `converged` stays only where that is about ε.
-    pub(in crate::solver) fn of_measured(ending: Ending, error: f64, epsilon: f64) -> Self {
+    pub(in crate::solver) fn of_method(found: &MethodResult, error: f64, epsilon: f64) -> Self {
+        let own = Self::by_rule(found);
+        if !own.status.is_solved() {
+            return own;
+        }
         let error = if error <= 1.0 { error } else { 1.0 };
-        let status = match ending.by_rule {
-            status if !status.is_solved() => {
-                return Self {
-                    status,
-                    accuracy: ending.measure,
-                };
-            }
+        let status = match own.status {
             _ if error > MAX_ERROR => Status::Inaccurate,
             Status::Converged if error > ACCEPT_FACTOR * epsilon => Status::ReducedAccuracy,
             Status::MachinePrecision if error > REFINEMENT_TARGET => Status::ReducedAccuracy,
             status => status,
         };
+        let accuracy = match status {
+            Status::MachinePrecision => error.max(own.accuracy),
+            _ => error,
+        };
+        Self { status, accuracy }
+    }
+
+    /// Of successive approximations without a solution nearby, whether they met their rule or not.
+    pub(in crate::solver) fn of_lost_fixed_point(found: &MethodResult, error: f64) -> Self {
+        if !found.stop.is_solution() {
+            return Self::by_rule(found);
+        }
         Self {
-            status,
-            accuracy: match status {
-                Status::MachinePrecision => error.max(ending.measure),
-                _ => error,
-            },
+            status: Status::Inaccurate,
+            accuracy: error.min(1.0),
         }
     }
 
-    /// Of successive approximations that met their rule without a solution nearby.
-    pub(in crate::solver) fn of_lost_fixed_point(ending: Ending, error: f64) -> Self {
-        if ending.by_rule.is_solved() {
-            Self {
-                status: Status::Inaccurate,
-                accuracy: error.min(1.0),
-            }
-        } else {
-            Self {
-                status: ending.by_rule,
-                accuracy: ending.measure,
-            }
+    /// Of a method whose error is not known.
+    pub(in crate::solver) fn by_rule(found: &MethodResult) -> Self {
+        Self {
+            status: match found.stop {
+                StopReason::Converged => Status::Converged,
+                StopReason::RoundingLimit => Status::MachinePrecision,
+                StopReason::MaxSteps => Status::MaxNewtonSteps,
+                StopReason::MaxOuterSteps => Status::MaxOuterSteps,
+                StopReason::MaxOperatorApplications => Status::MaxOperatorApplications,
+                StopReason::Cycling => Status::Cycling,
+                StopReason::NumericalError => Status::NumericalError,
+            },
+            accuracy: found.measure,
+        }
+    }
+
+    /// Of a body that a rigid-body motion proves a mechanism.
+    pub(in crate::solver) fn of_mechanism() -> Self {
+        Self {
+            status: Status::NoEquilibrium,
+            accuracy: 1.0,
         }
     }
 
@@ -118,16 +125,8 @@ impl Assessment {
 }
 
 impl Solution {
-    /// How the solve ended by its own rule.
-    pub(in crate::solver) fn ending(&self) -> Ending {
-        Ending {
-            by_rule: self.status,
-            measure: self.accuracy,
-        }
-    }
-
     /// The solution with its status.
-    pub(in crate::solver) fn assessed(self, assessment: Assessment) -> Self {
+    pub(crate) fn assessed(self, assessment: Assessment) -> Self {
         Self {
             status: assessment.status,
             accuracy: assessment.accuracy,
@@ -144,15 +143,9 @@ impl Solution {
     }
 }
 
-/// Whether a body that floats was moved further than its contact faces are wide, as Newton's method does where no contact forces
-/// stop it: nothing of that is a solution.
-pub(in crate::solver) fn has_diverged(displacement: &[f64], laws: &PaneLaws) -> bool {
+/// Whether a body was moved further than so many times the width of its contact faces: further than once, nothing of that is a solution;
+/// 1/√ε times, gaps and slips, differences of places, have less than half of their digits.
+pub(in crate::solver) fn is_far(displacement: &[f64], laws: &PaneLaws, widths: f64) -> bool {
     let width = laws.area.iter().sum::<f64>().sqrt();
-    !displacement.iter().all(|u| u.abs() <= width)
-}
-
-/// Whether a body was moved so far that gaps and slips, differences of places, have less than half of their digits.
-pub(in crate::solver) fn has_lost_its_gaps(displacement: &[f64], laws: &PaneLaws) -> bool {
-    let reach = laws.area.iter().sum::<f64>().sqrt() / f64::EPSILON.sqrt();
-    !displacement.iter().all(|u| u.abs() <= reach)
+    !displacement.iter().all(|u| u.abs() <= widths * width)
 }

@@ -1,24 +1,23 @@
 //! Newton's method on Coulomb's law where S is implicit: no matrix of the size of S, only products with it.
 //!
-//! R'(λ) d = −R(λ) is solved by GMRES to a share that shrinks with ‖R‖ (S. C. Eisenstat, H. F. Walker, *SIAM J. Sci. Comput.* 17 (1996)
+//! R'(λ) d = −R(λ) is solved by GMRES to a forcing term that shrinks with ‖R‖ (S. C. Eisenstat, H. F. Walker, *SIAM J. Sci. Comput.* 17 (1996)
 //! 16), preconditioned from the right by [`TwoLevels`]. Each product takes one pair of substitutions with the factor of A, in its
-//! precision: what it has wrong costs steps, for R is exact.
+//! precision: what it has wrong costs steps, for R is refined.
 //!
 //! R is measured with ρ = 1/S_ii, of which the aggregates give the part that a pane shares with others. Measured by its local stiffness, a
-//! small error of the face as a whole hides the zones, and steps are cut short until nothing moves.
+//! small error common to all panes hides the zones, and steps are cut short until nothing moves.
 
 use super::{
-    ContactBody, FrictionState, LOOP_MAX_STEPS, NewtonStep, PaneLaws, Progress, Solution, SolvedBy,
-    Trace,
+    ContactBody, FrictionState, LOOP_MAX_STEPS, NewtonStep, Progress, Solution, SolvedBy, Trace,
     accuracy::{DISPLACEMENT_TOLERANCE, GMRES_MAX_APPLICATIONS, GMRES_TOLERANCE},
     assessment::{Assessment, REFINEMENT_TARGET},
     conditions::{Bound, Conditions, Evaluation},
     inner::projected_gradient_steplength,
     newton::iteration::{
-        NEWTON_BASIN, NewtonModel, NewtonSettings, NewtonStatus, ROUNDING_STALL_STEPS,
-        STAGNATION_STEPS, StoppingRule, iterate,
+        NEWTON_BASIN, NewtonModel, NewtonSettings, ROUNDING_STALL_STEPS, STAGNATION_STEPS,
+        StoppingRule, iterate,
     },
-    problem::{ContactSolve, Exact},
+    problem::{ContactSolve, RefinedState},
     two_levels::{PaneLevels, TwoLevels},
 };
 use crate::{
@@ -27,15 +26,15 @@ use crate::{
     linalg::{Precision, add_scaled, gmres, norm},
 };
 
-/// The shares of −R that GMRES leaves. Less than the smallest is lost where the factor is in single precision.
+/// Forcing terms: what GMRES leaves of −R, relative to it. Less than the smallest is lost where the factor is in single precision.
 const LARGEST_FORCING: f64 = 0.1;
 const SMALLEST_FORCING: f64 = 0.01;
 
-/// With this share of ρ = 1/S_ii the stresses of a start tell its zones, whatever its displacement. So does the first step from another
-/// mesh, where the body as a whole is displaced further than zones differ.
+/// With ρ = 1/S_ii times this the stresses of a start tell its zones, whatever its displacement. So does the first step from another
+/// mesh, where the rigid motion of the body is larger than zones differ.
 const ZONE_STEPLENGTH: f64 = 1e-2;
 
-/// With this share steps settle the zones of bodies that move so far as a whole that all their panes count as open.
+/// With ρ times this steps settle the zones of bodies whose rigid motion is so large that all their panes count as open.
 const SHORT_STEPLENGTH: f64 = 0.1;
 
 /// A Coulomb problem with an implicit S.
@@ -53,10 +52,10 @@ struct ProductNewton<'a> {
     last_norm: Option<f64>,
 }
 
-/// λ with its exact displacement and R.
+/// λ with its displacement and R, to rounding.
 struct Iterate {
     multiplier: Vec<f64>,
-    exact: Exact,
+    state: RefinedState,
     at: Evaluation,
 }
 
@@ -77,20 +76,20 @@ impl NewtonModel for ProductNewton<'_> {
             Precision::Double => GMRES_TOLERANCE,
         };
         // Eisenstat and Walker's second choice, with their factor.
-        let share = self.last_norm.map_or(LARGEST_FORCING, |last| {
+        let forcing = self.last_norm.map_or(LARGEST_FORCING, |last| {
             let falls = from.at.norm / last;
             (0.9 * falls * falls).clamp(smallest, LARGEST_FORCING)
         });
         self.last_norm = Some(from.at.norm);
-        let step = self.step(from, share);
+        let step = self.step(from, forcing);
         let n = step.len();
         Some((step, n))
     }
 
-    fn moved(&mut self, from: &Iterate, direction: &[f64], share: f64) -> Iterate {
+    fn moved(&mut self, from: &Iterate, direction: &[f64], length: f64) -> Iterate {
         let mut multiplier = from.multiplier.clone();
-        add_scaled(&mut multiplier, share, direction);
-        self.at(multiplier, Some(&from.exact))
+        add_scaled(&mut multiplier, length, direction);
+        self.at(multiplier, Some(&from.state))
     }
 }
 
@@ -135,43 +134,40 @@ impl ContactSolve<'_> {
         let similar = warm.and_then(|start| newton.solve_similar(&start, observe));
         let solution = similar.or_else(|| {
             let pressed = newton.pressed();
-            let start = newton.at(pressed.clone(), None);
-            let found = newton.solve(start, observe);
-            found.or_else(|| {
-                newton.conditions.steplengths = stiffness.to_vec();
-                let start = newton.at(pressed, None);
+            let steplengths = [newton.levels.steplengths.clone(), stiffness.to_vec()];
+            steplengths.into_iter().find_map(|steplengths| {
+                newton.conditions.steplengths = steplengths;
+                let start = newton.at(pressed.clone(), None);
                 newton.solve(start, observe)
             })
         })?;
-        Some(newton.completed(solution, self.laws, law))
+        Some(newton.completed(solution, law))
     }
 }
 
-/// A solution and what its error makes of it.
-struct Found {
-    iterate: Iterate,
-    assessment: Assessment,
-}
-
 impl ProductNewton<'_> {
-    /// Newton's method from a start to r_tol ε, and where the error is larger than ε still, to rounding, with residuals measured by local
+    /// The rounding of S λ.
+    fn attainable(&self) -> f64 {
+        self.stiffness.len() as f64 * f64::EPSILON
+    }
+
+    /// A solution with its error: by Newton's method from a start to r_tol ε, and where the error is larger than ε still, to rounding, with residuals measured by local
     /// stiffness: 1/S_ii hides what panes feel of errors near rounding.
-    fn solve(&mut self, start: Iterate, observe: &mut dyn FnMut(Progress<'_>)) -> Option<Found> {
+    fn solve(
+        &mut self,
+        start: Iterate,
+        observe: &mut dyn FnMut(Progress<'_>),
+    ) -> Option<(Iterate, f64)> {
         let settings = self.problem.settings;
-        let n = start.multiplier.len() as f64;
-        let (epsilon, attainable) = (settings.epsilon(), n * f64::EPSILON);
+        let (epsilon, attainable) = (settings.epsilon(), self.attainable());
         let tolerance = (settings.r_tol * epsilon).max(attainable);
         let near = self.descend(start, tolerance, observe)?;
         let error = self.error(&near);
-        let found = |iterate, error: f64| Found {
-            iterate,
-            assessment: Assessment::of_refined(error, epsilon, attainable),
-        };
         if error <= epsilon.max(attainable) {
-            return Some(found(near, error));
+            return Some((near, error));
         }
         let whole = std::mem::replace(&mut self.conditions.steplengths, self.stiffness.to_vec());
-        let start = self.at(near.multiplier.clone(), Some(&near.exact));
+        let start = self.at(near.multiplier.clone(), Some(&near.state));
         let (iterate, error) = match self.descend(start, attainable, observe) {
             Some(nearer) => {
                 let error = self.error(&nearer);
@@ -180,7 +176,7 @@ impl ProductNewton<'_> {
             None => (near, error),
         };
         self.conditions.steplengths = whole;
-        (error <= REFINEMENT_TARGET).then(|| found(iterate, error))
+        (error <= REFINEMENT_TARGET).then_some((iterate, error))
     }
 
     /// Damped inexact Newton steps until ‖R‖ ≤ tolerance ‖λ‖ or rounding forbids it; `None` where the residual stalls before.
@@ -204,81 +200,67 @@ impl ProductNewton<'_> {
         let observe = |k: usize, step: &NewtonStep| observe(Progress::Newton(done + k, step));
         let found = iterate(self, start, &rule, observe);
         self.history.extend(found.history);
-        let is_solution = matches!(
-            found.status,
-            NewtonStatus::Converged | NewtonStatus::RoundingLimit
-        );
-        is_solution.then_some(found.iterate)
+        found.stop.is_solution().then_some(found.iterate)
     }
 
-    /// From the answer of a similar problem: after a step whose zones its stresses tell, and, where that leads nowhere, with short
+    /// From the solution of a similar problem: after a step whose zones its stresses tell, and, where that leads nowhere, with short
     /// steplengths until the zones are settled.
     fn solve_similar(
         &mut self,
         start: &[f64],
         observe: &mut dyn FnMut(Progress<'_>),
-    ) -> Option<Found> {
+    ) -> Option<(Iterate, f64)> {
         let near = self.at(start.to_vec(), None);
         if self.relative(&near) <= NEWTON_BASIN {
             return self.solve(near, observe);
         }
-        let settled = self.with_steplengths(ZONE_STEPLENGTH, |newton| {
-            let at = newton.at(start.to_vec(), None);
-            let direction = newton.step(&at, SMALLEST_FORCING);
-            let mut settled = at.multiplier;
-            add_scaled(&mut settled, 1.0, &direction);
-            settled
-        });
+        self.scale_steplengths(ZONE_STEPLENGTH);
+        let at = self.at(start.to_vec(), None);
+        let direction = self.step(&at, SMALLEST_FORCING);
+        let mut settled = at.multiplier;
+        add_scaled(&mut settled, 1.0, &direction);
+        self.scale_steplengths(1.0);
         let settled = self.at(settled, None);
         let found = (self.relative(&settled) < 1.0).then(|| self.solve(settled, observe));
         found.flatten().or_else(|| {
-            let near = self.with_steplengths(SHORT_STEPLENGTH, |newton| {
-                let start = newton.at(start.to_vec(), None);
-                newton.descend(start, NEWTON_BASIN, observe)
-            })?;
-            let near = self.at(near.multiplier, Some(&near.exact));
+            self.scale_steplengths(SHORT_STEPLENGTH);
+            let start = self.at(start.to_vec(), None);
+            let near = self.descend(start, NEWTON_BASIN, observe);
+            self.scale_steplengths(1.0);
+            let near = near?;
+            let near = self.at(near.multiplier, Some(&near.state));
             self.solve(near, observe)
         })
     }
 
-    /// With steplengths ρ that are multiplied by a share.
-    fn with_steplengths<T>(&mut self, share: f64, run: impl FnOnce(&mut Self) -> T) -> T {
-        let whole = self.conditions.steplengths.clone();
-        self.conditions
-            .steplengths
-            .iter_mut()
-            .for_each(|rho| *rho *= share);
-        let value = run(self);
-        self.conditions.steplengths = whole;
-        value
+    /// ρ = 1/S_ii times a factor.
+    fn scale_steplengths(&mut self, factor: f64) {
+        let scaled = self.levels.steplengths.iter().map(|rho| rho * factor);
+        self.conditions.steplengths = scaled.collect();
     }
 
     /// λ with u = A⁻¹(l − Bᵀλ) and R to rounding, `near` those of another λ.
-    fn at(&mut self, multiplier: Vec<f64>, near: Option<&Exact>) -> Iterate {
-        let ContactSolve { body, dual, .. } = self.problem;
-        let start = near.map(|exact| &exact.solved);
-        let start = start.filter(|_| body.precision() == Precision::Single);
-        let (exact, at) = body.residual_at(
-            dual,
-            &self.conditions,
-            &multiplier,
-            start,
-            DISPLACEMENT_TOLERANCE,
-        );
+    fn at(&mut self, multiplier: Vec<f64>, near: Option<&RefinedState>) -> Iterate {
+        let start = near.map(|state| &state.solved);
+        let start = start.filter(|_| self.problem.body.precision() == Precision::Single);
+        let (conditions, target) = (&self.conditions, DISPLACEMENT_TOLERANCE);
+        let (state, at) = self
+            .problem
+            .residual_at(conditions, &multiplier, start, target);
         self.applications += 1;
         Iterate {
             multiplier,
-            exact,
+            state,
             at,
         }
     }
 
-    /// d with ‖R'(λ) d + R‖ ≤ share ‖R‖, or what the most products lead to.
-    fn step(&mut self, from: &Iterate, share: f64) -> Vec<f64> {
+    /// d with ‖R'(λ) d + R‖ ≤ forcing ‖R‖, or what the most products lead to.
+    fn step(&mut self, from: &Iterate, forcing: f64) -> Vec<f64> {
         let n_nodes = self.problem.laws.average.rows;
         let levels = TwoLevels::at(&self.levels, &self.conditions, &from.at, n_nodes);
         let rhs: Vec<f64> = from.at.residual.iter().map(|r| -r).collect();
-        let solved = gmres(&rhs, share, GMRES_MAX_APPLICATIONS, |v| {
+        let solved = gmres(&rhs, forcing, GMRES_MAX_APPLICATIONS, |v| {
             let v = levels.apply(v);
             let (gradient, slips) = change(self.problem, &self.reach, &v);
             self.applications += 1;
@@ -287,14 +269,13 @@ impl ProductNewton<'_> {
         levels.apply(&solved)
     }
 
-    /// How far λ is from the solution: one more step, with the exact R.
-    fn error(&mut self, answer: &Iterate) -> f64 {
-        let way = self.step(answer, GMRES_TOLERANCE);
-        let sizes = self.problem.sizes(&answer.multiplier, &answer.at);
-        sizes.relative(self.problem.laws, &way)
+    /// How far λ is from the solution: one more step, with the refined R.
+    fn error(&mut self, near: &Iterate) -> f64 {
+        let step = self.step(near, GMRES_TOLERANCE);
+        self.problem.relative(&step, &near.multiplier, &near.at)
     }
 
-    /// S_νν⁻¹h_ν and no tangential stress, to the share that a first step leaves: a face that slides freely and does not lift off.
+    /// S_νν⁻¹h_ν and no tangential stress, to the forcing term of a first step: a face that slides freely and does not lift off.
     fn pressed(&mut self) -> Vec<f64> {
         let dual = self.problem.dual;
         let normals = dual.layout().normals();
@@ -319,12 +300,15 @@ impl ProductNewton<'_> {
         start
     }
 
-    /// The answer with what belongs to it.
-    fn completed(self, found: Found, laws: &PaneLaws, law: &CoulombLaw) -> Solution {
+    /// The solution with what belongs to it.
+    fn completed(self, (found, error): (Iterate, f64), law: &CoulombLaw) -> Solution {
+        let laws = self.problem.laws;
+        let epsilon = self.problem.settings.epsilon();
+        let assessment = Assessment::of_refined(error, epsilon, self.attainable());
         let Iterate {
-            multiplier, exact, ..
-        } = found.iterate;
-        let displacement = exact.displacement;
+            multiplier, state, ..
+        } = found;
+        let displacement = state.displacement;
         let slip = law.depends_on_slip().then(|| {
             let tangential = self.problem.body.tangential(&displacement);
             laws.slip.slip(&tangential)
@@ -352,7 +336,7 @@ impl ProductNewton<'_> {
             multiplier,
             ..Solution::default()
         }
-        .assessed(found.assessment)
+        .assessed(assessment)
     }
 }
 
@@ -374,5 +358,5 @@ fn change(
     let mut moved = dual.coupling.nodal_forces(stresses);
     let factor = &body.assembly.factor;
     factor.solve_reached(reach, &mut moved);
-    body.change(dual, moved, &[])
+    problem.change(moved, &[])
 }

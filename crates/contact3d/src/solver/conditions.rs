@@ -1,11 +1,9 @@
 //! The conditions of contact and friction on every pane, for given λ, r and u_t.
 
-use std::sync::atomic::Ordering;
-
 use super::{Ellipse, FeasibleSet, PaneLaws};
 use crate::{
     contact::{CoulombLaw, FrictionField, MultiplierLayout, change_of_slips},
-    linalg::norm,
+    linalg::{norm, ratio},
 };
 
 /// Where the semi-axes of the ellipses come from.
@@ -15,12 +13,12 @@ pub enum Bound<'a> {
     /// max(z_ν, 0).
     Coulomb(&'a PaneLaws, &'a CoulombLaw),
     /// Frozen ellipses, one inner problem of Algorithm 4.1; none in frictionless contact.
-    Frozen(&'a FeasibleSet<'a>),
+    Frozen(&'a FeasibleSet),
 }
 
 impl<'a> Bound<'a> {
     /// Coulomb friction where it is the law, else the ellipses of a set.
-    pub(super) fn of(laws: &'a PaneLaws, set: &'a FeasibleSet<'a>) -> Self {
+    pub(super) fn of(laws: &'a PaneLaws, set: &'a FeasibleSet) -> Self {
         match laws.coulomb() {
             Some(law) => Self::Coulomb(laws, law),
             None => Self::Frozen(set),
@@ -42,7 +40,7 @@ pub(super) struct Conditions<'a> {
     /// ρ of every component, in Pa/m³; 0 where the row of S vanishes; then in Pa/N those of the balance of a body that floats,
     /// `[n_unknowns]`.
     pub(super) steplengths: Vec<f64>,
-    layout: MultiplierLayout,
+    pub(super) layout: MultiplierLayout,
     /// 𝓕⁻¹ where it does not follow the slip, `[n_friction_panes]`.
     constant_inverse: Option<Vec<[f64; 2]>>,
 }
@@ -92,10 +90,7 @@ pub struct PaneEvaluation {
 impl Evaluation {
     /// ‖R‖ beside a size of λ, and 0 for 0/0.
     pub(super) fn relative_to(&self, size: f64) -> f64 {
-        match self.norm {
-            0.0 => 0.0,
-            residual => residual / size,
-        }
+        ratio(self.norm, size)
     }
 }
 
@@ -129,22 +124,14 @@ impl<'a> Conditions<'a> {
         }
     }
 
-    /// The order of the multipliers.
-    pub(super) fn layout(&self) -> MultiplierLayout {
-        self.layout
-    }
-
     /// Whether the ellipses move with the slip.
     pub(super) fn follows_slip(&self) -> bool {
         matches!(self.bound, Bound::Coulomb(..)) && self.constant_inverse.is_none()
     }
 
-    /// The same where the coefficients of friction are given by their 𝓕⁻¹ on the panes, whatever the slip, `[n_friction_panes]`.
-    pub(super) fn with_coefficients(self, inverse: Vec<[f64; 2]>) -> Self {
-        Self {
-            constant_inverse: Some(inverse),
-            ..self
-        }
+    /// Gives the coefficients of friction by their 𝓕⁻¹ on the panes, whatever the slip, `[n_friction_panes]`.
+    pub(super) fn fix_coefficients(&mut self, inverse: Vec<[f64; 2]>) {
+        self.constant_inverse = Some(inverse);
     }
 
     /// R and what its derivative needs at λ in Pa with r in m³ and the signed (u_t1, u_t2) of the
@@ -199,7 +186,6 @@ impl<'a> Conditions<'a> {
                 inverse: inverse.get(i).copied().unwrap_or([1.0; 2]),
             });
         }
-        self.count_projections();
         Evaluation {
             norm: if residual.iter().all(|r| r.is_finite()) {
                 norm(&residual)
@@ -338,16 +324,6 @@ impl<'a> Conditions<'a> {
             let f = here.inverse[k];
             bound / f - here.ellipse.semi_axes[k] / f * inverse_change(k)
         })
-    }
-
-    fn count_projections(&self) {
-        match self.bound {
-            Bound::Coulomb(laws, _) => {
-                let count = &laws.projections;
-                count.fetch_add(self.layout.n_pairs(), Ordering::Relaxed);
-            }
-            Bound::Frozen(set) => set.count_projections(),
-        }
     }
 
     /// ∂φ/∂u_t where the ellipses move with the slip.

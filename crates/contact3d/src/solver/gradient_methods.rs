@@ -1,11 +1,11 @@
 //! Methods that stop by their own rule: Algorithm 4.1 and single minimisations by KPRGP or GPCG.
 //!
 //! Their rule measures a gradient; the error of λ is measured afterwards. While it is larger than promised, the method goes on from
-//! where it stopped, with a smaller ε, or where S has single precision with the h that exact residuals correct.
+//! where it stopped, with a smaller ε, or where S has single precision with the h that refined residuals correct.
 
 use super::{
-    FEW_ROUNDINGS, Inner, NeedsExplicit, Progress, Solution, Start, Status, accuracy::DenseModel,
-    assessment::Assessment, conditions::Bound, problem::ContactSolve,
+    FEW_ROUNDINGS, Inner, MethodResult, NeedsExplicit, Progress, Solution, Start, Status,
+    assessment::Assessment, conditions::Bound, problem::ContactSolve, strategy::NewtonDriver,
 };
 use crate::{
     dual::{
@@ -32,55 +32,49 @@ impl ContactSolve<'_> {
         bound: Bound<'_>,
         observe: &mut dyn FnMut(Progress<'_>),
     ) -> Result<Solution, NeedsExplicit> {
-        let Some(dual) = self.dual.explicit() else {
-            let stiffness = self.pane_stiffness();
-            let inner = Inner::chosen(self.settings.inner, None, &stiffness)?;
-            let solution = self.by_inner(inner, observe);
-            return Ok(self.measured(None, bound, stiffness, solution));
+        let local = self.dual.explicit().map(LocalStiffness::new);
+        let driver = self.dual.explicit().zip(local.as_ref());
+        let driver = driver.map(|(dual, local)| NewtonDriver {
+            dual,
+            bound,
+            local,
+            start: None,
+        });
+        let stiffness = match &local {
+            Some(local) => local.stiffness.clone(),
+            None => self.pane_stiffness(),
         };
-        let local = LocalStiffness::new(dual);
         let once = |solve: &ContactSolve<'_>, observe: &mut dyn FnMut(Progress<'_>)| {
-            let explicit = solve.dual.explicit().map(|dual| (dual, &local));
-            let inner = Inner::chosen(self.settings.inner, explicit, &local.stiffness)?;
-            let solution = solve.by_inner(inner, observe);
-            let model = DenseModel {
-                dual,
-                local: &local,
-                bound,
-            };
-            Ok(self.measured(Some(&model), bound, local.stiffness.clone(), solution))
+            let explicit = solve.dual.explicit().zip(local.as_ref());
+            let inner = Inner::chosen(self.settings.inner, explicit, &stiffness)?;
+            let found = solve.by_inner(inner, observe);
+            Ok(self.measured(driver.as_ref(), bound, &stiffness, found))
         };
         let mut solution = once(self, observe)?;
-        if self.body.precision() == Precision::Double {
+        let is_single = self.body.precision() == Precision::Single;
+        let Some(driver) = driver.as_ref().filter(|_| is_single) else {
             return Ok(solution);
-        }
+        };
         for _ in 0..MAX_REPETITIONS {
             // With S in single precision a method can reach what rounding in double makes of S λ.
             let is_accurate = match solution.status {
                 Status::ReducedAccuracy | Status::Inaccurate => false,
-                Status::MachinePrecision => solution.accuracy <= FEW_ROUNDINGS * dual.rounding(),
+                Status::MachinePrecision => {
+                    solution.accuracy <= FEW_ROUNDINGS * driver.dual.rounding()
+                }
                 _ => true,
             };
             if is_accurate {
                 break;
             }
-            let model = DenseModel {
-                dual,
-                local: &local,
-                bound,
-            };
-            let exact = self.exact(&model, &self.unknowns(&solution), None, f64::EPSILON);
+            let here = self.about(driver, &self.unknowns(&solution), None, f64::EPSILON);
             let corrected = ContactSystem {
                 coupling: self.dual.coupling.clone(),
-                form: OperatorForm::Explicit(exact.dual.absolute()),
+                form: OperatorForm::Explicit(here.dual.absolute()),
             };
             let again = ContactSolve {
                 dual: &corrected,
-                start: Start {
-                    multiplier: Some(&solution.multiplier),
-                    checkpoint: None,
-                },
-                ..*self
+                ..self.from(&solution.multiplier)
             };
             let next = once(&again, observe)?;
             let falls = next.accuracy <= 0.5 * solution.accuracy;
@@ -100,8 +94,8 @@ impl ContactSolve<'_> {
     ) -> Solution {
         let stiffness = self.pane_stiffness();
         let once = |solve: &ContactSolve<'_>, observe: &mut dyn FnMut(Progress<'_>)| {
-            let solution = solve.by_inner(Inner::Gpcg(&stiffness), observe);
-            self.measured(None, bound, stiffness.clone(), solution)
+            let found = solve.by_inner(Inner::Gpcg(&stiffness), observe);
+            self.measured(None, bound, &stiffness, found)
         };
         let mut solution = once(self, observe);
         let mut settings = self.settings.clone();
@@ -112,15 +106,11 @@ impl ContactSolve<'_> {
             ) {
                 break;
             }
-            let excess = solution.accuracy / self.settings.epsilon();
-            settings.epsilon = Some(settings.epsilon() / excess.max(10.0));
+            let too_large = solution.accuracy / self.settings.epsilon();
+            settings.epsilon = Some(settings.epsilon() / too_large.max(10.0));
             let tighter = ContactSolve {
                 settings: &settings,
-                start: Start {
-                    multiplier: Some(&solution.multiplier),
-                    checkpoint: None,
-                },
-                ..*self
+                ..self.from(&solution.multiplier)
             };
             let next = once(&tighter, observe);
             solution = solution.merged_with(next);
@@ -170,24 +160,31 @@ impl ContactSolve<'_> {
         stiffness
     }
 
+    /// The same solve from other multipliers.
+    fn from<'s>(&'s self, multiplier: &'s [f64]) -> ContactSolve<'s> {
+        let start = Start {
+            multiplier: Some(multiplier),
+            checkpoint: None,
+        };
+        ContactSolve { start, ..*self }
+    }
+
     /// What a method found by its own rule, with its measured error and the status that follows.
     fn measured(
         &self,
-        model: Option<&DenseModel<'_>>,
+        driver: Option<&NewtonDriver<'_>>,
         bound: Bound<'_>,
-        local_stiffness: Vec<f64>,
-        mut solution: Solution,
+        local_stiffness: &[f64],
+        mut found: MethodResult,
     ) -> Solution {
-        solution.trace.local_stiffness = local_stiffness;
-        if !solution.status.is_solved() {
-            return solution;
-        }
-        let error = match model {
-            Some(model) => self.error_of(model, &self.unknowns(&solution)),
-            None => self.error_by_products(bound, &solution),
+        let solution = &mut found.solution;
+        solution.trace.local_stiffness = local_stiffness.to_vec();
+        let error = match driver {
+            _ if !found.stop.is_solution() => f64::NAN,
+            Some(driver) => self.error_of(driver, &self.unknowns(solution)),
+            None => self.error_by_products(bound, solution),
         };
-        let epsilon = self.settings.epsilon();
-        let assessment = Assessment::of_measured(solution.ending(), error, epsilon);
-        solution.assessed(assessment)
+        let assessment = Assessment::of_method(&found, error, self.settings.epsilon());
+        found.solution.assessed(assessment)
     }
 }

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use super::{
-    Inner, Kprgp, OuterStep, PaneLaws, Solution, SolvedBy, Status, Trace,
+    Inner, Kprgp, MethodResult, OuterStep, PaneLaws, Solution, SolvedBy, StopReason, Trace,
     inner::projected_gradient_steplength,
 };
 use crate::{dual::BodyOperator, scene::SolveSettings};
@@ -17,7 +17,7 @@ pub(super) fn minimise(
     settings: &SolveSettings,
     start: Option<&[f64]>,
     mut observe: impl FnMut(usize, &OuterStep),
-) -> Solution {
+) -> MethodResult {
     let started = Instant::now();
     let kprgp = Kprgp {
         steplength: projected_gradient_steplength(operator.as_dual()),
@@ -41,26 +41,28 @@ pub(super) fn minimise(
         seconds: started.elapsed().as_secs_f64(),
     };
     observe(0, &step);
-    Solution {
-        status: match summary.failure {
-            _ if !summary.residual.is_finite() => Status::NumericalError,
+    MethodResult {
+        stop: match summary.failure {
+            _ if !summary.residual.is_finite() => StopReason::NumericalError,
             None if summary.residual.max(attainable) > settings.epsilon() => {
-                Status::MachinePrecision
+                StopReason::RoundingLimit
             }
-            None => Status::Converged,
+            None => StopReason::Converged,
             Some(failure) => failure,
         },
-        accuracy: summary.residual,
-        trace: Trace {
-            solved_by: SolvedBy::Minimisation,
-            steplength: kprgp.steplength,
-            applications: step.applications,
-            history: vec![step],
-            newton: summary.newton,
-            ..Trace::default()
+        measure: summary.residual,
+        solution: Solution {
+            trace: Trace {
+                solved_by: SolvedBy::Minimisation,
+                steplength: kprgp.steplength,
+                applications: step.applications,
+                history: vec![step],
+                newton: summary.newton,
+                ..Trace::default()
+            },
+            multiplier,
+            displacement,
+            ..Solution::default()
         },
-        multiplier,
-        displacement,
-        ..Solution::default()
     }
 }

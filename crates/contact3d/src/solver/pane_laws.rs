@@ -1,7 +1,5 @@
 //! The laws of the panes as the solvers see them, and the state of friction at a multiplier.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
-
 use super::FeasibleSet;
 use crate::{
     contact::{CoulombLaw, FrictionField, InterfaceFriction, MultiplierLayout, SlipMap},
@@ -9,7 +7,7 @@ use crate::{
     linalg::CscMatrix,
 };
 
-/// The panes, the law of each, and the counters of a solve.
+/// The panes and the law of each.
 #[derive(Debug)]
 pub struct PaneLaws {
     /// The order of the multipliers.
@@ -22,8 +20,6 @@ pub struct PaneLaws {
     pub friction: InterfaceFriction,
     /// How slips are made of tangential displacements.
     pub slip: SlipMap,
-    /// Projections on ellipses so far.
-    pub(super) projections: AtomicUsize,
 }
 
 /// The slip bound and the friction of an inner problem.
@@ -36,25 +32,6 @@ pub struct CoulombState {
 }
 
 impl PaneLaws {
-    /// Panes of given areas in m² and weights of nodal values, with laws that count from here on.
-    #[must_use]
-    pub fn new(
-        layout: MultiplierLayout,
-        area: Vec<f64>,
-        average: CscMatrix,
-        friction: InterfaceFriction,
-        slip: SlipMap,
-    ) -> Self {
-        Self {
-            layout,
-            area,
-            average,
-            friction,
-            slip,
-            projections: AtomicUsize::new(0),
-        }
-    }
-
     /// Number of panes m.
     #[must_use]
     pub fn n_panes(&self) -> usize {
@@ -73,13 +50,13 @@ impl PaneLaws {
     /// The admissible set of frictionless contact or of Tresca's law; with Coulomb's law that of
     /// a given state.
     #[must_use]
-    pub fn feasible_set(&self, coulomb: Option<&CoulombState>) -> FeasibleSet<'_> {
+    pub fn feasible_set(&self, coulomb: Option<&CoulombState>) -> FeasibleSet {
         let semi_axes = match (&self.friction, coulomb) {
             (InterfaceFriction::Tresca(semi_axes), _) => semi_axes.clone(),
             (InterfaceFriction::Coulomb(_), Some(state)) => state.semi_axes(),
             (InterfaceFriction::Frictionless | InterfaceFriction::Coulomb(_), _) => Vec::new(),
         };
-        FeasibleSet::new(self.n_panes(), semi_axes, &self.projections)
+        FeasibleSet::new(self.n_panes(), semi_axes)
     }
 
     /// The state of friction under normal stresses in Pa, which `pressure` makes pressures of, at slips of the contact nodes in m;
@@ -105,19 +82,6 @@ impl PaneLaws {
     /// Evaluations of the friction law at nodes so far.
     pub(super) fn law_evaluations(&self) -> usize {
         self.coulomb().map_or(0, CoulombLaw::evaluations)
-    }
-
-    /// Projections on ellipses so far.
-    pub(super) fn projections(&self) -> usize {
-        self.projections.load(Ordering::Relaxed)
-    }
-
-    /// Sets the counters, for a solve that goes on from a checkpoint.
-    pub(super) fn restore_counters(&self, law_evaluations: usize, projections: usize) {
-        if let Some(law) = self.coulomb() {
-            law.set_evaluations(law_evaluations);
-        }
-        self.projections.store(projections, Ordering::Relaxed);
     }
 }
 

@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{
     contact::{Interface, MultiplierLayout},
-    dual::{Assembly, ContactSystem, DualSystem, ExplicitDual},
+    dual::{Assembly, ContactSystem, DualSystem},
     linalg::{Doubled, Precision},
     mesh::ContactSurface,
     scene::SolveSettings,
@@ -34,16 +34,17 @@ use crate::{
 /// the slip. Frictionless contact has g = 0; Tresca's law a given g, and then λ minimises ½ λᵀSλ − λᵀh over the ellipses; Coulomb's
 /// law g = λ_ν and 𝓕 = 𝓕(u_t), which is a fixed point of such minimisations. [`super::conditions`] has the natural map R, whose roots
 /// are the solutions.
-pub(crate) struct ContactProblem<'a> {
+pub struct ContactProblem<'a> {
     /// S, h and the equilibrium of rigid-body motions.
-    dual: Cow<'a, ContactSystem>,
-    laws: PaneLaws,
-    body: ContactBody<'a>,
+    pub(super) dual: Cow<'a, ContactSystem>,
+    pub(super) laws: PaneLaws,
+    pub(super) body: ContactBody<'a>,
 }
 
 impl<'a> ContactProblem<'a> {
     /// `None` where the assembly has no contact face.
-    pub(crate) fn new(system: &'a DualSystem, face: ContactState<'a>) -> Option<Self> {
+    #[must_use]
+    pub fn new(system: &'a DualSystem, face: ContactState<'a>) -> Option<Self> {
         let (assembly, dual) = (&system.assembly, system.contact.as_ref()?);
         let balanced = dual.balanced(assembly, face.surface, face.interface);
         Some(Self {
@@ -53,31 +54,27 @@ impl<'a> ContactProblem<'a> {
         })
     }
 
-    pub(super) fn dual(&self) -> &ContactSystem {
-        &self.dual
-    }
-
-    pub(super) fn laws(&self) -> &PaneLaws {
-        &self.laws
-    }
-
-    pub(super) fn body(&self) -> ContactBody<'a> {
-        self.body
-    }
-
-    /// Solves the problem as [`super::solve()`] says; counts of laws and projections go on from an earlier solve.
-    pub(crate) fn solve(
+    /// Solves the problem as the settings say from a start; counts of evaluations of laws go on from an earlier solve. The solution
+    /// lacks its `local_mapping`.
+    ///
+    /// # Errors
+    /// [`NeedsExplicit`] when Newton's method is asked for and S is not dense.
+    pub fn solve(
         &self,
         settings: &SolveSettings,
         start: Start<'_>,
         observe: &mut dyn FnMut(Progress<'_>),
     ) -> Result<Solution, NeedsExplicit> {
+        let n = self.dual.layout().n_multipliers();
         let solve = ContactSolve {
             dual: &self.dual,
             laws: &self.laws,
             body: self.body,
             settings,
-            start: start.fitting(self.dual.layout().n_multipliers()),
+            start: Start {
+                multiplier: start.multiplier.filter(|it| it.len() == n),
+                checkpoint: start.checkpoint.filter(|it| it.multiplier.len() == n),
+            },
         };
         solve.run(observe)
     }
@@ -100,22 +97,74 @@ impl<'a> ContactProblem<'a> {
 
 /// One solve of a contact problem: the problem, the settings, and where it begins.
 pub(super) struct ContactSolve<'a> {
-    /// S and h, and the balance of a body that floats.
+    /// S and h, and the equilibrium of rigid-body motions.
     pub(super) dual: &'a ContactSystem,
     pub(super) laws: &'a PaneLaws,
-    /// Where exact residuals come from.
+    /// Where residuals in twice the working precision come from.
     pub(super) body: ContactBody<'a>,
     pub(super) settings: &'a SolveSettings,
     pub(super) start: Start<'a>,
 }
 
 impl ContactSolve<'_> {
-    /// The unknowns of an answer: its multipliers, and its rigid motions where the body floats.
+    /// The unknowns of a solution: its multipliers, and its rigid motions where the body floats.
     pub(super) fn unknowns(&self, solution: &Solution) -> Vec<f64> {
         let mut unknowns = solution.multiplier.clone();
         unknowns.extend(solution.rigid.iter().flat_map(|rigid| &rigid.motion));
         unknowns.resize(self.dual.n_unknowns(), 0.0);
         unknowns
+    }
+
+    /// A⁻¹(l − Bᵀλ) to the share `target`, from that of unknowns nearby, with u, and B u − gap in twice the working precision.
+    pub(super) fn state_at(
+        &self,
+        unknowns: &[f64],
+        start: Option<&Doubled>,
+        target: f64,
+    ) -> RefinedState {
+        let ContactBody { assembly, face } = self.body;
+        let solved = self.dual.refined(assembly, unknowns, start, target);
+        let (surface, interface, dofs) = (face.surface, face.interface, &assembly.primal.dofs);
+        let mut displacement = solved.value.clone();
+        let (_, motion) = self.dual.parts(unknowns);
+        self.dual.add_motion(motion, &mut displacement);
+        let gap_residual = self
+            .dual
+            .gap_residual_refined(&solved, unknowns, dofs, surface, interface);
+        RefinedState {
+            gap_residual,
+            displacement,
+            solved,
+        }
+    }
+
+    /// R at unknowns, with the displacement of [`Self::state_at`].
+    pub(super) fn residual_at(
+        &self,
+        conditions: &Conditions<'_>,
+        unknowns: &[f64],
+        start: Option<&Doubled>,
+        target: f64,
+    ) -> (RefinedState, Evaluation) {
+        let state = self.state_at(unknowns, start, target);
+        let (displacement, gap_residual) = (&state.displacement, &state.gap_residual);
+        let body = &self.body;
+        let here = body.conditions_at(self.dual, conditions, unknowns, displacement, gap_residual);
+        (state, here)
+    }
+
+    /// S v − G α in m³ and the change of (u_t1, u_t2) at the contact nodes in m, for a change v of the multipliers that moves the
+    /// body by −`moved` and α of the motions.
+    pub(super) fn change(&self, mut moved: Vec<f64>, motion: &[f64]) -> (Vec<f64>, Vec<[f64; 2]>) {
+        if let Some(balance) = self.dual.rigid() {
+            let back: Vec<f64> = motion.iter().map(|a| -a).collect();
+            balance.coupling.add_motion(&back, &mut moved);
+        }
+        let ContactBody { assembly, face } = self.body;
+        let (frame, dofs) = (&face.interface.frame, &assembly.primal.dofs);
+        let slips = frame.nodal_tangential(face.surface, |node| dofs.change_at_node(node, &moved));
+        let slips = slips.iter().map(|u| u.map(|u| -u)).collect();
+        (self.dual.coupling.integrate(&moved), slips)
     }
 }
 
@@ -155,20 +204,6 @@ pub struct OuterState {
     pub history: Vec<OuterStep>,
     /// Evaluations of the friction law so far.
     pub law_evaluations: usize,
-    /// Projections on an ellipse so far.
-    pub projections: usize,
-}
-
-impl Start<'_> {
-    /// What of this start fits.
-    pub(super) fn fitting(self, n_multipliers: usize) -> Self {
-        Self {
-            multiplier: self.multiplier.filter(|m| m.len() == n_multipliers),
-            checkpoint: self
-                .checkpoint
-                .filter(|state| state.multiplier.len() == n_multipliers),
-        }
-    }
 }
 
 /// A method that needs what the assembled problem does not hold.
@@ -197,8 +232,8 @@ pub struct ContactBody<'a> {
     pub face: ContactState<'a>,
 }
 
-/// What belongs to some unknowns, to rounding.
-pub(super) struct Exact {
+/// The displacement of some unknowns, in twice the working precision.
+pub(super) struct RefinedState {
     /// A⁻¹(l − Bᵀλ) in m, u of a body that supports hold.
     pub(super) solved: Doubled,
     /// u.
@@ -217,13 +252,13 @@ impl ContactState<'_> {
     /// The panes and their laws, for one solve.
     #[must_use]
     pub fn laws(&self) -> PaneLaws {
-        PaneLaws::new(
-            MultiplierLayout::new(self.n_panes(), self.interface.n_friction_panes()),
-            self.surface.pane_area.clone(),
-            self.surface.pane_average.clone(),
-            self.interface.friction.clone(),
-            self.interface.slip.clone(),
-        )
+        PaneLaws {
+            layout: MultiplierLayout::new(self.n_panes(), self.interface.n_friction_panes()),
+            area: self.surface.pane_area.clone(),
+            average: self.surface.pane_average.clone(),
+            friction: self.interface.friction.clone(),
+            slip: self.interface.slip.clone(),
+        }
     }
 }
 
@@ -238,41 +273,6 @@ impl ContactBody<'_> {
         let (surface, frame) = (self.face.surface, &self.face.interface.frame);
         let dofs = &self.assembly.primal.dofs;
         frame.nodal_tangential(surface, |node| dofs.at_node(node, displacement))
-    }
-
-    /// A⁻¹(l − Bᵀλ) to the share `target`, from that of unknowns nearby, with u, and B u − gap in twice the working precision.
-    pub(super) fn exact(
-        &self,
-        dual: &ContactSystem,
-        unknowns: &[f64],
-        start: Option<&Doubled>,
-        target: f64,
-    ) -> Exact {
-        let solved = dual.refined(self.assembly, unknowns, start, target);
-        let (surface, interface) = (self.face.surface, self.face.interface);
-        let dofs = &self.assembly.primal.dofs;
-        let mut displacement = solved.value.clone();
-        dual.add_motion(dual.parts(unknowns).1, &mut displacement);
-        Exact {
-            gap_residual: dual.gap_residual_refined(&solved, unknowns, dofs, surface, interface),
-            displacement,
-            solved,
-        }
-    }
-
-    /// R at unknowns, with the exact displacement of [`Self::exact`].
-    pub(super) fn residual_at(
-        &self,
-        dual: &ContactSystem,
-        conditions: &Conditions<'_>,
-        unknowns: &[f64],
-        start: Option<&Doubled>,
-        target: f64,
-    ) -> (Exact, Evaluation) {
-        let exact = self.exact(dual, unknowns, start, target);
-        let (displacement, gap_residual) = (&exact.displacement, &exact.gap_residual);
-        let here = self.conditions_at(dual, conditions, unknowns, displacement, gap_residual);
-        (exact, here)
     }
 
     /// R at unknowns with their displacement u in m and B u − gap in m³.
@@ -290,44 +290,5 @@ impl ContactBody<'_> {
             gradient.extend(balance.equilibrium_residual(multiplier, motion));
         }
         conditions.evaluate(unknowns, &gradient, &self.tangential(displacement))
-    }
-
-    /// The dense dual problem written about unknowns.
-    pub(super) fn about(
-        &self,
-        dual: &ExplicitDual,
-        unknowns: &[f64],
-        exact: &Exact,
-    ) -> ExplicitDual {
-        let (surface, frame) = (self.face.surface, &self.face.interface.frame);
-        let dofs = &self.assembly.primal.dofs;
-        let gap_residual = exact.gap_residual.clone();
-        dual.about(
-            unknowns,
-            &exact.displacement,
-            gap_residual,
-            surface,
-            frame,
-            dofs,
-        )
-    }
-
-    /// S v − G α in m³ and the change of (u_t1, u_t2) at the contact nodes in m, for a change v of the multipliers that moves the
-    /// body by −`moved` and α of the motions.
-    pub(super) fn change(
-        &self,
-        dual: &ContactSystem,
-        mut moved: Vec<f64>,
-        motion: &[f64],
-    ) -> (Vec<f64>, Vec<[f64; 2]>) {
-        if let Some(balance) = dual.rigid() {
-            let back: Vec<f64> = motion.iter().map(|a| -a).collect();
-            balance.coupling.add_motion(&back, &mut moved);
-        }
-        let (surface, frame) = (self.face.surface, &self.face.interface.frame);
-        let dofs = &self.assembly.primal.dofs;
-        let slips = frame.nodal_tangential(surface, |node| dofs.change_at_node(node, &moved));
-        let slips = slips.iter().map(|u| u.map(|u| -u)).collect();
-        (dual.coupling.integrate(&moved), slips)
     }
 }

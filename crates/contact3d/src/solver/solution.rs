@@ -1,126 +1,105 @@
-//! What a solve returns: status, answer, and the history of its steps.
+//! What a solve returns: status, solution, and the history of its steps.
 
 use std::ops::AddAssign;
 
 use super::{CoulombState, LocalMapping, StartStrategy, problem::ContactSolve};
 use crate::{contact::CoulombLaw, scene::SolveSettings};
 
-/// How a solve ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Status {
-    /// The accuracy ε was reached.
-    #[default]
+worded! {
+    /// What a solve came to: the error of its solution decides, not how its method stopped.
+    #[derive(Default)]
+    enum Status {
+        /// The accuracy ε was reached.
+        #[default]
+        Converged = "converged",
+        /// The outer loop ran out of steps.
+        MaxOuterSteps = "max_outer_steps",
+        /// An inner problem ran out of applications of S.
+        MaxOperatorApplications = "max_operator_applications",
+        /// A value was not finite, or a coefficient of friction not positive at the slips reached.
+        NumericalError = "numerical_error",
+        /// Rounding forbids ε; the accuracy reached is the best there is.
+        MachinePrecision = "machine_precision",
+        /// Newton's method found no solution from any start.
+        MaxNewtonSteps = "max_newton_steps",
+        /// Successive approximations return to where they were: they will never converge.
+        Cycling = "cycling",
+        /// The stopping rule of the method is met, and λ is near the solution, but further from it
+        /// than about ε: the accuracy reached is known.
+        ReducedAccuracy = "reduced_accuracy",
+        /// The stopping rule of the method is met, but λ is no solution.
+        Inaccurate = "inaccurate",
+        /// No contact forces that the laws admit hold a body that floats; the mechanism proves it.
+        NoEquilibrium = "no_equilibrium",
+    }
+}
+
+/// Why a method stopped, by its own rule.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StopReason {
+    /// Its residual, or the change of its last step, is within the tolerance.
     Converged,
+    /// Rounding forbids the tolerance; what is reached is the best there is.
+    RoundingLimit,
+    /// The steps of Newton's method ran out, or the residual fell no further and nothing was left to try.
+    MaxSteps,
     /// The outer loop ran out of steps.
     MaxOuterSteps,
     /// An inner problem ran out of applications of S.
     MaxOperatorApplications,
-    /// A value was not finite, or a coefficient of friction not positive at the slips reached.
-    NumericalError,
-    /// Rounding forbids ε; the accuracy reached is the best there is.
-    MachinePrecision,
-    /// Newton's method found no solution from any start.
-    MaxNewtonSteps,
-    /// Successive approximations return to where they were: they will never converge.
+    /// Successive approximations return to where they were.
     Cycling,
-    /// The stopping rule of the method is met, and the answer is near the solution, but further from it
-    /// than about ε: the accuracy reached is known.
-    ReducedAccuracy,
-    /// The stopping rule of the method is met, but the answer is no solution.
-    Inaccurate,
-    /// No contact forces that the laws admit hold a body that floats; the mechanism proves it.
-    NoEquilibrium,
+    /// A value was not finite.
+    NumericalError,
 }
 
-/// What a solve is held to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RequestedAccuracy {
-    /// The best that rounding allows. A default ε is no more than that, and ladders of accuracy and checks of
-    /// stability ask how good the best is.
-    MachinePrecision,
-    /// An ε that was asked for by name.
-    Epsilon,
-}
-
-impl RequestedAccuracy {
-    /// What the settings of a scene ask for.
+impl StopReason {
+    /// Whether the method found what it looked for, as well as rounding allows.
     #[must_use]
-    pub fn of(settings: &SolveSettings) -> Self {
-        match settings.epsilon {
-            None => Self::MachinePrecision,
-            Some(_) => Self::Epsilon,
-        }
+    pub fn is_solution(self) -> bool {
+        matches!(self, Self::Converged | Self::RoundingLimit)
     }
+}
+
+/// What a method found before the error of its solution is measured.
+#[derive(Debug, Clone)]
+pub struct MethodResult {
+    /// Why it stopped.
+    pub stop: StopReason,
+    /// What its rule measures: the last change of successive approximations, or the residual of a minimisation.
+    pub measure: f64,
+    /// The solution, still without a status.
+    pub solution: Solution,
 }
 
 impl Status {
-    /// Whether the solve is a success: the one definition, which exit codes, counts of sweeps and verdicts share.
+    /// Whether there is a solution, as accurate as was asked or not.
     ///
-    /// An answer that only met the stopping rule of its method is one: the rule is what the method promises, and the
+    /// A solution that only met the stopping rule of its method is one: the rule is what the method promises, and the
     /// error, at most 5 per cent, is said.
     #[must_use]
-    pub fn is_success(self, goal: RequestedAccuracy) -> bool {
-        match self {
-            Self::Converged | Self::ReducedAccuracy => true,
-            Self::MachinePrecision => match goal {
-                RequestedAccuracy::MachinePrecision => true,
-                RequestedAccuracy::Epsilon => false,
-            },
-            Self::MaxOuterSteps
-            | Self::MaxOperatorApplications
-            | Self::NumericalError
-            | Self::MaxNewtonSteps
-            | Self::Cycling
-            | Self::Inaccurate
-            | Self::NoEquilibrium => false,
-        }
-    }
-
-    /// Whether the answer is a solution, as accurate as was asked or not: a success by [`RequestedAccuracy::MachinePrecision`].
-    #[must_use]
     pub fn is_solved(self) -> bool {
-        self.is_success(RequestedAccuracy::MachinePrecision)
+        matches!(
+            self,
+            Self::Converged | Self::ReducedAccuracy | Self::MachinePrecision
+        )
     }
 
-    /// All of them.
-    pub const ALL: [Self; 10] = [
-        Self::Converged,
-        Self::MaxOuterSteps,
-        Self::MaxOperatorApplications,
-        Self::NumericalError,
-        Self::MachinePrecision,
-        Self::MaxNewtonSteps,
-        Self::Cycling,
-        Self::ReducedAccuracy,
-        Self::Inaccurate,
-        Self::NoEquilibrium,
-    ];
+    /// Whether the solve is a success: the one definition, which exit codes and counts of sweeps share. An ε that settings name is to be
+    /// reached; a default one is no more than the best that rounding allows.
+    #[must_use]
+    pub fn is_success(self, settings: &SolveSettings) -> bool {
+        self.is_solved() && (self != Self::MachinePrecision || settings.epsilon.is_none())
+    }
 
     /// The status that programs see as `word`.
     #[must_use]
     pub fn of_word(word: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|status| status.word() == word)
-    }
-
-    /// The status as programs see it.
-    #[must_use]
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Converged => "converged",
-            Self::MaxOuterSteps => "max_outer_steps",
-            Self::MaxOperatorApplications => "max_operator_applications",
-            Self::NumericalError => "numerical_error",
-            Self::MachinePrecision => "machine_precision",
-            Self::MaxNewtonSteps => "max_newton_steps",
-            Self::Cycling => "cycling",
-            Self::ReducedAccuracy => "reduced_accuracy",
-            Self::Inaccurate => "inaccurate",
-            Self::NoEquilibrium => "no_equilibrium",
-        }
+        Self::ALL.iter().copied().find(|it| it.word() == word)
     }
 }
 
-/// Which algorithm gave the answer.
+/// Which algorithm gave the solution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SolvedBy {
     /// Successive approximations.
@@ -137,9 +116,9 @@ pub enum SolvedBy {
 /// The discrete solution and how it was reached.
 #[derive(Debug, Clone, Default)]
 pub struct Solution {
-    /// How the solve ended.
+    /// What the solve came to.
     pub status: Status,
-    /// Relative error of λ, measured by one more solution from it with exact residuals: weighted by
+    /// Relative error of λ, measured by one more solution from it with refined residuals: weighted by
     /// areas, the larger of that of λ_ν and of that of λ_t, relative to max(‖λ_t‖, ‖F λ_ν‖), or to the load
     /// where forces vanish beside it. The last change err of successive approximations, or the residual of a minimisation, that did not end.
     pub accuracy: f64,
@@ -212,18 +191,16 @@ pub struct Trace {
     pub applications: usize,
     /// Evaluations of the friction law at a node.
     pub law_evaluations: usize,
-    /// Projections on an ellipse.
-    pub projections: usize,
 }
 
 impl Solution {
-    /// Whether there is anything to measure: an answer, good or bad, and not a body at rest where a solve found none.
+    /// Whether there is anything to measure: a displacement, good or bad, and not a body at rest where a solve found none.
     #[must_use]
-    pub fn has_answer(&self) -> bool {
+    pub fn has_computed_solution(&self) -> bool {
         self.status.is_solved() || self.displacement.iter().any(|u| *u != 0.0)
     }
 
-    /// A later answer of the same solve, with the steps and applications of both.
+    /// A later solution of the same solve, with the steps and applications of both.
     pub(super) fn merged_with(self, next: Self) -> Self {
         Self {
             trace: Trace {
@@ -287,16 +264,13 @@ pub struct NewtonStep {
     pub free_unknowns: usize,
     /// Whether a safeguard replaced Newton's step.
     pub fallback: bool,
-    /// Share τ of the law in the law F₀^(1−τ) F^τ of the step: 1 unless the law was approached by
-    /// continuation.
-    pub law_share: f64,
     /// Wall-clock seconds.
     pub seconds: f64,
 }
 
 impl Solution {
     /// What is known of a body that floats and for which no contact forces were found: it rests, without any.
-    pub(super) fn unsolved(status: Status, problem: &ContactSolve<'_>) -> Self {
+    pub(super) fn unsolved(problem: &ContactSolve<'_>) -> Self {
         let (laws, primal) = (problem.laws, &problem.body.assembly.primal);
         let displacement = vec![0.0; primal.dofs.n_free];
         let unpressed = |law: &CoulombLaw| {
@@ -308,8 +282,6 @@ impl Solution {
             }
         };
         Self {
-            status,
-            accuracy: 1.0,
             friction: laws.coulomb().map(unpressed),
             multiplier: vec![0.0; laws.layout.n_multipliers()],
             rigid: primal

@@ -5,8 +5,8 @@
 //! 2. *Operator.* With a dense S Newton's method has the matrix of its derivative. Without, it multiplies with S through the factor, or
 //!    a gradient method does ([`super::by_products`]).
 //! 3. *Strategies.* Starts of Newton's method are tried in order ([`super::strategy`]) until one leads to a solution.
-//! 4. *Refinement.* The displacement of the solution is solved in twice the working precision, and Newton's method goes on with exact
-//!    residuals. The way that is left is the error of λ ([`super::accuracy`]).
+//! 4. *Refinement.* Displacements and gaps are solved in twice the working precision, and Newton's method goes on with these refined
+//!    residuals. The distance that is left is the error of λ ([`super::accuracy`]).
 //! 5. *Assessment.* The error decides the status ([`super::assessment`]).
 //!
 //! Algorithm 4.1 of the paper (`solve.method = "fixed_point"`) takes the place of 3 and 4, and its error is measured alike.
@@ -14,19 +14,19 @@
 use std::time::Instant;
 
 use super::{
-    ContactState, FrictionState, Inner, NeedsExplicit, OuterStep, Progress, RigidMotions, Solution,
-    SolvedBy, Start, Status, StepCounts, SuccessiveApproximations, Trace,
-    accuracy::{DenseModel, Refined},
-    assessment::{Assessment, REFINEMENT_TARGET, has_diverged, has_lost_its_gaps},
+    FrictionState, Inner, MethodResult, NeedsExplicit, OuterStep, Progress, RigidMotions, Solution,
+    SolvedBy, Status, StopReason, SuccessiveApproximations, Trace,
+    accuracy::Refined,
+    assessment::{Assessment, REFINEMENT_TARGET, is_far},
     conditions::Bound,
     coulomb_state,
     equilibrium::{mechanism, null_space_motions, sliding_mechanism},
     evaluate_mapping,
     inner::projected_gradient_steplength,
     minimisation::minimise,
-    newton::{NewtonSolution, NewtonStatus},
+    newton::NewtonSolution,
     pane_laws::slip_of,
-    problem::{ContactProblem, ContactSolve},
+    problem::ContactSolve,
     strategy::{NewtonDriver, StartStrategy},
 };
 use crate::{
@@ -34,26 +34,8 @@ use crate::{
         BalancedOperator, BodyOperator, ContactOperator, DualOperator, DualSystem, ExplicitDual,
         LocalStiffness, PrimalOperator,
     },
-    scene::{Method, SolveSettings},
+    scene::Method,
 };
-
-/// Solves the discrete problem as the settings say from a start, by no more than its model features ask for: one solve
-/// without contact, one minimisation without friction or with a given slip bound. The solution lacks its `local_mapping`.
-///
-/// # Errors
-/// [`NeedsExplicit`] when Newton's method is asked for and S is not dense.
-pub fn solve(
-    system: &DualSystem,
-    contact: Option<&ContactState<'_>>,
-    settings: &SolveSettings,
-    start: Start<'_>,
-    observe: &mut dyn FnMut(Progress<'_>),
-) -> Result<Solution, NeedsExplicit> {
-    match contact.and_then(|face| ContactProblem::new(system, *face)) {
-        Some(problem) => problem.solve(settings, start, observe),
-        None => Ok(without_contact(system)),
-    }
-}
 
 /// u = A⁻¹l.
 pub(crate) fn without_contact(system: &DualSystem) -> Solution {
@@ -75,7 +57,7 @@ impl ContactSolve<'_> {
         observe: &mut dyn FnMut(Progress<'_>),
     ) -> Result<Solution, NeedsExplicit> {
         if let Some(mechanism) = self.mechanism() {
-            let mut solution = Solution::unsolved(Status::NoEquilibrium, self);
+            let mut solution = Solution::unsolved(self).assessed(Assessment::of_mechanism());
             solution.rigid.get_or_insert_default().mechanism = Some(mechanism);
             return Ok(solution);
         }
@@ -107,11 +89,6 @@ impl ContactSolve<'_> {
     ) -> Solution {
         let started = Instant::now();
         let local = LocalStiffness::new(dual);
-        let model = DenseModel {
-            dual,
-            local: &local,
-            bound,
-        };
         let driver = NewtonDriver {
             dual,
             bound,
@@ -121,7 +98,7 @@ impl ContactSolve<'_> {
         let mut trace = Trace::default();
         let mut best: Option<(StartStrategy, Refined)> = None;
         let mut least = f64::INFINITY;
-        let mut fixed_point: Option<Solution> = None;
+        let mut fixed_point: Option<MethodResult> = None;
         for strategy in driver.strategies() {
             let found = if strategy == StartStrategy::SuccessiveApproximations {
                 if self.settings.method == Method::Newton {
@@ -135,16 +112,17 @@ impl ContactSolve<'_> {
                 let observe = |k: usize, step: &_| observe(Progress::Newton(k, step));
                 driver.run(strategy, trace.newton.len(), observe)
             };
-            let mut next = if found.is_solution() {
-                self.refined(&model, strategy, &found.multiplier, self.tolerance())
+            let mut next = if found.stop.is_solution() {
+                self.refined(&driver, strategy, &found.multiplier, self.tolerance())
             } else {
-                self.exact(&model, &found.multiplier, None, f64::EPSILON)
+                self.about(&driver, &found.multiplier, None, f64::EPSILON)
             };
             trace
                 .newton
                 .extend(found.history.iter().chain(&next.history));
             trace.applications += found.evaluations + next.applications;
-            if self.dual.rigid().is_some() && has_lost_its_gaps(&next.displacement, self.laws) {
+            let most = f64::EPSILON.sqrt().recip();
+            if self.dual.rigid().is_some() && is_far(&next.displacement, self.laws, most) {
                 next.error = f64::INFINITY;
             }
             // NaN is no progress. Where nothing led to a solution, what came closest is where another try may begin.
@@ -161,24 +139,24 @@ impl ContactSolve<'_> {
             }
         }
         let (strategy, best) = best.expect("some strategy always applies");
-        let mut solution = self.assessed(&model, strategy, best, fixed_point, started);
+        let mut solution = self.assessed(&driver, strategy, best, fixed_point, started);
         solution.trace.applications += trace.applications;
         solution.trace.newton = trace.newton;
         solution
     }
 
     /// Successive approximations as a start of Newton's method, which needs no more than one in the right zones.
-    fn found_by_approximations(&self, outer: &Solution) -> NewtonSolution {
+    fn found_by_approximations(&self, outer: &MethodResult) -> NewtonSolution {
         NewtonSolution {
             // Whatever their rule says: a cycle may turn about a solution.
-            status: match outer.status {
-                Status::NumericalError => NewtonStatus::NumericalError,
-                _ => NewtonStatus::Converged,
+            stop: match outer.stop {
+                StopReason::NumericalError => StopReason::NumericalError,
+                _ => StopReason::Converged,
             },
-            multiplier: self.unknowns(outer),
-            residual: outer.accuracy,
+            multiplier: self.unknowns(&outer.solution),
+            residual: outer.measure,
             history: Vec::new(),
-            evaluations: outer.trace.applications,
+            evaluations: outer.solution.trace.applications,
         }
     }
 
@@ -190,21 +168,23 @@ impl ContactSolve<'_> {
     /// A refined solution with its status, ᾱ, and one evaluation of Ψ.
     fn assessed(
         &self,
-        model: &DenseModel<'_>,
+        driver: &NewtonDriver<'_>,
         strategy: StartStrategy,
         found: Refined,
-        fixed_point: Option<Solution>,
+        fixed_point: Option<MethodResult>,
         started: Instant,
     ) -> Solution {
-        let DenseModel { dual, local, bound } = *model;
+        let NewtonDriver {
+            dual, local, bound, ..
+        } = *driver;
+        let mut numbers = found.multiplier.iter().chain(&found.displacement);
         let assessment = match &fixed_point {
-            _ if !found.is_finite() => Assessment {
-                status: Status::NumericalError,
-                accuracy: found.error.min(1.0),
-            },
+            _ if !numbers.all(|v| v.is_finite()) => {
+                Assessment::of_no_solution(found.error).out_of_range()
+            }
             // Successive approximations may leave the range of numbers where Newton's method only finds nothing.
-            Some(outer) if !found.is_solution() && outer.status != Status::NumericalError => {
-                Assessment::of_lost_fixed_point(outer.ending(), found.error)
+            Some(outer) if !found.is_solution() && outer.stop != StopReason::NumericalError => {
+                Assessment::of_lost_fixed_point(outer, found.error)
             }
             _ if !found.is_solution() => Assessment::of_no_solution(found.error),
             _ => Assessment::of_refined(found.error, self.settings.epsilon(), dual.rounding()),
@@ -221,12 +201,11 @@ impl ContactSolve<'_> {
             Bound::Frozen(_) => {
                 trace.solved_by = SolvedBy::Minimisation;
                 trace.history = vec![OuterStep {
-                    change: 0.0,
                     inner_tolerance: self.tolerance(),
                     inner_residual: found.error.min(1.0),
-                    steps: StepCounts::default(),
                     applications: trace.applications,
                     seconds: started.elapsed().as_secs_f64(),
+                    ..OuterStep::default()
                 }];
                 None
             }
@@ -247,7 +226,7 @@ impl ContactSolve<'_> {
             }
         };
         if let Some(outer) = fixed_point {
-            trace.history = outer.trace.history;
+            trace.history = outer.solution.trace.history;
         }
         let motion = dual.rigid.is_some().then(|| dual.motion(&found.multiplier));
         Solution {
@@ -271,17 +250,20 @@ impl ContactSolve<'_> {
             solution = solution.assessed(assessment);
         }
         solution.trace.law_evaluations = laws.law_evaluations();
-        solution.trace.projections = laws.projections();
         if let Some(balance) = dual.rigid() {
             let rigid = solution.rigid.get_or_insert_default();
             rigid.motion = balance.add_reference(&rigid.motion, &mut solution.displacement);
             // Where no strategy led to a solution, the place of the last iterate means nothing.
             let is_nowhere = solution.status == Status::MaxNewtonSteps
-                || has_diverged(&solution.displacement, laws);
+                || is_far(&solution.displacement, laws, 1.0);
             if !solution.status.is_solved() && is_nowhere {
+                let assessment = Assessment {
+                    accuracy: 1.0,
+                    ..solution.assessment()
+                };
                 return Solution {
                     trace: solution.trace,
-                    ..Solution::unsolved(solution.status, self)
+                    ..Solution::unsolved(self).assessed(assessment)
                 };
             }
             rigid.null_space = null_space_motions(assembly, balance);
@@ -300,7 +282,7 @@ impl ContactSolve<'_> {
         &self,
         inner: Inner<'_>,
         observe: &mut dyn FnMut(Progress<'_>),
-    ) -> Solution {
+    ) -> MethodResult {
         self.with_operator(|operator| {
             let Some(law) = self.laws.coulomb() else {
                 let first = self.start.multiplier;
@@ -318,28 +300,31 @@ impl ContactSolve<'_> {
         })
     }
 
-    fn with_operator(&self, run: impl FnOnce(&mut BodyOperator<'_, '_>) -> Solution) -> Solution {
+    fn with_operator(
+        &self,
+        run: impl FnOnce(&mut BodyOperator<'_, '_>) -> MethodResult,
+    ) -> MethodResult {
         let assembly = self.body.assembly;
         let mut operator: Box<dyn PrimalOperator + '_> = match self.dual.explicit() {
             Some(dual) => Box::new(ContactOperator::explicit(dual, assembly, self.dual)),
             None => Box::new(ContactOperator::implicit(assembly, self.dual)),
         };
-        let mut solution = match self.dual.rigid() {
+        let mut found = match self.dual.rigid() {
             None => run(&mut BodyOperator::Constrained(&mut *operator)),
             Some(balance) => {
                 let mut operator = BalancedOperator::new(operator, balance);
-                let solution = run(&mut BodyOperator::Floating(&mut operator));
-                Solution {
-                    rigid: Some(RigidMotions::of(&operator.motion(&solution.multiplier))),
-                    ..solution
-                }
+                let mut found = run(&mut BodyOperator::Floating(&mut operator));
+                let motion = operator.motion(&found.solution.multiplier);
+                found.solution.rigid = Some(RigidMotions::of(&motion));
+                found
             }
         };
-        let unknowns = self.unknowns(&solution);
+        let unknowns = self.unknowns(&found.solution);
         let solved = self.dual.refined(assembly, &unknowns, None, f64::EPSILON);
-        solution.displacement = solved.value;
+        found.solution.displacement = solved.value;
         let (_, motion) = self.dual.parts(&unknowns);
-        self.dual.add_motion(motion, &mut solution.displacement);
-        solution
+        self.dual
+            .add_motion(motion, &mut found.solution.displacement);
+        found
     }
 }

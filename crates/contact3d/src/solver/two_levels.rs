@@ -20,7 +20,7 @@ use crate::{
 const AGGREGATE_COLUMNS: usize = 32;
 const AGGREGATE_ROWS: usize = 4096;
 
-/// What is known of an implicit S: its aggregates, and how panes yield.
+/// What is known of an implicit S: its aggregates, and the compliance of panes.
 pub(super) struct PaneLevels {
     aggregates: Aggregates,
     /// D in m³/Pa, 0 where a component moves nothing, `[n_multipliers]`.
@@ -71,7 +71,7 @@ impl<'a> TwoLevels<'a> {
         let derivative = |direction: &[f64], gradient: &[f64]| {
             conditions.derivative(at, direction, gradient, &no_slip)
         };
-        Self::new(levels, conditions.layout(), derivative)
+        Self::new(levels, conditions.layout, derivative)
     }
 
     /// Of ρ S_νν alone, for a face that slides freely and does not lift off.
@@ -106,7 +106,7 @@ impl<'a> TwoLevels<'a> {
         let mut moved = Mat::zeros(products.nrows(), products.ncols());
         for j in 0..products.ncols() {
             let mut change = derivative(&at_rest, aggregates.products.col_as_slice(j));
-            levels.apply_blocks(&mut change);
+            levels.apply_each(&mut change, |block| *block);
             moved.col_as_slice_mut(j).copy_from_slice(&change);
         }
         let sum = &aggregates.operator + product(products.transpose(), moved.as_ref());
@@ -116,7 +116,7 @@ impl<'a> TwoLevels<'a> {
 
     pub(super) fn apply(&self, v: &[f64]) -> Vec<f64> {
         let mut x = v.to_vec();
-        self.apply_blocks(&mut x);
+        self.apply_each(&mut x, |block| *block);
         if let Some((moved, factor)) = &self.coarse {
             let mut along = along(self.products, &x);
             factor.solve(&mut along);
@@ -135,10 +135,6 @@ impl<'a> TwoLevels<'a> {
         }
         self.apply_each(&mut x, Matrix3::transpose);
         x
-    }
-
-    fn apply_blocks(&self, x: &mut [f64]) {
-        self.apply_each(x, |block| *block);
     }
 
     fn apply_each(&self, x: &mut [f64], turned: impl Fn(&Matrix3<f64>) -> Matrix3<f64>) {

@@ -1,8 +1,8 @@
-//! The error of multipliers: one more step of Newton's method with exact residuals, and what it is measured against.
+//! The error of multipliers: one more step of Newton's method with refined residuals, and what it is measured against.
 
 use crate::{
     dual::{PrimalSystem, RigidEquilibrium},
-    linalg::{gmres, norm},
+    linalg::{gmres, norm, ratio},
     solver::{
         PaneLaws, Solution,
         conditions::{Bound, Conditions, Evaluation},
@@ -20,12 +20,12 @@ pub(in crate::solver) const GMRES_TOLERANCE: f64 = 1e-4;
 pub(in crate::solver) const GMRES_MAX_APPLICATIONS: usize = 300;
 
 /// u is wanted with this share of rounding, so that the face's own displacement is left where the
-/// body moves as a whole.
+/// rigid motion is large.
 pub(in crate::solver) const DISPLACEMENT_TOLERANCE: f64 = 1e-4 * f64::EPSILON;
 
 impl ContactSolve<'_> {
     /// The error of λ where S is not dense: the step d with R'(λ) d = −R(λ) of the natural map with
-    /// exact residuals and local stiffness, by GMRES; each product costs one application of A⁻¹.
+    /// refined residuals and local stiffness, by GMRES; each product costs one application of A⁻¹.
     pub(in crate::solver) fn error_by_products(
         &self,
         bound: Bound<'_>,
@@ -36,8 +36,8 @@ impl ContactSolve<'_> {
         let balance = self.dual.rigid();
         steplengths.extend(balance.into_iter().flat_map(RigidEquilibrium::steplengths));
         let conditions = Conditions::new(bound, self.dual.layout(), steplengths);
-        let (body, target) = (&self.body, DISPLACEMENT_TOLERANCE);
-        let (_, here) = body.residual_at(self.dual, &conditions, unknowns, None, target);
+        let target = DISPLACEMENT_TOLERANCE;
+        let (_, here) = self.residual_at(&conditions, unknowns, None, target);
         let (multiplier, _) = self.dual.parts(unknowns);
         // The motions count in units in which they cost as much as a stress.
         let size = steplength_of_motions(balance, &conditions.steplengths);
@@ -50,17 +50,17 @@ impl ContactSolve<'_> {
                 let motion: Vec<f64> = motions.iter().zip(&size).map(|(v, s)| v * s).collect();
                 let forces = self.dual.coupling.nodal_forces(stresses);
                 let moved = self.body.assembly.solve(&forces);
-                let (mut gradient, slips) = self.body.change(self.dual, moved, &motion);
+                let (mut gradient, slips) = self.change(moved, &motion);
                 let carried = balance.map(|it| it.coupling.resultant_of(stresses, &motion));
                 gradient.extend(carried.into_iter().flatten().map(|g| -g));
                 conditions.derivative(&here, v, &gradient, &slips)
             },
         );
-        let error = self.sizes(multiplier, &here).relative(self.laws, &step);
+        let error = self.relative(&step, multiplier, &here);
         error.max(self.motion_rounding(unknowns, &here, &solution.trace.local_stiffness))
     }
 
-    /// The error of λ, relative as in [`MultiplierSizes`], that rounding of G α makes where weak springs hold the body; 0 elsewhere.
+    /// The error of λ, relative as in [`Self::relative`], that rounding of G α makes where weak springs hold the body; 0 elsewhere.
     ///
     /// Gaps and slips are known to ε/2 Σ |G α|. A pane that is pressed or sticks takes that as a stress by its local stiffness, an open
     /// one not at all, one that slides as the turn of its slip.
@@ -96,32 +96,44 @@ impl ContactSolve<'_> {
                 change[j] = terms.map(|(by, &k)| (by * stress(k)).abs()).sum();
             }
         }
-        self.sizes(multiplier, here).relative(self.laws, &change)
+        self.relative(&change, multiplier, here)
     }
 
-    /// What an error of λ is measured against: its sizes, or that of the load where they are nothing beside it.
+    /// The size of a difference of multipliers beside that of λ: the larger of its ‖·_ν‖ over ‖λ_ν‖ and its ‖·_t‖ over
+    /// max(‖λ_t‖, ‖F λ_ν‖), or over the load where these are nothing beside it; 0 for 0/0. Areas weigh the panes, so that the size of a
+    /// pane does not matter.
     ///
-    /// Contact forces that vanish, as those of a face without a net force, are what rounding of the load leaves, and no digit of that
-    /// means anything.
-    pub(in crate::solver) fn sizes(
+    /// Tangential stresses are compared with what friction could bear, so that a face that hardly holds anything is not asked for digits of
+    /// nothing. Contact forces that vanish, as those of a face without a net force, are what rounding of the load leaves, and no digit of
+    /// that means anything.
+    pub(in crate::solver) fn relative(
         &self,
+        difference: &[f64],
         multiplier: &[f64],
         evaluation: &Evaluation,
-    ) -> MultiplierSizes {
-        let area: f64 = self.laws.area.iter().sum();
+    ) -> f64 {
+        let areas = &self.laws.area;
+        let area: f64 = areas.iter().sum();
         let load = area.sqrt() * load_stress(&self.body.assembly.primal, area);
-        let beside_load = |size| {
+        let [normal, tangential] = parts(self.laws, multiplier);
+        let bounds = evaluation.panes.iter().zip(areas).map(|(pane, area)| {
+            let [a, b] = pane.ellipse.semi_axes;
+            area.sqrt() * a.max(b)
+        });
+        let tangential = tangential.max(norm(&bounds.collect::<Vec<f64>>()));
+        let sizes = [normal, tangential];
+        let sizes = sizes.map(|size| {
             if is_significant(size, load) {
                 size
             } else {
                 load
             }
-        };
-        let MultiplierSizes { normal, tangential } =
-            MultiplierSizes::of(self.laws, multiplier, evaluation);
-        MultiplierSizes {
-            normal: beside_load(normal),
-            tangential: beside_load(tangential),
+        });
+        let [normal, tangential] = parts(self.laws, difference);
+        let relative = [ratio(normal, sizes[0]), ratio(tangential, sizes[1])];
+        match relative.iter().any(|it| it.is_nan()) {
+            true => f64::NAN,
+            false => relative[0].max(relative[1]),
         }
     }
 }
@@ -152,49 +164,6 @@ fn steplength_of_motions(balance: Option<&RigidEquilibrium>, steplengths: &[f64]
             norm(&moved).max(rho * support).recip()
         })
         .collect()
-}
-
-/// The norms ‖λ_ν‖ and max(‖λ_t‖, ‖F λ_ν‖) of a multiplier over Γ_c, in Pa·m.
-///
-/// Areas weigh the panes, so that the size of a pane does not matter; the tangential stress is
-/// compared with what friction could bear, so that a face that hardly holds anything is not asked
-/// for digits of nothing.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::solver) struct MultiplierSizes {
-    normal: f64,
-    tangential: f64,
-}
-
-impl MultiplierSizes {
-    /// At λ, whose ellipses are those of `evaluation`.
-    fn of(laws: &PaneLaws, multiplier: &[f64], evaluation: &Evaluation) -> Self {
-        let [normal, tangential] = parts(laws, multiplier);
-        let strengths = evaluation.panes.iter().zip(&laws.area);
-        let strengths = strengths.map(|(pane, area)| {
-            let [a, b] = pane.ellipse.semi_axes;
-            area.sqrt() * a.max(b)
-        });
-        Self {
-            normal,
-            tangential: tangential.max(norm(&strengths.collect::<Vec<f64>>())),
-        }
-    }
-
-    /// The larger of the relative normal and tangential sizes of a difference of multipliers; 0 for
-    /// 0/0.
-    pub(in crate::solver) fn relative(&self, laws: &PaneLaws, difference: &[f64]) -> f64 {
-        let [normal, tangential] = parts(laws, difference);
-        let ratio = |part: f64, whole: f64| if part == 0.0 { 0.0 } else { part / whole };
-        let (normal, tangential) = (
-            ratio(normal, self.normal),
-            ratio(tangential, self.tangential),
-        );
-        if normal.is_nan() || tangential.is_nan() {
-            f64::NAN
-        } else {
-            normal.max(tangential)
-        }
-    }
 }
 
 /// The size of (d₁/a, d₂/b) for the tangential part d of a difference of multipliers and the semi-axes

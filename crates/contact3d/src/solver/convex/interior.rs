@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::{
-    cone::{Point, Scaling, inner, largest_step, moved, product, smaller_eigenvalue},
+    cone::{IDENTITY, Point, Scaling, inner, largest_step, moved, product, smaller_eigenvalue},
     program::{Block, ConvexProgram},
 };
 use crate::{
@@ -11,7 +11,7 @@ use crate::{
     solver::LOOP_MAX_STEPS,
 };
 
-/// Share of the way to the boundary.
+/// Share of the largest step before the boundary.
 const BOUNDARY_FRACTION: f64 = 0.99;
 
 /// Every s ∘ z keeps this share of their mean, and what is violated falls at least as μ does, but for this factor: the
@@ -25,7 +25,7 @@ const INTERIOR_DECREASE: f64 = 0.01;
 /// Steps along the corrected direction that are shorter give way to the centred one, of which convergence is proven.
 const SHORT_INTERIOR_STEP: f64 = 0.1;
 
-/// What is violated may be this share of the answer when the active set is read off; Newton's method removes it.
+/// What is violated may be this share of the solution when the active set is read off; Newton's method removes it.
 const BLOCK_VIOLATION: f64 = 1e-3;
 
 /// What a Schur complement of unit diagonal resists less is a motion that contact does not hold.
@@ -37,7 +37,7 @@ const NULL_MOTION_PIVOT: f64 = 1e-13;
 /// With s(x) the points of the cones, exact in every step, and their duals z, it follows A x − G α − b = z, Gᵀx + D α = q,
 /// s ∘ z = μ to μ = 0, in the scaling of Nesterov and Todd. The corrected direction (S. Mehrotra, *SIAM J. Optim.* 2 (1992)
 /// 575) has no proof of convergence; where it does not get on within the neighbourhood, the centred direction does: for linear
-/// objectives over such cones, from a start as large as the answer, in a number of steps that is polynomial in that of the panes and
+/// objectives over such cones, from a start as large as the solution, in a number of steps that is polynomial in that of the panes and
 /// does not depend on conditioning (B. Rangarajan, *SIAM J. Optim.* 16 (2006) 1211); ours is convex and quadratic, whose A only adds
 /// ds·dz ≥ 0.
 pub(in crate::solver) struct InteriorPoint<'a> {
@@ -78,7 +78,8 @@ struct StepSystem {
 }
 
 impl<'a> InteriorPoint<'a> {
-    /// From equal pressures as large as the answer's largest, at least, and no friction; `None` where nothing presses, pulls or is pulled, so that 0 is the answer.
+    /// From equal pressures at least as large as the solution's largest, and no friction; `None` where nothing presses, pulls or is pulled, so that 0
+    /// is the solution.
     pub(in crate::solver) fn new(program: &'a ConvexProgram) -> Option<Self> {
         let pressure = program.bound;
         if pressure == 0.0 || !pressure.is_finite() || program.is_solved_by_zero() {
@@ -88,16 +89,19 @@ impl<'a> InteriorPoint<'a> {
             Block::Pressure(_) => [pressure, 0.0, 0.0],
             Block::Pair { .. } => [0.0; 3],
         });
+        // Inside the dual cones.
+        let starts = program.blocks.iter();
+        let starts = starts.map(|it| IDENTITY.map(|v| v * pressure * it.unit()));
         let mut method = Self {
             program,
             x,
             motion: vec![0.0; program.resultant.len()],
-            dual: program.blocks.iter().map(|it| it.start(pressure)).collect(),
+            dual: starts.collect(),
             first_mu: 0.0,
             left: 1.0,
             steps: 0,
         };
-        method.first_mu = method.mu(None, 0.0);
+        method.first_mu = mean_product(method.pairs());
         Some(method)
     }
 
@@ -149,33 +153,21 @@ impl<'a> InteriorPoint<'a> {
         blocks.map(|(block, z)| (block.point(&self.x), *z))
     }
 
-    /// The mean of s·z after a share of a direction.
-    fn mu(&self, direction: Option<&InteriorStep>, share: f64) -> f64 {
-        let sum: f64 = match direction {
-            None => self.pairs().map(|(s, z)| inner(s, z)).sum(),
-            Some(direction) => self
-                .moved_pairs(direction, share)
-                .map(|(s, z)| inner(s, z))
-                .sum(),
-        };
-        sum / self.dual.len() as f64
-    }
-
     fn moved_pairs<'s>(
         &'s self,
         direction: &'s InteriorStep,
-        share: f64,
+        length: f64,
     ) -> impl Iterator<Item = (Point, Point)> + 's {
         let pairs = self.pairs().zip(&direction.blocks);
-        pairs.map(move |((s, z), (ds, dz))| (moved(s, share, *ds), moved(z, share, *dz)))
+        pairs.map(move |((s, z), (ds, dz))| (moved(s, length, *ds), moved(z, length, *dz)))
     }
 
     /// One step; `None` where rounding forbids it.
     fn advance(&mut self) -> Option<()> {
-        let mu = self.mu(None, 0.0);
+        let mu = mean_product(self.pairs());
         let system = StepSystem::new(self)?;
         let violation = self.violation();
-        let excess = self.program.excess(&self.x, &self.motion);
+        let imbalance = self.program.imbalance(&self.x, &self.motion);
         let towards = |target: f64, before: Option<&InteriorStep>| {
             let blocks = system.scalings.iter().enumerate();
             let wanted = blocks.map(|(at, scaling)| {
@@ -189,12 +181,12 @@ impl<'a> InteriorPoint<'a> {
                 wanted
             });
             let wanted: Vec<Point> = wanted.collect();
-            system.direction(self.program, &violation, &excess, &wanted)
+            system.direction(self.program, &violation, &imbalance, &wanted)
         };
         let predictor = towards(0.0, None);
-        let reach = self.longest(&predictor).min(1.0);
-        let share = (self.mu(Some(&predictor), reach) / mu).clamp(0.0, 1.0);
-        let mut direction = towards(share.powi(3) * mu, Some(&predictor));
+        let most = self.longest(&predictor).min(1.0);
+        let centring = (mean_product(self.moved_pairs(&predictor, most)) / mu).clamp(0.0, 1.0);
+        let mut direction = towards(centring.powi(3) * mu, Some(&predictor));
         let mut step = self.admissible(&direction, mu);
         if step < SHORT_INTERIOR_STEP {
             let centred = towards(0.5 * mu, None);
@@ -228,7 +220,7 @@ impl<'a> InteriorPoint<'a> {
         let mut step = (BOUNDARY_FRACTION * self.longest(direction)).min(1.0);
         // Shorter steps move x by rounding alone.
         while step > 1e-10 {
-            let next = self.mu(Some(direction), step);
+            let next = mean_product(self.moved_pairs(direction, step));
             let mut pairs = self.moved_pairs(direction, step);
             let feasible = self.left * (1.0 - step) <= INFEASIBILITY * next / self.first_mu;
             if next <= (1.0 - INTERIOR_DECREASE * step) * mu
@@ -241,6 +233,12 @@ impl<'a> InteriorPoint<'a> {
         }
         0.0
     }
+}
+
+/// The mean of s·z.
+fn mean_product(pairs: impl Iterator<Item = (Point, Point)>) -> f64 {
+    let products: Vec<f64> = pairs.map(|(s, z)| inner(s, z)).collect();
+    products.iter().sum::<f64>() / products.len() as f64
 }
 
 impl StepSystem {
@@ -291,7 +289,7 @@ impl StepSystem {
         &self,
         program: &ConvexProgram,
         violation: &[f64],
-        excess: &[f64],
+        imbalance: &[f64],
         wanted: &[Point],
     ) -> InteriorStep {
         let blocks = self.scalings.iter().zip(wanted);
@@ -303,7 +301,7 @@ impl StepSystem {
             block.add_to(&mut rhs, *free);
         }
         let mut x = self.solve(&rhs);
-        let missing = program.motions.iter().zip(excess);
+        let missing = program.motions.iter().zip(imbalance);
         let missing: Vec<f64> = missing.map(|(g, e)| e - dot(g, &x)).collect();
         let motion = self.motion(&missing);
         for (moved, by) in self.moved.iter().zip(&motion) {

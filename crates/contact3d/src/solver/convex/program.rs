@@ -4,7 +4,7 @@ use std::array::from_fn;
 
 use faer::Mat;
 
-use super::cone::{IDENTITY, Point};
+use super::cone::Point;
 use crate::{
     dual::{ExplicitDual, LocalStiffness},
     linalg::dot,
@@ -41,8 +41,8 @@ pub(in crate::solver) struct ConvexProgram {
     pub(super) resultant: Vec<f64>,
     /// The diagonal of D.
     pub(super) support: Vec<f64>,
-    /// A bound for all pressures, √(hᵀS⁻¹h): a component is at most the norm that A gives the answer, since A⁻¹ has unit
-    /// diagonal, and that norm is largest where nothing bounds the answer.
+    /// A bound for all pressures, √(hᵀS⁻¹h): a component is at most the norm that A gives the solution, since A⁻¹ has unit
+    /// diagonal, and that norm is largest where nothing bounds the solution.
     pub(super) bound: f64,
     /// Multiplier of each x_i, and what one of x_i is there.
     source: Vec<(usize, f64)>,
@@ -65,12 +65,12 @@ impl ConvexProgram {
     pub(in crate::solver) fn new(
         entry: impl Fn(usize, usize) -> f64,
         rhs: &[f64],
-        set: &FeasibleSet<'_>,
+        set: &FeasibleSet,
         stiffness: &[f64],
         bound: f64,
         motions: &Motions,
     ) -> Self {
-        let layout = set.layout();
+        let layout = set.layout;
         let mut source = Vec::new();
         let mut blocks = Vec::new();
         for i in layout.normals().filter(|&i| stiffness[i] > 0.0) {
@@ -111,7 +111,7 @@ impl ConvexProgram {
     /// The problem of a dense S written about zero.
     pub(in crate::solver) fn of_dual(
         dual: &ExplicitDual,
-        set: &FeasibleSet<'_>,
+        set: &FeasibleSet,
         local: &LocalStiffness,
     ) -> Self {
         let motions = dual.rigid.as_ref().map(|it| Motions {
@@ -119,9 +119,9 @@ impl ConvexProgram {
             resultant: it.resultant.clone(),
             support: it.coupling.support.clone(),
         });
-        let glued = local.bonded_start(dual);
-        let glued = dual.multipliers(&glued);
-        let bound = dot(glued, &dual.apply(glued)).max(0.0).sqrt();
+        let bonded = local.bonded_start(dual);
+        let bonded = dual.multipliers(&bonded);
+        let bound = dot(bonded, &dual.apply(bonded)).max(0.0).sqrt();
         let entry = |i: usize, j: usize| dual.column(j)[i];
         let (rhs, stiffness) = (&dual.rhs, &local.stiffness);
         Self::new(
@@ -160,7 +160,7 @@ impl ConvexProgram {
         gradient
     }
 
-    /// Whether nothing presses the faces, moves them along or is to be carried: x = 0 and α = 0 is the answer.
+    /// Whether nothing presses the faces, moves them along or is to be carried: x = 0 and α = 0 is the solution.
     pub(super) fn is_solved_by_zero(&self) -> bool {
         let is_at_rest = |block: &Block| {
             let [pressed, along @ ..] = block.part(&self.rhs);
@@ -170,7 +170,7 @@ impl ConvexProgram {
     }
 
     /// q − Gᵀx − D α.
-    pub(super) fn excess(&self, x: &[f64], motion: &[f64]) -> Vec<f64> {
+    pub(super) fn imbalance(&self, x: &[f64], motion: &[f64]) -> Vec<f64> {
         let rows = self.motions.iter().zip(&self.support).zip(&self.resultant);
         let rows = rows.zip(motion);
         rows.map(|(((g, d), q), alpha)| q - dot(g, x) - d * alpha)
@@ -221,7 +221,7 @@ impl Block {
     }
 
     /// What one of its dual variable z₀ is as a pressure.
-    pub(super) fn reach(&self) -> f64 {
+    pub(super) fn unit(&self) -> f64 {
         match *self {
             Self::Pressure(_) => 1.0,
             Self::Pair { axes, .. } => axes[0].max(axes[1]),
@@ -252,15 +252,10 @@ impl Block {
 
     /// How far the block is from being either at its bound or free of force, as a pressure.
     pub(super) fn indecision(&self, s: Point, z: Point) -> f64 {
-        let reach = self.reach();
+        let unit = self.unit();
         match *self {
             Self::Pressure(_) => s[0].min(z[0]),
-            Self::Pair { .. } => (reach * super::cone::determinant(s)).min(z[0] / reach),
+            Self::Pair { .. } => (unit * super::cone::determinant(s)).min(z[0] / unit),
         }
-    }
-
-    /// A point inside the dual cone for a pressure.
-    pub(super) fn start(&self, pressure: f64) -> Point {
-        IDENTITY.map(|v| v * pressure * self.reach())
     }
 }

@@ -1,14 +1,10 @@
 //! The interior point method on made-up operators of any conditioning, against the conditions of the solution.
 
-use std::sync::atomic::AtomicUsize;
-
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 
 use super::{ConvexProgram, InteriorPoint, Motions};
 use crate::{linalg::norm, solver::FeasibleSet};
-
-static PROJECTIONS: AtomicUsize = AtomicUsize::new(0);
 
 /// How far the active set may be undecided, and what the violated conditions may then be, as shares of ‖λ‖.
 const DECIDED: f64 = 1e-6;
@@ -28,19 +24,19 @@ fn operator(n: usize, entries: &[f64], decades: f64, loose: f64) -> DMatrix<f64>
 }
 
 /// A problem, with the motions that it must balance.
-struct ConvexCase<'a> {
+struct ConvexCase {
     operator: DMatrix<f64>,
     rhs: Vec<f64>,
-    set: FeasibleSet<'a>,
+    set: FeasibleSet,
     motions: Motions,
 }
 
-impl ConvexCase<'_> {
+impl ConvexCase {
     /// The diagonal of S⁻¹, pairs taking the mean of their two.
     fn stiffness(&self) -> Vec<f64> {
         let inverse = self.operator.clone().try_inverse().unwrap();
         let mut stiffness: Vec<f64> = inverse.diagonal().iter().copied().collect();
-        for pair in self.set.layout().split_mut(&mut stiffness).1 {
+        for pair in self.set.layout.split_mut(&mut stiffness).1 {
             *pair = [0.5 * (pair[0] + pair[1]); 2];
         }
         stiffness
@@ -86,10 +82,10 @@ impl ConvexCase<'_> {
 
 const PANES: usize = 12;
 
-fn set_of(axes: &[f64], scale: f64) -> FeasibleSet<'static> {
+fn set_of(axes: &[f64], scale: f64) -> FeasibleSet {
     let axes = axes.chunks_exact(2);
     let axes = axes.map(|a| [a[0], a[1]].map(|a| scale * 10.0_f64.powf(a)));
-    FeasibleSet::new(PANES, axes.collect(), &PROJECTIONS)
+    FeasibleSet::new(PANES, axes.collect())
 }
 
 proptest! {
@@ -167,7 +163,7 @@ fn one_node_has_its_closed_form() {
         ([-1.0, 4.0, 0.0], [0.0, 0.5, 0.0]),
         ([1.0, 0.0, -7.0], [1.0, 0.0, -0.25]),
     ] {
-        let set = FeasibleSet::new(1, vec![[0.5, 0.25]], &PROJECTIONS);
+        let set = FeasibleSet::new(1, vec![[0.5, 0.25]]);
         let entry = |i: usize, j: usize| if i == j { 1.0 } else { 0.0 };
         let bound = norm(&rhs);
         let program = ConvexProgram::new(entry, &rhs, &set, &[1.0; 3], bound, &Motions::default());

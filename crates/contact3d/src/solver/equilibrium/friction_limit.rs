@@ -6,8 +6,6 @@
 //! κ ‖λ_ν‖_S for the largest eigenvalue κ² of S⁻¹N. Where κ < 1 friction does no more work than c·T(h_ν) + ‖c‖_S⁻¹ κ / (1 − κ) ‖T(h_ν)‖_S in
 //! a motion, for the work c_i that a unit of pressure on pane i allows. A load that works more in it has no equilibrium.
 
-use std::sync::atomic::AtomicUsize;
-
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Matrix2};
 
 use super::contact_cone::{ContactCone, FrictionResistance, PROOF_MARGIN};
@@ -141,8 +139,7 @@ impl PressedFace {
 
     fn interior_pressure(&self) -> DVector<f64> {
         let m = self.rhs.len();
-        let projections = AtomicUsize::new(0);
-        let set = FeasibleSet::new(m, Vec::new(), &projections);
+        let set = FeasibleSet::new(m, Vec::new());
         let diagonal = self.normal.diagonal();
         let stiffness: Vec<f64> = diagonal.iter().map(|s| s.recip()).collect();
         let entry = |i: usize, j: usize| self.normal[(i, j)];

@@ -28,17 +28,16 @@ pub(super) fn mechanism(
     laws: &PaneLaws,
 ) -> Option<Vec<[f64; 3]>> {
     let (dofs, load) = (&assembly.primal.dofs, &assembly.primal.load);
-    if let Some(u) = driven(&balance.coupling.null_space_motions(), load)
-        && is_driven(dofs, &u, load)
-    {
-        return Some(in_space(dofs, &u));
+    let free = driven(&balance.coupling.null_space_motions(), load);
+    if let Some(proof) = free.and_then(|u| proof(dofs, &u, load)) {
+        return Some(proof);
     }
     let motion = laws_to_test(laws).iter().find_map(|friction| {
         ContactCone::new(balance, &laws.area, laws.layout, friction)?.mechanism()
     })?;
     let mut displacement = vec![0.0; load.len()];
     balance.coupling.add_motion(&motion, &mut displacement);
-    is_driven(dofs, &displacement, load).then(|| in_space(dofs, &displacement))
+    proof(dofs, &displacement, load)
 }
 
 /// A rigid motion of largest component one, `[n_nodes]`, in which the load drags the body along its foundation whatever friction does.
@@ -57,12 +56,13 @@ pub(super) fn sliding_mechanism(
     let (dofs, load) = (&assembly.primal.dofs, &assembly.primal.load);
     let mut displacement = vec![0.0; load.len()];
     balance.coupling.add_rigid(&motion, &mut displacement);
-    is_driven(dofs, &displacement, load).then(|| in_space(dofs, &displacement))
+    proof(dofs, &displacement, load)
 }
 
-/// Whether a load works in a motion by more than rounding: without it no motion proves anything.
-fn is_driven(dofs: &DofMap, motion: &[f64], load: &[f64]) -> bool {
-    dot(motion, load) > PROOF_MARGIN * dofs.largest_work(motion, load)
+/// A motion at all nodes in which a load works by more than rounding: without that it proves nothing.
+fn proof(dofs: &DofMap, motion: &[f64], load: &[f64]) -> Option<Vec<[f64; 3]>> {
+    let work = dot(motion, load);
+    (work > PROOF_MARGIN * dofs.largest_work(motion, load)).then(|| in_space(dofs, motion))
 }
 
 /// The motions that neither contact nor supports feel, each of largest component one, `[n_null][n_nodes]`.

@@ -5,12 +5,9 @@ use std::collections::VecDeque;
 use crate::{
     contact::CoulombLaw,
     dual::{ExplicitDual, LocalStiffness},
-    linalg::{difference, norm},
+    linalg::{difference, norm, ratio},
     solver::{
-        PaneLaws,
-        conditions::Bound,
-        newton::{NewtonSettings, NewtonStatus},
-        pane_laws::coulomb_state,
+        PaneLaws, conditions::Bound, newton::NewtonSettings, pane_laws::coulomb_state,
         strategy::NewtonDriver,
     },
 };
@@ -18,16 +15,10 @@ use crate::{
 /// One value of the mapping Ψ whose fixed points are the discrete solutions (HKL §3).
 #[derive(Debug, Clone)]
 pub struct MappingValue {
-    /// How the inner problem ended; [`NewtonStatus::RoundingLimit`] is as good as it gets.
-    pub status: NewtonStatus,
     /// Ψ(λ), `[n_multipliers]`, in Pa.
     pub multiplier: Vec<f64>,
     /// ‖Ψ(λ) − λ‖ / ‖λ‖, and 0 when both vanish.
     pub relative_change: f64,
-    /// Final ‖R‖ / ‖λ‖ of the inner problem.
-    pub inner_residual: f64,
-    /// Steps of Newton's method in the inner problem.
-    pub inner_steps: usize,
     /// Applications of S.
     pub evaluations: usize,
 }
@@ -35,7 +26,7 @@ pub struct MappingValue {
 /// Evaluates Ψ once: freezes g, the slip bound of λ_ν, and 𝓕 = 𝓕(u_t(λ)) and solves that problem to rounding.
 ///
 /// A multiplier is a solution of the contact problem with Coulomb friction and F(u) exactly when
-/// it is a fixed point, so a small change certifies the answer of any other method.
+/// it is a fixed point, so a small change certifies the solution of any other method.
 #[must_use]
 pub fn evaluate(
     dual: &ExplicitDual,
@@ -54,12 +45,9 @@ pub fn evaluate(
     };
     let inner = driver.minimise(&set, &NewtonSettings::to_rounding(dual));
     MappingValue {
-        status: inner.status,
         // The rigid motions of a body that floats stay aside.
         relative_change: relative_change(dual.multipliers(multiplier), &inner.multiplier),
         multiplier: inner.multiplier,
-        inner_residual: inner.residual,
-        inner_steps: inner.history.len(),
         evaluations: inner.evaluations,
     }
 }
@@ -101,16 +89,13 @@ impl CycleDetector {
 
 /// ‖λ' − λ‖ / ‖λ'‖, and 0 when both vanish.
 pub(in crate::solver) fn relative_change(next: &[f64], last: &[f64]) -> f64 {
-    match norm(&difference(next, last)) {
-        0.0 => 0.0,
-        change => change / norm(next),
-    }
+    ratio(norm(&difference(next, last)), norm(next))
 }
 
 /// Steps in which changes must halve; a contraction of 0.993 a step does that.
 const STALL_STEPS: usize = 100;
 
-/// A larger change is not rounding: 1e-8 is left where the body's motion as a whole takes half the digits.
+/// A larger change is not rounding: 1e-8 is left where the body's rigid motion takes half the digits.
 const STALL_LARGEST_CHANGE: f64 = 1e-8;
 
 /// Watches the changes of successive approximations whose inner problems are solved to rounding.

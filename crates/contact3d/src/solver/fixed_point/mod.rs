@@ -10,8 +10,8 @@ pub(super) use mapping::relative_change;
 use mapping::{CycleDetector, Stall};
 
 use super::{
-    ContactBody, CoulombState, FrictionState, Inner, Kprgp, OuterState, OuterStep, PaneLaws,
-    Progress, Solution, SolvedBy, Start, Status, Trace,
+    ContactBody, CoulombState, FrictionState, Inner, Kprgp, MethodResult, OuterState, OuterStep,
+    PaneLaws, Progress, Solution, SolvedBy, Start, StopReason, Trace,
     inner::{InnerSummary, projected_gradient_steplength},
 };
 use crate::{
@@ -39,7 +39,7 @@ impl<'a> InnerPrecision<'a> {
         }
     }
 
-    /// The inner accuracy r_tol · ε that an answer of accuracy ε needs.
+    /// The inner accuracy r_tol · ε that an accuracy ε needs.
     fn final_tolerance(&self) -> f64 {
         self.settings.r_tol * self.settings.epsilon()
     }
@@ -82,34 +82,39 @@ impl SuccessiveApproximations<'_> {
         operator: &mut BodyOperator<'_, '_>,
         start: Start<'_>,
         observe: &mut dyn FnMut(Progress<'_>),
-    ) -> Solution {
+    ) -> MethodResult {
         let mut outer = OuterLoop::begin(self, operator, start);
         let most = self.settings.max_outer_steps;
+        let mut stop = StopReason::MaxOuterSteps;
         for k in outer.solution.trace.history.len()..most {
             outer.take_over_law();
-            let step = outer.minimise();
-            let end = outer.end_after(&step);
+            let summary = outer.minimise();
+            let end = outer.end_after(&summary);
             let last = end.is_some() || k + 1 == most;
             outer.take_over_slip();
-            outer.record(&step, last);
+            outer.record(&summary, last);
             observe(Progress::Outer(k, &outer.solution.trace.history[k]));
-            if let Some(status) = end {
-                outer.solution.status = status;
+            if let Some(end) = end {
+                stop = end;
                 break;
             }
             // A state that could go on would have to hold the rigid motions, too.
             if !last && matches!(outer.operator, BodyOperator::Constrained(_)) {
-                let state = outer.state(step.tolerance);
+                let state = outer.state();
                 observe(Progress::Between(&state));
             }
         }
-        Solution {
-            friction: Some(FrictionState {
-                slip: outer.slip,
-                coulomb: outer.frozen,
-                ..FrictionState::default()
-            }),
-            ..outer.solution
+        MethodResult {
+            stop,
+            measure: outer.measure,
+            solution: Solution {
+                friction: Some(FrictionState {
+                    slip: outer.slip,
+                    coulomb: outer.frozen,
+                    ..FrictionState::default()
+                }),
+                ..outer.solution
+            },
         }
     }
 }
@@ -120,8 +125,10 @@ struct OuterLoop<'s, 'o, 'b> {
     operator: &'s mut BodyOperator<'o, 'b>,
     kprgp: Kprgp,
     precision: InnerPrecision<'s>,
-    /// err⁽ᵏ⁻¹⁾.
+    /// err⁽ᵏ⁾ = ‖λ⁽ᵏ⁺¹⁾ − λ⁽ᵏ⁾‖ / ‖λ⁽ᵏ⁺¹⁾‖ of the last step.
     change: f64,
+    /// The same, or at rounding what that allows.
+    measure: f64,
     /// g and 𝓕 of the inner problem.
     frozen: CoulombState,
     /// Whether the multipliers are not those that `frozen` belongs to.
@@ -133,14 +140,6 @@ struct OuterLoop<'s, 'o, 'b> {
     /// φ of the multiplier where the coefficients follow it.
     slip: Option<Vec<[f64; 2]>>,
     solution: Solution,
-}
-
-/// What came of an inner problem.
-struct InnerStep {
-    tolerance: f64,
-    summary: InnerSummary,
-    /// err⁽ᵏ⁾ = ‖λ⁽ᵏ⁺¹⁾ − λ⁽ᵏ⁾‖ / ‖λ⁽ᵏ⁺¹⁾‖.
-    change: f64,
 }
 
 impl<'s, 'o, 'b> OuterLoop<'s, 'o, 'b> {
@@ -172,6 +171,7 @@ impl<'s, 'o, 'b> OuterLoop<'s, 'o, 'b> {
             },
             precision: InnerPrecision::new(settings),
             change: 1.0,
+            measure: 1.0,
             frozen: laws.unpressed(problem.law, &[]),
             moved: first.is_some() || start.checkpoint.is_some(),
             cycle: CycleDetector::default(),
@@ -180,9 +180,7 @@ impl<'s, 'o, 'b> OuterLoop<'s, 'o, 'b> {
             applications_before,
             slip: None,
             solution: Solution {
-                status: Status::MaxOuterSteps,
                 multiplier: vec![0.0; laws.layout.n_multipliers()],
-                accuracy: 1.0,
                 trace: Trace {
                     solved_by: SolvedBy::FixedPoint,
                     steplength,
@@ -214,7 +212,7 @@ impl<'s, 'o, 'b> OuterLoop<'s, 'o, 'b> {
     }
 
     /// (i) λ⁽ᵏ⁺¹⁾, the minimiser on the frozen admissible set, from λ⁽ᵏ⁾.
-    fn minimise(&mut self) -> InnerStep {
+    fn minimise(&mut self) -> InnerSummary {
         let SuccessiveApproximations { laws, inner, .. } = *self.problem;
         let set = laws.feasible_set(Some(&self.frozen));
         let tolerance = self.precision.next(self.change);
@@ -222,41 +220,38 @@ impl<'s, 'o, 'b> OuterLoop<'s, 'o, 'b> {
         let summary = inner.minimise(self.operator, &self.kprgp, &set, &mut next, tolerance);
         self.change = relative_change(&next, &self.solution.multiplier);
         self.solution.multiplier = next;
-        self.solution.accuracy = self.change;
-        InnerStep {
-            tolerance,
-            summary,
-            change: self.change,
-        }
+        self.measure = self.change;
+        summary
     }
 
     /// (iii) How the loop ends with a step; `None` where it goes on.
-    fn end_after(&mut self, step: &InnerStep) -> Option<Status> {
-        let InnerStep {
-            tolerance,
-            summary,
-            change,
-        } = step;
+    fn end_after(&mut self, summary: &InnerSummary) -> Option<StopReason> {
+        let (change, tolerance) = (self.change, self.precision.tolerance);
         let epsilon = self.problem.settings.epsilon();
         // The rounding of S λ, below which no change says anything.
         let attainable = self.solution.multiplier.len() as f64 * f64::EPSILON;
         let least = self.precision.final_tolerance();
         // An inner solver that a loose tolerance let do nothing says nothing by a change of zero.
-        let asked = !self.problem.inner.was_idle(summary.steps) || *tolerance <= least;
+        let asked = !self.problem.inner.was_idle(summary.steps) || tolerance <= least;
         let accurate = summary.at_rounding || (asked && summary.residual <= least);
-        let cycle = self.cycle.closes(&self.solution.multiplier, *change);
-        let end = stop(summary, accurate, *change, epsilon.max(attainable))
-            .or(cycle.map(|_| Status::Cycling))
+        let cycle = self.cycle.closes(&self.solution.multiplier, change);
+        let is_finite = change.is_finite() && summary.residual.is_finite();
+        let end = (!is_finite).then_some(StopReason::NumericalError);
+        let met = accurate && change <= epsilon.max(attainable);
+        let end = end
+            .or(summary.failure)
+            .or(met.then_some(StopReason::Converged))
+            .or(cycle.map(|_| StopReason::Cycling))
             .or(self
                 .stall
-                .is_at_rounding(*change, summary.at_rounding)
-                .then_some(Status::MachinePrecision))
+                .is_at_rounding(change, summary.at_rounding)
+                .then_some(StopReason::RoundingLimit))
             .map(|end| match end {
-                Status::Converged if epsilon < attainable => Status::MachinePrecision,
+                StopReason::Converged if epsilon < attainable => StopReason::RoundingLimit,
                 end => end,
             });
-        if end == Some(Status::MachinePrecision) {
-            self.solution.accuracy = change.max(summary.residual).max(attainable);
+        if end == Some(StopReason::RoundingLimit) {
+            self.measure = change.max(summary.residual).max(attainable);
         }
         end
     }
@@ -276,19 +271,19 @@ impl<'s, 'o, 'b> OuterLoop<'s, 'o, 'b> {
     }
 
     /// Keeps what a step took, and u⁽ᵏ⁺¹⁾ of the last one.
-    fn record(&mut self, step: &InnerStep, last: bool) {
+    fn record(&mut self, summary: &InnerSummary, last: bool) {
         let solution = &mut self.solution;
         if last && solution.displacement.is_empty() {
             let operator = self.operator.as_primal();
             solution.displacement = operator.to_primal(&solution.multiplier);
         }
         let applied = self.operator.as_dual().applications();
-        let applications = applied - self.applications_before + step.summary.applications;
+        let applications = applied - self.applications_before + summary.applications;
         solution.trace.history.push(OuterStep {
-            change: step.change,
-            inner_tolerance: step.tolerance,
-            inner_residual: step.summary.residual,
-            steps: step.summary.steps,
+            change: self.change,
+            inner_tolerance: self.precision.tolerance,
+            inner_residual: summary.residual,
+            steps: summary.steps,
             applications,
             seconds: self.started.elapsed().as_secs_f64(),
         });
@@ -298,16 +293,15 @@ impl<'s, 'o, 'b> OuterLoop<'s, 'o, 'b> {
     }
 
     /// What the next outer step depends on.
-    fn state(&self, tolerance: f64) -> OuterState {
+    fn state(&self) -> OuterState {
         let (laws, trace) = (self.problem.laws, &self.solution.trace);
         OuterState {
             multiplier: self.solution.multiplier.clone(),
             slip: self.slip.clone(),
-            tolerance,
+            tolerance: self.precision.tolerance,
             steplength: trace.steplength,
             history: trace.history.clone(),
             law_evaluations: laws.law_evaluations(),
-            projections: laws.projections(),
         }
     }
 
@@ -319,21 +313,8 @@ impl<'s, 'o, 'b> OuterLoop<'s, 'o, 'b> {
         trace.history.clone_from(&state.history);
         trace.applications = state.history.iter().map(|step| step.applications).sum();
         self.change = state.history.last().map_or(1.0, |step| step.change);
-        self.solution.accuracy = self.change;
+        self.measure = self.change;
         self.precision.tolerance = state.tolerance;
-        let laws = self.problem.laws;
-        laws.restore_counters(state.law_evaluations, state.projections);
-    }
-}
-
-fn stop(outcome: &InnerSummary, accurate: bool, change: f64, epsilon: f64) -> Option<Status> {
-    if !change.is_finite() || !outcome.residual.is_finite() {
-        Some(Status::NumericalError)
-    } else if outcome.failure.is_some() {
-        outcome.failure
-    } else if accurate && change <= epsilon {
-        Some(Status::Converged)
-    } else {
-        None
+        self.problem.law.set_evaluations(state.law_evaluations);
     }
 }

@@ -3,7 +3,7 @@
 use super::{Inner, InnerSummary, Kprgp};
 use crate::{
     dual::{BalancedOperator, DualOperator},
-    solver::{FeasibleSet, Status},
+    solver::{FeasibleSet, StopReason},
 };
 
 /// Most steps of the method of multipliers.
@@ -22,7 +22,7 @@ impl Inner<'_> {
         self,
         operator: &mut BalancedOperator<'_>,
         kprgp: &Kprgp,
-        set: &FeasibleSet<'_>,
+        set: &FeasibleSet,
         multiplier: &mut [f64],
         tolerance: f64,
     ) -> InnerSummary {
@@ -54,7 +54,7 @@ impl Inner<'_> {
             total = Some(summary);
         }
         let mut summary = total.expect("one step at least");
-        summary.failure = Some(Status::MaxOperatorApplications);
+        summary.failure = Some(StopReason::MaxOperatorApplications);
         summary
     }
 }

@@ -9,7 +9,7 @@ use crate::{
 
 /// How the tangential pair of a pane can move on a face of the admissible set.
 #[derive(Debug, Clone, Copy)]
-enum Mobility {
+enum PairFreedom {
     /// Not at all: the ellipse is a point, or the pair is at the end of a segment.
     Held,
     /// Along a line, the tangent of the ellipse or the axis of a segment.
@@ -33,39 +33,35 @@ enum Mobility {
 pub(in crate::solver) struct Face {
     layout: MultiplierLayout,
     pressed: Vec<bool>,
-    pairs: Vec<Mobility>,
+    pairs: Vec<PairFreedom>,
 }
 
 impl Face {
     /// The face of an admissible multiplier with gradient r = Sλ − h.
-    pub(in crate::solver) fn new(
-        set: &FeasibleSet<'_>,
-        multiplier: &[f64],
-        gradient: &[f64],
-    ) -> Self {
-        let (normal, _) = set.layout().split(multiplier);
+    pub(in crate::solver) fn new(set: &FeasibleSet, multiplier: &[f64], gradient: &[f64]) -> Self {
+        let (normal, _) = set.layout.split(multiplier);
         let pairs = set.ellipses.iter().enumerate().map(|(pane, ellipse)| {
-            let point = set.tangential(multiplier, pane);
+            let point = set.layout.pair(multiplier, pane);
             let [a, b] = ellipse.semi_axes;
             let inside = |k: usize| point[k].abs() < ellipse.semi_axes[k];
             match (a > 0.0, b > 0.0) {
-                (true, true) if !ellipse.on_boundary(point) => Mobility::Free,
+                (true, true) if !ellipse.on_boundary(point) => PairFreedom::Free,
                 (true, true) => {
                     let frame = ellipse.boundary_frame(point);
-                    let r = set.tangential(gradient, pane);
+                    let r = set.layout.pair(gradient, pane);
                     let force = -(r[0] * frame.normal[0] + r[1] * frame.normal[1]);
-                    Mobility::Along {
+                    PairFreedom::Along {
                         tangent: frame.tangent,
                         stiffness: force.max(0.0) * frame.curvature,
                     }
                 }
-                (true, false) if inside(0) => Mobility::axis([1.0, 0.0]),
-                (false, true) if inside(1) => Mobility::axis([0.0, 1.0]),
-                _ => Mobility::Held,
+                (true, false) if inside(0) => PairFreedom::axis([1.0, 0.0]),
+                (false, true) if inside(1) => PairFreedom::axis([0.0, 1.0]),
+                _ => PairFreedom::Held,
             }
         });
         Self {
-            layout: set.layout(),
+            layout: set.layout,
             pressed: normal.iter().map(|l| *l > 0.0).collect(),
             pairs: pairs.collect(),
         }
@@ -73,7 +69,7 @@ impl Face {
 
     /// Whether the same blocks are free, held and on a boundary.
     pub(in crate::solver) fn same_as(&self, other: &Self) -> bool {
-        let kind = std::mem::discriminant::<Mobility>;
+        let kind = std::mem::discriminant::<PairFreedom>;
         let mut pairs = self.pairs.iter().zip(&other.pairs);
         self.pressed == other.pressed && pairs.all(|(a, b)| kind(a) == kind(b))
     }
@@ -141,9 +137,9 @@ impl Face {
 
     /// The diagonal (−r·ν)₊ κ in coordinates.
     fn stiffness(&self) -> Vec<f64> {
-        let of_pair = |motion: &Mobility| match motion {
-            Mobility::Along { stiffness, .. } => [*stiffness, 0.0],
-            Mobility::Held | Mobility::Free => [0.0; 2],
+        let of_pair = |motion: &PairFreedom| match motion {
+            PairFreedom::Along { stiffness, .. } => [*stiffness, 0.0],
+            PairFreedom::Held | PairFreedom::Free => [0.0; 2],
         };
         let normal = self.pressed.iter().map(|_| 0.0);
         normal.chain(self.pairs.iter().flat_map(of_pair)).collect()
@@ -156,15 +152,15 @@ impl Face {
         let normal = normal.map(|(pressed, v)| if *pressed { *v } else { 0.0 });
         let pairs = self.pairs.iter().zip(tangential);
         let tangential = pairs.flat_map(|(motion, v)| match motion {
-            Mobility::Held => [0.0; 2],
-            Mobility::Along { tangent, .. } => along(*tangent, *v),
-            Mobility::Free => *v,
+            PairFreedom::Held => [0.0; 2],
+            PairFreedom::Along { tangent, .. } => along(*tangent, *v),
+            PairFreedom::Free => *v,
         });
         normal.chain(tangential).collect()
     }
 }
 
-impl Mobility {
+impl PairFreedom {
     /// Along an axis of a segment.
     fn axis(tangent: [f64; 2]) -> Self {
         Self::Along {

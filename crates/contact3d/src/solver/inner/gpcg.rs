@@ -68,7 +68,7 @@ impl MultiplierIterate {
 struct GradientSearch<'a> {
     solver: Gpcg,
     operator: &'a mut dyn DualOperator,
-    set: &'a FeasibleSet<'a>,
+    set: &'a FeasibleSet,
     first_application: usize,
     steps: StepCounts,
     /// q of the last iterates minus q of the present one.
@@ -81,7 +81,7 @@ impl Gpcg {
     pub fn minimise(
         &self,
         operator: &mut dyn DualOperator,
-        set: &FeasibleSet<'_>,
+        set: &FeasibleSet,
         multiplier: &mut [f64],
         tolerance: f64,
     ) -> InnerOutcome {
@@ -166,11 +166,11 @@ impl GradientSearch<'_> {
         let mut change = current.energy_change_to(&next);
         let largest = self.energies.iter().fold(0.0_f64, |m, e| m.max(*e));
         if change > largest + SUFFICIENT_DECREASE * slope && curvature > 0.0 {
-            let share = (-slope / curvature).clamp(0.0, 1.0);
+            let length = (-slope / curvature).clamp(0.0, 1.0);
             next = current;
-            add_scaled(&mut next.multiplier, share, &step);
-            add_scaled(&mut next.gradient, share, &change_of_gradient);
-            change = share * (slope + 0.5 * share * curvature);
+            add_scaled(&mut next.multiplier, length, &step);
+            add_scaled(&mut next.gradient, length, &change_of_gradient);
+            change = length * (slope + 0.5 * length * curvature);
         }
         self.record(change, true);
         let spectral = dot(&step, &step) / curvature;

@@ -46,7 +46,7 @@ impl Kprgp {
     pub fn minimise(
         &self,
         operator: &mut dyn DualOperator,
-        set: &FeasibleSet<'_>,
+        set: &FeasibleSet,
         multiplier: &mut [f64],
         tolerance: f64,
     ) -> InnerOutcome {
@@ -110,7 +110,7 @@ impl Kprgp {
         r
     }
 
-    fn split(&self, set: &FeasibleSet<'_>, multiplier: &[f64], r: &[f64]) -> Gradients {
+    fn split(&self, set: &FeasibleSet, multiplier: &[f64], r: &[f64]) -> Gradients {
         let mut free = vec![false; r.len()];
         set.mark_free(multiplier, &mut free);
         let mut reduced: Vec<f64> = multiplier

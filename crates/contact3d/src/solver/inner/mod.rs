@@ -9,14 +9,12 @@ pub use gpcg::Gpcg;
 pub use kprgp::{InnerOutcome, Kprgp};
 
 use super::{
-    FeasibleSet, NeedsExplicit, NewtonStep, Status, StepCounts,
-    conditions::Bound,
-    newton::{NewtonSettings, NewtonStatus},
-    strategy::NewtonDriver,
+    FeasibleSet, NeedsExplicit, NewtonStep, StepCounts, StopReason, conditions::Bound,
+    newton::NewtonSettings, strategy::NewtonDriver,
 };
 use crate::{
     dual::{BodyOperator, DualOperator, ExplicitDual, LocalStiffness},
-    linalg::{largest_eigenvalue, norm},
+    linalg::{largest_eigenvalue, norm, ratio},
     scene::InnerSolver,
 };
 
@@ -34,8 +32,8 @@ pub enum Inner<'a> {
 
 /// What an inner solver did.
 pub(in crate::solver) struct InnerSummary {
-    /// How the solve ends where the tolerance was not reached; `None` where it was.
-    pub(in crate::solver) failure: Option<Status>,
+    /// Why it stopped where the tolerance was not reached; `None` where it was.
+    pub(in crate::solver) failure: Option<StopReason>,
     /// Final residual, relative as the tolerance is.
     pub(in crate::solver) residual: f64,
     pub(in crate::solver) steps: StepCounts,
@@ -76,7 +74,7 @@ impl<'a> Inner<'a> {
         self,
         operator: &mut BodyOperator<'_, '_>,
         kprgp: &Kprgp,
-        set: &FeasibleSet<'_>,
+        set: &FeasibleSet,
         multiplier: &mut Vec<f64>,
         tolerance: f64,
     ) -> InnerSummary {
@@ -98,7 +96,7 @@ impl<'a> Inner<'a> {
         self,
         operator: &mut dyn DualOperator,
         kprgp: &Kprgp,
-        set: &FeasibleSet<'_>,
+        set: &FeasibleSet,
         multiplier: &mut [f64],
         tolerance: f64,
     ) -> InnerSummary {
@@ -130,7 +128,7 @@ impl<'a> Inner<'a> {
         };
         let relative = reduced_gradient / rhs_norm;
         InnerSummary {
-            failure: (!converged).then_some(Status::MaxOperatorApplications),
+            failure: (!converged).then_some(StopReason::MaxOperatorApplications),
             residual: if rhs_norm > 0.0 { relative } else { 0.0 },
             steps,
             at_rounding: asked < rounding,
@@ -145,7 +143,7 @@ fn newton_inside(
     dual: &ExplicitDual,
     local: &LocalStiffness,
     operator: &mut BodyOperator<'_, '_>,
-    set: &FeasibleSet<'_>,
+    set: &FeasibleSet,
     multiplier: &mut Vec<f64>,
     tolerance: f64,
 ) -> InnerSummary {
@@ -165,10 +163,10 @@ fn newton_inside(
     };
     let outcome = driver.minimise(set, &settings);
     let summary = InnerSummary {
-        failure: (!outcome.is_solution()).then_some(Status::MaxNewtonSteps),
+        failure: (!outcome.stop.is_solution()).then_some(StopReason::MaxSteps),
         residual: outcome.residual,
         steps: StepCounts::default(),
-        at_rounding: outcome.status == NewtonStatus::RoundingLimit
+        at_rounding: outcome.stop == StopReason::RoundingLimit
             || outcome.residual <= dual.rounding(),
         applications: outcome.evaluations,
         newton: outcome.history,
@@ -187,7 +185,7 @@ const LOCAL_SLACK: f64 = 10.0;
 /// Least and most decrease of the tolerance from one run of GPCG to the next.
 const TIGHTER: [f64; 2] = [1e-4, 0.5];
 
-/// When a minimiser is accurate on the face itself, whatever the body does as a whole.
+/// When a minimiser is accurate on the face itself, whatever its rigid motion.
 struct Locally<'a> {
     /// ρ, `[n_multipliers]`, in Pa/m³.
     stiffness: &'a [f64],
@@ -203,7 +201,7 @@ impl Locally<'_> {
         &self,
         gpcg: &Gpcg,
         operator: &mut dyn DualOperator,
-        set: &FeasibleSet<'_>,
+        set: &FeasibleSet,
         multiplier: &mut [f64],
         mut tolerance: f64,
     ) -> InnerOutcome {
@@ -233,7 +231,7 @@ impl Locally<'_> {
     fn residual(
         &self,
         operator: &mut dyn DualOperator,
-        set: &FeasibleSet<'_>,
+        set: &FeasibleSet,
         multiplier: &[f64],
     ) -> f64 {
         let product = operator.apply(multiplier);
@@ -244,22 +242,15 @@ impl Locally<'_> {
         for (step, l) in step.iter_mut().zip(multiplier) {
             *step -= l;
         }
-        match norm(&step) {
-            0.0 => 0.0,
-            moved => moved / norm(multiplier),
-        }
+        ratio(norm(&step), norm(multiplier))
     }
 }
 
-/// An upper estimate of ‖S‖, within some per cent: enough for the steplength 1.9/‖S‖.
-pub fn operator_norm(operator: &mut dyn DualOperator) -> f64 {
-    largest_eigenvalue(operator.dimension(), |v| operator.apply(v))
-}
-
-/// The steplength ᾱ = 1.9/‖S‖ of projected gradient steps in Pa/m³ (KPRGP asks for ᾱ in (0, 2/‖S‖)); 1 for
+/// The steplength ᾱ = 1.9/‖S‖ of projected gradient steps in Pa/m³, with ‖S‖ within some per cent (KPRGP asks for ᾱ in (0, 2/‖S‖)); 1 for
 /// S = 0, where any will do.
-pub(in crate::solver) fn projected_gradient_steplength(operator: &mut dyn DualOperator) -> f64 {
-    match operator_norm(operator) {
+#[must_use]
+pub fn projected_gradient_steplength(operator: &mut dyn DualOperator) -> f64 {
+    match largest_eigenvalue(operator.dimension(), |v| operator.apply(v)) {
         0.0 => 1.0,
         largest => 1.9 / largest,
     }

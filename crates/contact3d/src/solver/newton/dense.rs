@@ -1,8 +1,11 @@
 //! Newton's method with the dense matrix of R', and what helps it from afar.
 
 use super::{
-    NewtonSolution, ROUNDING_STALL_STEPS, STAGNATION_STEPS,
-    iteration::{NewtonModel, NewtonSettings, ROUNDING_ZONE, StoppingRule, iterate},
+    NewtonSolution,
+    iteration::{
+        NewtonModel, NewtonSettings, ROUNDING_STALL_STEPS, ROUNDING_ZONE, STAGNATION_STEPS,
+        StoppingRule, iterate,
+    },
     natural_map::NaturalMap,
 };
 use crate::solver::{conditions::Evaluation, solution::NewtonStep};
@@ -12,9 +15,6 @@ pub(super) const SWEEPS_PER_STEP: usize = 10;
 
 /// A step that reduces ‖R‖ to this share lies in the range of fast convergence: nothing to relax.
 const FAST_DECREASE: f64 = 0.01;
-
-/// [`STAGNATION_STEPS`] from a good start, fewer: it needs few steps, and there are other starts.
-const PLAIN_STAGNATION_STEPS: usize = 6;
 
 /// A multiplier, with the motions of a body that floats, and its residual.
 struct DenseIterate {
@@ -38,12 +38,11 @@ struct Globalisation<'f> {
     safeguard: &'f mut dyn FnMut(&[f64]) -> Vec<f64>,
 }
 
-/// From a good start, in no fewer than `least_steps`; a stall ends the method, at rounding after so many steps.
-pub(super) fn from_near(
+/// Newton's method on any natural map from a good start; a stall ends it.
+pub(in crate::solver) fn newton_from(
     map: &NaturalMap<'_>,
     start: Vec<f64>,
-    settings: &NewtonSettings,
-    [least_steps, rounding_steps]: [usize; 2],
+    rule: &StoppingRule,
     observe: impl FnMut(usize, &NewtonStep),
 ) -> NewtonSolution {
     let mut model = DenseModel {
@@ -52,13 +51,7 @@ pub(super) fn from_near(
         evaluations: 0,
     };
     let start = model.at(start);
-    let rule = StoppingRule {
-        settings: *settings,
-        least_steps,
-        stagnation_steps: PLAIN_STAGNATION_STEPS,
-        rounding_steps,
-    };
-    model.run(start, &rule, observe)
+    model.run(start, rule, observe)
 }
 
 /// From any start with relaxed trial steps until the residual stalls, and then once more without; after that, or where R' is singular,
@@ -102,7 +95,7 @@ impl DenseModel<'_, '_> {
     ) -> NewtonSolution {
         let found = iterate(&mut self, start, rule, observe);
         NewtonSolution {
-            status: found.status,
+            stop: found.stop,
             residual: self.relative(&found.iterate),
             multiplier: found.iterate.unknowns,
             history: found.history,
@@ -148,9 +141,9 @@ impl NewtonModel for DenseModel<'_, '_> {
         self.map.newton_step(&from.evaluation)
     }
 
-    fn moved(&mut self, from: &DenseIterate, direction: &[f64], share: f64) -> DenseIterate {
+    fn moved(&mut self, from: &DenseIterate, direction: &[f64], length: f64) -> DenseIterate {
         let moved = from.unknowns.iter().zip(direction);
-        let next = self.at(moved.map(|(l, d)| l + share * d).collect());
+        let next = self.at(moved.map(|(l, d)| l + length * d).collect());
         let relaxes = self.globalisation.as_ref().is_some_and(|it| it.relaxes);
         if !relaxes || next.evaluation.norm < FAST_DECREASE * from.evaluation.norm {
             return next;

@@ -13,19 +13,20 @@
 //! The steplength c is 1/(C g): the slip of a node whose friction changes by f is C g f, with the node's compliance C and the pressure
 //! g. A coefficient that lies where F is constant has Φ' = 0 and is eliminated; the others border the matrix of R.
 //!
-//! Where no start leads to the solution the law is stretched along the slip until it is as flat as the body is stiff, and the solutions
-//! are followed back to the law itself ([`followed_from_stretched_law`]). There is no theorem behind either: laws on panes have no
-//! potential. The augmented unknown is that of resolvent-based Newton methods for maximal monotone graphs (cf. M. Hintermüller,
-//! K. Ito, K. Kunisch, *SIAM J. Optim.* 13 (2003) 865, for the graph of contact).
+//! Where no start leads to the solution the rises of F are widened to the largest slip, and the solutions are followed back to the law
+//! itself ([`FrictionGraph::followed_from_wide_rises`]). There is no theorem behind either: laws on panes have no potential. The
+//! augmented unknown is that of resolvent-based Newton methods for maximal monotone graphs (cf. M. Hintermüller, K. Ito, K. Kunisch,
+//! *SIAM J. Optim.* 13 (2003) 865, for the graph of contact).
 
 use super::{
     NewtonSettings, NewtonSolution,
+    coefficient::{NodeCoefficient, ResolventForm},
     continuation::continuation,
     iteration::{NewtonModel, ROUNDING_STALL_STEPS, StoppingRule, iterate},
     natural_map::NaturalMap,
 };
 use crate::{
-    contact::CoulombLaw,
+    contact::{CoulombLaw, LawBounds},
     dual::{ExplicitDual, LocalStiffness},
     linalg::{DenseLu, norm},
     scene::FrictionLaw,
@@ -45,29 +46,24 @@ const GRAPH_TOLERANCE: f64 = 1e-12;
 /// Least pressure at a node beside the mean one, so that c stays finite where the bonded face lifts off.
 const LEAST_PRESSURE: f64 = 0.1;
 
-/// Decades of slip below the largest free slip in which the range and the largest slope of a law are sampled, and samples in each.
-const SAMPLED_DECADES: i32 = 14;
-const SAMPLES_PER_DECADE: i32 = 16;
+/// Slips of a solution over the largest of those without contact forces, at most.
+const SLIP_MARGIN: f64 = 10.0;
+
+/// Decades that rises of F are narrowed along the path to the law itself: on from there a rise is as steep as rounding of slips allows.
+const NARROWED_DECADES: f64 = 10.0;
 
 /// A law that reads the slip, its graph at the contact nodes, and the contact problem that it belongs to.
 pub(in crate::solver) struct FrictionGraph<'a> {
     dual: &'a ExplicitDual,
     laws: &'a PaneLaws,
+    law: &'a CoulombLaw,
     steplengths: &'a [f64],
     coefficients: Vec<NodeCoefficient>,
     /// Pa for a unit of friction: the largest stress of the bonded face over the largest coefficient.
     scale: f64,
-}
-
-/// A coefficient of friction at a contact node.
-struct NodeCoefficient {
-    node: usize,
-    /// The axis of its slip; `None` of an isotropic law, which reads |u_t|.
-    axis: Option<usize>,
-    /// c in 1/m.
-    steplength: f64,
-    /// Least and largest value of F.
-    range: [f64; 2],
+    /// Slips without contact forces in m, those of held nodes whatever the forces.
+    free_slips: Vec<[f64; 2]>,
+    largest_free_slip: f64,
 }
 
 /// The slip of a coefficient and its derivative by (u_t1, u_t2) of the node.
@@ -90,20 +86,11 @@ struct GraphIterate {
     graph: Vec<[f64; 2]>,
 }
 
-/// The graph of a law with a factor of the steplengths c.
+/// The graph of a law with a form of its resolvents.
 struct GraphModel<'g> {
     graph: &'g FrictionGraph<'g>,
-    law: &'g CoulombLaw,
-    factor: f64,
+    form: ResolventForm,
     evaluations: usize,
-}
-
-impl GraphModel<'_> {
-    fn at(&mut self, unknowns: Vec<f64>, coefficients: Vec<f64>) -> GraphIterate {
-        self.evaluations += 1;
-        self.graph
-            .evaluate(self.law, self.factor, unknowns, coefficients)
-    }
 }
 
 impl NewtonModel for GraphModel<'_> {
@@ -119,21 +106,21 @@ impl NewtonModel for GraphModel<'_> {
     }
 
     fn direction(&mut self, from: &GraphIterate) -> Option<(Vec<f64>, usize)> {
-        let direction = self.graph.direction(self.factor, from)?;
+        let direction = self.step(from)?;
         let n = direction.len();
         Some((direction, n))
     }
 
-    fn moved(&mut self, from: &GraphIterate, direction: &[f64], share: f64) -> GraphIterate {
+    fn moved(&mut self, from: &GraphIterate, direction: &[f64], length: f64) -> GraphIterate {
         let moved = |from: &[f64], by: &[f64]| -> Vec<f64> {
-            from.iter().zip(by).map(|(x, d)| x + share * d).collect()
+            from.iter().zip(by).map(|(x, d)| x + length * d).collect()
         };
         let (direction, change) = direction.split_at(from.unknowns.len());
         let mut coefficients = moved(&from.coefficients, change);
         for (f, c) in coefficients.iter_mut().zip(&self.graph.coefficients) {
             *f = f.clamp(c.range[0], c.range[1]);
         }
-        self.at(moved(&from.unknowns, direction), coefficients)
+        self.evaluate(moved(&from.unknowns, direction), coefficients)
     }
 
     fn is_at_rounding(&self, best: &GraphIterate) -> bool {
@@ -142,17 +129,105 @@ impl NewtonModel for GraphModel<'_> {
     }
 }
 
-impl<'a> FrictionGraph<'a> {
-    /// Whether coefficients follow slips.
-    pub(in crate::solver) fn applies(dual: &ExplicitDual, law: &CoulombLaw) -> bool {
-        law.depends_on_slip() && dual.compliance.is_some()
+impl GraphModel<'_> {
+    fn evaluate(&mut self, unknowns: Vec<f64>, coefficients: Vec<f64>) -> GraphIterate {
+        self.evaluations += 1;
+        let (graph, form) = (self.graph, self.form);
+        let mut nodal = graph.law.at_nodes(&graph.free_slips);
+        for (c, f) in graph.coefficients.iter().zip(&coefficients) {
+            c.axes().for_each(|k| nodal[c.node][k] = *f);
+        }
+        let inverse = |pane: usize| {
+            let nodes = graph.laws.average.entries(pane);
+            nodes.fold([0.0; 2], |sum, (node, w)| {
+                [0, 1].map(|k| sum[k] + w / nodal[node][k])
+            })
+        };
+        let inverse = (0..graph.law.n_panes()).map(inverse).collect();
+        let map = graph.map(inverse);
+        let mut evaluation = map.evaluate(&unknowns);
+        let slips = graph.slips(&unknowns);
+        let points = graph.coefficients.iter().zip(&coefficients).zip(&slips);
+        let residuals: Vec<[f64; 2]> = points
+            .map(|((c, f), slip)| {
+                let moved = f + form.factor * c.steplength * slip.own;
+                let [value, slope] = c.resolvent(graph.law, form, slip.pair, moved);
+                [f - value, slope]
+            })
+            .collect();
+        let off = norm(
+            &residuals
+                .iter()
+                .map(|[r, _]| graph.scale * r)
+                .collect::<Vec<_>>(),
+        );
+        evaluation.norm = evaluation.norm.hypot(off);
+        GraphIterate {
+            unknowns,
+            coefficients,
+            evaluation,
+            slips,
+            graph: residuals,
+        }
     }
 
+    /// Changes of x and f, one behind the other, with R'd + ∂R/∂f δf = −R and (1 − Φ') δf − Φ' c δs = −(f − Φ).
+    fn step(&self, at: &GraphIterate) -> Option<Vec<f64>> {
+        let (graph, form) = (self.graph, self.form);
+        let n = at.unknowns.len();
+        let bordering: Vec<usize> = (0..at.graph.len())
+            .filter(|&k| at.graph[k][1] > 0.0)
+            .collect();
+        let size = n + bordering.len();
+        let map = graph.map(Vec::new());
+        let derivative = map.derivative(&at.evaluation);
+        let mut matrix = vec![0.0; size * size];
+        for (column, from) in matrix
+            .chunks_exact_mut(size)
+            .zip(derivative.chunks_exact(n))
+        {
+            column[..n].copy_from_slice(from);
+        }
+        let mut rhs: Vec<f64> = at.evaluation.residual.iter().map(|r| -r).collect();
+        rhs.resize(size, 0.0);
+        let by_coefficient = graph.by_coefficients(at);
+        let mut change: Vec<f64> = at.graph.iter().map(|[r, _]| -r).collect();
+        for (k, column) in by_coefficient.iter().enumerate() {
+            if at.graph[k][1] == 0.0 {
+                column
+                    .iter()
+                    .for_each(|(row, by)| rhs[*row] -= by * change[k]);
+            }
+        }
+        for (b, &k) in bordering.iter().enumerate() {
+            let [residual, slope] = at.graph[k];
+            for (row, by) in &by_coefficient[k] {
+                matrix[(n + b) * size + row] = by / graph.scale;
+            }
+            matrix[(n + b) * size + n + b] = 1.0 - slope;
+            rhs[n + b] = -graph.scale * residual;
+            let (c, slip) = (&graph.coefficients[k], &at.slips[k]);
+            let by_slip = graph.scale * slope * form.factor * c.steplength;
+            for j in 0..n {
+                matrix[j * size + n + b] = -by_slip * graph.slip_change(c.node, slip, j);
+            }
+        }
+        DenseLu::new(&matrix, size)?.solve(&mut rhs);
+        for (b, &k) in bordering.iter().enumerate() {
+            change[k] = rhs[n + b] / graph.scale;
+        }
+        rhs.truncate(n);
+        rhs.extend(change);
+        rhs.iter().all(|v| v.is_finite()).then_some(rhs)
+    }
+}
+
+impl<'a> FrictionGraph<'a> {
     /// `None` where the bonded face has no stress or a node no compliance, so that no c can be found.
     pub(in crate::solver) fn new(
         dual: &'a ExplicitDual,
         laws: &'a PaneLaws,
-        law: &CoulombLaw,
+        law: &'a CoulombLaw,
         local: &'a LocalStiffness,
     ) -> Option<Self> {
         let compliance = dual.compliance.as_ref()?;
@@ -163,30 +238,35 @@ impl<'a> FrictionGraph<'a> {
         let least = LEAST_PRESSURE * pressure.iter().sum::<f64>() / pressure.len().max(1) as f64;
         // Means over the panes around each node.
         let mut weight = vec![0.0; law.n_nodes()];
-        let (mut at_node, mut yields) = (weight.clone(), weight.clone());
+        let (mut at_node, mut compliance_at) = (weight.clone(), weight.clone());
         for (pane, g) in pressure.iter().enumerate() {
             let pair = dual.layout.tangential(pane)?;
             for (node, w) in laws.average.entries(pane) {
                 let own = [0, 1].map(|k| compliance.column(pair[k])[2 * node + k]);
                 weight[node] += w;
                 at_node[node] += w * g;
-                yields[node] += w * 0.5 * (own[0] + own[1]);
+                compliance_at[node] += w * 0.5 * (own[0] + own[1]);
             }
         }
-        let free = laws
+        let free_slips = laws
             .slip
             .slip(&dual.tangential_displacement(&dual.unknowns(&[])));
-        let largest = free.iter().flatten().fold(0.0_f64, |most, s| most.max(*s));
+        let largest_free_slip = free_slips
+            .iter()
+            .flatten()
+            .fold(0.0_f64, |most, s| most.max(*s));
         let mut coefficients = Vec::new();
         for face in law.faces() {
             let axes: &[Option<usize>] = match face.law() {
                 FrictionLaw::Isotropic(_) => &[None],
                 FrictionLaw::Orthotropic(_) => &[Some(0), Some(1)],
             };
+            let bounds = LawBounds::new(face, SLIP_MARGIN * largest_free_slip);
+            let range = [bounds.smallest, bounds.largest].map(|extreme| extreme.value);
             for node in face.nodes() {
-                let yields = yields[node] / weight[node];
+                let compliance_at = compliance_at[node] / weight[node];
                 // A node that is held, or belongs to no pane, keeps its slip.
-                if yields.is_nan() || yields <= 0.0 {
+                if compliance_at.is_nan() || compliance_at <= 0.0 {
                     continue;
                 }
                 let g = (at_node[node] / weight[node]).max(least);
@@ -194,8 +274,8 @@ impl<'a> FrictionGraph<'a> {
                     coefficients.push(NodeCoefficient {
                         node,
                         axis,
-                        steplength: (yields * g).recip(),
-                        range: sampled_range(law, node, axis, largest),
+                        steplength: (compliance_at * g).recip(),
+                        range,
                     });
                 }
             }
@@ -208,16 +288,18 @@ impl<'a> FrictionGraph<'a> {
         (scale.is_finite() && coefficients.iter().all(finite)).then_some(Self {
             dual,
             laws,
+            law,
             steplengths: &local.stiffness,
             coefficients,
             scale,
+            free_slips,
+            largest_free_slip,
         })
     }
 
-    /// A solution from λ = 0 and the coefficients without slip, by the first steplength that leads to one; else along the stretched law.
+    /// A solution from λ = 0 and the coefficients without slip, by the first steplength that leads to one; else from wide rises of F.
     pub(in crate::solver) fn solve(
         &self,
-        law: &CoulombLaw,
         observe: &mut dyn FnMut(usize, &NewtonStep),
     ) -> NewtonSolution {
         let mut found = NewtonSolution::none(self.dual);
@@ -228,54 +310,40 @@ impl<'a> FrictionGraph<'a> {
             found.merged_with(next)
         };
         for factor in RESOLVENT_FACTORS {
-            let next = self.newton(law, factor, None);
+            let next = self.newton(ResolventForm { factor, rise: 0.0 }, None);
             found = merge(found, next);
-            if found.is_solution() {
+            if found.stop.is_solution() {
                 break;
             }
         }
-        if !found.is_solution() {
-            let next = self.followed_from_stretched_law(law);
+        if !found.stop.is_solution() {
+            let next = self.followed_from_wide_rises();
             found = merge(found, next);
         }
         found.multiplier.truncate(self.dual.n_unknowns());
         found
     }
 
-    /// Follows the solutions of the laws F(s/σ) from a σ with which no slope exceeds c to σ = 1, geometrically.
-    fn followed_from_stretched_law(&self, law: &CoulombLaw) -> NewtonSolution {
-        let steepest = |c: &NodeCoefficient| {
-            let slopes =
-                samples(self.largest_free_slip()).map(|s| slope(law, c, [0.0; 2], s).abs());
-            slopes.fold(0.0, f64::max) / c.steplength
-        };
-        let stretch = self.coefficients.iter().map(steepest).fold(1.0, f64::max);
-        continuation(&mut |_, _| {}, |share, start| {
-            let law = law.stretched(stretch.powf(1.0 - share));
-            self.newton(&law, 1.0, start)
+    /// Follows the solutions from rises of F that are as wide as the largest free slip to those of the law, geometrically.
+    fn followed_from_wide_rises(&self) -> NewtonSolution {
+        continuation(|tau, start| {
+            let narrowed = 10_f64.powf(-NARROWED_DECADES * tau);
+            let rise = if tau < 1.0 {
+                self.largest_free_slip * narrowed
+            } else {
+                0.0
+            };
+            self.newton(ResolventForm { factor: 1.0, rise }, start)
         })
     }
 
-    /// Slips without contact forces in m, those of held nodes whatever the forces.
-    fn free_slips(&self) -> Vec<[f64; 2]> {
-        let free = self.dual.unknowns(&[]);
-        self.laws
-            .slip
-            .slip(&self.dual.tangential_displacement(&free))
-    }
-
-    fn largest_free_slip(&self) -> f64 {
-        let free = self.free_slips();
-        free.iter().flatten().fold(0.0, |most, s| most.max(*s))
-    }
-
     /// Damped Newton steps for (x, f), from a start or from λ = 0; the multiplier of the result is (x, f).
-    fn newton(&self, law: &CoulombLaw, factor: f64, start: Option<&[f64]>) -> NewtonSolution {
+    fn newton(&self, form: ResolventForm, start: Option<&[f64]>) -> NewtonSolution {
         let n = self.dual.n_unknowns();
         let (unknowns, coefficients) = match start {
             Some(start) => (start[..n].to_vec(), start[n..].to_vec()),
             None => {
-                let at_rest = |c: &NodeCoefficient| value(law, c, [0.0; 2], 0.0);
+                let at_rest = |c: &NodeCoefficient| c.value(self.law, [0.0; 2], 0.0);
                 (
                     self.dual.unknowns(&[]),
                     self.coefficients.iter().map(at_rest).collect(),
@@ -284,11 +352,10 @@ impl<'a> FrictionGraph<'a> {
         };
         let mut model = GraphModel {
             graph: self,
-            law,
-            factor,
+            form,
             evaluations: 0,
         };
-        let first = model.at(unknowns, coefficients);
+        let first = model.evaluate(unknowns, coefficients);
         let rule = StoppingRule {
             settings: NewtonSettings {
                 tolerance: GRAPH_TOLERANCE,
@@ -302,7 +369,7 @@ impl<'a> FrictionGraph<'a> {
         let found = iterate(&mut model, first, &rule, |_, _| {});
         let last = found.iterate;
         NewtonSolution {
-            status: found.status,
+            stop: found.stop,
             residual: model.relative(&last),
             multiplier: [last.unknowns, last.coefficients].concat(),
             history: found.history,
@@ -310,55 +377,12 @@ impl<'a> FrictionGraph<'a> {
         }
     }
 
-    fn evaluate(
-        &self,
-        law: &CoulombLaw,
-        factor: f64,
-        unknowns: Vec<f64>,
-        coefficients: Vec<f64>,
-    ) -> GraphIterate {
-        let mut nodal = law.at_nodes(&self.free_slips());
-        for (c, f) in self.coefficients.iter().zip(&coefficients) {
-            c.axes().for_each(|k| nodal[c.node][k] = *f);
-        }
-        let inverse = |pane: usize| {
-            let nodes = self.laws.average.entries(pane);
-            nodes.fold([0.0; 2], |sum, (node, w)| {
-                [0, 1].map(|k| sum[k] + w / nodal[node][k])
-            })
-        };
-        let inverse = (0..law.n_panes()).map(inverse).collect();
-        let map = NaturalMap::with_coefficients(
-            self.dual,
-            Bound::Coulomb(self.laws, law),
-            self.steplengths.to_vec(),
-            inverse,
-        );
-        let mut evaluation = map.evaluate(&unknowns);
-        let slips = self.slips(&unknowns);
-        let points = self.coefficients.iter().zip(&coefficients).zip(&slips);
-        let graph: Vec<[f64; 2]> = points
-            .map(|((c, f), slip)| {
-                let steplength = factor * c.steplength;
-                let [value, slope] =
-                    Self::resolvent(law, c, slip.pair, steplength, f + steplength * slip.own);
-                [f - value, slope]
-            })
-            .collect();
-        let off = norm(
-            &graph
-                .iter()
-                .map(|[r, _]| self.scale * r)
-                .collect::<Vec<_>>(),
-        );
-        evaluation.norm = evaluation.norm.hypot(off);
-        GraphIterate {
-            unknowns,
-            coefficients,
-            evaluation,
-            slips,
-            graph,
-        }
+    /// The natural map with given 𝓕⁻¹ on the panes.
+    fn map(&self, inverse: Vec<[f64; 2]>) -> NaturalMap<'_> {
+        let bound = Bound::Coulomb(self.laws, self.law);
+        let mut map = NaturalMap::with_steplengths(self.dual, bound, self.steplengths.to_vec());
+        map.conditions.fix_coefficients(inverse);
+        map
     }
 
     fn slips(&self, unknowns: &[f64]) -> Vec<Slip> {
@@ -381,60 +405,6 @@ impl<'a> FrictionGraph<'a> {
             }
         };
         self.coefficients.iter().map(at).collect()
-    }
-
-    /// Changes of x and f, one behind the other, with R'd + ∂R/∂f δf = −R and (1 − Φ') δf − Φ' c δs = −(f − Φ).
-    fn direction(&self, factor: f64, at: &GraphIterate) -> Option<Vec<f64>> {
-        let n = at.unknowns.len();
-        let bordering: Vec<usize> = (0..at.graph.len())
-            .filter(|&k| at.graph[k][1] > 0.0)
-            .collect();
-        let size = n + bordering.len();
-        let map = NaturalMap::with_coefficients(
-            self.dual,
-            Bound::Coulomb(self.laws, self.laws.coulomb()?),
-            self.steplengths.to_vec(),
-            Vec::new(),
-        );
-        let derivative = map.derivative(&at.evaluation);
-        let mut matrix = vec![0.0; size * size];
-        for (column, from) in matrix
-            .chunks_exact_mut(size)
-            .zip(derivative.chunks_exact(n))
-        {
-            column[..n].copy_from_slice(from);
-        }
-        let mut rhs: Vec<f64> = at.evaluation.residual.iter().map(|r| -r).collect();
-        rhs.resize(size, 0.0);
-        let by_coefficient = self.by_coefficients(at);
-        let mut change: Vec<f64> = at.graph.iter().map(|[r, _]| -r).collect();
-        for (k, column) in by_coefficient.iter().enumerate() {
-            if at.graph[k][1] == 0.0 {
-                column
-                    .iter()
-                    .for_each(|(row, by)| rhs[*row] -= by * change[k]);
-            }
-        }
-        for (b, &k) in bordering.iter().enumerate() {
-            let [residual, slope] = at.graph[k];
-            for (row, by) in &by_coefficient[k] {
-                matrix[(n + b) * size + row] = by / self.scale;
-            }
-            matrix[(n + b) * size + n + b] = 1.0 - slope;
-            rhs[n + b] = -self.scale * residual;
-            let (c, slip) = (&self.coefficients[k], &at.slips[k]);
-            let by_slip = self.scale * slope * factor * c.steplength;
-            for j in 0..n {
-                matrix[j * size + n + b] = -by_slip * self.slip_change(c.node, slip, j);
-            }
-        }
-        DenseLu::new(&matrix, size)?.solve(&mut rhs);
-        for (b, &k) in bordering.iter().enumerate() {
-            change[k] = rhs[n + b] / self.scale;
-        }
-        rhs.truncate(n);
-        rhs.extend(change);
-        rhs.iter().all(|v| v.is_finite()).then_some(rhs)
     }
 
     /// ∂R/∂f of each coefficient, the rows that are not zero.
@@ -488,88 +458,4 @@ impl<'a> FrictionGraph<'a> {
             _ => 0.0,
         }
     }
-
-    /// Φ(y) and Φ'(y), by bisection: F(s) + c s − y rises where c > −F'.
-    fn resolvent(
-        law: &CoulombLaw,
-        c: &NodeCoefficient,
-        pair: [f64; 2],
-        steplength: f64,
-        y: f64,
-    ) -> [f64; 2] {
-        let at_rest = value(law, c, pair, 0.0);
-        if y <= at_rest {
-            return [at_rest, 0.0];
-        }
-        let (mut low, mut high) = (0.0, (y - c.range[0]) / steplength);
-        loop {
-            let middle = 0.5 * (low + high);
-            if middle <= low || middle >= high {
-                break;
-            }
-            if value(law, c, pair, middle) + steplength * middle < y {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        let slope = slope(law, c, pair, high).max(0.0);
-        // On a steep rise s has fewer digits than f, which is what is left of y.
-        let value = (y - steplength * high).clamp(c.range[0], c.range[1]);
-        [value, slope / (slope + steplength)]
-    }
-}
-
-impl NodeCoefficient {
-    fn axes(&self) -> impl Iterator<Item = usize> + use<> {
-        self.axis.map_or(0..2, |axis| axis..axis + 1)
-    }
-
-    /// (|u_t1|, |u_t2|) with the own slip s.
-    fn at(&self, pair: [f64; 2], s: f64) -> [f64; 2] {
-        match self.axis {
-            Some(axis) => [0, 1].map(|k| if k == axis { s } else { pair[k] }),
-            None => match pair[0].hypot(pair[1]) {
-                0.0 => [s, 0.0],
-                own => pair.map(|p| s * (p / own)),
-            },
-        }
-    }
-}
-
-/// F of a coefficient at the slip s of its own, others as they are.
-fn value(law: &CoulombLaw, c: &NodeCoefficient, pair: [f64; 2], s: f64) -> f64 {
-    law.evaluate(c.node, c.at(pair, s))[c.axis.unwrap_or(0)]
-}
-
-/// dF/ds.
-fn slope(law: &CoulombLaw, c: &NodeCoefficient, pair: [f64; 2], s: f64) -> f64 {
-    let at = c.at(pair, s);
-    let row = law.derivative(c.node, at)[c.axis.unwrap_or(0)];
-    match c.axis {
-        Some(axis) => row[axis],
-        None if s > 0.0 => (row[0] * at[0] + row[1] * at[1]) / s,
-        None => row[0],
-    }
-}
-
-/// Slips around the largest free one, from far below it to a decade above.
-fn samples(largest: f64) -> impl Iterator<Item = f64> {
-    (-SAMPLED_DECADES * SAMPLES_PER_DECADE..=SAMPLES_PER_DECADE)
-        .map(move |k| largest * 10_f64.powf(f64::from(k) / f64::from(SAMPLES_PER_DECADE)))
-}
-
-fn sampled_range(law: &CoulombLaw, node: usize, axis: Option<usize>, largest: f64) -> [f64; 2] {
-    let c = NodeCoefficient {
-        node,
-        axis,
-        steplength: 0.0,
-        range: [0.0; 2],
-    };
-    let values = std::iter::once(0.0)
-        .chain(samples(largest))
-        .map(|s| law.evaluate(node, c.at([0.0; 2], s))[axis.unwrap_or(0)]);
-    values.fold([f64::INFINITY, 0.0], |[least, most], f| {
-        [least.min(f), f64::max(most, f)]
-    })
 }

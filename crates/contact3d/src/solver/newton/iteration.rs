@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use crate::{
     dual::ExplicitDual,
-    solver::{conditions::Evaluation, solution::NewtonStep},
+    solver::{NewtonStep, StopReason, conditions::Evaluation},
 };
 
 /// Halvings of one step before the full step is taken all the same.
@@ -16,13 +16,16 @@ const STEP_MAX_HALVINGS: usize = 12;
 /// Steps in which the best residual must halve; otherwise Newton's method has stalled.
 pub(in crate::solver) const STAGNATION_STEPS: usize = 10;
 
+/// The same from a good start.
+const NEAR_STAGNATION_STEPS: usize = 6;
+
 /// The relative residual at which zones are settled: where a continuation goes on, and where a similar problem's solution can start.
 pub(in crate::solver) const NEWTON_BASIN: f64 = 1e-3;
 
 /// Below this relative residual a stall is rounding.
 pub(super) const ROUNDING_ZONE: f64 = 1e-9;
 
-/// Steps that tell such a stall; one less where every residual is exact, or the next exact residual shows what is left.
+/// Steps that tell such a stall; one less where every residual is refined, or the next refined residual shows what is left.
 pub(in crate::solver) const ROUNDING_STALL_STEPS: usize = 3;
 
 /// How Newton's method is stopped.
@@ -53,20 +56,6 @@ impl NewtonSettings {
     }
 }
 
-/// How Newton's method ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum NewtonStatus {
-    /// ‖R‖ ≤ tolerance · ‖λ‖.
-    Converged,
-    /// The residual fell below 1e-9 · ‖λ‖ and then no further: rounding forbids the tolerance, and
-    /// the final residual is the attainable accuracy.
-    RoundingLimit,
-    /// The steps ran out, or the residual fell no further and nothing was left to try.
-    MaxSteps,
-    /// A value was not finite.
-    NumericalError,
-}
-
 /// A problem R(x) = 0 as Newton's method sees it.
 pub(in crate::solver) trait NewtonModel {
     /// x with R(x) and what a step from there needs.
@@ -81,8 +70,8 @@ pub(in crate::solver) trait NewtonModel {
     /// d with R'(x) d = −R(x), and the number of its coupled unknowns; `None` where R' is singular.
     fn direction(&mut self, from: &Self::Iterate) -> Option<(Vec<f64>, usize)>;
 
-    /// x + s d for a share s, or what is made of it.
-    fn moved(&mut self, from: &Self::Iterate, direction: &[f64], share: f64) -> Self::Iterate;
+    /// x + s d for a length s ≤ 1, or what is made of it.
+    fn moved(&mut self, from: &Self::Iterate, direction: &[f64], length: f64) -> Self::Iterate;
 
     /// Whether a stall with this iterate as the best one is rounding.
     fn is_at_rounding(&self, best: &Self::Iterate) -> bool {
@@ -111,9 +100,21 @@ pub(in crate::solver) struct StoppingRule {
     pub(in crate::solver) rounding_steps: usize,
 }
 
+impl StoppingRule {
+    /// From a good start, which needs few steps; and there are other starts.
+    pub(in crate::solver) fn from_near(settings: NewtonSettings) -> Self {
+        Self {
+            settings,
+            least_steps: 0,
+            stagnation_steps: NEAR_STAGNATION_STEPS,
+            rounding_steps: ROUNDING_STALL_STEPS,
+        }
+    }
+}
+
 /// How Newton's method ended, and where.
 pub(in crate::solver) struct NewtonOutcome<I> {
-    pub(in crate::solver) status: NewtonStatus,
+    pub(in crate::solver) stop: StopReason,
     /// The last iterate where the method converged, else the one with the least residual.
     pub(in crate::solver) iterate: I,
     pub(in crate::solver) history: Vec<NewtonStep>,
@@ -132,22 +133,22 @@ pub(in crate::solver) fn iterate<M: NewtonModel>(
     let mut earlier: Option<M::Iterate> = None;
     let mut residuals = BestResiduals::new(model.evaluation(&current).norm);
     let mut history: Vec<NewtonStep> = Vec::new();
-    let status = loop {
+    let stop = loop {
         let norm = model.evaluation(&current).norm;
         let is_small = model.relative(&current) <= rule.settings.tolerance;
         if norm == 0.0 || is_small && history.len() >= rule.least_steps {
-            break NewtonStatus::Converged;
+            break StopReason::Converged;
         }
         if !norm.is_finite() {
-            break NewtonStatus::NumericalError;
+            break StopReason::NumericalError;
         }
         // Of the best iterate: a step along what hardly anything resists may be so long that its own rounding explains any residual.
         let best = earlier.as_ref().unwrap_or(&current);
         if residuals.stalled_for(rule.rounding_steps) && model.is_at_rounding(best) {
-            break NewtonStatus::RoundingLimit;
+            break StopReason::RoundingLimit;
         }
         if history.len() == rule.settings.max_steps {
-            break NewtonStatus::MaxSteps;
+            break StopReason::MaxSteps;
         }
         let stalls = residuals.stalled_for(rule.stagnation_steps);
         if stalls && let Some(start) = model.restart() {
@@ -171,7 +172,7 @@ pub(in crate::solver) fn iterate<M: NewtonModel>(
                         halvings: 0,
                     }
                 }
-                None => break NewtonStatus::MaxSteps,
+                None => break StopReason::MaxSteps,
             },
         };
         let least = model.evaluation(best).norm;
@@ -185,7 +186,6 @@ pub(in crate::solver) fn iterate<M: NewtonModel>(
             zone_changes: zone_changes.count(),
             free_unknowns: direction.as_ref().map_or(0, |(_, coupled)| *coupled),
             fallback: direction.is_none(),
-            law_share: 1.0,
             seconds: started.elapsed().as_secs_f64(),
         });
         observe(history.len() - 1, &history[history.len() - 1]);
@@ -199,11 +199,11 @@ pub(in crate::solver) fn iterate<M: NewtonModel>(
         residuals.push(norm);
     };
     NewtonOutcome {
-        iterate: match (status, earlier) {
-            (NewtonStatus::Converged, _) | (_, None) => current,
+        iterate: match (stop, earlier) {
+            (StopReason::Converged, _) | (_, None) => current,
             (_, Some(best)) => best,
         },
-        status,
+        stop,
         history,
     }
 }

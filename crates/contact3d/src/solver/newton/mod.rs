@@ -1,5 +1,6 @@
 //! The semismooth Newton method on the natural map, its starts, and its linearisation.
 
+mod coefficient;
 mod continuation;
 mod dense;
 mod friction_graph;
@@ -12,25 +13,27 @@ mod system;
 #[cfg(test)]
 mod tests;
 
-pub use iteration::{NewtonSettings, NewtonStatus};
+pub(in crate::solver) use dense::newton_from;
+pub use iteration::NewtonSettings;
+pub(in crate::solver) use iteration::StoppingRule;
 pub use linearisation::{Linearisation, LocalMapping, contraction_of_mapping};
 
-pub(in crate::solver) use continuation::continuation;
 pub(in crate::solver) use friction_graph::FrictionGraph;
 pub(in crate::solver) use proximal::proximal_point;
 
-use dense::{SWEEPS_PER_STEP, from_afar, from_near};
-use iteration::{ROUNDING_STALL_STEPS, STAGNATION_STEPS};
+use dense::{SWEEPS_PER_STEP, from_afar};
 use natural_map::NaturalMap;
 
-use super::{FeasibleSet, NewtonStep, PaneLaws, conditions::Bound, pane_laws::coulomb_state};
+use super::{
+    FeasibleSet, NewtonStep, PaneLaws, StopReason, conditions::Bound, pane_laws::coulomb_state,
+};
 use crate::{contact::CoulombLaw, dual::ExplicitDual};
 
 /// The multiplier that Newton's method found and how it was reached.
 #[derive(Debug, Clone)]
 pub struct NewtonSolution {
-    /// How the method ended.
-    pub status: NewtonStatus,
+    /// Why the method stopped.
+    pub stop: StopReason,
     /// λ: m normal stresses λ_ν, then m pairs λ_t, `[n_multipliers]`, in Pa.
     pub multiplier: Vec<f64>,
     /// Final ‖R‖ / ‖λ‖.
@@ -47,7 +50,7 @@ pub struct NewtonSolution {
 /// The admissible set moves with λ: g = max(z_ν, 0) and 𝓕 = 𝓕(u_t(λ)), and R' contains both
 /// dependences.
 ///
-/// Most of the way a semismooth Newton method only looks for the zones: a pane on the wrong side of
+/// For most of its steps a semismooth Newton method only looks for the zones: a pane on the wrong side of
 /// a kink spoils the whole step, and ‖R‖ forbids it. Such errors are local, and sweeps of nonlinear
 /// block Gauss–Seidel, each as cheap as one application of S, remove them; errors over many panes
 /// are slow for the sweeps and easy for Newton's step. So the start and every trial step are
@@ -78,7 +81,7 @@ pub fn newton(
         let state = coulomb_state(dual, laws, law, multiplier);
         let set = laws.feasible_set(Some(&state));
         let settings = NewtonSettings::to_rounding(dual);
-        let image = minimise_frozen_in(dual, &set, multiplier, &settings, 1, |_, _| {});
+        let image = minimise_frozen(dual, &set, multiplier, &settings, 1, |_, _| {});
         hidden_evaluations += image.evaluations;
         let pairs = multiplier.iter().zip(&image.multiplier);
         pairs.map(|(l, next)| l + 0.5 * (next - l)).collect()
@@ -88,51 +91,12 @@ pub fn newton(
     found
 }
 
-/// Newton's method on any natural map from a good start, in no fewer than `least_steps`; a stall
-/// ends it.
-pub(in crate::solver) fn newton_from(
-    map: &NaturalMap<'_>,
-    start: Vec<f64>,
-    settings: &NewtonSettings,
-    least_steps: usize,
-    observe: impl FnMut(usize, &NewtonStep),
-) -> NewtonSolution {
-    let steps = [least_steps, ROUNDING_STALL_STEPS];
-    from_near(map, start, settings, steps, observe)
-}
-
-/// [`newton_from`] in one step at least, ended by the first two at rounding that bring nothing: what is
-/// left then is rounding of λ itself, which the next exact residual shows.
-pub(in crate::solver) fn newton_to_rounding(
-    map: &NaturalMap<'_>,
-    start: Vec<f64>,
-    settings: &NewtonSettings,
-) -> NewtonSolution {
-    from_near(
-        map,
-        start,
-        settings,
-        [1, ROUNDING_STALL_STEPS - 1],
-        |_, _| {},
-    )
-}
-
 /// Minimises ½ λᵀSλ − λᵀh over a frozen admissible set (Tresca friction) by the same Newton
-/// method; sweeps of block relaxation, which always decrease the energy, are its safeguard.
+/// method in no fewer than `least_steps`; sweeps of block relaxation, which always decrease the energy, are its safeguard.
 #[must_use]
 pub fn minimise_frozen(
     dual: &ExplicitDual,
-    set: &FeasibleSet<'_>,
-    start: &[f64],
-    settings: &NewtonSettings,
-) -> NewtonSolution {
-    minimise_frozen_in(dual, set, start, settings, 0, |_, _| {})
-}
-
-/// [`minimise_frozen`] in no fewer than `least_steps`, observed.
-pub(in crate::solver) fn minimise_frozen_in(
-    dual: &ExplicitDual,
-    set: &FeasibleSet<'_>,
+    set: &FeasibleSet,
     start: &[f64],
     settings: &NewtonSettings,
     least_steps: usize,
@@ -160,7 +124,7 @@ impl NewtonSolution {
     /// λ = 0 before any step.
     pub(in crate::solver) fn none(dual: &ExplicitDual) -> Self {
         Self {
-            status: NewtonStatus::MaxSteps,
+            stop: StopReason::MaxSteps,
             multiplier: dual.unknowns(&[]),
             residual: f64::INFINITY,
             history: Vec::new(),
@@ -175,13 +139,5 @@ impl NewtonSolution {
             evaluations: self.evaluations + next.evaluations,
             ..next
         }
-    }
-
-    /// Whether the method found what it looked for.
-    pub(in crate::solver) fn is_solution(&self) -> bool {
-        matches!(
-            self.status,
-            NewtonStatus::Converged | NewtonStatus::RoundingLimit
-        )
     }
 }

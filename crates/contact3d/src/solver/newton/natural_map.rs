@@ -49,20 +49,6 @@ impl<'a> NaturalMap<'a> {
         }
     }
 
-    /// As [`Self::with_steplengths`], with given 𝓕⁻¹ on the panes, `[n_friction_panes]`.
-    pub(in crate::solver) fn with_coefficients(
-        dual: &'a ExplicitDual,
-        bound: Bound<'a>,
-        steplengths: Vec<f64>,
-        inverse: Vec<[f64; 2]>,
-    ) -> Self {
-        let map = Self::with_steplengths(dual, bound, steplengths);
-        Self {
-            conditions: map.conditions.with_coefficients(inverse),
-            ..map
-        }
-    }
-
     /// R at λ, `[n_unknowns]`, with what its derivative needs.
     #[must_use]
     pub fn evaluate(&self, multiplier: &[f64]) -> Evaluation {
@@ -99,26 +85,26 @@ impl<'a> NaturalMap<'a> {
         norm(&stresses)
     }
 
-    /// ‖R‖ over its measure that rounding makes of S λ, n ε max ρ_i S_ii, none worth counting about an anchor, and of a long way on weak
+    /// ‖R‖ over its measure that rounding makes of S λ, n ε max ρ_i S_ii, none worth counting about an anchor, and of a long displacement on weak
     /// springs, which cancels where the body turns about what presses or sticks.
     pub(super) fn rounding(&self, unknowns: &[f64], evaluation: &Evaluation) -> f64 {
         let rho = self.dual.multipliers(&self.conditions.steplengths);
-        let mobility = match self.dual.anchor {
+        let of_products = match self.dual.anchor {
             Some(_) => 0.0,
             None => {
                 let rows = rho.iter().enumerate();
-                let mobility = rows.map(|(j, rho)| rho * self.dual.diagonal(j));
-                self.dual.rounding() * mobility.fold(0.0, f64::max)
+                let sizes = rows.map(|(j, rho)| rho * self.dual.diagonal(j));
+                self.dual.rounding() * sizes.fold(0.0, f64::max)
             }
         };
         let Some(balance) = self.dual.rigid.as_ref().filter(|it| it.is_supported()) else {
-            return mobility;
+            return of_products;
         };
         let motion = self.dual.motion(unknowns);
         let rounded = |j: usize| {
             let terms = balance.coupling.integrals.iter().zip(motion);
-            let way = terms.map(|(g, by)| (g[j] * by).abs()).sum::<f64>();
-            FEW_ROUNDINGS * f64::EPSILON * rho[j] * way
+            let moved = terms.map(|(g, by)| (g[j] * by).abs()).sum::<f64>();
+            FEW_ROUNDINGS * f64::EPSILON * rho[j] * moved
         };
         let layout = self.dual.layout;
         let stresses = evaluation.panes.iter().enumerate().flat_map(|(i, pane)| {
@@ -131,6 +117,6 @@ impl<'a> NaturalMap<'a> {
             let along = along.filter(sticks).into_iter().flatten();
             along.chain(pane.pressed.then(|| rounded(layout.normal(i))))
         });
-        mobility.max(norm(&stresses.collect::<Vec<f64>>()) / self.size(unknowns))
+        of_products.max(norm(&stresses.collect::<Vec<f64>>()) / self.size(unknowns))
     }
 }

@@ -57,11 +57,11 @@ pub(in crate::solver) fn proximal_point(
             dual: &dual,
             ..*driver
         };
-        let start = last.clone();
-        let start = start.unwrap_or_else(|| driver.local.bonded_start(&dual));
+        let bonded = || driver.local.bonded_start(&dual);
+        let start = last.clone().unwrap_or_else(bonded);
         let done = found.history.len();
         let next = held.from(start, &mut |i, step| observe(done + i, step));
-        let is_solved = next.is_solution();
+        let is_solved = next.stop.is_solution();
         found = found.merged_with(next);
         if !is_solved {
             k *= PROXIMAL_GROWTH;
@@ -73,10 +73,9 @@ pub(in crate::solver) fn proximal_point(
             return found;
         }
         last = Some(found.multiplier.clone());
-        let reduction = if pass == 0 {
-            FIRST_REDUCTION
-        } else {
-            LATER_REDUCTION
+        let reduction = match pass {
+            0 => FIRST_REDUCTION,
+            _ => LATER_REDUCTION,
         };
         k = (k * reduction).max(LEAST_PROXIMAL_STIFFNESS);
     }

@@ -179,26 +179,6 @@ impl<'a> NewtonSystem<'a> {
 
     /// −R with the eliminated unknowns, already in `step`, on the right-hand side.
     fn rhs(&self, step: &[f64]) -> Vec<f64> {
-        let mut rhs = self.free_rhs();
-        let mut column = vec![0.0; rhs.len()];
-        for j in self.eliminated(step) {
-            self.column(j, &mut column);
-            for (rhs, entry) in rhs.iter_mut().zip(&column) {
-                *rhs -= entry * step[j];
-            }
-        }
-        rhs
-    }
-
-    /// The eliminated unknowns that move.
-    pub(super) fn eliminated<'s>(&self, step: &'s [f64]) -> impl Iterator<Item = usize> + use<'s> {
-        let mut is_free = vec![false; step.len()];
-        self.free.iter().for_each(|&i| is_free[i] = true);
-        (0..step.len()).filter(move |&j| !is_free[j] && step[j] != 0.0)
-    }
-
-    /// −R of the rows, without what eliminated unknowns bring.
-    pub(super) fn free_rhs(&self) -> Vec<f64> {
         let residual = &self.evaluation.residual;
         let mut rhs: Vec<f64> = self.free.iter().map(|&i| -residual[i]).collect();
         for at in &self.rows {
@@ -206,6 +186,15 @@ impl<'a> NewtonSystem<'a> {
                 for k in 0..2 {
                     rhs[pair.row + k] += pair.by_bound[k] * residual[at.pane];
                 }
+            }
+        }
+        let mut is_eliminated = vec![true; step.len()];
+        self.free.iter().for_each(|&i| is_eliminated[i] = false);
+        let mut column = vec![0.0; rhs.len()];
+        for j in (0..step.len()).filter(|&j| is_eliminated[j] && step[j] != 0.0) {
+            self.column(j, &mut column);
+            for (rhs, entry) in rhs.iter_mut().zip(&column) {
+                *rhs -= entry * step[j];
             }
         }
         rhs

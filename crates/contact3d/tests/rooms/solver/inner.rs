@@ -2,7 +2,7 @@
 
 use contact3d::{
     linalg::{add_scaled, norm},
-    solver::{FeasibleSet, Gpcg, InnerOutcome, Kprgp, operator_norm},
+    solver::{FeasibleSet, Gpcg, InnerOutcome, Kprgp, projected_gradient_steplength},
 };
 use proptest::prelude::*;
 
@@ -10,13 +10,13 @@ use super::operator::{Dense, N, PANES, projected_step, set_of};
 
 fn solver(operator: &mut Dense) -> Gpcg {
     Gpcg {
-        steplength: 1.9 / operator_norm(operator),
+        steplength: projected_gradient_steplength(operator),
         max_applications: 100_000,
     }
 }
 
 /// A solver with what it makes of zero.
-fn minimised(operator: &mut Dense, set: &FeasibleSet<'_>) -> (Gpcg, Vec<f64>, InnerOutcome) {
+fn minimised(operator: &mut Dense, set: &FeasibleSet) -> (Gpcg, Vec<f64>, InnerOutcome) {
     let solver = solver(operator);
     let mut multiplier = vec![0.0; N];
     let outcome = solver.minimise(operator, set, &mut multiplier, 1e-10);
@@ -32,7 +32,7 @@ fn rhs() -> impl Strategy<Value = Vec<f64>> {
 }
 
 /// Ellipses, thin ones, segments and points.
-fn set() -> impl Strategy<Value = FeasibleSet<'static>> {
+fn set() -> impl Strategy<Value = FeasibleSet> {
     let axis = || prop_oneof![Just(0.0), 1e-6..1e-3_f64, 0.1..3.0_f64];
     let ellipse = (axis(), axis()).prop_map(|(a, b)| [a, b]);
     prop::collection::vec(ellipse, PANES).prop_map(set_of)
@@ -157,7 +157,7 @@ fn giving_up_is_reported() {
     assert_eq!(operator.applications, 3);
 }
 
-fn thin_set(bounds: &[f64]) -> FeasibleSet<'static> {
+fn thin_set(bounds: &[f64]) -> FeasibleSet {
     set_of(bounds.iter().map(|g| [g / 2.0, g / 5.0]).collect())
 }
 
@@ -170,7 +170,7 @@ proptest! {
         bounds in prop::collection::vec(prop_oneof![Just(0.0), 0.1..5.0_f64], PANES),
     ) {
         let mut operator = Dense::new(&entries, &rhs, &[]);
-        let steplength = 1.9 / operator_norm(&mut operator);
+        let steplength = projected_gradient_steplength(&mut operator);
         let inner = Kprgp { steplength, gamma: 1.0, max_applications: 100_000 };
         let set = thin_set(&bounds);
         let mut multiplier = vec![0.0; N];

@@ -1,7 +1,5 @@
 //! A dense dual operator of inner problems.
 
-use std::sync::atomic::AtomicUsize;
-
 use contact3d::{
     dual::DualOperator,
     linalg::{add_scaled, norm},
@@ -63,14 +61,12 @@ impl DualOperator for Dense {
     }
 }
 
-static PROJECTIONS: AtomicUsize = AtomicUsize::new(0);
-
-pub(super) fn set_of(semi_axes: Vec<[f64; 2]>) -> FeasibleSet<'static> {
-    FeasibleSet::new(PANES, semi_axes, &PROJECTIONS)
+pub(super) fn set_of(semi_axes: Vec<[f64; 2]>) -> FeasibleSet {
+    FeasibleSet::new(PANES, semi_axes)
 }
 
 /// ‖λ − P(λ − s r)‖, which vanishes for every s > 0 exactly at the minimiser.
-pub(super) fn projected_step(set: &FeasibleSet<'_>, multiplier: &[f64], r: &[f64], s: f64) -> f64 {
+pub(super) fn projected_step(set: &FeasibleSet, multiplier: &[f64], r: &[f64], s: f64) -> f64 {
     let mut step = multiplier.to_vec();
     add_scaled(&mut step, -s, r);
     set.project(&mut step);
