@@ -53,17 +53,17 @@ USER_BLOCK = 512
 
 def fits_digest(path: Path) -> bool:
     """Whether a file is as it was written."""
-    return path.read_bytes() == with_digest(path)
+    content = path.read_bytes()
+    return content == with_digest(content)
 
 
 def renew_digest(path: Path) -> None:
     """Give a file that h5py has changed and closed the digest of its bytes."""
-    path.write_bytes(with_digest(path))
+    path.write_bytes(with_digest(path.read_bytes()))
 
 
-def with_digest(path: Path) -> bytes:
+def with_digest(content: bytes) -> bytes:
     """The bytes of a file behind the user block that fits them."""
-    content = path.read_bytes()
     filetype = content[: content.index(b"\n") + 1]
     digest = blake3(content[USER_BLOCK:]).hexdigest()
     text = filetype + f"BLAKE3 of all bytes from {USER_BLOCK} on:\n{digest}\n".encode()
