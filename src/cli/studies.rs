@@ -198,12 +198,10 @@ fn branches(
     let spinner = progress::spinner("branches", output);
     let began = Instant::now();
     let mut n_said = 0;
-    let mut observe = |branches: &Branches| {
-        where_it_stands(branches, units, &spinner, began);
-        let ends = branches.paths.iter().map(|path| path.end.is_some());
-        let figures = branches.paths.len().min(1) + ends.filter(|&ended| ended).count();
-        if figures > n_said {
-            n_said = figures;
+    let mut observe = |branches: &Branches, waiting: Option<usize>| {
+        where_it_stands((branches, waiting), units, &spinner, began);
+        if branches.paths.len() > n_said {
+            n_said = branches.paths.len();
             spinner.suspend(|| terminal::say(output, &last_point(branches, units)));
         }
     };
@@ -272,9 +270,14 @@ fn last_point(branches: &Branches, units: Units) -> String {
 }
 
 /// Lets a spinner say where paths stand, and how long the rest takes if each goes once through the range.
-fn where_it_stands(branches: &Branches, units: Units, spinner: &ProgressBar, began: Instant) {
+fn where_it_stands(
+    (branches, waiting): (&Branches, Option<usize>),
+    units: Units,
+    spinner: &ProgressBar,
+    began: Instant,
+) {
     let n_paths = branches.paths.len();
-    let Some(waiting) = branches.n_waiting() else {
+    let Some(waiting) = waiting else {
         spinner.set_message("searching for solutions");
         return;
     };

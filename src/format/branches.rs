@@ -5,13 +5,12 @@ use runfile::{
     Extent::{Fixed, Named},
     Group, GroupWriter, Kind, Reader, StoreError, StoredEnum,
 };
-use serde::Serialize;
 use studies::branches::{Branches, Path, PathEnd, PathOrigin, PathPoint, PointKind, Switch};
 use units::Dimension;
 
 use super::{
     FormatError, extents,
-    fields::{Fields, fields, read_if_there, read_value, write_value},
+    fields::{Fields, fields, read_value, write_value},
     require_below,
     stored::stored_as,
 };
@@ -30,15 +29,14 @@ stored_as! {
 
 stored_as! {
     /// Why a path ends, as stored.
-    StoredEnd of Option<PathEnd> as "path_end" {
-        Range = 0 => "range" is (Some(PathEnd::Range)),
-        Closed = 1 => "closed" is (Some(PathEnd::Closed)),
-        KnownPoint = 2 => "known_point" is (Some(PathEnd::KnownPoint)),
-        Degenerate = 3 => "degenerate" is (Some(PathEnd::Degenerate)),
-        Stuck = 4 => "stuck" is (Some(PathEnd::Stuck)),
-        Uncertified = 5 => "uncertified" is (Some(PathEnd::Uncertified)),
-        TooLong = 6 => "too_long" is (Some(PathEnd::TooLong)),
-        Checkpoint = 7 => "unfinished" is (None),
+    StoredEnd of PathEnd as "path_end" {
+        Range = 0 => "range",
+        Closed = 1 => "closed",
+        KnownPoint = 2 => "known_point",
+        Degenerate = 3 => "degenerate",
+        Stuck = 4 => "stuck",
+        Uncertified = 5 => "uncertified",
+        TooLong = 6 => "too_long",
     }
 }
 
@@ -68,7 +66,6 @@ runfile::stored_enum! {
     }
 }
 
-const PENDING: &str = "/branches/pending";
 const N_POINTS: &str = "/branches/path/n_points";
 const SWITCH_POINT: &str = "/branches/switch/point";
 const SWITCH_KIND: &str = "/branches/switch/kind";
@@ -87,7 +84,6 @@ pub(super) const OF_SEARCH: Fields<Branches> = fields! { Branches => GROUP;
     (all) "/branches/all", &[], Dimension::Number, "1 where all solutions were searched for at both ends of the range.";
     (stress) "/branches/stress_scale", &[], Dimension::STRESS, "Size of stresses that lengths of steps are measured by, a power of two.".symbol("Lambda").finite();
     (left_out) "/branches/left_out", &[], Dimension::Number, "Half paths from branch points that were not followed, since there are so many.";
-    [|branches| branches.pending.as_ref().map(as_json)] PENDING, &[], Dimension::Number, "What is still to be followed, as JSON: where the path in hand stands, half paths that wait, known branch points.".optional("absent when all is followed");
 };
 
 pub(super) const OF_PATHS: Fields<Path> = fields! { Path => GROUP;
@@ -113,11 +109,7 @@ pub(super) const OF_POINTS: Fields<PathPoint> = fields! { PathPoint => GROUP;
     {Kind::I64} SWITCH_INDEX, SWITCHES, Dimension::Number, "The pane or the contact node.";
 };
 
-fn as_json<T: Serialize>(pending: &T) -> String {
-    serde_json::to_string(pending).expect("fronts are finite numbers")
-}
-
-/// Writes all paths, finished or not.
+/// Writes all paths.
 pub fn write(writer: &mut GroupWriter<'_>, branches: &Branches) -> Result<(), StoreError> {
     OF_SEARCH.write_one(writer, branches)?;
     OF_PATHS.write_rows(writer, &branches.paths)?;
@@ -136,19 +128,13 @@ pub fn write(writer: &mut GroupWriter<'_>, branches: &Branches) -> Result<(), St
     write_value(writer, SWITCH_INDEX, &indices)
 }
 
-/// Reads all paths, with what is still to be followed.
+/// Reads all paths.
 pub fn read(reader: &Reader) -> Result<Branches, FormatError> {
     let mut branches = Branches {
         paths: read_paths(reader)?,
         ..Branches::default()
     };
     OF_SEARCH.read_one(reader, &mut branches, true)?;
-    let pending: Option<String> = read_if_there(reader, PENDING)?;
-    let parsed = pending.map(|text| serde_json::from_str(&text)).transpose();
-    branches.pending = parsed.map_err(|error| FormatError::Inconsistent {
-        dataset: PENDING,
-        reason: format!("expected fronts of paths as JSON, found {error}"),
-    })?;
     Ok(branches)
 }
 
@@ -156,7 +142,7 @@ fn read_paths(reader: &Reader) -> Result<Vec<Path>, FormatError> {
     let mut paths = OF_PATHS.read_rows(reader, || Path {
         origin: PathOrigin::Solver,
         points: Vec::new(),
-        end: None,
+        end: PathEnd::TooLong,
     })?;
     let lengths: Vec<usize> = read_value(reader, N_POINTS)?;
     let points = read_points(reader)?;

@@ -7,14 +7,14 @@ use std::{
 
 use contact3d::scene::{InvalidValue, Scene, SceneFile};
 use runfile::{GroupRecord, IfMissing, Reader, RunFile, StoreError};
-use studies::branches::{Branches, Family, ParameterRange};
+use studies::branches::{Branches, BranchesObserver, Family, ParameterRange};
 use toml::Value;
 
 use super::{
     SeriesFolder, StageError,
     mesh::pin_mesh_file,
     series_folder::{require_same_mesh, write_paths},
-    store::{Checkpoints, FIRST_COMMIT_SECONDS, store_with_scene},
+    store::store_with_scene,
 };
 use crate::format::{self, LAYOUT, get_key, set_key};
 
@@ -36,8 +36,8 @@ pub struct Followed {
     pub series: Vec<PathBuf>,
 }
 
-/// Follows the solutions of a scene in one of its keys and stores them with it in a run file, new or existing; goes on from what
-/// the same command stored before it was killed. At most a twentieth of the time goes into storing.
+/// Follows the solutions of a scene in one of its keys and stores them with it in a run file, new or existing; takes what the same
+/// command stored before.
 ///
 /// # Errors
 /// A key that is not a number, a range through values that no problem can have, a scene without friction; a busy, foreign or
@@ -48,7 +48,7 @@ pub fn follow_branches(
     task: &BranchesTask,
     series: Option<&SeriesFolder>,
     threads: usize,
-    observe: &mut dyn FnMut(&Branches),
+    observe: &mut BranchesObserver<'_>,
 ) -> Result<Followed, StageError> {
     pin_mesh_file(&mut input)?;
     let table = table_of(&input.scene, &task.range.key)?;
@@ -62,23 +62,18 @@ pub fn follow_branches(
     let file = RunFile::lock(path, layout, IfMissing::Create)?;
     let started = Instant::now();
     let digest = branches_input(&input.scene, task);
-    let mut branches = match stored(&file, layout, &digest) {
+    let branches = match stored(&file, layout, &digest) {
         Some(branches) => branches,
-        None => Branches::new(&family, task.all)?,
+        None => {
+            let branches = Branches::follow(&family, task.all, observe)?;
+            let seconds = started.elapsed().as_secs_f64();
+            let record = GroupRecord::ended(String::new(), digest, seconds, threads);
+            store_with_scene(&file, &input.scene, format::BRANCHES, &record, |writer| {
+                format::write_branches(writer, &branches)
+            })?;
+            branches
+        }
     };
-    let store = |branches: &Branches| -> Result<(), StageError> {
-        let seconds = started.elapsed().as_secs_f64();
-        let record = GroupRecord::ended(String::new(), digest.clone(), seconds, threads);
-        store_with_scene(&file, &input.scene, format::BRANCHES, &record, |writer| {
-            format::write_branches(writer, branches)
-        })
-    };
-    let mut saves = Checkpoints::new(FIRST_COMMIT_SECONDS);
-    branches.follow(&family, &mut |branches| {
-        observe(branches);
-        saves.keep(|| store(branches));
-    })?;
-    store(&branches)?;
     let series = match series {
         None => Vec::new(),
         Some(folder) => {

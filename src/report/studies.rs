@@ -312,16 +312,15 @@ fn switches_words(switches: &[Switch]) -> String {
     text
 }
 
-fn end_words(end: Option<PathEnd>) -> &'static str {
+fn end_words(end: PathEnd) -> &'static str {
     match end {
-        None => "unfinished",
-        Some(PathEnd::Range) => "to the end of the range",
-        Some(PathEnd::Closed) => "closed",
-        Some(PathEnd::KnownPoint) => "to a branch point that is known",
-        Some(PathEnd::Degenerate) => "to a point where so many panes change that no path leaves it",
-        Some(PathEnd::Stuck) => "stuck: Newton's method does not settle at the smallest step",
-        Some(PathEnd::Uncertified) => "to a point that the natural map does not certify",
-        Some(PathEnd::TooLong) => "too long",
+        PathEnd::Range => "to the end of the range",
+        PathEnd::Closed => "closed",
+        PathEnd::KnownPoint => "to a branch point that is known",
+        PathEnd::Degenerate => "to a point where so many panes change that no path leaves it",
+        PathEnd::Stuck => "stuck: Newton's method does not settle at the smallest step",
+        PathEnd::Uncertified => "to a point that the natural map does not certify",
+        PathEnd::TooLong => "too long",
     }
 }
 

@@ -287,7 +287,7 @@ fn marks(path: &Path, quantity: fn(&PathPoint) -> f64) -> Vec<Series> {
             PointKind::Fold | PointKind::KinkFold => SeriesStyle::Fold,
             PointKind::Kink => SeriesStyle::Kink,
             PointKind::BranchPoint => SeriesStyle::BranchPoint,
-            PointKind::End if k == last && path.end != Some(PathEnd::Range) => SeriesStyle::End,
+            PointKind::End if k == last && path.end != PathEnd::Range => SeriesStyle::End,
             PointKind::Start | PointKind::Regular | PointKind::End => return None,
         };
         let text = format!("{} {:.9e}", kind_words(point.kind), point.parameter);

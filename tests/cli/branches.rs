@@ -1,10 +1,6 @@
-//! `branches`: what it finds and refuses, and that a killed search goes on from its last stored point.
+//! `branches`: what it finds and refuses.
 
-use std::{
-    process::{Command, Stdio},
-    thread::sleep,
-    time::{Duration, Instant},
-};
+use std::process::{Command, Stdio};
 
 use assert_cmd::cargo::CommandCargoExt;
 use serde_json::Value;
@@ -137,61 +133,6 @@ fn what_cannot_be_followed_is_refused() {
         assert!(text.contains(said), "{key}: {text}");
         assert!(program.everything().is_empty(), "{key} left something");
     }
-}
-
-/// Weakening along both axes: a thousand points and tens of folds.
-fn long_search(file: &str) -> Vec<String> {
-    let ramp = "{ramp={initial=5.0,residual=0.01,onset=0.0,rate=4.99e5}}";
-    let law = format!("friction={{coefficient_1={ramp},coefficient_2={ramp}}}");
-    let arguments = [
-        "branches",
-        &scene("brick.toml"),
-        file,
-        "--set",
-        &law,
-        "--parameter",
-        "friction.coefficient_1.ramp.initial",
-        "--from",
-        "0.02",
-        "--to",
-        "3",
-        "--no-figures",
-        "--json",
-    ];
-    arguments.map(str::to_owned).to_vec()
-}
-
-#[test]
-fn a_killed_search_goes_on_with_the_same_bits() {
-    let program = Program::new();
-    let arguments = long_search("run.h5");
-    let mut killed = Command::cargo_bin("contact3d-pipe")
-        .expect("built program")
-        .args(&arguments)
-        .current_dir(program.path(""))
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .expect("it runs");
-    let started = Instant::now();
-    while !program.path("run.h5").is_file() && started.elapsed() < Duration::from_mins(2) {
-        sleep(Duration::from_millis(20));
-    }
-    sleep(Duration::from_millis(300));
-    killed.kill().expect("it is still at work");
-    assert!(
-        !killed.wait().expect("it ends").success(),
-        "it was done before it was killed"
-    );
-    let whole = |file: &str| {
-        let arguments = long_search(file);
-        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
-        let output = program.command(&arguments).output().expect("it runs");
-        json(&output.stdout)
-    };
-    let resumed = whole("run.h5");
-    assert!(resumed["paths"][0]["points"].as_array().map_or(0, Vec::len) > 100);
-    assert_eq!(resumed, whole("new.h5"));
 }
 
 /// Of several at once on one file, those that find it busy take nothing from the one that has it.

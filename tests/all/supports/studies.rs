@@ -122,8 +122,7 @@ fn paths_in_a_prescribed_displacement_consist_of_solutions() {
         to: 1e-5,
     };
     let family = Family::new(range, &at, Path::new("")).unwrap();
-    let mut branches = Branches::new(&family, false).unwrap();
-    branches.follow(&family, &mut |_| {}).unwrap();
+    let branches = Branches::follow(&family, false, &mut |_, _| {}).unwrap();
     let points: Vec<_> = branches
         .paths
         .iter()

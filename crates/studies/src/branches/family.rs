@@ -2,8 +2,6 @@
 
 use std::{cell::RefCell, collections::VecDeque, path::Path, sync::Arc};
 
-use serde::{Deserialize, Serialize};
-
 use super::point::FamilyMember;
 use crate::shared::{dual_of, refuse_floating};
 use contact3d::{
@@ -252,7 +250,7 @@ fn power_of_two(size: f64) -> f64 {
 const LOGARITHMIC_FROM: f64 = 100.0;
 
 /// A range of a parameter of a scene.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct ParameterRange {
     /// The key, for messages.
     pub key: String,

@@ -32,35 +32,30 @@ pub use path::PathEnd;
 pub use piece::Switch;
 pub use point::{PathOrigin, PathPoint, PointKind};
 
-use serde::{Deserialize, Serialize};
-
 use self::{
     equations::PieceEquations,
     kink::HalfPath,
-    path::PathFront,
     piece::Open,
-    point::FrontRecord,
     search::{SAME, rays_from, solver_rays},
 };
 use contact3d::{
     ProblemError,
     linalg::{add_scaled, difference, norm},
-    scene::InvalidValue,
 };
 
 /// A path of solutions.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Path {
     /// Where it begins.
     pub origin: PathOrigin,
     /// Its points, one after the other.
     pub points: Vec<PathPoint>,
-    /// Why it ends; `None` while it is followed.
-    pub end: Option<PathEnd>,
+    /// Why it ends.
+    pub end: PathEnd,
 }
 
-/// The paths of a family, as far as they have been followed.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+/// The paths of a family.
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Branches {
     /// The key and its range.
     pub range: ParameterRange,
@@ -72,191 +67,94 @@ pub struct Branches {
     pub stress: f64,
     /// Half paths that were not followed, since there are so many.
     pub left_out: usize,
-    /// What is still to be done; `None` when all is.
-    pub pending: Option<Pending>,
 }
 
-/// What is still to be done.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct Pending {
-    /// The path that is being followed.
-    current: Option<(FrontRecord, [Vec<f64>; 2])>,
-    open: Open,
-    stage: SearchStage,
-}
-
-/// What is searched for when no path is left to follow.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-enum SearchStage {
-    #[default]
-    Solver,
-    End,
-    Start,
-    /// Again, from other starts and at other values of the parameter, while the signs at an end do not add up to 1.
-    Again(usize),
-    Done,
-}
+/// What sees the paths after every step, with the half paths that wait to be followed; `None` while solutions are searched for.
+pub type BranchesObserver<'o> = dyn FnMut(&Branches, Option<usize>) + 'o;
 
 /// Values of the parameter inside the range at which solutions are searched for where some are missing at its ends, one in each round.
 const ELSEWHERE: [f64; 4] = [0.5, 0.25, 0.75, 0.9];
 
 impl Branches {
-    /// Nothing followed yet.
+    /// Follows the path of the solver's solution to its ends, and, where `all` are asked for, those of the solutions that are searched
+    /// for at both ends of the range: once more, from other starts and at other values, while their signs do not add up to 1.
     ///
     /// # Errors
     /// A value in the range that no problem can have.
-    pub fn new(family: &Family<'_>, all: bool) -> Result<Self, ProblemError> {
-        Ok(Self {
+    pub fn follow(
+        family: &Family<'_>,
+        all: bool,
+        observe: &mut BranchesObserver<'_>,
+    ) -> Result<Self, ProblemError> {
+        let equations = PieceEquations::new(family)?;
+        let mut found = Self {
             range: family.range().clone(),
             all,
-            stress: family.stress()?,
-            pending: Some(Pending::default()),
+            stress: equations.stress,
             ..Self::default()
-        })
-    }
-
-    /// Follows all paths to their ends, from where they stand; `observe` sees every new point.
-    ///
-    /// # Errors
-    /// A value in the range that no problem can have, and a record that does not fit the problem.
-    pub fn follow(
-        &mut self,
-        family: &Family<'_>,
-        observe: &mut dyn FnMut(&Self),
-    ) -> Result<(), ProblemError> {
-        let equations = PieceEquations::new(family)?;
-        while let Some(pending) = &mut self.pending {
-            if let Some((record, start)) = pending.current.take() {
-                self.follow_one(&equations, &record, start, observe)?;
-            } else if !pending.open.rays.is_empty() && !is_large(&self.paths) {
-                let record = pending.open.rays.remove(0);
-                if !self.reaches(&record) {
-                    self.begin(&equations, record)?;
-                    observe(self);
-                }
-            } else {
-                observe(self);
-                self.next_stage(&equations)?;
+        };
+        let mut open = Open::default();
+        observe(&found, None);
+        let rays = solver_rays(&equations)?;
+        found.follow_rays(&equations, (PathOrigin::Solver, rays), &mut open, observe)?;
+        let again = ELSEWHERE.map(|elsewhere| vec![1.0, 0.0, elsewhere]);
+        let rounds = [vec![1.0], vec![0.0]].into_iter().chain(again);
+        for (number, places) in rounds.enumerate().filter(|_| all) {
+            let round = number.saturating_sub(1);
+            if is_large(&found.paths) || round > 0 && !found.lacks() {
+                break;
             }
+            let mut rays = Vec::new();
+            for s in places {
+                rays.extend(found.searched(&equations, s, round)?);
+            }
+            found.follow_rays(&equations, (PathOrigin::Search, rays), &mut open, observe)?;
         }
-        Ok(())
+        Ok(found)
     }
 
-    /// Half paths that wait to be followed; `None` while solutions are searched for.
-    #[must_use]
-    pub fn n_waiting(&self) -> Option<usize> {
-        let pending = self.pending.as_ref()?;
-        let is_followed = pending.current.is_some() || !pending.open.rays.is_empty();
-        is_followed.then_some(pending.open.rays.len())
+    /// Follows half paths, and those that leave the branch points on them.
+    fn follow_rays(
+        &mut self,
+        equations: &PieceEquations<'_>,
+        (origin, rays): (PathOrigin, Vec<HalfPath>),
+        open: &mut Open,
+        observe: &mut BranchesObserver<'_>,
+    ) -> Result<(), ProblemError> {
+        open.rays.extend(rays.into_iter().map(|ray| (origin, ray)));
+        while !(open.rays.is_empty() || is_large(&self.paths)) {
+            let (origin, ray) = open.rays.remove(0);
+            if origin == PathOrigin::Search && self.reaches(equations, &ray) {
+                continue;
+            }
+            let first = equations.describe(&ray.piece, &ray.state, PointKind::Start, Vec::new())?;
+            self.paths.push(Path {
+                origin,
+                points: vec![first],
+                end: PathEnd::TooLong,
+            });
+            observe(self, Some(open.rays.len()));
+            let mut see = |points: Vec<PathPoint>, open: &Open| {
+                let path = self.paths.last_mut().expect("a path is followed");
+                path.points.extend(points);
+                observe(self, Some(open.rays.len()));
+            };
+            let end = equations.follow(ray, open, &mut see)?;
+            self.paths.last_mut().expect("a path is followed").end = end;
+        }
+        self.left_out = open.rays.len();
+        observe(self, None);
+        Ok(())
     }
 
     /// Whether a path has come to a solution that was searched for since.
-    fn reaches(&self, record: &FrontRecord) -> bool {
-        let (parameter, multiplier) = record.solution(&self.range, self.stress);
+    fn reaches(&self, equations: &PieceEquations<'_>, ray: &HalfPath) -> bool {
+        let parameter = self.range.value(ray.state.parameter());
+        let multiplier = equations.multiplier(&ray.state.point);
         let is_end = parameter == self.range.from || parameter == self.range.to;
         let solutions = self.end_solutions(parameter);
         let mut points = solutions.iter().map(|at| at.point);
-        record.origin == PathOrigin::Search
-            && is_end
-            && points.any(|point| self.is_same(&point.multiplier, &multiplier))
-    }
-
-    /// Begins a path.
-    fn begin(
-        &mut self,
-        equations: &PieceEquations<'_>,
-        record: FrontRecord,
-    ) -> Result<(), ProblemError> {
-        let PathFront { state, piece, .. } = restored(&record, equations)?;
-        let first = equations.describe(&piece, &state, PointKind::Start, Vec::new())?;
-        self.paths.push(Path {
-            origin: record.origin,
-            points: vec![first],
-            end: None,
-        });
-        let pending = self.pending.get_or_insert_default();
-        pending.current = Some((record, [state.point, state.tangent]));
-        Ok(())
-    }
-
-    /// Follows the last path from its front to its end.
-    fn follow_one(
-        &mut self,
-        equations: &PieceEquations<'_>,
-        record: &FrontRecord,
-        start: [Vec<f64>; 2],
-        observe: &mut dyn FnMut(&Self),
-    ) -> Result<(), ProblemError> {
-        let front = restored(record, equations)?;
-        let mut open = self.pending.get_or_insert_default().open.clone();
-        let done = self.paths.last().map_or(0, |path| path.points.len());
-        let origin = record.origin;
-        let mut see =
-            |points: &[PathPoint], front: &PathFront, open: &Open, end: Option<PathEnd>| {
-                let path = self.paths.last_mut().expect("a path is followed");
-                path.points.extend_from_slice(points);
-                path.end = end;
-                let pending = self.pending.get_or_insert_default();
-                let record = FrontRecord::of(origin, &front.state, &front.piece, front.step);
-                pending.current = end.is_none().then(|| (record, start.clone()));
-                if end.is_some() || pending.open.branch_points.len() != open.branch_points.len() {
-                    pending.open = open.clone();
-                }
-                observe(self);
-            };
-        let end = equations.follow(front, &start, done, &mut open, &mut see)?;
-        self.paths.last_mut().expect("a path is followed").end = Some(end);
-        let pending = self.pending.get_or_insert_default();
-        pending.current = None;
-        pending.open = open;
-        Ok(())
-    }
-
-    /// Looks for new starts when all known paths have been followed.
-    fn next_stage(&mut self, equations: &PieceEquations<'_>) -> Result<(), ProblemError> {
-        let stage = self.pending.as_ref().map_or(SearchStage::Done, |p| p.stage);
-        let too_many = is_large(&self.paths);
-        self.left_out = self.pending.as_ref().map_or(0, |p| p.open.rays.len());
-        let mut rays = Vec::new();
-        let next = match stage {
-            SearchStage::Done => {
-                self.pending = None;
-                return Ok(());
-            }
-            _ if too_many => SearchStage::Done,
-            SearchStage::Solver => {
-                rays = solver_rays(equations)?;
-                if self.all {
-                    SearchStage::End
-                } else {
-                    SearchStage::Done
-                }
-            }
-            SearchStage::End => {
-                rays = self.searched(equations, 1.0, 0)?;
-                SearchStage::Start
-            }
-            SearchStage::Start => {
-                rays = self.searched(equations, 0.0, 0)?;
-                SearchStage::Again(0)
-            }
-            SearchStage::Again(round) if self.lacks() && round < ELSEWHERE.len() => {
-                for s in [1.0, 0.0, ELSEWHERE[round]] {
-                    rays.extend(self.searched(equations, s, round + 1)?);
-                }
-                SearchStage::Again(round + 1)
-            }
-            SearchStage::Again(_) => SearchStage::Done,
-        };
-        let origin = match stage {
-            SearchStage::Solver => PathOrigin::Solver,
-            _ => PathOrigin::Search,
-        };
-        let pending = self.pending.get_or_insert_default();
-        pending.stage = next;
-        let records = rays.iter().map(|ray| ray.record(origin));
-        pending.open.rays.extend(records);
-        Ok(())
+        is_end && points.any(|point| self.is_same(&point.multiplier, &multiplier))
     }
 
     /// Starts at solutions at s that no path reaches.
@@ -314,13 +212,11 @@ impl Branches {
     /// Whether every path has an end that says where it leads.
     #[must_use]
     pub fn is_followed(&self) -> bool {
-        let known = |end: PathEnd| match end {
+        let known = |path: &Path| match path.end {
             PathEnd::Range | PathEnd::Closed | PathEnd::KnownPoint | PathEnd::Degenerate => true,
             PathEnd::Stuck | PathEnd::Uncertified | PathEnd::TooLong => false,
         };
-        self.pending.is_none()
-            && self.left_out == 0
-            && self.paths.iter().all(|path| path.end.is_some_and(known))
+        self.left_out == 0 && self.paths.iter().all(known)
     }
 }
 
@@ -329,21 +225,6 @@ fn is_large(paths: &[Path]) -> bool {
     let points = paths.iter().map(|path| path.points.len()).sum::<usize>();
     // Most paths that are begun, and most points after which no more are.
     paths.len() >= 100 || points >= 20_000
-}
-
-fn restored(
-    record: &FrontRecord,
-    equations: &PieceEquations<'_>,
-) -> Result<PathFront, ProblemError> {
-    record.front(equations)?.ok_or_else(|| {
-        InvalidValue {
-            key: "branches".into(),
-            expected: "a stored front of this problem".into(),
-            found: "one of another".into(),
-            help: "remove the group /branches, or use another file".into(),
-        }
-        .into()
-    })
 }
 
 /// A solution at one end of the range.

@@ -1,7 +1,5 @@
 //! One path: steps that are exact where the piece is linear, kinks, folds, and the choice of the step.
 
-use serde::{Deserialize, Serialize};
-
 use super::{
     corrector::{Along, PathState, last_axis},
     equations::PieceEquations,
@@ -17,7 +15,7 @@ use contact3d::{
 
 /// Steps in the norm ‖λ‖²/Λ² + s²: the first one, the smallest, the largest relative to 1 + ‖λ‖/Λ. All solutions lie in the ball
 /// λᵀSλ ≤ λᵀh, so paths do not run to infinity.
-pub(super) const FIRST_STEP: f64 = 1e-3;
+const FIRST_STEP: f64 = 1e-3;
 const SMALLEST_STEP: f64 = 1e-8;
 const LARGEST_STEP: f64 = 0.1;
 
@@ -36,7 +34,7 @@ pub(super) const RETURNED: f64 = 1e-5;
 const CERTIFIED: f64 = 1e-8;
 
 /// Why a path ends.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PathEnd {
     /// At an end of the range.
     Range,
@@ -55,39 +53,31 @@ pub enum PathEnd {
     TooLong,
 }
 
-/// Where a path stands: the next step depends on nothing else.
-pub(super) struct PathFront {
-    pub(super) state: PathState,
-    pub(super) piece: Piece,
-    pub(super) step: f64,
-}
-
-/// What sees the new points of every step, with the front behind them, what is still open, and why the path ends there.
-pub(super) type Observer<'o> = dyn FnMut(&[PathPoint], &PathFront, &Open, Option<PathEnd>) + 'o;
+/// What sees the new points of every step, with what is still open.
+pub(super) type Observer<'o> = dyn FnMut(Vec<PathPoint>, &Open) + 'o;
 
 impl PieceEquations<'_> {
-    /// Follows a path from its front to its end; `start` is where it began and its tangent there, `done` the number of its points so far.
-    /// Branch points put their other half paths into `open`.
+    /// Follows a half path to its end. Branch points put their other half paths into `open`.
     pub(super) fn follow(
         &self,
-        mut front: PathFront,
-        start: &[Vec<f64>; 2],
-        done: usize,
+        mut front: HalfPath,
         open: &mut Open,
         observe: &mut Observer<'_>,
     ) -> Result<PathEnd, ProblemError> {
+        let start = [front.state.point.clone(), front.state.tangent.clone()];
+        let mut length = FIRST_STEP;
         // Most points of one path.
-        for _ in done..5_000 {
-            let (points, end) = match self.advance(&front)? {
+        for _ in 1..5_000 {
+            let (points, end) = match self.advance(&front, length)? {
                 Advance::Nothing => {
-                    front.step *= SHRINK;
-                    if front.step < SMALLEST_STEP {
+                    length *= SHRINK;
+                    if length < SMALLEST_STEP {
                         return Ok(PathEnd::Stuck);
                     }
                     continue;
                 }
                 Advance::Point(state, at_range_end) => {
-                    let returned = !at_range_end && passes(&front.state, &state, start);
+                    let returned = !at_range_end && passes(&front.state, &state, &start);
                     let kind = if at_range_end || returned {
                         PointKind::End
                     } else {
@@ -96,16 +86,15 @@ impl PieceEquations<'_> {
                     let point = self.describe(&front.piece, &state, kind, Vec::new())?;
                     let is_certified = self.is_certified(&point, &state);
                     // A shorter step starts nearer and settles better.
-                    if !(is_certified || at_range_end) && front.step * SHRINK >= SMALLEST_STEP {
-                        front.step *= SHRINK;
+                    if !(is_certified || at_range_end) && length * SHRINK >= SMALLEST_STEP {
+                        length *= SHRINK;
                         continue;
                     }
                     let (mut points, known) = self.turning_points(&front, &state, open)?;
                     if known.is_none() {
                         let reach = norm(&state.point);
                         if state.steps < FEW {
-                            front.step =
-                                (STEP_GROWTH * front.step).min(LARGEST_STEP * (1.0 + reach));
+                            length = (STEP_GROWTH * length).min(LARGEST_STEP * (1.0 + reach));
                         }
                         front.state = state;
                         points.push(point);
@@ -120,12 +109,15 @@ impl PieceEquations<'_> {
                 }
                 Advance::PieceEnd(state, reached) => {
                     match self.turning_points(&front, &state, open)? {
-                        (points, None) => self.pass(&mut front, state, reached, points, open)?,
+                        (points, None) => {
+                            length = length.min(FIRST_STEP);
+                            self.pass(&mut front, state, reached, points, open)?
+                        }
                         known => known,
                     }
                 }
             };
-            observe(&points, &front, open, end);
+            observe(points, open);
             if let Some(end) = end {
                 return Ok(end);
             }
@@ -144,7 +136,7 @@ impl PieceEquations<'_> {
     /// point that was known, beyond which all has been or will be followed.
     fn turning_points(
         &self,
-        front: &PathFront,
+        front: &HalfPath,
         to: &PathState,
         open: &mut Open,
     ) -> Result<(Vec<PathPoint>, Option<PathEnd>), ProblemError> {
@@ -166,11 +158,11 @@ impl PieceEquations<'_> {
             let kind = PointKind::BranchPoint;
             points.push(self.describe(&front.piece, &place, kind, Vec::new())?);
             if open.knows(&place.point) {
-                open.rays.retain(|ray| !ray.arrives(&place, 2.0 * OFF[0]));
+                open.leave_out(&place, 2.0 * OFF[0]);
                 return Ok((points, Some(PathEnd::KnownPoint)));
             }
             open.branch_points.push(place.point.clone());
-            open.keep(&self.crossing(&front.piece, &place)?);
+            open.keep(self.crossing(&front.piece, &place)?);
         }
         Ok((points, None))
     }
@@ -178,7 +170,7 @@ impl PieceEquations<'_> {
     /// Goes from one piece to the next: the points up to there, and the end of the path where there is none.
     fn pass(
         &self,
-        front: &mut PathFront,
+        front: &mut HalfPath,
         state: PathState,
         reached: Vec<EndDistance>,
         mut points: Vec<PathPoint>,
@@ -214,14 +206,12 @@ impl PieceEquations<'_> {
         let known = is_branch_point && open.knows(&state.point);
         if is_branch_point && !known {
             open.branch_points.push(state.point.clone());
-            open.keep(&rays);
+            open.keep(rays);
         } else if known {
             // The half path that comes in here is one of those still to be followed from here.
-            open.rays.retain(|ray| !ray.arrives(&state, RETURNED));
+            open.leave_out(&state, RETURNED);
         }
-        front.state = next.state;
-        front.piece = next.piece;
-        front.step = front.step.min(FIRST_STEP);
+        *front = next;
         let end = match (is_certified, known) {
             (false, _) => Some(PathEnd::Uncertified),
             (true, true) => Some(PathEnd::KnownPoint),
@@ -255,11 +245,11 @@ pub(super) enum Advance {
 }
 
 impl PieceEquations<'_> {
-    /// One step of the front's length, cut at the end of the range and at the first end of the piece.
-    pub(super) fn advance(&self, front: &PathFront) -> Result<Advance, ProblemError> {
+    /// One step of a length, cut at the end of the range and at the first end of the piece.
+    fn advance(&self, front: &HalfPath, length: f64) -> Result<Advance, ProblemError> {
         let (from, piece) = (&front.state, &front.piece);
         let mut guess = from.point.clone();
-        add_scaled(&mut guess, front.step, &from.tangent);
+        add_scaled(&mut guess, length, &from.tangent);
         let ahead = guess[guess.len() - 1];
         let leaves = !(0.0..=1.0).contains(&ahead);
         let corrected = if leaves {
@@ -278,15 +268,15 @@ impl PieceEquations<'_> {
             (state, at_end) = (end, true);
         }
         let chord = difference(&state.point, &from.point);
-        let length = norm(&chord);
+        let gone = norm(&chord);
         let bent = dot(&state.tangent, &from.tangent) < STRAIGHT
-            || dot(&chord, &from.tangent) < STRAIGHT * length
-            || dot(&chord, &state.tangent) < STRAIGHT * length;
+            || dot(&chord, &from.tangent) < STRAIGHT * gone
+            || dot(&chord, &state.tangent) < STRAIGHT * gone;
         // A step to another path may turn the orientation, too; a short one that does has passed a branch point.
         // Steps across a branch point are no longer than this.
-        let turned = state.orientation != from.orientation && front.step > 1e-4;
+        let turned = state.orientation != from.orientation && length > 1e-4;
         // A corrected point may lie this many steps from the last one.
-        if bent || turned || length > 2.0 * front.step {
+        if bent || turned || gone > 2.0 * length {
             return Ok(Advance::Nothing);
         }
         if !self.crosses(piece, from, &state) {
@@ -302,7 +292,7 @@ impl PieceEquations<'_> {
         // A path that leaves a kink leads into its piece; an end that a step finds at once lies beyond a turn it has missed.
         // A piece does not end within this share of a step; shorter steps tell.
         let moves =
-            |state: &PathState| norm(&difference(&state.point, &from.point)) > 1e-3 * front.step;
+            |state: &PathState| norm(&difference(&state.point, &from.point)) > 1e-3 * length;
         if let Some((state, reached)) = found.filter(|(state, _)| moves(state)) {
             return Ok(Advance::PieceEnd(state, reached));
         }
@@ -327,7 +317,7 @@ impl PieceEquations<'_> {
 
     /// The point of the piece near a guess on the tangent; where R' is almost singular, as near a branch point, and the nearest one is not
     /// found, the one straight ahead.
-    fn ahead(&self, front: &PathFront, guess: Vec<f64>) -> Result<Option<PathState>, ProblemError> {
+    fn ahead(&self, front: &HalfPath, guess: Vec<f64>) -> Result<Option<PathState>, ProblemError> {
         let tangent = &front.state.tangent;
         let nearest = self.correct(&front.piece, guess.clone(), tangent, Along::Nearest)?;
         if nearest.is_some() {
@@ -340,7 +330,7 @@ impl PieceEquations<'_> {
     /// The point of a piece at the end of the range that lies between two points.
     fn at_range_end(
         &self,
-        front: &PathFront,
+        front: &HalfPath,
         from: &[f64],
         to: &[f64],
     ) -> Result<Option<PathState>, ProblemError> {

@@ -1,30 +1,28 @@
 //! One smooth piece of the problem, how far its ends are, and what lies beyond them.
 
-use serde::{Deserialize, Serialize};
-
 use super::{
+    corrector::PathState,
     equations::{EvaluatedPiece, PieceEquations},
     kink::HalfPath,
     law_piece::LawPieces,
     path::RETURNED,
-    point::{FamilyMember, FrontRecord, PathOrigin},
+    point::{FamilyMember, PathOrigin},
 };
 use contact3d::{
-    linalg::{difference, norm},
+    linalg::{difference, dot, norm},
     post::Zone,
     scene::FormulaBranch,
     solver::PaneZone,
 };
 
 /// What the law of friction does at a contact node on a piece.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct NodePiece {
     /// Whether u_t1 and u_t2 are negative.
     pub(super) negative: [bool; 2],
     /// For each coefficient the segments between its knots, along its own slip or, for a grid, along both.
     pub(super) segment: [[usize; 2]; 2],
     /// For each coefficient that is a formula the way it goes at its forks.
-    #[serde(default)]
     pub(super) branch: [FormulaBranch; 2],
 }
 
@@ -39,7 +37,7 @@ pub(super) struct Piece {
 }
 
 /// What ends a piece.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Switch {
     /// A pane closes or opens: z_ν = 0.
     Opening(usize),
@@ -126,16 +124,25 @@ impl Piece {
 }
 
 /// Half paths that are still to be followed, and branch points that are known.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Default)]
 pub(super) struct Open {
-    pub(super) rays: Vec<FrontRecord>,
+    pub(super) rays: Vec<(PathOrigin, HalfPath)>,
     pub(super) branch_points: Vec<Vec<f64>>,
 }
 
 impl Open {
-    pub(super) fn keep(&mut self, rays: &[HalfPath]) {
-        let records = rays.iter().map(|ray| ray.record(PathOrigin::BranchPoint));
-        self.rays.extend(records);
+    pub(super) fn keep(&mut self, rays: Vec<HalfPath>) {
+        let rays = rays.into_iter();
+        self.rays
+            .extend(rays.map(|ray| (PathOrigin::BranchPoint, ray)));
+    }
+
+    /// Leaves out the half path along which a path has come to a state, the other way.
+    pub(super) fn leave_out(&mut self, state: &PathState, tolerance: f64) {
+        self.rays.retain(|(_, ray)| {
+            norm(&difference(&ray.state.point, &state.point)) > tolerance
+                || dot(&ray.state.tangent, &state.tangent) > -1.0 + tolerance
+        });
     }
 
     pub(super) fn knows(&self, point: &[f64]) -> bool {

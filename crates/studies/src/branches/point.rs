@@ -2,28 +2,21 @@
 
 use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
-
 use super::{
     corrector::PathState,
     equations::PieceEquations,
-    family::ParameterRange,
-    kink::HalfPath,
-    path::{FIRST_STEP, PathFront},
-    piece::{NodePiece, Piece, Switch},
+    piece::{Piece, Switch},
 };
 use contact3d::{
     AssembledProblem, ProblemError,
     contact::{CoulombLaw, Interface},
     dual::{ExplicitDual, LocalStiffness},
-    linalg::{difference, dot, norm},
     mesh::ContactSurface,
-    post::Zone,
     solver::{Bound, ContactState, NaturalMap},
 };
 
 /// What is special about a point.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum PointKind {
     /// The first of a path that begins at no special point.
     Start,
@@ -43,7 +36,7 @@ pub enum PointKind {
 }
 
 /// A certified solution on a path.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct PathPoint {
     /// The value of the key.
     pub parameter: f64,
@@ -153,7 +146,7 @@ impl FamilyMember {
 }
 
 /// Where a path begins.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PathOrigin {
     /// The solver's answer at the start of the range.
     Solver,
@@ -161,101 +154,4 @@ pub enum PathOrigin {
     Search,
     /// A branch point.
     BranchPoint,
-}
-
-/// How zones are stored.
-const LETTERS: [(char, Zone); 3] = [('o', Zone::Open), ('t', Zone::Stick), ('l', Zone::Slip)];
-
-/// A front: where a path stands and how it goes on.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct FrontRecord {
-    pub(super) origin: PathOrigin,
-    point: Vec<f64>,
-    tangent: Vec<f64>,
-    orientation: i8,
-    step: f64,
-    zones: String,
-    capped: Vec<bool>,
-    nodes: Vec<Option<NodePiece>>,
-}
-
-impl FrontRecord {
-    pub(super) fn of(origin: PathOrigin, state: &PathState, piece: &Piece, step: f64) -> Self {
-        let letter = |zone: &Zone| LETTERS.iter().find(|(_, known)| known == zone);
-        Self {
-            origin,
-            point: state.point.clone(),
-            tangent: state.tangent.clone(),
-            orientation: state.orientation,
-            step,
-            zones: piece
-                .zones
-                .iter()
-                .filter_map(letter)
-                .map(|it| it.0)
-                .collect(),
-            capped: piece.capped.clone(),
-            nodes: piece.nodes.clone(),
-        }
-    }
-
-    /// The parameter and λ in Pa.
-    pub(super) fn solution(&self, range: &ParameterRange, stress: f64) -> (f64, Vec<f64>) {
-        let (s, y) = self.point.split_last().unwrap_or((&0.0, &[]));
-        (range.value(*s), y.iter().map(|y| stress * y).collect())
-    }
-
-    /// Whether a path that ends in a state came along this front, the other way.
-    pub(super) fn arrives(&self, state: &PathState, tolerance: f64) -> bool {
-        norm(&difference(&self.point, &state.point)) <= tolerance
-            && dot(&self.tangent, &state.tangent) <= -1.0 + tolerance
-    }
-
-    /// The front again; `None` where the record does not fit the problem.
-    pub(super) fn front(
-        &self,
-        equations: &PieceEquations<'_>,
-    ) -> Result<Option<PathFront>, ProblemError> {
-        let zone = |letter: char| LETTERS.iter().find(|(known, _)| *known == letter);
-        let zones = self.zones.chars().map(|letter| Some(zone(letter)?.1));
-        let Some(zones) = zones.collect() else {
-            return Ok(None);
-        };
-        let piece = Piece {
-            zones,
-            capped: self.capped.clone(),
-            nodes: self.nodes.clone(),
-        };
-        let n = self.point.len();
-        let member = equations.family.member(0.0)?;
-        let panes = member.dual.n_panes();
-        let fits = n == member.dual.dimension() + 1
-            && self.tangent.len() == n
-            && piece.zones.len() == panes
-            && piece.capped.len() == panes;
-        if !fits {
-            return Ok(None);
-        }
-        let Some((member, evaluated)) = equations.at(&piece, &self.point)? else {
-            return Ok(None);
-        };
-        Ok(Some(PathFront {
-            state: PathState {
-                point: self.point.clone(),
-                tangent: self.tangent.clone(),
-                orientation: self.orientation,
-                steps: 0,
-                member,
-                evaluated,
-            },
-            piece,
-            step: self.step,
-        }))
-    }
-}
-
-impl HalfPath {
-    pub(super) fn record(&self, origin: PathOrigin) -> FrontRecord {
-        FrontRecord::of(origin, &self.state, &self.piece, FIRST_STEP)
-    }
 }

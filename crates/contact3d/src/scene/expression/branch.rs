@@ -3,14 +3,12 @@
 
 use std::cmp::Ordering;
 
-use serde::{Deserialize, Serialize};
-
 /// Branch points of a formula that are told apart; the others go their own way.
 const MAX_BRANCH_POINTS: usize = u64::BITS as usize;
 
 /// The way that a formula goes at each of its branch points, in the order in which they are met: bit k is set where the left number is the
 /// smaller one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct FormulaBranch(u64);
 
 impl FormulaBranch {
