@@ -6,15 +6,14 @@ use std::{
 };
 
 use clap::{Args, Parser, Subcommand};
+use clap_complete::Shell;
 use contact3d::{linalg::EngineCommand, scene::MOST_CELLS};
 
 use super::{
-    export::{ExportArguments, ReportArguments},
-    friction_law::FrictionLawArguments,
-    generated::{CompletionsArguments, ManArguments, SchemaArguments},
-    init::{InitArguments, InspectArguments},
+    export::ExportKind,
+    init::{InspectArguments, SceneKind},
     stability::StabilityArguments,
-    studies::Study,
+    studies::{AccuracyArguments, BranchesArguments},
     sweep::SweepArguments,
 };
 use crate::{
@@ -58,44 +57,128 @@ pub enum Command {
     /// Run all stages, each only if it is missing or stale
     Run(RunArguments),
     /// Make the mesh of a scene and store both
-    Mesh(MeshArguments),
+    Mesh {
+        #[command(flatten)]
+        scene: SceneArguments,
+        /// The run file, created or updated
+        file: PathBuf,
+    },
     /// Assemble and factorise the elastic problem, and apply the loads
-    Assemble(AssembleArguments),
+    Assemble {
+        /// The run file
+        file: PathBuf,
+        /// Change a key of [assemble] in the stored scene, for example --set assemble.factor=\"single\"
+        #[arg(long = "set", value_name = "KEY=VALUE")]
+        overrides: Vec<String>,
+        #[command(flatten)]
+        assembly: AssemblyFileArguments,
+        #[command(flatten)]
+        engine: EngineArguments,
+    },
     /// Solve the contact problem
-    Solve(SolveArguments),
+    Solve {
+        /// The run file
+        file: PathBuf,
+        /// Change a key of [solve] in the stored scene, for example --set solve.epsilon=1e-8
+        #[arg(long = "set", value_name = "KEY=VALUE")]
+        overrides: Vec<String>,
+        #[command(flatten)]
+        engine: EngineArguments,
+    },
     /// Evaluate the solution: zones, stresses, resultants, certificate, pictures, ParaView
-    Post(PostArguments),
+    Post {
+        /// The run file
+        file: PathBuf,
+        #[command(flatten)]
+        figures: FigureArguments,
+    },
     /// Run many scenes that differ in a few keys, in parallel, with shared work
     Sweep(SweepArguments),
     /// Show which stages are fresh, stale or missing, their sizes, and the main results
-    Status(StageArguments),
+    Status {
+        /// The run file
+        file: PathBuf,
+    },
     /// Check every value of a run file against its digest, and every dataset against the table
-    Check(StageArguments),
+    Check {
+        /// The run file
+        file: PathBuf,
+    },
     /// Compute bounds of the law of friction of a scene and draw it, without a solve
-    FrictionLaw(FrictionLawArguments),
-    #[command(flatten)]
-    Study(Study),
+    FrictionLaw {
+        #[command(flatten)]
+        scene: SceneArguments,
+        #[command(flatten)]
+        figures: FigureArguments,
+    },
+    /// Measure the errors of solvers and meshes for a scene, and their costs
+    Accuracy(AccuracyArguments),
+    /// Prove an upper bound of the discretisation error of a solved run file
+    Bound {
+        /// The run file, solved
+        file: PathBuf,
+    },
+    /// Follow solutions while one key of the scene changes: folds, branches, all solutions at one value
+    Branches(BranchesArguments),
     /// Measure how far a solution can be trusted: conditioning, other algorithms, other descriptions of the problem
     Stability(StabilityArguments),
     /// Write a report as one HTML page that needs no network
-    Report(ReportArguments),
+    Report {
+        /// A run file, or the folder of a sweep
+        input: PathBuf,
+        /// The page to write
+        #[arg(default_value = "report.html")]
+        page: PathBuf,
+        /// The body in 3D, with fields, increments, and panes at hand, by one script in the page
+        #[arg(long)]
+        interactive: bool,
+    },
     /// Write a solved run file for ParaView and PyVista, or its contact problem as a file of FCLIB
-    Export(ExportArguments),
+    Export {
+        /// A solved run file
+        file: PathBuf,
+        /// The file to write
+        target: PathBuf,
+        /// What it is to be
+        #[arg(long, value_enum)]
+        kind: ExportKind,
+    },
     /// Write or check the schemas of run files and scenes
-    Schema(SchemaArguments),
+    Schema {
+        /// Folder for the schemas
+        #[arg(default_value = "schemas")]
+        folder: PathBuf,
+        /// Write nothing; fail when files there differ from what would be written, or one that people or editors read is missing
+        #[arg(long)]
+        check: bool,
+    },
     /// Write a commented scene to start from
-    Init(InitArguments),
+    Init {
+        /// The scene to write; an existing file is not overwritten
+        #[arg(default_value = "scene.toml")]
+        scene: PathBuf,
+        /// What to start from
+        #[arg(long, value_enum, default_value_t = SceneKind::Brick)]
+        kind: SceneKind,
+    },
     /// Show what a mesh file holds: faces, parts, sizes, quality; and write a scene for it
     Inspect(InspectArguments),
     /// Print the completions of commands and options for a shell
-    Completions(CompletionsArguments),
+    Completions {
+        /// The shell; for bash: contact3d-pipe completions bash > ~/.local/share/bash-completion/completions/contact3d-pipe
+        shell: Shell,
+    },
     /// Write the manual pages of the program and of every command
-    Man(ManArguments),
+    Man {
+        /// Folder for the pages, for example ~/.local/share/man/man1
+        #[arg(default_value = "man")]
+        folder: PathBuf,
+    },
 }
 
 /// A scene file and changes to it.
 #[derive(Debug, Args)]
-pub(super) struct SceneArguments {
+pub struct SceneArguments {
     /// The scene, a TOML file such as `init` writes
     pub scene: PathBuf,
     /// Change one key of the scene, for example --set body.brick.cells=[12,4,4]
@@ -140,7 +223,7 @@ impl RunArguments {
 
 /// Who holds the factor.
 #[derive(Debug, Args)]
-pub(super) struct EngineArguments {
+pub struct EngineArguments {
     /// Let another program hold the Cholesky factor, perhaps on several machines, such as 'mpirun -n 4 contact3d-mumps' (folder engines of
     /// the sources); it is not stored
     #[arg(long, value_name = "COMMAND")]
@@ -155,7 +238,7 @@ impl EngineArguments {
 
 /// Where the assembled data go.
 #[derive(Debug, Args)]
-pub(super) struct AssemblyFileArguments {
+pub struct AssemblyFileArguments {
     /// Keep large assembled data in the run file too, not in assemble-DIGEST.h5 beside it
     #[arg(long)]
     self_contained: bool,
@@ -176,48 +259,9 @@ impl AssemblyFileArguments {
     }
 }
 
-/// Arguments of `mesh`.
-#[derive(Debug, Args)]
-pub struct MeshArguments {
-    #[command(flatten)]
-    pub(super) scene: SceneArguments,
-    /// The run file, created or updated
-    pub file: PathBuf,
-}
-
-/// Arguments of commands that need a run file only.
-#[derive(Debug, Args)]
-pub struct StageArguments {
-    /// The run file
-    pub file: PathBuf,
-}
-
-/// Arguments of `assemble`.
-#[derive(Debug, Args)]
-pub struct AssembleArguments {
-    /// The run file
-    pub file: PathBuf,
-    /// Change a key of [assemble] in the stored scene, for example --set assemble.factor=\"single\"
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    pub overrides: Vec<String>,
-    #[command(flatten)]
-    pub(super) assembly: AssemblyFileArguments,
-    #[command(flatten)]
-    pub(super) engine: EngineArguments,
-}
-
-/// Arguments of `post`.
-#[derive(Debug, Args)]
-pub struct PostArguments {
-    /// The run file
-    pub file: PathBuf,
-    #[command(flatten)]
-    pub(super) figures: FigureArguments,
-}
-
 /// Where pictures go.
 #[derive(Debug, Args)]
-pub(super) struct FigureArguments {
+pub struct FigureArguments {
     /// Folder for the pictures, in place of the usual one
     #[arg(long, value_name = "FOLDER")]
     pub figures: Option<PathBuf>,
@@ -257,18 +301,6 @@ impl FigureArguments {
         let folder = self.figures.as_deref().unwrap_or(usual);
         Ok(Some(PictureFolder::claim(folder, drawing, inputs)?))
     }
-}
-
-/// Arguments of `solve`.
-#[derive(Debug, Args)]
-pub struct SolveArguments {
-    /// The run file
-    pub file: PathBuf,
-    /// Change a key of [solve] in the stored scene, for example --set solve.epsilon=1e-8
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    pub overrides: Vec<String>,
-    #[command(flatten)]
-    pub(super) engine: EngineArguments,
 }
 
 /// Cells along an edge, as many as a brick may have.

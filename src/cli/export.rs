@@ -1,8 +1,8 @@
 //! `report` and `export`: a page about a run file, and files for other programs.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use clap::{Args, ValueEnum};
+use clap::ValueEnum;
 
 use super::{
     arguments::Output,
@@ -16,52 +16,29 @@ use crate::{
     views::{report, sweep_table},
 };
 
-/// Arguments of `report`.
-#[derive(Debug, Args)]
-pub struct ReportArguments {
-    /// A run file, or the folder of a sweep
-    pub input: PathBuf,
-    /// The page to write
-    #[arg(default_value = "report.html")]
-    pub page: PathBuf,
-    /// The body in 3D, with fields, increments, and panes at hand, by one script in the page
-    #[arg(long)]
-    pub interactive: bool,
-}
-
 /// `report`: one HTML page; reads only and takes no lock.
 pub(super) fn report_page(
-    arguments: &ReportArguments,
+    input: &Path,
+    path: &Path,
+    is_interactive: bool,
     output: &Output,
 ) -> Result<Exit, StageError> {
-    let inputs = Inputs::of([arguments.input.clone(), sweep_table(&arguments.input)]);
-    output::admit(&arguments.page, OutputKind::Page, &inputs)?;
+    let inputs = Inputs::of([input.to_owned(), sweep_table(input)]);
+    output::admit(path, OutputKind::Page, &inputs)?;
     let page = OutputFile {
-        path: arguments.page.clone(),
+        path: path.to_owned(),
         kind: OutputKind::Page,
-        bytes: report(&arguments.input, arguments.interactive)?.into_bytes(),
+        bytes: report(input, is_interactive)?.into_bytes(),
     };
     let bytes = page.bytes.len();
     output::write(&[page], &inputs)?;
     if output.json {
-        let summary = serde_json::json!({ "report": arguments.page, "bytes": bytes });
+        let summary = serde_json::json!({ "report": path, "bytes": bytes });
         terminal::json(&summary);
     } else {
-        say(output, &terminal::wrote(&arguments.page, bytes as u64));
+        say(output, &terminal::wrote(path, bytes as u64));
     }
     Ok(Exit::Done)
-}
-
-/// Arguments of `export`.
-#[derive(Debug, Args)]
-pub struct ExportArguments {
-    /// A solved run file
-    pub file: PathBuf,
-    /// The file to write
-    pub target: PathBuf,
-    /// What it is to be
-    #[arg(long, value_enum)]
-    pub kind: ExportKind,
 }
 
 /// What a run file is written as.
@@ -76,9 +53,13 @@ pub enum ExportKind {
 }
 
 /// `export`: reads only, takes no lock, writes one file.
-pub(super) fn export(arguments: &ExportArguments, output: &Output) -> Result<Exit, StageError> {
-    let (file, target) = (&arguments.file, &arguments.target);
-    match arguments.kind {
+pub(super) fn export(
+    file: &Path,
+    target: &Path,
+    kind: ExportKind,
+    output: &Output,
+) -> Result<Exit, StageError> {
+    match kind {
         ExportKind::Vtkhdf => grid(file, target, output),
         ExportKind::Fclib => problem(file, target, false, output),
         ExportKind::FclibGlobal => problem(file, target, true, output),

@@ -1,6 +1,5 @@
 //! `friction-law`: bounds and pictures of the laws of friction of a scene, from its mesh alone.
 
-use clap::Args;
 use contact3d::{
     contact::{CoulombLaw, FaceLaw, Interface, LawBounds, LawExtreme},
     mesh::Refinement,
@@ -21,21 +20,13 @@ use crate::{
     views::{draw_laws, drawing_of_laws, folder_here},
 };
 
-/// Arguments of `friction-law`.
-#[derive(Debug, Args)]
-pub struct FrictionLawArguments {
-    #[command(flatten)]
-    pub(super) scene: SceneArguments,
-    #[command(flatten)]
-    pub(super) figures: FigureArguments,
-}
-
 /// `friction-law`: bounds and draws the law of each contact face; stores no run file.
 pub(super) fn friction_law(
-    arguments: &FrictionLawArguments,
+    arguments: &SceneArguments,
+    figures: &FigureArguments,
     output: &Output,
 ) -> Result<Exit, StageError> {
-    let (mut input, inputs) = override_scene::read_with_inputs(&arguments.scene)?;
+    let (mut input, inputs) = override_scene::read_with_inputs(arguments)?;
     pin_mesh_file(&mut input)?;
     let mesh = mesh_of(&input, &Refinement::default())?;
     let scene = &input.scene;
@@ -47,10 +38,8 @@ pub(super) fn friction_law(
     });
     let laws: Vec<&FaceLaw> = laws.collect();
     warn(output, &warnings);
-    let usual = folder_here(&arguments.scene.scene, "friction-law");
-    let folder = arguments
-        .figures
-        .claim(&usual, drawing_of_laws(scene), inputs)?;
+    let usual = folder_here(&arguments.scene, "friction-law");
+    let folder = figures.claim(&usual, drawing_of_laws(scene), inputs)?;
     // Those with friction come first, and those beside Coulomb's law with a given slip bound have no bounds.
     let faces = scene.contact_features();
     let bounded = |(number, face): (usize, &ContactFeatures)| {
@@ -71,7 +60,7 @@ pub(super) fn friction_law(
     };
     let figures = faces.iter().zip(&law_of).map(|(face, law)| {
         let bounds = law.map(|law| LawBounds::new(law, mesh.extent()));
-        figures(face, bounds.as_ref(), mesh.extent(), scene.units)
+        figures_of(face, bounds.as_ref(), mesh.extent(), scene.units)
     });
     let figures: Vec<Figures> = figures.collect();
     terminal::print(
@@ -94,7 +83,7 @@ pub(super) fn friction_law(
 
 /// The law of a face and its bounds, each with the slip and the place that it is taken at.
 #[rustfmt::skip]
-fn figures(face: &ContactFeatures, bounds: Option<&LawBounds>, largest_slip: f64, units: Units) -> Figures {
+fn figures_of(face: &ContactFeatures, bounds: Option<&LawBounds>, largest_slip: f64, units: Units) -> Figures {
     let model = face.friction.as_ref();
     let mut figures = Figures::new(units);
     figures.described("name", "face", Some(escape_control(&face.name)), face.name.as_str());

@@ -1,8 +1,11 @@
 //! `man`, `completions`, `schema` and `--version`: what the program says of itself.
 
-use std::{fs, path::PathBuf};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
 
-use clap::{Args, CommandFactory};
+use clap::CommandFactory;
 use clap_complete::Shell;
 use contact3d::scene::Scene;
 use runfile::{schema_json, schema_page};
@@ -19,35 +22,23 @@ use crate::{
     sweep::SweepFile,
 };
 
-/// Arguments of `man`.
-#[derive(Debug, Args)]
-pub struct ManArguments {
-    /// Folder for the pages, for example ~/.local/share/man/man1
-    #[arg(default_value = "man")]
-    pub folder: PathBuf,
-}
-
 /// `man`: writes one page for the program and one for each command.
-pub(super) fn man(arguments: &ManArguments, printing: &Output) -> Result<Exit, StageError> {
-    let _folder = Folder::make(&arguments.folder)?;
+pub(super) fn man(folder: &Path, printing: &Output) -> Result<Exit, StageError> {
+    let _folder = Folder::make(folder)?;
     let mut program = Arguments::command();
     program.build();
-    let mut pages = vec![page(arguments, program.clone(), "contact3d-pipe")?];
+    let mut pages = vec![page(folder, program.clone(), "contact3d-pipe")?];
     for command in program.get_subcommands() {
         let name = format!("contact3d-pipe-{}", command.get_name());
-        pages.push(page(arguments, command.clone(), &name)?);
+        pages.push(page(folder, command.clone(), &name)?);
     }
     output::write(&pages, &Inputs::default())?;
     terminal::written(printing, pages.iter().map(|page| &page.path));
     Ok(Exit::Done)
 }
 
-fn page(
-    arguments: &ManArguments,
-    command: clap::Command,
-    name: &str,
-) -> Result<OutputFile, OutputError> {
-    let path = arguments.folder.join(format!("{name}.1"));
+fn page(folder: &Path, command: clap::Command, name: &str) -> Result<OutputFile, OutputError> {
+    let path = folder.join(format!("{name}.1"));
     let mut bytes = Vec::new();
     let rendered = clap_mangen::Man::new(command)
         .title(name)
@@ -67,18 +58,11 @@ fn page(
     }
 }
 
-/// Arguments of `completions`.
-#[derive(Debug, Args)]
-pub struct CompletionsArguments {
-    /// The shell; for bash: contact3d-pipe completions bash > ~/.local/share/bash-completion/completions/contact3d-pipe
-    pub shell: Shell,
-}
-
 /// `completions`: prints the script for a shell.
-pub(super) fn completions(arguments: &CompletionsArguments) -> Exit {
+pub(super) fn completions(shell: Shell) -> Exit {
     let mut script = Vec::new();
     clap_complete::generate(
-        arguments.shell,
+        shell,
         &mut Arguments::command(),
         "contact3d-pipe",
         &mut script,
@@ -102,19 +86,8 @@ pub(super) fn version_words() -> &'static str {
     &WORDS
 }
 
-/// Arguments of `schema`.
-#[derive(Debug, Args)]
-pub struct SchemaArguments {
-    /// Folder for the schemas
-    #[arg(default_value = "schemas")]
-    pub folder: PathBuf,
-    /// Write nothing; fail when files there differ from what would be written, or one that people or editors read is missing
-    #[arg(long)]
-    pub check: bool,
-}
-
 /// `schema`: writes the generated files, or checks that they are up to date.
-pub(super) fn schema(arguments: &SchemaArguments, printing: &Output) -> Result<Exit, StageError> {
+pub(super) fn schema(folder: &Path, is_check: bool, printing: &Output) -> Result<Exit, StageError> {
     let read = [
         ("run_file.md", schema_page(&LAYOUT)),
         ("scene.json", Scene::json_schema()),
@@ -126,15 +99,15 @@ pub(super) fn schema(arguments: &SchemaArguments, printing: &Output) -> Result<E
         ("stability.json", schema_json(&STABILITY_LAYOUT)),
         ("sweep_summary.json", schema_json(&SWEEP_LAYOUT)),
     ];
-    let place = |(name, text): (&str, String)| (arguments.folder.join(name), text);
+    let place = |(name, text): (&str, String)| (folder.join(name), text);
     let mut files: Vec<(PathBuf, String)> = read.map(place).into();
     let others = for_programs.map(place).into_iter();
-    if arguments.check {
+    if is_check {
         files.extend(others.filter(|(path, _)| path.exists()));
         return Ok(check(&files, printing));
     }
     files.extend(others);
-    let _folder = Folder::make(&arguments.folder)?;
+    let _folder = Folder::make(folder)?;
     let output = |(path, text): (PathBuf, String)| OutputFile {
         kind: match path.extension() {
             Some(ending) if ending == "md" => OutputKind::SchemaPage,

@@ -20,17 +20,6 @@ use crate::{
 /// A block on a foundation, with the further keys of a scene in comments.
 const BRICK: &str = include_str!("scenes/brick.toml");
 
-/// Arguments of `init`.
-#[derive(Debug, Args)]
-pub struct InitArguments {
-    /// The scene to write; an existing file is not overwritten
-    #[arg(default_value = "scene.toml")]
-    pub scene: PathBuf,
-    /// What to start from
-    #[arg(long, value_enum, default_value_t = SceneKind::Brick)]
-    pub kind: SceneKind,
-}
-
 /// What a scene starts from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum SceneKind {
@@ -45,19 +34,19 @@ pub enum SceneKind {
 }
 
 /// `init`: writes the scene, and what belongs to it.
-pub(super) fn init(arguments: &InitArguments, printing: &Output) -> Result<Exit, StageError> {
-    let scene = &arguments.scene;
+pub(super) fn init(scene: &Path, kind: SceneKind, printing: &Output) -> Result<Exit, StageError> {
+    let path = scene.to_owned();
     let run = format!(
         "run {} {}",
         scene.display(),
         scene.with_extension("h5").display()
     );
-    let (files, next) = match arguments.kind {
-        SceneKind::Brick => (vec![(scene.clone(), BRICK.to_owned())], run),
-        SceneKind::Gmsh => (vec![(scene.clone(), MeshScene::default().text())], run),
+    let (files, next) = match kind {
+        SceneKind::Brick => (vec![(path, BRICK.to_owned())], run),
+        SceneKind::Gmsh => (vec![(path, MeshScene::default().text())], run),
         SceneKind::History => {
             let text = include_str!("scenes/history.toml");
-            (vec![(scene.clone(), text.to_owned())], run)
+            (vec![(path, text.to_owned())], run)
         }
         SceneKind::Sweep => {
             let sweep = beside(scene, "sweep.toml");
@@ -66,7 +55,7 @@ pub(super) fn init(arguments: &InitArguments, printing: &Output) -> Result<Exit,
             let text = format!(include_str!("scenes/sweep.toml.in"), scene = name);
             let out = beside(scene, "cases");
             let next = format!("sweep {} --out {}", sweep.display(), out.display());
-            (vec![(scene.clone(), BRICK.to_owned()), (sweep, text)], next)
+            (vec![(path, BRICK.to_owned()), (sweep, text)], next)
         }
     };
     let written: Vec<PathBuf> = files.iter().map(|(path, _)| path.clone()).collect();

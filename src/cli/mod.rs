@@ -68,22 +68,39 @@ fn perform(arguments: &Arguments) -> Exit {
     let output = arguments.output;
     let outcome = match &arguments.command {
         Command::Run(run) => run::run(run, &output, threads),
-        Command::Mesh(mesh) => run::mesh(mesh, &output, threads),
-        Command::Assemble(stage) => run::assemble(stage, &output, threads),
-        Command::Solve(solve) => run::solve(solve, &output, threads),
-        Command::Post(post) => run::post(post, &output, threads),
-        Command::Status(status) => status::status(status, &output),
-        Command::Check(file) => status::check(file, &output),
-        Command::FrictionLaw(law) => friction_law::friction_law(law, &output),
-        Command::Study(study) => study.perform(&output, threads),
+        Command::Mesh { scene, file } => run::mesh(scene, file, &output, threads),
+        Command::Assemble {
+            file,
+            overrides,
+            assembly,
+            engine,
+        } => run::assemble(file, overrides, assembly, engine, &output, threads),
+        Command::Solve {
+            file,
+            overrides,
+            engine,
+        } => run::solve(file, overrides, engine, &output, threads),
+        Command::Post { file, figures } => run::post(file, figures, &output, threads),
+        Command::Status { file } => status::status(file, &output),
+        Command::Check { file } => status::check(file, &output),
+        Command::FrictionLaw { scene, figures } => {
+            friction_law::friction_law(scene, figures, &output)
+        }
+        Command::Accuracy(study) => studies::accuracy(study, &output, threads),
+        Command::Bound { file } => studies::bound(file, &output, threads),
+        Command::Branches(study) => studies::branches(study, &output, threads),
         Command::Stability(suite) => stability::stability(suite, &output, threads),
-        Command::Report(page) => export::report_page(page, &output),
-        Command::Export(arguments) => export::export(arguments, &output),
-        Command::Schema(schema) => generated::schema(schema, &output),
-        Command::Init(scene) => init::init(scene, &output),
+        Command::Report {
+            input,
+            page,
+            interactive,
+        } => export::report_page(input, page, *interactive, &output),
+        Command::Export { file, target, kind } => export::export(file, target, *kind, &output),
+        Command::Schema { folder, check } => generated::schema(folder, *check, &output),
+        Command::Init { scene, kind } => init::init(scene, *kind, &output),
         Command::Inspect(mesh) => init::inspect(mesh, &output),
-        Command::Completions(shell) => Ok(generated::completions(shell)),
-        Command::Man(pages) => generated::man(pages, &output),
+        Command::Completions { shell } => Ok(generated::completions(*shell)),
+        Command::Man { folder } => generated::man(folder, &output),
         Command::Sweep(arguments) => sweep::sweep(arguments, &output, threads),
     };
     outcome.unwrap_or_else(|error| exit::explain(error, &output))

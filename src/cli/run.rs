@@ -1,13 +1,14 @@
 //! `run`, `mesh`, `assemble`, `solve` and `post`.
 
-use std::time::Instant;
+use std::{path::Path, time::Instant};
 
 use contact3d::{RunStep, adaptation::RefinementGoal, linalg::Factor};
 
 use super::{
     adaptive,
     arguments::{
-        AssembleArguments, MeshArguments, Output, PostArguments, RunArguments, SolveArguments,
+        AssemblyFileArguments, EngineArguments, FigureArguments, Output, RunArguments,
+        SceneArguments,
     },
     exit::Exit,
     interruption, override_scene, progress,
@@ -94,14 +95,15 @@ fn perform_stale(session: &mut Session, output: &Output) -> Result<Vec<StageTimi
 
 /// `mesh`: the mesh of a scene.
 pub(super) fn mesh(
-    arguments: &MeshArguments,
+    scene: &SceneArguments,
+    file: &Path,
     output: &Output,
     threads: usize,
 ) -> Result<Exit, StageError> {
-    let (scene, inputs) = override_scene::read_with_inputs(&arguments.scene)?;
-    inputs.refuse(&arguments.file)?;
-    interruption::on_run_file(&arguments.file);
-    let mut session = Session::with_scene(&arguments.file, scene, threads)?;
+    let (scene, inputs) = override_scene::read_with_inputs(scene)?;
+    inputs.refuse(file)?;
+    interruption::on_run_file(file);
+    let mut session = Session::with_scene(file, scene, threads)?;
     session.all_or_nothing(|session| {
         let performed = perform(session, Stage::Mesh, StoreWhen::Now, output)?;
         warn(output, &session.warnings()?);
@@ -112,15 +114,18 @@ pub(super) fn mesh(
 
 /// `assemble`: matrices and factor.
 pub(super) fn assemble(
-    arguments: &AssembleArguments,
+    file: &Path,
+    overrides: &[String],
+    assembly: &AssemblyFileArguments,
+    engine: &EngineArguments,
     output: &Output,
     threads: usize,
 ) -> Result<Exit, StageError> {
-    interruption::on_run_file(&arguments.file);
-    let mut session = Session::open(&arguments.file, threads)?;
-    session.keep_assembly(arguments.assembly.choice());
-    session.hold_factors_with(arguments.engine.command());
-    let scene = override_scene::change_table(session.input(), "assemble", &arguments.overrides)?;
+    interruption::on_run_file(file);
+    let mut session = Session::open(file, threads)?;
+    session.keep_assembly(assembly.choice());
+    session.hold_factors_with(engine.command());
+    let scene = override_scene::change_table(session.input(), "assemble", overrides)?;
     session.set_assemble(scene.assemble);
     session.all_or_nothing(|session| {
         let commit = StoreWhen::Manual;
@@ -133,15 +138,17 @@ pub(super) fn assemble(
 
 /// `solve`: the contact problem, with settings from the flags.
 pub(super) fn solve(
-    arguments: &SolveArguments,
+    file: &Path,
+    overrides: &[String],
+    engine: &EngineArguments,
     output: &Output,
     threads: usize,
 ) -> Result<Exit, StageError> {
-    interruption::on_run_file(&arguments.file);
-    let mut session = Session::open(&arguments.file, threads)?;
-    let scene = override_scene::change_table(session.input(), "solve", &arguments.overrides)?;
+    interruption::on_run_file(file);
+    let mut session = Session::open(file, threads)?;
+    let scene = override_scene::change_table(session.input(), "solve", overrides)?;
     session.set_solve(scene.solve)?;
-    session.hold_factors_with(arguments.engine.command());
+    session.hold_factors_with(engine.command());
     session.all_or_nothing(|session| {
         let performed = perform(session, Stage::Solve, StoreWhen::Now, output)?;
         finish(session, output, &[performed], None)
@@ -150,17 +157,15 @@ pub(super) fn solve(
 
 /// `post`: report, pictures, ParaView group.
 pub(super) fn post(
-    arguments: &PostArguments,
+    file: &Path,
+    figures: &FigureArguments,
     output: &Output,
     threads: usize,
 ) -> Result<Exit, StageError> {
-    interruption::on_run_file(&arguments.file);
-    let mut session = Session::open(&arguments.file, threads)?;
-    let pictures = arguments.figures.beside(
-        &arguments.file,
-        drawing_of(session.scene()),
-        Inputs::default(),
-    )?;
+    interruption::on_run_file(file);
+    let mut session = Session::open(file, threads)?;
+    let drawing = drawing_of(session.scene());
+    let pictures = figures.beside(file, drawing, Inputs::default())?;
     session.all_or_nothing(|session| {
         let performed = perform(session, Stage::Post, StoreWhen::Now, output)?;
         draw_figures(session, pictures.as_ref(), output)?;

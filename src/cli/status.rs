@@ -1,9 +1,11 @@
 //! `status` and `check`: which stages are fresh, stale or missing, and whether a file is as it was written and agrees with itself.
 
+use std::path::Path;
+
 use runfile::Reader;
 
 use super::{
-    arguments::{Output, StageArguments},
+    arguments::Output,
     exit::Exit,
     terminal::{self, say},
 };
@@ -15,17 +17,17 @@ use crate::{
 };
 
 /// `status`: stages, sizes and main results; reads only and takes no lock. Sizes and results are those of fresh stages.
-pub(super) fn status(arguments: &StageArguments, output: &Output) -> Result<Exit, StageError> {
-    if sweep_table(&arguments.file).exists() {
-        let folder = arguments.file.display();
+pub(super) fn status(file: &Path, output: &Output) -> Result<Exit, StageError> {
+    if sweep_table(file).exists() {
+        let folder = file.display();
         return Err(StageError::Unfit {
-            file: arguments.file.clone(),
+            file: file.to_owned(),
             reason: format!(
                 "this is the folder of a sweep: `report {folder}` shows its cases, and the same `sweep` command goes on with it"
             ),
         });
     }
-    let run = OpenRun::open(&arguments.file)?;
+    let run = OpenRun::open(file)?;
     let (reader, scene) = (&run.reader, &run.input.scene);
     let is_fresh = |stage| run.is_fresh(stage);
     let results = is_fresh(Stage::Post).then(|| format::read_case(reader));
@@ -48,7 +50,7 @@ pub(super) fn status(arguments: &StageArguments, output: &Output) -> Result<Exit
             "units": unit_words(scene.units),
         }));
     } else {
-        let mut text = format!("{}\n{}", arguments.file.display(), scene.shown_title());
+        let mut text = format!("{}\n{}", file.display(), scene.shown_title());
         text += &stages.text();
         text += &format!("model features\n{}", features.text(2, 28));
         if outcome.is_some() || summary.is_some() {
@@ -67,11 +69,11 @@ pub(super) fn status(arguments: &StageArguments, output: &Output) -> Result<Exit
 
 /// `check`: whether a file is as it was written, with the files that it links, and its arrays have the certificate and the status that
 /// it states; reads only and takes no lock.
-pub(super) fn check(arguments: &StageArguments, output: &Output) -> Result<Exit, StageError> {
-    let reader = Reader::open(&arguments.file, LAYOUT)?;
+pub(super) fn check(file: &Path, output: &Output) -> Result<Exit, StageError> {
+    let reader = Reader::open(file, LAYOUT)?;
     let mut problems: Vec<String> = reader.link_problems().map(|it| it.to_string()).collect();
     if problems.is_empty() {
-        problems = contradictions(&arguments.file)?;
+        problems = contradictions(file)?;
     }
     if output.json {
         terminal::json(&serde_json::json!({ "problems": problems }));

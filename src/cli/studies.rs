@@ -5,7 +5,7 @@ use std::{
     time::Instant,
 };
 
-use clap::{Args, Subcommand};
+use clap::Args;
 use contact3d::{scene::SceneFile, solver::Status};
 use indicatif::ProgressBar;
 use serde_json::Value;
@@ -30,28 +30,6 @@ use crate::{
     views::{Drawing, PictureFolder, draw_accuracy, draw_branches},
 };
 
-/// The studies of a scene or its solution.
-#[derive(Debug, Subcommand)]
-pub enum Study {
-    /// Measure the errors of solvers and meshes for a scene, and their costs
-    Accuracy(AccuracyArguments),
-    /// Prove an upper bound of the discretisation error of a solved run file
-    Bound(BoundArguments),
-    /// Follow solutions while one key of the scene changes: folds, branches, all solutions at one value
-    Branches(BranchesArguments),
-}
-
-impl Study {
-    /// Does what the command asks.
-    pub(super) fn perform(&self, output: &Output, threads: usize) -> Result<Exit, StageError> {
-        match self {
-            Self::Accuracy(settings) => accuracy(settings, output, threads),
-            Self::Bound(file) => bound(file, output, threads),
-            Self::Branches(range) => branches(range, output, threads),
-        }
-    }
-}
-
 /// Arguments of `accuracy`.
 #[derive(Debug, Args)]
 pub struct AccuracyArguments {
@@ -73,7 +51,7 @@ pub struct AccuracyArguments {
 }
 
 /// `accuracy`: runs both studies, stores and draws them, and says what they mean.
-fn accuracy(
+pub(super) fn accuracy(
     arguments: &AccuracyArguments,
     output: &Output,
     threads: usize,
@@ -121,17 +99,10 @@ fn is_complete(accuracy: &Accuracy) -> bool {
     reference.chain(levels).all(Status::is_solved)
 }
 
-/// Arguments of `bound`.
-#[derive(Debug, Args)]
-pub struct BoundArguments {
-    /// The run file, solved
-    pub file: PathBuf,
-}
-
 /// `bound`: computes, stores and prints.
-fn bound(arguments: &BoundArguments, output: &Output, threads: usize) -> Result<Exit, StageError> {
+pub(super) fn bound(file: &Path, output: &Output, threads: usize) -> Result<Exit, StageError> {
     let spinner = progress::spinner("bound", output);
-    let bounded = bound_error(&arguments.file, threads);
+    let bounded = bound_error(file, threads);
     spinner.finish_and_clear();
     let (scene, bound, estimate) = bounded?;
     let figures = report::studies::bound(&bound, &scene, estimate);
@@ -173,7 +144,7 @@ pub struct BranchesArguments {
 }
 
 /// `branches`: follows the paths, stores and draws them, and lists their special points.
-fn branches(
+pub(super) fn branches(
     arguments: &BranchesArguments,
     output: &Output,
     threads: usize,
@@ -185,8 +156,7 @@ fn branches(
         Drawing::Branches,
     )?;
     let units = scene.scene.units;
-    let claim = |folder: &PathBuf| SeriesFolder::claim(folder, SeriesKind::Paths, &inputs);
-    let series = arguments.series.as_ref().map(claim).transpose()?;
+    let series = SeriesFolder::claim(arguments.series.as_deref(), SeriesKind::Paths, &inputs)?;
     let task = BranchesTask {
         range: ParameterRange {
             key: arguments.parameter.clone(),
@@ -199,7 +169,7 @@ fn branches(
     let began = Instant::now();
     let mut n_said = 0;
     let mut observe = |branches: &Branches, waiting: Option<usize>| {
-        where_it_stands((branches, waiting), units, &spinner, began);
+        where_it_stands(branches, waiting, units, &spinner, began);
         if branches.paths.len() > n_said {
             n_said = branches.paths.len();
             spinner.suspend(|| terminal::say(output, &last_point(branches, units)));
@@ -271,7 +241,8 @@ fn last_point(branches: &Branches, units: Units) -> String {
 
 /// Lets a spinner say where paths stand, and how long the rest takes if each goes once through the range.
 fn where_it_stands(
-    (branches, waiting): (&Branches, Option<usize>),
+    branches: &Branches,
+    waiting: Option<usize>,
     units: Units,
     spinner: &ProgressBar,
     began: Instant,

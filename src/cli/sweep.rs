@@ -41,26 +41,11 @@ pub struct SweepArguments {
     memory: Option<f64>,
     #[command(flatten)]
     figures: FigureArguments,
-    #[command(flatten)]
-    series: SeriesArguments,
-    #[command(flatten)]
-    options: CaseOptions,
-}
-
-/// Where series go.
-#[derive(Debug, Args)]
-struct SeriesArguments {
     /// Folder for the cases as series that ParaView plays, one for each mesh: cases_1.vtkhdf and so on
     #[arg(long, value_name = "FOLDER")]
     series: Option<PathBuf>,
-}
-
-impl SeriesArguments {
-    /// That folder, looked at before anything is run.
-    fn claim(&self, plan: &Plan) -> Result<Option<SeriesFolder>, StageError> {
-        let claim = |folder: &PathBuf| SeriesFolder::claim(folder, SeriesKind::Cases, &plan.inputs);
-        self.series.as_ref().map(claim).transpose()
-    }
+    #[command(flatten)]
+    options: CaseOptions,
 }
 
 /// A sweep file and the folder of its cases.
@@ -101,8 +86,9 @@ enum SweepPart {
     Summary {
         #[command(flatten)]
         place: SweepFolder,
-        #[command(flatten)]
-        series: SeriesArguments,
+        /// Folder for the cases as series that ParaView plays, one for each mesh: cases_1.vtkhdf and so on
+        #[arg(long, value_name = "FOLDER")]
+        series: Option<PathBuf>,
     },
 }
 
@@ -117,7 +103,7 @@ pub(super) fn sweep(
         Some(SweepPart::RunCase { place, id, options }) => {
             run_case(place, id, &case_options(options, threads), output)
         }
-        Some(SweepPart::Summary { place, series }) => summary(place, series, output),
+        Some(SweepPart::Summary { place, series }) => summary(place, series.as_deref(), output),
         None => run_all(arguments, output, threads),
     }
 }
@@ -130,7 +116,7 @@ fn plan(place: &SweepFolder) -> Result<Exit, StageError> {
 
 fn summary(
     place: &SweepFolder,
-    series: &SeriesArguments,
+    series: Option<&Path>,
     output: &Output,
 ) -> Result<Exit, StageError> {
     let plan = Plan::read(&place.sweep)?;
@@ -141,7 +127,7 @@ fn summary(
     })?;
     let inputs = plan.inputs.clone();
     let pictures = PictureFolder::claim(&figures_folder(&place.folder), Drawing::Sweep, inputs)?;
-    let series = series.claim(&plan)?;
+    let series = SeriesFolder::claim(series, SeriesKind::Cases, &plan.inputs)?;
     sweep::write_summary(&plan, &place.folder)?;
     say(output, &format!("tables in {}", place.folder.display()));
     show(
@@ -208,7 +194,8 @@ fn run_all(whole: &SweepArguments, output: &Output, threads: usize) -> Result<Ex
     let usual = figures_folder(folder);
     let inputs = plan.inputs.clone();
     let pictures = whole.figures.claim(&usual, Drawing::Sweep, inputs)?;
-    let series = whole.series.claim(&plan)?;
+    let series = whole.series.as_deref();
+    let series = SeriesFolder::claim(series, SeriesKind::Cases, &plan.inputs)?;
     for warning in warnings(&plan) {
         say(output, &format!("warning: {warning}"));
     }

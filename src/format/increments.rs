@@ -15,7 +15,7 @@ use units::Dimension;
 use super::{
     FormatError, Stage, extents,
     fields::{Condition, Fields, fields, write_value},
-    history_quantities,
+    quantities,
 };
 
 /// The increments of a load history that were solved.
@@ -128,7 +128,7 @@ pub fn write(
     if let Some(errors) = HistoryErrors::new(records, None) {
         write_value(writer, ESTIMATED_ERROR, &errors.relative)?;
     }
-    history_quantities::write(writer, scene, records, scene.units)?;
+    quantities::write_of_increments(writer, scene, records)?;
     INCREMENTS.write_rows(writer, records)
 }
 
@@ -151,6 +151,6 @@ pub fn read(reader: &Reader, scene: &Scene) -> Result<Vec<StepRecord>, FormatErr
     for (record, increment) in records.iter_mut().zip(increments) {
         record.increment = increment;
     }
-    history_quantities::read(reader, scene, &mut records)?;
+    quantities::read_of_increments(reader, scene, &mut records)?;
     Ok(records)
 }

@@ -10,19 +10,16 @@ mod branches;
 mod cases;
 mod extents;
 mod fields;
-mod functionals;
-mod history_quantities;
 mod increments;
 mod load;
 mod mesh;
 mod post;
+mod quantities;
 mod result_fields;
 mod scene;
 mod series;
-mod sizes;
 mod solve;
 mod stability;
-mod steps;
 mod stored;
 mod vtkhdf;
 
@@ -44,13 +41,14 @@ pub use cases::{
     CERTIFICATE, CaseResults, CaseRow, GROUP as CASES, SWEEP_LAYOUT, TableOwner, read_case,
     read_table_owner, write as write_cases,
 };
-pub use functionals::{
-    dimension as dimension_of_quantity, read as read_functionals, write as write_functionals,
-};
+pub use extents::{StageSizes, read_sizes};
 pub use increments::{GROUP as HISTORY, read as read_history, write as write_history};
 pub use load::{read as read_loads, write as write_loads};
 pub use mesh::{read as read_mesh, write as write_mesh};
 pub use post::{read_certificate, read_estimate, write as write_report};
+pub use quantities::{
+    dimension as dimension_of_quantity, read as read_functionals, write as write_functionals,
+};
 pub use result_fields::{FieldPlace, FieldShape, FieldView, RESULT_FIELDS, ResultState, VTKHDF};
 pub use scene::{
     GROUP as SCENE, get_key, read as read_scene, set_key, table as scene_table,
@@ -60,12 +58,11 @@ pub use series::{
     GridSeries, SERIES_LAYOUT, SeriesCase, begin_path_series, begin_sweep_series, field_paths,
     step_sweep_series,
 };
-pub use sizes::{StageSizes, read_sizes};
 pub use solve::{
-    OutcomeWords, read as read_solution, read_multiplier, read_outcome, write as write_solution,
+    CHECKPOINT, OutcomeWords, read as read_solution, read_checkpoint, read_multiplier,
+    read_outcome, write as write_solution, write_checkpoint,
 };
 pub use stability::{GROUP as STABILITY, STABILITY_LAYOUT, StabilityRow, write as write_stability};
-pub use steps::{CHECKPOINT, read_checkpoint, write_checkpoint};
 pub use vtkhdf::write as write_vtkhdf;
 
 use contact3d::{
@@ -174,9 +171,9 @@ pub const LAYOUT: Layout = Layout {
         assemble::FACTOR.rows,
         load::TABLE,
         solve::FIELDS.rows,
-        functionals::FIELDS.rows,
-        steps::NEWTON_STEPS.rows,
-        steps::OUTER_STEPS.rows,
+        quantities::FIELDS.rows,
+        solve::NEWTON_STEPS.rows,
+        solve::OUTER_STEPS.rows,
         post::ON_THE_BODY.rows,
         post::FORCES.rows,
         post::TOTALS.rows,
@@ -189,8 +186,8 @@ pub const LAYOUT: Layout = Layout {
         accuracy::SOLVES.rows,
         accuracy::MESHES.rows,
         accuracy::TRENDS.rows,
-        steps::STATE.rows,
-        steps::DONE_ROWS,
+        solve::STATE.rows,
+        solve::DONE_ROWS,
         adapt::FIELDS.rows,
         branches::OF_SEARCH.rows,
         branches::OF_PATHS.rows,
@@ -198,7 +195,7 @@ pub const LAYOUT: Layout = Layout {
         increments::INCREMENTS.rows,
         bound::FIELDS.rows,
         bound::SIDE_FORCES.rows,
-        history_quantities::FIELDS.rows,
+        quantities::OF_INCREMENTS.rows,
     ],
     extents: extents::OF_RUN_FILES,
 };

@@ -53,11 +53,19 @@ pub struct SeriesFolder {
 }
 
 impl SeriesFolder {
-    /// Makes the folder unless it is there, and refuses it if a file in it has the name of a series and is none, or is an input.
+    /// Makes the folder, where one is wanted, unless it is there, and refuses it if a file in it has the name of a series and is none,
+    /// or is an input.
     ///
     /// # Errors
     /// An unwritable folder, a foreign or busy file; nothing is changed.
-    pub fn claim(path: &Path, kind: SeriesKind, inputs: &Inputs) -> Result<Self, StageError> {
+    pub fn claim(
+        path: Option<&Path>,
+        kind: SeriesKind,
+        inputs: &Inputs,
+    ) -> Result<Option<Self>, StageError> {
+        let Some(path) = path else {
+            return Ok(None);
+        };
         let folder = Folder::make(path)?;
         let unreadable = |source: std::io::Error| StageError::Write {
             file: path.to_owned(),
@@ -72,7 +80,7 @@ impl SeriesFolder {
                 old.push(file);
             }
         }
-        Ok(Self { folder, kind, old })
+        Ok(Some(Self { folder, kind, old }))
     }
 
     /// The folder.
