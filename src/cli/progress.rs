@@ -64,12 +64,7 @@ fn count(spinner: &ProgressBar, step: &'static str, work: &Arc<Work>) {
 /// Lets a spinner say what a study is at, and shows its first figures as soon as they are there.
 pub(super) fn show_study(spinner: &ProgressBar, output: &Output, step: StudyStep) {
     match step {
-        StudyStep::Piece {
-            words,
-            number,
-            of,
-            seconds_left,
-        } => piece(spinner, &words, [number, of], seconds_left, Instant::now()),
+        StudyStep::Begin(words) => spinner.set_message(words),
         StudyStep::Figure(text) => spinner.suspend(|| terminal::say(output, &text)),
     }
 }

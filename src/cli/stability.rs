@@ -110,7 +110,7 @@ fn run_suite(
             each * (cases.len() - number) as f64
         });
         let row = case.check(&mut |step| {
-            if let StudyStep::Piece { words, .. } = step {
+            if let StudyStep::Begin(words) = step {
                 let words = format!("{}: {words}", case.name);
                 progress::piece(&spinner, &words, [number + 1, cases.len()], left, started);
             }

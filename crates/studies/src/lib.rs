@@ -4,8 +4,7 @@
 pub mod accuracy;
 pub mod bound;
 pub mod branches;
-mod progress;
 mod shared;
 pub mod stability;
 
-pub use progress::StudyStep;
+pub use shared::StudyStep;

@@ -1,6 +1,15 @@
 //! What several studies share.
 
-use contact3d::{AssembledProblem, dual::ExplicitDual, linalg::CscMatrix, scene::InvalidValue};
+use contact3d::{AssembledProblem, dual::ExplicitDual, scene::InvalidValue};
+
+/// What an observer of a study sees, in words.
+#[derive(Debug, Clone, PartialEq)]
+pub enum StudyStep {
+    /// A piece of work begins.
+    Begin(String),
+    /// A first result.
+    Figure(String),
+}
 
 /// Refuses a body that only contact holds, or weak springs, where `what` needs A⁻¹ itself.
 pub(crate) fn refuse_floating(problem: &AssembledProblem, what: &str) -> Result<(), InvalidValue> {
@@ -30,23 +39,6 @@ pub(crate) fn dual_of(problem: &AssembledProblem) -> &ExplicitDual {
     let contact = problem.system.contact.as_ref();
     let dual = contact.and_then(|contact| contact.explicit());
     dual.expect("assembled with contact and the dense operator")
-}
-
-/// A sparse matrix from its columns, each with increasing rows.
-pub(crate) fn matrix_of_columns<C: IntoIterator<Item = (usize, f64)>>(
-    rows: usize,
-    columns: impl IntoIterator<Item = C>,
-) -> CscMatrix {
-    let mut matrix = CscMatrix::empty(rows);
-    for column in columns {
-        for (row, value) in column {
-            matrix.indices.push(row);
-            matrix.data.push(value);
-        }
-        matrix.indptr.push(matrix.indices.len());
-        matrix.cols += 1;
-    }
-    matrix
 }
 
 pub(crate) fn greatest_common_divisor(a: usize, b: usize) -> usize {

@@ -5,9 +5,9 @@ use std::{fmt, path::Path, sync::Arc};
 use super::{
     AccuracySettings, Cost,
     cost::{BudgetShares, measure},
-    discretisation::{effort, energy_norm},
+    discretisation::energy_norm,
 };
-use crate::progress::Pieces;
+use crate::StudyStep;
 use contact3d::{
     AssembledProblem, Problem, ProblemError,
     linalg::{difference, norm},
@@ -114,41 +114,6 @@ struct StudiedProblem<'a> {
     budget: f64,
 }
 
-/// What the work of the study is announced as.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct SolverPieces {
-    /// Assembly and reference, beside the meshes of the other study.
-    assembly: (usize, f64),
-    /// Kind of the runs of each series.
-    runs: usize,
-}
-
-impl SolverPieces {
-    /// Announces the work on a scene; `meshes` is the kind of the meshes of the other study.
-    pub(super) fn announce(
-        scene: &Scene,
-        settings: &AccuracySettings,
-        meshes: usize,
-        pieces: &mut Pieces<'_>,
-    ) -> Self {
-        let n_series = match scene.contacts.as_slice() {
-            [] => 0,
-            _ => EXPLICIT.len() + on_implicit(scene).len(),
-        };
-        let n_runs = n_series * EPSILONS.len();
-        let runs = pieces.kind(Some(settings.budget / n_runs.max(1) as f64));
-        (0..n_runs).for_each(|_| pieces.announce(runs, 1.0));
-        let own = scene.body.as_brick().map_or(1.0, effort);
-        if n_series > 0 {
-            pieces.announce(meshes, own);
-        }
-        Self {
-            assembly: (meshes, own),
-            runs,
-        }
-    }
-}
-
 /// The methods on a dense S.
 const EXPLICIT: [RunMethod; 3] = [
     RunMethod::FixedPrecision,
@@ -175,17 +140,13 @@ impl AlgebraicStudy {
         scene: &Scene,
         folder: &Path,
         settings: &AccuracySettings,
-        (work, pieces): (SolverPieces, &mut Pieces<'_>),
+        observe: &mut dyn FnMut(StudyStep),
     ) -> Result<Option<Self>, ProblemError> {
         let mesh = Arc::new(Mesh::of_scene(scene, folder)?);
         if mesh.contact.is_none() {
             return Ok(None);
         }
-        pieces.begin(
-            work.assembly.0,
-            work.assembly.1,
-            "assembly and reference".to_owned(),
-        );
+        observe(StudyStep::Begin("assembly and reference".to_owned()));
         let assemble = |kind| {
             let mut scene = scene.clone();
             scene.assemble.dual_operator = kind;
@@ -211,10 +172,10 @@ impl AlgebraicStudy {
         if !reference.status.is_solved() {
             return Ok(Some(study));
         }
-        pieces.figure(format!(
+        observe(StudyStep::Figure(format!(
             "assembled in {:.2} s, reference solved to {:.1e}",
             explicit.seconds, reference.accuracy
-        ));
+        )));
         let mut problem = StudiedProblem {
             scene,
             assembled,
@@ -226,15 +187,14 @@ impl AlgebraicStudy {
         let entries = &mut study.entries;
         for method in EXPLICIT {
             problem.budget = shares.take(1);
-            entries.extend(problem.series(method, RunOperator::Explicit, (work.runs, pieces))?);
+            entries.extend(problem.series(method, RunOperator::Explicit, observe)?);
         }
         if let Some(contact) = &mut problem.assembled.system.contact {
             contact.make_implicit();
         }
         for method in implicit {
             problem.budget = shares.take(1);
-            let watched = (work.runs, &mut *pieces);
-            entries.extend(problem.series(*method, RunOperator::Implicit, watched)?);
+            entries.extend(problem.series(*method, RunOperator::Implicit, observe)?);
         }
         Ok(Some(study))
     }
@@ -254,19 +214,16 @@ impl StudiedProblem<'_> {
         &self,
         method: RunMethod,
         operator: RunOperator,
-        (kind, pieces): (usize, &mut Pieces<'_>),
+        observe: &mut dyn FnMut(StudyStep),
     ) -> Result<Vec<SolverRun>, ProblemError> {
         let mut entries: Vec<SolverRun> = Vec::new();
         let mut spent = 0.0;
         for epsilon in EPSILONS {
             let result = match self.affordable(&entries, spent) {
-                None => {
-                    pieces.leave_out(kind, 1.0);
-                    None
-                }
+                None => None,
                 Some(applications) => {
                     let words = format!("{method}, {operator}, epsilon {epsilon:.0e}");
-                    pieces.begin(kind, 1.0, words);
+                    observe(StudyStep::Begin(words));
                     Some(self.run(method, epsilon, applications)?)
                 }
             };

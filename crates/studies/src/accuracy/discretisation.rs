@@ -8,7 +8,7 @@ use super::{
     extrapolated, nested_bricks, observed_order,
     refinement::{prolongate, with_brick},
 };
-use crate::progress::{Pieces, StudyStep};
+use crate::StudyStep;
 use contact3d::{
     AssembledProblem, Problem, ProblemError,
     dual::PrimalSystem,
@@ -87,9 +87,8 @@ impl DiscretisationStudy {
         settings: &AccuracySettings,
         observe: &mut dyn FnMut(StudyStep),
     ) -> Result<Option<Self>, ProblemError> {
-        let mut pieces = Pieces::new(observe);
-        let mut meshes = NestedMeshes::announce(scene, settings, &mut pieces)?;
-        meshes.solve(false, &mut pieces)?;
+        let mut meshes = NestedMeshes::new(scene, settings)?;
+        meshes.solve(false, observe)?;
         Ok(meshes.study())
     }
 
@@ -131,8 +130,6 @@ pub(super) struct NestedMeshes<'a> {
     scene: &'a Scene,
     /// Those to come, fine to coarse.
     bricks: Vec<Brick>,
-    /// What their work is announced as.
-    pub(super) kind: usize,
     levels: Vec<Level>,
     fields: Vec<SolvedBrick>,
     /// A of the last mesh.
@@ -146,31 +143,15 @@ struct SolvedBrick {
     displacement: Vec<[f64; 3]>,
 }
 
-/// What solving a mesh costs, beside other meshes.
-pub(crate) fn effort(brick: &Brick) -> f64 {
-    let cells: f64 = brick.cells.iter().map(|&n| n as f64).product();
-    // The work of a mesh goes with this power of its number of cells.
-    cells.powf(1.3)
-}
-
 impl<'a> NestedMeshes<'a> {
-    /// The meshes of a scene's brick, none of another body, and their announcement.
-    pub(super) fn announce(
-        scene: &'a Scene,
-        settings: &AccuracySettings,
-        pieces: &mut Pieces<'_>,
-    ) -> Result<Self, ProblemError> {
+    /// The meshes of a scene's brick, none of another body.
+    pub(super) fn new(scene: &'a Scene, settings: &AccuracySettings) -> Result<Self, ProblemError> {
         let bricks = scene.body.as_brick();
         let bricks = bricks.map(|brick| nested_bricks(scene, brick, settings));
         let mut bricks = bricks.transpose()?.unwrap_or_default();
         bricks.reverse();
-        let kind = pieces.kind(None);
-        bricks
-            .iter()
-            .for_each(|brick| pieces.announce(kind, effort(brick)));
         Ok(Self {
             scene,
-            kind,
             bricks,
             levels: Vec::new(),
             fields: Vec::new(),
@@ -182,28 +163,27 @@ impl<'a> NestedMeshes<'a> {
     pub(super) fn solve(
         &mut self,
         coarser: bool,
-        pieces: &mut Pieces<'_>,
+        observe: &mut dyn FnMut(StudyStep),
     ) -> Result<(), ProblemError> {
         let own = self.scene.body.as_brick().map_or(0, brick_n_div);
         let wanted = |brick: &mut Brick| !coarser || brick_n_div(brick) < own;
         while let Some(brick) = self.bricks.pop_if(wanted) {
             let n_div = brick_n_div(&brick);
-            pieces.begin(self.kind, effort(&brick), format!("mesh n_div = {n_div}"));
+            observe(StudyStep::Begin(format!("mesh n_div = {n_div}")));
             let scene = solved_to_rounding(with_brick(self.scene, &brick));
             drop(self.finest.take());
             let ((level, field, primal), cost) =
                 measure(CHEAP_SECONDS, || solve_level(&scene, &brick))?;
-            pieces.figure(format!(
+            observe(StudyStep::Figure(format!(
                 "n_div = {n_div}: {} unknowns, estimated error {:.2} %, {:.2} s",
                 level.n_free,
                 100.0 * level.estimated_error,
                 cost.seconds
-            ));
+            )));
             self.levels.push(Level { cost, ..level });
             self.fields.push(field);
             self.finest = Some(primal);
         }
-        pieces.end();
         Ok(())
     }
 

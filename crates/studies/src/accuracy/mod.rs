@@ -22,8 +22,7 @@ use serde::Serialize;
 
 use contact3d::{ProblemError, scene::Scene};
 
-use crate::progress::{Pieces, StudyStep};
-use algebraic::SolverPieces;
+use crate::StudyStep;
 use discretisation::NestedMeshes;
 
 /// How far the studies go.
@@ -59,14 +58,12 @@ impl Accuracy {
         observe: &mut dyn FnMut(StudyStep),
     ) -> Result<Self, ProblemError> {
         scene.require_no_history("accuracy")?;
-        let mut pieces = Pieces::new(observe);
         // A finest mesh that cannot be is refused before the long work.
-        let mut meshes = NestedMeshes::announce(scene, settings, &mut pieces)?;
-        let runs = SolverPieces::announce(scene, settings, meshes.kind, &mut pieces);
+        let mut meshes = NestedMeshes::new(scene, settings)?;
         // The small meshes first: what an allocator keeps of a large one would count as their peak.
-        meshes.solve(true, &mut pieces)?;
-        let algebraic = AlgebraicStudy::of(scene, folder, settings, (runs, &mut pieces))?;
-        meshes.solve(false, &mut pieces)?;
+        meshes.solve(true, observe)?;
+        let algebraic = AlgebraicStudy::of(scene, folder, settings, observe)?;
+        meshes.solve(false, observe)?;
         let discretisation = meshes.study();
         Ok(Self {
             algebraic,

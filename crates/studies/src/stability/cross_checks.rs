@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::explicit_problem::ExplicitProblem;
-use crate::progress::Pieces;
+use crate::StudyStep;
 use contact3d::{
     ProblemError,
     contact::CoulombLaw,
@@ -101,11 +101,11 @@ impl CrossCheckResult {
 pub(super) fn compare(
     problem: &ExplicitProblem,
     answer: &Solution,
-    (kind, pieces): (usize, &mut Pieces<'_>),
+    observe: &mut dyn FnMut(StudyStep),
 ) -> Result<Vec<CrossCheckResult>, ProblemError> {
     let mut results: Vec<CrossCheckResult> = Vec::new();
     for cross_check in CrossCheck::ALL {
-        pieces.begin(kind, 1.0, cross_check.to_string());
+        observe(StudyStep::Begin(cross_check.to_string()));
         let (status, accuracy, steps, unknowns) = if cross_check == CrossCheck::Averaged {
             let solved = results.iter().filter(|result| result.is_solution());
             match problem.contact().interface.coulomb() {

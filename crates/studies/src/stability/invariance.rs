@@ -3,10 +3,11 @@
 use std::{fmt, path::Path};
 
 use super::explicit_problem::ExplicitProblem;
-use crate::progress::Pieces;
-use crate::shared::{greatest_common_divisor, matrix_of_columns};
+use crate::StudyStep;
+use crate::shared::greatest_common_divisor;
 use contact3d::{
     ProblemError,
+    linalg::CscMatrix,
     mesh::{ContactSurface, Mesh, MidEdgeNodes},
     scene::{Scene, UnitChange},
     solver::{Linearisation, Solution, Status},
@@ -112,11 +113,11 @@ pub(super) fn compare(
     problem: &ExplicitProblem,
     folder: &Path,
     answer: &Solution,
-    (kind, pieces): (usize, &mut Pieces<'_>),
+    observe: &mut dyn FnMut(StudyStep),
 ) -> Result<Vec<InvarianceResult>, ProblemError> {
     let mut results = Vec::new();
     for invariance in Invariance::ALL {
-        pieces.begin(kind, 1.0, invariance.to_string());
+        observe(StudyStep::Begin(invariance.to_string()));
         if let Some((status, multiplier)) = changed(problem, folder, invariance)? {
             results.push(InvarianceResult {
                 invariance,
@@ -241,6 +242,23 @@ fn reordered(surface: &ContactSurface, new: &[usize]) -> ContactSurface {
         pane_average: matrix_of_columns(surface.pane_average.rows, sorted),
         ..surface.clone()
     }
+}
+
+/// A sparse matrix from its columns, each with increasing rows.
+fn matrix_of_columns<C: IntoIterator<Item = (usize, f64)>>(
+    rows: usize,
+    columns: impl IntoIterator<Item = C>,
+) -> CscMatrix {
+    let mut matrix = CscMatrix::empty(rows);
+    for column in columns {
+        for (row, value) in column {
+            matrix.indices.push(row);
+            matrix.data.push(value);
+        }
+        matrix.indptr.push(matrix.indices.len());
+        matrix.cols += 1;
+    }
+    matrix
 }
 
 #[cfg(test)]

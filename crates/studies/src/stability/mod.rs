@@ -12,7 +12,7 @@ pub use invariance::{Invariance, InvarianceResult};
 
 use std::{fmt, path::Path, time::Instant};
 
-use crate::progress::{Pieces, StudyStep};
+use crate::StudyStep;
 use explicit_problem::ExplicitProblem;
 
 use contact3d::{
@@ -93,16 +93,7 @@ impl Check {
         solutions: Solutions,
         observe: &mut dyn FnMut(StudyStep),
     ) -> Result<Self, ProblemError> {
-        let mut pieces = Pieces::new(observe);
-        let solves = pieces.kind(None);
-        let others = match effort {
-            Effort::Solve => 0,
-            Effort::Invariances => Invariance::ALL.len(),
-        };
-        // The answer, its conditioning, and each other algorithm and description.
-        let n_pieces = 2 + CrossCheck::ALL.len() + others;
-        (0..n_pieces).for_each(|_| pieces.announce(solves, 1.0));
-        pieces.begin(solves, 1.0, "answer".to_owned());
+        observe(StudyStep::Begin("answer".to_owned()));
         let started = Instant::now();
         let own = ExplicitProblem::new(scene.clone(), folder)?;
         scene.solve.validate()?;
@@ -114,12 +105,12 @@ impl Check {
         let problem = double.as_ref().unwrap_or(&own);
         let report = problem.assembled.report(&answer)?;
         report.classify(&mut answer);
-        pieces.figure(format!(
+        observe(StudyStep::Figure(format!(
             "{} in {seconds:.2} s, certificate {:.1e}",
             answer.status.word().replace('_', " "),
             report.certificate.worst()
-        ));
-        pieces.begin(solves, 1.0, "conditioning".to_owned());
+        )));
+        observe(StudyStep::Begin("conditioning".to_owned()));
         let laws = problem.contact().laws();
         let unknowns = problem.unknowns(&answer.multiplier, &answer);
         let linearisation = Linearisation::new(problem.dual(), &laws, &unknowns);
@@ -145,12 +136,10 @@ impl Check {
             ),
             conditioning,
             linearisation,
-            cross_checks: cross_checks::compare(problem, &answer, (solves, &mut pieces))?,
+            cross_checks: cross_checks::compare(problem, &answer, observe)?,
             invariances: match effort {
                 Effort::Solve => Vec::new(),
-                Effort::Invariances => {
-                    invariance::compare(&own, folder, &answer, (solves, &mut pieces))?
-                }
+                Effort::Invariances => invariance::compare(&own, folder, &answer, observe)?,
             },
             seconds,
         })
