@@ -1,6 +1,7 @@
 //! Suites of hard cases: an index of scenes, checked one after the other, stored as one table; and the suite that is part of the program.
 
 use std::{
+    collections::BTreeMap,
     fs, io,
     path::{Path, PathBuf},
 };
@@ -22,9 +23,6 @@ use crate::{
     sweep::{SweepError, changed_scene, read_index},
 };
 
-/// Values of any kind at keys of a scene.
-type Changes = std::collections::BTreeMap<String, serde_json::Value>;
-
 /// The index of a suite: families of cases, each a scene with some keys changed.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -41,11 +39,11 @@ struct SceneFamily {
     scene: PathBuf,
     /// Changes in all its cases.
     #[serde(default)]
-    #[schemars(with = "Changes")]
+    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     set: toml::Table,
     /// More changes in the coarse version.
     #[serde(default)]
-    #[schemars(with = "Changes")]
+    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     coarse: toml::Table,
     #[serde(rename = "case")]
     cases: Vec<Entry>,
@@ -58,10 +56,10 @@ struct Entry {
     /// What the case shows and what is expected.
     shows: String,
     #[serde(default)]
-    #[schemars(with = "Changes")]
+    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     set: toml::Table,
     #[serde(default)]
-    #[schemars(with = "Changes")]
+    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     coarse: toml::Table,
     /// Left out of the coarse version.
     #[serde(default)]

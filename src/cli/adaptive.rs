@@ -6,7 +6,7 @@ use contact3d::{
 };
 use indicatif::ProgressBar;
 
-use super::{arguments::Output, interruption, progress, terminal::say};
+use super::{arguments::Output, progress, terminal::say};
 use crate::{
     pipeline::{AdaptStep, Adapted, OutOfReach, Session, StageError},
     report::{estimated_percent, percent},
@@ -44,7 +44,7 @@ pub(super) fn run(
             spinner.finish_and_clear();
             say(output, &level_line(number, level));
         }
-        AdaptStep::Kept(levels) => interruption::levels_kept(levels),
+        AdaptStep::Kept(levels) => progress::levels_kept(levels),
         AdaptStep::TooLarge(number, why) => {
             spinner.finish_and_clear();
             say(output, &format!("level {number:<3} does not fit: {why}"));

@@ -7,7 +7,6 @@ mod export;
 mod friction_law;
 mod generated;
 mod init;
-mod interruption;
 mod override_scene;
 mod progress;
 mod run;
@@ -61,7 +60,7 @@ fn perform(arguments: &Arguments) -> Exit {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build_global();
-    let handlers = runfile::install_signal_handlers(interruption::farewell);
+    let handlers = runfile::install_signal_handlers(progress::farewell);
     if let Err(error) = pool.map_err(std::io::Error::other).and(handlers) {
         return refuse_limits(&error);
     }

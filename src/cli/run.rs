@@ -11,7 +11,7 @@ use super::{
         SceneArguments,
     },
     exit::Exit,
-    interruption, override_scene, progress,
+    override_scene, progress,
     terminal::{self, say, warn},
 };
 use crate::{
@@ -35,7 +35,7 @@ pub(super) fn run(
         arguments.quantity.as_deref(),
     )?;
     inputs.refuse(&arguments.file)?;
-    interruption::on_run_file(&arguments.file);
+    progress::on_run_file(&arguments.file);
     let mut session = Session::with_scene(&arguments.file, scene, threads)?;
     session.keep_assembly(arguments.assembly.choice());
     session.hold_factors_with(arguments.engine.command());
@@ -102,7 +102,7 @@ pub(super) fn mesh(
 ) -> Result<Exit, StageError> {
     let (scene, inputs) = override_scene::read_with_inputs(scene)?;
     inputs.refuse(file)?;
-    interruption::on_run_file(file);
+    progress::on_run_file(file);
     let mut session = Session::with_scene(file, scene, threads)?;
     session.all_or_nothing(|session| {
         let performed = perform(session, Stage::Mesh, StoreWhen::Now, output)?;
@@ -121,7 +121,7 @@ pub(super) fn assemble(
     output: &Output,
     threads: usize,
 ) -> Result<Exit, StageError> {
-    interruption::on_run_file(file);
+    progress::on_run_file(file);
     let mut session = Session::open(file, threads)?;
     session.keep_assembly(assembly.choice());
     session.hold_factors_with(engine.command());
@@ -144,7 +144,7 @@ pub(super) fn solve(
     output: &Output,
     threads: usize,
 ) -> Result<Exit, StageError> {
-    interruption::on_run_file(file);
+    progress::on_run_file(file);
     let mut session = Session::open(file, threads)?;
     let scene = override_scene::change_table(session.input(), "solve", overrides)?;
     session.set_solve(scene.solve)?;
@@ -162,7 +162,7 @@ pub(super) fn post(
     output: &Output,
     threads: usize,
 ) -> Result<Exit, StageError> {
-    interruption::on_run_file(file);
+    progress::on_run_file(file);
     let mut session = Session::open(file, threads)?;
     let drawing = drawing_of(session.scene());
     let pictures = figures.beside(file, drawing, Inputs::default())?;

@@ -23,8 +23,8 @@ use super::{
 use crate::{
     output::Inputs,
     pipeline::{
-        BranchesTask, Followed, SeriesFolder, SeriesKind, StageError, follow_branches,
-        studies::{bound_error, measure_accuracy},
+        SeriesFolder, SeriesKind, StageError,
+        studies::{Followed, bound_error, follow_branches, measure_accuracy},
     },
     report::{self, unit_words},
     views::{Drawing, PictureFolder, draw_accuracy, draw_branches},
@@ -157,13 +157,10 @@ pub(super) fn branches(
     )?;
     let units = scene.scene.units;
     let series = SeriesFolder::claim(arguments.series.as_deref(), SeriesKind::Paths, &inputs)?;
-    let task = BranchesTask {
-        range: ParameterRange {
-            key: arguments.parameter.clone(),
-            from: arguments.from,
-            to: arguments.to,
-        },
-        all: arguments.all,
+    let range = ParameterRange {
+        key: arguments.parameter.clone(),
+        from: arguments.from,
+        to: arguments.to,
     };
     let spinner = progress::spinner("branches", output);
     let began = Instant::now();
@@ -178,7 +175,8 @@ pub(super) fn branches(
     let followed = follow_branches(
         &arguments.file,
         scene,
-        &task,
+        range,
+        arguments.all,
         series.as_ref(),
         threads,
         &mut observe,

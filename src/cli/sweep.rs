@@ -12,7 +12,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::{
     arguments::{FigureArguments, MOST_THREADS, Output, gigabytes},
     exit::Exit,
-    interruption,
+    progress,
     terminal::{self, say},
 };
 use crate::{
@@ -207,14 +207,14 @@ fn run_all(whole: &SweepArguments, output: &Output, threads: usize) -> Result<Ex
             .map_or_else(memory_for_sweeps, |gigabytes| (gigabytes * 1e9) as u64),
         ..case_options(&whole.options, threads)
     };
-    interruption::on_sweep(folder, 0, plan.cases.len());
+    progress::on_sweep(folder, 0, plan.cases.len());
     let outcome = sweep::run(&plan, folder, &options, &|index, event| {
         if let Event::Failed(error) = event {
             let line = format!("{} failed: {error}", plan.cases[index].in_words());
             bar.suspend(|| terminal::message(&line));
         }
         bar.inc(1);
-        interruption::on_sweep(folder, bar.position() as usize, plan.cases.len());
+        progress::on_sweep(folder, bar.position() as usize, plan.cases.len());
     });
     bar.finish_and_clear();
     let outcome = outcome?;

@@ -2,20 +2,25 @@
 
 use runfile::{GroupWriter, Kind, Reader, StoreError, StoredElement, StoredEnum};
 
-/// Items in row-major order, with their shape.
-type Read<I> = Result<(Vec<I>, Vec<usize>), StoreError>;
-type Written = Result<(), StoreError>;
-
 /// What a dataset is made of: numbers, texts, members of an enumeration.
 pub(super) trait Item: Sized {
     /// The type of such datasets.
     const KIND: Kind;
 
     /// Writes items in row-major order.
-    fn write(to: &mut GroupWriter<'_>, path: &str, items: &[Self], shape: &[usize]) -> Written;
+    fn write(
+        to: &mut GroupWriter<'_>,
+        path: &str,
+        items: &[Self],
+        shape: &[usize],
+    ) -> Result<(), StoreError>;
 
-    /// Reads items; finite numbers alone, where `is_finite`.
-    fn read(reader: &Reader, path: &str, is_finite: bool) -> Read<Self>;
+    /// Reads items in row-major order, with their shape; finite numbers alone, where `is_finite`.
+    fn read(
+        reader: &Reader,
+        path: &str,
+        is_finite: bool,
+    ) -> Result<(Vec<Self>, Vec<usize>), StoreError>;
 }
 
 /// A value that a dataset holds, alone or as one of many rows.
@@ -52,11 +57,11 @@ macro_rules! elements {
         impl Item for $element {
             const KIND: Kind = <$element as StoredElement>::KIND;
 
-            fn write(to: &mut GroupWriter<'_>, path: &str, items: &[Self], shape: &[usize]) -> Written {
+            fn write(to: &mut GroupWriter<'_>, path: &str, items: &[Self], shape: &[usize]) -> Result<(), StoreError> {
                 to.write(path, items, shape)
             }
 
-            fn read(reader: &Reader, path: &str, is_finite: bool) -> Read<Self> {
+            fn read(reader: &Reader, path: &str, is_finite: bool) -> Result<(Vec<Self>, Vec<usize>), StoreError> {
                 let array = if is_finite { reader.$read_finite(path)? } else { reader.read(path)? };
                 let shape = array.shape().to_vec();
                 Ok((array.into_raw_vec_and_offset().0, shape))
@@ -70,11 +75,16 @@ elements!(f64, read_finite_f64; i64, read; u8, read);
 impl Item for usize {
     const KIND: Kind = Kind::I64;
 
-    fn write(to: &mut GroupWriter<'_>, path: &str, items: &[Self], shape: &[usize]) -> Written {
+    fn write(
+        to: &mut GroupWriter<'_>,
+        path: &str,
+        items: &[Self],
+        shape: &[usize],
+    ) -> Result<(), StoreError> {
         to.write_indices(path, items, shape)
     }
 
-    fn read(reader: &Reader, path: &str, _: bool) -> Read<Self> {
+    fn read(reader: &Reader, path: &str, _: bool) -> Result<(Vec<Self>, Vec<usize>), StoreError> {
         let array = reader.read_indices(path)?;
         let shape = array.shape().to_vec();
         Ok((array.into_raw_vec_and_offset().0, shape))
@@ -84,7 +94,12 @@ impl Item for usize {
 impl Item for String {
     const KIND: Kind = Kind::Text;
 
-    fn write(to: &mut GroupWriter<'_>, path: &str, items: &[Self], shape: &[usize]) -> Written {
+    fn write(
+        to: &mut GroupWriter<'_>,
+        path: &str,
+        items: &[Self],
+        shape: &[usize],
+    ) -> Result<(), StoreError> {
         match (items, shape) {
             ([text], []) => to.write_text(path, text),
             _ => {
@@ -94,7 +109,7 @@ impl Item for String {
         }
     }
 
-    fn read(reader: &Reader, path: &str, _: bool) -> Read<Self> {
+    fn read(reader: &Reader, path: &str, _: bool) -> Result<(Vec<Self>, Vec<usize>), StoreError> {
         let texts = reader.read_texts(path)?;
         let shape = vec![texts.len()];
         Ok((texts, shape))
@@ -108,12 +123,17 @@ pub(super) struct Member<E>(pub(super) E);
 impl<E: StoredEnum> Item for Member<E> {
     const KIND: Kind = Kind::Enum(E::SPEC);
 
-    fn write(to: &mut GroupWriter<'_>, path: &str, items: &[Self], shape: &[usize]) -> Written {
+    fn write(
+        to: &mut GroupWriter<'_>,
+        path: &str,
+        items: &[Self],
+        shape: &[usize],
+    ) -> Result<(), StoreError> {
         let members: Vec<E> = items.iter().map(|item| item.0).collect();
         to.write_enum(path, &members, shape)
     }
 
-    fn read(reader: &Reader, path: &str, _: bool) -> Read<Self> {
+    fn read(reader: &Reader, path: &str, _: bool) -> Result<(Vec<Self>, Vec<usize>), StoreError> {
         let array = reader.read_enum::<E>(path)?;
         let shape = array.shape().to_vec();
         Ok((array.into_iter().map(Self).collect(), shape))

@@ -5,7 +5,6 @@
 
 mod adapt;
 mod assembly_file;
-mod branches;
 mod commit;
 mod error;
 mod freshness;
@@ -21,7 +20,6 @@ pub mod studies;
 
 pub use adapt::{AdaptStep, Adapted, OutOfReach};
 pub use assembly_file::AssemblyFile;
-pub use branches::{BranchesTask, Followed, follow_branches};
 pub use error::StageError;
 pub use freshness::{Freshness, OpenRun, StageState, contradictions};
 pub use mesh::{mesh_file, mesh_of, pin_mesh_file};

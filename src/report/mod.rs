@@ -10,7 +10,6 @@ mod levels;
 pub mod mesh;
 mod run;
 pub mod stability;
-mod stages;
 mod status;
 pub mod studies;
 mod sweep;
@@ -19,8 +18,7 @@ pub use features::features;
 pub use figure::{Digits, FigureTable, Figures};
 pub use levels::{adaptation_json, adaptation_table, history_text, increments, shown_time};
 pub use run::{SolvedRun, estimated_percent, percent};
-pub use stages::{outcome, performed, stages, summary};
-pub use status::status;
+pub use status::{outcome, performed, stages, status, summary};
 pub use sweep::{Cell, Column, SweepTable};
 
 use units::Units;

@@ -216,10 +216,8 @@ fn stages_section(
     Ok(Section::new("timings", "Stages and timings", parts))
 }
 
-/// What a section shows of a group; `None` where it is not there.
-type StudyParts = Result<Option<Vec<PagePart>>, StageError>;
-
-fn accuracy_parts(reader: &Reader, scene: &Scene) -> StudyParts {
+/// What a section shows of the errors of solvers and meshes; `None` where they were not measured, as in the other sections.
+fn accuracy_parts(reader: &Reader, scene: &Scene) -> Result<Option<Vec<PagePart>>, StageError> {
     let Some(stored) = reader.group_record(format::ACCURACY)? else {
         return Ok(None);
     };
@@ -238,7 +236,7 @@ fn accuracy_parts(reader: &Reader, scene: &Scene) -> StudyParts {
 }
 
 /// The levels of an adaptive mesh; `None` where the scene asks for none, or none is stored.
-fn levels_parts(reader: &Reader, scene: &Scene) -> StudyParts {
+fn levels_parts(reader: &Reader, scene: &Scene) -> Result<Option<Vec<PagePart>>, StageError> {
     let stored = reader.group_record(format::ADAPT)?;
     let (Some(adapt), Some(_)) = (scene.adapt, stored) else {
         return Ok(None);
@@ -251,7 +249,7 @@ fn levels_parts(reader: &Reader, scene: &Scene) -> StudyParts {
 }
 
 /// The paths of solutions; `None` where none were followed.
-fn branches_parts(reader: &Reader) -> StudyParts {
+fn branches_parts(reader: &Reader) -> Result<Option<Vec<PagePart>>, StageError> {
     let Some(stored) = reader.group_record(format::BRANCHES)? else {
         return Ok(None);
     };
@@ -263,7 +261,7 @@ fn branches_parts(reader: &Reader) -> StudyParts {
 }
 
 /// The bound of the error; `None` where it was not computed.
-fn bound_parts(reader: &Reader, scene: &Scene) -> StudyParts {
+fn bound_parts(reader: &Reader, scene: &Scene) -> Result<Option<Vec<PagePart>>, StageError> {
     let Some(stored) = reader.group_record(format::BOUND)? else {
         return Ok(None);
     };

@@ -3,7 +3,7 @@
 use hdf5::types::{FixedAscii, TypeDescriptor, VarLenUnicode};
 use hdf5_metno as hdf5;
 
-use crate::element::StoredElement;
+use crate::dataset::StoredElement;
 use crate::error::{AtPlace, Place, StoreError};
 
 /// Most values an attribute array of ours can have.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use blake3::Hasher;
 use units::Units;
 
-use crate::element::StoredElement;
+use crate::dataset::StoredElement;
 use crate::layout::Kind;
 
 /// Bytes hashed at a time, large enough for the hash to use all threads.

@@ -14,17 +14,14 @@ struct Binding {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Sizes(BTreeMap<&'static str, Binding>);
 
-/// A shape that the table, or an earlier dataset, does not allow: what is expected, and what is found.
-type ShapeConflict = (String, String);
-
 impl Sizes {
     /// Checks a shape and remembers the sizes it fixes for the first time; a conflict leaves the
-    /// sizes as they were.
+    /// sizes as they were. It says what is expected, and what is found.
     pub(super) fn bind(
         &mut self,
         spec: &'static DatasetSpec,
         shape: &[usize],
-    ) -> Result<(), ShapeConflict> {
+    ) -> Result<(), (String, String)> {
         if shape.len() != spec.shape.len() {
             return self.check(spec, shape);
         }
@@ -47,7 +44,11 @@ impl Sizes {
     }
 
     /// Checks a shape against the table and the sizes known so far.
-    pub(super) fn check(&self, spec: &DatasetSpec, shape: &[usize]) -> Result<(), ShapeConflict> {
+    pub(super) fn check(
+        &self,
+        spec: &DatasetSpec,
+        shape: &[usize],
+    ) -> Result<(), (String, String)> {
         let fits = |(extent, &size): (&Extent, &usize)| match *extent {
             Extent::Fixed(fixed) => size == fixed,
             Extent::Labelled(axis) => size == axis.labels.len(),

@@ -6,7 +6,6 @@ mod attribute;
 mod dataset;
 mod digest;
 mod dimension;
-mod element;
 mod error;
 mod extents;
 mod external;
@@ -24,7 +23,7 @@ mod user_block;
 mod writer;
 
 pub use atomic_file::{AtomicFile, WrittenFile, is_same, sync_folder};
-pub use element::{StoredElement, StoredEnum};
+pub use dataset::{StoredElement, StoredEnum};
 pub use error::{LayoutError, LinkProblem, StoreError};
 pub use external::SharedGroup;
 pub use hdf5_file::FileState;

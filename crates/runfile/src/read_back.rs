@@ -10,10 +10,10 @@ use hdf5_metno as hdf5;
 use ndarray::ArrayD;
 
 use crate::attribute::{has, read_text};
+use crate::dataset::StoredElement;
 use crate::dataset::texts;
 use crate::digest::{DatasetDigest, of_group};
 use crate::dimension::DIMENSION_LIST;
-use crate::element::StoredElement;
 use crate::error::{AtPlace, Place, StoreError};
 use crate::hdf5_file::has_path;
 use crate::layout::{DatasetSpec, Group, Kind, Layout};

@@ -7,8 +7,8 @@ use std::sync::OnceLock;
 use hdf5_metno as hdf5;
 use ndarray::ArrayD;
 
+use crate::dataset::{StoredElement, StoredEnum};
 use crate::dataset::{open_dataset, texts};
-use crate::element::{StoredElement, StoredEnum};
 use crate::error::{AtPlace, LayoutError, Place, StoreError};
 use crate::extents::Sizes;
 use crate::external::Linked;

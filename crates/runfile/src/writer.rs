@@ -8,8 +8,8 @@ use hdf5_metno as hdf5;
 
 use crate::attribute::{ascii, unicode, write_text, write_value, write_values};
 use crate::dataset::new_dataset;
+use crate::dataset::{StoredElement, StoredEnum};
 use crate::digest::{of_group, of_texts, of_values};
-use crate::element::{StoredElement, StoredEnum};
 use crate::error::{AtPlace, LayoutError, Place, StoreError};
 use crate::header::GroupRecord;
 use crate::layout::{DatasetSpec, Group, Kind, Presence, Storage};

@@ -5,7 +5,8 @@
 use std::{error::Error, path::Path};
 
 use contact3d::{
-    adaptation::{AdaptedProblem, adapted},
+    SolvedProblem,
+    adaptation::adapted,
     history::{HistoryErrors, StepRecord},
     scene::{AdaptSettings, ElementOrder, FirstMesh, Functional, Scene, SceneFile, Step},
 };
@@ -42,10 +43,10 @@ fn main() -> Result<(), Box<dyn Error>> {
             let found = refined(&scene, target)?;
             println!("  {}", size(&found));
             for of in QUANTITIES {
-                judge(of, &found.increments, &best.increments);
+                judge(of, &found.records, &best.records);
             }
-            let taken = |all: &AdaptedProblem| -> f64 {
-                let records = all.increments.iter();
+            let taken = |all: &SolvedProblem| -> f64 {
+                let records = all.records.iter();
                 records.map(|record| record.energies.dissipation).sum()
             };
             let (own, true_one) = (taken(&found), taken(&best));
@@ -58,7 +59,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn refined(scene: &Scene, error: f64) -> Result<AdaptedProblem, Box<dyn Error>> {
+fn refined(scene: &Scene, error: f64) -> Result<SolvedProblem, Box<dyn Error>> {
     let mut scene = scene.clone();
     scene.body.element = ElementOrder::P2;
     scene.solve = Default::default();
@@ -67,15 +68,15 @@ fn refined(scene: &Scene, error: f64) -> Result<AdaptedProblem, Box<dyn Error>> 
         of: None,
         start: FirstMesh::Coarse,
     });
-    Ok(adapted(scene, Path::new(""))?)
+    Ok(adapted(scene, Path::new(""))?.0)
 }
 
-fn size(of: &AdaptedProblem) -> String {
-    let errors = HistoryErrors::new(&of.increments, None);
+fn size(of: &SolvedProblem) -> String {
+    let errors = HistoryErrors::new(&of.records, None);
     let error = errors.map_or(f64::NAN, |errors| errors.largest());
     format!(
         "{} unknowns, error about {:.1} %",
-        of.assembled.n_free(),
+        of.problem.n_free(),
         100.0 * error
     )
 }

@@ -74,8 +74,8 @@ fn measure(
         of: None,
         start: FirstMesh::Scene,
     });
-    let last = adapted(scene.clone(), folder)?;
-    let refinement = &last.adaptation.refinement;
+    let (last, levels) = adapted(scene.clone(), folder)?;
+    let refinement = &levels.adaptation.refinement;
     let mut wanted: Vec<Option<Functional>> = vec![None];
     if let Some(corners) = mean_box(&last.report.functionals) {
         wanted.push(Some(Functional::MeanDisplacement {
@@ -85,7 +85,7 @@ fn measure(
     }
     if !scene.contacts.is_empty() {
         let extent = last
-            .assembled
+            .problem
             .mesh()
             .coordinates
             .iter()

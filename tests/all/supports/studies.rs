@@ -88,16 +88,16 @@ fn adaptive_meshes_reach_a_target() {
             error: target,
             of: None,
         });
-        let found = adapted(scene, Path::new("")).unwrap();
-        assert_eq!(found.status, AdaptiveStatus::Met, "{element}");
+        let (found, levels) = adapted(scene, Path::new("")).unwrap();
+        assert_eq!(levels.status, AdaptiveStatus::Met, "{element}");
         assert!(
-            found.adaptation.levels.len() > 1,
+            levels.adaptation.levels.len() > 1,
             "the first mesh is too coarse"
         );
         assert!(found.report.discretisation_error.relative() <= target);
         assert!(found.report.certificate.worst() < 1e-9);
         // Held nodes of all levels are where their clamp puts them.
-        let mesh = found.assembled.mesh();
+        let mesh = found.problem.mesh();
         let top = mesh.coordinates.iter().zip(&found.report.displacement);
         for (x, u) in top.filter(|(x, _)| x[2] == 0.6) {
             assert_eq!(u[0], 3e-6);

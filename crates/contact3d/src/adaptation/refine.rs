@@ -7,7 +7,7 @@ use super::{
     next_cuts,
 };
 use crate::{
-    AssembledProblem, InMemory, Problem, ProblemError, SolvedProblem,
+    InMemory, Problem, ProblemError, SolvedProblem,
     contact::transferred,
     history::{HistoryErrors, StepRecord},
     mesh::{Mesh, RefinableBody, RefinedLevel},
@@ -227,31 +227,17 @@ fn forecast_of_prepared(
     }))
 }
 
-/// The last level of an adaptive computation, with all that led to it.
-#[derive(Debug)]
-pub struct AdaptedProblem {
-    /// The problem on the last mesh.
-    pub assembled: AssembledProblem,
-    /// Its solution.
-    pub solution: Solution,
-    /// What follows from it.
-    pub report: ContactReport,
-    /// The increments of a load history, the last of which the answer is of; none without one.
-    pub increments: Vec<StepRecord>,
-    /// All levels.
-    pub adaptation: Adaptation,
-    /// Whether the target is met.
-    pub status: AdaptiveStatus,
-}
-
 /// Solves a scene on finer and finer meshes until the estimated error meets the scene's
-/// `adapt.error`; mesh files are looked for in `folder`.
+/// `adapt.error`; mesh files are looked for in `folder`. Returns what the level came to that meets it, or the last one, and all levels.
 ///
 /// Nothing is asked about memory: what does not fit aborts, as any allocation does.
 ///
 /// # Errors
 /// [`ProblemError`] for a scene without a target or without a discrete problem.
-pub fn adapted(scene: Scene, folder: &Path) -> Result<AdaptedProblem, ProblemError> {
+pub fn adapted(
+    scene: Scene,
+    folder: &Path,
+) -> Result<(SolvedProblem, RefinedLevels), ProblemError> {
     let scene = scene.checked()?.with_first_mesh();
     let goal = RefinementGoal {
         error: scene.adapt.ok_or_else(no_target)?.error,
@@ -266,14 +252,7 @@ pub fn adapted(scene: Scene, folder: &Path) -> Result<AdaptedProblem, ProblemErr
     let refined = refine(&scene, folder, goal, Adaptation::default(), &mut levels)?;
     levels.solved(refined.level, &refined.adaptation)?;
     let (_, answer, _) = levels.at_hand.expect("the level was just solved");
-    Ok(AdaptedProblem {
-        assembled: answer.problem,
-        solution: answer.solution,
-        report: answer.report,
-        increments: answer.records,
-        adaptation: refined.adaptation,
-        status: refined.status,
-    })
+    Ok((answer, refined))
 }
 
 fn no_target() -> InvalidValue {

@@ -24,8 +24,8 @@ pub struct Interface {
     /// Initial gap d ≥ 0 at the contact nodes in m, `[n_contact_nodes]`: the distance from an obstacle plus the gap of
     /// the scene; `None` without both.
     pub gap: Option<Vec<f64>>,
-    /// How slips are made from displacements.
-    pub slip: SlipMap,
+    /// Where the step begins; `None` in the first of a load history, and without a history.
+    pub previous: Option<PreviousIncrement>,
     /// The law of tangential stresses.
     pub friction: InterfaceFriction,
 }
@@ -62,7 +62,7 @@ impl Interface {
         refuse_dependent(scene, &features, mesh, surface, &frame)?;
         Ok(Some(Self {
             names: features.iter().map(|face| face.name.clone()).collect(),
-            slip: SlipMap::default(),
+            previous: None,
             frame,
             gap,
             friction: InterfaceFriction::new(scene, &features, surface, mesh)?,
@@ -77,11 +77,11 @@ impl Interface {
         {
             law.path = Some(Arc::new(previous.path.clone()));
         }
-        self.slip.previous = Some(previous);
+        self.previous = Some(previous);
         self
     }
 
-    /// [`SlipMap::slip`] of a displacement over the free degrees of freedom in m.
+    /// [`slips`] of a displacement over the free degrees of freedom in m.
     #[must_use]
     pub fn slip_of_displacement(
         &self,
@@ -90,8 +90,8 @@ impl Interface {
         displacement: &[f64],
     ) -> Vec<[f64; 2]> {
         let at_node = |node| dofs.at_node(node, displacement);
-        self.slip
-            .slip(&self.frame.nodal_tangential(surface, at_node))
+        let tangential = self.frame.nodal_tangential(surface, at_node);
+        slips(self.previous.as_ref(), &tangential)
     }
 
     /// The lengths of the path of sliding at the end of a step, `[n_contact_nodes]`, in m.
@@ -102,7 +102,7 @@ impl Interface {
             .map(|(node, moved)| {
                 let from = self.slip_origin(node);
                 let [first, second] = [0, 1].map(|k| (moved[k] - from[k]).abs());
-                let previous = self.slip.previous.as_ref();
+                let previous = self.previous.as_ref();
                 let before = previous.map_or([0.0; 3], |previous| previous.path[node]);
                 [
                     before[0] + first,
@@ -116,10 +116,8 @@ impl Interface {
     /// Where the slip of the step is counted from at a contact node, (u_t1, u_t2) in m.
     #[must_use]
     pub fn slip_origin(&self, node: usize) -> [f64; 2] {
-        self.slip
-            .previous
-            .as_ref()
-            .map_or([0.0; 2], |previous| previous.tangential[node])
+        let previous = self.previous.as_ref();
+        previous.map_or([0.0; 2], |previous| previous.tangential[node])
     }
 
     /// What the integrals of (u_ν, u_t1, u_t2) over the panes are counted from: those of the gap, and of where the
@@ -132,7 +130,7 @@ impl Interface {
             Some(gap) => (0..n_panes).map(|pane| over(pane, gap)).collect(),
             None => Vec::new(),
         };
-        let previous = self.slip.previous.as_ref().filter(|_| self.has_friction());
+        let previous = self.previous.as_ref().filter(|_| self.has_friction());
         let Some(previous) = previous else {
             return offsets;
         };
@@ -407,38 +405,32 @@ fn refuse_penetration(
     Ok(())
 }
 
-/// How slips φ are made of the signed (u_t1, u_t2) at the contact nodes.
-#[derive(Debug, Clone, Default)]
-pub struct SlipMap {
-    /// Where the step begins; `None` in the first of a load history, and without a history.
-    pub previous: Option<PreviousIncrement>,
+/// The slips φ that coefficients follow at the contact nodes, for the signed (u_t1, u_t2) there, in m, after the increment before, if there
+/// was one. A path of sliding from former steps is added by the law.
+#[must_use]
+pub fn slips(previous: Option<&PreviousIncrement>, tangential: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let counted = counted(previous, tangential);
+    counted.iter().map(|u| u.map(f64::abs)).collect()
 }
 
-impl SlipMap {
-    /// The slips that coefficients follow at the contact nodes, for the signed (u_t1, u_t2) there, in m. A path of
-    /// sliding from former steps is added by the law.
-    #[must_use]
-    pub fn slip(&self, tangential: &[[f64; 2]]) -> Vec<[f64; 2]> {
-        let counted = self.counted(tangential);
-        counted.iter().map(|u| u.map(f64::abs)).collect()
-    }
+/// The derivative of [`slips`] by (u_t1, u_t2) at the same node: the signs of both, 0 for 0.
+#[must_use]
+pub fn slip_signs(previous: Option<&PreviousIncrement>, tangential: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let sign = |u: f64| if u == 0.0 { 0.0 } else { u.signum() };
+    let counted = counted(previous, tangential);
+    counted.iter().map(|u| u.map(sign)).collect()
+}
 
-    /// The derivative of [`Self::slip`] by (u_t1, u_t2) at the same node: the signs of both, 0 for 0.
-    #[must_use]
-    pub fn derivative(&self, tangential: &[[f64; 2]]) -> Vec<[f64; 2]> {
-        let sign = |u: f64| if u == 0.0 { 0.0 } else { u.signum() };
-        let counted = self.counted(tangential);
-        counted.iter().map(|u| u.map(sign)).collect()
-    }
-
-    /// u_t less where the slip is counted from, where the law counts from there.
-    fn counted<'u>(&self, tangential: &'u [[f64; 2]]) -> Cow<'u, [[f64; 2]]> {
-        match &self.previous {
-            Some(previous) if previous.follows != SlipMeasure::TotalSlip => {
-                previous.slip(tangential).into()
-            }
-            _ => tangential.into(),
+/// u_t less where the slip is counted from, where the law counts from there.
+fn counted<'u>(
+    previous: Option<&PreviousIncrement>,
+    tangential: &'u [[f64; 2]],
+) -> Cow<'u, [[f64; 2]]> {
+    match previous {
+        Some(previous) if previous.follows != SlipMeasure::TotalSlip => {
+            previous.slip(tangential).into()
         }
+        _ => tangential.into(),
     }
 }
 

@@ -7,7 +7,7 @@
 //! * [`FrictionField`]: F₁(|u_t1|), F₂(|u_t2|) at nodes, and their means 𝓕_i⁻¹ = |Rⁱ|⁻¹ ∫_Rⁱ F⁻¹ over panes (HKL (4.2)).
 //! * [`Interface`]: what the scene asks for, as one type per law, so that a body without friction has no friction field.
 //! * [`transferred`]: multipliers on another mesh.
-//! * [`SlipMap`]: the slips that coefficients follow, of tangential displacements.
+//! * [`slips`]: those that coefficients follow, of tangential displacements.
 //! * [`LawBounds`]: F_max, F_min, the Lipschitz modulus L and the anisotropy κ, which HKL §3 bounds a law by.
 
 mod coulomb;
@@ -20,7 +20,9 @@ mod transfer;
 pub use coulomb::{CoulombLaw, FaceLaw, FrictionField};
 pub use coupling::{Coupling, MultiplierLayout};
 pub use frame::{ContactFrame, ReferenceFrame};
-pub use interface::{Interface, InterfaceFriction, PreviousIncrement, SlipMap, change_of_slips};
+pub use interface::{
+    Interface, InterfaceFriction, PreviousIncrement, change_of_slips, slip_signs, slips,
+};
 pub use law_bounds::{LawBounds, LawExtreme};
 pub use transfer::transferred;
 pub(crate) use transfer::transferred_by_cells;

@@ -249,9 +249,11 @@ impl Analysed {
 }
 
 /// l − A_fc u_c over the free degrees of freedom in N, and u_c in m, `[n_nodes]`; `None` where all clamps hold at zero.
-type LoadData = (Vec<f64>, Option<Arc<Vec<[f64; 3]>>>);
-
-fn loads(scene: &Scene, mesh: &Mesh, dofs: &DofMap) -> Result<LoadData, InvalidValue> {
+fn loads(
+    scene: &Scene,
+    mesh: &Mesh,
+    dofs: &DofMap,
+) -> Result<(Vec<f64>, Option<Arc<Vec<[f64; 3]>>>), InvalidValue> {
     let mut rhs = dofs.to_free(&Loads::of(scene).nodal_forces(mesh)?);
     let prescribed = prescribed_displacements(scene, mesh)?;
     if let Some(prescribed) = &prescribed {

@@ -6,10 +6,8 @@
 //! the path of sliding, as [`crate::scene::SlipMeasure`] says. [`crate::AssembledProblem::run`] solves them one after the other.
 
 mod energies;
-mod errors;
 mod record;
 
 pub(crate) use energies::EnergyLedger;
 pub use energies::StepEnergies;
-pub use errors::{HistoryErrors, largest_norm};
-pub use record::{StepPane, StepRecord};
+pub use record::{HistoryErrors, StepPane, StepRecord, largest_norm};

@@ -85,7 +85,7 @@ pub(super) fn pane_states(
     let laws = contact.state.laws();
     let set = laws.feasible_set(solution.friction.as_ref().map(|it| &it.coulomb));
     let gap = contact.state.interface.gap.as_deref();
-    let previous = contact.state.interface.slip.previous.as_ref();
+    let previous = contact.state.interface.previous.as_ref();
     let origin = previous.map(|previous| [previous.component(0), previous.component(1)]);
     let origin = |pane: usize, k: usize| {
         let values = origin.as_ref().map(|values| &values[k]);

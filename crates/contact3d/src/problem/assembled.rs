@@ -272,7 +272,7 @@ impl AssembledProblem {
             return Err(ProblemError::OtherOperator { key });
         }
         let interface = self.problem.interface();
-        let previous = interface.and_then(|interface| interface.slip.previous.clone());
+        let previous = interface.and_then(|interface| interface.previous.clone());
         let problem = Problem::of_checked(scene, self.problem.mesh.clone())?;
         self.require_compliance(problem.interface())?;
         let problem = problem.following(previous);

@@ -148,9 +148,6 @@ pub(super) struct EndValue {
     factor: f64,
 }
 
-/// The targets of a scene by their keys.
-pub(super) type EndValues = BTreeMap<String, EndValue>;
-
 impl Scene {
     /// Whether the scene has a load history.
     #[must_use]
@@ -261,7 +258,7 @@ impl Scene {
     }
 
     /// What all targets have when a step begins and when it ends.
-    fn ends_of(&self, step: usize) -> Result<[EndValues; 2], InvalidValue> {
+    fn ends_of(&self, step: usize) -> Result<[BTreeMap<String, EndValue>; 2], InvalidValue> {
         let mut held = self.initial_values();
         let mut before = held.clone();
         for (k, given) in self.steps.iter().enumerate().take(step + 1) {
@@ -275,7 +272,7 @@ impl Scene {
     }
 
     /// What all targets have before the first step: nothing loads or moves the body yet, and the gap is what it is.
-    pub(super) fn initial_values(&self) -> EndValues {
+    pub(super) fn initial_values(&self) -> BTreeMap<String, EndValue> {
         let mut scene = self.clone();
         let values = scene.targets().into_iter().map(|target| {
             let first = EndValue {
@@ -330,7 +327,11 @@ impl Scene {
 }
 
 /// What a step changes.
-fn change(k: usize, given: &Step, held: &mut EndValues) -> Result<(), InvalidValue> {
+fn change(
+    k: usize,
+    given: &Step,
+    held: &mut BTreeMap<String, EndValue>,
+) -> Result<(), InvalidValue> {
     for (name, value) in &given.value {
         let now = target(held, &format!("step.{k}.value"), name)?;
         let is_one = now.value.len() == 1;
@@ -353,7 +354,7 @@ fn change(k: usize, given: &Step, held: &mut EndValues) -> Result<(), InvalidVal
 
 /// What a name or a key in a step stands for.
 fn target<'v>(
-    held: &'v mut EndValues,
+    held: &'v mut BTreeMap<String, EndValue>,
     at: &str,
     name: &str,
 ) -> Result<&'v mut EndValue, InvalidValue> {
@@ -376,7 +377,7 @@ fn target<'v>(
 }
 
 /// The key of what a name or a key in a step stands for.
-pub(super) fn key_of_target(targets: &EndValues, name: &str) -> Option<String> {
+pub(super) fn key_of_target(targets: &BTreeMap<String, EndValue>, name: &str) -> Option<String> {
     let mut targets = targets.iter();
     let found = targets.find(|(key, it)| *key == name || it.name.as_deref() == Some(name));
     found.map(|(key, _)| key.clone())

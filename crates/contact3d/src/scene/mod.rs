@@ -4,7 +4,6 @@
 //! units, because no constant of the program has a unit.
 
 mod body;
-mod brick;
 mod build;
 mod coefficient;
 mod contact;
@@ -27,8 +26,7 @@ mod source;
 mod validate;
 mod varying;
 
-pub use body::{Body, ElementOrder, GmshFile};
-pub use brick::{Brick, BrickFace, GivenPlanes, Grading, MOST_CELLS};
+pub use body::{Body, Brick, BrickFace, ElementOrder, GivenPlanes, GmshFile, Grading, MOST_CELLS};
 pub use coefficient::{
     Coefficient, Formula, Grid, LAW_VARIABLES, LawPoint, Ramp, SlipDerivative, Table,
 };

@@ -21,7 +21,7 @@ use super::{
     two_levels::{PaneLevels, TwoLevels},
 };
 use crate::{
-    contact::CoulombLaw,
+    contact::{CoulombLaw, slips},
     dual::{ContactOperator, DualOperator},
     linalg::{Precision, add_scaled, gmres, norm},
 };
@@ -311,7 +311,7 @@ impl ProductNewton<'_> {
         let displacement = state.displacement;
         let slip = law.depends_on_slip().then(|| {
             let tangential = self.problem.body.tangential(&displacement);
-            laws.slip.slip(&tangential)
+            slips(laws.previous.as_ref(), &tangential)
         });
         let (normal, _) = laws.layout.split(&multiplier);
         let at_nodes = slip.as_deref().unwrap_or_default();

@@ -2,7 +2,7 @@
 
 use super::{Ellipse, FeasibleSet, PaneLaws};
 use crate::{
-    contact::{CoulombLaw, FrictionField, MultiplierLayout, change_of_slips},
+    contact::{CoulombLaw, FrictionField, MultiplierLayout, change_of_slips, slip_signs, slips},
     linalg::{norm, ratio},
 };
 
@@ -330,7 +330,7 @@ impl<'a> Conditions<'a> {
     fn slip_derivative(&self, displacement: &[[f64; 2]]) -> Option<Vec<[f64; 2]>> {
         match self.bound {
             Bound::Coulomb(laws, _) if self.follows_slip() => {
-                Some(laws.slip.derivative(displacement))
+                Some(slip_signs(laws.previous.as_ref(), displacement))
             }
             Bound::Coulomb(..) | Bound::Frozen(_) => None,
         }
@@ -345,7 +345,7 @@ impl<'a> Conditions<'a> {
             return (Vec::new(), Vec::new());
         };
         let Some(constant) = &self.constant_inverse else {
-            let slip = laws.slip.slip(displacement);
+            let slip = slips(laws.previous.as_ref(), displacement);
             let field = FrictionField::new(law, &laws.average, &slip);
             let slopes = (0..law.n_nodes())
                 .map(|node| {

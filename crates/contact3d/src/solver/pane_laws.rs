@@ -2,7 +2,9 @@
 
 use super::FeasibleSet;
 use crate::{
-    contact::{CoulombLaw, FrictionField, InterfaceFriction, MultiplierLayout, SlipMap},
+    contact::{
+        CoulombLaw, FrictionField, InterfaceFriction, MultiplierLayout, PreviousIncrement, slips,
+    },
     dual::ExplicitDual,
     linalg::CscMatrix,
 };
@@ -18,8 +20,8 @@ pub struct PaneLaws {
     pub average: CscMatrix,
     /// The law of tangential stresses.
     pub friction: InterfaceFriction,
-    /// How slips are made of tangential displacements.
-    pub slip: SlipMap,
+    /// What slips are counted from; `None` for no displacement.
+    pub previous: Option<PreviousIncrement>,
 }
 
 /// The slip bound and the friction of an inner problem.
@@ -108,7 +110,7 @@ pub(super) fn slip_of(dual: &ExplicitDual, laws: &PaneLaws, multiplier: &[f64]) 
     if displacement.is_empty() {
         displacement
     } else {
-        laws.slip.slip(&displacement)
+        slips(laws.previous.as_ref(), &displacement)
     }
 }
 

@@ -257,7 +257,7 @@ impl ContactState<'_> {
             area: self.surface.pane_area.clone(),
             average: self.surface.pane_average.clone(),
             friction: self.interface.friction.clone(),
-            slip: self.interface.slip.clone(),
+            previous: self.interface.previous.clone(),
         }
     }
 }

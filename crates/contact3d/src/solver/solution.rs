@@ -3,7 +3,10 @@
 use std::ops::AddAssign;
 
 use super::{CoulombState, LocalMapping, StartStrategy, problem::ContactSolve};
-use crate::{contact::CoulombLaw, scene::SolveSettings};
+use crate::{
+    contact::{CoulombLaw, slips},
+    scene::SolveSettings,
+};
 
 worded! {
     /// What a solve came to: the error of its solution decides, not how its method stopped.
@@ -274,7 +277,8 @@ impl Solution {
         let (laws, primal) = (problem.laws, &problem.body.assembly.primal);
         let displacement = vec![0.0; primal.dofs.n_free];
         let unpressed = |law: &CoulombLaw| {
-            let slip = || laws.slip.slip(&problem.body.tangential(&displacement));
+            let tangential = || problem.body.tangential(&displacement);
+            let slip = || slips(laws.previous.as_ref(), &tangential());
             let slip = law.depends_on_slip().then(slip);
             FrictionState {
                 coulomb: laws.unpressed(law, slip.as_deref().unwrap_or_default()),

@@ -279,20 +279,20 @@ fn levels_meet_the_target_with_stable_multipliers() {
         start: FirstMesh::Scene,
         of: None,
     });
-    let answer = adapted(scene.clone(), Path::new("")).expect("levels");
-    assert_eq!(answer.status, AdaptiveStatus::Met);
-    let last = answer.adaptation.levels.last().expect("a level");
+    let (answer, levels) = adapted(scene.clone(), Path::new("")).expect("levels");
+    assert_eq!(levels.status, AdaptiveStatus::Met);
+    let last = levels.adaptation.levels.last().expect("a level");
     assert!(last.estimated_error <= 0.06);
     // 3 n_div = 24, 37,008 unknowns, has an estimate of 5.5 %.
     assert!(last.n_free < 25_000, "{}", last.n_free);
     assert!(answer.report.certificate.worst() < 1e-12);
-    let contact = answer.assembled.system.contact.as_ref();
+    let contact = answer.problem.system.contact.as_ref();
     let dual = contact.expect("contact").explicit().expect("a dense S");
     let stability = smallest_eigenvalue(dual);
     assert!(stability > 0.5 * uniform, "{stability} {uniform}");
     // The start has no influence on the answer.
     let again = answer
-        .assembled
+        .problem
         .solve(&SolveSettings::default())
         .expect("a solve");
     let difference = again.multiplier.iter().zip(&answer.solution.multiplier);
@@ -308,11 +308,11 @@ fn an_open_brick_of_quadratic_elements_is_meshed_anew() {
     let cells = |error: f64, start: FirstMesh, of: Option<Functional>| {
         let mut scene = published(ElementOrder::P2, 2);
         scene.adapt = Some(AdaptSettings { error, start, of });
-        let answer = adapted(scene.clone(), Path::new("")).expect("levels");
-        assert_eq!(answer.status, AdaptiveStatus::Met);
-        let refinement = &answer.adaptation.refinement;
+        let (answer, levels) = adapted(scene.clone(), Path::new("")).expect("levels");
+        assert_eq!(levels.status, AdaptiveStatus::Met);
+        let refinement = &levels.adaptation.refinement;
         let again = Mesh::refined(&scene, Path::new(""), refinement).expect("a mesh");
-        assert_eq!(again.coordinates, answer.assembled.mesh().coordinates);
+        assert_eq!(again.coordinates, answer.problem.mesh().coordinates);
         refinement.levels.clone()
     };
     let once = |cells| vec![RefinedLevel::Cells(cells)];
@@ -359,7 +359,7 @@ fn bodies_moved_as_a_whole_need_no_finer_mesh() {
             {extra}"
         );
         let scene = Scene::parse("moved", &text).unwrap_or_else(|error| panic!("{error}"));
-        let found = adapted(scene, Path::new("")).unwrap_or_else(|e| panic!("{e}"));
+        let (_, found) = adapted(scene, Path::new("")).unwrap_or_else(|e| panic!("{e}"));
         assert_eq!(found.status, AdaptiveStatus::Met);
         assert_eq!(found.adaptation.levels.len(), 1);
         assert_eq!(found.adaptation.levels[0].estimated_error, 0.0);

@@ -106,11 +106,11 @@ fn refining_finds_the_contact() {
             start: Default::default(),
             of,
         });
-        let done = adapted(scene, Path::new("")).expect("levels");
-        assert_eq!(done.status, AdaptiveStatus::Met, "{of:?}");
-        assert_eq!(done.increments.is_empty(), !history);
+        let (done, levels) = adapted(scene, Path::new("")).expect("levels");
+        assert_eq!(levels.status, AdaptiveStatus::Met, "{of:?}");
+        assert_eq!(done.records.is_empty(), !history);
         if history {
-            let errors = HistoryErrors::new(&done.increments, None).expect("estimates");
+            let errors = HistoryErrors::new(&done.records, None).expect("estimates");
             assert!(errors.largest() <= 0.3);
         }
         done.report

@@ -98,13 +98,13 @@ fn error_bars_are_near_the_errors() {
 fn meshes_follow_a_quantity() {
     let of = Functional::NormalForce;
     let scene = scene(PUBLISHED, of, 0.004);
-    let answer = adapted(scene.clone(), Path::new("")).expect("levels");
-    assert_eq!(answer.status, AdaptiveStatus::Met);
+    let (answer, levels) = adapted(scene.clone(), Path::new("")).expect("levels");
+    assert_eq!(levels.status, AdaptiveStatus::Met);
     let force = answer.report.functional(of).expect("a force");
     assert!(force.relative() <= 0.004);
     assert_eq!(
         force.indicator.len(),
-        answer.assembled.mesh().tetrahedra.len()
+        answer.problem.mesh().tetrahedra.len()
     );
     let finer = on_equal_cuts(&scene, of, 2);
     // Twice the target: an error bar is an estimate, and the finer mesh has one of its own.
@@ -168,9 +168,9 @@ fn areas_are_not_accurate_on_a_few_panes() {
     let mut scene = scene(ON_WAVES, of, 0.02);
     scene.body.as_brick_mut().expect("a brick").cells = [4, 2, 2];
     assert!(report(&scene, &Refinement::default()).relative_error(Some(of)) >= Some(1.0));
-    let answer = adapted(scene.clone(), Path::new("")).expect("levels");
-    assert_eq!(answer.status, AdaptiveStatus::Met);
-    assert!(answer.adaptation.levels.len() > 1);
+    let (answer, levels) = adapted(scene.clone(), Path::new("")).expect("levels");
+    assert_eq!(levels.status, AdaptiveStatus::Met);
+    assert!(levels.adaptation.levels.len() > 1);
     let found = answer.report.functional(of).expect("an area");
     // 1.874 m² on a mesh of four times the cells along each edge.
     assert!((found.value / 1.874 - 1.0).abs() < 0.02, "{found:?}");
@@ -183,9 +183,9 @@ fn the_largest_pressure_is_told_where_it_has_a_limit() {
     let of = Functional::LargestPressure;
     let mut scene = scene(ON_WAVES, of, 0.03);
     scene.body.as_brick_mut().expect("a brick").cells = [4, 2, 2];
-    let answer = adapted(scene, Path::new("")).expect("levels");
-    assert_eq!(answer.status, AdaptiveStatus::Unbounded);
-    let levels = &answer.adaptation.levels;
+    let (_, levels) = adapted(scene, Path::new("")).expect("levels");
+    assert_eq!(levels.status, AdaptiveStatus::Unbounded);
+    let levels = &levels.adaptation.levels;
     let value = |level: usize| levels[level].value.expect("a pressure");
     assert!(value(levels.len() - 1) > 1.5 * value(0));
 

@@ -1,12 +1,8 @@
 //! Errors and costs of the solvers on the mesh of the scene, for tolerances from loose to strict.
 
-use std::{fmt, path::Path, sync::Arc};
+use std::{fmt, path::Path, sync::Arc, time::Instant};
 
-use super::{
-    AccuracySettings, Cost,
-    cost::{BudgetShares, measure},
-    discretisation::energy_norm,
-};
+use super::{AccuracySettings, Cost, cost::measure, discretisation::energy_norm};
 use crate::StudyStep;
 use contact3d::{
     AssembledProblem, Problem, ProblemError,
@@ -182,19 +178,22 @@ impl AlgebraicStudy {
             reference,
             budget: 0.0,
         };
-        let implicit = on_implicit(scene);
-        let mut shares = BudgetShares::new(settings.budget, EXPLICIT.len() + implicit.len());
-        let entries = &mut study.entries;
-        for method in EXPLICIT {
-            problem.budget = shares.take(1);
-            entries.extend(problem.series(method, RunOperator::Explicit, observe)?);
-        }
-        if let Some(contact) = &mut problem.assembled.system.contact {
-            contact.make_implicit();
-        }
-        for method in implicit {
-            problem.budget = shares.take(1);
-            entries.extend(problem.series(*method, RunOperator::Implicit, observe)?);
+        let dense = EXPLICIT.map(|method| (method, RunOperator::Explicit));
+        let implicit = on_implicit(scene).iter();
+        let implicit = implicit.map(|method| (*method, RunOperator::Implicit));
+        let series: Vec<_> = dense.into_iter().chain(implicit).collect();
+        let began = Instant::now();
+        for (done, &(method, operator)) in series.iter().enumerate() {
+            if operator == RunOperator::Implicit
+                && let Some(contact) = &mut problem.assembled.system.contact
+            {
+                contact.make_implicit();
+            }
+            // What one series leaves goes to those after it.
+            let left = (settings.budget - began.elapsed().as_secs_f64()).max(0.0);
+            problem.budget = left / (series.len() - done) as f64;
+            let entries = problem.series(method, operator, observe)?;
+            study.entries.extend(entries);
         }
         Ok(Some(study))
     }

@@ -16,34 +16,6 @@ pub struct Cost {
     pub peak_bytes: Option<f64>,
 }
 
-/// Seconds that several pieces of work may take together: what one leaves goes to those after it.
-#[derive(Debug)]
-pub(super) struct BudgetShares {
-    began: Instant,
-    budget: f64,
-    parts: usize,
-}
-
-impl BudgetShares {
-    /// Begins now, with so many parts of equal size.
-    pub(super) fn new(budget: f64, parts: usize) -> Self {
-        let began = Instant::now();
-        Self {
-            began,
-            budget,
-            parts,
-        }
-    }
-
-    /// The seconds of the next parts; zero where none are left.
-    pub(super) fn take(&mut self, parts: usize) -> f64 {
-        let left = (self.budget - self.began.elapsed().as_secs_f64()).max(0.0);
-        let share = left * parts as f64 / self.parts.max(parts) as f64;
-        self.parts = self.parts.saturating_sub(parts);
-        share
-    }
-}
-
 /// Does a piece of work, again up to three times as long as one run takes no more than `cheap`
 /// seconds. The value is that of the last run.
 pub(super) fn measure<T, E>(

@@ -53,16 +53,13 @@ pub enum PathEnd {
     TooLong,
 }
 
-/// What sees the new points of every step, with what is still open.
-pub(super) type Observer<'o> = dyn FnMut(Vec<PathPoint>, &Open) + 'o;
-
 impl PieceEquations<'_> {
     /// Follows a half path to its end. Branch points put their other half paths into `open`.
     pub(super) fn follow(
         &self,
         mut front: HalfPath,
         open: &mut Open,
-        observe: &mut Observer<'_>,
+        observe: &mut dyn FnMut(Vec<PathPoint>, &Open),
     ) -> Result<PathEnd, ProblemError> {
         let start = [front.state.point.clone(), front.state.tangent.clone()];
         let mut length = FIRST_STEP;

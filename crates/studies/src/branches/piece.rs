@@ -225,7 +225,7 @@ impl PieceEquations<'_> {
             }
         }
         let laws = LawPieces::new(member);
-        let sizes = member.interface.slip.slip(&displacement);
+        let sizes = contact3d::contact::slips(member.interface.previous.as_ref(), &displacement);
         piece.nodes.resize(displacement.len(), None);
         for (index, (node, slips)) in piece.nodes.iter_mut().zip(slips).enumerate() {
             let negative = displacement[index].map(|u| u < 0.0);

@@ -31,7 +31,7 @@ impl ExplicitProblem {
         let scene = scene.with_first_mesh();
         let refinement = match scene.adapt {
             None => Refinement::default(),
-            Some(_) => adapted(scene.clone(), folder)?.adaptation.refinement,
+            Some(_) => adapted(scene.clone(), folder)?.1.adaptation.refinement,
         };
         Self::refined(scene, folder, refinement)
     }

@@ -15,47 +15,10 @@ use super::{
     inner::{InnerSummary, projected_gradient_steplength},
 };
 use crate::{
-    contact::{CoulombLaw, FrictionField},
+    contact::{CoulombLaw, FrictionField, slips},
     dual::BodyOperator,
     scene::{PrecisionControl, SolveSettings},
 };
-
-/// The inner tolerances of HKL Remark 4.1.
-///
-/// Two additions to the paper: control (b) never asks for more than r_tol · ε, and the outer loop
-/// ends only when the inner residual has come down to that as well. Without them an inner problem
-/// whose warm start already meets a loose tolerance takes no step, and the change of zero would
-/// pass for convergence.
-struct InnerPrecision<'a> {
-    settings: &'a SolveSettings,
-    tolerance: f64,
-}
-
-impl<'a> InnerPrecision<'a> {
-    fn new(settings: &'a SolveSettings) -> Self {
-        Self {
-            settings,
-            tolerance: settings.r_tol / settings.c_fact,
-        }
-    }
-
-    /// The inner accuracy r_tol · ε that an accuracy ε needs.
-    fn final_tolerance(&self) -> f64 {
-        self.settings.r_tol * self.settings.epsilon()
-    }
-
-    /// ε_λ⁽ᵏ⁾ from err⁽ᵏ⁻¹⁾.
-    fn next(&mut self, last_change: f64) -> f64 {
-        let s = self.settings;
-        self.tolerance = match s.precision {
-            PrecisionControl::Fixed => self.final_tolerance(),
-            PrecisionControl::Adaptive => (s.r_tol * last_change)
-                .min(s.c_fact * self.tolerance)
-                .max(self.final_tolerance()),
-        };
-        self.tolerance
-    }
-}
 
 /// The method of successive approximations (HKL Algorithm 4.1): the problem, and what solves the inner ones.
 #[derive(Debug, Clone, Copy)]
@@ -124,7 +87,8 @@ struct OuterLoop<'s, 'o, 'b> {
     problem: &'s SuccessiveApproximations<'s>,
     operator: &'s mut BodyOperator<'o, 'b>,
     kprgp: Kprgp,
-    precision: InnerPrecision<'s>,
+    /// ε_λ⁽ᵏ⁾ of the last inner problem.
+    tolerance: f64,
     /// err⁽ᵏ⁾ = ‖λ⁽ᵏ⁺¹⁾ − λ⁽ᵏ⁾‖ / ‖λ⁽ᵏ⁺¹⁾‖ of the last step.
     change: f64,
     /// The same, or at rounding what that allows.
@@ -169,7 +133,7 @@ impl<'s, 'o, 'b> OuterLoop<'s, 'o, 'b> {
                 gamma: settings.gamma,
                 max_applications: settings.max_operator_applications,
             },
-            precision: InnerPrecision::new(settings),
+            tolerance: settings.r_tol / settings.c_fact,
             change: 1.0,
             measure: 1.0,
             frozen: laws.unpressed(problem.law, &[]),
@@ -211,13 +175,34 @@ impl<'s, 'o, 'b> OuterLoop<'s, 'o, 'b> {
         self.moved = true;
     }
 
+    /// The inner accuracy r_tol · ε that an accuracy ε needs.
+    fn final_tolerance(&self) -> f64 {
+        self.problem.settings.r_tol * self.problem.settings.epsilon()
+    }
+
+    /// ε_λ⁽ᵏ⁾ from err⁽ᵏ⁻¹⁾ (HKL Remark 4.1).
+    ///
+    /// Two additions to the paper: control (b) never asks for more than r_tol · ε, and the outer loop
+    /// ends only when the inner residual has come down to that as well. Without them an inner problem
+    /// whose warm start already meets a loose tolerance takes no step, and the change of zero would
+    /// pass for convergence.
+    fn next_tolerance(&self) -> f64 {
+        let s = self.problem.settings;
+        match s.precision {
+            PrecisionControl::Fixed => self.final_tolerance(),
+            PrecisionControl::Adaptive => (s.r_tol * self.change)
+                .min(s.c_fact * self.tolerance)
+                .max(self.final_tolerance()),
+        }
+    }
+
     /// (i) λ⁽ᵏ⁺¹⁾, the minimiser on the frozen admissible set, from λ⁽ᵏ⁾.
     fn minimise(&mut self) -> InnerSummary {
         let SuccessiveApproximations { laws, inner, .. } = *self.problem;
         let set = laws.feasible_set(Some(&self.frozen));
-        let tolerance = self.precision.next(self.change);
+        self.tolerance = self.next_tolerance();
         let mut next = self.solution.multiplier.clone();
-        let summary = inner.minimise(self.operator, &self.kprgp, &set, &mut next, tolerance);
+        let summary = inner.minimise(self.operator, &self.kprgp, &set, &mut next, self.tolerance);
         self.change = relative_change(&next, &self.solution.multiplier);
         self.solution.multiplier = next;
         self.measure = self.change;
@@ -226,11 +211,11 @@ impl<'s, 'o, 'b> OuterLoop<'s, 'o, 'b> {
 
     /// (iii) How the loop ends with a step; `None` where it goes on.
     fn end_after(&mut self, summary: &InnerSummary) -> Option<StopReason> {
-        let (change, tolerance) = (self.change, self.precision.tolerance);
+        let (change, tolerance) = (self.change, self.tolerance);
         let epsilon = self.problem.settings.epsilon();
         // The rounding of S λ, below which no change says anything.
         let attainable = self.solution.multiplier.len() as f64 * f64::EPSILON;
-        let least = self.precision.final_tolerance();
+        let least = self.final_tolerance();
         // An inner solver that a loose tolerance let do nothing says nothing by a change of zero.
         let asked = !self.problem.inner.was_idle(summary.steps) || tolerance <= least;
         let accurate = summary.at_rounding || (asked && summary.residual <= least);
@@ -266,7 +251,7 @@ impl<'s, 'o, 'b> OuterLoop<'s, 'o, 'b> {
                 solution.displacement = operator.to_primal(&solution.multiplier);
                 self.problem.body.tangential(&solution.displacement)
             });
-            self.slip = Some(laws.slip.slip(&tangential));
+            self.slip = Some(slips(laws.previous.as_ref(), &tangential));
         }
     }
 
@@ -281,7 +266,7 @@ impl<'s, 'o, 'b> OuterLoop<'s, 'o, 'b> {
         let applications = applied - self.applications_before + summary.applications;
         solution.trace.history.push(OuterStep {
             change: self.change,
-            inner_tolerance: self.precision.tolerance,
+            inner_tolerance: self.tolerance,
             inner_residual: summary.residual,
             steps: summary.steps,
             applications,
@@ -298,7 +283,7 @@ impl<'s, 'o, 'b> OuterLoop<'s, 'o, 'b> {
         OuterState {
             multiplier: self.solution.multiplier.clone(),
             slip: self.slip.clone(),
-            tolerance: self.precision.tolerance,
+            tolerance: self.tolerance,
             steplength: trace.steplength,
             history: trace.history.clone(),
             law_evaluations: laws.law_evaluations(),
@@ -314,7 +299,7 @@ impl<'s, 'o, 'b> OuterLoop<'s, 'o, 'b> {
         trace.applications = state.history.iter().map(|step| step.applications).sum();
         self.change = state.history.last().map_or(1.0, |step| step.change);
         self.measure = self.change;
-        self.precision.tolerance = state.tolerance;
+        self.tolerance = state.tolerance;
         self.problem.law.set_evaluations(state.law_evaluations);
     }
 }

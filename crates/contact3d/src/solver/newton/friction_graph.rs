@@ -21,12 +21,11 @@
 use super::{
     NewtonSettings, NewtonSolution,
     coefficient::{NodeCoefficient, ResolventForm},
-    continuation::continuation,
     iteration::{NewtonModel, ROUNDING_STALL_STEPS, StoppingRule, iterate},
     natural_map::NaturalMap,
 };
 use crate::{
-    contact::{CoulombLaw, LawBounds},
+    contact::{CoulombLaw, LawBounds, slip_signs, slips},
     dual::{ExplicitDual, LocalStiffness},
     linalg::{DenseLu, norm},
     scene::FrictionLaw,
@@ -248,9 +247,8 @@ impl<'a> FrictionGraph<'a> {
                 compliance_at[node] += w * 0.5 * (own[0] + own[1]);
             }
         }
-        let free_slips = laws
-            .slip
-            .slip(&dual.tangential_displacement(&dual.unknowns(&[])));
+        let unloaded = dual.tangential_displacement(&dual.unknowns(&[]));
+        let free_slips = slips(laws.previous.as_ref(), &unloaded);
         let largest_free_slip = free_slips
             .iter()
             .flatten()
@@ -387,8 +385,8 @@ impl<'a> FrictionGraph<'a> {
 
     fn slips(&self, unknowns: &[f64]) -> Vec<Slip> {
         let displacement = self.dual.tangential_displacement(unknowns);
-        let pairs = self.laws.slip.slip(&displacement);
-        let signs = self.laws.slip.derivative(&displacement);
+        let pairs = slips(self.laws.previous.as_ref(), &displacement);
+        let signs = slip_signs(self.laws.previous.as_ref(), &displacement);
         let at = |c: &NodeCoefficient| {
             let (pair, sign) = (pairs[c.node], signs[c.node]);
             let (own, direction) = match c.axis {
@@ -458,4 +456,33 @@ impl<'a> FrictionGraph<'a> {
             _ => 0.0,
         }
     }
+}
+
+/// Smallest step in τ.
+const SMALLEST_PATH_STEP: f64 = 1.0 / 512.0;
+
+/// Follows the solutions of problems from an easy one at τ = 0 to that of the scene at τ = 1, each from the one before, by
+/// steps in τ that double after a success and halve after a failure; `solve` finds the solution for a τ from a start.
+///
+/// The path may end before τ = 1 where solutions vanish in pairs; the reason to stop is then that of the last failure.
+fn continuation(mut solve: impl FnMut(f64, Option<&[f64]>) -> NewtonSolution) -> NewtonSolution {
+    let mut last = solve(0.0, None);
+    let (mut tau, mut step) = (0.0, 0.25);
+    while tau < 1.0 && last.stop.is_solution() {
+        let target = f64::min(tau + step, 1.0);
+        let found = solve(target, Some(&last.multiplier));
+        if found.stop.is_solution() {
+            (last, tau) = (last.merged_with(found), target);
+            step *= 2.0;
+            continue;
+        }
+        last.evaluations += found.evaluations;
+        last.history.extend(found.history);
+        if step <= SMALLEST_PATH_STEP {
+            last.stop = found.stop;
+            break;
+        }
+        step /= 2.0;
+    }
+    last
 }

@@ -1,7 +1,6 @@
 //! The semismooth Newton method on the natural map, its starts, and its linearisation.
 
 mod coefficient;
-mod continuation;
 mod dense;
 mod friction_graph;
 pub(in crate::solver) mod iteration;
