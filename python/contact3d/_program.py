@@ -105,7 +105,7 @@ def perform(command: Sequence[str], *, text: str | None = None, total: int | Non
         watcher = _watch.Watcher(shown)
         ours, theirs = _watch.listening_post(shown is not None)
         try:
-            exit_code = _watch.follow([executable, *command, "--json"], ours, watcher, errors=theirs, stdin=given,
+            exit_code = _watch.follow([executable, *command, "--json", "--verbose"], ours, watcher, errors=theirs, stdin=given,
                                       stdout=results, env=environment)
         finally:
             os.close(ours)

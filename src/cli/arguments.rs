@@ -334,6 +334,9 @@ pub struct Output {
     /// Print only errors
     #[arg(long, short, global = true)]
     pub quiet: bool,
+    /// Print all results, and what each stage does
+    #[arg(long, short, global = true)]
+    pub verbose: bool,
     /// Print the results as JSON on standard output
     #[arg(long, global = true)]
     pub json: bool,

@@ -106,7 +106,21 @@ pub(super) fn explain_usage(error: clap::Error) -> Exit {
 }
 
 /// Commands and options that are gone, and where their tasks are now.
-const GONE: [(&str, &str); 4] = [
+const GONE: [(&str, &str); 15] = [
+    ("--epsilon", KEYS_OF_SOLVE),
+    ("--method", KEYS_OF_SOLVE),
+    ("--inner", KEYS_OF_SOLVE),
+    ("--gamma", KEYS_OF_SOLVE),
+    ("--r-tol", KEYS_OF_SOLVE),
+    ("--c-fact", KEYS_OF_SOLVE),
+    ("--max-outer-steps", KEYS_OF_SOLVE),
+    ("--factor", KEYS_OF_ASSEMBLE),
+    ("--precision", KEYS_OF_ASSEMBLE),
+    ("--dual-operator", KEYS_OF_ASSEMBLE),
+    (
+        "--of",
+        "`--of` is gone: `--quantity QUANTITY` names the quantity that the mesh is refined for",
+    ),
     (
         "--sequences",
         "`accuracy --sequences` is gone: `run SCENE FILE --error 1%` refines the mesh and prints what each level costs",
@@ -124,6 +138,9 @@ const GONE: [(&str, &str); 4] = [
         "`theory` is a part of the Python package: python -m contact3d.theory SCENE",
     ),
 ];
+
+const KEYS_OF_SOLVE: &str = "flags for keys of `[solve]` are gone: write `--set solve.KEY=VALUE`, such as `--set solve.epsilon=1e-8`";
+const KEYS_OF_ASSEMBLE: &str = "flags for keys of `[assemble]` are gone: write `--set assemble.KEY=VALUE`, such as `--set 'assemble.factor=\"single\"'`";
 
 /// Says why nothing can be done at all, before the arguments are known.
 pub(super) fn refuse(message: &str) -> Exit {

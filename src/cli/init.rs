@@ -54,7 +54,7 @@ pub(super) fn init(scene: &Path, kind: SceneKind, printing: &Output) -> Result<E
             let name = quoted(&name);
             let text = format!(include_str!("scenes/sweep.toml.in"), scene = name);
             let out = beside(scene, "cases");
-            let next = format!("sweep {} --out {}", sweep.display(), out.display());
+            let next = format!("sweep {} {}", sweep.display(), out.display());
             (vec![(path, BRICK.to_owned()), (sweep, text)], next)
         }
     };

@@ -12,7 +12,7 @@ use super::{
     },
     exit::Exit,
     override_scene, progress,
-    terminal::{self, say, warn},
+    terminal::{self, detail, say, warn},
 };
 use crate::{
     format::Stage,
@@ -71,8 +71,13 @@ pub(super) fn run(
         if arguments.assembly.choice() == AssemblyFile::SelfContained {
             session.embed_assembly()?;
         }
-        draw_figures(session, pictures.as_ref(), output)?;
-        finish(session, output, &performed, adapted.as_ref())
+        let drawn = draw_figures(session, pictures.as_ref(), output)?;
+        finish(
+            session,
+            (&arguments.file, output),
+            &performed,
+            (adapted.as_ref(), drawn),
+        )
     })
 }
 
@@ -84,7 +89,7 @@ fn perform_stale(session: &mut Session, output: &Output) -> Result<Vec<StageTimi
             warn(output, &session.warnings()?);
         }
         if state.is_fresh() && performed.is_empty() {
-            say(output, &format!("{:<9} fresh, kept", state.stage.word()));
+            detail(output, &format!("{:<9} fresh, kept", state.stage.word()));
         } else {
             let commit = StoreWhen::Deferred;
             performed.push(perform(session, state.stage, commit, output)?);
@@ -151,7 +156,7 @@ pub(super) fn solve(
     session.hold_factors_with(engine.command());
     session.all_or_nothing(|session| {
         let performed = perform(session, Stage::Solve, StoreWhen::Now, output)?;
-        finish(session, output, &[performed], None)
+        finish(session, (file, output), &[performed], (None, None))
     })
 }
 
@@ -168,8 +173,8 @@ pub(super) fn post(
     let pictures = figures.beside(file, drawing, Inputs::default())?;
     session.all_or_nothing(|session| {
         let performed = perform(session, Stage::Post, StoreWhen::Now, output)?;
-        draw_figures(session, pictures.as_ref(), output)?;
-        finish(session, output, &[performed], None)
+        let drawn = draw_figures(session, pictures.as_ref(), output)?;
+        finish(session, (file, output), &[performed], (None, drawn))
     })
 }
 
@@ -184,45 +189,46 @@ fn perform(
     let performed = session.perform(stage, commit, &mut observe);
     spinner.finish_and_clear();
     let performed = performed?;
-    say(output, &progress::stage_line(&performed));
+    detail(output, &progress::stage_line(&performed));
     if let (Stage::Assemble, Some(assembly), Some((estimate, dense))) =
         (stage, session.assembly(), session.operator_estimate())
     {
         let factor = &assembly.factor;
         let line = progress::operator_line(&estimate, dense, factor.precision());
-        say(output, &line);
+        detail(output, &line);
         if let Factor::Remote(factor) = &**factor {
-            say(output, &progress::engine_line(factor));
+            detail(output, &progress::engine_line(factor));
         }
     }
     Ok(performed)
 }
 
+/// Draws the pictures, and says how many went where.
 fn draw_figures(
     session: &mut Session,
     pictures: Option<&PictureFolder>,
     output: &Output,
-) -> Result<(), StageError> {
+) -> Result<Option<String>, StageError> {
     let Some(folder) = pictures else {
-        return Ok(());
+        return Ok(None);
     };
     let results = session.results()?;
     let report = &results.report;
     if let Some(failure) = report.failed_check.filter(|_| report.is_broken()) {
         say(output, &format!("figures   none: {failure}"));
-        return Ok(());
+        return Ok(None);
     }
     let files = draw_run(folder, session.scene(), &results)?;
-    terminal::say_files(output, "figures", &files, folder.path());
-    Ok(())
+    let folder = folder.path().display();
+    Ok(Some(format!("{} pictures in {folder}", files.len())))
 }
 
 /// Prints the results and turns the status into an exit code.
 fn finish(
     session: &mut Session,
-    output: &Output,
+    (file, output): (&Path, &Output),
     performed: &[StageTiming],
-    adapted: Option<&Adapted>,
+    (adapted, drawn): (Option<&Adapted>, Option<String>),
 ) -> Result<Exit, StageError> {
     let results = session.results()?;
     let scene = session.scene();
@@ -245,14 +251,22 @@ fn finish(
         let levels = adapted.map(|adapted| {
             report::adaptation_table(scene, &adapted.adaptation, adapted.target).text()
         });
-        terminal::result(&format!(
-            "{}\nmodel features\n{}results\n{}{}{}",
-            scene.shown_title(),
-            features.text(2, 28),
-            run.figures().with(run.certificate()).text(2, 27),
-            report::history_text(scene, increments),
-            levels.unwrap_or_default()
-        ));
+        let told = if output.verbose {
+            format!(
+                "model features\n{}results\n{}{}",
+                features.text(2, 28),
+                run.figures().with(run.certificate()).text(2, 27),
+                report::history_text(scene, increments, true),
+            )
+        } else {
+            let mut lines = run.summary();
+            let drawn = drawn.map_or_else(String::new, |drawn| format!(", {drawn}"));
+            lines.human_only("files", Some(format!("{}{drawn}", file.display())));
+            lines.human_only("next", Some(report::next_command(file)));
+            lines.text(2, 20) + &report::history_text(scene, increments, false)
+        };
+        let levels = levels.unwrap_or_default();
+        terminal::result(&format!("{}\n{told}{levels}", scene.shown_title()));
     }
     for words in run
         .nothing_touches()
@@ -287,5 +301,9 @@ fn print_stages(output: &Output, performed: &[StageTiming]) {
     if output.json {
         let stages = report::performed(performed);
         terminal::json(&serde_json::json!({ "stages": stages }));
+    } else if !output.verbose {
+        for stage in performed {
+            say(output, &progress::stage_line(stage));
+        }
     }
 }

@@ -56,6 +56,13 @@ pub(super) fn say(output: &Output, text: &str) {
     }
 }
 
+/// A line about the work, for who asks for more.
+pub(super) fn detail(output: &Output, text: &str) {
+    if output.verbose {
+        say(output, text);
+    }
+}
+
 /// Names the files that a command has written.
 pub(super) fn written<'a>(output: &Output, files: impl IntoIterator<Item = &'a PathBuf>) {
     let files: Vec<&PathBuf> = files.into_iter().collect();

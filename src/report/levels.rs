@@ -25,13 +25,18 @@ pub fn shown_time(time: f64) -> String {
     rounded.to_string()
 }
 
-/// The increments, with works and dissipation since the beginning for people and of each for programs.
+/// The increments, with works and dissipation since their step began for people and of each for programs.
 #[rustfmt::skip]
 pub fn increments(scene: &Scene, records: &[StepRecord]) -> FigureTable {
     let [mut work, mut dissipated] = [0.0; 2];
+    let mut step = 0;
     let errors = HistoryErrors::new(records, None).map(|errors| errors.relative);
     let rows = records.iter().enumerate().map(|(k, record)| {
         let energies = &record.energies;
+        if record.increment.step != step {
+            step = record.increment.step;
+            [work, dissipated] = [0.0; 2];
+        }
         work += energies.load_work;
         dissipated += energies.dissipation;
         let [open, stick, slip] = record.zone_counts();
@@ -43,7 +48,10 @@ pub fn increments(scene: &Scene, records: &[StepRecord]) -> FigureTable {
         figures.add("time", "time", Dimension::Time, Fixed(4), record.increment.time);
         figures.counts("open, stick, slip", [("open", open), ("stick", stick), ("slip", slip)]);
         figures.add("", "normal", Dimension::FORCE, Scientific(5), normal);
-        figures.add("", "friction", Dimension::FORCE, Scientific(5), first.hypot(second));
+        // What a tilt of the axes by rounding makes of the normal force.
+        let noise = 1e-12 * normal.abs();
+        let friction = [first, second].map(|part| if part.abs() <= noise { 0.0 } else { part });
+        figures.add("", "friction t1, t2", Dimension::FORCE, Scientific(4), friction);
         figures.add("", "loads", Dimension::Energy, Scientific(4), work);
         figures.add("", "friction", Dimension::Energy, Scientific(4), dissipated);
         figures.add("strain_energy", "strain", Dimension::Energy, Scientific(4), energies.strain);
@@ -69,11 +77,11 @@ pub fn increments(scene: &Scene, records: &[StepRecord]) -> FigureTable {
         figures.json_only("quantities", quantities);
         figures
     });
-    FigureTable::new("Increments; works and dissipation since the beginning", rows)
+    FigureTable::new("Increments; works and dissipation since their step began", rows)
 }
 
-/// The increments, or the ends of steps of a long history; empty without a history.
-pub fn history_text(scene: &Scene, records: &[StepRecord]) -> String {
+/// The ends of the steps, or `all` increments of a history that is not long; empty without a history.
+pub fn history_text(scene: &Scene, records: &[StepRecord], all: bool) -> String {
     if records.is_empty() {
         return String::new();
     }
@@ -87,10 +95,11 @@ pub fn history_text(scene: &Scene, records: &[StepRecord]) -> String {
     let titles = lines.next();
     let last = records.len() - 1;
     // Rows of increments that are printed; in a longer history only the ends of steps are.
-    let is_shown = |k: usize| records.len() <= 60 || records[k].increment.share >= 1.0 || k == last;
+    let shows_all = all && records.len() <= 60;
+    let is_shown = |k: usize| shows_all || records[k].increment.share >= 1.0 || k == last;
     let rows = lines.enumerate().filter(|(k, _)| is_shown(*k));
     let rows = titles.into_iter().chain(rows.map(|(_, line)| line));
-    head + &rows.collect::<String>() + "  (works and dissipation since the beginning)\n"
+    head + &rows.collect::<String>() + "  (works and dissipation of each step)\n"
 }
 
 /// The title of a step and the number of the increment.

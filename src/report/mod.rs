@@ -9,6 +9,7 @@ mod figure;
 mod levels;
 pub mod mesh;
 mod run;
+mod screen;
 pub mod stability;
 mod status;
 pub mod studies;
@@ -18,6 +19,7 @@ pub use features::features;
 pub use figure::{Digits, FigureTable, Figures};
 pub use levels::{adaptation_json, adaptation_table, history_text, increments, shown_time};
 pub use run::{SolvedRun, estimated_percent, percent};
+pub use screen::next_command;
 pub use status::{outcome, performed, stages, status, summary};
 pub use sweep::{Cell, Column, SweepTable};
 

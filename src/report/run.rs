@@ -28,10 +28,10 @@ use crate::{format::StageSizes, pipeline::Results};
 /// A scene with its results.
 #[derive(Clone, Copy)]
 pub struct SolvedRun<'a> {
-    scene: &'a Scene,
-    mesh: &'a Mesh,
-    solution: &'a Solution,
-    report: &'a ContactReport,
+    pub(super) scene: &'a Scene,
+    pub(super) mesh: &'a Mesh,
+    pub(super) solution: &'a Solution,
+    pub(super) report: &'a ContactReport,
 }
 
 impl<'a> SolvedRun<'a> {
@@ -218,7 +218,7 @@ impl<'a> SolvedRun<'a> {
     }
 
     /// A force or moment with zeros for what is below the digits of the largest one: rounding, and what the solve is off by.
-    fn without_noise<const N: usize>(
+    pub(super) fn without_noise<const N: usize>(
         &self,
         vector: [f64; N],
         of: fn(&SourceForce) -> [f64; 3],
@@ -228,7 +228,7 @@ impl<'a> SolvedRun<'a> {
     }
 
     /// What a part of a force or moment has to exceed.
-    fn noise(&self, of: fn(&SourceForce) -> [f64; 3]) -> f64 {
+    pub(super) fn noise(&self, of: fn(&SourceForce) -> [f64; 3]) -> f64 {
         let all = self.report.forces.iter().flat_map(of);
         let largest = all.fold(0.0, |most: f64, part| most.max(part.abs()));
         // Forces that no equilibrium balances are none.
@@ -383,7 +383,7 @@ fn steps(solution: &Solution) -> String {
 }
 
 /// The estimate, and why it may be no more than a guess.
-fn estimate_words(estimate: &ErrorEstimate, scene: &Scene) -> String {
+pub(super) fn estimate_words(estimate: &ErrorEstimate, scene: &Scene) -> String {
     if estimate.displacement == 0.0 {
         return "none: nothing is deformed by more than rounding".to_owned();
     }

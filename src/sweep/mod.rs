@@ -43,7 +43,7 @@ pub enum SweepError {
     #[error("{}: another sweep is at work in this folder; wait until it is done", folder.display())]
     Busy { folder: PathBuf },
     /// A table of another sweep, whose file is named as seen from the folder, where the table says it.
-    #[error("{}: this table belongs to another sweep{}{sweep}; nothing was changed, give another folder with --out or move summary.h5 and summary.csv away", file.display(), if sweep.is_empty() { "" } else { ", " })]
+    #[error("{}: this table belongs to another sweep{}{sweep}; nothing was changed, name another folder or move summary.h5 and summary.csv away", file.display(), if sweep.is_empty() { "" } else { ", " })]
     OthersTable { file: PathBuf, sweep: String },
 }
 

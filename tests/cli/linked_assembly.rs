@@ -12,7 +12,8 @@ const SMALL: &str = "body.brick.cells=[12,4,4]";
 fn run(program: &Program, more: &[&str]) -> assert_cmd::assert::Assert {
     let scene = pipeline("newton.toml");
     let scene = scene.to_str().unwrap();
-    let mut command = program.command(&["run", scene, "run.h5", "--no-figures", "--set", SMALL]);
+    let mut command =
+        program.command(&["run", scene, "run.h5", "--no-figures", "-v", "--set", SMALL]);
     if !more.contains(&"--self-contained") {
         command.arg("--linked");
     }

@@ -30,8 +30,16 @@ fn every_kind_of_scene_to_start_from_runs() {
         &program,
         &[&["run", "loop.toml", "loop.h5"], &small[..]].concat(),
     );
-    printed(&program, &["init", "block.toml", "--kind", "sweep"]);
-    let plan = ["sweep", "plan", "block-sweep.toml", "block"];
+    let init = program
+        .command(&["init", "block.toml", "--kind", "sweep"])
+        .assert()
+        .success();
+    let said = String::from_utf8_lossy(&init.get_output().stderr).into_owned();
+    let (_, next) = said
+        .split_once("go on with: contact3d-pipe sweep ")
+        .unwrap();
+    let next: Vec<&str> = next.split_whitespace().collect();
+    let plan = [&["sweep", "plan"], &next[..]].concat();
     let plan: serde_json::Value = serde_json::from_str(&printed(&program, &plan)).unwrap();
     assert_eq!(plan.as_array().map_or(0, Vec::len), 12, "{plan}");
     let mesh = concat!(env!("CARGO_MANIFEST_DIR"), "/pipelines/meshes/foot.msh");

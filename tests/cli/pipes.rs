@@ -127,10 +127,26 @@ fn results_go_to_standard_output_and_messages_to_standard_error() {
     }
     for command in ["solve", "post"] {
         let done = program.command(
-            &[command, "run.h5", "--no-figures"][..if command == "solve" { 2 } else { 3 }],
+            &[command, "run.h5", "-v", "--no-figures"][..if command == "solve" { 3 } else { 4 }],
         );
         let out = text(&{ done }.assert().success().get_output().stdout);
         assert!(out.contains("panes open, stick, slip"), "{command}: {out}");
+    }
+    // By default an answer fits on the first screen: fifteen lines of results, and nothing of the work.
+    let scene = pipeline("newton.toml");
+    let mut run = program.command(&["run", scene.to_str().unwrap(), "run.h5", "--no-figures"]);
+    let done = run.args(SMALL).assert().success();
+    let [out, err] = [&done.get_output().stdout, &done.get_output().stderr].map(|o| text(o));
+    assert!(out.lines().count() <= 15 && err.is_empty(), "{out}{err}");
+    for line in [
+        "  status               converged to ",
+        "  contact force        (-9.15, 0, 59.16) MN on the body",
+        "  friction force       9.153 MN",
+        "  largest pressure     41.64 MPa ± ",
+        "  largest displacement ",
+        "  next                 contact3d-pipe report run.h5 run.html",
+    ] {
+        assert!(out.contains(line), "{line}: {out}");
     }
     let quiet = program.run(&["--quiet"]).assert().success();
     assert!(quiet.get_output().stdout.is_empty());

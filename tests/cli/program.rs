@@ -61,7 +61,7 @@ impl Program {
     pub(crate) fn run(&self, more: &[&str]) -> Command {
         let scene = pipeline("hkl2011_table1.toml");
         let scene = scene.to_str().expect("plain path");
-        let mut command = self.command(&["run", scene, "run.h5", "--no-figures"]);
+        let mut command = self.command(&["run", scene, "run.h5", "--no-figures", "-v"]);
         command.args(SMALL).args(more);
         command
     }

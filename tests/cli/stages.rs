@@ -251,7 +251,7 @@ fn help_shows_a_newcomer_how_to_start() {
 fn run_newton(program: &Program, more: &[&str]) -> assert_cmd::assert::Assert {
     let scene = pipeline("newton.toml");
     let mut command = program.command(&["run", scene.to_str().unwrap(), "run.h5", "--no-figures"]);
-    command.args(SMALL).args(more).assert()
+    command.arg("-v").args(SMALL).args(more).assert()
 }
 
 #[test]

@@ -8,7 +8,7 @@ use crate::program::{Program, SMALL, pipeline};
 fn run(program: &Program, scene: &str, changes: &[&str]) -> String {
     let scene = pipeline(scene);
     let mut command = program.command(&["run", scene.to_str().unwrap(), "run.h5", "--no-figures"]);
-    command.args(SMALL);
+    command.arg("-v").args(SMALL);
     for change in changes {
         command.args(["--set", change]);
     }
@@ -110,7 +110,7 @@ fn scenes_without_parameters_store_none() {
         format!("{scene}\n[parameters]\n"),
     )
     .unwrap();
-    let mut command = program.command(&["run", "empty.toml", "run.h5", "--no-figures"]);
+    let mut command = program.command(&["run", "empty.toml", "run.h5", "--no-figures", "-v"]);
     let done = command.args(SMALL).assert().success();
     let text = String::from_utf8_lossy(&done.get_output().stderr).into_owned();
     assert_eq!(text.matches("fresh, kept").count(), 5, "{text}");

@@ -19,6 +19,8 @@ const PREFIXES: [(i32, &str); 8] = [
 pub struct Unit {
     word: String,
     multiple: Option<(&'static str, i32)>,
+    /// For an area in squares of a multiple of the metre: the power of ten of that.
+    area: Option<i32>,
 }
 
 impl Unit {
@@ -55,6 +57,10 @@ impl Unit {
             },
             (1, -2) => named_stress(units)
                 .unwrap_or_else(|| Self::fixed(format!("{}/{}^2", units.force(), units.length()))),
+            (0, 2) => Self {
+                area: units.length.metres(),
+                ..Self::fixed(composite(units, force, length))
+            },
             _ => Self::fixed(composite(units, force, length)),
         }
     }
@@ -63,6 +69,7 @@ impl Unit {
         Self {
             word,
             multiple: None,
+            area: None,
         }
     }
 
@@ -70,6 +77,7 @@ impl Unit {
         Self {
             word,
             multiple: Some((base, exponent)),
+            area: None,
         }
     }
 
@@ -95,6 +103,56 @@ impl Unit {
         self.word == "1"
     }
 
+    /// Values for people, each a text, and their unit: four digits of the largest, the SI prefix that suits it.
+    #[must_use]
+    pub fn parts(&self, values: &[f64]) -> (Vec<String>, String) {
+        let largest = values.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+        let (power, word) = self.prefixed(largest);
+        let digits = digits_after_point(largest * 10f64.powi(-power));
+        let told = values.iter().map(|value| {
+            let value = value * 10f64.powi(-power);
+            match digits {
+                Some(digits) => trimmed(format!("{value:.digits$}")),
+                None => format!("{value:.3e}"),
+            }
+        });
+        (told.collect(), word)
+    }
+
+    /// The same with the unit behind them; several stand in brackets.
+    #[must_use]
+    pub fn told(&self, values: &[f64]) -> String {
+        let (told, word) = self.parts(values);
+        let numbers = match &told[..] {
+            [one] => one.clone(),
+            several => format!("({})", several.join(", ")),
+        };
+        if word == "1" {
+            numbers
+        } else {
+            format!("{numbers} {word}")
+        }
+    }
+
+    /// The power of ten of this unit that suits a magnitude, and its word.
+    fn prefixed(&self, magnitude: f64) -> (i32, String) {
+        let (base, of_base, times) = match (self.multiple, &self.area) {
+            (Some((base, power)), _) => (base.to_owned(), power, 1),
+            (None, Some(power)) => ("m²".to_owned(), *power, 2),
+            (None, None) => return (0, self.word.clone()),
+        };
+        let in_base = magnitude * 10f64.powi(times * of_base);
+        // Squares grow by a million from prefix to prefix: 0.01 m² are told rather than 10,000 mm².
+        let least = if times == 1 { 0.999_95 } else { 0.01 };
+        let fits = |(exponent, _): &&(i32, &str)| in_base >= 10f64.powi(times * exponent) * least;
+        let (exponent, prefix) = match PREFIXES.iter().rev().find(fits) {
+            Some(found) if magnitude > 0.0 => *found,
+            _ => return (0, self.word.replace("^2", "²")),
+        };
+        let prefix = if prefix == "u" { "µ" } else { prefix };
+        (times * (exponent - of_base), format!("{prefix}{base}"))
+    }
+
     /// The SI unit whose prefixes this unit can take, and the power of ten of it that this unit is.
     #[must_use]
     pub fn multiple_of(&self) -> Option<(&'static str, i32)> {
@@ -118,6 +176,37 @@ fn named_energy(units: Units) -> Option<Unit> {
 fn named(base: &'static str, exponent: i32, prefixes: &[(i32, &str)]) -> Option<Unit> {
     let (_, prefix) = prefixes.iter().find(|(of, _)| *of == exponent)?;
     Some(Unit::si(base, exponent, format!("{prefix}{base}")))
+}
+
+/// Digits after the point where the largest of some numbers is told with four; `None` where a power of ten tells it better.
+fn digits_after_point(largest: f64) -> Option<usize> {
+    match largest {
+        0.0 => Some(0),
+        1e6.. => None,
+        1e3.. => Some(0),
+        100.0.. => Some(1),
+        10.0.. => Some(2),
+        1.0.. => Some(3),
+        0.1.. => Some(4),
+        1e-3.. => Some(5),
+        _ => None,
+    }
+}
+
+/// A number without zeros that end its digits after the point, and zero without a sign.
+fn trimmed(number: String) -> String {
+    let number = match number.split_once('.') {
+        Some(_) => number
+            .trim_end_matches('0')
+            .trim_end_matches('.')
+            .to_owned(),
+        None => number,
+    };
+    if number == "-0" {
+        "0".to_owned()
+    } else {
+        number
+    }
 }
 
 /// A product of powers. Two lengths on the other side of a force are taken for a stress where that

@@ -116,3 +116,35 @@ fn dimensions_are_powers() {
     assert_eq!(Dimension::DUAL.to_string(), "F^-1 L^5");
     assert_eq!(Dimension::ROOT_OF_STIFFNESS.to_string(), "(F L^-1)^(1/2)");
 }
+
+/// Four digits, the prefix of SI that leaves one to three digits before the point, squares for areas, and other units as they are.
+#[test]
+fn values_are_told_with_prefixes() {
+    let si = |dimension| Units::SI.of(dimension);
+    let millimetres = units(LengthUnit::Millimetre, ForceUnit::Newton);
+    let inches = units(LengthUnit::Inch, ForceUnit::PoundForce);
+    let told = [
+        (si(Dimension::FORCE).told(&[5.915629e7]), "59.16 MN"),
+        (
+            si(Dimension::FORCE).told(&[-9.153384e6, -27.7, 5.915629e7]),
+            "(-9.15, 0, 59.16) MN",
+        ),
+        (si(Dimension::FORCE).told(&[0.0]), "0 N"),
+        (si(Dimension::LENGTH).told(&[3.2969e-4]), "329.7 µm"),
+        (si(Dimension::LENGTH).told(&[1.0]), "1 m"),
+        (si(Dimension::AREA).told(&[6.0004e-6]), "6 mm²"),
+        (si(Dimension::AREA).told(&[2.3621]), "2.362 m²"),
+        (si(Dimension::AREA).told(&[0.531938]), "0.5319 m²"),
+        (
+            millimetres.of(Dimension::STRESS).told(&[80.71]),
+            "80.71 MPa",
+        ),
+        (millimetres.of(Dimension::AREA).told(&[0.25]), "0.25 mm²"),
+        (inches.of(Dimension::STRESS).told(&[12345.6]), "12346 psi"),
+        (si(Dimension::STRESS).told(&[1e-12]), "1.000e-12 Pa"),
+        (si(Dimension::Number).told(&[0.98765]), "0.9877"),
+    ];
+    for (told, expected) in told {
+        assert_eq!(told, expected);
+    }
+}
