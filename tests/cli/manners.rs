@@ -97,7 +97,7 @@ fn a_scene_for_a_round_part_touches_with_its_curved_face() {
 fn printed_forces_have_names_and_no_noise() {
     let program = Program::new();
     printed(&program, &["init", "loop.toml", "--kind", "history"]);
-    let small = ["--set", "body.brick.cells=[6, 2, 2]", "--no-figures"];
+    let small = ["-v", "--set", "body.brick.cells=[6, 2, 2]", "--no-figures"];
     let said = printed(
         &program,
         &[&["run", "loop.toml", "loop.h5"], &small[..]].concat(),

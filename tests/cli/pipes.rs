@@ -140,7 +140,7 @@ fn results_go_to_standard_output_and_messages_to_standard_error() {
     assert!(out.lines().count() <= 15 && err.is_empty(), "{out}{err}");
     for line in [
         "  status               converged to ",
-        "  contact force        (-9.15, 0, 59.16) MN on the body",
+        "  contact force        (-9.15, 0, 59.14) MN on the body",
         "  friction force       9.153 MN",
         "  largest pressure     41.64 MPa ± ",
         "  largest displacement ",

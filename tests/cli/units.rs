@@ -80,7 +80,7 @@ fn outputs(scene: &str) -> Vec<(String, String)> {
         assert!(output.status.success(), "{name}: {}", text[1]);
         texts.push((name.to_owned(), text.concat()));
     };
-    say("run", &["run", scene, "run.h5", SMALL[0], SMALL[1]]);
+    say("run", &["run", scene, "run.h5", "-v", SMALL[0], SMALL[1]]);
     say("status", &["status", "run.h5"]);
     say("check", &["check", "run.h5"]);
     say("law", &["friction-law", scene, "--figures", "law"]);

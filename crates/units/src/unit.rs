@@ -141,13 +141,17 @@ impl Unit {
             (None, Some(power)) => ("m²".to_owned(), *power, 2),
             (None, None) => return (0, self.word.clone()),
         };
+        // Who writes millimetres thinks in them.
+        if magnitude == 0.0 || of_base != 0 && (1e-2..1e4).contains(&magnitude) {
+            return (0, self.word.replace("^2", "²"));
+        }
         let in_base = magnitude * 10f64.powi(times * of_base);
         // Squares grow by a million from prefix to prefix: 0.01 m² are told rather than 10,000 mm².
         let least = if times == 1 { 0.999_95 } else { 0.01 };
         let fits = |(exponent, _): &&(i32, &str)| in_base >= 10f64.powi(times * exponent) * least;
         let (exponent, prefix) = match PREFIXES.iter().rev().find(fits) {
-            Some(found) if magnitude > 0.0 => *found,
-            _ => return (0, self.word.replace("^2", "²")),
+            Some(found) => *found,
+            None => return (0, self.word.replace("^2", "²")),
         };
         let prefix = if prefix == "u" { "µ" } else { prefix };
         (times * (exponent - of_base), format!("{prefix}{base}"))

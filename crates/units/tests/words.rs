@@ -140,6 +140,10 @@ fn values_are_told_with_prefixes() {
             "80.71 MPa",
         ),
         (millimetres.of(Dimension::AREA).told(&[0.25]), "0.25 mm²"),
+        (
+            millimetres.of(Dimension::LENGTH).told(&[1750.0, 20.0]),
+            "(1750, 20) mm",
+        ),
         (inches.of(Dimension::STRESS).told(&[12345.6]), "12346 psi"),
         (si(Dimension::STRESS).told(&[1e-12]), "1.000e-12 Pa"),
         (si(Dimension::Number).told(&[0.98765]), "0.9877"),

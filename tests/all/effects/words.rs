@@ -23,7 +23,7 @@ fn effects(tables: &[&str]) -> ([Value; 2], [String; 2]) {
         let all: Value = serde_json::from_slice(&output.stdout).unwrap();
         all["effects"].clone()
     });
-    let again = output(&["run", "scene.toml", "run.h5", "--no-figures"]).stdout;
+    let again = output(&["run", "scene.toml", "run.h5", "--no-figures", "-v"]).stdout;
     let text = output(&["status", "run.h5"]).stdout;
     (json, [again, text].map(|t| String::from_utf8(t).unwrap()))
 }
