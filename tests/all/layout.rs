@@ -55,3 +55,22 @@ fn schemas_of_all_files_are_valid() {
         }
     }
 }
+
+/// JSON Schema reads a limit beside the type of a number, not beside that of the list or table that holds it.
+#[test]
+fn limits_of_the_scene_stand_beside_numbers() {
+    let schema: serde_json::Value = serde_json::from_str(&Scene::json_schema()).expect("JSON");
+    let item = |key: &str| schema.pointer(&format!("/$defs/{key}")).expect(key).clone();
+    assert_eq!(item("Brick/properties/size/items/exclusiveMinimum"), 0);
+    assert_eq!(item("Brick/properties/cells/items/minimum"), 1);
+    assert_eq!(item("Grid/properties/value/items/items/minimum"), 1e-100);
+    assert_eq!(
+        item("Coefficient/oneOf/0/properties/constant/minimum"),
+        1e-100
+    );
+    assert!(
+        schema
+            .pointer("/$defs/Brick/properties/size/exclusiveMinimum")
+            .is_none()
+    );
+}

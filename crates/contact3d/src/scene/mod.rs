@@ -235,7 +235,9 @@ impl Scene {
     /// The JSON Schema of scene files, for editors.
     #[must_use]
     pub fn json_schema() -> String {
-        let schema = schemars::schema_for!(Self);
+        let mut schema = schemars::schema_for!(Self).to_value();
+        schema::limit_numbers(&mut schema);
+        let schema = schemars::Schema::try_from(schema).expect("limits have moved, no more");
         serde_json::to_string_pretty(&schema).expect("a schema is JSON") + "\n"
     }
 }

@@ -62,6 +62,39 @@ pub(super) fn kind(schema: &Schema) -> &str {
     }
 }
 
+/// What may limit the numbers of a key.
+const LIMITS: [&str; 4] = ["minimum", "exclusiveMinimum", "maximum", "exclusiveMaximum"];
+
+/// Puts limits of the numbers of a list, or of a kind with one key, where JSON Schema looks for them: beside the type of the numbers.
+pub(super) fn limit_numbers(schema: &mut Schema) {
+    let kind = kind(schema).to_owned();
+    if let Schema::Object(words) = schema {
+        let inner = match kind.as_str() {
+            "array" => words.get("items").map(|_| "items"),
+            "object" => words.get("properties").map(|_| "properties"),
+            _ => None,
+        };
+        if let Some(inner) = inner {
+            let limits = LIMITS.map(|limit| Some((limit, words.get(limit)?.clone())));
+            words.retain(|word, _| !LIMITS.contains(&word.as_str()));
+            let of_numbers = match &mut words[inner] {
+                Schema::Object(properties) if inner == "properties" => {
+                    properties.values_mut().collect()
+                }
+                items => vec![items],
+            };
+            for numbers in of_numbers {
+                for (limit, value) in limits.iter().flatten() {
+                    numbers[*limit] = value.clone();
+                }
+            }
+        }
+        words.values_mut().for_each(limit_numbers);
+    } else if let Schema::Array(options) = schema {
+        options.iter_mut().for_each(limit_numbers);
+    }
+}
+
 /// The items of a list, none of anything else.
 pub(super) fn items(list: &Schema) -> impl Iterator<Item = &Schema> {
     list.as_array().into_iter().flatten()
