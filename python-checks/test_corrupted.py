@@ -146,7 +146,8 @@ CASES: dict[str, tuple[Corruption, str]] = {
         scale("mesh/pane_area", 1 + TINY),
         "test_elasticity.py::test_contact_surface",
     ),
-    "a stress": (scale("post/stress", 1 + TINY), "test_solution.py::test_stress_and_von_mises"),
+    "a stress": (scale("post/stress", 1 + TINY), "test_solution.py::test_stress"),
+    "a stress of a node": (scale("post/nodal_stress", 1 + TINY), "test_solution.py::test_nodal_stresses"),
     "the strain energy": (
         scale("post/resultants/strain_energy", 1 + TINY),
         "test_solution.py::test_energies_and_extremes",

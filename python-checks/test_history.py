@@ -146,9 +146,9 @@ def test_paraview_plays_the_increments(history):
     # The reader shows every step in the same grid.
     for k, (time, grid) in enumerate(played(file.filename)):
         times.append(time)
-        assert np.array_equal(array(grid.GetPointData(), "displacement"), stored["displacement"][k])
+        for name in ("displacement", "von_mises"):
+            assert np.array_equal(array(grid.GetPointData(), name), stored[name][k])
         cells = grid.GetCellData()
-        assert np.array_equal(array(cells, "von_mises")[:n_tetrahedra], stored["von_mises"][k])
         for name, expected in (
             ("contact_pressure", stored["multiplier_normal"][k]),
             ("contact_gap", stored["gap"][k]),

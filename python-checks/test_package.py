@@ -152,9 +152,14 @@ def test_pyvista_reads_what_is_exported(solved, tmp_path):
     panes = tree["mesh/contact_facet_pane"].values
     np.testing.assert_array_equal(triangles["contact_pressure"], pressure[panes])
     body = tree.to_pyvista()
-    assert {"von_mises", "error_indicator", "stress"} <= set(body.cell_data.keys()) and "contact_gap" not in body.cell_data
+    assert set(body.point_data.keys()) == {"displacement", "von_mises", "stress"}
+    assert "error_indicator" in body.cell_data and "contact_gap" not in body.cell_data
     np.testing.assert_array_equal(body["displacement"], tree["solve/displacement"].values)
     np.testing.assert_array_equal(body["von_mises"], tree["post/von_mises"].values)
+    np.testing.assert_array_equal(body["stress"], grid["stress"])
+    stress, error = (tree[f"post/largest_von_mises/{name}"].item() for name in ("value", "error"))
+    words = f"± {100 * error / stress:.2g} %" if np.isfinite(error) else "larger on every finer mesh"
+    assert tree.summary["largest von Mises stress"] == f"{stress:.4g} Pa, {words}"
     with pytest.raises(package.BadInput, match="reads that file"):
         package.export(path, vtkhdf=path)
 

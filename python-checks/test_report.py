@@ -17,6 +17,7 @@ SECTIONS = [
     "scene",
     "results",
     "panels",
+    "stress",
     "discretisation-error",
     "convergence",
     "certificate",
@@ -99,7 +100,8 @@ def test_a_whole_file_has_every_section(report):
 
 
 def test_every_drawing_is_well_formed_and_says_its_values(report):
-    panels, error, history, convergence, work = drawings(report)
+    panels, stress, error, history, convergence, work = drawings(report)
+    assert "von Mises [MPa]" in "".join(stress.itertext())
     assert "error per volume" in "".join(error.itertext())
     panes = [text for text in hovers(panels) if text.startswith("pane ")]
     # Twelve panes in maps (a), (b), (e), (f) and (d), where those in contact have an ellipse too.

@@ -5,6 +5,8 @@ import pytest
 
 from run_file import facet_faces, read_enum
 
+# Rows and columns of the components in files: xx, yy, zz, yz, xz, xy.
+VOIGT = ([0, 1, 2, 1, 0, 0], [0, 1, 2, 2, 2, 1])
 # Values that are a few roundings of their own size away from ours.
 ROUNDING = 1e-13
 
@@ -161,14 +163,56 @@ def test_pane_slip_and_gap(run, problem, integrals):
     assert np.abs(integrals[1] / area[:, None] - mean[:, 1:]).max() <= limit
 
 
-def test_stress_and_von_mises(run, stress):
-    rows, columns = [0, 1, 2, 1, 0, 0], [0, 1, 2, 2, 2, 1]
+def test_stress(run, stress):
     # Strains are differences of displacements: about a digit of cancellation.
-    assert close(run["post/stress"][:], stress[:, rows, columns], 1e-12)
-    mean = np.trace(stress, axis1=1, axis2=2)[:, None, None] / 3
-    deviator = stress - mean * np.eye(3)
-    von_mises = np.sqrt(1.5 * np.einsum("eij,eij->e", deviator, deviator))
-    assert close(run["post/von_mises"][:], von_mises, 1e-12)
+    assert close(run["post/stress"][:], stress[:, *VOIGT], 1e-12)
+
+
+def von_mises(stress):
+    """Of Voigt stresses, [n]."""
+    xx, yy, zz, yz, xz, xy = np.transpose(stress)
+    squares = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
+    return np.sqrt(squares / 2 + 3 * (yz**2 + xz**2 + xy**2))
+
+
+@pytest.fixture(scope="module")
+def nodal_stress(run, problem, gradients, stress):
+    """The recovered stress of every node: inside the body the linear polynomial nearest to the stresses at the centroids around it, weighted by
+    volume; on the boundary the mean of those of its neighbours inside, or of its tetrahedra where there are none."""
+    x, tetrahedra = problem.coordinates, problem.tetrahedra
+    values, volumes = stress[:, *VOIGT], gradients[0]
+    centroids = x[tetrahedra].mean(axis=1)
+    stars = [np.flatnonzero((tetrahedra == node).any(axis=1)) for node in range(len(x))]
+    fits = {}
+    for node in np.setdiff1d(np.arange(len(x)), run["mesh/facets"][:]):
+        star = stars[node]
+        rows = np.column_stack([np.ones(len(star)), centroids[star] - x[node]])
+        weight = np.sqrt(volumes[star])[:, None]
+        fits[node] = np.linalg.lstsq(rows * weight, values[star] * weight)[0]
+    nodal = []
+    for node, star in enumerate(stars):
+        near = [node] if node in fits else [n for n in np.unique(tetrahedra[star]) if n in fits]
+        told = [np.append(1, x[node] - x[n]) @ fits[n] for n in near]
+        nodal.append(np.mean(told, axis=0) if told else np.average(values[star], axis=0, weights=volumes[star]))
+    return np.array(nodal)
+
+
+def test_nodal_stresses(run, problem, stress, nodal_stress):
+    # Polynomials of a few tetrahedra are extrapolated: another digit.
+    assert close(run["post/nodal_stress"][:], nodal_stress, 1e-11)
+    assert close(run["post/von_mises"][:], von_mises(nodal_stress), 1e-11)
+    largest = run["post/largest_von_mises"]
+    place = run["post/von_mises"][:].argmax()
+    assert largest["value"][()] == run["post/von_mises"][place]
+    assert np.array_equal(largest["place"][:], problem.coordinates[place])
+    if "concentration" in largest:
+        assert largest["error"][()] == np.inf
+        return
+    tetrahedra = problem.tetrahedra
+    around = tetrahedra[(tetrahedra == place).any(axis=1)]
+    near = np.isin(tetrahedra, around).any(axis=1)
+    differences = stress[:, *VOIGT] - nodal_stress[tetrahedra].mean(axis=1)
+    assert close(largest["error"][()], 1.5 * von_mises(differences[near]).max(), 1e-10)
 
 
 def test_forces_and_moments(run, problem, nodal_forces):

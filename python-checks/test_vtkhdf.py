@@ -1,9 +1,13 @@
 """The same file through ParaView's own reader."""
 
+import h5py
 import numpy as np
 import pytest
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkIOHDF import vtkHDFReader
+
+import contact3d as package
+from conftest import ROOT
 
 TETRAHEDRON, TRIANGLE = 10, 5
 CONTACT_FIELDS = {
@@ -12,9 +16,8 @@ CONTACT_FIELDS = {
 }
 
 
-@pytest.fixture(scope="module")
-def grid(run):
-    """The unstructured grid that vtkHDFReader makes of the file."""
+def read(run):
+    """The unstructured grid that vtkHDFReader makes of a file."""
     reader = vtkHDFReader()
     errors = []
     reader.AddObserver("ErrorEvent", lambda *_: errors.append("error"))
@@ -25,6 +28,12 @@ def grid(run):
     assert not errors
     assert output.GetClassName() == "vtkUnstructuredGrid"
     return output
+
+
+@pytest.fixture(scope="module")
+def grid(run):
+    """That of the file."""
+    return read(run)
 
 
 def cell_field(grid, name: str) -> np.ndarray:
@@ -60,7 +69,6 @@ def test_only_the_promised_fields(grid):
     cells = grid.GetCellData()
     names = {cells.GetArrayName(i) for i in range(cells.GetNumberOfArrays())}
     others = {
-        "von_mises",
         "error_indicator",
         "contact_pressure",
         "friction_stress",
@@ -68,14 +76,42 @@ def test_only_the_promised_fields(grid):
         "friction_2",
     }
     assert names == CONTACT_FIELDS.keys() | others
-    assert grid.GetPointData().GetNumberOfArrays() == 1
+    points = grid.GetPointData()
+    names = {points.GetArrayName(i) for i in range(points.GetNumberOfArrays())}
+    assert names == {"displacement", "von_mises", "stress"}
 
 
-def test_von_mises_lives_on_tetrahedra(run, grid):
-    n_tetrahedra = run["mesh/tetrahedra"].shape[0]
-    field = cell_field(grid, "von_mises")
-    assert np.array_equal(field[:n_tetrahedra], run["post/von_mises"][:])
-    assert np.isnan(field[n_tetrahedra:]).all()
+def test_stresses_live_on_points(run, grid):
+    points = grid.GetPointData()
+    assert np.array_equal(vtk_to_numpy(points.GetArray("von_mises")), run["post/von_mises"][:])
+    # VTK has xx, yy, zz, xy, yz, xz.
+    stress = vtk_to_numpy(points.GetArray("stress"))
+    assert np.array_equal(stress[:, [0, 1, 2, 4, 5, 3]], run["post/nodal_stress"][:])
+
+
+def test_materials_that_meet_have_points_of_their_own(contact3d, tmp_path):
+    file = tmp_path / "run.h5"
+    contact3d("run", ROOT / "pipelines" / "regions.toml", file, "--no-figures", "--set", "body.brick.cells=[6,2,4]")
+    with h5py.File(file) as run:
+        nodes, regions = run["post/material_nodes"][:].T
+        grid = read(run)
+        points = vtk_to_numpy(grid.GetPoints().GetData())
+        assert len(nodes) > len(run["mesh/coordinates"])
+        assert np.array_equal(points, run["mesh/coordinates"][:][nodes])
+        assert np.array_equal(vtk_to_numpy(grid.GetPointData().GetArray("displacement")), run["solve/displacement"][:][nodes])
+        tetrahedra, region = run["mesh/tetrahedra"][:], run["mesh/tetrahedron_region"][:]
+        triangles = run["mesh/facets"][:][run["mesh/contact_facets"][:]]
+        cells = vtk_to_numpy(grid.GetCells().GetConnectivityArray())
+        own, below = np.split(cells, [tetrahedra.size])
+        own = own.reshape(-1, 4)
+        assert np.array_equal(nodes[own], tetrahedra) and (regions[own] == region[:, None]).all()
+        # A contact triangle has three points of one tetrahedron.
+        assert np.array_equal(nodes[below.reshape(-1, 3)], triangles)
+        sides = {tuple(sorted(np.delete(corners, k))) for corners in own for k in range(4)}
+        assert all(tuple(sorted(side)) in sides for side in below.reshape(-1, 3))
+        body = package.open(file).to_pyvista()
+        assert np.array_equal(body.points, points) and np.array_equal(body["von_mises"], run["post/von_mises"][:])
+        assert np.ptp(body["von_mises"][nodes == nodes[-1]]) > 0.01 * run["post/von_mises"][-1]
 
 
 def test_contact_fields_live_on_triangles(run, grid):

@@ -25,21 +25,26 @@ def pane_triangles(run: "Run") -> tuple[np.ndarray, np.ndarray]:
 
 
 def body(run: "Run", time: float | None) -> Any:
-    """The tetrahedra with all fields that the results have on nodes and tetrahedra, and the stress."""
+    """The tetrahedra with all fields that the results have on points and tetrahedra, and the stress. A node where materials meet is a point of
+    each, with the stress there."""
     pyvista = _pyvista()
     mesh = run["mesh"].to_dataset(inherit=False)
     tetrahedra, kind = mesh["tetrahedra"].values, TETRAHEDRON
     if "tetrahedron_mid_edges" in mesh:
         tetrahedra, kind = np.hstack([tetrahedra, mesh["tetrahedron_mid_edges"].values]), QUADRATIC_TETRAHEDRON
-    grid = pyvista.UnstructuredGrid({kind: tetrahedra}, mesh["coordinates"].values)
-    on_nodes, on_cells = fields(run, time)
-    grid.point_data.update(on_nodes)
+    with h5py.File(run.file) as file:
+        points = file["VTKHDF/Points"][:]
+        corners = file["VTKHDF/Connectivity"][: tetrahedra.size].reshape(tetrahedra.shape)
+    grid = pyvista.UnstructuredGrid({kind: corners}, points)
+    on_points, on_cells = fields(run, time)
+    grid.point_data.update(on_points)
     for name, values in on_cells.items():
         # Contact triangles are behind the tetrahedra; what they alone have is a field of the contact faces.
         if not np.isnan(values[: len(tetrahedra)]).all():
             grid.cell_data[name] = values[: len(tetrahedra)]
     if time is None:
-        grid.cell_data["stress"] = run["post/stress"].values
+        # The order of VTK.
+        grid.point_data["stress"] = run["post/nodal_stress"].values[:, [0, 1, 2, 5, 3, 4]]
     if "tetrahedron_region" in mesh:
         grid.cell_data["region"] = mesh["tetrahedron_region"].values
     return grid

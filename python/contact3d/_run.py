@@ -82,6 +82,10 @@ class Run(xr.DataTree):
         for name, words in MEASURES.items():
             if (value := self._number(name)) is not None:
                 found[words] = f"{value:.6g} {_unit(self[name])}".strip() + bars.get(name, "")
+        if stress := self._number("post/largest_von_mises/value"):
+            bar = self._number("post/largest_von_mises/error") / stress
+            trust = f", ± {100 * bar:.2g} %" if np.isfinite(bar) else ", larger on every finer mesh"
+            found["largest von Mises stress"] = f"{stress:.4g} {_unit(self['post/largest_von_mises/value'])}" + trust
         if (estimate := self._number("post/discretisation_error/total")) is not None:
             found["discretisation error"] = f"about {100 * estimate:.2g} % in the energy norm"
         return found
@@ -178,7 +182,8 @@ class Run(xr.DataTree):
         return makers[what]()
 
     def to_pyvista(self, what: Literal["body", "contact"] = "body", *, time: float | None = None) -> Any:
-        """A grid of pyvista: the body with its fields, ``displacement`` and ``von_mises`` among them, or the contact faces with what panes have.
+        """A grid of pyvista: the body with its fields, ``displacement``, ``von_mises`` and ``stress`` (xx, yy, zz, xy, yz, xz) among them, or
+        the contact faces with what panes have. Nodes where materials meet are points of each: stresses jump there.
 
         :param time: the increment of a history nearest to it; the last by default.
         """

@@ -55,6 +55,10 @@ pub(super) const FORCE_SOURCES: Extent = Extent::Labelled(&Axis {
 
 const NODES: (&str, &str) = ("n_nodes", "nodes of the mesh");
 const KEYS: (&str, &str) = ("n_keys", "keys of all axes of a sweep");
+const POINTS: (&str, &str) = (
+    "n_points",
+    "points for ParaView: nodes, and those where materials meet once for each of them",
+);
 const CELLS: (&str, &str) = (
     "n_cells",
     "VTK cells: the tetrahedra, then the contact triangles",
@@ -71,7 +75,7 @@ const CELL_VALUES: (&str, &str) = (
 );
 
 pub(super) const OF_SERIES: &[(&str, &str)] = &[
-    NODES,
+    POINTS,
     CELLS,
     CONNECTIVITY,
     POINT_VALUES,
@@ -83,6 +87,7 @@ pub(super) const OF_SERIES: &[(&str, &str)] = &[
 #[rustfmt::skip]
 pub(super) const OF_RUN_FILES: &[(&str, &str)] = &[
     NODES,
+    ("n_material_nodes", "nodes of the mesh, and those where materials meet once for each of them"),
     ("n_tetrahedra", "tetrahedra of the mesh"),
     ("n_facets", "boundary triangles"),
     ("n_contact_nodes", "nodes on the contact face, held ones included"),
@@ -105,6 +110,7 @@ pub(super) const OF_RUN_FILES: &[(&str, &str)] = &[
     ("n_outer_steps", "steps of successive approximations"),
     ("n_newton_steps", "steps of Newton's method"),
     ("n_done_steps", "steps of successive approximations done before a checkpoint"),
+    POINTS,
     CELLS,
     CONNECTIVITY,
     POINT_VALUES,

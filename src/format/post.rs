@@ -2,7 +2,7 @@
 
 use contact3d::{
     contact::ContactFrame,
-    mesh::ContactSurface,
+    mesh::{ContactSurface, MaterialNodes, Mesh},
     post::{
         ContactReport, ContactResultants, FaceResultants, PaneCoulomb, PaneFriction, PaneState,
         SourceForce, Zone,
@@ -37,6 +37,7 @@ stored_as! {
 
 pub(super) const VTKHDF_DIGEST: &str = "/post/vtkhdf_digest";
 const TRACTION: &str = "/post/contact_traction";
+const MATERIAL_NODES: &str = "/post/material_nodes";
 const AXIS_1: &str = "/post/contact_axis_1";
 const AXIS_2: &str = "/post/contact_axis_2";
 pub(super) const FACE_ZONE_COUNTS: &str = "/post/faces/zone_counts";
@@ -73,8 +74,13 @@ pub(super) const ON_THE_BODY: Fields<ContactReport> = fields! { ContactReport =>
     [|report| with_coulomb(report, |pane| pane.coefficients)] "/post/pane_friction", PANE_PAIRS, Dimension::Number, "Coefficients of friction acting on each pane at the solution.".symbol("F_1, F_2").optional(NO_COULOMB);
     [|report| report.friction.as_ref().map(|friction| friction.nodal.clone())] "/post/nodal_friction", &[Named("n_friction_nodes"), extents::FRICTION_AXES], Dimension::Number, "Coefficients of friction at the contact nodes at the solution.".symbol("F_1, F_2").optional(NO_COULOMB);
     (stress) "/post/stress", &[Named("n_tetrahedra"), extents::STRESS_COMPONENTS], Dimension::STRESS, "Stress xx, yy, zz, yz, xz, xy at the centroid of each tetrahedron.".symbol("sigma");
-    (corner_stress) "/post/corner_stress", &[Named("n_tetrahedra"), Fixed(4), extents::STRESS_COMPONENTS], Dimension::STRESS, "Stress xx, yy, zz, yz, xz, xy at the four corners of each quadratic tetrahedron.".optional("absent with linear tetrahedra");
-    (von_mises) "/post/von_mises", &[Named("n_tetrahedra")], Dimension::STRESS, "Von Mises stress of each tetrahedron.";
+    (nodal_stress) "/post/nodal_stress", &[Named("n_material_nodes"), extents::STRESS_COMPONENTS], Dimension::STRESS, "Stress xx, yy, zz, yz, xz, xy at each node in each of its materials: recovered from linear tetrahedra, the mean of quadratic ones.".symbol("sigma*");
+    (von_mises) "/post/von_mises", &[Named("n_material_nodes")], Dimension::STRESS, "Von Mises stress of /post/nodal_stress.";
+    {Kind::I64} MATERIAL_NODES, &[Named("n_material_nodes"), Fixed(2)], Dimension::Number, "Node and region of each row of nodal_stress: all nodes with their first region, then again those where materials meet.".optional("absent where no two materials meet: rows are nodes");
+    (largest_von_mises.value) "/post/largest_von_mises/value", &[], Dimension::STRESS, "Largest von Mises stress of a node.";
+    (largest_von_mises.error) "/post/largest_von_mises/error", &[], Dimension::STRESS, "Its error bar, from how much the stresses of tetrahedra there differ from nodal ones; infinite where it grows with every finer mesh.";
+    (largest_von_mises.at) "/post/largest_von_mises/place", VECTOR, Dimension::LENGTH, "Its place.";
+    [|report| report.largest_von_mises.concentration.map(|it| it.word().to_owned())] "/post/largest_von_mises/concentration", &[], Dimension::Number, "Why it grows with every finer mesh: a notch, clamp or edge of contact no further than one tetrahedron, or materials that meet there.".optional("absent where it has a limit");
     [|report| contact(report, |_| [Zone::Open, Zone::Stick, Zone::Slip].map(|zone| report.count(zone)))] "/post/zone_counts", &[extents::ZONES], Dimension::Number, "Numbers of open, sticking and slipping panes.".optional(NO_CONTACT);
     [|report| contact(report, |contact| contact.normal_force)] "/post/resultants/normal_force", &[], Dimension::FORCE, "Total normal contact force.".optional(NO_CONTACT);
     [|report| report.resultants.contact.as_ref().and_then(|contact| contact.tangential_force)] "/post/resultants/tangential_force", &[extents::FRICTION_AXES], Dimension::FORCE, "Sum of area times tangential multiplier along t1 and t2; the foundation acts with its opposite.".optional("absent without friction, and with several contact faces");
@@ -173,11 +179,15 @@ pub fn read_estimate(reader: &Reader) -> Result<Option<f64>, FormatError> {
 /// some digest.
 pub fn write(
     writer: &mut GroupWriter<'_>,
+    mesh: &Mesh,
     report: &ContactReport,
     face: Option<(&ContactSurface, &ContactFrame)>,
     vtkhdf_digest: &str,
 ) -> Result<(), StoreError> {
     writer.write_text(VTKHDF_DIGEST, vtkhdf_digest)?;
+    if let Some(rows) = MaterialNodes::new(mesh).regions() {
+        write_value(writer, MATERIAL_NODES, &rows)?;
+    }
     if let Some((surface, frame)) = face {
         write_in_space(writer, &report.panes, surface, frame)?;
     }

@@ -25,6 +25,8 @@ pub(super) const ONLY_IN_SERIES: &str = "only in a series";
 pub enum FieldPlace {
     /// Nodes of the mesh.
     Nodes,
+    /// Nodes of each material.
+    MaterialNodes,
     /// Tetrahedra.
     Tetrahedra,
     /// Panes of the contact faces, or nodes with multipliers.
@@ -40,6 +42,8 @@ pub enum FieldShape {
     Vector,
     /// A vector along t₁ and t₂ of its pane.
     Tangential,
+    /// A symmetric tensor: xx, yy, zz, xy, yz, xz, the order of VTK.
+    Tensor,
     /// 0 open, 1 stick, 2 slip.
     Zone,
 }
@@ -82,6 +86,7 @@ impl FieldShape {
             Self::Scalar | Self::Zone => 1,
             Self::Tangential => 2,
             Self::Vector => 3,
+            Self::Tensor => 6,
         }
     }
 }
@@ -89,6 +94,7 @@ impl FieldShape {
 /// The datasets of a field: of panes on contact triangles, of nodal multipliers on points.
 macro_rules! rows {
     (Nodes, $($field:tt)+) => { &rows!(@ "PointData" "n_point_values" "." [] $($field)+) };
+    (MaterialNodes, $($field:tt)+) => { rows!(Nodes, $($field)+) };
     (Tetrahedra, $($field:tt)+) => {
         &rows!(@ "CellData" "n_cell_values" "; NaN on contact triangles." [] $($field)+)
     };
@@ -104,7 +110,11 @@ macro_rules! rows {
         [
             field_row(
                 concat!("/VTKHDF/", $place, "/", $name),
-                if $shape.components() == 1 { &[Named($count)] } else { &[Named($count), Fixed(3)] },
+                match $shape.components() {
+                    1 => &[Named($count)],
+                    6 => &[Named($count), Fixed(6)],
+                    _ => &[Named($count), Fixed(3)],
+                },
                 $dimension,
                 concat!($meaning, $ending),
                 $why,
@@ -137,13 +147,15 @@ macro_rules! result_fields {
 
 const WITH_PANES: &str = "only with panes, where the scene has the effect";
 const WITH_NODAL_MULTIPLIERS: &str = "only with nodal multipliers, where the scene has the effect";
+const WITH_STRESS: Option<&str> = Some("absent with a load history");
 const AT_REST: Option<&str> = Some("absent for a body at rest, and with a load history");
 
 /// All fields.
 #[rustfmt::skip]
 pub const RESULT_FIELDS: &[ResultField] = result_fields! {
     "displacement", Nodes, Vector, Colours, Dimension::LENGTH, "displacement", "Displacement; warp by this vector", None, |state| Some(state.displacement.as_flattened().to_vec());
-    "von_mises", Tetrahedra, Scalar, Colours, Dimension::STRESS, "von Mises stress", "Von Mises stress", None, |state| Some(state.von_mises.to_vec());
+    "von_mises", MaterialNodes, Scalar, Colours, Dimension::STRESS, "von Mises stress", "Von Mises stress", None, |state| Some(state.von_mises.to_vec());
+    "stress", MaterialNodes, Tensor, Hidden, Dimension::STRESS, "stress", "Stress xx, yy, zz, xy, yz, xz, the order of VTK", WITH_STRESS, |state| Some(state.stress?.iter().flat_map(|s| [0, 1, 2, 5, 3, 4].map(|c| s[c])).collect());
     "error_indicator", Tetrahedra, Scalar, Hidden, Dimension::Number, "share in the error", "Share in the estimated discretisation error", AT_REST, |state| state.error.clone();
     "contact_pressure", Panes, Scalar, Colours, Dimension::STRESS, "contact pressure", "Contact pressure", None, |state| of_panes(state, |pane| Some([pane.pressure]));
     "friction_stress", Panes, Tangential, Colours, Dimension::STRESS, "friction stress", "Tangential contact stress on the body", None, |state| of_panes(state, |pane| pane.friction_stress);
@@ -205,6 +217,8 @@ pub(super) const fn offsets_row(path: &'static str) -> DatasetSpec {
 pub struct ResultState<'a> {
     displacement: &'a [[f64; 3]],
     von_mises: &'a [f64],
+    /// Voigt stress; `None` where it is not kept.
+    stress: Option<&'a [[f64; 6]]>,
     /// Share of each tetrahedron in the estimated error; `None` where it is not kept.
     error: Option<Vec<f64>>,
     panes: Vec<PaneValues>,
@@ -254,6 +268,7 @@ impl<'a> From<&'a ContactReport> for ResultState<'a> {
         Self {
             displacement: &report.displacement,
             von_mises: &report.von_mises,
+            stress: Some(&report.nodal_stress),
             error: Some(error.indicator.iter().map(share).collect()),
             panes: report.panes.iter().map(pane).collect(),
         }
@@ -281,6 +296,7 @@ impl<'a> ResultState<'a> {
         Self {
             displacement: &record.displacement,
             von_mises: &record.von_mises,
+            stress: None,
             error: (!record.error_energy.is_empty()).then(|| shares.collect()),
             panes: panes.collect(),
         }

@@ -4,7 +4,10 @@
 //! The grid is stored once. The values of all steps follow each other in the arrays that hold one step without a series, and
 //! `Steps` says where each step begins.
 
-use contact3d::{contact::ContactFrame, mesh::Mesh};
+use contact3d::{
+    contact::ContactFrame,
+    mesh::{MaterialNodes, Mesh},
+};
 use runfile::{
     DatasetSpec, Extent,
     Extent::{Fixed, Named},
@@ -99,7 +102,7 @@ impl<'w, 't> GridSeries<'w, 't> {
         mesh: &Mesh,
         times: &[f64],
     ) -> Result<Self, StoreError> {
-        write_grid(writer, mesh)?;
+        write_grid(writer, mesh, &MaterialNodes::new(mesh))?;
         write_normals(writer, mesh, Some(times.len()))?;
         Self::on_grid(writer, times)
     }
@@ -129,7 +132,7 @@ impl<'w, 't> GridSeries<'w, 't> {
 
     /// Adds the next step, with the frame of its contact face.
     pub fn step(&mut self, mesh: &Mesh, state: &ResultState<'_>, frame: Option<&ContactFrame>) {
-        self.append(grid_arrays(mesh, state, frame));
+        self.append(grid_arrays(mesh, &MaterialNodes::new(mesh), state, frame));
     }
 
     /// Adds the fields of the next step, the same ones in each.

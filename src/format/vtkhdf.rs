@@ -6,7 +6,7 @@
 
 use contact3d::{
     contact::ContactFrame,
-    mesh::{ContactSurface, Mesh},
+    mesh::{ContactSurface, MaterialNodes, Mesh},
     post::ContactReport,
 };
 use runfile::{
@@ -54,7 +54,7 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     VTKHDF.row(N_POINTS, Kind::I64, &[Fixed(1)], Dimension::Number, "Number of points."),
     VTKHDF.row(N_CELLS, Kind::I64, &[Fixed(1)], Dimension::Number, "Number of cells."),
     VTKHDF.row(N_CONNECTIVITY, Kind::I64, &[Fixed(1)], Dimension::Number, "Length of Connectivity."),
-    VTKHDF.row(POINTS, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::LENGTH, "Node coordinates.").compressed(),
+    VTKHDF.row(POINTS, Kind::F64, &[Named("n_points"), Fixed(3)], Dimension::LENGTH, "Node coordinates; nodes where materials meet come again at the end, once for each further one.").compressed(),
     VTKHDF.row(CONNECTIVITY, Kind::I64, &[Named("n_connectivity")], Dimension::Number, "Nodes of all cells, one after the other.").compressed(),
     VTKHDF.row(OFFSETS, Kind::I64, &[Plus("n_cells", 1)], Dimension::Number, "Where each cell begins in Connectivity.").compressed(),
     VTKHDF.row(TYPES, Kind::U8, CELLS, Dimension::Number, "VTK cell type: 10 tetrahedron, 5 triangle, 24 and 22 the quadratic ones.").compressed(),
@@ -67,7 +67,7 @@ pub(super) const TABLE: &[DatasetSpec] = &[
 pub(super) const ONCE: &[DatasetSpec] = &[
     VTKHDF.row(NORMAL, Kind::F64, &[Named("n_cells"), Fixed(3)], Dimension::Number, "Unit normal of contact in the middle of each contact triangle, out of the body and into the obstacle, one array for all steps of a series; NaN on tetrahedra.").symbol("nu").compressed().optional("absent without contact, and with one face whose normal is the same everywhere"),
     offsets_row(NORMAL_OFFSETS),
-    VTKHDF.row(MECHANISM, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::Number, "Without equilibrium the rigid motion that contact cannot resist, of largest component one; warp by this vector.").compressed().optional("absent with equilibrium, and in a series"),
+    VTKHDF.row(MECHANISM, Kind::F64, &[Named("n_points"), Fixed(3)], Dimension::Number, "Without equilibrium the rigid motion that contact cannot resist, of largest component one; warp by this vector.").compressed().optional("absent with equilibrium, and in a series"),
 ];
 
 /// Writes the grid and its fields, with the mechanism where there is one.
@@ -78,13 +78,14 @@ pub fn write(
     frame: Option<&ContactFrame>,
     mechanism: Option<&[[f64; 3]]>,
 ) -> Result<(), StoreError> {
-    write_grid(writer, mesh)?;
+    let points = MaterialNodes::new(mesh);
+    write_grid(writer, mesh, &points)?;
     write_normals(writer, mesh, None)?;
     if let Some(motion) = mechanism {
-        write_list(writer, MECHANISM, motion)?;
+        write_list(writer, MECHANISM, &points.of_nodes(motion))?;
     }
     let is_at_rest = report.discretisation_error.displacement == 0.0;
-    for array in grid_arrays(mesh, &ResultState::from(report), frame) {
+    for array in grid_arrays(mesh, &points, &ResultState::from(report), frame) {
         // A body at rest has no error to share.
         if !(is_at_rest && array.path == ERROR_INDICATOR) {
             writer.write(&array.path, &array.values, &array.shape())?;
@@ -128,6 +129,7 @@ impl GridArray {
 /// The fields of results on the grid, always the same ones for the same scene.
 pub(super) fn grid_arrays(
     mesh: &Mesh,
+    points: &MaterialNodes,
     state: &ResultState<'_>,
     frame: Option<&ContactFrame>,
 ) -> Vec<GridArray> {
@@ -140,11 +142,18 @@ pub(super) fn grid_arrays(
         };
         let components = field.shape.components();
         match field.place {
-            FieldPlace::Nodes => arrays.push(GridArray {
-                path: on_points(field.name),
-                components,
-                values,
-            }),
+            FieldPlace::Nodes | FieldPlace::MaterialNodes => {
+                if field.place == FieldPlace::Nodes {
+                    let rows = points.nodes.iter();
+                    let rows = rows.map(|node| node * components..(node + 1) * components);
+                    values = rows.flat_map(|row| values[row].iter().copied()).collect();
+                }
+                arrays.push(GridArray {
+                    path: on_points(field.name),
+                    components,
+                    values,
+                });
+            }
             FieldPlace::Tetrahedra => {
                 values.resize(n_cells * components, f64::NAN);
                 arrays.push(GridArray {
@@ -166,12 +175,15 @@ pub(super) fn grid_arrays(
                                 });
                                 spread(
                                     mesh,
+                                    points,
                                     surface,
                                     field.name,
                                     &vectors.collect::<Vec<[f64; 3]>>(),
                                 )
                             }
-                            _ => spread::<1>(mesh, surface, field.name, values.as_chunks().0),
+                            _ => {
+                                spread::<1>(mesh, points, surface, field.name, values.as_chunks().0)
+                            }
                         }),
                 )
             }
@@ -184,6 +196,7 @@ pub(super) fn grid_arrays(
 /// Values of panes on cells and values of nodal multipliers on points, as far as there are any; NaN elsewhere.
 fn spread<const K: usize>(
     mesh: &Mesh,
+    points: &MaterialNodes,
     surface: &ContactSurface,
     name: &str,
     of_panes: &[[f64; K]],
@@ -206,7 +219,7 @@ fn spread<const K: usize>(
                 values[surface.nodes[node]] = of_panes[pane];
             }
         }
-        arrays.push(GridArray::new(on_points(name), &values));
+        arrays.push(GridArray::new(on_points(name), &points.of_nodes(&values)));
     }
     arrays
 }
@@ -274,16 +287,26 @@ fn contact_triangles(mesh: &Mesh) -> &[usize] {
     mesh.contact.as_ref().map_or(&[], |contact| &contact.facets)
 }
 
-pub(super) fn write_grid(writer: &mut GroupWriter<'_>, mesh: &Mesh) -> Result<(), StoreError> {
+/// Writes points and cells; a contact triangle has the points of the tetrahedron behind it.
+pub(super) fn write_grid(
+    writer: &mut GroupWriter<'_>,
+    mesh: &Mesh,
+    points: &MaterialNodes,
+) -> Result<(), StoreError> {
     writer.write_ascii_attribute("Type", TYPE)?;
     writer.write_number_attribute("Version", &VERSION)?;
     let n_tetrahedra = mesh.tetrahedra.len();
     let contact = contact_triangles(mesh);
-    let nodes = |t: usize| mesh.tetrahedron_nodes(t).collect::<Vec<_>>();
-    let cells: Vec<Vec<usize>> = (0..n_tetrahedra)
-        .map(nodes)
-        .chain(contact.iter().map(|&f| mesh.facet_nodes(f).collect()))
-        .collect();
+    let tetrahedra = (0..n_tetrahedra).map(|t| points.of_tetrahedron(t).to_vec());
+    let triangles = contact.iter().zip(mesh.behind(contact.iter().copied()));
+    let triangles = triangles.map(|(&facet, t)| {
+        let rows = points.of_tetrahedron(t);
+        let nodes = mesh.facet_nodes(facet);
+        nodes
+            .filter_map(|node| rows.iter().copied().find(|&row| points.nodes[row] == node))
+            .collect()
+    });
+    let cells: Vec<Vec<usize>> = tetrahedra.chain(triangles).collect();
     let n_cells = cells.len();
     let ends = cells.iter().scan(0, |end, cell| {
         *end += cell.len();
@@ -297,10 +320,10 @@ pub(super) fn write_grid(writer: &mut GroupWriter<'_>, mesh: &Mesh) -> Result<()
     };
     let mut types = vec![tetrahedron; n_tetrahedra];
     types.resize(n_cells, triangle);
-    write_value(writer, N_POINTS, &[mesh.coordinates.len()])?;
+    write_value(writer, N_POINTS, &[points.nodes.len()])?;
     write_value(writer, N_CELLS, &[n_cells])?;
     write_value(writer, N_CONNECTIVITY, &[connectivity.len()])?;
-    write_value(writer, POINTS, &mesh.coordinates)?;
+    write_value(writer, POINTS, &points.of_nodes(&mesh.coordinates))?;
     write_value(writer, CONNECTIVITY, &connectivity)?;
     write_value(writer, OFFSETS, &offsets)?;
     write_value(writer, TYPES, &types)

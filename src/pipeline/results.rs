@@ -107,7 +107,7 @@ impl Results {
     ) -> Result<(), StoreError> {
         let face = self.problem.contact_state();
         let face = face.map(|face| (face.surface, &face.interface.frame));
-        format::write_report(writer, &self.report, face, vtkhdf_digest)
+        format::write_report(writer, self.mesh(), &self.report, face, vtkhdf_digest)
     }
 }
 

@@ -6,7 +6,7 @@ use contact3d::{
     mesh::{Mesh, extents},
     post::{
         ContactReport, ContactResultants, ErrorEstimate, FaceResultants, PaneState, SourceForce,
-        Zone,
+        StressConcentration, Zone,
     },
     scene::{ContactFeatures, FrictionModel, Scene, escape_control},
     solver::{Solution, SolvedBy, StartStrategy},
@@ -276,8 +276,39 @@ impl<'a> SolvedRun<'a> {
         }
         strain_energy(&mut figures, r.strain_energy);
         figures.json_only("energy", r.strain_energy - r.load_work);
+        let largest = report.largest_von_mises;
+        figures.described("largest_von_mises.value", "largest von Mises stress", self.largest_von_mises(), largest.value);
+        figures.json_only("largest_von_mises.error", largest.error);
+        figures.json_only("largest_von_mises.place", largest.at);
+        figures.json_only("largest_von_mises.concentration", largest.concentration.map(StressConcentration::word));
         figures.add("largest_displacement", "largest displacement", Dimension::LENGTH, Scientific(6), r.largest_displacement);
         figures
+    }
+
+    /// The largest von Mises stress with its error bar or why it has no limit, and its place; `None` without a solution.
+    pub fn largest_von_mises(&self) -> Option<String> {
+        let largest = self.report.largest_von_mises;
+        let [stress, length] =
+            [Dimension::STRESS, Dimension::LENGTH].map(|it| self.scene.units.of(it));
+        let place = format!(
+            "at ({}) {}",
+            largest.at.map(four_digits).join(", "),
+            length.word()
+        );
+        let value = format!("{:.3e} {}", largest.value, stress.word());
+        let growing =
+            |what| format!("above {value} {place}, {what} where it grows with every finer mesh");
+        let shown = match largest.concentration {
+            None => format!(
+                "{value} ± {} {place}",
+                percent(largest.error / largest.value)
+            ),
+            Some(StressConcentration::Notch) => growing("a re-entrant edge"),
+            Some(StressConcentration::Clamp) => growing("the rim of a clamp"),
+            Some(StressConcentration::Materials) => growing("an interface at the surface"),
+            Some(StressConcentration::Contact) => growing("an edge of the contact face"),
+        };
+        (self.solution.has_computed_solution() && largest.value > 0.0).then_some(shown)
     }
 
     #[rustfmt::skip]
@@ -413,6 +444,12 @@ pub fn percent(share: f64) -> String {
         _ if percent.is_nan() => "unknown".to_owned(),
         _ => format!("{percent:.1e} %"),
     }
+}
+
+/// A number with four digits.
+fn four_digits(value: f64) -> String {
+    let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
+    (rounded + 0.0).to_string()
 }
 
 /// An estimated share in per cent, of which an order of magnitude is all that counts where it is large.

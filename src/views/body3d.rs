@@ -2,7 +2,7 @@
 
 use contact3d::{
     history::largest_norm,
-    mesh::{ContactSurface, Mesh, SurfaceFace},
+    mesh::{ContactSurface, MaterialNodes, Mesh, SurfaceFace},
     scene::{Scene, escape_control},
 };
 use plots::html::{BodyView, ViewArray, ViewPlace, ViewValues};
@@ -41,7 +41,7 @@ pub(super) fn view(scene: &Scene, results: &Results) -> BodyView {
         names.push("the solution".into());
     }
     let mut arrays = boundary.shape(mesh, scene.units);
-    arrays.extend(boundary.fields(scene.units, &states));
+    arrays.extend(boundary.fields(mesh, scene.units, &states));
     if report.discretisation_error.displacement > 0.0 {
         let density = error_density(mesh, report, mesh.coordinates.len());
         let logarithm: Vec<[f64; 1]> = density.iter().map(|v| [v.log10()]).collect();
@@ -197,8 +197,9 @@ impl Boundary {
         ]
     }
 
-    /// The fields that all states have.
-    fn fields(&self, units: Units, states: &[ResultState<'_>]) -> Vec<ViewArray> {
+    /// The fields that all states have, where materials meet the larger value.
+    fn fields(&self, mesh: &Mesh, units: Units, states: &[ResultState<'_>]) -> Vec<ViewArray> {
+        let material = MaterialNodes::new(mesh);
         let shown = RESULT_FIELDS
             .iter()
             .filter(|field| field.view != FieldView::Hidden);
@@ -210,6 +211,10 @@ impl Boundary {
                     (FieldPlace::Panes, _) => values,
                     (FieldPlace::Nodes, 3) => self.at_points::<3>(values.as_chunks().0),
                     (FieldPlace::Nodes, _) => self.at_points::<1>(values.as_chunks().0),
+                    (FieldPlace::MaterialNodes, _) => {
+                        let largest = material.largest(&values);
+                        self.at_points::<1>(largest.as_chunks().0)
+                    }
                     (FieldPlace::Tetrahedra, _) => {
                         let rows = self.behind.iter().map(|k| k * columns..(k + 1) * columns);
                         rows.flat_map(|row| values[row].iter().copied()).collect()
@@ -217,7 +222,7 @@ impl Boundary {
                 })
             };
             let on = match field.place {
-                FieldPlace::Nodes => ViewPlace::Point,
+                FieldPlace::Nodes | FieldPlace::MaterialNodes => ViewPlace::Point,
                 FieldPlace::Tetrahedra => ViewPlace::Triangle,
                 FieldPlace::Panes => ViewPlace::Pane,
             };

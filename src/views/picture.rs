@@ -1,4 +1,4 @@
-//! The six panels of a run file, where its discretisation error sits, and the faces of a mesh file, as SVG and PNG.
+//! The six panels of a run file, its von Mises stress, where its discretisation error sits, and the faces of a mesh file, as SVG and PNG.
 
 use std::{
     fs,
@@ -8,13 +8,15 @@ use std::{
 
 use contact3d::{
     contact::ContactFrame,
-    mesh::{Mesh, MeshInspection, tetrahedron_volume},
+    mesh::{MaterialNodes, Mesh, MeshInspection, tetrahedron_volume},
     post::{ContactReport, PaneState, Zone},
     scene::{ContactFeatures, Scene, SlipBound, escape_control},
 };
 use plots::{
-    BodyMark, ContactPicture, DrawnFriction, FrictionKind, MeshPicture, Picture, mesh_page,
+    BodyField, BodyMark, ContactPicture, DrawnFriction, FrictionKind, MeshPicture, Picture,
+    mesh_page,
 };
+use units::Dimension;
 
 use super::{
     Drawing, PictureFolder,
@@ -35,6 +37,9 @@ pub fn figures_folder(run_file: &Path) -> PathBuf {
 
 /// The picture of where the discretisation error sits.
 const ERROR: &str = "discretisation_error";
+
+/// The picture of the von Mises stress.
+const STRESS: &str = "von_mises";
 
 /// The page of all panels, which is drawn last.
 const OVERVIEW: &str = "overview";
@@ -69,7 +74,8 @@ pub(super) fn names(endings: &[String]) -> Vec<String> {
         .iter()
         .flat_map(|ending| panels().map(move |name| format!("{name}{ending}")));
     let of_history = history_charts::HISTORY.map(str::to_owned);
-    let others = [ERROR.to_owned()].into_iter().chain(of_history);
+    let others = [ERROR, STRESS].map(str::to_owned).into_iter();
+    let others = others.chain(of_history);
     others.chain(of_faces).collect()
 }
 
@@ -115,6 +121,7 @@ pub fn draw_run(
         }
         if face == 0 {
             drawings.push((ERROR.to_owned(), error_page(&drawn), PAGE_WIDTH));
+            drawings.push((STRESS.to_owned(), stress_page(&drawn), PAGE_WIDTH));
         }
         drawings.push((named(OVERVIEW), page, PAGE_WIDTH));
     }
@@ -132,14 +139,23 @@ pub(super) fn marks_of(scene: &Scene, results: &Results) -> Vec<BodyMark> {
 
 /// The page of the estimated error as SVG.
 pub(super) fn error_page(drawn: &Drawn<'_>) -> Picture {
-    drawn.with_picture(|picture| {
-        let density = error_density(drawn.mesh, drawn.report, picture.coordinates.len());
-        let sides = match drawn.mesh.contact.as_ref().map_or(0, |it| it.faces.len()) {
-            0 => ["from above", "from below"],
-            1 => ["contact face behind", "contact face in front"],
-            _ => ["from one side", "from the opposite side"],
-        };
-        plots::error_figure(picture, &density, sides)
+    let density = error_density(drawn.mesh, drawn.report, drawn.mesh.coordinates.len());
+    drawn.body_figure(BodyField {
+        title: "Estimated discretisation error per volume over its mean",
+        symbol: "log10, 0: the mean",
+        dimension: Dimension::Number,
+        values: &density.iter().map(|v| v.log10()).collect::<Vec<_>>(),
+    })
+}
+
+/// The page of the von Mises stress as SVG; where materials meet, of the larger one.
+pub(super) fn stress_page(drawn: &Drawn<'_>) -> Picture {
+    let nodes = MaterialNodes::new(drawn.mesh);
+    drawn.body_figure(BodyField {
+        title: "Von Mises stress at the nodes",
+        symbol: "von Mises",
+        dimension: Dimension::STRESS,
+        values: &nodes.largest(&drawn.report.von_mises),
     })
 }
 
@@ -181,6 +197,24 @@ impl Drawn<'_> {
     /// The page of all panels as SVG.
     pub(super) fn page(&self) -> Picture {
         self.with_picture(plots::page)
+    }
+
+    /// A field of the nodes on the boundary of the body.
+    fn body_figure(&self, field: BodyField<'_>) -> Picture {
+        let sides = match self.mesh.contact.as_ref().map_or(0, |it| it.faces.len()) {
+            0 => ["from above", "from below"],
+            1 => ["contact face behind", "contact face in front"],
+            _ => ["from one side", "from the opposite side"],
+        };
+        self.with_picture(|picture| {
+            let mut values = field.values.to_vec();
+            values.resize(picture.coordinates.len(), f64::NAN);
+            let field = BodyField {
+                values: &values,
+                ..field
+            };
+            plots::body_figure(picture, &field, sides)
+        })
     }
 
     /// Title of the scene, with the name of the face where there are several.

@@ -162,10 +162,16 @@ fn result_sections(
         let name = "contact face and body, a picture";
         parts.push(part(&page, name, PICTURE_WIDTHS[0]).map_err(refuse)?);
     }
+    let stress = picture::stress_page(&drawn(0));
+    let name = "von Mises stress, a picture";
+    let stress = part(&stress, name, PICTURE_WIDTHS[1]).map_err(refuse)?;
     let error = picture::error_page(&drawn(0));
     let name = "estimated discretisation error, a picture";
     let error = part(&error, name, PICTURE_WIDTHS[1]).map_err(refuse)?;
     sections.push(Section::new("panels", "Contact face and body", parts));
+    let mut parts = vec![stress];
+    parts.extend(run.largest_von_mises().map(PagePart::Text));
+    sections.push(Section::new("stress", "Von Mises stress", parts));
     let caution =
         "An estimate, not a bound: the error of the mesh in the energy norm, around each node.";
     let parts = vec![PagePart::Text(caution.into()), error];

@@ -92,7 +92,7 @@ const ALTERATIONS: [(&str, Alteration); 7] = [
         force.write_raw(&vec![f64::NAN; force.size()])
     }),
     ("a value for ParaView", |file| {
-        let stresses = file.dataset("VTKHDF/CellData/von_mises")?;
+        let stresses = file.dataset("VTKHDF/PointData/von_mises")?;
         stresses.write_raw(&vec![f64::NAN; stresses.size()])
     }),
     ("words of units", |file| {

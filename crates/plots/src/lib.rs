@@ -21,13 +21,13 @@ pub use mesh_picture::{MeshPicture, mesh_page};
 pub use panels::PANELS;
 pub use panes::FrictionKind;
 pub use picture::{
-    BodyMark, BodyMarkKind, ContactPicture, DrawnFriction, DrawnObstacle, DrawnZone, Picture,
-    PngError,
+    BodyField, BodyMark, BodyMarkKind, ContactPicture, DrawnFriction, DrawnObstacle, DrawnZone,
+    Picture, PngError,
 };
 
 use canvas::{Anchor, Canvas};
 use layout::PANEL_WIDTH;
-use panels::{drawings, error_panels};
+use panels::{body_panels, drawings};
 use text::{Label, fitted};
 
 /// Draws the panels of HKL Fig. 5, each with its name for a file, one of [`PANELS`].
@@ -43,15 +43,15 @@ pub fn panels(picture: &ContactPicture<'_>) -> Vec<(&'static str, Picture)> {
         .collect()
 }
 
-/// Draws where the error sits on the boundary of the body, from two opposite sides: the logarithm of `density`, for each node a share of
-/// the mean, as many as `coordinates`. `sides` has words for that behind whose body the contact face is, and for the other.
+/// Draws a field on the boundary of the body at rest, from two opposite sides. `sides` has words for that behind whose body the contact face
+/// is, and for the other.
 #[must_use]
-pub fn error_figure(
+pub fn body_figure(
     picture: &ContactPicture<'_>,
-    density: &[f64],
+    field: &BodyField<'_>,
     sides: [&'static str; 2],
 ) -> Picture {
-    Picture::new(&error_panels(picture, density, sides), picture.title)
+    Picture::new(&body_panels(picture, field, sides), picture.title)
 }
 
 /// Draws all panels below a common title in two columns.

@@ -1,7 +1,7 @@
 //! What the figures are drawn from, and which there are.
 
 use thiserror::Error;
-use units::Units;
+use units::{Dimension, Units};
 
 use super::{
     canvas::{Canvas, png},
@@ -41,6 +41,19 @@ pub struct DrawnFriction {
     pub turn: f64,
     /// Contact state.
     pub zone: DrawnZone,
+}
+
+/// A field of the body.
+#[derive(Clone, Copy, Debug)]
+pub struct BodyField<'a> {
+    /// What it is, in words.
+    pub title: &'a str,
+    /// What stands at the colour bar, before the unit.
+    pub symbol: &'a str,
+    /// What it is measured in.
+    pub dimension: Dimension,
+    /// A value for each of the picture's `coordinates`; those that no boundary triangle has may be anything.
+    pub values: &'a [f64],
 }
 
 /// The part of a rigid obstacle that a contact face sees.

@@ -28,7 +28,7 @@ pub struct StepRecord {
     pub multiplier: Vec<f64>,
     /// u, `[n_nodes]`, in m.
     pub displacement: Vec<[f64; 3]>,
-    /// Von Mises stress, `[n_tetrahedra]`, in Pa.
+    /// Von Mises stress at the nodes of each material, `[n_material_nodes]`, in Pa.
     pub von_mises: Vec<f64>,
     /// Signed (u_t1, u_t2) since the first step began, `[n_contact_nodes]`, in m; empty without friction.
     pub tangential: Vec<[f64; 2]>,

@@ -8,6 +8,7 @@ mod functional;
 mod peak;
 mod resultants;
 mod rounding;
+mod stress;
 mod zones;
 
 pub use certificate::Certificate;
@@ -16,9 +17,11 @@ pub use estimate::{ContactError, ErrorEstimate, LoadedBoundary, MAX_RELIABLE_EST
 pub use functional::FunctionalEstimate;
 pub use resultants::{ContactResultants, FaceResultants, Resultants, SourceForce, von_mises};
 pub use rounding::Rounding;
+pub use stress::{LargestStress, StressConcentration};
 pub use zones::{PaneCoulomb, PaneFriction, PaneState, Zone};
 
 use resultants::NodalForces;
+use stress::NodalStress;
 
 use crate::{
     contact::{CoulombLaw, Coupling, FrictionField},
@@ -118,11 +121,12 @@ pub struct ContactReport {
     pub reaction: Vec<[f64; 3]>,
     /// Voigt stress (xx, yy, zz, yz, xz, xy) at the centroid of each tetrahedron in Pa.
     pub stress: Vec<[f64; 6]>,
-    /// Voigt stress at the corners of each quadratic tetrahedron in Pa; empty with linear ones,
-    /// where stress is constant.
-    pub corner_stress: Vec<[[f64; 6]; 4]>,
-    /// Von Mises stress of each tetrahedron in Pa.
+    /// Voigt stress at the nodes of each material in Pa, `[n_material_nodes]` in the order of [`MaterialNodes`](crate::mesh::MaterialNodes).
+    pub nodal_stress: Vec<[f64; 6]>,
+    /// Von Mises stress of these in Pa, `[n_material_nodes]`.
     pub von_mises: Vec<f64>,
+    /// The largest von Mises stress; zero where no errors are estimated.
+    pub largest_von_mises: LargestStress,
     /// Forces on the body, one row for each clamp, spring, load and contact face.
     pub forces: Vec<SourceForce>,
     /// Forces, moments and energies of the whole body.
@@ -203,16 +207,22 @@ impl ContactReport {
         if discretisation_error.is_unreliable() {
             functionals.clear();
         }
+        let nodal = NodalStress::new(solved.mesh, &internal);
+        let von_mises: Vec<f64> = nodal.stress.iter().map(von_mises).collect();
         let mut report = Self {
+            largest_von_mises: match errors {
+                EstimatedErrors::Nothing => LargestStress::default(),
+                _ => nodal.largest(solved, &von_mises, &internal.stress, (&panes, &stiffness)),
+            },
             discretisation_error,
             functionals,
             forces: resultants::by_source(solved, &displacement, &forces)?,
             resultants,
             faces: FaceResultants::of_faces(solved, &panes),
             certificate: Certificate::new(solved, &terms, &panes, &stiffness),
-            von_mises: internal.stress.iter().map(von_mises).collect(),
+            von_mises,
+            nodal_stress: nodal.stress,
             stress: internal.stress,
-            corner_stress: internal.corner_stress,
             panes,
             friction: friction.map(|(_, field)| field),
             displacement,

@@ -1,8 +1,11 @@
 //! Figures of the report that follow by hand: stress invariants, sums of loads, zones.
 
+use std::path::Path;
+
 use contact3d::{
     AssembledProblem, Problem,
-    post::{ContactReport, PaneState, Zone, von_mises},
+    mesh::{MaterialNodes, Mesh, Refinement},
+    post::{ContactReport, LargestStress, PaneState, StressConcentration, Zone, von_mises},
     scene::{Method, PrecisionControl, Scene, SolveSettings},
 };
 use nalgebra::{Matrix3, Rotation3, Vector3};
@@ -189,4 +192,147 @@ fn a_pressure_that_rounding_leaves_is_none() {
     let open = open.expect("the pulled end lifts off");
     assert_eq!(zone(open, 1e-30), Zone::Open);
     assert_ne!(zone(open, 1e7), Zone::Open);
+}
+
+/// What a bar needs beside its shape and load: its end may move along y and z, and three components of two nodes hold the rest.
+const SLIDING_END: &str = "
+    material.isotropic = { young_modulus = 2e11, poisson_ratio = 0.3 }
+    clamp = [{ face = 'x_min', components = ['x'] }, { box = [[0, 0, 0], [0, 0, 0]], components = ['y', 'z'] },
+             { box = [[0, 1, 0], [0, 1, 0]], components = ['z'] }]";
+
+/// The stress of a bar in tension is the traction, without an error. In bending it is σ = M y/I, here up to 5e5 Pa: quadratic tetrahedra have it
+/// exactly, and the bar of linear ones holds the error and is no more than twelve times as wide.
+#[test]
+fn the_largest_stress_of_a_bar_is_that_of_a_beam() {
+    let of_bar = |element: &str, cells: [usize; 3], traction: &str| {
+        let text = format!(
+            "title = 'bar'
+             body = {{ element = '{element}', brick = {{ size = [4, 1, 1], cells = {cells:?} }} }}
+             traction = [{{ face = 'x_max', value = ['{traction}', 0, 0] }}]
+             {SLIDING_END}"
+        );
+        let largest = report(&text, None).largest_von_mises;
+        assert_eq!(largest.concentration, None, "{largest:?}");
+        largest
+    };
+    for (element, traction, stress) in [
+        ("P1", "7e6", 7e6),
+        ("P2", "7e6", 7e6),
+        ("P2", "1e6*(y - 0.5)", 5e5),
+    ] {
+        let largest = of_bar(element, [4, 2, 2], traction);
+        // Strains are differences of displacements, and forces are those of all steps from the clamp on.
+        assert!((largest.value / stress - 1.0).abs() < 1e-10, "{largest:?}");
+        assert!(largest.error < 1e-9 * stress, "{largest:?}");
+    }
+    for n in [2, 4, 8] {
+        let largest = of_bar("P1", [4 * n, n, n], "1e6*(y - 0.5)");
+        let error = (largest.value - 5e5).abs();
+        assert!(
+            (error..12.0 * error).contains(&largest.error),
+            "{largest:?}"
+        );
+        assert!([0.0, 1.0].contains(&largest.at[1]), "{largest:?}");
+    }
+}
+
+/// Two materials side by side that are pulled by the same strain: at the nodes that both have each has its own stress, E ε.
+#[test]
+fn stresses_of_two_materials_are_not_mixed() {
+    for element in ["P1", "P2"] {
+        let text = format!(
+            "title = 'layers'
+             body = {{ element = '{element}', brick = {{ size = [2, 1, 1], cells = [4, 2, 4] }} }}
+             material.isotropic = {{ young_modulus = 2e11, poisson_ratio = 0.0 }}
+             region = [{{ part.box = [[0, 0, 0], [2, 1, 0.5]],
+                         material.isotropic = {{ young_modulus = 7e10, poisson_ratio = 0.0 }} }}]
+             clamp = [{{ face = 'x_min', components = ['x'] }}, {{ face = 'y_min', components = ['y'] }},
+                      {{ face = 'z_min', components = ['z'] }},
+                      {{ face = 'x_max', components = ['x'], value = ['2e-5', 0, 0] }}]"
+        );
+        let problem = assembled(Scene::parse("layers", &text).expect("a scene"));
+        let solution = problem.solve(&problem.scene().solve).expect("a solve");
+        let report = problem.report(&solution).expect("a report");
+        let rows = MaterialNodes::new(problem.mesh());
+        let regions = rows.regions().expect("two materials");
+        // Once more the 5 × 3 nodes of the layer between them, or the 9 × 5 of quadratic tetrahedra.
+        let both = if element == "P1" { 15 } else { 45 };
+        assert_eq!(regions.len(), problem.mesh().coordinates.len() + both);
+        for ([node, region], (stress, von_mises)) in regions
+            .iter()
+            .zip(report.nodal_stress.iter().zip(&report.von_mises))
+        {
+            let expected = [2e6, 7e5][*region];
+            let z = problem.mesh().coordinates[*node][2];
+            assert!(if *region == 0 { z >= 0.5 } else { z <= 0.5 });
+            assert!(
+                (stress[0] / expected - 1.0).abs() < 1e-11
+                    && (von_mises / expected - 1.0).abs() < 1e-11
+            );
+        }
+    }
+}
+
+/// Where the stress of the elastic body has no bound the report says why, and gives no error bar.
+#[test]
+fn concentrations_of_stress_have_their_names() {
+    let brick = |size: &str, cells: &str, rest: &str| {
+        let text = format!(
+            "title = 'concentration'
+             body.brick = {{ size = {size}, cells = {cells} }}
+             {rest}"
+        );
+        report(&text, None).largest_von_mises
+    };
+    let steel = "material.isotropic = { young_modulus = 2e11, poisson_ratio = 0.3 }";
+    let clamp = brick(
+        "[3, 1, 1]",
+        "[6, 4, 4]",
+        &format!(
+            "{steel}\nclamp = [{{ face = 'x_min' }}]\ntraction = [{{ face = 'x_max', value = [0, 0, -1e6] }}]"
+        ),
+    );
+    let materials = brick(
+        "[4, 1, 1]",
+        "[8, 4, 4]",
+        &format!(
+            "traction = [{{ face = 'x_max', value = [1e6, 0, 0] }}]
+             region = [{{ part.box = [[0, 0, 0], [2, 1, 1]],
+                         material.isotropic = {{ young_modulus = 1e9, poisson_ratio = 0.45 }} }}]
+             {SLIDING_END}"
+        ),
+    );
+    let contact = brick(
+        "[2, 2, 1]", "[16, 4, 8]",
+        &format!(
+            "{steel}
+             clamp = [{{ face = 'y_min', components = ['y'] }}, {{ face = 'x_min', components = ['x'] }}]
+             pressure = [{{ face = 'z_max', value = 1e6 }}]
+             contact = {{ face = 'z_min', box = [[0.5, 0, 0], [1.5, 2, 0]] }}"
+        ),
+    );
+    let scene = "title = 'foot'
+         body.gmsh.file = 'foot_41.msh'
+         material.isotropic = { young_modulus = 2e11, poisson_ratio = 0.3 }
+         clamp = [{ face = 'contact' }]
+         traction = [{ face = 'held end', value = [1e6, 0, 0] }]";
+    let scene = Scene::parse("foot", scene).expect("a scene");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/meshes");
+    let mesh = Mesh::refined(&scene, &folder, &Refinement::default()).expect("a mesh");
+    let problem = Problem::on_mesh(scene, mesh)
+        .and_then(Problem::assemble)
+        .expect("a problem");
+    let (_, foot) = problem
+        .solve_and_report(&problem.scene().solve)
+        .expect("a solve");
+    let found: [(LargestStress, StressConcentration); 4] = [
+        (clamp, StressConcentration::Clamp),
+        (materials, StressConcentration::Materials),
+        (contact, StressConcentration::Contact),
+        (foot.largest_von_mises, StressConcentration::Notch),
+    ];
+    for (largest, expected) in found {
+        assert_eq!(largest.concentration, Some(expected), "{largest:?}");
+        assert_eq!(largest.error, f64::INFINITY);
+    }
 }

@@ -1,4 +1,4 @@
-//! Panel (c): the deformed body on its support, beside the obstacle; and, by itself, where the error sits on the body at rest.
+//! Panel (c): the deformed body on its support, beside the obstacle; and, by itself, a field on the body at rest.
 
 use units::{Dimension, Unit};
 
@@ -10,7 +10,7 @@ use crate::{
         KEY_HEIGHT, LABEL_SIZE, PANEL_WIDTH, PictureLayout, TICK_SIZE, TITLE_SIZE, axis_name,
     },
     panes::{edge_loops, single_edges},
-    picture::{ContactPicture, DrawnObstacle},
+    picture::{BodyField, ContactPicture, DrawnObstacle},
     scale::{bounds, factor_label, round_down},
     text::Label,
     view::{
@@ -51,11 +51,10 @@ pub(super) fn body_panel(picture: &ContactPicture<'_>, layout: &PictureLayout) -
     drawn_body(picture, layout, &shown)
 }
 
-/// The estimated error on the boundary of the body at rest, seen from two opposite sides, so that every face is shown, with words for both: the
-/// logarithm of `density`, a positive value for each node.
-pub(crate) fn error_panels(
+/// A field on the boundary of the body at rest, seen from two opposite sides, so that every face is shown, with words for both.
+pub(crate) fn body_panels(
     picture: &ContactPicture<'_>,
-    density: &[f64],
+    field: &BodyField<'_>,
     sides: [&'static str; 2],
 ) -> Canvas {
     let alone = ContactPicture {
@@ -65,14 +64,13 @@ pub(crate) fn error_panels(
     };
     let layout = PictureLayout::new(picture);
     let below = TOWARD.map(|component| -component);
-    let title = "Estimated discretisation error per volume over its mean";
     let mut page = Canvas::new(2.0 * PANEL_WIDTH, layout.height);
     for (column, (side, toward)) in sides.into_iter().zip([TOWARD, below]).enumerate() {
         let shown = Shown {
             title: Label::default(),
-            magnitude: density.iter().map(|value| value.log10()).collect(),
-            symbol: Label::plain("log").subscript("10").upright(", 0: the mean"),
-            unit: picture.units.of(Dimension::Number),
+            magnitude: field.values.to_vec(),
+            symbol: Label::plain(field.symbol),
+            unit: picture.units.of(field.dimension),
             at_rest: Some(side),
             toward,
         };
@@ -81,7 +79,7 @@ pub(crate) fn error_panels(
     }
     page.bold_text(
         [16.0, 26.0],
-        &Label::plain(title),
+        &Label::plain(field.title),
         TITLE_SIZE,
         Anchor::Start,
     );

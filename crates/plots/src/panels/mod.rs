@@ -5,7 +5,7 @@ mod ellipses;
 mod maps;
 mod marks;
 
-pub(super) use body::{draw_triad, error_panels};
+pub(super) use body::{body_panels, draw_triad};
 pub(super) use ellipses::zone_colour;
 
 use super::canvas::Canvas;

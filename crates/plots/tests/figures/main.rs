@@ -9,7 +9,7 @@ use resvg::{
     tiny_skia::Pixmap,
     usvg::{Group, Node, Options, Rect, Tree, fontdb},
 };
-use units::Unit;
+use units::{Dimension, Unit};
 
 use sample::Sample;
 
@@ -363,13 +363,17 @@ fn faces_of_a_mesh_are_named() {
 }
 
 #[test]
-fn the_error_is_readable_on_bodies_of_any_shape() {
+fn fields_are_readable_on_bodies_of_any_shape() {
     for size in [[3.0, 1.0, 1.0], [1.0, 1.0, 3.0]] {
         let sample = Sample::brick(size, [4, 4, 4]);
-        let density: Vec<f64> = (0..sample.coordinates.len())
-            .map(|k| 0.1 + k as f64)
-            .collect();
-        let figure = error_figure(&sample.picture(), &density, ["one side", "the other"]);
+        let values: Vec<f64> = (0..sample.coordinates.len()).map(|k| k as f64).collect();
+        let field = BodyField {
+            title: "A field",
+            symbol: "f",
+            dimension: Dimension::STRESS,
+            values: &values,
+        };
+        let figure = body_figure(&sample.picture(), &field, ["one side", "the other"]);
         assert_readable(&figure.svg());
     }
 }

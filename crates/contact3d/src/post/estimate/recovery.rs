@@ -12,98 +12,107 @@ use rayon::prelude::*;
 use super::Field;
 use crate::{
     elasticity::MaterialField,
-    mesh::{GEOMETRY_TOLERANCE, Mesh, tetrahedron_volume},
+    mesh::{GEOMETRY_TOLERANCE, MaterialNodes, Mesh, tetrahedron_volume},
     reference::quadrature,
 };
 
 /// A linear polynomial for the six components of stress: value and slopes about a node.
 type StressPolynomial = SMatrix<f64, 4, 6>;
 
-/// The tetrahedra of each material around each node.
-struct Stars {
-    /// Node and region of each star, increasing.
-    places: Vec<(usize, usize)>,
-    /// Where the tetrahedra of each star begin and end, `[n_stars + 1]`.
+/// The recovered stresses of several fields.
+pub(in crate::post) struct RecoveredStress<'a> {
+    mesh: &'a Mesh,
+    nodes: &'a MaterialNodes,
+    /// Stresses of the tetrahedra in Pa, `[n_fields][n_tetrahedra]`.
+    stresses: &'a [&'a [[f64; 6]]],
+    /// Where the tetrahedra around each row of `nodes` begin and end in `star`, `[n_material_nodes + 1]`; mid-edge nodes have none.
     offsets: Vec<usize>,
-    /// Tetrahedra, increasing in each star.
-    tetrahedra: Vec<usize>,
-    /// The first star of each node, `[n_nodes + 1]`.
-    first: Vec<usize>,
+    star: Vec<usize>,
+    /// The polynomials of all fields about each row; `None` on the boundary of a material, and where the points do not determine them.
+    fits: Vec<Option<Vec<StressPolynomial>>>,
 }
 
-impl Stars {
-    fn new(mesh: &Mesh, material: &MaterialField<'_>) -> Self {
-        let mut corners: Vec<(usize, usize, usize)> = mesh
-            .tetrahedra
-            .iter()
-            .enumerate()
-            .flat_map(|(t, nodes)| nodes.map(|node| (node, material.region(t), t)))
-            .collect();
-        corners.par_sort_unstable();
-        let mut stars = Self {
-            places: Vec::new(),
-            offsets: vec![0],
-            tetrahedra: corners.iter().map(|corner| corner.2).collect(),
-            first: Vec::with_capacity(mesh.coordinates.len() + 1),
-        };
-        for star in corners.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
-            let (node, region, _) = star[0];
-            // Nodes in the middle of edges have no star.
-            stars.first.resize(node + 1, stars.places.len());
-            stars.places.push((node, region));
-            stars
-                .offsets
-                .push(stars.offsets[stars.offsets.len() - 1] + star.len());
+impl<'a> RecoveredStress<'a> {
+    /// Fits the polynomials.
+    pub(in crate::post) fn new(
+        mesh: &'a Mesh,
+        nodes: &'a MaterialNodes,
+        stresses: &'a [&'a [[f64; 6]]],
+    ) -> Self {
+        let corners = |t: usize| &nodes.of_tetrahedron(t)[..4];
+        let mut offsets = vec![0; nodes.nodes.len() + 1];
+        for &row in (0..mesh.tetrahedra.len()).flat_map(corners) {
+            offsets[row + 1] += 1;
         }
-        stars
-            .first
-            .resize(mesh.coordinates.len() + 1, stars.places.len());
-        stars
+        for row in 0..nodes.nodes.len() {
+            offsets[row + 1] += offsets[row];
+        }
+        let mut next = offsets.clone();
+        let mut star = vec![0; 4 * mesh.tetrahedra.len()];
+        for t in 0..mesh.tetrahedra.len() {
+            for &row in corners(t) {
+                star[next[row]] = t;
+                next[row] += 1;
+            }
+        }
+        let mut recovered = Self {
+            mesh,
+            nodes,
+            stresses,
+            offsets,
+            star,
+            fits: Vec::new(),
+        };
+        let rows = (0..nodes.nodes.len()).into_par_iter();
+        recovered.fits = rows
+            .map(|row| {
+                let (node, star) = (nodes.nodes[row], recovered.star(row));
+                let inside = !star.is_empty() && is_inside(mesh, node, star);
+                inside.then(|| fit(mesh, node, star, stresses))?
+            })
+            .collect();
+        recovered
     }
 
-    fn of(&self, star: usize) -> &[usize] {
-        &self.tetrahedra[self.offsets[star]..self.offsets[star + 1]]
+    /// The tetrahedra around a row, increasing.
+    fn star(&self, row: usize) -> &[usize] {
+        &self.star[self.offsets[row]..self.offsets[row + 1]]
     }
 
-    /// The star of a node in a region; `None` where the node has no tetrahedron of it.
-    fn find(&self, (node, region): (usize, usize)) -> Option<usize> {
-        let stars = self.first[node]..self.first[node + 1];
-        let found = self.places[stars.clone()]
+    /// The stresses of all fields at a row in Pa.
+    pub(in crate::post) fn at(&self, row: usize) -> Vec<Vector6<f64>> {
+        if let Some(fits) = &self.fits[row] {
+            return fits.iter().map(|fit| fit.row(0).transpose()).collect();
+        }
+        let star = self.star(row);
+        let place = |row: usize| Vector3::from(self.mesh.coordinates[self.nodes.nodes[row]]);
+        let rows = star
             .iter()
-            .position(|place| place.1 == region);
-        found.map(|k| stars.start + k)
+            .flat_map(|&t| &self.nodes.of_tetrahedron(t)[..4]);
+        let mut around: Vec<usize> = rows.copied().collect();
+        around.sort_unstable_by_key(|&other| self.nodes.nodes[other]);
+        around.dedup();
+        let about = |&other: &usize| {
+            let arm = place(row) - place(other);
+            let fits = self.fits[other].as_ref()?;
+            Some((Vector4::new(1.0, arm.x, arm.y, arm.z), fits.as_slice()))
+        };
+        let fitted: Vec<(Vector4<f64>, &[StressPolynomial])> =
+            around.iter().filter_map(about).collect();
+        let volume = |t: usize| tetrahedron_volume(&self.mesh.corners(&self.mesh.tetrahedra[t]));
+        let whole: f64 = star.iter().map(|&t| volume(t)).sum();
+        let of_field = |(field, stress): (usize, &&[[f64; 6]])| -> Vector6<f64> {
+            if fitted.is_empty() {
+                let parts = star.iter().map(|&t| Vector6::from(stress[t]) * volume(t));
+                return parts.sum::<Vector6<f64>>() / whole;
+            }
+            let values = fitted
+                .iter()
+                .map(|(row, fits)| fits[field].transpose() * row);
+            values.sum::<Vector6<f64>>() / fitted.len() as f64
+        };
+        self.stresses.iter().enumerate().map(of_field).collect()
     }
-}
-
-/// The recovered stresses of several fields at the corners of every tetrahedron in Pa, `[n_fields][n_tetrahedra]`.
-fn recovered(
-    mesh: &Mesh,
-    material: &MaterialField<'_>,
-    stresses: &[&[[f64; 6]]],
-) -> Vec<Vec<[Vector6<f64>; 4]>> {
-    let stars = Stars::new(mesh, material);
-    let fits: Vec<Option<Vec<StressPolynomial>>> = (0..stars.places.len())
-        .into_par_iter()
-        .map(|k| {
-            let (node, star) = (stars.places[k].0, stars.of(k));
-            is_inside(mesh, node, star).then(|| fit(mesh, node, star, stresses))?
-        })
-        .collect();
-    let values: Vec<Vec<Vector6<f64>>> = (0..stars.places.len())
-        .into_par_iter()
-        .map(|k| values(mesh, &stars, k, stresses, &fits))
-        .collect();
-    let at_corner = |t: usize, node: usize| -> &[Vector6<f64>] {
-        let star = stars.find((node, material.region(t)));
-        &values[star.expect("a tetrahedron is in the stars of its corners")]
-    };
-    let of_field = |field: usize| -> Vec<[Vector6<f64>; 4]> {
-        let corners = mesh.tetrahedra.par_iter().enumerate();
-        corners
-            .map(|(t, nodes)| nodes.map(|node| at_corner(t, node)[field]))
-            .collect()
-    };
-    (0..stresses.len()).map(of_field).collect()
 }
 
 /// Whether a node is inside its material: not on a side that only one tetrahedron of it has.
@@ -162,45 +171,6 @@ fn fit(
     Some(rights)
 }
 
-/// The stresses of all fields at a node in one material.
-fn values(
-    mesh: &Mesh,
-    stars: &Stars,
-    number: usize,
-    stresses: &[&[[f64; 6]]],
-    fits: &[Option<Vec<StressPolynomial>>],
-) -> Vec<Vector6<f64>> {
-    if let Some(fits) = &fits[number] {
-        return fits.iter().map(|fit| fit.row(0).transpose()).collect();
-    }
-    let ((node, region), star) = (stars.places[number], stars.of(number));
-    let mut neighbours: Vec<usize> = star.iter().flat_map(|&t| mesh.tetrahedra[t]).collect();
-    neighbours.sort_unstable();
-    neighbours.dedup();
-    let at = Vector3::from(mesh.coordinates[node]);
-    let fitted: Vec<(Vector4<f64>, &[StressPolynomial])> = neighbours
-        .iter()
-        .filter_map(|&other| {
-            let fits = fits[stars.find((other, region))?].as_ref()?;
-            let arm = at - Vector3::from(mesh.coordinates[other]);
-            Some((Vector4::new(1.0, arm.x, arm.y, arm.z), fits.as_slice()))
-        })
-        .collect();
-    let volume = |t: usize| tetrahedron_volume(&mesh.corners(&mesh.tetrahedra[t]));
-    let whole: f64 = star.iter().map(|&t| volume(t)).sum();
-    let of_field = |(field, stress): (usize, &&[[f64; 6]])| -> Vector6<f64> {
-        if fitted.is_empty() {
-            let parts = star.iter().map(|&t| Vector6::from(stress[t]) * volume(t));
-            return parts.sum::<Vector6<f64>>() / whole;
-        }
-        let values = fitted
-            .iter()
-            .map(|(row, fits)| fits[field].transpose() * row);
-        values.sum::<Vector6<f64>>() / fitted.len() as f64
-    };
-    stresses.iter().enumerate().map(of_field).collect()
-}
-
 /// ∫ (σ* − σ_h):C⁻¹(σ* − σ_h)_k over every tetrahedron for the first field and each, `[n_tetrahedra][n_fields]`, in J for the first
 /// itself.
 pub(super) fn products(
@@ -209,14 +179,18 @@ pub(super) fn products(
     fields: &[Field<'_>],
 ) -> Vec<Vec<f64>> {
     let stresses: Vec<&[[f64; 6]]> = fields.iter().map(|it| &it.internal.stress[..]).collect();
-    let recovered = recovered(mesh, material, &stresses);
+    let nodes = MaterialNodes::new(mesh);
+    let recovered = RecoveredStress::new(mesh, &nodes, &stresses);
+    let rows = (0..nodes.nodes.len()).into_par_iter();
+    let at_rows: Vec<Vec<Vector6<f64>>> = rows.map(|row| recovered.at(row)).collect();
     let compliances = material.compliances();
     (0..mesh.tetrahedra.len())
         .into_par_iter()
         .map(|t| {
             let volume = tetrahedron_volume(&mesh.corners(&mesh.tetrahedra[t]));
+            let corners = nodes.of_tetrahedron(t);
             let difference = |k: usize, at: &[f64; 4]| -> Vector6<f64> {
-                let smooth: Vector6<f64> = (0..4).map(|c| recovered[k][t][c] * at[c]).sum();
+                let smooth: Vector6<f64> = (0..4).map(|c| at_rows[corners[c]][k] * at[c]).sum();
                 smooth - Vector6::from(fields[k].internal.stress[t])
             };
             let product = |k: usize| -> f64 {
