@@ -163,7 +163,7 @@ pub(super) fn write_of_increments(
     if let Some(wanted) = wanted.filter(|wanted| names.contains(wanted)) {
         let indicator = |record: &StepRecord| match record.quantity(wanted) {
             Some(it) => it.indicator.clone(),
-            None => vec![0.0; record.von_mises.len()],
+            None => vec![0.0; record.error_energy.len()],
         };
         let indicators: Vec<Vec<f64>> = records.iter().map(indicator).collect();
         write_value(writer, HISTORY_INDICATOR, &indicators)?;

@@ -290,12 +290,8 @@ impl<'a> SolvedRun<'a> {
         let largest = self.report.largest_von_mises;
         let [stress, length] =
             [Dimension::STRESS, Dimension::LENGTH].map(|it| self.scene.units.of(it));
-        let place = format!(
-            "at ({}) {}",
-            largest.at.map(four_digits).join(", "),
-            length.word()
-        );
-        let value = format!("{:.3e} {}", largest.value, stress.word());
+        let value = stress.told(&[largest.value]);
+        let place = format!("at {}", length.told(&largest.at));
         let growing =
             |what| format!("above {value} {place}, {what} where it grows with every finer mesh");
         let shown = match largest.concentration {
@@ -444,12 +440,6 @@ pub fn percent(share: f64) -> String {
         _ if percent.is_nan() => "unknown".to_owned(),
         _ => format!("{percent:.1e} %"),
     }
-}
-
-/// A number with four digits.
-fn four_digits(value: f64) -> String {
-    let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
-    (rounded + 0.0).to_string()
 }
 
 /// An estimated share in per cent, of which an order of magnitude is all that counts where it is large.

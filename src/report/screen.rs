@@ -47,6 +47,7 @@ impl SolvedRun<'_> {
         line("largest pressure", of(Functional::LargestPressure));
         line("contact area", of(Functional::ContactArea));
         line("stick area", of(Functional::StickArea));
+        line("largest von Mises", self.largest_von_mises());
         line("largest displacement", Some(self.largest_displacement()));
         let words = estimate_words(&self.report.discretisation_error, self.scene);
         line("error of the mesh", Some(words));

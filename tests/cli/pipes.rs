@@ -143,6 +143,7 @@ fn results_go_to_standard_output_and_messages_to_standard_error() {
         "  contact force        (-9.15, 0, 59.14) MN on the body",
         "  friction force       9.153 MN",
         "  largest pressure     41.64 MPa ± ",
+        "  largest von Mises    ",
         "  largest displacement ",
         "  next                 contact3d-pipe report run.h5 run.html",
     ] {
