@@ -12,6 +12,7 @@ import pytest
 from conftest import ROOT
 
 import contact3d as package
+from contact3d._files import write_whole
 from contact3d.convert import ConversionError, Tetrahedra, convert, read
 
 SIZE, CELLS = (3.0, 2.0, 2.0), (6, 4, 4)
@@ -411,3 +412,20 @@ def test_other_formats_as_the_mesh_of_a_scene_point_to_the_converter(tmp_path, p
     (tmp_path / "part.inp").write_text(NODES + CELL)
     answer = subprocess.run([program, "inspect", "part.inp"], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert answer.returncode == 2 and "python -m contact3d.convert part.inp part.msh" in " ".join(answer.stderr.split())
+
+
+def test_a_mesh_that_cannot_be_written_leaves_the_former_one(tmp_path, monkeypatch):
+    target = tmp_path / "part.msh"
+    target.write_text("$MeshFormat of before", encoding="utf-8")
+
+    def full(_):
+        raise OSError("no space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(OSError, match="no space"):
+        write_whole(target, "$MeshFormat of now")
+    assert target.read_text(encoding="utf-8") == "$MeshFormat of before"
+    assert os.listdir(tmp_path) == ["part.msh"]
+    monkeypatch.undo()
+    write_whole(target, "$MeshFormat of now")
+    assert target.read_text(encoding="utf-8") == "$MeshFormat of now"

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from . import _toml, _watch
+from ._files import write_whole
 from ._program import Interrupted, name, options, perform
 from ._run import Run
 from ._scene_input import SceneLike, given
@@ -180,9 +181,7 @@ def _table_if_interrupted(place: list[str]) -> Iterator[None]:
 def _write(file: Path, text: str) -> None:
     """Writes a text in one step, if it is not there yet."""
     if not file.is_file() or file.read_text(encoding="utf-8") != text:
-        part = file.with_suffix(".part")
-        part.write_text(text, encoding="utf-8")
-        part.replace(file)
+        write_whole(file, text)
 
 
 def run_case(place: list[str], case: str, how: list[str]) -> str:

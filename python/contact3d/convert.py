@@ -20,6 +20,7 @@ import numpy as np
 
 from . import _nastran, _shapes
 from ._abaqus import Deck, DeckError, surfaces
+from ._files import write_whole
 from ._nastran import BulkError
 
 TETRAHEDRA = {"tetra": 4, "tetra10": 10}
@@ -86,7 +87,7 @@ def convert(source: str | Path, target: str | Path, *, sets: Collection[str] | N
     body = read(source, sets, cut)
     if angle is not None or not body.faces:
         _split(body, 30.0 if angle is None else angle)
-    target.write_text(msh(body), encoding="utf-8")
+    write_whole(target, msh(body))
     return body
 
 

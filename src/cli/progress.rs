@@ -24,7 +24,13 @@ use crate::pipeline::StageTiming;
 
 /// Starts a spinner with the elapsed time on a terminal; elsewhere, and when quiet, nothing.
 pub(super) fn spinner(name: &'static str, output: &Output) -> ProgressBar {
-    if output.quiet {
+    // The bar has a thread of its own, and ends the program where the system does not give it.
+    let has_thread = || {
+        thread::Builder::new()
+            .spawn(|| ())
+            .is_ok_and(|it| it.join().is_ok())
+    };
+    if output.quiet || !io::stderr().is_terminal() || !has_thread() {
         return ProgressBar::hidden();
     }
     let bar = ProgressBar::new_spinner();

@@ -68,6 +68,7 @@ pub(super) fn run(
                 (std::mem::take(&mut adapted.performed), Some(adapted))
             }
         };
+        session.store_scene()?;
         if arguments.assembly.choice() == AssemblyFile::SelfContained {
             session.embed_assembly()?;
         }

@@ -51,8 +51,9 @@ pub use quantities::{
 };
 pub use result_fields::{FieldPlace, FieldShape, FieldView, RESULT_FIELDS, ResultState, VTKHDF};
 pub use scene::{
-    GROUP as SCENE, get_key, read as read_scene, set_key, table as scene_table,
-    table_of_text as scene_table_of_text, text as scene_text, write as write_scene,
+    GROUP as SCENE, get_key, holds as holds_scene, read as read_scene, set_key,
+    table as scene_table, table_of_text as scene_table_of_text, text as scene_text,
+    write as write_scene,
 };
 pub use series::{
     GridSeries, SERIES_LAYOUT, SeriesCase, begin_path_series, begin_sweep_series, field_paths,

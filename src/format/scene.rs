@@ -66,6 +66,11 @@ pub fn read(reader: &Reader, file: &Path) -> Result<SceneFile, FormatError> {
     SceneFile::parse(TOML.to_owned(), &text, folder).map_err(|e| FormatError::Scene(Box::new(e)))
 }
 
+/// Whether a file holds a scene word by word, also in what no stage depends on, such as the title.
+pub fn holds(reader: &Reader, scene: &Scene) -> Result<bool, StoreError> {
+    Ok(reader.read_text(TOML)? == text(scene))
+}
+
 /// Puts a value at a key path; tables that are not there are made, items of lists must be there.
 ///
 /// # Errors

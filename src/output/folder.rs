@@ -6,7 +6,9 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::{OutputError, write::is_still_at};
+use runfile::is_still_at;
+
+use super::OutputError;
 
 /// Written and removed to see whether a folder takes files.
 const PROBE: &str = ".contact3d-pipe.part";

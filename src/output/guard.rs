@@ -6,6 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use runfile::follow_link;
 use thiserror::Error;
 
 use super::{OutputKind, kind};
@@ -131,7 +132,7 @@ pub(super) fn place(
         }
         looked => looked.map_err(failed("look at the file"))?,
     };
-    let file = fs::canonicalize(path).map_err(failed("follow the symbolic link"))?;
+    let file = follow_link(path).map_err(failed("follow the symbolic link"))?;
     let metadata = fs::metadata(&file).map_err(failed("look at the file"))?;
     if is_stream(metadata.file_type()) {
         return Ok(Destination::Stream(file));

@@ -48,12 +48,11 @@ fn try_loads(scene: &Scene, mesh: &Mesh) -> Result<(), InvalidValue> {
 
 /// Tries loads and gap of every step of a load history: between two ends they are means.
 fn try_steps(scene: &Scene, mesh: &Mesh) -> Result<(), InvalidValue> {
-    let increments = scene.increments().into_iter();
-    for end in increments.filter(|increment| increment.share >= 1.0) {
-        let at_end = scene.at_increment(end)?;
+    for (step, at_end) in scene.at_ends().enumerate() {
+        let at_end = at_end?;
         let tried = try_loads(&at_end, mesh).and_then(|()| Interface::new(&at_end, mesh).map(drop));
         tried.map_err(|invalid| InvalidValue {
-            key: format!("step.{}", end.step),
+            key: format!("step.{step}"),
             expected: format!("{}: {}", invalid.key, invalid.expected),
             ..invalid
         })?;

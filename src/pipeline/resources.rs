@@ -47,6 +47,9 @@ fn require(
     }
 }
 
+/// Address space that the kernels of dense matrices take for each thread.
+const KERNEL_BYTES: u64 = 1 << 26;
+
 /// Bytes the process may take: of the machine, of its control group, of the largest address space.
 pub(super) fn available_memory() -> Option<u64> {
     let kinds = MemoryRefreshKind::nothing().with_ram();
@@ -55,11 +58,45 @@ pub(super) fn available_memory() -> Option<u64> {
     let told = system.total_memory() > 0;
     let machine = told.then(|| system.available_memory());
     let machine = machine.filter(|bytes| *bytes > 0);
-    let group = told.then(|| system.cgroup_limits()).flatten();
-    let group = group.map(|limits| limits.total_memory.saturating_sub(limits.rss));
+    let groups = std::fs::read_to_string("/proc/self/cgroup").ok();
+    let group = groups.and_then(|groups| left_by_groups(&groups, Path::new("/sys/fs/cgroup")));
     let address_space = soft_limit(rlimit::Resource::AS)
-        .map(|limit| limit.saturating_sub(used_address_space().unwrap_or(0)));
+        .map(|limit| limit.saturating_sub(used_address_space().unwrap_or(0)))
+        .map(|left| left.saturating_sub(KERNEL_BYTES * (rayon::current_num_threads() as u64 + 1)));
     [machine, group, address_space].into_iter().flatten().min()
+}
+
+/// Bytes that the control groups of a process leave it, its own and those around it, given `/proc/self/cgroup`.
+fn left_by_groups(groups: &str, mount: &Path) -> Option<u64> {
+    let left = |line: &str| {
+        let [_, controllers, path] = line.splitn(3, ':').collect::<Vec<_>>().try_into().ok()?;
+        let (mount, [most, used], cache) = match controllers {
+            "" => (
+                mount.to_owned(),
+                ["memory.max", "memory.current"],
+                "inactive_file ",
+            ),
+            _ if controllers.split(',').any(|word| word == "memory") => (
+                mount.join("memory"),
+                ["memory.limit_in_bytes", "memory.usage_in_bytes"],
+                "total_inactive_file ",
+            ),
+            _ => return None,
+        };
+        let left_in = |group: &Path| {
+            let text = |file: &str| std::fs::read_to_string(mount.join(group).join(file)).ok();
+            let [most, used] = [most, used].map(|file| text(file)?.trim().parse::<u64>().ok());
+            // Pages of files that nobody uses go where memory runs short.
+            let cache = text("memory.stat").and_then(|stat| {
+                let mut lines = stat.lines().filter_map(|line| line.strip_prefix(cache));
+                lines.next()?.trim().parse::<u64>().ok()
+            });
+            Some(most?.saturating_sub(used?.saturating_sub(cache.unwrap_or(0))))
+        };
+        let path = Path::new(path.trim_start_matches('/'));
+        path.ancestors().filter_map(left_in).min()
+    };
+    groups.lines().filter_map(left).min()
 }
 
 /// Bytes that fit into one more file in the folder of the run file.
@@ -192,6 +229,31 @@ mod tests {
         let brick = Brick::new([1.0; 3], [usize::MAX; 3]);
         let counts = brick_counts(&brick, ElementOrder::P1);
         assert_eq!(need_of_counts(counts, ElementOrder::P1).memory, u64::MAX);
+    }
+
+    #[test]
+    fn the_tightest_of_nested_control_groups_counts() {
+        let mount = tempfile::tempdir().unwrap();
+        let group = |path: &str, [most, used, cache]: [u64; 3], [a, b, c]: [&str; 3]| {
+            let folder = mount.path().join(path);
+            std::fs::create_dir_all(&folder).unwrap();
+            std::fs::write(folder.join(a), format!("{most}\n")).unwrap();
+            std::fs::write(folder.join(b), format!("{used}\n")).unwrap();
+            std::fs::write(folder.join("memory.stat"), format!("anon 1\n{c} {cache}\n")).unwrap();
+        };
+        let second = ["memory.max", "memory.current", "inactive_file"];
+        group("slurm/job", [1000, 400, 100], second);
+        group("slurm", [800, 500, 0], second);
+        let first = [
+            "memory.limit_in_bytes",
+            "memory.usage_in_bytes",
+            "total_inactive_file",
+        ];
+        group("memory/job", [250, 50, 0], first);
+        let left = |groups: &str| left_by_groups(groups, mount.path());
+        assert_eq!(left("0::/slurm/job\n"), Some(300));
+        assert_eq!(left("5:cpu,memory:/job/step\n1:cpu:/job\n"), Some(200));
+        assert_eq!(left("0::/elsewhere\n"), None);
     }
 
     #[test]

@@ -161,6 +161,14 @@ impl Session {
         self.store.keep(output, started, commit)
     }
 
+    /// Stores the scene where the file has other words for the same problem, such as another title.
+    pub fn store_scene(&mut self) -> Result<(), StageError> {
+        if !format::holds_scene(&self.store.reader()?, self.scene())? {
+            self.store.commit(None)?;
+        }
+        Ok(())
+    }
+
     /// What is allowed in the scene and probably not meant; needs a fresh mesh.
     pub fn warnings(&mut self) -> Result<Vec<Warning>, StageError> {
         Ok(self.problem()?.warnings())

@@ -4,11 +4,11 @@
 use std::{
     collections::BTreeSet,
     fs::{self, File, TryLockError},
-    io::{self, ErrorKind},
+    io::{self, ErrorKind, Write},
     path::{Component, Path, PathBuf},
 };
 
-use runfile::{Reader, StoreError};
+use runfile::{Reader, StoreError, Temporary, lock_file, open_plain, remove_left_overs};
 
 use super::{
     Plan, StageError, SweepError,
@@ -109,43 +109,21 @@ pub(super) enum Access {
 
 /// Waits for the turn to prepare an operator, so that of many processes one computes and the others
 /// read.
-pub(super) fn operator_turn(folder: &Path, key: &str) -> io::Result<File> {
+pub(super) fn operator_turn(folder: &Path, key: &str) -> Result<Option<File>, StoreError> {
     let name = format!(".operator-{}.lock", key.get(..16).unwrap_or(key));
-    let file = File::options()
-        .create(true)
-        .truncate(false)
-        .write(true)
-        .open(folder.join(name))?;
-    file.lock()?;
-    Ok(file)
+    let wait = |file: &File| file.lock().map_err(TryLockError::Error);
+    lock_file(&folder.join(name), wait)
 }
 
 /// Locks a folder until the file is dropped; a killed process leaves no lock.
 pub(super) fn lock(folder: &Path, access: Access) -> Result<File, StageError> {
-    let io = |action| {
-        move |source| StageError::Io {
-            action,
-            file: folder.to_owned(),
-            source,
-        }
+    let lock = match access {
+        Access::Sweep => File::try_lock,
+        Access::SingleCase => File::try_lock_shared,
     };
-    let file = File::options()
-        .create(true)
-        .truncate(false)
-        .write(true)
-        .open(folder.join(LOCK_FILE))
-        .map_err(io("open the lock file in"))?;
-    let locked = match access {
-        Access::Sweep => file.try_lock(),
-        Access::SingleCase => file.try_lock_shared(),
-    };
-    match locked {
-        Ok(()) => Ok(file),
-        Err(TryLockError::WouldBlock) => Err(StageError::from(SweepError::Busy {
-            folder: folder.to_owned(),
-        })),
-        Err(TryLockError::Error(source)) => Err(io("lock")(source)),
-    }
+    let folder = folder.to_owned();
+    let locked = lock_file(&folder.join(LOCK_FILE), lock)?;
+    locked.ok_or_else(|| SweepError::Busy { folder }.into())
 }
 
 /// The file that holds the error of a failed case.
@@ -155,15 +133,18 @@ fn error_file(run_file: &Path) -> PathBuf {
 
 /// The error of a failed case.
 pub(super) fn read_failure(run_file: &Path) -> Option<String> {
-    fs::read_to_string(error_file(run_file)).ok()
+    let file = open_plain(&error_file(run_file), File::options().read(true));
+    io::read_to_string(file.ok()?).ok()
 }
 
 /// Records an error in one step, so that a killed process leaves a whole text or none.
 pub(super) fn record_failure(run_file: &Path, error: &str) -> io::Result<()> {
-    let temporary = run_file.with_extension("error.txt.part");
-    let written = fs::write(&temporary, error);
-    let written = written.and_then(|()| fs::rename(&temporary, error_file(run_file)));
-    written.inspect_err(|_| drop(fs::remove_file(&temporary)))
+    let target = error_file(run_file);
+    remove_left_overs(&target);
+    let create = |path: &Path| File::create_new(path).map(drop);
+    let (temporary, mut file, ()) = Temporary::beside(&target, create)?;
+    file.write_all(error.as_bytes())?;
+    temporary.publish(&target)
 }
 
 /// Forgets the error of a case.

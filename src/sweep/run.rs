@@ -102,11 +102,14 @@ pub fn run(
             }
         }
     };
-    thread::scope(|scope| {
-        for _ in 0..options.jobs.max(1) {
-            scope.spawn(work);
-        }
+    let started = thread::scope(|scope| {
+        let start = |_| thread::Builder::new().spawn_scoped(scope, work);
+        let started = (0..options.jobs.max(1)).map(start);
+        started.filter(Result::is_ok).count() > 0
     });
+    if !started {
+        work();
+    }
     let mut outcome = outcome.into_inner().unwrap_or_else(PoisonError::into_inner);
     let written = summary::write(plan, folder);
     outcome.not_converged = written.map_err(|error| StageError::NotSummedUp(Box::new(error)))?;
@@ -257,10 +260,7 @@ fn run_stale(
         let key = operator_key(&case.scene.scene);
         let outcome = operators
             .prepare(&key, |known| {
-                let turn = operator_turn(folder, &key).map_err(|source| StageError::Write {
-                    file: folder.to_owned(),
-                    source,
-                })?;
+                let turn = operator_turn(folder, &key)?;
                 let operator = session.prepare_operator(known);
                 drop(turn);
                 operator

@@ -51,7 +51,7 @@ fn a_killed_run_leaves_a_readable_file_and_goes_on() {
         assert_eq!(states[0].1, "fresh", "round {round}: {states:?}");
         assert_eq!(states[1].1, "fresh", "round {round}: {states:?}");
         if signal != "-KILL" {
-            assert!(!program.path(".run.h5.part").exists(), "round {round}");
+            assert!(program.hidden().is_empty(), "round {round}");
         }
     }
     program
@@ -59,7 +59,7 @@ fn a_killed_run_leaves_a_readable_file_and_goes_on() {
         .assert()
         .success();
     assert_eq!(program.digests(), expected);
-    assert!(!program.path(".run.h5.part").exists());
+    assert!(program.hidden().is_empty());
 }
 
 /// Waits until a file is there.
@@ -109,4 +109,58 @@ fn an_interrupted_run_says_what_it_kept() {
         "{text}"
     );
     assert_eq!(program.states()[0].1, "fresh");
+}
+
+/// An engine that greets, notes its process, and does what is said.
+fn engine(program: &Program, then: &str) -> String {
+    let text = format!("echo $$ >engine.pid; printf 'C3DENG01\\1\\0\\0\\0\\0\\0\\0\\0x'; {then}");
+    std::fs::write(program.path("engine.sh"), text).unwrap();
+    "sh engine.sh".into()
+}
+
+#[test]
+fn an_engine_with_an_unknown_status_is_refused() {
+    let program = Program::new();
+    let engine = engine(
+        &program,
+        "printf '\\7\\0\\0\\0\\0\\0\\0\\0'; cat >/dev/null",
+    );
+    let mut run = program.run(&["--engine", &engine]);
+    let refused = run.timeout(Duration::from_secs(60)).assert().code(2);
+    let text = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
+    assert!(
+        text.contains("its answer begins with 7, expected 0, 1, 2 or 3"),
+        "{text}"
+    );
+}
+
+#[test]
+fn an_engine_dies_with_a_killed_program() {
+    let program = Program::new();
+    let engine = engine(&program, "sleep 600 & wait");
+    let mut child = Command::cargo_bin("contact3d-pipe")
+        .unwrap()
+        .current_dir(program.path(""))
+        .arg("run")
+        .arg(pipeline("newton.toml"))
+        .args(["run.h5", "--no-figures", "--quiet", "--engine", &engine])
+        .spawn()
+        .unwrap();
+    wait_for(&program.path("engine.pid"));
+    sleep(Duration::from_millis(200));
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let pid = std::fs::read_to_string(program.path("engine.pid")).unwrap();
+    let is_there = || {
+        let status = Command::new("kill")
+            .args(["-0", pid.trim()])
+            .stderr(Stdio::null())
+            .status();
+        status.unwrap().success()
+    };
+    let mut looks = (0..100).map(|_| {
+        sleep(Duration::from_millis(100));
+        is_there()
+    });
+    assert!(looks.any(|there| !there), "the engine outlives the program");
 }

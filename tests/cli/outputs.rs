@@ -86,7 +86,7 @@ fn a_report_replaces_a_report_and_keeps_a_link_to_it() {
         assert_eq!(through.len(), first.len());
         report("/dev/null");
     }
-    assert!(!program.path(".new.html.part").exists());
+    assert!(program.hidden().is_empty());
 }
 
 #[test]

@@ -50,6 +50,12 @@ impl Program {
         found
     }
 
+    /// The temporary files of the scratch folder.
+    pub(crate) fn hidden(&self) -> Vec<String> {
+        let names = self.everything().into_keys();
+        names.filter(|name| name.contains(".part")).collect()
+    }
+
     /// The program with its arguments, run in the scratch folder.
     pub(crate) fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::cargo_bin("contact3d-pipe").expect("built program");

@@ -62,6 +62,21 @@ fn a_lock_file_that_is_a_pipe_is_refused() {
 }
 
 #[test]
+fn an_output_to_a_pipe_that_nobody_reads_is_refused() {
+    let program = scratch();
+    let text = refused(&program, &["init", "pipe"]);
+    assert!(text.contains("nobody reads the pipe"), "{text}");
+    let script = "cat pipe >copy & sleep 0.5; timeout 20 \"$program\" init pipe; wait";
+    let (code, text) = bash(&program, script);
+    assert_eq!(code, Some(0), "{text}");
+    assert!(
+        fs::read_to_string(program.path("copy"))
+            .unwrap()
+            .contains("title")
+    );
+}
+
+#[test]
 fn a_scene_or_sweep_is_no_device_and_no_folder() {
     let program = scratch();
     for path in ["/dev/zero", "/dev/null", "folder"] {

@@ -56,6 +56,19 @@ fn titles_are_shown_with_their_escapes() {
 }
 
 #[test]
+fn a_title_alone_is_stored_and_no_stage_runs_again() {
+    let program = Program::new();
+    program.run(&["--set", "title=\"A\""]).assert().success();
+    let digests = program.digests();
+    program.run(&["--set", "title=\"B\""]).assert().success();
+    assert_eq!(program.status()["title"], "B");
+    assert_eq!(program.digests(), digests);
+    let before = fs::read(program.path("run.h5")).unwrap();
+    program.run(&["--set", "title=\"B\""]).assert().success();
+    assert_eq!(fs::read(program.path("run.h5")).unwrap(), before);
+}
+
+#[test]
 fn json_holds_the_title_itself() {
     let program = Program::new();
     scene(&program);

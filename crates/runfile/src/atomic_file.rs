@@ -5,7 +5,7 @@
 
 use std::fs::{File, Permissions};
 use std::io::{BufRead, BufReader, Read};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::{fs, io};
 
 use hdf5_metno as hdf5;
@@ -13,7 +13,7 @@ use hdf5_metno as hdf5;
 use hdf5::file::LibraryVersion;
 
 use crate::error::{AtFile, AtPlace, Place, StoreError};
-use crate::signals::Temporary;
+use crate::signals::{Temporary, remove_left_overs};
 use crate::user_block::USER_BLOCK_BYTES;
 use crate::{header, user_block};
 
@@ -23,11 +23,16 @@ pub struct AtomicFile {
     // Declared before the temporary, so that HDF5 lets go of the file before it is removed.
     file: hdf5::File,
     temporary: Temporary,
+    /// The same file, for what is not HDF5's.
+    handle: File,
 }
 
 /// A whole file, still under its hidden name; dropping it removes it.
 #[derive(Debug)]
-pub struct WrittenFile(Temporary);
+pub struct WrittenFile {
+    temporary: Temporary,
+    handle: File,
+}
 
 impl AtomicFile {
     /// Writes a file of a format of others under a hidden name beside a place; it begins with its type all the same.
@@ -39,22 +44,29 @@ impl AtomicFile {
         filetype: &str,
         write: impl FnOnce(&hdf5::File) -> Result<(), E>,
     ) -> Result<WrittenFile, E> {
-        let temporary = hidden_beside(target)?;
-        let file = create(temporary.path(), Workplace::Memory)?;
-        write(&file)?;
-        let written = Self { file, temporary };
+        remove_left_overs(target);
+        let written = Self::create(target, |path| create(path, Workplace::Memory))?;
+        write(&written.file)?;
         Ok(written.finish(target, filetype, |path| header::open_any(path).map(drop))?)
     }
 
-    /// Takes charge of a file that `make` creates.
+    /// Takes charge of a hidden file beside a place, which `make` creates.
     pub(super) fn create(
-        path: PathBuf,
-        make: impl FnOnce(&Path) -> Result<hdf5::File, StoreError>,
+        target: &Path,
+        make: impl Fn(&Path) -> Result<hdf5::File, StoreError>,
     ) -> Result<Self, StoreError> {
-        let (temporary, file) = Temporary::create(path, |path| {
-            make(path).inspect_err(|_| drop(fs::remove_file(path)))
-        })?;
-        Ok(Self { file, temporary })
+        let made = Temporary::beside(target, |path| {
+            make(path).map_err(|error| {
+                let _ = fs::remove_file(path);
+                io::Error::other(error)
+            })
+        });
+        let (temporary, handle, file) = made.at_file(target, "make a file in its folder")?;
+        Ok(Self {
+            file,
+            temporary,
+            handle,
+        })
     }
 
     /// The file, to write to. Handles made from it must be dropped before it is closed.
@@ -73,7 +85,11 @@ impl AtomicFile {
         filetype: &str,
         proof: impl FnOnce(&Path) -> Result<(), StoreError>,
     ) -> Result<WrittenFile, StoreError> {
-        let AtomicFile { temporary, file } = self;
+        let AtomicFile {
+            temporary,
+            file,
+            mut handle,
+        } = self;
         let path = temporary.path();
         file.close()
             .at(Place::new(path, "/"), "write the temporary file")?;
@@ -81,9 +97,10 @@ impl AtomicFile {
             file: target.into(),
             reason: error.to_string(),
         })?;
-        let synced = user_block::write(path, filetype).and_then(|written| written.sync_all());
+        let written = user_block::write(&mut handle, filetype);
+        let synced = written.and_then(|()| handle.sync_all());
         synced.at_file(path, "sync the temporary file")?;
-        Ok(WrittenFile(temporary))
+        Ok(WrittenFile { temporary, handle })
     }
 }
 
@@ -91,7 +108,7 @@ impl WrittenFile {
     /// Where the file lies.
     #[must_use]
     pub fn path(&self) -> &Path {
-        self.0.path()
+        self.temporary.path()
     }
 
     /// Puts the file in its place, safe against loss of power once the folder is synced.
@@ -104,31 +121,12 @@ impl WrittenFile {
         permissions: Option<Permissions>,
     ) -> Result<(), StoreError> {
         if let Some(permissions) = permissions {
-            let set = fs::set_permissions(self.path(), permissions);
+            let set = self.handle.set_permissions(permissions);
             set.at_file(target, "keep the permissions")?;
         }
-        let renamed = self.0.publish(target);
+        let renamed = self.temporary.publish(target);
         renamed.at_file(target, "rename the temporary file")
     }
-}
-
-/// Makes an empty file under a hidden name for this process alone, beside the place it is for.
-fn hidden_beside(target: &Path) -> Result<Temporary, StoreError> {
-    let folder = target.parent().filter(|f| !f.as_os_str().is_empty());
-    let folder = folder.unwrap_or(Path::new("."));
-    let claim = |path: &Path| {
-        let claimed = Temporary::create(path.into(), |path| File::create_new(path));
-        claimed.map(|(temporary, _)| temporary)
-    };
-    let mut builder = tempfile::Builder::new();
-    let builder = builder.prefix(".contact3d-pipe-").suffix(".part");
-    let made = builder.make_in(folder, claim);
-    let made = made.at_file(target, "make a file in its folder")?;
-    // From here on it is removed by its own keeper, which knows signals.
-    let (temporary, path) = made.into_parts();
-    let kept = path.keep().map_err(io::Error::from);
-    kept.at_file(target, "make a file in its folder")?;
-    Ok(temporary)
 }
 
 /// Whether two sources give the same bytes.
@@ -160,7 +158,7 @@ pub(super) enum Workplace {
 /// A file in memory grows by this many bytes.
 const GROWTH_BYTES: usize = 1 << 16;
 
-/// Creates an HDF5 file, readable by HDF5 1.10 and newer.
+/// Creates an HDF5 file where nothing stands, readable by HDF5 1.10 and newer.
 pub(super) fn create(path: &Path, workplace: Workplace) -> Result<hdf5::File, StoreError> {
     let mut options = hdf5::File::with_options();
     let options = options
@@ -170,6 +168,7 @@ pub(super) fn create(path: &Path, workplace: Workplace) -> Result<hdf5::File, St
                 Workplace::Disk => access.sec2(),
             }
             .libver_bounds(LibraryVersion::V110, LibraryVersion::V110)
+            .file_locking(false)
         })
         .with_fcpl(|creation| {
             creation
@@ -177,7 +176,7 @@ pub(super) fn create(path: &Path, workplace: Workplace) -> Result<hdf5::File, St
                 .userblock(USER_BLOCK_BYTES as u64)
         });
     options
-        .create(path)
+        .create_excl(path)
         .at(Place::new(path, "/"), "create the temporary file")
 }
 

@@ -21,7 +21,8 @@
 //! ```
 
 use std::collections::BTreeMap;
-use std::fs;
+use std::fs::File;
+use std::io::Write;
 use std::path::Path;
 use std::sync::OnceLock;
 
@@ -33,7 +34,6 @@ use crate::attribute::{ascii, has, unicode, write_values};
 use crate::error::{AtFile, AtPlace, Place, StoreError};
 use crate::hdf5_file::has_path;
 use crate::layout::{DatasetSpec, Extent, Group, Layout};
-use crate::lock::temporary_for;
 use crate::signals::Temporary;
 
 const CLASS: &str = "CLASS";
@@ -278,22 +278,23 @@ pub(super) struct Types {
     name: Datatype,
 }
 
-/// The types; the first call of a process writes the file that has them beside a temporary file, and removes it.
+/// The types; the first call of a process writes the file that has them beside some place, and removes it.
 ///
 /// # Errors
 /// `Io` or `Hdf5` if that file cannot be written or read.
-pub(super) fn types(temporary: &Path, place: Place<'_>) -> Result<&'static Types, StoreError> {
+pub(super) fn types(target: &Path, place: Place<'_>) -> Result<&'static Types, StoreError> {
     if let Some(types) = TYPES.get() {
         return Ok(types);
     }
-    let path = &temporary_for(temporary, "texts");
-    let made = Temporary::create(path.clone(), |path| {
-        fs::write(path, FILE).inspect_err(|_| drop(fs::remove_file(path)))
+    let made = Temporary::beside(target, |path| File::create_new(path).map(drop));
+    let written = made.and_then(|(temporary, mut file, ())| {
+        file.write_all(FILE)?;
+        Ok(temporary)
     });
-    let (_temporary, ()) = made.at_file(path, "write a temporary file")?;
+    let temporary = written.at_file(target, "write a temporary file")?;
     let file = hdf5::File::with_options()
         .with_fapl(|access| access.file_locking(false))
-        .open(path)
+        .open(temporary.path())
         .at(place, "open a temporary file")?;
     let type_of = |name| {
         let attribute = file.attr(name);

@@ -73,6 +73,14 @@ pub enum StoreError {
         /// The lock file beside it.
         lock: PathBuf,
     },
+    /// The file system has no locks.
+    #[error("{}: the file system has no locks; if no other process writes to the folder meanwhile, set HDF5_USE_FILE_LOCKING=FALSE in the environment", lock.display())]
+    NoLocks {
+        /// The lock file.
+        lock: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
     /// Another program changed, replaced or removed the file while this one was at work on it.
     #[error("{}: another program changed or removed the file, or one that it links, while this one was at work on it; nothing was stored, run the command again", file.display())]
     Changed {

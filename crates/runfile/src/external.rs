@@ -4,18 +4,21 @@
 //! computed from. Its name stands in a root attribute of the run file, which this program goes by; the external link there is
 //! for everyone else.
 
-use std::path::Path;
-use std::{fmt, fs};
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::{fmt, fs, io};
 
 use hdf5_metno as hdf5;
 
 use crate::attribute::{read_text, write_text};
 use crate::error::{AtPlace, LinkProblem, Place, StoreError};
-use crate::hdf5_file::Hdf5File;
+use crate::hdf5_file::{FileState, Hdf5File};
 use crate::header;
 use crate::header::StoredGroup;
 use crate::layout::{DatasetSpec, Group, Layout};
 use crate::lock::RunFile;
+use crate::plain_file::{is_still_at, open_plain};
 use crate::reader::Reader;
 
 /// Hexadecimal digits of the group's digest in the name; 64 bits tell the groups of a folder apart.
@@ -139,11 +142,11 @@ impl RunFile {
     /// The names of all files that the run file links.
     #[must_use]
     pub fn linked_names(&self) -> Vec<String> {
-        linked_names(&self.path, &self.layout)
+        linked_names(&self.path, &self.layout).unwrap_or_default()
     }
 
-    /// Removes linked files that no run file of the folder names any more; what cannot be removed, or is write-protected, stays, and
-    /// what is no file of ours.
+    /// Removes linked files that no run file of the folder names any more. What cannot be removed, or is write-protected, stays, and
+    /// what is no file of ours; all stay unless every file of the folder tells what it links, and nothing changes meanwhile.
     pub fn remove_unlinked(&self, mut names: Vec<String>) {
         names.retain(|name| {
             let mut groups = self.layout.groups();
@@ -152,28 +155,69 @@ impl RunFile {
         if names.is_empty() {
             return;
         }
-        for entry in fs::read_dir(&self.folder).into_iter().flatten().flatten() {
-            let named = linked_names(&entry.path(), &self.layout);
+        let Ok(before) = states_in(&self.folder) else {
+            return;
+        };
+        for (path, _) in &before {
+            let Some(named) = linked_names(path, &self.layout) else {
+                return;
+            };
             names.retain(|name| !named.contains(name));
         }
         for path in names.iter().map(|name| self.folder.join(name)) {
             let is_ours = header::open(&path, &self.layout, self.layout.linked_filetype).is_ok();
             let removable = |metadata: fs::Metadata| !metadata.permissions().readonly();
-            if is_ours && fs::metadata(&path).is_ok_and(removable) {
-                let _ = fs::remove_file(path);
+            if !is_ours || !fs::metadata(&path).is_ok_and(removable) {
+                continue;
+            }
+            // Whoever is about to link it has locked it; whoever did so since the folder was looked at has changed the folder.
+            let opened = open_plain(&path, File::options().read(true).write(true));
+            let locked = opened.ok().filter(|file| file.try_lock().is_ok());
+            let is_same =
+                |file: &File| is_still_at(file, &path) && is_unchanged(&self.folder, &before);
+            if locked.as_ref().is_some_and(is_same) {
+                let _ = fs::remove_file(&path);
             }
         }
     }
 }
 
-/// The names of all files that a run file links; none if it cannot be read.
-pub(super) fn linked_names(run_file: &Path, layout: &Layout) -> Vec<String> {
-    let Ok(file) = header::open(run_file, layout, layout.filetype) else {
-        return Vec::new();
+/// What a folder holds.
+fn states_in(folder: &Path) -> io::Result<Vec<(PathBuf, FileState)>> {
+    let paths = fs::read_dir(folder)?.map(|entry| entry.map(|entry| entry.path()));
+    let states = paths.map(|path| path.map(|path| (path.clone(), FileState::of(&path))));
+    states.collect()
+}
+
+/// Whether a folder holds nothing that it did not hold before.
+fn is_unchanged(folder: &Path, before: &[(PathBuf, FileState)]) -> bool {
+    states_in(folder).is_ok_and(|now| now.iter().all(|state| before.contains(state)))
+}
+
+/// Locks a linked file against being removed, while a run file is about to link it; `None` if it is being removed, or has no locks.
+pub(super) fn lock_linked(path: &Path) -> Option<File> {
+    let file = open_plain(path, File::options().read(true)).ok()?;
+    file.try_lock_shared().ok()?;
+    is_still_at(&file, path).then_some(file)
+}
+
+/// The names of all files that a file links, none for what is no run file; `None` if it does not tell.
+pub(super) fn linked_names(path: &Path, layout: &Layout) -> Option<Vec<String>> {
+    let file = match header::open(path, layout, layout.filetype) {
+        Ok(file) => file,
+        Err(StoreError::NotFound { .. } | StoreError::NotHdf5 { .. }) => return Some(Vec::new()),
+        Err(StoreError::IsDirectory { .. } | StoreError::NotAFile { .. }) => {
+            return Some(Vec::new());
+        }
+        // Other files of ours link nothing; those of another program, or of another format, may.
+        Err(StoreError::NotOurs { found, .. }) if found.starts_with('"') => return Some(Vec::new()),
+        Err(_) => return None,
     };
-    let place = Place::new(run_file, "/");
-    let named = |group| read_text(&file, place, &attribute(group)).ok();
-    layout.groups().filter_map(named).collect()
+    let place = Place::new(path, "/");
+    let linked = layout.groups().filter(|group| is_joined(&file, *group));
+    linked
+        .map(|group| read_text(&file, place, &attribute(group)).ok())
+        .collect()
 }
 
 /// Carries everything but the replaced groups over to a new file.
@@ -230,11 +274,12 @@ fn copy(
     object.copy_to(to, name).at(place, "copy the group")
 }
 
-/// A group in a file `STAGE-DIGEST.h5`.
-#[derive(Debug, Clone, PartialEq)]
+/// A group in a file `STAGE-DIGEST.h5`, which nobody removes meanwhile.
+#[derive(Debug, Clone)]
 pub struct SharedGroup {
     pub(super) group: Group,
     pub(super) name: LinkedName,
+    pub(super) lock: Arc<File>,
     stored: StoredGroup,
 }
 
@@ -250,12 +295,14 @@ impl SharedGroup {
         names.sort_by_key(ToString::to_string);
         names.into_iter().find_map(|name| {
             let path = run_file.folder.join(name.to_string());
+            let lock = Arc::new(lock_linked(&path)?);
             let file = open_named(&path, &run_file.layout, group, &name).ok()?;
             let object = file.hdf5.group(group.name()).ok()?;
             let stored = header::read(&object, Place::new(&path, group.name())).ok()?;
             (stored.record.input_digest == input_digest).then_some(Self {
                 group,
                 name,
+                lock,
                 stored,
             })
         })

@@ -135,7 +135,13 @@ pub(super) fn open_any(path: &Path) -> Result<hdf5::File, StoreError> {
             // Removed since it was looked at.
             StoreError::NotFound { file: path.into() }
         } else {
-            Place::new(path, "/").damaged(error.to_string())
+            // Its digest fits where that was looked at, so the machine is at fault.
+            StoreError::Hdf5 {
+                file: path.into(),
+                dataset: "/".into(),
+                action: "open the file",
+                source: Box::new(error),
+            }
         }
     })
 }

@@ -1,8 +1,7 @@
 //! The lock of a run file, one writing process at a time; and the state before a command that stores in several steps.
 
 use std::ffi::OsString;
-use std::fmt::Display;
-use std::fs::{File, TryLockError};
+use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
@@ -11,10 +10,10 @@ use units::Units;
 use crate::atomic_file::sync_folder;
 use crate::error::{AtFile, StoreError};
 use crate::external::linked_names;
-use crate::hdf5_file::inode;
 use crate::layout::Layout;
+use crate::plain_file::{follow_link, lock_file};
 use crate::reader::Reader;
-use crate::signals::Temporary;
+use crate::signals::{Temporary, left_overs};
 
 /// What to do about a run file that does not exist.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,10 +51,12 @@ impl RunFile {
             IfMissing::Refuse => drop(Reader::open(&path, layout)?),
         }
         let lock = hidden(&folder, &name, ".lock");
-        if fs::metadata(&lock).is_ok_and(|metadata| !metadata.is_file()) {
+        if fs::symlink_metadata(&lock).is_ok_and(|metadata| !metadata.is_file()) {
             return Err(StoreError::NotAFile { file: lock });
         }
-        let file = claim(&path, &lock)?;
+        let Some(file) = lock_file(&lock, File::try_lock)? else {
+            return Err(StoreError::Busy { file: path, lock });
+        };
         let run_file = RunFile {
             path,
             folder,
@@ -68,13 +69,13 @@ impl RunFile {
     }
 
     fn remove_left_overs(&self) -> Result<(), StoreError> {
-        let whole = self.temporary();
-        let entries = fs::read_dir(&self.folder).into_iter().flatten().flatten();
-        let files = entries.map(|entry| entry.path());
-        let left = files.filter(|file| is_temporary(file, &whole));
+        // Without locks another process may be at work on them.
+        if self.lock.try_lock().is_err() {
+            return Ok(());
+        }
         let mut named = Vec::new();
-        for temporary in left.chain([self.previous()]) {
-            named.extend(linked_names(&temporary, &self.layout));
+        for temporary in left_overs(&self.path).chain([self.previous()]) {
+            named.extend(linked_names(&temporary, &self.layout).unwrap_or_default());
             remove_if_there(&temporary, "remove what a killed process left")?;
         }
         self.remove_unlinked(named);
@@ -86,11 +87,6 @@ impl RunFile {
     pub fn in_units(mut self, units: Units) -> Self {
         self.layout = self.layout.in_units(units);
         self
-    }
-
-    /// Where the next state is written.
-    pub(super) fn temporary(&self) -> PathBuf {
-        hidden(&self.folder, &self.name, ".part")
     }
 
     /// Where the state before a command is kept.
@@ -105,53 +101,11 @@ impl RunFile {
     }
 }
 
-/// A temporary file of a commit for one purpose, beside that of the run file.
-pub(super) fn temporary_for(temporary: &Path, purpose: impl Display) -> PathBuf {
-    let mut path = temporary.as_os_str().to_owned();
-    path.push(format!("-{purpose}"));
-    path.into()
-}
-
 fn remove_if_there(path: &Path, action: &'static str) -> Result<(), StoreError> {
     match fs::remove_file(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
         removed => removed.at_file(path, action),
     }
-}
-
-/// Whether a file is the temporary one of a run file, or one [for a purpose](temporary_for); purposes have no dots, unlike what belongs to other files.
-fn is_temporary(file: &Path, whole: &Path) -> bool {
-    let [file, whole] = [file, whole].map(|path| path.as_os_str().as_encoded_bytes());
-    let rest = file.strip_prefix(whole);
-    rest.is_some_and(|rest| rest.is_empty() || rest.starts_with(b"-") && !rest.contains(&b'.'))
-}
-
-/// Opens and locks the lock file of a run file.
-fn claim(path: &Path, lock: &Path) -> Result<File, StoreError> {
-    loop {
-        let file = File::options()
-            .create(true)
-            .truncate(false)
-            .write(true)
-            .open(lock);
-        let file = file.at_file(lock, "open the lock file")?;
-        match file.try_lock() {
-            // Its owner may have removed it since it was opened.
-            Ok(()) if !is_at(&file, lock) => {}
-            Ok(()) => return Ok(file),
-            Err(TryLockError::WouldBlock) => {
-                let (file, lock) = (path.into(), lock.into());
-                return Err(StoreError::Busy { file, lock });
-            }
-            Err(TryLockError::Error(source)) => Err(source).at_file(lock, "lock the lock file")?,
-        }
-    }
-}
-
-/// Whether an open file still is the one that stands at a path.
-fn is_at(file: &File, path: &Path) -> bool {
-    let number = |metadata: io::Result<fs::Metadata>| metadata.ok().map(|m| inode(&m));
-    number(file.metadata()) == number(fs::metadata(path))
 }
 
 impl Drop for RunFile {
@@ -171,8 +125,7 @@ fn locate(path: &Path) -> Result<(PathBuf, OsString), StoreError> {
         return Err(StoreError::IsDirectory { file: path.into() });
     }
     let path = if path.is_symlink() {
-        path.canonicalize()
-            .at_file(path, "follow the symbolic link")?
+        follow_link(path).at_file(path, "follow the symbolic link")?
     } else {
         path.to_path_buf()
     };

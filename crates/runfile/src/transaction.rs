@@ -1,7 +1,9 @@
 //! A change of a run file: written beside it, then put in its place in one step, or not at all.
 
 use std::collections::BTreeMap;
+use std::fs::File;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use hdf5_metno::sync::sync as undisturbed;
 
@@ -9,18 +11,19 @@ use crate::atomic_file::{AtomicFile, Workplace, replaceable, sync_folder};
 use crate::dimension::{self, name_axes};
 use crate::error::{AtFile, AtPlace, LayoutError, Place, StoreError};
 use crate::extents::Sizes;
-use crate::external::{LinkedName, SharedGroup, carry_over, is_joined, join, take_over};
+use crate::external::{
+    LinkedName, SharedGroup, carry_over, is_joined, join, lock_linked, take_over,
+};
 use crate::hdf5_file::FileState;
 use crate::header::GroupRecord;
 use crate::layout::{Group, Layout};
-use crate::lock::{RunFile, temporary_for};
+use crate::lock::RunFile;
 use crate::reader::Reader;
 use crate::signals::note_commit;
 use crate::writer::GroupWriter;
 use crate::{header, read_back};
 
-/// A new state of a run file, in the hidden file `.NAME.part`; dropping it leaves the run file as
-/// it was.
+/// A new state of a run file, in a hidden file beside it; dropping it leaves the run file as it was.
 ///
 /// New groups are written to an empty file and the groups that stay are copied at the commit,
 /// object by object: the file never holds dead space, however often a group runs again. A group in
@@ -46,7 +49,8 @@ pub struct Transaction {
     pub(super) layout: Layout,
     pub(super) target: PathBuf,
     folder: PathBuf,
-    temporary: PathBuf,
+    /// Locks of the files that are linked: whoever removes what nobody links leaves them.
+    linked: Vec<Arc<File>>,
 }
 
 /// A group being written to a file of its own.
@@ -67,14 +71,9 @@ impl Transaction {
         let previous = Reader::open_if_there(&run_file.path, run_file.layout)?;
         replaceable(&run_file.path)?;
         let layout = run_file.layout;
-        let temporary = run_file.temporary();
+        let target = &run_file.path;
         Ok(Transaction {
-            run_file: part(
-                temporary.clone(),
-                Workplace::Memory,
-                &layout,
-                layout.filetype,
-            )?,
+            run_file: part(target, Workplace::Memory, &layout, layout.filetype)?,
             beside: Vec::new(),
             external: Vec::new(),
             previous,
@@ -87,7 +86,7 @@ impl Transaction {
             layout,
             target: run_file.path.clone(),
             folder: run_file.folder.clone(),
-            temporary,
+            linked: Vec::new(),
         })
     }
 
@@ -122,13 +121,8 @@ impl Transaction {
         self.learn_upstream_sizes(group);
         let place = Place::new(&self.target, group.name());
         let file = if self.beside.contains(&group) {
-            let temporary = temporary_for(&self.temporary, group);
-            let part = part(
-                temporary,
-                Workplace::Disk,
-                &self.layout,
-                self.layout.linked_filetype,
-            )?;
+            let (layout, filetype) = (&self.layout, self.layout.linked_filetype);
+            let part = part(&self.target, Workplace::Disk, layout, filetype)?;
             self.external.push(ExternalPart { group, part });
             self.external[self.external.len() - 1].part.file()
         } else {
@@ -163,6 +157,7 @@ impl Transaction {
     /// Puts a link to a shared file in the place of what the file held of its group.
     pub fn link(&mut self, shared: &SharedGroup) -> Result<(), StoreError> {
         self.remove(shared.group);
+        self.linked.push(shared.lock.clone());
         let place = Place::new(&self.target, shared.group.name());
         join(self.run_file.file(), place, shared.group, &shared.name)
     }
@@ -211,7 +206,7 @@ impl Transaction {
         }
         let permissions = replaceable(&self.target)?;
         let place = Place::new(&self.target, "/");
-        let texts = dimension::types(&self.temporary, place)?;
+        let texts = dimension::types(&self.target, place)?;
         let layout = self.layout;
         for ExternalPart { group, part } in self.external.drain(..) {
             let digest = self.finished.remove(&group).unwrap_or_default();
@@ -221,8 +216,9 @@ impl Transaction {
             let target = self.folder.join(name.to_string());
             replaceable(&target)?;
             let proof = |path: &Path| read_back::require(path, &layout, group);
-            part.finish(&target, layout.linked_filetype, proof)?
-                .publish(&target, permissions.clone())?;
+            let written = part.finish(&target, layout.linked_filetype, proof)?;
+            written.publish(&target, permissions.clone())?;
+            self.linked.extend(lock_linked(&target).map(Arc::new));
             sync_folder(&self.folder).at_file(&self.folder, "sync the folder")?;
         }
         let groups = layout.groups();
@@ -268,12 +264,12 @@ impl Transaction {
 
 /// Begins a hidden file with its root attributes.
 fn part(
-    path: PathBuf,
+    target: &Path,
     workplace: Workplace,
     layout: &Layout,
     filetype: &'static str,
 ) -> Result<AtomicFile, StoreError> {
-    AtomicFile::create(path, |path| {
+    AtomicFile::create(target, |path| {
         header::create(path, workplace, layout, filetype)
     })
 }

@@ -28,14 +28,13 @@ const TICK: Duration = Duration::from_millis(20);
 /// Files that this process has read whole and found to be as they were written.
 static UNALTERED: LazyLock<Mutex<HashSet<FileState>>> = LazyLock::new(Mutex::default);
 
-/// Puts the user block into a file whose other bytes are written, and gives back the file.
-pub(super) fn write(path: &Path, filetype: &str) -> io::Result<File> {
-    let mut file = File::options().read(true).write(true).open(path)?;
-    let block = block_of(&mut file, filetype)?;
+/// Puts the user block into a file whose other bytes are written.
+pub(super) fn write(file: &mut File, filetype: &str) -> io::Result<()> {
+    let block = block_of(file, filetype)?;
     file.rewind()?;
     file.write_all(&block)?;
-    if first_bytes(&mut file)? == block {
-        Ok(file)
+    if first_bytes(file)? == block {
+        Ok(())
     } else {
         let what = "the disk gives back other bytes than were written";
         Err(io::Error::other(what))

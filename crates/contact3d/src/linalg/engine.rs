@@ -115,6 +115,8 @@ pub struct RemoteFactor {
 struct Engine {
     name: String,
     child: Child,
+    /// Ends all processes of the engine once this program is gone or closes its input.
+    watcher: Option<Child>,
     requests: Option<BufWriter<ChildStdin>>,
     answers: BufReader<ChildStdout>,
     /// What ended it.
@@ -310,15 +312,14 @@ impl Engine {
                 reason: "the command is empty".into(),
             });
         }
-        let child = Command::new("sh")
-            .args(["-c", &format!("exec {text}")])
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn();
-        let mut child = child.map_err(|error| EngineError::NotStarted {
-            command: text.clone(),
-            reason: error.to_string(),
-        })?;
+        let mut child =
+            shell(&format!("exec {text}")).map_err(|error| EngineError::NotStarted {
+                command: text.clone(),
+                reason: error.to_string(),
+            })?;
+        let group = child.id();
+        let end = format!("read -r _; kill -TERM -{group}; sleep 5; kill -KILL -{group}");
+        let watcher = shell(&format!("exec 2>/dev/null; {end}")).ok();
         let requests = child.stdin.take().map(BufWriter::new);
         let mut answers = BufReader::new(child.stdout.take().expect("asked for a pipe"));
         let (sender, receiver) = mpsc::channel();
@@ -328,11 +329,13 @@ impl Engine {
             Ok(Ok((name, answers))) => Ok(Self {
                 name,
                 child,
+                watcher,
                 requests,
                 answers,
                 failure: None,
             }),
             Ok(Err(_)) | Err(_) => {
+                drop(watcher.map(|watcher| watcher.stdin));
                 let _ = child.kill();
                 let _ = child.wait();
                 Err(EngineError::NoEngine { command: text })
@@ -442,7 +445,13 @@ impl Engine {
                 self.integer()?;
                 Err(Asked::Indefinite)
             }
-            _ => Err(Asked::Refused(self.text()?)),
+            2 | 3 => Err(Asked::Refused(self.text()?)),
+            other => {
+                let expected = "expected 0, 1, 2 or 3 of engines/protocol.md";
+                Err(Asked::Refused(format!(
+                    "its answer begins with {other}, {expected}"
+                )))
+            }
         }
     }
 
@@ -531,11 +540,27 @@ impl Drop for Engine {
     /// Closes its input, at which an engine ends; one that failed or does not end within ten seconds is killed.
     fn drop(&mut self) {
         self.requests = None;
-        if self.failure.is_some() || self.ended_within(Duration::from_secs(10)).is_none() {
+        let is_over =
+            self.failure.is_none() && self.ended_within(Duration::from_secs(10)).is_some();
+        if let Some(watcher) = self.watcher.as_mut().filter(|_| is_over) {
+            let _ = watcher.kill();
+            let _ = watcher.wait();
+        }
+        if !is_over {
+            drop(self.watcher.take().map(|watcher| watcher.stdin));
             let _ = self.child.kill();
             let _ = self.child.wait();
         }
     }
+}
+
+/// Starts a command of the shell with pipes, in a process group of its own where there are such.
+fn shell(command: &str) -> io::Result<Child> {
+    let mut shell = Command::new("sh");
+    shell.args(["-c", command]);
+    #[cfg(unix)]
+    std::os::unix::process::CommandExt::process_group(&mut shell, 0);
+    shell.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn()
 }
 
 fn finite(numbers: Vec<f32>) -> Result<Vec<f32>, Asked> {

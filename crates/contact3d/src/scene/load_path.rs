@@ -148,6 +148,19 @@ pub(super) struct EndValue {
     factor: f64,
 }
 
+/// What all targets have when the next step begins and when it ends.
+fn advance(
+    [before, held]: &mut [BTreeMap<String, EndValue>; 2],
+    k: usize,
+    given: &Step,
+) -> Result<(), InvalidValue> {
+    before.clone_from(held);
+    if k == 0 {
+        held.values_mut().for_each(|held| held.factor = 1.0);
+    }
+    change(k, given, held)
+}
+
 impl Scene {
     /// Whether the scene has a load history.
     #[must_use]
@@ -214,6 +227,25 @@ impl Scene {
     /// # Errors
     /// A key that the scene does not have, a value of another shape.
     pub fn at_increment(&self, increment: Increment) -> Result<Self, InvalidValue> {
+        let ends = self.ends_of(increment.step)?;
+        self.without_steps().with_loads(&ends, increment.share)
+    }
+
+    /// The scenes as the steps end, in their order.
+    ///
+    /// # Errors
+    /// As [`Self::at_increment`].
+    pub fn at_ends(&self) -> impl Iterator<Item = Result<Self, InvalidValue>> {
+        let bare = self.without_steps();
+        let held = bare.initial_values();
+        let mut ends = [held.clone(), held];
+        self.steps.iter().enumerate().map(move |(k, given)| {
+            advance(&mut ends, k, given)?;
+            bare.clone().with_loads(&ends, 1.0)
+        })
+    }
+
+    fn without_steps(&self) -> Self {
         let mut scene = self.clone();
         scene.steps.clear();
         let own = scene.contacts.iter_mut();
@@ -221,15 +253,22 @@ impl Scene {
         for friction in own.chain(&mut scene.friction) {
             friction.follows = SlipMeasure::default();
         }
-        let [before, after] = self.ends_of(increment.step)?;
-        for target in scene.targets() {
-            let ends = (&before[&target.key], &after[&target.key]);
-            let values = between(ends, increment.share);
+        scene
+    }
+
+    /// The scene with what a share of the way between two ends gives.
+    fn with_loads(
+        mut self,
+        [before, after]: &[BTreeMap<String, EndValue>; 2],
+        share: f64,
+    ) -> Result<Self, InvalidValue> {
+        for target in self.targets() {
+            let values = between((&before[&target.key], &after[&target.key]), share);
             let pairs = target.values.into_iter().zip(values);
             pairs.for_each(|(old, new)| *old = new);
         }
-        scene.bind_parameters()?;
-        Ok(scene)
+        self.bind_parameters()?;
+        Ok(self)
     }
 
     /// The clamps that are held elsewhere than at zero when any step ends, by their places.
@@ -238,8 +277,8 @@ impl Scene {
     /// As [`Self::at_increment`].
     pub(crate) fn moved_clamps(&self) -> Result<Vec<usize>, InvalidValue> {
         let mut moved = vec![false; self.clamps.len()];
-        for end in self.increments().iter().filter(|end| end.share >= 1.0) {
-            let clamps = self.at_increment(*end)?.clamps;
+        for end in self.at_ends() {
+            let clamps = end?.clamps;
             let pairs = moved.iter_mut().zip(&clamps);
             pairs.for_each(|(moved, clamp)| *moved |= clamp.is_moved());
         }
@@ -259,16 +298,11 @@ impl Scene {
 
     /// What all targets have when a step begins and when it ends.
     fn ends_of(&self, step: usize) -> Result<[BTreeMap<String, EndValue>; 2], InvalidValue> {
-        let mut held = self.initial_values();
-        let mut before = held.clone();
-        for (k, given) in self.steps.iter().enumerate().take(step + 1) {
-            before.clone_from(&held);
-            if k == 0 {
-                held.values_mut().for_each(|held| held.factor = 1.0);
-            }
-            change(k, given, &mut held)?;
-        }
-        Ok([before, held])
+        let held = self.initial_values();
+        let mut ends = [held.clone(), held];
+        let mut steps = self.steps.iter().enumerate().take(step + 1);
+        steps.try_for_each(|(k, given)| advance(&mut ends, k, given))?;
+        Ok(ends)
     }
 
     /// What all targets have before the first step: nothing loads or moves the body yet, and the gap is what it is.

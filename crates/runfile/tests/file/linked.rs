@@ -253,6 +253,30 @@ fn what_no_run_file_links_any_more_can_be_removed() {
     assert_eq!(files(folder.path()), ["run.h5"]);
 }
 
+/// A run file that cannot be read, or that was written by a later version, may link any file of the folder.
+#[test]
+fn nothing_is_removed_while_a_file_does_not_tell_what_it_links() {
+    let (folder, file) = saved(5);
+    let shared = linked_path(&file);
+    let before = lock(&file).unwrap().linked_names();
+    let other = folder.path().join("other.h5");
+    fs::copy(&file, &other).unwrap();
+    let bytes = fs::read(&other).unwrap();
+    fs::write(&other, &bytes[..bytes.len() - 1]).unwrap();
+    save_field(&file, 5, &[0.5]);
+    remove_unlinked(&file, before.clone());
+    assert!(shared.exists());
+    fs::remove_file(&other).unwrap();
+    // A process that is about to link it has locked it.
+    let linking = fs::File::open(&shared).unwrap();
+    linking.lock_shared().unwrap();
+    remove_unlinked(&file, before.clone());
+    assert!(shared.exists());
+    drop(linking);
+    remove_unlinked(&file, before);
+    assert!(!shared.exists());
+}
+
 #[test]
 fn two_run_files_link_one_file_and_a_write_protected_one_stays() {
     let (folder, file) = folder();
@@ -292,7 +316,7 @@ fn killed_between_the_two_renames_the_old_state_is_whole() {
     let new = linked_path(&later);
     let orphan = folder.path().join(new.file_name().unwrap());
     fs::copy(&new, &orphan).unwrap();
-    fs::copy(&later, folder.path().join(".run.h5.part")).unwrap();
+    fs::copy(&later, folder.path().join(".run.h5.part-0123abcd")).unwrap();
     open(&file).unwrap().require_group(FIELD).unwrap();
     assert_eq!(stiffness_in(&file), stiffness(5));
     let old = linked_path(&file);
@@ -310,7 +334,7 @@ fn a_dropped_transaction_leaves_no_file_of_the_group() {
     transaction.keep_beside(FIELD);
     let writer = transaction.group(FIELD).unwrap();
     write_field(writer, 5, &[]).unwrap();
-    assert!(folder.path().join(".run.h5.part-field").exists());
+    assert_eq!(hidden(folder.path()).len(), 2, "the run file and the group");
     std::mem::forget(transaction);
     drop(lock);
     let lock = crate::sample::lock(&file).unwrap();

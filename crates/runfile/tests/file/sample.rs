@@ -23,6 +23,14 @@ stored_enum! {
     }
 }
 
+/// The temporary files of a folder.
+pub(crate) fn hidden(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).unwrap();
+    let paths = entries.map(|entry| entry.unwrap().path());
+    let is_hidden = |path: &PathBuf| path.to_string_lossy().contains(".part");
+    paths.filter(is_hidden).collect()
+}
+
 /// A first group.
 pub(crate) const GRID: Group = Group::new("grid", "draw");
 /// A group that builds on the first.

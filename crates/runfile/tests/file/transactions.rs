@@ -1,9 +1,10 @@
 //! A change happens whole or not at all.
 
-use std::fs;
+use std::fs::{self, TryLockError};
+use std::io;
 
 use crate::sample::*;
-use contact3d_runfile::{StoreError, Transaction};
+use contact3d_runfile::{StoreError, Transaction, lock_file};
 
 #[test]
 fn dropping_a_transaction_leaves_the_old_state_and_no_temporary() {
@@ -14,9 +15,9 @@ fn dropping_a_transaction_leaves_the_old_state_and_no_temporary() {
     let mut transaction = Transaction::begin(&run_file).unwrap();
     let mut writer = transaction.group(GRID).unwrap();
     writer.write("/grid/tags", &[1_u8; 4], &[4]).unwrap();
-    assert!(folder.path().join(".run.h5.part").exists());
+    assert_eq!(hidden(folder.path()).len(), 1);
     drop(transaction);
-    assert!(!folder.path().join(".run.h5.part").exists());
+    assert!(hidden(folder.path()).is_empty());
     assert_eq!(fs::read(&file).unwrap(), before);
 }
 
@@ -24,7 +25,7 @@ fn dropping_a_transaction_leaves_the_old_state_and_no_temporary() {
 fn what_a_killed_process_leaves_is_harmless_and_removed() {
     let (folder, file) = folder();
     save_grid(&file, 5);
-    let temporary = folder.path().join(".run.h5.part");
+    let temporary = folder.path().join(".run.h5.part-0123abcd");
     fs::write(&temporary, "half a file").unwrap();
     open(&file).unwrap().require_group(GRID).unwrap();
     let run_file = lock(&file).unwrap();
@@ -36,6 +37,42 @@ fn what_a_killed_process_leaves_is_harmless_and_removed() {
     writer.write("/grid/tags", &[1_u8; 4], &[4]).unwrap();
     std::mem::forget(transaction);
     open(&file).unwrap().require_group(GRID).unwrap();
+}
+
+/// Others who may write to the folder cannot have our files written through links of theirs.
+#[cfg(unix)]
+#[test]
+fn links_that_others_plant_are_not_followed() {
+    use std::os::unix::fs::symlink;
+    let (folder, file) = folder();
+    let private = folder.path().join("private");
+    fs::write(&private, "precious").unwrap();
+    for planted in [".run.h5.part", ".run.h5.previous"] {
+        symlink(&private, folder.path().join(planted)).unwrap();
+    }
+    save_grid(&file, 5);
+    assert!(!file.is_symlink());
+    let lock_file = folder.path().join(".run.h5.lock");
+    fs::remove_file(&lock_file).unwrap();
+    symlink(folder.path().join("made"), &lock_file).unwrap();
+    assert!(matches!(lock(&file), Err(StoreError::NotAFile { file }) if file == lock_file));
+    assert!(!folder.path().join("made").exists());
+    assert_eq!(fs::read_to_string(&private).unwrap(), "precious");
+}
+
+/// `flock` of NFS without its lock daemon.
+#[cfg(unix)]
+#[test]
+fn a_file_system_without_locks_is_named() {
+    const ENOLCK: i32 = 37;
+    let (folder, _) = folder();
+    let lock = |_: &fs::File| Err(TryLockError::Error(io::Error::from_raw_os_error(ENOLCK)));
+    let refused = lock_file(&folder.path().join("lock"), lock).unwrap_err();
+    let text = refused.to_string();
+    assert!(
+        text.contains("no locks") && text.contains("HDF5_USE_FILE_LOCKING=FALSE"),
+        "{text}"
+    );
 }
 
 #[test]

@@ -157,15 +157,12 @@ pub(super) fn check_history(scene: &Scene) -> Result<(), InvalidValue> {
 
 /// Every step must end in a scene that a problem of one step could have.
 fn check_ends(scene: &Scene) -> Result<(), InvalidValue> {
-    for end in scene.increments().iter().filter(|end| end.share >= 1.0) {
-        scene
-            .at_increment(*end)?
-            .validate()
-            .map_err(|invalid| InvalidValue {
-                key: format!("step.{}", end.step),
-                expected: format!("{}: {}", invalid.key, invalid.expected),
-                ..invalid
-            })?;
+    for (step, end) in scene.at_ends().enumerate() {
+        end?.validate().map_err(|invalid| InvalidValue {
+            key: format!("step.{step}"),
+            expected: format!("{}: {}", invalid.key, invalid.expected),
+            ..invalid
+        })?;
     }
     Ok(())
 }
