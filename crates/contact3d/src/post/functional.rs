@@ -295,7 +295,7 @@ impl LinearisedFunctional {
     fn estimate(
         &self,
         energy: &ErrorEstimate,
-        (mut of_tetrahedra, mut of_contact): (Vec<f64>, f64),
+        (mut of_tetrahedra, [mut of_contact, cancelled]): (Vec<f64>, [f64; 2]),
         kinks: usize,
     ) -> FunctionalEstimate {
         if self.functional == Functional::StrainEnergy {
@@ -305,7 +305,7 @@ impl LinearisedFunctional {
             of_contact -= 0.5 * energy.contact_square();
         }
         let error: f64 = of_tetrahedra.iter().sum();
-        let bar = (error - of_contact).abs() + of_contact.abs();
+        let bar = (error - of_contact).abs() + of_contact.abs() + cancelled;
         FunctionalEstimate {
             functional: self.functional,
             value: self.value,

@@ -9,6 +9,7 @@ use crate::{
     elasticity::InternalForces,
     post::{Solved, SolvedContact},
     reference::quadrature,
+    scene::{ContactFeatures, FrictionModel, Obstacle, Quantity, Scene},
     solver::Ellipse,
 };
 
@@ -40,6 +41,21 @@ impl Law {
             axes_by_pressure: sum(self.axes_by_pressure, by, other.axes_by_pressure),
             wanted: sum(self.wanted, by, other.wanted),
         }
+    }
+
+    /// Takes the friction of a place instead of that of the pane around it.
+    fn follow(&mut self, model: &FrictionModel, at: [f64; 3]) {
+        let of_place = || {
+            model
+                .bound
+                .place_dependent()
+                .map_or(0.0, |(_, stress)| stress.at(at))
+        };
+        let bound = model.bound.at(self.stress[0], of_place);
+        let coefficients = model.coefficients.evaluate(at, [0.0; 2]);
+        self.semi_axes = coefficients.map(|f| f * bound);
+        let slope = model.bound.slope(self.stress[0]);
+        self.axes_by_pressure = coefficients.map(|f| f * slope);
     }
 
     /// δλ in Pa for a displacement (u_ν − d, u_t1, u_t2) in m, with semi-axes that follow the pressure.
@@ -92,6 +108,8 @@ pub(super) struct PointConditions<'a> {
     contact: &'a SolvedContact<'a>,
     /// Of each pane, `[n_panes]`.
     laws: Vec<Law>,
+    /// Friction that differs inside panes, of each contact face, `[n_faces]`.
+    varying: Vec<Option<FrictionModel>>,
     /// (u_ν − d, u_t1, u_t2) at the contact nodes in m, `[n_contact_nodes]`.
     moved: Vec<[f64; 3]>,
     /// Where the conditions are measured on each contact triangle, `[n_contact_facets]`.
@@ -151,6 +169,7 @@ impl<'a> PointConditions<'a> {
             points: ContactPoints::new(solved, contact, known.displacement, &moved).of_facets(),
             moved,
             share: 1.0,
+            varying: varying_friction(solved.scene),
         };
         conditions.stiffened()
     }
@@ -252,6 +271,16 @@ impl<'a> PointConditions<'a> {
         Self { share, ..self }
     }
 
+    /// Whether formulas give data of contact that differ inside panes: what they make of a quantity in one place says little of the next.
+    pub(super) fn has_formulas(&self) -> bool {
+        let is_formula = |face: &ContactFeatures| {
+            let gap = face.gap.as_ref().is_some_and(Quantity::depends_on_place);
+            gap || matches!(face.obstacle, Some(Obstacle::Height(_)))
+        };
+        let varies = self.varying.iter().any(Option::is_some);
+        varies || self.solved.scene.contact_features().iter().any(is_formula)
+    }
+
     pub(super) fn has_friction(&self) -> bool {
         self.contact.state.interface.has_friction()
     }
@@ -349,7 +378,11 @@ impl<'a> PointConditions<'a> {
         let nodes = self.contact.nodes_of(mesh, place);
         let area = mesh.facet_area(facet);
         for at in &self.points[place] {
-            let law = self.law_at(place, at.share, laws);
+            let mut law = self.law_at(place, at.share, laws);
+            if let Some(model) = &self.varying[surface.face_number(place)] {
+                let corners = mesh.corners(&mesh.facets[facet]);
+                law.follow(model, quadrature::point(&corners, &at.share));
+            }
             let point = FacePoint {
                 nodes: &nodes,
                 shape: mesh.facet_shape(&at.share),
@@ -417,6 +450,19 @@ fn law_of(
         }),
         wanted: [0.0; 3],
     }
+}
+
+/// The friction of each contact face in the order of their multipliers, where a formula may differ inside panes from their means; `None`
+/// where it does not, or follows the slip.
+pub(super) fn varying_friction(scene: &Scene) -> Vec<Option<FrictionModel>> {
+    let features = scene.contact_features().into_iter();
+    let varies = |model: &FrictionModel| {
+        let of_place = model.bound.place_dependent();
+        let bound_varies = of_place.is_some_and(|(_, stress)| stress.depends_on_place());
+        let law = &model.coefficients;
+        (bound_varies || law.depends_on_place()) && !law.depends_on_slip()
+    };
+    features.map(|face| face.friction.filter(varies)).collect()
 }
 
 /// (u_ν − d, u_t1, u_t2) at the contact nodes in m, `[n_contact_nodes]`; tangential ones since the step began.

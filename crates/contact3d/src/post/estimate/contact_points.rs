@@ -9,6 +9,7 @@
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
+use super::contact::varying_friction;
 use crate::{
     mesh::{DistanceBetweenNodes, Mesh, SurfaceFace},
     post::{Solved, SolvedContact},
@@ -41,6 +42,8 @@ pub(super) struct ContactPoints<'a> {
     shallowest: f64,
     /// The obstacle of each face and the gap of the scene before it, where they vary between nodes.
     faces: Vec<(Option<DistanceBetweenNodes<'a>>, Option<&'a Quantity>)>,
+    /// Whether the friction of a face differs inside panes.
+    friction_varies: Vec<bool>,
 }
 
 impl<'a> ContactPoints<'a> {
@@ -75,6 +78,10 @@ impl<'a> ContactPoints<'a> {
             shallowest: 1e-6 * largest,
             depth: moved.iter().map(|at| at[0]).collect(),
             faces: entries.zip(&surface.faces).map(face).collect(),
+            friction_varies: varying_friction(solved.scene)
+                .iter()
+                .map(Option::is_some)
+                .collect(),
         }
     }
 
@@ -97,6 +104,7 @@ struct TriangleDepth<'a> {
     depth: Vec<f64>,
     obstacle: Option<&'a DistanceBetweenNodes<'a>>,
     gap: Option<&'a Quantity>,
+    friction_varies: bool,
 }
 
 /// A part of a contact triangle.
@@ -135,13 +143,16 @@ impl<'a> TriangleDepth<'a> {
             depth,
             obstacle: obstacle.filter(|_| is_near),
             gap: distance.and_then(|(_, gap)| *gap),
+            friction_varies: points.friction_varies[surface.face_number(place)],
         }
     }
 
     /// The points of the triangle.
     fn points(&self) -> Vec<ContactPoint> {
         let whole = self.part([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], 1.0);
-        let has_formula = self.gap.is_some() || self.obstacle.is_some_and(|it| it.is_formula());
+        let has_formula = self.friction_varies
+            || self.gap.is_some()
+            || self.obstacle.is_some_and(|it| it.is_formula());
         // A formula may have hills where no interpolation has any: it is looked at in more places.
         let mut parts = match has_formula {
             true => self.quarters(&whole).into(),

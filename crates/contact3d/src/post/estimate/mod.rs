@@ -138,13 +138,13 @@ impl ErrorEstimate {
     }
 
     /// As [`Self::new`], with what the mesh contributes to Q(u) − Q(u_h) of functionals whose adjoints are given, of each tetrahedron,
-    /// `[n_tetrahedra]`, and the part of the contact conditions in the sum: a_T(e, e_z) of the local errors of solution and adjoint (for
+    /// `[n_tetrahedra]`, and the part of the contact conditions in the sum, with what cancels in it where data differ inside panes: a_T(e, e_z) of the local errors of solution and adjoint (for
     /// linear tetrahedra of their recovered stresses), and −∫ (z − q)·δλ, with what the local errors add to displacements there.
     pub(super) fn with_adjoints(
         solved: &Solved<'_>,
         known: &SolutionData<'_>,
         adjoints: &[Field<'_>],
-    ) -> (Self, Vec<(Vec<f64>, f64)>) {
+    ) -> (Self, Vec<(Vec<f64>, [f64; 2])>) {
         let mesh = solved.mesh;
         let behind = mesh.behind_contact();
         let conditions = solved.contact.as_ref();
@@ -167,7 +167,7 @@ impl ErrorEstimate {
         let elements: f64 = squares.iter().sum();
         let shares = adjoints.iter().enumerate().map(|(k, adjoint)| {
             let mut of_tetrahedra: Vec<f64> = products.iter().map(|of| of[k + 1]).collect();
-            let mut of_contact = 0.0;
+            let (mut of_contact, mut sizes) = (0.0, 0.0);
             if let Some(conditions) = &conditions {
                 let errors = |place: usize, at: &[f64; 4]| {
                     let of: Option<&Vec<BubbleVector>> = at_contact.get(place);
@@ -179,9 +179,18 @@ impl ErrorEstimate {
                 for (tetrahedron, share) in behind.iter().zip(sides) {
                     of_tetrahedra[*tetrahedron] += share;
                     of_contact += share;
+                    sizes += share.abs();
                 }
             }
-            (of_tetrahedra, of_contact)
+            let has_formulas = conditions
+                .as_ref()
+                .is_some_and(PointConditions::has_formulas);
+            let cancelled = if has_formulas {
+                sizes - f64::abs(of_contact)
+            } else {
+                0.0
+            };
+            (of_tetrahedra, [of_contact, cancelled])
         });
         let shares = shares.collect();
         let contact = conditions.map(|it| ContactError::new(&it, &behind, &mut squares));
