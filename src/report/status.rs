@@ -1,7 +1,7 @@
 //! What is said of a run file: its stages, the main figures of its results, what the status of a solve means, and what helps.
 
 use contact3d::{
-    mesh::Mesh,
+    mesh::{ContactSurface, Mesh},
     scene::{DualOperatorKind, FactorPrecision, Method, Scene, SolveSettings},
     solver::{Solution, Status},
 };
@@ -72,16 +72,19 @@ pub fn status(solution: &Solution, scene: &Scene, mesh: &Mesh) -> String {
             ),
             automatic.unwrap_or_else(|| after_all_solvers(solution, scene)),
         ),
+        Status::NoEquilibrium if solution.is_mechanism_of_panes(mesh) => (
+            format!(
+                "no equilibrium on these {} panes, which is no proof that contact cannot hold the body: panes transmit forces at their centres only",
+                mesh.contact.as_ref().map_or(0, ContactSurface::n_panes)
+            ),
+            "a finer mesh or contact.multipliers = \"nodal\" may hold it; see the mechanism"
+                .to_owned(),
+        ),
         Status::NoEquilibrium => (
             "no equilibrium: contact cannot hold the body under this load".to_owned(),
             format!(
-                "see the mechanism; hold it with [[clamp]], or change {}{}",
-                load_and_friction(scene, "or"),
-                if nodes_resist(solution, mesh) {
-                    "; panes transmit forces at their centres only: a finer mesh or contact.multipliers = \"nodal\" may hold the body"
-                } else {
-                    ""
-                }
+                "see the mechanism; hold it with [[clamp]], or change {}",
+                load_and_friction(scene, "or")
             ),
         ),
         Status::Cycling => (
@@ -114,31 +117,6 @@ fn after_all_solvers(solution: &Solution, scene: &Scene) -> String {
             "no equilibrium was found, and none is ruled out: contact may not hold the body; look at {look}, or hold it with [[clamp]]"
         ),
     }
-}
-
-/// Whether some contact node moves into the foundation in the mechanism, which the mean displacements of its panes do not show.
-fn nodes_resist(solution: &Solution, mesh: &Mesh) -> bool {
-    let mechanism = solution
-        .rigid
-        .as_ref()
-        .and_then(|rigid| rigid.mechanism.as_ref());
-    let (Some(motion), Some(surface)) = (mechanism, &mesh.contact) else {
-        return false;
-    };
-    let into = |(contact_node, node): (usize, &usize)| {
-        let pairs = surface
-            .normal_at(contact_node)
-            .into_iter()
-            .zip(motion[*node]);
-        pairs.map(|(normal, moved)| normal * moved).sum::<f64>()
-    };
-    // The largest component of the motion is one.
-    surface
-        .nodes
-        .iter()
-        .enumerate()
-        .map(into)
-        .any(|depth| depth > 1e-3)
 }
 
 /// What a scene without equilibrium may change.

@@ -98,7 +98,7 @@ pub fn levels(study: &DiscretisationStudy, units: Units) -> FigureTable {
         figures.plain("n_div", "n_div", level.n_div);
         figures.json_only("cells", level.cells);
         figures.plain("n_free", "unknowns", level.n_free);
-        figures.number("energy_difference", "error to finest", Fixed(4), level.energy_difference);
+        figures.number("energy_difference", "error to finest", Fixed(4), Some(level.energy_difference).filter(|error| !error.is_nan()));
         figures.number("energy_error", "error to limit", Fixed(4), level.energy_error);
         order(&mut figures, "energy_order", Some(&study.energy_norm), k);
         figures.add("potential_energy", "potential energy", Dimension::Energy, Scientific(8), level.potential_energy);

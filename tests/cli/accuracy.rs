@@ -94,3 +94,26 @@ fn what_cannot_be_measured_or_reported_is_bad_input() {
     refused(program.command(&["report", "absent.h5"]), "absent.h5");
     refused(program.command(&["report", "."]), "summary.h5");
 }
+
+/// Pushed 8 % beyond friction, the body has no equilibrium on any mesh, and no error.
+#[test]
+fn meshes_without_a_solution_have_no_error() {
+    let program = Program::new();
+    let scene = pipeline("pushed_block.toml");
+    let scene = scene.to_str().expect("plain path");
+    let mut command = program.command(&["accuracy", scene, "run.h5", "--no-figures"]);
+    command.args(["--set", "parameters.push=1.3e5"]);
+    let done = command
+        .args(["--coarsest", "2", "--finest", "4"])
+        .assert()
+        .code(1);
+    let [out, err] = [&done.get_output().stdout, &done.get_output().stderr];
+    let text = [out, err]
+        .map(|text| String::from_utf8_lossy(text))
+        .concat();
+    assert!(text.contains("no solution (no_equilibrium)"), "{text}");
+    assert!(
+        !text.contains("0.00 %") && !text.contains("at least 0"),
+        "{text}"
+    );
+}

@@ -14,7 +14,7 @@ pub struct AdaptiveLevel {
     /// Multipliers.
     pub n_multipliers: usize,
     /// Estimated error over ‖u_h‖_A; see [`ErrorEstimate::relative`](crate::post::ErrorEstimate::relative). Of a load history the largest
-    /// of its increments, as [`HistoryErrors`](crate::history::HistoryErrors) measures them; NaN where it ended early.
+    /// of its increments, as [`HistoryErrors`](crate::history::HistoryErrors) measures them; NaN where it ended early, and without a solution, and 1 where the panes of the mesh alone cannot hold the body.
     pub estimated_error: f64,
     /// Value of the quantity that the mesh is refined for; `None` of the energy norm and of a load history.
     pub value: Option<f64>,
@@ -88,7 +88,8 @@ impl Adaptation {
         let Some(last) = self.levels.last() else {
             return AdaptiveStatus::Refining;
         };
-        if !last.status.is_solved() || last.estimated_error.is_nan() {
+        let is_of_mesh = last.status == Status::NoEquilibrium;
+        if !(last.status.is_solved() || is_of_mesh) || last.estimated_error.is_nan() {
             return AdaptiveStatus::NotConverged;
         }
         if of == Some(Functional::LargestPressure) && self.grows_without_limit() {

@@ -172,6 +172,10 @@ fn next_level(
             let (indicator, aim) = Target::of_history(scene, &errors, target);
             RefinedLevel::Cuts(next_cuts(&indicator, aim))
         }
+        // The edges of all tetrahedra are halved.
+        (None, None) if !solved.solution.status.is_solved() => {
+            RefinedLevel::Cuts(vec![3; solved.mesh.tetrahedra.len()])
+        }
         (None, None) => {
             let (indicator, mut aim) = Target::of(scene, solved.report, target);
             let is_cut = matches!(known.refinement.levels.last(), Some(RefinedLevel::Cuts(_)));
@@ -340,6 +344,11 @@ impl SolvedLevel<'_> {
     /// The estimated error of the mesh; `None` where the quantity that it is refined for has none, NaN where a load history ended before
     /// its last increment.
     fn estimated_error(&self, scene: &Scene) -> Option<f64> {
+        if !scene.has_history() && !self.solution.has_computed_solution() {
+            // All of the solution is missed where the panes of the mesh cannot hold the body.
+            let is_of_mesh = self.solution.is_mechanism_of_panes(self.mesh);
+            return Some(if is_of_mesh { 1.0 } else { f64::NAN });
+        }
         if !scene.has_history() {
             let of = scene.adapt.and_then(|adapt| adapt.of);
             let of = of.filter(|_| self.solution.status.is_solved());

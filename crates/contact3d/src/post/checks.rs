@@ -53,7 +53,13 @@ impl fmt::Display for CheckFailure {
                 ..
             } => write!(
                 f,
-                "the answer does not satisfy its equations: {figure} is {value:.1e}, and at most {allowed:.1e} would fit; check what holds the body, and that sizes and moduli of its parts are of similar magnitude"
+                "the answer does not satisfy its equations: {figure} is {}, and at most {allowed:.1e} would fit; check what holds the body, and that sizes and moduli of its parts are of similar magnitude",
+                // Of what exceeds all that acts no digit tells anything.
+                if *value > 1.0 {
+                    "more than 1".to_owned()
+                } else {
+                    format!("{value:.1e}")
+                }
             ),
         }
     }

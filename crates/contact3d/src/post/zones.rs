@@ -58,12 +58,16 @@ pub struct PaneCoulomb {
     pub slip_bound: f64,
 }
 
+/// Share of a bound by which a stress may leave it and is still at rest: histories end with panes at their bound to 1e-14, whose motion of
+/// 1e-21 m is rounding.
+const ZONE_ROUNDING: f64 = 1e-9;
+
 /// Evaluates every pane.
 ///
 /// A pane slips when the trial stress λ_t + ρ |Rⁱ| u_t leaves its ellipse,
-/// ‖𝓕⁻¹(λ_t + ρ |Rⁱ| u_t)‖ > g, with its local stiffness ρ, `[n_multipliers]` in Pa/m³. Unlike the margin
-/// alone this needs no tolerance: a method may leave a sliding pane inside its ellipse by an error of
-/// the size of its tolerance, but its slip carries the trial stress outside.
+/// ‖𝓕⁻¹(λ_t + ρ |Rⁱ| u_t)‖ > g, with its local stiffness ρ, `[n_multipliers]` in Pa/m³, by more than
+/// [rounding](ZONE_ROUNDING). A method may leave a sliding pane inside its ellipse by an error of the size of its tolerance,
+/// but its slip carries the trial stress outside.
 #[must_use]
 pub(super) fn pane_states(
     solved: &Solved<'_>,
@@ -97,7 +101,7 @@ pub(super) fn pane_states(
             let normal = solution.multiplier[i];
             let gap = gap.map_or(0.0, |d| surface.pane_mean(i, d)) - integral[i] / area;
             let closing_pressure = stiffness[layout.normal(i)] * area * gap;
-            let pressed = normal > 0.0 && normal > 1e-9 * closing_pressure;
+            let pressed = normal > 0.0 && normal > ZONE_ROUNDING * closing_pressure;
             let pair = |v: &[f64]| layout.pair(v, i);
             let tangential = set.ellipses.get(i).map(|ellipse| {
                 let stress = pair(&solution.multiplier);
@@ -105,7 +109,7 @@ pub(super) fn pane_states(
                 let slip = [0, 1].map(|k| total[k] - origin(i, k));
                 let step = pair(stiffness).map(|rho| rho * area);
                 let trial = [0, 1].map(|c| stress[c] + step[c] * slip[c]);
-                let sticks = level(ellipse, trial) <= 1.0;
+                let sticks = level(ellipse, trial) <= 1.0 + ZONE_ROUNDING;
                 let coulomb = friction.map(|(law, field)| (law, field.pane_inverse[i]));
                 let state = PaneFriction {
                     stress: stress.map(|t| 0.0 - t),

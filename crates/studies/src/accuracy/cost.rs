@@ -105,6 +105,7 @@ impl Advice {
         };
         let is_finest = study.levels.last() == Some(here);
         let at_least = (!is_finest).then_some(here.energy_difference);
+        let at_least = at_least.filter(|error| !error.is_nan());
         let error = here.energy_error.or(at_least);
         let finer = study.levels.iter().find(|l| l.n_div > here.n_div);
         let judged = accuracy.algebraic.as_ref().zip(error);

@@ -42,7 +42,7 @@ pub struct Level {
     pub status: Status,
     /// n_A.
     pub applications: usize,
-    /// ‖u_h − u_f‖_A / ‖u_f‖_A, with u_f of the finest mesh; 0 there.
+    /// ‖u_h − u_f‖_A / ‖u_f‖_A, with u_f of the finest mesh; 0 there, NaN where either has no solution.
     pub energy_difference: f64,
     /// ‖u_h − u‖_A / ‖u_f‖_A with the extrapolated limit; `None` where no order is observed.
     pub energy_error: Option<f64>,
@@ -174,12 +174,13 @@ impl<'a> NestedMeshes<'a> {
             drop(self.finest.take());
             let ((level, field, primal), cost) =
                 measure(CHEAP_SECONDS, || solve_level(&scene, &brick))?;
-            observe(StudyStep::Figure(format!(
-                "n_div = {n_div}: {} unknowns, estimated error {:.2} %, {:.2} s",
-                level.n_free,
-                100.0 * level.estimated_error,
-                cost.seconds
-            )));
+            let error = match level.estimated_error {
+                error if error.is_nan() => format!("no solution ({})", level.status.word()),
+                error => format!("estimated error {:.2} %", 100.0 * error),
+            };
+            let (n_free, seconds) = (level.n_free, cost.seconds);
+            let words = format!("n_div = {n_div}: {n_free} unknowns, {error}, {seconds:.2} s");
+            observe(StudyStep::Figure(words));
             self.levels.push(Level { cost, ..level });
             self.fields.push(field);
             self.finest = Some(primal);
@@ -197,6 +198,10 @@ impl<'a> NestedMeshes<'a> {
                 Some(_) => whole_energy_norm(self.scene, mesh, field),
             };
             let size = norm(finest);
+            let has_finest = self
+                .levels
+                .last()
+                .is_some_and(|last| !last.estimated_error.is_nan());
             for (level, own) in self.levels.iter_mut().zip(&self.fields) {
                 let same = prolongate(&own.brick, &own.mesh, &own.displacement, &mesh.coordinates);
                 let pairs = same.iter().zip(finest);
@@ -204,7 +209,11 @@ impl<'a> NestedMeshes<'a> {
                     .map(|(a, b)| std::array::from_fn(|c| a[c] - b[c]))
                     .collect();
                 let difference = norm(&apart);
-                level.energy_difference = if size == 0.0 { 0.0 } else { difference / size };
+                level.energy_difference = match size {
+                    _ if !has_finest || level.estimated_error.is_nan() => f64::NAN,
+                    0.0 => 0.0,
+                    _ => difference / size,
+                };
             }
         }
         Some(DiscretisationStudy::new(brick_n_div(brick), self.levels))
@@ -277,7 +286,10 @@ fn solve_level(
         n_multipliers: solution.multiplier.len(),
         status: solution.status,
         applications: solution.trace.applications,
-        estimated_error: report.discretisation_error.relative(),
+        estimated_error: match solution.has_computed_solution() {
+            true => report.discretisation_error.relative(),
+            false => f64::NAN,
+        },
         potential_energy: r.strain_energy - r.load_work,
         ..Level::default()
     };
