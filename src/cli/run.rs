@@ -85,6 +85,7 @@ pub(super) fn run(
 /// Runs the first stage that is not fresh and all after it.
 fn perform_stale(session: &mut Session, output: &Output) -> Result<Vec<StageTiming>, StageError> {
     let mut performed = Vec::new();
+    session.admit_problem()?;
     for state in session.states()? {
         if state.stage == Stage::Assemble {
             warn(output, &session.warnings()?);
@@ -269,11 +270,7 @@ fn finish(
         let levels = levels.unwrap_or_default();
         terminal::result(&format!("{}\n{told}{levels}", scene.shown_title()));
     }
-    for words in run
-        .nothing_touches()
-        .into_iter()
-        .chain(run.large_deformation())
-    {
+    for words in run.nothing_touches().into_iter().chain(run.beyond_theory()) {
         say(output, &format!("warning: {words}"));
     }
     if let Some(failure) = report.failed_check.filter(|_| report.is_broken()) {

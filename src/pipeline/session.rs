@@ -14,6 +14,7 @@ use runfile::{IfMissing, Reader, RunFile};
 use super::{
     StageError, StageState,
     mesh::{self, pin_mesh_file},
+    resources,
     results::Results,
     store::Store,
 };
@@ -159,6 +160,14 @@ impl Session {
         let started = Instant::now();
         let output = self.compute(stage, observe)?;
         self.store.keep(output, started, commit)
+    }
+
+    /// Refuses a problem that cannot fit into memory before its mesh is made.
+    pub fn admit_problem(&self) -> Result<(), StageError> {
+        if self.store.engine.is_none() {
+            resources::admit_memory(resources::least_of_problem(&self.store.input))?;
+        }
+        Ok(())
     }
 
     /// Stores the scene where the file has other words for the same problem, such as another title.

@@ -8,7 +8,7 @@ use contact3d::{
         ContactReport, ContactResultants, ErrorEstimate, FaceResultants, PaneState, SourceForce,
         StressConcentration, Zone,
     },
-    scene::{ContactFeatures, FrictionModel, Scene, escape_control},
+    scene::{ContactFeatures, FrictionModel, MultiplierSpace, Obstacle, Scene, escape_control},
     solver::{Solution, SolvedBy, StartStrategy},
 };
 use serde_json::{Map, Value, json};
@@ -32,6 +32,8 @@ pub struct SolvedRun<'a> {
     pub(super) mesh: &'a Mesh,
     pub(super) solution: &'a Solution,
     pub(super) report: &'a ContactReport,
+    /// That of the least accurate increment, or of the solution.
+    accuracy: f64,
 }
 
 impl<'a> SolvedRun<'a> {
@@ -42,6 +44,10 @@ impl<'a> SolvedRun<'a> {
             mesh: results.mesh(),
             solution: &results.solution,
             report: &results.report,
+            accuracy: {
+                let records = results.increments.iter().map(|record| record.accuracy);
+                records.fold(results.solution.accuracy, f64::max)
+            },
         }
     }
 
@@ -66,9 +72,12 @@ impl<'a> SolvedRun<'a> {
     fn of_solve(&self) -> Figures {
         let (solution, mesh) = (self.solution, self.mesh);
         let mut figures = Figures::new(self.scene.units);
-        let words = status(solution, self.scene, mesh);
+        let mut words = status(solution, self.scene, mesh);
+        if self.accuracy > solution.accuracy {
+            words += &format!("; the least accurate increment to {:.1e}", self.accuracy);
+        }
         figures.described("status", "status", Some(words), solution.status.word());
-        figures.json_only("accuracy", solution.accuracy);
+        figures.json_only("accuracy", self.accuracy);
         let (nodes, tetrahedra) = (mesh.coordinates.len(), mesh.tetrahedra.len());
         let sizes = [("n_nodes", nodes), ("n_tetrahedra", tetrahedra), ("n_panes", self.report.panes.len())];
         figures.counts("nodes, tetrahedra, panes", sizes);
@@ -142,22 +151,52 @@ impl<'a> SolvedRun<'a> {
         ))
     }
 
-    /// That displacements are too large for the theory of small ones, and what to look at; `None` where they are not.
-    pub fn large_deformation(&self) -> Option<String> {
+    /// What is too large for the theory of small deformations, and what to look at.
+    pub fn beyond_theory(&self) -> Vec<String> {
         if !self.solution.has_computed_solution() {
-            return None;
+            return Vec::new();
         }
         let size = |vectors: &[[f64; 3]]| {
             let [x, y, z] = extents(vectors);
             x.hypot(y).hypot(z)
         };
         let share = size(&self.report.displacement) / size(&self.mesh.coordinates);
-        // How much displacements may differ from each other, over the size of the body, before strains or rotations are not small.
-        (share > 0.1).then(|| {
-            format!(
-                "displacements differ by {} of the body's size, but small deformations are assumed: check the units of material, loads and lengths",
+        let strain = self.report.largest_strain(self.mesh);
+        let look =
+            "but small deformations are assumed: check the units of material, loads and lengths";
+        // What displacements may differ from each other, over the size of the body, and strains may be, before they are not small.
+        let deformation = if share > 0.1 {
+            Some(format!(
+                "displacements differ by {} of the body's size, {look}",
                 percent(share)
-            )
+            ))
+        } else {
+            (strain > 0.1).then(|| format!("strains reach {}, {look}", percent(strain)))
+        };
+        deformation.into_iter().chain(self.long_slips()).collect()
+    }
+
+    /// Slips along round obstacles after which their normal is another one.
+    fn long_slips(&self) -> impl Iterator<Item = String> {
+        let faces = self.mesh.contact.iter().flat_map(|surface| &surface.faces);
+        let entries = self.scene.contact_order().into_iter().zip(faces);
+        entries.filter_map(|(entry, face)| {
+            let radius = match self.scene.contacts[entry].obstacle.as_ref()? {
+                Obstacle::Sphere(sphere) => sphere.radius,
+                Obstacle::Cylinder(cylinder) => cylinder.radius,
+                Obstacle::HalfSpace(_) | Obstacle::Height(_) => return None,
+            };
+            let panes = self.report.panes.get(face.panes.clone())?.iter();
+            let pressed = panes.filter(|pane| pane.zone != Zone::Open);
+            let slips = pressed.filter_map(|pane| pane.friction);
+            let longest = slips.map(|it| it.slip[0].hypot(it.slip[1])).fold(0.0, f64::max);
+            // The normal turns by the slip over the radius, 3 degrees here.
+            (longest > radius / 20.0).then(|| {
+                format!(
+                    "contact.{entry}: it slips by {} of the radius of its obstacle, but normals are those of where it began: apply the load in parts, each on the moved body",
+                    percent(longest / radius)
+                )
+            })
         })
     }
 
@@ -417,8 +456,16 @@ pub(super) fn estimate_words(estimate: &ErrorEstimate, scene: &Scene) -> String 
     let error = estimate.relative();
     // Estimates above this share of the energy norm were down to 0.66 of the error on meshes of some hundred unknowns; below
     // it they were between 0.7 and 1.5 times the error (docs/explanation/errors.md).
+    let has_panes = scene
+        .contacts
+        .iter()
+        .any(|contact| contact.multipliers == MultiplierSpace::Panes);
+    let is_of_panes = has_panes && estimate.relative_contact() > 0.9 * error;
     let caution = match (error > 0.25, scene.adapt) {
         (false, _) => "",
+        (true, _) if is_of_panes => {
+            ", a rough guess: panes are wider than what happens on them; contact.multipliers = \"nodal\" sees more"
+        }
         (true, None) => ", a rough guess: the mesh is coarse; refine it: run ... --error 10%",
         (true, Some(_)) => ", a rough guess: the mesh is coarse",
     };

@@ -74,7 +74,7 @@ pub fn status(solution: &Solution, scene: &Scene, mesh: &Mesh) -> String {
         ),
         Status::NoEquilibrium if solution.is_mechanism_of_panes(mesh) => (
             format!(
-                "no equilibrium on these {} panes, which is no proof that contact cannot hold the body: panes transmit forces at their centres only",
+                "no equilibrium with {} pane(s), which is no proof that contact cannot hold the body: panes transmit forces at their centres only",
                 mesh.contact.as_ref().map_or(0, ContactSurface::n_panes)
             ),
             "a finer mesh or contact.multipliers = \"nodal\" may hold it; see the mechanism"

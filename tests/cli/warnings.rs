@@ -116,3 +116,136 @@ fn scenes_without_parameters_store_none() {
     assert_eq!(text.matches("fresh, kept").count(), 5, "{text}");
     assert_eq!(program.digests(), before);
 }
+
+/// Runs a scene to `run.h5`, whatever comes of it; its exit code, and what it said.
+fn scene(text: &str, more: &[&str]) -> (Option<i32>, String) {
+    let program = Program::new();
+    fs::write(program.path("scene.toml"), text).unwrap();
+    let mut command = program.command(&["run", "scene.toml", "run.h5", "--no-figures"]);
+    let done = command.args(more).output().unwrap();
+    let said = [done.stderr, done.stdout].concat();
+    (
+        done.status.code(),
+        String::from_utf8_lossy(&said).into_owned(),
+    )
+}
+
+const PAD: &str = r#"
+title = "pad"
+[body.brick]
+size = [10.0, 10.0, 1.0]
+cells = [4, 4, 2]
+[material.isotropic]
+young_modulus = 1e6
+poisson_ratio = 0.3
+[contact]
+face = "z_min"
+[[clamp]]
+face = "z_max"
+"#;
+
+/// A layer squeezed by 20 %: a strain of 0.2 m / 1 m, with displacements of 1.4 % of the body.
+#[test]
+fn large_strains_are_warned_of() {
+    let (code, text) = scene(PAD, &["--set", "clamp.0.value=[0.0, 0.0, -0.2]"]);
+    assert_eq!(code, Some(0), "{text}");
+    assert!(text.contains("warning: strains reach 2"), "{text}");
+    let (_, text) = scene(PAD, &["--set", "clamp.0.value=[0.0, 0.0, -0.01]"]);
+    assert!(!text.contains("warning"), "{text}");
+}
+
+/// A push of 0.2 m along a ball of 2 m turns the normal by 0.1, nearly 6 degrees.
+#[test]
+fn slips_beyond_a_twentieth_of_a_radius_are_warned_of() {
+    let ball = "contact.obstacle.sphere={ centre=[5.0, 5.0, -2.0], radius=2.0 }";
+    let sets = |along: &str| format!("clamp.0.value=[{along}, 0.0, -0.05]");
+    let friction = "friction.coefficient.constant=0.1";
+    let run = |along: &str| {
+        let clamp = sets(along);
+        let nodal = "contact.multipliers=\"nodal\"";
+        scene(
+            PAD,
+            &[
+                "--set", ball, "--set", friction, "--set", &clamp, "--set", nodal,
+            ],
+        )
+    };
+    let (code, text) = run("0.2");
+    assert_eq!(code, Some(0), "{text}");
+    assert!(text.contains("of the radius of its obstacle"), "{text}");
+    let (_, text) = run("0.01");
+    assert!(!text.contains("of the radius of its obstacle"), "{text}");
+}
+
+/// The quadrature of the first mesh sees a load of 3.89e7 N on each square metre where the formula has 4.00e7.
+#[test]
+fn loads_that_the_mesh_does_not_resolve_are_warned_of() {
+    let load = |formula: &str| format!("pressure=[{{face=\"x_max\", value=\"{formula}\"}}]");
+    let clamp = "clamp.0.value=[0.0, 0.0, -0.001]";
+    let (_, text) = scene(
+        PAD,
+        &[
+            "--set",
+            clamp,
+            "--set",
+            &load("2e2*(1+sin(40*z)*sin(37*y))"),
+        ],
+    );
+    assert!(
+        text.contains("warning: pressure.0.value: it varies inside triangles"),
+        "{text}"
+    );
+    let (_, text) = scene(PAD, &["--set", clamp, "--set", &load("2e2*(1+z*y)")]);
+    assert!(!text.contains("warning"), "{text}");
+}
+
+/// Steel has 2.1e5 N/mm², and nothing has 2.1e11.
+#[test]
+fn moduli_in_pascals_with_lengths_in_millimetres_are_warned_of() {
+    let mm = [
+        "--set",
+        "units.length=\"mm\"",
+        "--set",
+        "clamp.0.value=[0.0, 0.0, -0.001]",
+    ];
+    let run = |modulus: &str| {
+        let set = format!("material.isotropic.young_modulus={modulus}");
+        scene(PAD, &[&mm[..], &["--set", &set]].concat()).1
+    };
+    let text = run("2.1e11");
+    assert!(
+        text.contains("warning: material.isotropic.young_modulus: stiffer"),
+        "{text}"
+    );
+    assert!(!run("2.1e5").contains("warning"));
+}
+
+/// A block on a foot of one pane, its load 3 mm beside the axis and the foot 60 mm wide: within 60 mm / 6, so it stands
+/// with the whole foot pressed.
+#[test]
+fn a_pane_that_cannot_hold_the_body_is_no_proof_and_is_refined() {
+    let peg = r#"
+title = "peg"
+[body.brick]
+size = [0.06, 0.06, 0.05]
+cells = [2, 2, 2]
+[material.isotropic]
+young_modulus = 2.1e11
+poisson_ratio = 0.3
+[contact]
+face = "z_min"
+[friction]
+coefficient.constant = 0.4
+[[pressure]]
+face = "z_max"
+value = "1e6*(1 + 10*(x - 0.03))"
+"#;
+    let (code, text) = scene(peg, &[]);
+    assert_eq!(code, Some(1), "{text}");
+    assert!(
+        text.contains("no proof that contact cannot hold the body"),
+        "{text}"
+    );
+    let (code, text) = scene(peg, &["--error", "20%"]);
+    assert_eq!(code, Some(0), "{text}");
+}

@@ -187,6 +187,24 @@ mod tests {
         }
     }
 
+    /// Panes that cannot hold the body are refined away; a body that nothing holds is not.
+    #[test]
+    fn a_mechanism_of_the_mesh_alone_is_refined() {
+        let status = |estimated_error: f64| {
+            let unheld = AdaptiveLevel {
+                status: Status::NoEquilibrium,
+                ..level(100, estimated_error, 1.0)
+            };
+            let adaptation = Adaptation {
+                levels: vec![unheld],
+                ..Adaptation::default()
+            };
+            adaptation.status(0.2, None)
+        };
+        assert_eq!(status(1.0), AdaptiveStatus::Refining);
+        assert_eq!(status(f64::NAN), AdaptiveStatus::NotConverged);
+    }
+
     #[test]
     fn what_grows_by_less_and_less_has_a_limit() {
         let grows = |values: &[f64]| {

@@ -20,6 +20,7 @@ pub use rounding::Rounding;
 pub use stress::{LargestStress, StressConcentration};
 pub use zones::{PaneCoulomb, PaneFriction, PaneState, Zone};
 
+use nalgebra::{Matrix3, Vector3};
 use resultants::NodalForces;
 use stress::NodalStress;
 
@@ -265,6 +266,21 @@ impl ContactReport {
     pub fn functional(&self, functional: Functional) -> Option<&FunctionalEstimate> {
         let mut all = self.functionals.iter();
         all.find(|it| it.functional == functional && it.value != 0.0)
+    }
+
+    /// The largest principal strain of a tetrahedron, by its corners.
+    #[must_use]
+    pub fn largest_strain(&self, mesh: &Mesh) -> f64 {
+        let of_tetrahedron = |corners: &[usize; 4]| {
+            let edges = |field: &[[f64; 3]]| {
+                let at = |k: usize| Vector3::from(field[corners[k]]);
+                Matrix3::from_columns(&[at(1) - at(0), at(2) - at(0), at(3) - at(0)])
+            };
+            let inverse = edges(&mesh.coordinates).try_inverse()?;
+            let gradient = edges(&self.displacement) * inverse;
+            Some(gradient.symmetric_part().symmetric_eigenvalues().amax())
+        };
+        largest(mesh.tetrahedra.iter().filter_map(of_tetrahedron))
     }
 
     /// Number of panes in a zone.

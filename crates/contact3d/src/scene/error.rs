@@ -5,7 +5,7 @@ use std::{fmt, ops::Range, string::FromUtf8Error};
 use miette::{Diagnostic, NamedSource, SourceSpan};
 use thiserror::Error;
 
-use super::{Component, ElementOrder, Material, Scene, Written};
+use super::{Component, ElementOrder, Isotropic, Material, Scene, Written};
 
 /// Why a scene file cannot be used; draws the offending line.
 #[derive(Debug, Error, Diagnostic)]
@@ -142,6 +142,18 @@ pub enum Warning {
         /// The key of the pressure.
         key: String,
     },
+    /// A load whose formula changes so fast that integrals over triangles miss a part of it.
+    UnresolvedLoad {
+        /// The key of the load.
+        key: String,
+        /// The part, over the whole.
+        share: f64,
+    },
+    /// A stiffer material than there is, as of lengths in mm with stresses in Pa.
+    TooStiff {
+        /// The key of Young's modulus.
+        key: String,
+    },
     /// A law of friction that is not positive and finite at slips that may never occur.
     LawLeavesRange {
         /// The key of the law.
@@ -161,23 +173,41 @@ impl Scene {
         unused
             .map(|name| Warning::UnusedParameter { name })
             .chain(self.locking())
+            .chain(self.too_stiff())
             .collect()
     }
 
     /// The materials in which linear tetrahedra lock: they make a flat pad on 8 × 8 × 4 cells too stiff by 6 % at a Poisson's ratio of
     /// 0.45, by 16 % at 0.49 and by 69 % at 0.499 (docs/how_to/rubber.md).
     fn locking(&self) -> impl Iterator<Item = Warning> {
+        let laws = self.isotropic();
+        let ratios = laws.map(|(key, law)| (format!("{key}.poisson_ratio"), law.poisson_ratio));
+        ratios
+            .filter(|(_, ratio)| self.body.element == ElementOrder::P1 && *ratio > 0.45)
+            .map(|(key, ratio)| Warning::Locking { key, ratio })
+    }
+
+    /// The isotropic materials with their keys.
+    fn isotropic(&self) -> impl Iterator<Item = (String, &Isotropic)> {
         let regions = self.regions.iter().enumerate();
         let regions = regions.map(|(i, region)| (format!("region.{i}.material"), &region.material));
         let all = regions.chain([("material".to_owned(), &self.material)]);
         all.filter_map(|(key, material)| match material {
-            Material::Isotropic(law) => {
-                Some((format!("{key}.isotropic.poisson_ratio"), law.poisson_ratio))
-            }
+            Material::Isotropic(law) => Some((format!("{key}.isotropic"), law)),
             Material::Orthotropic(_) | Material::Voigt(_) => None,
         })
-        .filter(|(_, ratio)| self.body.element == ElementOrder::P1 && *ratio > 0.45)
-        .map(|(key, ratio)| Warning::Locking { key, ratio })
+    }
+}
+
+impl Scene {
+    /// Young's moduli above twice that of diamond, 1.05e12 Pa.
+    fn too_stiff(&self) -> impl Iterator<Item = Warning> {
+        let most = self.units.from_pascals(2.1e12);
+        self.isotropic()
+            .filter(move |(_, law)| law.young_modulus > most)
+            .map(|(key, _)| Warning::TooStiff {
+                key: format!("{key}.young_modulus"),
+            })
     }
 }
 
@@ -205,6 +235,15 @@ impl fmt::Display for Warning {
                 f,
                 "{key}: it does nothing, since clamps hold the displacement along the normal of the face; \
                  remove it, or take that direction out of `components` of the clamp"
+            ),
+            Self::UnresolvedLoad { key, share } => write!(
+                f,
+                "{key}: it varies inside triangles so much that their integrals differ by {:.1} % from those over a quarter each; refine the mesh there",
+                100.0 * share
+            ),
+            Self::TooStiff { key } => write!(
+                f,
+                "{key}: stiffer than any material; stresses are in the unit of force over that of length squared, with units.length = \"mm\" in N/mm^2 = MPa"
             ),
             Self::LawLeavesRange { key, value, place } => {
                 let remedy = if value.is_nan() {
