@@ -1,14 +1,16 @@
 //! Adaptive runs: the words about their levels, and what became of the target.
 
+use std::time::Instant;
+
 use contact3d::{
-    adaptation::{AdaptiveLevel, AdaptiveStatus, LevelForecast, RefinementGoal},
+    adaptation::{AdaptiveLevel, AdaptiveStatus, LevelForecast, RefinedLevels},
     scene::{ElementOrder, Scene},
 };
 use indicatif::ProgressBar;
 
 use super::{arguments::Output, progress, terminal::say};
 use crate::{
-    pipeline::{AdaptStep, Adapted, OutOfReach, Session, StageError},
+    pipeline::{AdaptStep, Session, StageError, StageTiming},
     report::{estimated_percent, percent},
 };
 
@@ -27,13 +29,13 @@ pub(super) fn share(text: &str) -> Result<f64, String> {
 /// Runs the levels of a scene that asks for an error.
 pub(super) fn run(
     session: &mut Session,
-    goal: RefinementGoal,
+    deadline: Option<Instant>,
     output: &Output,
-) -> Result<Adapted, StageError> {
+) -> Result<(RefinedLevels, Vec<StageTiming>), StageError> {
     say(output, &first_mesh_line(session.scene()));
     let mut is_out_of_reach = false;
     let mut spinner = ProgressBar::hidden();
-    let adapted = session.adapt(goal, &mut |step| match step {
+    let adapted = session.adapt(deadline, &mut |step| match step {
         AdaptStep::Stage(level, stage) => {
             spinner.finish_and_clear();
             spinner = progress::spinner(stage.word(), output);
@@ -49,11 +51,18 @@ pub(super) fn run(
             spinner.finish_and_clear();
             say(output, &format!("level {number:<3} does not fit: {why}"));
         }
-        AdaptStep::Forecast(number, forecast, out_of_reach) => {
-            say(output, &forecast_line(number, forecast));
-            if let Some(out_of_reach) = out_of_reach.filter(|_| !is_out_of_reach) {
-                is_out_of_reach = true;
-                say(output, &out_of_reach_line(out_of_reach));
+        AdaptStep::Forecast(number, forecast) => say(output, &forecast_line(number, forecast)),
+        AdaptStep::OutOfReach {
+            n_free,
+            needed,
+            available,
+        } => {
+            if !std::mem::replace(&mut is_out_of_reach, true) {
+                let [needed, available] = [needed, available].map(|bytes| bytes as f64 / 1e9);
+                let line = format!(
+                    "mesh      at this rate the target takes about {n_free:.1e} unknowns and {needed:.0} GB of memory, and there are {available:.0} GB: it will hardly be met"
+                );
+                say(output, &line);
             }
         }
     });
@@ -90,16 +99,6 @@ fn forecast_line(number: usize, forecast: &LevelForecast) -> String {
     )
 }
 
-fn out_of_reach_line(target: OutOfReach) -> String {
-    let gigabytes = |bytes: u64| bytes as f64 / 1e9;
-    format!(
-        "mesh      at this rate the target takes about {:.1e} unknowns and {:.0} GB of memory, and there are {:.0} GB: it will hardly be met",
-        target.n_free,
-        gigabytes(target.needed),
-        gigabytes(target.available)
-    )
-}
-
 fn level_line(number: usize, level: &AdaptiveLevel) -> String {
     format!(
         "level {number:<3} {:>9} unknowns, {:>6} multipliers, error about {:>8}, {:.3} s",
@@ -111,8 +110,8 @@ fn level_line(number: usize, level: &AdaptiveLevel) -> String {
 }
 
 /// What to say of a target that is not met; `None` if it is, or if the solve has said enough.
-pub(super) fn unmet(adapted: &Adapted) -> Option<String> {
-    let target = percent(adapted.target);
+pub(super) fn unmet(adapted: &RefinedLevels, target: f64) -> Option<String> {
+    let target = percent(target);
     let reached = adapted
         .adaptation
         .levels

@@ -7,13 +7,13 @@ use std::{
 
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
-use contact3d::{linalg::EngineCommand, scene::MOST_CELLS};
+use contact3d::scene::MOST_CELLS;
 
 use super::{
     export::ExportKind,
     init::{InspectArguments, SceneKind},
     stability::StabilityArguments,
-    studies::{AccuracyArguments, BranchesArguments},
+    studies::Study,
     sweep::SweepArguments,
 };
 use crate::{
@@ -111,15 +111,8 @@ pub enum Command {
         #[command(flatten)]
         figures: FigureArguments,
     },
-    /// Measure the errors of solvers and meshes for a scene, and their costs
-    Accuracy(AccuracyArguments),
-    /// Prove an upper bound of the discretisation error of a solved run file
-    Bound {
-        /// The run file, solved
-        file: PathBuf,
-    },
-    /// Follow solutions while one key of the scene changes: folds, branches, all solutions at one value
-    Branches(BranchesArguments),
+    #[command(flatten)]
+    Study(Study),
     /// Measure how far a solution can be trusted: conditioning, other algorithms, other descriptions of the problem
     Stability(StabilityArguments),
     /// Write a report as one HTML page that needs no network
@@ -227,13 +220,7 @@ pub struct EngineArguments {
     /// Let another program hold the Cholesky factor, perhaps on several machines, such as 'mpirun -n 4 contact3d-mumps' (folder engines of
     /// the sources); it is not stored
     #[arg(long, value_name = "COMMAND")]
-    engine: Option<String>,
-}
-
-impl EngineArguments {
-    pub(super) fn command(&self) -> Option<EngineCommand> {
-        self.engine.clone().map(EngineCommand)
-    }
+    pub(super) engine: Option<String>,
 }
 
 /// Where the assembled data go.

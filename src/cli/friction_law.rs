@@ -2,7 +2,6 @@
 
 use contact3d::{
     contact::{CoulombLaw, FaceLaw, Interface, LawBounds, LawExtreme},
-    mesh::Refinement,
     scene::{ContactFeatures, FrictionModel, escape_control},
 };
 use serde_json::json;
@@ -28,7 +27,7 @@ pub(super) fn friction_law(
 ) -> Result<Exit, StageError> {
     let (mut input, inputs) = override_scene::read_with_inputs(arguments)?;
     pin_mesh_file(&mut input)?;
-    let mesh = mesh_of(&input, &Refinement::default())?;
+    let mesh = mesh_of(&input, &[])?;
     let scene = &input.scene;
     let interface = Interface::new(scene, &mesh).map_err(|invalid| input.refuse(invalid))?;
     let mut warnings = scene.warnings();

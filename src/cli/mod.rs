@@ -85,9 +85,7 @@ fn perform(arguments: &Arguments) -> Exit {
         Command::FrictionLaw { scene, figures } => {
             friction_law::friction_law(scene, figures, &output)
         }
-        Command::Accuracy(study) => studies::accuracy(study, &output, threads),
-        Command::Bound { file } => studies::bound(file, &output, threads),
-        Command::Branches(study) => studies::branches(study, &output, threads),
+        Command::Study(study) => study.perform(&output, threads),
         Command::Stability(suite) => stability::stability(suite, &output, threads),
         Command::Report {
             input,

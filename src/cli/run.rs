@@ -2,7 +2,7 @@
 
 use std::{path::Path, time::Instant};
 
-use contact3d::{RunStep, adaptation::RefinementGoal, linalg::Factor};
+use contact3d::{RunStep, adaptation::RefinedLevels, linalg::Factor};
 
 use super::{
     adaptive,
@@ -17,7 +17,7 @@ use super::{
 use crate::{
     format::Stage,
     output::Inputs,
-    pipeline::{Adapted, AssemblyFile, Session, StageError, StageTiming, StoreWhen},
+    pipeline::{AssemblyFile, Session, StageError, StageTiming, StoreWhen},
     report::{self, SolvedRun},
     views::{PictureFolder, are_drawn, draw_run, drawing_of},
 };
@@ -38,7 +38,7 @@ pub(super) fn run(
     progress::on_run_file(&arguments.file);
     let mut session = Session::with_scene(&arguments.file, scene, threads)?;
     session.keep_assembly(arguments.assembly.choice());
-    session.hold_factors_with(arguments.engine.command());
+    session.hold_factors_with(arguments.engine.engine.clone());
     let is_done = session.is_done()?
         && are_drawn(
             &arguments.figures.folder(&arguments.file),
@@ -55,18 +55,12 @@ pub(super) fn run(
         return Err(override_scene::asks_for_no_error("--budget", "5%"));
     }
     session.all_or_nothing(|session| {
-        let target = session.scene().adapt.map(|adapt| adapt.error);
-        let (performed, adapted) = match target {
-            None => (perform_stale(session, output)?, None),
-            Some(target) => {
-                let goal = RefinementGoal {
-                    error: target,
-                    deadline: arguments.deadline(began),
-                };
-                let mut adapted = adaptive::run(session, goal, output)?;
-                warn(output, &session.warnings()?);
-                (std::mem::take(&mut adapted.performed), Some(adapted))
-            }
+        let (adapted, performed) = if session.scene().adapt.is_some() {
+            let (adapted, performed) = adaptive::run(session, arguments.deadline(began), output)?;
+            warn(output, &session.warnings()?);
+            (Some(adapted), performed)
+        } else {
+            (None, perform_stale(session, output)?)
         };
         session.store_scene()?;
         if arguments.assembly.choice() == AssemblyFile::SelfContained {
@@ -131,7 +125,7 @@ pub(super) fn assemble(
     progress::on_run_file(file);
     let mut session = Session::open(file, threads)?;
     session.keep_assembly(assembly.choice());
-    session.hold_factors_with(engine.command());
+    session.hold_factors_with(engine.engine.clone());
     let scene = override_scene::change_table(session.input(), "assemble", overrides)?;
     session.set_assemble(scene.assemble);
     session.all_or_nothing(|session| {
@@ -155,7 +149,7 @@ pub(super) fn solve(
     let mut session = Session::open(file, threads)?;
     let scene = override_scene::change_table(session.input(), "solve", overrides)?;
     session.set_solve(scene.solve)?;
-    session.hold_factors_with(engine.command());
+    session.hold_factors_with(engine.engine.clone());
     session.all_or_nothing(|session| {
         let performed = perform(session, Stage::Solve, StoreWhen::Now, output)?;
         finish(session, (file, output), &[performed], (None, None))
@@ -230,10 +224,11 @@ fn finish(
     session: &mut Session,
     (file, output): (&Path, &Output),
     performed: &[StageTiming],
-    (adapted, drawn): (Option<&Adapted>, Option<String>),
+    (adapted, drawn): (Option<&RefinedLevels>, Option<String>),
 ) -> Result<Exit, StageError> {
     let results = session.results()?;
     let scene = session.scene();
+    let target = scene.adapt.map_or(f64::NAN, |adapt| adapt.error);
     let (solution, report, increments) = (&results.solution, &results.report, &results.increments);
     let run = SolvedRun::new(scene, &results);
     let features = report::features(scene, &run.sizes());
@@ -246,13 +241,12 @@ fn finish(
             json["history"] = report::increments(scene, increments).json();
         }
         if let Some(adapted) = adapted {
-            json["adaptation"] = report::adaptation_json(scene, adapted);
+            json["adaptation"] = report::adaptation_json(scene, adapted, target);
         }
         terminal::json(&json);
     } else if !output.quiet {
-        let levels = adapted.map(|adapted| {
-            report::adaptation_table(scene, &adapted.adaptation, adapted.target).text()
-        });
+        let levels =
+            adapted.map(|it| report::adaptation_table(scene, &it.adaptation, target).text());
         let told = if output.verbose {
             format!(
                 "model features\n{}results\n{}{}",
@@ -278,7 +272,7 @@ fn finish(
         return Ok(Exit::NotConverged);
     }
     if solution.status.is_success(&scene.solve) {
-        let unmet = adapted.and_then(adaptive::unmet);
+        let unmet = adapted.and_then(|adapted| adaptive::unmet(adapted, target));
         return Ok(unmet.map_or(Exit::Done, |unmet| {
             terminal::message(&unmet);
             Exit::NotConverged

@@ -5,7 +5,7 @@ use std::{
     time::Instant,
 };
 
-use clap::Args;
+use clap::{Args, Subcommand};
 use contact3d::{scene::SceneFile, solver::Status};
 use indicatif::ProgressBar;
 use serde_json::Value;
@@ -23,12 +23,37 @@ use super::{
 use crate::{
     output::Inputs,
     pipeline::{
-        SeriesFolder, SeriesKind, StageError,
+        PATH_SERIES, SeriesFolder, StageError,
         studies::{Followed, bound_error, follow_branches, measure_accuracy},
     },
     report::{self, unit_words},
     views::{Drawing, PictureFolder, draw_accuracy, draw_branches},
 };
+
+/// The studies of a scene or its solution.
+#[derive(Debug, Subcommand)]
+pub enum Study {
+    /// Measure the errors of solvers and meshes for a scene, and their costs
+    Accuracy(AccuracyArguments),
+    /// Prove an upper bound of the discretisation error of a solved run file
+    Bound {
+        /// The run file, solved
+        file: PathBuf,
+    },
+    /// Follow solutions while one key of the scene changes: folds, branches, all solutions at one value
+    Branches(BranchesArguments),
+}
+
+impl Study {
+    /// Does what the command asks.
+    pub(super) fn perform(&self, output: &Output, threads: usize) -> Result<Exit, StageError> {
+        match self {
+            Self::Accuracy(settings) => accuracy(settings, output, threads),
+            Self::Bound { file } => bound(file, output, threads),
+            Self::Branches(range) => branches(range, output, threads),
+        }
+    }
+}
 
 /// Arguments of `accuracy`.
 #[derive(Debug, Args)]
@@ -51,7 +76,7 @@ pub struct AccuracyArguments {
 }
 
 /// `accuracy`: runs both studies, stores and draws them, and says what they mean.
-pub(super) fn accuracy(
+fn accuracy(
     arguments: &AccuracyArguments,
     output: &Output,
     threads: usize,
@@ -100,7 +125,7 @@ fn is_complete(accuracy: &Accuracy) -> bool {
 }
 
 /// `bound`: computes, stores and prints.
-pub(super) fn bound(file: &Path, output: &Output, threads: usize) -> Result<Exit, StageError> {
+fn bound(file: &Path, output: &Output, threads: usize) -> Result<Exit, StageError> {
     let spinner = progress::spinner("bound", output);
     let bounded = bound_error(file, threads);
     spinner.finish_and_clear();
@@ -144,7 +169,7 @@ pub struct BranchesArguments {
 }
 
 /// `branches`: follows the paths, stores and draws them, and lists their special points.
-pub(super) fn branches(
+fn branches(
     arguments: &BranchesArguments,
     output: &Output,
     threads: usize,
@@ -156,7 +181,7 @@ pub(super) fn branches(
         Drawing::Branches,
     )?;
     let units = scene.scene.units;
-    let series = SeriesFolder::claim(arguments.series.as_deref(), SeriesKind::Paths, &inputs)?;
+    let series = SeriesFolder::claim(arguments.series.as_deref(), PATH_SERIES, &inputs)?;
     let range = ParameterRange {
         key: arguments.parameter.clone(),
         from: arguments.from,
@@ -215,7 +240,7 @@ fn shortcoming(branches: &Branches) -> Option<String> {
     if !branches.is_followed() {
         return Some("a path ends where Newton's method does not settle; see its end".to_owned());
     }
-    branches.lacks().then(|| {
+    branches.is_incomplete().then(|| {
         "signs of det R' at an end of the range do not add up to 1, so a solution there is missing or not regular, and no other start leads to it; \
          move the end a little with --from or --to, or follow another key with --parameter".to_owned()
     })

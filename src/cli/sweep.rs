@@ -16,7 +16,7 @@ use super::{
     terminal::{self, say},
 };
 use crate::{
-    pipeline::{SeriesFolder, SeriesKind, StageError, memory_for_sweeps},
+    pipeline::{CASE_SERIES, SeriesFolder, StageError, memory_for_sweeps},
     sweep::{self, CSV_FILE, Event, Options, Outcome, Plan, SUMMARY_FILE},
     views::{Drawing, PictureFolder, draw_sweep},
 };
@@ -127,7 +127,7 @@ fn summary(
     })?;
     let inputs = plan.inputs.clone();
     let pictures = PictureFolder::claim(&figures_folder(&place.folder), Drawing::Sweep, inputs)?;
-    let series = SeriesFolder::claim(series, SeriesKind::Cases, &plan.inputs)?;
+    let series = SeriesFolder::claim(series, CASE_SERIES, &plan.inputs)?;
     sweep::write_summary(&plan, &place.folder)?;
     say(output, &format!("tables in {}", place.folder.display()));
     show(
@@ -195,7 +195,7 @@ fn run_all(whole: &SweepArguments, output: &Output, threads: usize) -> Result<Ex
     let inputs = plan.inputs.clone();
     let pictures = whole.figures.claim(&usual, Drawing::Sweep, inputs)?;
     let series = whole.series.as_deref();
-    let series = SeriesFolder::claim(series, SeriesKind::Cases, &plan.inputs)?;
+    let series = SeriesFolder::claim(series, CASE_SERIES, &plan.inputs)?;
     for warning in warnings(&plan) {
         say(output, &format!("warning: {warning}"));
     }

@@ -2,7 +2,7 @@
 
 use contact3d::{
     adaptation::{Adaptation, AdaptiveLevel, AdaptiveStatus},
-    mesh::{RefinedLevel, Refinement},
+    mesh::RefinedLevel,
 };
 use runfile::{Extent, Extent::Named, Group, GroupWriter, Kind, Reader, StoreError, StoredEnum};
 use units::Dimension;
@@ -64,7 +64,7 @@ pub fn write(
 ) -> Result<(), StoreError> {
     write_value(writer, STATUS, &status)?;
     FIELDS.write_rows(writer, &adaptation.levels)?;
-    let levels = &adaptation.refinement.levels;
+    let levels = &adaptation.refinement;
     let cells = levels.iter().map(|level| match level {
         RefinedLevel::Cells(cells) => *cells,
         RefinedLevel::Cuts(_) => [0; 3],
@@ -103,9 +103,7 @@ pub fn read(reader: &Reader) -> Result<(Adaptation, AdaptiveStatus), FormatError
     });
     let adaptation = Adaptation {
         levels: FIELDS.read_rows(reader, AdaptiveLevel::default)?,
-        refinement: Refinement {
-            levels: levels.collect(),
-        },
+        refinement: levels.collect(),
         starts: divided(read_value(reader, N_START)?, read_finite(reader, START)?),
     };
     Ok((adaptation, read_value(reader, STATUS)?))

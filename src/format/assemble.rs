@@ -9,10 +9,7 @@ use contact3d::{
         OperatorForm, PrimalSystem,
     },
     elasticity::{DofMap, FloatingBody, WeakSupport},
-    linalg::{
-        CholeskyFactor, CscMatrix, EngineCommand, EngineError, Factor, FactorStructure,
-        RemoteFactor,
-    },
+    linalg::{CholeskyFactor, CscMatrix, EngineError, Factor, FactorStructure, RemoteFactor},
 };
 use runfile::{
     DatasetSpec, Extent,
@@ -194,7 +191,7 @@ fn write_contact(writer: &mut GroupWriter<'_>, contact: &ContactSystem) -> Resul
 
 /// Reads the assembled problem; the loads are left empty for [`super::read_loads`]. A factor that stayed with an engine is made again by
 /// the given one.
-pub fn read(reader: &Reader, engine: Option<&EngineCommand>) -> Result<DualSystem, FormatError> {
+pub fn read(reader: &Reader, engine: Option<&str>) -> Result<DualSystem, FormatError> {
     let mut structure = FactorStructure::default();
     FACTOR.read_one(reader, &mut structure, true)?;
     let primal = read_stiffness(reader)?;

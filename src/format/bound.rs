@@ -5,7 +5,7 @@ use runfile::{
     Extent::{Fixed, Named},
     Group, GroupWriter, Reader, StoreError,
 };
-use studies::bound::{ErrorBound, RelativeBound, SideForce};
+use studies::bound::{BoundParts, ErrorBound, SideForce};
 use units::Dimension;
 
 use super::{
@@ -22,7 +22,7 @@ const NO_CONTACT: &str = "absent without contact, and where friction follows the
 const NO_FRICTION: &str = "absent without a given slip bound";
 const SIDES: Extent = Named("n_tetrahedron_sides");
 
-pub(super) const FIELDS: Fields<RelativeBound> = fields! { RelativeBound => GROUP;
+pub(super) const FIELDS: Fields<BoundParts> = fields! { BoundParts => GROUP;
     (elements) "/bound/elements", &[], Dimension::Number, "|u - u_h|_A / |u_h|_A is no larger, for the body under the contact stresses of the answer.";
     (total) "/bound/total", &[], Dimension::Number, "|u - u_h|_A / |u_h|_A is no larger.".optional(NO_TOTAL);
     (lifting) "/bound/lifting", &[], Dimension::Number, "Part of total: energy norm of the displacement that lifts what penetrates inside panes.".optional(NO_CONTACT);
@@ -43,8 +43,8 @@ pub fn write(writer: &mut GroupWriter<'_>, bound: &ErrorBound) -> Result<(), Sto
 }
 
 /// Reads a bound over ‖u_h‖_A, without its proof.
-pub fn read(reader: &Reader) -> Result<RelativeBound, FormatError> {
-    let mut bound = RelativeBound::default();
+pub fn read(reader: &Reader) -> Result<BoundParts, FormatError> {
+    let mut bound = BoundParts::default();
     FIELDS.read_one(reader, &mut bound, true)?;
     Ok(bound)
 }

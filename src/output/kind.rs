@@ -62,14 +62,14 @@ impl OutputKind {
 
     /// Whether this program wrote a file as one of this kind. An empty file holds nothing to lose.
     pub(super) fn is_of(self, path: &Path) -> io::Result<bool> {
-        let ends = Ends::read(path)?;
-        let text = || std::str::from_utf8(&ends.first).unwrap_or_default();
-        Ok(ends.first.is_empty()
+        let first = first_bytes(path)?;
+        let text = || std::str::from_utf8(&first).unwrap_or_default();
+        Ok(first.is_empty()
             || match self {
                 Self::Svg => is_svg(text()),
-                Self::Png => is_png(&ends.first),
-                Self::Page => is_page(&ends),
-                Self::SweepTable => is_sweep_table(&ends.first),
+                Self::Png => is_png(&first),
+                Self::Page => is_page(path, &first)?,
+                Self::SweepTable => is_sweep_table(&first),
                 Self::Schema => is_schema(path)?,
                 Self::SchemaPage => text().starts_with(
                     "# The run file\n\nGenerated from the table of datasets; do not edit.\n",
@@ -83,11 +83,10 @@ impl OutputKind {
 
 /// What a file seems to be, for messages.
 pub(super) fn found(path: &Path) -> &'static str {
-    let Ok(ends) = Ends::read(path) else {
+    let Ok(head) = first_bytes(path) else {
         return "a file that cannot be read";
     };
-    let head = &ends.first;
-    let text = String::from_utf8_lossy(head);
+    let text = String::from_utf8_lossy(&head);
     let begins = |word: &str| text.trim_start().to_lowercase().starts_with(word);
     match () {
         () if head.starts_with(HDF5) => "an HDF5 file",
@@ -100,30 +99,29 @@ pub(super) fn found(path: &Path) -> &'static str {
     }
 }
 
-/// The beginning and the end of a file.
-struct Ends {
-    first: Vec<u8>,
-    last: Vec<u8>,
+/// The beginning of a file.
+fn first_bytes(path: &Path) -> io::Result<Vec<u8>> {
+    let mut first = Vec::new();
+    let file = File::open(path)?;
+    file.take(END_BYTES as u64).read_to_end(&mut first)?;
+    while let Err(error) = std::str::from_utf8(&first) {
+        // The last character may be cut in two.
+        if error.error_len().is_some() || first.len() < END_BYTES {
+            break;
+        }
+        first.truncate(error.valid_up_to());
+    }
+    Ok(first)
 }
 
-impl Ends {
-    fn read(path: &Path) -> io::Result<Self> {
-        let mut file = File::open(path)?;
-        let mut first = Vec::new();
-        let mut last = Vec::new();
-        (&mut file).take(END_BYTES as u64).read_to_end(&mut first)?;
-        let length = file.seek(SeekFrom::End(0))?;
-        file.seek(SeekFrom::Start(length.saturating_sub(END_BYTES as u64)))?;
-        file.take(END_BYTES as u64).read_to_end(&mut last)?;
-        while let Err(error) = std::str::from_utf8(&first) {
-            // The last character may be cut in two.
-            if error.error_len().is_some() || first.len() < END_BYTES {
-                break;
-            }
-            first.truncate(error.valid_up_to());
-        }
-        Ok(Self { first, last })
-    }
+/// The end of a file.
+fn last_bytes(path: &Path) -> io::Result<Vec<u8>> {
+    let mut file = File::open(path)?;
+    let mut last = Vec::new();
+    let length = file.seek(SeekFrom::End(0))?;
+    file.seek(SeekFrom::Start(length.saturating_sub(END_BYTES as u64)))?;
+    file.read_to_end(&mut last)?;
+    Ok(last)
 }
 
 /// The root element of our drawings, with its attributes in their order.
@@ -145,12 +143,14 @@ fn is_png(bytes: &[u8]) -> bool {
 }
 
 /// Our head, and our name at the end.
-fn is_page(ends: &Ends) -> bool {
+fn is_page(path: &Path, first: &[u8]) -> io::Result<bool> {
     let head = b"<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\">";
-    let last = String::from_utf8_lossy(&ends.last);
-    ends.first.starts_with(head)
-        && last.contains("<footer><p>contact3d-pipe ")
-        && last.ends_with("</footer></body></html>\n")
+    if !first.starts_with(head) {
+        return Ok(false);
+    }
+    let last = last_bytes(path)?;
+    let last = String::from_utf8_lossy(&last);
+    Ok(last.contains("<footer><p>contact3d-pipe ") && last.ends_with("</footer></body></html>\n"))
 }
 
 /// The columns of our table; those between belong to the sweep.

@@ -5,16 +5,16 @@
 //! the level in force. They are part of what the stage `mesh` depends on, so every stage of
 //! that level can be rerun and judged fresh or stale like any other.
 
-use std::sync::Arc;
+use std::{sync::Arc, time::Instant};
 
 use contact3d::{
     RunStep,
     adaptation::{
-        Adaptation, AdaptiveLevel, AdaptiveStatus, LevelForecast, LevelStorage, RefinementGoal,
+        Adaptation, AdaptiveLevel, AdaptiveStatus, LevelForecast, LevelStorage, RefinedLevels,
         SolvedLevel, refine,
     },
     dual::AssemblyError,
-    mesh::{Mesh, Refinement},
+    mesh::{Mesh, RefinedLevel},
     scene::Scene,
 };
 use runfile::{Reader, Transaction};
@@ -29,21 +29,6 @@ use super::{
 };
 use crate::format::{self, ADAPT, FormatError, Stage};
 
-/// How an adaptive run went.
-#[derive(Debug)]
-pub struct Adapted {
-    /// The relative error that was asked for.
-    pub target: f64,
-    /// All levels, those of earlier runs included.
-    pub adaptation: Adaptation,
-    /// How it ended.
-    pub status: AdaptiveStatus,
-    /// The level whose stages the file holds.
-    pub level: usize,
-    /// The stages of that level, if they were run now.
-    pub performed: Vec<StageTiming>,
-}
-
 /// What an adaptive run is doing.
 pub enum AdaptStep<'a> {
     /// A stage of a level.
@@ -56,32 +41,30 @@ pub enum AdaptStep<'a> {
     Kept(usize),
     /// The next level does not fit, for the stated reason.
     TooLarge(usize, String),
-    /// What the next level is expected to come to, and the bytes of memory that its target takes if there are fewer.
-    Forecast(usize, &'a LevelForecast, Option<OutOfReach>),
-}
-
-/// Memory that a target takes at the rate so far, and that there is, in bytes.
-#[derive(Debug, Clone, Copy)]
-pub struct OutOfReach {
-    /// Free degrees of freedom with which the target would be met.
-    pub n_free: f64,
-    /// What the target takes.
-    pub needed: u64,
-    /// What there is.
-    pub available: u64,
+    /// What the next level is expected to come to.
+    Forecast(usize, &'a LevelForecast),
+    /// At the rate so far the target takes more memory than there is.
+    OutOfReach {
+        /// Free degrees of freedom with which it would be met.
+        n_free: f64,
+        /// Bytes that it takes.
+        needed: u64,
+        /// Bytes that there are.
+        available: u64,
+    },
 }
 
 /// The cuts between the first mesh of a scene and the one of its run file; none for a scene that asks for no adaptive mesh, and
 /// before its first level. Unreadable levels are made again.
-pub(super) fn stored_refinement(reader: Option<&Reader>, scene: &Scene) -> Refinement {
+pub(super) fn stored_refinement(reader: Option<&Reader>, scene: &Scene) -> Vec<RefinedLevel> {
     let (Some(adapt), Some(reader)) = (scene.adapt, reader) else {
-        return Refinement::default();
+        return Vec::new();
     };
     let Ok(Some((mut adaptation, _))) = read(reader, scene) else {
-        return Refinement::default();
+        return Vec::new();
     };
     if let Some(level) = adaptation.level_that_meets(adapt.error) {
-        adaptation.refinement.levels.truncate(level);
+        adaptation.refinement.truncate(level);
     }
     adaptation.refinement
 }
@@ -106,15 +89,16 @@ fn read(
 }
 
 impl Session {
-    /// Runs the stages of one level after the other until the estimated error meets the goal, and
-    /// stores those of the last one. Goes on from the levels that the file holds.
+    /// Runs the stages of one level after the other until the estimated error meets the scene's target, or the next level would end after
+    /// the deadline, and stores those of the last one. Goes on from the levels that the file holds. Returns all levels, and the stages
+    /// of the one that the file holds then, if they were run now.
     ///
-    /// A goal that is not met is no error but a status; the file then holds the last level.
+    /// A target that is not met is no error but a status; the file then holds the last level.
     pub fn adapt(
         &mut self,
-        goal: RefinementGoal,
+        deadline: Option<Instant>,
         observe: &mut dyn FnMut(AdaptStep<'_>),
-    ) -> Result<Adapted, StageError> {
+    ) -> Result<(RefinedLevels, Vec<StageTiming>), StageError> {
         let stored = self.stored_levels()?;
         let known = stored.clone().map(|(levels, _)| levels);
         let input = self.store.input.clone();
@@ -126,20 +110,15 @@ impl Session {
             at_hand: None,
         };
         let (scene, folder) = (&input.scene, &input.folder);
-        let refined = refine(scene, folder, goal, known.unwrap_or_default(), &mut levels)?;
-        let ended = (refined.adaptation, refined.status);
-        if stored.as_ref() != Some(&ended) {
-            levels.session.write_levels(&ended.0, ended.1)?;
+        let known = known.unwrap_or_default();
+        let refined = refine(scene, folder, deadline, known, &mut levels)?;
+        let (all, status) = (&refined.adaptation, refined.status);
+        if stored.is_none_or(|(known, ended)| known != *all || ended != status) {
+            levels.session.write_levels(all, status)?;
         }
-        let performed = levels.at_hand(refined.level, &ended.0)?.performed.clone();
+        let performed = levels.at_hand(refined.level, all)?.performed.clone();
         self.store.store_pending()?;
-        Ok(Adapted {
-            target: goal.error,
-            adaptation: ended.0,
-            status: ended.1,
-            level: refined.level,
-            performed,
-        })
+        Ok((refined, performed))
     }
 
     /// Whether nothing is left to do: every stage is fresh, and the levels for the scene's target, if it has
@@ -214,11 +193,11 @@ impl LevelInRunFile<'_> {
         let (session, observe) = (&mut *self.session, &mut *self.observe);
         session.store.discard_pending();
         let mut refinement = known.refinement.clone();
-        refinement.levels.truncate(level);
+        refinement.truncate(level);
         session.store.refinement = refinement;
         let before = level.checked_sub(1);
         session.store.start = before.map(|before| known.starts[before].clone());
-        let is_last = level == known.refinement.levels.len();
+        let is_last = level == known.refinement.len();
         session.cache = StageCache {
             mesh: self.prepared.take().filter(|_| is_last),
             ..StageCache::default()
@@ -282,16 +261,20 @@ impl LevelStorage for LevelInRunFile<'_> {
     }
 
     fn forecast(&mut self, level: usize, forecast: &LevelForecast) {
-        let out_of_reach = forecast.n_free_of_target.and_then(|n_free| {
-            let needed = problem_bytes(n_free / 3.0);
-            let available = available_memory().filter(|&available| needed > available)?;
-            Some(OutOfReach {
+        (self.observe)(AdaptStep::Forecast(level, forecast));
+        let needed = forecast
+            .n_free_of_target
+            .map(|n_free| problem_bytes(n_free / 3.0));
+        if let (Some(n_free), Some(needed), Some(available)) =
+            (forecast.n_free_of_target, needed, available_memory())
+            && needed > available
+        {
+            (self.observe)(AdaptStep::OutOfReach {
                 n_free,
                 needed,
                 available,
-            })
-        });
-        (self.observe)(AdaptStep::Forecast(level, forecast, out_of_reach));
+            });
+        }
     }
 
     fn checkpoint(&mut self, known: &Adaptation, next: Mesh) {

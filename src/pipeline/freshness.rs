@@ -6,7 +6,7 @@
 use std::path::Path;
 
 use contact3d::{
-    mesh::Refinement,
+    mesh::RefinedLevel,
     post::{Certificate, ContactReport},
     scene::{Scene, SceneFile},
 };
@@ -16,7 +16,7 @@ use super::{
     StageError,
     adapt::stored_refinement,
     read_results,
-    settings::{BesideScene, refinement_digest, settings, start_digest},
+    settings::{refinement_digest, settings, start_digest},
 };
 use crate::format::{self, LAYOUT, Stage};
 
@@ -146,7 +146,7 @@ pub(super) fn input_digest(
 pub(super) fn states_from(
     reader: Option<&Reader>,
     scene: &Scene,
-    refinement: &Refinement,
+    refinement: &[RefinedLevel],
     start: Option<&[f64]>,
 ) -> Result<Vec<StageState>, StoreError> {
     let refinement = refinement_digest(refinement);
@@ -196,7 +196,7 @@ fn judge(
     let start = start.map_or_else(|| stored_start.clone(), start_digest);
     let with = |start: &Option<String>| {
         let start = start.as_deref();
-        settings(stage, scene, BesideScene { refinement, start })
+        settings(stage, scene, refinement, start)
     };
     let settings_now = with(&start);
     if stored.record.input_digest == input_digest(stage, &settings_now, &records) {

@@ -10,7 +10,7 @@ use contact3d::{
     Problem,
     contact::Interface,
     elasticity::{Loads, prescribed_displacements, refuse_rigid_motions},
-    mesh::{Mesh, MeshError, Quality, Refinement, digest_of},
+    mesh::{Mesh, MeshError, Quality, RefinedLevel, digest_of},
     scene::{GmshFile, InvalidValue, Scene, SceneFile},
 };
 use runfile::{GroupWriter, Reader, StoreError};
@@ -24,7 +24,7 @@ use crate::format;
 /// A mesh or loads the scene cannot have, too little memory or disk space.
 pub(super) fn make(
     input: &SceneFile,
-    refinement: &Refinement,
+    refinement: &[RefinedLevel],
     made: Option<Mesh>,
     run_file: &Path,
 ) -> Result<Problem, StageError> {
@@ -75,7 +75,7 @@ pub(super) fn write(writer: &mut GroupWriter<'_>, problem: &Problem) -> Result<(
 }
 
 /// The mesh of a scene after a refinement.
-pub fn mesh_of(input: &SceneFile, refinement: &Refinement) -> Result<Mesh, StageError> {
+pub fn mesh_of(input: &SceneFile, refinement: &[RefinedLevel]) -> Result<Mesh, StageError> {
     let mesh = Mesh::refined(&input.scene, &input.folder, refinement);
     mesh.map_err(|error| match error {
         MeshError::Scene(invalid) => input.refuse(invalid).into(),

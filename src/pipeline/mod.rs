@@ -18,7 +18,7 @@ mod stages;
 mod store;
 pub mod studies;
 
-pub use adapt::{AdaptStep, Adapted, OutOfReach};
+pub use adapt::AdaptStep;
 pub use assembly_file::AssemblyFile;
 pub use error::StageError;
 pub use freshness::{Freshness, OpenRun, StageState, contradictions};
@@ -26,6 +26,6 @@ pub use mesh::{mesh_file, mesh_of, pin_mesh_file};
 pub(crate) use resources::admit_memory;
 pub use resources::{memory_for_sweeps, scene_bytes};
 pub use results::{Results, read_results, read_solved};
-pub use series_folder::{SeriesFolder, SeriesKind};
+pub use series_folder::{CASE_SERIES, PATH_SERIES, SeriesFolder};
 pub use session::{Session, StageTiming, StoreWhen};
 pub use settings::{operator_settings, stage_settings};

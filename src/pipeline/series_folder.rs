@@ -18,36 +18,18 @@ use crate::{
 
 const ENDING: &str = ".vtkhdf";
 
-/// What the series of a folder show.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum SeriesKind {
-    /// Paths of solutions, `path_1.vtkhdf` and so on.
-    Paths,
-    /// Cases of a sweep on a mesh, `cases_1.vtkhdf` and so on.
-    Cases,
-}
+/// How the files of paths of solutions begin: `path_1.vtkhdf` and so on.
+pub const PATH_SERIES: &str = "path_";
 
-impl SeriesKind {
-    const fn prefix(self) -> &'static str {
-        match self {
-            Self::Paths => "path_",
-            Self::Cases => "cases_",
-        }
-    }
-
-    /// The number that a file's name says; `None` for other files.
-    fn number_of(self, file: &Path) -> Option<usize> {
-        let name = file.file_name()?.to_str()?;
-        let number = name.strip_prefix(self.prefix())?.strip_suffix(ENDING)?;
-        number.parse().ok()
-    }
-}
+/// How those of cases of a sweep on a mesh begin.
+pub const CASE_SERIES: &str = "cases_";
 
 /// A folder that takes series.
 #[derive(Debug)]
 pub struct SeriesFolder {
     folder: Folder,
-    kind: SeriesKind,
+    /// How the names of its series begin, before their numbers.
+    prefix: &'static str,
     /// Series that were there before.
     old: Vec<PathBuf>,
 }
@@ -60,7 +42,7 @@ impl SeriesFolder {
     /// An unwritable folder, a foreign or busy file; nothing is changed.
     pub fn claim(
         path: Option<&Path>,
-        kind: SeriesKind,
+        prefix: &'static str,
         inputs: &Inputs,
     ) -> Result<Option<Self>, StageError> {
         let Some(path) = path else {
@@ -74,13 +56,17 @@ impl SeriesFolder {
         let mut old = Vec::new();
         for entry in fs::read_dir(path).map_err(unreadable)? {
             let file = entry.map_err(unreadable)?.path();
-            if kind.number_of(&file).is_some() {
+            if is_series(&file, prefix) {
                 inputs.refuse(&file)?;
                 RunFile::lock(&file, SERIES_LAYOUT, IfMissing::Refuse)?;
                 old.push(file);
             }
         }
-        Ok(Some(Self { folder, kind, old }))
+        Ok(Some(Self {
+            folder,
+            prefix,
+            old,
+        }))
     }
 
     /// The folder.
@@ -90,7 +76,7 @@ impl SeriesFolder {
 
     /// The file of a series, counted from 0.
     pub fn file(&self, index: usize) -> PathBuf {
-        let name = format!("{}{}{ENDING}", self.kind.prefix(), index + 1);
+        let name = format!("{}{}{ENDING}", self.prefix, index + 1);
         self.path().join(name)
     }
 
@@ -106,6 +92,13 @@ impl SeriesFolder {
         }
         Ok(())
     }
+}
+
+/// Whether a file has the name of a series: a prefix, its number and the ending.
+fn is_series(file: &Path, prefix: &str) -> bool {
+    let name = file.file_name().and_then(|name| name.to_str());
+    let number = name.and_then(|name| name.strip_prefix(prefix)?.strip_suffix(ENDING));
+    number.is_some_and(|number| number.parse::<usize>().is_ok())
 }
 
 /// Writes the series of all paths, and removes those of paths that are no more; returns the files.

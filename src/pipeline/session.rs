@@ -5,7 +5,7 @@ use std::{path::Path, sync::Arc, time::Instant};
 use contact3d::{
     AssembledProblem, Problem, RunStep,
     dual::{Assembly, OperatorEstimate},
-    linalg::{EngineCommand, EngineError},
+    linalg::EngineError,
     mesh::Mesh,
     scene::{AssembleSettings, Scene, SceneFile, SolveSettings, Warning},
 };
@@ -128,8 +128,8 @@ impl Session {
         self.store.input.scene.assemble = settings;
     }
 
-    /// Lets another program hold factors.
-    pub fn hold_factors_with(&mut self, engine: Option<EngineCommand>) {
+    /// Lets another program, by its command line, hold factors.
+    pub fn hold_factors_with(&mut self, engine: Option<String>) {
         self.store.engine = engine;
     }
 
@@ -217,7 +217,7 @@ impl Session {
             return Ok(assembled.clone());
         }
         let problem = self.problem()?.as_ref().clone();
-        let engine = self.store.engine.as_ref();
+        let engine = self.store.engine.as_deref();
         let assembled = match format::read_assembly(&self.store.reader()?, engine) {
             Ok(system) => AssembledProblem { problem, system },
             // The factor stayed with an engine; here it is made again.

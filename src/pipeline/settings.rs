@@ -2,20 +2,11 @@
 //!
 //! Every key of the scene says beside its field which part of the problem it belongs to.
 
-use contact3d::mesh::{RefinedLevel, Refinement};
+use contact3d::mesh::RefinedLevel;
 use contact3d::scene::{ProblemPart, Scene};
 use toml::{Table, Value};
 
 use crate::format::Stage;
-
-/// What stages depend on beside the scene, by digests.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct BesideScene<'a> {
-    /// Of the cuts that lead from the first mesh to this one; `None` for the first.
-    pub(super) refinement: Option<&'a str>,
-    /// Of the multipliers that a solve starts from; `None` for λ = 0.
-    pub(super) start: Option<&'a str>,
-}
 
 /// The digest of the multipliers that a solve starts from, `[n_multipliers]` in Pa; `None` for none, which stand for λ = 0.
 pub(super) fn start_digest(multiplier: &[f64]) -> Option<String> {
@@ -24,12 +15,12 @@ pub(super) fn start_digest(multiplier: &[f64]) -> Option<String> {
 }
 
 /// The digest of the cuts that lead from the first mesh of a scene to another; `None` for the first.
-pub(super) fn refinement_digest(refinement: &Refinement) -> Option<String> {
-    if refinement.levels.is_empty() {
+pub(super) fn refinement_digest(refinement: &[RefinedLevel]) -> Option<String> {
+    if refinement.is_empty() {
         return None;
     }
     let mut hasher = blake3::Hasher::new();
-    for level in &refinement.levels {
+    for level in refinement {
         match level {
             RefinedLevel::Cuts(cuts) => {
                 hasher.update(&(cuts.len() as u64).to_le_bytes());
@@ -43,8 +34,13 @@ pub(super) fn refinement_digest(refinement: &Refinement) -> Option<String> {
     Some(hasher.finalize().to_hex().to_string())
 }
 
-/// What a stage depends on in the scene directly, as TOML.
-pub(super) fn settings(stage: Stage, scene: &Scene, chosen: BesideScene<'_>) -> String {
+/// What a stage depends on directly, as TOML: in the scene, and beside it the digests of [`refinement_digest`] and [`start_digest`].
+pub(super) fn settings(
+    stage: Stage,
+    scene: &Scene,
+    refinement: Option<&str>,
+    start: Option<&str>,
+) -> String {
     let has_history = scene.has_history();
     let parts: &[ProblemPart] = match stage {
         Stage::Mesh => &[ProblemPart::Mesh],
@@ -60,7 +56,7 @@ pub(super) fn settings(stage: Stage, scene: &Scene, chosen: BesideScene<'_>) -> 
         beside.extend(value.map(|value| (key.to_owned(), value)));
     };
     match stage {
-        Stage::Mesh => add("refinement", chosen.refinement.map(Into::into)),
+        Stage::Mesh => add("refinement", refinement.map(Into::into)),
         Stage::Assemble => {
             // T has rows for faces with friction, and G is made for laws that follow the slip.
             let faces = 0..scene.contacts.len();
@@ -72,7 +68,7 @@ pub(super) fn settings(stage: Stage, scene: &Scene, chosen: BesideScene<'_>) -> 
             add("friction_follows_slip", Some(follows_slip.into()));
         }
         Stage::Solve => {
-            add("start", chosen.start.map(Into::into));
+            add("start", start.map(Into::into));
             // Every increment of a history whose scene asks for an error is estimated.
             let estimates = has_history && scene.adapt.is_some();
             add("estimates", estimates.then(|| true.into()));
@@ -87,7 +83,7 @@ pub(super) fn settings(stage: Stage, scene: &Scene, chosen: BesideScene<'_>) -> 
 /// What a stage depends on in the scene directly, as TOML, for the body's own mesh and a solve that starts from λ = 0.
 #[must_use]
 pub fn stage_settings(stage: Stage, scene: &Scene) -> String {
-    settings(stage, scene, BesideScene::default())
+    settings(stage, scene, None, None)
 }
 
 /// What tells two scenes apart whose assembled problems differ in more than their loads.

@@ -5,7 +5,6 @@ use std::sync::Arc;
 use contact3d::{
     AssembledProblem, Checkpoint, Problem, ProblemError, RunStep, RunStorage,
     dual::{AssemblyError, InsufficientResource, Requirement},
-    linalg::EngineCommand,
     mesh::Mesh,
     scene::{AdaptSettings, Scene, SceneFile},
     solver::Start,
@@ -44,8 +43,8 @@ impl RunStorage for CheckpointStorage<'_> {
         resources::admit(need, self.store.path())
     }
 
-    fn engine(&self) -> Option<&EngineCommand> {
-        self.store.engine.as_ref()
+    fn engine(&self) -> Option<&str> {
+        self.store.engine.as_deref()
     }
 
     fn observe(&mut self, step: RunStep<'_>) {

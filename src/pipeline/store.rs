@@ -8,8 +8,7 @@ use std::{
 use contact3d::{
     Checkpoint,
     history::StepRecord,
-    linalg::EngineCommand,
-    mesh::Refinement,
+    mesh::RefinedLevel,
     scene::{Scene, SceneFile},
     solver::OuterState,
 };
@@ -23,7 +22,7 @@ use super::{
     adapt::stored_refinement,
     commit::{Commit, Rollback, WaitingStage},
     freshness::{Freshness, input_digest, states_from},
-    settings::{BesideScene, refinement_digest, settings, start_digest},
+    settings::{refinement_digest, settings, start_digest},
     stages::StageOutput,
 };
 use crate::format::{self, CHECKPOINT, HISTORY, LAYOUT, SCENE, Stage};
@@ -37,7 +36,7 @@ pub(super) struct Store {
     pub(super) file: RunFile,
     pub(super) input: SceneFile,
     /// The cuts between the first mesh of the scene and the one in force.
-    pub(super) refinement: Refinement,
+    pub(super) refinement: Vec<RefinedLevel>,
     /// The multipliers that a solve starts from, none for λ = 0; where `None`, which also is λ = 0, a stored solve stays fresh
     /// whatever it started from.
     pub(super) start: Option<Vec<f64>>,
@@ -45,7 +44,7 @@ pub(super) struct Store {
     /// Where assembled data are kept.
     pub(super) assembly_file: AssemblyFile,
     /// The program that is to hold factors; `None` for this one.
-    pub(super) engine: Option<EngineCommand>,
+    pub(super) engine: Option<String>,
     /// Digests of the stages that the stage at work builds on, as they were when it began.
     upstream: Vec<(Stage, String)>,
     /// Large stages of files beside the run file, which is linked to them with the next stage that is stored.
@@ -98,11 +97,8 @@ impl Store {
     pub(super) fn settings(&self, stage: Stage) -> String {
         let refinement = refinement_digest(&self.refinement);
         let start = self.start.as_deref().and_then(start_digest);
-        let beside = BesideScene {
-            refinement: refinement.as_deref(),
-            start: start.as_deref(),
-        };
-        settings(stage, &self.input.scene, beside)
+        let scene = &self.input.scene;
+        settings(stage, scene, refinement.as_deref(), start.as_deref())
     }
 
     /// How a group was made.

@@ -10,8 +10,8 @@ use runfile::{GroupRecord, IfMissing, Reader, RunFile, StoreError};
 use studies::{
     StudyStep,
     accuracy::{Accuracy, AccuracySettings, nested_bricks},
-    bound::RelativeBound,
-    branches::{Branches, BranchesObserver, Family, ParameterRange},
+    bound::BoundParts,
+    branches::{Branches, Family, ParameterRange},
 };
 use toml::Value;
 
@@ -65,7 +65,7 @@ pub fn measure_accuracy(
 pub fn bound_error(
     path: &Path,
     threads: usize,
-) -> Result<(Scene, RelativeBound, Option<f64>), StageError> {
+) -> Result<(Scene, BoundParts, Option<f64>), StageError> {
     let file = RunFile::lock(path, LAYOUT, IfMissing::Refuse)?;
     let started = Instant::now();
     let (input, bound, estimate) = read_bound(path)?;
@@ -108,7 +108,7 @@ pub fn follow_branches(
     all: bool,
     series: Option<&SeriesFolder>,
     threads: usize,
-    observe: &mut BranchesObserver<'_>,
+    observe: &mut dyn FnMut(&Branches, Option<usize>),
 ) -> Result<Followed, StageError> {
     pin_mesh_file(&mut input)?;
     let table = table_of(&input.scene, &range.key)?;

@@ -1,7 +1,7 @@
 //! The increments of a load history and the levels of an adaptive mesh.
 
 use contact3d::{
-    adaptation::Adaptation,
+    adaptation::{Adaptation, RefinedLevels},
     history::{HistoryErrors, StepRecord},
     scene::{Scene, escape_control},
 };
@@ -14,10 +14,7 @@ use super::{
     answer::quantities_json,
     estimated_percent, percent,
 };
-use crate::{
-    format::{adaptive_status_word, dimension_of_quantity as dimension},
-    pipeline::Adapted,
-};
+use crate::format::{adaptive_status_word, dimension_of_quantity as dimension};
 
 /// A time that shares of steps add up to, with four digits.
 pub fn shown_time(time: f64) -> String {
@@ -142,13 +139,13 @@ pub fn adaptation_table(scene: &Scene, adaptation: &Adaptation, target: f64) -> 
     FigureTable::new(&caption, rows)
 }
 
-/// The levels for programs.
-pub fn adaptation_json(scene: &Scene, adapted: &Adapted) -> Value {
+/// The levels for an error, for programs.
+pub fn adaptation_json(scene: &Scene, adapted: &RefinedLevels, target: f64) -> Value {
     json!({
-        "target_error": adapted.target,
+        "target_error": target,
         "of": scene.adapt.and_then(|adapt| adapt.of).map(|of| of.word()),
         "status": adaptive_status_word(adapted.status),
         "level": adapted.level,
-        "levels": adaptation_table(scene, &adapted.adaptation, adapted.target).json(),
+        "levels": adaptation_table(scene, &adapted.adaptation, target).json(),
     })
 }

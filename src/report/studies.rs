@@ -6,7 +6,7 @@ use contact3d::scene::{Quantity, Scene};
 use serde_json::{Value, json};
 use studies::{
     accuracy::{Accuracy, AlgebraicStudy, Cost, DiscretisationStudy, SolverRun, Trend},
-    bound::RelativeBound,
+    bound::BoundParts,
     branches::{Branches, PathEnd, PathPoint, PointKind, Switch},
 };
 use units::{Dimension, Units};
@@ -142,7 +142,7 @@ fn megabytes(cost: &Cost) -> String {
 }
 
 /// The bound and its parts, and an estimate of the same error where there is one.
-pub fn bound(bound: &RelativeBound, scene: &Scene, estimate: Option<f64>) -> Figures {
+pub fn bound(bound: &BoundParts, scene: &Scene, estimate: Option<f64>) -> Figures {
     let mut figures = Figures::new(scene.units);
     let whole = "error in the energy norm";
     add(&mut figures, "total", whole, bound.total);

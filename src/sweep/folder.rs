@@ -98,15 +98,6 @@ pub(super) fn relative(folder: &Path, file: &Path) -> PathBuf {
 
 const LOCK_FILE: &str = ".sweep.lock";
 
-/// Who else may work in the folder.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Access {
-    /// Nobody.
-    Sweep,
-    /// Others that run single cases; each run file has its own lock.
-    SingleCase,
-}
-
 /// Waits for the turn to prepare an operator, so that of many processes one computes and the others
 /// read.
 pub(super) fn operator_turn(folder: &Path, key: &str) -> Result<Option<File>, StoreError> {
@@ -115,14 +106,14 @@ pub(super) fn operator_turn(folder: &Path, key: &str) -> Result<Option<File>, St
     lock_file(&folder.join(name), wait)
 }
 
-/// Locks a folder until the file is dropped; a killed process leaves no lock.
-pub(super) fn lock(folder: &Path, access: Access) -> Result<File, StageError> {
-    let lock = match access {
-        Access::Sweep => File::try_lock,
-        Access::SingleCase => File::try_lock_shared,
-    };
+/// Locks a folder until the file is dropped, as `try_lock` does: for a sweep alone, or for one of several processes that run single cases,
+/// whose run files have their own locks. A killed process leaves no lock.
+pub(super) fn lock(
+    folder: &Path,
+    try_lock: fn(&File) -> Result<(), TryLockError>,
+) -> Result<File, StageError> {
     let folder = folder.to_owned();
-    let locked = lock_file(&folder.join(LOCK_FILE), lock)?;
+    let locked = lock_file(&folder.join(LOCK_FILE), try_lock)?;
     locked.ok_or_else(|| SweepError::Busy { folder }.into())
 }
 

@@ -2,17 +2,18 @@
 
 use std::{
     collections::{BTreeMap, VecDeque},
+    fs::File,
     path::Path,
     sync::{Mutex, PoisonError},
     thread,
 };
 
-use contact3d::{adaptation::RefinementGoal, scene::Scene};
+use contact3d::scene::Scene;
 use runfile::{Reader, StoreError};
 
 use super::{
     Plan,
-    folder::{self, Access, operator_turn},
+    folder::{self, operator_turn},
     operators::Operators,
     summary,
 };
@@ -80,7 +81,7 @@ pub fn run(
 ) -> Result<Outcome, StageError> {
     folder::refuse_others(plan, folder)?;
     let _folder = Folder::make(folder)?;
-    let _lock = folder::lock(folder, Access::Sweep)?;
+    let _lock = folder::lock(folder, File::try_lock)?;
     if !folder.join(summary::SUMMARY_FILE).exists() {
         // The folder is this sweep's from the start, also if it is interrupted before its first table.
         let claimed = summary::write(plan, folder);
@@ -128,7 +129,7 @@ pub fn run_case(
 ) -> Result<Event, StageError> {
     let index = plan.find(id)?;
     let _folder = Folder::make(folder)?;
-    let _lock = folder::lock(folder, Access::SingleCase)?;
+    let _lock = folder::lock(folder, File::try_lock_shared)?;
     let operators = Operators::new(BTreeMap::new(), options.memory);
     let mut chain = vec![index];
     while let Some(start) = chain.last().and_then(|&last| plan.cases[last].start) {
@@ -236,16 +237,12 @@ fn run_stale(
 ) -> Result<Event, StageError> {
     let case = &plan.cases[index];
     let mut session = Session::with_scene(&case.file(folder), case.scene.clone(), options.threads)?;
-    if let Some(adapt) = case.scene.scene.adapt {
-        let goal = RefinementGoal {
-            error: adapt.error,
-            deadline: None,
-        };
-        let adapted = session.adapt(goal, &mut |_| {})?;
+    if case.scene.scene.adapt.is_some() {
+        let (_, performed) = session.adapt(None, &mut |_| {})?;
         if options.self_contained {
             session.embed_assembly()?;
         }
-        return Ok(if adapted.performed.is_empty() {
+        return Ok(if performed.is_empty() {
             Event::Kept
         } else {
             Event::Computed

@@ -100,9 +100,9 @@ fn measure(
         }));
     }
     let mut levels: Vec<(usize, f64, Vec<FunctionalEstimate>)> = Vec::new();
-    for level in 0..=refinement.levels.len() {
+    for level in 0..=refinement.len() {
         let mut cuts = refinement.clone();
-        cuts.levels.truncate(level);
+        cuts.truncate(level);
         let mut all: Vec<FunctionalEstimate> = Vec::new();
         let mut size = (0, 0.0);
         for of in &wanted {

@@ -167,7 +167,7 @@ fn one_node_has_its_three_states_along_the_path() {
     }
     assert_eq!(branches.end_solutions(4.0).len(), 3);
     assert_eq!((branches.degree(0.5), branches.degree(4.0)), (1, 1));
-    assert!(branches.is_followed() && !branches.lacks());
+    assert!(branches.is_followed() && !branches.is_incomplete());
 }
 
 /// The sign of det R' that paths carry is that of the program's own linearisation.
@@ -431,7 +431,7 @@ fn two_nodes_have_the_solutions_of_all_their_states_at_every_friction() {
     let Followed { branches, dual } =
         follow(&scene("two_nodes.toml"), [0.3, 3.0], true, set_friction);
     require_consistent(&branches);
-    assert!(branches.is_followed() && !branches.lacks());
+    assert!(branches.is_followed() && !branches.is_incomplete());
     for point in points(&branches).filter(|point| point.kind == PointKind::Regular) {
         let near = enumerated(&dual, point.parameter).into_iter().map(|known| {
             norm(&contact3d::linalg::difference(&known, &point.multiplier)) / norm(&known)

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use crate::{mesh::Refinement, post::MAX_RELIABLE_ESTIMATE, scene::Functional, solver::Status};
+use crate::{mesh::RefinedLevel, post::MAX_RELIABLE_ESTIMATE, scene::Functional, solver::Status};
 
 /// One mesh of an adaptive computation, solved.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -51,7 +51,7 @@ pub struct Adaptation {
     /// The levels, coarse to fine, `[n_levels]`.
     pub levels: Vec<AdaptiveLevel>,
     /// How each level follows from the one before, one that is not done included.
-    pub refinement: Refinement,
+    pub refinement: Vec<RefinedLevel>,
     /// Multipliers in Pa that each refined level starts from, one list for each level of the
     /// refinement.
     pub starts: Vec<Vec<f64>>,

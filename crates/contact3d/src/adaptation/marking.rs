@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use super::AdaptiveLevel;
 use crate::{
     history::HistoryErrors,
-    mesh::{RefinedLevel, Refinement},
+    mesh::RefinedLevel,
     post::ContactReport,
     scene::{ElementOrder, Scene},
 };
@@ -127,15 +127,16 @@ fn fall_of_next_level(fall: f64) -> f64 {
 /// relative to the same as the target; `None` where cutting serves better, or the scene names its mesh.
 pub(super) fn graded_cells(
     scene: &Scene,
-    refinement: &Refinement,
+    refinement: &[RefinedLevel],
     estimated: f64,
     target: f64,
 ) -> Option<[usize; 3]> {
     let is_open = scene.leaves_mesh_open() && scene.body.element == ElementOrder::P2;
-    if !is_open || refinement.has_cuts() {
+    let is_cut = |level: &RefinedLevel| matches!(level, RefinedLevel::Cuts(_));
+    if !is_open || refinement.iter().any(is_cut) {
         return None;
     }
-    let cells = match refinement.levels.last() {
+    let cells = match refinement.last() {
         Some(RefinedLevel::Cells(cells)) => *cells,
         Some(RefinedLevel::Cuts(_)) | None => scene.body.as_brick()?.cells,
     };

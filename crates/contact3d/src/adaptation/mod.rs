@@ -10,4 +10,4 @@ mod refine;
 
 pub use levels::{Adaptation, AdaptiveLevel, AdaptiveStatus, LevelForecast};
 pub use marking::{Target, next_cuts};
-pub use refine::{LevelStorage, RefinedLevels, RefinementGoal, SolvedLevel, adapted, refine};
+pub use refine::{LevelStorage, RefinedLevels, SolvedLevel, adapted, refine};

@@ -62,15 +62,6 @@ pub trait LevelStorage {
     fn checkpoint(&mut self, known: &Adaptation, next: Mesh);
 }
 
-/// When refining ends.
-#[derive(Debug, Clone, Copy)]
-pub struct RefinementGoal {
-    /// The estimated error over ‖u_h‖_A that is asked for.
-    pub error: f64,
-    /// When the last level should have ended; `None` for no limit.
-    pub deadline: Option<Instant>,
-}
-
 /// What adaptive levels came to.
 #[derive(Debug)]
 pub struct RefinedLevels {
@@ -82,33 +73,34 @@ pub struct RefinedLevels {
     pub level: usize,
 }
 
-/// Solves a scene on finer and finer meshes until the estimated error meets the goal, and goes on from the levels that are known; mesh
-/// files are looked for in `folder`. A goal that is not met is a status.
+/// Solves a scene on finer and finer meshes until the estimated error meets its target `adapt.error`, or the next level would end after
+/// the deadline, and goes on from the levels that are known; mesh files are looked for in `folder`. A target that is not met is a status.
 ///
 /// # Errors
-/// Those of the storage, a mesh that cannot be cut.
+/// A scene without a target, those of the storage, a mesh that cannot be cut.
 pub fn refine<K: LevelStorage>(
     scene: &Scene,
     folder: &Path,
-    goal: RefinementGoal,
+    deadline: Option<Instant>,
     mut known: Adaptation,
     storage: &mut K,
 ) -> Result<RefinedLevels, K::Error> {
-    let (target, of) = (goal.error, scene.adapt.and_then(|adapt| adapt.of));
+    let adapt = scene.adapt.ok_or_else(|| ProblemError::from(no_target()))?;
+    let (target, of) = (adapt.error, adapt.of);
     let mut ended = None;
-    if let Some(end) = goal.deadline
+    if let Some(end) = deadline
         && let Some(forecast) = forecast_of_prepared(scene, folder, target, &known)?
     {
         let before = known.levels.len() - 1;
         storage.forecast(before + 1, &forecast);
         if forecast.ends_after(end) {
             ended = Some(AdaptiveStatus::OverBudget);
-            known.refinement.levels.truncate(before);
+            known.refinement.truncate(before);
             known.starts.truncate(before);
         }
     }
     while known.level_that_meets(target).is_none() {
-        let level = known.refinement.levels.len();
+        let level = known.refinement.len();
         if known.levels.len() > level {
             if ended.is_some() || known.status(target, of) != AdaptiveStatus::Refining {
                 break;
@@ -117,11 +109,11 @@ pub fn refine<K: LevelStorage>(
             let (refined, mesh, start, forecast) =
                 next_level(scene, folder, target, &known, solved)?;
             storage.forecast(level + 1, &forecast);
-            if goal.deadline.is_some_and(|end| forecast.ends_after(end)) {
+            if deadline.is_some_and(|end| forecast.ends_after(end)) {
                 ended = Some(AdaptiveStatus::OverBudget);
                 break;
             }
-            known.refinement.levels.push(refined);
+            known.refinement.push(refined);
             known.starts.push(start);
             storage.checkpoint(&known, mesh);
             continue;
@@ -143,7 +135,7 @@ pub fn refine<K: LevelStorage>(
             }
         };
         ended = Some(last);
-        known.refinement.levels.truncate(level - 1);
+        known.refinement.truncate(level - 1);
         known.starts.truncate(level - 1);
     }
     Ok(RefinedLevels {
@@ -178,7 +170,7 @@ fn next_level(
         }
         (None, None) => {
             let (indicator, mut aim) = Target::of(scene, solved.report, target);
-            let is_cut = matches!(known.refinement.levels.last(), Some(RefinedLevel::Cuts(_)));
+            let is_cut = matches!(known.refinement.last(), Some(RefinedLevel::Cuts(_)));
             // Errors of quantities have signs and tell less.
             if is_cut && scene.adapt.is_none_or(|adapt| adapt.of.is_none()) {
                 aim = aim.after(&known.levels, target);
@@ -187,7 +179,7 @@ fn next_level(
         }
     };
     let mut refinement = known.refinement.clone();
-    refinement.levels.push(next.clone());
+    refinement.push(next.clone());
     let body = RefinableBody::refined(scene, folder, &refinement)?;
     let mesh = body.mesh()?;
     let growth = mesh.coordinates.len() as f64 / solved.mesh.coordinates.len() as f64;
@@ -213,13 +205,13 @@ fn forecast_of_prepared(
     known: &Adaptation,
 ) -> Result<Option<LevelForecast>, ProblemError> {
     let before = known.levels.len().checked_sub(1);
-    let next = before.and_then(|before| known.refinement.levels.get(before));
+    let next = before.and_then(|before| known.refinement.get(before));
     let Some(next) = next.filter(|_| known.level_that_meets(target).is_none()) else {
         return Ok(None);
     };
     let mut refinement = known.refinement.clone();
     let n_nodes = Mesh::refined(scene, folder, &refinement)?.coordinates.len();
-    refinement.levels.pop();
+    refinement.pop();
     let n_before = Mesh::refined(scene, folder, &refinement)?.coordinates.len();
     let growth = n_nodes as f64 / n_before as f64;
     Ok(Some(LevelForecast {
@@ -243,17 +235,13 @@ pub fn adapted(
     folder: &Path,
 ) -> Result<(SolvedProblem, RefinedLevels), ProblemError> {
     let scene = scene.checked()?.with_first_mesh();
-    let goal = RefinementGoal {
-        error: scene.adapt.ok_or_else(no_target)?.error,
-        deadline: None,
-    };
     let mut levels = LevelInMemory {
         scene: &scene,
         folder,
         prepared: None,
         at_hand: None,
     };
-    let refined = refine(&scene, folder, goal, Adaptation::default(), &mut levels)?;
+    let refined = refine(&scene, folder, None, Adaptation::default(), &mut levels)?;
     levels.solved(refined.level, &refined.adaptation)?;
     let (_, answer, _) = levels.at_hand.expect("the level was just solved");
     Ok((answer, refined))
@@ -280,12 +268,12 @@ struct LevelInMemory<'a> {
 
 impl LevelInMemory<'_> {
     fn solve(&mut self, level: usize, known: &Adaptation) -> Result<SolvedProblem, ProblemError> {
-        let is_last = level == known.refinement.levels.len();
+        let is_last = level == known.refinement.len();
         let mesh = match self.prepared.take().filter(|_| is_last) {
             Some(mesh) => mesh,
             None => {
                 let mut refinement = known.refinement.clone();
-                refinement.levels.truncate(level);
+                refinement.truncate(level);
                 Mesh::refined(self.scene, self.folder, &refinement)?
             }
         };

@@ -11,9 +11,9 @@ use crate::{
         forces_of_prescribed, loose_motions, prescribed_displacements, stiffness_on,
     },
     linalg::{
-        CgSolution, CscMatrix, Doubled, EngineCommand, EngineError, Factor, FactorError,
-        FactorStructure, Precision, RemoteFactor, Work, add_scaled, conjugate_gradients,
-        expand_to_unknowns, nested_dissection, norm,
+        CgSolution, CscMatrix, Doubled, EngineError, Factor, FactorError, FactorStructure,
+        Precision, RemoteFactor, Work, add_scaled, conjugate_gradients, expand_to_unknowns,
+        nested_dissection, norm,
     },
     mesh::Mesh,
     scene::{InvalidValue, Scene},
@@ -214,7 +214,7 @@ impl Analysed {
     /// Has an engine factorise A, and form S for a Bᵀ.
     pub(super) fn factorise_by(
         &self,
-        engine: &EngineCommand,
+        engine: &str,
         transposed: CscMatrix,
     ) -> Result<Assembly, AssemblyError> {
         let started = Instant::now();

@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     contact::{Coupling, Interface},
-    linalg::{CscMatrix, EngineCommand, EngineError, Factor, Precision, Work, difference, norm},
+    linalg::{CscMatrix, EngineError, Factor, Precision, Work, difference, norm},
     mesh::Mesh,
     scene::{DualOperatorKind, FactorPrecision, InvalidValue, Scene},
 };
@@ -20,8 +20,8 @@ pub struct Assembling<'a> {
     pub admit: &'a dyn Fn(Requirement) -> Result<(), InsufficientResource>,
     /// Told of each long step whose operations are counted, with what shows from then on how far it is.
     pub begun: &'a dyn Fn(&'static str, &Arc<Work>),
-    /// The program that is to hold the factor; `None` for this one.
-    pub engine: Option<&'a EngineCommand>,
+    /// The command line of the program that is to hold the factor; `None` for this one.
+    pub engine: Option<&'a str>,
 }
 
 impl Default for Assembling<'_> {

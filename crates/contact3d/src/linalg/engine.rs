@@ -23,10 +23,6 @@ const GREETING: &[u8; 8] = b"C3DENG01";
 /// Right-hand sides that are sent together.
 const SENT_COLUMNS: usize = 64;
 
-/// The command line that starts an engine, such as `mpirun -n 4 contact3d-mumps`.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct EngineCommand(pub String);
-
 /// What goes wrong between this program and an engine.
 #[derive(Debug, Clone, Error, PartialEq, Eq)]
 pub enum EngineError {
@@ -124,12 +120,12 @@ struct Engine {
 }
 
 impl RemoteFactor {
-    /// Starts an engine and has it factorise A, with S = B A⁻¹Bᵀ for a Bᵀ that may have no columns.
+    /// Starts an engine by its command line, such as `mpirun -n 4 contact3d-mumps`, and has it factorise A, with S = B A⁻¹Bᵀ for a Bᵀ that may have no columns.
     ///
     /// # Errors
     /// [`EngineError`].
     pub fn new(
-        command: &EngineCommand,
+        command: &str,
         structure: FactorStructure,
         a: &CscMatrix,
         transposed: CscMatrix,
@@ -304,8 +300,8 @@ impl From<io::Error> for Asked {
 }
 
 impl Engine {
-    fn start(command: &EngineCommand) -> Result<Self, EngineError> {
-        let text = command.0.clone();
+    fn start(command: &str) -> Result<Self, EngineError> {
+        let text = command.to_owned();
         if text.trim().is_empty() {
             return Err(EngineError::NotStarted {
                 command: text,

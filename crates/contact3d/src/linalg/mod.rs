@@ -44,7 +44,7 @@ pub use eigenvalues::largest_eigenvalue;
 pub(crate) use eigenvalues::{
     distance_to_one, figures_by_products, least_modulus, spectral_radius,
 };
-pub use engine::{EngineCommand, EngineError, EngineReport, RemoteFactor};
+pub use engine::{EngineError, EngineReport, RemoteFactor};
 pub(crate) use iterative::{CgSolution, conjugate_gradients, gmres, gmres_several};
 pub(crate) use nonnegative::nonnegative_least_squares;
 pub(crate) use precision::UNIT_ROUNDING;

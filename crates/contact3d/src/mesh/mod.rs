@@ -25,7 +25,7 @@ pub use macro_elements::macro_elements;
 pub use material_nodes::MaterialNodes;
 pub(crate) use obstacle::DistanceBetweenNodes;
 pub use quadratic::{IsoparametricMap, MidEdgeNodes};
-pub use refined::{RefinableBody, RefinedLevel, Refinement};
+pub use refined::{RefinableBody, RefinedLevel};
 pub(crate) use side::SidePoint;
 pub use side::{Quality, is_straight, shape, sorted};
 

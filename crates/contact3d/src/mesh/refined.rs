@@ -9,29 +9,13 @@ use super::{
 };
 use crate::scene::Scene;
 
-/// How a mesh comes from the one before.
+/// How a mesh comes from the one before; a list of such levels is how it comes from the first one.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum RefinedLevel {
     /// The brick is meshed anew with so many graded cells; see [`Scene::with_graded_cells`].
     Cells([usize; 3]),
     /// Each tetrahedron of the mesh before is cut in two so often, `[n_tetrahedra]`.
     Cuts(Vec<u8>),
-}
-
-/// How a mesh comes from the first one, level by level, whatever made the choice.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Refinement {
-    /// The levels beyond the first mesh.
-    pub levels: Vec<RefinedLevel>,
-}
-
-impl Refinement {
-    /// Whether tetrahedra are cut on some level.
-    #[must_use]
-    pub fn has_cuts(&self) -> bool {
-        let is_cut = |level: &RefinedLevel| matches!(level, RefinedLevel::Cuts(_));
-        self.levels.iter().any(is_cut)
-    }
 }
 
 /// A body whose tetrahedra can be cut.
@@ -69,18 +53,18 @@ impl<'a> RefinableBody<'a> {
         })
     }
 
-    /// The body after all levels of a refinement.
+    /// The body after all levels beyond the first mesh.
     ///
     /// # Errors
     /// As [`Mesh::of_scene`].
     pub fn refined(
         scene: &'a Scene,
         folder: &Path,
-        refinement: &Refinement,
+        refinement: &[RefinedLevel],
     ) -> Result<Self, MeshError> {
         let mut meshed = Cow::Borrowed(scene);
         let mut cuts: Vec<&[u8]> = Vec::new();
-        for level in &refinement.levels {
+        for level in refinement {
             match level {
                 RefinedLevel::Cells(cells) => {
                     meshed = Cow::Owned(scene.clone().with_graded_cells(*cells));
@@ -186,9 +170,9 @@ impl Mesh {
     pub fn refined(
         scene: &Scene,
         folder: &Path,
-        refinement: &Refinement,
+        refinement: &[RefinedLevel],
     ) -> Result<Self, MeshError> {
-        if refinement.levels.is_empty() {
+        if refinement.is_empty() {
             Self::of_scene(scene, folder)
         } else {
             RefinableBody::refined(scene, folder, refinement)?.mesh()

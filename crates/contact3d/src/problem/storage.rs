@@ -5,7 +5,7 @@ use std::{cell::RefCell, sync::Arc};
 use crate::{
     dual::{Assembling, InsufficientResource, Requirement},
     history::StepRecord,
-    linalg::{EngineCommand, Work},
+    linalg::Work,
     scene::Increment,
     solver::{OuterState, Progress},
 };
@@ -41,7 +41,7 @@ pub trait RunStorage {
     }
 
     /// The program that is to hold factors; `None` for this one.
-    fn engine(&self) -> Option<&EngineCommand> {
+    fn engine(&self) -> Option<&str> {
         None
     }
 
@@ -66,7 +66,7 @@ impl RunStorage for ReadOnly<'_> {
         self.0.admit(need)
     }
 
-    fn engine(&self) -> Option<&EngineCommand> {
+    fn engine(&self) -> Option<&str> {
         self.0.engine()
     }
 
@@ -80,7 +80,7 @@ pub(super) fn assembled_by<T>(
     storage: &mut dyn RunStorage,
     assemble: impl FnOnce(&Assembling<'_>) -> T,
 ) -> T {
-    let engine = storage.engine().cloned();
+    let engine = storage.engine().map(str::to_owned);
     let storage = RefCell::new(storage);
     let admit = |need: Requirement| {
         storage.borrow_mut().observe(RunStep::Assembling(need.step));
@@ -91,6 +91,6 @@ pub(super) fn assembled_by<T>(
     assemble(&Assembling {
         admit: &admit,
         begun: &begun,
-        engine: engine.as_ref(),
+        engine: engine.as_deref(),
     })
 }

@@ -34,9 +34,7 @@ pub(crate) use coefficient::{LEAST_COEFFICIENT, is_coefficient};
 pub use contact::{Contact, MultiplierSpace};
 pub use error::{InvalidValue, SceneError, SyntaxProblem, Warning, numbers};
 pub(crate) use error::{UNDEFINED, place_words};
-pub use expression::{
-    BranchEnd, Expression, ExpressionError, FUNCTIONS, FormulaBranch, OnBranch, Parameters,
-};
+pub use expression::{BranchEnd, Expression, ExpressionError, FUNCTIONS, FormulaBranch, OnBranch};
 pub use features::ContactFeatures;
 pub use file::{
     LONGEST_SCENE, SceneFile, Written, escape_control, escape_control_lines, is_hidden_control,
@@ -58,7 +56,7 @@ pub use solve::{
 };
 pub use source::{Source, number_limit};
 
-use std::path::PathBuf;
+use std::{collections::BTreeMap, path::PathBuf};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -80,8 +78,8 @@ pub struct Scene {
     #[serde(default, skip_serializing_if = "Units::is_default")]
     pub units: Units,
     /// Numbers with names, which formulas may use.
-    #[serde(default, skip_serializing_if = "Parameters::is_empty")]
-    pub parameters: Parameters,
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub parameters: BTreeMap<String, f64>,
     /// The body Ω and its mesh.
     #[schemars(extend("part" = ProblemPart::Mesh))]
     pub body: Body,
@@ -168,7 +166,7 @@ impl Scene {
             title: "untitled".to_owned(),
             reference: None,
             units: Units::default(),
-            parameters: Parameters::new(),
+            parameters: BTreeMap::new(),
             body,
             material,
             regions: Vec::new(),

@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::{
-    Coefficient, Expression, ExpressionError, InvalidValue, LAW_VARIABLES, Parameters, ProblemPart,
-    Quantity, Scene,
+    Coefficient, Expression, ExpressionError, InvalidValue, LAW_VARIABLES, ProblemPart, Quantity,
+    Scene,
     expression::{is_identifier, meaning},
     key::key,
     validate::require,
@@ -111,8 +111,11 @@ impl<T: Varies> Varies for BTreeMap<String, T> {
 impl Scene {
     /// The parameters that the formulas of some parts use, with their values.
     #[must_use]
-    pub(super) fn parameters_used(&self, of: impl Fn(Option<ProblemPart>) -> bool) -> Parameters {
-        let mut used = Parameters::new();
+    pub(super) fn parameters_used(
+        &self,
+        of: impl Fn(Option<ProblemPart>) -> bool,
+    ) -> BTreeMap<String, f64> {
+        let mut used = BTreeMap::new();
         let mut scene = self.clone();
         for (key, formula) in scene.formulas_mut() {
             if of(key.part()) {

@@ -7,12 +7,12 @@ use crate::smallest_eigenvalue;
 use contact3d::{
     Problem, ProblemError,
     adaptation::{
-        Adaptation, AdaptiveLevel, AdaptiveStatus, LevelForecast, LevelStorage, RefinementGoal,
-        SolvedLevel, Target, adapted, next_cuts, refine,
+        Adaptation, AdaptiveLevel, AdaptiveStatus, LevelForecast, LevelStorage, SolvedLevel,
+        Target, adapted, next_cuts, refine,
     },
     contact::transferred,
     elasticity::Loads,
-    mesh::{Mesh, Quality, RefinableBody, RefinedLevel, Refinement, tetrahedron_volume},
+    mesh::{Mesh, Quality, RefinableBody, RefinedLevel, tetrahedron_volume},
     scene::{
         AdaptSettings, ElementOrder, FirstMesh, Functional, MultiplierSpace, Scene, SolveSettings,
     },
@@ -313,7 +313,7 @@ fn an_open_brick_of_quadratic_elements_is_meshed_anew() {
         let refinement = &levels.adaptation.refinement;
         let again = Mesh::refined(&scene, Path::new(""), refinement).expect("a mesh");
         assert_eq!(again.coordinates, answer.problem.mesh().coordinates);
-        refinement.levels.clone()
+        refinement.clone()
     };
     let once = |cells| vec![RefinedLevel::Cells(cells)];
     assert_eq!(cells(0.1, FirstMesh::Coarse, None), once([9, 3, 3]));
@@ -436,7 +436,12 @@ impl LevelStorage for Forecasts {
 /// What an interrupted computation has left to be solved is not begun where it would end too late.
 #[test]
 fn a_level_that_is_gone_on_with_is_held_against_the_budget() {
-    let scene = published(ElementOrder::P2, 2);
+    let mut scene = published(ElementOrder::P2, 2);
+    scene.adapt = Some(AdaptSettings {
+        error: 0.1,
+        start: FirstMesh::Scene,
+        of: None,
+    });
     let mesh = Mesh::of_scene(&scene, Path::new("")).expect("a mesh");
     let known = Adaptation {
         levels: vec![AdaptiveLevel {
@@ -446,23 +451,19 @@ fn a_level_that_is_gone_on_with_is_held_against_the_budget() {
             seconds: 1.0,
             ..AdaptiveLevel::default()
         }],
-        refinement: Refinement {
-            levels: vec![RefinedLevel::Cuts(vec![3; mesh.tetrahedra.len()])],
-        },
+        refinement: vec![RefinedLevel::Cuts(vec![3; mesh.tetrahedra.len()])],
         starts: vec![Vec::new()],
     };
-    let goal = RefinementGoal {
-        error: 0.1,
-        deadline: Some(Instant::now()),
-    };
+    let deadline = Some(Instant::now());
     let mut seen = Forecasts::default();
-    let refined = refine(&scene, Path::new(""), goal, known.clone(), &mut seen).expect("levels");
+    let folder = Path::new("");
+    let refined = refine(&scene, folder, deadline, known.clone(), &mut seen).expect("levels");
     assert_eq!(refined.status, AdaptiveStatus::OverBudget);
     assert_eq!(
         (refined.level, &refined.adaptation.levels),
         (0, &known.levels)
     );
-    assert!(refined.adaptation.refinement.levels.is_empty());
+    assert!(refined.adaptation.refinement.is_empty());
     assert!(refined.adaptation.starts.is_empty());
     let [(level, forecast)] = seen.0[..] else {
         panic!("{:?}", seen.0);

@@ -5,7 +5,7 @@ use std::path::Path;
 use contact3d::{
     Problem,
     adaptation::{AdaptiveStatus, adapted},
-    mesh::{Mesh, RefinedLevel, Refinement},
+    mesh::{Mesh, RefinedLevel},
     post::{ContactReport, FunctionalEstimate},
     scene::{AdaptSettings, Component, ElementOrder, FirstMesh, Functional, Scene},
 };
@@ -27,7 +27,7 @@ fn scene(text: &str, of: Functional, error: f64) -> Scene {
     scene
 }
 
-fn report(scene: &Scene, cuts: &Refinement) -> ContactReport {
+fn report(scene: &Scene, cuts: &[RefinedLevel]) -> ContactReport {
     let mesh = Mesh::refined(scene, Path::new(""), cuts).expect("a mesh");
     let problem = Problem::on_mesh(scene.clone(), mesh).and_then(Problem::assemble);
     let problem = problem.expect("a problem");
@@ -37,11 +37,10 @@ fn report(scene: &Scene, cuts: &Refinement) -> ContactReport {
 
 /// A quantity on the mesh of every cell cut into some 8^level.
 fn on_equal_cuts(scene: &Scene, of: Functional, level: usize) -> FunctionalEstimate {
-    let mut cuts = Refinement::default();
+    let mut cuts = Vec::new();
     for _ in 0..level {
         let mesh = Mesh::refined(scene, Path::new(""), &cuts).expect("a mesh");
-        cuts.levels
-            .push(RefinedLevel::Cuts(vec![3; mesh.tetrahedra.len()]));
+        cuts.push(RefinedLevel::Cuts(vec![3; mesh.tetrahedra.len()]));
     }
     report(scene, &cuts)
         .functional(of)
@@ -141,12 +140,11 @@ fn ranges_of_areas_hold_those_of_finer_meshes() {
     ] {
         let mut scene = scene(text, Functional::ContactArea, 0.01);
         scene.body.as_brick_mut().expect("a brick").cells = cells;
-        let coarse = report(&scene, &Refinement::default());
+        let coarse = report(&scene, &[]);
         let mesh = Mesh::of_scene(&scene, Path::new("")).expect("a mesh");
         let once = RefinedLevel::Cuts(vec![3; mesh.tetrahedra.len()]);
         let twice = RefinedLevel::Cuts(vec![3; 8 * mesh.tetrahedra.len()]);
-        let levels = vec![once, twice];
-        let fine = report(&scene, &Refinement { levels });
+        let fine = report(&scene, &[once, twice]);
         for of in [Functional::ContactArea, Functional::StickArea] {
             let coarse = coarse.functional(of).expect("an area");
             let [low, high] = coarse.range;
@@ -167,7 +165,7 @@ fn areas_are_not_accurate_on_a_few_panes() {
     let of = Functional::ContactArea;
     let mut scene = scene(ON_WAVES, of, 0.02);
     scene.body.as_brick_mut().expect("a brick").cells = [4, 2, 2];
-    assert!(report(&scene, &Refinement::default()).relative_error(Some(of)) >= Some(1.0));
+    assert!(report(&scene, &[]).relative_error(Some(of)) >= Some(1.0));
     let (answer, levels) = adapted(scene.clone(), Path::new("")).expect("levels");
     assert_eq!(levels.status, AdaptiveStatus::Met);
     assert!(levels.adaptation.levels.len() > 1);
@@ -191,7 +189,7 @@ fn the_largest_pressure_is_told_where_it_has_a_limit() {
 
     let text = include_str!("../../../../pipelines/hertz_cylinder.toml");
     let cylinder = Scene::parse("cylinder", text).expect("a scene");
-    let report = report(&cylinder, &Refinement::default());
+    let report = report(&cylinder, &[]);
     let peak = report.functional(of).expect("a largest pressure");
     // The largest pressure of a line contact; panes hold means, and the bar is of 2 % at least.
     let [low, high] = peak.range;

@@ -12,7 +12,7 @@ use contact3d::{
 use nalgebra::Vector6;
 
 use super::{
-    ContactBound,
+    BoundParts,
     macro_stress::{Data, Target},
 };
 
@@ -92,14 +92,15 @@ impl Admissible {
         Ok(())
     }
 
-    /// What contact adds to the bound of a strain by the data of a balanced stress, and the bound of the whole error, in √J.
+    /// What contact adds to the bound of a strain by the data of a balanced stress, and the bound of the whole error, in √J; that of the
+    /// error for given contact stresses is left zero.
     pub(super) fn bound<'t>(
         &self,
         mesh: &Mesh,
         strain: &[[Vector6<f64>; 4]],
         data: &[Data],
         target: impl Fn(&[[Vector6<f64>; 4]]) -> Target<'t>,
-    ) -> (ContactBound, f64) {
+    ) -> BoundParts {
         let lifting = corner_strains(mesh, &self.lifting);
         let both = strain.iter().zip(&lifting);
         let lifted: Vec<[Vector6<f64>; 4]> = both
@@ -107,14 +108,17 @@ impl Admissible {
             .collect();
         let distance = target(&lifted).distance(data);
         let root = |energy: f64| (2.0 * energy.max(0.0)).sqrt();
-        let contact = ContactBound {
-            lifting: target(&lifting).norm(),
-            complementarity: root(self.complementarity),
-            friction: self.friction.map(root),
-        };
-        let friction = contact.friction.unwrap_or(0.0);
-        let gap = contact.complementarity * contact.complementarity + friction * friction;
-        (contact, contact.lifting + (distance + gap).sqrt())
+        let (lifting, complementarity) = (target(&lifting).norm(), root(self.complementarity));
+        let friction = self.friction.map(root);
+        let by_friction = friction.unwrap_or(0.0);
+        let gap = complementarity * complementarity + by_friction * by_friction;
+        BoundParts {
+            elements: 0.0,
+            total: Some(lifting + (distance + gap).sqrt()),
+            lifting: Some(lifting),
+            complementarity: Some(complementarity),
+            friction,
+        }
     }
 }
 

@@ -36,42 +36,27 @@ use sides::{MeshSides, Side, SideForces};
 /// A bound of the distance of a discrete solution from the exact one, in the energy norm ‖v‖_A = √a(v, v), √J.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ErrorBound {
-    /// Bound of the error for the contact stresses as they are.
-    pub elements: f64,
-    /// What contact adds; `None` without contact, and where equilibrium is no minimum of energy: friction that follows the pressure,
-    /// slip bounds and gaps that are formulas.
-    pub contact: Option<ContactBound>,
-    /// Bound of the whole error; `None` where only that for given contact stresses is known.
-    pub total: Option<f64>,
+    /// The bound and its parts in √J.
+    pub parts: BoundParts,
     /// ‖u_h‖_A.
     pub displacement: f64,
     /// The balanced forces between tetrahedra that prove the bound.
     pub forces: Vec<SideForce>,
 }
 
-/// What the contact conditions add to a bound, in √J.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ContactBound {
-    /// ‖w‖_A of the displacement that lifts what penetrates inside panes.
-    pub lifting: f64,
-    /// √(2 ∫ λ_ν (d − v_ν)): pressure across a gap.
-    pub complementarity: f64,
-    /// √(2 ∫ (g ‖F v_t‖ − λ_t·v_t)): slip that friction does not oppose; `None` without friction.
-    pub friction: Option<f64>,
-}
-
-/// A bound and its parts over ‖u_h‖_A; 0 for a body that is not strained.
+/// A bound and its parts. What contact adds is `None` without contact, and where equilibrium is no minimum of energy: friction that
+/// follows the pressure, slip bounds and gaps that are formulas.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct RelativeBound {
-    /// [`ErrorBound::elements`].
+pub struct BoundParts {
+    /// Bound of the error for the contact stresses as they are.
     pub elements: f64,
-    /// [`ErrorBound::total`].
+    /// Bound of the whole error; `None` where only that for given contact stresses is known.
     pub total: Option<f64>,
-    /// [`ContactBound::lifting`].
+    /// ‖w‖_A of the displacement that lifts what penetrates inside panes.
     pub lifting: Option<f64>,
-    /// [`ContactBound::complementarity`].
+    /// √(2 ∫ λ_ν (d − v_ν)): pressure across a gap.
     pub complementarity: Option<f64>,
-    /// [`ContactBound::friction`].
+    /// √(2 ∫ (g ‖F v_t‖ − λ_t·v_t)): slip that friction does not oppose; `None` without friction.
     pub friction: Option<f64>,
 }
 
@@ -138,33 +123,34 @@ impl ErrorBound {
         let data = descent.improve(&mut forces);
         let bound = own.distance(&data).sqrt();
         let admissible = Admissible::new(solved)?;
-        let whole = admissible.map(|it| it.bound(mesh, &strain, &data, target));
-        Ok(Self {
+        let without_contact = BoundParts {
             elements: bound,
-            contact: whole.map(|(contact, _)| contact),
-            total: match solved.contact {
-                None => Some(bound),
-                Some(_) => whole.map(|(_, total)| total),
-            },
+            total: solved.contact.is_none().then_some(bound),
+            ..BoundParts::default()
+        };
+        Ok(Self {
+            parts: admissible.map_or(without_contact, |it| BoundParts {
+                elements: bound,
+                ..it.bound(mesh, &strain, &data, target)
+            }),
             displacement: own.norm(),
             forces: shown(&sides, &forces),
         })
     }
 
-    /// Bound and parts over ‖u_h‖_A.
+    /// Bound and parts over ‖u_h‖_A; 0 for a body that is not strained.
     #[must_use]
-    pub fn relative(&self) -> RelativeBound {
+    pub fn relative(&self) -> BoundParts {
         let share = |bound: f64| match bound {
             0.0 => 0.0,
             bound => bound / self.displacement,
         };
-        let contact = |part: fn(&ContactBound) -> f64| self.contact.as_ref().map(part).map(share);
-        RelativeBound {
-            elements: share(self.elements),
-            total: self.total.map(share),
-            lifting: contact(|it| it.lifting),
-            complementarity: contact(|it| it.complementarity),
-            friction: self.contact.and_then(|it| it.friction).map(share),
+        BoundParts {
+            elements: share(self.parts.elements),
+            total: self.parts.total.map(share),
+            lifting: self.parts.lifting.map(share),
+            complementarity: self.parts.complementarity.map(share),
+            friction: self.parts.friction.map(share),
         }
     }
 }

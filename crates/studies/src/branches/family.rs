@@ -29,13 +29,11 @@ enum Dependence {
     Operator,
 }
 
-/// The scene at a value of the parameter.
-pub type SceneAt<'a> = dyn Fn(f64) -> Result<Scene, InvalidValue> + 'a;
-
 /// The contact problems of a scene in a range of a parameter.
 pub struct Family<'a> {
     range: ParameterRange,
-    scene_at: &'a SceneAt<'a>,
+    /// The scene at a value of the parameter.
+    scene_at: &'a dyn Fn(f64) -> Result<Scene, InvalidValue>,
     folder: &'a Path,
     base: Arc<AssembledProblem>,
     local: Arc<LocalStiffness>,
@@ -52,7 +50,7 @@ impl<'a> Family<'a> {
     /// An empty range, a scene without Coulomb friction, a value in the range that no problem can have.
     pub fn new(
         range: ParameterRange,
-        scene_at: &'a SceneAt<'a>,
+        scene_at: &'a dyn Fn(f64) -> Result<Scene, InvalidValue>,
         folder: &'a Path,
     ) -> Result<Self, ProblemError> {
         if !(range.from.is_finite() && range.to.is_finite() && range.from != range.to) {

@@ -27,7 +27,7 @@ mod point;
 mod search;
 mod slip_stress;
 
-pub use family::{Family, ParameterRange, SceneAt};
+pub use family::{Family, ParameterRange};
 pub use path::PathEnd;
 pub use piece::Switch;
 pub use point::{PathOrigin, PathPoint, PointKind};
@@ -69,22 +69,20 @@ pub struct Branches {
     pub left_out: usize,
 }
 
-/// What sees the paths after every step, with the half paths that wait to be followed; `None` while solutions are searched for.
-pub type BranchesObserver<'o> = dyn FnMut(&Branches, Option<usize>) + 'o;
-
 /// Values of the parameter inside the range at which solutions are searched for where some are missing at its ends, one in each round.
-const ELSEWHERE: [f64; 4] = [0.5, 0.25, 0.75, 0.9];
+const EXTRA_PARAMETERS: [f64; 4] = [0.5, 0.25, 0.75, 0.9];
 
 impl Branches {
     /// Follows the path of the solver's solution to its ends, and, where `all` are asked for, those of the solutions that are searched
-    /// for at both ends of the range: once more, from other starts and at other values, while their signs do not add up to 1.
+    /// for at both ends of the range: once more, from other starts and at other values, while their signs do not add up to 1. `observe`
+    /// sees the paths after every step, with the half paths that wait to be followed; `None` while solutions are searched for.
     ///
     /// # Errors
     /// A value in the range that no problem can have.
     pub fn follow(
         family: &Family<'_>,
         all: bool,
-        observe: &mut BranchesObserver<'_>,
+        observe: &mut dyn FnMut(&Branches, Option<usize>),
     ) -> Result<Self, ProblemError> {
         let equations = PieceEquations::new(family)?;
         let mut found = Self {
@@ -97,11 +95,11 @@ impl Branches {
         observe(&found, None);
         let rays = solver_rays(&equations)?;
         found.follow_rays(&equations, (PathOrigin::Solver, rays), &mut open, observe)?;
-        let again = ELSEWHERE.map(|elsewhere| vec![1.0, 0.0, elsewhere]);
+        let again = EXTRA_PARAMETERS.map(|elsewhere| vec![1.0, 0.0, elsewhere]);
         let rounds = [vec![1.0], vec![0.0]].into_iter().chain(again);
         for (number, places) in rounds.enumerate().filter(|_| all) {
             let round = number.saturating_sub(1);
-            if is_large(&found.paths) || round > 0 && !found.lacks() {
+            if is_large(&found.paths) || round > 0 && !found.is_incomplete() {
                 break;
             }
             let mut rays = Vec::new();
@@ -119,7 +117,7 @@ impl Branches {
         equations: &PieceEquations<'_>,
         (origin, rays): (PathOrigin, Vec<HalfPath>),
         open: &mut Open,
-        observe: &mut BranchesObserver<'_>,
+        observe: &mut dyn FnMut(&Branches, Option<usize>),
     ) -> Result<(), ProblemError> {
         open.rays.extend(rays.into_iter().map(|ray| (origin, ray)));
         while !(open.rays.is_empty() || is_large(&self.paths)) {
@@ -204,7 +202,7 @@ impl Branches {
     /// Whether the signs of det R' over the solutions that were searched for at an end of the range do not add up to 1: then one is missing
     /// or not regular. That they do is necessary and proves nothing.
     #[must_use]
-    pub fn lacks(&self) -> bool {
+    pub fn is_incomplete(&self) -> bool {
         let ends = [self.range.from, self.range.to];
         self.all && ends.into_iter().any(|end| self.degree(end) != 1)
     }

@@ -8,7 +8,7 @@ use contact3d::{
     adaptation::adapted,
     dual::{ContactSystem, ExplicitDual},
     linalg::{Precision, difference, norm},
-    mesh::{ContactSurface, Mesh, Refinement},
+    mesh::{ContactSurface, Mesh, RefinedLevel},
     scene::{DualOperatorKind, FactorPrecision, InvalidValue, Scene},
     solver::{ContactState, Solution},
 };
@@ -19,7 +19,7 @@ pub(super) struct ExplicitProblem {
     /// The scene; that of the problem is the last increment of its load history, where it has one.
     pub(super) scene: Scene,
     /// How its mesh came from the first one.
-    pub(super) refinement: Refinement,
+    pub(super) refinement: Vec<RefinedLevel>,
     /// The dual problem with its balance where the body floats.
     balanced: Option<ContactSystem>,
 }
@@ -30,7 +30,7 @@ impl ExplicitProblem {
     pub(super) fn new(scene: Scene, folder: &Path) -> Result<Self, ProblemError> {
         let scene = scene.with_first_mesh();
         let refinement = match scene.adapt {
-            None => Refinement::default(),
+            None => Vec::new(),
             Some(_) => adapted(scene.clone(), folder)?.1.adaptation.refinement,
         };
         Self::refined(scene, folder, refinement)
@@ -40,7 +40,7 @@ impl ExplicitProblem {
     pub(super) fn refined(
         scene: Scene,
         folder: &Path,
-        refinement: Refinement,
+        refinement: Vec<RefinedLevel>,
     ) -> Result<Self, ProblemError> {
         let mesh = Mesh::refined(&scene, folder, &refinement)?;
         Ok(Self {
@@ -69,7 +69,7 @@ impl ExplicitProblem {
             balanced,
             assembled,
             scene,
-            refinement: Refinement::default(),
+            refinement: Vec::new(),
         })
     }
 

@@ -83,12 +83,12 @@ fn no_error_exceeds_its_bound() {
         let error = (2.0 * (energy(&it) - energy(&finest))).sqrt();
         let bound = it.bound();
         let size = bound.displacement;
-        let share = bound.elements / error;
+        let share = bound.parts.elements / error;
         println!(
             "{element} {cells:?}: error {:.1} %, bound over it {share:.2}",
             100.0 * error / size
         );
-        assert_eq!(bound.total, Some(bound.elements), "no contact");
+        assert_eq!(bound.parts.total, Some(bound.parts.elements), "no contact");
         // The finest mesh misses a part of the error; on these meshes less than a hundredth of its square.
         assert!(share > 1.0 && share < most, "{element} {cells:?}: {share}");
     }
@@ -148,7 +148,7 @@ fn contact_and_a_given_slip_bound_are_bounded_whole() {
                 .expect("no springs")
                 .absolute;
             let [own, of_fine] =
-                [&it, &fine].map(|it| it.bound().total.expect("a minimum of energy"));
+                [&it, &fine].map(|it| it.bound().parts.total.expect("a minimum of energy"));
             let share = own / apart;
             println!("{element} {cells:?}: bound over the distance of a fine mesh {share:.2}");
             assert!(apart <= own + of_fine);
@@ -171,8 +171,8 @@ fn no_minimum_leaves_the_bound_for_its_contact_stresses() {
     ] {
         let it = solved(text, "P2", [6, 2, 2]);
         let bound = it.bound();
-        let share = bound.elements / it.report.discretisation_error.elements;
-        assert!(bound.total.is_none() && bound.contact.is_none());
+        let share = bound.parts.elements / it.report.discretisation_error.elements;
+        assert!(bound.parts.total.is_none() && bound.parts.lifting.is_none());
         assert!(share > 1.0 && share < 2.5, "{share}");
     }
 }

@@ -38,35 +38,31 @@ pub(super) fn surfaces(
     boundary: &GmshBoundary,
 ) -> Result<(Vec<usize>, Vec<String>), GmshFlaw> {
     let mut facet_group: Vec<Option<i64>> = vec![None; boundary.facets.len()];
-    let mut surfaces: BTreeMap<i64, PhysicalSurface> = BTreeMap::new();
+    let mut surfaces: BTreeMap<i64, Vec<&MeshElement<3>>> = BTreeMap::new();
     for element in &contents.triangles {
         listed_nodes(contents, element, &element.nodes)?;
         let two = |groups| contents.in_two_groups(element, groups);
         let Some(group) = contents.group_of(element).map_err(two)? else {
             continue;
         };
-        let surface = surfaces.entry(group).or_insert(PhysicalSurface {
-            first: element,
-            triangles: 0,
-            on_boundary: false,
-        });
-        surface.triangles += 1;
+        surfaces.entry(group).or_default().push(element);
         let nodes = body.numbers(element.nodes).map(sorted);
         if let Some(&facet) = nodes.and_then(|key| boundary.facet_of.get(&key)) {
-            surface.on_boundary = true;
             match facet_group[facet].replace(group) {
                 Some(other) if other != group => return Err(two([other, group])),
                 _ => {}
             }
         }
     }
-    if let Some((&group, surface)) = surfaces.iter().find(|(_, s)| !s.on_boundary) {
+    let on_boundary: HashSet<i64> = facet_group.iter().flatten().copied().collect();
+    if let Some((&group, triangles)) = surfaces.iter().find(|(g, _)| !on_boundary.contains(g)) {
         let flaw = GmshFlaw::new(
-            surface.first.place,
+            triangles[0].place,
             "triangles on the boundary of the body",
             format!(
                 "none among its {} (triangle {} is the first)",
-                surface.triangles, surface.first.tag
+                triangles.len(),
+                triangles[0].tag
             ),
             "the surface lies inside the body or off it; name an outer surface, and check that its volume is in a physical group, or choose groups: python -m contact3d.convert mesh.msh part.msh --sets NAME ...",
         );
@@ -88,13 +84,6 @@ pub(super) fn surfaces(
         ));
     }
     named(contents, 2, &facet_group)
-}
-
-/// The triangles of a physical surface in the file.
-struct PhysicalSurface<'a> {
-    first: &'a MeshElement<3>,
-    triangles: usize,
-    on_boundary: bool,
 }
 
 /// Numbers the groups by increasing tag, those without a group last.

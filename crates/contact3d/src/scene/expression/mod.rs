@@ -16,9 +16,6 @@ pub(super) use parse::is_identifier;
 pub use parse::{ExpressionError, FUNCTIONS};
 use program::{Binary, Instruction, run};
 
-/// Numbers with names, which formulas may use.
-pub type Parameters = BTreeMap<String, f64>;
-
 /// A formula in named variables, such as `0.3 - 0.1*tanh(s1/1e-5)`.
 ///
 /// Operators + − * / ^, the functions of [`FUNCTIONS`] with parentheses, the constants PI and E, and
@@ -42,7 +39,7 @@ struct ParsedFormula {
 }
 
 /// The names that a formula may use, in words.
-fn known_names(variables: &[&str], parameters: &Parameters) -> String {
+fn known_names(variables: &[&str], parameters: &BTreeMap<String, f64>) -> String {
     let names: Vec<&str> = parameters.keys().map(String::as_str).collect();
     let parameters = match names.as_slice() {
         [] => "names of the table [parameters], which is empty".to_owned(),
@@ -69,7 +66,7 @@ impl Expression {
     /// [`ExpressionError`] for text that is no formula, unknown names, and formulas without limits.
     pub fn parse(text: &str, variables: &'static [&'static str]) -> Result<Self, ExpressionError> {
         let mut expression = Self::unbound(text, variables)?;
-        expression.bind(&Parameters::new())?;
+        expression.bind(&BTreeMap::new())?;
         Ok(expression)
     }
 
@@ -95,7 +92,10 @@ impl Expression {
     ///
     /// # Errors
     /// [`ExpressionError::Unknown`] for the first name without a value.
-    pub(super) fn bind(&mut self, parameters: &Parameters) -> Result<(), ExpressionError> {
+    pub(super) fn bind(
+        &mut self,
+        parameters: &BTreeMap<String, f64>,
+    ) -> Result<(), ExpressionError> {
         let values = self.parsed.names.iter().map(|name| {
             let value = parameters.get(name).copied();
             value.ok_or_else(|| ExpressionError::Unknown {

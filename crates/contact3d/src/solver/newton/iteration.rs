@@ -161,35 +161,43 @@ pub(in crate::solver) fn iterate<M: NewtonModel>(
             true => None,
             false => model.direction(&current),
         };
-        let step = match &direction {
-            Some((direction, _)) => halved(model, &current, direction),
+        let (reached, step) = match &direction {
+            Some((direction, coupled)) => {
+                let (reached, step) = halved(model, &current, direction);
+                let free_unknowns = *coupled;
+                (
+                    reached,
+                    NewtonStep {
+                        free_unknowns,
+                        ..step
+                    },
+                )
+            }
             None => match model.safeguard(best) {
                 Some(reached) => {
                     residuals.begin_anew();
-                    Damped {
-                        reached,
-                        length: 1.0,
-                        halvings: 0,
-                    }
+                    let step = NewtonStep {
+                        step_length: 1.0,
+                        fallback: true,
+                        ..NewtonStep::default()
+                    };
+                    (reached, step)
                 }
                 None => break StopReason::MaxSteps,
             },
         };
         let least = model.evaluation(best).norm;
         let [before, after] =
-            [&current, &step.reached].map(|iterate| model.evaluation(iterate).panes.iter());
+            [&current, &reached].map(|iterate| model.evaluation(iterate).panes.iter());
         let zone_changes = before.zip(after).filter(|(a, b)| a.zone() != b.zone());
         history.push(NewtonStep {
-            residual: model.relative(&step.reached),
-            step_length: step.length,
-            halvings: step.halvings,
+            residual: model.relative(&reached),
             zone_changes: zone_changes.count(),
-            free_unknowns: direction.as_ref().map_or(0, |(_, coupled)| *coupled),
-            fallback: direction.is_none(),
             seconds: started.elapsed().as_secs_f64(),
+            ..step
         });
         observe(history.len() - 1, &history[history.len() - 1]);
-        let previous = std::mem::replace(&mut current, step.reached);
+        let previous = std::mem::replace(&mut current, reached);
         let norm = model.evaluation(&current).norm;
         if norm < least {
             earlier = None;
@@ -208,41 +216,33 @@ pub(in crate::solver) fn iterate<M: NewtonModel>(
     }
 }
 
-/// A step that was taken.
-struct Damped<I> {
-    /// What it led to.
-    reached: I,
-    /// Its length over that of the full step.
-    length: f64,
-    /// Halvings that were tried.
-    halvings: usize,
-}
-
-/// Halves a step until ‖R‖ falls; the full step where it never does.
+/// Halves a step until ‖R‖ falls, the full step where it never does: what it led to, with its length and halvings.
 fn halved<M: NewtonModel>(
     model: &mut M,
     from: &M::Iterate,
     direction: &[f64],
-) -> Damped<M::Iterate> {
+) -> (M::Iterate, NewtonStep) {
     let norm = model.evaluation(from).norm;
     let mut full = None;
     for halvings in 0..=STEP_MAX_HALVINGS {
         let length = 0.5_f64.powi(halvings as i32);
         let reached = model.moved(from, direction, length);
         if model.evaluation(&reached).norm < norm {
-            return Damped {
-                reached,
-                length,
+            let step = NewtonStep {
+                step_length: length,
                 halvings,
+                ..NewtonStep::default()
             };
+            return (reached, step);
         }
         full.get_or_insert(reached);
     }
-    Damped {
-        reached: full.expect("the full step is the first"),
-        length: 1.0,
+    let step = NewtonStep {
+        step_length: 1.0,
         halvings: STEP_MAX_HALVINGS,
-    }
+        ..NewtonStep::default()
+    };
+    (full.expect("the full step is the first"), step)
 }
 
 /// The least residual after each step.

@@ -1,7 +1,7 @@
 //! Obstacles that cannot be met.
 
 use contact3d::{
-    mesh::{Mesh, RefinedLevel, Refinement},
+    mesh::{Mesh, RefinedLevel},
     scene::Scene,
 };
 
@@ -143,9 +143,7 @@ fn cut_meshes_of_a_curved_face_may_touch() {
     );
     let scene = Scene::parse("cut", &text).expect("a scene");
     let first = Mesh::of_scene(&scene, folder.path()).expect("a mesh");
-    let cut = Refinement {
-        levels: vec![RefinedLevel::Cuts(vec![3; first.tetrahedra.len()])],
-    };
+    let cut = [RefinedLevel::Cuts(vec![3; first.tetrahedra.len()])];
     let cut = Mesh::refined(&scene, folder.path(), &cut).expect("a cut mesh");
     let clearance = &cut.contact.expect("contact").clearance;
     assert!(clearance.len() > 200);
