@@ -48,7 +48,9 @@ impl PrimalSystem {
     /// # Errors
     /// A load that is not finite.
     pub fn apply_loads(&mut self, scene: &Scene, mesh: &Mesh) -> Result<(), InvalidValue> {
-        (self.load, self.dofs.prescribed) = loads(scene, mesh, &self.dofs)?;
+        let (load, prescribed) = loads(scene, mesh, &self.dofs)?;
+        self.load = load;
+        self.dofs.prescribed = prescribed.map(Arc::new);
         Ok(())
     }
 }
@@ -184,7 +186,7 @@ impl Analysed {
             let force = |mode: &Vec<f64>| dofs.to_free(&springs.forces(&dofs.to_nodes(mode)));
             body.modes.iter().map(force).collect()
         });
-        dofs.prescribed = prescribed;
+        dofs.prescribed = prescribed.map(Arc::new);
         Ok(Self {
             primal: PrimalSystem {
                 dofs,
@@ -253,7 +255,7 @@ fn loads(
     scene: &Scene,
     mesh: &Mesh,
     dofs: &DofMap,
-) -> Result<(Vec<f64>, Option<Arc<Vec<[f64; 3]>>>), InvalidValue> {
+) -> Result<(Vec<f64>, Option<Vec<[f64; 3]>>), InvalidValue> {
     let mut rhs = dofs.to_free(&Loads::of(scene).nodal_forces(mesh)?);
     let prescribed = prescribed_displacements(scene, mesh)?;
     if let Some(prescribed) = &prescribed {
@@ -265,7 +267,7 @@ fn loads(
             add_scaled(&mut rhs, -1.0, &dofs.to_free(&taken));
         }
     }
-    Ok((rhs, prescribed.map(Arc::new)))
+    Ok((rhs, prescribed))
 }
 
 /// Nested dissection of the mesh without its held nodes, the free degrees of freedom node by node.

@@ -268,7 +268,9 @@ fn linearised(
             let size = |u: &[f64; 3]| u[0].hypot(u[1]).hypot(u[2]);
             let moved = known.displacement;
             let place = largest(moved.iter().map(size))?;
-            let corners = cube(mesh, 0..mesh.coordinates.len(), mesh.coordinates[place]);
+            // A cube around the place, with edges a tenth of the extent of the body.
+            let (centre, extent) = (mesh.coordinates[place], mesh.extent());
+            let corners = [-0.05, 0.05].map(|half| centre.map(|x| x + half * extent));
             let direction = moved[place].map(|u| u / size(&moved[place]));
             it.mean_displacement(solved, known, &corners, direction)?;
         }
@@ -384,19 +386,6 @@ fn axis(component: Component) -> [f64; 3] {
 fn largest(values: impl Iterator<Item = f64>) -> Option<usize> {
     let most = values.enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
     most.map(|(place, _)| place)
-}
-
-/// The cube around a place, with edges a tenth of the extent of some nodes.
-fn cube(mesh: &Mesh, nodes: impl Iterator<Item = usize>, centre: [f64; 3]) -> [[f64; 3]; 2] {
-    let mut ends = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
-    for node in nodes {
-        for (c, x) in mesh.coordinates[node].into_iter().enumerate() {
-            ends[0][c] = ends[0][c].min(x);
-            ends[1][c] = ends[1][c].max(x);
-        }
-    }
-    let extent = (0..3).map(|c| ends[1][c] - ends[0][c]).fold(0.0, f64::max);
-    [-0.05, 0.05].map(|half| centre.map(|x| x + half * extent))
 }
 
 #[cfg(test)]

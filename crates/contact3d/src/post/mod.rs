@@ -162,7 +162,7 @@ impl ContactReport {
     /// # Errors
     /// A load that is not finite.
     pub fn new(solved: &Solved<'_>) -> Result<Self, InvalidValue> {
-        Self::with(solved, EstimatedErrors::Energy, None)
+        Self::with(solved, EstimatedErrors::Energy, &|_| None)
     }
 
     /// As [`Self::new`], with the errors of quantities of the solution by their `adjoints`, or without the cost of any estimate.
@@ -172,7 +172,7 @@ impl ContactReport {
     pub(crate) fn with(
         solved: &Solved<'_>,
         errors: EstimatedErrors,
-        adjoints: Option<&dyn Fn(&[LinearFunctional]) -> Option<Adjoints>>,
+        adjoints: &dyn Fn(&[LinearFunctional]) -> Option<Adjoints>,
     ) -> Result<Self, InvalidValue> {
         let friction = solved.contact.as_ref();
         let friction = friction.and_then(|contact| contact.friction(solved));
@@ -198,12 +198,12 @@ impl ContactReport {
             strain_energy: resultants.strain_energy,
             rounding: rounding_energy,
         };
-        let (discretisation_error, mut functionals) = match (errors, adjoints) {
-            (EstimatedErrors::Nothing, _) => Default::default(),
-            (EstimatedErrors::Quantities, Some(adjoints)) => {
+        let (discretisation_error, mut functionals) = match errors {
+            EstimatedErrors::Nothing => Default::default(),
+            EstimatedErrors::Energy => (ErrorEstimate::new(solved, &known), Vec::new()),
+            EstimatedErrors::Quantities => {
                 functional::estimates(adjoints, solved, &known, &resultants)
             }
-            _ => (ErrorEstimate::new(solved, &known), Vec::new()),
         };
         if discretisation_error.is_unreliable() {
             functionals.clear();

@@ -155,7 +155,7 @@ impl AssembledProblem {
     ) -> Result<ContactReport, InvalidValue> {
         let assembly = &self.system.assembly;
         let adjoints = |of: &[LinearFunctional]| Adjoints::new(assembly, contact, solution, of);
-        ContactReport::with(&self.solved(solution), errors, Some(&adjoints))
+        ContactReport::with(&self.solved(solution), errors, &adjoints)
     }
 
     /// The problem of an increment of the scene's load history, which begins where `before` ended, on the same operators.

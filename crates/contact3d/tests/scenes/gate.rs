@@ -1,19 +1,8 @@
 //! The gate that every answer passes: what a certificate contradicts is no success, and right answers pass it.
 
-use contact3d::{
-    Problem,
-    scene::{Scene, SolveSettings},
-    solver::{Solution, Status},
-};
+use contact3d::solver::Status;
 
-fn solved(text: &str) -> (Solution, contact3d::post::ContactReport) {
-    let scene = Scene::parse("gate", text).unwrap_or_else(|error| panic!("{error}"));
-    let problem = Problem::new(scene).and_then(|problem| problem.assemble());
-    let problem = problem.unwrap_or_else(|error| panic!("{error}"));
-    problem
-        .solve_and_report(&SolveSettings::default())
-        .expect("a solve of finite loads")
-}
+use super::strategies::solved;
 
 /// A block that only vertical springs and friction hold, pushed at three times what friction can bear: nothing holds it, and
 /// multipliers that fit each other to 1e-14 are no answer while the body flies.

@@ -7,7 +7,7 @@ use contact3d::{
     solver::Solution,
 };
 
-fn solved(text: &str) -> (Solution, ContactReport) {
+pub(super) fn solved(text: &str) -> (Solution, ContactReport) {
     let scene = Scene::parse("strategy", text).unwrap_or_else(|error| panic!("{error}"));
     let problem = Problem::new(scene).and_then(Problem::assemble);
     let problem = problem.unwrap_or_else(|error| panic!("{error}"));

@@ -41,23 +41,24 @@ pub(super) enum Comparison {
     AtLeast,
 }
 
-/// The smooth functions of one argument.
-pub(super) const SMOOTH: [(&str, fn(f64) -> f64, fn(f64) -> f64); 13] = [
-    ("sqrt", f64::sqrt, |x| 0.5 / x.sqrt()),
-    ("exp", f64::exp, f64::exp),
-    ("ln", f64::ln, f64::recip),
-    ("log10", f64::log10, |x| {
-        (x * std::f64::consts::LN_10).recip()
-    }),
-    ("sin", f64::sin, f64::cos),
-    ("cos", f64::cos, |x| -x.sin()),
-    ("tan", f64::tan, |x| x.cos().powi(-2)),
-    ("asin", f64::asin, |x| (1.0 - x * x).sqrt().recip()),
-    ("acos", f64::acos, |x| -(1.0 - x * x).sqrt().recip()),
-    ("atan", f64::atan, |x| (1.0 + x * x).recip()),
-    ("sinh", f64::sinh, f64::cosh),
-    ("cosh", f64::cosh, f64::sinh),
-    ("tanh", f64::tanh, |x| 1.0 - x.tanh().powi(2)),
+/// The smooth functions of one argument: names, values and derivatives.
+pub(super) const SMOOTH: [(&str, [fn(f64) -> f64; 2]); 13] = [
+    ("sqrt", [f64::sqrt, |x| 0.5 / x.sqrt()]),
+    ("exp", [f64::exp, f64::exp]),
+    ("ln", [f64::ln, f64::recip]),
+    (
+        "log10",
+        [f64::log10, |x| (x * std::f64::consts::LN_10).recip()],
+    ),
+    ("sin", [f64::sin, f64::cos]),
+    ("cos", [f64::cos, |x| -x.sin()]),
+    ("tan", [f64::tan, |x| x.cos().powi(-2)]),
+    ("asin", [f64::asin, |x| (1.0 - x * x).sqrt().recip()]),
+    ("acos", [f64::acos, |x| -(1.0 - x * x).sqrt().recip()]),
+    ("atan", [f64::atan, |x| (1.0 + x * x).recip()]),
+    ("sinh", [f64::sinh, f64::cosh]),
+    ("cosh", [f64::cosh, f64::sinh]),
+    ("tanh", [f64::tanh, |x| 1.0 - x.tanh().powi(2)]),
 ];
 
 impl Instruction {
@@ -156,7 +157,7 @@ pub(super) fn run(
             }
             Instruction::Smooth(place) => {
                 let [argument] = taken(&mut stack);
-                let (_, value, derivative) = SMOOTH[place];
+                let (_, [value, derivative]) = SMOOTH[place];
                 let x = argument.value;
                 argument.through(value(x), || derivative(x))
             }
