@@ -238,6 +238,8 @@ pub fn read(reader: &Reader, dofs: &DofMap) -> Result<Solution, FormatError> {
         }
     }
     let mut solution = Solution {
+        status,
+        accuracy: f64::NAN,
         multiplier,
         displacement: dofs.to_free(&nodal),
         rigid: Some(RigidMotions::default()),
@@ -248,7 +250,6 @@ pub fn read(reader: &Reader, dofs: &DofMap) -> Result<Solution, FormatError> {
             newton: NEWTON_STEPS.read_rows(reader, NewtonStep::default)?,
             ..Trace::default()
         },
-        ..Solution::default()
     };
     FIELDS.read_one(reader, &mut solution, is_finite)?;
     Ok(solution)

@@ -74,15 +74,15 @@ fn gpcg_needs_a_tenth_of_the_actions_on_both_operators() {
         let case = Dense::new(scene);
         let newton = case.solve(&case.law());
         let paper = case.approximate(Inner::Kprgp);
-        for MethodResult { stop, solution, .. } in [
+        for found in [
             case.approximate(Inner::Gpcg(&case.local.stiffness)),
             on_implicit(&case, Inner::Gpcg(&case.local.stiffness)),
         ] {
-            assert_eq!(stop, StopReason::Converged);
+            assert_eq!(found.stop, StopReason::Converged);
             // Inner gradients of 1e-9 ‖h‖ times the condition number of S, some hundreds.
-            assert!(distance(&solution.multiplier, &newton.multiplier) < 1e-6);
+            assert!(distance(&found.multiplier, &newton.multiplier) < 1e-6);
             // Measured: a twentieth.
-            assert!(10 * solution.trace.applications < paper.solution.trace.applications);
+            assert!(10 * found.trace.applications < paper.trace.applications);
         }
     }
 }
@@ -93,11 +93,11 @@ fn gpcg_converges_under_adaptive_precision() {
     scene.solve.precision = Adaptive;
     scene.solve.epsilon = Some(1e-8);
     let case = Dense::new(scene);
-    let MethodResult { stop, solution, .. } = case.approximate(Inner::Gpcg(&case.local.stiffness));
-    assert_eq!(stop, StopReason::Converged);
+    let found = case.approximate(Inner::Gpcg(&case.local.stiffness));
+    assert_eq!(found.stop, StopReason::Converged);
     let newton = case.solve(&case.law());
     // As above, with a condition number of some thousands.
-    assert!(distance(&solution.multiplier, &newton.multiplier) < 1e-5);
+    assert!(distance(&found.multiplier, &newton.multiplier) < 1e-5);
 }
 
 #[test]

@@ -4,7 +4,7 @@ use contact3d::{
     dual::{ContactOperator, PrimalOperator},
     post::Zone,
     scene::{Coefficient, Material, PrecisionControl::Fixed, Quantity, Scene},
-    solver::{Inner, MethodResult, NewtonSettings, StopReason, newton},
+    solver::{Inner, NewtonSettings, StopReason, newton},
 };
 
 use super::{dense::*, support::hkl_scene};
@@ -40,7 +40,7 @@ fn agrees_with_the_paper_s_algorithm() {
             let solution = case.solve(&case.law());
             // KPRGP stops at a gradient of 0.1 ε ‖h‖, which leaves an error of λ larger by the
             // condition number of S.
-            let error = distance(&paper.solution.multiplier, &solution.multiplier);
+            let error = distance(&paper.multiplier, &solution.multiplier);
             assert!(
                 error < bound,
                 "table {table}, epsilon {epsilon:e}: {error:e}"
@@ -57,9 +57,9 @@ fn reproduces_the_converged_values() {
     scene.solve.epsilon = Some(1e-12);
     let case = Dense::new(scene);
     let newton = case.solve(&case.law());
-    let MethodResult { stop, solution, .. } =
-        case.approximate(Inner::Newton(&case.dual, &case.local));
-    assert_eq!(stop, StopReason::Converged);
+    let found = case.approximate(Inner::Newton(&case.dual, &case.local));
+    assert_eq!(found.stop, StopReason::Converged);
+    let solution = found.unmeasured();
     // Both end within 1e-12 of the same fixed point, up to the conditioning of the problem.
     assert!(distance(&newton.multiplier, &solution.multiplier) < 1e-11);
     let mut of_newton = solution.clone();

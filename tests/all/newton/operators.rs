@@ -70,8 +70,8 @@ fn successive_approximations_on_both_operators() {
     let mut scene = hkl_scene(1, 4);
     scene.solve.precision = Fixed;
     let case = Dense::new(scene);
-    let paper = case.problem.solve(&case.scene).solution;
-    let explicit = case.approximate(Inner::Kprgp).solution;
+    let paper = case.problem.solve(&case.scene);
+    let explicit = case.approximate(Inner::Kprgp);
     assert_eq!(explicit.trace.history.len(), paper.trace.history.len());
     // Each stops within ε = 1e-4 r_tol of its inner minimisers; equal paths differ by rounding only.
     assert!(distance(&explicit.multiplier, &paper.multiplier) < 1e-6);
@@ -95,8 +95,7 @@ fn an_idle_inner_solver_is_no_convergence() {
         let newton = dense.solve(&dense.law());
         let found = dense.problem.solve(&scene);
         assert_eq!(found.stop, StopReason::Converged);
-        let solution = found.solution;
-        let difference: f64 = solution
+        let difference: f64 = found
             .multiplier
             .iter()
             .zip(&newton.multiplier)

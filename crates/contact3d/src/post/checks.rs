@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::{ContactReport, Rounding, Solved, largest, rounding::Measure};
-use crate::solver::{Assessment, Solution};
+use crate::solver::{Assessment, Objection, Solution};
 
 /// A solution with a residual above this is none, whatever rounding explains: nothing of it can be relied on.
 const MAX_RESIDUAL: f64 = 1e-3;
@@ -71,16 +71,19 @@ impl ContactReport {
     /// Figures out of range make it a `numerical_error`. A residual that contradicts the accuracy is its accuracy from then on,
     /// and `converged` becomes `machine_precision`; above a thousandth the answer is `inaccurate`, and none.
     pub fn classify(&self, solution: &mut Solution) {
-        let (status, accuracy) = (solution.status, solution.accuracy);
-        let claimed = Assessment { status, accuracy };
-        let Assessment { status, accuracy } = match self.failed_check {
-            Some(CheckFailure::OutOfRange { .. }) => claimed.out_of_range(),
-            Some(CheckFailure::Contradiction { value, .. }) => {
-                claimed.contradicted_by(value, self.is_broken())
-            }
-            None => claimed,
-        };
+        let Assessment { status, accuracy } = self.assess(solution);
         (solution.status, solution.accuracy) = (status, accuracy);
+    }
+
+    /// What is left of the assessment of a solution that this is the report of.
+    pub(crate) fn assess(&self, solution: &Solution) -> Assessment {
+        let is_broken = self.is_broken();
+        let objection = self.failed_check.map(|failure| match failure {
+            CheckFailure::OutOfRange { .. } => Objection::OutOfRange,
+            CheckFailure::Contradiction { value, .. } => Objection::Residual { value, is_broken },
+        });
+        let claimed = solution.assessment();
+        objection.map_or(claimed, |objection| claimed.demoted(objection))
     }
 
     /// Whether the answer has a figure that makes it none.

@@ -10,8 +10,8 @@ use crate::{
     post::{ContactReport, EstimatedErrors, Rounding, Solved},
     scene::{InvalidValue, ProblemPart, Scene, SolveSettings},
     solver::{
-        ContactProblem, ContactState, FrictionState, NeedsExplicit, Progress, Solution, Start,
-        coulomb_state, without_contact,
+        Assessment, ContactProblem, ContactState, FrictionState, NeedsExplicit, Progress, Solution,
+        Start, Status, Trace, coulomb_state, without_contact,
     },
 };
 
@@ -153,28 +153,26 @@ impl AssembledProblem {
     }
 
     /// What multipliers that were found elsewhere, `[n_multipliers]` in Pa, make of the body: its displacement, and with the dense
-    /// operator the slip and the friction that follow. Nothing is assessed: the status is that of an empty solution. A body that floats is left
+    /// operator the slip and the friction that follow. Nothing is assessed, so it claims nothing. A body that floats is left
     /// without its rigid motion.
     #[must_use]
     pub fn state_of(&self, multiplier: Vec<f64>) -> Solution {
+        let unassessed = Assessment::unknown(Status::default());
         let (Some(dual), Some(contact)) = (&self.system.contact, self.contact_state()) else {
-            return Solution::default();
+            return unassessed.solution(multiplier, Vec::new(), Trace::default());
         };
-        let mut solution = Solution {
-            displacement: dual.displacement(&self.system.assembly, &multiplier),
-            ..Solution::default()
-        };
+        let displacement = dual.displacement(&self.system.assembly, &multiplier);
+        let mut solution = unassessed.solution(multiplier, displacement, Trace::default());
         if let Some(explicit) = dual.explicit() {
             solution.trace.local_stiffness = LocalStiffness::new(explicit).stiffness;
             if let Some(law) = contact.interface.coulomb() {
-                let state = coulomb_state(explicit, &contact.laws(), law, &multiplier);
+                let state = coulomb_state(explicit, &contact.laws(), law, &solution.multiplier);
                 solution.friction = Some(FrictionState {
                     coulomb: state,
                     ..FrictionState::default()
                 });
             }
         }
-        solution.multiplier = multiplier;
         solution
     }
 

@@ -125,25 +125,19 @@ impl AssembledProblem {
             }
         };
         let mut solution = self.solve_static(contact, settings, start, &mut observe)?;
-        let claimed = solution.assessment();
         let mut report = self.evaluated(contact, &solution, errors)?;
         if let Some(failure) = self.system.assembly.factor.failure() {
             return Err(AssemblyError::Engine(failure).into());
         }
-        report.classify(&mut solution);
-        if is_followed {
-            if solution.status.is_success(settings) {
-                return Ok((solution, report));
-            }
-            if errors == EstimatedErrors::Nothing {
-                solution = solution.assessed(claimed);
-                report = self.evaluated(contact, &solution, EstimatedErrors::Energy)?;
-                report.classify(&mut solution);
-            }
+        let is_success = report.assess(&solution).status.is_success(settings);
+        if is_followed && !is_success && errors == EstimatedErrors::Nothing {
+            report = self.evaluated(contact, &solution, EstimatedErrors::Energy)?;
         }
-        if let Some(contact) = contact.filter(|_| claimed.status.is_solved()) {
+        let is_kept = !(is_followed && is_success) && solution.status.is_solved();
+        if let Some(contact) = contact.filter(|_| is_kept) {
             contact.linearise(&mut solution);
         }
+        report.classify(&mut solution);
         Ok((solution, report))
     }
 

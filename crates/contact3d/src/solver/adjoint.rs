@@ -11,8 +11,8 @@
 
 use super::{
     ContactBody, ContactProblem, Ellipse, NaturalMap, Solution,
-    accuracy::{GMRES_MAX_APPLICATIONS, GMRES_TOLERANCE},
     conditions::{Bound, Conditions, Evaluation},
+    tolerances::{GMRES_MAX_APPLICATIONS, GMRES_TOLERANCE},
     two_levels::{PaneLevels, TwoLevels},
 };
 use crate::{

@@ -4,7 +4,9 @@
 //! residuals ([`super::accuracy`]), and the residuals of the report are held against it ([`crate::post::ContactReport::assess`]). An
 //! error is relative: 1 means that no digit is known.
 
-use super::{MethodResult, PaneLaws, Solution, Status, StopReason};
+use super::{
+    MethodResult, PaneLaws, Solution, Status, StopReason, Trace, tolerances::REFINEMENT_TARGET,
+};
 
 /// A method that stops by its own rule keeps its promise with an error of at most this many times ε.
 const ACCEPT_FACTOR: f64 = 10.0;
@@ -12,14 +14,22 @@ const ACCEPT_FACTOR: f64 = 10.0;
 /// A solution with a larger error has no digit to rely on: it is none.
 const MAX_ERROR: f64 = 0.05;
 
-/// The largest error of a refined solution: above, its contact zones are not known.
-pub(in crate::solver) const REFINEMENT_TARGET: f64 = 1e-3;
-
 /// A status with the accuracy that belongs to it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Assessment {
     pub(crate) status: Status,
     pub(crate) accuracy: f64,
+}
+
+/// What takes an assessment back.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Objection {
+    /// A number is not finite, or out of the range in which double precision can compute.
+    OutOfRange,
+    /// A residual of the report contradicts the accuracy, and is so large that there is no solution or not.
+    Residual { value: f64, is_broken: bool },
+    /// No strategy led anywhere near a solution, or the body lies far from where it could touch anything.
+    Elsewhere,
 }
 
 impl Assessment {
@@ -37,95 +47,130 @@ impl Assessment {
         }
     }
 
-    /// Of what came nearest to a solution, where no strategy led to one.
-    pub(in crate::solver) fn of_no_solution(error: f64) -> Self {
+    /// Of what came nearest to a solution, where no strategy led to one; `approximations` says how Algorithm 4.1 stopped if it was tried.
+    pub(in crate::solver) fn of_unsolved(error: f64, approximations: Option<StopReason>) -> Self {
         Self {
-            status: Status::MaxNewtonSteps,
+            status: match approximations {
+                // It may leave the range of numbers where Newton's method only finds nothing.
+                None | Some(StopReason::NumericalError) => Status::MaxNewtonSteps,
+                Some(stop) if stop.is_solution() => Status::Inaccurate,
+                Some(stop) => Self::status_of(stop),
+            },
             accuracy: error.min(1.0),
         }
     }
 
     /// Of what a method found by its own rule, with a measured error: `converged` stays only where that is about ε.
     pub(in crate::solver) fn of_method(found: &MethodResult, error: f64, epsilon: f64) -> Self {
-        let own = Self::by_rule(found);
-        if !own.status.is_solved() {
-            return own;
+        let own = Self::status_of(found.stop);
+        if !own.is_solved() {
+            return Self {
+                status: own,
+                accuracy: found.measure,
+            };
         }
         let error = if error <= 1.0 { error } else { 1.0 };
-        let status = match own.status {
+        let status = match own {
             _ if error > MAX_ERROR => Status::Inaccurate,
             Status::Converged if error > ACCEPT_FACTOR * epsilon => Status::ReducedAccuracy,
             Status::MachinePrecision if error > REFINEMENT_TARGET => Status::ReducedAccuracy,
             status => status,
         };
         let accuracy = match status {
-            Status::MachinePrecision => error.max(own.accuracy),
+            Status::MachinePrecision => error.max(found.measure),
             _ => error,
         };
         Self { status, accuracy }
     }
 
-    /// Of successive approximations without a solution nearby, whether they met their rule or not.
-    pub(in crate::solver) fn of_lost_fixed_point(found: &MethodResult, error: f64) -> Self {
-        if !found.stop.is_solution() {
-            return Self::by_rule(found);
-        }
+    /// Of u = A⁻¹l, which has no contact stresses to measure.
+    pub(in crate::solver) fn of_direct() -> Self {
         Self {
-            status: Status::Inaccurate,
-            accuracy: error.min(1.0),
+            status: Status::Converged,
+            accuracy: 0.0,
         }
     }
 
-    /// Of a method whose error is not known.
-    pub(in crate::solver) fn by_rule(found: &MethodResult) -> Self {
+    /// Of something that nobody has measured, or of no solution: no digit is known.
+    pub(crate) fn unknown(status: Status) -> Self {
         Self {
-            status: match found.stop {
-                StopReason::Converged => Status::Converged,
-                StopReason::RoundingLimit => Status::MachinePrecision,
-                StopReason::MaxSteps => Status::MaxNewtonSteps,
-                StopReason::MaxOuterSteps => Status::MaxOuterSteps,
-                StopReason::MaxOperatorApplications => Status::MaxOperatorApplications,
-                StopReason::Cycling => Status::Cycling,
-                StopReason::NumericalError => Status::NumericalError,
-            },
-            accuracy: found.measure,
-        }
-    }
-
-    /// Of a body that a rigid-body motion proves a mechanism.
-    pub(in crate::solver) fn of_mechanism() -> Self {
-        Self {
-            status: Status::NoEquilibrium,
+            status,
             accuracy: 1.0,
         }
     }
 
-    /// With a residual of the report that contradicts the accuracy, so large that there is no solution or not.
-    pub(crate) fn contradicted_by(self, residual: f64, is_broken: bool) -> Self {
-        if !self.status.is_solved() {
-            return self;
-        }
-        Self {
-            status: match self.status {
-                _ if is_broken => Status::Inaccurate,
-                Status::Converged => Status::MachinePrecision,
-                status => status,
-            },
-            accuracy: self.accuracy.max(residual).min(1.0),
+    /// The status of a method whose rule is all that is known.
+    fn status_of(stop: StopReason) -> Status {
+        match stop {
+            StopReason::Converged => Status::Converged,
+            StopReason::RoundingLimit => Status::MachinePrecision,
+            StopReason::MaxSteps => Status::MaxNewtonSteps,
+            StopReason::MaxOuterSteps => Status::MaxOuterSteps,
+            StopReason::MaxOperatorApplications => Status::MaxOperatorApplications,
+            StopReason::Cycling => Status::Cycling,
+            StopReason::NumericalError => Status::NumericalError,
         }
     }
 
-    /// With a number that is not finite, or out of the range in which double precision can compute.
-    pub(crate) fn out_of_range(self) -> Self {
-        Self {
-            status: Status::NumericalError,
-            ..self
+    /// What an objection leaves of it: the one place where a solution loses what its solve claims.
+    pub(crate) fn demoted(self, objection: Objection) -> Self {
+        let Self { status, accuracy } = self;
+        match objection {
+            Objection::OutOfRange => Self {
+                status: Status::NumericalError,
+                accuracy,
+            },
+            Objection::Elsewhere => Self::unknown(status),
+            Objection::Residual { .. } if !status.is_solved() => self,
+            Objection::Residual { value, is_broken } => Self {
+                status: match status {
+                    _ if is_broken => Status::Inaccurate,
+                    Status::Converged => Status::MachinePrecision,
+                    status => status,
+                },
+                accuracy: accuracy.max(value).min(1.0),
+            },
+        }
+    }
+
+    /// A solution with this assessment.
+    pub(crate) fn solution(
+        self,
+        multiplier: Vec<f64>,
+        displacement: Vec<f64>,
+        trace: Trace,
+    ) -> Solution {
+        Solution {
+            status: self.status,
+            accuracy: self.accuracy,
+            multiplier,
+            displacement,
+            rigid: None,
+            friction: None,
+            trace,
         }
     }
 }
 
+impl MethodResult {
+    /// The solution with its assessment.
+    pub(in crate::solver) fn assessed(self, assessment: Assessment) -> Solution {
+        Solution {
+            rigid: self.rigid,
+            friction: self.friction,
+            ..assessment.solution(self.multiplier, self.displacement, self.trace)
+        }
+    }
+
+    /// The solution without a measured error: it claims nothing.
+    #[must_use]
+    pub fn unmeasured(self) -> Solution {
+        self.assessed(Assessment::unknown(Status::default()))
+    }
+}
+
 impl Solution {
-    /// The solution with its status.
+    /// The solution with another assessment.
     pub(crate) fn assessed(self, assessment: Assessment) -> Self {
         Self {
             status: assessment.status,

@@ -4,8 +4,8 @@
 //! where it stopped, with a smaller ε, or where S has single precision with the h that refined residuals correct.
 
 use super::{
-    FEW_ROUNDINGS, Inner, MethodResult, NeedsExplicit, Progress, Solution, Start, Status,
-    assessment::Assessment, conditions::Bound, problem::ContactSolve, strategy::NewtonDriver,
+    Inner, MethodResult, NeedsExplicit, Progress, Solution, Start, Status, assessment::Assessment,
+    conditions::Bound, newton::NewtonDriver, problem::ContactSolve, tolerances::FEW_ROUNDINGS,
 };
 use crate::{
     dual::{
@@ -67,7 +67,8 @@ impl ContactSolve<'_> {
             if is_accurate {
                 break;
             }
-            let here = self.about(driver, &self.unknowns(&solution), None, f64::EPSILON);
+            let unknowns = self.unknowns(&solution.multiplier, solution.rigid.as_ref());
+            let here = self.about(driver, &unknowns, None, f64::EPSILON);
             let corrected = ContactSystem {
                 coupling: self.dual.coupling.clone(),
                 form: OperatorForm::Explicit(here.dual.absolute()),
@@ -118,20 +119,13 @@ impl ContactSolve<'_> {
         solution
     }
 
-    /// A convex problem with products of S: by GPCG, and where that takes far longer than to form S, or finds no solution, on a dense
-    /// one if it fits beside the factor.
-    pub(super) fn convex_by_products(
+    /// The same with no more applications of S than forming S is worth.
+    pub(super) fn by_few_gradients(
         &self,
         bound: Bound<'_>,
         observe: &mut dyn FnMut(Progress<'_>),
     ) -> Solution {
-        let n = self.dual.layout().n_multipliers();
-        let in_factor = self.body.assembly.factor.structure().value_count();
-        let bytes = |numbers: usize| (numbers * size_of::<f64>()) as f64;
-        if bytes(DENSE_MATRICES * n * n) > bytes(in_factor).max(SMALL_MEMORY) {
-            return self.by_gradients(bound, observe);
-        }
-        let worth = APPLICATIONS_BEFORE_DENSE * n;
+        let worth = APPLICATIONS_BEFORE_DENSE * self.dual.layout().n_multipliers();
         let settings = SolveSettings {
             max_operator_applications: self.settings.max_operator_applications.min(worth),
             ..self.settings.clone()
@@ -140,17 +134,26 @@ impl ContactSolve<'_> {
             settings: &settings,
             ..*self
         };
-        let solution = limited.by_gradients(bound, observe);
-        if solution.status.is_solved() {
-            return solution;
-        }
+        limited.by_gradients(bound, observe)
+    }
+
+    /// Whether dense matrices fit beside the factor.
+    pub(super) fn is_dense_affordable(&self) -> bool {
+        let n = self.dual.layout().n_multipliers();
+        let in_factor = self.body.assembly.factor.structure().value_count();
+        let bytes = |numbers: usize| (numbers * size_of::<f64>()) as f64;
+        bytes(DENSE_MATRICES * n * n) <= bytes(in_factor).max(SMALL_MEMORY)
+    }
+
+    /// S of a convex problem, formed where the assembly has none.
+    pub(super) fn dense(&self) -> ExplicitDual {
         let (coupling, rhs) = (&self.dual.coupling, self.dual.dual_rhs().to_vec());
         let (assembly, face) = (self.body.assembly, self.body.face);
         let face = (face.surface, face.interface);
         // No law of a convex problem follows the slip, so nothing asks for that of A⁻¹l.
         let mut dual = ExplicitDual::new(assembly, coupling, rhs, &[], face, &Work::default());
         dual.rigid = self.dual.rigid().cloned();
-        solution.merged_with(self.by_strategies(&dual, bound, observe))
+        dual
     }
 
     /// Local stiffness where S is not dense.
@@ -177,14 +180,14 @@ impl ContactSolve<'_> {
         local_stiffness: &[f64],
         mut found: MethodResult,
     ) -> Solution {
-        let solution = &mut found.solution;
-        solution.trace.local_stiffness = local_stiffness.to_vec();
+        found.trace.local_stiffness = local_stiffness.to_vec();
+        let unknowns = self.unknowns(&found.multiplier, found.rigid.as_ref());
         let error = match driver {
             _ if !found.stop.is_solution() => f64::NAN,
-            Some(driver) => self.error_of(driver, &self.unknowns(solution)),
-            None => self.error_by_products(bound, solution),
+            Some(driver) => self.error_of(driver, &unknowns),
+            None => self.error_by_products(bound, &unknowns, local_stiffness),
         };
         let assessment = Assessment::of_method(&found, error, self.settings.epsilon());
-        found.solution.assessed(assessment)
+        found.assessed(assessment)
     }
 }

@@ -3,8 +3,8 @@
 use std::time::Instant;
 
 use super::{
-    Inner, Kprgp, MethodResult, OuterStep, PaneLaws, Solution, SolvedBy, StopReason, Trace,
-    inner::projected_gradient_steplength,
+    Inner, Kprgp, MethodResult, OuterStep, PaneLaws, SolvedBy, StopReason, Trace,
+    inner::projected_gradient_steplength, tolerances::rounding_of_products,
 };
 use crate::{dual::BodyOperator, scene::SolveSettings};
 
@@ -30,7 +30,7 @@ pub(super) fn minimise(
     let set = laws.feasible_set(None);
     let summary = inner.minimise(operator, &kprgp, &set, &mut multiplier, tolerance);
     // As for successive approximations.
-    let attainable = dimension as f64 * f64::EPSILON;
+    let attainable = rounding_of_products(dimension);
     let displacement = operator.as_primal().to_primal(&multiplier);
     let step = OuterStep {
         change: 0.0,
@@ -51,18 +51,17 @@ pub(super) fn minimise(
             Some(failure) => failure,
         },
         measure: summary.residual,
-        solution: Solution {
-            trace: Trace {
-                solved_by: SolvedBy::Minimisation,
-                steplength: kprgp.steplength,
-                applications: step.applications,
-                history: vec![step],
-                newton: summary.newton,
-                ..Trace::default()
-            },
-            multiplier,
-            displacement,
-            ..Solution::default()
+        multiplier,
+        displacement,
+        rigid: None,
+        friction: None,
+        trace: Trace {
+            solved_by: SolvedBy::Minimisation,
+            steplength: kprgp.steplength,
+            applications: step.applications,
+            history: vec![step],
+            newton: summary.newton,
+            ..Trace::default()
         },
     }
 }

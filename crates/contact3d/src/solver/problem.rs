@@ -7,7 +7,7 @@ use std::borrow::Cow;
 use thiserror::Error;
 
 use super::{
-    LocalMapping, NewtonStep, OuterStep, Solution,
+    NewtonStep, OuterStep, RigidMotions,
     conditions::{Conditions, Evaluation},
 };
 use crate::{
@@ -53,46 +53,6 @@ impl<'a> ContactProblem<'a> {
             body: ContactBody { assembly, face },
         })
     }
-
-    /// Solves the problem as the settings say from a start; counts of evaluations of laws go on from an earlier solve. The solution
-    /// lacks its `local_mapping`.
-    ///
-    /// # Errors
-    /// [`NeedsExplicit`] when Newton's method is asked for and S is not dense.
-    pub fn solve(
-        &self,
-        settings: &SolveSettings,
-        start: Start<'_>,
-        observe: &mut dyn FnMut(Progress<'_>),
-    ) -> Result<Solution, NeedsExplicit> {
-        let n = self.dual.layout().n_multipliers();
-        let solve = ContactSolve {
-            dual: &self.dual,
-            laws: &self.laws,
-            body: self.body,
-            settings,
-            start: Start {
-                multiplier: start.multiplier.filter(|it| it.len() == n),
-                checkpoint: start.checkpoint.filter(|it| it.multiplier.len() == n),
-            },
-        };
-        solve.run(observe)
-    }
-
-    /// Adds how the mapping Ψ behaves at a solution: with Coulomb's law and a dense operator, and where supports hold the body, for else
-    /// the mapping is not one of multipliers alone.
-    pub(crate) fn linearise(&self, solution: &mut Solution) {
-        let parts = (
-            self.dual.explicit(),
-            self.laws.coulomb(),
-            &mut solution.friction,
-        );
-        if let (Some(dual), Some(law), Some(friction)) = parts
-            && self.dual.rigid().is_none()
-        {
-            friction.local_mapping = LocalMapping::new(dual, &self.laws, law, &solution.multiplier);
-        }
-    }
 }
 
 /// One solve of a contact problem: the problem, the settings, and where it begins.
@@ -107,10 +67,10 @@ pub(super) struct ContactSolve<'a> {
 }
 
 impl ContactSolve<'_> {
-    /// The unknowns of a solution: its multipliers, and its rigid motions where the body floats.
-    pub(super) fn unknowns(&self, solution: &Solution) -> Vec<f64> {
-        let mut unknowns = solution.multiplier.clone();
-        unknowns.extend(solution.rigid.iter().flat_map(|rigid| &rigid.motion));
+    /// The unknowns of multipliers, with the rigid motions of a body that floats.
+    pub(super) fn unknowns(&self, multiplier: &[f64], rigid: Option<&RigidMotions>) -> Vec<f64> {
+        let mut unknowns = multiplier.to_vec();
+        unknowns.extend(rigid.iter().flat_map(|rigid| &rigid.motion));
         unknowns.resize(self.dual.n_unknowns(), 0.0);
         unknowns
     }

@@ -2,20 +2,14 @@
 
 use std::ops::AddAssign;
 
-use super::{CoulombState, LocalMapping, StartStrategy, problem::ContactSolve};
-use crate::{
-    contact::{CoulombLaw, slips},
-    linalg::dot,
-    mesh::Mesh,
-    scene::SolveSettings,
-};
+use super::{CoulombState, StartStrategy};
+use crate::{linalg::dot, mesh::Mesh, scene::SolveSettings};
 
 worded! {
     /// What a solve came to: the error of its solution decides, not how its method stopped.
     #[derive(Default)]
     enum Status {
         /// The accuracy ε was reached.
-        #[default]
         Converged = "converged",
         /// The outer loop ran out of steps.
         MaxOuterSteps = "max_outer_steps",
@@ -32,7 +26,8 @@ worded! {
         /// The stopping rule of the method is met, and λ is near the solution, but further from it
         /// than about ε: the accuracy reached is known.
         ReducedAccuracy = "reduced_accuracy",
-        /// The stopping rule of the method is met, but λ is no solution.
+        /// The stopping rule of the method is met, but λ is no solution; also of what nobody has assessed yet.
+        #[default]
         Inaccurate = "inaccurate",
         /// No contact forces that the laws admit hold a body that floats; the mechanism proves it.
         NoEquilibrium = "no_equilibrium",
@@ -73,8 +68,16 @@ pub struct MethodResult {
     pub stop: StopReason,
     /// What its rule measures: the last change of successive approximations, or the residual of a minimisation.
     pub measure: f64,
-    /// The solution, still without a status.
-    pub solution: Solution,
+    /// λ, `[n_multipliers]`, in Pa.
+    pub multiplier: Vec<f64>,
+    /// u, `[n_free]`, in m.
+    pub displacement: Vec<f64>,
+    /// As in [`Solution`].
+    pub rigid: Option<RigidMotions>,
+    /// As in [`Solution`].
+    pub friction: Option<FrictionState>,
+    /// How it was reached.
+    pub trace: Trace,
 }
 
 impl Status {
@@ -119,9 +122,9 @@ pub enum SolvedBy {
 }
 
 /// The discrete solution and how it was reached.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Solution {
-    /// What the solve came to.
+    /// What the solve came to, as [`super::assessment`] decides.
     pub status: Status,
     /// Relative error of λ, measured by one more solution from it with refined residuals: weighted by
     /// areas, the larger of that of λ_ν and of that of λ_t, relative to max(‖λ_t‖, ‖F λ_ν‖), or to the load
@@ -174,6 +177,40 @@ pub struct FrictionState {
     pub mapping_change: Option<f64>,
     /// How Ψ behaves at λ; `None` unless S is dense and λ is a solution.
     pub local_mapping: Option<LocalMapping>,
+}
+
+/// The linearisation of the mapping Ψ of HKL, whose fixed points are the solutions, at one of them.
+///
+/// On the way to the solution some pane may change its zone: then Ψ has a kink there, and this is what holds on one side of it.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct LocalMapping {
+    /// ρ(Ψ'): successive approximations converge to the solution from nearby where it is below 1, and at that rate; infinite where
+    /// the problem with frozen friction is singular.
+    pub spectral_radius: f64,
+    /// The sign of det R' = det R_λ det(1 − Ψ') for the natural map R, with frozen friction R_λ; 0 where it vanishes. The signs over
+    /// all solutions add up to 1, so where it is −1 there are at least two other solutions.
+    pub determinant: i8,
+    /// The least |1 − μ| over the eigenvalues μ of Ψ', from 0, where det R' = 0, to 1: small changes of the data move the solution in
+    /// proportion to its inverse, and where a real μ is that near, a fold is, in which this solution and another one meet. Ends of pieces,
+    /// where panes change their zones, may be folds that no eigenvalue announces.
+    pub fold_distance: f64,
+}
+
+/// A fold is near where the distance is below this.
+pub(super) const NEAR_FOLD: f64 = 0.1;
+
+impl LocalMapping {
+    /// Whether det R' = 0 is near, and so perhaps another solution.
+    #[must_use]
+    pub fn is_near_fold(&self) -> bool {
+        self.fold_distance < NEAR_FOLD
+    }
+
+    /// Whether successive approximations converge to the solution from nearby.
+    #[must_use]
+    pub fn is_attracting(&self) -> bool {
+        self.spectral_radius < 1.0
+    }
 }
 
 /// How a solution was reached, step by step.
@@ -290,31 +327,4 @@ pub struct NewtonStep {
     pub fallback: bool,
     /// Wall-clock seconds.
     pub seconds: f64,
-}
-
-impl Solution {
-    /// What is known of a body that floats and for which no contact forces were found: it rests, without any.
-    pub(super) fn unsolved(problem: &ContactSolve<'_>) -> Self {
-        let (laws, primal) = (problem.laws, &problem.body.assembly.primal);
-        let displacement = vec![0.0; primal.dofs.n_free];
-        let unpressed = |law: &CoulombLaw| {
-            let tangential = || problem.body.tangential(&displacement);
-            let slip = || slips(laws.previous.as_ref(), &tangential());
-            let slip = law.depends_on_slip().then(slip);
-            FrictionState {
-                coulomb: laws.unpressed(law, slip.as_deref().unwrap_or_default()),
-                ..FrictionState::default()
-            }
-        };
-        Self {
-            friction: laws.coulomb().map(unpressed),
-            multiplier: vec![0.0; laws.layout.n_multipliers()],
-            rigid: primal
-                .floating
-                .as_ref()
-                .map(|body| RigidMotions::of(&vec![0.0; body.n_modes()])),
-            displacement,
-            ..Self::default()
-        }
-    }
 }

@@ -2,8 +2,8 @@
 //!
 //! 1. *Equilibrium.* Where contact alone holds the body, a rigid-body motion that no admissible contact forces resist proves that there
 //!    is no solution ([`super::equilibrium`]).
-//! 2. *Operator.* With a dense S Newton's method has the matrix of its derivative. Without, it multiplies with S through the factor, or
-//!    a gradient method does ([`super::by_products`]).
+//! 2. *Operator and method.* With a dense S Newton's method has the matrix of its derivative. Without, it multiplies with S through the
+//!    factor ([`super::newton_krylov`]), or a gradient method does ([`super::gradient_methods`]).
 //! 3. *Strategies.* Starts of Newton's method are tried in order ([`super::strategy`]) until one leads to a solution.
 //! 4. *Refinement.* Displacements and gaps are solved in twice the working precision, and Newton's method goes on with these refined
 //!    residuals. The distance that is left is the error of λ ([`super::accuracy`]).
@@ -14,62 +14,130 @@
 use std::time::Instant;
 
 use super::{
-    FrictionState, Inner, MethodResult, NeedsExplicit, OuterStep, Progress, RigidMotions, Solution,
-    SolvedBy, Status, StopReason, SuccessiveApproximations, Trace,
+    FrictionState, Inner, LocalMapping, MethodResult, NeedsExplicit, OuterStep, Progress,
+    RigidMotions, Solution, SolvedBy, Start, StartStrategy, Status, StopReason,
+    SuccessiveApproximations, Trace,
     accuracy::Refined,
-    assessment::{Assessment, REFINEMENT_TARGET, is_far},
+    assessment::{Assessment, Objection, is_far},
     conditions::Bound,
     coulomb_state,
     equilibrium::{mechanism, null_space_motions, sliding_mechanism},
     evaluate_mapping,
     inner::projected_gradient_steplength,
     minimisation::minimise,
-    newton::NewtonSolution,
+    newton::{NewtonDriver, NewtonSolution},
     pane_laws::slip_of,
-    problem::ContactSolve,
-    strategy::{NewtonDriver, StartStrategy},
+    problem::{ContactProblem, ContactSolve},
+    tolerances::REFINEMENT_TARGET,
 };
 use crate::{
+    contact::slips,
     dual::{
         BalancedOperator, BodyOperator, ContactOperator, DualOperator, DualSystem, ExplicitDual,
         LocalStiffness, PrimalOperator,
     },
-    scene::Method,
+    scene::{Method, SolveSettings},
 };
 
 /// u = A⁻¹l.
 pub(crate) fn without_contact(system: &DualSystem) -> Solution {
     let assembly = &system.assembly;
     let load = &assembly.primal.load;
-    Solution {
-        displacement: assembly.solve_refined(load, None, f64::EPSILON).value,
-        trace: Trace {
-            applications: 1,
-            ..Trace::default()
-        },
-        ..Solution::default()
+    let displacement = assembly.solve_refined(load, None, f64::EPSILON).value;
+    let trace = Trace {
+        applications: 1,
+        ..Trace::default()
+    };
+    Assessment::of_direct().solution(Vec::new(), displacement, trace)
+}
+
+impl ContactProblem<'_> {
+    /// Solves the problem as the settings say from a start; counts of evaluations of laws go on from an earlier solve. The solution
+    /// lacks its `local_mapping`.
+    ///
+    /// # Errors
+    /// [`NeedsExplicit`] when Newton's method is asked for and S is not dense.
+    pub fn solve(
+        &self,
+        settings: &SolveSettings,
+        start: Start<'_>,
+        observe: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<Solution, NeedsExplicit> {
+        let n = self.dual.layout().n_multipliers();
+        let solve = ContactSolve {
+            dual: &self.dual,
+            laws: &self.laws,
+            body: self.body,
+            settings,
+            start: Start {
+                multiplier: start.multiplier.filter(|it| it.len() == n),
+                checkpoint: start.checkpoint.filter(|it| it.multiplier.len() == n),
+            },
+        };
+        solve.run(observe)
+    }
+
+    /// Adds how the mapping Ψ behaves at a solution: with Coulomb's law and a dense operator, and where supports hold the body, for else
+    /// the mapping is not one of multipliers alone.
+    pub(crate) fn linearise(&self, solution: &mut Solution) {
+        let parts = (
+            self.dual.explicit(),
+            self.laws.coulomb(),
+            &mut solution.friction,
+        );
+        if let (Some(dual), Some(law), Some(friction)) = parts
+            && self.dual.rigid().is_none()
+        {
+            friction.local_mapping = LocalMapping::new(dual, &self.laws, law, &solution.multiplier);
+        }
     }
 }
 
 impl ContactSolve<'_> {
-    pub(super) fn run(
-        &self,
-        observe: &mut dyn FnMut(Progress<'_>),
-    ) -> Result<Solution, NeedsExplicit> {
+    fn run(&self, observe: &mut dyn FnMut(Progress<'_>)) -> Result<Solution, NeedsExplicit> {
         if let Some(mechanism) = self.mechanism() {
-            let mut solution = Solution::unsolved(self).assessed(Assessment::of_mechanism());
+            let assessment = Assessment::unknown(Status::NoEquilibrium);
+            let mut solution = self.at_rest(assessment, Trace::default());
             solution.rigid.get_or_insert_default().mechanism = Some(mechanism);
             return Ok(solution);
         }
         let set = self.laws.feasible_set(None);
         let bound = Bound::of(self.laws, &set);
-        let solution = match (self.settings.method, self.dual.explicit()) {
-            (Method::FixedPoint, _) => self.by_given_method(bound, observe)?,
-            (Method::Newton, None) => return Err(NeedsExplicit("method newton")),
-            (Method::Auto, None) => self.by_products(bound, observe),
-            (Method::Newton | Method::Auto, Some(dual)) => self.by_strategies(dual, bound, observe),
-        };
-        Ok(self.finalize(solution))
+        Ok(self.finalize(self.by_method(bound, observe)?))
+    }
+
+    /// By the method that the settings name; by default with a dense S by Newton's method from start strategies, else by products with
+    /// S: Coulomb's law by the Newton–Krylov method, and where that finds nothing, and for other laws, by GPCG.
+    fn by_method(
+        &self,
+        bound: Bound<'_>,
+        observe: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<Solution, NeedsExplicit> {
+        Ok(match (self.settings.method, self.dual.explicit(), bound) {
+            (Method::FixedPoint, ..) => self.by_given_method(bound, observe)?,
+            (Method::Newton | Method::Auto, Some(dual), _) => {
+                self.by_strategies(dual, bound, observe)
+            }
+            (Method::Newton, None, _) => return Err(NeedsExplicit("method newton")),
+            (Method::Auto, None, Bound::Coulomb(_, law)) => {
+                let found = self.by_newton_krylov(law, observe);
+                found.unwrap_or_else(|| self.by_gradients(bound, observe))
+            }
+            (Method::Auto, None, Bound::Frozen(_)) if !self.is_dense_affordable() => {
+                self.by_gradients(bound, observe)
+            }
+            (Method::Auto, None, Bound::Frozen(_)) => {
+                // Where GPCG takes far longer than to form S, or finds no solution.
+                let solution = self.by_few_gradients(bound, observe);
+                match solution.status.is_solved() {
+                    true => solution,
+                    false => {
+                        let dense = self.by_strategies(&self.dense(), bound, observe);
+                        solution.merged_with(dense)
+                    }
+                }
+            }
+        })
     }
 
     /// A rigid-body motion that proves that there is no equilibrium.
@@ -81,7 +149,7 @@ impl ContactSolve<'_> {
     }
 
     /// The first refined solution to which a strategy leads; without one, what came nearest.
-    pub(super) fn by_strategies(
+    fn by_strategies(
         &self,
         dual: &ExplicitDual,
         bound: Bound<'_>,
@@ -96,50 +164,41 @@ impl ContactSolve<'_> {
             start: self.start.multiplier,
         };
         let mut trace = Trace::default();
-        let mut best: Option<(StartStrategy, Refined)> = None;
-        let mut least = f64::INFINITY;
-        let mut fixed_point: Option<MethodResult> = None;
+        let mut nearest: Option<Attempt> = None;
+        let mut approximations: Option<MethodResult> = None;
         for strategy in driver.strategies() {
-            let found = if strategy == StartStrategy::SuccessiveApproximations {
-                if self.settings.method == Method::Newton {
-                    break;
+            let found = match strategy {
+                StartStrategy::SuccessiveApproximations => {
+                    if self.settings.method == Method::Newton {
+                        break;
+                    }
+                    let outer = self.by_inner(Inner::Newton(dual, &local), observe);
+                    self.found_by_approximations(approximations.insert(outer))
                 }
-                let outer = self.by_inner(Inner::Newton(dual, &local), observe);
-                let found = self.found_by_approximations(&outer);
-                fixed_point = Some(outer);
-                found
-            } else {
-                let observe = |k: usize, step: &_| observe(Progress::Newton(k, step));
-                driver.run(strategy, trace.newton.len(), observe)
+                _ => {
+                    let observe = |k: usize, step: &_| observe(Progress::Newton(k, step));
+                    driver.run(strategy, trace.newton.len(), observe)
+                }
             };
-            let mut next = if found.stop.is_solution() {
-                self.refined(&driver, strategy, &found.multiplier, self.tolerance())
-            } else {
-                self.about(&driver, &found.multiplier, None, f64::EPSILON)
+            let refined = self.refined_if_found(&driver, strategy, &found);
+            let steps = found.history.iter().chain(&refined.history);
+            trace.newton.extend(steps);
+            trace.applications += found.evaluations + refined.applications;
+            let is_solution = refined.is_solution();
+            let next = Attempt {
+                strategy,
+                residual: found.residual,
+                refined,
             };
-            trace
-                .newton
-                .extend(found.history.iter().chain(&next.history));
-            trace.applications += found.evaluations + next.applications;
-            let most = f64::EPSILON.sqrt().recip();
-            if self.dual.rigid().is_some() && is_far(&next.displacement, self.laws, most) {
-                next.error = f64::INFINITY;
-            }
-            // NaN is no progress. Where nothing led to a solution, what came closest is where another try may begin.
-            let is_nearer = |(_, best): &(_, Refined)| {
-                next.error < best.error || best.error.is_infinite() && found.residual < least
-            };
-            let is_solution = next.is_solution();
-            if best.as_ref().is_none_or(is_nearer) {
-                least = found.residual;
-                best = Some((strategy, next));
+            if nearest.as_ref().is_none_or(|it| next.is_nearer_than(it)) {
+                nearest = Some(next);
             }
             if is_solution {
                 break;
             }
         }
-        let (strategy, best) = best.expect("some strategy always applies");
-        let mut solution = self.assessed(&driver, strategy, best, fixed_point, started);
+        let nearest = nearest.expect("some strategy always applies");
+        let mut solution = self.assessed(&driver, nearest, approximations, started);
         solution.trace.applications += trace.applications;
         solution.trace.newton = trace.newton;
         solution
@@ -153,11 +212,29 @@ impl ContactSolve<'_> {
                 StopReason::NumericalError => StopReason::NumericalError,
                 _ => StopReason::Converged,
             },
-            multiplier: self.unknowns(&outer.solution),
+            multiplier: self.unknowns(&outer.multiplier, outer.rigid.as_ref()),
             residual: outer.measure,
             history: Vec::new(),
-            evaluations: outer.solution.trace.applications,
+            evaluations: outer.trace.applications,
         }
+    }
+
+    /// What a strategy found, refined and measured; where it found nothing, its last iterate with an infinite error.
+    fn refined_if_found(
+        &self,
+        driver: &NewtonDriver<'_>,
+        strategy: StartStrategy,
+        found: &NewtonSolution,
+    ) -> Refined {
+        let mut refined = match found.stop.is_solution() {
+            true => self.refined(driver, strategy, &found.multiplier, self.tolerance()),
+            false => self.about(driver, &found.multiplier, None, f64::EPSILON),
+        };
+        let most = f64::EPSILON.sqrt().recip();
+        if self.dual.rigid().is_some() && is_far(&refined.displacement, self.laws, most) {
+            refined.error = f64::INFINITY;
+        }
+        refined
     }
 
     /// What is asked of a refined solution.
@@ -165,88 +242,107 @@ impl ContactSolve<'_> {
         self.settings.epsilon().min(REFINEMENT_TARGET)
     }
 
-    /// A refined solution with its status, ᾱ, and one evaluation of Ψ.
+    /// What came nearest with its status, ᾱ, and one evaluation of Ψ.
     fn assessed(
         &self,
         driver: &NewtonDriver<'_>,
-        strategy: StartStrategy,
-        found: Refined,
-        fixed_point: Option<MethodResult>,
+        Attempt {
+            strategy, refined, ..
+        }: Attempt,
+        approximations: Option<MethodResult>,
         started: Instant,
     ) -> Solution {
         let NewtonDriver {
             dual, local, bound, ..
         } = *driver;
-        let mut numbers = found.multiplier.iter().chain(&found.displacement);
-        let assessment = match &fixed_point {
-            _ if !numbers.all(|v| v.is_finite()) => {
-                Assessment::of_no_solution(found.error).out_of_range()
-            }
-            // Successive approximations may leave the range of numbers where Newton's method only finds nothing.
-            Some(outer) if !found.is_solution() && outer.stop != StopReason::NumericalError => {
-                Assessment::of_lost_fixed_point(outer, found.error)
-            }
-            _ if !found.is_solution() => Assessment::of_no_solution(found.error),
-            _ => Assessment::of_refined(found.error, self.settings.epsilon(), dual.rounding()),
+        let stop = approximations.as_ref().map(|outer| outer.stop);
+        let assessment = match refined.is_solution() {
+            true => Assessment::of_refined(refined.error, self.settings.epsilon(), dual.rounding()),
+            false => Assessment::of_unsolved(refined.error, stop),
         };
         let mut operator = ContactOperator::explicit(dual, self.body.assembly, self.dual);
-        let mut trace = Trace {
-            steplength: projected_gradient_steplength(&mut operator),
-            strategy: Some(strategy),
-            local_stiffness: local.stiffness.clone(),
-            applications: operator.applications(),
-            ..Trace::default()
-        };
-        let friction = match bound {
+        let steplength = projected_gradient_steplength(&mut operator);
+        let mut applications = operator.applications();
+        let mut history = approximations.map_or_else(Vec::new, |outer| outer.trace.history);
+        let (solved_by, friction) = match bound {
             Bound::Frozen(_) => {
-                trace.solved_by = SolvedBy::Minimisation;
-                trace.history = vec![OuterStep {
+                history.push(OuterStep {
                     inner_tolerance: self.tolerance(),
-                    inner_residual: found.error.min(1.0),
-                    applications: trace.applications,
+                    inner_residual: refined.error.min(1.0),
+                    applications,
                     seconds: started.elapsed().as_secs_f64(),
                     ..OuterStep::default()
-                }];
-                None
+                });
+                (SolvedBy::Minimisation, None)
             }
             Bound::Coulomb(laws, law) => {
-                let image = evaluate_mapping(&found.dual, local, laws, law, &found.multiplier);
-                trace.solved_by = match strategy {
+                let image = evaluate_mapping(&refined.dual, local, laws, law, &refined.multiplier);
+                applications += image.evaluations;
+                let slip = || slip_of(&refined.dual, laws, &refined.multiplier);
+                let friction = FrictionState {
+                    slip: law.depends_on_slip().then(slip),
+                    coulomb: coulomb_state(&refined.dual, laws, law, &refined.multiplier),
+                    mapping_change: Some(image.relative_change),
+                    local_mapping: None,
+                };
+                let solved_by = match strategy {
                     StartStrategy::SuccessiveApproximations => SolvedBy::FixedPoint,
                     _ => SolvedBy::Newton,
                 };
-                trace.applications += image.evaluations;
-                let slip = || slip_of(&found.dual, laws, &found.multiplier);
-                Some(FrictionState {
-                    slip: law.depends_on_slip().then(slip),
-                    coulomb: coulomb_state(&found.dual, laws, law, &found.multiplier),
-                    mapping_change: Some(image.relative_change),
-                    local_mapping: None,
-                })
+                (solved_by, Some(friction))
             }
         };
-        if let Some(outer) = fixed_point {
-            trace.history = outer.solution.trace.history;
-        }
-        let motion = dual.rigid.is_some().then(|| dual.motion(&found.multiplier));
+        let trace = Trace {
+            solved_by,
+            strategy: Some(strategy),
+            steplength,
+            local_stiffness: local.stiffness.clone(),
+            history,
+            applications,
+            ..Trace::default()
+        };
+        let motion = dual
+            .rigid
+            .is_some()
+            .then(|| dual.motion(&refined.multiplier));
+        let multiplier = dual.multipliers(&refined.multiplier).to_vec();
         Solution {
-            multiplier: dual.multipliers(&found.multiplier).to_vec(),
-            displacement: found.displacement,
             rigid: motion.map(RigidMotions::of),
             friction,
-            trace,
-            ..Solution::default()
+            ..assessment.solution(multiplier, refined.displacement, trace)
         }
-        .assessed(assessment)
+    }
+
+    /// A body that floats and for which no contact forces were found: it rests, without any.
+    fn at_rest(&self, assessment: Assessment, trace: Trace) -> Solution {
+        let (laws, primal) = (self.laws, &self.body.assembly.primal);
+        let displacement = vec![0.0; primal.dofs.n_free];
+        let tangential = || self.body.tangential(&displacement);
+        let slip = || slips(laws.previous.as_ref(), &tangential());
+        let friction = laws.coulomb().map(|law| FrictionState {
+            coulomb: laws.unpressed(law, &law.depends_on_slip().then(slip).unwrap_or_default()),
+            ..FrictionState::default()
+        });
+        let floating = primal.floating.as_ref();
+        let motion = floating.map(|body| RigidMotions::of(&vec![0.0; body.n_modes()]));
+        let multiplier = vec![0.0; laws.layout.n_multipliers()];
+        Solution {
+            rigid: motion,
+            friction,
+            ..assessment.solution(multiplier, displacement, trace)
+        }
     }
 
     /// A solution with its whole rigid motion, and what belongs to it.
     fn finalize(&self, mut solution: Solution) -> Solution {
         let (dual, laws) = (self.dual, self.laws);
         let assembly = self.body.assembly;
+        let mut numbers = solution.multiplier.iter().chain(&solution.displacement);
         let mut friction = solution.friction.iter();
-        if !friction.all(|it| it.coulomb.is_admissible(laws)) {
-            let assessment = solution.assessment().out_of_range();
+        let is_in_range =
+            numbers.all(|v| v.is_finite()) && friction.all(|it| it.coulomb.is_admissible(laws));
+        if !is_in_range {
+            let assessment = solution.assessment().demoted(Objection::OutOfRange);
             solution = solution.assessed(assessment);
         }
         solution.trace.law_evaluations = laws.law_evaluations();
@@ -257,14 +353,8 @@ impl ContactSolve<'_> {
             let is_nowhere = solution.status == Status::MaxNewtonSteps
                 || is_far(&solution.displacement, laws, 1.0);
             if !solution.status.is_solved() && is_nowhere {
-                let assessment = Assessment {
-                    accuracy: 1.0,
-                    ..solution.assessment()
-                };
-                return Solution {
-                    trace: solution.trace,
-                    ..Solution::unsolved(self).assessed(assessment)
-                };
+                let assessment = solution.assessment().demoted(Objection::Elsewhere);
+                return self.at_rest(assessment, solution.trace);
             }
             rigid.null_space = null_space_motions(assembly, balance);
             // Coefficients that follow the slip of nodes may feel what panes do not.
@@ -314,17 +404,31 @@ impl ContactSolve<'_> {
             Some(balance) => {
                 let mut operator = BalancedOperator::new(operator, balance);
                 let mut found = run(&mut BodyOperator::Floating(&mut operator));
-                let motion = operator.motion(&found.solution.multiplier);
-                found.solution.rigid = Some(RigidMotions::of(&motion));
+                found.rigid = Some(RigidMotions::of(&operator.motion(&found.multiplier)));
                 found
             }
         };
-        let unknowns = self.unknowns(&found.solution);
+        let unknowns = self.unknowns(&found.multiplier, found.rigid.as_ref());
         let solved = self.dual.refined(assembly, &unknowns, None, f64::EPSILON);
-        found.solution.displacement = solved.value;
+        found.displacement = solved.value;
         let (_, motion) = self.dual.parts(&unknowns);
-        self.dual
-            .add_motion(motion, &mut found.solution.displacement);
+        self.dual.add_motion(motion, &mut found.displacement);
         found
+    }
+}
+
+/// What one strategy led to.
+struct Attempt {
+    strategy: StartStrategy,
+    /// ‖R‖ / ‖λ‖ before the refinement.
+    residual: f64,
+    refined: Refined,
+}
+
+impl Attempt {
+    /// Whether it comes nearer to a solution than another one; where neither has an error, by the residual. NaN is no progress.
+    fn is_nearer_than(&self, other: &Self) -> bool {
+        self.refined.error < other.refined.error
+            || other.refined.error.is_infinite() && self.residual < other.residual
     }
 }

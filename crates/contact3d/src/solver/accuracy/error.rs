@@ -4,24 +4,15 @@ use crate::{
     dual::{PrimalSystem, RigidEquilibrium},
     linalg::{gmres, norm, ratio},
     solver::{
-        PaneLaws, Solution,
+        PaneLaws,
         conditions::{Bound, Conditions, Evaluation},
         problem::ContactSolve,
+        tolerances::{DISPLACEMENT_TOLERANCE, GMRES_MAX_APPLICATIONS, GMRES_TOLERANCE},
     },
 };
 
 /// Contact forces below this share of the load are none: in sums of that many digits fewer than double precision has, rounding is seen.
 const NEGLIGIBLE_STRESS: f64 = 1e-10;
-
-/// Share of the residual that the linear system for an error or an adjoint may leave: estimated errors are good to a tenth at best.
-pub(in crate::solver) const GMRES_TOLERANCE: f64 = 1e-4;
-
-/// Most applications of A⁻¹ for that.
-pub(in crate::solver) const GMRES_MAX_APPLICATIONS: usize = 300;
-
-/// u is wanted with this share of rounding, so that the face's own displacement is left where the
-/// rigid motion is large.
-pub(in crate::solver) const DISPLACEMENT_TOLERANCE: f64 = 1e-4 * f64::EPSILON;
 
 impl ContactSolve<'_> {
     /// The error of λ where S is not dense: the step d with R'(λ) d = −R(λ) of the natural map with
@@ -29,10 +20,10 @@ impl ContactSolve<'_> {
     pub(in crate::solver) fn error_by_products(
         &self,
         bound: Bound<'_>,
-        solution: &Solution,
+        unknowns: &[f64],
+        local_stiffness: &[f64],
     ) -> f64 {
-        let unknowns = &self.unknowns(solution);
-        let mut steplengths = solution.trace.local_stiffness.clone();
+        let mut steplengths = local_stiffness.to_vec();
         let balance = self.dual.rigid();
         steplengths.extend(balance.into_iter().flat_map(RigidEquilibrium::steplengths));
         let conditions = Conditions::new(bound, self.dual.layout(), steplengths);
@@ -57,7 +48,7 @@ impl ContactSolve<'_> {
             },
         );
         let error = self.relative(&step, multiplier, &here);
-        error.max(self.motion_rounding(unknowns, &here, &solution.trace.local_stiffness))
+        error.max(self.motion_rounding(unknowns, &here, local_stiffness))
     }
 
     /// The error of λ, relative as in [`Self::relative`], that rounding of G α makes where weak springs hold the body; 0 elsewhere.

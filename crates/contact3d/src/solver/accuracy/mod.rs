@@ -3,8 +3,5 @@
 mod error;
 mod refinement;
 
-pub(in crate::solver) use error::{
-    DISPLACEMENT_TOLERANCE, GMRES_MAX_APPLICATIONS, GMRES_TOLERANCE,
-};
 pub(crate) use error::{is_significant, load_stress};
 pub(in crate::solver) use refinement::Refined;

@@ -5,15 +5,14 @@ use crate::{
     dual::ExplicitDual,
     linalg::{Doubled, Precision, difference},
     solver::{
-        NewtonSettings, NewtonSolution, NewtonStep,
-        assessment::REFINEMENT_TARGET,
+        NewtonSettings, NewtonSolution, NewtonStep, StartStrategy,
         conditions::Bound,
         newton::{
-            StoppingRule, iteration::ROUNDING_STALL_STEPS, natural_map::NaturalMap, newton_from,
+            NewtonDriver, StoppingRule, natural_map::NaturalMap, newton_from,
             proximal::about_own_motion,
         },
         problem::{ContactBody, ContactSolve},
-        strategy::{NEWTON_MAX_STEPS, NewtonDriver, StartStrategy},
+        tolerances::{NEWTON_MAX_STEPS, REFINEMENT_TARGET, ROUNDING_STALL_STEPS},
     },
 };
 
@@ -174,10 +173,9 @@ impl ContactSolve<'_> {
         let step = difference(&found.multiplier, &near.multiplier);
         let rounding = self.motion_rounding(&found.multiplier, &there, &local.stiffness);
         // The term's own force vanishes round by round, and slowly where little resists the motion: steps are shorter than the distance.
-        let held = if is_held {
-            there.norm / map.size(&found.multiplier)
-        } else {
-            0.0
+        let held = match is_held {
+            true => there.relative_to(map.size(&found.multiplier)),
+            false => 0.0,
         };
         let error = self
             .relative(&step, &found.multiplier, &there)

@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     linalg::{DenseCholesky, add_scaled, dot},
-    solver::LOOP_MAX_STEPS,
+    solver::tolerances::LOOP_MAX_STEPS,
 };
 
 /// Share of the largest step before the boundary.
@@ -53,7 +53,7 @@ pub(in crate::solver) struct InteriorPoint<'a> {
     /// What is left of the violation at the start.
     left: f64,
     /// Steps so far.
-    pub(in crate::solver) steps: usize,
+    pub(super) steps: usize,
 }
 
 /// A Newton direction.

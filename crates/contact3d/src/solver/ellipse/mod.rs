@@ -4,7 +4,7 @@ mod derivative;
 
 pub use derivative::ProjectionDerivative;
 
-use super::LOOP_MAX_STEPS;
+use super::tolerances::LOOP_MAX_STEPS;
 
 /// The closed set (x/a)² + (y/b)² ≤ 1 with semi-axes a, b ≥ 0; a segment or a point when one or
 /// both vanish.

@@ -26,7 +26,7 @@ use nalgebra::{DMatrix, DVector, RowDVector};
 
 use crate::{
     contact::MultiplierLayout, dual::RigidEquilibrium, linalg::nonnegative_least_squares,
-    solver::LOOP_MAX_STEPS,
+    solver::tolerances::LOOP_MAX_STEPS,
 };
 
 /// Smallest work beyond what contact can oppose that proves anything, for a load and a z of length one. Coordinates, areas and loads of a mesh carry

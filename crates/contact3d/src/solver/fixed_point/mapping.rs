@@ -7,8 +7,10 @@ use crate::{
     dual::{ExplicitDual, LocalStiffness},
     linalg::{difference, norm, ratio},
     solver::{
-        PaneLaws, conditions::Bound, newton::NewtonSettings, pane_laws::coulomb_state,
-        strategy::NewtonDriver,
+        PaneLaws,
+        conditions::Bound,
+        newton::{NewtonDriver, NewtonSettings},
+        pane_laws::coulomb_state,
     },
 };
 

@@ -11,8 +11,9 @@ use mapping::{CycleDetector, Stall};
 
 use super::{
     ContactBody, CoulombState, FrictionState, Inner, Kprgp, MethodResult, OuterState, OuterStep,
-    PaneLaws, Progress, Solution, SolvedBy, Start, StopReason, Trace,
+    PaneLaws, Progress, SolvedBy, Start, StopReason, Trace,
     inner::{InnerSummary, projected_gradient_steplength},
+    tolerances::rounding_of_products,
 };
 use crate::{
     contact::{CoulombLaw, FrictionField, slips},
@@ -49,14 +50,14 @@ impl SuccessiveApproximations<'_> {
         let mut outer = OuterLoop::begin(self, operator, start);
         let most = self.settings.max_outer_steps;
         let mut stop = StopReason::MaxOuterSteps;
-        for k in outer.solution.trace.history.len()..most {
+        for k in outer.trace.history.len()..most {
             outer.take_over_law();
             let summary = outer.minimise();
             let end = outer.end_after(&summary);
             let last = end.is_some() || k + 1 == most;
             outer.take_over_slip();
             outer.record(&summary, last);
-            observe(Progress::Outer(k, &outer.solution.trace.history[k]));
+            observe(Progress::Outer(k, &outer.trace.history[k]));
             if let Some(end) = end {
                 stop = end;
                 break;
@@ -70,14 +71,15 @@ impl SuccessiveApproximations<'_> {
         MethodResult {
             stop,
             measure: outer.measure,
-            solution: Solution {
-                friction: Some(FrictionState {
-                    slip: outer.slip,
-                    coulomb: outer.frozen,
-                    ..FrictionState::default()
-                }),
-                ..outer.solution
-            },
+            multiplier: outer.multiplier,
+            displacement: outer.displacement,
+            rigid: None,
+            friction: Some(FrictionState {
+                slip: outer.slip,
+                coulomb: outer.frozen,
+                ..FrictionState::default()
+            }),
+            trace: outer.trace,
         }
     }
 }
@@ -103,7 +105,10 @@ struct OuterLoop<'s, 'o, 'b> {
     applications_before: usize,
     /// φ of the multiplier where the coefficients follow it.
     slip: Option<Vec<[f64; 2]>>,
-    solution: Solution,
+    multiplier: Vec<f64>,
+    /// u⁽ᵏ⁺¹⁾ where a step needed it.
+    displacement: Vec<f64>,
+    trace: Trace,
 }
 
 impl<'s, 'o, 'b> OuterLoop<'s, 'o, 'b> {
@@ -143,20 +148,18 @@ impl<'s, 'o, 'b> OuterLoop<'s, 'o, 'b> {
             started,
             applications_before,
             slip: None,
-            solution: Solution {
-                multiplier: vec![0.0; laws.layout.n_multipliers()],
-                trace: Trace {
-                    solved_by: SolvedBy::FixedPoint,
-                    steplength,
-                    ..Trace::default()
-                },
-                ..Solution::default()
+            multiplier: vec![0.0; laws.layout.n_multipliers()],
+            displacement: Vec::new(),
+            trace: Trace {
+                solved_by: SolvedBy::FixedPoint,
+                steplength,
+                ..Trace::default()
             },
         };
         if let Some(state) = start.checkpoint {
             outer.resume(state);
         } else if let Some(multiplier) = first {
-            outer.solution.multiplier = multiplier.to_vec();
+            outer.multiplier = multiplier.to_vec();
             outer.take_over_slip();
         }
         outer
@@ -166,7 +169,7 @@ impl<'s, 'o, 'b> OuterLoop<'s, 'o, 'b> {
     fn take_over_law(&mut self) {
         let SuccessiveApproximations { laws, law, .. } = *self.problem;
         if self.moved {
-            let (normal, _) = laws.layout.split(&self.solution.multiplier);
+            let (normal, _) = laws.layout.split(&self.multiplier);
             self.frozen.slip_bound = law.slip_bounds(normal, |l| l);
             if let Some(slip) = &self.slip {
                 self.frozen.friction = FrictionField::new(law, &laws.average, slip);
@@ -201,10 +204,10 @@ impl<'s, 'o, 'b> OuterLoop<'s, 'o, 'b> {
         let SuccessiveApproximations { laws, inner, .. } = *self.problem;
         let set = laws.feasible_set(Some(&self.frozen));
         self.tolerance = self.next_tolerance();
-        let mut next = self.solution.multiplier.clone();
+        let mut next = self.multiplier.clone();
         let summary = inner.minimise(self.operator, &self.kprgp, &set, &mut next, self.tolerance);
-        self.change = relative_change(&next, &self.solution.multiplier);
-        self.solution.multiplier = next;
+        self.change = relative_change(&next, &self.multiplier);
+        self.multiplier = next;
         self.measure = self.change;
         summary
     }
@@ -214,12 +217,12 @@ impl<'s, 'o, 'b> OuterLoop<'s, 'o, 'b> {
         let (change, tolerance) = (self.change, self.tolerance);
         let epsilon = self.problem.settings.epsilon();
         // The rounding of S λ, below which no change says anything.
-        let attainable = self.solution.multiplier.len() as f64 * f64::EPSILON;
+        let attainable = rounding_of_products(self.multiplier.len());
         let least = self.final_tolerance();
         // An inner solver that a loose tolerance let do nothing says nothing by a change of zero.
         let asked = !self.problem.inner.was_idle(summary.steps) || tolerance <= least;
         let accurate = summary.at_rounding || (asked && summary.residual <= least);
-        let cycle = self.cycle.closes(&self.solution.multiplier, change);
+        let cycle = self.cycle.closes(&self.multiplier, change);
         let is_finite = change.is_finite() && summary.residual.is_finite();
         let end = (!is_finite).then_some(StopReason::NumericalError);
         let met = accurate && change <= epsilon.max(attainable);
@@ -245,11 +248,11 @@ impl<'s, 'o, 'b> OuterLoop<'s, 'o, 'b> {
     fn take_over_slip(&mut self) {
         let SuccessiveApproximations { laws, law, .. } = *self.problem;
         if law.depends_on_slip() {
-            let (operator, solution) = (self.operator.as_primal(), &mut self.solution);
-            let known = operator.tangential_displacement(&solution.multiplier);
+            let operator = self.operator.as_primal();
+            let known = operator.tangential_displacement(&self.multiplier);
             let tangential = known.unwrap_or_else(|| {
-                solution.displacement = operator.to_primal(&solution.multiplier);
-                self.problem.body.tangential(&solution.displacement)
+                self.displacement = operator.to_primal(&self.multiplier);
+                self.problem.body.tangential(&self.displacement)
             });
             self.slip = Some(slips(laws.previous.as_ref(), &tangential));
         }
@@ -257,14 +260,13 @@ impl<'s, 'o, 'b> OuterLoop<'s, 'o, 'b> {
 
     /// Keeps what a step took, and u⁽ᵏ⁺¹⁾ of the last one.
     fn record(&mut self, summary: &InnerSummary, last: bool) {
-        let solution = &mut self.solution;
-        if last && solution.displacement.is_empty() {
+        if last && self.displacement.is_empty() {
             let operator = self.operator.as_primal();
-            solution.displacement = operator.to_primal(&solution.multiplier);
+            self.displacement = operator.to_primal(&self.multiplier);
         }
         let applied = self.operator.as_dual().applications();
         let applications = applied - self.applications_before + summary.applications;
-        solution.trace.history.push(OuterStep {
+        self.trace.history.push(OuterStep {
             change: self.change,
             inner_tolerance: self.tolerance,
             inner_residual: summary.residual,
@@ -272,16 +274,16 @@ impl<'s, 'o, 'b> OuterLoop<'s, 'o, 'b> {
             applications,
             seconds: self.started.elapsed().as_secs_f64(),
         });
-        solution.trace.applications += applications;
+        self.trace.applications += applications;
         self.applications_before = applied;
         self.started = Instant::now();
     }
 
     /// What the next outer step depends on.
     fn state(&self) -> OuterState {
-        let (laws, trace) = (self.problem.laws, &self.solution.trace);
+        let (laws, trace) = (self.problem.laws, &self.trace);
         OuterState {
-            multiplier: self.solution.multiplier.clone(),
+            multiplier: self.multiplier.clone(),
             slip: self.slip.clone(),
             tolerance: self.tolerance,
             steplength: trace.steplength,
@@ -292,9 +294,9 @@ impl<'s, 'o, 'b> OuterLoop<'s, 'o, 'b> {
 
     /// Takes up the steps that led to a state.
     fn resume(&mut self, state: &OuterState) {
-        self.solution.multiplier.clone_from(&state.multiplier);
+        self.multiplier.clone_from(&state.multiplier);
         self.slip.clone_from(&state.slip);
-        let trace = &mut self.solution.trace;
+        let trace = &mut self.trace;
         trace.history.clone_from(&state.history);
         trace.applications = state.history.iter().map(|step| step.applications).sum();
         self.change = state.history.last().map_or(1.0, |step| step.change);

@@ -3,7 +3,7 @@
 use super::{Inner, InnerSummary, Kprgp};
 use crate::{
     dual::{BalancedOperator, DualOperator},
-    solver::{FeasibleSet, StopReason},
+    solver::{FeasibleSet, StopReason, tolerances::rounding_of_products},
 };
 
 /// Most steps of the method of multipliers.
@@ -26,7 +26,7 @@ impl Inner<'_> {
         multiplier: &mut [f64],
         tolerance: f64,
     ) -> InnerSummary {
-        let attainable = operator.dimension() as f64 * f64::EPSILON;
+        let attainable = rounding_of_products(operator.dimension());
         let first_application = operator.applications();
         // The first step shall find the zones, no more.
         let mut imbalance = 1e-2_f64;

@@ -4,7 +4,7 @@ use super::{InnerOutcome, face::Face};
 use crate::{
     dual::DualOperator,
     linalg::{add_scaled, difference, dot, norm},
-    solver::{FeasibleSet, StepCounts},
+    solver::{FeasibleSet, StepCounts, tolerances::rounding_of_products},
 };
 
 /// GPCG: minimises ½ λᵀSλ − λᵀh over bounds and ellipses by gradient projection and conjugate
@@ -60,7 +60,7 @@ impl MultiplierIterate {
     fn energy_rounding(&self) -> f64 {
         let terms = self.multiplier.iter().zip(&self.gradient);
         let size: f64 = terms.map(|(l, r)| (l * r).abs()).sum();
-        self.multiplier.len() as f64 * f64::EPSILON * size
+        rounding_of_products(self.multiplier.len()) * size
     }
 }
 

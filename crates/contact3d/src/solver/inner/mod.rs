@@ -9,8 +9,10 @@ pub use gpcg::Gpcg;
 pub use kprgp::{InnerOutcome, Kprgp};
 
 use super::{
-    FeasibleSet, NeedsExplicit, NewtonStep, StepCounts, StopReason, conditions::Bound,
-    newton::NewtonSettings, strategy::NewtonDriver,
+    FeasibleSet, NeedsExplicit, NewtonStep, StepCounts, StopReason,
+    conditions::Bound,
+    newton::{NewtonDriver, NewtonSettings},
+    tolerances::rounding_of_products,
 };
 use crate::{
     dual::{BodyOperator, DualOperator, ExplicitDual, LocalStiffness},
@@ -104,7 +106,7 @@ impl<'a> Inner<'a> {
         set.project(multiplier);
         // The rounding n ε (‖S‖ ‖λ‖ + ‖h‖) of r = S λ − h with ‖S‖ < 2/ᾱ.
         let size = 2.0 / kprgp.steplength * norm(multiplier) + rhs_norm;
-        let rounding = operator.dimension() as f64 * f64::EPSILON * size;
+        let rounding = rounding_of_products(operator.dimension()) * size;
         let asked = tolerance * rhs_norm;
         let reachable = asked.max(rounding);
         let InnerOutcome {

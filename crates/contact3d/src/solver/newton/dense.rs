@@ -2,13 +2,14 @@
 
 use super::{
     NewtonSolution,
-    iteration::{
-        NewtonModel, NewtonSettings, ROUNDING_STALL_STEPS, ROUNDING_ZONE, STAGNATION_STEPS,
-        StoppingRule, iterate,
-    },
+    iteration::{NewtonModel, NewtonSettings, ROUNDING_ZONE, StoppingRule, iterate},
     natural_map::NaturalMap,
 };
-use crate::solver::{conditions::Evaluation, solution::NewtonStep};
+use crate::solver::{
+    NewtonStep,
+    conditions::Evaluation,
+    tolerances::{ROUNDING_STALL_STEPS, STAGNATION_STEPS},
+};
 
 /// Sweeps of relaxation after every trial step; twice as many at the start, whose zones nothing tells.
 pub(super) const SWEEPS_PER_STEP: usize = 10;

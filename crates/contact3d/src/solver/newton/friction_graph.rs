@@ -21,7 +21,7 @@
 use super::{
     NewtonSettings, NewtonSolution,
     coefficient::{NodeCoefficient, ResolventForm},
-    iteration::{NewtonModel, ROUNDING_STALL_STEPS, StoppingRule, iterate},
+    iteration::{NewtonModel, StoppingRule, iterate},
     natural_map::NaturalMap,
 };
 use crate::{
@@ -32,7 +32,7 @@ use crate::{
     solver::{
         NewtonStep, PaneLaws,
         conditions::{Bound, Evaluation},
-        strategy::{NEWTON_MAX_STEPS, ZONES_FOUND},
+        tolerances::{NEWTON_MAX_STEPS, ROUNDING_STALL_STEPS, ZONES_FOUND},
     },
 };
 

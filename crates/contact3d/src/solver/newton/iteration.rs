@@ -1,32 +1,23 @@
 //! Newton's method: damped steps, stalls and how they end, for any problem that knows a step.
 //!
 //! One loop serves three models of the derivative R': the dense matrix of its columns ([`super::dense`]), that matrix bordered by
-//! coefficients of friction ([`super::friction_graph`]), and products with GMRES ([`crate::solver::by_products`]).
+//! coefficients of friction ([`super::friction_graph`]), and products with GMRES ([`crate::solver::newton_krylov`]).
 
 use std::time::Instant;
 
 use crate::{
     dual::ExplicitDual,
-    solver::{NewtonStep, StopReason, conditions::Evaluation},
+    solver::{NewtonStep, StopReason, conditions::Evaluation, tolerances::ROUNDING_STALL_STEPS},
 };
 
 /// Halvings of one step before the full step is taken all the same.
 const STEP_MAX_HALVINGS: usize = 12;
 
-/// Steps in which the best residual must halve; otherwise Newton's method has stalled.
-pub(in crate::solver) const STAGNATION_STEPS: usize = 10;
-
-/// The same from a good start.
+/// Steps in which the best residual must halve from a good start.
 const NEAR_STAGNATION_STEPS: usize = 6;
-
-/// The relative residual at which zones are settled: where a continuation goes on, and where a similar problem's solution can start.
-pub(in crate::solver) const NEWTON_BASIN: f64 = 1e-3;
 
 /// Below this relative residual a stall is rounding.
 pub(super) const ROUNDING_ZONE: f64 = 1e-9;
-
-/// Steps that tell such a stall; one less where every residual is refined, or the next refined residual shows what is left.
-pub(in crate::solver) const ROUNDING_STALL_STEPS: usize = 3;
 
 /// How Newton's method is stopped.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -10,7 +10,7 @@ use crate::{
         DenseLu, distance_to_one, dot, figures_by_products, largest_eigenvalue, least_modulus,
         norm, product, spectral_radius, transpositions,
     },
-    solver::{PaneLaws, conditions::Bound, coulomb_state},
+    solver::{LocalMapping, PaneLaws, conditions::Bound, coulomb_state, solution::NEAR_FOLD},
 };
 
 /// The generalised derivative R' of the natural map R(λ) = λ − P(λ − ρ (S λ − h)) at some λ.
@@ -113,39 +113,7 @@ pub fn contraction_of_mapping(frozen: &[f64], followed: &[f64], n: usize) -> Opt
     Moving::new(frozen, followed, n).map(|moving| spectral_radius(&moving.matrix()))
 }
 
-/// The linearisation of the mapping Ψ of HKL, whose fixed points are the solutions, at one of them.
-///
-/// On the way to the solution some pane may change its zone: then Ψ has a kink there, and this is what holds on one side of it.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct LocalMapping {
-    /// ρ(Ψ'): successive approximations converge to the solution from nearby where it is below 1, and at that rate; infinite where
-    /// the problem with frozen friction is singular.
-    pub spectral_radius: f64,
-    /// The sign of det R' = det R_λ det(1 − Ψ') for the natural map R, with frozen friction R_λ; 0 where it vanishes. The signs over
-    /// all solutions add up to 1, so where it is −1 there are at least two other solutions.
-    pub determinant: i8,
-    /// The least |1 − μ| over the eigenvalues μ of Ψ', from 0, where det R' = 0, to 1: small changes of the data move the solution in
-    /// proportion to its inverse, and where a real μ is that near, a fold is, in which this solution and another one meet. Ends of pieces,
-    /// where panes change their zones, may be folds that no eigenvalue announces.
-    pub fold_distance: f64,
-}
-
-/// A fold is near where the distance is below this.
-pub(super) const NEAR_FOLD: f64 = 0.1;
-
 impl LocalMapping {
-    /// Whether det R' = 0 is near, and so perhaps another solution.
-    #[must_use]
-    pub fn is_near_fold(&self) -> bool {
-        self.fold_distance < NEAR_FOLD
-    }
-
-    /// Whether successive approximations converge to the solution from nearby.
-    #[must_use]
-    pub fn is_attracting(&self) -> bool {
-        self.spectral_radius < 1.0
-    }
-
     /// Linearises Ψ at a solution λ, `[n_multipliers]` in Pa, of the problem with Coulomb's law.
     ///
     /// Ψ freezes the slip bounds and the coefficients that λ makes, and solves for λ: Ψ' = 1 − R_λ⁻¹R'. Only the tangential rows of

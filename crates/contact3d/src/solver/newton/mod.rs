@@ -2,6 +2,7 @@
 
 mod coefficient;
 mod dense;
+mod driver;
 mod friction_graph;
 pub(in crate::solver) mod iteration;
 mod linearisation;
@@ -15,10 +16,11 @@ mod tests;
 pub(in crate::solver) use dense::newton_from;
 pub use iteration::NewtonSettings;
 pub(in crate::solver) use iteration::StoppingRule;
-pub use linearisation::{Linearisation, LocalMapping, contraction_of_mapping};
+pub use linearisation::{Linearisation, contraction_of_mapping};
 
-pub(in crate::solver) use friction_graph::FrictionGraph;
-pub(in crate::solver) use proximal::proximal_point;
+pub(in crate::solver) use driver::NewtonDriver;
+use friction_graph::FrictionGraph;
+use proximal::proximal_point;
 
 use dense::{SWEEPS_PER_STEP, from_afar};
 use natural_map::NaturalMap;

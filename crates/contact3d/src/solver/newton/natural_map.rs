@@ -4,8 +4,8 @@ use crate::{
     dual::{ExplicitDual, RigidEquilibrium, friction_stiffness},
     linalg::norm,
     solver::{
-        FEW_ROUNDINGS,
         conditions::{Bound, Conditions, Evaluation},
+        tolerances::FEW_ROUNDINGS,
     },
 };
 

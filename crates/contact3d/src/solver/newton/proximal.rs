@@ -12,14 +12,11 @@
 
 use nalgebra::DMatrix;
 
-use super::NewtonSolution;
+use super::{NewtonSolution, driver::NewtonDriver};
 use crate::{
     dual::{ExplicitDual, LocalStiffness},
     linalg::{dot, norm},
-    solver::{
-        NewtonStep,
-        strategy::{NewtonDriver, ZONES_FOUND},
-    },
+    solver::{NewtonStep, tolerances::ZONES_FOUND},
 };
 
 /// Most passes: solutions take a median of four.
@@ -67,9 +64,9 @@ pub(in crate::solver) fn proximal_point(
             k *= PROXIMAL_GROWTH;
             continue;
         }
-        let residual = without.evaluate(&found.multiplier).norm / without.size(&found.multiplier);
-        found.residual = residual;
-        if residual <= ZONES_FOUND {
+        let size = without.size(&found.multiplier);
+        found.residual = without.evaluate(&found.multiplier).relative_to(size);
+        if found.residual <= ZONES_FOUND {
             return found;
         }
         last = Some(found.multiplier.clone());

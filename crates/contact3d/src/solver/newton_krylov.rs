@@ -1,4 +1,7 @@
-//! Newton's method on Coulomb's law where S is implicit: no matrix of the size of S, only products with it.
+//! The Newton–Krylov method on Coulomb's law where S is implicit: no matrix of the size of S, only products with it.
+//!
+//! Its starts, in order: the multipliers of a similar problem as they are, after a step whose zones their stresses tell, and with short
+//! steplengths; then the face that slides freely and cannot lift off, with ρ = 1/S_ii and with local stiffness.
 //!
 //! R'(λ) d = −R(λ) is solved by GMRES to a forcing term that shrinks with ‖R‖ (S. C. Eisenstat, H. F. Walker, *SIAM J. Sci. Comput.* 17 (1996)
 //! 16), preconditioned from the right by [`TwoLevels`]. Each product takes one pair of substitutions with the factor of A, in its
@@ -8,16 +11,16 @@
 //! small error common to all panes hides the zones, and steps are cut short until nothing moves.
 
 use super::{
-    ContactBody, FrictionState, LOOP_MAX_STEPS, NewtonStep, Progress, Solution, SolvedBy, Trace,
-    accuracy::{DISPLACEMENT_TOLERANCE, GMRES_MAX_APPLICATIONS, GMRES_TOLERANCE},
-    assessment::{Assessment, REFINEMENT_TARGET},
+    ContactBody, FrictionState, NewtonStep, Progress, Solution, SolvedBy, Trace,
+    assessment::Assessment,
     conditions::{Bound, Conditions, Evaluation},
     inner::projected_gradient_steplength,
-    newton::iteration::{
-        NEWTON_BASIN, NewtonModel, NewtonSettings, ROUNDING_STALL_STEPS, STAGNATION_STEPS,
-        StoppingRule, iterate,
-    },
+    newton::iteration::{NewtonModel, NewtonSettings, StoppingRule, iterate},
     problem::{ContactSolve, RefinedState},
+    tolerances::{
+        DISPLACEMENT_TOLERANCE, GMRES_MAX_APPLICATIONS, GMRES_TOLERANCE, LOOP_MAX_STEPS,
+        REFINEMENT_TARGET, ROUNDING_STALL_STEPS, STAGNATION_STEPS, rounding_of_products,
+    },
     two_levels::{PaneLevels, TwoLevels},
 };
 use crate::{
@@ -30,6 +33,10 @@ use crate::{
 const LARGEST_FORCING: f64 = 0.1;
 const SMALLEST_FORCING: f64 = 0.01;
 
+/// The relative residual at which zones are settled: a similar problem's solution within it is a start as it is, and steps with short
+/// steplengths go no further.
+const NEWTON_BASIN: f64 = 1e-3;
+
 /// With ρ = 1/S_ii times this the stresses of a start tell its zones, whatever its displacement. So does the first step from another
 /// mesh, where the rigid motion of the body is larger than zones differ.
 const ZONE_STEPLENGTH: f64 = 1e-2;
@@ -38,7 +45,7 @@ const ZONE_STEPLENGTH: f64 = 1e-2;
 const SHORT_STEPLENGTH: f64 = 0.1;
 
 /// A Coulomb problem with an implicit S.
-struct ProductNewton<'a> {
+struct NewtonKrylov<'a> {
     problem: &'a ContactSolve<'a>,
     conditions: Conditions<'a>,
     levels: PaneLevels,
@@ -59,7 +66,7 @@ struct Iterate {
     at: Evaluation,
 }
 
-impl NewtonModel for ProductNewton<'_> {
+impl NewtonModel for NewtonKrylov<'_> {
     type Iterate = Iterate;
 
     fn evaluation<'i>(&self, iterate: &'i Iterate) -> &'i Evaluation {
@@ -94,33 +101,19 @@ impl NewtonModel for ProductNewton<'_> {
 }
 
 impl ContactSolve<'_> {
-    /// The problem without a dense S: Coulomb's law by Newton's method, and where that has no solution, and for other laws, by gradients.
-    pub(super) fn by_products(
-        &self,
-        bound: Bound<'_>,
-        observe: &mut dyn FnMut(Progress<'_>),
-    ) -> Solution {
-        let Some(law) = self.laws.coulomb() else {
-            return self.convex_by_products(bound, observe);
-        };
-        let by_newton = self.newton_by_products(law, &self.pane_stiffness(), observe);
-        by_newton.unwrap_or_else(|| self.by_gradients(bound, observe))
-    }
-
-    /// Coulomb's law by Newton's method with products of S alone, from the given start and from the face that slides freely; `None`
-    /// where no start leads to a solution, and for a body that floats.
-    fn newton_by_products(
+    /// Coulomb's law by Newton's method with products of S alone; `None` where no start leads to a solution, and for a body that floats.
+    pub(super) fn by_newton_krylov(
         &self,
         law: &CoulombLaw,
-        stiffness: &[f64],
         observe: &mut dyn FnMut(Progress<'_>),
     ) -> Option<Solution> {
         if self.dual.rigid().is_some() || self.start.checkpoint.is_some() {
             return None;
         }
         let (bound, layout) = (Bound::Coulomb(self.laws, law), self.dual.layout());
+        let stiffness = &self.pane_stiffness();
         let levels = PaneLevels::new(self.body.assembly, &self.dual.coupling, stiffness);
-        let mut newton = ProductNewton {
+        let mut newton = NewtonKrylov {
             problem: self,
             conditions: Conditions::new(bound, layout, levels.steplengths.clone()),
             levels,
@@ -134,7 +127,7 @@ impl ContactSolve<'_> {
         let similar = warm.and_then(|start| newton.solve_similar(&start, observe));
         let solution = similar.or_else(|| {
             let pressed = newton.pressed();
-            let steplengths = [newton.levels.steplengths.clone(), stiffness.to_vec()];
+            let steplengths = [newton.levels.steplengths.clone(), stiffness.clone()];
             steplengths.into_iter().find_map(|steplengths| {
                 newton.conditions.steplengths = steplengths;
                 let start = newton.at(pressed.clone(), None);
@@ -145,10 +138,10 @@ impl ContactSolve<'_> {
     }
 }
 
-impl ProductNewton<'_> {
+impl NewtonKrylov<'_> {
     /// The rounding of S λ.
     fn attainable(&self) -> f64 {
-        self.stiffness.len() as f64 * f64::EPSILON
+        rounding_of_products(self.stiffness.len())
     }
 
     /// A solution with its error: by Newton's method from a start to r_tol ε, and where the error is larger than ε still, to rounding, with residuals measured by local
@@ -318,25 +311,22 @@ impl ProductNewton<'_> {
         let ContactSolve { body, dual, .. } = self.problem;
         let mut operator = ContactOperator::implicit(body.assembly, dual);
         let coulomb = laws.state(law, normal, |l| l.max(0.0), at_nodes);
+        let trace = Trace {
+            steplength: projected_gradient_steplength(&mut operator),
+            solved_by: SolvedBy::Newton,
+            local_stiffness: self.stiffness.to_vec(),
+            newton: self.history,
+            applications: self.applications + operator.applications(),
+            ..Trace::default()
+        };
         Solution {
             friction: Some(FrictionState {
                 slip,
                 coulomb,
                 ..FrictionState::default()
             }),
-            trace: Trace {
-                steplength: projected_gradient_steplength(&mut operator),
-                solved_by: SolvedBy::Newton,
-                local_stiffness: self.stiffness.to_vec(),
-                newton: self.history,
-                applications: self.applications + operator.applications(),
-                ..Trace::default()
-            },
-            displacement,
-            multiplier,
-            ..Solution::default()
+            ..assessment.solution(multiplier, displacement, trace)
         }
-        .assessed(assessment)
     }
 }
 

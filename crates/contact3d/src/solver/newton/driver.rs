@@ -1,0 +1,213 @@
+//! Newton's method on a dense contact problem: which start strategies apply, and how each is run.
+
+use super::{
+    FrictionGraph, NewtonSettings, NewtonSolution, StoppingRule, minimise_frozen,
+    natural_map::NaturalMap, newton, newton_from, proximal_point,
+};
+use crate::{
+    dual::{ExplicitDual, LocalStiffness},
+    solver::{
+        FeasibleSet, NewtonStep, StartStrategy,
+        conditions::Bound,
+        convex::{ConvexProgram, InteriorPoint},
+        tolerances::{NEWTON_MAX_STEPS, ZONES_FOUND},
+    },
+};
+
+/// How far an interior point leaves the active set undecided, as a share of the largest stress, before Newton's method is tried
+/// from there: further on, small stresses are told from none.
+const COMPLEMENTARITY_LEVELS: [f64; 4] = [1e-3, 1e-5, 1e-7, 1e-9];
+
+/// Ratio of the rigid compliance of a pane to its local one from which relaxation, which works pane by pane, comes last.
+const LARGE_RIGID_COMPLIANCE: f64 = 1e3;
+
+/// Newton's method on a dense contact problem, with what strategies need.
+pub(in crate::solver) struct NewtonDriver<'a> {
+    pub(in crate::solver) dual: &'a ExplicitDual,
+    pub(in crate::solver) bound: Bound<'a>,
+    pub(in crate::solver) local: &'a LocalStiffness,
+    pub(in crate::solver) start: Option<&'a [f64]>,
+}
+
+impl<'a> NewtonDriver<'a> {
+    /// The strategies that apply, in order.
+    pub(in crate::solver) fn strategies(&self) -> Vec<StartStrategy> {
+        let mut strategies = StartStrategy::ALL.to_vec();
+        if self.has_large_rigid_compliance() {
+            let position = |strategy| strategies.iter().position(|it| *it == strategy);
+            let relaxed = position(StartStrategy::Relaxed);
+            let last = position(StartStrategy::InteriorPoint);
+            if let (Some(from), Some(to)) = (relaxed, last) {
+                strategies[from..=to].rotate_left(1);
+            }
+        }
+        strategies.retain(|strategy| self.applies(*strategy));
+        strategies
+    }
+
+    fn applies(&self, strategy: StartStrategy) -> bool {
+        match (strategy, self.bound) {
+            (StartStrategy::Separated, _) => self.separated().is_some(),
+            (StartStrategy::Warm, _) => self.start.is_some() && self.has_large_rigid_compliance(),
+            (StartStrategy::ProximalPoint, _) => self.dual.rigid.is_some(),
+            (StartStrategy::InteriorPoint, bound) => matches!(bound, Bound::Frozen(_)),
+            (StartStrategy::FrictionGraph, bound) => {
+                matches!(bound, Bound::Coulomb(_, law) if law.depends_on_slip())
+            }
+            (StartStrategy::SuccessiveApproximations, bound) => {
+                matches!(bound, Bound::Coulomb(..))
+            }
+            _ => true,
+        }
+    }
+
+    /// Runs one strategy that applies; `observe` sees its steps, numbered from `done` on. Successive approximations are no start of
+    /// Newton's method, and [`crate::solver::solve`] runs them.
+    pub(in crate::solver) fn run(
+        &self,
+        strategy: StartStrategy,
+        done: usize,
+        mut observe: impl FnMut(usize, &NewtonStep),
+    ) -> NewtonSolution {
+        let observe = &mut |k: usize, step: &NewtonStep| observe(done + k, step);
+        match (strategy, self.bound) {
+            (StartStrategy::Separated, _) => {
+                let start = self.separated().unwrap_or_else(|| self.zero_or_start());
+                self.from(start, observe)
+            }
+            (StartStrategy::Warm, _) => self.from(self.zero_or_start(), observe),
+            (StartStrategy::BondedContact, _) => {
+                self.from(self.local.bonded_start(self.dual), observe)
+            }
+            (StartStrategy::BilateralFrictionless, _) => {
+                self.from(self.local.bilateral_frictionless_start(self.dual), observe)
+            }
+            (StartStrategy::ProximalPoint, _) => proximal_point(self, observe),
+            (StartStrategy::InteriorPoint, Bound::Frozen(set)) => {
+                self.interior_point(set, &to(ZONES_FOUND), observe)
+            }
+            (StartStrategy::FrictionGraph, Bound::Coulomb(laws, law)) => {
+                match FrictionGraph::new(self.dual, laws, law, self.local) {
+                    Some(graph) => graph.solve(observe),
+                    None => NewtonSolution::none(self.dual),
+                }
+            }
+            _ => self.relaxed(observe),
+        }
+    }
+
+    /// Minimises over a frozen set from the start, in one step at least, so that a start within the
+    /// tolerance is measured and not believed; where that fails, by the interior point method.
+    pub(in crate::solver) fn minimise(
+        &self,
+        set: &FeasibleSet,
+        settings: &NewtonSettings,
+    ) -> NewtonSolution {
+        let start = self.zero_or_start();
+        let rule = StoppingRule {
+            least_steps: 1,
+            ..StoppingRule::from_near(*settings)
+        };
+        let found = if self.has_large_rigid_compliance() {
+            let mut first = start.clone();
+            set.project(&mut first);
+            newton_from(&self.map(), first, &rule, |_, _| {})
+        } else {
+            minimise_frozen(self.dual, set, &start, settings, 1, |_, _| {})
+        };
+        match found.stop.is_solution() {
+            true => found,
+            false => found.merged_with(self.interior_point(set, settings, &mut |_, _| {})),
+        }
+    }
+
+    /// Newton's method from a start, measured by local stiffness.
+    pub(in crate::solver) fn from(
+        &self,
+        start: Vec<f64>,
+        observe: &mut dyn FnMut(usize, &NewtonStep),
+    ) -> NewtonSolution {
+        let rule = StoppingRule::from_near(to(ZONES_FOUND));
+        newton_from(&self.map(), start, &rule, observe)
+    }
+
+    /// The natural map measured by local stiffness.
+    pub(in crate::solver) fn map(&self) -> NaturalMap<'a> {
+        NaturalMap::with_steplengths(self.dual, self.bound, self.local.stiffness.clone())
+    }
+
+    /// No contact force, and the motions of a body that nothing presses.
+    fn separated(&self) -> Option<Vec<f64>> {
+        let motion = self.dual.rigid.as_ref()?.separated(&self.dual.rhs)?;
+        let n = self.dual.dimension();
+        Some(std::iter::repeat_n(0.0, n).chain(motion).collect())
+    }
+
+    /// Whether the body moves as a rigid one much further than its panes do, in S or beside it.
+    fn has_large_rigid_compliance(&self) -> bool {
+        let balance = self.dual.rigid.as_ref();
+        self.local.rigid_compliance_ratio() > LARGE_RIGID_COMPLIANCE
+            || balance.is_some_and(|it| it.coupling.n_supported() > 0)
+    }
+
+    fn zero_or_start(&self) -> Vec<f64> {
+        self.dual.unknowns(self.start.unwrap_or_default())
+    }
+
+    fn relaxed(&self, observe: &mut dyn FnMut(usize, &NewtonStep)) -> NewtonSolution {
+        let settings = NewtonSettings {
+            tolerance: ZONES_FOUND,
+            ..NewtonSettings::default()
+        };
+        match self.bound {
+            Bound::Coulomb(laws, law) => {
+                newton(self.dual, laws, law, self.start, &settings, observe)
+            }
+            Bound::Frozen(set) => {
+                let start = self.zero_or_start();
+                minimise_frozen(self.dual, set, &start, &settings, 0, observe)
+            }
+        }
+    }
+
+    /// A convex problem by the interior point method and Newton's by turns.
+    pub(in crate::solver) fn interior_point(
+        &self,
+        set: &FeasibleSet,
+        settings: &NewtonSettings,
+        observe: &mut dyn FnMut(usize, &NewtonStep),
+    ) -> NewtonSolution {
+        let dual = self.dual.clone().absolute();
+        let program = ConvexProgram::of_dual(&dual, set, self.local);
+        let map = self.map();
+        let rule = StoppingRule::from_near(*settings);
+        let mut from = |start: Vec<f64>, done: usize| {
+            newton_from(&map, start, &rule, |k, step| observe(done + k, step))
+        };
+        let Some(mut inside) = InteriorPoint::new(&program) else {
+            return from(self.dual.unknowns(&[]), 0);
+        };
+        let mut found: Option<NewtonSolution> = None;
+        for level in COMPLEMENTARITY_LEVELS {
+            let is_decided = inside.run(level);
+            let mut history = found.take().map_or_else(Vec::new, |before| before.history);
+            let start = inside.unknowns(self.dual.dimension());
+            let next = from(start, history.len());
+            history.extend(next.history);
+            let next = NewtonSolution { history, ..next };
+            let ends = next.stop.is_solution() || !is_decided;
+            found = Some(next);
+            if ends {
+                break;
+            }
+        }
+        found.expect("there is always a level")
+    }
+}
+
+fn to(tolerance: f64) -> NewtonSettings {
+    NewtonSettings {
+        tolerance,
+        max_steps: NEWTON_MAX_STEPS,
+    }
+}
