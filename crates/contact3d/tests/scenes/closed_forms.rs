@@ -4,7 +4,7 @@ use std::path::Path;
 
 use contact3d::{
     AssembledProblem, Problem,
-    mesh::{MaterialNodes, Mesh, Refinement},
+    mesh::{MaterialNodes, Mesh},
     post::{ContactReport, LargestStress, PaneState, StressConcentration, Zone, von_mises},
     scene::{Method, PrecisionControl, Scene, SolveSettings},
 };
@@ -318,7 +318,7 @@ fn concentrations_of_stress_have_their_names() {
          traction = [{ face = 'held end', value = [1e6, 0, 0] }]";
     let scene = Scene::parse("foot", scene).expect("a scene");
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/meshes");
-    let mesh = Mesh::refined(&scene, &folder, &Refinement::default()).expect("a mesh");
+    let mesh = Mesh::refined(&scene, &folder, &[]).expect("a mesh");
     let problem = Problem::on_mesh(scene, mesh)
         .and_then(Problem::assemble)
         .expect("a problem");
