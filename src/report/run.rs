@@ -68,15 +68,24 @@ impl<'a> SolvedRun<'a> {
         solve.with(self.of_body()).with(self.of_errors())
     }
 
+    /// What the status means, and the accuracy of the least accurate increment where it is another one.
+    pub(super) fn status_words(&self) -> String {
+        let words = status(self.solution, self.scene, self.mesh);
+        if self.accuracy > self.solution.accuracy {
+            format!(
+                "{words}; the least accurate increment to {:.1e}",
+                self.accuracy
+            )
+        } else {
+            words
+        }
+    }
+
     #[rustfmt::skip]
     fn of_solve(&self) -> Figures {
         let (solution, mesh) = (self.solution, self.mesh);
         let mut figures = Figures::new(self.scene.units);
-        let mut words = status(solution, self.scene, mesh);
-        if self.accuracy > solution.accuracy {
-            words += &format!("; the least accurate increment to {:.1e}", self.accuracy);
-        }
-        figures.described("status", "status", Some(words), solution.status.word());
+        figures.described("status", "status", Some(self.status_words()), solution.status.word());
         figures.json_only("accuracy", self.accuracy);
         let (nodes, tetrahedra) = (mesh.coordinates.len(), mesh.tetrahedra.len());
         let sizes = [("n_nodes", nodes), ("n_tetrahedra", tetrahedra), ("n_panes", self.report.panes.len())];

@@ -13,7 +13,6 @@ use super::{
     answer::{motion_words, null_space_words},
     percent,
     run::estimate_words,
-    status::status,
 };
 use crate::format::dimension_of_quantity as dimension;
 
@@ -27,7 +26,7 @@ impl SolvedRun<'_> {
         let units = self.scene.units;
         let mut lines = Figures::new(units);
         let mut line = |name: &str, words: Option<String>| lines.human_only(name, words);
-        line("status", Some(status(self.solution, self.scene, self.mesh)));
+        line("status", Some(self.status_words()));
         line("mesh", Some(self.sizes_in_words()));
         let motion = motion_words(units, self.mesh, self.solution, self.report);
         let motions = null_space_words(units, self.mesh, self.solution);
