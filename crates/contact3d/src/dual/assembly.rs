@@ -48,8 +48,8 @@ impl PrimalSystem {
     /// # Errors
     /// A load that is not finite.
     pub fn apply_loads(&mut self, scene: &Scene, mesh: &Mesh) -> Result<(), InvalidValue> {
-        let (load, prescribed) = loads(scene, mesh, &self.dofs)?;
-        self.load = load;
+        let prescribed = prescribed_displacements(scene, mesh)?;
+        self.load = load_vector(scene, mesh, &self.dofs, prescribed.as_deref())?;
         self.dofs.prescribed = prescribed.map(Arc::new);
         Ok(())
     }
@@ -162,14 +162,16 @@ impl Analysed {
                     let material = MaterialField::new(scene, mesh);
                     let springs = SpringMatrix::of(scene, mesh)?;
                     let stiffness = stiffness_on(&graph, mesh, &material, springs.as_ref(), &dofs);
-                    Ok((stiffness, springs, loads(scene, mesh, &dofs)?))
+                    let prescribed = prescribed_displacements(scene, mesh)?;
+                    let load = load_vector(scene, mesh, &dofs, prescribed.as_deref())?;
+                    Ok((stiffness, springs, load, prescribed))
                 })
             },
             || timed(|| fill_reducing_order(mesh, &graph, &dofs)),
         );
         let (matrices, stiffness_seconds) = matrices;
         let (order, ordering_seconds) = order;
-        let (stiffness, springs, (load, prescribed)) = matrices.map_err(AssemblyError::Scene)?;
+        let (stiffness, springs, load, prescribed) = matrices.map_err(AssemblyError::Scene)?;
         let order = order.map_err(AssemblyError::Factor)?;
         let (structure, analysis_seconds) = timed(|| FactorStructure::analyse(&stiffness, order));
         let seconds = AssemblySeconds {
@@ -250,15 +252,15 @@ impl Analysed {
     }
 }
 
-/// l − A_fc u_c over the free degrees of freedom in N, and u_c in m, `[n_nodes]`; `None` where all clamps hold at zero.
-fn loads(
+/// l − A_fc u_c over the free degrees of freedom in N, for u_c in m, `[n_nodes]`; `None` where all clamps hold at zero.
+fn load_vector(
     scene: &Scene,
     mesh: &Mesh,
     dofs: &DofMap,
-) -> Result<(Vec<f64>, Option<Vec<[f64; 3]>>), InvalidValue> {
+    prescribed: Option<&[[f64; 3]]>,
+) -> Result<Vec<f64>, InvalidValue> {
     let mut rhs = dofs.to_free(&Loads::of(scene).nodal_forces(mesh)?);
-    let prescribed = prescribed_displacements(scene, mesh)?;
-    if let Some(prescribed) = &prescribed {
+    if let Some(prescribed) = prescribed {
         let material = MaterialField::new(scene, mesh);
         let elastic = forces_of_prescribed(mesh, &material, prescribed);
         let springs = SpringMatrix::of(scene, mesh)?;
@@ -267,7 +269,7 @@ fn loads(
             add_scaled(&mut rhs, -1.0, &dofs.to_free(&taken));
         }
     }
-    Ok((rhs, prescribed))
+    Ok(rhs)
 }
 
 /// Nested dissection of the mesh without its held nodes, the free degrees of freedom node by node.

@@ -12,16 +12,13 @@ use std::collections::HashMap;
 use super::{COORDINATE_ROUNDING, RawMesh, quadratic::edge, sorted};
 use crate::reference::TETRAHEDRON_EDGES;
 
-/// Two nodes, the smaller one first.
-type Edge = [usize; 2];
-
 /// A tetrahedron with the edges at which it and its children will be cut.
 #[derive(Debug, Clone, PartialEq)]
 struct MarkedTetrahedron {
     nodes: [usize; 4],
-    /// The marked edge of the triangle opposite to each node.
-    marks: [Edge; 4],
-    refinement: Edge,
+    /// The marked edge of the triangle opposite to each node: two nodes, the smaller one first.
+    marks: [[usize; 2]; 4],
+    refinement: [usize; 2],
     /// Tells two planar types apart, of which one is the parent of the other.
     is_flagged: bool,
     /// Face of the body that the triangle opposite to each node lies on, if any.
@@ -42,7 +39,7 @@ pub(super) struct Bisection {
     coordinates: Vec<[f64; 3]>,
     tetrahedra: Vec<MarkedTetrahedron>,
     /// The node in the middle of every edge that was cut.
-    middles: HashMap<Edge, usize>,
+    middles: HashMap<[usize; 2], usize>,
 }
 
 /// One tetrahedron of a refined mesh.
@@ -69,7 +66,7 @@ impl Descendant {
     }
 }
 
-fn edges(nodes: &[usize]) -> Vec<Edge> {
+fn edges(nodes: &[usize]) -> Vec<[usize; 2]> {
     let later = |i: usize| nodes[i + 1..].iter().map(move |b| edge(nodes[i], *b));
     (0..nodes.len()).flat_map(later).collect()
 }
@@ -89,7 +86,7 @@ impl Bisection {
             .collect();
         let longest = |nodes: &[usize]| {
             let candidates = edges(nodes).into_iter();
-            let length = |[a, b]: Edge| {
+            let length = |[a, b]: [usize; 2]| {
                 let difference = |c: usize| mesh.coordinates[a][c] - mesh.coordinates[b][c];
                 (0..3).map(|c| difference(c).powi(2)).sum::<f64>()
             };
@@ -189,7 +186,7 @@ impl Bisection {
     }
 
     /// The node in the middle of an edge, made if it is not there yet.
-    fn middle(&mut self, edge: Edge) -> usize {
+    fn middle(&mut self, edge: [usize; 2]) -> usize {
         let coordinates = &mut self.coordinates;
         *self.middles.entry(edge).or_insert_with(|| {
             let [a, b] = edge.map(|node| coordinates[node]);
@@ -266,6 +263,6 @@ impl MarkedTetrahedron {
 }
 
 /// The node that two edges share.
-fn common(first: Edge, second: Edge) -> Option<usize> {
+fn common(first: [usize; 2], second: [usize; 2]) -> Option<usize> {
     first.into_iter().find(|node| second.contains(node))
 }
