@@ -106,5 +106,5 @@ def test_history_ends_at_rounding_and_the_accuracy_is_that_asked_for(solved):
     # The last step measures the error of the answer, which is not moved any more.
     assert max(residual[-1], file["solve/accuracy"][()]) <= 1e-12
     assert len(residual) <= 16
-    assert not file["solve/newton/fallback"][:].any()
+    assert not file["solve/newton/safeguard"][:].any()
     assert file["solve/mapping_change"][()] <= 1e-11

@@ -167,7 +167,11 @@ fn words(progress: Progress<'_>) -> String {
             )
         }
         Progress::Newton(k, step) => {
-            let how = if step.fallback { "safeguard" } else { "Newton" };
+            let how = if step.safeguard {
+                "safeguard"
+            } else {
+                "Newton"
+            };
             format!("{how} step {}, residual {:.1e}", k + 1, step.residual)
         }
         Progress::Between(_) => String::new(),

@@ -91,7 +91,7 @@ pub fn export(run_file: &Path, target: &Path, global: bool) -> Result<Exported, 
         file: run_file.to_owned(),
         reason,
     };
-    let contact = problem.contact_state().ok_or_else(|| {
+    let contact = problem.contact_side().ok_or_else(|| {
         unfit("the scene has no contact, so there is no frictional contact problem to write".into())
     })?;
     let friction = frozen_friction(&problem, &solution, contact.surface).map_err(unfit)?;

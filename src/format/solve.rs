@@ -113,7 +113,7 @@ pub(super) const FIELDS: Fields<Solution> = fields! { Solution => GROUP;
     (accuracy) ACCURACY, &[], Dimension::Number, "Relative error of the multipliers, measured by one more solution from them with exact residuals; the last relative change of successive approximations that did not end.".finite();
     (friction?.mapping_change) "/solve/mapping_change", &[], Dimension::Number, "|Psi(lambda) - lambda| / |lambda| for one evaluation of the paper's mapping.".optional("absent unless Newton's method gave the answer");
     [|solution| mapping(solution).spectral_radius, |solution, value| mapping_mut(solution).spectral_radius = value] "/solve/spectral_radius", &[], Dimension::Number, "Spectral radius of the derivative of the mapping Psi at the solution: successive approximations converge to it from nearby where it is below 1.".symbol("rho(Psi')").when(NO_LINEARISATION);
-    [|solution| mapping(solution).determinant, |solution, sign| mapping_mut(solution).determinant = sign] "/solve/determinant_sign", &[], Dimension::Number, "Sign of the determinant of Newton's matrix at the solution; the signs of all solutions add up to 1, so where it is -1 there are others.".symbol("sign det R'").when(NO_LINEARISATION);
+    [|solution| mapping(solution).determinant_sign, |solution, sign| mapping_mut(solution).determinant_sign = sign] "/solve/determinant_sign", &[], Dimension::Number, "Sign of the determinant of Newton's matrix at the solution; the signs of all solutions add up to 1, so where it is -1 there are others.".symbol("sign det R'").when(NO_LINEARISATION);
     [|solution| mapping(solution).fold_distance, |solution, value| mapping_mut(solution).fold_distance = value] "/solve/fold_distance", &[], Dimension::Number, "Least |1 - mu| over the eigenvalues mu of the derivative of Psi at the solution: 0 where Newton's matrix is singular, as in a fold where two solutions meet.".symbol("min |1 - mu|").when(NO_LINEARISATION);
     (trace.law_evaluations) "/solve/law_evaluations", &[], Dimension::Number, "Evaluations of the friction law at a node.";
     {Kind::Text} HISTORY_DIGEST, &[], Dimension::Number, "Digest of /history, whose last increment this is.".optional("absent without a load history");
@@ -152,7 +152,7 @@ pub(super) const NEWTON_STEPS: Fields<NewtonStep> = fields! { NewtonStep => GROU
     (halvings) "/solve/newton/halvings", NEWTON, Dimension::Number, "Halvings of the step tried.";
     (zone_changes) "/solve/newton/zone_changes", NEWTON, Dimension::Number, "Panes that changed between open, stick and slip.";
     (free_unknowns) "/solve/newton/free_unknowns", NEWTON, Dimension::Number, "Unknowns of the dense linear system.";
-    (fallback) "/solve/newton/fallback", NEWTON, Dimension::Number, "1 where the safeguard replaced Newton's step.";
+    (safeguard) "/solve/newton/safeguard", NEWTON, Dimension::Number, "1 where a safeguard replaced Newton's step.";
     (seconds) "/solve/newton/seconds", NEWTON, Dimension::Time, "Wall-clock time of each Newton step.".volatile();
 };
 

@@ -105,7 +105,7 @@ impl Results {
         writer: &mut GroupWriter<'_>,
         vtkhdf_digest: &str,
     ) -> Result<(), StoreError> {
-        let face = self.problem.contact_state();
+        let face = self.problem.contact_side();
         let face = face.map(|face| (face.surface, &face.interface.frame));
         format::write_report(writer, self.mesh(), &self.report, face, vtkhdf_digest)
     }

@@ -138,7 +138,7 @@ fn write_path(
         let problem = family.problem_at(point.parameter)?;
         require_same_mesh(mesh, problem.mesh(), &family.range().key)?;
         let report = problem.report(&problem.state_of(point.multiplier.clone()))?;
-        let contact = problem.contact_state();
+        let contact = problem.contact_side();
         let frame = contact.map(|contact| &contact.interface.frame);
         series.step(mesh, &ResultState::from(&report), frame);
     }

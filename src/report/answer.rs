@@ -25,7 +25,7 @@ pub(super) fn radius_words(local: &LocalMapping) -> String {
 
 /// What the sign of det R' says about other solutions; `None` where it says nothing.
 pub(super) fn sign_words(local: &LocalMapping) -> Option<String> {
-    match local.determinant {
+    match local.determinant_sign {
         -1 => Some(
             "negative: at least two other solutions exist (`branches --all` searches for them)"
                 .to_owned(),

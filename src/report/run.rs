@@ -108,7 +108,7 @@ impl<'a> SolvedRun<'a> {
         let local = friction.and_then(|it| it.local_mapping.as_ref());
         let (radius, sign) = (local.map(radius_words), local.and_then(sign_words));
         figures.described("spectral_radius", "spectral radius of Psi'", radius, local.map(|l| l.spectral_radius));
-        figures.described("determinant_sign", "sign of det R'", sign, local.map(|l| l.determinant));
+        figures.described("determinant_sign", "sign of det R'", sign, local.map(|l| l.determinant_sign));
         let fold = local.and_then(fold_words);
         figures.described("fold_distance", "distance from a fold", fold, local.map(|l| l.fold_distance));
         figures
@@ -444,7 +444,7 @@ fn steps(solution: &Solution) -> String {
         .trace
         .newton
         .iter()
-        .filter(|step| step.fallback)
+        .filter(|step| step.safeguard)
         .count();
     match (solution.trace.newton.len(), solution.trace.history.len()) {
         (0, 0) => "one solve".into(),

@@ -79,7 +79,7 @@ fn steps(check: &Check) -> String {
 
 /// A word for each sign of det R'.
 fn sign(check: &Check, words: [&str; 3]) -> String {
-    words[(check.linearisation.determinant + 1) as usize].to_owned()
+    words[(check.linearisation.determinant_sign + 1) as usize].to_owned()
 }
 
 fn short(value: f64) -> String {
@@ -157,7 +157,7 @@ fn of_matrices(check: &Check, units: Units) -> Figures {
     let determinant = sign(check, ["< 0", "= 0", "> 0"]);
     let shown = format!("det {determinant}, inverse {:.1e}", l.sensitivity);
     figures.described("sensitivity", "Newton's matrix R'", Some(shown), l.sensitivity);
-    figures.json_only("determinant_sign", l.determinant);
+    figures.json_only("determinant_sign", l.determinant_sign);
     figures.number("spectral_radius", "contraction of the mapping Ψ", Fixed(4), l.contraction);
     figures.number("fold_distance", "distance from a fold", Fixed(4), l.fold_distance);
     figures

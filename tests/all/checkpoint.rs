@@ -6,7 +6,7 @@ use contact3d::{
     dual::DualSystem,
     mesh::Mesh,
     scene::{DualOperatorKind, InnerSolver, Method, Scene},
-    solver::{ContactProblem, ContactState, OuterState, Progress, Solution, Start},
+    solver::{ContactProblem, ContactSide, OuterState, Progress, Solution, Start},
 };
 
 /// A solve from a start, with the states between its steps.
@@ -18,7 +18,7 @@ fn run(
 ) -> (Solution, Vec<OuterState>) {
     let interface = Interface::new(scene, mesh).unwrap().unwrap();
     let surface = mesh.contact.as_ref().unwrap();
-    let contact = ContactState {
+    let contact = ContactSide {
         surface,
         interface: &interface,
     };

@@ -7,7 +7,7 @@ use contact3d::{
     dual::{DualSystem, ExplicitDual},
     linalg::Precision,
     scene::{DualOperatorKind, FactorPrecision, InnerSolver, Method, Scene, SceneFile},
-    solver::{ContactProblem, ContactState, Linearisation, Solution, Start, Status},
+    solver::{ContactProblem, ContactSide, Linearisation, Solution, Start, Status},
 };
 use contact3d_pipe::{StabilityRow, SuiteCase, read_suite};
 use studies::stability::VerdictLevel;
@@ -119,8 +119,8 @@ impl Small {
         }
     }
 
-    fn contact(&self) -> ContactState<'_> {
-        ContactState {
+    fn contact(&self) -> ContactSide<'_> {
+        ContactSide {
             surface: self.mesh.contact.as_ref().unwrap(),
             interface: &self.interface,
         }
@@ -209,7 +209,7 @@ fn one_node_with_three_solutions() {
         let linearisation = small.linearise(multiplier);
         // A dozen roundings of numbers of the size of the multipliers.
         assert!(linearisation.residual < 1e-14, "{linearisation:?}");
-        assert_eq!(linearisation.determinant, *sign);
+        assert_eq!(linearisation.determinant_sign, *sign);
     }
     let indices: i8 = solutions.iter().map(|(_, sign)| sign).sum();
     assert_eq!(indices, 1);
@@ -238,7 +238,7 @@ fn successive_approximations_that_cycle_are_recognised() {
     // ε = 1e-12 times ‖R'⁻¹‖, below 10.
     assert!(distance(&newton.multiplier, &expected) < 1e-11);
     let linearisation = small.linearise(&expected);
-    assert_eq!(linearisation.determinant, 1);
+    assert_eq!(linearisation.determinant_sign, 1);
     // λ_ν moves by F S_νt / S_νν for each unit of a frozen bound; rounding in systems of order three.
     let column = |j| small.dual().column(j);
     let closed = 3.0 * (column(1)[0] / column(0)[0]).abs();
@@ -324,7 +324,7 @@ fn two_nodes_with_five_solutions() {
             let linearisation = small.linearise(multiplier);
             // Some dozen roundings, times the condition of S.
             assert!(linearisation.residual < 1e-13, "{linearisation:?}");
-            indices += i32::from(linearisation.determinant);
+            indices += i32::from(linearisation.determinant_sign);
         }
         // The degree of R, which is the same for every F.
         assert_eq!(indices, 1);

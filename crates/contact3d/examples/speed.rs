@@ -50,7 +50,7 @@ fn main() -> Result<(), ProblemError> {
         structure.operations() / 1e9 / assembly.seconds.factorisation
     );
     let contact = assembled.system.contact.as_ref();
-    if let (Some(contact), Some(state)) = (contact, assembled.contact_state()) {
+    if let (Some(contact), Some(state)) = (contact, assembled.contact_side()) {
         let nodes = state.surface.nodes.len();
         let operator = OperatorEstimate::new(structure, &contact.coupling, nodes);
         let operations = operator.explicit_operations / 1e9;

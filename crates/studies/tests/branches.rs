@@ -186,12 +186,12 @@ fn determinants_are_those_of_newtons_matrix() {
         .as_ref()
         .and_then(|contact| contact.explicit())
         .expect("dense");
-    let contact = problem.contact_state().expect("contact");
+    let contact = problem.contact_side().expect("contact");
     let mut signs = Vec::new();
     for at in end {
         let point = at.point;
         let linearised = Linearisation::new(dual, &contact.laws(), &point.multiplier);
-        assert_eq!(point.determinant, linearised.determinant);
+        assert_eq!(point.determinant, linearised.determinant_sign);
         signs.push(point.determinant);
     }
     signs.sort_unstable();

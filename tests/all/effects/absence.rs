@@ -27,7 +27,7 @@ fn without_contact_there_is_one_solve() {
     assert_eq!(counts(&case), (N_FREE, 0, 0));
     assert_eq!(case.solution.trace.solved_by, SolvedBy::Direct);
     assert_eq!(case.solution.trace.applications, 1);
-    assert!(case.system.contact.is_none() && case.contact_state().is_none());
+    assert!(case.system.contact.is_none() && case.contact_side().is_none());
     assert!(case.mesh().contact.is_none());
 }
 

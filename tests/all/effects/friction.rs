@@ -2,7 +2,7 @@
 
 use contact3d::{
     contact::{Interface, InterfaceFriction},
-    solver::{ContactProblem, ContactState, SolvedBy, Start, Status},
+    solver::{ContactProblem, ContactSide, SolvedBy, Start, Status},
 };
 
 use super::{
@@ -96,7 +96,7 @@ fn tresca_at_the_converged_bound_is_coulomb() {
     let interface = Interface::new(&scene, coulomb.mesh()).unwrap();
     let mut interface = interface.unwrap();
     interface.friction = InterfaceFriction::Tresca(state.semi_axes());
-    let contact = ContactState {
+    let contact = ContactSide {
         surface: coulomb.mesh().contact.as_ref().unwrap(),
         interface: &interface,
     };

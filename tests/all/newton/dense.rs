@@ -6,7 +6,7 @@ use contact3d::{
     linalg::Work,
     scene::{Coefficient, Friction, Ramp, Scene},
     solver::{
-        ContactState, Inner, MethodResult, NewtonSettings, NewtonSolution, PaneLaws, Start,
+        ContactSide, Inner, MethodResult, NewtonSettings, NewtonSolution, PaneLaws, Start,
         SuccessiveApproximations, evaluate_mapping, newton,
     },
 };
@@ -25,7 +25,7 @@ impl Dense {
         let problem = Implicit::new(&scene);
         let (assembly, contact) = (problem.assembly(), problem.contact());
         let unconstrained = assembly.unconstrained();
-        let ContactState { surface, interface } = problem.state();
+        let ContactSide { surface, interface } = problem.state();
         let (coupling, rhs) = (&contact.coupling, contact.dual_rhs().to_vec());
         let dual = ExplicitDual::new(
             assembly,
@@ -54,7 +54,7 @@ impl Dense {
         let interface = interface.expect("finite formulas").expect("contact");
         let surface = self.problem.surface();
         let interface = &interface;
-        let laws = ContactState { surface, interface }.laws();
+        let laws = ContactSide { surface, interface }.laws();
         run(&laws, laws.coulomb().expect("Coulomb friction"))
     }
 

@@ -22,7 +22,7 @@ fn gpcg_and_newton_find_the_same_minimisers() {
             let answer = case.solve(&law);
             let start = vec![0.0; case.dual.dimension()];
             case.with_contact(&law, |laws, coulomb| {
-                let state = coulomb_state(&case.dual, laws, coulomb, &answer.multiplier);
+                let state = coulomb_state(&case.dual, laws, coulomb, &answer.unknowns);
                 let set = laws.feasible_set(Some(&state));
                 let settings = NewtonSettings::default();
                 let newton = minimise_frozen(&case.dual, &set, &start, &settings, 0, |_, _| {});
@@ -42,7 +42,7 @@ fn gpcg_and_newton_find_the_same_minimisers() {
                 let name = format!("{name}, n_div {n_div}");
                 assert!(outcome.converged, "{name}");
                 // A gradient of 1e-11 ‖h‖ times the condition number of S, some thousands.
-                let error = distance(&multiplier, &newton.multiplier);
+                let error = distance(&multiplier, &newton.unknowns);
                 assert!(error < 1e-7, "{name}: {error:e}");
             });
         }
@@ -80,7 +80,7 @@ fn gpcg_needs_a_tenth_of_the_actions_on_both_operators() {
         ] {
             assert_eq!(found.stop, StopReason::Converged);
             // Inner gradients of 1e-9 ‖h‖ times the condition number of S, some hundreds.
-            assert!(distance(&found.multiplier, &newton.multiplier) < 1e-6);
+            assert!(distance(&found.multiplier, &newton.unknowns) < 1e-6);
             // Measured: a twentieth.
             assert!(10 * found.trace.applications < paper.trace.applications);
         }
@@ -97,7 +97,7 @@ fn gpcg_converges_under_adaptive_precision() {
     assert_eq!(found.stop, StopReason::Converged);
     let newton = case.solve(&case.law());
     // As above, with a condition number of some thousands.
-    assert!(distance(&found.multiplier, &newton.multiplier) < 1e-5);
+    assert!(distance(&found.multiplier, &newton.unknowns) < 1e-5);
 }
 
 #[test]

@@ -19,9 +19,12 @@ fn published_laws_converge_to_a_fixed_point_of_the_mapping() {
             let name = format!("table {table}, n_div {n_div}");
             assert_eq!(solution.stop, StopReason::Converged, "{name}");
             assert!(solution.history.len() <= 8, "{name}");
-            assert!(solution.history.iter().all(|step| !step.fallback), "{name}");
+            assert!(
+                solution.history.iter().all(|step| !step.safeguard),
+                "{name}"
+            );
             // A residual of 1e-12 times the conditioning of the frozen problem, some tens.
-            let image = case.distance_to_image(&law, &solution.multiplier);
+            let image = case.distance_to_image(&law, &solution.unknowns);
             assert!(image < 1e-10, "{name}: {image:e}");
         }
     }
@@ -40,7 +43,7 @@ fn agrees_with_the_paper_s_algorithm() {
             let solution = case.solve(&case.law());
             // KPRGP stops at a gradient of 0.1 ε ‖h‖, which leaves an error of λ larger by the
             // condition number of S.
-            let error = distance(&paper.multiplier, &solution.multiplier);
+            let error = distance(&paper.multiplier, &solution.unknowns);
             assert!(
                 error < bound,
                 "table {table}, epsilon {epsilon:e}: {error:e}"
@@ -61,15 +64,15 @@ fn reproduces_the_converged_values() {
     assert_eq!(found.stop, StopReason::Converged);
     let solution = found.unmeasured();
     // Both end within 1e-12 of the same fixed point, up to the conditioning of the problem.
-    assert!(distance(&newton.multiplier, &solution.multiplier) < 1e-11);
+    assert!(distance(&newton.unknowns, &solution.multiplier) < 1e-11);
     let mut of_newton = solution.clone();
-    of_newton.multiplier.clone_from(&newton.multiplier);
+    of_newton.multiplier.clone_from(&newton.unknowns);
     of_newton.displacement =
         ContactOperator::implicit(case.problem.assembly(), case.problem.contact())
-            .to_primal(&newton.multiplier);
+            .to_primal(&newton.unknowns);
     let m = case.dual.n_panes();
     if let Some(friction) = &mut of_newton.friction {
-        friction.coulomb.slip_bound = newton.multiplier[..m].to_vec();
+        friction.coulomb.slip_bound = newton.unknowns[..m].to_vec();
     }
     for solution in [solution, of_newton] {
         let report = case.problem.report(&case.scene, &solution);
@@ -145,9 +148,9 @@ fn units_do_not_matter() {
         let in_metres = metres.solve(&metres.law());
         let in_millimetres = millimetres.solve(&millimetres.law());
         assert_eq!(in_metres.history.len(), in_millimetres.history.len());
-        let pascals: Vec<f64> = in_millimetres.multiplier.iter().map(|l| 1e6 * l).collect();
+        let pascals: Vec<f64> = in_millimetres.unknowns.iter().map(|l| 1e6 * l).collect();
         // Both residuals are below 1e-12.
-        assert!(distance(&pascals, &in_metres.multiplier) < 1e-9);
+        assert!(distance(&pascals, &in_metres.unknowns) < 1e-9);
     }
 }
 
@@ -165,11 +168,8 @@ fn no_load_and_lift_off_need_no_step() {
         let solution = case.solve(&case.law());
         assert_eq!(solution.stop, StopReason::Converged);
         assert_eq!(solution.history.len(), 0);
-        assert!(solution.multiplier.iter().all(|l| *l == 0.0));
-        assert_eq!(
-            case.distance_to_image(&case.law(), &solution.multiplier),
-            0.0
-        );
+        assert!(solution.unknowns.iter().all(|l| *l == 0.0));
+        assert_eq!(case.distance_to_image(&case.law(), &solution.unknowns), 0.0);
     }
 }
 
@@ -184,7 +184,7 @@ fn a_warm_start_at_the_answer_ends_at_once() {
             &case.dual,
             laws,
             law,
-            Some(&cold.multiplier),
+            Some(&cold.unknowns),
             &settings,
             |_, _| {},
         )

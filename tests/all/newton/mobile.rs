@@ -85,7 +85,7 @@ fn a_looser_epsilon_never_fails_where_a_tighter_one_succeeds() {
 }
 
 fn case_panes(case: &AssembledProblem) -> usize {
-    case.contact_state().expect("contact").n_panes()
+    case.contact_side().expect("contact").n_panes()
 }
 
 /// The same where S is implicit: what a loose ε leaves in other zones is taken up again.

@@ -98,11 +98,11 @@ fn an_idle_inner_solver_is_no_convergence() {
         let difference: f64 = found
             .multiplier
             .iter()
-            .zip(&newton.multiplier)
+            .zip(&newton.unknowns)
             .map(|(a, b)| (a - b).powi(2))
             .sum::<f64>()
             .sqrt();
-        let size = newton.multiplier.iter().map(|l| l * l).sum::<f64>().sqrt();
+        let size = newton.unknowns.iter().map(|l| l * l).sum::<f64>().sqrt();
         // ε = 1e-6, its inner tolerance amplified by the condition number of S, near 1e3.
         assert!(
             difference < 1e-4 * size,

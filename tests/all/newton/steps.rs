@@ -41,7 +41,10 @@ fn steps_are_few_at_every_refinement() {
             let name = format!("{name}, n_div {n_div}");
             let solution = case.solve(&law);
             assert_eq!(solution.stop, StopReason::Converged, "{name}");
-            assert!(solution.history.iter().all(|step| !step.fallback), "{name}");
+            assert!(
+                solution.history.iter().all(|step| !step.safeguard),
+                "{name}"
+            );
             let steps = solution.history.len();
             let follows_slip = law.law().is_some_and(|law| law.depends_on_slip());
             let bound = if follows_slip && !name.starts_with("table") {
@@ -52,7 +55,7 @@ fn steps_are_few_at_every_refinement() {
             assert!(steps <= bound, "{name}: {steps} steps");
             // 1e-12 times the conditioning of the frozen problem, some hundreds at n_div = 16;
             // steep laws multiply rounding by dF/du.
-            let image = case.distance_to_image(&law, &solution.multiplier);
+            let image = case.distance_to_image(&law, &solution.unknowns);
             assert!(image < 1e-9, "{name}: {image:e}");
         }
     }
@@ -70,5 +73,5 @@ fn a_stall_of_the_relaxed_method_is_no_failure() {
     let solution = case.solve(&law);
     assert_eq!(solution.stop, StopReason::Converged);
     // As above.
-    assert!(case.distance_to_image(&law, &solution.multiplier) < 1e-9);
+    assert!(case.distance_to_image(&law, &solution.unknowns) < 1e-9);
 }

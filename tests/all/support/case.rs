@@ -58,7 +58,7 @@ impl Case {
 
     /// The laws of the contact face.
     pub(crate) fn interface(&self) -> &Interface {
-        self.contact_state().expect("contact").interface
+        self.contact_side().expect("contact").interface
     }
 
     /// Numbers of panes m and of contact nodes.

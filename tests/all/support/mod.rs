@@ -11,7 +11,7 @@ use contact3d::{
     post::ContactReport,
     scene::{DualOperatorKind, Scene},
     solver::{
-        ContactBody, ContactState, Inner, MethodResult, Solution, Start, SuccessiveApproximations,
+        ContactBody, ContactSide, Inner, MethodResult, Solution, Start, SuccessiveApproximations,
     },
 };
 
@@ -58,8 +58,8 @@ impl Implicit {
         self.0.mesh()
     }
 
-    pub(crate) fn state(&self) -> ContactState<'_> {
-        self.0.contact_state().expect("contact")
+    pub(crate) fn state(&self) -> ContactSide<'_> {
+        self.0.contact_side().expect("contact")
     }
 
     pub(crate) fn body(&self) -> ContactBody<'_> {
@@ -82,7 +82,7 @@ impl Implicit {
     /// Algorithm 4.1 with KPRGP on the implicit operator, for a scene that may have another law.
     pub(crate) fn solve(&self, scene: &Scene) -> MethodResult {
         let problem = self.of(scene);
-        let laws = problem.contact_state().expect("contact").laws();
+        let laws = problem.contact_side().expect("contact").laws();
         let mut operator = ContactOperator::implicit(self.assembly(), self.contact());
         let method = SuccessiveApproximations {
             inner: Inner::Kprgp,

@@ -68,7 +68,7 @@ fn driven_by(case: &Case, forces: &[[f64; 3]]) -> (AssembledProblem, Solution) {
     scene.clamps.pop();
     let problem = Problem::new(scene).expect("a brick").assemble();
     let problem = problem.expect("a held body");
-    let state = problem.contact_state().expect("contact");
+    let state = problem.contact_side().expect("contact");
     let mut system = problem.system.clone();
     let assembly = &mut system.assembly;
     let free = assembly.primal.dofs.to_free(forces);
@@ -149,7 +149,7 @@ fn a_body_driven_by_the_reaction_moves_as_one_driven_by_the_displacement() {
 /// Nodal forces of the foundation, from Bᵀ with every node free.
 fn foundation(case: &Case) -> Vec<[f64; 3]> {
     let mesh = case.mesh();
-    let state = case.contact_state().expect("contact");
+    let state = case.contact_side().expect("contact");
     let all = contact3d::elasticity::DofMap::new(&vec![[false; 3]; mesh.coordinates.len()]);
     let coupling = state.interface.coupling(state.surface, &all);
     let forces = coupling.nodal_forces(&case.solution.multiplier);

@@ -219,7 +219,7 @@ fn methods_agree_on_springs() {
             .zip(&newton.mesh().contact.as_ref().unwrap().pane_area)
             .enumerate()
             .map(|(i, (pane, area))| {
-                let state = newton.contact_state().unwrap();
+                let state = newton.contact_side().unwrap();
                 let gap = state.interface.gap.as_ref().unwrap();
                 let weights = state.surface.pane_weights(i);
                 let mean: f64 = weights.map(|(node, weight)| weight * gap[node]).sum();

@@ -13,7 +13,7 @@ use crate::{
     linalg::{CscMatrix, DenseLu, Work},
 };
 
-/// Y = S P and S_c = PᵀS P for √m aggregates of √m panes each, so that neither level is much larger than the other.
+/// Y = S P and S_c = PᵀS P for 2 √m aggregates of √m / 2 panes each, so that neither level is much larger than the other.
 pub(crate) struct Aggregates {
     /// Y, `[n_multipliers, n_coarse]`, in m³/Pa.
     pub(crate) products: Mat<f64>,
@@ -22,7 +22,7 @@ pub(crate) struct Aggregates {
 }
 
 impl Aggregates {
-    /// One solve with the factor for each of up to 3 √m stresses, side by side, in the precision of the factor.
+    /// One solve with the factor for each of up to 6 √m stresses, side by side, in the precision of the factor.
     pub(crate) fn new(assembly: &Assembly, coupling: &Coupling) -> Self {
         let coarse = Coupling {
             transposed: summed(coupling, &groups(assembly, coupling)),

@@ -35,6 +35,8 @@ pub use operators::{BalancedOperator, ContactOperator};
 pub use rigid_coupling::{RigidCoupling, RigidEquilibrium};
 pub use system::{Assembling, DualSystem};
 
+use crate::linalg::add_scaled;
+
 /// Applications of the dual problem: minimise ½ λᵀSλ − λᵀh over the admissible multipliers.
 pub trait DualOperator {
     /// Number of multipliers: 3m, or m without friction.
@@ -43,6 +45,12 @@ pub trait DualOperator {
     fn rhs(&self) -> &[f64];
     /// S λ in m³ (λ in Pa).
     fn apply(&mut self, multiplier: &[f64]) -> Vec<f64>;
+    /// r = S λ − h in m³.
+    fn gradient(&mut self, multiplier: &[f64]) -> Vec<f64> {
+        let mut gradient = self.apply(multiplier);
+        add_scaled(&mut gradient, -1.0, self.rhs());
+        gradient
+    }
     /// Applications of A⁻¹ so far (n_A of HKL §4), those of a dense S included.
     fn applications(&self) -> usize;
 }

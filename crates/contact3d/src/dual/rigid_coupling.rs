@@ -370,6 +370,12 @@ impl RigidEquilibrium {
         })
     }
 
+    /// Σ |G α| of a multiplier's row over the motions in m³, whose rounding G α has.
+    pub(crate) fn size_of_motion(&self, row: usize, motion: &[f64]) -> f64 {
+        let terms = self.coupling.integrals.iter().zip(motion);
+        terms.map(|(g, by)| (g[row] * by).abs()).sum()
+    }
+
     /// e − Gᵀλ − D α in N.
     pub(crate) fn equilibrium_residual(&self, multiplier: &[f64], motion: &[f64]) -> Vec<f64> {
         let carried = self.coupling.resultant_of(multiplier, motion);

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::{ContactReport, Rounding, Solved, largest, rounding::Measure};
-use crate::solver::{Assessment, Objection, Solution};
+use crate::solver::{Objection, Solution};
 
 /// A solution with a residual above this is none, whatever rounding explains: nothing of it can be relied on.
 const MAX_RESIDUAL: f64 = 1e-3;
@@ -71,19 +71,18 @@ impl ContactReport {
     /// Figures out of range make it a `numerical_error`. A residual that contradicts the accuracy is its accuracy from then on,
     /// and `converged` becomes `machine_precision`; above a thousandth the answer is `inaccurate`, and none.
     pub fn classify(&self, solution: &mut Solution) {
-        let Assessment { status, accuracy } = self.assess(solution);
-        (solution.status, solution.accuracy) = (status, accuracy);
+        self.objection()
+            .into_iter()
+            .for_each(|it| solution.demote(it));
     }
 
-    /// What is left of the assessment of a solution that this is the report of.
-    pub(crate) fn assess(&self, solution: &Solution) -> Assessment {
+    /// What the failed check says against the assessment of the solution.
+    pub(crate) fn objection(&self) -> Option<Objection> {
         let is_broken = self.is_broken();
-        let objection = self.failed_check.map(|failure| match failure {
+        self.failed_check.map(|failure| match failure {
             CheckFailure::OutOfRange { .. } => Objection::OutOfRange,
             CheckFailure::Contradiction { value, .. } => Objection::Residual { value, is_broken },
-        });
-        let claimed = solution.assessment();
-        objection.map_or(claimed, |objection| claimed.demoted(objection))
+        })
     }
 
     /// Whether the answer has a figure that makes it none.

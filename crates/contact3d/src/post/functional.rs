@@ -482,7 +482,7 @@ mod tests {
                 scene: problem.scene(),
                 mesh: problem.mesh(),
                 system: &problem.system.assembly.primal,
-                contact: problem.contact_state().map(|state| SolvedContact {
+                contact: problem.contact_side().map(|state| SolvedContact {
                     coupling: &contact.coupling,
                     state,
                 }),

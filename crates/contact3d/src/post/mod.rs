@@ -30,7 +30,7 @@ use crate::{
     elasticity::{InternalForces, MaterialField},
     mesh::{GEOMETRY_TOLERANCE, Mesh},
     scene::{Functional, InvalidValue, Scene},
-    solver::{Adjoints, ContactState, LinearFunctional, Solution},
+    solver::{Adjoints, ContactSide, LinearFunctional, Solution},
 };
 
 /// A solved problem, as post-processing needs it: no factor, no dual operator.
@@ -65,7 +65,7 @@ pub struct SolvedContact<'a> {
     /// B.
     pub coupling: &'a Coupling,
     /// Γ_c and its laws.
-    pub state: ContactState<'a>,
+    pub state: ContactSide<'a>,
 }
 
 impl SolvedContact<'_> {

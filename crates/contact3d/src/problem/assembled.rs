@@ -10,7 +10,7 @@ use crate::{
     post::{ContactReport, EstimatedErrors, Rounding, Solved},
     scene::{InvalidValue, ProblemPart, Scene, SolveSettings},
     solver::{
-        Assessment, ContactProblem, ContactState, FrictionState, NeedsExplicit, Progress, Solution,
+        Assessment, ContactProblem, ContactSide, FrictionState, NeedsExplicit, Progress, Solution,
         Start, Status, Trace, coulomb_state, without_contact,
     },
 };
@@ -136,7 +136,7 @@ impl AssembledProblem {
 
     /// The contact problem of its loads; `None` without contact.
     pub(crate) fn contact_problem(&self) -> Option<ContactProblem<'_>> {
-        ContactProblem::new(&self.system, self.contact_state()?)
+        ContactProblem::new(&self.system, self.contact_side()?)
     }
 
     pub(super) fn solve_static(
@@ -158,7 +158,7 @@ impl AssembledProblem {
     #[must_use]
     pub fn state_of(&self, multiplier: Vec<f64>) -> Solution {
         let unassessed = Assessment::unknown(Status::default());
-        let (Some(dual), Some(contact)) = (&self.system.contact, self.contact_state()) else {
+        let (Some(dual), Some(contact)) = (&self.system.contact, self.contact_side()) else {
             return unassessed.solution(multiplier, Vec::new(), Trace::default());
         };
         let displacement = dual.displacement(&self.system.assembly, &multiplier);
@@ -216,8 +216,8 @@ impl AssembledProblem {
 
     /// Γ_c and its laws; `None` without contact.
     #[must_use]
-    pub fn contact_state(&self) -> Option<ContactState<'_>> {
-        self.problem.contact_state()
+    pub fn contact_side(&self) -> Option<ContactSide<'_>> {
+        self.problem.contact_side()
     }
 
     /// Number of panes m; 0 without contact.

@@ -25,7 +25,7 @@ use crate::{
     mesh::{GmshError, Mesh, MeshError},
     post::{ContactReport, Solved, SolvedContact},
     scene::{Increment, InvalidValue, Scene, SceneError, SceneFile, Warning},
-    solver::{ContactState, NeedsExplicit, Solution},
+    solver::{ContactSide, NeedsExplicit, Solution},
 };
 
 /// A scene on its mesh, with the laws of its contact face.
@@ -179,7 +179,7 @@ impl Problem {
         coupling: Option<&'a Coupling>,
         solution: &'a Solution,
     ) -> Solved<'a> {
-        let contact = coupling.zip(self.contact_state());
+        let contact = coupling.zip(self.contact_side());
         Solved {
             scene: &self.scene,
             mesh: &self.mesh,
@@ -191,8 +191,8 @@ impl Problem {
 
     /// Γ_c and its laws; `None` without contact.
     #[must_use]
-    pub fn contact_state(&self) -> Option<ContactState<'_>> {
-        Some(ContactState {
+    pub fn contact_side(&self) -> Option<ContactSide<'_>> {
+        Some(ContactSide {
             surface: self.mesh.contact.as_ref()?,
             interface: self.interface.as_ref()?,
         })

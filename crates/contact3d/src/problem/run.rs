@@ -72,10 +72,7 @@ impl AssembledProblem {
             };
             let before = records.last();
             let problem = self.at_increment(increment, before)?;
-            let from = before.map_or(start, |before| Start {
-                multiplier: Some(&before.multiplier),
-                checkpoint: None,
-            });
+            let from = before.map_or(start, |before| Start::at(&before.multiplier));
             let assessed =
                 problem.assessed(settings, from, Some(increment), errors, !is_last, storage)?;
             let (solution, report) = &assessed;
@@ -129,7 +126,9 @@ impl AssembledProblem {
         if let Some(failure) = self.system.assembly.factor.failure() {
             return Err(AssemblyError::Engine(failure).into());
         }
-        let is_success = report.assess(&solution).status.is_success(settings);
+        let claimed = solution.assessment();
+        let left = report.objection().map_or(claimed, |it| claimed.demoted(it));
+        let is_success = left.status.is_success(settings);
         if is_followed && !is_success && errors == EstimatedErrors::Nothing {
             report = self.evaluated(contact, &solution, EstimatedErrors::Energy)?;
         }

@@ -20,7 +20,7 @@ use crate::{
     linalg::{DenseLu, add_scaled, difference, gmres_several},
 };
 
-/// A pane is at a kink where its trial stress is this near to another zone, beside the largest pressure or its ellipse.
+/// A pane is at a kink where its trial stress is this near to another zone, relative to the largest pressure or to its ellipse.
 const NON_SMOOTH_DISTANCE: f64 = 1e-6;
 
 /// What solves leave of an adjoint: no digit of an estimated error depends on it.
@@ -69,12 +69,12 @@ impl Adjoints {
                 .iter()
                 .map(|it| it.by_displacement.clone())
                 .collect();
-            let moved = assembly.solve_several(&forces, ADJOINT_TOLERANCE);
+            let response = assembly.solve_several(&forces, ADJOINT_TOLERANCE);
             let alone = |displacement| Adjoint {
                 displacement,
                 ..Adjoint::default()
             };
-            let of = moved.into_iter().map(alone).collect();
+            let of = response.into_iter().map(alone).collect();
             return Some(Self { of, kinks: 0 });
         };
         let ContactProblem { dual, laws, .. } = problem;
@@ -169,12 +169,12 @@ impl Linearised<'_> {
         let is_loaded = |it: &&LinearFunctional| it.by_displacement.iter().any(|f| *f != 0.0);
         let loaded = functionals.iter().filter(is_loaded);
         let loaded: Vec<Vec<f64>> = loaded.map(|it| it.by_displacement.clone()).collect();
-        let mut moved = assembly
+        let mut response = assembly
             .solve_several(&loaded, ADJOINT_TOLERANCE)
             .into_iter();
         let rows = functionals.iter().map(|it| {
-            let moved = is_loaded(&it).then(|| moved.next()).flatten();
-            self.rhs(it, moved.as_deref())
+            let response = is_loaded(&it).then(|| response.next()).flatten();
+            self.rhs(it, response.as_deref())
         });
         let weights = self.weights(&rows.collect::<Vec<_>>());
         let forces_of = |y: &Vec<f64>| self.conditions.transposed(self.at, y);
@@ -184,15 +184,15 @@ impl Linearised<'_> {
             let held = self.contact_force(multiplier, slip_force);
             difference(&it.by_displacement, &held)
         });
-        let moved = assembly.solve_several(&loads.collect::<Vec<_>>(), ADJOINT_TOLERANCE);
-        let parts = weights.iter().zip(forces).zip(moved);
+        let response = assembly.solve_several(&loads.collect::<Vec<_>>(), ADJOINT_TOLERANCE);
+        let parts = weights.iter().zip(forces).zip(response);
         let adjoint =
             |((y, (multiplier, slip_force)), mut displacement): ((&Vec<f64>, _), Vec<f64>)| {
-                if let Some(balance) = self.problem.dual.rigid() {
+                if let Some(equilibrium) = self.problem.dual.rigid() {
                     let rows = y.iter().zip(&self.conditions.steplengths);
                     let rows = rows.skip(self.problem.dual.layout().n_multipliers());
                     let motion: Vec<f64> = rows.map(|(y, rho)| -y * rho).collect();
-                    balance.coupling.add_motion(&motion, &mut displacement);
+                    equilibrium.coupling.add_motion(&motion, &mut displacement);
                 }
                 Adjoint {
                     displacement,
@@ -203,15 +203,15 @@ impl Linearised<'_> {
         parts.map(adjoint).collect()
     }
 
-    /// Q_λ − B A⁻¹Q_u; `moved` is A⁻¹Q_u.
-    fn rhs(&self, functional: &LinearFunctional, moved: Option<&[f64]>) -> Vec<f64> {
+    /// Q_λ − B A⁻¹Q_u; `response` is A⁻¹Q_u.
+    fn rhs(&self, functional: &LinearFunctional, response: Option<&[f64]>) -> Vec<f64> {
         let dual = &self.problem.dual;
         let mut rhs = functional.by_multiplier.clone();
-        if let Some(moved) = moved {
-            add_scaled(&mut rhs, -1.0, &dual.coupling.integrate(moved));
+        if let Some(response) = response {
+            add_scaled(&mut rhs, -1.0, &dual.coupling.integrate(response));
         }
-        if let Some(balance) = dual.rigid() {
-            rhs.extend(balance.coupling.work_of(&functional.by_displacement));
+        if let Some(equilibrium) = dual.rigid() {
+            rhs.extend(equilibrium.coupling.work_of(&functional.by_displacement));
         }
         rhs
     }
@@ -249,16 +249,16 @@ impl Linearised<'_> {
         let forces = transposed
             .iter()
             .map(|(by_rhs, by_slip)| self.contact_force(by_rhs, by_slip));
-        let mut moved: Vec<Vec<f64>> = forces.collect();
-        let mut columns: Vec<&mut [f64]> = moved.iter_mut().map(Vec::as_mut_slice).collect();
+        let mut response: Vec<Vec<f64>> = forces.collect();
+        let mut columns: Vec<&mut [f64]> = response.iter_mut().map(Vec::as_mut_slice).collect();
         self.problem
             .body
             .assembly
             .factor
             .solve_several(&mut columns);
-        let all = several.iter().zip(&transposed).zip(&moved);
-        all.map(|((y, (by_rhs, _)), moved)| {
-            let mut product = self.problem.dual.coupling.integrate(moved);
+        let all = several.iter().zip(&transposed).zip(&response);
+        all.map(|((y, (by_rhs, _)), response)| {
+            let mut product = self.problem.dual.coupling.integrate(response);
             let parts = y.iter().zip(by_rhs).zip(&self.conditions.steplengths);
             for (product, ((y, by), rho)) in product.iter_mut().zip(parts) {
                 let own = if *rho > 0.0 { by / rho } else { 0.0 };

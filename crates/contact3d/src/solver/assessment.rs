@@ -170,13 +170,10 @@ impl MethodResult {
 }
 
 impl Solution {
-    /// The solution with another assessment.
-    pub(crate) fn assessed(self, assessment: Assessment) -> Self {
-        Self {
-            status: assessment.status,
-            accuracy: assessment.accuracy,
-            ..self
-        }
+    /// Takes back what an objection speaks against.
+    pub(crate) fn demote(&mut self, objection: Objection) {
+        let Assessment { status, accuracy } = self.assessment().demoted(objection);
+        (self.status, self.accuracy) = (status, accuracy);
     }
 
     /// What the solution claims.

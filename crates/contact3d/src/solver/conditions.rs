@@ -12,8 +12,8 @@ pub enum Bound<'a> {
     /// Coulomb friction with F(u): (a, b) = g / 𝓕⁻¹(u_t(λ)) with the law's slip bound g under the pressure
     /// max(z_ν, 0).
     Coulomb(&'a PaneLaws, &'a CoulombLaw),
-    /// Frozen ellipses, one inner problem of Algorithm 4.1; none in frictionless contact.
-    Frozen(&'a FeasibleSet),
+    /// Given ellipses: Tresca's law, or one inner problem of Algorithm 4.1, whose ellipses are frozen; none in frictionless contact.
+    Given(&'a FeasibleSet),
 }
 
 impl<'a> Bound<'a> {
@@ -21,7 +21,7 @@ impl<'a> Bound<'a> {
     pub(super) fn of(laws: &'a PaneLaws, set: &'a FeasibleSet) -> Self {
         match laws.coulomb() {
             Some(law) => Self::Coulomb(laws, law),
-            None => Self::Frozen(set),
+            None => Self::Given(set),
         }
     }
 }
@@ -30,11 +30,11 @@ impl<'a> Bound<'a> {
 /// tangential displacement, which an operator adds.
 ///
 /// z = λ − ρ r; R_ν = λ_ν − max(z_ν, 0), R_t = λ_t − P_{a,b}(z_t), with Coulomb friction for the slip bound g
-/// of the pressure max(z_ν, 0). The zeros do not depend on ρ > 0,
-/// but what a small R says does: with the stiffness 1/S_ii of a pane whose neighbours follow it, a
-/// body that nearly floats has a small R in wrong zones too; with its local stiffness
-/// ([`crate::dual::LocalStiffness`]) it has not. A component whose row of S vanishes (its
-/// displacement is held) moves nothing; it has z = 0, and so becomes 0.
+/// of the pressure max(z_ν, 0); the equilibrium of rigid motions has the rows ρ (e − Gᵀλ − D α). The zeros do not depend on ρ > 0,
+/// but the meaning of a small ‖R‖ does. With the stiffness 1/S_ii of a pane whose neighbours follow it, a
+/// body that nearly floats can have a small R although its zones are wrong; with its local stiffness
+/// ([`crate::dual::LocalStiffness`]) it cannot. A component whose row of S vanishes (its
+/// displacement is prescribed) moves nothing; it has z = 0, and so becomes 0.
 pub(super) struct Conditions<'a> {
     pub(super) bound: Bound<'a>,
     /// ρ of every component, in Pa/m³; 0 where the row of S vanishes; then in Pa/N those of the balance of a body that floats,
@@ -114,7 +114,7 @@ impl<'a> Conditions<'a> {
             Bound::Coulomb(laws, law) if !law.depends_on_slip() => {
                 Some(FrictionField::new(law, &laws.average, &[]).pane_inverse)
             }
-            Bound::Coulomb(..) | Bound::Frozen(_) => None,
+            Bound::Coulomb(..) | Bound::Given(_) => None,
         };
         Self {
             bound,
@@ -138,53 +138,27 @@ impl<'a> Conditions<'a> {
     /// contact nodes in m, which only a law that follows the slip reads.
     pub(super) fn evaluate(
         &self,
-        multiplier: &[f64],
+        unknowns: &[f64],
         gradient: &[f64],
         displacement: &[[f64; 2]],
     ) -> Evaluation {
-        let trial: Vec<f64> = (0..multiplier.len())
+        let trial: Vec<f64> = (0..unknowns.len())
             .map(|i| match self.steplengths[i] {
                 0.0 => 0.0,
-                rho => multiplier[i] - rho * gradient[i],
+                rho => unknowns[i] - rho * gradient[i],
             })
             .collect();
         let (inverse, inverse_slope) = self.friction(displacement);
         let slip_derivative = self.slip_derivative(displacement);
-        let mut residual = multiplier.to_vec();
-        self.balance_rows(gradient, &mut residual);
-        let mut panes = Vec::with_capacity(self.layout.n_panes());
-        for i in 0..self.layout.n_panes() {
-            let pressure = trial[i].max(0.0);
-            let at = self.layout.tangential(i);
-            let ellipse = match self.bound {
-                Bound::Coulomb(_, law) if at.is_some() => {
-                    let slip_bound = law.slip_bound(i, pressure);
-                    Ellipse {
-                        semi_axes: inverse[i].map(|f| slip_bound / f),
-                    }
-                }
-                Bound::Coulomb(..) => Ellipse::POINT,
-                Bound::Frozen(set) => set.ellipses.get(i).copied().unwrap_or(Ellipse::POINT),
-            };
-            residual[i] -= pressure;
-            let pair = self.layout.pair(&trial, i);
-            if let Some(at) = at {
-                let projected = ellipse.project(pair);
-                for (j, projected) in at.into_iter().zip(projected) {
-                    residual[j] -= projected;
-                }
-            }
-            panes.push(PaneEvaluation {
-                pressure: trial[i],
-                pressed: trial[i] > 0.0,
-                bound_slope: match self.bound {
-                    Bound::Coulomb(_, law) if at.is_some() => law.slip_bound_slope(i, pressure),
-                    Bound::Coulomb(..) | Bound::Frozen(_) => 0.0,
-                },
-                ellipse,
-                trial: pair,
-                inverse: inverse.get(i).copied().unwrap_or([1.0; 2]),
-            });
+        let panes = (0..self.layout.n_panes()).map(|i| self.pane(i, &trial, inverse.get(i)));
+        let panes: Vec<PaneEvaluation> = panes.collect();
+        let mut residual = unknowns.to_vec();
+        self.equilibrium_rows(gradient, &mut residual);
+        for (i, pane) in panes.iter().enumerate() {
+            residual[i] -= pane.pressure.max(0.0);
+            let projected = pane.ellipse.project(pane.trial);
+            let pair = self.layout.tangential(i).into_iter().flatten();
+            pair.zip(projected).for_each(|(j, p)| residual[j] -= p);
         }
         Evaluation {
             norm: if residual.iter().all(|r| r.is_finite()) {
@@ -199,8 +173,33 @@ impl<'a> Conditions<'a> {
         }
     }
 
-    /// R'(λ) v for a direction v of multipliers in Pa, S v in m³ and the change −G v of (u_t1, u_t2) at the
-    /// contact nodes in m, one-sided at kinks.
+    /// Pane i at z, with its 𝓕⁻¹ where friction is Coulomb's.
+    fn pane(&self, i: usize, trial: &[f64], inverse: Option<&[f64; 2]>) -> PaneEvaluation {
+        let pressure = trial[i].max(0.0);
+        let (ellipse, bound_slope) = match (self.bound, inverse) {
+            (Bound::Coulomb(_, law), Some(inverse)) => {
+                let slip_bound = law.slip_bound(i, pressure);
+                let semi_axes = inverse.map(|f| slip_bound / f);
+                (Ellipse { semi_axes }, law.slip_bound_slope(i, pressure))
+            }
+            (Bound::Coulomb(..), None) => (Ellipse::POINT, 0.0),
+            (Bound::Given(set), _) => {
+                let ellipse = set.ellipses.get(i).copied();
+                (ellipse.unwrap_or(Ellipse::POINT), 0.0)
+            }
+        };
+        PaneEvaluation {
+            pressure: trial[i],
+            pressed: trial[i] > 0.0,
+            bound_slope,
+            ellipse,
+            trial: self.layout.pair(trial, i),
+            inverse: inverse.copied().unwrap_or([1.0; 2]),
+        }
+    }
+
+    /// R'(x) v for a direction v of the unknowns, with the changes along v of r in m³, of the equilibrium's residual in N where there are
+    /// rigid motions, and of (u_t1, u_t2) at the contact nodes in m; one-sided at kinks.
     pub(super) fn derivative(
         &self,
         at: &Evaluation,
@@ -219,7 +218,7 @@ impl<'a> Conditions<'a> {
             change_of_slips(by, |node| displacement[node])
         });
         let mut change = direction.to_vec();
-        self.balance_rows(gradient, &mut change);
+        self.equilibrium_rows(gradient, &mut change);
         for (i, pane) in at.panes.iter().enumerate() {
             let pressure = if pane.pressed { trial[i] } else { 0.0 };
             change[i] -= pressure;
@@ -246,7 +245,7 @@ impl<'a> Conditions<'a> {
         let mut by_rhs = vec![0.0; self.layout.n_multipliers()];
         let n_nodes = match self.bound {
             Bound::Coulomb(laws, _) if !at.inverse_slope.is_empty() => laws.average.rows,
-            Bound::Coulomb(..) | Bound::Frozen(_) => 0,
+            Bound::Coulomb(..) | Bound::Given(_) => 0,
         };
         let mut by_slip = vec![[0.0; 2]; n_nodes];
         for (i, pane) in at.panes.iter().enumerate() {
@@ -276,9 +275,9 @@ impl<'a> Conditions<'a> {
                     continue;
                 };
                 for l in 0..2 {
-                    let moved =
+                    let change =
                         by_axes[0] * axes[0] * slope[0][l] + by_axes[1] * axes[1] * slope[1][l];
-                    by_slip[node][l] += weight * moved;
+                    by_slip[node][l] += weight * change;
                 }
             }
         }
@@ -293,7 +292,7 @@ impl<'a> Conditions<'a> {
     }
 
     /// The rows ρ r of unknowns that nothing bounds, the rigid motions.
-    fn balance_rows(&self, gradient: &[f64], rows: &mut [f64]) {
+    fn equilibrium_rows(&self, gradient: &[f64], rows: &mut [f64]) {
         for j in self.layout.n_multipliers()..rows.len() {
             rows[j] = self.steplengths[j] * gradient[j];
         }
@@ -307,22 +306,35 @@ impl<'a> Conditions<'a> {
         bound: f64,
         slips: &[[f64; 2]],
     ) -> [f64; 2] {
+        if matches!(self.bound, Bound::Given(_)) {
+            return [0.0; 2];
+        }
+        let here = &at.panes[pane];
+        let inverse_change = self.inverse_change(at, pane, slips);
+        [0, 1].map(|k| {
+            let f = here.inverse[k];
+            bound / f - here.ellipse.semi_axes[k] / f * inverse_change[k]
+        })
+    }
+
+    /// The change Σ w ∂(1/F)/∂φ δφ of a pane's 𝓕⁻¹ with that of the slip at its nodes.
+    pub(super) fn inverse_change(
+        &self,
+        at: &Evaluation,
+        pane: usize,
+        slips: &[[f64; 2]],
+    ) -> [f64; 2] {
         let Bound::Coulomb(laws, _) = self.bound else {
             return [0.0; 2];
         };
-        let here = &at.panes[pane];
-        let inverse_change = |k: usize| -> f64 {
+        [0, 1].map(|k| {
             let nodes = laws.average.entries(pane);
             let slopes = nodes.filter_map(|(node, weight)| {
                 let slope = at.inverse_slope.get(node)?[k];
-                let moved = slips[node];
-                Some(weight * (slope[0] * moved[0] + slope[1] * moved[1]))
+                let slip = slips[node];
+                Some(weight * (slope[0] * slip[0] + slope[1] * slip[1]))
             });
             slopes.sum()
-        };
-        [0, 1].map(|k| {
-            let f = here.inverse[k];
-            bound / f - here.ellipse.semi_axes[k] / f * inverse_change(k)
         })
     }
 
@@ -332,7 +344,7 @@ impl<'a> Conditions<'a> {
             Bound::Coulomb(laws, _) if self.follows_slip() => {
                 Some(slip_signs(laws.previous.as_ref(), displacement))
             }
-            Bound::Coulomb(..) | Bound::Frozen(_) => None,
+            Bound::Coulomb(..) | Bound::Given(_) => None,
         }
     }
 

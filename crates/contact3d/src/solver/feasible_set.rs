@@ -1,7 +1,7 @@
 //! The admissible set of a frozen problem.
 
 use super::Ellipse;
-use crate::contact::MultiplierLayout;
+use crate::{contact::MultiplierLayout, linalg::difference};
 
 /// The admissible multipliers of a frozen problem: λ_ν ≥ 0 on every pane and ‖𝓕_i⁻¹ λ_t,i‖ ≤ g_i
 /// on those with friction.
@@ -34,6 +34,19 @@ impl FeasibleSet {
         for (ellipse, pair) in self.ellipses.iter().zip(tangential) {
             *pair = ellipse.project(*pair);
         }
+    }
+
+    /// ᾱ g̃ = λ − P(λ − ᾱ r), the reduced gradient g̃ times the steplength ᾱ that it is measured with.
+    pub(super) fn projected_step(
+        &self,
+        multiplier: &[f64],
+        gradient: &[f64],
+        steplength: f64,
+    ) -> Vec<f64> {
+        let terms = multiplier.iter().zip(gradient);
+        let mut next: Vec<f64> = terms.map(|(l, r)| l - steplength * r).collect();
+        self.project(&mut next);
+        difference(multiplier, &next)
     }
 
     /// Marks the entries of free blocks: λ_ν > 0, λ_t strictly inside its ellipse.

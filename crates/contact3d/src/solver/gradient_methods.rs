@@ -34,12 +34,7 @@ impl ContactSolve<'_> {
     ) -> Result<Solution, NeedsExplicit> {
         let local = self.dual.explicit().map(LocalStiffness::new);
         let driver = self.dual.explicit().zip(local.as_ref());
-        let driver = driver.map(|(dual, local)| NewtonDriver {
-            dual,
-            bound,
-            local,
-            start: None,
-        });
+        let driver = driver.map(|(dual, local)| NewtonDriver::new(dual, local, bound, None));
         let stiffness = match &local {
             Some(local) => local.stiffness.clone(),
             None => self.pane_stiffness(),
@@ -75,7 +70,8 @@ impl ContactSolve<'_> {
             };
             let again = ContactSolve {
                 dual: &corrected,
-                ..self.from(&solution.multiplier)
+                start: Start::at(&solution.multiplier),
+                ..*self
             };
             let next = once(&again, observe)?;
             let falls = next.accuracy <= 0.5 * solution.accuracy;
@@ -87,19 +83,26 @@ impl ContactSolve<'_> {
         Ok(solution)
     }
 
-    /// By GPCG with products of S, repeated with a smaller ε while its error is larger than asked.
+    /// By GPCG with products of S, each run with no more than so many, repeated with a smaller ε while its error is larger than asked.
     pub(super) fn by_gradients(
         &self,
         bound: Bound<'_>,
+        most_products: usize,
         observe: &mut dyn FnMut(Progress<'_>),
     ) -> Solution {
         let stiffness = self.pane_stiffness();
-        let once = |solve: &ContactSolve<'_>, observe: &mut dyn FnMut(Progress<'_>)| {
+        let mut once = |settings: &SolveSettings, start: Start<'_>| {
+            let solve = ContactSolve {
+                settings,
+                start,
+                ..*self
+            };
             let found = solve.by_inner(Inner::Gpcg(&stiffness), observe);
             self.measured(None, bound, &stiffness, found)
         };
-        let mut solution = once(self, observe);
         let mut settings = self.settings.clone();
+        settings.max_operator_applications = settings.max_operator_applications.min(most_products);
+        let mut solution = once(&settings, self.start);
         for _ in 0..MAX_REPETITIONS {
             if !matches!(
                 solution.status,
@@ -109,40 +112,19 @@ impl ContactSolve<'_> {
             }
             let too_large = solution.accuracy / self.settings.epsilon();
             settings.epsilon = Some(settings.epsilon() / too_large.max(10.0));
-            let tighter = ContactSolve {
-                settings: &settings,
-                ..self.from(&solution.multiplier)
-            };
-            let next = once(&tighter, observe);
+            let next = once(&settings, Start::at(&solution.multiplier));
             solution = solution.merged_with(next);
         }
         solution
     }
 
-    /// The same with no more applications of S than forming S is worth.
-    pub(super) fn by_few_gradients(
-        &self,
-        bound: Bound<'_>,
-        observe: &mut dyn FnMut(Progress<'_>),
-    ) -> Solution {
-        let worth = APPLICATIONS_BEFORE_DENSE * self.dual.layout().n_multipliers();
-        let settings = SolveSettings {
-            max_operator_applications: self.settings.max_operator_applications.min(worth),
-            ..self.settings.clone()
-        };
-        let limited = ContactSolve {
-            settings: &settings,
-            ..*self
-        };
-        limited.by_gradients(bound, observe)
-    }
-
-    /// Whether dense matrices fit beside the factor.
-    pub(super) fn is_dense_affordable(&self) -> bool {
+    /// Products with S that forming it is worth, if dense matrices fit beside the factor.
+    pub(super) fn products_before_dense(&self) -> Option<usize> {
         let n = self.dual.layout().n_multipliers();
         let in_factor = self.body.assembly.factor.structure().value_count();
         let bytes = |numbers: usize| (numbers * size_of::<f64>()) as f64;
-        bytes(DENSE_MATRICES * n * n) <= bytes(in_factor).max(SMALL_MEMORY)
+        let fits = bytes(DENSE_MATRICES * n * n) <= bytes(in_factor).max(SMALL_MEMORY);
+        fits.then_some(APPLICATIONS_BEFORE_DENSE * n)
     }
 
     /// S of a convex problem, formed where the assembly has none.
@@ -161,15 +143,6 @@ impl ContactSolve<'_> {
         let mut stiffness = pane_stiffness(&self.body.assembly.primal, &self.dual.coupling);
         friction_stiffness(&mut stiffness, self.dual.layout(), self.dual.dual_rhs());
         stiffness
-    }
-
-    /// The same solve from other multipliers.
-    fn from<'s>(&'s self, multiplier: &'s [f64]) -> ContactSolve<'s> {
-        let start = Start {
-            multiplier: Some(multiplier),
-            checkpoint: None,
-        };
-        ContactSolve { start, ..*self }
     }
 
     /// What a method found by its own rule, with its measured error and the status that follows.

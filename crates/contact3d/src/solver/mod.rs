@@ -67,7 +67,7 @@ pub use inner::{Gpcg, Inner, InnerOutcome, Kprgp, projected_gradient_steplength}
 pub use newton::{Linearisation, NewtonSettings, NewtonSolution, minimise_frozen, newton};
 pub use newton::{contraction_of_mapping, natural_map::NaturalMap};
 pub use pane_laws::{CoulombState, PaneLaws, coulomb_state};
-pub use problem::{ContactBody, ContactProblem, ContactState};
+pub use problem::{ContactBody, ContactProblem, ContactSide};
 pub use problem::{NeedsExplicit, OuterState, Progress, Start};
 pub use solution::{FrictionState, LocalMapping, MethodResult, RigidMotions, StopReason, Trace};
 pub use solution::{NewtonStep, OuterStep, StepCounts};

@@ -7,8 +7,8 @@
 //! 16), preconditioned from the right by [`TwoLevels`]. Each product takes one pair of substitutions with the factor of A, in its
 //! precision: what it has wrong costs steps, for R is refined.
 //!
-//! R is measured with ρ = 1/S_ii, of which the aggregates give the part that a pane shares with others. Measured by its local stiffness, a
-//! small error common to all panes hides the zones, and steps are cut short until nothing moves.
+//! R is measured with ρ = 1/S_ii ([`Conditions`]), of which the aggregates give the part that a pane has in common with others: by local
+//! stiffness a small error common to all panes hides the zones, and steps are cut short until nothing changes.
 
 use super::{
     ContactBody, FrictionState, NewtonStep, Progress, Solution, SolvedBy, Trace,
@@ -37,11 +37,12 @@ const SMALLEST_FORCING: f64 = 0.01;
 /// steplengths go no further.
 const NEWTON_BASIN: f64 = 1e-3;
 
-/// With ρ = 1/S_ii times this the stresses of a start tell its zones, whatever its displacement. So does the first step from another
-/// mesh, where the rigid motion of the body is larger than zones differ.
+/// With ρ = 1/S_ii times this the zones follow from the stresses of a start, whatever its displacement: from another mesh the rigid motion
+/// of the body differs by more than what decides about zones.
 const ZONE_STEPLENGTH: f64 = 1e-2;
 
-/// With ρ times this steps settle the zones of bodies whose rigid motion is so large that all their panes count as open.
+/// With ρ times this steps settle the zones of bodies whose rigid motion is so large that all panes count as open; a tenth is between the
+/// last two.
 const SHORT_STEPLENGTH: f64 = 0.1;
 
 /// A Coulomb problem with an implicit S.
@@ -93,7 +94,7 @@ impl NewtonModel for NewtonKrylov<'_> {
         Some((step, n))
     }
 
-    fn moved(&mut self, from: &Iterate, direction: &[f64], length: f64) -> Iterate {
+    fn trial(&mut self, from: &Iterate, direction: &[f64], length: f64) -> Iterate {
         let mut multiplier = from.multiplier.clone();
         add_scaled(&mut multiplier, length, direction);
         self.at(multiplier, Some(&from.state))
@@ -126,15 +127,15 @@ impl ContactSolve<'_> {
         let warm = self.start.multiplier.map(<[f64]>::to_vec);
         let similar = warm.and_then(|start| newton.solve_similar(&start, observe));
         let solution = similar.or_else(|| {
-            let pressed = newton.pressed();
+            let start = newton.bilateral_frictionless();
             let steplengths = [newton.levels.steplengths.clone(), stiffness.clone()];
             steplengths.into_iter().find_map(|steplengths| {
                 newton.conditions.steplengths = steplengths;
-                let start = newton.at(pressed.clone(), None);
+                let start = newton.at(start.clone(), None);
                 newton.solve(start, observe)
             })
         })?;
-        Some(newton.completed(solution, law))
+        Some(newton.into_solution(solution, law))
     }
 }
 
@@ -145,7 +146,7 @@ impl NewtonKrylov<'_> {
     }
 
     /// A solution with its error: by Newton's method from a start to r_tol ε, and where the error is larger than ε still, to rounding, with residuals measured by local
-    /// stiffness: 1/S_ii hides what panes feel of errors near rounding.
+    /// stiffness.
     fn solve(
         &mut self,
         start: Iterate,
@@ -159,7 +160,7 @@ impl NewtonKrylov<'_> {
         if error <= epsilon.max(attainable) {
             return Some((near, error));
         }
-        let whole = std::mem::replace(&mut self.conditions.steplengths, self.stiffness.to_vec());
+        let shared = std::mem::replace(&mut self.conditions.steplengths, self.stiffness.to_vec());
         let start = self.at(near.multiplier.clone(), Some(&near.state));
         let (iterate, error) = match self.descend(start, attainable, observe) {
             Some(nearer) => {
@@ -168,7 +169,7 @@ impl NewtonKrylov<'_> {
             }
             None => (near, error),
         };
-        self.conditions.steplengths = whole;
+        self.conditions.steplengths = shared;
         (error <= REFINEMENT_TARGET).then_some((iterate, error))
     }
 
@@ -269,11 +270,11 @@ impl NewtonKrylov<'_> {
     }
 
     /// S_νν⁻¹h_ν and no tangential stress, to the forcing term of a first step: a face that slides freely and does not lift off.
-    fn pressed(&mut self) -> Vec<f64> {
+    fn bilateral_frictionless(&mut self) -> Vec<f64> {
         let dual = self.problem.dual;
         let normals = dual.layout().normals();
         let rho = &self.levels.steplengths;
-        let levels = TwoLevels::pressed(&self.levels, dual.layout());
+        let levels = TwoLevels::bilateral_frictionless(&self.levels, dual.layout());
         let scaled = |gradient: &[f64]| -> Vec<f64> {
             let mut scaled = vec![0.0; rho.len()];
             normals
@@ -294,7 +295,7 @@ impl NewtonKrylov<'_> {
     }
 
     /// The solution with what belongs to it.
-    fn completed(self, (found, error): (Iterate, f64), law: &CoulombLaw) -> Solution {
+    fn into_solution(self, (found, error): (Iterate, f64), law: &CoulombLaw) -> Solution {
         let laws = self.problem.laws;
         let epsilon = self.problem.settings.epsilon();
         let assessment = Assessment::of_refined(error, epsilon, self.attainable());
@@ -338,15 +339,16 @@ fn reach(body: &ContactBody<'_>) -> Vec<usize> {
     body.assembly.factor.structure().reach(free)
 }
 
-/// S v in m³ and the change of (u_t1, u_t2) at the contact nodes in m, in the precision of the factor.
+/// S v in m³, `[n_multipliers]`, and the change of (u_t1, u_t2) at the contact nodes in m, `[n_contact_nodes]`, for a change v of the
+/// multipliers in Pa: one pair of substitutions, in the precision of the factor.
 fn change(
     problem: &ContactSolve<'_>,
     reach: &[usize],
     stresses: &[f64],
 ) -> (Vec<f64>, Vec<[f64; 2]>) {
     let ContactSolve { body, dual, .. } = problem;
-    let mut moved = dual.coupling.nodal_forces(stresses);
+    let mut response = dual.coupling.nodal_forces(stresses);
     let factor = &body.assembly.factor;
-    factor.solve_reached(reach, &mut moved);
-    problem.change(moved, &[])
+    factor.solve_reached(reach, &mut response);
+    problem.change(response, &[])
 }

@@ -77,7 +77,7 @@ impl PaneLaws {
     }
 
     /// The state of friction without pressures.
-    pub(super) fn unpressed(&self, law: &CoulombLaw, slip: &[[f64; 2]]) -> CoulombState {
+    pub(super) fn without_pressure(&self, law: &CoulombLaw, slip: &[[f64; 2]]) -> CoulombState {
         self.state(law, &vec![0.0; self.n_panes()], |l| l, slip)
     }
 

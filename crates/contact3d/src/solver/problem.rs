@@ -44,7 +44,7 @@ pub struct ContactProblem<'a> {
 impl<'a> ContactProblem<'a> {
     /// `None` where the assembly has no contact face.
     #[must_use]
-    pub fn new(system: &'a DualSystem, face: ContactState<'a>) -> Option<Self> {
+    pub fn new(system: &'a DualSystem, face: ContactSide<'a>) -> Option<Self> {
         let (assembly, dual) = (&system.assembly, system.contact.as_ref()?);
         let balanced = dual.balanced(assembly, face.surface, face.interface);
         Some(Self {
@@ -114,17 +114,22 @@ impl ContactSolve<'_> {
     }
 
     /// S v − G α in m³ and the change of (u_t1, u_t2) at the contact nodes in m, for a change v of the multipliers that moves the
-    /// body by −`moved` and α of the motions.
-    pub(super) fn change(&self, mut moved: Vec<f64>, motion: &[f64]) -> (Vec<f64>, Vec<[f64; 2]>) {
-        if let Some(balance) = self.dual.rigid() {
+    /// body by −`response` and α of the motions.
+    pub(super) fn change(
+        &self,
+        mut response: Vec<f64>,
+        motion: &[f64],
+    ) -> (Vec<f64>, Vec<[f64; 2]>) {
+        if let Some(equilibrium) = self.dual.rigid() {
             let back: Vec<f64> = motion.iter().map(|a| -a).collect();
-            balance.coupling.add_motion(&back, &mut moved);
+            equilibrium.coupling.add_motion(&back, &mut response);
         }
         let ContactBody { assembly, face } = self.body;
         let (frame, dofs) = (&face.interface.frame, &assembly.primal.dofs);
-        let slips = frame.nodal_tangential(face.surface, |node| dofs.change_at_node(node, &moved));
+        let slips =
+            frame.nodal_tangential(face.surface, |node| dofs.change_at_node(node, &response));
         let slips = slips.iter().map(|u| u.map(|u| -u)).collect();
-        (self.dual.coupling.integrate(&moved), slips)
+        (self.dual.coupling.integrate(&response), slips)
     }
 }
 
@@ -146,6 +151,16 @@ pub struct Start<'a> {
     pub multiplier: Option<&'a [f64]>,
     /// Successive approximations go on from here.
     pub checkpoint: Option<&'a OuterState>,
+}
+
+impl<'a> Start<'a> {
+    /// From multipliers, `[n_multipliers]`, in Pa.
+    pub(crate) fn at(multiplier: &'a [f64]) -> Self {
+        Self {
+            multiplier: Some(multiplier),
+            checkpoint: None,
+        }
+    }
 }
 
 /// Successive approximations between two steps: all that the next step depends on, so that a solve
@@ -176,7 +191,7 @@ pub struct NeedsExplicit(pub(super) &'static str);
 
 /// Γ_c and what a scene asks of it.
 #[derive(Debug, Clone, Copy)]
-pub struct ContactState<'a> {
+pub struct ContactSide<'a> {
     /// Γ_c and its panes.
     pub surface: &'a ContactSurface,
     /// Its frame, gap and friction law.
@@ -189,7 +204,7 @@ pub struct ContactBody<'a> {
     /// A and its factor.
     pub assembly: &'a Assembly,
     /// Γ_c.
-    pub face: ContactState<'a>,
+    pub face: ContactSide<'a>,
 }
 
 /// The displacement of some unknowns, in twice the working precision.
@@ -202,7 +217,7 @@ pub(super) struct RefinedState {
     pub(super) gap_residual: Vec<f64>,
 }
 
-impl ContactState<'_> {
+impl ContactSide<'_> {
     /// Number of panes m.
     #[must_use]
     pub fn n_panes(&self) -> usize {
@@ -245,9 +260,9 @@ impl ContactBody<'_> {
         gap_residual: &[f64],
     ) -> Evaluation {
         let mut gradient: Vec<f64> = gap_residual.iter().map(|c| -c).collect();
-        if let Some(balance) = dual.rigid() {
+        if let Some(equilibrium) = dual.rigid() {
             let (multiplier, motion) = dual.parts(unknowns);
-            gradient.extend(balance.equilibrium_residual(multiplier, motion));
+            gradient.extend(equilibrium.equilibrium_residual(multiplier, motion));
         }
         conditions.evaluate(unknowns, &gradient, &self.tangential(displacement))
     }

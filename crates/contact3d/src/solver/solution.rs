@@ -17,7 +17,7 @@ worded! {
         MaxOperatorApplications = "max_operator_applications",
         /// A value was not finite, or a coefficient of friction not positive at the slips reached.
         NumericalError = "numerical_error",
-        /// Rounding forbids ε; the accuracy reached is the best there is.
+        /// Refinement ended above ε: its error falls no further, or rounding forbids ε.
         MachinePrecision = "machine_precision",
         /// Newton's method found no solution from any start.
         MaxNewtonSteps = "max_newton_steps",
@@ -147,7 +147,7 @@ pub struct Solution {
 pub struct RigidMotions {
     /// α in m, one for each mode of the body; zero without equilibrium.
     pub motion: Vec<f64>,
-    /// The motions that neither contact nor supports feel, each of largest component one, `[n_null][n_nodes]`; the
+    /// The motions that neither contact nor supports resist, each of largest component one, `[n_null][n_nodes]`; the
     /// solution has none of them, and the load does not work in them where there is an equilibrium.
     pub null_space: Vec<Vec<[f64; 3]>>,
     /// With [`Status::NoEquilibrium`] a motion of largest component one, `[n_nodes]`, in which the load does more work than contact
@@ -189,7 +189,7 @@ pub struct LocalMapping {
     pub spectral_radius: f64,
     /// The sign of det R' = det R_λ det(1 − Ψ') for the natural map R, with frozen friction R_λ; 0 where it vanishes. The signs over
     /// all solutions add up to 1, so where it is −1 there are at least two other solutions.
-    pub determinant: i8,
+    pub determinant_sign: i8,
     /// The least |1 − μ| over the eigenvalues μ of Ψ', from 0, where det R' = 0, to 1: small changes of the data move the solution in
     /// proportion to its inverse, and where a real μ is that near, a fold is, in which this solution and another one meet. Ends of pieces,
     /// where panes change their zones, may be folds that no eigenvalue announces.
@@ -315,7 +315,7 @@ pub struct OuterStep {
 pub struct NewtonStep {
     /// ‖R‖ / ‖λ‖ after the step.
     pub residual: f64,
-    /// Share s of the step d in λ ← λ + s d.
+    /// Length s ≤ 1 in x ← x + s d for Newton's step d.
     pub step_length: f64,
     /// Halvings tried.
     pub halvings: usize,
@@ -324,7 +324,7 @@ pub struct NewtonStep {
     /// Unknowns of the dense system.
     pub free_unknowns: usize,
     /// Whether a safeguard replaced Newton's step.
-    pub fallback: bool,
+    pub safeguard: bool,
     /// Wall-clock seconds.
     pub seconds: f64,
 }

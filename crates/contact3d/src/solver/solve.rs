@@ -106,8 +106,9 @@ impl ContactSolve<'_> {
         Ok(self.finalize(self.by_method(bound, observe)?))
     }
 
-    /// By the method that the settings name; by default with a dense S by Newton's method from start strategies, else by products with
-    /// S: Coulomb's law by the Newton–Krylov method, and where that finds nothing, and for other laws, by GPCG.
+    /// By the method that the settings name; by default with a dense S by Newton's method from start strategies, else with products of S:
+    /// Coulomb's law by the Newton–Krylov method, or by GPCG where that finds nothing; convex problems by GPCG, or with a dense S where
+    /// that takes far longer than to form S and S fits.
     fn by_method(
         &self,
         bound: Bound<'_>,
@@ -121,30 +122,24 @@ impl ContactSolve<'_> {
             (Method::Newton, None, _) => return Err(NeedsExplicit("method newton")),
             (Method::Auto, None, Bound::Coulomb(_, law)) => {
                 let found = self.by_newton_krylov(law, observe);
-                found.unwrap_or_else(|| self.by_gradients(bound, observe))
+                found.unwrap_or_else(|| self.by_gradients(bound, usize::MAX, observe))
             }
-            (Method::Auto, None, Bound::Frozen(_)) if !self.is_dense_affordable() => {
-                self.by_gradients(bound, observe)
-            }
-            (Method::Auto, None, Bound::Frozen(_)) => {
-                // Where GPCG takes far longer than to form S, or finds no solution.
-                let solution = self.by_few_gradients(bound, observe);
-                match solution.status.is_solved() {
-                    true => solution,
-                    false => {
-                        let dense = self.by_strategies(&self.dense(), bound, observe);
-                        solution.merged_with(dense)
-                    }
+            (Method::Auto, None, Bound::Given(_)) => {
+                let worth = self.products_before_dense();
+                let solution = self.by_gradients(bound, worth.unwrap_or(usize::MAX), observe);
+                if worth.is_none() || solution.status.is_solved() {
+                    return Ok(solution);
                 }
+                solution.merged_with(self.by_strategies(&self.dense(), bound, observe))
             }
         })
     }
 
     /// A rigid-body motion that proves that there is no equilibrium.
     fn mechanism(&self) -> Option<Vec<[f64; 3]>> {
-        let balance = self.dual.rigid()?;
+        let equilibrium = self.dual.rigid()?;
         let assembly = self.body.assembly;
-        mechanism(assembly, balance, self.laws)
+        mechanism(assembly, equilibrium, self.laws)
             .or_else(|| sliding_mechanism(assembly, self.dual.explicit()?, self.laws))
     }
 
@@ -157,12 +152,7 @@ impl ContactSolve<'_> {
     ) -> Solution {
         let started = Instant::now();
         let local = LocalStiffness::new(dual);
-        let driver = NewtonDriver {
-            dual,
-            bound,
-            local: &local,
-            start: self.start.multiplier,
-        };
+        let driver = NewtonDriver::new(dual, &local, bound, self.start.multiplier);
         let mut trace = Trace::default();
         let mut nearest: Option<Attempt> = None;
         let mut approximations: Option<MethodResult> = None;
@@ -212,7 +202,7 @@ impl ContactSolve<'_> {
                 StopReason::NumericalError => StopReason::NumericalError,
                 _ => StopReason::Converged,
             },
-            multiplier: self.unknowns(&outer.multiplier, outer.rigid.as_ref()),
+            unknowns: self.unknowns(&outer.multiplier, outer.rigid.as_ref()),
             residual: outer.measure,
             history: Vec::new(),
             evaluations: outer.trace.applications,
@@ -227,8 +217,8 @@ impl ContactSolve<'_> {
         found: &NewtonSolution,
     ) -> Refined {
         let mut refined = match found.stop.is_solution() {
-            true => self.refined(driver, strategy, &found.multiplier, self.tolerance()),
-            false => self.about(driver, &found.multiplier, None, f64::EPSILON),
+            true => self.refined(driver, strategy, &found.unknowns, self.tolerance()),
+            false => self.about(driver, &found.unknowns, None, f64::EPSILON),
         };
         let most = f64::EPSILON.sqrt().recip();
         if self.dual.rigid().is_some() && is_far(&refined.displacement, self.laws, most) {
@@ -265,7 +255,7 @@ impl ContactSolve<'_> {
         let mut applications = operator.applications();
         let mut history = approximations.map_or_else(Vec::new, |outer| outer.trace.history);
         let (solved_by, friction) = match bound {
-            Bound::Frozen(_) => {
+            Bound::Given(_) => {
                 history.push(OuterStep {
                     inner_tolerance: self.tolerance(),
                     inner_residual: refined.error.min(1.0),
@@ -276,12 +266,12 @@ impl ContactSolve<'_> {
                 (SolvedBy::Minimisation, None)
             }
             Bound::Coulomb(laws, law) => {
-                let image = evaluate_mapping(&refined.dual, local, laws, law, &refined.multiplier);
+                let image = evaluate_mapping(&refined.dual, local, laws, law, &refined.unknowns);
                 applications += image.evaluations;
-                let slip = || slip_of(&refined.dual, laws, &refined.multiplier);
+                let slip = || slip_of(&refined.dual, laws, &refined.unknowns);
                 let friction = FrictionState {
                     slip: law.depends_on_slip().then(slip),
-                    coulomb: coulomb_state(&refined.dual, laws, law, &refined.multiplier),
+                    coulomb: coulomb_state(&refined.dual, laws, law, &refined.unknowns),
                     mapping_change: Some(image.relative_change),
                     local_mapping: None,
                 };
@@ -301,11 +291,8 @@ impl ContactSolve<'_> {
             applications,
             ..Trace::default()
         };
-        let motion = dual
-            .rigid
-            .is_some()
-            .then(|| dual.motion(&refined.multiplier));
-        let multiplier = dual.multipliers(&refined.multiplier).to_vec();
+        let motion = dual.rigid.is_some().then(|| dual.motion(&refined.unknowns));
+        let multiplier = dual.multipliers(&refined.unknowns).to_vec();
         Solution {
             rigid: motion.map(RigidMotions::of),
             friction,
@@ -320,7 +307,8 @@ impl ContactSolve<'_> {
         let tangential = || self.body.tangential(&displacement);
         let slip = || slips(laws.previous.as_ref(), &tangential());
         let friction = laws.coulomb().map(|law| FrictionState {
-            coulomb: laws.unpressed(law, &law.depends_on_slip().then(slip).unwrap_or_default()),
+            coulomb: laws
+                .without_pressure(law, &law.depends_on_slip().then(slip).unwrap_or_default()),
             ..FrictionState::default()
         });
         let floating = primal.floating.as_ref();
@@ -333,7 +321,8 @@ impl ContactSolve<'_> {
         }
     }
 
-    /// A solution with its whole rigid motion, and what belongs to it.
+    /// The solution in the frame of the scene: demoted where a number is out of range, with its rigid motion about zero and without the
+    /// null space of contact.
     fn finalize(&self, mut solution: Solution) -> Solution {
         let (dual, laws) = (self.dual, self.laws);
         let assembly = self.body.assembly;
@@ -342,13 +331,12 @@ impl ContactSolve<'_> {
         let is_in_range =
             numbers.all(|v| v.is_finite()) && friction.all(|it| it.coulomb.is_admissible(laws));
         if !is_in_range {
-            let assessment = solution.assessment().demoted(Objection::OutOfRange);
-            solution = solution.assessed(assessment);
+            solution.demote(Objection::OutOfRange);
         }
         solution.trace.law_evaluations = laws.law_evaluations();
-        if let Some(balance) = dual.rigid() {
+        if let Some(equilibrium) = dual.rigid() {
             let rigid = solution.rigid.get_or_insert_default();
-            rigid.motion = balance.add_reference(&rigid.motion, &mut solution.displacement);
+            rigid.motion = equilibrium.add_reference(&rigid.motion, &mut solution.displacement);
             // Where no strategy led to a solution, the place of the last iterate means nothing.
             let is_nowhere = solution.status == Status::MaxNewtonSteps
                 || is_far(&solution.displacement, laws, 1.0);
@@ -356,11 +344,11 @@ impl ContactSolve<'_> {
                 let assessment = solution.assessment().demoted(Objection::Elsewhere);
                 return self.at_rest(assessment, solution.trace);
             }
-            rigid.null_space = null_space_motions(assembly, balance);
-            // Coefficients that follow the slip of nodes may feel what panes do not.
+            rigid.null_space = null_space_motions(assembly, equilibrium);
+            // A motion that moves no pane may still change the slip of nodes, and coefficients with it.
             let follows_slip = |friction: &FrictionState| friction.slip.is_some();
             if !solution.friction.as_ref().is_some_and(follows_slip) {
-                let coupling = &balance.coupling;
+                let coupling = &equilibrium.coupling;
                 coupling.remove_null_space(&mut solution.displacement, &mut rigid.motion);
             }
         }
@@ -401,8 +389,8 @@ impl ContactSolve<'_> {
         };
         let mut found = match self.dual.rigid() {
             None => run(&mut BodyOperator::Constrained(&mut *operator)),
-            Some(balance) => {
-                let mut operator = BalancedOperator::new(operator, balance);
+            Some(equilibrium) => {
+                let mut operator = BalancedOperator::new(operator, equilibrium);
                 let mut found = run(&mut BodyOperator::Floating(&mut operator));
                 found.rigid = Some(RigidMotions::of(&operator.motion(&found.multiplier)));
                 found

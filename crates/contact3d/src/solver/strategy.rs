@@ -11,7 +11,7 @@ worded! {
         /// From the face that is separated from its foundation, where the load drives no motion that presses a pane: rigid motions are then
         /// free, and no other start has all panes open.
         Separated = "separated",
-        /// From the multipliers of a similar problem, on a body whose rigid compliance is large; others begin there by relaxation.
+        /// From the multipliers of a similar problem, on a body whose rigid compliance is large; for other bodies [`Self::Relaxed`] starts there.
         Warm = "warm",
         /// From given multipliers or zero, with sweeps of nonlinear Gauss–Seidel around every step (C. Gräser, R. Kornhuber, *J. Comput.
         /// Math.* 27 (2009) 1): errors of single panes vanish in the sweeps, errors over many panes in the step. First where it works
@@ -24,8 +24,8 @@ worded! {
         /// By the proximal point method on rigid motions, where contact holds the body (R. T. Rockafellar, *SIAM J. Control Optim.* 14
         /// (1976) 877): panes that open may leave a motion free, and the matrix of Newton's method singular.
         ProximalPoint = "proximal_point",
-        /// From points inside the admissible set of a convex problem (S. Mehrotra, *SIAM J. Optim.* 2 (1992) 575): the only start that
-        /// always leads to the solution, whatever the condition of S.
+        /// From points inside the admissible set of a convex problem (S. Mehrotra, *SIAM J. Optim.* 2 (1992) 575): it converges from
+        /// anywhere, whatever the condition of S, until rounding ends it.
         InteriorPoint = "interior_point",
         /// With coefficients of friction as unknowns, for coefficients that rise steeply with the slip.
         FrictionGraph = "friction_graph",

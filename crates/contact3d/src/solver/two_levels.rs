@@ -36,8 +36,8 @@ impl PaneLevels {
         let inverse = |value: f64| if value > 0.0 { value.recip() } else { 0.0 };
         let compliance: Vec<f64> = stiffness.iter().map(|rho| inverse(*rho)).collect();
         let shared = aggregates.diagonal(coupling.layout);
-        let whole = compliance.iter().zip(&shared);
-        let steplengths = whole.map(|(own, shared)| match *own {
+        let both = compliance.iter().zip(&shared);
+        let steplengths = both.map(|(own, shared)| match *own {
             0.0 => 0.0,
             own => inverse(own + shared),
         });
@@ -75,7 +75,7 @@ impl<'a> TwoLevels<'a> {
     }
 
     /// Of ρ S_νν alone, for a face that slides freely and does not lift off.
-    pub(super) fn pressed(levels: &'a PaneLevels, layout: MultiplierLayout) -> Self {
+    pub(super) fn bilateral_frictionless(levels: &'a PaneLevels, layout: MultiplierLayout) -> Self {
         Self::new(levels, layout, |direction, gradient| {
             let mut change = direction.to_vec();
             for pane in layout.normals() {
@@ -103,24 +103,24 @@ impl<'a> TwoLevels<'a> {
             coarse: None,
         };
         let at_rest = vec![0.0; products.nrows()];
-        let mut moved = Mat::zeros(products.nrows(), products.ncols());
+        let mut response = Mat::zeros(products.nrows(), products.ncols());
         for j in 0..products.ncols() {
             let mut change = derivative(&at_rest, aggregates.products.col_as_slice(j));
             levels.apply_each(&mut change, |block| *block);
-            moved.col_as_slice_mut(j).copy_from_slice(&change);
+            response.col_as_slice_mut(j).copy_from_slice(&change);
         }
-        let sum = &aggregates.operator + product(products.transpose(), moved.as_ref());
-        levels.coarse = DenseLu::of(sum).map(|factor| (moved, factor));
+        let sum = &aggregates.operator + product(products.transpose(), response.as_ref());
+        levels.coarse = DenseLu::of(sum).map(|factor| (response, factor));
         levels
     }
 
     pub(super) fn apply(&self, v: &[f64]) -> Vec<f64> {
         let mut x = v.to_vec();
         self.apply_each(&mut x, |block| *block);
-        if let Some((moved, factor)) = &self.coarse {
-            let mut along = along(self.products, &x);
-            factor.solve(&mut along);
-            subtract(moved.as_ref(), &along, &mut x);
+        if let Some((response, factor)) = &self.coarse {
+            let mut products = transposed_product(self.products, &x);
+            factor.solve(&mut products);
+            subtract(response.as_ref(), &products, &mut x);
         }
         x
     }
@@ -128,10 +128,10 @@ impl<'a> TwoLevels<'a> {
     /// The same with the transposed inverse.
     pub(super) fn apply_transposed(&self, v: &[f64]) -> Vec<f64> {
         let mut x = v.to_vec();
-        if let Some((moved, factor)) = &self.coarse {
-            let mut along = along(moved.as_ref(), v);
-            factor.solve_transposed(&mut along);
-            subtract(self.products, &along, &mut x);
+        if let Some((response, factor)) = &self.coarse {
+            let mut products = transposed_product(response.as_ref(), v);
+            factor.solve_transposed(&mut products);
+            subtract(self.products, &products, &mut x);
         }
         self.apply_each(&mut x, Matrix3::transpose);
         x
@@ -154,24 +154,24 @@ impl<'a> TwoLevels<'a> {
 }
 
 /// Yᵀx.
-fn along(columns: MatRef<'_, f64>, x: &[f64]) -> Vec<f64> {
+fn transposed_product(columns: MatRef<'_, f64>, x: &[f64]) -> Vec<f64> {
     let x = MatRef::from_column_major_slice(x, x.len(), 1);
-    let mut along = vec![0.0; columns.ncols()];
-    let blocks = along.par_chunks_mut(AGGREGATE_COLUMNS).enumerate();
-    blocks.for_each(|(k, along)| {
-        let columns = columns.subcols(k * AGGREGATE_COLUMNS, along.len());
-        along.copy_from_slice(product(columns.transpose(), x).col_as_slice(0));
+    let mut products = vec![0.0; columns.ncols()];
+    let blocks = products.par_chunks_mut(AGGREGATE_COLUMNS).enumerate();
+    blocks.for_each(|(k, part)| {
+        let columns = columns.subcols(k * AGGREGATE_COLUMNS, part.len());
+        part.copy_from_slice(product(columns.transpose(), x).col_as_slice(0));
     });
-    along
+    products
 }
 
 /// x − Y a.
-fn subtract(columns: MatRef<'_, f64>, along: &[f64], x: &mut [f64]) {
-    let along = MatRef::from_column_major_slice(along, along.len(), 1);
+fn subtract(columns: MatRef<'_, f64>, factors: &[f64], x: &mut [f64]) {
+    let factors = MatRef::from_column_major_slice(factors, factors.len(), 1);
     x.par_chunks_mut(AGGREGATE_ROWS)
         .enumerate()
         .for_each(|(k, x)| {
-            let change = product(columns.subrows(k * AGGREGATE_ROWS, x.len()), along);
+            let change = product(columns.subrows(k * AGGREGATE_ROWS, x.len()), factors);
             add_scaled(x, -1.0, change.col_as_slice(0));
         });
 }
@@ -189,8 +189,8 @@ fn inverse_blocks(
     let mut blocks = vec![Matrix3::identity(); layout.n_panes()];
     for column in 0..3 {
         let mut direction = vec![0.0; layout.n_multipliers()];
-        let moved = (0..layout.n_panes()).filter_map(|pane| components(pane).nth(column));
-        moved.for_each(|i| direction[i] = 1.0);
+        let chosen = (0..layout.n_panes()).filter_map(|pane| components(pane).nth(column));
+        chosen.for_each(|i| direction[i] = 1.0);
         let gradient: Vec<f64> = direction
             .iter()
             .zip(compliance)

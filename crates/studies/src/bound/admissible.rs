@@ -7,7 +7,7 @@ use contact3d::{
     post::{Solved, SolvedContact},
     reference::TRIANGLE_EDGES,
     scene::InvalidValue,
-    solver::ContactState,
+    solver::ContactSide,
 };
 use nalgebra::Vector6;
 
@@ -148,7 +148,7 @@ impl Triangle {
         displacement: &[[f64; 3]],
         place: usize,
     ) -> Self {
-        let ContactState { surface, interface } = contact.state;
+        let ContactSide { surface, interface } = contact.state;
         let facet = surface.facets[place];
         let nodes: Vec<usize> = solved.mesh.facet_nodes(facet).collect();
         let locals = contact.nodes_of(solved.mesh, place);

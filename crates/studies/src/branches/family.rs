@@ -341,7 +341,7 @@ pub(super) fn on_line(
         prescribed.map_or_else(Vec::new, |held| held.as_flattened().to_vec())
     };
     let gap = |problem: &AssembledProblem| {
-        let state = problem.contact_state();
+        let state = problem.contact_side();
         state
             .and_then(|state| state.interface.gap.clone())
             .unwrap_or_default()

@@ -12,7 +12,7 @@ use contact3d::{
     contact::{CoulombLaw, Interface},
     dual::{ExplicitDual, LocalStiffness},
     mesh::ContactSurface,
-    solver::{Bound, ContactState, NaturalMap},
+    solver::{Bound, ContactSide, NaturalMap},
 };
 
 /// What is special about a point.
@@ -130,7 +130,7 @@ impl FamilyMember {
     /// Uses the natural map R, measured by local stiffness as the solvers do; it knows nothing of pieces.
     pub(super) fn natural_map<T>(&self, work: impl FnOnce(&NaturalMap<'_>) -> T) -> T {
         let (surface, interface) = (self.surface(), &*self.interface);
-        let laws = ContactState { surface, interface }.laws();
+        let laws = ContactSide { surface, interface }.laws();
         let bound = Bound::Coulomb(&laws, self.law());
         let steplengths = self.steplengths().to_vec();
         work(&NaturalMap::with_steplengths(

@@ -153,7 +153,7 @@ fn averaged(problem: &ExplicitProblem, law: &CoulombLaw) -> (Status, f64, usize,
         for _ in 0..400 {
             let image = evaluate_mapping(dual, &local, &laws, law, &multiplier);
             steps += 1;
-            for (l, image) in multiplier.iter_mut().zip(&image.multiplier) {
+            for (l, image) in multiplier.iter_mut().zip(&image.unknowns) {
                 *l += share * (image - *l);
             }
             if image.relative_change <= TO_ROUNDING {

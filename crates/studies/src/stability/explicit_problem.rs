@@ -10,7 +10,7 @@ use contact3d::{
     linalg::{Precision, difference, norm},
     mesh::{ContactSurface, Mesh, RefinedLevel},
     scene::{DualOperatorKind, FactorPrecision, InvalidValue, Scene},
-    solver::{ContactState, Solution},
+    solver::{ContactSide, Solution},
 };
 
 /// A scene with contact, assembled in memory with the dense dual operator.
@@ -61,7 +61,7 @@ impl ExplicitProblem {
             assembled = assembled.solve_history(&scene.solve)?.problem;
         }
         let system = &assembled.system;
-        let contact = system.contact.as_ref().zip(assembled.contact_state());
+        let contact = system.contact.as_ref().zip(assembled.contact_side());
         let balanced = contact.and_then(|(dual, state)| {
             dual.balanced(&system.assembly, state.surface, state.interface)
         });
@@ -96,8 +96,8 @@ impl ExplicitProblem {
         self.contact().surface
     }
 
-    pub(super) fn contact(&self) -> ContactState<'_> {
-        let contact = self.assembled.contact_state();
+    pub(super) fn contact(&self) -> ContactSide<'_> {
+        let contact = self.assembled.contact_side();
         contact.expect("checked when assembled")
     }
 

@@ -238,8 +238,8 @@ impl Verdict {
             [check.certificate, check.rounding_bound.certificate],
         );
         let local = &check.linearisation;
-        if local.determinant < 1 {
-            let sign = ["det R' < 0", "det R' = 0"][(local.determinant + 1) as usize];
+        if local.determinant_sign < 1 {
+            let sign = ["det R' < 0", "det R' = 0"][(local.determinant_sign + 1) as usize];
             verdict.add(VerdictLevel::Pass, sign.to_owned());
         }
         if local.contraction > 1.0 {

@@ -1,6 +1,6 @@
 //! Iterative refinement: refined residuals, and the distance to the solution.
 
-use super::error::within_ellipses;
+use super::within_ellipses;
 use crate::{
     dual::ExplicitDual,
     linalg::{Doubled, Precision, difference},
@@ -25,8 +25,8 @@ const DISPLACEMENT_SHARE: f64 = 1e-5;
 
 /// λ, how far it is from the solution, and the dual problem written about it.
 pub(in crate::solver) struct Refined {
-    /// λ, `[n_multipliers]`, in Pa.
-    pub(in crate::solver) multiplier: Vec<f64>,
+    /// λ in Pa and the rigid motions, `[n_unknowns]`.
+    pub(in crate::solver) unknowns: Vec<f64>,
     /// A⁻¹(l − Bᵀλ) in m, to rounding.
     pub(in crate::solver) solved: Doubled,
     /// u of λ in m.
@@ -61,11 +61,11 @@ impl ContactSolve<'_> {
         &self,
         driver: &NewtonDriver<'_>,
         strategy: StartStrategy,
-        multiplier: &[f64],
+        unknowns: &[f64],
         tolerance: f64,
     ) -> Refined {
         let mut target = self.target(1.0);
-        let mut best = self.about(driver, multiplier, None, target);
+        let mut best = self.about(driver, unknowns, None, target);
         let (mut history, mut applications) = (Vec::new(), 1);
         let mut last = [f64::INFINITY; 2];
         // Of displacements; a stall may be theirs where the face hardly moves beside the body.
@@ -83,7 +83,7 @@ impl ContactSolve<'_> {
             if accurate && (bound_error <= tolerance || !bound_falls) {
                 if target > f64::EPSILON {
                     // Its displacement is solved again anyway: that of the closer λ then.
-                    best.multiplier = found.multiplier;
+                    best.unknowns = found.unknowns;
                 }
                 break;
             }
@@ -97,13 +97,13 @@ impl ContactSolve<'_> {
             }
             let start = Some(&best.solved);
             target = self.target(error).min(loosest);
-            let next = self.about(driver, &found.multiplier, start, target);
+            let next = self.about(driver, &found.unknowns, start, target);
             best = Refined { error, ..next };
             last = distance;
         }
         if target > f64::EPSILON {
-            let (multiplier, start) = (&best.multiplier, Some(&best.solved));
-            let last = self.about(driver, multiplier, start, f64::EPSILON);
+            let (unknowns, start) = (&best.unknowns, Some(&best.solved));
+            let last = self.about(driver, unknowns, start, f64::EPSILON);
             applications += 1;
             best = Refined {
                 error: best.error,
@@ -118,8 +118,8 @@ impl ContactSolve<'_> {
     }
 
     /// The distance of λ to the solution; infinite where Newton's method finds none from there.
-    pub(in crate::solver) fn error_of(&self, driver: &NewtonDriver<'_>, multiplier: &[f64]) -> f64 {
-        let found = self.about(driver, multiplier, None, f64::EPSILON);
+    pub(in crate::solver) fn error_of(&self, driver: &NewtonDriver<'_>, unknowns: &[f64]) -> f64 {
+        let found = self.about(driver, unknowns, None, f64::EPSILON);
         let found = self.distance_to_solution(driver, &found, StartStrategy::Relaxed);
         found.map_or(f64::INFINITY, |(_, [error, _])| error)
     }
@@ -148,16 +148,16 @@ impl ContactSolve<'_> {
         };
         let newton_about = |dual: &ExplicitDual| {
             let map = NaturalMap::with_steplengths(dual, bound, steplengths.clone());
-            let start = near.multiplier.clone();
+            let start = near.unknowns.clone();
             newton_from(&map, start, &rule, |_, _| {})
         };
         let mut found = newton_about(&near.dual);
-        let is_held = !found.stop.is_solution() && strategy == StartStrategy::ProximalPoint;
-        if is_held {
+        let has_free_motion = !found.stop.is_solution() && strategy == StartStrategy::ProximalPoint;
+        if has_free_motion {
             // A motion is free within an interval.
             found = newton_about(&about_own_motion(&near.dual, local));
         }
-        if let (false, Bound::Frozen(set)) = (found.stop.is_solution(), bound) {
+        if let (false, Bound::Given(set)) = (found.stop.is_solution(), bound) {
             // A λ that is not far off may lie in zones from which Newton's steps wander off.
             let about = NewtonDriver {
                 dual: &near.dual,
@@ -169,18 +169,18 @@ impl ContactSolve<'_> {
             return None;
         }
         let map = NaturalMap::with_steplengths(&near.dual, bound, steplengths);
-        let there = map.evaluate(&found.multiplier);
-        let step = difference(&found.multiplier, &near.multiplier);
-        let rounding = self.motion_rounding(&found.multiplier, &there, &local.stiffness);
+        let there = map.evaluate(&found.unknowns);
+        let step = difference(&found.unknowns, &near.unknowns);
+        let rounding = self.motion_rounding(&found.unknowns, &there, &local.stiffness);
         // The term's own force vanishes round by round, and slowly where little resists the motion: steps are shorter than the distance.
-        let held = match is_held {
-            true => there.relative_to(map.size(&found.multiplier)),
+        let term_force = match has_free_motion {
+            true => there.relative_to(map.size(&found.unknowns)),
             false => 0.0,
         };
         let error = self
-            .relative(&step, &found.multiplier, &there)
+            .relative(&step, &found.unknowns, &there)
             .max(rounding)
-            .max(held);
+            .max(term_force);
         let bound_error = within_ellipses(self.laws, &there, &step);
         Some((found, [error, bound_error]))
     }
@@ -198,7 +198,7 @@ impl ContactSolve<'_> {
     pub(in crate::solver) fn about(
         &self,
         driver: &NewtonDriver<'_>,
-        multiplier: &[f64],
+        unknowns: &[f64],
         start: Option<&Doubled>,
         target: f64,
     ) -> Refined {
@@ -206,14 +206,14 @@ impl ContactSolve<'_> {
         // The face's own displacement is this share of the body's, at least.
         let target = target / local.rigid_compliance_ratio();
         let start = start.filter(|_| self.body.precision() == Precision::Single);
-        let state = self.state_at(multiplier, start, target);
+        let state = self.state_at(unknowns, start, target);
         let ContactBody { assembly, face } = self.body;
         let (surface, frame) = (face.surface, &face.interface.frame);
         let (u, dofs) = (&state.displacement, &assembly.primal.dofs);
         Refined {
-            multiplier: multiplier.to_vec(),
+            unknowns: unknowns.to_vec(),
             error: f64::INFINITY,
-            dual: dual.about(multiplier, u, state.gap_residual, surface, frame, dofs),
+            dual: dual.about(unknowns, u, state.gap_residual, surface, frame, dofs),
             solved: state.solved,
             displacement: state.displacement,
             history: Vec::new(),

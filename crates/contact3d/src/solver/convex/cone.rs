@@ -51,7 +51,7 @@ fn quotient(a: Point, b: Point) -> Point {
 }
 
 /// a + t b.
-pub(super) fn moved(a: Point, t: f64, b: Point) -> Point {
+pub(super) fn shifted(a: Point, t: f64, b: Point) -> Point {
     from_fn(|k| a[k] + t * b[k])
 }
 
@@ -87,9 +87,9 @@ impl Scaling {
         let (by_s, by_z) = (determinant(s).sqrt(), determinant(z).sqrt());
         let (s, z) = (s.map(|v| v / by_s), z.map(|v| v / by_z));
         let length = (2.0 * (1.0 + inner(s, z))).sqrt();
-        let direction = moved(s, 1.0, reflected(z)).map(|v| v / length);
+        let direction = shifted(s, 1.0, reflected(z)).map(|v| v / length);
         let length = (2.0 * (direction[0] + 1.0)).sqrt();
-        let root = moved(direction, 1.0, IDENTITY).map(|v| v / length);
+        let root = shifted(direction, 1.0, IDENTITY).map(|v| v / length);
         let mut scaling = Self {
             size: (by_s / by_z).sqrt(),
             direction,
@@ -102,17 +102,17 @@ impl Scaling {
 
     /// W u.
     pub(super) fn apply(&self, u: Point) -> Point {
-        let along = 2.0 * inner(self.root, u);
+        let projection = 2.0 * inner(self.root, u);
         let reflected = reflected(u);
-        from_fn(|k| self.size * (along * self.root[k] - reflected[k]))
+        from_fn(|k| self.size * (projection * self.root[k] - reflected[k]))
     }
 
     /// W⁻¹ u.
     pub(super) fn apply_inverse(&self, u: Point) -> Point {
         let root = reflected(self.root);
-        let along = 2.0 * inner(root, u);
+        let projection = 2.0 * inner(root, u);
         let reflected = reflected(u);
-        from_fn(|k| (along * root[k] - reflected[k]) / self.size)
+        from_fn(|k| (projection * root[k] - reflected[k]) / self.size)
     }
 
     /// W⁻¹ (W z \ u), where λ \ u is the x with λ ∘ x = u.

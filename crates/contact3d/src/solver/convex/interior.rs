@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::{
-    cone::{IDENTITY, Point, Scaling, inner, largest_step, moved, product, smaller_eigenvalue},
+    cone::{IDENTITY, Point, Scaling, inner, largest_step, product, shifted, smaller_eigenvalue},
     program::{Block, ConvexProgram},
 };
 use crate::{
@@ -51,7 +51,7 @@ pub(in crate::solver) struct InteriorPoint<'a> {
     /// The mean of s·z at the start.
     first_mu: f64,
     /// What is left of the violation at the start.
-    left: f64,
+    violation_share: f64,
     /// Steps so far.
     pub(super) steps: usize,
 }
@@ -72,7 +72,7 @@ struct StepSystem {
     /// D.
     unit: Vec<f64>,
     /// M⁻¹G.
-    moved: Vec<Vec<f64>>,
+    response: Vec<Vec<f64>>,
     /// GᵀM⁻¹G + D.
     complement: DMatrix<f64>,
 }
@@ -98,7 +98,7 @@ impl<'a> InteriorPoint<'a> {
             motion: vec![0.0; program.resultant.len()],
             dual: starts.collect(),
             first_mu: 0.0,
-            left: 1.0,
+            violation_share: 1.0,
             steps: 0,
         };
         method.first_mu = mean_product(method.pairs());
@@ -153,13 +153,13 @@ impl<'a> InteriorPoint<'a> {
         blocks.map(|(block, z)| (block.point(&self.x), *z))
     }
 
-    fn moved_pairs<'s>(
+    fn shifted_pairs<'s>(
         &'s self,
         direction: &'s InteriorStep,
         length: f64,
     ) -> impl Iterator<Item = (Point, Point)> + 's {
         let pairs = self.pairs().zip(&direction.blocks);
-        pairs.map(move |((s, z), (ds, dz))| (moved(s, length, *ds), moved(z, length, *dz)))
+        pairs.map(move |((s, z), (ds, dz))| (shifted(s, length, *ds), shifted(z, length, *dz)))
     }
 
     /// One step; `None` where rounding forbids it.
@@ -176,7 +176,7 @@ impl<'a> InteriorPoint<'a> {
                 if let Some(before) = before {
                     let (ds, dz) = before.blocks[at];
                     let second = product(scaling.apply_inverse(ds), scaling.apply(dz));
-                    wanted = moved(wanted, -1.0, second);
+                    wanted = shifted(wanted, -1.0, second);
                 }
                 wanted
             });
@@ -185,7 +185,7 @@ impl<'a> InteriorPoint<'a> {
         };
         let predictor = towards(0.0, None);
         let most = self.longest(&predictor).min(1.0);
-        let centring = (mean_product(self.moved_pairs(&predictor, most)) / mu).clamp(0.0, 1.0);
+        let centring = (mean_product(self.shifted_pairs(&predictor, most)) / mu).clamp(0.0, 1.0);
         let mut direction = towards(centring.powi(3) * mu, Some(&predictor));
         let mut step = self.admissible(&direction, mu);
         if step < SHORT_INTERIOR_STEP {
@@ -201,9 +201,9 @@ impl<'a> InteriorPoint<'a> {
         add_scaled(&mut self.x, step, &direction.x);
         add_scaled(&mut self.motion, step, &direction.motion);
         for (z, (_, dz)) in self.dual.iter_mut().zip(&direction.blocks) {
-            *z = moved(*z, step, *dz);
+            *z = shifted(*z, step, *dz);
         }
-        self.left *= 1.0 - step;
+        self.violation_share *= 1.0 - step;
         self.steps += 1;
         Some(())
     }
@@ -220,9 +220,10 @@ impl<'a> InteriorPoint<'a> {
         let mut step = (BOUNDARY_FRACTION * self.longest(direction)).min(1.0);
         // Shorter steps move x by rounding alone.
         while step > 1e-10 {
-            let next = mean_product(self.moved_pairs(direction, step));
-            let mut pairs = self.moved_pairs(direction, step);
-            let feasible = self.left * (1.0 - step) <= INFEASIBILITY * next / self.first_mu;
+            let next = mean_product(self.shifted_pairs(direction, step));
+            let mut pairs = self.shifted_pairs(direction, step);
+            let feasible =
+                self.violation_share * (1.0 - step) <= INFEASIBILITY * next / self.first_mu;
             if next <= (1.0 - INTERIOR_DECREASE * step) * mu
                 && feasible
                 && pairs.all(|(s, z)| smaller_eigenvalue(s, z) >= CENTRALITY * next)
@@ -264,14 +265,14 @@ impl StepSystem {
             scalings,
             factor: DenseCholesky::shifted(&matrix)?,
             unit,
-            moved: Vec::new(),
+            response: Vec::new(),
             complement: DMatrix::zeros(0, 0),
         };
-        system.moved = program.motions.iter().map(|g| system.solve(g)).collect();
+        system.response = program.motions.iter().map(|g| system.solve(g)).collect();
         let n = program.motions.len();
         system.complement = DMatrix::from_fn(n, n, |p, q| {
             let support = if p == q { program.support[p] } else { 0.0 };
-            dot(&program.motions[p], &system.moved[q]) + support
+            dot(&program.motions[p], &system.response[q]) + support
         });
         Some(system)
     }
@@ -304,14 +305,14 @@ impl StepSystem {
         let missing = program.motions.iter().zip(imbalance);
         let missing: Vec<f64> = missing.map(|(g, e)| e - dot(g, &x)).collect();
         let motion = self.motion(&missing);
-        for (moved, by) in self.moved.iter().zip(&motion) {
-            add_scaled(&mut x, *by, moved);
+        for (response, by) in self.response.iter().zip(&motion) {
+            add_scaled(&mut x, *by, response);
         }
         let blocks = program.blocks.iter().zip(&self.scalings).zip(free);
         let blocks = blocks.map(|((block, scaling), free)| {
             let ds = block.part(&x);
             let back = scaling.apply_inverse(scaling.apply_inverse(ds));
-            (ds, moved(free, -1.0, back))
+            (ds, shifted(free, -1.0, back))
         });
         InteriorStep {
             blocks: blocks.collect(),

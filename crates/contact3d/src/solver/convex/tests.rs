@@ -71,12 +71,12 @@ impl ConvexCase {
             .collect();
         self.set.project(&mut trial);
         let moved: Vec<f64> = trial.iter().zip(multiplier).map(|(a, b)| a - b).collect();
-        let balance = if carried > 0.0 {
+        let equilibrium = if carried > 0.0 {
             excess.norm() / carried
         } else {
             0.0
         };
-        Some([norm(&moved) / norm(multiplier), balance])
+        Some([norm(&moved) / norm(multiplier), equilibrium])
     }
 }
 

@@ -73,14 +73,14 @@ pub(super) struct ContactCone {
 impl ContactCone {
     /// The cone of panes with areas in m² and friction, `[n_panes]`; `None` where the load needs no contact force.
     pub(super) fn new(
-        balance: &RigidEquilibrium,
+        equilibrium: &RigidEquilibrium,
         areas: &[f64],
         layout: MultiplierLayout,
         friction: &[FrictionResistance],
     ) -> Option<Self> {
-        let n_supported = balance.coupling.n_supported();
-        let integrals = &balance.coupling.integrals[n_supported..];
-        let load = DVector::from_row_slice(&balance.resultant[n_supported..]);
+        let n_supported = equilibrium.coupling.n_supported();
+        let integrals = &equilibrium.coupling.integrals[n_supported..];
+        let load = DVector::from_row_slice(&equilibrium.resultant[n_supported..]);
         let (m, n) = (areas.len(), load.len());
         // At least as many rows as columns.
         let displacement = DMatrix::from_fn(layout.n_multipliers().max(n), n, |j, p| {
@@ -134,15 +134,15 @@ impl ContactCone {
         };
         let is_best = |z: &DVector<f64>| {
             let motion = z.rows(0, self.load.len()) / z.norm();
-            if let Some((left, motion)) = self.prove(motion, separation.as_ref())
-                && proof.as_ref().is_none_or(|(most, _)| left > *most)
+            if let Some((work, motion)) = self.prove(motion, separation.as_ref())
+                && proof.as_ref().is_none_or(|(most, _)| work > *most)
             {
-                proof = Some((left, motion));
+                proof = Some((work, motion));
             }
             // No motion has more work left than |z|.
             proof
                 .as_ref()
-                .is_some_and(|(left, _)| *left > (1.0 - 1e-6) * z.norm())
+                .is_some_and(|(work, _)| *work > (1.0 - 1e-6) * z.norm())
         };
         let load = self.scaling.tr_mul(&self.load) / self.size;
         project_on_polar(&load.push(1.0), generators, is_best);
@@ -163,10 +163,10 @@ impl ContactCone {
         let slack = self.largest_opposition(&motion).max(0.0);
         let separated = separation.map(|separation| &motion + separation * slack);
         let proven = separated.map(|motion| (self.work_left(&motion), motion));
-        proven.filter(|(left, _)| *left > PROOF_MARGIN).or_else(|| {
-            let left = self.work_left(&motion);
-            let is_proof = left > PROOF_MARGIN.max(self.force_limit * slack);
-            is_proof.then_some((left, motion))
+        proven.filter(|(work, _)| *work > PROOF_MARGIN).or_else(|| {
+            let work = self.work_left(&motion);
+            let is_proof = work > PROOF_MARGIN.max(self.force_limit * slack);
+            is_proof.then_some((work, motion))
         })
     }
 
@@ -225,7 +225,7 @@ impl ContactCone {
         panes.sort_by(|i, j| oppositions[*j].total_cmp(&oppositions[*i]));
         panes.truncate(4);
         let generator = |i: &usize| {
-            let friction = along(&self.friction, *i, &motion);
+            let friction = steepest(&self.friction, *i, &motion);
             let generator = self
                 .scaling
                 .tr_mul(&(self.normal.row(*i).transpose() + friction));
@@ -238,7 +238,7 @@ impl ContactCone {
     fn steepest_bounded(&self, z: &DVector<f64>) -> Option<DVector<f64>> {
         let motion = &self.scaling * z.rows(0, self.load.len());
         let panes = 0..self.normal.nrows();
-        let friction: DVector<f64> = panes.map(|i| along(&self.bounded, i, &motion)).sum();
+        let friction: DVector<f64> = panes.map(|i| steepest(&self.bounded, i, &motion)).sum();
         let generator = (self.scaling.tr_mul(&friction) / self.size).push(1.0);
         (generator.dot(z) > 0.0).then_some(generator)
     }
@@ -275,7 +275,7 @@ fn lengths([first, second]: &[DMatrix<f64>; 2], motion: &DVector<f64>) -> DVecto
 }
 
 /// V_iᵀ V_i x / |V_i x| of a pair of rows V_i, the gradient of |V_i x|; zero where they are.
-fn along([first, second]: &[DMatrix<f64>; 2], i: usize, motion: &DVector<f64>) -> DVector<f64> {
+fn steepest([first, second]: &[DMatrix<f64>; 2], i: usize, motion: &DVector<f64>) -> DVector<f64> {
     let (first, second) = (first.row(i).transpose(), second.row(i).transpose());
     let (a, b) = (first.dot(motion), second.dot(motion));
     match a.hypot(b) {

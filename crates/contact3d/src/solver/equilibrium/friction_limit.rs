@@ -31,54 +31,54 @@ struct PressedFace {
 /// A rigid motion, in terms of active modes, in which the load works more than friction can that is at most F₁, F₂ times the pressure of a pane.
 pub(super) fn beyond_friction(
     dual: &ExplicitDual,
-    balance: &RigidEquilibrium,
+    equilibrium: &RigidEquilibrium,
     areas: &[f64],
     coefficients: &[[f64; 2]],
 ) -> Option<Vec<f64>> {
     let layout = dual.layout;
-    let free = &balance.coupling.integrals[balance.coupling.n_supported()..];
+    let free = &equilibrium.coupling.integrals[equilibrium.coupling.n_supported()..];
     // But for rounding.
     let is_along = |g: &Vec<f64>| norm(&g[layout.normals()]) <= PROOF_MARGIN * norm(g);
     if free.is_empty() || !free.iter().all(is_along) {
         return None;
     }
-    let face = PressedFace::new(dual, balance)?;
+    let face = PressedFace::new(dual, equilibrium)?;
     let sensitivity = face.sensitivity(coefficients);
-    let (pressure, off) = face.frictionless_pressure();
+    let (pressure, error) = face.frictionless_pressure();
     let bounds = (0..layout.n_panes()).map(|i| match coefficients.get(i) {
         Some(f) => FrictionResistance::Tresca(f.map(|f| f * pressure[i])),
         None => FrictionResistance::None,
     });
     let bounds: Vec<FrictionResistance> = bounds.collect();
-    let motion = ContactCone::new(balance, areas, layout, &bounds)?.mechanism()?;
-    let moved = balance
+    let motion = ContactCone::new(equilibrium, areas, layout, &bounds)?.mechanism()?;
+    let integrals = equilibrium
         .coupling
         .integrals_of(&motion, layout.n_multipliers());
     let by_pressure = DVector::from_fn(layout.n_panes(), |i, _| {
         match (coefficients.get(i), layout.tangential(i)) {
-            (Some([a, b]), Some([j, k])) => (a * moved[j]).hypot(b * moved[k]),
+            (Some([a, b]), Some([j, k])) => (a * integrals[j]).hypot(b * integrals[k]),
             _ => 0.0,
         }
     });
-    let size = pressure.dot(&(&face.normal * &pressure)).sqrt() + off;
-    let reach = sensitivity / (1.0 - sensitivity) * size + off;
+    let size = pressure.dot(&(&face.normal * &pressure)).sqrt() + error;
+    let reach = sensitivity / (1.0 - sensitivity) * size + error;
     let friction = by_pressure.dot(&pressure) + face.dual_norm(&by_pressure) * reach;
-    let is_proven = sensitivity < 1.0 && dot(&balance.resultant, &motion) > friction;
+    let is_proven = sensitivity < 1.0 && dot(&equilibrium.resultant, &motion) > friction;
     is_proven.then_some(motion)
 }
 
 impl PressedFace {
     /// `None` where S is not positive definite, as where clamps hold the face.
-    fn new(dual: &ExplicitDual, balance: &RigidEquilibrium) -> Option<Self> {
+    fn new(dual: &ExplicitDual, equilibrium: &RigidEquilibrium) -> Option<Self> {
         let (m, n) = (dual.n_panes(), dual.dimension());
         let mut operator = DMatrix::from_fn(m, n, |i, j| dual.column(j)[i]);
         let mut rhs = DVector::from_row_slice(&dual.rhs[..m]);
-        let coupling = &balance.coupling;
+        let coupling = &equilibrium.coupling;
         for p in 0..coupling.n_supported() {
             let (g, support) = (&coupling.integrals[p], coupling.support[p]);
             let (g, on_normal) = (DVector::from_row_slice(g), DVector::from_row_slice(&g[..m]));
             operator.ger(support.recip(), &on_normal, &g, 1.0);
-            rhs.axpy(balance.resultant[p] / support, &on_normal, 1.0);
+            rhs.axpy(equilibrium.resultant[p] / support, &on_normal, 1.0);
         }
         let mixed = operator.columns(m, n - m).into_owned();
         let normal = operator.columns(0, m).into_owned();
@@ -125,8 +125,8 @@ impl PressedFace {
         let candidates = [DVector::zeros(self.rhs.len()), self.interior_pressure()];
         let measured = candidates.map(|pressure| (self.error_of(&pressure), pressure));
         let [open, pressed] = measured;
-        let (off, pressure) = if open.0 <= pressed.0 { open } else { pressed };
-        (pressure, off)
+        let (error, pressure) = if open.0 <= pressed.0 { open } else { pressed };
+        (pressure, error)
     }
 
     /// √(2 p·r₊) + ‖r₋‖_S⁻¹ for r = S p − h_ν, whose positive part is the gradient of a problem with the gap p·r₊ between it and its dual,

@@ -24,19 +24,19 @@ use crate::{
 /// A rigid motion of largest component one, `[n_nodes]`, that proves a body a mechanism: the load does more work in it than contact can oppose.
 pub(super) fn mechanism(
     assembly: &Assembly,
-    balance: &RigidEquilibrium,
+    equilibrium: &RigidEquilibrium,
     laws: &PaneLaws,
 ) -> Option<Vec<[f64; 3]>> {
     let (dofs, load) = (&assembly.primal.dofs, &assembly.primal.load);
-    let free = driven(&balance.coupling.null_space_motions(), load);
+    let free = driven(&equilibrium.coupling.null_space_motions(), load);
     if let Some(proof) = free.and_then(|u| proof(dofs, &u, load)) {
         return Some(proof);
     }
     let motion = laws_to_test(laws).iter().find_map(|friction| {
-        ContactCone::new(balance, &laws.area, laws.layout, friction)?.mechanism()
+        ContactCone::new(equilibrium, &laws.area, laws.layout, friction)?.mechanism()
     })?;
     let mut displacement = vec![0.0; load.len()];
-    balance.coupling.add_motion(&motion, &mut displacement);
+    equilibrium.coupling.add_motion(&motion, &mut displacement);
     proof(dofs, &displacement, load)
 }
 
@@ -46,16 +46,16 @@ pub(super) fn sliding_mechanism(
     dual: &ExplicitDual,
     laws: &PaneLaws,
 ) -> Option<Vec<[f64; 3]>> {
-    let (balance, law) = (dual.rigid.as_ref()?, laws.coulomb()?);
+    let (equilibrium, law) = (dual.rigid.as_ref()?, laws.coulomb()?);
     let is_given = |pane| law.slip_bound(pane, 0.0) > 0.0;
     if (0..laws.layout.n_pairs()).any(is_given) {
         return None;
     }
     let coefficients = strongest_friction(law, laws);
-    let motion = friction_limit::beyond_friction(dual, balance, &laws.area, &coefficients)?;
+    let motion = friction_limit::beyond_friction(dual, equilibrium, &laws.area, &coefficients)?;
     let (dofs, load) = (&assembly.primal.dofs, &assembly.primal.load);
     let mut displacement = vec![0.0; load.len()];
-    balance.coupling.add_rigid(&motion, &mut displacement);
+    equilibrium.coupling.add_rigid(&motion, &mut displacement);
     proof(dofs, &displacement, load)
 }
 
@@ -65,12 +65,12 @@ fn proof(dofs: &DofMap, motion: &[f64], load: &[f64]) -> Option<Vec<[f64; 3]>> {
     (work > PROOF_MARGIN * dofs.largest_work(motion, load)).then(|| in_space(dofs, motion))
 }
 
-/// The motions that neither contact nor supports feel, each of largest component one, `[n_null][n_nodes]`.
+/// The motions that neither contact nor supports resist, each of largest component one, `[n_null][n_nodes]`.
 pub(super) fn null_space_motions(
     assembly: &Assembly,
-    balance: &RigidEquilibrium,
+    equilibrium: &RigidEquilibrium,
 ) -> Vec<Vec<[f64; 3]>> {
-    let motions = balance.coupling.null_space_motions();
+    let motions = equilibrium.coupling.null_space_motions();
     let dofs = &assembly.primal.dofs;
     motions.iter().map(|u| in_space(dofs, u)).collect()
 }

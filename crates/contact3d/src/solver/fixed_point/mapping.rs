@@ -17,8 +17,8 @@ use crate::{
 /// One value of the mapping Ψ whose fixed points are the discrete solutions (HKL §3).
 #[derive(Debug, Clone)]
 pub struct MappingValue {
-    /// Ψ(λ), `[n_multipliers]`, in Pa.
-    pub multiplier: Vec<f64>,
+    /// Ψ(λ) in Pa and the rigid motions that belong to it, `[n_unknowns]`.
+    pub unknowns: Vec<f64>,
     /// ‖Ψ(λ) − λ‖ / ‖λ‖, and 0 when both vanish.
     pub relative_change: f64,
     /// Applications of S.
@@ -35,21 +35,16 @@ pub fn evaluate(
     local: &LocalStiffness,
     laws: &PaneLaws,
     law: &CoulombLaw,
-    multiplier: &[f64],
+    unknowns: &[f64],
 ) -> MappingValue {
-    let state = coulomb_state(dual, laws, law, multiplier);
+    let state = coulomb_state(dual, laws, law, unknowns);
     let set = laws.feasible_set(Some(&state));
-    let driver = NewtonDriver {
-        dual,
-        bound: Bound::Frozen(&set),
-        local,
-        start: Some(multiplier),
-    };
+    let driver = NewtonDriver::new(dual, local, Bound::Given(&set), Some(unknowns));
     let inner = driver.minimise(&set, &NewtonSettings::to_rounding(dual));
     MappingValue {
         // The rigid motions of a body that floats stay aside.
-        relative_change: relative_change(dual.multipliers(multiplier), &inner.multiplier),
-        multiplier: inner.multiplier,
+        relative_change: relative_change(dual.multipliers(unknowns), &inner.unknowns),
+        unknowns: inner.unknowns,
         evaluations: inner.evaluations,
     }
 }

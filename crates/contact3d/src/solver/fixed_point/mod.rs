@@ -51,11 +51,11 @@ impl SuccessiveApproximations<'_> {
         let most = self.settings.max_outer_steps;
         let mut stop = StopReason::MaxOuterSteps;
         for k in outer.trace.history.len()..most {
-            outer.take_over_law();
+            outer.update_law();
             let summary = outer.minimise();
             let end = outer.end_after(&summary);
             let last = end.is_some() || k + 1 == most;
-            outer.take_over_slip();
+            outer.update_slip();
             outer.record(&summary, last);
             observe(Progress::Outer(k, &outer.trace.history[k]));
             if let Some(end) = end {
@@ -98,7 +98,7 @@ struct OuterLoop<'s, 'o, 'b> {
     /// g and 𝓕 of the inner problem.
     frozen: CoulombState,
     /// Whether the multipliers are not those that `frozen` belongs to.
-    moved: bool,
+    is_law_outdated: bool,
     cycle: CycleDetector,
     stall: Stall,
     started: Instant,
@@ -141,8 +141,8 @@ impl<'s, 'o, 'b> OuterLoop<'s, 'o, 'b> {
             tolerance: settings.r_tol / settings.c_fact,
             change: 1.0,
             measure: 1.0,
-            frozen: laws.unpressed(problem.law, &[]),
-            moved: first.is_some() || start.checkpoint.is_some(),
+            frozen: laws.without_pressure(problem.law, &[]),
+            is_law_outdated: first.is_some() || start.checkpoint.is_some(),
             cycle: CycleDetector::default(),
             stall: Stall::default(),
             started,
@@ -160,22 +160,22 @@ impl<'s, 'o, 'b> OuterLoop<'s, 'o, 'b> {
             outer.resume(state);
         } else if let Some(multiplier) = first {
             outer.multiplier = multiplier.to_vec();
-            outer.take_over_slip();
+            outer.update_slip();
         }
         outer
     }
 
     /// (iv) g = λ_ν and F(φ) of the last step, averaged over the panes.
-    fn take_over_law(&mut self) {
+    fn update_law(&mut self) {
         let SuccessiveApproximations { laws, law, .. } = *self.problem;
-        if self.moved {
+        if self.is_law_outdated {
             let (normal, _) = laws.layout.split(&self.multiplier);
             self.frozen.slip_bound = law.slip_bounds(normal, |l| l);
             if let Some(slip) = &self.slip {
                 self.frozen.friction = FrictionField::new(law, &laws.average, slip);
             }
         }
-        self.moved = true;
+        self.is_law_outdated = true;
     }
 
     /// The inner accuracy r_tol · ε that an accuracy ε needs.
@@ -245,7 +245,7 @@ impl<'s, 'o, 'b> OuterLoop<'s, 'o, 'b> {
     }
 
     /// (ii) φ⁽ᵏ⁺¹⁾ where the coefficients follow it.
-    fn take_over_slip(&mut self) {
+    fn update_slip(&mut self) {
         let SuccessiveApproximations { laws, law, .. } = *self.problem;
         if law.depends_on_slip() {
             let operator = self.operator.as_primal();

@@ -1,6 +1,6 @@
 //! GPCG on curved faces.
 
-use super::{InnerOutcome, face::Face};
+use super::{InnerOutcome, active_face::ActiveFace};
 use crate::{
     dual::DualOperator,
     linalg::{add_scaled, difference, dot, norm},
@@ -76,8 +76,7 @@ struct GradientSearch<'a> {
 }
 
 impl Gpcg {
-    /// Improves an admissible `multiplier` until ‖g̃‖ ≤ `tolerance` (m³), with the reduced gradient
-    /// g̃ = (λ − P(λ − ᾱ r))/ᾱ of KPRGP.
+    /// Improves an admissible `multiplier` until ‖g̃‖ ≤ `tolerance` (m³), with the reduced gradient of KPRGP.
     pub fn minimise(
         &self,
         operator: &mut dyn DualOperator,
@@ -108,7 +107,7 @@ impl GradientSearch<'_> {
     /// Alternates projected gradient and face steps; returns the last iterate and its ‖g̃‖.
     fn descend(&mut self, start: MultiplierIterate, tolerance: f64) -> (MultiplierIterate, f64) {
         let mut current = start;
-        let mut face = Face::new(self.set, &current.multiplier, &current.gradient);
+        let mut face = ActiveFace::new(self.set, &current.multiplier, &current.gradient);
         let mut steplength = self.solver.steplength;
         let mut since_face_step = 0;
         let mut last_gradient: Option<f64> = None;
@@ -119,7 +118,7 @@ impl GradientSearch<'_> {
             }
             (current, steplength) = self.projected_gradient_step(current, steplength);
             since_face_step += 1;
-            let next_face = Face::new(self.set, &current.multiplier, &current.gradient);
+            let next_face = ActiveFace::new(self.set, &current.multiplier, &current.gradient);
             let settled = next_face.same_as(&face);
             face = next_face;
             if !settled && since_face_step < MOST_IDENTIFICATION_STEPS {
@@ -141,7 +140,7 @@ impl GradientSearch<'_> {
             if let Some(next) = self.face_step(&current, &face, &gradient, target) {
                 self.record(current.energy_change_to(&next), false);
                 current = next;
-                face = Face::new(self.set, &current.multiplier, &current.gradient);
+                face = ActiveFace::new(self.set, &current.multiplier, &current.gradient);
                 steplength = self.solver.steplength;
             }
         }
@@ -191,7 +190,7 @@ impl GradientSearch<'_> {
     fn face_step(
         &mut self,
         current: &MultiplierIterate,
-        face: &Face,
+        face: &ActiveFace,
         gradient: &[f64],
         target: f64,
     ) -> Option<MultiplierIterate> {
@@ -240,11 +239,9 @@ impl GradientSearch<'_> {
     }
 
     fn at(&mut self, multiplier: Vec<f64>) -> MultiplierIterate {
-        let mut gradient = self.operator.apply(&multiplier);
-        add_scaled(&mut gradient, -1.0, self.operator.rhs());
         MultiplierIterate {
+            gradient: self.operator.gradient(&multiplier),
             multiplier,
-            gradient,
         }
     }
 
@@ -254,10 +251,8 @@ impl GradientSearch<'_> {
             return f64::NAN;
         }
         let steplength = self.solver.steplength;
-        let mut step = iterate.multiplier.clone();
-        add_scaled(&mut step, -steplength, &iterate.gradient);
-        self.set.project(&mut step);
-        norm(&difference(&iterate.multiplier, &step)) / steplength
+        let (multiplier, gradient) = (&iterate.multiplier, &iterate.gradient);
+        norm(&self.set.projected_step(multiplier, gradient, steplength)) / steplength
     }
 
     fn applications_left(&self) -> usize {

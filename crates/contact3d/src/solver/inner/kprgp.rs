@@ -28,7 +28,7 @@ pub struct InnerOutcome {
     pub steps: StepCounts,
 }
 
-/// The reduced gradient g̃ = (λ − P(λ − ᾱ r))/ᾱ split at the active set.
+/// The reduced gradient g̃ ([`FeasibleSet::projected_step`]) split at the active set.
 struct Gradients {
     free: Vec<bool>,
     /// r on free blocks, 0 elsewhere.
@@ -52,7 +52,7 @@ impl Kprgp {
     ) -> InnerOutcome {
         let first_application = operator.applications();
         let mut steps = StepCounts::default();
-        let mut r = self.gradient(operator, multiplier);
+        let mut r = operator.gradient(multiplier);
         let mut split = self.split(set, multiplier, &r);
         let mut p = split.free_gradient.clone();
         loop {
@@ -97,31 +97,17 @@ impl Kprgp {
                 add_scaled(multiplier, -self.steplength, &r);
             }
             set.project(multiplier);
-            r = self.gradient(operator, multiplier);
+            r = operator.gradient(multiplier);
             split = self.split(set, multiplier, &r);
             p.clone_from(&split.free_gradient);
         }
     }
 
-    /// r = S λ − h.
-    fn gradient(&self, operator: &mut dyn DualOperator, multiplier: &[f64]) -> Vec<f64> {
-        let mut r = operator.apply(multiplier);
-        add_scaled(&mut r, -1.0, operator.rhs());
-        r
-    }
-
     fn split(&self, set: &FeasibleSet, multiplier: &[f64], r: &[f64]) -> Gradients {
         let mut free = vec![false; r.len()];
         set.mark_free(multiplier, &mut free);
-        let mut reduced: Vec<f64> = multiplier
-            .iter()
-            .zip(r)
-            .map(|(l, r)| l - self.steplength * r)
-            .collect();
-        set.project(&mut reduced);
-        for (reduced, l) in reduced.iter_mut().zip(multiplier) {
-            *reduced = (l - *reduced) / self.steplength;
-        }
+        let mut reduced = set.projected_step(multiplier, r, self.steplength);
+        reduced.iter_mut().for_each(|g| *g /= self.steplength);
         let free_gradient: Vec<f64> = r
             .iter()
             .zip(&free)

@@ -1,7 +1,6 @@
 //! The inner solvers: what minimises over a frozen admissible set.
 
-mod balanced;
-mod face;
+mod active_face;
 mod gpcg;
 mod kprgp;
 
@@ -15,10 +14,16 @@ use super::{
     tolerances::rounding_of_products,
 };
 use crate::{
-    dual::{BodyOperator, DualOperator, ExplicitDual, LocalStiffness},
+    dual::{BalancedOperator, BodyOperator, DualOperator, ExplicitDual, LocalStiffness},
     linalg::{largest_eigenvalue, norm, ratio},
     scene::InnerSolver,
 };
+
+/// Most steps of the method of multipliers.
+const EQUILIBRIUM_MAX_STEPS: usize = 200;
+
+/// What an inner minimisation may leave, as a share of the imbalance before it: imbalance and residual fall together.
+const IMBALANCE_REDUCTION: f64 = 0.1;
 
 /// What solves the problems with a frozen admissible set.
 #[derive(Debug, Clone, Copy)]
@@ -119,12 +124,12 @@ impl<'a> Inner<'a> {
                     steplength: kprgp.steplength,
                     max_applications: kprgp.max_applications,
                 };
-                let locally = Locally {
+                let accuracy = LocalAccuracy {
                     stiffness,
                     tolerance: LOCAL_SLACK * tolerance,
                     rounding,
                 };
-                locally.minimise(&gpcg, operator, set, multiplier, reachable)
+                accuracy.minimise(&gpcg, operator, set, multiplier, reachable)
             }
             Self::Kprgp | Self::Newton(..) => kprgp.minimise(operator, set, multiplier, reachable),
         };
@@ -137,6 +142,51 @@ impl<'a> Inner<'a> {
             applications: 0,
             newton: Vec::new(),
         }
+    }
+
+    /// Minimises ½ λᵀSλ − λᵀh under Gᵀλ = e by the method of multipliers (SMALSE-M: Z. Dostál, *Optimal Quadratic Programming
+    /// Algorithms*, Springer 2009, ch. 8, with a constant penalty).
+    ///
+    /// What is minimised each time is the augmented Lagrangian of [`crate::dual::BalancedOperator`], as accurately as the balance
+    /// is met.
+    fn minimise_balanced(
+        self,
+        operator: &mut BalancedOperator<'_>,
+        kprgp: &Kprgp,
+        set: &FeasibleSet,
+        multiplier: &mut [f64],
+        tolerance: f64,
+    ) -> InnerSummary {
+        let attainable = rounding_of_products(operator.dimension());
+        let first_application = operator.applications();
+        // The first step shall find the zones, no more.
+        let mut imbalance = 1e-2_f64;
+        let mut total: Option<InnerSummary> = None;
+        for _ in 0..EQUILIBRIUM_MAX_STEPS {
+            let used = operator.applications() - first_application;
+            let remaining = Kprgp {
+                max_applications: kprgp.max_applications.saturating_sub(used),
+                ..*kprgp
+            };
+            // A residual within the tolerance leaves an imbalance of the same size, give or take a factor.
+            let asked = IMBALANCE_REDUCTION * imbalance.max(tolerance);
+            let mut summary = self.minimise_at(operator, &remaining, set, multiplier, asked);
+            if let Some(before) = &total {
+                summary.steps += before.steps;
+            }
+            let next = operator.balance().relative_equilibrium_residual(multiplier);
+            summary.residual = summary.residual.max(next);
+            let done = next <= tolerance.max(attainable) && asked <= tolerance;
+            if done || summary.failure.is_some() || !next.is_finite() {
+                return summary;
+            }
+            operator.rebalance(multiplier);
+            imbalance = next;
+            total = Some(summary);
+        }
+        let mut summary = total.expect("one step at least");
+        summary.failure = Some(StopReason::MaxOperatorApplications);
+        summary
     }
 }
 
@@ -157,12 +207,7 @@ fn newton_inside(
     if let BodyOperator::Floating(operator) = operator {
         start.extend(operator.motion(multiplier));
     }
-    let driver = NewtonDriver {
-        dual,
-        bound: Bound::Frozen(set),
-        local,
-        start: Some(&start),
-    };
+    let driver = NewtonDriver::new(dual, local, Bound::Given(set), Some(&start));
     let outcome = driver.minimise(set, &settings);
     let summary = InnerSummary {
         failure: (!outcome.stop.is_solution()).then_some(StopReason::MaxSteps),
@@ -173,9 +218,9 @@ fn newton_inside(
         applications: outcome.evaluations,
         newton: outcome.history,
     };
-    *multiplier = dual.multipliers(&outcome.multiplier).to_vec();
+    *multiplier = dual.multipliers(&outcome.unknowns).to_vec();
     if let BodyOperator::Floating(operator) = operator {
-        operator.set_motion(multiplier, dual.motion(&outcome.multiplier));
+        operator.set_motion(multiplier, dual.motion(&outcome.unknowns));
     }
     summary
 }
@@ -185,10 +230,10 @@ fn newton_inside(
 const LOCAL_SLACK: f64 = 10.0;
 
 /// Least and most decrease of the tolerance from one run of GPCG to the next.
-const TIGHTER: [f64; 2] = [1e-4, 0.5];
+const TOLERANCE_REDUCTION: [f64; 2] = [1e-4, 0.5];
 
 /// When a minimiser is accurate on the face itself, whatever its rigid motion.
-struct Locally<'a> {
+struct LocalAccuracy<'a> {
     /// ρ, `[n_multipliers]`, in Pa/m³.
     stiffness: &'a [f64],
     /// ‖λ − P(λ − ρ r)‖ ≤ tolerance ‖λ‖.
@@ -197,7 +242,7 @@ struct Locally<'a> {
     rounding: f64,
 }
 
-impl Locally<'_> {
+impl LocalAccuracy<'_> {
     /// Runs GPCG with smaller and smaller tolerances of the reduced gradient, in m³.
     fn minimise(
         &self,
@@ -223,7 +268,7 @@ impl Locally<'_> {
             if !outcome.converged || tolerance <= self.rounding || residual <= self.tolerance {
                 return InnerOutcome { steps, ..outcome };
             }
-            let [least, most] = TIGHTER;
+            let [least, most] = TOLERANCE_REDUCTION;
             let factor = (0.5 * self.tolerance / residual).clamp(least, most);
             tolerance = (tolerance * factor).max(self.rounding);
         }
@@ -236,8 +281,7 @@ impl Locally<'_> {
         set: &FeasibleSet,
         multiplier: &[f64],
     ) -> f64 {
-        let product = operator.apply(multiplier);
-        let gradient = product.iter().zip(operator.rhs()).map(|(s, h)| s - h);
+        let gradient = operator.gradient(multiplier);
         let terms = multiplier.iter().zip(self.stiffness).zip(gradient);
         let mut step: Vec<f64> = terms.map(|((l, rho), r)| l - rho * r).collect();
         set.project(&mut step);

@@ -98,7 +98,7 @@ impl DenseModel<'_, '_> {
         NewtonSolution {
             stop: found.stop,
             residual: self.relative(&found.iterate),
-            multiplier: found.iterate.unknowns,
+            unknowns: found.iterate.unknowns,
             history: found.history,
             evaluations: self.evaluations,
         }
@@ -142,9 +142,9 @@ impl NewtonModel for DenseModel<'_, '_> {
         self.map.newton_step(&from.evaluation)
     }
 
-    fn moved(&mut self, from: &DenseIterate, direction: &[f64], length: f64) -> DenseIterate {
-        let moved = from.unknowns.iter().zip(direction);
-        let next = self.at(moved.map(|(l, d)| l + length * d).collect());
+    fn trial(&mut self, from: &DenseIterate, direction: &[f64], length: f64) -> DenseIterate {
+        let pairs = from.unknowns.iter().zip(direction);
+        let next = self.at(pairs.map(|(l, d)| l + length * d).collect());
         let relaxes = self.globalisation.as_ref().is_some_and(|it| it.relaxes);
         if !relaxes || next.evaluation.norm < FAST_DECREASE * from.evaluation.norm {
             return next;

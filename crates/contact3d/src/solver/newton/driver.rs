@@ -30,6 +30,20 @@ pub(in crate::solver) struct NewtonDriver<'a> {
 }
 
 impl<'a> NewtonDriver<'a> {
+    pub(in crate::solver) fn new(
+        dual: &'a ExplicitDual,
+        local: &'a LocalStiffness,
+        bound: Bound<'a>,
+        start: Option<&'a [f64]>,
+    ) -> Self {
+        Self {
+            dual,
+            bound,
+            local,
+            start,
+        }
+    }
+
     /// The strategies that apply, in order.
     pub(in crate::solver) fn strategies(&self) -> Vec<StartStrategy> {
         let mut strategies = StartStrategy::ALL.to_vec();
@@ -50,7 +64,7 @@ impl<'a> NewtonDriver<'a> {
             (StartStrategy::Separated, _) => self.separated().is_some(),
             (StartStrategy::Warm, _) => self.start.is_some() && self.has_large_rigid_compliance(),
             (StartStrategy::ProximalPoint, _) => self.dual.rigid.is_some(),
-            (StartStrategy::InteriorPoint, bound) => matches!(bound, Bound::Frozen(_)),
+            (StartStrategy::InteriorPoint, bound) => matches!(bound, Bound::Given(_)),
             (StartStrategy::FrictionGraph, bound) => {
                 matches!(bound, Bound::Coulomb(_, law) if law.depends_on_slip())
             }
@@ -70,27 +84,24 @@ impl<'a> NewtonDriver<'a> {
         mut observe: impl FnMut(usize, &NewtonStep),
     ) -> NewtonSolution {
         let observe = &mut |k: usize, step: &NewtonStep| observe(done + k, step);
+        let (dual, local) = (self.dual, self.local);
         match (strategy, self.bound) {
             (StartStrategy::Separated, _) => {
                 let start = self.separated().unwrap_or_else(|| self.zero_or_start());
                 self.from(start, observe)
             }
             (StartStrategy::Warm, _) => self.from(self.zero_or_start(), observe),
-            (StartStrategy::BondedContact, _) => {
-                self.from(self.local.bonded_start(self.dual), observe)
-            }
+            (StartStrategy::BondedContact, _) => self.from(local.bonded_start(dual), observe),
             (StartStrategy::BilateralFrictionless, _) => {
-                self.from(self.local.bilateral_frictionless_start(self.dual), observe)
+                self.from(local.bilateral_frictionless_start(dual), observe)
             }
             (StartStrategy::ProximalPoint, _) => proximal_point(self, observe),
-            (StartStrategy::InteriorPoint, Bound::Frozen(set)) => {
-                self.interior_point(set, &to(ZONES_FOUND), observe)
+            (StartStrategy::InteriorPoint, Bound::Given(set)) => {
+                self.interior_point(set, &settings_for(ZONES_FOUND), observe)
             }
             (StartStrategy::FrictionGraph, Bound::Coulomb(laws, law)) => {
-                match FrictionGraph::new(self.dual, laws, law, self.local) {
-                    Some(graph) => graph.solve(observe),
-                    None => NewtonSolution::none(self.dual),
-                }
+                let graph = FrictionGraph::new(dual, laws, law, local);
+                graph.map_or_else(|| NewtonSolution::not_found(dual), |it| it.solve(observe))
             }
             _ => self.relaxed(observe),
         }
@@ -103,15 +114,14 @@ impl<'a> NewtonDriver<'a> {
         set: &FeasibleSet,
         settings: &NewtonSettings,
     ) -> NewtonSolution {
-        let start = self.zero_or_start();
+        let mut start = self.zero_or_start();
         let rule = StoppingRule {
             least_steps: 1,
             ..StoppingRule::from_near(*settings)
         };
         let found = if self.has_large_rigid_compliance() {
-            let mut first = start.clone();
-            set.project(&mut first);
-            newton_from(&self.map(), first, &rule, |_, _| {})
+            set.project(&mut start);
+            newton_from(&self.map(), start, &rule, |_, _| {})
         } else {
             minimise_frozen(self.dual, set, &start, settings, 1, |_, _| {})
         };
@@ -127,7 +137,7 @@ impl<'a> NewtonDriver<'a> {
         start: Vec<f64>,
         observe: &mut dyn FnMut(usize, &NewtonStep),
     ) -> NewtonSolution {
-        let rule = StoppingRule::from_near(to(ZONES_FOUND));
+        let rule = StoppingRule::from_near(settings_for(ZONES_FOUND));
         newton_from(&self.map(), start, &rule, observe)
     }
 
@@ -145,9 +155,9 @@ impl<'a> NewtonDriver<'a> {
 
     /// Whether the body moves as a rigid one much further than its panes do, in S or beside it.
     fn has_large_rigid_compliance(&self) -> bool {
-        let balance = self.dual.rigid.as_ref();
+        let equilibrium = self.dual.rigid.as_ref();
         self.local.rigid_compliance_ratio() > LARGE_RIGID_COMPLIANCE
-            || balance.is_some_and(|it| it.coupling.n_supported() > 0)
+            || equilibrium.is_some_and(|it| it.coupling.n_supported() > 0)
     }
 
     fn zero_or_start(&self) -> Vec<f64> {
@@ -163,7 +173,7 @@ impl<'a> NewtonDriver<'a> {
             Bound::Coulomb(laws, law) => {
                 newton(self.dual, laws, law, self.start, &settings, observe)
             }
-            Bound::Frozen(set) => {
+            Bound::Given(set) => {
                 let start = self.zero_or_start();
                 minimise_frozen(self.dual, set, &start, &settings, 0, observe)
             }
@@ -187,25 +197,21 @@ impl<'a> NewtonDriver<'a> {
         let Some(mut inside) = InteriorPoint::new(&program) else {
             return from(self.dual.unknowns(&[]), 0);
         };
-        let mut found: Option<NewtonSolution> = None;
+        let mut found = NewtonSolution::not_found(self.dual);
         for level in COMPLEMENTARITY_LEVELS {
             let is_decided = inside.run(level);
-            let mut history = found.take().map_or_else(Vec::new, |before| before.history);
             let start = inside.unknowns(self.dual.dimension());
-            let next = from(start, history.len());
-            history.extend(next.history);
-            let next = NewtonSolution { history, ..next };
-            let ends = next.stop.is_solution() || !is_decided;
-            found = Some(next);
-            if ends {
+            let next = from(start, found.history.len());
+            found = found.merged_with(next);
+            if found.stop.is_solution() || !is_decided {
                 break;
             }
         }
-        found.expect("there is always a level")
+        found
     }
 }
 
-fn to(tolerance: f64) -> NewtonSettings {
+fn settings_for(tolerance: f64) -> NewtonSettings {
     NewtonSettings {
         tolerance,
         max_steps: NEWTON_MAX_STEPS,

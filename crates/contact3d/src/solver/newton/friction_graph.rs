@@ -51,6 +51,9 @@ const SLIP_MARGIN: f64 = 10.0;
 /// Decades that rises of F are narrowed along the path to the law itself: on from there a rise is as steep as rounding of slips allows.
 const NARROWED_DECADES: f64 = 10.0;
 
+/// Smallest step in τ along the path: 0.02 decades.
+const SMALLEST_PATH_STEP: f64 = 1.0 / 512.0;
+
 /// A law that reads the slip, its graph at the contact nodes, and the contact problem that it belongs to.
 pub(in crate::solver) struct FrictionGraph<'a> {
     dual: &'a ExplicitDual,
@@ -110,16 +113,16 @@ impl NewtonModel for GraphModel<'_> {
         Some((direction, n))
     }
 
-    fn moved(&mut self, from: &GraphIterate, direction: &[f64], length: f64) -> GraphIterate {
-        let moved = |from: &[f64], by: &[f64]| -> Vec<f64> {
+    fn trial(&mut self, from: &GraphIterate, direction: &[f64], length: f64) -> GraphIterate {
+        let shifted = |from: &[f64], by: &[f64]| -> Vec<f64> {
             from.iter().zip(by).map(|(x, d)| x + length * d).collect()
         };
         let (direction, change) = direction.split_at(from.unknowns.len());
-        let mut coefficients = moved(&from.coefficients, change);
+        let mut coefficients = shifted(&from.coefficients, change);
         for (f, c) in coefficients.iter_mut().zip(&self.graph.coefficients) {
             *f = f.clamp(c.range[0], c.range[1]);
         }
-        self.evaluate(moved(&from.unknowns, direction), coefficients)
+        self.evaluate(shifted(&from.unknowns, direction), coefficients)
     }
 
     fn is_at_rounding(&self, best: &GraphIterate) -> bool {
@@ -149,18 +152,18 @@ impl GraphModel<'_> {
         let points = graph.coefficients.iter().zip(&coefficients).zip(&slips);
         let residuals: Vec<[f64; 2]> = points
             .map(|((c, f), slip)| {
-                let moved = f + form.factor * c.steplength * slip.own;
-                let [value, slope] = c.resolvent(graph.law, form, slip.pair, moved);
+                let argument = f + form.factor * c.steplength * slip.own;
+                let [value, slope] = c.resolvent(graph.law, form, slip.pair, argument);
                 [f - value, slope]
             })
             .collect();
-        let off = norm(
+        let graph_norm = norm(
             &residuals
                 .iter()
                 .map(|[r, _]| graph.scale * r)
                 .collect::<Vec<_>>(),
         );
-        evaluation.norm = evaluation.norm.hypot(off);
+        evaluation.norm = evaluation.norm.hypot(graph_norm);
         GraphIterate {
             unknowns,
             coefficients,
@@ -300,39 +303,53 @@ impl<'a> FrictionGraph<'a> {
         &self,
         observe: &mut dyn FnMut(usize, &NewtonStep),
     ) -> NewtonSolution {
-        let mut found = NewtonSolution::none(self.dual);
-        let mut merge = |found: NewtonSolution, next: NewtonSolution| {
+        let from_rest = |factor| self.newton(ResolventForm { factor, rise: 0.0 }, None);
+        let tries = RESOLVENT_FACTORS.into_iter().map(from_rest);
+        let mut found = NewtonSolution::not_found(self.dual);
+        for next in tries.chain(std::iter::once_with(|| self.followed_from_wide_rises())) {
             let done = found.history.len();
             let steps = next.history.iter().enumerate();
             steps.for_each(|(k, step)| observe(done + k, step));
-            found.merged_with(next)
-        };
-        for factor in RESOLVENT_FACTORS {
-            let next = self.newton(ResolventForm { factor, rise: 0.0 }, None);
-            found = merge(found, next);
+            found = found.merged_with(next);
             if found.stop.is_solution() {
                 break;
             }
         }
-        if !found.stop.is_solution() {
-            let next = self.followed_from_wide_rises();
-            found = merge(found, next);
-        }
-        found.multiplier.truncate(self.dual.n_unknowns());
+        found.unknowns.truncate(self.dual.n_unknowns());
         found
     }
 
-    /// Follows the solutions from rises of F that are as wide as the largest free slip to those of the law, geometrically.
+    /// Follows the solutions from rises of F at τ = 0 that are as wide as the largest free slip to those of the law at τ = 1, narrowed
+    /// geometrically, each from the one before, by steps in τ that double after a success and halve after a failure.
+    ///
+    /// The path may end before τ = 1 where solutions vanish in pairs; the reason to stop is then that of the last failure.
     fn followed_from_wide_rises(&self) -> NewtonSolution {
-        continuation(|tau, start| {
-            let narrowed = 10_f64.powf(-NARROWED_DECADES * tau);
-            let rise = if tau < 1.0 {
-                self.largest_free_slip * narrowed
-            } else {
-                0.0
+        let solve = |tau: f64, start: Option<&[f64]>| {
+            let rise = match tau < 1.0 {
+                true => self.largest_free_slip * 10_f64.powf(-NARROWED_DECADES * tau),
+                false => 0.0,
             };
             self.newton(ResolventForm { factor: 1.0, rise }, start)
-        })
+        };
+        let mut last = solve(0.0, None);
+        let (mut tau, mut step) = (0.0, 0.25);
+        while tau < 1.0 && last.stop.is_solution() {
+            let target = f64::min(tau + step, 1.0);
+            let found = solve(target, Some(&last.unknowns));
+            if found.stop.is_solution() {
+                (last, tau) = (last.merged_with(found), target);
+                step *= 2.0;
+                continue;
+            }
+            last.evaluations += found.evaluations;
+            last.history.extend(found.history);
+            if step <= SMALLEST_PATH_STEP {
+                last.stop = found.stop;
+                break;
+            }
+            step /= 2.0;
+        }
+        last
     }
 
     /// Damped Newton steps for (x, f), from a start or from λ = 0; the multiplier of the result is (x, f).
@@ -369,7 +386,7 @@ impl<'a> FrictionGraph<'a> {
         NewtonSolution {
             stop: found.stop,
             residual: model.relative(&last),
-            multiplier: [last.unknowns, last.coefficients].concat(),
+            unknowns: [last.unknowns, last.coefficients].concat(),
             history: found.history,
             evaluations: model.evaluations,
         }
@@ -424,13 +441,13 @@ impl<'a> FrictionGraph<'a> {
                     let grows = |axis: usize| {
                         pane.ellipse.semi_axes[axis] * weight / (pane.inverse[axis] * f * f)
                     };
-                    let moved = [0, 1].map(|row| {
+                    let changes = [0, 1].map(|row| {
                         let axes = self.coefficients[k].axes();
                         -axes
                             .map(|axis| by_axes[row][axis] * grows(axis))
                             .sum::<f64>()
                     });
-                    columns[k].extend(pair.into_iter().zip(moved));
+                    columns[k].extend(pair.into_iter().zip(changes));
                 }
             }
         }
@@ -449,40 +466,11 @@ impl<'a> FrictionGraph<'a> {
                 let column = compliance.column(unknown);
                 -(by[0] * column[2 * node] + by[1] * column[2 * node + 1])
             }
-            (Some(motion), Some(balance), _) => {
-                let moved = balance.coupling.slip[motion][node];
-                by[0] * moved[0] + by[1] * moved[1]
+            (Some(motion), Some(equilibrium), _) => {
+                let slip = equilibrium.coupling.slip[motion][node];
+                by[0] * slip[0] + by[1] * slip[1]
             }
             _ => 0.0,
         }
     }
-}
-
-/// Smallest step in τ.
-const SMALLEST_PATH_STEP: f64 = 1.0 / 512.0;
-
-/// Follows the solutions of problems from an easy one at τ = 0 to that of the scene at τ = 1, each from the one before, by
-/// steps in τ that double after a success and halve after a failure; `solve` finds the solution for a τ from a start.
-///
-/// The path may end before τ = 1 where solutions vanish in pairs; the reason to stop is then that of the last failure.
-fn continuation(mut solve: impl FnMut(f64, Option<&[f64]>) -> NewtonSolution) -> NewtonSolution {
-    let mut last = solve(0.0, None);
-    let (mut tau, mut step) = (0.0, 0.25);
-    while tau < 1.0 && last.stop.is_solution() {
-        let target = f64::min(tau + step, 1.0);
-        let found = solve(target, Some(&last.multiplier));
-        if found.stop.is_solution() {
-            (last, tau) = (last.merged_with(found), target);
-            step *= 2.0;
-            continue;
-        }
-        last.evaluations += found.evaluations;
-        last.history.extend(found.history);
-        if step <= SMALLEST_PATH_STEP {
-            last.stop = found.stop;
-            break;
-        }
-        step /= 2.0;
-    }
-    last
 }

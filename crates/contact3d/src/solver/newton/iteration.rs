@@ -10,13 +10,13 @@ use crate::{
     solver::{NewtonStep, StopReason, conditions::Evaluation, tolerances::ROUNDING_STALL_STEPS},
 };
 
-/// Halvings of one step before the full step is taken all the same.
+/// Halvings of one step before the full step is taken all the same: ‖R‖ falls along a length of 1/4096 or in another zone only.
 const STEP_MAX_HALVINGS: usize = 12;
 
-/// Steps in which the best residual must halve from a good start.
+/// The same as [`STAGNATION_STEPS`](crate::solver::tolerances::STAGNATION_STEPS) from a good start, which wins some digits a step or fails.
 const NEAR_STAGNATION_STEPS: usize = 6;
 
-/// Below this relative residual a stall is rounding.
+/// Below this relative residual a stall is rounding: Newton's steps win half of the digits or more there, unless none are left.
 pub(super) const ROUNDING_ZONE: f64 = 1e-9;
 
 /// How Newton's method is stopped.
@@ -28,6 +28,7 @@ pub struct NewtonSettings {
     pub max_steps: usize,
 }
 
+/// To rounding: no n ε of fewer than 4500 multipliers is larger.
 impl Default for NewtonSettings {
     fn default() -> Self {
         Self {
@@ -61,8 +62,8 @@ pub(in crate::solver) trait NewtonModel {
     /// d with R'(x) d = −R(x), and the number of its coupled unknowns; `None` where R' is singular.
     fn direction(&mut self, from: &Self::Iterate) -> Option<(Vec<f64>, usize)>;
 
-    /// x + s d for a length s ≤ 1, or what is made of it.
-    fn moved(&mut self, from: &Self::Iterate, direction: &[f64], length: f64) -> Self::Iterate;
+    /// The trial iterate at x + s d for a length s ≤ 1, which a model may improve by relaxation.
+    fn trial(&mut self, from: &Self::Iterate, direction: &[f64], length: f64) -> Self::Iterate;
 
     /// Whether a stall with this iterate as the best one is rounding.
     fn is_at_rounding(&self, best: &Self::Iterate) -> bool {
@@ -169,7 +170,7 @@ pub(in crate::solver) fn iterate<M: NewtonModel>(
                     residuals.begin_anew();
                     let step = NewtonStep {
                         step_length: 1.0,
-                        fallback: true,
+                        safeguard: true,
                         ..NewtonStep::default()
                     };
                     (reached, step)
@@ -217,7 +218,7 @@ fn halved<M: NewtonModel>(
     let mut full = None;
     for halvings in 0..=STEP_MAX_HALVINGS {
         let length = 0.5_f64.powi(halvings as i32);
-        let reached = model.moved(from, direction, length);
+        let reached = model.trial(from, direction, length);
         if model.evaluation(&reached).norm < norm {
             let step = NewtonStep {
                 step_length: length,

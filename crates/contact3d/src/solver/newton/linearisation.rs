@@ -13,7 +13,7 @@ use crate::{
     solver::{LocalMapping, PaneLaws, conditions::Bound, coulomb_state, solution::NEAR_FOLD},
 };
 
-/// The generalised derivative R' of the natural map R(λ) = λ − P(λ − ρ (S λ − h)) at some λ.
+/// The generalised derivative R' of the natural map at some λ.
 ///
 /// R' has no unit, since λ and R are stresses. det R' > 0 where the solution is a strong one that
 /// follows small changes of the data; where several solutions exist, some have det R' < 0 (the
@@ -23,7 +23,7 @@ pub struct Linearisation {
     /// ‖R(λ)‖ / ‖λ‖, and 0 for 0/0.
     pub residual: f64,
     /// Sign of det R': 1, −1, or 0 for a singular R'.
-    pub determinant: i8,
+    pub determinant_sign: i8,
     /// ‖R'⁻¹‖₂: how much a residual R moves λ; infinite for a singular R'.
     pub sensitivity: f64,
     /// Spectral radius of Ψ' for the mapping Ψ of HKL: successive approximations converge to the solution from nearby where it is
@@ -61,9 +61,9 @@ impl Linearisation {
         let pivots: Vec<f64> = (0..n).map(|i| lu.U()[(i, i)]).collect();
         let (permutation, _) = lu.P().arrays();
         // Each row of the balance turns the sign of what is left after its motion is eliminated.
-        let turned = n - n_multipliers;
+        let n_motions = n - n_multipliers;
         let negative = pivots.iter().filter(|p| **p < 0.0).count();
-        let negative = negative + transpositions(permutation) + turned;
+        let negative = negative + transpositions(permutation) + n_motions;
         let singular = pivots.iter().any(|p| *p == 0.0 || !p.is_finite());
         // ‖R'⁻¹‖² is the largest eigenvalue of R'⁻¹R'⁻ᵀ; of its rows and columns of λ where the body floats.
         let inverse_square = |v: &[f64]| {
@@ -78,17 +78,23 @@ impl Linearisation {
             Some(law) => {
                 let state = coulomb_state(dual, laws, law, unknowns);
                 let set = laws.feasible_set(Some(&state));
-                let map = NaturalMap::new(dual, Bound::Frozen(&set));
+                let map = NaturalMap::new(dual, Bound::Given(&set));
                 let frozen = map.derivative(&map.evaluate(unknowns));
-                Moving::new(&frozen, &matrix, n).map_or([f64::INFINITY, 0.0], |moving| {
-                    let moving = moving.matrix();
-                    [spectral_radius(&moving), distance_to_one(&moving).min(1.0)]
-                })
+                FrictionCorrection::new(&frozen, &matrix, n).map_or(
+                    [f64::INFINITY, 0.0],
+                    |correction| {
+                        let correction = correction.matrix();
+                        [
+                            spectral_radius(&correction),
+                            distance_to_one(&correction).min(1.0),
+                        ]
+                    },
+                )
             }
         };
         Self {
             residual: evaluation.relative_to(norm(dual.multipliers(unknowns))),
-            determinant: match (singular, negative % 2) {
+            determinant_sign: match (singular, negative % 2) {
                 (true, _) => 0,
                 (false, 0) => 1,
                 (false, _) => -1,
@@ -110,7 +116,8 @@ impl Linearisation {
 /// Successive approximations converge to the solution from nearby where it is below 1, and at that rate ([`LocalMapping`]).
 #[must_use]
 pub fn contraction_of_mapping(frozen: &[f64], followed: &[f64], n: usize) -> Option<f64> {
-    Moving::new(frozen, followed, n).map(|moving| spectral_radius(&moving.matrix()))
+    FrictionCorrection::new(frozen, followed, n)
+        .map(|correction| spectral_radius(&correction.matrix()))
 }
 
 impl LocalMapping {
@@ -133,25 +140,25 @@ impl LocalMapping {
             let map = NaturalMap::new(dual, bound);
             map.coupled_derivative(&map.evaluate(multiplier))
         };
-        let (coupled, frozen) = derivative(Bound::Frozen(&set));
+        let (coupled, frozen) = derivative(Bound::Given(&set));
         let (followed_by, followed) = derivative(Bound::Coulomb(laws, law));
         if coupled != followed_by {
             return None;
         }
-        let moving = Moving::new(&frozen, &followed, coupled.len());
-        Some(moving.map_or(
+        let correction = FrictionCorrection::new(&frozen, &followed, coupled.len());
+        Some(correction.map_or(
             Self {
                 spectral_radius: f64::INFINITY,
-                determinant: 0,
+                determinant_sign: 0,
                 fold_distance: 0.0,
             },
-            |moving| moving.local(),
+            |correction| correction.local(),
         ))
     }
 }
 
 /// R_λ factorised, and the rows in which R' differs from it.
-struct Moving {
+struct FrictionCorrection {
     n: usize,
     lu: DenseLu,
     rows: Vec<usize>,
@@ -159,7 +166,7 @@ struct Moving {
     differences: Vec<f64>,
 }
 
-impl Moving {
+impl FrictionCorrection {
     /// From both matrices, column-major, `[n, n]`; `None` where R_λ is singular.
     fn new(frozen: &[f64], followed: &[f64], n: usize) -> Option<Self> {
         let differs = |row: &usize| (0..n).any(|j| frozen[j * n + row] != followed[j * n + row]);
@@ -179,26 +186,19 @@ impl Moving {
     fn local(&self) -> LocalMapping {
         let figures = |hessenberg: &Mat<f64>| {
             let radius = spectral_radius(hessenberg);
-            let is_outer = radius < 1.0;
-            [
-                radius,
-                if is_outer {
-                    distance_to_one(hessenberg)
-                } else {
-                    0.0
-                },
-            ]
+            let distance = (radius < 1.0).then(|| distance_to_one(hessenberg));
+            [radius, distance.unwrap_or(0.0)]
         };
         let product = |v: &[f64]| self.product(v);
         let [spectral_radius, distance] = figures_by_products(self.rows.len(), product, figures);
-        let (determinant, distance) = if spectral_radius < 1.0 {
+        let (determinant_sign, distance) = if spectral_radius < 1.0 {
             (1, distance)
         } else {
             self.sign_and_distance()
         };
         LocalMapping {
             spectral_radius,
-            determinant,
+            determinant_sign,
             // Rows without friction have the eigenvalue 0.
             fold_distance: distance.min(1.0),
         }
@@ -224,8 +224,8 @@ impl Moving {
         }
         self.lu.solve(&mut picked);
         let inverse = MatRef::from_column_major_slice(&picked, self.n, count);
-        let moving = MatRef::from_row_major_slice(&self.differences, count, self.n);
-        -product(moving, inverse)
+        let correction = MatRef::from_row_major_slice(&self.differences, count, self.n);
+        -product(correction, inverse)
     }
 
     /// The sign of det(1 − M), and the least modulus of its eigenvalues.
@@ -238,7 +238,7 @@ impl Moving {
 
 #[cfg(test)]
 mod tests {
-    use super::Moving;
+    use super::FrictionCorrection;
 
     /// R_λ = 1 and R' = 1 − Ψ' with a known Ψ'.
     fn local(mapping: [[f64; 3]; 3]) -> (f64, i8, f64) {
@@ -248,10 +248,12 @@ mod tests {
         let followed: Vec<f64> = (0..9)
             .map(|k| unit(entry(k).0, entry(k).1) - mapping[entry(k).0][entry(k).1])
             .collect();
-        let local = Moving::new(&frozen, &followed, 3).unwrap().local();
+        let local = FrictionCorrection::new(&frozen, &followed, 3)
+            .unwrap()
+            .local();
         (
             local.spectral_radius,
-            local.determinant,
+            local.determinant_sign,
             local.fold_distance,
         )
     }

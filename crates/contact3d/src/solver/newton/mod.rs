@@ -30,13 +30,13 @@ use super::{
 };
 use crate::{contact::CoulombLaw, dual::ExplicitDual};
 
-/// The multiplier that Newton's method found and how it was reached.
+/// The unknowns that Newton's method found and how they were reached.
 #[derive(Debug, Clone)]
 pub struct NewtonSolution {
     /// Why the method stopped.
     pub stop: StopReason,
-    /// λ: m normal stresses λ_ν, then m pairs λ_t, `[n_multipliers]`, in Pa.
-    pub multiplier: Vec<f64>,
+    /// λ in Pa, `[n_multipliers]`, then the rigid motions α where there are some, `[n_unknowns]`.
+    pub unknowns: Vec<f64>,
     /// Final ‖R‖ / ‖λ‖.
     pub residual: f64,
     /// One record per step.
@@ -46,7 +46,7 @@ pub struct NewtonSolution {
 }
 
 /// Solves the contact problem with Coulomb friction and F(u) at once, without an outer loop, by a
-/// semismooth Newton method on R(λ) = λ − P(λ − ρ (Sλ − h)), from `start` or from λ = 0.
+/// semismooth Newton method on the natural map ([`NaturalMap`]), from `start` or from λ = 0.
 ///
 /// The admissible set moves with λ: g = max(z_ν, 0) and 𝓕 = 𝓕(u_t(λ)), and R' contains both
 /// dependences.
@@ -76,15 +76,15 @@ pub fn newton(
     let start = dual.unknowns(start.unwrap_or_default());
     let map = NaturalMap::new(dual, Bound::Coulomb(laws, law));
     let mut hidden_evaluations = 0;
-    let mut safeguard = |multiplier: &[f64]| {
+    let mut safeguard = |unknowns: &[f64]| {
         // Ψ by relaxed steps alone; one at least, so that a start within the tolerance is measured and not
         // believed.
-        let state = coulomb_state(dual, laws, law, multiplier);
+        let state = coulomb_state(dual, laws, law, unknowns);
         let set = laws.feasible_set(Some(&state));
         let settings = NewtonSettings::to_rounding(dual);
-        let image = minimise_frozen(dual, &set, multiplier, &settings, 1, |_, _| {});
+        let image = minimise_frozen(dual, &set, unknowns, &settings, 1, |_, _| {});
         hidden_evaluations += image.evaluations;
-        let pairs = multiplier.iter().zip(&image.multiplier);
+        let pairs = unknowns.iter().zip(&image.unknowns);
         pairs.map(|(l, next)| l + 0.5 * (next - l)).collect()
     };
     let mut found = from_afar(&map, start, settings, 0, &mut safeguard, observe);
@@ -103,14 +103,14 @@ pub fn minimise_frozen(
     least_steps: usize,
     observe: impl FnMut(usize, &NewtonStep),
 ) -> NewtonSolution {
-    // One safeguard step is worth as much as five others.
+    // One safeguard step is all that a stall has: as many sweeps as five relaxed steps.
     let sweeps = 5 * SWEEPS_PER_STEP;
-    let map = NaturalMap::new(dual, Bound::Frozen(set));
+    let map = NaturalMap::new(dual, Bound::Given(set));
     let mut first = dual.unknowns(start);
     set.project(&mut first);
     let mut relaxation_applications = 0;
-    let mut safeguard = |multiplier: &[f64]| {
-        let mut next = multiplier.to_vec();
+    let mut safeguard = |unknowns: &[f64]| {
+        let mut next = unknowns.to_vec();
         set.project(&mut next);
         map.relax(&mut next, sweeps);
         relaxation_applications += sweeps + 1;
@@ -123,10 +123,10 @@ pub fn minimise_frozen(
 
 impl NewtonSolution {
     /// λ = 0 before any step.
-    pub(in crate::solver) fn none(dual: &ExplicitDual) -> Self {
+    pub(in crate::solver) fn not_found(dual: &ExplicitDual) -> Self {
         Self {
             stop: StopReason::MaxSteps,
-            multiplier: dual.unknowns(&[]),
+            unknowns: dual.unknowns(&[]),
             residual: f64::INFINITY,
             history: Vec::new(),
             evaluations: 0,

@@ -9,8 +9,8 @@ use crate::{
     },
 };
 
-/// The natural map R(λ) = λ − P(λ − ρ r), r = S λ − h, whose zeros solve the contact problem;
-/// where the body floats, of x = (λ, α) with rows ρ (e − Gᵀλ) for the balance.
+/// The natural map R(x) of [`Conditions`] for a dense S: x = λ with r = S λ − h, or x = (λ, α) with r = S λ − G α − h where there are
+/// rigid motions. Its zeros solve the contact problem.
 pub struct NaturalMap<'a> {
     pub(in crate::solver) dual: &'a ExplicitDual,
     pub(in crate::solver) conditions: Conditions<'a>,
@@ -51,23 +51,22 @@ impl<'a> NaturalMap<'a> {
 
     /// R at λ, `[n_unknowns]`, with what its derivative needs.
     #[must_use]
-    pub fn evaluate(&self, multiplier: &[f64]) -> Evaluation {
-        let gradient = self.dual.gradient(multiplier);
-        let displacement = self.tangential_displacement(multiplier);
-        self.conditions
-            .evaluate(multiplier, &gradient, &displacement)
+    pub fn evaluate(&self, unknowns: &[f64]) -> Evaluation {
+        let gradient = self.dual.gradient(unknowns);
+        let displacement = self.tangential_displacement(unknowns);
+        self.conditions.evaluate(unknowns, &gradient, &displacement)
     }
 
     /// 𝓕⁻¹ on the panes at λ; empty for frozen ellipses.
-    pub(in crate::solver) fn friction_inverse(&self, multiplier: &[f64]) -> Vec<[f64; 2]> {
-        let displacement = self.tangential_displacement(multiplier);
+    pub(in crate::solver) fn friction_inverse(&self, unknowns: &[f64]) -> Vec<[f64; 2]> {
+        let displacement = self.tangential_displacement(unknowns);
         self.conditions.friction(&displacement).0
     }
 
     /// What a law that follows the slip reads; empty for others.
-    fn tangential_displacement(&self, multiplier: &[f64]) -> Vec<[f64; 2]> {
+    fn tangential_displacement(&self, unknowns: &[f64]) -> Vec<[f64; 2]> {
         if self.conditions.follows_slip() {
-            self.dual.tangential_displacement(multiplier)
+            self.dual.tangential_displacement(unknowns)
         } else {
             Vec::new()
         }
@@ -76,17 +75,19 @@ impl<'a> NaturalMap<'a> {
     /// ‖λ‖, beside the forces D α that weak supports take, as stresses ρ D α: what ‖R‖ is measured by.
     pub(in crate::solver) fn size(&self, unknowns: &[f64]) -> f64 {
         let mut stresses = self.dual.multipliers(unknowns).to_vec();
-        if let Some(balance) = &self.dual.rigid {
+        if let Some(equilibrium) = &self.dual.rigid {
             let motions = self.dual.motion(unknowns).iter();
-            let carried = motions.zip(&balance.coupling.support).map(|(a, d)| a * d);
+            let carried = motions
+                .zip(&equilibrium.coupling.support)
+                .map(|(a, d)| a * d);
             let rho = self.dual.motion(&self.conditions.steplengths);
             stresses.extend(carried.zip(rho).map(|(force, rho)| rho * force));
         }
         norm(&stresses)
     }
 
-    /// ‖R‖ over its measure that rounding makes of S λ, n ε max ρ_i S_ii, none worth counting about an anchor, and of a long displacement on weak
-    /// springs, which cancels where the body turns about what presses or sticks.
+    /// The ‖R‖ over [`Self::size`] that rounding explains at most: that of S λ, n ε max ρ_i S_ii, nothing where the problem is written about
+    /// an anchor; and that of G α where weak springs let the body move far, on panes that are pressed or stick.
     pub(super) fn rounding(&self, unknowns: &[f64], evaluation: &Evaluation) -> f64 {
         let rho = self.dual.multipliers(&self.conditions.steplengths);
         let of_products = match self.dual.anchor {
@@ -97,14 +98,12 @@ impl<'a> NaturalMap<'a> {
                 self.dual.rounding() * sizes.fold(0.0, f64::max)
             }
         };
-        let Some(balance) = self.dual.rigid.as_ref().filter(|it| it.is_supported()) else {
+        let Some(equilibrium) = self.dual.rigid.as_ref().filter(|it| it.is_supported()) else {
             return of_products;
         };
         let motion = self.dual.motion(unknowns);
         let rounded = |j: usize| {
-            let terms = balance.coupling.integrals.iter().zip(motion);
-            let moved = terms.map(|(g, by)| (g[j] * by).abs()).sum::<f64>();
-            FEW_ROUNDINGS * f64::EPSILON * rho[j] * moved
+            FEW_ROUNDINGS * f64::EPSILON * rho[j] * equilibrium.size_of_motion(j, motion)
         };
         let layout = self.dual.layout;
         let stresses = evaluation.panes.iter().enumerate().flat_map(|(i, pane)| {

@@ -22,15 +22,16 @@ use crate::{
 /// Most passes: solutions take a median of four.
 const PROXIMAL_MAX_PASSES: usize = 14;
 
-/// k of the second pass beside the first, of each later one beside the one before, and the least of all beside the first.
+/// Ratio of k in the second pass to the first one, of each later k to the one before, and of the least of all to the first: the second pass
+/// starts near the solution and converges with far less; k ≥ 1e-9 leaves pivots above rounding.
 const FIRST_REDUCTION: f64 = 1e-2;
 const LATER_REDUCTION: f64 = 1e-1;
 const LEAST_PROXIMAL_STIFFNESS: f64 = 1e-9;
 
-/// Growth of k after a pass without a solution.
+/// Growth of k after a pass without a solution: two such passes take back what one reduction gave.
 const PROXIMAL_GROWTH: f64 = 4.0;
 
-/// k beside the first one with which refinement goes on: stiff enough for matrices without zero pivots.
+/// Ratio of k in refinement to the first one: stiff enough for matrices without zero pivots.
 const REFINEMENT_STIFFNESS: f64 = 1e-3;
 
 /// Runs the method; solutions of its passes that do not solve the problem without k are none.
@@ -40,7 +41,7 @@ pub(in crate::solver) fn proximal_point(
 ) -> NewtonSolution {
     let stiffness = bonded_stiffness(driver.dual, driver.local);
     let without = driver.map();
-    let mut found = NewtonSolution::none(driver.dual);
+    let mut found = NewtonSolution::not_found(driver.dual);
     let mut last: Option<Vec<f64>> = None;
     let mut k = 1.0;
     for pass in 0..PROXIMAL_MAX_PASSES {
@@ -50,37 +51,37 @@ pub(in crate::solver) fn proximal_point(
         );
         let terms: Vec<f64> = stiffness.iter().map(|s| k * s).collect();
         let dual = driver.dual.with_proximal_term(&terms, &centre);
-        let held = NewtonDriver {
+        let constrained = NewtonDriver {
             dual: &dual,
             ..*driver
         };
         let bonded = || driver.local.bonded_start(&dual);
         let start = last.clone().unwrap_or_else(bonded);
         let done = found.history.len();
-        let next = held.from(start, &mut |i, step| observe(done + i, step));
+        let next = constrained.from(start, &mut |i, step| observe(done + i, step));
         let is_solved = next.stop.is_solution();
         found = found.merged_with(next);
         if !is_solved {
             k *= PROXIMAL_GROWTH;
             continue;
         }
-        let size = without.size(&found.multiplier);
-        found.residual = without.evaluate(&found.multiplier).relative_to(size);
+        let size = without.size(&found.unknowns);
+        found.residual = without.evaluate(&found.unknowns).relative_to(size);
         if found.residual <= ZONES_FOUND {
             return found;
         }
-        last = Some(found.multiplier.clone());
+        last = Some(found.unknowns.clone());
         let reduction = match pass {
             0 => FIRST_REDUCTION,
             _ => LATER_REDUCTION,
         };
         k = (k * reduction).max(LEAST_PROXIMAL_STIFFNESS);
     }
-    // What the force −k (α − α₀) still holds is no solution.
+    // The last pass still needs the force −k (α − α₀), so it is no solution.
     NewtonSolution {
         history: found.history,
         evaluations: found.evaluations,
-        ..NewtonSolution::none(driver.dual)
+        ..NewtonSolution::not_found(driver.dual)
     }
 }
 
@@ -96,10 +97,10 @@ pub(in crate::solver) fn about_own_motion(
 
 /// λ_max(ĜᵀS⁻¹Ĝ) ‖G_p‖² of each motion in N/m, with columns Ĝ_p = G_p/‖G_p‖.
 fn bonded_stiffness(dual: &ExplicitDual, local: &LocalStiffness) -> Vec<f64> {
-    let Some(balance) = &dual.rigid else {
+    let Some(equilibrium) = &dual.rigid else {
         return Vec::new();
     };
-    let integrals = &balance.coupling.integrals;
+    let integrals = &equilibrium.coupling.integrals;
     let sizes: Vec<f64> = integrals.iter().map(|g| norm(g)).collect();
     let bonded: Vec<Vec<f64>> = integrals.iter().map(|g| local.bonded(g)).collect();
     let n = sizes.len();

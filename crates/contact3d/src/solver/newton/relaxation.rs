@@ -14,13 +14,13 @@ impl NaturalMap<'_> {
     /// With Coulomb friction the ellipse has the g of λ_ν, the value just found, and 𝓕 changes between
     /// sweeps. With frozen ellipses every move decreases the energy. A sweep costs as much as one
     /// application of S.
-    pub(in crate::solver) fn relax(&self, multiplier: &mut [f64], sweeps: usize) {
+    pub(in crate::solver) fn relax(&self, unknowns: &mut [f64], sweeps: usize) {
         let m = self.dual.n_panes();
-        let mut gradient = self.dual.gradient(multiplier);
-        let mut inverse = self.friction_inverse(multiplier);
+        let mut gradient = self.dual.gradient(unknowns);
+        let mut inverse = self.friction_inverse(unknowns);
         for sweep in 0..sweeps {
             if sweep > 0 {
-                let next = self.friction_inverse(multiplier);
+                let next = self.friction_inverse(unknowns);
                 // Half of the way to the 𝓕⁻¹ of the present λ: undamped, a law that hardens with slip makes panes stick and slip in
                 // turn from sweep to sweep.
                 for (old, new) in inverse.iter_mut().flatten().zip(next.iter().flatten()) {
@@ -28,7 +28,7 @@ impl NaturalMap<'_> {
                 }
             }
             for pane in 0..m {
-                self.relax_pane(pane, inverse.get(pane), multiplier, &mut gradient);
+                self.relax_pane(pane, inverse.get(pane), unknowns, &mut gradient);
             }
         }
     }
@@ -37,20 +37,20 @@ impl NaturalMap<'_> {
         &self,
         pane: usize,
         inverse: Option<&[f64; 2]>,
-        multiplier: &mut [f64],
+        unknowns: &mut [f64],
         gradient: &mut [f64],
     ) {
         let diagonal = |j: usize| self.dual.diagonal(j);
-        let set = |multiplier: &mut [f64], gradient: &mut [f64], j: usize, value: f64| {
-            let change = value - multiplier[j];
+        let set = |unknowns: &mut [f64], gradient: &mut [f64], j: usize, value: f64| {
+            let change = value - unknowns[j];
             if change != 0.0 {
                 add_scaled(gradient, change, self.dual.column(j));
-                multiplier[j] = value;
+                unknowns[j] = value;
             }
         };
         if diagonal(pane) > 0.0 {
-            let value = (multiplier[pane] - gradient[pane] / diagonal(pane)).max(0.0);
-            set(multiplier, gradient, pane, value);
+            let value = (unknowns[pane] - gradient[pane] / diagonal(pane)).max(0.0);
+            set(unknowns, gradient, pane, value);
         }
         let Some(at) = self.dual.layout.tangential(pane) else {
             return;
@@ -58,18 +58,18 @@ impl NaturalMap<'_> {
         let trace = diagonal(at[0]) + diagonal(at[1]);
         if trace > 0.0 {
             let ellipse = match (&self.conditions.bound, inverse) {
-                (Bound::Frozen(set), _) => set.ellipses[pane],
+                (Bound::Given(set), _) => set.ellipses[pane],
                 (Bound::Coulomb(_, law), inverse) => {
-                    let slip_bound = law.slip_bound(pane, multiplier[pane]);
+                    let slip_bound = law.slip_bound(pane, unknowns[pane]);
                     Ellipse {
                         semi_axes: inverse.map_or([0.0; 2], |f| f.map(|f| slip_bound / f)),
                     }
                 }
             };
-            let trial = at.map(|j| multiplier[j] - gradient[j] / trace);
+            let trial = at.map(|j| unknowns[j] - gradient[j] / trace);
             let next = ellipse.project(trial);
-            set(multiplier, gradient, at[0], next[0]);
-            set(multiplier, gradient, at[1], next[1]);
+            set(unknowns, gradient, at[0], next[0]);
+            set(unknowns, gradient, at[1], next[1]);
         }
     }
 }

@@ -28,7 +28,7 @@ pub(super) struct NewtonSystem<'a> {
     pub(super) free: Vec<usize>,
     pub(super) rows: Vec<PaneRows>,
     /// The rows of the balance where the body floats, the last ones.
-    balance_rows: Range<usize>,
+    equilibrium_rows: Range<usize>,
 }
 
 /// The linearised rows of one pane.
@@ -66,9 +66,7 @@ impl NaturalMap<'_> {
         }
         step.iter().all(|v| v.is_finite()).then_some((step, n))
     }
-}
 
-impl NaturalMap<'_> {
     /// R'(λ) in full, column-major, `[n_multipliers, n_multipliers]`, dimensionless.
     pub(in crate::solver) fn derivative(&self, evaluation: &Evaluation) -> Vec<f64> {
         let system = NewtonSystem::new(self, evaluation);
@@ -91,9 +89,7 @@ impl NaturalMap<'_> {
         }
         matrix
     }
-}
 
-impl NaturalMap<'_> {
     /// The rows and columns of R'(λ) of the unknowns that are coupled, column-major, and these unknowns; every other
     /// unknown has the row d_i alone.
     pub(in crate::solver) fn coupled_derivative(
@@ -152,7 +148,7 @@ impl<'a> NewtonSystem<'a> {
                     Bound::Coulomb(..) => {
                         (row[0] / pane.inverse[0] + row[1] / pane.inverse[1]) * pane.bound_slope
                     }
-                    Bound::Frozen(_) => 0.0,
+                    Bound::Given(_) => 0.0,
                 }),
                 by_inverse: moving.then(|| {
                     by_axes.map(|row| {
@@ -166,18 +162,19 @@ impl<'a> NewtonSystem<'a> {
         }
         let n_coupled = free.len();
         free.extend(layout.n_multipliers()..map.dual.n_unknowns());
-        let balance_rows = n_coupled..free.len();
+        let equilibrium_rows = n_coupled..free.len();
         rows.retain(|at| at.normal_row.is_some() || at.pair.is_some());
         Self {
             map,
             evaluation,
             free,
             rows,
-            balance_rows,
+            equilibrium_rows,
         }
     }
 
-    /// −R with the eliminated unknowns, already in `step`, on the right-hand side.
+    /// −R without the columns of the eliminated unknowns, whose d_i = −R_i are in `step` already; tangential rows also lose what
+    /// dg = d_ν + R_ν has of R_ν.
     fn rhs(&self, step: &[f64]) -> Vec<f64> {
         let residual = &self.evaluation.residual;
         let mut rhs: Vec<f64> = self.free.iter().map(|&i| -residual[i]).collect();
@@ -219,7 +216,7 @@ impl<'a> NewtonSystem<'a> {
         let (s, compliance) = self.responses(j);
         let slips = compliance.and_then(|c| self.slip_change(&c));
         let steplengths = &self.map.conditions.steplengths;
-        for row in self.balance_rows.clone() {
+        for row in self.equilibrium_rows.clone() {
             out[row] = match self.rigid(j) {
                 None => steplengths[self.free[row]] * -self.integrals(self.free[row])[j],
                 Some(motion) if self.free[row] == j => steplengths[j] * -self.support(motion),
@@ -246,9 +243,11 @@ impl<'a> NewtonSystem<'a> {
                 }
             }
             if let Some(by_inverse) = &pair.by_inverse {
-                let change = self.inverse_change(at.pane, slips.as_deref().unwrap_or_default());
+                let slips = slips.as_deref().unwrap_or_default();
+                let conditions = &self.map.conditions;
+                let change = conditions.inverse_change(self.evaluation, at.pane, slips);
                 for (entry, by) in entry.iter_mut().zip(by_inverse) {
-                    *entry += by[0] * change[0] + by[1] * change[1];
+                    *entry -= by[0] * change[0] + by[1] * change[1];
                 }
             }
             out[pair.row..pair.row + 2].copy_from_slice(&entry);
@@ -261,8 +260,8 @@ impl<'a> NewtonSystem<'a> {
     }
 
     fn coupling(&self) -> &RigidCoupling {
-        let balance = self.map.dual.rigid.as_ref();
-        &balance.expect("a rigid motion is an unknown").coupling
+        let equilibrium = self.map.dual.rigid.as_ref();
+        &equilibrium.expect("a rigid motion is an unknown").coupling
     }
 
     /// G of the rigid motion of an unknown.
@@ -272,45 +271,28 @@ impl<'a> NewtonSystem<'a> {
 
     /// D of a rigid motion.
     fn support(&self, motion: usize) -> f64 {
-        let balance = self.map.dual.rigid.as_ref();
-        let balance = balance.expect("a rigid motion is an unknown");
-        balance.stiffness_of(motion, &self.map.conditions.steplengths)
+        let equilibrium = self.map.dual.rigid.as_ref();
+        let equilibrium = equilibrium.expect("a rigid motion is an unknown");
+        equilibrium.stiffness_of(motion, &self.map.conditions.steplengths)
     }
 
     /// ∂r/∂x_j, a column of S or of −G, and −∂u_t/∂x_j at the contact nodes, where they are held.
     fn responses(&self, unknown: usize) -> (Cow<'_, [f64]>, Option<Cow<'_, [f64]>>) {
         let dual = self.map.dual;
-        let (Some(motion), Some(balance)) = (self.rigid(unknown), &dual.rigid) else {
+        let (Some(motion), Some(equilibrium)) = (self.rigid(unknown), &dual.rigid) else {
             let compliance = dual.compliance.as_ref();
             let slips = compliance.map(|c| Cow::Borrowed(c.column(unknown)));
             return (Cow::Borrowed(dual.column(unknown)), slips);
         };
         let opposite = |values: &[f64]| Cow::Owned(values.iter().map(|v| -v).collect());
-        let slips = opposite(balance.coupling.slip[motion].as_flattened());
+        let slips = opposite(equilibrium.coupling.slip[motion].as_flattened());
         (opposite(self.integrals(unknown)), Some(slips))
     }
 
-    /// −∂φ/∂λ_j at the nodes for a column of G; `None` where friction does not follow the slip.
+    /// −∂φ/∂x_j at the nodes for a column of the nodes' compliance; `None` where friction does not follow the slip.
     fn slip_change(&self, compliance: &[f64]) -> Option<Vec<[f64; 2]>> {
         let derivative = self.evaluation.slip_derivative.as_ref()?;
         let pair = |node| [compliance[2 * node], compliance[2 * node + 1]];
         Some(change_of_slips(derivative, pair))
-    }
-
-    /// ∂𝓕_i⁻¹/∂λ_j = −Σ w ∂(1/F)/∂φ s over the nodes of a pane, for the change −s of φ.
-    fn inverse_change(&self, pane: usize, slips: &[[f64; 2]]) -> [f64; 2] {
-        let Bound::Coulomb(laws, _) = self.map.conditions.bound else {
-            return [0.0; 2];
-        };
-        let slopes = &self.evaluation.inverse_slope;
-        laws.average
-            .entries(pane)
-            .fold([0.0; 2], |sum, (node, weight)| {
-                std::array::from_fn(|k| {
-                    let [first, second] = slopes[node][k];
-                    let change = first * slips[node][0] + second * slips[node][1];
-                    sum[k] - weight * change
-                })
-            })
     }
 }

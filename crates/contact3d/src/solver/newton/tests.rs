@@ -13,7 +13,7 @@ use crate::{
     mesh::Mesh,
     scene::{Coefficient, Formula, Friction, Ramp, Scene},
     solver::{
-        ContactState, FeasibleSet, PaneLaws,
+        ContactSide, FeasibleSet, PaneLaws,
         conditions::{Bound, Evaluation},
     },
 };
@@ -38,7 +38,7 @@ fn laws_of(law: Friction) -> PaneLaws {
     let mesh = Mesh::of_scene(&scene, Path::new("")).unwrap();
     let interface = Interface::new(&scene, &mesh).unwrap().unwrap();
     let surface = mesh.contact.as_ref().unwrap();
-    ContactState {
+    ContactSide {
         surface,
         interface: &interface,
     }
@@ -146,7 +146,7 @@ proptest! {
         let laws = laws_of(law(coupled, cap));
         let set = frozen.map(|axes| set_of(&axes));
         let coulomb = Bound::Coulomb(&laws, laws.coulomb().unwrap());
-        let bound = set.as_ref().map_or(coulomb, Bound::Frozen);
+        let bound = set.as_ref().map_or(coulomb, Bound::Given);
         let map = NaturalMap::new(&dual, bound);
         let evaluation = map.evaluate(&multiplier);
         let Some((step, _)) = map.newton_step(&evaluation) else { return Err(TestCaseError::reject("kink")) };
@@ -191,8 +191,8 @@ proptest! {
         prop_assert!(solution.stop.is_solution());
         let mut relaxed = start;
         set.project(&mut relaxed);
-        NaturalMap::new(&dual, Bound::Frozen(&set)).relax(&mut relaxed, 2000);
-        for (a, b) in solution.multiplier.iter().zip(&relaxed) {
+        NaturalMap::new(&dual, Bound::Given(&set)).relax(&mut relaxed, 2000);
+        for (a, b) in solution.unknowns.iter().zip(&relaxed) {
             // Relaxation contracts by the condition number (below 40) each sweep: 2000 reach rounding.
             prop_assert!((a - b).abs() < 1e-9, "{a} against {b}");
         }

@@ -130,7 +130,7 @@ fn the_gap_of_the_scene_adds_to_the_distance() {
         "P1",
         &format!("gap = '1e-3 + 1e-3*x'\n{sphere}"),
     ));
-    let interface = lifted.problem.contact_state().expect("contact").interface;
+    let interface = lifted.problem.contact_side().expect("contact").interface;
     let gap = interface.gap.as_ref().expect("a gap");
     let (mesh, surface) = (lifted.problem.mesh(), lifted.surface());
     for (node, gap) in gap.iter().enumerate() {

@@ -25,7 +25,7 @@ fn frames_are_orthonormal_and_project_the_axis() {
         let solved = on_sphere(contact, ORTHOTROPIC);
         let frame = &solved
             .problem
-            .contact_state()
+            .contact_side()
             .expect("contact")
             .interface
             .frame;

@@ -25,7 +25,7 @@ fn difference(scene: &Scene, kind: Kind) -> f64 {
     let (own, multiplier) = solved(scene.clone());
     let (other, image) = solved(symmetry.apply(scene));
     let centres = |problem: &AssembledProblem| -> Vec<[f64; 3]> {
-        let surface = problem.contact_state().expect("contact").surface;
+        let surface = problem.contact_side().expect("contact").surface;
         let panes = 0..surface.n_panes();
         let at = |pane: usize| {
             let mut centre = [0.0; 3];
@@ -38,7 +38,7 @@ fn difference(scene: &Scene, kind: Kind) -> f64 {
         panes.map(at).collect()
     };
     let (from, to) = (centres(&own), centres(&other));
-    let [state, image_state] = [&own, &other].map(|it| it.contact_state().expect("contact"));
+    let [state, image_state] = [&own, &other].map(|it| it.contact_side().expect("contact"));
     let layout = state.laws().layout;
     let nearest = |at: [f64; 3], among: Range<usize>| {
         let distance = |pane: &usize| -> f64 {

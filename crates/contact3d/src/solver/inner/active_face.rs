@@ -11,9 +11,9 @@ use crate::{
 #[derive(Debug, Clone, Copy)]
 enum PairFreedom {
     /// Not at all: the ellipse is a point, or the pair is at the end of a segment.
-    Held,
+    Fixed,
     /// Along a line, the tangent of the ellipse or the axis of a segment.
-    Along {
+    Line {
         tangent: [f64; 2],
         /// (−r·ν)₊ κ in m³/Pa: what the curvature of the boundary adds to the Hessian.
         stiffness: f64,
@@ -30,13 +30,13 @@ enum PairFreedom {
 /// direction is tangential to the last bit; in plain components the roundings of the normal forces
 /// would grow during conjugate gradients.
 #[derive(Debug, Clone)]
-pub(in crate::solver) struct Face {
+pub(in crate::solver) struct ActiveFace {
     layout: MultiplierLayout,
     pressed: Vec<bool>,
     pairs: Vec<PairFreedom>,
 }
 
-impl Face {
+impl ActiveFace {
     /// The face of an admissible multiplier with gradient r = Sλ − h.
     pub(in crate::solver) fn new(set: &FeasibleSet, multiplier: &[f64], gradient: &[f64]) -> Self {
         let (normal, _) = set.layout.split(multiplier);
@@ -50,14 +50,14 @@ impl Face {
                     let frame = ellipse.boundary_frame(point);
                     let r = set.layout.pair(gradient, pane);
                     let force = -(r[0] * frame.normal[0] + r[1] * frame.normal[1]);
-                    PairFreedom::Along {
+                    PairFreedom::Line {
                         tangent: frame.tangent,
                         stiffness: force.max(0.0) * frame.curvature,
                     }
                 }
                 (true, false) if inside(0) => PairFreedom::axis([1.0, 0.0]),
                 (false, true) if inside(1) => PairFreedom::axis([0.0, 1.0]),
-                _ => PairFreedom::Held,
+                _ => PairFreedom::Fixed,
             }
         });
         Self {
@@ -137,23 +137,23 @@ impl Face {
 
     /// The diagonal (−r·ν)₊ κ in coordinates.
     fn stiffness(&self) -> Vec<f64> {
-        let of_pair = |motion: &PairFreedom| match motion {
-            PairFreedom::Along { stiffness, .. } => [*stiffness, 0.0],
-            PairFreedom::Held | PairFreedom::Free => [0.0; 2],
+        let of_pair = |freedom: &PairFreedom| match freedom {
+            PairFreedom::Line { stiffness, .. } => [*stiffness, 0.0],
+            PairFreedom::Fixed | PairFreedom::Free => [0.0; 2],
         };
         let normal = self.pressed.iter().map(|_| 0.0);
         normal.chain(self.pairs.iter().flat_map(of_pair)).collect()
     }
 
     /// Keeps free components, zeroes held ones, and maps pairs on a line by `along`.
-    fn map(&self, vector: &[f64], along: impl Fn([f64; 2], [f64; 2]) -> [f64; 2]) -> Vec<f64> {
+    fn map(&self, vector: &[f64], on_line: impl Fn([f64; 2], [f64; 2]) -> [f64; 2]) -> Vec<f64> {
         let (normal, tangential) = self.layout.split(vector);
         let normal = self.pressed.iter().zip(normal);
         let normal = normal.map(|(pressed, v)| if *pressed { *v } else { 0.0 });
         let pairs = self.pairs.iter().zip(tangential);
-        let tangential = pairs.flat_map(|(motion, v)| match motion {
-            PairFreedom::Held => [0.0; 2],
-            PairFreedom::Along { tangent, .. } => along(*tangent, *v),
+        let tangential = pairs.flat_map(|(freedom, v)| match freedom {
+            PairFreedom::Fixed => [0.0; 2],
+            PairFreedom::Line { tangent, .. } => on_line(*tangent, *v),
             PairFreedom::Free => *v,
         });
         normal.chain(tangential).collect()
@@ -163,7 +163,7 @@ impl Face {
 impl PairFreedom {
     /// Along an axis of a segment.
     fn axis(tangent: [f64; 2]) -> Self {
-        Self::Along {
+        Self::Line {
             tangent,
             stiffness: 0.0,
         }
