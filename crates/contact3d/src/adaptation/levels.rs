@@ -180,6 +180,7 @@ mod tests {
 
     fn level(n_free: usize, estimated_error: f64, seconds: f64) -> AdaptiveLevel {
         AdaptiveLevel {
+            status: Status::Converged,
             n_free,
             estimated_error,
             seconds,
