@@ -118,7 +118,7 @@ fn a_mesh_larger_than_memory_is_refused_before_it_is_made() {
     let program = Program::new();
     // 4096³ cells take some 16 TB.
     let text = SCENE.replacen("[6, 2, 2]", "[4096, 4096, 4096]", 1);
-    let fragments = ["making the mesh", "of memory", "coarser mesh"];
+    let fragments = ["assembling the problem", "of memory", "coarser mesh"];
     assert_eq!(flaw(&program, text.as_bytes(), &fragments), None);
 }
 

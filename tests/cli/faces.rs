@@ -42,7 +42,7 @@ fn each_face_has_its_results_and_its_pictures() {
         names.filter(|name| name.ends_with(ending)).count()
     };
     // Coefficients of the floor are constant, which leaves two panels out.
-    assert_eq!(pictures(".png"), 13);
+    assert_eq!(pictures(".png"), 14);
     assert_eq!([pictures("-floor.svg"), pictures("-wall.svg")], [5, 7]);
     assert!(!program.path("run-figures/overview.svg").exists());
 }
