@@ -237,6 +237,7 @@ pub fn idle_loads(scene: &Scene, mesh: &Mesh) -> Vec<Warning> {
 
 /// The loads on faces whose integrals over triangles change where these are cut in four: the quadrature does not see all of what formulas
 /// do inside.
+#[must_use]
 pub fn unresolved_loads(scene: &Scene, mesh: &Mesh) -> Vec<Warning> {
     let told = scene.face_loads().filter_map(|load| {
         let (mut apart, mut whole) = (0.0, 0.0);

@@ -8,7 +8,10 @@
 use super::{
     ErrorEstimate, Resultants, Solved, SolvedContact,
     areas::{areas, half_space_stiffness},
-    estimate::{BoxLoad, FacePart, Field, FieldLoads, SolutionData, multipliers_between_nodes},
+    estimate::{
+        BoxLoad, FacePart, Field, FieldLoads, FunctionalError, SolutionData,
+        multipliers_between_nodes,
+    },
     peak::largest_pressure,
 };
 use crate::{
@@ -297,9 +300,14 @@ impl LinearisedFunctional {
     fn estimate(
         &self,
         energy: &ErrorEstimate,
-        (mut of_tetrahedra, [mut of_contact, cancelled]): (Vec<f64>, [f64; 2]),
+        found: FunctionalError,
         kinks: usize,
     ) -> FunctionalEstimate {
+        let FunctionalError {
+            mut of_tetrahedra,
+            mut of_contact,
+            cancelled,
+        } = found;
         if self.functional == Functional::StrainEnergy {
             let squares = energy.indicator.iter().map(|eta| 0.5 * eta * eta);
             let both = of_tetrahedra.iter_mut().zip(squares);

@@ -131,20 +131,30 @@ impl ContactError {
     }
 }
 
+/// What the mesh contributes to Q(u) − Q(u_h).
+pub(super) struct FunctionalError {
+    /// Of each tetrahedron, `[n_tetrahedra]`.
+    pub(super) of_tetrahedra: Vec<f64>,
+    /// The part of the contact conditions in the sum.
+    pub(super) of_contact: f64,
+    /// What cancels in that part where data differ inside panes.
+    pub(super) cancelled: f64,
+}
+
 impl ErrorEstimate {
     /// Estimates the error of a solved problem.
     pub(super) fn new(solved: &Solved<'_>, known: &SolutionData<'_>) -> Self {
         Self::with_adjoints(solved, known, &[]).0
     }
 
-    /// As [`Self::new`], with what the mesh contributes to Q(u) − Q(u_h) of functionals whose adjoints are given, of each tetrahedron,
-    /// `[n_tetrahedra]`, and the part of the contact conditions in the sum, with what cancels in it where data differ inside panes: a_T(e, e_z) of the local errors of solution and adjoint (for
-    /// linear tetrahedra of their recovered stresses), and −∫ (z − q)·δλ, with what the local errors add to displacements there.
+    /// As [`Self::new`], with what the mesh contributes to Q(u) − Q(u_h) of functionals whose adjoints are given: a_T(e, e_z) of the local
+    /// errors of solution and adjoint (for linear tetrahedra of their recovered stresses), and −∫ (z − q)·δλ, with what the local errors
+    /// add to displacements there.
     pub(super) fn with_adjoints(
         solved: &Solved<'_>,
         known: &SolutionData<'_>,
         adjoints: &[Field<'_>],
-    ) -> (Self, Vec<(Vec<f64>, [f64; 2])>) {
+    ) -> (Self, Vec<FunctionalError>) {
         let mesh = solved.mesh;
         let behind = mesh.behind_contact();
         let conditions = solved.contact.as_ref();
@@ -190,7 +200,11 @@ impl ErrorEstimate {
             } else {
                 0.0
             };
-            (of_tetrahedra, [of_contact, cancelled])
+            FunctionalError {
+                of_tetrahedra,
+                of_contact,
+                cancelled,
+            }
         });
         let shares = shares.collect();
         let contact = conditions.map(|it| ContactError::new(&it, &behind, &mut squares));
