@@ -1,7 +1,7 @@
 //! The nonlinear solvers: Algorithm 4.1 (successive approximations) with KPRGP, GPCG or Newton's
 //! method inside, and a semismooth Newton method for the whole problem.
 //!
-//! [`solve`] tells a solve in order and names the module of each step. It stands on these, each using only those before it:
+//! `solve.rs` tells a solve in order and names the module of each step. It stands on these, each using only those before it:
 //! `tolerances` (shared limits), `ellipse`, `feasible_set`, `pane_laws`, `strategy` (the list of start strategies), `solution`,
 //! `conditions` (the natural map), `problem`, `convex` (the interior point method), `newton`, `inner`, `minimisation`, `fixed_point`
 //! (Algorithm 4.1), `accuracy`, `assessment` (the status), `equilibrium`, `two_levels`, `newton_krylov`, `gradient_methods`. Beside it

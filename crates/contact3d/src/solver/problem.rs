@@ -32,7 +32,7 @@ use crate::{
 ///
 /// On each pane λ_ν ≥ 0, r_ν ≥ 0, λ_ν r_ν = 0 (Signorini), and λ_t is the point of the ellipse ‖𝓕⁻¹λ_t‖ ≤ g that does most work against
 /// the slip. Frictionless contact has g = 0; Tresca's law a given g, and then λ minimises ½ λᵀSλ − λᵀh over the ellipses; Coulomb's
-/// law g = λ_ν and 𝓕 = 𝓕(u_t), which is a fixed point of such minimisations. [`super::conditions`] has the natural map R, whose roots
+/// law g = λ_ν and 𝓕 = 𝓕(u_t), which is a fixed point of such minimisations. `conditions.rs` has the natural map R, whose roots
 /// are the solutions.
 pub struct ContactProblem<'a> {
     /// S, h and the equilibrium of rigid-body motions.

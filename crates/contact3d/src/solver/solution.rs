@@ -124,7 +124,7 @@ pub enum SolvedBy {
 /// The discrete solution and how it was reached.
 #[derive(Debug, Clone)]
 pub struct Solution {
-    /// What the solve came to, as [`super::assessment`] decides.
+    /// What the solve came to, as `assessment.rs` decides.
     pub status: Status,
     /// Relative error of λ, measured by one more solution from it with refined residuals: weighted by
     /// areas, the larger of that of λ_ν and of that of λ_t, relative to max(‖λ_t‖, ‖F λ_ν‖), or to the load

@@ -29,7 +29,7 @@ pub struct Linearisation {
     /// Spectral radius of Ψ' for the mapping Ψ of HKL: successive approximations converge to the solution from nearby where it is
     /// below 1; 0 without Coulomb friction, infinite where the problem with frozen friction is singular.
     pub contraction: f64,
-    /// The least |1 − μ| over the eigenvalues μ of Ψ', as [`super::LocalMapping`] has it; 1 without Coulomb friction.
+    /// The least |1 − μ| over the eigenvalues μ of Ψ', as [`crate::solver::LocalMapping`] has it; 1 without Coulomb friction.
     pub fold_distance: f64,
 }
 

@@ -9,7 +9,7 @@ use crate::{
     },
 };
 
-/// The natural map R(x) of [`Conditions`] for a dense S: x = λ with r = S λ − h, or x = (λ, α) with r = S λ − G α − h where there are
+/// The natural map R(x) of `Conditions` for a dense S: x = λ with r = S λ − h, or x = (λ, α) with r = S λ − G α − h where there are
 /// rigid motions. Its zeros solve the contact problem.
 pub struct NaturalMap<'a> {
     pub(in crate::solver) dual: &'a ExplicitDual,
