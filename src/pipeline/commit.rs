@@ -130,8 +130,13 @@ pub(super) struct Rollback {
 }
 
 impl Rollback {
-    /// Keeps the state of the file before the first commit.
-    pub(super) fn before_commit(&mut self, file: &RunFile) -> Result<(), StoreError> {
+    /// Keeps the state of the file before the first commit, and the names of the files that the commit writes beside it.
+    pub(super) fn before_commit(
+        &mut self,
+        file: &RunFile,
+        beside: Vec<String>,
+    ) -> Result<(), StoreError> {
+        self.linked.extend(beside);
         if self.savepoint.is_none() {
             self.savepoint = Some(file.savepoint()?);
         }

@@ -255,7 +255,7 @@ impl Store {
         changed: &[Group],
     ) -> Result<(), StoreError> {
         if let Some(rollback) = &mut self.rollback {
-            rollback.before_commit(&self.file)?;
+            rollback.before_commit(&self.file, transaction.names_beside())?;
         }
         let committed = transaction.commit();
         let is_stored = match &committed {

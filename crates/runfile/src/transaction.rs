@@ -183,6 +183,16 @@ impl Transaction {
         self.embed = true;
     }
 
+    /// The names of the files beside the run file that this change writes; where it fails, no run file may link them.
+    #[must_use]
+    pub fn names_beside(&self) -> Vec<String> {
+        let name = |part: &ExternalPart| {
+            let digest = self.finished.get(&part.group)?;
+            Some(LinkedName::new(part.group, digest).to_string())
+        };
+        self.external.iter().filter_map(name).collect()
+    }
+
     /// Puts the new state in the place of the old one, safe against loss of power.
     ///
     /// Each file is closed with every error seen before it is renamed. Files of groups come first: until the run file itself is

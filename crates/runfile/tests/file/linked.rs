@@ -253,6 +253,31 @@ fn what_no_run_file_links_any_more_can_be_removed() {
     assert_eq!(files(folder.path()), ["run.h5"]);
 }
 
+/// A disk that fills up after the file beside the run file: the run file keeps its state, and what it never linked can be found.
+#[test]
+fn a_change_that_fails_names_what_it_wrote_beside() {
+    let (folder, file) = folder();
+    save_grid(&file, 5);
+    let before = fs::read(&file).unwrap();
+    let locked = lock(&file).unwrap();
+    let mut transaction = Transaction::begin(&locked).unwrap();
+    transaction.keep_beside(FIELD);
+    write_field(transaction.group(FIELD).unwrap(), 5, &[0.5]).unwrap();
+    let names = transaction.names_beside();
+    assert_eq!(names.len(), 1);
+    for hidden in files(folder.path())
+        .into_iter()
+        .filter(|name| name.starts_with(".run.h5"))
+    {
+        fs::remove_file(folder.path().join(hidden)).unwrap();
+    }
+    transaction.commit().unwrap_err();
+    assert_eq!(fs::read(&file).unwrap(), before);
+    assert!(folder.path().join(&names[0]).exists());
+    locked.remove_unlinked(names);
+    assert_eq!(files(folder.path()), ["run.h5"]);
+}
+
 /// A run file that cannot be read, or that was written by a later version, may link any file of the folder.
 #[test]
 fn nothing_is_removed_while_a_file_does_not_tell_what_it_links() {
