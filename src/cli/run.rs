@@ -256,9 +256,13 @@ fn finish(
             )
         } else {
             let mut lines = run.summary();
+            if let Some(last) = increments.last() {
+                lines.human_only("state", Some(report::increment_in_words(scene, last)));
+            }
             let drawn = drawn.map_or_else(String::new, |drawn| format!(", {drawn}"));
             lines.human_only("files", Some(format!("{}{drawn}", file.display())));
-            lines.human_only("next", Some(report::next_command(file)));
+            let next = || report::next_command(file, performed.last().map(|it| it.stage));
+            lines.human_only("next", solution.status.is_solved().then(next));
             lines.text(2, 20) + &report::history_text(scene, increments, false)
         };
         let levels = levels.unwrap_or_default();

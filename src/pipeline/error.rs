@@ -64,7 +64,9 @@ pub enum StageError {
     #[error(transparent)]
     Command(Box<dyn std::error::Error + Send + Sync>),
     /// The cases were run, but their tables cannot be written.
-    #[error("{0}; cases that are stored are kept, and `contact3d-pipe sweep summary` writes the tables")]
+    #[error(
+        "{0}; cases that are stored are kept, and `contact3d-pipe sweep summary` writes the tables"
+    )]
     NotSummedUp(#[source] Box<StageError>),
     /// A picture could not be drawn or written.
     #[error("figure {}: {source}", file.display())]

@@ -96,7 +96,17 @@ pub fn history_text(scene: &Scene, records: &[StepRecord], all: bool) -> String 
     let is_shown = |k: usize| shows_all || records[k].increment.share >= 1.0 || k == last;
     let rows = lines.enumerate().filter(|(k, _)| is_shown(*k));
     let rows = titles.into_iter().chain(rows.map(|(_, line)| line));
-    head + &rows.collect::<String>() + "  (works and dissipation of each step)\n"
+    head + &rows.collect::<String>()
+        + "  (works and dissipation since each step began; friction acts on the foundation)\n"
+}
+
+/// Which increment the other results are of.
+pub fn increment_in_words(scene: &Scene, record: &StepRecord) -> String {
+    let time = shown_time(record.increment.time);
+    format!(
+        "all of this is of the last increment, {}, at time {time} s",
+        name(scene, record)
+    )
 }
 
 /// The title of a step and the number of the increment.

@@ -17,7 +17,9 @@ mod sweep;
 
 pub use features::features;
 pub use figure::{Digits, FigureTable, Figures};
-pub use levels::{adaptation_json, adaptation_table, history_text, increments, shown_time};
+pub use levels::{
+    adaptation_json, adaptation_table, history_text, increment_in_words, increments, shown_time,
+};
 pub use run::{SolvedRun, estimated_percent, percent};
 pub use screen::next_command;
 pub use status::{outcome, performed, stages, status, summary};

@@ -14,7 +14,7 @@ use super::{
     percent,
     run::estimate_words,
 };
-use crate::format::dimension_of_quantity as dimension;
+use crate::format::{Stage, dimension_of_quantity as dimension};
 
 /// Most contact faces whose force has a line of its own.
 const MOST_FACES: usize = 3;
@@ -33,7 +33,7 @@ impl SolvedRun<'_> {
         for (name, words) in motion.into_iter().chain(motions) {
             line(name, Some(words));
         }
-        if !self.solution.has_computed_solution() {
+        if !self.solution.status.is_solved() {
             return lines;
         }
         line("contact", self.nothing_touches());
@@ -61,7 +61,7 @@ impl SolvedRun<'_> {
         let (nodes, tetrahedra) = (self.mesh.coordinates.len(), self.mesh.tetrahedra.len());
         let panes = self.report.panes.len();
         let mut words = format!("{nodes} nodes, {tetrahedra} tetrahedra");
-        if panes > 0 {
+        if panes > 0 && self.solution.status.is_solved() {
             let zones = [Zone::Open, Zone::Stick, Zone::Slip].map(|zone| self.report.count(zone));
             let [open, stick, slip] = zones;
             words += &format!(", {panes} panes: {open} open, {stick} stick, {slip} slip");
@@ -159,12 +159,12 @@ impl SolvedRun<'_> {
     }
 }
 
-/// What to do next with a run file.
-pub fn next_command(file: &Path) -> String {
+/// What to do next with the run file of a solution, once a stage is done.
+pub fn next_command(file: &Path, done: Option<Stage>) -> String {
+    let shown = file.display();
+    if done == Some(Stage::Solve) {
+        return format!("contact3d-pipe post {shown}");
+    }
     let page = file.with_extension("html");
-    format!(
-        "contact3d-pipe report {} {}",
-        file.display(),
-        page.display()
-    )
+    format!("contact3d-pipe report {shown} {}", page.display())
 }
