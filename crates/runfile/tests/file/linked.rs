@@ -261,16 +261,13 @@ fn a_change_that_fails_names_what_it_wrote_beside() {
     let before = fs::read(&file).unwrap();
     let locked = lock(&file).unwrap();
     let mut transaction = Transaction::begin(&locked).unwrap();
+    let names = files(folder.path());
+    let hidden = names.iter().find(|name| name.starts_with(".run.h5"));
     transaction.keep_beside(FIELD);
     write_field(transaction.group(FIELD).unwrap(), 5, &[0.5]).unwrap();
     let names = transaction.names_beside();
     assert_eq!(names.len(), 1);
-    for hidden in files(folder.path())
-        .into_iter()
-        .filter(|name| name.starts_with(".run.h5"))
-    {
-        fs::remove_file(folder.path().join(hidden)).unwrap();
-    }
+    fs::remove_file(folder.path().join(hidden.unwrap())).unwrap();
     transaction.commit().unwrap_err();
     assert_eq!(fs::read(&file).unwrap(), before);
     assert!(folder.path().join(&names[0]).exists());
