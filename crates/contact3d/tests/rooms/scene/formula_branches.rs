@@ -84,6 +84,9 @@ fn smooth_away_from_kinks() -> impl Strategy<Value = (String, f64)> {
 }
 
 proptest! {
+    // One formula in three has no derivative at its kink.
+    #![proptest_config(ProptestConfig { max_global_rejects: 1 << 16, ..ProptestConfig::default() })]
+
     #[test]
     fn derivatives_equal_differences((text, kink) in smooth_away_from_kinks(), x in 0.2..3.0_f64) {
         prop_assume!((x - kink).abs() > 1e-4);
