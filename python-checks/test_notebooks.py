@@ -20,4 +20,4 @@ def test_notebook_runs(program, notebook, tmp_path, monkeypatch):
     drawn = [output for cell in book.cells for output in cell.get("outputs", []) if "image/png" in output.get("data", {})]
     assert len(drawn) >= 3
     summaries = [output for cell in book.cells for output in cell.get("outputs", []) if "text/html" in output.get("data", {})]
-    assert "normal contact force" in summaries[0]["data"]["text/html"]
+    assert "largest pressure" in summaries[0]["data"]["text/html"]

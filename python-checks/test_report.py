@@ -14,13 +14,14 @@ SCENE = ROOT / "pipelines" / "newton.toml"
 SMALL = ["--set", "body.brick.cells=[12,4,4]"]
 VOID = {"meta", "link", "br", "hr", "img", "input"}
 SECTIONS = [
-    "scene",
-    "results",
     "panels",
+    "results",
     "stress",
     "discretisation-error",
+    "details",
     "convergence",
     "certificate",
+    "scene",
     "timings",
     "accuracy",
 ]

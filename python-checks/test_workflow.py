@@ -48,7 +48,7 @@ def greased(tmp_path_factory):
 
 def test_a_run_shows_itself_as_a_summary(loop):
     for text in (repr(loop), str(loop), loop._repr_html_()):
-        assert "Steel block pulled to and fro" in text and "normal contact force" in text
+        assert "Steel block pulled to and fro" in text and "contact force" in text and "MN on the body" in text
     assert loop.summary["history"] == "25 increments, time 1 to 5 s"
     assert "VTKHDF" not in loop.children and "certificate" not in loop["post"].children
     with package.open(loop.file, everything=True) as whole:
@@ -141,7 +141,11 @@ def test_an_error_may_be_asked_for(tmp_path):
     force = run.to_dataframe("quantities").loc["normal_force"]
     assert force["value"] == run["post/resultants/normal_force"].item() and force["unit"] == "N"
     bar = max(force["largest"] - force["value"], force["value"] - force["smallest"]) / force["value"]
-    assert run.summary["normal contact force"].endswith(f" N, ± {100 * bar:.2g} %")
+    assert force["error_bar"] == pytest.approx(bar * force["value"], rel=1e-12)  # rounding of the two differences
+    said = subprocess.run([os.environ["CONTACT3D_PIPE"], "status", run.file], capture_output=True, text=True, check=True).stdout
+    assert all(f" {words}\n" in said for name, words in run.summary.items() if name not in ("title", "levels"))
+    told = run.summary["normal force"].split(" ± ")[1].removesuffix(" %")
+    assert float(told) == pytest.approx(100 * bar, rel=0.05)  # two digits
     with pytest.warns(package.SceneWarning, match="hardly be met"), pytest.raises(package.NotConverged, match="budget"):
         package.run(NEWTON, tmp_path / "short.h5", set=SMALL, error="0.0001%", budget=0.001)
     with pytest.raises(package.BadInput, match="write 3% or 0.03"):

@@ -27,7 +27,7 @@ class Answer(Enum):
 
 
 SECTION = re.compile(r'<section id="(\w+)">(.*?)</section>', re.DOTALL)
-COMPUTED = ("results", "panels", "convergence", "certificate")
+COMPUTED = ("results", "panels", "details", "convergence", "certificate")
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ def said(name: str, outcome: Outcome, folder: Path) -> object:
     answer = outcome.json
     if name == "status":
         stages = {s["stage"]: (s["state"], s["digest"]) for s in answer["stages"]}
-        return {"stages": stages, "results": answer["results"]}
+        return {"stages": stages, "results": without_seconds(answer["results"])}
     return without_seconds(answer)
 
 

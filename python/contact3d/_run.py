@@ -59,35 +59,23 @@ class Run(xr.DataTree):
 
     @property
     def summary(self) -> dict[str, str]:
-        """What the run came to, in words and numbers with units."""
+        """The first screen of the run by name, in the words of ``contact3d-pipe status``, of the file as it is now."""
+        from ._program import ProgramError, ProgramNotFound, name, perform
+
         found = {"title": str(self.scene.get("title", ""))} if "scene" in self.attrs else {}
-        if status := self._text("solve/status"):
-            accuracy = self._number("solve/accuracy")
-            found["status"] = status + (f", error {accuracy:.1e}" if accuracy is not None else "")
+        try:
+            told = perform(["status", name(self.file)])
+            told.check(self.file)
+            found.update(told.data["summary"] or {})
+        except (ProgramError, ProgramNotFound) as error:
+            found["status"] = str(error)
         if status := self._text("adapt/status"):
             # All there is of a run that was interrupted.
             errors = self["adapt/levels/estimated_error"].values
             found["levels"] = f"{status}: {len(errors)} solved, the last with an error of about {100 * errors[-1]:.2g} %"
-        sizes = {word: self._size("mesh", dim) for word, dim in SIZES.items()}
-        if any(sizes.values()):
-            found["mesh"] = ", ".join(f"{count} {word}" for word, count in sizes.items() if count)
         if "history" in self.children and "time" in self.history.dims:
             times = self.history["time"].values
             found["history"] = f"{len(times)} increments, time {times[0]:g} to {times[-1]:g} s"
-        if self._has("post/zone_counts"):
-            counts = self["post/zone_counts"]
-            words = counts.coords["zone"].values if "zone" in counts.coords else ["open", "stick", "slip"]
-            found["panes"] = ", ".join(f"{count} {word}" for word, count in zip(words, counts.values, strict=True))
-        bars = self._error_bars()
-        for name, words in MEASURES.items():
-            if (value := self._number(name)) is not None:
-                found[words] = f"{value:.6g} {_unit(self[name])}".strip() + bars.get(name, "")
-        if stress := self._number("post/largest_von_mises/value"):
-            bar = self._number("post/largest_von_mises/error") / stress
-            trust = f", ± {100 * bar:.2g} %" if np.isfinite(bar) else ", larger on every finer mesh"
-            found["largest von Mises stress"] = f"{stress:.4g} {_unit(self['post/largest_von_mises/value'])}" + trust
-        if (estimate := self._number("post/discretisation_error/total")) is not None:
-            found["discretisation error"] = f"about {100 * estimate:.2g} % in the energy norm"
         return found
 
     @property
@@ -225,21 +213,12 @@ class Run(xr.DataTree):
         stored = self["solve/quantities"].to_dataset(inherit=False)
         names = [str(name) for name in stored["name"].values]
         smallest, largest = stored["range"].values.T
+        value = stored["value"].values
         units = [_unit(self[IN_THE_UNIT_OF[name]]) if name in IN_THE_UNIT_OF else "" for name in names]
-        return pd.DataFrame({"value": stored["value"].values, "error": stored["error"].values, "smallest": smallest,
+        return pd.DataFrame({"value": value, "error_bar": np.maximum(largest - value, value - smallest),
+                             "signed_error": stored["signed_error"].values, "smallest": smallest,
                              "largest": largest, "unit": units, "kinks": stored["kinks"].values},
                             pd.Index(names, name="quantity"))
-
-    def _error_bars(self) -> dict[str, str]:
-        """Error bars of measures, in words: the larger distance to an end of the range, over the value."""
-        if not self._has("solve/quantities/value"):
-            return {}
-        table = self._quantity_table()
-        table = table[table["value"] != 0.0]
-        bars = np.maximum(table["largest"] - table["value"], table["value"] - table["smallest"]) / table["value"].abs()
-        # The largest pressure there is a mean about its place, that of the measures the largest of a pane.
-        exact = (name for name in ("normal_force", "strain_energy") if name in bars)
-        return {f"post/resultants/{name}": f", ± {100 * bars[name]:.2g} %" for name in exact}
 
     def _over_panes(self, values: xr.DataArray) -> xr.DataArray:
         """Values of panes under the dimension ``pane``; NaN on those without friction."""
@@ -314,8 +293,9 @@ class Run(xr.DataTree):
     def __repr__(self) -> str:
         if "file" not in self.attrs:
             return repr(self.datasets)
-        width = max(map(len, self.summary), default=0)
-        lines = [f"  {name:<{width}}  {words}" for name, words in self.summary.items()]
+        summary = self.summary
+        width = max(map(len, summary), default=0)
+        lines = [f"  {name:<{width}}  {words}" for name, words in summary.items()]
         groups = f"  groups: {', '.join(self.children)}; .datasets lists all"
         return "\n".join([f"<contact3d.Run {self.file}>", *lines, groups])
 
@@ -331,12 +311,6 @@ class Run(xr.DataTree):
                 f"<details><summary>datasets</summary>{self.datasets._repr_html_()}</details>")
 
 
-SIZES = {"nodes": "n_nodes", "tetrahedra": "n_tetrahedra", "panes": "n_panes"}
-MEASURES = {
-    "post/resultants/normal_force": "normal contact force",
-    "post/resultants/largest_pressure": "largest pressure",
-    "post/resultants/strain_energy": "strain energy",
-}
 #: A dataset in the unit of each quantity with an error bar.
 IN_THE_UNIT_OF = {
     "normal_force": "post/resultants/normal_force",
@@ -345,7 +319,7 @@ IN_THE_UNIT_OF = {
     "dissipation": "post/resultants/strain_energy",
     "largest_pressure": "post/resultants/largest_pressure",
     "mean_pressure": "post/resultants/largest_pressure",
-    "largest_displacement": "solve/displacement",
+    "peak_displacement": "solve/displacement",
     "mean_displacement": "solve/displacement",
     "contact_area": "mesh/pane_area",
     "stick_area": "mesh/pane_area",

@@ -231,11 +231,11 @@ fn finish(
     let target = scene.adapt.map_or(f64::NAN, |adapt| adapt.error);
     let (solution, report, increments) = (&results.solution, &results.report, &results.increments);
     let run = SolvedRun::new(scene, &results);
-    let features = report::features(scene, &run.sizes());
+    let features = || report::features(scene, &run.sizes());
     if output.json {
         let mut json = run.json(session.assembly());
         json["units"] = report::unit_words(scene.units);
-        json["effects"] = features.json();
+        json["effects"] = features().json();
         json["stages"] = report::performed(performed);
         if !increments.is_empty() {
             json["history"] = report::increments(scene, increments).json();
@@ -250,15 +250,12 @@ fn finish(
         let told = if output.verbose {
             format!(
                 "model features\n{}results\n{}{}",
-                features.text(2, 28),
+                features().text(2, 28),
                 run.figures().with(run.certificate()).text(2, 27),
                 report::history_text(scene, increments, true),
             )
         } else {
             let mut lines = run.summary();
-            if let Some(last) = increments.last() {
-                lines.human_only("state", Some(report::increment_in_words(scene, last)));
-            }
             let drawn = drawn.map_or_else(String::new, |drawn| format!(", {drawn}"));
             lines.human_only("files", Some(format!("{}{drawn}", file.display())));
             let next = || report::next_command(file, performed.last().map(|it| it.stage));

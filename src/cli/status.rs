@@ -11,8 +11,8 @@ use super::{
 };
 use crate::{
     format::{self, LAYOUT, Stage},
-    pipeline::{OpenRun, StageError, contradictions},
-    report::{self, unit_words},
+    pipeline::{OpenRun, StageError, contradictions, read_results},
+    report::{self, SolvedRun, unit_words},
     views::sweep_table,
 };
 
@@ -30,9 +30,11 @@ pub(super) fn status(file: &Path, output: &Output) -> Result<Exit, StageError> {
     let run = OpenRun::open(file)?;
     let (reader, scene) = (&run.reader, &run.input.scene);
     let is_fresh = |stage| run.is_fresh(stage);
-    let results = is_fresh(Stage::Post).then(|| format::read_case(reader));
-    let summary = results.transpose()?.flatten();
-    let summary = summary.map(|results| report::summary(&results, scene));
+    let results = is_fresh(Stage::Post).then(|| read_results(reader, &run.input));
+    let results = results.transpose()?;
+    let solved = results
+        .as_ref()
+        .map(|results| SolvedRun::new(scene, results));
     let outcome = is_fresh(Stage::Solve).then(|| format::read_outcome(reader));
     let outcome = outcome.transpose()?;
     let outcome = outcome.map(|outcome| report::outcome(&outcome, scene));
@@ -45,20 +47,17 @@ pub(super) fn status(file: &Path, output: &Output) -> Result<Exit, StageError> {
             "effects": features.json(),
             "stages": stages.json(),
             "outcome": outcome.map(|outcome| outcome.json()),
-            "results": summary.map(|summary| summary.json()),
+            "summary": solved.map(|solved| solved.summary().words_json()),
+            "results": solved.map(|solved| solved.figures().json()),
             "advice": advice,
             "units": unit_words(scene.units),
         }));
     } else {
-        let mut text = format!("{}\n{}", file.display(), scene.shown_title());
+        let mut text = format!("{}\n{}\n", file.display(), scene.shown_title());
+        let summary = solved.map(|solved| solved.summary()).or(outcome);
+        text += &summary.map_or_else(String::new, |summary| summary.text(2, 20));
         text += &stages.text();
         text += &format!("model features\n{}", features.text(2, 28));
-        if outcome.is_some() || summary.is_some() {
-            text += "results\n";
-        }
-        for figures in [&outcome, &summary].into_iter().flatten() {
-            text += &figures.text(2, 28);
-        }
         if let Some(advice) = &advice {
             text += &format!("  accuracy  {advice}\n");
         }

@@ -71,7 +71,7 @@ const FIELDS: Fields<CaseRow> = fields! { CaseRow => GROUP;
     (results?.tangential_force) "/cases/tangential_force", &[Named("n_cases"), extents::FRICTION_AXES], Dimension::FORCE, "Sum of area times tangential multiplier along t1 and t2.";
     (results?.contact_force) "/cases/contact_force", VECTORS, Dimension::FORCE, "Force of the foundation on the body.";
     (results?.largest_pressure) "/cases/largest_pressure", CASES, Dimension::STRESS, "Largest normal multiplier.";
-    (results?.largest_displacement) "/cases/largest_displacement", VECTORS, Dimension::LENGTH, "Largest |u_x|, |u_y|, |u_z| of a node.";
+    (results?.largest_displacement_along) "/cases/largest_displacement_along", VECTORS, Dimension::LENGTH, "Largest |u_x|, |u_y|, |u_z| of a node.";
     (results?.strain_energy) "/cases/strain_energy", CASES, Dimension::Energy, "Strain energy.";
     (results?.certificate) "/cases/certificate", &[Named("n_cases"), extents::CERTIFICATE_FIGURES], Dimension::Number, "Equilibrium, penetration, adhesion, complementarity, friction bound, slip direction, fixed point, as in /post/certificate.";
     (results?.solve_digest) "/cases/solve_digest", CASES, Dimension::Number, "Digest of the solution, else empty.";
@@ -172,7 +172,7 @@ pub struct CaseResults {
     /// Largest pressure in Pa.
     pub largest_pressure: f64,
     /// Largest displacement components in m.
-    pub largest_displacement: [f64; 3],
+    pub largest_displacement_along: [f64; 3],
     /// Strain energy in J.
     pub strain_energy: f64,
     /// What happens on each of several contact faces; empty for one.
@@ -225,7 +225,7 @@ pub fn read_case(reader: &Reader) -> Result<Option<CaseResults>, FormatError> {
         tangential_force: resultant(reader, tangential, is_solved)?,
         contact_force: vector("/post/resultants/contact_force")?,
         largest_pressure: number("/post/resultants/largest_pressure")?,
-        largest_displacement: vector("/post/resultants/largest_displacement")?,
+        largest_displacement_along: vector("/post/resultants/largest_displacement_along")?,
         strain_energy: number("/post/resultants/strain_energy")?,
         faces: if is_solved {
             read_faces(reader)?

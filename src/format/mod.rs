@@ -38,8 +38,8 @@ pub use assemble::{
 pub use bound::{GROUP as BOUND, read as read_bound, write as write_bound};
 pub use branches::{GROUP as BRANCHES, read as read_branches, write as write_branches};
 pub use cases::{
-    CERTIFICATE, CaseResults, CaseRow, GROUP as CASES, SWEEP_LAYOUT, TableOwner, read_case,
-    read_table_owner, write as write_cases,
+    CERTIFICATE, CaseRow, GROUP as CASES, SWEEP_LAYOUT, TableOwner, read_case, read_table_owner,
+    write as write_cases,
 };
 pub use extents::{StageSizes, read_sizes};
 pub use increments::{GROUP as HISTORY, read as read_history, write as write_history};

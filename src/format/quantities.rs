@@ -31,9 +31,9 @@ const NO_ERROR: &str = "absent unless the scene asks for an error";
 
 pub(super) const FIELDS: Fields<FunctionalEstimate> = fields! { FunctionalEstimate => solve::GROUP;
     [|it| it.functional.word().to_owned()] NAME, ROWS, Dimension::Number, "Quantities of the answer, as `adapt.of` names them.".optional(MISSING);
-    {Kind::Text} UNIT, ROWS, Dimension::Number, "The unit of each: of its value, error and range.".optional(MISSING);
+    {Kind::Text} UNIT, ROWS, Dimension::Number, "The unit of each: of its value, signed_error and range.".optional(MISSING);
     (value) "/solve/quantities/value", ROWS, Dimension::Number, "Their values, each in its own `unit`.".symbol("Q(u_h)").optional(MISSING);
-    (error) "/solve/quantities/error", ROWS, Dimension::Number, "Estimated Q(u) - Q(u_h) with its sign; of areas the larger distance to an end of the range.".optional(MISSING);
+    (signed_error) "/solve/quantities/signed_error", ROWS, Dimension::Number, "Estimated Q(u) - Q(u_h) with its sign; of areas and the largest pressure, whose estimates have none, the error bar.".optional(MISSING);
     (range) "/solve/quantities/range", &[Named("n_quantities"), Fixed(2)], Dimension::Number, "Where the quantity of the body lies by the estimate: smallest and largest value.".optional(MISSING);
     [corners, put_corners] BOX, &[Named("n_quantities"), Fixed(2), extents::XYZ], Dimension::LENGTH, "Opposite corners of the box that a mean is over, or of the pane of the largest pressure; NaN for what has no place.".optional(MISSING);
     (kinks) "/solve/quantities/kinks", ROWS, Dimension::Number, "Panes at a kink of the contact conditions, where the estimate is that of one side.".optional(MISSING);
@@ -43,9 +43,9 @@ pub(super) const FIELDS: Fields<FunctionalEstimate> = fields! { FunctionalEstima
 /// The quantities of one increment, all that some increment has; NaN for one that is zero or has no estimate there.
 pub(super) const OF_INCREMENTS: Fields<Vec<FunctionalEstimate>> = fields! { Vec<FunctionalEstimate> => increments::GROUP;
     {Kind::Text} HISTORY_NAME, COLUMNS, Dimension::Number, "Quantities of the increments, as `adapt.of` names them.".optional(NO_ERROR);
-    {Kind::Text} HISTORY_UNIT, COLUMNS, Dimension::Number, "The unit of each: of its value, error and range.".optional(NO_ERROR);
+    {Kind::Text} HISTORY_UNIT, COLUMNS, Dimension::Number, "The unit of each: of its value, signed_error and range.".optional(NO_ERROR);
     [|row| each(row, |it| it.value), |row, values| put_each(row, values, |it, value| it.value = value)] "/history/quantities/value", CELLS, Dimension::Number, "Their values, each in its own `unit`; NaN where one is zero or has no estimate.".symbol("Q(u_h)").optional(NO_ERROR);
-    [|row| each(row, |it| it.error), |row, errors| put_each(row, errors, |it, error| it.error = error)] "/history/quantities/error", CELLS, Dimension::Number, "Estimated Q(u) - Q(u_h) with its sign, given the increments before; of areas the larger distance to an end of the range.".optional(NO_ERROR);
+    [|row| each(row, |it| it.signed_error), |row, errors| put_each(row, errors, |it, error| it.signed_error = error)] "/history/quantities/signed_error", CELLS, Dimension::Number, "Estimated Q(u) - Q(u_h) with its sign, given the increments before; of areas and the largest pressure, whose estimates have none, the error bar.".optional(NO_ERROR);
     [|row| each(row, |it| it.range), |row, ranges| put_each(row, ranges, |it, range| it.range = range)] "/history/quantities/range", &[Named("n_increments"), Named("n_history_quantities"), Fixed(2)], Dimension::Number, "Where the quantity of the body lies by the estimate: smallest and largest value.".optional(NO_ERROR);
     [|row| each(row, corners), |row, boxes| put_each(row, boxes, put_corners)] "/history/quantities/box", &[Named("n_increments"), Named("n_history_quantities"), Fixed(2), extents::XYZ], Dimension::LENGTH, "Opposite corners of the box that a mean is over; NaN for what is no mean.".optional(NO_ERROR);
     [|row| each(row, |it| it.kinks), |row, kinks| put_each(row, kinks, |it, kinks| it.kinks = kinks)] "/history/quantities/kinks", CELLS, Dimension::Number, "Panes at a kink of the contact conditions, where the estimate is that of one side.".optional(NO_ERROR);
@@ -79,7 +79,7 @@ fn unknown(functional: Functional) -> FunctionalEstimate {
     FunctionalEstimate {
         functional,
         value: f64::NAN,
-        error: f64::NAN,
+        signed_error: f64::NAN,
         range: [f64::NAN; 2],
         corners: None,
         kinks: 0,
@@ -93,7 +93,7 @@ pub fn dimension(functional: Functional) -> Dimension {
         Functional::NormalForce | Functional::TangentialForce => Dimension::FORCE,
         Functional::LargestPressure | Functional::MeanPressure { .. } => Dimension::STRESS,
         Functional::ContactArea | Functional::StickArea => Dimension::AREA,
-        Functional::LargestDisplacement | Functional::MeanDisplacement { .. } => Dimension::LENGTH,
+        Functional::PeakDisplacement | Functional::MeanDisplacement { .. } => Dimension::LENGTH,
         Functional::StrainEnergy | Functional::Dissipation => Dimension::Energy,
     }
 }

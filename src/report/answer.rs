@@ -8,7 +8,7 @@ use contact3d::{
     solver::{LocalMapping, Solution},
 };
 use serde_json::{Value, json};
-use units::{Dimension, Units};
+use units::{Unit, Units};
 
 use super::percent;
 use crate::format::dimension_of_quantity as dimension;
@@ -94,94 +94,32 @@ pub(super) fn null_space_words(
     motions.iter().map(line).collect()
 }
 
-/// The name of a quantity and what it is by the estimate, for people; of forces not above `noise` 0.
-pub(super) fn quantity_words(
-    units: Units,
-    it: &FunctionalEstimate,
-    has_few_panes: bool,
-    noise: f64,
-) -> (String, String) {
-    let unit = units.of(dimension(it.functional));
-    let name = match (it.functional, it.corners) {
-        (Functional::LargestDisplacement, Some(_)) => "mean displacement near peak".to_owned(),
-        (of, _) if of.is_area() => of.word().replace('_', " "),
-        (of, _) => format!("{}, error bar", of.word().replace('_', " ")),
-    };
-    let value = match it.functional {
-        Functional::ContactArea | Functional::StickArea => {
-            let [low, high] = it.range;
-            let few = if has_few_panes { ", on few panes" } else { "" };
-            format!(
-                "{:.4e} {} ({low:.4e} to {high:.4e}{few})",
-                it.value,
-                unit.word()
-            )
-        }
-        Functional::LargestPressure => {
-            let place = place_of_pane(units, it);
-            if it.range[1].is_finite() {
-                format!(
-                    "{:.4e} {} ± {}{place}",
-                    it.value,
-                    unit.word(),
-                    bar(it, unit.word())
-                )
-            } else {
-                format!(
-                    "above {:.4e} {}{place}, an edge of the contact face where it grows with every finer mesh",
-                    it.value,
-                    unit.word()
-                )
-            }
-        }
-        Functional::TangentialForce if it.value.abs() <= noise => format!("0 {}", unit.word()),
-        _ => format!(
-            "{:.4e} {} ± {}{}",
-            it.value,
-            unit.word(),
-            bar(it, unit.word()),
-            cautions(units, it)
-        ),
-    };
-    (name, value)
-}
-
-/// An error bar relative to its value, or in a unit where the value is no more than the bar.
-fn bar(it: &FunctionalEstimate, unit: &str) -> String {
-    let [low, high] = it.range;
-    match it.relative() {
-        share @ ..=1.0 => percent(share),
-        _ => format!("{:.1e} {unit}", (high - it.value).max(it.value - low)),
+/// The name of a quantity for people.
+pub(super) fn name_of_quantity(of: Functional) -> String {
+    match of {
+        Functional::TangentialForce => "friction force".to_owned(),
+        Functional::PeakDisplacement => "mean displacement at peak".to_owned(),
+        _ => of.word().replace('_', " "),
     }
 }
 
-/// The middle of the box of the largest pressure.
-fn place_of_pane(units: Units, it: &FunctionalEstimate) -> String {
-    it.corners.map_or_else(String::new, |[low, high]| {
-        let [x, y, z] = [0, 1, 2].map(|c| (low[c] + high[c]) / 2.0);
-        let unit = units.of(Dimension::LENGTH);
-        format!(" at ({x:.4}, {y:.4}, {z:.4}) {}", unit.word())
-    })
-}
-
-/// The box of a mean, and panes at kinks.
-fn cautions(units: Units, it: &FunctionalEstimate) -> String {
-    let mean = it.corners.map_or_else(String::new, |[low, high]| {
-        let unit = units.of(Dimension::LENGTH);
-        let corner = |[x, y, z]: [f64; 3]| format!("({x:.4}, {y:.4}, {z:.4})");
-        format!(
-            ", mean from {} to {} {}",
-            corner(low),
-            corner(high),
-            unit.word()
-        )
-    });
-    let kinks = match it.kinks {
-        0 => String::new(),
-        1 => ", 1 pane at a kink".into(),
-        many => format!(", {many} panes at kinks"),
+/// A value at a place with its error bar, in its unit where the bar is larger than the value; `edge` is what it has no limit at.
+pub(super) fn with_bar(
+    unit: &Unit,
+    [value, bar]: [f64; 2],
+    place: &str,
+    edge: Option<&str>,
+) -> String {
+    let told = unit.told(&[value]);
+    if let Some(edge) = edge {
+        return format!("above {told}{place}, {edge} where it grows with every finer mesh");
+    }
+    let bar = if bar > value.abs() {
+        unit.told(&[bar])
+    } else {
+        percent(if bar == 0.0 { 0.0 } else { bar / value.abs() })
     };
-    mean + &kinks
+    format!("{told} ± {bar}{place}")
 }
 
 /// The quantities for programs.
@@ -191,7 +129,8 @@ pub(super) fn quantities_json(units: Units, found: &[FunctionalEstimate]) -> Val
             "name": it.functional.word(),
             "unit": units.of(dimension(it.functional)).word(),
             "value": it.value,
-            "error": it.error,
+            "error_bar": it.error_bar(),
+            "signed_error": it.signed_error,
             "range": it.range,
             "box": it.corners,
             "kinks": it.kinks,

@@ -155,6 +155,12 @@ impl Figures {
         });
     }
 
+    /// Values with a dimension as people read them: four digits, with a prefix.
+    pub fn told(&mut self, words: &str, dimension: Dimension, values: Option<impl AsRef<[f64]>>) {
+        let shown = values.map(|values| self.units.of(dimension).told(values.as_ref()));
+        self.human_only(words, shown);
+    }
+
     /// What only programs want.
     pub fn json_only(&mut self, key: &str, value: impl Serialize) {
         self.list.push(Figure {
@@ -163,6 +169,12 @@ impl Figures {
             unit: String::new(),
             shown: None,
         });
+    }
+
+    /// The same for programs alone.
+    pub fn for_programs(mut self) -> Self {
+        self.list.iter_mut().for_each(|figure| figure.words = None);
+        self
     }
 
     /// The figures of another list after these.
@@ -204,6 +216,11 @@ impl Figures {
     /// Names and values of what there is to read.
     pub(crate) fn pairs(&self) -> impl Iterator<Item = (String, String)> {
         self.list.iter().filter_map(Figure::pair)
+    }
+
+    /// Names and values of what there is to read, for programs that show them.
+    pub fn words_json(&self) -> Value {
+        self.pairs().map(|(name, words)| [name, words]).collect()
     }
 
     /// One line for each figure, the values in a column of their own.
@@ -351,7 +368,7 @@ impl FigureTable {
 
 /// A number, numbers or nothing.
 fn is_figure(cell: &str) -> bool {
-    let begins = |c: char| c.is_ascii_digit() || "+-−.>*".contains(c);
+    let begins = |c: char| c.is_ascii_digit() || "+-−.>*(".contains(c);
     cell.is_empty() || cell.starts_with(begins) || ["NaN", "inf"].contains(&cell)
 }
 

@@ -9,9 +9,9 @@ use serde_json::{Value, json};
 use units::Dimension;
 
 use super::{
-    Digits::{Fixed, Scientific},
+    Digits::Fixed,
     FigureTable, Figures,
-    answer::quantities_json,
+    answer::{name_of_quantity, quantities_json},
     estimated_percent, percent,
 };
 use crate::format::{adaptive_status_word, dimension_of_quantity as dimension};
@@ -37,21 +37,17 @@ pub fn increments(scene: &Scene, records: &[StepRecord]) -> FigureTable {
         work += energies.load_work;
         dissipated += energies.dissipation;
         let [open, stick, slip] = record.zone_counts();
-        let [normal, first, second] = record.multiplier_force;
         let mut figures = Figures::new(scene.units);
         let name = Some(name(scene, record));
         figures.described("step", "step", name, record.increment.step);
         figures.json_only("increment", record.increment.number);
         figures.add("time", "time", Dimension::Time, Fixed(4), record.increment.time);
         figures.counts("open, stick, slip", [("open", open), ("stick", stick), ("slip", slip)]);
-        figures.add("", "normal", Dimension::FORCE, Scientific(5), normal);
-        // What a tilt of the axes by rounding makes of the normal force.
-        let noise = 1e-12 * normal.abs();
-        let friction = [first, second].map(|part| if part.abs() <= noise { 0.0 } else { part });
-        figures.add("", "friction t1, t2", Dimension::FORCE, Scientific(4), friction);
-        figures.add("", "loads", Dimension::Energy, Scientific(4), work);
-        figures.add("", "friction", Dimension::Energy, Scientific(4), dissipated);
-        figures.add("strain_energy", "strain", Dimension::Energy, Scientific(4), energies.strain);
+        figures.told("contact force on the body", Dimension::FORCE, Some(record.contact_force));
+        figures.told("work of loads", Dimension::Energy, Some([work]));
+        figures.told("friction took", Dimension::Energy, Some([dissipated]));
+        figures.told("strain energy", Dimension::Energy, Some([energies.strain]));
+        figures.json_only("strain_energy", energies.strain);
         figures.json_only("energy_imbalance", energies.imbalance);
         if let Some(errors) = &errors {
             let error = errors[k];
@@ -74,7 +70,7 @@ pub fn increments(scene: &Scene, records: &[StepRecord]) -> FigureTable {
         figures.json_only("quantities", quantities);
         figures
     });
-    FigureTable::new("Increments; works and dissipation since their step began", rows)
+    FigureTable::new("Increments; works and energies that friction took since their step began", rows)
 }
 
 /// The ends of the steps, or `all` increments of a history that is not long; empty without a history.
@@ -97,7 +93,65 @@ pub fn history_text(scene: &Scene, records: &[StepRecord], all: bool) -> String 
     let rows = lines.enumerate().filter(|(k, _)| is_shown(*k));
     let rows = titles.into_iter().chain(rows.map(|(_, line)| line));
     head + &rows.collect::<String>()
-        + "  (works and dissipation since each step began; friction acts on the foundation)\n"
+        + "  (works and energies that friction took since each step began)\n"
+        + &peaks(scene, records).text(2, 22)
+}
+
+/// The largest forces and pressure of all increments with where they are, and the energies of the last cycle.
+pub fn peaks(scene: &Scene, records: &[StepRecord]) -> Figures {
+    let mut figures = Figures::new(scene.units);
+    let mut peak = |words: &str, dimension, of: fn(&StepRecord) -> f64| {
+        let Some(record) = records.iter().max_by(|a, b| of(a).total_cmp(&of(b))) else {
+            return;
+        };
+        let (time, name) = (shown_time(record.increment.time), name(scene, record));
+        let value = scene.units.of(dimension).told(&[of(record)]);
+        let shown = format!("{value} at time {time} s, {name}");
+        figures.human_only(words, (of(record) > 0.0).then_some(shown));
+    };
+    peak("largest normal force", Dimension::FORCE, |record| {
+        record.multiplier_force[0]
+    });
+    peak("largest friction force", Dimension::FORCE, |record| {
+        let [_, first, second] = record.multiplier_force;
+        first.hypot(second)
+    });
+    peak("largest pressure", Dimension::STRESS, |record| {
+        let normal = record.multiplier.iter().take(record.panes.len());
+        normal.copied().fold(0.0, f64::max)
+    });
+    if let Some([first, last]) = last_cycle(scene, records) {
+        let steps = first..=last;
+        let of_cycle = records
+            .iter()
+            .filter(|it| steps.contains(&it.increment.step));
+        let sums = of_cycle.fold([0.0, 0.0], |[work, friction], it| {
+            [
+                work + it.energies.load_work,
+                friction + it.energies.dissipation,
+            ]
+        });
+        let (told, unit) = scene.units.of(Dimension::Energy).parts(&sums);
+        let steps = [first, last].map(|step| escape_control(&scene.step_title(step)));
+        figures.human_only(
+            "energy of a cycle",
+            Some(format!(
+                "work of loads {} {unit}, friction took {} {unit} from {} to {}",
+                told[0], told[1], steps[0], steps[1]
+            )),
+        );
+    }
+    figures
+}
+
+/// The first and the last step of the last cycle: the loads end where they were before the first.
+fn last_cycle(scene: &Scene, records: &[StepRecord]) -> Option<[usize; 2]> {
+    let done = records.iter().filter(|it| it.increment.share >= 1.0);
+    let last = done.last()?.increment.step;
+    let ends: Vec<Scene> = scene.at_ends().collect::<Result<_, _>>().ok()?;
+    let before = (0..last.saturating_sub(1)).rev();
+    let start = before.into_iter().find(|step| ends[*step] == ends[last])?;
+    Some([start + 1, last])
 }
 
 /// Which increment the other results are of.
@@ -138,13 +192,14 @@ pub fn adaptation_table(scene: &Scene, adaptation: &Adaptation, target: f64) -> 
         let error = level.estimated_error;
         figures.described("estimated_error", "error about", Some(estimated_percent(error)), error);
         if let Some(of) = of {
-            figures.add("value", of.word(), dimension(of), Scientific(4), level.value);
+            figures.told(&name_of_quantity(of), dimension(of), level.value.map(|value| [value]));
+            figures.json_only("value", level.value);
         }
         figures.add("seconds", "time", Dimension::Time, Fixed(3), level.seconds);
         figures.json_only("status", level.status.word());
         figures
     });
-    let of = of.map_or_else(String::new, |of| format!(" of {}", of.word()));
+    let of = of.map_or_else(String::new, |of| format!(" of {}", name_of_quantity(of)));
     let caption = format!("levels for an error of {}{of}", percent(target));
     FigureTable::new(&caption, rows)
 }

@@ -18,11 +18,12 @@ mod sweep;
 pub use features::features;
 pub use figure::{Digits, FigureTable, Figures};
 pub use levels::{
-    adaptation_json, adaptation_table, history_text, increment_in_words, increments, shown_time,
+    adaptation_json, adaptation_table, history_text, increment_in_words, increments, peaks,
+    shown_time,
 };
 pub use run::{SolvedRun, estimated_percent, percent};
 pub use screen::next_command;
-pub use status::{outcome, performed, stages, status, summary};
+pub use status::{outcome, performed, stages, status};
 pub use sweep::{Cell, Column, SweepTable};
 
 use units::Units;

@@ -3,12 +3,16 @@
 use contact3d::{
     dual::Assembly,
     elasticity::BodyMotion,
+    history::StepRecord,
     mesh::{Mesh, extents},
     post::{
         ContactReport, ContactResultants, ErrorEstimate, FaceResultants, PaneState, SourceForce,
         StressConcentration, Zone,
     },
-    scene::{ContactFeatures, FrictionModel, MultiplierSpace, Obstacle, Scene, escape_control},
+    scene::{
+        ContactFeatures, FrictionModel, Functional, MultiplierSpace, Obstacle, Scene,
+        escape_control,
+    },
     solver::{Solution, SolvedBy, StartStrategy},
 };
 use serde_json::{Map, Value, json};
@@ -18,8 +22,8 @@ use super::{
     Digits::Scientific,
     FigureTable, Figures,
     answer::{
-        fold_words, motion_words, null_space_motions, null_space_words, quantities_json,
-        quantity_words, radius_words, sign_words,
+        fold_words, name_of_quantity, null_space_motions, quantities_json, radius_words,
+        sign_words, with_bar,
     },
     status::status,
 };
@@ -28,12 +32,12 @@ use crate::{format::StageSizes, pipeline::Results};
 /// A scene with its results.
 #[derive(Clone, Copy)]
 pub struct SolvedRun<'a> {
-    pub(super) scene: &'a Scene,
+    pub(crate) scene: &'a Scene,
     pub(super) mesh: &'a Mesh,
     pub(super) solution: &'a Solution,
     pub(super) report: &'a ContactReport,
-    /// That of the least accurate increment, or of the solution.
-    accuracy: f64,
+    /// Those of a history.
+    pub(super) increments: &'a [StepRecord],
 }
 
 impl<'a> SolvedRun<'a> {
@@ -44,11 +48,14 @@ impl<'a> SolvedRun<'a> {
             mesh: results.mesh(),
             solution: &results.solution,
             report: &results.report,
-            accuracy: {
-                let records = results.increments.iter().map(|record| record.accuracy);
-                records.fold(results.solution.accuracy, f64::max)
-            },
+            increments: &results.increments,
         }
+    }
+
+    /// The accuracy of the least accurate increment, or of the solution.
+    fn accuracy(&self) -> f64 {
+        let records = self.increments.iter().map(|record| record.accuracy);
+        records.fold(self.solution.accuracy, f64::max)
     }
 
     /// The numbers of unknowns.
@@ -62,20 +69,32 @@ impl<'a> SolvedRun<'a> {
         }
     }
 
-    /// How the solve went, what contact and body do, and how far both are to be trusted.
+    /// The first screen and the details.
     pub fn figures(&self) -> Figures {
+        self.summary().with(self.details())
+    }
+
+    /// What the first screen leaves out of the solve, contact, body and their errors.
+    pub fn details(&self) -> Figures {
         let solve = self.of_solve().with(self.of_contact());
         solve.with(self.of_body()).with(self.of_errors())
+    }
+
+    /// What pictures and pages say first of a solve that failed; `None` of one that did not.
+    pub fn stamp(&self) -> Option<String> {
+        let words = status(self.solution, self.scene, self.mesh);
+        let (what, _) = words.split_once(';').unwrap_or((&words, ""));
+        let what = what.trim_start_matches("NOT CONVERGED: ");
+        let failed = !self.solution.status.is_success(&self.scene.solve);
+        failed.then(|| format!("NOT CONVERGED: {what}"))
     }
 
     /// What the status means, and the accuracy of the least accurate increment where it is another one.
     pub(super) fn status_words(&self) -> String {
         let words = status(self.solution, self.scene, self.mesh);
-        if self.accuracy > self.solution.accuracy {
-            format!(
-                "{words}; the least accurate increment to {:.1e}",
-                self.accuracy
-            )
+        let accuracy = self.accuracy();
+        if accuracy > self.solution.accuracy {
+            format!("{words}; the least accurate increment to {accuracy:.1e}")
         } else {
             words
         }
@@ -85,11 +104,11 @@ impl<'a> SolvedRun<'a> {
     fn of_solve(&self) -> Figures {
         let (solution, mesh) = (self.solution, self.mesh);
         let mut figures = Figures::new(self.scene.units);
-        figures.described("status", "status", Some(self.status_words()), solution.status.word());
-        figures.json_only("accuracy", self.accuracy);
-        let (nodes, tetrahedra) = (mesh.coordinates.len(), mesh.tetrahedra.len());
-        let sizes = [("n_nodes", nodes), ("n_tetrahedra", tetrahedra), ("n_panes", self.report.panes.len())];
-        figures.counts("nodes, tetrahedra, panes", sizes);
+        figures.json_only("status", solution.status.word());
+        figures.json_only("accuracy", self.accuracy());
+        figures.json_only("n_nodes", mesh.coordinates.len());
+        figures.json_only("n_tetrahedra", mesh.tetrahedra.len());
+        figures.json_only("n_panes", self.report.panes.len());
         let nodes = mesh.contact.as_ref().map(|surface| surface.nodes.len());
         figures.json_only("n_contact_nodes", nodes);
         let (primal, dual) = (solution.displacement.len(), solution.multiplier.len());
@@ -117,7 +136,7 @@ impl<'a> SolvedRun<'a> {
     fn of_contact(&self) -> Figures {
         let contact = self.report.resultants.contact.as_ref();
         let zones = [Zone::Open, Zone::Stick, Zone::Slip].map(|zone| self.report.count(zone));
-        let mut figures = self.resultants(zones, contact);
+        let mut figures = self.resultants(zones, contact).for_programs();
         for face in self.faces().rows {
             let mut pairs = face.pairs();
             let name = pairs.next().map(|(_, name)| format!("on {name}"));
@@ -126,7 +145,6 @@ impl<'a> SolvedRun<'a> {
                 .collect();
             figures.human_only(&name.unwrap_or_default(), Some(told.join("; ")));
         }
-        figures.human_only("contact", self.nothing_touches());
         figures.human_only("friction on panes", friction_ranges(self.report));
         figures
     }
@@ -214,19 +232,15 @@ impl<'a> SolvedRun<'a> {
     fn resultants(&self, [open, stick, slip]: [usize; 3], contact: Option<&ContactResultants>) -> Figures {
         let mut figures = Figures::new(self.scene.units);
         let zones = [("open", open), ("stick", stick), ("slip", slip)];
-        if contact.is_some() {
-            figures.counts("panes open, stick, slip", zones);
-        } else {
-            for (key, count) in zones {
-                figures.json_only(key, count);
-            }
-        }
-        normal_force(&mut figures, contact.map(|c| c.normal_force));
+        figures.counts("panes open, stick, slip", zones);
+        figures.told("normal force", Dimension::FORCE, contact.map(|c| [c.normal_force]));
+        figures.json_only("normal_force", contact.map(|c| c.normal_force));
         let tangential = contact.and_then(|c| c.tangential_force);
-        let shown = tangential.map(|force| self.without_noise(force, |row| row.force));
-        figures.add("", "tangential multiplier force", Dimension::FORCE, Scientific(6), shown);
+        let on_body = tangential.map(|force| self.without_noise(force, |row| row.force).map(|part| -part));
+        figures.told("friction t1, t2 on the body", Dimension::FORCE, on_body);
         figures.json_only("tangential_force", tangential);
-        largest_pressure(&mut figures, contact.map(|c| c.largest_pressure));
+        figures.told("largest pressure", Dimension::STRESS, contact.map(|c| [c.largest_pressure]));
+        figures.json_only("largest_pressure", contact.map(|c| c.largest_pressure));
         figures
     }
 
@@ -256,8 +270,8 @@ impl<'a> SolvedRun<'a> {
             let mut figures = Figures::new(self.scene.units);
             figures.described("source", "source", Some(self.name_of(&row.source)), row.source.as_str());
             figures.plain("face", "face", row.face.as_str());
-            figures.add("", "force x, y, z", Dimension::FORCE, Scientific(6), self.without_noise(row.force, |row| row.force));
-            figures.add("", "moment x, y, z", Dimension::MOMENT, Scientific(6), self.without_noise(row.moment, |row| row.moment));
+            figures.told("force x, y, z", Dimension::FORCE, Some(self.without_noise(row.force, |row| row.force)));
+            figures.told("moment x, y, z", Dimension::MOMENT, Some(self.without_noise(row.moment, |row| row.moment)));
             figures.json_only("force", row.force);
             figures.json_only("moment", row.moment);
             figures
@@ -308,28 +322,32 @@ impl<'a> SolvedRun<'a> {
 
     #[rustfmt::skip]
     fn of_body(&self) -> Figures {
-        let (mesh, solution, report) = (self.mesh, self.solution, self.report);
+        let report = self.report;
         let r = &report.resultants;
-        let units = self.scene.units;
-        let mut figures = Figures::new(units);
-        if let Some((name, words)) = motion_words(units, mesh, solution, report) {
-            figures.human_only(name, Some(words));
-        }
-        for (name, words) in null_space_words(units, mesh, solution) {
-            figures.human_only(name, Some(words));
-        }
+        let mut figures = Figures::new(self.scene.units);
         for row in &report.forces {
             let name = format!("force of {}", self.name_of(&row.source));
-            figures.add("", &name, Dimension::FORCE, Scientific(6), self.without_noise(row.force, |row| row.force));
+            figures.told(&name, Dimension::FORCE, Some(self.without_noise(row.force, |row| row.force)));
         }
-        strain_energy(&mut figures, r.strain_energy);
+        let known = self.first_quantities();
+        let energy = Functional::StrainEnergy;
+        if !known.contains(&energy) {
+            figures.human_only(&name_of_quantity(energy), self.quantity(energy));
+        }
+        let others = report.functionals.iter().map(|it| it.functional);
+        for of in others.filter(|of| *of != energy && !known.contains(of)) {
+            figures.human_only(&name_of_quantity(of), self.quantity(of));
+        }
+        figures.json_only("strain_energy", r.strain_energy);
         figures.json_only("energy", r.strain_energy - r.load_work);
         let largest = report.largest_von_mises;
-        figures.described("largest_von_mises.value", "largest von Mises stress", self.largest_von_mises(), largest.value);
+        figures.json_only("largest_von_mises.value", largest.value);
         figures.json_only("largest_von_mises.error", largest.error);
         figures.json_only("largest_von_mises.place", largest.at);
         figures.json_only("largest_von_mises.concentration", largest.concentration.map(StressConcentration::word));
-        figures.add("largest_displacement", "largest displacement", Dimension::LENGTH, Scientific(6), r.largest_displacement);
+        figures.json_only("largest_displacement", self.largest_displacement());
+        figures.told("largest |u_x|, |u_y|, |u_z|", Dimension::LENGTH, Some(r.largest_displacement_along));
+        figures.json_only("largest_displacement_along", r.largest_displacement_along);
         figures
     }
 
@@ -338,21 +356,17 @@ impl<'a> SolvedRun<'a> {
         let largest = self.report.largest_von_mises;
         let [stress, length] =
             [Dimension::STRESS, Dimension::LENGTH].map(|it| self.scene.units.of(it));
-        let value = stress.told(&[largest.value]);
-        let place = format!("at {}", length.told(&largest.at));
-        let growing =
-            |what| format!("above {value} {place}, {what} where it grows with every finer mesh");
-        let shown = match largest.concentration {
-            None => format!(
-                "{value} ± {} {place}",
-                percent(largest.error / largest.value)
-            ),
-            Some(StressConcentration::Notch) => growing("a re-entrant edge"),
-            Some(StressConcentration::Clamp) => growing("the rim of a clamp"),
-            Some(StressConcentration::Materials) => growing("an interface at the surface"),
-            Some(StressConcentration::Contact) => growing("an edge of the contact face"),
-        };
-        (self.solution.has_computed_solution() && largest.value > 0.0).then_some(shown)
+        let edge = largest
+            .concentration
+            .map(|concentration| match concentration {
+                StressConcentration::Notch => "a re-entrant edge",
+                StressConcentration::Clamp => "the rim of a clamp",
+                StressConcentration::Materials => "an interface at the surface",
+                StressConcentration::Contact => "an edge of the contact face",
+            });
+        let place = format!(" at {}", length.told(&largest.at));
+        let shown = || with_bar(&stress, [largest.value, largest.error], &place, edge);
+        (self.solution.has_computed_solution() && largest.value > 0.0).then(shown)
     }
 
     #[rustfmt::skip]
@@ -367,14 +381,12 @@ impl<'a> SolvedRun<'a> {
             return figures;
         }
         let error = &report.discretisation_error;
-        figures.human_only("discretisation error", Some(estimate_words(error, self.scene)));
         for (name, part) in error.relative_parts() {
             figures.json_only(&format!("discretisation_error.{name}"), part);
         }
-        for it in &report.functionals {
-            let (name, words) = quantity_words(self.scene.units, it, report.has_few_panes(), self.noise(|row| row.force));
-            figures.human_only(&name, Some(words));
-        }
+        let kinks = report.functionals.iter().map(|it| it.kinks).max().filter(|kinks| *kinks > 0);
+        let one_sided = |kinks| format!("those of one side: {kinks} pane(s) between two contact states");
+        figures.human_only("error bars", kinks.map(one_sided));
         figures.json_only("quantities", quantities_json(self.scene.units, &report.functionals));
         figures
     }
@@ -418,24 +430,6 @@ impl<'a> SolvedRun<'a> {
         figures.json_only("factor", assembly.map(factor));
         figures.with(self.figures()).with(self.certificate()).json()
     }
-}
-
-/// The total of the normal multipliers of one face or of all.
-#[rustfmt::skip]
-pub(super) fn normal_force(figures: &mut Figures, force: Option<f64>) {
-    figures.add("normal_force", "normal contact force", Dimension::FORCE, Scientific(9), force);
-}
-
-/// The largest normal multiplier of one face or of all.
-#[rustfmt::skip]
-pub(super) fn largest_pressure(figures: &mut Figures, pressure: Option<f64>) {
-    figures.add("largest_pressure", "largest pressure", Dimension::STRESS, Scientific(9), pressure);
-}
-
-/// The strain energy of body and springs.
-#[rustfmt::skip]
-pub(super) fn strain_energy(figures: &mut Figures, energy: f64) {
-    figures.add("strain_energy", "strain energy", Dimension::Energy, Scientific(9), energy);
 }
 
 /// Steps of each algorithm that ran.

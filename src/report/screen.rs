@@ -10,8 +10,8 @@ use units::{Dimension, Unit};
 
 use super::{
     Figures, SolvedRun,
-    answer::{motion_words, null_space_words},
-    percent,
+    answer::{motion_words, name_of_quantity, null_space_words, with_bar},
+    increment_in_words,
     run::estimate_words,
 };
 use crate::format::{Stage, dimension_of_quantity as dimension};
@@ -40,17 +40,36 @@ impl SolvedRun<'_> {
         for (name, force) in self.contact_forces() {
             line(&name, Some(force));
         }
-        let of = |functional| self.quantity(functional);
-        line("normal force", of(Functional::NormalForce));
-        line("friction force", of(Functional::TangentialForce));
-        line("largest pressure", of(Functional::LargestPressure));
-        line("contact area", of(Functional::ContactArea));
-        line("stick area", of(Functional::StickArea));
+        for of in self.first_quantities() {
+            line(&name_of_quantity(of), self.quantity(of));
+        }
         line("largest von Mises", self.largest_von_mises());
-        line("largest displacement", Some(self.largest_displacement()));
+        let displacement = self
+            .unit(Dimension::LENGTH)
+            .told(&[self.largest_displacement()]);
+        line("largest displacement", Some(displacement));
         let words = estimate_words(&self.report.discretisation_error, self.scene);
         line("error of the mesh", Some(words));
+        let last = self.increments.last();
+        line(
+            "state",
+            last.map(|last| increment_in_words(self.scene, last)),
+        );
         lines
+    }
+
+    /// The quantities of the first screen, the one that the mesh is refined for among them.
+    pub(super) fn first_quantities(&self) -> Vec<Functional> {
+        let mut first = vec![
+            Functional::NormalForce,
+            Functional::TangentialForce,
+            Functional::LargestPressure,
+            Functional::ContactArea,
+            Functional::StickArea,
+        ];
+        let wanted = self.scene.adapt.and_then(|adapt| adapt.of);
+        first.extend(wanted.filter(|wanted| !first.contains(wanted)));
+        first
     }
 
     fn unit(&self, dimension: Dimension) -> Unit {
@@ -88,74 +107,54 @@ impl SolvedRun<'_> {
             .collect()
     }
 
-    /// A quantity of the answer with its error bar or range, without them where they were not estimated.
-    fn quantity(&self, functional: Functional) -> Option<String> {
-        let unit = self.unit(dimension(functional));
+    /// A quantity of the solution with its error bar or range, without them where they were not estimated.
+    pub(super) fn quantity(&self, of: Functional) -> Option<String> {
+        let unit = &self.unit(dimension(of));
         let mut estimates = self.report.functionals.iter();
-        match estimates.find(|it| it.functional == functional) {
-            Some(it) => Some(self.with_bar(it, &unit)),
-            None => {
-                let contact = self.report.resultants.contact.as_ref()?;
-                let value = match functional {
-                    Functional::NormalForce => contact.normal_force,
-                    Functional::LargestPressure => contact.largest_pressure,
-                    Functional::TangentialForce => {
-                        let force = self.without_noise(contact.tangential_force?, |row| row.force);
-                        force[0].hypot(force[1])
-                    }
-                    _ => return None,
-                };
-                Some(unit.told(&[value]))
-            }
+        if let Some(it) = estimates.find(|it| it.functional == of) {
+            return Some(self.with_error(it, unit));
         }
+        let resultants = &self.report.resultants;
+        let value = match (of, &resultants.contact) {
+            (Functional::StrainEnergy, _) => resultants.strain_energy,
+            (Functional::NormalForce, Some(contact)) => contact.normal_force,
+            (Functional::LargestPressure, Some(contact)) => contact.largest_pressure,
+            (Functional::TangentialForce, Some(contact)) => {
+                let force = self.without_noise(contact.tangential_force?, |row| row.force);
+                force[0].hypot(force[1])
+            }
+            _ => return None,
+        };
+        Some(unit.told(&[value]))
     }
 
-    fn with_bar(&self, it: &FunctionalEstimate, unit: &Unit) -> String {
-        let value = unit.told(&[it.value]);
-        let [low, high] = it.range;
-        let place = self.place(it);
-        match it.functional {
-            of if of.is_area() => {
-                let few = if self.report.has_few_panes() {
-                    ", on few panes"
-                } else {
-                    ""
-                };
-                let (told, word) = unit.parts(&[it.value, low, high]);
-                format!("{} {word} ({} to {}{few})", told[0], told[1], told[2])
-            }
-            Functional::TangentialForce if it.value.abs() <= self.noise(|row| row.force) => {
-                unit.told(&[0.0])
-            }
-            _ if !high.is_finite() => {
-                format!(
-                    "above {value}{place}, an edge of the contact face where it grows with every finer mesh"
-                )
-            }
-            _ if it.relative() > 1.0 => {
-                let bar = (high - it.value).max(it.value - low);
-                format!("{value} ± {}{place}", unit.told(&[bar]))
-            }
-            _ => format!("{value} ± {}{place}", percent(it.relative())),
+    fn with_error(&self, it: &FunctionalEstimate, unit: &Unit) -> String {
+        if it.functional.is_area() {
+            let few = if self.report.has_few_panes() {
+                ", on few panes"
+            } else {
+                ""
+            };
+            let (told, word) = unit.parts(&[it.value, it.range[0], it.range[1]]);
+            return format!("{} {word} ({} to {}{few})", told[0], told[1], told[2]);
         }
+        let noise = self.noise(|row| row.force);
+        if it.functional == Functional::TangentialForce && it.value.abs() <= noise {
+            return unit.told(&[0.0]);
+        }
+        let length = self.unit(Dimension::LENGTH);
+        let at = |place: [f64; 3]| format!(" at {}", length.told(&place));
+        let place = it.middle().map_or_else(String::new, at);
+        let grows = !it.error_bar().is_finite();
+        let edge = grows.then_some("an edge of the contact face");
+        with_bar(unit, [it.value, it.error_bar()], &place, edge)
     }
 
-    /// Where the largest pressure is.
-    fn place(&self, it: &FunctionalEstimate) -> String {
-        it.corners.map_or_else(String::new, |[low, high]| {
-            let middle = [0, 1, 2].map(|axis| f64::midpoint(low[axis], high[axis]));
-            format!(" at {}", self.unit(Dimension::LENGTH).told(&middle))
-        })
-    }
-
-    fn largest_displacement(&self) -> String {
-        let lengths = self
-            .report
-            .displacement
-            .iter()
-            .map(|[x, y, z]| x.hypot(*y).hypot(*z));
-        self.unit(Dimension::LENGTH)
-            .told(&[lengths.fold(0.0, f64::max)])
+    /// The largest |u| of a node of the body, its rigid-body motion included.
+    pub(super) fn largest_displacement(&self) -> f64 {
+        let nodes = self.report.displacement.iter();
+        let lengths = nodes.map(|[x, y, z]| x.hypot(*y).hypot(*z));
+        lengths.fold(0.0, f64::max)
     }
 }
 

@@ -12,10 +12,9 @@ use units::Dimension;
 use super::{
     Digits::{Fixed, Scientific},
     FigureTable, Figures,
-    run::{largest_pressure, normal_force, strain_energy},
 };
 use crate::{
-    format::{CaseResults, OutcomeWords},
+    format::OutcomeWords,
     pipeline::{Freshness, StageState, StageTiming},
 };
 
@@ -187,21 +186,6 @@ pub fn performed(performed: &[StageTiming]) -> serde_json::Value {
         })
     };
     performed.iter().map(row).collect()
-}
-
-/// The main figures of stored results.
-pub fn summary(results: &CaseResults, scene: &Scene) -> Figures {
-    let mut figures = Figures::new(scene.units);
-    // Counts of a body without contact are -1.
-    let has_contact = results.zones[0] >= 0;
-    let of_contact = |figure: f64| has_contact.then_some(figure);
-    let zones = has_contact.then_some(results.zones);
-    let shown = zones.map(|zones| zones.map(|count| count.to_string()).join(", "));
-    figures.described("zone_counts", "panes open, stick, slip", shown, zones);
-    normal_force(&mut figures, of_contact(results.normal_force));
-    largest_pressure(&mut figures, of_contact(results.largest_pressure));
-    strain_energy(&mut figures, results.strain_energy);
-    figures
 }
 
 /// How the solve ended; a history of a scene has `of` increments.

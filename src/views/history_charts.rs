@@ -1,13 +1,10 @@
 //! The charts of a load history: loops of friction, force and displacement, energies.
 
-use std::path::PathBuf;
-
 use contact3d::history::StepRecord;
 use plots::{Chart, ChartAxis, ChartPoint, Series};
 use units::{Dimension, Units};
 
-use super::PictureFolder;
-use crate::{pipeline::StageError, report::shown_time};
+use crate::report::shown_time;
 
 /// Names of the pictures.
 const FRICTION_LOOP: &str = "friction_loop";
@@ -19,15 +16,6 @@ pub(super) const HISTORY: [&str; 3] = [FRICTION_LOOP, FORCE_DISPLACEMENT, ENERGI
 
 /// A force or an energy that is this share of the largest, or less, is none.
 const NEGLIGIBLE: f64 = 1e-9;
-
-/// Draws the charts of a history as SVG and PNG; returns the files.
-pub(super) fn draw(
-    folder: &PictureFolder,
-    records: &[StepRecord],
-    units: Units,
-) -> Result<Vec<PathBuf>, StageError> {
-    folder.save_charts(charts(records, units))
-}
 
 /// The charts with their names; none of what does not happen.
 pub(super) fn charts(
@@ -43,14 +31,14 @@ pub(super) fn charts(
     all.into_iter().filter(move |(_, chart)| has_points(chart))
 }
 
-/// The tangential force on the face over its mean tangential displacement.
+/// The friction force on the body over its mean tangential displacement.
 fn friction_loop(records: &[StepRecord], units: Units) -> Chart {
     let series = [0, 1].into_iter().filter_map(|k| {
         let name = format!("along t{}", k + 1);
         let at = |record: &StepRecord| {
             [
                 record.contact_displacement[k],
-                record.multiplier_force[k + 1],
+                -record.multiplier_force[k + 1],
             ]
         };
         series(&name, records, largest_force(records), at)
@@ -58,7 +46,7 @@ fn friction_loop(records: &[StepRecord], units: Units) -> Chart {
     Chart::new(
         "Friction and displacement of the contact face",
         ChartAxis::linear("mean tangential displacement", units.of(Dimension::LENGTH)),
-        ChartAxis::linear("tangential multiplier force", units.of(Dimension::FORCE)),
+        ChartAxis::linear("friction force on the body", units.of(Dimension::FORCE)),
         series,
     )
 }

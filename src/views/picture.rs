@@ -22,9 +22,13 @@ use super::{
     Drawing, PictureFolder,
     contact_cells::ContactCells,
     history_charts,
+    picture_folder::CHART_WIDTH,
     surroundings::{body_marks, obstacle_beside},
 };
-use crate::pipeline::{Results, StageError};
+use crate::{
+    pipeline::{Results, StageError},
+    report::SolvedRun,
+};
 
 /// Width of the six-panel page in pixels.
 pub(super) const PAGE_WIDTH: u32 = 1920;
@@ -103,7 +107,9 @@ pub fn draw_run(
         return Ok(Vec::new());
     };
     let marks = marks_of(scene, results);
-    let mut drawings = Vec::new();
+    let charts = history_charts::charts(&results.increments, scene.units);
+    let charts = charts.map(|(name, chart)| (name.to_owned(), chart.figure(), CHART_WIDTH));
+    let mut drawings: Vec<(String, Picture, u32)> = charts.collect();
     for (face, ending) in endings.iter().enumerate() {
         let drawn = Drawn {
             scene,
@@ -125,9 +131,12 @@ pub fn draw_run(
         }
         drawings.push((named(OVERVIEW), page, PAGE_WIDTH));
     }
-    let mut files = history_charts::draw(folder, &results.increments, scene.units)?;
-    files.extend(folder.save(drawings)?);
-    Ok(files)
+    let stamp = SolvedRun::new(scene, results).stamp();
+    let stamped = drawings.into_iter().map(|(name, picture, width)| {
+        let picture = picture.stamped(stamp.as_deref());
+        (name, picture, width)
+    });
+    folder.save(stamped)
 }
 
 /// What holds and loads the body where its results are: at the end of the last increment that was solved.

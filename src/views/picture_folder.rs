@@ -10,6 +10,9 @@ use crate::{
     pipeline::StageError,
 };
 
+/// Width of charts in pixels.
+pub(super) const CHART_WIDTH: u32 = 1720;
+
 /// What is drawn.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Drawing {
@@ -109,8 +112,7 @@ impl PictureFolder {
         charts: impl IntoIterator<Item = (impl AsRef<str>, Chart)>,
     ) -> Result<Vec<PathBuf>, StageError> {
         let drawn = charts.into_iter();
-        // Width of charts in pixels.
-        self.save(drawn.map(|(name, chart)| (name, chart.figure(), 1720)))
+        self.save(drawn.map(|(name, chart)| (name, chart.figure(), CHART_WIDTH)))
     }
 }
 

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use contact3d::{
     history::StepRecord,
-    scene::{Scene, SceneFile, escape_control, escape_control_lines},
+    scene::{Scene, escape_control, escape_control_lines},
     solver::Solution,
 };
 use plots::{
@@ -22,7 +22,7 @@ use super::{
 };
 use crate::{
     format::{self, LAYOUT, SWEEP_LAYOUT},
-    pipeline::{OpenRun, StageError, StageState, read_results, studies::accuracy_input},
+    pipeline::{OpenRun, Results, StageError, StageState, read_results, studies::accuracy_input},
     report::{self, FigureTable, Figures, SolvedRun, studies as tables},
 };
 
@@ -73,10 +73,14 @@ fn file_page(path: &Path, interactive: bool) -> Result<Page, StageError> {
     let run = OpenRun::of(reader, path)?;
     let (reader, scene) = (&run.reader, &run.input.scene);
     let sizes = format::read_sizes(reader, &|stage| run.is_fresh(stage))?;
-    let mut sections = vec![scene_section(scene, &report::features(scene, &sizes))];
+    let (mut sections, mut warning) = (Vec::new(), None);
     if run.states.iter().all(StageState::is_fresh) {
-        sections.extend(result_sections(reader, &run.input, interactive)?);
+        let results = read_results(reader, &run.input)?;
+        let solved = SolvedRun::new(scene, &results);
+        warning = solved.stamp();
+        sections = result_sections(path, &solved, &results, interactive)?;
     }
+    sections.push(scene_section(scene, &report::features(scene, &sizes)));
     sections.push(stages_section(reader, scene, &run.states)?);
     let studies = [
         ("levels", "Adaptive levels", levels_parts(reader, scene)),
@@ -94,6 +98,7 @@ fn file_page(path: &Path, interactive: bool) -> Result<Page, StageError> {
     Ok(Page {
         title: scene.shown_title(),
         subtitle: escape_control(scene.reference.as_deref().unwrap_or_default()),
+        warning: warning.unwrap_or_default(),
         footer: footer(path),
         sections,
     })
@@ -111,33 +116,22 @@ fn scene_section(scene: &Scene, features: &Figures) -> Section {
     )
 }
 
-/// Results, six panels, convergence and certificate of a file whose stages are all fresh.
+/// Pictures, the first screen, details, convergence and certificate of a file whose stages are all fresh.
 fn result_sections(
-    reader: &Reader,
-    input: &SceneFile,
+    path: &Path,
+    run: &SolvedRun<'_>,
+    results: &Results,
     interactive: bool,
 ) -> Result<Vec<Section>, StageError> {
-    let results = read_results(reader, input)?;
-    let (mesh, solution, report) = (results.mesh(), &results.solution, &results.report);
-    let scene = &input.scene;
-    let run = SolvedRun::new(scene, &results);
-    let failure = report.failed_check.filter(|_| report.is_broken());
-    let warning = failure.map(|it| format!("The solve failed and nothing is drawn: {it}."));
-    let mut parts: Vec<PagePart> = warning.map(PagePart::Warning).into_iter().collect();
-    parts.extend([run.figures().html(), run.forces().html()].map(PagePart::Table));
-    if !report.faces.is_empty() {
-        parts.push(PagePart::Table(run.faces().html()));
-    }
-    let mut sections = vec![Section::new("results", "Results", parts)];
-    if failure.is_some() {
-        return Ok(sections);
+    let (scene, mesh, report) = (run.scene, results.mesh(), &results.report);
+    let table = |figures: &Figures| PagePart::Table(figures.html());
+    if let Some(failure) = report.failed_check.filter(|_| report.is_broken()) {
+        let failure = format!("The solve failed and nothing is drawn: {failure}.");
+        let parts = vec![PagePart::Warning(failure), table(&run.figures())];
+        return Ok(vec![Section::new("results", "Results", parts)]);
     }
     let frame = results.interface().map(|interface| &interface.frame);
-    let refuse = |source| StageError::Figure {
-        file: reader.path().to_owned(),
-        source,
-    };
-    let marks = picture::marks_of(scene, &results);
+    let marks = picture::marks_of(scene, results);
     let drawn = |face| Drawn {
         scene,
         mesh,
@@ -146,42 +140,56 @@ fn result_sections(
         marks: &marks,
         face,
     };
-    let part = |picture: &Picture, name: &str, width| match interactive {
-        false => Ok(PagePart::Figure(picture.svg())),
-        true => Ok(PagePart::Picture(name.into(), picture.png(width)?)),
+    let stamp = run.stamp();
+    let part = |picture: Picture, name: &str, width| {
+        let picture = picture.stamped(stamp.as_deref());
+        let png = || {
+            picture
+                .png(width)
+                .map(|png| PagePart::Picture(name.into(), png))
+        };
+        match interactive {
+            false => Ok(PagePart::Figure(picture.svg())),
+            true => png().map_err(|source| StageError::Figure {
+                file: path.to_owned(),
+                source,
+            }),
+        }
     };
+    let mut sections = Vec::new();
     let mut parts = Vec::new();
     if interactive {
-        let body = vec![PagePart::Body(body3d::view(scene, &results))];
+        let body = vec![PagePart::Body(body3d::view(scene, results))];
         sections.push(Section::new("view3d", "The body in 3D", body));
     } else {
         parts.push(PagePart::Text("Point at a pane to see its values.".into()));
     }
+    let name = "contact face and body, a picture";
     for face in 0..scene.contacts.len().max(1) {
-        let page = drawn(face).page();
-        let name = "contact face and body, a picture";
-        parts.push(part(&page, name, PICTURE_WIDTHS[0]).map_err(refuse)?);
+        parts.push(part(drawn(face).page(), name, PICTURE_WIDTHS[0])?);
     }
-    let stress = picture::stress_page(&drawn(0));
-    let name = "von Mises stress, a picture";
-    let stress = part(&stress, name, PICTURE_WIDTHS[1]).map_err(refuse)?;
-    let error = picture::error_page(&drawn(0));
-    let name = "estimated discretisation error, a picture";
-    let error = part(&error, name, PICTURE_WIDTHS[1]).map_err(refuse)?;
     sections.push(Section::new("panels", "Contact face and body", parts));
-    let mut parts = vec![stress];
-    parts.extend(run.largest_von_mises().map(PagePart::Text));
-    sections.push(Section::new("stress", "Von Mises stress", parts));
+    let summary = vec![table(&run.summary())];
+    sections.push(Section::new("results", "Results", summary));
+    let name = "von Mises stress, a picture";
+    let stress = part(picture::stress_page(&drawn(0)), name, PICTURE_WIDTHS[1])?;
+    sections.push(Section::new("stress", "Von Mises stress", vec![stress]));
+    let name = "estimated discretisation error, a picture";
+    let error = part(picture::error_page(&drawn(0)), name, PICTURE_WIDTHS[1])?;
     let caution =
         "An estimate, not a bound: the error of the mesh in the energy norm, around each node.";
     let parts = vec![PagePart::Text(caution.into()), error];
     let heading = "Where the discretisation error sits";
     sections.push(Section::new("discretisation-error", heading, parts));
     sections.extend(load_history_section(scene, &results.increments));
-    sections.extend(history_section(solution));
+    let mut parts = vec![table(&run.details()), PagePart::Table(run.forces().html())];
+    if !report.faces.is_empty() {
+        parts.push(PagePart::Table(run.faces().html()));
+    }
+    sections.push(Section::new("details", "Details", parts));
+    sections.extend(history_section(&results.solution));
     let meaning = "Each is dimensionless and zero for the exact discrete solution.";
-    let certificate = PagePart::Table(run.certificate().html());
-    let parts = vec![PagePart::Text(meaning.into()), certificate];
+    let parts = vec![PagePart::Text(meaning.into()), table(&run.certificate())];
     sections.push(Section::new("certificate", "Certificate", parts));
     Ok(sections)
 }
@@ -195,7 +203,8 @@ fn load_history_section(scene: &Scene, records: &[StepRecord]) -> Option<Section
         "The other sections show the last increment.".into(),
     )];
     parts.extend(charts.map(|(_, chart)| PagePart::chart(&chart)));
-    parts.push(PagePart::Table(report::increments(scene, records).html()));
+    let peaks = report::peaks(scene, records).html();
+    parts.extend([peaks, report::increments(scene, records).html()].map(PagePart::Table));
     Some(Section::new("load-history", "Load history", parts))
 }
 

@@ -66,6 +66,7 @@ pub(super) fn page(folder: &Path, interactive: bool) -> Result<Page, StageError>
     Ok(Page {
         title: format!("Sweep {name}"),
         subtitle: format!("{} runs", table.n_cases),
+        warning: String::new(),
         footer: footer(folder),
         sections,
     })
@@ -80,9 +81,9 @@ const RESULTS: [(&str, &str); 11] = [
     ("stick", "sticking panes"),
     ("slip", "slipping panes"),
     ("largest_pressure", "largest contact pressure"),
-    ("largest_displacement_x", "largest |u_x|"),
-    ("largest_displacement_y", "largest |u_y|"),
-    ("largest_displacement_z", "largest |u_z|"),
+    ("largest_displacement_along_x", "largest |u_x|"),
+    ("largest_displacement_along_y", "largest |u_y|"),
+    ("largest_displacement_along_z", "largest |u_z|"),
     ("strain_energy", "strain energy"),
 ];
 

@@ -97,7 +97,7 @@ fn converged_values_at_n_div_8() {
     let r = &report.resultants;
     let contact = r.contact.expect("contact");
     let tangential = contact.tangential_force.expect("friction");
-    let [ux, uy, uz] = r.largest_displacement;
+    let [ux, uy, uz] = r.largest_displacement_along;
     let expected = [
         ("normal force", contact.normal_force, 5.883_717_33e7),
         ("tangential force", tangential[0], 9.328_88e6),

@@ -76,7 +76,7 @@ fn a_quantity_may_be_the_target() {
         let force = found.iter().find(|it| it["name"] == "normal_force");
         let force = force.expect("the force");
         assert_eq!(force["value"], json["normal_force"]);
-        (force["error"].as_f64().expect("an error") / force["value"].as_f64().expect("a force"))
+        (force["error_bar"].as_f64().expect("an error") / force["value"].as_f64().expect("a force"))
             .abs()
     };
     let first = run(&program, "0.2%", &["--quantity", "normal_force", "--json"]).success();

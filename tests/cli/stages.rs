@@ -210,6 +210,27 @@ fn non_convergence_is_stored_said_and_exit_code_1() {
         text.contains("fresh, kept"),
         "a stored failure is said again: {text}"
     );
+    // Pictures and page say so before anything else.
+    let scene = pipeline("hkl2011_table1.toml");
+    let drawn = ["run", scene.to_str().unwrap(), "run.h5"];
+    let few = ["--set", "solve.max_outer_steps=2"];
+    let mut drawn = program.command(&[&drawn[..], &SMALL, &few].concat());
+    drawn.assert().code(1);
+    program
+        .command(&["report", "run.h5", "-q"])
+        .assert()
+        .success();
+    for file in [
+        "run-figures/von_mises.svg",
+        "run-figures/overview.svg",
+        "report.html",
+    ] {
+        let shown = fs::read_to_string(program.path(file)).unwrap();
+        assert!(
+            shown.contains("NOT CONVERGED: out of outer steps"),
+            "{file}"
+        );
+    }
     program
         .run(&["--set", "solve.max_operator_applications=5", "--quiet"])
         .assert()

@@ -49,7 +49,7 @@ fn tables_speak_the_units_of_the_plan_and_hold_no_other_cases() {
     let file = hdf5::File::open(sweep.path("out/summary.h5")).unwrap();
     for (dataset, unit) in [
         ("/cases/largest_pressure", "MPa"),
-        ("/cases/largest_displacement", "mm"),
+        ("/cases/largest_displacement_along", "mm"),
         ("/cases/normal_force", "N"),
         ("/cases/strain_energy", "mJ"),
     ] {

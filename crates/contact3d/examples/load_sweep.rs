@@ -47,7 +47,7 @@ fn main() -> Result<(), ProblemError> {
                 "{friction}  {pull:7.0e}  {:8}  {:13.5e}  {:.4e}",
                 report.count(Zone::Slip),
                 force.unwrap_or_default()[0],
-                report.resultants.largest_displacement[0]
+                report.resultants.largest_displacement_along[0]
             );
         }
     }

@@ -51,6 +51,6 @@ fn main() -> Result<(), ProblemError> {
     if let Some(contact) = r.contact {
         println!("foundation {:?} N", contact.contact_force);
     }
-    println!("largest displacement {:?} m", r.largest_displacement);
+    println!("largest displacement {:?} m", r.largest_displacement_along);
     Ok(())
 }

@@ -277,7 +277,7 @@ impl Chart {
         if has_legend {
             self.draw_legend(&mut canvas, right + 16.0, has_gaps);
         }
-        Picture::new(&canvas, &self.title)
+        Picture::new(canvas, &self.title)
     }
 
     /// The points of a series that both axes can show.

@@ -37,7 +37,7 @@ use text::{Label, fitted};
 #[must_use]
 pub fn panels(picture: &ContactPicture<'_>) -> Vec<(&'static str, Picture)> {
     let drawings = drawings(picture).into_iter();
-    let figure = |canvas: Canvas| Picture::new(&canvas, picture.title);
+    let figure = |canvas: Canvas| Picture::new(canvas, picture.title);
     drawings
         .map(|(name, canvas)| (name, figure(canvas)))
         .collect()
@@ -51,7 +51,7 @@ pub fn body_figure(
     field: &BodyField<'_>,
     sides: [&'static str; 2],
 ) -> Picture {
-    Picture::new(&body_panels(picture, field, sides), picture.title)
+    Picture::new(body_panels(picture, field, sides), picture.title)
 }
 
 /// Draws all panels below a common title in two columns.
@@ -68,5 +68,5 @@ pub fn page(picture: &ContactPicture<'_>) -> Picture {
         let [column, row] = [k % 2, k / 2].map(|k| k as f64);
         page.place(canvas, [column * PANEL_WIDTH, top + row * height]);
     }
-    Picture::new(&page, picture.title)
+    Picture::new(page, picture.title)
 }

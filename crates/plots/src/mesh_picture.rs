@@ -57,7 +57,7 @@ pub fn mesh_page(picture: &MeshPicture<'_>) -> Picture {
         page.place(&view, [column as f64 * PANEL_WIDTH, TITLE]);
     }
     draw_legend(&mut page, &picture.names[..shown], picture.names.len());
-    Picture::new(&page, picture.title)
+    Picture::new(page, picture.title)
 }
 
 /// The colour of a face: those of charts, then lighter ones.

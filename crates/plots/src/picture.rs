@@ -4,8 +4,9 @@ use thiserror::Error;
 use units::{Dimension, Units};
 
 use super::{
-    canvas::{Canvas, png},
+    canvas::{Anchor, Canvas, Colour, Fill, png},
     panes::FrictionKind,
+    text::{Label, fitted},
 };
 
 /// Contact state of a pane.
@@ -149,19 +150,36 @@ pub enum PngError {
 /// The same figure gives the same bytes.
 #[derive(Clone, Debug)]
 pub struct Picture {
-    svg: String,
+    canvas: Canvas,
+    title: String,
 }
 
 impl Picture {
-    pub(super) fn new(canvas: &Canvas, title: &str) -> Self {
-        let svg = canvas.svg(title);
-        Self { svg }
+    pub(super) fn new(canvas: Canvas, title: &str) -> Self {
+        let title = title.to_owned();
+        Self { canvas, title }
+    }
+
+    /// The figure below a red band with a warning, `None` for none.
+    #[must_use]
+    pub fn stamped(self, warning: Option<&str>) -> Self {
+        let Some(warning) = warning else {
+            return self;
+        };
+        let (height, size) = (34.0, 15.0);
+        let mut canvas = Canvas::new(self.canvas.width, height + self.canvas.height);
+        let red = Fill::Plain(Colour(0xff, 0xb8, 0xad));
+        canvas.rectangle([0.0, 0.0], [canvas.width, height], red, None);
+        let words = Label::plain(fitted(warning, size, canvas.width - 32.0));
+        canvas.bold_text([16.0, 23.0], &words, size, Anchor::Start);
+        canvas.place(&self.canvas, [0.0, height]);
+        Self { canvas, ..self }
     }
 
     /// The figure as an SVG document, with the title as its accessible name.
     #[must_use]
     pub fn svg(&self) -> String {
-        self.svg.clone()
+        self.canvas.svg(&self.title)
     }
 
     /// The figure as a PNG of the given width, which resvg draws from the SVG in DejaVu Sans; the height follows from its
@@ -170,6 +188,6 @@ impl Picture {
     /// # Errors
     /// [`PngError::Width`] when the picture would be empty or too large, [`PngError::Failed`] when drawing or encoding fails.
     pub fn png(&self, pixels_wide: u32) -> Result<Vec<u8>, PngError> {
-        png(&self.svg, pixels_wide)
+        png(&self.svg(), pixels_wide)
     }
 }

@@ -140,8 +140,8 @@ fn measure(
                 it.value,
                 truth,
                 100.0 * truth / best.value,
-                it.error,
-                it.error / truth,
+                it.signed_error,
+                it.signed_error / truth,
                 it.kinks,
             );
         }
@@ -152,6 +152,6 @@ fn measure(
 fn mean_box(found: &[FunctionalEstimate]) -> Option<[[f64; 3]; 2]> {
     let peak = found
         .iter()
-        .find(|it| it.functional == Functional::LargestDisplacement)?;
+        .find(|it| it.functional == Functional::PeakDisplacement)?;
     peak.corners
 }

@@ -162,7 +162,7 @@ const QUANTITIES: [&str; 7] = [
     "/solve/quantities/name",
     "/solve/quantities/unit",
     "/solve/quantities/value",
-    "/solve/quantities/error",
+    "/solve/quantities/signed_error",
     "/solve/quantities/range",
     "/solve/quantities/box",
     "/solve/quantities/kinks",

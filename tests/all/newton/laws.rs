@@ -79,7 +79,7 @@ fn reproduces_the_converged_values() {
         let r = &report.resultants;
         let contact = r.contact.expect("contact");
         let tangential = contact.tangential_force.expect("friction");
-        let [ux, uy, uz] = r.largest_displacement;
+        let [ux, uy, uz] = r.largest_displacement_along;
         // Half a unit of the last printed digit.
         let expected = [
             ("normal force", contact.normal_force, 5.883_717_33e7, 0.5e-1),

@@ -67,7 +67,7 @@ fn a_block_pressed_between_rollers_has_the_stress_of_hookes_law() {
         close(&[r.strain_energy], &[work / 2.0], ROUNDING);
         assert_eq!(r.load_work, 0.0);
         close(
-            &r.largest_displacement,
+            &r.largest_displacement_along,
             &{
                 let side = 0.3 * PRESSED / SIZE[2];
                 [side * SIZE[0], side * SIZE[1], PRESSED]

@@ -294,7 +294,7 @@ mod tests {
             quantities: vec![FunctionalEstimate {
                 functional: Functional::NormalForce,
                 value,
-                error: bar,
+                signed_error: bar,
                 range: [value - bar, value + bar],
                 corners: None,
                 kinks: 0,

@@ -250,7 +250,7 @@ impl<'a> Margins<'a> {
         FunctionalEstimate {
             functional: error.functional,
             value,
-            error: (high - value).max(value - low),
+            signed_error: (high - value).max(value - low),
             range: [low, high],
             corners: None,
             kinks: 0,

@@ -230,7 +230,7 @@ impl ContactReport {
             return None;
         }
         let value = self.resultants.strain_energy;
-        let moves = self.resultants.largest_displacement != [0.0; 3];
+        let moves = self.resultants.largest_displacement_along != [0.0; 3];
         let is_lost = value.abs().max(rounding) < f64::MIN_POSITIVE;
         (moves && is_lost).then_some(CheckFailure::OutOfRange {
             figure: "strain energy",

@@ -28,8 +28,8 @@ pub struct FunctionalEstimate {
     pub functional: Functional,
     /// Q(u_h).
     pub value: f64,
-    /// The estimated Q(u) − Q(u_h), signed; of an area the larger distance to the ends of `range`.
-    pub error: f64,
+    /// The estimated Q(u) − Q(u_h) with its sign; of areas and the largest pressure, whose estimates have none, the error bar.
+    pub signed_error: f64,
     /// Where Q(u) lies by the estimate: the error bar is what elements and contact contribute, for their difference is known far worse.
     pub range: [f64; 2],
     /// The box that a mean is over, in m; `None` for what is no mean.
@@ -41,14 +41,27 @@ pub struct FunctionalEstimate {
 }
 
 impl FunctionalEstimate {
+    /// The error bar: the larger distance from Q(u_h) to an end of the range; infinite where the range has no end.
+    #[must_use]
+    pub fn error_bar(&self) -> f64 {
+        let [low, high] = self.range;
+        (high - self.value).max(self.value - low)
+    }
+
     /// The error bar over |Q(u_h)|; infinite where the quantity is zero.
     #[must_use]
     pub fn relative(&self) -> f64 {
-        let [low, high] = self.range;
-        match (high - self.value).max(self.value - low) {
+        match self.error_bar() {
             0.0 => 0.0,
             bar => bar / self.value.abs(),
         }
+    }
+
+    /// The middle of its box, in m; `None` for what has no place.
+    #[must_use]
+    pub fn middle(&self) -> Option<[f64; 3]> {
+        let [low, high] = self.corners?;
+        Some([0, 1, 2].map(|axis| f64::midpoint(low[axis], high[axis])))
     }
 }
 
@@ -79,7 +92,7 @@ pub(super) fn estimates(
         Functional::NormalForce,
         Functional::TangentialForce,
         Functional::StrainEnergy,
-        Functional::LargestDisplacement,
+        Functional::PeakDisplacement,
     ];
     let others = wanted.filter(|wanted| !shown.contains(wanted));
     let functionals: Vec<LinearisedFunctional> = shown
@@ -140,7 +153,7 @@ fn is_estimated(functional: Functional, mesh: &Mesh) -> bool {
         | Functional::StickArea
         | Functional::Dissipation
         | Functional::StrainEnergy
-        | Functional::LargestDisplacement
+        | Functional::PeakDisplacement
         | Functional::MeanDisplacement { .. } => true,
     }
 }
@@ -267,7 +280,7 @@ fn linearised(
                 all.for_each(|(force, taken)| *force -= taken);
             }
         }
-        Functional::LargestDisplacement => {
+        Functional::PeakDisplacement => {
             let size = |u: &[f64; 3]| u[0].hypot(u[1]).hypot(u[2]);
             let moved = known.displacement;
             let place = largest(moved.iter().map(size))?;
@@ -319,7 +332,7 @@ impl LinearisedFunctional {
         FunctionalEstimate {
             functional: self.functional,
             value: self.value,
-            error,
+            signed_error: error,
             range: [self.value - bar, self.value + bar],
             corners: self.corners,
             kinks,

@@ -51,7 +51,7 @@ pub(super) fn largest_pressure(
     Some(FunctionalEstimate {
         functional: Functional::LargestPressure,
         value: largest,
-        error: bar,
+        signed_error: bar,
         range: [least, largest + bar],
         corners: Some(box_of(solved, contact, highest)),
         kinks: 0,

@@ -37,7 +37,7 @@ pub struct Resultants {
     /// Work of the clamps' reactions on prescribed displacements in J; `None` where all clamps hold at zero.
     pub clamp_work: Option<f64>,
     /// max |u_x|, |u_y|, |u_z| over the nodes in m.
-    pub largest_displacement: [f64; 3],
+    pub largest_displacement_along: [f64; 3],
     /// The forces of the foundation; `None` without contact.
     pub contact: Option<ContactResultants>,
 }
@@ -103,7 +103,7 @@ impl Resultants {
             spring_energy: spring_work.map(|work| -0.5 * work),
             load_work,
             clamp_work,
-            largest_displacement: std::array::from_fn(|c| {
+            largest_displacement_along: std::array::from_fn(|c| {
                 displacement
                     .iter()
                     .fold(0.0, |most: f64, u| most.max(u[c].abs()))

@@ -237,5 +237,5 @@ fn has_edge_of_punch(
     let pressure = pressures.fold(0.0, f64::max);
     pressure > 0.0
         && peak::largest_pressure(solved, panes, stiffness)
-            .is_some_and(|peak| peak.error.is_infinite() && pressure > peak.value / 2.0)
+            .is_some_and(|peak| peak.error_bar().is_infinite() && pressure > peak.value / 2.0)
 }

@@ -20,7 +20,7 @@ pub enum Functional {
     /// The area of the panes that stick.
     StickArea,
     /// The mean displacement around the place of the largest one, along it, in a cube whose edges are a tenth of the body's extent.
-    LargestDisplacement,
+    PeakDisplacement,
     /// The strain energy of body and springs.
     StrainEnergy,
     /// The energy that friction takes in a load history.
@@ -53,7 +53,7 @@ impl Functional {
         Self::LargestPressure,
         Self::ContactArea,
         Self::StickArea,
-        Self::LargestDisplacement,
+        Self::PeakDisplacement,
         Self::StrainEnergy,
         Self::Dissipation,
     ];
@@ -67,7 +67,7 @@ impl Functional {
             Self::LargestPressure => "largest_pressure",
             Self::ContactArea => "contact_area",
             Self::StickArea => "stick_area",
-            Self::LargestDisplacement => "largest_displacement",
+            Self::PeakDisplacement => "peak_displacement",
             Self::StrainEnergy => "strain_energy",
             Self::Dissipation => "dissipation",
             Self::MeanDisplacement { .. } => "mean_displacement",
@@ -80,7 +80,7 @@ impl Functional {
     pub fn has_place(self) -> bool {
         match self {
             Self::LargestPressure
-            | Self::LargestDisplacement
+            | Self::PeakDisplacement
             | Self::MeanDisplacement { .. }
             | Self::MeanPressure { .. } => true,
             Self::NormalForce

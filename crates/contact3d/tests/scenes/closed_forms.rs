@@ -170,7 +170,7 @@ fn largest_displacements_are_magnitudes() {
         components.fold(0.0, f64::min)
     });
     assert_eq!(
-        report.resultants.largest_displacement,
+        report.resultants.largest_displacement_along,
         lowest.map(|u: f64| -u)
     );
 }

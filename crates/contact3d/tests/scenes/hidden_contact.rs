@@ -122,7 +122,7 @@ fn refining_finds_the_contact() {
     let forces = [
         adapt(None, false),
         adapt(Some(Functional::NormalForce), false),
-        adapt(Some(Functional::LargestDisplacement), false),
+        adapt(Some(Functional::PeakDisplacement), false),
         adapt(None, true),
     ];
     for force in forces {

@@ -79,15 +79,15 @@ fn error_bars_are_near_the_errors() {
         );
         // The ends of the range are rounded to the digits of the value.
         let rounding = 4.0 * f64::EPSILON * coarse.value.abs();
-        if (bar - coarse.error.abs()).abs() <= rounding {
-            let effectivity = coarse.error / error;
+        if (bar - coarse.signed_error.abs()).abs() <= rounding {
+            let effectivity = coarse.signed_error / error;
             assert!(
                 (0.5..=2.0).contains(&effectivity),
                 "{} {effectivity}",
                 of.word()
             );
         } else {
-            assert!(bar > coarse.error.abs());
+            assert!(bar > coarse.signed_error.abs());
         }
     }
 }

@@ -26,6 +26,8 @@ pub struct Page {
     pub title: String,
     /// A line below it; none when empty.
     pub subtitle: String,
+    /// What the reader should know before believing anything; nothing when empty.
+    pub warning: String,
     /// The line at the end.
     pub footer: String,
     /// Its sections.
@@ -122,6 +124,7 @@ impl Page {
                     header {
                         h1 { (self.title) }
                         @if !self.subtitle.is_empty() { p { (self.subtitle) } }
+                        @if !self.warning.is_empty() { p.warning { (self.warning) } }
                         nav {
                             @for section in &self.sections {
                                 a href={ "#" (section.name) } { (section.heading) } " "
@@ -233,6 +236,7 @@ mod tests {
         let page = Page {
             title: hostile.into(),
             subtitle: hostile.into(),
+            warning: hostile.into(),
             footer: String::new(),
             sections: vec![Section {
                 name: "one",
@@ -246,7 +250,7 @@ mod tests {
         };
         let html = page.html();
         assert!(!html.contains("<script"), "{html}");
-        assert_eq!(html.matches("&lt;script&gt;").count(), 10, "{html}");
+        assert_eq!(html.matches("&lt;script&gt;").count(), 11, "{html}");
     }
 
     #[test]
@@ -254,6 +258,7 @@ mod tests {
         let page = Page {
             title: "A".into(),
             subtitle: String::new(),
+            warning: String::new(),
             footer: String::new(),
             sections: vec![Section {
                 name: "one",
