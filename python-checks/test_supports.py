@@ -16,6 +16,7 @@ from skfem import (
 )
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
+from conftest import ROOT
 from run_file import open_run, read_matrix
 
 SIZE = (1.2, 0.8, 0.6)
@@ -271,3 +272,40 @@ def test_reactions(case):
     }
     for name, value in expected.items():
         assert resultants[name][()] == pytest.approx(value, rel=1e-9), name
+
+
+def test_a_force_on_a_disc_is_a_traction_there(contact3d, tmp_path):
+    """Resultants of the stored load, and its parts: a + w x r at points of a circle, times quadratic shape functions."""
+    path = tmp_path / "disc.h5"
+    contact3d("run", ROOT / "pipelines/force_on_disc.toml", path, "--no-figures")
+    centre, radius = np.array([0.13, 0.1, 0.1]), 0.04
+    force, moment = np.array([5e3, 0.0, -5e4]), np.array([0.0, 0.0, 2e2])
+    with open_run(path) as file:
+        x = file["mesh/coordinates"][:]
+        # Nothing is held, so all components are free.
+        load = file["load/force"][:].reshape(x.shape)
+        corners, middles = file["mesh/facets"][:], file["mesh/facet_mid_edges"][:]
+    close(load.sum(axis=0), force, 1e-13)
+    close(np.cross(x - centre, load).sum(axis=0), moment, 1e-12)
+    # Rings and sectors of equal area, for which the error is that of midpoints, and of kinks at edges of triangles.
+    rings, sectors = 400, 1600
+    distance = radius * np.sqrt((np.arange(rings) + 0.5) / rings)
+    angle = 2 * np.pi * (np.arange(sectors) + 0.5) / sectors
+    r = np.stack([np.outer(distance, np.cos(angle)), np.outer(distance, np.sin(angle))], axis=-1).reshape(-1, 2)
+    turning = moment[2] / (np.pi * radius**4 / 2)
+    traction = np.tile(force / (np.pi * radius**2), (len(r), 1))
+    traction[:, :2] += turning * np.stack([-r[:, 1], r[:, 0]], axis=1)
+    expected = np.zeros_like(load)
+    top = np.isclose(x[corners][:, :, 2], centre[2]).all(axis=1)
+    taken = np.zeros(len(r), dtype=bool)
+    for nodes in np.hstack([corners, middles])[top]:
+        a, b, c = x[nodes[:3], :2]
+        share = np.linalg.solve(np.column_stack([b - a, c - a]), (r + centre[:2] - a).T)
+        share = np.vstack([1 - share.sum(axis=0), share])
+        inside = (share >= 0).all(axis=0) & ~taken
+        taken |= inside
+        p, q, s = share[:, inside]
+        shape = [p * (2 * p - 1), q * (2 * q - 1), s * (2 * s - 1), 4 * p * q, 4 * q * s, 4 * s * p]
+        expected[nodes] += np.array(shape) @ traction[inside] * (np.pi * radius**2 / len(r))
+    assert taken.all()
+    close(load, expected, 2e-3)

@@ -28,10 +28,12 @@ __all__ = [
     "Contact",
     "Cylinder",
     "Direction",
+    "Disc",
     "DualOperatorKind",
     "ElementOrder",
     "FactorPrecision",
     "FirstMesh",
+    "Force",
     "ForceUnit",
     "Formula",
     "Friction",
@@ -305,8 +307,8 @@ class Part(Keys):
 
 @dataclass(kw_only=True, repr=False)
 class Clamp(Keys):
-    """Displacement components held at given values, zero when not given, on a face or at the nodes inside a
-    box; exactly one of ``face`` and ``box`` is given.
+    """Displacement components held at given values, zero when not given, at the nodes of a face, inside a box,
+    or both; at least one of ``face`` and ``box`` is given.
 
     :param name: A name that steps may use.
     :param face: The held face: x_min … z_max of a brick, or a physical surface of a Gmsh file.
@@ -330,6 +332,9 @@ class Spring(Keys):
     ``tensor`` or at least one of ``normal`` and ``tangential`` is given.
 
     :param face: The face on springs.
+    :param box: Two opposite corners [min, max] in m: only the part of the face between them is on springs.
+        Triangles that the box cuts count with what lies inside.
+    :param disc: The disc on the face that is on springs, in place of a box.
     :param normal: Stiffness ≥ 0 along the normal in Pa/m: a number, or an expression in x, y, z; none when not
         given.
     :param tangential: Stiffness ≥ 0 along the face, the same in all its directions, in Pa/m: a number, or an
@@ -339,9 +344,23 @@ class Spring(Keys):
     """
 
     face: str
+    box: Sequence[Sequence[float]] | None = None
+    disc: Disc | None = None
     normal: Quantity | None = None
     tangential: Quantity | None = None
     tensor: Sequence[Sequence[Quantity]] | None = None
+
+
+@dataclass(kw_only=True, repr=False)
+class Disc(Keys):
+    """A disc on a face: its points within a radius of a centre.
+
+    :param centre: The centre in m, a point of the face.
+    :param radius: The radius > 0 in m: stress under a load at a point has no bound.
+    """
+
+    centre: Sequence[float]
+    radius: float
 
 
 @dataclass(kw_only=True, repr=False)
@@ -351,11 +370,16 @@ class Traction(Keys):
     :param face: The loaded face.
     :param value: The traction vector p in Pa: numbers, or expressions in x, y, z.
     :param name: A name that steps may use.
+    :param box: Two opposite corners [min, max] in m: only the part of the face between them is loaded. Triangles
+        that the box cuts count with what lies inside.
+    :param disc: The disc on the face that is loaded, in place of a box.
     """
 
     face: str
     value: Sequence[Quantity]
     name: str | None = None
+    box: Sequence[Sequence[float]] | None = None
+    disc: Disc | None = None
 
 
 @dataclass(kw_only=True, repr=False)
@@ -365,11 +389,41 @@ class Pressure(Keys):
     :param face: The loaded face.
     :param value: The pressure p in Pa: a number, or an expression in x, y, z.
     :param name: A name that steps may use.
+    :param box: Two opposite corners [min, max] in m: only the part of the face between them is loaded. Triangles
+        that the box cuts count with what lies inside.
+    :param disc: The disc on the face that is loaded, in place of a box.
     """
 
     face: str
     value: Quantity
     name: str | None = None
+    box: Sequence[Sequence[float]] | None = None
+    disc: Disc | None = None
+
+
+@dataclass(kw_only=True, repr=False)
+class Force(Keys):
+    """A force and a moment on a face in all, spread as the traction σν = a + ω × (x − x_c) with the centroid
+    x_c of the loaded part: uniform where the force acts there and there is no moment.
+
+    :param face: The loaded face.
+    :param name: A name that steps may use.
+    :param box: Two opposite corners [min, max] in m: only the part of the face between them is loaded. Triangles
+        that the box cuts count with what lies inside.
+    :param disc: The disc on the face that is loaded, in place of a box.
+    :param value: The force in N along x, y and z: numbers, or expressions of parameters.
+    :param moment: The moment in N·m about ``point``: numbers, or expressions of parameters.
+    :param point: The point in m at which the force acts, and about which the moment does; the centroid of the
+        loaded part when not given.
+    """
+
+    face: str
+    name: str | None = None
+    box: Sequence[Sequence[float]] | None = None
+    disc: Disc | None = None
+    value: Sequence[Quantity] | None = None
+    moment: Sequence[Quantity] | None = None
+    point: Sequence[float] | None = None
 
 
 @dataclass(kw_only=True, repr=False)
@@ -666,6 +720,7 @@ class Scene(Keys):
     :param spring: Springs on faces.
     :param traction: Surface tractions p on faces (Γ_p); tractions on the same face add up.
     :param pressure: Pressures on faces; they add to tractions.
+    :param force: Total forces and moments on faces; they add to both.
     :param body_force: The body force f; none when not given.
     :param contact: The contact faces Γ_c: one as a table, several as an array of tables; without any the problem is
         elastic only.
@@ -689,6 +744,7 @@ class Scene(Keys):
     spring: Sequence[Spring] | None = None
     traction: Sequence[Traction] | None = None
     pressure: Sequence[Pressure] | None = None
+    force: Sequence[Force] | None = None
     body_force: BodyForce | None = None
     contact: Contact | Sequence[Contact] | None = None
     friction: Friction | None = None

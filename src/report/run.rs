@@ -310,6 +310,7 @@ impl<'a> SolvedRun<'a> {
                 "clamp" => scene.clamps.get(number)?.name.as_deref(),
                 "traction" => scene.tractions.get(number)?.name.as_deref(),
                 "pressure" => scene.pressures.get(number)?.name.as_deref(),
+                "force" => scene.forces.get(number)?.name.as_deref(),
                 "contact" => scene.contacts.get(number)?.name.as_deref(),
                 _ => None,
             }

@@ -3,18 +3,21 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use contact3d::{
+    elasticity::SurfaceLoad,
     mesh::{ContactSurface, Mesh, SurfaceFace},
-    scene::{Quantity, Scene},
+    scene::{FacePart, Quantity, Scene},
 };
 use plots::{BodyMark, BodyMarkKind, DrawnObstacle};
 
 /// The clamps, springs and loads of a scene without steps that do something; loads first, which look worse at a rim.
 pub(super) fn body_marks(scene: &Scene, mesh: &Mesh) -> Vec<BodyMark> {
     let at = |values: &[Quantity; 3], x| [0, 1, 2].map(|c| values[c].at(x));
-    let loads = scene.face_loads().map(|load| {
-        on_face(mesh, load.face(), BodyMarkKind::Load, |x, normal| {
+    let loads = scene.face_loads().filter_map(|load| {
+        let load = SurfaceLoad::new(load, mesh).ok()?;
+        let nodes = part_normals(mesh, &load.load.part());
+        Some(marked(mesh, BodyMarkKind::Load, nodes, |x, normal| {
             load.at(x, normal)
-        })
+        }))
     });
     let volume = scene.body_force.iter().map(|force| {
         let nodes: BTreeMap<usize, [f64; 3]> = (mesh.facets.as_flattened().iter())
@@ -24,16 +27,20 @@ pub(super) fn body_marks(scene: &Scene, mesh: &Mesh) -> Vec<BodyMark> {
             at(&force.value, x)
         })
     });
-    let springs = scene
-        .springs
-        .iter()
-        .map(|spring| on_face(mesh, &spring.face, BodyMarkKind::Spring, |_, normal| normal));
+    let springs = scene.springs.iter().map(|spring| {
+        marked(
+            mesh,
+            BodyMarkKind::Spring,
+            part_normals(mesh, &spring.part()),
+            |_, normal| normal,
+        )
+    });
     let clamps = scene.clamps.iter().map(|clamp| {
-        let face = clamp.face.iter().flat_map(|face| node_normals(mesh, face));
-        let mut nodes: BTreeMap<usize, [f64; 3]> = face.collect();
-        for node in mesh.clamped_nodes(clamp) {
-            nodes.entry(node).or_default();
-        }
+        let face = clamp.face.iter().map(|face| node_normals(mesh, face));
+        let normals: BTreeMap<usize, [f64; 3]> = face.flatten().collect();
+        let normal = |node| normals.get(&node).copied().unwrap_or_default();
+        let nodes = mesh.clamped_nodes(clamp).map(|node| (node, normal(node)));
+        let nodes: BTreeMap<usize, [f64; 3]> = nodes.collect();
         let held = [0, 1, 2]
             .map(|c| f64::from(u8::from(clamp.components.iter().any(|&k| k as usize == c))));
         if clamp.is_moved() {
@@ -50,13 +57,25 @@ pub(super) fn body_marks(scene: &Scene, mesh: &Mesh) -> Vec<BodyMark> {
     all.filter(acts).collect()
 }
 
-fn on_face(
-    mesh: &Mesh,
-    face: &str,
-    kind: BodyMarkKind,
-    vector: impl Fn([f64; 3], [f64; 3]) -> [f64; 3],
-) -> BodyMark {
-    marked(mesh, kind, node_normals(mesh, face), vector)
+/// The normals of a face at its corners inside a part, or at those of the triangles around it where it holds none.
+fn part_normals(mesh: &Mesh, part: &FacePart<'_>) -> BTreeMap<usize, [f64; 3]> {
+    let mut normals = node_normals(mesh, part.face);
+    let sides = mesh.sides_of(part);
+    let corners = |inside: bool| -> BTreeSet<usize> {
+        let corners = sides.iter().flat_map(|side| {
+            let held = (0..3).filter(move |k| !inside || side.holds_corner(*k));
+            held.map(|k| mesh.facets[side.facet][k])
+        });
+        corners.collect()
+    };
+    let inside = corners(true);
+    let nodes = if inside.is_empty() {
+        corners(false)
+    } else {
+        inside
+    };
+    normals.retain(|node, _| nodes.contains(node));
+    normals
 }
 
 /// A mark of nodes with their normals; `vector` makes one of place and normal.

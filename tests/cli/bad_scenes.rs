@@ -51,6 +51,7 @@ method = "auto"
 epsilon = 1e-9
 "#;
 
+const PRESSURE: &str = "[[pressure]]\nface = \"z_max\"\nvalue = 3e7";
 const ISOTROPIC: &str = "[material.isotropic]\nyoung_modulus = 2e11\npoisson_ratio = 0.3";
 const FIRST: &str = "[friction.coefficient_1]\nconstant = 0.3";
 const FRICTION: &str = "[friction.coefficient_1]\nconstant = 0.3\n\n[friction.coefficient_2.ramp]\ninitial = 0.3\nresidual = 0.2\nonset = 1e-5\nrate = 1000.0";
@@ -124,6 +125,20 @@ const BODIES_AND_LOADS: &[Case] = &[
     ("face = \"x_max\"", "face = \"z_min\"", &["traction.0.face", "nor in contact"]),
     ("face = \"x_max\"", "face = \"top\"", &["traction.0.face", "x_min", "z_max"]),
     ("face = \"z_max\"", "face = \"z_min\"", &["pressure.0.face", "nor in contact"]),
+    ("value = 3e7", "value = 3e7\nbox = [[1.0, 0.0, 1.0], [0.0, 1.0, 1.0]]", &["pressure.0.box", "min at most max"]),
+    ("value = 3e7", "value = 3e7\nbox = [[5.0, 0.0, 1.0], [6.0, 1.0, 1.0]]", &["pressure.0.box", "some area of \"z_max\"", "move or widen it"]),
+    ("value = 3e7", "value = 3e7\nbox = [[1.0, 0.0, 1.0], [1.0, 1.0, 1.0]]", &["pressure.0.box", "a load on a line or a point has no bound", "disc"]),
+    ("value = 3e7", "value = 3e7\nbox = [[1.0, 0.0, 1.0], [2.0, 1.0, 1.0]]\ndisc = { centre = [1.0, 0.5, 1.0], radius = 0.1 }", &["pressure.0:", "box or disc", "both"]),
+    (PRESSURE, "[[force]]\nface = \"top\"", &["force.0.face", "z_max"]),
+    (PRESSURE, "[[force]]\nface = \"z_min\"\nvalue = [0.0, 0.0, 1.0]", &["force.0.face", "nor in contact"]),
+    (PRESSURE, "[[force]]\nface = \"x_min\"\nvalue = [0.0, 0.0, 1.0]", &["force.0.face", "neither held"]),
+    (PRESSURE, "[[force]]\nface = \"z_max\"\nvalue = [0.0, 0.0, nan]", &["force.0.value", "three finite numbers [N]"]),
+    (PRESSURE, "[[force]]\nface = \"z_max\"\nmoment = [\"1/(1 - 1)\", 0, 0]", &["force.0.moment", "finite"]),
+    (PRESSURE, "[[force]]\nface = \"z_max\"\nvalue = [0.0, 0.0, \"-5*x\"]", &["force.0.value", "expressions of parameters", "[[traction]]"]),
+    (PRESSURE, "[[force]]\nface = \"z_max\"\nmoment = [1.0, 0.0, 0.0]\nbox = [[0.0, 0.5, 0.0], [3.0, 0.5000001, 1.0]]", &["force.0.moment", "wide enough", "disc"]),
+    (PRESSURE, "[[force]]\nface = \"z_max\"\ndisc = { centre = [1.0, 0.5, 0.9], radius = 0.3 }", &["force.0.disc.centre", "a point of the face \"z_max\"", "move the centre"]),
+    (PRESSURE, "[[force]]\nface = \"z_max\"\ndisc = { centre = [4.0, 0.5, 1.0], radius = 0.3 }", &["force.0.disc.centre", "4.0"]),
+    (PRESSURE, "[[force]]\nface = \"z_max\"\ndisc = { centre = [1.0, 0.5, 1.0], radius = 0.0 }", &["force.0.disc.radius", "finite positive number", "a load at a point has no bound"]),
     ("value = [1e7, 0.0, 2e7]", "value = [inf, 0.0, 2e7]", &["traction.0.value", "finite"]),
     ("value = [1e7, 0.0, 2e7]", "value = [\"1e7*w\", 0.0, 2e7]", &["traction.0.value:", "unknown name", "x, y, z"]),
     ("value = [1e7, 0.0, 2e7]", "value = [\"1e7*(x\", 0.0, 2e7]", &["is no expression"]),

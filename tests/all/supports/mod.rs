@@ -1,7 +1,8 @@
-//! What holds a body: clamps at prescribed displacements, springs.
+//! What holds and loads a body: clamps at prescribed displacements, springs, total forces.
 
 mod closed_forms;
 mod driven;
+mod forces;
 mod operators;
 mod refusals;
 mod springs;

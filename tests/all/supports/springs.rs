@@ -152,7 +152,7 @@ fn stiff_springs_tend_to_the_clamp() {
                 face: "x_min".to_owned(),
                 normal: Some(k.into()),
                 tangential: Some(k.into()),
-                tensor: None,
+                ..Spring::default()
             }];
             let case = Case::new(scene);
             assert_eq!(case.solution.status, Status::Converged);

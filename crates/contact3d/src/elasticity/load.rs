@@ -2,16 +2,16 @@
 
 use std::ops::{AddAssign, Mul};
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::Element;
 use crate::{
     linalg::UNIT_ROUNDING,
-    mesh::{Mesh, SidePoint, tetrahedron_volume},
+    mesh::{GEOMETRY_TOLERANCE, Mesh, SidePart, SidePoint, tetrahedron_volume},
     reference::{quadratic_tetrahedron, quadrature},
     scene::{
-        BodyForce, Component, FaceLoad, InvalidValue, Quantity, Scene, UNDEFINED, Warning, Written,
-        place_words,
+        BodyForce, Component, FaceLoad, Force, InvalidValue, Quantity, Scene, UNDEFINED, Warning,
+        Written, place_words,
     },
 };
 
@@ -45,38 +45,15 @@ impl<'a> Loads<'a> {
 
     /// Consistent nodal forces ∫_{Γ_p} φ p + ∫_Ω φ f in N, `[n_nodes]`.
     ///
-    /// Constants are integrated exactly on straight sides, formulas by Gauss points of degree 6 on
+    /// Constants are integrated exactly on straight sides, whole or cut, formulas by Gauss points of degree 6 on
     /// triangles and 5 in tetrahedra.
     ///
     /// # Errors
-    /// A formula that is not finite somewhere.
+    /// A formula that is not finite somewhere, and those of [`SurfaceLoad::new`].
     pub fn nodal_forces(&self, mesh: &Mesh) -> Result<Vec<[f64; 3]>, InvalidValue> {
         let mut load = vec![[0.0; 3]; mesh.coordinates.len()];
         for face_load in &self.faces {
-            let key = face_load.key() + ".value";
-            for facet in mesh.facets_on(face_load.face()) {
-                let (side, curved) = ((mesh, facet), mesh.quadratic_side(facet));
-                match face_load {
-                    FaceLoad::Traction(_, traction) => {
-                        for (component, value) in traction.value.iter().enumerate() {
-                            let norm = |area: Vector3<f64>| area.norm();
-                            let shares = side_integrals(side, curved.as_ref(), value, &key, norm)?;
-                            for (node, share) in shares {
-                                load[node][component] += share;
-                            }
-                        }
-                    }
-                    FaceLoad::Pressure(_, pressure) => {
-                        let value = &pressure.value;
-                        let shares = side_integrals(side, curved.as_ref(), value, &key, |a| a)?;
-                        for (node, share) in shares {
-                            for c in 0..3 {
-                                load[node][c] -= share[c];
-                            }
-                        }
-                    }
-                }
-            }
+            SurfaceLoad::new(*face_load, mesh)?.add_forces(mesh, &mut load)?;
         }
         if let Some(force) = self.body_force {
             add_body_force(force, mesh, &mut load)?;
@@ -85,11 +62,170 @@ impl<'a> Loads<'a> {
     }
 }
 
-/// ∫ φ_k value dA over a boundary triangle, straight or curved, with the node of each φ_k; `measure` makes dA of the outward
+/// A load on the triangles of a mesh that bear it.
+#[derive(Debug, Clone)]
+pub struct SurfaceLoad<'a> {
+    /// The load of the scene.
+    pub load: FaceLoad<'a>,
+    /// The triangles, or what of them is loaded.
+    pub sides: Vec<SidePart>,
+    /// The traction of a total force; zero for other loads.
+    spread: SpreadForce,
+}
+
+impl<'a> SurfaceLoad<'a> {
+    /// A load on a mesh.
+    ///
+    /// # Errors
+    /// A total force that is not finite, or whose moment the loaded part is too narrow for.
+    pub fn new(load: FaceLoad<'a>, mesh: &Mesh) -> Result<Self, InvalidValue> {
+        let sides = mesh.sides_of(&load.part());
+        let spread = match load {
+            FaceLoad::Force(_, force) => SpreadForce::new(force, &load.key(), mesh, &sides)?,
+            FaceLoad::Traction(..) | FaceLoad::Pressure(..) => SpreadForce::default(),
+        };
+        Ok(Self {
+            load,
+            sides,
+            spread,
+        })
+    }
+
+    /// σν in Pa at a place in m of the loaded part with some outward unit normal.
+    #[must_use]
+    pub fn at(&self, place: [f64; 3], normal: [f64; 3]) -> [f64; 3] {
+        match self.load {
+            FaceLoad::Traction(_, load) => load.value.each_ref().map(|value| value.at(place)),
+            FaceLoad::Pressure(_, load) => {
+                let pressure = load.value.at(place);
+                normal.map(|part| -(part * pressure))
+            }
+            FaceLoad::Force(..) => self.spread.at(place).into(),
+        }
+    }
+
+    /// Whether its components, one or three, are the same on all of some whole triangles.
+    #[must_use]
+    pub fn is_uniform(&self) -> bool {
+        let is_constant = match self.load {
+            FaceLoad::Traction(_, load) => !load.value.iter().any(Quantity::depends_on_place),
+            FaceLoad::Pressure(_, load) => !load.value.depends_on_place(),
+            FaceLoad::Force(..) => self.spread.turning == Vector3::zeros(),
+        };
+        is_constant && self.sides.iter().all(|side| side.cut.is_none())
+    }
+
+    /// Adds ∫ φ p.
+    fn add_forces(&self, mesh: &Mesh, load: &mut [[f64; 3]]) -> Result<(), InvalidValue> {
+        let key = self.load.key() + ".value";
+        for side in &self.sides {
+            let (facet, curved) = ((mesh, side.facet), mesh.points_unless_plain(side));
+            match self.load {
+                FaceLoad::Traction(_, traction) => {
+                    for (component, value) in traction.value.iter().enumerate() {
+                        let norm = |area: Vector3<f64>| area.norm();
+                        let shares = side_integrals(facet, curved.as_ref(), value, &key, norm)?;
+                        for (node, share) in shares {
+                            load[node][component] += share;
+                        }
+                    }
+                }
+                FaceLoad::Pressure(_, pressure) => {
+                    let value = &pressure.value;
+                    let shares = side_integrals(facet, curved.as_ref(), value, &key, |a| a)?;
+                    for (node, share) in shares {
+                        for c in 0..3 {
+                            load[node][c] -= share[c];
+                        }
+                    }
+                }
+                FaceLoad::Force(..) => {
+                    let (nodes, points) = mesh.points_of(side);
+                    for point in points {
+                        let force = self.spread.at(point.at) * point.area.norm();
+                        for (node, shape) in nodes.iter().zip(point.shape) {
+                            (0..3).for_each(|c| load[*node][c] += force[c] * shape);
+                        }
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The traction a + ω × (x − x_c) that a total force spreads over the loaded part.
+#[derive(Debug, Clone, Copy, Default)]
+struct SpreadForce {
+    /// a in Pa.
+    uniform: Vector3<f64>,
+    /// ω in Pa/m.
+    turning: Vector3<f64>,
+    /// The centroid x_c of the loaded part in m.
+    centre: Vector3<f64>,
+}
+
+impl SpreadForce {
+    /// With area A and J = ∫ (|r|² I − r rᵀ) of the part, r = x − x_c: a = F/A and Jω = M about x_c. The moments are those of the points
+    /// at which nodal forces are integrated, so that these have the resultants F and M to rounding on any mesh.
+    fn new(
+        force: &Force,
+        key: &str,
+        mesh: &Mesh,
+        sides: &[SidePart],
+    ) -> Result<Self, InvalidValue> {
+        let points = sides.iter().flat_map(|side| mesh.points_of(side).1);
+        let points: Vec<(Vector3<f64>, f64)> =
+            points.map(|p| (p.at.into(), p.area.norm())).collect();
+        let area: f64 = points.iter().map(|(_, area)| area).sum();
+        let first: Vector3<f64> = points.iter().map(|(at, area)| at * *area).sum();
+        let centre = first / area;
+        let vector = |name: &str, values: &[Quantity; 3]| {
+            let mut vector = Vector3::zeros();
+            for (part, value) in vector.iter_mut().zip(values) {
+                *part = finite_at(value, centre.into(), &format!("{key}.{name}"))?;
+            }
+            Ok(vector)
+        };
+        let total = vector("value", &force.value)?;
+        let about = force.point.map_or(centre, Vector3::from);
+        let moment = vector("moment", &force.moment)? + (about - centre).cross(&total);
+        let mut turning = Vector3::zeros();
+        if moment != Vector3::zeros() {
+            let second = points.iter().map(|(at, area)| {
+                let r = at - centre;
+                (Matrix3::identity() * r.norm_squared() - r * r.transpose()) * *area
+            });
+            let second: Matrix3<f64> = second.sum();
+            let eigen = second.symmetric_eigen();
+            if eigen.eigenvalues.min() < GEOMETRY_TOLERANCE.powi(2) * eigen.eigenvalues.max() {
+                return Err(InvalidValue {
+                    key: format!("{key}.moment"),
+                    expected: "a part of the face that is wide enough to bear a moment".into(),
+                    found: "one that is a line to six digits".into(),
+                    help: "widen box, or write disc = { centre, radius } in its place".into(),
+                });
+            }
+            let vectors = eigen.eigenvectors;
+            turning = vectors * (vectors.transpose() * moment).component_div(&eigen.eigenvalues);
+        }
+        Ok(Self {
+            uniform: total / area,
+            turning,
+            centre,
+        })
+    }
+
+    fn at(&self, place: [f64; 3]) -> Vector3<f64> {
+        self.uniform + self.turning.cross(&(Vector3::from(place) - self.centre))
+    }
+}
+
+/// ∫ φ_k value dA over a boundary triangle, or over points where it is curved or cut, with the node of each φ_k; `measure` makes dA of the outward
 /// normal times area, in m².
 fn side_integrals<V: Copy + AddAssign + Mul<f64, Output = V>>(
     (mesh, facet): (&Mesh, usize),
-    curved: Option<&([usize; 6], Vec<SidePoint>)>,
+    curved: Option<&(Vec<usize>, Vec<SidePoint>)>,
     value: &Quantity,
     key: &str,
     measure: impl Fn(Vector3<f64>) -> V,
@@ -216,7 +352,9 @@ pub fn idle_loads(scene: &Scene, mesh: &Mesh) -> Vec<Warning> {
         let key = load.key() + ".value";
         match load {
             _ if components.is_empty() => None,
-            FaceLoad::Traction(..) => Some(Warning::IdleLoad { key, components }),
+            FaceLoad::Traction(..) | FaceLoad::Force(..) => {
+                Some(Warning::IdleLoad { key, components })
+            }
             // A part of it alone cannot be left out.
             FaceLoad::Pressure(..) => {
                 (components.len() == acting.len()).then_some(Warning::IdlePressure { key })
@@ -240,9 +378,14 @@ pub fn idle_loads(scene: &Scene, mesh: &Mesh) -> Vec<Warning> {
 #[must_use]
 pub fn unresolved_loads(scene: &Scene, mesh: &Mesh) -> Vec<Warning> {
     let told = scene.face_loads().filter_map(|load| {
+        let load = SurfaceLoad::new(load, mesh).ok()?;
         let (mut apart, mut whole) = (0.0, 0.0);
-        for facet in mesh.facets_on(load.face()) {
-            let corners = mesh.corners(&mesh.facets[facet]);
+        let triangles = load.sides.iter().flat_map(|side| {
+            let corners = mesh.corners(&mesh.facets[side.facet]);
+            let parts = side.triangles().iter();
+            parts.map(move |part| part.map(|share| quadrature::point(&corners, &share)))
+        });
+        for corners in triangles {
             let area = area_vector(&corners);
             let normal = area.normalize().into();
             let mean = |corners: &[[f64; 3]; 3]| -> Vector3<f64> {
@@ -261,7 +404,7 @@ pub fn unresolved_loads(scene: &Scene, mesh: &Mesh) -> Vec<Warning> {
             apart += area.norm() * (mean(&corners) - fine).norm();
             whole += area.norm() * fine.norm();
         }
-        let (key, share) = (load.key() + ".value", apart / whole);
+        let (key, share) = (load.load.key() + ".value", apart / whole);
         // A part of a hundredth is less than what a mesh of usual size misses of the solution.
         (share > 0.01).then_some(Warning::UnresolvedLoad { key, share })
     });

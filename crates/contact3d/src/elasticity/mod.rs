@@ -30,7 +30,7 @@ pub use element::{MaterialField, Simplex, corner_strains, quadratic_gradients, t
 pub(crate) use floating::floating_body;
 pub use floating::{FloatingBody, WeakSupport};
 pub(crate) use free_motions::loose_motions;
-pub use load::{Loads, idle_loads, unresolved_loads};
+pub use load::{Loads, SurfaceLoad, idle_loads, unresolved_loads};
 pub use rigid_motion::{BodyMotion, refuse_rigid_motions};
 pub(crate) use springs::stiffness_at;
 pub use springs::{SpringMatrix, SpringPoint, visit_springs};

@@ -126,13 +126,13 @@ fn visit(
     mesh: &Mesh,
     take: &mut dyn FnMut(&SpringPoint<'_>, Matrix3<f64>),
 ) -> Result<(), InvalidValue> {
-    for facet in mesh.facets_on(&spring.face) {
+    for side in mesh.sides_of(&spring.part()) {
         let mut add = |point: SpringPoint<'_>| -> Result<(), InvalidValue> {
             let stiffness = stiffness_at(spring, index, point.at, &point.normal)?;
             take(&point, stiffness);
             Ok(())
         };
-        if let Some((nodes, points)) = mesh.quadratic_side(facet) {
+        if let Some((nodes, points)) = mesh.points_unless_plain(&side) {
             for point in &points {
                 add(SpringPoint {
                     at: point.at,
@@ -144,7 +144,7 @@ fn visit(
             }
             continue;
         }
-        let nodes = mesh.facets[facet];
+        let nodes = mesh.facets[side.facet];
         let corners = mesh.corners(&nodes);
         let [a, b, c] = corners.map(Vector3::from);
         let normal = (b - a).cross(&(c - a)).normalize();

@@ -1,13 +1,11 @@
 //! Works and energies of the increments of a history.
 
-use std::collections::BTreeSet;
-
 use super::StepRecord;
 use crate::{
     elasticity::Loads,
     mesh::Mesh,
     post::{ContactReport, Solved},
-    scene::{FaceLoad, InvalidValue, Scene, Traction},
+    scene::{FaceLoad, FacePart, InvalidValue, Scene, Traction},
 };
 
 /// Works and energies of one increment in J.
@@ -55,19 +53,34 @@ impl EnergyLedger {
             Loads::of(&scene).nodal_forces(mesh)
         };
         let clamps = history.moved_clamps()?;
-        let loaded = history.face_loads().map(|load| load.face());
-        let held = clamps
-            .iter()
-            .filter_map(|&clamp| history.clamps[clamp].face.as_deref());
-        let faces: BTreeSet<&str> = loaded.chain(held).collect();
+        let held = clamps.iter().filter_map(|&clamp| {
+            let clamp = &history.clamps[clamp];
+            Some(FacePart {
+                face: clamp.face.as_deref()?,
+                corners: clamp.corners,
+                disc: None,
+            })
+        });
+        let loaded = history.face_loads().map(|load| load.part());
+        let mut parts: Vec<FacePart<'_>> = Vec::new();
+        for part in loaded.chain(held) {
+            if !parts.contains(&part) {
+                parts.push(part);
+            }
+        }
+        parts.sort_by_key(|part| part.face);
         let mut sources: Vec<String> = history.face_loads().map(|load| load.key()).collect();
         sources.extend(clamps.iter().map(|clamp| format!("clamp.{clamp}")));
         if sources.is_empty() {
             sources.push("body_force".into());
         }
-        let ones: Vec<Traction> = faces
+        let ones: Vec<Traction> = parts
             .into_iter()
-            .map(|face| Traction::on(face, [1.0, 0.0, 0.0]))
+            .map(|part| Traction {
+                corners: part.corners,
+                disc: part.disc,
+                ..Traction::on(part.face, [1.0, 0.0, 0.0])
+            })
             .collect();
         let ones = ones.iter().enumerate();
         let unit = Loads {

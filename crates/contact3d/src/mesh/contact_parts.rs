@@ -5,9 +5,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::{Matrix3, Vector3};
 
 use super::{
-    COORDINATE_ROUNDING, ContactSurface, GEOMETRY_TOLERANCE, Mesh, MeshError, brick, centroid,
+    ContactSurface, GEOMETRY_TOLERANCE, Mesh, MeshError, brick, centroid,
     contact_surface::{ContactFace, FaceTriangle, plane_of},
-    macro_elements, obstacle, triangle_area,
+    face_part::share_inside,
+    macro_elements, obstacle,
 };
 use crate::scene::{
     BrickFace, Contact, InvalidValue, MultiplierSpace, Scene, Written, place_words,
@@ -85,49 +86,6 @@ pub(super) fn panes_of_part(
     }
     let number: BTreeMap<usize, usize> = found.into_keys().zip(0..).collect();
     Ok(part.iter().map(|pane| number[pane]).collect())
-}
-
-/// The share of a triangle's area that lies inside a box, which may be flat: by cutting the triangle at each of its six
-/// planes. Corners that rounding may have moved off a plane lie on it.
-fn share_inside(triangle: &[[f64; 3]; 3], [low, high]: &[[f64; 3]; 2]) -> f64 {
-    // Of the triangle's own coordinates: corners of a box may be far away.
-    let coordinates = triangle.as_flattened().iter();
-    let size = coordinates.fold(0.0, |most: f64, x| most.max(x.abs()));
-    let rounding = COORDINATE_ROUNDING * size;
-    let mut polygon: Vec<[f64; 3]> = triangle.to_vec();
-    for c in 0..3 {
-        let along = triangle.map(|x| x[c]);
-        let extent = along.into_iter().fold(f64::NEG_INFINITY, f64::max)
-            - along.into_iter().fold(f64::INFINITY, f64::min);
-        // A narrow triangle has its corners on one plane at most, unless it is flat to the digits.
-        let slack = if extent > rounding {
-            rounding.min(extent / 4.0)
-        } else {
-            rounding
-        };
-        let snapped = |side: f64| if side.abs() <= slack { 0.0 } else { side };
-        polygon = cut(&polygon, |x| snapped(x[c] - low[c]));
-        polygon = cut(&polygon, |x| snapped(high[c] - x[c]));
-    }
-    let fan = (2..polygon.len()).map(|k| triangle_area(&[polygon[0], polygon[k - 1], polygon[k]]));
-    fan.sum::<f64>() / triangle_area(triangle)
-}
-
-/// The part of a convex polygon where a linear function is not negative.
-fn cut(polygon: &[[f64; 3]], side: impl Fn(&[f64; 3]) -> f64) -> Vec<[f64; 3]> {
-    let mut kept = Vec::new();
-    for (k, here) in polygon.iter().enumerate() {
-        let next = &polygon[(k + 1) % polygon.len()];
-        let (a, b) = (side(here), side(next));
-        if a >= 0.0 {
-            kept.push(*here);
-        }
-        if (a >= 0.0) != (b >= 0.0) {
-            let t = a / (a - b);
-            kept.push(std::array::from_fn(|c| here[c] + t * (next[c] - here[c])));
-        }
-    }
-    kept
 }
 
 /// Refuses triangles in two contacts, and nodes that carry more conditions than they have displacements: a node whose

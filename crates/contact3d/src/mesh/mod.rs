@@ -4,6 +4,7 @@ mod bisection;
 mod brick;
 mod contact_parts;
 mod contact_surface;
+mod face_part;
 mod gmsh;
 mod inspection;
 mod macro_elements;
@@ -19,6 +20,8 @@ use thiserror::Error;
 
 pub use brick::{brick, brick_counts};
 pub use contact_surface::{ContactSurface, SurfaceFace};
+pub use face_part::SidePart;
+pub(crate) use face_part::{SubTriangles, area_share};
 pub use gmsh::{FilePosition, GmshError, GmshFlaw, digest_of, parse as parse_gmsh};
 pub use inspection::{FaceInspection, MeshInspection};
 pub use macro_elements::macro_elements;
@@ -137,6 +140,7 @@ impl Mesh {
     ) -> Result<Self, MeshError> {
         let mut mesh = Self::without_contact(scene, raw, tetrahedron_region)?;
         mesh.check_clamp_boxes(&scene.clamps)?;
+        mesh.check_face_parts(scene)?;
         let held = mesh.held_nodes(scene);
         let order = scene.contact_order().into_iter();
         let surfaces = order.map(|entry| mesh.contact_surface(scene, entry, cut_faceting, &held));
@@ -226,21 +230,23 @@ impl Mesh {
     /// The nodes of a clamp, some of them repeatedly.
     pub fn clamped_nodes(&self, clamp: &Clamp) -> impl Iterator<Item = usize> {
         let facets = clamp.face.iter().flat_map(|face| self.facets_on(face));
-        let boxed = (0..self.coordinates.len()).filter(|&n| clamp.boxes(&self.coordinates[n]));
-        facets
-            .flat_map(|facet| self.facet_nodes(facet))
-            .chain(boxed)
+        let all = (0..self.coordinates.len()).filter(|_| clamp.face.is_none());
+        let nodes = facets.flat_map(|facet| self.facet_nodes(facet)).chain(all);
+        nodes.filter(|&node| clamp.holds(&self.coordinates[node]))
     }
 
     /// Refuses a box that holds no node, which would have no effect.
     fn check_clamp_boxes(&self, clamps: &[Clamp]) -> Result<(), InvalidValue> {
         for (i, clamp) in clamps.iter().enumerate() {
             if let Some(corners) = clamp.corners
-                && !self.coordinates.iter().any(|x| clamp.boxes(x))
+                && self.clamped_nodes(clamp).next().is_none()
             {
                 return Err(InvalidValue {
                     key: format!("clamp.{i}.box"),
-                    expected: "a box that holds at least one node of the mesh".into(),
+                    expected: format!(
+                        "a box that holds at least one node of {}",
+                        clamp.face.as_deref().unwrap_or("the mesh")
+                    ),
                     found: Written(&corners).to_string(),
                     help: "a box around no node would hold nothing; move or widen it".into(),
                 });

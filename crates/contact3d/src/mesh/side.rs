@@ -4,7 +4,10 @@ use std::collections::HashMap;
 
 use nalgebra::Vector3;
 
-use super::{COORDINATE_ROUNDING, Mesh, RawMesh, centroid, tetrahedron_volume, triangle_area};
+use super::{
+    COORDINATE_ROUNDING, Mesh, RawMesh, area_share, centroid, face_part::WHOLE_SIDE,
+    tetrahedron_volume, triangle_area,
+};
 use crate::{
     reference::{
         QUADRATIC_TRIANGLE_NODES, TRIANGLE_EDGES, quadratic_triangle, quadratic_triangle_slopes,
@@ -13,12 +16,12 @@ use crate::{
     scene::{InvalidValue, Part, Scene, Written},
 };
 
-/// A point of integration on a quadratic side.
+/// A point of integration on a boundary triangle.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SidePoint {
     /// Place in m.
     pub(crate) at: [f64; 3],
-    /// Shape functions of the six nodes.
+    /// Shape functions of its three or six nodes.
     pub(crate) shape: [f64; 6],
     /// Outward normal times the area in m² that the point stands for.
     pub(crate) area: Vector3<f64>,
@@ -74,40 +77,48 @@ impl Mesh {
 
     /// Nodes of a quadratic side, and 16 points on it, exact for polynomials of degree 6 in the
     /// reference triangle; `None` in a mesh of linear tetrahedra.
-    pub(crate) fn quadratic_side(&self, facet: usize) -> Option<([usize; 6], Vec<SidePoint>)> {
-        let [a, b, c] = self.facets[facet];
-        let [d, e, f] = self.mid_edges.as_ref()?.facets[facet];
-        let nodes = [a, b, c, d, e, f];
-        let places = self.corners(&nodes).map(Vector3::from);
-        let point = |(at, weight): ([f64; 3], f64)| {
-            let shape = quadratic_triangle(&at);
-            let slopes = quadratic_triangle_slopes(&at);
-            let along = |k: usize| -> Vector3<f64> {
-                let slope = |n: usize| slopes[n][k] - slopes[n][0];
-                (0..6).map(|n| places[n] * slope(n)).sum()
+    fn quadratic_side(&self, facet: usize) -> Option<(Vec<usize>, Vec<SidePoint>)> {
+        let points = |_| self.points_on(facet, &WHOLE_SIDE);
+        self.mid_edges.as_ref().map(points)
+    }
+
+    /// Nodes of a boundary triangle, curved or not, and points of the same rule on triangles of it, which are given in its
+    /// barycentric coordinates.
+    pub(super) fn points_on(
+        &self,
+        facet: usize,
+        triangles: &[[[f64; 3]; 3]],
+    ) -> (Vec<usize>, Vec<SidePoint>) {
+        let nodes: Vec<usize> = self.facet_nodes(facet).collect();
+        let places: Vec<Vector3<f64>> = nodes.iter().map(|&n| self.coordinates[n].into()).collect();
+        let place = |at: [f64; 3], weight: f64| {
+            let mut shape = [0.0; 6];
+            let area = if places.len() == 3 {
+                shape[..3].copy_from_slice(&at);
+                (places[1] - places[0]).cross(&(places[2] - places[0]))
+            } else {
+                shape = quadratic_triangle(&at);
+                let slopes = quadratic_triangle_slopes(&at);
+                let along = |k: usize| -> Vector3<f64> {
+                    let slope = |n: usize| slopes[n][k] - slopes[n][0];
+                    (0..6).map(|n| places[n] * slope(n)).sum()
+                };
+                along(1).cross(&along(2))
             };
-            let place: Vector3<f64> = (0..6).map(|n| places[n] * shape[n]).sum();
+            let place: Vector3<f64> = places.iter().zip(shape).map(|(x, w)| x * w).sum();
             SidePoint {
                 at: place.into(),
                 shape,
-                area: along(1).cross(&along(2)) * (weight / 2.0),
+                area: area * (weight / 2.0),
             }
         };
-        Some((nodes, quadrature::triangle().map(point).collect()))
-    }
-
-    /// Places in m on a boundary triangle, curved or not, each with the outward normal times the area in m² that it
-    /// stands for: those of a rule that is exact for polynomials of degree 6.
-    pub(super) fn side_points(&self, facet: usize) -> Vec<([f64; 3], Vector3<f64>)> {
-        if let Some((_, points)) = self.quadratic_side(facet) {
-            return points.iter().map(|p| (p.at, p.area)).collect();
-        }
-        let [a, b, c] = self.corners(&self.facets[facet]).map(Vector3::from);
-        let area = (b - a).cross(&(c - a)) / 2.0;
-        let points = quadrature::triangle();
-        points
-            .map(|([p, q, r], weight)| ((a * p + b * q + c * r).into(), area * weight))
-            .collect()
+        let points = triangles.iter().flat_map(|triangle| {
+            let share = area_share(triangle);
+            let points = quadrature::triangle();
+            points.map(move |(at, weight)| (quadrature::point(triangle, &at), weight * share))
+        });
+        let points = points.map(|(at, weight)| place(at, weight)).collect();
+        (nodes, points)
     }
 
     /// The outward unit normals of a boundary triangle at its nodes; none where it has no area.

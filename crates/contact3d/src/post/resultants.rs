@@ -377,7 +377,7 @@ pub(super) fn by_source(
     }
     for load in scene.face_loads() {
         let forces = Loads::from(load).nodal_forces(mesh)?;
-        rows.push(row(load.key(), load.face(), &forces));
+        rows.push(row(load.key(), load.part().face, &forces));
     }
     if scene.body_force.is_some() {
         let weight = Loads {

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use super::{
-    Body, BodyForce, Brick, Clamp, Coefficient, Component, Contact, DualOperatorKind, ElementOrder,
-    Expression, ExpressionError, Formula, Friction, GmshFile, InvalidValue, Isotropic, Material,
-    POSITION, Part, Pressure, Quantity, Ramp, Region, Scene, Step, Traction,
+    Body, BodyForce, Brick, Clamp, Coefficient, Component, Contact, Disc, DualOperatorKind,
+    ElementOrder, Expression, ExpressionError, Force, Formula, Friction, GmshFile, InvalidValue,
+    Isotropic, Material, POSITION, Part, Pressure, Quantity, Ramp, Region, Scene, Step, Traction,
 };
 
 impl Scene {
@@ -41,6 +41,13 @@ impl Scene {
     #[must_use]
     pub fn with_pressure(mut self, pressure: Pressure) -> Self {
         self.pressures.push(pressure);
+        self
+    }
+
+    /// The scene with one more total force.
+    #[must_use]
+    pub fn with_force(mut self, force: Force) -> Self {
+        self.forces.push(force);
         self
     }
 
@@ -137,6 +144,8 @@ impl Traction {
         Self {
             name: None,
             face: face.into(),
+            corners: None,
+            disc: None,
             value: value.map(Into::into),
         }
     }
@@ -150,14 +159,60 @@ impl Pressure {
         self
     }
 
+    /// The pressure on the disc of the face around a centre, both in m.
+    #[must_use]
+    pub fn within(mut self, centre: [f64; 3], radius: f64) -> Self {
+        self.disc = Some(Disc { centre, radius });
+        self
+    }
+
     /// A pressure in Pa on a face.
     #[must_use]
     pub fn on(face: impl Into<String>, value: impl Into<Quantity>) -> Self {
         Self {
             name: None,
             face: face.into(),
+            corners: None,
+            disc: None,
             value: value.into(),
         }
+    }
+}
+
+impl Force {
+    /// A force in N on a face, spread uniformly.
+    #[must_use]
+    pub fn on(face: impl Into<String>, value: [impl Into<Quantity>; 3]) -> Self {
+        Self {
+            name: None,
+            face: face.into(),
+            corners: None,
+            disc: None,
+            value: value.map(Into::into),
+            moment: Default::default(),
+            point: None,
+        }
+    }
+
+    /// The force with a name that steps may use.
+    #[must_use]
+    pub fn named(mut self, name: impl Into<String>) -> Self {
+        self.name = Some(name.into());
+        self
+    }
+
+    /// The force with a moment in N·m.
+    #[must_use]
+    pub fn with_moment(mut self, moment: [impl Into<Quantity>; 3]) -> Self {
+        self.moment = moment.map(Into::into);
+        self
+    }
+
+    /// The force on the disc of the face around a centre, both in m.
+    #[must_use]
+    pub fn within(mut self, centre: [f64; 3], radius: f64) -> Self {
+        self.disc = Some(Disc { centre, radius });
+        self
     }
 }
 

@@ -46,6 +46,10 @@ pub enum Measure {
     Modulus,
     /// Forces per volume in N/m³.
     ForceDensity,
+    /// Forces in N.
+    Force,
+    /// Moments in N·m.
+    Moment,
     /// Stresses per displacement in Pa/m.
     SpringStiffness,
 }
@@ -61,6 +65,8 @@ impl Measure {
             Self::Stress => [0, 0, 1],
             Self::Modulus => [1, -1, 1],
             Self::ForceDensity => [-1, 0, 1],
+            Self::Force => [2, 0, 1],
+            Self::Moment => [3, 0, 1],
             Self::SpringStiffness => [0, -1, 1],
         }
     }
@@ -465,7 +471,7 @@ mod tests {
     /// A sentence says in which unit its numbers are, and which sign they have.
     #[test]
     fn sentences_tell_units_and_signs() {
-        let units = ["m", "1/m", "Pa", "N/m³", "Pa/m", "s"];
+        let units = ["m", "1/m", "Pa", "N/m³", "Pa/m", "s", "N", "N·m"];
         for (path, key) in keys() {
             let expected = match key.measure {
                 Measure::Number => None,
@@ -474,6 +480,8 @@ mod tests {
                 Measure::PerDisplacement => Some("1/m"),
                 Measure::Stress | Measure::Modulus => Some("Pa"),
                 Measure::ForceDensity => Some("N/m³"),
+                Measure::Force => Some("N"),
+                Measure::Moment => Some("N·m"),
                 Measure::SpringStiffness => Some("Pa/m"),
             };
             let words: Vec<&str> = key
@@ -513,6 +521,8 @@ mod tests {
             ("friction.coefficient_1.table.slip.1", "m"),
             ("friction.coefficient.ramp.rate", "1/m"),
             ("body_force.value.2", "N/m^3"),
+            ("force.0.value.2", "N"),
+            ("force.0.moment.2", "N m"),
             ("spring.0.normal", "N/m^3"),
             ("step.2.time", "s"),
             ("friction.coefficient.constant", "1"),
@@ -566,6 +576,10 @@ mod tests {
         [[pressure]]
         face = "x_min"
         value = 1
+        [[force]]
+        face = "x_min"
+        value = [1, 0, 0]
+        moment = [1, 0, 0]
         [[contact]]
         face = "x_min"
         gap = 1

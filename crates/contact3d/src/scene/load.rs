@@ -30,8 +30,8 @@ impl Component {
     }
 }
 
-/// Displacement components held at given values, zero when not given, on a face or at the nodes inside a box;
-/// exactly one of `face` and `box` is given.
+/// Displacement components held at given values, zero when not given, at the nodes of a face, inside a box, or both; at least
+/// one of `face` and `box` is given.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Clamp {
@@ -75,22 +75,22 @@ impl Clamp {
         }
     }
 
-    /// Whether this is the face of that name.
+    /// Whether this is the whole face of that name.
     #[must_use]
     pub(crate) fn is_face(&self, name: &str) -> bool {
-        self.face.as_deref() == Some(name)
+        self.face.as_deref() == Some(name) && self.corners.is_none()
     }
 
-    /// Whether a point lies in the box, up to the roundings of its coordinates; none does without one.
+    /// Whether a point lies in the box, up to the roundings of its coordinates; without one all do.
     #[must_use]
-    pub(crate) fn boxes(&self, point: &[f64; 3]) -> bool {
+    pub(crate) fn holds(&self, point: &[f64; 3]) -> bool {
         // Cells are no narrower than 1e-9 of the body.
         let slack = UNIT_ROUNDING * point.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
         let holds = |c: usize, [low, high]: [[f64; 3]; 2]| {
             low[c] - slack <= point[c] && point[c] <= high[c] + slack
         };
         self.corners
-            .is_some_and(|corners| (0..3).all(|c| holds(c, corners)))
+            .is_none_or(|corners| (0..3).all(|c| holds(c, corners)))
     }
 }
 
@@ -101,6 +101,7 @@ fn all_components() -> Vec<Component> {
 varies!(Clamp named name: value);
 varies!(Traction named name: value);
 varies!(Pressure named name: value);
+varies!(Force named name: value, moment);
 varies!(BodyForce: value);
 varies!(Spring: normal, tangential, tensor);
 
@@ -113,6 +114,14 @@ pub struct Traction {
     pub name: Option<String>,
     /// The loaded face.
     pub face: String,
+    /// Two opposite corners [min, max] in m: only the part of the face between them is loaded. Triangles that the box cuts
+    /// count with what lies inside.
+    #[serde(rename = "box", default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("measures" = Measure::Length))]
+    pub corners: Option<[[f64; 3]; 2]>,
+    /// The disc on the face that is loaded, in place of a box.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub disc: Option<Disc>,
     /// The traction vector p in Pa: numbers, or expressions in x, y, z.
     #[schemars(extend("measures" = Measure::Stress))]
     pub value: [Quantity; 3],
@@ -127,10 +136,99 @@ pub struct Pressure {
     pub name: Option<String>,
     /// The loaded face.
     pub face: String,
+    /// Two opposite corners [min, max] in m: only the part of the face between them is loaded. Triangles that the box cuts
+    /// count with what lies inside.
+    #[serde(rename = "box", default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("measures" = Measure::Length))]
+    pub corners: Option<[[f64; 3]; 2]>,
+    /// The disc on the face that is loaded, in place of a box.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub disc: Option<Disc>,
     /// The pressure p in Pa: a number, or an expression in x, y, z.
     #[schemars(extend("measures" = Measure::Stress))]
     pub value: Quantity,
 }
+
+/// A force and a moment on a face in all, spread as the traction σν = a + ω × (x − x_c) with the centroid x_c of the loaded part: uniform
+/// where the force acts there and there is no moment.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Force {
+    /// A name that steps may use.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// The loaded face.
+    pub face: String,
+    /// Two opposite corners [min, max] in m: only the part of the face between them is loaded. Triangles that the box cuts
+    /// count with what lies inside.
+    #[serde(rename = "box", default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("measures" = Measure::Length))]
+    pub corners: Option<[[f64; 3]; 2]>,
+    /// The disc on the face that is loaded, in place of a box.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub disc: Option<Disc>,
+    /// The force in N along x, y and z: numbers, or expressions of parameters.
+    #[serde(default, skip_serializing_if = "is_default")]
+    #[schemars(extend("measures" = Measure::Force))]
+    pub value: [Quantity; 3],
+    /// The moment in N·m about `point`: numbers, or expressions of parameters.
+    #[serde(default, skip_serializing_if = "is_default")]
+    #[schemars(extend("measures" = Measure::Moment))]
+    pub moment: [Quantity; 3],
+    /// The point in m at which the force acts, and about which the moment does; the centroid of the loaded part when not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("measures" = Measure::Length))]
+    pub point: Option<[f64; 3]>,
+}
+
+/// A disc on a face: its points within a radius of a centre.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Disc {
+    /// The centre in m, a point of the face.
+    #[schemars(extend("measures" = Measure::Length))]
+    pub centre: [f64; 3],
+    /// The radius > 0 in m: stress under a load at a point has no bound.
+    #[schemars(extend("measures" = Measure::Length, "exclusiveMinimum" = 0))]
+    pub radius: f64,
+}
+
+/// A face, or the part of it inside a box or a disc.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FacePart<'a> {
+    /// The name of the face.
+    pub face: &'a str,
+    /// The corners of the box in m.
+    pub corners: Option<[[f64; 3]; 2]>,
+    /// The disc.
+    pub disc: Option<Disc>,
+}
+
+impl FacePart<'_> {
+    /// Whether it is no whole face.
+    #[must_use]
+    pub fn is_cut(&self) -> bool {
+        self.corners.is_some() || self.disc.is_some()
+    }
+}
+
+/// Gives tables with a face, a box and a disc the part that these make.
+macro_rules! on_parts {
+    ($($table:ident),+) => {
+        $(impl $table {
+            /// Where it acts.
+            #[must_use]
+            pub fn part(&self) -> FacePart<'_> {
+                FacePart {
+                    face: &self.face,
+                    corners: self.corners,
+                    disc: self.disc,
+                }
+            }
+        })+
+    };
+}
+on_parts!(Traction, Pressure, Force, Spring);
 
 /// A load on a face, with its place among those of its kind.
 #[derive(Debug, Clone, Copy)]
@@ -139,6 +237,8 @@ pub enum FaceLoad<'a> {
     Traction(usize, &'a Traction),
     /// A pressure.
     Pressure(usize, &'a Pressure),
+    /// A total force.
+    Force(usize, &'a Force),
 }
 
 impl<'a> FaceLoad<'a> {
@@ -148,47 +248,40 @@ impl<'a> FaceLoad<'a> {
         match self {
             Self::Traction(i, _) => format!("traction.{i}"),
             Self::Pressure(i, _) => format!("pressure.{i}"),
+            Self::Force(i, _) => format!("force.{i}"),
         }
     }
 
-    /// The loaded face.
+    /// Where it acts.
     #[must_use]
-    pub fn face(&self) -> &'a str {
+    pub fn part(&self) -> FacePart<'a> {
         match self {
-            Self::Traction(_, load) => &load.face,
-            Self::Pressure(_, load) => &load.face,
-        }
-    }
-
-    /// Its components, one or three.
-    #[must_use]
-    pub fn components(&self) -> &'a [Quantity] {
-        match self {
-            Self::Traction(_, load) => &load.value,
-            Self::Pressure(_, load) => std::slice::from_ref(&load.value),
-        }
-    }
-
-    /// σν in Pa at a place in m of the face with some outward unit normal.
-    #[must_use]
-    pub fn at(&self, place: [f64; 3], normal: [f64; 3]) -> [f64; 3] {
-        match self {
-            Self::Traction(_, load) => load.value.each_ref().map(|value| value.at(place)),
-            Self::Pressure(_, load) => {
-                let pressure = load.value.at(place);
-                normal.map(|part| -(part * pressure))
-            }
+            Self::Traction(_, load) => load.part(),
+            Self::Pressure(_, load) => load.part(),
+            Self::Force(_, load) => load.part(),
         }
     }
 }
 
 impl Scene {
-    /// The loads on faces: tractions, then pressures.
+    /// The loads on faces: tractions, pressures, then total forces.
     pub fn face_loads(&self) -> impl Iterator<Item = FaceLoad<'_>> {
         let tractions = self.tractions.iter().enumerate();
         let pressures = self.pressures.iter().enumerate();
+        let forces = self.forces.iter().enumerate();
         let tractions = tractions.map(|(i, load)| FaceLoad::Traction(i, load));
-        tractions.chain(pressures.map(|(i, load)| FaceLoad::Pressure(i, load)))
+        let pressures = pressures.map(|(i, load)| FaceLoad::Pressure(i, load));
+        tractions
+            .chain(pressures)
+            .chain(forces.map(|(i, load)| FaceLoad::Force(i, load)))
+    }
+
+    /// The parts of faces on which loads and springs act, with their keys.
+    pub(crate) fn face_parts(&self) -> impl Iterator<Item = (String, FacePart<'_>)> {
+        let springs = self.springs.iter().enumerate();
+        let springs = springs.map(|(i, spring)| (format!("spring.{i}"), spring.part()));
+        let loads = self.face_loads().map(|load| (load.key(), load.part()));
+        loads.chain(springs)
     }
 }
 
@@ -208,6 +301,14 @@ pub struct BodyForce {
 pub struct Spring {
     /// The face on springs.
     pub face: String,
+    /// Two opposite corners [min, max] in m: only the part of the face between them is on springs. Triangles that the box cuts
+    /// count with what lies inside.
+    #[serde(rename = "box", default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("measures" = Measure::Length))]
+    pub corners: Option<[[f64; 3]; 2]>,
+    /// The disc on the face that is on springs, in place of a box.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub disc: Option<Disc>,
     /// Stiffness ≥ 0 along the normal in Pa/m: a number, or an expression in x, y, z; none when not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("measures" = Measure::SpringStiffness, "minimum" = 0))]
@@ -240,7 +341,7 @@ mod tests {
             (0.3 - 1e-9, false),
             (0.6 + 1e-9, false),
         ] {
-            assert_eq!(clamp.boxes(&[x, 0.0, 0.5]), inside, "{x}");
+            assert_eq!(clamp.holds(&[x, 0.0, 0.5]), inside, "{x}");
         }
     }
 }

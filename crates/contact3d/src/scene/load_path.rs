@@ -46,7 +46,7 @@ pub struct Step {
 pub enum StepValue {
     /// A pressure or a gap.
     Number(Quantity),
-    /// A traction, a body force or a prescribed displacement.
+    /// A traction, a force, a moment, a body force or a prescribed displacement.
     Vector([Quantity; 3]),
 }
 
@@ -342,7 +342,7 @@ impl Scene {
                 Some(vector) if vector.key == own => vector.values.push(value),
                 _ => targets.push(Target {
                     key: own.to_owned(),
-                    name: key.name,
+                    name: key.name.map(|name| name + moment_of(own)),
                     values: vec![value],
                 }),
             }
@@ -353,6 +353,7 @@ impl Scene {
     /// The names that loads and clamps have, each with its key.
     pub(super) fn given_names(&self) -> Vec<(String, String)> {
         let named = self.initial_values().into_iter();
+        let named = named.filter(|(key, _)| moment_of(key).is_empty());
         let named = named.filter_map(|(key, value)| Some((key, value.name?)));
         named
             .map(|(key, name)| (format!("{key}.name"), name))
@@ -380,10 +381,30 @@ fn change(
         now.value = value.components().to_vec();
         now.factor = 1.0;
     }
-    for (name, factor) in &given.factor {
+    let mut factors: Vec<_> = given.factor.iter().collect();
+    // The factor of a force is that of its moment, where that has none of its own.
+    factors.sort_by_key(|(name, _)| !moment_of(name).is_empty());
+    for (name, factor) in factors {
         target(held, &format!("step.{k}.factor"), name)?.factor = *factor;
+        if let Some(moment) = held_moment(held, name) {
+            moment.factor = *factor;
+        }
     }
     Ok(())
+}
+
+/// The end of the key of a moment, and of its name; nothing for other keys.
+fn moment_of(key: &str) -> &str {
+    key.find(".moment").map_or("", |at| &key[at..])
+}
+
+/// The moment beside the force that a name or a key stands for.
+fn held_moment<'v>(
+    held: &'v mut BTreeMap<String, EndValue>,
+    name: &str,
+) -> Option<&'v mut EndValue> {
+    let force = key_of_target(held, name)?;
+    held.get_mut(&(force + ".moment"))
 }
 
 /// What a name or a key in a step stands for.

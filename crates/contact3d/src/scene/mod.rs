@@ -44,7 +44,9 @@ pub use friction::{Friction, FrictionLaw, FrictionModel, LawWords, SlipBound, Sl
 pub use functional::Functional;
 use key::unwritable;
 pub use key::{Key, Measure, ProblemPart, key, keys, unit_of_key};
-pub use load::{BodyForce, Clamp, Component, FaceLoad, Pressure, Spring, Traction};
+pub use load::{
+    BodyForce, Clamp, Component, Disc, FaceLoad, FacePart, Force, Pressure, Spring, Traction,
+};
 pub use load_path::{Increment, MOST_INCREMENTS, Step, StepValue};
 pub use material::{Isotropic, Material, Orthotropic, Part, Region, Voigt};
 pub use obstacle::{Cylinder, Direction, HalfSpace, Height, Obstacle, Side, Sphere};
@@ -106,6 +108,10 @@ pub struct Scene {
     #[serde(rename = "pressure", default, skip_serializing_if = "Vec::is_empty")]
     #[schemars(extend("part" = ProblemPart::Loads))]
     pub pressures: Vec<Pressure>,
+    /// Total forces and moments on faces; they add to both.
+    #[serde(rename = "force", default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(extend("part" = ProblemPart::Loads))]
+    pub forces: Vec<Force>,
     /// The body force f; none when not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("part" = ProblemPart::Loads))]
@@ -174,6 +180,7 @@ impl Scene {
             springs: Vec::new(),
             tractions: Vec::new(),
             pressures: Vec::new(),
+            forces: Vec::new(),
             body_force: None,
             contacts: Vec::new(),
             friction: None,
@@ -191,6 +198,7 @@ impl Scene {
         self.springs.add_varying(&at("spring"), &mut found);
         self.tractions.add_varying(&at("traction"), &mut found);
         self.pressures.add_varying(&at("pressure"), &mut found);
+        self.forces.add_varying(&at("force"), &mut found);
         self.body_force.add_varying(&at("body_force"), &mut found);
         self.steps.add_varying(&at("step"), &mut found);
         let several = self.contacts.len() > 1;

@@ -1,6 +1,7 @@
 //! The scenes whose error can be bounded.
 
 use contact3d::{
+    elasticity::SurfaceLoad,
     mesh::is_straight,
     post::Solved,
     reference::TETRAHEDRON_EDGES,
@@ -41,8 +42,8 @@ pub(super) fn check(solved: &Solved<'_>) -> Result<(), InvalidValue> {
         ),
         (
             varying_load(solved),
-            "the same value everywhere",
-            "a formula, which linear tractions do not balance exactly",
+            "the same value on all of a face",
+            "a formula, a moment or a part that cuts triangles, which linear tractions do not balance exactly",
         ),
         (
             face_with(|face| face.space == MultiplierSpace::Nodal, "multipliers"),
@@ -142,8 +143,8 @@ fn invalid(key: &str, expected: &str, found: &str) -> InvalidValue {
 fn varying_load(solved: &Solved<'_>) -> Option<String> {
     let scene = solved.scene;
     let varies = |values: &[Quantity]| values.iter().any(Quantity::depends_on_place);
-    let mut loads = scene.face_loads();
-    let load = loads.find(|load| varies(load.components()));
+    let is_uniform = |load| SurfaceLoad::new(load, solved.mesh).is_ok_and(|it| it.is_uniform());
+    let load = scene.face_loads().find(|load| !is_uniform(*load));
     let clamp = scene.clamps.iter().position(|clamp| varies(&clamp.value));
     let mut body_force = scene.body_force.iter();
     load.map(|load| load.key() + ".value")

@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 
 use self::height::{Clearance, Graph};
-use super::{GEOMETRY_TOLERANCE, Mesh};
+use super::{GEOMETRY_TOLERANCE, Mesh, face_part::WHOLE_SIDE};
 use crate::scene::{InvalidValue, Obstacle, Side, Written, place_words};
 
 /// The gap function of a face with some triangles and nodes before an obstacle: its contact normals ν, one where it is the same everywhere
@@ -49,10 +49,10 @@ pub(super) fn gap_function(
     for &facet in facets {
         let most = mesh.facet_nodes(facet).map(|node| allowed[&node]);
         let most = most.fold(0.0, f64::max);
-        for (at, area) in mesh.side_points(facet) {
-            let seen = measured.from(at)?;
-            cut.add(at, seen.distance, most);
-            faces_it |= area.dot(&seen.away) < 0.0;
+        for point in mesh.points_on(facet, &WHOLE_SIDE).1 {
+            let seen = measured.from(point.at)?;
+            cut.add(point.at, seen.distance, most);
+            faces_it |= point.area.dot(&seen.away) < 0.0;
         }
     }
     cut.refuse(obstacle)?;

@@ -4,10 +4,9 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::box_load::BoxLoad;
 use crate::{
-    elasticity::stiffness_at,
-    mesh::Mesh,
+    elasticity::{SurfaceLoad, stiffness_at},
+    mesh::{Mesh, SidePart, SubTriangles},
     post::{Solved, SolvedContact},
-    scene::FaceLoad,
 };
 
 /// What loads a field: the solution, or the adjoint of a functional.
@@ -35,6 +34,21 @@ impl<'a> FieldLoads<'a> {
     }
 }
 
+/// A load or spring of the scene by its place.
+#[derive(Debug, Clone, Copy)]
+enum Source {
+    Load(usize),
+    Spring(usize),
+}
+
+/// A load or spring that acts on a part of a boundary triangle.
+#[derive(Debug, Clone)]
+pub(super) struct CutSource {
+    source: Source,
+    /// The part.
+    pub(super) triangles: SubTriangles,
+}
+
 /// What acts on the boundary triangles of a solved problem.
 #[derive(Debug)]
 pub struct LoadedBoundary<'a> {
@@ -43,10 +57,12 @@ pub struct LoadedBoundary<'a> {
     pub(super) nodes_held: Vec<[bool; 3]>,
     /// Components that are held on a whole triangle, `[n_facets]`.
     pub held: Vec<[bool; 3]>,
-    loads: Vec<FaceLoad<'a>>,
-    /// Loads and springs on the face of each triangle, as indices, `[n_facets]`.
+    loads: Vec<SurfaceLoad<'a>>,
+    /// Loads and springs on the whole of each triangle, as indices, `[n_facets]`.
     loads_on: Vec<Vec<usize>>,
     springs: Vec<Vec<usize>>,
+    /// Those on a part of it, `[n_facets]`.
+    cut: Vec<Vec<CutSource>>,
     /// The place of each triangle among those in contact, `[n_facets]`.
     contact: Vec<Option<usize>>,
 }
@@ -62,14 +78,39 @@ impl<'a> LoadedBoundary<'a> {
             std::array::from_fn(all)
         });
         let held = held.collect();
-        let on_faces = |faces: Vec<&str>| {
+        let scene = solved.scene;
+        // What is not finite was refused before the solve.
+        let loads = scene
+            .face_loads()
+            .map(|load| SurfaceLoad::new(load, mesh).ok());
+        let loads: Vec<SurfaceLoad<'_>> = loads.flatten().collect();
+        let mut cut = vec![Vec::new(); mesh.facets.len()];
+        let mut on_sides = |sources: Vec<Vec<SidePart>>, source: fn(usize) -> Source| {
             let mut found = vec![Vec::new(); mesh.facets.len()];
-            for (i, face) in faces.into_iter().enumerate() {
-                mesh.facets_on(face).for_each(|f| found[f].push(i));
+            for (i, side) in sources
+                .into_iter()
+                .enumerate()
+                .flat_map(|(i, sides)| sides.into_iter().map(move |side| (i, side)))
+            {
+                match side.cut {
+                    None => found[side.facet].push(i),
+                    Some(triangles) => cut[side.facet].push(CutSource {
+                        source: source(i),
+                        triangles,
+                    }),
+                }
             }
             found
         };
-        let scene = solved.scene;
+        let springs = scene
+            .springs
+            .iter()
+            .map(|spring| mesh.sides_of(&spring.part()));
+        let springs = on_sides(springs.collect(), Source::Spring);
+        let loads_on = on_sides(
+            loads.iter().map(|load| load.sides.clone()).collect(),
+            Source::Load,
+        );
         let mut contact = vec![None; mesh.facets.len()];
         if let Some(surface) = &mesh.contact {
             for (place, &facet) in surface.facets.iter().enumerate() {
@@ -80,9 +121,10 @@ impl<'a> LoadedBoundary<'a> {
             solved,
             held,
             nodes_held,
-            loads_on: on_faces(scene.face_loads().map(|load| load.face()).collect()),
-            loads: scene.face_loads().collect(),
-            springs: on_faces(scene.springs.iter().map(|s| s.face.as_str()).collect()),
+            loads_on,
+            loads,
+            springs,
+            cut,
             contact,
         }
     }
@@ -94,12 +136,32 @@ impl<'a> LoadedBoundary<'a> {
         at: [f64; 3],
         normal: &Vector3<f64>,
     ) -> Option<Matrix3<f64>> {
-        let springs = &self.springs[facet];
-        let stiffness = |&i: &usize| {
-            // What is not finite or semidefinite was refused before A was assembled.
-            stiffness_at(&self.solved.scene.springs[i], i, at, normal).ok()
-        };
-        (!springs.is_empty()).then(|| springs.iter().filter_map(stiffness).sum())
+        let springs = self.springs[facet].iter();
+        let stiffness = springs.filter_map(|&i| self.stiffness_of(i, at, normal));
+        stiffness.reduce(|sum, stiffness| sum + stiffness)
+    }
+
+    fn stiffness_of(&self, i: usize, at: [f64; 3], normal: &Vector3<f64>) -> Option<Matrix3<f64>> {
+        // What is not finite or semidefinite was refused before A was assembled.
+        stiffness_at(&self.solved.scene.springs[i], i, at, normal).ok()
+    }
+
+    /// Loads and springs that act on parts of a triangle.
+    pub(super) fn cut(&self, facet: usize) -> &[CutSource] {
+        &self.cut[facet]
+    }
+
+    /// The traction in Pa of one of these loads, and the stiffness per area in Pa/m of one of these springs, at a point of its part.
+    pub(super) fn at_cut(
+        &self,
+        cut: &CutSource,
+        at: [f64; 3],
+        normal: &Vector3<f64>,
+    ) -> (Vector3<f64>, Option<Matrix3<f64>>) {
+        match cut.source {
+            Source::Load(i) => (self.loads[i].at(at, (*normal).into()).into(), None),
+            Source::Spring(i) => (Vector3::zeros(), self.stiffness_of(i, at, normal)),
+        }
     }
 
     /// The traction in Pa of loads and contact stresses of the solution at the centre of a triangle with some outward unit normal, with

@@ -8,10 +8,13 @@ use std::sync::LazyLock;
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector6};
 
-use super::{Field, boundary::LoadedBoundary};
+use super::{
+    Field,
+    boundary::{FieldLoads, LoadedBoundary},
+};
 use crate::{
     elasticity::{MaterialField, Simplex, traction},
-    mesh::Mesh,
+    mesh::{Mesh, area_share},
     post::Solved,
     reference::{TETRAHEDRON_EDGES, TETRAHEDRON_SIDES, quadratic_tetrahedron, quadrature},
     scene::BodyForce,
@@ -215,14 +218,12 @@ impl<'a> BubbleElements<'a> {
         }
         let nodes = &self.mesh.tetrahedra[t];
         let places = self.mesh.facets[facet].map(|node| nodes.iter().position(|n| *n == node));
-        for sample in &self.on_sides[side] {
-            let at = quadrature::point(corners, &sample.at);
-            let share = places.map(|place| place.map_or(0.0, |k| sample.at[k]));
-            let spring = self.boundary.spring(facet, at, &normal);
+        let mut add = |sample: &QuadraturePoint,
+                       spring: Option<Matrix3<f64>>,
+                       loaded: &dyn Fn(&FieldLoads<'_>) -> Vector3<f64>| {
             let weight = area * sample.weight;
             for (field, load) in fields.iter().zip(&mut element.loads) {
-                let loads = &field.loads;
-                let mut traction = self.boundary.traction(facet, at, share, &normal, loads);
+                let mut traction = loaded(&field.loads);
                 if let Some(spring) = spring {
                     traction -= spring * self.displacement_at(field, t, &sample.at);
                 }
@@ -234,6 +235,35 @@ impl<'a> BubbleElements<'a> {
             }
             if let Some(spring) = spring {
                 element.add_spring(sample, spring * weight);
+            }
+        };
+        for sample in &self.on_sides[side] {
+            let at = quadrature::point(corners, &sample.at);
+            let share = places.map(|place| place.map_or(0.0, |k| sample.at[k]));
+            add(sample, self.boundary.spring(facet, at, &normal), &|loads| {
+                self.boundary.traction(facet, at, share, &normal, loads)
+            });
+        }
+        for cut in self.boundary.cut(facet) {
+            for triangle in &cut.triangles {
+                for (share, weight) in quadrature::triangle_4() {
+                    let share = quadrature::point(triangle, &share);
+                    let mut in_tetrahedron = [0.0; 4];
+                    for (place, share) in places.into_iter().zip(share) {
+                        in_tetrahedron[place.expect("a corner")] = share;
+                    }
+                    let at = quadrature::point(corners, &in_tetrahedron);
+                    let (traction, spring) = self.boundary.at_cut(cut, at, &normal);
+                    let sample =
+                        QuadraturePoint::new(in_tetrahedron, weight * area_share(triangle));
+                    add(&sample, spring, &|loads| {
+                        if loads.of_scene {
+                            traction
+                        } else {
+                            Vector3::zeros()
+                        }
+                    });
+                }
             }
         }
     }

@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 
 use super::{check_box, require};
 use crate::scene::{
-    BrickFace, Clamp, Component, InvalidValue, MOST_INCREMENTS, Scene, SlipMeasure, Written,
+    BrickFace, Clamp, Component, InvalidValue, MOST_INCREMENTS, Quantity, Scene, SlipMeasure,
+    Written,
 };
 
 pub(super) fn check(scene: &Scene) -> Result<(), InvalidValue> {
@@ -14,8 +15,37 @@ pub(super) fn check(scene: &Scene) -> Result<(), InvalidValue> {
             check_loaded_face(scene, &face, key)?;
         }
     }
+    check_parts(scene)?;
     check_clamps(scene)?;
     check_springs(scene)
+}
+
+/// Refuses boxes whose corners are not in order, and forces that are no numbers.
+fn check_parts(scene: &Scene) -> Result<(), InvalidValue> {
+    for (key, part) in scene.face_parts() {
+        if let Some(corners) = &part.corners {
+            check_box(scene, format!("{key}.box"), corners)?;
+        }
+        require(
+            part.corners.is_none() || part.disc.is_none(),
+            key,
+            "box or disc, or neither for the whole face",
+            "both",
+            "leave one of the two out",
+        )?;
+    }
+    for (i, force) in scene.forces.iter().enumerate() {
+        for (name, value) in [("value", &force.value), ("moment", &force.moment)] {
+            require(
+                !value.iter().any(Quantity::depends_on_place),
+                format!("force.{i}.{name}"),
+                "numbers, or expressions of parameters",
+                Written(value),
+                "a total force has no place; for a load that varies over the face write a [[traction]]",
+            )?;
+        }
+    }
+    Ok(())
 }
 
 fn check_clamps(scene: &Scene) -> Result<(), InvalidValue> {
@@ -71,27 +101,24 @@ fn check_springs(scene: &Scene) -> Result<(), InvalidValue> {
 }
 
 fn check_place(scene: &Scene, clamp: &Clamp, i: usize) -> Result<(), InvalidValue> {
-    match (&clamp.face, &clamp.corners) {
-        (Some(face), None) => require(
-            !scene.is_in_contact(face),
-            format!("clamp.{i}.face"),
-            "a face other than the contact face",
-            Written(face),
-            "a face is either held or in contact",
-        ),
-        (None, Some(corners)) => check_box(scene, format!("clamp.{i}.box"), corners),
-        (face, corners) => require(
-            false,
-            format!("clamp.{i}"),
-            "either face or box",
-            if face.is_some() && corners.is_some() {
-                "both"
-            } else {
-                "neither"
-            },
-            "face holds a whole face, box = [[x, y, z], [x, y, z]] the nodes between two corners",
-        ),
+    if let Some(corners) = &clamp.corners {
+        check_box(scene, format!("clamp.{i}.box"), corners)?;
     }
+    let face = clamp.face.as_deref();
+    require(
+        !face.is_some_and(|face| scene.is_in_contact(face)),
+        format!("clamp.{i}.face"),
+        "a face other than the contact face",
+        Written(&face.unwrap_or_default()),
+        "a face is either held or in contact",
+    )?;
+    require(
+        face.is_some() || clamp.corners.is_some(),
+        format!("clamp.{i}"),
+        "face or box",
+        "neither",
+        "face holds a whole face, box = [[x, y, z], [x, y, z]] the nodes between two corners",
+    )
 }
 
 /// Refuses a face that a brick does not have; the groups of a Gmsh file are checked with the mesh.

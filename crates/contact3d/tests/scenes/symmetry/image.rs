@@ -71,6 +71,15 @@ impl Symmetry {
             self.face(&mut traction.face);
             self.vector(&mut traction.value);
         }
+        for force in &mut image.forces {
+            self.face(&mut force.face);
+            self.vector(&mut force.value);
+            // A moment turns the other way round in a mirror.
+            self.vector(&mut force.moment);
+            force.moment = force.moment.clone().map(|part| part.times(-1.0));
+            let discs = force.disc.iter_mut();
+            discs.for_each(|disc| disc.centre = self.image(disc.centre));
+        }
         for pressure in &mut image.pressures {
             self.face(&mut pressure.face);
             self.quantity(&mut pressure.value);

@@ -143,6 +143,7 @@ fn pipelines_have_images() {
         ("nodal", [6, 2, 2]),
         ("tresca", [6, 2, 2]),
         ("gap", [6, 2, 2]),
+        ("force_on_disc", [6, 4, 2]),
     ] {
         let path = format!("{}/../../pipelines/{name}.toml", env!("CARGO_MANIFEST_DIR"));
         let text = std::fs::read_to_string(path).expect("a pipeline");

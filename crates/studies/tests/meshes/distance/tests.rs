@@ -192,7 +192,7 @@ fn springs_count_what_moves_them() {
                 face: "z_max".to_owned(),
                 normal: growing(),
                 tangential: growing(),
-                tensor: None,
+                ..Spring::default()
             },
         ];
         scene
