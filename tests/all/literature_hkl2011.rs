@@ -64,19 +64,19 @@ fn compare(rows: &[Row]) {
                 // The paper leaves steplength, Γ and the estimate of ‖S‖ open; an independent
                 // implementation differed by up to 2 outer steps and 14 % of the applications.
                 assert!(
-                    fixed.trace.history.len().abs_diff(iterations) <= 2,
+                    fixed.solution.trace.history.len().abs_diff(iterations) <= 2,
                     "{case}: {} outer steps, published {iterations}",
-                    fixed.trace.history.len()
+                    fixed.solution.trace.history.len()
                 );
-                let ratio = fixed.trace.applications as f64 / applications as f64;
+                let ratio = fixed.solution.trace.applications as f64 / applications as f64;
                 assert!(
                     (ratio - 1.0).abs() <= 0.25,
                     "{case}: {} applications, published {applications}",
-                    fixed.trace.applications
+                    fixed.solution.trace.applications
                 );
                 // The paper's conclusion, which holds in each of its rows: control (b) is cheaper.
                 assert!(
-                    adaptive.trace.applications < fixed.trace.applications,
+                    adaptive.solution.trace.applications < fixed.solution.trace.applications,
                     "{case}: (b) against (a)"
                 );
             }
@@ -92,7 +92,7 @@ fn converged_values_at_n_div_8() {
     let problem = Implicit::new(&scene);
     let found = problem.solve(&scene);
     assert_eq!(found.stop, StopReason::Converged);
-    let solution = found.unmeasured();
+    let solution = found.solution;
     let report = problem.report(&scene, &solution);
     let r = &report.resultants;
     let contact = r.contact.expect("contact");

@@ -25,7 +25,7 @@ fn gpcg_and_newton_find_the_same_minimisers() {
                 let state = coulomb_state(&case.dual, laws, coulomb, &answer.unknowns);
                 let set = laws.feasible_set(Some(&state));
                 let settings = NewtonSettings::default();
-                let newton = minimise_frozen(&case.dual, &set, &start, &settings, 0, |_, _| {});
+                let newton = minimise_frozen(&case.dual, &set, &start, &settings, |_, _| {});
                 assert_eq!(newton.stop, StopReason::Converged);
                 let mut operator = ContactOperator::explicit(
                     &case.dual,
@@ -80,9 +80,9 @@ fn gpcg_needs_a_tenth_of_the_actions_on_both_operators() {
         ] {
             assert_eq!(found.stop, StopReason::Converged);
             // Inner gradients of 1e-9 ‖h‖ times the condition number of S, some hundreds.
-            assert!(distance(&found.multiplier, &newton.unknowns) < 1e-6);
+            assert!(distance(&found.solution.multiplier, &newton.unknowns) < 1e-6);
             // Measured: a twentieth.
-            assert!(10 * found.trace.applications < paper.trace.applications);
+            assert!(10 * found.solution.trace.applications < paper.solution.trace.applications);
         }
     }
 }
@@ -97,7 +97,7 @@ fn gpcg_converges_under_adaptive_precision() {
     assert_eq!(found.stop, StopReason::Converged);
     let newton = case.solve(&case.law());
     // As above, with a condition number of some thousands.
-    assert!(distance(&found.multiplier, &newton.unknowns) < 1e-5);
+    assert!(distance(&found.solution.multiplier, &newton.unknowns) < 1e-5);
 }
 
 #[test]

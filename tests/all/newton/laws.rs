@@ -43,7 +43,7 @@ fn agrees_with_the_paper_s_algorithm() {
             let solution = case.solve(&case.law());
             // KPRGP stops at a gradient of 0.1 ε ‖h‖, which leaves an error of λ larger by the
             // condition number of S.
-            let error = distance(&paper.multiplier, &solution.unknowns);
+            let error = distance(&paper.solution.multiplier, &solution.unknowns);
             assert!(
                 error < bound,
                 "table {table}, epsilon {epsilon:e}: {error:e}"
@@ -62,7 +62,7 @@ fn reproduces_the_converged_values() {
     let newton = case.solve(&case.law());
     let found = case.approximate(Inner::Newton(&case.dual, &case.local));
     assert_eq!(found.stop, StopReason::Converged);
-    let solution = found.unmeasured();
+    let solution = found.solution;
     // Both end within 1e-12 of the same fixed point, up to the conditioning of the problem.
     assert!(distance(&newton.unknowns, &solution.multiplier) < 1e-11);
     let mut of_newton = solution.clone();
@@ -199,6 +199,7 @@ fn running_out_of_steps_and_bad_starts_are_reported() {
         let settings = NewtonSettings {
             tolerance,
             max_steps,
+            ..NewtonSettings::default()
         };
         case.with_contact(&case.law(), |laws, law| {
             newton(&case.dual, laws, law, start, &settings, |_, _| {})

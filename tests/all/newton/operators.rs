@@ -72,12 +72,20 @@ fn successive_approximations_on_both_operators() {
     let case = Dense::new(scene);
     let paper = case.problem.solve(&case.scene);
     let explicit = case.approximate(Inner::Kprgp);
-    assert_eq!(explicit.trace.history.len(), paper.trace.history.len());
+    assert_eq!(
+        explicit.solution.trace.history.len(),
+        paper.solution.trace.history.len()
+    );
     // Each stops within ε = 1e-4 r_tol of its inner minimisers; equal paths differ by rounding only.
-    assert!(distance(&explicit.multiplier, &paper.multiplier) < 1e-6);
-    assert!(distance(&explicit.displacement, &paper.displacement) < 1e-6);
+    assert!(distance(&explicit.solution.multiplier, &paper.solution.multiplier) < 1e-6);
+    assert!(
+        distance(
+            &explicit.solution.displacement,
+            &paper.solution.displacement
+        ) < 1e-6
+    );
     let [first, second] = [&explicit, &paper].map(|solution| {
-        let friction = solution.friction.as_ref().expect("Coulomb's law");
+        let friction = solution.solution.friction.as_ref().expect("Coulomb's law");
         friction.slip.as_ref().expect("F(u)").concat()
     });
     assert!(distance(&first, &second) < 1e-6);
@@ -96,6 +104,7 @@ fn an_idle_inner_solver_is_no_convergence() {
         let found = dense.problem.solve(&scene);
         assert_eq!(found.stop, StopReason::Converged);
         let difference: f64 = found
+            .solution
             .multiplier
             .iter()
             .zip(&newton.unknowns)

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::{ContactReport, Rounding, Solved, largest, rounding::Measure};
-use crate::solver::{Objection, Solution};
+use crate::solver::{Assessment, Solution};
 
 /// A solution with a residual above this is none, whatever rounding explains: nothing of it can be relied on.
 const MAX_RESIDUAL: f64 = 1e-3;
@@ -71,18 +71,18 @@ impl ContactReport {
     /// Figures out of range make it a `numerical_error`. A residual that contradicts the accuracy is its accuracy from then on,
     /// and `converged` becomes `machine_precision`; above a thousandth the answer is `inaccurate`, and none.
     pub fn classify(&self, solution: &mut Solution) {
-        self.objection()
-            .into_iter()
-            .for_each(|it| solution.demote(it));
+        solution.assess(self.left_of(solution.assessment()));
     }
 
-    /// What the failed check says against the assessment of the solution.
-    pub(crate) fn objection(&self) -> Option<Objection> {
-        let is_broken = self.is_broken();
-        self.failed_check.map(|failure| match failure {
-            CheckFailure::OutOfRange { .. } => Objection::OutOfRange,
-            CheckFailure::Contradiction { value, .. } => Objection::Residual { value, is_broken },
-        })
+    /// What the failed check leaves of an assessment.
+    pub(crate) fn left_of(&self, claimed: Assessment) -> Assessment {
+        match self.failed_check {
+            None => claimed,
+            Some(CheckFailure::OutOfRange { .. }) => claimed.out_of_range(),
+            Some(CheckFailure::Contradiction { value, .. }) => {
+                claimed.with_residual(value, self.is_broken())
+            }
+        }
     }
 
     /// Whether the answer has a figure that makes it none.

@@ -10,8 +10,8 @@ use crate::{
     post::{ContactReport, EstimatedErrors, Rounding, Solved},
     scene::{InvalidValue, ProblemPart, Scene, SolveSettings},
     solver::{
-        Assessment, ContactProblem, ContactSide, FrictionState, NeedsExplicit, Progress, Solution,
-        Start, Status, Trace, coulomb_state, without_contact,
+        ContactProblem, ContactSide, FrictionState, NeedsExplicit, Progress, Solution, Start,
+        Trace, coulomb_state, without_contact,
     },
 };
 
@@ -157,12 +157,11 @@ impl AssembledProblem {
     /// without its rigid motion.
     #[must_use]
     pub fn state_of(&self, multiplier: Vec<f64>) -> Solution {
-        let unassessed = Assessment::unknown(Status::default());
         let (Some(dual), Some(contact)) = (&self.system.contact, self.contact_side()) else {
-            return unassessed.solution(multiplier, Vec::new(), Trace::default());
+            return Solution::unassessed(multiplier, Vec::new(), Trace::default());
         };
         let displacement = dual.displacement(&self.system.assembly, &multiplier);
-        let mut solution = unassessed.solution(multiplier, displacement, Trace::default());
+        let mut solution = Solution::unassessed(multiplier, displacement, Trace::default());
         if let Some(explicit) = dual.explicit() {
             solution.trace.local_stiffness = LocalStiffness::new(explicit).stiffness;
             if let Some(law) = contact.interface.coulomb() {

@@ -126,9 +126,8 @@ impl AssembledProblem {
         if let Some(failure) = self.system.assembly.factor.failure() {
             return Err(AssemblyError::Engine(failure).into());
         }
-        let claimed = solution.assessment();
-        let left = report.objection().map_or(claimed, |it| claimed.demoted(it));
-        let is_success = left.status.is_success(settings);
+        let assessment = report.left_of(solution.assessment());
+        let is_success = assessment.status.is_success(settings);
         if is_followed && !is_success && errors == EstimatedErrors::Nothing {
             report = self.evaluated(contact, &solution, EstimatedErrors::Energy)?;
         }

@@ -1,7 +1,7 @@
 //! What a measured error makes of a solution: the one place where the status of a solve is decided.
 //!
 //! Each method stops by a rule of its own, and says why ([`StopReason`]). The error of λ is then measured by one more solve with refined
-//! residuals ([`super::accuracy`]), and the residuals of the report are held against it ([`crate::post::ContactReport::assess`]). An
+//! residuals ([`super::accuracy`]), and the residuals of the report are held against it ([`crate::post::ContactReport::classify`]). An
 //! error is relative: 1 means that no digit is known.
 
 use super::{
@@ -19,17 +19,6 @@ const MAX_ERROR: f64 = 0.05;
 pub(crate) struct Assessment {
     pub(crate) status: Status,
     pub(crate) accuracy: f64,
-}
-
-/// What takes an assessment back.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum Objection {
-    /// A number is not finite, or out of the range in which double precision can compute.
-    OutOfRange,
-    /// A residual of the report contradicts the accuracy, and is so large that there is no solution or not.
-    Residual { value: f64, is_broken: bool },
-    /// No strategy led anywhere near a solution, or the body lies far from where it could touch anything.
-    Elsewhere,
 }
 
 impl Assessment {
@@ -112,24 +101,26 @@ impl Assessment {
         }
     }
 
-    /// What an objection leaves of it: the one place where a solution loses what its solve claims.
-    pub(crate) fn demoted(self, objection: Objection) -> Self {
-        let Self { status, accuracy } = self;
-        match objection {
-            Objection::OutOfRange => Self {
-                status: Status::NumericalError,
-                accuracy,
+    /// Where a number is not finite, or out of the range in which double precision can compute.
+    pub(crate) fn out_of_range(self) -> Self {
+        Self {
+            status: Status::NumericalError,
+            ..self
+        }
+    }
+
+    /// Where a residual of the report may contradict the accuracy, and is so large that there is no solution or not.
+    pub(crate) fn with_residual(self, value: f64, is_broken: bool) -> Self {
+        if !self.status.is_solved() {
+            return self;
+        }
+        Self {
+            status: match self.status {
+                _ if is_broken => Status::Inaccurate,
+                Status::Converged => Status::MachinePrecision,
+                status => status,
             },
-            Objection::Elsewhere => Self::unknown(status),
-            Objection::Residual { .. } if !status.is_solved() => self,
-            Objection::Residual { value, is_broken } => Self {
-                status: match status {
-                    _ if is_broken => Status::Inaccurate,
-                    Status::Converged => Status::MachinePrecision,
-                    status => status,
-                },
-                accuracy: accuracy.max(value).min(1.0),
-            },
+            accuracy: self.accuracy.max(value).min(1.0),
         }
     }
 
@@ -152,27 +143,14 @@ impl Assessment {
     }
 }
 
-impl MethodResult {
-    /// The solution with its assessment.
-    pub(in crate::solver) fn assessed(self, assessment: Assessment) -> Solution {
-        Solution {
-            rigid: self.rigid,
-            friction: self.friction,
-            ..assessment.solution(self.multiplier, self.displacement, self.trace)
-        }
-    }
-
-    /// The solution without a measured error: it claims nothing.
-    #[must_use]
-    pub fn unmeasured(self) -> Solution {
-        self.assessed(Assessment::unknown(Status::default()))
-    }
-}
-
 impl Solution {
-    /// Takes back what an objection speaks against.
-    pub(crate) fn demote(&mut self, objection: Objection) {
-        let Assessment { status, accuracy } = self.assessment().demoted(objection);
+    /// A solution that nobody has assessed: it claims nothing.
+    pub(crate) fn unassessed(multiplier: Vec<f64>, displacement: Vec<f64>, trace: Trace) -> Self {
+        Assessment::unknown(Status::default()).solution(multiplier, displacement, trace)
+    }
+
+    /// Gives the solution an assessment.
+    pub(crate) fn assess(&mut self, Assessment { status, accuracy }: Assessment) {
         (self.status, self.accuracy) = (status, accuracy);
     }
 

@@ -62,7 +62,7 @@ impl ContactSolve<'_> {
             if is_accurate {
                 break;
             }
-            let unknowns = self.unknowns(&solution.multiplier, solution.rigid.as_ref());
+            let unknowns = self.unknowns(&solution);
             let here = self.about(driver, &unknowns, None, f64::EPSILON);
             let corrected = ContactSystem {
                 coupling: self.dual.coupling.clone(),
@@ -151,16 +151,18 @@ impl ContactSolve<'_> {
         driver: Option<&NewtonDriver<'_>>,
         bound: Bound<'_>,
         local_stiffness: &[f64],
-        mut found: MethodResult,
+        found: MethodResult,
     ) -> Solution {
-        found.trace.local_stiffness = local_stiffness.to_vec();
-        let unknowns = self.unknowns(&found.multiplier, found.rigid.as_ref());
+        let unknowns = self.unknowns(&found.solution);
         let error = match driver {
             _ if !found.stop.is_solution() => f64::NAN,
             Some(driver) => self.error_of(driver, &unknowns),
             None => self.error_by_products(bound, &unknowns, local_stiffness),
         };
         let assessment = Assessment::of_method(&found, error, self.settings.epsilon());
-        found.assessed(assessment)
+        let mut solution = found.solution;
+        solution.trace.local_stiffness = local_stiffness.to_vec();
+        solution.assess(assessment);
+        solution
     }
 }

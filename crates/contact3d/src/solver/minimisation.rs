@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use super::{
-    Inner, Kprgp, MethodResult, OuterStep, PaneLaws, SolvedBy, StopReason, Trace,
+    Inner, Kprgp, MethodResult, OuterStep, PaneLaws, Solution, SolvedBy, StopReason, Trace,
     inner::projected_gradient_steplength, tolerances::rounding_of_products,
 };
 use crate::{dual::BodyOperator, scene::SolveSettings};
@@ -41,6 +41,14 @@ pub(super) fn minimise(
         seconds: started.elapsed().as_secs_f64(),
     };
     observe(0, &step);
+    let trace = Trace {
+        solved_by: SolvedBy::Minimisation,
+        steplength: kprgp.steplength,
+        applications: step.applications,
+        history: vec![step],
+        newton: summary.newton,
+        ..Trace::default()
+    };
     MethodResult {
         stop: match summary.failure {
             _ if !summary.residual.is_finite() => StopReason::NumericalError,
@@ -51,17 +59,6 @@ pub(super) fn minimise(
             Some(failure) => failure,
         },
         measure: summary.residual,
-        multiplier,
-        displacement,
-        rigid: None,
-        friction: None,
-        trace: Trace {
-            solved_by: SolvedBy::Minimisation,
-            steplength: kprgp.steplength,
-            applications: step.applications,
-            history: vec![step],
-            newton: summary.newton,
-            ..Trace::default()
-        },
+        solution: Solution::unassessed(multiplier, displacement, trace),
     }
 }

@@ -58,7 +58,7 @@ mod two_levels;
 
 pub(crate) use accuracy::{is_significant, load_stress};
 pub(crate) use adjoint::{Adjoint, Adjoints, LinearFunctional};
-pub(crate) use assessment::{Assessment, Objection};
+pub(crate) use assessment::Assessment;
 pub use conditions::{Bound, Evaluation, PaneEvaluation, PaneZone};
 pub use ellipse::{Ellipse, ProjectionDerivative};
 pub use feasible_set::FeasibleSet;

@@ -13,13 +13,13 @@
 use super::{
     ContactBody, FrictionState, NewtonStep, Progress, Solution, SolvedBy, Trace,
     assessment::Assessment,
-    conditions::{Bound, Conditions, Evaluation},
+    conditions::{Bound, Conditions},
     inner::projected_gradient_steplength,
-    newton::iteration::{NewtonModel, NewtonSettings, StoppingRule, iterate},
+    newton::iteration::{Iterate, NewtonModel, NewtonSettings, iterate},
     problem::{ContactSolve, RefinedState},
     tolerances::{
         DISPLACEMENT_TOLERANCE, GMRES_MAX_APPLICATIONS, GMRES_TOLERANCE, LOOP_MAX_STEPS,
-        REFINEMENT_TARGET, ROUNDING_STALL_STEPS, STAGNATION_STEPS, rounding_of_products,
+        REFINEMENT_TARGET, ROUNDING_STALL_STEPS, rounding_of_products,
     },
     two_levels::{PaneLevels, TwoLevels},
 };
@@ -60,44 +60,34 @@ struct NewtonKrylov<'a> {
     last_norm: Option<f64>,
 }
 
-/// λ with its displacement and R, to rounding.
-struct Iterate {
-    multiplier: Vec<f64>,
-    state: RefinedState,
-    at: Evaluation,
-}
-
 impl NewtonModel for NewtonKrylov<'_> {
-    type Iterate = Iterate;
+    type Point = RefinedState;
 
-    fn evaluation<'i>(&self, iterate: &'i Iterate) -> &'i Evaluation {
-        &iterate.at
-    }
-
-    fn relative(&self, iterate: &Iterate) -> f64 {
-        iterate.at.relative_to(norm(&iterate.multiplier))
-    }
-
-    fn direction(&mut self, from: &Iterate) -> Option<(Vec<f64>, usize)> {
+    fn direction(&mut self, from: &Iterate<RefinedState>) -> Option<(Vec<f64>, usize)> {
         let smallest = match self.problem.body.precision() {
             Precision::Single => SMALLEST_FORCING,
             Precision::Double => GMRES_TOLERANCE,
         };
         // Eisenstat and Walker's second choice, with their factor.
         let forcing = self.last_norm.map_or(LARGEST_FORCING, |last| {
-            let falls = from.at.norm / last;
+            let falls = from.evaluation.norm / last;
             (0.9 * falls * falls).clamp(smallest, LARGEST_FORCING)
         });
-        self.last_norm = Some(from.at.norm);
+        self.last_norm = Some(from.evaluation.norm);
         let step = self.step(from, forcing);
         let n = step.len();
         Some((step, n))
     }
 
-    fn trial(&mut self, from: &Iterate, direction: &[f64], length: f64) -> Iterate {
-        let mut multiplier = from.multiplier.clone();
+    fn trial(
+        &mut self,
+        from: &Iterate<RefinedState>,
+        direction: &[f64],
+        length: f64,
+    ) -> Iterate<RefinedState> {
+        let mut multiplier = from.point.unknowns.clone();
         add_scaled(&mut multiplier, length, direction);
-        self.at(multiplier, Some(&from.state))
+        self.at(&multiplier, Some(&from.point))
     }
 }
 
@@ -131,7 +121,7 @@ impl ContactSolve<'_> {
             let steplengths = [newton.levels.steplengths.clone(), stiffness.clone()];
             steplengths.into_iter().find_map(|steplengths| {
                 newton.conditions.steplengths = steplengths;
-                let start = newton.at(start.clone(), None);
+                let start = newton.at(&start, None);
                 newton.solve(start, observe)
             })
         })?;
@@ -149,9 +139,9 @@ impl NewtonKrylov<'_> {
     /// stiffness.
     fn solve(
         &mut self,
-        start: Iterate,
+        start: Iterate<RefinedState>,
         observe: &mut dyn FnMut(Progress<'_>),
-    ) -> Option<(Iterate, f64)> {
+    ) -> Option<(Iterate<RefinedState>, f64)> {
         let settings = self.problem.settings;
         let (epsilon, attainable) = (settings.epsilon(), self.attainable());
         let tolerance = (settings.r_tol * epsilon).max(attainable);
@@ -161,7 +151,7 @@ impl NewtonKrylov<'_> {
             return Some((near, error));
         }
         let shared = std::mem::replace(&mut self.conditions.steplengths, self.stiffness.to_vec());
-        let start = self.at(near.multiplier.clone(), Some(&near.state));
+        let start = self.at(&near.point.unknowns, Some(&near.point));
         let (iterate, error) = match self.descend(start, attainable, observe) {
             Some(nearer) => {
                 let error = self.error(&nearer);
@@ -176,23 +166,20 @@ impl NewtonKrylov<'_> {
     /// Damped inexact Newton steps until ‖R‖ ≤ tolerance ‖λ‖ or rounding forbids it; `None` where the residual stalls before.
     fn descend(
         &mut self,
-        start: Iterate,
+        start: Iterate<RefinedState>,
         tolerance: f64,
         observe: &mut dyn FnMut(Progress<'_>),
-    ) -> Option<Iterate> {
+    ) -> Option<Iterate<RefinedState>> {
         self.last_norm = None;
         let done = self.history.len();
-        let rule = StoppingRule {
-            settings: NewtonSettings {
-                tolerance,
-                max_steps: LOOP_MAX_STEPS,
-            },
-            least_steps: 0,
-            stagnation_steps: STAGNATION_STEPS,
+        let settings = NewtonSettings {
+            tolerance,
+            max_steps: LOOP_MAX_STEPS,
             rounding_steps: ROUNDING_STALL_STEPS - 1,
+            ..NewtonSettings::default()
         };
         let observe = |k: usize, step: &NewtonStep| observe(Progress::Newton(done + k, step));
-        let found = iterate(self, start, &rule, observe);
+        let found = iterate(self, start, &settings, observe);
         self.history.extend(found.history);
         found.stop.is_solution().then_some(found.iterate)
     }
@@ -203,26 +190,26 @@ impl NewtonKrylov<'_> {
         &mut self,
         start: &[f64],
         observe: &mut dyn FnMut(Progress<'_>),
-    ) -> Option<(Iterate, f64)> {
-        let near = self.at(start.to_vec(), None);
-        if self.relative(&near) <= NEWTON_BASIN {
+    ) -> Option<(Iterate<RefinedState>, f64)> {
+        let near = self.at(start, None);
+        if near.relative() <= NEWTON_BASIN {
             return self.solve(near, observe);
         }
         self.scale_steplengths(ZONE_STEPLENGTH);
-        let at = self.at(start.to_vec(), None);
+        let at = self.at(start, None);
         let direction = self.step(&at, SMALLEST_FORCING);
-        let mut settled = at.multiplier;
+        let mut settled = start.to_vec();
         add_scaled(&mut settled, 1.0, &direction);
         self.scale_steplengths(1.0);
-        let settled = self.at(settled, None);
-        let found = (self.relative(&settled) < 1.0).then(|| self.solve(settled, observe));
+        let settled = self.at(&settled, None);
+        let found = (settled.relative() < 1.0).then(|| self.solve(settled, observe));
         found.flatten().or_else(|| {
             self.scale_steplengths(SHORT_STEPLENGTH);
-            let start = self.at(start.to_vec(), None);
+            let start = self.at(start, None);
             let near = self.descend(start, NEWTON_BASIN, observe);
             self.scale_steplengths(1.0);
-            let near = near?;
-            let near = self.at(near.multiplier, Some(&near.state));
+            let near = near?.point;
+            let near = self.at(&near.unknowns, Some(&near));
             self.solve(near, observe)
         })
     }
@@ -234,39 +221,41 @@ impl NewtonKrylov<'_> {
     }
 
     /// λ with u = A⁻¹(l − Bᵀλ) and R to rounding, `near` those of another λ.
-    fn at(&mut self, multiplier: Vec<f64>, near: Option<&RefinedState>) -> Iterate {
+    fn at(&mut self, multiplier: &[f64], near: Option<&RefinedState>) -> Iterate<RefinedState> {
         let start = near.map(|state| &state.solved);
         let start = start.filter(|_| self.problem.body.precision() == Precision::Single);
         let (conditions, target) = (&self.conditions, DISPLACEMENT_TOLERANCE);
-        let (state, at) = self
+        let (point, evaluation) = self
             .problem
-            .residual_at(conditions, &multiplier, start, target);
+            .residual_at(conditions, multiplier, start, target);
         self.applications += 1;
         Iterate {
-            multiplier,
-            state,
-            at,
+            size: norm(multiplier),
+            point,
+            evaluation,
         }
     }
 
     /// d with ‖R'(λ) d + R‖ ≤ forcing ‖R‖, or what the most products lead to.
-    fn step(&mut self, from: &Iterate, forcing: f64) -> Vec<f64> {
+    fn step(&mut self, from: &Iterate<RefinedState>, forcing: f64) -> Vec<f64> {
         let n_nodes = self.problem.laws.average.rows;
-        let levels = TwoLevels::at(&self.levels, &self.conditions, &from.at, n_nodes);
-        let rhs: Vec<f64> = from.at.residual.iter().map(|r| -r).collect();
+        let levels = TwoLevels::at(&self.levels, &self.conditions, &from.evaluation, n_nodes);
+        let rhs: Vec<f64> = from.evaluation.residual.iter().map(|r| -r).collect();
         let solved = gmres(&rhs, forcing, GMRES_MAX_APPLICATIONS, |v| {
             let v = levels.apply(v);
             let (gradient, slips) = change(self.problem, &self.reach, &v);
             self.applications += 1;
-            self.conditions.derivative(&from.at, &v, &gradient, &slips)
+            self.conditions
+                .derivative(&from.evaluation, &v, &gradient, &slips)
         });
         levels.apply(&solved)
     }
 
     /// How far λ is from the solution: one more step, with the refined R.
-    fn error(&mut self, near: &Iterate) -> f64 {
+    fn error(&mut self, near: &Iterate<RefinedState>) -> f64 {
         let step = self.step(near, GMRES_TOLERANCE);
-        self.problem.relative(&step, &near.multiplier, &near.at)
+        let (multiplier, here) = (&near.point.unknowns, &near.evaluation);
+        self.problem.relative(&step, multiplier, here)
     }
 
     /// S_νν⁻¹h_ν and no tangential stress, to the forcing term of a first step: a face that slides freely and does not lift off.
@@ -295,14 +284,19 @@ impl NewtonKrylov<'_> {
     }
 
     /// The solution with what belongs to it.
-    fn into_solution(self, (found, error): (Iterate, f64), law: &CoulombLaw) -> Solution {
+    fn into_solution(
+        self,
+        (found, error): (Iterate<RefinedState>, f64),
+        law: &CoulombLaw,
+    ) -> Solution {
         let laws = self.problem.laws;
         let epsilon = self.problem.settings.epsilon();
         let assessment = Assessment::of_refined(error, epsilon, self.attainable());
-        let Iterate {
-            multiplier, state, ..
-        } = found;
-        let displacement = state.displacement;
+        let RefinedState {
+            unknowns: multiplier,
+            displacement,
+            ..
+        } = found.point;
         let slip = law.depends_on_slip().then(|| {
             let tangential = self.problem.body.tangential(&displacement);
             slips(laws.previous.as_ref(), &tangential)

@@ -7,7 +7,7 @@ use std::borrow::Cow;
 use thiserror::Error;
 
 use super::{
-    NewtonStep, OuterStep, RigidMotions,
+    NewtonStep, OuterStep, Solution,
     conditions::{Conditions, Evaluation},
 };
 use crate::{
@@ -67,10 +67,10 @@ pub(super) struct ContactSolve<'a> {
 }
 
 impl ContactSolve<'_> {
-    /// The unknowns of multipliers, with the rigid motions of a body that floats.
-    pub(super) fn unknowns(&self, multiplier: &[f64], rigid: Option<&RigidMotions>) -> Vec<f64> {
-        let mut unknowns = multiplier.to_vec();
-        unknowns.extend(rigid.iter().flat_map(|rigid| &rigid.motion));
+    /// The multipliers of a solution, with the rigid motions of a body that floats.
+    pub(super) fn unknowns(&self, solution: &Solution) -> Vec<f64> {
+        let mut unknowns = solution.multiplier.clone();
+        unknowns.extend(solution.rigid.iter().flat_map(|rigid| &rigid.motion));
         unknowns.resize(self.dual.n_unknowns(), 0.0);
         unknowns
     }
@@ -92,6 +92,7 @@ impl ContactSolve<'_> {
             .dual
             .gap_residual_refined(&solved, unknowns, dofs, surface, interface);
         RefinedState {
+            unknowns: unknowns.to_vec(),
             gap_residual,
             displacement,
             solved,
@@ -207,8 +208,10 @@ pub struct ContactBody<'a> {
     pub face: ContactSide<'a>,
 }
 
-/// The displacement of some unknowns, in twice the working precision.
+/// Unknowns with their displacement in twice the working precision.
 pub(super) struct RefinedState {
+    /// λ in Pa and the rigid motions, `[n_unknowns]`.
+    pub(super) unknowns: Vec<f64>,
     /// A⁻¹(l − Bᵀλ) in m, u of a body that supports hold.
     pub(super) solved: Doubled,
     /// u.

@@ -68,16 +68,8 @@ pub struct MethodResult {
     pub stop: StopReason,
     /// What its rule measures: the last change of successive approximations, or the residual of a minimisation.
     pub measure: f64,
-    /// λ, `[n_multipliers]`, in Pa.
-    pub multiplier: Vec<f64>,
-    /// u, `[n_free]`, in m.
-    pub displacement: Vec<f64>,
-    /// As in [`Solution`].
-    pub rigid: Option<RigidMotions>,
-    /// As in [`Solution`].
-    pub friction: Option<FrictionState>,
-    /// How it was reached.
-    pub trace: Trace,
+    /// What it found; it claims nothing yet.
+    pub solution: Solution,
 }
 
 impl Status {

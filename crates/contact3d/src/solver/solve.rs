@@ -18,7 +18,7 @@ use super::{
     RigidMotions, Solution, SolvedBy, Start, StartStrategy, Status, StopReason,
     SuccessiveApproximations, Trace,
     accuracy::Refined,
-    assessment::{Assessment, Objection, is_far},
+    assessment::{Assessment, is_far},
     conditions::Bound,
     coulomb_state,
     equilibrium::{mechanism, null_space_motions, sliding_mechanism},
@@ -96,8 +96,7 @@ impl ContactProblem<'_> {
 impl ContactSolve<'_> {
     fn run(&self, observe: &mut dyn FnMut(Progress<'_>)) -> Result<Solution, NeedsExplicit> {
         if let Some(mechanism) = self.mechanism() {
-            let assessment = Assessment::unknown(Status::NoEquilibrium);
-            let mut solution = self.at_rest(assessment, Trace::default());
+            let mut solution = self.at_rest(Status::NoEquilibrium, Trace::default());
             solution.rigid.get_or_insert_default().mechanism = Some(mechanism);
             return Ok(solution);
         }
@@ -202,10 +201,10 @@ impl ContactSolve<'_> {
                 StopReason::NumericalError => StopReason::NumericalError,
                 _ => StopReason::Converged,
             },
-            unknowns: self.unknowns(&outer.multiplier, outer.rigid.as_ref()),
+            unknowns: self.unknowns(&outer.solution),
             residual: outer.measure,
             history: Vec::new(),
-            evaluations: outer.trace.applications,
+            evaluations: outer.solution.trace.applications,
         }
     }
 
@@ -253,7 +252,8 @@ impl ContactSolve<'_> {
         let mut operator = ContactOperator::explicit(dual, self.body.assembly, self.dual);
         let steplength = projected_gradient_steplength(&mut operator);
         let mut applications = operator.applications();
-        let mut history = approximations.map_or_else(Vec::new, |outer| outer.trace.history);
+        let mut history =
+            approximations.map_or_else(Vec::new, |outer| outer.solution.trace.history);
         let (solved_by, friction) = match bound {
             Bound::Given(_) => {
                 history.push(OuterStep {
@@ -301,7 +301,7 @@ impl ContactSolve<'_> {
     }
 
     /// A body that floats and for which no contact forces were found: it rests, without any.
-    fn at_rest(&self, assessment: Assessment, trace: Trace) -> Solution {
+    fn at_rest(&self, status: Status, trace: Trace) -> Solution {
         let (laws, primal) = (self.laws, &self.body.assembly.primal);
         let displacement = vec![0.0; primal.dofs.n_free];
         let tangential = || self.body.tangential(&displacement);
@@ -317,7 +317,7 @@ impl ContactSolve<'_> {
         Solution {
             rigid: motion,
             friction,
-            ..assessment.solution(multiplier, displacement, trace)
+            ..Assessment::unknown(status).solution(multiplier, displacement, trace)
         }
     }
 
@@ -331,7 +331,7 @@ impl ContactSolve<'_> {
         let is_in_range =
             numbers.all(|v| v.is_finite()) && friction.all(|it| it.coulomb.is_admissible(laws));
         if !is_in_range {
-            solution.demote(Objection::OutOfRange);
+            solution.assess(solution.assessment().out_of_range());
         }
         solution.trace.law_evaluations = laws.law_evaluations();
         if let Some(equilibrium) = dual.rigid() {
@@ -341,8 +341,7 @@ impl ContactSolve<'_> {
             let is_nowhere = solution.status == Status::MaxNewtonSteps
                 || is_far(&solution.displacement, laws, 1.0);
             if !solution.status.is_solved() && is_nowhere {
-                let assessment = solution.assessment().demoted(Objection::Elsewhere);
-                return self.at_rest(assessment, solution.trace);
+                return self.at_rest(solution.status, solution.trace);
             }
             rigid.null_space = null_space_motions(assembly, equilibrium);
             // A motion that moves no pane may still change the slip of nodes, and coefficients with it.
@@ -392,15 +391,13 @@ impl ContactSolve<'_> {
             Some(equilibrium) => {
                 let mut operator = BalancedOperator::new(operator, equilibrium);
                 let mut found = run(&mut BodyOperator::Floating(&mut operator));
-                found.rigid = Some(RigidMotions::of(&operator.motion(&found.multiplier)));
+                let motion = operator.motion(&found.solution.multiplier);
+                found.solution.rigid = Some(RigidMotions::of(&motion));
                 found
             }
         };
-        let unknowns = self.unknowns(&found.multiplier, found.rigid.as_ref());
-        let solved = self.dual.refined(assembly, &unknowns, None, f64::EPSILON);
-        found.displacement = solved.value;
-        let (_, motion) = self.dual.parts(&unknowns);
-        self.dual.add_motion(motion, &mut found.displacement);
+        let unknowns = self.unknowns(&found.solution);
+        found.solution.displacement = self.state_at(&unknowns, None, f64::EPSILON).displacement;
         found
     }
 }

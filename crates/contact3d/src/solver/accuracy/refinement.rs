@@ -7,10 +7,7 @@ use crate::{
     solver::{
         NewtonSettings, NewtonSolution, NewtonStep, StartStrategy,
         conditions::Bound,
-        newton::{
-            NewtonDriver, StoppingRule, natural_map::NaturalMap, newton_from,
-            proximal::about_own_motion,
-        },
+        newton::{NewtonDriver, natural_map::NaturalMap, newton_from, proximal::about_own_motion},
         problem::{ContactBody, ContactSolve},
         tolerances::{NEWTON_MAX_STEPS, REFINEMENT_TARGET, ROUNDING_STALL_STEPS},
     },
@@ -135,21 +132,22 @@ impl ContactSolve<'_> {
     ) -> Option<(NewtonSolution, [f64; 2])> {
         let NewtonDriver { local, bound, .. } = *driver;
         let steplengths = local.stiffness.clone();
+        // One step at least: that is what measures the error. The first two at rounding that bring nothing end it: what is left then is
+        // rounding of λ itself, which the next refined residual shows.
         let settings = NewtonSettings {
             tolerance: near.dual.rounding(),
             max_steps: NEWTON_MAX_STEPS,
+            ..NewtonSettings::default()
         };
-        // One step at least: that is what measures the error. The first two at rounding that bring nothing end it: what is left then is
-        // rounding of λ itself, which the next refined residual shows.
-        let rule = StoppingRule {
+        let measured = NewtonSettings {
             least_steps: 1,
             rounding_steps: ROUNDING_STALL_STEPS - 1,
-            ..StoppingRule::from_near(settings)
+            ..settings.from_near()
         };
         let newton_about = |dual: &ExplicitDual| {
             let map = NaturalMap::with_steplengths(dual, bound, steplengths.clone());
             let start = near.unknowns.clone();
-            newton_from(&map, start, &rule, |_, _| {})
+            newton_from(&map, start, &measured, |_, _| {})
         };
         let mut found = newton_about(&near.dual);
         let has_free_motion = !found.stop.is_solution() && strategy == StartStrategy::ProximalPoint;
@@ -211,7 +209,7 @@ impl ContactSolve<'_> {
         let (surface, frame) = (face.surface, &face.interface.frame);
         let (u, dofs) = (&state.displacement, &assembly.primal.dofs);
         Refined {
-            unknowns: unknowns.to_vec(),
+            unknowns: state.unknowns,
             error: f64::INFINITY,
             dual: dual.about(unknowns, u, state.gap_residual, surface, frame, dofs),
             solved: state.solved,

@@ -11,7 +11,7 @@ use mapping::{CycleDetector, Stall};
 
 use super::{
     ContactBody, CoulombState, FrictionState, Inner, Kprgp, MethodResult, OuterState, OuterStep,
-    PaneLaws, Progress, SolvedBy, Start, StopReason, Trace,
+    PaneLaws, Progress, Solution, SolvedBy, Start, StopReason, Trace,
     inner::{InnerSummary, projected_gradient_steplength},
     tolerances::rounding_of_products,
 };
@@ -71,15 +71,14 @@ impl SuccessiveApproximations<'_> {
         MethodResult {
             stop,
             measure: outer.measure,
-            multiplier: outer.multiplier,
-            displacement: outer.displacement,
-            rigid: None,
-            friction: Some(FrictionState {
-                slip: outer.slip,
-                coulomb: outer.frozen,
-                ..FrictionState::default()
-            }),
-            trace: outer.trace,
+            solution: Solution {
+                friction: Some(FrictionState {
+                    slip: outer.slip,
+                    coulomb: outer.frozen,
+                    ..FrictionState::default()
+                }),
+                ..Solution::unassessed(outer.multiplier, outer.displacement, outer.trace)
+            },
         }
     }
 }

@@ -13,15 +13,6 @@ pub(super) struct NodeCoefficient {
     pub(super) range: [f64; 2],
 }
 
-/// How resolvents are made of a law.
-#[derive(Clone, Copy)]
-pub(super) struct ResolventForm {
-    /// Of the steplengths c.
-    pub(super) factor: f64,
-    /// Slip in m by which the whole rise of F is wider than that of the law.
-    pub(super) rise: f64,
-}
-
 impl NodeCoefficient {
     pub(super) fn axes(&self) -> impl Iterator<Item = usize> + use<> {
         self.axis.map_or(0..2, |axis| axis..axis + 1)
@@ -32,14 +23,15 @@ impl NodeCoefficient {
         law.evaluate(self.node, self.at(pair, s))[self.axis.unwrap_or(0)]
     }
 
-    /// Φ(y) and Φ'(y), by bisection: F(s) + c s − y rises where c > −F'.
+    /// Φ(y) and Φ'(y) for a steplength c in 1/m, by bisection: F(s) + c s − y rises where c > −F'.
     ///
-    /// The graph that is wider by w adds the slip κ (f − F(0)) with κ = w / (max F − min F) to that of f. Its resolvent is
+    /// The graph that is wider by w, the slip `rise` in m, adds the slip κ (f − F(0)) with κ = w / (max F − min F) to that of f. Its resolvent is
     /// Φ(y) = Φ_b(b/c y + b κ F(0)) for the one Φ_b of the law with b = c / (1 + c κ).
     pub(super) fn resolvent(
         &self,
         law: &CoulombLaw,
-        form: ResolventForm,
+        steplength: f64,
+        rise: f64,
         pair: [f64; 2],
         y: f64,
     ) -> [f64; 2] {
@@ -48,9 +40,8 @@ impl NodeCoefficient {
             return [at_rest, 0.0];
         }
         let height = self.range[1] - self.range[0];
-        let steplength = form.factor * self.steplength;
         let widened = if height > 0.0 {
-            steplength * form.rise / height
+            steplength * rise / height
         } else {
             0.0
         };

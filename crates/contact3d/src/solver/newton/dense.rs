@@ -2,14 +2,10 @@
 
 use super::{
     NewtonSolution,
-    iteration::{NewtonModel, NewtonSettings, ROUNDING_ZONE, StoppingRule, iterate},
+    iteration::{Iterate, NewtonModel, NewtonSettings, ROUNDING_ZONE, iterate},
     natural_map::NaturalMap,
 };
-use crate::solver::{
-    NewtonStep,
-    conditions::Evaluation,
-    tolerances::{ROUNDING_STALL_STEPS, STAGNATION_STEPS},
-};
+use crate::solver::NewtonStep;
 
 /// Sweeps of relaxation after every trial step; twice as many at the start, whose zones nothing tells.
 pub(super) const SWEEPS_PER_STEP: usize = 10;
@@ -17,15 +13,7 @@ pub(super) const SWEEPS_PER_STEP: usize = 10;
 /// A step that reduces ‖R‖ to this share lies in the range of fast convergence: nothing to relax.
 const FAST_DECREASE: f64 = 0.01;
 
-/// A multiplier, with the motions of a body that floats, and its residual.
-struct DenseIterate {
-    unknowns: Vec<f64>,
-    /// ‖λ‖, beside the stresses that weak supports take off the face.
-    size: f64,
-    evaluation: Evaluation,
-}
-
-/// The natural map with its derivative as a matrix.
+/// The natural map with its derivative as a matrix, at unknowns (λ, α).
 struct DenseModel<'m, 'f> {
     map: &'m NaturalMap<'m>,
     globalisation: Option<Globalisation<'f>>,
@@ -43,7 +31,7 @@ struct Globalisation<'f> {
 pub(in crate::solver) fn newton_from(
     map: &NaturalMap<'_>,
     start: Vec<f64>,
-    rule: &StoppingRule,
+    settings: &NewtonSettings,
     observe: impl FnMut(usize, &NewtonStep),
 ) -> NewtonSolution {
     let mut model = DenseModel {
@@ -52,7 +40,7 @@ pub(in crate::solver) fn newton_from(
         evaluations: 0,
     };
     let start = model.at(start);
-    model.run(start, rule, observe)
+    model.run(start, settings, observe)
 }
 
 /// From any start with relaxed trial steps until the residual stalls, and then once more without; after that, or where R' is singular,
@@ -61,7 +49,6 @@ pub(super) fn from_afar(
     map: &NaturalMap<'_>,
     start: Vec<f64>,
     settings: &NewtonSettings,
-    least_steps: usize,
     safeguard: &mut dyn FnMut(&[f64]) -> Vec<f64>,
     observe: impl FnMut(usize, &NewtonStep),
 ) -> NewtonSolution {
@@ -75,47 +62,41 @@ pub(super) fn from_afar(
         evaluations: 0,
     };
     let mut first = model.at(start);
-    if first.evaluation.norm.is_finite() && model.relative(&first) > settings.tolerance {
+    if first.evaluation.norm.is_finite() && first.relative() > settings.tolerance {
         first = model.relaxed(first, 2 * SWEEPS_PER_STEP);
     }
-    let rule = StoppingRule {
-        settings: *settings,
-        least_steps,
-        stagnation_steps: STAGNATION_STEPS,
-        rounding_steps: ROUNDING_STALL_STEPS,
-    };
-    model.run(first, &rule, observe)
+    model.run(first, settings, observe)
 }
 
 impl DenseModel<'_, '_> {
     fn run(
         mut self,
-        start: DenseIterate,
-        rule: &StoppingRule,
+        start: Iterate<Vec<f64>>,
+        settings: &NewtonSettings,
         observe: impl FnMut(usize, &NewtonStep),
     ) -> NewtonSolution {
-        let found = iterate(&mut self, start, rule, observe);
+        let found = iterate(&mut self, start, settings, observe);
         NewtonSolution {
             stop: found.stop,
-            residual: self.relative(&found.iterate),
-            unknowns: found.iterate.unknowns,
+            residual: found.iterate.relative(),
+            unknowns: found.iterate.point,
             history: found.history,
             evaluations: self.evaluations,
         }
     }
 
-    fn at(&mut self, unknowns: Vec<f64>) -> DenseIterate {
+    fn at(&mut self, unknowns: Vec<f64>) -> Iterate<Vec<f64>> {
         self.evaluations += 1;
-        DenseIterate {
+        Iterate {
             size: self.map.size(&unknowns),
             evaluation: self.map.evaluate(&unknowns),
-            unknowns,
+            point: unknowns,
         }
     }
 
     /// An iterate or its relaxation, whichever has the smaller ‖R‖.
-    fn relaxed(&mut self, iterate: DenseIterate, sweeps: usize) -> DenseIterate {
-        let mut unknowns = iterate.unknowns.clone();
+    fn relaxed(&mut self, iterate: Iterate<Vec<f64>>, sweeps: usize) -> Iterate<Vec<f64>> {
+        let mut unknowns = iterate.point.clone();
         self.map.relax(&mut unknowns, sweeps);
         self.evaluations += sweeps + 1;
         let relaxed = self.at(unknowns);
@@ -128,22 +109,19 @@ impl DenseModel<'_, '_> {
 }
 
 impl NewtonModel for DenseModel<'_, '_> {
-    type Iterate = DenseIterate;
+    type Point = Vec<f64>;
 
-    fn evaluation<'i>(&self, iterate: &'i DenseIterate) -> &'i Evaluation {
-        &iterate.evaluation
-    }
-
-    fn relative(&self, iterate: &DenseIterate) -> f64 {
-        iterate.evaluation.relative_to(iterate.size)
-    }
-
-    fn direction(&mut self, from: &DenseIterate) -> Option<(Vec<f64>, usize)> {
+    fn direction(&mut self, from: &Iterate<Vec<f64>>) -> Option<(Vec<f64>, usize)> {
         self.map.newton_step(&from.evaluation)
     }
 
-    fn trial(&mut self, from: &DenseIterate, direction: &[f64], length: f64) -> DenseIterate {
-        let pairs = from.unknowns.iter().zip(direction);
+    fn trial(
+        &mut self,
+        from: &Iterate<Vec<f64>>,
+        direction: &[f64],
+        length: f64,
+    ) -> Iterate<Vec<f64>> {
+        let pairs = from.point.iter().zip(direction);
         let next = self.at(pairs.map(|(l, d)| l + length * d).collect());
         let relaxes = self.globalisation.as_ref().is_some_and(|it| it.relaxes);
         if !relaxes || next.evaluation.norm < FAST_DECREASE * from.evaluation.norm {
@@ -152,21 +130,21 @@ impl NewtonModel for DenseModel<'_, '_> {
         self.relaxed(next, SWEEPS_PER_STEP)
     }
 
-    fn is_at_rounding(&self, best: &DenseIterate) -> bool {
-        let relative = self.relative(best);
-        relative < ROUNDING_ZONE || relative < self.map.rounding(&best.unknowns, &best.evaluation)
+    fn is_at_rounding(&self, best: &Iterate<Vec<f64>>) -> bool {
+        let relative = best.relative();
+        relative < ROUNDING_ZONE || relative < self.map.rounding(&best.point, &best.evaluation)
     }
 
-    fn restart(&mut self) -> Option<DenseIterate> {
+    fn restart(&mut self) -> Option<Iterate<Vec<f64>>> {
         let globalisation = self.globalisation.as_mut()?;
         let start = globalisation.relaxes.then(|| globalisation.start.clone());
         globalisation.relaxes = false;
         start.map(|start| self.at(start))
     }
 
-    fn safeguard(&mut self, best: &DenseIterate) -> Option<DenseIterate> {
+    fn safeguard(&mut self, best: &Iterate<Vec<f64>>) -> Option<Iterate<Vec<f64>>> {
         let globalisation = self.globalisation.as_mut()?;
-        let safe = (globalisation.safeguard)(&best.unknowns);
+        let safe = (globalisation.safeguard)(&best.point);
         Some(self.at(safe))
     }
 }

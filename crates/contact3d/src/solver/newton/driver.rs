@@ -1,8 +1,8 @@
 //! Newton's method on a dense contact problem: which start strategies apply, and how each is run.
 
 use super::{
-    FrictionGraph, NewtonSettings, NewtonSolution, StoppingRule, minimise_frozen,
-    natural_map::NaturalMap, newton, newton_from, proximal_point,
+    FrictionGraph, NewtonSettings, NewtonSolution, minimise_frozen, natural_map::NaturalMap,
+    newton, newton_from, proximal_point,
 };
 use crate::{
     dual::{ExplicitDual, LocalStiffness},
@@ -115,15 +115,15 @@ impl<'a> NewtonDriver<'a> {
         settings: &NewtonSettings,
     ) -> NewtonSolution {
         let mut start = self.zero_or_start();
-        let rule = StoppingRule {
+        let measured = NewtonSettings {
             least_steps: 1,
-            ..StoppingRule::from_near(*settings)
+            ..*settings
         };
         let found = if self.has_large_rigid_compliance() {
             set.project(&mut start);
-            newton_from(&self.map(), start, &rule, |_, _| {})
+            newton_from(&self.map(), start, &measured.from_near(), |_, _| {})
         } else {
-            minimise_frozen(self.dual, set, &start, settings, 1, |_, _| {})
+            minimise_frozen(self.dual, set, &start, &measured, |_, _| {})
         };
         match found.stop.is_solution() {
             true => found,
@@ -137,8 +137,8 @@ impl<'a> NewtonDriver<'a> {
         start: Vec<f64>,
         observe: &mut dyn FnMut(usize, &NewtonStep),
     ) -> NewtonSolution {
-        let rule = StoppingRule::from_near(settings_for(ZONES_FOUND));
-        newton_from(&self.map(), start, &rule, observe)
+        let settings = settings_for(ZONES_FOUND).from_near();
+        newton_from(&self.map(), start, &settings, observe)
     }
 
     /// The natural map measured by local stiffness.
@@ -175,7 +175,7 @@ impl<'a> NewtonDriver<'a> {
             }
             Bound::Given(set) => {
                 let start = self.zero_or_start();
-                minimise_frozen(self.dual, set, &start, &settings, 0, observe)
+                minimise_frozen(self.dual, set, &start, &settings, observe)
             }
         }
     }
@@ -190,9 +190,9 @@ impl<'a> NewtonDriver<'a> {
         let dual = self.dual.clone().absolute();
         let program = ConvexProgram::of_dual(&dual, set, self.local);
         let map = self.map();
-        let rule = StoppingRule::from_near(*settings);
+        let settings = settings.from_near();
         let mut from = |start: Vec<f64>, done: usize| {
-            newton_from(&map, start, &rule, |k, step| observe(done + k, step))
+            newton_from(&map, start, &settings, |k, step| observe(done + k, step))
         };
         let Some(mut inside) = InteriorPoint::new(&program) else {
             return from(self.dual.unknowns(&[]), 0);
@@ -215,5 +215,6 @@ fn settings_for(tolerance: f64) -> NewtonSettings {
     NewtonSettings {
         tolerance,
         max_steps: NEWTON_MAX_STEPS,
+        ..NewtonSettings::default()
     }
 }

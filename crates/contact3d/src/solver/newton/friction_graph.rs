@@ -20,8 +20,8 @@
 
 use super::{
     NewtonSettings, NewtonSolution,
-    coefficient::{NodeCoefficient, ResolventForm},
-    iteration::{NewtonModel, StoppingRule, iterate},
+    coefficient::NodeCoefficient,
+    iteration::{Iterate, NewtonModel, iterate},
     natural_map::NaturalMap,
 };
 use crate::{
@@ -31,7 +31,7 @@ use crate::{
     scene::FrictionLaw,
     solver::{
         NewtonStep, PaneLaws,
-        conditions::{Bound, Evaluation},
+        conditions::Bound,
         tolerances::{NEWTON_MAX_STEPS, ROUNDING_STALL_STEPS, ZONES_FOUND},
     },
 };
@@ -66,6 +66,11 @@ pub(in crate::solver) struct FrictionGraph<'a> {
     /// Slips without contact forces in m, those of held nodes whatever the forces.
     free_slips: Vec<[f64; 2]>,
     largest_free_slip: f64,
+    /// What the steplengths c of the coefficients are multiplied with.
+    factor: f64,
+    /// Slip in m by which the whole rise of F is wider than that of the law.
+    rise: f64,
+    evaluations: usize,
 }
 
 /// The slip of a coefficient and its derivative by (u_t1, u_t2) of the node.
@@ -77,150 +82,64 @@ struct Slip {
     by_displacement: [f64; 2],
 }
 
-/// x and f with their residuals.
-struct GraphIterate {
+/// x and f with the residual of the graph.
+pub(in crate::solver) struct GraphPoint {
     unknowns: Vec<f64>,
     coefficients: Vec<f64>,
-    /// R, with the rows of the graph as stresses in its norm.
-    evaluation: Evaluation,
     slips: Vec<Slip>,
     /// f − Φ(f + c s) and Φ'.
     graph: Vec<[f64; 2]>,
 }
 
-/// The graph of a law with a form of its resolvents.
-struct GraphModel<'g> {
-    graph: &'g FrictionGraph<'g>,
-    form: ResolventForm,
-    evaluations: usize,
-}
+impl NewtonModel for FrictionGraph<'_> {
+    type Point = GraphPoint;
 
-impl NewtonModel for GraphModel<'_> {
-    type Iterate = GraphIterate;
-
-    fn evaluation<'i>(&self, iterate: &'i GraphIterate) -> &'i Evaluation {
-        &iterate.evaluation
+    /// Changes of x and f, one behind the other, with R'd + ∂R/∂f δf = −R and (1 − Φ') δf − Φ' c δs = −(f − Φ).
+    fn direction(&mut self, from: &Iterate<GraphPoint>) -> Option<(Vec<f64>, usize)> {
+        let (at, evaluation) = (&from.point, &from.evaluation);
+        let n = at.unknowns.len();
+        let by_coefficient = self.by_coefficients(from);
+        let mut rhs: Vec<f64> = evaluation.residual.iter().map(|r| -r).collect();
+        let mut change: Vec<f64> = at.graph.iter().map(|[r, _]| -r).collect();
+        let is_eliminated = |k: &usize| at.graph[*k][1] == 0.0;
+        for k in (0..change.len()).filter(is_eliminated) {
+            let column = by_coefficient[k].iter();
+            column.for_each(|(row, by)| rhs[*row] -= by * change[k]);
+        }
+        let bordering: Vec<usize> = (0..change.len()).filter(|k| !is_eliminated(k)).collect();
+        rhs.extend(bordering.iter().map(|&k| -self.scale * at.graph[k][0]));
+        let matrix = self.bordered_matrix(from, &bordering, &by_coefficient);
+        DenseLu::new(&matrix, rhs.len())?.solve(&mut rhs);
+        for (b, &k) in bordering.iter().enumerate() {
+            change[k] = rhs[n + b] / self.scale;
+        }
+        rhs.truncate(n);
+        rhs.extend(change);
+        let size = rhs.len();
+        rhs.iter().all(|v| v.is_finite()).then_some((rhs, size))
     }
 
-    fn relative(&self, iterate: &GraphIterate) -> f64 {
-        let multiplier = self.graph.dual.multipliers(&iterate.unknowns);
-        iterate.evaluation.relative_to(norm(multiplier))
-    }
-
-    fn direction(&mut self, from: &GraphIterate) -> Option<(Vec<f64>, usize)> {
-        let direction = self.step(from)?;
-        let n = direction.len();
-        Some((direction, n))
-    }
-
-    fn trial(&mut self, from: &GraphIterate, direction: &[f64], length: f64) -> GraphIterate {
+    fn trial(
+        &mut self,
+        from: &Iterate<GraphPoint>,
+        direction: &[f64],
+        length: f64,
+    ) -> Iterate<GraphPoint> {
+        let from = &from.point;
         let shifted = |from: &[f64], by: &[f64]| -> Vec<f64> {
             from.iter().zip(by).map(|(x, d)| x + length * d).collect()
         };
         let (direction, change) = direction.split_at(from.unknowns.len());
         let mut coefficients = shifted(&from.coefficients, change);
-        for (f, c) in coefficients.iter_mut().zip(&self.graph.coefficients) {
+        for (f, c) in coefficients.iter_mut().zip(&self.coefficients) {
             *f = f.clamp(c.range[0], c.range[1]);
         }
         self.evaluate(shifted(&from.unknowns, direction), coefficients)
     }
 
-    fn is_at_rounding(&self, best: &GraphIterate) -> bool {
+    fn is_at_rounding(&self, best: &Iterate<GraphPoint>) -> bool {
         // Rounding of a steep law forbids less.
-        self.relative(best) <= ZONES_FOUND
-    }
-}
-
-impl GraphModel<'_> {
-    fn evaluate(&mut self, unknowns: Vec<f64>, coefficients: Vec<f64>) -> GraphIterate {
-        self.evaluations += 1;
-        let (graph, form) = (self.graph, self.form);
-        let mut nodal = graph.law.at_nodes(&graph.free_slips);
-        for (c, f) in graph.coefficients.iter().zip(&coefficients) {
-            c.axes().for_each(|k| nodal[c.node][k] = *f);
-        }
-        let inverse = |pane: usize| {
-            let nodes = graph.laws.average.entries(pane);
-            nodes.fold([0.0; 2], |sum, (node, w)| {
-                [0, 1].map(|k| sum[k] + w / nodal[node][k])
-            })
-        };
-        let inverse = (0..graph.law.n_panes()).map(inverse).collect();
-        let map = graph.map(inverse);
-        let mut evaluation = map.evaluate(&unknowns);
-        let slips = graph.slips(&unknowns);
-        let points = graph.coefficients.iter().zip(&coefficients).zip(&slips);
-        let residuals: Vec<[f64; 2]> = points
-            .map(|((c, f), slip)| {
-                let argument = f + form.factor * c.steplength * slip.own;
-                let [value, slope] = c.resolvent(graph.law, form, slip.pair, argument);
-                [f - value, slope]
-            })
-            .collect();
-        let graph_norm = norm(
-            &residuals
-                .iter()
-                .map(|[r, _]| graph.scale * r)
-                .collect::<Vec<_>>(),
-        );
-        evaluation.norm = evaluation.norm.hypot(graph_norm);
-        GraphIterate {
-            unknowns,
-            coefficients,
-            evaluation,
-            slips,
-            graph: residuals,
-        }
-    }
-
-    /// Changes of x and f, one behind the other, with R'd + ∂R/∂f δf = −R and (1 − Φ') δf − Φ' c δs = −(f − Φ).
-    fn step(&self, at: &GraphIterate) -> Option<Vec<f64>> {
-        let (graph, form) = (self.graph, self.form);
-        let n = at.unknowns.len();
-        let bordering: Vec<usize> = (0..at.graph.len())
-            .filter(|&k| at.graph[k][1] > 0.0)
-            .collect();
-        let size = n + bordering.len();
-        let map = graph.map(Vec::new());
-        let derivative = map.derivative(&at.evaluation);
-        let mut matrix = vec![0.0; size * size];
-        for (column, from) in matrix
-            .chunks_exact_mut(size)
-            .zip(derivative.chunks_exact(n))
-        {
-            column[..n].copy_from_slice(from);
-        }
-        let mut rhs: Vec<f64> = at.evaluation.residual.iter().map(|r| -r).collect();
-        rhs.resize(size, 0.0);
-        let by_coefficient = graph.by_coefficients(at);
-        let mut change: Vec<f64> = at.graph.iter().map(|[r, _]| -r).collect();
-        for (k, column) in by_coefficient.iter().enumerate() {
-            if at.graph[k][1] == 0.0 {
-                column
-                    .iter()
-                    .for_each(|(row, by)| rhs[*row] -= by * change[k]);
-            }
-        }
-        for (b, &k) in bordering.iter().enumerate() {
-            let [residual, slope] = at.graph[k];
-            for (row, by) in &by_coefficient[k] {
-                matrix[(n + b) * size + row] = by / graph.scale;
-            }
-            matrix[(n + b) * size + n + b] = 1.0 - slope;
-            rhs[n + b] = -graph.scale * residual;
-            let (c, slip) = (&graph.coefficients[k], &at.slips[k]);
-            let by_slip = graph.scale * slope * form.factor * c.steplength;
-            for j in 0..n {
-                matrix[j * size + n + b] = -by_slip * graph.slip_change(c.node, slip, j);
-            }
-        }
-        DenseLu::new(&matrix, size)?.solve(&mut rhs);
-        for (b, &k) in bordering.iter().enumerate() {
-            change[k] = rhs[n + b] / graph.scale;
-        }
-        rhs.truncate(n);
-        rhs.extend(change);
-        rhs.iter().all(|v| v.is_finite()).then_some(rhs)
+        best.relative() <= ZONES_FOUND
     }
 }
 
@@ -232,30 +151,13 @@ impl<'a> FrictionGraph<'a> {
         law: &'a CoulombLaw,
         local: &'a LocalStiffness,
     ) -> Option<Self> {
-        let compliance = dual.compliance.as_ref()?;
         let bonded = local.bonded_start(dual);
-        let (normal, _) = dual.layout.split(dual.multipliers(&bonded));
-        let pressed = normal.iter().take(law.n_panes()).map(|l| l.max(0.0));
-        let pressure: Vec<f64> = pressed.collect();
-        let least = LEAST_PRESSURE * pressure.iter().sum::<f64>() / pressure.len().max(1) as f64;
-        // Means over the panes around each node.
-        let mut weight = vec![0.0; law.n_nodes()];
-        let (mut at_node, mut compliance_at) = (weight.clone(), weight.clone());
-        for (pane, g) in pressure.iter().enumerate() {
-            let pair = dual.layout.tangential(pane)?;
-            for (node, w) in laws.average.entries(pane) {
-                let own = [0, 1].map(|k| compliance.column(pair[k])[2 * node + k]);
-                weight[node] += w;
-                at_node[node] += w * g;
-                compliance_at[node] += w * 0.5 * (own[0] + own[1]);
-            }
-        }
+        let bonded = dual.multipliers(&bonded);
+        let nodal_steplengths = steplengths_of_nodes(dual, laws, law, bonded)?;
         let unloaded = dual.tangential_displacement(&dual.unknowns(&[]));
         let free_slips = slips(laws.previous.as_ref(), &unloaded);
-        let largest_free_slip = free_slips
-            .iter()
-            .flatten()
-            .fold(0.0_f64, |most, s| most.max(*s));
+        let all = free_slips.iter().flatten();
+        let largest_free_slip = all.fold(0.0_f64, |most, s| most.max(*s));
         let mut coefficients = Vec::new();
         for face in law.faces() {
             let axes: &[Option<usize>] = match face.law() {
@@ -265,26 +167,19 @@ impl<'a> FrictionGraph<'a> {
             let bounds = LawBounds::new(face, SLIP_MARGIN * largest_free_slip);
             let range = [bounds.smallest, bounds.largest].map(|extreme| extreme.value);
             for node in face.nodes() {
-                let compliance_at = compliance_at[node] / weight[node];
-                // A node that is held, or belongs to no pane, keeps its slip.
-                if compliance_at.is_nan() || compliance_at <= 0.0 {
+                let Some(steplength) = nodal_steplengths[node] else {
                     continue;
-                }
-                let g = (at_node[node] / weight[node]).max(least);
-                for &axis in axes {
-                    coefficients.push(NodeCoefficient {
-                        node,
-                        axis,
-                        steplength: (compliance_at * g).recip(),
-                        range,
-                    });
-                }
+                };
+                coefficients.extend(axes.iter().map(|&axis| NodeCoefficient {
+                    node,
+                    axis,
+                    steplength,
+                    range,
+                }));
             }
         }
-        let most = coefficients
-            .iter()
-            .fold(0.0_f64, |most, c| most.max(c.range[1]));
-        let scale = norm(dual.multipliers(&bonded)) / most;
+        let largest = coefficients.iter().map(|c| c.range[1]);
+        let scale = norm(bonded) / largest.fold(0.0, f64::max);
         let finite = |c: &NodeCoefficient| c.steplength.is_finite() && c.steplength > 0.0;
         (scale.is_finite() && coefficients.iter().all(finite)).then_some(Self {
             dual,
@@ -295,18 +190,23 @@ impl<'a> FrictionGraph<'a> {
             scale,
             free_slips,
             largest_free_slip,
+            factor: 1.0,
+            rise: 0.0,
+            evaluations: 0,
         })
     }
 
     /// A solution from λ = 0 and the coefficients without slip, by the first steplength that leads to one; else from wide rises of F.
     pub(in crate::solver) fn solve(
-        &self,
+        mut self,
         observe: &mut dyn FnMut(usize, &NewtonStep),
     ) -> NewtonSolution {
-        let from_rest = |factor| self.newton(ResolventForm { factor, rise: 0.0 }, None);
-        let tries = RESOLVENT_FACTORS.into_iter().map(from_rest);
         let mut found = NewtonSolution::not_found(self.dual);
-        for next in tries.chain(std::iter::once_with(|| self.followed_from_wide_rises())) {
+        for factor in RESOLVENT_FACTORS.into_iter().map(Some).chain([None]) {
+            let next = match factor {
+                Some(factor) => self.newton(factor, 0.0, None),
+                None => self.followed_from_wide_rises(),
+            };
             let done = found.history.len();
             let steps = next.history.iter().enumerate();
             steps.for_each(|(k, step)| observe(done + k, step));
@@ -323,13 +223,13 @@ impl<'a> FrictionGraph<'a> {
     /// geometrically, each from the one before, by steps in τ that double after a success and halve after a failure.
     ///
     /// The path may end before τ = 1 where solutions vanish in pairs; the reason to stop is then that of the last failure.
-    fn followed_from_wide_rises(&self) -> NewtonSolution {
-        let solve = |tau: f64, start: Option<&[f64]>| {
+    fn followed_from_wide_rises(&mut self) -> NewtonSolution {
+        let mut solve = |tau: f64, start: Option<&[f64]>| {
             let rise = match tau < 1.0 {
                 true => self.largest_free_slip * 10_f64.powf(-NARROWED_DECADES * tau),
                 false => 0.0,
             };
-            self.newton(ResolventForm { factor: 1.0, rise }, start)
+            self.newton(1.0, rise, start)
         };
         let mut last = solve(0.0, None);
         let (mut tau, mut step) = (0.0, 0.25);
@@ -352,44 +252,113 @@ impl<'a> FrictionGraph<'a> {
         last
     }
 
-    /// Damped Newton steps for (x, f), from a start or from λ = 0; the multiplier of the result is (x, f).
-    fn newton(&self, form: ResolventForm, start: Option<&[f64]>) -> NewtonSolution {
+    /// Damped Newton steps for (x, f) with a factor of c and wider rises, from a start or from λ = 0; the multiplier of the result is
+    /// (x, f).
+    fn newton(&mut self, factor: f64, rise: f64, start: Option<&[f64]>) -> NewtonSolution {
+        (self.factor, self.rise, self.evaluations) = (factor, rise, 0);
         let n = self.dual.n_unknowns();
         let (unknowns, coefficients) = match start {
             Some(start) => (start[..n].to_vec(), start[n..].to_vec()),
             None => {
                 let at_rest = |c: &NodeCoefficient| c.value(self.law, [0.0; 2], 0.0);
-                (
-                    self.dual.unknowns(&[]),
-                    self.coefficients.iter().map(at_rest).collect(),
-                )
+                let coefficients = self.coefficients.iter().map(at_rest).collect();
+                (self.dual.unknowns(&[]), coefficients)
             }
         };
-        let mut model = GraphModel {
-            graph: self,
-            form,
-            evaluations: 0,
-        };
-        let first = model.evaluate(unknowns, coefficients);
-        let rule = StoppingRule {
-            settings: NewtonSettings {
-                tolerance: GRAPH_TOLERANCE,
-                max_steps: NEWTON_MAX_STEPS,
-            },
-            least_steps: 0,
+        let first = self.evaluate(unknowns, coefficients);
+        let settings = NewtonSettings {
+            tolerance: GRAPH_TOLERANCE,
+            max_steps: NEWTON_MAX_STEPS,
             // Residuals may rise on the way across a rise of F.
             stagnation_steps: NEWTON_MAX_STEPS,
             rounding_steps: ROUNDING_STALL_STEPS - 1,
+            ..NewtonSettings::default()
         };
-        let found = iterate(&mut model, first, &rule, |_, _| {});
-        let last = found.iterate;
+        let found = iterate(self, first, &settings, |_, _| {});
+        let residual = found.iterate.relative();
+        let last = found.iterate.point;
         NewtonSolution {
             stop: found.stop,
-            residual: model.relative(&last),
+            residual,
             unknowns: [last.unknowns, last.coefficients].concat(),
             history: found.history,
-            evaluations: model.evaluations,
+            evaluations: self.evaluations,
         }
+    }
+
+    /// R at x with the ellipses that f makes, and the residual of the graph, whose rows count as stresses in the norm.
+    fn evaluate(&mut self, unknowns: Vec<f64>, coefficients: Vec<f64>) -> Iterate<GraphPoint> {
+        self.evaluations += 1;
+        let mut evaluation = self
+            .map(self.pane_inverse(&coefficients))
+            .evaluate(&unknowns);
+        let slips = self.slips(&unknowns);
+        let points = self.coefficients.iter().zip(&coefficients).zip(&slips);
+        let graph = points.map(|((c, f), slip)| {
+            let steplength = self.factor * c.steplength;
+            let argument = f + steplength * slip.own;
+            let [value, slope] = c.resolvent(self.law, steplength, self.rise, slip.pair, argument);
+            [f - value, slope]
+        });
+        let graph: Vec<[f64; 2]> = graph.collect();
+        let stresses: Vec<f64> = graph.iter().map(|[r, _]| self.scale * r).collect();
+        evaluation.norm = evaluation.norm.hypot(norm(&stresses));
+        Iterate {
+            size: norm(self.dual.multipliers(&unknowns)),
+            evaluation,
+            point: GraphPoint {
+                unknowns,
+                coefficients,
+                slips,
+                graph,
+            },
+        }
+    }
+
+    /// 𝓕⁻¹ = Σ w/f on the panes, with the law's own value at nodes that keep their slip, `[n_friction_panes]`.
+    fn pane_inverse(&self, coefficients: &[f64]) -> Vec<[f64; 2]> {
+        let mut nodal = self.law.at_nodes(&self.free_slips);
+        for (c, f) in self.coefficients.iter().zip(coefficients) {
+            c.axes().for_each(|k| nodal[c.node][k] = *f);
+        }
+        let inverse = |pane: usize| {
+            let nodes = self.laws.average.entries(pane);
+            nodes.fold([0.0; 2], |sum, (node, w)| {
+                [0, 1].map(|k| sum[k] + w / nodal[node][k])
+            })
+        };
+        (0..self.law.n_panes()).map(inverse).collect()
+    }
+
+    /// R' bordered by ∂R/∂f and by the rows of the graph, both as stresses, column-major; only coefficients with Φ' > 0 are in it.
+    fn bordered_matrix(
+        &self,
+        Iterate {
+            point, evaluation, ..
+        }: &Iterate<GraphPoint>,
+        bordering: &[usize],
+        by_coefficient: &[Vec<(usize, f64)>],
+    ) -> Vec<f64> {
+        let n = point.unknowns.len();
+        let size = n + bordering.len();
+        let derivative = self.map(Vec::new()).derivative(evaluation);
+        let mut matrix = vec![0.0; size * size];
+        let columns = matrix.chunks_exact_mut(size);
+        for (column, from) in columns.zip(derivative.chunks_exact(n)) {
+            column[..n].copy_from_slice(from);
+        }
+        for (b, &k) in bordering.iter().enumerate() {
+            let (c, slip, [_, slope]) = (&self.coefficients[k], &point.slips[k], point.graph[k]);
+            for (row, by) in &by_coefficient[k] {
+                matrix[(n + b) * size + row] = by / self.scale;
+            }
+            matrix[(n + b) * size + n + b] = 1.0 - slope;
+            let by_slip = self.scale * slope * self.factor * c.steplength;
+            for j in 0..n {
+                matrix[j * size + n + b] = -by_slip * self.slip_change(c.node, slip, j);
+            }
+        }
+        matrix
     }
 
     /// The natural map with given 𝓕⁻¹ on the panes.
@@ -423,7 +392,7 @@ impl<'a> FrictionGraph<'a> {
     }
 
     /// ∂R/∂f of each coefficient, the rows that are not zero.
-    fn by_coefficients(&self, at: &GraphIterate) -> Vec<Vec<(usize, f64)>> {
+    fn by_coefficients(&self, at: &Iterate<GraphPoint>) -> Vec<Vec<(usize, f64)>> {
         let mut columns = vec![Vec::new(); self.coefficients.len()];
         let mut of_node = vec![Vec::new(); self.laws.average.rows];
         for (k, c) in self.coefficients.iter().enumerate() {
@@ -436,7 +405,7 @@ impl<'a> FrictionGraph<'a> {
             let by_axes = pane.ellipse.projection_derivative(pane.trial).by_semi_axes;
             for (node, weight) in self.laws.average.entries(i) {
                 for &k in &of_node[node] {
-                    let f = at.coefficients[k];
+                    let f = at.point.coefficients[k];
                     // a = g/q with q = Σ w/f: ∂a/∂f = a w / (q f²).
                     let grows = |axis: usize| {
                         pane.ellipse.semi_axes[axis] * weight / (pane.inverse[axis] * f * f)
@@ -473,4 +442,37 @@ impl<'a> FrictionGraph<'a> {
             _ => 0.0,
         }
     }
+}
+
+/// c = 1/(C g) of every contact node in 1/m, with the means of compliance and pressure of the bonded face over the panes around it; `None`
+/// of a node that is held, or belongs to no pane, and keeps its slip.
+fn steplengths_of_nodes(
+    dual: &ExplicitDual,
+    laws: &PaneLaws,
+    law: &CoulombLaw,
+    bonded: &[f64],
+) -> Option<Vec<Option<f64>>> {
+    let compliance = dual.compliance.as_ref()?;
+    let (normal, _) = dual.layout.split(bonded);
+    let pressed = normal.iter().take(law.n_panes()).map(|l| l.max(0.0));
+    let pressure: Vec<f64> = pressed.collect();
+    let least = LEAST_PRESSURE * pressure.iter().sum::<f64>() / pressure.len().max(1) as f64;
+    // Weights, and sums of pressure and compliance with these.
+    let mut sums = vec![[0.0; 3]; law.n_nodes()];
+    for (pane, g) in pressure.iter().enumerate() {
+        let pair = dual.layout.tangential(pane)?;
+        for (node, w) in laws.average.entries(pane) {
+            let own = [0, 1].map(|k| compliance.column(pair[k])[2 * node + k]);
+            let terms = [w, w * g, w * 0.5 * (own[0] + own[1])];
+            sums[node]
+                .iter_mut()
+                .zip(terms)
+                .for_each(|(sum, t)| *sum += t);
+        }
+    }
+    let steplength = |[weight, pressure, compliance]: [f64; 3]| {
+        let (pressure, compliance) = (pressure / weight, compliance / weight);
+        (compliance > 0.0).then(|| (compliance * pressure.max(least)).recip())
+    };
+    Some(sums.into_iter().map(steplength).collect())
 }

@@ -15,7 +15,6 @@ mod tests;
 
 pub(in crate::solver) use dense::newton_from;
 pub use iteration::NewtonSettings;
-pub(in crate::solver) use iteration::StoppingRule;
 pub use linearisation::{Linearisation, contraction_of_mapping};
 
 pub(in crate::solver) use driver::NewtonDriver;
@@ -77,30 +76,31 @@ pub fn newton(
     let map = NaturalMap::new(dual, Bound::Coulomb(laws, law));
     let mut hidden_evaluations = 0;
     let mut safeguard = |unknowns: &[f64]| {
-        // Ψ by relaxed steps alone; one at least, so that a start within the tolerance is measured and not
-        // believed.
+        // Ψ by relaxed steps alone.
         let state = coulomb_state(dual, laws, law, unknowns);
         let set = laws.feasible_set(Some(&state));
-        let settings = NewtonSettings::to_rounding(dual);
-        let image = minimise_frozen(dual, &set, unknowns, &settings, 1, |_, _| {});
+        let settings = NewtonSettings {
+            least_steps: 1,
+            ..NewtonSettings::to_rounding(dual)
+        };
+        let image = minimise_frozen(dual, &set, unknowns, &settings, |_, _| {});
         hidden_evaluations += image.evaluations;
         let pairs = unknowns.iter().zip(&image.unknowns);
         pairs.map(|(l, next)| l + 0.5 * (next - l)).collect()
     };
-    let mut found = from_afar(&map, start, settings, 0, &mut safeguard, observe);
+    let mut found = from_afar(&map, start, settings, &mut safeguard, observe);
     found.evaluations += hidden_evaluations;
     found
 }
 
 /// Minimises ½ λᵀSλ − λᵀh over a frozen admissible set (Tresca friction) by the same Newton
-/// method in no fewer than `least_steps`; sweeps of block relaxation, which always decrease the energy, are its safeguard.
+/// method; sweeps of block relaxation, which always decrease the energy, are its safeguard.
 #[must_use]
 pub fn minimise_frozen(
     dual: &ExplicitDual,
     set: &FeasibleSet,
     start: &[f64],
     settings: &NewtonSettings,
-    least_steps: usize,
     observe: impl FnMut(usize, &NewtonStep),
 ) -> NewtonSolution {
     // One safeguard step is all that a stall has: as many sweeps as five relaxed steps.
@@ -116,7 +116,7 @@ pub fn minimise_frozen(
         relaxation_applications += sweeps + 1;
         next
     };
-    let mut found = from_afar(&map, first, settings, least_steps, &mut safeguard, observe);
+    let mut found = from_afar(&map, first, settings, &mut safeguard, observe);
     found.evaluations += relaxation_applications;
     found
 }

@@ -187,7 +187,7 @@ proptest! {
     ) {
         let dual = dual(&entries, &rhs, &[0.0; 2 * NODES * SIZE], &[0.0; 2 * NODES]);
         let set = set_of(&axes);
-        let solution = minimise_frozen(&dual, &set, &start, &NewtonSettings::default(), 0, |_, _| {});
+        let solution = minimise_frozen(&dual, &set, &start, &NewtonSettings::default(), |_, _| {});
         prop_assert!(solution.stop.is_solution());
         let mut relaxed = start;
         set.project(&mut relaxed);
