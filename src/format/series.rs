@@ -188,8 +188,7 @@ pub fn begin_path_series<'w, 't>(
     mesh: &'w Mesh,
     path: &Path,
 ) -> Result<GridSeries<'w, 't>, StoreError> {
-    type Measure = fn(&PathPoint) -> f64;
-    let measures: [(&str, Measure); 3] = [
+    let measures: [(&str, fn(&PathPoint) -> f64); 3] = [
         ("parameter", |point| point.parameter),
         ("determinant_sign", |point| f64::from(point.determinant)),
         ("spectral_radius", |point| point.spectral_radius),

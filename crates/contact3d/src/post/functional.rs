@@ -1,7 +1,7 @@
 //! Quantities of interest: what a mesh makes of a force, a displacement, a pressure, an energy or an area.
 //!
 //! For a smooth functional Q the error is dual-weighted (R. Becker, R. Rannacher, Acta Numer. 10 (2001) 1): with the adjoint z of the
-//! linearised problem ([`Adjoints`]), Q(u) − Q(u_h) ≈ Σ_T a_T(e, e_z) − ∫ (z − q)·δλ, where the local errors of solution and adjoint
+//! linearised problem ([`Adjoint`]), Q(u) − Q(u_h) ≈ Σ_T a_T(e, e_z) − ∫ (z − q)·δλ, where the local errors of solution and adjoint
 //! come from the problems of the energy estimate, and δλ is what the contact conditions inside panes ask for beyond λ. The strain
 //! energy is quadratic: ½ ‖e‖² is taken off. Areas have no derivative ([`super::areas`]).
 
@@ -18,7 +18,7 @@ use crate::{
     elasticity::{InternalForces, Loads, MaterialField},
     mesh::Mesh,
     scene::{Component, Functional},
-    solver::{Adjoint, Adjoints, LinearFunctional},
+    solver::{Adjoint, LinearFunctional},
 };
 
 /// A quantity of an answer and the error that the mesh makes of it, in the unit of the quantity.
@@ -79,7 +79,7 @@ struct LinearisedFunctional {
 
 /// The estimate in the energy norm, and those of the quantities that every answer shows and of the one that is wanted.
 pub(super) fn estimates(
-    adjoints: &dyn Fn(&[LinearFunctional]) -> Option<Adjoints>,
+    adjoints: &dyn Fn(&[LinearFunctional]) -> Option<Vec<Adjoint>>,
     solved: &Solved<'_>,
     known: &SolutionData<'_>,
     resultants: &Resultants,
@@ -106,7 +106,7 @@ pub(super) fn estimates(
     let adjoints = adjoints(&derivatives).unwrap_or_default();
     let fields: Vec<AdjointField> = functionals
         .iter()
-        .zip(&adjoints.of)
+        .zip(&adjoints)
         .map(|(functional, adjoint)| AdjointField::new(solved, functional, adjoint))
         .collect();
     let borrowed: Vec<Field<'_>> = fields
@@ -115,9 +115,10 @@ pub(super) fn estimates(
         .map(|(f, of)| f.field(of))
         .collect();
     let (estimate, shares) = ErrorEstimate::with_adjoints(solved, known, &borrowed);
-    let smooth = functionals.iter().zip(shares);
-    let smooth =
-        smooth.map(|(functional, shares)| functional.estimate(&estimate, shares, adjoints.kinks));
+    let smooth = functionals.iter().zip(shares).zip(&adjoints);
+    let smooth = smooth.map(|((functional, shares), adjoint)| {
+        functional.estimate(&estimate, shares, adjoint.kinks)
+    });
     let mut found: Vec<FunctionalEstimate> = smooth.collect();
     let contact = solved.contact.as_ref();
     let stiffness = contact.map_or_else(Vec::new, |it| half_space_stiffness(solved, it));
@@ -525,9 +526,8 @@ mod tests {
             let derivatives: Vec<_> = functionals.iter().map(|it| it.derivative.clone()).collect();
             let contact_problem = problem.contact_problem();
             let assembly = &problem.system.assembly;
-            let adjoints =
-                Adjoints::new(assembly, contact_problem.as_ref(), &solution, &derivatives)
-                    .expect("a dense dual operator");
+            let adjoints = Adjoint::of(assembly, contact_problem.as_ref(), &solution, &derivatives)
+                .expect("a dense dual operator");
             let [less, more] = [1.0 - STEP, 1.0 + STEP].map(|factor| solved_at(&base, factor));
             let load = |of: &AssembledProblem| of.system.assembly.primal.load.clone();
             let change: Vec<f64> = load(&more.0)
@@ -535,7 +535,7 @@ mod tests {
                 .zip(load(&less.0))
                 .map(|(a, b)| a - b)
                 .collect();
-            for (of, adjoint) in functionals.iter().zip(&adjoints.of) {
+            for (of, adjoint) in functionals.iter().zip(&adjoints) {
                 let found = dot(&adjoint.displacement, &change);
                 let measured = value(of, &more.1, &more.2) - value(of, &less.1, &less.2);
                 // Differences of the central kind err by STEP² and by 1e-12 / STEP of the value.

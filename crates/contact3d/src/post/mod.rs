@@ -30,7 +30,7 @@ use crate::{
     elasticity::{InternalForces, MaterialField},
     mesh::{GEOMETRY_TOLERANCE, Mesh},
     scene::{Functional, InvalidValue, Scene},
-    solver::{Adjoints, ContactSide, LinearFunctional, Solution},
+    solver::{Adjoint, ContactSide, LinearFunctional, Solution},
 };
 
 /// A solved problem, as post-processing needs it: no factor, no dual operator.
@@ -172,7 +172,7 @@ impl ContactReport {
     pub(crate) fn with(
         solved: &Solved<'_>,
         errors: EstimatedErrors,
-        adjoints: &dyn Fn(&[LinearFunctional]) -> Option<Adjoints>,
+        adjoints: &dyn Fn(&[LinearFunctional]) -> Option<Vec<Adjoint>>,
     ) -> Result<Self, InvalidValue> {
         let friction = solved.contact.as_ref();
         let friction = friction.and_then(|contact| contact.friction(solved));

@@ -6,7 +6,7 @@ use crate::{
     history::{EnergyLedger, StepRecord},
     post::{ContactReport, EstimatedErrors},
     scene::{Increment, InvalidValue, SolveSettings},
-    solver::{Adjoints, ContactProblem, LinearFunctional, Progress, Solution, Start},
+    solver::{Adjoint, ContactProblem, LinearFunctional, Progress, Solution, Start},
 };
 
 /// What a solve came to.
@@ -146,7 +146,7 @@ impl AssembledProblem {
         errors: EstimatedErrors,
     ) -> Result<ContactReport, InvalidValue> {
         let assembly = &self.system.assembly;
-        let adjoints = |of: &[LinearFunctional]| Adjoints::new(assembly, contact, solution, of);
+        let adjoints = |of: &[LinearFunctional]| Adjoint::of(assembly, contact, solution, of);
         ContactReport::with(&self.solved(solution), errors, &adjoints)
     }
 

@@ -44,26 +44,19 @@ pub(crate) struct Adjoint {
     pub(crate) multiplier: Vec<f64>,
     /// τ at the contact nodes, `[n_contact_nodes]`; empty where friction follows no slip.
     pub(crate) slip_force: Vec<[f64; 2]>,
-}
-
-/// The adjoints of some functionals at one solution.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Adjoints {
-    /// In the order of the functionals.
-    pub(crate) of: Vec<Adjoint>,
     /// Panes at a kink, where the adjoint is that of one side of it.
     pub(crate) kinks: usize,
 }
 
-impl Adjoints {
-    /// Solves for the adjoints of functionals, with A alone where there is no contact problem; `None` where the matrix of Newton's
+impl Adjoint {
+    /// Solves for the adjoints of functionals at one solution, with A alone where there is no contact problem; `None` where the matrix of Newton's
     /// method is singular, and for a body that floats on an implicit S.
-    pub(crate) fn new(
+    pub(crate) fn of(
         assembly: &Assembly,
         problem: Option<&ContactProblem<'_>>,
         solution: &Solution,
         functionals: &[LinearFunctional],
-    ) -> Option<Self> {
+    ) -> Option<Vec<Self>> {
         let Some(problem) = problem else {
             let forces: Vec<Vec<f64>> = functionals
                 .iter()
@@ -74,23 +67,21 @@ impl Adjoints {
                 displacement,
                 ..Adjoint::default()
             };
-            let of = response.into_iter().map(alone).collect();
-            return Some(Self { of, kinks: 0 });
+            return Some(response.into_iter().map(alone).collect());
         };
         let ContactProblem { dual, laws, .. } = problem;
         let set = laws.feasible_set(solution.friction.as_ref().map(|it| &it.coulomb));
         let bound = Bound::of(laws, &set);
         let known = Some(&solution.trace.local_stiffness)
             .filter(|it| it.len() == dual.layout().n_multipliers());
-        let adjoints = |conditions: &Conditions<'_>, at: &Evaluation, rows: Rows<'_>| Self {
-            of: Linearised {
+        let adjoints = |conditions: &Conditions<'_>, at: &Evaluation, rows: Rows<'_>| {
+            let linearised = Linearised {
                 problem,
                 conditions,
                 at,
                 rows,
-            }
-            .adjoints(functionals),
-            kinks: at.kinks(),
+            };
+            linearised.adjoints(functionals)
         };
         let Some(explicit) = dual.explicit() else {
             if dual.rigid().is_some() {
@@ -185,6 +176,7 @@ impl Linearised<'_> {
             difference(&it.by_displacement, &held)
         });
         let response = assembly.solve_several(&loads.collect::<Vec<_>>(), ADJOINT_TOLERANCE);
+        let kinks = self.at.kinks();
         let parts = weights.iter().zip(forces).zip(response);
         let adjoint =
             |((y, (multiplier, slip_force)), mut displacement): ((&Vec<f64>, _), Vec<f64>)| {
@@ -198,6 +190,7 @@ impl Linearised<'_> {
                     displacement,
                     multiplier,
                     slip_force,
+                    kinks,
                 }
             };
         parts.map(adjoint).collect()
@@ -289,7 +282,7 @@ impl Linearised<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Adjoints, LinearFunctional};
+    use super::{Adjoint, LinearFunctional};
     use crate::{
         AssembledProblem, Problem,
         linalg::norm,
@@ -331,9 +324,7 @@ mod tests {
         let of = |problem: &AssembledProblem| {
             let contact = problem.contact_problem();
             let assembly = &problem.system.assembly;
-            Adjoints::new(assembly, contact.as_ref(), &solution, &functionals)
-                .unwrap()
-                .of
+            Adjoint::of(assembly, contact.as_ref(), &solution, &functionals).unwrap()
         };
         for (by_products, by_matrix) in of(&products).iter().zip(&of(&dense)) {
             let far = |x: &[f64], y: &[f64]| {

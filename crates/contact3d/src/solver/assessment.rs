@@ -3,15 +3,26 @@
 //! Each method stops by a rule of its own, and says why ([`StopReason`]). The error of λ is then measured by one more solve with refined
 //! residuals ([`super::accuracy`]), and the residuals of the report are held against it ([`crate::post::ContactReport::classify`]). An
 //! error is relative: 1 means that no digit is known.
+//!
+//! | status | of |
+//! |---|---|
+//! | `Converged`, `MachinePrecision` | a refined solution ([`Assessment::of_refined`]), a method that kept its promise ([`Assessment::of_method`]) |
+//! | `ReducedAccuracy` | a method that missed it by a measured error of at most 5 % |
+//! | `Inaccurate` | a larger error, a residual of the report that contradicts, or nothing measured yet |
+//! | `MaxNewtonSteps` | strategies that led nowhere ([`Assessment::of_unsolved`]), or an inner problem of Algorithm 4.1 |
+//! | `MaxOuterSteps`, `MaxOperatorApplications`, `Cycling` | Algorithm 4.1, as the method or as the last strategy |
+//! | `NumericalError` | a number out of range, of the method, the solution or the report |
+//! | `NoEquilibrium` | a mechanism ([`Assessment::of_mechanism`]) |
 
 use super::{
     MethodResult, PaneLaws, Solution, Status, StopReason, Trace, tolerances::REFINEMENT_TARGET,
 };
 
-/// A method that stops by its own rule keeps its promise with an error of at most this many times ε.
+/// A method that stops by its own rule keeps its promise with an error of at most this many times ε: its rule measures steps, and at a
+/// contraction of 0.9 the distance to the solution is nine times the last step.
 const ACCEPT_FACTOR: f64 = 10.0;
 
-/// A solution with a larger error has no digit to rely on: it is none.
+/// A solution with a larger relative error than 5 % has no digit to rely on: it is none.
 const MAX_ERROR: f64 = 0.05;
 
 /// A status with the accuracy that belongs to it.
@@ -36,7 +47,8 @@ impl Assessment {
         }
     }
 
-    /// Of what came nearest to a solution, where no strategy led to one; `approximations` says how Algorithm 4.1 stopped if it was tried.
+    /// Of what came nearest to a solution, where no strategy led to one; how Algorithm 4.1 stopped, the last strategy, says more than that
+    /// Newton's method found nothing.
     pub(in crate::solver) fn of_unsolved(error: f64, approximations: Option<StopReason>) -> Self {
         Self {
             status: match approximations {
@@ -78,6 +90,11 @@ impl Assessment {
             status: Status::Converged,
             accuracy: 0.0,
         }
+    }
+
+    /// Of a body for which a mechanism proves that there is no equilibrium.
+    pub(in crate::solver) fn of_mechanism() -> Self {
+        Self::unknown(Status::NoEquilibrium)
     }
 
     /// Of something that nobody has measured, or of no solution: no digit is known.

@@ -16,10 +16,11 @@ use crate::{
     scene::SolveSettings,
 };
 
-/// Most repetitions of a method whose error is larger than promised.
+/// Most repetitions of a method whose error is larger than promised: each asks for a digit more, or corrects what single precision left.
 const MAX_REPETITIONS: usize = 4;
 
-/// Applications of S by products for each multiplier after which S is formed: forming takes no more than one each.
+/// Applications of S by products for each multiplier after which S is formed: forming takes no more than one each, and reads the factor
+/// once for a block of columns, not for each.
 const APPLICATIONS_BEFORE_DENSE: usize = 50;
 
 /// Matrices of the size of S that Newton's and the interior point method hold at a time.
@@ -75,7 +76,7 @@ impl ContactSolve<'_> {
             };
             let next = once(&again, observe)?;
             let falls = next.accuracy <= 0.5 * solution.accuracy;
-            solution = solution.merged_with(next);
+            solution = next.after(solution.trace);
             if !falls {
                 break;
             }
@@ -83,7 +84,8 @@ impl ContactSolve<'_> {
         Ok(solution)
     }
 
-    /// By GPCG with products of S, each run with no more than so many, repeated with a smaller ε while its error is larger than asked.
+    /// By products of S, Coulomb's law by Algorithm 4.1 with GPCG inside, convex problems by GPCG alone: each run with no more than so many,
+    /// repeated with a smaller ε while its error is larger than asked.
     pub(super) fn by_gradients(
         &self,
         bound: Bound<'_>,
@@ -113,7 +115,7 @@ impl ContactSolve<'_> {
             let too_large = solution.accuracy / self.settings.epsilon();
             settings.epsilon = Some(settings.epsilon() / too_large.max(10.0));
             let next = once(&settings, Start::at(&solution.multiplier));
-            solution = solution.merged_with(next);
+            solution = next.after(solution.trace);
         }
         solution
     }

@@ -57,7 +57,7 @@ mod tolerances;
 mod two_levels;
 
 pub(crate) use accuracy::{is_significant, load_stress};
-pub(crate) use adjoint::{Adjoint, Adjoints, LinearFunctional};
+pub(crate) use adjoint::{Adjoint, LinearFunctional};
 pub(crate) use assessment::Assessment;
 pub use conditions::{Bound, Evaluation, PaneEvaluation, PaneZone};
 pub use ellipse::{Ellipse, ProjectionDerivative};

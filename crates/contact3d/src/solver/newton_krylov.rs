@@ -1,7 +1,7 @@
 //! The Newton–Krylov method on Coulomb's law where S is implicit: no matrix of the size of S, only products with it.
 //!
-//! Its starts, in order: the multipliers of a similar problem as they are, after a step whose zones their stresses tell, and with short
-//! steplengths; then the face that slides freely and cannot lift off, with ρ = 1/S_ii and with local stiffness.
+//! Its starts, in order: the multipliers of a similar problem, as they are if they solve this one to a thousandth, else after a step whose
+//! zones their stresses tell, and with short steplengths; then the face that slides freely and cannot lift off, with ρ = 1/S_ii and with local stiffness.
 //!
 //! R'(λ) d = −R(λ) is solved by GMRES to a forcing term that shrinks with ‖R‖ (S. C. Eisenstat, H. F. Walker, *SIAM J. Sci. Comput.* 17 (1996)
 //! 16), preconditioned from the right by [`TwoLevels`]. Each product takes one pair of substitutions with the factor of A, in its
@@ -92,14 +92,18 @@ impl NewtonModel for NewtonKrylov<'_> {
 }
 
 impl ContactSolve<'_> {
-    /// Coulomb's law by Newton's method with products of S alone; `None` where no start leads to a solution, and for a body that floats.
+    /// Coulomb's law by Newton's method with products of S alone.
+    ///
+    /// # Errors
+    /// What was tried where no start leads to a solution; nothing is for a body that floats, and where Algorithm 4.1 goes on from a
+    /// checkpoint.
     pub(super) fn by_newton_krylov(
         &self,
         law: &CoulombLaw,
         observe: &mut dyn FnMut(Progress<'_>),
-    ) -> Option<Solution> {
+    ) -> Result<Solution, Trace> {
         if self.dual.rigid().is_some() || self.start.checkpoint.is_some() {
-            return None;
+            return Err(Trace::default());
         }
         let (bound, layout) = (Bound::Coulomb(self.laws, law), self.dual.layout());
         let stiffness = &self.pane_stiffness();
@@ -124,8 +128,15 @@ impl ContactSolve<'_> {
                 let start = newton.at(&start, None);
                 newton.solve(start, observe)
             })
-        })?;
-        Some(newton.into_solution(solution, law))
+        });
+        match solution {
+            Some(solution) => Ok(newton.into_solution(solution, law)),
+            None => Err(Trace {
+                newton: newton.history,
+                applications: newton.applications,
+                ..Trace::default()
+            }),
+        }
     }
 }
 
@@ -135,8 +146,8 @@ impl NewtonKrylov<'_> {
         rounding_of_products(self.stiffness.len())
     }
 
-    /// A solution with its error: by Newton's method from a start to r_tol ε, and where the error is larger than ε still, to rounding, with residuals measured by local
-    /// stiffness.
+    /// A solution with its error: by Newton's method from a start to r_tol ε, and where the error is larger than ε still, to rounding, with
+    /// residuals measured by local stiffness.
     fn solve(
         &mut self,
         start: Iterate<RefinedState>,

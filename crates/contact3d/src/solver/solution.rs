@@ -13,13 +13,13 @@ worded! {
         Converged = "converged",
         /// The outer loop ran out of steps.
         MaxOuterSteps = "max_outer_steps",
-        /// An inner problem ran out of applications of S.
+        /// An inner problem ran out of applications of S, or of steps towards equilibrium.
         MaxOperatorApplications = "max_operator_applications",
         /// A value was not finite, or a coefficient of friction not positive at the slips reached.
         NumericalError = "numerical_error",
         /// Refinement ended above ε: its error falls no further, or rounding forbids ε.
         MachinePrecision = "machine_precision",
-        /// Newton's method found no solution from any start.
+        /// Newton's method found no solution from any start, or none of an inner problem.
         MaxNewtonSteps = "max_newton_steps",
         /// Successive approximations return to where they were: they will never converge.
         Cycling = "cycling",
@@ -45,7 +45,7 @@ pub enum StopReason {
     MaxSteps,
     /// The outer loop ran out of steps.
     MaxOuterSteps,
-    /// An inner problem ran out of applications of S.
+    /// An inner problem ran out of applications of S, or of steps of the method of multipliers.
     MaxOperatorApplications,
     /// Successive approximations return to where they were.
     Cycling,
@@ -66,7 +66,7 @@ impl StopReason {
 pub struct MethodResult {
     /// Why it stopped.
     pub stop: StopReason,
-    /// What its rule measures: the last change of successive approximations, or the residual of a minimisation.
+    /// What its stopping rule measures: the last change of successive approximations, or the residual of a minimisation.
     pub measure: f64,
     /// What it found; it claims nothing yet.
     pub solution: Solution,
@@ -210,7 +210,7 @@ impl LocalMapping {
 pub struct Trace {
     /// Which algorithm gave the solution.
     pub solved_by: SolvedBy,
-    /// The start strategy that led to the solution, or came nearest to one; `None` where Newton's method had none to choose.
+    /// The start strategy that led to the solution, or came nearest to one; `None` where S is implicit, or the method was given.
     pub strategy: Option<StartStrategy>,
     /// Steplength ᾱ of projected gradient steps, in Pa/m³; 0 without contact.
     pub steplength: f64,
@@ -253,15 +253,16 @@ impl Solution {
         })
     }
 
-    /// A later solution of the same solve, with the steps and applications of both.
-    pub(super) fn merged_with(self, next: Self) -> Self {
+    /// The solution with what the same solve tried before it.
+    pub(super) fn after(self, tried: Trace) -> Self {
         Self {
             trace: Trace {
-                history: [self.trace.history, next.trace.history].concat(),
-                applications: self.trace.applications + next.trace.applications,
-                ..next.trace
+                history: [tried.history, self.trace.history].concat(),
+                newton: [tried.newton, self.trace.newton].concat(),
+                applications: tried.applications + self.trace.applications,
+                ..self.trace
             },
-            ..next
+            ..self
         }
     }
 }

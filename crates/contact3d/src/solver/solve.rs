@@ -9,13 +9,23 @@
 //!    residuals. The distance that is left is the error of λ ([`super::accuracy`]).
 //! 5. *Assessment.* The error decides the status ([`super::assessment`]).
 //!
-//! Algorithm 4.1 of the paper (`solve.method = "fixed_point"`) takes the place of 3 and 4, and its error is measured alike.
+//! | `solve.method` | S | law | steps 3 and 4 | error of a solution |
+//! |---|---|---|---|---|
+//! | `auto`, `newton` | dense | any | strategies, each refined in twice the working precision | ≤ 10⁻³ |
+//! | `auto` | implicit | Coulomb's | Newton–Krylov where supports hold the body | ≤ 10⁻³ |
+//! | | | | else, or where that finds nothing: Algorithm 4.1 with GPCG, repeated with smaller ε | ≤ 5 % |
+//! | `auto` | implicit | convex | one minimisation by GPCG, repeated with smaller ε | ≤ 5 % |
+//! | | | | where S is formed in less time and fits: strategies | ≤ 10⁻³ |
+//! | `fixed_point` | any | any | Algorithm 4.1 or one minimisation; repeated where S has single precision | ≤ 5 % |
+//!
+//! Methods that stop by a rule of their own keep a solution that is less accurate, and say so ([`Status::ReducedAccuracy`]). Newton's
+//! method, as `solve.method` or as the inner solver, needs a dense S ([`NeedsExplicit`]).
 
 use std::time::Instant;
 
 use super::{
-    FrictionState, Inner, LocalMapping, MethodResult, NeedsExplicit, OuterStep, Progress,
-    RigidMotions, Solution, SolvedBy, Start, StartStrategy, Status, StopReason,
+    FrictionState, Inner, LocalMapping, MappingValue, MethodResult, NeedsExplicit, OuterStep,
+    PaneLaws, Progress, RigidMotions, Solution, SolvedBy, Start, StartStrategy, Status, StopReason,
     SuccessiveApproximations, Trace,
     accuracy::Refined,
     assessment::{Assessment, is_far},
@@ -31,7 +41,7 @@ use super::{
     tolerances::REFINEMENT_TARGET,
 };
 use crate::{
-    contact::slips,
+    contact::{CoulombLaw, slips},
     dual::{
         BalancedOperator, BodyOperator, ContactOperator, DualOperator, DualSystem, ExplicitDual,
         LocalStiffness, PrimalOperator,
@@ -56,7 +66,7 @@ impl ContactProblem<'_> {
     /// lacks its `local_mapping`.
     ///
     /// # Errors
-    /// [`NeedsExplicit`] when Newton's method is asked for and S is not dense.
+    /// [`NeedsExplicit`] when Newton's method is asked for, as the method or as the inner solver, and S is not dense.
     pub fn solve(
         &self,
         settings: &SolveSettings,
@@ -96,7 +106,7 @@ impl ContactProblem<'_> {
 impl ContactSolve<'_> {
     fn run(&self, observe: &mut dyn FnMut(Progress<'_>)) -> Result<Solution, NeedsExplicit> {
         if let Some(mechanism) = self.mechanism() {
-            let mut solution = self.at_rest(Status::NoEquilibrium, Trace::default());
+            let mut solution = self.at_rest(Assessment::of_mechanism(), Trace::default());
             solution.rigid.get_or_insert_default().mechanism = Some(mechanism);
             return Ok(solution);
         }
@@ -105,9 +115,7 @@ impl ContactSolve<'_> {
         Ok(self.finalize(self.by_method(bound, observe)?))
     }
 
-    /// By the method that the settings name; by default with a dense S by Newton's method from start strategies, else with products of S:
-    /// Coulomb's law by the Newton–Krylov method, or by GPCG where that finds nothing; convex problems by GPCG, or with a dense S where
-    /// that takes far longer than to form S and S fits.
+    /// By the method of the table above.
     fn by_method(
         &self,
         bound: Bound<'_>,
@@ -121,7 +129,10 @@ impl ContactSolve<'_> {
             (Method::Newton, None, _) => return Err(NeedsExplicit("method newton")),
             (Method::Auto, None, Bound::Coulomb(_, law)) => {
                 let found = self.by_newton_krylov(law, observe);
-                found.unwrap_or_else(|| self.by_gradients(bound, usize::MAX, observe))
+                found.unwrap_or_else(|tried| {
+                    let solution = self.by_gradients(bound, usize::MAX, observe);
+                    solution.after(tried)
+                })
             }
             (Method::Auto, None, Bound::Given(_)) => {
                 let worth = self.products_before_dense();
@@ -129,7 +140,8 @@ impl ContactSolve<'_> {
                 if worth.is_none() || solution.status.is_solved() {
                     return Ok(solution);
                 }
-                solution.merged_with(self.by_strategies(&self.dense(), bound, observe))
+                let dense = self.by_strategies(&self.dense(), bound, observe);
+                dense.after(solution.trace)
             }
         })
     }
@@ -155,14 +167,11 @@ impl ContactSolve<'_> {
         let mut trace = Trace::default();
         let mut nearest: Option<Attempt> = None;
         let mut approximations: Option<MethodResult> = None;
-        for strategy in driver.strategies() {
+        for strategy in driver.strategies(self.settings.method) {
             let found = match strategy {
                 StartStrategy::SuccessiveApproximations => {
-                    if self.settings.method == Method::Newton {
-                        break;
-                    }
                     let outer = self.by_inner(Inner::Newton(dual, &local), observe);
-                    self.found_by_approximations(approximations.insert(outer))
+                    self.found_by_approximations(&driver, approximations.insert(outer))
                 }
                 _ => {
                     let observe = |k: usize, step: &_| observe(Progress::Newton(k, step));
@@ -194,15 +203,20 @@ impl ContactSolve<'_> {
     }
 
     /// Successive approximations as a start of Newton's method, which needs no more than one in the right zones.
-    fn found_by_approximations(&self, outer: &MethodResult) -> NewtonSolution {
+    fn found_by_approximations(
+        &self,
+        driver: &NewtonDriver<'_>,
+        outer: &MethodResult,
+    ) -> NewtonSolution {
+        let unknowns = self.unknowns(&outer.solution);
         NewtonSolution {
             // Whatever their rule says: a cycle may turn about a solution.
             stop: match outer.stop {
                 StopReason::NumericalError => StopReason::NumericalError,
                 _ => StopReason::Converged,
             },
-            unknowns: self.unknowns(&outer.solution),
-            residual: outer.measure,
+            residual: driver.residual(&unknowns),
+            unknowns,
             history: Vec::new(),
             evaluations: outer.solution.trace.applications,
         }
@@ -231,7 +245,7 @@ impl ContactSolve<'_> {
         self.settings.epsilon().min(REFINEMENT_TARGET)
     }
 
-    /// What came nearest with its status, ᾱ, and one evaluation of Ψ.
+    /// What came nearest with its status, ᾱ, and the state of friction.
     fn assessed(
         &self,
         driver: &NewtonDriver<'_>,
@@ -251,45 +265,37 @@ impl ContactSolve<'_> {
         };
         let mut operator = ContactOperator::explicit(dual, self.body.assembly, self.dual);
         let steplength = projected_gradient_steplength(&mut operator);
-        let mut applications = operator.applications();
-        let mut history =
-            approximations.map_or_else(Vec::new, |outer| outer.solution.trace.history);
-        let (solved_by, friction) = match bound {
-            Bound::Given(_) => {
-                history.push(OuterStep {
-                    inner_tolerance: self.tolerance(),
-                    inner_residual: refined.error.min(1.0),
-                    applications,
-                    seconds: started.elapsed().as_secs_f64(),
-                    ..OuterStep::default()
-                });
-                (SolvedBy::Minimisation, None)
-            }
-            Bound::Coulomb(laws, law) => {
-                let image = evaluate_mapping(&refined.dual, local, laws, law, &refined.unknowns);
-                applications += image.evaluations;
-                let slip = || slip_of(&refined.dual, laws, &refined.unknowns);
-                let friction = FrictionState {
-                    slip: law.depends_on_slip().then(slip),
-                    coulomb: coulomb_state(&refined.dual, laws, law, &refined.unknowns),
-                    mapping_change: Some(image.relative_change),
-                    local_mapping: None,
-                };
-                let solved_by = match strategy {
-                    StartStrategy::SuccessiveApproximations => SolvedBy::FixedPoint,
-                    _ => SolvedBy::Newton,
-                };
-                (solved_by, Some(friction))
-            }
-        };
-        let trace = Trace {
-            solved_by,
+        let applications = operator.applications();
+        let history = approximations.map_or_else(Vec::new, |outer| outer.solution.trace.history);
+        let mut trace = Trace {
             strategy: Some(strategy),
             steplength,
             local_stiffness: local.stiffness.clone(),
             history,
             applications,
             ..Trace::default()
+        };
+        let friction = match bound {
+            Bound::Given(_) => {
+                trace.solved_by = SolvedBy::Minimisation;
+                trace.history.push(OuterStep {
+                    inner_tolerance: self.tolerance(),
+                    inner_residual: refined.error.min(1.0),
+                    applications,
+                    seconds: started.elapsed().as_secs_f64(),
+                    ..OuterStep::default()
+                });
+                None
+            }
+            Bound::Coulomb(laws, law) => {
+                trace.solved_by = match strategy {
+                    StartStrategy::SuccessiveApproximations => SolvedBy::FixedPoint,
+                    _ => SolvedBy::Newton,
+                };
+                let image = evaluate_mapping(&refined.dual, local, laws, law, &refined.unknowns);
+                trace.applications += image.evaluations;
+                Some(friction_at(&refined, laws, law, &image))
+            }
         };
         let motion = dual.rigid.is_some().then(|| dual.motion(&refined.unknowns));
         let multiplier = dual.multipliers(&refined.unknowns).to_vec();
@@ -301,7 +307,7 @@ impl ContactSolve<'_> {
     }
 
     /// A body that floats and for which no contact forces were found: it rests, without any.
-    fn at_rest(&self, status: Status, trace: Trace) -> Solution {
+    fn at_rest(&self, assessment: Assessment, trace: Trace) -> Solution {
         let (laws, primal) = (self.laws, &self.body.assembly.primal);
         let displacement = vec![0.0; primal.dofs.n_free];
         let tangential = || self.body.tangential(&displacement);
@@ -317,7 +323,7 @@ impl ContactSolve<'_> {
         Solution {
             rigid: motion,
             friction,
-            ..Assessment::unknown(status).solution(multiplier, displacement, trace)
+            ..assessment.solution(multiplier, displacement, trace)
         }
     }
 
@@ -338,10 +344,11 @@ impl ContactSolve<'_> {
             let rigid = solution.rigid.get_or_insert_default();
             rigid.motion = equilibrium.add_reference(&rigid.motion, &mut solution.displacement);
             // Where no strategy led to a solution, the place of the last iterate means nothing.
-            let is_nowhere = solution.status == Status::MaxNewtonSteps
-                || is_far(&solution.displacement, laws, 1.0);
+            let has_found_nothing =
+                solution.status == Status::MaxNewtonSteps && solution.trace.strategy.is_some();
+            let is_nowhere = has_found_nothing || is_far(&solution.displacement, laws, 1.0);
             if !solution.status.is_solved() && is_nowhere {
-                return self.at_rest(solution.status, solution.trace);
+                return self.at_rest(Assessment::unknown(solution.status), solution.trace);
             }
             rigid.null_space = null_space_motions(assembly, equilibrium);
             // A motion that moves no pane may still change the slip of nodes, and coefficients with it.
@@ -377,6 +384,7 @@ impl ContactSolve<'_> {
         })
     }
 
+    /// Runs a method on the operator that the assembly holds, balanced where contact holds the body, and solves for u to rounding.
     fn with_operator(
         &self,
         run: impl FnOnce(&mut BodyOperator<'_, '_>) -> MethodResult,
@@ -399,6 +407,22 @@ impl ContactSolve<'_> {
         let unknowns = self.unknowns(&found.solution);
         found.solution.displacement = self.state_at(&unknowns, None, f64::EPSILON).displacement;
         found
+    }
+}
+
+/// The state of friction at what came nearest to a solution, with its image under Ψ.
+fn friction_at(
+    refined: &Refined,
+    laws: &PaneLaws,
+    law: &CoulombLaw,
+    image: &MappingValue,
+) -> FrictionState {
+    let slip = || slip_of(&refined.dual, laws, &refined.unknowns);
+    FrictionState {
+        slip: law.depends_on_slip().then(slip),
+        coulomb: coulomb_state(&refined.dual, laws, law, &refined.unknowns),
+        mapping_change: Some(image.relative_change).filter(|change| change.is_finite()),
+        local_mapping: None,
     }
 }
 

@@ -1,7 +1,7 @@
 //! Tolerances and limits that several methods share.
 
 /// ‖R‖ / ‖λ‖ at which the zones are found; iterative refinement does the rest.
-pub(super) const ZONES_FOUND: f64 = 1e-8;
+pub(super) const ZONES_TOLERANCE: f64 = 1e-8;
 
 /// The largest error of a refined solution: above, its contact zones are not known.
 pub(super) const REFINEMENT_TARGET: f64 = 1e-3;

@@ -16,9 +16,6 @@ use crate::{
     reference::quadrature,
 };
 
-/// A linear polynomial for the six components of stress: value and slopes about a node.
-type StressPolynomial = SMatrix<f64, 4, 6>;
-
 /// The recovered stresses of several fields.
 pub(in crate::post) struct RecoveredStress<'a> {
     mesh: &'a Mesh,
@@ -28,8 +25,8 @@ pub(in crate::post) struct RecoveredStress<'a> {
     /// Where the tetrahedra around each row of `nodes` begin and end in `star`, `[n_material_nodes + 1]`; mid-edge nodes have none.
     offsets: Vec<usize>,
     star: Vec<usize>,
-    /// The polynomials of all fields about each row; `None` on the boundary of a material, and where the points do not determine them.
-    fits: Vec<Option<Vec<StressPolynomial>>>,
+    /// Linear polynomials of all fields about each row, value and slopes of the six components of stress; `None` on the boundary of a material, and where the points do not determine them.
+    fits: Vec<Option<Vec<SMatrix<f64, 4, 6>>>>,
 }
 
 impl<'a> RecoveredStress<'a> {
@@ -97,7 +94,7 @@ impl<'a> RecoveredStress<'a> {
             let fits = self.fits[other].as_ref()?;
             Some((Vector4::new(1.0, arm.x, arm.y, arm.z), fits.as_slice()))
         };
-        let fitted: Vec<(Vector4<f64>, &[StressPolynomial])> =
+        let fitted: Vec<(Vector4<f64>, &[SMatrix<f64, 4, 6>])> =
             around.iter().filter_map(about).collect();
         let volume = |t: usize| tetrahedron_volume(&self.mesh.corners(&self.mesh.tetrahedra[t]));
         let whole: f64 = star.iter().map(|&t| volume(t)).sum();
@@ -144,12 +141,12 @@ fn fit(
     node: usize,
     star: &[usize],
     stresses: &[&[[f64; 6]]],
-) -> Option<Vec<StressPolynomial>> {
+) -> Option<Vec<SMatrix<f64, 4, 6>>> {
     let origin = Vector3::from(mesh.coordinates[node]);
     let arms: Vec<Vector3<f64>> = star.iter().map(|&t| centroid(mesh, t) - origin).collect();
     let size = arms.iter().map(Vector3::norm).fold(0.0, f64::max);
     let mut gram = Matrix4::zeros();
-    let mut rights = vec![StressPolynomial::zeros(); stresses.len()];
+    let mut rights = vec![SMatrix::zeros(); stresses.len()];
     for (&t, arm) in star.iter().zip(&arms) {
         let volume = tetrahedron_volume(&mesh.corners(&mesh.tetrahedra[t]));
         let row = Vector4::new(1.0, arm.x / size, arm.y / size, arm.z / size);

@@ -7,7 +7,7 @@ use crate::{
     solver::{
         NewtonSettings, NewtonSolution, NewtonStep, StartStrategy,
         conditions::Bound,
-        newton::{NewtonDriver, natural_map::NaturalMap, newton_from, proximal::about_own_motion},
+        newton::{NewtonDriver, local_newton, natural_map::NaturalMap, proximal::about_own_motion},
         problem::{ContactBody, ContactSolve},
         tolerances::{NEWTON_MAX_STEPS, REFINEMENT_TARGET, ROUNDING_STALL_STEPS},
     },
@@ -142,12 +142,12 @@ impl ContactSolve<'_> {
         let measured = NewtonSettings {
             least_steps: 1,
             rounding_steps: ROUNDING_STALL_STEPS - 1,
-            ..settings.from_near()
+            ..settings.local()
         };
         let newton_about = |dual: &ExplicitDual| {
             let map = NaturalMap::with_steplengths(dual, bound, steplengths.clone());
             let start = near.unknowns.clone();
-            newton_from(&map, start, &measured, |_, _| {})
+            local_newton(&map, start, &measured, |_, _| {})
         };
         let mut found = newton_about(&near.dual);
         let has_free_motion = !found.stop.is_solution() && strategy == StartStrategy::ProximalPoint;

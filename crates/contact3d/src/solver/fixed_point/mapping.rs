@@ -19,7 +19,7 @@ use crate::{
 pub struct MappingValue {
     /// Ψ(λ) in Pa and the rigid motions that belong to it, `[n_unknowns]`.
     pub unknowns: Vec<f64>,
-    /// ‖Ψ(λ) − λ‖ / ‖λ‖, and 0 when both vanish.
+    /// ‖Ψ(λ) − λ‖ / ‖λ‖, and 0 when both vanish; infinite where the frozen problem was not solved.
     pub relative_change: f64,
     /// Applications of S.
     pub evaluations: usize,
@@ -43,13 +43,16 @@ pub fn evaluate(
     let inner = driver.minimise(&set, &NewtonSettings::to_rounding(dual));
     MappingValue {
         // The rigid motions of a body that floats stay aside.
-        relative_change: relative_change(dual.multipliers(unknowns), &inner.unknowns),
+        relative_change: match inner.stop.is_solution() {
+            true => relative_change(dual.multipliers(unknowns), &inner.unknowns),
+            false => f64::INFINITY,
+        },
         unknowns: inner.unknowns,
         evaluations: inner.evaluations,
     }
 }
 
-/// Longest period that is looked for.
+/// Longest period that is looked for, in steps: so many iterates are kept.
 const CYCLE_LONGEST_PERIOD: usize = 8;
 
 /// A return this much closer than the steps of the round is a cycle: linear convergence that slow

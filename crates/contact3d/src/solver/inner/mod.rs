@@ -19,7 +19,7 @@ use crate::{
     scene::InnerSolver,
 };
 
-/// Most steps of the method of multipliers.
+/// Most steps of the method of multipliers: sixteen digits at a sixth a step.
 const EQUILIBRIUM_MAX_STEPS: usize = 200;
 
 /// What an inner minimisation may leave, as a share of the imbalance before it: imbalance and residual fall together.
@@ -175,7 +175,11 @@ impl<'a> Inner<'a> {
                 summary.steps += before.steps;
             }
             let next = operator.balance().relative_equilibrium_residual(multiplier);
-            summary.residual = summary.residual.max(next);
+            // `f64::max` alone would drop what is not a number.
+            summary.residual = match (summary.residual + next).is_nan() {
+                true => f64::NAN,
+                false => summary.residual.max(next),
+            };
             let done = next <= tolerance.max(attainable) && asked <= tolerance;
             if done || summary.failure.is_some() || !next.is_finite() {
                 return summary;
@@ -229,7 +233,8 @@ fn newton_inside(
 /// paper's r_tol, no larger than ε.
 const LOCAL_SLACK: f64 = 10.0;
 
-/// Least and most decrease of the tolerance from one run of GPCG to the next.
+/// Least and most decrease of the tolerance from one run of GPCG to the next: less than half is not worth a run, which searches its face
+/// anew, and four digits at once are as many as one estimate can be trusted for.
 const TOLERANCE_REDUCTION: [f64; 2] = [1e-4, 0.5];
 
 /// When a minimiser is accurate on the face itself, whatever its rigid motion.

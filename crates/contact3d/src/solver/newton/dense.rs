@@ -2,7 +2,7 @@
 
 use super::{
     NewtonSolution,
-    iteration::{Iterate, NewtonModel, NewtonSettings, ROUNDING_ZONE, iterate},
+    iteration::{Iterate, NewtonModel, NewtonSettings, ROUNDING_REGIME, iterate},
     natural_map::NaturalMap,
 };
 use crate::solver::NewtonStep;
@@ -13,22 +13,17 @@ pub(super) const SWEEPS_PER_STEP: usize = 10;
 /// A step that reduces ‖R‖ to this share lies in the range of fast convergence: nothing to relax.
 const FAST_DECREASE: f64 = 0.01;
 
-/// The natural map with its derivative as a matrix, at unknowns (λ, α).
+/// The natural map with its derivative as a matrix, at unknowns (λ, α), and what helps from a start that may be far away.
 struct DenseModel<'m, 'f> {
     map: &'m NaturalMap<'m>,
-    globalisation: Option<Globalisation<'f>>,
+    /// Where the method begins once more after a stall; until then trial steps are relaxed.
+    unrelaxed_start: Option<Vec<f64>>,
+    safeguard: Option<&'f mut dyn FnMut(&[f64]) -> Vec<f64>>,
     evaluations: usize,
 }
 
-/// What helps from a start that may be far away: sweeps of relaxation, after a stall the start without them, and then a safeguard.
-struct Globalisation<'f> {
-    start: Vec<f64>,
-    relaxes: bool,
-    safeguard: &'f mut dyn FnMut(&[f64]) -> Vec<f64>,
-}
-
 /// Newton's method on any natural map from a good start; a stall ends it.
-pub(in crate::solver) fn newton_from(
+pub(in crate::solver) fn local_newton(
     map: &NaturalMap<'_>,
     start: Vec<f64>,
     settings: &NewtonSettings,
@@ -36,7 +31,8 @@ pub(in crate::solver) fn newton_from(
 ) -> NewtonSolution {
     let mut model = DenseModel {
         map,
-        globalisation: None,
+        unrelaxed_start: None,
+        safeguard: None,
         evaluations: 0,
     };
     let start = model.at(start);
@@ -45,7 +41,7 @@ pub(in crate::solver) fn newton_from(
 
 /// From any start with relaxed trial steps until the residual stalls, and then once more without; after that, or where R' is singular,
 /// the safeguard makes a better multiplier of the best one.
-pub(super) fn from_afar(
+pub(super) fn globalised_newton(
     map: &NaturalMap<'_>,
     start: Vec<f64>,
     settings: &NewtonSettings,
@@ -54,11 +50,8 @@ pub(super) fn from_afar(
 ) -> NewtonSolution {
     let mut model = DenseModel {
         map,
-        globalisation: Some(Globalisation {
-            start: start.clone(),
-            relaxes: true,
-            safeguard,
-        }),
+        unrelaxed_start: Some(start.clone()),
+        safeguard: Some(safeguard),
         evaluations: 0,
     };
     let mut first = model.at(start);
@@ -123,8 +116,8 @@ impl NewtonModel for DenseModel<'_, '_> {
     ) -> Iterate<Vec<f64>> {
         let pairs = from.point.iter().zip(direction);
         let next = self.at(pairs.map(|(l, d)| l + length * d).collect());
-        let relaxes = self.globalisation.as_ref().is_some_and(|it| it.relaxes);
-        if !relaxes || next.evaluation.norm < FAST_DECREASE * from.evaluation.norm {
+        let is_plain = self.unrelaxed_start.is_none();
+        if is_plain || next.evaluation.norm < FAST_DECREASE * from.evaluation.norm {
             return next;
         }
         self.relaxed(next, SWEEPS_PER_STEP)
@@ -132,19 +125,16 @@ impl NewtonModel for DenseModel<'_, '_> {
 
     fn is_at_rounding(&self, best: &Iterate<Vec<f64>>) -> bool {
         let relative = best.relative();
-        relative < ROUNDING_ZONE || relative < self.map.rounding(&best.point, &best.evaluation)
+        relative < ROUNDING_REGIME || relative < self.map.rounding(&best.point, &best.evaluation)
     }
 
     fn restart(&mut self) -> Option<Iterate<Vec<f64>>> {
-        let globalisation = self.globalisation.as_mut()?;
-        let start = globalisation.relaxes.then(|| globalisation.start.clone());
-        globalisation.relaxes = false;
-        start.map(|start| self.at(start))
+        let start = self.unrelaxed_start.take()?;
+        Some(self.at(start))
     }
 
     fn safeguard(&mut self, best: &Iterate<Vec<f64>>) -> Option<Iterate<Vec<f64>>> {
-        let globalisation = self.globalisation.as_mut()?;
-        let safe = (globalisation.safeguard)(&best.point);
+        let safe = self.safeguard.as_mut()?(&best.point);
         Some(self.at(safe))
     }
 }

@@ -1,16 +1,17 @@
 //! Newton's method on a dense contact problem: which start strategies apply, and how each is run.
 
 use super::{
-    FrictionGraph, NewtonSettings, NewtonSolution, minimise_frozen, natural_map::NaturalMap,
-    newton, newton_from, proximal_point,
+    FrictionGraph, NewtonSettings, NewtonSolution, local_newton, minimise_frozen,
+    natural_map::NaturalMap, newton, proximal_point,
 };
 use crate::{
     dual::{ExplicitDual, LocalStiffness},
+    scene::Method,
     solver::{
         FeasibleSet, NewtonStep, StartStrategy,
         conditions::Bound,
         convex::{ConvexProgram, InteriorPoint},
-        tolerances::{NEWTON_MAX_STEPS, ZONES_FOUND},
+        tolerances::{NEWTON_MAX_STEPS, ZONES_TOLERANCE},
     },
 };
 
@@ -18,7 +19,8 @@ use crate::{
 /// from there: further on, small stresses are told from none.
 const COMPLEMENTARITY_LEVELS: [f64; 4] = [1e-3, 1e-5, 1e-7, 1e-9];
 
-/// Ratio of the rigid compliance of a pane to its local one from which relaxation, which works pane by pane, comes last.
+/// Ratio of the rigid compliance of a pane to its local one from which relaxation, which works pane by pane, comes last: a sweep moves the
+/// body by some thousandth of what it lacks.
 const LARGE_RIGID_COMPLIANCE: f64 = 1e3;
 
 /// Newton's method on a dense contact problem, with what strategies need.
@@ -45,7 +47,7 @@ impl<'a> NewtonDriver<'a> {
     }
 
     /// The strategies that apply, in order.
-    pub(in crate::solver) fn strategies(&self) -> Vec<StartStrategy> {
+    pub(in crate::solver) fn strategies(&self, method: Method) -> Vec<StartStrategy> {
         let mut strategies = StartStrategy::ALL.to_vec();
         if self.has_large_rigid_compliance() {
             let position = |strategy| strategies.iter().position(|it| *it == strategy);
@@ -55,23 +57,25 @@ impl<'a> NewtonDriver<'a> {
                 strategies[from..=to].rotate_left(1);
             }
         }
-        strategies.retain(|strategy| self.applies(*strategy));
+        strategies.retain(|strategy| self.applies(*strategy, method));
         strategies
     }
 
-    fn applies(&self, strategy: StartStrategy) -> bool {
-        match (strategy, self.bound) {
-            (StartStrategy::Separated, _) => self.separated().is_some(),
-            (StartStrategy::Warm, _) => self.start.is_some() && self.has_large_rigid_compliance(),
-            (StartStrategy::ProximalPoint, _) => self.dual.rigid.is_some(),
-            (StartStrategy::InteriorPoint, bound) => matches!(bound, Bound::Given(_)),
-            (StartStrategy::FrictionGraph, bound) => {
-                matches!(bound, Bound::Coulomb(_, law) if law.depends_on_slip())
+    fn applies(&self, strategy: StartStrategy, method: Method) -> bool {
+        match strategy {
+            StartStrategy::Separated => self.separated().is_some(),
+            StartStrategy::Warm => self.start.is_some() && self.has_large_rigid_compliance(),
+            StartStrategy::Relaxed
+            | StartStrategy::BondedContact
+            | StartStrategy::BilateralFrictionless => true,
+            StartStrategy::ProximalPoint => self.dual.rigid.is_some(),
+            StartStrategy::InteriorPoint => matches!(self.bound, Bound::Given(_)),
+            StartStrategy::FrictionGraph => {
+                matches!(self.bound, Bound::Coulomb(_, law) if law.depends_on_slip())
             }
-            (StartStrategy::SuccessiveApproximations, bound) => {
-                matches!(bound, Bound::Coulomb(..))
+            StartStrategy::SuccessiveApproximations => {
+                matches!(self.bound, Bound::Coulomb(..)) && method != Method::Newton
             }
-            _ => true,
         }
     }
 
@@ -91,19 +95,25 @@ impl<'a> NewtonDriver<'a> {
                 self.from(start, observe)
             }
             (StartStrategy::Warm, _) => self.from(self.zero_or_start(), observe),
+            (StartStrategy::Relaxed, _) => self.relaxed(observe),
             (StartStrategy::BondedContact, _) => self.from(local.bonded_start(dual), observe),
             (StartStrategy::BilateralFrictionless, _) => {
                 self.from(local.bilateral_frictionless_start(dual), observe)
             }
             (StartStrategy::ProximalPoint, _) => proximal_point(self, observe),
             (StartStrategy::InteriorPoint, Bound::Given(set)) => {
-                self.interior_point(set, &settings_for(ZONES_FOUND), observe)
+                self.interior_point(set, &settings_for(ZONES_TOLERANCE), observe)
             }
             (StartStrategy::FrictionGraph, Bound::Coulomb(laws, law)) => {
                 let graph = FrictionGraph::new(dual, laws, law, local);
-                graph.map_or_else(|| NewtonSolution::not_found(dual), |it| it.solve(observe))
+                graph.map_or_else(|| NewtonSolution::failed(dual), |it| it.solve(observe))
             }
-            _ => self.relaxed(observe),
+            (
+                StartStrategy::InteriorPoint
+                | StartStrategy::FrictionGraph
+                | StartStrategy::SuccessiveApproximations,
+                _,
+            ) => NewtonSolution::failed(dual),
         }
     }
 
@@ -121,7 +131,7 @@ impl<'a> NewtonDriver<'a> {
         };
         let found = if self.has_large_rigid_compliance() {
             set.project(&mut start);
-            newton_from(&self.map(), start, &measured.from_near(), |_, _| {})
+            local_newton(&self.map(), start, &measured.local(), |_, _| {})
         } else {
             minimise_frozen(self.dual, set, &start, &measured, |_, _| {})
         };
@@ -137,13 +147,19 @@ impl<'a> NewtonDriver<'a> {
         start: Vec<f64>,
         observe: &mut dyn FnMut(usize, &NewtonStep),
     ) -> NewtonSolution {
-        let settings = settings_for(ZONES_FOUND).from_near();
-        newton_from(&self.map(), start, &settings, observe)
+        let settings = settings_for(ZONES_TOLERANCE).local();
+        local_newton(&self.map(), start, &settings, observe)
     }
 
     /// The natural map measured by local stiffness.
     pub(in crate::solver) fn map(&self) -> NaturalMap<'a> {
         NaturalMap::with_steplengths(self.dual, self.bound, self.local.stiffness.clone())
+    }
+
+    /// ‖R‖ / ‖λ‖ at unknowns, measured by local stiffness.
+    pub(in crate::solver) fn residual(&self, unknowns: &[f64]) -> f64 {
+        let map = self.map();
+        map.evaluate(unknowns).relative_to(map.size(unknowns))
     }
 
     /// No contact force, and the motions of a body that nothing presses.
@@ -166,7 +182,7 @@ impl<'a> NewtonDriver<'a> {
 
     fn relaxed(&self, observe: &mut dyn FnMut(usize, &NewtonStep)) -> NewtonSolution {
         let settings = NewtonSettings {
-            tolerance: ZONES_FOUND,
+            tolerance: ZONES_TOLERANCE,
             ..NewtonSettings::default()
         };
         match self.bound {
@@ -190,14 +206,14 @@ impl<'a> NewtonDriver<'a> {
         let dual = self.dual.clone().absolute();
         let program = ConvexProgram::of_dual(&dual, set, self.local);
         let map = self.map();
-        let settings = settings.from_near();
+        let settings = settings.local();
         let mut from = |start: Vec<f64>, done: usize| {
-            newton_from(&map, start, &settings, |k, step| observe(done + k, step))
+            local_newton(&map, start, &settings, |k, step| observe(done + k, step))
         };
         let Some(mut inside) = InteriorPoint::new(&program) else {
             return from(self.dual.unknowns(&[]), 0);
         };
-        let mut found = NewtonSolution::not_found(self.dual);
+        let mut found = NewtonSolution::failed(self.dual);
         for level in COMPLEMENTARITY_LEVELS {
             let is_decided = inside.run(level);
             let start = inside.unknowns(self.dual.dimension());

@@ -32,7 +32,7 @@ use crate::{
     solver::{
         NewtonStep, PaneLaws,
         conditions::Bound,
-        tolerances::{NEWTON_MAX_STEPS, ROUNDING_STALL_STEPS, ZONES_FOUND},
+        tolerances::{NEWTON_MAX_STEPS, ROUNDING_STALL_STEPS, ZONES_TOLERANCE},
     },
 };
 
@@ -139,7 +139,7 @@ impl NewtonModel for FrictionGraph<'_> {
 
     fn is_at_rounding(&self, best: &Iterate<GraphPoint>) -> bool {
         // Rounding of a steep law forbids less.
-        best.relative() <= ZONES_FOUND
+        best.relative() <= ZONES_TOLERANCE
     }
 }
 
@@ -201,7 +201,7 @@ impl<'a> FrictionGraph<'a> {
         mut self,
         observe: &mut dyn FnMut(usize, &NewtonStep),
     ) -> NewtonSolution {
-        let mut found = NewtonSolution::not_found(self.dual);
+        let mut found = NewtonSolution::failed(self.dual);
         for factor in RESOLVENT_FACTORS.into_iter().map(Some).chain([None]) {
             let next = match factor {
                 Some(factor) => self.newton(factor, 0.0, None),

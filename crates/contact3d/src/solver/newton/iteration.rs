@@ -21,7 +21,7 @@ const STEP_MAX_HALVINGS: usize = 12;
 const NEAR_STAGNATION_STEPS: usize = 6;
 
 /// Below this relative residual a stall is rounding: Newton's steps win half of the digits or more there, unless none are left.
-pub(super) const ROUNDING_ZONE: f64 = 1e-9;
+pub(super) const ROUNDING_REGIME: f64 = 1e-9;
 
 /// When Newton's method ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,7 +61,7 @@ impl NewtonSettings {
     }
 
     /// From a good start, which needs few steps; and there are other starts.
-    pub(in crate::solver) fn from_near(self) -> Self {
+    pub(in crate::solver) fn local(self) -> Self {
         Self {
             stagnation_steps: NEAR_STAGNATION_STEPS,
             ..self
@@ -107,7 +107,7 @@ pub(in crate::solver) trait NewtonModel {
 
     /// Whether a stall with this iterate as the best one is rounding.
     fn is_at_rounding(&self, best: &Iterate<Self::Point>) -> bool {
-        best.relative() < ROUNDING_ZONE
+        best.relative() < ROUNDING_REGIME
     }
 
     /// Where the method begins once more after a stall, if anywhere.

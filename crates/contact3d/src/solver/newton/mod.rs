@@ -13,7 +13,7 @@ mod system;
 #[cfg(test)]
 mod tests;
 
-pub(in crate::solver) use dense::newton_from;
+pub(in crate::solver) use dense::local_newton;
 pub use iteration::NewtonSettings;
 pub use linearisation::{Linearisation, contraction_of_mapping};
 
@@ -21,7 +21,7 @@ pub(in crate::solver) use driver::NewtonDriver;
 use friction_graph::FrictionGraph;
 use proximal::proximal_point;
 
-use dense::{SWEEPS_PER_STEP, from_afar};
+use dense::{SWEEPS_PER_STEP, globalised_newton};
 use natural_map::NaturalMap;
 
 use super::{
@@ -86,9 +86,10 @@ pub fn newton(
         let image = minimise_frozen(dual, &set, unknowns, &settings, |_, _| {});
         hidden_evaluations += image.evaluations;
         let pairs = unknowns.iter().zip(&image.unknowns);
+        // Half of Ψ's step: Ψ may expand with a negative slope, where the mean of λ and Ψ(λ) is nearer to its fixed point.
         pairs.map(|(l, next)| l + 0.5 * (next - l)).collect()
     };
-    let mut found = from_afar(&map, start, settings, &mut safeguard, observe);
+    let mut found = globalised_newton(&map, start, settings, &mut safeguard, observe);
     found.evaluations += hidden_evaluations;
     found
 }
@@ -116,14 +117,14 @@ pub fn minimise_frozen(
         relaxation_applications += sweeps + 1;
         next
     };
-    let mut found = from_afar(&map, first, settings, &mut safeguard, observe);
+    let mut found = globalised_newton(&map, first, settings, &mut safeguard, observe);
     found.evaluations += relaxation_applications;
     found
 }
 
 impl NewtonSolution {
-    /// λ = 0 before any step.
-    pub(in crate::solver) fn not_found(dual: &ExplicitDual) -> Self {
+    /// No solution: λ = 0, and no step.
+    pub(in crate::solver) fn failed(dual: &ExplicitDual) -> Self {
         Self {
             stop: StopReason::MaxSteps,
             unknowns: dual.unknowns(&[]),

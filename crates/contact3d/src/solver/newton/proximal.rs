@@ -16,7 +16,7 @@ use super::{NewtonSolution, driver::NewtonDriver};
 use crate::{
     dual::{ExplicitDual, LocalStiffness},
     linalg::{dot, norm},
-    solver::{NewtonStep, tolerances::ZONES_FOUND},
+    solver::{NewtonStep, tolerances::ZONES_TOLERANCE},
 };
 
 /// Most passes: solutions take a median of four.
@@ -40,8 +40,7 @@ pub(in crate::solver) fn proximal_point(
     observe: &mut dyn FnMut(usize, &NewtonStep),
 ) -> NewtonSolution {
     let stiffness = bonded_stiffness(driver.dual, driver.local);
-    let without = driver.map();
-    let mut found = NewtonSolution::not_found(driver.dual);
+    let mut found = NewtonSolution::failed(driver.dual);
     let mut last: Option<Vec<f64>> = None;
     let mut k = 1.0;
     for pass in 0..PROXIMAL_MAX_PASSES {
@@ -65,9 +64,8 @@ pub(in crate::solver) fn proximal_point(
             k *= PROXIMAL_GROWTH;
             continue;
         }
-        let size = without.size(&found.unknowns);
-        found.residual = without.evaluate(&found.unknowns).relative_to(size);
-        if found.residual <= ZONES_FOUND {
+        found.residual = driver.residual(&found.unknowns);
+        if found.residual <= ZONES_TOLERANCE {
             return found;
         }
         last = Some(found.unknowns.clone());
@@ -81,7 +79,7 @@ pub(in crate::solver) fn proximal_point(
     NewtonSolution {
         history: found.history,
         evaluations: found.evaluations,
-        ..NewtonSolution::not_found(driver.dual)
+        ..NewtonSolution::failed(driver.dual)
     }
 }
 
