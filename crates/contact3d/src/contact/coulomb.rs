@@ -224,14 +224,13 @@ impl CoulombLaw {
         self.face_of(pane).bound.slope(pressure)
     }
 
-    /// The slip bounds g in Pa of all panes with friction under the normal stresses λ_ν in Pa of all panes,
+    /// The slip bounds g in Pa of all panes with friction under the normal stresses λ_ν in Pa of all panes, no pressure where they pull,
     /// `[n_friction_panes]`.
     #[must_use]
-    pub fn slip_bounds(&self, normal: &[f64], pressure: impl Fn(f64) -> f64) -> Vec<f64> {
+    pub fn slip_bounds(&self, normal: &[f64]) -> Vec<f64> {
         let panes = normal.iter().take(self.n_panes()).enumerate();
-        panes
-            .map(|(pane, value)| self.slip_bound(pane, pressure(*value)))
-            .collect()
+        let bounds = panes.map(|(pane, value)| self.slip_bound(pane, value.max(0.0)));
+        bounds.collect()
     }
 
     /// Whether any coefficient depends on the solution.

@@ -20,7 +20,8 @@ use crate::{
     linalg::{DenseLu, add_scaled, difference, gmres_several},
 };
 
-/// A pane is at a kink where its trial stress is this near to another zone, relative to the largest pressure or to its ellipse.
+/// A pane is at a kink where its trial stress is this near to another zone, relative to the largest pressure or to its ellipse: where λ
+/// and loads are known to six digits, they do not tell its zone.
 const NON_SMOOTH_DISTANCE: f64 = 1e-6;
 
 /// What solves leave of an adjoint: no digit of an estimated error depends on it.

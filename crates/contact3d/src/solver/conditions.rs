@@ -142,12 +142,7 @@ impl<'a> Conditions<'a> {
         gradient: &[f64],
         displacement: &[[f64; 2]],
     ) -> Evaluation {
-        let trial: Vec<f64> = (0..unknowns.len())
-            .map(|i| match self.steplengths[i] {
-                0.0 => 0.0,
-                rho => unknowns[i] - rho * gradient[i],
-            })
-            .collect();
+        let trial = self.trial(unknowns, gradient);
         let (inverse, inverse_slope) = self.friction(displacement);
         let slip_derivative = self.slip_derivative(displacement);
         let panes = (0..self.layout.n_panes()).map(|i| self.pane(i, &trial, inverse.get(i)));
@@ -171,6 +166,15 @@ impl<'a> Conditions<'a> {
             inverse_slope,
             slip_derivative,
         }
+    }
+
+    /// z = λ − ρ r, or its change.
+    fn trial(&self, unknowns: &[f64], gradient: &[f64]) -> Vec<f64> {
+        let trial = |i: usize| match self.steplengths[i] {
+            0.0 => 0.0,
+            rho => unknowns[i] - rho * gradient[i],
+        };
+        (0..unknowns.len()).map(trial).collect()
     }
 
     /// Pane i at z, with its 𝓕⁻¹ where friction is Coulomb's.
@@ -207,12 +211,7 @@ impl<'a> Conditions<'a> {
         gradient: &[f64],
         displacement: &[[f64; 2]],
     ) -> Vec<f64> {
-        let trial: Vec<f64> = (0..direction.len())
-            .map(|i| match self.steplengths[i] {
-                0.0 => 0.0,
-                rho => direction[i] - rho * gradient[i],
-            })
-            .collect();
+        let trial = self.trial(direction, gradient);
         let slips = at.slip_derivative.as_ref();
         let slips = slips.map_or_else(Vec::new, |by| {
             change_of_slips(by, |node| displacement[node])

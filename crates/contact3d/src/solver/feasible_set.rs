@@ -36,15 +36,15 @@ impl FeasibleSet {
         }
     }
 
-    /// ᾱ g̃ = λ − P(λ − ᾱ r), the reduced gradient g̃ times the steplength ᾱ that it is measured with.
+    /// λ − P(λ − ρ r) for steplengths ρ of the components; for one ᾱ of all the reduced gradient g̃ times ᾱ.
     pub(super) fn projected_step(
         &self,
         multiplier: &[f64],
         gradient: &[f64],
-        steplength: f64,
+        steplength: impl Fn(usize) -> f64,
     ) -> Vec<f64> {
-        let terms = multiplier.iter().zip(gradient);
-        let mut next: Vec<f64> = terms.map(|(l, r)| l - steplength * r).collect();
+        let terms = multiplier.iter().zip(gradient).enumerate();
+        let mut next: Vec<f64> = terms.map(|(j, (l, r))| l - steplength(j) * r).collect();
         self.project(&mut next);
         difference(multiplier, &next)
     }

@@ -29,7 +29,7 @@ pub(super) fn minimise(
     let tolerance = settings.r_tol * settings.epsilon();
     let set = laws.feasible_set(None);
     let summary = inner.minimise(operator, &kprgp, &set, &mut multiplier, tolerance);
-    // As for successive approximations.
+    // The rounding of S λ, below which no residual says anything.
     let attainable = rounding_of_products(dimension);
     let displacement = operator.as_primal().to_primal(&multiplier);
     let step = OuterStep {

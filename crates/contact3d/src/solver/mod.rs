@@ -3,9 +3,22 @@
 //!
 //! `solve.rs` tells a solve in order and names the module of each step. It stands on these, each using only those before it:
 //! `tolerances` (shared limits), `ellipse`, `feasible_set`, `pane_laws`, `strategy` (the list of start strategies), `solution`,
-//! `conditions` (the natural map), `problem`, `convex` (the interior point method), `newton`, `inner`, `minimisation`, `fixed_point`
+//! `conditions` (the natural map of panes), `problem`, `convex` (the interior point method), `newton`, `inner`, `minimisation`, `fixed_point`
 //! (Algorithm 4.1), `accuracy`, `assessment` (the status), `equilibrium`, `two_levels`, `newton_krylov`, `gradient_methods`. Beside it
 //! stands `adjoint`, the derivative of a solution.
+//!
+//! | letter | what it is |
+//! |---|---|
+//! | λ = (λ_ν, λ_t), α | contact stresses on the panes in Pa, rigid-body motions in m: the unknowns |
+//! | S, h, G, D, e | the discrete equations ([`ContactProblem`]) |
+//! | r = S λ − G α − h | the gap of a pane times its area, in m³; the gradient of the energy by λ, and called so |
+//! | ρ, z = λ − ρ r | steplength of a component in Pa/m³, the trial stress that it leads to |
+//! | R | the natural map, λ minus the projection of z, in Pa |
+//! | g, 𝓕 | slip bound of a pane in Pa, its coefficients of friction |
+//! | Ψ | the mapping of Algorithm 4.1, whose fixed points are the solutions with Coulomb's law |
+//! | ᾱ, g̃ | steplength of projected gradients in Pa/m³, the reduced gradient in m³ |
+//!
+//! Other letters are those of the file at whose head they are.
 //!
 //! *HKL* is J. Haslinger, R. Kučera, T. Ligurský, *J. Comput. Appl. Math.* 235 (2011) 3464. A *pane* is a group of triangles of the
 //! contact face on which λ is constant.

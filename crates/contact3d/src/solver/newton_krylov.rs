@@ -190,9 +190,9 @@ impl NewtonKrylov<'_> {
             ..NewtonSettings::default()
         };
         let observe = |k: usize, step: &NewtonStep| observe(Progress::Newton(done + k, step));
-        let found = iterate(self, start, &settings, observe);
-        self.history.extend(found.history);
-        found.stop.is_solution().then_some(found.iterate)
+        let (stop, reached, history) = iterate(self, start, &settings, observe);
+        self.history.extend(history);
+        stop.is_solution().then_some(reached)
     }
 
     /// From the solution of a similar problem: after a step whose zones its stresses tell, and, where that leads nowhere, with short
@@ -316,7 +316,7 @@ impl NewtonKrylov<'_> {
         let at_nodes = slip.as_deref().unwrap_or_default();
         let ContactSolve { body, dual, .. } = self.problem;
         let mut operator = ContactOperator::implicit(body.assembly, dual);
-        let coulomb = laws.state(law, normal, |l| l.max(0.0), at_nodes);
+        let coulomb = laws.state(law, normal, at_nodes);
         let trace = Trace {
             steplength: projected_gradient_steplength(&mut operator),
             solved_by: SolvedBy::Newton,

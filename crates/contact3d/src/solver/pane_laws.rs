@@ -61,24 +61,22 @@ impl PaneLaws {
         FeasibleSet::new(self.n_panes(), semi_axes)
     }
 
-    /// The state of friction under normal stresses in Pa, which `pressure` makes pressures of, at slips of the contact nodes in m;
-    /// no slips mean zero.
+    /// The state of friction under normal stresses in Pa at slips of the contact nodes in m; no slips mean zero.
     pub(super) fn state(
         &self,
         law: &CoulombLaw,
         normal: &[f64],
-        pressure: impl Fn(f64) -> f64,
         slip: &[[f64; 2]],
     ) -> CoulombState {
         CoulombState {
-            slip_bound: law.slip_bounds(normal, pressure),
+            slip_bound: law.slip_bounds(normal),
             friction: FrictionField::new(law, &self.average, slip),
         }
     }
 
     /// The state of friction without pressures.
     pub(super) fn without_pressure(&self, law: &CoulombLaw, slip: &[[f64; 2]]) -> CoulombState {
-        self.state(law, &vec![0.0; self.n_panes()], |l| l, slip)
+        self.state(law, &vec![0.0; self.n_panes()], slip)
     }
 
     /// Evaluations of the friction law at nodes so far.
@@ -124,5 +122,5 @@ pub fn coulomb_state(
 ) -> CoulombState {
     let (normal, _) = dual.layout.split(multiplier);
     let slip = slip_of(dual, laws, multiplier);
-    laws.state(law, normal, |l| l.max(0.0), &slip)
+    laws.state(law, normal, &slip)
 }

@@ -188,7 +188,8 @@ pub struct LocalMapping {
     pub fold_distance: f64,
 }
 
-/// A fold is near where the distance is below this.
+/// A fold is near where the distance is below this: small changes of the data move the solution at least ten times as far as with frozen
+/// friction.
 pub(super) const NEAR_FOLD: f64 = 0.1;
 
 impl LocalMapping {

@@ -11,24 +11,26 @@ use crate::{
     solver::tolerances::LOOP_MAX_STEPS,
 };
 
-/// Share of the largest step before the boundary.
+/// Share of the largest step before the boundary: a step to the end leaves a hundredth of what it removes.
 const BOUNDARY_FRACTION: f64 = 0.99;
 
-/// Every s ∘ z keeps this share of their mean, and what is violated falls at least as μ does, but for this factor: the
-/// neighbourhood in which convergence is proven.
+/// Every s ∘ z keeps this share of their mean, and what is violated falls at least as μ does, but for this factor: the neighbourhood in
+/// which convergence is proven, for any values; wide ones allow long steps.
 const CENTRALITY: f64 = 1e-3;
 const INFEASIBILITY: f64 = 1e6;
 
-/// Least decrease of μ, as a share of the step.
+/// Least decrease of μ, as a share of the step, as in the proof: any that is positive and small.
 const INTERIOR_DECREASE: f64 = 0.01;
 
-/// Steps along the corrected direction that are shorter give way to the centred one, of which convergence is proven.
+/// Steps along the corrected direction that are shorter, so that ten would be needed for what one can do, give way to the centred one, of
+/// which convergence is proven.
 const SHORT_INTERIOR_STEP: f64 = 0.1;
 
-/// What is violated may be this share of the solution when the active set is read off; Newton's method removes it.
+/// What is violated may be this share of the solution when the active set is read off: a small part of the stresses that differ. Newton's
+/// method removes it.
 const BLOCK_VIOLATION: f64 = 1e-3;
 
-/// What a Schur complement of unit diagonal resists less is a motion that contact does not hold.
+/// What a Schur complement of unit diagonal resists less is a motion that contact does not hold: it has some hundreds of roundings.
 const NULL_MOTION_PIVOT: f64 = 1e-13;
 
 /// The primal–dual method of path following with Mehrotra's corrector on the cones of pressures and ellipses, one Cholesky
@@ -105,7 +107,7 @@ impl<'a> InteriorPoint<'a> {
         Some(method)
     }
 
-    /// Steps until every block is at its bound or free of force, up to `indecision` as a share of the largest stress;
+    /// Steps until the natural map of every block is at most `indecision`, as a share of the largest stress;
     /// `false` where rounding, or the cap on steps, ends it before.
     pub(in crate::solver) fn run(&mut self, indecision: f64) -> bool {
         loop {
@@ -189,6 +191,7 @@ impl<'a> InteriorPoint<'a> {
         let mut direction = towards(centring.powi(3) * mu, Some(&predictor));
         let mut step = self.admissible(&direction, mu);
         if step < SHORT_INTERIOR_STEP {
+            // Half way: the centre of half of the present μ.
             let centred = towards(0.5 * mu, None);
             let longer = self.admissible(&centred, mu);
             if longer > step {
@@ -230,6 +233,7 @@ impl<'a> InteriorPoint<'a> {
             {
                 return step;
             }
+            // Some seven tries for a digit.
             step *= 0.7;
         }
         0.0

@@ -8,7 +8,7 @@ use super::cone::Point;
 use crate::{
     dual::{ExplicitDual, LocalStiffness},
     linalg::dot,
-    solver::FeasibleSet,
+    solver::{Ellipse, FeasibleSet},
 };
 
 /// Which entries of x a cone of the problem is made of.
@@ -250,12 +250,21 @@ impl Block {
         }
     }
 
-    /// How far the block is from being either at its bound or free of force, as a pressure.
+    /// How far the block is from being either at its bound or free of force, as a pressure: the natural map of its point and its dual z,
+    /// in units in which ρ = 1. Of a pair that is the angle between z and the normal at its bound, too, which is only as small as the
+    /// root of s·z.
     pub(super) fn indecision(&self, s: Point, z: Point) -> f64 {
-        let unit = self.unit();
         match *self {
             Self::Pressure(_) => s[0].min(z[0]),
-            Self::Pair { .. } => (unit * super::cone::determinant(s)).min(z[0] / unit),
+            Self::Pair { axes, .. } => {
+                let point = [axes[0] * s[1], axes[1] * s[2]];
+                let trial = from_fn(|k| match axes[k] {
+                    0.0 => 0.0,
+                    axis => point[k] - z[k + 1] / axis,
+                });
+                let next = Ellipse { semi_axes: axes }.project(trial);
+                (point[0] - next[0]).abs().max((point[1] - next[1]).abs())
+            }
         }
     }
 }

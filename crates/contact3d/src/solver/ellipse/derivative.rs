@@ -47,6 +47,7 @@ impl Ellipse {
         }
     }
 
+    /// The derivative at a point outside.
     fn outside(&self, z: [f64; 2]) -> ProjectionDerivative {
         let (_, t) = self.project_with_multiplier(z);
         let scale = self.semi_axes[0].max(self.semi_axes[1]);

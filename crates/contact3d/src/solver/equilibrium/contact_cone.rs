@@ -82,7 +82,7 @@ impl ContactCone {
         let integrals = &equilibrium.coupling.integrals[n_supported..];
         let load = DVector::from_row_slice(&equilibrium.resultant[n_supported..]);
         let (m, n) = (areas.len(), load.len());
-        // At least as many rows as columns.
+        // R of the QR factorisation is square only with as many rows as columns.
         let displacement = DMatrix::from_fn(layout.n_multipliers().max(n), n, |j, p| {
             let integral = integrals[p].get(j);
             integral.map_or(0.0, |g| g / areas[layout.pane_of(j)].sqrt())
@@ -139,7 +139,7 @@ impl ContactCone {
             {
                 proof = Some((work, motion));
             }
-            // No motion has more work left than |z|.
+            // No motion has more work left than |z|: a millionth less is as good a proof.
             proof
                 .as_ref()
                 .is_some_and(|(work, _)| *work > (1.0 - 1e-6) * z.norm())
@@ -215,7 +215,7 @@ impl ContactCone {
         &self.normal * motion + lengths(&self.friction, motion)
     }
 
-    /// The generators (N_i + T_iᵀd, last) of the four panes that oppose z most.
+    /// The generators (N_i + T_iᵀd, last) of the four panes that oppose z most: one a pass is slow where the load turns the body.
     fn steepest_pressures(&self, z: &DVector<f64>, last: f64) -> Vec<DVector<f64>> {
         let n = self.load.len();
         let motion = &self.scaling * z.rows(0, n);
@@ -284,7 +284,7 @@ fn steepest([first, second]: &[DMatrix<f64>; 2], i: usize, motion: &DVector<f64>
     }
 }
 
-/// Rounding of sums of such terms times a motion, after a few operations on each.
+/// Rounding of sums of such terms times a motion: up to eight operations on each, from areas, normals, friction and scaling.
 fn rounding(terms: &DVector<f64>, motion: &DVector<f64>) -> f64 {
     8.0 * motion.len() as f64 * f64::EPSILON * terms.dot(&motion.abs())
 }

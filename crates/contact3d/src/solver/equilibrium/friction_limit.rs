@@ -37,7 +37,7 @@ pub(super) fn beyond_friction(
 ) -> Option<Vec<f64>> {
     let layout = dual.layout;
     let free = &equilibrium.coupling.integrals[equilibrium.coupling.n_supported()..];
-    // But for rounding.
+    // Coordinates of a mesh have rounding errors, as proofs have.
     let is_along = |g: &Vec<f64>| norm(&g[layout.normals()]) <= PROOF_MARGIN * norm(g);
     if free.is_empty() || !free.iter().all(is_along) {
         return None;
@@ -119,8 +119,8 @@ impl PressedFace {
         square.sqrt()
     }
 
-    /// An approximation p of T(h_ν), and a bound of its error in the norm of S: that of the interior point method, or 0, which is exact of a
-    /// face that is lifted clear.
+    /// An approximation p of T(h_ν), and a bound of its error in the norm of S. Of p = 0, exact where the face is lifted clear, and of the
+    /// pressure that the interior point method finds, it is the one with the smaller bound.
     fn frictionless_pressure(&self) -> (DVector<f64>, f64) {
         let candidates = [DVector::zeros(self.rhs.len()), self.interior_pressure()];
         let measured = candidates.map(|pressure| (self.error_of(&pressure), pressure));
@@ -137,6 +137,7 @@ impl PressedFace {
         (2.0 * gap).sqrt() + self.dual_norm(&gradient.map(|r| r.min(0.0)))
     }
 
+    /// The pressure at which the interior point method ends, converged or not; 0 where nothing presses.
     fn interior_pressure(&self) -> DVector<f64> {
         let m = self.rhs.len();
         let set = FeasibleSet::new(m, Vec::new());

@@ -59,7 +59,7 @@ pub(super) fn sliding_mechanism(
     proof(dofs, &displacement, load)
 }
 
-/// A motion at all nodes in which a load works by more than rounding: without that it proves nothing.
+/// A motion at all nodes, of largest component one, in which a load works by more than rounding: without that it proves nothing.
 fn proof(dofs: &DofMap, motion: &[f64], load: &[f64]) -> Option<Vec<[f64; 3]>> {
     let work = dot(motion, load);
     (work > PROOF_MARGIN * dofs.largest_work(motion, load)).then(|| in_space(dofs, motion))
@@ -101,7 +101,8 @@ fn driven(shapes: &[Vec<f64>], load: &[f64]) -> Option<Vec<f64>> {
     Some(driven)
 }
 
-/// The friction of the panes, for laws whose admissible sets contain that of the scene.
+/// What friction can oppose on each pane, by laws that admit at least as much as the scene's: a mechanism under any one of them is one of
+/// the scene. A capped law admits less than Coulomb's and less than Tresca's, which makes two.
 fn laws_to_test(laws: &PaneLaws) -> Vec<Vec<FrictionResistance>> {
     let mut tests: Vec<Vec<FrictionResistance>> = match &laws.friction {
         InterfaceFriction::Frictionless => vec![Vec::new()],

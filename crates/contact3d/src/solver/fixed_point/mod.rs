@@ -169,7 +169,7 @@ impl<'s, 'o, 'b> OuterLoop<'s, 'o, 'b> {
         let SuccessiveApproximations { laws, law, .. } = *self.problem;
         if self.is_law_outdated {
             let (normal, _) = laws.layout.split(&self.multiplier);
-            self.frozen.slip_bound = law.slip_bounds(normal, |l| l);
+            self.frozen.slip_bound = law.slip_bounds(normal);
             if let Some(slip) = &self.slip {
                 self.frozen.friction = FrictionField::new(law, &laws.average, slip);
             }

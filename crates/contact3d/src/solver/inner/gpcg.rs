@@ -28,17 +28,21 @@ pub struct Gpcg {
     pub max_applications: usize,
 }
 
-/// Energies that a projected gradient step is compared with.
+/// Energies that a projected gradient step is compared with, as Birgin, Martínez and Raydan do; and steps after which a face is tried
+/// although it still changes, for in fewer no energy is forgotten.
 const DECREASE_WINDOW: usize = 10;
-/// Share of the linear decrease that it must reach below the largest of them.
+
+/// Share of the linear decrease that a step must reach below the largest of these energies, theirs too.
 const SUFFICIENT_DECREASE: f64 = 1e-4;
-/// Largest spectral steplength in units of ᾱ.
+
+/// Largest spectral steplength in units of ᾱ: directions that S resists 10⁴ times less are left to Newton steps on the face.
 const LONGEST_STEP: f64 = 1e4;
-/// Projected gradient steps after which a face is tried although it still changes.
-const MOST_IDENTIFICATION_STEPS: usize = 10;
-/// Loosest and tightest relative residual of a Newton step.
+
+/// Loosest and tightest relative residual of a Newton step: half a digit while the face changes, three on one that stays, where the next
+/// step finds what the curvature of the ellipses left out.
 const FORCING: [f64; 2] = [0.3, 1e-3];
-/// Lengths of a Newton step that are tried.
+
+/// Lengths of a Newton step that are tried, one application of S each: a shorter one is no longer than projected gradient steps.
 const TRIALS: [f64; 3] = [1.0, 0.25, 0.0625];
 
 /// An admissible multiplier with its gradient r = Sλ − h.
@@ -121,7 +125,7 @@ impl GradientSearch<'_> {
             let next_face = ActiveFace::new(self.set, &current.multiplier, &current.gradient);
             let settled = next_face.same_as(&face);
             face = next_face;
-            if !settled && since_face_step < MOST_IDENTIFICATION_STEPS {
+            if !settled && since_face_step < DECREASE_WINDOW {
                 continue;
             }
             let gradient = face.coordinates(&current.gradient);
@@ -252,7 +256,10 @@ impl GradientSearch<'_> {
         }
         let steplength = self.solver.steplength;
         let (multiplier, gradient) = (&iterate.multiplier, &iterate.gradient);
-        norm(&self.set.projected_step(multiplier, gradient, steplength)) / steplength
+        let step = self
+            .set
+            .projected_step(multiplier, gradient, |_| steplength);
+        norm(&step) / steplength
     }
 
     fn applications_left(&self) -> usize {

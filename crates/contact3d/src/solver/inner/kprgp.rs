@@ -106,7 +106,7 @@ impl Kprgp {
     fn split(&self, set: &FeasibleSet, multiplier: &[f64], r: &[f64]) -> Gradients {
         let mut free = vec![false; r.len()];
         set.mark_free(multiplier, &mut free);
-        let mut reduced = set.projected_step(multiplier, r, self.steplength);
+        let mut reduced = set.projected_step(multiplier, r, |_| self.steplength);
         reduced.iter_mut().for_each(|g| *g /= self.steplength);
         let free_gradient: Vec<f64> = r
             .iter()

@@ -287,12 +287,7 @@ impl LocalAccuracy<'_> {
         multiplier: &[f64],
     ) -> f64 {
         let gradient = operator.gradient(multiplier);
-        let terms = multiplier.iter().zip(self.stiffness).zip(gradient);
-        let mut step: Vec<f64> = terms.map(|((l, rho), r)| l - rho * r).collect();
-        set.project(&mut step);
-        for (step, l) in step.iter_mut().zip(multiplier) {
-            *step -= l;
-        }
+        let step = set.projected_step(multiplier, &gradient, |j| self.stiffness[j]);
         ratio(norm(&step), norm(multiplier))
     }
 }

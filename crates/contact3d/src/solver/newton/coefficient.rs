@@ -23,7 +23,8 @@ impl NodeCoefficient {
         law.evaluate(self.node, self.at(pair, s))[self.axis.unwrap_or(0)]
     }
 
-    /// Φ(y) and Φ'(y) for a steplength c in 1/m, by bisection: F(s) + c s − y rises where c > −F'.
+    /// Φ(y) and Φ'(y) for a steplength c in 1/m, by bisection: F(s) + c s − y rises where c > −F'; where F falls faster it has several
+    /// roots, one of which is found, and Φ' counts as 0.
     ///
     /// The graph that is wider by w, the slip `rise` in m, adds the slip κ (f − F(0)) with κ = w / (max F − min F) to that of f. Its resolvent is
     /// Φ(y) = Φ_b(b/c y + b κ F(0)) for the one Φ_b of the law with b = c / (1 + c κ).

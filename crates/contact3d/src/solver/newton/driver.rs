@@ -50,12 +50,13 @@ impl<'a> NewtonDriver<'a> {
     pub(in crate::solver) fn strategies(&self, method: Method) -> Vec<StartStrategy> {
         let mut strategies = StartStrategy::ALL.to_vec();
         if self.has_large_rigid_compliance() {
-            let position = |strategy| strategies.iter().position(|it| *it == strategy);
-            let relaxed = position(StartStrategy::Relaxed);
-            let last = position(StartStrategy::InteriorPoint);
-            if let (Some(from), Some(to)) = (relaxed, last) {
-                strategies[from..=to].rotate_left(1);
-            }
+            strategies.retain(|it| *it != StartStrategy::Relaxed);
+            let is_last = |it: &StartStrategy| *it == StartStrategy::InteriorPoint;
+            let behind = strategies
+                .iter()
+                .position(is_last)
+                .map_or(0, |last| last + 1);
+            strategies.insert(behind, StartStrategy::Relaxed);
         }
         strategies.retain(|strategy| self.applies(*strategy, method));
         strategies

@@ -36,7 +36,8 @@ use crate::{
     },
 };
 
-/// Factors of c that are tried, one start each: c → ∞ is Newton's method in λ alone.
+/// Factors of c that are tried, one start each, from the scale of the nodes' own slips to others far from those that failed: c → ∞ is
+/// Newton's method in λ alone.
 const RESOLVENT_FACTORS: [f64; 6] = [1.0, 100.0, 0.1, 1e4, 0.01, 10.0];
 
 /// ‖R‖ / ‖λ‖ that is asked for: slips are then known to a millionth of the narrowest rise met.
@@ -45,7 +46,7 @@ const GRAPH_TOLERANCE: f64 = 1e-12;
 /// Least pressure at a node beside the mean one, so that c stays finite where the bonded face lifts off.
 const LEAST_PRESSURE: f64 = 0.1;
 
-/// Slips of a solution over the largest of those without contact forces, at most.
+/// Slips of a solution over the largest of those without contact forces, at most: extremes of F are looked for up to there.
 const SLIP_MARGIN: f64 = 10.0;
 
 /// Decades that rises of F are narrowed along the path to the law itself: on from there a rise is as steep as rounding of slips allows.
@@ -274,14 +275,12 @@ impl<'a> FrictionGraph<'a> {
             rounding_steps: ROUNDING_STALL_STEPS - 1,
             ..NewtonSettings::default()
         };
-        let found = iterate(self, first, &settings, |_, _| {});
-        let residual = found.iterate.relative();
-        let last = found.iterate.point;
+        let (stop, reached, history) = iterate(self, first, &settings, |_, _| {});
         NewtonSolution {
-            stop: found.stop,
-            residual,
-            unknowns: [last.unknowns, last.coefficients].concat(),
-            history: found.history,
+            stop,
+            residual: reached.relative(),
+            unknowns: [reached.point.unknowns, reached.point.coefficients].concat(),
+            history,
             evaluations: self.evaluations,
         }
     }
@@ -369,6 +368,7 @@ impl<'a> FrictionGraph<'a> {
         map
     }
 
+    /// The slips of the coefficients at x.
     fn slips(&self, unknowns: &[f64]) -> Vec<Slip> {
         let displacement = self.dual.tangential_displacement(unknowns);
         let pairs = slips(self.laws.previous.as_ref(), &displacement);

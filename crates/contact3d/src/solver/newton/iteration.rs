@@ -121,22 +121,16 @@ pub(in crate::solver) trait NewtonModel {
     }
 }
 
-/// How Newton's method ended, and where.
-pub(in crate::solver) struct NewtonOutcome<P> {
-    pub(in crate::solver) stop: StopReason,
-    /// The last iterate where the method converged, else the one with the least residual.
-    pub(in crate::solver) iterate: Iterate<P>,
-    pub(in crate::solver) history: Vec<NewtonStep>,
-}
-
 /// Runs the damped method from a start: a step is halved until ‖R‖ falls, and taken in full where it never does. A stall leads to the
 /// model's restart, then, as a singular R' does, to its safeguard, and ends the method where it has neither.
+///
+/// Returns why it stopped, the last iterate where it converged, else the one with the least residual, and the record of its steps.
 pub(in crate::solver) fn iterate<M: NewtonModel>(
     model: &mut M,
     start: Iterate<M::Point>,
     settings: &NewtonSettings,
     mut observe: impl FnMut(usize, &NewtonStep),
-) -> NewtonOutcome<M::Point> {
+) -> (StopReason, Iterate<M::Point>, Vec<NewtonStep>) {
     let mut run = NewtonRun::new(start);
     let mut history: Vec<NewtonStep> = Vec::new();
     let stop = loop {
@@ -170,14 +164,11 @@ pub(in crate::solver) fn iterate<M: NewtonModel>(
         history.push(step);
         run.move_to(reached);
     };
-    NewtonOutcome {
-        iterate: match (stop, run.earlier) {
-            (StopReason::Converged, _) | (_, None) => run.current,
-            (_, Some(best)) => best,
-        },
-        stop,
-        history,
-    }
+    let reached = match (stop, run.earlier) {
+        (StopReason::Converged, _) | (_, None) => run.current,
+        (_, Some(best)) => best,
+    };
+    (stop, reached, history)
 }
 
 /// The damped step: halved until ‖R‖ falls, in full where it never does.

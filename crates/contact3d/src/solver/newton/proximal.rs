@@ -28,7 +28,7 @@ const FIRST_REDUCTION: f64 = 1e-2;
 const LATER_REDUCTION: f64 = 1e-1;
 const LEAST_PROXIMAL_STIFFNESS: f64 = 1e-9;
 
-/// Growth of k after a pass without a solution: two such passes take back what one reduction gave.
+/// Growth of k after a pass without a solution: two such passes take back what one later reduction gave.
 const PROXIMAL_GROWTH: f64 = 4.0;
 
 /// Ratio of k in refinement to the first one: stiff enough for matrices without zero pivots.

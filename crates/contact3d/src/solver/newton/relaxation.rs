@@ -33,6 +33,7 @@ impl NaturalMap<'_> {
         }
     }
 
+    /// One pane of a sweep, at the 𝓕⁻¹ of its ellipse.
     fn relax_pane(
         &self,
         pane: usize,

@@ -75,16 +75,9 @@ impl NaturalMap<'_> {
         let mut rows = vec![0.0; system.free.len()];
         for (j, column) in matrix.chunks_exact_mut(n.max(1)).enumerate() {
             column[j] = 1.0;
-            system.column(j, &mut rows);
+            system.derivative_column(j, &mut rows);
             for (&unknown, &entry) in system.free.iter().zip(&rows) {
                 column[unknown] = entry;
-            }
-            for at in &system.rows {
-                if let (Some(pair), Some(normal)) = (&at.pair, at.normal_row) {
-                    for k in 0..2 {
-                        column[system.free[pair.row + k]] += pair.by_bound[k] * rows[normal];
-                    }
-                }
             }
         }
         matrix
@@ -102,14 +95,7 @@ impl NaturalMap<'_> {
         let columns = matrix.par_chunks_exact_mut(n.max(1)).zip(&system.free);
         let columns = columns.with_min_len(COLUMNS_PER_THREAD);
         columns.for_each(|(column, &unknown)| {
-            system.column(unknown, column);
-            for at in &system.rows {
-                if let (Some(pair), Some(normal)) = (&at.pair, at.normal_row) {
-                    for k in 0..2 {
-                        column[pair.row + k] += pair.by_bound[k] * column[normal];
-                    }
-                }
-            }
+            system.derivative_column(unknown, column);
         });
         (system.free, matrix)
     }
@@ -209,6 +195,18 @@ impl<'a> NewtonSystem<'a> {
             self.column(unknown, column.as_slice_mut());
         });
         matrix
+    }
+
+    /// The column of R'(λ), whose tangential rows have what the normal row took off those of the system.
+    fn derivative_column(&self, j: usize, out: &mut [f64]) {
+        self.column(j, out);
+        for at in &self.rows {
+            if let (Some(pair), Some(normal)) = (&at.pair, at.normal_row) {
+                for k in 0..2 {
+                    out[pair.row + k] += pair.by_bound[k] * out[normal];
+                }
+            }
+        }
     }
 
     /// The coefficients of unknown j in all rows.
