@@ -3,7 +3,11 @@
 use std::fmt;
 
 use super::{ContactReport, Rounding, Solved, largest, rounding::Measure};
-use crate::solver::{Assessment, Solution};
+use crate::{
+    linalg::dot,
+    mesh::Mesh,
+    solver::{Assessment, Solution},
+};
 
 /// A solution with a residual above this is none, whatever rounding explains: nothing of it can be relied on.
 const MAX_RESIDUAL: f64 = 1e-3;
@@ -62,6 +66,27 @@ impl fmt::Display for CheckFailure {
                 }
             ),
         }
+    }
+}
+
+impl Solution {
+    /// Whether panes alone let a mechanism be: some contact node moves into the foundation in it, which the mean displacements of its
+    /// panes do not show, so that it proves nothing of the body.
+    #[must_use]
+    pub fn is_mechanism_of_panes(&self, mesh: &Mesh) -> bool {
+        let mechanism = self
+            .rigid
+            .as_ref()
+            .and_then(|rigid| rigid.mechanism.as_ref());
+        let (Some(motion), Some(surface)) = (mechanism, &mesh.contact) else {
+            return false;
+        };
+        let mut nodes = surface.nodes.iter().enumerate();
+        nodes.any(|(contact_node, node)| {
+            let normal = surface.normal_at(contact_node);
+            // The largest component of the motion is one.
+            dot(&normal, &motion[*node]) > 1e-3
+        })
     }
 }
 

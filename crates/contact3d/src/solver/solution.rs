@@ -3,7 +3,7 @@
 use std::ops::AddAssign;
 
 use super::{CoulombState, StartStrategy};
-use crate::{linalg::dot, mesh::Mesh, scene::SolveSettings};
+use crate::scene::SolveSettings;
 
 worded! {
     /// What a solve came to: the error of its solution decides, not how its method stopped.
@@ -233,25 +233,6 @@ impl Solution {
     #[must_use]
     pub fn has_computed_solution(&self) -> bool {
         self.status.is_solved() || self.displacement.iter().any(|u| *u != 0.0)
-    }
-
-    /// Whether panes alone let a mechanism be: some contact node moves into the foundation in it, which the mean displacements of its
-    /// panes do not show, so that it proves nothing of the body.
-    #[must_use]
-    pub fn is_mechanism_of_panes(&self, mesh: &Mesh) -> bool {
-        let mechanism = self
-            .rigid
-            .as_ref()
-            .and_then(|rigid| rigid.mechanism.as_ref());
-        let (Some(motion), Some(surface)) = (mechanism, &mesh.contact) else {
-            return false;
-        };
-        let mut nodes = surface.nodes.iter().enumerate();
-        nodes.any(|(contact_node, node)| {
-            let normal = surface.normal_at(contact_node);
-            // The largest component of the motion is one.
-            dot(&normal, &motion[*node]) > 1e-3
-        })
     }
 
     /// The solution with what the same solve tried before it.

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::natural_map::NaturalMap;
 use crate::{
     contact::change_of_slips,
-    dual::RigidCoupling,
+    dual::RigidEquilibrium,
     linalg::DenseLu,
     solver::conditions::{Bound, Evaluation},
 };
@@ -217,7 +217,9 @@ impl<'a> NewtonSystem<'a> {
         for row in self.equilibrium_rows.clone() {
             out[row] = match self.rigid(j) {
                 None => steplengths[self.free[row]] * -self.integrals(self.free[row])[j],
-                Some(motion) if self.free[row] == j => steplengths[j] * -self.support(motion),
+                Some(motion) if self.free[row] == j => {
+                    steplengths[j] * -self.equilibrium().stiffness_of(motion, steplengths)
+                }
                 Some(_) => 0.0,
             };
         }
@@ -257,21 +259,14 @@ impl<'a> NewtonSystem<'a> {
         unknown.checked_sub(self.map.dual.dimension())
     }
 
-    fn coupling(&self) -> &RigidCoupling {
+    fn equilibrium(&self) -> &RigidEquilibrium {
         let equilibrium = self.map.dual.rigid.as_ref();
-        &equilibrium.expect("a rigid motion is an unknown").coupling
+        equilibrium.expect("a rigid motion is an unknown")
     }
 
     /// G of the rigid motion of an unknown.
     fn integrals(&self, unknown: usize) -> &[f64] {
-        &self.coupling().integrals[unknown - self.map.dual.dimension()]
-    }
-
-    /// D of a rigid motion.
-    fn support(&self, motion: usize) -> f64 {
-        let equilibrium = self.map.dual.rigid.as_ref();
-        let equilibrium = equilibrium.expect("a rigid motion is an unknown");
-        equilibrium.stiffness_of(motion, &self.map.conditions.steplengths)
+        &self.equilibrium().coupling.integrals[unknown - self.map.dual.dimension()]
     }
 
     /// ∂r/∂x_j, a column of S or of −G, and −∂u_t/∂x_j at the contact nodes, where they are held.
