@@ -45,11 +45,10 @@ def print_mesh(mesh: h5py.Group) -> None:
 def print_assembly(assemble: h5py.Group) -> None:
     """Sizes of the algebraic problem."""
     free = assemble["stiffness/indptr"].shape[0] - 1
-    factor = assemble["factor"]
-    values = factor["values" if "values" in factor else "values_single"]
+    offsets = assemble["factor/value_offsets"]
     print("assembly")
     print(f"  unknowns            {free} primal")
-    print(f"  factor              {values.shape[0]} coefficients of {values.dtype.itemsize} bytes")
+    print(f"  factor              {offsets[-1]} coefficients")
 
 
 def print_load(load: h5py.Group) -> None:

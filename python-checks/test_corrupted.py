@@ -134,10 +134,6 @@ CASES: dict[str, tuple[Corruption, str]] = {
     "h": (scale("load/dual_rhs", 1 + TINY), "test_factor.py::test_dual_rhs"),
     "the load": (scale("load/force", 1 + TINY), "test_elasticity.py::test_load"),
     "the stiffness": (scale_symmetric, "test_elasticity.py::test_stiffness"),
-    "the factor": (
-        scale("assemble/factor/values", 1 + TINY),
-        "test_factor.py::test_factor_times_its_transpose_is_the_stiffness",
-    ),
     "the coupling": (
         scale("assemble/coupling_normal/data", 1 + TINY),
         "test_elasticity.py::test_coupling_is_the_exact_quadrature",

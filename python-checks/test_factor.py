@@ -5,6 +5,10 @@ import pytest
 from scipy import sparse
 from scipy.sparse.linalg import spsolve_triangular
 
+from conftest import SCENE, changes
+from raw_problem import RawProblem
+from run_file import open_run
+
 
 def cholesky_factor(factor, name: str = "values") -> sparse.csc_matrix:
     """L as a scipy matrix from the supernodal panels."""
@@ -28,15 +32,24 @@ def cholesky_factor(factor, name: str = "values") -> sparse.csc_matrix:
 
 
 @pytest.fixture(scope="module")
-def lower(run):
-    """L."""
-    return cholesky_factor(run["assemble/factor"])
+def shared(contact3d, tmp_path_factory):
+    """A run file whose factor is in a file beside it: a run file by itself has none of this size."""
+    path = tmp_path_factory.mktemp("factor") / "run.h5"
+    contact3d("run", SCENE, path, "--no-figures", "--linked", *changes("graded"))
+    with open_run(path) as file:
+        yield file
 
 
 @pytest.fixture(scope="module")
-def permutation(run):
+def lower(shared):
+    """L."""
+    return cholesky_factor(shared["assemble/factor"])
+
+
+@pytest.fixture(scope="module")
+def permutation(shared):
     """Row i of P A P' is row permutation[i] of A."""
-    return run["assemble/factor/permutation"][:]
+    return shared["assemble/factor/permutation"][:]
 
 
 def test_factor_is_lower_triangular(lower, permutation):
@@ -45,8 +58,8 @@ def test_factor_is_lower_triangular(lower, permutation):
     assert np.array_equal(np.sort(permutation), np.arange(lower.shape[0]))
 
 
-def test_factor_times_its_transpose_is_the_stiffness(problem, lower, permutation):
-    permuted = problem.stiffness[permutation][:, permutation]
+def test_factor_times_its_transpose_is_the_stiffness(shared, lower, permutation):
+    permuted = RawProblem.read(shared).stiffness[permutation][:, permutation]
     # Backward stable: a row of L has a few hundred entries, each product one rounding.
     difference = abs(lower @ lower.T - permuted).max()
     assert difference <= 1e-12 * abs(permuted).max()
@@ -60,7 +73,8 @@ def test_dual_rhs(problem):
     assert error <= 1e-11 * np.linalg.norm(expected)
 
 
-def test_dual_operator_from_the_stored_factor(problem, lower, permutation):
+def test_dual_operator_from_the_stored_factor(shared, lower, permutation):
+    problem = RawProblem.read(shared)
     half = spsolve_triangular(
         lower.tocsr(), problem.coupling.T.toarray()[permutation], lower=True
     )

@@ -13,13 +13,13 @@ CELLS = ("--set", "body.brick.cells=[12,4,4]")
 
 @pytest.fixture(scope="module")
 def paths(contact3d, tmp_path_factory) -> dict[str, str]:
-    """The same scene with both factors."""
+    """The same scene with both factors, in files beside the run files, which themselves hold none in double precision."""
     folder = tmp_path_factory.mktemp("single")
     result = {}
     for precision in ("single", "double"):
         result[precision] = folder / f"{precision}.h5"
         setting = f'assemble.factor="{precision}"'
-        contact3d("run", SCENE, result[precision], "--no-figures", *CELLS, "--set", setting)
+        contact3d("run", SCENE, result[precision], "--no-figures", "--linked", *CELLS, "--set", setting)
     return result
 
 

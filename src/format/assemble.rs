@@ -9,7 +9,10 @@ use contact3d::{
         OperatorForm, PrimalSystem,
     },
     elasticity::{DofMap, FloatingBody, WeakSupport},
-    linalg::{CholeskyFactor, CscMatrix, EngineError, Factor, FactorStructure, RemoteFactor},
+    linalg::{
+        CholeskyFactor, CscMatrix, EngineError, Factor, FactorStructure, Precision, RemoteFactor,
+        Work,
+    },
 };
 use runfile::{
     DatasetSpec, Extent,
@@ -47,7 +50,8 @@ const IMPLICIT: &str =
     "absent when the dual operator is applied through the factor, or is stored in single precision";
 const IN_DOUBLE: &str =
     "absent when the dual operator is stored in double precision, or applied through the factor";
-const SINGLE: &str = "absent when the factor is in single precision, or stays with an engine";
+const SINGLE: &str = "absent when the factor is in single precision, stays with an engine, or is made again from A where it is needed: the \
+     run file itself does not hold it up to 512 MB, as a file beside it does";
 const DOUBLE: &str = "absent when the factor is in double precision, or stays with an engine";
 const SUPPORTED: &str = "absent where supports hold the body, and not weakly";
 const NO_CONTACT: &str = "absent without contact";
@@ -111,8 +115,21 @@ pub fn stored_bytes(system: &DualSystem) -> usize {
     in_precision * assembly.factor.precision().bytes() + double
 }
 
-/// Writes all of the assembled problem that does not depend on the loads.
-pub fn write(writer: &mut GroupWriter<'_>, system: &DualSystem) -> Result<(), StoreError> {
+/// Factors in double precision up to this many bytes are made again from A, unless they are in a file that run files share: that takes
+/// no longer than to write, read and check them (n_div 16: 98 MB of the 127 MB of a run file).
+const MADE_AGAIN: usize = 512_000_000;
+
+fn is_made_again(structure: &FactorStructure) -> bool {
+    structure.value_count() * size_of::<f64>() <= MADE_AGAIN
+}
+
+/// Writes all of the assembled problem that does not depend on the loads; to a file that run files share also a factor that could be made
+/// again.
+pub fn write(
+    writer: &mut GroupWriter<'_>,
+    system: &DualSystem,
+    is_shared: bool,
+) -> Result<(), StoreError> {
     if let Some(contact) = &system.contact {
         write_contact(writer, contact)?;
     }
@@ -130,6 +147,7 @@ pub fn write(writer: &mut GroupWriter<'_>, system: &DualSystem) -> Result<(), St
     FACTOR.write_one(writer, structure)?;
     let shape = [structure.value_count()];
     match &*assembly.factor {
+        Factor::Double(_) if !is_shared && is_made_again(structure) => Ok(()),
         Factor::Double(factor) => writer.write(VALUES, factor.values(), &shape),
         Factor::Single(factor) => writer.write(VALUES_SINGLE, factor.values(), &shape),
         // It stays where it is.
@@ -189,8 +207,8 @@ fn write_contact(writer: &mut GroupWriter<'_>, contact: &ContactSystem) -> Resul
     Ok(())
 }
 
-/// Reads the assembled problem; the loads are left empty for [`super::read_loads`]. A factor that stayed with an engine is made again by
-/// the given one.
+/// Reads the assembled problem; the loads are left empty for [`super::read_loads`]. A factor that is not there is made again, one that
+/// stayed with an engine by the given one.
 pub fn read(reader: &Reader, engine: Option<&str>) -> Result<DualSystem, FormatError> {
     let mut structure = FactorStructure::default();
     FACTOR.read_one(reader, &mut structure, true)?;
@@ -201,6 +219,13 @@ pub fn read(reader: &Reader, engine: Option<&str>) -> Result<DualSystem, FormatE
     } else if reader.has(VALUES) {
         let values = reader.read_vec(VALUES)?;
         Factor::Double(CholeskyFactor::from_parts(structure, values)?)
+    } else if engine.is_none() && is_made_again(&structure) && !reader.has(DUAL_OPERATOR_SINGLE) {
+        let (double, unwatched) = (Precision::Double, Work::default());
+        let made = Factor::of_structure(structure, primal.invertible(), double, &unwatched);
+        made.map_err(|error| FormatError::Inconsistent {
+            dataset: STIFFNESS,
+            reason: error.to_string(),
+        })?
     } else {
         let engine = engine.ok_or(EngineError::NotAtHand)?;
         let (a, no_rows) = (primal.invertible(), CscMatrix::empty(structure.size()));

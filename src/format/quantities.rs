@@ -16,6 +16,7 @@ use super::{
 
 const NAME: &str = "/solve/quantities/name";
 const UNIT: &str = "/solve/quantities/unit";
+const RANGE: &str = "/solve/quantities/range";
 const BOX: &str = "/solve/quantities/box";
 const INDICATOR: &str = "/solve/quantities/indicator";
 const HISTORY_NAME: &str = "/history/quantities/name";
@@ -32,9 +33,9 @@ const NO_ERROR: &str = "absent unless the scene asks for an error";
 pub(super) const FIELDS: Fields<FunctionalEstimate> = fields! { FunctionalEstimate => solve::GROUP;
     [|it| it.functional.word().to_owned()] NAME, ROWS, Dimension::Number, "Quantities of the answer, as `adapt.of` names them.".optional(MISSING);
     {Kind::Text} UNIT, ROWS, Dimension::Number, "The unit of each: of its value, signed_error and range.".optional(MISSING);
-    (value) "/solve/quantities/value", ROWS, Dimension::Number, "Their values, each in its own `unit`.".symbol("Q(u_h)").optional(MISSING);
+    (value) "/solve/quantities/value", ROWS, Dimension::Number, "Their values, each in its own `unit`.".symbol("Q(u_h)").optional(MISSING).finite();
     (signed_error) "/solve/quantities/signed_error", ROWS, Dimension::Number, "Estimated Q(u) - Q(u_h) with its sign; of areas and the largest pressure, whose estimates have none, the error bar.".optional(MISSING);
-    (range) "/solve/quantities/range", &[Named("n_quantities"), Fixed(2)], Dimension::Number, "Where the quantity of the body lies by the estimate: smallest and largest value.".optional(MISSING);
+    (range) RANGE, &[Named("n_quantities"), Fixed(2)], Dimension::Number, "Where the quantity of the body lies by the estimate: smallest and largest value.".optional(MISSING);
     [corners, put_corners] BOX, &[Named("n_quantities"), Fixed(2), extents::XYZ], Dimension::LENGTH, "Opposite corners of the box that a mean is over, or of the pane of the largest pressure; NaN for what has no place.".optional(MISSING);
     (kinks) "/solve/quantities/kinks", ROWS, Dimension::Number, "Panes at a kink of the contact conditions, where the estimate is that of one side.".optional(MISSING);
     {Kind::F64} INDICATOR, &[Named("n_tetrahedra")], Dimension::Number, "What each tetrahedron contributes to the error of the quantity that the mesh is refined for, in its unit.".optional(NO_TARGET);
@@ -129,6 +130,13 @@ pub fn read(reader: &Reader, scene: &Scene) -> Result<Vec<FunctionalEstimate>, F
             return Err(FormatError::Inconsistent {
                 dataset: BOX,
                 reason: format!("expected a box where {name} has a place, and none elsewhere"),
+            });
+        }
+        // Bars of what has no bound are infinite.
+        if [it.signed_error, it.range[0], it.range[1]].iter().any(|x| x.is_nan()) {
+            return Err(FormatError::Inconsistent {
+                dataset: RANGE,
+                reason: format!("expected a range and an error of {name}, found NaN"),
             });
         }
         if Some(it.functional) == wanted {

@@ -250,9 +250,12 @@ impl StageOutput {
         };
         match self {
             Self::Mesh(problem) => write(group, &|writer| mesh::write(writer, problem)),
-            Self::Assemble(problem) => write(group, &|writer| {
-                format::write_assembly(writer, &problem.system)
-            }),
+            Self::Assemble(problem) => {
+                let is_shared = transaction.keeps_beside(group);
+                transaction.write(group, record, |writer| {
+                    format::write_assembly(writer, &problem.system, is_shared)
+                })
+            }
             Self::Load(problem) => write(group, &|writer| {
                 format::write_loads(writer, &problem.system)
             }),

@@ -13,6 +13,7 @@ use hdf5_metno as hdf5;
 use hdf5::file::LibraryVersion;
 
 use crate::error::{AtFile, AtPlace, Place, StoreError};
+use crate::hdf5_file::FileState;
 use crate::signals::{Temporary, remove_left_overs};
 use crate::user_block::USER_BLOCK_BYTES;
 use crate::{header, user_block};
@@ -32,6 +33,8 @@ pub struct AtomicFile {
 pub struct WrittenFile {
     temporary: Temporary,
     handle: File,
+    /// With its digest.
+    state: FileState,
 }
 
 impl AtomicFile {
@@ -98,9 +101,14 @@ impl AtomicFile {
             reason: error.to_string(),
         })?;
         let written = user_block::write(&mut handle, filetype);
+        let state = FileState::of(path);
         let synced = written.and_then(|()| handle.sync_all());
         synced.at_file(path, "sync the temporary file")?;
-        Ok(WrittenFile { temporary, handle })
+        Ok(WrittenFile {
+            temporary,
+            handle,
+            state,
+        })
     }
 }
 
@@ -125,7 +133,12 @@ impl WrittenFile {
             set.at_file(target, "keep the permissions")?;
         }
         let renamed = self.temporary.publish(target);
-        renamed.at_file(target, "rename the temporary file")
+        renamed.at_file(target, "rename the temporary file")?;
+        // Its digest was made from what the disk gave back: this process need not read it all again.
+        if FileState::of(target) == self.state {
+            user_block::note_unaltered(self.state);
+        }
+        Ok(())
     }
 }
 

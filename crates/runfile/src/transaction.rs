@@ -96,6 +96,12 @@ impl Transaction {
         self.beside.push(group);
     }
 
+    /// Whether a group is written to a file beside the run file.
+    #[must_use]
+    pub fn keeps_beside(&self, group: Group) -> bool {
+        self.beside.contains(&group)
+    }
+
     /// The state before this change, to read upstream groups from; `None` for a new file.
     #[must_use]
     pub fn previous(&self) -> Option<&Reader> {
@@ -120,7 +126,7 @@ impl Transaction {
         self.remove(group);
         self.learn_upstream_sizes(group);
         let place = Place::new(&self.target, group.name());
-        let file = if self.beside.contains(&group) {
+        let file = if self.keeps_beside(group) {
             let (layout, filetype) = (&self.layout, self.layout.linked_filetype);
             let part = part(&self.target, Workplace::Disk, layout, filetype)?;
             self.external.push(ExternalPart { group, part });

@@ -7,7 +7,7 @@ use std::collections::HashSet;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::Path;
-use std::sync::{LazyLock, Mutex, PoisonError};
+use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use blake3::Hasher;
@@ -47,7 +47,6 @@ pub(super) fn write(file: &mut File, filetype: &str) -> io::Result<()> {
 /// `NotHdf5`, `NotOurs` or `Altered`; `Io` if the file cannot be read.
 pub(super) fn check(path: &Path, filetype: &'static str) -> Result<(), StoreError> {
     let state = FileState::of(path);
-    let unaltered = || UNALTERED.lock().unwrap_or_else(PoisonError::into_inner);
     let read = |file: &mut File| {
         let first = first_bytes(file)?;
         let is_ours = type_of(&first) == Some(filetype);
@@ -58,9 +57,7 @@ pub(super) fn check(path: &Path, filetype: &'static str) -> Result<(), StoreErro
     let read = File::open(path).and_then(|mut file| read(&mut file));
     let (first, is_unaltered) = read.at_file(path, "read the file")?;
     if is_unaltered {
-        if state.is_older_than(TICK) {
-            unaltered().insert(state);
-        }
+        note_unaltered(state);
         return Ok(());
     }
     let file = path.into();
@@ -78,6 +75,17 @@ pub(super) fn check(path: &Path, filetype: &'static str) -> Result<(), StoreErro
         },
         None => StoreError::NotHdf5 { file },
     })
+}
+
+fn unaltered() -> MutexGuard<'static, HashSet<FileState>> {
+    UNALTERED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Has this process take files of a state as they were written, unless the last change is so recent that another could hide behind it.
+pub(super) fn note_unaltered(state: FileState) {
+    if state.is_older_than(TICK) {
+        unaltered().insert(state);
+    }
 }
 
 /// Whether a file begins as those of a type do, as it was written or altered since.

@@ -414,8 +414,12 @@ fn largest(values: impl Iterator<Item = f64>) -> Option<usize> {
 mod tests {
     use super::*;
     use crate::{
-        AssembledProblem, Problem, elasticity::InternalForces, linalg::dot, post::ContactReport,
-        scene::Scene, solver::Solution,
+        AssembledProblem, Problem,
+        elasticity::InternalForces,
+        linalg::dot,
+        post::{ContactReport, stress::NodalStress},
+        scene::Scene,
+        solver::Solution,
     };
 
     const STEP: f64 = 1e-5;
@@ -513,6 +517,7 @@ mod tests {
             let known = SolutionData {
                 displacement: &report.displacement,
                 internal: &internal,
+                nodal: &NodalStress::new(problem.mesh(), &internal),
                 panes: &report.panes,
                 stiffness: &solution.trace.local_stiffness,
                 strain_energy: report.resultants.strain_energy,

@@ -6,6 +6,7 @@ mod checks;
 mod estimate;
 mod functional;
 mod peak;
+mod recovery;
 mod resultants;
 mod rounding;
 mod stress;
@@ -186,6 +187,7 @@ impl ContactReport {
         let displacement = solved.system.dofs.to_nodes(&solved.solution.displacement);
         let material = MaterialField::new(solved.scene, solved.mesh);
         let internal = InternalForces::of(solved.mesh, &material, &displacement);
+        let nodal = NodalStress::new(solved.mesh, &internal);
         let forces = NodalForces::new(solved, &displacement, &internal.forces)?;
         let terms = rounding::terms(solved);
         let resultants = Resultants::new(solved, &terms, &displacement, &forces, &internal.forces);
@@ -193,6 +195,7 @@ impl ContactReport {
         let known = estimate::SolutionData {
             displacement: &displacement,
             internal: &internal,
+            nodal: &nodal,
             panes: &panes,
             stiffness: &stiffness,
             strain_energy: resultants.strain_energy,
@@ -208,7 +211,6 @@ impl ContactReport {
         if discretisation_error.is_unreliable() {
             functionals.clear();
         }
-        let nodal = NodalStress::new(solved.mesh, &internal);
         let von_mises: Vec<f64> = nodal.stress.iter().map(von_mises).collect();
         let mut report = Self {
             largest_von_mises: match errors {

@@ -13,7 +13,7 @@ use std::collections::BTreeSet;
 use nalgebra::{Vector3, Vector6};
 use rayon::prelude::*;
 
-use super::{PaneState, Solved, areas, estimate::RecoveredStress, peak, von_mises};
+use super::{PaneState, Solved, areas, peak, recovery::RecoveredStress, von_mises};
 use crate::{
     elasticity::InternalForces,
     mesh::{MaterialNodes, Mesh, tetrahedron_volume},

@@ -2,7 +2,7 @@
 //! norm, element by element.
 //!
 //! With the multipliers λ_h as tractions on Γ_c, u_h is the Galerkin solution of a linear problem.
-//! * For linear tetrahedra its error is how far its stress is from a smoother one (`recovery`).
+//! * For linear tetrahedra its error is how far its stress is from a smoother one (`post/recovery.rs`).
 //! * For quadratic ones it is that of the same problem in cubic polynomials that vanish at the corners, joined between the
 //!   tetrahedra (`bubbles`, `hierarchical`).
 //!
@@ -19,10 +19,16 @@ mod bubbles;
 mod contact;
 mod contact_points;
 mod hierarchical;
-mod recovery;
 
-use super::{PaneState, Solved};
-use crate::elasticity::{InternalForces, MaterialField};
+use nalgebra::Vector6;
+use rayon::prelude::*;
+
+use super::{PaneState, Solved, recovery::RecoveredStress, stress::NodalStress};
+use crate::{
+    elasticity::{InternalForces, MaterialField},
+    mesh::tetrahedron_volume,
+    reference::quadrature,
+};
 
 pub use boundary::LoadedBoundary;
 pub(super) use boundary::{FieldLoads, multipliers_between_nodes};
@@ -32,7 +38,6 @@ use bubbles::{BubbleElements, BubbleVector, bubble_field};
 pub(super) use contact::displacements;
 use contact::{Correction, PointConditions};
 use hierarchical::HierarchicalErrors;
-pub(super) use recovery::RecoveredStress;
 
 /// The estimated discretisation error of a solution, in the energy norm ‖v‖_A = √a(v, v), √J.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -88,6 +93,8 @@ pub(super) struct SolutionData<'a> {
     pub(super) displacement: &'a [[f64; 3]],
     /// Its stress.
     pub(super) internal: &'a InternalForces,
+    /// The same at the nodes.
+    pub(super) nodal: &'a NodalStress,
     /// State of each pane.
     pub(super) panes: &'a [PaneState],
     /// Local stiffness ρ in Pa/m³, `[n_multipliers]`.
@@ -326,7 +333,7 @@ fn local_errors(
     let fields: Vec<Field<'_>> = fields.chain(correction).collect();
     if mesh.mid_edges.is_none() {
         return (
-            recovery::products(mesh, &material, &fields),
+            recovered_errors(solved, &material, known.nodal, &fields),
             Vec::new(),
             0.0,
         );
@@ -345,4 +352,52 @@ fn local_errors(
     let at_contact = at_contact.collect();
     let response = errors.energies.last().copied().unwrap_or_default();
     (errors.products, at_contact, response)
+}
+
+/// ∫ (σ* − σ_h):C⁻¹(σ* − σ_h)_k over every tetrahedron for the first field, whose σ* is given, and each, `[n_tetrahedra][n_fields]`, in J
+/// for the first itself.
+fn recovered_errors(
+    solved: &Solved<'_>,
+    material: &MaterialField<'_>,
+    nodal: &NodalStress,
+    fields: &[Field<'_>],
+) -> Vec<Vec<f64>> {
+    let (mesh, nodes) = (solved.mesh, &nodal.nodes);
+    let of_others: Vec<&[[f64; 6]]> = fields[1..]
+        .iter()
+        .map(|it| &it.internal.stress[..])
+        .collect();
+    let others = (!of_others.is_empty()).then(|| RecoveredStress::new(mesh, nodes, &of_others));
+    let rows = (0..nodes.nodes.len()).into_par_iter();
+    let at_rows: Vec<Vec<Vector6<f64>>> = rows
+        .map(|row| {
+            let others = others
+                .as_ref()
+                .map_or_else(Vec::new, |others| others.at(row));
+            [Vector6::from(nodal.stress[row])]
+                .into_iter()
+                .chain(others)
+                .collect()
+        })
+        .collect();
+    let compliances = material.compliances();
+    (0..mesh.tetrahedra.len())
+        .into_par_iter()
+        .map(|t| {
+            let volume = tetrahedron_volume(&mesh.corners(&mesh.tetrahedra[t]));
+            let corners = nodes.of_tetrahedron(t);
+            let difference = |k: usize, at: &[f64; 4]| -> Vector6<f64> {
+                let smooth: Vector6<f64> = (0..4).map(|c| at_rows[corners[c]][k] * at[c]).sum();
+                smooth - Vector6::from(fields[k].internal.stress[t])
+            };
+            let product = |k: usize| -> f64 {
+                let at = |(at, weight): ([f64; 4], f64)| {
+                    let strain = compliances[material.region(t)] * difference(k, &at);
+                    weight * difference(0, &at).dot(&strain)
+                };
+                volume * quadrature::TETRAHEDRON_2.into_iter().map(at).sum::<f64>()
+            };
+            (0..fields.len()).map(product).collect()
+        })
+        .collect()
 }

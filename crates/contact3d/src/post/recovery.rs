@@ -1,4 +1,4 @@
-//! A smoother stress from that of linear tetrahedra, and how far the two are apart.
+//! A smoother stress from that of linear tetrahedra.
 //!
 //! Superconvergent patch recovery (O. Zienkiewicz, J. Zhu, Int. J. Numer. Methods Eng. 33 (1992)
 //! 1331): around each node inside a material a linear polynomial is fitted to the stresses at the
@@ -9,15 +9,10 @@
 use nalgebra::{Matrix4, SMatrix, Vector3, Vector4, Vector6};
 use rayon::prelude::*;
 
-use super::Field;
-use crate::{
-    elasticity::MaterialField,
-    mesh::{GEOMETRY_TOLERANCE, MaterialNodes, Mesh, tetrahedron_volume},
-    reference::quadrature,
-};
+use crate::mesh::{GEOMETRY_TOLERANCE, MaterialNodes, Mesh, tetrahedron_volume};
 
 /// The recovered stresses of several fields.
-pub(in crate::post) struct RecoveredStress<'a> {
+pub(super) struct RecoveredStress<'a> {
     mesh: &'a Mesh,
     nodes: &'a MaterialNodes,
     /// Stresses of the tetrahedra in Pa, `[n_fields][n_tetrahedra]`.
@@ -31,7 +26,7 @@ pub(in crate::post) struct RecoveredStress<'a> {
 
 impl<'a> RecoveredStress<'a> {
     /// Fits the polynomials.
-    pub(in crate::post) fn new(
+    pub(super) fn new(
         mesh: &'a Mesh,
         nodes: &'a MaterialNodes,
         stresses: &'a [&'a [[f64; 6]]],
@@ -77,7 +72,7 @@ impl<'a> RecoveredStress<'a> {
     }
 
     /// The stresses of all fields at a row in Pa.
-    pub(in crate::post) fn at(&self, row: usize) -> Vec<Vector6<f64>> {
+    pub(super) fn at(&self, row: usize) -> Vec<Vector6<f64>> {
         if let Some(fits) = &self.fits[row] {
             return fits.iter().map(|fit| fit.row(0).transpose()).collect();
         }
@@ -166,38 +161,4 @@ fn fit(
         right.rows_mut(1, 3).unscale_mut(size);
     }
     Some(rights)
-}
-
-/// ∫ (σ* − σ_h):C⁻¹(σ* − σ_h)_k over every tetrahedron for the first field and each, `[n_tetrahedra][n_fields]`, in J for the first
-/// itself.
-pub(super) fn products(
-    mesh: &Mesh,
-    material: &MaterialField<'_>,
-    fields: &[Field<'_>],
-) -> Vec<Vec<f64>> {
-    let stresses: Vec<&[[f64; 6]]> = fields.iter().map(|it| &it.internal.stress[..]).collect();
-    let nodes = MaterialNodes::new(mesh);
-    let recovered = RecoveredStress::new(mesh, &nodes, &stresses);
-    let rows = (0..nodes.nodes.len()).into_par_iter();
-    let at_rows: Vec<Vec<Vector6<f64>>> = rows.map(|row| recovered.at(row)).collect();
-    let compliances = material.compliances();
-    (0..mesh.tetrahedra.len())
-        .into_par_iter()
-        .map(|t| {
-            let volume = tetrahedron_volume(&mesh.corners(&mesh.tetrahedra[t]));
-            let corners = nodes.of_tetrahedron(t);
-            let difference = |k: usize, at: &[f64; 4]| -> Vector6<f64> {
-                let smooth: Vector6<f64> = (0..4).map(|c| at_rows[corners[c]][k] * at[c]).sum();
-                smooth - Vector6::from(fields[k].internal.stress[t])
-            };
-            let product = |k: usize| -> f64 {
-                let at = |(at, weight): ([f64; 4], f64)| {
-                    let strain = compliances[material.region(t)] * difference(k, &at);
-                    weight * difference(0, &at).dot(&strain)
-                };
-                volume * quadrature::TETRAHEDRON_2.into_iter().map(at).sum::<f64>()
-            };
-            (0..fields.len()).map(product).collect()
-        })
-        .collect()
 }
