@@ -133,7 +133,10 @@ pub fn read(reader: &Reader, scene: &Scene) -> Result<Vec<FunctionalEstimate>, F
             });
         }
         // Bars of what has no bound are infinite.
-        if [it.signed_error, it.range[0], it.range[1]].iter().any(|x| x.is_nan()) {
+        if [it.signed_error, it.range[0], it.range[1]]
+            .iter()
+            .any(|x| x.is_nan())
+        {
             return Err(FormatError::Inconsistent {
                 dataset: RANGE,
                 reason: format!("expected a range and an error of {name}, found NaN"),

@@ -189,6 +189,9 @@ fn of_answers(check: &Check, units: Units) -> Figures {
         let key = format!("variation.{}", result.invariance.word());
         figures.number(&key, &result.invariance.to_string(), Scientific(1), result.difference);
     }
+    let (digits, wanted) = (check.trusted_digits(), check.wanted);
+    let trusted = format!("{digits}, {:.0} asked for", -wanted.log10());
+    figures.described("trusted_digits", "digits to trust", Some(trusted), digits);
     figures.number("multiplier_rounding", "rounding of λ", Scientific(0), bound.multiplier);
     figures.json_only("seconds", check.seconds);
     figures.human_only("verdict", Some(check.verdict().to_string()));

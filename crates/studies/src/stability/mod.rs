@@ -58,8 +58,10 @@ pub struct Check {
     pub solved_by: SolvedBy,
     /// Steps of Newton's method, and of successive approximations.
     pub steps: [usize; 2],
-    /// The accuracy ε that was asked for.
+    /// The accuracy ε at which the solver stops.
     pub asked: f64,
+    /// The error that a user accepts: ε where the scene sets it, else [`TRUSTED`].
+    pub wanted: f64,
     /// The accuracy that the solver says it reached.
     pub accuracy: f64,
     /// Open, sticking and slipping panes.
@@ -124,6 +126,7 @@ impl Check {
             solved_by: answer.trace.solved_by,
             steps: [answer.trace.newton.len(), answer.trace.history.len()],
             asked: scene.solve.epsilon(),
+            wanted: scene.solve.epsilon.unwrap_or(TRUSTED),
             accuracy: answer.accuracy,
             zones: [Zone::Open, Zone::Stick, Zone::Slip].map(|zone| report.count(zone)),
             certificate: report.certificate.worst(),
@@ -169,6 +172,24 @@ impl Check {
         differences.reduce(f64::max)
     }
 
+    /// The decimal digits in which the answer, other algorithms and other descriptions agree and the conditions hold; 0 of what is not
+    /// solved.
+    #[must_use]
+    pub fn trusted_digits(&self) -> usize {
+        let others = self.invariances.iter().map(|result| result.difference);
+        let same = others.filter(|difference| *difference <= USELESS);
+        let rivals = self.cross_checks.iter().filter(|rival| rival.is_solution());
+        let rivals = rivals.map(|rival| rival.disagreement);
+        let own = [self.accuracy, self.certificate, f64::EPSILON];
+        let figures = same.chain(rivals.filter(|it| *it <= USELESS)).chain(own);
+        let error = figures.fold(0.0, f64::max);
+        if self.status.is_solved() {
+            (-error.log10()).max(0.0) as usize
+        } else {
+            0
+        }
+    }
+
     /// Whether the case holds what it should, and what is to be said about it.
     #[must_use]
     pub fn verdict(&self) -> Verdict {
@@ -178,6 +199,9 @@ impl Check {
 
 /// What every case should reach.
 pub const GOAL: f64 = 1e-10;
+
+/// The error that is accepted where a scene asks for no other: far below that of any mesh.
+pub const TRUSTED: f64 = 1e-8;
 
 /// Answers that differ by more than this do not agree, however badly conditioned the problem is.
 const USELESS: f64 = 1e-6;
@@ -196,7 +220,7 @@ pub struct Verdict {
 pub enum VerdictLevel {
     /// All that was asked for, to 1e-10 or to the bit.
     Pass,
-    /// Above 1e-10, but within what double precision allows at this conditioning.
+    /// Above 1e-10, but within what double precision allows at this conditioning, or within what was asked for.
     Limited,
     /// Something was not reached and is not explained.
     Fail,
@@ -233,7 +257,7 @@ impl Verdict {
             verdict.add(VerdictLevel::Fail, check.status.word().replace('_', " "));
         }
         verdict.add_figure(
-            level(check.certificate, check.rounding_bound.certificate),
+            level(check, check.certificate, check.rounding_bound.certificate),
             &"certificate",
             [check.certificate, check.rounding_bound.certificate],
         );
@@ -267,7 +291,7 @@ impl Verdict {
             let reached = match allowed {
                 0.0 if result.difference == 0.0 => VerdictLevel::Pass,
                 0.0 => VerdictLevel::Fail,
-                rounding_bound => level(result.difference, rounding_bound),
+                rounding_bound => level(check, result.difference, rounding_bound),
             };
             let figures = [result.difference, allowed];
             verdict.add_figure(reached, &result.invariance, figures);
@@ -302,7 +326,7 @@ impl Verdict {
             let reached = if cross_check.disagreement > USELESS {
                 VerdictLevel::Fail
             } else {
-                level(cross_check.disagreement, allowed)
+                level(check, cross_check.disagreement, allowed)
             };
             match (cross_check.is_solution(), reached) {
                 (false, _) => remarks.push((VerdictLevel::Pass, described(cross_check))),
@@ -368,11 +392,11 @@ fn described(cross_check: &CrossCheckResult) -> String {
     }
 }
 
-/// Where a figure lies between the goal and what rounding allows; NaN fails.
-fn level(value: f64, rounding_bound: f64) -> VerdictLevel {
+/// Where a figure lies between the goal and what rounding allows, or was asked for; NaN fails.
+fn level(check: &Check, value: f64, rounding_bound: f64) -> VerdictLevel {
     if value <= GOAL {
         VerdictLevel::Pass
-    } else if value <= rounding_bound {
+    } else if value <= rounding_bound.max(check.wanted) {
         VerdictLevel::Limited
     } else {
         VerdictLevel::Fail
