@@ -124,11 +124,11 @@ impl Evaluation {
     /// Panes whose zone a small change would turn.
     fn kinks(&self) -> usize {
         let near = |level: f64| (level - 1.0).abs() <= NON_SMOOTH_DISTANCE;
-        let largest = self.panes.iter().map(|pane| pane.pressure.abs());
+        let largest = self.panes.iter().map(|pane| pane.normal_trial.abs());
         let small = NON_SMOOTH_DISTANCE * largest.fold(0.0, f64::max);
         let turns = self.panes.iter().filter(|pane| {
             let has_ellipse = pane.ellipse.semi_axes != Ellipse::POINT.semi_axes;
-            pane.pressure.abs() <= small
+            pane.normal_trial.abs() <= small
                 || pane.pressed && has_ellipse && near(pane.ellipse.level(pane.trial))
         });
         turns.count()

@@ -74,7 +74,7 @@ pub struct Evaluation {
 /// One pane of an [`Evaluation`].
 pub struct PaneEvaluation {
     /// z_ν.
-    pub(super) pressure: f64,
+    pub(super) normal_trial: f64,
     /// z_ν > 0.
     pub(super) pressed: bool,
     /// dg/dz_ν where pressed; 0 when frozen.
@@ -150,7 +150,7 @@ impl<'a> Conditions<'a> {
         let mut residual = unknowns.to_vec();
         self.equilibrium_rows(gradient, &mut residual);
         for (i, pane) in panes.iter().enumerate() {
-            residual[i] -= pane.pressure.max(0.0);
+            residual[i] -= pane.normal_trial.max(0.0);
             let projected = pane.ellipse.project(pane.trial);
             let pair = self.layout.tangential(i).into_iter().flatten();
             pair.zip(projected).for_each(|(j, p)| residual[j] -= p);
@@ -193,7 +193,7 @@ impl<'a> Conditions<'a> {
             }
         };
         PaneEvaluation {
-            pressure: trial[i],
+            normal_trial: trial[i],
             pressed: trial[i] > 0.0,
             bound_slope,
             ellipse,

@@ -135,9 +135,9 @@ impl ContactSolve<'_> {
                 })
             }
             (Method::Auto, None, Bound::Given(_)) => {
-                let worth = self.products_before_dense();
-                let solution = self.by_gradients(bound, worth.unwrap_or(usize::MAX), observe);
-                if worth.is_none() || solution.status.is_solved() {
+                let limit = self.products_before_dense();
+                let solution = self.by_gradients(bound, limit.unwrap_or(usize::MAX), observe);
+                if limit.is_none() || solution.status.is_solved() {
                     return Ok(solution);
                 }
                 let dense = self.by_strategies(&self.dense(), bound, observe);

@@ -1,8 +1,11 @@
 //! The strategies that lead Newton's method to a solution, in the order in which they are tried.
 //!
-//! Newton's method converges from the right contact zones; a strategy finds these. [`StartStrategy::ALL`] is the policy for a dense S (the
-//! starts without are listed in [`super::newton_krylov`]): each entry says when it applies, what it does and why it is there. What each did in the campaigns of random scenes is in
-//! `docs/explanation/strategies.md`. The loop over them is [`super::solve`].
+//! Newton's method converges from the right contact zones; a strategy finds these, by a start alone or by a method of its own, from whose
+//! result Newton's method goes on. [`StartStrategy::ALL`] is the order for a dense S (the starts without are listed in
+//! [`super::newton_krylov`]): each entry says what it does and why it is there, `newton/driver.rs` when it applies. What each did in the
+//! campaigns of random scenes is in `docs/explanation/strategies.md`. The loop over them is [`super::solve`].
+//!
+//! The rigid compliance is large where a pane moves far more with the body than against its neighbours, or weak springs hold the body.
 
 worded! {
     /// Where Newton's method begins, or how it comes nearer, in the order in which strategies are tried; [`Self::Relaxed`] moves behind the

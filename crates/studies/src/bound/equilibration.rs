@@ -92,7 +92,7 @@ impl Balanced<'_> {
         node: usize,
         star: &[(usize, usize)],
         forces: &SideForces,
-    ) -> Option<(Vec<(usize, usize, Vector3<f64>)>, f64)> {
+    ) -> Option<(Vec<Change>, f64)> {
         let mut seen: Vec<usize> = Vec::new();
         for &(t, corner) in star {
             let own = self.sides.of_tetrahedra[t].iter().enumerate();
@@ -153,6 +153,9 @@ impl Balanced<'_> {
         it.area.norm_squared() / volumes.map(volume).sum::<f64>()
     }
 }
+
+/// A side, the place of a corner, and what its force changes by in N.
+type Change = (usize, usize, Vector3<f64>);
 
 /// The x that minimises Σ x²/w subject to B x = b, or comes closest; `None` where rounding leaves none.
 fn least_change(

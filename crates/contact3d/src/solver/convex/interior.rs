@@ -83,7 +83,7 @@ impl<'a> InteriorPoint<'a> {
     /// From equal pressures at least as large as the solution's largest, and no friction; `None` where nothing presses, pulls or is pulled, so that 0
     /// is the solution.
     pub(in crate::solver) fn new(program: &'a ConvexProgram) -> Option<Self> {
-        let pressure = program.bound;
+        let pressure = program.pressure_bound;
         if pressure == 0.0 || !pressure.is_finite() || program.is_solved_by_zero() {
             return None;
         }

@@ -43,7 +43,7 @@ pub(in crate::solver) struct ConvexProgram {
     pub(super) support: Vec<f64>,
     /// A bound for all pressures, √(hᵀS⁻¹h): a component is at most the norm that A gives the solution, since A⁻¹ has unit
     /// diagonal, and that norm is largest where nothing bounds the solution.
-    pub(super) bound: f64,
+    pub(super) pressure_bound: f64,
     /// Multiplier of each x_i, and what one of x_i is there.
     source: Vec<(usize, f64)>,
 }
@@ -61,13 +61,13 @@ pub(in crate::solver) struct Motions {
 
 impl ConvexProgram {
     /// The problem of S = `entry(i, j)` and h over a set, with the local stiffness (S⁻¹)_ii of each component and a bound for
-    /// √(λᵀSλ).
+    /// √(λᵀSλ), which bounds all pressures.
     pub(in crate::solver) fn new(
         entry: impl Fn(usize, usize) -> f64,
         rhs: &[f64],
         set: &FeasibleSet,
         stiffness: &[f64],
-        bound: f64,
+        pressure_bound: f64,
         motions: &Motions,
     ) -> Self {
         let layout = set.layout;
@@ -103,7 +103,7 @@ impl ConvexProgram {
             motions: motions.integrals.iter().map(|g| scaled(g)).collect(),
             resultant: motions.resultant.clone(),
             support: motions.support.clone(),
-            bound,
+            pressure_bound,
             source,
         }
     }
@@ -121,7 +121,7 @@ impl ConvexProgram {
         });
         let bonded = local.bonded_start(dual);
         let bonded = dual.multipliers(&bonded);
-        let bound = dot(bonded, &dual.apply(bonded)).max(0.0).sqrt();
+        let pressure_bound = dot(bonded, &dual.apply(bonded)).max(0.0).sqrt();
         let entry = |i: usize, j: usize| dual.column(j)[i];
         let (rhs, stiffness) = (&dual.rhs, &local.stiffness);
         Self::new(
@@ -129,7 +129,7 @@ impl ConvexProgram {
             rhs,
             set,
             stiffness,
-            bound,
+            pressure_bound,
             &motions.unwrap_or_default(),
         )
     }

@@ -55,9 +55,9 @@ pub(super) struct ContactCone {
     /// N, `[n_panes, n]`.
     normal: DMatrix<f64>,
     /// First and second row of every T_i, `[n_panes, n]` each; zero without Coulomb's friction.
-    friction: [DMatrix<f64>; 2],
+    coulomb: [DMatrix<f64>; 2],
     /// First and second row of every W_i, likewise; zero without given bounds.
-    bounded: [DMatrix<f64>; 2],
+    tresca: [DMatrix<f64>; 2],
     /// e, `[n]`.
     load: DVector<f64>,
     /// P, `[n, n]`.
@@ -96,8 +96,8 @@ impl ContactCone {
         let zero = DMatrix::zeros(m, n);
         let mut cone = Self {
             normal: zero.clone(),
-            friction: [zero.clone(), zero.clone()],
-            bounded: [zero.clone(), zero],
+            coulomb: [zero.clone(), zero.clone()],
+            tresca: [zero.clone(), zero],
             load,
             scaling,
             size,
@@ -111,11 +111,11 @@ impl ContactCone {
                 match friction[i] {
                     FrictionResistance::None => {}
                     FrictionResistance::Coulomb(f) => {
-                        cone.friction[axis].set_row(i, &(mean(j) * f[axis]));
+                        cone.coulomb[axis].set_row(i, &(mean(j) * f[axis]));
                         cone.force_limit = cone.force_limit.max(FORCE_LIMIT / f[axis]);
                     }
                     FrictionResistance::Tresca(axes) => {
-                        cone.bounded[axis].set_row(i, &(mean(j) * (area * axes[axis])));
+                        cone.tresca[axis].set_row(i, &(mean(j) * (area * axes[axis])));
                     }
                 }
             }
@@ -129,7 +129,7 @@ impl ContactCone {
         let mut proof: Option<(f64, DVector<f64>)> = None;
         let generators = |z: &DVector<f64>| {
             let mut generators = self.steepest_pressures(z, 0.0);
-            generators.extend(self.steepest_bounded(z));
+            generators.extend(self.steepest_tresca(z));
             generators
         };
         let is_best = |z: &DVector<f64>| {
@@ -191,8 +191,8 @@ impl ContactCone {
     /// (e·q − Σ |W_i q|) / |(q, −Σ |W_i q|)| for |e| = 1, a lower bound of |z| if q is a proof; rounded down.
     fn work_left(&self, motion: &DVector<f64>) -> f64 {
         let motion_of_body = &self.scaling * motion;
-        let opposed = lengths(&self.bounded, &motion_of_body).sum();
-        let [first, second] = &self.bounded;
+        let opposed = lengths(&self.tresca, &motion_of_body).sum();
+        let [first, second] = &self.tresca;
         let rows = first.map(f64::abs) + second.map(f64::abs);
         let terms = self.load.abs() + rows.row_sum_tr();
         let work = self.load.dot(&motion_of_body) - opposed - rounding(&terms, &motion_of_body);
@@ -203,7 +203,7 @@ impl ContactCone {
     fn largest_opposition(&self, motion: &DVector<f64>) -> f64 {
         let motion = &self.scaling * motion;
         let terms = DVector::from_fn(motion.len(), |p, _| {
-            let [first, second] = &self.friction;
+            let [first, second] = &self.coulomb;
             let columns = [&self.normal, first, second].map(|rows| rows.column(p).amax());
             columns.iter().sum()
         });
@@ -212,7 +212,7 @@ impl ContactCone {
 
     /// N_i x + |T_i x| of every pane.
     fn oppositions(&self, motion: &DVector<f64>) -> DVector<f64> {
-        &self.normal * motion + lengths(&self.friction, motion)
+        &self.normal * motion + lengths(&self.coulomb, motion)
     }
 
     /// The generators (N_i + T_iᵀd, last) of the four panes that oppose z most: one a pass is slow where the load turns the body.
@@ -225,7 +225,7 @@ impl ContactCone {
         panes.sort_by(|i, j| oppositions[*j].total_cmp(&oppositions[*i]));
         panes.truncate(4);
         let generator = |i: &usize| {
-            let friction = steepest(&self.friction, *i, &motion);
+            let friction = steepest(&self.coulomb, *i, &motion);
             let generator = self
                 .scaling
                 .tr_mul(&(self.normal.row(*i).transpose() + friction));
@@ -235,10 +235,10 @@ impl ContactCone {
     }
 
     /// The generator (b, 1) with the friction b of given bounds that opposes z most, if it does.
-    fn steepest_bounded(&self, z: &DVector<f64>) -> Option<DVector<f64>> {
+    fn steepest_tresca(&self, z: &DVector<f64>) -> Option<DVector<f64>> {
         let motion = &self.scaling * z.rows(0, self.load.len());
         let panes = 0..self.normal.nrows();
-        let friction: DVector<f64> = panes.map(|i| steepest(&self.bounded, i, &motion)).sum();
+        let friction: DVector<f64> = panes.map(|i| steepest(&self.tresca, i, &motion)).sum();
         let generator = (self.scaling.tr_mul(&friction) / self.size).push(1.0);
         (generator.dot(z) > 0.0).then_some(generator)
     }

@@ -15,11 +15,11 @@ pub(super) const SWEEPS_PER_STEP: usize = 10;
 const FAST_DECREASE: f64 = 0.01;
 
 /// The natural map with its derivative as a matrix, at unknowns (λ, α), and what helps from a start that may be far away.
-struct DenseModel<'m, 'f> {
+struct DenseModel<'m, F> {
     map: &'m NaturalMap<'m>,
     /// Where the method begins once more after a stall; until then trial steps are relaxed.
     unrelaxed_start: Option<Vec<f64>>,
-    safeguard: Option<&'f mut dyn FnMut(&[f64]) -> Vec<f64>>,
+    safeguard: Option<F>,
     evaluations: usize,
 }
 
@@ -33,7 +33,7 @@ pub(in crate::solver) fn local_newton(
     let mut model = DenseModel {
         map,
         unrelaxed_start: None,
-        safeguard: None,
+        safeguard: None::<fn(&mut [f64])>,
         evaluations: 0,
     };
     let start = model.at(start);
@@ -46,7 +46,7 @@ pub(super) fn globalised_newton(
     map: &NaturalMap<'_>,
     start: Vec<f64>,
     settings: &NewtonSettings,
-    safeguard: &mut dyn FnMut(&[f64]) -> Vec<f64>,
+    safeguard: impl FnMut(&mut [f64]),
     observe: impl FnMut(usize, &NewtonStep),
 ) -> NewtonSolution {
     let mut model = DenseModel {
@@ -62,7 +62,7 @@ pub(super) fn globalised_newton(
     model.run(first, settings, observe)
 }
 
-impl DenseModel<'_, '_> {
+impl<F: FnMut(&mut [f64])> DenseModel<'_, F> {
     fn run(
         mut self,
         start: Iterate<Vec<f64>>,
@@ -102,7 +102,7 @@ impl DenseModel<'_, '_> {
     }
 }
 
-impl NewtonModel for DenseModel<'_, '_> {
+impl<F: FnMut(&mut [f64])> NewtonModel for DenseModel<'_, F> {
     type Point = Vec<f64>;
 
     fn direction(&mut self, from: &Iterate<Vec<f64>>) -> Option<(Vec<f64>, usize)> {
@@ -135,7 +135,8 @@ impl NewtonModel for DenseModel<'_, '_> {
     }
 
     fn safeguard(&mut self, best: &Iterate<Vec<f64>>) -> Option<Iterate<Vec<f64>>> {
-        let safe = self.safeguard.as_mut()?(&best.point);
+        let mut safe = best.point.clone();
+        self.safeguard.as_mut()?(&mut safe);
         Some(self.at(safe))
     }
 }

@@ -75,7 +75,7 @@ pub fn newton(
     let start = dual.unknowns(start.unwrap_or_default());
     let map = NaturalMap::new(dual, Bound::Coulomb(laws, law));
     let mut hidden_evaluations = 0;
-    let mut safeguard = |unknowns: &[f64]| {
+    let mut safeguard = |unknowns: &mut [f64]| {
         // Ψ by relaxed steps alone.
         let state = coulomb_state(dual, laws, law, unknowns);
         let set = laws.feasible_set(Some(&state));
@@ -85,9 +85,9 @@ pub fn newton(
         };
         let image = minimise_frozen(dual, &set, unknowns, &settings, |_, _| {});
         hidden_evaluations += image.evaluations;
-        let pairs = unknowns.iter().zip(&image.unknowns);
         // Half of Ψ's step: Ψ may expand with a negative slope, where the mean of λ and Ψ(λ) is nearer to its fixed point.
-        pairs.map(|(l, next)| l + 0.5 * (next - l)).collect()
+        let pairs = unknowns.iter_mut().zip(&image.unknowns);
+        pairs.for_each(|(l, next)| *l += 0.5 * (next - *l));
     };
     let mut found = globalised_newton(&map, start, settings, &mut safeguard, observe);
     found.evaluations += hidden_evaluations;
@@ -110,12 +110,10 @@ pub fn minimise_frozen(
     let mut first = dual.unknowns(start);
     set.project(&mut first);
     let mut relaxation_applications = 0;
-    let mut safeguard = |unknowns: &[f64]| {
-        let mut next = unknowns.to_vec();
-        set.project(&mut next);
-        map.relax(&mut next, sweeps);
+    let mut safeguard = |unknowns: &mut [f64]| {
+        set.project(unknowns);
+        map.relax(unknowns, sweeps);
         relaxation_applications += sweeps + 1;
-        next
     };
     let mut found = globalised_newton(&map, first, settings, &mut safeguard, observe);
     found.evaluations += relaxation_applications;

@@ -25,7 +25,7 @@ pub(super) struct NewtonSystem<'a> {
     pub(super) map: &'a NaturalMap<'a>,
     evaluation: &'a Evaluation,
     /// Unknown of every row, ascending.
-    pub(super) free: Vec<usize>,
+    pub(super) coupled: Vec<usize>,
     pub(super) rows: Vec<PaneRows>,
     /// The rows of the balance where the body floats, the last ones.
     equilibrium_rows: Range<usize>,
@@ -57,11 +57,11 @@ impl NaturalMap<'_> {
     #[must_use]
     pub fn newton_step(&self, evaluation: &Evaluation) -> Option<(Vec<f64>, usize)> {
         let system = NewtonSystem::new(self, evaluation);
-        let n = system.free.len();
+        let n = system.coupled.len();
         let mut step: Vec<f64> = evaluation.residual.iter().map(|r| -r).collect();
         let mut rhs = system.rhs(&step);
         DenseLu::of(system.matrix())?.solve(&mut rhs);
-        for (&unknown, &value) in system.free.iter().zip(&rhs) {
+        for (&unknown, &value) in system.coupled.iter().zip(&rhs) {
             step[unknown] = value;
         }
         step.iter().all(|v| v.is_finite()).then_some((step, n))
@@ -72,11 +72,11 @@ impl NaturalMap<'_> {
         let system = NewtonSystem::new(self, evaluation);
         let n = evaluation.residual.len();
         let mut matrix = vec![0.0; n * n];
-        let mut rows = vec![0.0; system.free.len()];
+        let mut rows = vec![0.0; system.coupled.len()];
         for (j, column) in matrix.chunks_exact_mut(n.max(1)).enumerate() {
             column[j] = 1.0;
             system.derivative_column(j, &mut rows);
-            for (&unknown, &entry) in system.free.iter().zip(&rows) {
+            for (&unknown, &entry) in system.coupled.iter().zip(&rows) {
                 column[unknown] = entry;
             }
         }
@@ -90,14 +90,14 @@ impl NaturalMap<'_> {
         evaluation: &Evaluation,
     ) -> (Vec<usize>, Vec<f64>) {
         let system = NewtonSystem::new(self, evaluation);
-        let n = system.free.len();
+        let n = system.coupled.len();
         let mut matrix = vec![0.0; n * n];
-        let columns = matrix.par_chunks_exact_mut(n.max(1)).zip(&system.free);
+        let columns = matrix.par_chunks_exact_mut(n.max(1)).zip(&system.coupled);
         let columns = columns.with_min_len(COLUMNS_PER_THREAD);
         columns.for_each(|(column, &unknown)| {
             system.derivative_column(unknown, column);
         });
-        (system.free, matrix)
+        (system.coupled, matrix)
     }
 }
 
@@ -105,14 +105,14 @@ impl<'a> NewtonSystem<'a> {
     fn new(map: &'a NaturalMap<'a>, evaluation: &'a Evaluation) -> Self {
         let layout = map.dual.layout;
         let panes = 0..layout.n_panes();
-        let mut free: Vec<usize> = layout
+        let mut coupled: Vec<usize> = layout
             .normals()
             .filter(|&i| evaluation.panes[i].pressed)
             .collect();
         let mut rows: Vec<PaneRows> = panes
             .map(|pane| PaneRows {
                 pane,
-                normal_row: free.binary_search(&pane).ok(),
+                normal_row: coupled.binary_search(&pane).ok(),
                 pair: None,
             })
             .collect();
@@ -127,7 +127,7 @@ impl<'a> NewtonSystem<'a> {
             let by_axes = derivative.by_semi_axes;
             let moving = !evaluation.inverse_slope.is_empty() && by_axes != [[0.0; 2]; 2];
             at.pair = Some(PairRows {
-                row: free.len(),
+                row: coupled.len(),
                 unknowns: pair,
                 by_point: derivative.by_point,
                 by_bound: by_axes.map(|row| match map.conditions.bound {
@@ -144,16 +144,16 @@ impl<'a> NewtonSystem<'a> {
                     })
                 }),
             });
-            free.extend(pair);
+            coupled.extend(pair);
         }
-        let n_coupled = free.len();
-        free.extend(layout.n_multipliers()..map.dual.n_unknowns());
-        let equilibrium_rows = n_coupled..free.len();
+        let n_contact = coupled.len();
+        coupled.extend(layout.n_multipliers()..map.dual.n_unknowns());
+        let equilibrium_rows = n_contact..coupled.len();
         rows.retain(|at| at.normal_row.is_some() || at.pair.is_some());
         Self {
             map,
             evaluation,
-            free,
+            coupled,
             rows,
             equilibrium_rows,
         }
@@ -163,7 +163,7 @@ impl<'a> NewtonSystem<'a> {
     /// dg = d_ν + R_ν has of R_ν.
     fn rhs(&self, step: &[f64]) -> Vec<f64> {
         let residual = &self.evaluation.residual;
-        let mut rhs: Vec<f64> = self.free.iter().map(|&i| -residual[i]).collect();
+        let mut rhs: Vec<f64> = self.coupled.iter().map(|&i| -residual[i]).collect();
         for at in &self.rows {
             if let (Some(pair), Some(_)) = (&at.pair, at.normal_row) {
                 for k in 0..2 {
@@ -172,7 +172,7 @@ impl<'a> NewtonSystem<'a> {
             }
         }
         let mut is_eliminated = vec![true; step.len()];
-        self.free.iter().for_each(|&i| is_eliminated[i] = false);
+        self.coupled.iter().for_each(|&i| is_eliminated[i] = false);
         let mut column = vec![0.0; rhs.len()];
         for j in (0..step.len()).filter(|&j| is_eliminated[j] && step[j] != 0.0) {
             self.column(j, &mut column);
@@ -183,11 +183,11 @@ impl<'a> NewtonSystem<'a> {
         rhs
     }
 
-    /// The coefficients of all free unknowns.
+    /// The coefficients of all coupled unknowns.
     fn matrix(&self) -> Mat<f64> {
-        let n = self.free.len();
+        let n = self.coupled.len();
         let mut matrix = Mat::zeros(n, n);
-        let columns = matrix.par_col_iter_mut().zip(&self.free);
+        let columns = matrix.par_col_iter_mut().zip(&self.coupled);
         let columns = columns.with_min_len(COLUMNS_PER_THREAD);
         columns.for_each(|(column, &unknown)| {
             let column = column.try_as_col_major_mut();
@@ -216,8 +216,8 @@ impl<'a> NewtonSystem<'a> {
         let steplengths = &self.map.conditions.steplengths;
         for row in self.equilibrium_rows.clone() {
             out[row] = match self.rigid(j) {
-                None => steplengths[self.free[row]] * -self.integrals(self.free[row])[j],
-                Some(motion) if self.free[row] == j => {
+                None => steplengths[self.coupled[row]] * -self.integrals(self.coupled[row])[j],
+                Some(motion) if self.coupled[row] == j => {
                     steplengths[j] * -self.equilibrium().stiffness_of(motion, steplengths)
                 }
                 Some(_) => 0.0,
