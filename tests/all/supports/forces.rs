@@ -126,6 +126,36 @@ fn resultants_are_exact_on_any_mesh() {
     }
 }
 
+/// A round post of curved tetrahedra: on its side, on a disc of that, on part of its top.
+#[test]
+fn resultants_are_exact_on_curved_sides() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/crates/contact3d/tests/meshes");
+    let (force, moment, point) = ([3.0, -2.0, 5.0], [0.7, 0.5, -0.3], [1.0, 0.0, 0.25]);
+    for part in [
+        "face = 'side'",
+        "face = 'side'\ndisc = { centre = [1.0, 0.0, 0.25], radius = 0.2 }",
+        "face = 'top'\nbox = [[0.1, -0.4, 0.5], [0.6, 0.9, 0.5]]",
+    ] {
+        let post = scene(&format!(
+            "title = 'post'
+            body = {{ element = 'P2', gmsh = {{ file = 'post_order2_41.msh' }} }}
+            material.isotropic = {{ young_modulus = {YOUNG:?}, poisson_ratio = 0.3 }}
+            [[clamp]]
+            face = 'foot'
+            [[force]]
+            value = {force:?}
+            moment = {moment:?}
+            point = {point:?}
+            {part}"
+        ));
+        let mesh = Mesh::of_scene(&post, folder.as_ref()).unwrap_or_else(|e| panic!("{e}"));
+        let forces = Loads::of(&post).nodal_forces(&mesh).expect("finite loads");
+        let found = resultant(&mesh, &forces, point);
+        close(&found[0], &force, 1e2 * ROUNDING);
+        close(&found[1], &moment, 1e2 * ROUNDING);
+    }
+}
+
 #[test]
 fn a_force_on_a_face_is_a_traction_of_force_over_area() {
     let area = SIZE[0] * SIZE[1];
@@ -242,6 +272,37 @@ fn boxes_along_cells_are_faces_and_clamps_take_nodes_of_a_face() {
     for (at, held) in nodes {
         assert_eq!(held, [at[0] == 0.0 && at[2] <= 0.25; 3], "{at:?}");
     }
+}
+
+/// A block that hangs on half of a face bears loads on the other half, and none on what they share.
+#[test]
+fn a_face_may_be_loaded_beside_its_contact() {
+    let text = |box_of_load: &str| {
+        block(
+            "P1",
+            [8, 4, 4],
+            &format!(
+                "[[clamp]]
+                face = 'x_min'
+                [contact]
+                face = 'z_min'
+                box = [[0.0, 0.0, 0.0], [0.5, 0.8, 0.0]]
+                [[pressure]]
+                face = 'z_min'
+                value = 1e6
+                box = {box_of_load}"
+            ),
+        )
+    };
+    let case = Case::of(&text("[[0.5, 0.3, 0.0], [0.9, 0.8, 0.0]]"));
+    let rows = case.report().forces;
+    close(&rows[1].force, &[0.0, 0.0, 0.2e6], ROUNDING);
+    let refused = Scene::parse("test", &text("[[0.49, 0.3, 0.0], [0.9, 0.8, 0.0]]"));
+    let words = refused.expect_err("a part in contact").to_string();
+    assert!(
+        words.contains("pressure.0.face") && words.contains("in contact"),
+        "{words}"
+    );
 }
 
 /// Factors scale a force with its moment; values of either replace it alone.

@@ -4,11 +4,8 @@ use std::f64::consts::PI;
 
 use nalgebra::Vector3;
 
-use super::{COORDINATE_ROUNDING, Mesh, SidePoint};
+use super::{COORDINATE_ROUNDING, Mesh, SidePoint, centroid, triangle_area};
 use crate::scene::{Disc, FacePart, InvalidValue, Scene, Written};
-
-/// Triangles of a boundary triangle, each by its corners in barycentric coordinates.
-pub(crate) type SubTriangles = Vec<[[f64; 3]; 3]>;
 
 /// A boundary triangle as its own only part.
 pub(crate) const WHOLE_SIDE: [[[f64; 3]; 3]; 1] =
@@ -19,8 +16,8 @@ pub(crate) const WHOLE_SIDE: [[[f64; 3]; 3]; 1] =
 pub struct SidePart {
     /// The triangle, as an index into the boundary's.
     pub facet: usize,
-    /// What the part holds of it; `None` for all of it.
-    pub(crate) cut: Option<SubTriangles>,
+    /// The triangles of it that the part holds, in its barycentric coordinates; `None` for all of it.
+    pub(crate) cut: Option<Vec<[[f64; 3]; 3]>>,
 }
 
 impl SidePart {
@@ -39,8 +36,20 @@ impl SidePart {
 
 /// The share of a triangle's area that lies inside a box, which may be flat.
 pub(super) fn share_inside(triangle: &[[f64; 3]; 3], corners: &[[f64; 3]; 2]) -> f64 {
-    let triangles = fan(&clipped(&box_sides(triangle, corners)));
-    triangles.iter().map(area_share).sum()
+    triangle_in_box(triangle, corners).map_or(0.0, |(area, _)| area / triangle_area(triangle))
+}
+
+/// The part of a triangle in a box: its area in m² and the barycentric coordinates of its centroid; `None` where there is none.
+pub(crate) fn triangle_in_box(
+    triangle: &[[f64; 3]; 3],
+    corners: &[[f64; 3]; 2],
+) -> Option<(f64, [f64; 3])> {
+    let (mut share, mut first) = (0.0, Vector3::zeros());
+    for part in fan(&clipped(&box_sides(triangle, corners))) {
+        share += area_share(&part);
+        first += Vector3::from(centroid(&part)) * area_share(&part);
+    }
+    (share > 0.0).then(|| (share * triangle_area(triangle), (first / share).into()))
 }
 
 /// The area of a triangle in barycentric coordinates over that of the whole.
@@ -225,7 +234,7 @@ fn cut(polygon: &[[f64; 3]], side: impl Fn(&[f64; 3]) -> f64) -> Vec<[f64; 3]> {
 }
 
 /// A convex polygon as triangles around its first corner, without those that rounding has left.
-fn fan(polygon: &[[f64; 3]]) -> SubTriangles {
+fn fan(polygon: &[[f64; 3]]) -> Vec<[[f64; 3]; 3]> {
     let corners = 2..polygon.len();
     let triangles = corners.map(|k| [polygon[0], polygon[k - 1], polygon[k]]);
     triangles

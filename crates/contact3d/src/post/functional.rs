@@ -9,14 +9,14 @@ use super::{
     ErrorEstimate, Resultants, Solved, SolvedContact,
     areas::{areas, half_space_stiffness},
     estimate::{
-        BoxLoad, FacePart, Field, FieldLoads, FunctionalError, SolutionData,
+        BoxLoad, BoxedFaces, Field, FieldLoads, FunctionalError, SolutionData,
         multipliers_between_nodes,
     },
     peak::largest_pressure,
 };
 use crate::{
     elasticity::{InternalForces, Loads, MaterialField},
-    mesh::Mesh,
+    mesh::{Mesh, triangle_in_box},
     scene::{Component, Functional},
     solver::{Adjoint, LinearFunctional},
 };
@@ -74,7 +74,7 @@ struct LinearisedFunctional {
     of_scene: bool,
     in_box: Option<BoxLoad>,
     corners: Option<[[f64; 3]; 2]>,
-    over: Option<FacePart>,
+    over: Option<BoxedFaces>,
 }
 
 /// The estimate in the energy norm, and those of the quantities that every answer shows and of the one that is wanted.
@@ -371,7 +371,7 @@ impl LinearisedFunctional {
         let mut whole = 0.0;
         for (place, &facet) in surface.facets.iter().enumerate() {
             let triangle = solved.mesh.corners(&solved.mesh.facets[facet]);
-            let Some((area, share)) = FacePart::triangle_in_box(&triangle, corners) else {
+            let Some((area, share)) = triangle_in_box(&triangle, corners) else {
                 continue;
             };
             whole += area;
@@ -391,7 +391,7 @@ impl LinearisedFunctional {
         let terms = by_multiplier.iter().zip(&solved.solution.multiplier);
         self.value = terms.map(|(by, lambda)| by * lambda).sum();
         self.corners = Some(*corners);
-        self.over = Some(FacePart {
+        self.over = Some(BoxedFaces {
             corners: *corners,
             area: whole,
         });
@@ -577,7 +577,7 @@ mod tests {
             .facets_on("z_min")
             .map(|f| mesh.corners(&mesh.facets[f]));
         let area: f64 = triangles
-            .filter_map(|corners_of| FacePart::triangle_in_box(&corners_of, &corners))
+            .filter_map(|corners_of| triangle_in_box(&corners_of, &corners))
             .map(|(area, _)| area)
             .sum();
         assert!((area - 1.46 * 0.71).abs() < 1e-13);

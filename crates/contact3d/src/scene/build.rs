@@ -130,14 +130,29 @@ impl Clamp {
     }
 }
 
-impl Traction {
-    /// The traction with a name that steps may use.
-    #[must_use]
-    pub fn named(mut self, name: impl Into<String>) -> Self {
-        self.name = Some(name.into());
-        self
-    }
+/// What loads on faces have in common.
+macro_rules! loads_on_faces {
+    ($($load:ident),+) => {
+        $(impl $load {
+            /// The load with a name that steps may use.
+            #[must_use]
+            pub fn named(mut self, name: impl Into<String>) -> Self {
+                self.name = Some(name.into());
+                self
+            }
 
+            /// The load on the disc of the face around a centre, both in m.
+            #[must_use]
+            pub fn within(mut self, centre: [f64; 3], radius: f64) -> Self {
+                self.disc = Some(Disc { centre, radius });
+                self
+            }
+        })+
+    };
+}
+loads_on_faces!(Traction, Pressure, Force);
+
+impl Traction {
     /// A traction in Pa on a face.
     #[must_use]
     pub fn on(face: impl Into<String>, value: [impl Into<Quantity>; 3]) -> Self {
@@ -152,20 +167,6 @@ impl Traction {
 }
 
 impl Pressure {
-    /// The pressure with a name that steps may use.
-    #[must_use]
-    pub fn named(mut self, name: impl Into<String>) -> Self {
-        self.name = Some(name.into());
-        self
-    }
-
-    /// The pressure on the disc of the face around a centre, both in m.
-    #[must_use]
-    pub fn within(mut self, centre: [f64; 3], radius: f64) -> Self {
-        self.disc = Some(Disc { centre, radius });
-        self
-    }
-
     /// A pressure in Pa on a face.
     #[must_use]
     pub fn on(face: impl Into<String>, value: impl Into<Quantity>) -> Self {
@@ -194,24 +195,10 @@ impl Force {
         }
     }
 
-    /// The force with a name that steps may use.
-    #[must_use]
-    pub fn named(mut self, name: impl Into<String>) -> Self {
-        self.name = Some(name.into());
-        self
-    }
-
     /// The force with a moment in N·m.
     #[must_use]
     pub fn with_moment(mut self, moment: [impl Into<Quantity>; 3]) -> Self {
         self.moment = moment.map(Into::into);
-        self
-    }
-
-    /// The force on the disc of the face around a centre, both in m.
-    #[must_use]
-    pub fn within(mut self, centre: [f64; 3], radius: f64) -> Self {
-        self.disc = Some(Disc { centre, radius });
         self
     }
 }

@@ -210,6 +210,23 @@ impl FacePart<'_> {
     pub fn is_cut(&self) -> bool {
         self.corners.is_some() || self.disc.is_some()
     }
+
+    /// Whether it may share an area with the part of its face between two corners in m, or with the whole face.
+    pub(super) fn may_meet(&self, other: Option<[[f64; 3]; 2]>) -> bool {
+        let around = |disc: Disc| {
+            let corner = |sign: f64| disc.centre.map(|x| x + sign * disc.radius);
+            [corner(-1.0), corner(1.0)]
+        };
+        let own = self.corners.or(self.disc.map(around));
+        let (Some([low, high]), Some([from, to])) = (own, other) else {
+            return true;
+        };
+        (0..3).all(|c| {
+            let is_flat = low[c] == high[c] || from[c] == to[c];
+            let common = high[c].min(to[c]) - low[c].max(from[c]);
+            common > 0.0 || is_flat && common == 0.0
+        })
+    }
 }
 
 /// Gives tables with a face, a box and a disc the part that these make.

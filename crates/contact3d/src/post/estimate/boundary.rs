@@ -5,8 +5,9 @@ use nalgebra::{Matrix3, Vector3};
 use super::box_load::BoxLoad;
 use crate::{
     elasticity::{SurfaceLoad, stiffness_at},
-    mesh::{Mesh, SidePart, SubTriangles},
+    mesh::{Mesh, SidePart, area_share},
     post::{Solved, SolvedContact},
+    reference::quadrature,
 };
 
 /// What loads a field: the solution, or the adjoint of a functional.
@@ -34,21 +35,6 @@ impl<'a> FieldLoads<'a> {
     }
 }
 
-/// A load or spring of the scene by its place.
-#[derive(Debug, Clone, Copy)]
-enum Source {
-    Load(usize),
-    Spring(usize),
-}
-
-/// A load or spring that acts on a part of a boundary triangle.
-#[derive(Debug, Clone)]
-pub(super) struct CutSource {
-    source: Source,
-    /// The part.
-    pub(super) triangles: SubTriangles,
-}
-
 /// What acts on the boundary triangles of a solved problem.
 #[derive(Debug)]
 pub struct LoadedBoundary<'a> {
@@ -58,11 +44,9 @@ pub struct LoadedBoundary<'a> {
     /// Components that are held on a whole triangle, `[n_facets]`.
     pub held: Vec<[bool; 3]>,
     loads: Vec<SurfaceLoad<'a>>,
-    /// Loads and springs on the whole of each triangle, as indices, `[n_facets]`.
-    loads_on: Vec<Vec<usize>>,
-    springs: Vec<Vec<usize>>,
-    /// Those on a part of it, `[n_facets]`.
-    cut: Vec<Vec<CutSource>>,
+    /// Loads and springs on each triangle, as indices with what of it they act on, `[n_facets]`.
+    loads_on: Vec<Vec<(usize, SidePart)>>,
+    springs: Vec<Vec<(usize, SidePart)>>,
     /// The place of each triangle among those in contact, `[n_facets]`.
     contact: Vec<Option<usize>>,
 }
@@ -79,38 +63,21 @@ impl<'a> LoadedBoundary<'a> {
         });
         let held = held.collect();
         let scene = solved.scene;
-        // What is not finite was refused before the solve.
-        let loads = scene
-            .face_loads()
-            .map(|load| SurfaceLoad::new(load, mesh).ok());
-        let loads: Vec<SurfaceLoad<'_>> = loads.flatten().collect();
-        let mut cut = vec![Vec::new(); mesh.facets.len()];
-        let mut on_sides = |sources: Vec<Vec<SidePart>>, source: fn(usize) -> Source| {
+        let on_sides = |sources: &mut dyn Iterator<Item = Vec<SidePart>>| {
             let mut found = vec![Vec::new(); mesh.facets.len()];
-            for (i, side) in sources
-                .into_iter()
-                .enumerate()
-                .flat_map(|(i, sides)| sides.into_iter().map(move |side| (i, side)))
-            {
-                match side.cut {
-                    None => found[side.facet].push(i),
-                    Some(triangles) => cut[side.facet].push(CutSource {
-                        source: source(i),
-                        triangles,
-                    }),
+            for (i, sides) in sources.enumerate() {
+                for side in sides {
+                    found[side.facet].push((i, side));
                 }
             }
             found
         };
-        let springs = scene
-            .springs
-            .iter()
-            .map(|spring| mesh.sides_of(&spring.part()));
-        let springs = on_sides(springs.collect(), Source::Spring);
-        let loads_on = on_sides(
-            loads.iter().map(|load| load.sides.clone()).collect(),
-            Source::Load,
-        );
+        let springs = scene.springs.iter();
+        let mut springs = springs.map(|spring| mesh.sides_of(&spring.part()));
+        let loads = scene.face_loads();
+        // What is not finite was refused before the solve.
+        let loads = loads.filter_map(|load| SurfaceLoad::new(load, mesh).ok());
+        let loads: Vec<SurfaceLoad<'_>> = loads.collect();
         let mut contact = vec![None; mesh.facets.len()];
         if let Some(surface) = &mesh.contact {
             for (place, &facet) in surface.facets.iter().enumerate() {
@@ -121,10 +88,9 @@ impl<'a> LoadedBoundary<'a> {
             solved,
             held,
             nodes_held,
-            loads_on,
+            loads_on: on_sides(&mut loads.iter().map(|load| load.sides.clone())),
             loads,
-            springs,
-            cut,
+            springs: on_sides(&mut springs),
             contact,
         }
     }
@@ -136,8 +102,10 @@ impl<'a> LoadedBoundary<'a> {
         at: [f64; 3],
         normal: &Vector3<f64>,
     ) -> Option<Matrix3<f64>> {
-        let springs = self.springs[facet].iter();
-        let stiffness = springs.filter_map(|&i| self.stiffness_of(i, at, normal));
+        let whole = self.springs[facet]
+            .iter()
+            .filter(|(_, side)| side.cut.is_none());
+        let stiffness = whole.filter_map(|(i, _)| self.stiffness_of(*i, at, normal));
         stiffness.reduce(|sum, stiffness| sum + stiffness)
     }
 
@@ -146,22 +114,34 @@ impl<'a> LoadedBoundary<'a> {
         stiffness_at(&self.solved.scene.springs[i], i, at, normal).ok()
     }
 
-    /// Loads and springs that act on parts of a triangle.
-    pub(super) fn cut(&self, facet: usize) -> &[CutSource] {
-        &self.cut[facet]
-    }
-
-    /// The traction in Pa of one of these loads, and the stiffness per area in Pa/m of one of these springs, at a point of its part.
-    pub(super) fn at_cut(
+    /// Points of loads and springs that act on parts of a triangle: their barycentric coordinates, their shares of its area, the
+    /// traction in Pa and the stiffness per area in Pa/m.
+    pub(super) fn on_parts(
         &self,
-        cut: &CutSource,
-        at: [f64; 3],
+        facet: usize,
         normal: &Vector3<f64>,
-    ) -> (Vector3<f64>, Option<Matrix3<f64>>) {
-        match cut.source {
-            Source::Load(i) => (self.loads[i].at(at, (*normal).into()).into(), None),
-            Source::Spring(i) => (Vector3::zeros(), self.stiffness_of(i, at, normal)),
-        }
+    ) -> Vec<([f64; 3], f64, Vector3<f64>, Option<Matrix3<f64>>)> {
+        let corners = self.solved.mesh.corners(&self.solved.mesh.facets[facet]);
+        let points = |side: &SidePart| {
+            let triangles = side.cut.clone().unwrap_or_default().into_iter();
+            triangles.flat_map(move |triangle| {
+                quadrature::triangle_4().map(move |(share, weight)| {
+                    let share = quadrature::point(&triangle, &share);
+                    let at = quadrature::point(&corners, &share);
+                    (share, weight * area_share(&triangle), at)
+                })
+            })
+        };
+        let loads = self.loads_on[facet].iter().flat_map(|(i, side)| {
+            let traction = |at| self.loads[*i].at(at, (*normal).into()).into();
+            points(side).map(move |(share, weight, at)| (share, weight, traction(at), None))
+        });
+        let springs = self.springs[facet].iter().flat_map(|(i, side)| {
+            let stiffness = |at| self.stiffness_of(*i, at, normal);
+            points(side)
+                .map(move |(share, weight, at)| (share, weight, Vector3::zeros(), stiffness(at)))
+        });
+        loads.chain(springs).collect()
     }
 
     /// The traction in Pa of loads and contact stresses of the solution at the centre of a triangle with some outward unit normal, with
@@ -188,8 +168,9 @@ impl<'a> LoadedBoundary<'a> {
         loads: &FieldLoads<'_>,
     ) -> Vector3<f64> {
         let mut sum = Vector3::zeros();
-        for &i in self.loads_on[facet].iter().filter(|_| loads.of_scene) {
-            sum += Vector3::from(self.loads[i].at(at, (*normal).into()));
+        let acting = self.loads_on[facet].iter().filter(|_| loads.of_scene);
+        for (i, _) in acting.filter(|(_, side)| side.cut.is_none()) {
+            sum += Vector3::from(self.loads[*i].at(at, (*normal).into()));
         }
         if let (Some(contact), Some(place)) = (&self.solved.contact, self.contact[facet]) {
             sum -= contact_stress(self.solved, contact, place, share, loads.multiplier);

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::{
-    mesh::{Mesh, tetrahedron_volume, triangle_area},
+    mesh::{Mesh, tetrahedron_volume},
     reference::{quadratic_tetrahedron, quadrature},
 };
 
@@ -132,57 +132,18 @@ fn cut(part: &[[f64; 4]; 4], height: &impl Fn(&[f64; 4]) -> f64) -> Vec<[[f64; 4
 
 /// The part of the contact faces in a box.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::post) struct FacePart {
+pub(in crate::post) struct BoxedFaces {
     /// The box.
     pub(in crate::post) corners: [[f64; 3]; 2],
     /// Area in m².
     pub(in crate::post) area: f64,
 }
 
-impl FacePart {
+impl BoxedFaces {
     /// 1/area in the box, 0 outside, in 1/m².
     pub(super) fn density(&self, at: [f64; 3]) -> f64 {
         let [low, high] = self.corners;
         let is_inside = (0..3).all(|c| (low[c]..=high[c]).contains(&at[c]));
         if is_inside { self.area.recip() } else { 0.0 }
-    }
-
-    /// The part of a triangle in a box: its area in m² and the barycentric coordinates of its centroid; `None` where there is none.
-    pub(in crate::post) fn triangle_in_box(
-        triangle: &[[f64; 3]; 3],
-        corners: &[[f64; 3]; 2],
-    ) -> Option<(f64, [f64; 3])> {
-        let unit = |k: usize| std::array::from_fn(|c| if c == k { 1.0 } else { 0.0 });
-        let mut polygon: Vec<[f64; 3]> = (0..3).map(unit).collect();
-        for (axis, bound, sign) in sides(corners) {
-            let height = |at: &[f64; 3]| {
-                let place: f64 = (0..3).map(|k| at[k] * triangle[k][axis]).sum();
-                sign * (place - bound)
-            };
-            let next = polygon.iter().cycle().skip(1);
-            let clipped = polygon.iter().zip(next).flat_map(|(from, to)| {
-                let (here, there) = (height(from), height(to));
-                let kept = (here >= 0.0).then_some(*from);
-                let crossing = (here * there < 0.0).then(|| {
-                    let share = here / (here - there);
-                    std::array::from_fn(|c| from[c] + share * (to[c] - from[c]))
-                });
-                kept.into_iter().chain(crossing)
-            });
-            polygon = clipped.collect();
-        }
-        let whole = triangle_area(triangle);
-        let (mut area, mut centroid) = (0.0, [0.0; 3]);
-        for k in 2..polygon.len() {
-            let corners = [polygon[0], polygon[k - 1], polygon[k]];
-            let edge = |k: usize| [0, 1].map(|c| corners[k][c] - corners[0][c]);
-            let ([a, b], [c, d]) = (edge(1), edge(2));
-            let part = whole * (a * d - b * c).abs();
-            area += part;
-            for (c, sum) in centroid.iter_mut().enumerate() {
-                *sum += part * (corners[0][c] + corners[1][c] + corners[2][c]) / 3.0;
-            }
-        }
-        (area > 0.0).then(|| (area, centroid.map(|sum| sum / area)))
     }
 }

@@ -14,7 +14,7 @@ use super::{
 };
 use crate::{
     elasticity::{MaterialField, Simplex, traction},
-    mesh::{Mesh, area_share},
+    mesh::Mesh,
     post::Solved,
     reference::{TETRAHEDRON_EDGES, TETRAHEDRON_SIDES, quadratic_tetrahedron, quadrature},
     scene::BodyForce,
@@ -244,27 +244,14 @@ impl<'a> BubbleElements<'a> {
                 self.boundary.traction(facet, at, share, &normal, loads)
             });
         }
-        for cut in self.boundary.cut(facet) {
-            for triangle in &cut.triangles {
-                for (share, weight) in quadrature::triangle_4() {
-                    let share = quadrature::point(triangle, &share);
-                    let mut in_tetrahedron = [0.0; 4];
-                    for (place, share) in places.into_iter().zip(share) {
-                        in_tetrahedron[place.expect("a corner")] = share;
-                    }
-                    let at = quadrature::point(corners, &in_tetrahedron);
-                    let (traction, spring) = self.boundary.at_cut(cut, at, &normal);
-                    let sample =
-                        QuadraturePoint::new(in_tetrahedron, weight * area_share(triangle));
-                    add(&sample, spring, &|loads| {
-                        if loads.of_scene {
-                            traction
-                        } else {
-                            Vector3::zeros()
-                        }
-                    });
-                }
+        for (share, weight, traction, spring) in self.boundary.on_parts(facet, &normal) {
+            let mut at = [0.0; 4];
+            for (place, share) in places.into_iter().zip(share) {
+                place.into_iter().for_each(|k| at[k] = share);
             }
+            add(&QuadraturePoint::new(at, weight), spring, &|loads| {
+                traction * f64::from(u8::from(loads.of_scene))
+            });
         }
     }
 

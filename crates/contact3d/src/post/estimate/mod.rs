@@ -32,7 +32,7 @@ use crate::{
 
 pub use boundary::LoadedBoundary;
 pub(super) use boundary::{FieldLoads, multipliers_between_nodes};
-pub(super) use box_load::{BoxLoad, FacePart};
+pub(super) use box_load::{BoxLoad, BoxedFaces};
 
 use bubbles::{BubbleElements, BubbleVector, bubble_field};
 pub(super) use contact::displacements;
@@ -84,7 +84,7 @@ pub(super) struct Field<'a> {
     /// Whether it solves the discrete problem, so that its residual vanishes on quadratic functions.
     pub(super) is_galerkin: bool,
     /// The part of the contact faces that Q is the mean pressure of; `None` for other functionals.
-    pub(super) over: Option<FacePart>,
+    pub(super) over: Option<BoxedFaces>,
 }
 
 /// What is known of a solution already.

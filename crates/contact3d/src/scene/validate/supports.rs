@@ -4,25 +4,23 @@ use std::collections::BTreeSet;
 
 use super::{check_box, require};
 use crate::scene::{
-    BrickFace, Clamp, Component, InvalidValue, MOST_INCREMENTS, Quantity, Scene, SlipMeasure,
-    Written,
+    BrickFace, Clamp, Component, FacePart, InvalidValue, MOST_INCREMENTS, Quantity, Scene,
+    SlipMeasure, Written,
 };
 
 pub(super) fn check(scene: &Scene) -> Result<(), InvalidValue> {
     for (key, face) in scene.named_faces() {
         check_name(scene, &face, &key)?;
-        if !key.starts_with("clamp.") && !key.starts_with("contact.") {
-            check_loaded_face(scene, &face, key)?;
-        }
     }
     check_parts(scene)?;
     check_clamps(scene)?;
     check_springs(scene)
 }
 
-/// Refuses boxes whose corners are not in order, and forces that are no numbers.
+/// Refuses loads and springs where there is contact or a clamp, boxes whose corners are not in order, and forces that are no numbers.
 fn check_parts(scene: &Scene) -> Result<(), InvalidValue> {
     for (key, part) in scene.face_parts() {
+        check_loaded_face(scene, &part, format!("{key}.face"))?;
         if let Some(corners) = &part.corners {
             check_box(scene, format!("{key}.box"), corners)?;
         }
@@ -132,16 +130,16 @@ fn check_name(scene: &Scene, face: &str, key: &str) -> Result<(), InvalidValue> 
     )
 }
 
-fn check_loaded_face(scene: &Scene, face: &str, key: String) -> Result<(), InvalidValue> {
-    let held = scene
-        .clamps
-        .iter()
-        .any(|c| c.is_face(face) && c.components.len() >= 3);
+fn check_loaded_face(scene: &Scene, part: &FacePart<'_>, key: String) -> Result<(), InvalidValue> {
+    let mut clamps = scene.clamps.iter();
+    let held = clamps.any(|c| c.is_face(part.face) && c.components.len() >= 3);
+    let mut contacts = scene.contacts.iter();
+    let in_contact = contacts.any(|c| c.face == part.face && part.may_meet(c.corners));
     require(
-        !scene.is_in_contact(face) && !held,
+        !in_contact && !held,
         key,
-        "a face that is neither held nor in contact",
-        Written(&face),
+        "a face, or a part of one, that is neither held nor in contact",
+        Written(&part.face),
         "loads act on free faces only",
     )
 }
