@@ -35,6 +35,18 @@ impl<'a> FieldLoads<'a> {
     }
 }
 
+/// A point at which a load or a spring on a part of a boundary triangle is integrated.
+pub(super) struct PartPoint {
+    /// Barycentric coordinates.
+    pub(super) share: [f64; 3],
+    /// Its share of the triangle's area.
+    pub(super) weight: f64,
+    /// Traction of the load in Pa.
+    pub(super) traction: Vector3<f64>,
+    /// Stiffness per area of the spring in Pa/m.
+    pub(super) stiffness: Option<Matrix3<f64>>,
+}
+
 /// What acts on the boundary triangles of a solved problem.
 #[derive(Debug)]
 pub struct LoadedBoundary<'a> {
@@ -114,13 +126,13 @@ impl<'a> LoadedBoundary<'a> {
         stiffness_at(&self.solved.scene.springs[i], i, at, normal).ok()
     }
 
-    /// Points of loads and springs that act on parts of a triangle: their barycentric coordinates, their shares of its area, the
-    /// traction in Pa and the stiffness per area in Pa/m.
-    pub(super) fn on_parts(
+    /// Points of the loads and springs that act on parts of a triangle.
+    pub(super) fn visit_parts(
         &self,
         facet: usize,
         normal: &Vector3<f64>,
-    ) -> Vec<([f64; 3], f64, Vector3<f64>, Option<Matrix3<f64>>)> {
+        take: &mut dyn FnMut(PartPoint),
+    ) {
         let corners = self.solved.mesh.corners(&self.solved.mesh.facets[facet]);
         let points = |side: &SidePart| {
             let triangles = side.cut.clone().unwrap_or_default().into_iter();
@@ -132,16 +144,28 @@ impl<'a> LoadedBoundary<'a> {
                 })
             })
         };
-        let loads = self.loads_on[facet].iter().flat_map(|(i, side)| {
-            let traction = |at| self.loads[*i].at(at, (*normal).into()).into();
-            points(side).map(move |(share, weight, at)| (share, weight, traction(at), None))
-        });
-        let springs = self.springs[facet].iter().flat_map(|(i, side)| {
-            let stiffness = |at| self.stiffness_of(*i, at, normal);
-            points(side)
-                .map(move |(share, weight, at)| (share, weight, Vector3::zeros(), stiffness(at)))
-        });
-        loads.chain(springs).collect()
+        for (i, side) in &self.loads_on[facet] {
+            for (share, weight, at) in points(side) {
+                let traction = self.loads[*i].at(at, (*normal).into()).into();
+                take(PartPoint {
+                    share,
+                    weight,
+                    traction,
+                    stiffness: None,
+                });
+            }
+        }
+        for (i, side) in &self.springs[facet] {
+            for (share, weight, at) in points(side) {
+                let stiffness = self.stiffness_of(*i, at, normal);
+                take(PartPoint {
+                    share,
+                    weight,
+                    traction: Vector3::zeros(),
+                    stiffness,
+                });
+            }
+        }
     }
 
     /// The traction in Pa of loads and contact stresses of the solution at the centre of a triangle with some outward unit normal, with

@@ -244,15 +244,16 @@ impl<'a> BubbleElements<'a> {
                 self.boundary.traction(facet, at, share, &normal, loads)
             });
         }
-        for (share, weight, traction, spring) in self.boundary.on_parts(facet, &normal) {
+        self.boundary.visit_parts(facet, &normal, &mut |point| {
             let mut at = [0.0; 4];
-            for (place, share) in places.into_iter().zip(share) {
+            for (place, share) in places.into_iter().zip(point.share) {
                 place.into_iter().for_each(|k| at[k] = share);
             }
-            add(&QuadraturePoint::new(at, weight), spring, &|loads| {
-                traction * f64::from(u8::from(loads.of_scene))
+            let sample = QuadraturePoint::new(at, point.weight);
+            add(&sample, point.stiffness, &|loads| {
+                point.traction * f64::from(u8::from(loads.of_scene))
             });
-        }
+        });
     }
 
     /// u_h at a point of a tetrahedron.
