@@ -284,6 +284,7 @@ def test_cases_that_do_not_converge_are_a_warning(tmp_path):
     # What a case without a solution came to last is no result.
     table = package.open_sweep(tmp_path / "out")
     assert list(table["status"].values == "converged") == [False, True]
+    assert table["error"].values[0].startswith("out of outer steps at a change of ") and table["error"].values[1] == ""
     for name, missing in {"normal_force": np.nan, "contact_force": np.nan, "largest_pressure": np.nan, "zone_counts": -1}.items():
         unsolved, solved = table[name].values
         assert np.array_equal(unsolved, np.full_like(unsolved, missing), equal_nan=True) and np.isfinite(solved).all(), name

@@ -225,7 +225,7 @@ def _run_cases(executor: Executor, place: list[str], cases: list[dict[str, Any]]
 
 
 def _failures(folder: Path) -> dict[str, str]:
-    """The errors of cases in the table."""
+    """The errors of failed cases in the table."""
     table = open_run(folder / SUMMARY)["cases"].to_dataset(inherit=False)
-    chosen = zip(table["id"].values, table["error"].values, table["planned"].values, strict=True)
-    return {str(case): str(error) for case, error, planned in chosen if planned and str(error)}
+    chosen = zip(table["id"].values, table["error"].values, table["status"].values, table["planned"].values, strict=True)
+    return {str(case): str(error) for case, error, status, planned in chosen if planned and status == "failed"}

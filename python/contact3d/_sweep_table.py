@@ -71,8 +71,9 @@ def open_sweep(folder: str | os.PathLike[str]) -> SweepTable:
         values[place] = ordered.values
         dims = (*dimensions, *ordered.dims[1:])
         dataset[name] = xr.Variable(dims, values.reshape(*shape, *ordered.shape[1:]), variable.attrs)
-    if "face_names" in dataset:
-        dataset = dataset.assign_coords(n_case_faces=dataset["face_names"].values)
+    for name, dimension in {"face_names": "n_case_faces", "quantity_names": "n_case_quantities"}.items():
+        if name in dataset:
+            dataset = dataset.assign_coords({dimension: dataset[name].values})
     for names, values, _ in axes:
         for position, name in enumerate(names):
             column = _column([row[position] for row in values])

@@ -29,7 +29,7 @@ pub enum SceneKind {
     Gmsh,
     /// A block that is pressed, pulled and pushed
     History,
-    /// A block, and a sweep of two of its keys in a second file
+    /// A block in the file named, and a sweep of two of its keys beside it: NAME-sweep.toml
     Sweep,
 }
 

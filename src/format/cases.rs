@@ -11,7 +11,7 @@ use units::Dimension;
 use super::{
     FormatError, Stage, adapt, extents,
     fields::{Fields, fields, read_as, read_if_there, read_value, write_list, write_value},
-    mesh, post,
+    mesh, post, quantities,
     solve::read_outcome,
     stored::{Absent, Stored},
 };
@@ -27,7 +27,7 @@ pub const SWEEP_LAYOUT: Layout = Layout {
     creator: super::LAYOUT.creator,
     units: super::LAYOUT.units,
     groups: &[GROUP],
-    tables: &[FIELDS.rows, FACE_FIELDS.rows],
+    tables: &[FIELDS.rows, FACE_FIELDS.rows, QUANTITY_FIELDS.rows],
     extents: &[
         (
             "n_cases",
@@ -37,6 +37,10 @@ pub const SWEEP_LAYOUT: Layout = Layout {
         (
             "n_case_faces",
             "contact faces of cases with several, each name once",
+        ),
+        (
+            "n_case_quantities",
+            "quantities with an error bar in some case, each name once",
         ),
     ],
 };
@@ -59,7 +63,7 @@ const FIELDS: Fields<CaseRow> = fields! { CaseRow => GROUP;
     (settings) "/cases/settings", CASES, Dimension::Number, "Values of the keys as a JSON object.";
     (setting_values) "/cases/setting_value", &[Named("n_cases"), Named("n_keys")], Dimension::Number, "Values of the keys in the scene's units; NaN where a value is no number.";
     (status) "/cases/status", CASES, Dimension::Number, "How the solve ended, as /solve/status says; failed for a case with an error, missing for one not yet run.";
-    (error) "/cases/error", CASES, Dimension::Number, "The error of a failed case, else empty.";
+    (error) "/cases/error", CASES, Dimension::Number, "The error of a failed case, or why a case has no solution, else empty.";
     (results?.method) "/cases/method", CASES, Dimension::Number, "Algorithm that gave the answer, else empty.";
     (results?.counts[0]) "/cases/outer_steps", CASES, Dimension::Number, "Steps of successive approximations; -1 in this and other counts without a result.";
     (results?.counts[1]) "/cases/newton_steps", CASES, Dimension::Number, "Steps of Newton's method.";
@@ -71,6 +75,7 @@ const FIELDS: Fields<CaseRow> = fields! { CaseRow => GROUP;
     (results?.tangential_force) "/cases/tangential_force", &[Named("n_cases"), extents::FRICTION_AXES], Dimension::FORCE, "Sum of area times tangential multiplier along t1 and t2.";
     (results?.contact_force) "/cases/contact_force", VECTORS, Dimension::FORCE, "Force of the foundation on the body.";
     (results?.largest_pressure) "/cases/largest_pressure", CASES, Dimension::STRESS, "Largest normal multiplier.";
+    (results?.largest_von_mises) "/cases/largest_von_mises", CASES, Dimension::STRESS, "Largest von Mises stress of a node.";
     (results?.largest_displacement_along) "/cases/largest_displacement_along", VECTORS, Dimension::LENGTH, "Largest |u_x|, |u_y|, |u_z| of a node.";
     (results?.strain_energy) "/cases/strain_energy", CASES, Dimension::Energy, "Strain energy.";
     (results?.certificate) "/cases/certificate", &[Named("n_cases"), extents::CERTIFICATE_FIGURES], Dimension::Number, "Equilibrium, penetration, adhesion, complementarity, friction bound, slip direction, fixed point, as in /post/certificate.";
@@ -131,8 +136,56 @@ pub fn write(
     write_list(writer, KEY_UNITS, units)?;
     FIELDS.write_rows(writer, rows)?;
     let results = rows.iter().map(|row| row.results.as_ref());
-    let faces = results.map(|results| results.map_or(&[][..], |results| &results.faces));
-    write_faces(writer, &faces.collect::<Vec<_>>())
+    let faces = results.clone();
+    let faces = faces.map(|results| results.map_or(&[][..], |results| &results.faces));
+    let (names, cells) = by_name(
+        &faces.collect::<Vec<_>>(),
+        |face| &face.name,
+        CaseFace::absent,
+    );
+    if !names.is_empty() {
+        write_value(writer, FACE_NAMES, &names)?;
+        FACE_FIELDS.write_rows(writer, &cells)?;
+    }
+    let found = results.map(|results| results.map_or(&[][..], |results| &results.quantities));
+    let (names, cells) = by_name(
+        &found.collect::<Vec<_>>(),
+        |it| &it.name,
+        CaseQuantity::absent,
+    );
+    if names.is_empty() {
+        return Ok(());
+    }
+    let first = |name: &String| cells.iter().flatten().find(|it| it.name == *name);
+    let units: Vec<String> = names
+        .iter()
+        .filter_map(first)
+        .map(|it| it.unit.clone())
+        .collect();
+    write_value(writer, QUANTITY_NAMES, &names)?;
+    write_value(writer, QUANTITY_UNITS, &units)?;
+    QUANTITY_FIELDS.write_rows(writer, &cells)
+}
+
+/// All names, each once, and for each case what it has of each name.
+fn by_name<T: Clone>(
+    cases: &[&[T]],
+    name: fn(&T) -> &String,
+    absent: fn() -> T,
+) -> (Vec<String>, Vec<Vec<T>>) {
+    let mut names: Vec<String> = Vec::new();
+    for it in cases.iter().copied().flatten() {
+        if !names.contains(name(it)) {
+            names.push(name(it).clone());
+        }
+    }
+    let cells = cases.iter().map(|of_case| {
+        let named = |wanted: &String| of_case.iter().find(|it| name(it) == wanted);
+        let cells = names.iter().map(|name| named(name).cloned());
+        cells.map(|cell| cell.unwrap_or_else(absent)).collect()
+    });
+    let cells = cells.collect();
+    (names, cells)
 }
 
 /// The figures of a certificate, as `/post/certificate` names them.
@@ -171,12 +224,16 @@ pub struct CaseResults {
     pub contact_force: [f64; 3],
     /// Largest pressure in Pa.
     pub largest_pressure: f64,
+    /// Largest von Mises stress in Pa.
+    pub largest_von_mises: f64,
     /// Largest displacement components in m.
     pub largest_displacement_along: [f64; 3],
     /// Strain energy in J.
     pub strain_energy: f64,
     /// What happens on each of several contact faces; empty for one.
     pub faces: Vec<CaseFace>,
+    /// The quantities with error bars.
+    pub quantities: Vec<CaseQuantity>,
     /// The certificate's figures, in the order of [`CERTIFICATE`].
     pub certificate: [f64; 7],
     /// Digest of the solution.
@@ -225,6 +282,7 @@ pub fn read_case(reader: &Reader) -> Result<Option<CaseResults>, FormatError> {
         tangential_force: resultant(reader, tangential, is_solved)?,
         contact_force: vector("/post/resultants/contact_force")?,
         largest_pressure: number("/post/resultants/largest_pressure")?,
+        largest_von_mises: number("/post/largest_von_mises/value")?,
         largest_displacement_along: vector("/post/resultants/largest_displacement_along")?,
         strain_energy: number("/post/resultants/strain_energy")?,
         faces: if is_solved {
@@ -232,6 +290,7 @@ pub fn read_case(reader: &Reader) -> Result<Option<CaseResults>, FormatError> {
         } else {
             Vec::new()
         },
+        quantities: read_quantities(reader)?,
         certificate,
         solve_digest: solve.digest,
     }))
@@ -321,28 +380,67 @@ fn read_faces(reader: &Reader) -> Result<Vec<CaseFace>, FormatError> {
         .collect())
 }
 
-/// Writes the faces of all cases; nothing where none has several.
-fn write_faces(writer: &mut GroupWriter<'_>, cases: &[&[CaseFace]]) -> Result<(), StoreError> {
-    let mut names: Vec<String> = Vec::new();
-    for face in cases.iter().copied().flatten() {
-        if !names.contains(&face.name) {
-            names.push(face.name.clone());
-        }
-    }
-    if names.is_empty() {
-        return Ok(());
-    }
-    let cells = |of_case: &&[CaseFace]| -> Vec<CaseFace> {
-        let named = |name: &String| of_case.iter().find(|face| face.name == *name);
-        let cell = |name: &String| named(name).cloned().unwrap_or_else(CaseFace::absent);
-        names.iter().map(cell).collect()
-    };
-    let cells: Vec<Vec<CaseFace>> = cases.iter().map(cells).collect();
-    write_value(writer, FACE_NAMES, &names)?;
-    FACE_FIELDS.write_rows(writer, &cells)
+/// A quantity with its error bar, of a case; NaN where it has none.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CaseQuantity {
+    /// Its name.
+    pub name: String,
+    /// The word for its unit.
+    pub unit: String,
+    /// Its value.
+    pub value: f64,
+    /// The larger distance to an end of its range.
+    pub error_bar: f64,
 }
 
-/// A figure of each face of a case.
-fn each<V>(faces: &[CaseFace], of: fn(&CaseFace) -> V) -> Vec<V> {
-    faces.iter().map(of).collect()
+impl CaseQuantity {
+    /// A quantity that a case does not have.
+    fn absent() -> Self {
+        Self {
+            name: String::new(),
+            unit: String::new(),
+            value: f64::NAN,
+            error_bar: f64::NAN,
+        }
+    }
+}
+
+const QUANTITY_NAMES: &str = "/cases/quantity_names";
+const QUANTITY_UNITS: &str = "/cases/quantity_units";
+const QUANTITIES: &[Extent] = &[Named("n_case_quantities")];
+const CASE_QUANTITIES: &[Extent] = &[Named("n_cases"), Named("n_case_quantities")];
+const NO_QUANTITY: &str = "absent where no case has quantities with error bars";
+
+/// The quantities of a case, in the order of the names.
+const QUANTITY_FIELDS: Fields<Vec<CaseQuantity>> = fields! { Vec<CaseQuantity> => GROUP;
+    {Kind::Text} QUANTITY_NAMES, QUANTITIES, Dimension::Number, "Quantities with an error bar in some case, as /solve/quantities names them.".optional(NO_QUANTITY);
+    {Kind::Text} QUANTITY_UNITS, QUANTITIES, Dimension::Number, "The unit of each: of its value and error bar.".optional(NO_QUANTITY);
+    [|found| each(found, |it| it.value)] "/cases/quantity", CASE_QUANTITIES, Dimension::Number, "Their values, each in its own unit; NaN in cases without it.".optional(NO_QUANTITY);
+    [|found| each(found, |it| it.error_bar)] "/cases/error_bar", CASE_QUANTITIES, Dimension::Number, "Their error bars: the larger distance to an end of the range.".optional(NO_QUANTITY);
+};
+
+/// The quantities of a finished run file; none where it has no error bars.
+fn read_quantities(reader: &Reader) -> Result<Vec<CaseQuantity>, FormatError> {
+    let names: Option<Vec<String>> = read_if_there(reader, quantities::NAME)?;
+    let Some(names) = names else {
+        return Ok(Vec::new());
+    };
+    let units: Vec<String> = read_value(reader, quantities::UNIT)?;
+    let values: Vec<f64> = read_value(reader, quantities::VALUE)?;
+    let ranges: Vec<[f64; 2]> = read_value(reader, quantities::RANGE)?;
+    let numbers = values.into_iter().zip(ranges);
+    let rows = names.into_iter().zip(units).zip(numbers);
+    let row =
+        |((name, unit), (value, [low, high])): ((String, String), (f64, [f64; 2]))| CaseQuantity {
+            name,
+            unit,
+            value,
+            error_bar: (high - value).max(value - low),
+        };
+    Ok(rows.map(row).collect())
+}
+
+/// A figure of each face or quantity of a case.
+fn each<T, V>(row: &[T], of: fn(&T) -> V) -> Vec<V> {
+    row.iter().map(of).collect()
 }

@@ -23,7 +23,7 @@ pub use levels::{
 };
 pub use run::{SolvedRun, estimated_percent, percent};
 pub use screen::next_command;
-pub use status::{outcome, performed, stages, status};
+pub use status::{failure, outcome, performed, stages, status};
 pub use sweep::{Cell, Column, SweepTable};
 
 use units::Units;

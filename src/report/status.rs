@@ -23,7 +23,8 @@ pub fn status(solution: &Solution, scene: &Scene, mesh: &Mesh) -> String {
     let automatic = by_another_way(scene);
     let accuracy = solution.accuracy;
     let (limits, usual) = (&scene.solve, SolveSettings::default());
-    let (what, advice) = match solution.status {
+    let what = failure(solution.status, accuracy).unwrap_or_default();
+    let advice = match solution.status {
         Status::Converged => return format!("converged to {accuracy:.1e}"),
         Status::MachinePrecision => {
             // Newton's steps are those of a dense operator.
@@ -44,54 +45,52 @@ pub fn status(solution: &Solution, scene: &Scene, mesh: &Mesh) -> String {
                 "reduced accuracy: the method met its stopping rule, and the multipliers are accurate to {accuracy:.1e}; epsilon asks for more"
             );
         }
-        Status::MaxOuterSteps => (
-            format!("out of outer steps at a change of {accuracy:.1e}"),
-            automatic
-                .filter(|_| limits.max_outer_steps >= usual.max_outer_steps)
-                .unwrap_or_else(|| "raise solve.max_outer_steps".to_owned()),
-        ),
-        Status::MaxOperatorApplications => (
-            "an inner problem ran out of applications of S".to_owned(),
-            automatic
-                .filter(|_| limits.max_operator_applications >= usual.max_operator_applications)
-                .unwrap_or_else(|| "raise solve.max_operator_applications".to_owned()),
-        ),
-        Status::NumericalError => (
-            "a value is not finite, or a coefficient of friction not positive at the slips reached"
-                .to_owned(),
-            "check loads, material and formulas".to_owned(),
-        ),
-        Status::MaxNewtonSteps => (
-            "Newton's method found no solution from any start".to_owned(),
-            automatic.unwrap_or_else(|| after_all_solvers(solution, scene)),
-        ),
-        Status::Inaccurate => (
-            format!(
-                "the stopping rule is met, but the multipliers are off by about {accuracy:.1e}"
-            ),
-            automatic.unwrap_or_else(|| after_all_solvers(solution, scene)),
-        ),
-        Status::NoEquilibrium if solution.is_mechanism_of_panes(mesh) => (
-            format!(
-                "no equilibrium with {} pane(s), which is no proof that contact cannot hold the body: panes transmit forces at their centres only",
+        Status::MaxOuterSteps => automatic
+            .filter(|_| limits.max_outer_steps >= usual.max_outer_steps)
+            .unwrap_or_else(|| "raise solve.max_outer_steps".to_owned()),
+        Status::MaxOperatorApplications => automatic
+            .filter(|_| limits.max_operator_applications >= usual.max_operator_applications)
+            .unwrap_or_else(|| "raise solve.max_operator_applications".to_owned()),
+        Status::NumericalError => "check loads, material and formulas".to_owned(),
+        Status::MaxNewtonSteps | Status::Inaccurate | Status::Cycling => {
+            automatic.unwrap_or_else(|| after_all_solvers(solution, scene))
+        }
+        Status::NoEquilibrium if solution.is_mechanism_of_panes(mesh) => {
+            return format!(
+                "NOT CONVERGED: no equilibrium with {} pane(s), which is no proof that contact cannot hold the body: panes transmit \
+                 forces at their centres only; a finer mesh or contact.multipliers = \"nodal\" may hold it; see the mechanism",
                 mesh.contact.as_ref().map_or(0, ContactSurface::n_panes)
-            ),
-            "a finer mesh or contact.multipliers = \"nodal\" may hold it; see the mechanism"
-                .to_owned(),
-        ),
-        Status::NoEquilibrium => (
-            "no equilibrium: contact cannot hold the body under this load".to_owned(),
-            format!(
-                "see the mechanism; hold it with [[clamp]], or change {}",
-                load_and_friction(scene, "or")
-            ),
-        ),
-        Status::Cycling => (
-            "successive approximations go round in a cycle".to_owned(),
-            automatic.unwrap_or_else(|| after_all_solvers(solution, scene)),
+            );
+        }
+        Status::NoEquilibrium => format!(
+            "see the mechanism; hold it with [[clamp]], or change {}",
+            load_and_friction(scene, "or")
         ),
     };
     format!("NOT CONVERGED: {what}; {advice}")
+}
+
+/// Why a solve failed; `None` for one that did not.
+pub fn failure(status: Status, accuracy: f64) -> Option<String> {
+    let words = match status {
+        Status::Converged | Status::MachinePrecision | Status::ReducedAccuracy => return None,
+        Status::MaxOuterSteps => {
+            return Some(format!("out of outer steps at a change of {accuracy:.1e}"));
+        }
+        Status::Inaccurate => {
+            return Some(format!(
+                "the stopping rule is met, but the multipliers are off by about {accuracy:.1e}"
+            ));
+        }
+        Status::MaxOperatorApplications => "an inner problem ran out of applications of S",
+        Status::NumericalError => {
+            "a value is not finite, or a coefficient of friction not positive at the slips reached"
+        }
+        Status::MaxNewtonSteps => "Newton's method found no solution from any start",
+        Status::NoEquilibrium => "no equilibrium: contact cannot hold the body under this load",
+        Status::Cycling => "successive approximations go round in a cycle",
+    };
+    Some(words.to_owned())
 }
 
 /// What may help where no setting does: only Coulomb's law leaves open whether there is a solution of a body that is held.

@@ -11,6 +11,8 @@ use crate::format::{CASES, SWEEP_LAYOUT};
 const KEYS: &str = "/cases/keys";
 const SETTINGS: &str = "/cases/settings";
 const FACE_NAMES: &str = "/cases/face_names";
+/// Names of the quantities that cases have error bars of.
+const QUANTITY_NAMES: &str = "/cases/quantity_names";
 
 /// What one case has in a column.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,7 +43,7 @@ pub struct Column {
 /// The table of a sweep.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SweepTable {
-    /// Its columns, those of contact faces last.
+    /// Its columns, those of contact faces and of quantities with error bars last.
     pub columns: Vec<Column>,
     /// Its cases.
     pub n_cases: usize,
@@ -104,26 +106,34 @@ impl SweepTable {
             n_cases: settings.len(),
             units: stored.map_or(Units::SI, |stored| stored.units),
         };
-        let faces = if reader.has(FACE_NAMES) {
-            reader.read_texts(FACE_NAMES)?
-        } else {
-            Vec::new()
+        let named = |path: &'static str| match reader.has(path) {
+            true => reader.read_texts(path),
+            false => Ok(Vec::new()),
         };
-        let mut of_faces: Vec<Vec<Column>> = vec![Vec::new(); faces.len()];
+        let (faces, quantities) = (named(FACE_NAMES)?, named(QUANTITY_NAMES)?);
+        let n_parts = faces.len() + quantities.len();
+        let mut of_parts: Vec<Vec<Column>> = vec![Vec::new(); n_parts];
         for spec in SWEEP_LAYOUT.datasets() {
             let of_cases = spec.shape.first() == Some(&Extent::Named("n_cases"));
             if !of_cases || !reader.has(spec.path) {
                 continue;
             }
             match spec.shape[1..] {
-                [Extent::Named("n_case_faces"), ref rest @ ..] => {
+                [
+                    Extent::Named(part @ ("n_case_faces" | "n_case_quantities")),
+                    ref rest @ ..,
+                ] => {
+                    let (parts, first) = match part {
+                        "n_case_faces" => (&faces, 0),
+                        _ => (&quantities, faces.len()),
+                    };
                     let name = spec.name().trim_start_matches("face_");
-                    let columns = table.figures(reader, spec, name, rest, faces.len())?;
-                    let width = columns.len() / faces.len();
+                    let columns = table.figures(reader, spec, name, rest, parts.len())?;
+                    let width = columns.len() / parts.len();
                     for (k, column) in columns.into_iter().enumerate() {
-                        let face = k / width;
-                        let name = escape_control(&format!("{}_{}", column.name, faces[face]));
-                        of_faces[face].push(Column { name, ..column });
+                        let part = k / width;
+                        let name = escape_control(&format!("{}_{}", column.name, parts[part]));
+                        of_parts[first + part].push(Column { name, ..column });
                     }
                 }
                 _ if spec.path == SETTINGS => {
@@ -137,7 +147,7 @@ impl SweepTable {
                 }
             }
         }
-        table.columns.extend(of_faces.into_iter().flatten());
+        table.columns.extend(of_parts.into_iter().flatten());
         Ok(table)
     }
 

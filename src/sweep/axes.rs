@@ -274,15 +274,31 @@ impl Range {
                 return to;
             }
             let share = index as f64 / (count - 1) as f64;
-            match scale {
-                Spacing::Linear => from + share * (to - from),
-                Spacing::Log => from * (share * (to / from).ln()).exp(),
-            }
+            let ratio = (to / from).ln();
+            let (value, size) = match scale {
+                Spacing::Linear => (from + share * (to - from), from.abs().max(to.abs())),
+                Spacing::Log => {
+                    let value = from * (share * ratio).exp();
+                    (value, value * (1.0 + ratio.abs()))
+                }
+            };
+            // Rounding of these lines.
+            shortest_decimal(value, 4.0 * f64::EPSILON * size)
         };
         Ok((0..count)
             .map(|index| vec![toml::Value::Float(at(index))])
             .collect())
     }
+}
+
+/// The number with the fewest digits that differs from `value` by `rounding` at most: 0.3 for 0.30000000000000004.
+fn shortest_decimal(value: f64, rounding: f64) -> f64 {
+    if value.abs() <= rounding {
+        return 0.0;
+    }
+    let mut shorter = (0..17).filter_map(|digits| format!("{value:.digits$e}").parse().ok());
+    let found = shorter.find(|shorter: &f64| (shorter - value).abs() <= rounding);
+    found.unwrap_or(value)
 }
 
 /// Most cases of one sweep: each is a file of the folder, and a plan holds the scene of each, some

@@ -19,7 +19,7 @@ use crate::{
         self, CaseRow, LAYOUT, SWEEP_LAYOUT, adaptive_status_word, get_key, scene_table_of_text,
     },
     output::{self, OutputFile, OutputKind},
-    report::SweepTable,
+    report::{SweepTable, failure},
 };
 
 /// Name of the table for h5py in the sweep's folder.
@@ -125,6 +125,10 @@ fn row(
         (Some(results), None) => &results.status,
         (None, None) => "missing",
     };
+    let why = || {
+        let results = results.as_ref()?;
+        failure(Status::of_word(&results.status)?, results.accuracy)
+    };
     // An older case may leave a key out.
     let value = |key: &String| settings.iter().find(|(name, _)| name == key);
     let number_at = |key: &String| value(key).map_or(f64::NAN, |(_, value)| number(value));
@@ -134,7 +138,7 @@ fn row(
         settings: as_json(settings).to_string(),
         setting_values: plan.keys.iter().map(number_at).collect(),
         status: status.to_owned(),
-        error: error.unwrap_or_default(),
+        error: error.or_else(why).unwrap_or_default(),
         results,
     })
 }

@@ -74,9 +74,15 @@ pub(super) fn page(folder: &Path, interactive: bool) -> Result<Page, StageError>
 
 /// Results worth a chart: column, quantity.
 const RESULTS: [(&str, &str); 11] = [
-    ("normal_force", "normal contact force"),
-    ("tangential_force_1", "tangential multiplier force along t1"),
-    ("tangential_force_2", "tangential multiplier force along t2"),
+    ("normal_force", "normal force"),
+    (
+        "tangential_force_1",
+        "friction force on the foundation along t1",
+    ),
+    (
+        "tangential_force_2",
+        "friction force on the foundation along t2",
+    ),
     ("open", "open panes"),
     ("stick", "sticking panes"),
     ("slip", "slipping panes"),

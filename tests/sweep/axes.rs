@@ -55,6 +55,22 @@ fn ranges_of_whole_numbers_are_whole_where_the_key_is() {
     }
 }
 
+/// Numbers are those that a person would write, and differ from the line between the ends by its rounding alone.
+#[test]
+fn ranges_have_the_shortest_decimals() {
+    let values = |range: &str| along("body.brick.size.0", range).unwrap();
+    let tenths = values("{ from = 0.1, to = 0.7, count = 7 }");
+    assert_eq!(tenths, ["0.1", "0.2", "0.3", "0.4", "0.5", "0.6", "0.7"]);
+    let decades = values("{ from = 1e-3, to = 10.0, count = 5, scale = \"log\" }");
+    assert_eq!(decades, ["0.001", "0.01", "0.1", "1.0", "10.0"]);
+    let thirds: f64 = values("{ from = 1.0, to = 2.0, count = 4 }")[1]
+        .parse()
+        .unwrap();
+    assert!((thirds - 4.0 / 3.0).abs() <= 8.0 * f64::EPSILON);
+    let across = along("traction.0.value.0", "{ from = -0.3, to = 0.3, count = 7 }").unwrap();
+    assert_eq!(across[3], "0.0");
+}
+
 #[test]
 fn ranges_end_exactly_and_keep_their_ratios() {
     let range = "{ from = 0.05, to = 1.6, count = 6, scale = \"log\" }";

@@ -238,6 +238,22 @@ fn tables_have_the_results_of_each_of_several_faces() {
             .position(|name| *name == "normal_force_wall")
             .unwrap();
         assert_eq!(cells[column].parse::<f64>().unwrap(), stored[1]);
+        // Quantities with error bars have their columns, too.
+        let names = file.read_texts("/solve/quantities/name").unwrap();
+        let place = names
+            .iter()
+            .position(|name| name == "contact_area")
+            .unwrap();
+        let value = file.read_vec::<f64>("/solve/quantities/value").unwrap()[place];
+        let range = file.read_vec::<f64>("/solve/quantities/range").unwrap();
+        let bar = (range[2 * place + 1] - value).max(value - range[2 * place]);
+        for (name, number) in [
+            ("quantity_contact_area", value),
+            ("error_bar_contact_area", bar),
+        ] {
+            let column = head.iter().position(|it| *it == name).unwrap();
+            assert_eq!(cells[column].parse::<f64>().unwrap(), number);
+        }
         assert_eq!(cells.len(), head.len());
     }
     // One face has no such columns.
