@@ -150,6 +150,25 @@ def test_zones(run, problem, integrals):
     assert counts[0] > 0 and counts[2] > 0  # the cases have more than one zone
 
 
+def test_the_dual_residual_is_gap_and_slip(run):
+    """S lambda - h in the words of docs/reference/run_file.md, and the centres of panes."""
+    if "assemble/dual_operator" not in run:
+        pytest.skip("S is not stored")
+    parts = [run["solve/multiplier_normal"][:], run["solve/multiplier_tangential"][:].ravel()]
+    operator, rhs = run["assemble/dual_operator"][:], run["load/dual_rhs"][:]
+    residual = operator @ np.concatenate(parts) - rhs
+    area, gap, slip = run["mesh/pane_area"][:], run["post/pane_gap"][:], run["post/pane_slip"][:]
+    expected = np.concatenate([area * gap, -(area[:, None] * slip).ravel()])
+    # The residual of the solve and sums of n terms, relative to what cancels.
+    assert np.abs(residual - expected).max() <= 1e-9 * np.abs(rhs).max()
+    average = run["mesh/pane_average"]
+    nodes = run["mesh/coordinates"][:][run["mesh/contact_nodes"][:]]
+    columns = np.repeat(np.arange(len(area)), np.diff(average["indptr"][:]))
+    centres = np.zeros((len(area), 3))
+    np.add.at(centres, columns, average["data"][:][:, None] * nodes[average["indices"][:]])
+    assert close(run["mesh/pane_centre"][:], centres)
+
+
 def test_pane_slip_and_gap(run, problem, integrals):
     area = problem.pane_area
     local = problem.displacement[problem.contact_nodes] @ problem.frame.T

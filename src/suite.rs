@@ -109,7 +109,7 @@ pub fn is_index(path: &Path) -> bool {
 pub fn read(path: &Path, coarse: bool) -> Result<Vec<SuiteCase>, StageError> {
     let text = read_index(path, "read the suite")?;
     let name = path.display().to_string();
-    let (index, _): (Index, _) = Source::read(&name, &text, "docs/validation/stability.md")?;
+    let (index, _): (Index, _) = Source::read(&name, &text, "stability")?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut cases = Vec::new();
     for family in &index.families {

@@ -39,7 +39,7 @@ pub(super) const MOST_THREADS: i64 = 1024;
 /// Exit codes: 0 done, 1 not converged (all results stored), 2 bad or stale input, 3 internal error
 /// or a standard output that cannot take the results, 130 interrupted.
 #[derive(Debug, Parser)]
-#[command(version, long_version = super::generated::version_words(), verbatim_doc_comment)]
+#[command(version, long_version = super::generated::version_words(), verbatim_doc_comment, disable_help_subcommand = true)]
 pub struct Arguments {
     /// What to do
     #[command(subcommand)]
@@ -160,6 +160,11 @@ pub enum Command {
     Completions {
         /// The shell; for bash: contact3d-pipe completions bash > ~/.local/share/bash-completion/completions/contact3d-pipe
         shell: Shell,
+    },
+    /// Print the help of a command, or a page of the reference: scene, body, material, contact, supports, history, solver, sweep, statuses
+    Help {
+        /// A command or a page
+        topic: Vec<String>,
     },
     /// Write the manual pages of the program and of every command
     Man {

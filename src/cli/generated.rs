@@ -1,4 +1,4 @@
-//! `man`, `completions`, `schema` and `--version`: what the program says of itself.
+//! `help`, `man`, `completions`, `schema` and `--version`: what the program says of itself.
 
 use std::{
     fs,
@@ -7,7 +7,7 @@ use std::{
 
 use clap::CommandFactory;
 use clap_complete::Shell;
-use contact3d::scene::Scene;
+use contact3d::scene::{InvalidValue, Scene};
 use runfile::{schema_json, schema_page};
 
 use super::{
@@ -56,6 +56,48 @@ fn page(folder: &Path, command: clap::Command, name: &str) -> Result<OutputFile,
             source,
         }),
     }
+}
+
+/// The pages of the reference that `help` prints.
+const PAGES: [(&str, &str); 9] = [
+    ("scene", include_str!("../../docs/reference/scene.md")),
+    ("body", include_str!("../../docs/reference/body.md")),
+    ("material", include_str!("../../docs/reference/material.md")),
+    ("contact", include_str!("../../docs/reference/contact.md")),
+    ("supports", include_str!("../../docs/reference/supports.md")),
+    ("history", include_str!("../../docs/reference/history.md")),
+    ("solver", include_str!("../../docs/reference/solver.md")),
+    ("sweep", include_str!("../../docs/reference/sweep.md")),
+    ("statuses", include_str!("../../docs/reference/statuses.md")),
+];
+
+/// `help`: prints the help of a command and the page of that name, or of the program.
+pub(super) fn help(topic: &[String]) -> Result<Exit, StageError> {
+    let mut program = Arguments::command();
+    program.build();
+    let mut command = Some(&mut program);
+    for name in topic {
+        command = command.and_then(|command| command.find_subcommand_mut(name));
+    }
+    let page = PAGES.iter().find(|(name, _)| topic == [*name]);
+    let help = command.map(|command| command.render_long_help().to_string());
+    let texts: Vec<String> = help
+        .into_iter()
+        .chain(page.map(|(_, page)| (*page).to_owned()))
+        .collect();
+    if texts.is_empty() {
+        return Err(StageError::Setting(InvalidValue {
+            key: "help".into(),
+            expected: format!(
+                "a command, or one of {}",
+                PAGES.map(|(name, _)| name).join(", ")
+            ),
+            found: topic.join(" "),
+            help: "`contact3d-pipe help` lists the commands".into(),
+        }));
+    }
+    terminal::result(&texts.join("\n"));
+    Ok(Exit::Done)
 }
 
 /// `completions`: prints the script for a shell.

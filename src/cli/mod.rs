@@ -97,6 +97,7 @@ fn perform(arguments: &Arguments) -> Exit {
         Command::Init { scene, kind } => init::init(scene, *kind, &output),
         Command::Inspect(mesh) => init::inspect(mesh, &output),
         Command::Completions { shell } => Ok(generated::completions(*shell)),
+        Command::Help { topic } => generated::help(topic),
         Command::Man { folder } => generated::man(folder, &output),
         Command::Sweep(arguments) => sweep::sweep(arguments, &output, threads),
     };

@@ -114,14 +114,24 @@ fn apply(table: &mut toml::Table, change: &str) -> Result<(), StageError> {
     })?;
     set_key(table, key.trim(), value).map_err(|problem| {
         let found = format!("{key}: {problem}");
-        let help = "docs/reference/scene.md lists the keys; items of lists have numbers from 0 on, as in pressure.0.value";
+        let help = "`contact3d-pipe help scene` lists the keys; items of lists have numbers from 0 on, as in pressure.0.value";
         setting("a key below tables and lists only", &found, help.into())
     })
 }
 
-/// One value; a text with more than that is none. The error says what a number that is too large should be.
+/// One value, a word without quotes too; a text with more than that is none. The error says what a number that is too large should be.
 fn toml_value(text: &str) -> Result<toml::Value, Option<String>> {
-    let document = format!("value = {text}").parse::<toml::Table>();
+    let word = text.trim();
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-".contains(c);
+    let document = match format!("value = {text}").parse::<toml::Table>() {
+        Err(_)
+            if word.starts_with(|c: char| c.is_ascii_alphabetic())
+                && word.chars().all(is_plain) =>
+        {
+            return Ok(toml::Value::String(word.to_owned()));
+        }
+        document => document,
+    };
     let mut values = document.map_err(|error| number_limit(&error))?.into_iter();
     match (values.next(), values.next()) {
         (Some((_, value)), None) => Ok(value),

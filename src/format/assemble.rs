@@ -75,7 +75,7 @@ pub(super) const OPERATORS: &[DatasetSpec] = &[
     GROUP.row(RIGID_SPRING_RESPONSE, Kind::F64, &[RIGID, FREE], Dimension::Number, "How the body yields to the forces of weak springs K_s in the rigid modes, -A_kappa^-1 K_s R.").symbol("Y").optional("absent where no weak spring resists the rigid modes"),
     GROUP.row(COUPLING_NORMAL, Kind::CsrMatrix, &[Named("n_panes"), FREE], Dimension::AREA, "Integral of the normal displacement over each pane.").symbol("N").optional(NO_CONTACT),
     GROUP.row(COUPLING_TANGENTIAL, Kind::CsrMatrix, &[Named("n_tangential"), FREE], Dimension::AREA, "Integrals of the tangential displacements over each pane; rows 2i and 2i + 1 belong to pane i.").symbol("T").optional(NO_FRICTION),
-    GROUP.row(DUAL_OPERATOR, Kind::F64, &[Named("n_multipliers"), Named("n_multipliers")], Dimension::DUAL, "Dual operator B A^-1 B^T, symmetric.").symbol("S").optional(IMPLICIT),
+    GROUP.row(DUAL_OPERATOR, Kind::F64, &[Named("n_multipliers"), Named("n_multipliers")], Dimension::DUAL, "Dual operator B A^-1 B^T, symmetric; rows and columns in the order of the multipliers: one normal for each pane, then t1 and t2 of each pane with friction.").symbol("S").optional(IMPLICIT),
     GROUP.row(CONTACT_COMPLIANCE, Kind::F64, &[Named("n_multipliers"), Named("n_contact_nodes"), extents::FRICTION_AXES], Dimension::COMPLIANCE, "Tangential displacement of the contact nodes that a unit of each multiplier takes away.").symbol("G").optional(NO_SLIP),
 ];
 

@@ -23,7 +23,7 @@ const SLIP_FREE: &str = "/load/slip_free";
 pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(FORCE, Kind::F64, &[Named("n_free")], Dimension::FORCE, "Load vector, less the forces A_fc u_c that prescribed displacements take.").symbol("l"),
     GROUP.row(PRESCRIBED, Kind::F64, &[Named("n_nodes"), extents::XYZ], Dimension::LENGTH, "Displacement at which the clamps hold each node, zero where free.").symbol("u_c").optional("absent where all clamps hold at zero").compressed(),
-    GROUP.row(DUAL_RHS, Kind::F64, &[Named("n_multipliers")], Dimension::VOLUME, "Right-hand side B A^-1 l of the dual problem plus B u_c, minus the integrated gap in its first m entries.").symbol("h").optional("absent without contact"),
+    GROUP.row(DUAL_RHS, Kind::F64, &[Named("n_multipliers")], Dimension::VOLUME, "Right-hand side B A^-1 l of the dual problem plus B u_c, minus the integrated gap in its first m entries, in the order of S. S lambda - h is -B u, plus the gap: pane area times pane_gap, then times -pane_slip.").symbol("h").optional("absent without contact"),
     GROUP.row(SLIP_FREE, Kind::F64, &[Named("n_contact_nodes"), extents::FRICTION_AXES], Dimension::LENGTH, "Tangential displacement of the contact nodes without contact.").optional("absent unless the dual operator is explicit and friction follows the slip"),
 ];
 

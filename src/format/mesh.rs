@@ -33,6 +33,7 @@ const CONTACT_FACETS: &str = "/mesh/contact_facets";
 const CONTACT_FACET_PANE: &str = "/mesh/contact_facet_pane";
 pub(super) const PANE_AREA: &str = "/mesh/pane_area";
 const PANE_AVERAGE: &str = "/mesh/pane_average";
+const PANE_CENTRE: &str = "/mesh/pane_centre";
 
 const ONLY_QUADRATIC: Condition<Mesh> = ("absent with linear tetrahedra", |mesh| {
     mesh.mid_edges.is_some()
@@ -64,6 +65,7 @@ pub(super) const SURFACE: Fields<ContactSurface> = fields! { ContactSurface => G
     (facets) CONTACT_FACETS, &[Named("n_contact_facets")], Dimension::Number, "Boundary triangles on the contact face, as indices into facets.".compressed().optional(NO_CONTACT);
     (facet_pane) CONTACT_FACET_PANE, &[Named("n_pane_facets")], Dimension::Number, "Pane of each contact triangle; with several faces of those with panes.".compressed().optional("absent without contact and with nodal multipliers");
     (pane_area) PANE_AREA, &[Named("n_panes")], Dimension::AREA, "Area of each pane; with nodal multipliers the integral of the node's hat function.".symbol("|R_i|").optional(NO_CONTACT).finite();
+    {Kind::F64} PANE_CENTRE, &[Named("n_panes"), extents::XYZ], Dimension::LENGTH, "Centre of each pane, the mean over it; with nodal multipliers the node.".optional(NO_CONTACT);
     {Kind::CscMatrix} PANE_AVERAGE, &[Named("n_contact_nodes"), Named("n_panes")], Dimension::Number, "Mean of each contact node's hat function over each pane; columns sum to 1. With nodal multipliers 1 at the node itself.".optional(NO_CONTACT);
 };
 
@@ -106,6 +108,16 @@ pub fn write(
         }
         SURFACE.write_one(writer, contact)?;
         writer.write_matrix(PANE_AVERAGE, columns(&contact.pane_average))?;
+        let centre = |pane| {
+            let (rows, shares) = contact.pane_average.column(pane);
+            let places = rows.iter().map(|row| mesh.coordinates[contact.nodes[*row]]);
+            let parts = places.zip(shares);
+            parts.fold([0.0; 3], |sum: [f64; 3], (x, share)| {
+                [0, 1, 2].map(|c| sum[c] + share * x[c])
+            })
+        };
+        let centres: Vec<[f64; 3]> = (0..contact.n_panes()).map(centre).collect();
+        write_value(writer, PANE_CENTRE, &centres)?;
     }
     QUALITY.write_one(writer, quality)
 }

@@ -192,7 +192,7 @@ fn scene_at(table: &toml::Table, key: &str, value: f64) -> Result<Scene, Invalid
         key: key.to_owned(),
         expected: "a scene that is valid at every value of the range".into(),
         found: format!("at {value}: {found}"),
-        help: "docs/reference/scene.md lists the keys and their ranges; choose others with --parameter, --from and --to".into(),
+        help: "`contact3d-pipe help scene` lists the keys and their ranges; choose others with --parameter, --from and --to".into(),
     }
     };
     set_key(&mut table, key, Value::Float(value)).map_err(invalid)?;

@@ -87,7 +87,7 @@ fn no_sweep(scene: &Path) -> InvalidValue {
                 escape_control(&sweep.display().to_string())
             ),
             None => format!(
-                "write a file with scene = {:?} and axes, as docs/reference/sweep.md shows",
+                "write a file with scene = {:?} and axes, as `contact3d-pipe help sweep` shows",
                 name.to_string_lossy()
             ),
         },
@@ -105,7 +105,7 @@ impl SweepFile {
             return Err(StageError::Setting(no_sweep(path)));
         }
         let name = path.display().to_string();
-        let (sweep, _) = Source::read(&name, &text, "docs/reference/sweep.md")?;
+        let (sweep, _) = Source::read(&name, &text, "sweep")?;
         Ok(sweep)
     }
 

@@ -268,6 +268,60 @@ fn help_shows_a_newcomer_how_to_start() {
     }
 }
 
+/// Remedies name pages that the program itself brings.
+#[test]
+fn pages_of_the_reference_and_commands_have_help() {
+    let program = Program::new();
+    fs::write(program.path("bad.toml"), "titel = 1").unwrap();
+    let refused = program.command(&["run", "bad.toml", "run.h5"]).assert();
+    let said = String::from_utf8_lossy(&refused.code(2).get_output().stderr).into_owned();
+    assert!(
+        said.contains("`contact3d-pipe help scene` lists the keys"),
+        "{said}"
+    );
+    for (topic, words) in [
+        ("scene", "| `title` |"),
+        ("statuses", "`no_equilibrium`"),
+        ("run", "Usage: contact3d-pipe run"),
+    ] {
+        let help = program.command(&["help", topic]).assert().success();
+        let text = String::from_utf8_lossy(&help.get_output().stdout).into_owned();
+        assert!(text.contains(words), "{topic}: {text}");
+    }
+    program.command(&["help", "nothing"]).assert().code(2);
+}
+
+/// A file of another kind is called what it is.
+#[test]
+fn files_of_other_kinds_are_named() {
+    let program = Program::new();
+    program.run(&["-q"]).assert().success();
+    fs::write(
+        program.path("a.msh"),
+        "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n",
+    )
+    .unwrap();
+    fs::write(program.path("a.stl"), "solid a\nendsolid a\n").unwrap();
+    fs::write(program.path("a.toml"), "title = \"a\"\n").unwrap();
+    for (command, file, words) in [
+        ("run", "run.h5", "expected a scene, found an HDF5 file"),
+        ("run", "a.msh", "expected a scene, found a mesh of Gmsh"),
+        ("run", "a.stl", "expected a scene, found an STL"),
+        ("inspect", "a.stl", "expected a Gmsh file, found an STL"),
+        ("inspect", "a.toml", "expected a Gmsh file, found a scene"),
+        (
+            "inspect",
+            "run.h5",
+            "expected a Gmsh file, found an HDF5 file",
+        ),
+    ] {
+        let more: &[&str] = if command == "run" { &["other.h5"] } else { &[] };
+        let refused = program.command(&[&[command, file], more].concat()).assert();
+        let said = String::from_utf8_lossy(&refused.code(2).get_output().stderr).into_owned();
+        assert!(said.contains(words), "{command} {file}: {said}");
+    }
+}
+
 /// Runs the scene that leaves method and operator to the program.
 fn run_newton(program: &Program, more: &[&str]) -> assert_cmd::assert::Assert {
     let scene = pipeline("newton.toml");

@@ -129,7 +129,7 @@ fn values_are_shown_as_scenes_write_them() {
         ),
         (
             "solve.method={newton=1, auto=2}",
-            "write method = \"auto\"; docs/reference",
+            "write method = \"auto\"; `contact3d-pipe help scene`",
         ),
         (
             "step=[{value={\"traction.0\"=true}}]",
@@ -188,13 +188,13 @@ fn kinds_are_named_those_found_and_those_there_are() {
 }
 
 #[test]
-fn a_word_without_quotes_is_explained() {
+fn a_word_needs_no_quotes_and_other_text_is_explained() {
     let program = Program::new();
-    let text = refusal(&program, "newton.toml", "contact.multipliers=nodal");
+    let text = refusal(&program, "newton.toml", "contact.gap=1e-6*x");
     let (_, advised) = text.split_once("--set '").expect(&text);
     let (advised, _) = advised.split_once('\'').expect(&text);
-    assert_eq!(advised, "contact.multipliers=\"nodal\"");
-    let (code, text) = said(&program, "newton.toml", advised);
+    assert_eq!(advised, "contact.gap=\"1e-6*x\"");
+    let (code, text) = said(&program, "newton.toml", "contact.multipliers=nodal");
     assert_eq!(code, Some(0), "{text}");
     let status = program.command(&["status", "run.h5"]).output().unwrap();
     assert!(status.status.success());

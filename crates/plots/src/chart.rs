@@ -331,21 +331,25 @@ impl SeriesStyle {
         }
     }
 
-    /// Draws a point of the series with a number: circle, square, triangle and diamond in turn; nothing on paths.
+    /// Draws a point of the series with a number: circle, square, triangle and diamond in turn, then hollow ones; nothing on paths.
     fn mark(self, canvas: &mut Canvas, number: usize, [x, y]: Point, radius: f64) {
         let edge = Some(Stroke::solid(Colour::BLACK, 1.0));
         let r = MARKER_RADIUS;
         match self {
             Self::Numbered => {
                 let colour = COLOURS[number % COLOURS.len()];
-                let edge = Some(Stroke::solid(Colour::WHITE, 0.8 * radius / MARKER_RADIUS));
+                let (inside, rim) = match number / 4 % 2 {
+                    0 => (colour, Colour::WHITE),
+                    _ => (Colour::WHITE, colour),
+                };
+                let edge = Some(Stroke::solid(rim, 0.8 * radius / MARKER_RADIUS));
                 let corners: &[Point] = match number % 4 {
-                    0 => return canvas.ellipse([x, y], [radius; 2], Fill::Plain(colour), edge),
+                    0 => return canvas.ellipse([x, y], [radius; 2], Fill::Plain(inside), edge),
                     1 => &[[-0.9, -0.9], [0.9, -0.9], [0.9, 0.9], [-0.9, 0.9]],
                     2 => &[[0.0, -1.2], [1.1, 0.8], [-1.1, 0.8]],
                     _ => &DIAMOND,
                 };
-                polygon(canvas, [x, y], radius, corners, colour, edge);
+                polygon(canvas, [x, y], radius, corners, inside, edge);
             }
             Self::Attracting | Self::Repelling | Self::NegativeDeterminant => {}
             Self::Fold => canvas.ellipse([x, y], [r; 2], Fill::Plain(Colour::WHITE), edge),

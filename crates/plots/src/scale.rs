@@ -7,9 +7,6 @@ use super::text::Label;
 /// Magnitudes below this count as zero: no power of ten that scales them is a normal number.
 const SMALLEST_MAGNITUDE: f64 = 1e-299;
 
-/// SI prefixes from 10⁻¹⁵ to 10¹⁵ in steps of 10³.
-const PREFIXES: [&str; 11] = ["f", "p", "n", "µ", "m", "", "k", "M", "G", "T", "P"];
-
 /// How the values of one quantity are printed: divided by 10^`exponent`, with this unit.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct UnitScale {
@@ -19,48 +16,24 @@ pub(super) struct UnitScale {
 }
 
 impl UnitScale {
-    /// Chooses the power of 1000 that prints `magnitude` as a number from 1 to 1000.
-    ///
-    /// Numbers without unit, and units other than m, N, Pa and J themselves, which a user has
-    /// chosen for their size, are scaled only below 10⁻² and from 10⁴ on: by an SI prefix where the
-    /// unit takes one.
+    /// The prefix that suits a magnitude, as [`Unit::prefixed`] chooses it; a power of 1000 for numbers, and units without prefixes, below
+    /// 10⁻² and from 10⁴ on.
     pub(super) fn new(magnitude: f64, unit: &Unit) -> Self {
-        let ordinary = magnitude <= SMALLEST_MAGNITUDE || (1e-2..1e4).contains(&magnitude);
-        match unit.multiple_of() {
-            Some((base, power)) if power == 0 || !ordinary => Self::prefixed(
-                engineering_exponent(magnitude * 10f64.powi(power)),
-                base,
-                power,
-            ),
-            _ if ordinary => Self::plain(unit),
-            _ => Self::by_power_of_ten(engineering_exponent(magnitude), unit),
+        let magnitude = if magnitude <= SMALLEST_MAGNITUDE {
+            0.0
+        } else {
+            magnitude
+        };
+        let (exponent, word) = unit.prefixed(magnitude);
+        let scaled = magnitude / 10f64.powi(exponent);
+        if magnitude == 0.0 || (1e-2..1e4).contains(&scaled) {
+            let unit = match unit.is_none() {
+                true => Label::default(),
+                false => Label::plain(format!("[{word}]")),
+            };
+            return Self { exponent, unit };
         }
-    }
-
-    /// In 10^`exponent` of an SI unit, for values in 10^`power` of it.
-    fn prefixed(exponent: i32, base: &str, power: i32) -> Self {
-        let prefix = usize::try_from(exponent / 3 + 5)
-            .ok()
-            .and_then(|index| PREFIXES.get(index));
-        Self {
-            exponent: exponent - power,
-            unit: match prefix {
-                Some(prefix) => Label::plain(format!("[{prefix}{base}]")),
-                None => power_of_ten(exponent).upright(format!(" {base}]")),
-            },
-        }
-    }
-
-    /// In the unit itself.
-    fn plain(unit: &Unit) -> Self {
-        Self {
-            exponent: 0,
-            unit: if unit.is_none() {
-                Label::default()
-            } else {
-                Label::plain(format!("[{}]", unit.word()))
-            },
-        }
+        Self::by_power_of_ten(engineering_exponent(magnitude), unit)
     }
 
     fn by_power_of_ten(exponent: i32, unit: &Unit) -> Self {

@@ -1,17 +1,22 @@
 //! The unit of one quantity: its word, and the named SI unit it is a multiple of.
 
+use std::ops::RangeInclusive;
+
 use super::{Dimension, ForceUnit, LengthUnit, Units};
 
-/// Prefixes by powers of ten.
-const PREFIXES: [(i32, &str); 8] = [
+/// SI prefixes by powers of ten, as people read them.
+const PREFIXES: [(i32, &str); 11] = [
+    (-15, "f"),
+    (-12, "p"),
     (-9, "n"),
-    (-6, "u"),
+    (-6, "µ"),
     (-3, "m"),
     (0, ""),
     (3, "k"),
     (6, "M"),
     (9, "G"),
     (12, "T"),
+    (15, "P"),
 ];
 
 /// The unit of a quantity.
@@ -134,8 +139,9 @@ impl Unit {
         }
     }
 
-    /// The power of ten of this unit that suits a magnitude, and its word.
-    fn prefixed(&self, magnitude: f64) -> (i32, String) {
+    /// The power of ten of this unit that suits a magnitude, and its word for people: the unit itself where none does.
+    #[must_use]
+    pub fn prefixed(&self, magnitude: f64) -> (i32, String) {
         let (base, of_base, times) = match (self.multiple, &self.area) {
             (Some((base, power)), _) => (base.to_owned(), power, 1),
             (None, Some(power)) => ("m²".to_owned(), *power, 2),
@@ -153,14 +159,7 @@ impl Unit {
             Some(found) => *found,
             None => return (0, self.word.replace("^2", "²")),
         };
-        let prefix = if prefix == "u" { "µ" } else { prefix };
         (times * (exponent - of_base), format!("{prefix}{base}"))
-    }
-
-    /// The SI unit whose prefixes this unit can take, and the power of ten of it that this unit is.
-    #[must_use]
-    pub fn multiple_of(&self) -> Option<(&'static str, i32)> {
-        self.multiple
     }
 }
 
@@ -169,17 +168,20 @@ fn named_stress(units: Units) -> Option<Unit> {
         return Some(Unit::fixed("psi".to_owned()));
     }
     let exponent = units.force.newtons()? - 2 * units.length.metres()?;
-    named("Pa", exponent, &PREFIXES[2..])
+    named("Pa", exponent, -3..=12)
 }
 
 fn named_energy(units: Units) -> Option<Unit> {
     let exponent = units.force.newtons()? + units.length.metres()?;
-    named("J", exponent, &PREFIXES[..7])
+    named("J", exponent, -9..=9)
 }
 
-fn named(base: &'static str, exponent: i32, prefixes: &[(i32, &str)]) -> Option<Unit> {
-    let (_, prefix) = prefixes.iter().find(|(of, _)| *of == exponent)?;
-    Some(Unit::si(base, exponent, format!("{prefix}{base}")))
+/// A multiple of an SI unit with a prefix, in letters of ASCII.
+fn named(base: &'static str, exponent: i32, range: RangeInclusive<i32>) -> Option<Unit> {
+    let mut prefixes = PREFIXES.iter().filter(|_| range.contains(&exponent));
+    let (_, prefix) = prefixes.find(|(of, _)| *of == exponent)?;
+    let word = format!("{prefix}{base}").replace('µ', "u");
+    Some(Unit::si(base, exponent, word))
 }
 
 /// Digits after the point where the largest of some numbers is told with four; `None` where a power of ten tells it better.

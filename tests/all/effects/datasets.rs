@@ -8,13 +8,14 @@ use runfile::Reader;
 
 use super::scenes::{BODY, CONTACT, LOAD, RAMPS, STEEL};
 
-const CONTACT_ONLY: [&str; 32] = [
+const CONTACT_ONLY: [&str; 33] = [
     "/solve/strategy",
     "/mesh/contact_normal",
     "/mesh/contact_nodes",
     "/mesh/contact_facets",
     "/mesh/contact_facet_pane",
     "/mesh/pane_area",
+    "/mesh/pane_centre",
     "/mesh/pane_average",
     "/assemble/coupling_normal",
     "/load/dual_rhs",

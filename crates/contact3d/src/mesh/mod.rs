@@ -33,7 +33,7 @@ pub(crate) use side::SidePoint;
 pub use side::{Quality, is_straight, shape, sorted};
 
 use crate::scene::{
-    BrickFace, Clamp, Contact, ElementOrder, InvalidValue, MultiplierSpace, Scene, Written,
+    BrickFace, Clamp, Contact, ElementOrder, InvalidValue, MultiplierSpace, Scene, Written, nearest,
 };
 
 /// What the digits of mesh files and of typed numbers leave of places, directions and areas, relative to the size of what they belong
@@ -296,7 +296,8 @@ fn check_face_names(scene: &Scene, names: &[String]) -> Result<(), InvalidValue>
                 key,
                 expected: format!("one of the mesh's faces: {}", names.join(", ")),
                 found: Written(&face).to_string(),
-                help: "physical surfaces of the Gmsh file name the faces".into(),
+                help: nearest(&face, names).unwrap_or_default()
+                    + "physical surfaces of the Gmsh file name the faces",
             });
         }
     }

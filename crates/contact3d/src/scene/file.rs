@@ -38,6 +38,13 @@ impl SceneFile {
             path: name.clone(),
             source,
         })?;
+        if let Some((found, help)) = other_file(&bytes, path) {
+            return Err(SceneError::NoScene {
+                path: name,
+                problem: format!("expected a scene, found {found}"),
+                help,
+            });
+        }
         if bytes.len() as u64 > LONGEST_SCENE {
             return Err(SceneError::NoScene {
                 path: name,
@@ -56,7 +63,7 @@ impl SceneFile {
     /// # Errors
     /// As [`Scene::parse`].
     pub fn parse(name: String, text: &str, folder: PathBuf) -> Result<Self, SceneError> {
-        let (scene, source): (Scene, _) = Source::read(&name, text, "docs/reference/scene.md")?;
+        let (scene, source): (Scene, _) = Source::read(&name, text, "scene")?;
         let scene = scene.checked().map_err(|invalid| source.refuse(invalid))?;
         Ok(Self {
             scene,
@@ -90,6 +97,31 @@ impl SceneFile {
     pub fn refuse(&self, invalid: InvalidValue) -> SceneError {
         self.source.refuse(invalid)
     }
+}
+
+/// What a file is, by its first bytes or its name, that is no scene, and what to do with it.
+pub(crate) fn other_file(bytes: &[u8], path: &Path) -> Option<(&'static str, &'static str)> {
+    let is_stl = path
+        .extension()
+        .is_some_and(|it| it.eq_ignore_ascii_case("stl"));
+    // HDF5 begins a file, or what follows 512 bytes of a program.
+    let begins = |from: usize| {
+        bytes
+            .get(from..)
+            .is_some_and(|rest| rest.starts_with(b"\x89HDF"))
+    };
+    if begins(0) || begins(512) {
+        let help =
+            "`contact3d-pipe status FILE` shows a run file, whose scene is its text /scene/toml";
+        return Some(("an HDF5 file, perhaps a run file", help));
+    }
+    if bytes.starts_with(b"$MeshFormat") {
+        let help = "`contact3d-pipe inspect MESH --scene part.toml` writes a scene for a mesh";
+        return Some(("a mesh of Gmsh", help));
+    }
+    let help = "an STL has a surface alone: fill it with tetrahedra, as by `gmsh -3` of a .geo with Merge, Surface Loop and Volume, \
+                then `contact3d-pipe inspect`";
+    is_stl.then_some(("an STL", help))
 }
 
 /// Refuses what is not a regular file: a folder, a device, a pipe.

@@ -36,6 +36,7 @@ pub use error::{InvalidValue, SceneError, SyntaxProblem, Warning, numbers};
 pub(crate) use error::{UNDEFINED, place_words};
 pub use expression::{BranchEnd, Expression, ExpressionError, FUNCTIONS, FormulaBranch, OnBranch};
 pub use features::ContactFeatures;
+pub(crate) use file::other_file;
 pub use file::{
     LONGEST_SCENE, SceneFile, Written, escape_control, escape_control_lines, is_hidden_control,
     read_bounded, require_regular, to_toml,
@@ -52,6 +53,7 @@ pub use material::{Isotropic, Material, Orthotropic, Part, Region, Voigt};
 pub use obstacle::{Cylinder, Direction, HalfSpace, Height, Obstacle, Side, Sphere};
 pub use quantity::{POSITION, Quantity};
 pub use rescaled::UnitChange;
+pub(crate) use schema::nearest;
 pub use solve::{
     AdaptSettings, AssembleSettings, DualOperatorKind, FactorPrecision, FirstMesh, InnerSolver,
     Method, PrecisionControl, SMALLEST_ERROR, SolveSettings,

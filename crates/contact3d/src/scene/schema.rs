@@ -134,7 +134,8 @@ impl<'a> Checker<'a> {
                 .collect();
             let expected = expected.join(", or ");
             let message = format!("expected {expected}, found {}", self.describe(value));
-            let help = remedy(&options, found) + self.keys;
+            let bodies = found.is_array().then(|| beyond_model(key)).flatten();
+            let help = bodies.unwrap_or_default() + &remedy(&options, found) + self.keys;
             return refuse(key, value.span(), message, help);
         };
         match (kind(schema), found) {
@@ -301,12 +302,6 @@ impl<'a> Checker<'a> {
         span: Range<usize>,
         known: &[&str],
     ) -> Result<(), SyntaxProblem> {
-        let similarity = |known: &str| strsim::jaro_winkler(name, known);
-        let nearest = known
-            .iter()
-            .max_by(|a, b| similarity(a).total_cmp(&similarity(b)));
-        // Jaro and Winkler's similarity is 1 for equal words.
-        let meant = nearest.filter(|nearest| similarity(nearest) >= 0.8);
         let is_of_sweep = known.contains(&"body") && ["scene", "axis"].contains(&key);
         let meant = match name {
             _ if is_of_sweep => {
@@ -315,7 +310,7 @@ impl<'a> Checker<'a> {
             "slip_interpolation" => {
                 Some("slips are those at the nodes: leave the key out; ".to_owned())
             }
-            _ => meant.map(|meant| format!("did you mean `{meant}`? ")),
+            _ => beyond_model(name).or_else(|| nearest(name, known)),
         };
         let expected = match known {
             [] | [_] | [_, _] => format!("`{}`", known.join("` or `")),
@@ -359,6 +354,48 @@ impl<'a> Checker<'a> {
         };
         format!("{kind} `{}`", &self.text[value.span()])
     }
+}
+
+/// The question whether one of some words was meant, before other help; `None` where none is like it.
+pub(crate) fn nearest(name: &str, known: &[impl AsRef<str>]) -> Option<String> {
+    let similarity = |known: &str| strsim::jaro_winkler(name, known);
+    let known = known.iter().map(AsRef::as_ref);
+    let nearest = known.max_by(|a, b| similarity(a).total_cmp(&similarity(b)))?;
+    // Jaro and Winkler's similarity is 1 for equal words.
+    (similarity(nearest) >= 0.8).then(|| format!("did you mean `{nearest}`? "))
+}
+
+/// What is said of a key for what this program does not model, with the nearest that it does; `None` for other keys.
+fn beyond_model(name: &str) -> Option<String> {
+    let has = |words: &[&str]| words.iter().any(|word| name.contains(word));
+    let words = if has(&["plastic", "yield", "hardening"]) {
+        "materials are elastic, without plasticity: compare the largest von Mises stress with the yield stress"
+    } else if has(&[
+        "density",
+        "mass",
+        "damping",
+        "velocity",
+        "frequency",
+        "dynamic",
+    ]) {
+        "there is no dynamics and no mass: weight is body_force = { value = [0.0, 0.0, -76500.0] }, slow motion a history of [[step]]"
+    } else if has(&["temperature", "thermal", "heat", "conductivity"]) {
+        "there is no heat: a change of size that another program computed may be a `value` of clamps, or a contact.gap"
+    } else if has(&[
+        "large_",
+        "nlgeom",
+        "nonlinear",
+        "hyperelastic",
+        "neo_hook",
+        "mooney",
+    ]) {
+        "deformations are small and materials linear: rubber takes a Poisson's ratio near 0.5"
+    } else if ["body", "bodies", "body2", "body_2", "contact_pair"].contains(&name) {
+        "one elastic body touches rigid obstacles: make the softer one the body, or both by symmetry with half the gap each"
+    } else {
+        return None;
+    };
+    Some(format!("{words}; "))
 }
 
 fn refuse(

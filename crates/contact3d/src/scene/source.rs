@@ -26,7 +26,7 @@ pub struct Source {
 }
 
 impl Source {
-    /// Reads TOML; `name` is the file's name and `page` the page about its keys, for messages.
+    /// Reads TOML; `name` is the file's name and `page` the page of `contact3d-pipe help` about its keys, for messages.
     ///
     /// # Errors
     /// [`SceneError::Syntax`] for text that is not TOML or has an unknown, missing or mistyped key, a list in the place of a
@@ -36,7 +36,8 @@ impl Source {
         text: &str,
         page: &str,
     ) -> Result<(T, Self), SceneError> {
-        let keys = format!("{page} lists the keys with their types and defaults");
+        let keys =
+            format!("`contact3d-pipe help {page}` lists the keys with their types and defaults");
         let mut source = Self {
             name: name.to_owned(),
             text: text.to_owned(),

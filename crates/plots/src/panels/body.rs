@@ -100,10 +100,15 @@ fn drawn_body(picture: &ContactPicture<'_>, layout: &PictureLayout, shown: &Show
     let mut edges = surface_edges(triangles);
     let rest = FacetNormals::new(&undeformed, triangles, &edges);
     mark_lines(&mut edges, &rest, picture.boundary_face);
-    let factor = if shown.at_rest.is_none() {
-        displacement_factor(picture, &view, &undeformed, &edges)
-    } else {
-        0.0
+    let diagonal = norm(extents(picture, &undeformed));
+    let obstacle = picture.obstacle;
+    let obstacle = obstacle.map(|shape| ObstacleShape::new(shape, &view, diagonal));
+    // Beside what is curved or not touched yet, displacements drawn larger would leave the body in the obstacle or far from it.
+    let as_it_is = obstacle.as_ref().is_some_and(|shape| !shape.touches_flatly);
+    let factor = match shown.at_rest {
+        Some(_) => 0.0,
+        None if as_it_is => 1.0,
+        None => displacement_factor(picture, &view, &undeformed, &edges),
     };
     let deformed: Vec<Vector> = undeformed
         .iter()
@@ -118,9 +123,6 @@ fn drawn_body(picture: &ContactPicture<'_>, layout: &PictureLayout, shown: &Show
     let values = used.clone().map(|&node| magnitude[node]);
     let key = ColourKey::new(values, ColourMap::Plasma, &shown.symbol, &shown.unit);
 
-    let diagonal = norm(extents(picture, &undeformed));
-    let obstacle = picture.obstacle;
-    let obstacle = obstacle.map(|shape| ObstacleShape::new(shape, &view, factor, diagonal));
     let drawn = used.flat_map(|&node| [undeformed[node], deformed[node]]);
     let drawn = drawn
         .chain(obstacle.iter().flat_map(ObstacleShape::points))
@@ -164,7 +166,7 @@ fn drawn_body(picture: &ContactPicture<'_>, layout: &PictureLayout, shown: &Show
     draw_triad(&mut canvas, &view, [52.0, bottom - 24.0]);
     let note = match shown.at_rest {
         Some(words) => Label::plain(words),
-        None if magnitude.iter().any(|&u| u > 0.0) => deformation_note(factor, picture.obstacle),
+        None if magnitude.iter().any(|&u| u > 0.0) => deformation_note(factor),
         None => Label::plain("no displacement"),
     };
     let grey = picture.obstacle.map_or("", |_| ", grey: obstacle");
@@ -265,14 +267,8 @@ fn view_rectangle(layout: &PictureLayout, has_symbols: bool) -> (Point, Point) {
 }
 
 /// What is drawn larger, and what dashed lines are.
-fn deformation_note(factor: f64, obstacle: Option<&DrawnObstacle>) -> Label {
-    let has_gaps = obstacle.is_some_and(|o| o.gaps.iter().any(|gap| norm(*gap) > 0.0));
-    let drawn_larger = if has_gaps {
-        "displacement and gaps × "
-    } else {
-        "displacement × "
-    };
-    Label::plain(drawn_larger)
+fn deformation_note(factor: f64) -> Label {
+    Label::plain("displacement × ")
         .then(&factor_label(factor))
         .upright(", dashed: undeformed")
 }
@@ -325,17 +321,19 @@ pub(crate) fn draw_triad(canvas: &mut Canvas, view: &View, origin: Point) {
 const GREY: Colour = Colour(0xe6, 0xe6, 0xe6);
 const EDGE: Colour = Colour(0xb4, 0xb4, 0xb4);
 
-/// The obstacle in the stretched basis of the view, its gaps drawn larger as displacements are.
+/// The obstacle in the stretched basis of the view, where it is.
 pub(super) struct ObstacleShape {
     /// Polygons, one or more loops each, from back to front.
     pub(super) polygons: Vec<(Vec<Vec<Vector>>, Colour)>,
+    /// Whether it is a plane that the body touches from the start.
+    touches_flatly: bool,
 }
 
 impl ObstacleShape {
-    /// Of an obstacle whose gaps are drawn `factor` times as wide, beside a body with that diagonal.
-    pub(super) fn new(obstacle: &DrawnObstacle, view: &View, factor: f64, diagonal: f64) -> Self {
+    /// Of an obstacle beside a body with that diagonal.
+    pub(super) fn new(obstacle: &DrawnObstacle, view: &View, diagonal: f64) -> Self {
         let gaps = obstacle.gaps.iter().map(|&gap| view.stretched(gap));
-        let gaps: Vec<Vector> = gaps.map(|gap| gap.map(|c| factor * c)).collect();
+        let gaps: Vec<Vector> = gaps.collect();
         let nearest = gaps.iter().map(|&gap| norm(gap)).fold(f64::MAX, f64::min);
         // What is farther from the face than the nearest point, by more than this share of the diagonal of the body, is cut off.
         let limit = nearest + 0.2 * diagonal;
@@ -352,6 +350,7 @@ impl ObstacleShape {
             let at = |nodes: Vec<usize>| nodes.into_iter().map(|n| corners[n].0).collect();
             return Self {
                 polygons: vec![(loops.map(at).collect(), GREY)],
+                touches_flatly: corners.iter().all(|(_, gap)| *gap == 0.0),
             };
         }
         let cut = obstacle.triangles.iter();
@@ -369,6 +368,7 @@ impl ObstacleShape {
         };
         Self {
             polygons: polygons.into_iter().map(painted).collect(),
+            touches_flatly: false,
         }
     }
 

@@ -267,9 +267,9 @@ fn a_face_that_is_mostly_open_is_framed_around_what_touches() {
     assert_eq!(panes(&sample.picture()), 256);
 }
 
-/// A wave of ten displacements' height below the face: what is far from it is cut off, and gaps are said to be drawn larger.
+/// A hill below the face is drawn where it is, beside a body whose displacements are not drawn larger; what is far away is cut off.
 #[test]
-fn an_obstacle_is_drawn_with_its_gaps() {
+fn an_obstacle_is_drawn_where_it_is() {
     let sample = Sample::brick([1.0, 1.0, 1.0], [8, 8, 2]);
     let nodes = || sample.coordinates.iter().filter(|x| x[2] == 0.0);
     let shape = |gap: &dyn Fn(f64) -> f64| DrawnObstacle {
@@ -283,18 +283,20 @@ fn an_obstacle_is_drawn_with_its_gaps() {
         assert_all_readable(&picture);
         let body = panels(&picture)[2].1.svg();
         let bare = panels(&sample.picture())[2].1.svg();
-        let gaps = body.contains("displacement and gaps ×");
+        let as_it_is = body.contains("displacement × 1,");
         assert!(body.contains("grey: obstacle"));
         (
             body.matches("<path").count() - bare.matches("<path").count(),
-            gaps,
+            as_it_is,
         )
     };
     assert_eq!(regions(&shape(&|_| 0.0)), (1, false));
-    let (near, said) = regions(&shape(&|x| 1e-4 * x * x));
-    assert!(said && near == sample.contact_triangles.len());
-    let (far, _) = regions(&shape(&|x| 1e-2 * x * x));
+    let (near, as_it_is) = regions(&shape(&|x| 1e-4 * x * x));
+    assert!(as_it_is && near == sample.contact_triangles.len());
+    let (far, _) = regions(&shape(&|x| x * x));
     assert!(far > 0 && far < near, "{far}");
+    // A plane that the body does not touch yet.
+    assert_eq!(regions(&shape(&|_| 1e-3)), (1, true));
 }
 
 /// Each kind of mark on the upper face of a slender brick, whose arrows would leave the panel at the scale of the body alone.

@@ -24,7 +24,7 @@ use thiserror::Error;
 pub use scanner::{FilePosition, GmshFlaw};
 
 use super::RawMesh;
-use crate::scene::{GmshFile, require_regular};
+use crate::scene::{GmshFile, other_file, require_regular};
 
 /// Why a Gmsh mesh cannot be used.
 #[derive(Debug, Error, Diagnostic)]
@@ -38,13 +38,13 @@ pub enum GmshError {
         source: std::io::Error,
     },
     /// The mesh of another program.
-    #[error("{}: expected a Gmsh file, found another format", path.display())]
-    #[diagnostic(help(
-        "pip install 'contact3d-pipe[convert]', then: python -m contact3d.convert {} {}",
-        path.display(),
-        path.with_extension("msh").display()
-    ))]
-    OtherFormat { path: PathBuf },
+    #[error("{}: expected a Gmsh file, found {found}", path.display())]
+    #[diagnostic(help("{help}"))]
+    OtherFormat {
+        path: PathBuf,
+        found: &'static str,
+        help: String,
+    },
     /// The file is not the one the scene means.
     #[error("{}: expected the blake3 digest {expected}, found {found}", path.display())]
     #[diagnostic(help(
@@ -91,7 +91,25 @@ pub(super) fn read(file: &GmshFile, folder: &Path) -> Result<RawMesh, GmshError>
     }
     let is_msh = path.extension().is_some_and(|extension| extension == "msh");
     if !is_msh && !bytes.starts_with(b"$MeshFormat") {
-        return Err(GmshError::OtherFormat { path });
+        let is_scene = path
+            .extension()
+            .is_some_and(|extension| extension == "toml");
+        let (found, help) = match other_file(&bytes, &path) {
+            Some((found, help)) => (found, help.to_owned()),
+            None if is_scene => (
+                "a scene",
+                "`run` takes scenes, `inspect` and body.gmsh.file take meshes".to_owned(),
+            ),
+            None => {
+                let [from, to] = [path.clone(), path.with_extension("msh")];
+                let (from, to) = (from.display(), to.display());
+                let convert = format!(
+                    "pip install 'contact3d-pipe[convert]', then: python -m contact3d.convert {from} {to}"
+                );
+                ("another format", convert)
+            }
+        };
+        return Err(GmshError::OtherFormat { path, found, help });
     }
     let mut mesh = parse(&bytes).map_err(|flaw| GmshError::InFile {
         path,

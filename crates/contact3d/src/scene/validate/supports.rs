@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::{check_box, require};
 use crate::scene::{
     BrickFace, Clamp, Component, FacePart, InvalidValue, MOST_INCREMENTS, Quantity, Scene,
-    SlipMeasure, Written,
+    SlipMeasure, Written, nearest,
 };
 
 pub(super) fn check(scene: &Scene) -> Result<(), InvalidValue> {
@@ -126,7 +126,8 @@ fn check_name(scene: &Scene, face: &str, key: &str) -> Result<(), InvalidValue> 
         key,
         &format!("one of {}", BrickFace::NAMES.join(", ")),
         Written(&face),
-        "a brick has these six faces; named groups come with Gmsh meshes",
+        &(nearest(face, &BrickFace::NAMES).unwrap_or_default()
+            + "a brick has these six faces; named groups come with Gmsh meshes"),
     )
 }
 
