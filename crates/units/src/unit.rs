@@ -5,9 +5,7 @@ use std::ops::RangeInclusive;
 use super::{Dimension, ForceUnit, LengthUnit, Units};
 
 /// SI prefixes by powers of ten, as people read them.
-const PREFIXES: [(i32, &str); 11] = [
-    (-15, "f"),
-    (-12, "p"),
+const PREFIXES: [(i32, &str); 8] = [
     (-9, "n"),
     (-6, "µ"),
     (-3, "m"),
@@ -16,7 +14,6 @@ const PREFIXES: [(i32, &str); 11] = [
     (6, "M"),
     (9, "G"),
     (12, "T"),
-    (15, "P"),
 ];
 
 /// The unit of a quantity.
