@@ -188,16 +188,13 @@ pub fn begin_path_series<'w, 't>(
     mesh: &'w Mesh,
     path: &Path,
 ) -> Result<GridSeries<'w, 't>, StoreError> {
-    let measures: [(&str, fn(&PathPoint) -> f64); 3] = [
-        ("parameter", |point| point.parameter),
-        ("determinant_sign", |point| f64::from(point.determinant)),
-        ("spectral_radius", |point| point.spectral_radius),
-    ];
-    for (name, measure) in measures {
-        let values: Vec<f64> = path.points.iter().map(measure).collect();
-        write_of_steps(writer, name, &values)?;
-    }
-    let parameters: Vec<f64> = path.points.iter().map(|point| point.parameter).collect();
+    let of_points = |measure: fn(&PathPoint) -> f64| path.points.iter().map(measure).collect();
+    let parameters: Vec<f64> = of_points(|point| point.parameter);
+    let signs: Vec<f64> = of_points(|point| f64::from(point.determinant));
+    let radii: Vec<f64> = of_points(|point| point.spectral_radius);
+    write_of_steps(writer, "parameter", &parameters)?;
+    write_of_steps(writer, "determinant_sign", &signs)?;
+    write_of_steps(writer, "spectral_radius", &radii)?;
     let times = if parameters.is_sorted_by(|a, b| a < b) {
         parameters
     } else {
