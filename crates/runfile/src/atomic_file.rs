@@ -1,7 +1,7 @@
 //! An HDF5 file that comes whole or not at all: written under a hidden name, given its digest, synced, and renamed.
 //!
-//! HDF5 writes a file in memory when it is closed, and closing sees every error. It writes all of it with the mark of a file that is
-//! being written, then the page without: if the second call is lost, the file does not open.
+//! HDF5 writes a file in memory when it is closed, and closing sees every error. It writes all of it twice, first with the mark of a
+//! file that is being written: if the second call is lost, the file does not open.
 
 use std::fs::{File, Permissions};
 use std::io::{BufRead, BufReader, Read};
@@ -162,14 +162,11 @@ pub fn is_same(one: impl Read, other: impl Read) -> io::Result<bool> {
 /// Where HDF5 puts a file together.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Workplace {
-    /// In memory; it is written whole when it is closed, and then the page again whose mark says that it is being written.
+    /// In memory; it is written whole, twice, when it is closed.
     Memory,
     /// On the disk, so that large values are in memory once.
     Disk,
 }
-
-/// HDF5 notes what has changed since it wrote a file from memory in pages of so many bytes.
-const PAGE_BYTES: usize = 1 << 16;
 
 /// A file in memory grows by this many bytes.
 const GROWTH_BYTES: usize = 1 << 16;
@@ -180,9 +177,7 @@ pub(super) fn create(path: &Path, workplace: Workplace) -> Result<hdf5::File, St
     let options = options
         .with_fapl(|access| {
             match workplace {
-                Workplace::Memory => access
-                    .core_options(GROWTH_BYTES, true)
-                    .write_tracking(PAGE_BYTES),
+                Workplace::Memory => access.core_options(GROWTH_BYTES, true),
                 Workplace::Disk => access.sec2(),
             }
             .libver_bounds(LibraryVersion::V110, LibraryVersion::V110)
