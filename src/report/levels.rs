@@ -146,8 +146,8 @@ pub fn peaks(scene: &Scene, records: &[StepRecord]) -> Figures {
 
 /// The first and the last step of the last cycle: the loads end where they were before the first.
 fn last_cycle(scene: &Scene, records: &[StepRecord]) -> Option<[usize; 2]> {
-    let done = records.iter().filter(|it| it.increment.share >= 1.0);
-    let last = done.last()?.increment.step;
+    let mut done = records.iter().filter(|it| it.increment.share >= 1.0);
+    let last = done.next_back()?.increment.step;
     let ends: Vec<Scene> = scene.at_ends().collect::<Result<_, _>>().ok()?;
     let before = (0..last.saturating_sub(1)).rev();
     let start = before.into_iter().find(|step| ends[*step] == ends[last])?;

@@ -200,7 +200,31 @@ impl<'a> SolvedRun<'a> {
         } else {
             (strain > 0.1).then(|| format!("strains reach {}, {look}", percent(strain)))
         };
-        deformation.into_iter().chain(self.long_slips()).collect()
+        let slide = self.slide().map(|share| {
+            format!(
+                "the body slides by {} of its size before it rests: the load is at the limit of what friction bears, and contact is that of where it began",
+                percent(share)
+            )
+        });
+        let all = deformation.into_iter().chain(slide);
+        all.chain(self.long_slips()).collect()
+    }
+
+    /// How far a body slides that friction alone holds, over its size; `None` up to a tenth.
+    fn slide(&self) -> Option<f64> {
+        self.solution.rigid.as_ref()?;
+        let contact = self
+            .report
+            .panes
+            .iter()
+            .filter(|pane| pane.zone != Zone::Open);
+        let slips = contact
+            .filter_map(|pane| pane.friction)
+            .map(|it| it.slip[0].hypot(it.slip[1]));
+        let least = slips.fold(f64::INFINITY, f64::min);
+        let [x, y, z] = extents(&self.mesh.coordinates);
+        let share = least / x.hypot(y).hypot(z);
+        (share.is_finite() && share > 0.1).then_some(share)
     }
 
     /// Slips along round obstacles after which their normal is another one.

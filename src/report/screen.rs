@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use contact3d::{
-    post::{FunctionalEstimate, Zone},
+    post::{FunctionalEstimate, PaneState, Zone},
     scene::{Functional, escape_control},
 };
 use units::{Dimension, Unit};
@@ -41,7 +41,16 @@ impl SolvedRun<'_> {
             line(&name, Some(force));
         }
         for of in self.first_quantities() {
-            line(&name_of_quantity(of), self.quantity(of));
+            let share = self
+                .friction_used()
+                .filter(|_| of == Functional::TangentialForce);
+            let share = share.map_or_else(String::new, |share| {
+                format!(", {:.0} % of what friction can bear", 100.0 * share)
+            });
+            line(
+                &name_of_quantity(of),
+                self.quantity(of).map(|words| words + &share),
+            );
         }
         line("largest von Mises", self.largest_von_mises());
         let displacement = self
@@ -105,6 +114,21 @@ impl SolvedRun<'_> {
         contact
             .map(|contact| ("contact force".to_owned(), told(contact.contact_force)))
             .collect()
+    }
+
+    /// The friction force over the largest one in its direction that the panes can bear as they are pressed; `None` without a force.
+    fn friction_used(&self) -> Option<f64> {
+        let surface = self.mesh.contact.as_ref()?;
+        let force = self.report.resultants.contact.as_ref()?.tangential_force?;
+        let size = force[0].hypot(force[1]);
+        let radius = |pane: &PaneState| {
+            let [first, second] = pane.friction.map_or([0.0; 2], |it| it.semi_axes);
+            let inverse = (force[0] / size / first).hypot(force[1] / size / second);
+            if inverse > 0.0 { inverse.recip() } else { 0.0 }
+        };
+        let panes = self.report.panes.iter().zip(&surface.pane_area);
+        let most: f64 = panes.map(|(pane, area)| area * radius(pane)).sum();
+        (size > 0.0 && most > 0.0 && self.report.faces.is_empty()).then(|| size / most)
     }
 
     /// A quantity of the solution with its error bar or range, without them where they were not estimated.
