@@ -97,6 +97,14 @@ fn run_suite(
     let mut cases = suite::read(index, arguments.coarse)?;
     if let Some(part) = &arguments.only {
         cases.retain(|case| case.name.contains(part.as_str()) || case.family == *part);
+        if cases.is_empty() {
+            return Err(StageError::Setting(InvalidValue {
+                key: "--only".into(),
+                expected: "a family of the suite, or a part of the name of a case".into(),
+                found: part.clone(),
+                help: "without --only all cases run, and their names are printed".into(),
+            }));
+        }
     }
     let meshes = cases.iter().filter_map(|case| mesh_file(&case.scene));
     let table = arguments.claim(&Inputs::of(meshes.chain([index.to_owned()])))?;

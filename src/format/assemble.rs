@@ -1,6 +1,6 @@
 //! `/assemble`: stiffness, coupling, Cholesky factor, dense dual operator.
 
-use std::sync::Arc;
+use std::{fmt::Display, sync::Arc};
 
 use contact3d::{
     contact::Coupling,
@@ -219,17 +219,18 @@ pub fn read(reader: &Reader, engine: Option<&str>) -> Result<DualSystem, FormatE
     } else if reader.has(VALUES) {
         let values = reader.read_vec(VALUES)?;
         Factor::Double(CholeskyFactor::from_parts(structure, values)?)
-    } else if engine.is_none() && is_made_again(&structure) && !reader.has(DUAL_OPERATOR_SINGLE) {
-        let (double, unwatched) = (Precision::Double, Work::default());
-        let made = Factor::of_structure(structure, primal.invertible(), double, &unwatched);
-        made.map_err(|error| FormatError::Inconsistent {
-            dataset: STIFFNESS,
-            reason: error.to_string(),
-        })?
     } else {
-        let engine = engine.ok_or(EngineError::NotAtHand)?;
-        let (a, no_rows) = (primal.invertible(), CscMatrix::empty(structure.size()));
-        Factor::Remote(RemoteFactor::new(engine, structure, a, no_rows)?)
+        require_structure(&structure, &primal.stiffness)?;
+        let a = primal.invertible();
+        if engine.is_none() && is_made_again(&structure) && !reader.has(DUAL_OPERATOR_SINGLE) {
+            let (double, unwatched) = (Precision::Double, Work::default());
+            let made = Factor::of_structure(structure, a, double, &unwatched);
+            made.map_err(|error| inconsistent(STIFFNESS, &error))?
+        } else {
+            let engine = engine.ok_or(EngineError::NotAtHand)?;
+            let no_rows = CscMatrix::empty(structure.size());
+            Factor::Remote(RemoteFactor::new(engine, structure, a, no_rows)?)
+        }
     };
     let mut seconds = AssemblySeconds::default();
     SECONDS.read_one(reader, &mut seconds, true)?;
@@ -242,6 +243,26 @@ pub fn read(reader: &Reader, engine: Option<&str>) -> Result<DualSystem, FormatE
         assembly,
         contact: read_contact(reader)?,
     })
+}
+
+/// Refuses a structure that is not that of the factor of A in its order.
+fn require_structure(structure: &FactorStructure, a: &CscMatrix) -> Result<(), FormatError> {
+    let found = FactorStructure::analyse(a, structure.permutation.clone());
+    match found {
+        Ok(found) if found == *structure => Ok(()),
+        Ok(_) => Err(inconsistent(
+            "/assemble/factor",
+            &"expected the rows of the factor of the stiffness matrix, found others",
+        )),
+        Err(error) => Err(inconsistent("/assemble/factor/permutation", &error)),
+    }
+}
+
+fn inconsistent(dataset: &'static str, reason: &dyn Display) -> FormatError {
+    FormatError::Inconsistent {
+        dataset,
+        reason: reason.to_string(),
+    }
 }
 
 fn read_contact(reader: &Reader) -> Result<Option<ContactSystem>, FormatError> {

@@ -34,7 +34,7 @@ const NO_ERROR: &str = "absent unless the scene asks for an error";
 pub(super) const FIELDS: Fields<FunctionalEstimate> = fields! { FunctionalEstimate => solve::GROUP;
     [|it| it.functional.word().to_owned()] NAME, ROWS, Dimension::Number, "Quantities of the answer, as `adapt.of` names them.".optional(MISSING);
     {Kind::Text} UNIT, ROWS, Dimension::Number, "The unit of each: of its value, signed_error and range.".optional(MISSING);
-    (value) VALUE, ROWS, Dimension::Number, "Their values, each in its own `unit`.".symbol("Q(u_h)").optional(MISSING);
+    (value) VALUE, ROWS, Dimension::Number, "Their values, each in its own `unit`.".symbol("Q(u_h)").optional(MISSING).finite();
     (signed_error) "/solve/quantities/signed_error", ROWS, Dimension::Number, "Estimated Q(u) - Q(u_h) with its sign; of areas and the largest pressure, whose estimates have none, the error bar.".optional(MISSING);
     (range) RANGE, &[Named("n_quantities"), Fixed(2)], Dimension::Number, "Where the quantity of the body lies by the estimate: smallest and largest value.".optional(MISSING);
     [corners, put_corners] BOX, &[Named("n_quantities"), Fixed(2), extents::XYZ], Dimension::LENGTH, "Opposite corners of the box that a mean is over, or of the pane of the largest pressure; NaN for what has no place.".optional(MISSING);

@@ -507,6 +507,7 @@ pub(super) fn estimate_words(estimate: &ErrorEstimate, scene: &Scene) -> String 
 pub fn percent(share: f64) -> String {
     let percent = 100.0 * share;
     match percent {
+        1e5.. => format!("{percent:.1e} %"),
         10.0.. => format!("{percent:.0} %"),
         1.0..10.0 => format!("{percent:.1} %"),
         0.1..1.0 => format!("{percent:.2} %"),

@@ -77,8 +77,9 @@ impl<'a> SurfaceLoad<'a> {
     /// A load on a mesh.
     ///
     /// # Errors
-    /// A total force that is not finite, or whose moment the loaded part is too narrow for.
+    /// A box or a disc that holds nothing of the face; a total force that is not finite, or whose moment the loaded part is too narrow for.
     pub fn new(load: FaceLoad<'a>, mesh: &Mesh) -> Result<Self, InvalidValue> {
+        mesh.check_face_part(&load.key(), &load.part())?;
         let sides = mesh.sides_of(&load.part());
         let spread = match load {
             FaceLoad::Force(_, force) => SpreadForce::new(force, &load.key(), mesh, &sides)?,
@@ -178,8 +179,10 @@ impl SpreadForce {
         let points: Vec<(Vector3<f64>, f64)> =
             points.map(|p| (p.at.into(), p.area.norm())).collect();
         let area: f64 = points.iter().map(|(_, area)| area).sum();
-        let first: Vector3<f64> = points.iter().map(|(at, area)| at * *area).sum();
-        let centre = first / area;
+        // From a place nearby: the part may be small and far from the origin.
+        let near = points.first().map_or_else(Vector3::zeros, |(at, _)| *at);
+        let arms = points.iter().map(|(at, area)| (at - near) * *area);
+        let centre = near + arms.sum::<Vector3<f64>>() / area;
         let vector = |name: &str, values: &[Quantity; 3]| {
             let mut vector = Vector3::zeros();
             for (part, value) in vector.iter_mut().zip(values) {
@@ -190,7 +193,11 @@ impl SpreadForce {
         let total = vector("value", &force.value)?;
         let about = force.point.map_or(centre, Vector3::from);
         let moment = vector("moment", &force.moment)? + (about - centre).cross(&total);
-        let mut turning = Vector3::zeros();
+        let mut spread = Self {
+            uniform: total / area,
+            turning: Vector3::zeros(),
+            centre,
+        };
         if moment != Vector3::zeros() {
             let second = points.iter().map(|(at, area)| {
                 let r = at - centre;
@@ -207,13 +214,23 @@ impl SpreadForce {
                 });
             }
             let vectors = eigen.eigenvectors;
-            turning = vectors * (vectors.transpose() * moment).component_div(&eigen.eigenvalues);
+            let turn = |moment: Vector3<f64>| {
+                vectors * (vectors.transpose() * moment).component_div(&eigen.eigenvalues)
+            };
+            spread.turning = turn(moment);
+            // The large tractions of a moment on a small part leave a resultant by rounding; what is left of it is theirs again.
+            for _ in 0..2 {
+                let (mut force_left, mut moment_left) = (total, moment);
+                for (at, area) in &points {
+                    let traction = spread.at((*at).into()) * *area;
+                    force_left -= traction;
+                    moment_left -= (at - centre).cross(&traction);
+                }
+                spread.uniform += force_left / area;
+                spread.turning += turn(moment_left);
+            }
         }
-        Ok(Self {
-            uniform: total / area,
-            turning,
-            centre,
-        })
+        Ok(spread)
     }
 
     fn at(&self, place: [f64; 3]) -> Vector3<f64> {

@@ -104,46 +104,63 @@ impl Mesh {
     /// # Errors
     /// The key of the box or disc.
     pub(super) fn check_face_parts(&self, scene: &Scene) -> Result<(), InvalidValue> {
-        for (key, part) in scene.face_parts() {
-            let empty = |part: &FacePart<'_>| {
-                part.is_cut()
-                    && !self
-                        .facets_on(part.face)
-                        .any(|f| self.side_of(part, f).is_some())
-            };
-            let near = part.disc.map(|disc| Disc {
-                // A centre on a curved face may lie off its triangles; at a tenth of the radius the disc is smaller by half a percent.
-                radius: 0.1 * disc.radius,
-                ..disc
-            });
-            let refused = |name: &str, expected: &str, found: String, help: &str| {
-                Err(InvalidValue {
-                    key: format!("{key}.{name}"),
-                    expected: format!("{expected} {}", Written(&part.face)),
-                    found,
-                    help: help.to_owned(),
-                })
-            };
-            if let Some(disc) = part.disc
-                && empty(&FacePart { disc: near, ..part })
-            {
-                return refused(
-                    "disc.centre",
-                    "a point of the face",
-                    Written(&disc.centre).to_string(),
-                    "the disc lies on the face, around its centre; move the centre onto it",
-                );
+        let mut parts = scene.face_parts();
+        parts.try_for_each(|(key, part)| self.check_face_part(&key, &part))
+    }
+
+    /// Refuses the box or the disc of a load or a spring with some key if it holds nothing of its face.
+    ///
+    /// # Errors
+    /// As [`Self::check_face_parts`].
+    pub(crate) fn check_face_part(
+        &self,
+        key: &str,
+        part: &FacePart<'_>,
+    ) -> Result<(), InvalidValue> {
+        let empty = |disc: Option<Disc>| {
+            let part = FacePart { disc, ..*part };
+            let mut facets = self.facets_on(part.face);
+            part.is_cut() && !facets.any(|facet| self.side_of(&part, facet).is_some())
+        };
+        let refused = |name: &str, expected: &str, found: String, help: &str| {
+            Err(InvalidValue {
+                key: format!("{key}.{name}"),
+                expected: format!("{expected} {}", Written(&part.face)),
+                found,
+                help: help.to_owned(),
+            })
+        };
+        if let Some(disc) = part.disc {
+            let of_radius = |radius: f64| empty(Some(Disc { radius, ..disc }));
+            // A centre on a curved face may lie off its triangles; at a tenth of the radius the disc is smaller by half a percent.
+            if of_radius(0.1 * disc.radius) {
+                let is_small = !of_radius(disc.radius.max(0.01 * self.extent()));
+                return if is_small && disc.radius < 1e-3 * self.extent() {
+                    refused(
+                        "disc.radius",
+                        "a radius that holds some area of",
+                        Written(&disc.radius).to_string(),
+                        "stress under a load on a point has no bound: give it a radius that triangles of the mesh can tell",
+                    )
+                } else {
+                    refused(
+                        "disc.centre",
+                        "a point of the face",
+                        Written(&disc.centre).to_string(),
+                        "the disc lies on the face, around its centre; move the centre onto it",
+                    )
+                };
             }
-            if let Some(corners) = part.corners
-                && empty(&part)
-            {
-                return refused(
-                    "box",
-                    "a box that holds some area of",
-                    Written(&corners).to_string(),
-                    "move or widen it; it may be as flat as the face, but stress under a load on a line or a point has no bound: give it a width, or write disc = { centre, radius } in its place",
-                );
-            }
+        }
+        if let Some(corners) = part.corners
+            && empty(part.disc)
+        {
+            return refused(
+                "box",
+                "a box that holds some area of",
+                Written(&corners).to_string(),
+                "move or widen it; it may be as flat as the face, but stress under a load on a line or a point has no bound: give it a width, or write disc = { centre, radius } in its place",
+            );
         }
         Ok(())
     }
