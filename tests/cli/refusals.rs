@@ -40,6 +40,22 @@ fn a_stage_that_refuses_its_input_leaves_no_file() {
     assert!(program.everything().is_empty());
 }
 
+/// The mesh does not depend on loads: it is fresh when a part of a face leaves the face, or shrinks to a point.
+#[test]
+fn parts_of_faces_are_looked_at_on_meshes_that_are_there() {
+    let program = Program::new();
+    let scene = pipeline("force_on_disc.toml");
+    let run = ["run", scene.to_str().expect("plain path"), "run.h5"];
+    program.command(&run).assert().success();
+    for (change, words) in [
+        ("force.0.disc.centre=[9.0,0.1,0.1]", "force.0.disc.centre"),
+        ("force.0.disc.radius=1e-12", "force.0.disc.radius"),
+    ] {
+        let text = refused(&program, &[&run[..], &["--set", change]].concat());
+        assert!(text.contains(words), "{change}: {text}");
+    }
+}
+
 #[test]
 fn a_stage_that_refuses_its_input_leaves_the_file_of_before() {
     let scene = pipeline("hkl2011_table1.toml");

@@ -380,9 +380,6 @@ fn change(
         )?;
         now.value = value.components().to_vec();
         now.factor = 1.0;
-        if let Some(moment) = held_moment(held, name) {
-            moment.factor = 1.0;
-        }
     }
     let mut factors: Vec<_> = given.factor.iter().collect();
     // The factor of a force is that of its moment, where that has none of its own.
