@@ -92,7 +92,7 @@ pub(super) const FACTOR: Fields<FactorStructure> = fields! { FactorStructure => 
     (row_offsets) "/assemble/factor/row_offsets", OFFSETS, Dimension::Number, "Where the rows of each supernode begin in row_indices.".compressed();
     (row_indices) "/assemble/factor/row_indices", &[Named("n_factor_rows")], Dimension::Number, "Rows of each supernode, increasing; the first are its own columns.".compressed();
     (value_offsets) "/assemble/factor/value_offsets", OFFSETS, Dimension::Number, "Where the panel of each supernode begins in values.".compressed();
-    {Kind::F64} VALUES, &[Named("n_factor_values")], Dimension::ROOT_OF_STIFFNESS, "Dense column-major panel (rows, columns) of each supernode of the Cholesky factor.".symbol("L").optional(SINGLE);
+    {Kind::F64} VALUES, &[Named("n_factor_values")], Dimension::ROOT_OF_STIFFNESS, "Dense column-major panel (rows, columns) of each supernode of the Cholesky factor.".symbol("L").optional(SINGLE).volatile();
     {Kind::F32} VALUES_SINGLE, &[Named("n_factor_values")], Dimension::ROOT_OF_STIFFNESS, "The same in single precision: L L^T is A to about seven digits, a preconditioner.".symbol("L").optional(DOUBLE);
     {Kind::F32} DUAL_OPERATOR_SINGLE, &[Named("n_multipliers"), Named("n_multipliers")], Dimension::DUAL, "Dual operator made from a factor in single precision, symmetric; solves correct its error by exact residuals.".symbol("S").optional(IN_DOUBLE);
     {Kind::F32} CONTACT_COMPLIANCE_SINGLE, &[Named("n_multipliers"), Named("n_contact_nodes"), extents::FRICTION_AXES], Dimension::COMPLIANCE, "Contact compliance made from a factor in single precision.".symbol("G").optional(NO_SLIP_SINGLE);
@@ -113,14 +113,6 @@ pub fn stored_bytes(system: &DualSystem) -> usize {
     let in_precision = in_factor + dense;
     let double = assembly.primal.stiffness.data.len() * size_of::<f64>();
     in_precision * assembly.factor.precision().bytes() + double
-}
-
-/// Factors in double precision up to this many bytes are made again from A, unless they are in a file that run files share: that takes
-/// no longer than to write, read and check them (n_div 16: 98 MB of the 127 MB of a run file).
-const MADE_AGAIN: usize = 512_000_000;
-
-fn is_made_again(structure: &FactorStructure) -> bool {
-    structure.value_count() * size_of::<f64>() <= MADE_AGAIN
 }
 
 /// Writes all of the assembled problem that does not depend on the loads; to a file that run files share also a factor that could be made
@@ -147,7 +139,7 @@ pub fn write(
     FACTOR.write_one(writer, structure)?;
     let shape = [structure.value_count()];
     match &*assembly.factor {
-        Factor::Double(_) if !is_shared && is_made_again(structure) => Ok(()),
+        Factor::Double(_) if !is_shared && structure.is_made_again() => Ok(()),
         Factor::Double(factor) => writer.write(VALUES, factor.values(), &shape),
         Factor::Single(factor) => writer.write(VALUES_SINGLE, factor.values(), &shape),
         // It stays where it is.
@@ -222,7 +214,7 @@ pub fn read(reader: &Reader, engine: Option<&str>) -> Result<DualSystem, FormatE
     } else {
         require_structure(&structure, &primal.stiffness)?;
         let a = primal.invertible();
-        if engine.is_none() && is_made_again(&structure) && !reader.has(DUAL_OPERATOR_SINGLE) {
+        if engine.is_none() && structure.is_made_again() && !reader.has(DUAL_OPERATOR_SINGLE) {
             let (double, unwatched) = (Precision::Double, Work::default());
             let made = Factor::of_structure(structure, a, double, &unwatched);
             made.map_err(|error| inconsistent(STIFFNESS, &error))?

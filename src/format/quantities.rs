@@ -34,7 +34,7 @@ const NO_ERROR: &str = "absent unless the scene asks for an error";
 pub(super) const FIELDS: Fields<FunctionalEstimate> = fields! { FunctionalEstimate => solve::GROUP;
     [|it| it.functional.word().to_owned()] NAME, ROWS, Dimension::Number, "Quantities of the answer, as `adapt.of` names them.".optional(MISSING);
     {Kind::Text} UNIT, ROWS, Dimension::Number, "The unit of each: of its value, signed_error and range.".optional(MISSING);
-    (value) VALUE, ROWS, Dimension::Number, "Their values, each in its own `unit`.".symbol("Q(u_h)").optional(MISSING).finite();
+    (value) VALUE, ROWS, Dimension::Number, "Their values, each in its own `unit`.".symbol("Q(u_h)").optional(MISSING);
     (signed_error) "/solve/quantities/signed_error", ROWS, Dimension::Number, "Estimated Q(u) - Q(u_h) with its sign; of areas and the largest pressure, whose estimates have none, the error bar.".optional(MISSING);
     (range) RANGE, &[Named("n_quantities"), Fixed(2)], Dimension::Number, "Where the quantity of the body lies by the estimate: smallest and largest value.".optional(MISSING);
     [corners, put_corners] BOX, &[Named("n_quantities"), Fixed(2), extents::XYZ], Dimension::LENGTH, "Opposite corners of the box that a mean is over, or of the pane of the largest pressure; NaN for what has no place.".optional(MISSING);
@@ -118,8 +118,12 @@ pub fn write(
     }
 }
 
-/// Reads the quantities of a scene; none from files without them.
-pub fn read(reader: &Reader, scene: &Scene) -> Result<Vec<FunctionalEstimate>, FormatError> {
+/// Reads the quantities of a scene, which are numbers where it is solved; none from files without them.
+pub fn read(
+    reader: &Reader,
+    scene: &Scene,
+    is_solved: bool,
+) -> Result<Vec<FunctionalEstimate>, FormatError> {
     let Some(names) = read_if_there::<Vec<String>>(reader, NAME)? else {
         return Ok(Vec::new());
     };
@@ -134,13 +138,11 @@ pub fn read(reader: &Reader, scene: &Scene) -> Result<Vec<FunctionalEstimate>, F
             });
         }
         // Bars of what has no bound are infinite.
-        if [it.signed_error, it.range[0], it.range[1]]
-            .iter()
-            .any(|x| x.is_nan())
-        {
+        let figures = [it.value, it.signed_error, it.range[0], it.range[1]];
+        if is_solved && figures.iter().any(|x| x.is_nan()) {
             return Err(FormatError::Inconsistent {
                 dataset: RANGE,
-                reason: format!("expected a range and an error of {name}, found NaN"),
+                reason: format!("expected a value, an error and a range of {name}, found NaN"),
             });
         }
         if Some(it.functional) == wanted {

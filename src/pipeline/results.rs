@@ -12,7 +12,7 @@ use contact3d::{
     mesh::{ContactSurface, Mesh},
     post::ContactReport,
     scene::{InvalidValue, SceneFile},
-    solver::Solution,
+    solver::{Solution, Status},
 };
 use runfile::{GroupWriter, Reader, StoreError};
 use studies::bound::ErrorBound;
@@ -57,7 +57,8 @@ impl Results {
                 .problem
                 .assess(&solve.primal, solve.coupling.as_ref(), &mut solve.solution);
         let mut report = judged.map_err(|invalid| input.refuse(invalid))?;
-        report.functionals = format::read_functionals(reader, &input.scene)?;
+        let is_solved = solve.solution.status != Status::NumericalError;
+        report.functionals = format::read_functionals(reader, &input.scene, is_solved)?;
         Ok(Self {
             problem: solve.problem,
             dofs: solve.primal.dofs,

@@ -8,7 +8,7 @@ use contact3d::{
     solver::{LocalMapping, Solution},
 };
 use serde_json::{Value, json};
-use units::{Unit, Units};
+use units::{Dimension, Unit, Units};
 
 use super::percent;
 use crate::format::dimension_of_quantity as dimension;
@@ -60,7 +60,13 @@ pub(super) fn motion_words(
         return Some(("mechanism", motion.describe(units.length())));
     }
     let motion = BodyMotion::told(&mesh.coordinates, &report.displacement);
-    Some(("moves on the whole", motion.sized(units.length())))
+    let nodes = mesh.coordinates.len() as f64;
+    let middle = [0, 1, 2].map(|c| mesh.coordinates.iter().map(|x| x[c]).sum::<f64>() / nodes);
+    let shift = units.of(Dimension::LENGTH).told(&motion.at(middle));
+    let turn = motion.turn().map_or_else(String::new, |(angle, about)| {
+        format!(", turns by {angle:.3e} rad about {about}")
+    });
+    Some(("moves on the whole", format!("{shift} at its middle{turn}")))
 }
 
 /// The rigid motions that neither contact nor supports feel, and which the answer leaves at zero.

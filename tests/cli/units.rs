@@ -188,7 +188,7 @@ fn inches_and_pounds_are_spoken_everywhere() {
     ];
     assert_silent(&texts, &si);
     let run = texts.iter().find(|(name, _)| name == "run.h5").unwrap();
-    for unit in ["lbf in", "lbf/in", "(lbf/in)^(1/2)", "in^3/psi"] {
+    for unit in ["lbf in", "lbf/in", "in^3/psi"] {
         assert!(run.1.contains(&format!("[{unit}]")), "{unit}: {}", run.1);
     }
 }

@@ -161,7 +161,7 @@ pub const GROUP_ATTRIBUTES: &[(&str, &str, &str)] = &[
     (
         "digest",
         "text",
-        "BLAKE3 over the sorted paths and digests of the datasets, without timings, and over `units`",
+        "BLAKE3 over the sorted paths and digests of the datasets, without timings and factors that can be made again, and over `units`",
     ),
     (
         "units",

@@ -58,6 +58,8 @@ pub struct Transaction {
 struct ExternalPart {
     group: Group,
     part: AtomicFile,
+    /// Digests of its datasets, once they are written.
+    digests: BTreeMap<&'static str, String>,
 }
 
 impl Transaction {
@@ -129,7 +131,11 @@ impl Transaction {
         let file = if self.keeps_beside(group) {
             let (layout, filetype) = (&self.layout, self.layout.linked_filetype);
             let part = part(&self.target, Workplace::Disk, layout, filetype)?;
-            self.external.push(ExternalPart { group, part });
+            self.external.push(ExternalPart {
+                group,
+                part,
+                digests: BTreeMap::new(),
+            });
             self.external[self.external.len() - 1].part.file()
         } else {
             self.run_file.file()
@@ -224,14 +230,19 @@ impl Transaction {
         let place = Place::new(&self.target, "/");
         let texts = dimension::types(&self.target, place)?;
         let layout = self.layout;
-        for ExternalPart { group, part } in self.external.drain(..) {
+        for ExternalPart {
+            group,
+            part,
+            digests,
+        } in self.external.drain(..)
+        {
             let digest = self.finished.remove(&group).unwrap_or_default();
             name_axes(part.file(), place, &layout, (group, true), texts)?;
             let name = LinkedName::new(group, &digest);
             join(file, place, group, &name)?;
             let target = self.folder.join(name.to_string());
             replaceable(&target)?;
-            let proof = |path: &Path| read_back::require(path, &layout, group);
+            let proof = |path: &Path| read_back::require(path, &layout, group, &digests);
             let written = part.finish(&target, layout.linked_filetype, proof)?;
             written.publish(&target, permissions.clone())?;
             self.linked.extend(lock_linked(&target).map(Arc::new));
@@ -262,8 +273,12 @@ impl Transaction {
         })
     }
 
-    pub(super) fn group_finished(&mut self, digest: &str) {
+    pub(super) fn group_finished(&mut self, digest: &str, digests: BTreeMap<&'static str, String>) {
         let group = self.unfinished.take();
+        let mut external = self.external.iter_mut();
+        if let Some(part) = external.find(|part| Some(part.group) == group) {
+            part.digests = digests;
+        }
         self.finished
             .extend(group.map(|group| (group, digest.to_owned())));
     }

@@ -1,6 +1,6 @@
 //! Writing one group: every dataset is looked up in the table, gets its attributes, and adds to the digest of the group.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use hdf5::H5Type;
 use hdf5::types::VarLenUnicode;
@@ -25,8 +25,7 @@ pub struct GroupWriter<'t> {
     transaction: &'t mut Transaction,
     group: Group,
     object: hdf5::Group,
-    written: BTreeSet<&'static str>,
-    /// Digests of what counts for that of the group.
+    /// Digests of all datasets.
     digests: BTreeMap<&'static str, String>,
 }
 
@@ -36,7 +35,6 @@ impl<'t> GroupWriter<'t> {
             transaction,
             group,
             object,
-            written: BTreeSet::new(),
             digests: BTreeMap::new(),
         }
     }
@@ -147,15 +145,19 @@ impl<'t> GroupWriter<'t> {
             .filter(|spec| spec.presence == Presence::Required);
         let missing: Vec<_> = required
             .map(|spec| spec.path)
-            .filter(|path| !self.written.contains(path))
+            .filter(|path| !self.digests.contains_key(path))
             .collect();
         if !missing.is_empty() {
             return Err(LayoutError::NotWritten { group, missing }.into());
         }
         let units = self.transaction.layout.units;
-        let digest = of_group(&self.digests, units);
+        let layout = self.transaction.layout;
+        let counts = |path: &str| layout.find(path).is_some_and(|spec| !spec.volatile);
+        let mut counted = self.digests.clone();
+        counted.retain(|path, _| counts(path));
+        let digest = of_group(&counted, units);
         header::write(&self.object, self.group_place(), record, units, &digest)?;
-        self.transaction.group_finished(&digest);
+        self.transaction.group_finished(&digest, self.digests);
         Ok(digest)
     }
 
@@ -205,7 +207,7 @@ impl<'t> GroupWriter<'t> {
             let problem = format!(" holds {}, not {kind}", spec.kind);
             return Err(LayoutError::dataset(path, problem));
         }
-        if self.written.contains(path) {
+        if self.digests.contains_key(path) {
             return Err(LayoutError::Twice { path: path.into() }.into());
         }
         let file = shape
@@ -234,10 +236,7 @@ impl<'t> GroupWriter<'t> {
         write_text(object, place, "units", &units.word(spec.dimension))?;
         write_text(object, place, "symbol", spec.symbol)?;
         write_text(object, place, "description", spec.description)?;
-        self.written.insert(spec.path);
-        if !spec.volatile {
-            self.digests.insert(spec.path, digest);
-        }
+        self.digests.insert(spec.path, digest);
         Ok(())
     }
 

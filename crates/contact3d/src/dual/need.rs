@@ -117,12 +117,17 @@ impl Requirement {
         let forming = dense.map_or(0.0, |estimate| estimate.forming_bytes(precision));
         let kept = dense.map_or(0.0, |estimate| estimate.dense_bytes);
         let stiffness = 8.0 * stiffness.data.len() as f64;
+        let stored = if precision == Precision::Double && structure.is_made_again() {
+            0.0
+        } else {
+            values
+        };
         // Each thread packs the matrices that it multiplies into 64 MiB, once they are large.
         let packing = (67_108_864.0 * rayon::current_num_threads() as f64).min(values);
         Self {
             step: FACTORISING,
             memory: (values + scratch.max(forming) + packing) as u64,
-            stored: (values + stiffness + kept) as u64,
+            stored: (stored + stiffness + kept) as u64,
         }
     }
 }

@@ -243,16 +243,18 @@ impl BodyMotion {
         }
     }
 
-    /// The motion in words with its size, with lengths in the unit `length`.
+    /// The displacement of a place in m.
     #[must_use]
-    pub fn sized(&self, length: &str) -> String {
-        let turn = Vector3::from(self.rotation).norm();
-        let shift = Vector3::from(self.translation).norm();
-        match (turn, shift) {
-            (0.0, 0.0) => "not at all".into(),
-            (0.0, _) => format!("{shift:.6e} {length}: {}", self.describe(length)),
-            _ => format!("{turn:.6e} rad: {}", self.describe(length)),
-        }
+    pub fn at(&self, place: [f64; 3]) -> [f64; 3] {
+        let arm = Vector3::from(place) - Vector3::from(self.point);
+        (Vector3::from(self.translation) + Vector3::from(self.rotation).cross(&arm)).into()
+    }
+
+    /// The angle in radians by which the body turns, and about which direction, in words; `None` where it does not turn.
+    #[must_use]
+    pub fn turn(&self) -> Option<(f64, String)> {
+        let turn = Vector3::from(self.rotation);
+        (turn.norm() > 0.0).then(|| (turn.norm(), direction(turn)))
     }
 
     /// The motion in words, with lengths in the unit `length`.
