@@ -136,8 +136,8 @@ fn an_assembly_larger_than_its_limits_is_refused_and_the_mesh_is_kept() {
     let before = fs::read(program.path("run.h5")).unwrap();
     let binary = assert_cmd::cargo::cargo_bin("contact3d-pipe");
     // 27,783 nodes: the stiffness takes some 30 MB of memory and 15 MB of the disk, beside the 10
-    // MB of the mesh; the factor takes some 300 MB of both. The limits lie between: 461 MB for
-    // program and data, 31 MB for the file (in blocks of 512 bytes).
+    // MB of the mesh; the factor takes some 300 MB of memory, results 17 MB of the disk. The limits lie
+    // between: 461 MB for program and data, 31 MB for the file (in blocks of 512 bytes).
     for (limit, what) in [("-v 450000", "of memory"), ("-f 60000", "of disk space")] {
         let script = format!("ulimit {limit}; exec \"$0\" assemble run.h5 --threads 1");
         let refused = std::process::Command::new("sh")

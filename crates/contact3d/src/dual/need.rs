@@ -116,6 +116,8 @@ impl Requirement {
         let scratch = bytes * structure.update_count(rayon::current_num_threads()) as f64;
         let forming = dense.map_or(0.0, |estimate| estimate.forming_bytes(precision));
         let kept = dense.map_or(0.0, |estimate| estimate.dense_bytes);
+        // Displacement, stresses and errors on nodes and tetrahedra, for h5py and once more for ParaView: some bytes for each unknown.
+        let results = 200.0 * stiffness.cols as f64;
         let stiffness = 8.0 * stiffness.data.len() as f64;
         let stored = if precision == Precision::Double && structure.is_made_again() {
             0.0
@@ -127,7 +129,7 @@ impl Requirement {
         Self {
             step: FACTORISING,
             memory: (values + scratch.max(forming) + packing) as u64,
-            stored: (stored + stiffness + kept) as u64,
+            stored: (stored + stiffness + kept + results) as u64,
         }
     }
 }
