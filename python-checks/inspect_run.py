@@ -83,7 +83,7 @@ def print_report(post: h5py.Group) -> None:
             values = [float(value) for value in dataset[()].flat]
             unit = "" if dataset.attrs["units"] == "1" else dataset.attrs["units"]
             numbers = ", ".join(f"{value:.6e}" for value in values)
-            print(f"  {name:<22}{numbers} {unit}".rstrip())
+            print(f"  {name:<21} {numbers} {unit}".rstrip())
 
 
 def print_run(file: h5py.File) -> None:
