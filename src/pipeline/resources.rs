@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use super::assembly_file::LINK_ABOVE;
 use contact3d::{
     dual::{InsufficientResource, Requirement, Resource},
     mesh::brick_counts,
@@ -16,9 +15,8 @@ pub(super) fn admit(need: Requirement, run_file: &Path) -> Result<(), Insufficie
     // A commit copies what stays into a new file beside the old one, and puts it together in memory.
     let kept = std::fs::metadata(run_file).map_or(0, |metadata| metadata.len());
     let stored = need.stored.saturating_add(kept);
-    let in_run_file = need.stored.min(LINK_ABOVE as u64).saturating_add(kept);
     admit_memory(Requirement {
-        memory: need.memory.max(need.stored.saturating_add(in_run_file)),
+        memory: need.memory.max(need.stored.saturating_add(stored)),
         ..need
     })?;
     let disk = available_disk(run_file);

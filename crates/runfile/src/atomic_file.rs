@@ -48,7 +48,7 @@ impl AtomicFile {
         write: impl FnOnce(&hdf5::File) -> Result<(), E>,
     ) -> Result<WrittenFile, E> {
         remove_left_overs(target);
-        let written = Self::create(target, |path| create(path, Workplace::Memory))?;
+        let written = Self::create(target, create)?;
         write(&written.file)?;
         Ok(written.finish(target, filetype, |path| header::open_any(path).map(drop))?)
     }
@@ -159,29 +159,20 @@ pub fn is_same(one: impl Read, other: impl Read) -> io::Result<bool> {
     }
 }
 
-/// Where HDF5 puts a file together.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Workplace {
-    /// In memory; it is written whole, twice, when it is closed.
-    Memory,
-    /// On the disk, so that large values are in memory once.
-    Disk,
-}
-
 /// A file in memory grows by this many bytes.
 const GROWTH_BYTES: usize = 1 << 16;
 
 /// Creates an HDF5 file where nothing stands, readable by HDF5 1.10 and newer.
-pub(super) fn create(path: &Path, workplace: Workplace) -> Result<hdf5::File, StoreError> {
+///
+/// HDF5 puts it together in memory: where a disk fails under it midway, it loses datasets and crashes when it closes the file.
+pub(super) fn create(path: &Path) -> Result<hdf5::File, StoreError> {
     let mut options = hdf5::File::with_options();
     let options = options
         .with_fapl(|access| {
-            match workplace {
-                Workplace::Memory => access.core_options(GROWTH_BYTES, true),
-                Workplace::Disk => access.sec2(),
-            }
-            .libver_bounds(LibraryVersion::V110, LibraryVersion::V110)
-            .file_locking(false)
+            access
+                .core_options(GROWTH_BYTES, true)
+                .libver_bounds(LibraryVersion::V110, LibraryVersion::V110)
+                .file_locking(false)
         })
         .with_fcpl(|creation| {
             creation

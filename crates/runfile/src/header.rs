@@ -7,7 +7,6 @@ use std::{env, fs, io};
 use hdf5_metno as hdf5;
 use units::Units;
 
-use crate::atomic_file::Workplace;
 use crate::attribute::{
     read_number, read_numbers, read_text, write_text, write_value, write_values,
 };
@@ -70,12 +69,11 @@ pub fn hdf5_version() -> [u8; 3] {
 /// Creates an empty file, readable by HDF5 1.10 and newer.
 pub(super) fn create(
     path: &Path,
-    workplace: Workplace,
     layout: &Layout,
     filetype: &'static str,
 ) -> Result<hdf5::File, StoreError> {
     let place = Place::new(path, "/");
-    let file = atomic_file::create(path, workplace)?;
+    let file = atomic_file::create(path)?;
     write_text(&file, place, "filetype", filetype)?;
     write_values(&file, place, "format_version", &layout.format_version)?;
     write_text(&file, place, "creator", layout.creator)?;

@@ -15,7 +15,6 @@ mod layout;
 mod lock;
 mod matrix;
 mod plain_file;
-mod read_back;
 mod reader;
 mod schema;
 mod signals;

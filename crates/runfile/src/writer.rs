@@ -1,6 +1,6 @@
 //! Writing one group: every dataset is looked up in the table, gets its attributes, and adds to the digest of the group.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use hdf5::H5Type;
 use hdf5::types::VarLenUnicode;
@@ -25,7 +25,8 @@ pub struct GroupWriter<'t> {
     transaction: &'t mut Transaction,
     group: Group,
     object: hdf5::Group,
-    /// Digests of all datasets.
+    written: BTreeSet<&'static str>,
+    /// Digests of what counts for that of the group.
     digests: BTreeMap<&'static str, String>,
 }
 
@@ -35,6 +36,7 @@ impl<'t> GroupWriter<'t> {
             transaction,
             group,
             object,
+            written: BTreeSet::new(),
             digests: BTreeMap::new(),
         }
     }
@@ -145,19 +147,15 @@ impl<'t> GroupWriter<'t> {
             .filter(|spec| spec.presence == Presence::Required);
         let missing: Vec<_> = required
             .map(|spec| spec.path)
-            .filter(|path| !self.digests.contains_key(path))
+            .filter(|path| !self.written.contains(path))
             .collect();
         if !missing.is_empty() {
             return Err(LayoutError::NotWritten { group, missing }.into());
         }
         let units = self.transaction.layout.units;
-        let layout = self.transaction.layout;
-        let counts = |path: &str| layout.find(path).is_some_and(|spec| !spec.volatile);
-        let mut counted = self.digests.clone();
-        counted.retain(|path, _| counts(path));
-        let digest = of_group(&counted, units);
+        let digest = of_group(&self.digests, units);
         header::write(&self.object, self.group_place(), record, units, &digest)?;
-        self.transaction.group_finished(&digest, self.digests);
+        self.transaction.group_finished(&digest);
         Ok(digest)
     }
 
@@ -207,7 +205,7 @@ impl<'t> GroupWriter<'t> {
             let problem = format!(" holds {}, not {kind}", spec.kind);
             return Err(LayoutError::dataset(path, problem));
         }
-        if self.digests.contains_key(path) {
+        if self.written.contains(path) {
             return Err(LayoutError::Twice { path: path.into() }.into());
         }
         let file = shape
@@ -236,7 +234,10 @@ impl<'t> GroupWriter<'t> {
         write_text(object, place, "units", &units.word(spec.dimension))?;
         write_text(object, place, "symbol", spec.symbol)?;
         write_text(object, place, "description", spec.description)?;
-        self.digests.insert(spec.path, digest);
+        self.written.insert(spec.path);
+        if !spec.volatile {
+            self.digests.insert(spec.path, digest);
+        }
         Ok(())
     }
 
