@@ -30,19 +30,23 @@ PUBLISHED = {
 }
 
 
-def solve(table, n_div, precision, folder):
-    """Runs one case and returns its results."""
-    command = [
-        PROGRAM, "run", str(HERE / f"hkl2011_table{table}.toml"),
-        str(folder / f"table{table}_{n_div}.h5"),
-        "--set", f"body.brick.cells=[{3 * n_div}, {n_div}, {n_div}]",
-        "--set", f'solve.precision="{precision}"',
-        "--no-figures", "--quiet", "--json",
-    ]
+def run(scene, file, *changes):
+    """Runs a scene of this folder with changed keys and returns its results."""
+    command = [PROGRAM, "run", str(HERE / scene), str(file), "--no-figures", "--quiet", "--json"]
+    for change in changes:
+        command += ["--set", change]
     done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False)
     if done.returncode > 1:
         sys.exit(f"{' '.join(command)} ended with exit code {done.returncode}")
     return json.loads(done.stdout)
+
+
+def solve(table, n_div, precision, folder):
+    """Runs one case and returns its results."""
+    return run(
+        f"hkl2011_table{table}.toml", folder / f"table{table}_{n_div}.h5",
+        f"body.brick.cells=[{3 * n_div}, {n_div}, {n_div}]", f'solve.precision="{precision}"',
+    )
 
 
 def solve_seconds(result):

@@ -3,6 +3,7 @@
 import os
 import re
 import subprocess
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -100,6 +101,21 @@ def test_the_page_does_what_it_says(page, program, tmp_path, monkeypatch, capsys
             shown = capsys.readouterr().out
         if block.printed is not None:
             assert_printed(block.printed, shown)
+
+
+def test_the_demo_ends_with_solutions_to_rounding(program, tmp_path):
+    command = [sys.executable, ROOT / "pipelines" / "hkl2011_demo.py", tmp_path, "--n-div", "4"]
+    environment = os.environ | {"CONTACT3D_PIPE": str(program.resolve())}
+    run = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
+    assert (tmp_path / "table1-figures" / "overview.png").exists()
+    first_screen, table = run.stdout.split("\n\n")
+    assert "converged" in first_screen
+    rows = [line.split() for line in table.splitlines()[2:-1]]
+    assert [row[-2:] for row in rows[:2]] == [["6", "779"], ["11", "66"]], "as published"
+    errors = [float(row[-2]) for row in rows[2:]]
+    # The paper's method stops when multipliers change by 1e-4; their error is larger by what its steps still have to go.
+    assert len(errors) == 4 and all(1e-4 < error < 0.1 for error in errors[:2]), table
+    assert all(error < 1e-11 for error in errors[2:]), table
 
 
 def test_the_drawing_is_that_of_the_clone():

@@ -1,13 +1,9 @@
 #!/bin/sh
 # The wheel and the source distribution: built into target/wheels, the wheel installed where nothing else is, and used.
-# RELEASE=1 makes the wheel for glibc 2.28 and newer, with zig as C compiler and linker, and uses it on a bare Debian too.
+# RELEASE=1 makes the wheel for glibc 2.28 and newer, with zig as C compiler and linker.
 . "$(dirname "$0")/prepare.sh"
 bring wheel scripts/build-requirements.txt scripts/wheel-requirements.txt
 if [ "${RELEASE:-0}" = 1 ]; then
-    if [ "$(id -u)" != 0 ] || ! command -v debootstrap >/dev/null; then
-        echo "error: RELEASE=1 tries the wheel on a bare Debian; install debootstrap, and be root" >&2
-        exit 2
-    fi
     bring release scripts/release-requirements.txt
     features="$features --zig --compatibility manylinux_2_28 --target $(rustc --print host-tuple)"
 fi
@@ -42,4 +38,3 @@ echo "installed and used in $(($(date +%s) - started)) s: $(ls target/wheels)"
 auditwheel show target/wheels/*.whl > target/wheels.audit
 tr '\n' ' ' < target/wheels.audit | grep -q 'consistent with the following platform tag: "manylinux_2_28_' ||
     { cat target/wheels.audit >&2; exit 1; }
-sh scripts/bare_debian.sh target/wheels/*.whl
