@@ -45,10 +45,10 @@ def print_mesh(mesh: h5py.Group) -> None:
 def print_assembly(assemble: h5py.Group) -> None:
     """Sizes of the algebraic problem."""
     free = assemble["stiffness/indptr"].shape[0] - 1
-    offsets = assemble["factor/value_offsets"]
     print("assembly")
     print(f"  unknowns            {free} primal")
-    print(f"  factor              {offsets[-1]} coefficients")
+    if "values" in assemble["factor"]:
+        print(f"  factor              {assemble['factor/values'].shape[0]} coefficients")
 
 
 def print_load(load: h5py.Group) -> None:

@@ -271,3 +271,25 @@ def test_corrupted_data_are_noticed(forgeries, noticed, contact3d, source, what)
     path = forgeries[source, what]
     contact3d("check", path, expect=2 if what in SEEN else 0)
     assert (SOURCES[source][what][1].split("::")[1], path.stem) in noticed
+
+
+def test_a_forged_order_of_the_factor(sources, tmp_path, contact3d):
+    """The factor is made again from A: in any order the answer is the same, and what is no order is refused by name."""
+    order = "assemble/factor/permutation"
+
+    def reverse(file: h5py.File) -> None:
+        file[order][...] = file[order][:][::-1]
+
+    def repeat(file: h5py.File) -> None:
+        file[order][0] = file[order][1]
+
+    reversed_order = forged(sources["newton"], tmp_path / "reversed.h5", reverse)
+    contact3d("solve", reversed_order)
+    with h5py.File(sources["newton"]) as first, h5py.File(reversed_order) as again:
+        pressure = first["solve/multiplier_normal"][:]
+        # Two factors of one matrix give displacements that agree to its condition number times rounding.
+        close = 1e-9 * pressure.max()
+        assert again["solve/multiplier_normal"][:] == pytest.approx(pressure, rel=0, abs=close)
+    no_order = forged(sources["newton"], tmp_path / "repeated.h5", repeat)
+    told = contact3d("solve", no_order, expect=2)
+    assert order in told.stderr

@@ -102,7 +102,7 @@ pub fn export(run_file: &Path, target: &Path, global: bool) -> Result<Exported, 
             memory: ((SPACE_DIMENSION * n_contacts) as u64)
                 .saturating_pow(2)
                 .saturating_mul(BYTES_PER_ENTRY_OF_W),
-            stored: 0,
+            ..Requirement::default()
         })?;
     }
     let freeze = match global {

@@ -50,8 +50,10 @@ const IMPLICIT: &str =
     "absent when the dual operator is applied through the factor, or is stored in single precision";
 const IN_DOUBLE: &str =
     "absent when the dual operator is stored in double precision, or applied through the factor";
-const SINGLE: &str = "absent when the factor is in single precision, stays with an engine, or is made again from A where it is needed: the \
-     run file itself does not hold it up to 512 MB, as a file beside it does";
+const SINGLE: &str = "absent when the factor is in single precision, stays with an engine, or is made again from A where it is needed: only \
+     a file beside the run file holds it";
+const NO_VALUES: &str =
+    "absent when no values of the factor are stored; it follows from A and the order";
 const DOUBLE: &str = "absent when the factor is in double precision, or stays with an engine";
 const SUPPORTED: &str = "absent where supports hold the body, and not weakly";
 const NO_CONTACT: &str = "absent without contact";
@@ -88,10 +90,10 @@ pub(super) const SECONDS: Fields<AssemblySeconds> = fields! { AssemblySeconds =>
 
 pub(super) const FACTOR: Fields<FactorStructure> = fields! { FactorStructure => GROUP;
     (permutation) "/assemble/factor/permutation", &[FREE], Dimension::Number, "Fill-reducing order: row i of P A P^T = L L^T is row permutation[i] of A.".symbol("P").compressed();
-    (supernode_columns) "/assemble/factor/supernode_columns", OFFSETS, Dimension::Number, "First column of each supernode of L, then n_free.".compressed();
-    (row_offsets) "/assemble/factor/row_offsets", OFFSETS, Dimension::Number, "Where the rows of each supernode begin in row_indices.".compressed();
-    (row_indices) "/assemble/factor/row_indices", &[Named("n_factor_rows")], Dimension::Number, "Rows of each supernode, increasing; the first are its own columns.".compressed();
-    (value_offsets) "/assemble/factor/value_offsets", OFFSETS, Dimension::Number, "Where the panel of each supernode begins in values.".compressed();
+    (supernode_columns) "/assemble/factor/supernode_columns", OFFSETS, Dimension::Number, "First column of each supernode of L, then n_free.".compressed().optional(NO_VALUES).volatile();
+    (row_offsets) "/assemble/factor/row_offsets", OFFSETS, Dimension::Number, "Where the rows of each supernode begin in row_indices.".compressed().optional(NO_VALUES).volatile();
+    (row_indices) "/assemble/factor/row_indices", &[Named("n_factor_rows")], Dimension::Number, "Rows of each supernode, increasing; the first are its own columns.".compressed().optional(NO_VALUES).volatile();
+    (value_offsets) "/assemble/factor/value_offsets", OFFSETS, Dimension::Number, "Where the panel of each supernode begins in values.".compressed().optional(NO_VALUES).volatile();
     {Kind::F64} VALUES, &[Named("n_factor_values")], Dimension::ROOT_OF_STIFFNESS, "Dense column-major panel (rows, columns) of each supernode of the Cholesky factor.".symbol("L").optional(SINGLE).volatile();
     {Kind::F32} VALUES_SINGLE, &[Named("n_factor_values")], Dimension::ROOT_OF_STIFFNESS, "The same in single precision: L L^T is A to about seven digits, a preconditioner.".symbol("L").optional(DOUBLE);
     {Kind::F32} DUAL_OPERATOR_SINGLE, &[Named("n_multipliers"), Named("n_multipliers")], Dimension::DUAL, "Dual operator made from a factor in single precision, symmetric; solves correct its error by exact residuals.".symbol("S").optional(IN_DOUBLE);
@@ -136,15 +138,21 @@ pub fn write(
     }
     SECONDS.write_one(writer, &assembly.seconds)?;
     let structure = assembly.factor.structure();
-    FACTOR.write_one(writer, structure)?;
     let shape = [structure.value_count()];
     match &*assembly.factor {
-        Factor::Double(_) if !is_shared && structure.is_made_again() => Ok(()),
-        Factor::Double(factor) => writer.write(VALUES, factor.values(), &shape),
-        Factor::Single(factor) => writer.write(VALUES_SINGLE, factor.values(), &shape),
-        // It stays where it is.
-        Factor::Remote(_) => Ok(()),
+        Factor::Double(factor) if is_shared => writer.write(VALUES, factor.values(), &shape)?,
+        Factor::Single(factor) => writer.write(VALUES_SINGLE, factor.values(), &shape)?,
+        // It is made again, or stays with the engine.
+        Factor::Double(_) | Factor::Remote(_) => {
+            let permutation = structure.permutation.clone();
+            let order = FactorStructure {
+                permutation,
+                ..FactorStructure::default()
+            };
+            return FACTOR.write_one(writer, &order);
+        }
     }
+    FACTOR.write_one(writer, structure)
 }
 
 fn write_floating(writer: &mut GroupWriter<'_>, body: &FloatingBody) -> Result<(), StoreError> {
@@ -212,16 +220,18 @@ pub fn read(reader: &Reader, engine: Option<&str>) -> Result<DualSystem, FormatE
         let values = reader.read_vec(VALUES)?;
         Factor::Double(CholeskyFactor::from_parts(structure, values)?)
     } else {
-        require_structure(&structure, &primal.stiffness)?;
+        let structure = FactorStructure::analyse(&primal.stiffness, structure.permutation)
+            .map_err(|error| inconsistent("/assemble/factor/permutation", &error))?;
         let a = primal.invertible();
-        if engine.is_none() && structure.is_made_again() && !reader.has(DUAL_OPERATOR_SINGLE) {
+        if let Some(engine) = engine {
+            let no_rows = CscMatrix::empty(structure.size());
+            Factor::Remote(RemoteFactor::new(engine, structure, a, no_rows)?)
+        } else if reader.has(DUAL_OPERATOR_SINGLE) {
+            return Err(EngineError::NotAtHand.into());
+        } else {
             let (double, unwatched) = (Precision::Double, Work::default());
             let made = Factor::of_structure(structure, a, double, &unwatched);
             made.map_err(|error| inconsistent(STIFFNESS, &error))?
-        } else {
-            let engine = engine.ok_or(EngineError::NotAtHand)?;
-            let no_rows = CscMatrix::empty(structure.size());
-            Factor::Remote(RemoteFactor::new(engine, structure, a, no_rows)?)
         }
     };
     let mut seconds = AssemblySeconds::default();
@@ -235,19 +245,6 @@ pub fn read(reader: &Reader, engine: Option<&str>) -> Result<DualSystem, FormatE
         assembly,
         contact: read_contact(reader)?,
     })
-}
-
-/// Refuses a structure that is not that of the factor of A in its order.
-fn require_structure(structure: &FactorStructure, a: &CscMatrix) -> Result<(), FormatError> {
-    let found = FactorStructure::analyse(a, structure.permutation.clone());
-    match found {
-        Ok(found) if found == *structure => Ok(()),
-        Ok(_) => Err(inconsistent(
-            "/assemble/factor",
-            &"expected the rows of the factor of the stiffness matrix, found others",
-        )),
-        Err(error) => Err(inconsistent("/assemble/factor/permutation", &error)),
-    }
 }
 
 fn inconsistent(dataset: &'static str, reason: &dyn Display) -> FormatError {

@@ -16,7 +16,7 @@ use crate::format::Stage;
 ///
 /// Copying inside the run file costs every later commit about 2 s per gigabyte on a disk of 0.5
 /// GB/s: a second at this size, and a run that is short commits once. Below it one file is worth more.
-pub(super) const LINK_ABOVE: usize = 512_000_000;
+const LINK_ABOVE: u64 = 512_000_000;
 
 /// The stages that may have another home than the run file, upstream first.
 const LARGE: [Stage; 2] = [Stage::Mesh, Stage::Assemble];
@@ -33,6 +33,17 @@ pub enum AssemblyFile {
     Linked,
     /// The same, and the mesh in another.
     LinkedWithMesh,
+}
+
+impl AssemblyFile {
+    /// Whether an assembly of so many bytes is in a file of its own, which then holds its factor too.
+    pub(super) fn is_beside(self, bytes: u64) -> bool {
+        match self {
+            Self::BySize => bytes > LINK_ABOVE,
+            Self::SelfContained => false,
+            Self::Linked | Self::LinkedWithMesh => true,
+        }
+    }
 }
 
 impl Session {

@@ -155,6 +155,7 @@ fn need_of_counts(counts: Option<[u64; 3]>, element: ElementOrder) -> Requiremen
         step: "making the mesh",
         memory: bytes([24 + 3 + 24, per_tetrahedron + 8, per_triangle + 8]).unwrap_or(u64::MAX),
         stored: bytes([24, per_tetrahedron, per_triangle]).unwrap_or(u64::MAX),
+        ..Requirement::default()
     }
 }
 
@@ -166,6 +167,7 @@ pub(super) fn need_of_mesh_file(bytes: u64) -> Requirement {
         step: "reading the mesh file",
         memory: bytes.saturating_mul(9),
         stored: bytes,
+        ..Requirement::default()
     }
 }
 
@@ -189,7 +191,7 @@ pub(super) fn least_of_problem(input: &SceneFile) -> Requirement {
     Requirement {
         step: "assembling the problem",
         memory: least.unwrap_or(0.0) as u64,
-        stored: 0,
+        ..Requirement::default()
     }
 }
 
@@ -220,7 +222,7 @@ pub(super) fn need_of_finest(brick: &Brick, element: ElementOrder) -> Requiremen
     Requirement {
         step: "solving the finest mesh",
         memory: problem_bytes(counted_nodes(brick_counts(brick, element))),
-        stored: 0,
+        ..Requirement::default()
     }
 }
 

@@ -12,9 +12,7 @@ use contact3d::{
 use runfile::{GroupRecord, GroupWriter, StoreError, Transaction};
 
 use super::{
-    AssemblyFile, Session, StageError,
-    assembly_file::LINK_ABOVE,
-    mesh, resources,
+    AssemblyFile, Session, StageError, mesh, resources,
     results::Results,
     session::{LoadState, StageCache},
     store::{Checkpoints, FIRST_COMMIT_SECONDS, Store},
@@ -39,7 +37,11 @@ struct CheckpointStorage<'a> {
 }
 
 impl RunStorage for CheckpointStorage<'_> {
-    fn admit(&self, need: Requirement) -> Result<(), InsufficientResource> {
+    fn admit(&self, mut need: Requirement) -> Result<(), InsufficientResource> {
+        let with_factor = need.stored.saturating_add(need.remakable);
+        if self.store.assembly_file.is_beside(with_factor) {
+            need.stored = with_factor;
+        }
         resources::admit(need, self.store.path())
     }
 
@@ -206,6 +208,7 @@ fn need_of_history(scene: &Scene, mesh: &Mesh) -> Requirement {
         step: "keeping the increments of the load history",
         memory: bytes + bytes / 2,
         stored: 2 * bytes,
+        ..Requirement::default()
     }
 }
 
@@ -224,10 +227,9 @@ impl StageOutput {
     /// Whether its group is kept in a file beside the run file.
     pub(super) fn is_kept_beside(&self, assembly_file: AssemblyFile) -> bool {
         match (self, assembly_file) {
-            (Self::Mesh(_) | Self::Assemble(_), AssemblyFile::LinkedWithMesh)
-            | (Self::Assemble(_), AssemblyFile::Linked) => true,
-            (Self::Assemble(problem), AssemblyFile::BySize) => {
-                format::assembly_bytes(&problem.system) > LINK_ABOVE
+            (Self::Mesh(_), AssemblyFile::LinkedWithMesh) => true,
+            (Self::Assemble(problem), _) => {
+                assembly_file.is_beside(format::assembly_bytes(&problem.system) as u64)
             }
             _ => false,
         }

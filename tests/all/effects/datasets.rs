@@ -211,8 +211,12 @@ const SEVERAL_FACES_ONLY: [&str; 11] = [
 const FACES_WITH_FRICTION_ONLY: &str = "/post/faces/tangential_force";
 const ONE_FACE_ONLY: [&str; 2] = ["/mesh/contact_normal", "/post/resultants/tangential_force"];
 
-/// What only a factor in single precision has, and one in double that is in a file beside the run file: those of small bodies are made again.
-const STORED_FACTORS_ONLY: [&str; 4] = [
+/// What only a factor in single precision has, and one in double that is in a file beside the run file: those of run files are made again.
+const STORED_FACTORS_ONLY: [&str; 8] = [
+    "/assemble/factor/supernode_columns",
+    "/assemble/factor/row_offsets",
+    "/assemble/factor/row_indices",
+    "/assemble/factor/value_offsets",
     "/assemble/contact_compliance_single",
     "/assemble/dual_operator_single",
     "/assemble/factor/values_single",

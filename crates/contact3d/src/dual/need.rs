@@ -10,7 +10,7 @@ use crate::{
 };
 
 /// What a step takes beyond what is held already.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Requirement {
     /// The step.
     pub step: &'static str,
@@ -18,6 +18,8 @@ pub struct Requirement {
     pub memory: u64,
     /// Bytes that will be stored.
     pub stored: u64,
+    /// Bytes of what could be made again, a factor in double precision, where that is stored too.
+    pub remakable: u64,
 }
 
 /// What there is too little of.
@@ -101,6 +103,7 @@ impl Requirement {
             step: "assembling the stiffness",
             memory: (16.0 * copies * coefficients) as u64,
             stored: (8.0 * coefficients) as u64,
+            remakable: 0,
         }
     }
 
@@ -119,10 +122,9 @@ impl Requirement {
         // Displacement, stresses and errors on nodes and tetrahedra, for h5py and once more for ParaView: some bytes for each unknown.
         let results = 200.0 * stiffness.cols as f64;
         let stiffness = 8.0 * stiffness.data.len() as f64;
-        let stored = if precision == Precision::Double && structure.is_made_again() {
-            0.0
-        } else {
-            values
+        let [stored, remakable] = match precision {
+            Precision::Double => [0.0, values],
+            Precision::Single => [values, 0.0],
         };
         // Each thread packs the matrices that it multiplies into 64 MiB, once they are large.
         let packing = (67_108_864.0 * rayon::current_num_threads() as f64).min(values);
@@ -130,6 +132,7 @@ impl Requirement {
             step: FACTORISING,
             memory: (values + scratch.max(forming) + packing) as u64,
             stored: (stored + stiffness + kept + results) as u64,
+            remakable: remakable as u64,
         }
     }
 }

@@ -62,13 +62,6 @@ impl FactorStructure {
         self.value_offsets.last().copied().unwrap_or(0)
     }
 
-    /// Whether a factor in double precision is made again from A rather than stored, unless problems share it: up to 512 MB that takes no
-    /// longer than to write, read and check it (n_div 16: 98 MB of the 127 MB of a run file).
-    #[must_use]
-    pub fn is_made_again(&self) -> bool {
-        self.value_count() * size_of::<f64>() <= 512_000_000
-    }
-
     /// Multiplications and additions that compute the coefficients, Σ (rows from the diagonal on)² over the columns.
     #[must_use]
     pub fn operations(&self) -> f64 {
