@@ -23,7 +23,7 @@ case $1 in
         mkdir -p "$debian/rust/lib/rustlib"
         rust=$(rustc --print sysroot)
         cp -r "$rust/bin" "$debian/rust"
-        cp "$rust"/lib/*.so "$debian/rust/lib"
+        cp "$rust"/lib/lib* "$debian/rust/lib"
         cp -r "$rust/lib/rustlib/$(rustc --print host-tuple)" "$debian/rust/lib/rustlib"
         ;;
 esac
@@ -39,7 +39,10 @@ fi
 mkdir -p "$debian/etc/ssl/certs"
 cp /etc/ssl/certs/ca-certificates.crt "$debian/etc/ssl/certs"
 started=$(date +%s)
-chroot "$debian" env -i HOME=/root PATH=/rust/bin:/usr/bin:/bin sh -eu <<'END'
+# Programs that look for what lies beside them ask /proc. The mount ends with its namespace.
+# shellcheck disable=SC2016
+unshare --mount sh -euc 'mount --bind /proc "$0/proc"; exec chroot "$0" env -i HOME=/root PATH=/rust/bin:/usr/bin:/bin sh -eu' \
+    "$debian" <<'END'
 cd
 python3 -m venv contact
 . contact/bin/activate

@@ -88,5 +88,5 @@ def _pyvista() -> Any:
     try:
         import pyvista
     except ImportError:
-        raise ImportError("grids need pyvista: pip install 'contact3d-pipe[pyvista]'") from None
+        raise ImportError("grids need pyvista: pip install pyvista") from None
     return pyvista

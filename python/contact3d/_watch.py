@@ -94,7 +94,7 @@ def bar(title: str, total: int | None, wanted: bool | None) -> AbstractContextMa
             from tqdm.auto import tqdm
     except ImportError:
         if wanted:
-            raise ImportError("progress needs tqdm: pip install 'contact3d-pipe[progress]'") from None
+            raise ImportError("progress needs tqdm: pip install tqdm") from None
         return nullcontext()
     counted = "{desc} {bar} {n_fmt}/{total_fmt} {elapsed}{postfix}" if total else "{desc} {elapsed}{postfix}"
     # What is done within a second flickers only.

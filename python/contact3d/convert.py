@@ -155,7 +155,7 @@ def _load(source: Path) -> tuple[Any, list[str]]:
     try:
         meshlane = importlib.import_module("meshlane")
     except ImportError:
-        raise ConversionError("reading meshes needs meshlane: pip install 'contact3d-pipe[convert]'") from None
+        raise ConversionError("reading meshes needs meshlane: pip install meshlane") from None
     if not source.is_file():
         raise ConversionError(f"there is no file {source}")
     try:
@@ -375,6 +375,8 @@ def main(arguments: list[str] | None = None) -> int:
     given = parser.parse_args(arguments)
     try:
         print(convert(given.source, given.target, sets=given.sets, cut=given.cut, angle=given.angle))
+        scene = given.target.with_suffix(".toml")
+        print(f"materials, supports and loads belong into a scene: contact3d-pipe inspect {given.target} --scene {scene}")
     except (ConversionError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2

@@ -237,8 +237,12 @@ fn shortcoming(branches: &Branches) -> Option<String> {
             branches.left_out
         ));
     }
-    if !branches.is_followed() {
-        return Some("a path ends where Newton's method does not settle; see its end".to_owned());
+    let mut ends = (1..).zip(branches.paths.iter().map(|path| path.end));
+    if let Some((path, end)) = ends.find(|(_, end)| end.is_early()) {
+        let words = report::studies::end_words(end);
+        return Some(format!(
+            "path {path} does not reach the end of the range: {words}"
+        ));
     }
     branches.is_incomplete().then(|| {
         "signs of det R' at an end of the range do not add up to 1, so a solution there is missing or not regular, and no other start leads to it; \

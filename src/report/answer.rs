@@ -66,7 +66,7 @@ pub(super) fn motion_words(
     let turn = motion.turn().map_or_else(String::new, |(angle, about)| {
         format!(", turns by {angle:.3e} rad about {about}")
     });
-    Some(("moves on the whole", format!("{shift} at its middle{turn}")))
+    Some(("rigid-body motion", format!("{shift} at its middle{turn}")))
 }
 
 /// The rigid motions that neither contact nor supports feel, and which the answer leaves at zero.

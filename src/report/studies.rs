@@ -312,14 +312,17 @@ fn switches_words(switches: &[Switch]) -> String {
     text
 }
 
-fn end_words(end: PathEnd) -> &'static str {
+/// Where a path led.
+pub fn end_words(end: PathEnd) -> &'static str {
     match end {
         PathEnd::Range => "to the end of the range",
         PathEnd::Closed => "closed",
         PathEnd::KnownPoint => "to a branch point that is known",
         PathEnd::Degenerate => "to a point where so many panes change that no path leaves it",
         PathEnd::Stuck => "stuck: Newton's method does not settle at the smallest step",
-        PathEnd::Uncertified => "to a point that the natural map does not certify",
+        PathEnd::Uncertified => {
+            "to a point with too large a residual, as where the load almost vanishes"
+        }
         PathEnd::TooLong => "too long",
     }
 }

@@ -45,7 +45,10 @@ fn friction_loop(records: &[StepRecord], units: Units) -> Chart {
     });
     Chart::new(
         "Friction and displacement of the contact face",
-        ChartAxis::linear("mean tangential displacement", units.of(Dimension::LENGTH)),
+        ChartAxis::linear(
+            "mean displacement of the contact face",
+            units.of(Dimension::LENGTH),
+        ),
         ChartAxis::linear("friction force on the body", units.of(Dimension::FORCE)),
         series,
     )
@@ -78,7 +81,10 @@ fn force_displacement(records: &[StepRecord], units: Units) -> Chart {
     let force = "force of loads and moving clamps";
     Chart::new(
         "Force and displacement of the loaded faces",
-        ChartAxis::linear("mean displacement", units.of(Dimension::LENGTH)),
+        ChartAxis::linear(
+            "mean displacement of all loaded faces",
+            units.of(Dimension::LENGTH),
+        ),
         ChartAxis::linear(force, units.of(Dimension::FORCE)),
         series,
     )

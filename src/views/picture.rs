@@ -245,7 +245,7 @@ impl Drawn<'_> {
         let panes = face.map_or(0..0, |(_, face)| face.panes.clone());
         let states = &report.panes[panes.clone()];
         let displacement = cells.interpolate(&report.displacement);
-        let normal_stress = cells.of_cells(states, &f64::NAN, |p| p.normal_stress);
+        let pressure = cells.of_cells(states, &f64::NAN, |p| 0.0 - p.normal_stress);
         let law = features
             .get(self.face)
             .and_then(|has| has.friction.as_ref());
@@ -278,7 +278,7 @@ impl Drawn<'_> {
             marks: self.marks,
             axis_1,
             axis_2,
-            normal_stress: &normal_stress,
+            pressure: &pressure,
             friction: kind.zip(friction.as_deref()),
         })
     }

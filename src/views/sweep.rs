@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use contact3d::{scene::unit_of_key, solver::Status};
 use plots::{
-    AxisScale, Chart, ChartAxis, ChartPoint, Series,
+    Chart, ChartAxis, ChartPoint, Series,
     html::{Page, PagePart, PageTable, Section},
 };
 use runfile::Reader;
@@ -93,10 +93,14 @@ const RESULTS: [(&str, &str); 11] = [
     ("strain_energy", "strain energy"),
 ];
 
-/// How the solves went: column, quantity. They are drawn where the sweep is about solvers.
-const COSTS: [(&str, &str); 6] = [
+/// Errors of the solves: column, quantity. They are drawn, by their logarithms, where the sweep is about solvers.
+const ERRORS: [(&str, &str); 2] = [
     ("accuracy", "relative error of the multipliers"),
     ("certificate_fixed_point", "distance to the fixed point"),
+];
+
+/// What the solves took, drawn with [`ERRORS`].
+const COSTS: [(&str, &str); 4] = [
     ("outer_steps", "outer steps"),
     ("newton_steps", "Newton steps"),
     ("applications", "applications of the dual operator"),
@@ -105,7 +109,8 @@ const COSTS: [(&str, &str); 6] = [
 
 /// The columns of all results that may be drawn.
 pub(super) fn columns() -> impl Iterator<Item = &'static str> {
-    RESULTS.iter().chain(&COSTS).map(|(column, ..)| *column)
+    let all = RESULTS.iter().chain(&ERRORS).chain(&COSTS);
+    all.map(|(column, ..)| *column)
 }
 
 /// One chart for each result that varies, with the name of its column, over the setting with the most different numbers; the
@@ -124,16 +129,13 @@ fn charts(table: &SweepTable) -> Vec<(&'static str, Chart)> {
             .iter()
             .any(|s| key.name.starts_with(s))
     };
-    let costs = if settings.iter().chain([&x]).any(is_of_solvers) {
-        COSTS.as_slice()
-    } else {
-        &[]
-    };
+    let is_of_solvers = settings.iter().chain([&x]).any(is_of_solvers);
+    let solves = ERRORS.iter().chain(&COSTS).filter(|_| is_of_solvers);
     let (legend, names) = lines(&settings, table);
     // Forces below this share of the largest force of a sweep are rounding, and not drawn.
     let least_force = 1e-10 * largest_force(table);
     let statuses = statuses(table);
-    let drawn = RESULTS.iter().chain(costs).filter_map(|&(column, label)| {
+    let drawn = RESULTS.iter().chain(solves).filter_map(|&(column, label)| {
         let y = table.columns.iter().find(|other| other.name == column)?;
         let values = numbers(y);
         let is_rounding = is_force(y) && largest(&values) <= least_force;
@@ -184,9 +186,9 @@ fn lines(settings: &[&Column], table: &SweepTable) -> (String, Vec<String>) {
     };
     let title = |key: &&Column| {
         let unit = unit_of_key(&key.name, table.units);
-        let words = last_words(&key.name);
+        let words = key_words(&key.name);
         if unit.is_none() {
-            words.to_owned()
+            words
         } else {
             format!("{words} [{}]", unit.word())
         }
@@ -195,20 +197,27 @@ fn lines(settings: &[&Column], table: &SweepTable) -> (String, Vec<String>) {
     (keys.join(" · "), (0..table.n_cases).map(name).collect())
 }
 
-/// The end of a key, from its last word that is a name of its own in the scene.
-fn last_words(key: &str) -> &str {
+/// A key of the scene in words: the end of it that is a name of its own.
+fn key_words(key: &str) -> String {
     let says_little = |word: &str| {
         ["value", "constant", "expression"].contains(&word) || word.parse::<usize>().is_ok()
     };
-    let mut start = key.len();
-    for word in key.rsplit('.') {
-        start -= word.len();
-        if !says_little(word) {
-            break;
-        }
-        start = start.saturating_sub(1);
+    let words: Vec<&str> = key.split('.').collect();
+    let named = words.iter().rposition(|word| !says_little(word));
+    let (name, rest) = words[named.unwrap_or(0)..]
+        .split_first()
+        .unwrap_or((&key, &[]));
+    if let Some(axis) = name.strip_prefix("coefficient") {
+        return format!("coefficient of friction F{}", axis.trim_start_matches('_'));
     }
-    &key[start..]
+    let rest = match *rest {
+        [number, "value"] => format!(" {number}"),
+        [number, "value", "0"] => format!(" {number} along x"),
+        [number, "value", "1"] => format!(" {number} along y"),
+        [number, "value", "2"] => format!(" {number} along z"),
+        _ => String::new(),
+    };
+    name.replace('_', " ") + &rest
 }
 
 fn chart(
@@ -247,36 +256,35 @@ fn chart(
     for series in &mut series {
         series.points.sort_by(|a, b| a.x.total_cmp(&b.x));
     }
-    let along = axis(&x.name, x_unit.clone(), &numbers(x));
-    let across = axis(label, y.unit.clone(), &numbers(y));
+    let is_error = ERRORS.iter().any(|(column, _)| *column == y.name);
+    let along = axis(
+        &key_words(&x.name),
+        x_unit.clone(),
+        is_geometric(&numbers(x)),
+    );
+    let across = axis(label, y.unit.clone(), is_error);
     Chart::new(label, along, across, series)
 }
 
-fn axis(label: &str, unit: Unit, values: &[f64]) -> ChartAxis {
-    ChartAxis {
-        scale: scale(values),
-        ..ChartAxis::linear(label, unit)
+fn axis(label: &str, unit: Unit, is_logarithmic: bool) -> ChartAxis {
+    if is_logarithmic {
+        ChartAxis::logarithmic(label, unit)
+    } else {
+        ChartAxis::linear(label, unit)
     }
 }
 
-/// Logarithmic for positive numbers that span a wide range or whose ratios are more alike than
-/// their differences.
-fn scale(rising: &[f64]) -> AxisScale {
-    let (Some(&low), Some(&high)) = (rising.first(), rising.last()) else {
-        return AxisScale::Linear;
+/// Whether the values of an axis have equal ratios, as those of a range with the scale `log`.
+fn is_geometric(rising: &[f64]) -> bool {
+    let [first, second, _, ..] = *rising else {
+        return false;
     };
-    let spread = |step: fn(f64, f64) -> f64| {
-        let steps = rising.windows(2).map(|pair| step(pair[0], pair[1]));
-        let (least, most) = steps.fold((f64::INFINITY, 0.0_f64), |(a, b), s| (a.min(s), b.max(s)));
-        most / least
-    };
-    let geometric = || spread(|a, b| (b / a).ln()) < 0.5 * spread(|a, b| b - a);
-    // Columns of positive values that span more than this factor are drawn by their logarithms.
-    if low > 0.0 && (high > 30.0 * low || geometric()) {
-        AxisScale::Logarithmic
-    } else {
-        AxisScale::Linear
-    }
+    let ratio = second / first;
+    // Ratios of one range differ by rounding, with margin.
+    first > 0.0
+        && rising
+            .windows(2)
+            .all(|pair| (pair[1] / (pair[0] * ratio) - 1.0).abs() < 1e-9)
 }
 
 #[cfg(test)]
@@ -284,21 +292,34 @@ mod tests {
     use super::*;
 
     #[test]
-    fn steps_decide_the_scale() {
-        assert_eq!(scale(&[0.05, 0.1, 0.2, 0.4]), AxisScale::Logarithmic);
-        assert_eq!(scale(&[0.1, 0.2, 0.3, 0.4]), AxisScale::Linear);
-        assert_eq!(scale(&[1.0, 31.0]), AxisScale::Logarithmic);
-        assert_eq!(scale(&[-1.0, 31.0]), AxisScale::Linear);
+    fn equal_ratios_ask_for_a_logarithmic_axis() {
+        assert!(is_geometric(&[1e-8, 1e-6, 1e-4]));
+        for linear in [
+            &[0.1, 0.2, 0.3][..],
+            &[0.05, 0.1, 0.3],
+            &[1.0, 31.0],
+            &[-1.0, -2.0, -4.0],
+        ] {
+            assert!(!is_geometric(linear), "{linear:?}");
+        }
     }
 
     #[test]
-    fn keys_are_named_by_their_ends() {
-        assert_eq!(last_words("friction.coefficient_2"), "coefficient_2");
-        assert_eq!(
-            last_words("friction.coefficient_1.constant"),
-            "coefficient_1.constant"
-        );
-        assert_eq!(last_words("traction.0.value"), "traction.0.value");
-        assert_eq!(last_words("title"), "title");
+    fn keys_are_named_in_words() {
+        let words = [
+            ("friction.coefficient_2", "coefficient of friction F2"),
+            (
+                "contact.0.friction.coefficient.constant",
+                "coefficient of friction F",
+            ),
+            ("traction.0.value", "traction 0"),
+            ("traction.0.value.2", "traction 0 along z"),
+            ("material.isotropic.young_modulus", "young modulus"),
+            ("contact.gap.expression", "gap"),
+            ("title", "title"),
+        ];
+        for (key, expected) in words {
+            assert_eq!(key_words(key), expected);
+        }
     }
 }

@@ -100,7 +100,7 @@ fn pictures_replace_only_pictures_of_ours() {
             &b"<svg xmlns=\"http://www.w3.org/2000/svg\"/>"[..],
         ),
         (
-            "a_normal_stress.png",
+            "a_contact_pressure.png",
             b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR someone else's",
         ),
         ("f_friction_2.svg", b"notes"),

@@ -131,7 +131,7 @@ const STRESS_IN: [&str; 7] = [
     "run",
     "status",
     "run.html",
-    "a_normal_stress.svg",
+    "a_contact_pressure.svg",
     "run.h5",
     "summary.h5",
     "summary.csv",

@@ -13,8 +13,6 @@ use super::{
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ColourMap {
     Viridis,
-    /// From bright to dark, for values that are zero where nothing happens and negative elsewhere.
-    ReversedViridis,
     Plasma,
     Cividis,
 }
@@ -22,12 +20,8 @@ pub(super) enum ColourMap {
 impl ColourMap {
     /// The colour at `fraction` of the map.
     pub(super) fn at(self, fraction: f64) -> Colour {
-        let fraction = match self {
-            Self::ReversedViridis => 1.0 - fraction,
-            Self::Viridis | Self::Plasma | Self::Cividis => fraction,
-        };
         let gradient = match self {
-            Self::Viridis | Self::ReversedViridis => colorous::VIRIDIS,
+            Self::Viridis => colorous::VIRIDIS,
             Self::Plasma => colorous::PLASMA,
             Self::Cividis => colorous::CIVIDIS,
         };

@@ -58,7 +58,7 @@ impl ContactBox {
         let whole = Self::new(picture);
         let panes = picture.contact_triangle_pane.iter();
         let triangles = picture.contact_triangles.iter().zip(panes);
-        let closed = triangles.filter(|(_, pane)| picture.normal_stress[**pane] < 0.0);
+        let closed = triangles.filter(|(_, pane)| picture.pressure[**pane] > 0.0);
         let nodes: Vec<usize> = closed.flat_map(|(nodes, _)| *nodes).collect();
         let [x, y] = [picture.axis_1, picture.axis_2]
             .map(|axis| bounds(nodes.iter().map(|&n| dot(picture.coordinates[n], axis))));

@@ -128,9 +128,9 @@ pub struct ContactPicture<'a> {
     pub axis_1: [f64; 3],
     /// Second unit tangent; drawn upwards.
     pub axis_2: [f64; 3],
-    /// Normal contact stress σ_ν of every pane \[Pa\].
-    pub normal_stress: &'a [f64],
-    /// The law and the friction of every pane, as many as `normal_stress`; `None` without friction.
+    /// Contact pressure −σ_ν of every pane \[Pa\].
+    pub pressure: &'a [f64],
+    /// The law and the friction of every pane, as many as `pressure`; `None` without friction.
     pub friction: Option<(FrictionKind, &'a [DrawnFriction])>,
 }
 

@@ -166,9 +166,18 @@ pub(super) fn draw_facets(canvas: &mut Canvas, facets: &Facets<'_>, view: &View,
             edges_after[last_at_node[p].max(last_at_node[q])].push(edge.nodes);
         }
     }
-    let pieces = pieces_per_edge(order.len());
     let pixel = |node: usize| fit.pixel(view.projected(facets.points[node]));
-    for (&(triangle, _), edges) in order.iter().zip(&edges_after) {
+    let pieces = match facets.paint {
+        Paint::Values(magnitude, key) => {
+            let drawn = order
+                .iter()
+                .map(|&(triangle, _)| facets.triangles[triangle]);
+            let drawn = drawn.map(|nodes| (nodes.map(pixel), nodes.map(|node| magnitude[node])));
+            pieces_per_edge(&drawn.collect::<Vec<_>>(), key)
+        }
+        Paint::Faces(_) => vec![1; order.len()],
+    };
+    for ((&(triangle, _), edges), pieces) in order.iter().zip(&edges_after).zip(pieces) {
         let brightness = brightness(normals.normals[triangle], toward);
         let nodes = facets.triangles[triangle];
         let corners = nodes.map(pixel);
@@ -211,7 +220,7 @@ fn draw_facet(
         let (fill, seam) = match key.fill(value) {
             Fill::Plain(colour) => {
                 let colour = shaded(colour, brightness);
-                (Fill::Plain(colour), Some(Stroke::solid(colour, 0.5)))
+                (Fill::Plain(colour), Some(Stroke::solid(colour, 0.9)))
             }
             other => (other, None),
         };
@@ -219,12 +228,29 @@ fn draw_facet(
     }
 }
 
-fn pieces_per_edge(facets: usize) -> usize {
-    // Coarse surfaces are refined up to about this many coloured pieces.
-    let fits = |n: &usize| facets * n * n <= 5000;
-    // Most pieces along an edge of a facet.
-    let finer = (2..=16).take_while(fits);
-    finer.last().unwrap_or(1)
+/// Pieces along the edges of each facet, given its corners and values: steps of 1/60 of the colours and of two pixels at least, larger ones
+/// where that makes more pieces than a file of ordinary size has.
+fn pieces_per_edge(facets: &[([Point; 3], [f64; 3])], key: &ColourKey) -> Vec<usize> {
+    let wanted = |(corners, values): &([Point; 3], [f64; 3])| {
+        let (low, high) = bounds(values.iter().filter_map(|&value| key.range.fraction(value)));
+        let sides = [[0, 1], [1, 2], [2, 0]].map(|[p, q]| {
+            let [from, to] = [corners[p], corners[q]];
+            (to[0] - from[0]).hypot(to[1] - from[1])
+        });
+        let longest = sides.into_iter().fold(0.0, f64::max);
+        (60.0 * (high - low)).min(longest / 2.0).max(1.0)
+    };
+    let wanted: Vec<f64> = facets.iter().map(wanted).collect();
+    let all: f64 = wanted.iter().map(|n| n * n).sum();
+    // Most pieces of a surface.
+    let share = (6000.0 / all).sqrt().min(1.0);
+    let pieces = wanted.iter().map(|n| (n * share).round().max(1.0));
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "from 1 to 60"
+    )]
+    pieces.map(|n| n as usize).collect()
 }
 
 /// The pieces of the reference triangle cut `n` times along each edge: corners (s, t) with s, t ≥

@@ -7,7 +7,7 @@
   const byId = (name) => document.getElementById("view3d-" + name);
   const figure = byId("figure"), body = byId("body"), marks = byId("marks");
   const inputs = Object.fromEntries(
-    ["field", "increment", "scale", "pane", "obstacle"].map((name) => [name, byId(name)]));
+    ["field", "increment", "scale", "pane", "obstacle", "mesh"].map((name) => [name, byId(name)]));
   const GREY = [214, 214, 214], OBSTACLE = [228, 226, 218], NO_VALUE = [170, 170, 170];
   const HOME = { azimuth: -60, elevation: 25 };
 
@@ -169,6 +169,7 @@
       shift: [0, 0],
       pane: nPanes && given.has("pane") ? Math.round(number("pane", 0, 0, nPanes - 1)) : null,
       obstacle: given.get("obstacle") !== "off",
+      mesh: given.get("mesh") !== "off",
       hovered: null,
     });
     return query !== undefined && name === "view3d";
@@ -185,6 +186,7 @@
       zoom: state.zoom === 1 ? null : Number(state.zoom.toPrecision(3)),
       pane: state.pane,
       obstacle: state.obstacle ? null : "off",
+      mesh: state.mesh ? null : "off",
     };
     return Object.entries(said);
   }
@@ -337,10 +339,10 @@
       // Where body and obstacle touch, the body is in front.
       gl.enable(gl.POLYGON_OFFSET_FILL);
       gl.polygonOffset(2, 8);
-      gl.uniform1f(uniform("edges"), 0.06);
+      gl.uniform1f(uniform("edges"), state.mesh ? 0.06 : 0);
       gl.drawArrays(gl.TRIANGLES, 0, 3 * ground.length);
       gl.disable(gl.POLYGON_OFFSET_FILL);
-      gl.uniform1f(uniform("edges"), 0.25);
+      gl.uniform1f(uniform("edges"), state.mesh ? 0.25 : 0);
       gl.drawArrays(gl.TRIANGLES, 3 * ground.length, 3 * facets.length);
     };
   }
@@ -429,6 +431,7 @@
     inputs.scale.value = state.scale;
     inputs.pane.value = state.pane ?? "";
     inputs.obstacle.checked = state.obstacle;
+    inputs.mesh.checked = state.mesh;
     byId("increment-said").textContent = page.frames[state.frame];
     inputs.increment.setAttribute("aria-valuetext", page.frames[state.frame]);
     byId("scale-said").textContent = "× " + Number(state.scale.toPrecision(3));
@@ -505,6 +508,7 @@
     inputs.increment.addEventListener("input", () => change({ frame: Number(inputs.increment.value) - 1 }));
     inputs.scale.addEventListener("input", () => change({ scale: Number(inputs.scale.value) }));
     inputs.obstacle.addEventListener("change", () => change({ obstacle: inputs.obstacle.checked }));
+    inputs.mesh.addEventListener("change", () => change({ mesh: inputs.mesh.checked }));
     inputs.pane.addEventListener("input", () => {
       const pane = inputs.pane.value === "" ? NaN : Math.round(Number(inputs.pane.value));
       change({ pane: pane >= 0 && pane < nPanes ? pane : null });

@@ -113,6 +113,7 @@ impl BodyView {
                     }
                     label { "pane " input #view3d-pane type="number" min="0" step="1"; }
                     label { input #view3d-obstacle type="checkbox"; " obstacle" }
+                    label { input #view3d-mesh type="checkbox"; " mesh lines" }
                     button #view3d-home type="button" { "reset view" }
                 }
                 div.stage {

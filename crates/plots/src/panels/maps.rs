@@ -10,18 +10,19 @@ use crate::panes::{FrictionKind, PaneShape};
 use crate::picture::DrawnFriction;
 use crate::text::Label;
 
-/// Panel (a): the normal contact stress.
-pub(super) fn normal_stress(figure: &PanelData<'_>) -> Option<Canvas> {
+/// Panel (a): the contact pressure.
+pub(super) fn pressure(figure: &PanelData<'_>) -> Option<Canvas> {
     let (picture, shapes) = (figure.picture, figure.shapes.as_slice());
     if picture.contact_triangles.is_empty() {
         return None;
     }
-    let symbol = Label::default().italic("σ").subscript("ν");
-    let value = |pane: usize| picture.normal_stress[pane];
+    let symbol = Label::default().italic("p");
+    let value = |pane: usize| picture.pressure[pane];
     let values = shapes.iter().map(|shape| value(shape.pane));
     let unit = picture.units.of(Dimension::STRESS);
-    let key = ColourKey::new(values, ColourMap::ReversedViridis, &symbol, &unit);
-    let title = Label::plain("(a) Normal contact stress ").then(&symbol);
+    let key = ColourKey::new(values, ColourMap::Viridis, &symbol, &unit);
+    let title = Label::plain("(a) Contact pressure ").then(&symbol);
+    let title = title.upright(" = −").italic("σ").subscript("ν");
     let layout = &figure.layout;
     Some(map_panel(layout, shapes, &title, &key, &unit, value))
 }

@@ -15,7 +15,7 @@ use super::picture::ContactPicture;
 
 /// Names of all panels of HKL Fig. 5 in the order of the page, for files.
 pub const PANELS: [&str; 6] = [
-    "a_normal_stress",
+    "a_contact_pressure",
     "b_scaled_tangential_stress",
     "c_deformed_body",
     "d_friction_ellipses",
@@ -43,7 +43,7 @@ pub(super) fn drawings(picture: &ContactPicture<'_>) -> Vec<(&'static str, Canva
     };
     let law = picture.friction;
     let drawn = [
-        maps::normal_stress(&figure),
+        maps::pressure(&figure),
         law.map(|law| maps::scaled_tangential(&figure, law)),
         Some(body::body_panel(picture, &figure.layout)),
         law.map(|law| ellipses::ellipse_panel(&figure, law)),

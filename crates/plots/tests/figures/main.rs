@@ -115,7 +115,7 @@ fn figures_survive_constant_huge_and_missing_values() {
         f64::INFINITY,
     ] {
         let mut sample = Sample::brick([3.0, 1.0, 1.0], [12, 4, 4]);
-        sample.normal_stress.fill(value);
+        sample.pressure.fill(value);
         for pane in &mut sample.friction {
             pane.scaled_tangential = value;
             pane.semi_axes = [value, 1e6 * value];
@@ -123,8 +123,8 @@ fn figures_survive_constant_huge_and_missing_values() {
         }
         sample.displacement.fill([value; 3]);
         assert_all_readable(&sample.picture());
-        sample.normal_stress[1] = f64::NAN;
-        sample.normal_stress[2] = 2.0 * value + 1e-9;
+        sample.pressure[1] = f64::NAN;
+        sample.pressure[2] = 2.0 * value + 1e-9;
         sample.friction[3].semi_axes[1] = f64::NAN;
         sample.displacement[5] = [1.0, f64::NAN, -1.0];
         assert_all_readable(&sample.picture());
@@ -135,7 +135,7 @@ fn figures_survive_constant_huge_and_missing_values() {
 fn one_missing_value_is_explained_beside_the_colour_bar() {
     for size in [[3.0, 1.0, 1.0], [1.0, 1.0, 1.0]] {
         let mut sample = Sample::brick(size, [4, 4, 4]);
-        sample.normal_stress[1] = f64::NAN;
+        sample.pressure[1] = f64::NAN;
         let panels = panels(&sample.picture());
         assert!(panels[0].1.svg().contains("no value"));
         assert!(!panels[1].1.svg().contains("no value"));
@@ -199,7 +199,7 @@ fn without_friction_there_are_stress_and_body_only() {
     picture.friction = None;
     let panels = panels(&picture);
     let names: Vec<_> = panels.iter().map(|(name, _)| *name).collect();
-    assert_eq!(names, ["a_normal_stress", "c_deformed_body"]);
+    assert_eq!(names, ["a_contact_pressure", "c_deformed_body"]);
     assert_all_readable(&picture);
 }
 
@@ -219,7 +219,7 @@ fn a_body_without_contact_has_one_panel() {
     let mut picture = sample.picture();
     picture.contact_triangles = &[];
     picture.contact_triangle_pane = &[];
-    picture.normal_stress = &[];
+    picture.pressure = &[];
     picture.friction = None;
     let panels = panels(&picture);
     assert_eq!(panels.len(), 1);
@@ -248,14 +248,8 @@ fn a_coefficient_that_does_not_vary_is_said_and_not_drawn() {
 #[test]
 fn a_face_that_is_mostly_open_is_framed_around_what_touches() {
     let mut sample = Sample::brick([1.0, 1.0, 1.0], [32, 32, 2]);
-    let normal_stress = (0..256).map(|pane| {
-        if pane % 16 < 2 && pane < 32 {
-            -1.0
-        } else {
-            0.0
-        }
-    });
-    sample.normal_stress = normal_stress.collect();
+    let pressure = (0..256).map(|pane| if pane % 16 < 2 && pane < 32 { 1.0 } else { 0.0 });
+    sample.pressure = pressure.collect();
     let panes = |picture: &ContactPicture<'_>| {
         let svg = panels(picture)[0].1.svg();
         svg.matches("<title>pane ").count()
@@ -263,7 +257,7 @@ fn a_face_that_is_mostly_open_is_framed_around_what_touches() {
     // A margin of a quarter of two panes reaches into the next ones.
     assert_eq!(panes(&sample.picture()), 9);
     assert_all_readable(&sample.picture());
-    sample.normal_stress[255] = -1.0;
+    sample.pressure[255] = 1.0;
     assert_eq!(panes(&sample.picture()), 256);
 }
 
@@ -501,14 +495,14 @@ fn every_pane_and_every_point_says_its_value() {
     let sample = Sample::brick([3.0, 1.0, 1.0], [12, 4, 4]);
     let picture = sample.picture();
     // Open panes have no ellipse that could say it again.
-    let pressed = picture.normal_stress.iter().filter(|s| **s < 0.0).count();
-    assert!(pressed < picture.normal_stress.len());
+    let pressed = picture.pressure.iter().filter(|p| **p > 0.0).count();
+    assert!(pressed < picture.pressure.len());
     for (name, figure) in panels(&picture) {
         let panes = figure.svg().matches("<title>pane ").count();
         let expected = match name {
             "c_deformed_body" => 0,
-            "d_friction_ellipses" => picture.normal_stress.len() + pressed,
-            _ => picture.normal_stress.len(),
+            "d_friction_ellipses" => picture.pressure.len() + pressed,
+            _ => picture.pressure.len(),
         };
         assert_eq!(panes, expected, "{name}");
     }

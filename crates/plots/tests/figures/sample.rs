@@ -11,7 +11,7 @@ pub(crate) struct Sample {
     pub(crate) boundary_triangles: Vec<[usize; 3]>,
     pub(crate) contact_triangles: Vec<[usize; 3]>,
     pub(crate) contact_triangle_pane: Vec<usize>,
-    pub(crate) normal_stress: Vec<f64>,
+    pub(crate) pressure: Vec<f64>,
     pub(crate) friction: Vec<DrawnFriction>,
 }
 
@@ -41,7 +41,7 @@ impl Sample {
             boundary_triangles: Vec::new(),
             contact_triangles: Vec::new(),
             contact_triangle_pane: Vec::new(),
-            normal_stress: Vec::new(),
+            pressure: Vec::new(),
             friction: Vec::new(),
         };
         for j in 0..ny {
@@ -108,7 +108,7 @@ impl Sample {
                 };
                 let angle = 0.4 + 1.5 * t;
                 let contact = if zone == DrawnZone::Open { 0.0 } else { load };
-                self.normal_stress.push(-pressure);
+                self.pressure.push(pressure);
                 self.friction.push(DrawnFriction {
                     scaled_tangential: contact * pressure,
                     semi_axes: coefficients,
@@ -139,7 +139,7 @@ impl Sample {
             marks: &[],
             axis_1: [1.0, 0.0, 0.0],
             axis_2: [0.0, 1.0, 0.0],
-            normal_stress: &self.normal_stress,
+            pressure: &self.pressure,
             friction: Some((FrictionKind::OverPressure, &self.friction)),
         }
     }

@@ -210,11 +210,7 @@ impl Branches {
     /// Whether every path has an end that says where it leads.
     #[must_use]
     pub fn is_followed(&self) -> bool {
-        let known = |path: &Path| match path.end {
-            PathEnd::Range | PathEnd::Closed | PathEnd::KnownPoint | PathEnd::Degenerate => true,
-            PathEnd::Stuck | PathEnd::Uncertified | PathEnd::TooLong => false,
-        };
-        self.left_out == 0 && self.paths.iter().all(known)
+        self.left_out == 0 && self.paths.iter().all(|path| !path.end.is_early())
     }
 }
 

@@ -53,6 +53,14 @@ pub enum PathEnd {
     TooLong,
 }
 
+impl PathEnd {
+    /// Whether the path may go on, but was not followed further.
+    #[must_use]
+    pub fn is_early(self) -> bool {
+        matches!(self, Self::Stuck | Self::Uncertified | Self::TooLong)
+    }
+}
+
 impl PieceEquations<'_> {
     /// Follows a half path to its end. Branch points put their other half paths into `open`.
     pub(super) fn follow(
