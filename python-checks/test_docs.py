@@ -1,23 +1,18 @@
-"""Every link of a page leads somewhere, and every page and picture of docs is linked from README.md on."""
+"""Every link of a page leads somewhere, every page and picture of docs and gallery is linked from README.md on, and the gallery has all scenes."""
 
 import re
+import sys
 from pathlib import Path
-from urllib.parse import unquote
 
 from conftest import ROOT
 
-LINK = re.compile(r"\]\(([^()\s]+(?:\([^()\s]*\))?)\)")
-CODE = re.compile(r"^```.*?^```", re.DOTALL | re.MULTILINE)
+sys.path.insert(0, str(ROOT / "scripts"))
+from docs_site import reached, targets, text
 
 
 def pages() -> list[Path]:
     """The front pages, those of docs and of the benchmarks."""
-    return sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *ROOT.glob("benches/**/README.md")])
-
-
-def text(page: Path) -> str:
-    """A page without its blocks of code."""
-    return CODE.sub("", page.read_text())
+    return sorted([*ROOT.glob("*.md"), ROOT / "pipelines/README.md", *(ROOT / "docs").rglob("*.md"), *ROOT.glob("benches/**/README.md")])
 
 
 def anchors(page: Path) -> set[str]:
@@ -25,13 +20,6 @@ def anchors(page: Path) -> set[str]:
     headings = re.findall(r"^#+ (.*)$", text(page), re.MULTILINE)
     plain = (re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", heading) for heading in headings)
     return {re.sub(r"[^\w\- ]", "", heading.strip().lower()).replace(" ", "-") for heading in plain}
-
-
-def targets(page: Path) -> list[tuple[Path, str]]:
-    """Files and headings that a page links to; other sites are not visited."""
-    links = [link for link in LINK.findall(text(page)) if not re.match(r"\w+:", link)]
-    parts = (unquote(link).partition("#") for link in links)
-    return [((page.parent / path).resolve() if path else page, anchor) for path, _, anchor in parts]
 
 
 def test_every_link_leads_somewhere():
@@ -45,13 +33,19 @@ def test_every_link_leads_somewhere():
 
 
 def test_no_page_or_picture_is_an_orphan():
-    reached, ahead = set(), [ROOT / "README.md"]
-    while ahead:
-        page = ahead.pop()
-        found = {target for target, _ in targets(page) if target.is_file()} - reached
-        reached |= found
-        ahead += [target for target in found if target.suffix == ".md"]
-    docs = {path for path in (ROOT / "docs").rglob("*") if path.suffix in {".md", ".png", ".svg"}}
+    folders = [ROOT / "docs", ROOT / "pipelines" / "gallery"]
+    files = (path for folder in folders for path in folder.rglob("*"))
+    docs = {path for path in files if path.suffix in {".md", ".png", ".svg"}}
     assert len(docs) > 30, "the folder was searched"
-    orphans = sorted(str(path.relative_to(ROOT)) for path in docs - reached)
+    orphans = sorted(str(path.relative_to(ROOT)) for path in docs - set(reached()))
     assert not orphans, orphans
+
+
+def test_the_gallery_says_of_every_scene_what_it_says_itself():
+    page = (ROOT / "pipelines" / "README.md").read_text()
+    scenes = sorted((ROOT / "pipelines").glob("*.toml"))
+    assert len(scenes) > 45
+    for scene in scenes:
+        shows, expect = (line.partition(": ")[2].rstrip(".") for line in scene.read_text().splitlines()[:2])
+        assert f"[{scene.stem}]({scene.name})" in page, f"python3 scripts/gallery.py {scene.stem}"
+        assert shows in page and expect in page, f"python3 scripts/gallery.py {scene.stem}"
