@@ -184,17 +184,6 @@ pub(super) fn inspect(arguments: &InspectArguments, output: &Output) -> Result<E
         || report::mesh::json(&mesh, &files),
         || report::mesh::text(&mesh),
     );
-    if mesh.faces.iter().all(|face| face.name == "unnamed") {
-        let (mesh, named) = (&arguments.mesh, arguments.mesh.with_extension("named.msh"));
-        say(
-            output,
-            &format!(
-                "no face has a name; to name them by their edges: python -m contact3d.convert {} {}",
-                mesh.display(),
-                named.display()
-            ),
-        );
-    }
     for file in files {
         say(output, &format!("figure    {}", file.display()));
     }

@@ -17,7 +17,7 @@ use super::{
 use crate::{
     format::Stage,
     output::Inputs,
-    pipeline::{AssemblyFile, Session, StageError, StageTiming, StoreWhen},
+    pipeline::{AssemblyFile, Freshness, Session, StageError, StageTiming, StoreWhen},
     report::{self, SolvedRun},
     views::{PictureFolder, are_drawn, draw_run, drawing_of},
 };
@@ -83,6 +83,10 @@ fn perform_stale(session: &mut Session, output: &Output) -> Result<Vec<StageTimi
     for state in session.states()? {
         if state.stage == Stage::Assemble {
             warn(output, &session.warnings()?);
+        }
+        if let (None, Freshness::Stale(why)) = (&state.stored, &state.freshness) {
+            let made = format!("warning: {} is made again: {why}", state.stage.word());
+            say(output, &made);
         }
         if state.is_fresh() && performed.is_empty() {
             detail(output, &format!("{:<9} fresh, kept", state.stage.word()));

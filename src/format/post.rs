@@ -78,8 +78,8 @@ pub(super) const ON_THE_BODY: Fields<ContactReport> = fields! { ContactReport =>
     (von_mises) "/post/von_mises", &[Named("n_material_nodes")], Dimension::STRESS, "Von Mises stress of /post/nodal_stress.";
     {Kind::I64} MATERIAL_NODES, &[Named("n_material_nodes"), Fixed(2)], Dimension::Number, "Node and region of each row of nodal_stress: all nodes with their first region, then again those where materials meet.".optional("absent where no two materials meet: rows are nodes");
     (largest_von_mises.value) "/post/largest_von_mises/value", &[], Dimension::STRESS, "Largest von Mises stress of a node.";
-    (largest_von_mises.error) "/post/largest_von_mises/error", &[], Dimension::STRESS, "Its error bar, from how much the stresses of tetrahedra there differ from nodal ones; infinite where it grows with every finer mesh.";
-    (largest_von_mises.at) "/post/largest_von_mises/place", VECTOR, Dimension::LENGTH, "Its place.";
+    (largest_von_mises.error) "/post/largest_von_mises/error", &[], Dimension::STRESS, "Its error bar, from how much the stresses of tetrahedra there differ from nodal ones; infinite where it grows with every finer mesh or is not known.";
+    (largest_von_mises.at) "/post/largest_von_mises/place", VECTOR, Dimension::LENGTH, "Its place, or that of a concentration where it may be larger.";
     [|report| report.largest_von_mises.concentration.map(|it| it.word().to_owned())] "/post/largest_von_mises/concentration", &[], Dimension::Number, "Why it grows with every finer mesh: a notch, clamp or edge of contact no further than one tetrahedron, or materials that meet there.".optional("absent where it has a limit");
     [|report| contact(report, |_| [Zone::Open, Zone::Stick, Zone::Slip].map(|zone| report.count(zone)))] "/post/zone_counts", &[extents::ZONES], Dimension::Number, "Numbers of open, sticking and slipping panes.".optional(NO_CONTACT);
     [|report| contact(report, |contact| contact.normal_force)] "/post/resultants/normal_force", &[], Dimension::FORCE, "Total normal contact force.".optional(NO_CONTACT);

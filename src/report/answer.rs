@@ -109,7 +109,8 @@ pub(super) fn name_of_quantity(of: Functional) -> String {
     }
 }
 
-/// A value at a place with its error bar, in its unit where the bar is larger than the value; `edge` is what it has no limit at.
+/// A value at a place with its error bar, in its unit where the bar is larger than the value, without one that is infinite; `edge` is what
+/// it has no limit at.
 pub(super) fn with_bar(
     unit: &Unit,
     [value, bar]: [f64; 2],
@@ -119,6 +120,9 @@ pub(super) fn with_bar(
     let told = unit.told(&[value]);
     if let Some(edge) = edge {
         return format!("above {told}{place}, {edge} where it grows with every finer mesh");
+    }
+    if bar.is_infinite() {
+        return told + place;
     }
     let bar = if bar > value.abs() {
         unit.told(&[bar])

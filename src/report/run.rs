@@ -10,7 +10,7 @@ use contact3d::{
         StressConcentration, Zone,
     },
     scene::{
-        ContactFeatures, FrictionModel, Functional, MultiplierSpace, Obstacle, Scene,
+        ContactFeatures, ElementOrder, FrictionModel, Functional, MultiplierSpace, Obstacle, Scene,
         escape_control,
     },
     solver::{Solution, SolvedBy, StartStrategy},
@@ -493,6 +493,9 @@ pub(super) fn estimate_words(estimate: &ErrorEstimate, scene: &Scene) -> String 
         (false, _) => "",
         (true, _) if is_of_panes => {
             ", a rough guess: panes are wider than what happens on them; contact.multipliers = \"nodal\" sees more"
+        }
+        (true, None) if scene.body.element == ElementOrder::P1 => {
+            ", a rough guess: linear elements are stiff in bending; body.element = \"P2\", or refine: run ... --error 10%"
         }
         (true, None) => ", a rough guess: the mesh is coarse; refine it: run ... --error 10%",
         (true, Some(_)) => ", a rough guess: the mesh is coarse",

@@ -60,7 +60,8 @@ pub(super) fn body_marks(scene: &Scene, mesh: &Mesh) -> Vec<BodyMark> {
 /// The normals of a face at its corners inside a part, or at those of the triangles around it where it holds none.
 fn part_normals(mesh: &Mesh, part: &FacePart<'_>) -> BTreeMap<usize, [f64; 3]> {
     let mut normals = node_normals(mesh, part.face);
-    let sides = mesh.sides_of(part);
+    // A part that holds nothing was refused before.
+    let sides = mesh.sides_of("", part).unwrap_or_default();
     let corners = |inside: bool| -> BTreeSet<usize> {
         let corners = sides.iter().flat_map(|side| {
             let held = (0..3).filter(move |k| !inside || side.holds_corner(*k));

@@ -154,6 +154,40 @@ fn large_strains_are_warned_of() {
     assert!(!text.contains("warning"), "{text}");
 }
 
+/// F = 0.1 + 0.5/m · s bears a push of 0.3 of the pressure after a slide of 0.4 m: of 1.5 m, the block's diagonal, 27 %.
+#[test]
+fn slides_far_from_where_contact_began_are_warned_of() {
+    let block = r#"
+title = "pushed until friction has risen"
+body.brick = { size = [1.0, 1.0, 0.5], cells = [4, 4, 2] }
+material.isotropic = { young_modulus = 3e10, poisson_ratio = 0.2 }
+pressure = [{ face = "z_max", value = 1e6 }]
+traction = [{ face = "z_max", value = [3e5, 0.0, 0.0] }]
+contact.face = "z_min"
+friction.coefficient.ramp = { initial = 0.1, residual = 0.9, onset = 0.0, rate = 0.5 }
+"#;
+    let (code, text) = scene(block, &[]);
+    assert_eq!(code, Some(0), "{text}");
+    assert!(
+        text.contains("warning: the body slides by 27 % of its size"),
+        "{text}"
+    );
+    let force = "friction force       300 kN, 100 % of what friction can bear";
+    assert!(text.contains(force), "{text}");
+    // At a constant coefficient of 0.4 it holds, with three quarters of its friction.
+    let ramp =
+        "friction.coefficient.ramp = { initial = 0.1, residual = 0.9, onset = 0.0, rate = 0.5 }";
+    let (_, text) = scene(
+        &block.replace(ramp, "friction.coefficient.constant = 0.4"),
+        &[],
+    );
+    assert!(
+        text.contains("300 kN, 75 % of what friction can bear"),
+        "{text}"
+    );
+    assert!(!text.contains("slides"), "{text}");
+}
+
 /// A push of 0.2 m along a ball of 2 m turns the normal by 0.1, nearly 6 degrees.
 #[test]
 fn slips_beyond_a_twentieth_of_a_radius_are_warned_of() {

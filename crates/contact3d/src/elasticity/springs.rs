@@ -126,8 +126,7 @@ fn visit(
     mesh: &Mesh,
     take: &mut dyn FnMut(&SpringPoint<'_>, Matrix3<f64>),
 ) -> Result<(), InvalidValue> {
-    mesh.check_face_part(&format!("spring.{index}"), &spring.part())?;
-    for side in mesh.sides_of(&spring.part()) {
+    for side in mesh.sides_of(&format!("spring.{index}"), &spring.part())? {
         let mut add = |point: SpringPoint<'_>| -> Result<(), InvalidValue> {
             let stiffness = stiffness_at(spring, index, point.at, &point.normal)?;
             take(&point, stiffness);

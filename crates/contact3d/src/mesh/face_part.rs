@@ -26,12 +26,24 @@ impl SidePart {
         self.cut.as_deref().unwrap_or(&WHOLE_SIDE)
     }
 
+    /// The same, each cut in four.
+    pub(crate) fn quarters(&self) -> Vec<[[f64; 3]; 3]> {
+        self.triangles().iter().flat_map(quarters_of).collect()
+    }
+
     /// Whether it holds a corner of the triangle.
     #[must_use]
     pub fn holds_corner(&self, corner: usize) -> bool {
         let mut places = self.triangles().iter().flatten();
         places.any(|share| share[corner] > 1.0 - COORDINATE_ROUNDING)
     }
+}
+
+/// A triangle cut in four at the middles of its edges.
+pub(crate) fn quarters_of([a, b, c]: &[[f64; 3]; 3]) -> [[[f64; 3]; 3]; 4] {
+    let middle = |p: &[f64; 3], q: &[f64; 3]| std::array::from_fn(|k| (p[k] + q[k]) / 2.0);
+    let [ab, bc, ca] = [middle(a, b), middle(b, c), middle(c, a)];
+    [[*a, ab, ca], [ab, *b, bc], [ca, bc, *c], [bc, ca, ab]]
 }
 
 /// The share of a triangle's area that lies inside a box, which may be flat.
@@ -58,15 +70,6 @@ pub(crate) fn area_share([[a, b, _], [c, d, _], [e, f, _]]: &[[f64; 3]; 3]) -> f
 }
 
 impl Mesh {
-    /// What a face, or a part of one, consists of.
-    #[must_use]
-    pub fn sides_of(&self, part: &FacePart<'_>) -> Vec<SidePart> {
-        let facets = self.facets_on(part.face);
-        facets
-            .filter_map(|facet| self.side_of(part, facet))
-            .collect()
-    }
-
     fn side_of(&self, part: &FacePart<'_>, facet: usize) -> Option<SidePart> {
         let triangle = self.corners(&self.facets[facet]);
         let mut sides = part
@@ -105,22 +108,19 @@ impl Mesh {
     /// The key of the box or disc.
     pub(super) fn check_face_parts(&self, scene: &Scene) -> Result<(), InvalidValue> {
         let mut parts = scene.face_parts();
-        parts.try_for_each(|(key, part)| self.check_face_part(&key, &part))
+        parts.try_for_each(|(key, part)| self.sides_of(&key, &part).map(drop))
     }
 
-    /// Refuses the box or the disc of a load or a spring with some key if it holds nothing of its face.
+    /// What a face, or a part of one, consists of, for the key of a load or a spring on it.
     ///
     /// # Errors
-    /// As [`Self::check_face_parts`].
-    pub(crate) fn check_face_part(
-        &self,
-        key: &str,
-        part: &FacePart<'_>,
-    ) -> Result<(), InvalidValue> {
-        let empty = |disc: Option<Disc>| {
-            let part = FacePart { disc, ..*part };
-            let mut facets = self.facets_on(part.face);
-            part.is_cut() && !facets.any(|facet| self.side_of(&part, facet).is_some())
+    /// A box or a disc that holds nothing of the face.
+    pub fn sides_of(&self, key: &str, part: &FacePart<'_>) -> Result<Vec<SidePart>, InvalidValue> {
+        let sides_in = |part: &FacePart<'_>| -> Vec<SidePart> {
+            let facets = self.facets_on(part.face);
+            facets
+                .filter_map(|facet| self.side_of(part, facet))
+                .collect()
         };
         let refused = |name: &str, expected: &str, found: String, help: &str| {
             Err(InvalidValue {
@@ -131,7 +131,10 @@ impl Mesh {
             })
         };
         if let Some(disc) = part.disc {
-            let of_radius = |radius: f64| empty(Some(Disc { radius, ..disc }));
+            let of_radius = |radius: f64| {
+                let disc = Some(Disc { radius, ..disc });
+                sides_in(&FacePart { disc, ..*part }).is_empty()
+            };
             // A centre on a curved face may lie off its triangles; at a tenth of the radius the disc is smaller by half a percent.
             if of_radius(0.1 * disc.radius) {
                 let is_small = !of_radius(disc.radius.max(0.01 * self.extent()));
@@ -152,8 +155,9 @@ impl Mesh {
                 };
             }
         }
+        let sides = sides_in(part);
         if let Some(corners) = part.corners
-            && empty(part.disc)
+            && sides.is_empty()
         {
             return refused(
                 "box",
@@ -162,7 +166,7 @@ impl Mesh {
                 "move or widen it; it may be as flat as the face, but stress under a load on a line or a point has no bound: give it a width, or write disc = { centre, radius } in its place",
             );
         }
-        Ok(())
+        Ok(sides)
     }
 }
 

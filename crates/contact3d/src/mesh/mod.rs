@@ -21,7 +21,7 @@ use thiserror::Error;
 pub use brick::{brick, brick_counts};
 pub use contact_surface::{ContactSurface, SurfaceFace};
 pub use face_part::SidePart;
-pub(crate) use face_part::{area_share, triangle_in_box};
+pub(crate) use face_part::{area_share, quarters_of, triangle_in_box};
 pub use gmsh::{FilePosition, GmshError, GmshFlaw, digest_of, parse as parse_gmsh};
 pub use inspection::{FaceInspection, MeshInspection};
 pub use macro_elements::macro_elements;

@@ -84,7 +84,7 @@ impl Mesh {
 
     /// Nodes of a boundary triangle, curved or not, and points of the same rule on triangles of it, which are given in its
     /// barycentric coordinates.
-    pub(super) fn points_on(
+    pub(crate) fn points_on(
         &self,
         facet: usize,
         triangles: &[[[f64; 3]; 3]],

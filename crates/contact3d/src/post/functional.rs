@@ -5,6 +5,8 @@
 //! come from the problems of the energy estimate, and δλ is what the contact conditions inside panes ask for beyond λ. The strain
 //! energy is quadratic: ½ ‖e‖² is taken off. Areas have no derivative ([`super::areas`]).
 
+use nalgebra::Vector3;
+
 use super::{
     ErrorEstimate, Resultants, Solved, SolvedContact,
     areas::{areas, half_space_stiffness},
@@ -114,16 +116,17 @@ pub(super) fn estimates(
         .zip(&functionals)
         .map(|(f, of)| f.field(of))
         .collect();
-    let (estimate, shares) = ErrorEstimate::with_adjoints(solved, known, &borrowed);
+    let contact = solved.contact.as_ref();
+    let stiffness = contact.map_or_else(Vec::new, |it| half_space_stiffness(solved, it));
+    let (estimate, shares, inside) =
+        ErrorEstimate::with_adjoints(solved, known, &borrowed, &stiffness);
     let smooth = functionals.iter().zip(shares).zip(&adjoints);
     let smooth = smooth.map(|((functional, shares), adjoint)| {
         functional.estimate(&estimate, shares, adjoint.kinks)
     });
     let mut found: Vec<FunctionalEstimate> = smooth.collect();
-    let contact = solved.contact.as_ref();
-    let stiffness = contact.map_or_else(Vec::new, |it| half_space_stiffness(solved, it));
     found.extend(areas(solved, known, &estimate, &stiffness, wanted));
-    if let Some(peak) = largest_pressure(solved, known.panes, &stiffness) {
+    if let Some(peak) = largest_pressure(solved, known.panes, &stiffness, inside) {
         let of_pane = found
             .iter()
             .position(|it| it.functional == Functional::LargestPressure);
@@ -284,7 +287,7 @@ fn linearised(
         Functional::PeakDisplacement => {
             let size = |u: &[f64; 3]| u[0].hypot(u[1]).hypot(u[2]);
             let moved = known.displacement;
-            let place = largest(moved.iter().map(size))?;
+            let place = largest_node(mesh, &moved.iter().map(size).collect::<Vec<_>>())?;
             // A cube around the place, with edges a tenth of the extent of the body.
             let (centre, extent) = (mesh.coordinates[place], mesh.extent());
             let corners = [-0.05, 0.05].map(|half| centre.map(|x| x + half * extent));
@@ -320,6 +323,7 @@ impl LinearisedFunctional {
         let FunctionalError {
             mut of_tetrahedra,
             mut of_contact,
+            of_loads,
             cancelled,
         } = found;
         if self.functional == Functional::StrainEnergy {
@@ -329,7 +333,8 @@ impl LinearisedFunctional {
             of_contact -= 0.5 * energy.contact_square();
         }
         let error: f64 = of_tetrahedra.iter().sum();
-        let bar = (error - of_contact).abs() + of_contact.abs() + cancelled;
+        let of_elements = error - of_contact - of_loads;
+        let bar = of_elements.abs() + of_contact.abs() + of_loads.abs() + cancelled;
         FunctionalEstimate {
             functional: self.functional,
             value: self.value,
@@ -402,6 +407,21 @@ impl LinearisedFunctional {
 /// The unit vector along an axis.
 fn axis(component: Component) -> [f64; 3] {
     Component::ALL.map(|c| if c == component { 1.0 } else { 0.0 })
+}
+
+/// The node of the largest displacement; of equal ones, such as those of a clamp that moves, the one in their middle, which finer meshes
+/// have too.
+fn largest_node(mesh: &Mesh, sizes: &[f64]) -> Option<usize> {
+    let most = sizes[largest(sizes.iter().copied())?];
+    // Roundings of what solves and clamps make of one displacement.
+    let equal = |node: &usize| sizes[*node] >= most * (1.0 - 1e-9);
+    let nodes: Vec<usize> = (0..sizes.len()).filter(equal).collect();
+    let at = |node: usize| Vector3::from(mesh.coordinates[node]);
+    let middle = nodes.iter().map(|node| at(*node)).sum::<Vector3<f64>>() / nodes.len() as f64;
+    let from_middle = |node: &usize| (at(*node) - middle).norm();
+    nodes
+        .into_iter()
+        .min_by(|a, b| from_middle(a).total_cmp(&from_middle(b)))
 }
 
 /// The place of the largest of some numbers.

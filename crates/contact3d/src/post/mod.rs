@@ -201,21 +201,32 @@ impl ContactReport {
             strain_energy: resultants.strain_energy,
             rounding: rounding_energy,
         };
-        let (discretisation_error, mut functionals) = match errors {
+        let (discretisation_error, functionals) = match errors {
             EstimatedErrors::Nothing => Default::default(),
             EstimatedErrors::Energy => (ErrorEstimate::new(solved, &known), Vec::new()),
             EstimatedErrors::Quantities => {
                 functional::estimates(adjoints, solved, &known, &resultants)
             }
         };
-        if discretisation_error.is_unreliable() {
-            functionals.clear();
-        }
         let von_mises: Vec<f64> = nodal.stress.iter().map(von_mises).collect();
         let mut report = Self {
             largest_von_mises: match errors {
                 EstimatedErrors::Nothing => LargestStress::default(),
-                _ => nodal.largest(solved, &von_mises, &internal.stress, (&panes, &stiffness)),
+                _ => {
+                    let mut found = functionals.iter().cloned();
+                    let peak = found.find(|it| it.functional == Functional::LargestPressure);
+                    let peak = peak.or_else(|| {
+                        let stiffness =
+                            areas::half_space_stiffness(solved, solved.contact.as_ref()?);
+                        peak::largest_pressure(solved, &panes, &stiffness, 0.0)
+                    });
+                    let stresses = (&von_mises[..], &internal.stress[..]);
+                    let mut largest = nodal.largest(solved, stresses, peak.as_ref());
+                    if discretisation_error.is_unreliable() {
+                        largest.error = f64::INFINITY;
+                    }
+                    largest
+                }
             },
             discretisation_error,
             functionals,
@@ -232,6 +243,9 @@ impl ContactReport {
             reaction: forces.clamp,
             failed_check: None,
         };
+        if report.discretisation_error.is_unreliable() {
+            report.functionals.clear();
+        }
         let rounding = Rounding::new(solved, &terms, &report.panes, &stiffness, &[]);
         report.failed_check = report.first_failed_check(solved, &rounding, rounding_energy);
         Ok(report)

@@ -25,11 +25,13 @@ pub(super) enum PeakShape {
 /// An open pane beside the largest pressure belongs to a sharp edge if closing it would take this many times that pressure.
 const EDGE_STIFFNESS: f64 = 10.0;
 
-/// The largest pressure as a quantity, with the box of its pane, for the stiffness of each pane in Pa/m; `None` without contact forces.
+/// The largest pressure as a quantity, with the box of its pane, for the stiffness of each pane in Pa/m and the largest pressure of a point
+/// inside panes in Pa; `None` without contact forces.
 pub(super) fn largest_pressure(
     solved: &Solved<'_>,
     panes: &[PaneState],
     stiffness: &[f64],
+    inside: f64,
 ) -> Option<FunctionalEstimate> {
     let contact = solved.contact.as_ref()?;
     let pressure = |pane: usize| -panes[pane].normal_stress;
@@ -43,6 +45,14 @@ pub(super) fn largest_pressure(
         PeakShape::Resolved => largest * falls[0].max(falls[1].abs()).max(0.02),
         PeakShape::Coarse => largest * falls[0].max(0.2),
         PeakShape::Growing => f64::INFINITY,
+    };
+    // Without a formula a face presses unevenly inside panes by what interpolation makes of it, less than this unless it is tilted.
+    let features = solved.scene.contact_features();
+    let mut features = features.iter();
+    let is_flat = features.all(|face| face.obstacle.is_none() && face.gap.is_none());
+    let bar = match inside > 2.0 * largest || !is_flat {
+        true => bar.max(inside - largest),
+        false => bar,
     };
     let least = match shape {
         PeakShape::Growing => largest,

@@ -155,39 +155,41 @@ impl Check {
         results.find(|result| result.cross_check == cross_check)
     }
 
+    /// The differences to other algorithms that found a solution.
+    fn disagreements(&self) -> impl Iterator<Item = f64> {
+        let rivals = self.cross_checks.iter();
+        let solutions = rivals.filter(|rival| rival.is_solution());
+        solutions.map(|rival| rival.disagreement)
+    }
+
+    /// The differences between descriptions of the problem.
+    fn variations(&self) -> impl Iterator<Item = f64> {
+        self.invariances.iter().map(|result| result.difference)
+    }
+
     /// The largest difference to another algorithm that found a solution; 0 for none.
     #[must_use]
     pub fn disagreement(&self) -> f64 {
-        let results = self.cross_checks.iter();
-        let solutions = results.filter(|result| result.is_solution());
-        solutions
-            .map(|result| result.disagreement)
-            .fold(0.0, f64::max)
+        self.disagreements().fold(0.0, f64::max)
     }
 
     /// The largest difference between descriptions of the problem; `None` where not asked for.
     #[must_use]
     pub fn variation(&self) -> Option<f64> {
-        let differences = self.invariances.iter().map(|result| result.difference);
-        differences.reduce(f64::max)
+        self.variations().reduce(f64::max)
     }
 
     /// The decimal digits in which the answer, other algorithms and other descriptions agree and the conditions hold; 0 of what is not
     /// solved.
     #[must_use]
     pub fn trusted_digits(&self) -> usize {
-        let others = self.invariances.iter().map(|result| result.difference);
-        let same = others.filter(|difference| *difference <= USELESS);
-        let rivals = self.cross_checks.iter().filter(|rival| rival.is_solution());
-        let rivals = rivals.map(|rival| rival.disagreement);
-        let own = [self.accuracy, self.certificate, f64::EPSILON];
-        let figures = same.chain(rivals.filter(|it| *it <= USELESS)).chain(own);
-        let error = figures.fold(0.0, f64::max);
-        if self.status.is_solved() {
-            (-error.log10()).max(0.0) as usize
-        } else {
-            0
+        if !self.status.is_solved() {
+            return 0;
         }
+        let others = self.disagreements().chain(self.variations());
+        let own = [self.accuracy, self.certificate, f64::EPSILON];
+        let figures = others.filter(|it| *it <= USELESS).chain(own);
+        (-figures.fold(0.0, f64::max).log10()).max(0.0) as usize
     }
 
     /// Whether the case holds what it should, and what is to be said about it.

@@ -147,10 +147,10 @@ fn overlap(body: &GmshBody, contents: &Contents, shared: &[TetrahedronSide]) -> 
 }
 
 /// Disjoint sets of tetrahedra; each set is named by its first one.
-struct Pieces(Vec<usize>);
+pub(super) struct Pieces(Vec<usize>);
 
 impl Pieces {
-    fn new(n: usize) -> Self {
+    pub(super) fn new(n: usize) -> Self {
         Self((0..n).collect())
     }
 
@@ -162,12 +162,12 @@ impl Pieces {
         t
     }
 
-    fn join(&mut self, a: usize, b: usize) {
+    pub(super) fn join(&mut self, a: usize, b: usize) {
         let (a, b) = (self.first(a), self.first(b));
         self.0[a.max(b)] = a.min(b);
     }
 
-    fn firsts(mut self) -> Vec<usize> {
+    pub(super) fn firsts(mut self) -> Vec<usize> {
         (0..self.0.len()).map(|t| self.first(t)).collect()
     }
 }

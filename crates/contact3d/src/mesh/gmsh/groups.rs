@@ -1,10 +1,15 @@
 //! Physical volumes and surfaces of a body, by their names.
 
-use std::collections::{BTreeMap, HashSet};
+use std::{
+    cmp::Reverse,
+    collections::{BTreeMap, HashMap, HashSet, hash_map::Entry},
+};
+
+use nalgebra::Vector3;
 
 use super::{
     body::GmshBody,
-    boundary::GmshBoundary,
+    boundary::{GmshBoundary, Pieces},
     contents::{Contents, MeshElement, listed_nodes},
     scanner::GmshFlaw,
 };
@@ -12,6 +17,10 @@ use crate::mesh::sorted;
 
 /// What is in no physical group is called so.
 const UNNAMED: &str = "unnamed";
+
+/// A boundary without names is split where triangles meet at more than so many degrees, as the converter does: a round hole is drawn with
+/// more than twelve sides.
+const EDGE_ANGLE: f64 = 30.0;
 
 /// Members and names of the physical volumes; both empty when there are none.
 pub(super) fn volumes(contents: &Contents) -> Result<(Vec<usize>, Vec<String>), GmshFlaw> {
@@ -31,7 +40,8 @@ pub(super) fn volumes(contents: &Contents) -> Result<(Vec<usize>, Vec<String>), 
 
 /// The physical surface of each boundary triangle, and the names of the surfaces.
 ///
-/// Triangles inside the body or off it are passed over, unless their surface has no other.
+/// Triangles inside the body or off it are passed over, unless their surface has no other. Without physical surfaces the boundary is split at
+/// its edges: `face_1`, `face_2` and so on, the largest first.
 pub(super) fn surfaces(
     contents: &Contents,
     body: &GmshBody,
@@ -83,7 +93,54 @@ pub(super) fn surfaces(
             "MSH 2.2 with Mesh.SaveAll = 1 loses the groups; save again: gmsh part.geo -3 -format msh41 -o part.msh",
         ));
     }
+    if surfaces.is_empty() {
+        return Ok(split_at_edges(body, boundary));
+    }
     named(contents, 2, &facet_group)
+}
+
+/// The part of each boundary triangle, and the names of the parts.
+fn split_at_edges(body: &GmshBody, boundary: &GmshBoundary) -> (Vec<usize>, Vec<String>) {
+    let area = |facet: &[usize; 3]| {
+        let [a, b, c] = facet.map(|node| Vector3::from(body.coordinates[node]));
+        (b - a).cross(&(c - a)) / 2.0
+    };
+    let areas: Vec<Vector3<f64>> = boundary.facets.iter().map(area).collect();
+    let mut parts = Pieces::new(areas.len());
+    let mut first_at: HashMap<[usize; 2], usize> = HashMap::new();
+    for (facet, [a, b, c]) in boundary.facets.iter().enumerate() {
+        for [p, q] in [[a, b], [b, c], [c, a]] {
+            match first_at.entry([*p.min(q), *p.max(q)]) {
+                Entry::Vacant(edge) => {
+                    edge.insert(facet);
+                }
+                Entry::Occupied(other) => {
+                    let other = *other.get();
+                    if areas[facet].angle(&areas[other]) < EDGE_ANGLE.to_radians() {
+                        parts.join(facet, other);
+                    }
+                }
+            }
+        }
+    }
+    let part = parts.firsts();
+    let mut sizes = vec![0.0; areas.len()];
+    for (area, &part) in areas.iter().zip(&part) {
+        sizes[part] += area.norm();
+    }
+    let mut ranked: Vec<usize> = (0..part.len()).filter(|&f| part[f] == f).collect();
+    // Parts that are equal to nine digits keep their order.
+    let whole: f64 = sizes.iter().sum();
+    ranked.sort_by_key(|&part| Reverse((1e9 * sizes[part] / whole).round() as u64));
+    let mut number = vec![0; areas.len()];
+    for (place, &part) in ranked.iter().enumerate() {
+        number[part] = place;
+    }
+    let names = (1..=ranked.len()).map(|n| format!("face_{n}"));
+    (
+        part.iter().map(|&part| number[part]).collect(),
+        names.collect(),
+    )
 }
 
 /// Numbers the groups by increasing tag, those without a group last.

@@ -84,8 +84,9 @@ impl<'a> LoadedBoundary<'a> {
             }
             found
         };
+        // Parts that hold nothing were refused before A was assembled.
         let springs = scene.springs.iter();
-        let mut springs = springs.map(|spring| mesh.sides_of(&spring.part()));
+        let mut springs = springs.map(|it| mesh.sides_of("", &it.part()).unwrap_or_default());
         let loads = scene.face_loads();
         // What is not finite was refused before the solve.
         let loads = loads.filter_map(|load| SurfaceLoad::new(load, mesh).ok());

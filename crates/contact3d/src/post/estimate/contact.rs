@@ -24,8 +24,12 @@ struct Law {
     semi_axes: [f64; 2],
     /// What they gain with the pressure.
     axes_by_pressure: [f64; 2],
+    /// By how much the pane moves into the obstacle before the pressures of its points have the mean λ_ν, in m.
+    shift: f64,
     /// Q_λ over the area of the pane, along ν, t₁, t₂; zero for the solution itself.
     wanted: [f64; 3],
+    /// What that shift makes of Q over the area of the pane; zero for the solution itself.
+    by_shift: f64,
 }
 
 impl Law {
@@ -39,7 +43,9 @@ impl Law {
             stiffness: sum(self.stiffness, by, other.stiffness),
             semi_axes: sum(self.semi_axes, by, other.semi_axes),
             axes_by_pressure: sum(self.axes_by_pressure, by, other.axes_by_pressure),
+            shift: self.shift + by * other.shift,
             wanted: sum(self.wanted, by, other.wanted),
+            by_shift: self.by_shift + by * other.by_shift,
         }
     }
 
@@ -62,7 +68,7 @@ impl Law {
     fn change(&self, at: [f64; 3]) -> [f64; 3] {
         let [normal, tangential] = self.stiffness;
         let [pressure, first, second] = self.stress;
-        let pressed = (pressure + normal * at[0]).max(0.0) - pressure;
+        let pressed = (pressure + normal * (at[0] + self.shift)).max(0.0) - pressure;
         let ellipse = Ellipse {
             semi_axes: [0, 1]
                 .map(|k| (self.semi_axes[k] + self.axes_by_pressure[k] * pressed).max(0.0)),
@@ -75,14 +81,14 @@ impl Law {
     /// u_t2) in m.
     fn energies(&self, at: [f64; 3]) -> [f64; 3] {
         let [normal, tangential] = self.stiffness;
-        let pressure = self.stress[0];
-        let change = (pressure + normal * at[0]).max(0.0) - pressure;
+        let (pressure, depth) = (self.stress[0], at[0] + self.shift);
+        let change = (pressure + normal * depth).max(0.0) - pressure;
         let energy = if normal > 0.0 {
             change * change / normal
         } else {
             0.0
         };
-        let [penetration, complementarity] = if at[0] > 0.0 {
+        let [penetration, complementarity] = if depth > 0.0 {
             [energy, 0.0]
         } else {
             [0.0, energy]
@@ -171,7 +177,59 @@ impl<'a> PointConditions<'a> {
             share: 1.0,
             varying: varying_friction(solved.scene),
         };
-        conditions.stiffened()
+        conditions.stiffened().settled()
+    }
+
+    /// With panes that have moved until the pressures of their points have the mean λ_ν: the condition of a pane holds on average for
+    /// distances interpolated between nodes, but a face rests on what formulas have between them, and where it turns inside a pane on an
+    /// edge of it. The force on a pane is known far better than where in the pane it acts.
+    fn settled(mut self) -> Self {
+        self.laws = self.with_shifts(self.laws.clone());
+        self
+    }
+
+    fn with_shifts(&self, mut laws: Vec<Law>) -> Vec<Law> {
+        let mut points = vec![Vec::new(); laws.len()];
+        for place in 0..self.points.len() {
+            self.visit(place, &laws, |point, law, weight| {
+                let depth = point.moved(&self.moved)[0];
+                for (pane, share) in self.carried(place, point.share) {
+                    points[pane].push([weight * share, law.stress[0], law.stiffness[0], depth]);
+                }
+            });
+        }
+        for (law, points) in laws.iter_mut().zip(points) {
+            if law.stress[0] > 0.0 && law.stiffness[0] > 0.0 {
+                law.shift = settlement(&points);
+            }
+        }
+        laws
+    }
+
+    /// The largest pressure in Pa of a point, for the stiffness of each pane in Pa/m as a half-space.
+    pub(super) fn largest_pressure(&self, stiffness: &[f64]) -> f64 {
+        // Of waves as long as a pane instead of twice as long.
+        let waves = |(law, k): (&Law, &f64)| Law {
+            stiffness: [2.0 * k, law.stiffness[1]],
+            ..*law
+        };
+        let laws = self.with_shifts(self.laws.iter().zip(stiffness).map(waves).collect());
+        let mut largest = 0.0_f64;
+        for place in 0..self.points.len() {
+            self.visit(place, &laws, |point, law, _| {
+                let depth = point.moved(&self.moved)[0] + law.shift;
+                largest = largest.max(law.stress[0] + law.stiffness[0] * depth);
+            });
+        }
+        largest
+    }
+
+    /// The multipliers that act at a point of a contact triangle, with their shares.
+    fn carried(&self, place: usize, share: [f64; 3]) -> Vec<(usize, f64)> {
+        match self.contact.state.surface.pane_of_facet(place) {
+            Some(pane) => vec![(pane, 1.0)],
+            None => multipliers_between_nodes(self.solved.mesh, self.contact, place, share),
+        }
     }
 
     /// With open triangles as much stiffer than their panes as the place that penetrates is narrower: a body resists the more, the smaller
@@ -211,14 +269,10 @@ impl<'a> PointConditions<'a> {
     /// The law at a point of a contact triangle: that of its pane, or of nodes, linear between them; nodes without a multiplier, whose
     /// displacement is held, have a law of zero.
     fn law_at(&self, place: usize, share: [f64; 3], laws: &[Law]) -> Law {
-        let mut law = match self.contact.state.surface.pane_of_facet(place) {
-            Some(pane) => laws[pane],
-            None => multipliers_between_nodes(self.solved.mesh, self.contact, place, share)
-                .into_iter()
-                .fold(Law::default(), |sum, (pane, weight)| {
-                    sum.plus(weight, laws[pane])
-                }),
-        };
+        let acting = self.carried(place, share).into_iter();
+        let mut law = acting.fold(Law::default(), |sum, (pane, weight)| {
+            sum.plus(weight, laws[pane])
+        });
         if law.stress[0] == 0.0 {
             law.stiffness[0] *= self.stiffening[place];
         }
@@ -312,8 +366,8 @@ impl<'a> PointConditions<'a> {
         (0..n_facets).map(of_facet).collect()
     }
 
-    /// −∫ (z − q)·δλ over each contact triangle, `[n_contact_facets]`: what the contact conditions that are violated inside panes
-    /// make of a functional with an adjoint z and derivative Q_λ = ∫ q; `errors` are the local ones of solution and adjoint behind a
+    /// −∫ (z − q)·δλ over each contact triangle and ∫ ζ δu_ν for the shift δu_ν of its pane, `[n_contact_facets]`: what the contact
+    /// conditions that are violated inside panes make of a functional with an adjoint (z, ζ) and derivative Q_λ = ∫ q; `errors` are the local ones of solution and adjoint behind a
     /// contact triangle at a point in barycentric coordinates of the tetrahedron, in the global axes, which are added to u and to z.
     pub(super) fn weighted(
         &self,
@@ -326,8 +380,14 @@ impl<'a> PointConditions<'a> {
             let density = |j: usize| adjoint.by_multiplier[j] / surface.pane_area[pane];
             let pair = layout.tangential(pane);
             let [first, second] = pair.map_or([0.0; 2], |pair| pair.map(density));
+            let own = if adjoint.loads.of_scene {
+                law.stress[0]
+            } else {
+                0.0
+            };
             Law {
                 wanted: [density(pane), first, second],
+                by_shift: (adjoint.loads.multiplier[pane] - own) * law.shift,
                 ..*law
             }
         };
@@ -365,6 +425,7 @@ impl<'a> PointConditions<'a> {
                 for c in 0..3 {
                     sum -= weight * self.share * (z[c] - wanted[c]) * change[c];
                 }
+                sum += weight * law.by_shift;
             });
             sum
         };
@@ -448,7 +509,27 @@ fn law_of(
             let slope = law.slip_bound_slope(pane, multiplier[pane]);
             here.coefficients.map(|f| f * slope)
         }),
+        shift: 0.0,
         wanted: [0.0; 3],
+        by_shift: 0.0,
+    }
+}
+
+/// The m in m for which Σ w max(λ + k (d + m), 0) = Σ w λ over points with [w, λ, k, d], by Newton's method from the m of points that all
+/// stay pressed: of a convex function it comes down to the root from there.
+fn settlement(points: &[[f64; 4]]) -> f64 {
+    let sum = |of: &dyn Fn(&[f64; 4]) -> f64| points.iter().map(of).sum::<f64>();
+    let mut shift = -sum(&|[w, _, k, d]| w * k * d) / sum(&|[w, _, k, _]| w * k);
+    // An estimate needs no more than three digits of the force.
+    let enough = 1e-3 * sum(&|[w, pressure, _, _]| w * pressure);
+    loop {
+        let trial = |[_, pressure, k, d]: &[f64; 4]| pressure + k * (d + shift);
+        let excess = sum(&|p| p[0] * (trial(p).max(0.0) - p[1]));
+        let slope = sum(&|p| if trial(p) > 0.0 { p[0] * p[2] } else { 0.0 });
+        if excess <= enough || slope <= 0.0 || excess.is_nan() {
+            return shift;
+        }
+        shift -= excess / slope;
     }
 }
 

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::contact::varying_friction;
 use crate::{
-    mesh::{DistanceBetweenNodes, Mesh, SurfaceFace},
+    mesh::{DistanceBetweenNodes, Mesh, SurfaceFace, quarters_of},
     post::{Solved, SolvedContact},
     reference::{quadratic_triangle, quadrature},
     scene::Quantity,
@@ -181,15 +181,14 @@ impl<'a> TriangleDepth<'a> {
     }
 
     fn quarters(&self, part: &Part) -> [Part; 4] {
-        let ([a, b, c], [ab, bc, ca]) = (part.corners, middles(&part.corners));
-        let quarters = [[a, ab, ca], [ab, b, bc], [ca, bc, c], [bc, ca, ab]];
-        quarters.map(|corners| self.part(corners, part.share / 4.0))
+        quarters_of(&part.corners).map(|corners| self.part(corners, part.share / 4.0))
     }
 
     fn part(&self, corners: [[f64; 3]; 3], share_of_area: f64) -> Part {
         let measured = |share: [f64; 3]| self.depth_at(share).0;
         let [a, b, c] = corners.map(measured);
-        let [ab, bc, ca] = middles(&corners).map(measured);
+        let [_, _, _, [bc, ca, ab]] = quarters_of(&corners);
+        let [ab, bc, ca] = [ab, bc, ca].map(measured);
         let coefficients = [
             a,
             b,
@@ -256,10 +255,4 @@ impl<'a> TriangleDepth<'a> {
             .map_or(0.0, |gap| gap.at(at) - sum(&|k| gap.at(place(k))));
         obstacle + if gap.is_finite() { gap } else { 0.0 }
     }
-}
-
-/// The middles of the edges 0-1, 1-2, 2-0.
-fn middles([a, b, c]: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
-    let middle = |p: &[f64; 3], q: &[f64; 3]| std::array::from_fn(|k| (p[k] + q[k]) / 2.0);
-    [middle(a, b), middle(b, c), middle(c, a)]
 }

@@ -20,12 +20,12 @@ mod contact;
 mod contact_points;
 mod hierarchical;
 
-use nalgebra::Vector6;
+use nalgebra::{Vector3, Vector6};
 use rayon::prelude::*;
 
 use super::{PaneState, Solved, recovery::RecoveredStress, stress::NodalStress};
 use crate::{
-    elasticity::{InternalForces, MaterialField},
+    elasticity::{InternalForces, MaterialField, SurfaceLoad},
     mesh::tetrahedron_volume,
     reference::quadrature,
 };
@@ -144,24 +144,28 @@ pub(super) struct FunctionalError {
     pub(super) of_tetrahedra: Vec<f64>,
     /// The part of the contact conditions in the sum.
     pub(super) of_contact: f64,
-    /// What cancels in that part where data differ inside panes.
+    /// That of formulas of loads inside triangles.
+    pub(super) of_loads: f64,
+    /// What cancels in that part where data differ inside panes, and among linear tetrahedra.
     pub(super) cancelled: f64,
 }
 
 impl ErrorEstimate {
     /// Estimates the error of a solved problem.
     pub(super) fn new(solved: &Solved<'_>, known: &SolutionData<'_>) -> Self {
-        Self::with_adjoints(solved, known, &[]).0
+        Self::with_adjoints(solved, known, &[], &[]).0
     }
 
     /// As [`Self::new`], with what the mesh contributes to Q(u) − Q(u_h) of functionals whose adjoints are given: a_T(e, e_z) of the local
     /// errors of solution and adjoint (for linear tetrahedra of their recovered stresses), and −∫ (z − q)·δλ, with what the local errors
-    /// add to displacements there.
+    /// add to displacements there. Last the largest pressure in Pa of a point inside panes, for the stiffness of each in Pa/m as a half-space;
+    /// 0 without it.
     pub(super) fn with_adjoints(
         solved: &Solved<'_>,
         known: &SolutionData<'_>,
         adjoints: &[Field<'_>],
-    ) -> (Self, Vec<FunctionalError>) {
+        stiffness: &[f64],
+    ) -> (Self, Vec<FunctionalError>, f64) {
         let mesh = solved.mesh;
         let behind = mesh.behind_contact();
         let conditions = solved.contact.as_ref();
@@ -170,8 +174,11 @@ impl ErrorEstimate {
             return (
                 Self::of_undeformed_body(solved, known, conditions, &behind),
                 Vec::new(),
+                0.0,
             );
         }
+        let with_stiffness = conditions.as_ref().filter(|_| !stiffness.is_empty());
+        let inside = with_stiffness.map_or(0.0, |it| it.largest_pressure(stiffness));
         let correction = conditions.as_ref().filter(|_| mesh.mid_edges.is_some());
         let correction = correction.map(PointConditions::correction);
         let (products, at_contact, response) =
@@ -181,10 +188,21 @@ impl ErrorEstimate {
             None => it,
         });
         let mut squares: Vec<f64> = products.iter().map(|of| of[0]).collect();
+        let missed = missed_works(solved, known, adjoints);
+        // e with a(e, v) = δl·v is no smaller than |a(e, u)|/‖u‖; what loads miss in one place is not made good in another.
+        let whole: f64 = missed.iter().map(|(_, works)| works[0].abs()).sum();
+        for (tetrahedron, works) in &missed {
+            squares[*tetrahedron] += whole * works[0].abs() / (2.0 * known.strain_energy);
+        }
         let elements: f64 = squares.iter().sum();
         let shares = adjoints.iter().enumerate().map(|(k, adjoint)| {
             let mut of_tetrahedra: Vec<f64> = products.iter().map(|of| of[k + 1]).collect();
             let (mut of_contact, mut sizes) = (0.0, 0.0);
+            let mut of_loads = 0.0;
+            for (tetrahedron, works) in &missed {
+                of_tetrahedra[*tetrahedron] += works[k + 1];
+                of_loads += works[k + 1];
+            }
             if let Some(conditions) = &conditions {
                 let errors = |place: usize, at: &[f64; 4]| {
                     let of: Option<&Vec<BubbleVector>> = at_contact.get(place);
@@ -202,14 +220,19 @@ impl ErrorEstimate {
             let has_formulas = conditions
                 .as_ref()
                 .is_some_and(PointConditions::has_formulas);
-            let cancelled = if has_formulas {
-                sizes - f64::abs(of_contact)
-            } else {
-                0.0
-            };
+            let mut cancelled = 0.0;
+            if has_formulas {
+                cancelled += sizes - f64::abs(of_contact);
+            }
+            if mesh.mid_edges.is_none() {
+                // Stresses of linear tetrahedra that bend are wrong everywhere alike, recovered ones too.
+                let parts = products.iter().map(|of| of[k + 1]);
+                cancelled += parts.clone().map(f64::abs).sum::<f64>() - parts.sum::<f64>().abs();
+            }
             FunctionalError {
                 of_tetrahedra,
                 of_contact,
+                of_loads,
                 cancelled,
             }
         });
@@ -221,7 +244,7 @@ impl ErrorEstimate {
             contact,
             displacement: (2.0 * known.strain_energy).sqrt(),
         };
-        (estimate, shares)
+        (estimate, shares, inside)
     }
 
     /// Of no deformation: none, or where the body lies in the obstacle between its nodes all of what the true solution is.
@@ -303,6 +326,34 @@ impl ErrorEstimate {
             error / self.displacement
         }
     }
+}
+
+/// The works in J of what the quadrature of the loads misses of their formulas, δl·u and δl·z of each adjoint, by tetrahedra.
+fn missed_works(
+    solved: &Solved<'_>,
+    known: &SolutionData<'_>,
+    adjoints: &[Field<'_>],
+) -> Vec<(usize, Vec<f64>)> {
+    let mesh = solved.mesh;
+    let fields = || {
+        let adjoints = adjoints.iter().map(|adjoint| adjoint.displacement);
+        std::iter::once(known.displacement).chain(adjoints)
+    };
+    let (behind, mut missed) = (mesh.behind(0..mesh.facets.len()), Vec::new());
+    // What is not finite was refused before the solve.
+    let loads = solved.scene.face_loads();
+    for load in loads.filter_map(|load| SurfaceLoad::new(load, mesh).ok()) {
+        for (facet, forces) in load.missed_forces(mesh) {
+            let work = |field: &[[f64; 3]]| -> f64 {
+                let terms = forces.iter();
+                terms
+                    .map(|f| f.missed.dot(&Vector3::from(field[f.node])))
+                    .sum()
+            };
+            missed.push((behind[facet], fields().map(work).collect()));
+        }
+    }
+    missed
 }
 
 /// The local errors of the solution and of adjoints; `behind` are the tetrahedra of the contact triangles.
