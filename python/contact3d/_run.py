@@ -85,6 +85,12 @@ class Run(xr.DataTree):
         return self["post/forces"].to_dataset(inherit=False)
 
     @property
+    def tools(self) -> xr.Dataset:
+        """Point, displacement, turn, force and moment of each tool, in the order of the scene."""
+        self._demand("post/tools/point")
+        return self["post/tools"].to_dataset(inherit=False)
+
+    @property
     def history(self) -> xr.Dataset:
         """The increments of a load history over ``time``."""
         if "history" not in self.children:

@@ -33,6 +33,7 @@ __all__ = [
     "ElementOrder",
     "FactorPrecision",
     "FirstMesh",
+    "Follow",
     "Force",
     "ForceUnit",
     "Formula",
@@ -67,6 +68,8 @@ __all__ = [
     "Step",
     "StepValue",
     "Table",
+    "Tool",
+    "ToolMotion",
     "Traction",
     "Units",
     "Voigt",
@@ -93,6 +96,9 @@ Side = Literal["outside", "inside"]
 #: A coordinate axis with a sign.
 Direction = Literal["x", "-x", "y", "-y", "z", "-z"]
 
+#: Where the normals and distances of an obstacle are taken.
+Follow = Literal["start", "increment"]
+
 #: The space L^H of the contact stresses.
 MultiplierSpace = Literal["panes", "nodal"]
 
@@ -102,6 +108,9 @@ Formula = str
 
 #: The slip that coefficients of friction follow in step n of a load history.
 SlipMeasure = Literal["total-slip", "step-slip", "path-length"]
+
+#: A degree of freedom of a rigid tool.
+ToolMotion = Literal["x", "y", "z", "turn_x", "turn_y", "turn_z"]
 
 #: A value that a step gives, as the key that it replaces has it.
 StepValue = Quantity | Sequence[Quantity]
@@ -443,6 +452,9 @@ class Contact(Keys):
     :param face: The face that may touch the foundation or the obstacle; it must be flat where there is no obstacle.
     :param obstacle: The rigid obstacle in the place of the foundation, which is the half-space behind the flat
         face.
+    :param tool: The name of the ``[[tool]]`` that the obstacle, or the foundation without one, is part of and moves
+        with; it rests when not given.
+    :param follow: Where the normals and distances of the obstacle of a tool are taken in a load history.
     :param name: What results call this face; the name of the face when not given.
     :param box: Two opposite corners [min, max] in m: only the triangles of the face between them are in contact.
         The sides of the box follow edges of triangles and, on a brick, of panes.
@@ -460,6 +472,8 @@ class Contact(Keys):
 
     face: str
     obstacle: Obstacle | None = None
+    tool: str | None = None
+    follow: Follow | None = None
     name: str | None = None
     box: Sequence[Sequence[float]] | None = None
     gap: Quantity | None = None
@@ -626,6 +640,38 @@ class Grid(Keys):
 
 
 @dataclass(kw_only=True, repr=False)
+class Tool(Keys):
+    """A rigid tool: the obstacles of the contact faces that name it, and the face that is bonded to it, move
+    as one, u(x) = ``displacement`` + ``turn`` × (x − ``point``). Each of its six motions is held where
+    these say, or free under ``force`` and ``moment``.
+
+    :param name: What ``contact.tool``, steps and results call it.
+    :param face: The face of the body that is bonded to the tool: it moves with it and keeps its shape. Without one
+        the tool only touches.
+    :param point: The point in m that ``displacement`` is of, about which the tool turns and at which the force
+        acts; the centroid of its faces when not given.
+    :param free: The motions that are free, under the force and the moment given; the others are held.
+    :param displacement: The displacement of the point in m along x, y and z: numbers, or expressions of parameters;
+        zero where free.
+    :param turn: The rotation vector in radians, which is small: numbers, or expressions of parameters; zero where
+        free.
+    :param force: The force on the tool in N along x, y and z: numbers, or expressions of parameters; zero where
+        held.
+    :param moment: The moment on the tool about its point in N·m: numbers, or expressions of parameters; zero where
+        held.
+    """
+
+    name: str | None = None
+    face: str | None = None
+    point: Sequence[float] | None = None
+    free: Sequence[ToolMotion] | None = None
+    displacement: Sequence[Quantity] | None = None
+    turn: Sequence[Quantity] | None = None
+    force: Sequence[Quantity] | None = None
+    moment: Sequence[Quantity] | None = None
+
+
+@dataclass(kw_only=True, repr=False)
 class Step(Keys):
     """One step of a load history: what loads, gap and prescribed displacements are when it ends. What a step
     does not name stays as it was.
@@ -724,6 +770,7 @@ class Scene(Keys):
     :param body_force: The body force f; none when not given.
     :param contact: The contact faces Γ_c: one as a table, several as an array of tables; without any the problem is
         elastic only.
+    :param tool: Rigid tools, to which the obstacles of contact faces may belong.
     :param friction: The law of friction on contact faces without one of their own; without it they are
         frictionless.
     :param step: A load history: problems that are solved one after the other, each from where the one before left
@@ -747,6 +794,7 @@ class Scene(Keys):
     force: Sequence[Force] | None = None
     body_force: BodyForce | None = None
     contact: Contact | Sequence[Contact] | None = None
+    tool: Sequence[Tool] | None = None
     friction: Friction | None = None
     step: Sequence[Step] | None = None
     assemble: AssembleSettings | None = None

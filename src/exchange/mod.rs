@@ -149,6 +149,9 @@ fn frozen_friction(
                     run `contact3d-pipe assemble FILE --set assemble.factor=\"double\"`, and `solve` again"
             .into());
     }
+    if !problem.scene().tools.is_empty() {
+        return Err("the scene has tools, whose motions files of FCLIB do not hold; leave contact.tool out, and move the clamps instead".into());
+    }
     if let Some(body) = &problem.system.assembly.primal.floating {
         let (holds, why) = match body.support {
             None => (

@@ -1,6 +1,6 @@
 //! `/assemble`: stiffness, coupling, Cholesky factor, dense dual operator.
 
-use std::{fmt::Display, sync::Arc};
+use std::{collections::BTreeMap, fmt::Display, sync::Arc};
 
 use contact3d::{
     contact::Coupling,
@@ -8,7 +8,7 @@ use contact3d::{
         Assembly, AssemblySeconds, ContactCompliance, ContactSystem, DualSystem, ExplicitDual,
         OperatorForm, PrimalSystem,
     },
-    elasticity::{DofMap, FloatingBody, WeakSupport},
+    elasticity::{DofMap, FloatingBody, ToolPoint, WeakSupport},
     linalg::{
         CholeskyFactor, CscMatrix, EngineError, Factor, FactorStructure, Precision, RemoteFactor,
         Work,
@@ -16,7 +16,7 @@ use contact3d::{
 };
 use runfile::{
     DatasetSpec, Extent,
-    Extent::{Named, Plus},
+    Extent::{Fixed, Named, Plus},
     Group, GroupWriter, Kind, Reader, SparseMatrix, StoreError,
 };
 use units::Dimension;
@@ -31,6 +31,9 @@ use super::{
 pub(super) const GROUP: Group = Group::new("assemble", Stage::Assemble.command());
 
 const DOFS: &str = "/assemble/degree_of_freedom";
+const TOOL_DOFS: &str = "/assemble/tool_degree_of_freedom";
+const TIED_NODES: &str = "/assemble/tied_nodes";
+const TIED_LEVERS: &str = "/assemble/tied_levers";
 const STIFFNESS: &str = "/assemble/stiffness";
 const COUPLING_NORMAL: &str = "/assemble/coupling_normal";
 const COUPLING_TANGENTIAL: &str = "/assemble/coupling_tangential";
@@ -55,7 +58,7 @@ const SINGLE: &str = "absent when the factor is in single precision, stays with 
 const NO_VALUES: &str =
     "absent when no values of the factor are stored; it follows from A and the order";
 const DOUBLE: &str = "absent when the factor is in double precision, or stays with an engine";
-const SUPPORTED: &str = "absent where supports hold the body, and not weakly";
+const SUPPORTED: &str = "absent where supports hold the body, and not weakly, and no tool is free";
 const NO_CONTACT: &str = "absent without contact";
 const NO_FRICTION: &str = "absent without friction";
 const NO_SLIP: &str =
@@ -69,8 +72,11 @@ const OFFSETS: &[Extent] = &[Plus("n_supernodes", 1)];
 #[rustfmt::skip]
 pub(super) const OPERATORS: &[DatasetSpec] = &[
     GROUP.row(DOFS, Kind::I64, &[Named("n_nodes"), extents::XYZ], Dimension::Number, "Free degree of freedom of each node and component, -1 where held.").compressed(),
+    GROUP.row(TOOL_DOFS, Kind::I64, &[Named("n_tool_rows"), extents::XYZ], Dimension::Number, "The same of the tools, which follow: displacement of the point, and turn times arm.").optional("absent without tools"),
+    GROUP.row(TIED_NODES, Kind::I64, &[Named("n_tied_nodes"), Fixed(2)], Dimension::Number, "Node of a face that is bonded to a tool, and the tool: they have no degrees of freedom of their own.").optional("absent unless a tool is bonded to a face"),
+    GROUP.row(TIED_LEVERS, Kind::F64, &[Named("n_tied_nodes"), extents::XYZ], Dimension::Number, "Place of these nodes from the point of the tool over its arm: they move by the first row of the tool plus the second one times this.").optional("absent unless a tool is bonded to a face"),
     GROUP.row(STIFFNESS, Kind::CscMatrix, &[FREE, FREE], Dimension::STIFFNESS, "Stiffness matrix over the free degrees of freedom; symmetric, both triangles stored.").symbol("A").compressed(),
-    GROUP.row(RIGID_MODES, Kind::F64, &[RIGID, FREE], Dimension::Number, "Rigid modes of a body that only contact holds, the kernel of A; mode p moves pin p by one and no other pin.").symbol("R").optional(SUPPORTED),
+    GROUP.row(RIGID_MODES, Kind::F64, &[RIGID, FREE], Dimension::Number, "Rigid modes of a body that only contact holds, and free motions of tools: the kernel of A; mode p moves pin p by one and no other pin.").symbol("R").optional(SUPPORTED),
     GROUP.row(RIGID_PINS, Kind::I64, &[RIGID], Dimension::Number, "The pins, one free degree of freedom for each rigid mode: the factor is that of A with the spring added to these entries of its diagonal.").optional(SUPPORTED),
     GROUP.row(RIGID_SPRING, Kind::F64, &[], Dimension::STIFFNESS, "Spring at each pin; answers do not depend on it.").symbol("kappa").optional(SUPPORTED),
     GROUP.row(RIGID_SUPPORT, Kind::F64, &[RIGID, RIGID], Dimension::STIFFNESS, "Stiffness of weak springs in the rigid modes, which are unknowns of their own: (R + Y)^T (l - B^T lambda) = D alpha.").symbol("D").optional("absent where no weak spring resists the rigid modes"),
@@ -129,9 +135,21 @@ pub fn write(
     }
     let assembly = &system.assembly;
     let primal = &assembly.primal;
-    let dofs = primal.dofs.dof.iter().flatten();
-    let dofs: Vec<i64> = dofs.map(|dof| dof.map_or(-1, |d| d as i64)).collect();
-    writer.write(DOFS, &dofs, &[primal.dofs.dof.len(), 3])?;
+    let (of_nodes, of_tools) = primal.dofs.dof.split_at(primal.dofs.n_nodes);
+    for (path, rows) in [(DOFS, of_nodes), (TOOL_DOFS, of_tools)] {
+        let dofs = rows.iter().flatten();
+        let dofs: Vec<i64> = dofs.map(|dof| dof.map_or(-1, |d| d as i64)).collect();
+        if path == DOFS || !dofs.is_empty() {
+            writer.write(path, &dofs, &[rows.len(), 3])?;
+        }
+    }
+    if !primal.dofs.tied.is_empty() {
+        let tied = || primal.dofs.tied.iter();
+        let nodes = tied().map(|(node, point)| [*node, point.tool]);
+        write_value(writer, TIED_NODES, &nodes.collect::<Vec<_>>())?;
+        let levers = tied().map(|(_, point)| point.lever);
+        write_value(writer, TIED_LEVERS, &levers.collect::<Vec<_>>())?;
+    }
     writer.write_matrix(STIFFNESS, columns(&primal.stiffness))?;
     if let Some(floating) = &primal.floating {
         write_floating(writer, floating)?;
@@ -367,7 +385,11 @@ fn read_floating(
 }
 
 fn read_dofs(reader: &Reader, n_free: usize) -> Result<DofMap, FormatError> {
-    let stored = reader.read_vec::<i64>(DOFS)?;
+    let mut stored = reader.read_vec::<i64>(DOFS)?;
+    let n_nodes = stored.len() / 3;
+    if reader.has(TOOL_DOFS) {
+        stored.extend(reader.read_vec::<i64>(TOOL_DOFS)?);
+    }
     let mut expected = 0..n_free as i64;
     for &dof in stored.iter().filter(|dof| **dof != -1) {
         if expected.next() != Some(dof) {
@@ -384,9 +406,32 @@ fn read_dofs(reader: &Reader, n_free: usize) -> Result<DofMap, FormatError> {
         .map(|node| node.map(|d| usize::try_from(d).ok()));
     Ok(DofMap {
         dof: dof.collect(),
+        n_nodes,
+        tied: Arc::new(read_tied(reader, n_nodes)?),
         n_free,
         prescribed: None,
     })
+}
+
+/// The nodes that move with tools.
+fn read_tied(reader: &Reader, n_nodes: usize) -> Result<BTreeMap<usize, ToolPoint>, FormatError> {
+    if !reader.has(TIED_NODES) {
+        return Ok(BTreeMap::new());
+    }
+    let nodes: Vec<[usize; 2]> = read_value(reader, TIED_NODES)?;
+    let levers: Vec<[f64; 3]> = read_finite(reader, TIED_LEVERS)?;
+    let n_tools = reader.read_vec::<i64>(TOOL_DOFS)?.len() / 6;
+    let is_known = |[node, tool]: &[usize; 2]| *node < n_nodes && *tool < n_tools;
+    if !nodes.iter().all(is_known) || nodes.len() != levers.len() {
+        return Err(inconsistent(
+            TIED_NODES,
+            &"expected nodes of the mesh and tools, each with a lever",
+        ));
+    }
+    let pairs = nodes.into_iter().zip(levers);
+    Ok(pairs
+        .map(|([node, tool], lever)| (node, ToolPoint { tool, lever }))
+        .collect())
 }
 
 /// The transpose of a matrix compressed by rows.

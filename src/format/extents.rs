@@ -87,6 +87,10 @@ pub(super) const OF_SERIES: &[(&str, &str)] = &[
 #[rustfmt::skip]
 pub(super) const OF_RUN_FILES: &[(&str, &str)] = &[
     NODES,
+    ("n_tools", "rigid tools"),
+    ("n_tool_rows", "two for each tool: the displacement of its point, and its turn times its arm"),
+    ("n_tied_nodes", "nodes of faces that are bonded to tools"),
+    ("n_rows", "nodes of the mesh, then the rows of the tools"),
     ("n_material_nodes", "nodes of the mesh, and those where materials meet once for each of them"),
     ("n_tetrahedra", "tetrahedra of the mesh"),
     ("n_facets", "boundary triangles"),
@@ -101,7 +105,7 @@ pub(super) const OF_RUN_FILES: &[(&str, &str)] = &[
     ("n_friction_panes", "panes of contact faces with friction, the first of all panes"),
     ("n_friction_nodes", "nodes of contact faces with friction, the first of all contact nodes"),
     ("n_free", "free degrees of freedom, the dimension 3n of HKL section 4"),
-    ("n_rigid_modes", "rigid motions that supports leave to contact, or hold weakly, 1 to 6"),
+    ("n_rigid_modes", "rigid motions that supports leave to contact, or hold weakly, 1 to 6, and free motions of tools"),
     ("n_null_space_motions", "rigid motions among these that neither contact nor supports feel"),
     ("n_supernodes", "supernodes of the Cholesky factor"),
     ("n_factor_rows", "row indices of all supernodes together"),
@@ -124,7 +128,7 @@ pub(super) const OF_RUN_FILES: &[(&str, &str)] = &[
     ("n_start_multipliers", "multipliers of all adaptive meshes beyond the first"),
     ("n_increments", "increments of a load history that were solved"),
     ("n_history_quantities", "quantities whose errors are estimated in some increment"),
-    ("n_forces", "clamps, springs, loads and contact faces of the scene"),
+    ("n_forces", "clamps, springs, loads, tools bonded to faces and contact faces of the scene"),
     ("n_paths", "paths of solutions"),
     ("n_path_points", "points of all paths of solutions"),
     ("n_path_multipliers", "multipliers of the problem whose solutions are followed"),

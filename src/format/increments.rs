@@ -2,7 +2,7 @@
 
 use contact3d::{
     history::{HistoryErrors, StepPane, StepRecord},
-    post::Zone,
+    post::{ToolState, Zone},
     scene::Scene,
 };
 use runfile::{
@@ -40,6 +40,8 @@ const ONE_FACE: Condition<StepRecord> = (
     "absent without friction, and without several contact faces",
     |record| !record.tangential.is_empty() && record.face_dissipation.len() > 1,
 );
+const NO_TOOL: Condition<StepRecord> = ("absent without tools", |record| !record.tools.is_empty());
+const TOOL_VECTORS: &[Extent] = &[Named("n_increments"), Named("n_tools"), extents::XYZ];
 const ROWS: &[Extent] = &[Named("n_increments")];
 const VECTORS: &[Extent] = &[Named("n_increments"), extents::XYZ];
 const PANES: &[Extent] = &[Named("n_increments"), Named("n_panes")];
@@ -74,6 +76,10 @@ pub(super) const INCREMENTS: Fields<StepRecord> = fields! { StepRecord => GROUP;
     (contact_force) "/history/contact_force", VECTORS, Dimension::FORCE, "Force of the foundation on the body.".when(NO_CONTACT);
     (multiplier_force) "/history/multiplier_force", &[Named("n_increments"), extents::CONTACT_AXES], Dimension::FORCE, "Sums of area times multiplier: normal, along t1, along t2; zero where there is no friction.".when(NO_CONTACT);
     (forces) "/history/forces", &[Named("n_increments"), Named("n_forces"), extents::XYZ], Dimension::FORCE, "Force on the body of each clamp, load and contact face, in the order of /post/forces.";
+    [|record| of_tools(record, |tool| tool.displacement), |record, values| put_tools(record, values, |tool, value| tool.displacement = value)] "/history/tool_displacement", TOOL_VECTORS, Dimension::LENGTH, "Displacement of the point of each tool.".when(NO_TOOL);
+    [|record| of_tools(record, |tool| tool.turn), |record, values| put_tools(record, values, |tool, value| tool.turn = value)] "/history/tool_turn", TOOL_VECTORS, Dimension::Number, "Rotation vector of each tool in radians.".when(NO_TOOL);
+    [|record| of_tools(record, |tool| tool.force), |record, values| put_tools(record, values, |tool, value| tool.force = value)] "/history/tool_force", TOOL_VECTORS, Dimension::FORCE, "Force of each tool on the body, which is that on the tool from outside.".when(NO_TOOL);
+    [|record| of_tools(record, |tool| tool.moment), |record, values| put_tools(record, values, |tool, value| tool.moment = value)] "/history/tool_moment", TOOL_VECTORS, Dimension::MOMENT, "Its moment about the point of the tool.".when(NO_TOOL);
     (reaction) "/history/clamp_reaction", &[Named("n_increments"), Named("n_nodes"), extents::XYZ], Dimension::FORCE, "Forces of the clamps on the nodes.".optional("absent where all clamps hold at zero in all steps").compressed();
     (loaded_force) "/history/loaded_force", VECTORS, Dimension::FORCE, "Force on the body of tractions, pressures and clamps that move; of the body force where there are none.";
     (loaded_displacement) "/history/loaded_displacement", VECTORS, Dimension::LENGTH, "Mean displacement of the faces that they act on; of all nodes where there are none.";
@@ -103,6 +109,18 @@ fn each<V>(panes: &[StepPane], of: impl Fn(&StepPane) -> V) -> Vec<V> {
 fn put_each<V>(record: &mut StepRecord, values: Vec<V>, put: impl Fn(&mut StepPane, V)) {
     let panes = record.panes.iter_mut().zip(values);
     panes.for_each(|(pane, value)| put(pane, value));
+}
+
+/// A figure of each tool.
+fn of_tools<V>(record: &StepRecord, of: fn(&ToolState) -> V) -> Vec<V> {
+    record.tools.iter().map(of).collect()
+}
+
+/// Puts a figure into each tool, and makes the tools where they are not there.
+fn put_tools<V>(record: &mut StepRecord, values: Vec<V>, put: fn(&mut ToolState, V)) {
+    record.tools.resize(values.len(), ToolState::default());
+    let tools = record.tools.iter_mut().zip(values);
+    tools.for_each(|(tool, value)| put(tool, value));
 }
 
 /// Makes the panes, whose other figures follow.

@@ -16,13 +16,15 @@ pub(super) const GROUP: Group = Group::new("load", Stage::Load.command());
 
 pub(super) const FORCE: &str = "/load/force";
 const PRESCRIBED: &str = "/load/prescribed_displacement";
+const PRESCRIBED_TOOLS: &str = "/load/prescribed_tool_rows";
 const DUAL_RHS: &str = "/load/dual_rhs";
 const SLIP_FREE: &str = "/load/slip_free";
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(FORCE, Kind::F64, &[Named("n_free")], Dimension::FORCE, "Load vector, less the forces A_fc u_c that prescribed displacements take.").symbol("l"),
-    GROUP.row(PRESCRIBED, Kind::F64, &[Named("n_nodes"), extents::XYZ], Dimension::LENGTH, "Displacement at which the clamps hold each node, zero where free.").symbol("u_c").optional("absent where all clamps hold at zero").compressed(),
+    GROUP.row(PRESCRIBED, Kind::F64, &[Named("n_nodes"), extents::XYZ], Dimension::LENGTH, "Displacement at which the clamps hold each node, zero where free.").symbol("u_c").optional("absent where all clamps and tools hold at zero").compressed(),
+    GROUP.row(PRESCRIBED_TOOLS, Kind::F64, &[Named("n_tool_rows"), extents::XYZ], Dimension::LENGTH, "Displacement of the point and turn times arm at which each tool is held, zero where free.").optional("absent without tools, and where all clamps and tools hold at zero"),
     GROUP.row(DUAL_RHS, Kind::F64, &[Named("n_multipliers")], Dimension::VOLUME, "Right-hand side B A^-1 l of the dual problem plus B u_c, minus the integrated gap in its first m entries, in the order of S. S lambda - h is -B u, plus the gap: pane area times pane_gap, then times -pane_slip.").symbol("h").optional("absent without contact"),
     GROUP.row(SLIP_FREE, Kind::F64, &[Named("n_contact_nodes"), extents::FRICTION_AXES], Dimension::LENGTH, "Tangential displacement of the contact nodes without contact.").optional("absent unless the dual operator is explicit and friction follows the slip"),
 ];
@@ -32,7 +34,11 @@ pub fn write(writer: &mut GroupWriter<'_>, system: &DualSystem) -> Result<(), St
     let primal = &system.assembly.primal;
     write_value(writer, FORCE, &primal.load)?;
     if let Some(prescribed) = &primal.dofs.prescribed {
-        write_list(writer, PRESCRIBED, prescribed)?;
+        let (of_nodes, of_tools) = prescribed.split_at(primal.dofs.n_nodes);
+        write_list(writer, PRESCRIBED, of_nodes)?;
+        if !of_tools.is_empty() {
+            write_list(writer, PRESCRIBED_TOOLS, of_tools)?;
+        }
     }
     let Some(contact) = &system.contact else {
         return Ok(());
@@ -62,6 +68,9 @@ pub fn read(reader: &Reader, system: &mut DualSystem) -> Result<(), FormatError>
 /// Reads l and the prescribed displacements alone.
 pub(super) fn read_into(reader: &Reader, primal: &mut PrimalSystem) -> Result<(), FormatError> {
     primal.load = read_finite(reader, FORCE)?;
-    primal.dofs.prescribed = read_finite_if_there(reader, PRESCRIBED)?.map(Arc::new);
+    let of_nodes: Option<Vec<[f64; 3]>> = read_finite_if_there(reader, PRESCRIBED)?;
+    let of_tools: Option<Vec<[f64; 3]>> = read_finite_if_there(reader, PRESCRIBED_TOOLS)?;
+    let prescribed = of_nodes.map(|rows| [rows, of_tools.unwrap_or_default()].concat());
+    primal.dofs.prescribed = prescribed.map(Arc::new);
     Ok(())
 }

@@ -177,6 +177,7 @@ pub const LAYOUT: Layout = Layout {
         solve::OUTER_STEPS.rows,
         post::ON_THE_BODY.rows,
         post::FORCES.rows,
+        post::TOOLS.rows,
         post::TOTALS.rows,
         vtkhdf::TABLE,
         result_fields::TABLE,

@@ -5,7 +5,7 @@ use contact3d::{
     mesh::{ContactSurface, MaterialNodes, Mesh},
     post::{
         ContactReport, ContactResultants, FaceResultants, PaneCoulomb, PaneFriction, PaneState,
-        SourceForce, Zone,
+        SourceForce, ToolState, Zone,
     },
 };
 use runfile::{
@@ -102,6 +102,16 @@ pub(super) const FORCES: Fields<SourceForce> = fields! { SourceForce => GROUP;
     (moment) "/post/forces/moment", &[Named("n_forces"), extents::XYZ], Dimension::MOMENT, "Its moment about the origin of coordinates.";
 };
 
+const TOOL_VECTORS: &[Extent] = &[Named("n_tools"), extents::XYZ];
+
+pub(super) const TOOLS: Fields<ToolState> = fields! { ToolState => GROUP;
+    (point) "/post/tools/point", TOOL_VECTORS, Dimension::LENGTH, "Point that each tool turns about.".symbol("c");
+    (displacement) "/post/tools/displacement", TOOL_VECTORS, Dimension::LENGTH, "Displacement of the point.";
+    (turn) "/post/tools/turn", TOOL_VECTORS, Dimension::Number, "Rotation vector in radians.";
+    (force) "/post/tools/force", TOOL_VECTORS, Dimension::FORCE, "Force of the tool on the body, which is that on the tool from outside.";
+    (moment) "/post/tools/moment", TOOL_VECTORS, Dimension::MOMENT, "Its moment about the point.";
+};
+
 pub(super) const TOTALS: Fields<ContactReport> = fields! { ContactReport => GROUP;
     (resultants.strain_energy) "/post/resultants/strain_energy", &[], Dimension::Energy, "Strain energy a(u, u) / 2 of body and springs.";
     (resultants.load_work) "/post/resultants/load_work", &[], Dimension::Energy, "Work l.u of the loads, on held nodes too.";
@@ -193,6 +203,7 @@ pub fn write(
     }
     ON_THE_BODY.write_one(writer, report)?;
     FORCES.write_rows(writer, &report.forces)?;
+    TOOLS.write_rows(writer, &report.tools)?;
     TOTALS.write_one(writer, report)
 }
 

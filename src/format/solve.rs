@@ -68,6 +68,7 @@ const STATUS: &str = "/solve/status";
 const MULTIPLIER_NORMAL: &str = "/solve/multiplier_normal";
 const MULTIPLIER_TANGENTIAL: &str = "/solve/multiplier_tangential";
 const DISPLACEMENT: &str = "/solve/displacement";
+const TOOL_ROWS: &str = "/solve/tool_rows";
 const LOCAL_STIFFNESS_NORMAL: &str = "/solve/local_stiffness_normal";
 const LOCAL_STIFFNESS_TANGENTIAL: &str = "/solve/local_stiffness_tangential";
 const APPLICATIONS: &str = "/solve/applications";
@@ -97,9 +98,10 @@ pub(super) const FIELDS: Fields<Solution> = fields! { Solution => GROUP;
     {Kind::F64} MULTIPLIER_NORMAL, PANES, Dimension::STRESS, "Normal contact multiplier, the pressure on each pane.".symbol("lambda_nu").when(NO_CONTACT);
     {Kind::F64} MULTIPLIER_TANGENTIAL, PANE_PAIRS, Dimension::STRESS, "Tangential contact multipliers along t1 and t2.".symbol("lambda_t").optional("absent without friction");
     {Kind::F64} DISPLACEMENT, &[Named("n_nodes"), extents::XYZ], Dimension::LENGTH, "Displacement of every node, that of its clamp where held.".symbol("u");
+    {Kind::F64} TOOL_ROWS, &[Named("n_tool_rows"), extents::XYZ], Dimension::LENGTH, "For each tool the displacement of its point, and its turn times its arm; /post/tools has the turn itself.".optional("absent without tools");
     (rigid?.motion) "/solve/rigid_motion", &[RIGID], Dimension::LENGTH, "Rigid motions of a body that only contact or weak springs hold: the part R alpha of the displacement beside that of a body whose pins rest; zero without equilibrium.".symbol("alpha").optional("absent where supports hold the body").missing(|solution| solution.rigid = None).finite();
-    (rigid?.mechanism) "/solve/mechanism", &[Named("n_nodes"), extents::XYZ], Dimension::Number, "Rigid motion in which the load works and which no admissible contact force opposes, of largest component one.".symbol("q").optional("absent unless there is no equilibrium").finite();
-    (rigid?.null_space) "/solve/null_space_motions", &[Named("n_null_space_motions"), Named("n_nodes"), extents::XYZ], Dimension::Number, "Rigid motions that neither contact nor supports feel, each of largest component one; the displacement has none of them.".optional("absent where every rigid motion is felt").finite();
+    (rigid?.mechanism) "/solve/mechanism", &[Named("n_rows"), extents::XYZ], Dimension::Number, "Rigid motion in which the load works and which no admissible contact force opposes, of largest component one.".symbol("q").optional("absent unless there is no equilibrium").finite();
+    (rigid?.null_space) "/solve/null_space_motions", &[Named("n_null_space_motions"), Named("n_rows"), extents::XYZ], Dimension::Number, "Rigid motions that neither contact nor supports feel, each of largest component one; the displacement has none of them.".optional("absent where every rigid motion is felt").finite();
     (friction?.slip) "/solve/slip", &[Named("n_contact_nodes"), extents::FRICTION_AXES], Dimension::LENGTH, "Slips that the friction follows at the contact nodes: |u_t1| and |u_t2|.".symbol("phi").optional("absent unless friction follows the slip").finite();
     (friction?.coulomb.slip_bound) "/solve/slip_bound", &[Named("n_friction_panes")], Dimension::STRESS, "Slip bound of the last inner problem.".symbol("g").when(NO_COULOMB).missing(|solution| solution.friction = None).finite();
     (friction?.coulomb.friction.nodal) "/solve/friction", &[Named("n_friction_nodes"), extents::FRICTION_AXES], Dimension::Number, "Coefficients at the contact nodes in the last inner problem.".symbol("F_1, F_2").when(NO_COULOMB).finite();
@@ -202,6 +204,10 @@ pub fn write(
     let stiffness = [LOCAL_STIFFNESS_NORMAL, LOCAL_STIFFNESS_TANGENTIAL];
     write_of_panes(writer, stiffness, &solution.trace.local_stiffness, n_panes)?;
     write_value(writer, DISPLACEMENT, &dofs.to_nodes(&solution.displacement))?;
+    let tools = dofs.tool_rows(&solution.displacement);
+    if !tools.is_empty() {
+        write_value(writer, TOOL_ROWS, &tools)?;
+    }
     FIELDS.write_one(writer, solution)?;
     NEWTON_STEPS.write_rows(writer, &solution.trace.newton)?;
     OUTER_STEPS.write_rows(writer, &solution.trace.history)
@@ -230,7 +236,10 @@ pub fn read(reader: &Reader, dofs: &DofMap) -> Result<Solution, FormatError> {
     let (status, multiplier) = read_multiplier(reader)?;
     // Finite numbers, unless the solve ended for want of them.
     let is_finite = status != Status::NumericalError;
-    let nodal: Vec<[f64; 3]> = read_as(reader, DISPLACEMENT, is_finite)?;
+    let mut rows: Vec<[f64; 3]> = read_as(reader, DISPLACEMENT, is_finite)?;
+    if reader.has(TOOL_ROWS) {
+        rows.extend(read_as::<Vec<[f64; 3]>>(reader, TOOL_ROWS, is_finite)?);
+    }
     let mut local_stiffness = Vec::new();
     for path in [LOCAL_STIFFNESS_NORMAL, LOCAL_STIFFNESS_TANGENTIAL] {
         if reader.has(path) {
@@ -241,7 +250,7 @@ pub fn read(reader: &Reader, dofs: &DofMap) -> Result<Solution, FormatError> {
         status,
         accuracy: f64::NAN,
         multiplier,
-        displacement: dofs.to_free(&nodal),
+        displacement: dofs.to_free(&rows),
         rigid: Some(RigidMotions::default()),
         friction: Some(FrictionState::default()),
         trace: Trace {

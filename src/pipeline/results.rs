@@ -88,6 +88,7 @@ impl Results {
         if self.increments.is_empty() {
             let rigid = self.solution.rigid.as_ref();
             let mechanism = rigid.and_then(|rigid| rigid.mechanism.as_deref());
+            let mechanism = mechanism.map(|rows| &rows[..mesh.coordinates.len()]);
             return format::write_vtkhdf(writer, mesh, &self.report, frame, mechanism);
         }
         let times = self.increments.iter().map(|record| record.increment.time);
@@ -142,10 +143,17 @@ impl StoredSolve {
             primal.apply_loads(last.scene(), last.mesh())?;
             Ok(last)
         };
+        let problem = after().map_err(|invalid| input.refuse(invalid))?;
+        let face = problem
+            .contact_side()
+            .filter(|_| input.scene.follows_tools());
         Ok(Self {
-            problem: after().map_err(|invalid| input.refuse(invalid))?,
+            // The stored one is that of the first increment.
+            coupling: face.map_or(coupling, |face| {
+                Some(face.interface.coupling(face.surface, &primal.dofs))
+            }),
+            problem,
             primal,
-            coupling,
             solution,
             increments,
         })

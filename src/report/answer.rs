@@ -1,10 +1,10 @@
 //! What is said of an answer: its surroundings, how its body moves, its quantities with their error bars.
 
 use contact3d::{
-    elasticity::BodyMotion,
+    elasticity::{BodyMotion, ToolPlace},
     mesh::Mesh,
     post::{ContactReport, FunctionalEstimate},
-    scene::Functional,
+    scene::{Functional, Scene, escape_control},
     solver::{LocalMapping, Solution},
 };
 use serde_json::{Value, json};
@@ -49,15 +49,18 @@ pub(super) fn fold_words(local: &LocalMapping) -> Option<String> {
 /// What is to be said of the rigid motion of a body that only contact holds: the mechanism, or the one nearest to its
 /// displacement; `None` where supports hold it.
 pub(super) fn motion_words(
-    units: Units,
+    scene: &Scene,
     mesh: &Mesh,
     solution: &Solution,
     report: &ContactReport,
 ) -> Option<(&'static str, String)> {
+    let units = scene.units;
     let rigid = solution.rigid.as_ref()?;
-    if let Some(motion) = &rigid.mechanism {
-        let motion = BodyMotion::told(&mesh.coordinates, motion);
-        return Some(("mechanism", motion.describe(units.length())));
+    if let Some(rows) = &rigid.mechanism {
+        return Some(("mechanism", rows_in_words(scene, mesh, rows)));
+    }
+    if rigid.motion.len() == scene.n_free_tool_motions() {
+        return None;
     }
     let motion = BodyMotion::told(&mesh.coordinates, &report.displacement);
     let nodes = mesh.coordinates.len() as f64;
@@ -69,17 +72,49 @@ pub(super) fn motion_words(
     Some(("rigid-body motion", format!("{shift} at its middle{turn}")))
 }
 
-/// The rigid motions that neither contact nor supports feel, and which the answer leaves at zero.
+/// A rigid motion of the body and the tools, whose rows follow the nodes, in words.
+fn rows_in_words(scene: &Scene, mesh: &Mesh, rows: &[[f64; 3]]) -> String {
+    let (body, tools) = rows.split_at(mesh.coordinates.len());
+    let length = scene.units.length();
+    let is_rounding = |rows: &[[f64; 3]]| rows.as_flattened().iter().all(|u| u.abs() < 1e-9);
+    let mut words = Vec::new();
+    if !is_rounding(body) {
+        words.push(BodyMotion::told(&mesh.coordinates, body).describe(length));
+    }
+    let places = ToolPlace::of_scene(scene, mesh);
+    for (tool, (place, rows)) in places.iter().zip(tools.as_chunks::<2>().0).enumerate() {
+        if is_rounding(rows) {
+            continue;
+        }
+        let motion = BodyMotion {
+            translation: rows[0],
+            rotation: rows[1].map(|row| row / place.arm),
+            point: place.point,
+        };
+        let name = escape_control(&scene.tool_name(tool));
+        words.push(format!("{} of the tool {name}", motion.describe(length)));
+    }
+    words.join("; ")
+}
+
+/// The rigid motions of the body that neither contact nor supports feel, and which the answer leaves at zero.
 pub(super) fn null_space_motions(mesh: &Mesh, solution: &Solution) -> Vec<BodyMotion> {
     let null_space = solution.rigid.as_ref().map(|rigid| &rigid.null_space[..]);
-    let motions = BodyMotion::telling(&mesh.coordinates, null_space.unwrap_or_default());
+    let null_space = null_space.unwrap_or_default();
+    if null_space
+        .iter()
+        .any(|rows| rows.len() > mesh.coordinates.len())
+    {
+        return Vec::new();
+    }
+    let motions = BodyMotion::telling(&mesh.coordinates, null_space);
     let told = |motion: &Vec<[f64; 3]>| BodyMotion::told(&mesh.coordinates, motion);
     motions.iter().map(told).collect()
 }
 
 /// The same in words.
 pub(super) fn null_space_words(
-    units: Units,
+    scene: &Scene,
     mesh: &Mesh,
     solution: &Solution,
 ) -> Vec<(&'static str, String)> {
@@ -90,14 +125,21 @@ pub(super) fn null_space_words(
         "panes feel"
     };
     let motions = null_space_motions(mesh, solution);
-    let line = |motion: &BodyMotion| {
-        let words = motion.describe(units.length());
+    let motions = motions
+        .iter()
+        .map(|motion| motion.describe(scene.units.length()));
+    let of_rigid = solution.rigid.iter();
+    let with_tools = of_rigid
+        .flat_map(|rigid| &rigid.null_space)
+        .filter(|_| !scene.tools.is_empty());
+    let with_tools = with_tools.map(|rows| rows_in_words(scene, mesh, rows));
+    let line = |words: String| {
         (
             "null space, left at zero",
             format!("{words}: none of {n_panes} {panes} it"),
         )
     };
-    motions.iter().map(line).collect()
+    motions.chain(with_tools).map(line).collect()
 }
 
 /// The name of a quantity for people.

@@ -47,7 +47,15 @@ fn list(scene: &Scene, sizes: &StageSizes) -> Vec<(&'static str, Option<FeatureC
     } else {
         "motions that only contact stops"
     };
-    let rigid = sizes.n_rigid_modes.map(|n| unknowns(Some(n), motions));
+    let of_tools = scene.n_free_tool_motions();
+    let of_body = sizes.n_rigid_modes.map(|n| n.saturating_sub(of_tools));
+    let rigid = of_body
+        .filter(|n| *n > 0)
+        .map(|n| unknowns(Some(n), motions));
+    let tools = (!scene.tools.is_empty()).then(|| {
+        let count = scene.tools.len();
+        unknowns(Some(of_tools), &format!("free motions of {count} tools"))
+    });
     let [friction, follows_slip, varies] = friction_features(faces, sizes);
     vec![
         ("elasticity", unknowns(sizes.n_free, "displacements")),
@@ -70,6 +78,7 @@ fn list(scene: &Scene, sizes: &StageSizes) -> Vec<(&'static str, Option<FeatureC
             data(turns, "one pair of axes a contact node"),
         ),
         ("rigid motions", rigid.flatten()),
+        ("tools", tools.flatten()),
     ]
 }
 

@@ -13,6 +13,7 @@ use super::{
     FigureTable, Figures,
     answer::{name_of_quantity, quantities_json},
     estimated_percent, percent,
+    run::tools_json,
 };
 use crate::format::{adaptive_status_word, dimension_of_quantity as dimension};
 
@@ -65,6 +66,7 @@ pub fn increments(scene: &Scene, records: &[StepRecord]) -> FigureTable {
         figures.json_only("clamp_force", record.clamp_force);
         figures.json_only("multiplier_force", record.multiplier_force);
         figures.json_only("loaded_displacement", record.loaded_displacement);
+        figures.json_only("tools", tools_json(scene, &record.tools));
         figures.json_only("contact_displacement", record.contact_displacement);
         let quantities = errors.is_some().then(|| quantities_json(scene.units, &record.quantities));
         figures.json_only("quantities", quantities);

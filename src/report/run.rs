@@ -7,11 +7,11 @@ use contact3d::{
     mesh::{Mesh, extents},
     post::{
         ContactReport, ContactResultants, ErrorEstimate, FaceResultants, PaneState, SourceForce,
-        StressConcentration, Zone,
+        StressConcentration, ToolState, Zone,
     },
     scene::{
-        ContactFeatures, ElementOrder, FrictionModel, Functional, MultiplierSpace, Obstacle, Scene,
-        escape_control,
+        ContactFeatures, ElementOrder, Follow, FrictionModel, Functional, MultiplierSpace,
+        Obstacle, Scene, escape_control,
     },
     solver::{Solution, SolvedBy, StartStrategy},
 };
@@ -212,7 +212,10 @@ impl<'a> SolvedRun<'a> {
 
     /// How far a body slides that friction alone holds, over its size; `None` up to a tenth.
     fn slide(&self) -> Option<f64> {
-        self.solution.rigid.as_ref()?;
+        let n_motions = self.solution.rigid.as_ref()?.motion.len();
+        if n_motions == self.scene.n_free_tool_motions() {
+            return None;
+        }
         let contact = self
             .report
             .panes
@@ -232,20 +235,36 @@ impl<'a> SolvedRun<'a> {
         let faces = self.mesh.contact.iter().flat_map(|surface| &surface.faces);
         let entries = self.scene.contact_order().into_iter().zip(faces);
         entries.filter_map(|(entry, face)| {
-            let radius = match self.scene.contacts[entry].obstacle.as_ref()? {
+            let contact = &self.scene.contacts[entry];
+            if contact.follow == Follow::Increment {
+                return None;
+            }
+            let radius = match contact.obstacle.as_ref()? {
                 Obstacle::Sphere(sphere) => sphere.radius,
                 Obstacle::Cylinder(cylinder) => cylinder.radius,
                 Obstacle::HalfSpace(_) | Obstacle::Height(_) => return None,
             };
-            let panes = self.report.panes.get(face.panes.clone())?.iter();
-            let pressed = panes.filter(|pane| pane.zone != Zone::Open);
-            let slips = pressed.filter_map(|pane| pane.friction);
-            let longest = slips.map(|it| it.slip[0].hypot(it.slip[1])).fold(0.0, f64::max);
+            let slip_of = |pane: usize| {
+                let state = self.report.panes.get(pane).filter(|it| it.zone != Zone::Open);
+                let slip = state.and_then(|state| state.friction)?.slip;
+                // Of a history that since it began.
+                let all = self.increments.last().map(|last| &last.tangential);
+                let slip = all.zip(self.mesh.contact.as_ref()).map_or(slip, |(all, surface)| {
+                    let nodes = || surface.pane_weights(pane);
+                    [0, 1].map(|k| nodes().map(|(node, weight)| weight * all[node][k]).sum())
+                });
+                Some(slip[0].hypot(slip[1]))
+            };
+            let longest = face.panes.clone().filter_map(slip_of).fold(0.0, f64::max);
             // The normal turns by the slip over the radius, 3 degrees here.
             (longest > radius / 20.0).then(|| {
                 format!(
-                    "contact.{entry}: it slips by {} of the radius of its obstacle, but normals are those of where it began: apply the load in parts, each on the moved body",
-                    percent(longest / radius)
+                    "contact.{entry}: it slips by {} of the radius of its obstacle, but normals are those of where it began: {}",
+                    percent(longest / radius),
+                    match contact.tool {
+                        Some(_) => "write follow = \"increment\" and more increments",
+                        None => "apply the load in parts, each on the moved body",
+                    }
                 )
             })
         })
@@ -336,6 +355,7 @@ impl<'a> SolvedRun<'a> {
                 "pressure" => scene.pressures.get(number)?.name.as_deref(),
                 "force" => scene.forces.get(number)?.name.as_deref(),
                 "contact" => scene.contacts.get(number)?.name.as_deref(),
+                "tool" => scene.tools.get(number)?.name.as_deref(),
                 _ => None,
             }
         });
@@ -443,7 +463,10 @@ impl<'a> SolvedRun<'a> {
             |displacement| rigid_json(&BodyMotion::fitted(&mesh.coordinates, displacement));
         figures.json_only("motion", moves.then(|| motion(&self.report.displacement)));
         let mechanism = rigid.and_then(|rigid| rigid.mechanism.as_deref());
-        figures.json_only("mechanism", mechanism.map(motion));
+        let of_body = mechanism.map(|rows| &rows[..mesh.coordinates.len()]);
+        figures.json_only("mechanism", of_body.map(motion));
+        let tools = tools_json(self.scene, &self.report.tools);
+        figures.json_only("tools", tools);
         let null_space = || {
             null_space_motions(mesh, solution)
                 .iter()
@@ -568,6 +591,21 @@ fn factor(assembly: &Assembly) -> Value {
 }
 
 /// A rigid motion: translation of a point, rotation vector, the point.
+/// The tools with their names; `None` where there are none.
+pub(super) fn tools_json(scene: &Scene, tools: &[ToolState]) -> Option<Value> {
+    let rows = tools.iter().enumerate().map(|(k, tool)| {
+        json!({
+            "name": scene.tool_name(k),
+            "point": tool.point,
+            "displacement": tool.displacement,
+            "turn": tool.turn,
+            "force": tool.force,
+            "moment": tool.moment,
+        })
+    });
+    (!tools.is_empty()).then(|| rows.collect())
+}
+
 fn rigid_json(motion: &BodyMotion) -> Value {
     json!({
         "translation": motion.translation,

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use contact3d::{
-    post::{FunctionalEstimate, PaneState, Zone},
+    post::{FunctionalEstimate, PaneState, ToolState, Zone},
     scene::{Functional, escape_control},
 };
 use units::{Dimension, Unit};
@@ -28,8 +28,8 @@ impl SolvedRun<'_> {
         let mut line = |name: &str, words: Option<String>| lines.human_only(name, words);
         line("status", Some(self.status_words()));
         line("mesh", Some(self.sizes_in_words()));
-        let motion = motion_words(units, self.mesh, self.solution, self.report);
-        let motions = null_space_words(units, self.mesh, self.solution);
+        let motion = motion_words(self.scene, self.mesh, self.solution, self.report);
+        let motions = null_space_words(self.scene, self.mesh, self.solution);
         for (name, words) in motion.into_iter().chain(motions) {
             line(name, Some(words));
         }
@@ -39,6 +39,10 @@ impl SolvedRun<'_> {
         line("contact", self.nothing_touches());
         for (name, force) in self.contact_forces() {
             line(&name, Some(force));
+        }
+        for (tool, state) in self.report.tools.iter().enumerate() {
+            let name = format!("tool {}", escape_control(&self.scene.tool_name(tool)));
+            line(&name, Some(self.tool_in_words(state)));
         }
         for of in self.first_quantities() {
             let share = self
@@ -65,6 +69,28 @@ impl SolvedRun<'_> {
             last.map(|last| increment_in_words(self.scene, last)),
         );
         lines
+    }
+
+    /// Where a tool is, and what holds or drives it; what is rounding of the largest part is zero.
+    fn tool_in_words(&self, tool: &ToolState) -> String {
+        let told = |dimension, vector: [f64; 3]| {
+            let largest = vector
+                .iter()
+                .fold(0.0_f64, |most, part| most.max(part.abs()));
+            let noise = 1e-9 * largest;
+            let clean = vector.map(|part| if part.abs() <= noise { 0.0 } else { part });
+            (largest > 0.0).then(|| self.unit(dimension).told(&clean))
+        };
+        let parts = [
+            ("moved by ", told(Dimension::LENGTH, tool.displacement), ""),
+            ("turned by ", told(Dimension::Number, tool.turn), " rad"),
+            ("force ", told(Dimension::FORCE, tool.force), ""),
+            ("moment ", told(Dimension::MOMENT, tool.moment), ""),
+        ];
+        let parts = parts
+            .into_iter()
+            .filter_map(|(name, words, unit)| Some(format!("{name}{}{unit}", words?)));
+        parts.collect::<Vec<_>>().join(", ")
     }
 
     /// The quantities of the first screen, the one that the mesh is refined for among them.

@@ -3,6 +3,7 @@
 use contact3d::{
     history::largest_norm,
     mesh::{ContactSurface, MaterialNodes, Mesh, SurfaceFace},
+    post::ToolState,
     scene::{Scene, escape_control},
 };
 use plots::html::{BodyView, ViewArray, ViewPlace, ViewValues};
@@ -59,7 +60,7 @@ pub(super) fn view(scene: &Scene, results: &Results) -> BodyView {
         });
     }
     if let Some(surface) = &mesh.contact {
-        arrays.extend(obstacle(mesh, surface, scene.units));
+        arrays.extend(obstacle(mesh, surface, (scene, &report.tools)));
     }
     BodyView {
         title: scene.shown_title(),
@@ -250,8 +251,13 @@ fn faces(mesh: &Mesh) -> impl Iterator<Item = (&ContactSurface, &SurfaceFace)> {
 }
 
 /// The part of the obstacle that contact faces see, with a strip around it where it is flat.
-fn obstacle(mesh: &Mesh, surface: &ContactSurface, units: Units) -> [ViewArray; 3] {
-    let shape = obstacle_beside(mesh, surface, &surface.faces);
+fn obstacle(
+    mesh: &Mesh,
+    surface: &ContactSurface,
+    tools: (&Scene, &[ToolState]),
+) -> [ViewArray; 3] {
+    let units = tools.0.units;
+    let shape = obstacle_beside(mesh, surface, &surface.faces, tools);
     let place = |key, values, rows: &[[f64; 3]]| ViewArray {
         unit: units.word(Dimension::LENGTH),
         ..array(

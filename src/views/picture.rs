@@ -263,7 +263,10 @@ impl Drawn<'_> {
                 state.turn = frame.mean_turn(surface, pane);
             }
         }
-        let obstacle = face.map(|(surface, face)| obstacle_beside(mesh, surface, from_ref(face)));
+        let obstacle = face.map(|(surface, face)| {
+            let tools = (self.scene, &self.report.tools[..]);
+            obstacle_beside(mesh, surface, from_ref(face), tools)
+        });
         draw(&ContactPicture {
             title: &self.title(&features),
             units: self.scene.units,

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use contact3d::{
     elasticity::SurfaceLoad,
     mesh::{ContactSurface, Mesh, SurfaceFace},
+    post::ToolState,
     scene::{FacePart, Quantity, Scene},
 };
 use plots::{BodyMark, BodyMarkKind, DrawnObstacle};
@@ -119,16 +120,29 @@ fn node_normals(mesh: &Mesh, face: &str) -> BTreeMap<usize, [f64; 3]> {
     normals
 }
 
-/// The obstacle as some contact faces see it, with a strip around each where it is flat.
+/// The obstacle as some contact faces see it, where its tool is, with a strip around each where it is flat.
 pub(super) fn obstacle_beside(
     mesh: &Mesh,
     surface: &ContactSurface,
     faces: &[SurfaceFace],
+    (scene, tools): (&Scene, &[ToolState]),
 ) -> DrawnObstacle {
     let mut shape = DrawnObstacle::default();
-    faces
-        .iter()
-        .for_each(|face| add(&mut shape, mesh, surface, face));
+    let entries = scene.contact_order();
+    for face in faces {
+        let first = shape.points.len();
+        add(&mut shape, mesh, surface, face);
+        let number = surface.faces.iter().position(|other| other == face);
+        let tool = number.and_then(|number| scene.tool_on(*entries.get(number)?));
+        let Some(tool) = tool.and_then(|tool| tools.get(tool)) else {
+            continue;
+        };
+        let points = shape.points[first..].iter().zip(&mut shape.gaps[first..]);
+        for (point, gap) in points {
+            let moved = tool.displacement_at([0, 1, 2].map(|c| point[c] + gap[c]));
+            *gap = [0, 1, 2].map(|c| gap[c] + moved[c]);
+        }
+    }
     shape
 }
 

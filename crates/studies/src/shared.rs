@@ -16,6 +16,14 @@ pub(crate) fn refuse_floating(problem: &AssembledProblem, what: &str) -> Result<
     let Some(body) = &problem.system.assembly.primal.floating else {
         return Ok(());
     };
+    if problem.scene().n_free_tool_motions() > 0 {
+        return Err(InvalidValue {
+            key: "tool".into(),
+            expected: format!("tools whose motions are all given, for {what}"),
+            found: "a tool that is free to move".into(),
+            help: "leave out free, and give the displacement that a run finds".into(),
+        });
+    }
     let (found, why) = match body.support {
         None => (
             "only contact holds",

@@ -187,6 +187,20 @@ const SPRINGS_ONLY: [&str; 2] = [
     "/post/resultants/spring_force",
 ];
 
+/// What only tools have, and what only tools have that are bonded to a face.
+const TOOLS_ONLY: [&str; 10] = [
+    "/assemble/tool_degree_of_freedom",
+    "/load/prescribed_tool_rows",
+    "/solve/tool_rows",
+    "/post/tools/point",
+    "/post/tools/displacement",
+    "/post/tools/turn",
+    "/post/tools/force",
+    "/post/tools/moment",
+    "/assemble/tied_nodes",
+    "/assemble/tied_levers",
+];
+
 /// What only a load history has, beside its own group.
 const HISTORY_ONLY: [&str; 1] = ["/solve/history_digest"];
 /// What only contact faces have whose normals are not the same everywhere, several ones among them.
@@ -235,6 +249,7 @@ fn expected(effects: &[&[&str]], present: Option<&str>) -> BTreeSet<String> {
     paths.extend(PRESCRIBED_ONLY.map(str::to_owned));
     paths.extend(SPRINGS_ONLY.map(str::to_owned));
     paths.extend(HISTORY_ONLY.map(str::to_owned));
+    paths.extend(TOOLS_ONLY.map(str::to_owned));
     paths.extend(SEVERAL_FACES_ONLY.map(str::to_owned));
     paths.insert(FACES_WITH_FRICTION_ONLY.to_owned());
     let all = [&CONTACT_ONLY[..], &FRICTION_ONLY, &COULOMB_ONLY].concat();
@@ -328,6 +343,15 @@ fn with_springs() {
     let mut absent = expected(&[&REGIONS_ONLY], Some("Cell"));
     absent.retain(|path| !SPRINGS_ONLY.contains(&path.as_str()));
     assert_eq!(absent_from(&[spring, CONTACT, RAMPS]), absent);
+}
+
+#[test]
+fn with_a_tool_that_moves() {
+    let tool = "tool = 'press'\n[[tool]]\nname = 'press'\ndisplacement = [0.0, 0.0, 1e-6]\n";
+    let mut absent = expected(&[&REGIONS_ONLY], Some("Cell"));
+    let own = &TOOLS_ONLY[..8];
+    absent.retain(|path| !own.contains(&path.as_str()) && path != PRESCRIBED_ONLY[0]);
+    assert_eq!(absent_from(&[CONTACT, tool, RAMPS]), absent);
 }
 
 #[test]

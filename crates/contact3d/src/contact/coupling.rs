@@ -1,6 +1,6 @@
 //! The order of multipliers, and the coupling B = [N; T] between them and displacements (HKL (4.1)).
 
-use std::ops::Range;
+use std::{collections::BTreeMap, ops::Range};
 
 use super::ContactFrame;
 use crate::{
@@ -151,21 +151,25 @@ impl Coupling {
         transposed.cols = layout.n_multipliers();
         let mut push_column = |pane: usize, axis: &dyn Fn(usize) -> [f64; 3]| {
             let is_nodal = surface.faces[surface.face_of_pane(pane)].is_nodal;
+            let mut of_tools = BTreeMap::new();
             for (local, weight) in surface.pane_weights(pane) {
-                let node = dofs.dof[surface.nodes[local]];
                 let axis = if is_nodal {
-                    free_of_rounding(axis(local), &node)
+                    free_of_rounding(axis(local), &dofs.dof[surface.nodes[local]])
                 } else {
                     axis(local)
                 };
-                for (dof, direction) in node.iter().zip(axis) {
-                    if let (Some(dof), true) = (*dof, direction != 0.0) {
+                let area = weight * surface.pane_area[pane];
+                for (dof, direction) in frame.terms(surface, dofs, local, axis) {
+                    if dofs.is_of_tool(dof) {
+                        *of_tools.entry(dof).or_insert(0.0) += area * direction;
+                    } else {
                         transposed.indices.push(dof);
-                        let area = weight * surface.pane_area[pane];
                         transposed.data.push(area * direction);
                     }
                 }
             }
+            transposed.indices.extend(of_tools.keys());
+            transposed.data.extend(of_tools.values());
             transposed.indptr.push(transposed.indices.len());
         };
         for pane in 0..layout.n_panes() {
@@ -230,7 +234,7 @@ impl Coupling {
         }
     }
 
-    /// B u of the held contact nodes as they are held, `[n_multipliers]`, in m³; empty where clamps hold at zero.
+    /// B u of the contact nodes and tools that are held, as they are held, `[n_multipliers]`, in m³; empty where clamps hold at zero.
     #[must_use]
     pub fn held_integrals(
         &self,
@@ -244,7 +248,7 @@ impl Coupling {
         let mut integrals = vec![0.0; self.n_multipliers()];
         for pane in 0..self.layout.n_panes() {
             for (local, weight) in surface.pane_weights(pane) {
-                let held = dofs.held_at(surface.nodes[local]);
+                let held = frame.held(surface, dofs, local);
                 let area = weight * surface.pane_area[pane];
                 integrals[self.layout.normal(pane)] += area * frame.normal_part(local, held);
                 if let Some(pair) = self.layout.tangential(pane) {

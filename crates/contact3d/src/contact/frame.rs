@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::{
+    elasticity::{DofMap, ToolPlace, ToolPoint},
     mesh::{ContactSurface, GEOMETRY_TOLERANCE, Mesh},
     scene::{
         Contact, ContactFeatures, InvalidValue, Scene, UNDEFINED, Written, numbers, place_words,
@@ -19,6 +20,8 @@ pub struct ContactFrame {
     pub axes: Vec<[[f64; 3]; 2]>,
     /// What to draw each face in.
     pub references: Vec<ReferenceFrame>,
+    /// What lies opposite each contact node, `[n_contact_nodes]`; empty where no obstacle moves.
+    pub opposite: Vec<Option<ToolPoint>>,
 }
 
 /// A frame that does not turn, to draw a contact face in.
@@ -49,7 +52,9 @@ impl ContactFrame {
             normals: surface.normals.clone(),
             axes: Vec::new(),
             references: Vec::new(),
+            opposite: Vec::new(),
         };
+        let tools = ToolPlace::of_scene(scene, mesh);
         let is_uniform = features.len() == 1 && surface.normals.len() == 1;
         for (face, has) in surface.faces.iter().zip(features) {
             let contact = &scene.contacts[has.entry];
@@ -79,6 +84,19 @@ impl ContactFrame {
                 .references
                 .push(ReferenceFrame::of(&normals, constant.copied()));
             frame.axes.extend(axes);
+            let tool = scene.tool_on(has.entry);
+            let opposite = |local: usize| {
+                let tool = tool?;
+                let at = Vector3::from(mesh.coordinates[surface.nodes[local]]);
+                let distance = surface.clearance.get(local).unwrap_or(&0.0);
+                let at = at + Vector3::from(surface.normal_at(local)) * *distance;
+                let lever = tools[tool].lever(at.into());
+                Some(ToolPoint { tool, lever })
+            };
+            frame.opposite.extend(face.nodes.clone().map(opposite));
+        }
+        if tools.is_empty() {
+            frame.opposite.clear();
         }
         Ok(frame)
     }
@@ -141,17 +159,64 @@ impl ContactFrame {
             .map(|axis| u.dot(&Vector3::from(axis)))
     }
 
-    /// Signed (u·t₁, u·t₂) at every contact node, `[n_contact_nodes]`, of vectors at the nodes of the mesh.
+    /// The displacement u − u_o of a contact node against the point opposite it, for the rows of all tools in m, `[2 n_tools]`.
+    #[must_use]
+    pub fn relative(
+        &self,
+        contact_node: usize,
+        displacement: [f64; 3],
+        tools: &[[f64; 3]],
+    ) -> [f64; 3] {
+        match self.opposite.get(contact_node).copied().flatten() {
+            None => displacement,
+            Some(opposite) => {
+                let moved = opposite.moved(|row| tools[row]);
+                std::array::from_fn(|c| displacement[c] - moved[c])
+            }
+        }
+    }
+
+    /// Signed (u·t₁, u·t₂) against the obstacle at every contact node, `[n_contact_nodes]`, of vectors at the rows of a [`DofMap`].
     #[must_use]
     pub fn nodal_tangential(
         &self,
         surface: &ContactSurface,
-        at_node: impl Fn(usize) -> [f64; 3],
+        dofs: &DofMap,
+        at_row: impl Fn(usize) -> [f64; 3],
     ) -> Vec<[f64; 2]> {
+        let tools: Vec<[f64; 3]> = (dofs.n_nodes..dofs.dof.len()).map(&at_row).collect();
         let nodes = surface.nodes.iter().enumerate();
         nodes
-            .map(|(local, &node)| self.tangential(local, at_node(node)))
+            .map(|(local, &node)| {
+                self.tangential(local, self.relative(local, at_row(node), &tools))
+            })
             .collect()
+    }
+
+    /// The derivatives of the displacement of a contact node against its opposite along a direction by the free degrees of freedom.
+    pub(crate) fn terms(
+        &self,
+        surface: &ContactSurface,
+        dofs: &DofMap,
+        contact_node: usize,
+        direction: [f64; 3],
+    ) -> impl Iterator<Item = (usize, f64)> {
+        let own = dofs.terms(surface.nodes[contact_node], direction);
+        let opposite = self.opposite.get(contact_node).copied().flatten();
+        let against = opposite.map(|point| dofs.tool_terms(point, direction.map(|part| -part)));
+        own.chain(against.into_iter().flatten())
+    }
+
+    /// The displacement of a contact node against its opposite in m where both are held; zero for free components.
+    #[must_use]
+    pub fn held(&self, surface: &ContactSurface, dofs: &DofMap, contact_node: usize) -> [f64; 3] {
+        let rows = dofs.n_nodes..dofs.dof.len();
+        let tools: Vec<[f64; 3]> = rows.map(|row| dofs.held_at(row)).collect();
+        self.relative(
+            contact_node,
+            dofs.held_at(surface.nodes[contact_node]),
+            &tools,
+        )
     }
 
     /// The component of a vector along ν at a contact node.

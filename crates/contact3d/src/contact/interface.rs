@@ -89,8 +89,8 @@ impl Interface {
         dofs: &DofMap,
         displacement: &[f64],
     ) -> Vec<[f64; 2]> {
-        let at_node = |node| dofs.at_node(node, displacement);
-        let tangential = self.frame.nodal_tangential(surface, at_node);
+        let at_row = |row| dofs.at_node(row, displacement);
+        let tangential = self.frame.nodal_tangential(surface, dofs, at_row);
         slips(self.previous.as_ref(), &tangential)
     }
 

@@ -12,6 +12,7 @@
 
 mod coulomb;
 mod coupling;
+mod follow;
 mod frame;
 mod interface;
 mod law_bounds;

@@ -8,7 +8,7 @@ use super::{InsufficientResource, Requirement};
 use crate::{
     elasticity::{
         DofMap, FloatingBody, Loads, MaterialField, NodeGraph, SpringMatrix, floating_body,
-        forces_of_prescribed, loose_motions, prescribed_displacements, stiffness_on,
+        forces_of_prescribed, loose_motions, prescribed_displacements, stiffness_on, tool_loads,
     },
     linalg::{
         CgSolution, CscMatrix, Doubled, EngineError, Factor, FactorError, FactorStructure,
@@ -146,7 +146,7 @@ impl Analysed {
         admit: &dyn Fn(Requirement) -> Result<(), InsufficientResource>,
     ) -> Result<Self, AssemblyError> {
         let loose = loose_motions(scene, mesh).map_err(AssemblyError::Scene)?;
-        let mut dofs = DofMap::new(&mesh.held_nodes(scene));
+        let mut dofs = DofMap::of_scene(scene, mesh);
         if dofs.n_free == 0 {
             return Err(AssemblyError::NothingFree);
         }
@@ -181,11 +181,11 @@ impl Analysed {
             dual_operator: 0.0,
         };
         let structure = structure.map_err(|e| explain(e, &dofs))?;
-        let floating =
-            floating_body(mesh, &dofs, &loose.motions, &stiffness).map_err(AssemblyError::Scene)?;
+        let floating = floating_body(scene, mesh, &dofs, &loose.motions, &stiffness)
+            .map_err(AssemblyError::Scene)?;
         let resisting = floating.as_ref().zip(springs.filter(|_| loose.resisted));
         let support_forces = resisting.map(|(body, springs)| {
-            let force = |mode: &Vec<f64>| dofs.to_free(&springs.forces(&dofs.to_nodes(mode)));
+            let force = |mode: &Vec<f64>| dofs.forces(&springs.forces(&dofs.to_nodes(mode)), &[]);
             body.modes.iter().map(force).collect()
         });
         dofs.prescribed = prescribed.map(Arc::new);
@@ -259,14 +259,15 @@ fn load_vector(
     dofs: &DofMap,
     prescribed: Option<&[[f64; 3]]>,
 ) -> Result<Vec<f64>, InvalidValue> {
-    let mut rhs = dofs.to_free(&Loads::of(scene).nodal_forces(mesh)?);
+    let nodal = Loads::of(scene).nodal_forces(mesh)?;
+    let mut rhs = dofs.forces(&nodal, &tool_loads(scene, mesh)?);
     if let Some(prescribed) = prescribed {
         let material = MaterialField::new(scene, mesh);
         let elastic = forces_of_prescribed(mesh, &material, prescribed);
         let springs = SpringMatrix::of(scene, mesh)?;
         let springs = springs.map(|springs| springs.forces(prescribed));
         for taken in [Some(elastic), springs].into_iter().flatten() {
-            add_scaled(&mut rhs, -1.0, &dofs.to_free(&taken));
+            add_scaled(&mut rhs, -1.0, &dofs.forces(&taken, &[]));
         }
     }
     Ok(rhs)
@@ -279,8 +280,8 @@ fn fill_reducing_order(
     dofs: &DofMap,
 ) -> Result<Vec<usize>, FactorError> {
     let is_free = |node: usize| dofs.dof[node].iter().any(Option::is_some);
-    let free: Vec<usize> = (0..dofs.dof.len()).filter(|&node| is_free(node)).collect();
-    let mut place = vec![None; dofs.dof.len()];
+    let free: Vec<usize> = (0..dofs.n_nodes).filter(|&node| is_free(node)).collect();
+    let mut place = vec![None; dofs.n_nodes];
     for (new, &node) in free.iter().enumerate() {
         place[node] = Some(new);
     }
@@ -294,9 +295,11 @@ fn fill_reducing_order(
     }
     let points: Vec<[f64; 3]> = free.iter().map(|&node| mesh.coordinates[node]).collect();
     let order = nested_dissection(&free_offsets, &free_neighbours, &points)?;
-    Ok(expand_to_unknowns(&order, |new| {
-        dofs.dof[free[new]].into_iter().flatten()
-    }))
+    let of_node = |new: usize| dofs.dof[free[new]].into_iter().flatten();
+    let mut unknowns = expand_to_unknowns(&order, of_node);
+    let of_tools = dofs.dof[dofs.n_nodes..].as_flattened().iter();
+    unknowns.extend(of_tools.flatten());
+    Ok(unknowns)
 }
 
 /// A value and the seconds that it took.

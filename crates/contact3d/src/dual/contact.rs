@@ -321,13 +321,11 @@ pub(super) fn tangential_selection(
 ) -> CscMatrix {
     let mut transposed = CscMatrix::empty(dofs.n_free);
     transposed.cols = 2 * surface.nodes.len();
-    for (local, &node) in surface.nodes.iter().enumerate() {
+    for local in 0..surface.nodes.len() {
         for axis in frame.axes_at(local) {
-            for (dof, &direction) in dofs.dof[node].iter().zip(axis) {
-                if let (Some(dof), true) = (*dof, direction != 0.0) {
-                    transposed.indices.push(dof);
-                    transposed.data.push(direction);
-                }
+            for (dof, part) in frame.terms(surface, dofs, local, *axis) {
+                transposed.indices.push(dof);
+                transposed.data.push(part);
             }
             transposed.indptr.push(transposed.indices.len());
         }
@@ -347,8 +345,8 @@ pub(super) fn free_slip(
     selection.mul_transposed(displacement, &mut slip);
     let mut slip = pairs(&slip);
     if dofs.prescribed.is_some() {
-        for (local, (slip, &node)) in slip.iter_mut().zip(&surface.nodes).enumerate() {
-            let held = frame.tangential(local, dofs.held_at(node));
+        for (local, slip) in slip.iter_mut().enumerate() {
+            let held = frame.tangential(local, frame.held(surface, dofs, local));
             *slip = [slip[0] + held[0], slip[1] + held[1]];
         }
     }

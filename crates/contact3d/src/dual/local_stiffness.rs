@@ -206,9 +206,14 @@ pub(crate) fn friction_stiffness(stiffness: &mut [f64], layout: MultiplierLayout
 pub fn pane_stiffness(primal: &PrimalSystem, coupling: &Coupling) -> Vec<f64> {
     let node_of = nodes_of_freedom(primal);
     let columns = &coupling.transposed;
+    // Tools, which all panes feel, do not move.
+    let own_entries = |column: usize| {
+        let entries = columns.entries(column);
+        entries.filter(|(dof, _)| !primal.dofs.is_of_tool(*dof))
+    };
     let mut panes_at: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
     for column in 0..columns.cols {
-        for (dof, _) in columns.entries(column) {
+        for (dof, _) in own_entries(column) {
             let panes = panes_at.entry(node_of[dof]).or_default();
             panes.insert(coupling.layout.pane_of(column));
         }
@@ -216,7 +221,7 @@ pub fn pane_stiffness(primal: &PrimalSystem, coupling: &Coupling) -> Vec<f64> {
     let mut stiffness: Vec<f64> = (0..columns.cols)
         .map(|column| {
             let mut entries: BTreeMap<usize, Vec<(usize, f64)>> = BTreeMap::new();
-            for entry in columns.entries(column) {
+            for entry in own_entries(column) {
                 entries.entry(node_of[entry.0]).or_default().push(entry);
             }
             let least = |own: bool| {

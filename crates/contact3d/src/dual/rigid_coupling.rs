@@ -97,8 +97,8 @@ impl RigidCoupling {
             motion.reach.restrict(own, coupling.layout);
         }
         let slip_of = |u: &Vec<f64>| {
-            let at_node = |node| dofs.change_at_node(node, u);
-            interface.frame.nodal_tangential(surface, at_node)
+            let at_row = |row| dofs.change_at_node(row, u);
+            interface.frame.nodal_tangential(surface, dofs, at_row)
         };
         let mut slip: Vec<Vec<[f64; 2]>> = rigid.iter().map(slip_of).collect();
         let mut integrals = rigid_contact_integrals.clone();

@@ -9,7 +9,7 @@ use super::{
 use crate::{
     contact::{Coupling, Interface},
     linalg::{CscMatrix, EngineError, Factor, Precision, Work, difference, norm},
-    mesh::Mesh,
+    mesh::{ContactSurface, Mesh},
     scene::{DualOperatorKind, FactorPrecision, InvalidValue, Scene},
 };
 
@@ -160,6 +160,23 @@ impl DualSystem {
             }
             _ => Ok(self),
         }
+    }
+
+    /// Makes B, S and h for other normals and opposite points of the contact face, on the same factor.
+    pub(crate) fn replace_face(&mut self, surface: &ContactSurface, interface: &Interface) {
+        let Some(contact) = &self.contact else {
+            return;
+        };
+        let (assembly, is_explicit) = (&self.assembly, contact.explicit().is_some());
+        let dofs = &assembly.primal.dofs;
+        let (coupling, unconstrained) =
+            (interface.coupling(surface, dofs), assembly.unconstrained());
+        let mut contact = ContactSystem::new(coupling, &unconstrained, dofs, surface, interface);
+        if is_explicit {
+            let (face, unwatched) = ((surface, interface), Work::default());
+            contact.make_explicit(assembly, &unconstrained, face, &unwatched);
+        }
+        self.contact = Some(contact);
     }
 
     /// Replaces l, h and the free slip by those of a scene that differs in its loads, the displacements of its clamps, its

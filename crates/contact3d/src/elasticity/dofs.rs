@@ -1,8 +1,11 @@
 //! Free unknowns and prescribed ones.
 
-use std::sync::Arc;
+use std::{collections::BTreeMap, sync::Arc};
 
-use super::{Element, MaterialField};
+use super::{
+    Element, MaterialField,
+    tools::{ToolPoint, held_rows, prescribed_rows, require_agreement, tied_nodes},
+};
 use crate::{
     linalg::{UNIT_ROUNDING, norm},
     mesh::Mesh,
@@ -10,14 +13,18 @@ use crate::{
 };
 
 /// Numbering of the free degrees of freedom: node by node, x before y before z, held ones left out; with the
-/// displacements at which these are held.
+/// displacements at which these are held. Two rows for each tool follow the nodes ([`super::ToolPlace`]).
 #[derive(Debug, Clone, PartialEq)]
 pub struct DofMap {
-    /// Degree of freedom of each node and component, `[n_nodes, 3]`; `None` where held.
+    /// Degree of freedom of each row and component, `[n_rows, 3]`; `None` where held.
     pub dof: Vec<[Option<usize>; 3]>,
+    /// Number of rows that are nodes of the mesh.
+    pub n_nodes: usize,
     /// Number of free degrees of freedom.
     pub n_free: usize,
-    /// u_c in m, `[n_nodes, 3]`, zero where free; `None` where all clamps hold at zero.
+    /// Nodes of faces that are bonded to tools, which have no degrees of freedom of their own.
+    pub tied: Arc<BTreeMap<usize, ToolPoint>>,
+    /// u_c in m, `[n_rows, 3]`, zero where free; `None` where all clamps and tools hold at zero.
     pub prescribed: Option<Arc<Vec<[f64; 3]>>>,
 }
 
@@ -25,6 +32,21 @@ impl DofMap {
     /// Eliminates the held components of each node, `[n_nodes, 3]`, which are held at zero.
     #[must_use]
     pub fn new(held: &[[bool; 3]]) -> Self {
+        Self::with_rows(held.iter().copied(), held.len())
+    }
+
+    /// The same for the nodes and the tools of a scene.
+    #[must_use]
+    pub fn of_scene(scene: &Scene, mesh: &Mesh) -> Self {
+        let nodes = mesh.held_nodes(scene);
+        let n_nodes = nodes.len();
+        Self {
+            tied: Arc::new(tied_nodes(scene, mesh)),
+            ..Self::with_rows(nodes.into_iter().chain(held_rows(scene)), n_nodes)
+        }
+    }
+
+    fn with_rows(held: impl Iterator<Item = [bool; 3]>, n_nodes: usize) -> Self {
         let mut n_free = 0;
         let mut number = |is_held: bool| {
             (!is_held).then(|| {
@@ -32,10 +54,12 @@ impl DofMap {
                 n_free - 1
             })
         };
-        let dof = held.iter().map(|node| node.map(&mut number)).collect();
+        let dof = held.map(|row| row.map(&mut number)).collect();
         Self {
             dof,
+            n_nodes,
             n_free,
+            tied: Arc::default(),
             prescribed: None,
         }
     }
@@ -43,6 +67,9 @@ impl DofMap {
     /// The displacement of a node in m: free components from their degrees of freedom, the others as they are held.
     #[must_use]
     pub fn at_node(&self, node: usize, free: &[f64]) -> [f64; 3] {
+        if let Some(point) = self.tied.get(&node) {
+            return point.moved(|row| self.at_node(self.n_nodes + row, free));
+        }
         let held = self.held_at(node);
         let dof = &self.dof[node];
         std::array::from_fn(|c| dof[c].map_or(held[c], |d| free[d]))
@@ -58,17 +85,82 @@ impl DofMap {
     /// The change of a node's displacement in m with changes of the free degrees of freedom: zero where held.
     #[must_use]
     pub fn change_at_node(&self, node: usize, free: &[f64]) -> [f64; 3] {
+        if let Some(point) = self.tied.get(&node) {
+            return point.moved(|row| self.change_at_node(self.n_nodes + row, free));
+        }
         self.dof[node].map(|dof| dof.map_or(0.0, |d| free[d]))
+    }
+
+    /// The derivatives of a node's displacement along a direction by the free degrees of freedom.
+    pub(crate) fn terms(
+        &self,
+        node: usize,
+        direction: [f64; 3],
+    ) -> impl Iterator<Item = (usize, f64)> {
+        let own = self.dof[node].into_iter().zip(direction);
+        let tied = self
+            .tied
+            .get(&node)
+            .map(|point| self.tool_terms(*point, direction));
+        let own = own.filter_map(|(dof, part)| Some((dof?, part)).filter(|(_, part)| *part != 0.0));
+        own.chain(tied.into_iter().flatten())
+    }
+
+    /// The same of a point that moves with a tool.
+    pub(crate) fn tool_terms(
+        &self,
+        point: ToolPoint,
+        direction: [f64; 3],
+    ) -> impl Iterator<Item = (usize, f64)> + use<> {
+        let row = self.n_nodes + 2 * point.tool;
+        let dofs = [self.dof[row], self.dof[row + 1]];
+        let parts = point.on_rows(direction);
+        let terms = [0, 1].map(|k| dofs[k].into_iter().zip(parts[k]));
+        let terms = terms.into_iter().flatten();
+        terms.filter_map(|(dof, part)| Some((dof?, part)).filter(|(_, part)| *part != 0.0))
+    }
+
+    /// Forces on the free degrees of freedom in N from those on the nodes, `[n_nodes]`, and on the rows of tools; none are none.
+    #[must_use]
+    pub fn forces(&self, nodal: &[[f64; 3]], tools: &[[f64; 3]]) -> Vec<f64> {
+        let mut rows = nodal.to_vec();
+        if !(self.tied.is_empty() && tools.is_empty()) {
+            rows.resize(self.n_nodes, [0.0; 3]);
+            rows.extend(tools);
+            rows.resize(self.dof.len(), [0.0; 3]);
+        }
+        for (node, point) in &*self.tied {
+            for (k, force) in point.on_rows(nodal[*node]).into_iter().enumerate() {
+                let sum = &mut rows[self.n_nodes + 2 * point.tool + k];
+                *sum = std::array::from_fn(|c| sum[c] + force[c]);
+            }
+        }
+        self.to_free(&rows)
     }
 
     /// The displacement of all nodes in m, `[n_nodes]`, from the free degrees of freedom.
     #[must_use]
     pub fn to_nodes(&self, free: &[f64]) -> Vec<[f64; 3]> {
-        let nodes = 0..self.dof.len();
+        let nodes = 0..self.n_nodes;
         nodes.map(|node| self.at_node(node, free)).collect()
     }
 
-    /// Gathers the free degrees of freedom of a nodal field.
+    /// The rows of the tools in m, from the free degrees of freedom.
+    #[must_use]
+    pub fn tool_rows(&self, free: &[f64]) -> Vec<[f64; 3]> {
+        let rows = self.n_nodes..self.dof.len();
+        rows.map(|row| self.at_node(row, free)).collect()
+    }
+
+    /// Whether a free degree of freedom is one of a tool, which come last.
+    #[must_use]
+    pub(crate) fn is_of_tool(&self, dof: usize) -> bool {
+        let rows = &self.dof[self.n_nodes..];
+        let mut dofs = rows.as_flattened().iter().flatten();
+        dofs.next().is_some_and(|first| dof >= *first)
+    }
+
+    /// Gathers the free degrees of freedom of displacements of the nodes, and of the rows of tools where they are given.
     #[must_use]
     pub fn to_free(&self, nodal: &[[f64; 3]]) -> Vec<f64> {
         let mut free = vec![0.0; self.n_free];
@@ -91,8 +183,8 @@ impl DofMap {
     }
 }
 
-/// The displacement u_c in m at which the clamps hold each node, `[n_nodes, 3]`, zero for free components; `None` where
-/// all clamps hold at zero.
+/// The displacement u_c in m at which the clamps hold each node, and the tools their rows, `[n_rows, 3]`, zero for free components;
+/// `None` where all hold at zero.
 ///
 /// # Errors
 /// A formula that is not finite, two clamps that hold one component of a node at different values.
@@ -100,7 +192,9 @@ pub fn prescribed_displacements(
     scene: &Scene,
     mesh: &Mesh,
 ) -> Result<Option<Vec<[f64; 3]>>, InvalidValue> {
-    if !scene.clamps.iter().any(|clamp| clamp.is_moved()) {
+    let moves = scene.clamps.iter().any(|clamp| clamp.is_moved());
+    let is_moved = moves || scene.tools.iter().any(|tool| tool.is_moved());
+    if !is_moved && scene.tools.iter().all(|tool| tool.face.is_none()) {
         return Ok(None);
     }
     // The place of the clamp in the scene, and u_c in m.
@@ -137,7 +231,15 @@ pub fn prescribed_displacements(
         (first - second).abs() > UNIT_ROUNDING * largest.max(second.abs())
     };
     match conflicts.iter().find(|(_, _, held)| contradicts(held)) {
-        None => Ok(Some(values)),
+        None => {
+            let tools = prescribed_rows(scene, mesh)?;
+            let mut values = values;
+            for (node, point) in tied_nodes(scene, mesh) {
+                values[node] = point.moved(|row| tools[row]);
+            }
+            require_agreement(scene, mesh, &found, &values)?;
+            Ok(is_moved.then(|| [values, tools].concat()))
+        }
         Some(&(node, component, held)) => {
             Err(contradiction(mesh.coordinates[node], component, held))
         }

@@ -2,15 +2,15 @@
 
 use nalgebra::DMatrix;
 
-use super::{DofMap, rigid_motion::RigidMotion};
+use super::{DofMap, ToolPlace, rigid_motion::RigidMotion};
 use crate::{
     linalg::{CscMatrix, add_combination, add_scaled, dot},
     mesh::{GEOMETRY_TOLERANCE, Mesh},
-    scene::InvalidValue,
+    scene::{InvalidValue, Scene},
 };
 
-/// The rigid modes R of a body that only contact holds, or beside it springs that are weak, and the pins that make its stiffness
-/// invertible.
+/// The rigid modes R of a body that only contact holds, or beside it springs that are weak, and of tools that are free to move, and the
+/// pins that make the stiffness invertible. A free motion of a tool is a mode of its own degree of freedom, which is its pin.
 ///
 /// Where the kernel of A has k modes, k degrees of freedom are chosen whose motion tells all of them apart (pins). A spring κ
 /// at each makes A_κ = A + κ Σ e_p e_pᵀ positive definite, and since there are no more pins than modes, A_κ⁻¹f is for forces in
@@ -51,27 +51,43 @@ impl FloatingBody {
     /// The free motions of a body as modes on its free degrees of freedom, with pins away from the contact face where there are
     /// nodes enough; `None` where the numbers do not tell the motions apart.
     fn new(
+        scene: &Scene,
         mesh: &Mesh,
         dofs: &DofMap,
         motions: &[RigidMotion],
         stiffness: &CscMatrix,
     ) -> Option<Self> {
-        let shapes = motions.iter().map(|motion| on_dofs(mesh, dofs, motion));
+        let shapes = motions
+            .iter()
+            .map(|motion| on_dofs(scene, mesh, dofs, motion));
         let shapes: Vec<Vec<f64>> = shapes.collect();
+        let tool_dofs = || loose_tool_dofs(scene, dofs);
         let mut on_contact = vec![false; dofs.n_free];
         for &node in mesh.contact.iter().flat_map(|surface| &surface.nodes) {
             for dof in dofs.dof[node].into_iter().flatten() {
                 on_contact[dof] = true;
             }
         }
-        let away: Vec<usize> = (0..dofs.n_free).filter(|&d| !on_contact[d]).collect();
-        let pins = telling_dofs(&shapes, &away)
-            .or_else(|| telling_dofs(&shapes, &(0..dofs.n_free).collect::<Vec<_>>()))?;
-        let spring = pins
-            .iter()
-            .map(|&pin| stiffness.diagonal(pin))
-            .fold(f64::INFINITY, f64::min);
-        let modes = normalised(&shapes, &pins)?;
+        let of_body = || (0..dofs.n_free).filter(|dof| !dofs.is_of_tool(*dof));
+        let away: Vec<usize> = of_body().filter(|&d| !on_contact[d]).collect();
+        let mut pins = telling_dofs(&shapes, &away)
+            .or_else(|| telling_dofs(&shapes, &of_body().collect::<Vec<_>>()))?;
+        let mut modes = normalised(&shapes, &pins)?;
+        let spring = if tool_dofs().next().is_none() {
+            let at_pins = pins.iter().map(|&pin| stiffness.diagonal(pin));
+            at_pins.fold(f64::INFINITY, f64::min)
+        } else {
+            // Springs softer than the face cost steps of Newton's method: n nodes of stiffness E h make E h √n.
+            let of_face = of_body().filter(|&dof| on_contact[dof]);
+            let of_face: Vec<f64> = of_face.map(|dof| stiffness.diagonal(dof)).collect();
+            of_face.iter().sum::<f64>() / (of_face.len() as f64).sqrt()
+        };
+        for dof in tool_dofs() {
+            let mut mode = vec![0.0; dofs.n_free];
+            mode[dof] = 1.0;
+            modes.push(mode);
+            pins.push(dof);
+        }
         Some(Self::from_parts(modes, pins, spring, None, stiffness))
     }
 
@@ -117,7 +133,7 @@ impl FloatingBody {
         }
     }
 
-    /// Number of rigid modes k, 1 to 6.
+    /// Number of rigid modes k.
     #[must_use]
     pub fn n_modes(&self) -> usize {
         self.modes.len()
@@ -153,10 +169,28 @@ impl FloatingBody {
     }
 }
 
+/// The free degrees of freedom of tools that are bonded to no face.
+fn loose_tool_dofs<'a>(scene: &'a Scene, dofs: &'a DofMap) -> impl Iterator<Item = usize> + 'a {
+    let rows = dofs.dof[dofs.n_nodes..].as_chunks::<2>().0.iter();
+    let loose = scene
+        .tools
+        .iter()
+        .zip(rows)
+        .filter(|(tool, _)| tool.face.is_none());
+    loose.flat_map(|(_, rows)| rows.iter().flatten().flatten().copied())
+}
+
 /// The displacement of the free degrees of freedom in a rigid motion.
-fn on_dofs(mesh: &Mesh, dofs: &DofMap, motion: &RigidMotion) -> Vec<f64> {
-    let nodal: Vec<[f64; 3]> = mesh.coordinates.iter().map(|x| motion.at(x)).collect();
-    let shape = dofs.to_free(&nodal);
+fn on_dofs(scene: &Scene, mesh: &Mesh, dofs: &DofMap, motion: &RigidMotion) -> Vec<f64> {
+    let mut rows: Vec<[f64; 3]> = mesh.coordinates.iter().map(|x| motion.at(x)).collect();
+    // What is bonded to the body moves with it.
+    let places = ToolPlace::of_scene(scene, mesh);
+    for (tool, place) in scene.tools.iter().zip(&places) {
+        let moved = [motion.at(&place.point), motion.rotation.into()];
+        let moved = place.rows(moved);
+        rows.extend(tool.face.as_ref().map_or([[0.0; 3]; 2], |_| moved));
+    }
+    let shape = dofs.to_free(&rows);
     let largest = shape.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     shape.iter().map(|v| v / largest).collect()
 }
@@ -207,20 +241,21 @@ fn normalised(shapes: &[Vec<f64>], pins: &[usize]) -> Option<Vec<Vec<f64>>> {
     Some(modes)
 }
 
-/// The floating body of a mesh, before springs resist it; `None` where its supports hold it.
+/// The floating body of a mesh with its free tools, before springs resist it; `None` where all are held.
 ///
 /// # Errors
 /// Coordinates so large or small that rounding hides the motions.
 pub(crate) fn floating_body(
+    scene: &Scene,
     mesh: &Mesh,
     dofs: &DofMap,
     motions: &[RigidMotion],
     stiffness: &CscMatrix,
 ) -> Result<Option<FloatingBody>, InvalidValue> {
-    if motions.is_empty() {
+    if motions.is_empty() && loose_tool_dofs(scene, dofs).next().is_none() {
         return Ok(None);
     }
-    match FloatingBody::new(mesh, dofs, motions, stiffness) {
+    match FloatingBody::new(scene, mesh, dofs, motions, stiffness) {
         Some(body) => Ok(Some(body)),
         None => Err(InvalidValue {
             key: "body".into(),

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3, Vector6};
 use super::{
     MaterialField, SpringMatrix,
     rigid_motion::{
-        RigidMotion, clamped, farthest, free_rigid_motions, middle_and_spread,
+        RigidMotion, clamped, farthest, free_rigid_motions, left_by_tools, middle_and_spread,
         motions_left_to_contact, telling_motions,
     },
 };
@@ -178,7 +178,8 @@ fn sprung_motions(scene: &Scene, mesh: &Mesh) -> Result<Vec<(Motion, f64)>, Inva
         return Ok(Vec::new());
     };
     let coordinates = &mesh.coordinates;
-    let motions = free_rigid_motions(coordinates, &clamped(coordinates, &mesh.held_nodes(scene)));
+    let clamps = clamped(coordinates, &mesh.held_by(&scene.clamps));
+    let motions = left_by_tools(scene, mesh, free_rigid_motions(coordinates, &clamps));
     if motions.is_empty() {
         return Ok(Vec::new());
     }

@@ -23,6 +23,7 @@ mod load;
 mod rigid_motion;
 mod springs;
 mod stiffness;
+mod tools;
 
 pub use dofs::{DofMap, forces_of_prescribed, prescribed_displacements};
 pub(crate) use element::Element;
@@ -36,3 +37,5 @@ pub(crate) use springs::stiffness_at;
 pub use springs::{SpringMatrix, SpringPoint, visit_springs};
 pub use stiffness::{InternalForces, stiffness};
 pub(crate) use stiffness::{NodeGraph, stiffness_on};
+pub(crate) use tools::tool_loads;
+pub use tools::{ToolPlace, ToolPoint};

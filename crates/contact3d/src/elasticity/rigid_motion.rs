@@ -1,8 +1,9 @@
 //! Rigid motions that clamps and springs leave free, and the refusal of bodies that nothing else holds.
 
-use nalgebra::{Matrix3, Vector3, Vector6};
+use nalgebra::{DMatrix, Matrix3, RowDVector, Vector3, Vector6};
 
 use super::{
+    ToolPlace,
     free_motions::{Hold, Motion, free_motions, loose_motions},
     springs::held_directions,
 };
@@ -101,9 +102,9 @@ pub(super) fn motions_left_to_contact(
     scene: &Scene,
     mesh: &Mesh,
 ) -> Result<Vec<RigidMotion>, InvalidValue> {
-    let mut holds = clamped(&mesh.coordinates, &mesh.held_nodes(scene));
+    let mut holds = clamped(&mesh.coordinates, &mesh.held_by(&scene.clamps));
     holds.extend(held_directions(scene, mesh)?);
-    let free = free_rigid_motions(&mesh.coordinates, &holds);
+    let free = left_by_tools(scene, mesh, free_rigid_motions(&mesh.coordinates, &holds));
     if free.is_empty() || !scene.contacts.is_empty() {
         return Ok(free);
     }
@@ -117,6 +118,53 @@ pub(super) fn motions_left_to_contact(
         found: format!("free: {}", motions.join(", ")),
         help: "hold more components with [[clamp]] or [[spring]], or let the body rest on a foundation with [contact]".into(),
     })
+}
+
+/// Those of some rigid motions in which no held motion of a tool that is bonded to the body takes part.
+pub(super) fn left_by_tools(
+    scene: &Scene,
+    mesh: &Mesh,
+    motions: Vec<RigidMotion>,
+) -> Vec<RigidMotion> {
+    let (centre, _) = middle_and_spread(&mesh.coordinates);
+    let extent = farthest(&mesh.coordinates, &centre);
+    let places = ToolPlace::of_scene(scene, mesh);
+    let bonded = scene.tools.iter().zip(&places);
+    let bonded = bonded.filter(|(tool, _)| tool.face.is_some());
+    let mut rows: Vec<RowDVector<f64>> = Vec::new();
+    for (tool, place) in bonded {
+        for held in (0..6).filter(|motion| !tool.is_free(*motion)) {
+            let of = |motion: &RigidMotion| match held {
+                0..3 => motion.at(&place.point)[held],
+                _ => motion.rotation[held - 3] * extent,
+            };
+            let row = motions.iter().map(of);
+            rows.push(RowDVector::from_iterator(motions.len(), row));
+        }
+    }
+    if rows.is_empty() || motions.is_empty() {
+        return motions;
+    }
+    // As many rows as columns at least, so that no vector is missing.
+    rows.resize(
+        rows.len().max(motions.len()),
+        RowDVector::zeros(motions.len()),
+    );
+    let svd = DMatrix::from_rows(&rows).svd(false, true);
+    let weights = svd.v_t.expect("asked for");
+    let free = (0..motions.len()).filter(|p| svd.singular_values[*p] <= GEOMETRY_TOLERANCE);
+    let left = free.map(|p| {
+        let row = weights.row(p);
+        let terms = motions
+            .iter()
+            .zip(row.iter())
+            .map(|(motion, weight)| [motion.at_centre, motion.rotation].map(|part| part * *weight));
+        terms.fold([Vector3::zeros(); 2], |sum, part| {
+            [0, 1].map(|k| sum[k] + part[k])
+        })
+    });
+    let left: Vec<Motion> = left.collect();
+    telling_motions(&left, &centre, extent)
 }
 
 /// An orthonormal basis of the span of independent vectors.

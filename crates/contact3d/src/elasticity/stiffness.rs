@@ -3,7 +3,9 @@
 use nalgebra::{Matrix3, Matrix6};
 use rayon::prelude::*;
 
-use super::{DofMap, Element, MaterialField, SpringMatrix, element::CENTROID};
+use super::{
+    DofMap, Element, MaterialField, SpringMatrix, dofs::forces_of_prescribed, element::CENTROID,
+};
 use crate::{linalg::CscMatrix, mesh::Mesh};
 
 /// The stiffness matrix A over the free degrees of freedom, `[n_free, n_free]`, in N/m.
@@ -36,7 +38,8 @@ pub(crate) fn stiffness_on(
             indptr.push(indptr[indptr.len() - 1] + rows);
         }
     }
-    let entries = indptr[dofs.n_free];
+    let of_nodes = indptr.len() - 1;
+    let entries = indptr[of_nodes];
     let (mut indices, mut data) = (vec![0; entries], vec![0.0; entries]);
     let columns = Columns {
         mesh,
@@ -62,13 +65,81 @@ pub(crate) fn stiffness_on(
     chunks
         .into_par_iter()
         .for_each(|(nodes, indices, data)| columns.gather(nodes, indices, data));
-    CscMatrix {
+    // Tools have no stiffness, but a place on the diagonal for the springs of their pins.
+    for dof in of_nodes..dofs.n_free {
+        indices.push(dof);
+        data.push(0.0);
+        indptr.push(indices.len());
+    }
+    let of_nodes = CscMatrix {
         rows: dofs.n_free,
         cols: dofs.n_free,
         indptr,
         indices,
         data,
+    };
+    match dofs.tied.is_empty() {
+        true => of_nodes,
+        false => with_tied(&of_nodes, mesh, material, springs, dofs),
     }
+}
+
+/// A with what the motions of tools do to the faces that are bonded to them: their columns are the forces of motions by one.
+fn with_tied(
+    of_nodes: &CscMatrix,
+    mesh: &Mesh,
+    material: &MaterialField<'_>,
+    springs: Option<&SpringMatrix>,
+    dofs: &DofMap,
+) -> CscMatrix {
+    let n = dofs.n_free;
+    let columns: Vec<(usize, Vec<f64>)> = (0..n)
+        .filter(|dof| dofs.is_of_tool(*dof))
+        .map(|dof| {
+            let mut unit = vec![0.0; n];
+            unit[dof] = 1.0;
+            let mut moved = vec![[0.0; 3]; mesh.coordinates.len()];
+            for &node in dofs.tied.keys() {
+                moved[node] = dofs.change_at_node(node, &unit);
+            }
+            let mut forces = forces_of_prescribed(mesh, material, &moved);
+            for own in springs
+                .map(|springs| springs.forces(&moved))
+                .iter()
+                .flatten()
+                .zip(&mut forces)
+            {
+                *own.1 = std::array::from_fn(|c| own.1[c] + own.0[c]);
+            }
+            (dof, dofs.forces(&forces, &[]))
+        })
+        .collect();
+    let first = columns.first().map_or(n, |(dof, _)| *dof);
+    let mut matrix = CscMatrix::empty(n);
+    matrix.cols = n;
+    let mut push_column = |entries: &mut dyn Iterator<Item = (usize, f64)>| {
+        for (row, value) in entries {
+            matrix.indices.push(row);
+            matrix.data.push(value);
+        }
+        matrix.indptr.push(matrix.indices.len());
+    };
+    for column in 0..first {
+        let own = of_nodes.entries(column);
+        let of_tools = columns.iter().map(|(dof, forces)| (*dof, forces[column]));
+        push_column(&mut own.chain(of_tools.filter(|(_, value)| *value != 0.0)));
+    }
+    for (k, (dof, forces)) in columns.iter().enumerate() {
+        let own = forces[..first].iter().copied().enumerate();
+        // Both halves of the rows of tools are the same numbers.
+        let of_tools = columns.iter().enumerate().map(|(l, (row, _))| {
+            let (low, high) = (k.min(l), k.max(l));
+            (*row, columns[high].1[columns[low].0])
+        });
+        let is_stored = |(row, value): &(usize, f64)| *value != 0.0 || row == dof;
+        push_column(&mut own.chain(of_tools).filter(is_stored));
+    }
+    matrix
 }
 
 /// What the columns of A are made from.

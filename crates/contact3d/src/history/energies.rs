@@ -2,9 +2,9 @@
 
 use super::StepRecord;
 use crate::{
-    elasticity::Loads,
+    elasticity::{Loads, ToolPlace},
     mesh::Mesh,
-    post::{ContactReport, Solved},
+    post::{ContactReport, Solved, ToolState},
     scene::{FaceLoad, FacePart, InvalidValue, Scene, Traction},
 };
 
@@ -18,9 +18,9 @@ use crate::{
 pub struct StepEnergies {
     /// Strain energy ½ uᵀAu at the end.
     pub strain: f64,
-    /// Work of the loads, and of the clamps that move.
+    /// Work of the loads, and of the clamps and tools that move.
     pub load_work: f64,
-    /// Work ∫ λ_ν Δu_ν on the foundation.
+    /// Work ∫ λ_ν Δu_ν on the foundation, against tools that move with them.
     pub normal_work: f64,
     /// Dissipated by friction: ∫ λ_t · Δu_t with λ_t at the end.
     pub dissipation: f64,
@@ -129,8 +129,24 @@ impl EnergyLedger {
             });
             works.sum()
         };
+        let tools_before = before.map_or_else(
+            || vec![ToolState::default(); record.tools.len()],
+            |before| before.tools.clone(),
+        );
+        let tools = || record.tools.iter().zip(&tools_before);
+        let tool_work: f64 = tools().map(|(to, from)| to.work_since(from)).sum();
         let load_work = work(&forces, self.forces.as_ref())
-            + work(&record.reaction, before.map(|before| &before.reaction));
+            + work(&record.reaction, before.map(|before| &before.reaction))
+            + tool_work;
+        let places = ToolPlace::of_scene(solved.scene, solved.mesh);
+        let tool_rows = tools().zip(&places).flat_map(|((to, from), place)| {
+            let moved = |to: [f64; 3], from: [f64; 3]| [0, 1, 2].map(|c| to[c] - from[c]);
+            place.rows([
+                moved(to.displacement, from.displacement),
+                moved(to.turn, from.turn),
+            ])
+        });
+        let tool_rows: Vec<[f64; 3]> = tool_rows.collect();
         let face = solved.contact.map(|contact| contact.state);
         let normal_work = face.map_or(0.0, |face| {
             let moved: Vec<f64> = face
@@ -138,7 +154,10 @@ impl EnergyLedger {
                 .nodes
                 .iter()
                 .enumerate()
-                .map(|(local, &node)| face.interface.frame.normal_part(local, moved_at(node)))
+                .map(|(local, &node)| {
+                    let frame = &face.interface.frame;
+                    frame.normal_part(local, frame.relative(local, moved_at(node), &tool_rows))
+                })
                 .collect();
             let panes = (0..face.n_panes()).map(|pane| {
                 let earlier = before.map_or(0.0, |before| before.multiplier[pane]);

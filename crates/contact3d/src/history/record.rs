@@ -2,7 +2,7 @@
 
 use super::StepEnergies;
 use crate::{
-    post::{ContactReport, FunctionalEstimate, MAX_RELIABLE_ESTIMATE, Solved, Zone},
+    post::{ContactReport, FunctionalEstimate, MAX_RELIABLE_ESTIMATE, Solved, ToolState, Zone},
     scene::{Functional, Increment},
     solver::{SolvedBy, Status},
 };
@@ -36,6 +36,8 @@ pub struct StepRecord {
     pub path: Vec<[f64; 3]>,
     /// `[n_panes]`.
     pub panes: Vec<StepPane>,
+    /// `[n_tools]`.
+    pub tools: Vec<ToolState>,
     /// Forces of the clamps on the nodes, `[n_nodes]`, in N; empty where all clamps hold at zero in all steps.
     pub reaction: Vec<[f64; 3]>,
     /// Forces on the body in N by their sources, in the order of [`ContactReport::forces`].
@@ -104,10 +106,9 @@ impl StepRecord {
         let face = face.filter(|face| face.interface.has_friction());
         let face = face.map(|face| (face.interface, face.surface));
         let tangential: Vec<[f64; 2]> = face.map_or_else(Vec::new, |(interface, surface)| {
-            let nodes = surface.nodes.iter().enumerate();
-            nodes
-                .map(|(local, &node)| interface.frame.tangential(local, report.displacement[node]))
-                .collect()
+            let dofs = &solved.system.dofs;
+            let at_row = |row| dofs.at_node(row, &solution.displacement);
+            interface.frame.nodal_tangential(surface, dofs, at_row)
         });
         let resultants = &report.resultants;
         let contact = resultants.contact.as_ref();
@@ -126,6 +127,7 @@ impl StepRecord {
             von_mises: report.von_mises.clone(),
             path: face.map_or_else(Vec::new, |(interface, _)| interface.path_after(&tangential)),
             panes: report.panes.iter().map(StepPane::of).collect(),
+            tools: report.tools.clone(),
             reaction: Vec::new(),
             forces: report.forces.iter().map(|source| source.force).collect(),
             applied_force: resultants.applied_force,

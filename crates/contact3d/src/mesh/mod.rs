@@ -26,7 +26,7 @@ pub use gmsh::{FilePosition, GmshError, GmshFlaw, digest_of, parse as parse_gmsh
 pub use inspection::{FaceInspection, MeshInspection};
 pub use macro_elements::macro_elements;
 pub use material_nodes::MaterialNodes;
-pub(crate) use obstacle::DistanceBetweenNodes;
+pub(crate) use obstacle::{DistanceBetweenNodes, distances_from};
 pub use quadratic::{IsoparametricMap, MidEdgeNodes};
 pub use refined::{RefinableBody, RefinedLevel};
 pub(crate) use side::SidePoint;
@@ -208,10 +208,19 @@ impl Mesh {
         }
     }
 
-    /// Which components of each node the clamps hold, `[n_nodes, 3]`.
+    /// Which components of each node the clamps hold, and the tools that faces are bonded to, `[n_nodes, 3]`.
     #[must_use]
     pub fn held_nodes(&self, scene: &Scene) -> Vec<[bool; 3]> {
-        self.held_by(&scene.clamps)
+        let mut held = self.held_by(&scene.clamps);
+        for face in scene.tools.iter().filter_map(|tool| tool.face.as_ref()) {
+            for node in self
+                .facets_on(face)
+                .flat_map(|facet| self.facet_nodes(facet))
+            {
+                held[node] = [true; 3];
+            }
+        }
+        held
     }
 
     /// Which components of each node some clamps hold, `[n_nodes, 3]`.

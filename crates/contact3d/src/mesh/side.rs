@@ -148,7 +148,7 @@ impl Mesh {
     ///
     /// A third of the area for each corner of P1; on straight sides of P2 nothing for corners and a
     /// third for the middle of each edge.
-    pub(super) fn side_integrals(&self, facet: usize) -> (f64, Vec<(usize, f64)>) {
+    pub(crate) fn side_integrals(&self, facet: usize) -> (f64, Vec<(usize, f64)>) {
         let corners = self.corners(&self.facets[facet]);
         let area = triangle_area(&corners);
         let third = area / 3.0;

@@ -2,7 +2,7 @@
 
 use super::{
     PaneFriction, PaneState, Solved, SolvedContact, largest,
-    rounding::{Measure, SUM_ROUNDINGS},
+    rounding::{Measure, SUM_ROUNDINGS, driving_force},
 };
 use crate::{
     linalg::{norm, ratio},
@@ -239,7 +239,7 @@ fn equilibrium(solved: &Solved<'_>, terms: &[f64]) -> f64 {
     for (i, r) in residual.iter_mut().enumerate() {
         *r += stiffness_u[i] - solved.system.load[i];
     }
-    let (residual, load) = (norm(&residual), norm(&solved.system.load));
+    let (residual, load) = (norm(&residual), driving_force(solved));
     let rounding = SUM_ROUNDINGS * f64::EPSILON * norm(terms);
     if residual.max(load) <= rounding {
         0.0

@@ -81,6 +81,10 @@ impl Solution {
         let (Some(motion), Some(surface)) = (mechanism, &mesh.contact) else {
             return false;
         };
+        if motion.len() > mesh.coordinates.len() {
+            // With tools it is the motion against them that counts.
+            return false;
+        }
         let mut nodes = surface.nodes.iter().enumerate();
         nodes.any(|(contact_node, node)| {
             let normal = surface.normal_at(contact_node);

@@ -17,7 +17,7 @@ use super::{
     peak::largest_pressure,
 };
 use crate::{
-    elasticity::{InternalForces, Loads, MaterialField},
+    elasticity::{InternalForces, Loads, MaterialField, tool_loads},
     mesh::{Mesh, triangle_in_box},
     scene::{Component, Functional},
     solver::{Adjoint, LinearFunctional},
@@ -165,6 +165,7 @@ fn is_estimated(functional: Functional, mesh: &Mesh) -> bool {
 /// An adjoint as a field of the estimate.
 struct AdjointField {
     displacement: Vec<[f64; 3]>,
+    tools: Vec<[f64; 3]>,
     internal: InternalForces,
     /// ζ, and λ with it where the loads of the scene are loads of the adjoint.
     multiplier: Vec<f64>,
@@ -175,9 +176,10 @@ impl AdjointField {
     fn new(solved: &Solved<'_>, functional: &LinearisedFunctional, adjoint: &Adjoint) -> Self {
         let dofs = &solved.system.dofs;
         let nodes = 0..dofs.dof.len();
-        let displacement: Vec<[f64; 3]> = nodes
+        let mut displacement: Vec<[f64; 3]> = nodes
             .map(|node| dofs.change_at_node(node, &adjoint.displacement))
             .collect();
+        let tools = displacement.split_off(dofs.n_nodes);
         let material = MaterialField::new(solved.scene, solved.mesh);
         let mut multiplier = adjoint.multiplier.clone();
         if functional.of_scene {
@@ -188,6 +190,7 @@ impl AdjointField {
         Self {
             internal: InternalForces::of(solved.mesh, &material, &displacement),
             displacement,
+            tools,
             multiplier,
             at_nodes: contact.map_or_else(Vec::new, |it| tractions(it, &adjoint.slip_force)),
         }
@@ -196,6 +199,7 @@ impl AdjointField {
     fn field<'a>(&'a self, functional: &'a LinearisedFunctional) -> Field<'a> {
         Field {
             displacement: &self.displacement,
+            tools: &self.tools,
             internal: &self.internal,
             loads: FieldLoads {
                 of_scene: functional.of_scene,
@@ -277,7 +281,8 @@ fn linearised(
             it.value = resultants.strain_energy;
             it.of_scene = true;
             let loads = Loads::of(solved.scene).nodal_forces(mesh).ok()?;
-            it.derivative.by_displacement = dofs.to_free(&loads);
+            let of_tools = tool_loads(solved.scene, mesh).ok()?;
+            it.derivative.by_displacement = dofs.forces(&loads, &of_tools);
             if let Some(contact) = &solved.contact {
                 let forces = contact.coupling.nodal_forces(multiplier);
                 let all = it.derivative.by_displacement.iter_mut().zip(forces);
@@ -360,7 +365,7 @@ impl LinearisedFunctional {
             .iter()
             .zip(known.displacement.as_flattened());
         self.value = terms.map(|(f, u)| f * u).sum();
-        self.derivative.by_displacement = solved.system.dofs.to_free(&forces);
+        self.derivative.by_displacement = solved.system.dofs.forces(&forces, &[]);
         self.in_box = Some(load);
         self.corners = Some(*corners);
         Some(())
@@ -536,6 +541,7 @@ mod tests {
             };
             let known = SolutionData {
                 displacement: &report.displacement,
+                tools: &[],
                 internal: &internal,
                 nodal: &NodalStress::new(problem.mesh(), &internal),
                 panes: &report.panes,

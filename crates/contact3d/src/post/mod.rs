@@ -10,6 +10,7 @@ mod recovery;
 mod resultants;
 mod rounding;
 mod stress;
+mod tools;
 mod zones;
 
 pub use certificate::Certificate;
@@ -19,6 +20,7 @@ pub use functional::FunctionalEstimate;
 pub use resultants::{ContactResultants, FaceResultants, Resultants, SourceForce, von_mises};
 pub use rounding::Rounding;
 pub use stress::{LargestStress, StressConcentration};
+pub use tools::ToolState;
 pub use zones::{PaneCoulomb, PaneFriction, PaneState, Zone};
 
 use nalgebra::{Matrix3, Vector3};
@@ -133,6 +135,8 @@ pub struct ContactReport {
     pub forces: Vec<SourceForce>,
     /// Forces, moments and energies of the whole body.
     pub resultants: Resultants,
+    /// The rigid tools, `[n_tools]`.
+    pub tools: Vec<ToolState>,
     /// What happens on each of several contact faces, in the order of their multipliers; empty for one.
     pub faces: Vec<FaceResultants>,
     /// How well the discrete problem is satisfied.
@@ -194,6 +198,7 @@ impl ContactReport {
         let rounding_energy = rounding::of_energy(solved, &terms, &displacement, &forces);
         let known = estimate::SolutionData {
             displacement: &displacement,
+            tools: &solved.system.dofs.tool_rows(&solved.solution.displacement),
             internal: &internal,
             nodal: &nodal,
             panes: &panes,
@@ -233,6 +238,7 @@ impl ContactReport {
             functionals,
             forces: resultants::by_source(solved, &displacement, &forces)?,
             resultants,
+            tools: ToolState::of(solved, &forces),
             faces: FaceResultants::of_faces(solved, &panes),
             certificate: Certificate::new(solved, &terms, &panes, &stiffness),
             von_mises,

@@ -9,7 +9,7 @@ use crate::{
     elasticity::{Loads, SpringMatrix},
     linalg::dot,
     mesh::{Mesh, SurfaceFace},
-    scene::{InvalidValue, Scene},
+    scene::{Clamp, InvalidValue, Scene},
 };
 
 /// Forces, moments about the origin, energies and extreme values of a solution.
@@ -76,10 +76,13 @@ impl Resultants {
     ) -> Self {
         let parts = [&forces.contact, &forces.applied, &forces.clamp];
         let sums = parts.map(|f| total(solved.mesh, f));
-        let springs = forces.springs.as_ref();
-        let springs = springs.map(|springs| total(solved.mesh, springs));
-        let all = || sums.iter().chain(&springs);
-        let nodal = parts.into_iter().chain(&forces.springs);
+        let [springs, tools] = [&forces.springs, &forces.tools]
+            .map(|forces| forces.as_ref().map(|forces| total(solved.mesh, forces)));
+        let all = || sums.iter().chain(&springs).chain(&tools);
+        let nodal = parts
+            .into_iter()
+            .chain(&forces.springs)
+            .chain(&forces.tools);
         let [forces_size, moments_size] = nodal
             .map(|f| sizes(solved.mesh, f))
             .fold([0.0; 2], |sum, s| [sum[0] + s[0], sum[1] + s[1]]);
@@ -129,19 +132,26 @@ fn works(
     let of_springs = forces.springs.as_ref().map(|springs| work(springs));
     if system.dofs.prescribed.is_some() {
         let strain_energy = 0.5 * (work(internal) - of_springs.unwrap_or(0.0));
-        let of_clamps = Some(work(&forces.clamp));
+        let moves = solved.scene.clamps.iter().any(Clamp::is_moved);
+        let of_clamps = moves.then(|| work(&forces.clamp));
         return (strain_energy, work(&forces.applied), of_clamps, of_springs);
     }
     let free = &solved.solution.displacement;
     let strain_energy = if system.floating.is_some() {
         // A rigid motion, which has no energy, takes its digits from u·A u, but not from the work of forces in balance.
-        0.5 * (work(&forces.applied) + work(&forces.contact))
+        let of_tools = forces.tools.as_ref().map_or(0.0, |tools| work(tools));
+        0.5 * (work(&forces.applied) + work(&forces.contact) + of_tools)
     } else {
         let mut stiffness_u = vec![0.0; free.len()];
         system.stiffness.mul(free, &mut stiffness_u);
         0.5 * dot(free, &stiffness_u)
     };
-    (strain_energy, dot(&system.load, free), None, of_springs)
+    let load_work = match solved.scene.tools.is_empty() {
+        true => dot(&system.load, free),
+        // l has the forces on tools, too.
+        false => work(&forces.applied),
+    };
+    (strain_energy, load_work, None, of_springs)
 }
 
 impl ContactResultants {
@@ -250,6 +260,8 @@ pub(super) struct NodalForces {
     pub(super) springs: Option<Vec<[f64; 3]>>,
     /// Of the clamps.
     pub(super) clamp: Vec<[f64; 3]>,
+    /// Of tools that faces are bonded to; `None` where there are none.
+    pub(super) tools: Option<Vec<[f64; 3]>>,
 }
 
 impl NodalForces {
@@ -272,7 +284,7 @@ impl NodalForces {
         };
         let of_springs = |node: usize, c: usize| springs.as_ref().map_or(0.0, |f| f[node][c]);
         let mut clamp = vec![[0.0; 3]; applied.len()];
-        for (node, dofs) in solved.system.dofs.dof.iter().enumerate() {
+        for (node, dofs) in solved.system.dofs.dof[..clamp.len()].iter().enumerate() {
             for component in (0..3).filter(|&c| dofs[c].is_none()) {
                 clamp[node][component] = internal[node][component]
                     - applied[node][component]
@@ -280,11 +292,20 @@ impl NodalForces {
                     - of_springs(node, component);
             }
         }
+        let tied = &solved.system.dofs.tied;
+        let tools = (!tied.is_empty()).then(|| {
+            let mut tools = vec![[0.0; 3]; clamp.len()];
+            for &node in tied.keys() {
+                tools[node] = std::mem::take(&mut clamp[node]);
+            }
+            tools
+        });
         Ok(Self {
             applied,
             contact,
             springs,
             clamp,
+            tools,
         })
     }
 }
@@ -378,6 +399,16 @@ pub(super) fn by_source(
     for load in scene.face_loads() {
         let forces = Loads::from(load).nodal_forces(mesh)?;
         rows.push(row(load.key(), load.part().face, &forces));
+    }
+    let bonded = scene.tools.iter().enumerate();
+    for (i, tool) in bonded.filter(|(_, tool)| tool.face.is_some()) {
+        let tied = solved.system.dofs.tied.iter();
+        let mut of_tool = vec![[0.0; 3]; mesh.coordinates.len()];
+        for (node, _) in tied.filter(|(_, point)| point.tool == i) {
+            of_tool[*node] = forces.tools.as_ref().map_or([0.0; 3], |all| all[*node]);
+        }
+        let face = tool.face.as_deref().unwrap_or_default();
+        rows.push(row(format!("tool.{i}"), face, &of_tool));
     }
     if scene.body_force.is_some() {
         let weight = Loads {

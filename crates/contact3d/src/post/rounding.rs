@@ -40,7 +40,7 @@ impl Rounding {
         moved: &[f64],
     ) -> Self {
         let [stress, work] = of_contact(solved, panes, stiffness, moved);
-        let equilibrium = ratio(norm(terms), norm(&solved.system.load));
+        let equilibrium = ratio(norm(terms), driving_force(solved));
         Self {
             equilibrium: SUM_ROUNDINGS * f64::EPSILON * equilibrium,
             stress: SUM_ROUNDINGS * f64::EPSILON * stress,
@@ -79,6 +79,17 @@ impl Rounding {
     }
 }
 
+/// ‖l‖ in N; ‖Bᵀλ‖ where only tools drive the body.
+pub(super) fn driving_force(solved: &Solved<'_>) -> f64 {
+    let load = norm(&solved.system.load);
+    match &solved.contact {
+        Some(contact) if load == 0.0 => {
+            norm(&contact.coupling.nodal_forces(&solved.solution.multiplier))
+        }
+        _ => load,
+    }
+}
+
 /// |A||u| + |Bᵀ||λ| + |l| in N, `[n_free]`: what cancels in the equilibrium.
 pub(super) fn terms(solved: &Solved<'_>) -> Vec<f64> {
     let solution = solved.solution;
@@ -108,8 +119,9 @@ pub(super) fn of_energy(
     let size = |values: &[f64]| values.iter().map(|v| v.abs()).collect::<Vec<_>>();
     let works = if solved.system.floating.is_some() {
         let u = size(displacement.as_flattened());
-        let parts = [&forces.applied, &forces.contact];
-        parts.map(|f| dot(&size(f.as_flattened()), &u)).iter().sum()
+        let parts = [&forces.applied, &forces.contact].into_iter();
+        let parts = parts.chain(&forces.tools);
+        parts.map(|f| dot(&size(f.as_flattened()), &u)).sum()
     } else {
         dot(terms, &size(&solved.solution.displacement))
     };

@@ -236,17 +236,20 @@ impl<'a> Surface<'a> {
     }
 }
 
-/// Nodes of free boundary triangles whose components clamps of one face or box all hold, `[n_nodes]`. Clamps that hold a body along a
+/// Nodes of free boundary triangles whose components a tool, or clamps of one face or box, all hold, `[n_nodes]`. Clamps that hold a body along a
 /// normal, as symmetry does, concentrate nothing, and their triangles are not free.
 fn rims_of_clamps(solved: &Solved<'_>, facets: &[Vec<usize>]) -> Vec<bool> {
     let (mesh, clamps) = (solved.mesh, &solved.scene.clamps);
-    let held = mesh.held_by(clamps);
+    let held = mesh.held_nodes(solved.scene);
     let is_free = |&facet: &usize| {
         let is_held = |c: usize| mesh.facet_nodes(facet).all(|node| held[node][c]);
         !(0..3).any(is_held)
     };
     let is_same = |a: &Clamp, b: &Clamp| a.face == b.face && a.corners == b.corners;
     let mut rims = vec![false; facets.len()];
+    for &node in solved.system.dofs.tied.keys() {
+        rims[node] = facets[node].iter().any(is_free);
+    }
     for clamp in clamps {
         let together = clamps.iter().filter(|other| is_same(clamp, other));
         let held = mesh.held_by(&together.cloned().collect::<Vec<_>>());

@@ -105,15 +105,28 @@ impl Problem {
         before: Option<&StepRecord>,
     ) -> Result<Self, InvalidValue> {
         let scene = self.scene.at_increment(increment)?;
-        let problem = Self::of_checked(scene, Arc::clone(&self.mesh))?;
+        let mut problem = Self::of_checked(scene, Arc::clone(&self.mesh))?;
+        let Some(before) = before else {
+            return Ok(problem);
+        };
+        let mut tangential = before.tangential.clone();
+        if problem.scene.follows_tools()
+            && let Some(interface) = problem.interface.take()
+        {
+            let tools = before.tools.iter();
+            let motions: Vec<_> = tools.map(|tool| [tool.displacement, tool.turn]).collect();
+            let (scene, mesh) = (&problem.scene, &problem.mesh);
+            let moved = &before.displacement;
+            let interface = interface.at_present(scene, mesh, moved, &motions)?;
+            tangential = interface.tangential_of(scene, mesh, moved, &motions);
+            problem.interface = Some(interface);
+        }
         let has_friction = problem.interface().is_some_and(Interface::has_friction);
-        let previous = before
-            .filter(|_| has_friction)
-            .map(|before| PreviousIncrement {
-                tangential: before.tangential.clone(),
-                path: before.path.clone(),
-                follows: self.scene.slip_measure(),
-            });
+        let previous = has_friction.then(|| PreviousIncrement {
+            tangential,
+            path: before.path.clone(),
+            follows: self.scene.slip_measure(),
+        });
         Ok(problem.following(previous))
     }
 

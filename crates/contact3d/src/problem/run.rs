@@ -160,7 +160,13 @@ impl AssembledProblem {
         before: Option<&StepRecord>,
     ) -> Result<Self, InvalidValue> {
         let problem = self.problem.at_increment(increment, before)?;
-        let system = self.system.clone();
+        let mut system = self.system.clone();
+        if before.is_some()
+            && problem.scene().follows_tools()
+            && let Some(face) = problem.contact_side()
+        {
+            system.replace_face(face.surface, face.interface);
+        }
         Self { problem, system }.with_own_loads()
     }
 }

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use super::{
     Body, BodyForce, Brick, Clamp, Coefficient, Component, Contact, Disc, DualOperatorKind,
     ElementOrder, Expression, ExpressionError, Force, Formula, Friction, GmshFile, InvalidValue,
-    Isotropic, Material, POSITION, Part, Pressure, Quantity, Ramp, Region, Scene, Step, Traction,
+    Isotropic, Material, POSITION, Part, Pressure, Quantity, Ramp, Region, Scene, Step, Tool,
+    Traction,
 };
 
 impl Scene {
@@ -64,6 +65,13 @@ impl Scene {
     #[must_use]
     pub fn with_contact(mut self, contact: Contact) -> Self {
         self.contacts.push(contact);
+        self
+    }
+
+    /// The scene with one more tool.
+    #[must_use]
+    pub fn with_tool(mut self, tool: Tool) -> Self {
+        self.tools.push(tool);
         self
     }
 
@@ -217,6 +225,13 @@ impl Contact {
     #[must_use]
     pub fn named(mut self, name: impl Into<String>) -> Self {
         self.name = Some(name.into());
+        self
+    }
+
+    /// The same with an obstacle, or a foundation, that is part of a tool.
+    #[must_use]
+    pub fn of_tool(mut self, name: impl Into<String>) -> Self {
+        self.tool = Some(name.into());
         self
     }
 

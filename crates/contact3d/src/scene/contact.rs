@@ -16,6 +16,12 @@ pub struct Contact {
     /// The rigid obstacle in the place of the foundation, which is the half-space behind the flat face.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub obstacle: Option<Obstacle>,
+    /// The name of the `[[tool]]` that the obstacle, or the foundation without one, is part of and moves with; it rests when not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tool: Option<String>,
+    /// Where the normals and distances of the obstacle of a tool are taken in a load history.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub follow: Follow,
     /// What results call this face; the name of the face when not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
@@ -58,6 +64,17 @@ impl Contact {
     pub fn name(&self) -> &str {
         self.name.as_deref().unwrap_or(&self.face)
     }
+}
+
+/// Where the normals and distances of an obstacle are taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Follow {
+    /// Where the body and the tool begin, for slides that are short beside the obstacle's radius.
+    #[default]
+    Start,
+    /// Where they are when an increment begins, for long slides: choose increments shorter than a twentieth of the radius.
+    Increment,
 }
 
 /// The space L^H of the contact stresses.

@@ -52,6 +52,8 @@ pub enum Measure {
     Moment,
     /// Stresses per displacement in Pa/m.
     SpringStiffness,
+    /// Small rotations in radians.
+    Angle,
 }
 
 impl Measure {
@@ -68,6 +70,7 @@ impl Measure {
             Self::Force => [2, 0, 1],
             Self::Moment => [3, 0, 1],
             Self::SpringStiffness => [0, -1, 1],
+            Self::Angle => [-1, 1, 0],
         }
     }
 
@@ -76,7 +79,7 @@ impl Measure {
     pub fn dimension(self) -> Dimension {
         match (self, self.exponents()) {
             (Self::Time, _) => Dimension::Time,
-            (_, [0, 0, 0]) => Dimension::Number,
+            (_, [0, 0, 0]) | (Self::Angle, _) => Dimension::Number,
             (_, [length, displacement, stress]) => Dimension::Product {
                 force: stress,
                 length: length + displacement - 2 * stress,
@@ -474,7 +477,7 @@ mod tests {
         let units = ["m", "1/m", "Pa", "N/m³", "Pa/m", "s", "N", "N·m"];
         for (path, key) in keys() {
             let expected = match key.measure {
-                Measure::Number => None,
+                Measure::Number | Measure::Angle => None,
                 Measure::Time => Some("s"),
                 Measure::Length | Measure::Displacement => Some("m"),
                 Measure::PerDisplacement => Some("1/m"),

@@ -46,7 +46,7 @@ pub struct Step {
 pub enum StepValue {
     /// A pressure or a gap.
     Number(Quantity),
-    /// A traction, a force, a moment, a body force or a prescribed displacement.
+    /// A traction, a force, a moment, a body force, or a displacement or turn that is given.
     Vector([Quantity; 3]),
 }
 
@@ -342,7 +342,7 @@ impl Scene {
                 Some(vector) if vector.key == own => vector.values.push(value),
                 _ => targets.push(Target {
                     key: own.to_owned(),
-                    name: key.name.map(|name| name + moment_of(own)),
+                    name: key.name.map(|name| name + suffix_of(own)),
                     values: vec![value],
                 }),
             }
@@ -353,8 +353,14 @@ impl Scene {
     /// The names that loads and clamps have, each with its key.
     pub(super) fn given_names(&self) -> Vec<(String, String)> {
         let named = self.initial_values().into_iter();
-        let named = named.filter(|(key, _)| moment_of(key).is_empty());
-        let named = named.filter_map(|(key, value)| Some((key, value.name?)));
+        let named = named.filter_map(|(key, value)| {
+            let suffix = suffix_of(&key);
+            let owner = key.strip_suffix(suffix)?.to_owned();
+            // Of the vectors of a load or a tool the first one stands for all.
+            let is_first = suffix.is_empty() || suffix == ".displacement";
+            let name = value.name.filter(|_| is_first)?;
+            Some((owner, name.strip_suffix(suffix)?.to_owned()))
+        });
         named
             .map(|(key, name)| (format!("{key}.name"), name))
             .collect()
@@ -382,29 +388,33 @@ fn change(
         now.factor = 1.0;
     }
     let mut factors: Vec<_> = given.factor.iter().collect();
-    // The factor of a force is that of its moment, where that has none of its own.
-    factors.sort_by_key(|(name, _)| !moment_of(name).is_empty());
+    // The factor of a force is that of its moment, and that of a tool that of all its vectors, where these have none of their own.
+    factors.sort_by_key(|(name, _)| !suffix_of(name).is_empty());
     for (name, factor) in factors {
-        target(held, &format!("step.{k}.factor"), name)?.factor = *factor;
-        if let Some(moment) = held_moment(held, name) {
-            moment.factor = *factor;
+        let owned = |(key, now): &(&String, &mut EndValue)| {
+            let suffix = suffix_of(key);
+            let name_of = now.name.as_deref().and_then(|n| n.strip_suffix(suffix));
+            !suffix.is_empty() && (name_of == Some(name) || key.strip_suffix(suffix) == Some(name))
+        };
+        let mut known = false;
+        for (_, now) in held.iter_mut().filter(owned) {
+            now.factor = *factor;
+            known = true;
+        }
+        match target(held, &format!("step.{k}.factor"), name) {
+            Ok(now) => now.factor = *factor,
+            Err(_) if known => {}
+            Err(unknown) => return Err(unknown),
         }
     }
     Ok(())
 }
 
-/// The end of the key of a moment, and of its name; nothing for other keys.
-fn moment_of(key: &str) -> &str {
-    key.find(".moment").map_or("", |at| &key[at..])
-}
-
-/// The moment beside the force that a name or a key stands for.
-fn held_moment<'v>(
-    held: &'v mut BTreeMap<String, EndValue>,
-    name: &str,
-) -> Option<&'v mut EndValue> {
-    let force = key_of_target(held, name)?;
-    held.get_mut(&(force + ".moment"))
+/// The end of the key of one of the vectors that a load or a tool has several of, and of its name; nothing for other keys.
+fn suffix_of(key: &str) -> &str {
+    let ends = [".displacement", ".turn", ".force", ".moment"];
+    let mut ends = ends.into_iter();
+    ends.find(|end| key.ends_with(end)).unwrap_or("")
 }
 
 /// What a name or a key in a step stands for.

@@ -23,6 +23,7 @@ mod rescaled;
 mod schema;
 mod solve;
 mod source;
+mod tool;
 mod validate;
 mod varying;
 
@@ -31,7 +32,7 @@ pub use coefficient::{
     Coefficient, Formula, Grid, LAW_VARIABLES, LawPoint, Ramp, SlipDerivative, Table,
 };
 pub(crate) use coefficient::{LEAST_COEFFICIENT, is_coefficient};
-pub use contact::{Contact, MultiplierSpace};
+pub use contact::{Contact, Follow, MultiplierSpace};
 pub use error::{InvalidValue, SceneError, SyntaxProblem, Warning, numbers};
 pub(crate) use error::{UNDEFINED, place_words};
 pub use expression::{BranchEnd, Expression, ExpressionError, FUNCTIONS, FormulaBranch, OnBranch};
@@ -59,6 +60,7 @@ pub use solve::{
     Method, PrecisionControl, SMALLEST_ERROR, SolveSettings,
 };
 pub use source::{Source, number_limit};
+pub use tool::{Tool, ToolMotion};
 
 use std::{collections::BTreeMap, path::PathBuf};
 
@@ -128,6 +130,10 @@ pub struct Scene {
     #[schemars(with = "contact::OneOrSeveral")]
     #[schemars(extend("part" = ProblemPart::Mesh))]
     pub contacts: Vec<Contact>,
+    /// Rigid tools, to which the obstacles of contact faces may belong.
+    #[serde(rename = "tool", default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(extend("part" = ProblemPart::Mesh))]
+    pub tools: Vec<Tool>,
     /// The law of friction on contact faces without one of their own; without it they are frictionless.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("part" = ProblemPart::Law))]
@@ -185,6 +191,7 @@ impl Scene {
             forces: Vec::new(),
             body_force: None,
             contacts: Vec::new(),
+            tools: Vec::new(),
             friction: None,
             steps: Vec::new(),
             assemble: AssembleSettings::default(),
@@ -202,6 +209,7 @@ impl Scene {
         self.pressures.add_varying(&at("pressure"), &mut found);
         self.forces.add_varying(&at("force"), &mut found);
         self.body_force.add_varying(&at("body_force"), &mut found);
+        self.tools.add_varying(&at("tool"), &mut found);
         self.steps.add_varying(&at("step"), &mut found);
         let several = self.contacts.len() > 1;
         for (entry, contact) in self.contacts.iter_mut().enumerate() {

@@ -269,12 +269,11 @@ impl Linearised<'_> {
         let mut force = dual.coupling.nodal_forces(multiplier);
         let ContactBody { assembly, face } = body;
         let dofs = &assembly.primal.dofs;
-        for (local, (&node, along)) in face.surface.nodes.iter().zip(slip_force).enumerate() {
-            let vector = face.interface.frame.vector(local, 0.0, *along);
-            for (dof, part) in dofs.dof[node].iter().zip(vector) {
-                if let Some(dof) = *dof {
-                    force[dof] += part;
-                }
+        let frame = &face.interface.frame;
+        for (local, along) in slip_force.iter().enumerate() {
+            let vector = frame.vector(local, 0.0, *along);
+            for (dof, part) in frame.terms(face.surface, dofs, local, vector) {
+                force[dof] += part;
             }
         }
         force

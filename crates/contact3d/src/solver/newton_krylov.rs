@@ -338,9 +338,10 @@ impl NewtonKrylov<'_> {
 
 /// The supernodes between the contact nodes and the root of the elimination tree.
 fn reach(body: &ContactBody<'_>) -> Vec<usize> {
-    let dofs = &body.assembly.primal.dofs.dof;
-    let nodes = body.face.surface.nodes.iter();
-    let free = nodes.flat_map(|&node| dofs[node].into_iter().flatten());
+    let dofs = &body.assembly.primal.dofs;
+    let nodes = body.face.surface.nodes.iter().copied();
+    let rows = nodes.chain(dofs.n_nodes..dofs.dof.len());
+    let free = rows.flat_map(|row| dofs.dof[row].into_iter().flatten());
     body.assembly.factor.structure().reach(free)
 }
 

@@ -127,8 +127,9 @@ impl ContactSolve<'_> {
         }
         let ContactBody { assembly, face } = self.body;
         let (frame, dofs) = (&face.interface.frame, &assembly.primal.dofs);
-        let slips =
-            frame.nodal_tangential(face.surface, |node| dofs.change_at_node(node, &response));
+        let slips = frame.nodal_tangential(face.surface, dofs, |row| {
+            dofs.change_at_node(row, &response)
+        });
         let slips = slips.iter().map(|u| u.map(|u| -u)).collect();
         (self.dual.coupling.integrate(&response), slips)
     }
@@ -250,7 +251,7 @@ impl ContactBody<'_> {
     pub(super) fn tangential(&self, displacement: &[f64]) -> Vec<[f64; 2]> {
         let (surface, frame) = (self.face.surface, &self.face.interface.frame);
         let dofs = &self.assembly.primal.dofs;
-        frame.nodal_tangential(surface, |node| dofs.at_node(node, displacement))
+        frame.nodal_tangential(surface, dofs, |row| dofs.at_node(row, displacement))
     }
 
     /// R at unknowns with their displacement u in m and B u − gap in m³.

@@ -20,6 +20,7 @@ mod single_precision;
 mod storage;
 mod strategies;
 mod symmetry;
+mod tools;
 
 use contact3d::dual::ExplicitDual;
 use nalgebra::DMatrix;

@@ -194,8 +194,10 @@ impl<'a> NestedMeshes<'a> {
         if let (Some(primal), Some(last)) = (self.finest, self.fields.last()) {
             let (mesh, finest) = (&last.mesh, &last.displacement);
             let norm = |field: &[[f64; 3]]| match primal.dofs.prescribed {
-                None => energy_norm(&primal.stiffness, &primal.dofs.to_free(field)),
-                Some(_) => whole_energy_norm(self.scene, mesh, field),
+                None if primal.dofs.tied.is_empty() => {
+                    energy_norm(&primal.stiffness, &primal.dofs.to_free(field))
+                }
+                _ => whole_energy_norm(self.scene, mesh, field),
             };
             let size = norm(finest);
             let has_finest = self

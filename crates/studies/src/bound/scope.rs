@@ -41,6 +41,11 @@ pub(super) fn check(solved: &Solved<'_>) -> Result<(), InvalidValue> {
             "faces on springs, whose tractions are not linear",
         ),
         (
+            named(!scene.tools.is_empty(), "tool"),
+            "obstacles that rest",
+            "a tool, whose motion the bound does not know",
+        ),
+        (
             varying_load(solved),
             "the same value on all of a face",
             "a formula, a moment or a part that cuts triangles, which linear tractions do not balance exactly",

@@ -65,6 +65,22 @@ pub(super) fn gap_function(
     Ok((normals, clearance))
 }
 
+/// The contact normal and the signed distance in m from an obstacle at each of some places.
+///
+/// # Errors
+/// A place where the obstacle has no normal.
+pub(crate) fn distances_from(
+    obstacle: &Obstacle,
+    places: &[[f64; 3]],
+) -> Result<Vec<([f64; 3], f64)>, InvalidValue> {
+    let measured = Measured::new(obstacle, extent(places.iter().copied()));
+    let seen = places.iter().map(|at| {
+        let seen = measured.from(*at)?;
+        Ok(((-seen.away).into(), seen.distance))
+    });
+    seen.collect()
+}
+
 /// The distance of a face from its obstacle between the nodes, where that is not the one of the nodes interpolated.
 pub(crate) struct DistanceBetweenNodes<'a> {
     measured: Measured<'a>,

@@ -142,6 +142,7 @@ impl Correction {
     /// The displacement of the body under these tractions alone.
     pub(super) fn field(&self) -> Field<'_> {
         Field {
+            tools: &[],
             displacement: &self.displacement,
             internal: &self.internal,
             loads: FieldLoads {
@@ -172,7 +173,7 @@ impl<'a> PointConditions<'a> {
                 .map(|pane| law_of(contact, solved, known, pane))
                 .collect(),
             stiffening: vec![1.0; contact.state.surface.facets.len()],
-            points: ContactPoints::new(solved, contact, known.displacement, &moved).of_facets(),
+            points: ContactPoints::new(solved, contact, known, &moved).of_facets(),
             moved,
             share: 1.0,
             varying: varying_friction(solved.scene),
@@ -399,7 +400,10 @@ impl<'a> PointConditions<'a> {
         };
         let nodes = surface.nodes.iter().enumerate();
         let nodal: Vec<[f64; 3]> = nodes
-            .map(|(local, &node)| in_frame(local, adjoint.displacement[node]))
+            .map(|(local, &node)| {
+                let z = frame.relative(local, adjoint.displacement[node], adjoint.tools);
+                in_frame(local, z)
+            })
             .collect();
         let behind = mesh.behind_contact();
         let sum3 = |a: [f64; 3], b: [f64; 3]| -> [f64; 3] { std::array::from_fn(|c| a[c] + b[c]) };
@@ -557,6 +561,7 @@ pub(in crate::post) fn displacements(
     nodes
         .map(|(local, &node)| {
             let u = known.displacement[node];
+            let u = interface.frame.relative(local, u, known.tools);
             let normal = interface.frame.normal_part(local, u);
             let gap = interface.gap.as_ref().map_or(0.0, |gap| gap[local]);
             let [first, second] = interface.frame.tangential(local, u);

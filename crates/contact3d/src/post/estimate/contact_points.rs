@@ -9,7 +9,7 @@
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use super::contact::varying_friction;
+use super::{SolutionData, contact::varying_friction};
 use crate::{
     mesh::{DistanceBetweenNodes, Mesh, SurfaceFace, quarters_of},
     post::{Solved, SolvedContact},
@@ -35,6 +35,8 @@ pub(super) struct ContactPoints<'a> {
     contact: &'a SolvedContact<'a>,
     /// u at the nodes of the mesh in m.
     displacement: &'a [[f64; 3]],
+    /// Rows of the tools in m.
+    tools: &'a [[f64; 3]],
     /// u_ν − d at the contact nodes in m.
     depth: Vec<f64>,
     /// The least depth that is looked for in m, a millionth of the largest displacement of the contact face: energies go with the power
@@ -51,14 +53,14 @@ impl<'a> ContactPoints<'a> {
     pub(super) fn new(
         solved: &'a Solved<'a>,
         contact: &'a SolvedContact<'a>,
-        displacement: &'a [[f64; 3]],
+        known: &SolutionData<'a>,
         moved: &[[f64; 3]],
     ) -> Self {
         let (mesh, surface) = (solved.mesh, contact.state.surface);
         let sizes = surface
             .nodes
             .iter()
-            .map(|&node| Vector3::from(displacement[node]).norm());
+            .map(|&node| Vector3::from(known.displacement[node]).norm());
         let largest = sizes.fold(0.0, f64::max);
         let entries = solved.scene.contact_order().into_iter();
         let face = |(entry, face): (usize, &SurfaceFace)| {
@@ -74,7 +76,8 @@ impl<'a> ContactPoints<'a> {
         Self {
             mesh,
             contact,
-            displacement,
+            displacement: known.displacement,
+            tools: known.tools,
             shallowest: 1e-6 * largest,
             depth: moved.iter().map(|at| at[0]).collect(),
             faces: entries.zip(&surface.faces).map(face).collect(),
@@ -98,7 +101,9 @@ struct TriangleDepth<'a> {
     of: &'a ContactPoints<'a>,
     /// Its nodes in the mesh.
     nodes: Vec<usize>,
-    /// u_ν at each of them in m.
+    /// u against the obstacle at each of them in m.
+    moved: Vec<[f64; 3]>,
+    /// Its part along ν.
     normal_part: Vec<f64>,
     /// u_ν − d at each of them in m.
     depth: Vec<f64>,
@@ -128,7 +133,12 @@ impl<'a> TriangleDepth<'a> {
         let local = |node: &usize| surface.contact_nodes(place, [*node])[0];
         let depth: Vec<f64> = nodes.iter().map(|node| points.depth[local(node)]).collect();
         let frame = &points.contact.state.interface.frame;
-        let normal_part = |node: &usize| frame.normal_part(local(node), points.displacement[*node]);
+        let relative =
+            |node: &usize| frame.relative(local(node), points.displacement[*node], points.tools);
+        let moved: Vec<[f64; 3]> = nodes.iter().map(relative).collect();
+        let both = nodes.iter().zip(&moved);
+        let normal_part = both.map(|(node, u)| frame.normal_part(local(node), *u));
+        let normal_part = normal_part.collect();
         let longest = mesh.longest_edge(facet);
         // Distances change no faster than places do.
         let is_near = depth.iter().any(|depth| depth + longest > 0.0);
@@ -138,7 +148,8 @@ impl<'a> TriangleDepth<'a> {
         let obstacle = distance.and_then(|(obstacle, _)| obstacle.as_ref());
         Self {
             of: points,
-            normal_part: nodes.iter().map(normal_part).collect(),
+            normal_part,
+            moved,
             nodes,
             depth,
             obstacle: obstacle.filter(|_| is_near),
@@ -246,7 +257,7 @@ impl<'a> TriangleDepth<'a> {
         let at = [0, 1, 2].map(|c| sum(&|k| place(k)[c]));
         let obstacle = self.obstacle.and_then(|it| it.at(at, &self.nodes, shape));
         let obstacle = obstacle.map_or(0.0, |(beyond, normal)| {
-            let moved = |k: usize| self.of.displacement[self.nodes[k]];
+            let moved = |k: usize| self.moved[k];
             let along: f64 = (0..3).map(|c| sum(&|k| moved(k)[c]) * normal[c]).sum();
             beyond - (along - sum(&|k| self.normal_part[k]))
         });

@@ -75,6 +75,8 @@ pub const MAX_RELIABLE_ESTIMATE: f64 = 0.5;
 pub(super) struct Field<'a> {
     /// Nodal displacement, `[n_nodes]`.
     pub(super) displacement: &'a [[f64; 3]],
+    /// Rows of the tools, `[2 n_tools]`; none where their motion does not count.
+    pub(super) tools: &'a [[f64; 3]],
     /// Its stress.
     pub(super) internal: &'a InternalForces,
     /// What loads it.
@@ -91,6 +93,8 @@ pub(super) struct Field<'a> {
 pub(super) struct SolutionData<'a> {
     /// Nodal displacement in m, `[n_nodes]`.
     pub(super) displacement: &'a [[f64; 3]],
+    /// Rows of the tools in m, `[2 n_tools]`.
+    pub(super) tools: &'a [[f64; 3]],
     /// Its stress.
     pub(super) internal: &'a InternalForces,
     /// The same at the nodes.
@@ -373,6 +377,7 @@ fn local_errors(
     let material = MaterialField::new(solved.scene, mesh);
     let solution = Field {
         displacement: known.displacement,
+        tools: known.tools,
         internal: known.internal,
         loads: FieldLoads::of_scene(solved),
         by_multiplier: &[],

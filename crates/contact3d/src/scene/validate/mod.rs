@@ -3,6 +3,7 @@
 mod body;
 mod contact;
 mod supports;
+mod tools;
 
 use std::fmt;
 
@@ -53,6 +54,7 @@ impl Scene {
         body::check(self)?;
         supports::check(self)?;
         contact::check(self)?;
+        tools::check(self)?;
         if let Some(of) = self.adapt.and_then(|adapt| adapt.of) {
             of.check(self)?;
         }

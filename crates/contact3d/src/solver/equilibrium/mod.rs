@@ -21,7 +21,7 @@ use crate::{
     mesh::extents,
 };
 
-/// A rigid motion of largest component one, `[n_nodes]`, that proves a body a mechanism: the load does more work in it than contact can oppose.
+/// A rigid motion of largest component one, `[n_rows]`, that proves a body a mechanism: the load does more work in it than contact can oppose.
 pub(super) fn mechanism(
     assembly: &Assembly,
     equilibrium: &RigidEquilibrium,
@@ -40,7 +40,7 @@ pub(super) fn mechanism(
     proof(dofs, &displacement, load)
 }
 
-/// A rigid motion of largest component one, `[n_nodes]`, in which the load drags the body along its foundation whatever friction does.
+/// A rigid motion of largest component one, `[n_rows]`, in which the load drags the body along its foundation whatever friction does.
 pub(super) fn sliding_mechanism(
     assembly: &Assembly,
     dual: &ExplicitDual,
@@ -59,13 +59,13 @@ pub(super) fn sliding_mechanism(
     proof(dofs, &displacement, load)
 }
 
-/// A motion at all nodes, of largest component one, in which a load works by more than rounding: without that it proves nothing.
+/// A motion at all rows, of largest component one, in which a load works by more than rounding: without that it proves nothing.
 fn proof(dofs: &DofMap, motion: &[f64], load: &[f64]) -> Option<Vec<[f64; 3]>> {
     let work = dot(motion, load);
     (work > PROOF_MARGIN * dofs.largest_work(motion, load)).then(|| in_space(dofs, motion))
 }
 
-/// The motions that neither contact nor supports resist, each of largest component one, `[n_null][n_nodes]`.
+/// The motions that neither contact nor supports resist, each of largest component one, `[n_null][n_rows]`.
 pub(super) fn null_space_motions(
     assembly: &Assembly,
     equilibrium: &RigidEquilibrium,
@@ -75,7 +75,7 @@ pub(super) fn null_space_motions(
     motions.iter().map(|u| in_space(dofs, u)).collect()
 }
 
-/// A motion of the free degrees of freedom at all nodes, of largest component one.
+/// A motion of the free degrees of freedom at all rows, of largest component one.
 fn in_space(dofs: &DofMap, motion: &[f64]) -> Vec<[f64; 3]> {
     let largest = motion.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     let nodes = 0..dofs.dof.len();

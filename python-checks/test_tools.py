@@ -1,0 +1,181 @@
+"""Rigid tools: motions, forces and the conditions of contact against them, recomputed from meshes and scenes."""
+
+import numpy as np
+import pytest
+
+from run_file import open_run, read_matrix, read_scene
+
+MOTIONS = ("x", "y", "z", "turn_x", "turn_y", "turn_z")
+
+
+def random_scene(seed):
+    """A clamped block against a plane, a ball or a rod whose six motions are given, or free under loads that press it."""
+    draw = np.random.default_rng(seed)
+    size = np.exp(draw.uniform(-0.4, 0.4, 3))
+    cells = [int(n) for n in 2 * draw.integers(1, 4, 3)]
+    top, middle = size[2], size / 2
+    unit = 10.0 ** draw.integers(-3, 4)
+    radius = draw.uniform(1.0, 4.0)
+    shapes = [
+        f"half_space = {{ point = [0.0, 0.0, {top}], normal = [0.0, 0.0, -1.0] }}",
+        f"sphere = {{ centre = [{middle[0]}, {middle[1]}, {top + radius}], radius = {radius} }}",
+        f"cylinder = {{ point = [{middle[0]}, 0.0, {top + radius}], direction = [0.0, 1.0, 0.0], radius = {radius} }}",
+    ]
+    friction = draw.choice([0.0, 0.2, 0.5])
+    free = [name for name in MOTIONS if draw.random() < 0.5]
+    if friction == 0.0:
+        # What friction alone resists has no equilibrium, or any place.
+        free = [name for name in free if name == "z"]
+    given = 1e-2 * draw.uniform(-0.4, 0.4, 6)
+    given[2] = -1e-2 * draw.uniform(0.5, 1.5)
+    area = size[0] * size[1]
+    load = unit * area * 1e-2 * draw.uniform(-0.05, 0.05, 6) * max(friction, 0.0)
+    load[2] = -unit * area * 1e-2 * draw.uniform(0.3, 1.0)
+    load[3:] *= 0.2
+    is_free = np.isin(MOTIONS, free)
+    given, load = np.where(is_free, 0.0, given), np.where(is_free, load, 0.0)
+    point = f"point = {(middle + draw.uniform(-0.2, 0.2, 3)).tolist()}" if draw.random() < 0.5 else ""
+    law = f"[friction]\ncoefficient.constant = {friction}\n" if friction else ""
+    return f"""title = "random tool {seed}"
+[body]
+element = "{draw.choice(["P1", "P2"])}"
+[body.brick]
+size = {size.tolist()}
+cells = {cells}
+[material.isotropic]
+young_modulus = {unit}
+poisson_ratio = {draw.uniform(0.0, 0.45)}
+[[clamp]]
+face = "z_min"
+[contact]
+face = "z_max"
+tool = "tool"
+multipliers = "{draw.choice(["panes", "nodal"])}"
+[contact.obstacle]
+{draw.choice(shapes)}
+[[tool]]
+name = "tool"
+{point}
+free = {free}
+displacement = {given[:3].tolist()}
+turn = {given[3:].tolist()}
+force = {load[:3].tolist()}
+moment = {load[3:].tolist()}
+{law}"""
+
+
+class Against:
+    """The contact of one face with one tool, from coordinates, panes and normals."""
+
+    def __init__(self, file):
+        mesh = file["mesh"]
+        self.x = mesh["coordinates"][:][mesh["contact_nodes"][:]]
+        self.nodes = mesh["contact_nodes"][:]
+        n = len(self.x)
+        if "contact_node_normal" in mesh:
+            self.normal = mesh["contact_node_normal"][:]
+        else:
+            self.normal = np.broadcast_to(mesh["contact_normal"][:], (n, 3))
+        self.gap = mesh["contact_clearance"][:]
+        self.axes = [file[f"post/contact_axis_{k}"][:] for k in (1, 2)]
+        self.mean = read_matrix(mesh["pane_average"]).tocsc().T.tocsr()
+        self.area = mesh["pane_area"][:]
+        self.opposite = self.x + self.gap[:, None] * self.normal
+
+    def relative(self, u, displacement, turn, point):
+        """u less the displacement of the opposite points."""
+        return u - displacement - np.cross(turn, self.opposite - point)
+
+    def over_panes(self, vector):
+        """Means along nu, t1 and t2, [3, m]."""
+        along = [self.normal, *self.axes]
+        return np.array([self.mean @ (vector * axis).sum(axis=1) for axis in along])
+
+    def forces(self, pressure, shear):
+        """Forces of the tool on the contact nodes."""
+        parts = zip([self.normal, *self.axes], [pressure, *shear.T], strict=True)
+        return -sum(axis * (self.mean.T @ (self.area * part))[:, None] for axis, part in parts)
+
+
+def states(file):
+    """Displacement, pressure, shear and tool of each increment, and from where its slip counts."""
+    if "history" in file:
+        history = file["history"]
+        rows = zip(
+            history["displacement"][:],
+            history["multiplier_normal"][:],
+            history["multiplier_tangential"][:],
+            *(history[f"tool_{name}"][:, 0] for name in ("displacement", "turn", "force", "moment")),
+            strict=True,
+        )
+        return list(rows)
+    solve, tools = file["solve"], file["post/tools"]
+    pressure = solve["multiplier_normal"][:]
+    shear = np.zeros((pressure.size, 2))
+    if "multiplier_tangential" in solve:
+        shear = solve["multiplier_tangential"][:]
+    of_tool = [tools[name][0] for name in ("displacement", "turn", "force", "moment")]
+    return [(solve["displacement"][:], pressure, shear, *of_tool)]
+
+
+def check(file):
+    """Holds every increment against the conditions of contact, friction and equilibrium."""
+    scene, against = read_scene(file), Against(file)
+    friction = scene.get("friction", {}).get("coefficient", {}).get("constant", 0.0)
+    point = file["post/tools/point"][0]
+    dof = file["assemble/degree_of_freedom"][:]
+    stiffness = read_matrix(file["assemble/stiffness"])
+    of_nodes = dof.max() + 1
+    before = np.zeros((2, against.area.size))
+    for u, pressure, shear, displacement, turn, force, moment in states(file):
+        nodal = np.zeros_like(u)
+        np.add.at(nodal, against.nodes, against.forces(pressure, shear))
+        size = np.abs(nodal).sum()
+        # Equilibrium of the body at its free nodes, in which loads do not act here but on the tool.
+        moved = np.zeros(stiffness.shape[0])
+        moved[dof[dof >= 0]] = u[dof >= 0]
+        inner = (stiffness @ moved)[:of_nodes]
+        left = inner[dof[dof >= 0]] - nodal[dof >= 0]
+        assert np.abs(left).max() < 1e-9 * size
+        # That of the tool.
+        on_nodes = against.forces(pressure, shear)
+        lever = against.opposite - point
+        assert np.abs(on_nodes.sum(axis=0) - force).max() < 1e-10 * size
+        reach = np.abs(lever).max()
+        assert np.abs(np.cross(lever, on_nodes).sum(axis=0) - moment).max() < 1e-10 * size * reach
+        # Contact and friction on the panes.
+        normal, *slid = against.over_panes(against.relative(u[against.nodes], displacement, turn, point))
+        gap = against.mean @ against.gap - normal
+        slip = np.array(slid) - before
+        before = np.array(slid)
+        high = pressure.max()
+        scale = np.abs(u).max() + np.abs(against.gap).max()
+        assert pressure.min() >= -1e-9 * high
+        assert gap.min() >= -1e-9 * scale
+        assert np.abs(pressure * gap).max() < 1e-9 * high * scale
+        limit = friction * np.maximum(pressure, 0.0)
+        size_of_shear = np.linalg.norm(shear, axis=1)
+        assert (size_of_shear <= limit + 1e-8 * high).all()
+        # Stress at the limit works along the slip, and less than that sticks.
+        missing = limit * np.linalg.norm(slip, axis=0) - (shear * slip.T).sum(axis=1)
+        assert np.abs(missing).max() < 1e-8 * high * scale
+        yield displacement, turn, force, moment
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_random_tools(seed, contact3d, tmp_path):
+    """Motions that are given are taken, loads that are given are borne, and all conditions hold."""
+    scene, path = tmp_path / "scene.toml", tmp_path / "run.h5"
+    scene.write_text(random_scene(seed))
+    contact3d("run", scene, path, "--no-figures")
+    with open_run(path) as file:
+        (found,) = check(file)
+        tool = read_scene(file)["tool"][0]
+        motion, load = np.concatenate(found[:2]), np.concatenate(found[2:])
+        keys = ("displacement", "turn", "force", "moment")
+        given = [np.array(tool.get(key, [0.0] * 3)) for key in keys]
+        free = np.isin(MOTIONS, tool.get("free", []))
+        # Turns are stored times an arm: roundings.
+        assert np.allclose(motion[~free], np.concatenate(given[:2])[~free], rtol=1e-14, atol=0.0)
+        wanted = np.concatenate(given[2:])[free]
+        assert np.abs(load[free] - wanted).max(initial=0.0) < 1e-10 * np.abs(load).max()
