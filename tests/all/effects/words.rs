@@ -62,7 +62,8 @@ fn an_elastic_scene_names_what_it_lacks() {
                 "slip-dependent coefficients",
                 "place-dependent coefficients",
                 "turning frame",
-                "rigid motions"
+                "rigid motions",
+                "tools"
             ])
         );
     }
@@ -107,7 +108,7 @@ fn every_effect_is_counted() {
                 ("turning frame", 0),
             ]
         );
-        assert_eq!(effects["absent"], json!(["rigid motions"]));
+        assert_eq!(effects["absent"], json!(["rigid motions", "tools"]));
     }
     for text in texts {
         for words in [
