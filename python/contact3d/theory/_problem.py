@@ -34,6 +34,7 @@ def require_covered(run: Run) -> None:
         ("obstacle" in faces[0], "contact.obstacle: HKL section 2 has a flat face on its foundation; leave the obstacle out"),
         (bool(faces[0].get("gap")), "contact.gap: the radii of Lemma 3.3 compare u with 0 and 2u, which a gap excludes; set it to 0"),
         ("tetrahedron_mid_edges" in run["mesh"], "body.element: quadratic interpolation does not preserve signs (3.2); use P1"),
+        ("tool_degree_of_freedom" in run["assemble"], "tool: expected obstacles that rest; leave out contact.tool"),
         ("rigid_modes" in run["assemble"], "clamp: expected a body that its supports hold; add clamps"),
         (held_at is not None and held_at.values[nodes].any(),
          "clamp: contact nodes are held at zero or not at all; hold other faces, or leave value out"),

@@ -404,7 +404,11 @@ fn area_vector(corners: &[[f64; 3]; 3]) -> Vector3<f64> {
 /// The loads of a scene, or their components, that act on held displacements only.
 #[must_use]
 pub fn idle_loads(scene: &Scene, mesh: &Mesh) -> Vec<Warning> {
-    let held = mesh.held_nodes(scene);
+    // What acts on a face that is bonded to a free tool moves it.
+    let held = match scene.n_free_tool_motions() {
+        0 => mesh.held_nodes(scene),
+        _ => mesh.held_by(&scene.clamps),
+    };
     let on_faces = scene.face_loads().filter_map(|load| {
         // One that is not finite is refused elsewhere.
         let forces = Loads::from(load).nodal_forces(mesh).unwrap_or_default();
