@@ -2,7 +2,7 @@
 """Puts README.md and every page and file that it leads to into one searchable site, which needs no network.
 
     sh scripts/site.sh                       # installs the generator, and makes target/site
-    python3 scripts/docs_site.py FOLDER      # with mkdocs-material installed
+    python3 scripts/docs_site.py FOLDER      # with Sphinx and myst-parser installed
 """
 
 import re
@@ -18,23 +18,13 @@ LINK = re.compile(r"\]\(([^()\s]+(?:\([^()\s]*\))?)\)")
 CODE = re.compile(r"^```.*?^```", re.DOTALL | re.MULTILINE)
 
 CONFIGURATION = """
-site_name: contact3d-pipe
-docs_dir: pages
-use_directory_urls: false
-theme:
-  name: material
-  font: false
-  features: [navigation.top, search.highlight, toc.follow]
-plugins: [search, offline]
-markdown_extensions:
-  - tables
-  - toc:
-      permalink: true
-      slugify: !!python/object/apply:pymdownx.slugs.slugify {kwds: {case: lower}}
-  - pymdownx.highlight
-  - pymdownx.superfences
-validation: {anchors: warn}
-nav:
+project = "contact3d-pipe"
+extensions = ["myst_parser"]
+myst_heading_anchors = 6
+html_theme_options = {"page_width": "1100px", "sidebar_width": "260px"}
+html_copy_source = False
+# Notebooks and sources are files to load, not pages.
+exclude_patterns = ["**.ipynb"]
 """
 
 # Folders of pages in the menu; pages stand in the order in which docs/index.md names them.
@@ -72,15 +62,15 @@ def reached() -> list[Path]:
 
 
 def menu(pages: list[str]) -> str:
-    """The menu: front pages, then folders."""
-    front = {"README.md": "Home", "docs/index.md": "Documentation", "pipelines/README.md": "Gallery"}
-    lines = [f"  - {title}: {page}" for page, title in front.items()]
-    left = [page for page in pages if page not in front]
+    """The first page: README.md, and the menu of all pages in their folders."""
+    front = {"docs/index.md": "Documentation", "pipelines/README.md": "Gallery"}
+    left = [page for page in pages if page not in front and page != "README.md"]
+    groups = {"Start": [f"{title} <{page}>" for page, title in front.items()]}
     for folder, title in FOLDERS.items():
-        inside = [page for page in left if page.startswith(folder)]
-        left = [page for page in left if page not in inside]
-        lines += [f"  - {title}:", *(f"    - {page}" for page in inside)]
-    return "\n".join(lines) + "\n"
+        groups[title] = [page for page in left if page.startswith(folder)]
+        left = [page for page in left if page not in groups[title]]
+    trees = [f"```{{toctree}}\n:hidden:\n:caption: {title}\n\n" + "\n".join(inside) + "\n```" for title, inside in groups.items()]
+    return "\n\n".join(["```{include} README.md\n```", *trees]) + "\n"
 
 
 def main() -> None:
@@ -92,10 +82,11 @@ def main() -> None:
             copy = Path(scratch, "pages", file)
             copy.parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(ROOT / file, copy)
-        configuration = Path(scratch, "mkdocs.yml")
-        configuration.write_text(CONFIGURATION + menu([str(file) for file in files if file.suffix == ".md"]))
-        command = ["mkdocs", "build", "--quiet", "--strict", "--config-file", configuration]
-        subprocess.run([*command, "--site-dir", Path(sys.argv[1]).resolve()], check=True)
+        pages = [str(file) for file in files if file.suffix == ".md"]
+        Path(scratch, "pages", "index.md").write_text(menu(pages))
+        Path(scratch, "pages", "conf.py").write_text(CONFIGURATION)
+        command = ["sphinx-build", "--quiet", "--fail-on-warning", "--keep-going", "-E", Path(scratch, "pages")]
+        subprocess.run([*command, Path(sys.argv[1])], check=True)
 
 
 if __name__ == "__main__":

@@ -2,10 +2,9 @@
 # Makes a release and publishes nothing: sets its version and the date of its entry in CHANGELOG.md, makes the wheel and the
 # source distribution in target/wheels and the crates in target/package, and uses each on a bare Debian 12. Then it says
 # what a maintainer types to publish. Needs root, debootstrap and a network.
-set -eu
-cd "$(dirname "$0")/.."
 [ $# = 1 ] || { echo "usage: $0 VERSION" >&2; exit 2; }
 version=$1
+. "$(dirname "$0")/prepare.sh"
 fail() { echo "error: $1" >&2; exit 2; }
 [ "$(id -u)" = 0 ] && command -v debootstrap >/dev/null ||
     fail "a release is tried on a bare Debian; install debootstrap, and be root"
@@ -22,7 +21,7 @@ cargo update --quiet --workspace
 RELEASE=1 sh scripts/wheel.sh
 rm -rf target/package
 # Each crate is compiled from what is packaged; the program last.
-( . scripts/prepare.sh; cargo package --quiet --workspace --locked --allow-dirty )
+cargo package --quiet --workspace --locked --allow-dirty
 for made in target/wheels/*.whl target/wheels/*.tar.gz target/package; do
     sh scripts/bare_debian.sh "$made"
 done
