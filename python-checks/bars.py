@@ -238,7 +238,7 @@ def main() -> int:
                 if bar.short > 1.0 or bar.is_wide:
                     print(("SHORT " if bar.short > 1.0 else "wide  ") + told(bar), flush=True)
             if not found:
-                print(f"scene {number}: not solved", flush=True)
+                print(f"scene {number}: not solved, or no bars since the mesh is too coarse", flush=True)
     print(table(bars))
     return int(any(bar.short > 2.0 for bar in bars))
 

@@ -8,13 +8,16 @@
 
 use std::collections::BTreeMap;
 
-use super::{FunctionalEstimate, PaneState, Solved, SolvedContact, Zone, areas};
+use super::{
+    FunctionalEstimate, PaneState, Solved, SolvedContact, Zone,
+    areas::{self, FEWEST_PANES},
+};
 use crate::{post::estimate::multipliers_between_nodes, scene::Functional};
 
 /// What the panes around the largest pressure say of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum PeakShape {
-    /// d₁ ≤ 0.1 and |d₂| ≤ 0.2: known to the larger of both, and to 2 % at best.
+    /// d₁ ≤ 0.1 and |d₂| ≤ 0.2 of not too few panes: known to the larger of both, and to 2 % at best.
     Resolved,
     /// Fewer than some three panes across it: known to d₁, and to 20 % at best.
     Coarse,
@@ -96,7 +99,7 @@ fn shape_of_peak(
     let second = (pressure(next) - pressure(behind)) / largest;
     let shape = if at_edge && (0.12..=0.75).contains(&first) && second < first / 3.0 {
         PeakShape::Growing
-    } else if first <= 0.1 && second.abs() <= 0.2 {
+    } else if first <= 0.1 && second.abs() <= 0.2 && panes.len() >= FEWEST_PANES {
         PeakShape::Resolved
     } else {
         PeakShape::Coarse
