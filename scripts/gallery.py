@@ -26,10 +26,10 @@ WIDTH, COLOURS = 480, 128
 
 # Scenes by task, in the order of the page.
 TASKS = {
-    "Press": "pressed frictionless force_on_disc hertz_sphere hertz_cylinder gap symmetry_plane weight",
+    "Press": "pressed platen frictionless force_on_disc hertz_sphere hertz_cylinder gap symmetry_plane weight",
     "Drag": "newton hkl2011_table1 hkl2011_table2 coulomb_isotropic coulomb_orthotropic tresca capped expression_law "
     "table_law turning_frame parameters dry_and_greased wall ssnv128 ssnv503",
-    "Load in steps and loops": "history history_wear cattaneo_roller",
+    "Load in steps and loops": "history history_wear cattaneo_roller roller",
     "Sweep": "sweep_friction sweep_slope",
     "Hold by contact or springs": "block_on_slope pushed_block corner_block slope two_plates springs",
     "Take a mesh from elsewhere": "gmsh_foot cup wedge",
@@ -55,6 +55,7 @@ TESTS = {
     "crates/contact3d/tests/scenes/floating/limits.rs": "block_on_slope sweep_slope pushed_block corner_block",
     "crates/contact3d/tests/scenes/obstacles/hertz.rs": "hertz_sphere hertz_cylinder cup",
     "crates/contact3d/tests/scenes/closed_forms.rs": "turning_frame",
+    "crates/contact3d/tests/scenes/tools.rs": "platen",
     "tests/all/verification.rs": "newton ssnv128 ssnv503",
 }
 
