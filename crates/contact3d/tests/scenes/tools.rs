@@ -108,7 +108,8 @@ fn a_tool_that_moves_is_a_clamp_that_moves_the_other_way() {
     // Conditioning of S times rounding.
     assert!(apart(&by_tool.multiplier, &by_clamp.multiplier) < 1e-11);
     // The force that moves it there moves it there.
-    let force = report.tools[0].force;
+    let [along, _, down] = report.tools[0].force;
+    let force = [along, 0.0, down];
     let by_force = rough()
         .with_clamp(Clamp::face("z_min"))
         .with_contact(against(Some(ball())))
@@ -259,8 +260,12 @@ fn energies_of_a_tool_add_up() {
 /// A tool that has moved with `follow` is the one that begins there: one increment after the move, against a static problem.
 #[test]
 fn a_tool_that_is_followed_has_the_normals_of_its_place() {
+    let Obstacle::Sphere(mut above) = ball() else {
+        unreachable!("it is one")
+    };
+    above.centre[2] += 0.2;
     let lifted = |by: [f64; 3]| {
-        let mut contact = against(Some(ball()));
+        let mut contact = against(Some(Obstacle::Sphere(above)));
         contact.follow = contact3d::scene::Follow::Increment;
         block()
             .with_clamp(Clamp::face("z_min"))
@@ -273,7 +278,7 @@ fn a_tool_that_is_followed_has_the_normals_of_its_place() {
     let mut press = Step::new("press");
     press.value.insert(
         "tool.displacement".into(),
-        contact3d::scene::StepValue::Vector([0.3, 0.0, -0.02].map(Into::into)),
+        contact3d::scene::StepValue::Vector([0.3, 0.0, -0.22].map(Into::into)),
     );
     // Aside above the face, then down.
     let scene = lifted([0.3, 0.0, 0.0])
@@ -284,16 +289,14 @@ fn a_tool_that_is_followed_has_the_normals_of_its_place() {
     let history = problem
         .solve_history(&Default::default())
         .expect("a history");
-    let Obstacle::Sphere(mut beside) = ball() else {
-        unreachable!("it is one")
-    };
+    let mut beside = above;
     beside.centre[0] += 0.3;
     let mut contact = against(Some(Obstacle::Sphere(beside)));
     contact.follow = contact3d::scene::Follow::Start;
     let direct = block()
         .with_clamp(Clamp::face("z_min"))
         .with_contact(contact)
-        .with_tool(moved([0.0, 0.0, -0.02], [0.0; 3]));
+        .with_tool(moved([0.0, 0.0, -0.22], [0.0; 3]));
     let (direct, _) = solved(direct);
     assert!(apart(&history.records[1].multiplier, &direct.multiplier) < 1e-9);
 }
