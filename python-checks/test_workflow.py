@@ -92,6 +92,10 @@ def test_panes_of_a_brick_are_a_grid(loop, greased):
     assert held.any("y").values.tolist() == [True] * 4 + [False] * 2 + [True] * 6
     assert both["area"].sum().item() == pytest.approx(2.5, rel=1e-14)  # A sum of products of coordinates.
     assert greased.panes("dry")["area"].sum().item() == pytest.approx(1.0, rel=1e-14)
+    # 0.1 / 10 is no binary number: centres of one column differ by rounding.
+    decimal = {"body.brick": {"size": [0.1, 0.04, 0.02], "cells": [10, 4, 2]}}
+    decimal = package.run(NEWTON, greased.file.parent / "decimal.h5", set=decimal)
+    assert decimal.panes()["pressure"].dims == ("y", "x") and decimal.panes()["pressure"].notnull().all()
     row = package.run(PIPELINES / "gmsh_foot.toml", greased.file.parent / "foot.h5").panes()
     assert row["pressure"].dims == ("pane",)
 

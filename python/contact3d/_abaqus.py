@@ -186,6 +186,8 @@ class Deck:
         for line in data:
             parts = [part.strip().strip('"') for part in line.split(",") if part.strip()]
             if "GENERATE" in options:
+                if not 2 <= len(parts) <= 3 or not all(part.isdigit() for part in parts):
+                    raise DeckError(f"GENERATE wants lines of first, last, step, found {line.strip()!r}")
                 first, last, step = (*map(int, parts), 1)[:3]
                 if last - first > step * MOST_GENERATED:
                     raise DeckError(f"a set is generated from {first} to {last}; expected at most {MOST_GENERATED} numbers")

@@ -243,7 +243,7 @@ class Run(xr.DataTree):
     def _grid(self, panes: xr.Dataset, plane: str | None) -> xr.Dataset:
         """Panes of one plane across an axis, over the two others; as they are where there is no such grid."""
         along = [axis for axis in "zyx" if axis != plane]
-        index = pd.MultiIndex.from_arrays([panes[axis].values for axis in along], names=along)
+        index = pd.MultiIndex.from_arrays([_merged(panes[axis].values) for axis in along], names=along)
         if plane is None or index.has_duplicates:
             return panes
         kept = panes.drop_vars([*"xyz", "number"]).assign_coords(xr.Coordinates.from_pandas_multiindex(index, "pane"))
@@ -335,6 +335,14 @@ IN_THE_UNIT_OF = {
 def _unit(values: xr.DataArray) -> str:
     unit = str(values.attrs.get("units", ""))
     return "" if unit == "1" else unit
+
+
+def _merged(places: np.ndarray) -> np.ndarray:
+    """Coordinates in which those that differ by rounding are the same: the least of them."""
+    known, which = np.unique(places, return_inverse=True)
+    # Means of nodes differ by some roundings; panes are much farther apart than a billionth of the face.
+    first = np.diff(known, prepend=-np.inf) > 1e-9 * np.ptp(places)
+    return known[first][np.cumsum(first) - 1][which]
 
 
 def _parts(values: xr.DataArray) -> tuple[np.ndarray, dict[str, Any]]:

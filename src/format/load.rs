@@ -25,7 +25,7 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(FORCE, Kind::F64, &[Named("n_free")], Dimension::FORCE, "Load vector, less the forces A_fc u_c that prescribed displacements take.").symbol("l"),
     GROUP.row(PRESCRIBED, Kind::F64, &[Named("n_nodes"), extents::XYZ], Dimension::LENGTH, "Displacement at which the clamps hold each node, zero where free.").symbol("u_c").optional("absent where all clamps and tools hold at zero").compressed(),
     GROUP.row(PRESCRIBED_TOOLS, Kind::F64, &[Named("n_tool_rows"), extents::XYZ], Dimension::LENGTH, "Displacement of the point and turn times arm at which each tool is held, zero where free.").optional("absent without tools, and where all clamps and tools hold at zero"),
-    GROUP.row(DUAL_RHS, Kind::F64, &[Named("n_multipliers")], Dimension::VOLUME, "Right-hand side B A^-1 l of the dual problem plus B u_c, minus the integrated gap in its first m entries, in the order of S. S lambda - h is -B u, plus the gap: pane area times pane_gap, then times -pane_slip.").symbol("h").optional("absent without contact"),
+    GROUP.row(DUAL_RHS, Kind::F64, &[Named("n_multipliers")], Dimension::VOLUME, "Right-hand side B A^-1 l of the dual problem plus B u_c, minus the integrated gap in its first m entries, in the order of S. S lambda - h is -B u, plus the gap: pane area times pane_gap, then times -u_t, the tangential displacement from the first place on (pane_slip without a load history).").symbol("h").optional("absent without contact"),
     GROUP.row(SLIP_FREE, Kind::F64, &[Named("n_contact_nodes"), extents::FRICTION_AXES], Dimension::LENGTH, "Tangential displacement of the contact nodes without contact.").optional("absent unless the dual operator is explicit and friction follows the slip"),
 ];
 

@@ -69,7 +69,7 @@ pub(super) const ON_THE_BODY: Fields<ContactReport> = fields! { ContactReport =>
     {Kind::F64} TRACTION, &[Named("n_panes"), extents::XYZ], Dimension::STRESS, "Contact stress on the body in the global axes, sigma_nu nu + sigma_t1 t1 + sigma_t2 t2; times pane areas it sums to the contact force.".symbol("sigma nu").optional(NO_CONTACT);
     {Kind::F64} AXIS_1, NODE_VECTORS, Dimension::Number, "First axis of friction at each contact node.".symbol("t1").optional(NO_CONTACT);
     {Kind::F64} AXIS_2, NODE_VECTORS, Dimension::Number, "Second axis of friction at each contact node, t1 x nu with the outward normal nu.".symbol("t2").optional(NO_CONTACT);
-    [|report| with_friction(report, |pane| pane.slip)] "/post/pane_slip", PANE_PAIRS, Dimension::LENGTH, "Mean tangential displacement of each pane.".symbol("u_t").optional(NO_FRICTION);
+    [|report| with_friction(report, |pane| pane.slip)] "/post/pane_slip", PANE_PAIRS, Dimension::LENGTH, "Mean tangential displacement of each pane, in a load history since the increment before.".symbol("u_t").optional(NO_FRICTION);
     [|report| of_panes(report, |pane| pane.gap)] "/post/pane_gap", PANES, Dimension::LENGTH, "Mean distance of each pane to the foundation.".symbol("d - u_nu").optional(NO_CONTACT);
     [|report| with_coulomb(report, |pane| pane.coefficients)] "/post/pane_friction", PANE_PAIRS, Dimension::Number, "Coefficients of friction acting on each pane at the solution.".symbol("F_1, F_2").optional(NO_COULOMB);
     [|report| report.friction.as_ref().map(|friction| friction.nodal.clone())] "/post/nodal_friction", &[Named("n_friction_nodes"), extents::FRICTION_AXES], Dimension::Number, "Coefficients of friction at the contact nodes at the solution.".symbol("F_1, F_2").optional(NO_COULOMB);

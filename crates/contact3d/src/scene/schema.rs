@@ -365,6 +365,12 @@ pub(crate) fn nearest(name: &str, known: &[impl AsRef<str>]) -> Option<String> {
     (similarity(nearest) >= 0.8).then(|| format!("did you mean `{nearest}`? "))
 }
 
+/// What to do where a name stands a second time.
+pub(super) fn help_for_second(name: &str, help: &str) -> String {
+    let beyond = beyond_model(name).unwrap_or_default();
+    format!("{beyond}a table stands once; of a list, every entry begins with [[{name}]]; {help}")
+}
+
 /// What is said of a key for what this program does not model, with the nearest that it does; `None` for other keys.
 fn beyond_model(name: &str) -> Option<String> {
     let has = |words: &[&str]| words.iter().any(|word| name.contains(word));

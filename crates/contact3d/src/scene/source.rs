@@ -84,6 +84,10 @@ impl Source {
             Some(limit) => format!("expected {limit}, found {}", &self.text[span.clone()]),
             None => error.message().to_owned(),
         };
+        let help = match error.message() {
+            "duplicate key" => &super::schema::help_for_second(&self.text[span.clone()], help),
+            _ => help,
+        };
         let key = self.key_at(span.start).unwrap_or_default();
         self.syntax(SyntaxProblem::new(key, span, message, help))
     }
