@@ -282,6 +282,7 @@ def test_decks_in_several_files(tmp_path):
     (NODES + NODES + CELL, "node 1 is defined twice"),
     (NODES + CELL + "*SURFACE, NAME=b\nother, S1\n", "'OTHER' is used and not defined"),
     (NODES + CELL + "*SURFACE, NAME=b\n1, S7\n", "side S7 of a tetra"),
+    (NODES + CELL + "*NSET, NSET=n, GENERATE\n1\n", "GENERATE wants lines of first, last, step"),
     (PART + "*ASSEMBLY, NAME=a\n" + CELL, "stand in the assembly"),
     ("*INCLUDE, INPUT=gone.inp\n", "cannot read the included file.*gone.inp"),
     ("*INCLUDE, INPUT=part.inp\n", "does a file include itself"),
