@@ -290,6 +290,7 @@ fn read_contact(reader: &Reader) -> Result<Option<ContactSystem>, FormatError> {
             layout: coupling.layout,
             compliance,
             rigid: None,
+            springs: None,
         }),
     };
     Ok(Some(ContactSystem { coupling, form }))

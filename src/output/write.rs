@@ -48,48 +48,40 @@ pub fn write(files: &[OutputFile], inputs: &Inputs) -> Result<(), OutputError> {
                 wrote.map_err(failed)?;
             }
             Destination::File(target, permissions) => {
-                let hidden = HiddenFile::write(target, file, permissions);
-                written.push(hidden.map_err(failed)?);
+                let hidden = hidden_copy(&target, file, permissions).map_err(failed)?;
+                written.push((hidden, target));
             }
         }
     }
-    written.into_iter().try_for_each(HiddenFile::publish)
+    for (hidden, target) in written {
+        let published = hidden.publish(&target);
+        published.map_err(|source| OutputError::Io {
+            file: target,
+            action: "write the file",
+            source,
+        })?;
+    }
+    Ok(())
 }
 
 /// A file written under a hidden name beside its place.
-struct HiddenFile {
-    target: PathBuf,
-    temporary: Temporary,
-}
-
-impl HiddenFile {
-    fn write(
-        target: PathBuf,
-        file: &OutputFile,
-        permissions: Option<fs::Permissions>,
-    ) -> io::Result<Self> {
-        remove_left_overs(&target);
-        let create = |path: &Path| File::create_new(path).map(drop);
-        let (temporary, mut part, ()) = Temporary::beside(&target, create)?;
-        part.write_all(&file.bytes)?;
-        part.sync_all()?;
-        part.rewind()?;
-        if !is_same(&part, &file.bytes[..])? {
-            let what = "the disk gives back something else than was written";
-            return Err(io::Error::other(what));
-        }
-        if let Some(permissions) = permissions {
-            part.set_permissions(permissions)?;
-        }
-        Ok(Self { target, temporary })
+fn hidden_copy(
+    target: &Path,
+    file: &OutputFile,
+    permissions: Option<fs::Permissions>,
+) -> io::Result<Temporary> {
+    remove_left_overs(target);
+    let create = |path: &Path| File::create_new(path).map(drop);
+    let (temporary, mut part, ()) = Temporary::beside(target, create)?;
+    part.write_all(&file.bytes)?;
+    part.sync_all()?;
+    part.rewind()?;
+    if !is_same(&part, &file.bytes[..])? {
+        let what = "the disk gives back something else than was written";
+        return Err(io::Error::other(what));
     }
-
-    fn publish(self) -> Result<(), OutputError> {
-        let published = self.temporary.publish(&self.target);
-        published.map_err(|source| OutputError::Io {
-            file: self.target,
-            action: "write the file",
-            source,
-        })
+    if let Some(permissions) = permissions {
+        part.set_permissions(permissions)?;
     }
+    Ok(temporary)
 }

@@ -269,7 +269,7 @@ fn solutions_with_words(branches: &Branches, parameter: f64, units: Units) -> Fi
 
 fn solutions(branches: &Branches, parameter: f64, units: Units) -> FigureTable {
     let solutions = branches.end_solutions(parameter).into_iter();
-    let rows = solutions.map(|at| point_figures(at.path, at.number, at.point, units));
+    let rows = solutions.map(|([path, number], point)| point_figures(path, number, point, units));
     FigureTable::new("", rows)
 }
 

@@ -6,10 +6,10 @@
 use std::{fs, path::Path, sync::LazyLock};
 
 use contact3d::{
+    contact::Ellipse,
     dual::DualSystem,
     mesh::{Mesh, parse_gmsh},
     scene::{Formula, FrictionLaw, GivenPlanes, Scene},
-    solver::Ellipse,
 };
 use proptest::{prelude::*, sample::Index};
 

@@ -188,8 +188,7 @@ fn determinants_are_those_of_newtons_matrix() {
         .expect("dense");
     let contact = problem.contact_side().expect("contact");
     let mut signs = Vec::new();
-    for at in end {
-        let point = at.point;
+    for (_, point) in end {
         let linearised = Linearisation::new(dual, &contact.laws(), &point.multiplier);
         assert_eq!(point.determinant, linearised.determinant_sign);
         signs.push(point.determinant);

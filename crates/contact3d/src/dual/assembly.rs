@@ -145,16 +145,12 @@ impl Analysed {
         mesh: &Mesh,
         admit: &dyn Fn(Requirement) -> Result<(), InsufficientResource>,
     ) -> Result<Self, AssemblyError> {
-        let loose = loose_motions(scene, mesh).map_err(AssemblyError::Scene)?;
+        let (loose, are_resisted) = loose_motions(scene, mesh).map_err(AssemblyError::Scene)?;
         let mut dofs = DofMap::of_scene(scene, mesh);
         if dofs.n_free == 0 {
             return Err(AssemblyError::NothingFree);
         }
-        admit(Requirement::of_stiffness(
-            mesh,
-            &dofs,
-            !loose.motions.is_empty(),
-        ))?;
+        admit(Requirement::of_stiffness(mesh, &dofs, !loose.is_empty()))?;
         let (graph, graph_seconds) = timed(|| NodeGraph::new(mesh));
         let (matrices, order) = rayon::join(
             || {
@@ -181,9 +177,9 @@ impl Analysed {
             dual_operator: 0.0,
         };
         let structure = structure.map_err(|e| explain(e, &dofs))?;
-        let floating = floating_body(scene, mesh, &dofs, &loose.motions, &stiffness)
+        let floating = floating_body(scene, mesh, &dofs, &loose, &stiffness)
             .map_err(AssemblyError::Scene)?;
-        let resisting = floating.as_ref().zip(springs.filter(|_| loose.resisted));
+        let resisting = floating.as_ref().zip(springs.filter(|_| are_resisted));
         let support_forces = resisting.map(|(body, springs)| {
             let force = |mode: &Vec<f64>| dofs.forces(&springs.forces(&dofs.to_nodes(mode)), &[]);
             body.modes.iter().map(force).collect()

@@ -231,7 +231,7 @@ impl ContactSystem {
 
     /// What the free degrees of freedom have to close: ∫ gap over each pane and, tangentially, ∫ u_tⁿ⁻¹ of a load history, less B u
     /// of the held contact nodes, in m³.
-    fn distances(
+    pub(super) fn distances(
         &self,
         dofs: &DofMap,
         surface: &ContactSurface,

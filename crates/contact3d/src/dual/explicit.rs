@@ -36,6 +36,9 @@ pub struct ExplicitDual {
     /// What else holds where the body floats or its supports are weak: its unknowns x are then (λ, α), r = S λ − G α − h and
     /// Gᵀλ + D α = e; `None` where supports hold it, and x = λ.
     pub rigid: Option<RigidEquilibrium>,
+    /// σ of contact springs in A, `[n_multipliers]`, in Pa/m³, where S, G and h are those with the springs: its unknowns are then
+    /// μ = λ + σ r. `None` for x = λ.
+    pub springs: Option<Arc<Vec<f64>>>,
 }
 
 impl ExplicitDual {
@@ -72,6 +75,7 @@ impl ExplicitDual {
             layout: coupling.layout,
             compliance: None,
             rigid: None,
+            springs: None,
         }
     }
 
@@ -113,6 +117,7 @@ impl ExplicitDual {
             layout: self.layout,
             compliance: self.compliance.clone(),
             rigid: self.rigid.as_ref().map(|it| it.about(stresses, motion)),
+            springs: self.springs.clone(),
         };
         anchored.apply_loads(displacement, surface, frame, dofs);
         anchored
@@ -218,6 +223,16 @@ impl ExplicitDual {
         &unknowns[..self.dimension()]
     }
 
+    /// λ in Pa: the multipliers of x, or μ − σ r with contact springs.
+    pub(crate) fn stresses<'x>(&self, unknowns: &'x [f64]) -> Cow<'x, [f64]> {
+        let multipliers = self.multipliers(unknowns);
+        let Some(springs) = &self.springs else {
+            return multipliers.into();
+        };
+        let gradient = self.gradient(unknowns);
+        without_springs(multipliers, springs, &gradient).into()
+    }
+
     /// α of x, in m.
     pub(crate) fn motion<'x>(&self, unknowns: &'x [f64]) -> &'x [f64] {
         &unknowns[self.dimension()..]
@@ -280,6 +295,15 @@ impl ExplicitDual {
     pub fn apply(&self, multiplier: &[f64]) -> Vec<f64> {
         symmetric_product(&self.operator, multiplier)
     }
+}
+
+/// μ − σ r, or its change.
+pub(crate) fn without_springs(unknowns: &[f64], springs: &[f64], gradient: &[f64]) -> Vec<f64> {
+    let mut stresses = unknowns.to_vec();
+    for ((stress, spring), r) in stresses.iter_mut().zip(springs).zip(gradient) {
+        *stress -= spring * r;
+    }
+    stresses
 }
 
 /// S, and G where a selection Cᵀ is given; those of a factor in single precision with the modes of the body as a whole in double.

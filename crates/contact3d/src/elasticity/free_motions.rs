@@ -112,28 +112,20 @@ const WEAK_SPRINGS: f64 = 1e-4;
 /// which leaves them seven of its sixteen digits.
 const SOFTEST_SPRINGS: f64 = 1e-9;
 
-/// The rigid motions that are unknowns beside the multipliers.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct LooseMotions {
-    /// Those that clamps and springs leave free, and those that springs hold weakly.
-    pub(crate) motions: Vec<RigidMotion>,
-    /// Whether springs resist any of them.
-    pub(crate) resisted: bool,
-}
-
-/// The rigid motions that clamps leave and springs hold weakly, by less than [`WEAK_SPRINGS`] of the body's own stiffness, or not at all.
+/// The rigid motions that are unknowns beside the multipliers: those that clamps leave and springs hold weakly, by less than
+/// [`WEAK_SPRINGS`] of the body's own stiffness, or not at all; and whether springs resist any of them.
 ///
 /// # Errors
 /// Free motions where no contact could stop them, springs softer than [`SOFTEST_SPRINGS`], a spring's stiffness that no spring can have.
-pub(crate) fn loose_motions(scene: &Scene, mesh: &Mesh) -> Result<LooseMotions, InvalidValue> {
+pub(crate) fn loose_motions(
+    scene: &Scene,
+    mesh: &Mesh,
+) -> Result<(Vec<RigidMotion>, bool), InvalidValue> {
     let free = motions_left_to_contact(scene, mesh)?;
     let mut loose = sprung_motions(scene, mesh)?;
     loose.retain(|(_, stiffness)| *stiffness < WEAK_SPRINGS);
     if loose.len() <= free.len() {
-        return Ok(LooseMotions {
-            motions: free,
-            resisted: false,
-        });
+        return Ok((free, false));
     }
     let (centre, _) = middle_and_spread(&mesh.coordinates);
     let extent = farthest(&mesh.coordinates, &centre);
@@ -157,10 +149,7 @@ pub(crate) fn loose_motions(scene: &Scene, mesh: &Mesh) -> Result<LooseMotions, 
         });
     }
     let motions: Vec<Motion> = loose.into_iter().map(|(motion, _)| motion).collect();
-    Ok(LooseMotions {
-        motions: basis(&motions),
-        resisted: true,
-    })
+    Ok((basis(&motions), true))
 }
 
 /// The motions that clamps leave a body in contact, in which the stiffness of the springs is diagonal, with that stiffness relative to the

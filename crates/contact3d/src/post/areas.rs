@@ -23,8 +23,8 @@ use super::{
     estimate::{SolutionData, displacements, multipliers_between_nodes},
 };
 use crate::{
-    elasticity::MaterialField, reference::QUADRATIC_TRIANGLE_NODES, scene::Functional,
-    solver::Ellipse,
+    contact::Ellipse, elasticity::MaterialField, reference::QUADRATIC_TRIANGLE_NODES,
+    scene::Functional,
 };
 
 /// Share of a pane by which a level line may lie away.

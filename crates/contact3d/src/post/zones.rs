@@ -1,10 +1,7 @@
 //! Open, sticking and slipping panes, and their contact quantities.
 
 use super::{Solved, SolvedContact};
-use crate::{
-    contact::{CoulombLaw, FrictionField},
-    solver::Ellipse,
-};
+use crate::contact::{CoulombLaw, Ellipse, FrictionField};
 
 /// What a pane of the contact face does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

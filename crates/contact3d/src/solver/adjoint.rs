@@ -10,12 +10,13 @@
 //! adjoint's multiplier, and z moves the face as Q_λ says.
 
 use super::{
-    ContactBody, ContactProblem, Ellipse, NaturalMap, Solution,
+    ContactBody, ContactProblem, NaturalMap, Solution,
     conditions::{Bound, Conditions, Evaluation},
     tolerances::{GMRES_MAX_APPLICATIONS, GMRES_TOLERANCE},
     two_levels::{PaneLevels, TwoLevels},
 };
 use crate::{
+    contact::Ellipse,
     dual::{Assembly, LocalStiffness},
     linalg::{DenseLu, add_scaled, difference, gmres_several},
 };

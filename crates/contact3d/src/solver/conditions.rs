@@ -1,8 +1,13 @@
 //! The conditions of contact and friction on every pane, for given λ, r and u_t.
 
-use super::{Ellipse, FeasibleSet, PaneLaws};
+use std::sync::Arc;
+
+use super::{FeasibleSet, PaneLaws};
 use crate::{
-    contact::{CoulombLaw, FrictionField, MultiplierLayout, change_of_slips, slip_signs, slips},
+    contact::{
+        CoulombLaw, Ellipse, FrictionField, MultiplierLayout, change_of_slips, slip_signs, slips,
+    },
+    dual::without_springs,
     linalg::{norm, ratio},
 };
 
@@ -42,7 +47,9 @@ pub(super) struct Conditions<'a> {
     pub(super) steplengths: Vec<f64>,
     pub(super) layout: MultiplierLayout,
     /// 𝓕⁻¹ where it does not follow the slip, `[n_friction_panes]`.
-    constant_inverse: Option<Vec<[f64; 2]>>,
+    pub(super) constant_inverse: Option<Vec<[f64; 2]>>,
+    /// σ where the unknowns are those with contact springs.
+    pub(super) springs: Option<Arc<Vec<f64>>>,
 }
 
 /// What a pane does at some λ.
@@ -121,6 +128,7 @@ impl<'a> Conditions<'a> {
             steplengths,
             layout,
             constant_inverse,
+            springs: None,
         }
     }
 
@@ -147,7 +155,7 @@ impl<'a> Conditions<'a> {
         let slip_derivative = self.slip_derivative(displacement);
         let panes = (0..self.layout.n_panes()).map(|i| self.pane(i, &trial, inverse.get(i)));
         let panes: Vec<PaneEvaluation> = panes.collect();
-        let mut residual = unknowns.to_vec();
+        let mut residual = self.stresses(unknowns, gradient);
         self.equilibrium_rows(gradient, &mut residual);
         for (i, pane) in panes.iter().enumerate() {
             residual[i] -= pane.normal_trial.max(0.0);
@@ -168,7 +176,15 @@ impl<'a> Conditions<'a> {
         }
     }
 
-    /// z = λ − ρ r, or its change.
+    /// λ, beside the rigid motions, or its change.
+    fn stresses(&self, unknowns: &[f64], gradient: &[f64]) -> Vec<f64> {
+        match &self.springs {
+            None => unknowns.to_vec(),
+            Some(springs) => without_springs(unknowns, springs, gradient),
+        }
+    }
+
+    /// z = λ − ρ r, or its change; μ − ρ r with contact springs, whose σ are part of ρ.
     fn trial(&self, unknowns: &[f64], gradient: &[f64]) -> Vec<f64> {
         let trial = |i: usize| match self.steplengths[i] {
             0.0 => 0.0,
@@ -216,7 +232,7 @@ impl<'a> Conditions<'a> {
         let slips = slips.map_or_else(Vec::new, |by| {
             change_of_slips(by, |node| displacement[node])
         });
-        let mut change = direction.to_vec();
+        let mut change = self.stresses(direction, gradient);
         self.equilibrium_rows(gradient, &mut change);
         for (i, pane) in at.panes.iter().enumerate() {
             let pressure = if pane.pressed { trial[i] } else { 0.0 };

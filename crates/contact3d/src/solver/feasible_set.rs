@@ -1,6 +1,6 @@
 //! The admissible set of a frozen problem.
 
-use super::Ellipse;
+use crate::contact::Ellipse;
 use crate::{contact::MultiplierLayout, linalg::difference};
 
 /// The admissible multipliers of a frozen problem: λ_ν ≥ 0 on every pane and ‖𝓕_i⁻¹ λ_t,i‖ ≤ g_i

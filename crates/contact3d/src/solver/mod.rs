@@ -2,7 +2,7 @@
 //! method inside, and a semismooth Newton method for the whole problem.
 //!
 //! `solve.rs` tells a solve in order and names the module of each step. It stands on these, each using only those before it:
-//! `tolerances` (shared limits), `ellipse`, `feasible_set`, `pane_laws`, `strategy` (the list of start strategies), `solution`,
+//! `tolerances` (shared limits), `feasible_set`, `pane_laws`, `strategy` (the list of start strategies), `solution`,
 //! `conditions` (the natural map of panes), `problem`, `convex` (the interior point method), `newton`, `inner`, `minimisation`, `fixed_point`
 //! (Algorithm 4.1), `accuracy`, `assessment` (the status), `equilibrium`, `two_levels`, `newton_krylov`, `gradient_methods`. Beside it
 //! stands `adjoint`, the derivative of a solution.
@@ -52,7 +52,6 @@ mod adjoint;
 mod assessment;
 mod conditions;
 mod convex;
-mod ellipse;
 mod equilibrium;
 mod feasible_set;
 mod fixed_point;
@@ -73,7 +72,6 @@ pub(crate) use accuracy::{is_significant, load_stress};
 pub(crate) use adjoint::{Adjoint, LinearFunctional};
 pub(crate) use assessment::Assessment;
 pub use conditions::{Bound, Evaluation, PaneEvaluation, PaneZone};
-pub use ellipse::{Ellipse, ProjectionDerivative};
 pub use feasible_set::FeasibleSet;
 pub use fixed_point::{MappingValue, SuccessiveApproximations, evaluate_mapping};
 pub use inner::{Gpcg, Inner, InnerOutcome, Kprgp, projected_gradient_steplength};

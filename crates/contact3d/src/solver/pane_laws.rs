@@ -120,7 +120,8 @@ pub fn coulomb_state(
     law: &CoulombLaw,
     multiplier: &[f64],
 ) -> CoulombState {
-    let (normal, _) = dual.layout.split(multiplier);
+    let stresses = dual.stresses(multiplier);
+    let (normal, _) = dual.layout.split(&stresses);
     let slip = slip_of(dual, laws, multiplier);
     laws.state(law, normal, &slip)
 }

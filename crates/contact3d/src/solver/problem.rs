@@ -2,7 +2,7 @@
 //!
 //! The solvers know matrices, panes and laws; here alone they meet a mesh.
 
-use std::borrow::Cow;
+use std::{borrow::Cow, cell::OnceCell};
 
 use thiserror::Error;
 
@@ -39,6 +39,8 @@ pub struct ContactProblem<'a> {
     pub(super) dual: Cow<'a, ContactSystem>,
     pub(super) laws: PaneLaws,
     pub(super) body: ContactBody<'a>,
+    /// The same with contact springs in A, where gaps lose their digits without; made by the first solve.
+    springs: OnceCell<Option<DualSystem>>,
 }
 
 impl<'a> ContactProblem<'a> {
@@ -51,7 +53,19 @@ impl<'a> ContactProblem<'a> {
             dual: balanced.map_or(Cow::Borrowed(dual), Cow::Owned),
             laws: face.laws(),
             body: ContactBody { assembly, face },
+            springs: OnceCell::new(),
         })
+    }
+
+    /// The problem with contact springs in A ([`ContactSystem::with_springs`]), where gaps lose their digits without.
+    pub(super) fn with_springs(&self) -> Option<(&ContactSystem, ContactBody<'_>)> {
+        let ContactBody { assembly, face } = self.body;
+        let sides = (face.surface, face.interface);
+        let springs = self
+            .springs
+            .get_or_init(|| self.dual.with_springs(assembly, sides));
+        let DualSystem { assembly, contact } = springs.as_ref()?;
+        Some((contact.as_ref()?, ContactBody { assembly, face }))
     }
 }
 
@@ -252,6 +266,22 @@ impl ContactBody<'_> {
         let (surface, frame) = (self.face.surface, &self.face.interface.frame);
         let dofs = &self.assembly.primal.dofs;
         frame.nodal_tangential(surface, dofs, |row| dofs.at_node(row, displacement))
+    }
+
+    /// The multipliers that the unknowns are, with contact springs μ = λ + σ r, of stresses in Pa with their displacement in m.
+    pub(super) fn unknowns(
+        &self,
+        dual: &ContactSystem,
+        multiplier: &[f64],
+        displacement: &[f64],
+    ) -> Vec<f64> {
+        let ContactBody { assembly, face } = self;
+        dual.augmented(
+            multiplier,
+            displacement,
+            assembly,
+            (face.surface, face.interface),
+        )
     }
 
     /// R at unknowns with their displacement u in m and B u − gap in m³.

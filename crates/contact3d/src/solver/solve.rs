@@ -74,31 +74,42 @@ impl ContactProblem<'_> {
         observe: &mut dyn FnMut(Progress<'_>),
     ) -> Result<Solution, NeedsExplicit> {
         let n = self.dual.layout().n_multipliers();
-        let solve = ContactSolve {
-            dual: &self.dual,
+        let springs = match settings.method {
+            Method::FixedPoint => None,
+            Method::Newton | Method::Auto => self.with_springs(),
+        };
+        let with = |dual, body| ContactSolve {
+            dual,
             laws: &self.laws,
-            body: self.body,
+            body,
             settings,
             start: Start {
                 multiplier: start.multiplier.filter(|it| it.len() == n),
                 checkpoint: start.checkpoint.filter(|it| it.multiplier.len() == n),
             },
         };
-        solve.run(observe)
+        let Some((dual, body)) = springs else {
+            return with(&self.dual, self.body).run(observe);
+        };
+        let found = with(dual, body).run(observe)?;
+        if found.status.is_solved() {
+            return Ok(found);
+        }
+        // A face that hardly touches its foundation may have a solution that only S without springs tells.
+        let solution = with(&self.dual, self.body).run(observe)?;
+        Ok(solution.after(found.trace))
     }
 
     /// Adds how the mapping Ψ behaves at a solution: with Coulomb's law and a dense operator, and where supports hold the body, for else
     /// the mapping is not one of multipliers alone.
     pub(crate) fn linearise(&self, solution: &mut Solution) {
-        let parts = (
-            self.dual.explicit(),
-            self.laws.coulomb(),
-            &mut solution.friction,
-        );
-        if let (Some(dual), Some(law), Some(friction)) = parts
-            && self.dual.rigid().is_none()
+        let (dual, body) = self.with_springs().unwrap_or((&self.dual, self.body));
+        let parts = (dual.explicit(), self.laws.coulomb(), &mut solution.friction);
+        if let (Some(explicit), Some(law), Some(friction)) = parts
+            && dual.rigid().is_none()
         {
-            friction.local_mapping = LocalMapping::new(dual, &self.laws, law, &solution.multiplier);
+            let unknowns = body.unknowns(dual, &solution.multiplier, &solution.displacement);
+            friction.local_mapping = LocalMapping::new(explicit, &self.laws, law, &unknowns);
         }
     }
 }
@@ -298,7 +309,11 @@ impl ContactSolve<'_> {
             }
         };
         let motion = dual.rigid.is_some().then(|| dual.motion(&refined.unknowns));
-        let multiplier = dual.multipliers(&refined.unknowns).to_vec();
+        let about = NewtonDriver {
+            dual: &refined.dual,
+            ..*driver
+        };
+        let multiplier = about.map().stresses(&refined.unknowns);
         Solution {
             rigid: motion.map(RigidMotions::of),
             friction,

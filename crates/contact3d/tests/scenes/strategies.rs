@@ -77,3 +77,31 @@ fn a_steep_rise_of_friction_is_met_with_coefficients_as_unknowns() {
     assert!(change < 1e-6, "{change:e}");
     assert!(report.certificate.worst() < 1e-6);
 }
+
+/// A strip 500 thicknesses long, whose tip would sink by 9 m if a floor that is wavy by a micrometre did not hold it: S has a condition of
+/// 1e11, and h is known to 150 times the gap. By an active set method on [A Bᵀ; B 0] the floor carries 64.9 N.
+#[test]
+fn gaps_of_a_slender_strip_keep_their_digits() {
+    let strip = |along: f64, friction: &str| {
+        format!(
+            "title = 'strip'
+            body.element = 'P2'
+            body.brick = {{ size = [100.0, 1.0, 0.2], cells = [20, 2, 1] }}
+            material.isotropic = {{ young_modulus = 8.0594e8, poisson_ratio = 0.3 }}
+            clamp = [{{ face = 'x_min' }}]
+            body_force.value = [{along}, 0.0, -3.3991]
+            contact = {{ face = 'z_min', multipliers = 'nodal', gap = '7.267469359152741e-07*(1 + cos(0.03084214042701261*x))' }}
+            {friction}"
+        )
+    };
+    for text in [
+        strip(0.0, ""),
+        strip(0.5, "friction.coefficient.constant = 0.3"),
+    ] {
+        let (solution, report) = solved(&text);
+        assert!(solution.status.is_solved(), "{}", solution.status.word());
+        assert!(solution.accuracy < 1e-9, "{}", solution.accuracy);
+        let force = report.resultants.contact.expect("contact").contact_force;
+        assert!((force[2] - 64.9).abs() < 0.1, "{force:?}");
+    }
+}

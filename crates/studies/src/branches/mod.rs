@@ -151,7 +151,7 @@ impl Branches {
         let multiplier = equations.multiplier(&ray.state.point);
         let is_end = parameter == self.range.from || parameter == self.range.to;
         let solutions = self.end_solutions(parameter);
-        let mut points = solutions.iter().map(|at| at.point);
+        let mut points = solutions.iter().map(|(_, point)| point);
         is_end && points.any(|point| self.is_same(&point.multiplier, &multiplier))
     }
 
@@ -163,8 +163,8 @@ impl Branches {
         round: usize,
     ) -> Result<Vec<HalfPath>, ProblemError> {
         let value = self.range.value(s);
-        let known = self.end_solutions(value).into_iter().map(|at| {
-            let scaled = at.point.multiplier.iter().map(|l| l / self.stress);
+        let known = self.end_solutions(value).into_iter().map(|(_, point)| {
+            let scaled = point.multiplier.iter().map(|l| l / self.stress);
             scaled.chain([s]).collect()
         });
         let known: Vec<Vec<f64>> = known.collect();
@@ -221,38 +221,23 @@ fn is_large(paths: &[Path]) -> bool {
     paths.len() >= 100 || points >= 20_000
 }
 
-/// A solution at one end of the range.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct EndSolution<'a> {
-    /// The number of its path.
-    pub path: usize,
-    /// Its number on the path.
-    pub number: usize,
-    /// What is known of it.
-    pub point: &'a PathPoint,
-}
-
 impl Branches {
     /// Whether two multipliers in Pa are one.
     fn is_same(&self, first: &[f64], second: &[f64]) -> bool {
         norm(&difference(first, second)) <= SAME * self.stress
     }
 
-    /// The different solutions at one end of the range, by its parameter.
+    /// The different solutions at one end of the range, by its parameter, with the numbers of their paths and theirs on these.
     #[must_use]
-    pub fn end_solutions(&self, parameter: f64) -> Vec<EndSolution<'_>> {
-        let mut found: Vec<EndSolution<'_>> = Vec::new();
+    pub fn end_solutions(&self, parameter: f64) -> Vec<([usize; 2], &PathPoint)> {
+        let mut found: Vec<([usize; 2], &PathPoint)> = Vec::new();
         for (path, followed) in self.paths.iter().enumerate() {
             for (number, point) in followed.points.iter().enumerate() {
-                let known = |other: &EndSolution<'_>| {
-                    self.is_same(&other.point.multiplier, &point.multiplier)
-                };
-                if point.parameter == parameter && !found.iter().any(known) {
-                    found.push(EndSolution {
-                        path,
-                        number,
-                        point,
-                    });
+                let mut others = found.iter();
+                let is_known =
+                    others.any(|(_, it)| self.is_same(&it.multiplier, &point.multiplier));
+                if point.parameter == parameter && !is_known {
+                    found.push(([path, number], point));
                 }
             }
         }
@@ -263,7 +248,7 @@ impl Branches {
     #[must_use]
     pub fn degree(&self, parameter: f64) -> i32 {
         let solutions = self.end_solutions(parameter);
-        let signs = solutions.iter().map(|at| at.point.determinant);
+        let signs = solutions.iter().map(|(_, point)| point.determinant);
         signs.map(i32::from).sum()
     }
 }

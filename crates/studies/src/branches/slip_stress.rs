@@ -146,7 +146,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use contact3d::solver::Ellipse;
+    use contact3d::contact::Ellipse;
 
     proptest! {
         /// Outside the ellipse it is the projection.

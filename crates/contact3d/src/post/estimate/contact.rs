@@ -6,11 +6,11 @@ use super::{
     contact_points::{ContactPoint, ContactPoints},
 };
 use crate::{
+    contact::Ellipse,
     elasticity::InternalForces,
     post::{Solved, SolvedContact},
     reference::quadrature,
     scene::{ContactFeatures, FrictionModel, Obstacle, Quantity, Scene},
-    solver::Ellipse,
 };
 
 /// A multiplier with its law at a point of the contact face.

@@ -168,7 +168,8 @@ impl ContactSolve<'_> {
         }
         let map = NaturalMap::with_steplengths(&near.dual, bound, steplengths);
         let there = map.evaluate(&found.unknowns);
-        let step = difference(&found.unknowns, &near.unknowns);
+        let [here, reached] = [&near.unknowns, &found.unknowns].map(|x| near.dual.stresses(x));
+        let step = difference(&reached, &here);
         let rounding = self.motion_rounding(&found.unknowns, &there, &local.stiffness);
         // The term's own force vanishes round by round, and slowly where little resists the motion: steps are shorter than the distance.
         let term_force = match has_free_motion {
@@ -176,7 +177,7 @@ impl ContactSolve<'_> {
             false => 0.0,
         };
         let error = self
-            .relative(&step, &found.unknowns, &there)
+            .relative(&step, &reached, &there)
             .max(rounding)
             .max(term_force);
         let bound_error = within_ellipses(self.laws, &there, &step);

@@ -6,9 +6,10 @@ use faer::Mat;
 
 use super::cone::Point;
 use crate::{
+    contact::Ellipse,
     dual::{ExplicitDual, LocalStiffness},
     linalg::dot,
-    solver::{Ellipse, FeasibleSet},
+    solver::FeasibleSet,
 };
 
 /// Which entries of x a cone of the problem is made of.

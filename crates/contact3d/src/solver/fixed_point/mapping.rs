@@ -44,7 +44,7 @@ pub fn evaluate(
     MappingValue {
         // The rigid motions of a body that floats stay aside.
         relative_change: match inner.stop.is_solution() {
-            true => relative_change(dual.multipliers(unknowns), &inner.unknowns),
+            true => relative_change(&dual.stresses(unknowns), &dual.stresses(&inner.unknowns)),
             false => f64::INFINITY,
         },
         unknowns: inner.unknowns,

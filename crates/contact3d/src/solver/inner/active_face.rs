@@ -47,12 +47,12 @@ impl ActiveFace {
             match (a > 0.0, b > 0.0) {
                 (true, true) if !ellipse.on_boundary(point) => PairFreedom::Free,
                 (true, true) => {
-                    let frame = ellipse.boundary_frame(point);
+                    let (normal, curvature) = ellipse.normal_and_curvature(point);
                     let r = set.layout.pair(gradient, pane);
-                    let force = -(r[0] * frame.normal[0] + r[1] * frame.normal[1]);
+                    let force = -(r[0] * normal[0] + r[1] * normal[1]);
                     PairFreedom::Line {
-                        tangent: frame.tangent,
-                        stiffness: force.max(0.0) * frame.curvature,
+                        tangent: [normal[1], -normal[0]],
+                        stiffness: force.max(0.0) * curvature,
                     }
                 }
                 (true, false) if inside(0) => PairFreedom::axis([1.0, 0.0]),

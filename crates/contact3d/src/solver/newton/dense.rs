@@ -124,6 +124,12 @@ impl<F: FnMut(&mut [f64])> NewtonModel for DenseModel<'_, F> {
         self.relaxed(next, SWEEPS_PER_STEP)
     }
 
+    /// Without friction and with contact springs steps are those of an active set method, which finds the zones of long beams by full steps
+    /// alone: on the way gaps open that are larger than all at the solution.
+    fn is_damped(&self) -> bool {
+        self.map.dual.springs.is_none() || self.map.dual.layout.n_pairs() > 0
+    }
+
     fn is_at_rounding(&self, best: &Iterate<Vec<f64>>) -> bool {
         let relative = best.relative();
         relative < ROUNDING_REGIME || relative < self.map.rounding(&best.point, &best.evaluation)

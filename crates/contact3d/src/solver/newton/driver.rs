@@ -11,7 +11,7 @@ use crate::{
         FeasibleSet, NewtonStep, StartStrategy,
         conditions::Bound,
         convex::{ConvexProgram, InteriorPoint},
-        tolerances::{NEWTON_MAX_STEPS, ZONES_TOLERANCE},
+        tolerances::{LOOP_MAX_STEPS, NEWTON_MAX_STEPS, ZONES_TOLERANCE},
     },
 };
 
@@ -64,11 +64,13 @@ impl<'a> NewtonDriver<'a> {
 
     fn applies(&self, strategy: StartStrategy, method: Method) -> bool {
         match strategy {
-            StartStrategy::Separated => self.separated().is_some(),
-            StartStrategy::Warm => self.start.is_some() && self.has_large_rigid_compliance(),
             StartStrategy::Relaxed
             | StartStrategy::BondedContact
             | StartStrategy::BilateralFrictionless => true,
+            // The others know λ alone, and no contact springs.
+            _ if self.dual.springs.is_some() => false,
+            StartStrategy::Separated => self.separated().is_some(),
+            StartStrategy::Warm => self.start.is_some() && self.has_large_rigid_compliance(),
             StartStrategy::ProximalPoint => self.dual.rigid.is_some(),
             StartStrategy::InteriorPoint => matches!(self.bound, Bound::Given(_)),
             StartStrategy::FrictionGraph => {
@@ -130,7 +132,7 @@ impl<'a> NewtonDriver<'a> {
             least_steps: 1,
             ..*settings
         };
-        let found = if self.has_large_rigid_compliance() {
+        let found = if self.dual.springs.is_some() || self.has_large_rigid_compliance() {
             set.project(&mut start);
             local_newton(&self.map(), start, &measured.local(), |_, _| {})
         } else {
@@ -148,7 +150,15 @@ impl<'a> NewtonDriver<'a> {
         start: Vec<f64>,
         observe: &mut dyn FnMut(usize, &NewtonStep),
     ) -> NewtonSolution {
-        let settings = settings_for(ZONES_TOLERANCE).local();
+        let settings = match self.dual.springs {
+            None => settings_for(ZONES_TOLERANCE).local(),
+            // Zones along a beam follow each other, a pane or two a step.
+            Some(_) => NewtonSettings {
+                max_steps: LOOP_MAX_STEPS,
+                stagnation_steps: NEWTON_MAX_STEPS,
+                ..settings_for(ZONES_TOLERANCE)
+            },
+        };
         local_newton(&self.map(), start, &settings, observe)
     }
 
@@ -187,6 +197,8 @@ impl<'a> NewtonDriver<'a> {
             ..NewtonSettings::default()
         };
         match self.bound {
+            // Relaxation knows λ alone.
+            _ if self.dual.springs.is_some() => self.from(self.zero_or_start(), observe),
             Bound::Coulomb(laws, law) => {
                 newton(self.dual, laws, law, self.start, &settings, observe)
             }
@@ -204,6 +216,9 @@ impl<'a> NewtonDriver<'a> {
         settings: &NewtonSettings,
         observe: &mut dyn FnMut(usize, &NewtonStep),
     ) -> NewtonSolution {
+        if self.dual.springs.is_some() {
+            return NewtonSolution::failed(self.dual);
+        }
         let dual = self.dual.clone().absolute();
         let program = ConvexProgram::of_dual(&dual, set, self.local);
         let map = self.map();

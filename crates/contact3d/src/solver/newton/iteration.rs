@@ -105,6 +105,11 @@ pub(in crate::solver) trait NewtonModel {
         length: f64,
     ) -> Iterate<Self::Point>;
 
+    /// Whether steps are halved until ‖R‖ falls.
+    fn is_damped(&self) -> bool {
+        true
+    }
+
     /// Whether a stall with this iterate as the best one is rounding.
     fn is_at_rounding(&self, best: &Iterate<Self::Point>) -> bool {
         best.relative() < ROUNDING_REGIME
@@ -188,7 +193,7 @@ fn damped<M: NewtonModel>(
     for halvings in 0..=STEP_MAX_HALVINGS {
         let length = 0.5_f64.powi(halvings as i32);
         let reached = model.trial(from, direction, length);
-        if reached.norm() < from.norm() {
+        if reached.norm() < from.norm() || !model.is_damped() {
             return (reached, step(halvings, length));
         }
         full.get_or_insert(reached);

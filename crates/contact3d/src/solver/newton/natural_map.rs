@@ -2,7 +2,7 @@
 
 use crate::{
     dual::{ExplicitDual, RigidEquilibrium, friction_stiffness},
-    linalg::norm,
+    linalg::{difference, norm},
     solver::{
         conditions::{Bound, Conditions, Evaluation},
         tolerances::FEW_ROUNDINGS,
@@ -45,7 +45,10 @@ impl<'a> NaturalMap<'a> {
         steplengths.extend(dual.rigid.iter().flat_map(RigidEquilibrium::steplengths));
         Self {
             dual,
-            conditions: Conditions::new(bound, dual.layout, steplengths),
+            conditions: Conditions {
+                springs: dual.springs.clone(),
+                ..Conditions::new(bound, dual.layout, steplengths)
+            },
         }
     }
 
@@ -55,6 +58,15 @@ impl<'a> NaturalMap<'a> {
         let gradient = self.dual.gradient(unknowns);
         let displacement = self.tangential_displacement(unknowns);
         self.conditions.evaluate(unknowns, &gradient, &displacement)
+    }
+
+    /// λ at unknowns; with contact springs P(z), which is zero on open panes where μ − σ r has rounding.
+    pub(in crate::solver) fn stresses(&self, unknowns: &[f64]) -> Vec<f64> {
+        let stresses = self.dual.stresses(unknowns);
+        match self.dual.springs {
+            None => stresses.into_owned(),
+            Some(_) => difference(&stresses, &self.evaluate(unknowns).residual),
+        }
     }
 
     /// 𝓕⁻¹ on the panes at λ; empty for frozen ellipses.
@@ -74,7 +86,7 @@ impl<'a> NaturalMap<'a> {
 
     /// ‖λ‖, beside the forces D α that weak supports take, as stresses ρ D α: what ‖R‖ is measured by.
     pub(in crate::solver) fn size(&self, unknowns: &[f64]) -> f64 {
-        let mut stresses = self.dual.multipliers(unknowns).to_vec();
+        let mut stresses = self.dual.stresses(unknowns).into_owned();
         if let Some(equilibrium) = &self.dual.rigid {
             let motions = self.dual.motion(unknowns).iter();
             let carried = motions

@@ -1,10 +1,7 @@
 //! Sweeps of nonlinear block Gauss–Seidel.
 
 use super::natural_map::NaturalMap;
-use crate::{
-    linalg::add_scaled,
-    solver::{Ellipse, conditions::Bound},
-};
+use crate::{contact::Ellipse, linalg::add_scaled, solver::conditions::Bound};
 
 impl NaturalMap<'_> {
     /// Sweeps of nonlinear block Gauss–Seidel: in pane after pane the normal component goes to its

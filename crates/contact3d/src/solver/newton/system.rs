@@ -56,9 +56,14 @@ impl NaturalMap<'_> {
     /// The Newton step d with R'(λ) d = −R and its number of coupled unknowns; `None` when R' is singular.
     #[must_use]
     pub fn newton_step(&self, evaluation: &Evaluation) -> Option<(Vec<f64>, usize)> {
+        let mut step: Vec<f64> = evaluation.residual.iter().map(|r| -r).collect();
+        if self.conditions.springs.is_some() {
+            let n = step.len();
+            DenseLu::new(&self.with_springs(evaluation), n)?.solve(&mut step);
+            return step.iter().all(|v| v.is_finite()).then_some((step, n));
+        }
         let system = NewtonSystem::new(self, evaluation);
         let n = system.coupled.len();
-        let mut step: Vec<f64> = evaluation.residual.iter().map(|r| -r).collect();
         let mut rhs = system.rhs(&step);
         DenseLu::of(system.matrix())?.solve(&mut rhs);
         for (&unknown, &value) in system.coupled.iter().zip(&rhs) {
@@ -89,6 +94,10 @@ impl NaturalMap<'_> {
         &self,
         evaluation: &Evaluation,
     ) -> (Vec<usize>, Vec<f64>) {
+        if self.conditions.springs.is_some() {
+            let all = 0..evaluation.residual.len();
+            return (all.collect(), self.with_springs(evaluation));
+        }
         let system = NewtonSystem::new(self, evaluation);
         let n = system.coupled.len();
         let mut matrix = vec![0.0; n * n];
@@ -98,6 +107,26 @@ impl NaturalMap<'_> {
             system.derivative_column(unknown, column);
         });
         (system.coupled, matrix)
+    }
+
+    /// R' with contact springs, in which every unknown is coupled, column-major.
+    fn with_springs(&self, evaluation: &Evaluation) -> Vec<f64> {
+        let (dual, n) = (self.dual, evaluation.residual.len());
+        let mut matrix = vec![0.0; n * n];
+        let columns = matrix.par_chunks_exact_mut(n.max(1)).enumerate();
+        columns.for_each(|(j, column)| {
+            column[j] = 1.0;
+            let compliance = dual
+                .compliance
+                .iter()
+                .flat_map(|it| it.column(j).as_chunks().0);
+            let slips: Vec<[f64; 2]> = compliance.map(|u: &[f64; 2]| u.map(|u| -u)).collect();
+            let change = self
+                .conditions
+                .derivative(evaluation, column, dual.column(j), &slips);
+            column.copy_from_slice(&change);
+        });
+        matrix
     }
 }
 

@@ -1,4 +1,5 @@
-//! Laws of the contact face and the order of multipliers.
+//! Laws of the contact face, ellipses of friction, the order of multipliers.
 
+mod ellipse;
 mod law_bounds;
 mod layout;

@@ -1,5 +1,4 @@
-//! Ellipses of friction, inner solvers, operators.
+//! Inner solvers, operators.
 
-mod ellipse;
 mod inner;
 mod operator;

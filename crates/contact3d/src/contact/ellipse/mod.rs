@@ -4,8 +4,6 @@ mod derivative;
 
 pub use derivative::ProjectionDerivative;
 
-use super::tolerances::LOOP_MAX_STEPS;
-
 /// The closed set (x/a)² + (y/b)² ≤ 1 with semi-axes a, b ≥ 0; a segment or a point when one or
 /// both vanish.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,6 +15,9 @@ pub struct Ellipse {
 /// A point this close to the level 1 counts as lying on the boundary: the projection and the
 /// largest feasible step reach the level 1 up to a few roundings.
 const BOUNDARY_ROUNDING: f64 = 64.0 * f64::EPSILON;
+
+/// Most steps for a projection, which takes some six.
+const PROJECTION_MAX_STEPS: usize = 100;
 
 impl Ellipse {
     /// The ellipse of vanishing semi-axes.
@@ -111,7 +112,7 @@ impl Ellipse {
     }
 
     /// c with P(s p) → (a c₁, b c₂) and ‖c‖ = 1 as s → ∞.
-    pub(in crate::solver) fn far_direction(&self, p: [f64; 2]) -> [f64; 2] {
+    pub(crate) fn far_direction(&self, p: [f64; 2]) -> [f64; 2] {
         let unit = |v: [f64; 2]| {
             let largest = v[0].abs().max(v[1].abs());
             v.map(|v| {
@@ -139,7 +140,7 @@ impl Ellipse {
 fn multiplier(axes: [f64; 2], point: [f64; 2]) -> f64 {
     let [a, b] = axes;
     let mut t = (a * point[0] - a * a).max(b * point[1] - b * b).max(0.0);
-    for _ in 0..LOOP_MAX_STEPS {
+    for _ in 0..PROJECTION_MAX_STEPS {
         let ratio = [0, 1].map(|i| axes[i] * point[i] / (t + axes[i] * axes[i]));
         // Newton on 1/level, nearly linear in t: few steps even far outside.
         let level = ratio[0].hypot(ratio[1]);

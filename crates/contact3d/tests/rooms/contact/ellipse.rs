@@ -1,6 +1,6 @@
 //! Projections on ellipses of friction and their derivatives.
 
-use contact3d::solver::Ellipse;
+use contact3d::contact::Ellipse;
 use proptest::prelude::*;
 
 fn distance(p: [f64; 2], q: [f64; 2]) -> f64 {
