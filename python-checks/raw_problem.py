@@ -38,9 +38,13 @@ class RawProblem:
     def read(cls, file: h5py.File) -> "RawProblem":
         """Take the raw arrays of a solved file."""
         assemble, solve, mesh = file["assemble"], file["solve"], file["mesh"]
-        names = ("coupling_normal", "coupling_tangential")
-        coupling = [read_matrix(assemble[name]) for name in names]
-        multipliers = [solve["multiplier_normal"], solve["multiplier_tangential"]]
+        # Tangential parts are there with friction alone.
+        parts = ("normal", "tangential") if "coupling_tangential" in assemble else ("normal",)
+        coupling = [read_matrix(assemble[f"coupling_{part}"]) for part in parts]
+
+        def both(name: str) -> np.ndarray:
+            return np.concatenate([solve[f"{name}_{part}"][:].ravel() for part in parts])
+
         return cls(
             scene=read_scene(file),
             coordinates=mesh["coordinates"][:],
@@ -54,14 +58,9 @@ class RawProblem:
             coupling=sparse.vstack(coupling, format="csr"),
             dual_rhs=file["load/dual_rhs"][:],
             displacement=solve["displacement"][:],
-            multiplier=np.concatenate([part[:].ravel() for part in multipliers]),
+            multiplier=both("multiplier"),
             steplength=float(solve["steplength"][()]),
-            local_stiffness=np.concatenate(
-                [
-                    solve["local_stiffness_normal"][:],
-                    solve["local_stiffness_tangential"][:].ravel(),
-                ]
-            ),
+            local_stiffness=both("local_stiffness"),
         )
 
     @property

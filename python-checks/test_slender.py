@@ -10,6 +10,7 @@ from run_file import open_run
 
 # 500 thicknesses long; its tip would sink by 9 m without the floor, which is wavy by a micrometre.
 STRIP = """
+title = "strip"
 [body]
 element = "P2"
 [body.brick]
