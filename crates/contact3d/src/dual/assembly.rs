@@ -177,8 +177,8 @@ impl Analysed {
             dual_operator: 0.0,
         };
         let structure = structure.map_err(|e| explain(e, &dofs))?;
-        let floating = floating_body(scene, mesh, &dofs, &loose, &stiffness)
-            .map_err(AssemblyError::Scene)?;
+        let floating =
+            floating_body(scene, mesh, &dofs, &loose, &stiffness).map_err(AssemblyError::Scene)?;
         let resisting = floating.as_ref().zip(springs.filter(|_| are_resisted));
         let support_forces = resisting.map(|(body, springs)| {
             let force = |mode: &Vec<f64>| dofs.forces(&springs.forces(&dofs.to_nodes(mode)), &[]);

@@ -267,11 +267,16 @@ impl ContactSystem {
     pub fn refined(
         &self,
         assembly: &Assembly,
+        face: (&ContactSurface, &Interface),
         unknowns: &[f64],
         start: Option<&Doubled>,
         target: f64,
     ) -> Doubled {
-        let forces = self.forces(assembly, self.parts(unknowns).0);
+        let (multiplier, _) = self.parts(unknowns);
+        if let Some(springs) = self.explicit().and_then(|dual| dual.springs.as_ref()) {
+            return self.refined_with_springs(springs, assembly, multiplier, face);
+        }
+        let forces = self.forces(assembly, multiplier);
         assembly.solve_refined(&forces, start, target)
     }
 

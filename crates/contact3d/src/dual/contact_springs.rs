@@ -15,7 +15,7 @@ use std::{collections::BTreeMap, sync::Arc};
 use super::{Assembly, AssemblySeconds, ContactSystem, DualSystem, PrimalSystem, pane_stiffness};
 use crate::{
     contact::Interface,
-    linalg::{CholeskyFactor, CscMatrix, Doubled, Factor, Precision, Work},
+    linalg::{CholeskyFactor, CscMatrix, Doubled, Factor, Precision, Work, add_scaled, norm},
     mesh::ContactSurface,
 };
 
@@ -56,23 +56,19 @@ impl ContactSystem {
         let (surface, interface) = face;
         let mut distances = self.distances(&primal.dofs, surface, interface);
         distances.resize(springs.len(), 0.0);
-        let closing: Vec<f64> = distances.iter().zip(&springs).map(|(d, s)| d * s).collect();
-        let mut load = self.coupling.nodal_forces(&closing);
-        load.iter_mut().zip(&primal.load).for_each(|(f, l)| *f += l);
         let stiffness = added(&primal.stiffness, &self.coupling.transposed, &springs);
         let order = assembly.factor.structure().permutation.clone();
         let factor = CholeskyFactor::factorise(&stiffness, order).ok()?;
+        // A and l stay as they are: residuals in twice the working precision know the springs by their forces.
         let assembly = Assembly {
-            primal: PrimalSystem {
-                dofs: primal.dofs.clone(),
-                stiffness: Arc::new(stiffness),
-                load,
-                floating: None,
-            },
+            primal: primal.clone(),
             factor: Arc::new(Factor::Double(factor)),
             seconds: AssemblySeconds::default(),
         };
-        let unconstrained = assembly.unconstrained();
+        let closing: Vec<f64> = distances.iter().zip(&springs).map(|(d, s)| d * s).collect();
+        let mut forces = self.coupling.nodal_forces(&closing);
+        add_scaled(&mut forces, 1.0, &primal.load);
+        let unconstrained = assembly.solve(&forces);
         let (coupling, dofs) = (self.coupling.clone(), &assembly.primal.dofs);
         let mut contact = Self::new(coupling, &unconstrained, dofs, surface, interface);
         contact.make_explicit(&assembly, &unconstrained, face, &Work::default());
@@ -100,6 +96,48 @@ impl ContactSystem {
         let area: f64 = surface.pane_area.iter().sum();
         let forces: f64 = load.iter().map(|force| force.abs()).sum();
         stresses.fold(0.0, f64::max) * area / forces
+    }
+
+    /// u = A_σ⁻¹(l + Bᵀσ gap − Bᵀμ) by iterative refinement: the residual is l − Bᵀλ − A u with λ = μ − σ r of the last u.
+    pub(super) fn refined_with_springs(
+        &self,
+        springs: &[f64],
+        assembly: &Assembly,
+        multiplier: &[f64],
+        (surface, interface): (&ContactSurface, &Interface),
+    ) -> Doubled {
+        let PrimalSystem {
+            stiffness,
+            load,
+            dofs,
+            ..
+        } = &assembly.primal;
+        let mut distances = self.distances(dofs, surface, interface);
+        distances.resize(springs.len(), 0.0);
+        let mut displacement = Doubled::from(vec![0.0; load.len()]);
+        let mut last = f64::INFINITY;
+        loop {
+            let closed = self
+                .coupling
+                .transposed
+                .transposed_excess(&displacement, &distances);
+            let mut stresses = multiplier.to_vec();
+            for ((stress, spring), closed) in stresses.iter_mut().zip(springs).zip(closed) {
+                *stress += spring * closed;
+            }
+            let mut forces = self.coupling.nodal_forces(&stresses);
+            for (force, load) in forces.iter_mut().zip(load) {
+                *force = load - *force;
+            }
+            let correction = assembly.solve(&stiffness.symmetric_residual(&displacement, &forces));
+            let size = norm(&correction);
+            // NaN ends here too.
+            if !(size > 0.0 && size < 0.5 * last) {
+                return displacement;
+            }
+            displacement.add(&correction);
+            last = size;
+        }
     }
 
     /// μ = λ + σ r of stresses with their displacement.

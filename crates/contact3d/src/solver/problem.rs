@@ -39,7 +39,7 @@ pub struct ContactProblem<'a> {
     pub(super) dual: Cow<'a, ContactSystem>,
     pub(super) laws: PaneLaws,
     pub(super) body: ContactBody<'a>,
-    /// The same with contact springs in A, where gaps lose their digits without; made by the first solve.
+    /// The same with contact springs in A, where a solve asked for it.
     springs: OnceCell<Option<DualSystem>>,
 }
 
@@ -57,13 +57,18 @@ impl<'a> ContactProblem<'a> {
         })
     }
 
-    /// The problem with contact springs in A ([`ContactSystem::with_springs`]), where gaps lose their digits without.
-    pub(super) fn with_springs(&self) -> Option<(&ContactSystem, ContactBody<'_>)> {
+    /// Makes the problem with contact springs in A, where gaps lose their digits without ([`ContactSystem::with_springs`]).
+    pub(super) fn add_springs(&self) {
         let ContactBody { assembly, face } = self.body;
         let sides = (face.surface, face.interface);
-        let springs = self
-            .springs
-            .get_or_init(|| self.dual.with_springs(assembly, sides));
+        let make = || self.dual.with_springs(assembly, sides);
+        self.springs.get_or_init(make);
+    }
+
+    /// What [`Self::add_springs`] made.
+    pub(super) fn with_springs(&self) -> Option<(&ContactSystem, ContactBody<'_>)> {
+        let springs = self.springs.get()?;
+        let face = self.body.face;
         let DualSystem { assembly, contact } = springs.as_ref()?;
         Some((contact.as_ref()?, ContactBody { assembly, face }))
     }
@@ -97,8 +102,9 @@ impl ContactSolve<'_> {
         target: f64,
     ) -> RefinedState {
         let ContactBody { assembly, face } = self.body;
-        let solved = self.dual.refined(assembly, unknowns, start, target);
         let (surface, interface, dofs) = (face.surface, face.interface, &assembly.primal.dofs);
+        let sides = (surface, interface);
+        let solved = self.dual.refined(assembly, sides, unknowns, start, target);
         let mut displacement = solved.value.clone();
         let (_, motion) = self.dual.parts(unknowns);
         self.dual.add_motion(motion, &mut displacement);

@@ -74,10 +74,6 @@ impl ContactProblem<'_> {
         observe: &mut dyn FnMut(Progress<'_>),
     ) -> Result<Solution, NeedsExplicit> {
         let n = self.dual.layout().n_multipliers();
-        let springs = match settings.method {
-            Method::FixedPoint => None,
-            Method::Newton | Method::Auto => self.with_springs(),
-        };
         let with = |dual, body| ContactSolve {
             dual,
             laws: &self.laws,
@@ -88,16 +84,21 @@ impl ContactProblem<'_> {
                 checkpoint: start.checkpoint.filter(|it| it.multiplier.len() == n),
             },
         };
-        let Some((dual, body)) = springs else {
-            return with(&self.dual, self.body).run(observe);
-        };
-        let found = with(dual, body).run(observe)?;
-        if found.status.is_solved() {
+        let found = with(&self.dual, self.body).run(observe)?;
+        if found.status == Status::Converged || settings.method == Method::FixedPoint {
             return Ok(found);
         }
-        // A face that hardly touches its foundation may have a solution that only S without springs tells.
-        let solution = with(&self.dual, self.body).run(observe)?;
-        Ok(solution.after(found.trace))
+        // Gaps may have lost their digits in S.
+        self.add_springs();
+        let Some((dual, body)) = self.with_springs() else {
+            return Ok(found);
+        };
+        let next = with(dual, body).run(observe)?;
+        let is_better = !found.status.is_solved() || next.accuracy < found.accuracy;
+        Ok(match next.status.is_solved() && is_better {
+            true => next.after(found.trace),
+            false => found,
+        })
     }
 
     /// Adds how the mapping Ψ behaves at a solution: with Coulomb's law and a dense operator, and where supports hold the body, for else
