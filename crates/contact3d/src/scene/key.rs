@@ -583,6 +583,12 @@ mod tests {
         face = "x_min"
         value = [1, 0, 0]
         moment = [1, 0, 0]
+        [[tool]]
+        face = "x_min"
+        displacement = [1, 0, 0]
+        turn = [1, 0, 0]
+        force = [1, 0, 0]
+        moment = [1, 0, 0]
         [[contact]]
         face = "x_min"
         gap = 1
