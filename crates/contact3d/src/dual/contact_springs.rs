@@ -5,8 +5,9 @@
 //!
 //!   A_σ = A + Bᵀ diag(σ) B,   S_σ = B A_σ⁻¹Bᵀ,   h_σ = B A_σ⁻¹(l + Bᵀσ gap) − gap,
 //!
-//! and the unknown μ = λ + σ r, the same gap is r = S_σ μ − h_σ, and λ = μ − σ r are the contact stresses: exact for any σ > 0, as
-//! S_σ⁻¹ = S⁻¹ + diag(σ). S_σ has a condition of some tens where that of S is 10¹⁰. Tangential components have springs too.
+//! and the unknown μ = λ + σ r, the same gap is r = S_σ μ − h_σ, and λ = μ − σ r are the contact stresses: exact for any σ > 0, since
+//! A_σ u = l + Bᵀσ gap − Bᵀμ is A u = l − Bᵀλ. Eigenvalues of S_σ are at most 1/σ: with σ a share s of the panes' stiffness its
+//! condition is about 1/s where that of S is 10¹⁰. Tangential components have springs too.
 //!
 //! Source: R. Glowinski, P. Le Tallec, *Augmented Lagrangian and Operator-Splitting Methods in Nonlinear Mechanics*, SIAM 1989.
 
@@ -15,7 +16,9 @@ use std::{collections::BTreeMap, sync::Arc};
 use super::{Assembly, AssemblySeconds, ContactSystem, DualSystem, PrimalSystem, pane_stiffness};
 use crate::{
     contact::Interface,
-    linalg::{CholeskyFactor, CscMatrix, Doubled, Factor, Precision, Work, add_scaled, norm},
+    linalg::{
+        CholeskyFactor, CscMatrix, Doubled, Factor, Precision, Work, add_scaled, norm, ratio,
+    },
     mesh::ContactSurface,
 };
 
@@ -31,8 +34,8 @@ const GAP_ROUNDING: f64 = 1e-8;
 const LEAST_RATIO: f64 = 1e4;
 
 impl ContactSystem {
-    /// The assembled problem with contact springs, if gaps lose their digits without them; `None` for others, and for bodies without a
-    /// factor in double precision or without supports that hold them.
+    /// The assembled problem with contact springs, if gaps lose their digits without them; `None` for others, for bodies without a
+    /// factor in double precision or without supports that hold them, and where S is not dense.
     #[must_use]
     pub(crate) fn with_springs(
         &self,
@@ -95,7 +98,7 @@ impl ContactSystem {
         let stresses = moved.iter().zip(stiffness).map(|(r, rho)| (r * rho).abs());
         let area: f64 = surface.pane_area.iter().sum();
         let forces: f64 = load.iter().map(|force| force.abs()).sum();
-        stresses.fold(0.0, f64::max) * area / forces
+        ratio(stresses.fold(0.0, f64::max) * area, forces)
     }
 
     /// u = A_σ⁻¹(l + Bᵀσ gap − Bᵀμ) by iterative refinement: the residual is l − Bᵀλ − A u with λ = μ − σ r of the last u.

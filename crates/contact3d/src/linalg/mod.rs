@@ -53,4 +53,4 @@ pub use sparse::CscMatrix;
 pub use structure::{FactorError, FactorStructure, PartsError};
 pub use tasks::Work;
 pub use vector::{Doubled, add_scaled, difference, dot, norm, power_of_two_near_largest, ratio};
-pub(crate) use vector::{add_combination, orthogonalise, vectorised};
+pub(crate) use vector::{add_combination, larger, orthogonalise, vectorised};

@@ -48,6 +48,11 @@ pub fn difference(x: &[f64], y: &[f64]) -> Vec<f64> {
     x.iter().zip(y).map(|(x, y)| x - y).collect()
 }
 
+/// The larger of two numbers; NaN where one of them is, which [`f64::max`] drops.
+pub(crate) fn larger(x: f64, y: f64) -> f64 {
+    if (x + y).is_nan() { f64::NAN } else { x.max(y) }
+}
+
 /// part / whole, and 0 for 0/0.
 #[must_use]
 pub fn ratio(part: f64, whole: f64) -> f64 {

@@ -8,6 +8,8 @@
 //! 4. *Refinement.* Displacements and gaps are solved in twice the working precision, and Newton's method goes on with these refined
 //!    residuals. The distance that is left is the error of λ ([`super::accuracy`]).
 //! 5. *Assessment.* The error decides the status ([`super::assessment`]).
+//! 6. *Contact springs.* Where the status is not `converged` since gaps lose their digits in S, as those of slender bodies do, the same steps
+//!    follow with springs between panes and foundation inside A (`dual/contact_springs.rs`); the better solution stays.
 //!
 //! | `solve.method` | S | law | steps 3 and 4 | error of a solution |
 //! |---|---|---|---|---|
@@ -97,7 +99,7 @@ impl ContactProblem<'_> {
         let is_better = !found.status.is_solved() || next.accuracy < found.accuracy;
         Ok(match next.status.is_solved() && is_better {
             true => next.after(found.trace),
-            false => found,
+            false => found.after(next.trace),
         })
     }
 

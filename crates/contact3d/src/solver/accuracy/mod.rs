@@ -6,7 +6,7 @@ pub(in crate::solver) use refinement::Refined;
 
 use crate::{
     dual::{PrimalSystem, RigidEquilibrium},
-    linalg::{gmres, norm, ratio},
+    linalg::{gmres, larger, norm, ratio},
     solver::{
         PaneLaws,
         conditions::{Bound, Conditions, Evaluation},
@@ -55,8 +55,17 @@ impl ContactSolve<'_> {
                 conditions.derivative(&here, v, &gradient, &slips)
             },
         );
-        let error = self.relative(&step, multiplier, &here);
-        error.max(self.motion_rounding(unknowns, &here, local_stiffness))
+        // No step for a residual: it is no number, or the derivative has no inverse.
+        let is_solved =
+            step.iter().any(|it| *it != 0.0) || here.residual.iter().all(|it| *it == 0.0);
+        let error = match is_solved {
+            true => self.relative(&step, multiplier, &here),
+            false => f64::NAN,
+        };
+        larger(
+            error,
+            self.motion_rounding(unknowns, &here, local_stiffness),
+        )
     }
 
     /// The error of λ, relative as in [`Self::relative`], that rounding of G α makes where weak springs hold the body; 0 elsewhere.
@@ -129,10 +138,7 @@ impl ContactSolve<'_> {
         });
         let [normal, tangential] = parts(self.laws, difference);
         let relative = [ratio(normal, sizes[0]), ratio(tangential, sizes[1])];
-        match relative.iter().any(|it| it.is_nan()) {
-            true => f64::NAN,
-            false => relative[0].max(relative[1]),
-        }
+        larger(relative[0], relative[1])
     }
 }
 

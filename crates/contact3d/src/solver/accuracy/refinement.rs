@@ -3,7 +3,7 @@
 use super::within_ellipses;
 use crate::{
     dual::ExplicitDual,
-    linalg::{Doubled, Precision, difference},
+    linalg::{Doubled, Precision, difference, larger},
     solver::{
         NewtonSettings, NewtonSolution, NewtonStep, StartStrategy,
         conditions::Bound,
@@ -176,10 +176,8 @@ impl ContactSolve<'_> {
             true => there.relative_to(map.size(&found.unknowns)),
             false => 0.0,
         };
-        let error = self
-            .relative(&step, &reached, &there)
-            .max(rounding)
-            .max(term_force);
+        let error = self.relative(&step, &reached, &there);
+        let error = larger(larger(error, rounding), term_force);
         let bound_error = within_ellipses(self.laws, &there, &step);
         Some((found, [error, bound_error]))
     }

@@ -15,7 +15,7 @@ use super::{
 };
 use crate::{
     dual::{BalancedOperator, BodyOperator, DualOperator, ExplicitDual, LocalStiffness},
-    linalg::{largest_eigenvalue, norm, ratio},
+    linalg::{larger, largest_eigenvalue, norm, ratio},
     scene::InnerSolver,
 };
 
@@ -175,11 +175,7 @@ impl<'a> Inner<'a> {
                 summary.steps += before.steps;
             }
             let next = operator.balance().relative_equilibrium_residual(multiplier);
-            // `f64::max` alone would drop what is not a number.
-            summary.residual = match (summary.residual + next).is_nan() {
-                true => f64::NAN,
-                false => summary.residual.max(next),
-            };
+            summary.residual = larger(summary.residual, next);
             let done = next <= tolerance.max(attainable) && asked <= tolerance;
             if done || summary.failure.is_some() || !next.is_finite() {
                 return summary;
