@@ -526,15 +526,17 @@ fn settlement(points: &[[f64; 4]]) -> f64 {
     let mut shift = -sum(&|[w, _, k, d]| w * k * d) / sum(&|[w, _, k, _]| w * k);
     // An estimate needs no more than three digits of the force.
     let enough = 1e-3 * sum(&|[w, pressure, _, _]| w * pressure);
-    loop {
+    // Each step opens a point or is the last; rounding of k d may hide a force that is small beside it.
+    for _ in 0..=points.len() {
         let trial = |[_, pressure, k, d]: &[f64; 4]| pressure + k * (d + shift);
         let excess = sum(&|p| p[0] * (trial(p).max(0.0) - p[1]));
         let slope = sum(&|p| if trial(p) > 0.0 { p[0] * p[2] } else { 0.0 });
         if excess <= enough || slope <= 0.0 || excess.is_nan() {
-            return shift;
+            break;
         }
         shift -= excess / slope;
     }
+    shift
 }
 
 /// The friction of each contact face in the order of their multipliers, where a formula may differ inside panes from their means; `None`
