@@ -231,17 +231,24 @@ def test_nodal_stresses(run, problem, stress, nodal_stress):
     assert close(run["post/nodal_stress"][:], nodal_stress, 1e-11)
     assert close(run["post/von_mises"][:], von_mises(nodal_stress), 1e-11)
     largest = run["post/largest_von_mises"]
-    place = run["post/von_mises"][:].argmax()
-    assert largest["value"][()] == run["post/von_mises"][place]
-    assert np.array_equal(largest["place"][:], problem.coordinates[place])
+    value = run["post/von_mises"][:].max()
+    assert largest["value"][()] == value
+    # How far tetrahedra and nodes differ around each node and its neighbours: another node may have the largest stress.
+    tetrahedra = problem.tetrahedra
+    differences = von_mises(stress[:, *VOIGT] - nodal_stress[tetrahedra].mean(axis=1))
+    around, near = np.zeros((2, len(nodal_stress)))
+    np.maximum.at(around, tetrahedra, differences[:, None])
+    np.maximum.at(near, tetrahedra, around[tetrahedra].max(axis=1, keepdims=True))
+    reach = von_mises(nodal_stress) + near
+    place = (problem.coordinates == largest["place"][:]).all(axis=1).argmax()
     if "concentration" in largest:
         assert largest["error"][()] == np.inf
+        assert reach[place] > value or largest["concentration"][()] == b"an edge of the contact face"
         return
-    tetrahedra = problem.tetrahedra
-    around = tetrahedra[(tetrahedra == place).any(axis=1)]
-    near = np.isin(tetrahedra, around).any(axis=1)
-    differences = stress[:, *VOIGT] - nodal_stress[tetrahedra].mean(axis=1)
-    assert close(largest["error"][()], 1.5 * von_mises(differences[near]).max(), 1e-10)
+    assert run["post/von_mises"][place] == value
+    least = max(1.5 * near[place], reach.max() - value)
+    # The bar of the largest pressure may be wider.
+    assert close(max(largest["error"][()], least), largest["error"][()], 1e-10)
 
 
 def test_forces_and_moments(run, problem, nodal_forces):

@@ -102,14 +102,16 @@ pub(super) const FORCES: Fields<SourceForce> = fields! { SourceForce => GROUP;
     (moment) "/post/forces/moment", &[Named("n_forces"), extents::XYZ], Dimension::MOMENT, "Its moment about the origin of coordinates.";
 };
 
+const NO_TOOLS: &str = "absent without tools";
+
 const TOOL_VECTORS: &[Extent] = &[Named("n_tools"), extents::XYZ];
 
 pub(super) const TOOLS: Fields<ToolState> = fields! { ToolState => GROUP;
-    (point) "/post/tools/point", TOOL_VECTORS, Dimension::LENGTH, "Point that each tool turns about.".symbol("c");
-    (displacement) "/post/tools/displacement", TOOL_VECTORS, Dimension::LENGTH, "Displacement of the point.";
-    (turn) "/post/tools/turn", TOOL_VECTORS, Dimension::Number, "Rotation vector in radians.";
-    (force) "/post/tools/force", TOOL_VECTORS, Dimension::FORCE, "Force of the tool on the body, which is that on the tool from outside.";
-    (moment) "/post/tools/moment", TOOL_VECTORS, Dimension::MOMENT, "Its moment about the point.";
+    (point) "/post/tools/point", TOOL_VECTORS, Dimension::LENGTH, "Point that each tool turns about.".symbol("c").optional(NO_TOOLS);
+    (displacement) "/post/tools/displacement", TOOL_VECTORS, Dimension::LENGTH, "Displacement of the point.".optional(NO_TOOLS);
+    (turn) "/post/tools/turn", TOOL_VECTORS, Dimension::Number, "Rotation vector in radians.".optional(NO_TOOLS);
+    (force) "/post/tools/force", TOOL_VECTORS, Dimension::FORCE, "Force of the tool on the body, which is that on the tool from outside.".optional(NO_TOOLS);
+    (moment) "/post/tools/moment", TOOL_VECTORS, Dimension::MOMENT, "Its moment about the point.".optional(NO_TOOLS);
 };
 
 pub(super) const TOTALS: Fields<ContactReport> = fields! { ContactReport => GROUP;
@@ -203,7 +205,9 @@ pub fn write(
     }
     ON_THE_BODY.write_one(writer, report)?;
     FORCES.write_rows(writer, &report.forces)?;
-    TOOLS.write_rows(writer, &report.tools)?;
+    if !report.tools.is_empty() {
+        TOOLS.write_rows(writer, &report.tools)?;
+    }
     TOTALS.write_one(writer, report)
 }
 

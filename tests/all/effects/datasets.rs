@@ -188,10 +188,15 @@ const SPRINGS_ONLY: [&str; 2] = [
 ];
 
 /// What only tools have, and what only tools have that are bonded to a face.
-const TOOLS_ONLY: [&str; 5] = [
+const TOOLS_ONLY: [&str; 10] = [
     "/assemble/tool_degree_of_freedom",
     "/load/prescribed_tool_rows",
     "/solve/tool_rows",
+    "/post/tools/point",
+    "/post/tools/displacement",
+    "/post/tools/turn",
+    "/post/tools/force",
+    "/post/tools/moment",
     "/assemble/tied_nodes",
     "/assemble/tied_levers",
 ];

@@ -160,13 +160,17 @@ impl AssembledProblem {
         before: Option<&StepRecord>,
     ) -> Result<Self, InvalidValue> {
         let problem = self.problem.at_increment(increment, before)?;
-        let mut system = self.system.clone();
+        let system = self.system.clone();
+        let Self {
+            problem,
+            mut system,
+        } = Self { problem, system }.with_own_loads()?;
         if before.is_some()
             && problem.scene().follows_tools()
             && let Some(face) = problem.contact_side()
         {
             system.replace_face(face.surface, face.interface);
         }
-        Self { problem, system }.with_own_loads()
+        Ok(Self { problem, system })
     }
 }

@@ -14,7 +14,7 @@ use crate::{
     mesh::{DistanceBetweenNodes, Mesh, SurfaceFace, quarters_of},
     post::{Solved, SolvedContact},
     reference::{quadratic_triangle, quadrature},
-    scene::Quantity,
+    scene::{Follow, Quantity},
 };
 
 /// A point of a contact triangle.
@@ -67,7 +67,9 @@ impl<'a> ContactPoints<'a> {
             let contact = &solved.scene.contacts[entry];
             let facets = &surface.facets[face.facets.clone()];
             let nodes = &surface.nodes[face.nodes.clone()];
+            // A face that follows its tool is elsewhere by now: only its nodes know the present obstacle.
             let obstacle = contact.obstacle.as_ref();
+            let obstacle = obstacle.filter(|_| contact.follow == Follow::Start);
             (
                 obstacle.and_then(|it| DistanceBetweenNodes::new(mesh, facets, nodes, it)),
                 Some(&contact.gap).filter(|gap| gap.constant().is_none()),
