@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from conftest import ROOT
 from run_file import open_run, read_matrix, read_scene
 
 MOTIONS = ("x", "y", "z", "turn_x", "turn_y", "turn_z")
@@ -179,3 +180,16 @@ def test_random_tools(seed, contact3d, tmp_path):
         assert np.allclose(motion[~free], np.concatenate(given[:2])[~free], rtol=1e-14, atol=0.0)
         wanted = np.concatenate(given[2:])[free]
         assert np.abs(load[free] - wanted).max(initial=0.0) < 1e-10 * np.abs(load).max()
+
+
+def test_a_history_that_follows_its_tool_by_stages(contact3d, tmp_path):
+    """The moved obstacle needs B, S and h of its own, with the loads of a stored assembly as with those just made."""
+    whole, staged = tmp_path / "whole.h5", tmp_path / "staged.h5"
+    small = ["--set", "body.brick.cells=[12,2,3]"]
+    contact3d("run", ROOT / "pipelines" / "roller.toml", whole, "--no-figures", *small)
+    contact3d("mesh", ROOT / "pipelines" / "roller.toml", staged, *small)
+    for stage in ("assemble", "solve"):
+        contact3d(stage, staged)
+    with open_run(whole) as one, open_run(staged) as other:
+        for name in ("solve/multiplier_normal", "solve/displacement", "history/tool_displacement"):
+            assert np.array_equal(one[name][:], other[name][:]), name
