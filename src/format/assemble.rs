@@ -259,10 +259,7 @@ pub fn read(reader: &Reader, engine: Option<&str>) -> Result<DualSystem, FormatE
         factor: Arc::new(factor),
         seconds,
     };
-    Ok(DualSystem {
-        assembly,
-        contact: read_contact(reader)?,
-    })
+    Ok(DualSystem::of(assembly, read_contact(reader)?))
 }
 
 fn inconsistent(dataset: &'static str, reason: &dyn Display) -> FormatError {
@@ -290,7 +287,7 @@ fn read_contact(reader: &Reader) -> Result<Option<ContactSystem>, FormatError> {
             layout: coupling.layout,
             compliance,
             rigid: None,
-            springs: None,
+            contact_springs: None,
         }),
     };
     Ok(Some(ContactSystem { coupling, form }))

@@ -61,6 +61,7 @@ stored_as! {
         InteriorPoint = 6 => "interior_point",
         FrictionGraph = 7 => "friction_graph",
         SuccessiveApproximations = 8 => "successive_approximations",
+        ContactSprings = 9 => "contact_springs",
     }
 }
 
@@ -83,7 +84,7 @@ const NO_COULOMB: Condition<Solution> = ("absent without Coulomb friction", |sol
     solution.friction.is_some()
 });
 const NO_LINEARISATION: Condition<Solution> = (
-    "absent unless a solution with Coulomb friction was found with the dense operator",
+    "absent unless a solution with Coulomb friction was found with the dense operator, without contact springs",
     |solution| {
         let friction = solution.friction.as_ref();
         friction.is_some_and(|it| it.local_mapping.is_some())

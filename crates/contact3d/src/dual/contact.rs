@@ -69,8 +69,7 @@ impl ContactSystem {
         interface: &Interface,
     ) -> Option<Self> {
         let mut rigid = RigidEquilibrium::new(assembly, &self.coupling, surface, interface)?;
-        let mut distances = self.distances(&assembly.primal.dofs, surface, interface);
-        distances.resize(self.layout().n_multipliers(), 0.0);
+        let distances = self.distances(&assembly.primal.dofs, surface, interface);
         // Coefficients that follow the slip read it from displacements, which have to be whole.
         if distances.iter().any(|d| *d != 0.0) && !interface.follows_slip() {
             rigid = rigid.about_closed_gap(&distances, &surface.pane_area);
@@ -219,9 +218,8 @@ impl ContactSystem {
             Some(reference) => reference.distances.clone(),
             None => self.distances(dofs, surface, interface),
         };
-        let n = self.coupling.n_multipliers();
-        distances.resize(n, 0.0);
         if let Some(balance) = self.rigid() {
+            let n = distances.len();
             let moved = balance.coupling.integrals_of(self.parts(unknowns).1, n);
             add_scaled(&mut distances, -1.0, &moved);
         }
@@ -230,7 +228,7 @@ impl ContactSystem {
     }
 
     /// What the free degrees of freedom have to close: ∫ gap over each pane and, tangentially, ∫ u_tⁿ⁻¹ of a load history, less B u
-    /// of the held contact nodes, in m³.
+    /// of the held contact nodes, `[n_multipliers]`, in m³.
     pub(super) fn distances(
         &self,
         dofs: &DofMap,
@@ -240,7 +238,7 @@ impl ContactSystem {
         let mut distances = interface.offsets(surface);
         let coupling = &self.coupling;
         let held = coupling.held_integrals(surface, &interface.frame, dofs);
-        distances.resize(distances.len().max(held.len()), 0.0);
+        distances.resize(coupling.n_multipliers(), 0.0);
         add_scaled(&mut distances, -1.0, &held);
         distances
     }
@@ -267,15 +265,11 @@ impl ContactSystem {
     pub fn refined(
         &self,
         assembly: &Assembly,
-        face: (&ContactSurface, &Interface),
         unknowns: &[f64],
         start: Option<&Doubled>,
         target: f64,
     ) -> Doubled {
         let (multiplier, _) = self.parts(unknowns);
-        if let Some(springs) = self.explicit().and_then(|dual| dual.springs.as_ref()) {
-            return self.refined_with_springs(springs, assembly, multiplier, face);
-        }
         let forces = self.forces(assembly, multiplier);
         assembly.solve_refined(&forces, start, target)
     }

@@ -13,12 +13,13 @@
 
 use std::{collections::BTreeMap, sync::Arc};
 
-use super::{Assembly, AssemblySeconds, ContactSystem, DualSystem, PrimalSystem, pane_stiffness};
+use super::{
+    Assembly, AssemblySeconds, ContactSystem, DualSystem, OperatorEstimate, OperatorForm,
+    PrimalSystem, Requirement, SMALL_MEMORY, pane_stiffness,
+};
 use crate::{
     contact::Interface,
-    linalg::{
-        CholeskyFactor, CscMatrix, Doubled, Factor, Precision, Work, add_scaled, norm, ratio,
-    },
+    linalg::{CscMatrix, Doubled, Factor, FactorStructure, Precision, Work, add_scaled, ratio},
     mesh::ContactSurface,
 };
 
@@ -33,135 +34,102 @@ const GAP_ROUNDING: f64 = 1e-8;
 /// 1e-16 of a displacement are 1e-8 of a stress from 1e8 on, and solves lose some digits.
 const LEAST_RATIO: f64 = 1e4;
 
-impl ContactSystem {
-    /// The assembled problem with contact springs, if gaps lose their digits without them; `None` for others, for bodies without a
-    /// factor in double precision or without supports that hold them, and where S is not dense.
+impl DualSystem {
+    /// The problem with contact springs, if gaps lose their digits without them; `None` for others, for bodies without a factor in double
+    /// precision or without supports that hold them, and where S is not dense. Its load is l + Bᵀσ gap.
     #[must_use]
-    pub(crate) fn with_springs(
-        &self,
-        assembly: &Assembly,
-        face: (&ContactSurface, &Interface),
-    ) -> Option<DualSystem> {
-        let primal = &assembly.primal;
-        let dual = self.explicit()?;
-        if assembly.factor.precision() == Precision::Single || primal.floating.is_some() {
+    pub(crate) fn with_contact_springs(&self, face: (&ContactSurface, &Interface)) -> Option<Self> {
+        let Assembly { primal, factor, .. } = &self.assembly;
+        let contact = self.contact.as_ref()?;
+        let dual = contact.explicit()?;
+        if factor.precision() == Precision::Single || primal.floating.is_some() {
             return None;
         }
-        let mut springs = pane_stiffness(primal, &self.coupling);
-        let panes = springs.iter().enumerate();
+        let stiffness = pane_stiffness(primal, &contact.coupling);
+        let panes = stiffness.iter().enumerate();
         let ratio = panes.map(|(j, own)| own * dual.diagonal(j));
         if ratio.fold(0.0, f64::max) < LEAST_RATIO
-            || self.rounding_of_gaps(assembly, &springs, face.0) < GAP_ROUNDING
+            || self.rounding_of_gaps(contact, &stiffness, face.0) < GAP_ROUNDING
         {
             return None;
         }
-        springs.iter_mut().for_each(|own| *own *= SPRING_SHARE);
-        let (surface, interface) = face;
-        let mut distances = self.distances(&primal.dofs, surface, interface);
-        distances.resize(springs.len(), 0.0);
-        let stiffness = added(&primal.stiffness, &self.coupling.transposed, &springs);
-        let order = assembly.factor.structure().permutation.clone();
-        let factor = CholeskyFactor::factorise(&stiffness, order).ok()?;
-        // A and l stay as they are: residuals in twice the working precision know the springs by their forces.
+        let shared = || self.make_contact_springs(contact, &stiffness, face);
+        let mut system = self.contact_springs.get_or_init(shared).clone()?;
+        let springs = system
+            .contact
+            .as_ref()?
+            .explicit()?
+            .contact_springs
+            .clone()?;
+        let distances = contact.distances(&primal.dofs, face.0, face.1);
+        let closing: Vec<f64> = distances
+            .iter()
+            .zip(&*springs)
+            .map(|(d, s)| d * s)
+            .collect();
+        let PrimalSystem { dofs, load, .. } = &mut system.assembly.primal;
+        dofs.prescribed.clone_from(&primal.dofs.prescribed);
+        *load = contact.coupling.nodal_forces(&closing);
+        add_scaled(load, 1.0, &primal.load);
+        system.update_rhs(face);
+        Some(system)
+    }
+
+    /// A_σ with its factor, S_σ and G, which all loads share; `None` where they take memory that matters, which nothing admitted.
+    fn make_contact_springs(
+        &self,
+        contact: &ContactSystem,
+        stiffness: &[f64],
+        face: (&ContactSurface, &Interface),
+    ) -> Option<Self> {
+        let Assembly { primal, factor, .. } = &self.assembly;
+        let coupling = contact.coupling.clone();
+        let springs: Vec<f64> = stiffness.iter().map(|own| SPRING_SHARE * own).collect();
+        let a = added(&primal.stiffness, &coupling.transposed, &springs);
+        let order = factor.structure().permutation.clone();
+        let structure = FactorStructure::analyse(&a, order).ok()?;
+        let dense = OperatorEstimate::new(&structure, &coupling, face.0.nodes.len());
+        let need = Requirement::of_factor(&a, &structure, Precision::Double, Some(&dense));
+        if need.memory as f64 > SMALL_MEMORY {
+            return None;
+        }
+        let unwatched = Work::default();
+        let factor = Factor::of_structure(structure, &a, Precision::Double, &unwatched).ok()?;
         let assembly = Assembly {
-            primal: primal.clone(),
-            factor: Arc::new(Factor::Double(factor)),
+            primal: PrimalSystem {
+                stiffness: Arc::new(a),
+                ..primal.clone()
+            },
+            factor: Arc::new(factor),
             seconds: AssemblySeconds::default(),
         };
-        let closing: Vec<f64> = distances.iter().zip(&springs).map(|(d, s)| d * s).collect();
-        let mut forces = self.coupling.nodal_forces(&closing);
-        add_scaled(&mut forces, 1.0, &primal.load);
-        let unconstrained = assembly.solve(&forces);
-        let (coupling, dofs) = (self.coupling.clone(), &assembly.primal.dofs);
-        let mut contact = Self::new(coupling, &unconstrained, dofs, surface, interface);
-        contact.make_explicit(&assembly, &unconstrained, face, &Work::default());
-        contact.explicit_mut()?.springs = Some(Arc::new(springs));
-        Some(DualSystem {
-            assembly,
-            contact: Some(contact),
-        })
+        let mut contact = ContactSystem {
+            coupling,
+            form: OperatorForm::implicit(Vec::new()),
+        };
+        contact.make_explicit(&assembly, &primal.load, face, &unwatched);
+        contact.explicit_mut()?.contact_springs = Some(Arc::new(springs));
+        Some(Self::of(assembly, Some(contact)))
     }
 
     /// What rounding of A⁻¹l makes of contact stresses, relative to the stress that the load is on the face.
     fn rounding_of_gaps(
         &self,
-        assembly: &Assembly,
+        contact: &ContactSystem,
         stiffness: &[f64],
         surface: &ContactSurface,
     ) -> f64 {
+        let assembly = &self.assembly;
         let PrimalSystem {
             stiffness: a, load, ..
         } = &assembly.primal;
         let solved = Doubled::from(assembly.unconstrained());
         let error = assembly.solve(&a.symmetric_residual(&solved, load));
-        let moved = self.coupling.integrate(&error);
+        let moved = contact.coupling.integrate(&error);
         let stresses = moved.iter().zip(stiffness).map(|(r, rho)| (r * rho).abs());
         let area: f64 = surface.pane_area.iter().sum();
         let forces: f64 = load.iter().map(|force| force.abs()).sum();
         ratio(stresses.fold(0.0, f64::max) * area, forces)
-    }
-
-    /// u = A_σ⁻¹(l + Bᵀσ gap − Bᵀμ) by iterative refinement: the residual is l − Bᵀλ − A u with λ = μ − σ r of the last u.
-    pub(super) fn refined_with_springs(
-        &self,
-        springs: &[f64],
-        assembly: &Assembly,
-        multiplier: &[f64],
-        (surface, interface): (&ContactSurface, &Interface),
-    ) -> Doubled {
-        let PrimalSystem {
-            stiffness,
-            load,
-            dofs,
-            ..
-        } = &assembly.primal;
-        let mut distances = self.distances(dofs, surface, interface);
-        distances.resize(springs.len(), 0.0);
-        let mut displacement = Doubled::from(vec![0.0; load.len()]);
-        let mut last = f64::INFINITY;
-        loop {
-            let closed = self
-                .coupling
-                .transposed
-                .transposed_excess(&displacement, &distances);
-            let mut stresses = multiplier.to_vec();
-            for ((stress, spring), closed) in stresses.iter_mut().zip(springs).zip(closed) {
-                *stress += spring * closed;
-            }
-            let mut forces = self.coupling.nodal_forces(&stresses);
-            for (force, load) in forces.iter_mut().zip(load) {
-                *force = load - *force;
-            }
-            let correction = assembly.solve(&stiffness.symmetric_residual(&displacement, &forces));
-            let size = norm(&correction);
-            // NaN ends here too.
-            if !(size > 0.0 && size < 0.5 * last) {
-                return displacement;
-            }
-            displacement.add(&correction);
-            last = size;
-        }
-    }
-
-    /// μ = λ + σ r of stresses with their displacement.
-    #[must_use]
-    pub(crate) fn augmented(
-        &self,
-        multiplier: &[f64],
-        displacement: &[f64],
-        assembly: &Assembly,
-        (surface, interface): (&ContactSurface, &Interface),
-    ) -> Vec<f64> {
-        let mut unknowns = multiplier.to_vec();
-        let springs = self.explicit().and_then(|dual| dual.springs.as_ref());
-        if let Some(springs) = springs {
-            let dofs = &assembly.primal.dofs;
-            let closed = self.gap_residual(displacement, dofs, surface, interface);
-            for ((unknown, spring), closed) in unknowns.iter_mut().zip(springs.iter()).zip(closed) {
-                *unknown -= spring * closed;
-            }
-        }
-        unknowns
     }
 }
 

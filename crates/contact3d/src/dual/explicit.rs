@@ -38,7 +38,7 @@ pub struct ExplicitDual {
     pub rigid: Option<RigidEquilibrium>,
     /// σ of contact springs in A, `[n_multipliers]`, in Pa/m³, where S, G and h are those with the springs: its unknowns are then
     /// μ = λ + σ r. `None` for x = λ.
-    pub springs: Option<Arc<Vec<f64>>>,
+    pub contact_springs: Option<Arc<Vec<f64>>>,
 }
 
 impl ExplicitDual {
@@ -75,7 +75,7 @@ impl ExplicitDual {
             layout: coupling.layout,
             compliance: None,
             rigid: None,
-            springs: None,
+            contact_springs: None,
         }
     }
 
@@ -117,7 +117,7 @@ impl ExplicitDual {
             layout: self.layout,
             compliance: self.compliance.clone(),
             rigid: self.rigid.as_ref().map(|it| it.about(stresses, motion)),
-            springs: self.springs.clone(),
+            contact_springs: self.contact_springs.clone(),
         };
         anchored.apply_loads(displacement, surface, frame, dofs);
         anchored
@@ -226,11 +226,11 @@ impl ExplicitDual {
     /// λ in Pa: the multipliers of x, or μ − σ r with contact springs.
     pub(crate) fn stresses<'x>(&self, unknowns: &'x [f64]) -> Cow<'x, [f64]> {
         let multipliers = self.multipliers(unknowns);
-        let Some(springs) = &self.springs else {
+        let Some(springs) = &self.contact_springs else {
             return multipliers.into();
         };
         let gradient = self.gradient(unknowns);
-        without_springs(multipliers, springs, &gradient).into()
+        stresses_between(multipliers, springs, &gradient).into()
     }
 
     /// α of x, in m.
@@ -297,8 +297,8 @@ impl ExplicitDual {
     }
 }
 
-/// μ − σ r, or its change.
-pub(crate) fn without_springs(unknowns: &[f64], springs: &[f64], gradient: &[f64]) -> Vec<f64> {
+/// λ = μ − σ r of contact springs, or its change.
+pub(crate) fn stresses_between(unknowns: &[f64], springs: &[f64], gradient: &[f64]) -> Vec<f64> {
     let mut stresses = unknowns.to_vec();
     for ((stress, spring), r) in stresses.iter_mut().zip(springs).zip(gradient) {
         *stress -= spring * r;

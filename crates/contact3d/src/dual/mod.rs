@@ -28,7 +28,7 @@ pub(crate) use aggregates::Aggregates;
 pub use assembly::{Assembly, AssemblyError, AssemblySeconds, PrimalSystem};
 pub use contact::{ContactCompliance, ContactSystem, OperatorForm};
 pub use explicit::ExplicitDual;
-pub(crate) use explicit::without_springs;
+pub(crate) use explicit::stresses_between;
 pub(crate) use local_stiffness::friction_stiffness;
 pub use local_stiffness::{LocalStiffness, pane_stiffness};
 pub(crate) use need::SMALL_MEMORY;

@@ -1,6 +1,9 @@
 //! The whole assembled problem.
 
-use std::{sync::Arc, time::Instant};
+use std::{
+    sync::{Arc, OnceLock},
+    time::Instant,
+};
 
 use super::{
     Assembly, AssemblyError, ContactSystem, ExplicitDual, InsufficientResource, LocalStiffness,
@@ -38,15 +41,27 @@ impl Default for Assembling<'_> {
 /// The assembled problem: the elastic body, and its contact where the scene has one.
 ///
 /// A clone shares all that does not depend on the loads: A, its factor, S and the contact compliance.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct DualSystem {
     /// A, l and the factor.
     pub assembly: Assembly,
     /// B, h and perhaps S; `None` without contact.
     pub contact: Option<ContactSystem>,
+    /// The same with contact springs, whatever its loads, once a solve asked for it; `None` where nothing can be made.
+    pub(super) contact_springs: Arc<OnceLock<Option<DualSystem>>>,
 }
 
 impl DualSystem {
+    /// From its parts.
+    #[must_use]
+    pub fn of(assembly: Assembly, contact: Option<ContactSystem>) -> Self {
+        Self {
+            assembly,
+            contact,
+            contact_springs: Arc::default(),
+        }
+    }
+
     /// Assembles and factorises, and forms S when the scene or the estimate asks for it.
     ///
     /// # Errors
@@ -123,7 +138,7 @@ impl DualSystem {
                     }
                     contact
                 });
-            let system = Self { assembly, contact };
+            let system = Self::of(assembly, contact);
             if let Some(failure) = system.assembly.factor.failure() {
                 return Err(failure.into());
             }
@@ -177,6 +192,7 @@ impl DualSystem {
             contact.make_explicit(assembly, &unconstrained, face, &unwatched);
         }
         self.contact = Some(contact);
+        self.contact_springs = Arc::default();
     }
 
     /// Replaces l, h and the free slip by those of a scene that differs in its loads, the displacements of its clamps, its
@@ -199,19 +215,24 @@ impl DualSystem {
         mesh: &Mesh,
         interface: Option<&Interface>,
     ) -> Result<(), InvalidValue> {
-        let assembly = &mut self.assembly;
-        assembly.primal.apply_loads(scene, mesh)?;
-        if let (Some(contact), Some(interface), Some(surface)) =
-            (&mut self.contact, interface, &mesh.contact)
-        {
-            let unconstrained = assembly.unconstrained();
-            let dofs = &assembly.primal.dofs;
-            contact.apply_loads(&unconstrained, dofs, surface, interface);
-            if let Some(explicit) = contact.explicit_mut() {
-                explicit.apply_loads(&unconstrained, surface, &interface.frame, dofs);
-            }
+        self.assembly.primal.apply_loads(scene, mesh)?;
+        if let Some(face) = mesh.contact.as_ref().zip(interface) {
+            self.update_rhs(face);
         }
         self.require_finite()
+    }
+
+    /// Recomputes h and the free slip of the load that the assembly has.
+    pub(super) fn update_rhs(&mut self, (surface, interface): (&ContactSurface, &Interface)) {
+        let Some(contact) = &mut self.contact else {
+            return;
+        };
+        let unconstrained = self.assembly.unconstrained();
+        let dofs = &self.assembly.primal.dofs;
+        contact.apply_loads(&unconstrained, dofs, surface, interface);
+        if let Some(explicit) = contact.explicit_mut() {
+            explicit.apply_loads(&unconstrained, surface, &interface.frame, dofs);
+        }
     }
 
     /// Refuses a problem whose assembled numbers overflowed: no solve could begin, and no file would hold them.

@@ -273,7 +273,10 @@ impl AssembledProblem {
         let problem = Problem::of_checked(scene, self.problem.mesh.clone())?;
         self.require_compliance(problem.interface())?;
         let problem = problem.following(previous);
-        let system = self.system.clone();
+        let DualSystem {
+            assembly, contact, ..
+        } = self.system.clone();
+        let system = DualSystem::of(assembly, contact);
         Ok(Self { problem, system }.with_own_loads()?)
     }
 

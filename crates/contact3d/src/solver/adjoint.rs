@@ -10,7 +10,7 @@
 //! adjoint's multiplier, and z moves the face as Q_λ says.
 
 use super::{
-    ContactBody, ContactProblem, NaturalMap, Solution,
+    ContactBody, ContactProblem, NaturalMap, Solution, StartStrategy,
     conditions::{Bound, Conditions, Evaluation},
     tolerances::{GMRES_MAX_APPLICATIONS, GMRES_TOLERANCE},
     two_levels::{PaneLevels, TwoLevels},
@@ -71,6 +71,9 @@ impl Adjoint {
             };
             return Some(response.into_iter().map(alone).collect());
         };
+        if solution.trace.strategy == Some(StartStrategy::ContactSprings) {
+            return None;
+        }
         let ContactProblem { dual, laws, .. } = problem;
         let set = laws.feasible_set(solution.friction.as_ref().map(|it| &it.coulomb));
         let bound = Bound::of(laws, &set);

@@ -7,7 +7,7 @@ use crate::{
     contact::{
         CoulombLaw, Ellipse, FrictionField, MultiplierLayout, change_of_slips, slip_signs, slips,
     },
-    dual::without_springs,
+    dual::stresses_between,
     linalg::{norm, ratio},
 };
 
@@ -49,7 +49,7 @@ pub(super) struct Conditions<'a> {
     /// 𝓕⁻¹ where it does not follow the slip, `[n_friction_panes]`.
     pub(super) constant_inverse: Option<Vec<[f64; 2]>>,
     /// σ where the unknowns are those with contact springs.
-    pub(super) springs: Option<Arc<Vec<f64>>>,
+    pub(super) contact_springs: Option<Arc<Vec<f64>>>,
 }
 
 /// What a pane does at some λ.
@@ -128,7 +128,7 @@ impl<'a> Conditions<'a> {
             steplengths,
             layout,
             constant_inverse,
-            springs: None,
+            contact_springs: None,
         }
     }
 
@@ -178,9 +178,9 @@ impl<'a> Conditions<'a> {
 
     /// λ, beside the rigid motions, or its change.
     fn stresses(&self, unknowns: &[f64], gradient: &[f64]) -> Vec<f64> {
-        match &self.springs {
+        match &self.contact_springs {
             None => unknowns.to_vec(),
-            Some(springs) => without_springs(unknowns, springs, gradient),
+            Some(springs) => stresses_between(unknowns, springs, gradient),
         }
     }
 

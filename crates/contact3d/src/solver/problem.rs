@@ -2,7 +2,7 @@
 //!
 //! The solvers know matrices, panes and laws; here alone they meet a mesh.
 
-use std::{borrow::Cow, cell::OnceCell};
+use std::borrow::Cow;
 
 use thiserror::Error;
 
@@ -39,8 +39,8 @@ pub struct ContactProblem<'a> {
     pub(super) dual: Cow<'a, ContactSystem>,
     pub(super) laws: PaneLaws,
     pub(super) body: ContactBody<'a>,
-    /// The same with contact springs in A, where a solve asked for it.
-    springs: OnceCell<Option<DualSystem>>,
+    /// Makes the same with contact springs in A.
+    pub(super) system: &'a DualSystem,
 }
 
 impl<'a> ContactProblem<'a> {
@@ -53,34 +53,21 @@ impl<'a> ContactProblem<'a> {
             dual: balanced.map_or(Cow::Borrowed(dual), Cow::Owned),
             laws: face.laws(),
             body: ContactBody { assembly, face },
-            springs: OnceCell::new(),
+            system,
         })
-    }
-
-    /// Makes the problem with contact springs in A, where gaps lose their digits without ([`ContactSystem::with_springs`]).
-    pub(super) fn add_springs(&self) {
-        let ContactBody { assembly, face } = self.body;
-        let sides = (face.surface, face.interface);
-        let make = || self.dual.with_springs(assembly, sides);
-        self.springs.get_or_init(make);
-    }
-
-    /// What [`Self::add_springs`] made.
-    pub(super) fn with_springs(&self) -> Option<(&ContactSystem, ContactBody<'_>)> {
-        let springs = self.springs.get()?;
-        let face = self.body.face;
-        let DualSystem { assembly, contact } = springs.as_ref()?;
-        Some((contact.as_ref()?, ContactBody { assembly, face }))
     }
 }
 
 /// One solve of a contact problem: the problem, the settings, and where it begins.
+#[derive(Clone, Copy)]
 pub(super) struct ContactSolve<'a> {
     /// S and h, and the equilibrium of rigid-body motions.
     pub(super) dual: &'a ContactSystem,
     pub(super) laws: &'a PaneLaws,
     /// Where residuals in twice the working precision come from.
     pub(super) body: ContactBody<'a>,
+    /// Makes the same problem with contact springs in A.
+    pub(super) system: &'a DualSystem,
     pub(super) settings: &'a SolveSettings,
     pub(super) start: Start<'a>,
 }
@@ -103,8 +90,7 @@ impl ContactSolve<'_> {
     ) -> RefinedState {
         let ContactBody { assembly, face } = self.body;
         let (surface, interface, dofs) = (face.surface, face.interface, &assembly.primal.dofs);
-        let sides = (surface, interface);
-        let solved = self.dual.refined(assembly, sides, unknowns, start, target);
+        let solved = self.dual.refined(assembly, unknowns, start, target);
         let mut displacement = solved.value.clone();
         let (_, motion) = self.dual.parts(unknowns);
         self.dual.add_motion(motion, &mut displacement);
@@ -272,22 +258,6 @@ impl ContactBody<'_> {
         let (surface, frame) = (self.face.surface, &self.face.interface.frame);
         let dofs = &self.assembly.primal.dofs;
         frame.nodal_tangential(surface, dofs, |row| dofs.at_node(row, displacement))
-    }
-
-    /// The multipliers that the unknowns are, with contact springs μ = λ + σ r, of stresses in Pa with their displacement in m.
-    pub(super) fn unknowns(
-        &self,
-        dual: &ContactSystem,
-        multiplier: &[f64],
-        displacement: &[f64],
-    ) -> Vec<f64> {
-        let ContactBody { assembly, face } = self;
-        dual.augmented(
-            multiplier,
-            displacement,
-            assembly,
-            (face.surface, face.interface),
-        )
     }
 
     /// R at unknowns with their displacement u in m and B u − gap in m³.

@@ -8,8 +8,6 @@
 //! 4. *Refinement.* Displacements and gaps are solved in twice the working precision, and Newton's method goes on with these refined
 //!    residuals. The distance that is left is the error of λ ([`super::accuracy`]).
 //! 5. *Assessment.* The error decides the status ([`super::assessment`]).
-//! 6. *Contact springs.* Where the status is not `converged` since gaps lose their digits in S, as those of slender bodies do, the same steps
-//!    follow with springs between panes and foundation inside A (`dual/contact_springs.rs`); the better solution stays.
 //!
 //! | `solve.method` | S | law | steps 3 and 4 | error of a solution |
 //! |---|---|---|---|---|
@@ -23,7 +21,7 @@
 //! Methods that stop by a rule of their own keep a solution that is less accurate, and say so ([`Status::ReducedAccuracy`]). Newton's
 //! method, as `solve.method` or as the inner solver, needs a dense S ([`NeedsExplicit`]).
 
-use std::time::Instant;
+use std::{cell::OnceCell, time::Instant};
 
 use super::{
     FrictionState, Inner, LocalMapping, MappingValue, MethodResult, NeedsExplicit, OuterStep,
@@ -39,7 +37,7 @@ use super::{
     minimisation::minimise,
     newton::{NewtonDriver, NewtonSolution},
     pane_laws::slip_of,
-    problem::{ContactProblem, ContactSolve},
+    problem::{ContactBody, ContactProblem, ContactSide, ContactSolve},
     tolerances::REFINEMENT_TARGET,
 };
 use crate::{
@@ -76,43 +74,33 @@ impl ContactProblem<'_> {
         observe: &mut dyn FnMut(Progress<'_>),
     ) -> Result<Solution, NeedsExplicit> {
         let n = self.dual.layout().n_multipliers();
-        let with = |dual, body| ContactSolve {
-            dual,
+        let solve = ContactSolve {
+            dual: &self.dual,
             laws: &self.laws,
-            body,
+            body: self.body,
+            system: self.system,
             settings,
             start: Start {
                 multiplier: start.multiplier.filter(|it| it.len() == n),
                 checkpoint: start.checkpoint.filter(|it| it.multiplier.len() == n),
             },
         };
-        let found = with(&self.dual, self.body).run(observe)?;
-        if found.status == Status::Converged || settings.method == Method::FixedPoint {
-            return Ok(found);
-        }
-        // Gaps may have lost their digits in S.
-        self.add_springs();
-        let Some((dual, body)) = self.with_springs() else {
-            return Ok(found);
-        };
-        let next = with(dual, body).run(observe)?;
-        let is_better = !found.status.is_solved() || next.accuracy < found.accuracy;
-        Ok(match next.status.is_solved() && is_better {
-            true => next.after(found.trace),
-            false => found.after(next.trace),
-        })
+        solve.run(observe)
     }
 
     /// Adds how the mapping Ψ behaves at a solution: with Coulomb's law and a dense operator, and where supports hold the body, for else
-    /// the mapping is not one of multipliers alone.
+    /// the mapping is not one of multipliers alone. S has to know gaps without contact springs.
     pub(crate) fn linearise(&self, solution: &mut Solution) {
-        let (dual, body) = self.with_springs().unwrap_or((&self.dual, self.body));
+        if solution.trace.strategy == Some(StartStrategy::ContactSprings) {
+            return;
+        }
+        let dual = &self.dual;
         let parts = (dual.explicit(), self.laws.coulomb(), &mut solution.friction);
         if let (Some(explicit), Some(law), Some(friction)) = parts
             && dual.rigid().is_none()
         {
-            let unknowns = body.unknowns(dual, &solution.multiplier, &solution.displacement);
-            friction.local_mapping = LocalMapping::new(explicit, &self.laws, law, &unknowns);
+            let multiplier = &solution.multiplier;
+            friction.local_mapping = LocalMapping::new(explicit, &self.laws, law, multiplier);
         }
     }
 }
@@ -178,10 +166,32 @@ impl ContactSolve<'_> {
         let started = Instant::now();
         let local = LocalStiffness::new(dual);
         let driver = NewtonDriver::new(dual, &local, bound, self.start.multiplier);
+        let augmented = OnceCell::new();
         let mut trace = Trace::default();
-        let mut nearest: Option<Attempt> = None;
+        let mut nearest: Option<Attempt<'_>> = None;
         let mut approximations: Option<MethodResult> = None;
         for strategy in driver.strategies(self.settings.method) {
+            // The first solution ends it, but contact springs follow one that misses ε.
+            let accepted = match strategy {
+                StartStrategy::ContactSprings => self.settings.epsilon().max(dual.rounding()),
+                _ => REFINEMENT_TARGET,
+            };
+            if nearest
+                .as_ref()
+                .is_some_and(|it| it.refined.error <= accepted)
+            {
+                continue;
+            }
+            let (solve, driver) = match strategy {
+                StartStrategy::ContactSprings => {
+                    let system = augmented.get_or_init(|| self.augmented()).as_ref();
+                    match system.and_then(|it| self.with_contact_springs(driver, it)) {
+                        Some(with) => with,
+                        None => continue,
+                    }
+                }
+                _ => (*self, driver),
+            };
             let found = match strategy {
                 StartStrategy::SuccessiveApproximations => {
                     let outer = self.by_inner(Inner::Newton(dual, &local), observe);
@@ -192,12 +202,13 @@ impl ContactSolve<'_> {
                     driver.run(strategy, trace.newton.len(), observe)
                 }
             };
-            let refined = self.refined_if_found(&driver, strategy, &found);
+            let refined = solve.refined_if_found(&driver, strategy, &found);
             let steps = found.history.iter().chain(&refined.history);
             trace.newton.extend(steps);
             trace.applications += found.evaluations + refined.applications;
-            let is_solution = refined.is_solution();
             let next = Attempt {
+                solve,
+                driver,
                 strategy,
                 residual: found.residual,
                 refined,
@@ -205,15 +216,46 @@ impl ContactSolve<'_> {
             if nearest.as_ref().is_none_or(|it| next.is_nearer_than(it)) {
                 nearest = Some(next);
             }
-            if is_solution {
-                break;
-            }
         }
         let nearest = nearest.expect("some strategy always applies");
-        let mut solution = self.assessed(&driver, nearest, approximations, started);
+        let mut solution = nearest.assessed(approximations, started);
         solution.trace.applications += trace.applications;
         solution.trace.newton = trace.newton;
         solution
+    }
+
+    /// The problem with contact springs and its local stiffness, where gaps lose their digits in S.
+    fn augmented(&self) -> Option<(DualSystem, LocalStiffness)> {
+        let ContactSide { surface, interface } = self.body.face;
+        let system = self.system.with_contact_springs((surface, interface))?;
+        let local = LocalStiffness::new(system.contact.as_ref()?.explicit()?);
+        Some((system, local))
+    }
+
+    /// The same solve of this problem.
+    fn with_contact_springs<'a>(
+        &'a self,
+        driver: NewtonDriver<'a>,
+        (system, local): &'a (DualSystem, LocalStiffness),
+    ) -> Option<(ContactSolve<'a>, NewtonDriver<'a>)> {
+        let dual = system.contact.as_ref()?;
+        let body = ContactBody {
+            assembly: &system.assembly,
+            ..self.body
+        };
+        let driver = NewtonDriver {
+            dual: dual.explicit()?,
+            local,
+            ..driver
+        };
+        Some((
+            ContactSolve {
+                dual,
+                body,
+                ..*self
+            },
+            driver,
+        ))
     }
 
     /// Successive approximations as a start of Newton's method, which needs no more than one in the right zones.
@@ -257,71 +299,6 @@ impl ContactSolve<'_> {
     /// What is asked of a refined solution.
     fn tolerance(&self) -> f64 {
         self.settings.epsilon().min(REFINEMENT_TARGET)
-    }
-
-    /// What came nearest with its status, ᾱ, and the state of friction.
-    fn assessed(
-        &self,
-        driver: &NewtonDriver<'_>,
-        Attempt {
-            strategy, refined, ..
-        }: Attempt,
-        approximations: Option<MethodResult>,
-        started: Instant,
-    ) -> Solution {
-        let NewtonDriver {
-            dual, local, bound, ..
-        } = *driver;
-        let stop = approximations.as_ref().map(|outer| outer.stop);
-        let assessment = match refined.is_solution() {
-            true => Assessment::of_refined(refined.error, self.settings.epsilon(), dual.rounding()),
-            false => Assessment::of_unsolved(refined.error, stop),
-        };
-        let mut operator = ContactOperator::explicit(dual, self.body.assembly, self.dual);
-        let steplength = projected_gradient_steplength(&mut operator);
-        let applications = operator.applications();
-        let history = approximations.map_or_else(Vec::new, |outer| outer.solution.trace.history);
-        let mut trace = Trace {
-            strategy: Some(strategy),
-            steplength,
-            local_stiffness: local.stiffness.clone(),
-            history,
-            applications,
-            ..Trace::default()
-        };
-        let friction = match bound {
-            Bound::Given(_) => {
-                trace.solved_by = SolvedBy::Minimisation;
-                trace.history.push(OuterStep {
-                    inner_tolerance: self.tolerance(),
-                    inner_residual: refined.error.min(1.0),
-                    applications,
-                    seconds: started.elapsed().as_secs_f64(),
-                    ..OuterStep::default()
-                });
-                None
-            }
-            Bound::Coulomb(laws, law) => {
-                trace.solved_by = match strategy {
-                    StartStrategy::SuccessiveApproximations => SolvedBy::FixedPoint,
-                    _ => SolvedBy::Newton,
-                };
-                let image = evaluate_mapping(&refined.dual, local, laws, law, &refined.unknowns);
-                trace.applications += image.evaluations;
-                Some(friction_at(&refined, laws, law, &image))
-            }
-        };
-        let motion = dual.rigid.is_some().then(|| dual.motion(&refined.unknowns));
-        let about = NewtonDriver {
-            dual: &refined.dual,
-            ..*driver
-        };
-        let multiplier = about.map().stresses(&refined.unknowns);
-        Solution {
-            rigid: motion.map(RigidMotions::of),
-            friction,
-            ..assessment.solution(multiplier, refined.displacement, trace)
-        }
     }
 
     /// A body that floats and for which no contact forces were found: it rests, without any.
@@ -445,17 +422,84 @@ fn friction_at(
 }
 
 /// What one strategy led to.
-struct Attempt {
+struct Attempt<'a> {
+    solve: ContactSolve<'a>,
+    driver: NewtonDriver<'a>,
     strategy: StartStrategy,
     /// ‖R‖ / ‖λ‖ before the refinement.
     residual: f64,
     refined: Refined,
 }
 
-impl Attempt {
+impl Attempt<'_> {
     /// Whether it comes nearer to a solution than another one; where neither has an error, by the residual. NaN is no progress.
     fn is_nearer_than(&self, other: &Self) -> bool {
         self.refined.error < other.refined.error
             || other.refined.error.is_infinite() && self.residual < other.residual
+    }
+
+    /// The solution with its status, ᾱ, and the state of friction.
+    fn assessed(self, approximations: Option<MethodResult>, started: Instant) -> Solution {
+        let Self {
+            solve,
+            driver,
+            strategy,
+            refined,
+            ..
+        } = self;
+        let NewtonDriver {
+            dual, local, bound, ..
+        } = driver;
+        let stop = approximations.as_ref().map(|outer| outer.stop);
+        let epsilon = solve.settings.epsilon();
+        let assessment = match refined.is_solution() {
+            true => Assessment::of_refined(refined.error, epsilon, dual.rounding()),
+            false => Assessment::of_unsolved(refined.error, stop),
+        };
+        let mut operator = ContactOperator::explicit(dual, solve.body.assembly, solve.dual);
+        let steplength = projected_gradient_steplength(&mut operator);
+        let applications = operator.applications();
+        let history = approximations.map_or_else(Vec::new, |outer| outer.solution.trace.history);
+        let mut trace = Trace {
+            strategy: Some(strategy),
+            steplength,
+            local_stiffness: local.stiffness.clone(),
+            history,
+            applications,
+            ..Trace::default()
+        };
+        let friction = match bound {
+            Bound::Given(_) => {
+                trace.solved_by = SolvedBy::Minimisation;
+                trace.history.push(OuterStep {
+                    inner_tolerance: solve.tolerance(),
+                    inner_residual: refined.error.min(1.0),
+                    applications,
+                    seconds: started.elapsed().as_secs_f64(),
+                    ..OuterStep::default()
+                });
+                None
+            }
+            Bound::Coulomb(laws, law) => {
+                trace.solved_by = match strategy {
+                    StartStrategy::SuccessiveApproximations => SolvedBy::FixedPoint,
+                    _ => SolvedBy::Newton,
+                };
+                let image = evaluate_mapping(&refined.dual, local, laws, law, &refined.unknowns);
+                trace.applications += image.evaluations;
+                Some(friction_at(&refined, laws, law, &image))
+            }
+        };
+        let motion = dual.rigid.is_some().then(|| dual.motion(&refined.unknowns));
+        let about = NewtonDriver {
+            dual: &refined.dual,
+            ..driver
+        };
+        let multiplier = about.map().stresses(&refined.unknowns);
+        Solution {
+            rigid: motion.map(RigidMotions::of),
+            friction,
+            ..assessment.solution(multiplier, refined.displacement, trace)
+        }
     }
 }

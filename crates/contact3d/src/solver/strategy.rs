@@ -34,5 +34,8 @@ worded! {
         FrictionGraph = "friction_graph",
         /// By successive approximations (HKL Algorithm 4.1): a fixed point that attracts is found from afar.
         SuccessiveApproximations = "successive_approximations",
+        /// With springs between panes and foundation inside A (`dual/contact_springs.rs`), where no solution reaches ε and gaps lose their
+        /// digits in S, as those of slender bodies do: from zero, bonded and bilateral contact.
+        ContactSprings = "contact_springs",
     }
 }

@@ -127,7 +127,7 @@ impl<F: FnMut(&mut [f64])> NewtonModel for DenseModel<'_, F> {
     /// Without friction and with contact springs steps are those of an active set method, which finds the zones of long beams by full steps
     /// alone: on the way gaps open that are larger than all at the solution.
     fn is_damped(&self) -> bool {
-        self.map.dual.springs.is_none() || self.map.dual.layout.n_pairs() > 0
+        self.map.dual.contact_springs.is_none() || self.map.dual.layout.n_pairs() > 0
     }
 
     fn is_at_rounding(&self, best: &Iterate<Vec<f64>>) -> bool {

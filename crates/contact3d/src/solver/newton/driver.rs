@@ -24,6 +24,7 @@ const COMPLEMENTARITY_LEVELS: [f64; 4] = [1e-3, 1e-5, 1e-7, 1e-9];
 const LARGE_RIGID_COMPLIANCE: f64 = 1e3;
 
 /// Newton's method on a dense contact problem, with what strategies need.
+#[derive(Clone, Copy)]
 pub(in crate::solver) struct NewtonDriver<'a> {
     pub(in crate::solver) dual: &'a ExplicitDual,
     pub(in crate::solver) bound: Bound<'a>,
@@ -66,9 +67,8 @@ impl<'a> NewtonDriver<'a> {
         match strategy {
             StartStrategy::Relaxed
             | StartStrategy::BondedContact
-            | StartStrategy::BilateralFrictionless => true,
-            // The others know λ alone, and no contact springs.
-            _ if self.dual.springs.is_some() => false,
+            | StartStrategy::BilateralFrictionless
+            | StartStrategy::ContactSprings => true,
             StartStrategy::Separated => self.separated().is_some(),
             StartStrategy::Warm => self.start.is_some() && self.has_large_rigid_compliance(),
             StartStrategy::ProximalPoint => self.dual.rigid.is_some(),
@@ -104,6 +104,7 @@ impl<'a> NewtonDriver<'a> {
                 self.from(local.bilateral_frictionless_start(dual), observe)
             }
             (StartStrategy::ProximalPoint, _) => proximal_point(self, observe),
+            (StartStrategy::ContactSprings, _) => self.contact_springs(observe),
             (StartStrategy::InteriorPoint, Bound::Given(set)) => {
                 self.interior_point(set, &settings_for(ZONES_TOLERANCE), observe)
             }
@@ -132,7 +133,7 @@ impl<'a> NewtonDriver<'a> {
             least_steps: 1,
             ..*settings
         };
-        let found = if self.dual.springs.is_some() || self.has_large_rigid_compliance() {
+        let found = if self.dual.contact_springs.is_some() || self.has_large_rigid_compliance() {
             set.project(&mut start);
             local_newton(&self.map(), start, &measured.local(), |_, _| {})
         } else {
@@ -150,16 +151,34 @@ impl<'a> NewtonDriver<'a> {
         start: Vec<f64>,
         observe: &mut dyn FnMut(usize, &NewtonStep),
     ) -> NewtonSolution {
-        let settings = match self.dual.springs {
-            None => settings_for(ZONES_TOLERANCE).local(),
-            // Zones along a beam follow each other, a pane or two a step.
-            Some(_) => NewtonSettings {
-                max_steps: LOOP_MAX_STEPS,
-                stagnation_steps: NEWTON_MAX_STEPS,
-                ..settings_for(ZONES_TOLERANCE)
-            },
-        };
+        let settings = settings_for(ZONES_TOLERANCE).local();
         local_newton(&self.map(), start, &settings, observe)
+    }
+
+    /// On a problem with contact springs, from the starts that serve it.
+    fn contact_springs(&self, observe: &mut dyn FnMut(usize, &NewtonStep)) -> NewtonSolution {
+        // Zones along a beam follow each other, a pane or two a step.
+        let settings = NewtonSettings {
+            max_steps: LOOP_MAX_STEPS,
+            stagnation_steps: NEWTON_MAX_STEPS,
+            ..settings_for(ZONES_TOLERANCE)
+        };
+        let (dual, local) = (self.dual, self.local);
+        let starts = [
+            self.zero_or_start(),
+            local.bonded_start(dual),
+            local.bilateral_frictionless_start(dual),
+        ];
+        let mut found = NewtonSolution::failed(dual);
+        for start in starts {
+            let done = found.history.len();
+            let observe = |k: usize, step: &_| observe(done + k, step);
+            found = found.merged_with(local_newton(&self.map(), start, &settings, observe));
+            if found.stop.is_solution() {
+                break;
+            }
+        }
+        found
     }
 
     /// The natural map measured by local stiffness.
@@ -197,8 +216,6 @@ impl<'a> NewtonDriver<'a> {
             ..NewtonSettings::default()
         };
         match self.bound {
-            // Relaxation knows λ alone.
-            _ if self.dual.springs.is_some() => self.from(self.zero_or_start(), observe),
             Bound::Coulomb(laws, law) => {
                 newton(self.dual, laws, law, self.start, &settings, observe)
             }
@@ -216,7 +233,7 @@ impl<'a> NewtonDriver<'a> {
         settings: &NewtonSettings,
         observe: &mut dyn FnMut(usize, &NewtonStep),
     ) -> NewtonSolution {
-        if self.dual.springs.is_some() {
+        if self.dual.contact_springs.is_some() {
             return NewtonSolution::failed(self.dual);
         }
         let dual = self.dual.clone().absolute();

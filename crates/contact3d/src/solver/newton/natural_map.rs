@@ -46,7 +46,7 @@ impl<'a> NaturalMap<'a> {
         Self {
             dual,
             conditions: Conditions {
-                springs: dual.springs.clone(),
+                contact_springs: dual.contact_springs.clone(),
                 ..Conditions::new(bound, dual.layout, steplengths)
             },
         }
@@ -63,7 +63,7 @@ impl<'a> NaturalMap<'a> {
     /// λ at unknowns; with contact springs P(z), which is zero on open panes where μ − σ r has rounding.
     pub(in crate::solver) fn stresses(&self, unknowns: &[f64]) -> Vec<f64> {
         let stresses = self.dual.stresses(unknowns);
-        match self.dual.springs {
+        match self.dual.contact_springs {
             None => stresses.into_owned(),
             Some(_) => difference(&stresses, &self.evaluate(unknowns).residual),
         }

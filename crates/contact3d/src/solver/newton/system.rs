@@ -57,9 +57,9 @@ impl NaturalMap<'_> {
     #[must_use]
     pub fn newton_step(&self, evaluation: &Evaluation) -> Option<(Vec<f64>, usize)> {
         let mut step: Vec<f64> = evaluation.residual.iter().map(|r| -r).collect();
-        if self.conditions.springs.is_some() {
+        if self.conditions.contact_springs.is_some() {
             let n = step.len();
-            DenseLu::new(&self.with_springs(evaluation), n)?.solve(&mut step);
+            DenseLu::new(&self.full_derivative(evaluation), n)?.solve(&mut step);
             return step.iter().all(|v| v.is_finite()).then_some((step, n));
         }
         let system = NewtonSystem::new(self, evaluation);
@@ -94,9 +94,9 @@ impl NaturalMap<'_> {
         &self,
         evaluation: &Evaluation,
     ) -> (Vec<usize>, Vec<f64>) {
-        if self.conditions.springs.is_some() {
+        if self.conditions.contact_springs.is_some() {
             let all = 0..evaluation.residual.len();
-            return (all.collect(), self.with_springs(evaluation));
+            return (all.collect(), self.full_derivative(evaluation));
         }
         let system = NewtonSystem::new(self, evaluation);
         let n = system.coupled.len();
@@ -110,7 +110,7 @@ impl NaturalMap<'_> {
     }
 
     /// R' with contact springs, in which every unknown is coupled, column-major.
-    fn with_springs(&self, evaluation: &Evaluation) -> Vec<f64> {
+    fn full_derivative(&self, evaluation: &Evaluation) -> Vec<f64> {
         let (dual, n) = (self.dual, evaluation.residual.len());
         let mut matrix = vec![0.0; n * n];
         let columns = matrix.par_chunks_exact_mut(n.max(1)).enumerate();

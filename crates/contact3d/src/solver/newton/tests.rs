@@ -64,7 +64,7 @@ fn dual(entries: &[f64], rhs: &[f64], compliance: &[f64], slip_free: &[f64]) -> 
             slip_free: slip_free.chunks_exact(2).map(|p| [p[0], p[1]]).collect(),
         }),
         rigid: None,
-        springs: None,
+        contact_springs: None,
     }
 }
 
