@@ -55,12 +55,13 @@ impl<'a> RecoveredStress<'a> {
             star,
             fits: Vec::new(),
         };
+        let is_inside = inside_materials(mesh, nodes);
         let rows = (0..nodes.nodes.len()).into_par_iter();
         recovered.fits = rows
             .map(|row| {
                 let (node, star) = (nodes.nodes[row], recovered.star(row));
-                let inside = !star.is_empty() && is_inside(mesh, node, star);
-                inside.then(|| fit(mesh, node, star, stresses))?
+                let is_fitted = !star.is_empty() && is_inside[node];
+                is_fitted.then(|| fit(mesh, node, star, stresses))?
             })
             .collect();
         recovered
@@ -107,21 +108,14 @@ impl<'a> RecoveredStress<'a> {
     }
 }
 
-/// Whether a node is inside its material: not on a side that only one tetrahedron of it has.
-fn is_inside(mesh: &Mesh, node: usize, star: &[usize]) -> bool {
-    let mut sides: Vec<[usize; 2]> = star
-        .iter()
-        .flat_map(|&t| {
-            let nodes = mesh.tetrahedra[t];
-            let at = nodes.iter().position(|n| *n == node).unwrap_or(0);
-            let mut others = [1, 2, 3].map(|k| nodes[(at + k) % 4]);
-            others.sort_unstable();
-            let [a, b, c] = others;
-            [[a, b], [a, c], [b, c]]
-        })
-        .collect();
-    sides.sort_unstable();
-    sides.chunk_by(|a, b| a == b).all(|same| same.len() == 2)
+/// Whether each node is inside a material: on no side that only one tetrahedron of it has, `[n_nodes]`.
+fn inside_materials(mesh: &Mesh, nodes: &MaterialNodes) -> Vec<bool> {
+    let mut is_inside = vec![true; mesh.coordinates.len()];
+    let between_materials = &nodes.nodes[is_inside.len()..];
+    for &node in mesh.facets.as_flattened().iter().chain(between_materials) {
+        is_inside[node] = false;
+    }
+    is_inside
 }
 
 fn centroid(mesh: &Mesh, t: usize) -> Vector3<f64> {
@@ -150,12 +144,12 @@ fn fit(
             *right += row * Vector6::from(stress[t]).transpose() * volume;
         }
     }
+    let factor = gram.cholesky()?;
     // Points in a plane do not determine a polynomial.
-    let eigenvalues = gram.symmetric_eigenvalues();
-    if eigenvalues.min() <= GEOMETRY_TOLERANCE * eigenvalues.max() {
+    let pivots = factor.l_dirty().diagonal();
+    if pivots.min().powi(2) <= GEOMETRY_TOLERANCE * gram.trace() {
         return None;
     }
-    let factor = gram.cholesky()?;
     for right in &mut rights {
         factor.solve_mut(right);
         right.rows_mut(1, 3).unscale_mut(size);
