@@ -47,7 +47,7 @@ def test_dense_operator_is_symmetric_and_equals_backsolves(solved):
 
 
 def test_compliance_is_that_of_unit_stresses(solved):
-    """G column by column, those of open panes, which no answer shows, included."""
+    """H column by column, those of open panes, which no answer shows, included."""
     file, problem = solved
     compliance = file["assemble/contact_compliance"][:]
     moved = problem.solve_stiffness(problem.coupling.T.toarray())

@@ -152,7 +152,7 @@ fn frozen_friction(
     if !problem.scene().tools.is_empty() {
         return Err("the scene has tools, whose motions files of FCLIB do not hold; leave contact.tool out, and move the clamps instead".into());
     }
-    if let Some(body) = &problem.system.assembly.primal.floating {
+    if let Some(body) = &problem.system.assembly.primal.rigid_modes {
         let (holds, why) = match body.support {
             None => (
                 "only contact holds the body, so its stiffness is singular, there is no W",

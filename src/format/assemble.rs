@@ -8,7 +8,7 @@ use contact3d::{
         Assembly, AssemblySeconds, ContactCompliance, ContactSystem, DualSystem, ExplicitDual,
         OperatorForm, PrimalSystem,
     },
-    elasticity::{DofMap, FloatingBody, ToolPoint, WeakSupport},
+    elasticity::{DofMap, RigidModes, ToolPoint, WeakSupport},
     linalg::{
         CholeskyFactor, CscMatrix, EngineError, Factor, FactorStructure, Precision, RemoteFactor,
         Work,
@@ -76,15 +76,15 @@ pub(super) const OPERATORS: &[DatasetSpec] = &[
     GROUP.row(TIED_NODES, Kind::I64, &[Named("n_tied_nodes"), Fixed(2)], Dimension::Number, "Node of a face that is bonded to a tool, and the tool: they have no degrees of freedom of their own.").optional("absent unless a tool is bonded to a face"),
     GROUP.row(TIED_LEVERS, Kind::F64, &[Named("n_tied_nodes"), extents::XYZ], Dimension::Number, "Place of these nodes from the point of the tool over its arm: they move by the first row of the tool plus the second one times this.").optional("absent unless a tool is bonded to a face"),
     GROUP.row(STIFFNESS, Kind::CscMatrix, &[FREE, FREE], Dimension::STIFFNESS, "Stiffness matrix over the free degrees of freedom; symmetric, both triangles stored.").symbol("A").compressed(),
-    GROUP.row(RIGID_MODES, Kind::F64, &[RIGID, FREE], Dimension::Number, "Rigid modes of a body that only contact holds, and free motions of tools: the kernel of A; mode p moves pin p by one and no other pin.").symbol("R").optional(SUPPORTED),
+    GROUP.row(RIGID_MODES, Kind::F64, &[RIGID, FREE], Dimension::Number, "Rigid modes of a body that only contact holds, and free motions of tools: the kernel of A; mode p moves pin p by one and no other pin.").symbol("Z").optional(SUPPORTED),
     GROUP.row(RIGID_PINS, Kind::I64, &[RIGID], Dimension::Number, "The pins, one free degree of freedom for each rigid mode: the factor is that of A with the spring added to these entries of its diagonal.").optional(SUPPORTED),
     GROUP.row(RIGID_SPRING, Kind::F64, &[], Dimension::STIFFNESS, "Spring at each pin; answers do not depend on it.").symbol("kappa").optional(SUPPORTED),
-    GROUP.row(RIGID_SUPPORT, Kind::F64, &[RIGID, RIGID], Dimension::STIFFNESS, "Stiffness of weak springs in the rigid modes, which are unknowns of their own: (R + Y)^T (l - B^T lambda) = D alpha.").symbol("D").optional("absent where no weak spring resists the rigid modes"),
-    GROUP.row(RIGID_SPRING_RESPONSE, Kind::F64, &[RIGID, FREE], Dimension::Number, "How the body yields to the forces of weak springs K_s in the rigid modes, -A_kappa^-1 K_s R.").symbol("Y").optional("absent where no weak spring resists the rigid modes"),
+    GROUP.row(RIGID_SUPPORT, Kind::F64, &[RIGID, RIGID], Dimension::STIFFNESS, "Stiffness of weak springs in the rigid modes, which are unknowns of their own: (Z + Y)^T (l - B^T lambda) = D alpha.").symbol("D").optional("absent where no weak spring resists the rigid modes"),
+    GROUP.row(RIGID_SPRING_RESPONSE, Kind::F64, &[RIGID, FREE], Dimension::Number, "How the body yields to the forces of weak springs K_s in the rigid modes, -A_kappa^-1 K_s Z.").symbol("Y").optional("absent where no weak spring resists the rigid modes"),
     GROUP.row(COUPLING_NORMAL, Kind::CsrMatrix, &[Named("n_panes"), FREE], Dimension::AREA, "Integral of the normal displacement over each pane.").symbol("N").optional(NO_CONTACT),
     GROUP.row(COUPLING_TANGENTIAL, Kind::CsrMatrix, &[Named("n_tangential"), FREE], Dimension::AREA, "Integrals of the tangential displacements over each pane; rows 2i and 2i + 1 belong to pane i.").symbol("T").optional(NO_FRICTION),
     GROUP.row(DUAL_OPERATOR, Kind::F64, &[Named("n_multipliers"), Named("n_multipliers")], Dimension::DUAL, "Dual operator B A^-1 B^T, symmetric; rows and columns in the order of the multipliers: one normal for each pane, then t1 and t2 of each pane with friction.").symbol("S").optional(IMPLICIT),
-    GROUP.row(CONTACT_COMPLIANCE, Kind::F64, &[Named("n_multipliers"), Named("n_contact_nodes"), extents::FRICTION_AXES], Dimension::COMPLIANCE, "Tangential displacement of the contact nodes that a unit of each multiplier takes away.").symbol("G").optional(NO_SLIP),
+    GROUP.row(CONTACT_COMPLIANCE, Kind::F64, &[Named("n_multipliers"), Named("n_contact_nodes"), extents::FRICTION_AXES], Dimension::COMPLIANCE, "Tangential displacement of the contact nodes that a unit of each multiplier takes away.").symbol("H").optional(NO_SLIP),
 ];
 
 pub(super) const SECONDS: Fields<AssemblySeconds> = fields! { AssemblySeconds => GROUP;
@@ -103,7 +103,7 @@ pub(super) const FACTOR: Fields<FactorStructure> = fields! { FactorStructure => 
     {Kind::F64} VALUES, &[Named("n_factor_values")], Dimension::ROOT_OF_STIFFNESS, "Dense column-major panel (rows, columns) of each supernode of the Cholesky factor.".symbol("L").optional(SINGLE).volatile();
     {Kind::F32} VALUES_SINGLE, &[Named("n_factor_values")], Dimension::ROOT_OF_STIFFNESS, "The same in single precision: L L^T is A to about seven digits, a preconditioner.".symbol("L").optional(DOUBLE);
     {Kind::F32} DUAL_OPERATOR_SINGLE, &[Named("n_multipliers"), Named("n_multipliers")], Dimension::DUAL, "Dual operator made from a factor in single precision, symmetric; solves correct its error by exact residuals.".symbol("S").optional(IN_DOUBLE);
-    {Kind::F32} CONTACT_COMPLIANCE_SINGLE, &[Named("n_multipliers"), Named("n_contact_nodes"), extents::FRICTION_AXES], Dimension::COMPLIANCE, "Contact compliance made from a factor in single precision.".symbol("G").optional(NO_SLIP_SINGLE);
+    {Kind::F32} CONTACT_COMPLIANCE_SINGLE, &[Named("n_multipliers"), Named("n_contact_nodes"), extents::FRICTION_AXES], Dimension::COMPLIANCE, "Contact compliance made from a factor in single precision.".symbol("H").optional(NO_SLIP_SINGLE);
 };
 
 /// Bytes of the large arrays of an assembled problem in the file; the rest adds a few percent.
@@ -151,8 +151,8 @@ pub fn write(
         write_value(writer, TIED_LEVERS, &levers.collect::<Vec<_>>())?;
     }
     writer.write_matrix(STIFFNESS, columns(&primal.stiffness))?;
-    if let Some(floating) = &primal.floating {
-        write_floating(writer, floating)?;
+    if let Some(modes) = &primal.rigid_modes {
+        write_rigid_modes(writer, modes)?;
     }
     SECONDS.write_one(writer, &assembly.seconds)?;
     let structure = assembly.factor.structure();
@@ -173,11 +173,11 @@ pub fn write(
     FACTOR.write_one(writer, structure)
 }
 
-fn write_floating(writer: &mut GroupWriter<'_>, body: &FloatingBody) -> Result<(), StoreError> {
-    write_value(writer, RIGID_MODES, &body.modes)?;
-    write_value(writer, RIGID_PINS, &body.pins)?;
-    write_value(writer, RIGID_SPRING, &body.spring)?;
-    match &body.support {
+fn write_rigid_modes(writer: &mut GroupWriter<'_>, rigid: &RigidModes) -> Result<(), StoreError> {
+    write_value(writer, RIGID_MODES, &rigid.modes)?;
+    write_value(writer, RIGID_PINS, &rigid.pins)?;
+    write_value(writer, RIGID_SPRING, &rigid.spring)?;
+    match &rigid.support {
         None => Ok(()),
         Some(support) => {
             write_value(writer, RIGID_SUPPORT, &support.stiffness)?;
@@ -344,17 +344,17 @@ pub fn read_primal(reader: &Reader) -> Result<PrimalSystem, FormatError> {
 fn read_stiffness(reader: &Reader) -> Result<PrimalSystem, FormatError> {
     let stiffness = as_columns(reader.read_matrix(STIFFNESS)?);
     Ok(PrimalSystem {
-        floating: read_floating(reader, &stiffness)?,
+        rigid_modes: read_rigid_modes(reader, &stiffness)?,
         dofs: read_dofs(reader, stiffness.cols)?,
         stiffness: Arc::new(stiffness),
         load: Vec::new(),
     })
 }
 
-fn read_floating(
+fn read_rigid_modes(
     reader: &Reader,
     stiffness: &CscMatrix,
-) -> Result<Option<Arc<FloatingBody>>, FormatError> {
+) -> Result<Option<Arc<RigidModes>>, FormatError> {
     if !reader.has(RIGID_MODES) {
         return Ok(None);
     }
@@ -377,7 +377,7 @@ fn read_floating(
             spring_response: read_finite(reader, RIGID_SPRING_RESPONSE)?,
         }),
     };
-    Ok(Some(Arc::new(FloatingBody::from_parts(
+    Ok(Some(Arc::new(RigidModes::from_parts(
         modes, pins, spring, support, stiffness,
     ))))
 }

@@ -58,7 +58,7 @@ pub(super) fn settings(
     match stage {
         Stage::Mesh => add("refinement", refinement.map(Into::into)),
         Stage::Assemble => {
-            // T has rows for faces with friction, and G is made for laws that follow the slip.
+            // T has rows for faces with friction, and H is made for laws that follow the slip.
             let faces = 0..scene.contacts.len();
             let with_friction: Vec<bool> = faces
                 .map(|face| scene.friction_on(face).is_some())

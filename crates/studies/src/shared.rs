@@ -13,7 +13,7 @@ pub enum StudyStep {
 
 /// Refuses a body that only contact holds, or weak springs, where `what` needs A⁻¹ itself.
 pub(crate) fn refuse_floating(problem: &AssembledProblem, what: &str) -> Result<(), InvalidValue> {
-    let Some(body) = &problem.system.assembly.primal.floating else {
+    let Some(body) = &problem.system.assembly.primal.rigid_modes else {
         return Ok(());
     };
     if problem.scene().n_free_tool_motions() > 0 {

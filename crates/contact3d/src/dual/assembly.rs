@@ -7,8 +7,8 @@ use thiserror::Error;
 use super::{InsufficientResource, Requirement};
 use crate::{
     elasticity::{
-        DofMap, FloatingBody, Loads, MaterialField, NodeGraph, SpringMatrix, floating_body,
-        forces_of_prescribed, loose_motions, prescribed_displacements, stiffness_on, tool_loads,
+        DofMap, Loads, MaterialField, NodeGraph, RigidModes, SpringMatrix, forces_of_prescribed,
+        loose_motions, prescribed_displacements, rigid_modes, stiffness_on, tool_loads,
     },
     linalg::{
         CgSolution, CscMatrix, Doubled, EngineError, Factor, FactorError, FactorStructure,
@@ -29,17 +29,17 @@ pub struct PrimalSystem {
     /// Right-hand side over the free degrees of freedom, `[n_free]`, in N: the load l, less A_fc u_c where clamps hold at
     /// a displacement u_c.
     pub load: Vec<f64>,
-    /// The rigid modes of a body that only contact holds, or weak springs; `None` where its supports do.
-    pub floating: Option<Arc<FloatingBody>>,
+    /// The rigid modes of a body that only contact holds, or weak springs, and of free tools; `None` where all are held.
+    pub rigid_modes: Option<Arc<RigidModes>>,
 }
 
 impl PrimalSystem {
     /// A, or A_κ where the body floats: what the factor is of.
     #[must_use]
     pub fn invertible(&self) -> &CscMatrix {
-        match &self.floating {
+        match &self.rigid_modes {
             None => &self.stiffness,
-            Some(floating) => &floating.grounded,
+            Some(rigid) => &rigid.grounded,
         }
     }
 
@@ -133,7 +133,7 @@ pub enum AssemblyError {
 pub(super) struct Analysed {
     pub(super) primal: PrimalSystem,
     pub(super) structure: FactorStructure,
-    /// C = K_s R in N/m, `[n_modes][n_free]`, where weak springs resist the rigid modes.
+    /// C = K_s Z in N/m, `[n_modes][n_free]`, where weak springs resist the rigid modes.
     support_forces: Option<Vec<Vec<f64>>>,
     seconds: AssemblySeconds,
 }
@@ -177,12 +177,12 @@ impl Analysed {
             dual_operator: 0.0,
         };
         let structure = structure.map_err(|e| explain(e, &dofs))?;
-        let floating =
-            floating_body(scene, mesh, &dofs, &loose, &stiffness).map_err(AssemblyError::Scene)?;
-        let resisting = floating.as_ref().zip(springs.filter(|_| are_resisted));
-        let support_forces = resisting.map(|(body, springs)| {
+        let rigid_modes =
+            rigid_modes(scene, mesh, &dofs, &loose, &stiffness).map_err(AssemblyError::Scene)?;
+        let resisting = rigid_modes.as_ref().zip(springs.filter(|_| are_resisted));
+        let support_forces = resisting.map(|(rigid, springs)| {
             let force = |mode: &Vec<f64>| dofs.forces(&springs.forces(&dofs.to_nodes(mode)), &[]);
-            body.modes.iter().map(force).collect()
+            rigid.modes.iter().map(force).collect()
         });
         dofs.prescribed = prescribed.map(Arc::new);
         Ok(Self {
@@ -190,7 +190,7 @@ impl Analysed {
                 dofs,
                 stiffness: Arc::new(stiffness),
                 load,
-                floating: floating.map(Arc::new),
+                rigid_modes: rigid_modes.map(Arc::new),
             },
             support_forces,
             structure,
@@ -231,18 +231,18 @@ impl Analysed {
             factor: Arc::new(factor),
             seconds,
         };
-        if let Some((forces, body)) = self
+        if let Some((forces, rigid)) = self
             .support_forces
             .as_ref()
-            .zip(self.primal.floating.as_ref())
+            .zip(self.primal.rigid_modes.as_ref())
         {
             let mut spring_response = |force: &Vec<f64>| {
                 let solved = assembly.solve_refined(force, None, f64::EPSILON);
                 solved.value.iter().map(|u| -u).collect()
             };
             let spring_response: Vec<Vec<f64>> = forces.iter().map(&mut spring_response).collect();
-            let body = FloatingBody::clone(body).resisted(forces, spring_response);
-            assembly.primal.floating = Some(Arc::new(body));
+            let rigid = RigidModes::clone(rigid).resisted(forces, spring_response);
+            assembly.primal.rigid_modes = Some(Arc::new(rigid));
         }
         assembly
     }

@@ -243,7 +243,7 @@ impl ContactSystem {
         distances
     }
 
-    /// The displacement u = A⁻¹(l − Bᵀλ) over the free degrees of freedom in m; u = A_κ⁻¹(l − Bᵀλ) + R α of x = (λ, α) where the
+    /// The displacement u = A⁻¹(l − Bᵀλ) over the free degrees of freedom in m; u = A_κ⁻¹(l − Bᵀλ) + Z α of x = (λ, α) where the
     /// body floats.
     #[must_use]
     pub fn displacement(&self, assembly: &Assembly, unknowns: &[f64]) -> Vec<f64> {
@@ -253,7 +253,7 @@ impl ContactSystem {
         displacement
     }
 
-    /// Adds (R + Y) α of a body that floats.
+    /// Adds (Z + Y) α of a body that floats.
     pub(crate) fn add_motion(&self, motion: &[f64], displacement: &mut [f64]) {
         if let Some(balance) = self.rigid() {
             balance.coupling.add_motion(motion, displacement);
@@ -284,11 +284,11 @@ impl ContactSystem {
     }
 }
 
-/// The tangential displacement of the contact nodes, affine in λ: u_t = `slip_free` − G (λ − λ₀)
+/// The tangential displacement of the contact nodes, affine in λ: u_t = `slip_free` − H (λ − λ₀)
 /// with the anchor λ₀ of the dual problem.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactCompliance {
-    /// G = C A⁻¹ Bᵀ with the rows u_t1, u_t2 of contact node after contact node, column-major,
+    /// H = C A⁻¹ Bᵀ with the rows u_t1, u_t2 of contact node after contact node, column-major,
     /// `[2 n_contact_nodes, 3 n_panes]`, in m/Pa; shared as S is.
     pub matrix: Arc<Vec<f64>>,
     /// (u_t1, u_t2) of A⁻¹l, or of the displacement at the anchor, at the contact nodes, signed,
@@ -297,14 +297,14 @@ pub struct ContactCompliance {
 }
 
 impl ContactCompliance {
-    /// One column of G, `[2 n_contact_nodes]`.
+    /// One column of H, `[2 n_contact_nodes]`.
     #[must_use]
     pub fn column(&self, j: usize) -> &[f64] {
         let rows = 2 * self.slip_free.len();
         &self.matrix[j * rows..(j + 1) * rows]
     }
 
-    /// slip_free − G λ at the contact nodes, `[n_contact_nodes]`, in m.
+    /// slip_free − H λ at the contact nodes, `[n_contact_nodes]`, in m.
     pub(super) fn tangential_displacement(&self, multiplier: &[f64]) -> Vec<[f64; 2]> {
         let mut slip = self.slip_free.concat();
         subtract_product(&self.matrix, multiplier, &mut slip);

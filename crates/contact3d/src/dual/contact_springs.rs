@@ -42,7 +42,7 @@ impl DualSystem {
         let Assembly { primal, factor, .. } = &self.assembly;
         let contact = self.contact.as_ref()?;
         let dual = contact.explicit()?;
-        if factor.precision() == Precision::Single || primal.floating.is_some() {
+        if factor.precision() == Precision::Single || primal.rigid_modes.is_some() {
             return None;
         }
         let stiffness = pane_stiffness(primal, &contact.coupling);
@@ -75,7 +75,7 @@ impl DualSystem {
         Some(system)
     }
 
-    /// A_σ with its factor, S_σ and G, which all loads share; `None` where they take memory that matters, which nothing admitted.
+    /// A_σ with its factor, S_σ and H, which all loads share; `None` where they take memory that matters, which nothing admitted.
     fn make_contact_springs(
         &self,
         contact: &ContactSystem,

@@ -2,11 +2,11 @@
 //!
 //! Rounding perturbs A by δA, and S by E = B A⁻¹ δA A⁻¹Bᵀ: most of it in the few modes in which the body moves as a whole, which
 //! fill S and of which A is nearly free. S is computed anew in those: with V an orthonormal basis of the multipliers that excite
-//! them and R = S V − S̃V from solves in double precision,
+//! them and Q = S V − S̃V from solves in double precision,
 //!
-//! S̃ + R Vᵀ + V Rᵀ − V (VᵀR) Vᵀ
+//! S̃ + Q Vᵀ + V Qᵀ − V (VᵀQ) Vᵀ
 //!
-//! is symmetric, equals S on V, and leaves (I − VVᵀ) E (I − VVᵀ). In the same way G̃ + (G V − G̃V) Vᵀ.
+//! is symmetric, equals S on V, and leaves (I − VVᵀ) E (I − VVᵀ). In the same way H̃ + (H V − H̃V) Vᵀ.
 
 use std::ops::Range;
 
@@ -105,7 +105,7 @@ pub(super) fn subtract_product(matrix: &[f64], x: &[f64], y: &mut [f64]) {
     }
 }
 
-/// Corrects S, `[n, n]`, and G, `[rows of C, n]` for a selection Cᵀ, both column-major.
+/// Corrects S, `[n, n]`, and H, `[rows of C, n]` for a selection Cᵀ, both column-major.
 pub(super) fn correct(
     assembly: &Assembly,
     coupling: &Coupling,
@@ -135,7 +135,7 @@ pub(super) fn correct(
             }
         }
     }
-    // R Vᵀ + V Rᵀ − V (VᵀR) Vᵀ = H Vᵀ + V Hᵀ with H = R − ½ V VᵀR.
+    // Q Vᵀ + V Qᵀ − V (VᵀQ) Vᵀ = P Vᵀ + V Pᵀ with P = Q − ½ V VᵀQ.
     let half_of = |(mode, moved): (&Vec<f64>, &Vec<f64>)| {
         let mut error = coupling.integrate(moved);
         add_scaled(&mut error, -1.0, &symmetric_product(operator, mode));

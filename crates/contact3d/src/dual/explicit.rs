@@ -36,13 +36,13 @@ pub struct ExplicitDual {
     /// What else holds where the body floats or its supports are weak: its unknowns x are then (λ, α), r = S λ − G α − h and
     /// Gᵀλ + D α = e; `None` where supports hold it, and x = λ.
     pub rigid: Option<RigidEquilibrium>,
-    /// σ of contact springs in A, `[n_multipliers]`, in Pa/m³, where S, G and h are those with the springs: its unknowns are then
+    /// σ of contact springs in A, `[n_multipliers]`, in Pa/m³, where S, H and h are those with the springs: its unknowns are then
     /// μ = λ + σ r. `None` for x = λ.
     pub contact_springs: Option<Arc<Vec<f64>>>,
 }
 
 impl ExplicitDual {
-    /// Forms S and G in the precision of the factor by forward solves W = L⁻¹PBᵀ on the supernodes B reaches, S = WᵀW, beside a given h
+    /// Forms S and H in the precision of the factor by forward solves W = L⁻¹PBᵀ on the supernodes B reaches, S = WᵀW, beside a given h
     /// in m³; the free slip is that of the displacement A⁻¹l in m. `work` is told of the operations.
     #[must_use]
     pub fn new(
@@ -95,9 +95,9 @@ impl ExplicitDual {
     }
 
     /// The same problem written about λ₀ with its exact displacement u₀ in m: r = S (λ − λ₀) − c for
-    /// c = B u₀ − gap in m³, u_t = C u₀ − G (λ − λ₀).
+    /// c = B u₀ − gap in m³, u_t = C u₀ − H (λ − λ₀).
     ///
-    /// Near λ₀ the rounding of S, G and h then counts only in proportion to λ − λ₀ (iterative
+    /// Near λ₀ the rounding of S, H and h then counts only in proportion to λ − λ₀ (iterative
     /// refinement); what cancels in S λ − h, the rigid motion of a body that nearly floats, cancelled
     /// in c already.
     pub(crate) fn about(
@@ -123,7 +123,7 @@ impl ExplicitDual {
         anchored
     }
 
-    /// The same problem written about zero: h = S λ₀ + c, free slip C u₀ + G λ₀. Where S is not exact, its solution is
+    /// The same problem written about zero: h = S λ₀ + c, free slip C u₀ + H λ₀. Where S is not exact, its solution is
     /// off by what S is wrong as a share of the way from λ₀.
     pub(crate) fn absolute(self) -> Self {
         let Some(anchor) = &self.anchor else {
@@ -306,7 +306,7 @@ pub(crate) fn stresses_between(unknowns: &[f64], springs: &[f64], gradient: &[f6
     stresses
 }
 
-/// S, and G where a selection Cᵀ is given; those of a factor in single precision with the modes of the body as a whole in double.
+/// S, and H where a selection Cᵀ is given; those of a factor in single precision with the modes of the body as a whole in double.
 fn corrected(
     assembly: &Assembly,
     coupling: &Coupling,
@@ -322,7 +322,7 @@ fn corrected(
     (rounded(operator), matrix.map(rounded))
 }
 
-/// S, and G where a selection Cᵀ is given, in the precision of the factor.
+/// S, and H where a selection Cᵀ is given, in the precision of the factor.
 pub(super) fn formed(
     factor: &Factor,
     coupling: &Coupling,

@@ -27,7 +27,7 @@ pub struct LocalStiffness {
     factor: ScaledFactor,
 }
 
-/// LLᵀ = D S D + shift for D = diag(1/√S_ii) over the components whose rows do not vanish.
+/// LLᵀ = Δ S Δ + shift for Δ = diag(1/√S_ii) over the components whose rows do not vanish.
 #[derive(Debug, Clone)]
 struct ScaledFactor {
     /// Those components, ascending.

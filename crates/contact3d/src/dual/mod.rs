@@ -1,11 +1,11 @@
 //! The dual operator S = B A⁻¹ Bᵀ and right-hand side h = B A⁻¹ l − gap (HKL (4.5)).
 //!
 //! Eliminating u = A⁻¹(l − Bᵀλ) leaves a problem for the multipliers alone: minimise ½ λᵀSλ − λᵀh. S has two forms:
-//! dense, S = WᵀW with W = L⁻¹PBᵀ, beside the compliance G = C A⁻¹Bᵀ that gives contact displacements without the
+//! dense, S = WᵀW with W = L⁻¹PBᵀ, beside the compliance H = C A⁻¹Bᵀ that gives contact displacements without the
 //! body; or implicit, two triangular solves for each application, where a dense one does not fit. [`Requirement`] counts
 //! memory, disk and operations of either before they are spent.
 //!
-//! Where the factor is in single precision, so are S and G, except in the few modes of the body's motion as a whole, where they come from
+//! Where the factor is in single precision, so are S and H, except in the few modes of the body's motion as a whole, where they come from
 //! solves in double precision.
 //!
 //! [`LocalStiffness`] is (S⁻¹)_ii, what one pane feels apart from the motion of the body as a whole: the unit in which

@@ -14,7 +14,7 @@ use super::{
 };
 use crate::{
     contact::MultiplierLayout,
-    elasticity::FloatingBody,
+    elasticity::RigidModes,
     linalg::{add_scaled, dot, norm},
 };
 
@@ -27,7 +27,7 @@ pub(super) enum Reach {
 }
 
 impl Reach {
-    /// Takes out of B R of a motion what is rounding.
+    /// Takes out of B Z of a motion what is rounding.
     pub(super) fn restrict(self, integrals: &mut [f64], layout: MultiplierLayout) {
         match self {
             Self::Nothing => integrals.fill(0.0),
@@ -52,11 +52,11 @@ pub(super) struct MotionSpaces {
 }
 
 impl MotionSpaces {
-    /// From B R, `[n_modes][n_multipliers]`, and D. A motion is active if it moves the contact face, in the mean square over it, or
+    /// From B Z, `[n_modes][n_multipliers]`, and D. A motion is active if it moves the contact face, in the mean square over it, or
     /// supports resist it. Where all motions are active and no support resists, the modes themselves.
     pub(super) fn new(
         of_modes: &[Vec<f64>],
-        body: &FloatingBody,
+        body: &RigidModes,
         areas: &[f64],
         layout: MultiplierLayout,
     ) -> Self {

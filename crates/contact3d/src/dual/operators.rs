@@ -95,7 +95,7 @@ impl PrimalOperator for ContactOperator<'_> {
     }
 }
 
-/// S' = P S P + c Q for the projector Q on the range of G = B R, P = 1 − Q and c = ‖P S P‖: the operator of the augmented
+/// S' = P S P + c Q for the projector Q on the range of G = B Z, P = 1 − Q and c = ‖P S P‖: the operator of the augmented
 /// Lagrangian.
 ///
 /// For multipliers in balance, Gᵀλ = e, the minimisers of ½ λᵀS'λ − λᵀh' with h' = P (h − S λ_e) + c λ_e and λ_e = G (GᵀG)⁻¹e are those

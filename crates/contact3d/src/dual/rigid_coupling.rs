@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{
     contact::{Coupling, Interface, MultiplierLayout},
-    elasticity::FloatingBody,
+    elasticity::RigidModes,
     linalg::{add_combination, add_scaled, dot, norm},
     mesh::ContactSurface,
 };
@@ -28,7 +28,7 @@ pub(super) const FEW_TERMS_ROUNDING: f64 = 16.0;
 /// motions are the null space of contact: their α are zero in every solution (the least motion), and a load that works on them has no equilibrium.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RigidCoupling {
-    body: Arc<FloatingBody>,
+    body: Arc<RigidModes>,
     /// The order of the multipliers.
     pub(crate) layout: MultiplierLayout,
     /// Motions that contact or supports act on, those that supports resist first, in terms of the modes of the body, `[n_active][n_modes]`.
@@ -43,9 +43,9 @@ pub struct RigidCoupling {
     spring_response: Vec<Vec<f64>>,
     /// The stiffness D of the supports in each active motion in N/m, `[n_active]`; zeros where none resist.
     pub(crate) support: Vec<f64>,
-    /// G = B (R + Y) of the active motions, `[n_active][n_multipliers]`, in m².
+    /// G = B (Z + Y) of the active motions, `[n_active][n_multipliers]`, in m².
     pub(crate) integrals: Vec<Vec<f64>>,
-    /// B R, likewise: zero where a motion does not move the face, however the body yields to the springs.
+    /// B Z, likewise: zero where a motion does not move the face, however the body yields to the springs.
     rigid_contact_integrals: Vec<Vec<f64>>,
     /// (u_t1, u_t2) of the active motions at the contact nodes, `[n_active][n_contact_nodes]`.
     pub(crate) slip: Vec<Vec<[f64; 2]>>,
@@ -56,7 +56,7 @@ pub struct RigidCoupling {
 pub struct RigidEquilibrium {
     /// G and its motions.
     pub(crate) coupling: Arc<RigidCoupling>,
-    /// e = Rᵀl of the active motions, or e − Gᵀλ₀ − D α₀ about an anchor, `[n_active]`, in N.
+    /// e = Zᵀl of the active motions, or e − Gᵀλ₀ − D α₀ about an anchor, `[n_active]`, in N.
     pub(crate) resultant: Vec<f64>,
     /// The motion about which α is written, where there is a gap.
     pub(crate) reference: Option<ReferenceMotion>,
@@ -76,7 +76,7 @@ pub(crate) struct ReferenceMotion {
 
 impl RigidCoupling {
     fn new(
-        body: &Arc<FloatingBody>,
+        body: &Arc<RigidModes>,
         coupling: &Coupling,
         surface: &ContactSurface,
         interface: &Interface,
@@ -148,7 +148,7 @@ impl RigidCoupling {
         modes
     }
 
-    /// (R + Y)ᵀf of the active motions in N for nodal forces f in N.
+    /// (Z + Y)ᵀf of the active motions in N for nodal forces f in N.
     pub(crate) fn work_of(&self, forces: &[f64]) -> Vec<f64> {
         let mut work: Vec<f64> = self.rigid.iter().map(|u| dot(u, forces)).collect();
         for (work, u) in work.iter_mut().zip(&self.spring_response) {
@@ -157,7 +157,7 @@ impl RigidCoupling {
         work
     }
 
-    /// e = (R + Y)ᵀl, with zeros for what is rounding of the load: a motion that it does not drive would else be driven by chance.
+    /// e = (Z + Y)ᵀl, with zeros for what is rounding of the load: a motion that it does not drive would else be driven by chance.
     fn load_resultant(&self, assembly: &Assembly) -> Vec<f64> {
         let (dofs, load) = (&assembly.primal.dofs, &assembly.primal.load);
         let works = self.work_of(load).into_iter().zip(&self.rigid);
@@ -174,12 +174,12 @@ impl RigidCoupling {
         motions.map(|modes| self.body.rigid_part(modes)).collect()
     }
 
-    /// Adds R α.
+    /// Adds Z α.
     pub(crate) fn add_rigid(&self, motion: &[f64], displacement: &mut [f64]) {
         add_combination(displacement, motion, &self.rigid);
     }
 
-    /// Adds (R + Y) α: first Y α, which is of the size of strained displacements.
+    /// Adds (Z + Y) α: first Y α, which is of the size of strained displacements.
     pub(crate) fn add_motion(&self, motion: &[f64], displacement: &mut [f64]) {
         add_combination(displacement, motion, &self.spring_response);
         self.add_rigid(motion, displacement);
@@ -265,7 +265,7 @@ impl RigidEquilibrium {
         surface: &ContactSurface,
         interface: &Interface,
     ) -> Option<Self> {
-        let body = assembly.primal.floating.as_ref()?;
+        let body = assembly.primal.rigid_modes.as_ref()?;
         let rigid = RigidCoupling::new(body, coupling, surface, interface, assembly);
         let resultant = rigid.load_resultant(assembly);
         Some(Self {

@@ -81,74 +81,20 @@ impl DualSystem {
         interface: Option<&Interface>,
         assembling: &Assembling<'_>,
     ) -> Result<Self, AssemblyError> {
-        let Assembling {
-            admit,
-            begun,
-            engine,
-        } = *assembling;
-        let analysed = Analysed::new(scene, mesh, admit)?;
-        let face = interface.zip(mesh.contact.as_ref());
+        let analysed = Analysed::new(scene, mesh, assembling.admit)?;
+        let face = mesh.contact.as_ref().zip(interface);
         let coupling =
-            face.map(|(interface, surface)| interface.coupling(surface, &analysed.primal.dofs));
+            face.map(|(surface, interface)| interface.coupling(surface, &analysed.primal.dofs));
         let dense = coupling
             .as_ref()
             .and_then(|coupling| dense_operator(scene, mesh, &analysed, coupling));
+        let contact = coupling.as_ref().zip(face);
         let form = |precision, dense: Option<&OperatorEstimate>| {
-            let Analysed {
-                primal, structure, ..
-            } = &analysed;
-            let stiffness = &primal.stiffness;
-            if engine.is_none() {
-                admit(Requirement::of_factor(
-                    stiffness, structure, precision, dense,
-                ))?;
-            }
-            let begin = |step, operations| {
-                let work = Arc::new(Work::of(operations));
-                begun(step, &work);
-                work
-            };
-            let mut assembly = match engine {
-                None => {
-                    let work = begin(FACTORISING, analysed.structure.operations());
-                    analysed.factorise(precision, &work)?
-                }
-                Some(engine) => {
-                    let dense = coupling.as_ref().filter(|_| dense.is_some());
-                    let transposed = dense.map_or_else(
-                        || CscMatrix::empty(analysed.primal.dofs.n_free),
-                        |coupling| coupling.transposed.clone(),
-                    );
-                    analysed.factorise_by(engine, transposed)?
-                }
-            };
-            let contact = face
-                .zip(coupling.clone())
-                .map(|((interface, surface), coupling)| {
-                    let unconstrained = assembly.unconstrained();
-                    let dofs = &assembly.primal.dofs;
-                    let mut contact =
-                        ContactSystem::new(coupling, &unconstrained, dofs, surface, interface);
-                    if let Some(estimate) = dense {
-                        let started = Instant::now();
-                        let work = begin("forming the dual operator", estimate.explicit_operations);
-                        let face = (surface, interface);
-                        contact.make_explicit(&assembly, &unconstrained, face, &work);
-                        assembly.seconds.dual_operator = started.elapsed().as_secs_f64();
-                    }
-                    contact
-                });
-            let system = Self::of(assembly, contact);
-            if let Some(failure) = system.assembly.factor.failure() {
-                return Err(failure.into());
-            }
-            system.require_finite().map_err(AssemblyError::Scene)?;
-            Ok(system)
+            Self::formed(&analysed, contact, precision, dense, assembling)
         };
-        if engine.is_some() {
+        if assembling.engine.is_some() {
             require_single_precision(scene)?;
-            let system = form(Precision::Single, dense.as_ref())?;
-            return system.validated();
+            return form(Precision::Single, dense.as_ref())?.validated();
         }
         if let Some(single) = in_single_precision(scene, &analysed, dense.as_ref(), &form)? {
             return Ok(single);
@@ -161,6 +107,56 @@ impl DualSystem {
             }
             formed => formed,
         }
+    }
+
+    /// Factorises, and forms S where it is estimated.
+    fn formed(
+        analysed: &Analysed,
+        contact: Option<(&Coupling, (&ContactSurface, &Interface))>,
+        precision: Precision,
+        dense: Option<&OperatorEstimate>,
+        assembling: &Assembling<'_>,
+    ) -> Result<Self, AssemblyError> {
+        let begin = |step, operations| {
+            let work = Arc::new(Work::of(operations));
+            (assembling.begun)(step, &work);
+            work
+        };
+        let Analysed {
+            primal, structure, ..
+        } = analysed;
+        let assembly = if let Some(engine) = assembling.engine {
+            let rows = contact.filter(|_| dense.is_some());
+            let transposed = rows.map_or_else(
+                || CscMatrix::empty(primal.dofs.n_free),
+                |(coupling, _)| coupling.transposed.clone(),
+            );
+            analysed.factorise_by(engine, transposed)?
+        } else {
+            let stiffness = &primal.stiffness;
+            let required = Requirement::of_factor(stiffness, structure, precision, dense);
+            (assembling.admit)(required)?;
+            analysed.factorise(precision, &begin(FACTORISING, structure.operations()))?
+        };
+        let mut system = Self::of(assembly, None);
+        if let Some((coupling, face)) = contact {
+            let assembly = &mut system.assembly;
+            let (unconstrained, dofs) = (assembly.unconstrained(), &assembly.primal.dofs);
+            let coupling = coupling.clone();
+            let mut contact = ContactSystem::new(coupling, &unconstrained, dofs, face.0, face.1);
+            if let Some(estimate) = dense {
+                let started = Instant::now();
+                let work = begin("forming the dual operator", estimate.explicit_operations);
+                contact.make_explicit(assembly, &unconstrained, face, &work);
+                assembly.seconds.dual_operator = started.elapsed().as_secs_f64();
+            }
+            system.contact = Some(contact);
+        }
+        if let Some(failure) = system.assembly.factor.failure() {
+            return Err(failure.into());
+        }
+        system.require_finite().map_err(AssemblyError::Scene)?;
+        Ok(system)
     }
 
     /// The system, if the factor of its engine serves.
@@ -177,22 +173,27 @@ impl DualSystem {
         }
     }
 
-    /// Makes B, S and h for other normals and opposite points of the contact face, on the same factor.
-    pub(crate) fn replace_face(&mut self, surface: &ContactSurface, interface: &Interface) {
-        let Some(contact) = &self.contact else {
-            return;
-        };
-        let (assembly, is_explicit) = (&self.assembly, contact.explicit().is_some());
-        let dofs = &assembly.primal.dofs;
+    /// As [`Self::apply`], with B, S and h for other normals and opposite points of the contact face, on the same factor.
+    pub(crate) fn apply_to_face(
+        &mut self,
+        scene: &Scene,
+        mesh: &Mesh,
+        (surface, interface): (&ContactSurface, &Interface),
+    ) -> Result<(), InvalidValue> {
+        self.assembly.primal.apply_loads(scene, mesh)?;
+        let is_explicit = |contact: &ContactSystem| contact.explicit().is_some();
+        let was_explicit = self.contact.as_ref().is_some_and(is_explicit);
+        let (assembly, dofs) = (&self.assembly, &self.assembly.primal.dofs);
         let (coupling, unconstrained) =
             (interface.coupling(surface, dofs), assembly.unconstrained());
         let mut contact = ContactSystem::new(coupling, &unconstrained, dofs, surface, interface);
-        if is_explicit {
+        if was_explicit {
             let (face, unwatched) = ((surface, interface), Work::default());
             contact.make_explicit(assembly, &unconstrained, face, &unwatched);
         }
         self.contact = Some(contact);
         self.contact_springs = Arc::default();
+        self.require_finite()
     }
 
     /// Replaces l, h and the free slip by those of a scene that differs in its loads, the displacements of its clamps, its

@@ -10,16 +10,16 @@
 //! Springs on faces add ∫ φ_a φ_b K to the blocks of their nodes.
 //!
 //! A body that its clamps and springs leave free to move as a rigid one has no A⁻¹. Where contact may hold it, A gets a
-//! generalised inverse ([`FloatingBody`]); elsewhere it is refused, with the motion. Motions that springs hold weakly are taken
+//! generalised inverse ([`RigidModes`]); elsewhere it is refused, with the motion. Motions that springs hold weakly are taken
 //! out of A⁻¹ in the same way.
 //!
 //! Source: HKL §3; O. C. Zienkiewicz, R. L. Taylor, *The Finite Element Method*, ch. 6.
 
 mod dofs;
 mod element;
-mod floating;
 mod free_motions;
 mod load;
+mod rigid_modes;
 mod rigid_motion;
 mod springs;
 mod stiffness;
@@ -28,10 +28,10 @@ mod tools;
 pub use dofs::{DofMap, forces_of_prescribed, prescribed_displacements};
 pub(crate) use element::Element;
 pub use element::{MaterialField, Simplex, corner_strains, quadratic_gradients, traction};
-pub(crate) use floating::floating_body;
-pub use floating::{FloatingBody, WeakSupport};
 pub(crate) use free_motions::loose_motions;
 pub use load::{Loads, SurfaceLoad, idle_loads, unresolved_loads};
+pub(crate) use rigid_modes::rigid_modes;
+pub use rigid_modes::{RigidModes, WeakSupport};
 pub use rigid_motion::{BodyMotion, refuse_rigid_motions};
 pub(crate) use springs::stiffness_at;
 pub use springs::{SpringMatrix, SpringPoint, visit_springs};

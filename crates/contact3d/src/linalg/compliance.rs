@@ -1,4 +1,4 @@
-//! The compliance G = CA⁻¹Bᵀ from half-solved rows of B, and diagonals of the inverse.
+//! The compliance H = CA⁻¹Bᵀ from half-solved rows of B, and diagonals of the inverse.
 
 use std::ops::Range;
 
@@ -40,7 +40,7 @@ struct BackwardPlan<T> {
 }
 
 impl<T: Scalar> ForwardRows<'_, T> {
-    /// The compliance G = CA⁻¹Bᵀ, column-major, shape (rows of C, rows of B), from L⁻ᵀW on the
+    /// The compliance H = CA⁻¹Bᵀ, column-major, shape (rows of C, rows of B), from L⁻ᵀW on the
     /// unknowns that C selects.
     ///
     /// With B = MC this costs at most one backward pass over the rows of B. Half-solving C and

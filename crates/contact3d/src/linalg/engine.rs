@@ -181,7 +181,7 @@ impl RemoteFactor {
         }
     }
 
-    /// S, and G = C A⁻¹Bᵀ where a selection Cᵀ is given, for some Bᵀ: the one that it was started with, or another by solves.
+    /// S, and H = C A⁻¹Bᵀ where a selection Cᵀ is given, for some Bᵀ: the one that it was started with, or another by solves.
     pub(crate) fn formed(
         &self,
         transposed: &CscMatrix,

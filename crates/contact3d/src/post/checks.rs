@@ -255,7 +255,7 @@ impl ContactReport {
     /// force acts on may lie anywhere.
     fn check_energy(&self, solved: &Solved<'_>, rounding: f64) -> Option<CheckFailure> {
         let mut forces = solved.system.load.iter().chain(&solved.solution.multiplier);
-        if solved.system.floating.is_some() && forces.all(|force| *force == 0.0) {
+        if solved.system.rigid_modes.is_some() && forces.all(|force| *force == 0.0) {
             return None;
         }
         let value = self.resultants.strain_energy;

@@ -137,7 +137,7 @@ fn works(
         return (strain_energy, work(&forces.applied), of_clamps, of_springs);
     }
     let free = &solved.solution.displacement;
-    let strain_energy = if system.floating.is_some() {
+    let strain_energy = if system.rigid_modes.is_some() {
         // A rigid motion, which has no energy, takes its digits from u·A u, but not from the work of forces in balance.
         let of_tools = forces.tools.as_ref().map_or(0.0, |tools| work(tools));
         0.5 * (work(&forces.applied) + work(&forces.contact) + of_tools)

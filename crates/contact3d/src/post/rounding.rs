@@ -117,7 +117,7 @@ pub(super) fn of_energy(
     forces: &NodalForces,
 ) -> f64 {
     let size = |values: &[f64]| values.iter().map(|v| v.abs()).collect::<Vec<_>>();
-    let works = if solved.system.floating.is_some() {
+    let works = if solved.system.rigid_modes.is_some() {
         let u = size(displacement.as_flattened());
         let parts = [&forces.applied, &forces.contact].into_iter();
         let parts = parts.chain(&forces.tools);

@@ -1,6 +1,6 @@
 //! The driver from an assembled problem to an assessed solution: static or increment by increment.
 
-use super::{AssembledProblem, Checkpoint, ProblemError, RunStep, RunStorage};
+use super::{AssembledProblem, Checkpoint, Problem, ProblemError, RunStep, RunStorage};
 use crate::{
     dual::AssemblyError,
     history::{EnergyLedger, StepRecord},
@@ -160,16 +160,13 @@ impl AssembledProblem {
         before: Option<&StepRecord>,
     ) -> Result<Self, InvalidValue> {
         let problem = self.problem.at_increment(increment, before)?;
-        let system = self.system.clone();
-        let Self {
-            problem,
-            mut system,
-        } = Self { problem, system }.with_own_loads()?;
-        if before.is_some()
-            && problem.scene().follows_tools()
-            && let Some(face) = problem.contact_side()
-        {
-            system.replace_face(face.surface, face.interface);
+        let mut system = self.system.clone();
+        let Problem { scene, mesh, .. } = &problem;
+        match problem.contact_side() {
+            Some(face) if before.is_some() && scene.follows_tools() => {
+                system.apply_to_face(scene, mesh, (face.surface, face.interface))?;
+            }
+            _ => system.apply(scene, mesh, problem.interface())?,
         }
         Ok(Self { problem, system })
     }

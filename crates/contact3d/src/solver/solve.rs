@@ -312,7 +312,7 @@ impl ContactSolve<'_> {
                 .without_pressure(law, &law.depends_on_slip().then(slip).unwrap_or_default()),
             ..FrictionState::default()
         });
-        let floating = primal.floating.as_ref();
+        let floating = primal.rigid_modes.as_ref();
         let motion = floating.map(|body| RigidMotions::of(&vec![0.0; body.n_modes()]));
         let multiplier = vec![0.0; laws.layout.n_multipliers()];
         Solution {

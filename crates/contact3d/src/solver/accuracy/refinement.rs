@@ -30,7 +30,7 @@ pub(in crate::solver) struct Refined {
     pub(in crate::solver) displacement: Vec<f64>,
     /// Distance to the solution, relative as in [`ContactSolve::relative`].
     pub(in crate::solver) error: f64,
-    /// S and G about λ.
+    /// S and H about λ.
     pub(in crate::solver) dual: ExplicitDual,
     /// Steps of Newton's method that it took.
     pub(in crate::solver) history: Vec<NewtonStep>,

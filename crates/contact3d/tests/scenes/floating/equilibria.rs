@@ -239,7 +239,7 @@ fn a_clamped_face_holds_a_body_of_any_length() {
             contact("panes", "coefficient.constant = 0.3")
         );
         let problem = block([3.0, length, 1.0], [4, 2, 2], &rest);
-        assert!(problem.system.assembly.primal.floating.is_none());
+        assert!(problem.system.assembly.primal.rigid_modes.is_none());
         let solution = solved(&problem);
         let report = problem.report(&solution).expect("a report");
         // Sums of some hundred forces, each with its rounding.

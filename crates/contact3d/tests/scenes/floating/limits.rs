@@ -168,7 +168,7 @@ fn rollers_leave_three_motions_to_contact() {
     assert!(!holds(friction, 0.3e5 * (1.0 + NEAR), rollers));
     let rest = [rollers, &contact("panes", friction)].join("\n");
     let problem = block([2.0, 1.0, 0.5], [8, 4, 2], &rest);
-    let floating = problem.system.assembly.primal.floating.as_ref();
+    let floating = problem.system.assembly.primal.rigid_modes.as_ref();
     assert_eq!(floating.expect("floats").n_modes(), 3);
 }
 

@@ -9,24 +9,24 @@ use crate::{
     scene::{InvalidValue, Scene},
 };
 
-/// The rigid modes R of a body that only contact holds, or beside it springs that are weak, and of tools that are free to move, and the
+/// The rigid modes Z of a body that only contact holds, or beside it springs that are weak, and of tools that are free to move, and the
 /// pins that make the stiffness invertible. A free motion of a tool is a mode of its own degree of freedom, which is its pin.
 ///
 /// Where the kernel of A has k modes, k degrees of freedom are chosen whose motion tells all of them apart (pins). A spring κ
 /// at each makes A_κ = A + κ Σ e_p e_pᵀ positive definite, and since there are no more pins than modes, A_κ⁻¹f is for forces in
-/// equilibrium, Rᵀf = 0, a displacement with A u = f whose pins do not move and whose springs carry nothing: A_κ⁻¹ is a
+/// equilibrium, Zᵀf = 0, a displacement with A u = f whose pins do not move and whose springs carry nothing: A_κ⁻¹ is a
 /// generalised inverse of A (C. Farhat, F.-X. Roux, *Int. J. Numer. Meth. Engng* 32 (1991) 1205; Z. Dostál, T. Kozubek,
-/// A. Markopoulos, *Appl. Math. Comput.* 217 (2011) 7067). A solution u = A_κ⁻¹(l − Bᵀλ) + R α with Rᵀ(l − Bᵀλ) = 0 depends neither
+/// A. Markopoulos, *Appl. Math. Comput.* 217 (2011) 7067). A solution u = A_κ⁻¹(l − Bᵀλ) + Z α with Zᵀ(l − Bᵀλ) = 0 depends neither
 /// on κ nor on the pins.
 ///
-/// Where weak springs K_s resist the modes, A R = K_s R = C, the same holds for R̃ = R + Y, Y = −A_κ⁻¹C, in place of R: with
-/// κ EᵀA_κ⁻¹ = R̃ᵀ the pins' springs carry nothing in u = A_κ⁻¹(l − Bᵀλ) + R̃ α if R̃ᵀ(l − Bᵀλ) = D α for D = R̃ᵀC, what the supports
+/// Where weak springs K_s resist the modes, A Z = K_s Z = C, the same holds for Z̃ = Z + Y, Y = −A_κ⁻¹C, in place of Z: with
+/// κ EᵀA_κ⁻¹ = Z̃ᵀ the pins' springs carry nothing in u = A_κ⁻¹(l − Bᵀλ) + Z̃ α if Z̃ᵀ(l − Bᵀλ) = D α for D = Z̃ᵀC, what the supports
 /// resist. The compliance of the supports, which may be as many times that of the body as a number has digits and more, is then in
-/// D alone and not in B A_κ⁻¹Bᵀ. R α, which may be as much larger, strains nothing; Y α strains the body as the springs' forces do.
+/// D alone and not in B A_κ⁻¹Bᵀ. Z α, which may be as much larger, strains nothing; Y α strains the body as the springs' forces do.
 /// No support is the case C = 0.
 #[derive(Debug, Clone, PartialEq)]
-pub struct FloatingBody {
-    /// R, `[n_modes][n_free]`, dimensionless: mode p moves pin p by one and no other pin.
+pub struct RigidModes {
+    /// Z, `[n_modes][n_free]`, dimensionless: mode p moves pin p by one and no other pin.
     pub modes: Vec<Vec<f64>>,
     /// The pins, `[n_modes]`, as degrees of freedom.
     pub pins: Vec<usize>,
@@ -43,11 +43,11 @@ pub struct FloatingBody {
 pub struct WeakSupport {
     /// D in N/m, `[n_modes][n_modes]`, symmetric.
     pub stiffness: Vec<Vec<f64>>,
-    /// Y = −A_κ⁻¹K_s R, `[n_modes][n_free]`, dimensionless: how the body yields to the springs.
+    /// Y = −A_κ⁻¹K_s Z, `[n_modes][n_free]`, dimensionless: how the body yields to the springs.
     pub spring_response: Vec<Vec<f64>>,
 }
 
-impl FloatingBody {
+impl RigidModes {
     /// The free motions of a body as modes on its free degrees of freedom, with pins away from the contact face where there are
     /// nodes enough; `None` where the numbers do not tell the motions apart.
     fn new(
@@ -91,7 +91,7 @@ impl FloatingBody {
         Some(Self::from_parts(modes, pins, spring, None, stiffness))
     }
 
-    /// Puts a body together again from R, the pins, κ in N/m, the springs' part and A.
+    /// Puts a body together again from Z, the pins, κ in N/m, the springs' part and A.
     #[must_use]
     pub fn from_parts(
         modes: Vec<Vec<f64>>,
@@ -116,7 +116,7 @@ impl FloatingBody {
         }
     }
 
-    /// The same with weak springs, from their forces C = K_s R in N/m, `[n_modes][n_free]`, and Y.
+    /// The same with weak springs, from their forces C = K_s Z in N/m, `[n_modes][n_free]`, and Y.
     pub(crate) fn resisted(self, forces: &[Vec<f64>], spring_response: Vec<Vec<f64>>) -> Self {
         let work = |p: usize, q: usize| {
             dot(&self.modes[p], &forces[q]) + dot(&spring_response[p], &forces[q])
@@ -139,7 +139,7 @@ impl FloatingBody {
         self.modes.len()
     }
 
-    /// The rigid part R a of a motion in terms of the modes; what is no more than rounding of its terms is zero, so that a motion along a
+    /// The rigid part Z a of a motion in terms of the modes; what is no more than rounding of its terms is zero, so that a motion along a
     /// plane does not leave it, however far.
     pub(crate) fn rigid_part(&self, weights: &[f64]) -> Vec<f64> {
         let n = self.grounded.cols;
@@ -196,7 +196,7 @@ fn on_dofs(scene: &Scene, mesh: &Mesh, dofs: &DofMap, motion: &RigidMotion) -> V
 }
 
 /// One degree of freedom of `candidates` for each mode, such that the modes' values there are as independent as can be: columns
-/// of Rᵀ chosen by pivoted Gram–Schmidt; `None` where they are dependent.
+/// of Zᵀ chosen by pivoted Gram–Schmidt; `None` where they are dependent.
 fn telling_dofs(shapes: &[Vec<f64>], candidates: &[usize]) -> Option<Vec<usize>> {
     let mut left: Vec<Vec<f64>> = candidates
         .iter()
@@ -245,17 +245,17 @@ fn normalised(shapes: &[Vec<f64>], pins: &[usize]) -> Option<Vec<Vec<f64>>> {
 ///
 /// # Errors
 /// Coordinates so large or small that rounding hides the motions.
-pub(crate) fn floating_body(
+pub(crate) fn rigid_modes(
     scene: &Scene,
     mesh: &Mesh,
     dofs: &DofMap,
     motions: &[RigidMotion],
     stiffness: &CscMatrix,
-) -> Result<Option<FloatingBody>, InvalidValue> {
+) -> Result<Option<RigidModes>, InvalidValue> {
     if motions.is_empty() && loose_tool_dofs(scene, dofs).next().is_none() {
         return Ok(None);
     }
-    match FloatingBody::new(scene, mesh, dofs, motions, stiffness) {
+    match RigidModes::new(scene, mesh, dofs, motions, stiffness) {
         Some(body) => Ok(Some(body)),
         None => Err(InvalidValue {
             key: "body".into(),
