@@ -37,17 +37,10 @@ impl Reach {
     }
 }
 
-/// A motion that contact or supports act on.
-pub(super) struct ActiveMode {
-    pub(super) modes: Vec<f64>,
-    /// D in N/m.
-    pub(super) support: f64,
-    pub(super) reach: Reach,
-}
-
 /// Bases of the motions that are active and of those that are not.
 pub(super) struct MotionSpaces {
-    pub(super) active: Vec<ActiveMode>,
+    /// Those that contact or supports act on, in terms of the modes, each with its D in N/m and what it moves.
+    pub(super) active: Vec<(Vec<f64>, f64, Reach)>,
     pub(super) null: Vec<Vec<f64>>,
 }
 
@@ -102,7 +95,7 @@ impl MotionSpaces {
 
     /// The rows of the inverse of all motions that belong to active ones.
     pub(super) fn coordinates(&self) -> Vec<Vec<f64>> {
-        let active = self.active.iter().map(|motion| &motion.modes);
+        let active = self.active.iter().map(|(modes, ..)| modes);
         let all: Vec<DVector<f64>> = active
             .chain(&self.null)
             .map(|modes| DVector::from_row_slice(modes))
@@ -133,18 +126,17 @@ pub(super) fn active(
     )
 }
 
-fn unresisted(space: &DMatrix<f64>) -> Vec<ActiveMode> {
-    let motion = |modes| ActiveMode {
-        modes,
-        support: 0.0,
-        reach: Reach::Any,
-    };
+fn unresisted(space: &DMatrix<f64>) -> Vec<(Vec<f64>, f64, Reach)> {
+    let motion = |modes| (modes, 0.0, Reach::Any);
     columns(space).into_iter().map(motion).collect()
 }
 
 /// A basis of motions in which D is diagonal, space by space: motions of a later one may take up some of those before, which move less
 /// of the face, and none of those after. A motion along the face, which weak springs let go far, is so never part of one that presses it.
-fn conjugate(support: &DMatrix<f64>, spaces: [(DMatrix<f64>, Reach); 3]) -> Vec<ActiveMode> {
+fn conjugate(
+    support: &DMatrix<f64>,
+    spaces: [(DMatrix<f64>, Reach); 3],
+) -> Vec<(Vec<f64>, f64, Reach)> {
     let mut basis: Vec<(DVector<f64>, f64, Reach)> = Vec::new();
     for (mut space, reach) in spaces {
         // Twice, for rounding.
@@ -166,14 +158,8 @@ fn conjugate(support: &DMatrix<f64>, spaces: [(DMatrix<f64>, Reach); 3]) -> Vec<
     let motion = |(modes, support, reach): (DVector<f64>, f64, Reach)| {
         // What rounding mixes in would leave the plane of a face on a long way along it.
         let least = FEW_TERMS_ROUNDING * f64::EPSILON * modes.amax();
-        ActiveMode {
-            modes: modes
-                .map(|w| if w.abs() > least { w } else { 0.0 })
-                .data
-                .into(),
-            support,
-            reach,
-        }
+        let modes = modes.map(|w| if w.abs() > least { w } else { 0.0 });
+        (modes.data.into(), support, reach)
     };
     basis.into_iter().map(motion).collect()
 }

@@ -85,7 +85,7 @@ impl RigidCoupling {
         let of_modes: Vec<Vec<f64>> = body.modes.iter().map(|m| coupling.integrate(m)).collect();
         let spaces = MotionSpaces::new(&of_modes, body, &surface.pane_area, coupling.layout);
         let dofs = &assembly.primal.dofs;
-        let motions = || spaces.active.iter().map(|motion| &motion.modes);
+        let motions = || spaces.active.iter().map(|(modes, ..)| modes);
         let rigid: Vec<Vec<f64>> = motions().map(|w| body.rigid_part(w)).collect();
         let spring_response: Vec<Vec<f64>> = match body.support {
             Some(_) => motions().map(|w| body.spring_response_part(w)).collect(),
@@ -93,8 +93,8 @@ impl RigidCoupling {
         };
         let integrate = |u: &Vec<f64>| coupling.integrate(u);
         let mut rigid_contact_integrals: Vec<Vec<f64>> = rigid.iter().map(integrate).collect();
-        for (own, motion) in rigid_contact_integrals.iter_mut().zip(&spaces.active) {
-            motion.reach.restrict(own, coupling.layout);
+        for (own, (.., reach)) in rigid_contact_integrals.iter_mut().zip(&spaces.active) {
+            reach.restrict(own, coupling.layout);
         }
         let slip_of = |u: &Vec<f64>| {
             let at_row = |row| dofs.change_at_node(row, u);
@@ -113,7 +113,11 @@ impl RigidCoupling {
             coordinates: spaces.coordinates(),
             active: motions().cloned().collect(),
             null: Vec::new(),
-            support: spaces.active.iter().map(|motion| motion.support).collect(),
+            support: spaces
+                .active
+                .iter()
+                .map(|(_, support, _)| *support)
+                .collect(),
             rigid,
             spring_response,
             integrals,
