@@ -41,7 +41,7 @@ impl Default for Assembling<'_> {
 /// The assembled problem: the elastic body, and its contact where the scene has one.
 ///
 /// A clone shares all that does not depend on the loads: A, its factor, S and the contact compliance.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct DualSystem {
     /// A, l and the factor.
     pub assembly: Assembly,
