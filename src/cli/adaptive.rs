@@ -72,11 +72,11 @@ pub(super) fn run(
 
 /// What the levels start from.
 fn first_mesh_line(scene: &Scene) -> String {
-    let element = match scene.body.element {
+    let element = match scene.element() {
         ElementOrder::P1 => "linear",
         ElementOrder::P2 => "quadratic",
     };
-    let cells = scene.body.as_brick().map_or_else(
+    let cells = scene.as_brick().map_or_else(
         || "the mesh file".to_owned(),
         |brick| {
             let [x, y, z] = brick.cells;

@@ -7,7 +7,7 @@ use crate::{
     format::scene_table,
     format::set_key,
     output::Inputs,
-    pipeline::{StageError, mesh_file},
+    pipeline::{StageError, mesh_files},
 };
 
 /// Reads a scene with the changes of `--set`, and lists the files that belong to it: no output may replace one of them.
@@ -41,7 +41,7 @@ pub(super) fn read_for_error(
         let mut keys = keys.map(|(key, _)| key.trim());
         let is_named =
             file.gives("body.element") || keys.any(|key| ["body", "body.element"].contains(&key));
-        if !is_named && file.scene.body.as_brick().is_some() {
+        if !is_named && file.scene.as_brick().is_some() {
             overrides.push("body.element=\"P2\"".to_owned());
         }
         overrides.push(format!("adapt.error={error:?}"));
@@ -60,7 +60,7 @@ pub(super) fn read_for_error(
         changes.push(format!("--quantity {quantity}"));
     }
     let scene = changed(file, &overrides, &changes.join(" "))?;
-    let mesh = mesh_file(&scene).into_iter();
+    let mesh = mesh_files(&scene).into_iter();
     let inputs = Inputs::of(mesh.chain([arguments.scene.clone()]));
     Ok((scene, inputs))
 }

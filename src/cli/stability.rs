@@ -18,7 +18,7 @@ use super::{
 use crate::{
     format::StabilityRow,
     output::Inputs,
-    pipeline::{StageError, mesh_file},
+    pipeline::{StageError, mesh_files},
     report::stability as figures,
     suite::{self, SuiteCase},
 };
@@ -106,7 +106,7 @@ fn run_suite(
             }));
         }
     }
-    let meshes = cases.iter().filter_map(|case| mesh_file(&case.scene));
+    let meshes = cases.iter().flat_map(|case| mesh_files(&case.scene));
     let table = arguments.claim(&Inputs::of(meshes.chain([index.to_owned()])))?;
     let mut rows = Vec::new();
     let spinner = progress::spinner("stability", output);

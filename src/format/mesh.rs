@@ -2,7 +2,9 @@
 
 use std::ops::Range;
 
-use contact3d::mesh::{ContactSurface, Mesh, MidEdgeNodes, Quality, SurfaceFace};
+use contact3d::mesh::{
+    BodyRange, ContactSurface, Mesh, MidEdgeNodes, Opposite, Quality, SurfaceFace,
+};
 use runfile::{
     Extent::{Fixed, Named, Plus},
     Group, GroupWriter, Kind, Reader, StoreError,
@@ -34,11 +36,20 @@ const CONTACT_FACET_PANE: &str = "/mesh/contact_facet_pane";
 pub(super) const PANE_AREA: &str = "/mesh/pane_area";
 const PANE_AVERAGE: &str = "/mesh/pane_average";
 const PANE_CENTRE: &str = "/mesh/pane_centre";
+const BODY_NAMES: &str = "/mesh/body_names";
+const BODY_NODES: &str = "/mesh/body_nodes";
+const BODY_TETRAHEDRA: &str = "/mesh/body_tetrahedra";
+const OPPOSITE_POINTS: &str = "/mesh/opposite_points";
+const OPPOSITE_PANES: &str = "/mesh/opposite_panes";
+const OPPOSITE_PAIRS: &str = "/mesh/opposite_pairs";
+const OPPOSITE_INTEGRALS: &str = "/mesh/opposite_integrals";
 
 const ONLY_QUADRATIC: Condition<Mesh> = ("absent with linear tetrahedra", |mesh| {
     mesh.mid_edges.is_some()
 });
 const NO_CONTACT: &str = "absent without contact";
+const ONE_BODY: &str = "absent without several bodies";
+const NO_PAIR: &str = "absent where no bodies touch each other";
 const ONE_FACE: &str = "absent without several contact faces";
 
 pub(super) const BODY: Fields<Mesh> = fields! { Mesh => GROUP;
@@ -49,7 +60,10 @@ pub(super) const BODY: Fields<Mesh> = fields! { Mesh => GROUP;
     [|mesh| mesh.face_names.join("\n"), |mesh, names: String| mesh.face_names = names.lines().map(str::to_owned).collect()] "/mesh/face_names", &[], Dimension::Number, "Names of the faces, one a line.";
     (mid_edges?.tetrahedra) TETRAHEDRON_MIDDLES, &[Named("n_tetrahedra"), Fixed(6)], Dimension::Number, "Nodes in the middle of the edges 0-1, 1-2, 0-2, 0-3, 1-3, 2-3 of each tetrahedron.".compressed().when(ONLY_QUADRATIC).missing(|mesh| mesh.mid_edges = None);
     (mid_edges?.facets) FACET_MIDDLES, &[Named("n_facets"), Fixed(3)], Dimension::Number, "Nodes in the middle of the edges 0-1, 1-2, 2-0 of each boundary triangle.".compressed().when(ONLY_QUADRATIC);
-    (tetrahedron_region) "/mesh/tetrahedron_region", &[Named("n_tetrahedra")], Dimension::Number, "Region of each tetrahedron: 0 for the body's own material, k for the k-th region of the scene.".compressed().optional("absent without regions");
+    (tetrahedron_region) "/mesh/tetrahedron_region", &[Named("n_tetrahedra")], Dimension::Number, "Region of each tetrahedron: 0 for the common material, k for the k-th region of the scene; then the materials of bodies that have their own.".compressed().optional("absent with one material");
+    {Kind::Text} BODY_NAMES, &[], Dimension::Number, "Names of the bodies, one a line.".optional(ONE_BODY);
+    {Kind::I64} BODY_NODES, &[Plus("n_bodies", 1)], Dimension::Number, "First node of each body, then their number.".optional(ONE_BODY);
+    {Kind::I64} BODY_TETRAHEDRA, &[Plus("n_bodies", 1)], Dimension::Number, "First tetrahedron of each body, then their number.".optional(ONE_BODY);
 };
 
 pub(super) const SURFACE: Fields<ContactSurface> = fields! { ContactSurface => GROUP;
@@ -67,6 +81,10 @@ pub(super) const SURFACE: Fields<ContactSurface> = fields! { ContactSurface => G
     (pane_area) PANE_AREA, &[Named("n_panes")], Dimension::AREA, "Area of each pane; with nodal multipliers the integral of the node's hat function.".symbol("|R_i|").optional(NO_CONTACT).finite();
     {Kind::F64} PANE_CENTRE, &[Named("n_panes"), extents::XYZ], Dimension::LENGTH, "Centre of each pane, the mean over it; with nodal multipliers the node.".optional(NO_CONTACT);
     {Kind::CscMatrix} PANE_AVERAGE, &[Named("n_contact_nodes"), Named("n_panes")], Dimension::Number, "Mean of each contact node's hat function over each pane; columns sum to 1. With nodal multipliers 1 at the node itself.".optional(NO_CONTACT);
+    {Kind::CscMatrix} OPPOSITE_POINTS, &[Named("n_nodes"), Named("n_contact_nodes")], Dimension::Number, "Hat functions of the other body's nodes at the point opposite each contact node; columns sum to 1, or are empty on faces before obstacles.".optional(NO_PAIR);
+    {Kind::I64} OPPOSITE_PANES, &[Plus("n_panes", 1)], Dimension::Number, "Where the entries of each pane begin in opposite_pairs, then their number.".optional(NO_PAIR);
+    {Kind::I64} OPPOSITE_PAIRS, &[Named("n_opposite"), Fixed(2)], Dimension::Number, "Contact node and node of the other body of each entry.".compressed().optional(NO_PAIR);
+    {Kind::F64} OPPOSITE_INTEGRALS, &[Named("n_opposite")], Dimension::AREA, "Integral of the product of both hat functions over the pane.".compressed().optional(NO_PAIR);
 };
 
 pub(super) const QUALITY: Fields<Quality> = fields! { Quality => GROUP;
@@ -102,6 +120,9 @@ pub fn write(
     quality: &Quality,
 ) -> Result<(), StoreError> {
     BODY.write_one(writer, mesh)?;
+    if !mesh.bodies.is_empty() {
+        write_bodies(writer, &mesh.bodies)?;
+    }
     if let Some(contact) = &mesh.contact {
         if contact.faces.len() > 1 {
             write_faces(writer, &contact.faces, contact_names)?;
@@ -118,8 +139,38 @@ pub fn write(
         };
         let centres: Vec<[f64; 3]> = (0..contact.n_panes()).map(centre).collect();
         write_value(writer, PANE_CENTRE, &centres)?;
+        if let Some(opposite) = &contact.opposite {
+            write_opposite(writer, opposite)?;
+        }
     }
     QUALITY.write_one(writer, quality)
+}
+
+fn write_bodies(writer: &mut GroupWriter<'_>, bodies: &[BodyRange]) -> Result<(), StoreError> {
+    let names: Vec<&str> = bodies.iter().map(|body| body.name.as_str()).collect();
+    writer.write_text(BODY_NAMES, &names.join("\n"))?;
+    write_value(writer, BODY_NODES, &limits(bodies.iter().map(|body| &body.nodes)))?;
+    let tetrahedra = bodies.iter().map(|body| &body.tetrahedra);
+    write_value(writer, BODY_TETRAHEDRA, &limits(tetrahedra))
+}
+
+/// Where ranges that follow each other begin, then where the last one ends.
+fn limits<'a>(ranges: impl Iterator<Item = &'a Range<usize>>) -> Vec<usize> {
+    [0].into_iter().chain(ranges.map(|range| range.end)).collect()
+}
+
+fn write_opposite(writer: &mut GroupWriter<'_>, opposite: &Opposite) -> Result<(), StoreError> {
+    writer.write_matrix(OPPOSITE_POINTS, columns(&opposite.points))?;
+    let mut panes = vec![0];
+    for entries in &opposite.products {
+        panes.push(panes[panes.len() - 1] + entries.len());
+    }
+    write_value(writer, OPPOSITE_PANES, &panes)?;
+    let all = || opposite.products.iter().flatten();
+    let pairs: Vec<[usize; 2]> = all().map(|(local, node, _)| [*local, *node]).collect();
+    write_value(writer, OPPOSITE_PAIRS, &pairs)?;
+    let integrals: Vec<f64> = all().map(|(_, _, integral)| *integral).collect();
+    write_value(writer, OPPOSITE_INTEGRALS, &integrals)
 }
 
 /// Where several contact faces lie.
@@ -129,14 +180,9 @@ fn write_faces(
     names: &[String],
 ) -> Result<(), StoreError> {
     writer.write_text(CONTACT_FACE_NAMES, &names.join("\n"))?;
-    let mut limits = |path, range: fn(&SurfaceFace) -> &Range<usize>| {
-        let ends = faces.iter().map(|face| range(face).end);
-        let limits: Vec<usize> = [0].into_iter().chain(ends).collect();
-        write_value(writer, path, &limits)
-    };
-    limits(CONTACT_FACE_NODES, |face| &face.nodes)?;
-    limits(CONTACT_FACE_FACETS, |face| &face.facets)?;
-    limits(CONTACT_FACE_PANES, |face| &face.panes)?;
+    write_value(writer, CONTACT_FACE_NODES, &limits(faces.iter().map(|face| &face.nodes)))?;
+    write_value(writer, CONTACT_FACE_FACETS, &limits(faces.iter().map(|face| &face.facets)))?;
+    write_value(writer, CONTACT_FACE_PANES, &limits(faces.iter().map(|face| &face.panes)))?;
     let is_nodal: Vec<usize> = faces
         .iter()
         .map(|face| usize::from(face.is_nodal))
@@ -160,6 +206,9 @@ pub fn read(reader: &Reader) -> Result<Mesh, FormatError> {
         require_below(TETRAHEDRON_MIDDLES, nodes, n_nodes)?;
         require_below(FACET_MIDDLES, middles.facets.as_flattened(), n_nodes)?;
     }
+    if reader.has(BODY_NAMES) {
+        mesh.bodies = read_bodies(reader, n_nodes, mesh.tetrahedra.len())?;
+    }
     if reader.has(CONTACT_NODES) {
         mesh.contact = Some(read_contact_surface(reader, n_nodes, mesh.facets.len())?);
     }
@@ -182,6 +231,7 @@ fn read_contact_surface(
         facet_pane: Vec::new(),
         pane_area: Vec::new(),
         pane_average,
+        opposite: None,
     };
     SURFACE.read_one(reader, &mut surface, true)?;
     let sizes = [surface.nodes.len(), surface.facets.len(), n_panes];
@@ -194,25 +244,79 @@ fn read_contact_surface(
     require_below(CONTACT_NODES, &surface.nodes, n_nodes)?;
     require_below(CONTACT_FACETS, &surface.facets, n_facets)?;
     require_below(CONTACT_FACET_PANE, &surface.facet_pane, surface.n_panes())?;
+    if reader.has(OPPOSITE_POINTS) {
+        surface.opposite = Some(read_opposite(reader, n_nodes, sizes[0], n_panes)?);
+    }
     Ok(surface)
+}
+
+fn read_bodies(
+    reader: &Reader,
+    n_nodes: usize,
+    n_tetrahedra: usize,
+) -> Result<Vec<BodyRange>, FormatError> {
+    let names: String = read_value(reader, BODY_NAMES)?;
+    let nodes = read_ranges(reader, BODY_NODES, n_nodes)?;
+    let tetrahedra = read_ranges(reader, BODY_TETRAHEDRA, n_tetrahedra)?;
+    let bodies = names.lines().zip(nodes).zip(tetrahedra);
+    let bodies = bodies.map(|((name, nodes), tetrahedra)| BodyRange {
+        name: name.to_owned(),
+        nodes,
+        tetrahedra,
+    });
+    Ok(bodies.collect())
+}
+
+fn read_opposite(
+    reader: &Reader,
+    n_nodes: usize,
+    n_contact_nodes: usize,
+    n_panes: usize,
+) -> Result<Opposite, FormatError> {
+    let points = as_columns(reader.read_matrix(OPPOSITE_POINTS)?);
+    let pairs: Vec<[usize; 2]> = read_value(reader, OPPOSITE_PAIRS)?;
+    let integrals: Vec<f64> = read_value(reader, OPPOSITE_INTEGRALS)?;
+    let locals: Vec<usize> = pairs.iter().map(|pair| pair[0]).collect();
+    let nodes: Vec<usize> = pairs.iter().map(|pair| pair[1]).collect();
+    require_below(OPPOSITE_PAIRS, &locals, n_contact_nodes)?;
+    require_below(OPPOSITE_PAIRS, &nodes, n_nodes)?;
+    let panes = read_ranges(reader, OPPOSITE_PANES, pairs.len())?;
+    if panes.len() != n_panes {
+        return Err(FormatError::Inconsistent {
+            dataset: OPPOSITE_PANES,
+            reason: format!("expected {n_panes} panes, found {}", panes.len()),
+        });
+    }
+    let entry = |i: usize| (pairs[i][0], pairs[i][1], integrals[i]);
+    let products = panes.into_iter().map(|range| range.map(entry).collect());
+    Ok(Opposite {
+        points,
+        products: products.collect(),
+    })
+}
+
+/// Ranges that follow each other, from 0 to `size`.
+fn read_ranges(
+    reader: &Reader,
+    path: &'static str,
+    size: usize,
+) -> Result<Vec<Range<usize>>, FormatError> {
+    let limits: Vec<usize> = read_value(reader, path)?;
+    let ends = limits.first() == Some(&0) && limits.last() == Some(&size);
+    if !ends || !limits.is_sorted() {
+        return Err(FormatError::Inconsistent {
+            dataset: path,
+            reason: format!("expected increasing limits from 0 to {size}"),
+        });
+    }
+    Ok(limits.windows(2).map(|pair| pair[0]..pair[1]).collect())
 }
 
 /// Where several contact faces lie, of that many nodes, triangles and panes.
 fn read_faces(reader: &Reader, sizes: [usize; 3]) -> Result<Vec<SurfaceFace>, FormatError> {
-    let read = |path: &'static str, size: usize| -> Result<Vec<Range<usize>>, FormatError> {
-        let limits: Vec<usize> = read_value(reader, path)?;
-        let ends = limits.first() == Some(&0) && limits.last() == Some(&size);
-        if !ends || !limits.is_sorted() {
-            return Err(FormatError::Inconsistent {
-                dataset: path,
-                reason: format!("expected increasing limits from 0 to {size}"),
-            });
-        }
-        Ok(limits.windows(2).map(|pair| pair[0]..pair[1]).collect())
-    };
-    let nodes = read(CONTACT_FACE_NODES, sizes[0])?;
-    let facets = read(CONTACT_FACE_FACETS, sizes[1])?;
-    let panes = read(CONTACT_FACE_PANES, sizes[2])?;
+    let nodes = read_ranges(reader, CONTACT_FACE_NODES, sizes[0])?;
+    let facets = read_ranges(reader, CONTACT_FACE_FACETS, sizes[1])?;
+    let panes = read_ranges(reader, CONTACT_FACE_PANES, sizes[2])?;
     let is_nodal: Vec<usize> = read_value(reader, CONTACT_FACE_IS_NODAL)?;
     let faces = nodes.into_iter().zip(facets).zip(panes).zip(is_nodal);
     let faces = faces.map(|(((nodes, facets), panes), is_nodal)| SurfaceFace {

@@ -83,9 +83,10 @@ pub fn mesh_of(input: &SceneFile, refinement: &[RefinedLevel]) -> Result<Mesh, S
     })
 }
 
-/// The mesh file that a scene names.
-pub fn mesh_file(input: &SceneFile) -> Option<PathBuf> {
-    Some(input.folder.join(&input.scene.body.gmsh.as_ref()?.file))
+/// The mesh files that a scene names.
+pub fn mesh_files(input: &SceneFile) -> Vec<PathBuf> {
+    let files = input.scene.bodies.iter().filter_map(|body| body.gmsh.as_ref());
+    files.map(|gmsh| input.folder.join(&gmsh.file)).collect()
 }
 
 /// Writes the digest of a mesh file into the scene, so that a changed file makes the mesh stale. A
@@ -95,25 +96,25 @@ pub fn mesh_file(input: &SceneFile) -> Option<PathBuf> {
 /// A file that cannot be read, or is not the one of the digest in the scene; too little memory for
 /// it.
 pub fn pin_mesh_file(input: &mut SceneFile) -> Result<(), StageError> {
-    let Some(mut gmsh) = input.scene.body.gmsh.clone() else {
-        return Ok(());
-    };
-    pin(&mut gmsh, input)?;
-    if let Some(own) = &mut input.scene.body.gmsh {
-        *own = gmsh;
+    for body in 0..input.scene.bodies.len() {
+        let Some(mut gmsh) = input.scene.bodies[body].gmsh.clone() else {
+            continue;
+        };
+        pin(&mut gmsh, &input.scene.body_key(body), input)?;
+        input.scene.bodies[body].gmsh = Some(gmsh);
     }
     Ok(())
 }
 
-/// The same for a mesh file of the body of a scene.
-fn pin(gmsh: &mut GmshFile, input: &SceneFile) -> Result<(), StageError> {
+/// The same for a mesh file of a body of a scene under its key.
+fn pin(gmsh: &mut GmshFile, body: &str, input: &SceneFile) -> Result<(), StageError> {
     let path = input.folder.join(&gmsh.file);
     if let Ok(metadata) = fs::metadata(&path) {
         resources::admit_memory(resources::need_of_mesh_file(metadata.len()))?;
     }
     let digest = digest_of(&path).map_err(|error| {
         input.refuse(InvalidValue {
-            key: "body.gmsh.file".into(),
+            key: format!("{body}.gmsh.file"),
             expected: "a Gmsh file that can be read, beside the scene".into(),
             found: format!("{}: {error}", path.display()),
             help: "paths are relative to the scene file".into(),
@@ -122,7 +123,7 @@ fn pin(gmsh: &mut GmshFile, input: &SceneFile) -> Result<(), StageError> {
     if gmsh.digest.as_ref().is_some_and(|given| *given != digest) {
         return Err(input
             .refuse(InvalidValue {
-                key: "body.gmsh.digest".into(),
+                key: format!("{body}.gmsh.digest"),
                 expected: "the digest of the file".into(),
                 found: digest,
                 help: "the mesh file has changed; remove the key to accept it".into(),

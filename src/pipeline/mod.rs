@@ -22,7 +22,7 @@ pub use adapt::AdaptStep;
 pub use assembly_file::AssemblyFile;
 pub use error::StageError;
 pub use freshness::{Freshness, OpenRun, StageState, contradictions};
-pub use mesh::{mesh_file, mesh_of, pin_mesh_file};
+pub use mesh::{mesh_files, mesh_of, pin_mesh_file};
 pub(crate) use resources::admit_memory;
 pub use resources::{memory_for_sweeps, scene_bytes};
 pub use results::{Results, read_results, read_solved};

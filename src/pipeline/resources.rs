@@ -5,7 +5,7 @@ use std::path::Path;
 use contact3d::{
     dual::{InsufficientResource, Requirement, Resource},
     mesh::brick_counts,
-    scene::{Brick, ElementOrder, SceneFile},
+    scene::{Body, Brick, ElementOrder, SceneFile},
 };
 use sysinfo::{MemoryRefreshKind, RefreshKind, System};
 
@@ -122,18 +122,33 @@ fn soft_limit(resource: rlimit::Resource) -> Option<u64> {
 
 /// What making the mesh of a scene takes.
 pub(super) fn need_of_mesh(input: &SceneFile) -> Requirement {
-    let body = &input.scene.body;
-    match body.as_brick() {
+    let mut bodies = input.scene.bodies.iter().map(|body| match &body.brick {
         Some(brick) => need_of_counts(brick_counts(brick, body.element), body.element),
-        None => need_of_mesh_file(mesh_file_bytes(input)),
-    }
+        None => need_of_mesh_file(mesh_file_bytes(body, input)),
+    });
+    let first = bodies.next().unwrap_or_default();
+    bodies.fold(first, |sum, body| Requirement {
+        memory: sum.memory.saturating_add(body.memory),
+        stored: sum.stored.saturating_add(body.stored),
+        ..sum
+    })
 }
 
-/// Bytes of the mesh file of a scene; 0 where there is none.
-fn mesh_file_bytes(input: &SceneFile) -> u64 {
-    let file = input.scene.body.gmsh.as_ref();
+/// Bytes of the mesh file of a body; 0 where there is none.
+fn mesh_file_bytes(body: &Body, input: &SceneFile) -> u64 {
+    let file = body.gmsh.as_ref();
     let file = file.and_then(|gmsh| std::fs::metadata(input.folder.join(&gmsh.file)).ok());
     file.map_or(0, |file| file.len())
+}
+
+/// Nodes of the bodies of a scene, as told by its file alone.
+fn told_nodes(input: &SceneFile) -> f64 {
+    let of_body = |body: &Body| match &body.brick {
+        Some(brick) => counted_nodes(brick_counts(brick, body.element)),
+        // A node of a Gmsh file and its five tetrahedra take more than a hundred bytes.
+        None => mesh_file_bytes(body, input) as f64 / 100.0,
+    };
+    input.scene.bodies.iter().map(of_body).sum()
 }
 
 /// What a mesh of so many nodes, tetrahedra and boundary triangles takes: coordinates, tetrahedra with their regions,
@@ -182,9 +197,9 @@ pub(super) fn problem_bytes(nodes: f64) -> u64 {
 /// What assembling a brick takes at least: as [`problem_bytes`] of cubes of its shortest edge in a row, of which the factor in single
 /// precision takes four tenths; nothing is known of other bodies.
 pub(super) fn least_of_problem(input: &SceneFile) -> Requirement {
-    let body = &input.scene.body;
-    let least = body.as_brick().map(|brick| {
-        let nodes = counted_nodes(brick_counts(brick, body.element));
+    let scene = &input.scene;
+    let least = scene.as_brick().map(|brick| {
+        let nodes = counted_nodes(brick_counts(brick, scene.element()));
         let shortest = brick.cells.iter().min().copied().unwrap_or_default() as f64 + 1.0;
         0.4 * 150.0 * (3.0 * nodes) * (3.0 * shortest.powi(3)).cbrt()
     });
@@ -198,12 +213,7 @@ pub(super) fn least_of_problem(input: &SceneFile) -> Requirement {
 /// Bytes of memory that assembling and solving a scene takes at most, roughly, as told by its file
 /// alone.
 pub fn scene_bytes(input: &SceneFile) -> u64 {
-    let body = &input.scene.body;
-    problem_bytes(match body.as_brick() {
-        Some(brick) => counted_nodes(brick_counts(brick, body.element)),
-        // A node of a Gmsh file and its five tetrahedra take more than a hundred bytes.
-        None => mesh_file_bytes(input) as f64 / 100.0,
-    })
+    problem_bytes(told_nodes(input))
 }
 
 /// Nodes of a mesh; infinitely many where they cannot be counted.

@@ -56,7 +56,14 @@ pub(super) fn settings(
         beside.extend(value.map(|value| (key.to_owned(), value)));
     };
     match stage {
-        Stage::Mesh => add("refinement", refinement.map(Into::into)),
+        Stage::Mesh => {
+            add("refinement", refinement.map(Into::into));
+            // Where bodies touch, panes and normals follow the stiffness of both sides.
+            let touch = scene.contacts.iter().any(|it| it.between.is_some());
+            let moduli = scene.materials().map(|(_, it)| it.contact_modulus());
+            let moduli = touch.then(|| moduli.collect::<Vec<_>>().into());
+            add("moduli", moduli);
+        }
         Stage::Assemble => {
             // T has rows for faces with friction, and H is made for laws that follow the slip.
             let faces = 0..scene.contacts.len();

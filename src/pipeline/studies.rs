@@ -39,10 +39,10 @@ pub fn measure_accuracy(
 ) -> Result<Accuracy, StageError> {
     pin_mesh_file(&mut input)?;
     let scene = &input.scene;
-    if let Some(brick) = scene.body.as_brick()
+    if let Some(brick) = scene.as_brick()
         && let Some(finest) = nested_bricks(scene, brick, settings)?.last()
     {
-        let need = resources::need_of_finest(finest, scene.body.element);
+        let need = resources::need_of_finest(finest, scene.element());
         resources::admit(need, path)?;
     }
     let file = RunFile::lock(path, LAYOUT.in_units(scene.units), IfMissing::Create)?;

@@ -2,7 +2,7 @@
 
 use contact3d::{
     elasticity::{BodyMotion, ToolPlace},
-    mesh::Mesh,
+    mesh::{BodyRange, Mesh},
     post::{ContactReport, FunctionalEstimate},
     scene::{Functional, Scene, escape_control},
     solver::{LocalMapping, Solution},
@@ -62,14 +62,24 @@ pub(super) fn motion_words(
     if rigid.motion.len() == scene.n_free_tool_motions() {
         return None;
     }
-    let motion = BodyMotion::told(&mesh.coordinates, &report.displacement);
-    let nodes = mesh.coordinates.len() as f64;
-    let middle = [0, 1, 2].map(|c| mesh.coordinates.iter().map(|x| x[c]).sum::<f64>() / nodes);
-    let shift = units.of(Dimension::LENGTH).told(&motion.at(middle));
-    let turn = motion.turn().map_or_else(String::new, |(angle, about)| {
-        format!(", turns by {angle:.3e} rad about {about}")
-    });
-    Some(("rigid-body motion", format!("{shift} at its middle{turn}")))
+    let of_body = |body: BodyRange| {
+        let places = &mesh.coordinates[body.nodes.clone()];
+        let motion = BodyMotion::told(places, &report.displacement[body.nodes]);
+        let nodes = places.len() as f64;
+        let middle = [0, 1, 2].map(|c| places.iter().map(|x| x[c]).sum::<f64>() / nodes);
+        let shift = units.of(Dimension::LENGTH).told(&motion.at(middle));
+        let turn = motion.turn().map_or_else(String::new, |(angle, about)| {
+            format!(", turns by {angle:.3e} rad about {about}")
+        });
+        let words = format!("{shift} at its middle{turn}");
+        match body.name.as_str() {
+            "" => words,
+            name => format!("{name} {words}"),
+        }
+    };
+    let bodies = mesh.body_ranges().into_iter().map(of_body);
+    let words = bodies.collect::<Vec<_>>().join("; ");
+    Some(("rigid-body motion", words))
 }
 
 /// A rigid motion of the body and the tools, whose rows follow the nodes, in words.
@@ -78,8 +88,19 @@ fn rows_in_words(scene: &Scene, mesh: &Mesh, rows: &[[f64; 3]]) -> String {
     let length = scene.units.length();
     let is_rounding = |rows: &[[f64; 3]]| rows.as_flattened().iter().all(|u| u.abs() < 1e-9);
     let mut words = Vec::new();
-    if !is_rounding(body) {
-        words.push(BodyMotion::told(&mesh.coordinates, body).describe(length));
+    for range in mesh.body_ranges() {
+        let (places, rows) = (
+            &mesh.coordinates[range.nodes.clone()],
+            &body[range.nodes.clone()],
+        );
+        if is_rounding(rows) {
+            continue;
+        }
+        let motion = BodyMotion::told(places, rows).describe(length);
+        words.push(match range.name.as_str() {
+            "" => motion,
+            name => format!("{motion} of the body {}", escape_control(name)),
+        });
     }
     let places = ToolPlace::of_scene(scene, mesh);
     for (tool, (place, rows)) in places.iter().zip(tools.as_chunks::<2>().0).enumerate() {
@@ -97,14 +118,12 @@ fn rows_in_words(scene: &Scene, mesh: &Mesh, rows: &[[f64; 3]]) -> String {
     words.join("; ")
 }
 
-/// The rigid motions of the body that neither contact nor supports feel, and which the answer leaves at zero.
+/// The rigid motions of the only body that neither contact nor supports feel, and which the answer leaves at zero.
 pub(super) fn null_space_motions(mesh: &Mesh, solution: &Solution) -> Vec<BodyMotion> {
     let null_space = solution.rigid.as_ref().map(|rigid| &rigid.null_space[..]);
     let null_space = null_space.unwrap_or_default();
-    if null_space
-        .iter()
-        .any(|rows| rows.len() > mesh.coordinates.len())
-    {
+    let is_longer = |rows: &Vec<_>| rows.len() > mesh.coordinates.len();
+    if !mesh.bodies.is_empty() || null_space.iter().any(is_longer) {
         return Vec::new();
     }
     let motions = BodyMotion::telling(&mesh.coordinates, null_space);
@@ -131,7 +150,7 @@ pub(super) fn null_space_words(
     let of_rigid = solution.rigid.iter();
     let with_tools = of_rigid
         .flat_map(|rigid| &rigid.null_space)
-        .filter(|_| !scene.tools.is_empty());
+        .filter(|_| !scene.tools.is_empty() || !mesh.bodies.is_empty());
     let with_tools = with_tools.map(|rows| rows_in_words(scene, mesh, rows));
     let line = |words: String| {
         (

@@ -34,9 +34,8 @@ fn list(scene: &Scene, sizes: &StageSizes) -> Vec<(&'static str, Option<FeatureC
     let faces = &scene.contact_features();
     let clamps = scene.clamps.iter().filter(|clamp| clamp.is_moved()).count();
     let (regions, springs) = (scene.regions.len(), scene.springs.len());
-    let of_regions = scene.regions.iter().map(|region| &region.material);
-    let mut materials = of_regions.chain([&scene.material]);
-    let is_anisotropic = materials.any(|material| !matches!(material, Material::Isotropic(_)));
+    let mut materials = scene.materials();
+    let is_anisotropic = materials.any(|(_, material)| !matches!(material, Material::Isotropic(_)));
     let has_gap = faces.iter().any(|face| face.gap.is_some());
     let turns = faces.iter().any(|face| face.turning_frame);
     let besides = format!("{regions} besides the body's own material");

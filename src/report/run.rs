@@ -461,6 +461,7 @@ impl<'a> SolvedRun<'a> {
         figures.json_only("faces", (!faces.rows.is_empty()).then(|| faces.json()));
         let motion =
             |displacement| rigid_json(&BodyMotion::fitted(&mesh.coordinates, displacement));
+        let moves = moves && mesh.bodies.is_empty();
         figures.json_only("motion", moves.then(|| motion(&self.report.displacement)));
         let mechanism = rigid.and_then(|rigid| rigid.mechanism.as_deref());
         let of_body = mechanism.map(|rows| &rows[..mesh.coordinates.len()]);
@@ -501,6 +502,9 @@ fn steps(solution: &Solution) -> String {
 
 /// The estimate, and why it may be no more than a guess.
 pub(super) fn estimate_words(estimate: &ErrorEstimate, scene: &Scene) -> String {
+    if scene.contacts.iter().any(|it| it.between.is_some()) {
+        return "not estimated where bodies touch each other: compare a finer mesh".to_owned();
+    }
     if estimate.displacement == 0.0 {
         return "none: nothing is deformed by more than rounding".to_owned();
     }
@@ -517,7 +521,7 @@ pub(super) fn estimate_words(estimate: &ErrorEstimate, scene: &Scene) -> String 
         (true, _) if is_of_panes => {
             ", a rough guess: panes are wider than what happens on them; contact.multipliers = \"nodal\" sees more"
         }
-        (true, None) if scene.body.element == ElementOrder::P1 => {
+        (true, None) if scene.element() == ElementOrder::P1 => {
             ", a rough guess: linear elements are stiff in bending; body.element = \"P2\", or refine: run ... --error 10%"
         }
         (true, None) => ", a rough guess: the mesh is coarse; refine it: run ... --error 10%",

@@ -12,7 +12,7 @@ use super::{StageError, SweepError, SweepFile, axes::Steps, folder::relative};
 use crate::{
     format::{scene_table, scene_text, set_key},
     output::Inputs,
-    pipeline::mesh_file,
+    pipeline::mesh_files,
 };
 
 /// The table of a scene that names its units.
@@ -98,7 +98,7 @@ impl Plan {
         let settings = |index: usize| in_words(&cases[index].settings);
         refuse_twice(path, &ids, settings)?;
         let scene = path.parent().unwrap_or(Path::new("")).join(&sweep.scene);
-        let meshes = cases.iter().filter_map(|case| mesh_file(&case.scene));
+        let meshes = cases.iter().flat_map(|case| mesh_files(&case.scene));
         Ok(Self {
             inputs: Inputs::of(meshes.chain([path.to_owned(), scene])),
             file: path.to_owned(),

@@ -158,7 +158,7 @@ fn assemble(text: &str) -> bool {
             return false;
         }
     };
-    if let Some(brick) = scene.body.as_brick_mut() {
+    if let Some(brick) = scene.as_brick_mut() {
         let coarse = brick.cells.map(|cells| if cells % 2 == 0 { 2 } else { 1 });
         brick.cells = coarse;
         brick.coordinates = GivenPlanes::default();

@@ -34,7 +34,7 @@ fn brick(spec: &Brick, face: BrickFace) -> Mesh {
         BrickFace::NAMES[face as usize]
     );
     let mut scene = Scene::parse("test", &text).unwrap();
-    scene.body = spec.clone().into();
+    scene.bodies = vec![spec.clone().into()];
     Mesh::of_scene(&scene, std::path::Path::new("")).unwrap()
 }
 

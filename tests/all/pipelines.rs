@@ -56,7 +56,7 @@ fn check(path: &Path) {
         assert!(line.starts_with(start), "{name} does not say {start}");
     }
     let mut scene = Scene::parse(&name, &text).unwrap_or_else(|e| panic!("{name}: {e}"));
-    if let Some(brick) = scene.body.as_brick_mut() {
+    if let Some(brick) = scene.as_brick_mut() {
         coarsen(brick);
     }
     let case = Case::try_new(scene, &pipelines()).unwrap_or_else(|e| panic!("{name}: {e}"));

@@ -61,7 +61,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 fn refined(scene: &Scene, error: f64) -> Result<SolvedProblem, Box<dyn Error>> {
     let mut scene = scene.clone();
-    scene.body.element = ElementOrder::P2;
+    scene.bodies[0].element = ElementOrder::P2;
     scene.solve = Default::default();
     scene.adapt = Some(AdaptSettings {
         error,

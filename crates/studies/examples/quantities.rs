@@ -62,10 +62,10 @@ fn measure(
     } else {
         goal
     };
-    scene.body.element = element;
+    scene.bodies[0].element = element;
     scene.solve = Default::default();
     scene.assemble = Default::default();
-    if let Some(brick) = scene.body.as_brick_mut() {
+    if let Some(brick) = scene.as_brick_mut() {
         brick.cells = brick.cells.map(|n| 2.max(n / 8));
         brick.cells = brick.cells.map(|n| n + n % 2);
     }

@@ -463,7 +463,7 @@ fn two_nodes_have_the_solutions_of_all_their_states_at_every_friction() {
 #[test]
 fn a_path_passes_the_kinks_of_a_strongly_weakening_law() {
     let mut base = scene("brick.toml");
-    if let Some(brick) = base.body.as_brick_mut() {
+    if let Some(brick) = base.as_brick_mut() {
         brick.cells = [12, 4, 4];
     }
     let ramp = Ramp {

@@ -115,7 +115,7 @@ fn reproduces_the_converged_values() {
 
 /// The scene in millimetres and megapascals (forces in N).
 fn in_millimetres(mut scene: Scene) -> Scene {
-    if let Some(brick) = scene.body.as_brick_mut() {
+    if let Some(brick) = scene.as_brick_mut() {
         brick.size = brick.size.map(|l| 1e3 * l);
     }
     if let Material::Isotropic(steel) = &mut scene.material {

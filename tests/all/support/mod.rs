@@ -33,7 +33,7 @@ pub(crate) fn hkl_scene(table: usize, n_div: usize) -> Scene {
 
 /// Sets the cells of a brick.
 pub(crate) fn refine(scene: &mut Scene, cells: [usize; 3]) {
-    scene.body.as_brick_mut().expect("a brick").cells = cells;
+    scene.as_brick_mut().expect("a brick").cells = cells;
 }
 
 /// A contact problem assembled in memory; S stays implicit.

@@ -62,7 +62,7 @@ fn nested_meshes_obey_galerkins_identity() {
         let finest = levels.last().unwrap();
         let energy = Case::new({
             let mut fine = scene(element, "");
-            fine.body.as_brick_mut().unwrap().cells = finest.cells;
+            fine.as_brick_mut().unwrap().cells = finest.cells;
             fine
         });
         let size = 2.0 * energy.report().resultants.strain_energy;
@@ -112,7 +112,7 @@ fn paths_in_a_prescribed_displacement_consist_of_solutions() {
     let base = scene("P1", CONTACT);
     let at = |value: f64| {
         let mut changed = base.clone();
-        changed.body.as_brick_mut().unwrap().cells = [6, 2, 2];
+        changed.as_brick_mut().unwrap().cells = [6, 2, 2];
         changed.clamps[0].value = [value.into(), 0.0.into(), (-1e-5).into()];
         Ok(changed)
     };

@@ -37,7 +37,7 @@ impl Target {
     /// absolute values take their place, and they have to fall as much as the error has to.
     #[must_use]
     pub fn of<'a>(scene: &Scene, report: &'a ContactReport, target: f64) -> (Cow<'a, [f64]>, Self) {
-        let element = scene.body.element;
+        let element = scene.element();
         let of = scene.adapt.and_then(|adapt| adapt.of);
         let error = &report.discretisation_error;
         let of_energy = |fall: f64| {
@@ -84,7 +84,7 @@ impl Target {
         let target = Self {
             estimated,
             wanted: estimated * fall,
-            element: scene.body.element,
+            element: scene.element(),
             achieved: None,
         };
         (indicator, target)
@@ -131,14 +131,14 @@ pub(super) fn graded_cells(
     estimated: f64,
     target: f64,
 ) -> Option<[usize; 3]> {
-    let is_open = scene.leaves_mesh_open() && scene.body.element == ElementOrder::P2;
+    let is_open = scene.leaves_mesh_open() && scene.element() == ElementOrder::P2;
     let is_cut = |level: &RefinedLevel| matches!(level, RefinedLevel::Cuts(_));
     if !is_open || refinement.iter().any(is_cut) {
         return None;
     }
     let cells = match refinement.last() {
         Some(RefinedLevel::Cells(cells)) => *cells,
-        Some(RefinedLevel::Cuts(_)) | None => scene.body.as_brick()?.cells,
+        Some(RefinedLevel::Cuts(_)) | None => scene.as_brick()?.cells,
     };
     // The estimated error of graded quadratic cells falls with this power of the cells along an edge: 1.1 to 1.4 on the published problem
     // with 2 to 10 of them. A careful choice, because an estimate just above the target costs another level. Errors of quantities fall as

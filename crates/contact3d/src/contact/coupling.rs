@@ -152,6 +152,24 @@ impl Coupling {
         let mut push_column = |pane: usize, axis: &dyn Fn(usize) -> [f64; 3]| {
             let is_nodal = surface.faces[surface.face_of_pane(pane)].is_nodal;
             let mut of_tools = BTreeMap::new();
+            if surface.touches_body(pane) {
+                let own = surface.pane_weights(pane);
+                let own = own.map(|(local, weight)| {
+                    (local, surface.nodes[local], weight * surface.pane_area[pane])
+                });
+                let other = surface.products(pane).iter();
+                let other = other.map(|(local, node, area)| (*local, *node, -area));
+                let mut sums = BTreeMap::new();
+                for (local, node, area) in own.chain(other) {
+                    for (dof, direction) in dofs.terms(node, axis(local)) {
+                        *sums.entry(dof).or_insert(0.0) += area * direction;
+                    }
+                }
+                transposed.indices.extend(sums.keys());
+                transposed.data.extend(sums.values());
+                transposed.indptr.push(transposed.indices.len());
+                return;
+            }
             for (local, weight) in surface.pane_weights(pane) {
                 let axis = if is_nodal {
                     free_of_rounding(axis(local), &dofs.dof[surface.nodes[local]])
@@ -247,15 +265,23 @@ impl Coupling {
         }
         let mut integrals = vec![0.0; self.n_multipliers()];
         for pane in 0..self.layout.n_panes() {
-            for (local, weight) in surface.pane_weights(pane) {
-                let held = frame.held(surface, dofs, local);
-                let area = weight * surface.pane_area[pane];
-                integrals[self.layout.normal(pane)] += area * frame.normal_part(local, held);
+            let whole = surface.pane_area[pane];
+            let mut add = |area: f64, [normal, first, second]: [f64; 3]| {
+                integrals[self.layout.normal(pane)] += area * normal;
                 if let Some(pair) = self.layout.tangential(pane) {
-                    for (j, along) in pair.into_iter().zip(frame.tangential(local, held)) {
+                    for (j, along) in pair.into_iter().zip([first, second]) {
                         integrals[j] += area * along;
                     }
                 }
+            };
+            if surface.touches_body(pane) {
+                let held = |node| dofs.held_at(node);
+                add(whole, frame.pane_relative(surface, pane, held, |_| [0.0; 3]));
+                continue;
+            }
+            for (local, weight) in surface.pane_weights(pane) {
+                let held = frame.held(surface, dofs, local);
+                add(weight * whole, frame.components(local, held));
             }
         }
         integrals

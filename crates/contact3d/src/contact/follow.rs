@@ -6,7 +6,7 @@
 
 use nalgebra::{Rotation3, Vector3};
 
-use super::{ContactFrame, Interface};
+use super::{ContactFrame, Counterpart, Interface};
 use crate::{
     elasticity::ToolPlace,
     mesh::{Mesh, distances_from},
@@ -65,7 +65,7 @@ impl Interface {
                 let initial = surface.clearance.get(local).copied().unwrap_or(0.0);
                 gap[local] += distance - initial;
                 normals[local] = normal.into();
-                if let Some(opposite) = &mut opposite[local] {
+                if let Counterpart::Tool(opposite) = &mut opposite[local] {
                     let from_point = now(local) + normal * distance - point - shift;
                     opposite.lever = (from_point / places[tool].arm).into();
                 }
@@ -80,8 +80,8 @@ impl Interface {
                 continue;
             }
             for local in face.nodes.clone() {
-                let moved = displacement[surface.nodes[local]];
-                let moved = self.frame.relative(local, moved, &rows);
+                let (node, at_node) = (surface.nodes[local], |node: usize| displacement[node]);
+                let moved = self.frame.relative(local, node, at_node, |row| rows[row]);
                 gap[local] += self.frame.normal_part(local, moved);
             }
         }
@@ -101,7 +101,8 @@ impl Interface {
         let rows = tool_rows(scene, mesh, motions);
         let nodes = mesh.contact.iter().flat_map(|surface| &surface.nodes);
         let moved = nodes.enumerate().map(|(local, &node)| {
-            let moved = self.frame.relative(local, displacement[node], &rows);
+            let at_node = |node: usize| displacement[node];
+            let moved = self.frame.relative(local, node, at_node, |row| rows[row]);
             self.frame.tangential(local, moved)
         });
         moved.collect()

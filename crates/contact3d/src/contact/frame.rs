@@ -20,8 +20,19 @@ pub struct ContactFrame {
     pub axes: Vec<[[f64; 3]; 2]>,
     /// What to draw each face in.
     pub references: Vec<ReferenceFrame>,
-    /// What lies opposite each contact node, `[n_contact_nodes]`; empty where no obstacle moves.
-    pub opposite: Vec<Option<ToolPoint>>,
+    /// What lies opposite each contact node, `[n_contact_nodes]`; empty where nothing of that moves.
+    pub opposite: Vec<Counterpart>,
+}
+
+/// What lies opposite a contact node.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Counterpart {
+    /// A foundation or an obstacle at rest.
+    AtRest,
+    /// An obstacle that moves with a tool.
+    Tool(ToolPoint),
+    /// Another body: its nodes around the opposite point with their shape functions there.
+    Body(Vec<(usize, f64)>),
 }
 
 /// A frame that does not turn, to draw a contact face in.
@@ -86,16 +97,20 @@ impl ContactFrame {
             frame.axes.extend(axes);
             let tool = scene.tool_on(has.entry);
             let opposite = |local: usize| {
-                let tool = tool?;
+                let Some(tool) = tool else {
+                    let body = surface.opposite.as_ref().map(|of| of.at_node(local).collect());
+                    let body = body.filter(|nodes: &Vec<_>| !nodes.is_empty());
+                    return body.map_or(Counterpart::AtRest, Counterpart::Body);
+                };
                 let at = Vector3::from(mesh.coordinates[surface.nodes[local]]);
                 let distance = surface.clearance.get(local).unwrap_or(&0.0);
                 let at = at + Vector3::from(surface.normal_at(local)) * *distance;
                 let lever = tools[tool].lever(at.into());
-                Some(ToolPoint { tool, lever })
+                Counterpart::Tool(ToolPoint { tool, lever })
             };
             frame.opposite.extend(face.nodes.clone().map(opposite));
         }
-        if tools.is_empty() {
+        if tools.is_empty() && surface.opposite.is_none() {
             frame.opposite.clear();
         }
         Ok(frame)
@@ -159,21 +174,59 @@ impl ContactFrame {
             .map(|axis| u.dot(&Vector3::from(axis)))
     }
 
-    /// The displacement u − u_o of a contact node against the point opposite it, for the rows of all tools in m, `[2 n_tools]`.
+    /// The displacement u − u_o in m of a contact node, one of the mesh, against the point opposite it, for the displacements of the nodes
+    /// and of the rows of all tools in m.
     #[must_use]
     pub fn relative(
         &self,
         contact_node: usize,
-        displacement: [f64; 3],
-        tools: &[[f64; 3]],
+        node: usize,
+        at_node: impl Fn(usize) -> [f64; 3],
+        tool_row: impl Fn(usize) -> [f64; 3],
     ) -> [f64; 3] {
-        match self.opposite.get(contact_node).copied().flatten() {
-            None => displacement,
-            Some(opposite) => {
-                let moved = opposite.moved(|row| tools[row]);
-                std::array::from_fn(|c| displacement[c] - moved[c])
-            }
+        let own = at_node(node);
+        let against = |moved: [f64; 3]| std::array::from_fn(|c| own[c] - moved[c]);
+        match self.opposite.get(contact_node) {
+            None | Some(Counterpart::AtRest) => own,
+            Some(Counterpart::Tool(point)) => against(point.moved(tool_row)),
+            Some(Counterpart::Body(nodes)) => against(weighted(nodes, at_node)),
         }
+    }
+
+    /// The components of a vector along (ν, t₁, t₂) at a contact node.
+    #[must_use]
+    pub fn components(&self, contact_node: usize, vector: [f64; 3]) -> [f64; 3] {
+        let [first, second] = self.tangential(contact_node, vector);
+        [self.normal_part(contact_node, vector), first, second]
+    }
+
+    /// The mean over a pane of the components of u − u_o in m, for displacements as in [`Self::relative`].
+    #[must_use]
+    pub fn pane_relative(
+        &self,
+        surface: &ContactSurface,
+        pane: usize,
+        at_node: impl Fn(usize) -> [f64; 3],
+        tool_row: impl Fn(usize) -> [f64; 3],
+    ) -> [f64; 3] {
+        let mut mean = [0.0; 3];
+        let mut add = |weight: f64, local: usize, u: [f64; 3]| {
+            let parts = self.components(local, u);
+            mean = std::array::from_fn(|c| mean[c] + weight * parts[c]);
+        };
+        for (local, weight) in surface.pane_weights(pane) {
+            let node = surface.nodes[local];
+            let u = if surface.touches_body(pane) {
+                at_node(node)
+            } else {
+                self.relative(local, node, &at_node, &tool_row)
+            };
+            add(weight, local, u);
+        }
+        for (local, node, integral) in surface.products(pane) {
+            add(-integral / surface.pane_area[pane], *local, at_node(*node));
+        }
+        mean
     }
 
     /// Signed (u·t₁, u·t₂) against the obstacle at every contact node, `[n_contact_nodes]`, of vectors at the rows of a [`DofMap`].
@@ -188,7 +241,8 @@ impl ContactFrame {
         let nodes = surface.nodes.iter().enumerate();
         nodes
             .map(|(local, &node)| {
-                self.tangential(local, self.relative(local, at_row(node), &tools))
+                let u = self.relative(local, node, &at_row, |row| tools[row]);
+                self.tangential(local, u)
             })
             .collect()
     }
@@ -202,21 +256,28 @@ impl ContactFrame {
         direction: [f64; 3],
     ) -> impl Iterator<Item = (usize, f64)> {
         let own = dofs.terms(surface.nodes[contact_node], direction);
-        let opposite = self.opposite.get(contact_node).copied().flatten();
-        let against = opposite.map(|point| dofs.tool_terms(point, direction.map(|part| -part)));
-        own.chain(against.into_iter().flatten())
+        let opposite = self.opposite.get(contact_node);
+        let tool = match opposite {
+            Some(Counterpart::Tool(point)) => Some(*point),
+            _ => None,
+        };
+        let body = match opposite {
+            Some(Counterpart::Body(nodes)) => nodes.as_slice(),
+            _ => &[],
+        };
+        let against = tool.map(|point| dofs.tool_terms(point, direction.map(|part| -part)));
+        let of_body = body.iter().flat_map(move |(node, share)| {
+            dofs.terms(*node, direction.map(|part| -share * part))
+        });
+        own.chain(against.into_iter().flatten()).chain(of_body)
     }
 
     /// The displacement of a contact node against its opposite in m where both are held; zero for free components.
     #[must_use]
     pub fn held(&self, surface: &ContactSurface, dofs: &DofMap, contact_node: usize) -> [f64; 3] {
-        let rows = dofs.n_nodes..dofs.dof.len();
-        let tools: Vec<[f64; 3]> = rows.map(|row| dofs.held_at(row)).collect();
-        self.relative(
-            contact_node,
-            dofs.held_at(surface.nodes[contact_node]),
-            &tools,
-        )
+        let tool_row = |row| dofs.held_at(dofs.n_nodes + row);
+        let node = surface.nodes[contact_node];
+        self.relative(contact_node, node, |node| dofs.held_at(node), tool_row)
     }
 
     /// The component of a vector along ν at a contact node.
@@ -233,6 +294,14 @@ impl ContactFrame {
         let sum = outward * normal + first * tangential[0] + second * tangential[1];
         sum.into()
     }
+}
+
+/// Σ_k ψ_k u_k.
+fn weighted(nodes: &[(usize, f64)], at_node: impl Fn(usize) -> [f64; 3]) -> [f64; 3] {
+    nodes.iter().fold([0.0; 3], |sum, (node, share)| {
+        let u = at_node(*node);
+        std::array::from_fn(|c| sum[c] + share * u[c])
+    })
 }
 
 impl ReferenceFrame {

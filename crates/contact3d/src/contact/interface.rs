@@ -135,11 +135,32 @@ impl Interface {
             return offsets;
         };
         offsets.resize(n_panes, 0.0);
-        let components = [0, 1].map(|k| previous.component(k));
-        for pane in 0..self.n_friction_panes() {
-            offsets.extend(components.iter().map(|values| over(pane, values)));
+        for (mean, area) in previous.pane_tangential.iter().zip(&surface.pane_area) {
+            offsets.extend(mean.map(|mean| area * mean));
         }
         offsets
+    }
+
+    /// The means of (u_t1, u_t2) over the panes with friction in m, of nodal ones and of the displacements that these come from.
+    #[must_use]
+    pub fn pane_tangential(
+        &self,
+        surface: &ContactSurface,
+        nodal: &[[f64; 2]],
+        at_node: impl Fn(usize) -> [f64; 3],
+    ) -> Vec<[f64; 2]> {
+        let components = [0, 1].map(|k| nodal.iter().map(|u| u[k]).collect::<Vec<_>>());
+        let panes = 0..self.n_friction_panes();
+        let mean = |pane: usize| {
+            if surface.touches_body(pane) {
+                // Nothing of a tool is opposite a body.
+                let tool_row = |_| [0.0; 3];
+                let [_, first, second] = self.frame.pane_relative(surface, pane, &at_node, tool_row);
+                return [first, second];
+            }
+            components.each_ref().map(|values| surface.pane_mean(pane, values))
+        };
+        panes.map(mean).collect()
     }
 
     /// Number of panes with friction, which come first.
@@ -449,6 +470,8 @@ pub fn change_of_slips(signs: &[[f64; 2]], moved: impl Fn(usize) -> [f64; 2]) ->
 pub struct PreviousIncrement {
     /// (u_t1, u_t2) that the slip of the step is counted from, `[n_contact_nodes]`, in m.
     pub tangential: Vec<[f64; 2]>,
+    /// Their means over the panes with friction, `[n_friction_panes]`, in m.
+    pub pane_tangential: Vec<[f64; 2]>,
     /// Lengths of the path of sliding: Σ r_h|Δu_t1|, Σ r_h|Δu_t2| and the sum of the roots of their squares,
     /// `[n_contact_nodes]`, in m.
     pub path: Vec<[f64; 3]>,
@@ -464,11 +487,5 @@ impl PreviousIncrement {
         pairs
             .map(|(u, from)| [u[0] - from[0], u[1] - from[1]])
             .collect()
-    }
-
-    /// u_t1 or u_t2 where the step begins, `[n_contact_nodes]`, in m.
-    #[must_use]
-    pub fn component(&self, k: usize) -> Vec<f64> {
-        self.tangential.iter().map(|u| u[k]).collect()
     }
 }

@@ -23,7 +23,7 @@ mod transfer;
 pub use coulomb::{CoulombLaw, FaceLaw, FrictionField};
 pub use coupling::{Coupling, MultiplierLayout};
 pub use ellipse::{Ellipse, ProjectionDerivative};
-pub use frame::{ContactFrame, ReferenceFrame};
+pub use frame::{ContactFrame, Counterpart, ReferenceFrame};
 pub use interface::{
     Interface, InterfaceFriction, PreviousIncrement, change_of_slips, slip_signs, slips,
 };

@@ -8,7 +8,7 @@ use super::{InsufficientResource, Requirement};
 use crate::{
     elasticity::{
         DofMap, Loads, MaterialField, NodeGraph, RigidModes, SpringMatrix, forces_of_prescribed,
-        loose_motions, prescribed_displacements, rigid_modes, stiffness_on, tool_loads,
+        loose_motions_of_bodies, prescribed_displacements, rigid_modes, stiffness_on, tool_loads,
     },
     linalg::{
         CgSolution, CscMatrix, Doubled, EngineError, Factor, FactorError, FactorStructure,
@@ -145,7 +145,7 @@ impl Analysed {
         mesh: &Mesh,
         admit: &dyn Fn(Requirement) -> Result<(), InsufficientResource>,
     ) -> Result<Self, AssemblyError> {
-        let (loose, are_resisted) = loose_motions(scene, mesh).map_err(AssemblyError::Scene)?;
+        let (loose, are_resisted) = loose_motions_of_bodies(scene, mesh).map_err(AssemblyError::Scene)?;
         let mut dofs = DofMap::of_scene(scene, mesh);
         if dofs.n_free == 0 {
             return Err(AssemblyError::NothingFree);

@@ -294,9 +294,7 @@ impl<'a> MaterialField<'a> {
     /// The materials of a validated scene on its mesh.
     #[must_use]
     pub fn new(scene: &Scene, mesh: &'a Mesh) -> Self {
-        let materials = [&scene.material]
-            .into_iter()
-            .chain(scene.regions.iter().map(|region| &region.material));
+        let materials = scene.materials().map(|(_, material)| material);
         let tensor = |material: &Material| {
             let tensor = material.elasticity();
             tensor.expect("a validated material has an elasticity tensor")

@@ -112,12 +112,36 @@ const WEAK_SPRINGS: f64 = 1e-4;
 /// which leaves them seven of its sixteen digits.
 const SOFTEST_SPRINGS: f64 = 1e-9;
 
+/// As [`loose_motions`] of each body.
+///
+/// # Errors
+/// As there, with the name of the body among several.
+pub(crate) fn loose_motions_of_bodies(
+    scene: &Scene,
+    mesh: &Mesh,
+) -> Result<(Vec<RigidMotion>, bool), InvalidValue> {
+    if mesh.bodies.is_empty() {
+        return loose_motions(scene, mesh);
+    }
+    let (mut all, mut resisted) = (Vec::new(), false);
+    for body in 0..mesh.bodies.len() {
+        let own = loose_motions(&scene.of_body(body), &mesh.of_body(body));
+        let (motions, is_resisted) = own.map_err(|invalid| InvalidValue {
+            found: format!("of the body {}: {}", scene.body_name(body), invalid.found),
+            ..invalid
+        })?;
+        all.extend(motions.into_iter().map(|motion| motion.of_body(body)));
+        resisted |= is_resisted;
+    }
+    Ok((all, resisted))
+}
+
 /// The rigid motions that are unknowns beside the multipliers: those that clamps leave and springs hold weakly, by less than
 /// [`WEAK_SPRINGS`] of the body's own stiffness, or not at all; and whether springs resist any of them.
 ///
 /// # Errors
 /// Free motions where no contact could stop them, springs softer than [`SOFTEST_SPRINGS`], a spring's stiffness that no spring can have.
-pub(crate) fn loose_motions(
+fn loose_motions(
     scene: &Scene,
     mesh: &Mesh,
 ) -> Result<(Vec<RigidMotion>, bool), InvalidValue> {

@@ -28,7 +28,7 @@ mod tools;
 pub use dofs::{DofMap, forces_of_prescribed, prescribed_displacements};
 pub(crate) use element::Element;
 pub use element::{MaterialField, Simplex, corner_strains, quadratic_gradients, traction};
-pub(crate) use free_motions::loose_motions;
+pub(crate) use free_motions::loose_motions_of_bodies;
 pub use load::{Loads, SurfaceLoad, idle_loads, unresolved_loads};
 pub(crate) use rigid_modes::rigid_modes;
 pub use rigid_modes::{RigidModes, WeakSupport};

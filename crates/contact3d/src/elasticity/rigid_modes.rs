@@ -63,7 +63,10 @@ impl RigidModes {
         let shapes: Vec<Vec<f64>> = shapes.collect();
         let tool_dofs = || loose_tool_dofs(scene, dofs);
         let mut on_contact = vec![false; dofs.n_free];
-        for &node in mesh.contact.iter().flat_map(|surface| &surface.nodes) {
+        let surfaces = mesh.contact.iter();
+        let opposite = surfaces.clone().filter_map(|surface| surface.opposite.as_ref());
+        let opposite = opposite.flat_map(|opposite| &opposite.points.indices);
+        for &node in surfaces.flat_map(|surface| &surface.nodes).chain(opposite) {
             for dof in dofs.dof[node].into_iter().flatten() {
                 on_contact[dof] = true;
             }
@@ -182,13 +185,18 @@ fn loose_tool_dofs<'a>(scene: &'a Scene, dofs: &'a DofMap) -> impl Iterator<Item
 
 /// The displacement of the free degrees of freedom in a rigid motion.
 fn on_dofs(scene: &Scene, mesh: &Mesh, dofs: &DofMap, motion: &RigidMotion) -> Vec<f64> {
-    let mut rows: Vec<[f64; 3]> = mesh.coordinates.iter().map(|x| motion.at(x)).collect();
+    let mut rows = vec![[0.0; 3]; mesh.coordinates.len()];
+    for node in mesh.body_ranges()[motion.body].nodes.clone() {
+        rows[node] = motion.at(&mesh.coordinates[node]);
+    }
     // What is bonded to the body moves with it.
     let places = ToolPlace::of_scene(scene, mesh);
+    let prefix = scene.face_prefix(motion.body);
     for (tool, place) in scene.tools.iter().zip(&places) {
         let moved = [motion.at(&place.point), motion.rotation.into()];
         let moved = place.rows(moved);
-        rows.extend(tool.face.as_ref().map_or([[0.0; 3]; 2], |_| moved));
+        let bonded = tool.face.as_ref().filter(|face| face.starts_with(&prefix));
+        rows.extend(bonded.map_or([[0.0; 3]; 2], |_| moved));
     }
     let shape = dofs.to_free(&rows);
     let largest = shape.iter().fold(0.0_f64, |m, v| m.max(v.abs()));

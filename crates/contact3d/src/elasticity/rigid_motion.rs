@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, Matrix3, RowDVector, Vector3, Vector6};
 
 use super::{
     ToolPlace,
-    free_motions::{Hold, Motion, free_motions, loose_motions},
+    free_motions::{Hold, Motion, free_motions, loose_motions_of_bodies},
     springs::held_directions,
 };
 use crate::{
@@ -15,6 +15,8 @@ use crate::{
 /// A rigid motion that the clamps leave free.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct RigidMotion {
+    /// The body that moves; all others rest.
+    pub(super) body: usize,
     /// Rotation vector.
     pub(super) rotation: Vector3<f64>,
     /// The middle of the nodes, and its velocity: with them velocities do not cancel far from the origin.
@@ -50,6 +52,7 @@ pub(super) fn telling_motions(
     };
     let modes = telling_basis(&space);
     let motion = |mode: &Vector6<f64>| RigidMotion {
+        body: 0,
         rotation: Vector3::new(mode[3], mode[4], mode[5]) / extent,
         centre: *centre,
         at_centre: Vector3::new(mode[0], mode[1], mode[2]),
@@ -91,7 +94,7 @@ pub(super) fn clamped(coordinates: &[[f64; 3]], held: &[[bool; 3]]) -> Vec<Hold>
 /// # Errors
 /// The free motions in words, the stiffness of springs that are too soft, a spring's stiffness that no spring can have.
 pub fn refuse_rigid_motions(scene: &Scene, mesh: &Mesh) -> Result<(), InvalidValue> {
-    loose_motions(scene, mesh).map(drop)
+    loose_motions_of_bodies(scene, mesh).map(drop)
 }
 
 /// The rigid motions that clamps and springs leave to the contact of the scene.
@@ -338,6 +341,11 @@ fn direction(v: Vector3<f64>) -> String {
 }
 
 impl RigidMotion {
+    /// The same of one of several bodies.
+    pub(super) fn of_body(self, body: usize) -> Self {
+        Self { body, ..self }
+    }
+
     /// The velocity of a point.
     pub(crate) fn at(&self, point: &[f64; 3]) -> [f64; 3] {
         let arm = Vector3::from(*point) - self.centre;

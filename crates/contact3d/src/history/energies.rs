@@ -149,21 +149,13 @@ impl EnergyLedger {
         let tool_rows: Vec<[f64; 3]> = tool_rows.collect();
         let face = solved.contact.map(|contact| contact.state);
         let normal_work = face.map_or(0.0, |face| {
-            let moved: Vec<f64> = face
-                .surface
-                .nodes
-                .iter()
-                .enumerate()
-                .map(|(local, &node)| {
-                    let frame = &face.interface.frame;
-                    frame.normal_part(local, frame.relative(local, moved_at(node), &tool_rows))
-                })
-                .collect();
+            let (surface, frame) = (face.surface, &face.interface.frame);
             let panes = (0..face.n_panes()).map(|pane| {
                 let earlier = before.map_or(0.0, |before| before.multiplier[pane]);
                 let pressure = 0.5 * (record.multiplier[pane] + earlier);
-                let surface = face.surface;
-                pressure * surface.pane_area[pane] * surface.pane_mean(pane, &moved)
+                let [normal, ..] =
+                    frame.pane_relative(surface, pane, &moved_at, |row| tool_rows[row]);
+                pressure * surface.pane_area[pane] * normal
             });
             panes.sum()
         });

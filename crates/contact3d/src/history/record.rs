@@ -110,6 +110,10 @@ impl StepRecord {
             let at_row = |row| dofs.at_node(row, &solution.displacement);
             interface.frame.nodal_tangential(surface, dofs, at_row)
         });
+        let pane_tangential = face.map_or_else(Vec::new, |(interface, surface)| {
+            let at_node = |node: usize| report.displacement[node];
+            interface.pane_tangential(surface, &tangential, at_node)
+        });
         let resultants = &report.resultants;
         let contact = resultants.contact.as_ref();
         let indicator = &report.discretisation_error.indicator;
@@ -143,11 +147,8 @@ impl StepRecord {
                 let areas = &surface.pane_area;
                 let whole: f64 = areas.iter().sum();
                 [0, 1].map(|k| {
-                    let values: Vec<f64> = tangential.iter().map(|u| u[k]).collect();
-                    let panes = areas.iter().enumerate();
-                    let integral: f64 = panes
-                        .map(|(pane, area)| area * surface.pane_mean(pane, &values))
-                        .sum();
+                    let panes = areas.iter().zip(&pane_tangential);
+                    let integral: f64 = panes.map(|(area, mean)| area * mean[k]).sum();
                     integral / whole
                 })
             }),

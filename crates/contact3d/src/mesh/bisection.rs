@@ -168,6 +168,7 @@ impl Bisection {
             facet_face,
             face_names: first.face_names.clone(),
             mid_edges: None,
+            bodies: Vec::new(),
         }
     }
 

@@ -27,6 +27,7 @@ pub fn brick(spec: &Brick, contact_face: Option<BrickFace>) -> RawMesh {
         facet_face,
         face_names: BrickFace::NAMES.map(str::to_owned).to_vec(),
         mid_edges: None,
+        bodies: Vec::new(),
     }
 }
 

@@ -11,7 +11,7 @@ use super::{
     macro_elements, obstacle,
 };
 use crate::scene::{
-    BrickFace, Contact, InvalidValue, MultiplierSpace, Scene, Written, place_words,
+    Contact, InvalidValue, MultiplierSpace, Scene, Written, place_words,
 };
 
 impl Mesh {
@@ -186,21 +186,22 @@ impl Mesh {
         held: &[[bool; 3]],
     ) -> Result<ContactSurface, MeshError> {
         let (contact, key) = (&scene.contacts[entry], scene.contact_key(entry));
+        if let Some(pair) = &contact.between {
+            return Ok(self.pair_surface(scene, entry, pair, held)?);
+        }
         let facets = self.contact_facets(scene, entry)?;
         let corners: Vec<[usize; 3]> = facets.iter().map(|&f| self.facets[f]).collect();
         let face = self.contact_face(contact, &facets, cut_faceting);
         let face = face.map_err(|invalid| under(&key, invalid))?;
-        let cells = scene.body.as_brick().filter(|_| cut_faceting.is_none());
+        let brick = scene.brick_face(&contact.face);
+        let cells = brick.filter(|_| cut_faceting.is_none());
         Ok(match (contact.multipliers, cells) {
             (MultiplierSpace::Nodal, _) => ContactSurface::nodal(face, |node, normal| {
                 (0..3).all(|c| normal[c] == 0.0 || held[node][c])
             }),
-            (MultiplierSpace::Panes, Some(spec)) => {
-                let per_pane = scene.body.element.cells_per_pane();
+            (MultiplierSpace::Panes, Some(_)) => {
                 let panes = |triangles: &[[usize; 3]]| {
-                    let side = BrickFace::named(&contact.face);
-                    let triangles = triangles.iter().copied();
-                    side.map_or_else(Vec::new, |s| brick::panes(spec, s, per_pane, triangles))
+                    self.brick_panes(scene, &contact.face, triangles)
                 };
                 let whole: Vec<[usize; 3]> = self
                     .facets_on(&contact.face)
@@ -217,13 +218,41 @@ impl Mesh {
                 ContactSurface::with_panes(face, part)
             }
             (MultiplierSpace::Panes, None) => {
-                let is_free = |node: usize| held[node] == [false; 3];
-                let carriers: Vec<[usize; 3]> = face.triangles.iter().map(|t| t.carriers).collect();
-                let panes = macro_elements(&self.coordinates, &corners, &carriers, is_free)
-                    .map_err(|invalid| under(&key, invalid))?;
+                let panes = self.grouped_panes(&facets, held);
+                let panes = panes.map_err(|invalid| under(&key, invalid))?;
                 ContactSurface::with_panes(face, panes)
             }
         })
+    }
+
+    /// The panes of some triangles on a face of a brick: squares of cells; none for other faces.
+    pub(super) fn brick_panes(
+        &self,
+        scene: &Scene,
+        face: &str,
+        triangles: &[[usize; 3]],
+    ) -> Vec<usize> {
+        let Some((spec, side)) = scene.brick_face(face) else {
+            return Vec::new();
+        };
+        let per_pane = scene.element().cells_per_pane();
+        let first = triangles.first().map_or(0, |[node, ..]| *node);
+        let first = self.body_ranges()[self.body_of_node(first)].nodes.start;
+        let triangles = triangles.iter().map(|nodes| nodes.map(|n| n - first));
+        brick::panes(spec, side, per_pane, triangles)
+    }
+
+    /// The panes of some boundary triangles of a mesh without cells: groups around free nodes.
+    pub(super) fn grouped_panes(
+        &self,
+        facets: &[usize],
+        held: &[[bool; 3]],
+    ) -> Result<Vec<usize>, InvalidValue> {
+        let corners: Vec<[usize; 3]> = facets.iter().map(|&f| self.facets[f]).collect();
+        let carriers = facets.iter().map(|&f| self.face_triangle(f).carriers);
+        let carriers: Vec<[usize; 3]> = carriers.collect();
+        let is_free = |node: usize| held[node] == [false; 3];
+        macro_elements(&self.coordinates, &corners, &carriers, is_free)
     }
 
     /// The triangles of the contact face with its normals and its distance from an obstacle.
@@ -243,6 +272,7 @@ impl Mesh {
             }
         };
         Ok(ContactFace {
+            opposite: None,
             nodes,
             normals,
             clearance,
@@ -271,7 +301,7 @@ impl Mesh {
     }
 
     /// A triangle of the contact face with the integrals of its nodes' shape functions.
-    fn face_triangle(&self, facet: usize) -> FaceTriangle {
+    pub(super) fn face_triangle(&self, facet: usize) -> FaceTriangle {
         let (area, integrals) = self.side_integrals(facet);
         let middles = self.mid_edges.as_ref().map(|m| m.facets[facet]);
         FaceTriangle {
@@ -284,7 +314,7 @@ impl Mesh {
 }
 
 /// What is wrong with a contact face, under its key in the scene.
-fn under(key: &str, invalid: InvalidValue) -> InvalidValue {
+pub(super) fn under(key: &str, invalid: InvalidValue) -> InvalidValue {
     let rest = invalid.key.strip_prefix("contact").map(str::to_owned);
     InvalidValue {
         key: rest.map_or(invalid.key, |rest| format!("{key}{rest}")),

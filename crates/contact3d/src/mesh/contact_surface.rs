@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use nalgebra::Vector3;
 
+use super::Opposite;
 use crate::linalg::CscMatrix;
 
 /// The contact face Γ_c: its nodes, its triangles, and the pieces that carry multipliers: panes Rⁱ,
@@ -34,6 +35,8 @@ pub struct ContactSurface {
     /// it is 4/12 at the centre and 1/12 at the eight other nodes; with nodal multipliers (lumped
     /// integration) it is 1 at the node itself.
     pub pane_average: CscMatrix,
+    /// What lies opposite on other bodies; `None` where no face touches one.
+    pub opposite: Option<Opposite>,
 }
 
 /// One face of a [`ContactSurface`]: where its nodes, triangles and panes lie.
@@ -75,6 +78,8 @@ impl SurfaceFace {
 
 /// Triangles of a face and the integrals of their nodes' shape functions.
 pub(super) struct ContactFace {
+    /// As [`ContactSurface::opposite`], with products by triangles in place of panes.
+    pub(super) opposite: Option<Opposite>,
     /// The nodes of the face, increasing.
     pub(super) nodes: Vec<usize>,
     /// As [`ContactSurface::normals`].
@@ -85,6 +90,7 @@ pub(super) struct ContactFace {
 }
 
 /// One triangle of the contact face.
+#[derive(Debug, Clone)]
 pub(super) struct FaceTriangle {
     /// Its place among the boundary triangles of the mesh.
     pub(super) facet: usize,
@@ -144,6 +150,7 @@ impl ContactSurface {
         let only = SurfaceFace::only(nodes.len(), face.triangles.len(), n_panes, false);
         Self {
             faces: vec![only],
+            opposite: face.opposite.as_ref().map(|of| of.on_panes(&facet_pane, n_panes)),
             pane_average: average_matrix(nodes.len(), &mut shares, &pane_area),
             facets: face.facets(),
             nodes: face.nodes,
@@ -178,6 +185,7 @@ impl ContactSurface {
                 indices: free,
             },
             facets: face.facets(),
+            opposite: None,
             facet_pane: Vec::new(),
             nodes: face.nodes,
             normals: face.normals,
@@ -220,6 +228,14 @@ impl ContactSurface {
             self.clearance.resize(nodes, 0.0);
             self.clearance.extend(&next.clearance);
             self.clearance.resize(nodes + next.nodes.len(), 0.0);
+        }
+        if self.opposite.is_some() || next.opposite.is_some() {
+            let n_mesh_nodes = [&self.opposite, &next.opposite].into_iter().flatten();
+            let n_mesh_nodes = n_mesh_nodes.map(|of| of.points.rows).max().unwrap_or(0);
+            let nothing = |nodes, panes| Opposite::nothing(n_mesh_nodes, nodes, panes);
+            let own = self.opposite.get_or_insert_with(|| nothing(nodes, panes));
+            let (more, of) = ([next.nodes.len(), next.n_panes()], next.opposite.clone());
+            own.joined_with(of.unwrap_or_else(|| nothing(more[0], more[1])));
         }
         let faces = next.faces.iter();
         self.faces
@@ -308,6 +324,19 @@ impl ContactSurface {
     /// The (contact node, weight) pairs of one pane; the weights sum to 1.
     pub fn pane_weights(&self, pane: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         self.pane_average.entries(pane)
+    }
+
+    /// ∫ φ_j ψ_k in m² over a pane as (contact node j, node k of the mesh, integral); none where it touches no body.
+    #[must_use]
+    pub fn products(&self, pane: usize) -> &[(usize, usize, f64)] {
+        let opposite = self.opposite.as_ref();
+        opposite.map_or(&[], |of| &of.products[pane])
+    }
+
+    /// Whether a pane touches another body.
+    #[must_use]
+    pub fn touches_body(&self, pane: usize) -> bool {
+        !self.products(pane).is_empty()
     }
 
     /// The mean over a pane of values at the contact nodes.

@@ -225,7 +225,7 @@ fn disc_sides(triangle: &[[f64; 3]; 3], disc: &Disc) -> Vec<[f64; 3]> {
 }
 
 /// What some linear functions leave of a triangle where none of them is negative: a convex polygon in barycentric coordinates.
-fn clipped(sides: &[[f64; 3]]) -> Vec<[f64; 3]> {
+pub(super) fn clipped(sides: &[[f64; 3]]) -> Vec<[f64; 3]> {
     let mut polygon = WHOLE_SIDE[0].to_vec();
     for values in sides {
         let side = |share: &[f64; 3]| -> f64 { (0..3).map(|k| values[k] * share[k]).sum() };
@@ -255,7 +255,7 @@ fn cut(polygon: &[[f64; 3]], side: impl Fn(&[f64; 3]) -> f64) -> Vec<[f64; 3]> {
 }
 
 /// A convex polygon as triangles around its first corner, without those that rounding has left.
-fn fan(polygon: &[[f64; 3]]) -> Vec<[[f64; 3]; 3]> {
+pub(super) fn fan(polygon: &[[f64; 3]]) -> Vec<[[f64; 3]; 3]> {
     let corners = 2..polygon.len();
     let triangles = corners.map(|k| [polygon[0], polygon[k - 1], polygon[k]]);
     triangles

@@ -1,6 +1,7 @@
 //! Conforming tetrahedral meshes of the body, their boundary and the contact surface.
 
 mod bisection;
+mod bodies;
 mod brick;
 mod contact_parts;
 mod contact_surface;
@@ -10,6 +11,7 @@ mod inspection;
 mod macro_elements;
 mod material_nodes;
 mod obstacle;
+mod opposite;
 mod quadratic;
 mod refined;
 mod side;
@@ -18,6 +20,7 @@ use std::path::Path;
 
 use thiserror::Error;
 
+pub use bodies::BodyRange;
 pub use brick::{brick, brick_counts};
 pub use contact_surface::{ContactSurface, SurfaceFace};
 pub use face_part::SidePart;
@@ -27,13 +30,14 @@ pub use inspection::{FaceInspection, MeshInspection};
 pub use macro_elements::macro_elements;
 pub use material_nodes::MaterialNodes;
 pub(crate) use obstacle::{DistanceBetweenNodes, distances_from};
+pub use opposite::Opposite;
 pub use quadratic::{IsoparametricMap, MidEdgeNodes};
 pub use refined::{RefinableBody, RefinedLevel};
 pub(crate) use side::SidePoint;
 pub use side::{Quality, is_straight, shape, sorted};
 
 use crate::scene::{
-    BrickFace, Clamp, Contact, ElementOrder, InvalidValue, MultiplierSpace, Scene, Written, nearest,
+    Clamp, ElementOrder, InvalidValue, Scene, Written, nearest,
 };
 
 /// What the digits of mesh files and of typed numbers leave of places, directions and areas, relative to the size of what they belong
@@ -55,7 +59,7 @@ pub enum MeshError {
 }
 
 /// Nodes, tetrahedra and named boundary of a body, before the scene's parts are found on it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct RawMesh {
     /// Node coordinates, `[n_nodes]`, in m.
     pub coordinates: Vec<[f64; 3]>,
@@ -73,24 +77,14 @@ pub struct RawMesh {
     pub face_names: Vec<String>,
     /// Mid-edge nodes of each tetrahedron on [`TETRAHEDRON_EDGES`](crate::reference::TETRAHEDRON_EDGES), where the body comes with them.
     pub mid_edges: Option<Vec<[usize; 6]>>,
+    /// Where each of several bodies lies; empty for one.
+    pub bodies: Vec<BodyRange>,
 }
 
 impl RawMesh {
     /// The body of a scene.
     fn of_scene(scene: &Scene, folder: &Path) -> Result<Self, MeshError> {
-        let raw = match (&scene.body.brick, &scene.body.gmsh) {
-            (Some(spec), _) => {
-                // The diagonals of cells are those that panes ask for; faces with panes agree on them.
-                let with_panes = |c: &&Contact| c.multipliers == MultiplierSpace::Panes;
-                let mut contacts = scene.contacts.iter();
-                let first = contacts.find(with_panes).or(scene.contacts.first());
-                brick(
-                    spec,
-                    first.and_then(|contact| BrickFace::named(&contact.face)),
-                )
-            }
-            (None, file) => gmsh::read(file.as_ref().expect("a body"), folder)?,
-        };
+        let raw = Self::of_bodies(scene, folder)?;
         check_face_names(scene, &raw.face_names)?;
         Ok(raw)
     }
@@ -114,6 +108,8 @@ pub struct Mesh {
     pub face_names: Vec<String>,
     /// Mid-edge nodes; `None` in a mesh of linear tetrahedra.
     pub mid_edges: Option<MidEdgeNodes>,
+    /// Where each of several bodies lies; empty for one.
+    pub bodies: Vec<BodyRange>,
     /// The contact face Γ_c; `None` in a scene without contact.
     pub contact: Option<ContactSurface>,
 }
@@ -164,9 +160,10 @@ impl Mesh {
             facet_face: raw.facet_face,
             face_names: raw.face_names,
             mid_edges: None,
+            bodies: raw.bodies,
             contact: None,
         };
-        mesh.set_element(scene.body.element, raw.mid_edges)?;
+        mesh.set_element(scene.element(), raw.mid_edges)?;
         Ok(mesh)
     }
 
@@ -262,6 +259,25 @@ impl Mesh {
             }
         }
         Ok(())
+    }
+
+    /// Where each body lies.
+    #[must_use]
+    pub fn body_ranges(&self) -> Vec<BodyRange> {
+        if self.bodies.is_empty() {
+            return vec![BodyRange {
+                name: String::new(),
+                nodes: 0..self.coordinates.len(),
+                tetrahedra: 0..self.tetrahedra.len(),
+            }];
+        }
+        self.bodies.clone()
+    }
+
+    /// The body that a node belongs to.
+    #[must_use]
+    pub fn body_of_node(&self, node: usize) -> usize {
+        self.bodies.partition_point(|body| body.nodes.end <= node)
     }
 
     /// Largest extent of the body along a coordinate axis in m.

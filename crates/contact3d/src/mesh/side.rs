@@ -231,13 +231,17 @@ pub(super) fn edge_lengths(corners: &[[f64; 3]; 4]) -> [f64; 6] {
     [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)].map(|(a, b)| (p[a] - p[b]).norm())
 }
 
-/// The region of each tetrahedron: 0, or k for the last region k of the scene that holds it; empty
-/// in a scene without regions.
+/// The region of each tetrahedron: k for the last region k of the scene that holds it, else the number of its body's own
+/// [material](Scene::materials) or 0; empty in a scene of one material.
 pub(super) fn assign(scene: &Scene, mesh: &RawMesh) -> Result<Vec<usize>, InvalidValue> {
-    if scene.regions.is_empty() {
+    let has_own = scene.bodies.iter().any(|body| body.material.is_some());
+    if scene.regions.is_empty() && !has_own {
         return Ok(Vec::new());
     }
     let mut assigned = vec![0; mesh.tetrahedra.len()];
+    for (body, range) in mesh.bodies.iter().enumerate() {
+        assigned[range.tetrahedra.clone()].fill(scene.own_material(body));
+    }
     for (i, region) in scene.regions.iter().enumerate() {
         let group = match &region.part {
             Part::Group(name) => mesh.group_names.iter().position(|n| n == name),

@@ -514,7 +514,7 @@ mod tests {
         for (name, text) in scenes {
             let mut scene = Scene::parse(name, text).expect("a scene");
             scene.solve = Default::default();
-            if let Some(brick) = scene.body.as_brick_mut() {
+            if let Some(brick) = scene.as_brick_mut() {
                 brick.cells = brick.cells.map(|n| 2 * n.div_ceil(8));
             }
             let base = Problem::new(scene)
@@ -584,7 +584,7 @@ mod tests {
     fn boxes_cut_bodies_and_faces_exactly() {
         let scene = Scene::parse("newton", include_str!("../../../../pipelines/newton.toml"));
         let mut scene = scene.expect("a scene");
-        scene.body.as_brick_mut().expect("a brick").cells = [4, 2, 2];
+        scene.as_brick_mut().expect("a brick").cells = [4, 2, 2];
         let mesh = Mesh::of_scene(&scene, std::path::Path::new("")).expect("a mesh");
         let corners = [[0.31, 0.12, -0.5], [1.77, 0.83, 0.41]];
         let load = BoxLoad::new(&mesh, &corners, [0.0, 0.0, 1.0]).expect("a part of the body");

@@ -54,7 +54,7 @@ pub struct Solved<'a> {
 impl Solved<'_> {
     /// Depth in m to which a face may lie in its obstacle by the digits of a mesh file; by rounding of places for bricks.
     fn touching_depth(&self) -> f64 {
-        let share = match self.scene.body.as_brick() {
+        let share = match self.scene.as_brick() {
             Some(_) => rounding::SUM_ROUNDINGS * f64::EPSILON,
             None => GEOMETRY_TOLERANCE,
         };
@@ -206,7 +206,11 @@ impl ContactReport {
             strain_energy: resultants.strain_energy,
             rounding: rounding_energy,
         };
-        let (discretisation_error, functionals) = match errors {
+        let contact = solved.contact.as_ref();
+        let touches = contact.is_some_and(|it| it.state.surface.opposite.is_some());
+        // What an obstacle is to the error of one body, another body is not yet.
+        let estimated = if touches { EstimatedErrors::Nothing } else { errors };
+        let (discretisation_error, functionals) = match estimated {
             EstimatedErrors::Nothing => Default::default(),
             EstimatedErrors::Energy => (ErrorEstimate::new(solved, &known), Vec::new()),
             EstimatedErrors::Quantities => {
@@ -228,7 +232,7 @@ impl ContactReport {
                     let stresses = (&von_mises[..], &internal.stress[..]);
                     let mut largest = nodal.largest(solved, stresses, peak.as_ref());
                     // Contact may be elsewhere.
-                    if discretisation_error.is_unreliable() && solved.contact.is_some() {
+                    if touches || discretisation_error.is_unreliable() && contact.is_some() {
                         largest.error = f64::INFINITY;
                     }
                     largest

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use super::{PaneState, Solved, SolvedContact, Zone};
 use crate::{
     elasticity::{Loads, SpringMatrix},
-    linalg::dot,
+    linalg::{dot, larger},
     mesh::{Mesh, SurfaceFace},
     scene::{Clamp, InvalidValue, Scene},
 };
@@ -76,20 +76,29 @@ impl Resultants {
     ) -> Self {
         let parts = [&forces.contact, &forces.applied, &forces.clamp];
         let sums = parts.map(|f| total(solved.mesh, f));
-        let [springs, tools] = [&forces.springs, &forces.tools]
-            .map(|forces| forces.as_ref().map(|forces| total(solved.mesh, forces)));
-        let all = || sums.iter().chain(&springs).chain(&tools);
-        let nodal = parts
-            .into_iter()
-            .chain(&forces.springs)
-            .chain(&forces.tools);
-        let [forces_size, moments_size] = nodal
-            .map(|f| sizes(solved.mesh, f))
-            .fold([0.0; 2], |sum, s| [sum[0] + s[0], sum[1] + s[1]]);
+        let springs = forces.springs.as_ref();
+        let springs = springs.map(|forces| total(solved.mesh, forces));
+        let nodal = || {
+            let others = [&forces.springs, &forces.tools].into_iter().flatten();
+            parts.into_iter().chain(others)
+        };
         // Where nothing bears a force, what rounding of u would make of it.
         let rounding = f64::EPSILON.sqrt() * terms.iter().sum::<f64>();
         let places = solved.mesh.coordinates.iter();
         let farthest = places.fold(0.0, |most: f64, x| most.max(Vector3::from(*x).norm()));
+        let imbalances = solved.mesh.body_ranges().into_iter().map(|body| {
+            let parts = nodal().map(|f| total_of(solved.mesh, f, body.nodes.clone()));
+            let (forces, moments): (Vec<_>, Vec<_>) = parts.unzip();
+            let [forces_size, moments_size] = nodal()
+                .map(|f| sizes(solved.mesh, f, body.nodes.clone()))
+                .fold([0.0; 2], |sum, s| [sum[0] + s[0], sum[1] + s[1]]);
+            [
+                imbalance(forces.iter(), forces_size.max(rounding)),
+                imbalance(moments.iter(), moments_size.max(farthest * rounding)),
+            ]
+        });
+        let [force_imbalance, moment_imbalance] =
+            imbalances.fold([0.0; 2], |most, body| [0, 1].map(|k| larger(most[k], body[k])));
         let (strain_energy, load_work, clamp_work, spring_work) =
             works(solved, displacement, forces, internal);
         Self {
@@ -97,11 +106,8 @@ impl Resultants {
             clamp_force: sums[2].0.into(),
             spring_force: springs.map(|(force, _)| force.into()),
             moments: sums.map(|(_, moment)| moment.into()),
-            force_imbalance: imbalance(all().map(|(force, _)| force), forces_size.max(rounding)),
-            moment_imbalance: imbalance(
-                all().map(|(_, moment)| moment),
-                moments_size.max(farthest * rounding),
-            ),
+            force_imbalance,
+            moment_imbalance,
             strain_energy,
             spring_energy: spring_work.map(|work| -0.5 * work),
             load_work,
@@ -111,10 +117,17 @@ impl Resultants {
                     .iter()
                     .fold(0.0, |most: f64, u| most.max(u[c].abs()))
             }),
-            contact: solved
-                .contact
-                .as_ref()
-                .map(|c| ContactResultants::new(solved, c, sums[0].0.into())),
+            contact: solved.contact.as_ref().map(|contact| {
+                let on_panes = match &contact.state.surface.opposite {
+                    None => sums[0].0,
+                    Some(_) => {
+                        let panes = 0..contact.coupling.layout.n_panes();
+                        let own = contact_forces(solved, contact, panes, [true, false]);
+                        total(solved.mesh, &own).0
+                    }
+                };
+                ContactResultants::new(solved, contact, on_panes.into())
+            }),
         }
     }
 }
@@ -202,7 +215,7 @@ impl FaceResultants {
             return Vec::new();
         }
         let of_face = |face: &SurfaceFace| {
-            let forces = contact_forces(solved, contact, face.panes.clone());
+            let forces = contact_forces(solved, contact, face.panes.clone(), [true, false]);
             let (force, _) = total(solved.mesh, &forces);
             let count = |zone: Zone| {
                 let panes = panes[face.panes.clone()].iter();
@@ -230,9 +243,9 @@ fn imbalance<'a>(parts: impl Iterator<Item = &'a Vector3<f64>>, size: f64) -> f6
     }
 }
 
-/// Sums of the norms of nodal forces and of their moments about the origin.
-fn sizes(mesh: &Mesh, forces: &[[f64; 3]]) -> [f64; 2] {
-    let nodes = forces.iter().zip(&mesh.coordinates);
+/// Sums of the norms of forces on some nodes and of their moments about the origin.
+fn sizes(mesh: &Mesh, forces: &[[f64; 3]], nodes: Range<usize>) -> [f64; 2] {
+    let nodes = forces[nodes.clone()].iter().zip(&mesh.coordinates[nodes]);
     nodes.fold([0.0; 2], |[force, moment], (f, x)| {
         let f = Vector3::from(*f);
         [
@@ -279,7 +292,10 @@ impl NodalForces {
         let springs = springs.map(|springs| opposite(springs.forces(displacement)));
         let applied = Loads::of(solved.scene).nodal_forces(solved.mesh)?;
         let contact = match &solved.contact {
-            Some(contact) => contact_forces(solved, contact, 0..contact.coupling.layout.n_panes()),
+            Some(contact) => {
+                let panes = 0..contact.coupling.layout.n_panes();
+                contact_forces(solved, contact, panes, [true; 2])
+            }
             None => vec![[0.0; 3]; applied.len()],
         };
         let of_springs = |node: usize, c: usize| springs.as_ref().map_or(0.0, |f| f[node][c]);
@@ -316,12 +332,13 @@ fn opposite(mut forces: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
     forces
 }
 
-/// Nodal forces of the foundation on some panes of the body, −∫ φ (λ_ν ν + λ_t1 t₁ + λ_t2 t₂), in N, at free and
-/// held nodes alike.
+/// Nodal forces on some panes of the body, −∫ φ (λ_ν ν + λ_t1 t₁ + λ_t2 t₂), and opposite ones on the body that these touch, in N, at
+/// free and held nodes alike: the side with panes, the other one, or both.
 fn contact_forces(
     solved: &Solved<'_>,
     contact: &SolvedContact<'_>,
     panes: Range<usize>,
+    [own, other]: [bool; 2],
 ) -> Vec<[f64; 3]> {
     let surface = contact.state.surface;
     let frame = &contact.state.interface.frame;
@@ -330,10 +347,17 @@ fn contact_forces(
     let mut forces = vec![[0.0; 3]; solved.mesh.coordinates.len()];
     for pane in panes {
         let tangential = layout.pair(multiplier, pane);
-        for (local, weight) in surface.pane_weights(pane) {
-            let stress = frame.vector(local, multiplier[layout.normal(pane)], tangential);
+        let stress = |local| frame.vector(local, multiplier[layout.normal(pane)], tangential);
+        for (local, weight) in surface.pane_weights(pane).filter(|_| own) {
+            let stress = stress(local);
             for c in 0..3 {
                 forces[surface.nodes[local]][c] -= weight * surface.pane_area[pane] * stress[c];
+            }
+        }
+        for (local, node, integral) in surface.products(pane).iter().filter(|_| other) {
+            let stress = stress(*local);
+            for c in 0..3 {
+                forces[*node][c] += integral * stress[c];
             }
         }
     }
@@ -342,7 +366,17 @@ fn contact_forces(
 
 /// Sum of nodal forces and of their moments about the origin.
 fn total(mesh: &Mesh, forces: &[[f64; 3]]) -> (Vector3<f64>, Vector3<f64>) {
-    forces.iter().zip(&mesh.coordinates).fold(
+    total_of(mesh, forces, 0..mesh.coordinates.len())
+}
+
+/// The same of some nodes.
+fn total_of(
+    mesh: &Mesh,
+    forces: &[[f64; 3]],
+    nodes: Range<usize>,
+) -> (Vector3<f64>, Vector3<f64>) {
+    let nodes = forces[nodes.clone()].iter().zip(&mesh.coordinates[nodes]);
+    nodes.fold(
         (Vector3::zeros(), Vector3::zeros()),
         |(force, moment), (f, x)| {
             let f = Vector3::from(*f);
@@ -420,9 +454,18 @@ pub(super) fn by_source(
     if let Some(contact) = &solved.contact {
         let faces = contact.state.surface.faces.iter();
         for (face, entry) in faces.zip(scene.contact_order()) {
-            let of_face = contact_forces(solved, contact, face.panes.clone());
-            let on = &scene.contacts[entry].face;
-            rows.push(row(scene.contact_key(entry), on, &of_face));
+            let mut forces_on = |on: &str, sides: [bool; 2]| {
+                let of_face = contact_forces(solved, contact, face.panes.clone(), sides);
+                rows.push(row(scene.contact_key(entry), on, &of_face));
+            };
+            let with_panes = contact.state.surface.facets[face.facets.start];
+            let with_panes = &mesh.face_names[mesh.facet_face[with_panes]];
+            forces_on(with_panes, [true, false]);
+            for other in scene.contacts[entry].faces() {
+                if other != with_panes {
+                    forces_on(other, [false, true]);
+                }
+            }
         }
     }
     Ok(rows)

@@ -3,7 +3,10 @@
 use nalgebra::Vector3;
 
 use super::{Solved, resultants::NodalForces};
-use crate::elasticity::{ToolPlace, ToolPoint};
+use crate::{
+    contact::Counterpart,
+    elasticity::{ToolPlace, ToolPoint},
+};
 
 /// A tool at a solution.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -50,13 +53,13 @@ impl ToolState {
         let (multiplier, layout) = (&solved.solution.multiplier, contact.coupling.layout);
         for pane in 0..layout.n_panes() {
             for (local, weight) in surface.pane_weights(pane) {
-                let Some(opposite) = frame.opposite.get(local).copied().flatten() else {
+                let Some(Counterpart::Tool(opposite)) = frame.opposite.get(local) else {
                     continue;
                 };
                 let tangential = layout.pair(multiplier, pane);
                 let stress = frame.vector(local, multiplier[layout.normal(pane)], tangential);
                 let area = weight * surface.pane_area[pane];
-                add(&opposite, Vector3::from(stress) * -area);
+                add(opposite, Vector3::from(stress) * -area);
             }
         }
         tools

@@ -87,11 +87,7 @@ pub(super) fn pane_states(
     let set = laws.feasible_set(solution.friction.as_ref().map(|it| &it.coulomb));
     let gap = contact.state.interface.gap.as_deref();
     let previous = contact.state.interface.previous.as_ref();
-    let origin = previous.map(|previous| [previous.component(0), previous.component(1)]);
-    let origin = |pane: usize, k: usize| {
-        let values = origin.as_ref().map(|values| &values[k]);
-        values.map_or(0.0, |values| surface.pane_mean(pane, values))
-    };
+    let origin = |pane: usize, k: usize| previous.map_or(0.0, |it| it.pane_tangential[pane][k]);
     (0..layout.n_panes())
         .map(|i| {
             let area = surface.pane_area[i];

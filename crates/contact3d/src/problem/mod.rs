@@ -122,8 +122,13 @@ impl Problem {
             problem.interface = Some(interface);
         }
         let has_friction = problem.interface().is_some_and(Interface::has_friction);
+        let pane_tangential = problem.contact_side().map_or_else(Vec::new, |face| {
+            let moved = |node: usize| before.displacement[node];
+            face.interface.pane_tangential(face.surface, &tangential, moved)
+        });
         let previous = has_friction.then(|| PreviousIncrement {
             tangential,
+            pane_tangential,
             path: before.path.clone(),
             follows: self.scene.slip_measure(),
         });

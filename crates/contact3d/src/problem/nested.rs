@@ -29,8 +29,8 @@ impl AssembledProblem {
             return None;
         }
         let mut scene = self.scene().clone();
-        let element = scene.body.element;
-        let brick = scene.body.as_brick_mut()?;
+        let element = scene.element();
+        let brick = scene.as_brick_mut()?;
         *brick = halved(brick, element)?;
         scene.adapt = None;
         let coarse = Problem::new(scene).ok()?;
@@ -51,7 +51,7 @@ impl AssembledProblem {
             .run_evaluated(settings, Start::default(), Vec::new(), errors, storage)
             .ok()?;
         let is_solution = found.solution.status.is_success(settings);
-        let brick = coarse.scene().body.as_brick()?;
+        let brick = coarse.scene().as_brick()?;
         is_solution.then(|| {
             transferred_by_cells(
                 (coarse.mesh(), brick),

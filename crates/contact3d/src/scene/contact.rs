@@ -1,18 +1,26 @@
 //! A contact face, its initial gap, its axes, its friction and the space of its multipliers.
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 
 use super::{
-    Friction, Measure, Obstacle, ProblemPart, Quantity, Scene, is_default, varying::varies,
+    Friction, Measure, Obstacle, ProblemPart, Quantity, Scene, entry_key, is_default, varying::varies,
 };
 
 /// A contact face, or a part of one, above a rigid half-space of its own or against a rigid obstacle.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Contact {
-    /// The face that may touch the foundation or the obstacle; it must be flat where there is no obstacle.
+    /// The face that may touch the foundation or the obstacle; it must be flat where there is no obstacle. Not given beside `between`.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub face: String,
+    /// Two faces of different bodies that may touch each other. The contact stresses belong to the softer one, of the same softness to
+    /// that with the finer mesh.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub between: Option<[String; 2]>,
+    /// The one of the faces in `between` that the contact stresses belong to, in place of the softer one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub panes_on: Option<String>,
     /// The rigid obstacle in the place of the foundation, which is the half-space behind the flat face.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub obstacle: Option<Obstacle>,
@@ -62,7 +70,16 @@ impl Contact {
     /// What results call this face.
     #[must_use]
     pub fn name(&self) -> &str {
-        self.name.as_deref().unwrap_or(&self.face)
+        self.name.as_deref().unwrap_or(self.faces()[0])
+    }
+
+    /// The face, or the two that may touch each other.
+    #[must_use]
+    pub fn faces(&self) -> Vec<&str> {
+        match &self.between {
+            Some(pair) => pair.each_ref().map(String::as_str).to_vec(),
+            None => vec![&self.face],
+        }
     }
 }
 
@@ -89,42 +106,11 @@ pub enum MultiplierSpace {
     Nodal,
 }
 
-/// One contact face or several, as a scene file writes them.
-#[derive(Deserialize, JsonSchema)]
-#[serde(untagged)]
-pub(super) enum OneOrSeveral {
-    /// The only contact face.
-    One(Box<Contact>),
-    /// Contact faces, each with a foundation and a law of friction of its own.
-    Several(Vec<Contact>),
-}
-
-/// One face as a table, as scenes with one face always had it, and several as an array.
-pub(super) fn serialize<S: Serializer>(
-    contacts: &[Contact],
-    serializer: S,
-) -> Result<S::Ok, S::Error> {
-    match contacts {
-        [only] => only.serialize(serializer),
-        several => several.serialize(serializer),
-    }
-}
-
-/// A table or an array of tables.
-pub(super) fn deserialize<'de, D: Deserializer<'de>>(
-    deserializer: D,
-) -> Result<Vec<Contact>, D::Error> {
-    Ok(match OneOrSeveral::deserialize(deserializer)? {
-        OneOrSeveral::One(only) => vec![*only],
-        OneOrSeveral::Several(contacts) => contacts,
-    })
-}
-
 impl Scene {
     /// The key of a contact face in messages: `contact`, or `contact.1` for the second of several.
     #[must_use]
     pub fn contact_key(&self, entry: usize) -> String {
-        contact_key(self.contacts.len(), entry)
+        entry_key("contact", self.contacts.len(), entry)
     }
 
     /// The law of friction of a contact face with its key; `None` where it is frictionless.
@@ -167,14 +153,8 @@ impl Scene {
     /// Whether any part of a face may touch a foundation.
     #[must_use]
     pub(crate) fn is_in_contact(&self, face: &str) -> bool {
-        self.contacts.iter().any(|contact| contact.face == face)
-    }
-}
-
-/// The key of a contact face among `count`.
-pub(super) fn contact_key(count: usize, entry: usize) -> String {
-    match count {
-        1 => "contact".to_owned(),
-        _ => format!("contact.{entry}"),
+        self.contacts
+            .iter()
+            .any(|contact| contact.faces().contains(&face))
     }
 }

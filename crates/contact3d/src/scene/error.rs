@@ -183,16 +183,13 @@ impl Scene {
         let laws = self.isotropic();
         let ratios = laws.map(|(key, law)| (format!("{key}.poisson_ratio"), law.poisson_ratio));
         ratios
-            .filter(|(_, ratio)| self.body.element == ElementOrder::P1 && *ratio > 0.45)
+            .filter(|(_, ratio)| self.element() == ElementOrder::P1 && *ratio > 0.45)
             .map(|(key, ratio)| Warning::Locking { key, ratio })
     }
 
     /// The isotropic materials with their keys.
     fn isotropic(&self) -> impl Iterator<Item = (String, &Isotropic)> {
-        let regions = self.regions.iter().enumerate();
-        let regions = regions.map(|(i, region)| (format!("region.{i}.material"), &region.material));
-        let all = regions.chain([("material".to_owned(), &self.material)]);
-        all.filter_map(|(key, material)| match material {
+        self.materials().filter_map(|(key, material)| match material {
             Material::Isotropic(law) => Some((format!("{key}.isotropic"), law)),
             Material::Orthotropic(_) | Material::Voigt(_) => None,
         })

@@ -139,7 +139,7 @@ impl Functional {
             | Self::TangentialForce
             | Self::LargestPressure
             | Self::MeanPressure { .. }
-                if scene.body.element == ElementOrder::P1 =>
+                if scene.element() == ElementOrder::P1 =>
             {
                 Some((
                     "a quantity whose error linear tetrahedra show",

@@ -379,8 +379,12 @@ impl Scene {
         let mut faces = Vec::new();
         let mut table = self.table().unwrap_or_default();
         retain_keys(&mut table, "", &mut |path, value| {
-            let name = value.as_str().filter(|_| path.ends_with(".face"));
-            faces.extend(name.map(|name| (path.to_owned(), name.to_owned())));
+            let is_face = [".face", ".between", ".panes_on"]
+                .iter()
+                .any(|end| path.ends_with(end));
+            let names = value.as_array().into_iter().flatten().chain([&*value]);
+            let names = names.filter(|_| is_face).filter_map(Value::as_str);
+            faces.extend(names.map(|name| (path.to_owned(), name.to_owned())));
             true
         });
         faces

@@ -101,6 +101,26 @@ impl Material {
     }
 }
 
+impl Material {
+    /// E/(1 − ν²) in Pa, what a body yields by where another presses it, for the isotropic law with the same bulk and shear modulus in Voigt's
+    /// mean over all directions.
+    ///
+    /// # Panics
+    /// For a material without an elasticity tensor, which no validated scene has.
+    #[must_use]
+    pub fn contact_modulus(&self) -> f64 {
+        let c = self.elasticity().expect("a validated material");
+        let direct: f64 = (0..3).map(|i| c[(i, i)]).sum();
+        let cross = c[(0, 1)] + c[(0, 2)] + c[(1, 2)];
+        let shears: f64 = (3..6).map(|i| c[(i, i)]).sum();
+        let bulk = (direct + 2.0 * cross) / 9.0;
+        let shear = (direct - cross + 3.0 * shears) / 15.0;
+        let young = 9.0 * bulk * shear / (3.0 * bulk + shear);
+        let poisson = young / (2.0 * shear) - 1.0;
+        young / (1.0 - poisson * poisson)
+    }
+}
+
 impl Isotropic {
     fn elasticity(&self) -> Matrix6<f64> {
         let (young, poisson) = (self.young_modulus, self.poisson_ratio);

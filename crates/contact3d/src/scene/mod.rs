@@ -18,6 +18,7 @@ mod load;
 mod load_path;
 mod material;
 mod obstacle;
+mod one_or_several;
 mod quantity;
 mod rescaled;
 mod schema;
@@ -68,6 +69,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use units::Units;
 
+use one_or_several::entry_key;
 use varying::{Varies, Varying, VaryingKey};
 
 /// One contact problem, or a history of them: the body, what holds and loads it, and the law on its contact face.
@@ -86,10 +88,12 @@ pub struct Scene {
     /// Numbers with names, which formulas may use.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub parameters: BTreeMap<String, f64>,
-    /// The body Ω and its mesh.
+    /// The body Ω and its mesh: one as a table, several as an array of tables.
+    #[serde(rename = "body", with = "one_or_several")]
+    #[schemars(with = "one_or_several::OneOrSeveral<Body>")]
     #[schemars(extend("part" = ProblemPart::Mesh))]
-    pub body: Body,
-    /// The elastic law σ = C ε wherever no region has another.
+    pub bodies: Vec<Body>,
+    /// The elastic law σ = C ε wherever no body and no region has another.
     #[schemars(extend("part" = ProblemPart::Operator))]
     pub material: Material,
     /// Parts of the body with a material of their own; the last one that holds a tetrahedron counts.
@@ -124,10 +128,10 @@ pub struct Scene {
     #[serde(
         rename = "contact",
         default,
-        with = "contact",
+        with = "one_or_several",
         skip_serializing_if = "Vec::is_empty"
     )]
-    #[schemars(with = "contact::OneOrSeveral")]
+    #[schemars(with = "one_or_several::OneOrSeveral<Contact>")]
     #[schemars(extend("part" = ProblemPart::Mesh))]
     pub contacts: Vec<Contact>,
     /// Rigid tools, to which the obstacles of contact faces may belong.
@@ -181,7 +185,7 @@ impl Scene {
             reference: None,
             units: Units::default(),
             parameters: BTreeMap::new(),
-            body,
+            bodies: vec![body],
             material,
             regions: Vec::new(),
             clamps: Vec::new(),

@@ -24,8 +24,8 @@ const PUBLISHED: &str = include_str!("../../../../pipelines/newton.toml");
 
 fn published(element: ElementOrder, n_div: usize) -> Scene {
     let mut scene = Scene::parse("adaptive", PUBLISHED).expect("a scene");
-    scene.body.element = element;
-    scene.body.as_brick_mut().expect("a brick").cells = [3 * n_div, n_div, n_div];
+    scene.bodies[0].element = element;
+    scene.as_brick_mut().expect("a brick").cells = [3 * n_div, n_div, n_div];
     scene
 }
 
@@ -388,7 +388,7 @@ fn the_first_mesh_is_coarse_where_the_scene_leaves_it_open() {
         let scene = Scene::parse("open", &table.to_string()).expect("a scene");
         let scene = scene.with_first_mesh();
         assert_eq!(scene.clone().with_first_mesh(), scene, "chosen once");
-        scene.body.as_brick().expect("a brick").cells
+        scene.as_brick().expect("a brick").cells
     };
     assert_eq!(first_cells("P2", ""), [6, 2, 2]);
     assert_eq!(first_cells("P1", ""), [12, 4, 4]);
@@ -409,9 +409,9 @@ fn the_first_mesh_is_coarse_where_the_scene_leaves_it_open() {
         of: None,
     });
     for (cells, fewest) in [([200, 4, 2], [200, 4, 2]), ([40, 10, 8], [20, 6, 4])] {
-        slender.body.as_brick_mut().expect("a brick").cells = cells;
+        slender.as_brick_mut().expect("a brick").cells = cells;
         let first = slender.clone().with_first_mesh();
-        assert_eq!(first.body.as_brick().expect("a brick").cells, fewest);
+        assert_eq!(first.as_brick().expect("a brick").cells, fewest);
     }
 }
 

@@ -15,8 +15,8 @@ fn a_history_of_one_step_is_refined_as_the_static_problem() {
     for (of, error) in [(None, 0.06), (Some(Functional::NormalForce), 0.001)] {
         let text = include_str!("../../../../pipelines/newton.toml");
         let mut scene = Scene::parse("newton", text).expect("a scene");
-        scene.body.element = ElementOrder::P2;
-        scene.body.as_brick_mut().expect("a brick").cells = [6, 2, 2];
+        scene.bodies[0].element = ElementOrder::P2;
+        scene.as_brick_mut().expect("a brick").cells = [6, 2, 2];
         scene.adapt = Some(AdaptSettings {
             error,
             of,
@@ -54,8 +54,8 @@ fn a_history_of_one_step_is_refined_as_the_static_problem() {
 fn increments_are_estimated_as_if_each_was_the_last() {
     let text = include_str!("../../../../pipelines/history.toml");
     let mut scene = Scene::parse("history", text).expect("a scene");
-    scene.body.element = ElementOrder::P2;
-    scene.body.as_brick_mut().expect("a brick").cells = [6, 2, 2];
+    scene.bodies[0].element = ElementOrder::P2;
+    scene.as_brick_mut().expect("a brick").cells = [6, 2, 2];
     scene.steps.truncate(3);
     scene.steps.iter_mut().for_each(|step| step.increments = 1);
     let mut adaptive = scene.clone();

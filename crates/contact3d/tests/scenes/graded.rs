@@ -69,7 +69,7 @@ fn constant_stresses_are_exact_on_graded_cells() {
     for element in [ElementOrder::P1, ElementOrder::P2] {
         for brick in bricks() {
             let mut scene = scene(PRESSED);
-            scene.body = Body::from(brick).with_element(element);
+            scene.bodies = vec![Body::from(brick).with_element(element)];
             let (mesh, report) = solved(scene);
             for (x, u) in mesh.coordinates.iter().zip(&report.displacement) {
                 let exact = [-0.01875 * x[0], 0.00625 * x[1], 0.0];
@@ -118,7 +118,7 @@ fn a_quadratic_displacement_is_exact_on_graded_cells() {
     );
     for brick in bricks() {
         let mut scene = scene(&text);
-        scene.body = Body::from(brick).with_element(ElementOrder::P2);
+        scene.bodies = vec![Body::from(brick).with_element(ElementOrder::P2)];
         let (mesh, report) = solved(scene);
         for (x, u) in mesh.coordinates.iter().zip(&report.displacement) {
             let exact = [x[0] * x[0], 0.0, 0.0];
@@ -148,7 +148,7 @@ fn graded_cells_bring_the_published_problem_nearer_to_its_limit() {
     let graded = towards.fold(even.clone(), |brick, face| brick.with_grading(face, 1.3));
     let [even, graded] = [even, graded].map(|brick| {
         let mut scene = scene(include_str!("../../../../pipelines/newton.toml"));
-        scene.body = Body::from(brick).with_element(ElementOrder::P2);
+        scene.bodies = vec![Body::from(brick).with_element(ElementOrder::P2)];
         let (_, report) = solved(scene);
         let r = report.resultants;
         let distance = (r.strain_energy - r.load_work - LIMIT).abs();
@@ -180,7 +180,7 @@ fn exponents_of_one_are_no_grading() {
 fn a_graded_scene_returns_from_its_text() {
     for brick in bricks() {
         let mut scene = scene(PRESSED);
-        scene.body = brick.into();
+        scene.bodies = vec![brick.into()];
         let text = scene.to_toml().expect("no function");
         assert_eq!(Scene::parse("again", &text).expect("a scene"), scene);
     }
@@ -191,13 +191,13 @@ fn a_graded_scene_returns_from_its_text() {
 fn planes_are_scaled_with_the_body() {
     for brick in bricks() {
         let mut scene = scene(PRESSED);
-        scene.body = brick.clone().into();
+        scene.bodies = vec![brick.clone().into()];
         let scaled = scene.in_units(UnitChange {
             length: 8.0,
             displacement: 1.0,
             stress: 1.0,
         });
-        let scaled = scaled.body.as_brick().expect("a brick");
+        let scaled = scaled.as_brick().expect("a brick");
         for axis in 0..3 {
             let expected: Vec<f64> = brick.planes(axis).iter().map(|x| 8.0 * x).collect();
             assert_eq!(scaled.planes(axis), expected);

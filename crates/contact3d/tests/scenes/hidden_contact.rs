@@ -39,7 +39,7 @@ fn scene(small: bool, element: ElementOrder, space: MultiplierSpace) -> Scene {
         text = text.replace("-1.0]\n    radius = 1.0", "-0.05]\n    radius = 0.05");
     }
     let mut scene = Scene::parse("ball", &text).expect("a scene");
-    scene.body.element = element;
+    scene.bodies[0].element = element;
     scene.contacts[0].multipliers = space;
     scene
 }
@@ -144,7 +144,7 @@ fn shallow_contact_between_the_nodes_is_seen() {
             &format!("{centre}\n    radius = 2.0"),
         );
         let mut scene = Scene::parse("shallow", &text).expect("a scene");
-        scene.body.element = ElementOrder::P2;
+        scene.bodies[0].element = ElementOrder::P2;
         report(scene).discretisation_error.relative()
     };
     for centre in [

@@ -38,7 +38,7 @@ fn of_mapping(solution: &Solution) -> Option<LocalMapping> {
 
 fn small_brick(friction: Option<f64>) -> Scene {
     let mut scene = scene("brick.toml", friction);
-    scene.body = contact3d::scene::Body::brick([3.0, 1.0, 1.0], [12, 4, 4]);
+    scene.bodies = vec![contact3d::scene::Body::brick([3.0, 1.0, 1.0], [12, 4, 4])];
     scene
 }
 

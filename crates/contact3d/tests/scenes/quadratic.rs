@@ -190,8 +190,8 @@ const PUBLISHED: &str = include_str!("../../../../pipelines/newton.toml");
 
 fn published(element: ElementOrder, n_div: usize) -> Scene {
     let mut scene = scene(PUBLISHED);
-    scene.body.element = element;
-    scene.body.as_brick_mut().expect("a brick").cells = [3 * n_div, n_div, n_div];
+    scene.bodies[0].element = element;
+    scene.as_brick_mut().expect("a brick").cells = [3 * n_div, n_div, n_div];
     scene
 }
 

@@ -15,8 +15,8 @@ const ELASTIC: &str = include_str!("../../../../pipelines/elastic_only.toml");
 
 fn scene(text: &str, of: Functional, error: f64) -> Scene {
     let mut scene = Scene::parse("quantities", text).expect("a scene");
-    scene.body.element = ElementOrder::P2;
-    scene.body.as_brick_mut().expect("a brick").cells = [6, 2, 2];
+    scene.bodies[0].element = ElementOrder::P2;
+    scene.as_brick_mut().expect("a brick").cells = [6, 2, 2];
     scene.assemble = Default::default();
     scene.solve = Default::default();
     scene.adapt = Some(AdaptSettings {
@@ -139,7 +139,7 @@ fn ranges_of_areas_hold_those_of_finer_meshes() {
         (&nodal, [6, 2, 2]),
     ] {
         let mut scene = scene(text, Functional::ContactArea, 0.01);
-        scene.body.as_brick_mut().expect("a brick").cells = cells;
+        scene.as_brick_mut().expect("a brick").cells = cells;
         let coarse = report(&scene, &[]);
         let mesh = Mesh::of_scene(&scene, Path::new("")).expect("a mesh");
         let once = RefinedLevel::Cuts(vec![3; mesh.tetrahedra.len()]);
@@ -164,7 +164,7 @@ fn ranges_of_areas_hold_those_of_finer_meshes() {
 fn areas_are_not_accurate_on_a_few_panes() {
     let of = Functional::ContactArea;
     let mut scene = scene(ON_WAVES, of, 0.02);
-    scene.body.as_brick_mut().expect("a brick").cells = [4, 2, 2];
+    scene.as_brick_mut().expect("a brick").cells = [4, 2, 2];
     assert!(report(&scene, &[]).relative_error(Some(of)) >= Some(1.0));
     let (answer, levels) = adapted(scene.clone(), Path::new("")).expect("levels");
     assert_eq!(levels.status, AdaptiveStatus::Met);
@@ -180,7 +180,7 @@ fn areas_are_not_accurate_on_a_few_panes() {
 fn the_largest_pressure_is_told_where_it_has_a_limit() {
     let of = Functional::LargestPressure;
     let mut scene = scene(ON_WAVES, of, 0.03);
-    scene.body.as_brick_mut().expect("a brick").cells = [4, 2, 2];
+    scene.as_brick_mut().expect("a brick").cells = [4, 2, 2];
     let (_, levels) = adapted(scene, Path::new("")).expect("levels");
     assert_eq!(levels.status, AdaptiveStatus::Unbounded);
     let levels = &levels.adaptation.levels;

@@ -146,7 +146,7 @@ struct SolvedBrick {
 impl<'a> NestedMeshes<'a> {
     /// The meshes of a scene's brick, none of another body.
     pub(super) fn new(scene: &'a Scene, settings: &AccuracySettings) -> Result<Self, ProblemError> {
-        let bricks = scene.body.as_brick();
+        let bricks = scene.as_brick();
         let bricks = bricks.map(|brick| nested_bricks(scene, brick, settings));
         let mut bricks = bricks.transpose()?.unwrap_or_default();
         bricks.reverse();
@@ -165,7 +165,7 @@ impl<'a> NestedMeshes<'a> {
         coarser: bool,
         observe: &mut dyn FnMut(StudyStep),
     ) -> Result<(), ProblemError> {
-        let own = self.scene.body.as_brick().map_or(0, brick_n_div);
+        let own = self.scene.as_brick().map_or(0, brick_n_div);
         let wanted = |brick: &mut Brick| !coarser || brick_n_div(brick) < own;
         while let Some(brick) = self.bricks.pop_if(wanted) {
             let n_div = brick_n_div(&brick);
@@ -190,7 +190,7 @@ impl<'a> NestedMeshes<'a> {
 
     /// All meshes against the finest; `None` for another body.
     pub(super) fn study(mut self) -> Option<DiscretisationStudy> {
-        let brick = self.scene.body.as_brick()?;
+        let brick = self.scene.as_brick()?;
         if let (Some(primal), Some(last)) = (self.finest, self.fields.last()) {
             let (mesh, finest) = (&last.mesh, &last.displacement);
             let norm = |field: &[[f64; 3]]| match primal.dofs.prescribed {

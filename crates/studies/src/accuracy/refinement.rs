@@ -121,7 +121,7 @@ fn set_planes(brick: &mut Brick, axis: usize, planes: Vec<f64>) {
 /// The scene with another brick.
 pub(crate) fn with_brick(scene: &Scene, brick: &Brick) -> Scene {
     let mut scene = scene.clone();
-    scene.body.brick = Some(brick.clone());
+    scene.bodies[0].brick = Some(brick.clone());
     scene
 }
 
@@ -132,7 +132,7 @@ pub(super) fn contact_parts_fit(scene: &Scene, brick: &Brick) -> bool {
             return true;
         };
         let step = match contact.multipliers {
-            MultiplierSpace::Panes => scene.body.element.cells_per_pane(),
+            MultiplierSpace::Panes => scene.element().cells_per_pane(),
             MultiplierSpace::Nodal => 1,
         };
         let mut along = (0..3).filter(|axis| *axis != face.axis());

@@ -190,6 +190,7 @@ pub(super) fn renumbered(mesh: &Mesh) -> Mesh {
             tetrahedra: renamed(middles.tetrahedra.iter().rev(), &new),
             facets: renamed(middles.facets.iter(), &new),
         }),
+        bodies: Vec::new(),
         contact: mesh.contact.as_ref().map(|own| reordered(own, &new)),
     }
 }

@@ -36,7 +36,7 @@ impl Case {
     pub(crate) fn named(name: &str) -> Self {
         let text = std::fs::read_to_string(pipelines().join(name)).expect("a pipeline");
         let mut scene = Scene::parse(name, &text).expect("a valid pipeline");
-        if let (Some(brick), false) = (scene.body.as_brick_mut(), name.starts_with("hard/")) {
+        if let (Some(brick), false) = (scene.as_brick_mut(), name.starts_with("hard/")) {
             brick.cells = [12, 4, 4];
         }
         Self::of(scene)

@@ -20,7 +20,7 @@ fn solved(text: &str, element: &str, cells: [usize; 3]) -> Solved {
     let body = format!("[body]\nelement = \"{element}\"\n[body.brick]");
     let text = text.replacen("[body.brick]", &body, 1);
     let mut scene = Scene::parse("scene.toml", &text).expect("a scene");
-    scene.body.as_brick_mut().expect("a brick").cells = cells;
+    scene.as_brick_mut().expect("a brick").cells = cells;
     let problem = Problem::new(scene).and_then(Problem::assemble);
     let problem = problem.expect("a problem");
     let answer = problem.solve_and_report(&problem.scene().solve);

@@ -15,8 +15,8 @@ use crate::distance::{MeshField, distance};
 fn published(element: ElementOrder) -> Scene {
     let text = include_str!("../../../../pipelines/newton.toml");
     let mut scene = Scene::parse("newton.toml", text).expect("a pipeline");
-    scene.body.element = element;
-    scene.body.as_brick_mut().expect("a brick").cells = [6, 2, 2];
+    scene.bodies[0].element = element;
+    scene.as_brick_mut().expect("a brick").cells = [6, 2, 2];
     scene
 }
 
@@ -164,7 +164,7 @@ fn meshes_of(contact_face: &str, brick: &Brick, finest: Option<usize>) -> (Scene
     let text = include_str!("../../../../pipelines/newton.toml");
     let text = text.replace("face = \"z_min\"", &format!("face = \"{contact_face}\""));
     let mut scene = Scene::parse("newton.toml", &text).expect("valid pipeline");
-    scene.body.brick = Some(brick.clone());
+    scene.bodies[0].brick = Some(brick.clone());
     let settings = AccuracySettings {
         coarsest: 1,
         finest,
@@ -190,10 +190,10 @@ fn finer_meshes_are_nested_whatever_the_factor_and_the_contact_face() {
         for (brick, element) in [(&even, ElementOrder::P1), (&graded, ElementOrder::P2)] {
             for factor in [1, 2, 3, 4] {
                 let (mut scene, finer) = meshes_of(face, brick, Some(2 * factor));
-                scene.body.element = element;
+                scene.bodies[0].element = element;
                 let mesh = |brick: &Brick| {
                     let mut scene = scene.clone();
-                    scene.body.brick = Some(brick.clone());
+                    scene.bodies[0].brick = Some(brick.clone());
                     Mesh::of_scene(&scene, Path::new("")).expect("a brick")
                 };
                 let (coarse, fine) = (mesh(brick), mesh(finer.last().expect("a finest mesh")));

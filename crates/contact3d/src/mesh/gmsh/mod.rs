@@ -155,6 +155,7 @@ pub fn parse(bytes: &[u8]) -> Result<RawMesh, GmshFlaw> {
         facet_face,
         face_names,
         mid_edges: body.mid_edges,
+        bodies: Vec::new(),
     })
 }
 

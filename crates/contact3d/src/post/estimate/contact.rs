@@ -401,7 +401,8 @@ impl<'a> PointConditions<'a> {
         let nodes = surface.nodes.iter().enumerate();
         let nodal: Vec<[f64; 3]> = nodes
             .map(|(local, &node)| {
-                let z = frame.relative(local, adjoint.displacement[node], adjoint.tools);
+                let at_node = |node: usize| adjoint.displacement[node];
+                let z = frame.relative(local, node, at_node, |row| adjoint.tools[row]);
                 in_frame(local, z)
             })
             .collect();
@@ -562,8 +563,9 @@ pub(in crate::post) fn displacements(
     let nodes = surface.nodes.iter().enumerate();
     nodes
         .map(|(local, &node)| {
-            let u = known.displacement[node];
-            let u = interface.frame.relative(local, u, known.tools);
+            let at_node = |node: usize| known.displacement[node];
+            let frame = &interface.frame;
+            let u = frame.relative(local, node, at_node, |row| known.tools[row]);
             let normal = interface.frame.normal_part(local, u);
             let gap = interface.gap.as_ref().map_or(0.0, |gap| gap[local]);
             let [first, second] = interface.frame.tangential(local, u);

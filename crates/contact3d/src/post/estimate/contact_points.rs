@@ -135,8 +135,10 @@ impl<'a> TriangleDepth<'a> {
         let local = |node: &usize| surface.contact_nodes(place, [*node])[0];
         let depth: Vec<f64> = nodes.iter().map(|node| points.depth[local(node)]).collect();
         let frame = &points.contact.state.interface.frame;
-        let relative =
-            |node: &usize| frame.relative(local(node), points.displacement[*node], points.tools);
+        let relative = |node: &usize| {
+            let at_node = |node: usize| points.displacement[node];
+            frame.relative(local(node), *node, at_node, |row| points.tools[row])
+        };
         let moved: Vec<[f64; 3]> = nodes.iter().map(relative).collect();
         let both = nodes.iter().zip(&moved);
         let normal_part = both.map(|(node, u)| frame.normal_part(local(node), *u));

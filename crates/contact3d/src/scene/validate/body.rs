@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::require;
 use crate::scene::{
-    Brick, BrickFace, InvalidValue, Material, MultiplierSpace, Orthotropic, POSITION, Part, Scene,
+    Body, Brick, BrickFace, Contact, InvalidValue, Material, MultiplierSpace, Orthotropic, POSITION, Part, Scene,
     Voigt, Written, numbers,
 };
 
@@ -20,29 +20,105 @@ const MOST_SLENDER_CELL: f64 = 1e8;
 const TYPED_DIGITS: f64 = 1e-6;
 
 pub(super) fn check(scene: &Scene) -> Result<(), InvalidValue> {
-    require(
-        scene.body.brick.is_some() != scene.body.gmsh.is_some(),
-        "body",
-        "exactly one of brick, gmsh",
-        if scene.body.brick.is_some() {
-            "both"
-        } else {
-            "none"
-        },
-        "a body is a brick or comes from a mesh file",
-    )?;
-    if let Some(brick) = scene.body.as_brick() {
-        check_brick(brick, scene)?;
+    for (i, body) in scene.bodies.iter().enumerate() {
+        let key = scene.body_key(i);
+        require(
+            body.brick.is_some() != body.gmsh.is_some(),
+            key.as_str(),
+            "exactly one of brick, gmsh",
+            if body.brick.is_some() { "both" } else { "none" },
+            "a body is a brick or comes from a mesh file",
+        )?;
+        if let Some(brick) = &body.brick {
+            check_brick(brick, i, scene).map_err(|invalid| under(&key, invalid))?;
+        }
     }
-    check_law(&scene.material, "material", scene)?;
+    match scene.bodies.as_slice() {
+        [only] => check_only(only)?,
+        _ => check_several(scene)?,
+    }
+    for (key, material) in scene.materials() {
+        check_law(material, &key, scene)?;
+    }
     for (i, region) in scene.regions.iter().enumerate() {
-        check_law(&region.material, &format!("region.{i}.material"), scene)?;
         check_part(&region.part, &format!("region.{i}.part"), scene)?;
     }
     Ok(())
 }
 
-fn check_brick(brick: &Brick, scene: &Scene) -> Result<(), InvalidValue> {
+/// What is wrong with a body, under its key in the scene.
+fn under(key: &str, invalid: InvalidValue) -> InvalidValue {
+    let rest = invalid.key.strip_prefix("body").map(str::to_owned);
+    InvalidValue {
+        key: rest.map_or(invalid.key, |rest| format!("{key}{rest}")),
+        ..invalid
+    }
+}
+
+/// Refuses what tells several bodies apart where there is one.
+fn check_only(body: &Body) -> Result<(), InvalidValue> {
+    require(
+        body.origin == [0.0; 3],
+        "body.origin",
+        "no origin of the only body",
+        Written(&body.origin),
+        "places of loads, obstacles and boxes are relative to it: leave the key out",
+    )?;
+    require(
+        body.material.is_none(),
+        "body.material",
+        "no material beside that of the table material",
+        "one",
+        "the only body has the table [material], and its parts have [[region]]",
+    )
+}
+
+/// What several bodies owe each other: names of their own, one element.
+fn check_several(scene: &Scene) -> Result<(), InvalidValue> {
+    require(
+        !scene.bodies.is_empty(),
+        "body",
+        "at least one [[body]]",
+        "none",
+        "add [body] with brick or gmsh",
+    )?;
+    for (i, body) in scene.bodies.iter().enumerate() {
+        let key = scene.body_key(i);
+        let name = body.name.as_deref().unwrap_or_default();
+        let is_word = !name.is_empty() && !name.contains(['.', ' ']) && !name.contains(char::is_control);
+        require(
+            is_word,
+            format!("{key}.name"),
+            "a name without dots and spaces for each of several bodies",
+            Written(&name),
+            "the faces of the body begin with it, such as pad.z_min",
+        )?;
+        let mut before = scene.bodies[..i].iter();
+        require(
+            before.all(|other| other.name != body.name),
+            format!("{key}.name"),
+            "a name that no other body has",
+            Written(&name),
+            "faces could not tell the two bodies apart",
+        )?;
+        require(
+            body.element == scene.element(),
+            format!("{key}.element"),
+            "the same element in all bodies",
+            Written(&body.element),
+            "give every body the same body.element",
+        )?;
+    }
+    require(
+        scene.adapt.is_none(),
+        "adapt",
+        "a scene with one body",
+        "several bodies",
+        "errors are not estimated where bodies touch each other: compare two meshes",
+    )
+}
+
+fn check_brick(brick: &Brick, body: usize, scene: &Scene) -> Result<(), InvalidValue> {
     let cell = [0, 1, 2].map(|axis| brick.size[axis] / brick.cells[axis] as f64);
     require(
         [brick.size, cell]
@@ -55,10 +131,13 @@ fn check_brick(brick: &Brick, scene: &Scene) -> Result<(), InvalidValue> {
     )?;
     let panes = scene.contacts.iter();
     let panes = panes.filter(|contact| contact.multipliers == MultiplierSpace::Panes);
-    let faces: Vec<BrickFace> = panes.filter_map(|c| BrickFace::named(&c.face)).collect();
+    // Which of two faces has panes is known with the mesh alone.
+    let panes = panes.filter(|contact| contact.between.is_none());
+    let own = |c: &Contact| scene.brick_face(&c.face).filter(|(it, _)| std::ptr::eq(*it, brick));
+    let faces: Vec<BrickFace> = panes.filter_map(|c| Some(own(c)?.1)).collect();
     for (axis, &cells) in brick.cells.iter().enumerate() {
         let name = ["nx", "ny", "nz"][axis];
-        let whole = cells.is_multiple_of(scene.body.element.cells_per_pane());
+        let whole = cells.is_multiple_of(scene.bodies[body].element.cells_per_pane());
         let along = faces.iter().any(|face| face.axis() != axis);
         require(
             whole || !along,
@@ -200,7 +279,7 @@ fn steepest(brick: &Brick, axis: usize) -> Option<&'static str> {
 fn check_part(part: &Part, key: &str, scene: &Scene) -> Result<(), InvalidValue> {
     match part {
         Part::Group(name) => require(
-            scene.body.gmsh.is_some(),
+            scene.bodies.iter().any(|body| body.gmsh.is_some()),
             format!("{key}.group"),
             "a box, since a brick has no physical volumes",
             Written(name),

@@ -2,13 +2,14 @@
 
 use super::{check_box, require};
 use crate::scene::{
-    Coefficient, Contact, Friction, Grid, Height, InvalidValue, Obstacle, POSITION, Quantity,
-    Scene, Table, Written,
+    Coefficient, Contact, Friction, Grid, Height, InvalidValue, MultiplierSpace, Obstacle,
+    POSITION, Quantity, Scene, Table, Written,
 };
 
 pub(super) fn check(scene: &Scene) -> Result<(), InvalidValue> {
     for (entry, contact) in scene.contacts.iter().enumerate() {
         check_face(scene, contact, &scene.contact_key(entry))?;
+        check_pair(scene, contact, &scene.contact_key(entry))?;
         check_beside_others(scene, contact, entry)?;
     }
     check_common_friction(scene)?;
@@ -26,6 +27,60 @@ fn check_face(scene: &Scene, contact: &Contact, key: &str) -> Result<(), Invalid
         check_obstacle(obstacle, &format!("{key}.obstacle.{}", obstacle.word()))?;
     }
     check_axes(contact, key)
+}
+
+/// What a contact of two bodies says, and what it leaves to obstacles.
+fn check_pair(scene: &Scene, contact: &Contact, key: &str) -> Result<(), InvalidValue> {
+    require(
+        contact.between.is_some() != !contact.face.is_empty(),
+        key,
+        "exactly one of face, between",
+        if contact.between.is_some() { "both" } else { "none" },
+        "face touches a rigid foundation or obstacle, between = [\"a.face\", \"b.face\"] are faces of two bodies",
+    )?;
+    let Some(pair) = &contact.between else {
+        return require(
+            contact.panes_on.is_none(),
+            format!("{key}.panes_on"),
+            "no panes_on without between",
+            Written(&contact.panes_on),
+            "the contact stresses belong to the only face",
+        );
+    };
+    let body = |face: &str| {
+        let mut bodies = 0..scene.bodies.len();
+        bodies.find(|body| face.starts_with(&scene.face_prefix(*body)))
+    };
+    require(
+        scene.bodies.len() > 1 && body(&pair[0]) != body(&pair[1]),
+        format!("{key}.between"),
+        "faces of two different bodies",
+        Written(pair),
+        "a body that touches itself is not modelled; give each body a table [[body]] with a name, and write NAME.FACE",
+    )?;
+    require(
+        contact.panes_on.as_ref().is_none_or(|face| pair.contains(face)),
+        format!("{key}.panes_on"),
+        &format!("{} or {}", Written(&pair[0]), Written(&pair[1])),
+        Written(&contact.panes_on),
+        "it is the face of the two that the contact stresses belong to",
+    )?;
+    let others = [
+        ("obstacle", contact.obstacle.is_some(), "the other body takes the place of the obstacle"),
+        ("tool", contact.tool.is_some(), "a tool is rigid: give the obstacle a contact of its own"),
+        ("box", contact.corners.is_some(), "parts that nothing lies opposite of are left out by themselves"),
+        ("multipliers", contact.multipliers == MultiplierSpace::Nodal, "between bodies contact stresses are constant on panes"),
+    ];
+    match others.into_iter().find(|(_, given, _)| *given) {
+        None => Ok(()),
+        Some((name, _, help)) => require(
+            false,
+            format!("{key}.{name}"),
+            &format!("no {name} beside between"),
+            "one",
+            help,
+        ),
+    }
 }
 
 fn check_axes(contact: &Contact, key: &str) -> Result<(), InvalidValue> {
@@ -63,11 +118,13 @@ fn check_beside_others(scene: &Scene, contact: &Contact, entry: usize) -> Result
     let before = &scene.contacts[..entry];
     for (other, first) in before.iter().enumerate() {
         let other = scene.contact_key(other);
+        let shared = contact.faces().into_iter();
+        let shared = shared.filter(|face| first.faces().contains(face)).next();
         require(
-            first.face != contact.face || first.corners.is_some() && contact.corners.is_some(),
-            format!("{key}.face"),
+            shared.is_none() || first.corners.is_some() && contact.corners.is_some(),
+            format!("{key}.{}", if contact.between.is_some() { "between" } else { "face" }),
             "a face, or a part of one, that is in no other contact",
-            Written(&contact.face),
+            Written(&shared.unwrap_or_default()),
             &format!(
                 "{other} has this face as well; give both the part that is theirs by box = [[x, y, z], [x, y, z]]"
             ),

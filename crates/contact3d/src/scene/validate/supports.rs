@@ -121,12 +121,26 @@ fn check_place(scene: &Scene, clamp: &Clamp, i: usize) -> Result<(), InvalidValu
 
 /// Refuses a face that a brick does not have; the groups of a Gmsh file are checked with the mesh.
 fn check_name(scene: &Scene, face: &str, key: &str) -> Result<(), InvalidValue> {
+    let bodies = || 0..scene.bodies.len();
+    let mut of_file = bodies().filter(|body| scene.bodies[*body].brick.is_none());
+    if of_file.any(|body| face.starts_with(&scene.face_prefix(body))) {
+        return Ok(());
+    }
+    let bricks = bodies().filter(|body| scene.bodies[*body].brick.is_some());
+    let known = bricks.flat_map(|body| {
+        let prefix = scene.face_prefix(body);
+        BrickFace::NAMES.map(|name| format!("{prefix}{name}"))
+    });
+    let mut known: Vec<String> = known.collect();
+    let is_known = known.iter().any(|name| name == face);
+    let files = bodies().filter(|body| scene.bodies[*body].brick.is_none());
+    known.extend(files.map(|body| format!("{}NAME", scene.face_prefix(body))));
     require(
-        scene.body.as_brick().is_none() || BrickFace::named(face).is_some(),
+        is_known,
         key,
-        &format!("one of {}", BrickFace::NAMES.join(", ")),
+        &format!("one of {}", known.join(", ")),
         Written(&face),
-        &(nearest(face, &BrickFace::NAMES).unwrap_or_default()
+        &(nearest(face, &known).unwrap_or_default()
             + "a brick has these six faces; named groups come with Gmsh meshes"),
     )
 }
@@ -135,7 +149,8 @@ fn check_loaded_face(scene: &Scene, part: &FacePart<'_>, key: String) -> Result<
     let mut clamps = scene.clamps.iter();
     let held = clamps.any(|c| c.is_face(part.face) && c.components.len() >= 3);
     let mut contacts = scene.contacts.iter();
-    let in_contact = contacts.any(|c| c.face == part.face && part.may_meet(c.corners));
+    let in_contact =
+        contacts.any(|c| c.faces().contains(&part.face) && part.may_meet(c.corners));
     require(
         !in_contact && !held,
         key,

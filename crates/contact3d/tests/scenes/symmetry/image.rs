@@ -24,7 +24,7 @@ pub(super) enum Kind {
 impl Symmetry {
     pub(super) fn new(kind: Kind, scene: &Scene) -> Self {
         match kind {
-            Kind::Mirror => Self::Mirror(scene.body.as_brick().expect("a brick").size[1]),
+            Kind::Mirror => Self::Mirror(scene.as_brick().expect("a brick").size[1]),
             Kind::Exchange => Self::Exchange,
         }
     }
@@ -56,7 +56,7 @@ impl Symmetry {
     /// The image of a scene.
     pub(super) fn apply(self, scene: &Scene) -> Scene {
         let mut image = scene.clone();
-        self.brick(image.body.as_brick_mut().expect("a brick"));
+        self.brick(image.as_brick_mut().expect("a brick"));
         let regions = image.regions.iter_mut();
         for region in regions {
             self.material(&mut region.material);

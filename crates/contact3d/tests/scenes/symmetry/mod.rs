@@ -148,7 +148,7 @@ fn pipelines_have_images() {
         let path = format!("{}/../../pipelines/{name}.toml", env!("CARGO_MANIFEST_DIR"));
         let text = std::fs::read_to_string(path).expect("a pipeline");
         let mut scene = Scene::parse(name, &text).expect("a scene");
-        scene.body.as_brick_mut().expect("a brick").cells = cells;
+        scene.as_brick_mut().expect("a brick").cells = cells;
         let kinds = if name == "turning_frame" {
             &BOTH[..1]
         } else {
@@ -167,10 +167,10 @@ fn graded_cells_go_with_the_symmetry() {
     let brick = Brick::new([3.0, 1.0, 1.0], [6, 4, 2])
         .with_planes(1, given.clone())
         .with_grading(BrickFace::XMin, 2.0);
-    scene.body = brick.clone().into();
+    scene.bodies = vec![brick.clone().into()];
     let image = |kind: Kind| {
         let image = Symmetry::new(kind, &scene).apply(&scene);
-        image.body.as_brick().expect("a brick").clone()
+        image.as_brick().expect("a brick").clone()
     };
     let mirrored = image(Kind::Mirror);
     assert_eq!(mirrored.planes(1), [0.0, 0.125, 0.75, 0.875, 1.0]);

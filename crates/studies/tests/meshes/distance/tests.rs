@@ -21,10 +21,10 @@ fn box_scene(cells: [usize; 3], element: ElementOrder) -> Scene {
 }
 
 fn with_cells(scene: &Scene, cells: [usize; 3]) -> Scene {
-    let brick = scene.body.as_brick().expect("a brick");
+    let brick = scene.as_brick().expect("a brick");
     let brick = Brick::new(brick.size, cells);
     let mut scene = scene.clone();
-    scene.body.brick = Some(brick);
+    scene.bodies[0].brick = Some(brick);
     scene
 }
 
@@ -227,7 +227,7 @@ fn nested_meshes_are_as_far_apart_as_their_study_says() {
     let scene = Scene::parse("regions.toml", text).expect("a pipeline");
     for element in [ElementOrder::P1, ElementOrder::P2] {
         let mut scene = with_cells(&scene, [12, 4, 4]);
-        scene.body.element = element;
+        scene.bodies[0].element = element;
         let settings = AccuracySettings {
             budget: 1.0,
             coarsest: 4,

@@ -1,0 +1,138 @@
+//! Several bodies as the components of one mesh.
+
+use std::{ops::Range, path::Path};
+
+use super::{Mesh, MeshError, MidEdgeNodes, RawMesh, brick, gmsh};
+use crate::scene::{BrickFace, Contact, ElementOrder, MultiplierSpace, Scene};
+
+/// Where a body lies in the mesh of several.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct BodyRange {
+    /// Its name.
+    pub name: String,
+    /// Its nodes.
+    pub nodes: Range<usize>,
+    /// Its tetrahedra.
+    pub tetrahedra: Range<usize>,
+}
+
+impl Mesh {
+    /// One of several bodies alone, without contact.
+    #[must_use]
+    pub fn of_body(&self, body: usize) -> Self {
+        let range = &self.bodies[body];
+        let first = range.nodes.start;
+        let is_own = |facet: &usize| range.nodes.contains(&self.facets[*facet][0]);
+        let facets: Vec<usize> = (0..self.facets.len()).filter(is_own).collect();
+        let region = &self.tetrahedron_region;
+        let own_region = region.get(range.tetrahedra.clone());
+        Self {
+            coordinates: self.coordinates[range.nodes.clone()].to_vec(),
+            tetrahedra: moved(&self.tetrahedra[range.tetrahedra.clone()], first),
+            tetrahedron_region: own_region.map_or_else(Vec::new, <[usize]>::to_vec),
+            facets: moved(&facets.iter().map(|&f| self.facets[f]).collect::<Vec<_>>(), first),
+            facet_face: facets.iter().map(|&f| self.facet_face[f]).collect(),
+            face_names: self.face_names.clone(),
+            mid_edges: self.mid_edges.as_ref().map(|middles| {
+                let of_facets: Vec<_> = facets.iter().map(|&f| middles.facets[f]).collect();
+                MidEdgeNodes {
+                    tetrahedra: moved(&middles.tetrahedra[range.tetrahedra.clone()], first),
+                    facets: moved(&of_facets, first),
+                }
+            }),
+            bodies: Vec::new(),
+            contact: None,
+        }
+    }
+}
+
+/// Simplices whose nodes count from another first node.
+fn moved<const K: usize>(simplices: &[[usize; K]], first: usize) -> Vec<[usize; K]> {
+    let simplices = simplices.iter();
+    simplices.map(|nodes| nodes.map(|node| node - first)).collect()
+}
+
+impl RawMesh {
+    /// The bodies of a scene, one after the other.
+    ///
+    /// # Errors
+    /// An unusable mesh file.
+    pub(super) fn of_bodies(scene: &Scene, folder: &Path) -> Result<Self, MeshError> {
+        let several = scene.bodies.len() > 1;
+        let mut joined = Self::default();
+        for body in 0..scene.bodies.len() {
+            let mut raw = Self::of_body(scene, body, folder)?;
+            if !several {
+                return Ok(raw);
+            }
+            if scene.element() == ElementOrder::P2 && raw.mid_edges.is_none() {
+                raw.add_middles();
+            }
+            joined.append(raw, scene.body_name(body), scene.bodies[body].origin);
+        }
+        Ok(joined)
+    }
+
+    fn of_body(scene: &Scene, body: usize, folder: &Path) -> Result<Self, MeshError> {
+        let given = &scene.bodies[body];
+        let Some(spec) = &given.brick else {
+            let file = given.gmsh.as_ref().expect("a body");
+            return Ok(gmsh::read(file, folder)?);
+        };
+        // The diagonals of cells are those that panes ask for; faces with panes agree on them.
+        let on_body = |contact: &Contact| {
+            let faces = contact.faces().into_iter();
+            let mut faces = faces.filter_map(|face| face.strip_prefix(&scene.face_prefix(body)));
+            faces.find_map(BrickFace::named)
+        };
+        let with_panes = |c: &&Contact| c.multipliers == MultiplierSpace::Panes;
+        let panes = scene.contacts.iter().filter(with_panes).find_map(on_body);
+        let face = panes.or_else(|| scene.contacts.iter().find_map(on_body));
+        Ok(brick(spec, face))
+    }
+
+    /// Puts nodes in the middle of straight edges.
+    fn add_middles(&mut self) {
+        let n_corners = self.coordinates.len();
+        let (numbered, edges) = MidEdgeNodes::number(n_corners, &self.tetrahedra, &self.facets);
+        for [a, b] in edges {
+            let (a, b) = (self.coordinates[a], self.coordinates[b]);
+            self.coordinates
+                .push(std::array::from_fn(|c| 0.5 * (a[c] + b[c])));
+        }
+        self.mid_edges = Some(numbered.tetrahedra);
+    }
+
+    /// Adds another body, whose faces get its name and whose coordinates count from `origin` in m.
+    fn append(&mut self, body: Self, name: String, origin: [f64; 3]) {
+        let (nodes, tetrahedra) = (self.coordinates.len(), self.tetrahedra.len());
+        let (groups, faces) = (self.group_names.len(), self.face_names.len());
+        let places = body.coordinates.iter();
+        self.coordinates
+            .extend(places.map(|x| std::array::from_fn(|c| x[c] + origin[c])));
+        let moved = |at: &[usize; 4]| at.map(|node| node + nodes);
+        self.tetrahedra.extend(body.tetrahedra.iter().map(moved));
+        // A brick has no groups.
+        let own = body.tetrahedron_group.iter().map(|group| group + groups);
+        self.tetrahedron_group.extend(own);
+        self.tetrahedron_group
+            .resize(self.tetrahedra.len(), usize::MAX);
+        let named = |own: &String| format!("{name}.{own}");
+        self.group_names.extend(body.group_names.iter().map(named));
+        let facets = body.facets.iter();
+        self.facets
+            .extend(facets.map(|at| at.map(|node| node + nodes)));
+        self.facet_face
+            .extend(body.facet_face.iter().map(|face| face + faces));
+        self.face_names.extend(body.face_names.iter().map(named));
+        if let Some(own) = body.mid_edges {
+            let middles = self.mid_edges.get_or_insert_default();
+            middles.extend(own.iter().map(|at| at.map(|node| node + nodes)));
+        }
+        self.bodies.push(BodyRange {
+            name,
+            nodes: nodes..self.coordinates.len(),
+            tetrahedra: tetrahedra..self.tetrahedra.len(),
+        });
+    }
+}

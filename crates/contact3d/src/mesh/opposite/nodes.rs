@@ -1,0 +1,84 @@
+//! The points opposite contact nodes, with normals and gaps there.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use nalgebra::Vector3;
+
+use super::{Face, Overlap, overlap::Projection};
+
+/// What lies opposite a contact node.
+#[derive(Debug, Clone)]
+pub(in crate::mesh) struct NodePairing {
+    /// Nodes opposite with ψ_k(Y), which sum to 1.
+    pub(in crate::mesh) shares: Vec<(usize, f64)>,
+    /// The contact normal ν.
+    pub(in crate::mesh) normal: Vector3<f64>,
+    /// (Y − X)·ν in m: the gap, negative where the bodies overlap.
+    pub(in crate::mesh) distance: f64,
+}
+
+impl NodePairing {
+    /// For the nodes of some overlaps: the nearest point of the other face along the normal of the node among the triangles that lie
+    /// opposite those around the node; beyond the edge of the other face what its last triangle is extended to.
+    pub(in crate::mesh) fn of_nodes(
+        side: &Face<'_>,
+        overlaps: &[&Overlap],
+        other: &Face<'_>,
+    ) -> BTreeMap<usize, Self> {
+        let mut around: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
+        for overlap in overlaps {
+            for node in side.mesh.facet_nodes(overlap.triangle.facet) {
+                let candidates = around.entry(node).or_default();
+                candidates.extend(&overlap.opposite);
+            }
+        }
+        let pairs = around.into_iter().filter_map(|(node, candidates)| {
+            Some((node, Self::of_node(side, node, &candidates, other)?))
+        });
+        pairs.collect()
+    }
+
+    fn of_node(
+        side: &Face<'_>,
+        node: usize,
+        candidates: &BTreeSet<usize>,
+        other: &Face<'_>,
+    ) -> Option<Self> {
+        // A point on the common edge of two triangles is inside one of them but for rounding.
+        const INSIDE: f64 = -1e-9;
+        let place = Vector3::from(side.mesh.coordinates[node]);
+        let along = side.normals[&node];
+        let points = candidates.iter().map(|&facet| {
+            let projection = Projection::new(other.mesh, facet, along);
+            let at = projection.point_at(&place);
+            let least = at.into_iter().fold(f64::INFINITY, f64::min);
+            let shape = other.mesh.facet_shape(&at);
+            let (opposite, distance) = projection.place_of(&shape, &place);
+            (least, distance.abs(), facet, shape, opposite)
+        });
+        type Point = (f64, f64, usize, Vec<f64>, Vector3<f64>);
+        let better = |a: &Point, b: &Point| {
+            let by_place = if a.0 >= INSIDE && b.0 >= INSIDE {
+                b.1.total_cmp(&a.1)
+            } else {
+                a.0.total_cmp(&b.0)
+            };
+            by_place.then(b.2.cmp(&a.2))
+        };
+        let (_, _, facet, shape, opposite) = points.max_by(better)?;
+        let shares: Vec<(usize, f64)> = other.mesh.facet_nodes(facet).zip(shape).collect();
+        let terms = shares.iter();
+        let theirs: Vector3<f64> = terms.map(|(k, share)| other.normals[k] * *share).sum();
+        let theirs = theirs.try_normalize(0.0).unwrap_or(-along);
+        let normal = if other.is_flat && side.is_flat && theirs == -along {
+            along
+        } else {
+            (along * side.modulus - theirs * other.modulus).normalize()
+        };
+        Some(Self {
+            distance: (opposite - place).dot(&normal),
+            shares,
+            normal,
+        })
+    }
+}
