@@ -54,11 +54,12 @@ def main() -> int:
 
 
 def inline(schema: dict[str, Any], definitions: dict[str, Any]) -> None:
-    """Puts the union of a class and a list of it in the place where it stands."""
-    union = definitions.pop("OneOrSeveral")["anyOf"]
-    contact = schema["properties"]["contact"]
-    del contact["$ref"]
-    contact["anyOf"] = union
+    """Puts the unions of a class and a list of it in the places where they stand."""
+    for entry in schema["properties"].values():
+        name = entry.get("$ref", "").removeprefix("#/$defs/")
+        if name.startswith("OneOrSeveral"):
+            del entry["$ref"]
+            entry["anyOf"] = definitions.pop(name)["anyOf"]
 
 
 def is_alias(entry: dict[str, Any]) -> bool:

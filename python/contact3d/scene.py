@@ -152,17 +152,24 @@ class Units(Keys):
 
 @dataclass(kw_only=True, repr=False)
 class Body(Keys):
-    """The body Ω and the finite element of its displacement. Either ``brick`` or ``gmsh`` is given. Exactly
-    one of ``brick`` and ``gmsh`` is given.
+    """A body Ω and the finite element of its displacement. Either ``brick`` or ``gmsh`` is given. Exactly one
+    of ``brick`` and ``gmsh`` is given.
 
+    :param name: What its faces begin with where there are several bodies: ``pad.z_min`` is the face z_min of the
+        body ``pad``.
     :param element: The finite element of the displacement.
     :param brick: The box (0, Lx) × (0, Ly) × (0, Lz) cut in cells of five tetrahedra each.
     :param gmsh: A tetrahedral mesh from a Gmsh file.
+    :param origin: The place in m of the origin of the brick or of the file's coordinates, among several bodies.
+    :param material: Its elastic law; that of the table ``material`` when not given.
     """
 
+    name: str | None = None
     element: ElementOrder | None = None
     brick: Brick | None = None
     gmsh: GmshFile | None = None
+    origin: Sequence[float] | None = None
+    material: Material | None = None
 
 
 @dataclass(kw_only=True, repr=False)
@@ -450,6 +457,11 @@ class Contact(Keys):
     """A contact face, or a part of one, above a rigid half-space of its own or against a rigid obstacle.
 
     :param face: The face that may touch the foundation or the obstacle; it must be flat where there is no obstacle.
+        Not given beside ``between``.
+    :param between: Two faces of different bodies that may touch each other. The contact stresses belong to the
+        softer one, of the same softness to that with the finer mesh.
+    :param panes_on: The one of the faces in ``between`` that the contact stresses belong to, in place of the softer
+        one.
     :param obstacle: The rigid obstacle in the place of the foundation, which is the half-space behind the flat
         face.
     :param tool: The name of the ``[[tool]]`` that the obstacle, or the foundation without one, is part of and moves
@@ -470,7 +482,9 @@ class Contact(Keys):
         without either.
     """
 
-    face: str
+    face: str | None = None
+    between: Sequence[str] | None = None
+    panes_on: str | None = None
     obstacle: Obstacle | None = None
     tool: str | None = None
     follow: Follow | None = None
@@ -755,8 +769,8 @@ class Scene(Keys):
     face.
 
     :param title: A line that names the case in reports and pictures.
-    :param body: The body Ω and its mesh.
-    :param material: The elastic law σ = C ε wherever no region has another.
+    :param body: The body Ω and its mesh: one as a table, several as an array of tables.
+    :param material: The elastic law σ = C ε wherever no body and no region has another.
     :param reference: Where the case comes from (a paper, a table, a drawing).
     :param units: The units of all its numbers, in place of the m, N and Pa that descriptions name: only words,
         nothing is converted.
@@ -781,7 +795,7 @@ class Scene(Keys):
     """
 
     title: str
-    body: Body
+    body: Body | Sequence[Body]
     material: Material
     reference: str | None = None
     units: Units | None = None

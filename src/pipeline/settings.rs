@@ -59,9 +59,8 @@ pub(super) fn settings(
         Stage::Mesh => {
             add("refinement", refinement.map(Into::into));
             // Where bodies touch, panes and normals follow the stiffness of both sides.
-            let touch = scene.contacts.iter().any(|it| it.between.is_some());
             let moduli = scene.materials().map(|(_, it)| it.contact_modulus());
-            let moduli = touch.then(|| moduli.collect::<Vec<_>>().into());
+            let moduli = scene.bodies_touch().then(|| moduli.collect::<Vec<_>>().into());
             add("moduli", moduli);
         }
         Stage::Assemble => {

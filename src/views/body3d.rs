@@ -60,7 +60,10 @@ pub(super) fn view(scene: &Scene, results: &Results) -> BodyView {
         });
     }
     if let Some(surface) = &mesh.contact {
-        arrays.extend(obstacle(mesh, surface, (scene, &report.tools)));
+        let shape = obstacle_beside(mesh, surface, &surface.faces, (scene, &report.tools));
+        if !shape.points.is_empty() {
+            arrays.extend(obstacle(&shape, scene.units));
+        }
     }
     BodyView {
         title: scene.shown_title(),
@@ -251,13 +254,7 @@ fn faces(mesh: &Mesh) -> impl Iterator<Item = (&ContactSurface, &SurfaceFace)> {
 }
 
 /// The part of the obstacle that contact faces see, with a strip around it where it is flat.
-fn obstacle(
-    mesh: &Mesh,
-    surface: &ContactSurface,
-    tools: (&Scene, &[ToolState]),
-) -> [ViewArray; 3] {
-    let units = tools.0.units;
-    let shape = obstacle_beside(mesh, surface, &surface.faces, tools);
+fn obstacle(shape: &DrawnObstacle, units: Units) -> [ViewArray; 3] {
     let place = |key, values, rows: &[[f64; 3]]| ViewArray {
         unit: units.word(Dimension::LENGTH),
         ..array(

@@ -126,7 +126,9 @@ pub fn draw_run(
             drawings.push((named(name), panel, 1280));
         }
         if face == 0 {
-            drawings.push((ERROR.to_owned(), error_page(&drawn), PAGE_WIDTH));
+            if !scene.bodies_touch() {
+                drawings.push((ERROR.to_owned(), error_page(&drawn), PAGE_WIDTH));
+            }
             drawings.push((STRESS.to_owned(), stress_page(&drawn), PAGE_WIDTH));
         }
         drawings.push((named(OVERVIEW), page, PAGE_WIDTH));
@@ -267,6 +269,7 @@ impl Drawn<'_> {
             let tools = (self.scene, &self.report.tools[..]);
             obstacle_beside(mesh, surface, from_ref(face), tools)
         });
+        let obstacle = obstacle.filter(|shape| !shape.points.is_empty());
         draw(&ContactPicture {
             title: &self.title(&features),
             units: self.scene.units,

@@ -129,7 +129,11 @@ pub(super) fn obstacle_beside(
 ) -> DrawnObstacle {
     let mut shape = DrawnObstacle::default();
     let entries = scene.contact_order();
-    for face in faces {
+    // The other body is drawn itself.
+    let before_obstacles = faces
+        .iter()
+        .filter(|face| !surface.touches_body(face.panes.start));
+    for face in before_obstacles {
         let first = shape.points.len();
         add(&mut shape, mesh, surface, face);
         let number = surface.faces.iter().position(|other| other == face);

@@ -30,6 +30,7 @@ fn body_of(cells: [usize; 3]) -> Mesh {
         facet_face: raw.facet_face,
         face_names: raw.face_names,
         mid_edges: None,
+        bodies: Vec::new(),
         contact: None,
     }
 }

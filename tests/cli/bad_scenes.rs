@@ -81,7 +81,7 @@ const MISSPELT: &[Case] = &[
     ("poisson_ratio = 0.3", "poisson_ratio = 0.3\nyield_stress = 2e8", &["unknown key", "without plasticity", "von Mises"]),
     ("young_modulus = 2e11", "density = 7800.0\nyoung_modulus = 2e11", &["unknown key", "no dynamics", "body_force"]),
     ("[contact]\nface = \"z_min\"", "[temperature]\nvalue = 20.0\n[contact]\nface = \"z_min\"", &["temperature:", "there is no heat"]),
-    ("[body.brick]", "[[body]]\n[body.brick]", &["body:", "one elastic body touches rigid obstacles"]),
+    ("[body.brick]", "[[body]]\nbrick = { size = [1.0, 1.0, 1.0], cells = [2, 2, 2] }\n[[body]]\n[body.brick]", &["body.0.name", "a name without dots and spaces"]),
     ("[contact]\nface = \"z_min\"", "[contact]\nfase = \"z_min\"", &["contact.fase:", "unknown key", "face"]),
     ("angle = 10.0", "multipliers = \"nodes\"", &["unknown word", "nodes", "nodal"]),
     ("constant = 0.3", "constant = 0.3\nramp = 1", &["friction.coefficient_1:", "exactly one of", "found constant and ramp"]),

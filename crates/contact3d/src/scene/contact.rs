@@ -134,6 +134,12 @@ impl Scene {
         own.chain(common.map(|friction| ("friction".to_owned(), friction)))
     }
 
+    /// Whether any contact is between two bodies.
+    #[must_use]
+    pub fn bodies_touch(&self) -> bool {
+        self.contacts.iter().any(|contact| contact.between.is_some())
+    }
+
     /// Whether any contact face has friction.
     #[must_use]
     pub fn has_friction(&self) -> bool {

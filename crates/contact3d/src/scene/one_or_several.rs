@@ -6,6 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 /// A table or an array of tables.
 #[derive(Deserialize, JsonSchema)]
 #[serde(untagged)]
+#[schemars(rename = "OneOrSeveral{T}")]
 pub(super) enum OneOrSeveral<T> {
     /// The only one.
     One(Box<T>),

@@ -396,8 +396,8 @@ fn beyond_model(name: &str) -> Option<String> {
         "mooney",
     ]) {
         "deformations are small and materials linear: rubber takes a Poisson's ratio near 0.5"
-    } else if ["body", "bodies", "body2", "body_2", "contact_pair"].contains(&name) {
-        "one elastic body touches rigid obstacles: make the softer one the body, or both by symmetry with half the gap each"
+    } else if ["bodies", "body2", "body_2", "contact_pair"].contains(&name) {
+        "several bodies are tables [[body]] with a name each, and [[contact]] has between = [\"a.face\", \"b.face\"]"
     } else {
         return None;
     };

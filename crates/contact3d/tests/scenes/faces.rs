@@ -172,7 +172,7 @@ fn halves_with_one_law_are_the_whole_face() {
         (Friction::coulomb(0.3), ElementOrder::P2),
     ] {
         let with = |scene: Scene| Scene {
-            body: scene.body.clone().with_element(element),
+            bodies: vec![scene.bodies[0].clone().with_element(element)],
             ..scene
         };
         let split = with(halves(Some(law.clone()), Some(law.clone())));
@@ -411,7 +411,7 @@ fn contacts_that_cannot_be_are_refused_by_their_keys() {
         assert_eq!(refused(scene), *key);
     }
     let odd = Scene {
-        body: Body::brick([1.0, 1.0, 1.0], [4, 4, 3]),
+        bodies: vec![Body::brick([1.0, 1.0, 1.0], [4, 4, 3])],
         ..between_plates(Friction::coulomb(0.3), Friction::coulomb(0.3))
     };
     assert_eq!(refused(odd), "body.brick.cells");
