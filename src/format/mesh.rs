@@ -149,14 +149,20 @@ pub fn write(
 fn write_bodies(writer: &mut GroupWriter<'_>, bodies: &[BodyRange]) -> Result<(), StoreError> {
     let names: Vec<&str> = bodies.iter().map(|body| body.name.as_str()).collect();
     writer.write_text(BODY_NAMES, &names.join("\n"))?;
-    write_value(writer, BODY_NODES, &limits(bodies.iter().map(|body| &body.nodes)))?;
+    write_value(
+        writer,
+        BODY_NODES,
+        &limits(bodies.iter().map(|body| &body.nodes)),
+    )?;
     let tetrahedra = bodies.iter().map(|body| &body.tetrahedra);
     write_value(writer, BODY_TETRAHEDRA, &limits(tetrahedra))
 }
 
 /// Where ranges that follow each other begin, then where the last one ends.
 fn limits<'a>(ranges: impl Iterator<Item = &'a Range<usize>>) -> Vec<usize> {
-    [0].into_iter().chain(ranges.map(|range| range.end)).collect()
+    [0].into_iter()
+        .chain(ranges.map(|range| range.end))
+        .collect()
 }
 
 fn write_opposite(writer: &mut GroupWriter<'_>, opposite: &Opposite) -> Result<(), StoreError> {
@@ -180,9 +186,21 @@ fn write_faces(
     names: &[String],
 ) -> Result<(), StoreError> {
     writer.write_text(CONTACT_FACE_NAMES, &names.join("\n"))?;
-    write_value(writer, CONTACT_FACE_NODES, &limits(faces.iter().map(|face| &face.nodes)))?;
-    write_value(writer, CONTACT_FACE_FACETS, &limits(faces.iter().map(|face| &face.facets)))?;
-    write_value(writer, CONTACT_FACE_PANES, &limits(faces.iter().map(|face| &face.panes)))?;
+    write_value(
+        writer,
+        CONTACT_FACE_NODES,
+        &limits(faces.iter().map(|face| &face.nodes)),
+    )?;
+    write_value(
+        writer,
+        CONTACT_FACE_FACETS,
+        &limits(faces.iter().map(|face| &face.facets)),
+    )?;
+    write_value(
+        writer,
+        CONTACT_FACE_PANES,
+        &limits(faces.iter().map(|face| &face.panes)),
+    )?;
     let is_nodal: Vec<usize> = faces
         .iter()
         .map(|face| usize::from(face.is_nodal))

@@ -85,7 +85,11 @@ pub fn mesh_of(input: &SceneFile, refinement: &[RefinedLevel]) -> Result<Mesh, S
 
 /// The mesh files that a scene names.
 pub fn mesh_files(input: &SceneFile) -> Vec<PathBuf> {
-    let files = input.scene.bodies.iter().filter_map(|body| body.gmsh.as_ref());
+    let files = input
+        .scene
+        .bodies
+        .iter()
+        .filter_map(|body| body.gmsh.as_ref());
     files.map(|gmsh| input.folder.join(&gmsh.file)).collect()
 }
 

@@ -60,7 +60,9 @@ pub(super) fn settings(
             add("refinement", refinement.map(Into::into));
             // Where bodies touch, panes and normals follow the stiffness of both sides.
             let moduli = scene.materials().map(|(_, it)| it.contact_modulus());
-            let moduli = scene.bodies_touch().then(|| moduli.collect::<Vec<_>>().into());
+            let moduli = scene
+                .bodies_touch()
+                .then(|| moduli.collect::<Vec<_>>().into());
             add("moduli", moduli);
         }
         Stage::Assemble => {

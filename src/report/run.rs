@@ -371,7 +371,10 @@ impl<'a> SolvedRun<'a> {
         let r = &report.resultants;
         let mut figures = Figures::new(self.scene.units);
         for row in &report.forces {
-            let name = format!("force of {}", self.name_of(&row.source));
+            let mut name = format!("force of {}", self.name_of(&row.source));
+            if self.scene.bodies_touch() && row.source.starts_with("contact") {
+                name += &format!(" on {}", escape_control(&row.face));
+            }
             figures.told(&name, Dimension::FORCE, Some(self.without_noise(row.force, |row| row.force)));
         }
         let known = self.first_quantities();

@@ -126,20 +126,40 @@ impl SolvedRun<'_> {
     /// The force on the body from each contact face, or from all of many.
     fn contact_forces(&self) -> Vec<(String, String)> {
         let unit = self.unit(Dimension::FORCE);
-        let told = |force| unit.told(&self.without_noise(force, |row| row.force)) + " on the body";
+        let told = |force, face: usize| {
+            let force = unit.told(&self.without_noise(force, |row| row.force));
+            format!("{force} on {}", self.body_with_panes(face))
+        };
         let faces = &self.report.faces;
         if (1..=MOST_FACES).contains(&faces.len()) {
             let features = self.scene.contact_features();
-            let named = faces.iter().zip(features).map(|(face, has)| {
+            let named = faces.iter().zip(features).enumerate();
+            let named = named.map(|(number, (face, has))| {
                 let name = format!("force on {}", escape_control(&has.name));
-                (name, told(face.contact.contact_force))
+                (name, told(face.contact.contact_force, number))
             });
             return named.collect();
         }
         let contact = self.report.resultants.contact.iter();
         contact
-            .map(|contact| ("contact force".to_owned(), told(contact.contact_force)))
+            .map(|contact| ("contact force".to_owned(), told(contact.contact_force, 0)))
             .collect()
+    }
+
+    /// What words call the body that the panes of a contact face belong to.
+    fn body_with_panes(&self, face: usize) -> String {
+        let surface = self
+            .mesh
+            .contact
+            .as_ref()
+            .filter(|_| !self.mesh.bodies.is_empty());
+        surface.map_or_else(
+            || "the body".to_owned(),
+            |surface| {
+                let node = surface.nodes[surface.faces[face].nodes.start];
+                escape_control(&self.mesh.bodies[self.mesh.body_of_node(node)].name)
+            },
+        )
     }
 
     /// The friction force over the largest one in its direction that the panes can bear as they are pressed; `None` without a force.

@@ -3,10 +3,12 @@
 use contact3d::{
     history::largest_norm,
     mesh::{ContactSurface, MaterialNodes, Mesh, SurfaceFace},
-    post::ToolState,
     scene::{Scene, escape_control},
 };
-use plots::html::{BodyView, ViewArray, ViewPlace, ViewValues};
+use plots::{
+    DrawnObstacle,
+    html::{BodyView, ViewArray, ViewPlace, ViewValues},
+};
 use units::{Dimension, Units};
 
 use super::{contact_cells::ContactCells, picture::error_density, surroundings::obstacle_beside};

@@ -155,7 +155,11 @@ impl Coupling {
             if surface.touches_body(pane) {
                 let own = surface.pane_weights(pane);
                 let own = own.map(|(local, weight)| {
-                    (local, surface.nodes[local], weight * surface.pane_area[pane])
+                    (
+                        local,
+                        surface.nodes[local],
+                        weight * surface.pane_area[pane],
+                    )
                 });
                 let other = surface.products(pane).iter();
                 let other = other.map(|(local, node, area)| (*local, *node, -area));
@@ -276,7 +280,10 @@ impl Coupling {
             };
             if surface.touches_body(pane) {
                 let held = |node| dofs.held_at(node);
-                add(whole, frame.pane_relative(surface, pane, held, |_| [0.0; 3]));
+                add(
+                    whole,
+                    frame.pane_relative(surface, pane, held, |_| [0.0; 3]),
+                );
                 continue;
             }
             for (local, weight) in surface.pane_weights(pane) {

@@ -98,7 +98,10 @@ impl ContactFrame {
             let tool = scene.tool_on(has.entry);
             let opposite = |local: usize| {
                 let Some(tool) = tool else {
-                    let body = surface.opposite.as_ref().map(|of| of.at_node(local).collect());
+                    let body = surface
+                        .opposite
+                        .as_ref()
+                        .map(|of| of.at_node(local).collect());
                     let body = body.filter(|nodes: &Vec<_>| !nodes.is_empty());
                     return body.map_or(Counterpart::AtRest, Counterpart::Body);
                 };
@@ -266,9 +269,9 @@ impl ContactFrame {
             _ => &[],
         };
         let against = tool.map(|point| dofs.tool_terms(point, direction.map(|part| -part)));
-        let of_body = body.iter().flat_map(move |(node, share)| {
-            dofs.terms(*node, direction.map(|part| -share * part))
-        });
+        let of_body = body
+            .iter()
+            .flat_map(move |(node, share)| dofs.terms(*node, direction.map(|part| -share * part)));
         own.chain(against.into_iter().flatten()).chain(of_body)
     }
 

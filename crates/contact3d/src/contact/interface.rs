@@ -155,10 +155,13 @@ impl Interface {
             if surface.touches_body(pane) {
                 // Nothing of a tool is opposite a body.
                 let tool_row = |_| [0.0; 3];
-                let [_, first, second] = self.frame.pane_relative(surface, pane, &at_node, tool_row);
+                let [_, first, second] =
+                    self.frame.pane_relative(surface, pane, &at_node, tool_row);
                 return [first, second];
             }
-            components.each_ref().map(|values| surface.pane_mean(pane, values))
+            components
+                .each_ref()
+                .map(|values| surface.pane_mean(pane, values))
         };
         panes.map(mean).collect()
     }

@@ -145,7 +145,8 @@ impl Analysed {
         mesh: &Mesh,
         admit: &dyn Fn(Requirement) -> Result<(), InsufficientResource>,
     ) -> Result<Self, AssemblyError> {
-        let (loose, are_resisted) = loose_motions_of_bodies(scene, mesh).map_err(AssemblyError::Scene)?;
+        let (loose, are_resisted) =
+            loose_motions_of_bodies(scene, mesh).map_err(AssemblyError::Scene)?;
         let mut dofs = DofMap::of_scene(scene, mesh);
         if dofs.n_free == 0 {
             return Err(AssemblyError::NothingFree);

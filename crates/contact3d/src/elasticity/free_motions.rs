@@ -141,10 +141,7 @@ pub(crate) fn loose_motions_of_bodies(
 ///
 /// # Errors
 /// Free motions where no contact could stop them, springs softer than [`SOFTEST_SPRINGS`], a spring's stiffness that no spring can have.
-fn loose_motions(
-    scene: &Scene,
-    mesh: &Mesh,
-) -> Result<(Vec<RigidMotion>, bool), InvalidValue> {
+fn loose_motions(scene: &Scene, mesh: &Mesh) -> Result<(Vec<RigidMotion>, bool), InvalidValue> {
     let free = motions_left_to_contact(scene, mesh)?;
     let mut loose = sprung_motions(scene, mesh)?;
     loose.retain(|(_, stiffness)| *stiffness < WEAK_SPRINGS);

@@ -64,7 +64,9 @@ impl RigidModes {
         let tool_dofs = || loose_tool_dofs(scene, dofs);
         let mut on_contact = vec![false; dofs.n_free];
         let surfaces = mesh.contact.iter();
-        let opposite = surfaces.clone().filter_map(|surface| surface.opposite.as_ref());
+        let opposite = surfaces
+            .clone()
+            .filter_map(|surface| surface.opposite.as_ref());
         let opposite = opposite.flat_map(|opposite| &opposite.points.indices);
         for &node in surfaces.flat_map(|surface| &surface.nodes).chain(opposite) {
             for dof in dofs.dof[node].into_iter().flatten() {

@@ -30,7 +30,10 @@ impl Mesh {
             coordinates: self.coordinates[range.nodes.clone()].to_vec(),
             tetrahedra: moved(&self.tetrahedra[range.tetrahedra.clone()], first),
             tetrahedron_region: own_region.map_or_else(Vec::new, <[usize]>::to_vec),
-            facets: moved(&facets.iter().map(|&f| self.facets[f]).collect::<Vec<_>>(), first),
+            facets: moved(
+                &facets.iter().map(|&f| self.facets[f]).collect::<Vec<_>>(),
+                first,
+            ),
             facet_face: facets.iter().map(|&f| self.facet_face[f]).collect(),
             face_names: self.face_names.clone(),
             mid_edges: self.mid_edges.as_ref().map(|middles| {
@@ -49,7 +52,9 @@ impl Mesh {
 /// Simplices whose nodes count from another first node.
 fn moved<const K: usize>(simplices: &[[usize; K]], first: usize) -> Vec<[usize; K]> {
     let simplices = simplices.iter();
-    simplices.map(|nodes| nodes.map(|node| node - first)).collect()
+    simplices
+        .map(|nodes| nodes.map(|node| node - first))
+        .collect()
 }
 
 impl RawMesh {

@@ -10,9 +10,7 @@ use super::{
     face_part::share_inside,
     macro_elements, obstacle,
 };
-use crate::scene::{
-    Contact, InvalidValue, MultiplierSpace, Scene, Written, place_words,
-};
+use crate::scene::{Contact, InvalidValue, MultiplierSpace, Scene, Written, place_words};
 
 impl Mesh {
     /// The triangles of a contact of the scene, as indices into the boundary's.
@@ -200,9 +198,8 @@ impl Mesh {
                 (0..3).all(|c| normal[c] == 0.0 || held[node][c])
             }),
             (MultiplierSpace::Panes, Some(_)) => {
-                let panes = |triangles: &[[usize; 3]]| {
-                    self.brick_panes(scene, &contact.face, triangles)
-                };
+                let panes =
+                    |triangles: &[[usize; 3]]| self.brick_panes(scene, &contact.face, triangles);
                 let whole: Vec<[usize; 3]> = self
                     .facets_on(&contact.face)
                     .map(|f| self.facets[f])

@@ -150,7 +150,10 @@ impl ContactSurface {
         let only = SurfaceFace::only(nodes.len(), face.triangles.len(), n_panes, false);
         Self {
             faces: vec![only],
-            opposite: face.opposite.as_ref().map(|of| of.on_panes(&facet_pane, n_panes)),
+            opposite: face
+                .opposite
+                .as_ref()
+                .map(|of| of.on_panes(&facet_pane, n_panes)),
             pane_average: average_matrix(nodes.len(), &mut shares, &pane_area),
             facets: face.facets(),
             nodes: face.nodes,

@@ -36,9 +36,7 @@ pub use refined::{RefinableBody, RefinedLevel};
 pub(crate) use side::SidePoint;
 pub use side::{Quality, is_straight, shape, sorted};
 
-use crate::scene::{
-    Clamp, ElementOrder, InvalidValue, Scene, Written, nearest,
-};
+use crate::scene::{Clamp, ElementOrder, InvalidValue, Scene, Written, nearest};
 
 /// What the digits of mesh files and of typed numbers leave of places, directions and areas, relative to the size of what they belong
 /// to: far more than roundings and the tolerance of CAD kernels (1e-8 of the part), far less than any element worth having.

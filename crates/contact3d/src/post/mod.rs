@@ -209,7 +209,11 @@ impl ContactReport {
         let contact = solved.contact.as_ref();
         let touches = contact.is_some_and(|it| it.state.surface.opposite.is_some());
         // What an obstacle is to the error of one body, another body is not yet.
-        let estimated = if touches { EstimatedErrors::Nothing } else { errors };
+        let estimated = if touches {
+            EstimatedErrors::Nothing
+        } else {
+            errors
+        };
         let (discretisation_error, functionals) = match estimated {
             EstimatedErrors::Nothing => Default::default(),
             EstimatedErrors::Energy => (ErrorEstimate::new(solved, &known), Vec::new()),

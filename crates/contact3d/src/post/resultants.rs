@@ -97,8 +97,9 @@ impl Resultants {
                 imbalance(moments.iter(), moments_size.max(farthest * rounding)),
             ]
         });
-        let [force_imbalance, moment_imbalance] =
-            imbalances.fold([0.0; 2], |most, body| [0, 1].map(|k| larger(most[k], body[k])));
+        let [force_imbalance, moment_imbalance] = imbalances.fold([0.0; 2], |most, body| {
+            [0, 1].map(|k| larger(most[k], body[k]))
+        });
         let (strain_energy, load_work, clamp_work, spring_work) =
             works(solved, displacement, forces, internal);
         Self {
@@ -370,11 +371,7 @@ fn total(mesh: &Mesh, forces: &[[f64; 3]]) -> (Vector3<f64>, Vector3<f64>) {
 }
 
 /// The same of some nodes.
-fn total_of(
-    mesh: &Mesh,
-    forces: &[[f64; 3]],
-    nodes: Range<usize>,
-) -> (Vector3<f64>, Vector3<f64>) {
+fn total_of(mesh: &Mesh, forces: &[[f64; 3]], nodes: Range<usize>) -> (Vector3<f64>, Vector3<f64>) {
     let nodes = forces[nodes.clone()].iter().zip(&mesh.coordinates[nodes]);
     nodes.fold(
         (Vector3::zeros(), Vector3::zeros()),

@@ -124,7 +124,8 @@ impl Problem {
         let has_friction = problem.interface().is_some_and(Interface::has_friction);
         let pane_tangential = problem.contact_side().map_or_else(Vec::new, |face| {
             let moved = |node: usize| before.displacement[node];
-            face.interface.pane_tangential(face.surface, &tangential, moved)
+            face.interface
+                .pane_tangential(face.surface, &tangential, moved)
         });
         let previous = has_friction.then(|| PreviousIncrement {
             tangential,

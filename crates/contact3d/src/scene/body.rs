@@ -7,7 +7,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    AdaptSettings, Contact, FirstMesh, Material, Measure, ProblemPart, Scene, entry_key, is_default,
+    AdaptSettings, Contact, FirstMesh, InvalidValue, Material, Measure, ProblemPart, Scene,
+    entry_key, is_default, validate::require,
 };
 
 /// A body Ω and the finite element of its displacement. Either `brick` or `gmsh` is given.
@@ -146,6 +147,20 @@ impl Scene {
     pub fn body_name(&self, body: usize) -> String {
         let name = self.bodies[body].name.clone();
         name.unwrap_or_else(|| self.body_key(body))
+    }
+
+    /// Refuses scenes of several bodies for a task that knows one.
+    ///
+    /// # Errors
+    /// The key of the bodies.
+    pub fn require_one_body(&self, task: &str) -> Result<(), InvalidValue> {
+        require(
+            self.bodies.len() == 1,
+            "body",
+            &format!("one body, for {task} knows no other"),
+            format!("{} bodies", self.bodies.len()),
+            "put a rigid obstacle in the place of the stiffer body",
+        )
     }
 
     /// The scene of one of several bodies alone, with what holds and touches it.

@@ -4,7 +4,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Friction, Measure, Obstacle, ProblemPart, Quantity, Scene, entry_key, is_default, varying::varies,
+    Friction, Measure, Obstacle, ProblemPart, Quantity, Scene, entry_key, is_default,
+    varying::varies,
 };
 
 /// A contact face, or a part of one, above a rigid half-space of its own or against a rigid obstacle.
@@ -137,7 +138,9 @@ impl Scene {
     /// Whether any contact is between two bodies.
     #[must_use]
     pub fn bodies_touch(&self) -> bool {
-        self.contacts.iter().any(|contact| contact.between.is_some())
+        self.contacts
+            .iter()
+            .any(|contact| contact.between.is_some())
     }
 
     /// Whether any contact face has friction.

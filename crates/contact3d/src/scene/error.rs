@@ -189,10 +189,11 @@ impl Scene {
 
     /// The isotropic materials with their keys.
     fn isotropic(&self) -> impl Iterator<Item = (String, &Isotropic)> {
-        self.materials().filter_map(|(key, material)| match material {
-            Material::Isotropic(law) => Some((format!("{key}.isotropic"), law)),
-            Material::Orthotropic(_) | Material::Voigt(_) => None,
-        })
+        self.materials()
+            .filter_map(|(key, material)| match material {
+                Material::Isotropic(law) => Some((format!("{key}.isotropic"), law)),
+                Material::Orthotropic(_) | Material::Voigt(_) => None,
+            })
     }
 }
 

@@ -11,6 +11,7 @@ use contact3d::{
 /// Refuses what no stress of this kind balances.
 pub(super) fn check(solved: &Solved<'_>) -> Result<(), InvalidValue> {
     let (scene, mesh) = (solved.scene, solved.mesh);
+    scene.require_one_body("a bound of errors")?;
     let faces = scene.contact_features();
     let face_with = |is_meant: fn(&ContactFeatures) -> bool, key: &str| {
         let face = faces.iter().find(|face| is_meant(face));

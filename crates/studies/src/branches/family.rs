@@ -65,6 +65,7 @@ impl<'a> Family<'a> {
         let scene = |s: f64| scene_at(range.value(s)).and_then(Scene::checked);
         for s in PROBES {
             scene(s)?.require_no_history("a path of solutions")?;
+            scene(s)?.require_one_body("a path of solutions")?;
         }
         let ends = [scene(0.0)?, scene(1.0)?];
         let first = Arc::new(assemble(&ends[0], folder)?);

@@ -52,7 +52,9 @@ impl Opposite {
         }
         let flat = |sum: BTreeMap<(usize, usize), f64>| {
             let entries = sum.into_iter();
-            entries.map(|((local, node), value)| (local, node, value)).collect()
+            entries
+                .map(|((local, node), value)| (local, node, value))
+                .collect()
         };
         Self {
             points: self.points.clone(),
@@ -146,8 +148,12 @@ impl<'a> Face<'a> {
 
     /// Half of the diagonal of the box around it in m.
     fn radius(&self) -> f64 {
-        let low = self.places().fold(Vector3::repeat(f64::INFINITY), |m, x| m.inf(&x));
-        let high = self.places().fold(Vector3::repeat(f64::NEG_INFINITY), |m, x| m.sup(&x));
+        let low = self
+            .places()
+            .fold(Vector3::repeat(f64::INFINITY), |m, x| m.inf(&x));
+        let high = self
+            .places()
+            .fold(Vector3::repeat(f64::NEG_INFINITY), |m, x| m.sup(&x));
         (high - low).norm() / 2.0
     }
 }
@@ -177,9 +183,13 @@ impl Boxes {
     /// The triangles on lines along a normal through some places, and others near them, increasing.
     pub(super) fn along(&self, normal: &Vector3<f64>, places: &[[f64; 3]]) -> Vec<usize> {
         let ends = [-self.reach, self.reach].map(|by| normal * by);
-        let ends = places.iter().flat_map(|x| ends.map(|end| Vector3::from(*x) + end));
+        let ends = places
+            .iter()
+            .flat_map(|x| ends.map(|end| Vector3::from(*x) + end));
         let ends: Vec<[f64; 3]> = ends.map(Into::into).collect();
-        let found = self.tree.locate_in_envelope_intersecting(AABB::from_points(&ends));
+        let found = self
+            .tree
+            .locate_in_envelope_intersecting(AABB::from_points(&ends));
         let mut found: Vec<usize> = found.map(|item| item.data).collect();
         found.sort_unstable();
         found

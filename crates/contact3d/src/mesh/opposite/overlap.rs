@@ -30,17 +30,29 @@ pub(in crate::mesh) struct Overlap {
 
 impl Overlap {
     /// The overlap of a triangle with the other face.
-    pub(in crate::mesh) fn of(side: &Face<'_>, facet: usize, other: &Face<'_>, boxes: &Boxes) -> Self {
+    pub(in crate::mesh) fn of(
+        side: &Face<'_>,
+        facet: usize,
+        other: &Face<'_>,
+        boxes: &Boxes,
+    ) -> Self {
         let mesh = side.mesh;
         let corners = mesh.corners(&mesh.facets[facet]);
-        let places: Vec<[f64; 3]> = mesh.facet_nodes(facet).map(|n| mesh.coordinates[n]).collect();
+        let places: Vec<[f64; 3]> = mesh
+            .facet_nodes(facet)
+            .map(|n| mesh.coordinates[n])
+            .collect();
         let mut found = Self {
             triangle: mesh.face_triangle(facet),
             products: BTreeMap::new(),
             opposite: Vec::new(),
         };
         found.triangle.area = 0.0;
-        found.triangle.integrals.iter_mut().for_each(|(_, i)| *i = 0.0);
+        found
+            .triangle
+            .integrals
+            .iter_mut()
+            .for_each(|(_, i)| *i = 0.0);
         let Some(normal) = area_vector(&corners).try_normalize(0.0) else {
             return found;
         };
@@ -59,7 +71,10 @@ impl Overlap {
         candidate: usize,
         other: &Face<'_>,
     ) {
-        let opposite = other.mesh.corners(&other.mesh.facets[candidate]).map(Vector3::from);
+        let opposite = other
+            .mesh
+            .corners(&other.mesh.facets[candidate])
+            .map(Vector3::from);
         let facing = area_vector(&opposite.map(Into::into));
         if facing.dot(normal) > -FACING * facing.norm() {
             return;
@@ -129,7 +144,9 @@ impl<'a> Projection<'a> {
         let flat = |v: Vector3<f64>| Vector2::from(self.across.map(|axis| axis.dot(&v)));
         let [origin, b, c] = [0, 1, 2].map(|k| self.places[k]);
         let straight = Matrix2::from_columns(&[flat(b - origin), flat(c - origin)]);
-        let start = straight.try_inverse().map(|inverse| inverse * flat(place - origin));
+        let start = straight
+            .try_inverse()
+            .map(|inverse| inverse * flat(place - origin));
         let mut at = start.unwrap_or_else(Vector2::zeros);
         if self.places.len() == 6 {
             // Quadratic from a start that is off by the bulge of the side: four steps reach rounding.

@@ -8,10 +8,8 @@ use super::{Boxes, Face, NodePairing, Opposite, Overlap};
 use crate::{
     linalg::CscMatrix,
     mesh::{
-        ContactSurface, GEOMETRY_TOLERANCE, Mesh,
-        contact_parts::under,
-        contact_surface::ContactFace,
-        obstacle, sorted,
+        ContactSurface, GEOMETRY_TOLERANCE, Mesh, contact_parts::under,
+        contact_surface::ContactFace, obstacle, sorted,
     },
     scene::{InvalidValue, Scene, Written, place_words},
 };
@@ -66,7 +64,8 @@ impl Mesh {
         let (overlaps, panes): (Vec<&Overlap>, Vec<usize>) = kept.into_iter().unzip();
         let pairings = NodePairing::of_nodes(side, &overlaps, other);
         let face = self.face_of_pairings(&overlaps, &pairings);
-        let depth = obstacle::faceting(self, &side.facets) + obstacle::faceting(self, &other.facets);
+        let depth =
+            obstacle::faceting(self, &side.facets) + obstacle::faceting(self, &other.facets);
         let digits = GEOMETRY_TOLERANCE * side.radius().min(other.radius());
         self.refuse_overlap(&key, &pairings, depth + digits)?;
         Ok(ContactSurface::with_panes(face, panes))
@@ -75,7 +74,10 @@ impl Mesh {
     /// A face of a pair with the modulus of the material behind it, the mean over its triangles of 1/k.
     fn pair_face(&self, scene: &Scene, name: &str) -> Face<'_> {
         let facets: Vec<usize> = self.facets_on(name).collect();
-        let moduli: Vec<f64> = scene.materials().map(|(_, m)| m.contact_modulus()).collect();
+        let moduli: Vec<f64> = scene
+            .materials()
+            .map(|(_, m)| m.contact_modulus())
+            .collect();
         let behind = self.behind(facets.iter().copied());
         let region = |t: &usize| self.tetrahedron_region.get(*t).copied().unwrap_or(0);
         let yielding = behind.iter().map(|t| moduli[region(t)].recip());
@@ -110,7 +112,9 @@ impl Mesh {
         };
         let per_pane = scene.element().cells_per_pane();
         let along = (0..3).filter(|axis| *axis != side.axis());
-        let odd = along.filter(|axis| !spec.cells[*axis].is_multiple_of(per_pane)).count();
+        let odd = along
+            .filter(|axis| !spec.cells[*axis].is_multiple_of(per_pane))
+            .count();
         if odd > 0 {
             return Err(InvalidValue {
                 key: "contact.between".into(),
@@ -152,9 +156,9 @@ impl Mesh {
         let is_kept = |pane: usize| share(pane) >= LEAST_OVERLAP && joined[pane] == pane;
         let kept = (0..n_panes).filter(|&pane| is_kept(pane));
         let number: BTreeMap<usize, usize> = kept.zip(0..).collect();
-        let places = panes.iter().map(|&pane| {
-            (share(pane) >= LEAST_OVERLAP).then(|| number[&joined[pane]])
-        });
+        let places = panes
+            .iter()
+            .map(|&pane| (share(pane) >= LEAST_OVERLAP).then(|| number[&joined[pane]]));
         places.collect()
     }
 
@@ -169,8 +173,11 @@ impl Mesh {
                     continue;
                 };
                 if other != pane {
-                    let [x, y] = [from, to].map(|node| nalgebra::Vector3::from(self.coordinates[node]));
-                    *borders.entry([other.min(pane), other.max(pane)]).or_insert(0.0) += (y - x).norm();
+                    let [x, y] =
+                        [from, to].map(|node| nalgebra::Vector3::from(self.coordinates[node]));
+                    *borders
+                        .entry([other.min(pane), other.max(pane)])
+                        .or_insert(0.0) += (y - x).norm();
                 }
             }
         }
@@ -208,7 +215,13 @@ impl Mesh {
         // Distances of touching nodes are roundings of their coordinates.
         let sizes = nodes.iter().flat_map(|&node| self.coordinates[node]);
         let rounding = 16.0 * f64::EPSILON * sizes.fold(0.0, |most: f64, x| most.max(x.abs()));
-        let distance = |p: &NodePairing| if p.distance > rounding { p.distance } else { 0.0 };
+        let distance = |p: &NodePairing| {
+            if p.distance > rounding {
+                p.distance
+            } else {
+                0.0
+            }
+        };
         let mut clearance: Vec<f64> = pairings.values().map(distance).collect();
         if clearance.iter().all(|d| *d == 0.0) {
             clearance.clear();
@@ -221,7 +234,10 @@ impl Mesh {
             nodes,
             normals,
             clearance,
-            triangles: overlaps.iter().map(|overlap| overlap.triangle.clone()).collect(),
+            triangles: overlaps
+                .iter()
+                .map(|overlap| overlap.triangle.clone())
+                .collect(),
         }
     }
 
@@ -232,12 +248,16 @@ impl Mesh {
         pairings: &BTreeMap<usize, NodePairing>,
         allowed: f64,
     ) -> Result<(), InvalidValue> {
-        let deepest = pairings.iter().min_by(|a, b| a.1.distance.total_cmp(&b.1.distance));
+        let deepest = pairings
+            .iter()
+            .min_by(|a, b| a.1.distance.total_cmp(&b.1.distance));
         match deepest.filter(|(_, pairing)| pairing.distance < -allowed) {
             None => Ok(()),
             Some((node, pairing)) => Err(InvalidValue {
                 key: format!("{key}.between"),
-                expected: format!("bodies outside each other; up to {allowed:.1e} deep counts as touching"),
+                expected: format!(
+                    "bodies outside each other; up to {allowed:.1e} deep counts as touching"
+                ),
                 found: format!(
                     "one inside the other by {} at {}",
                     Written(&-pairing.distance),

@@ -6,8 +6,8 @@ use nalgebra::Vector3;
 
 use super::require;
 use crate::scene::{
-    Body, Brick, BrickFace, Contact, InvalidValue, Material, MultiplierSpace, Orthotropic, POSITION, Part, Scene,
-    Voigt, Written, numbers,
+    Body, Brick, BrickFace, Contact, InvalidValue, Material, MultiplierSpace, Orthotropic,
+    POSITION, Part, Scene, Voigt, Written, numbers,
 };
 
 /// Narrowest cell over the edge: planes are rounded to 2e-16 of it, so widths keep seven digits.
@@ -85,7 +85,8 @@ fn check_several(scene: &Scene) -> Result<(), InvalidValue> {
     for (i, body) in scene.bodies.iter().enumerate() {
         let key = scene.body_key(i);
         let name = body.name.as_deref().unwrap_or_default();
-        let is_word = !name.is_empty() && !name.contains(['.', ' ']) && !name.contains(char::is_control);
+        let is_word =
+            !name.is_empty() && !name.contains(['.', ' ']) && !name.contains(char::is_control);
         require(
             is_word,
             format!("{key}.name"),
@@ -133,7 +134,11 @@ fn check_brick(brick: &Brick, body: usize, scene: &Scene) -> Result<(), InvalidV
     let panes = panes.filter(|contact| contact.multipliers == MultiplierSpace::Panes);
     // Which of two faces has panes is known with the mesh alone.
     let panes = panes.filter(|contact| contact.between.is_none());
-    let own = |c: &Contact| scene.brick_face(&c.face).filter(|(it, _)| std::ptr::eq(*it, brick));
+    let own = |c: &Contact| {
+        scene
+            .brick_face(&c.face)
+            .filter(|(it, _)| std::ptr::eq(*it, brick))
+    };
     let faces: Vec<BrickFace> = panes.filter_map(|c| Some(own(c)?.1)).collect();
     for (axis, &cells) in brick.cells.iter().enumerate() {
         let name = ["nx", "ny", "nz"][axis];

@@ -35,7 +35,11 @@ fn check_pair(scene: &Scene, contact: &Contact, key: &str) -> Result<(), Invalid
         contact.between.is_some() != !contact.face.is_empty(),
         key,
         "exactly one of face, between",
-        if contact.between.is_some() { "both" } else { "none" },
+        if contact.between.is_some() {
+            "both"
+        } else {
+            "none"
+        },
         "face touches a rigid foundation or obstacle, between = [\"a.face\", \"b.face\"] are faces of two bodies",
     )?;
     let Some(pair) = &contact.between else {
@@ -59,17 +63,36 @@ fn check_pair(scene: &Scene, contact: &Contact, key: &str) -> Result<(), Invalid
         "a body that touches itself is not modelled; give each body a table [[body]] with a name, and write NAME.FACE",
     )?;
     require(
-        contact.panes_on.as_ref().is_none_or(|face| pair.contains(face)),
+        contact
+            .panes_on
+            .as_ref()
+            .is_none_or(|face| pair.contains(face)),
         format!("{key}.panes_on"),
         &format!("{} or {}", Written(&pair[0]), Written(&pair[1])),
         Written(&contact.panes_on),
         "it is the face of the two that the contact stresses belong to",
     )?;
     let others = [
-        ("obstacle", contact.obstacle.is_some(), "the other body takes the place of the obstacle"),
-        ("tool", contact.tool.is_some(), "a tool is rigid: give the obstacle a contact of its own"),
-        ("box", contact.corners.is_some(), "parts that nothing lies opposite of are left out by themselves"),
-        ("multipliers", contact.multipliers == MultiplierSpace::Nodal, "between bodies contact stresses are constant on panes"),
+        (
+            "obstacle",
+            contact.obstacle.is_some(),
+            "the other body takes the place of the obstacle",
+        ),
+        (
+            "tool",
+            contact.tool.is_some(),
+            "a tool is rigid: give the obstacle a contact of its own",
+        ),
+        (
+            "box",
+            contact.corners.is_some(),
+            "parts that nothing lies opposite of are left out by themselves",
+        ),
+        (
+            "multipliers",
+            contact.multipliers == MultiplierSpace::Nodal,
+            "between bodies contact stresses are constant on panes",
+        ),
     ];
     match others.into_iter().find(|(_, given, _)| *given) {
         None => Ok(()),
@@ -122,7 +145,14 @@ fn check_beside_others(scene: &Scene, contact: &Contact, entry: usize) -> Result
         let shared = shared.filter(|face| first.faces().contains(face)).next();
         require(
             shared.is_none() || first.corners.is_some() && contact.corners.is_some(),
-            format!("{key}.{}", if contact.between.is_some() { "between" } else { "face" }),
+            format!(
+                "{key}.{}",
+                if contact.between.is_some() {
+                    "between"
+                } else {
+                    "face"
+                }
+            ),
             "a face, or a part of one, that is in no other contact",
             Written(&shared.unwrap_or_default()),
             &format!(

@@ -149,8 +149,7 @@ fn check_loaded_face(scene: &Scene, part: &FacePart<'_>, key: String) -> Result<
     let mut clamps = scene.clamps.iter();
     let held = clamps.any(|c| c.is_face(part.face) && c.components.len() >= 3);
     let mut contacts = scene.contacts.iter();
-    let in_contact =
-        contacts.any(|c| c.faces().contains(&part.face) && part.may_meet(c.corners));
+    let in_contact = contacts.any(|c| c.faces().contains(&part.face) && part.may_meet(c.corners));
     require(
         !in_contact && !held,
         key,

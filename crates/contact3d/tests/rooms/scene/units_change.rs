@@ -21,7 +21,10 @@ fn units_are_changed_back() {
     });
     let scaled = scene.in_units(change);
     let back = scaled.in_units(inverse);
-    assert_eq!((&back.bodies, &back.material), (&scene.bodies, &scene.material));
+    assert_eq!(
+        (&back.bodies, &back.material),
+        (&scene.bodies, &scene.material)
+    );
     assert_eq!(back.clamps, scene.clamps);
     // The law is a formula and a grid, in the place and the slips of the new units.
     let [own, image] =

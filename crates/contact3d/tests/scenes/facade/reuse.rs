@@ -65,9 +65,11 @@ fn what_needs_its_own_assembly_is_refused_by_its_key() {
         "material"
     );
     assert_eq!(
-        refused(&|scene| scene.bodies = vec![contact3d::scene::Body::brick([3.0, 1.0, 1.0], [6, 2, 2])),
+        refused(
+            &|scene| scene.bodies = vec![contact3d::scene::Body::brick([3.0, 1.0, 1.0], [6, 2, 2])]
+        ),
         "body"
-    )];
+    );
     assert_eq!(
         refused(&|scene| scene.contacts[0].angle = Some(10.0.into())),
         "contact"
