@@ -118,7 +118,7 @@ fn in_millimetres(mut scene: Scene) -> Scene {
     if let Some(brick) = scene.as_brick_mut() {
         brick.size = brick.size.map(|l| 1e3 * l);
     }
-    if let Material::Isotropic(steel) = &mut scene.material {
+    if let Some(Material::Isotropic(steel)) = &mut scene.material {
         steel.young_modulus *= 1e-6;
     }
     for value in scene.tractions.iter_mut().flat_map(|t| &mut t.value) {

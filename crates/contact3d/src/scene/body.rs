@@ -188,16 +188,20 @@ impl Scene {
         found.next()
     }
 
-    /// The materials with their keys: that of the table `material`, those of the regions, then those of the bodies that have their own.
+    /// The materials with their keys: that of the table `material` (of the first body where there is none), those of the regions, then those
+    /// of the bodies that have their own.
     pub fn materials(&self) -> impl Iterator<Item = (String, &Material)> {
         let regions = self.regions.iter().enumerate();
         let regions = regions.map(|(i, region)| (format!("region.{i}.material"), &region.material));
-        let bodies = (0..self.bodies.len()).filter_map(|body| {
+        let bodies = (0..self.bodies.len()).filter_map(move |body| {
             let key = format!("{}.material", self.body_key(body));
             Some((key, self.bodies[body].material.as_ref()?))
         });
-        let common = [("material".to_owned(), &self.material)];
-        common.into_iter().chain(regions).chain(bodies)
+        let common = self.material.iter();
+        let common = common.map(|material| ("material".to_owned(), material));
+        // Regions count from 1.
+        let any = bodies.clone().filter(|_| self.material.is_none()).take(1);
+        common.chain(any).chain(regions).chain(bodies)
     }
 
     /// The number of a body's own material among [`Self::materials`]; 0 where it has none.

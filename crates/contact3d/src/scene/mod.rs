@@ -94,8 +94,10 @@ pub struct Scene {
     #[schemars(extend("part" = ProblemPart::Mesh))]
     pub bodies: Vec<Body>,
     /// The elastic law σ = C ε wherever no body and no region has another.
+    /// Not given where every body has its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("part" = ProblemPart::Operator))]
-    pub material: Material,
+    pub material: Option<Material>,
     /// Parts of the body with a material of their own; the last one that holds a tetrahedron counts.
     #[serde(rename = "region", default, skip_serializing_if = "Vec::is_empty")]
     #[schemars(extend("part" = ProblemPart::Operator))]
@@ -186,7 +188,7 @@ impl Scene {
             units: Units::default(),
             parameters: BTreeMap::new(),
             bodies: vec![body],
-            material,
+            material: Some(material),
             regions: Vec::new(),
             clamps: Vec::new(),
             springs: Vec::new(),

@@ -100,7 +100,7 @@ fn successive_approximations_find_the_same_answers_with_either_operator() {
 #[test]
 fn what_single_precision_cannot_factorise_is_refused_or_left_to_double() {
     let mut scene = published(4);
-    scene.material = Material::isotropic(21.19e10, 0.499_999_9);
+    scene.material = Some(Material::isotropic(21.19e10, 0.499_999_9));
     let refused = solved(scene.clone(), FactorPrecision::Single);
     assert!(refused.is_err(), "a factor of a nearly incompressible body");
     let answer = solved(scene, FactorPrecision::Double).expect("double");
@@ -121,7 +121,7 @@ fn a_factor_that_serves_badly_is_seen() {
     let nowhere = Path::new("");
     assert_eq!(served(published(4), nowhere), Some(true));
     let mut slender = published(2);
-    slender.body = Body::brick([100.0, 1.0, 1.0], [200, 2, 2]);
+    slender.bodies = vec![Body::brick([100.0, 1.0, 1.0], [200, 2, 2])];
     assert_ne!(served(slender, nowhere), Some(true));
     // The factor of another matrix, whose diagonal is half as large again in every second row.
     let mut scene = published(4);

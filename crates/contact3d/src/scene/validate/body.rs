@@ -37,6 +37,13 @@ pub(super) fn check(scene: &Scene) -> Result<(), InvalidValue> {
         [only] => check_only(only)?,
         _ => check_several(scene)?,
     }
+    require(
+        scene.material.is_some() || scene.bodies.iter().all(|body| body.material.is_some()),
+        "material",
+        "the elastic law of every body",
+        "none",
+        "such as material.isotropic = { young_modulus = 2.1e11, poisson_ratio = 0.3 }",
+    )?;
     for (key, material) in scene.materials() {
         check_law(material, &key, scene)?;
     }
@@ -67,9 +74,9 @@ fn check_only(body: &Body) -> Result<(), InvalidValue> {
     require(
         body.material.is_none(),
         "body.material",
-        "no material beside that of the table material",
-        "one",
-        "the only body has the table [material], and its parts have [[region]]",
+        "the table [material] for the only body",
+        "a material of its own",
+        "several bodies may differ; parts of one are [[region]]",
     )
 }
 

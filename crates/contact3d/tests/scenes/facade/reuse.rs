@@ -61,7 +61,7 @@ fn what_needs_its_own_assembly_is_refused_by_its_key() {
         "clamp"
     );
     assert_eq!(
-        refused(&|scene| scene.material = contact3d::scene::Material::isotropic(1e11, 0.3)),
+        refused(&|scene| scene.material = Some(contact3d::scene::Material::isotropic(1e11, 0.3))),
         "material"
     );
     assert_eq!(

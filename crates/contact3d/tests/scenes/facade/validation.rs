@@ -23,7 +23,7 @@ fn values_that_no_problem_has_are_refused_by_their_keys() {
     let base = || block(Friction::coulomb(0.3));
     let with = |friction| refused(block(friction));
     let mut soft = base();
-    soft.material = Material::isotropic(2.1e11, 0.5);
+    soft.material = Some(Material::isotropic(2.1e11, 0.5));
     assert_eq!(refused(soft), "material.isotropic.poisson_ratio");
     let body = || Body::brick([1.0; 3], [2; 3]);
     let bare = Scene::new(body(), Material::isotropic(2.1e11, 0.3));

@@ -64,7 +64,7 @@ impl Symmetry {
                 self.corners(corners);
             }
         }
-        self.material(&mut image.material);
+        image.material.iter_mut().for_each(|own| self.material(own));
         image.clamps.iter_mut().for_each(|it| self.clamp(it));
         image.springs.iter_mut().for_each(|it| self.spring(it));
         for traction in &mut image.tractions {
