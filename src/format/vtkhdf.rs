@@ -30,6 +30,7 @@ pub(super) const OFFSETS: &str = "/VTKHDF/Offsets";
 pub(super) const TYPES: &str = "/VTKHDF/Types";
 const ERROR_INDICATOR: &str = "/VTKHDF/CellData/error_indicator";
 const CONTACT_FACE: &str = "/VTKHDF/CellData/contact_face";
+const BODY: &str = "/VTKHDF/CellData/body";
 pub(super) const NORMAL: &str = "/VTKHDF/CellData/contact_normal";
 const NORMAL_OFFSETS: &str = "/VTKHDF/Steps/CellDataOffsets/contact_normal";
 const MECHANISM: &str = "/VTKHDF/PointData/mechanism";
@@ -60,6 +61,8 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     VTKHDF.row(TYPES, Kind::U8, CELLS, Dimension::Number, "VTK cell type: 10 tetrahedron, 5 triangle, 24 and 22 the quadratic ones.").compressed(),
     VTKHDF.row(CONTACT_FACE, Kind::F64, &[Named("n_cell_values")], Dimension::Number, "Number of the contact face from 0, in the order of /mesh/contact_face_names; NaN on tetrahedra.").compressed().optional("absent without several contact faces"),
     offsets_row("/VTKHDF/Steps/CellDataOffsets/contact_face"),
+    VTKHDF.row(BODY, Kind::F64, &[Named("n_cell_values")], Dimension::Number, "Number of the body from 0, in the order of /mesh/body_names.").compressed().optional("absent without several bodies"),
+    offsets_row("/VTKHDF/Steps/CellDataOffsets/body"),
 ];
 
 /// Fields that no step of a series has of its own.
@@ -190,6 +193,7 @@ pub(super) fn grid_arrays(
         }
     }
     arrays.extend(contact_faces(mesh));
+    arrays.extend(bodies(mesh));
     arrays
 }
 
@@ -234,6 +238,16 @@ fn contact_faces(mesh: &Mesh) -> Option<GridArray> {
     let triangles = 0..surface.facets.len();
     values.extend(triangles.map(|place| [surface.face_number(place) as f64]));
     Some(GridArray::new(CONTACT_FACE.to_owned(), &values))
+}
+
+/// Which of several bodies each cell belongs to.
+fn bodies(mesh: &Mesh) -> Option<GridArray> {
+    let of_nodes = |nodes: &[usize]| [mesh.body_of_node(nodes[0]) as f64];
+    let tetrahedra = mesh.tetrahedra.iter().map(|nodes| of_nodes(nodes));
+    let triangles = contact_triangles(mesh).iter();
+    let triangles = triangles.map(|&facet| of_nodes(&mesh.facets[facet]));
+    let values: Vec<[f64; 1]> = tetrahedra.chain(triangles).collect();
+    (!mesh.bodies.is_empty()).then(|| GridArray::new(BODY.to_owned(), &values))
 }
 
 fn on_points(name: &str) -> String {

@@ -146,7 +146,7 @@ impl fmt::Display for Advice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Some(n_div) = self.n_div else {
             return f.write_str(
-                "A mesh file has no finer meshes, so its discretisation error is not known.",
+                "There are no finer meshes of a mesh file or of several bodies, so the discretisation error is not known.",
             );
         };
         match self.cells {

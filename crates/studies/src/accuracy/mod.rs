@@ -58,7 +58,6 @@ impl Accuracy {
         observe: &mut dyn FnMut(StudyStep),
     ) -> Result<Self, ProblemError> {
         scene.require_no_history("accuracy")?;
-        scene.require_one_body("the study of meshes")?;
         // A finest mesh that cannot be is refused before the long work.
         let mut meshes = NestedMeshes::new(scene, settings)?;
         // The small meshes first: what an allocator keeps of a large one would count as their peak.

@@ -1,6 +1,6 @@
 //! The solutions of other descriptions of the same problem, among them one with its nodes in another order.
 
-use std::{fmt, path::Path};
+use std::{fmt, ops::Range, path::Path};
 
 use super::explicit_problem::ExplicitProblem;
 use crate::StudyStep;
@@ -8,7 +8,7 @@ use crate::shared::greatest_common_divisor;
 use contact3d::{
     ProblemError,
     linalg::CscMatrix,
-    mesh::{ContactSurface, Mesh, MidEdgeNodes},
+    mesh::{BodyRange, ContactSurface, Mesh, MidEdgeNodes, Opposite},
     scene::{Scene, UnitChange},
     solver::{Linearisation, Solution, Status},
 };
@@ -174,7 +174,12 @@ fn changed(
 
 /// The mesh with scattered node numbers and its tetrahedra in reverse; panes keep their numbers.
 pub(super) fn renumbered(mesh: &Mesh) -> Mesh {
-    let new = scattered(mesh.coordinates.len());
+    let (ranges, n_tetrahedra) = (mesh.body_ranges(), mesh.tetrahedra.len());
+    let of_body = |nodes: &Range<usize>| scattered(nodes.len()).into_iter();
+    let new = ranges.iter().map(|body| &body.nodes);
+    let new: Vec<usize> = new
+        .flat_map(|nodes| of_body(nodes).map(|node| nodes.start + node))
+        .collect();
     let mut coordinates = mesh.coordinates.clone();
     for (old, place) in mesh.coordinates.iter().zip(&new) {
         coordinates[*place] = *old;
@@ -190,7 +195,15 @@ pub(super) fn renumbered(mesh: &Mesh) -> Mesh {
             tetrahedra: renamed(middles.tetrahedra.iter().rev(), &new),
             facets: renamed(middles.facets.iter(), &new),
         }),
-        bodies: Vec::new(),
+        bodies: mesh
+            .bodies
+            .iter()
+            .map(|body| BodyRange {
+                tetrahedra: n_tetrahedra - body.tetrahedra.end
+                    ..n_tetrahedra - body.tetrahedra.start,
+                ..body.clone()
+            })
+            .collect(),
         contact: mesh.contact.as_ref().map(|own| reordered(own, &new)),
     }
 }
@@ -240,6 +253,24 @@ fn reordered(surface: &ContactSurface, new: &[usize]) -> ContactSurface {
             each => order.iter().map(|&local| each[local]).collect(),
         },
         nodes: order.iter().map(|&n| new[surface.nodes[n]]).collect(),
+        opposite: surface.opposite.as_ref().map(|own| {
+            let points = order.iter().map(|&local| {
+                let nodes = own.at_node(local);
+                let mut nodes: Vec<_> = nodes.map(|(node, share)| (new[node], share)).collect();
+                nodes.sort_by_key(|(node, _)| *node);
+                nodes
+            });
+            let renamed = |entries: &Vec<(usize, usize, f64)>| {
+                let entries = entries.iter();
+                entries
+                    .map(|(local, node, value)| (place[*local], new[*node], *value))
+                    .collect()
+            };
+            Opposite {
+                points: matrix_of_columns(own.points.rows, points),
+                products: own.products.iter().map(renamed).collect(),
+            }
+        }),
         pane_average: matrix_of_columns(surface.pane_average.rows, sorted),
         ..surface.clone()
     }

@@ -95,7 +95,6 @@ impl Check {
         solutions: Solutions,
         observe: &mut dyn FnMut(StudyStep),
     ) -> Result<Self, ProblemError> {
-        scene.require_one_body("a check of stability")?;
         observe(StudyStep::Begin("answer".to_owned()));
         let started = Instant::now();
         let own = ExplicitProblem::new(scene.clone(), folder)?;

@@ -97,8 +97,8 @@ pub(super) struct Face<'a> {
     pub(super) facets: Vec<usize>,
     /// The mean unit normal of the triangles around each node; the same for all of a flat face.
     pub(super) normals: BTreeMap<usize, Vector3<f64>>,
-    /// Whether it is flat.
-    pub(super) is_flat: bool,
+    /// The normal of a flat face.
+    pub(super) plane: Option<Vector3<f64>>,
     /// E/(1 − ν²) in Pa.
     pub(super) modulus: f64,
 }
@@ -130,7 +130,7 @@ impl<'a> Face<'a> {
             mesh,
             facets,
             normals,
-            is_flat: flat.is_some(),
+            plane: flat.map(|(normal, _)| normal.into()),
             modulus,
         }
     }

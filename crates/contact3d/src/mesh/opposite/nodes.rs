@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::Vector3;
 
 use super::{Face, Overlap, overlap::Projection};
+use crate::linalg::UNIT_ROUNDING;
 
 /// What lies opposite a contact node.
 #[derive(Debug, Clone)]
@@ -67,10 +68,17 @@ impl NodePairing {
         };
         let (_, _, facet, shape, opposite) = points.max_by(better)?;
         let shares: Vec<(usize, f64)> = other.mesh.facet_nodes(facet).zip(shape).collect();
-        let terms = shares.iter();
-        let theirs: Vector3<f64> = terms.map(|(k, share)| other.normals[k] * *share).sum();
-        let theirs = theirs.try_normalize(0.0).unwrap_or(-along);
-        let normal = if other.is_flat && side.is_flat && theirs == -along {
+        let theirs = match other.plane {
+            Some(normal) => normal,
+            None => {
+                let terms = shares.iter();
+                let sum: Vector3<f64> = terms.map(|(k, share)| other.normals[k] * *share).sum();
+                sum.try_normalize(0.0).unwrap_or(-along)
+            }
+        };
+        // Planes that are parallel to rounding have one normal.
+        let is_parallel = (theirs + along).norm() <= UNIT_ROUNDING;
+        let normal = if is_parallel && side.plane.is_some() && other.plane.is_some() {
             along
         } else {
             (along * side.modulus - theirs * other.modulus).normalize()

@@ -92,6 +92,7 @@ impl Overlap {
         let theirs: Vec<usize> = other.mesh.facet_nodes(candidate).collect();
         let projection = Projection::new(other.mesh, candidate, *normal);
         let (ours, points) = mesh.points_on(self.triangle.facet, &pieces);
+        let mut sums = [[0.0; 6]; 6];
         for point in points {
             let weight = point.area.norm();
             let shape = projection.shape_at(&point.at.into());
@@ -99,10 +100,15 @@ impl Overlap {
             for (k, (_, integral)) in self.triangle.integrals.iter_mut().enumerate() {
                 *integral += weight * point.shape[k];
             }
-            for (j, phi) in ours.iter().zip(point.shape) {
-                for (k, psi) in theirs.iter().zip(&shape) {
-                    *self.products.entry((*j, *k)).or_insert(0.0) += weight * phi * psi;
+            for (row, phi) in sums.iter_mut().zip(point.shape) {
+                for (sum, psi) in row.iter_mut().zip(&shape) {
+                    *sum += weight * phi * psi;
                 }
+            }
+        }
+        for (j, row) in ours.iter().zip(sums) {
+            for (k, sum) in theirs.iter().zip(row) {
+                *self.products.entry((*j, *k)).or_insert(0.0) += sum;
             }
         }
     }
