@@ -51,6 +51,7 @@ impl MeshInspection {
     pub fn read(path: &Path) -> Result<Self, GmshError> {
         let file = GmshFile {
             file: path.to_owned(),
+            volume: None,
             unit: 1.0,
             digest: None,
         };

@@ -87,6 +87,10 @@ impl ElementOrder {
 pub struct GmshFile {
     /// Path of the .msh file, relative to the scene file.
     pub file: PathBuf,
+    /// The physical volume that is the body; all tetrahedra of the file when not given. Bodies of a file whose meshes share nodes may slide
+    /// and open there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub volume: Option<String>,
     /// Length > 0 of the file's unit in m: 0.001 for a mesh in millimetres and a scene in metres.
     #[serde(default = "one")]
     #[schemars(extend("measures" = Measure::Length, "exclusiveMinimum" = 0))]

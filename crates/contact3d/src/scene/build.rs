@@ -262,6 +262,7 @@ impl Body {
     pub fn gmsh(file: impl Into<PathBuf>, unit: f64) -> Self {
         let file = GmshFile {
             file: file.into(),
+            volume: None,
             unit,
             digest: None,
         };

@@ -79,7 +79,7 @@ impl GmshBoundary {
                     size[smallest],
                     self.piece.len()
                 ),
-                "a piece could move alone: join the pieces (BooleanUnion, BooleanFragments) or keep one of them",
+                "a piece could move alone: join the pieces (BooleanUnion, BooleanFragments), keep one of them, or make each a [[body]] with gmsh.volume",
             )),
             _ => Ok(()),
         }
@@ -257,7 +257,7 @@ fn no_hanging_nodes(
                 None,
                 "a conforming mesh",
                 format!("it on boundary triangle {triangle:?} of tetrahedron {element}"),
-                "parts that touch are meshed apart: join them with BooleanFragments or Coherence before meshing",
+                "parts that touch are meshed apart: join them with BooleanFragments or Coherence before meshing, or make each a [[body]] with gmsh.volume",
             );
             return Err(flaw.of(format!("node {}", body.tags[node])));
         }

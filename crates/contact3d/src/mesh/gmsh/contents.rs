@@ -1,6 +1,6 @@
 //! Nodes, elements and physical groups of a mesh file, before they are checked as a body.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use super::scanner::{FilePosition, GmshFlaw, Scanner};
 
@@ -110,6 +110,35 @@ impl Contents {
             }
             _ => {}
         }
+        Ok(())
+    }
+
+    /// Leaves the tetrahedra of a physical volume, and the triangles between their nodes.
+    pub(super) fn keep_volume(&mut self, name: &str) -> Result<(), GmshFlaw> {
+        let groups = |element: &MeshElement<4>| self.memberships[element.membership].iter();
+        let is_in = |element: &MeshElement<4>| {
+            let mut groups = groups(element);
+            groups.any(|tag| self.group_name(3, *tag) == name)
+        };
+        let is_kept: Vec<bool> = self.tetrahedra.iter().map(is_in).collect();
+        if !is_kept.contains(&true) {
+            let tags: BTreeSet<i64> = self.tetrahedra.iter().flat_map(groups).copied().collect();
+            let names: Vec<String> = tags.iter().map(|tag| self.group_name(3, *tag)).collect();
+            return Err(GmshFlaw::new(
+                None,
+                format!("one of the physical volumes: {}", names.join(", ")),
+                format!("volume = {name:?}"),
+                "each body of a file is a physical volume of its own",
+            ));
+        }
+        let mut kept = is_kept.iter();
+        self.middles.retain(|_| kept.next() == Some(&true));
+        let mut kept = is_kept.iter();
+        self.tetrahedra.retain(|_| kept.next() == Some(&true));
+        let nodes = self.tetrahedra.iter().flat_map(|element| element.nodes);
+        let nodes: HashSet<u64> = nodes.collect();
+        self.triangles
+            .retain(|element| element.nodes.iter().all(|node| nodes.contains(node)));
         Ok(())
     }
 

@@ -111,7 +111,7 @@ pub(super) fn read(file: &GmshFile, folder: &Path) -> Result<RawMesh, GmshError>
         };
         return Err(GmshError::OtherFormat { path, found, help });
     }
-    let mut mesh = parse(&bytes).map_err(|flaw| GmshError::InFile {
+    let mut mesh = parse_volume(&bytes, file.volume.as_deref()).map_err(|flaw| GmshError::InFile {
         path,
         flaw: Box::new(flaw),
     })?;
@@ -139,7 +139,15 @@ pub fn digest_of(path: &Path) -> io::Result<String> {
 /// # Errors
 /// The first flaw found, with its line and its tags in the file.
 pub fn parse(bytes: &[u8]) -> Result<RawMesh, GmshFlaw> {
-    let contents = sections::read(bytes)?;
+    parse_volume(bytes, None)
+}
+
+/// As [`parse`], of one physical volume alone where it is named.
+fn parse_volume(bytes: &[u8], volume: Option<&str>) -> Result<RawMesh, GmshFlaw> {
+    let mut contents = sections::read(bytes)?;
+    if let Some(volume) = volume {
+        contents.keep_volume(volume)?;
+    }
     let body = body::GmshBody::new(&contents)?;
     let boundary = boundary::GmshBoundary::new(&body, &contents)?;
     boundary::check(&body, &boundary, &contents)?;

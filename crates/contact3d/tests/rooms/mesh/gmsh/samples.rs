@@ -112,6 +112,7 @@ fn facets_enclose_the_body() {
 fn files_are_read_in_metres_and_by_digest() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/meshes");
     let mut file = GmshFile {
+        volume: None,
         file: "foot_41.msh".into(),
         unit: 1e-3,
         digest: Some(digest_of(&folder.join("foot_41.msh")).unwrap()),
@@ -139,6 +140,7 @@ fn flaws_of_a_file_keep_path_and_help() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("part.msh"), "$MeshFormat\n4 0 8\n").unwrap();
     let file = GmshFile {
+        volume: None,
         file: "part.msh".into(),
         unit: 1.0,
         digest: None,
