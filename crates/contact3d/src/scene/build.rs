@@ -17,6 +17,13 @@ impl Scene {
         self
     }
 
+    /// The scene with one more body.
+    #[must_use]
+    pub fn with_body(mut self, body: Body) -> Self {
+        self.bodies.push(body);
+        self
+    }
+
     /// The scene with one more part of another material.
     #[must_use]
     pub fn with_region(mut self, part: Part, material: Material) -> Self {
@@ -221,6 +228,15 @@ impl Contact {
         }
     }
 
+    /// Contact between faces of two bodies.
+    #[must_use]
+    pub fn between(first: impl Into<String>, second: impl Into<String>) -> Self {
+        Self {
+            between: Some([first.into(), second.into()]),
+            ..Self::default()
+        }
+    }
+
     /// The same under another name than that of the face.
     #[must_use]
     pub fn named(mut self, name: impl Into<String>) -> Self {
@@ -267,6 +283,30 @@ impl Body {
             digest: None,
         };
         file.into()
+    }
+
+    /// The same body under a name, among several.
+    #[must_use]
+    pub fn named(self, name: impl Into<String>) -> Self {
+        Self {
+            name: Some(name.into()),
+            ..self
+        }
+    }
+
+    /// The same body with its origin elsewhere, in m.
+    #[must_use]
+    pub fn at(self, origin: [f64; 3]) -> Self {
+        Self { origin, ..self }
+    }
+
+    /// The same body of a material of its own.
+    #[must_use]
+    pub fn of(self, material: Material) -> Self {
+        Self {
+            material: Some(material),
+            ..self
+        }
     }
 
     /// The same body with other elements.

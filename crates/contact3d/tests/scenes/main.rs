@@ -2,6 +2,7 @@
 
 mod adaptive;
 mod adaptive_history;
+mod bodies;
 mod closed_forms;
 mod examples;
 mod facade;

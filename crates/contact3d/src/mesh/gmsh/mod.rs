@@ -111,10 +111,11 @@ pub(super) fn read(file: &GmshFile, folder: &Path) -> Result<RawMesh, GmshError>
         };
         return Err(GmshError::OtherFormat { path, found, help });
     }
-    let mut mesh = parse_volume(&bytes, file.volume.as_deref()).map_err(|flaw| GmshError::InFile {
-        path,
-        flaw: Box::new(flaw),
-    })?;
+    let mut mesh =
+        parse_volume(&bytes, file.volume.as_deref()).map_err(|flaw| GmshError::InFile {
+            path,
+            flaw: Box::new(flaw),
+        })?;
     scale(&mut mesh, file.unit)?;
     Ok(mesh)
 }
