@@ -63,7 +63,7 @@ fn types_have_the_names_of_scenes() {
             "size = 3.0",
             "expected a list of 3 values, found number `3.0`",
         ),
-        ("face = \"z_min\", ", "", "missing key `face`"),
+        ("size = [1.0, 1.0, 1.0], ", "", "missing key `size`"),
     ] {
         let found = refused(old, new).message;
         assert!(found.ends_with(expected), "{found}");
@@ -78,7 +78,7 @@ fn mistyped_words_bring_the_nearest_one() {
     assert!(word.help.contains("did you mean `nodal`?"));
     for (old, new) in [
         ("multipliers = \"nodal\"", "weight = 1.0"),
-        ("face = \"z_min\", ", ""),
+        ("size = [1.0, 1.0, 1.0], ", ""),
     ] {
         let other = refused(old, new);
         assert!(!other.help.contains("did you mean"), "{}", other.help);
