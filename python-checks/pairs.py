@@ -410,6 +410,16 @@ class Pair:
         # The rows above were made without the program; the partition of unity is what is told here.
         if off := beyond(sum(halves), 1e-12 * size):
             return f"contact forces do not balance: {off:.1e} of {size:.1e}"
+        moments = np.cross(self.side.x, forces).sum(axis=0)
+        # On flat faces nothing is left but the couple of the gap and the friction across it.
+        across = np.zeros(3)
+        if self.is_flat and len(rows) > 1:
+            gaps = self.weights @ self.spread(self.gap)
+            axes = [file[f"post/contact_axis_{k}"][:][0] for k in (1, 2)]
+            across = -np.cross(self.normal[0], sum((gaps @ part) * axis for part, axis in zip(shear.T, axes, strict=True)))
+        reach = np.abs(self.side.x).max()
+        if self.is_flat and (off := beyond(moments - across, 1e-12 * size * reach)):
+            return f"moments of the contact forces do not balance: {off:.1e} of {size * reach:.1e}"
         if wrong := self.equilibrium(file, u, contact, n):
             return wrong
         largest = np.abs(u).max()
@@ -440,9 +450,6 @@ class Pair:
         moved = np.where(free, u, 0.0)
         if self.is_flat:
             inner = (stiffness(self.mesh, self.scene) @ moved)[free]
-        elif "rigid_pins" in file["assemble"]:
-            # The stored stiffness has springs there.
-            return None
         else:
             inner = (read_matrix(file["assemble/stiffness"]) @ moved[free][np.argsort(dof[free])])[dof[free]]
         left = inner - load[free] + contact[free]
