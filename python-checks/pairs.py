@@ -504,8 +504,12 @@ class Pair:
                 direction = np.array([np.cos(angle), np.sin(angle)]) / both
                 blocks.append(np.hstack([-np.cos(np.pi / sides) * np.eye(m), *(d * np.eye(m) for d in direction)]))
             faces = np.vstack(blocks)
-        scale = np.abs(equations).max(axis=1)
-        top = np.abs(right).max()
+        scale, top = np.abs(equations).max(axis=1), np.abs(right).max()
+        # Motions that contact does not feel: loads must not work in them.
+        is_felt = scale > 1e-12 * scale.max()
+        if np.abs(right[~is_felt]).max(initial=0.0) > 1e-9 * top:
+            return False
+        equations, right, scale = equations[is_felt], right[is_felt], scale[is_felt]
         found = linprog(
             np.zeros(len(variables)), faces, None if faces is None else np.zeros(len(faces)),
             equations / scale[:, None], right / scale / top, variables, method="highs",

@@ -10,6 +10,8 @@ from pathlib import Path
 
 Place = Callable[[float, float, float], tuple[float, float, float]]
 """From the unit cube to the body."""
+Round = Callable[[float, float, float], tuple[float, float, float]]
+"""From a point beside a face to the face."""
 
 FACES = ("x_min", "x_max", "y_min", "y_max", "z_min", "z_max")
 
@@ -22,32 +24,41 @@ EDGES = [(0, 1), (1, 2), (0, 2), (0, 3), (2, 3), (1, 3)]
 TRIANGLE_EDGES = [(0, 1), (1, 2), (0, 2)]
 
 
-def mesh_text(place: Place, cells: tuple[int, int, int], element: str) -> str:
-    """The file of a body with so many cells; all nodes of quadratic elements lie where `place` puts them."""
-    n = 2 if element == "P2" else 1
+def mesh_text(place: Place, cells: tuple[int, int, int], element: str, onto: Round | None = None) -> str:
+    """The file of a body with so many cells; `onto` bends the edges of quadratic elements in z_min."""
     numbers: dict[tuple[int, ...], int] = {}
+    places: dict[tuple[int, ...], tuple[float, float, float]] = {}
 
-    def at(node):
-        return place(*(index / (n * count) for index, count in zip(node, cells)))
+    def number(node, at):
+        places.setdefault(node, at)
+        return numbers.setdefault(node, len(numbers) + 1)
+
+    def corner(node):
+        return place(*(index / (2 * count) for index, count in zip(node, cells)))
 
     def nodes(corners, edges):
-        middles = [tuple((a + b) // 2 for a, b in zip(corners[i], corners[j])) for i, j in edges]
-        return [numbers.setdefault(node, len(numbers) + 1) for node in corners + middles * (n - 1)]
+        found = [number(node, corner(node)) for node in corners]
+        for i, j in edges if element == "P2" else ():
+            a, b = corners[i], corners[j]
+            middle = tuple((x + y) / 2 for x, y in zip(corner(a), corner(b)))
+            on_face = onto and a[2] == b[2] == 0
+            found.append(number(tuple((x + y) // 2 for x, y in zip(a, b)), onto(*middle) if on_face else middle))
+        return found
 
     solids, sides = [], []
     for cell in itertools.product(*map(range, cells)):
         for path in PATHS:
-            corners = [tuple(n * (c + d) for c, d in zip(cell, step)) for step in path]
-            if volume(*map(at, corners)) < 0.0:
+            corners = [tuple(2 * (c + d) for c, d in zip(cell, step)) for step in path]
+            if volume(*map(corner, corners)) < 0.0:
                 corners = [corners[0], corners[2], corners[1], corners[3]]
             solids.append(nodes(corners, EDGES))
             for three in itertools.combinations(corners, 3):
                 for tag, (axis, end) in enumerate(itertools.product(range(3), (0, 1)), 1):
-                    if all(node[axis] == end * n * cells[axis] for node in three):
+                    if all(node[axis] == 2 * end * cells[axis] for node in three):
                         sides.append((tag, nodes(list(three), TRIANGLE_EDGES)))
     names = [f'2 {tag} "{name}"' for tag, name in enumerate(FACES, 1)] + ['3 7 "body"']
-    points = [" ".join(map(repr, (number, *at(node)))) for node, number in numbers.items()]
-    triangle, tetrahedron = (9, 11) if n == 2 else (2, 4)
+    points = [" ".join(map(repr, (index, *places[node]))) for node, index in numbers.items()]
+    triangle, tetrahedron = (9, 11) if element == "P2" else (2, 4)
     elements = [(triangle, tag, side) for tag, side in sides] + [(tetrahedron, 7, solid) for solid in solids]
     lines = [" ".join(map(str, (i, kind, 2, tag, tag, *of))) for i, (kind, tag, of) in enumerate(elements, 1)]
     return "\n".join([
@@ -68,42 +79,56 @@ def volume(a, b, c, d) -> float:
     )
 
 
-def half_cylinder(radius: float, width: float, end: float, half_angle: float = math.radians(70)) -> Place:
-    """Half of a cylinder along y whose lowest line (`end` = 1) or highest one (-1) is the y axis: z_min is round, cells shrink towards it."""
+def half_cylinder(radius: float, width: float, end: float) -> tuple[Place, Round]:
+    """The part within 70 degrees of a cylinder along y whose lowest line (`end` = 1) or highest one (-1) is the y axis; cells shrink towards
+    it."""
+    half_angle = math.radians(70)
 
     def place(x, y, z):
         along, up = 2 * x - 1, z**1.8
         graded = math.copysign(abs(along) ** 2.2, along)
-        angle = half_angle * graded
-        flat = radius * math.sin(half_angle) * graded
+        angle, flat = half_angle * graded, radius * math.sin(half_angle) * graded
         across = (1 - up) * radius * math.sin(angle) + up * flat
         height = (1 - up) * radius * (1 - math.cos(angle)) + up * radius
         return across, width * y, end * height
 
-    return place
+    def onto(x, y, z):
+        above = end * radius - z
+        share = radius / math.hypot(x, above)
+        return share * x, y, end * radius - share * above
+
+    return place, onto
 
 
-def ball_quarter(radius: float, edge: float, end: float, steepness: float = 3.0) -> Place:
-    """A quarter of a block on the planes x = 0 and y = 0 whose lower face (`end` = 1) or upper one (-1) is a ball that touches z = 0."""
+def ball_quarter(radius: float, edge: float, end: float) -> tuple[Place, Round]:
+    """A quarter of a block between the planes x = 0 and y = 0 whose lower face (`end` = 1) or upper one (-1) is a part of a ball that touches
+    z = 0; cells shrink towards this point."""
+    steepness = 3.0
 
     def place(*at):
         x, y, z = (edge * math.sinh(steepness * s) / math.sinh(steepness) for s in at)
         lift = radius - math.sqrt(radius**2 - x * x - y * y)
         return x, y, end * (z + (1 - z / edge) * lift)
 
-    return place
+    def onto(x, y, z):
+        above = end * radius - z
+        share = radius / math.sqrt(x * x + y * y + above * above)
+        return share * x, share * y, end * radius - share * above
+
+    return place, onto
 
 
 def main() -> None:
     """Writes the meshes of the pipelines."""
     folder = Path(__file__).resolve().parent.parent / "pipelines" / "meshes"
     bodies = {
-        "upper_cylinder": (half_cylinder(8.0, 0.2, 1.0), (24, 1, 8), "P2"),
-        "lower_cylinder": (half_cylinder(8.0, 0.2, -1.0), (20, 1, 8), "P2"),
-        "lower_ball": (ball_quarter(60.0, 10.0, -1.0), (4, 4, 4), "P2"),
+        "upper_cylinder": (half_cylinder(8.0, 0.2, 1.0), (48, 1, 12)),
+        "lower_cylinder": (half_cylinder(8.0, 0.2, -1.0), (40, 1, 10)),
+        "upper_ball": (ball_quarter(40.0, 10.0, 1.0), (5, 5, 4)),
+        "lower_ball": (ball_quarter(60.0, 10.0, -1.0), (4, 4, 4)),
     }
-    for name, (place, cells, element) in bodies.items():
-        (folder / f"{name}.msh").write_text(mesh_text(place, cells, element))
+    for name, ((place, onto), cells) in bodies.items():
+        (folder / f"{name}.msh").write_text(mesh_text(place, cells, "P2", onto))
 
 
 if __name__ == "__main__":

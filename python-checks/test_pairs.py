@@ -1,0 +1,267 @@
+"""Two bodies that touch: exact states, images, limits and published numbers, and random scenes against a checker of its own."""
+
+import sys
+
+import h5py
+import numpy as np
+import pytest
+from scipy.linalg import eigvalsh
+
+from conftest import ROOT
+from faults.program import Program
+from pairs import judge, random_scene, wrong_with
+from run_file import open_run, read_scene
+
+sys.path.insert(0, str(ROOT / "scripts"))
+from structured_mesh import half_cylinder, mesh_text
+
+STEEL = "material.isotropic = { young_modulus = 1.0, poisson_ratio = 0.3 }"
+
+
+@pytest.fixture
+def solved(contact3d, tmp_path):
+    """Solves a scene and returns its file."""
+
+    def solve(text, name="pair"):
+        scene, file = tmp_path / f"{name}.toml", tmp_path / f"{name}.h5"
+        scene.write_text(f'title = "{name}"\n{text}')
+        contact3d("run", scene, file, "--no-figures")
+        return file
+
+    return solve
+
+
+def bodies(cells, element="P1", origins=((0, 0, 0), (0, 0, 1)), names=("lower", "upper"), sizes=(1.0, 1.0), upper=""):
+    """Tables of two bricks."""
+    text = []
+    for name, n, origin, size, own in zip(names, cells, origins, sizes, ("", upper), strict=True):
+        n = n if isinstance(n, list) else [n, n, n]
+        size = size if isinstance(size, list) else [size, size, size]
+        text.append(f'[[body]]\nname = "{name}"\nelement = "{element}"\n{own}\norigin = {[float(x) for x in origin]}')
+        text.append(f"brick = {{ size = {size}, cells = {n} }}")
+    return "\n".join(text) + "\n"
+
+
+@pytest.mark.parametrize("number", range(6))
+def test_random_scenes(number, program, tmp_path):
+    """Areas, products, normals, gaps, N, T and the solution, made again; `pairs.py --scenes 200` has more of them."""
+    status, wrong = judge(Program.find(program), random_scene(11, number, tmp_path), tmp_path)
+    assert wrong is None
+    assert status in ("converged", "no_equilibrium")
+    if number == 0:
+        with h5py.File(tmp_path / "pair.h5", "r+") as changed:
+            changed["mesh/opposite_integrals"][0] *= 1.0 + 1e-6
+        assert "products" in wrong_with(tmp_path / "pair.h5")[1]
+
+
+@pytest.mark.parametrize(
+    ("element", "cells", "panes"),
+    [("P1", (4, 6), "lower.z_max"), ("P1", (6, 4), "lower.z_max"), ("P2", (1, 3), "upper.z_min"), ("P2", (3, 2), "upper.z_min")],
+)
+def test_constant_stress_in_any_pose(element, cells, panes, solved, tmp_path):
+    """Two turned blocks, the upper one held by contact alone, under the tractions of a full constant stress."""
+    draw = np.random.default_rng(3)
+    turn, _ = np.linalg.qr(draw.normal(size=(3, 3)))
+    turn *= np.linalg.det(turn)
+    shift = draw.uniform(-1, 1, 3)
+    stress = turn @ np.array([[-0.2, 0.1, 0.2], [0.1, 0.3, -0.1], [0.2, -0.1, -1.0]]) @ turn.T * 1e-3
+    lines = [STEEL]
+    for k, name in enumerate(("lower", "upper")):
+
+        def place(*at, k=k):
+            return tuple(map(float, turn @ (np.array(at) + [0, 0, k]) + shift))
+
+        (tmp_path / f"{name}.msh").write_text(mesh_text(place, (cells[k],) * 3, element))
+        lines.append(f'[[body]]\nname = "{name}"\nelement = "{element}"\ngmsh.file = "{name}.msh"')
+    # Six supports that a rigid motion alone loads.
+    for corner, components in (((0, 0, 0), "xyz"), ((1, 0, 0), "yz"), ((0, 1, 0), "z")):
+        at = turn @ np.array(corner) + shift
+        box = [(at - 1e-6).tolist(), (at + 1e-6).tolist()]
+        lines.append(f"[[clamp]]\nbox = {box}\ncomponents = {list(components)}".replace("'", '"'))
+    for k, name in enumerate(("lower", "upper")):
+        for axis in range(3):
+            for end, side in ((-1, "min"), (1, "max")):
+                if (axis, end) != (2, 1 - 2 * k):
+                    traction = end * stress @ turn[:, axis]
+                    lines.append(f'[[traction]]\nface = "{name}.{"xyz"[axis]}_{side}"\nvalue = {traction.tolist()}')
+    lines.append(f'[contact]\nbetween = ["lower.z_max", "upper.z_min"]\npanes_on = "{panes}"\n[friction]\ncoefficient.constant = 0.9')
+    with open_run(solved("\n".join(lines))) as file:
+        x, u = file["mesh/coordinates"][:], file["solve/displacement"][:]
+        pressure, shear = file["solve/multiplier_normal"][:], file["solve/multiplier_tangential"][:]
+        normal = turn[:, 2] * (1 if panes.startswith("lower") else -1)
+        assert np.abs(pressure + normal @ stress @ normal).max() < 1e-10 * pressure.max()
+        for k in range(2):
+            axis = file[f"post/contact_axis_{k + 1}"][:][0]
+            assert np.abs(shear[:, k] + axis @ stress @ normal).max() < 1e-10 * pressure.max()
+        strain = 1.3 * stress - 0.3 * np.trace(stress) * np.eye(3)
+        # What is left is one rigid motion of both.
+        centred = x - x.mean(axis=0)
+        modes = np.array([np.tile(e, (len(x), 1)) for e in np.eye(3)] + [np.cross(e, centred) for e in np.eye(3)]).reshape(6, -1).T
+        rest = (u - x @ strain).ravel()
+        rest = rest - modes @ np.linalg.lstsq(modes, rest, rcond=None)[0]
+        assert np.abs(rest).max() < 1e-10 * np.abs(strain).max()
+
+
+def test_a_mirror_image_is_a_rigid_plane(solved, tmp_path):
+    """Two blocks that are images of each other, with any friction between them, and one on a smooth plane."""
+    up, down = (
+        mesh_text(lambda x, y, z, end=end: (x, 1.3 * y, end * 0.8 * z), (3, 3, 2), "P2") for end in (1.0, -1.0)
+    )
+    (tmp_path / "up.msh").write_text(up)
+    (tmp_path / "down.msh").write_text(down)
+    moved = '[[clamp]]\nface = "{}z_max"\nvalue = [0.0, 0.0, {}]\n[[traction]]\nface = "{}x_max"\nvalue = [2e-3, 1e-3, {}]\n'
+    own = '[[body]]\nname = "{0}"\nelement = "P2"\ngmsh.file = "{0}.msh"\n'
+    two = STEEL + "\n" + own.format("up") + own.format("down")
+    two += moved.format("up.", -2e-3, "up.", 4e-3) + moved.format("down.", 2e-3, "down.", -4e-3)
+    two += '[contact]\nbetween = ["up.z_min", "down.z_min"]\npanes_on = "up.z_min"\n[friction]\ncoefficient.constant = 0.4\n'
+    one = STEEL + '\n[body]\nelement = "P2"\ngmsh.file = "up.msh"\n' + moved.format("", -2e-3, "", 4e-3)
+    one += '[contact]\nface = "z_min"\n'
+    with open_run(solved(two)) as pair, open_run(solved(one, "plane")) as plane:
+        a, b = (file["solve/multiplier_normal"][:] for file in (pair, plane))
+        n = pair["mesh/body_nodes"][1]
+        upper = pair["solve/displacement"][:n] - plane["solve/displacement"][:]
+        assert (b == 0).any()
+        assert np.abs(a - b).max() < 1e-11 * b.max()
+        assert np.abs(upper).max() < 1e-11 * 2e-3
+        assert np.abs(pair["solve/multiplier_tangential"][:]).max() < 1e-11 * b.max()
+
+
+def test_bodies_that_never_touch_are_two_runs(solved):
+    """One solve of two blocks on planes of their own, and one of each."""
+    own = '[[clamp]]\nface = "{0}x_min"\n[[pressure]]\nface = "{0}z_max"\nvalue = {1}\n[[traction]]\nface = "{0}x_max"\nvalue = [{1}, 0.0, 0.0]\n'
+    contact = '[[contact]]\nface = "{}z_min"\n'
+    law = "[friction]\ncoefficient.constant = 0.3\n"
+    cells, sizes, loads = ([6, 4, 4], [4, 2, 2]), ([2.0, 1.0, 1.0], [1.5, 1.0, 0.5]), (1e-3, 2e-3)
+    text = STEEL + "\n" + bodies(cells, origins=((0, 0, 0), (5, 0, 0)), sizes=sizes)
+    text += "".join(own.format(f"{name}.", load) + contact.format(f"{name}.") for name, load in zip(("lower", "upper"), loads, strict=True))
+    with open_run(solved(text + law)) as both:
+        starts, u = both["mesh/body_nodes"][:], both["solve/displacement"][:]
+        pressure = both["solve/multiplier_normal"][:]
+        first = 0
+        for k in range(2):
+            alone = f"{STEEL}\nbody.brick = {{ size = {sizes[k]}, cells = {cells[k]} }}\n" + own.format("", loads[k]) + contact.format("") + law
+            with open_run(solved(alone, f"alone{k}")) as one:
+                theirs = one["solve/multiplier_normal"][:]
+                assert np.abs(pressure[first : first + len(theirs)] - theirs).max() < 1e-12 * theirs.max()
+                first += len(theirs)
+                wanted = one["solve/displacement"][:]
+                assert np.abs(u[starts[k] : starts[k + 1]] - wanted).max() < 1e-12 * np.abs(wanted).max()
+
+
+def test_a_very_stiff_body_is_an_obstacle(solved):
+    """A block on a block 10^6 times stiffer, and on the rigid plane."""
+    held = '[[clamp]]\nface = "{0}z_max"\nvalue = [4e-3, 0.0, -4e-3]\n'
+    law = "[friction]\ncoefficient.constant = 0.5\n"
+    two = STEEL + "\n" + bodies((2, 3), "P2", sizes=([1.0, 1.0, 0.5], 1.0), origins=((0, 0, 0), (0, 0, 0.5)))
+    two = two.replace('name = "lower"', 'name = "lower"\nmaterial.isotropic = { young_modulus = 1e6, poisson_ratio = 0.3 }')
+    two += '[[clamp]]\nface = "lower.z_min"\n' + held.format("upper.") + '[contact]\nbetween = ["upper.z_min", "lower.z_max"]\n' + law
+    one = STEEL + '\n[body]\nelement = "P2"\nbrick = { size = [1.0, 1.0, 1.0], cells = [3, 3, 3] }\n' + held.format("")
+    one += '[contact]\nface = "z_min"\n' + law
+    with open_run(solved(two)) as pair, open_run(solved(one, "plane")) as plane:
+        p, q = (file["solve/multiplier_normal"][:] for file in (pair, plane))
+        assert np.abs(p - q).max() < 1e-3 * q.max()
+        p, q = (file["solve/multiplier_tangential"][:] for file in (pair, plane))
+        assert np.abs(p - q).max() < 3e-3 * np.abs(q).max()
+
+
+def strain_energy(solved, cells, panes):
+    """Of a block that is pressed and sheared on another of half the stiffness."""
+    text = STEEL + "\n" + bodies(cells, "P2", upper="material.isotropic = { young_modulus = 2.0, poisson_ratio = 0.2 }")
+    text += '[[clamp]]\nface = "lower.z_min"\n[[clamp]]\nface = "upper.z_max"\nvalue = [2e-3, 0.0, -1e-2]\n'
+    text += f'[contact]\nbetween = ["lower.z_max", "upper.z_min"]\npanes_on = "{panes}"\n[friction]\ncoefficient.constant = 0.3\n'
+    with open_run(solved(text, panes)) as file:
+        return float(file["post/resultants/strain_energy"][()])
+
+
+def test_the_side_with_panes_matters_less_on_finer_meshes(solved):
+    """Whichever face has the panes, the limit is the same: energies differ by an order more than h²."""
+    differences = []
+    for n in (1, 2):
+        a, b = (strain_energy(solved, (2 * n, 3 * n), face) for face in ("lower.z_max", "upper.z_min"))
+        differences.append(abs(a / b - 1))
+    assert differences[1] < differences[0] / 2
+    assert differences[1] < 2e-2
+
+
+def smallest_eigenvalue(file):
+    """Of the normal part of S, with rows scaled by the compliance of panes of their size on both sides."""
+    m = len(file["mesh/pane_area"])
+    compliance = sum(
+        (1 - own["poisson_ratio"] ** 2) / own["young_modulus"]
+        for own in ((body.get("material") or read_scene(file)["material"])["isotropic"] for body in read_scene(file)["body"])
+    )
+    scale = file["mesh/pane_area"][:] ** 0.75 * np.sqrt(compliance)
+    return eigvalsh(file["assemble/dual_operator"][:m, :m] / np.outer(scale, scale))[0]
+
+
+@pytest.mark.parametrize(("stiffer", "least", "most"), [(1.0, 0.08, 0.2), (100.0, 1e-3, 1e-2)])
+def test_multipliers_are_stable_on_the_softer_side(stiffer, least, most, solved):
+    """On a mesh three times finer: stable at equal stiffness, not on a side that is a hundred times stiffer, which a scene has to ask for."""
+    own = f"material.isotropic = {{ young_modulus = {stiffer}, poisson_ratio = 0.3 }}"
+    text = STEEL + "\n" + bodies((2, 6), "P2", upper=own)
+    text += '[[clamp]]\nface = "lower.z_min"\n[[clamp]]\nface = "upper.z_max"\n[contact]\nbetween = ["lower.z_max", "upper.z_min"]\n'
+    with open_run(solved(text + 'panes_on = "upper.z_min"\n')) as file:
+        found = smallest_eigenvalue(file)
+        assert least < found < most
+    with open_run(solved(text, "chosen")) as file:
+        # What the program chooses is the finer of similar ones, else the softer.
+        assert len(file["mesh/pane_area"]) == (36 if stiffer == 1.0 else 4)
+        assert smallest_eigenvalue(file) >= 0.08
+
+
+def test_what_overhangs_bears_nothing(solved):
+    """Panes over the edge of the other face count what lies on it; slivers join a neighbour."""
+    text = STEEL + "\n" + bodies((4, [5, 3, 2]), "P2", origins=((0, 0, 0), (-0.2, 0.1, 1)), sizes=(1.0, [1.0, 0.6, 0.5]))
+    text += '[[clamp]]\nface = "lower.z_min"\n[[pressure]]\nface = "upper.z_max"\nvalue = 1e-3\n'
+    text += '[contact]\nbetween = ["lower.z_max", "upper.z_min"]\npanes_on = "lower.z_max"\n[friction]\ncoefficient.constant = 0.3\n'
+    with open_run(solved(text)) as file:
+        area, centre = file["mesh/pane_area"][:], file["mesh/pane_centre"][:]
+        assert area.sum() == pytest.approx(0.8 * 0.6, rel=1e-13)
+        assert area.min() > 0.25 * 0.0625
+        pressure = file["solve/multiplier_normal"][:]
+        assert area @ pressure == pytest.approx(1e-3 * 0.6, rel=1e-10)
+        # The weight lies in the middle of the whole upper block.
+        assert (area * pressure) @ centre[:, 0] == pytest.approx(1e-3 * 0.6 * 0.3, rel=2e-2)
+
+
+def test_same_bits_with_any_number_of_threads(contact3d, tmp_path):
+    """Clipping is done by triangle, sums in one order."""
+    (tmp_path / "pair.toml").write_text(random_scene(11, 2, tmp_path))
+    files = [tmp_path / f"threads{n}.h5" for n in (1, 2)]
+    for n, path in enumerate(files, 1):
+        contact3d("run", tmp_path / "pair.toml", path, "--no-figures", "--threads", n)
+    with open_run(files[0]) as one, open_run(files[1]) as two:
+        for name in ("mesh/opposite_integrals", "assemble/dual_operator", "solve/multiplier_normal", "solve/displacement"):
+            assert np.array_equal(one[name][:], two[name][:]), name
+
+
+def test_two_cylinders(solved, tmp_path):
+    """Half width, pressure and stick zone of Hertz, Cattaneo and Mindlin on a coarse mesh of two round faces."""
+    width, press, push, friction = 0.2, 10.0, 0.93622, 0.2
+    for name, end, cells in (("upper", 1.0, (48, 1, 12)), ("lower", -1.0, (40, 1, 10))):
+        place, onto = half_cylinder(8.0, width, end)
+        (tmp_path / f"{name}.msh").write_text(mesh_text(place, cells, "P2", onto))
+    text = "material.isotropic = { young_modulus = 200.0, poisson_ratio = 0.3 }\n"
+    for name in ("upper", "lower"):
+        text += f'[[body]]\nname = "{name}"\nelement = "P2"\ngmsh.file = "{name}.msh"\n'
+        text += "".join(f'[[clamp]]\nface = "{name}.y_{end}"\ncomponents = ["y"]\n' for end in ("min", "max"))
+    text += '[[clamp]]\nface = "lower.z_max"\n[[tool]]\nname = "press"\nface = "upper.z_max"\nfree = ["x", "z"]\n'
+    text += f"force = [{push * width}, 0.0, {-press * width}]\n"
+    text += f'[contact]\nbetween = ["upper.z_min", "lower.z_min"]\n[friction]\ncoefficient.constant = {friction}\n'
+    with open_run(solved(text)) as file:
+        area, x = file["mesh/pane_area"][:], file["mesh/pane_centre"][:, 0]
+        pressure, shear = file["solve/multiplier_normal"][:], np.abs(file["solve/multiplier_tangential"][:, 0])
+
+        def half_width(weights):
+            # Half of that of an ellipse with the same second moment.
+            middle = weights @ x / weights.sum()
+            return 2 * np.sqrt(weights @ (x - middle) ** 2 / weights.sum())
+
+        modulus = 200.0 / (2 * (1 - 0.3**2))
+        a = np.sqrt(4 * press * 4.0 / (np.pi * modulus))
+        found = half_width(area * pressure)
+        print(found/a-1, pressure.max()/(2 * press / (np.pi * a))-1, half_width(area * (friction * pressure - shear)) / found/np.sqrt(1 - push / (friction * press))-1)
+        assert found == pytest.approx(a, rel=0.02)
+        assert pressure.max() == pytest.approx(2 * press / (np.pi * a), rel=0.015)
+        stick = half_width(area * (friction * pressure - shear)) / found
+        assert stick == pytest.approx(np.sqrt(1 - push / (friction * press)), rel=0.025)
