@@ -258,3 +258,19 @@ def test_names_that_look_like_options_are_names(tmp_path, monkeypatch):
     package.run("-scene.toml", "-run.h5", set={"body.brick.cells": [6, 2, 2]}, figures="--pictures").close()
     package.export("-run.h5", vtkhdf="-grid.vtkhdf")
     assert {path.name for path in tmp_path.iterdir()} >= {"-run.h5", "-grid.vtkhdf", "--pictures"}
+
+
+def test_bodies_by_name(tmp_path):
+    run = package.run(ROOT / "pipelines" / "stack.toml", tmp_path / "stack.h5")
+    assert run.bodies == ["steel", "wood", "rubber"]
+    with pytest.raises(ValueError, match="steel, wood, rubber"):
+        run.body("glass")
+    rubber = run.body("rubber")
+    on = rubber["number"].values
+    assert rubber["z"].min() == pytest.approx(0.2) and rubber["z"].attrs["units"] == "m"
+    assert np.array_equal(rubber["displacement"], run["solve/displacement"].values[on])
+    assert np.array_equal(rubber["von_mises"], run["post/von_mises"].values[on])
+    grid = run.to_pyvista("rubber")
+    assert grid.bounds[4] == pytest.approx(0.2)
+    assert np.ptp(grid["von_mises"]) == np.ptp(rubber["von_mises"])
+    assert package.run(ROOT / "pipelines" / "two_balls.toml", tmp_path / "balls.h5").faces == ["upper.z_min"]

@@ -3,6 +3,7 @@
     python3 scripts/structured_mesh.py    # writes the meshes of pipelines/two_cylinders.toml and pipelines/two_balls.toml
 """
 
+import functools
 import itertools
 import math
 from collections.abc import Callable
@@ -33,6 +34,7 @@ def mesh_text(place: Place, cells: tuple[int, int, int], element: str, onto: Rou
         places.setdefault(node, at)
         return numbers.setdefault(node, len(numbers) + 1)
 
+    @functools.cache
     def corner(node):
         return place(*(index / (2 * count) for index, count in zip(node, cells)))
 
@@ -103,7 +105,7 @@ def half_cylinder(radius: float, width: float, end: float) -> tuple[Place, Round
 def ball_quarter(radius: float, edge: float, end: float) -> tuple[Place, Round]:
     """A quarter of a block between the planes x = 0 and y = 0 whose lower face (`end` = 1) or upper one (-1) is a part of a ball that touches
     z = 0; cells shrink towards this point."""
-    steepness = 3.0
+    steepness = 2.5
 
     def place(*at):
         x, y, z = (edge * math.sinh(steepness * s) / math.sinh(steepness) for s in at)
@@ -122,10 +124,10 @@ def main() -> None:
     """Writes the meshes of the pipelines."""
     folder = Path(__file__).resolve().parent.parent / "pipelines" / "meshes"
     bodies = {
-        "upper_cylinder": (half_cylinder(8.0, 0.2, 1.0), (48, 1, 12)),
-        "lower_cylinder": (half_cylinder(8.0, 0.2, -1.0), (40, 1, 10)),
-        "upper_ball": (ball_quarter(40.0, 10.0, 1.0), (5, 5, 4)),
-        "lower_ball": (ball_quarter(60.0, 10.0, -1.0), (4, 4, 4)),
+        "upper_cylinder": (half_cylinder(8.0, 0.2, 1.0), (40, 1, 8)),
+        "lower_cylinder": (half_cylinder(8.0, 0.2, -1.0), (34, 1, 7)),
+        "upper_ball": (ball_quarter(40.0, 10.0, 1.0), (8, 8, 5)),
+        "lower_ball": (ball_quarter(60.0, 10.0, -1.0), (7, 7, 5)),
     }
     for name, ((place, onto), cells) in bodies.items():
         (folder / f"{name}.msh").write_text(mesh_text(place, cells, "P2", onto))

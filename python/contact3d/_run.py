@@ -109,7 +109,30 @@ class Run(xr.DataTree):
             return self._text("mesh/contact_face_names").split("\n")
         contact = self.scene.get("contact")
         only = contact[0] if isinstance(contact, list) else contact
-        return [only.get("name") or only["face"]] if only else []
+        return [only.get("name") or only.get("face") or only["between"][0]] if only else []
+
+    @property
+    def bodies(self) -> list[str]:
+        """Several bodies by name; none where there is only one."""
+        return self._text("mesh/body_names").split("\n") if self._has("mesh/body_names") else []
+
+    def body(self, name: str) -> xr.Dataset:
+        """Displacement, stress and von Mises stress of one of several bodies over its nodes, ``node``, with ``x``, ``y``, ``z`` and the
+        ``number`` in the file as coordinates; where materials meet, the stress in the first of them.
+
+        :raises ValueError: no such body, or not solved.
+        """
+        self._demand("post/nodal_stress")
+        start, stop = self._range_of_body("mesh/body_nodes", name)
+        stored = {"displacement": self["solve/displacement"], "stress": self["post/nodal_stress"], "von_mises": self["post/von_mises"]}
+        found = xr.Dataset()
+        for key, values in stored.items():
+            own = values.drop_vars([place for place in values.coords if str(place).startswith("node_")])
+            own = own.rename({own.dims[0]: "node"})
+            found[key] = own.isel(node=slice(start, stop))
+        nodes = self["solve"].to_dataset(inherit=False)
+        places = {axis: ("node", *_parts(nodes[f"node_{axis}"][start:stop])) for axis in "xyz"}
+        return found.assign_coords(places, number=("node", np.arange(start, stop)))
 
     def panes(self, face: str | None = None, *, history: bool = False) -> xr.Dataset:
         """Pressure, friction stress, zone, gap, slip, coefficients and area of the panes.
@@ -175,10 +198,11 @@ class Run(xr.DataTree):
             raise ValueError(f"expected {', '.join(makers)}, found {what!r}")
         return makers[what]()
 
-    def to_pyvista(self, what: Literal["body", "contact"] = "body", *, time: float | None = None) -> Any:
+    def to_pyvista(self, what: str = "body", *, time: float | None = None) -> Any:
         """A grid of pyvista: the body with its fields, ``displacement``, ``von_mises`` and ``stress`` (xx, yy, zz, xy, yz, xz) among them, or
         the contact faces with what panes have. Nodes where materials meet are points of each: stresses jump there.
 
+        :param what: ``"body"`` for all bodies, ``"contact"``, or the name of one of several bodies.
         :param time: the increment of a history nearest to it; the last by default.
         """
         from ._grids import body, contact
@@ -187,9 +211,10 @@ class Run(xr.DataTree):
         if time is not None:
             time = float(self.history["time"].sel(time=time, method="nearest"))
         makers = {"body": body, "contact": contact}
-        if what not in makers:
-            raise ValueError(f"expected {' or '.join(makers)}, found {what!r}")
-        return makers[what](self, time)
+        if what in makers:
+            return makers[what](self, time)
+        start, stop = self._range_of_body("mesh/body_tetrahedra", what)
+        return body(self, time).extract_cells(np.arange(start, stop))
 
     def _pane_table(self) -> pd.DataFrame:
         return columns(self.row_of_panes(), "pane")
@@ -225,6 +250,14 @@ class Run(xr.DataTree):
                              "signed_error": stored["signed_error"].values, "smallest": smallest,
                              "largest": largest, "unit": units, "kinks": stored["kinks"].values},
                             pd.Index(names, name="quantity"))
+
+    def _range_of_body(self, limits: str, name: str) -> tuple[int, int]:
+        """First and one past the last of the nodes or tetrahedra of a body."""
+        if name not in self.bodies:
+            raise ValueError(f"there is no body {name!r}; there are {', '.join(self.bodies) or 'no several bodies'}")
+        number = self.bodies.index(name)
+        start, stop = self[limits].values[number : number + 2]
+        return int(start), int(stop)
 
     def _over_panes(self, values: xr.DataArray) -> xr.DataArray:
         """Values of panes under the dimension ``pane``; NaN on those without friction."""
