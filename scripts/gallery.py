@@ -30,6 +30,7 @@ TASKS = {
     "Drag": "newton hkl2011_table1 hkl2011_table2 coulomb_isotropic coulomb_orthotropic tresca capped expression_law "
     "table_law turning_frame parameters dry_and_greased wall ssnv128 ssnv503",
     "Load in steps and loops": "history history_wear cattaneo_roller roller",
+    "Let two bodies touch": "two_blocks elastic_foundation stack two_cylinders two_balls",
     "Sweep": "sweep_friction sweep_slope",
     "Hold by contact or springs": "block_on_slope pushed_block corner_block slope two_plates springs",
     "Take a mesh from elsewhere": "gmsh_foot cup wedge",
@@ -40,9 +41,9 @@ TASKS = {
 }
 # Pictures that show a scene better than its deformed body does.
 PICTURES = {
-    "friction_loop": "history history_wear cattaneo_roller",
+    "friction_loop": "history history_wear cattaneo_roller two_blocks",
     "d_friction_ellipses": "coulomb_orthotropic turning_frame table_law expression_law tresca capped dry_and_greased",
-    "a_contact_pressure": "hertz_sphere cup wavy nodal force_on_disc",
+    "a_contact_pressure": "hertz_sphere cup wavy nodal force_on_disc two_balls",
     "von_mises": "elastic_only adaptive graded",
     "overview": "newton",
     "tangential_force_1": "sweep_friction sweep_slope",
@@ -51,6 +52,7 @@ PICTURES = {
 TESTS = {
     "python-checks/test_faces.py": "slope two_plates wedge",
     "python-checks/test_history.py": "cattaneo_roller",
+    "python-checks/test_pairs.py": "stack two_cylinders two_balls",
     "python-checks/test_supports.py": "force_on_disc",
     "crates/contact3d/tests/scenes/floating/limits.rs": "block_on_slope sweep_slope pushed_block corner_block",
     "crates/contact3d/tests/scenes/obstacles/hertz.rs": "hertz_sphere hertz_cylinder cup",

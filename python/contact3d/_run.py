@@ -132,7 +132,7 @@ class Run(xr.DataTree):
             found[key] = own.isel(node=slice(start, stop))
         nodes = self["solve"].to_dataset(inherit=False)
         places = {axis: ("node", *_parts(nodes[f"node_{axis}"][start:stop])) for axis in "xyz"}
-        return found.assign_coords(places, number=("node", np.arange(start, stop)))
+        return found.assign_coords(number=("node", np.arange(start, stop)), **places)
 
     def panes(self, face: str | None = None, *, history: bool = False) -> xr.Dataset:
         """Pressure, friction stress, zone, gap, slip, coefficients and area of the panes.
