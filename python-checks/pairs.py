@@ -41,6 +41,8 @@ CURVED = 2e-4
 """The same over curved pieces, where two rules of quadrature differ."""
 CONDITIONS = 1e-8
 """Of the largest displacement: gaps of solutions that are accurate to 1e-12 of their stresses."""
+REACH = 1.0
+"""Faces farther apart than they are wide do not see each other."""
 SOLVED = ("converged", "machine_precision", "reduced_accuracy")
 
 
@@ -198,10 +200,6 @@ def overlaps(side: Face, other: Face) -> Overlaps:
                 values += list((phi.T @ (weights[:, None] * psi)).ravel())
         products.append(sparse.coo_matrix((values, (rows, columns)), (n_nodes, n_nodes)).tocsr())
     return Overlaps(area, whole, integrals.tocsr(), products)
-
-
-REACH = 1.0
-"""Faces farther apart than they are wide do not see each other."""
 
 
 def extent(face: Face) -> float:

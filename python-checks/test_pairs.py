@@ -125,7 +125,8 @@ def test_a_mirror_image_is_a_rigid_plane(solved, tmp_path):
 
 def test_bodies_that_never_touch_are_two_runs(solved):
     """One solve of two blocks on planes of their own, and one of each."""
-    own = '[[clamp]]\nface = "{0}x_min"\n[[pressure]]\nface = "{0}z_max"\nvalue = {1}\n[[traction]]\nface = "{0}x_max"\nvalue = [{1}, 0.0, 0.0]\n'
+    own = '[[clamp]]\nface = "{0}x_min"\n[[pressure]]\nface = "{0}z_max"\nvalue = {1}\n'
+    own += '[[traction]]\nface = "{0}x_max"\nvalue = [{1}, 0.0, 0.0]\n'
     contact = '[[contact]]\nface = "{}z_min"\n'
     law = "[friction]\ncoefficient.constant = 0.3\n"
     cells, sizes, loads = ([6, 4, 4], [4, 2, 2]), ([2.0, 1.0, 1.0], [1.5, 1.0, 0.5]), (1e-3, 2e-3)
@@ -136,7 +137,8 @@ def test_bodies_that_never_touch_are_two_runs(solved):
         pressure = both["solve/multiplier_normal"][:]
         first = 0
         for k in range(2):
-            alone = f"{STEEL}\nbody.brick = {{ size = {sizes[k]}, cells = {cells[k]} }}\n" + own.format("", loads[k]) + contact.format("") + law
+            alone = f"{STEEL}\nbody.brick = {{ size = {sizes[k]}, cells = {cells[k]} }}\n"
+            alone += own.format("", loads[k]) + contact.format("") + law
             with open_run(solved(alone, f"alone{k}")) as one:
                 theirs = one["solve/multiplier_normal"][:]
                 assert np.abs(pressure[first : first + len(theirs)] - theirs).max() < 1e-12 * theirs.max()
@@ -193,7 +195,7 @@ def smallest_eigenvalue(file):
 
 @pytest.mark.parametrize(("stiffer", "least", "most"), [(1.0, 0.08, 0.2), (100.0, 1e-3, 1e-2)])
 def test_multipliers_are_stable_on_the_softer_side(stiffer, least, most, solved):
-    """On a mesh three times finer: stable at equal stiffness, not on a side that is a hundred times stiffer, which a scene has to ask for."""
+    """On a mesh three times finer: stable at equal stiffness, not on a side a hundred times stiffer, which a scene has to ask for."""
     own = f"material.isotropic = {{ young_modulus = {stiffer}, poisson_ratio = 0.3 }}"
     text = STEEL + "\n" + bodies((2, 6), "P2", upper=own)
     text += '[[clamp]]\nface = "lower.z_min"\n[[clamp]]\nface = "upper.z_max"\n[contact]\nbetween = ["lower.z_max", "upper.z_min"]\n'

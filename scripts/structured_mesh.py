@@ -82,8 +82,10 @@ def volume(a, b, c, d) -> float:
 
 
 def half_cylinder(radius: float, width: float, end: float) -> tuple[Place, Round]:
-    """The part within 70 degrees of a cylinder along y whose lowest line (`end` = 1) or highest one (-1) is the y axis; cells shrink towards
-    it."""
+    """The part within 70 degrees of a cylinder along y whose lowest line (`end` = 1) or highest one (-1) is the y axis.
+
+    Cells shrink towards this line.
+    """
     half_angle = math.radians(70)
 
     def place(x, y, z):
@@ -103,8 +105,10 @@ def half_cylinder(radius: float, width: float, end: float) -> tuple[Place, Round
 
 
 def ball_quarter(radius: float, edge: float, end: float) -> tuple[Place, Round]:
-    """A quarter of a block between the planes x = 0 and y = 0 whose lower face (`end` = 1) or upper one (-1) is a part of a ball that touches
-    z = 0; cells shrink towards this point."""
+    """A quarter of a block between the planes x = 0 and y = 0 whose lower face (`end` = 1) or upper one (-1) is round.
+
+    The ball touches the plane z = 0; cells shrink towards this point.
+    """
     steepness = 2.5
 
     def place(*at):
