@@ -143,3 +143,71 @@ def test_area_of_a_curved_face(run):
     x = places(run)
     centre = np.array([0.0, 0.0, radius])
     assert np.linalg.norm(x - centre, axis=1) == pytest.approx(radius, rel=1e-14)
+
+
+RING = ROOT / "pipelines" / "shrink_fit.toml"
+
+
+def lame(ratio, depth=0.02, inner=20.0, outer=30.0, modulus=2.1e5):
+    """Pressure in MPa and the two terms of u(r) = A r + B/r in plane strain, free outside, moved by the depth inside."""
+    second = depth / (1.0 / inner + (1.0 - 2.0 * ratio) * inner / outer**2)
+    first = (1.0 - 2.0 * ratio) * second / outer**2
+    return modulus * second * (1.0 / inner**2 - 1.0 / outer**2) / (1.0 + ratio), first, second
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.2])
+def test_a_shrunk_ring_is_pressed_as_lame_says(friction, contact3d, tmp_path):
+    changes = ["--set", f"friction.coefficient.constant={friction}"] if friction else []
+    contact3d("run", "--no-figures", RING, tmp_path / "ring.h5", *changes)
+    pressure, first, second = lame(0.3)
+    with open_run(tmp_path / "ring.h5") as file:
+        found, area = file["solve/multiplier_normal"][:], file["mesh/pane_area"][:]
+        x, u = file["mesh/coordinates"][:], file["solve/displacement"][:]
+        assert np.abs(file["mesh/contact_clearance"][:] + 0.02).max() < 1e-12
+        assert area.sum() == pytest.approx(np.pi / 2 * 20.0 * 10.0, rel=1e-4)
+        if friction:
+            # The ring moves along the radius, so nothing rubs; the mesh is not the same in both directions.
+            assert np.abs(file["solve/multiplier_tangential"][:]).max() < 0.02 * pressure
+    # Four cells through the ring: 0.1 % in the mean, 2 % in a pane.
+    assert area @ found / area.sum() == pytest.approx(pressure, rel=2e-3)
+    assert np.abs(found / pressure - 1.0).max() < 0.03
+    radius = np.hypot(x[:, 0], x[:, 1])
+    along = (x[:, 0] * u[:, 0] + x[:, 1] * u[:, 1]) / radius
+    expected = first * radius + second / radius
+    assert np.abs(along - expected).max() < 5e-3 * expected.max()
+
+
+@pytest.mark.parametrize("share, code", [(0.8, 0), (1.2, 1)])
+def test_a_shrunk_ring_holds_what_friction_bears(share, code, contact3d, tmp_path):
+    """Without Poisson's effect nothing else holds the ring along the shaft."""
+    pressure, *_ = lame(0.0)
+    push = share * 0.2 * pressure * np.pi / 2 * 20.0 * 10.0
+    text = RING.read_text().replace("meshes/ring.msh", str(RING.parent / "meshes/ring.msh"))
+    start, end = text.index("[[clamp]]                  # plane strain"), text.index("[contact]")
+    text = text[:start] + f'[[force]]\nface = "z_max"\nvalue = [0.0, 0.0, {push}]\n\n' + text[end:]
+    text += "\n[friction]\ncoefficient.constant = 0.2\n"
+    (tmp_path / "ring.toml").write_text(text.replace("poisson_ratio = 0.3", "poisson_ratio = 0.0"))
+    contact3d("run", "--no-figures", tmp_path / "ring.toml", tmp_path / "ring.h5", expect=code)
+    if code == 0:
+        with open_run(tmp_path / "ring.h5") as file:
+            assert file["post/resultants/contact_force"][2] == pytest.approx(-push, rel=1e-9)
+
+
+def test_depth_is_asked_for_and_bounded(contact3d, tmp_path):
+    text = RING.read_text().replace("meshes/ring.msh", str(RING.parent / "meshes/ring.msh"))
+    for old, new, words in [
+        ("interference = true", "", ("contact.obstacle.cylinder", "interference = true")),
+        ("radius = 20.02", "radius = 25.0", ("contact.interference", "0.1 of the body's size")),
+        ("interference = true", "gap = -0.01", ("contact.gap", "interference = true")),
+    ]:
+        (tmp_path / "ring.toml").write_text(text.replace(old, new))
+        result = contact3d("run", tmp_path / "ring.toml", tmp_path / "ring.h5", expect=2)
+        assert all(word in result.stderr for word in words), result.stderr
+        assert not (tmp_path / "ring.h5").exists()
+    # Steps close it: the ring is open by 0.01 mm at first, and shrunk in two increments.
+    steps = "\n[[step]]\nvalue.\"contact.gap\" = 0.03\n[[step]]\nincrements = 2\nvalue.\"contact.gap\" = 0.0\n"
+    (tmp_path / "ring.toml").write_text(text + steps)
+    contact3d("run", "--no-figures", tmp_path / "ring.toml", tmp_path / "ring.h5")
+    with open_run(tmp_path / "ring.h5") as file:
+        area, found = file["mesh/pane_area"][:], file["history/multiplier_normal"][:]
+    assert found[0].max() == 0.0 and found[2] @ area / area.sum() == pytest.approx(lame(0.3)[0], rel=2e-3)

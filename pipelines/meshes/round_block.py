@@ -56,7 +56,7 @@ def face_of(corners):
     return None
 
 
-def main():
+def main(name="round_block.msh"):
     tags, elements = {}, []
     tag = lambda node: tags.setdefault(node, len(tags) + 1)
     for t in tetrahedra():
@@ -78,7 +78,7 @@ def main():
     for number, (kind, group, nodes) in enumerate(elements, 1):
         lines.append(f"{number} {kind} 2 {group} {group} " + " ".join(map(str, nodes)))
     lines.append("$EndElements")
-    Path(__file__).with_suffix(".msh").write_text("\n".join(lines) + "\n")
+    Path(__file__).with_name(name).write_text("\n".join(lines) + "\n")
 
 
 if __name__ == "__main__":

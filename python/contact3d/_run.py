@@ -234,7 +234,7 @@ class Run(xr.DataTree):
 
     def _history_table(self) -> pd.DataFrame:
         history = self.history
-        small = {"time", "axis", "friction_axis", "contact_axis", "source"}
+        small = {"time", "axis", "friction_axis", "contact_axis", "source", "n_tools"}
         kept = [name for name, value in history.data_vars.items() if "time" in value.dims and small.issuperset(value.dims)]
         return columns(history[kept], "time")
 

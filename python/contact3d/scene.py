@@ -470,8 +470,10 @@ class Contact(Keys):
     :param name: What results call this face; the name of the face when not given.
     :param box: Two opposite corners [min, max] in m: only the triangles of the face between them are in contact.
         The sides of the box follow edges of triangles and, on a brick, of panes.
-    :param gap: Initial gap d ≥ 0 between body and foundation in m: a number, or an expression in x, y, z. It adds
-        to the distance from an obstacle.
+    :param gap: Initial gap d ≥ 0 between body and foundation in m, or negative with ``interference``: a number, or
+        an expression in x, y, z. It adds to the distance from an obstacle.
+    :param interference: Whether body and foundation may cut into each other before they are pressed apart, as a
+        ring and the shaft that it is shrunk on.
     :param axis_1: First principal axis t₁ of friction, a vector of any length in the plane of the face: numbers, or
         expressions in x, y, z. Where normals vary it is projected on the tangent plane of each contact node. When not
         given, the global x axis projected on the face (the y axis on a face perpendicular to x).
@@ -491,6 +493,7 @@ class Contact(Keys):
     name: str | None = None
     box: Sequence[Sequence[float]] | None = None
     gap: Quantity | None = None
+    interference: bool | None = None
     axis_1: Sequence[Quantity] | None = None
     angle: Quantity | None = None
     multipliers: MultiplierSpace | None = None

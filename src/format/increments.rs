@@ -32,6 +32,10 @@ const NO_CONTACT: Condition<StepRecord> =
 const NO_FRICTION: Condition<StepRecord> = ("absent without friction", |record| {
     !record.tangential.is_empty()
 });
+const FLAT: Condition<StepRecord> = (
+    "absent where no face with friction and no obstacle before it is curved",
+    |record| !record.slip_origin.is_empty(),
+);
 const NO_COULOMB: Condition<StepRecord> = ("absent without Coulomb friction", |record| {
     let pane = record.panes.first();
     pane.is_some_and(|pane| !pane.coefficients[0].is_nan())
@@ -66,6 +70,7 @@ pub(super) const INCREMENTS: Fields<StepRecord> = fields! { StepRecord => GROUP;
     (displacement) "/history/displacement", &[Named("n_increments"), Named("n_nodes"), extents::XYZ], Dimension::LENGTH, "Displacement of every node.".symbol("u");
     (von_mises) "/history/von_mises", &[Named("n_increments"), Named("n_material_nodes")], Dimension::STRESS, "Von Mises stress at each node in each of its materials, as /post/von_mises.";
     (tangential) "/history/tangential_displacement", &[Named("n_increments"), Named("n_contact_nodes"), extents::FRICTION_AXES], Dimension::LENGTH, "Tangential displacement of the contact nodes along t1 and t2: the slip of an increment is its row less the one before.".symbol("u_t").when(NO_FRICTION);
+    (slip_origin) "/history/slip_origin", &[Named("n_increments"), Named("n_contact_nodes"), extents::FRICTION_AXES], Dimension::LENGTH, "Tangential displacement that the slip of each increment is counted from: that of the row before, and where nodes of a curved face touch within the increment, that at which they touch.".when(FLAT);
     (path) "/history/sliding_path", &[Named("n_increments"), Named("n_contact_nodes"), Fixed(3)], Dimension::LENGTH, "Lengths of the path that each contact node slid: sums of |Delta u_t1|, of |Delta u_t2| and of |Delta u_t| over the increments so far.".when(NO_FRICTION);
     [|record| each(&record.panes, |pane| pane.zone), put_zones] "/history/contact_zone", PANES, Dimension::Number, "What each pane does in the increment, as /post/contact_zone.".when(NO_CONTACT);
     [|record| each(&record.panes, |pane| pane.gap), |record, gaps| put_each(record, gaps, |pane, gap| pane.gap = gap)] "/history/gap", PANES, Dimension::LENGTH, "Mean distance of each pane to the foundation.".symbol("d - u_nu").when(NO_CONTACT);

@@ -35,6 +35,14 @@ pub struct Results {
 }
 
 impl Results {
+    /// The largest depth in m to which a foundation cuts into the body before it is pressed apart; zero without interference.
+    #[must_use]
+    pub fn interference(&self) -> f64 {
+        let side = self.problem.contact_side().into_iter();
+        let depths = side.flat_map(|it| it.interface.depths(self.problem.scene(), it.surface));
+        depths.fold(0.0, |deepest, (_, depth)| deepest.max(depth))
+    }
+
     /// The mesh.
     pub fn mesh(&self) -> &Mesh {
         self.problem.mesh()

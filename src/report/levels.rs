@@ -45,6 +45,10 @@ pub fn increments(scene: &Scene, records: &[StepRecord]) -> FigureTable {
         figures.add("time", "time", Dimension::Time, Fixed(4), record.increment.time);
         figures.counts("open, stick, slip", [("open", open), ("stick", stick), ("slip", slip)]);
         figures.told("contact force on the body", Dimension::FORCE, Some(record.contact_force));
+        for (tool, state) in record.tools.iter().enumerate() {
+            let words = format!("{} moved", escape_control(&scene.tool_name(tool)));
+            figures.told(&words, Dimension::LENGTH, Some(state.displacement));
+        }
         figures.told("work of loads", Dimension::Energy, Some([work]));
         figures.told("friction took", Dimension::Energy, Some([dissipated]));
         figures.told("strain energy", Dimension::Energy, Some([energies.strain]));

@@ -38,6 +38,8 @@ pub struct SolvedRun<'a> {
     pub(super) report: &'a ContactReport,
     /// Those of a history.
     pub(super) increments: &'a [StepRecord],
+    /// Largest depth of an interference in m.
+    interference: f64,
 }
 
 impl<'a> SolvedRun<'a> {
@@ -49,6 +51,7 @@ impl<'a> SolvedRun<'a> {
             solution: &results.solution,
             report: &results.report,
             increments: &results.increments,
+            interference: results.interference(),
         }
     }
 
@@ -200,14 +203,25 @@ impl<'a> SolvedRun<'a> {
         } else {
             (strain > 0.1).then(|| format!("strains reach {}, {look}", percent(strain)))
         };
+        let depth = self.interference / self.mesh.extent();
+        let interference = (depth > 0.02).then(|| {
+            format!("the foundation cuts {} of the body's size into it, {look}", percent(depth))
+        });
         let slide = self.slide().map(|share| {
             format!(
                 "the body slides by {} of its size before it rests: the load is at the limit of what friction bears, and contact is that of where it began",
                 percent(share)
             )
         });
-        let all = deformation.into_iter().chain(slide);
+        let all = deformation.into_iter().chain(interference).chain(slide);
         all.chain(self.long_slips()).collect()
+    }
+
+    /// How deep the foundation cuts into the body before it is pressed apart; `None` where it does not.
+    pub(super) fn interference(&self) -> Option<String> {
+        let share = percent(self.interference / self.mesh.extent());
+        let depth = self.scene.units.of(Dimension::LENGTH).told(&[self.interference]);
+        (self.interference > 0.0).then(|| format!("{depth} deep, {share} of the body's size"))
     }
 
     /// How far a body slides that friction alone holds, over its size; `None` up to a tenth.

@@ -33,6 +33,7 @@ impl SolvedRun<'_> {
         for (name, words) in motion.into_iter().chain(motions) {
             line(name, Some(words));
         }
+        line("interference", self.interference());
         if !self.solution.status.is_solved() {
             return lines;
         }

@@ -109,7 +109,8 @@ impl Interface {
     }
 }
 
-fn tool_rows(scene: &Scene, mesh: &Mesh, motions: &[[[f64; 3]; 2]]) -> Vec<[f64; 3]> {
+/// The rows of the tools of a scene at T in m and ω in radians of each.
+pub(crate) fn tool_rows(scene: &Scene, mesh: &Mesh, motions: &[[[f64; 3]; 2]]) -> Vec<[f64; 3]> {
     let places = ToolPlace::of_scene(scene, mesh);
     let rows = motions.iter().zip(&places);
     rows.flat_map(|(motion, place)| place.rows(*motion))

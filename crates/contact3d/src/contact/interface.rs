@@ -21,7 +21,7 @@ pub struct Interface {
     pub names: Vec<String>,
     /// ν and the axes of friction.
     pub frame: ContactFrame,
-    /// Initial gap d ≥ 0 at the contact nodes in m, `[n_contact_nodes]`: the distance from an obstacle plus the gap of
+    /// Initial gap d at the contact nodes in m, negative with interference, `[n_contact_nodes]`: the distance from an obstacle plus the gap of
     /// the scene; `None` without both.
     pub gap: Option<Vec<f64>>,
     /// Where the step begins; `None` in the first of a load history, and without a history.
@@ -60,13 +60,31 @@ impl Interface {
         let gap = gap(scene, &features, surface, mesh)?;
         refuse_penetration(scene, mesh, surface, &frame, gap.as_deref())?;
         refuse_dependent(scene, &features, mesh, surface, &frame)?;
-        Ok(Some(Self {
+        let interface = Self {
             names: features.iter().map(|face| face.name.clone()).collect(),
             previous: None,
             frame,
             gap,
             friction: InterfaceFriction::new(scene, &features, surface, mesh)?,
-        }))
+        };
+        for (entry, depth) in interface.depths(scene, surface) {
+            refuse_deep(scene, mesh, entry, depth)?;
+        }
+        Ok(Some(interface))
+    }
+
+    /// The contacts, by their places in the scene, whose foundation cuts into the body, with the largest depth in m.
+    pub fn depths(
+        &self,
+        scene: &Scene,
+        surface: &ContactSurface,
+    ) -> impl Iterator<Item = (usize, f64)> {
+        let faces = scene.contact_order().into_iter().zip(&surface.faces);
+        let depths = faces.map(|(entry, face)| {
+            let gaps = self.gap.as_ref().map_or(&[][..], |gap| &gap[face.nodes.clone()]);
+            (entry, gaps.iter().fold(0.0, |deepest: f64, gap| deepest.max(-gap)))
+        });
+        depths.filter(|(_, depth)| *depth > 0.0)
     }
 
     /// The face in a later step: slip is counted from where the step begins.
@@ -264,7 +282,7 @@ fn face_law(
     let of_panes = match model.bound.place_dependent() {
         None => Vec::new(),
         Some((name, stress)) => {
-            let values = non_negative(&format!("{key}.{name}"), stress, &places)?;
+            let values = at_least(0.0, &format!("{key}.{name}"), stress, &places)?;
             // Means are taken over the nodes of this face.
             let mean = |pane: usize| -> f64 {
                 let weights = surface.pane_weights(pane);
@@ -299,7 +317,12 @@ fn gap(
             None => gaps.resize(face.nodes.end, 0.0),
             Some(gap) => {
                 let key = format!("{}.gap", scene.contact_key(has.entry));
-                gaps.extend(non_negative(&key, gap, &positions(surface, face, mesh))?);
+                let places = positions(surface, face, mesh);
+                let least = match scene.contacts[has.entry].interference {
+                    true => f64::NEG_INFINITY,
+                    false => 0.0,
+                };
+                gaps.extend(at_least(least, &key, gap, &places)?);
             }
         }
     }
@@ -324,21 +347,38 @@ fn positions(surface: &ContactSurface, face: &SurfaceFace, mesh: &Mesh) -> Vec<[
     nodes.map(|&node| mesh.coordinates[node]).collect()
 }
 
-/// A quantity at points, refused where it is negative or not finite.
-fn non_negative(
+/// Largest depth of an interference over the size of the body: what is pressed apart by more is not deformed slightly.
+const DEEPEST_INTERFERENCE: f64 = 0.1;
+
+fn refuse_deep(scene: &Scene, mesh: &Mesh, entry: usize, depth: f64) -> Result<(), InvalidValue> {
+    let share = depth / mesh.extent();
+    if share <= DEEPEST_INTERFERENCE {
+        return Ok(());
+    }
+    Err(InvalidValue {
+        key: format!("{}.interference", scene.contact_key(entry)),
+        expected: format!("depths up to {DEEPEST_INTERFERENCE} of the body's size, for displacements are small"),
+        found: format!("{} {}, {share:.2} of it", Written(&depth), scene.units.length()),
+        help: "check the place and the size of the obstacle, and the unit of lengths".into(),
+    })
+}
+
+/// A quantity at points, refused where it is below `least` or not finite.
+fn at_least(
+    least: f64,
     key: &str,
     quantity: &Quantity,
     points: &[[f64; 3]],
 ) -> Result<Vec<f64>, InvalidValue> {
     let values: Vec<f64> = points.iter().map(|x| quantity.at(*x)).collect();
-    match values.iter().position(|v| !(*v >= 0.0 && v.is_finite())) {
+    match values.iter().position(|v| !(*v >= least && v.is_finite())) {
         None => Ok(values),
         Some(at) => Err(InvalidValue {
             key: key.to_owned(),
             expected: "a value >= 0 at every contact node".into(),
             found: format!("{} at {}", Written(&values[at]), place_words(points[at])),
             help: if values[at] < 0.0 {
-                "write max(FORMULA, 0), or add a constant to the formula".into()
+                "write max(FORMULA, 0), or add a constant to the formula; a gap may be negative with interference = true".into()
             } else {
                 UNDEFINED.into()
             },

@@ -18,15 +18,18 @@ mod follow;
 mod frame;
 mod interface;
 mod law_bounds;
+mod touching;
 mod transfer;
 
 pub use coulomb::{CoulombLaw, FaceLaw, FrictionField};
 pub use coupling::{Coupling, MultiplierLayout};
 pub use ellipse::{Ellipse, ProjectionDerivative};
+pub(crate) use follow::tool_rows;
 pub use frame::{ContactFrame, Counterpart, ReferenceFrame};
 pub use interface::{
     Interface, InterfaceFriction, PreviousIncrement, change_of_slips, slip_signs, slips,
 };
 pub use law_bounds::{LawBounds, LawExtreme};
+pub(crate) use touching::PASSES;
 pub use transfer::transferred;
 pub(crate) use transfer::transferred_by_cells;

@@ -175,11 +175,18 @@ impl DofMap {
     }
 
     /// Σ |u_a| |f_a| over the nodes, in J for a motion in m and forces in N of the free degrees of freedom: the work if every force were
-    /// along its node's displacement, by which the rounding of u·f is measured.
+    /// along its node's displacement, by which the rounding of u·f is measured. Both rows of a tool are one motion.
     pub(crate) fn largest_work(&self, motion: &[f64], forces: &[f64]) -> f64 {
-        let size = |node: usize, values: &[f64]| norm(&self.change_at_node(node, values));
-        let nodes = 0..self.dof.len();
-        nodes.map(|a| size(a, motion) * size(a, forces)).sum()
+        let size = |row: usize, values: &[f64]| norm(&self.change_at_node(row, values));
+        let moved = |row: usize| match row.checked_sub(self.n_nodes) {
+            None => size(row, motion),
+            Some(of_tool) => {
+                let first = row - of_tool % 2;
+                size(first, motion).hypot(size(first + 1, motion))
+            }
+        };
+        let rows = 0..self.dof.len();
+        rows.map(|row| moved(row) * size(row, forces)).sum()
     }
 }
 

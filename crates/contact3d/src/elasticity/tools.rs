@@ -185,6 +185,9 @@ pub(super) fn held_rows(scene: &Scene) -> impl Iterator<Item = [bool; 3]> {
         .flat_map(|tool| [0, 3].map(|first| std::array::from_fn(|c| !tool.is_free(first + c))))
 }
 
+/// Farthest place of a tool's point over the size of the body: half of the digits of a turn are left on the face.
+const FARTHEST_POINT: f64 = 1e8;
+
 /// The rows at which the tools are held in m, zero where free.
 ///
 /// # Errors
@@ -193,6 +196,14 @@ pub(super) fn prescribed_rows(scene: &Scene, mesh: &Mesh) -> Result<Vec<[f64; 3]
     let places = ToolPlace::of_scene(scene, mesh);
     let mut rows = Vec::with_capacity(2 * places.len());
     for ((i, tool), place) in scene.tools.iter().enumerate().zip(&places) {
+        if !(place.arm <= FARTHEST_POINT * mesh.extent()) {
+            return Err(InvalidValue {
+                key: format!("tool.{i}.point"),
+                expected: format!("a point within {FARTHEST_POINT:e} times the body's size of its faces"),
+                found: Written(&place.point).to_string(),
+                help: "check the place of the point, and the unit of lengths".into(),
+            });
+        }
         let [shift, turn] = tool.held_motion();
         finite(i, [("displacement", shift), ("turn", turn)])?;
         rows.extend(place.rows([shift, turn]));

@@ -32,6 +32,8 @@ pub struct StepRecord {
     pub von_mises: Vec<f64>,
     /// Signed (u_t1, u_t2) since the first step began, `[n_contact_nodes]`, in m; empty without friction.
     pub tangential: Vec<[f64; 2]>,
+    /// (u_t1, u_t2) that the slip of the increment is counted from, `[n_contact_nodes]`, in m; empty where no face with friction is curved.
+    pub slip_origin: Vec<[f64; 2]>,
     /// Lengths of the path of sliding along t₁, along t₂ and in the plane, `[n_contact_nodes]`, in m; empty without friction.
     pub path: Vec<[f64; 3]>,
     /// `[n_panes]`.
@@ -130,6 +132,11 @@ impl StepRecord {
             displacement: report.displacement.clone(),
             von_mises: report.von_mises.clone(),
             path: face.map_or_else(Vec::new, |(interface, _)| interface.path_after(&tangential)),
+            slip_origin: face.map_or_else(Vec::new, |(interface, surface)| {
+                let is_curved = interface.closes_along_curves(solved.mesh);
+                let nodes = 0..surface.nodes.len() * usize::from(is_curved);
+                nodes.map(|node| interface.slip_origin(node)).collect()
+            }),
             panes: report.panes.iter().map(StepPane::of).collect(),
             tools: report.tools.clone(),
             reaction: Vec::new(),

@@ -265,7 +265,7 @@ impl Mesh {
             None => (vec![self.flat_normal(contact, facets)?], Vec::new()),
             Some(obstacle) => {
                 let faceting = cut_faceting.unwrap_or(0.0);
-                obstacle::gap_function(self, facets, &nodes, obstacle, faceting)?
+                obstacle::gap_function(self, facets, &nodes, contact, obstacle, faceting)?
             }
         };
         Ok(ContactFace {

@@ -122,7 +122,7 @@ impl Mesh {
     }
 
     /// The outward unit normals of a boundary triangle at its nodes; none where it has no area.
-    pub(super) fn side_normals(&self, facet: usize) -> Vec<(usize, Vector3<f64>)> {
+    pub(crate) fn side_normals(&self, facet: usize) -> Vec<(usize, Vector3<f64>)> {
         let nodes: Vec<usize> = self.facet_nodes(facet).collect();
         let places: Vec<Vector3<f64>> = nodes.iter().map(|&n| self.coordinates[n].into()).collect();
         let [a, b, c] = [0, 1, 2].map(|k| places[k]);

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::{PaneState, Solved, SolvedContact, Zone};
 use crate::{
-    elasticity::{Loads, SpringMatrix},
+    elasticity::{Loads, SpringMatrix, tool_loads},
     linalg::{dot, larger},
     mesh::{Mesh, SurfaceFace},
     scene::{Clamp, InvalidValue, Scene},
@@ -148,7 +148,10 @@ fn works(
         let strain_energy = 0.5 * (work(internal) - of_springs.unwrap_or(0.0));
         let moves = solved.scene.clamps.iter().any(Clamp::is_moved);
         let of_clamps = moves.then(|| work(&forces.clamp));
-        return (strain_energy, work(&forces.applied), of_clamps, of_springs);
+        let loads = tool_loads(solved.scene, solved.mesh).unwrap_or_default();
+        let moved = system.dofs.tool_rows(&solved.solution.displacement);
+        let load_work = work(&forces.applied) + dot(loads.as_flattened(), moved.as_flattened());
+        return (strain_energy, load_work, of_clamps, of_springs);
     }
     let free = &solved.solution.displacement;
     let strain_energy = if system.rigid_modes.is_some() {
@@ -160,12 +163,7 @@ fn works(
         system.stiffness.mul(free, &mut stiffness_u);
         0.5 * dot(free, &stiffness_u)
     };
-    let load_work = match solved.scene.tools.is_empty() {
-        true => dot(&system.load, free),
-        // l has the forces on tools, too.
-        false => work(&forces.applied),
-    };
-    (strain_energy, load_work, None, of_springs)
+    (strain_energy, dot(&system.load, free), None, of_springs)
 }
 
 impl ContactResultants {

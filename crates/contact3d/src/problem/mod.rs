@@ -24,7 +24,7 @@ use crate::{
     history::StepRecord,
     mesh::{GmshError, Mesh, MeshError},
     post::{ContactReport, Solved, SolvedContact},
-    scene::{Increment, InvalidValue, Scene, SceneError, SceneFile, Warning},
+    scene::{Increment, InvalidValue, Scene, SceneError, SceneFile, SlipMeasure, Warning},
     solver::{ContactSide, NeedsExplicit, Solution},
 };
 
@@ -142,10 +142,28 @@ impl Problem {
     /// # Errors
     /// Gaps and laws that no problem can have.
     pub fn after_increments(&self, records: &[StepRecord]) -> Result<Self, InvalidValue> {
-        match records.split_last() {
-            Some((last, before)) => self.at_increment(last.increment, before.last()),
-            None => Self::of_checked(self.scene.at_end()?, Arc::clone(&self.mesh)),
-        }
+        let Some((last, before)) = records.split_last() else {
+            return Self::of_checked(self.scene.at_end()?, Arc::clone(&self.mesh));
+        };
+        let problem = self.at_increment(last.increment, before.last())?;
+        Ok(match last.slip_origin.as_slice() {
+            [] => problem,
+            origin => problem.counted_from(origin.to_vec(), self.scene.slip_measure()),
+        })
+    }
+
+    /// The problem of an increment with its slip counted from other (u_t1, u_t2) of the contact nodes in m.
+    fn counted_from(self, tangential: Vec<[f64; 2]>, follows: SlipMeasure) -> Self {
+        let previous = self.interface.as_ref().and_then(|it| it.previous.as_ref());
+        let path = previous.map_or_else(
+            || vec![[0.0; 3]; tangential.len()],
+            |previous| previous.path.clone(),
+        );
+        self.following(Some(PreviousIncrement {
+            tangential,
+            path,
+            follows,
+        }))
     }
 
     /// Assembles the stiffness and factorises it, on the threads of rayon's current pool. The bits of the

@@ -2,11 +2,14 @@
 
 use super::{AssembledProblem, Checkpoint, Problem, ProblemError, RunStep, RunStorage};
 use crate::{
+    contact::{PASSES, tool_rows},
     dual::AssemblyError,
     history::{EnergyLedger, StepRecord},
     post::{ContactReport, EstimatedErrors},
-    scene::{Increment, InvalidValue, SolveSettings},
-    solver::{Adjoint, ContactProblem, LinearFunctional, Progress, Solution, Start},
+    scene::{Increment, InvalidValue, SlipMeasure, SolveSettings},
+    solver::{
+        Adjoint, ContactProblem, ContactSide, LinearFunctional, Progress, Solution, Start,
+    },
 };
 
 /// What a solve came to.
@@ -56,12 +59,15 @@ impl AssembledProblem {
             records,
         };
         if !self.scene().has_history() {
-            let assessed = self.assessed(settings, start, None, errors, false, storage)?;
+            let solution = self.solution(settings, start, None, storage)?;
+            let assessed = self.assessed(solution, settings, errors, false)?;
             return Ok(solved(self.clone(), assessed, Vec::new()));
         }
         let increments = self.scene().increments();
         records.truncate(increments.len().saturating_sub(1));
         let mut ledger = EnergyLedger::new(self.scene(), self.mesh(), &records)?;
+        // An increment that is solved again, with the solution and the number of solves before.
+        let mut again: Option<(Self, Solution, usize)> = None;
         loop {
             let increment = increments[records.len()];
             let is_last = records.len() + 1 == increments.len();
@@ -71,10 +77,27 @@ impl AssembledProblem {
                 None => EstimatedErrors::Nothing,
             };
             let before = records.last();
-            let problem = self.at_increment(increment, before)?;
-            let from = before.map_or(start, |before| Start::at(&before.multiplier));
-            let assessed =
-                problem.assessed(settings, from, Some(increment), errors, !is_last, storage)?;
+            let (problem, solution, passes) = match again.take() {
+                None => {
+                    let from = before.map_or(start, |before| Start::at(&before.multiplier));
+                    let problem = self.at_increment(increment, before)?;
+                    let found = problem.solution(settings, from, Some(increment), storage)?;
+                    (problem, found, 1)
+                }
+                Some((problem, last, passes)) => {
+                    let from = Start::at(&last.multiplier);
+                    let found = problem.solution(settings, from, Some(increment), storage)?;
+                    (problem, found.after(last.trace), passes + 1)
+                }
+            };
+            if passes < PASSES && solution.status.is_success(settings) {
+                let follows = self.scene().slip_measure();
+                if let Some(next) = problem.counted_from_touch(&solution, before, follows)? {
+                    again = Some((next, solution, passes));
+                    continue;
+                }
+            }
+            let assessed = problem.assessed(solution, settings, errors, !is_last)?;
             let (solution, report) = &assessed;
             let dual = problem.system.contact.as_ref();
             let dual_rhs = dual.map_or(&[][..], |contact| contact.dual_rhs());
@@ -90,17 +113,46 @@ impl AssembledProblem {
         }
     }
 
-    /// Solves one problem, evaluates the solution and holds it against its report. Of a success that other increments follow the mapping Ψ is
-    /// not kept; where their solve fails, the error in the energy norm is estimated.
-    fn assessed(
+    /// The increment with its slip counted from where nodes of curved faces touch, as a solution of it has it; `None` where none does.
+    fn counted_from_touch(
+        &self,
+        solution: &Solution,
+        before: Option<&StepRecord>,
+        follows: SlipMeasure,
+    ) -> Result<Option<Self>, InvalidValue> {
+        let (scene, mesh, dofs) = (self.scene(), self.mesh(), &self.system.assembly.primal.dofs);
+        let Some(ContactSide { surface, interface }) = self.contact_side() else {
+            return Ok(None);
+        };
+        let tools = dofs.tool_rows(&solution.displacement);
+        let at_node = |node| dofs.at_node(node, &solution.displacement);
+        let after = interface.state_at(surface, at_node, &tools, &solution.multiplier);
+        let before = match before {
+            None => interface.state_at(surface, |_| [0.0; 3], &vec![[0.0; 3]; tools.len()], &[]),
+            Some(record) => {
+                let tools = record.tools.iter();
+                let motions: Vec<_> = tools.map(|tool| [tool.displacement, tool.turn]).collect();
+                let rows = tool_rows(scene, mesh, &motions);
+                let at_node = |node: usize| record.displacement[node];
+                interface.state_at(surface, at_node, &rows, &record.multiplier)
+            }
+        };
+        let Some(origin) = interface.touching(mesh, &before, &after) else {
+            return Ok(None);
+        };
+        let problem = self.problem.clone().counted_from(origin, follows);
+        let system = self.system.clone();
+        Self { problem, system }.with_own_loads().map(Some)
+    }
+
+    /// Solves one problem.
+    fn solution(
         &self,
         settings: &SolveSettings,
         start: Start<'_>,
         increment: Option<Increment>,
-        errors: EstimatedErrors,
-        is_followed: bool,
         storage: &mut dyn RunStorage,
-    ) -> Result<(Solution, ContactReport), ProblemError> {
+    ) -> Result<Solution, ProblemError> {
         let nested = match start {
             Start {
                 multiplier: None,
@@ -113,7 +165,6 @@ impl AssembledProblem {
             ..start
         };
         let contact = self.contact_problem();
-        let contact = contact.as_ref();
         let mut observe = |progress: Progress<'_>| match (progress, increment) {
             (Progress::Between(state), None) => storage.checkpoint(Checkpoint::Solve(state)),
             (Progress::Between(_), Some(_)) => {}
@@ -121,7 +172,20 @@ impl AssembledProblem {
                 storage.observe(RunStep::Solving(increment, progress));
             }
         };
-        let mut solution = self.solve_static(contact, settings, start, &mut observe)?;
+        Ok(self.solve_static(contact.as_ref(), settings, start, &mut observe)?)
+    }
+
+    /// Evaluates the solution of one problem and holds it against its report. Of a success that other increments follow the mapping Ψ is
+    /// not kept; where their solve fails, the error in the energy norm is estimated.
+    fn assessed(
+        &self,
+        mut solution: Solution,
+        settings: &SolveSettings,
+        errors: EstimatedErrors,
+        is_followed: bool,
+    ) -> Result<(Solution, ContactReport), ProblemError> {
+        let contact = self.contact_problem();
+        let contact = contact.as_ref();
         let mut report = self.evaluated(contact, &solution, errors)?;
         if let Some(failure) = self.system.assembly.factor.failure() {
             return Err(AssemblyError::Engine(failure).into());

@@ -39,11 +39,14 @@ pub struct Contact {
     #[serde(rename = "box", default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("measures" = Measure::Length))]
     pub corners: Option<[[f64; 3]; 2]>,
-    /// Initial gap d ≥ 0 between body and foundation in m: a number, or an expression in x, y, z. It adds to the
-    /// distance from an obstacle.
+    /// Initial gap d ≥ 0 between body and foundation in m, or negative with `interference`: a number, or an expression in x, y, z. It adds to
+    /// the distance from an obstacle.
     #[serde(default, skip_serializing_if = "is_default")]
-    #[schemars(extend("part" = ProblemPart::Loads, "measures" = Measure::Displacement, "minimum" = 0))]
+    #[schemars(extend("part" = ProblemPart::Loads, "measures" = Measure::Displacement))]
     pub gap: Quantity,
+    /// Whether body and foundation may cut into each other before they are pressed apart, as a ring and the shaft that it is shrunk on.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub interference: bool,
     /// First principal axis t₁ of friction, a vector of any length in the plane of the face:
     /// numbers, or expressions in x, y, z. Where normals vary it is projected on the tangent plane of each contact node.
     /// When not given, the global x axis projected on the face (the y axis on a face perpendicular to x).

@@ -373,6 +373,8 @@ fn change(
     given: &Step,
     held: &mut BTreeMap<String, EndValue>,
 ) -> Result<(), InvalidValue> {
+    refuse_twice(&format!("step.{k}.value"), held, given.value.keys())?;
+    refuse_twice(&format!("step.{k}.factor"), held, given.factor.keys())?;
     for (name, value) in &given.value {
         let now = target(held, &format!("step.{k}.value"), name)?;
         let is_one = now.value.len() == 1;
@@ -391,13 +393,9 @@ fn change(
     // The factor of a force is that of its moment, and that of a tool that of all its vectors, where these have none of their own.
     factors.sort_by_key(|(name, _)| !suffix_of(name).is_empty());
     for (name, factor) in factors {
-        let owned = |(key, now): &(&String, &mut EndValue)| {
-            let suffix = suffix_of(key);
-            let name_of = now.name.as_deref().and_then(|n| n.strip_suffix(suffix));
-            !suffix.is_empty() && (name_of == Some(name) || key.strip_suffix(suffix) == Some(name))
-        };
         let mut known = false;
-        for (_, now) in held.iter_mut().filter(owned) {
+        let owned = held.iter_mut().filter(|(key, now)| is_owned(key, now, name));
+        for (_, now) in owned {
             now.factor = *factor;
             known = true;
         }
@@ -406,6 +404,37 @@ fn change(
             Err(_) if known => {}
             Err(unknown) => return Err(unknown),
         }
+    }
+    Ok(())
+}
+
+/// Whether a vector belongs to a load or a tool of this name or key.
+fn is_owned(key: &str, vector: &EndValue, owner: &str) -> bool {
+    let suffix = suffix_of(key);
+    let name = vector.name.as_deref().and_then(|name| name.strip_suffix(suffix));
+    !suffix.is_empty() && (name == Some(owner) || key.strip_suffix(suffix) == Some(owner))
+}
+
+/// Refuses two names for one load, gap or motion in a table of a step.
+fn refuse_twice<'n>(
+    at: &str,
+    held: &BTreeMap<String, EndValue>,
+    names: impl Iterator<Item = &'n String>,
+) -> Result<(), InvalidValue> {
+    let mut known: BTreeMap<String, &String> = BTreeMap::new();
+    for name in names {
+        let owned = || held.iter().find(|(key, now)| is_owned(key, now, name));
+        let key = key_of_target(held, name)
+            .or_else(|| owned().map(|(key, _)| key.trim_end_matches(suffix_of(key)).to_owned()));
+        let Some(other) = key.and_then(|key| known.insert(key, name)) else {
+            continue;
+        };
+        return Err(InvalidValue {
+            key: format!("{at}.{name}"),
+            expected: "a load, gap or motion once in each table of a step".into(),
+            found: format!("{} as well, which is the same", Written(other)),
+            help: "leave one of the two out".into(),
+        });
     }
     Ok(())
 }

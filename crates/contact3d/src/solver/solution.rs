@@ -236,7 +236,7 @@ impl Solution {
     }
 
     /// The solution with what the same solve tried before it.
-    pub(super) fn after(self, tried: Trace) -> Self {
+    pub(crate) fn after(self, tried: Trace) -> Self {
         Self {
             trace: Trace {
                 history: [tried.history, self.trace.history].concat(),

@@ -13,10 +13,10 @@ use nalgebra::Vector3;
 
 use self::height::{Clearance, Graph};
 use super::{GEOMETRY_TOLERANCE, Mesh, face_part::WHOLE_SIDE};
-use crate::scene::{InvalidValue, Obstacle, Side, Written, place_words};
+use crate::scene::{Contact, InvalidValue, Obstacle, Side, Written, place_words};
 
 /// The gap function of a face with some triangles and nodes before an obstacle: its contact normals ν, one where it is the same everywhere
-/// or one for each node, and its distance d ≥ 0 in m along them for each node.
+/// or one for each node, and its distance d in m along them for each node, d ≥ 0 without interference.
 ///
 /// Depths up to [`depths_allowed`] count as touching, d = 0; on the sides of a mesh that was cut from a coarser
 /// one also depths up to `inherited` in m, since they keep the shape of the first mesh.
@@ -27,6 +27,7 @@ pub(super) fn gap_function(
     mesh: &Mesh,
     facets: &[usize],
     nodes: &[usize],
+    contact: &Contact,
     obstacle: &Obstacle,
     inherited: f64,
 ) -> Result<(Vec<[f64; 3]>, Vec<f64>), InvalidValue> {
@@ -42,7 +43,11 @@ pub(super) fn gap_function(
     for (&node, at) in nodes.iter().zip(places) {
         let seen = measured.from(at)?;
         cut.add(at, seen.distance, allowed[&node]);
-        clearance.push(seen.distance.max(0.0));
+        clearance.push(if contact.interference {
+            seen.distance
+        } else {
+            seen.distance.max(0.0)
+        });
         normals.push((-seen.away).into());
     }
     let mut faces_it = false;
@@ -55,7 +60,9 @@ pub(super) fn gap_function(
             faces_it |= point.area.dot(&seen.away) < 0.0;
         }
     }
-    cut.refuse(obstacle)?;
+    if !contact.interference {
+        cut.refuse(obstacle)?;
+    }
     if !faces_it {
         return Err(turned_away(obstacle));
     }
@@ -241,9 +248,9 @@ impl Penetration {
                 place_words(at)
             ),
             help: match obstacle {
-                Obstacle::HalfSpace(_) => "move it away by that depth; normal points out of the obstacle, towards the body",
-                Obstacle::Sphere(_) | Obstacle::Cylinder(_) => "move it away by that depth; side says whether the body is outside or inside",
-                Obstacle::Height(_) => "move it away by that depth; direction points from the obstacle to the body",
+                Obstacle::HalfSpace(_) => "move it away by that depth, or write interference = true; normal points out of the obstacle, towards the body",
+                Obstacle::Sphere(_) | Obstacle::Cylinder(_) => "move it away by that depth, or write interference = true; side says whether the body is outside or inside",
+                Obstacle::Height(_) => "move it away by that depth, or write interference = true; direction points from the obstacle to the body",
             }
             .into(),
         })

@@ -26,6 +26,14 @@ fn check_face(scene: &Scene, contact: &Contact, key: &str) -> Result<(), Invalid
     if let Some(obstacle) = &contact.obstacle {
         check_obstacle(obstacle, &format!("{key}.obstacle.{}", obstacle.word()))?;
     }
+    let gap = contact.gap.constant();
+    require(
+        gap.is_none_or(|gap| gap >= 0.0 || contact.interference && gap.is_finite()),
+        format!("{key}.gap"),
+        "a finite number >= 0 or an expression in x, y, z",
+        Written(&contact.gap),
+        "bodies that are pressed apart where they cut into each other have interference = true",
+    )?;
     check_axes(contact, key)
 }
 

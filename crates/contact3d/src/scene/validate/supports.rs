@@ -71,8 +71,9 @@ fn check_clamps(scene: &Scene) -> Result<(), InvalidValue> {
             "value goes along x, y and z; add the axis to components to hold it there",
         )?;
     }
+    let is_bonded = scene.tools.iter().any(|tool| tool.face.is_some());
     require(
-        !scene.clamps.is_empty() || !scene.springs.is_empty() || !scene.contacts.is_empty(),
+        is_bonded || !scene.clamps.is_empty() || !scene.springs.is_empty() || !scene.contacts.is_empty(),
         "clamp",
         "at least one [[clamp]], a [[spring]], or [contact]",
         "none",
