@@ -205,7 +205,10 @@ impl<'a> SolvedRun<'a> {
         };
         let depth = self.interference / self.mesh.extent();
         let interference = (depth > 0.02).then(|| {
-            format!("the foundation cuts {} of the body's size into it, {look}", percent(depth))
+            format!(
+                "the foundation cuts {} of the body's size into it, {look}",
+                percent(depth)
+            )
         });
         let slide = self.slide().map(|share| {
             format!(
@@ -220,7 +223,11 @@ impl<'a> SolvedRun<'a> {
     /// How deep the foundation cuts into the body before it is pressed apart; `None` where it does not.
     pub(super) fn interference(&self) -> Option<String> {
         let share = percent(self.interference / self.mesh.extent());
-        let depth = self.scene.units.of(Dimension::LENGTH).told(&[self.interference]);
+        let depth = self
+            .scene
+            .units
+            .of(Dimension::LENGTH)
+            .told(&[self.interference]);
         (self.interference > 0.0).then(|| format!("{depth} deep, {share} of the body's size"))
     }
 

@@ -81,8 +81,14 @@ impl Interface {
     ) -> impl Iterator<Item = (usize, f64)> {
         let faces = scene.contact_order().into_iter().zip(&surface.faces);
         let depths = faces.map(|(entry, face)| {
-            let gaps = self.gap.as_ref().map_or(&[][..], |gap| &gap[face.nodes.clone()]);
-            (entry, gaps.iter().fold(0.0, |deepest: f64, gap| deepest.max(-gap)))
+            let gaps = self
+                .gap
+                .as_ref()
+                .map_or(&[][..], |gap| &gap[face.nodes.clone()]);
+            (
+                entry,
+                gaps.iter().fold(0.0, |deepest: f64, gap| deepest.max(-gap)),
+            )
         });
         depths.filter(|(_, depth)| *depth > 0.0)
     }
@@ -357,8 +363,14 @@ fn refuse_deep(scene: &Scene, mesh: &Mesh, entry: usize, depth: f64) -> Result<(
     }
     Err(InvalidValue {
         key: format!("{}.interference", scene.contact_key(entry)),
-        expected: format!("depths up to {DEEPEST_INTERFERENCE} of the body's size, for displacements are small"),
-        found: format!("{} {}, {share:.2} of it", Written(&depth), scene.units.length()),
+        expected: format!(
+            "depths up to {DEEPEST_INTERFERENCE} of the body's size, for displacements are small"
+        ),
+        found: format!(
+            "{} {}, {share:.2} of it",
+            Written(&depth),
+            scene.units.length()
+        ),
         help: "check the place and the size of the obstacle, and the unit of lengths".into(),
     })
 }

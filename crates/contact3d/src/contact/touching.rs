@@ -39,7 +39,9 @@ impl FaceState {
             open[local - face.nodes.start] = Some(is_open);
         };
         for pane in face.panes.clone().filter(|_| face.is_nodal) {
-            surface.pane_weights(pane).for_each(|(local, _)| add(local, pane));
+            surface
+                .pane_weights(pane)
+                .for_each(|(local, _)| add(local, pane));
         }
         for place in face.facets.clone() {
             let Some(pane) = surface.pane_of_facet(place) else {
@@ -64,9 +66,8 @@ impl Interface {
         multiplier: &[f64],
     ) -> FaceState {
         let nodes = surface.nodes.iter().enumerate();
-        let moved = nodes.map(|(local, &node)| {
-            Vector3::from(self.frame.relative(local, at_node(node), tools))
-        });
+        let moved = nodes
+            .map(|(local, &node)| Vector3::from(self.frame.relative(local, at_node(node), tools)));
         FaceState {
             moved: moved.collect(),
             pressure: multiplier.to_vec(),
@@ -86,7 +87,10 @@ impl Interface {
         if face.panes.start >= self.n_friction_panes() {
             return false;
         }
-        let normals = face.nodes.clone().map(|local| self.frame.normal_at(local).into());
+        let normals = face
+            .nodes
+            .clone()
+            .map(|local| self.frame.normal_at(local).into());
         let facets = surface.facets[face.facets.clone()].iter();
         let own = facets.flat_map(|facet| mesh.side_normals(*facet));
         turn(normals) || turn(own.map(|(_, normal)| normal))
@@ -94,7 +98,12 @@ impl Interface {
 
     /// (u_t1, u_t2) in m that slip is counted from, `[n_contact_nodes]`, if a curved face goes from one state to another; `None` where no node
     /// of such a face touches on this way.
-    pub(crate) fn touching(&self, mesh: &Mesh, before: &FaceState, after: &FaceState) -> Option<Vec<[f64; 2]>> {
+    pub(crate) fn touching(
+        &self,
+        mesh: &Mesh,
+        before: &FaceState,
+        after: &FaceState,
+    ) -> Option<Vec<[f64; 2]>> {
         let began = before.moved.iter().enumerate();
         let mut origin: Vec<[f64; 2]> = began
             .map(|(local, moved)| self.frame.tangential(local, (*moved).into()))
@@ -116,7 +125,9 @@ impl Interface {
             };
             let largest = face.nodes.clone().map(distance).fold(0.0, f64::max);
             let approaching: Vec<usize> = (face.nodes.clone().zip(was_open.iter().zip(&is_open)))
-                .filter(|(local, (was, is))| **was && **is && change(*local).dot(&normal(*local)) > 0.0)
+                .filter(|(local, (was, is))| {
+                    **was && **is && change(*local).dot(&normal(*local)) > 0.0
+                })
                 .map(|(local, _)| local)
                 .collect();
             let force = self.force_direction(surface, face, after);

@@ -199,7 +199,9 @@ pub(super) fn prescribed_rows(scene: &Scene, mesh: &Mesh) -> Result<Vec<[f64; 3]
         if !(place.arm <= FARTHEST_POINT * mesh.extent()) {
             return Err(InvalidValue {
                 key: format!("tool.{i}.point"),
-                expected: format!("a point within {FARTHEST_POINT:e} times the body's size of its faces"),
+                expected: format!(
+                    "a point within {FARTHEST_POINT:e} times the body's size of its faces"
+                ),
                 found: Written(&place.point).to_string(),
                 help: "check the place of the point, and the unit of lengths".into(),
             });

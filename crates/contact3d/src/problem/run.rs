@@ -7,9 +7,7 @@ use crate::{
     history::{EnergyLedger, StepRecord},
     post::{ContactReport, EstimatedErrors},
     scene::{Increment, InvalidValue, SlipMeasure, SolveSettings},
-    solver::{
-        Adjoint, ContactProblem, ContactSide, LinearFunctional, Progress, Solution, Start,
-    },
+    solver::{Adjoint, ContactProblem, ContactSide, LinearFunctional, Progress, Solution, Start},
 };
 
 /// What a solve came to.

@@ -394,7 +394,9 @@ fn change(
     factors.sort_by_key(|(name, _)| !suffix_of(name).is_empty());
     for (name, factor) in factors {
         let mut known = false;
-        let owned = held.iter_mut().filter(|(key, now)| is_owned(key, now, name));
+        let owned = held
+            .iter_mut()
+            .filter(|(key, now)| is_owned(key, now, name));
         for (_, now) in owned {
             now.factor = *factor;
             known = true;
@@ -411,7 +413,10 @@ fn change(
 /// Whether a vector belongs to a load or a tool of this name or key.
 fn is_owned(key: &str, vector: &EndValue, owner: &str) -> bool {
     let suffix = suffix_of(key);
-    let name = vector.name.as_deref().and_then(|name| name.strip_suffix(suffix));
+    let name = vector
+        .name
+        .as_deref()
+        .and_then(|name| name.strip_suffix(suffix));
     !suffix.is_empty() && (name == Some(owner) || key.strip_suffix(suffix) == Some(owner))
 }
 
