@@ -66,8 +66,9 @@ impl Interface {
         multiplier: &[f64],
     ) -> FaceState {
         let nodes = surface.nodes.iter().enumerate();
-        let moved = nodes
-            .map(|(local, &node)| Vector3::from(self.frame.relative(local, at_node(node), tools)));
+        let moved = nodes.map(|(local, &node)| {
+            Vector3::from(self.frame.relative(local, node, &at_node, |row| tools[row]))
+        });
         FaceState {
             moved: moved.collect(),
             pressure: multiplier.to_vec(),
@@ -75,7 +76,7 @@ impl Interface {
     }
 
     /// Whether panes of faces with friction may close along other directions than one normal of all: one of these faces, or the
-    /// obstacle before it, is curved.
+    /// obstacle before it, is curved. Panes against another body, whose normals are means of both, count slip from where the step begins.
     pub(crate) fn closes_along_curves(&self, mesh: &Mesh) -> bool {
         mesh.contact.iter().any(|surface| {
             let mut faces = surface.faces.iter();
@@ -84,7 +85,8 @@ impl Interface {
     }
 
     fn is_curved(&self, mesh: &Mesh, surface: &ContactSurface, face: &SurfaceFace) -> bool {
-        if face.panes.start >= self.n_friction_panes() {
+        let first = face.panes.start;
+        if first >= self.n_friction_panes() || surface.touches_body(first) {
             return false;
         }
         let normals = face

@@ -159,8 +159,22 @@ impl Problem {
             || vec![[0.0; 3]; tangential.len()],
             |previous| previous.path.clone(),
         );
+        let pane_tangential = self.contact_side().map_or_else(Vec::new, |face| {
+            let surface = face.surface;
+            let component = |k: usize| tangential.iter().map(|u| u[k]).collect::<Vec<_>>();
+            let components = [component(0), component(1)];
+            let panes = 0..face.interface.n_friction_panes();
+            let mean = |pane: usize| match surface.touches_body(pane) {
+                true => previous.map_or([0.0; 2], |previous| previous.pane_tangential[pane]),
+                false => components
+                    .each_ref()
+                    .map(|values| surface.pane_mean(pane, values)),
+            };
+            panes.map(mean).collect()
+        });
         self.following(Some(PreviousIncrement {
             tangential,
+            pane_tangential,
             path,
             follows,
         }))
