@@ -358,6 +358,7 @@ IN_THE_UNIT_OF = {
     "dissipation": "post/resultants/strain_energy",
     "largest_pressure": "post/resultants/largest_pressure",
     "mean_pressure": "post/resultants/largest_pressure",
+    "largest_von_mises": "post/largest_von_mises/value",
     "peak_displacement": "solve/displacement",
     "mean_displacement": "solve/displacement",
     "contact_area": "mesh/pane_area",

@@ -134,7 +134,7 @@ PrecisionControl = Literal["fixed", "adaptive"]
 FirstMesh = Literal["coarse", "scene"]
 
 #: A quantity of an answer whose discretisation error is estimated.
-Functional = Literal["normal_force", "tangential_force", "largest_pressure", "contact_area", "stick_area", "peak_displacement", "strain_energy", "dissipation"] | Mapping[str, Any]
+Functional = Literal["normal_force", "tangential_force", "largest_pressure", "largest_von_mises", "contact_area", "stick_area", "peak_displacement", "strain_energy", "dissipation"] | Mapping[str, Any]
 
 
 @dataclass(kw_only=True, repr=False)

@@ -129,8 +129,8 @@ pub(super) fn unmet(adapted: &RefinedLevels, target: f64) -> Option<String> {
             "the next mesh is forecast to take more than is left of --budget"
         }
         AdaptiveStatus::Unbounded => {
-            "the largest pressure grows with every finer mesh, as at a sharp edge, so the body has none: refine for \
-             { mean_pressure = { box = [[X, Y, Z], [X, Y, Z]] } }, or round the edge"
+            "the largest value grows with every finer mesh, as at a sharp edge, so the body has none: refine for \
+             { mean_pressure = { box = [[X, Y, Z], [X, Y, Z]] } } or another quantity, or round the edge"
         }
         AdaptiveStatus::Stalled => "finer meshes do not lower the estimate any more",
     };

@@ -196,7 +196,7 @@ pub struct RunArguments {
     #[arg(long, value_name = "SHARE", allow_hyphen_values = true, value_parser = super::adaptive::share)]
     pub(super) error: Option<f64>,
     /// Refine it for a quantity instead, relative to its value: normal_force, tangential_force, strain_energy,
-    /// peak_displacement, largest_pressure, contact_area, stick_area, or a table of TOML as
+    /// peak_displacement, largest_pressure, largest_von_mises, contact_area, stick_area, or a table of TOML as
     /// '{ mean_pressure = { box = [[0, 0, 0], [1, 1, 0]] } }'
     #[arg(long, value_name = "QUANTITY")]
     pub(super) quantity: Option<String>,

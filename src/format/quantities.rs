@@ -35,9 +35,9 @@ pub(super) const FIELDS: Fields<FunctionalEstimate> = fields! { FunctionalEstima
     [|it| it.functional.word().to_owned()] NAME, ROWS, Dimension::Number, "Quantities of the answer, as `adapt.of` names them.".optional(MISSING);
     {Kind::Text} UNIT, ROWS, Dimension::Number, "The unit of each: of its value, signed_error and range.".optional(MISSING);
     (value) VALUE, ROWS, Dimension::Number, "Their values, each in its own `unit`.".symbol("Q(u_h)").optional(MISSING);
-    (signed_error) "/solve/quantities/signed_error", ROWS, Dimension::Number, "Estimated Q(u) - Q(u_h) with its sign; of areas and the largest pressure, whose estimates have none, the error bar.".optional(MISSING);
+    (signed_error) "/solve/quantities/signed_error", ROWS, Dimension::Number, "Estimated Q(u) - Q(u_h) with its sign; of areas and the largest pressure or stress, whose estimates have none, the error bar.".optional(MISSING);
     (range) RANGE, &[Named("n_quantities"), Fixed(2)], Dimension::Number, "Where the quantity of the body lies by the estimate: smallest and largest value.".optional(MISSING);
-    [corners, put_corners] BOX, &[Named("n_quantities"), Fixed(2), extents::XYZ], Dimension::LENGTH, "Opposite corners of the box that a mean is over, or of the pane of the largest pressure; NaN for what has no place.".optional(MISSING);
+    [corners, put_corners] BOX, &[Named("n_quantities"), Fixed(2), extents::XYZ], Dimension::LENGTH, "Opposite corners of the box that a mean is over, or of the pane of the largest pressure; twice the place of the largest stress; NaN for what has no place.".optional(MISSING);
     (kinks) "/solve/quantities/kinks", ROWS, Dimension::Number, "Panes at a kink of the contact conditions, where the estimate is that of one side.".optional(MISSING);
     {Kind::F64} INDICATOR, &[Named("n_tetrahedra")], Dimension::Number, "What each tetrahedron contributes to the error of the quantity that the mesh is refined for, in its unit.".optional(NO_TARGET);
 };
@@ -93,7 +93,9 @@ fn unknown(functional: Functional) -> FunctionalEstimate {
 pub fn dimension(functional: Functional) -> Dimension {
     match functional {
         Functional::NormalForce | Functional::TangentialForce => Dimension::FORCE,
-        Functional::LargestPressure | Functional::MeanPressure { .. } => Dimension::STRESS,
+        Functional::LargestPressure
+        | Functional::LargestVonMises
+        | Functional::MeanPressure { .. } => Dimension::STRESS,
         Functional::ContactArea | Functional::StickArea => Dimension::AREA,
         Functional::PeakDisplacement | Functional::MeanDisplacement { .. } => Dimension::LENGTH,
         Functional::StrainEnergy | Functional::Dissipation => Dimension::Energy,

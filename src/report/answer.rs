@@ -166,6 +166,7 @@ pub(super) fn name_of_quantity(of: Functional) -> String {
     match of {
         Functional::TangentialForce => "friction force".to_owned(),
         Functional::PeakDisplacement => "mean displacement at peak".to_owned(),
+        Functional::LargestVonMises => "largest von Mises stress".to_owned(),
         _ => of.word().replace('_', " "),
     }
 }

@@ -403,8 +403,10 @@ impl<'a> SolvedRun<'a> {
         if !known.contains(&energy) {
             figures.human_only(&name_of_quantity(energy), self.quantity(energy));
         }
+        // The largest von Mises stress has a line of its own.
+        let told = [energy, Functional::LargestVonMises];
         let others = report.functionals.iter().map(|it| it.functional);
-        for of in others.filter(|of| *of != energy && !known.contains(of)) {
+        for of in others.filter(|of| !told.contains(of) && !known.contains(of)) {
             figures.human_only(&name_of_quantity(of), self.quantity(of));
         }
         figures.json_only("strain_energy", r.strain_energy);

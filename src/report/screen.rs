@@ -104,7 +104,9 @@ impl SolvedRun<'_> {
             Functional::StickArea,
         ];
         let wanted = self.scene.adapt.and_then(|adapt| adapt.of);
-        first.extend(wanted.filter(|wanted| !first.contains(wanted)));
+        let is_shown = |of: &Functional| first.contains(of) || *of == Functional::LargestVonMises;
+        let wanted = wanted.filter(|of| !is_shown(of));
+        first.extend(wanted);
         first
     }
 

@@ -37,7 +37,7 @@ pub enum AdaptiveStatus {
     TooLarge,
     /// Cutting makes the estimate no smaller.
     Stalled,
-    /// The largest pressure has no limit, as at a sharp edge: it grew from level to level.
+    /// The largest pressure or stress has no limit, as at a sharp edge: it grew from level to level.
     Unbounded,
     /// The quantity that the mesh is refined for became zero, or has no estimate on the next level.
     NotEstimated,
@@ -92,7 +92,7 @@ impl Adaptation {
         if !(last.status.is_solved() || is_of_mesh) || last.estimated_error.is_nan() {
             return AdaptiveStatus::NotConverged;
         }
-        if of == Some(Functional::LargestPressure) && self.grows_without_limit() {
+        if of.is_some_and(Functional::is_largest) && self.grows_without_limit() {
             return AdaptiveStatus::Unbounded;
         }
         // Three levels in a row have to make the estimate smaller between them, over a halving of all edges: it also rises where a level

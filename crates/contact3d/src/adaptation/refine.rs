@@ -360,7 +360,7 @@ impl AdaptiveLevel {
         let quantity = of.and_then(|of| level.report.functional(of));
         let value = quantity.filter(|_| !scene.has_history()).map(|it| it.value);
         let mut estimated_error = level.estimated_error(scene);
-        if let (Some(Functional::LargestPressure), Some(value)) = (of, value) {
+        if let Some(value) = value.filter(|_| of.is_some_and(Functional::is_largest)) {
             // It is known where it has settled from one mesh to the next.
             let change = |before: f64| (value - before).abs() / value;
             let change = before.and_then(|before| before.value).map_or(1.0, change);

@@ -73,14 +73,29 @@ pub struct SurfaceLoad<'a> {
     spread: SpreadForce,
 }
 
-/// The force of a load on a node of a side, integrated over the side cut in four.
+/// The force of a load on a node, integrated over a side cut in four or a tetrahedron cut in eight.
 pub(crate) struct MissedForce {
     /// The node.
     pub(crate) node: usize,
     /// The whole force in N.
     whole: Vector3<f64>,
-    /// What of it the quadrature over the whole side misses in N.
+    /// What of it the quadrature over the whole side or tetrahedron misses in N.
     pub(crate) missed: Vector3<f64>,
+}
+
+impl MissedForce {
+    fn between(
+        fine: impl IntoIterator<Item = (usize, Vector3<f64>)>,
+        coarse: impl IntoIterator<Item = (usize, Vector3<f64>)>,
+    ) -> Vec<Self> {
+        let all = fine.into_iter().zip(coarse);
+        let force = |((node, whole), (_, coarse)): ((usize, Vector3<f64>), (usize, _))| Self {
+            node,
+            whole,
+            missed: whole - coarse,
+        };
+        all.map(force).collect()
+    }
 }
 
 impl<'a> SurfaceLoad<'a> {
@@ -134,13 +149,7 @@ impl<'a> SurfaceLoad<'a> {
         varying.map(|side| {
             let fine = self.forces_on(mesh, side.facet, &side.quarters());
             let coarse = self.forces_on(mesh, side.facet, side.triangles());
-            let all = fine.into_iter().zip(coarse);
-            let all = all.map(|((node, whole), (_, coarse))| MissedForce {
-                node,
-                whole,
-                missed: whole - coarse,
-            });
-            (side.facet, all.collect())
+            (side.facet, MissedForce::between(fine, coarse))
         })
     }
 
@@ -313,29 +322,18 @@ fn side_integrals<V: Copy + AddAssign + Mul<f64, Output = V>>(
     Ok(nodes.iter().copied().zip(shares).collect())
 }
 
+const BODY_FORCE: &str = "body_force.value";
+
 fn add_body_force(
     force: &BodyForce,
     mesh: &Mesh,
     load: &mut [[f64; 3]],
 ) -> Result<(), InvalidValue> {
-    const KEY: &str = "body_force.value";
-    for (t, corner_nodes) in mesh.tetrahedra.iter().enumerate() {
-        let corners = mesh.corners(corner_nodes);
-        let element = Element::of(mesh, t);
-        let shares_of = |value| match &element {
-            Element::Linear(_) => {
-                let volume = tetrahedron_volume(&corners);
-                let means = hat_means(value, &corners, quadrature::tetrahedron, KEY)?;
-                Ok(means.map(|mean| volume * mean).to_vec())
-            }
-            Element::Quadratic(simplex) => {
-                let place = |at: &[f64; 4]| (quadrature::point(&corners, at), simplex.volume);
-                quadratic_shares(value, place, KEY)
-            }
-            Element::Curved(curved) => quadratic_shares(value, |at| curved.place(at), KEY),
-        };
+    for t in 0..mesh.tetrahedra.len() {
+        let body = (&mesh.corners(&mesh.tetrahedra[t]), &Element::of(mesh, t));
         for (component, value) in force.value.iter().enumerate() {
-            for (node, share) in mesh.tetrahedron_nodes(t).zip(shares_of(value)?) {
+            let shares = body_shares(body, value, quadrature::tetrahedron)?;
+            for (node, share) in mesh.tetrahedron_nodes(t).zip(shares) {
                 load[node][component] += share;
             }
         }
@@ -343,17 +341,71 @@ fn add_body_force(
     Ok(())
 }
 
-/// ∫ φ_k value of the ten quadratic shape functions; `place` gives the point in m and the volume
+/// ∫ φ_k value over a tetrahedron by a rule.
+fn body_shares<I: Iterator<Item = ([f64; 4], f64)>>(
+    (corners, element): (&[[f64; 3]; 4], &Element),
+    value: &Quantity,
+    rule: fn() -> I,
+) -> Result<Vec<f64>, InvalidValue> {
+    match element {
+        Element::Linear(_) => {
+            let volume = tetrahedron_volume(corners);
+            let means = hat_means(value, corners, rule, BODY_FORCE)?;
+            Ok(means.map(|mean| volume * mean).to_vec())
+        }
+        Element::Quadratic(simplex) => {
+            let place = |at: &[f64; 4]| (quadrature::point(corners, at), simplex.volume);
+            quadratic_shares(value, place, rule())
+        }
+        Element::Curved(curved) => quadratic_shares(value, |at| curved.place(at), rule()),
+    }
+}
+
+/// What the formula of a body force does inside tetrahedra beyond its quadrature, by tetrahedra; none of one that does not vary.
+pub(crate) fn missed_body_forces(
+    force: &BodyForce,
+    mesh: &Mesh,
+) -> impl Iterator<Item = (usize, Vec<MissedForce>)> {
+    let varies = force.value.iter().any(Quantity::depends_on_place);
+    let tetrahedra = 0..if varies { mesh.tetrahedra.len() } else { 0 };
+    tetrahedra.map(|t| {
+        let body = (&mesh.corners(&mesh.tetrahedra[t]), &Element::of(mesh, t));
+        // What is not finite was refused before.
+        let fine = |value| body_shares(body, value, quadrature::eight_tetrahedra);
+        let fine = force
+            .value
+            .each_ref()
+            .map(|it| fine(it).unwrap_or_default());
+        let coarse = |value| body_shares(body, value, quadrature::tetrahedron);
+        let coarse = force
+            .value
+            .each_ref()
+            .map(|it| coarse(it).unwrap_or_default());
+        let nodal = |shares: [Vec<f64>; 3]| {
+            let nodes = mesh.tetrahedron_nodes(t).enumerate();
+            let at = move |k: usize| {
+                shares
+                    .each_ref()
+                    .map(|of| of.get(k).copied().unwrap_or(0.0))
+            };
+            nodes.map(move |(k, node)| (node, at(k).into()))
+        };
+        let (fine, coarse) = (nodal(fine), nodal(coarse));
+        (t, MissedForce::between(fine, coarse))
+    })
+}
+
+/// ∫ φ_k value of the ten quadratic shape functions by points with their weights; `place` gives the point in m and the volume
 /// of the whole tetrahedron as its Jacobian there says.
 fn quadratic_shares(
     value: &Quantity,
     place: impl Fn(&[f64; 4]) -> ([f64; 3], f64),
-    key: &str,
+    points: impl Iterator<Item = ([f64; 4], f64)>,
 ) -> Result<Vec<f64>, InvalidValue> {
     let mut shares = vec![0.0; 10];
-    for (barycentric, weight) in quadrature::tetrahedron() {
+    for (barycentric, weight) in points {
         let (at, volume) = place(&barycentric);
-        let weighted = finite_at(value, at, key)? * weight * volume;
+        let weighted = finite_at(value, at, BODY_FORCE)? * weight * volume;
         for (share, shape) in shares.iter_mut().zip(quadratic_tetrahedron(&barycentric)) {
             *share += weighted * shape;
         }
@@ -434,36 +486,37 @@ pub fn idle_loads(scene: &Scene, mesh: &Mesh) -> Vec<Warning> {
             force.value[c] != Quantity::Constant(0.0) && held.iter().all(|held| held[c])
         };
         let components: Vec<Component> = Component::ALL.into_iter().filter(is_idle).collect();
-        let key = "body_force.value".to_owned();
+        let key = BODY_FORCE.to_owned();
         (!components.is_empty()).then_some(Warning::IdleLoad { key, components })
     });
     on_faces.chain(whole).collect()
 }
 
-/// The loads on faces whose integrals over triangles change where these are cut in four: the quadrature does not see all of what formulas
+/// The loads whose integrals change where triangles are cut in four, or tetrahedra in eight: the quadrature does not see all of what formulas
 /// do inside.
 #[must_use]
 pub fn unresolved_loads(scene: &Scene, mesh: &Mesh) -> Vec<Warning> {
-    let told = scene.face_loads().filter_map(|load| {
-        let load = SurfaceLoad::new(load, mesh).ok()?;
+    let told = |key: String, missed: &mut dyn Iterator<Item = (usize, Vec<MissedForce>)>| {
         let (mut apart, mut whole) = (0.0, 0.0);
-        for (_, forces) in load.missed_forces(mesh) {
-            apart += forces
-                .iter()
-                .map(|it| it.missed)
-                .sum::<Vector3<f64>>()
-                .norm();
-            whole += forces
-                .iter()
-                .map(|it| it.whole)
-                .sum::<Vector3<f64>>()
-                .norm();
+        for (_, forces) in missed {
+            let sum = |of: fn(&MissedForce) -> Vector3<f64>| -> Vector3<f64> {
+                forces.iter().map(of).sum()
+            };
+            apart += sum(|it| it.missed).norm();
+            whole += sum(|it| it.whole).norm();
         }
-        let (key, share) = (load.load.key() + ".value", apart / whole);
+        let share = apart / whole;
         // A part of a hundredth is less than what a mesh of usual size misses of the solution.
         (share > 0.01).then_some(Warning::UnresolvedLoad { key, share })
+    };
+    let on_faces = scene.face_loads().filter_map(|load| {
+        let load = SurfaceLoad::new(load, mesh).ok()?;
+        told(load.load.key() + ".value", &mut load.missed_forces(mesh))
     });
-    told.collect()
+    let inside = scene.body_force.iter();
+    let inside =
+        inside.filter_map(|it| told(BODY_FORCE.to_owned(), &mut missed_body_forces(it, mesh)));
+    on_faces.chain(inside).collect()
 }
 
 /// The components of nodal forces that are more than roundings of a face's normal.

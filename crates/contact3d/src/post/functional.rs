@@ -3,7 +3,7 @@
 //! For a smooth functional Q the error is dual-weighted (R. Becker, R. Rannacher, Acta Numer. 10 (2001) 1): with the adjoint z of the
 //! linearised problem ([`Adjoint`]), Q(u) − Q(u_h) ≈ Σ_T a_T(e, e_z) − ∫ (z − q)·δλ, where the local errors of solution and adjoint
 //! come from the problems of the energy estimate, and δλ is what the contact conditions inside panes ask for beyond λ. The strain
-//! energy is quadratic: ½ ‖e‖² is taken off. Areas have no derivative ([`super::areas`]).
+//! energy has a quadratic part too ([`Field`]). Areas have no derivative ([`super::areas`]).
 
 use nalgebra::Vector3;
 
@@ -67,6 +67,11 @@ impl FunctionalEstimate {
     }
 }
 
+/// The part of elements in the error bar of an energy or a displacement of the body is this many times their sum. On 35 loaded bodies with
+/// four or five cells along them the error of the strain energy was 0.5 to 3.3 times what local errors see of it, 1.5 times in the median
+/// (`python-checks/bars.py`, seeds 11, 12 and 21); with this 33 of the bars hold, 18 without.
+const MISSED_BY_ELEMENTS: f64 = 1.6;
+
 /// A functional linearised at a solution.
 struct LinearisedFunctional {
     functional: Functional,
@@ -121,9 +126,8 @@ pub(super) fn estimates(
     let (estimate, shares, inside) =
         ErrorEstimate::with_adjoints(solved, known, &borrowed, &stiffness);
     let smooth = functionals.iter().zip(shares).zip(&adjoints);
-    let smooth = smooth.map(|((functional, shares), adjoint)| {
-        functional.estimate(&estimate, shares, adjoint.kinks)
-    });
+    let smooth =
+        smooth.map(|((functional, shares), adjoint)| functional.estimate(shares, adjoint.kinks));
     let mut found: Vec<FunctionalEstimate> = smooth.collect();
     found.extend(areas(solved, known, &estimate, &stiffness, wanted));
     if let Some(peak) = largest_pressure(solved, known.panes, &stiffness, inside) {
@@ -153,7 +157,8 @@ fn is_estimated(functional: Functional, mesh: &Mesh) -> bool {
         | Functional::TangentialForce
         | Functional::LargestPressure
         | Functional::MeanPressure { .. } => mesh.mid_edges.is_some(),
-        Functional::ContactArea
+        Functional::LargestVonMises
+        | Functional::ContactArea
         | Functional::StickArea
         | Functional::Dissipation
         | Functional::StrainEnergy
@@ -312,34 +317,32 @@ fn linearised(
         Functional::MeanPressure { corners } => {
             it.mean_pressure(solved, solved.contact.as_ref()?, &corners)?;
         }
-        Functional::ContactArea | Functional::StickArea | Functional::Dissipation => return None,
+        Functional::LargestVonMises
+        | Functional::ContactArea
+        | Functional::StickArea
+        | Functional::Dissipation => return None,
     }
     (it.value.is_finite() && it.value != 0.0).then_some(it)
 }
 
 impl LinearisedFunctional {
-    /// The error by what the mesh contributes to it; of the quadratic strain energy less ½ ‖e‖².
-    fn estimate(
-        &self,
-        energy: &ErrorEstimate,
-        found: FunctionalError,
-        kinks: usize,
-    ) -> FunctionalEstimate {
+    /// The error by what the mesh contributes to it.
+    fn estimate(&self, found: FunctionalError, kinks: usize) -> FunctionalEstimate {
         let FunctionalError {
-            mut of_tetrahedra,
-            mut of_contact,
+            of_tetrahedra,
+            of_contact,
             of_loads,
             cancelled,
         } = found;
-        if self.functional == Functional::StrainEnergy {
-            let squares = energy.indicator.iter().map(|eta| 0.5 * eta * eta);
-            let both = of_tetrahedra.iter_mut().zip(squares);
-            both.for_each(|(share, square)| *share -= square);
-            of_contact -= 0.5 * energy.contact_square();
-        }
         let error: f64 = of_tetrahedra.iter().sum();
         let of_elements = error - of_contact - of_loads;
-        let bar = of_elements.abs() + of_contact.abs() + of_loads.abs() + cancelled;
+        let missed = match self.functional {
+            Functional::StrainEnergy
+            | Functional::PeakDisplacement
+            | Functional::MeanDisplacement { .. } => MISSED_BY_ELEMENTS,
+            _ => 1.0,
+        };
+        let bar = missed * of_elements.abs() + of_contact.abs() + of_loads.abs() + cancelled;
         FunctionalEstimate {
             functional: self.functional,
             value: self.value,

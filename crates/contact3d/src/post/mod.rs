@@ -222,6 +222,7 @@ impl ContactReport {
             }
         };
         let von_mises: Vec<f64> = nodal.stress.iter().map(von_mises).collect();
+        let mut functionals = functionals;
         let mut report = Self {
             largest_von_mises: match errors {
                 EstimatedErrors::Nothing => LargestStress::default(),
@@ -238,6 +239,10 @@ impl ContactReport {
                     // Contact may be elsewhere.
                     if touches || discretisation_error.is_unreliable() && contact.is_some() {
                         largest.error = f64::INFINITY;
+                    }
+                    let wanted = solved.scene.adapt.and_then(|adapt| adapt.of);
+                    if wanted == Some(Functional::LargestVonMises) {
+                        functionals.push(largest.quantity(solved.mesh, &discretisation_error));
                     }
                     largest
                 }

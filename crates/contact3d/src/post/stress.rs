@@ -14,12 +14,12 @@ use std::collections::BTreeSet;
 use nalgebra::{Vector3, Vector6};
 use rayon::prelude::*;
 
-use super::{FunctionalEstimate, Solved, recovery::RecoveredStress, von_mises};
+use super::{ErrorEstimate, FunctionalEstimate, Solved, recovery::RecoveredStress, von_mises};
 use crate::{
     elasticity::InternalForces,
     mesh::{MaterialNodes, Mesh, tetrahedron_volume},
     reference::TETRAHEDRON_EDGES,
-    scene::Clamp,
+    scene::{Clamp, Functional},
 };
 
 /// Stresses at the nodes of each material.
@@ -41,6 +41,31 @@ pub struct LargestStress {
     pub error: f64,
     /// Why it grows with every finer mesh; `None` where it has a limit.
     pub concentration: Option<StressConcentration>,
+}
+
+impl LargestStress {
+    /// The stress as a quantity that the mesh is refined for. What an error e of the displacement in a tetrahedron makes of a stress at a
+    /// distance r goes as ‖e‖ √V / r³ by the kernel of elasticity, and no nearer than the size of the tetrahedron.
+    pub(super) fn quantity(&self, mesh: &Mesh, energy: &ErrorEstimate) -> FunctionalEstimate {
+        let share = |(corners, error): (&[usize; 4], &f64)| {
+            let corners = mesh.corners(corners);
+            let volume = tetrahedron_volume(&corners);
+            let centre = corners.map(Vector3::from).iter().sum::<Vector3<f64>>() / 4.0;
+            let distance = (centre - Vector3::from(self.at)).norm();
+            error * volume.sqrt() / distance.powi(3).max(volume)
+        };
+        let tetrahedra = mesh.tetrahedra.iter().zip(&energy.indicator);
+        let most = self.value + self.error;
+        FunctionalEstimate {
+            functional: Functional::LargestVonMises,
+            value: self.value,
+            signed_error: self.error,
+            range: [(self.value - self.error).max(0.0), most],
+            corners: Some([self.at; 2]),
+            kinks: 0,
+            indicator: tetrahedra.map(share).collect(),
+        }
+    }
 }
 
 /// Where the stress of an elastic body has no bound.

@@ -50,6 +50,36 @@ pub fn tetrahedron() -> impl Iterator<Item = ([f64; 4], f64)> {
     })
 }
 
+/// [`tetrahedron_5`] on the eight parts of a tetrahedron whose edges are halved: its corners, and four around an axis of the octahedron between.
+pub fn eight_tetrahedra() -> impl Iterator<Item = ([f64; 4], f64)> {
+    let corner = |a: usize| std::array::from_fn(|k| if k == a { 1.0 } else { 0.0 });
+    let middle = |[a, b]: [usize; 2]| -> [f64; 4] {
+        std::array::from_fn(|k| if k == a || k == b { 0.5 } else { 0.0 })
+    };
+    let at_corner = move |a: usize| {
+        let others = (0..4).filter(move |b| *b != a).map(move |b| middle([a, b]));
+        let mut corners = [corner(a); 4];
+        corners
+            .iter_mut()
+            .skip(1)
+            .zip(others)
+            .for_each(|(at, it)| *at = it);
+        corners
+    };
+    const AROUND: [[usize; 2]; 4] = [[0, 2], [0, 3], [1, 3], [1, 2]];
+    let inside = move |k: usize| {
+        let [one, next] = [AROUND[k], AROUND[(k + 1) % 4]].map(middle);
+        [middle([0, 1]), middle([2, 3]), one, next]
+    };
+    let parts = (0..4).map(at_corner).chain((0..4).map(inside));
+    parts.flat_map(|part| {
+        tetrahedron_5().map(move |(at, weight)| {
+            let place = std::array::from_fn(|c| (0..4).map(|k| at[k] * part[k][c]).sum());
+            (place, weight / 8.0)
+        })
+    })
+}
+
 /// Four points of a tetrahedron, exact for polynomials of degree 2: λ_k = (5 + 3√5)/20 at one corner,
 /// (5 − √5)/20 at the others.
 pub const TETRAHEDRON_2: [([f64; 4], f64); 4] = {

@@ -15,6 +15,8 @@ pub enum Functional {
     TangentialForce,
     /// The mean pressure around the place of the largest one, in a cube whose edges are a tenth of the contact face's extent.
     LargestPressure,
+    /// The largest von Mises stress of a node.
+    LargestVonMises,
     /// The area of the panes in contact.
     ContactArea,
     /// The area of the panes that stick.
@@ -47,10 +49,11 @@ pub enum Functional {
 
 impl Functional {
     /// Those that need no box.
-    pub const NAMED: [Self; 8] = [
+    pub const NAMED: [Self; 9] = [
         Self::NormalForce,
         Self::TangentialForce,
         Self::LargestPressure,
+        Self::LargestVonMises,
         Self::ContactArea,
         Self::StickArea,
         Self::PeakDisplacement,
@@ -65,6 +68,7 @@ impl Functional {
             Self::NormalForce => "normal_force",
             Self::TangentialForce => "tangential_force",
             Self::LargestPressure => "largest_pressure",
+            Self::LargestVonMises => "largest_von_mises",
             Self::ContactArea => "contact_area",
             Self::StickArea => "stick_area",
             Self::PeakDisplacement => "peak_displacement",
@@ -75,11 +79,12 @@ impl Functional {
         }
     }
 
-    /// Whether its value belongs to a box in the body: one that a mean is over, or the pane of the largest pressure.
+    /// Whether its value belongs to a box in the body: one that a mean is over, the pane of the largest pressure, or a node.
     #[must_use]
     pub fn has_place(self) -> bool {
         match self {
             Self::LargestPressure
+            | Self::LargestVonMises
             | Self::PeakDisplacement
             | Self::MeanDisplacement { .. }
             | Self::MeanPressure { .. } => true,
@@ -96,6 +101,12 @@ impl Functional {
     #[must_use]
     pub fn is_area(self) -> bool {
         matches!(self, Self::ContactArea | Self::StickArea)
+    }
+
+    /// Whether it is the largest of some values, which is known where it has settled from one mesh to the next.
+    #[must_use]
+    pub fn is_largest(self) -> bool {
+        matches!(self, Self::LargestPressure | Self::LargestVonMises)
     }
 
     /// The box that it is a mean over; `None` where it has none or follows the answer.

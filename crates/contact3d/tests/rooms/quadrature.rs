@@ -54,6 +54,7 @@ fn monomials_on_a_tetrahedron_are_exact() {
     assert_exact_on_a_tetrahedron(&tetrahedron().collect::<Vec<_>>(), 5);
     assert_exact_on_a_tetrahedron(&TETRAHEDRON_2, 2);
     assert_exact_on_a_tetrahedron(&tetrahedron_5().collect::<Vec<_>>(), 5);
+    assert_exact_on_a_tetrahedron(&eight_tetrahedra().collect::<Vec<_>>(), 5);
 }
 
 #[test]

@@ -25,7 +25,7 @@ use rayon::prelude::*;
 
 use super::{PaneState, Solved, recovery::RecoveredStress, stress::NodalStress};
 use crate::{
-    elasticity::{InternalForces, MaterialField, SurfaceLoad},
+    elasticity::{InternalForces, MaterialField, MissedForce, SurfaceLoad, missed_body_forces},
     mesh::tetrahedron_volume,
     reference::quadrature,
 };
@@ -87,6 +87,14 @@ pub(super) struct Field<'a> {
     pub(super) is_galerkin: bool,
     /// The part of the contact faces that Q is the mean pressure of; `None` for other functionals.
     pub(super) over: Option<BoxedFaces>,
+}
+
+impl Field<'_> {
+    /// Whether an adjoint is that of the strain energy, U(u) − U(u_h) = U'(u) e − ½ ‖e‖² = U'(u_h) e + ½ ‖e‖²: local errors e give the first,
+    /// for they know the loads, and contact the second, for its adjoint knows λ_h alone.
+    fn is_of_energy(&self) -> bool {
+        self.loads.of_scene
+    }
 }
 
 /// What is known of a solution already.
@@ -199,10 +207,21 @@ impl ErrorEstimate {
             squares[*tetrahedron] += whole * works[0].abs() / (2.0 * known.strain_energy);
         }
         let elements: f64 = squares.iter().sum();
+        let of_elements = squares.clone();
+        let contact = conditions
+            .as_ref()
+            .map(|it| ContactError::new(it, &behind, &mut squares));
         let shares = adjoints.iter().enumerate().map(|(k, adjoint)| {
             let mut of_tetrahedra: Vec<f64> = products.iter().map(|of| of[k + 1]).collect();
-            let (mut of_contact, mut sizes) = (0.0, 0.0);
+            let (mut quadratic, mut of_sides, mut sizes) = (0.0, 0.0, 0.0);
             let mut of_loads = 0.0;
+            if adjoint.is_of_energy() {
+                let squares = of_elements.iter().zip(&squares);
+                for (share, (elements, whole)) in of_tetrahedra.iter_mut().zip(squares) {
+                    *share += 0.5 * (whole - 2.0 * elements);
+                    quadratic += 0.5 * (whole - elements);
+                }
+            }
             for (tetrahedron, works) in &missed {
                 of_tetrahedra[*tetrahedron] += works[k + 1];
                 of_loads += works[k + 1];
@@ -217,7 +236,7 @@ impl ErrorEstimate {
                 let sides = conditions.weighted(adjoint, errors);
                 for (tetrahedron, share) in behind.iter().zip(sides) {
                     of_tetrahedra[*tetrahedron] += share;
-                    of_contact += share;
+                    of_sides += share;
                     sizes += share.abs();
                 }
             }
@@ -226,7 +245,7 @@ impl ErrorEstimate {
                 .is_some_and(PointConditions::has_formulas);
             let mut cancelled = 0.0;
             if has_formulas {
-                cancelled += sizes - f64::abs(of_contact);
+                cancelled += sizes - f64::abs(of_sides);
             }
             if mesh.mid_edges.is_none() {
                 // Stresses of linear tetrahedra that bend are wrong everywhere alike, recovered ones too.
@@ -235,13 +254,12 @@ impl ErrorEstimate {
             }
             FunctionalError {
                 of_tetrahedra,
-                of_contact,
+                of_contact: of_sides + quadratic,
                 of_loads,
                 cancelled,
             }
         });
         let shares = shares.collect();
-        let contact = conditions.map(|it| ContactError::new(&it, &behind, &mut squares));
         let estimate = Self {
             indicator: squares.into_iter().map(f64::sqrt).collect(),
             elements: elements.sqrt(),
@@ -343,19 +361,24 @@ fn missed_works(
         let adjoints = adjoints.iter().map(|adjoint| adjoint.displacement);
         std::iter::once(known.displacement).chain(adjoints)
     };
+    let works = |forces: &[MissedForce]| -> Vec<f64> {
+        let work = |field: &[[f64; 3]]| {
+            let terms = forces.iter();
+            let terms = terms.map(|f| f.missed.dot(&Vector3::from(field[f.node])));
+            terms.sum()
+        };
+        fields().map(work).collect()
+    };
     let (behind, mut missed) = (mesh.behind(0..mesh.facets.len()), Vec::new());
     // What is not finite was refused before the solve.
     let loads = solved.scene.face_loads();
     for load in loads.filter_map(|load| SurfaceLoad::new(load, mesh).ok()) {
-        for (facet, forces) in load.missed_forces(mesh) {
-            let work = |field: &[[f64; 3]]| -> f64 {
-                let terms = forces.iter();
-                terms
-                    .map(|f| f.missed.dot(&Vector3::from(field[f.node])))
-                    .sum()
-            };
-            missed.push((behind[facet], fields().map(work).collect()));
-        }
+        let on_sides = load.missed_forces(mesh);
+        missed.extend(on_sides.map(|(facet, forces)| (behind[facet], works(&forces))));
+    }
+    if let Some(force) = &solved.scene.body_force {
+        let inside = missed_body_forces(force, mesh);
+        missed.extend(inside.map(|(tetrahedron, forces)| (tetrahedron, works(&forces))));
     }
     missed
 }
