@@ -138,7 +138,12 @@ impl SolvedRun<'_> {
             let features = self.scene.contact_features();
             let named = faces.iter().zip(features).enumerate();
             let named = named.map(|(number, (face, has))| {
-                let name = format!("force on {}", escape_control(&has.name));
+                let on = if self.mesh.bodies.is_empty() {
+                    "on"
+                } else {
+                    "of"
+                };
+                let name = format!("force {on} {}", escape_control(&has.name));
                 (name, told(face.contact.contact_force, number))
             });
             return named.collect();

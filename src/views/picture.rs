@@ -212,12 +212,17 @@ impl Drawn<'_> {
 
     /// A field of the nodes on the boundary of the body.
     fn body_figure(&self, field: BodyField<'_>) -> Picture {
-        let sides = match self.mesh.contact.as_ref().map_or(0, |it| it.faces.len()) {
-            0 => ["from above", "from below"],
-            1 => ["contact face behind", "contact face in front"],
-            _ => ["from one side", "from the opposite side"],
-        };
+        let n_faces = self.mesh.contact.as_ref().map_or(0, |it| it.faces.len());
+        let n_bodies = self.mesh.bodies.len();
         self.with_picture(|picture| {
+            let sides = match (n_faces, n_bodies) {
+                (0, _) => ["from above", "from below"],
+                (1, 0) if picture.is_contact_above() => {
+                    ["contact face in front", "contact face behind"]
+                }
+                (1, 0) => ["contact face behind", "contact face in front"],
+                _ => ["from one side", "from the opposite side"],
+            };
             let mut values = field.values.to_vec();
             values.resize(picture.coordinates.len(), f64::NAN);
             let field = BodyField {

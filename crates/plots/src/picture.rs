@@ -134,6 +134,14 @@ pub struct ContactPicture<'a> {
     pub friction: Option<(FrictionKind, &'a [DrawnFriction])>,
 }
 
+impl ContactPicture<'_> {
+    /// Whether the contact face looks up rather than down, along the global z axis.
+    #[must_use]
+    pub fn is_contact_above(&self) -> bool {
+        self.normal[2] > 0.5
+    }
+}
+
 /// Why a PNG cannot be made.
 #[derive(Debug, Error)]
 pub enum PngError {

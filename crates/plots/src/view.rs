@@ -18,7 +18,7 @@ pub(super) const TOWARD: Vector = [0.34, -0.84, 0.42];
 /// Maps points of the body to the view, x to the right, y upwards, z towards the viewer.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct View {
-    /// t₁, −ν × t₁ and −ν.
+    /// t₁, −ν × t₁ and −ν; with ν for −ν where z would point down.
     pub(super) basis: [Vector; 3],
     /// Stretch along the basis vectors; all 1 unless the body is very slender.
     pub(super) stretch: [f64; 3],
@@ -29,7 +29,13 @@ impl View {
     /// The view of the undeformed body from a direction in the basis (t₁, −ν × t₁, −ν).
     pub(super) fn new(picture: &ContactPicture<'_>, toward: Vector) -> Self {
         let first = unit(picture.axis_1);
-        let up = unit(picture.normal.map(|component| -component));
+        let away = unit(picture.normal.map(|component| -component));
+        // A body below what it touches hangs from the contact face: z stays up.
+        let up = if picture.is_contact_above() {
+            away.map(|component| -component)
+        } else {
+            away
+        };
         let basis = [first, cross(up, first), up];
         let nodes = picture.boundary_triangles.as_flattened().iter();
         Self::of(basis, nodes.map(|&node| picture.coordinates[node]), toward)

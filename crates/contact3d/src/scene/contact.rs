@@ -73,8 +73,9 @@ varies!(Contact: obstacle, gap, axis_1, angle, friction);
 impl Contact {
     /// What results call this face.
     #[must_use]
-    pub fn name(&self) -> &str {
-        self.name.as_deref().unwrap_or(self.faces()[0])
+    pub fn name(&self) -> String {
+        let name = self.name.clone();
+        name.unwrap_or_else(|| self.faces().join("-"))
     }
 
     /// The face, or the two that may touch each other.

@@ -47,7 +47,7 @@ impl ContactFeatures {
         let varies = |quantity: &Quantity| quantity.constant().is_none();
         Self {
             entry,
-            name: contact.name().to_owned(),
+            name: contact.name(),
             friction: scene
                 .friction_on(entry)
                 .and_then(|(_, table)| table.model()),
