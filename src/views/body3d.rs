@@ -70,6 +70,7 @@ pub(super) fn view(scene: &Scene, results: &Results) -> BodyView {
     BodyView {
         title: scene.shown_title(),
         frames: names,
+        bodies: mesh.bodies.iter().map(|body| body.name.clone()).collect(),
         arrays,
     }
 }
@@ -174,6 +175,12 @@ impl Boundary {
         self.used.iter().flat_map(|&point| field[point]).collect()
     }
 
+    /// The body of each triangle.
+    fn bodies(&self, mesh: &Mesh) -> Vec<f64> {
+        let behind = self.behind.iter().map(|&t| mesh.tetrahedra[t][0]);
+        behind.map(|node| mesh.body_of_node(node) as f64).collect()
+    }
+
     /// Points and triangles.
     fn shape(&self, mesh: &Mesh, units: Units) -> Vec<ViewArray> {
         let place = self.at_points(&mesh.coordinates);
@@ -181,7 +188,9 @@ impl Boundary {
             .pane
             .iter()
             .map(|pane| pane.map_or(f64::NAN, |pane| pane as f64));
-        vec![
+        let of_triangles =
+            |key, rows| array(key, ViewPlace::Triangle, ViewValues::Indices, 1, vec![rows]);
+        let mut arrays = vec![
             ViewArray {
                 unit: units.word(Dimension::LENGTH),
                 ..array(
@@ -193,14 +202,12 @@ impl Boundary {
                 )
             },
             indices("triangles", ViewPlace::Triangle, &self.triangles),
-            array(
-                "triangle_pane",
-                ViewPlace::Triangle,
-                ViewValues::Indices,
-                1,
-                vec![pane.collect()],
-            ),
-        ]
+            of_triangles("triangle_pane", pane.collect()),
+        ];
+        if !mesh.bodies.is_empty() {
+            arrays.push(of_triangles("triangle_body", self.bodies(mesh)));
+        }
+        arrays
     }
 
     /// The fields that all states have, where materials meet the larger value.

@@ -233,6 +233,16 @@ impl Drawn<'_> {
         })
     }
 
+    /// Whether bodies touch on curved faces or are apart at first.
+    fn are_bodies_curved_or_apart(&self) -> bool {
+        let surface = self.mesh.contact.as_ref();
+        let surface = surface.filter(|surface| surface.opposite.is_some());
+        let is_flat = |frame: &ContactFrame| frame.references.iter().all(|it| it.is_flat);
+        surface.is_some_and(|surface| {
+            !self.frame.is_some_and(is_flat) || surface.clearance.iter().any(|gap| *gap > 0.0)
+        })
+    }
+
     /// Title of the scene, with the name of the face where there are several.
     fn title(&self, features: &[ContactFeatures]) -> String {
         let title = self.scene.shown_title();
@@ -284,6 +294,7 @@ impl Drawn<'_> {
             boundary_face: &mesh.facet_face,
             contact_triangles: &cells.triangles,
             contact_triangle_pane: &cells.pane,
+            is_to_scale: self.are_bodies_curved_or_apart(),
             normal: reference.map_or([0.0, 0.0, -1.0], |frame| frame.normal),
             obstacle: obstacle.as_ref(),
             marks: self.marks,

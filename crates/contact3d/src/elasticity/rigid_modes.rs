@@ -63,12 +63,11 @@ impl RigidModes {
         let shapes: Vec<Vec<f64>> = shapes.collect();
         let tool_dofs = || loose_tool_dofs(scene, dofs);
         let mut on_contact = vec![false; dofs.n_free];
-        let surfaces = mesh.contact.iter();
-        let opposite = surfaces
-            .clone()
-            .filter_map(|surface| surface.opposite.as_ref());
-        let opposite = opposite.flat_map(|opposite| &opposite.points.indices);
-        for &node in surfaces.flat_map(|surface| &surface.nodes).chain(opposite) {
+        for node in mesh
+            .contact
+            .iter()
+            .flat_map(|surface| surface.nodes_of_both_sides())
+        {
             for dof in dofs.dof[node].into_iter().flatten() {
                 on_contact[dof] = true;
             }

@@ -329,6 +329,16 @@ impl ContactSurface {
         self.pane_average.entries(pane)
     }
 
+    /// The nodes of the mesh that contact forces or slips are of, on both sides of a face between bodies; some of them repeatedly.
+    pub(crate) fn nodes_of_both_sides(&self) -> impl Iterator<Item = usize> + '_ {
+        let opposite = self.opposite.iter();
+        let under_panes = opposite.clone().flat_map(|of| &of.products).flatten();
+        let under_nodes = opposite.flat_map(|of| &of.points.indices).copied();
+        let own = self.nodes.iter().copied();
+        own.chain(under_panes.map(|(_, node, _)| *node))
+            .chain(under_nodes)
+    }
+
     /// ∫ φ_j ψ_k in m² over a pane as (contact node j, node k of the mesh, integral); none where it touches no body.
     #[must_use]
     pub fn products(&self, pane: usize) -> &[(usize, usize, f64)] {

@@ -339,7 +339,7 @@ impl NewtonKrylov<'_> {
 /// The supernodes between the contact nodes and the root of the elimination tree.
 fn reach(body: &ContactBody<'_>) -> Vec<usize> {
     let dofs = &body.assembly.primal.dofs;
-    let nodes = body.face.surface.nodes.iter().copied();
+    let nodes = body.face.surface.nodes_of_both_sides();
     let rows = nodes.chain(dofs.n_nodes..dofs.dof.len());
     let free = rows.flat_map(|row| dofs.dof[row].into_iter().flatten());
     body.assembly.factor.structure().reach(free)

@@ -7,7 +7,7 @@
   const byId = (name) => document.getElementById("view3d-" + name);
   const figure = byId("figure"), body = byId("body"), marks = byId("marks");
   const inputs = Object.fromEntries(
-    ["field", "increment", "scale", "pane", "obstacle", "mesh"].map((name) => [name, byId(name)]));
+    ["field", "increment", "scale", "pane", "only", "obstacle", "mesh"].map((name) => [name, byId(name)]));
   const GREY = [214, 214, 214], OBSTACLE = [228, 226, 218], NO_VALUE = [170, 170, 170];
   const HOME = { azimuth: -60, elevation: 25 };
 
@@ -170,6 +170,7 @@
       pane: nPanes && given.has("pane") ? Math.round(number("pane", 0, 0, nPanes - 1)) : null,
       obstacle: given.get("obstacle") !== "off",
       mesh: given.get("mesh") !== "off",
+      only: page.bodies.includes(given.get("only")) ? given.get("only") : null,
       hovered: null,
     });
     return query !== undefined && name === "view3d";
@@ -187,6 +188,7 @@
       pane: state.pane,
       obstacle: state.obstacle ? null : "off",
       mesh: state.mesh ? null : "off",
+      only: state.only,
     };
     return Object.entries(said);
   }
@@ -249,6 +251,9 @@
   }
   const rgb = (hex) => [1, 3, 5].map((k) => parseInt(hex.slice(k, k + 2), 16));
 
+  /** Whether a triangle is of another body than the only one shown. */
+  const isHidden = (t) => state.only !== null && page.bodies[value(arrays.triangle_body, 0, t)] !== state.only;
+
   function scene() {
     const { field } = state, rows = [...Array(field.on === "triangle" ? 0 : field.rows).keys()];
     const colours = rows.map((row) => colour(field, row));
@@ -257,6 +262,7 @@
       pane: (t) => colours[paneOf(t)] ?? GREY }[field.on];
     const facets = [];
     for (let t = 0; t < nTriangles; t++) {
+      if (isHidden(t)) continue;
       facets.push({ triangle: t, places: [0, 1, 2].map((k) => places[corner(t, k)]), colours: [0, 1, 2].map((k) => of(t, k)) });
     }
     const ground = [];
@@ -421,7 +427,7 @@
 
   let painter, drawn = null, drawnFor = "";
   function draw() {
-    const same = [state.field.key, state.frame, state.scale, state.obstacle].join();
+    const same = [state.field.key, state.frame, state.scale, state.obstacle, state.only].join();
     if (same !== drawnFor) [drawn, drawnFor] = [scene(), same];
     const seen = look(), said = numbers(), [from, to] = drawKey();
     painter(drawn, seen);
@@ -432,6 +438,7 @@
     inputs.pane.value = state.pane ?? "";
     inputs.obstacle.checked = state.obstacle;
     inputs.mesh.checked = state.mesh;
+    inputs.only.value = state.only ?? "";
     byId("increment-said").textContent = page.frames[state.frame];
     inputs.increment.setAttribute("aria-valuetext", page.frames[state.frame]);
     byId("scale-said").textContent = "× " + Number(state.scale.toPrecision(3));
@@ -451,7 +458,7 @@
       const [a, b, c] = [0, 1, 2].map((k) => pixels[corner(t, k)]);
       const side = (p, q) => (q[0] - p[0]) * (y - p[1]) - (q[1] - p[1]) * (x - p[0]);
       const [ab, bc, ca] = [side(a, b), side(b, c), side(c, a)], sum = ab + bc + ca;
-      if (ab > 0 || bc > 0 || ca > 0 || sum === 0) continue;
+      if (ab > 0 || bc > 0 || ca > 0 || sum === 0 || isHidden(t)) continue;
       const depth = (bc * a[2] + ca * b[2] + ab * c[2]) / sum;
       if (depth > front) [found, front] = [t, depth];
     }
@@ -509,6 +516,7 @@
     inputs.scale.addEventListener("input", () => change({ scale: Number(inputs.scale.value) }));
     inputs.obstacle.addEventListener("change", () => change({ obstacle: inputs.obstacle.checked }));
     inputs.mesh.addEventListener("change", () => change({ mesh: inputs.mesh.checked }));
+    inputs.only.addEventListener("change", () => change({ only: inputs.only.value || null }));
     inputs.pane.addEventListener("input", () => {
       const pane = inputs.pane.value === "" ? NaN : Math.round(Number(inputs.pane.value));
       change({ pane: pane >= 0 && pane < nPanes ? pane : null });
@@ -531,6 +539,8 @@
   Object.assign(inputs.scale, { max: 3 * factor, step: factor / 20 });
   inputs.pane.max = nPanes - 1;
   inputs.pane.closest("label").hidden = !nPanes;
+  page.bodies.forEach((name) => inputs.only.add(new Option(name, name)));
+  inputs.only.closest("label").hidden = !page.bodies.length;
   inputs.obstacle.closest("label").hidden = !arrays.obstacle_triangles;
   figure.hidden = false;
   resize();

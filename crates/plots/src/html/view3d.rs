@@ -29,6 +29,8 @@ pub struct BodyView {
     pub title: String,
     /// The name of each frame, an increment.
     pub frames: Vec<String>,
+    /// Names of several bodies, each of which may be shown alone; empty for one.
+    pub bodies: Vec<String>,
     /// Arrays by the keys that `view3d.js` knows.
     pub arrays: Vec<ViewArray>,
 }
@@ -112,6 +114,7 @@ impl BodyView {
                         output #view3d-scale-said {}
                     }
                     label { "pane " input #view3d-pane type="number" min="0" step="1"; }
+                    label { "bodies " select #view3d-only { option value="" { "all" } } }
                     label { input #view3d-obstacle type="checkbox"; " obstacle" }
                     label { input #view3d-mesh type="checkbox"; " mesh lines" }
                     button #view3d-home type="button" { "reset view" }
@@ -154,7 +157,7 @@ impl BodyView {
                 .collect()
         };
         let data = json!({
-            "title": self.title, "frames": self.frames, "arrays": rows,
+            "title": self.title, "frames": self.frames, "bodies": self.bodies, "arrays": rows,
             "maps": { "body": map(ColourMap::Plasma), "face": map(ColourMap::Viridis) },
         });
         (data, packed.finish().unwrap_or_default())
@@ -276,6 +279,7 @@ mod tests {
             .flat_map(|array| array.frames.clone())
             .collect();
         let view = BodyView {
+            bodies: Vec::new(),
             title: "t".into(),
             frames: vec![],
             arrays,
@@ -296,6 +300,7 @@ mod tests {
     #[test]
     fn words_of_a_body_cannot_end_its_script() {
         let view = BodyView {
+            bodies: Vec::new(),
             title: "</script><!--".into(),
             frames: vec!["<script>".into()],
             arrays: vec![],

@@ -104,7 +104,8 @@ fn drawn_body(picture: &ContactPicture<'_>, layout: &PictureLayout, shown: &Show
     let obstacle = picture.obstacle;
     let obstacle = obstacle.map(|shape| ObstacleShape::new(shape, &view, diagonal));
     // Beside what is curved or not touched yet, displacements drawn larger would leave the body in the obstacle or far from it.
-    let as_it_is = obstacle.as_ref().is_some_and(|shape| !shape.touches_flatly);
+    let before_obstacle = obstacle.as_ref().is_some_and(|shape| !shape.touches_flatly);
+    let as_it_is = picture.is_to_scale || before_obstacle;
     let factor = match shown.at_rest {
         Some(_) => 0.0,
         None if as_it_is => 1.0,
