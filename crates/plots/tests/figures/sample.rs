@@ -126,6 +126,7 @@ impl Sample {
     /// The sample as input of the figures.
     pub(crate) fn picture(&self) -> ContactPicture<'_> {
         ContactPicture {
+            is_to_scale: false,
             title: &self.title,
             units: Units::SI,
             coordinates: &self.coordinates,
