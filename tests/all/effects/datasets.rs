@@ -222,6 +222,17 @@ const SEVERAL_FACES_ONLY: [&str; 11] = [
     "/post/faces/largest_pressure",
     "/VTKHDF/CellData/contact_face",
 ];
+/// What only several bodies that touch each other have.
+const BODIES_ONLY: [&str; 8] = [
+    "/mesh/body_names",
+    "/mesh/body_nodes",
+    "/mesh/body_tetrahedra",
+    "/mesh/opposite_points",
+    "/mesh/opposite_panes",
+    "/mesh/opposite_pairs",
+    "/mesh/opposite_integrals",
+    "/VTKHDF/CellData/body",
+];
 const FACES_WITH_FRICTION_ONLY: &str = "/post/faces/tangential_force";
 const ONE_FACE_ONLY: [&str; 2] = ["/mesh/contact_normal", "/post/resultants/tangential_force"];
 
@@ -251,6 +262,7 @@ fn expected(effects: &[&[&str]], present: Option<&str>) -> BTreeSet<String> {
     paths.extend(HISTORY_ONLY.map(str::to_owned));
     paths.extend(TOOLS_ONLY.map(str::to_owned));
     paths.extend(SEVERAL_FACES_ONLY.map(str::to_owned));
+    paths.extend(BODIES_ONLY.map(str::to_owned));
     paths.insert(FACES_WITH_FRICTION_ONLY.to_owned());
     let all = [&CONTACT_ONLY[..], &FRICTION_ONLY, &COULOMB_ONLY].concat();
     if let Some(present) = present {
@@ -411,4 +423,39 @@ fn with_the_implicit_operator_nothing_dense_is_there() {
         &REGIONS_ONLY,
     ];
     assert_eq!(found, expected(&absent, Some("Cell")));
+}
+
+#[test]
+fn with_two_bodies_theirs_are_there_and_no_error_of_the_mesh() {
+    const BLOCKS: &str = "
+        title = 'two blocks'
+        [[body]]
+        name = 'lower'
+        brick = { size = [1.0, 1.0, 1.0], cells = [2, 2, 2] }
+        [[body]]
+        name = 'upper'
+        brick = { size = [1.0, 1.0, 1.0], cells = [4, 4, 2] }
+        origin = [0.0, 0.0, 1.0]
+        [[clamp]]
+        face = 'lower.z_min'
+        [[clamp]]
+        face = 'upper.z_max'
+        value = [0.0, 0.0, -1e-4]
+        [contact]
+        between = ['lower.z_max', 'upper.z_min']
+    ";
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("scene.toml"), [BLOCKS, STEEL].concat()).unwrap();
+    Command::cargo_bin("contact3d-pipe")
+        .unwrap()
+        .current_dir(folder.path())
+        .args(["run", "scene.toml", "run.h5", "--no-figures", "--quiet"])
+        .assert()
+        .success();
+    let reader = Reader::open(&folder.path().join("run.h5"), LAYOUT).unwrap();
+    for path in BODIES_ONLY {
+        assert!(reader.has(path), "{path}");
+    }
+    assert!(!reader.has("/post/discretisation_error/total"));
+    assert!(!reader.has("/post/discretisation_error/indicator"));
 }
