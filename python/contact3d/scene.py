@@ -232,6 +232,8 @@ class GmshFile(Keys):
     regions.
 
     :param file: Path of the .msh file, relative to the scene file.
+    :param volume: The physical volume that is the body; all tetrahedra of the file when not given. Bodies of a file
+        whose meshes share nodes may slide and open there.
     :param unit: Length > 0 of the file's unit in m: 0.001 for a mesh in millimetres and a scene in metres. Default:
         ``1.0``.
     :param digest: BLAKE3 digest of the file. Filled in when the mesh is made; a scene that gives it is sure to use
@@ -239,6 +241,7 @@ class GmshFile(Keys):
     """
 
     file: str
+    volume: str | None = None
     unit: float | None = None
     digest: str | None = None
 
@@ -773,11 +776,12 @@ class Scene(Keys):
 
     :param title: A line that names the case in reports and pictures.
     :param body: The body Ω and its mesh: one as a table, several as an array of tables.
-    :param material: The elastic law σ = C ε wherever no body and no region has another.
     :param reference: Where the case comes from (a paper, a table, a drawing).
     :param units: The units of all its numbers, in place of the m, N and Pa that descriptions name: only words,
         nothing is converted.
     :param parameters: Numbers with names, which formulas may use.
+    :param material: The elastic law σ = C ε wherever no body and no region has another. Not given where every body
+        has its own.
     :param region: Parts of the body with a material of their own; the last one that holds a tetrahedron counts.
     :param clamp: Faces on which displacement components are held (Γ_u), at zero or at given values.
     :param spring: Springs on faces.
@@ -799,10 +803,10 @@ class Scene(Keys):
 
     title: str
     body: Body | Sequence[Body]
-    material: Material
     reference: str | None = None
     units: Units | None = None
     parameters: Mapping[str, float] | None = None
+    material: Material | None = None
     region: Sequence[Region] | None = None
     clamp: Sequence[Clamp] | None = None
     spring: Sequence[Spring] | None = None
