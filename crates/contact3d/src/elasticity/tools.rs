@@ -196,7 +196,8 @@ pub(super) fn prescribed_rows(scene: &Scene, mesh: &Mesh) -> Result<Vec<[f64; 3]
     let places = ToolPlace::of_scene(scene, mesh);
     let mut rows = Vec::with_capacity(2 * places.len());
     for ((i, tool), place) in scene.tools.iter().enumerate().zip(&places) {
-        if !(place.arm <= FARTHEST_POINT * mesh.extent()) {
+        let is_near = place.arm <= FARTHEST_POINT * mesh.extent();
+        if !is_near {
             return Err(InvalidValue {
                 key: format!("tool.{i}.point"),
                 expected: format!(

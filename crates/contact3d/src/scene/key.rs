@@ -542,8 +542,8 @@ mod tests {
             ("solve.max_outer_steps", "a whole number, at least 1"),
             ("body.brick.size", "three finite positive numbers [m]"),
             (
-                "contact.gap",
-                "a finite number [m] >= 0 or an expression in x, y, z",
+                "friction.slip_bound",
+                "a finite number [Pa] >= 0 or an expression in x, y, z",
             ),
             ("parameters.mu", "a finite number"),
             (
