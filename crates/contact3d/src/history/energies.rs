@@ -154,7 +154,7 @@ impl EnergyLedger {
                 let earlier = before.map_or(0.0, |before| before.multiplier[pane]);
                 let pressure = 0.5 * (record.multiplier[pane] + earlier);
                 let [normal, ..] =
-                    frame.pane_relative(surface, pane, &moved_at, |row| tool_rows[row]);
+                    frame.pane_relative(surface, pane, moved_at, |row| tool_rows[row]);
                 pressure * surface.pane_area[pane] * normal
             });
             panes.sum()

@@ -40,7 +40,7 @@ fn check_face(scene: &Scene, contact: &Contact, key: &str) -> Result<(), Invalid
 /// What a contact of two bodies says, and what it leaves to obstacles.
 fn check_pair(scene: &Scene, contact: &Contact, key: &str) -> Result<(), InvalidValue> {
     require(
-        contact.between.is_some() != !contact.face.is_empty(),
+        contact.between.is_some() == contact.face.is_empty(),
         key,
         "exactly one of face, between",
         if contact.between.is_some() {
@@ -149,8 +149,8 @@ fn check_beside_others(scene: &Scene, contact: &Contact, entry: usize) -> Result
     let before = &scene.contacts[..entry];
     for (other, first) in before.iter().enumerate() {
         let other = scene.contact_key(other);
-        let shared = contact.faces().into_iter();
-        let shared = shared.filter(|face| first.faces().contains(face)).next();
+        let mut shared = contact.faces().into_iter();
+        let shared = shared.find(|face| first.faces().contains(face));
         require(
             shared.is_none() || first.corners.is_some() && contact.corners.is_some(),
             format!(
