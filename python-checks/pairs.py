@@ -110,6 +110,15 @@ class Face:
         unit = self.area_vectors / self.areas[:, None]
         self.is_flat = np.abs(unit - unit[0]).max() < 1e-6
 
+    def bulge(self, k: int, at: np.ndarray) -> float:
+        """How far the curved face that a straight triangle stands for lies outside it, by the normals of its corners."""
+        if self.is_flat or self.nodes.shape[1] != 3:
+            return 0.0
+        x, n = self.x[self.nodes[k]], self.normals[self.nodes[k]]
+        if (n @ self.area_vectors[k]).min() < np.cos(np.radians(15.0)) * self.areas[k]:
+            return 0.0
+        return sum(at[a] * at[b] * (x[b] - x[a]) @ (n[b] - n[a]) / 2 for a, b in ((0, 1), (1, 2), (2, 0)))
+
     def meet(self, k: int, along: np.ndarray, places: np.ndarray) -> np.ndarray:
         """Barycentric places where lines along a direction through some places meet the triangle, [..., 3]."""
         across = np.linalg.svd(along[None])[2][1:]
@@ -218,7 +227,7 @@ def opposite(side: Face, other: Face, node: int) -> tuple[np.ndarray, float, boo
         inside = bary.min() > -1e-9
         key = (inside, -abs((place - x) @ along) if inside else bary.min())
         if np.abs(bary).max() < 1e3 and (best is None or key > best[0]):
-            best = (key, place, at @ other.normals[other.nodes[k]])
+            best = (key, place - along * other.bulge(k, bary), at @ other.normals[other.nodes[k]])
     if best is None:
         return along, np.nan, False
     (inside, _), place, theirs = best

@@ -172,11 +172,19 @@ impl<'a> SolvedRun<'a> {
             .map(|pane| pane.gap)
             .fold(f64::INFINITY, f64::min);
         if gap <= 0.0 {
-            return Some("no pane is pressed: the contact face only touches the foundation".into());
+            let what = match self.scene.bodies_touch() {
+                true => "the bodies only touch each other",
+                false => "the contact face only touches the foundation",
+            };
+            return Some(format!("no pane is pressed: {what}"));
         }
         let unit = self.scene.units.of(Dimension::LENGTH);
+        let what = match self.scene.bodies_touch() {
+            true => "bodies",
+            false => "obstacle",
+        };
         Some(format!(
-            "no pane is in contact, the smallest gap left is {gap:.3e} {}: check the place of the obstacle, the directions of the loads (a positive pressure pushes into the body) and the unit of lengths",
+            "no pane is in contact, the smallest gap left is {gap:.3e} {}: check the place of the {what}, the directions of the loads (a positive pressure pushes into the body) and the unit of lengths",
             unit.word()
         ))
     }

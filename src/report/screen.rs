@@ -131,7 +131,7 @@ impl SolvedRun<'_> {
         let unit = self.unit(Dimension::FORCE);
         let told = |force, face: usize| {
             let force = unit.told(&self.without_noise(force, |row| row.force));
-            format!("{force} on {}", self.body_with_panes(face))
+            format!("{force} on {}", self.first_body(face))
         };
         let faces = &self.report.faces;
         if (1..=MOST_FACES).contains(&faces.len()) {
@@ -154,20 +154,15 @@ impl SolvedRun<'_> {
             .collect()
     }
 
-    /// What words call the body that the panes of a contact face belong to.
-    fn body_with_panes(&self, face: usize) -> String {
-        let surface = self
-            .mesh
-            .contact
-            .as_ref()
-            .filter(|_| !self.mesh.bodies.is_empty());
-        surface.map_or_else(
-            || "the body".to_owned(),
-            |surface| {
-                let node = surface.nodes[surface.faces[face].nodes.start];
-                escape_control(&self.mesh.bodies[self.mesh.body_of_node(node)].name)
-            },
-        )
+    /// What words call the body that a contact force is told of: of two that touch each other that of the first face.
+    fn first_body(&self, face: usize) -> String {
+        if self.mesh.bodies.is_empty() {
+            return "the body".to_owned();
+        }
+        let entry = self.scene.contact_order()[face];
+        let name = self.scene.contacts[entry].faces()[0];
+        let body = name.split('.').next().unwrap_or(name);
+        escape_control(body)
     }
 
     /// The friction force over the largest one in its direction that the panes can bear as they are pressed; `None` without a force.

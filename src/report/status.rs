@@ -56,9 +56,13 @@ pub fn status(solution: &Solution, scene: &Scene, mesh: &Mesh) -> String {
             automatic.unwrap_or_else(|| after_all_solvers(solution, scene))
         }
         Status::NoEquilibrium if solution.is_mechanism_of_panes(mesh) => {
+            let other = match scene.bodies_touch() {
+                true => "",
+                false => " or contact.multipliers = \"nodal\"",
+            };
             return format!(
                 "NOT CONVERGED: no equilibrium with {} pane(s), which is no proof that contact cannot hold the body: panes transmit \
-                 forces at their centres only; a finer mesh or contact.multipliers = \"nodal\" may hold it; see the mechanism",
+                 forces at their centres only; a finer mesh{other} may hold it; see the mechanism",
                 mesh.contact.as_ref().map_or(0, ContactSurface::n_panes)
             );
         }

@@ -76,10 +76,15 @@ impl ContactFrame {
                 face.nodes.clone().map(|n| surface.normal_at(n)).collect()
             };
             let varies = normals.iter().any(|normal| normal != &normals[0]);
+            // t₂ = t₁ × ν turns round with the side that has the panes; an angle is that of the first of two faces.
+            let sense = match mesh.is_on_second_face(contact, surface, face) {
+                true => -1.0,
+                false => 1.0,
+            };
             let axes_at = |local: usize| -> Result<[[f64; 3]; 2], InvalidValue> {
                 let normal = Vector3::from(surface.normal_at(local));
                 let place = mesh.coordinates[surface.nodes[local]];
-                let first = first_axis(contact, &key, &normal, varies, place)?;
+                let first = first_axis(contact, (&key, sense), &normal, varies, place)?;
                 Ok([first.into(), first.cross(&normal).into()])
             };
             let places = if is_uniform && !has.turning_frame {
@@ -326,7 +331,7 @@ impl ReferenceFrame {
 
 fn first_axis(
     contact: &Contact,
-    key: &str,
+    (key, sense): (&str, f64),
     normal: &Vector3<f64>,
     varies: bool,
     place: [f64; 3],
@@ -373,7 +378,7 @@ fn first_axis(
     let Some(angle) = &contact.angle else {
         return Ok(first);
     };
-    let (sine, cosine) = angle.at(place).to_radians().sin_cos();
+    let (sine, cosine) = (sense * angle.at(place)).to_radians().sin_cos();
     if !sine.is_finite() {
         return Err(InvalidValue {
             key: format!("{key}.angle"),

@@ -458,10 +458,15 @@ fn refuse_penetration(
     let held = mesh.held_nodes(scene);
     for (local, &node) in surface.nodes.iter().enumerate() {
         let normal = frame.normal_at(local);
-        if !(0..3).all(|c| normal[c] == 0.0 || held[node][c]) {
+        let is_held = |node: usize| (0..3).all(|c| normal[c] == 0.0 || held[node][c]);
+        let opposite = surface.opposite.as_ref();
+        let opposite = || opposite.into_iter().flat_map(|of| of.at_node(local));
+        if !is_held(node) || opposite().any(|(node, share)| share != 0.0 && !is_held(node)) {
             continue;
         }
-        let towards = frame.normal_part(local, prescribed[node]);
+        let part = |node: usize| frame.normal_part(local, prescribed[node]);
+        let away: f64 = opposite().map(|(node, share)| share * part(node)).sum();
+        let towards = part(node) - away;
         let gap = gap.map_or(0.0, |gap| gap[local]);
         let size = prescribed[node]
             .iter()
@@ -470,11 +475,11 @@ fn refuse_penetration(
             return Err(InvalidValue {
                 key: "clamp".into(),
                 expected: format!(
-                    "at most the gap {} as the displacement of held contact nodes towards the foundation",
+                    "at most the gap {} as the displacement of held contact nodes towards what they touch",
                     Written(&gap)
                 ),
                 found: format!("{} {}", Written(&towards), place_words(mesh.coordinates[node])),
-                help: "the foundation is rigid: give such nodes a gap, move them less, or leave the axis towards it out of the clamp's components".into(),
+                help: "what is held gives way to nothing: give such nodes a gap, move them less, or leave the axis towards each other out of the components of a clamp".into(),
             });
         }
     }

@@ -188,25 +188,34 @@ pub(super) fn held_rows(scene: &Scene) -> impl Iterator<Item = [bool; 3]> {
 /// Farthest place of a tool's point over the size of the body: half of the digits of a turn are left on the face.
 const FARTHEST_POINT: f64 = 1e8;
 
+/// The places of the tools.
+///
+/// # Errors
+/// A point too far from the faces.
+fn near_places(scene: &Scene, mesh: &Mesh) -> Result<Vec<ToolPlace>, InvalidValue> {
+    let places = ToolPlace::of_scene(scene, mesh);
+    let is_near = |place: &ToolPlace| place.arm <= FARTHEST_POINT * mesh.extent();
+    match places.iter().position(|place| !is_near(place)) {
+        None => Ok(places),
+        Some(tool) => Err(InvalidValue {
+            key: format!("tool.{tool}.point"),
+            expected: format!(
+                "a point within {FARTHEST_POINT:e} times the body's size of its faces"
+            ),
+            found: Written(&places[tool].point).to_string(),
+            help: "check the place of the point, and the unit of lengths".into(),
+        }),
+    }
+}
+
 /// The rows at which the tools are held in m, zero where free.
 ///
 /// # Errors
-/// A formula that is not finite.
+/// A formula that is not finite, a point too far away.
 pub(super) fn prescribed_rows(scene: &Scene, mesh: &Mesh) -> Result<Vec<[f64; 3]>, InvalidValue> {
-    let places = ToolPlace::of_scene(scene, mesh);
+    let places = near_places(scene, mesh)?;
     let mut rows = Vec::with_capacity(2 * places.len());
     for ((i, tool), place) in scene.tools.iter().enumerate().zip(&places) {
-        let is_near = place.arm <= FARTHEST_POINT * mesh.extent();
-        if !is_near {
-            return Err(InvalidValue {
-                key: format!("tool.{i}.point"),
-                expected: format!(
-                    "a point within {FARTHEST_POINT:e} times the body's size of its faces"
-                ),
-                found: Written(&place.point).to_string(),
-                help: "check the place of the point, and the unit of lengths".into(),
-            });
-        }
         let [shift, turn] = tool.held_motion();
         finite(i, [("displacement", shift), ("turn", turn)])?;
         rows.extend(place.rows([shift, turn]));
@@ -217,9 +226,9 @@ pub(super) fn prescribed_rows(scene: &Scene, mesh: &Mesh) -> Result<Vec<[f64; 3]
 /// The forces on the rows of the tools in N.
 ///
 /// # Errors
-/// A formula that is not finite.
+/// As [`prescribed_rows`].
 pub(crate) fn tool_loads(scene: &Scene, mesh: &Mesh) -> Result<Vec<[f64; 3]>, InvalidValue> {
-    let places = ToolPlace::of_scene(scene, mesh);
+    let places = near_places(scene, mesh)?;
     let mut rows = Vec::with_capacity(2 * places.len());
     for ((i, tool), place) in scene.tools.iter().enumerate().zip(&places) {
         let [force, moment] = tool.load();

@@ -107,12 +107,20 @@ pub(super) fn check_meeting(
                 continue;
             };
             let middle = centroid(&mesh.corners(&mesh.facets[facet]));
+            let between = scene.contacts[entry.max(other)].between.is_some();
+            let (name, help) = match between {
+                true => (
+                    "panes_on",
+                    "give the panes of both to the faces that they do not share",
+                ),
+                false => ("box", "make one of the boxes smaller"),
+            };
             return Err(InvalidValue {
-                key: format!("{}.box", scene.contact_key(entry.max(other))),
+                key: format!("{}.{name}", scene.contact_key(entry.max(other))),
                 expected: "triangles that are in no other contact".into(),
                 found: format!("one around {} that is", place_words(middle)),
                 help: format!(
-                    "{} has it as well; make one of the boxes smaller",
+                    "{} has it as well; {help}",
                     scene.contact_key(entry.min(other))
                 ),
             });

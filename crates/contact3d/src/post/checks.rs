@@ -70,7 +70,7 @@ impl fmt::Display for CheckFailure {
 }
 
 impl Solution {
-    /// Whether panes alone let a mechanism be: some contact node moves into the foundation in it, which the mean displacements of its
+    /// Whether panes alone let a mechanism be: some contact node moves into the foundation or the other body in it, which the mean displacements of its
     /// panes do not show, so that it proves nothing of the body.
     #[must_use]
     pub fn is_mechanism_of_panes(&self, mesh: &Mesh) -> bool {
@@ -88,8 +88,11 @@ impl Solution {
         let mut nodes = surface.nodes.iter().enumerate();
         nodes.any(|(contact_node, node)| {
             let normal = surface.normal_at(contact_node);
+            let opposite = surface.opposite.as_ref();
+            let opposite = opposite.into_iter().flat_map(|of| of.at_node(contact_node));
+            let away = opposite.map(|(node, share)| share * dot(&normal, &motion[node]));
             // The largest component of the motion is one.
-            dot(&normal, &motion[*node]) > 1e-3
+            dot(&normal, &motion[*node]) - away.sum::<f64>() > 1e-3
         })
     }
 }

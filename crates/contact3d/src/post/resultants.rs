@@ -119,15 +119,17 @@ impl Resultants {
                     .fold(0.0, |most: f64, u| most.max(u[c].abs()))
             }),
             contact: solved.contact.as_ref().map(|contact| {
-                let on_panes = match &contact.state.surface.opposite {
+                let surface = contact.state.surface;
+                let on_first = match &surface.opposite {
                     None => sums[0].0,
                     Some(_) => {
-                        let panes = 0..contact.coupling.layout.n_panes();
-                        let own = contact_forces(solved, contact, panes, [true, false]);
-                        total(solved.mesh, &own).0
+                        let faces = surface.faces.iter();
+                        faces
+                            .map(|face| force_on_first(solved, contact, face))
+                            .sum()
                     }
                 };
-                ContactResultants::new(solved, contact, on_panes.into())
+                ContactResultants::new(solved, contact, on_first.into())
             }),
         }
     }
@@ -214,8 +216,7 @@ impl FaceResultants {
             return Vec::new();
         }
         let of_face = |face: &SurfaceFace| {
-            let forces = contact_forces(solved, contact, face.panes.clone(), [true, false]);
-            let (force, _) = total(solved.mesh, &forces);
+            let force = force_on_first(solved, contact, face);
             let count = |zone: Zone| {
                 let panes = panes[face.panes.clone()].iter();
                 panes.filter(|pane| pane.zone == zone).count()
@@ -232,6 +233,22 @@ impl FaceResultants {
         };
         faces.iter().map(of_face).collect()
     }
+}
+
+/// The force in N on the body, of two that touch each other on that of the first face.
+fn force_on_first(
+    solved: &Solved<'_>,
+    contact: &SolvedContact<'_>,
+    face: &SurfaceFace,
+) -> Vector3<f64> {
+    let surface = contact.state.surface;
+    let number = surface.faces.iter().position(|other| other == face);
+    let entry = solved.scene.contact_order()[number.unwrap_or_default()];
+    let of_pair = &solved.scene.contacts[entry];
+    let on_second = solved.mesh.is_on_second_face(of_pair, surface, face);
+    let sides = [!on_second, on_second];
+    let forces = contact_forces(solved, contact, face.panes.clone(), sides);
+    total(solved.mesh, &forces).0
 }
 
 fn imbalance<'a>(parts: impl Iterator<Item = &'a Vector3<f64>>, size: f64) -> f64 {

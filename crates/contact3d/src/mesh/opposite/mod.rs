@@ -91,6 +91,9 @@ impl Opposite {
     }
 }
 
+/// Cosine of 15°, the most between a triangle of a curved face and the normals of its corners.
+const SMOOTH: f64 = 0.965_925_826_289_068_3;
+
 /// One of two faces: triangles of the boundary with the normals of their nodes.
 pub(super) struct Face<'a> {
     pub(super) mesh: &'a Mesh,
@@ -133,6 +136,29 @@ impl<'a> Face<'a> {
             plane: flat.map(|(normal, _)| normal.into()),
             modulus,
         }
+    }
+
+    /// How far in m the curved face that a straight triangle stands for lies outside it, at a point in barycentric coordinates: the quadratic
+    /// surface through its corners with their normals, Σ_{ab} ½ λ_a λ_b (x_b − x_a)·(n_b − n_a) over the edges (T. Nagata, *Comput. Aided
+    /// Geom. Design* 22 (2005) 327). Zero on quadratic sides, which have a curvature of their own, and beside edges of the body.
+    pub(super) fn bulge(&self, facet: usize, at: &[f64; 3]) -> f64 {
+        let nodes = self.mesh.facets[facet];
+        if self.plane.is_some() || self.mesh.mid_edges.is_some() {
+            return 0.0;
+        }
+        let places = self.mesh.corners(&nodes).map(Vector3::from);
+        let normals = nodes.map(|node| self.normals[&node]);
+        let [a, b, c] = places;
+        let flat = (b - a).cross(&(c - a)).normalize();
+        // Triangles that meet at more than 30° are an edge of the body.
+        if normals.iter().any(|normal| normal.dot(&flat) < SMOOTH) {
+            return 0.0;
+        }
+        let edges = [[0, 1], [1, 2], [2, 0]];
+        let over_edge = |[a, b]: [usize; 2]| {
+            0.5 * at[a] * at[b] * (places[b] - places[a]).dot(&(normals[b] - normals[a]))
+        };
+        edges.map(over_edge).iter().sum()
     }
 
     /// The mean longest edge of its triangles in m.

@@ -55,7 +55,14 @@ impl NodePairing {
             let least = at.into_iter().fold(f64::INFINITY, f64::min);
             let shape = other.mesh.facet_shape(&at);
             let (opposite, distance) = projection.place_of(&shape, &place);
-            (least, distance.abs(), facet, shape, opposite)
+            let bulge = other.bulge(facet, &at);
+            (
+                least,
+                distance.abs(),
+                facet,
+                shape,
+                opposite - along * bulge,
+            )
         });
         type Point = (f64, f64, usize, Vec<f64>, Vector3<f64>);
         let better = |a: &Point, b: &Point| {

@@ -8,14 +8,11 @@ use super::{Boxes, Face, NodePairing, Opposite, Overlap};
 use crate::{
     linalg::CscMatrix,
     mesh::{
-        ContactSurface, GEOMETRY_TOLERANCE, Mesh, contact_parts::under,
+        ContactSurface, GEOMETRY_TOLERANCE, Mesh, SurfaceFace, contact_parts::under,
         contact_surface::ContactFace, obstacle, sorted,
     },
-    scene::{InvalidValue, Scene, Written, place_words},
+    scene::{Contact, InvalidValue, Scene, Written, place_words},
 };
-
-/// The share of a pane with something opposite below which it is left out: less than what touches is told by the digits of coordinates.
-const LEAST_OVERLAP: f64 = 1e-6;
 
 /// The share below which a pane joins a neighbour: its pressure would be that of a sliver, and S as badly scaled as its square root.
 const OWN_OVERLAP: f64 = 0.25;
@@ -69,6 +66,20 @@ impl Mesh {
         let digits = GEOMETRY_TOLERANCE * side.radius().min(other.radius());
         self.refuse_overlap(&key, &pairings, depth + digits)?;
         Ok(ContactSurface::with_panes(face, panes))
+    }
+
+    /// Whether the panes of a contact between two bodies lie on the second of its faces.
+    #[must_use]
+    pub(crate) fn is_on_second_face(
+        &self,
+        contact: &Contact,
+        surface: &ContactSurface,
+        face: &SurfaceFace,
+    ) -> bool {
+        contact.between.as_ref().is_some_and(|[_, second]| {
+            let facet = surface.facets[face.facets.start];
+            self.face_names[self.facet_face[facet]] == *second
+        })
     }
 
     /// A face of a pair with the modulus of the material behind it, the mean over its triangles of 1/k.
@@ -127,7 +138,7 @@ impl Mesh {
         Ok(self.brick_panes(scene, face, &triangles))
     }
 
-    /// The panes of triangles after those with next to nothing opposite are left out, and those with little joined to the neighbour with the
+    /// The panes of triangles after those with nothing opposite are left out, and those with little joined to the neighbour with the
     /// longest common edge.
     fn covered_panes(&self, overlaps: &[Overlap], panes: Vec<usize>) -> Vec<Option<usize>> {
         let n_panes = panes.iter().max().map_or(0, |pane| pane + 1);
@@ -140,10 +151,8 @@ impl Mesh {
         let share = |pane: usize| covered[pane] / whole[pane];
         let mut joined: Vec<usize> = (0..n_panes).collect();
         let borders = self.borders(overlaps, &panes);
-        for pane in (0..n_panes).filter(|&pane| share(pane) < OWN_OVERLAP) {
-            if share(pane) < LEAST_OVERLAP {
-                continue;
-            }
+        let is_sliver = |pane: &usize| share(*pane) > 0.0 && share(*pane) < OWN_OVERLAP;
+        for pane in (0..n_panes).filter(is_sliver) {
             let beside = borders.iter().filter_map(|(&[a, b], &length)| match pane {
                 p if p == a => Some((b, length)),
                 p if p == b => Some((a, length)),
@@ -153,12 +162,12 @@ impl Mesh {
             let longest = beside.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
             joined[pane] = longest.map_or(pane, |(other, _)| other);
         }
-        let is_kept = |pane: usize| share(pane) >= LEAST_OVERLAP && joined[pane] == pane;
+        let is_kept = |pane: usize| share(pane) > 0.0 && joined[pane] == pane;
         let kept = (0..n_panes).filter(|&pane| is_kept(pane));
         let number: BTreeMap<usize, usize> = kept.zip(0..).collect();
         let places = panes
             .iter()
-            .map(|&pane| (share(pane) >= LEAST_OVERLAP).then(|| number[&joined[pane]]));
+            .map(|&pane| (share(pane) > 0.0).then(|| number[&joined[pane]]));
         places.collect()
     }
 

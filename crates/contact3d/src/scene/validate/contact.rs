@@ -152,7 +152,9 @@ fn check_beside_others(scene: &Scene, contact: &Contact, entry: usize) -> Result
         let mut shared = contact.faces().into_iter();
         let shared = shared.find(|face| first.faces().contains(face));
         require(
-            shared.is_none() || first.corners.is_some() && contact.corners.is_some(),
+            shared.is_none()
+                || first.corners.is_some() && contact.corners.is_some()
+                || first.between.is_some() && contact.between.is_some(),
             format!(
                 "{key}.{}",
                 if contact.between.is_some() {
