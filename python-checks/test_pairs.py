@@ -215,23 +215,23 @@ def test_a_plug_fits_its_ring_whatever_the_facets(panes, solved, tmp_path):
     def sector(inner, outer):
         def place(x, y, z):
             angle, radius = np.pi / 2 * x, inner + (outer - inner) * z
-            return radius * np.cos(angle), 0.2 * y, radius * np.sin(angle)
+            return float(radius * np.cos(angle)), 0.2 * y, float(radius * np.sin(angle))
 
         return place
 
-    for name, radii, cells in (("plug", (1.0, 0.3), (24, 1, 5)), ("ring", (1.0, 2.0), (16, 1, 5))):
+    for name, radii, cells in (("plug", (1.0, 0.3), (24, 2, 5)), ("ring", (1.0, 2.0), (16, 2, 5))):
         (tmp_path / f"{name}.msh").write_text(mesh_text(sector(*radii), cells, "P1"))
     text = STEEL + "\n" + "".join(f'[[body]]\nname = "{name}"\ngmsh.file = "{name}.msh"\n' for name in ("plug", "ring"))
     for body in ("plug", "ring"):
         for face, axis in (("x_min", "z"), ("x_max", "x"), ("y_min", "y"), ("y_max", "y")):
             text += f'[[clamp]]\nface = "{body}.{face}"\ncomponents = ["{axis}"]\n'
-    text += f'[[pressure]]\nface = "plug.z_max"\nvalue = 1e-6\n[contact]\nbetween = ["plug.z_min", "ring.z_min"]\npanes_on = "{panes}.z_min"\n'
+    text += f'[[pressure]]\nface = "plug.z_max"\nvalue = 1e-3\n[contact]\nbetween = ["plug.z_min", "ring.z_min"]\npanes_on = "{panes}.z_min"\n'
     with open_run(solved(text)) as file:
         pressure, area = file["solve/multiplier_normal"][:], file["mesh/pane_area"][:]
     inner, joint, outer = 0.3, 1.0, 2.0
-    exact = 1e-6 * inner**2 / (outer**2 - inner**2) * (outer**2 / joint**2 - 1.0)
-    # Linear elements of 4 and 6 degrees: 1.7 and 1.9 % measured; the facets of the ring as gaps open every pane.
-    assert area @ pressure / area.sum() == pytest.approx(exact, rel=4e-2)
+    exact = 1e-3 * inner**2 / (outer**2 - inner**2) * (outer**2 / joint**2 - 1.0)
+    # Linear elements, five across the plug: 4.2 and 4.4 % measured; the facets of the ring as gaps of 1e-3 open every pane.
+    assert area @ pressure / area.sum() == pytest.approx(exact, rel=7e-2)
     assert pressure.min() > 0.8 * exact
 
 

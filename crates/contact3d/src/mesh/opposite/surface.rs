@@ -8,8 +8,8 @@ use super::{Boxes, Face, NodePairing, Opposite, Overlap};
 use crate::{
     linalg::CscMatrix,
     mesh::{
-        ContactSurface, GEOMETRY_TOLERANCE, Mesh, SurfaceFace, contact_parts::under,
-        contact_surface::ContactFace, obstacle, sorted,
+        ContactSurface, GEOMETRY_TOLERANCE, Mesh, SurfaceFace, contact_surface::ContactFace,
+        obstacle, sorted,
     },
     scene::{Contact, InvalidValue, Scene, Written, place_words},
 };
@@ -43,7 +43,12 @@ impl Mesh {
             .map(|&facet| Overlap::of(side, facet, other, &boxes))
             .collect();
         let panes = self.panes_of(scene, &pair[first], &side.facets, held);
-        let panes = panes.map_err(|invalid| under(&key, invalid))?;
+        let panes = panes.map_err(|invalid| InvalidValue {
+            key: format!("{key}.between"),
+            help: "refine the mesh of the face with panes, or name the other one by panes_on"
+                .into(),
+            ..invalid
+        })?;
         let panes = self.covered_panes(&overlaps, panes);
         let kept: Vec<(&Overlap, usize)> = overlaps
             .iter()
