@@ -29,6 +29,15 @@ pub fn increments(scene: &Scene, records: &[StepRecord]) -> FigureTable {
     let [mut work, mut dissipated] = [0.0; 2];
     let mut step = 0;
     let errors = HistoryErrors::new(records, None).map(|errors| errors.relative);
+    let contact_force = match scene.contacts.as_slice() {
+        [only] if scene.bodies_touch() => {
+            let face = only.faces()[0];
+            let body = face.split('.').next().unwrap_or(face);
+            format!("contact force on {}", escape_control(body))
+        }
+        _ if scene.bodies_touch() => "sum of contact forces".to_owned(),
+        _ => "contact force on the body".to_owned(),
+    };
     let rows = records.iter().enumerate().map(|(k, record)| {
         let energies = &record.energies;
         if record.increment.step != step {
@@ -44,7 +53,7 @@ pub fn increments(scene: &Scene, records: &[StepRecord]) -> FigureTable {
         figures.json_only("increment", record.increment.number);
         figures.add("time", "time", Dimension::Time, Fixed(4), record.increment.time);
         figures.counts("open, stick, slip", [("open", open), ("stick", stick), ("slip", slip)]);
-        figures.told("contact force on the body", Dimension::FORCE, Some(record.contact_force));
+        figures.told(&contact_force, Dimension::FORCE, Some(record.contact_force));
         for (tool, state) in record.tools.iter().enumerate() {
             let words = format!("{} moved", escape_control(&scene.tool_name(tool)));
             figures.told(&words, Dimension::LENGTH, Some(state.displacement));
