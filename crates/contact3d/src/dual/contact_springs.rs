@@ -1,4 +1,4 @@
-//! Contact springs in the stiffness, for slender bodies that contact holds: the augmented Lagrangian.
+//! Contact springs in the stiffness, for slender bodies that lie on their foundation and are clamped: the augmented Lagrangian.
 //!
 //! A long strip on its foundation bends so easily without it that S = B A⁻¹Bᵀ and h are some 10¹⁰ times larger than what panes feel of each
 //! other, and gaps lose that many digits. With springs σ between panes and foundation,

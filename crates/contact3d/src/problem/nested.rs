@@ -16,7 +16,8 @@ use crate::{
 const DENSE: usize = 1_500;
 
 impl AssembledProblem {
-    /// Multipliers in Pa to start from; `None` where S is dense, the body is no brick, or the coarser problem has no solution.
+    /// Multipliers in Pa to start from; `None` where S is dense or could be, without friction, where the method was given, the body is no
+    /// brick, or the coarser problem has no solution.
     pub(super) fn nested_start(
         &self,
         settings: &SolveSettings,

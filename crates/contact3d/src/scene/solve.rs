@@ -19,8 +19,7 @@ pub enum PrecisionControl {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
-    /// Newton where the dual operator is explicit, certified by one evaluation of the paper's
-    /// mapping; successive approximations where it is implicit or Newton gives up.
+    /// Newton's method, by products where the dual operator is implicit; gradient methods and successive approximations where it finds nothing.
     #[default]
     Auto,
     /// Semismooth Newton for slip bound and friction at once; needs the explicit dual operator.

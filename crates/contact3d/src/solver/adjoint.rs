@@ -52,7 +52,7 @@ pub(crate) struct Adjoint {
 
 impl Adjoint {
     /// Solves for the adjoints of functionals at one solution, with A alone where there is no contact problem; `None` where the matrix of Newton's
-    /// method is singular, and for a body that floats on an implicit S.
+    /// method is singular, for a body that floats on an implicit S, and where contact springs gave the solution.
     pub(crate) fn of(
         assembly: &Assembly,
         problem: Option<&ContactProblem<'_>>,

@@ -8,9 +8,9 @@
 //! |---|---|
 //! | `Converged`, `MachinePrecision` | a refined solution ([`Assessment::of_refined`]), a method that kept its promise ([`Assessment::of_method`]) |
 //! | `ReducedAccuracy` | a method that missed it by a measured error of at most 5 % |
-//! | `Inaccurate` | a larger error, a residual of the report that contradicts, or nothing measured yet |
+//! | `Inaccurate` | a larger error, above 10⁻³ where Algorithm 4.1 is a strategy, a residual of the report that contradicts, or nothing measured yet |
 //! | `MaxNewtonSteps` | strategies that led nowhere ([`Assessment::of_unsolved`]), or an inner problem of Algorithm 4.1 |
-//! | `MaxOuterSteps`, `MaxOperatorApplications`, `Cycling` | Algorithm 4.1, as the method or as the last strategy |
+//! | `MaxOuterSteps`, `MaxOperatorApplications`, `Cycling` | Algorithm 4.1, as the method or as a strategy, or a minimisation |
 //! | `NumericalError` | a number out of range, of the method, the solution or the report |
 //! | `NoEquilibrium` | a mechanism ([`Assessment::of_mechanism`]) |
 
@@ -47,7 +47,7 @@ impl Assessment {
         }
     }
 
-    /// Of what came nearest to a solution, where no strategy led to one; how Algorithm 4.1 stopped, the last strategy, says more than that
+    /// Of what came nearest to a solution, where no strategy led to one; how Algorithm 4.1 stopped says more than that
     /// Newton's method found nothing.
     pub(in crate::solver) fn of_unsolved(error: f64, approximations: Option<StopReason>) -> Self {
         Self {

@@ -167,7 +167,7 @@ pub struct FrictionState {
     pub coulomb: CoulombState,
     /// ‖Ψ(λ) − λ‖ / ‖λ‖ for the paper's mapping Ψ, where it was evaluated.
     pub mapping_change: Option<f64>,
-    /// How Ψ behaves at λ; `None` unless S is dense and λ is a solution.
+    /// How Ψ behaves at λ; `None` unless S is dense, λ is a solution and no contact springs gave it.
     pub local_mapping: Option<LocalMapping>,
 }
 
@@ -211,14 +211,14 @@ impl LocalMapping {
 pub struct Trace {
     /// Which algorithm gave the solution.
     pub solved_by: SolvedBy,
-    /// The start strategy that led to the solution, or came nearest to one; `None` where S is implicit, or the method was given.
+    /// The start strategy that led to the solution, or came nearest to one; `None` where S stayed implicit, or the method was given.
     pub strategy: Option<StartStrategy>,
     /// Steplength ᾱ of projected gradient steps, in Pa/m³; 0 without contact.
     pub steplength: f64,
     /// Stiffness of each pane while the others do not move, `[n_multipliers]`, in Pa/m³, that
     /// residuals are measured by; empty without contact.
     pub local_stiffness: Vec<f64>,
-    /// One record per step of successive approximations.
+    /// One record per step of successive approximations, or for a minimisation.
     pub history: Vec<OuterStep>,
     /// One record per step of Newton's method.
     pub newton: Vec<NewtonStep>,

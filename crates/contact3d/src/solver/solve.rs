@@ -1,6 +1,6 @@
 //! The solve of a contact problem, step by step.
 //!
-//! 1. *Equilibrium.* Where contact alone holds the body, a rigid-body motion that no admissible contact forces resist proves that there
+//! 1. *Equilibrium.* Where only contact holds the body, or beside it weak springs, a rigid-body motion that no admissible contact forces resist proves that there
 //!    is no solution ([`super::equilibrium`]).
 //! 2. *Operator and method.* With a dense S Newton's method has the matrix of its derivative. Without, it multiplies with S through the
 //!    factor ([`super::newton_krylov`]), or a gradient method does ([`super::gradient_methods`]).
@@ -15,8 +15,12 @@
 //! | `auto` | implicit | Coulomb's | Newton–Krylov where supports hold the body | ≤ 10⁻³ |
 //! | | | | else, or where that finds nothing: Algorithm 4.1 with GPCG, repeated with smaller ε | ≤ 5 % |
 //! | `auto` | implicit | convex | one minimisation by GPCG, repeated with smaller ε | ≤ 5 % |
-//! | | | | where S is formed in less time and fits: strategies | ≤ 10⁻³ |
-//! | `fixed_point` | any | any | Algorithm 4.1 or one minimisation; repeated where S has single precision | ≤ 5 % |
+//! | | | | else, where S fits: it is formed, and strategies | ≤ 10⁻³ |
+//! | `fixed-point` | any | any | Algorithm 4.1 or one minimisation; repeated where a dense S has single precision | ≤ 5 % |
+//!
+//! Loops from the outside in: meshes of an error asked for (`adaptation`), increments of a history and their passes (`problem/run.rs`;
+//! with an implicit S each may begin on coarser meshes, `problem/nested.rs`), strategies (here), and in each of these the steps of its
+//! method, the rounds of refinement, and iterations for linear systems and minimisations.
 //!
 //! Methods that stop by a rule of their own keep a solution that is less accurate, and say so ([`Status::ReducedAccuracy`]). Newton's
 //! method, as `solve.method` or as the inner solver, needs a dense S ([`NeedsExplicit`]).

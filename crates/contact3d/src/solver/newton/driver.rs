@@ -52,11 +52,11 @@ impl<'a> NewtonDriver<'a> {
         let mut strategies = StartStrategy::ALL.to_vec();
         if self.has_large_rigid_compliance() {
             strategies.retain(|it| *it != StartStrategy::Relaxed);
-            let is_last = |it: &StartStrategy| *it == StartStrategy::InteriorPoint;
+            let is_interior = |it: &StartStrategy| *it == StartStrategy::InteriorPoint;
             let behind = strategies
                 .iter()
-                .position(is_last)
-                .map_or(0, |last| last + 1);
+                .position(is_interior)
+                .map_or(0, |at| at + 1);
             strategies.insert(behind, StartStrategy::Relaxed);
         }
         strategies.retain(|strategy| self.applies(*strategy, method));

@@ -10,7 +10,7 @@ use crate::{
     solver::{
         NewtonStep, StopReason,
         conditions::Evaluation,
-        tolerances::{ROUNDING_STALL_STEPS, STAGNATION_STEPS},
+        tolerances::{LOOP_MAX_STEPS, ROUNDING_STALL_STEPS, STAGNATION_STEPS},
     },
 };
 
@@ -43,7 +43,7 @@ impl Default for NewtonSettings {
     fn default() -> Self {
         Self {
             tolerance: 1e-12,
-            max_steps: 100,
+            max_steps: LOOP_MAX_STEPS,
             least_steps: 0,
             stagnation_steps: STAGNATION_STEPS,
             rounding_steps: ROUNDING_STALL_STEPS,

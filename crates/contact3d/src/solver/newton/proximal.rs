@@ -1,4 +1,4 @@
-//! The proximal point method on the rigid motions of a body that contact holds.
+//! The proximal point method on the rigid motions of a body that only contact holds, or beside it weak springs.
 //!
 //! Where panes open, contact may leave a rigid motion free within an interval: the matrix of Newton's method in (λ, α) is singular at
 //! the solution, and its α runs away. With a force −k (α − α₀) in the balance of forces,
