@@ -1,7 +1,6 @@
 //! Tests of the mechanics of the table on a small sample format.
 
 mod damage;
-mod kills;
 mod linked;
 mod round_trip;
 mod rules;

@@ -1,4 +1,11 @@
 //! A process that is killed while it writes leaves a readable file.
+//!
+//! A program of its own: a child process holds the locks of its parent until it runs its own program, so tests of locks
+//! cannot run beside it.
+
+#[expect(dead_code, reason = "the sample serves the other tests too")]
+#[path = "file/sample.rs"]
+mod sample;
 
 use std::env;
 use std::fs;
@@ -7,8 +14,8 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::Duration;
 
-use crate::sample::*;
 use contact3d_runfile::install_signal_handlers;
+use sample::*;
 
 /// Names the file for the child process.
 const FILE: &str = "STORE_TEST_FILE";
@@ -41,7 +48,7 @@ fn child_that_writes_until_killed() {
 const SIZES: [usize; 2] = [20_000, 20_001];
 
 fn child(file: &Path) -> Child {
-    let name = "kills::child_that_writes_until_killed";
+    let name = "child_that_writes_until_killed";
     Command::new(env::current_exe().unwrap())
         .args(["--ignored", "--exact", name])
         .env(FILE, file)
