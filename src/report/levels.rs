@@ -31,9 +31,7 @@ pub fn increments(scene: &Scene, records: &[StepRecord]) -> FigureTable {
     let errors = HistoryErrors::new(records, None).map(|errors| errors.relative);
     let contact_force = match scene.contacts.as_slice() {
         [only] if scene.bodies_touch() => {
-            let face = only.faces()[0];
-            let body = face.split('.').next().unwrap_or(face);
-            format!("contact force on {}", escape_control(body))
+            format!("contact force on {}", escape_control(only.first_body()))
         }
         _ if scene.bodies_touch() => "sum of contact forces".to_owned(),
         _ => "contact force on the body".to_owned(),

@@ -160,9 +160,7 @@ impl SolvedRun<'_> {
             return "the body".to_owned();
         }
         let entry = self.scene.contact_order()[face];
-        let name = self.scene.contacts[entry].faces()[0];
-        let body = name.split('.').next().unwrap_or(name);
-        escape_control(body)
+        escape_control(self.scene.contacts[entry].first_body())
     }
 
     /// The friction force over the largest one in its direction that the panes can bear as they are pressed; `None` without a force.

@@ -13,8 +13,8 @@ use contact3d::{
     scene::{ContactFeatures, Scene, SlipBound, escape_control},
 };
 use plots::{
-    BodyField, BodyMark, ContactPicture, DrawnFriction, FrictionKind, MeshPicture, Picture,
-    mesh_page,
+    BodyField, BodyMark, ContactPicture, DrawnFriction, DrawnObstacle, FrictionKind, MeshPicture,
+    Picture, mesh_page,
 };
 use units::Dimension;
 
@@ -233,14 +233,20 @@ impl Drawn<'_> {
         })
     }
 
-    /// Whether bodies touch on curved faces or are apart at first.
-    fn are_bodies_curved_or_apart(&self) -> bool {
+    /// Whether what lies opposite, an obstacle or any of the bodies, is curved or not touched at first.
+    fn is_to_scale(&self, obstacle: Option<&DrawnObstacle>) -> bool {
         let surface = self.mesh.contact.as_ref();
-        let surface = surface.filter(|surface| surface.opposite.is_some());
-        let is_flat = |frame: &ContactFrame| frame.references.iter().all(|it| it.is_flat);
-        surface.is_some_and(|surface| {
-            !self.frame.is_some_and(is_flat) || surface.clearance.iter().any(|gap| *gap > 0.0)
-        })
+        let is_of_bodies = surface.is_some_and(|surface| surface.opposite.is_some());
+        let faces = self.frame.map_or(&[][..], |frame| &frame.references);
+        let faces = if is_of_bodies {
+            faces
+        } else {
+            faces.get(self.face..=self.face).unwrap_or_default()
+        };
+        let apart = |gap: &[f64; 3]| *gap != [0.0; 3];
+        faces.iter().any(|face| !face.is_flat)
+            || is_of_bodies && surface.is_some_and(|it| it.clearance.iter().any(|gap| *gap > 0.0))
+            || obstacle.is_some_and(|shape| shape.gaps.iter().any(apart))
     }
 
     /// Title of the scene, with the name of the face where there are several.
@@ -294,7 +300,7 @@ impl Drawn<'_> {
             boundary_face: &mesh.facet_face,
             contact_triangles: &cells.triangles,
             contact_triangle_pane: &cells.pane,
-            is_to_scale: self.are_bodies_curved_or_apart(),
+            is_to_scale: self.is_to_scale(obstacle.as_ref()),
             normal: reference.map_or([0.0, 0.0, -1.0], |frame| frame.normal),
             obstacle: obstacle.as_ref(),
             marks: self.marks,

@@ -118,7 +118,8 @@ pub struct ContactPicture<'a> {
     pub contact_triangles: &'a [[usize; 3]],
     /// Pane of every contact triangle.
     pub contact_triangle_pane: &'a [usize],
-    /// Whether displacements are drawn as large as they are, as between bodies that touch on curved faces or across a gap.
+    /// Whether displacements are drawn as large as they are: beside what is curved or not touched yet, larger ones would leave the body in it
+    /// or far from it.
     pub is_to_scale: bool,
     /// Outward unit normal ν on Γ_c, or its mean direction where it varies: pictures of the face look along it.
     pub normal: [f64; 3],

@@ -151,47 +151,32 @@ impl Coupling {
         transposed.cols = layout.n_multipliers();
         let mut push_column = |pane: usize, axis: &dyn Fn(usize) -> [f64; 3]| {
             let is_nodal = surface.faces[surface.face_of_pane(pane)].is_nodal;
-            let mut of_tools = BTreeMap::new();
-            if surface.touches_body(pane) {
-                let own = surface.pane_weights(pane);
-                let own = own.map(|(local, weight)| {
-                    (
-                        local,
-                        surface.nodes[local],
-                        weight * surface.pane_area[pane],
-                    )
-                });
-                let other = surface.products(pane).iter();
-                let other = other.map(|(local, node, area)| (*local, *node, -area));
-                let mut sums = BTreeMap::new();
-                for (local, node, area) in own.chain(other) {
-                    for (dof, direction) in dofs.terms(node, axis(local)) {
-                        *sums.entry(dof).or_insert(0.0) += area * direction;
-                    }
-                }
-                transposed.indices.extend(sums.keys());
-                transposed.data.extend(sums.values());
-                transposed.indptr.push(transposed.indices.len());
-                return;
-            }
+            let mut sums: BTreeMap<usize, f64> = BTreeMap::new();
+            let mut add = |area: f64, (dof, direction): (usize, f64)| {
+                *sums.entry(dof).or_insert(0.0) += area * direction;
+            };
             for (local, weight) in surface.pane_weights(pane) {
+                let area = weight * surface.pane_area[pane];
+                let node = surface.nodes[local];
+                if surface.touches_body(pane) {
+                    let terms = dofs.terms(node, axis(local));
+                    terms.for_each(|term| add(area, term));
+                    continue;
+                }
                 let axis = if is_nodal {
-                    free_of_rounding(axis(local), &dofs.dof[surface.nodes[local]])
+                    free_of_rounding(axis(local), &dofs.dof[node])
                 } else {
                     axis(local)
                 };
-                let area = weight * surface.pane_area[pane];
-                for (dof, direction) in frame.terms(surface, dofs, local, axis) {
-                    if dofs.is_of_tool(dof) {
-                        *of_tools.entry(dof).or_insert(0.0) += area * direction;
-                    } else {
-                        transposed.indices.push(dof);
-                        transposed.data.push(area * direction);
-                    }
-                }
+                let terms = frame.terms(surface, dofs, local, axis);
+                terms.for_each(|term| add(area, term));
             }
-            transposed.indices.extend(of_tools.keys());
-            transposed.data.extend(of_tools.values());
+            for (local, node, area) in surface.products(pane) {
+                let terms = dofs.terms(*node, axis(*local));
+                terms.for_each(|term| add(-area, term));
+            }
+            transposed.indices.extend(sums.keys());
+            transposed.data.extend(sums.values());
             transposed.indptr.push(transposed.indices.len());
         };
         for pane in 0..layout.n_panes() {

@@ -187,7 +187,7 @@ fn loose_tool_dofs<'a>(scene: &'a Scene, dofs: &'a DofMap) -> impl Iterator<Item
 /// The displacement of the free degrees of freedom in a rigid motion.
 fn on_dofs(scene: &Scene, mesh: &Mesh, dofs: &DofMap, motion: &RigidMotion) -> Vec<f64> {
     let mut rows = vec![[0.0; 3]; mesh.coordinates.len()];
-    for node in mesh.body_ranges()[motion.body].nodes.clone() {
+    for node in mesh.body_nodes(motion.body) {
         rows[node] = motion.at(&mesh.coordinates[node]);
     }
     // What is bonded to the body moves with it.

@@ -71,7 +71,9 @@ impl RawMesh {
                 return Ok(raw);
             }
             if scene.element() == ElementOrder::P2 && raw.mid_edges.is_none() {
-                raw.add_middles();
+                let (corners, facets) = (&raw.tetrahedra, &raw.facets);
+                let middles = MidEdgeNodes::add_straight(&mut raw.coordinates, corners, facets);
+                raw.mid_edges = Some(middles.tetrahedra);
             }
             joined.append(raw, scene.body_name(body), scene.bodies[body].origin);
         }
@@ -94,18 +96,6 @@ impl RawMesh {
         let panes = scene.contacts.iter().filter(with_panes).find_map(on_body);
         let face = panes.or_else(|| scene.contacts.iter().find_map(on_body));
         Ok(brick(spec, face))
-    }
-
-    /// Puts nodes in the middle of straight edges.
-    fn add_middles(&mut self) {
-        let n_corners = self.coordinates.len();
-        let (numbered, edges) = MidEdgeNodes::number(n_corners, &self.tetrahedra, &self.facets);
-        for [a, b] in edges {
-            let (a, b) = (self.coordinates[a], self.coordinates[b]);
-            self.coordinates
-                .push(std::array::from_fn(|c| 0.5 * (a[c] + b[c])));
-        }
-        self.mid_edges = Some(numbered.tetrahedra);
     }
 
     /// Adds another body, whose faces get its name and whose coordinates count from `origin` in m.

@@ -242,7 +242,7 @@ impl Mesh {
         };
         let per_pane = scene.element().cells_per_pane();
         let first = triangles.first().map_or(0, |[node, ..]| *node);
-        let first = self.body_ranges()[self.body_of_node(first)].nodes.start;
+        let first = self.body_nodes(self.body_of_node(first)).start;
         let triangles = triangles.iter().map(|nodes| nodes.map(|n| n - first));
         brick::panes(spec, side, per_pane, triangles)
     }

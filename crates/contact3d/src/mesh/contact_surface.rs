@@ -148,14 +148,13 @@ impl ContactSurface {
             }
         }
         let only = SurfaceFace::only(nodes.len(), face.triangles.len(), n_panes, false);
+        let pane_average = average_matrix(nodes.len(), &mut shares, &pane_area);
+        let facets = face.facets();
         Self {
             faces: vec![only],
-            opposite: face
-                .opposite
-                .as_ref()
-                .map(|of| of.on_panes(&facet_pane, n_panes)),
-            pane_average: average_matrix(nodes.len(), &mut shares, &pane_area),
-            facets: face.facets(),
+            opposite: face.opposite.map(|of| of.on_panes(&facet_pane, n_panes)),
+            pane_average,
+            facets,
             nodes: face.nodes,
             normals: face.normals,
             clearance: face.clearance,

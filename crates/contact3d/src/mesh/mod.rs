@@ -16,7 +16,7 @@ mod quadratic;
 mod refined;
 mod side;
 
-use std::path::Path;
+use std::{ops::Range, path::Path};
 
 use thiserror::Error;
 
@@ -188,16 +188,9 @@ impl Mesh {
                 Ok(())
             }
             (ElementOrder::P2, None) => {
-                let n_corners = self.coordinates.len();
-                let (numbered, edges) =
-                    MidEdgeNodes::number(n_corners, &self.tetrahedra, &self.facets);
-                let middles = edges.iter().map(|[a, b]| {
-                    let (a, b) = (self.coordinates[*a], self.coordinates[*b]);
-                    std::array::from_fn(|c| 0.5 * (a[c] + b[c]))
-                });
-                let middles: Vec<[f64; 3]> = middles.collect();
-                self.coordinates.extend(middles);
-                self.mid_edges = Some(numbered);
+                let (corners, facets) = (&self.tetrahedra, &self.facets);
+                let middles = MidEdgeNodes::add_straight(&mut self.coordinates, corners, facets);
+                self.mid_edges = Some(middles);
                 Ok(())
             }
         }
@@ -270,6 +263,13 @@ impl Mesh {
             }];
         }
         self.bodies.clone()
+    }
+
+    /// The nodes of a body.
+    #[must_use]
+    pub fn body_nodes(&self, body: usize) -> Range<usize> {
+        let body = self.bodies.get(body);
+        body.map_or(0..self.coordinates.len(), |body| body.nodes.clone())
     }
 
     /// The body that a node belongs to.

@@ -57,6 +57,22 @@ impl MidEdgeNodes {
         (numbered, edges)
     }
 
+    /// Adds nodes in the middle of straight edges to the corners of a mesh, in m.
+    pub(super) fn add_straight(
+        coordinates: &mut Vec<[f64; 3]>,
+        tetrahedra: &[[usize; 4]],
+        facets: &[[usize; 3]],
+    ) -> Self {
+        let (numbered, edges) = Self::number(coordinates.len(), tetrahedra, facets);
+        let middle = |[a, b]: [usize; 2]| {
+            let (a, b) = (coordinates[a], coordinates[b]);
+            std::array::from_fn(|c| 0.5 * (a[c] + b[c]))
+        };
+        let middles: Vec<[f64; 3]> = edges.into_iter().map(middle).collect();
+        coordinates.extend(middles);
+        numbered
+    }
+
     /// Finds the mid-edge nodes of boundary triangles from those of the tetrahedra.
     #[must_use]
     pub(super) fn with_facets(

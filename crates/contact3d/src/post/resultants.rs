@@ -470,8 +470,7 @@ pub(super) fn by_source(
                 let of_face = contact_forces(solved, contact, face.panes.clone(), sides);
                 rows.push(row(scene.contact_key(entry), on, &of_face));
             };
-            let with_panes = contact.state.surface.facets[face.facets.start];
-            let with_panes = &mesh.face_names[mesh.facet_face[with_panes]];
+            let with_panes = mesh.face_with_panes(contact.state.surface, face);
             forces_on(with_panes, [true, false]);
             for other in scene.contacts[entry].faces() {
                 if other != with_panes {

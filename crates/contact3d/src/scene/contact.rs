@@ -78,6 +78,13 @@ impl Contact {
         name.unwrap_or_else(|| self.faces().join("-"))
     }
 
+    /// The name of the body of its first face, where there are several bodies.
+    #[must_use]
+    pub fn first_body(&self) -> &str {
+        let face = self.faces()[0];
+        face.split_once('.').map_or(face, |(body, _)| body)
+    }
+
     /// The face, or the two that may touch each other.
     #[must_use]
     pub fn faces(&self) -> Vec<&str> {

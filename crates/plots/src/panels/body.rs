@@ -103,12 +103,9 @@ fn drawn_body(picture: &ContactPicture<'_>, layout: &PictureLayout, shown: &Show
     let diagonal = norm(extents(picture, &undeformed));
     let obstacle = picture.obstacle;
     let obstacle = obstacle.map(|shape| ObstacleShape::new(shape, &view, diagonal));
-    // Beside what is curved or not touched yet, displacements drawn larger would leave the body in the obstacle or far from it.
-    let before_obstacle = obstacle.as_ref().is_some_and(|shape| !shape.touches_flatly);
-    let as_it_is = picture.is_to_scale || before_obstacle;
     let factor = match shown.at_rest {
         Some(_) => 0.0,
-        None if as_it_is => 1.0,
+        None if picture.is_to_scale => 1.0,
         None => displacement_factor(picture, &view, &undeformed, &edges),
     };
     let deformed: Vec<Vector> = undeformed
@@ -326,8 +323,6 @@ const EDGE: Colour = Colour(0xb4, 0xb4, 0xb4);
 pub(super) struct ObstacleShape {
     /// Polygons, one or more loops each, from back to front.
     pub(super) polygons: Vec<(Vec<Vec<Vector>>, Colour)>,
-    /// Whether it is a plane that the body touches from the start.
-    touches_flatly: bool,
 }
 
 impl ObstacleShape {
@@ -351,7 +346,6 @@ impl ObstacleShape {
             let at = |nodes: Vec<usize>| nodes.into_iter().map(|n| corners[n].0).collect();
             return Self {
                 polygons: vec![(loops.map(at).collect(), GREY)],
-                touches_flatly: corners.iter().all(|(_, gap)| *gap == 0.0),
             };
         }
         let cut = obstacle.triangles.iter();
@@ -369,7 +363,6 @@ impl ObstacleShape {
         };
         Self {
             polygons: polygons.into_iter().map(painted).collect(),
-            touches_flatly: false,
         }
     }
 

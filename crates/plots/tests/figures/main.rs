@@ -271,9 +271,10 @@ fn an_obstacle_is_drawn_where_it_is() {
         gaps: nodes().map(|x| [0.0, 0.0, -gap(x[0])]).collect(),
         triangles: sample.contact_triangles.clone(),
     };
-    let regions = |obstacle: &DrawnObstacle| {
+    let regions = |obstacle: &DrawnObstacle, is_to_scale: bool| {
         let mut picture = sample.picture();
         picture.obstacle = Some(obstacle);
+        picture.is_to_scale = is_to_scale;
         assert_all_readable(&picture);
         let body = panels(&picture)[2].1.svg();
         let bare = panels(&sample.picture())[2].1.svg();
@@ -284,13 +285,13 @@ fn an_obstacle_is_drawn_where_it_is() {
             as_it_is,
         )
     };
-    assert_eq!(regions(&shape(&|_| 0.0)), (1, false));
-    let (near, as_it_is) = regions(&shape(&|x| 1e-4 * x * x));
+    assert_eq!(regions(&shape(&|_| 0.0), false), (1, false));
+    let (near, as_it_is) = regions(&shape(&|x| 1e-4 * x * x), true);
     assert!(as_it_is && near == sample.contact_triangles.len());
-    let (far, _) = regions(&shape(&|x| x * x));
+    let (far, _) = regions(&shape(&|x| x * x), true);
     assert!(far > 0 && far < near, "{far}");
     // A plane that the body does not touch yet.
-    assert_eq!(regions(&shape(&|_| 1e-3)), (1, true));
+    assert_eq!(regions(&shape(&|_| 1e-3), true), (1, true));
 }
 
 /// Each kind of mark on the upper face of a slender brick, whose arrows would leave the panel at the scale of the body alone.

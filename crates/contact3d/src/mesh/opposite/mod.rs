@@ -43,7 +43,7 @@ impl Opposite {
     }
 
     /// Products of triangles, gathered on the panes that these belong to.
-    pub(super) fn on_panes(&self, facet_pane: &[usize], n_panes: usize) -> Self {
+    pub(super) fn on_panes(self, facet_pane: &[usize], n_panes: usize) -> Self {
         let mut sums: Vec<BTreeMap<(usize, usize), f64>> = vec![BTreeMap::new(); n_panes];
         for (pane, entries) in facet_pane.iter().zip(&self.products) {
             for (local, node, value) in entries {
@@ -57,7 +57,7 @@ impl Opposite {
                 .collect()
         };
         Self {
-            points: self.points.clone(),
+            points: self.points,
             products: sums.into_iter().map(flat).collect(),
         }
     }

@@ -81,10 +81,16 @@ impl Mesh {
         surface: &ContactSurface,
         face: &SurfaceFace,
     ) -> bool {
-        contact.between.as_ref().is_some_and(|[_, second]| {
-            let facet = surface.facets[face.facets.start];
-            self.face_names[self.facet_face[facet]] == *second
-        })
+        contact
+            .between
+            .as_ref()
+            .is_some_and(|[_, second]| self.face_with_panes(surface, face) == second)
+    }
+
+    /// The name of the face of the mesh that a contact face lies on, of two bodies that of the side with panes.
+    pub(crate) fn face_with_panes(&self, surface: &ContactSurface, face: &SurfaceFace) -> &str {
+        let facet = surface.facets[face.facets.start];
+        &self.face_names[self.facet_face[facet]]
     }
 
     /// A face of a pair with the modulus of the material behind it, the mean over its triangles of 1/k.
