@@ -96,7 +96,7 @@ impl StepRecord {
         all.find(|it| it.functional == functional && it.value != 0.0)
     }
 
-    /// The record of a solved increment, but for its works; `dual_rhs` is its h.
+    /// The record of a solved increment, but for its works and the origin of its slip; `dual_rhs` is its h.
     pub(crate) fn new(
         increment: Increment,
         solved: &Solved<'_>,
@@ -132,11 +132,7 @@ impl StepRecord {
             displacement: report.displacement.clone(),
             von_mises: report.von_mises.clone(),
             path: face.map_or_else(Vec::new, |(interface, _)| interface.path_after(&tangential)),
-            slip_origin: face.map_or_else(Vec::new, |(interface, surface)| {
-                let is_curved = interface.closes_along_curves(solved.mesh);
-                let nodes = 0..surface.nodes.len() * usize::from(is_curved);
-                nodes.map(|node| interface.slip_origin(node)).collect()
-            }),
+            slip_origin: Vec::new(),
             panes: report.panes.iter().map(StepPane::of).collect(),
             tools: report.tools.clone(),
             reaction: Vec::new(),

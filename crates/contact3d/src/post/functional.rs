@@ -445,7 +445,7 @@ mod tests {
         AssembledProblem, Problem,
         elasticity::InternalForces,
         linalg::dot,
-        post::{ContactReport, stress::NodalStress},
+        post::{ContactReport, recovery::StressRecovery},
         scene::Scene,
         solver::Solution,
     };
@@ -542,11 +542,13 @@ mod tests {
                 }),
                 solution: &solution,
             };
+            let recovery = StressRecovery::new(problem.mesh());
             let known = SolutionData {
                 displacement: &report.displacement,
                 tools: &[],
                 internal: &internal,
-                nodal: &NodalStress::new(problem.mesh(), &internal),
+                nodal_stress: &report.nodal_stress,
+                recovery: &recovery,
                 panes: &report.panes,
                 stiffness: &solution.trace.local_stiffness,
                 strain_energy: report.resultants.strain_energy,

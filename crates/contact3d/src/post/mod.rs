@@ -17,6 +17,7 @@ pub use certificate::Certificate;
 pub use checks::CheckFailure;
 pub use estimate::{ContactError, ErrorEstimate, LoadedBoundary, MAX_RELIABLE_ESTIMATE};
 pub use functional::FunctionalEstimate;
+pub(crate) use recovery::StressRecovery;
 pub use resultants::{ContactResultants, FaceResultants, Resultants, SourceForce, von_mises};
 pub use rounding::Rounding;
 pub use stress::{LargestStress, StressConcentration};
@@ -25,7 +26,6 @@ pub use zones::{PaneCoulomb, PaneFriction, PaneState, Zone};
 
 use nalgebra::{Matrix3, Vector3};
 use resultants::NodalForces;
-use stress::NodalStress;
 
 use crate::{
     contact::{CoulombLaw, Coupling, FrictionField},
@@ -167,7 +167,8 @@ impl ContactReport {
     /// # Errors
     /// A load that is not finite.
     pub fn new(solved: &Solved<'_>) -> Result<Self, InvalidValue> {
-        Self::with(solved, EstimatedErrors::Energy, &|_| None)
+        let recovery = StressRecovery::new(solved.mesh);
+        Self::with(solved, &recovery, EstimatedErrors::Energy, &|_| None)
     }
 
     /// As [`Self::new`], with the errors of quantities of the solution by their `adjoints`, or without the cost of any estimate.
@@ -176,6 +177,7 @@ impl ContactReport {
     /// A load that is not finite.
     pub(crate) fn with(
         solved: &Solved<'_>,
+        recovery: &StressRecovery,
         errors: EstimatedErrors,
         adjoints: &dyn Fn(&[LinearFunctional]) -> Option<Vec<Adjoint>>,
     ) -> Result<Self, InvalidValue> {
@@ -191,7 +193,7 @@ impl ContactReport {
         let displacement = solved.system.dofs.to_nodes(&solved.solution.displacement);
         let material = MaterialField::new(solved.scene, solved.mesh);
         let internal = InternalForces::of(solved.mesh, &material, &displacement);
-        let nodal = NodalStress::new(solved.mesh, &internal);
+        let nodal_stress = recovery.nodal_stress(solved.mesh, &internal);
         let forces = NodalForces::new(solved, &displacement, &internal.forces)?;
         let terms = rounding::terms(solved);
         let resultants = Resultants::new(solved, &terms, &displacement, &forces, &internal.forces);
@@ -200,7 +202,8 @@ impl ContactReport {
             displacement: &displacement,
             tools: &solved.system.dofs.tool_rows(&solved.solution.displacement),
             internal: &internal,
-            nodal: &nodal,
+            nodal_stress: &nodal_stress,
+            recovery,
             panes: &panes,
             stiffness: &stiffness,
             strain_energy: resultants.strain_energy,
@@ -221,7 +224,7 @@ impl ContactReport {
                 functional::estimates(adjoints, solved, &known, &resultants)
             }
         };
-        let von_mises: Vec<f64> = nodal.stress.iter().map(von_mises).collect();
+        let von_mises: Vec<f64> = nodal_stress.iter().map(von_mises).collect();
         let mut functionals = functionals;
         let mut report = Self {
             largest_von_mises: match errors {
@@ -234,8 +237,9 @@ impl ContactReport {
                             areas::half_space_stiffness(solved, solved.contact.as_ref()?);
                         peak::largest_pressure(solved, &panes, &stiffness, 0.0)
                     });
-                    let stresses = (&von_mises[..], &internal.stress[..]);
-                    let mut largest = nodal.largest(solved, stresses, peak.as_ref());
+                    let stresses = (&von_mises[..], &nodal_stress[..], &internal.stress[..]);
+                    let mut largest =
+                        LargestStress::new(solved, &recovery.nodes, stresses, peak.as_ref());
                     // Contact may be elsewhere.
                     if touches || discretisation_error.is_unreliable() && contact.is_some() {
                         largest.error = f64::INFINITY;
@@ -252,10 +256,10 @@ impl ContactReport {
             forces: resultants::by_source(solved, &displacement, &forces)?,
             resultants,
             tools: ToolState::of(solved, &forces),
-            faces: FaceResultants::of_faces(solved, &panes),
+            faces: FaceResultants::of_faces(solved, &panes, &forces),
             certificate: Certificate::new(solved, &terms, &panes, &stiffness),
             von_mises,
-            nodal_stress: nodal.stress,
+            nodal_stress,
             stress: internal.stress,
             panes,
             friction: friction.map(|(_, field)| field),

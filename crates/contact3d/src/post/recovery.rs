@@ -6,31 +6,56 @@
 //! around which there is too little to fit, take the mean of what the polynomials of their neighbours
 //! say at their place.
 
-use nalgebra::{Matrix4, SMatrix, Vector3, Vector4, Vector6};
+use nalgebra::{Cholesky, Const, Matrix4, SMatrix, Vector3, Vector4, Vector6};
 use rayon::prelude::*;
 
-use crate::mesh::{GEOMETRY_TOLERANCE, MaterialNodes, Mesh, tetrahedron_volume};
+use crate::{
+    elasticity::InternalForces,
+    mesh::{GEOMETRY_TOLERANCE, MaterialNodes, Mesh, tetrahedron_volume},
+    reference::TETRAHEDRON_EDGES,
+};
 
-/// The recovered stresses of several fields.
-pub(super) struct RecoveredStress<'a> {
-    mesh: &'a Mesh,
-    nodes: &'a MaterialNodes,
-    /// Stresses of the tetrahedra in Pa, `[n_fields][n_tetrahedra]`.
-    stresses: &'a [&'a [[f64; 6]]],
+/// What the recovery of stresses needs of a mesh, made once for all solutions on it.
+pub(crate) struct StressRecovery {
+    /// Where stresses are recovered.
+    pub(super) nodes: MaterialNodes,
+    /// Of the tetrahedra in m, `[n_tetrahedra]`.
+    centroids: Vec<Vector3<f64>>,
+    /// Of the tetrahedra in m³, `[n_tetrahedra]`.
+    volumes: Vec<f64>,
     /// Where the tetrahedra around each row of `nodes` begin and end in `star`, `[n_material_nodes + 1]`; mid-edge nodes have none.
     offsets: Vec<usize>,
     star: Vec<usize>,
-    /// Linear polynomials of all fields about each row, value and slopes of the six components of stress; `None` on the boundary of a material, and where the points do not determine them.
-    fits: Vec<Option<Vec<SMatrix<f64, 4, 6>>>>,
+    /// The factor of the least-squares problem about each row, in lengths over the given one in m; `None` on the boundary of a material, and
+    /// where the points do not determine a polynomial.
+    fits: Vec<Option<(Cholesky<f64, Const<4>>, f64)>>,
 }
 
-impl<'a> RecoveredStress<'a> {
-    /// Fits the polynomials.
-    pub(super) fn new(
-        mesh: &'a Mesh,
-        nodes: &'a MaterialNodes,
-        stresses: &'a [&'a [[f64; 6]]],
-    ) -> Self {
+impl StressRecovery {
+    /// That of a mesh.
+    pub(crate) fn new(mesh: &Mesh) -> Self {
+        let nodes = MaterialNodes::new(mesh);
+        let corners = mesh.tetrahedra.iter().map(|corners| mesh.corners(corners));
+        let middle =
+            |corners: [[f64; 3]; 4]| corners.map(Vector3::from).iter().sum::<Vector3<f64>>() / 4.0;
+        let mut recovery = Self {
+            centroids: corners.clone().map(middle).collect(),
+            volumes: corners
+                .map(|corners| tetrahedron_volume(&corners))
+                .collect(),
+            offsets: Vec::new(),
+            star: Vec::new(),
+            fits: Vec::new(),
+            nodes,
+        };
+        if mesh.mid_edges.is_none() {
+            recovery.add_fits(mesh);
+        }
+        recovery
+    }
+
+    fn add_fits(&mut self, mesh: &Mesh) {
+        let nodes = &self.nodes;
         let corners = |t: usize| &nodes.of_tetrahedron(t)[..4];
         let mut offsets = vec![0; nodes.nodes.len() + 1];
         for &row in (0..mesh.tetrahedra.len()).flat_map(corners) {
@@ -47,24 +72,11 @@ impl<'a> RecoveredStress<'a> {
                 next[row] += 1;
             }
         }
-        let mut recovered = Self {
-            mesh,
-            nodes,
-            stresses,
-            offsets,
-            star,
-            fits: Vec::new(),
-        };
+        (self.offsets, self.star) = (offsets, star);
         let is_inside = inside_materials(mesh, nodes);
         let rows = (0..nodes.nodes.len()).into_par_iter();
-        recovered.fits = rows
-            .map(|row| {
-                let (node, star) = (nodes.nodes[row], recovered.star(row));
-                let is_fitted = !star.is_empty() && is_inside[node];
-                is_fitted.then(|| fit(mesh, node, star, stresses))?
-            })
-            .collect();
-        recovered
+        let fits = rows.map(|row| is_inside[nodes.nodes[row]].then(|| self.fit(mesh, row))?);
+        self.fits = fits.collect();
     }
 
     /// The tetrahedra around a row, increasing.
@@ -72,40 +84,119 @@ impl<'a> RecoveredStress<'a> {
         &self.star[self.offsets[row]..self.offsets[row + 1]]
     }
 
-    /// The stresses of all fields at a row in Pa.
-    pub(super) fn at(&self, row: usize) -> Vec<Vector6<f64>> {
-        if let Some(fits) = &self.fits[row] {
-            return fits.iter().map(|fit| fit.row(0).transpose()).collect();
+    /// From the place of a row to the centroids around it in m.
+    fn arms(&self, mesh: &Mesh, row: usize) -> impl Iterator<Item = (usize, Vector3<f64>)> {
+        let origin = Vector3::from(mesh.coordinates[self.nodes.nodes[row]]);
+        let star = self.star(row).iter();
+        star.map(move |&t| (t, self.centroids[t] - origin))
+    }
+
+    fn fit(&self, mesh: &Mesh, row: usize) -> Option<(Cholesky<f64, Const<4>>, f64)> {
+        let lengths = self.arms(mesh, row).map(|(_, arm)| arm.norm());
+        let size = lengths.fold(0.0, f64::max);
+        let mut gram = Matrix4::zeros();
+        for (t, arm) in self.arms(mesh, row) {
+            let terms = terms(&arm, size);
+            gram += terms * terms.transpose() * self.volumes[t];
         }
+        let factor = gram.cholesky()?;
+        // Points in a plane do not determine a polynomial.
+        let pivots = factor.l_dirty().diagonal();
+        (pivots.min().powi(2) > GEOMETRY_TOLERANCE * gram.trace()).then_some((factor, size))
+    }
+
+    /// The polynomial about a row, weighted by volume: value and slopes of the six components of a stress in Pa.
+    fn polynomial(
+        &self,
+        mesh: &Mesh,
+        row: usize,
+        stress: &[[f64; 6]],
+    ) -> Option<SMatrix<f64, 4, 6>> {
+        let (factor, size) = self.fits[row].as_ref()?;
+        let mut right = SMatrix::<f64, 4, 6>::zeros();
+        for (t, arm) in self.arms(mesh, row) {
+            right += terms(&arm, *size) * Vector6::from(stress[t]).transpose() * self.volumes[t];
+        }
+        factor.solve_mut(&mut right);
+        right.rows_mut(1, 3).unscale_mut(*size);
+        Some(right)
+    }
+
+    /// The stress in Pa at each row, `[n_material_nodes]`, of linear tetrahedra with these, `[n_tetrahedra]`.
+    pub(super) fn recovered(&self, mesh: &Mesh, stress: &[[f64; 6]]) -> Vec<[f64; 6]> {
+        let rows = (0..self.nodes.nodes.len()).into_par_iter();
+        let polynomials = rows.clone().map(|row| self.polynomial(mesh, row, stress));
+        let polynomials: Vec<_> = polynomials.collect();
+        let at_row = |row: usize| match &polynomials[row] {
+            Some(polynomial) => polynomial.row(0).transpose().into(),
+            None => self.on_boundary(mesh, row, stress, &polynomials).into(),
+        };
+        rows.map(at_row).collect()
+    }
+
+    /// The mean of the polynomials around a row at its place; of the stresses of its tetrahedra where there are none.
+    fn on_boundary(
+        &self,
+        mesh: &Mesh,
+        row: usize,
+        stress: &[[f64; 6]],
+        polynomials: &[Option<SMatrix<f64, 4, 6>>],
+    ) -> Vector6<f64> {
         let star = self.star(row);
-        let place = |row: usize| Vector3::from(self.mesh.coordinates[self.nodes.nodes[row]]);
         let rows = star
             .iter()
             .flat_map(|&t| &self.nodes.of_tetrahedron(t)[..4]);
         let mut around: Vec<usize> = rows.copied().collect();
         around.sort_unstable_by_key(|&other| self.nodes.nodes[other]);
         around.dedup();
+        let place = |row: usize| Vector3::from(mesh.coordinates[self.nodes.nodes[row]]);
         let about = |&other: &usize| {
             let arm = place(row) - place(other);
-            let fits = self.fits[other].as_ref()?;
-            Some((Vector4::new(1.0, arm.x, arm.y, arm.z), fits.as_slice()))
+            Some(polynomials[other].as_ref()?.transpose() * terms(&arm, 1.0))
         };
-        let fitted: Vec<(Vector4<f64>, &[SMatrix<f64, 4, 6>])> =
-            around.iter().filter_map(about).collect();
-        let volume = |t: usize| tetrahedron_volume(&self.mesh.corners(&self.mesh.tetrahedra[t]));
-        let whole: f64 = star.iter().map(|&t| volume(t)).sum();
-        let of_field = |(field, stress): (usize, &&[[f64; 6]])| -> Vector6<f64> {
-            if fitted.is_empty() {
-                let parts = star.iter().map(|&t| Vector6::from(stress[t]) * volume(t));
-                return parts.sum::<Vector6<f64>>() / whole;
-            }
-            let values = fitted
+        let values: Vec<Vector6<f64>> = around.iter().filter_map(about).collect();
+        if values.is_empty() {
+            let whole: f64 = star.iter().map(|&t| self.volumes[t]).sum();
+            let parts = star
                 .iter()
-                .map(|(row, fits)| fits[field].transpose() * row);
-            values.sum::<Vector6<f64>>() / fitted.len() as f64
-        };
-        self.stresses.iter().enumerate().map(of_field).collect()
+                .map(|&t| Vector6::from(stress[t]) * self.volumes[t]);
+            return parts.sum::<Vector6<f64>>() / whole;
+        }
+        values.iter().sum::<Vector6<f64>>() / values.len() as f64
     }
+
+    /// The stresses of a displacement at the nodes of each material, `[n_material_nodes]`, in Pa.
+    pub(super) fn nodal_stress(&self, mesh: &Mesh, internal: &InternalForces) -> Vec<[f64; 6]> {
+        match mesh.mid_edges {
+            Some(_) => self.averaged(&internal.corner_stress),
+            None => self.recovered(mesh, &internal.stress),
+        }
+    }
+
+    /// Means of the stresses of quadratic tetrahedra at their nodes, which are linear between the corners.
+    fn averaged(&self, corner_stress: &[[[f64; 6]; 4]]) -> Vec<[f64; 6]> {
+        let mut sums = vec![(Vector6::zeros(), 0.0); self.nodes.nodes.len()];
+        for (t, (corners, volume)) in corner_stress.iter().zip(&self.volumes).enumerate() {
+            let corners = corners.map(Vector6::from);
+            let middles = TETRAHEDRON_EDGES.map(|[a, b]| (corners[a] + corners[b]) / 2.0);
+            for (&row, stress) in self
+                .nodes
+                .of_tetrahedron(t)
+                .iter()
+                .zip(corners.into_iter().chain(middles))
+            {
+                sums[row].0 += stress * *volume;
+                sums[row].1 += volume;
+            }
+        }
+        let means = sums.into_iter().map(|(sum, volume)| (sum / volume).into());
+        means.collect()
+    }
+}
+
+/// The terms of a linear polynomial at a place, in lengths over a size.
+fn terms(arm: &Vector3<f64>, size: f64) -> Vector4<f64> {
+    Vector4::new(1.0, arm.x / size, arm.y / size, arm.z / size)
 }
 
 /// Whether each node is inside a material: on no side that only one tetrahedron of it has, `[n_nodes]`.
@@ -116,43 +207,4 @@ fn inside_materials(mesh: &Mesh, nodes: &MaterialNodes) -> Vec<bool> {
         is_inside[node] = false;
     }
     is_inside
-}
-
-fn centroid(mesh: &Mesh, t: usize) -> Vector3<f64> {
-    let corners = mesh.corners(&mesh.tetrahedra[t]).map(Vector3::from);
-    corners.iter().sum::<Vector3<f64>>() / 4.0
-}
-
-/// The least-squares polynomials of all fields around a node, weighted by volume; `None` where the points do not determine
-/// them.
-fn fit(
-    mesh: &Mesh,
-    node: usize,
-    star: &[usize],
-    stresses: &[&[[f64; 6]]],
-) -> Option<Vec<SMatrix<f64, 4, 6>>> {
-    let origin = Vector3::from(mesh.coordinates[node]);
-    let arms: Vec<Vector3<f64>> = star.iter().map(|&t| centroid(mesh, t) - origin).collect();
-    let size = arms.iter().map(Vector3::norm).fold(0.0, f64::max);
-    let mut gram = Matrix4::zeros();
-    let mut rights = vec![SMatrix::zeros(); stresses.len()];
-    for (&t, arm) in star.iter().zip(&arms) {
-        let volume = tetrahedron_volume(&mesh.corners(&mesh.tetrahedra[t]));
-        let row = Vector4::new(1.0, arm.x / size, arm.y / size, arm.z / size);
-        gram += row * row.transpose() * volume;
-        for (right, stress) in rights.iter_mut().zip(stresses) {
-            *right += row * Vector6::from(stress[t]).transpose() * volume;
-        }
-    }
-    let factor = gram.cholesky()?;
-    // Points in a plane do not determine a polynomial.
-    let pivots = factor.l_dirty().diagonal();
-    if pivots.min().powi(2) <= GEOMETRY_TOLERANCE * gram.trace() {
-        return None;
-    }
-    for right in &mut rights {
-        factor.solve_mut(right);
-        right.rows_mut(1, 3).unscale_mut(size);
-    }
-    Some(rights)
 }

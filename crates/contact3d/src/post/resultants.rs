@@ -123,10 +123,8 @@ impl Resultants {
                 let on_first = match &surface.opposite {
                     None => sums[0].0,
                     Some(_) => {
-                        let faces = surface.faces.iter();
-                        faces
-                            .map(|face| force_on_first(solved, contact, face))
-                            .sum()
+                        let faces = 0..surface.faces.len();
+                        faces.map(|face| forces.on_first(solved, face)).sum()
                     }
                 };
                 ContactResultants::new(solved, contact, on_first.into())
@@ -207,7 +205,11 @@ impl ContactResultants {
 
 impl FaceResultants {
     /// Those of each of several contact faces; empty for one, whose are those of the whole.
-    pub(super) fn of_faces(solved: &Solved<'_>, panes: &[PaneState]) -> Vec<Self> {
+    pub(super) fn of_faces(
+        solved: &Solved<'_>,
+        panes: &[PaneState],
+        forces: &NodalForces,
+    ) -> Vec<Self> {
         let Some(contact) = &solved.contact else {
             return Vec::new();
         };
@@ -215,8 +217,8 @@ impl FaceResultants {
         if faces.len() == 1 {
             return Vec::new();
         }
-        let of_face = |face: &SurfaceFace| {
-            let force = force_on_first(solved, contact, face);
+        let of_face = |(number, face): (usize, &SurfaceFace)| {
+            let force = forces.on_first(solved, number);
             let count = |zone: Zone| {
                 let panes = panes[face.panes.clone()].iter();
                 panes.filter(|pane| pane.zone == zone).count()
@@ -231,24 +233,8 @@ impl FaceResultants {
                 zone_counts: [Zone::Open, Zone::Stick, Zone::Slip].map(count),
             }
         };
-        faces.iter().map(of_face).collect()
+        faces.iter().enumerate().map(of_face).collect()
     }
-}
-
-/// The force in N on the body, of two that touch each other on that of the first face.
-fn force_on_first(
-    solved: &Solved<'_>,
-    contact: &SolvedContact<'_>,
-    face: &SurfaceFace,
-) -> Vector3<f64> {
-    let surface = contact.state.surface;
-    let number = surface.faces.iter().position(|other| other == face);
-    let entry = solved.scene.contact_order()[number.unwrap_or_default()];
-    let of_pair = &solved.scene.contacts[entry];
-    let on_second = solved.mesh.is_on_second_face(of_pair, surface, face);
-    let sides = [!on_second, on_second];
-    let forces = contact_forces(solved, contact, face.panes.clone(), sides);
-    total(solved.mesh, &forces).0
 }
 
 fn imbalance<'a>(parts: impl Iterator<Item = &'a Vector3<f64>>, size: f64) -> f64 {
@@ -285,6 +271,9 @@ pub(super) struct NodalForces {
     pub(super) applied: Vec<[f64; 3]>,
     /// Of the foundation.
     pub(super) contact: Vec<[f64; 3]>,
+    /// Force in N and moment about the origin in N·m of each contact face on the body with its panes and on the one opposite,
+    /// `[n_contact_faces]`.
+    of_faces: Vec<[(Vector3<f64>, Vector3<f64>); 2]>,
     /// Of the springs; `None` where there are none.
     pub(super) springs: Option<Vec<[f64; 3]>>,
     /// Of the clamps.
@@ -314,6 +303,16 @@ impl NodalForces {
             }
             None => vec![[0.0; 3]; applied.len()],
         };
+        let of_faces = solved.contact.iter().flat_map(|contact| {
+            let faces = contact.state.surface.faces.iter();
+            faces.map(|face| {
+                [[true, false], [false, true]].map(|sides| {
+                    let forces = contact_forces(solved, contact, face.panes.clone(), sides);
+                    total(solved.mesh, &forces)
+                })
+            })
+        });
+        let of_faces = of_faces.collect();
         let of_springs = |node: usize, c: usize| springs.as_ref().map_or(0.0, |f| f[node][c]);
         let mut clamp = vec![[0.0; 3]; applied.len()];
         for (node, dofs) in solved.system.dofs.dof[..clamp.len()].iter().enumerate() {
@@ -335,10 +334,20 @@ impl NodalForces {
         Ok(Self {
             applied,
             contact,
+            of_faces,
             springs,
             clamp,
             tools,
         })
+    }
+
+    /// The force in N of a contact face on the body, of two that touch each other on that of the first face.
+    fn on_first(&self, solved: &Solved<'_>, number: usize) -> Vector3<f64> {
+        let surface = solved.mesh.contact.as_ref().expect("a contact face");
+        let of_pair = &solved.scene.contacts[solved.scene.contact_order()[number]];
+        let face = &surface.faces[number];
+        let on_second = solved.mesh.is_on_second_face(of_pair, surface, face);
+        self.of_faces[number][usize::from(on_second)].0
     }
 }
 
@@ -422,14 +431,15 @@ pub(super) fn by_source(
     forces: &NodalForces,
 ) -> Result<Vec<SourceForce>, InvalidValue> {
     let (scene, mesh) = (solved.scene, solved.mesh);
-    let row = |source: String, face: &str, forces: &[[f64; 3]]| {
-        let (force, moment) = total(mesh, forces);
-        SourceForce {
+    let of_total =
+        |source: String, face: &str, (force, moment): (Vector3<f64>, Vector3<f64>)| SourceForce {
             source,
             face: face.to_owned(),
             force: force.into(),
             moment: moment.into(),
-        }
+        };
+    let row = |source: String, face: &str, forces: &[[f64; 3]]| {
+        of_total(source, face, total(mesh, forces))
     };
     let mut rows = Vec::new();
     let shares = clamp_shares(scene, mesh, &forces.clamp);
@@ -464,19 +474,14 @@ pub(super) fn by_source(
         rows.push(row("body_force".into(), "", &weight.nodal_forces(mesh)?));
     }
     if let Some(contact) = &solved.contact {
-        let faces = contact.state.surface.faces.iter();
-        for (face, entry) in faces.zip(scene.contact_order()) {
-            let mut forces_on = |on: &str, sides: [bool; 2]| {
-                let of_face = contact_forces(solved, contact, face.panes.clone(), sides);
-                rows.push(row(scene.contact_key(entry), on, &of_face));
-            };
+        let faces = contact.state.surface.faces.iter().zip(&forces.of_faces);
+        for ((face, [own, opposite]), entry) in faces.zip(scene.contact_order()) {
+            let key = scene.contact_key(entry);
             let with_panes = mesh.face_with_panes(contact.state.surface, face);
-            forces_on(with_panes, [true, false]);
-            for other in scene.contacts[entry].faces() {
-                if other != with_panes {
-                    forces_on(other, [false, true]);
-                }
-            }
+            rows.push(of_total(key.clone(), with_panes, *own));
+            let others = scene.contacts[entry].faces().into_iter();
+            let others = others.filter(|other| *other != with_panes);
+            rows.extend(others.map(|other| of_total(key.clone(), other, *opposite)));
         }
     }
     Ok(rows)

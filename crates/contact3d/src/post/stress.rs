@@ -11,24 +11,13 @@
 
 use std::collections::BTreeSet;
 
-use nalgebra::{Vector3, Vector6};
-use rayon::prelude::*;
+use nalgebra::Vector3;
 
-use super::{ErrorEstimate, FunctionalEstimate, Solved, recovery::RecoveredStress, von_mises};
+use super::{ErrorEstimate, FunctionalEstimate, Solved, von_mises};
 use crate::{
-    elasticity::InternalForces,
     mesh::{MaterialNodes, Mesh, tetrahedron_volume},
-    reference::TETRAHEDRON_EDGES,
     scene::{Clamp, Functional},
 };
-
-/// Stresses at the nodes of each material.
-pub(super) struct NodalStress {
-    /// The rows.
-    pub(super) nodes: MaterialNodes,
-    /// Voigt stress of each row in Pa, `[n_material_nodes]`.
-    pub(super) stress: Vec<[f64; 6]>,
-}
 
 /// The largest von Mises stress of a body.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -44,6 +33,64 @@ pub struct LargestStress {
 }
 
 impl LargestStress {
+    /// The largest of the von Mises stresses of all rows in Pa, for stresses there and at the centres of tetrahedra in Pa and the largest pressure.
+    ///
+    /// It may be that of any place whose bar reaches beyond the largest one found, and where stress has no bound there, neither has the
+    /// largest. Under a pressure it is about as large as that.
+    pub(super) fn new(
+        solved: &Solved<'_>,
+        nodes: &MaterialNodes,
+        (von_mises, stress, centres): (&[f64], &[[f64; 6]], &[[f64; 6]]),
+        peak: Option<&FunctionalEstimate>,
+    ) -> Self {
+        let rows = 0..von_mises.len();
+        let Some(row) = rows
+            .clone()
+            .max_by(|a, b| von_mises[*a].total_cmp(&von_mises[*b]))
+        else {
+            return Self::default();
+        };
+        let corners = |t: usize| &nodes.of_tetrahedron(t)[..4];
+        let tetrahedra = 0..solved.mesh.tetrahedra.len();
+        let around = tetrahedra.filter(|&t| nodes.of_tetrahedron(t).contains(&row));
+        let near: BTreeSet<usize> = around.flat_map(corners).copied().chain([row]).collect();
+        let near: Vec<usize> = near.iter().map(|&row| nodes.nodes[row]).collect();
+        let differences = differences(nodes, stress, centres);
+        let reach = |n: usize| von_mises[n] + differences[n];
+        let value = von_mises[row];
+        let mut rivals: Vec<usize> = rows.filter(|&n| reach(n) > value).collect();
+        rivals.sort_by(|a, b| von_mises[*b].total_cmp(&von_mises[*a]));
+        let surface = Surface::new(solved, nodes);
+        let of_rival = |rival: &usize| {
+            let node = nodes.nodes[*rival];
+            Some((node, surface.concentration(&[node], node)?))
+        };
+        let node = nodes.nodes[row];
+        let at_row = surface.concentration(&near, node);
+        let found = at_row.map(|it| (node, it));
+        let found = found.or_else(|| rivals.iter().find_map(of_rival));
+        let place = |node: usize| solved.mesh.coordinates[node];
+        let found = found.map(|(node, it)| (place(node), it));
+        let at_edge = peak.filter(|it| it.error_bar().is_infinite() && it.value > value / 2.0);
+        let at_edge = || Some((at_edge?.middle()?, StressConcentration::Contact));
+        let (at, concentration) = match found.or_else(at_edge) {
+            None => (place(node), None),
+            Some((at, it)) => (at, Some(it)),
+        };
+        let pressure = peak.map_or(0.0, |it| it.range[1]);
+        let pressure = Some(pressure).filter(|it| it.is_finite()).unwrap_or(0.0);
+        let most = rivals.iter().fold(pressure, |most, &n| most.max(reach(n)));
+        Self {
+            value,
+            at,
+            error: match concentration {
+                None => (1.5 * differences[row]).max(most - value),
+                Some(_) => f64::INFINITY,
+            },
+            concentration,
+        }
+    }
+
     /// The stress as a quantity that the mesh is refined for. What an error e of the displacement in a tetrahedron makes of a stress at a
     /// distance r goes as ‖e‖ √V / r³ by the kernel of elasticity, and no nearer than the size of the tetrahedron.
     pub(super) fn quantity(&self, mesh: &Mesh, energy: &ErrorEstimate) -> FunctionalEstimate {
@@ -97,126 +144,32 @@ impl StressConcentration {
 /// The least turn of the surface in degrees that is taken for a notch: a round hole is drawn with more than nine sides.
 const NOTCH: f64 = 40.0;
 
-impl NodalStress {
-    /// The stresses of a displacement, from those of the tetrahedra.
-    pub(super) fn new(mesh: &Mesh, internal: &InternalForces) -> Self {
-        let nodes = MaterialNodes::new(mesh);
-        let stress = if mesh.mid_edges.is_some() {
-            averaged(mesh, &nodes, &internal.corner_stress)
-        } else {
-            let stresses = [&internal.stress[..]];
-            let recovered = RecoveredStress::new(mesh, &nodes, &stresses);
-            let rows = (0..nodes.nodes.len()).into_par_iter();
-            rows.map(|row| recovered.at(row)[0].into()).collect()
-        };
-        Self { nodes, stress }
-    }
-
-    /// The largest of the von Mises stresses of all rows in Pa, for stresses at the centres of tetrahedra in Pa and the largest pressure.
-    ///
-    /// It may be that of any place whose bar reaches beyond the largest one found, and where stress has no bound there, neither has the
-    /// largest. Under a pressure it is about as large as that.
-    pub(super) fn largest(
-        &self,
-        solved: &Solved<'_>,
-        (von_mises, centres): (&[f64], &[[f64; 6]]),
-        peak: Option<&FunctionalEstimate>,
-    ) -> LargestStress {
-        let rows = 0..von_mises.len();
-        let Some(row) = rows
-            .clone()
-            .max_by(|a, b| von_mises[*a].total_cmp(&von_mises[*b]))
-        else {
-            return LargestStress::default();
-        };
-        let corners = |t: usize| &self.nodes.of_tetrahedron(t)[..4];
-        let tetrahedra = 0..solved.mesh.tetrahedra.len();
-        let around = tetrahedra.filter(|&t| self.nodes.of_tetrahedron(t).contains(&row));
-        let near: BTreeSet<usize> = around.flat_map(corners).copied().chain([row]).collect();
-        let nodes: Vec<usize> = near.iter().map(|&row| self.nodes.nodes[row]).collect();
-        let differences = self.differences(centres);
-        let reach = |n: usize| von_mises[n] + differences[n];
-        let value = von_mises[row];
-        let mut rivals: Vec<usize> = rows.filter(|&n| reach(n) > value).collect();
-        rivals.sort_by(|a, b| von_mises[*b].total_cmp(&von_mises[*a]));
-        let surface = Surface::new(solved, &self.nodes);
-        let of_rival = |rival: &usize| {
-            let node = self.nodes.nodes[*rival];
-            Some((node, surface.concentration(&[node], node)?))
-        };
-        let node = self.nodes.nodes[row];
-        let at_row = surface.concentration(&nodes, node);
-        let found = at_row.map(|it| (node, it));
-        let found = found.or_else(|| rivals.iter().find_map(of_rival));
-        let place = |node: usize| solved.mesh.coordinates[node];
-        let found = found.map(|(node, it)| (place(node), it));
-        let at_edge = peak.filter(|it| it.error_bar().is_infinite() && it.value > value / 2.0);
-        let at_edge = || Some((at_edge?.middle()?, StressConcentration::Contact));
-        let (at, concentration) = match found.or_else(at_edge) {
-            None => (place(node), None),
-            Some((at, it)) => (at, Some(it)),
-        };
-        let pressure = peak.map_or(0.0, |it| it.range[1]);
-        let pressure = Some(pressure).filter(|it| it.is_finite()).unwrap_or(0.0);
-        let most = rivals.iter().fold(pressure, |most, &n| most.max(reach(n)));
-        LargestStress {
-            value,
-            at,
-            error: match concentration {
-                None => (1.5 * differences[row]).max(most - value),
-                Some(_) => f64::INFINITY,
-            },
-            concentration,
-        }
-    }
-
-    /// The largest difference in Pa around each row and its neighbours, `[n_material_nodes]`.
-    fn differences(&self, centres: &[[f64; 6]]) -> Vec<f64> {
-        let corners = |t: usize| &self.nodes.of_tetrahedron(t)[..4];
-        let differences = centres.iter().enumerate().map(|(t, centre)| {
-            von_mises(&std::array::from_fn(|c| {
-                let sum: f64 = corners(t).iter().map(|&row| self.stress[row][c]).sum();
-                centre[c] - sum / 4.0
-            }))
-        });
-        let mut of_tetrahedra: Vec<f64> = differences.collect();
-        let mut of_rows = vec![0.0; self.stress.len()];
-        // Around the node, then around its neighbours.
-        for _ in 0..2 {
-            of_rows.fill(0.0_f64);
-            for (t, difference) in of_tetrahedra.iter().enumerate() {
-                for &row in self.nodes.of_tetrahedron(t) {
-                    of_rows[row] = of_rows[row].max(*difference);
-                }
-            }
-            for (t, difference) in of_tetrahedra.iter_mut().enumerate() {
-                *difference = corners(t)
-                    .iter()
-                    .fold(0.0, |most, &row| most.max(of_rows[row]));
+/// The largest difference in Pa around each row and its neighbours, `[n_material_nodes]`.
+fn differences(nodes: &MaterialNodes, stress: &[[f64; 6]], centres: &[[f64; 6]]) -> Vec<f64> {
+    let corners = |t: usize| &nodes.of_tetrahedron(t)[..4];
+    let differences = centres.iter().enumerate().map(|(t, centre)| {
+        von_mises(&std::array::from_fn(|c| {
+            let sum: f64 = corners(t).iter().map(|&row| stress[row][c]).sum();
+            centre[c] - sum / 4.0
+        }))
+    });
+    let mut of_tetrahedra: Vec<f64> = differences.collect();
+    let mut of_rows = vec![0.0; stress.len()];
+    // Around the node, then around its neighbours.
+    for _ in 0..2 {
+        of_rows.fill(0.0_f64);
+        for (t, difference) in of_tetrahedra.iter().enumerate() {
+            for &row in nodes.of_tetrahedron(t) {
+                of_rows[row] = of_rows[row].max(*difference);
             }
         }
-        of_rows
-    }
-}
-
-/// Means of the stresses of quadratic tetrahedra at their nodes, which are linear between the corners.
-fn averaged(mesh: &Mesh, nodes: &MaterialNodes, corner_stress: &[[[f64; 6]; 4]]) -> Vec<[f64; 6]> {
-    let mut sums = vec![(Vector6::zeros(), 0.0); nodes.nodes.len()];
-    for (t, corners) in corner_stress.iter().enumerate() {
-        let volume = tetrahedron_volume(&mesh.corners(&mesh.tetrahedra[t]));
-        let corners = corners.map(Vector6::from);
-        let middles = TETRAHEDRON_EDGES.map(|[a, b]| (corners[a] + corners[b]) / 2.0);
-        for (&row, stress) in nodes
-            .of_tetrahedron(t)
-            .iter()
-            .zip(corners.into_iter().chain(middles))
-        {
-            sums[row].0 += stress * volume;
-            sums[row].1 += volume;
+        for (t, difference) in of_tetrahedra.iter_mut().enumerate() {
+            *difference = corners(t)
+                .iter()
+                .fold(0.0, |most, &row| most.max(of_rows[row]));
         }
     }
-    let means = sums.into_iter().map(|(sum, volume)| (sum / volume).into());
-    means.collect()
+    of_rows
 }
 
 /// The boundary around nodes, and what concentrates stress there.

@@ -5,7 +5,7 @@ use crate::{
     contact::{PASSES, tool_rows},
     dual::AssemblyError,
     history::{EnergyLedger, StepRecord},
-    post::{ContactReport, EstimatedErrors},
+    post::{ContactReport, EstimatedErrors, StressRecovery},
     scene::{Increment, InvalidValue, SlipMeasure, SolveSettings},
     solver::{Adjoint, ContactProblem, ContactSide, LinearFunctional, Progress, Solution, Start},
 };
@@ -58,11 +58,14 @@ impl AssembledProblem {
         };
         if !self.scene().has_history() {
             let solution = self.solution(settings, start, None, storage)?;
-            let assessed = self.assessed(solution, settings, errors, false)?;
+            let recovery = StressRecovery::new(self.mesh());
+            let assessed = self.assessed(solution, settings, (errors, &recovery), false)?;
             return Ok(solved(self.clone(), assessed, Vec::new()));
         }
         let increments = self.scene().increments();
         records.truncate(increments.len().saturating_sub(1));
+        let recovery = StressRecovery::new(self.mesh());
+        let along_curves = self.closes_along_curves();
         let mut ledger = EnergyLedger::new(self.scene(), self.mesh(), &records)?;
         // An increment that is solved again, with the solution and the number of solves before.
         let mut again: Option<(Self, Solution, usize)> = None;
@@ -88,19 +91,29 @@ impl AssembledProblem {
                     (problem, found.after(last.trace), passes + 1)
                 }
             };
-            if passes < PASSES && solution.status.is_success(settings) {
+            let along_curves = match self.scene().follows_tools() {
+                true => problem.closes_along_curves(),
+                false => along_curves,
+            };
+            if along_curves && passes < PASSES && solution.status.is_success(settings) {
                 let follows = self.scene().slip_measure();
                 if let Some(next) = problem.counted_from_touch(&solution, before, follows)? {
                     again = Some((next, solution, passes));
                     continue;
                 }
             }
-            let assessed = problem.assessed(solution, settings, errors, !is_last)?;
+            let assessed = problem.assessed(solution, settings, (errors, &recovery), !is_last)?;
             let (solution, report) = &assessed;
             let dual = problem.system.contact.as_ref();
             let dual_rhs = dual.map_or(&[][..], |contact| contact.dual_rhs());
             let of = problem.solved(solution);
-            let record = StepRecord::new(increment, &of, dual_rhs, report);
+            let mut record = StepRecord::new(increment, &of, dual_rhs, report);
+            if let Some(ContactSide { surface, interface }) =
+                problem.contact_side().filter(|_| along_curves)
+            {
+                let nodes = 0..surface.nodes.len();
+                record.slip_origin = nodes.map(|node| interface.slip_origin(node)).collect();
+            }
             let record = ledger.record(record, &of, before, report)?;
             records.push(record);
             let failed = !solution.status.is_success(settings);
@@ -109,6 +122,12 @@ impl AssembledProblem {
             }
             storage.checkpoint(Checkpoint::History(&records));
         }
+    }
+
+    /// Whether panes of its contact faces with friction may close along other directions than one normal of all.
+    fn closes_along_curves(&self) -> bool {
+        let interface = self.problem.interface();
+        interface.is_some_and(|interface| interface.closes_along_curves(self.mesh()))
     }
 
     /// The increment with its slip counted from where nodes of curved faces touch, as a solution of it has it; `None` where none does.
@@ -179,19 +198,19 @@ impl AssembledProblem {
         &self,
         mut solution: Solution,
         settings: &SolveSettings,
-        errors: EstimatedErrors,
+        (errors, recovery): (EstimatedErrors, &StressRecovery),
         is_followed: bool,
     ) -> Result<(Solution, ContactReport), ProblemError> {
         let contact = self.contact_problem();
         let contact = contact.as_ref();
-        let mut report = self.evaluated(contact, &solution, errors)?;
+        let mut report = self.evaluated(contact, &solution, (errors, recovery))?;
         if let Some(failure) = self.system.assembly.factor.failure() {
             return Err(AssemblyError::Engine(failure).into());
         }
         let assessment = report.left_of(solution.assessment());
         let is_success = assessment.status.is_success(settings);
         if is_followed && !is_success && errors == EstimatedErrors::Nothing {
-            report = self.evaluated(contact, &solution, EstimatedErrors::Energy)?;
+            report = self.evaluated(contact, &solution, (EstimatedErrors::Energy, recovery))?;
         }
         let is_kept = !(is_followed && is_success) && solution.status.is_solved();
         if let Some(contact) = contact.filter(|_| is_kept) {
@@ -205,11 +224,11 @@ impl AssembledProblem {
         &self,
         contact: Option<&ContactProblem<'_>>,
         solution: &Solution,
-        errors: EstimatedErrors,
+        (errors, recovery): (EstimatedErrors, &StressRecovery),
     ) -> Result<ContactReport, InvalidValue> {
         let assembly = &self.system.assembly;
         let adjoints = |of: &[LinearFunctional]| Adjoint::of(assembly, contact, solution, of);
-        ContactReport::with(&self.solved(solution), errors, &adjoints)
+        ContactReport::with(&self.solved(solution), recovery, errors, &adjoints)
     }
 
     /// The problem of an increment of the scene's load history, which begins where `before` ended, on the same operators.

@@ -23,7 +23,7 @@ mod hierarchical;
 use nalgebra::{Vector3, Vector6};
 use rayon::prelude::*;
 
-use super::{PaneState, Solved, recovery::RecoveredStress, stress::NodalStress};
+use super::{PaneState, Solved, recovery::StressRecovery};
 use crate::{
     elasticity::{InternalForces, MaterialField, MissedForce, SurfaceLoad, missed_body_forces},
     mesh::tetrahedron_volume,
@@ -105,8 +105,10 @@ pub(super) struct SolutionData<'a> {
     pub(super) tools: &'a [[f64; 3]],
     /// Its stress.
     pub(super) internal: &'a InternalForces,
-    /// The same at the nodes.
-    pub(super) nodal: &'a NodalStress,
+    /// The same at the nodes of each material in Pa, `[n_material_nodes]`.
+    pub(super) nodal_stress: &'a [[f64; 6]],
+    /// What recovered it.
+    pub(super) recovery: &'a StressRecovery,
     /// State of each pane.
     pub(super) panes: &'a [PaneState],
     /// Local stiffness ρ in Pa/m³, `[n_multipliers]`.
@@ -412,7 +414,7 @@ fn local_errors(
     let fields: Vec<Field<'_>> = fields.chain(correction).collect();
     if mesh.mid_edges.is_none() {
         return (
-            recovered_errors(solved, &material, known.nodal, &fields),
+            recovered_errors(solved, &material, known, &fields),
             Vec::new(),
             0.0,
         );
@@ -438,35 +440,24 @@ fn local_errors(
 fn recovered_errors(
     solved: &Solved<'_>,
     material: &MaterialField<'_>,
-    nodal: &NodalStress,
+    known: &SolutionData<'_>,
     fields: &[Field<'_>],
 ) -> Vec<Vec<f64>> {
-    let (mesh, nodes) = (solved.mesh, &nodal.nodes);
-    let of_others: Vec<&[[f64; 6]]> = fields[1..]
-        .iter()
-        .map(|it| &it.internal.stress[..])
-        .collect();
-    let others = (!of_others.is_empty()).then(|| RecoveredStress::new(mesh, nodes, &of_others));
-    let rows = (0..nodes.nodes.len()).into_par_iter();
-    let at_rows: Vec<Vec<Vector6<f64>>> = rows
-        .map(|row| {
-            let others = others
-                .as_ref()
-                .map_or_else(Vec::new, |others| others.at(row));
-            [Vector6::from(nodal.stress[row])]
-                .into_iter()
-                .chain(others)
-                .collect()
-        })
+    let (mesh, recovery) = (solved.mesh, known.recovery);
+    let others = fields[1..].iter();
+    let others = others.map(|it| recovery.recovered(mesh, &it.internal.stress));
+    let at_rows: Vec<Vec<[f64; 6]>> = std::iter::once(known.nodal_stress.to_vec())
+        .chain(others)
         .collect();
     let compliances = material.compliances();
     (0..mesh.tetrahedra.len())
         .into_par_iter()
         .map(|t| {
             let volume = tetrahedron_volume(&mesh.corners(&mesh.tetrahedra[t]));
-            let corners = nodes.of_tetrahedron(t);
+            let corners = recovery.nodes.of_tetrahedron(t);
             let difference = |k: usize, at: &[f64; 4]| -> Vector6<f64> {
-                let smooth: Vector6<f64> = (0..4).map(|c| at_rows[corners[c]][k] * at[c]).sum();
+                let at_corner = |c: usize| Vector6::from(at_rows[k][corners[c]]);
+                let smooth: Vector6<f64> = (0..4).map(|c| at_corner(c) * at[c]).sum();
                 smooth - Vector6::from(fields[k].internal.stress[t])
             };
             let product = |k: usize| -> f64 {
