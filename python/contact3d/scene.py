@@ -774,8 +774,8 @@ class Scene(Keys):
     """One contact problem, or a history of them: the body, what holds and loads it, and the law on its contact
     face.
 
-    :param title: A line that names the case in reports and pictures.
     :param body: The body Ω and its mesh: one as a table, several as an array of tables.
+    :param title: A line that names the case in reports and pictures. Default: ``"untitled"``.
     :param reference: Where the case comes from (a paper, a table, a drawing).
     :param units: The units of all its numbers, in place of the m, N and Pa that descriptions name: only words,
         nothing is converted.
@@ -801,8 +801,8 @@ class Scene(Keys):
     :param adapt: How accurate the mesh has to be; without it the mesh is the body's own.
     """
 
-    title: str
     body: Body | Sequence[Body]
+    title: str | None = None
     reference: str | None = None
     units: Units | None = None
     parameters: Mapping[str, float] | None = None

@@ -269,7 +269,11 @@ fn finish(
         let levels = levels.unwrap_or_default();
         terminal::result(&format!("{}\n{told}{levels}", scene.shown_title()));
     }
-    for words in run.nothing_touches().into_iter().chain(run.beyond_theory()) {
+    let cautions = run.nothing_touches().into_iter();
+    for words in cautions
+        .chain(run.beyond_theory())
+        .chain(run.narrow_contact())
+    {
         say(output, &format!("warning: {words}"));
     }
     if let Some(failure) = report.failed_check.filter(|_| report.is_broken()) {

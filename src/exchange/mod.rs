@@ -6,11 +6,11 @@
 mod fclib;
 mod frozen;
 
-use std::{fs, path::Path};
+use std::{ffi::OsStr, fs, path::Path};
 
 use contact3d::{
     AssembledProblem, contact::MultiplierLayout, dual::Requirement, linalg::Precision,
-    mesh::ContactSurface, solver,
+    mesh::ContactSurface, scene::InvalidValue, solver,
 };
 use hdf5_metno::File;
 use runfile::{AtomicFile, IfMissing, RunFile, StoreError, Transaction, WrittenFile};
@@ -43,9 +43,18 @@ fn put(written: &WrittenFile, target: &Path, inputs: &Inputs) -> Result<usize, O
 /// Copies `/VTKHDF` of a run file; returns the bytes of the file.
 ///
 /// # Errors
-/// A run file whose report is not fresh, a target that is an input or no file of this kind.
+/// A run file whose report is not fresh, a target that is an input, no file of this kind, or has an ending that readers do not know.
 pub fn export_grid(run_file: &Path, target: &Path) -> Result<u64, StageError> {
     Inputs::of([run_file]).refuse(target)?;
+    if target.extension() != Some(OsStr::new("vtkhdf")) {
+        return Err(StageError::Setting(InvalidValue {
+            key: "TARGET".into(),
+            expected: "a name that ends in .vtkhdf, by which ParaView and PyVista know the format"
+                .into(),
+            found: target.display().to_string(),
+            help: format!("write {}", target.with_extension("vtkhdf").display()),
+        }));
+    }
     let run = OpenRun::open(run_file)?;
     run.require_fresh(Stage::Post, "finished")?;
     let layout = SERIES_LAYOUT.in_units(run.input.scene.units);

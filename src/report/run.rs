@@ -228,6 +228,18 @@ impl<'a> SolvedRun<'a> {
         all.chain(self.long_slips()).collect()
     }
 
+    /// That contact is as narrow as one pane, and what to do; `None` where panes tell how its pressure falls.
+    pub fn narrow_contact(&self) -> Option<String> {
+        let share = self.report.share_beside_open(self.mesh);
+        // One pane of three across a strip bears more than a third.
+        (self.solution.status.is_solved() && share > 0.9).then(|| {
+            format!(
+                "{} of the normal force is on panes beside open ones: contact is as narrow as panes, which round its pressures and areas; refine the mesh there",
+                percent(share)
+            )
+        })
+    }
+
     /// How deep the foundation cuts into the body before it is pressed apart; `None` where it does not.
     pub(super) fn interference(&self) -> Option<String> {
         let share = percent(self.interference / self.mesh.extent());

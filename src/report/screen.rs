@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use contact3d::{
+    mesh::extents,
     post::{FunctionalEstimate, PaneState, ToolState, Zone},
     scene::{Functional, escape_control},
 };
@@ -117,7 +118,11 @@ impl SolvedRun<'_> {
     fn sizes_in_words(&self) -> String {
         let (nodes, tetrahedra) = (self.mesh.coordinates.len(), self.mesh.tetrahedra.len());
         let panes = self.report.panes.len();
-        let mut words = format!("{nodes} nodes, {tetrahedra} tetrahedra");
+        let size = self
+            .unit(Dimension::LENGTH)
+            .told(&extents(&self.mesh.coordinates));
+        let size = size.replace(", ", " × ").replace(['(', ')'], "");
+        let mut words = format!("{size}, {nodes} nodes, {tetrahedra} tetrahedra");
         if panes > 0 && self.solution.status.is_solved() {
             let zones = [Zone::Open, Zone::Stick, Zone::Slip].map(|zone| self.report.count(zone));
             let [open, stick, slip] = zones;

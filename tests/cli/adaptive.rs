@@ -64,6 +64,35 @@ fn a_target_is_met_and_a_second_run_keeps_everything() {
     assert!(program.states().iter().all(|(_, state)| state == "fresh"));
 }
 
+/// A block on rollers under a pressure that varies as a cosine: its largest von Mises stress is at a face of symmetry, 111.2 MPa on
+/// 24 × 2 × 24 cells, and its bar is first that of the pressure below.
+#[test]
+fn the_largest_stress_may_be_the_target() {
+    let program = Program::new();
+    let block = r#"
+body = { element = "P2", brick = { size = [1.0, 0.25, 1.0], cells = [4, 1, 4] } }
+material.isotropic = { young_modulus = 2e11, poisson_ratio = 0.3 }
+clamp = [
+  { face = "x_min", components = ["x"] }, { face = "x_max", components = ["x"] },
+  { face = "y_min", components = ["y"] }, { face = "y_max", components = ["y"] },
+]
+contact.face = "z_min"
+pressure = [{ face = "z_max", value = "1e8*(1+0.8*cos(3.14159265358979*x))" }]
+"#;
+    std::fs::write(program.path("block.toml"), block).expect("a scene");
+    let target = ["--error", "5%", "--quantity", "largest_von_mises", "--json"];
+    let mut command = program.command(&["run", "block.toml", "run.h5", "--no-figures"]);
+    let done = command.args(target).assert().success();
+    assert_eq!(levels(&done)["status"], "met");
+    let json: Value = serde_json::from_slice(&done.get_output().stdout).expect("JSON");
+    let stress = |name: &str| json["largest_von_mises"][name].as_f64().expect("a number");
+    assert!(stress("error") <= 0.05 * stress("value"));
+    assert!(
+        (stress("value") - 111.2e6).abs() <= stress("error"),
+        "{json}"
+    );
+}
+
 /// The mesh is refined for a quantity, and what the file says of it is read again.
 #[test]
 fn a_quantity_may_be_the_target() {

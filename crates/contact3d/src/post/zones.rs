@@ -1,7 +1,10 @@
 //! Open, sticking and slipping panes, and their contact quantities.
 
-use super::{Solved, SolvedContact};
-use crate::contact::{CoulombLaw, Ellipse, FrictionField};
+use super::{ContactReport, Solved, SolvedContact};
+use crate::{
+    contact::{CoulombLaw, Ellipse, FrictionField},
+    mesh::Mesh,
+};
 
 /// What a pane of the contact face does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -139,6 +142,48 @@ pub(super) fn pane_states(
             }
         })
         .collect()
+}
+
+impl ContactReport {
+    /// The share of the normal force on panes that lie beside an open one, of panes or nodes in contact: 1 where contact is a single pane, a
+    /// line of them, or a ring around one node, so that no mesh of panes tells how pressure falls towards its edge.
+    #[must_use]
+    pub fn share_beside_open(&self, mesh: &Mesh) -> f64 {
+        let Some(surface) = &mesh.contact else {
+            return 0.0;
+        };
+        // The contact nodes of a triangle, each with the multiplier that acts there.
+        let nodes = |place: usize| {
+            let face = surface.face_of_facet(place);
+            let pane = surface.pane_of_facet(place);
+            let nodes = mesh.facet_nodes(surface.facets[place]);
+            nodes.filter_map(move |node| {
+                let node = surface.contact_node(face, node)?;
+                Some((node, pane.or_else(|| surface.carried_by(face, node))?))
+            })
+        };
+        let is_open = |(_, pane): (usize, usize)| self.panes[pane].zone == Zone::Open;
+        let mut at_open = vec![false; surface.nodes.len()];
+        let mut is_beside = vec![false; self.panes.len()];
+        for place in (0..surface.facets.len()).filter(|&place| nodes(place).any(is_open)) {
+            nodes(place).for_each(|(node, _)| at_open[node] = true);
+        }
+        for (node, pane) in (0..surface.facets.len()).flat_map(nodes) {
+            is_beside[pane] |= at_open[node];
+        }
+        let force = |is_counted: &dyn Fn(usize) -> bool| -> f64 {
+            let panes = (0..self.panes.len()).filter(|&pane| is_counted(pane));
+            panes
+                .map(|pane| -self.panes[pane].normal_stress * surface.pane_area[pane])
+                .sum()
+        };
+        let all = force(&|_| true);
+        if all > 0.0 {
+            force(&|pane| is_beside[pane]) / all
+        } else {
+            0.0
+        }
+    }
 }
 
 /// ‖(t₁/a, t₂/b)‖, and 1 for a point on a vanishing ellipse.

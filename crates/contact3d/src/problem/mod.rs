@@ -271,6 +271,7 @@ impl Problem {
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
         let mut warnings = self.scene.warnings();
+        warnings.extend(self.scene.unnamed_units(self.mesh.extent()));
         warnings.extend(idle_loads(&self.scene, &self.mesh));
         warnings.extend(unresolved_loads(&self.scene, &self.mesh));
         if let Some(interface) = &self.interface {

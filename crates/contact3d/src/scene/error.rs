@@ -154,6 +154,11 @@ pub enum Warning {
         /// The key of Young's modulus.
         key: String,
     },
+    /// A body of metres that is softer than rubber, as of lengths in mm with stresses in MPa where no unit is named.
+    UnnamedUnits {
+        /// The key of Young's modulus.
+        key: String,
+    },
     /// A law of friction that is not positive and finite at slips that may never occur.
     LawLeavesRange {
         /// The key of the law.
@@ -207,6 +212,17 @@ impl Scene {
                 key: format!("{key}.young_modulus"),
             })
     }
+
+    /// The first Young's modulus of solids in MPa, 1e3 to 1e6, where no unit is named and the body is longer than 5: in Pa that is a gel.
+    #[must_use]
+    pub fn unnamed_units(&self, mesh_extent: f64) -> Option<Warning> {
+        let is_metric = self.units.is_default() && mesh_extent > 5.0;
+        let mut laws = self.isotropic().filter(|_| is_metric);
+        let (key, _) = laws.find(|(_, law)| (1e3..1e6).contains(&law.young_modulus))?;
+        Some(Warning::UnnamedUnits {
+            key: format!("{key}.young_modulus"),
+        })
+    }
 }
 
 impl fmt::Display for Warning {
@@ -242,6 +258,10 @@ impl fmt::Display for Warning {
             Self::TooStiff { key } => write!(
                 f,
                 "{key}: stiffer than any material; stresses are in the unit of force over that of length squared, with units.length = \"mm\" in N/mm^2 = MPa"
+            ),
+            Self::UnnamedUnits { key } => write!(
+                f,
+                "{key}: in Pa softer than rubber, of a body as long as a house; if lengths are in mm and stresses in MPa, write units.length = \"mm\", so that words and files say so"
             ),
             Self::LawLeavesRange { key, value, place } => {
                 let remedy = if value.is_nan() {

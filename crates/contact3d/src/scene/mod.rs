@@ -77,6 +77,7 @@ use varying::{Varies, Varying, VaryingKey};
 #[serde(deny_unknown_fields)]
 pub struct Scene {
     /// A line that names the case in reports and pictures.
+    #[serde(default = "untitled")]
     pub title: String,
     /// Where the case comes from (a paper, a table, a drawing).
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -163,6 +164,10 @@ pub struct Scene {
 }
 
 /// Whether a key has its default and is left out of a scene that is written.
+fn untitled() -> String {
+    "untitled".to_owned()
+}
+
 fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }
@@ -183,7 +188,7 @@ impl Scene {
     #[must_use]
     pub fn new(body: Body, material: Material) -> Self {
         Self {
-            title: "untitled".to_owned(),
+            title: untitled(),
             reference: None,
             units: Units::default(),
             parameters: BTreeMap::new(),
