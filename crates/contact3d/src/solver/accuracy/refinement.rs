@@ -7,7 +7,10 @@ use crate::{
     solver::{
         NewtonSettings, NewtonSolution, NewtonStep, StartStrategy,
         conditions::Bound,
-        newton::{NewtonDriver, local_newton, natural_map::NaturalMap, proximal::about_own_motion},
+        newton::{
+            FrictionGraph, NewtonDriver, local_newton, natural_map::NaturalMap,
+            proximal::about_own_motion,
+        },
         problem::{ContactBody, ContactSolve},
         tolerances::{NEWTON_MAX_STEPS, REFINEMENT_TARGET, ROUNDING_STALL_STEPS},
     },
@@ -154,6 +157,13 @@ impl ContactSolve<'_> {
         if has_free_motion {
             // A motion is free within an interval.
             found = newton_about(&about_own_motion(&near.dual, local));
+        }
+        if let (false, StartStrategy::FrictionGraph, Bound::Coulomb(laws, law)) =
+            (found.stop.is_solution(), strategy, bound)
+            && let Some(graph) = FrictionGraph::new(driver.dual, laws, law, local)
+        {
+            // Rounding of a slip may be more than a rise of F is wide, and then no step of λ alone stays on it.
+            found = graph.from_nearby(&near.dual, &near.unknowns);
         }
         if let (false, Bound::Given(set)) = (found.stop.is_solution(), bound) {
             // A λ that is not far off may lie in zones from which Newton's steps wander off.

@@ -220,6 +220,22 @@ impl<'a> FrictionGraph<'a> {
         found
     }
 
+    /// The solution of the same problem written about unknowns near to it, from these.
+    pub(in crate::solver) fn from_nearby(
+        mut self,
+        dual: &'a ExplicitDual,
+        unknowns: &[f64],
+    ) -> NewtonSolution {
+        self.dual = dual;
+        let slips = self.slips(unknowns);
+        let coefficients = self.coefficients.iter().zip(&slips);
+        let coefficients = coefficients.map(|(c, slip)| c.value(self.law, slip.pair, slip.own));
+        let start: Vec<f64> = unknowns.iter().copied().chain(coefficients).collect();
+        let mut found = self.newton(1.0, 0.0, Some(&start));
+        found.unknowns.truncate(dual.n_unknowns());
+        found
+    }
+
     /// Follows the solutions from rises of F at τ = 0 that are as wide as the largest free slip to those of the law at τ = 1, narrowed
     /// geometrically, each from the one before, by steps in τ that double after a success and halve after a failure.
     ///
@@ -270,6 +286,8 @@ impl<'a> FrictionGraph<'a> {
         let settings = NewtonSettings {
             tolerance: GRAPH_TOLERANCE,
             max_steps: NEWTON_MAX_STEPS,
+            // A solution nearby is measured, and not believed.
+            least_steps: usize::from(start.is_some()),
             // Residuals may rise on the way across a rise of F.
             stagnation_steps: NEWTON_MAX_STEPS,
             rounding_steps: ROUNDING_STALL_STEPS - 1,

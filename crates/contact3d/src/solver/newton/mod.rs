@@ -18,7 +18,7 @@ pub use iteration::NewtonSettings;
 pub use linearisation::{Linearisation, contraction_of_mapping};
 
 pub(in crate::solver) use driver::NewtonDriver;
-use friction_graph::FrictionGraph;
+pub(in crate::solver) use friction_graph::FrictionGraph;
 use proximal::proximal_point;
 
 use dense::{SWEEPS_PER_STEP, globalised_newton};
