@@ -30,16 +30,9 @@ pub(crate) struct CurvedTetrahedron {
     points: Vec<(f64, [Vector3<f64>; 10])>,
 }
 
-/// One summand (4 λ_k − shift) ∇λ_along of the gradient of a quadratic shape function.
-#[derive(Clone, Copy)]
-struct Term {
-    k: usize,
-    shift: f64,
-    along: usize,
-}
-
+/// ([k, along], shift) of the summands (4 λ_k − shift) ∇λ_along of the gradient of a quadratic shape function:
 /// ∇(λ_a (2λ_a − 1)) = (4λ_a − 1) ∇λ_a and ∇(4 λ_a λ_b) = 4λ_a ∇λ_b + 4λ_b ∇λ_a.
-fn terms(node: usize) -> impl Iterator<Item = Term> + Clone {
+fn terms(node: usize) -> impl Iterator<Item = ([usize; 2], f64)> + Clone {
     let (pairs, shift) = match node.checked_sub(4) {
         None => ([Some([node, node]), None], 1.0),
         Some(e) => {
@@ -48,13 +41,13 @@ fn terms(node: usize) -> impl Iterator<Item = Term> + Clone {
         }
     };
     let pairs = pairs.into_iter().flatten();
-    pairs.map(move |[k, along]| Term { k, shift, along })
+    pairs.map(move |pair| (pair, shift))
 }
 
 /// The mean of (4λ_k − s)(4λ_l − t) over a tetrahedron, from mean λ_k = 1/4, mean λ_k λ_l = (1 + δ_kl)/20.
-fn mean_product(first: Term, second: Term) -> f64 {
-    let product = if first.k == second.k { 1.6 } else { 0.8 };
-    product - first.shift - second.shift + first.shift * second.shift
+fn mean_product((k, s): (usize, f64), (l, t): (usize, f64)) -> f64 {
+    let product = if k == l { 1.6 } else { 0.8 };
+    product - s - t + s * t
 }
 
 impl Element {
@@ -75,7 +68,7 @@ impl Element {
     /// The 3 × 3 stiffness block ∫ G_aᵀ C G_b of two nodes in N/m, where G_a maps a nodal
     /// displacement to Voigt strain.
     ///
-    /// Exact on straight sides, where the blocks of P1 are weighted by the means of [`Term`]s.
+    /// Exact on straight sides, where the blocks of P1 are weighted by the means of their [`terms`].
     pub(crate) fn stiffness_block(
         &self,
         elasticity: &Matrix6<f64>,
@@ -86,10 +79,10 @@ impl Element {
             Self::Linear(simplex) => simplex.stiffness_block(elasticity, a, b),
             Self::Quadratic(simplex) => {
                 let mut block = Matrix3::zeros();
-                for first in terms(a) {
-                    for second in terms(b) {
-                        let mean = mean_product(first, second);
-                        let part = simplex.stiffness_block(elasticity, first.along, second.along);
+                for ([k, along_k], s) in terms(a) {
+                    for ([l, along_l], t) in terms(b) {
+                        let mean = mean_product((k, s), (l, t));
+                        let part = simplex.stiffness_block(elasticity, along_k, along_l);
                         block += part * mean;
                     }
                 }

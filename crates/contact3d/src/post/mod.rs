@@ -13,6 +13,7 @@ mod stress;
 mod tools;
 mod zones;
 
+pub use crate::solver::Zone;
 pub use certificate::Certificate;
 pub use checks::CheckFailure;
 pub use estimate::{ContactError, ErrorEstimate, LoadedBoundary, MAX_RELIABLE_ESTIMATE};
@@ -22,7 +23,7 @@ pub use resultants::{ContactResultants, FaceResultants, Resultants, SourceForce,
 pub use rounding::Rounding;
 pub use stress::{LargestStress, StressConcentration};
 pub use tools::ToolState;
-pub use zones::{PaneCoulomb, PaneFriction, PaneState, Zone};
+pub use zones::{PaneCoulomb, PaneFriction, PaneState};
 
 use nalgebra::{Matrix3, Vector3};
 use resultants::NodalForces;

@@ -79,21 +79,21 @@ fn shape_of_peak(
     stiffness: &[f64],
     highest: usize,
 ) -> (PeakShape, [f64; 2]) {
-    let neighbours = Neighbours::new(solved, contact);
+    let (neighbours, ends_at_edge) = neighbours(solved, contact);
     let pressure = |pane: usize| -panes[pane].normal_stress;
     let largest = pressure(highest);
     let is_beyond_edge = |pane: &usize| {
         let state = &panes[*pane];
         state.zone == Zone::Open && stiffness[*pane] * state.gap > EDGE_STIFFNESS * largest
     };
-    let beside = &neighbours.beside[highest];
-    let at_edge = neighbours.at_edge[highest] || beside.iter().any(is_beyond_edge);
+    let beside = &neighbours[highest];
+    let at_edge = ends_at_edge[highest] || beside.iter().any(is_beyond_edge);
     let lower = beside.iter().copied().filter(|pane| !is_beyond_edge(pane));
     let Some(next) = lower.min_by(|a, b| pressure(*a).total_cmp(&pressure(*b))) else {
         return (PeakShape::Coarse, [1.0, 0.0]);
     };
     let first = (largest - pressure(next)) / largest;
-    let Some(behind) = neighbours.behind(contact, solved, highest, next) else {
+    let Some(behind) = pane_behind(&neighbours[next], (solved, contact), highest, next) else {
         return (PeakShape::Coarse, [first, 0.0]);
     };
     let second = (pressure(next) - pressure(behind)) / largest;
@@ -107,78 +107,69 @@ fn shape_of_peak(
     (shape, [first, second])
 }
 
-/// Which panes share an edge, or nodes with multipliers a triangle.
-struct Neighbours {
-    beside: Vec<Vec<usize>>,
-    /// Whether a pane ends at an edge of its contact face.
-    at_edge: Vec<bool>,
+/// Which panes share an edge, or nodes with multipliers a triangle, and whether each pane ends at an edge of its contact face.
+fn neighbours(solved: &Solved<'_>, contact: &SolvedContact<'_>) -> (Vec<Vec<usize>>, Vec<bool>) {
+    let (mesh, surface) = (solved.mesh, contact.state.surface);
+    let mut on_edge: BTreeMap<[usize; 3], Vec<Vec<usize>>> = BTreeMap::new();
+    let mut beside = vec![Vec::new(); surface.n_panes()];
+    for (place, &facet) in surface.facets.iter().enumerate() {
+        let corners = mesh.facets[facet];
+        let here = areas::panes_of(solved, contact, place);
+        here.iter().for_each(|&pane| beside[pane].extend(&here));
+        for (a, b) in [(0, 1), (1, 2), (2, 0)] {
+            let ends = [corners[a].min(corners[b]), corners[a].max(corners[b])];
+            let mut middle = [0.0; 3];
+            (middle[a], middle[b]) = (0.5, 0.5);
+            let panes = match surface.pane_of_facet(place) {
+                Some(pane) => vec![pane],
+                None => {
+                    let carried = multipliers_between_nodes(mesh, contact, place, middle);
+                    let carried = carried.into_iter().filter(|(_, weight)| *weight > 0.0);
+                    carried.map(|(pane, _)| pane).collect()
+                }
+            };
+            let key = [surface.face_number(place), ends[0], ends[1]];
+            on_edge.entry(key).or_default().push(panes);
+        }
+    }
+    let mut at_edge = vec![false; surface.n_panes()];
+    for sides in on_edge.values() {
+        let here = sides.concat();
+        here.iter().for_each(|&pane| beside[pane].extend(&here));
+        if sides.len() == 1 {
+            here.iter().for_each(|&pane| at_edge[pane] = true);
+        }
+    }
+    for (pane, others) in beside.iter_mut().enumerate() {
+        others.sort_unstable();
+        others.dedup();
+        others.retain(|&other| other != pane);
+    }
+    (beside, at_edge)
 }
 
-impl Neighbours {
-    fn new(solved: &Solved<'_>, contact: &SolvedContact<'_>) -> Self {
-        let (mesh, surface) = (solved.mesh, contact.state.surface);
-        let mut on_edge: BTreeMap<[usize; 3], Vec<Vec<usize>>> = BTreeMap::new();
-        let mut beside = vec![Vec::new(); surface.n_panes()];
-        for (place, &facet) in surface.facets.iter().enumerate() {
-            let corners = mesh.facets[facet];
-            let here = areas::panes_of(solved, contact, place);
-            here.iter().for_each(|&pane| beside[pane].extend(&here));
-            for (a, b) in [(0, 1), (1, 2), (2, 0)] {
-                let ends = [corners[a].min(corners[b]), corners[a].max(corners[b])];
-                let mut middle = [0.0; 3];
-                (middle[a], middle[b]) = (0.5, 0.5);
-                let panes = match surface.pane_of_facet(place) {
-                    Some(pane) => vec![pane],
-                    None => {
-                        let carried = multipliers_between_nodes(mesh, contact, place, middle);
-                        let carried = carried.into_iter().filter(|(_, weight)| *weight > 0.0);
-                        carried.map(|(pane, _)| pane).collect()
-                    }
-                };
-                let key = [surface.face_number(place), ends[0], ends[1]];
-                on_edge.entry(key).or_default().push(panes);
-            }
-        }
-        let mut at_edge = vec![false; surface.n_panes()];
-        for sides in on_edge.values() {
-            let here = sides.concat();
-            here.iter().for_each(|&pane| beside[pane].extend(&here));
-            if sides.len() == 1 {
-                here.iter().for_each(|&pane| at_edge[pane] = true);
-            }
-        }
-        for (pane, others) in beside.iter_mut().enumerate() {
-            others.sort_unstable();
-            others.dedup();
-            others.retain(|&other| other != pane);
-        }
-        Self { beside, at_edge }
-    }
-
-    /// The pane behind `next` as seen from `first`, within 45° of that direction.
-    fn behind(
-        &self,
-        contact: &SolvedContact<'_>,
-        solved: &Solved<'_>,
-        first: usize,
-        next: usize,
-    ) -> Option<usize> {
-        let centre = |pane| centre_of(solved, contact, pane);
-        let step = |from: [f64; 3], to: [f64; 3]| [0, 1, 2].map(|c| to[c] - from[c]);
-        let along = step(centre(first), centre(next));
-        let cosine = |pane: usize| {
-            let on = step(centre(next), centre(pane));
-            let dot = |a: [f64; 3], b: [f64; 3]| -> f64 { (0..3).map(|c| a[c] * b[c]).sum() };
-            dot(on, along) / (dot(on, on) * dot(along, along)).sqrt()
-        };
-        let others = self.beside[next].iter().filter(|&&pane| pane != first);
-        let ahead = others
-            .map(|&pane| (cosine(pane), pane))
-            .filter(|(cosine, _)| *cosine > 0.5_f64.sqrt());
-        ahead
-            .max_by(|a, b| a.0.total_cmp(&b.0))
-            .map(|(_, pane)| pane)
-    }
+/// The pane behind `next` as seen from `first`, within 45° of that direction.
+fn pane_behind(
+    beside_next: &[usize],
+    (solved, contact): (&Solved<'_>, &SolvedContact<'_>),
+    first: usize,
+    next: usize,
+) -> Option<usize> {
+    let centre = |pane| centre_of(solved, contact, pane);
+    let step = |from: [f64; 3], to: [f64; 3]| [0, 1, 2].map(|c| to[c] - from[c]);
+    let along = step(centre(first), centre(next));
+    let cosine = |pane: usize| {
+        let on = step(centre(next), centre(pane));
+        let dot = |a: [f64; 3], b: [f64; 3]| -> f64 { (0..3).map(|c| a[c] * b[c]).sum() };
+        dot(on, along) / (dot(on, on) * dot(along, along)).sqrt()
+    };
+    let others = beside_next.iter().filter(|&&pane| pane != first);
+    let ahead = others
+        .map(|&pane| (cosine(pane), pane))
+        .filter(|(cosine, _)| *cosine > 0.5_f64.sqrt());
+    ahead
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, pane)| pane)
 }
 
 /// The centroid of a pane in m.

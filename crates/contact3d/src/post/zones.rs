@@ -4,18 +4,8 @@ use super::{ContactReport, Solved, SolvedContact};
 use crate::{
     contact::{CoulombLaw, Ellipse, FrictionField},
     mesh::Mesh,
+    solver::Zone,
 };
-
-/// What a pane of the contact face does.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Zone {
-    /// No pressure, but for rounding; only a slip bound that is given apart from it lets such a pane carry tangential stress.
-    Open,
-    /// In contact, the trial stress inside its ellipse: no slip.
-    Stick,
-    /// In contact and free to slide: the trial stress outside its ellipse, or no friction.
-    Slip,
-}
 
 /// Contact quantities of one pane.
 #[derive(Debug, Clone, Copy, PartialEq)]

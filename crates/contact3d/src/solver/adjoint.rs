@@ -8,6 +8,9 @@
 //! one solve with the transposed matrix of Newton's method and one with the factor of A. Where S is implicit GMRES multiplies with
 //! R'ᵀy = y + ζ/ρ − B A⁻¹(Bᵀζ + Cᵀτ). On panes that stick or are pressed ζ is the
 //! adjoint's multiplier, and z moves the face as Q_λ says.
+//!
+//! Where contact springs σ gave the solution, with the unknown μ = λ + σ r and A_σ = A + BᵀσB, the same holds with A_σ for A and
+//! Q_u + Bᵀσ Q_λ for Q_u, since δλ = δμ + σ B δu; then A z = Q_u − Bᵀζ' − Cᵀτ for the multiplier ζ' = ζ + σ (B z − Q_λ).
 
 use super::{
     ContactBody, ContactProblem, NaturalMap, Solution, StartStrategy,
@@ -52,7 +55,7 @@ pub(crate) struct Adjoint {
 
 impl Adjoint {
     /// Solves for the adjoints of functionals at one solution, with A alone where there is no contact problem; `None` where the matrix of Newton's
-    /// method is singular, for a body that floats on an implicit S, and where contact springs gave the solution.
+    /// method is singular, and for a body that floats on an implicit S.
     pub(crate) fn of(
         assembly: &Assembly,
         problem: Option<&ContactProblem<'_>>,
@@ -71,9 +74,46 @@ impl Adjoint {
             };
             return Some(response.into_iter().map(alone).collect());
         };
-        if solution.trace.strategy == Some(StartStrategy::ContactSprings) {
-            return None;
+        if solution.trace.strategy != Some(StartStrategy::ContactSprings) {
+            return Self::of_contact(problem, solution, functionals);
         }
+        let face = problem.body.face;
+        let system = problem
+            .system
+            .with_contact_springs((face.surface, face.interface))?;
+        let augmented = ContactProblem::new(&system, face)?;
+        let springs = augmented.dual.explicit()?.contact_springs.clone()?;
+        let coupling = &augmented.dual.coupling;
+        let with_springs = |it: &LinearFunctional| {
+            let stresses = it.by_multiplier.iter().zip(&*springs);
+            let stresses: Vec<f64> = stresses.map(|(q, spring)| q * spring).collect();
+            let mut it = it.clone();
+            add_scaled(
+                &mut it.by_displacement,
+                1.0,
+                &coupling.nodal_forces(&stresses),
+            );
+            it
+        };
+        let all: Vec<LinearFunctional> = functionals.iter().map(with_springs).collect();
+        let mut adjoints = Self::of_contact(&augmented, solution, &all)?;
+        for (adjoint, functional) in adjoints.iter_mut().zip(functionals) {
+            let moved = coupling.integrate(&adjoint.displacement);
+            let apart = moved.iter().zip(&functional.by_multiplier).zip(&*springs);
+            for (zeta, ((moved, wanted), spring)) in adjoint.multiplier.iter_mut().zip(apart) {
+                *zeta += spring * (moved - wanted);
+            }
+        }
+        Some(adjoints)
+    }
+
+    /// Those of a contact problem, by A and S as it has them.
+    fn of_contact(
+        problem: &ContactProblem<'_>,
+        solution: &Solution,
+        functionals: &[LinearFunctional],
+    ) -> Option<Vec<Self>> {
+        let assembly = problem.body.assembly;
         let ContactProblem { dual, laws, .. } = problem;
         let set = laws.feasible_set(solution.friction.as_ref().map(|it| &it.coulomb));
         let bound = Bound::of(laws, &set);
@@ -121,6 +161,12 @@ fn evaluated(
     let residual = dual.gap_residual(displacement, dofs, face.surface, face.interface);
     let mut unknowns = solution.multiplier.clone();
     unknowns.resize(dual.n_unknowns(), 0.0);
+    if let Some(springs) = &conditions.contact_springs {
+        // μ = λ + σ r with r = gap − B u.
+        let parts = springs.iter().zip(&residual);
+        let parts = unknowns.iter_mut().zip(parts);
+        parts.for_each(|(mu, (spring, beyond))| *mu -= spring * beyond);
+    }
     body.conditions_at(dual, conditions, &unknowns, displacement, &residual)
 }
 

@@ -52,14 +52,14 @@ pub(super) struct Conditions<'a> {
     pub(super) contact_springs: Option<Arc<Vec<f64>>>,
 }
 
-/// What a pane does at some λ.
+/// What a pane of the contact face does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PaneZone {
-    /// Not pressed.
+pub enum Zone {
+    /// No pressure, but for rounding; only a slip bound that is given apart from it lets such a pane carry tangential stress.
     Open,
-    /// Pressed, with z_t inside the ellipse.
+    /// In contact, the trial stress inside its ellipse: no slip.
     Stick,
-    /// Pressed, with z_t outside the ellipse or no ellipse.
+    /// In contact and free to slide: the trial stress outside its ellipse, or no friction.
     Slip,
 }
 
@@ -104,13 +104,13 @@ impl Evaluation {
 impl PaneEvaluation {
     /// The zone that z tells.
     #[must_use]
-    pub fn zone(&self) -> PaneZone {
+    pub fn zone(&self) -> Zone {
         if !self.pressed {
-            PaneZone::Open
+            Zone::Open
         } else if self.ellipse.semi_axes != [0.0; 2] && self.ellipse.level(self.trial) <= 1.0 {
-            PaneZone::Stick
+            Zone::Stick
         } else {
-            PaneZone::Slip
+            Zone::Slip
         }
     }
 }
@@ -298,6 +298,11 @@ impl<'a> Conditions<'a> {
         }
         for (by, rho) in by_rhs.iter_mut().zip(&self.steplengths) {
             *by *= rho;
+        }
+        // λ = μ − σ r.
+        let springs = self.contact_springs.iter().flat_map(|springs| &***springs);
+        for (by, (spring, weight)) in by_rhs.iter_mut().zip(springs.zip(weights)) {
+            *by += spring * weight;
         }
         let slips = at.slip_derivative.as_ref();
         (

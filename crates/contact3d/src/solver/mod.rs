@@ -71,7 +71,7 @@ mod two_levels;
 pub(crate) use accuracy::{is_significant, load_stress};
 pub(crate) use adjoint::{Adjoint, LinearFunctional};
 pub(crate) use assessment::Assessment;
-pub use conditions::{Bound, Evaluation, PaneEvaluation, PaneZone};
+pub use conditions::{Bound, Evaluation, PaneEvaluation, Zone};
 pub use feasible_set::FeasibleSet;
 pub use fixed_point::{MappingValue, SuccessiveApproximations, evaluate_mapping};
 pub use inner::{Gpcg, Inner, InnerOutcome, Kprgp, projected_gradient_steplength};

@@ -12,7 +12,7 @@ use contact3d::{
     linalg::{difference, dot, norm},
     post::Zone,
     scene::FormulaBranch,
-    solver::PaneZone,
+    solver::PaneEvaluation,
 };
 
 /// What the law of friction does at a contact node on a piece.
@@ -238,14 +238,9 @@ impl PieceEquations<'_> {
     pub(super) fn piece_of(&self, member: &FamilyMember, point: &[f64]) -> Piece {
         let (multiplier, law) = (self.multiplier(point), member.law());
         let panes = member.natural_map(|map| map.evaluate(&multiplier).panes);
-        let zones = panes.iter().map(|pane| match pane.zone() {
-            PaneZone::Open => Zone::Open,
-            PaneZone::Stick => Zone::Stick,
-            PaneZone::Slip => Zone::Slip,
-        });
         let (normal, _) = member.dual.layout.split(&multiplier);
         let mut piece = Piece {
-            zones: zones.collect(),
+            zones: panes.iter().map(PaneEvaluation::zone).collect(),
             capped: normal.iter().map(|p| law.slip_bound(0, *p) < *p).collect(),
             nodes: Vec::new(),
         };
