@@ -447,7 +447,7 @@ mod tests {
         linalg::dot,
         post::{ContactReport, recovery::StressRecovery},
         scene::Scene,
-        solver::Solution,
+        solver::{Solution, StartStrategy},
     };
 
     const STEP: f64 = 1e-5;
@@ -504,6 +504,15 @@ mod tests {
                 [$(($name, include_str!(concat!("../../../../pipelines/", $name, ".toml")))),*]
             };
         }
+        // Only contact springs lead to its solution.
+        let strip = "title = 'strip'
+            body.element = 'P2'
+            body.brick = { size = [100.0, 1.0, 0.2], cells = [80, 8, 4] }
+            material.isotropic = { young_modulus = 8.0594e8, poisson_ratio = 0.3 }
+            clamp = [{ face = 'x_min' }]
+            traction = [{ face = 'z_max', value = [0.1, 0.0, -0.67982] }]
+            contact = { face = 'z_min', multipliers = 'nodal', gap = '7.267469359152741e-07*(1 + cos(0.03084214042701261*x))' }
+            friction.coefficient.constant = 0.3";
         let scenes = pipeline!(
             "newton",
             "tresca",
@@ -514,7 +523,7 @@ mod tests {
             "capped",
             "two_plates"
         );
-        for (name, text) in scenes {
+        for (name, text) in scenes.into_iter().chain([("strip", strip)]) {
             let mut scene = Scene::parse(name, text).expect("a scene");
             scene.solve = Default::default();
             if let Some(brick) = scene.as_brick_mut() {
@@ -524,6 +533,8 @@ mod tests {
                 .and_then(Problem::assemble)
                 .expect("a problem");
             let (problem, solution, report) = solved_at(&base, 1.0);
+            let has_springs = solution.trace.strategy == Some(StartStrategy::ContactSprings);
+            assert_eq!(has_springs, text == strip, "{name}");
             let material = MaterialField::new(problem.scene(), problem.mesh());
             let dofs = &problem.system.assembly.primal.dofs;
             let internal = InternalForces::of(
