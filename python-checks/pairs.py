@@ -100,24 +100,72 @@ class Face:
         own = np.vstack([corner, (corner + np.roll(corner, -1, axis=0)) / 2])[:n]
         slopes = triangle_slopes(own, n)
         self.normals = np.zeros_like(self.x)
-        for at, area in zip(nodes, self.areas, strict=True):
+        ways = [np.roll(corners, -k, axis=1) - corners for k in (1, 2)]
+        ways = [way / np.linalg.norm(way, axis=2)[:, :, None] for way in ways]
+        angles = np.full(nodes.shape, np.pi)
+        angles[:, :3] = np.arccos((ways[0] * ways[1]).sum(axis=2))
+        for at, angle in zip(nodes, angles, strict=True):
             along = slopes @ self.x[at]
             normals = np.cross(along[:, 0], along[:, 1])
             normals /= np.linalg.norm(normals, axis=1)[:, None]
-            np.add.at(self.normals, at, area * normals)
+            np.add.at(self.normals, at, angle[:, None] * normals)
         with np.errstate(invalid="ignore"):
             self.normals /= np.linalg.norm(self.normals, axis=1)[:, None]
-        unit = self.area_vectors / self.areas[:, None]
-        self.is_flat = np.abs(unit - unit[0]).max() < 1e-6
+        self.units = self.area_vectors / self.areas[:, None]
+        self.is_flat = np.abs(self.units - self.units[0]).max() < 1e-6
+        middles = (corners + np.roll(corners, -1, axis=1)) / 2
+        off = np.abs(self.x[nodes[:, 3:]] - middles).max() if n == 6 else 0.0
+        self.is_faceted = not self.is_flat and off < 1e-9 * np.sqrt(self.areas.max())
+        if self.is_faceted:
+            means = self.normals.copy()
+            for node in np.unique(nodes[:, :3]):
+                self.normals[node] = self.fitted(node, means[node])
+            for at in nodes if n == 6 else []:
+                sums = self.normals[at[:3]] + self.normals[np.roll(at[:3], -1)]
+                self.normals[at[3:]] = sums / np.linalg.norm(sums, axis=1)[:, None]
+
+    def fitted(self, node: int, normal: np.ndarray) -> np.ndarray:
+        """The normal of the quadratic through a corner that fits the corners of two rings of triangles; the mean on edges of the body."""
+        corners = self.nodes[:, :3]
+        own = np.flatnonzero((corners == node).any(axis=1))
+        smooth = self.units @ self.units.T > np.cos(np.pi / 6)
+        if not smooth[np.ix_(own, own)].all():
+            return normal
+        near = set()
+        for k in own:
+            beside = np.isin(corners, corners[k]).any(axis=1) & smooth[k]
+            near |= set(corners[beside].ravel())
+        near = sorted(near - {node})
+        if len(near) < 5:
+            return normal
+        ways = self.x[near] - self.x[node]
+        size = np.linalg.norm(ways, axis=1).max()
+        around = 0.0
+        for _ in range(5):
+            across = np.linalg.svd(normal[None])[2][1:]
+            (x, z), y = across @ ways.T / size, ways @ normal / size
+            terms = np.stack([x, z, x * x, np.sqrt(2) * x * z, z * z], axis=1)
+            found = np.linalg.lstsq(terms, y - around * y * y / 2, rcond=1e-6)[0]
+            square, both = 4 * found[2:] @ found[2:], 2 * (found[2] + found[4])
+            around = square / both if both * both > square / 4 else 0.0
+            normal = normal - found[:2] @ across
+            normal /= np.linalg.norm(normal)
+        return normal
 
     def bulge(self, k: int, at: np.ndarray) -> float:
-        """How far the curved face that a straight triangle stands for lies outside it, by the normals of its corners."""
-        if self.is_flat or self.nodes.shape[1] != 3:
+        """How far the curved face that a triangle stands for lies outside it, by the normals of its corners."""
+        x, n = self.x[self.nodes[k]], self.normals[self.nodes[k, :3]]
+        along = triangle_slopes(np.eye(3), self.nodes.shape[1]) @ x
+        own = np.cross(along[:, 0], along[:, 1])
+        turned = (n * own).sum(axis=1) < np.cos(np.radians(15.0)) * np.linalg.norm(own, axis=1)
+        if self.is_flat or turned.any():
             return 0.0
-        x, n = self.x[self.nodes[k]], self.normals[self.nodes[k]]
-        if (n @ self.area_vectors[k]).min() < np.cos(np.radians(15.0)) * self.areas[k]:
-            return 0.0
-        return sum(at[a] * at[b] * (x[b] - x[a]) @ (n[b] - n[a]) / 2 for a, b in ((0, 1), (1, 2), (2, 0)))
+        edges = ((0, 1), (1, 2), (2, 0))
+        if self.is_faceted:
+            return sum(at[a] * at[b] * (x[b] - x[a]) @ (n[b] - n[a]) / 2 for a, b in edges)
+        slope = [max(((3 * x[i] + x[j] - 4 * x[3 + e]) @ n[i] for i, j in ((b, a), (a, b))), key=abs) for e, (a, b) in enumerate(edges)]
+        whole = sum(c * at[a] * at[b] * (at[a] - at[b]) ** 2 for c, (a, b) in zip(slope, edges, strict=True))
+        return whole + at.prod() * sum(at[v] * (7 * slope[(v + 1) % 3] - 2 * sum(slope)) for v in range(3))
 
     def meet(self, k: int, along: np.ndarray, places: np.ndarray) -> np.ndarray:
         """Barycentric places where lines along a direction through some places meet the triangle, [..., 3]."""
@@ -234,7 +282,9 @@ def opposite(side: Face, other: Face, node: int) -> tuple[np.ndarray, float, boo
     theirs = theirs / np.linalg.norm(theirs)
     normal = side.modulus * along - other.modulus * theirs
     normal /= np.linalg.norm(normal)
-    return normal, float((place - x) @ normal), inside
+    (k, local), *_ = np.argwhere(side.nodes == node)
+    at = np.vstack([np.eye(3), (np.eye(3) + np.roll(np.eye(3), -1, axis=0)) / 2])[local]
+    return normal, float((place - x - along * side.bulge(k, at)) @ normal), inside
 
 
 def modulus(scene: dict, body: dict) -> float:
@@ -356,14 +406,15 @@ class Pair:
         else:
             normal = np.broadcast_to(mesh["contact_normal"][:], (len(nodes), 3))
         gap = mesh["contact_clearance"][:] if "contact_clearance" in mesh else np.zeros(len(nodes))
-        self.normal, self.gap = normal, gap
+        # Bodies that overlap by less than their triangles leave of curved faces are taken to touch.
+        self.normal, self.gap = normal, gap if self.contact.get("interference") else np.maximum(gap, 0.0)
         for local, node in enumerate(nodes):
             own, distance, inside = opposite(self.side, self.other, node)
             if not (inside or self.is_flat):
                 continue
             if off := beyond(own - normal[local], 1e-9):
                 return f"the normal at node {node} differs by {off:.1e}"
-            if off := beyond(max(distance, 0.0) - gap[local], 1e-9 * extent(self.side)):
+            if off := beyond(distance - gap[local], 1e-9 * extent(self.side)):
                 return f"the gap at node {node} differs by {off:.1e}"
         return None
 

@@ -30,7 +30,7 @@ TASKS = {
     "Drag": "newton hkl2011_table1 hkl2011_table2 coulomb_isotropic coulomb_orthotropic tresca capped expression_law "
     "table_law turning_frame parameters dry_and_greased wall ssnv128 ssnv503",
     "Load in steps and loops": "history history_wear cattaneo_roller rail roller",
-    "Let two bodies touch": "two_blocks elastic_foundation stack two_cylinders two_balls",
+    "Let two bodies touch": "two_blocks elastic_foundation stack two_cylinders two_balls two_rings",
     "Sweep": "sweep_friction sweep_slope",
     "Hold by contact or springs": "block_on_slope pushed_block corner_block slope two_plates springs",
     "Take a mesh from elsewhere": "gmsh_foot cup wedge",
@@ -44,7 +44,7 @@ PICTURES = {
     "friction_loop": "history history_wear cattaneo_roller two_blocks",
     "d_friction_ellipses": "coulomb_orthotropic turning_frame table_law expression_law tresca capped dry_and_greased",
     "a_contact_pressure": "hertz_sphere cup wavy nodal force_on_disc two_balls",
-    "von_mises": "shrink_fit elastic_only adaptive graded",
+    "von_mises": "shrink_fit two_rings elastic_only adaptive graded",
     "overview": "newton",
     "tangential_force_1": "sweep_friction sweep_slope",
 }
@@ -53,7 +53,7 @@ TESTS = {
     "python-checks/test_faces.py": "slope two_plates wedge",
     "python-checks/test_history.py": "cattaneo_roller rail",
     "python-checks/test_obstacle.py": "shrink_fit",
-    "python-checks/test_pairs.py": "stack two_cylinders two_balls",
+    "python-checks/test_pairs.py": "stack two_cylinders two_balls two_rings",
     "python-checks/test_supports.py": "force_on_disc",
     "crates/contact3d/tests/scenes/floating/limits.rs": "block_on_slope sweep_slope pushed_block corner_block",
     "crates/contact3d/tests/scenes/obstacles/hertz.rs": "hertz_sphere hertz_cylinder cup",

@@ -475,8 +475,8 @@ class Contact(Keys):
         The sides of the box follow edges of triangles and, on a brick, of panes.
     :param gap: Initial gap d ≥ 0 between body and foundation in m, or negative with ``interference``: a number, or
         an expression in x, y, z. It adds to the distance from an obstacle.
-    :param interference: Whether body and foundation may cut into each other before they are pressed apart, as a
-        ring and the shaft that it is shrunk on.
+    :param interference: Whether what touches may overlap at first and is pressed apart, as a ring and the shaft
+        that it is shrunk on.
     :param axis_1: First principal axis t₁ of friction, a vector of any length in the plane of the face: numbers, or
         expressions in x, y, z. Where normals vary it is projected on the tangent plane of each contact node. When not
         given, the global x axis projected on the face (the y axis on a face perpendicular to x).

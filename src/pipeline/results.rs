@@ -43,6 +43,19 @@ impl Results {
         depths.fold(0.0, |deepest, (_, depth)| deepest.max(depth))
     }
 
+    /// The largest depth in m to which bodies overlap that are taken to touch; zero where none do.
+    #[must_use]
+    pub fn dropped_overlap(&self) -> f64 {
+        let scene = self.problem.scene();
+        let side = self.problem.contact_side().into_iter();
+        let faces = side.flat_map(|it| {
+            let faces = scene.contact_order().into_iter().zip(&it.surface.faces);
+            let faces = faces.filter(|(entry, _)| !scene.contacts[*entry].interference);
+            faces.filter_map(|(_, face)| it.surface.clearance.get(face.nodes.clone()))
+        });
+        faces.flatten().fold(0.0, |deepest, at| deepest.max(-at))
+    }
+
     /// The mesh.
     pub fn mesh(&self) -> &Mesh {
         self.problem.mesh()

@@ -40,6 +40,8 @@ pub struct SolvedRun<'a> {
     pub(super) increments: &'a [StepRecord],
     /// Largest depth of an interference in m.
     interference: f64,
+    /// Largest depth of bodies that overlap and are taken to touch in m.
+    dropped_overlap: f64,
 }
 
 impl<'a> SolvedRun<'a> {
@@ -52,6 +54,7 @@ impl<'a> SolvedRun<'a> {
             report: &results.report,
             increments: &results.increments,
             interference: results.interference(),
+            dropped_overlap: results.dropped_overlap(),
         }
     }
 
@@ -213,9 +216,19 @@ impl<'a> SolvedRun<'a> {
         };
         let depth = self.interference / self.mesh.extent();
         let interference = (depth > 0.02).then(|| {
+            let depth = percent(depth);
+            match self.scene.bodies_touch() {
+                true => format!("bodies cut into each other by {depth} of their size, {look}"),
+                false => format!("the foundation cuts {depth} of the body's size into it, {look}"),
+            }
+        });
+        let overlap = self.dropped_overlap;
+        let along = self.report.resultants.largest_displacement_along;
+        // Where it counts beside what the loads do.
+        let overlap = (overlap > 0.01 * along.into_iter().fold(0.0, f64::max)).then(|| {
+            let depth = self.scene.units.of(Dimension::LENGTH).told(&[overlap]);
             format!(
-                "the foundation cuts {} of the body's size into it, {look}",
-                percent(depth)
+                "bodies overlap by up to {depth}, no more than their triangles leave of curved faces, and are taken to touch: finer meshes tell, interference = true presses them apart"
             )
         });
         let slide = self.slide().map(|share| {
@@ -224,7 +237,11 @@ impl<'a> SolvedRun<'a> {
                 percent(share)
             )
         });
-        let all = deformation.into_iter().chain(interference).chain(slide);
+        let all = deformation
+            .into_iter()
+            .chain(interference)
+            .chain(overlap)
+            .chain(slide);
         all.chain(self.long_slips()).collect()
     }
 

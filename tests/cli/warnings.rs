@@ -16,6 +16,20 @@ fn run(program: &Program, scene: &str, changes: &[&str]) -> String {
     String::from_utf8_lossy(&done.get_output().stderr).into_owned()
 }
 
+/// A sleeve that is thicker than its ring by less than their triangles leave of the circles.
+#[test]
+fn bodies_that_overlap_unasked_are_told_of() {
+    let program = Program::new();
+    let scene = pipeline("two_rings.toml");
+    let mut command = program.command(&["run", scene.to_str().unwrap(), "run.h5", "--no-figures"]);
+    for change in ["body.1.gmsh.unit=0.9975137", "contact.interference=false"] {
+        command.args(["--set", change]);
+    }
+    let done = command.assert().success();
+    let text = String::from_utf8_lossy(&done.get_output().stderr);
+    assert!(text.contains("are taken to touch"), "{text}");
+}
+
 fn states(program: &Program) -> Vec<String> {
     program
         .states()

@@ -313,9 +313,19 @@ fn gap(
     surface: &ContactSurface,
     mesh: &Mesh,
 ) -> Result<Option<Vec<f64>>, InvalidValue> {
+    let mut clearance = surface.clearance.clone();
+    for (face, has) in surface.faces.iter().zip(features) {
+        // What overlaps by less than the mesh leaves of curved faces touches.
+        if !scene.contacts[has.entry].interference && !clearance.is_empty() {
+            let of_face = clearance[face.nodes.clone()].iter_mut();
+            of_face.for_each(|distance| *distance = distance.max(0.0));
+        }
+    }
+    if clearance.iter().all(|distance| *distance == 0.0) && surface.opposite.is_some() {
+        clearance.clear();
+    }
     if features.iter().all(|face| face.gap.is_none()) {
-        let clearance = &surface.clearance;
-        return Ok((!clearance.is_empty()).then(|| clearance.clone()));
+        return Ok((!clearance.is_empty()).then_some(clearance));
     }
     let mut gaps = Vec::with_capacity(surface.nodes.len());
     for (face, has) in surface.faces.iter().zip(features) {
@@ -332,7 +342,7 @@ fn gap(
             }
         }
     }
-    for (gap, clearance) in gaps.iter_mut().zip(&surface.clearance) {
+    for (gap, clearance) in gaps.iter_mut().zip(&clearance) {
         *gap += clearance;
     }
     Ok(Some(gaps))

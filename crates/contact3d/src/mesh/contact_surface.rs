@@ -19,7 +19,7 @@ pub struct ContactSurface {
     /// Unit normal ν of contact, out of the body and into the obstacle: one for the whole face where it is the same
     /// everywhere, or one for each contact node.
     pub normals: Vec<[f64; 3]>,
-    /// Distance d from the obstacle along ν in m, negative with interference, `[n_contact_nodes]`, 0 on faces without one; empty where no face has an obstacle.
+    /// Distance d from what lies opposite along ν in m, negative inside it, `[n_contact_nodes]`, 0 before a foundation; empty where none is.
     pub clearance: Vec<f64>,
     /// Mesh nodes on Γ_c, increasing on each face, `[n_contact_nodes]`.
     pub nodes: Vec<usize>,

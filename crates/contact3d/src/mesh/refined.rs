@@ -127,7 +127,7 @@ impl<'a> RefinableBody<'a> {
         let first = Mesh::without_contact(&self.scene, self.first.clone(), Vec::new())?;
         with_obstacle.into_iter().try_fold(0.0, |most: f64, entry| {
             let facets = first.contact_facets(&self.scene, entry)?;
-            Ok(most.max(obstacle::faceting(&first, &facets)))
+            Ok(most.max(obstacle::faceting(&first, &facets, |_| 1.0)))
         })
     }
 

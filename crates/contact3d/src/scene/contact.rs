@@ -44,7 +44,7 @@ pub struct Contact {
     #[serde(default, skip_serializing_if = "is_default")]
     #[schemars(extend("part" = ProblemPart::Loads, "measures" = Measure::Displacement))]
     pub gap: Quantity,
-    /// Whether body and foundation may cut into each other before they are pressed apart, as a ring and the shaft that it is shrunk on.
+    /// Whether what touches may overlap at first and is pressed apart, as a ring and the shaft that it is shrunk on.
     #[serde(default, skip_serializing_if = "is_default")]
     pub interference: bool,
     /// First principal axis t₁ of friction, a vector of any length in the plane of the face:

@@ -166,9 +166,9 @@ fn faceting_of(mesh: &Mesh, facets: &[usize], digits: f64) -> BTreeMap<usize, f6
     depths
 }
 
-/// What a mesh leaves of a curved face at most, in m.
-pub(super) fn faceting(mesh: &Mesh, facets: &[usize]) -> f64 {
-    let depths = depths_allowed(mesh, facets, 0.0);
+/// What a mesh leaves of a curved face at most, in m, or the share of it that is told by the angle in radians between its triangles.
+pub(super) fn faceting(mesh: &Mesh, facets: &[usize], share: impl Fn(f64) -> f64) -> f64 {
+    let depths = shares_of_depths(mesh, facets, 0.0, share);
     depths.values().copied().fold(0.0, f64::max)
 }
 
@@ -185,6 +185,16 @@ fn extent(mut places: impl Iterator<Item = [f64; 3]>) -> f64 {
 /// A face with curvature κ lies within κh²/6 of triangles with edges h, and normals of triangles around a node differ by
 /// κh/√3 at least: half the product of that difference with h is no less than the distance.
 fn depths_allowed(mesh: &Mesh, facets: &[usize], digits: f64) -> BTreeMap<usize, f64> {
+    shares_of_depths(mesh, facets, digits, |_| 1.0)
+}
+
+/// The same with a share of what a mesh leaves of a curved face, told by the angle in radians between its triangles.
+fn shares_of_depths(
+    mesh: &Mesh,
+    facets: &[usize],
+    digits: f64,
+    share: impl Fn(f64) -> f64,
+) -> BTreeMap<usize, f64> {
     let mut around: BTreeMap<usize, Vec<(Vector3<f64>, f64)>> = BTreeMap::new();
     for &facet in facets {
         let longest = mesh.longest_edge(facet);
@@ -192,18 +202,22 @@ fn depths_allowed(mesh: &Mesh, facets: &[usize], digits: f64) -> BTreeMap<usize,
             around.entry(node).or_default().push((normal, longest));
         }
     }
-    // Triangles that meet at more than 30° are an edge of the body, not facets of a curved face.
-    let edge_cosine = 0.75_f64.sqrt();
     let allowed = |sides: &Vec<(Vector3<f64>, f64)>| {
         let pairs = sides
             .iter()
             .flat_map(|one| sides.iter().map(move |other| (one, other)));
-        let facets = pairs.filter(|((n, _), (m, _))| n.dot(m) > edge_cosine);
-        let most = facets.map(|((n, h), (m, k))| 0.5 * (n - m).norm() * h.max(*k));
+        let facets = pairs.filter(|((n, _), (m, _))| is_smooth(n, m));
+        let depth = |turn: f64, longest: f64| 0.5 * turn * longest * share(turn);
+        let most = facets.map(|((n, h), (m, k))| depth((n - m).norm(), h.max(*k)));
         digits + most.fold(0.0, f64::max)
     };
     let nodes = around.iter();
     nodes.map(|(node, sides)| (*node, allowed(sides))).collect()
+}
+
+/// Whether triangles with two normals are facets of a curved face: those that meet at more than 30° are an edge of the body.
+pub(super) fn is_smooth(normal: &Vector3<f64>, other: &Vector3<f64>) -> bool {
+    normal.dot(other) > 0.75_f64.sqrt()
 }
 
 /// The deepest place inside the obstacle.

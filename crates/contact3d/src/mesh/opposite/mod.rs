@@ -10,6 +10,7 @@
 //! With the normal of one side alone a gap d that closes at an angle θ is read as a slip d θ, a quarter of the stick zone of two cylinders.
 
 mod nodes;
+mod normals;
 mod overlap;
 mod surface;
 
@@ -22,6 +23,7 @@ use rstar::{
 };
 
 use nodes::NodePairing;
+use normals::CurvedFace;
 use overlap::Overlap;
 
 use super::{GEOMETRY_TOLERANCE, Mesh, contact_surface::plane_of};
@@ -91,15 +93,16 @@ impl Opposite {
     }
 }
 
-/// Cosine of 15°, the most between a triangle of a curved face and the normals of its corners.
-const SMOOTH: f64 = 0.965_925_826_289_068_3;
-
 /// One of two faces: triangles of the boundary with the normals of their nodes.
 pub(super) struct Face<'a> {
     pub(super) mesh: &'a Mesh,
     pub(super) facets: Vec<usize>,
-    /// The mean unit normal of the triangles around each node; the same for all of a flat face.
+    /// The unit normal at each node; the same for all of a flat face.
     pub(super) normals: BTreeMap<usize, Vector3<f64>>,
+    /// Whether straight triangles stand for a curved face.
+    has_straight_sides: bool,
+    /// What normals leave of distances between the face and its mesh at most, in m.
+    unresolved: f64,
     /// The normal of a flat face.
     pub(super) plane: Option<Vector3<f64>>,
     /// E/(1 − ν²) in Pa.
@@ -113,52 +116,24 @@ impl<'a> Face<'a> {
         let nodes: BTreeSet<usize> = facets.iter().flat_map(|&f| mesh.facet_nodes(f)).collect();
         let plane = plane_of(&mesh.coordinates, corners, nodes.iter().copied());
         let flat = plane.filter(|(_, unevenness)| *unevenness <= GEOMETRY_TOLERANCE);
-        let mut normals: BTreeMap<usize, Vector3<f64>> =
-            nodes.iter().map(|node| (*node, Vector3::zeros())).collect();
-        match flat {
-            Some((normal, _)) => normals.values_mut().for_each(|n| *n = normal.into()),
-            None => {
-                for &facet in &facets {
-                    let area = mesh.facet_area(facet);
-                    for (node, normal) in mesh.side_normals(facet) {
-                        *normals.get_mut(&node).expect("a node of the face") += normal * area;
-                    }
-                }
-                for normal in normals.values_mut() {
-                    *normal = normal.try_normalize(0.0).unwrap_or_else(Vector3::zeros);
-                }
-            }
-        }
+        let plane = flat.map(|(normal, _)| normal.into());
+        let curved = match plane {
+            Some(normal) => CurvedFace {
+                normals: nodes.iter().map(|node| (*node, normal)).collect(),
+                has_straight_sides: false,
+                unresolved: 0.0,
+            },
+            None => CurvedFace::new(mesh, &facets),
+        };
         Self {
             mesh,
             facets,
-            normals,
-            plane: flat.map(|(normal, _)| normal.into()),
+            normals: curved.normals,
+            has_straight_sides: curved.has_straight_sides,
+            unresolved: curved.unresolved,
+            plane,
             modulus,
         }
-    }
-
-    /// How far in m the curved face that a straight triangle stands for lies outside it, at a point in barycentric coordinates: the quadratic
-    /// surface through its corners with their normals, Σ_{ab} ½ λ_a λ_b (x_b − x_a)·(n_b − n_a) over the edges (T. Nagata, *Comput. Aided
-    /// Geom. Design* 22 (2005) 327). Zero on quadratic sides, which have a curvature of their own, and beside edges of the body.
-    pub(super) fn bulge(&self, facet: usize, at: &[f64; 3]) -> f64 {
-        let nodes = self.mesh.facets[facet];
-        if self.plane.is_some() || self.mesh.mid_edges.is_some() {
-            return 0.0;
-        }
-        let places = self.mesh.corners(&nodes).map(Vector3::from);
-        let normals = nodes.map(|node| self.normals[&node]);
-        let [a, b, c] = places;
-        let flat = (b - a).cross(&(c - a)).normalize();
-        // Triangles that meet at more than 30° are an edge of the body.
-        if normals.iter().any(|normal| normal.dot(&flat) < SMOOTH) {
-            return 0.0;
-        }
-        let edges = [[0, 1], [1, 2], [2, 0]];
-        let over_edge = |[a, b]: [usize; 2]| {
-            0.5 * at[a] * at[b] * (places[b] - places[a]).dot(&(normals[b] - normals[a]))
-        };
-        edges.map(over_edge).iter().sum()
     }
 
     /// The mean longest edge of its triangles in m.

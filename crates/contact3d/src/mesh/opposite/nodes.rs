@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::Vector3;
 
 use super::{Face, Overlap, overlap::Projection};
-use crate::linalg::UNIT_ROUNDING;
+use crate::{linalg::UNIT_ROUNDING, reference::QUADRATIC_TRIANGLE_NODES};
 
 /// What lies opposite a contact node.
 #[derive(Debug, Clone)]
@@ -26,22 +26,28 @@ impl NodePairing {
         overlaps: &[&Overlap],
         other: &Face<'_>,
     ) -> BTreeMap<usize, Self> {
-        let mut around: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
+        let mut around: BTreeMap<usize, (f64, BTreeSet<usize>)> = BTreeMap::new();
         for overlap in overlaps {
-            for node in side.mesh.facet_nodes(overlap.triangle.facet) {
-                let candidates = around.entry(node).or_default();
+            let facet = overlap.triangle.facet;
+            let nodes = side.mesh.facet_nodes(facet);
+            for (node, at) in nodes.zip(&QUADRATIC_TRIANGLE_NODES) {
+                let (bulge, candidates) = around.entry(node).or_default();
+                *bulge = side.bulge(facet, at);
                 candidates.extend(&overlap.opposite);
             }
         }
-        let pairs = around.into_iter().filter_map(|(node, candidates)| {
-            Some((node, Self::of_node(side, node, &candidates, other)?))
-        });
+        let pairs = around
+            .into_iter()
+            .filter_map(|(node, (bulge, candidates))| {
+                Some((node, Self::of_node(side, node, bulge, &candidates, other)?))
+            });
         pairs.collect()
     }
 
     fn of_node(
         side: &Face<'_>,
         node: usize,
+        bulge: f64,
         candidates: &BTreeSet<usize>,
         other: &Face<'_>,
     ) -> Option<Self> {
@@ -49,6 +55,7 @@ impl NodePairing {
         const INSIDE: f64 = -1e-9;
         let place = Vector3::from(side.mesh.coordinates[node]);
         let along = side.normals[&node];
+        let own_bulge = along * bulge;
         let points = candidates.iter().map(|&facet| {
             let projection = Projection::new(other.mesh, facet, along);
             let at = projection.point_at(&place);
@@ -91,7 +98,7 @@ impl NodePairing {
             (along * side.modulus - theirs * other.modulus).normalize()
         };
         Some(Self {
-            distance: (opposite - place).dot(&normal),
+            distance: (opposite - place - own_bulge).dot(&normal),
             shares,
             normal,
         })

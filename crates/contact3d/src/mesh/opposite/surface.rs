@@ -8,8 +8,7 @@ use super::{Boxes, Face, NodePairing, Opposite, Overlap};
 use crate::{
     linalg::CscMatrix,
     mesh::{
-        ContactSurface, GEOMETRY_TOLERANCE, Mesh, SurfaceFace, contact_surface::ContactFace,
-        obstacle, sorted,
+        ContactSurface, GEOMETRY_TOLERANCE, Mesh, SurfaceFace, contact_surface::ContactFace, sorted,
     },
     scene::{Contact, InvalidValue, Scene, Written, place_words},
 };
@@ -66,10 +65,11 @@ impl Mesh {
         let (overlaps, panes): (Vec<&Overlap>, Vec<usize>) = kept.into_iter().unzip();
         let pairings = NodePairing::of_nodes(side, &overlaps, other);
         let face = self.face_of_pairings(&overlaps, &pairings);
-        let depth =
-            obstacle::faceting(self, &side.facets) + obstacle::faceting(self, &other.facets);
-        let digits = GEOMETRY_TOLERANCE * side.radius().min(other.radius());
-        self.refuse_overlap(&key, &pairings, depth + digits)?;
+        if !scene.contacts[entry].interference {
+            let digits = GEOMETRY_TOLERANCE * side.radius().min(other.radius());
+            let allowed = side.unresolved + other.unresolved + digits;
+            self.refuse_overlap(&key, &pairings, allowed)?;
+        }
         Ok(ContactSurface::with_panes(face, panes))
     }
 
@@ -236,7 +236,7 @@ impl Mesh {
         let sizes = nodes.iter().flat_map(|&node| self.coordinates[node]);
         let rounding = 16.0 * f64::EPSILON * sizes.fold(0.0, |most: f64, x| most.max(x.abs()));
         let distance = |p: &NodePairing| {
-            if p.distance > rounding {
+            if p.distance.abs() > rounding {
                 p.distance
             } else {
                 0.0
@@ -283,7 +283,7 @@ impl Mesh {
                     Written(&-pairing.distance),
                     place_words(self.coordinates[*node])
                 ),
-                help: "move one of them away by that depth with body.origin".into(),
+                help: "move one of them away by that depth with body.origin, or write interference = true to press them apart".into(),
             }),
         }
     }
