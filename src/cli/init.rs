@@ -77,6 +77,8 @@ pub(super) struct MeshScene {
     /// The face that is held, and the one that touches.
     pub(super) held: String,
     pub(super) touching: String,
+    /// Height of the body, which is pressed by a thousandth of it.
+    pub(super) height: f64,
     /// Height of the plane that a curved face touches.
     pub(super) plane: Option<f64>,
     /// Centre and radius of a ball below the body.
@@ -92,6 +94,7 @@ impl Default for MeshScene {
             file: "part.msh".to_owned(),
             held: "top".to_owned(),
             touching: "bottom".to_owned(),
+            height: 100.0,
             plane: None,
             ball: ([0.0, 0.0, -50.0], 50.0),
             found: None,
@@ -118,10 +121,13 @@ impl MeshScene {
                 "obstacle.half_space = {{ point = [0.0, 0.0, {z:?}], normal = [0.0, 0.0, 1.0] }}\n"
             )
         });
+        let down = -self.height / 1000.0;
+        let down: f64 = format!("{down:.1e}").parse().unwrap_or(down);
         format!(
             include_str!("scenes/gmsh.toml.in"),
             extent = extent,
             names = names,
+            down = down,
             plane = plane,
             centre = self.ball.0,
             radius = self.ball.1,
@@ -249,6 +255,7 @@ fn scene_for(mesh: &MeshInspection, arguments: &InspectArguments) -> String {
         file: named_in_scene(arguments).to_string_lossy().into_owned(),
         held: name(facing(mesh, 1.0)),
         touching: name(lowest),
+        height: high[2] - low[2],
         plane: is_curved.then_some(low[2]),
         ball: (
             [

@@ -11,7 +11,7 @@ use units::Dimension;
 use super::{
     FormatError, Stage, adapt, extents,
     fields::{Fields, fields, read_as, read_if_there, read_value, write_list, write_value},
-    mesh, post, quantities,
+    increments, mesh, post, quantities, scene,
     solve::read_outcome,
     stored::{Absent, Stored},
 };
@@ -78,6 +78,7 @@ const FIELDS: Fields<CaseRow> = fields! { CaseRow => GROUP;
     (results?.largest_von_mises) "/cases/largest_von_mises", CASES, Dimension::STRESS, "Largest von Mises stress of a node.";
     (results?.largest_displacement_along) "/cases/largest_displacement_along", VECTORS, Dimension::LENGTH, "Largest |u_x|, |u_y|, |u_z| of a node.";
     (results?.strain_energy) "/cases/strain_energy", CASES, Dimension::Energy, "Strain energy.";
+    (results?.cycle_dissipation) "/cases/cycle_dissipation", CASES, Dimension::Energy, "Energy that friction took in the last cycle of a history; NaN where its loads do not return.";
     (results?.certificate) "/cases/certificate", &[Named("n_cases"), extents::CERTIFICATE_FIGURES], Dimension::Number, "Equilibrium, penetration, adhesion, complementarity, friction bound, slip direction, fixed point, as in /post/certificate.";
     (results?.solve_digest) "/cases/solve_digest", CASES, Dimension::Number, "Digest of the solution, else empty.";
 };
@@ -230,6 +231,8 @@ pub struct CaseResults {
     pub largest_displacement_along: [f64; 3],
     /// Strain energy in J.
     pub strain_energy: f64,
+    /// What friction took in the last cycle in J.
+    pub cycle_dissipation: f64,
     /// What happens on each of several contact faces; empty for one.
     pub faces: Vec<CaseFace>,
     /// The quantities with error bars.
@@ -285,6 +288,7 @@ pub fn read_case(reader: &Reader) -> Result<Option<CaseResults>, FormatError> {
         largest_von_mises: number("/post/largest_von_mises/value")?,
         largest_displacement_along: vector("/post/resultants/largest_displacement_along")?,
         strain_energy: number("/post/resultants/strain_energy")?,
+        cycle_dissipation: cycle_dissipation(reader, is_solved)?.unwrap_or(f64::NAN),
         faces: if is_solved {
             read_faces(reader)?
         } else {
@@ -293,6 +297,24 @@ pub fn read_case(reader: &Reader) -> Result<Option<CaseResults>, FormatError> {
         quantities: read_quantities(reader)?,
         certificate,
         solve_digest: solve.digest,
+    }))
+}
+
+/// What friction took in the last cycle of a history in J.
+fn cycle_dissipation(reader: &Reader, is_solved: bool) -> Result<Option<f64>, FormatError> {
+    if !is_solved || !reader.has(increments::DISSIPATION) {
+        return Ok(None);
+    }
+    let steps = reader.read_vec::<i64>(increments::STEP)?;
+    let dissipation = reader.read_vec::<f64>(increments::DISSIPATION)?;
+    let scene = scene::read(reader, reader.path())?.scene;
+    let last = steps.last().and_then(|last| usize::try_from(*last).ok());
+    let cycle = last.and_then(|last| scene.cycle_until(last));
+    Ok(cycle.map(|cycle| {
+        let is_within = |step: &i64| usize::try_from(*step).is_ok_and(|step| cycle.contains(&step));
+        let of_cycle = steps.iter().zip(&dissipation);
+        let of_cycle = of_cycle.filter(|(step, _)| is_within(step));
+        of_cycle.map(|(_, energy)| energy).sum()
     }))
 }
 

@@ -21,6 +21,8 @@ use super::{
 /// The increments of a load history that were solved.
 pub const GROUP: Group = Group::new("history", Stage::Solve.command());
 
+pub(super) const STEP: &str = "/history/step";
+pub(super) const DISSIPATION: &str = "/history/dissipation";
 const TITLE: &str = "/history/step_title";
 pub(super) const TIME: &str = "/history/time";
 const ESTIMATED_ERROR: &str = "/history/estimated_error";
@@ -57,7 +59,7 @@ const PANE_PAIRS: &[Extent] = &[
 
 pub(super) const INCREMENTS: Fields<StepRecord> = fields! { StepRecord => GROUP;
     {Kind::Text} TITLE, ROWS, Dimension::Number, "Title of the step that each increment belongs to.";
-    [|record| record.increment.step] "/history/step", ROWS, Dimension::Number, "Step of the scene, from 0, that each increment belongs to.";
+    [|record| record.increment.step] STEP, ROWS, Dimension::Number, "Step of the scene, from 0, that each increment belongs to.";
     (increment.time) TIME, ROWS, Dimension::Time, "Time at the end of each increment.".symbol("t");
     (status) "/history/status", ROWS, Dimension::Number, "How each solve ended, as /solve/status; one that failed is the last.";
     (solved_by) "/history/method", ROWS, Dimension::Number, "Algorithm that gave each answer, as /solve/method.";
@@ -92,7 +94,7 @@ pub(super) const INCREMENTS: Fields<StepRecord> = fields! { StepRecord => GROUP;
     (energies.strain) "/history/strain_energy", ROWS, Dimension::Energy, "Strain energy u.Au / 2 at the end of each increment.";
     (energies.load_work) "/history/load_work", ROWS, Dimension::Energy, "Work of the loads and of clamps that move in each increment, along a straight way between its ends.";
     (energies.normal_work) "/history/normal_work", ROWS, Dimension::Energy, "Work of the contact pressures on the foundation in each increment, likewise.".when(NO_CONTACT);
-    (energies.dissipation) "/history/dissipation", ROWS, Dimension::Energy, "Energy that friction took in each increment: the integral of lambda_t . Delta u_t with lambda_t at its end.".when(NO_FRICTION);
+    (energies.dissipation) DISSIPATION, ROWS, Dimension::Energy, "Energy that friction took in each increment: the integral of lambda_t . Delta u_t with lambda_t at its end.".when(NO_FRICTION);
     (face_dissipation) "/history/face_dissipation", &[Named("n_increments"), Named("n_contact_faces")], Dimension::Energy, "The same on each contact face, in the order of /mesh/contact_face_names.".when(ONE_FACE);
     (energies.imbalance) "/history/energy_imbalance", ROWS, Dimension::Energy, "Work of the loads in each increment less the gain of strain energy, the work on the foundation and the dissipation; falls in proportion to the increments.";
     {Kind::F64} ESTIMATED_ERROR, ROWS, Dimension::Number, "Estimated |u_h - u|_A of each increment, given those before it, over the largest |u_h|_A of the history: the largest is the estimated error of the mesh.".optional(NO_ESTIMATE);

@@ -133,8 +133,9 @@ pub fn peaks(scene: &Scene, records: &[StepRecord]) -> Figures {
         let normal = record.multiplier.iter().take(record.panes.len());
         normal.copied().fold(0.0, f64::max)
     });
-    if let Some([first, last]) = last_cycle(scene, records) {
-        let steps = first..=last;
+    let mut done = records.iter().filter(|it| it.increment.share >= 1.0);
+    let last = done.next_back().map(|it| it.increment.step);
+    if let Some(steps) = last.and_then(|last| scene.cycle_until(last)) {
         let of_cycle = records
             .iter()
             .filter(|it| steps.contains(&it.increment.step));
@@ -145,7 +146,8 @@ pub fn peaks(scene: &Scene, records: &[StepRecord]) -> Figures {
             ]
         });
         let (told, unit) = scene.units.of(Dimension::Energy).parts(&sums);
-        let steps = [first, last].map(|step| escape_control(&scene.step_title(step)));
+        let steps = [*steps.start(), *steps.end()];
+        let steps = steps.map(|step| escape_control(&scene.step_title(step)));
         figures.human_only(
             "energy of a cycle",
             Some(format!(
@@ -155,16 +157,6 @@ pub fn peaks(scene: &Scene, records: &[StepRecord]) -> Figures {
         );
     }
     figures
-}
-
-/// The first and the last step of the last cycle: the loads end where they were before the first.
-fn last_cycle(scene: &Scene, records: &[StepRecord]) -> Option<[usize; 2]> {
-    let mut done = records.iter().filter(|it| it.increment.share >= 1.0);
-    let last = done.next_back()?.increment.step;
-    let ends: Vec<Scene> = scene.at_ends().collect::<Result<_, _>>().ok()?;
-    let before = (0..last.saturating_sub(1)).rev();
-    let start = before.into_iter().find(|step| ends[*step] == ends[last])?;
-    Some([start + 1, last])
 }
 
 /// Which increment the other results are of.

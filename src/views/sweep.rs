@@ -73,7 +73,7 @@ pub(super) fn page(folder: &Path, interactive: bool) -> Result<Page, StageError>
 }
 
 /// Results worth a chart: column, quantity.
-const RESULTS: [(&str, &str); 11] = [
+const RESULTS: [(&str, &str); 12] = [
     ("normal_force", "normal force"),
     (
         "tangential_force_1",
@@ -91,6 +91,7 @@ const RESULTS: [(&str, &str); 11] = [
     ("largest_displacement_along_y", "largest |u_y|"),
     ("largest_displacement_along_z", "largest |u_z|"),
     ("strain_energy", "strain energy"),
+    ("cycle_dissipation", "energy of a cycle"),
 ];
 
 /// Errors of the solves: column, quantity. They are drawn, by their logarithms, where the sweep is about solvers.

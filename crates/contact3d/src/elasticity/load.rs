@@ -519,6 +519,39 @@ pub fn unresolved_loads(scene: &Scene, mesh: &Mesh) -> Vec<Warning> {
     on_faces.chain(inside).collect()
 }
 
+/// The total forces whose point lies so far from the middle of the loaded part that a part of that is drawn the other way.
+#[must_use]
+pub fn reversed_forces(scene: &Scene, mesh: &Mesh) -> Vec<Warning> {
+    let reversed = scene.face_loads().filter_map(|load| {
+        let FaceLoad::Force(
+            _,
+            Force {
+                point: Some(point),
+                moment,
+                ..
+            },
+        ) = load
+        else {
+            return None;
+        };
+        // Who gives a moment wants both ways.
+        let has_moment = moment.iter().any(|part| *part != Quantity::Constant(0.0));
+        let spread = SurfaceLoad::new(load, mesh).ok().filter(|_| !has_moment)?;
+        let along = spread.spread.uniform;
+        let corners = spread
+            .sides
+            .iter()
+            .flat_map(|side| mesh.corners(&mesh.facets[side.facet]));
+        let is_reversed = |at: [f64; 3]| along.dot(&spread.spread.at(at)) < 0.0;
+        let key = load.key() + ".point";
+        corners
+            .into_iter()
+            .any(is_reversed)
+            .then_some(Warning::ReversedForce { key, point: *point })
+    });
+    reversed.collect()
+}
+
 /// The components of nodal forces that are more than roundings of a face's normal.
 fn acting_components(forces: &[[f64; 3]]) -> Vec<Component> {
     let limit = UNIT_ROUNDING * largest(forces);

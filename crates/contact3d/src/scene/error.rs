@@ -149,6 +149,13 @@ pub enum Warning {
         /// The part, over the whole.
         share: f64,
     },
+    /// A total force at a point far from the middle of what it loads.
+    ReversedForce {
+        /// The key of the point.
+        key: String,
+        /// The point in m.
+        point: [f64; 3],
+    },
     /// A stiffer material than there is, as of lengths in mm with stresses in Pa.
     TooStiff {
         /// The key of Young's modulus.
@@ -254,6 +261,11 @@ impl fmt::Display for Warning {
                 f,
                 "{key}: it varies inside triangles so much that their integrals differ by {:.1} % from those over a quarter each; refine the mesh there",
                 100.0 * share
+            ),
+            Self::ReversedForce { key, point } => write!(
+                f,
+                "{key}: so far from the middle of the loaded part that some of that is drawn the other way; disc = {{ centre = [{}], radius = ... }} loads what lies around the point alone",
+                numbers(point)
             ),
             Self::TooStiff { key } => write!(
                 f,

@@ -1,6 +1,6 @@
 //! Steps of a load history, and the loads at each of their increments.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, ops::RangeInclusive};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -243,6 +243,15 @@ impl Scene {
             advance(&mut ends, k, given)?;
             bare.clone().with_loads(&ends, 1.0)
         })
+    }
+
+    /// The steps of the cycle that ends with a step: the loads are then where they were before its first; `None` without one.
+    #[must_use]
+    pub fn cycle_until(&self, last: usize) -> Option<RangeInclusive<usize>> {
+        let ends: Vec<Scene> = self.at_ends().collect::<Result<_, _>>().ok()?;
+        let before = (0..last.saturating_sub(1)).rev();
+        let start = before.into_iter().find(|step| ends[*step] == ends[last])?;
+        Some(start + 1..=last)
     }
 
     fn without_steps(&self) -> Self {
