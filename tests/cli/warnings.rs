@@ -282,6 +282,23 @@ fn millimetres_without_a_word_are_warned_of() {
     assert!(!text.contains("warning"), "{text}");
 }
 
+/// A force beyond a sixth of the width from the middle of a face: its linear traction ends with the other sign.
+#[test]
+fn forces_that_draw_a_part_of_their_face_are_warned_of() {
+    let run = |x: &str| {
+        let sets = [
+            "clamp=[]".to_owned(),
+            format!("force=[{{face=\"z_max\", value=[0.0, 0.0, -1e3], point=[{x}, 5.0, 1.0]}}]"),
+            "contact.multipliers=\"nodal\"".to_owned(),
+        ];
+        let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
+        scene(PAD, &sets).1
+    };
+    let warning = "warning: force.0.point: so far from the middle";
+    assert!(run("6.8").contains(warning));
+    assert!(!run("6.5").contains(warning));
+}
+
 /// A ball whose contact is a ring of four panes, or fills the face and has panes within.
 #[test]
 fn contact_as_narrow_as_panes_is_warned_of() {

@@ -67,6 +67,42 @@ fn a_folder_of_an_older_format_is_left_as_it_is() {
     refused(&sweep, &["summary", "sweep.toml", "out"], word);
 }
 
+/// Pulled to and fro: what friction took between the ends of the first and the third step, where the loads are the same.
+#[test]
+fn energies_of_a_cycle_are_those_of_its_steps() {
+    let loads = ["1.0", "-1.0", "1.0"].map(|factor| {
+        format!("[[step]]\nincrements = 2\nfactor = {{ \"traction.0\" = {factor} }}\n")
+    });
+    let block = format!(
+        "body.brick = {{ size = [1.0, 1.0, 0.5], cells = [4, 4, 2] }}
+material.isotropic = {{ young_modulus = 2e11, poisson_ratio = 0.3 }}
+clamp = [{{ face = \"x_min\" }}]
+pressure = [{{ face = \"z_max\", value = 1e8 }}]
+traction = [{{ face = \"x_max\", value = [1e8, 0.0, 0.0] }}]
+contact.face = \"z_min\"
+friction.coefficient.constant = 0.3
+{}",
+        loads.concat()
+    );
+    let sweep =
+        Sweep::new("[[axis]]\nkey = \"friction.coefficient.constant\"\nvalues = [0.0, 0.2]");
+    fs::write(sweep.path("scene.toml"), block).unwrap();
+    let (code, said) = sweep.run("out", &["--no-figures"]);
+    assert_eq!(code, 0, "{said}");
+    let table = Reader::open(&sweep.path("out/summary.h5"), SWEEP_LAYOUT).unwrap();
+    let told = table.read_vec::<f64>("/cases/cycle_dissipation").unwrap();
+    let names = table.read_texts("/cases/id").unwrap();
+    for (name, told) in names.iter().zip(&told) {
+        let case = Reader::open(&sweep.path(&format!("out/{name}.h5")), LAYOUT).unwrap();
+        let took = case.read_vec::<f64>("/history/dissipation").unwrap();
+        assert_eq!(*told, took[2..].iter().sum::<f64>(), "{name}");
+    }
+    assert!(
+        told.iter().all(|it| *it > 1.0) && told[0] != told[1],
+        "{told:?}"
+    );
+}
+
 #[test]
 fn commands_for_run_files_name_the_folder_of_a_sweep() {
     let sweep = Sweep::new(AXIS);
