@@ -365,7 +365,7 @@ impl Assembly {
     }
 
     /// A⁻¹f from a start, or from zero, refined with residuals in twice the working precision until the
-    /// corrections no longer fall, or are below `target` ‖u‖: accurate while ε cond(A) < 1
+    /// corrections no longer fall, or are below `target` ‖u‖: accurate while ε_M cond(A) < 1
     /// (N. J. Higham, *Accuracy and Stability of Numerical Algorithms*, SIAM 2002, theorem 12.1).
     pub(crate) fn solve_refined(
         &self,
@@ -394,7 +394,7 @@ impl Assembly {
             if !(size > 0.0 && size < 0.5 * last) {
                 break;
             }
-            // What the next correction would be: those of a factor in double precision fall by one factor, ε cond(A).
+            // What the next correction would be: those of a factor in double precision fall by one factor, ε_M cond(A).
             let next = match left {
                 Some(left) => left * size,
                 None if whole == 0.0 => f64::INFINITY,

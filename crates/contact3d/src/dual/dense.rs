@@ -214,7 +214,7 @@ mod tests {
             subtract_product(&entries, x, &mut difference);
             for i in 0..n {
                 let expected: f64 = (0..n).map(|j| entry(i, j) * x[j]).sum();
-                // At most 23 products below 1: rounding stays below 23² ε.
+                // At most 23 products below 1: rounding stays below 23² ε_M.
                 prop_assert!((product[i] - expected).abs() < 1e-13);
             }
             for i in 0..rows {

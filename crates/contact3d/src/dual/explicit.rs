@@ -184,7 +184,7 @@ impl ExplicitDual {
         self.layout.n_panes()
     }
 
-    /// The relative rounding error n ε of S λ, below which no residual is worth reducing.
+    /// The relative rounding error n ε_M of S λ, below which no residual is worth reducing.
     #[must_use]
     pub fn rounding(&self) -> f64 {
         self.dimension() as f64 * f64::EPSILON

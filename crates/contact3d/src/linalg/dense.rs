@@ -175,7 +175,7 @@ impl DenseCholesky {
     }
 }
 
-/// What is added to a diagonal of ones until a matrix that rounding has made indefinite has a factor: from n ε on, each 16 times the
+/// What is added to a diagonal of ones until a matrix that rounding has made indefinite has a factor: from n ε_M on, each 16 times the
 /// one before, to n, beyond which it is diagonally dominant.
 fn shifts(n: usize) -> impl Iterator<Item = f64> {
     let n = n as f64;

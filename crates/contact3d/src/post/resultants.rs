@@ -24,7 +24,7 @@ pub struct Resultants {
     /// Moments about the origin in N·m, in the same order: contact, applied, clamp.
     pub moments: [[f64; 3]; 3],
     /// ‖Σ forces‖ over the sum of the norms of all nodal forces, so that loads which balance each other do not vanish from it; of a body
-    /// that bears none, over √ε ‖|A||u|‖₁.
+    /// that bears none, over √ε_M ‖|A||u|‖₁.
     pub force_imbalance: f64,
     /// ‖Σ moments‖ over the sum of the norms of the moments of all nodal forces.
     pub moment_imbalance: f64,

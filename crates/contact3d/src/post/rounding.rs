@@ -6,7 +6,7 @@ use crate::linalg::{dot, norm};
 /// Roundings of a sum of some hundred terms add up to about this many, as the root of their number.
 pub(super) const SUM_ROUNDINGS: f64 = 16.0;
 
-/// Size of the residuals at the best double λ and u: 16 ε times how much larger the terms are than what their sum is measured
+/// Size of the residuals at the best double λ and u: 16 ε_M times how much larger the terms are than what their sum is measured
 /// against.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rounding {

@@ -181,7 +181,7 @@ impl Solution {
 }
 
 /// Whether a body was moved further than so many times the width of its contact faces: further than once, nothing of that is a solution;
-/// 1/√ε times, gaps and slips, differences of places, have less than half of their digits.
+/// 1/√ε_M times, gaps and slips, differences of places, have less than half of their digits.
 pub(in crate::solver) fn is_far(displacement: &[f64], laws: &PaneLaws, widths: f64) -> bool {
     let width = laws.area.iter().sum::<f64>().sqrt();
     !displacement.iter().all(|u| u.abs() <= widths * width)

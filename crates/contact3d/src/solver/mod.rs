@@ -12,7 +12,8 @@
 //! | λ = (λ_ν, λ_t), α | contact stresses on the panes in Pa, rigid-body motions in m: the unknowns |
 //! | S, h, G, D, e | the discrete equations ([`ContactProblem`]) |
 //! | r = S λ − G α − h | the gap of a pane times its area, in m³; the gradient of the energy by λ, and called so |
-//! | ρ, z = λ − ρ r | steplength of a component in Pa/m³, the trial stress that it leads to |
+//! | ρ, z = λ − ρ r | steplength of a component in Pa/m³, the trial stress that it leads to: ρ is the local stiffness of the pane, 1/S_ii where sweeps relax |
+//! | ε, ε_M | accuracy asked for, rounding 2⁻⁵² of double precision; of letters alone, ε is the first |
 //! | R | the natural map, λ minus the projection of z, in Pa |
 //! | g, 𝓕 | slip bound of a pane in Pa, its coefficients of friction |
 //! | Ψ | the mapping of Algorithm 4.1, whose fixed points are the solutions with Coulomb's law |

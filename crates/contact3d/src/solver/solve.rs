@@ -211,10 +211,13 @@ impl ContactSolve<'_> {
             trace.newton.extend(steps);
             trace.applications += found.evaluations + refined.applications;
             let next = Attempt {
+                residual: match refined.error.is_finite() {
+                    true => 0.0,
+                    false => driver.residual(&found.unknowns),
+                },
                 solve,
                 driver,
                 strategy,
-                residual: found.residual,
                 refined,
             };
             if nearest.as_ref().is_none_or(|it| next.is_nearer_than(it)) {
@@ -360,7 +363,8 @@ impl ContactSolve<'_> {
         solution
     }
 
-    /// One minimisation, or one after the other for Coulomb's law (Algorithm 4.1), with an inner solver.
+    /// One minimisation, or one after the other for Coulomb's law (Algorithm 4.1, [`super::fixed_point`]), with an inner solver
+    /// ([`super::inner`]).
     pub(super) fn by_inner(
         &self,
         inner: Inner<'_>,
@@ -430,7 +434,7 @@ struct Attempt<'a> {
     solve: ContactSolve<'a>,
     driver: NewtonDriver<'a>,
     strategy: StartStrategy,
-    /// ‖R‖ / ‖λ‖ before the refinement.
+    /// ‖R‖ / ‖λ‖ before the refinement, by local stiffness whatever the strategy measured by; 0 where an error is known.
     residual: f64,
     refined: Refined,
 }

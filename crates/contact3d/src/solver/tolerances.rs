@@ -1,6 +1,6 @@
 //! Tolerances and limits that several methods share.
 
-/// ‖R‖ / ‖λ‖ at which the zones are found, about √ε: a step that squares it is at rounding. Iterative refinement does the rest.
+/// ‖R‖ / ‖λ‖ at which the zones are found, about √ε_M: a step that squares it is at rounding. Iterative refinement does the rest.
 pub(super) const ZONES_TOLERANCE: f64 = 1e-8;
 
 /// The largest relative error of a refined solution: with fewer than three digits of λ, rounding decides about zones, and another start may
@@ -30,10 +30,10 @@ pub(super) const GMRES_MAX_APPLICATIONS: usize = 300;
 /// rigid motion is large.
 pub(super) const DISPLACEMENT_TOLERANCE: f64 = 1e-4 * f64::EPSILON;
 
-/// Roundings that a few terms and a few steps with them, four by four, may add up to, in units of ε.
+/// Roundings that a few terms and a few steps with them, four by four, may add up to, in units of ε_M.
 pub(super) const FEW_ROUNDINGS: f64 = 16.0;
 
-/// The relative rounding error n ε of S λ with n multipliers, below which no residual is worth reducing.
+/// The relative rounding error n ε_M of S λ with n multipliers, below which no residual is worth reducing.
 pub(super) fn rounding_of_products(n: usize) -> f64 {
     n as f64 * f64::EPSILON
 }

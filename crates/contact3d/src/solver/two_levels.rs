@@ -1,7 +1,7 @@
 //! A preconditioner of R' where S is implicit: the panes, and their aggregates.
 //!
-//! R' = 1 − E (1 − ρ S) with a small block E for each pane. With the compliance D of a pane against its neighbours and
-//! S ≈ D + Y S_c⁻¹Yᵀ ([`Aggregates`]) it is M + U S_c⁻¹Yᵀ with the blocks M = 1 − E (1 − ρ D) and U = E ρ Y, whose inverse is
+//! R' = 1 − E (1 − ρ S) with a small block E for each pane. With the compliance S_d of a pane against its neighbours and
+//! S ≈ S_d + Y S_c⁻¹Yᵀ ([`Aggregates`]) it is M + U S_c⁻¹Yᵀ with the blocks M = 1 − E (1 − ρ S_d) and U = E ρ Y, whose inverse is
 //!
 //! (1 − M⁻¹U (S_c + YᵀM⁻¹U)⁻¹Yᵀ) M⁻¹.
 
@@ -23,7 +23,7 @@ const AGGREGATE_ROWS: usize = 4096;
 /// What is known of an implicit S: its aggregates, and the compliance of panes.
 pub(super) struct PaneLevels {
     aggregates: Aggregates,
-    /// D in m³/Pa, 0 where a component moves nothing, `[n_multipliers]`.
+    /// S_d in m³/Pa, 0 where a component moves nothing, `[n_multipliers]`.
     compliance: Vec<f64>,
     /// ρ = 1/S_ii in Pa/m³, of which the aggregates give the part of S_ii that panes share, 0 where a component moves nothing.
     pub(super) steplengths: Vec<f64>,

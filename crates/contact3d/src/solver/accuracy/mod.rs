@@ -70,7 +70,7 @@ impl ContactSolve<'_> {
 
     /// The error of λ, relative as in [`Self::relative`], that rounding of G α makes where weak springs hold the body; 0 elsewhere.
     ///
-    /// Gaps and slips are known to ε/2 Σ |G α| at best, while a stall of Newton's method is rounding up to some times that
+    /// Gaps and slips are known to ε_M/2 Σ |G α| at best, while a stall of Newton's method is rounding up to some times that
     /// ([`NaturalMap::rounding`](crate::solver::NaturalMap)). A pane that is pressed or sticks takes that as a stress by its local stiffness, an open
     /// one not at all, one that slides as the turn of its slip.
     pub(in crate::solver) fn motion_rounding(

@@ -145,7 +145,7 @@ impl ContactSolve<'_> {
         let measured = NewtonSettings {
             least_steps: 1,
             rounding_steps: ROUNDING_STALL_STEPS - 1,
-            ..settings.local()
+            ..settings.near_solution()
         };
         let newton_about = |dual: &ExplicitDual| {
             let map = NaturalMap::with_steplengths(dual, bound, steplengths.clone());

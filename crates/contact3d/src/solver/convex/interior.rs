@@ -69,9 +69,9 @@ struct InteriorStep {
 /// The linear system of one step.
 struct StepSystem {
     scalings: Vec<Scaling>,
-    /// D M D of unit diagonal for M = A + W⁻².
+    /// Δ M Δ of unit diagonal for M = A + W⁻².
     factor: DenseCholesky,
-    /// D.
+    /// Δ.
     unit: Vec<f64>,
     /// M⁻¹G.
     response: Vec<Vec<f64>>,

@@ -4,7 +4,7 @@
 //! asked. Newton's method on the natural map ends in one or a few steps from close by: near the solution of a frictionless
 //! problem a step lands on it, since the map is piecewise linear there and every piece is regular, S being positive definite,
 //! and with ellipses it converges at a higher than linear rate (M. Hintermüller, K. Ito, K. Kunisch, *SIAM J. Optim.* 13
-//! (2003) 865). So the two by turns, closer each time, end for any S; what is left is rounding, ε cond S.
+//! (2003) 865). So the two by turns, closer each time, end for any S; what is left is rounding, ε_M cond S.
 
 mod cone;
 mod interior;

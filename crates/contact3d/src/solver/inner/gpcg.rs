@@ -60,7 +60,7 @@ impl MultiplierIterate {
         terms.map(|((a, b), (r, s))| 0.5 * (b - a) * (r + s)).sum()
     }
 
-    /// The rounding error of q: n ε Σ |λ_i r_i|.
+    /// The rounding error of q: n ε_M Σ |λ_i r_i|.
     fn energy_rounding(&self) -> f64 {
         let terms = self.multiplier.iter().zip(&self.gradient);
         let size: f64 = terms.map(|(l, r)| (l * r).abs()).sum();

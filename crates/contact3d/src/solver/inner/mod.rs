@@ -109,7 +109,7 @@ impl<'a> Inner<'a> {
     ) -> InnerSummary {
         let rhs_norm = norm(operator.rhs());
         set.project(multiplier);
-        // The rounding n ε (‖S‖ ‖λ‖ + ‖h‖) of r = S λ − h with ‖S‖ < 2/ᾱ.
+        // The rounding n ε_M (‖S‖ ‖λ‖ + ‖h‖) of r = S λ − h with ‖S‖ < 2/ᾱ.
         let size = 2.0 / kprgp.steplength * norm(multiplier) + rhs_norm;
         let rounding = rounding_of_products(operator.dimension()) * size;
         let asked = tolerance * rhs_norm;

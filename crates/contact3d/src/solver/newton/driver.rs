@@ -135,7 +135,7 @@ impl<'a> NewtonDriver<'a> {
         };
         let found = if self.dual.contact_springs.is_some() || self.has_large_rigid_compliance() {
             set.project(&mut start);
-            local_newton(&self.map(), start, &measured.local(), |_, _| {})
+            local_newton(&self.map(), start, &measured.near_solution(), |_, _| {})
         } else {
             minimise_frozen(self.dual, set, &start, &measured, |_, _| {})
         };
@@ -151,7 +151,7 @@ impl<'a> NewtonDriver<'a> {
         start: Vec<f64>,
         observe: &mut dyn FnMut(usize, &NewtonStep),
     ) -> NewtonSolution {
-        let settings = settings_for(ZONES_TOLERANCE).local();
+        let settings = settings_for(ZONES_TOLERANCE).near_solution();
         local_newton(&self.map(), start, &settings, observe)
     }
 
@@ -239,7 +239,7 @@ impl<'a> NewtonDriver<'a> {
         let dual = self.dual.clone().absolute();
         let program = ConvexProgram::of_dual(&dual, set, self.local);
         let map = self.map();
-        let settings = settings.local();
+        let settings = settings.near_solution();
         let mut from = |start: Vec<f64>, done: usize| {
             local_newton(&map, start, &settings, |k, step| observe(done + k, step))
         };

@@ -38,7 +38,7 @@ pub struct NewtonSettings {
     pub rounding_steps: usize,
 }
 
-/// To rounding: no n ε of fewer than 4500 multipliers is larger.
+/// To rounding: no n ε_M of fewer than 4500 multipliers is larger.
 impl Default for NewtonSettings {
     fn default() -> Self {
         Self {
@@ -61,7 +61,7 @@ impl NewtonSettings {
     }
 
     /// From a good start, which needs few steps; and there are other starts.
-    pub(in crate::solver) fn local(self) -> Self {
+    pub(in crate::solver) fn near_solution(self) -> Self {
         Self {
             stagnation_steps: NEAR_STAGNATION_STEPS,
             ..self

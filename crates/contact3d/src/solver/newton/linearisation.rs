@@ -152,7 +152,7 @@ impl LocalMapping {
                 determinant_sign: 0,
                 fold_distance: 0.0,
             },
-            |correction| correction.local(),
+            |correction| correction.local_mapping(),
         ))
     }
 }
@@ -183,7 +183,7 @@ impl FrictionCorrection {
         })
     }
 
-    fn local(&self) -> LocalMapping {
+    fn local_mapping(&self) -> LocalMapping {
         let figures = |hessenberg: &Mat<f64>| {
             let radius = spectral_radius(hessenberg);
             let distance = (radius < 1.0).then(|| distance_to_one(hessenberg));
@@ -250,7 +250,7 @@ mod tests {
             .collect();
         let local = FrictionCorrection::new(&frozen, &followed, 3)
             .unwrap()
-            .local();
+            .local_mapping();
         (
             local.spectral_radius,
             local.determinant_sign,

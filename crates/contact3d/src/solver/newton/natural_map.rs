@@ -98,7 +98,7 @@ impl<'a> NaturalMap<'a> {
         norm(&stresses)
     }
 
-    /// The ‖R‖ over [`Self::size`] that rounding explains at most: that of S λ, n ε max ρ_i S_ii, nothing where the problem is written about
+    /// The ‖R‖ over [`Self::size`] that rounding explains at most: that of S λ, n ε_M max ρ_i S_ii, nothing where the problem is written about
     /// an anchor; and that of G α where weak springs let the body move far, on panes that are pressed or stick.
     pub(super) fn rounding(&self, unknowns: &[f64], evaluation: &Evaluation) -> f64 {
         let rho = self.dual.multipliers(&self.conditions.steplengths);
