@@ -99,10 +99,9 @@ impl Adjoint {
         let mut adjoints = Self::of_contact(&augmented, solution, &all)?;
         for (adjoint, functional) in adjoints.iter_mut().zip(functionals) {
             let moved = coupling.integrate(&adjoint.displacement);
-            let apart = moved.iter().zip(&functional.by_multiplier).zip(&*springs);
-            for (zeta, ((moved, wanted), spring)) in adjoint.multiplier.iter_mut().zip(apart) {
-                *zeta += spring * (moved - wanted);
-            }
+            let apart = difference(&moved, &functional.by_multiplier);
+            let parts = adjoint.multiplier.iter_mut().zip(apart).zip(&*springs);
+            parts.for_each(|((zeta, apart), spring)| *zeta += spring * apart);
         }
         Some(adjoints)
     }
@@ -163,8 +162,7 @@ fn evaluated(
     unknowns.resize(dual.n_unknowns(), 0.0);
     if let Some(springs) = &conditions.contact_springs {
         // μ = λ + σ r with r = gap − B u.
-        let parts = springs.iter().zip(&residual);
-        let parts = unknowns.iter_mut().zip(parts);
+        let parts = unknowns.iter_mut().zip(springs.iter().zip(&residual));
         parts.for_each(|(mu, (spring, beyond))| *mu -= spring * beyond);
     }
     body.conditions_at(dual, conditions, &unknowns, displacement, &residual)

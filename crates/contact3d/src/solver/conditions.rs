@@ -301,9 +301,8 @@ impl<'a> Conditions<'a> {
         }
         // λ = μ − σ r.
         let springs = self.contact_springs.iter().flat_map(|springs| &***springs);
-        for (by, (spring, weight)) in by_rhs.iter_mut().zip(springs.zip(weights)) {
-            *by += spring * weight;
-        }
+        let parts = by_rhs.iter_mut().zip(springs.zip(weights));
+        parts.for_each(|(by, (spring, weight))| *by += spring * weight);
         let slips = at.slip_derivative.as_ref();
         (
             by_rhs,

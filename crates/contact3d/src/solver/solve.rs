@@ -199,7 +199,7 @@ impl ContactSolve<'_> {
             let found = match strategy {
                 StartStrategy::SuccessiveApproximations => {
                     let outer = self.by_inner(Inner::Newton(dual, &local), observe);
-                    self.found_by_approximations(&driver, approximations.insert(outer))
+                    self.found_by_approximations(dual, approximations.insert(outer))
                 }
                 _ => {
                     let observe = |k: usize, step: &_| observe(Progress::Newton(k, step));
@@ -266,22 +266,16 @@ impl ContactSolve<'_> {
     }
 
     /// Successive approximations as a start of Newton's method, which needs no more than one in the right zones.
-    fn found_by_approximations(
-        &self,
-        driver: &NewtonDriver<'_>,
-        outer: &MethodResult,
-    ) -> NewtonSolution {
-        let unknowns = self.unknowns(&outer.solution);
+    fn found_by_approximations(&self, dual: &ExplicitDual, outer: &MethodResult) -> NewtonSolution {
         NewtonSolution {
             // Whatever their rule says: a cycle may turn about a solution.
             stop: match outer.stop {
                 StopReason::NumericalError => StopReason::NumericalError,
                 _ => StopReason::Converged,
             },
-            residual: driver.residual(&unknowns),
-            unknowns,
-            history: Vec::new(),
+            unknowns: self.unknowns(&outer.solution),
             evaluations: outer.solution.trace.applications,
+            ..NewtonSolution::failed(dual)
         }
     }
 
