@@ -163,7 +163,7 @@ impl ContactSolve<'_> {
             && let Some(graph) = FrictionGraph::new(driver.dual, laws, law, local)
         {
             // Rounding of a slip may be more than a rise of F is wide, and then no step of λ alone stays on it.
-            found = graph.from_nearby(&near.dual, &near.unknowns);
+            found = graph.solve_near(&near.dual, &near.unknowns);
         }
         if let (false, Bound::Given(set)) = (found.stop.is_solution(), bound) {
             // A λ that is not far off may lie in zones from which Newton's steps wander off.

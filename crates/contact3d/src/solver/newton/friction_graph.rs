@@ -221,7 +221,7 @@ impl<'a> FrictionGraph<'a> {
     }
 
     /// The solution of the same problem written about unknowns near to it, from these.
-    pub(in crate::solver) fn from_nearby(
+    pub(in crate::solver) fn solve_near(
         mut self,
         dual: &'a ExplicitDual,
         unknowns: &[f64],
@@ -291,7 +291,6 @@ impl<'a> FrictionGraph<'a> {
             // Residuals may rise on the way across a rise of F.
             stagnation_steps: NEWTON_MAX_STEPS,
             rounding_steps: ROUNDING_STALL_STEPS - 1,
-            ..NewtonSettings::default()
         };
         let (stop, reached, history) = iterate(self, first, &settings, |_, _| {});
         NewtonSolution {
