@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use contact3d::{
     adaptation::{AdaptiveLevel, AdaptiveStatus, LevelForecast, RefinedLevels},
-    scene::{ElementOrder, Scene},
+    scene::{Brick, ElementOrder, Scene},
 };
 use indicatif::ProgressBar;
 
@@ -76,13 +76,13 @@ fn first_mesh_line(scene: &Scene) -> String {
         ElementOrder::P1 => "linear",
         ElementOrder::P2 => "quadratic",
     };
-    let cells = scene.as_brick().map_or_else(
-        || "the mesh file".to_owned(),
-        |brick| {
-            let [x, y, z] = brick.cells;
-            format!("{x} x {y} x {z} cells")
-        },
-    );
+    let cells = match scene.as_brick() {
+        Some(Brick {
+            cells: [x, y, z], ..
+        }) => format!("{x} x {y} x {z} cells"),
+        None if scene.bodies.len() > 1 => format!("{} bodies", scene.bodies.len()),
+        None => "the mesh file".to_owned(),
+    };
     format!("mesh      {element} tetrahedra, from {cells}")
 }
 

@@ -565,9 +565,6 @@ fn steps(solution: &Solution) -> String {
 
 /// The estimate, and why it may be no more than a guess.
 pub(super) fn estimate_words(estimate: &ErrorEstimate, scene: &Scene) -> String {
-    if scene.bodies_touch() {
-        return "not estimated where bodies touch each other: compare a finer mesh".to_owned();
-    }
     if estimate.displacement == 0.0 {
         return "none: nothing is deformed by more than rounding".to_owned();
     }

@@ -126,9 +126,7 @@ pub fn draw_run(
             drawings.push((named(name), panel, 1280));
         }
         if face == 0 {
-            if !scene.bodies_touch() {
-                drawings.push((ERROR.to_owned(), error_page(&drawn), PAGE_WIDTH));
-            }
+            drawings.push((ERROR.to_owned(), error_page(&drawn), PAGE_WIDTH));
             drawings.push((STRESS.to_owned(), stress_page(&drawn), PAGE_WIDTH));
         }
         drawings.push((named(OVERVIEW), page, PAGE_WIDTH));

@@ -174,15 +174,13 @@ fn result_sections(
     let name = "von Mises stress, a picture";
     let stress = part(picture::stress_page(&drawn(0)), name, PICTURE_WIDTHS[1])?;
     sections.push(Section::new("stress", "Von Mises stress", vec![stress]));
-    if !scene.bodies_touch() {
-        let name = "estimated discretisation error, a picture";
-        let error = part(picture::error_page(&drawn(0)), name, PICTURE_WIDTHS[1])?;
-        let caution =
-            "An estimate, not a bound: the error of the mesh in the energy norm, around each node.";
-        let parts = vec![PagePart::Text(caution.into()), error];
-        let heading = "Where the discretisation error sits";
-        sections.push(Section::new("discretisation-error", heading, parts));
-    }
+    let name = "estimated discretisation error, a picture";
+    let error = part(picture::error_page(&drawn(0)), name, PICTURE_WIDTHS[1])?;
+    let caution =
+        "An estimate, not a bound: the error of the mesh in the energy norm, around each node.";
+    let parts = vec![PagePart::Text(caution.into()), error];
+    let heading = "Where the discretisation error sits";
+    sections.push(Section::new("discretisation-error", heading, parts));
     sections.extend(load_history_section(scene, &results.increments));
     let mut parts = vec![table(&run.details()), PagePart::Table(run.forces().html())];
     if !report.faces.is_empty() {

@@ -98,6 +98,46 @@ impl RawMesh {
         Ok(brick(spec, face))
     }
 
+    /// A mesh that was cut with the nodes of each body one after the other, as in the first mesh with `first` bodies; `ancestors` are the
+    /// tetrahedra of that one that each lies in, in their order.
+    pub(super) fn by_bodies(self, first: &[BodyRange], ancestors: &[usize]) -> Self {
+        if first.is_empty() {
+            return self;
+        }
+        let body_of = |ancestor: usize| first.partition_point(|b| b.tetrahedra.end <= ancestor);
+        let mut of_node = vec![0; self.coordinates.len()];
+        for (t, ancestor) in ancestors.iter().enumerate() {
+            let middles = self.mid_edges.iter().flat_map(|middles| middles[t]);
+            for node in self.tetrahedra[t].into_iter().chain(middles) {
+                of_node[node] = body_of(*ancestor);
+            }
+        }
+        let mut order: Vec<usize> = (0..of_node.len()).collect();
+        order.sort_by_key(|node| of_node[*node]);
+        let mut number = vec![0; order.len()];
+        for (place, node) in order.iter().enumerate() {
+            number[*node] = place;
+        }
+        let renamed = |nodes: &[usize; 3]| nodes.map(|node| number[node]);
+        let ranges = first.iter().enumerate().map(|(body, range)| BodyRange {
+            name: range.name.clone(),
+            nodes: order.partition_point(|node| of_node[*node] < body)
+                ..order.partition_point(|node| of_node[*node] <= body),
+            tetrahedra: ancestors.partition_point(|at| body_of(*at) < body)
+                ..ancestors.partition_point(|at| body_of(*at) <= body),
+        });
+        let middles = self.mid_edges.iter();
+        let middles = middles.map(|all| all.iter().map(|at| at.map(|node| number[node])).collect());
+        Self {
+            bodies: ranges.collect(),
+            coordinates: order.iter().map(|node| self.coordinates[*node]).collect(),
+            tetrahedra: (self.tetrahedra.iter().map(|at| at.map(|node| number[node]))).collect(),
+            facets: self.facets.iter().map(renamed).collect(),
+            mid_edges: middles.into_iter().next(),
+            ..self
+        }
+    }
+
     /// Adds another body, whose faces get its name and whose coordinates count from `origin` in m.
     fn append(&mut self, body: Self, name: String, origin: [f64; 3]) {
         let (nodes, tetrahedra) = (self.coordinates.len(), self.tetrahedra.len());

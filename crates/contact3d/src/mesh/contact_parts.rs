@@ -193,7 +193,7 @@ impl Mesh {
     ) -> Result<ContactSurface, MeshError> {
         let (contact, key) = (&scene.contacts[entry], scene.contact_key(entry));
         if let Some(pair) = &contact.between {
-            return Ok(self.pair_surface(scene, entry, pair, held)?);
+            return Ok(self.pair_surface(scene, entry, (pair, cut_faceting), held)?);
         }
         let facets = self.contact_facets(scene, entry)?;
         let corners: Vec<[usize; 3]> = facets.iter().map(|&f| self.facets[f]).collect();

@@ -108,26 +108,35 @@ impl<'a> RefinableBody<'a> {
             return Mesh::new(&self.scene, self.first.clone(), self.regions.clone(), None);
         }
         let raw = self.curved(self.bisection.mesh(&self.first));
+        let ancestors: Vec<usize> = self.bisection.descendants().map(|d| d.ancestor).collect();
+        let raw = raw.by_bodies(&self.first.bodies, &ancestors);
         let region = |d: Descendant| self.regions.get(d.ancestor).copied();
         let regions = self.bisection.descendants().filter_map(region).collect();
         let faceting = self.faceting()?;
         Mesh::new(&self.scene, raw, regions, Some(faceting))
     }
 
-    /// What the first mesh leaves of contact faces with obstacles at most, in m.
+    /// What the first mesh leaves of contact faces before obstacles or other bodies at most, in m.
     fn faceting(&self) -> Result<f64, MeshError> {
         let contacts = self.scene.contacts.iter().enumerate();
-        let with_obstacle: Vec<usize> = contacts
-            .filter(|(_, contact)| contact.obstacle.is_some())
-            .map(|(entry, _)| entry)
-            .collect();
-        if with_obstacle.is_empty() {
+        let mut curved = contacts
+            .filter(|(_, contact)| contact.obstacle.is_some() || contact.between.is_some())
+            .peekable();
+        if curved.peek().is_none() {
             return Ok(0.0);
         }
         let first = Mesh::without_contact(&self.scene, self.first.clone(), Vec::new())?;
-        with_obstacle.into_iter().try_fold(0.0, |most: f64, entry| {
+        curved.try_fold(0.0, |most: f64, (entry, contact)| {
+            let left = |facets: &[usize]| obstacle::faceting(&first, facets, |_| 1.0);
+            if let Some(pair) = &contact.between {
+                let of_faces = pair.each_ref().map(|name| {
+                    let facets: Vec<usize> = first.facets_on(name).collect();
+                    left(&facets)
+                });
+                return Ok(most.max(of_faces.iter().sum()));
+            }
             let facets = first.contact_facets(&self.scene, entry)?;
-            Ok(most.max(obstacle::faceting(&first, &facets, |_| 1.0)))
+            Ok(most.max(left(&facets)))
         })
     }
 

@@ -212,11 +212,10 @@ impl ContactReport {
         };
         let contact = solved.contact.as_ref();
         let touches = contact.is_some_and(|it| it.state.surface.opposite.is_some());
-        // What an obstacle is to the error of one body, another body is not yet.
-        let estimated = if touches {
-            EstimatedErrors::Nothing
-        } else {
-            errors
+        // What the mesh of the other body does to a quantity is not measured yet.
+        let estimated = match errors {
+            EstimatedErrors::Quantities if touches => EstimatedErrors::Energy,
+            other => other,
         };
         let (discretisation_error, functionals) = match estimated {
             EstimatedErrors::Nothing => Default::default(),

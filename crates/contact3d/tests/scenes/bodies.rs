@@ -1,11 +1,14 @@
 //! Two elastic bodies that touch each other: fields that both meshes hold exactly, forces in balance, and one body in the place of two.
 
+use std::path::Path;
+
 use contact3d::{
     AssembledProblem, Problem,
+    adaptation::{AdaptiveStatus, adapted},
     post::ContactReport,
     scene::{
-        Body, Clamp, Component, Contact, ElementOrder, Friction, Material, Pressure, Scene,
-        Traction,
+        AdaptSettings, Body, Clamp, Component, Contact, ElementOrder, FirstMesh, Friction,
+        Material, Pressure, Scene, Traction,
     },
     solver::{Solution, Status},
 };
@@ -65,6 +68,9 @@ fn uniform_stress_passes_between_meshes_that_do_not_match() {
                 if element == ElementOrder::P1 && normal.len() == 1 {
                     continue;
                 }
+                // Tractions on both faces balance it, so nothing is left to estimate.
+                let estimated = report.discretisation_error.relative();
+                assert!(estimated < 1e-6, "{cells:?} {side}: {estimated}");
                 let strain = PRESSURE / MODULUS;
                 let exact =
                     |[x, y, z]: [f64; 3]| [POISSON * x, POISSON * y, -z].map(|u| u * strain);
@@ -134,6 +140,41 @@ fn sides_may_be_swapped() {
     let [upper, lower] = ["upper.z_min", "lower.z_max"].map(energy);
     // Some hundred quadratic elements at an edge: 1.1 % measured, and it falls with the mesh.
     assert!((upper / lower - 1.0).abs() < 0.03, "{upper} {lower}");
+}
+
+/// Levels cut both bodies until the estimate meets its target, and the finer mesh agrees about the error of the first.
+#[test]
+fn both_bodies_are_refined() {
+    let mut scene = stack([4, 6], ElementOrder::P1).with_friction(Friction::coulomb(0.9));
+    let top = Clamp {
+        value: [2e-4, 0.0, -1e-3].map(Into::into),
+        ..Clamp::face("upper.z_max")
+    };
+    scene.clamps = vec![Clamp::face("lower.z_min"), top];
+    scene.pressures.clear();
+    let (_, _, first) = solved(&scene);
+    scene.adapt = Some(AdaptSettings {
+        error: 0.06,
+        start: FirstMesh::Scene,
+        of: None,
+    });
+    let (answer, levels) = adapted(scene, Path::new("")).expect("levels");
+    assert_eq!(levels.status, AdaptiveStatus::Met);
+    let mesh = answer.problem.mesh();
+    let counts = mesh.bodies.iter().map(|body| body.tetrahedra.len());
+    let counts: Vec<usize> = counts.collect();
+    assert!(counts[0] > 2 * 320 && counts[1] > 2 * 1080, "{counts:?}");
+    for body in &mesh.bodies {
+        let own = mesh.tetrahedra[body.tetrahedra.clone()].as_flattened();
+        assert!(own.iter().all(|node| body.nodes.contains(node)));
+    }
+    let fine = &answer.report;
+    assert!(fine.resultants.force_imbalance < 1e-12);
+    // Prescribed displacements and sticking panes: ‖u_h − u‖² is the energy that finer meshes lose.
+    let [coarse, energy] = [&first, fine].map(|report| report.resultants.strain_energy);
+    let error = (1.0 - energy / coarse).sqrt();
+    let effectivity = first.discretisation_error.relative() / error;
+    assert!((0.8..1.25).contains(&effectivity), "{effectivity}");
 }
 
 /// A block pulled off has no equilibrium, and one that nothing touches is refused.

@@ -20,7 +20,7 @@ const OWN_OVERLAP: f64 = 0.25;
 const SIMILAR_STIFFNESS: f64 = 2.0;
 
 impl Mesh {
-    /// The contact between the faces of two bodies.
+    /// The contact between the faces of two bodies, with what a first mesh left of them in m where this one was cut from it.
     ///
     /// # Errors
     /// Faces that nowhere lie opposite each other, or overlap.
@@ -28,7 +28,7 @@ impl Mesh {
         &self,
         scene: &Scene,
         entry: usize,
-        pair: &[String; 2],
+        (pair, cut_faceting): (&[String; 2], Option<f64>),
         held: &[[bool; 3]],
     ) -> Result<ContactSurface, InvalidValue> {
         let key = scene.contact_key(entry);
@@ -41,7 +41,10 @@ impl Mesh {
             .par_iter()
             .map(|&facet| Overlap::of(side, facet, other, &boxes))
             .collect();
-        let panes = self.panes_of(scene, &pair[first], &side.facets, held);
+        let panes = match cut_faceting {
+            None => self.panes_of(scene, &pair[first], &side.facets, held),
+            Some(_) => self.grouped_panes(&side.facets, held),
+        };
         let panes = panes.map_err(|invalid| InvalidValue {
             key: format!("{key}.between"),
             help: "refine the mesh of the face with panes, or name the other one by panes_on"
@@ -67,7 +70,8 @@ impl Mesh {
         let face = self.face_of_pairings(&overlaps, &pairings);
         if !scene.contacts[entry].interference {
             let digits = GEOMETRY_TOLERANCE * side.radius().min(other.radius());
-            let allowed = side.unresolved + other.unresolved + digits;
+            let inherited = cut_faceting.unwrap_or(0.0);
+            let allowed = side.unresolved + other.unresolved + inherited + digits;
             self.refuse_overlap(&key, &pairings, allowed)?;
         }
         Ok(ContactSurface::with_panes(face, panes))

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::box_load::BoxLoad;
+use super::{box_load::BoxLoad, facing::Facing};
 use crate::{
     elasticity::{SurfaceLoad, stiffness_at},
     mesh::{Mesh, SidePart, area_share},
@@ -61,6 +61,7 @@ pub struct LoadedBoundary<'a> {
     springs: Vec<Vec<(usize, SidePart)>>,
     /// The place of each triangle among those in contact, `[n_facets]`.
     contact: Vec<Option<usize>>,
+    facing: Facing<'a>,
 }
 
 impl<'a> LoadedBoundary<'a> {
@@ -105,6 +106,7 @@ impl<'a> LoadedBoundary<'a> {
             loads,
             springs: on_sides(&mut springs),
             contact,
+            facing: Facing::new(mesh),
         }
     }
 
@@ -197,18 +199,39 @@ impl<'a> LoadedBoundary<'a> {
         for (i, _) in acting.filter(|(_, side)| side.cut.is_none()) {
             sum += Vector3::from(self.loads[*i].at(at, (*normal).into()));
         }
-        if let (Some(contact), Some(place)) = (&self.solved.contact, self.contact[facet]) {
-            sum -= contact_stress(self.solved, contact, place, share, loads.multiplier);
-            if !loads.at_nodes.is_empty() {
-                let surface = contact.state.surface;
-                let face = surface.face_of_facet(place);
-                let (nodes, weights) = carriers(self.solved.mesh, facet, share);
-                for (node, weight) in nodes.into_iter().zip(weights) {
-                    let local = surface.contact_node(face, node);
-                    sum -= local.map_or(Vector3::zeros(), |n| {
-                        Vector3::from(loads.at_nodes[n]) * weight
-                    });
-                }
+        let Some(contact) = &self.solved.contact else {
+            return sum;
+        };
+        if let Some(place) = self.contact[facet] {
+            let pane = contact.state.surface.pane_of_facet(place);
+            let is_of_pair = pane.is_some_and(|pane| contact.state.surface.touches_body(pane));
+            if !is_of_pair || self.facing.is_covered(place, at) {
+                sum -= self.on_side_with_panes(contact, place, share, loads);
+            }
+        }
+        if let Some((place, share)) = self.facing.across(facet, at) {
+            sum += self.on_side_with_panes(contact, place, share, loads);
+        }
+        sum
+    }
+
+    /// The contact stress in Pa at a point of a contact triangle that acts on what lies opposite.
+    fn on_side_with_panes(
+        &self,
+        contact: &SolvedContact<'_>,
+        place: usize,
+        share: [f64; 3],
+        loads: &FieldLoads<'_>,
+    ) -> Vector3<f64> {
+        let surface = contact.state.surface;
+        let mut sum = contact_stress(self.solved, contact, place, share, loads.multiplier);
+        if !loads.at_nodes.is_empty() {
+            let face = surface.face_of_facet(place);
+            let (nodes, weights) = carriers(self.solved.mesh, surface.facets[place], share);
+            for (node, weight) in nodes.into_iter().zip(weights) {
+                let local = surface.contact_node(face, node);
+                let at_node = |n: usize| Vector3::from(loads.at_nodes[n]) * weight;
+                sum += local.map_or(Vector3::zeros(), at_node);
             }
         }
         sum

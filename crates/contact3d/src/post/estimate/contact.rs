@@ -299,7 +299,9 @@ impl<'a> PointConditions<'a> {
         }
         let frame = &self.contact.state.interface.frame;
         let traction = |(node, (sum, weight)): (usize, ([f64; 3], f64))| {
-            let [normal, first, second] = sum.map(|part| part / weight);
+            // Nothing lies opposite some nodes.
+            let mean = |part: f64| if weight > 0.0 { part / weight } else { 0.0 };
+            let [normal, first, second] = sum.map(mean);
             frame.vector(node, normal, [first, second])
         };
         Correction {
@@ -441,6 +443,9 @@ impl<'a> PointConditions<'a> {
     fn visit(&self, place: usize, laws: &[Law], mut visited: impl FnMut(FacePoint<'_>, Law, f64)) {
         let (mesh, surface) = (self.solved.mesh, self.contact.state.surface);
         let facet = surface.facets[place];
+        if self.points[place].is_empty() {
+            return;
+        }
         let nodes = self.contact.nodes_of(mesh, place);
         let area = mesh.facet_area(facet);
         for at in &self.points[place] {

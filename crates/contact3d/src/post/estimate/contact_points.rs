@@ -9,7 +9,7 @@
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use super::{SolutionData, contact::varying_friction};
+use super::{SolutionData, contact::varying_friction, facing::Facing};
 use crate::{
     mesh::{DistanceBetweenNodes, Mesh, SurfaceFace, quarters_of},
     post::{Solved, SolvedContact},
@@ -92,8 +92,25 @@ impl<'a> ContactPoints<'a> {
 
     /// The points of each contact triangle, `[n_contact_facets]`.
     pub(super) fn of_facets(&self) -> Vec<Vec<ContactPoint>> {
-        let places = 0..self.contact.state.surface.facets.len();
-        let of_facet = |place| TriangleDepth::new(self, place).points();
+        let surface = self.contact.state.surface;
+        let facing = Facing::new(self.mesh);
+        let of_facet = |place: usize| {
+            let pane = surface.pane_of_facet(place);
+            if pane.is_none_or(|pane| !surface.touches_body(pane)) {
+                return TriangleDepth::new(self, place).points();
+            }
+            // Nothing lies opposite some nodes of a triangle that no other body covers.
+            let (face, facet) = (surface.face_of_facet(place), surface.facets[place]);
+            let mut nodes = self.mesh.facet_nodes(facet);
+            if nodes.any(|node| surface.contact_node(face, node).is_none()) {
+                return Vec::new();
+            }
+            let corners = self.mesh.corners(&self.mesh.facets[facet]);
+            let mut points = TriangleDepth::new(self, place).points();
+            points.retain(|it| facing.is_covered(place, quadrature::point(&corners, &it.share)));
+            points
+        };
+        let places = 0..surface.facets.len();
         places.into_par_iter().map(of_facet).collect()
     }
 }

@@ -18,6 +18,7 @@ mod box_load;
 mod bubbles;
 mod contact;
 mod contact_points;
+mod facing;
 mod hierarchical;
 
 use nalgebra::{Vector3, Vector6};
