@@ -85,7 +85,7 @@ friction.coefficient.constant = 0.3
         loads.concat()
     );
     let sweep =
-        Sweep::new("[[axis]]\nkey = \"friction.coefficient.constant\"\nvalues = [0.0, 0.2]");
+        Sweep::new("[[axis]]\nkey = \"friction.coefficient.constant\"\nvalues = [0.1, 0.2]");
     fs::write(sweep.path("scene.toml"), block).unwrap();
     let (code, said) = sweep.run("out", &["--no-figures"]);
     assert_eq!(code, 0, "{said}");
