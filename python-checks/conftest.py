@@ -19,8 +19,8 @@ from run_file import open_run
 from schema_check import schemas
 
 ROOT = Path(__file__).resolve().parent.parent
-# The Python package, also for the process that collects what others report.
-sys.path.insert(0, str(ROOT / "python"))
+# The Python package, also for the process that collects what others report, and the scripts that make meshes.
+sys.path[:0] = [str(ROOT / "python"), str(ROOT / "scripts")]
 SCENE = ROOT / "pipelines" / "hkl2011_table1.toml"
 
 # Names of the solved cases and the changes they make to the published scene. The last
