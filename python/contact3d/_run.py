@@ -1,5 +1,6 @@
 """An opened run file: a tree of datasets, what they come to, and tables, grids and pictures of it."""
 
+import difflib
 import html
 import itertools
 from pathlib import Path
@@ -26,6 +27,15 @@ class Run(xr.DataTree):
     """A run file as an ``xarray.DataTree`` whose ``repr`` is a summary; that of xarray is in :attr:`datasets`."""
 
     __slots__ = ()
+
+    def __getitem__(self, key: Any) -> Any:
+        try:
+            return super().__getitem__(key)
+        except KeyError as error:
+            names = [f"{node.path}/{name}".lstrip("/") for node in self.subtree for name in node.data_vars]
+            near = difflib.get_close_matches(str(key), names, 4, 0.4)
+            hint = f"; near to it are {', '.join(near)}" if near else ""
+            raise KeyError(f"there is no {key}{hint}; .datasets lists all") from error
 
     @property
     def file(self) -> Path:
@@ -245,10 +255,16 @@ class Run(xr.DataTree):
         names = [str(name) for name in stored["name"].values]
         smallest, largest = stored["range"].values.T
         value = stored["value"].values
+        signed_error, kinks = stored["signed_error"].values, stored["kinks"].values
+        if "largest_von_mises" not in names and self._has("post/largest_von_mises/value"):
+            stress, error = (self[f"post/largest_von_mises/{part}"].item() for part in ("value", "error"))
+            names.append("largest_von_mises")
+            value, signed_error, kinks = np.append(value, stress), np.append(signed_error, error), np.append(kinks, 0)
+            smallest, largest = np.append(smallest, max(stress - error, 0.0)), np.append(largest, stress + error)
         units = [_unit(self[IN_THE_UNIT_OF[name]]) if name in IN_THE_UNIT_OF else "" for name in names]
         return pd.DataFrame({"value": value, "error_bar": np.maximum(largest - value, value - smallest),
-                             "signed_error": stored["signed_error"].values, "smallest": smallest,
-                             "largest": largest, "unit": units, "kinks": stored["kinks"].values},
+                             "signed_error": signed_error, "smallest": smallest,
+                             "largest": largest, "unit": units, "kinks": kinks},
                             pd.Index(names, name="quantity"))
 
     def _range_of_body(self, limits: str, name: str) -> tuple[int, int]:

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
+import pandas as pd
+
 from . import _toml, _watch
 from ._files import write_whole
 from ._program import Interrupted, name, options, perform
@@ -50,6 +52,10 @@ class Sweep:
     def table(self) -> SweepTable:
         """Settings and main results, a dimension for each axis."""
         return open_sweep(self.folder)
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """A row for each case: its keys, then its results."""
+        return self.table.to_dataframe()
 
     def case(self, chosen: Mapping[str, Any]) -> Run:
         """The run file of the only case with these settings."""

@@ -469,7 +469,8 @@ class Contact(Keys):
         face.
     :param tool: The name of the ``[[tool]]`` that the obstacle, or the foundation without one, is part of and moves
         with; it rests when not given.
-    :param follow: Where the normals and distances of the obstacle of a tool are taken in a load history.
+    :param follow: Where the normals and distances of the obstacle of a tool are taken in a load history; when not
+        given at each increment of round obstacles and heights whose tool is displaced or turned, else where they begin.
     :param name: What results call this face; the name of the face when not given.
     :param box: Two opposite corners [min, max] in m: only the triangles of the face between them are in contact.
         The sides of the box follow edges of triangles and, on a brick, of panes.
@@ -669,7 +670,8 @@ class Tool(Keys):
     :param face: The face of the body that is bonded to the tool: it moves with it and keeps its shape. Without one
         the tool only touches.
     :param point: The point in m that ``displacement`` is of, about which the tool turns and at which the force
-        acts; the centroid of its faces when not given.
+        acts; when not given the centre of its sphere, the place on the axis of its cylinder nearest to the centroid of
+        its faces, or that centroid.
     :param free: The motions that are free, under the force and the moment given; the others are held.
     :param displacement: The displacement of the point in m along x, y and z: numbers, or expressions of parameters;
         zero where free.

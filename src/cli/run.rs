@@ -269,11 +269,7 @@ fn finish(
         let levels = levels.unwrap_or_default();
         terminal::result(&format!("{}\n{told}{levels}", scene.shown_title()));
     }
-    let cautions = run.nothing_touches().into_iter();
-    for words in cautions
-        .chain(run.beyond_theory())
-        .chain(run.narrow_contact())
-    {
+    for words in run.cautions() {
         say(output, &format!("warning: {words}"));
     }
     if let Some(failure) = report.failed_check.filter(|_| report.is_broken()) {

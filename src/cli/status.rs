@@ -47,14 +47,16 @@ pub(super) fn status(file: &Path, output: &Output) -> Result<Exit, StageError> {
             "effects": features.json(),
             "stages": stages.json(),
             "outcome": outcome.map(|outcome| outcome.json()),
-            "summary": solved.map(|solved| solved.summary().words_json()),
+            "summary": solved.map(|solved| solved.summary_with_cautions().words_json()),
             "results": solved.map(|solved| solved.figures().json()),
             "advice": advice,
             "units": unit_words(scene.units),
         }));
     } else {
         let mut text = format!("{}\n{}\n", file.display(), scene.shown_title());
-        let summary = solved.map(|solved| solved.summary()).or(outcome);
+        let summary = solved
+            .map(|solved| solved.summary_with_cautions())
+            .or(outcome);
         text += &summary.map_or_else(String::new, |summary| summary.text(2, 20));
         text += &stages.text();
         text += &format!("model features\n{}", features.text(2, 28));

@@ -90,7 +90,7 @@ pub(super) const INCREMENTS: Fields<StepRecord> = fields! { StepRecord => GROUP;
     (reaction) "/history/clamp_reaction", &[Named("n_increments"), Named("n_nodes"), extents::XYZ], Dimension::FORCE, "Forces of the clamps on the nodes.".optional("absent where all clamps hold at zero in all steps").compressed();
     (loaded_force) "/history/loaded_force", VECTORS, Dimension::FORCE, "Force on the body of tractions, pressures and clamps that move; of the body force where there are none.";
     (loaded_displacement) "/history/loaded_displacement", VECTORS, Dimension::LENGTH, "Mean displacement of the faces that they act on; of all nodes where there are none.";
-    (contact_displacement) "/history/contact_displacement", &[Named("n_increments"), extents::FRICTION_AXES], Dimension::LENGTH, "Mean tangential displacement of the contact face along t1 and t2.".when(NO_FRICTION);
+    (contact_displacement) "/history/contact_displacement", &[Named("n_increments"), extents::FRICTION_AXES], Dimension::LENGTH, "Mean tangential displacement of the contact face along t1 and t2, against what it touches.".when(NO_FRICTION);
     (energies.strain) "/history/strain_energy", ROWS, Dimension::Energy, "Strain energy u.Au / 2 at the end of each increment.";
     (energies.load_work) "/history/load_work", ROWS, Dimension::Energy, "Work of the loads and of clamps that move in each increment, along a straight way between its ends.";
     (energies.normal_work) "/history/normal_work", ROWS, Dimension::Energy, "Work of the contact pressures on the foundation in each increment, likewise.".when(NO_CONTACT);

@@ -186,12 +186,14 @@ pub(super) fn with_bar(
     if bar.is_infinite() {
         return told + place;
     }
-    let bar = if bar > value.abs() {
-        unit.told(&[bar])
-    } else {
-        percent(if bar == 0.0 { 0.0 } else { bar / value.abs() })
-    };
-    format!("{told} ± {bar}{place}")
+    if bar > value.abs() && value != 0.0 {
+        let most = unit.told(&[value.abs() + bar]);
+        return format!("{told}{place}, not resolved: up to {most} on a finer mesh");
+    }
+    // Balance of forces knows some to rounding.
+    let share = if bar == 0.0 { 0.0 } else { bar / value.abs() };
+    let share = if share < 1e-9 { 0.0 } else { share };
+    format!("{told} ± {}{place}", percent(share))
 }
 
 /// The quantities for programs.

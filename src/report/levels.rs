@@ -145,14 +145,28 @@ pub fn peaks(scene: &Scene, records: &[StepRecord]) -> Figures {
                 friction + it.energies.dissipation,
             ]
         });
+        let first = *steps.start();
+        let mut before = records.iter().rev().filter(|it| it.increment.step < first);
+        let before = before.next().map_or(0.0, |it| it.energies.strain);
+        let rise = records.last().map_or(0.0, |it| it.energies.strain) - before;
         let (told, unit) = scene.units.of(Dimension::Energy).parts(&sums);
+        // A steady cycle ends as it began, but for the error of its increments.
+        let unsteady = rise.abs() > 0.02 * sums[0].abs();
+        let unsteady = unsteady.then(|| {
+            let rise = scene.units.of(Dimension::Energy).told(&[rise]);
+            format!("; not steady, strain energy rose by {rise}")
+        });
         let steps = [*steps.start(), *steps.end()];
         let steps = steps.map(|step| escape_control(&scene.step_title(step)));
         figures.human_only(
             "energy of a cycle",
             Some(format!(
-                "work of loads {} {unit}, friction took {} {unit} from {} to {}",
-                told[0], told[1], steps[0], steps[1]
+                "work of loads {} {unit}, friction took {} {unit} from {} to {}{}",
+                told[0],
+                told[1],
+                steps[0],
+                steps[1],
+                unsteady.unwrap_or_default()
             )),
         );
     }

@@ -111,6 +111,7 @@ impl<'a> SolvedRun<'a> {
         let (solution, mesh) = (self.solution, self.mesh);
         let mut figures = Figures::new(self.scene.units);
         figures.json_only("status", solution.status.word());
+        figures.json_only("warnings", self.cautions());
         figures.json_only("accuracy", self.accuracy());
         figures.json_only("n_nodes", mesh.coordinates.len());
         figures.json_only("n_tetrahedra", mesh.tetrahedra.len());
@@ -156,7 +157,7 @@ impl<'a> SolvedRun<'a> {
     }
 
     /// That all panes are open, by how much at least, and what to look at; `None` where one touches.
-    pub fn nothing_touches(&self) -> Option<String> {
+    pub(super) fn nothing_touches(&self) -> Option<String> {
         let panes = &self.report.panes;
         let is_open = |pane: &PaneState| pane.zone == Zone::Open;
         if panes.is_empty() || !self.solution.has_computed_solution() || !panes.iter().all(is_open)
@@ -192,8 +193,17 @@ impl<'a> SolvedRun<'a> {
         ))
     }
 
+    /// What there is to look at in a solution: nothing touches, something is too large for the theory, or contact too narrow for its panes.
+    pub fn cautions(&self) -> Vec<String> {
+        let nothing = self.nothing_touches().into_iter();
+        nothing
+            .chain(self.beyond_theory())
+            .chain(self.narrow_contact())
+            .collect()
+    }
+
     /// What is too large for the theory of small deformations, and what to look at.
-    pub fn beyond_theory(&self) -> Vec<String> {
+    fn beyond_theory(&self) -> Vec<String> {
         if !self.solution.has_computed_solution() {
             return Vec::new();
         }
@@ -246,7 +256,7 @@ impl<'a> SolvedRun<'a> {
     }
 
     /// That contact is as narrow as one pane, and what to do; `None` where panes tell how its pressure falls.
-    pub fn narrow_contact(&self) -> Option<String> {
+    fn narrow_contact(&self) -> Option<String> {
         let share = self.report.share_beside_open(self.mesh);
         // One pane of three across a strip bears more than a third.
         (self.solution.status.is_solved() && share > 0.9).then(|| {
@@ -294,7 +304,7 @@ impl<'a> SolvedRun<'a> {
         let entries = self.scene.contact_order().into_iter().zip(faces);
         entries.filter_map(|(entry, face)| {
             let contact = &self.scene.contacts[entry];
-            if contact.follow == Follow::Increment {
+            if self.scene.follow_of(entry) == Follow::Increment {
                 return None;
             }
             let radius = match contact.obstacle.as_ref()? {

@@ -50,9 +50,18 @@ impl SolvedRun<'_> {
             let share = self
                 .friction_used()
                 .filter(|_| of == Functional::TangentialForce);
-            let share = share.map_or_else(String::new, |share| {
+            let mut share = share.map_or_else(String::new, |share| {
                 format!(", {:.0} % of what friction can bear", 100.0 * share)
             });
+            if let Some(slip) = self
+                .largest_slip()
+                .filter(|_| of == Functional::TangentialForce)
+            {
+                share += &format!(
+                    "; slips by up to {}",
+                    self.unit(Dimension::LENGTH).told(&[slip])
+                );
+            }
             line(
                 &name_of_quantity(of),
                 self.quantity(of).map(|words| words + &share),
@@ -181,6 +190,30 @@ impl SolvedRun<'_> {
         let panes = self.report.panes.iter().zip(&surface.pane_area);
         let most: f64 = panes.map(|(pane, area)| area * radius(pane)).sum();
         (size > 0.0 && most > 0.0 && self.report.faces.is_empty()).then(|| size / most)
+    }
+
+    /// The longest slip of a pane that slips; `None` where none does, or without friction.
+    fn largest_slip(&self) -> Option<f64> {
+        let slipping = self
+            .report
+            .panes
+            .iter()
+            .filter(|pane| pane.zone == Zone::Slip);
+        let slips = slipping
+            .filter_map(|pane| pane.friction)
+            .map(|it| it.slip[0].hypot(it.slip[1]));
+        slips.reduce(f64::max)
+    }
+
+    /// The first screen with what there is to look at, as it is told of a file later.
+    pub fn summary_with_cautions(&self) -> Figures {
+        let mut summary = self.summary();
+        let cautions = self.cautions();
+        summary.human_only(
+            "warning",
+            (!cautions.is_empty()).then(|| cautions.join("; ")),
+        );
+        summary
     }
 
     /// A quantity of the solution with its error bar or range, without them where they were not estimated.

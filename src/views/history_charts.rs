@@ -31,7 +31,7 @@ pub(super) fn charts(
     all.into_iter().filter(move |(_, chart)| has_points(chart))
 }
 
-/// The friction force on the body over its mean tangential displacement.
+/// The friction force on the body over the mean tangential displacement of its face against what it touches.
 fn friction_loop(records: &[StepRecord], units: Units) -> Chart {
     let series = [0, 1].into_iter().filter_map(|k| {
         let name = format!("along t{}", k + 1);
@@ -44,9 +44,9 @@ fn friction_loop(records: &[StepRecord], units: Units) -> Chart {
         series(&name, records, largest_force(records), at)
     });
     Chart::new(
-        "Friction and displacement of the contact face",
+        "Friction and slip of the contact face",
         ChartAxis::linear(
-            "mean displacement of the contact face",
+            "mean slip of the contact face against its foundation",
             units.of(Dimension::LENGTH),
         ),
         ChartAxis::linear("friction force on the body", units.of(Dimension::FORCE)),

@@ -169,7 +169,7 @@ fn result_sections(
         parts.push(part(drawn(face).page(), name, PICTURE_WIDTHS[0])?);
     }
     sections.push(Section::new("panels", "Contact face and body", parts));
-    let summary = vec![table(&run.summary())];
+    let summary = vec![table(&run.summary_with_cautions())];
     sections.push(Section::new("results", "Results", summary));
     let name = "von Mises stress, a picture";
     let stress = part(picture::stress_page(&drawn(0)), name, PICTURE_WIDTHS[1])?;

@@ -15,6 +15,9 @@ use super::{
 /// above.
 pub(super) const TOWARD: Vector = [0.34, -0.84, 0.42];
 
+/// The cosine, of 37 degrees, below which an axis and a normal are two directions.
+const NEARLY_ALONG: f64 = 0.8;
+
 /// Maps points of the body to the view, x to the right, y upwards, z towards the viewer.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct View {
@@ -35,6 +38,19 @@ impl View {
             away.map(|component| -component)
         } else {
             away
+        };
+        // A face that is nearly level or plumb hangs or stands as the coordinate axis does.
+        let upright = [0, 1, 2]
+            .into_iter()
+            .find(|&axis| up[axis].abs() > NEARLY_ALONG);
+        let (first, up) = match upright {
+            None => (first, up),
+            Some(axis) => {
+                let mut along = [0.0; 3];
+                along[axis] = up[axis].signum();
+                let flat = [0, 1, 2].map(|c| first[c] - dot(first, along) * along[c]);
+                (unit(flat), along)
+            }
         };
         let basis = [first, cross(up, first), up];
         let nodes = picture.boundary_triangles.as_flattened().iter();
@@ -147,6 +163,7 @@ pub(super) enum Paint<'a> {
 pub(super) fn draw_facets(canvas: &mut Canvas, facets: &Facets<'_>, view: &View, fit: &Fit) {
     let toward = view.toward();
     let normals = FacetNormals::new(facets.points, facets.triangles, facets.edges);
+    let bodies = bodies_in_front(facets, toward);
     let mut order: Vec<(usize, f64)> = (0..facets.triangles.len())
         .filter(|&triangle| normals.faces(triangle, toward))
         .map(|triangle| {
@@ -154,7 +171,11 @@ pub(super) fn draw_facets(canvas: &mut Canvas, facets: &Facets<'_>, view: &View,
             (triangle, depth.iter().sum::<f64>())
         })
         .collect();
-    order.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
+    let body = |triangle: usize| bodies[facets.triangles[triangle][0]];
+    order.sort_by(|a, b| {
+        let by_body = body(a.0).cmp(&body(b.0));
+        by_body.then(a.1.total_cmp(&b.1)).then(a.0.cmp(&b.0))
+    });
     let mut visible = vec![false; facets.triangles.len()];
     let mut last_at_node = vec![0; facets.points.len()];
     for (position, &(triangle, _)) in order.iter().enumerate() {
@@ -203,6 +224,57 @@ pub(super) fn draw_facets(canvas: &mut Canvas, facets: &Facets<'_>, view: &View,
             canvas.polylines(&lines, Stroke::solid(Colour::BLACK, 0.9));
         }
     }
+}
+
+/// How many bodies lie behind that of each node, one behind the other; those that no plane across an axis parts count as one.
+fn bodies_in_front(facets: &Facets<'_>, toward: Vector) -> Vec<usize> {
+    let mut body: Vec<usize> = (0..facets.points.len()).collect();
+    fn first(body: &mut [usize], mut node: usize) -> usize {
+        while body[node] != node {
+            body[node] = body[body[node]];
+            node = body[node];
+        }
+        node
+    }
+    for [a, b, c] in facets.triangles {
+        for other in [b, c] {
+            let (one, two) = (first(&mut body, *a), first(&mut body, *other));
+            body[one.max(two)] = one.min(two);
+        }
+    }
+    let of_node: Vec<usize> = (0..body.len()).map(|node| first(&mut body, node)).collect();
+    let mut boxes: BTreeMap<usize, [[f64; 2]; 3]> = BTreeMap::new();
+    for &node in facets.triangles.as_flattened() {
+        let sides = boxes
+            .entry(of_node[node])
+            .or_insert([[f64::INFINITY, f64::NEG_INFINITY]; 3]);
+        for (side, x) in sides.iter_mut().zip(facets.points[node]) {
+            *side = [side[0].min(x), side[1].max(x)];
+        }
+    }
+    // Magnified displacements let bodies that touch overlap by a part of their height.
+    let is_before = |a: &[[f64; 2]; 3], b: &[[f64; 2]; 3]| {
+        (0..3).any(|axis| {
+            let (a, b) = (a[axis], b[axis]);
+            let overlap = 0.2 * (a[1] - a[0]).min(b[1] - b[0]);
+            let (front, behind) = if toward[axis] > 0.0 { (a, b) } else { (b, a) };
+            (front[0] + front[1] > behind[0] + behind[1]) && front[0] >= behind[1] - overlap
+        })
+    };
+    let mut ranks: BTreeMap<usize, usize> = boxes.keys().map(|&key| (key, 0)).collect();
+    for _ in 0..boxes.len() {
+        for (key, mine) in &boxes {
+            let behind = boxes.iter().filter(|(other, its)| {
+                *other != key && is_before(mine, its) && !is_before(its, mine)
+            });
+            let rank = behind.map(|(other, _)| ranks[other] + 1).max().unwrap_or(0);
+            ranks.insert(*key, rank.min(boxes.len()));
+        }
+    }
+    of_node
+        .iter()
+        .map(|key| ranks.get(key).copied().unwrap_or(0))
+        .collect()
 }
 
 /// Draws one facet in `pieces`² congruent pieces, each in the colour of its mean value.

@@ -37,7 +37,8 @@ impl Interface {
         for (face, has) in surface.faces.iter().zip(&features) {
             let contact = &scene.contacts[has.entry];
             let tool = scene.tool_on(has.entry);
-            let Some(tool) = tool.filter(|_| contact.follow == Follow::Increment) else {
+            let Some(tool) = tool.filter(|_| scene.follow_of(has.entry) == Follow::Increment)
+            else {
                 continue;
             };
             let [shift, turn] = motions[tool].map(Vector3::from);
@@ -76,7 +77,7 @@ impl Interface {
         self.frame.opposite = opposite;
         let rows = tool_rows(scene, mesh, motions);
         for (face, has) in surface.faces.iter().zip(&features) {
-            if scene.contacts[has.entry].follow == Follow::Start {
+            if scene.follow_of(has.entry) == Follow::Start {
                 continue;
             }
             for local in face.nodes.clone() {

@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 use crate::{
     linalg::UNIT_ROUNDING,
     mesh::Mesh,
-    scene::{InvalidValue, POSITION, Scene, UNDEFINED, Written, place_words},
+    scene::{InvalidValue, Obstacle, POSITION, Scene, UNDEFINED, Written, place_words},
 };
 
 /// Where a tool is.
@@ -64,7 +64,19 @@ impl ToolPlace {
         };
         let centroid = moment / area;
         let point = scene.tools[tool].point.map(Vector3::from);
-        let point = point.unwrap_or_else(|| {
+        let mut round = order
+            .iter()
+            .filter(|entry| scene.tool_on(**entry) == Some(tool));
+        let round = round.find_map(|entry| match scene.contacts[*entry].obstacle.as_ref()? {
+            Obstacle::Sphere(ball) => Some(Vector3::from(ball.centre)),
+            Obstacle::Cylinder(rod) => {
+                let (point, along) = (Vector3::from(rod.point), Vector3::from(rod.direction));
+                let along = (along / along.amax()).normalize();
+                Some(point + along * along.dot(&(centroid - point)))
+            }
+            Obstacle::HalfSpace(_) | Obstacle::Height(_) => None,
+        });
+        let point = point.or(round).unwrap_or_else(|| {
             // What is rounding of the extent of the face is zero.
             let digits = UNIT_ROUNDING * farthest(&centroid);
             centroid.map(|x| if x.abs() <= digits { 0.0 } else { x })

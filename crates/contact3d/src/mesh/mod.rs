@@ -179,7 +179,7 @@ impl Mesh {
                 expected: "\"P2\" for a mesh of second-order tetrahedra".into(),
                 found: "\"P1\"".into(),
                 help:
-                    "set body.element = \"P2\", or make the mesh with elements of the first order"
+                    "set body.element = \"P2\", of several bodies in every [[body]], or make the mesh with elements of the first order"
                         .into(),
             }),
             (ElementOrder::P2, Some(known)) => {

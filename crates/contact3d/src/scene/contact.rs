@@ -28,9 +28,10 @@ pub struct Contact {
     /// The name of the `[[tool]]` that the obstacle, or the foundation without one, is part of and moves with; it rests when not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tool: Option<String>,
-    /// Where the normals and distances of the obstacle of a tool are taken in a load history.
-    #[serde(default, skip_serializing_if = "is_default")]
-    pub follow: Follow,
+    /// Where the normals and distances of the obstacle of a tool are taken in a load history; when not given at each increment of round
+    /// obstacles and heights whose tool is displaced or turned, else where they begin.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub follow: Option<Follow>,
     /// What results call this face; the name of the face when not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
@@ -96,11 +97,10 @@ impl Contact {
 }
 
 /// Where the normals and distances of an obstacle are taken.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Follow {
     /// Where the body and the tool begin, for slides that are short beside the obstacle's radius.
-    #[default]
     Start,
     /// Where they are when an increment begins, for long slides: choose increments shorter than a twentieth of the radius.
     Increment,

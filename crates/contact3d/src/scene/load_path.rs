@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Expression, InvalidValue, Measure, POSITION, ProblemPart, Quantity, Scene, SlipMeasure,
+    Expression, Follow, InvalidValue, Measure, POSITION, ProblemPart, Quantity, Scene, SlipMeasure,
     Written,
     validate::require,
     varying::{Varies, Varying, VaryingKey, varies},
@@ -256,6 +256,11 @@ impl Scene {
 
     fn without_steps(&self) -> Self {
         let mut scene = self.clone();
+        for (entry, contact) in scene.contacts.iter_mut().enumerate() {
+            contact.follow = contact
+                .follow
+                .or((self.follow_of(entry) == Follow::Increment).then_some(Follow::Increment));
+        }
         scene.steps.clear();
         let own = scene.contacts.iter_mut();
         let own = own.filter_map(|contact| contact.friction.as_mut());

@@ -378,6 +378,8 @@ fn beyond_model(name: &str) -> Option<String> {
         "materials are elastic, without plasticity: compare the largest von Mises stress with the yield stress"
     } else if has(&[
         "density",
+        "gravity",
+        "time_step",
         "mass",
         "damping",
         "velocity",
@@ -396,6 +398,14 @@ fn beyond_model(name: &str) -> Option<String> {
         "mooney",
     ]) {
         "deformations are small and materials linear: rubber takes a Poisson's ratio near 0.5"
+    } else if has(&["symmetry"]) {
+        "a plane of symmetry is a [[clamp]] of its face with components = [\"x\"], \"y\" or \"z\""
+    } else if has(&["point_load", "line_load", "node"]) || name == "nodal_force" {
+        "stress under a load at a point has no bound: [[force]] takes a face, or disc = { centre, radius } on it"
+    } else if has(&["self_contact"]) {
+        "a body does not touch itself: cut it into two [[body]] with a [[contact]] between them"
+    } else if ["tie", "tied", "bonded", "bolt", "preload"].contains(&name) {
+        "bodies that share nodes are one; a face keeps plane, and is pulled, as the `face` of a [[tool]]"
     } else if ["bodies", "body2", "body_2", "contact_pair"].contains(&name) {
         "several bodies are tables [[body]] with a name each, and [[contact]] has between = [\"a.face\", \"b.face\"]"
     } else {

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Follow, Measure, ProblemPart, Quantity, Scene, is_default, varying::varies};
+use super::{Follow, Measure, Obstacle, ProblemPart, Quantity, Scene, is_default, varying::varies};
 
 /// A degree of freedom of a rigid tool.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -52,8 +52,8 @@ pub struct Tool {
     /// The face of the body that is bonded to the tool: it moves with it and keeps its shape. Without one the tool only touches.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub face: Option<String>,
-    /// The point in m that `displacement` is of, about which the tool turns and at which the force acts; the centroid of its faces
-    /// when not given.
+    /// The point in m that `displacement` is of, about which the tool turns and at which the force acts; when not given the centre
+    /// of its sphere, the place on the axis of its cylinder nearest to the centroid of its faces, or that centroid.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("measures" = Measure::Length))]
     pub point: Option<[f64; 3]>,
@@ -133,8 +133,33 @@ impl Scene {
     /// Whether the normals and distances of any obstacle follow a tool from increment to increment.
     #[must_use]
     pub fn follows_tools(&self) -> bool {
-        let mut contacts = self.contacts.iter();
-        contacts.any(|contact| contact.follow == Follow::Increment)
+        let mut entries = 0..self.contacts.len();
+        entries.any(|entry| self.follow_of(entry) == Follow::Increment)
+    }
+
+    /// Where the normals and distances of a contact are taken: where it says, or by how its tool moves.
+    #[must_use]
+    pub fn follow_of(&self, entry: usize) -> Follow {
+        let contact = &self.contacts[entry];
+        let is_driven = |tool: usize| {
+            let given = &self.tools[tool];
+            let [shift, turn] =
+                ["displacement", "turn"].map(|motion| format!("{}.{motion}", self.tool_name(tool)));
+            let in_steps = self.steps.iter().flat_map(|step| step.value.keys());
+            let is_zero = |part: &Quantity| *part == Quantity::Constant(0.0);
+            !given.displacement.iter().chain(&given.turn).all(is_zero)
+                || in_steps
+                    .into_iter()
+                    .any(|key| *key == shift || *key == turn)
+        };
+        let is_flat = matches!(contact.obstacle, None | Some(Obstacle::HalfSpace(_)));
+        let follows =
+            !self.steps.is_empty() && !is_flat && self.tool_on(entry).is_some_and(is_driven);
+        contact.follow.unwrap_or(if follows {
+            Follow::Increment
+        } else {
+            Follow::Start
+        })
     }
 
     /// Number of free motions of all tools.

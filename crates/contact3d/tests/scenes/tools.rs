@@ -266,7 +266,7 @@ fn a_tool_that_is_followed_has_the_normals_of_its_place() {
     above.centre[2] += 0.2;
     let lifted = |by: [f64; 3]| {
         let mut contact = against(Some(Obstacle::Sphere(above)));
-        contact.follow = contact3d::scene::Follow::Increment;
+        contact.follow = Some(contact3d::scene::Follow::Increment);
         block()
             .with_clamp(Clamp::face("z_min"))
             .with_contact(contact)
@@ -292,7 +292,7 @@ fn a_tool_that_is_followed_has_the_normals_of_its_place() {
     let mut beside = above;
     beside.centre[0] += 0.3;
     let mut contact = against(Some(Obstacle::Sphere(beside)));
-    contact.follow = contact3d::scene::Follow::Start;
+    contact.follow = Some(contact3d::scene::Follow::Start);
     let direct = block()
         .with_clamp(Clamp::face("z_min"))
         .with_contact(contact)

@@ -104,7 +104,7 @@ pub(super) fn read(file: &GmshFile, folder: &Path) -> Result<RawMesh, GmshError>
                 let [from, to] = [path.clone(), path.with_extension("msh")];
                 let (from, to) = (from.display(), to.display());
                 let convert = format!(
-                    "pip install 'contact3d-pipe[convert]', then: python -m contact3d.convert {from} {to}"
+                    "pip install '.[convert]' in a clone, then: python -m contact3d.convert {from} {to}"
                 );
                 ("another format", convert)
             }

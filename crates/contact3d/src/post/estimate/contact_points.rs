@@ -69,7 +69,7 @@ impl<'a> ContactPoints<'a> {
             let nodes = &surface.nodes[face.nodes.clone()];
             // A face that follows its tool is elsewhere by now: only its nodes know the present obstacle.
             let obstacle = contact.obstacle.as_ref();
-            let obstacle = obstacle.filter(|_| contact.follow == Follow::Start);
+            let obstacle = obstacle.filter(|_| solved.scene.follow_of(entry) == Follow::Start);
             (
                 obstacle.and_then(|it| DistanceBetweenNodes::new(mesh, facets, nodes, it)),
                 Some(&contact.gap).filter(|gap| gap.constant().is_none()),

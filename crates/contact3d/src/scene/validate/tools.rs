@@ -12,10 +12,10 @@ pub(super) fn check(scene: &Scene) -> Result<(), InvalidValue> {
     for (entry, contact) in scene.contacts.iter().enumerate() {
         let Some(name) = contact.tool.as_deref() else {
             require(
-                contact.follow == Follow::Start,
+                contact.follow != Some(Follow::Increment),
                 format!("{}.follow", scene.contact_key(entry)),
                 "\"start\" where the obstacle rests",
-                Written(&contact.follow),
+                Written(&Follow::Increment),
                 "name the [[tool]] that moves with contact.tool",
             )?;
             continue;
