@@ -66,14 +66,14 @@ impl<'a> Facing<'a> {
         let surface = self.mesh.contact.as_ref()?;
         let places = self.places[facet].iter();
         let seen = places.map(|&place| (place, self.seen_in(surface.facets[place], at)));
-        let inside = seen.filter(|(_, share)| least(share) >= OPPOSITE);
+        let inside = seen.filter(|(_, share)| least(share) >= LEAST_INSIDE);
         inside.max_by(|a, b| least(&a.1).total_cmp(&least(&b.1)))
     }
 
     /// Whether another body lies opposite a point of a contact triangle of a face that touches one.
     pub(super) fn is_covered(&self, place: usize, at: [f64; 3]) -> bool {
         let mut facets = self.facets[place].iter();
-        facets.any(|&facet| least(&self.seen_in(facet, at)) >= OPPOSITE)
+        facets.any(|&facet| least(&self.seen_in(facet, at)) >= LEAST_INSIDE)
     }
 
     /// The barycentric coordinates where the line along the normal of a triangle through a place meets it.
@@ -91,7 +91,7 @@ impl<'a> Facing<'a> {
 
 /// Least barycentric coordinate of a point opposite a triangle: between normals of curved faces, which turn from one triangle to the next,
 /// a hundredth of a triangle would lie opposite none.
-const OPPOSITE: f64 = -0.02;
+const LEAST_INSIDE: f64 = -0.02;
 
 fn least(share: &[f64; 3]) -> f64 {
     share.iter().copied().fold(f64::INFINITY, f64::min)
