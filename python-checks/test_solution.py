@@ -246,7 +246,7 @@ def test_nodal_stresses(run, problem, stress, nodal_stress):
         assert reach[place] > value or largest["concentration"][()] == b"an edge of the contact face"
         return
     assert run["post/von_mises"][place] == value
-    least = max(2 * near[place], reach.max() - value)
+    least = max(1.5 * near[place], reach.max() - value)
     # The bar of the largest pressure may be wider.
     assert close(max(largest["error"][()], least), largest["error"][()], 1e-10)
 
