@@ -16,7 +16,7 @@ fn coarsen(brick: &mut Brick) {
     }
     let most = brick.cells.iter().copied().max().unwrap_or(1);
     for cells in brick.cells.iter_mut().filter(|cells| **cells > 1) {
-        *cells = (*cells * 12 / most.max(12)).div_ceil(2) * 2;
+        *cells = (*cells * 12 / most.max(12)).max(1).div_ceil(2) * 2;
     }
 }
 

@@ -426,7 +426,7 @@ fn with_the_implicit_operator_nothing_dense_is_there() {
 }
 
 #[test]
-fn with_two_bodies_theirs_are_there_and_no_error_of_the_mesh() {
+fn with_two_bodies_theirs_are_there_and_the_error_of_both() {
     const BLOCKS: &str = "
         title = 'two blocks'
         [[body]]
@@ -456,6 +456,6 @@ fn with_two_bodies_theirs_are_there_and_no_error_of_the_mesh() {
     for path in BODIES_ONLY {
         assert!(reader.has(path), "{path}");
     }
-    assert!(!reader.has("/post/discretisation_error/total"));
-    assert!(!reader.has("/post/discretisation_error/indicator"));
+    assert!(reader.has("/post/discretisation_error/total"));
+    assert!(reader.has("/post/discretisation_error/indicator"));
 }

@@ -76,7 +76,7 @@ impl ContactSolve<'_> {
             };
             let next = once(&again, observe)?;
             let falls = next.accuracy <= 0.5 * solution.accuracy;
-            solution = next.after(solution.trace);
+            solution = next.or_nearer(solution);
             if !falls {
                 break;
             }
@@ -115,7 +115,7 @@ impl ContactSolve<'_> {
             let too_large = solution.accuracy / self.settings.epsilon();
             settings.epsilon = Some(settings.epsilon() / too_large.max(10.0));
             let next = once(&settings, Start::at(&solution.multiplier));
-            solution = next.after(solution.trace);
+            solution = next.or_nearer(solution);
         }
         solution
     }

@@ -164,10 +164,10 @@ impl NewtonKrylov<'_> {
         let shared = std::mem::replace(&mut self.conditions.steplengths, self.stiffness.to_vec());
         let start = self.at(&near.point.unknowns, Some(&near.point));
         let (iterate, error) = match self.descend(start, attainable, observe) {
-            Some(nearer) => {
-                let error = self.error(&nearer);
-                (nearer, error)
-            }
+            Some(nearer) => match self.error(&nearer) {
+                next if next < error => (nearer, next),
+                _ => (near, error),
+            },
             None => (near, error),
         };
         self.conditions.steplengths = shared;
@@ -266,7 +266,11 @@ impl NewtonKrylov<'_> {
     fn error(&mut self, near: &Iterate<RefinedState>) -> f64 {
         let step = self.step(near, GMRES_TOLERANCE);
         let (multiplier, here) = (&near.point.unknowns, &near.evaluation);
-        self.problem.relative(&step, multiplier, here)
+        // No step for a residual is no error of zero.
+        match step.iter().any(|it| *it != 0.0) || here.norm == 0.0 {
+            true => self.problem.relative(&step, multiplier, here),
+            false => f64::NAN,
+        }
     }
 
     /// S_νν⁻¹h_ν and no tangential stress, to the forcing term of a first step: a face that slides freely and does not lift off.

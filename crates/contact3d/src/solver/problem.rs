@@ -21,7 +21,7 @@ use crate::{
 
 /// The discrete contact problem of a scene and its assembly, made once and borrowed by all that solves or examines it.
 ///
-/// With the stiffness A of a body, the loads l and the means B of displacements over panes, u = A⁻¹(l − Bᵀλ) is the displacement under
+/// With the stiffness A of a body, the loads l and the integrals B of displacements over panes, u = A⁻¹(l − Bᵀλ) is the displacement under
 /// contact stresses λ = (λ_ν, λ_t). Where only contact or weak springs hold the body, A stands for A_κ, which is invertible, and
 /// rigid-body motions, the columns of Z, are added, u = A⁻¹(l − Bᵀλ) + Z α. With S = B A⁻¹ Bᵀ, h = B A⁻¹ l − gap and G = B Z,
 ///

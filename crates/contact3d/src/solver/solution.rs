@@ -235,6 +235,14 @@ impl Solution {
         self.status.is_solved() || self.displacement.iter().any(|u| *u != 0.0)
     }
 
+    /// This solution or an earlier one, whichever is more accurate, with the counts of both.
+    pub(super) fn or_nearer(self, earlier: Self) -> Self {
+        match self.accuracy <= earlier.accuracy {
+            true => self.after(earlier.trace),
+            false => earlier.after(self.trace),
+        }
+    }
+
     /// The solution with what the same solve tried before it.
     pub(crate) fn after(self, tried: Trace) -> Self {
         Self {
@@ -275,7 +283,7 @@ pub struct OuterStep {
     pub change: f64,
     /// Inner tolerance ε_λ⁽ᵏ⁾ relative to ‖h‖; for Newton's method relative to ‖λ‖.
     pub inner_tolerance: f64,
-    /// Final ‖g̃‖ of the inner problem relative to ‖h‖; for Newton's method ‖R‖ / ‖λ‖.
+    /// Final ‖g̃‖ of the inner problem relative to ‖h‖; for Newton's method its measured error.
     pub inner_residual: f64,
     /// Steps of KPRGP or [`super::Gpcg`]; none for Newton's method.
     pub steps: StepCounts,

@@ -93,7 +93,7 @@ impl ContactProblem<'_> {
     }
 
     /// Adds how the mapping Ψ behaves at a solution: with Coulomb's law and a dense operator, and where supports hold the body, for else
-    /// the mapping is not one of multipliers alone. S has to know gaps without contact springs.
+    /// the mapping is not one of multipliers alone. Not where contact springs gave the solution: there S without them is too inexact.
     pub(crate) fn linearise(&self, solution: &mut Solution) {
         if solution.trace.strategy == Some(StartStrategy::ContactSprings) {
             return;
@@ -279,7 +279,7 @@ impl ContactSolve<'_> {
         }
     }
 
-    /// What a strategy found, refined and measured; where it found nothing, its last iterate with an infinite error.
+    /// What a strategy found, refined and measured; where it found nothing, its best iterate with an infinite error.
     fn refined_if_found(
         &self,
         driver: &NewtonDriver<'_>,
@@ -437,7 +437,7 @@ impl Attempt<'_> {
     /// Whether it comes nearer to a solution than another one; where neither has an error, by the residual. NaN is no progress.
     fn is_nearer_than(&self, other: &Self) -> bool {
         self.refined.error < other.refined.error
-            || other.refined.error.is_infinite() && self.residual < other.residual
+            || !other.refined.error.is_finite() && self.residual < other.residual
     }
 
     /// The solution with its status, ᾱ, and the state of friction.

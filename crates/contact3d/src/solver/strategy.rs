@@ -3,7 +3,7 @@
 //! Newton's method converges from the right contact zones; a strategy finds these, by a start alone or by a method of its own, from whose
 //! result Newton's method goes on. [`StartStrategy::ALL`] is the order for a dense S (the starts without are listed in
 //! [`super::newton_krylov`]): each entry says what it does and why it is there, `newton/driver.rs` when it applies, of contact springs
-//! `dual/contact_springs.rs`. The loop over them, which runs the last two, is [`super::solve`].
+//! `dual/contact_springs.rs`. The loop over them, which runs successive approximations itself, is [`super::solve`].
 //!
 //! Rigid motions are those of a body that only contact holds, or beside it springs far softer than the body. The rigid compliance is large
 //! where a pane moves far more with the body than against its neighbours, or such springs hold the body.
@@ -12,8 +12,8 @@ worded! {
     /// Where Newton's method begins, or how it comes nearer, in the order in which strategies are tried; [`Self::Relaxed`] moves behind the
     /// interior point where the rigid compliance is large.
     enum StartStrategy {
-        /// From the face that is separated from its foundation, where the load drives no motion that presses a pane: rigid motions are then
-        /// free, and no other start has all panes open.
+        /// From the face that is separated from its foundation, where no rigid motion that the load drives presses a pane; only this start has all panes
+        /// open.
         Separated = "separated",
         /// From the multipliers of a similar problem, on a body whose rigid compliance is large; for other bodies [`Self::Relaxed`] starts there.
         Warm = "warm",

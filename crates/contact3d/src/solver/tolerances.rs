@@ -7,7 +7,7 @@ pub(super) const ZONES_TOLERANCE: f64 = 1e-8;
 /// find better ones.
 pub(super) const REFINEMENT_TARGET: f64 = 1e-3;
 
-/// Most steps of Newton's method of the friction graph and of refinement: of the friction graph those that lead to a solution take a median of 13, refinement one or
+/// Most steps of Newton's method of the friction graph, of proximal steps and of refinement: of the friction graph those that lead to a solution take a median of 13, refinement one or
 /// two, more where the refined residual moves panes between zones.
 pub(super) const NEWTON_MAX_STEPS: usize = 40;
 

@@ -56,8 +56,7 @@ impl ContactSolve<'_> {
             },
         );
         // No step for a residual: it is no number, or the derivative has no inverse.
-        let is_solved =
-            step.iter().any(|it| *it != 0.0) || here.residual.iter().all(|it| *it == 0.0);
+        let is_solved = step.iter().any(|it| *it != 0.0) || here.norm == 0.0;
         let error = match is_solved {
             true => self.relative(&step, multiplier, &here),
             false => f64::NAN,

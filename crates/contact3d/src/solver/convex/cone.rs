@@ -58,7 +58,8 @@ pub(super) fn shifted(a: Point, t: f64, b: Point) -> Point {
 /// The largest t with s + t d in the cone, for s inside.
 pub(super) fn largest_step(s: Point, d: Point) -> f64 {
     let (here, slope, square) = (determinant(s), hyperbolic(s, d), hyperbolic(d, d));
-    let root = (slope * slope - here * square).sqrt();
+    // For a pressure both are equal but for rounding.
+    let root = (slope * slope - here * square).max(0.0).sqrt();
     let step = here / (root - slope);
     // Without a positive root of det(s + t d) the ray stays inside.
     if step > 0.0 { step } else { f64::INFINITY }

@@ -229,7 +229,7 @@ fn newton_inside(
 /// paper's r_tol, no larger than ε.
 const LOCAL_SLACK: f64 = 10.0;
 
-/// Least and most decrease of the tolerance from one run of GPCG to the next: less than half is not worth a run, which searches its face
+/// Most and least decrease of the tolerance from one run of GPCG to the next: less than half is not worth a run, which searches its face
 /// anew, and four digits at once are as many as one estimate can be trusted for.
 const TOLERANCE_REDUCTION: [f64; 2] = [1e-4, 0.5];
 

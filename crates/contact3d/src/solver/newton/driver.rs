@@ -16,10 +16,10 @@ use crate::{
 };
 
 /// How far an interior point leaves the active set undecided, as a share of the largest stress, before Newton's method is tried
-/// from there: further on, small stresses are told from none.
+/// from there: later levels resolve smaller stresses.
 const COMPLEMENTARITY_LEVELS: [f64; 4] = [1e-3, 1e-5, 1e-7, 1e-9];
 
-/// Ratio of the rigid compliance of a pane to its local one from which relaxation, which works pane by pane, comes last: a sweep moves the
+/// Ratio of the rigid compliance of a pane to its local one from which relaxation, which works pane by pane, comes behind the interior point: a sweep moves the
 /// body by some thousandth of what it lacks.
 const LARGE_RIGID_COMPLIANCE: f64 = 1e3;
 
@@ -51,13 +51,11 @@ impl<'a> NewtonDriver<'a> {
     pub(in crate::solver) fn strategies(&self, method: Method) -> Vec<StartStrategy> {
         let mut strategies = StartStrategy::ALL.to_vec();
         if self.has_large_rigid_compliance() {
-            strategies.retain(|it| *it != StartStrategy::Relaxed);
-            let is_interior = |it: &StartStrategy| *it == StartStrategy::InteriorPoint;
-            let behind = strategies
-                .iter()
-                .position(is_interior)
-                .map_or(0, |at| at + 1);
-            strategies.insert(behind, StartStrategy::Relaxed);
+            let after = |it: &StartStrategy| match it {
+                StartStrategy::Relaxed => (StartStrategy::InteriorPoint as usize, true),
+                _ => (*it as usize, false),
+            };
+            strategies.sort_by_key(after);
         }
         strategies.retain(|strategy| self.applies(*strategy, method));
         strategies
@@ -112,12 +110,7 @@ impl<'a> NewtonDriver<'a> {
                 let graph = FrictionGraph::new(dual, laws, law, local);
                 graph.map_or_else(|| NewtonSolution::failed(dual), |it| it.solve(observe))
             }
-            (
-                StartStrategy::InteriorPoint
-                | StartStrategy::FrictionGraph
-                | StartStrategy::SuccessiveApproximations,
-                _,
-            ) => NewtonSolution::failed(dual),
+            _ => NewtonSolution::failed(dual),
         }
     }
 

@@ -72,7 +72,7 @@ impl NaturalMap<'_> {
         step.iter().all(|v| v.is_finite()).then_some((step, n))
     }
 
-    /// R'(λ) in full, column-major, `[n_multipliers, n_multipliers]`, dimensionless.
+    /// R'(λ) in full, column-major, `[n_unknowns, n_unknowns]`, dimensionless; without contact springs.
     pub(in crate::solver) fn derivative(&self, evaluation: &Evaluation) -> Vec<f64> {
         let system = NewtonSystem::new(self, evaluation);
         let n = evaluation.residual.len();
