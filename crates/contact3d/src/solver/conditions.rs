@@ -55,7 +55,7 @@ pub(super) struct Conditions<'a> {
 /// What a pane of the contact face does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Zone {
-    /// No pressure, but for rounding; only a slip bound that is given apart from it lets such a pane carry tangential stress.
+    /// λ_ν = 0 but for rounding, and λ_t = 0 too unless the slip bound is given apart from the pressure.
     Open,
     /// In contact, the trial stress inside its ellipse: no slip.
     Stick,

@@ -14,6 +14,9 @@
 //! | r = S λ − G α − h | the gap of a pane times its area, in m³; the gradient of the energy by λ, and called so |
 //! | ρ, z = λ − ρ r | steplength of a component in Pa/m³, the trial stress that it leads to: ρ is the local stiffness of the pane, 1/S_ii where sweeps relax |
 //! | ε, ε_M | accuracy asked for, rounding 2⁻⁵² of double precision; of letters alone, ε is the first |
+//! | A_κ, S⁻¹ | A with pins at its rigid motions ([`crate::elasticity::RigidModes`]), with σ where contact springs are; stresses by displacements of the face |
+//! | σ, μ = λ + σ r | contact springs in Pa/m³ for bodies so slender that S loses the digits of gaps, and the unknown with them (`adjoint`) |
+//! | \|Rⁱ\| | area of a pane in m² |
 //! | R | the natural map, λ minus the projection of z, in Pa |
 //! | g, 𝓕 | slip bound of a pane in Pa, its coefficients of friction |
 //! | Ψ | the mapping of Algorithm 4.1, whose fixed points are the solutions with Coulomb's law |

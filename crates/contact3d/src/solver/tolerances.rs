@@ -17,7 +17,8 @@ pub(super) const LOOP_MAX_STEPS: usize = 100;
 /// Steps in which the best residual must halve; otherwise Newton's method has stalled, and would win one digit in [`NEWTON_MAX_STEPS`].
 pub(super) const STAGNATION_STEPS: usize = 10;
 
-/// The same where rounding explains what is left; one less where every residual is refined, or the next refined residual shows what is left.
+/// Steps without a halved residual that count as rounding, where rounding explains what is left; one fewer where every residual is refined,
+/// or a refined residual is measured next.
 pub(super) const ROUNDING_STALL_STEPS: usize = 3;
 
 /// Share of the residual that the linear system for an error or an adjoint may leave: estimated errors are good to a tenth at best.

@@ -33,7 +33,7 @@ pub(in crate::solver) struct Refined {
     pub(in crate::solver) displacement: Vec<f64>,
     /// Distance to the solution, relative as in [`ContactSolve::relative`].
     pub(in crate::solver) error: f64,
-    /// S and H about λ.
+    /// The problem written about λ: its unknown is the correction of λ, and its right-hand side the refined gaps of λ.
     pub(in crate::solver) dual: ExplicitDual,
     /// Steps of Newton's method that it took.
     pub(in crate::solver) history: Vec<NewtonStep>,

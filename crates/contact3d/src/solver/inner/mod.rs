@@ -19,7 +19,7 @@ use crate::{
     scene::InnerSolver,
 };
 
-/// Most steps of the method of multipliers: sixteen digits at a sixth a step.
+/// Most steps of the method of multipliers: each removes a sixth of the imbalance at least, and sixteen digits take 202.
 const EQUILIBRIUM_MAX_STEPS: usize = 200;
 
 /// What an inner minimisation may leave, as a share of the imbalance before it: imbalance and residual fall together.
