@@ -60,6 +60,7 @@ face = "z_min"
 [contact]
 face = "z_max"
 tool = "tool"
+follow = "start"
 multipliers = "{draw.choice(["panes", "nodal"])}"
 [contact.obstacle]
 {draw.choice(shapes)}
@@ -181,7 +182,7 @@ def is_held(file):
     scene, against = read_scene(file), Against(file)
     (tool,) = scene["tool"]
     friction = scene.get("friction", {}).get("coefficient", {}).get("constant", 0.0)
-    point = np.array(tool.get("point", centroid(file, against)))
+    point = np.array(tool.get("point", turning_point(scene["contact"], file, against)))
     free = np.isin(MOTIONS, tool.get("free", []))
     angles = np.arange(16) * np.pi / 8
     corners = friction / np.cos(np.pi / 16) * np.column_stack([np.cos(angles), np.sin(angles)])
@@ -200,9 +201,17 @@ def is_held(file):
     return found.status == 0
 
 
-def centroid(file, against):
-    """The middle of the contact face, which a tool turns about unless its scene says otherwise."""
-    return against.area @ (against.mean @ against.x) / against.area.sum()
+def turning_point(contact, file, against):
+    """What a tool turns about unless its scene says otherwise: the centre or the axis of a round one, or the middle of the contact face."""
+    middle = against.area @ (against.mean @ against.x) / against.area.sum()
+    contact = contact[0] if isinstance(contact, list) else contact
+    obstacle = contact.get("obstacle", {})
+    if "sphere" in obstacle:
+        return np.array(obstacle["sphere"]["centre"])
+    if "cylinder" in obstacle:
+        start, along = (np.array(obstacle["cylinder"][key]) for key in ("point", "direction"))
+        return start + along * (along @ (middle - start)) / (along @ along)
+    return middle
 
 
 @pytest.mark.parametrize("seed", range(SCENES))

@@ -14,7 +14,7 @@ use crate::{
 };
 
 impl Interface {
-    /// The same for displacements of the nodes in m, and T in m and ω in radians of the tools, before the increment.
+    /// The same for displacements of the nodes in m before the increment, and T in m and ω in radians of the tools as they are driven to by its end.
     ///
     /// # Errors
     /// A node without a normal of the obstacle.

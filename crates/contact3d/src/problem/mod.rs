@@ -117,7 +117,8 @@ impl Problem {
             let motions: Vec<_> = tools.map(|tool| [tool.displacement, tool.turn]).collect();
             let (scene, mesh) = (&problem.scene, &problem.mesh);
             let moved = &before.displacement;
-            let interface = interface.at_present(scene, mesh, moved, &motions)?;
+            let driven = scene.driven(&motions);
+            let interface = interface.at_present(scene, mesh, moved, &driven)?;
             tangential = interface.tangential_of(scene, mesh, moved, &motions);
             problem.interface = Some(interface);
         }

@@ -137,6 +137,22 @@ impl Scene {
         entries.any(|entry| self.follow_of(entry) == Follow::Increment)
     }
 
+    /// Displacements and turns of the tools where the scene drives them to; free motions stay where they are. Normals are those there: forces
+    /// are those of the end of an increment, and along normals of its beginning they would pull by N Δx / R for a pressing force N and a way Δx
+    /// over a radius R.
+    #[must_use]
+    pub fn driven(&self, motions: &[[[f64; 3]; 2]]) -> Vec<[[f64; 3]; 2]> {
+        let of_tool = |(tool, from): (&Tool, &[[f64; 3]; 2])| {
+            let to = tool.held_motion();
+            let motion = |k: usize, c: usize| match tool.is_free(3 * k + c) {
+                true => from[k][c],
+                false => to[k][c],
+            };
+            [0, 1].map(|k| [0, 1, 2].map(|c| motion(k, c)))
+        };
+        self.tools.iter().zip(motions).map(of_tool).collect()
+    }
+
     /// Where the normals and distances of a contact are taken: where it says, or by how its tool moves.
     #[must_use]
     pub fn follow_of(&self, entry: usize) -> Follow {

@@ -257,7 +257,7 @@ fn energies_of_a_tool_add_up() {
     }
 }
 
-/// A tool that has moved with `follow` is the one that begins there: one increment after the move, against a static problem.
+/// A tool that has moved with `follow` has the normals of the place that an increment drives it to: against a static problem that begins there.
 #[test]
 fn a_tool_that_is_followed_has_the_normals_of_its_place() {
     let Obstacle::Sphere(mut above) = ball() else {
@@ -291,12 +291,15 @@ fn a_tool_that_is_followed_has_the_normals_of_its_place() {
         .expect("a history");
     let mut beside = above;
     beside.centre[0] += 0.3;
+    beside.centre[2] -= 0.22;
     let mut contact = against(Some(Obstacle::Sphere(beside)));
     contact.follow = Some(contact3d::scene::Follow::Start);
+    // The ball begins 0.02 inside the body.
+    contact.interference = true;
     let direct = block()
         .with_clamp(Clamp::face("z_min"))
         .with_contact(contact)
-        .with_tool(moved([0.0, 0.0, -0.22], [0.0; 3]));
+        .with_tool(moved([0.0; 3], [0.0; 3]));
     let (direct, _) = solved(direct);
     assert!(apart(&history.records[1].multiplier, &direct.multiplier) < 1e-9);
 }

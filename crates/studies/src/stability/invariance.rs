@@ -81,10 +81,11 @@ impl Invariance {
         })
     }
 
-    /// Whether a scene has the other description: distances from an obstacle scale as coordinates do.
+    /// Whether a scene has the other description: distances from an obstacle, or between bodies, scale as coordinates do.
     fn applies(self, scene: &Scene) -> bool {
         let mut contacts = scene.contacts.iter();
-        self != Self::LoadScaling || contacts.all(|contact| contact.obstacle.is_none())
+        let is_level = contacts.all(|contact| contact.obstacle.is_none()) && !scene.bodies_touch();
+        self != Self::LoadScaling || is_level
     }
 }
 

@@ -16,6 +16,9 @@ use crate::{
 /// The share below which a pane joins a neighbour: its pressure would be that of a sliver, and S as badly scaled as its square root.
 const OWN_OVERLAP: f64 = 0.25;
 
+/// The share of a pane that rounding covers where edges of two bodies lie on each other; a multiplier there has no force.
+const ROUNDED_OVERLAP: f64 = 1e-8;
+
 /// How many times stiffer a side is before the panes lie on the other one whatever its mesh.
 const SIMILAR_STIFFNESS: f64 = 2.0;
 
@@ -163,7 +166,10 @@ impl Mesh {
             whole[pane] += area;
             covered[pane] += overlap.triangle.area;
         }
-        let share = |pane: usize| covered[pane] / whole[pane];
+        let share = |pane: usize| match covered[pane] / whole[pane] {
+            rounded if rounded < ROUNDED_OVERLAP => 0.0,
+            share => share,
+        };
         let mut joined: Vec<usize> = (0..n_panes).collect();
         let borders = self.borders(overlaps, &panes);
         let is_sliver = |pane: &usize| share(*pane) > 0.0 && share(*pane) < OWN_OVERLAP;
