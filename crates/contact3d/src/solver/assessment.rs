@@ -9,9 +9,9 @@
 //! | `Converged`, `MachinePrecision` | a refined solution ([`Assessment::of_refined`]), a method that kept its promise ([`Assessment::of_method`]) |
 //! | `ReducedAccuracy` | a method that missed it by a measured error of at most 5 % |
 //! | `Inaccurate` | a larger error, above 10⁻³ where Algorithm 4.1 is a strategy, a residual of the report that contradicts, or nothing measured yet |
-//! | `MaxNewtonSteps` | strategies that led nowhere ([`Assessment::of_unsolved`]), or an inner problem of Algorithm 4.1 |
+//! | `MaxNewtonSteps` | strategies that led nowhere or kept more than 10⁻³ of error ([`Assessment::of_unsolved`]), or an inner problem of Algorithm 4.1 |
 //! | `MaxOuterSteps`, `MaxOperatorApplications`, `Cycling` | Algorithm 4.1, as the method or as a strategy, or a minimisation |
-//! | `NumericalError` | a number out of range, of the method, the solution or the report |
+//! | `NumericalError` | a number out of range, of the method (as a strategy it is `MaxNewtonSteps`), the solution or the report |
 //! | `NoEquilibrium` | a mechanism ([`Assessment::of_mechanism`]) |
 
 use super::{
@@ -180,8 +180,8 @@ impl Solution {
     }
 }
 
-/// Whether a body was moved further than so many times the width of its contact faces: further than once, nothing of that is a solution;
-/// 1/√ε_M times, gaps and slips, differences of places, have less than half of their digits.
+/// Whether a body was moved further than so many times the width of its contact faces: further than once, nothing of what
+/// failed is worth showing; 1/√ε_M times, gaps and slips, differences of places, have less than half of their digits.
 pub(in crate::solver) fn is_far(displacement: &[f64], laws: &PaneLaws, widths: f64) -> bool {
     let width = laws.area.iter().sum::<f64>().sqrt();
     !displacement.iter().all(|u| u.abs() <= widths * width)

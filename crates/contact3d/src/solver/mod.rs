@@ -1,7 +1,7 @@
 //! The nonlinear solvers: Algorithm 4.1 (successive approximations) with KPRGP, GPCG or Newton's
 //! method inside, and a semismooth Newton method for the whole problem.
 //!
-//! `solve.rs` tells a solve in order and names the module of each step. It stands on these, each using only those before it:
+//! `solve.rs` tells a solve in order and names the module of each step. It stands on these, each using only those before it but for `gradient_methods`, which repeats its methods:
 //! `tolerances` (shared limits), `feasible_set`, `pane_laws`, `strategy` (the list of start strategies), `solution`,
 //! `conditions` (the natural map of panes), `problem`, `convex` (the interior point method), `newton`, `inner`, `minimisation`, `fixed_point`
 //! (Algorithm 4.1), `accuracy`, `assessment` (the status), `equilibrium`, `two_levels`, `newton_krylov`, `gradient_methods`. Beside it
@@ -12,7 +12,7 @@
 //! | λ = (λ_ν, λ_t), α | contact stresses on the panes in Pa, rigid-body motions in m: the unknowns |
 //! | S, h, G, D, e | the discrete equations ([`ContactProblem`]) |
 //! | r = S λ − G α − h | the gap of a pane times its area, in m³; the gradient of the energy by λ, and called so |
-//! | ρ, z = λ − ρ r | steplength of a component in Pa/m³, the trial stress that it leads to: ρ is the local stiffness of the pane, 1/S_ii where sweeps relax |
+//! | ρ, z = λ − ρ r | steplength of a component in Pa/m³, the trial stress that it leads to: ρ is the local stiffness of the pane, 1/S_ii where sweeps relax, where S is implicit and in the linearisation of Ψ |
 //! | ε, ε_M | accuracy asked for, rounding 2⁻⁵² of double precision; of letters alone, ε is the first |
 //! | A_κ, S⁻¹ | A with pins at its rigid motions ([`crate::elasticity::RigidModes`]), with σ where contact springs are; stresses by displacements of the face |
 //! | σ, μ = λ + σ r | contact springs in Pa/m³ for bodies so slender that S loses the digits of gaps, and the unknown with them (`adjoint`) |

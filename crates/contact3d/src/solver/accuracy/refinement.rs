@@ -71,6 +71,7 @@ impl ContactSolve<'_> {
         // Of displacements; a stall may be theirs where the face hardly moves beside the body.
         let mut loosest = f64::INFINITY;
         for _ in 0..REFINEMENT_MAX_ROUNDS {
+            // Where no step is found from a corrected λ, the error is the one measured before that correction.
             let Some((found, distance)) = self.distance_to_solution(driver, &best, strategy) else {
                 break;
             };

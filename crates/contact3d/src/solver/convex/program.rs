@@ -43,7 +43,8 @@ pub(in crate::solver) struct ConvexProgram {
     /// The diagonal of D.
     pub(super) support: Vec<f64>,
     /// A bound for all pressures, √(hᵀS⁻¹h): a component is at most the norm that A gives the solution, since A⁻¹ has unit
-    /// diagonal, and that norm is largest where nothing bounds the solution.
+    /// diagonal, and that norm is largest where nothing bounds the solution. Where motions α let equilibrium bound it too it is a guess of that size,
+    /// and only says how fast the method converges.
     pub(super) pressure_bound: f64,
     /// Multiplier of each x_i, and what one of x_i is there.
     source: Vec<(usize, f64)>,

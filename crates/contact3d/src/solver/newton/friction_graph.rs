@@ -290,6 +290,7 @@ impl<'a> FrictionGraph<'a> {
             least_steps: usize::from(start.is_some()),
             // Residuals may rise on the way across a rise of F.
             stagnation_steps: NEWTON_MAX_STEPS,
+            // What it finds is refined.
             rounding_steps: ROUNDING_STALL_STEPS - 1,
         };
         let (stop, reached, history) = iterate(self, first, &settings, |_, _| {});
