@@ -68,7 +68,9 @@ pub fn install(on_exit: fn()) -> io::Result<()> {
 #[derive(Debug)]
 pub struct Temporary {
     path: PathBuf,
-    /// A file of its own, locked where the file system has locks; `None` for a second name of another file.
+    /// A file of its own, with a shared lock where the file system has locks: whoever removes left-overs wants it alone, and a
+    /// reader that locks what it reads, as h5py does, is let in as soon as the file is in its place. `None` for a second name of
+    /// another file.
     file: Option<File>,
 }
 
@@ -125,7 +127,7 @@ impl Temporary {
             let opened = open_plain(&path, File::options().read(true).write(true));
             let file = opened.inspect_err(|_| drop(fs::remove_file(&path)))?;
             // Another process may take it for a left-over before it is locked.
-            let is_taken = matches!(file.try_lock(), Err(TryLockError::WouldBlock));
+            let is_taken = matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock));
             if !is_taken && is_still_at(&file, &path) {
                 temporaries.insert(path.clone());
                 let handle = file.try_clone()?;

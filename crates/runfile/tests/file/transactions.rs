@@ -2,9 +2,10 @@
 
 use std::fs::{self, TryLockError};
 use std::io;
+use std::path::Path;
 
 use crate::sample::*;
-use contact3d_runfile::{StoreError, Transaction, lock_file};
+use contact3d_runfile::{StoreError, Temporary, Transaction, lock_file, remove_left_overs};
 
 #[test]
 fn dropping_a_transaction_leaves_the_old_state_and_no_temporary() {
@@ -73,6 +74,19 @@ fn a_file_system_without_locks_is_named() {
         text.contains("no locks") && text.contains("HDF5_USE_FILE_LOCKING=FALSE"),
         "{text}"
     );
+}
+
+/// The lock of a new file is still there for a moment when it is in its place: a reader may lock it too, nobody may remove it.
+#[test]
+fn a_temporary_file_may_be_read_but_not_taken_for_a_left_over() {
+    let (_folder, file) = folder();
+    let create = |path: &Path| fs::File::create_new(path);
+    let (temporary, _handle, _) = Temporary::beside(&file, create).unwrap();
+    remove_left_overs(&file);
+    temporary.publish(&file).unwrap();
+    let reader = fs::File::open(&file).unwrap();
+    reader.try_lock_shared().unwrap();
+    assert!(reader.try_lock().is_err());
 }
 
 #[test]
