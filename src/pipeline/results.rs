@@ -169,7 +169,7 @@ impl StoredSolve {
             .contact_side()
             .filter(|_| input.scene.follows_tools());
         Ok(Self {
-            // The stored one is that of the first increment.
+            // The stored one is that of the scene before it moves.
             coupling: face.map_or(coupling, |face| {
                 Some(face.interface.coupling(face.surface, &primal.dofs))
             }),

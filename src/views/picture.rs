@@ -2,6 +2,7 @@
 
 use std::{
     fs,
+    ops::Range,
     path::{Path, PathBuf},
     slice::from_ref,
 };
@@ -295,6 +296,7 @@ impl Drawn<'_> {
             coordinates: &cells.coordinates,
             displacement: &displacement,
             boundary_triangles: &mesh.facets,
+            bodies: &nodes_of_bodies(mesh),
             boundary_face: &mesh.facet_face,
             contact_triangles: &cells.triangles,
             contact_triangle_pane: &cells.pane,
@@ -308,6 +310,12 @@ impl Drawn<'_> {
             friction: kind.zip(friction.as_deref()),
         })
     }
+}
+
+/// The nodes of each of several bodies.
+fn nodes_of_bodies(mesh: &Mesh) -> Vec<Range<usize>> {
+    let bodies = mesh.bodies.iter();
+    bodies.map(|body| body.nodes.clone()).collect()
 }
 
 /// What is drawn where a held node carries no multiplier.
@@ -381,6 +389,7 @@ pub fn draw_mesh(
         title: &escape_control(title),
         coordinates: &mesh.coordinates,
         triangles: &mesh.facets,
+        bodies: &nodes_of_bodies(mesh),
         face: &mesh.facet_face,
         names: &names,
     });

@@ -8,10 +8,12 @@ mod colour;
 pub mod html;
 mod layout;
 mod mesh_picture;
+mod outline;
 mod panels;
 mod panes;
 mod picture;
 mod scale;
+mod surface;
 mod text;
 mod view;
 

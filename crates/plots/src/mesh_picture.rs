@@ -1,17 +1,18 @@
 //! The boundary of a mesh from two sides, its faces coloured by name.
 
+use std::ops::Range;
+
 use super::{
     canvas::{Anchor, Canvas, Colour, Fill, Stroke},
     chart::COLOURS,
     layout::{LABEL_SIZE, PANEL_WIDTH, TICK_SIZE, axis_name, titled_panel},
+    outline::{FacetNormals, mark_lines, surface_edges},
     panels::draw_triad,
     picture::Picture,
     scale::factor_label,
+    surface::{Facets, Paint, draw_facets, shaded},
     text::{Label, fitted},
-    view::{
-        FacetNormals, Facets, Fit, Paint, TOWARD, Vector, View, draw_facets, mark_lines, shaded,
-        surface_edges,
-    },
+    view::{Fit, TOWARD, Vector, View},
 };
 
 /// Height of the title, and of the views below it.
@@ -30,6 +31,8 @@ pub struct MeshPicture<'a> {
     pub coordinates: &'a [[f64; 3]],
     /// Nodes of the boundary triangles.
     pub triangles: &'a [[usize; 3]],
+    /// The nodes of each of several bodies; none for one.
+    pub bodies: &'a [Range<usize>],
     /// Number of the face of every triangle.
     pub face: &'a [usize],
     /// Names of the faces.
@@ -97,6 +100,7 @@ fn drawn(picture: &MeshPicture<'_>, words: &str, toward: Vector) -> Canvas {
         points: &points,
         paint: Paint::Faces(&colours),
         triangles: picture.triangles,
+        bodies: picture.bodies,
         edges: &edges,
     };
     draw_facets(&mut canvas, &facets, &view, &fit);

@@ -5,10 +5,11 @@ use std::collections::BTreeMap;
 use units::{Dimension, Unit, Units};
 
 use super::{
+    outline::surface_edges,
     picture::ContactPicture,
     scale::{UnitScale, bounds},
     text::Label,
-    view::{dot, surface_edges},
+    view::dot,
 };
 
 /// Panes in contact in less than this share of the face's box fill the picture.

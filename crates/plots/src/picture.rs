@@ -1,5 +1,7 @@
 //! What the figures are drawn from, and which there are.
 
+use std::ops::Range;
+
 use thiserror::Error;
 use units::{Dimension, Units};
 
@@ -112,6 +114,8 @@ pub struct ContactPicture<'a> {
     pub displacement: &'a [[f64; 3]],
     /// Nodes of the triangles of the whole boundary ∂Ω.
     pub boundary_triangles: &'a [[usize; 3]],
+    /// The nodes of each of several bodies; none for one.
+    pub bodies: &'a [Range<usize>],
     /// Number of the named face of every boundary triangle, or none at all: lines are drawn where they differ.
     pub boundary_face: &'a [usize],
     /// Nodes of the triangles of the contact part Γ_c; none for a body without contact.

@@ -106,22 +106,24 @@ impl Problem {
     ) -> Result<Self, InvalidValue> {
         let scene = self.scene.at_increment(increment)?;
         let mut problem = Self::of_checked(scene, Arc::clone(&self.mesh))?;
-        let Some(before) = before else {
-            return Ok(problem);
-        };
-        let mut tangential = before.tangential.clone();
+        let mut tangential = before.map(|before| before.tangential.clone());
         if problem.scene.follows_tools()
             && let Some(interface) = problem.interface.take()
         {
-            let tools = before.tools.iter();
-            let motions: Vec<_> = tools.map(|tool| [tool.displacement, tool.turn]).collect();
             let (scene, mesh) = (&problem.scene, &problem.mesh);
-            let moved = &before.displacement;
+            let tools = before.iter().flat_map(|before| &before.tools);
+            let mut motions: Vec<_> = tools.map(|tool| [tool.displacement, tool.turn]).collect();
+            motions.resize(scene.tools.len(), [[0.0; 3]; 2]);
+            let at_rest = || vec![[0.0; 3]; mesh.coordinates.len()];
+            let moved = before.map_or_else(at_rest, |before| before.displacement.clone());
             let driven = scene.driven(&motions);
-            let interface = interface.at_present(scene, mesh, moved, &driven)?;
-            tangential = interface.tangential_of(scene, mesh, moved, &motions);
+            let interface = interface.at_present(scene, mesh, &moved, &driven)?;
+            tangential = before.map(|_| interface.tangential_of(scene, mesh, &moved, &motions));
             problem.interface = Some(interface);
         }
+        let Some((before, tangential)) = before.zip(tangential) else {
+            return Ok(problem);
+        };
         let has_friction = problem.interface().is_some_and(Interface::has_friction);
         let pane_tangential = problem.contact_side().map_or_else(Vec::new, |face| {
             let moved = |node: usize| before.displacement[node];

@@ -244,7 +244,7 @@ impl AssembledProblem {
         let mut system = self.system.clone();
         let Problem { scene, mesh, .. } = &problem;
         match problem.contact_side() {
-            Some(face) if before.is_some() && scene.follows_tools() => {
+            Some(face) if scene.follows_tools() => {
                 system.apply_to_face(scene, mesh, (face.surface, face.interface))?;
             }
             _ => system.apply(scene, mesh, problem.interface())?,

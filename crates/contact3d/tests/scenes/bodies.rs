@@ -143,6 +143,32 @@ fn sides_may_be_swapped() {
 }
 
 /// Levels cut both bodies until the estimate meets its target, and the finer mesh agrees about the error of the first.
+/// A plate whose corner lies on a corner of four panes, but for rounding, touches the one that it covers: none of the others.
+#[test]
+fn panes_that_rounding_covers_are_none() {
+    let mut placements = 0;
+    for n in [3, 5, 6, 7] {
+        for (i, j) in (1..n).flat_map(|i| (1..n).map(move |j| (i, j))) {
+            // Nodes of the lower block lie at k/(2n).
+            let at = |k: usize| 0.1 * k as f64 / n as f64 * 10.0;
+            let lower = Body::brick([1.0, 1.0, 0.5], [2 * n, 2 * n, 1]).named("lower");
+            let plate = Body::brick([1.0, 1.0, 0.5], [1; 3]).named("plate");
+            let mut contact = Contact::between("lower.z_max", "plate.z_min");
+            contact.panes_on = Some("lower.z_max".into());
+            let scene = Scene::new(lower, Material::isotropic(MODULUS, POISSON))
+                .with_body(plate.at([at(i), at(j), 0.5]))
+                .with_clamp(Clamp::face("lower.z_min"))
+                .with_clamp(Clamp::face("plate.z_max"))
+                .with_contact(contact);
+            let problem = Problem::new(scene).unwrap_or_else(|error| panic!("{error}"));
+            let surface = problem.mesh().contact.as_ref().expect("a contact face");
+            assert_eq!(surface.n_panes(), (n - i) * (n - j), "{n} {i} {j}");
+            placements += 1;
+        }
+    }
+    assert_eq!(placements, 4 + 16 + 25 + 36);
+}
+
 #[test]
 fn both_bodies_are_refined() {
     let mut scene = stack([4, 6], ElementOrder::P1).with_friction(Friction::coulomb(0.9));

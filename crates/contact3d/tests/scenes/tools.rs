@@ -257,38 +257,45 @@ fn energies_of_a_tool_add_up() {
     }
 }
 
-/// A tool that has moved with `follow` has the normals of the place that an increment drives it to: against a static problem that begins there.
+/// A step that drives the tool to a place.
+fn step(name: &str, to: [f64; 3]) -> Step {
+    let mut step = Step::new(name);
+    step.value.insert(
+        "tool.displacement".into(),
+        contact3d::scene::StepValue::Vector(to.map(Into::into)),
+    );
+    step
+}
+
+fn followed(ball: Sphere) -> Scene {
+    let mut contact = against(Some(Obstacle::Sphere(ball)));
+    contact.follow = Some(contact3d::scene::Follow::Increment);
+    block()
+        .with_clamp(Clamp::face("z_min"))
+        .with_contact(contact)
+        .with_tool(tool(&[]))
+}
+
+fn records(scene: Scene) -> Vec<StepRecord> {
+    let problem = Problem::new(scene).expect("a scene");
+    let problem = problem.assemble().expect("a discrete problem");
+    let history = problem.solve_history(&Default::default());
+    history.expect("a history").records
+}
+
+/// A tool that has moved with `follow` has the normals of the place that an increment drives it to, be it the first: against a static problem
+/// that begins there.
 #[test]
 fn a_tool_that_is_followed_has_the_normals_of_its_place() {
     let Obstacle::Sphere(mut above) = ball() else {
         unreachable!("it is one")
     };
     above.centre[2] += 0.2;
-    let lifted = |by: [f64; 3]| {
-        let mut contact = against(Some(Obstacle::Sphere(above)));
-        contact.follow = Some(contact3d::scene::Follow::Increment);
-        block()
-            .with_clamp(Clamp::face("z_min"))
-            .with_contact(contact)
-            .with_tool(Tool {
-                displacement: by.map(Into::into),
-                ..tool(&[])
-            })
-    };
-    let mut press = Step::new("press");
-    press.value.insert(
-        "tool.displacement".into(),
-        contact3d::scene::StepValue::Vector([0.3, 0.0, -0.22].map(Into::into)),
-    );
-    // Aside above the face, then down.
-    let scene = lifted([0.3, 0.0, 0.0])
-        .with_step(Step::new("aside").with_factor("tool", 1.0))
-        .with_step(press);
-    let problem = Problem::new(scene).expect("a scene");
-    let problem = problem.assemble().expect("a discrete problem");
-    let history = problem
-        .solve_history(&Default::default())
-        .expect("a history");
+    let place = [0.3, 0.0, -0.22];
+    let aside_then_down = followed(above)
+        .with_step(step("aside", [0.3, 0.0, 0.0]))
+        .with_step(step("press", place));
+    let at_once = followed(above).with_step(step("press", place));
     let mut beside = above;
     beside.centre[0] += 0.3;
     beside.centre[2] -= 0.22;
@@ -301,7 +308,35 @@ fn a_tool_that_is_followed_has_the_normals_of_its_place() {
         .with_contact(contact)
         .with_tool(moved([0.0; 3], [0.0; 3]));
     let (direct, _) = solved(direct);
-    assert!(apart(&history.records[1].multiplier, &direct.multiplier) < 1e-9);
+    for scene in [aside_then_down, at_once] {
+        let records = records(scene);
+        let last = records.last().expect("an increment");
+        assert!(apart(&last.multiplier, &direct.multiplier) < 1e-9);
+    }
+}
+
+/// What friction adds to the force of a ball that is dragged is μN; without friction nothing holds it over the middle of the block, and
+/// towards its ends, which give way more, it is pushed on.
+#[test]
+fn a_tool_is_dragged_against_friction_alone() {
+    let Obstacle::Sphere(ball) = ball() else {
+        unreachable!("it is one")
+    };
+    let forces = |friction: Option<f64>| {
+        let mut scene = followed(ball)
+            .with_step(step("press", [-0.1, 0.0, -0.02]))
+            .with_step(step("drag", [0.1, 0.0, -0.02]).in_increments(4));
+        if let Some(friction) = friction {
+            scene = scene.with_friction(Friction::coulomb(friction));
+        }
+        let records = records(scene);
+        [2, 4].map(|k| records[k].tools[0].force)
+    };
+    let ([middle, smooth], [_, rough]) = (forces(None), forces(Some(0.3)));
+    let (added, bound) = (rough[0] - smooth[0], -0.3 * rough[2]);
+    // Normals lean by a tenth: the pressing force differs by that of their cosines.
+    assert!((added / bound - 1.0).abs() < 0.01, "{added} of {bound}");
+    assert!(middle[0].abs() < 0.005 * bound && smooth[0] < -0.1 * bound);
 }
 
 /// What is given of a motion must be its place or its load, and names must be those of tools.

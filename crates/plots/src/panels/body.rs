@@ -9,15 +9,13 @@ use crate::{
     layout::{
         KEY_HEIGHT, LABEL_SIZE, PANEL_WIDTH, PictureLayout, TICK_SIZE, TITLE_SIZE, axis_name,
     },
+    outline::{FacetNormals, SurfaceEdge, joined_lines, mark_lines, surface_edges},
     panes::{edge_loops, single_edges},
     picture::{BodyField, ContactPicture, DrawnObstacle},
     scale::{bounds, factor_label, round_down},
+    surface::{Facets, Paint, brightness, draw_facets, shaded},
     text::Label,
-    view::{
-        FacetNormals, Facets, Fit, Paint, SurfaceEdge, TOWARD, Vector, View, brightness, cross,
-        dot, draw_facets, joined_lines, mark_lines, minus, norm, scaled, shaded, surface_edges,
-        unit,
-    },
+    view::{Fit, TOWARD, Vector, View, cross, dot, minus, norm, scaled, unit},
 };
 
 /// Largest drawn relative shortening of an edge of the surface.
@@ -153,6 +151,7 @@ fn drawn_body(picture: &ContactPicture<'_>, layout: &PictureLayout, shown: &Show
         points: &deformed,
         paint: Paint::Values(magnitude, &key),
         triangles,
+        bodies: picture.bodies,
         edges: &edges,
     };
     draw_facets(&mut canvas, &facets, &view, &fit);

@@ -349,6 +349,7 @@ fn faces_of_a_mesh_are_named() {
             title: "part.msh",
             coordinates: &sample.coordinates,
             triangles: &sample.boundary_triangles,
+            bodies: &[],
             face: &face,
             names: &names,
         };

@@ -132,6 +132,7 @@ impl Sample {
             coordinates: &self.coordinates,
             displacement: &self.displacement,
             boundary_triangles: &self.boundary_triangles,
+            bodies: &[],
             boundary_face: &[],
             contact_triangles: &self.contact_triangles,
             contact_triangle_pane: &self.contact_triangle_pane,

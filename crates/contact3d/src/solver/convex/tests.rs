@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 
-use super::{ConvexProgram, InteriorPoint, Motions};
+use super::{ConvexProgram, InteriorPoint, Motions, cone::largest_step};
 use crate::{linalg::norm, solver::FeasibleSet};
 
 /// How far the active set may be undecided, and what the violated conditions may then be, as shares of ‖λ‖.
@@ -86,6 +86,20 @@ fn set_of(axes: &[f64], scale: f64) -> FeasibleSet {
     let axes = axes.chunks_exact(2);
     let axes = axes.map(|a| [a[0], a[1]].map(|a| scale * 10.0_f64.powf(a)));
     FeasibleSet::new(PANES, axes.collect())
+}
+
+/// A pressure falls to zero after the step that takes all of it: its roots are one, and rounding may put their distance below zero.
+#[test]
+fn the_step_of_a_pressure_ends_where_it_is_zero() {
+    for (k, l) in (1..100).flat_map(|k| (1..100).map(move |l| (k, l))) {
+        let (pressure, fall) = (f64::from(k) / 7.0, f64::from(l) / 3.0);
+        let step = largest_step([pressure, 0.0, 0.0], [-fall, 0.0, 0.0]);
+        // Half the digits, where a double root is that of a difference that is rounding.
+        assert!(
+            (step * fall / pressure - 1.0).abs() < 1e-7,
+            "{k} {l}: {step}"
+        );
+    }
 }
 
 proptest! {
