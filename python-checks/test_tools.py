@@ -184,6 +184,11 @@ def is_held(file):
     friction = scene.get("friction", {}).get("coefficient", {}).get("constant", 0.0)
     point = np.array(tool.get("point", turning_point(scene["contact"], file, against)))
     free = np.isin(MOTIONS, tool.get("free", []))
+    given = [np.array(tool.get(key, [0.0] * 3)) for key in ("displacement", "turn")]
+    closed = against.over_panes(against.relative(0.0, *given, point))[0] - against.mean @ against.gap
+    if not free[2] and closed.max() < 0.0:
+        # Where it is held no pane touches it.
+        return False
     angles = np.arange(16) * np.pi / 8
     corners = friction / np.cos(np.pi / 16) * np.column_stack([np.cos(angles), np.sin(angles)])
     columns = []
@@ -195,9 +200,15 @@ def is_held(file):
             moment = np.cross(against.opposite - point, forces).sum(axis=0)
             columns.append(np.concatenate([forces.sum(axis=0), moment])[free])
     load = np.concatenate([tool.get(key, [0.0] * 3) for key in ("force", "moment")])[free]
+    arms = np.linalg.norm(against.opposite - point, axis=1).max()
     scale = np.abs(columns).max(axis=0) + 1e-300
+    # What a pane in the middle of a turn does not bear is rounding of arms.
+    is_borne = scale > 1e-12 * against.area.max() * np.where(np.arange(6) < 3, 1.0, arms)[free]
+    if (load[~is_borne] != 0.0).any():
+        return False
+    columns, scale, load = np.array(columns)[:, is_borne], scale[is_borne], load[is_borne]
     size = np.abs(load / scale).max() + 1e-300
-    found = linprog(np.zeros(len(columns)), A_eq=(np.array(columns) / scale).T, b_eq=load / scale / size)
+    found = linprog(np.zeros(len(columns)), A_eq=(columns / scale).T, b_eq=load / scale / size)
     return found.status == 0
 
 

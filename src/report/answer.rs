@@ -46,6 +46,9 @@ pub(super) fn fold_words(local: &LocalMapping) -> Option<String> {
     })
 }
 
+/// The displacement of a body, over the largest of all, from which it counts as moving.
+const MOVES: f64 = 1e-3;
+
 /// What is to be said of the rigid motion of a body that only contact holds: the mechanism, or the one nearest to its
 /// displacement; `None` where supports hold it.
 pub(super) fn motion_words(
@@ -62,6 +65,12 @@ pub(super) fn motion_words(
     if rigid.motion.len() == scene.n_free_tool_motions() {
         return None;
     }
+    let largest = |rows: &[[f64; 3]]| {
+        let sizes = rows.iter().map(|u| u[0].hypot(u[1]).hypot(u[2]));
+        sizes.fold(0.0, f64::max)
+    };
+    // Beside bodies that move, those that do not are left out.
+    let moves = MOVES * largest(&report.displacement[..mesh.coordinates.len()]);
     let of_body = |body: BodyRange| {
         let places = &mesh.coordinates[body.nodes.clone()];
         let motion = BodyMotion::told(places, &report.displacement[body.nodes]);
@@ -71,15 +80,18 @@ pub(super) fn motion_words(
         let turn = motion.turn().map_or_else(String::new, |(angle, about)| {
             format!(", turns by {angle:.3e} rad about {about}")
         });
-        let words = format!("{shift} at its middle{turn}");
+        let words = format!("by {shift} at its middle{turn}");
         match body.name.as_str() {
             "" => words,
             name => format!("{name} {words}"),
         }
     };
-    let bodies = mesh.body_ranges().into_iter().map(of_body);
+    let bodies = mesh.body_ranges().into_iter();
+    let bodies = bodies
+        .filter(|body| largest(&report.displacement[body.nodes.clone()]) >= moves)
+        .map(of_body);
     let words = bodies.collect::<Vec<_>>().join("; ");
-    Some(("rigid-body motion", words))
+    Some(("moves", words))
 }
 
 /// A rigid motion of the body and the tools, whose rows follow the nodes, in words.

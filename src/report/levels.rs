@@ -26,7 +26,7 @@ pub fn shown_time(time: f64) -> String {
 /// The increments, with works and dissipation since their step began for people and of each for programs.
 #[rustfmt::skip]
 pub fn increments(scene: &Scene, records: &[StepRecord]) -> FigureTable {
-    let [mut work, mut dissipated] = [0.0; 2];
+    let [mut work, mut dissipated, mut lost] = [0.0; 3];
     let mut step = 0;
     let errors = HistoryErrors::new(records, None).map(|errors| errors.relative);
     let contact_force = match scene.contacts.as_slice() {
@@ -40,10 +40,13 @@ pub fn increments(scene: &Scene, records: &[StepRecord]) -> FigureTable {
         let energies = &record.energies;
         if record.increment.step != step {
             step = record.increment.step;
-            [work, dissipated] = [0.0; 2];
+            [work, dissipated, lost] = [0.0; 3];
         }
         work += energies.load_work;
         dissipated += energies.dissipation;
+        lost += energies.imbalance;
+        // Rounding of what it is a difference of.
+        let is_rounding = lost.abs() <= 1e-9 * energies.strain.abs().max(work.abs());
         let [open, stick, slip] = record.zone_counts();
         let mut figures = Figures::new(scene.units);
         let name = Some(name(scene, record));
@@ -59,6 +62,7 @@ pub fn increments(scene: &Scene, records: &[StepRecord]) -> FigureTable {
         figures.told("work of loads", Dimension::Energy, Some([work]));
         figures.told("friction took", Dimension::Energy, Some([dissipated]));
         figures.told("strain energy", Dimension::Energy, Some([energies.strain]));
+        figures.told("unaccounted", Dimension::Energy, Some([if is_rounding { 0.0 } else { lost }]));
         figures.json_only("strain_energy", energies.strain);
         figures.json_only("energy_imbalance", energies.imbalance);
         if let Some(errors) = &errors {
@@ -83,7 +87,7 @@ pub fn increments(scene: &Scene, records: &[StepRecord]) -> FigureTable {
         figures.json_only("quantities", quantities);
         figures
     });
-    FigureTable::new("Increments; works and energies that friction took since their step began", rows)
+    FigureTable::new("Increments; works, what friction took and what no energy accounts for since their step began", rows)
 }
 
 /// The ends of the steps, or `all` increments of a history that is not long; empty without a history.
@@ -106,7 +110,7 @@ pub fn history_text(scene: &Scene, records: &[StepRecord], all: bool) -> String 
     let rows = lines.enumerate().filter(|(k, _)| is_shown(*k));
     let rows = titles.into_iter().chain(rows.map(|(_, line)| line));
     head + &rows.collect::<String>()
-        + "  (works and energies that friction took since each step began)\n"
+        + "  (works, what friction took and what no energy accounts for since each step began)\n"
         + &peaks(scene, records).text(2, 22)
 }
 

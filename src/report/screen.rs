@@ -113,6 +113,13 @@ impl SolvedRun<'_> {
             Functional::ContactArea,
             Functional::StickArea,
         ];
+        // Each of several faces has its own force; a sum of theirs acts nowhere.
+        if !self.report.faces.is_empty() {
+            let is_force = |of: &Functional| {
+                matches!(of, Functional::NormalForce | Functional::TangentialForce)
+            };
+            first.retain(|of| !is_force(of));
+        }
         let wanted = self.scene.adapt.and_then(|adapt| adapt.of);
         let is_shown = |of: &Functional| first.contains(of) || *of == Functional::LargestVonMises;
         let wanted = wanted.filter(|of| !is_shown(of));
