@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad
 from scipy.optimize import minimize
+from scipy.spatial import ConvexHull
 
 from conftest import ROOT
 from run_file import open_run, read_matrix, read_scene
@@ -143,6 +144,56 @@ def test_area_of_a_curved_face(run):
     x = places(run)
     centre = np.array([0.0, 0.0, radius])
     assert np.linalg.norm(x - centre, axis=1) == pytest.approx(radius, rel=1e-14)
+
+
+def nearest_on_triangles(x, corners):
+    """The nearest point of some triangles, each of them looked at."""
+    a, b, c = corners.transpose(1, 0, 2)
+    normal = np.cross(b - a, c - a)
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    feet = [x - np.sum((x - a) * normal, axis=1)[:, None] * normal]
+    sides = [np.sum(np.cross(q - p, feet[0] - p) * normal, axis=1) for p, q in ((a, b), (b, c), (c, a))]
+    feet[0][np.min(sides, axis=0) < 0] = np.inf
+    for p, q in ((a, b), (b, c), (c, a)):
+        part = np.clip(np.sum((x - p) * (q - p), axis=1) / np.sum((q - p) ** 2, axis=1), 0, 1)
+        feet.append(p + part[:, None] * (q - p))
+    feet = np.concatenate(feet)
+    return feet[np.argmin(np.linalg.norm(feet - x, axis=1))]
+
+
+@pytest.mark.parametrize("angle", [0, 30])
+def test_triangles(angle, contact3d, tmp_path):
+    """A polyhedron with sharp edges: distances and normals from all triangles. A crowned roller: those of the torus."""
+    scene = (ROOT / "pipelines/barrel.toml").read_text().replace("meshes/", str(ROOT / "pipelines/meshes") + "/")
+    if angle == 0:
+        hull = ConvexHull(np.random.default_rng(46).normal(size=(40, 3)) * 6.0 + [6.0, 6.0, 36.0])
+        outward = [np.linalg.det(hull.points[s] - hull.points.mean(axis=0)) > 0 for s in hull.simplices]
+        corners = [hull.points[s if out else s[::-1]] for s, out in zip(hull.simplices, outward, strict=True)]
+        record = np.zeros(len(corners), [("numbers", "<f4", 12), ("rest", "<u2")])
+        record["numbers"][:, 3:] = np.reshape(corners, (-1, 9))
+        (tmp_path / "hull.stl").write_bytes(bytes(80) + np.uint32(len(corners)).tobytes() + record.tobytes())
+        start, end = scene.index("{ file"), scene.index("}", scene.index("{ file"))
+        scene = scene[:start] + '{ file = "hull.stl", sharp_angle = 0 ' + scene[end:]
+    (tmp_path / "scene.toml").write_text(scene)
+    contact3d("mesh", tmp_path / "scene.toml", tmp_path / "run.h5")
+    with open_run(tmp_path / "run.h5") as file:
+        at, distance = places(file), file["mesh/contact_clearance"][:]
+        normals = file["mesh/contact_node_normal"][:]
+        corners = file["mesh/obstacle_points"][:][file["mesh/obstacle_triangles"][:]]
+        assert set(file["mesh/obstacle_contact"][:]) == {0}
+    feet = np.array([nearest_on_triangles(x, corners) for x in at])
+    to_feet = np.linalg.norm(feet - at, axis=1)
+    if angle == 0:
+        assert np.abs(distance - to_feet).max() < 1e-13 * to_feet.max()
+        assert np.abs(normals - (feet - at) / to_feet[:, None]).max() < 1e-13
+        return
+    around = np.hypot(at[:, 0], at[:, 2] - 56.0)
+    across = np.stack([around + 40.0, at[:, 1]], axis=1)
+    reach = np.linalg.norm(across, axis=1)
+    # Facets lie up to h^2/8 (1/40 + 1/80) = 1e-2 mm inside the roller. Numbers of the STL are good to 1e-4 mm, normals at its corners worse.
+    assert np.abs(distance - (reach - 80.0)).max() < 1.2e-3 < 3e-3 < np.abs(distance - to_feet).max()
+    away = np.stack([across[:, 0] * at[:, 0] / around, at[:, 1], across[:, 0] * (at[:, 2] - 56.0) / around], axis=1)
+    assert np.abs(normals + away / reach[:, None]).max() < 2e-3
 
 
 RING = ROOT / "pipelines" / "shrink_fit.toml"

@@ -26,7 +26,7 @@ WIDTH, COLOURS = 480, 128
 
 # Scenes by task, in the order of the page.
 TASKS = {
-    "Press": "pressed shrink_fit platen frictionless force_on_disc hertz_sphere hertz_cylinder gap symmetry_plane weight",
+    "Press": "pressed shrink_fit barrel platen frictionless force_on_disc hertz_sphere hertz_cylinder gap symmetry_plane weight",
     "Drag": "newton hkl2011_table1 hkl2011_table2 coulomb_isotropic coulomb_orthotropic tresca capped expression_law "
     "table_law turning_frame parameters dry_and_greased wall ssnv128 ssnv503",
     "Load in steps and loops": "history history_wear cattaneo_roller rail roller",
@@ -52,7 +52,7 @@ PICTURES = {
 TESTS = {
     "python-checks/test_faces.py": "slope two_plates wedge",
     "python-checks/test_history.py": "cattaneo_roller rail",
-    "python-checks/test_obstacle.py": "shrink_fit",
+    "python-checks/test_obstacle.py": "shrink_fit barrel",
     "python-checks/test_pairs.py": "stack two_cylinders two_balls two_rings",
     "python-checks/test_supports.py": "force_on_disc",
     "crates/contact3d/tests/scenes/floating/limits.rs": "block_on_slope sweep_slope pushed_block corner_block",

@@ -35,4 +35,9 @@ def given(scene: SceneLike) -> tuple[str | None, str | None, dict[str, Any]]:
     changes = {}
     if isinstance(mesh, Mapping) and isinstance(mesh.get("file"), (str, os.PathLike)):
         changes["body.gmsh.file"] = str(Path(mesh["file"]).absolute())
+    contact = content.get("contact")
+    obstacle = contact.get("obstacle") if isinstance(contact, Mapping) else None
+    surface = obstacle.get("surface") if isinstance(obstacle, Mapping) else None
+    if isinstance(surface, Mapping) and isinstance(surface.get("file"), (str, os.PathLike)):
+        changes["contact.obstacle.surface.file"] = str(Path(surface["file"]).absolute())
     return None, text, changes

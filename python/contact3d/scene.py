@@ -67,6 +67,7 @@ __all__ = [
     "Spring",
     "Step",
     "StepValue",
+    "SurfaceFile",
     "Table",
     "Tool",
     "ToolMotion",
@@ -512,12 +513,14 @@ class Obstacle(Keys):
     :param sphere: A ball, or what surrounds one.
     :param cylinder: A circular cylinder without ends, or what surrounds one.
     :param height: What lies behind a surface that is a function of two coordinates.
+    :param surface: A surface of triangles from an STL file.
     """
 
     half_space: HalfSpace | None = None
     sphere: Sphere | None = None
     cylinder: Cylinder | None = None
     height: Height | None = None
+    surface: SurfaceFile | None = None
 
 
 @dataclass(kw_only=True, repr=False)
@@ -573,6 +576,25 @@ class Height(Keys):
 
     value: Quantity
     direction: Direction | None = None
+
+
+@dataclass(kw_only=True, repr=False)
+class SurfaceFile(Keys):
+    """Triangles of an STL file, text or binary, whose corners go counter-clockwise as seen from the body.
+
+    :param file: Path of the .stl file, relative to the scene file.
+    :param unit: Length > 0 of the file's unit in m, which an STL does not say: 0.001 for a file in millimetres and
+        a scene in metres. Default: ``1.0``.
+    :param sharp_angle: Angle in degrees from which on the edge between two triangles is sharp; triangles that meet
+        at less are facets of a smooth surface. Default: ``30.0``.
+    :param digest: BLAKE3 digest of the file. Filled in when the mesh is made; a scene that gives it is sure to use
+        that very file.
+    """
+
+    file: str
+    unit: float | None = None
+    sharp_angle: float | None = None
+    digest: str | None = None
 
 
 @dataclass(kw_only=True, repr=False)

@@ -101,6 +101,8 @@ pub(super) const OF_RUN_FILES: &[(&str, &str)] = &[
     ("n_tangential", "tangential multipliers, two for each pane with friction"),
     ("n_contact_faces", "contact faces, where there are several"),
     ("n_bodies", "bodies, where there are several"),
+    ("n_obstacle_points", "corners of the triangles of obstacles"),
+    ("n_obstacle_triangles", "triangles of obstacles"),
     ("n_opposite", "pairs of a contact node and a node of another body that both belong to a pane"),
     ("n_friction_faces", "contact faces with friction, the first of all of them"),
     ("n_pane_facets", "contact triangles of faces with panes, all of them with one face"),

@@ -1,9 +1,10 @@
 //! `/mesh`: nodes, tetrahedra, boundary, contact surface, quality.
 
-use std::ops::Range;
+use std::{collections::BTreeMap, ops::Range, sync::Arc};
 
 use contact3d::mesh::{
     BodyRange, ContactSurface, Mesh, MidEdgeNodes, Opposite, Quality, SurfaceFace,
+    TriangulatedSurface,
 };
 use runfile::{
     Extent::{Fixed, Named, Plus},
@@ -13,7 +14,7 @@ use units::Dimension;
 
 use super::{
     FormatError, Stage, as_columns, columns, extents,
-    fields::{Condition, Fields, fields, read_value, write_value},
+    fields::{Condition, Fields, fields, read_finite, read_value, write_value},
     require_below,
 };
 
@@ -39,6 +40,10 @@ const PANE_CENTRE: &str = "/mesh/pane_centre";
 const BODY_NAMES: &str = "/mesh/body_names";
 const BODY_NODES: &str = "/mesh/body_nodes";
 const BODY_TETRAHEDRA: &str = "/mesh/body_tetrahedra";
+const OBSTACLE_POINTS: &str = "/mesh/obstacle_points";
+const OBSTACLE_TRIANGLES: &str = "/mesh/obstacle_triangles";
+const OBSTACLE_NORMALS: &str = "/mesh/obstacle_normals";
+const OBSTACLE_CONTACT: &str = "/mesh/obstacle_contact";
 const OPPOSITE_POINTS: &str = "/mesh/opposite_points";
 const OPPOSITE_PANES: &str = "/mesh/opposite_panes";
 const OPPOSITE_PAIRS: &str = "/mesh/opposite_pairs";
@@ -50,6 +55,7 @@ const ONLY_QUADRATIC: Condition<Mesh> = ("absent with linear tetrahedra", |mesh|
 const NO_CONTACT: &str = "absent without contact";
 const ONE_BODY: &str = "absent without several bodies";
 const NO_PAIR: &str = "absent where no bodies touch each other";
+const NO_TRIANGLES: &str = "absent without an obstacle of triangles";
 const ONE_FACE: &str = "absent without several contact faces";
 
 pub(super) const BODY: Fields<Mesh> = fields! { Mesh => GROUP;
@@ -64,6 +70,10 @@ pub(super) const BODY: Fields<Mesh> = fields! { Mesh => GROUP;
     {Kind::Text} BODY_NAMES, &[], Dimension::Number, "Names of the bodies, one a line.".optional(ONE_BODY);
     {Kind::I64} BODY_NODES, &[Plus("n_bodies", 1)], Dimension::Number, "First node of each body, then their number.".optional(ONE_BODY);
     {Kind::I64} BODY_TETRAHEDRA, &[Plus("n_bodies", 1)], Dimension::Number, "First tetrahedron of each body, then their number.".optional(ONE_BODY);
+    {Kind::F64} OBSTACLE_POINTS, &[Named("n_obstacle_points"), extents::XYZ], Dimension::LENGTH, "Corners of the triangles of obstacles.".compressed().optional(NO_TRIANGLES).finite();
+    {Kind::I64} OBSTACLE_TRIANGLES, &[Named("n_obstacle_triangles"), Fixed(3)], Dimension::Number, "Points of each triangle of an obstacle, counter-clockwise seen from the body.".compressed().optional(NO_TRIANGLES);
+    {Kind::F64} OBSTACLE_NORMALS, &[Named("n_obstacle_triangles"), Fixed(3), extents::XYZ], Dimension::Number, "Unit normal out of the obstacle at each corner of its triangles, the same on both sides of an edge that is not sharp.".compressed().optional(NO_TRIANGLES).finite();
+    {Kind::I64} OBSTACLE_CONTACT, &[Named("n_obstacle_triangles")], Dimension::Number, "Contact of the scene, from 0, that each triangle is an obstacle of.".compressed().optional(NO_TRIANGLES);
 };
 
 pub(super) const SURFACE: Fields<ContactSurface> = fields! { ContactSurface => GROUP;
@@ -123,6 +133,9 @@ pub fn write(
     if !mesh.bodies.is_empty() {
         write_bodies(writer, &mesh.bodies)?;
     }
+    if !mesh.obstacles.is_empty() {
+        write_obstacles(writer, &mesh.obstacles)?;
+    }
     if let Some(contact) = &mesh.contact {
         if contact.faces.len() > 1 {
             write_faces(writer, &contact.faces, contact_names)?;
@@ -156,6 +169,26 @@ fn write_bodies(writer: &mut GroupWriter<'_>, bodies: &[BodyRange]) -> Result<()
     )?;
     let tetrahedra = bodies.iter().map(|body| &body.tetrahedra);
     write_value(writer, BODY_TETRAHEDRA, &limits(tetrahedra))
+}
+
+fn write_obstacles(
+    writer: &mut GroupWriter<'_>,
+    obstacles: &BTreeMap<usize, Arc<TriangulatedSurface>>,
+) -> Result<(), StoreError> {
+    let (mut points, mut triangles) = (Vec::new(), Vec::new());
+    let (mut normals, mut contacts) = (Vec::new(), Vec::new());
+    for (entry, surface) in obstacles {
+        let first = points.len();
+        let corners = surface.triangles.iter();
+        triangles.extend(corners.map(|corners| corners.map(|point| point + first)));
+        points.extend_from_slice(&surface.points);
+        normals.extend_from_slice(&surface.normals);
+        contacts.extend(vec![*entry; surface.triangles.len()]);
+    }
+    write_value(writer, OBSTACLE_POINTS, &points)?;
+    write_value(writer, OBSTACLE_TRIANGLES, &triangles)?;
+    write_value(writer, OBSTACLE_NORMALS, &normals)?;
+    write_value(writer, OBSTACLE_CONTACT, &contacts)
 }
 
 /// Where ranges that follow each other begin, then where the last one ends.
@@ -227,6 +260,9 @@ pub fn read(reader: &Reader) -> Result<Mesh, FormatError> {
     if reader.has(BODY_NAMES) {
         mesh.bodies = read_bodies(reader, n_nodes, mesh.tetrahedra.len())?;
     }
+    if reader.has(OBSTACLE_POINTS) {
+        mesh.obstacles = read_obstacles(reader)?;
+    }
     if reader.has(CONTACT_NODES) {
         mesh.contact = Some(read_contact_surface(reader, n_nodes, mesh.facets.len())?);
     }
@@ -283,6 +319,34 @@ fn read_bodies(
         tetrahedra,
     });
     Ok(bodies.collect())
+}
+
+fn read_obstacles(
+    reader: &Reader,
+) -> Result<BTreeMap<usize, Arc<TriangulatedSurface>>, FormatError> {
+    let points: Vec<[f64; 3]> = read_finite(reader, OBSTACLE_POINTS)?;
+    let triangles: Vec<[usize; 3]> = read_value(reader, OBSTACLE_TRIANGLES)?;
+    let normals: Vec<[[f64; 3]; 3]> = read_finite(reader, OBSTACLE_NORMALS)?;
+    let contacts: Vec<usize> = read_value(reader, OBSTACLE_CONTACT)?;
+    require_below(OBSTACLE_TRIANGLES, triangles.as_flattened(), points.len())?;
+    let of_one = |run: &[usize], first: usize| {
+        let own = first..first + run.len();
+        let corners = || triangles[own.clone()].as_flattened().iter().copied();
+        let from = corners().min().unwrap_or_default();
+        let to = corners().max().unwrap_or_default();
+        let moved = triangles[own.clone()]
+            .iter()
+            .map(|it| it.map(|point| point - from));
+        let points = points[from..=to].to_vec();
+        TriangulatedSurface::new(points, moved.collect(), normals[own].to_vec())
+    };
+    let mut first = 0;
+    let runs = contacts.chunk_by(|a, b| a == b).map(|run| {
+        let surface = of_one(run, first);
+        first += run.len();
+        (run[0], Arc::new(surface))
+    });
+    Ok(runs.collect())
 }
 
 fn read_opposite(

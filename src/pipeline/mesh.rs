@@ -11,7 +11,7 @@ use contact3d::{
     contact::Interface,
     elasticity::{Loads, prescribed_displacements, refuse_rigid_motions},
     mesh::{Mesh, MeshError, Quality, RefinedLevel, digest_of},
-    scene::{GmshFile, InvalidValue, Scene, SceneFile},
+    scene::{InvalidValue, Obstacle, Scene, SceneFile},
 };
 use runfile::{GroupWriter, Reader, StoreError};
 
@@ -83,57 +83,71 @@ pub fn mesh_of(input: &SceneFile, refinement: &[RefinedLevel]) -> Result<Mesh, S
     })
 }
 
-/// The mesh files that a scene names.
+/// The files of meshes and of obstacles that a scene names.
 pub fn mesh_files(input: &SceneFile) -> Vec<PathBuf> {
-    let files = input
-        .scene
-        .bodies
-        .iter()
-        .filter_map(|body| body.gmsh.as_ref());
-    files.map(|gmsh| input.folder.join(&gmsh.file)).collect()
+    let mut input = input.clone();
+    let folder = std::mem::take(&mut input.folder);
+    let files = named_files(&mut input.scene).into_iter();
+    files.map(|(_, _, file, _)| folder.join(file)).collect()
 }
 
-/// Writes the digest of a mesh file into the scene, so that a changed file makes the mesh stale. A
+/// The key, the kind, the path and the digest of each file that a scene names.
+fn named_files(scene: &mut Scene) -> Vec<(String, &'static str, PathBuf, &mut Option<String>)> {
+    let body_keys: Vec<String> = (0..scene.bodies.len()).map(|k| scene.body_key(k)).collect();
+    let contact_keys: Vec<String> = (0..scene.contacts.len())
+        .map(|entry| scene.contact_key(entry))
+        .collect();
+    let meshes = scene.bodies.iter_mut().zip(body_keys);
+    let meshes = meshes.filter_map(|(body, key)| {
+        let gmsh = body.gmsh.as_mut()?;
+        let file = gmsh.file.clone();
+        Some((format!("{key}.gmsh"), "a Gmsh file", file, &mut gmsh.digest))
+    });
+    let surfaces = scene.contacts.iter_mut().zip(contact_keys);
+    let surfaces = surfaces.filter_map(|(contact, key)| {
+        let Some(Obstacle::Surface(surface)) = &mut contact.obstacle else {
+            return None;
+        };
+        let file = surface.file.clone();
+        let key = format!("{key}.obstacle.surface");
+        Some((key, "an STL file", file, &mut surface.digest))
+    });
+    meshes.chain(surfaces).collect()
+}
+
+/// Writes the digests of the files that a scene names into it, so that a changed file makes the mesh stale. A
 /// file that is too large to be read is not even digested.
 ///
 /// # Errors
 /// A file that cannot be read, or is not the one of the digest in the scene; too little memory for
 /// it.
 pub fn pin_mesh_file(input: &mut SceneFile) -> Result<(), StageError> {
-    for body in 0..input.scene.bodies.len() {
-        let Some(mut gmsh) = input.scene.bodies[body].gmsh.clone() else {
-            continue;
-        };
-        pin(&mut gmsh, &input.scene.body_key(body), input)?;
-        input.scene.bodies[body].gmsh = Some(gmsh);
-    }
-    Ok(())
-}
-
-/// The same for a mesh file of a body of a scene under its key.
-fn pin(gmsh: &mut GmshFile, body: &str, input: &SceneFile) -> Result<(), StageError> {
-    let path = input.folder.join(&gmsh.file);
-    if let Ok(metadata) = fs::metadata(&path) {
-        resources::admit_memory(resources::need_of_mesh_file(metadata.len()))?;
-    }
-    let digest = digest_of(&path).map_err(|error| {
-        input.refuse(InvalidValue {
-            key: format!("{body}.gmsh.file"),
-            expected: "a Gmsh file that can be read, beside the scene".into(),
-            found: format!("{}: {error}", path.display()),
-            help: "paths are relative to the scene file".into(),
-        })
-    })?;
-    if gmsh.digest.as_ref().is_some_and(|given| *given != digest) {
-        return Err(input
-            .refuse(InvalidValue {
-                key: format!("{body}.gmsh.digest"),
-                expected: "the digest of the file".into(),
-                found: digest,
-                help: "the mesh file has changed; remove the key to accept it".into(),
+    let mut scene = input.scene.clone();
+    for (key, kind, file, given) in named_files(&mut scene) {
+        let path = input.folder.join(&file);
+        if let Ok(metadata) = fs::metadata(&path) {
+            resources::admit_memory(resources::need_of_mesh_file(metadata.len()))?;
+        }
+        let digest = digest_of(&path).map_err(|error| {
+            input.refuse(InvalidValue {
+                key: format!("{key}.file"),
+                expected: format!("{kind} that can be read, beside the scene"),
+                found: format!("{}: {error}", path.display()),
+                help: "paths are relative to the scene file".into(),
             })
-            .into());
+        })?;
+        if given.as_ref().is_some_and(|given| *given != digest) {
+            return Err(input
+                .refuse(InvalidValue {
+                    key: format!("{key}.digest"),
+                    expected: "the digest of the file".into(),
+                    found: digest,
+                    help: "the file has changed; remove the key to accept it".into(),
+                })
+                .into());
+        }
+        *given = Some(digest);
     }
-    gmsh.digest = Some(digest);
+    input.scene = scene;
     Ok(())
 }

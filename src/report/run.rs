@@ -310,7 +310,7 @@ impl<'a> SolvedRun<'a> {
             let radius = match contact.obstacle.as_ref()? {
                 Obstacle::Sphere(sphere) => sphere.radius,
                 Obstacle::Cylinder(cylinder) => cylinder.radius,
-                Obstacle::HalfSpace(_) | Obstacle::Height(_) => return None,
+                Obstacle::HalfSpace(_) | Obstacle::Height(_) | Obstacle::Surface(_) => return None,
             };
             let slip_of = |pane: usize| {
                 let state = self.report.panes.get(pane).filter(|it| it.zone != Zone::Open);

@@ -25,13 +25,10 @@ fn body_of(cells: [usize; 3]) -> Mesh {
     Mesh {
         coordinates: raw.coordinates,
         tetrahedra: raw.tetrahedra,
-        tetrahedron_region: Vec::new(),
         facets: raw.facets,
         facet_face: raw.facet_face,
         face_names: raw.face_names,
-        mid_edges: None,
-        bodies: Vec::new(),
-        contact: None,
+        ..Mesh::default()
     }
 }
 

@@ -175,6 +175,14 @@ const INDICATOR: &str = "/solve/quantities/indicator";
 /// What only a scene with an obstacle has.
 const OBSTACLE_ONLY: [&str; 1] = ["/mesh/contact_clearance"];
 
+/// What only a scene with an obstacle of triangles has.
+const TRIANGLES_ONLY: [&str; 4] = [
+    "/mesh/obstacle_points",
+    "/mesh/obstacle_triangles",
+    "/mesh/obstacle_normals",
+    "/mesh/obstacle_contact",
+];
+
 /// What only clamps with values have.
 const PRESCRIBED_ONLY: [&str; 2] = [
     "/load/prescribed_displacement",
@@ -257,6 +265,7 @@ fn expected(effects: &[&[&str]], present: Option<&str>) -> BTreeSet<String> {
         .collect();
     paths.extend(STORED_FACTORS_ONLY.map(str::to_owned));
     paths.extend(OBSTACLE_ONLY.map(str::to_owned));
+    paths.extend(TRIANGLES_ONLY.map(str::to_owned));
     paths.extend(PRESCRIBED_ONLY.map(str::to_owned));
     paths.extend(SPRINGS_ONLY.map(str::to_owned));
     paths.extend(HISTORY_ONLY.map(str::to_owned));

@@ -60,7 +60,8 @@ impl Interface {
                 (point + place).into()
             });
             let before_obstacle: Vec<[f64; 3]> = before_obstacle.collect();
-            let seen = distances_from(&obstacle, &before_obstacle)?;
+            let obstacle = (&obstacle, mesh.surface_before(has.entry));
+            let seen = distances_from(obstacle, &before_obstacle)?;
             for (local, (normal, distance)) in face.nodes.clone().zip(seen) {
                 let normal = rotation * Vector3::from(normal);
                 let initial = surface.clearance.get(local).copied().unwrap_or(0.0);

@@ -74,7 +74,7 @@ impl ToolPlace {
                 let along = (along / along.amax()).normalize();
                 Some(point + along * along.dot(&(centroid - point)))
             }
-            Obstacle::HalfSpace(_) | Obstacle::Height(_) => None,
+            Obstacle::HalfSpace(_) | Obstacle::Height(_) | Obstacle::Surface(_) => None,
         });
         let point = point.or(round).unwrap_or_else(|| {
             // What is rounding of the extent of the face is zero.

@@ -169,6 +169,7 @@ impl Bisection {
             face_names: first.face_names.clone(),
             mid_edges: None,
             bodies: Vec::new(),
+            obstacles: first.obstacles.clone(),
         }
     }
 

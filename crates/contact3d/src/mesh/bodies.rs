@@ -43,8 +43,7 @@ impl Mesh {
                     facets: moved(&of_facets, first),
                 }
             }),
-            bodies: Vec::new(),
-            contact: None,
+            ..Self::default()
         }
     }
 }

@@ -21,13 +21,10 @@ pub fn brick(spec: &Brick, contact_face: Option<BrickFace>) -> RawMesh {
     RawMesh {
         coordinates,
         tetrahedra,
-        tetrahedron_group: Vec::new(),
-        group_names: Vec::new(),
         facets,
         facet_face,
         face_names: BrickFace::NAMES.map(str::to_owned).to_vec(),
-        mid_edges: None,
-        bodies: Vec::new(),
+        ..RawMesh::default()
     }
 }
 

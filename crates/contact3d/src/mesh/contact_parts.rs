@@ -197,7 +197,7 @@ impl Mesh {
         }
         let facets = self.contact_facets(scene, entry)?;
         let corners: Vec<[usize; 3]> = facets.iter().map(|&f| self.facets[f]).collect();
-        let face = self.contact_face(contact, &facets, cut_faceting);
+        let face = self.contact_face((entry, contact), &facets, cut_faceting);
         let face = face.map_err(|invalid| under(&key, invalid))?;
         let brick = scene.brick_face(&contact.face);
         let cells = brick.filter(|_| cut_faceting.is_none());
@@ -263,7 +263,7 @@ impl Mesh {
     /// The triangles of the contact face with its normals and its distance from an obstacle.
     fn contact_face(
         &self,
-        contact: &Contact,
+        (entry, contact): (usize, &Contact),
         facets: &[usize],
         cut_faceting: Option<f64>,
     ) -> Result<ContactFace, InvalidValue> {
@@ -273,6 +273,7 @@ impl Mesh {
             None => (vec![self.flat_normal(contact, facets)?], Vec::new()),
             Some(obstacle) => {
                 let faceting = cut_faceting.unwrap_or(0.0);
+                let obstacle = (obstacle, self.surface_before(entry));
                 obstacle::gap_function(self, facets, &nodes, contact, obstacle, faceting)?
             }
         };

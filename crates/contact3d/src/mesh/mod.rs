@@ -16,7 +16,7 @@ mod quadratic;
 mod refined;
 mod side;
 
-use std::{ops::Range, path::Path};
+use std::{collections::BTreeMap, ops::Range, path::Path, sync::Arc};
 
 use thiserror::Error;
 
@@ -29,6 +29,7 @@ pub use gmsh::{FilePosition, GmshError, GmshFlaw, digest_of, parse as parse_gmsh
 pub use inspection::{FaceInspection, MeshInspection};
 pub use macro_elements::macro_elements;
 pub use material_nodes::MaterialNodes;
+pub use obstacle::TriangulatedSurface;
 pub(crate) use obstacle::{DistanceBetweenNodes, distances_from};
 pub use opposite::Opposite;
 pub use quadratic::{IsoparametricMap, MidEdgeNodes};
@@ -77,13 +78,17 @@ pub struct RawMesh {
     pub mid_edges: Option<Vec<[usize; 6]>>,
     /// Where each of several bodies lies; empty for one.
     pub bodies: Vec<BodyRange>,
+    /// Obstacles of triangles, by the number of their contact in the scene.
+    pub obstacles: BTreeMap<usize, Arc<TriangulatedSurface>>,
 }
 
 impl RawMesh {
     /// The body of a scene.
     fn of_scene(scene: &Scene, folder: &Path) -> Result<Self, MeshError> {
-        let raw = Self::of_bodies(scene, folder)?;
+        let mut raw = Self::of_bodies(scene, folder)?;
         check_face_names(scene, &raw.face_names)?;
+        let body = extents(&raw.coordinates).into_iter().fold(0.0, f64::max);
+        raw.obstacles = obstacle::surfaces_of(scene, folder, body)?;
         Ok(raw)
     }
 }
@@ -108,6 +113,8 @@ pub struct Mesh {
     pub mid_edges: Option<MidEdgeNodes>,
     /// Where each of several bodies lies; empty for one.
     pub bodies: Vec<BodyRange>,
+    /// Obstacles of triangles, by the number of their contact in the scene.
+    pub obstacles: BTreeMap<usize, Arc<TriangulatedSurface>>,
     /// The contact face Γ_c; `None` in a scene without contact.
     pub contact: Option<ContactSurface>,
 }
@@ -159,6 +166,7 @@ impl Mesh {
             face_names: raw.face_names,
             mid_edges: None,
             bodies: raw.bodies,
+            obstacles: raw.obstacles,
             contact: None,
         };
         mesh.set_element(scene.element(), raw.mid_edges)?;
@@ -302,6 +310,12 @@ impl Mesh {
             .corners(&self.facets[facet])
             .map(nalgebra::Vector3::from);
         (b - a).norm().max((c - b).norm()).max((a - c).norm())
+    }
+
+    /// The triangles of the obstacle of a contact of the scene, where it consists of some.
+    #[must_use]
+    pub fn surface_before(&self, entry: usize) -> Option<&TriangulatedSurface> {
+        self.obstacles.get(&entry).map(Arc::as_ref)
     }
 
     /// The boundary triangles of one face, as indices; none for a name the mesh does not have.

@@ -52,7 +52,7 @@ pub use load::{
 };
 pub use load_path::{Increment, MOST_INCREMENTS, Step, StepValue};
 pub use material::{Isotropic, Material, Orthotropic, Part, Region, Voigt};
-pub use obstacle::{Cylinder, Direction, HalfSpace, Height, Obstacle, Side, Sphere};
+pub use obstacle::{Cylinder, Direction, HalfSpace, Height, Obstacle, Side, Sphere, SurfaceFile};
 pub use quantity::{POSITION, Quantity};
 pub use rescaled::UnitChange;
 pub(crate) use schema::nearest;

@@ -1,5 +1,7 @@
 //! The rigid obstacle that a contact face may touch.
 
+use std::path::PathBuf;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -21,6 +23,8 @@ pub enum Obstacle {
     Cylinder(Cylinder),
     /// What lies behind a surface that is a function of two coordinates.
     Height(Height),
+    /// A surface of triangles from an STL file.
+    Surface(SurfaceFile),
 }
 
 /// The points x with (x − point)·normal ≤ 0.
@@ -114,6 +118,33 @@ pub enum Direction {
     MinusZ,
 }
 
+/// Triangles of an STL file, text or binary, whose corners go counter-clockwise as seen from the body.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SurfaceFile {
+    /// Path of the .stl file, relative to the scene file.
+    pub file: PathBuf,
+    /// Length > 0 of the file's unit in m, which an STL does not say: 0.001 for a file in millimetres and a scene in metres.
+    #[serde(default = "one")]
+    #[schemars(extend("measures" = Measure::Length, "exclusiveMinimum" = 0))]
+    pub unit: f64,
+    /// Angle in degrees from which on the edge between two triangles is sharp; triangles that meet at less are facets of a smooth surface.
+    #[serde(default = "thirty")]
+    #[schemars(extend("minimum" = 0, "maximum" = 180))]
+    pub sharp_angle: f64,
+    /// BLAKE3 digest of the file. Filled in when the mesh is made; a scene that gives it is sure to use that very file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub digest: Option<String>,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+fn thirty() -> f64 {
+    30.0
+}
+
 varies!(Height: value);
 
 impl Varies for Obstacle {
@@ -121,7 +152,7 @@ impl Varies for Obstacle {
         let at = at.below(self.word());
         match self {
             Self::Height(height) => height.add_varying(&at, found),
-            Self::HalfSpace(_) | Self::Sphere(_) | Self::Cylinder(_) => {}
+            Self::HalfSpace(_) | Self::Sphere(_) | Self::Cylinder(_) | Self::Surface(_) => {}
         }
     }
 }
@@ -161,6 +192,7 @@ impl Obstacle {
             Self::Sphere(_) => "sphere",
             Self::Cylinder(_) => "cylinder",
             Self::Height(_) => "height",
+            Self::Surface(_) => "surface",
         }
     }
 }

@@ -87,7 +87,7 @@ impl DiscretisationStudy {
         settings: &AccuracySettings,
         observe: &mut dyn FnMut(StudyStep),
     ) -> Result<Option<Self>, ProblemError> {
-        let mut meshes = NestedMeshes::new(scene, settings)?;
+        let mut meshes = NestedMeshes::new(scene, Path::new(""), settings)?;
         meshes.solve(false, observe)?;
         Ok(meshes.study())
     }
@@ -128,6 +128,7 @@ impl DiscretisationStudy {
 /// The meshes of a study while they are solved.
 pub(super) struct NestedMeshes<'a> {
     scene: &'a Scene,
+    folder: &'a Path,
     /// Those to come, fine to coarse.
     bricks: Vec<Brick>,
     levels: Vec<Level>,
@@ -145,13 +146,18 @@ struct SolvedBrick {
 
 impl<'a> NestedMeshes<'a> {
     /// The meshes of a scene's brick, none of another body.
-    pub(super) fn new(scene: &'a Scene, settings: &AccuracySettings) -> Result<Self, ProblemError> {
+    pub(super) fn new(
+        scene: &'a Scene,
+        folder: &'a Path,
+        settings: &AccuracySettings,
+    ) -> Result<Self, ProblemError> {
         let bricks = scene.as_brick();
         let bricks = bricks.map(|brick| nested_bricks(scene, brick, settings));
         let mut bricks = bricks.transpose()?.unwrap_or_default();
         bricks.reverse();
         Ok(Self {
             scene,
+            folder,
             bricks,
             levels: Vec::new(),
             fields: Vec::new(),
@@ -173,7 +179,7 @@ impl<'a> NestedMeshes<'a> {
             let scene = solved_to_rounding(with_brick(self.scene, &brick));
             drop(self.finest.take());
             let ((level, field, primal), cost) =
-                measure(CHEAP_SECONDS, || solve_level(&scene, &brick))?;
+                measure(CHEAP_SECONDS, || solve_level(&scene, &brick, self.folder))?;
             let error = match level.estimated_error {
                 error if error.is_nan() => format!("no solution ({})", level.status.word()),
                 error => format!("estimated error {:.2} %", 100.0 * error),
@@ -271,8 +277,9 @@ pub(super) fn solved_to_rounding(mut scene: Scene) -> Scene {
 fn solve_level(
     scene: &Scene,
     brick: &Brick,
+    folder: &Path,
 ) -> Result<(Level, SolvedBrick, PrimalSystem), ProblemError> {
-    let mesh = Mesh::of_scene(scene, Path::new(""))?;
+    let mesh = Mesh::of_scene(scene, folder)?;
     let problem = Problem::of_checked(scene.clone(), Arc::new(mesh))?;
     let assembled = problem.assemble()?;
     let (solution, report) = assembled.solve_and_report(&scene.solve)?;

@@ -59,7 +59,7 @@ impl Accuracy {
     ) -> Result<Self, ProblemError> {
         scene.require_no_history("accuracy")?;
         // A finest mesh that cannot be is refused before the long work.
-        let mut meshes = NestedMeshes::new(scene, settings)?;
+        let mut meshes = NestedMeshes::new(scene, folder, settings)?;
         // The small meshes first: what an allocator keeps of a large one would count as their peak.
         meshes.solve(true, observe)?;
         let algebraic = AlgebraicStudy::of(scene, folder, settings, observe)?;

@@ -205,6 +205,7 @@ pub(super) fn renumbered(mesh: &Mesh) -> Mesh {
                 ..body.clone()
             })
             .collect(),
+        obstacles: mesh.obstacles.clone(),
         contact: mesh.contact.as_ref().map(|own| reordered(own, &new)),
     }
 }

@@ -164,7 +164,7 @@ fn parse_volume(bytes: &[u8], volume: Option<&str>) -> Result<RawMesh, GmshFlaw>
         facet_face,
         face_names,
         mid_edges: body.mid_edges,
-        bodies: Vec::new(),
+        ..RawMesh::default()
     })
 }
 

@@ -6,17 +6,42 @@
 //! an error of first order in the angle between the two surfaces, and has no value at edges and corners.
 
 mod height;
+mod stl;
+mod surface_file;
+mod triangulated;
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, path::Path, sync::Arc};
 
 use nalgebra::Vector3;
 
 use self::height::{Clearance, Graph};
-use super::{GEOMETRY_TOLERANCE, Mesh, face_part::WHOLE_SIDE};
-use crate::scene::{Contact, InvalidValue, Obstacle, Side, Written, place_words};
+pub use triangulated::TriangulatedSurface;
 
-/// The gap function of a face with some triangles and nodes before an obstacle: its contact normals ν, one where it is the same everywhere
-/// or one for each node, and its distance d in m along them for each node, d ≥ 0 without interference.
+use super::{GEOMETRY_TOLERANCE, Mesh, contact_parts::under, face_part::WHOLE_SIDE};
+use crate::scene::{Contact, InvalidValue, Obstacle, Scene, Side, Written, place_words};
+
+/// The obstacles of triangles in a scene with a body that is so large in m, by the numbers of their contacts; files are looked for in `folder`.
+///
+/// # Errors
+/// A file that holds no surface.
+pub(super) fn surfaces_of(
+    scene: &Scene,
+    folder: &Path,
+    body: f64,
+) -> Result<BTreeMap<usize, Arc<TriangulatedSurface>>, InvalidValue> {
+    let mut surfaces = BTreeMap::new();
+    for (entry, contact) in scene.contacts.iter().enumerate() {
+        if let Some(Obstacle::Surface(file)) = &contact.obstacle {
+            let surface = TriangulatedSurface::read(file, folder, body);
+            let surface = surface.map_err(|it| under(&scene.contact_key(entry), it))?;
+            surfaces.insert(entry, Arc::new(surface));
+        }
+    }
+    Ok(surfaces)
+}
+
+/// The gap function of a face with some triangles and nodes before an obstacle, which may consist of triangles: its contact normals ν, one
+/// where it is the same everywhere or one for each node, and its distance d in m along them for each node, d ≥ 0 without interference.
 ///
 /// Depths up to [`depths_allowed`] count as touching, d = 0; on the sides of a mesh that was cut from a coarser
 /// one also depths up to `inherited` in m, since they keep the shape of the first mesh.
@@ -28,7 +53,7 @@ pub(super) fn gap_function(
     facets: &[usize],
     nodes: &[usize],
     contact: &Contact,
-    obstacle: &Obstacle,
+    obstacle: (&Obstacle, Option<&TriangulatedSurface>),
     inherited: f64,
 ) -> Result<(Vec<[f64; 3]>, Vec<f64>), InvalidValue> {
     let places = nodes.iter().map(|&node| mesh.coordinates[node]);
@@ -61,10 +86,10 @@ pub(super) fn gap_function(
         }
     }
     if !contact.interference {
-        cut.refuse(obstacle)?;
+        cut.refuse(obstacle.0)?;
     }
     if !faces_it {
-        return Err(turned_away(obstacle));
+        return Err(turned_away(obstacle.0));
     }
     if measured.is_flat() {
         normals.truncate(1);
@@ -77,7 +102,7 @@ pub(super) fn gap_function(
 /// # Errors
 /// A place where the obstacle has no normal.
 pub(crate) fn distances_from(
-    obstacle: &Obstacle,
+    obstacle: (&Obstacle, Option<&TriangulatedSurface>),
     places: &[[f64; 3]],
 ) -> Result<Vec<([f64; 3], f64)>, InvalidValue> {
     let measured = Measured::new(obstacle, extent(places.iter().copied()));
@@ -104,7 +129,7 @@ impl<'a> DistanceBetweenNodes<'a> {
         mesh: &Mesh,
         facets: &[usize],
         nodes: &[usize],
-        obstacle: &'a Obstacle,
+        obstacle: (&'a Obstacle, Option<&'a TriangulatedSurface>),
     ) -> Option<Self> {
         let places = nodes.iter().map(|&node| mesh.coordinates[node]);
         let extent = extent(places.clone());
@@ -121,9 +146,9 @@ impl<'a> DistanceBetweenNodes<'a> {
         })
     }
 
-    /// Whether the obstacle is a formula.
-    pub(crate) fn is_formula(&self) -> bool {
-        matches!(self.measured, Measured::Graph(_))
+    /// Whether the obstacle may have bumps between the nodes: a formula, or triangles.
+    pub(crate) fn may_have_bumps(&self) -> bool {
+        matches!(self.measured, Measured::Graph(_) | Measured::Triangles(_))
     }
 
     /// At a point of a triangle: by how much in m the obstacle is farther than the distances of its nodes with their shape functions say,
@@ -265,6 +290,7 @@ impl Penetration {
                 Obstacle::HalfSpace(_) => "move it away by that depth, or write interference = true; normal points out of the obstacle, towards the body",
                 Obstacle::Sphere(_) | Obstacle::Cylinder(_) => "move it away by that depth, or write interference = true; side says whether the body is outside or inside",
                 Obstacle::Height(_) => "move it away by that depth, or write interference = true; direction points from the obstacle to the body",
+                Obstacle::Surface(_) => "move it away by that depth, or write interference = true; seen from the body, corners go counter-clockwise",
             }
             .into(),
         })
@@ -308,11 +334,15 @@ enum Measured<'a> {
         side: Side,
     },
     Graph(Graph<'a>),
+    Triangles(&'a TriangulatedSurface),
 }
 
 impl<'a> Measured<'a> {
     /// An obstacle of a validated scene; `extent` in m is that of the face that it is near.
-    fn new(obstacle: &'a Obstacle, extent: f64) -> Self {
+    fn new(
+        (obstacle, triangles): (&'a Obstacle, Option<&'a TriangulatedSurface>),
+        extent: f64,
+    ) -> Self {
         let unit = |v: &[f64; 3]| {
             // Squares of very large or small components would overflow or vanish.
             let v = Vector3::from(*v);
@@ -336,6 +366,7 @@ impl<'a> Measured<'a> {
                 side: cylinder.side,
             },
             Obstacle::Height(height) => Self::Graph(Graph::new(height, extent)),
+            Obstacle::Surface(_) => Self::Triangles(triangles.expect("read with the mesh")),
         }
     }
 
@@ -368,6 +399,7 @@ impl<'a> Measured<'a> {
                 })
             }
             Self::Graph(graph) => graph.from(at),
+            Self::Triangles(surface) => surface.from(at),
         }
     }
 
@@ -377,6 +409,7 @@ impl<'a> Measured<'a> {
             Self::Plane { .. } => true,
             Self::Round { .. } => false,
             Self::Graph(graph) => graph.is_level(),
+            Self::Triangles(surface) => surface.is_flat(),
         }
     }
 }

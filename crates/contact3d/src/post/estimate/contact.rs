@@ -332,7 +332,10 @@ impl<'a> PointConditions<'a> {
     pub(super) fn has_formulas(&self) -> bool {
         let is_formula = |face: &ContactFeatures| {
             let gap = face.gap.as_ref().is_some_and(Quantity::depends_on_place);
-            gap || matches!(face.obstacle, Some(Obstacle::Height(_)))
+            gap || matches!(
+                face.obstacle,
+                Some(Obstacle::Height(_) | Obstacle::Surface(_))
+            )
         };
         let varies = self.varying.iter().any(Option::is_some);
         varies || self.solved.scene.contact_features().iter().any(is_formula)

@@ -71,7 +71,10 @@ impl<'a> ContactPoints<'a> {
             let obstacle = contact.obstacle.as_ref();
             let obstacle = obstacle.filter(|_| solved.scene.follow_of(entry) == Follow::Start);
             (
-                obstacle.and_then(|it| DistanceBetweenNodes::new(mesh, facets, nodes, it)),
+                obstacle.and_then(|it| {
+                    let obstacle = (it, mesh.surface_before(entry));
+                    DistanceBetweenNodes::new(mesh, facets, nodes, obstacle)
+                }),
                 Some(&contact.gap).filter(|gap| gap.constant().is_none()),
             )
         };
@@ -184,7 +187,7 @@ impl<'a> TriangleDepth<'a> {
         let whole = self.part([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], 1.0);
         let has_formula = self.friction_varies
             || self.gap.is_some()
-            || self.obstacle.is_some_and(|it| it.is_formula());
+            || self.obstacle.is_some_and(|it| it.may_have_bumps());
         // A formula may have hills where no interpolation has any: it is looked at in more places.
         let mut parts = match has_formula {
             true => self.quarters(&whole).into(),

@@ -193,7 +193,7 @@ fn check_obstacle(obstacle: &Obstacle, key: &str) -> Result<(), InvalidValue> {
     };
     match obstacle {
         Obstacle::HalfSpace(half) => direction("normal", &half.normal),
-        Obstacle::Sphere(_) => Ok(()),
+        Obstacle::Sphere(_) | Obstacle::Surface(_) => Ok(()),
         Obstacle::Cylinder(cylinder) => direction("direction", &cylinder.direction),
         Obstacle::Height(height) => check_height(height, &format!("{key}.value")),
     }

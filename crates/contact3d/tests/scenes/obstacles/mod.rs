@@ -13,3 +13,4 @@ mod pulled;
 mod refusals;
 mod rounded;
 mod solved;
+mod triangles;

@@ -239,6 +239,7 @@ impl Symmetry {
                 cylinder.direction = self.direction(cylinder.direction);
             }
             Some(Obstacle::Height(height)) => self.quantity(&mut height.value),
+            Some(Obstacle::Surface(_)) => panic!("a file has no image"),
         }
         let laws = contact.friction.iter_mut();
         laws.for_each(|law| self.friction(law));

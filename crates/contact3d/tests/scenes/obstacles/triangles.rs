@@ -1,0 +1,337 @@
+//! Obstacles from triangles against those that they stand for.
+
+use std::fmt::Write;
+
+use contact3d::{
+    Problem,
+    mesh::{ContactSurface, Mesh},
+    scene::Scene,
+};
+use tempfile::TempDir;
+
+use super::{moved::MATERIAL, solved::distance};
+
+type Triangle = [[f64; 3]; 3];
+
+/// A text with as many digits as the numbers have.
+fn stl(triangles: &[Triangle]) -> Vec<u8> {
+    let mut text = String::from("solid\n");
+    for corners in triangles {
+        text += "  facet normal 0 0 0\n    outer loop\n";
+        for [x, y, z] in corners {
+            let _ = writeln!(text, "      vertex {x:?} {y:?} {z:?}");
+        }
+        text += "    endloop\n  endfacet\n";
+    }
+    (text + "endsolid\n").into_bytes()
+}
+
+/// A binary file whose first line begins as a text does, and with bytes behind its triangles.
+fn binary(triangles: &[Triangle]) -> Vec<u8> {
+    let mut bytes = b"solid of a CAD system".to_vec();
+    bytes.resize(80, b' ');
+    bytes.extend((triangles.len() as u32).to_le_bytes());
+    for corners in triangles {
+        bytes.extend([0; 12]);
+        let numbers = corners.as_flattened().iter();
+        bytes.extend(numbers.flat_map(|x| (*x as f32).to_le_bytes()));
+        bytes.extend([0; 2]);
+    }
+    bytes
+}
+
+/// Quarters of triangles, again and again, with new corners that a map moves.
+fn refined(
+    triangles: &[Triangle],
+    times: usize,
+    map: &dyn Fn([f64; 3]) -> [f64; 3],
+) -> Vec<Triangle> {
+    let mut all = triangles.to_vec();
+    for _ in 0..times {
+        let quarters = all.iter().flat_map(|&[a, b, c]| {
+            let middle = |x: [f64; 3], y: [f64; 3]| map([0, 1, 2].map(|k| (x[k] + y[k]) / 2.0));
+            let [ab, bc, ca] = [middle(a, b), middle(b, c), middle(c, a)];
+            [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+        });
+        all = quarters.collect();
+    }
+    all
+}
+
+/// A ball of radius r by subdivision of an octahedron that is turned, so that its corners lie above no node.
+fn ball(centre: [f64; 3], radius: f64, times: usize) -> Vec<Triangle> {
+    let axes = [[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]];
+    let place = |axis: usize, sign: f64| axes[axis].map(|c| sign * c);
+    let mut octants = Vec::new();
+    for [sx, sy, sz] in [
+        [1.0, 1.0, 1.0],
+        [1.0, 1.0, -1.0],
+        [1.0, -1.0, 1.0],
+        [1.0, -1.0, -1.0],
+    ] {
+        for sx in [sx, -sx] {
+            let corners = [place(0, sx), place(1, sy), place(2, sz)];
+            let [a, b, c] = corners;
+            octants.push(if sx * sy * sz > 0.0 {
+                [a, b, c]
+            } else {
+                [a, c, b]
+            });
+        }
+    }
+    let round = |x: [f64; 3]| {
+        let length = x.iter().map(|c| c * c).sum::<f64>().sqrt();
+        x.map(|c| c / length)
+    };
+    let unit = refined(&octants, times, &round);
+    let moved = |x: [f64; 3]| [0, 1, 2].map(|k| centre[k] + radius * x[k]);
+    unit.into_iter().map(|corners| corners.map(moved)).collect()
+}
+
+/// The twelve triangles of a box.
+fn cuboid([low, high]: [[f64; 3]; 2]) -> Vec<Triangle> {
+    let corner = |k: usize| [0, 1, 2].map(|c| if k >> c & 1 == 1 { high[c] } else { low[c] });
+    let sides = [
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+    ];
+    let halves = sides
+        .into_iter()
+        .flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]);
+    halves.map(|corners| corners.map(corner)).collect()
+}
+
+fn folder(file: &[u8]) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("tool.stl"), file).unwrap();
+    folder
+}
+
+fn scene(contact: &str) -> String {
+    format!(
+        "title = 'triangles'\n[body.brick]\nsize = [1.0, 0.8, 0.6]\ncells = [8, 8, 4]\n{MATERIAL}[[clamp]]\nface = 'z_min'\n\
+         [contact]\nface = 'z_max'\n{contact}"
+    )
+}
+
+const TOOL: &str = "obstacle.surface = { file = 'tool.stl' }\n";
+
+fn surface(contact: &str, file: &[u8]) -> Result<ContactSurface, String> {
+    let folder = folder(file);
+    let scene = Scene::parse("test", &scene(contact)).map_err(|error| error.to_string())?;
+    let mesh = Mesh::of_scene(&scene, folder.path()).map_err(|error| error.to_string())?;
+    Ok(mesh.contact.expect("contact"))
+}
+
+/// The largest differences of distances and of normals.
+fn differences(found: &ContactSurface, expected: &ContactSurface) -> [f64; 2] {
+    let nodes = 0..found.nodes.len();
+    let apart = |a: f64, b: f64| (a - b).abs();
+    let normals = nodes.flat_map(|node| {
+        let [n, m] = [found, expected].map(|surface| surface.normal_at(node));
+        (0..3).map(move |c| apart(n[c], m[c]))
+    });
+    let distances = found.clearance.iter().zip(&expected.clearance);
+    let distances = distances.map(|(a, b)| apart(*a, *b));
+    [distances.fold(0.0, f64::max), normals.fold(0.0, f64::max)]
+}
+
+#[test]
+fn two_triangles_are_a_plane() {
+    let height = |x: f64, y: f64| 0.7 + 0.1 * x - 0.05 * y;
+    let corner = |x: f64, y: f64| [x, y, height(x, y)];
+    let [a, b, c, d] = [
+        corner(-1.0, -1.0),
+        corner(-1.0, 2.0),
+        corner(2.0, 2.0),
+        corner(2.0, -1.0),
+    ];
+    let plane = "obstacle.half_space = { point = [0.0, 0.0, 0.7], normal = [0.1, -0.05, -1.0] }\n";
+    let expected = surface(plane, &[]).unwrap();
+    let found = surface(TOOL, &stl(&[[a, b, c], [a, c, d]])).unwrap();
+    assert_eq!(found.normals.len(), 1);
+    let [distances, normals] = differences(&found, &expected);
+    // Some roundings of corners and places near one.
+    assert!(
+        distances < 1e-15 && normals < 1e-15,
+        "{distances:e} {normals:e}"
+    );
+    // Beyond its border an open surface is nothing.
+    let short = surface(TOOL, &stl(&[[a, b, c]])).unwrap_err();
+    assert!(short.contains("reaches beyond"), "{short}");
+}
+
+/// Normals are exact, and quarters of triangles leave a sixteenth of the error of distances, of the depth of facets a quarter.
+#[test]
+fn a_ball_of_facets_is_a_ball() {
+    let (centre, radius) = ([0.4, 0.3, 2.5], 1.8);
+    let sphere = format!("obstacle.sphere = {{ centre = {centre:?}, radius = {radius} }}\n");
+    let expected = surface(&sphere, &[]).unwrap();
+    let mut before = 1.0;
+    for times in 3..6 {
+        let facets = ball(centre, radius, times);
+        let found = surface(TOOL, &stl(&facets)).unwrap();
+        let errors = differences(&found, &expected);
+        let edge = 2.0_f64.sqrt() * radius / f64::from(1 << times);
+        let depth = edge * edge / (8.0 * radius);
+        assert!(
+            errors[0] < 0.1 * depth,
+            "{times}: {errors:?}, facets {depth:e}"
+        );
+        // 16 in the limit; roundings of corners two from the origin over edges of a twentieth.
+        assert!(
+            errors[0] < before / 14.0 && errors[1] < 1e-13,
+            "{times}: {errors:?} {before:e}"
+        );
+        before = errors[0];
+    }
+    // A binary file has the digits of single precision: 6e-8 of a place.
+    let facets = ball(centre, radius, 4);
+    let [by_text, by_binary] =
+        [stl(&facets), binary(&facets)].map(|file| surface(TOOL, &file).unwrap());
+    let [distances, normals] = differences(&by_text, &by_binary);
+    assert!(
+        distances > 0.0 && distances < 1e-6 && normals < 1e-5,
+        "{distances:e} {normals:e}"
+    );
+    // In millimetres.
+    let large: Vec<Triangle> = facets
+        .iter()
+        .map(|it| it.map(|x| x.map(|c| 1e3 * c)))
+        .collect();
+    let scaled = surface(
+        "obstacle.surface = { file = 'tool.stl', unit = 0.001 }\n",
+        &stl(&large),
+    )
+    .unwrap();
+    assert!(differences(&scaled, &by_text)[0] < 1e-14);
+    let unit = surface(TOOL, &stl(&large)).unwrap_err();
+    assert!(unit.contains("unit = 0.001"), "{unit}");
+}
+
+/// Before its flat side, and beyond edges and corners, distances are exact.
+#[test]
+fn a_box_has_sharp_edges() {
+    let [low, high] = [[0.3, 0.2, 0.65], [0.7, 2.0, 1.5]];
+    let found = surface(TOOL, &stl(&cuboid([low, high]))).unwrap();
+    let brick = Scene::parse("test", &scene("")).unwrap();
+    let mesh = Mesh::of_scene(&brick, std::path::Path::new("")).unwrap();
+    for (local, &node) in found.nodes.iter().enumerate() {
+        let x = mesh.coordinates[node];
+        let offset = [0, 1, 2].map(|c| x[c].clamp(low[c], high[c]) - x[c]);
+        let exact = offset.iter().map(|c| c * c).sum::<f64>().sqrt();
+        let normal = found.normal_at(local);
+        assert!((found.clearance[local] - exact).abs() < 1e-15);
+        assert!(
+            (0..3).all(|c| (normal[c] - offset[c] / exact).abs() < 1e-14),
+            "{x:?} {normal:?}"
+        );
+    }
+}
+
+/// A ball that is pressed and dragged, its normals and distances taken anew at each increment.
+#[test]
+fn a_tool_of_facets_moves_as_the_ball_does() {
+    let (centre, radius) = ([0.3, 0.4, 1.4], 0.8);
+    let history = "tool = 'ball'\nmultipliers = 'nodal'\n[[tool]]\nname = 'ball'\npoint = [0.3, 0.4, 1.4]\nfree = ['z']\n\
+                   force = [0.0, 0.0, -0.002]\ndisplacement = [0.3, 0.0, 0.0]\n[friction]\ncoefficient.constant = 0.2\n\
+                   [[step]]\nfactor = { 'ball.force' = 1.0, 'ball.displacement' = 0.0 }\n\
+                   [[step]]\nincrements = 2\nfactor = { 'ball.displacement' = 1.0 }\n";
+    let sphere = format!("obstacle.sphere = {{ centre = {centre:?}, radius = {radius} }}\n");
+    let folder = folder(&stl(&ball(centre, radius, 4)));
+    let [by_facets, by_sphere] = [TOOL, &sphere].map(|obstacle| {
+        let scene = Scene::parse("test", &scene(&(obstacle.to_owned() + history))).unwrap();
+        let problem = Problem::in_folder(scene, folder.path())
+            .unwrap()
+            .assemble()
+            .unwrap();
+        problem.solve_history(&Default::default()).unwrap().records
+    });
+    // Facets of a tenth of the radius: gaps to 1e-7 of it.
+    assert_eq!(by_facets.len(), 3);
+    for (found, expected) in by_facets.iter().zip(&by_sphere) {
+        let off = distance(&found.multiplier, &expected.multiplier);
+        assert!(off < 1e-3, "{off:e}");
+    }
+}
+
+#[test]
+fn what_is_no_surface_is_refused() {
+    let facets = ball([0.4, 0.3, 2.5], 1.8, 2);
+    let cases: [(Vec<u8>, &[&str]); 9] = [
+        (Vec::new(), &["an STL file", "neither"]),
+        (b"solid\nendsolid\n".to_vec(), &["none"]),
+        (
+            b"solid\nfacet normal 0 0 1\nvertex 0 0 x\n".to_vec(),
+            &["vertex 0 0 x", "line 3"],
+        ),
+        (
+            binary(&facets)[..900].to_vec(),
+            &["900 bytes", "128 triangles"],
+        ),
+        (
+            stl(&[[[0.0; 3], [1.0, 0.0, 1.0], [2.0, 0.0, 2.0]]]),
+            &["without area"],
+        ),
+        (
+            stl(&[facets.as_slice(), &facets[..1]].concat()),
+            &["more than two triangles"],
+        ),
+        (
+            stl(&facets
+                .iter()
+                .enumerate()
+                .map(|(k, &[a, b, c])| if k == 5 { [a, c, b] } else { [a, b, c] })
+                .collect::<Vec<_>>()),
+            &["opposite senses"],
+        ),
+        (
+            String::from_utf8(stl(&[[
+                [-1.0, -1.0, 0.7],
+                [-1.0, 3.0, 0.7],
+                [3.0, -1.0, 0.7],
+            ]]))
+            .unwrap()
+            .replace("normal 0 0 0", "normal 0 0 1")
+            .into_bytes(),
+            &["normals against the order"],
+        ),
+        (
+            stl(&facets
+                .iter()
+                .map(|&[a, b, c]| [a, c, b])
+                .collect::<Vec<_>>()),
+            &["contact.obstacle.surface", "counter-clockwise"],
+        ),
+    ];
+    for (file, words) in cases {
+        let error = surface(TOOL, &file).unwrap_err();
+        assert!(
+            words.iter().all(|word| error.contains(word)),
+            "{words:?}: {error}"
+        );
+    }
+    let digest = surface(
+        "obstacle.surface = { file = 'tool.stl', digest = 'f00' }\n",
+        &stl(&facets),
+    )
+    .unwrap_err();
+    assert!(
+        digest.contains("contact.obstacle.surface.digest"),
+        "{digest}"
+    );
+    let missing = surface("obstacle.surface = { file = 'other.stl' }\n", &[]).unwrap_err();
+    assert!(
+        missing.contains("contact.obstacle.surface.file") && missing.contains("other.stl"),
+        "{missing}"
+    );
+    let both = surface(
+        "obstacle = { surface = { file = 'tool.stl' }, sphere = { centre = [0, 0, 9], radius = 1 } }\n",
+        &[],
+    );
+    assert!(both.is_err());
+}
