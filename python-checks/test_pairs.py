@@ -1,5 +1,7 @@
 """Two bodies that touch: exact states, images, limits and published numbers, and random scenes against a checker of its own."""
 
+import math
+
 import h5py
 import numpy as np
 import pytest
@@ -338,6 +340,76 @@ def test_two_balls(pipeline):
     assert pressure.max() == pytest.approx(1.5 * 4 * quarter / (np.pi * a**2), rel=0.01)
     distance = (centre[:, :2] ** 2).sum(axis=1)
     assert np.sqrt(2.5 * (area * pressure) @ distance / quarter) == pytest.approx(a, rel=0.05)
+
+
+def test_crossed_cylinders(solved, tmp_path):
+    """Two equal cylinders at right angles touch as a ball and a plane do; Hertz for the force on a quarter."""
+    radius, width, modulus = 40.0, 16.0, 1 / (2 * (1 - 0.3**2) / 7e4)
+
+    def onto_cylinder(axis, up):
+        def onto(x, y, _):
+            return x, y, up * (radius - math.sqrt(radius**2 - (y if axis == 0 else x) ** 2))
+
+        def place(u, v, w):
+            x, y, z = (width * math.sinh(3 * share) / math.sinh(3) for share in (u, v, w))
+            surface = onto(x, y, 0)[2]
+            return x, y, up * z + (1 - z / width) * surface
+
+        return place, onto
+
+    for name, axis, up, cells in (("upper", 0, 1.0, (8, 8, 6)), ("lower", 1, -1.0, (7, 7, 6))):
+        place, onto = onto_cylinder(axis, up)
+        (tmp_path / f"{name}.msh").write_text(mesh_text(place, cells, "P2", onto))
+    tables = "".join(f'[[body]]\nname = "{name}"\nelement = "P2"\ngmsh.file = "{name}.msh"\n' for name in ("upper", "lower"))
+    planes = [(f"{body}.{face}", face[0], 0.0) for body in ("upper", "lower") for face in ("x_min", "y_min")]
+    planes += [("lower.z_max", "z", 0.0), ("upper.z_max", "z", -0.15)]
+    clamps = "".join(f'[[clamp]]\nface = "{face}"\ncomponents = ["{c}"]\n' + (f"value = [0.0, 0.0, {v}]\n" if v else "") for face, c, v in planes)
+    file = solved(
+        'units = { length = "mm", force = "N" }\n' + tables + clamps + '[contact]\nbetween = ["upper.z_min", "lower.z_min"]\n'
+        "[material.isotropic]\nyoung_modulus = 7e4\npoisson_ratio = 0.3\n"
+    )
+    with open_run(file) as run:
+        area, centre, pressure = run["mesh/pane_area"][:], run["mesh/pane_centre"][:], run["solve/multiplier_normal"][:]
+    force = 4 * area @ pressure
+    a = (3 * force * radius / (4 * modulus)) ** (1 / 3)
+    moments = (area * pressure) @ centre[:, :2] ** 2 / (area @ pressure)
+    # Bodies of six radii of contact, panes of a quarter of one at its middle.
+    assert pressure.max() == pytest.approx(1.5 * force / (np.pi * a**2), rel=0.02)
+    # The mean square of a coordinate is a^2 / 5; the contact is round although neither body is.
+    assert np.sqrt(5 * moments) == pytest.approx([a, a], rel=0.05)
+
+
+def test_a_wedge_slides_into_a_groove(solved, tmp_path):
+    """Both flanks slip, and the press bears 2 N (sin a + mu cos a), by pairs whose meshes match neither in size nor in place."""
+    taper, friction = 0.3, 0.2
+
+    def between(left, right):
+        def place(u, v, w):
+            ends = [side * (1.0 + taper * (w - 1.0)) if abs(side) == 1.0 else side for side in (left, right)]
+            return ends[0] + u * (ends[1] - ends[0]), v, w
+
+        return place
+
+    parts = {"left": (-2.0, -1.0, (3, 4, 6)), "wedge": (-1.0, 1.0, (6, 2, 4)), "right": (1.0, 2.0, (2, 6, 6))}
+    for name, (left, right, cells) in parts.items():
+        (tmp_path / f"{name}.msh").write_text(mesh_text(between(left, right), cells, "P1"))
+    text = "".join(f'[[body]]\nname = "{name}"\ngmsh.file = "{name}.msh"\n' for name in parts)
+    text += '[[clamp]]\nface = "left.x_min"\n[[clamp]]\nface = "right.x_max"\n'
+    text += '[[clamp]]\nface = "wedge.z_max"\ncomponents = ["z"]\nvalue = [0.0, 0.0, -0.01]\n'
+    text += '[[clamp]]\nface = "wedge.y_min"\ncomponents = ["y"]\n'
+    text += '[[contact]]\nbetween = ["wedge.x_min", "left.x_max"]\n[[contact]]\nbetween = ["wedge.x_max", "right.x_min"]\n'
+    text += f"[friction]\ncoefficient.constant = {friction}\n[material.isotropic]\nyoung_modulus = 1e3\npoisson_ratio = 0.3\n"
+    with open_run(solved(text)) as run:
+        area, traction = run["mesh/pane_area"][:], run["post/contact_traction"][:]
+        pressure, shear = run["solve/multiplier_normal"][:], run["solve/multiplier_tangential"][:]
+        left = run["mesh/pane_centre"][:, 0] < 0.0
+    assert np.hypot(*shear.T) == pytest.approx(friction * pressure, rel=1e-10)
+    one, other = ((area * pressure)[on].sum() for on in (left, ~left))
+    # The flanks' meshes differ.
+    assert one == pytest.approx(other, rel=1e-3)
+    angle = np.arctan(taper)
+    # The wedge is squeezed, so that a thousandth of friction points along the groove.
+    assert -area @ traction[:, 2] == pytest.approx((one + other) * (np.sin(angle) + friction * np.cos(angle)), rel=1e-3)
 
 
 def test_a_stack(contact3d, tmp_path):
