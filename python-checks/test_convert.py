@@ -262,6 +262,9 @@ def test_decks_are_read_rightly(tmp_path, kind):
     assert volumes(body) == pytest.approx([1 / 6] * count)
     assert {name: list(body.faces.values()).count(name) for name in body.faces.values()} == faces
     np.testing.assert_allclose(body.points.max(axis=0), largest, atol=1e-15)
+    # Each of several bodies can be named: by its instance where no set of elements does.
+    if kind == "two instances":
+        assert body.regions == ["I0", "I1"]
 
 
 def test_decks_in_several_files(tmp_path):

@@ -24,6 +24,7 @@ SHELL_TYPES = {3: "S3", 4: "S4", 6: "STRI65", 8: "S8R", 9: "S9R5"}
 #: Keywords that make or move nodes and elements which the file does not list.
 GENERATED = ("NGEN", "NFILL", "NMAP", "NCOPY", "ELGEN", "ELCOPY", "SYSTEM")
 SIDE = "contact3d side "
+INSTANCE = "contact3d instance "
 #: Numbers of a generated set; more do not fit into the memory.
 MOST_GENERATED = 10**8
 
@@ -88,6 +89,10 @@ class Deck:
         if keyword in ("PART", "ASSEMBLY", "INSTANCE"):
             self._begin(keyword, options, data)
         elif keyword in ("END PART", "END ASSEMBLY", "END INSTANCE"):
+            if scope.is_assembly and len(self._instances) > 1:
+                for name in self._instances:
+                    cells = [number for of in self._of_instance(name) for number in of.cells]
+                    scope.add("ELSET", INSTANCE + name, {name: cells})
             self.lines += [*scope.text(), f"*{keyword}"]
             self._scopes.pop()
         elif keyword == "NODE":

@@ -19,7 +19,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from . import _nastran, _shapes
-from ._abaqus import Deck, DeckError, surfaces
+from ._abaqus import INSTANCE, Deck, DeckError, surfaces
 from ._files import write_whole
 from ._nastran import BulkError
 
@@ -110,6 +110,7 @@ def read(source: Path, chosen: Collection[str] | None, cut: bool) -> Tetrahedra:
         triangles += [triangle for triangle in boundary if held and triangle <= held]
         inside.setdefault(name, set()).update(child for cell in volumes for child in children.get(cell, []))
         outside.setdefault(name, set()).update(triangle for triangle in triangles if triangle in boundary)
+    ignored += _name_instances(inside, outside, len(cells))
     if chosen is not None:
         # The name of an array stands for those of all its values.
         values = [[name for name in inside if part in (name, name.partition("=")[0])] or [part] for part in chosen]
@@ -128,6 +129,19 @@ def read(source: Path, chosen: Collection[str] | None, cut: bool) -> Tetrahedra:
         {frozenset(int(number[n]) for n in triangle): name for triangle, name in faces.items()},
         ignored,
     )
+
+
+def _name_instances(inside: dict[str, set[int]], outside: dict[str, Any], size: int) -> list[str]:
+    """Gives the cells of each instance its name, where no set of cells tells parts of the body from others; what was left out."""
+    instances = {key: inside.pop(key) for key in list(inside) if key.startswith(INSTANCE)}
+    names = [key.removeprefix(INSTANCE) for key in instances]
+    for key in instances:
+        outside.pop(key, None)
+    if any(0 < len(cells) < size for cells in inside.values()) or set(names) & set(inside):
+        return [f"ignored the instance {name!r}: sets of elements are the regions" for name in names]
+    inside.update(zip(names, instances.values(), strict=True))
+    outside.update((name, set()) for name in names)
+    return []
 
 
 Member = TypeVar("Member", bound=Hashable)
