@@ -57,9 +57,12 @@ impl AssembledProblem {
             records,
         };
         if !self.scene().has_history() {
-            let solution = self.solution(settings, start, None, storage)?;
+            let contact = self.contact_problem();
+            let contact = contact.as_ref();
+            let solution = self.solution(contact, settings, start, None, storage)?;
             let recovery = StressRecovery::new(self.mesh());
-            let assessed = self.assessed(solution, settings, (errors, &recovery), false)?;
+            let evaluation = (errors, &recovery);
+            let assessed = self.assessed(contact, solution, settings, evaluation, false)?;
             return Ok(solved(self.clone(), assessed, Vec::new()));
         }
         let increments = self.scene().increments();
@@ -78,18 +81,21 @@ impl AssembledProblem {
                 None => EstimatedErrors::Nothing,
             };
             let before = records.last();
-            let (problem, solution, passes) = match again.take() {
-                None => {
-                    let from = before.map_or(start, |before| Start::at(&before.multiplier));
-                    let problem = self.at_increment(increment, before)?;
-                    let found = problem.solution(settings, from, Some(increment), storage)?;
-                    (problem, found, 1)
-                }
-                Some((problem, last, passes)) => {
-                    let from = Start::at(&last.multiplier);
-                    let found = problem.solution(settings, from, Some(increment), storage)?;
-                    (problem, found.after(last.trace), passes + 1)
-                }
+            let (problem, last) = match again.take() {
+                None => (self.at_increment(increment, before)?, None),
+                Some((problem, last, passes)) => (problem, Some((last, passes))),
+            };
+            let contact = problem.contact_problem();
+            let contact = contact.as_ref();
+            let from = match (&last, before) {
+                (Some((last, _)), _) => Start::at(&last.multiplier),
+                (None, Some(before)) => Start::at(&before.multiplier),
+                (None, None) => start,
+            };
+            let found = problem.solution(contact, settings, from, Some(increment), storage)?;
+            let (solution, passes) = match last {
+                None => (found, 1),
+                Some((last, passes)) => (found.after(last.trace), passes + 1),
             };
             let along_curves = match self.scene().follows_tools() {
                 true => problem.closes_along_curves(),
@@ -102,7 +108,8 @@ impl AssembledProblem {
                     continue;
                 }
             }
-            let assessed = problem.assessed(solution, settings, (errors, &recovery), !is_last)?;
+            let evaluation = (errors, &recovery);
+            let assessed = problem.assessed(contact, solution, settings, evaluation, !is_last)?;
             let (solution, report) = &assessed;
             let dual = problem.system.contact.as_ref();
             let dual_rhs = dual.map_or(&[][..], |contact| contact.dual_rhs());
@@ -165,6 +172,7 @@ impl AssembledProblem {
     /// Solves one problem.
     fn solution(
         &self,
+        contact: Option<&ContactProblem<'_>>,
         settings: &SolveSettings,
         start: Start<'_>,
         increment: Option<Increment>,
@@ -181,7 +189,6 @@ impl AssembledProblem {
             multiplier: start.multiplier.or(nested.as_deref()),
             ..start
         };
-        let contact = self.contact_problem();
         let mut observe = |progress: Progress<'_>| match (progress, increment) {
             (Progress::Between(state), None) => storage.checkpoint(Checkpoint::Solve(state)),
             (Progress::Between(_), Some(_)) => {}
@@ -189,20 +196,19 @@ impl AssembledProblem {
                 storage.observe(RunStep::Solving(increment, progress));
             }
         };
-        Ok(self.solve_static(contact.as_ref(), settings, start, &mut observe)?)
+        Ok(self.solve_static(contact, settings, start, &mut observe)?)
     }
 
     /// Evaluates the solution of one problem and holds it against its report. Of a success that other increments follow the mapping Ψ is
     /// not kept; where their solve fails, the error in the energy norm is estimated.
     fn assessed(
         &self,
+        contact: Option<&ContactProblem<'_>>,
         mut solution: Solution,
         settings: &SolveSettings,
         (errors, recovery): (EstimatedErrors, &StressRecovery),
         is_followed: bool,
     ) -> Result<(Solution, ContactReport), ProblemError> {
-        let contact = self.contact_problem();
-        let contact = contact.as_ref();
         let mut report = self.evaluated(contact, &solution, (errors, recovery))?;
         if let Some(failure) = self.system.assembly.factor.failure() {
             return Err(AssemblyError::Engine(failure).into());
