@@ -263,3 +263,21 @@ def test_a_history_that_follows_its_tool_by_stages(contact3d, tmp_path):
     with open_run(whole) as one, open_run(staged) as other:
         for name in ("solve/multiplier_normal", "solve/displacement", "history/tool_displacement"):
             assert np.array_equal(one[name][:], other[name][:]), name
+
+
+def test_a_tool_that_is_lifted_leaves_nothing(contact3d, tmp_path):
+    """The distances of the last increment are those before it, with an error of |u_t|^2/2R that is no penetration."""
+    (tmp_path / "lift.toml").write_text("""
+body.brick = { size = [60.0, 10.0, 20.0], cells = [24, 2, 3] }
+material.isotropic = { young_modulus = 50.0, poisson_ratio = 0.4 }
+clamp = [{ face = "z_min" }]
+friction.coefficient.constant = 0.3
+contact.face = "z_max"
+contact.tool = "roller"
+contact.obstacle.cylinder = { point = [25.0, 0.0, 40.0], direction = [0.0, 1.0, 0.0], radius = 20.0 }
+tool = [{ name = "roller", displacement = [3.0, 0.0, -0.5] }]
+step = [{ increments = 3, factor.roller = 1.0 }, { increments = 3, factor.roller = 0.0 }]
+""")
+    contact3d("run", "--no-figures", tmp_path / "lift.toml", tmp_path / "lift.h5")
+    words = contact3d("status", tmp_path / "lift.h5").stdout
+    assert "the smallest gap left" in words and "interference" not in words and "inside" not in words

@@ -73,13 +73,14 @@ impl Interface {
         Ok(Some(interface))
     }
 
-    /// The contacts, by their places in the scene, whose foundation cuts into the body, with the largest depth in m.
+    /// The contacts with interference, by their places in the scene, whose foundation cuts into the body, with the largest depth in m.
     pub fn depths(
         &self,
         scene: &Scene,
         surface: &ContactSurface,
     ) -> impl Iterator<Item = (usize, f64)> {
         let faces = scene.contact_order().into_iter().zip(&surface.faces);
+        let faces = faces.filter(|(entry, _)| scene.contacts[*entry].interference);
         let depths = faces.map(|(entry, face)| {
             let gaps = self
                 .gap

@@ -131,6 +131,19 @@ impl Mesh {
         Self::new(scene, raw, regions, None)
     }
 
+    /// The mesh of the same scene with other cells of its brick.
+    ///
+    /// # Errors
+    /// As [`Self::of_scene`].
+    pub(crate) fn of_other_cells(&self, scene: &Scene) -> Result<Self, MeshError> {
+        let raw = RawMesh {
+            obstacles: self.obstacles.clone(),
+            ..RawMesh::of_bodies(scene, Path::new(""))?
+        };
+        let regions = side::assign(scene, &raw)?;
+        Self::new(scene, raw, regions, None)
+    }
+
     /// A mesh of a scene's body with a region for each tetrahedron. One that was cut from a first one comes with what that left of
     /// curved contact faces, in m; the first one of a brick consists of whole cells.
     fn new(

@@ -53,11 +53,12 @@ pub struct Solved<'a> {
 }
 
 impl Solved<'_> {
-    /// Depth in m to which a face may lie in its obstacle by the digits of a mesh file; by rounding of places for bricks.
+    /// Depth in m to which a face may lie in its obstacle by the digits of a mesh file, or by what distances before an increment leave of
+    /// those after it; by rounding of places for bricks.
     fn touching_depth(&self) -> f64 {
         let share = match self.scene.as_brick() {
-            Some(_) => rounding::SUM_ROUNDINGS * f64::EPSILON,
-            None => GEOMETRY_TOLERANCE,
+            Some(_) if !self.scene.follows_tools() => rounding::SUM_ROUNDINGS * f64::EPSILON,
+            _ => GEOMETRY_TOLERANCE,
         };
         share * self.mesh.extent()
     }

@@ -34,7 +34,9 @@ impl AssembledProblem {
         let brick = scene.as_brick_mut()?;
         *brick = halved(brick, element)?;
         scene.adapt = None;
-        let coarse = Problem::new(scene).ok()?;
+        let scene = scene.checked().ok()?;
+        let mesh = self.mesh().of_other_cells(&scene).ok()?;
+        let coarse = Problem::on_mesh(scene, mesh).ok()?;
         let n_panes = coarse.mesh().contact.as_ref()?.n_panes();
         let mut scene = coarse.scene().clone();
         scene.assemble.dual_operator = if 3 * n_panes <= DENSE {

@@ -9,10 +9,7 @@ use std::{
 use nalgebra::{Matrix2, Matrix3x2, Vector2, Vector3};
 use rstar::{RTree, primitives::GeomWithData};
 
-use super::{
-    stl,
-    triangulated::{TriangulatedSurface, around, normal_of},
-};
+use super::{stl, triangulated::TriangulatedSurface};
 use crate::{
     mesh::{GEOMETRY_TOLERANCE, extents},
     scene::{InvalidValue, SurfaceFile, Written, place_words, require_regular},
@@ -84,24 +81,14 @@ impl TriangulatedSurface {
                 help: "is the file in millimetres and the scene in metres? then unit = 0.001; the other way round unit = 1000".into(),
             });
         }
-        let surface = Oriented::merged(&stated, GEOMETRY_TOLERANCE * extent).checked();
-        let surface =
-            surface.map_err(|(found, help)| invalid("a surface with two sides", found, help))?;
-        let normals = surface.corner_normals(file.sharp_angle.to_radians().cos());
-        Ok(Self::new(surface.points, surface.triangles, normals))
+        let mut surface = Self::merged(&stated, GEOMETRY_TOLERANCE * extent);
+        let at_edge = surface.checked_edges();
+        let at_edge =
+            at_edge.map_err(|(found, help)| invalid("a surface with two sides", found, help))?;
+        surface.normals = surface.corner_normals(&at_edge, file.sharp_angle.to_radians().cos());
+        Ok(surface)
     }
-}
 
-/// Triangles that go the same way round as their neighbours.
-struct Oriented {
-    points: Vec<[f64; 3]>,
-    triangles: Vec<[usize; 3]>,
-    normals: Vec<Vector3<f64>>,
-    /// The triangle at each edge, as it goes round.
-    at_edge: BTreeMap<[usize; 2], usize>,
-}
-
-impl Oriented {
     /// Points no nearer to each other than some digits in m, triangles of them with the normals that the file gives; triangles that
     /// collapse are left out.
     fn merged(stated: &[[Vector3<f64>; 4]], digits: f64) -> Self {
@@ -126,25 +113,24 @@ impl Oriented {
             (corners, *normal)
         });
         let all = all.filter(|([a, b, c], _)| a != b && b != c && c != a);
-        let (triangles, normals) = all.unzip();
-        Self {
-            points,
-            triangles,
-            normals,
-            at_edge: BTreeMap::new(),
-        }
+        let (triangles, normals): (Vec<_>, Vec<_>) = all.unzip();
+        let normals = normals
+            .into_iter()
+            .map(|normal| [normal.into(); 3])
+            .collect();
+        Self::new(points, triangles, normals)
     }
 
-    /// The same with normals by the order of corners.
+    /// The triangle at each edge as it goes round it.
     ///
     /// # Errors
     /// What was found and what to do: triangles without area, or that do not go round as their neighbours or as their normals say.
-    fn checked(mut self) -> Result<Self, (String, &'static str)> {
-        let (points, triangles) = (&self.points, &self.triangles);
-        let corners = |triangle: &[usize; 3]| triangle.map(|point| Vector3::from(points[point]));
+    fn checked_edges(&self) -> Result<BTreeMap<[usize; 2], usize>, (String, &'static str)> {
+        let mut at_edge = BTreeMap::new();
         let (mut area, mut against) = (0.0, 0.0);
-        for (number, (triangle, stated)) in triangles.iter().zip(&self.normals).enumerate() {
-            let [a, b, c] = corners(triangle);
+        for (number, triangle) in self.triangles.iter().enumerate() {
+            let [a, b, c] = self.corners(number);
+            let stated = Vector3::from(self.normals[number][0]);
             let place = place_words(((a + b + c) / 3.0).into());
             let normal = (b - a).cross(&(c - a));
             let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
@@ -154,10 +140,10 @@ impl Oriented {
                 return Err((found, "remesh the surface where it has slivers"));
             }
             area += normal.norm();
-            against += normal.norm() * f64::from(u8::from(normal.dot(stated) < 0.0));
+            against += normal.norm() * f64::from(u8::from(normal.dot(&stated) < 0.0));
             for k in 0..3 {
                 let edge = [triangle[k], triangle[(k + 1) % 3]];
-                if self.at_edge.insert(edge, number).is_some() {
+                if at_edge.insert(edge, number).is_some() {
                     let found = format!(
                         "neighbours that go round in opposite senses, or more than two triangles at an edge, around {place}"
                     );
@@ -168,7 +154,7 @@ impl Oriented {
                 }
             }
         }
-        if triangles.is_empty() {
+        if self.triangles.is_empty() {
             return Err((
                 "triangles of no size alone".into(),
                 "export the surface again",
@@ -181,22 +167,24 @@ impl Oriented {
                 "seen from the body corners go counter-clockwise; let a CAD or mesh program orient the triangles",
             ));
         }
-        self.normals = triangles.iter().map(|it| normal_of(&corners(it))).collect();
-        Ok(self)
+        Ok(at_edge)
     }
 
     /// The normals at the corners of each triangle: at each point means over triangles that edges with at least that cosine join.
-    fn corner_normals(&self, least_cosine: f64) -> Vec<[[f64; 3]; 3]> {
-        let around = around(self.points.len(), &self.triangles);
+    fn corner_normals(
+        &self,
+        at_edge: &BTreeMap<[usize; 2], usize>,
+        least_cosine: f64,
+    ) -> Vec<[[f64; 3]; 3]> {
         let mut normals = vec![[Vector3::zeros(); 3]; self.triangles.len()];
         let mut open = Vec::new();
-        for (point, triangles) in around.iter().enumerate() {
+        for (point, triangles) in self.around.iter().enumerate() {
             let mut left: BTreeSet<usize> = triangles.iter().copied().collect();
             while let Some(first) = left.pop_first() {
                 let (mut fan, mut next, mut n_joints) = (vec![first], 0, 0);
                 while let Some(&triangle) = fan.get(next) {
-                    for other in self.beside(triangle, point) {
-                        let cosine = self.normals[triangle].dot(&self.normals[other]);
+                    for other in self.beside(at_edge, triangle, point) {
+                        let cosine = self.normal(triangle).dot(&self.normal(other));
                         n_joints += usize::from(cosine >= least_cosine);
                         if cosine >= least_cosine && left.remove(&other) {
                             fan.push(other);
@@ -207,7 +195,7 @@ impl Oriented {
                 let sum: Vector3<f64> = fan.iter().map(|t| self.weighted_normal(*t, point)).sum();
                 let mean = sum.normalize();
                 for &triangle in &fan {
-                    let own = self.normals[triangle];
+                    let own = self.normal(triangle);
                     let normal = if mean.dot(&own) > 0.0 { mean } else { own };
                     normals[triangle][self.corner(triangle, point)] = normal;
                 }
@@ -248,7 +236,7 @@ impl Oriented {
                 let turn = matrix.cholesky().map(|it| basis * it.solve(&rhs));
                 let turned = turn.map_or(mean, |turn| (mean + turn).normalize());
                 for &triangle in fan {
-                    if turned.dot(&self.normals[triangle]) > 0.0 {
+                    if turned.dot(&self.normal(triangle)) > 0.0 {
                         normals[triangle][self.corner(triangle, *point)] = turned;
                     }
                 }
@@ -256,17 +244,17 @@ impl Oriented {
         }
     }
 
-    fn corner(&self, triangle: usize, point: usize) -> usize {
-        let corner = self.triangles[triangle].iter().position(|p| *p == point);
-        corner.expect("a corner")
-    }
-
     /// The neighbours of a triangle across its edges at a point.
-    fn beside(&self, triangle: usize, point: usize) -> impl Iterator<Item = usize> {
+    fn beside(
+        &self,
+        at_edge: &BTreeMap<[usize; 2], usize>,
+        triangle: usize,
+        point: usize,
+    ) -> impl Iterator<Item = usize> {
         let corners = self.triangles[triangle];
         let edges = (0..3).map(move |k| [corners[(k + 1) % 3], corners[k]]);
         let edges = edges.filter(move |edge| edge.contains(&point));
-        edges.filter_map(|edge| self.at_edge.get(&edge).copied())
+        edges.filter_map(|edge| at_edge.get(&edge).copied())
     }
 
     fn weighted_normal(&self, triangle: usize, point: usize) -> Vector3<f64> {
@@ -274,8 +262,8 @@ impl Oriented {
         let squares = others.map(|p| {
             (Vector3::from(self.points[*p]) - Vector3::from(self.points[point])).norm_squared()
         });
-        let [a, b, c] = self.triangles[triangle].map(|p| Vector3::from(self.points[p]));
+        let [a, b, c] = self.corners(triangle);
         let double_area = (b - a).cross(&(c - a)).norm();
-        self.normals[triangle] * (double_area / squares.product::<f64>())
+        self.normal(triangle) * (double_area / squares.product::<f64>())
     }
 }

@@ -33,7 +33,7 @@ pub struct TriangulatedSurface {
     /// Unit normal at each corner of each triangle, out of the obstacle, `[n_triangles]`.
     pub normals: Vec<[[f64; 3]; 3]>,
     /// Triangles around each point.
-    around: Vec<Vec<usize>>,
+    pub(super) around: Vec<Vec<usize>>,
     tree: RTree<GeomWithData<Rectangle<[f64; 3]>, usize>>,
 }
 
@@ -97,7 +97,7 @@ impl TriangulatedSurface {
         normals.all(|n| (Vector3::from(*n) - first).amax() <= 16.0 * UNIT_ROUNDING)
     }
 
-    fn corners(&self, triangle: usize) -> [Vector3<f64>; 3] {
+    pub(super) fn corners(&self, triangle: usize) -> [Vector3<f64>; 3] {
         self.triangles[triangle].map(|point| self.points[point].into())
     }
 
@@ -245,21 +245,28 @@ impl TriangulatedSurface {
             .any(|(other, n)| other != point && n == 1)
     }
 
-    fn normal(&self, triangle: usize) -> Vector3<f64> {
-        normal_of(&self.corners(triangle))
+    /// The place of a point among the corners of a triangle.
+    pub(super) fn corner(&self, triangle: usize, point: usize) -> usize {
+        let corner = self.triangles[triangle].iter().position(|p| *p == point);
+        corner.expect("a corner")
+    }
+
+    /// The unit normal by the order of corners.
+    pub(super) fn normal(&self, triangle: usize) -> Vector3<f64> {
+        let [a, b, c] = self.corners(triangle);
+        (b - a).cross(&(c - a)).normalize()
     }
 
     /// The angle in radians of a triangle at one of its points.
     fn angle(&self, triangle: usize, point: usize) -> f64 {
-        let corner = self.triangles[triangle].iter().position(|p| *p == point);
-        let corner = corner.expect("a corner");
+        let corner = self.corner(triangle, point);
         let [x, y, z] = [0, 1, 2].map(|k| self.corners(triangle)[(corner + k) % 3]);
         (y - x).angle(&(z - x))
     }
 }
 
 /// Triangles around each of some points.
-pub(super) fn around(n_points: usize, triangles: &[[usize; 3]]) -> Vec<Vec<usize>> {
+fn around(n_points: usize, triangles: &[[usize; 3]]) -> Vec<Vec<usize>> {
     let mut around = vec![Vec::new(); n_points];
     for (number, corners) in triangles.iter().enumerate() {
         for point in corners {
@@ -267,11 +274,6 @@ pub(super) fn around(n_points: usize, triangles: &[[usize; 3]]) -> Vec<Vec<usize
         }
     }
     around
-}
-
-/// The unit normal of a triangle.
-pub(super) fn normal_of([a, b, c]: &[Vector3<f64>; 3]) -> Vector3<f64> {
-    (b - a).cross(&(c - a)).normalize()
 }
 
 /// The barycentric coordinates of the point of a triangle nearest to a place; those that vanish are zero.
