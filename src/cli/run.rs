@@ -234,7 +234,7 @@ fn finish(
     let scene = session.scene();
     let target = scene.adapt.map_or(f64::NAN, |adapt| adapt.error);
     let (solution, report, increments) = (&results.solution, &results.report, &results.increments);
-    let run = SolvedRun::new(scene, &results);
+    let run = SolvedRun::new(scene, &results).after_levels(adapted.map(|it| it.status));
     let features = || report::features(scene, &run.sizes());
     if output.json {
         let mut json = run.json(session.assembly());
@@ -269,7 +269,7 @@ fn finish(
         let levels = levels.unwrap_or_default();
         terminal::result(&format!("{}\n{told}{levels}", scene.shown_title()));
     }
-    for words in run.cautions() {
+    for words in &run.cautions {
         say(output, &format!("warning: {words}"));
     }
     if let Some(failure) = report.failed_check.filter(|_| report.is_broken()) {

@@ -32,9 +32,10 @@ pub(super) fn status(file: &Path, output: &Output) -> Result<Exit, StageError> {
     let is_fresh = |stage| run.is_fresh(stage);
     let results = is_fresh(Stage::Post).then(|| read_results(reader, &run.input));
     let results = results.transpose()?;
+    let levels = format::read_adaptive_status(reader)?;
     let solved = results
         .as_ref()
-        .map(|results| SolvedRun::new(scene, results));
+        .map(|results| SolvedRun::new(scene, results).after_levels(levels));
     let outcome = is_fresh(Stage::Solve).then(|| format::read_outcome(reader));
     let outcome = outcome.transpose()?;
     let outcome = outcome.map(|outcome| report::outcome(&outcome, scene));
@@ -47,15 +48,15 @@ pub(super) fn status(file: &Path, output: &Output) -> Result<Exit, StageError> {
             "effects": features.json(),
             "stages": stages.json(),
             "outcome": outcome.map(|outcome| outcome.json()),
-            "summary": solved.map(|solved| solved.summary_with_cautions().words_json()),
-            "results": solved.map(|solved| solved.figures().json()),
+            "summary": solved.as_ref().map(|solved| solved.summary_with_warnings().words_json()),
+            "results": solved.as_ref().map(|solved| solved.figures().json()),
             "advice": advice,
             "units": unit_words(scene.units),
         }));
     } else {
         let mut text = format!("{}\n{}\n", file.display(), scene.shown_title());
         let summary = solved
-            .map(|solved| solved.summary_with_cautions())
+            .map(|solved| solved.summary_with_warnings())
             .or(outcome);
         text += &summary.map_or_else(String::new, |summary| summary.text(2, 20));
         text += &stages.text();

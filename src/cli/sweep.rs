@@ -172,7 +172,7 @@ fn run_case(
         terminal::json(&event);
     }
     Ok(match event {
-        Event::Kept | Event::Computed => Exit::Done,
+        Event::Kept | Event::Computed(_) => Exit::Done,
         Event::Failed(error) => {
             let case = plan.find(id).map(|index| plan.cases[index].in_words())?;
             terminal::message(&format!("error: {case}: {error}"));
@@ -257,8 +257,17 @@ fn warnings(plan: &Plan) -> BTreeSet<String> {
     warnings.map(|warning| warning.to_string()).collect()
 }
 
-/// Most cases without a solution that are named.
-const MOST_TOLD: usize = 10;
+/// Cases by their number in the plan with what is said of them, ten at most.
+fn told(plan: &Plan, cases: &[(usize, String)]) -> String {
+    const MOST: usize = 10;
+    let lines = cases.iter().take(MOST);
+    let lines =
+        lines.map(|(number, words)| format!("\n  {}: {words}", plan.cases[*number].in_words()));
+    match cases.len().saturating_sub(MOST) {
+        0 => lines.collect(),
+        more => lines.chain([format!("\n  and {more} more")]).collect(),
+    }
+}
 
 fn report(plan: &Plan, folder: &Path, outcome: &Outcome, output: &Output) {
     let Outcome {
@@ -267,6 +276,7 @@ fn report(plan: &Plan, folder: &Path, outcome: &Outcome, output: &Output) {
         failed,
         busy,
         not_converged,
+        warnings,
     } = outcome;
     let cases = plan.cases.len();
     terminal::print(
@@ -274,25 +284,19 @@ fn report(plan: &Plan, folder: &Path, outcome: &Outcome, output: &Output) {
         || {
             serde_json::json!({
                 "cases": cases, "computed": computed, "kept": kept, "failed": failed,
-                "busy": busy, "not_converged": not_converged.len(),
+                "busy": busy, "not_converged": not_converged.len(), "warnings": warnings.len(),
             })
         },
         || {
-            let unsolved = not_converged
-                .iter()
-                .take(MOST_TOLD)
-                .map(|(number, status)| {
-                    format!("\n  {}: {status}", plan.cases[*number].in_words())
-                });
-            let more = match not_converged.len().saturating_sub(MOST_TOLD) {
-                0 => String::new(),
-                more => format!("\n  and {more} more, with their status in the table"),
-            };
             format!(
                 "{cases} cases: {computed} computed, {kept} kept, {failed} failed, {busy} busy elsewhere; \
-                 {} not converged{}{more}\ntable {}",
+                 {} not converged{}\n{}table {}",
                 not_converged.len(),
-                unsolved.collect::<String>(),
+                told(plan, not_converged),
+                match warnings.len() {
+                    0 => String::new(),
+                    n => format!("{n} warnings of solutions{}\n", told(plan, warnings)),
+                },
                 folder.join(CSV_FILE).display()
             )
         },
@@ -303,7 +307,7 @@ fn report(plan: &Plan, folder: &Path, outcome: &Outcome, output: &Output) {
 fn event_name(event: &Event) -> &'static str {
     match event {
         Event::Kept => "kept",
-        Event::Computed => "computed",
+        Event::Computed(_) => "computed",
         Event::Failed(_) => "failed",
         Event::Busy => "busy",
     }

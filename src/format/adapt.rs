@@ -110,7 +110,7 @@ pub fn read(reader: &Reader) -> Result<(Adaptation, AdaptiveStatus), FormatError
 }
 
 /// How the levels stand; `None` in a file without any.
-pub(super) fn read_status(reader: &Reader) -> Result<Option<AdaptiveStatus>, FormatError> {
+pub fn read_status(reader: &Reader) -> Result<Option<AdaptiveStatus>, FormatError> {
     read_if_there(reader, STATUS)
 }
 

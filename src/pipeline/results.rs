@@ -56,6 +56,13 @@ impl Results {
         faces.flatten().fold(0.0, |deepest, at| deepest.max(-at))
     }
 
+    /// What is allowed in the scene, of a load history that of the last increment, and probably not meant.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<String> {
+        let warnings = self.problem.warnings().into_iter();
+        warnings.map(|warning| warning.to_string()).collect()
+    }
+
     /// The mesh.
     pub fn mesh(&self) -> &Mesh {
         self.problem.mesh()

@@ -1,6 +1,7 @@
 //! The figures of a solved run.
 
 use contact3d::{
+    adaptation::AdaptiveStatus,
     dual::Assembly,
     elasticity::BodyMotion,
     history::StepRecord,
@@ -30,7 +31,6 @@ use super::{
 use crate::{format::StageSizes, pipeline::Results};
 
 /// A scene with its results.
-#[derive(Clone, Copy)]
 pub struct SolvedRun<'a> {
     pub(crate) scene: &'a Scene,
     pub(super) mesh: &'a Mesh,
@@ -42,12 +42,18 @@ pub struct SolvedRun<'a> {
     interference: f64,
     /// Largest depth of bodies that overlap and are taken to touch in m.
     dropped_overlap: f64,
+    /// The quantity that grew on all levels of its mesh.
+    pub(super) unbounded: Option<Functional>,
+    /// What is probably not meant in the scene.
+    warnings: Vec<String>,
+    /// What there is to look at in a solution: nothing touches, something is too large for the theory, or contact too narrow for its panes.
+    pub cautions: Vec<String>,
 }
 
 impl<'a> SolvedRun<'a> {
     /// The results of a scene.
     pub fn new(scene: &'a Scene, results: &'a Results) -> Self {
-        Self {
+        let mut run = Self {
             scene,
             mesh: results.mesh(),
             solution: &results.solution,
@@ -55,7 +61,32 @@ impl<'a> SolvedRun<'a> {
             increments: &results.increments,
             interference: results.interference(),
             dropped_overlap: results.dropped_overlap(),
-        }
+            unbounded: None,
+            warnings: results.warnings(),
+            cautions: Vec::new(),
+        };
+        let nothing = run.nothing_touches().into_iter();
+        let cautions = nothing.chain(run.beyond_theory());
+        run.cautions = cautions.chain(run.narrow_contact()).collect();
+        run
+    }
+
+    /// The same on the last of the levels that ended so.
+    #[must_use]
+    pub fn after_levels(mut self, status: Option<AdaptiveStatus>) -> Self {
+        let is_unbounded = status == Some(AdaptiveStatus::Unbounded);
+        self.unbounded = self
+            .scene
+            .adapt
+            .filter(|_| is_unbounded)
+            .and_then(|it| it.of);
+        self
+    }
+
+    /// The warnings of the scene and of its solution.
+    pub(super) fn all_warnings(&self) -> Vec<&str> {
+        let all = self.warnings.iter().chain(&self.cautions);
+        all.map(String::as_str).collect()
     }
 
     /// The accuracy of the least accurate increment, or of the solution.
@@ -111,7 +142,7 @@ impl<'a> SolvedRun<'a> {
         let (solution, mesh) = (self.solution, self.mesh);
         let mut figures = Figures::new(self.scene.units);
         figures.json_only("status", solution.status.word());
-        figures.json_only("warnings", self.cautions());
+        figures.json_only("warnings", self.all_warnings());
         figures.json_only("accuracy", self.accuracy());
         figures.json_only("n_nodes", mesh.coordinates.len());
         figures.json_only("n_tetrahedra", mesh.tetrahedra.len());
@@ -191,15 +222,6 @@ impl<'a> SolvedRun<'a> {
             "no pane is in contact, the smallest gap left is {gap:.3e} {}: check the place of the {what}, the directions of the loads (a positive pressure pushes into the body) and the unit of lengths",
             unit.word()
         ))
-    }
-
-    /// What there is to look at in a solution: nothing touches, something is too large for the theory, or contact too narrow for its panes.
-    pub fn cautions(&self) -> Vec<String> {
-        let nothing = self.nothing_touches().into_iter();
-        nothing
-            .chain(self.beyond_theory())
-            .chain(self.narrow_contact())
-            .collect()
     }
 
     /// What is too large for the theory of small deformations, and what to look at.
@@ -479,10 +501,18 @@ impl<'a> SolvedRun<'a> {
             .map(|concentration| match concentration {
                 StressConcentration::Notch => "a re-entrant edge",
                 StressConcentration::Clamp => "the rim of a clamp",
+                StressConcentration::Springs => "the rim of stiff springs",
+                StressConcentration::Shear => "the end of a load along the face",
                 StressConcentration::Materials => "an interface at the surface",
                 StressConcentration::Contact => "an edge of the contact face",
             });
-        let place = format!(" at {}", length.told(&largest.at));
+        let mut place = format!(" at {}", length.told(&largest.at));
+        if edge.is_none()
+            && largest.error.is_infinite()
+            && self.report.discretisation_error.is_unreliable()
+        {
+            place += ", not resolved: refine the mesh";
+        }
         let shown = || with_bar(&stress, [largest.value, largest.error], &place, edge);
         (self.solution.has_computed_solution() && largest.value > 0.0).then(shown)
     }

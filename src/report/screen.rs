@@ -212,13 +212,13 @@ impl SolvedRun<'_> {
         slips.reduce(f64::max)
     }
 
-    /// The first screen with what there is to look at, as it is told of a file later.
-    pub fn summary_with_cautions(&self) -> Figures {
+    /// The first screen with all warnings, as it is told of a file later.
+    pub fn summary_with_warnings(&self) -> Figures {
         let mut summary = self.summary();
-        let cautions = self.cautions();
+        let warnings = self.all_warnings();
         summary.human_only(
             "warning",
-            (!cautions.is_empty()).then(|| cautions.join("; ")),
+            (!warnings.is_empty()).then(|| warnings.join("; ")),
         );
         summary
     }
@@ -261,7 +261,7 @@ impl SolvedRun<'_> {
         let length = self.unit(Dimension::LENGTH);
         let at = |place: [f64; 3]| format!(" at {}", length.told(&place));
         let place = it.middle().map_or_else(String::new, at);
-        let grows = !it.error_bar().is_finite();
+        let grows = !it.error_bar().is_finite() || self.unbounded == Some(it.functional);
         let edge = grows.then_some("an edge of the contact face");
         with_bar(unit, [it.value, it.error_bar()], &place, edge)
     }

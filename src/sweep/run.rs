@@ -21,6 +21,7 @@ use crate::{
     format::{self, LAYOUT, Stage},
     output::Folder,
     pipeline::{Session, StageError, StoreWhen, operator_settings, scene_bytes},
+    report::SolvedRun,
 };
 
 /// How a sweep is run.
@@ -43,8 +44,8 @@ pub struct Options {
 pub enum Event {
     /// It was finished before.
     Kept,
-    /// It was computed.
-    Computed,
+    /// It was computed; the warnings of its solution.
+    Computed(Vec<String>),
     /// It failed, now or before; the error.
     Failed(String),
     /// Another process is at work on it.
@@ -64,6 +65,8 @@ pub struct Outcome {
     pub busy: usize,
     /// Finished cases, by their number in the plan, whose solve did not converge or whose mesh does not meet its target, with their status.
     pub not_converged: Vec<(usize, String)>,
+    /// Warnings of the solutions computed, with the numbers of their cases in the plan.
+    pub warnings: Vec<(usize, String)>,
 }
 
 /// Runs all cases that are not finished and writes the tables; `observe` sees every case by its index.
@@ -98,7 +101,7 @@ pub fn run(
                 outcome
                     .lock()
                     .unwrap_or_else(PoisonError::into_inner)
-                    .count(&event);
+                    .count(index, &event);
                 observe(index, &event);
             }
         }
@@ -112,6 +115,7 @@ pub fn run(
         work();
     }
     let mut outcome = outcome.into_inner().unwrap_or_else(PoisonError::into_inner);
+    outcome.warnings.sort();
     let written = summary::write(plan, folder);
     outcome.not_converged = written.map_err(|error| StageError::NotSummedUp(Box::new(error)))?;
     Ok(outcome)
@@ -211,10 +215,14 @@ fn attempt(
 }
 
 impl Outcome {
-    fn count(&mut self, event: &Event) {
+    fn count(&mut self, index: usize, event: &Event) {
         match event {
             Event::Kept => self.kept += 1,
-            Event::Computed => self.computed += 1,
+            Event::Computed(warnings) => {
+                self.computed += 1;
+                let warnings = warnings.iter().map(|words| (index, words.clone()));
+                self.warnings.extend(warnings);
+            }
             Event::Failed(_) => self.failed += 1,
             Event::Busy => self.busy += 1,
         }
@@ -242,18 +250,17 @@ fn run_stale(
         if options.self_contained {
             session.embed_assembly()?;
         }
-        return Ok(if performed.is_empty() {
-            Event::Kept
+        return if performed.is_empty() {
+            Ok(Event::Kept)
         } else {
-            Event::Computed
-        });
+            computed(&mut session)
+        };
     }
     if let Some(start) = case.start {
         session.start_from(multiplier(&plan.cases[start].file(folder))?.unwrap_or_default());
     }
     let mut event = Event::Kept;
     if !session.is_done()? {
-        event = Event::Computed;
         let key = operator_key(&case.scene.scene);
         let outcome = operators
             .prepare(&key, |known| {
@@ -265,11 +272,19 @@ fn run_stale(
             .and_then(|()| compute(&mut session));
         operators.release(&key);
         outcome?;
+        event = computed(&mut session)?;
     }
     if options.self_contained {
         session.embed_assembly()?;
     }
     Ok(event)
+}
+
+/// That a case was computed, with the warnings of its solution.
+fn computed(session: &mut Session) -> Result<Event, StageError> {
+    let results = session.results()?;
+    let run = SolvedRun::new(session.scene(), &results);
+    Ok(Event::Computed(run.cautions))
 }
 
 /// Loads, solution and report, each if it or an earlier one is not fresh.

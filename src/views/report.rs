@@ -76,7 +76,8 @@ fn file_page(path: &Path, interactive: bool) -> Result<Page, StageError> {
     let (mut sections, mut warning) = (Vec::new(), None);
     if run.states.iter().all(StageState::is_fresh) {
         let results = read_results(reader, &run.input)?;
-        let solved = SolvedRun::new(scene, &results);
+        let levels = format::read_adaptive_status(reader)?;
+        let solved = SolvedRun::new(scene, &results).after_levels(levels);
         warning = solved.stamp();
         sections = result_sections(path, &solved, &results, interactive)?;
     }
@@ -169,7 +170,7 @@ fn result_sections(
         parts.push(part(drawn(face).page(), name, PICTURE_WIDTHS[0])?);
     }
     sections.push(Section::new("panels", "Contact face and body", parts));
-    let summary = vec![table(&run.summary_with_cautions())];
+    let summary = vec![table(&run.summary_with_warnings())];
     sections.push(Section::new("results", "Results", summary));
     let name = "von Mises stress, a picture";
     let stress = part(picture::stress_page(&drawn(0)), name, PICTURE_WIDTHS[1])?;

@@ -48,6 +48,13 @@ fn loads_on_held_displacements_are_warned_of() {
     // Three panes are too few for whatever happens on them, and it says so.
     let narrow = text.matches("beside open ones").count();
     assert_eq!(text.matches("warning").count(), 1 + narrow, "{text}");
+    // The file tells both whenever it is asked.
+    let status = program.command(&["status", "run.h5", "--json"]).output();
+    let status: serde_json::Value = serde_json::from_slice(&status.unwrap().stdout).unwrap();
+    let told = status["results"]["warnings"].as_array().unwrap();
+    assert_eq!(told.len(), 1 + narrow, "{status}");
+    let first = told[0].as_str().unwrap();
+    assert!(format!("warning: {first}").starts_with(warning), "{status}");
     // Also when only the loads are new, and not after the advice was followed.
     let text = run(
         &program,

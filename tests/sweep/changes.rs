@@ -9,11 +9,20 @@ use crate::program::{FRICTION, Sweep, names};
 #[test]
 fn failed_cases_are_recorded_and_tried_again_only_on_demand() {
     let text = "[set]\n\"body.brick.cells\" = [12, 4, 4]\n[[axis]]\nkey = \"body_force\"\nvalues = \
-                [{ value = [0.0, 0.0, 0.0] }, { value = [\"1/(x-x)\", 0.0, 0.0] }, { value = [1.0, 0.0, 0.0] }]";
+                [{ value = [0.0, 0.0, 0.0] }, { value = [\"1/(x-x)\", 0.0, 0.0] }, { value = [0.0, 0.0, 1e8] }]";
     let sweep = Sweep::new(text);
     let (code, said) = sweep.run("out", &[]);
     assert_eq!(code, 1, "{said}");
     assert!(said.contains("2 computed, 0 kept, 1 failed"), "{said}");
+    // The last one is lifted off.
+    let lifted = said
+        .split_once("warnings of solutions")
+        .expect("warnings")
+        .1;
+    assert!(
+        lifted.contains("100000000.0") && lifted.contains("no pane is in contact"),
+        "{said}"
+    );
     let table = fs::read_to_string(sweep.path("out/summary.csv")).unwrap();
     assert!(
         table.contains("failed") && table.contains("finite"),

@@ -453,17 +453,33 @@ fn area_vector(corners: &[[f64; 3]; 3]) -> Vector3<f64> {
     (b - a).cross(&(c - a)) / 2.0
 }
 
-/// The loads of a scene, or their components, that act on held displacements only.
+/// The loads of a scene that draw a part of their face the other way, act on held displacements only, or do more inside triangles or tetrahedra than
+/// is integrated.
 #[must_use]
-pub fn idle_loads(scene: &Scene, mesh: &Mesh) -> Vec<Warning> {
+pub fn load_warnings(scene: &Scene, mesh: &Mesh) -> Vec<Warning> {
+    // One that is not finite is refused elsewhere.
+    let loads = scene.face_loads();
+    let loads: Vec<_> = loads
+        .filter_map(|load| SurfaceLoad::new(load, mesh).ok())
+        .collect();
+    let reversed = loads.iter().filter_map(|load| reversed_force(load, mesh));
+    let idle = idle_loads(scene, mesh, &loads);
+    reversed
+        .chain(idle)
+        .chain(unresolved_loads(scene, mesh, &loads))
+        .collect()
+}
+
+/// The loads, or their components, that act on held displacements only.
+fn idle_loads(scene: &Scene, mesh: &Mesh, loads: &[SurfaceLoad<'_>]) -> Vec<Warning> {
     // What acts on a face that is bonded to a free tool moves it.
     let held = match scene.n_free_tool_motions() {
         0 => mesh.held_nodes(scene),
         _ => mesh.held_by(&scene.clamps),
     };
-    let on_faces = scene.face_loads().filter_map(|load| {
-        // One that is not finite is refused elsewhere.
-        let forces = Loads::from(load).nodal_forces(mesh).unwrap_or_default();
+    let on_faces = loads.iter().filter_map(|it| {
+        let (load, mut forces) = (it.load, vec![[0.0; 3]; mesh.coordinates.len()]);
+        it.add_forces(mesh, &mut forces).ok()?;
         let acting = acting_components(&forces);
         let idle = acting.iter().copied();
         let idle = idle.filter(|component| is_held(&forces, &held, *component));
@@ -494,8 +510,7 @@ pub fn idle_loads(scene: &Scene, mesh: &Mesh) -> Vec<Warning> {
 
 /// The loads whose integrals change where triangles are cut in four, or tetrahedra in eight: the quadrature does not see all of what formulas
 /// do inside.
-#[must_use]
-pub fn unresolved_loads(scene: &Scene, mesh: &Mesh) -> Vec<Warning> {
+fn unresolved_loads(scene: &Scene, mesh: &Mesh, loads: &[SurfaceLoad<'_>]) -> Vec<Warning> {
     let told = |key: String, missed: &mut dyn Iterator<Item = (usize, Vec<MissedForce>)>| {
         let (mut apart, mut whole) = (0.0, 0.0);
         for (_, forces) in missed {
@@ -509,47 +524,40 @@ pub fn unresolved_loads(scene: &Scene, mesh: &Mesh) -> Vec<Warning> {
         // A part of a hundredth is less than what a mesh of usual size misses of the solution.
         (share > 0.01).then_some(Warning::UnresolvedLoad { key, share })
     };
-    let on_faces = scene.face_loads().filter_map(|load| {
-        let load = SurfaceLoad::new(load, mesh).ok()?;
-        told(load.load.key() + ".value", &mut load.missed_forces(mesh))
-    });
+    let on_faces = loads
+        .iter()
+        .filter_map(|load| told(load.load.key() + ".value", &mut load.missed_forces(mesh)));
     let inside = scene.body_force.iter();
     let inside =
         inside.filter_map(|it| told(BODY_FORCE.to_owned(), &mut missed_body_forces(it, mesh)));
     on_faces.chain(inside).collect()
 }
 
-/// The total forces whose point lies so far from the middle of the loaded part that a part of that is drawn the other way.
-#[must_use]
-pub fn reversed_forces(scene: &Scene, mesh: &Mesh) -> Vec<Warning> {
-    let reversed = scene.face_loads().filter_map(|load| {
-        let FaceLoad::Force(
-            _,
-            Force {
-                point: Some(point),
-                moment,
-                ..
-            },
-        ) = load
-        else {
-            return None;
-        };
-        // Who gives a moment wants both ways.
-        let has_moment = moment.iter().any(|part| *part != Quantity::Constant(0.0));
-        let spread = SurfaceLoad::new(load, mesh).ok().filter(|_| !has_moment)?;
-        let along = spread.spread.uniform;
-        let corners = spread
-            .sides
-            .iter()
-            .flat_map(|side| mesh.corners(&mesh.facets[side.facet]));
-        let is_reversed = |at: [f64; 3]| along.dot(&spread.spread.at(at)) < 0.0;
-        let key = load.key() + ".point";
-        corners
-            .into_iter()
-            .any(is_reversed)
-            .then_some(Warning::ReversedForce { key, point: *point })
-    });
-    reversed.collect()
+/// That the point of a total force lies so far from the middle of the loaded part that a part of that is drawn the other way.
+fn reversed_force(load: &SurfaceLoad<'_>, mesh: &Mesh) -> Option<Warning> {
+    let FaceLoad::Force(
+        _,
+        Force {
+            point: Some(point),
+            moment,
+            ..
+        },
+    ) = load.load
+    else {
+        return None;
+    };
+    let along = load.spread.uniform;
+    let corners = load
+        .sides
+        .iter()
+        .flat_map(|side| mesh.corners(&mesh.facets[side.facet]));
+    let is_reversed = |at: [f64; 3]| along.dot(&load.spread.at(at)) < 0.0;
+    // Who gives a moment wants both ways.
+    let has_moment = moment.iter().any(|part| *part != Quantity::Constant(0.0));
+    (!has_moment && corners.into_iter().any(is_reversed)).then(|| Warning::ReversedForce {
+        key: load.load.key() + ".point",
+        point: *point,
+    })
 }
 
 /// The components of nodal forces that are more than roundings of a face's normal.

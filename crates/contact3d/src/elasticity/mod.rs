@@ -29,7 +29,7 @@ pub use dofs::{DofMap, forces_of_prescribed, prescribed_displacements};
 pub(crate) use element::Element;
 pub use element::{MaterialField, Simplex, corner_strains, quadratic_gradients, traction};
 pub(crate) use free_motions::loose_motions_of_bodies;
-pub use load::{Loads, SurfaceLoad, idle_loads, reversed_forces, unresolved_loads};
+pub use load::{Loads, SurfaceLoad, load_warnings};
 pub(crate) use load::{MissedForce, missed_body_forces};
 pub(crate) use rigid_modes::rigid_modes;
 pub use rigid_modes::{RigidModes, WeakSupport};

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use nalgebra::Vector3;
 
-use super::Opposite;
+use super::{Mesh, Opposite};
 use crate::linalg::CscMatrix;
 
 /// The contact face Γ_c: its nodes, its triangles, and the pieces that carry multipliers: panes Rⁱ,
@@ -291,6 +291,40 @@ impl ContactSurface {
             }
         }
         None
+    }
+
+    /// The panes of a contact triangle: one, or the multipliers of its nodes.
+    pub(crate) fn panes_of_facet(&self, mesh: &Mesh, place: usize) -> Vec<usize> {
+        let face = self.face_of_facet(place);
+        let nodes = mesh.facet_nodes(self.facets[place]);
+        let carried = |node: usize| self.carried_by(face, self.contact_node(face, node)?);
+        match self.pane_of_facet(place) {
+            Some(pane) => vec![pane],
+            None => nodes.filter_map(carried).collect(),
+        }
+    }
+
+    /// The panes that share a node with each, or the multipliers that share a triangle where nodes carry them, increasing, `[n_panes]`.
+    pub(crate) fn panes_beside(&self, mesh: &Mesh) -> Vec<Vec<usize>> {
+        let mut beside = vec![Vec::new(); self.n_panes()];
+        let mut at_node = vec![Vec::new(); self.nodes.len()];
+        for place in 0..self.facets.len() {
+            let panes = self.panes_of_facet(mesh, place);
+            panes.iter().for_each(|&pane| beside[pane].extend(&panes));
+            if let Some(pane) = self.pane_of_facet(place) {
+                let nodes = mesh.facet_nodes(self.facets[place]);
+                nodes.for_each(|node| at_node[self.contact_nodes(place, [node])[0]].push(pane));
+            }
+        }
+        for panes in &at_node {
+            panes.iter().for_each(|&pane| beside[pane].extend(panes));
+        }
+        for (pane, others) in beside.iter_mut().enumerate() {
+            others.sort_unstable();
+            others.dedup();
+            others.retain(|&other| other != pane);
+        }
+        beside
     }
 
     /// The contact node that a mesh node is on a face.

@@ -195,26 +195,8 @@ impl<'a> Margins<'a> {
 
     /// What z̄ and ψ̄ change by from each pane to those that share a node with it.
     fn line_shifts(&self, means: &[[f64; 2]]) -> Vec<[f64; 2]> {
-        let surface = self.contact.state.surface;
-        let mut beside = vec![Vec::new(); surface.n_panes()];
-        let mut at_node = vec![Vec::new(); surface.nodes.len()];
-        for place in 0..surface.facets.len() {
-            let panes = panes_of(self.solved, self.contact, place);
-            // Nodes that carry multipliers are neighbours in a triangle, panes where they meet.
-            panes.iter().for_each(|&pane| beside[pane].extend(&panes));
-            if panes.len() == 1 {
-                let nodes = self.contact.nodes_of(self.solved.mesh, place).into_iter();
-                nodes.for_each(|node| at_node[node].push(panes[0]));
-            }
-        }
-        for panes in &at_node {
-            panes.iter().for_each(|&pane| beside[pane].extend(panes));
-        }
-        let of_pane = |(pane, neighbours): (usize, Vec<usize>)| {
-            let mut others = neighbours;
-            others.sort_unstable();
-            others.dedup();
-            others.retain(|&other| other != pane);
+        let beside = self.contact.state.surface.panes_beside(self.solved.mesh);
+        let of_pane = |(pane, others): (usize, Vec<usize>)| {
             [0, 1].map(|k| {
                 let changes = others.iter().map(|&other| means[other][k] - means[pane][k]);
                 LINE_SHIFT * root_mean_square(changes.map(|change| (change, 1.0)))
@@ -290,7 +272,8 @@ impl<'a> Margins<'a> {
 
     /// The multipliers at a place of a contact triangle with their weights; where a held node has none, those of the others in the triangle.
     fn multipliers_at(&self, place: usize, share: [f64; 3]) -> Vec<(usize, f64)> {
-        if let Some(pane) = self.contact.state.surface.pane_of_facet(place) {
+        let surface = self.contact.state.surface;
+        if let Some(pane) = surface.pane_of_facet(place) {
             return vec![(pane, 1.0)];
         }
         let between = multipliers_between_nodes(self.solved.mesh, self.contact, place, share);
@@ -298,25 +281,9 @@ impl<'a> Margins<'a> {
         if (whole - 1.0).abs() < 1e-9 {
             return between;
         }
-        let panes = panes_of(self.solved, self.contact, place);
+        let panes = surface.panes_of_facet(self.solved.mesh, place);
         let weight = (panes.len() as f64).recip();
         panes.into_iter().map(|pane| (pane, weight)).collect()
-    }
-}
-
-/// The panes of a contact triangle: one, or the multipliers of its nodes.
-pub(super) fn panes_of(
-    solved: &Solved<'_>,
-    contact: &SolvedContact<'_>,
-    place: usize,
-) -> Vec<usize> {
-    match contact.state.surface.pane_of_facet(place) {
-        Some(pane) => vec![pane],
-        None => {
-            let middle = [1.0 / 3.0; 3];
-            let carried = multipliers_between_nodes(solved.mesh, contact, place, middle);
-            carried.into_iter().map(|(pane, _)| pane).collect()
-        }
     }
 }
 
@@ -327,7 +294,7 @@ pub(super) fn half_space_stiffness(solved: &Solved<'_>, contact: &SolvedContact<
     let mut sums = vec![[0.0; 2]; surface.n_panes()];
     for (place, tetrahedron) in mesh.behind_contact().into_iter().enumerate() {
         let area = mesh.facet_area(surface.facets[place]);
-        for pane in panes_of(solved, contact, place) {
+        for pane in surface.panes_of_facet(mesh, place) {
             sums[pane][0] += area * material.plane_strain_modulus(tetrahedron);
             sums[pane][1] += area;
         }

@@ -3,6 +3,7 @@
 mod areas;
 mod certificate;
 mod checks;
+mod concentration;
 mod estimate;
 mod functional;
 mod peak;
@@ -16,12 +17,13 @@ mod zones;
 pub use crate::solver::Zone;
 pub use certificate::Certificate;
 pub use checks::CheckFailure;
+pub use concentration::StressConcentration;
 pub use estimate::{ContactError, ErrorEstimate, LoadedBoundary, MAX_RELIABLE_ESTIMATE};
 pub use functional::FunctionalEstimate;
 pub(crate) use recovery::StressRecovery;
 pub use resultants::{ContactResultants, FaceResultants, Resultants, SourceForce, von_mises};
 pub use rounding::Rounding;
-pub use stress::{LargestStress, StressConcentration};
+pub use stress::LargestStress;
 pub use tools::ToolState;
 pub use zones::{PaneCoulomb, PaneFriction, PaneState};
 
@@ -239,12 +241,18 @@ impl ContactReport {
                         peak::largest_pressure(solved, &panes, &stiffness, 0.0)
                     });
                     let stresses = (&von_mises[..], &nodal_stress[..], &internal.stress[..]);
+                    let motion = (&displacement[..], &forces.clamp[..]);
+                    let peak = peak.as_ref();
                     let mut largest =
-                        LargestStress::new(solved, &recovery.nodes, stresses, peak.as_ref());
+                        LargestStress::new(solved, &recovery.nodes, stresses, motion, peak);
                     // Contact may be elsewhere.
-                    if touches || discretisation_error.is_unreliable() && contact.is_some() {
-                        largest.error = f64::INFINITY;
-                    }
+                    let is_guess = discretisation_error.is_unreliable() && contact.is_some();
+                    // By symmetry neighbours may be wrong together; stresses on the whole are off by this share.
+                    let of_body = discretisation_error.relative() * largest.value;
+                    largest.error = match touches || is_guess {
+                        true => f64::INFINITY,
+                        false => largest.error.max(of_body),
+                    };
                     let wanted = solved.scene.adapt.and_then(|adapt| adapt.of);
                     if wanted == Some(Functional::LargestVonMises) {
                         functionals.push(largest.quantity(solved.mesh, &discretisation_error));

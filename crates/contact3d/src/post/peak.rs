@@ -8,10 +8,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{
-    FunctionalEstimate, PaneState, Solved, SolvedContact, Zone,
-    areas::{self, FEWEST_PANES},
-};
+use super::{FunctionalEstimate, PaneState, Solved, SolvedContact, Zone, areas::FEWEST_PANES};
 use crate::{post::estimate::multipliers_between_nodes, scene::Functional};
 
 /// What the panes around the largest pressure say of it.
@@ -114,7 +111,7 @@ fn neighbours(solved: &Solved<'_>, contact: &SolvedContact<'_>) -> (Vec<Vec<usiz
     let mut beside = vec![Vec::new(); surface.n_panes()];
     for (place, &facet) in surface.facets.iter().enumerate() {
         let corners = mesh.facets[facet];
-        let here = areas::panes_of(solved, contact, place);
+        let here = surface.panes_of_facet(mesh, place);
         here.iter().for_each(|&pane| beside[pane].extend(&here));
         for (a, b) in [(0, 1), (1, 2), (2, 0)] {
             let ends = [corners[a].min(corners[b]), corners[a].max(corners[b])];

@@ -142,25 +142,9 @@ impl ContactReport {
         let Some(surface) = &mesh.contact else {
             return 0.0;
         };
-        // The contact nodes of a triangle, each with the multiplier that acts there.
-        let nodes = |place: usize| {
-            let face = surface.face_of_facet(place);
-            let pane = surface.pane_of_facet(place);
-            let nodes = mesh.facet_nodes(surface.facets[place]);
-            nodes.filter_map(move |node| {
-                let node = surface.contact_node(face, node)?;
-                Some((node, pane.or_else(|| surface.carried_by(face, node))?))
-            })
-        };
-        let is_open = |(_, pane): (usize, usize)| self.panes[pane].zone == Zone::Open;
-        let mut at_open = vec![false; surface.nodes.len()];
-        let mut is_beside = vec![false; self.panes.len()];
-        for place in (0..surface.facets.len()).filter(|&place| nodes(place).any(is_open)) {
-            nodes(place).for_each(|(node, _)| at_open[node] = true);
-        }
-        for (node, pane) in (0..surface.facets.len()).flat_map(nodes) {
-            is_beside[pane] |= at_open[node];
-        }
+        let is_open = |pane: usize| self.panes[pane].zone == Zone::Open;
+        let beside = surface.panes_beside(mesh);
+        let is_beside = |pane: usize| beside[pane].iter().any(|&other| is_open(other));
         let force = |is_counted: &dyn Fn(usize) -> bool| -> f64 {
             let panes = (0..self.panes.len()).filter(|&pane| is_counted(pane));
             panes
@@ -169,7 +153,7 @@ impl ContactReport {
         };
         let all = force(&|_| true);
         if all > 0.0 {
-            force(&|pane| is_beside[pane]) / all
+            force(&is_beside) / all
         } else {
             0.0
         }

@@ -20,7 +20,7 @@ use thiserror::Error;
 use crate::{
     contact::{Coupling, Interface, PreviousIncrement},
     dual::{AssemblyError, DualSystem, PrimalSystem},
-    elasticity::{idle_loads, reversed_forces, unresolved_loads},
+    elasticity::load_warnings,
     history::StepRecord,
     mesh::{GmshError, Mesh, MeshError},
     post::{ContactReport, Solved, SolvedContact},
@@ -275,9 +275,7 @@ impl Problem {
     pub fn warnings(&self) -> Vec<Warning> {
         let mut warnings = self.scene.warnings();
         warnings.extend(self.scene.unnamed_units(self.mesh.extent()));
-        warnings.extend(reversed_forces(&self.scene, &self.mesh));
-        warnings.extend(idle_loads(&self.scene, &self.mesh));
-        warnings.extend(unresolved_loads(&self.scene, &self.mesh));
+        warnings.extend(load_warnings(&self.scene, &self.mesh));
         if let Some(interface) = &self.interface {
             let length = self.scene.units.length();
             warnings.extend(interface.warnings(self.mesh.extent(), length));

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use contact3d::{
-    elasticity::{Simplex, idle_loads},
+    elasticity::{Simplex, load_warnings},
     mesh::Mesh,
     scene::Scene,
 };
@@ -15,7 +15,7 @@ fn warnings(clamps: &str, loads: &str) -> Vec<String> {
     );
     let scene = Scene::parse("test", &text).unwrap();
     let mesh = Mesh::of_scene(&scene, Path::new("")).unwrap();
-    let warnings = idle_loads(&scene, &mesh);
+    let warnings = load_warnings(&scene, &mesh);
     warnings.iter().map(ToString::to_string).collect()
 }
 

@@ -336,3 +336,79 @@ fn concentrations_of_stress_have_their_names() {
         assert_eq!(largest.error, f64::INFINITY);
     }
 }
+
+/// A change of what is held makes stress unbounded where the body and its mirror image make an edge of more than 180°, and a load where it
+/// jumps along the face. At an edge of 90° a normal or tangential clamp has a mirror image of 180°; a pressure may jump anywhere.
+#[test]
+fn what_changes_along_the_surface_concentrates_stress() {
+    use StressConcentration::{Clamp, Shear, Springs};
+    let largest = |cells: [usize; 3], rest: &str| {
+        let text = format!(
+            "title = 'change'
+             body.brick = {{ size = [2, 2, 1], cells = {cells:?} }}
+             material.isotropic = {{ young_modulus = 2e11, poisson_ratio = 0.3 }}
+             {rest}"
+        );
+        report(&text, None).largest_von_mises
+    };
+    let strip = "box = [[0.5, 0, 0], [1.5, 2, 0]]";
+    let top = "box = [[0.5, 0.5, 1], [1.5, 1.5, 1]]";
+    let rests = "{ face = 'x_min', components = ['x'] }, { face = 'y_min', components = ['y'] }";
+    let planes = format!("clamp = [{rests}, {{ face = 'z_min', components = ['z'] }}]");
+    let pressed = "pressure = [{ face = 'z_max', value = 1e6 }]";
+    let pulled = "traction = [{ face = 'x_max', value = ['1e6*(1 + y)', 0, 0] }]";
+    let strip_held =
+        format!("clamp = [{{ face = 'z_min', {strip}, components = ['z'] }}, {rests}]\n{pressed}");
+    let on_springs = |stiffness: &str| {
+        format!(
+            "spring = [{{ face = 'z_min', {strip}, {stiffness} }}]\nclamp = [{rests}]\n{pressed}"
+        )
+    };
+    let across = |components: &str| {
+        let ends = "{ face = 'x_max', components = ['x'] }";
+        format!(
+            "clamp = [{{ face = 'x_min', components = {components} }}, {ends}]\npressure = [{{ face = 'z_max', value = '1e6*(1 + y)' }}]"
+        )
+    };
+    let on_top = |load: &str| format!("{planes}\n{load}");
+    let kinds = [
+        (strip_held.clone(), Some(Clamp)),
+        (across("['x', 'y', 'z']"), Some(Clamp)),
+        (across("['y', 'z']"), None),
+        (on_top(pulled), None),
+        (on_springs("normal = 1e14"), Some(Springs)),
+        (on_springs("normal = 1e9"), None),
+        (
+            on_top(&format!(
+                "traction = [{{ face = 'z_max', {top}, value = [1e6, 0, 0] }}]"
+            )),
+            Some(Shear),
+        ),
+        (
+            on_top(
+                "force = [{ face = 'z_max', disc = { centre = [1, 1, 1], radius = 0.4 }, moment = [0, 0, 1e5] }]",
+            ),
+            Some(Shear),
+        ),
+        (
+            on_top(&format!(
+                "pressure = [{{ face = 'z_max', {top}, value = 1e6 }}]"
+            )),
+            None,
+        ),
+        (
+            on_top(&format!(
+                "traction = [{{ face = 'z_max', {top}, value = ['1e6*(1 - 4*(x - 1)^2)*(1 - 4*(y - 1)^2)', 0, 0] }}]"
+            )),
+            None,
+        ),
+    ];
+    for (rest, expected) in kinds {
+        let found = largest([4, 4, 2], &rest);
+        assert_eq!(found.concentration, expected, "{rest} {found:?}");
+        assert_eq!(found.error.is_infinite(), expected.is_some());
+    }
+    // Under a rigid flat strip pressure goes as the root of the distance from its edge: √2 with each halving, less what is smooth.
+    let growth = largest([16, 4, 8], &strip_held).value / largest([8, 2, 4], &strip_held).value;
+    assert!((1.25..1.5).contains(&growth), "{growth}");
+}
