@@ -30,7 +30,7 @@ TASKS = {
     "Drag": "newton hkl2011_table1 hkl2011_table2 coulomb_isotropic coulomb_orthotropic tresca capped expression_law "
     "table_law turning_frame parameters dry_and_greased wall ssnv128 ssnv503",
     "Load in steps and loops": "history history_wear cattaneo_roller rail roller",
-    "Let two bodies touch": "two_blocks elastic_foundation stack two_cylinders two_balls two_rings",
+    "Let two bodies touch": "two_blocks elastic_foundation stack two_cylinders two_balls two_rings glued",
     "Sweep": "sweep_friction sweep_slope",
     "Hold by contact or springs": "block_on_slope pushed_block corner_block slope two_plates springs",
     "Take a mesh from elsewhere": "gmsh_foot cup wedge",
@@ -59,6 +59,7 @@ TESTS = {
     "crates/contact3d/tests/scenes/obstacles/hertz.rs": "hertz_sphere hertz_cylinder cup",
     "crates/contact3d/tests/scenes/closed_forms.rs": "turning_frame",
     "crates/contact3d/tests/scenes/tools.rs": "platen",
+    "crates/contact3d/tests/scenes/glued.rs": "glued",
     "tests/all/verification.rs": "newton ssnv128 ssnv503",
 }
 

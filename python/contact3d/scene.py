@@ -464,8 +464,11 @@ class Contact(Keys):
         Not given beside ``between``.
     :param between: Two faces of different bodies that may touch each other. The contact stresses belong to the
         softer one, of the same softness to that with the finer mesh.
+    :param glued: Whether the faces in ``between`` are bonded, as by glue or a weld: they move as one wherever they
+        face each other, without any law of contact. The meshes need not match; the nodes of one face are moved onto the
+        other and follow it.
     :param panes_on: The one of the faces in ``between`` that the contact stresses belong to, in place of the softer
-        one.
+        one; of glued faces the one whose nodes follow the other.
     :param obstacle: The rigid obstacle in the place of the foundation, which is the half-space behind the flat
         face.
     :param tool: The name of the ``[[tool]]`` that the obstacle, or the foundation without one, is part of and moves
@@ -491,6 +494,7 @@ class Contact(Keys):
 
     face: str | None = None
     between: Sequence[str] | None = None
+    glued: bool | None = None
     panes_on: str | None = None
     obstacle: Obstacle | None = None
     tool: str | None = None

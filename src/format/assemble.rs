@@ -406,6 +406,7 @@ fn read_dofs(reader: &Reader, n_free: usize) -> Result<DofMap, FormatError> {
         dof: dof.collect(),
         n_nodes,
         tied: Arc::new(read_tied(reader, n_nodes)?),
+        glued: BTreeMap::new(),
         n_free,
         prescribed: None,
     })

@@ -2,9 +2,12 @@
 
 use std::{collections::BTreeMap, ops::Range, sync::Arc};
 
-use contact3d::mesh::{
-    BodyRange, ContactSurface, Mesh, MidEdgeNodes, Opposite, Quality, SurfaceFace,
-    TriangulatedSurface,
+use contact3d::{
+    linalg::CscMatrix,
+    mesh::{
+        BodyRange, ContactSurface, GluedNode, Mesh, MidEdgeNodes, Opposite, Quality, SurfaceFace,
+        TriangulatedSurface,
+    },
 };
 use runfile::{
     Extent::{Fixed, Named, Plus},
@@ -44,6 +47,8 @@ const OBSTACLE_POINTS: &str = "/mesh/obstacle_points";
 const OBSTACLE_TRIANGLES: &str = "/mesh/obstacle_triangles";
 const OBSTACLE_NORMALS: &str = "/mesh/obstacle_normals";
 const OBSTACLE_CONTACT: &str = "/mesh/obstacle_contact";
+const GLUED_NODES: &str = "/mesh/glued_nodes";
+const GLUED_SHARES: &str = "/mesh/glued_shares";
 const OPPOSITE_POINTS: &str = "/mesh/opposite_points";
 const OPPOSITE_PANES: &str = "/mesh/opposite_panes";
 const OPPOSITE_PAIRS: &str = "/mesh/opposite_pairs";
@@ -54,6 +59,7 @@ const ONLY_QUADRATIC: Condition<Mesh> = ("absent with linear tetrahedra", |mesh|
 });
 const NO_CONTACT: &str = "absent without contact";
 const ONE_BODY: &str = "absent without several bodies";
+const NOTHING_GLUED: &str = "absent without glued faces";
 const NO_PAIR: &str = "absent where no bodies touch each other";
 const NO_TRIANGLES: &str = "absent without an obstacle of triangles";
 const ONE_FACE: &str = "absent without several contact faces";
@@ -74,6 +80,8 @@ pub(super) const BODY: Fields<Mesh> = fields! { Mesh => GROUP;
     {Kind::I64} OBSTACLE_TRIANGLES, &[Named("n_obstacle_triangles"), Fixed(3)], Dimension::Number, "Points of each triangle of an obstacle, counter-clockwise seen from the body.".compressed().optional(NO_TRIANGLES);
     {Kind::F64} OBSTACLE_NORMALS, &[Named("n_obstacle_triangles"), Fixed(3), extents::XYZ], Dimension::Number, "Unit normal out of the obstacle at each corner of its triangles, the same on both sides of an edge that is not sharp.".compressed().optional(NO_TRIANGLES).finite();
     {Kind::I64} OBSTACLE_CONTACT, &[Named("n_obstacle_triangles")], Dimension::Number, "Contact of the scene, from 0, that each triangle is an obstacle of.".compressed().optional(NO_TRIANGLES);
+    {Kind::I64} GLUED_NODES, &[Named("n_glued_nodes"), Fixed(2)], Dimension::Number, "Nodes that follow those of a face that theirs is glued to, before those that they follow, and the contact of the scene that glues them.".compressed().optional(NOTHING_GLUED);
+    {Kind::CscMatrix} GLUED_SHARES, &[Named("n_nodes"), Named("n_glued_nodes")], Dimension::Number, "Shares of the nodes that each of these follows, in displacement and place; columns sum to 1. Components that clamps hold follow nothing.".optional(NOTHING_GLUED);
 };
 
 pub(super) const SURFACE: Fields<ContactSurface> = fields! { ContactSurface => GROUP;
@@ -136,6 +144,9 @@ pub fn write(
     if !mesh.obstacles.is_empty() {
         write_obstacles(writer, &mesh.obstacles)?;
     }
+    if !mesh.glued.is_empty() {
+        write_glued(writer, mesh)?;
+    }
     if let Some(contact) = &mesh.contact {
         if contact.faces.len() > 1 {
             write_faces(writer, &contact.faces, contact_names)?;
@@ -189,6 +200,23 @@ fn write_obstacles(
     write_value(writer, OBSTACLE_TRIANGLES, &triangles)?;
     write_value(writer, OBSTACLE_NORMALS, &normals)?;
     write_value(writer, OBSTACLE_CONTACT, &contacts)
+}
+
+fn write_glued(writer: &mut GroupWriter<'_>, mesh: &Mesh) -> Result<(), StoreError> {
+    let nodes = mesh.glued.iter().map(|glued| [glued.node, glued.entry]);
+    write_value(writer, GLUED_NODES, &nodes.collect::<Vec<_>>())?;
+    let mut shares = CscMatrix::empty(mesh.coordinates.len());
+    shares.cols = mesh.glued.len();
+    for glued in &mesh.glued {
+        shares
+            .indices
+            .extend(glued.shares.iter().map(|(node, _)| node));
+        shares
+            .data
+            .extend(glued.shares.iter().map(|(_, share)| share));
+        shares.indptr.push(shares.indices.len());
+    }
+    writer.write_matrix(GLUED_SHARES, columns(&shares))
 }
 
 /// Where ranges that follow each other begin, then where the last one ends.
@@ -262,6 +290,9 @@ pub fn read(reader: &Reader) -> Result<Mesh, FormatError> {
     }
     if reader.has(OBSTACLE_POINTS) {
         mesh.obstacles = read_obstacles(reader)?;
+    }
+    if reader.has(GLUED_NODES) {
+        mesh.glued = read_glued(reader, n_nodes)?;
     }
     if reader.has(CONTACT_NODES) {
         mesh.contact = Some(read_contact_surface(reader, n_nodes, mesh.facets.len())?);
@@ -347,6 +378,25 @@ fn read_obstacles(
         (run[0], Arc::new(surface))
     });
     Ok(runs.collect())
+}
+
+fn read_glued(reader: &Reader, n_nodes: usize) -> Result<Vec<GluedNode>, FormatError> {
+    let nodes: Vec<[usize; 2]> = read_value(reader, GLUED_NODES)?;
+    let shares = as_columns(reader.read_matrix(GLUED_SHARES)?);
+    require_below(GLUED_NODES, nodes.iter().map(|[node, _]| node), n_nodes)?;
+    if [shares.rows, shares.cols] != [n_nodes, nodes.len()] {
+        return Err(FormatError::Inconsistent {
+            dataset: GLUED_SHARES,
+            reason: format!("expected {} columns of {n_nodes} rows", nodes.len()),
+        });
+    }
+    let glued = nodes.into_iter().enumerate();
+    let glued = glued.map(|(column, [node, entry])| GluedNode {
+        node,
+        entry,
+        shares: shares.entries(column).collect(),
+    });
+    Ok(glued.collect())
 }
 
 fn read_opposite(

@@ -154,6 +154,7 @@ struct StoredSolve {
 impl StoredSolve {
     fn read(reader: &Reader, input: &SceneFile, problem: &Problem) -> Result<Self, StageError> {
         let mut primal = format::read_primal(reader)?;
+        primal.dofs.glue(problem.scene(), problem.mesh());
         let coupling = format::read_coupling(reader)?;
         let solution = format::read_solution(reader, &primal.dofs)?;
         let has_history = input.scene.has_history();

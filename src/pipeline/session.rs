@@ -219,7 +219,11 @@ impl Session {
         let problem = self.problem()?.as_ref().clone();
         let engine = self.store.engine.as_deref();
         let assembled = match format::read_assembly(&self.store.reader()?, engine) {
-            Ok(system) => AssembledProblem { problem, system },
+            Ok(mut system) => {
+                let dofs = &mut system.assembly.primal.dofs;
+                dofs.glue(problem.scene(), problem.mesh());
+                AssembledProblem { problem, system }
+            }
             // The factor stayed with an engine; here it is made again.
             Err(FormatError::Engine(EngineError::NotAtHand)) => self.assemble_again(problem)?,
             Err(error) => return Err(error.into()),

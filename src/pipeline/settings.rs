@@ -58,11 +58,10 @@ pub(super) fn settings(
     match stage {
         Stage::Mesh => {
             add("refinement", refinement.map(Into::into));
-            // Where bodies touch, panes and normals follow the stiffness of both sides.
+            // Where bodies touch or are glued, the side of panes or of nodes that follow, and normals, depend on the stiffness of both.
             let moduli = scene.materials().map(|(_, it)| it.contact_modulus());
-            let moduli = scene
-                .bodies_touch()
-                .then(|| moduli.collect::<Vec<_>>().into());
+            let has_pairs = scene.has_pairs();
+            let moduli = has_pairs.then(|| moduli.collect::<Vec<_>>().into());
             add("moduli", moduli);
         }
         Stage::Assemble => {

@@ -56,7 +56,10 @@ fn list(scene: &Scene, sizes: &StageSizes) -> Vec<(&'static str, Option<FeatureC
         unknowns(Some(of_tools), &format!("free motions of {count} tools"))
     });
     let [friction, follows_slip, varies] = friction_features(faces, sizes);
-    vec![
+    let pairs = scene.glued_pairs().count();
+    let joints = data(pairs > 0, format!("{pairs} pairs, nodes follow others"));
+    let glued = joints.map(|cost| ("glued faces", Some(cost)));
+    let mut found = vec![
         ("elasticity", unknowns(sizes.n_free, "displacements")),
         ("anisotropy", data(is_anisotropic, "21 moduli")),
         ("regions", data(regions > 0, besides)),
@@ -78,7 +81,9 @@ fn list(scene: &Scene, sizes: &StageSizes) -> Vec<(&'static str, Option<FeatureC
         ),
         ("rigid motions", rigid.flatten()),
         ("tools", tools.flatten()),
-    ]
+    ];
+    found.extend(glued);
+    found
 }
 
 /// The obstacles; `None` where all foundations are those of flat faces.

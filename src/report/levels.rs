@@ -29,9 +29,10 @@ pub fn increments(scene: &Scene, records: &[StepRecord]) -> FigureTable {
     let [mut work, mut dissipated, mut lost] = [0.0; 3];
     let mut step = 0;
     let errors = HistoryErrors::new(records, None).map(|errors| errors.relative);
-    let contact_force = match scene.contacts.as_slice() {
+    let contact_force = match scene.contact_order().as_slice() {
         [only] if scene.bodies_touch() => {
-            format!("contact force on {}", escape_control(only.first_body()))
+            let body = scene.contacts[*only].first_body();
+            format!("contact force on {}", escape_control(body))
         }
         _ if scene.bodies_touch() => "sum of contact forces".to_owned(),
         _ => "contact force on the body".to_owned(),

@@ -462,7 +462,7 @@ impl<'a> SolvedRun<'a> {
         let mut figures = Figures::new(self.scene.units);
         for row in &report.forces {
             let mut name = format!("force of {}", self.name_of(&row.source));
-            if self.scene.bodies_touch() && row.source.starts_with("contact") {
+            if self.scene.has_pairs() && row.source.starts_with("contact") {
                 name += &format!(" on {}", escape_control(&row.face));
             }
             figures.told(&name, Dimension::FORCE, Some(self.without_noise(row.force, |row| row.force)));

@@ -166,7 +166,7 @@ fn result_sections(
         parts.push(PagePart::Text("Point at a pane to see its values.".into()));
     }
     let name = "contact face and body, a picture";
-    for face in 0..scene.contacts.len().max(1) {
+    for face in 0..scene.contact_order().len().max(1) {
         parts.push(part(drawn(face).page(), name, PICTURE_WIDTHS[0])?);
     }
     sections.push(Section::new("panels", "Contact face and body", parts));

@@ -23,6 +23,7 @@ fn body() -> Mesh {
 fn body_of(cells: [usize; 3]) -> Mesh {
     let raw: RawMesh = brick(&Brick::new([3.0, 1.0, 2.0], cells), Some(BrickFace::ZMin));
     Mesh {
+        glued: Vec::new(),
         coordinates: raw.coordinates,
         tetrahedra: raw.tetrahedra,
         facets: raw.facets,

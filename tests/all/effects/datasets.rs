@@ -230,6 +230,8 @@ const SEVERAL_FACES_ONLY: [&str; 11] = [
     "/post/faces/largest_pressure",
     "/VTKHDF/CellData/contact_face",
 ];
+/// What only glued faces have.
+const GLUED_ONLY: [&str; 2] = ["/mesh/glued_nodes", "/mesh/glued_shares"];
 /// What only several bodies that touch each other have.
 const BODIES_ONLY: [&str; 8] = [
     "/mesh/body_names",
@@ -272,6 +274,7 @@ fn expected(effects: &[&[&str]], present: Option<&str>) -> BTreeSet<String> {
     paths.extend(TOOLS_ONLY.map(str::to_owned));
     paths.extend(SEVERAL_FACES_ONLY.map(str::to_owned));
     paths.extend(BODIES_ONLY.map(str::to_owned));
+    paths.extend(GLUED_ONLY.map(str::to_owned));
     paths.insert(FACES_WITH_FRICTION_ONLY.to_owned());
     let all = [&CONTACT_ONLY[..], &FRICTION_ONLY, &COULOMB_ONLY].concat();
     if let Some(present) = present {
@@ -445,13 +448,20 @@ fn with_two_bodies_theirs_are_there_and_the_error_of_both() {
         name = 'upper'
         brick = { size = [1.0, 1.0, 1.0], cells = [4, 4, 2] }
         origin = [0.0, 0.0, 1.0]
+        [[body]]
+        name = 'cap'
+        brick = { size = [1.0, 1.0, 0.5], cells = [3, 3, 1] }
+        origin = [0.0, 0.0, 2.0]
         [[clamp]]
         face = 'lower.z_min'
         [[clamp]]
-        face = 'upper.z_max'
+        face = 'cap.z_max'
         value = [0.0, 0.0, -1e-4]
-        [contact]
+        [[contact]]
         between = ['lower.z_max', 'upper.z_min']
+        [[contact]]
+        between = ['upper.z_max', 'cap.z_min']
+        glued = true
     ";
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("scene.toml"), [BLOCKS, STEEL].concat()).unwrap();
@@ -462,7 +472,7 @@ fn with_two_bodies_theirs_are_there_and_the_error_of_both() {
         .assert()
         .success();
     let reader = Reader::open(&folder.path().join("run.h5"), LAYOUT).unwrap();
-    for path in BODIES_ONLY {
+    for path in BODIES_ONLY.iter().chain(&GLUED_ONLY) {
         assert!(reader.has(path), "{path}");
     }
     assert!(reader.has("/post/discretisation_error/total"));

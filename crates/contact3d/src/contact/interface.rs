@@ -49,7 +49,7 @@ impl Interface {
     /// is not positive without slip, an axis that is not tangential, a clamp that pushes a contact node into the foundation, or leaves fewer displacements to a node than it has
     /// multipliers.
     pub fn new(scene: &Scene, mesh: &Mesh) -> Result<Option<Self>, InvalidValue> {
-        let Some(surface) = mesh.contact.as_ref().filter(|_| !scene.contacts.is_empty()) else {
+        let Some(surface) = mesh.contact.as_ref().filter(|_| scene.has_contact()) else {
             return Ok(None);
         };
         let features = scene.contact_features();

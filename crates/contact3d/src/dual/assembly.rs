@@ -282,12 +282,28 @@ fn fill_reducing_order(
     for (new, &node) in free.iter().enumerate() {
         place[node] = Some(new);
     }
+    let mut followers = vec![Vec::new(); dofs.n_nodes];
+    for (&node, follows) in &dofs.glued {
+        for (other, _) in follows {
+            followers[*other].push(node);
+        }
+    }
+    let followed = |node: usize| {
+        let follows = dofs.glued.get(&node).into_iter().flatten();
+        follows.map(|(other, _)| *other).chain([node])
+    };
     let mut free_offsets = vec![0];
     let mut free_neighbours = Vec::new();
     for &node in &free {
-        let around = graph.neighbours(node).iter();
-        let others = around.filter(|&&other| other != node);
-        free_neighbours.extend(others.filter_map(|&other| place[other]));
+        let around = [node].into_iter().chain(followers[node].iter().copied());
+        let around = around.flat_map(|at| graph.neighbours(at)).copied();
+        let mut others: Vec<usize> = around.flat_map(followed).collect();
+        if !dofs.glued.is_empty() {
+            others.sort_unstable();
+            others.dedup();
+        }
+        let others = others.into_iter().filter(|other| *other != node);
+        free_neighbours.extend(others.filter_map(|other| place[other]));
         free_offsets.push(free_neighbours.len());
     }
     let points: Vec<[f64; 3]> = free.iter().map(|&node| mesh.coordinates[node]).collect();

@@ -290,7 +290,7 @@ fn in_single_precision(
         FactorPrecision::Double => Ok(None),
         FactorPrecision::Single => form(Precision::Single, dense).map(Some),
         FactorPrecision::Auto => {
-            let without_operator = !scene.contacts.is_empty() && dense.is_none();
+            let without_operator = scene.has_contact() && dense.is_none();
             // In smaller factors half the memory and half the time do not outweigh the steps of conjugate gradients.
             if analysed.structure.value_count() < 1 << 24 || without_operator {
                 return Ok(None);

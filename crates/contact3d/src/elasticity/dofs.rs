@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     linalg::{UNIT_ROUNDING, norm},
-    mesh::Mesh,
+    mesh::{Mesh, whole},
     scene::{Component, InvalidValue, Scene, UNDEFINED, Written, place_words},
 };
 
@@ -24,6 +24,9 @@ pub struct DofMap {
     pub n_free: usize,
     /// Nodes of faces that are bonded to tools, which have no degrees of freedom of their own.
     pub tied: Arc<BTreeMap<usize, ToolPoint>>,
+    /// Nodes that follow those of a face that theirs is glued to, with the shares of these in each component, none of them glued itself; a
+    /// component that clamps hold follows nothing.
+    pub glued: BTreeMap<usize, Vec<(usize, [f64; 3])>>,
     /// u_c in m, `[n_rows, 3]`, zero where free; `None` where all clamps and tools hold at zero.
     pub prescribed: Option<Arc<Vec<[f64; 3]>>>,
 }
@@ -38,11 +41,32 @@ impl DofMap {
     /// The same for the nodes and the tools of a scene.
     #[must_use]
     pub fn of_scene(scene: &Scene, mesh: &Mesh) -> Self {
-        let nodes = mesh.held_nodes(scene);
+        let mut nodes = mesh.held_nodes(scene);
         let n_nodes = nodes.len();
+        let glued = glued_nodes(mesh, &nodes);
+        for node in glued.keys() {
+            nodes[*node] = [true; 3];
+        }
         Self {
             tied: Arc::new(tied_nodes(scene, mesh)),
+            glued,
             ..Self::with_rows(nodes.into_iter().chain(held_rows(scene)), n_nodes)
+        }
+    }
+
+    /// Gives a map that was read from a file what its nodes follow on the mesh of the scene.
+    pub fn glue(&mut self, scene: &Scene, mesh: &Mesh) {
+        self.glued = glued_nodes(mesh, &mesh.held_nodes(scene));
+    }
+
+    /// The same with degrees of freedom of their own for what follows other nodes, but not for what follows tools.
+    pub(super) fn unglued(&self) -> Self {
+        let held = self.dof.iter().enumerate().map(|(node, dofs)| {
+            std::array::from_fn(|c| dofs[c].is_none() && !self.is_glued(node, c))
+        });
+        Self {
+            tied: self.tied.clone(),
+            ..Self::with_rows(held, self.n_nodes)
         }
     }
 
@@ -60,6 +84,7 @@ impl DofMap {
             n_nodes,
             n_free,
             tied: Arc::default(),
+            glued: BTreeMap::new(),
             prescribed: None,
         }
     }
@@ -70,9 +95,29 @@ impl DofMap {
         if let Some(point) = self.tied.get(&node) {
             return point.moved(|row| self.at_node(self.n_nodes + row, free));
         }
+        if self.glued.contains_key(&node) {
+            return self.followed(node, |other| self.at_node(other, free), self.held_at(node));
+        }
         let held = self.held_at(node);
         let dof = &self.dof[node];
         std::array::from_fn(|c| dof[c].map_or(held[c], |d| free[d]))
+    }
+
+    /// The displacement of a glued node by those of the nodes that it follows, and `held` where it follows nothing.
+    fn followed(&self, node: usize, at: impl Fn(usize) -> [f64; 3], held: [f64; 3]) -> [f64; 3] {
+        let mut sum = [0, 1, 2].map(|c| if self.is_glued(node, c) { 0.0 } else { held[c] });
+        for (other, shares) in &self.glued[&node] {
+            let there = at(*other);
+            (0..3).for_each(|c| sum[c] += shares[c] * there[c]);
+        }
+        sum
+    }
+
+    /// Whether a component of a node follows other nodes.
+    #[must_use]
+    pub fn is_glued(&self, node: usize, component: usize) -> bool {
+        let mut follows = self.glued.get(&node).into_iter().flatten();
+        follows.any(|(_, shares)| shares[component] != 0.0)
     }
 
     /// The displacement u_c in m at which a node is held; zero for its free components.
@@ -88,11 +133,27 @@ impl DofMap {
         if let Some(point) = self.tied.get(&node) {
             return point.moved(|row| self.change_at_node(self.n_nodes + row, free));
         }
+        if self.glued.contains_key(&node) {
+            return self.followed(node, |other| self.change_at_node(other, free), [0.0; 3]);
+        }
         self.dof[node].map(|dof| dof.map_or(0.0, |d| free[d]))
     }
 
     /// The derivatives of a node's displacement along a direction by the free degrees of freedom.
     pub(crate) fn terms(
+        &self,
+        node: usize,
+        direction: [f64; 3],
+    ) -> impl Iterator<Item = (usize, f64)> {
+        let follows = self.glued.get(&node).into_iter().flatten();
+        let followed = follows.flat_map(move |(other, shares)| {
+            self.unglued_terms(*other, [0, 1, 2].map(|c| shares[c] * direction[c]))
+        });
+        self.unglued_terms(node, direction).chain(followed)
+    }
+
+    /// The same of what follows no other node.
+    fn unglued_terms(
         &self,
         node: usize,
         direction: [f64; 3],
@@ -124,13 +185,18 @@ impl DofMap {
     #[must_use]
     pub fn forces(&self, nodal: &[[f64; 3]], tools: &[[f64; 3]]) -> Vec<f64> {
         let mut rows = nodal.to_vec();
+        for (node, follows) in &self.glued {
+            for (other, shares) in follows {
+                (0..3).for_each(|c| rows[*other][c] += shares[c] * nodal[*node][c]);
+            }
+        }
         if !(self.tied.is_empty() && tools.is_empty()) {
             rows.resize(self.n_nodes, [0.0; 3]);
             rows.extend(tools);
             rows.resize(self.dof.len(), [0.0; 3]);
         }
         for (node, point) in &*self.tied {
-            for (k, force) in point.on_rows(nodal[*node]).into_iter().enumerate() {
+            for (k, force) in point.on_rows(rows[*node]).into_iter().enumerate() {
                 let sum = &mut rows[self.n_nodes + 2 * point.tool + k];
                 *sum = std::array::from_fn(|c| sum[c] + force[c]);
             }
@@ -190,6 +256,31 @@ impl DofMap {
     }
 }
 
+/// What the components of glued nodes that are not held follow, none of it glued itself.
+fn glued_nodes(mesh: &Mesh, held: &[[bool; 3]]) -> BTreeMap<usize, Vec<(usize, [f64; 3])>> {
+    let mut all: BTreeMap<usize, Vec<(usize, [f64; 3])>> = BTreeMap::new();
+    for glued in mesh.glued.iter().rev() {
+        let mut follows: BTreeMap<usize, [f64; 3]> = BTreeMap::new();
+        for c in (0..3).filter(|c| !held[glued.node][*c]) {
+            let mut sums = BTreeMap::new();
+            for (node, share) in &glued.shares {
+                let further = all.get(node).into_iter().flatten();
+                let further: Vec<(usize, f64)> = further.map(|(k, of)| (*k, of[c])).collect();
+                let is_own = further.iter().all(|(_, part)| *part == 0.0);
+                let own = is_own.then_some((*node, 1.0));
+                for (other, part) in further.into_iter().chain(own) {
+                    *sums.entry(other).or_insert(0.0) += share * part;
+                }
+            }
+            for (node, share) in whole(sums) {
+                follows.entry(node).or_default()[c] = share;
+            }
+        }
+        all.insert(glued.node, follows.into_iter().collect());
+    }
+    all
+}
+
 /// The displacement u_c in m at which the clamps hold each node, and the tools their rows, `[n_rows, 3]`, zero for free components;
 /// `None` where all hold at zero.
 ///
@@ -243,6 +334,12 @@ pub fn prescribed_displacements(
             let mut values = values;
             for (node, point) in tied_nodes(scene, mesh) {
                 values[node] = point.moved(|row| tools[row]);
+            }
+            for (node, follows) in glued_nodes(mesh, &mesh.held_nodes(scene)) {
+                // What is held has a value, and no shares.
+                for (other, shares) in follows {
+                    (0..3).for_each(|c| values[node][c] += shares[c] * values[other][c]);
+                }
             }
             require_agreement(scene, mesh, &found, &values)?;
             Ok(is_moved.then(|| [values, tools].concat()))

@@ -112,10 +112,10 @@ const WEAK_SPRINGS: f64 = 1e-4;
 /// which leaves them seven of its sixteen digits.
 const SOFTEST_SPRINGS: f64 = 1e-9;
 
-/// As [`loose_motions`] of each body.
+/// As [`loose_motions`] of each body, of glued ones together.
 ///
 /// # Errors
-/// As there, with the name of the body among several.
+/// As there, with the names of the bodies among several.
 pub(crate) fn loose_motions_of_bodies(
     scene: &Scene,
     mesh: &Mesh,
@@ -124,13 +124,16 @@ pub(crate) fn loose_motions_of_bodies(
         return loose_motions(scene, mesh);
     }
     let (mut all, mut resisted) = (Vec::new(), false);
-    for body in 0..mesh.bodies.len() {
-        let own = loose_motions(&scene.of_body(body), &mesh.of_body(body));
-        let (motions, is_resisted) = own.map_err(|invalid| InvalidValue {
-            found: format!("of the body {}: {}", scene.body_name(body), invalid.found),
-            ..invalid
+    for bodies in mesh.glued_bodies() {
+        let own = loose_motions(&scene.of_bodies(&bodies), &mesh.of_bodies(&bodies));
+        let (motions, is_resisted) = own.map_err(|invalid| {
+            let names: Vec<String> = bodies.iter().map(|body| scene.body_name(*body)).collect();
+            InvalidValue {
+                found: format!("of the body {}: {}", names.join(" with "), invalid.found),
+                ..invalid
+            }
         })?;
-        all.extend(motions.into_iter().map(|motion| motion.of_body(body)));
+        all.extend(motions.into_iter().map(|motion| motion.of_body(bodies[0])));
         resisted |= is_resisted;
     }
     Ok((all, resisted))
@@ -179,7 +182,7 @@ fn loose_motions(scene: &Scene, mesh: &Mesh) -> Result<(Vec<RigidMotion>, bool),
 /// Their energy ½ ∫ u·K u is set beside c V / r², what uniform strains of the softest kind (least eigenvalue c of C) take for the same
 /// mean square displacement, for the volume V and the radius of gyration r: the same number in all units and on every mesh.
 fn sprung_motions(scene: &Scene, mesh: &Mesh) -> Result<Vec<(Motion, f64)>, InvalidValue> {
-    let springs = if scene.contacts.is_empty() {
+    let springs = if !scene.has_contact() {
         None
     } else {
         SpringMatrix::of(scene, mesh)?

@@ -7,6 +7,8 @@
 //!
 //! Held components at a displacement u_c of their own take A_fc u_c from the load of the free ones; A stays as it is.
 //!
+//! Nodes of glued faces follow others, u = T u_free ([`DofMap`]): A is then TᵀAT and l is Tᵀl.
+//!
 //! Springs on faces add ∫ φ_a φ_b K to the blocks of their nodes.
 //!
 //! A body that its clamps and springs leave free to move as a rigid one has no A⁻¹. Where contact may hold it, A gets a

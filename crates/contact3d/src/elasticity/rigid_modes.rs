@@ -68,7 +68,7 @@ impl RigidModes {
             .iter()
             .flat_map(|surface| surface.nodes_of_both_sides())
         {
-            for dof in dofs.dof[node].into_iter().flatten() {
+            for (dof, _) in dofs.terms(node, [1.0; 3]) {
                 on_contact[dof] = true;
             }
         }
@@ -187,16 +187,22 @@ fn loose_tool_dofs<'a>(scene: &'a Scene, dofs: &'a DofMap) -> impl Iterator<Item
 /// The displacement of the free degrees of freedom in a rigid motion.
 fn on_dofs(scene: &Scene, mesh: &Mesh, dofs: &DofMap, motion: &RigidMotion) -> Vec<f64> {
     let mut rows = vec![[0.0; 3]; mesh.coordinates.len()];
-    for node in mesh.body_nodes(motion.body) {
+    let glued = mesh.glued_bodies().into_iter();
+    let bodies = glued
+        .filter(|bodies| bodies.contains(&motion.body))
+        .flatten();
+    let bodies: Vec<usize> = bodies.collect();
+    for node in bodies.iter().flat_map(|body| mesh.body_nodes(*body)) {
         rows[node] = motion.at(&mesh.coordinates[node]);
     }
     // What is bonded to the body moves with it.
     let places = ToolPlace::of_scene(scene, mesh);
-    let prefix = scene.face_prefix(motion.body);
+    let prefixes: Vec<String> = bodies.iter().map(|b| scene.face_prefix(*b)).collect();
     for (tool, place) in scene.tools.iter().zip(&places) {
         let moved = [motion.at(&place.point), motion.rotation.into()];
         let moved = place.rows(moved);
-        let bonded = tool.face.as_ref().filter(|face| face.starts_with(&prefix));
+        let is_own = |face: &&String| prefixes.iter().any(|prefix| face.starts_with(prefix));
+        let bonded = tool.face.as_ref().filter(is_own);
         rows.extend(bonded.map_or([[0.0; 3]; 2], |_| moved));
     }
     let shape = dofs.to_free(&rows);

@@ -15,7 +15,7 @@ use crate::{
 /// A rigid motion that the clamps leave free.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct RigidMotion {
-    /// The body that moves; all others rest.
+    /// The body that moves, with those glued to it; all others rest.
     pub(super) body: usize,
     /// Rotation vector.
     pub(super) rotation: Vector3<f64>,
@@ -108,7 +108,7 @@ pub(super) fn motions_left_to_contact(
     let mut holds = clamped(&mesh.coordinates, &mesh.held_by(&scene.clamps));
     holds.extend(held_directions(scene, mesh)?);
     let free = left_by_tools(scene, mesh, free_rigid_motions(&mesh.coordinates, &holds));
-    if free.is_empty() || !scene.contacts.is_empty() {
+    if free.is_empty() || scene.has_contact() {
         return Ok(free);
     }
     let motions: Vec<String> = free

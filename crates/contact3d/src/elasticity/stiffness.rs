@@ -26,6 +26,85 @@ pub(crate) fn stiffness_on(
     springs: Option<&SpringMatrix>,
     dofs: &DofMap,
 ) -> CscMatrix {
+    let of_nodes = if dofs.glued.is_empty() {
+        stiffness_of_nodes(graph, mesh, material, springs, dofs)
+    } else {
+        let unglued = dofs.unglued();
+        let apart = stiffness_of_nodes(graph, mesh, material, springs, &unglued);
+        congruent(&apart, &followed_dofs(&unglued, dofs), dofs.n_free)
+    };
+    match dofs.tied.is_empty() {
+        true => of_nodes,
+        false => with_tied(&of_nodes, mesh, material, springs, dofs),
+    }
+}
+
+/// T by rows: the free degrees of freedom that each one of the bodies apart follows, with its shares.
+fn followed_dofs(apart: &DofMap, glued: &DofMap) -> Vec<Vec<(usize, f64)>> {
+    let mut rows = vec![Vec::new(); apart.n_free];
+    for (node, dofs) in apart.dof.iter().enumerate() {
+        for (c, dof) in dofs.iter().enumerate() {
+            let Some(dof) = *dof else { continue };
+            let own = glued.dof[node][c].map(|own| (own, 1.0));
+            let follows = glued.glued.get(&node).into_iter().flatten();
+            let follows = follows.filter(|(_, shares)| shares[c] != 0.0);
+            let free = follows.filter_map(|(other, of)| Some((glued.dof[*other][c]?, of[c])));
+            rows[dof] = own.into_iter().chain(free).collect();
+        }
+    }
+    rows
+}
+
+/// TᵀAT of a symmetric A and T by rows, `[n_free]` columns, symmetric to the last bit.
+fn congruent(a: &CscMatrix, rows: &[Vec<(usize, f64)>], n_free: usize) -> CscMatrix {
+    let mut columns = vec![Vec::new(); n_free];
+    for (row, shares) in rows.iter().enumerate() {
+        shares
+            .iter()
+            .for_each(|(column, share)| columns[*column].push((row, *share)));
+    }
+    // Rows from the diagonal on; those above it are the same numbers.
+    let lower = columns.par_iter().enumerate().map(|(column, of_column)| {
+        let mut terms = Vec::new();
+        for (at, share) in of_column {
+            for (row, value) in a.entries(*at) {
+                let below = rows[row].iter().filter(|(free, _)| *free >= column);
+                terms.extend(below.map(|(free, of_row)| (*free, share * of_row * value)));
+            }
+        }
+        terms.sort_by_key(|(free, _)| *free);
+        let sums = terms.chunk_by(|a, b| a.0 == b.0);
+        let sums = sums.map(|terms| (terms[0].0, terms.iter().map(|(_, value)| value).sum()));
+        sums.collect::<Vec<(usize, f64)>>()
+    });
+    let lower: Vec<Vec<(usize, f64)>> = lower.collect();
+    let mut all: Vec<Vec<(usize, f64)>> = vec![Vec::new(); n_free];
+    for (column, entries) in lower.into_iter().enumerate() {
+        for (row, value) in entries {
+            all[column].push((row, value));
+            if row != column {
+                all[row].push((column, value));
+            }
+        }
+    }
+    let mut matrix = CscMatrix::empty(n_free);
+    matrix.cols = n_free;
+    for entries in all {
+        matrix.indices.extend(entries.iter().map(|(row, _)| *row));
+        matrix.data.extend(entries.iter().map(|(_, value)| *value));
+        matrix.indptr.push(matrix.indices.len());
+    }
+    matrix
+}
+
+/// [`stiffness_on`] of nodes that follow no others.
+fn stiffness_of_nodes(
+    graph: &NodeGraph,
+    mesh: &Mesh,
+    material: &MaterialField<'_>,
+    springs: Option<&SpringMatrix>,
+    dofs: &DofMap,
+) -> CscMatrix {
     let elements: Vec<Element> = (0..mesh.tetrahedra.len())
         .into_par_iter()
         .map(|t| Element::of(mesh, t))
@@ -71,16 +150,12 @@ pub(crate) fn stiffness_on(
         data.push(0.0);
         indptr.push(indices.len());
     }
-    let of_nodes = CscMatrix {
+    CscMatrix {
         rows: dofs.n_free,
         cols: dofs.n_free,
         indptr,
         indices,
         data,
-    };
-    match dofs.tied.is_empty() {
-        true => of_nodes,
-        false => with_tied(&of_nodes, mesh, material, springs, dofs),
     }
 }
 
@@ -99,7 +174,7 @@ fn with_tied(
             let mut unit = vec![0.0; n];
             unit[dof] = 1.0;
             let mut moved = vec![[0.0; 3]; mesh.coordinates.len()];
-            for &node in dofs.tied.keys() {
+            for &node in dofs.tied.keys().chain(dofs.glued.keys()) {
                 moved[node] = dofs.change_at_node(node, &unit);
             }
             let mut forces = forces_of_prescribed(mesh, material, &moved);

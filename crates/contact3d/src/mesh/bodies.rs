@@ -17,43 +17,44 @@ pub struct BodyRange {
 }
 
 impl Mesh {
-    /// One of several bodies alone, without contact.
+    /// Some of several bodies alone as one, without contact.
     #[must_use]
-    pub fn of_body(&self, body: usize) -> Self {
-        let range = &self.bodies[body];
-        let first = range.nodes.start;
-        let is_own = |facet: &usize| range.nodes.contains(&self.facets[*facet][0]);
+    pub fn of_bodies(&self, bodies: &[usize]) -> Self {
+        let ranges = || bodies.iter().map(|body| &self.bodies[*body]);
+        let mut number = vec![None; self.coordinates.len()];
+        let nodes: Vec<usize> = ranges().flat_map(|range| range.nodes.clone()).collect();
+        for (place, node) in nodes.iter().enumerate() {
+            number[*node] = Some(place);
+        }
+        let tetrahedra: Vec<usize> = ranges().flat_map(|it| it.tetrahedra.clone()).collect();
+        let is_own = |facet: &usize| number[self.facets[*facet][0]].is_some();
         let facets: Vec<usize> = (0..self.facets.len()).filter(is_own).collect();
-        let region = &self.tetrahedron_region;
-        let own_region = region.get(range.tetrahedra.clone());
+        let region = |t: &usize| self.tetrahedron_region.get(*t).copied();
         Self {
-            coordinates: self.coordinates[range.nodes.clone()].to_vec(),
-            tetrahedra: moved(&self.tetrahedra[range.tetrahedra.clone()], first),
-            tetrahedron_region: own_region.map_or_else(Vec::new, <[usize]>::to_vec),
-            facets: moved(
-                &facets.iter().map(|&f| self.facets[f]).collect::<Vec<_>>(),
-                first,
-            ),
+            coordinates: nodes.iter().map(|node| self.coordinates[*node]).collect(),
+            tetrahedra: chosen(&self.tetrahedra, &tetrahedra, &number),
+            tetrahedron_region: tetrahedra.iter().filter_map(region).collect(),
+            facets: chosen(&self.facets, &facets, &number),
             facet_face: facets.iter().map(|&f| self.facet_face[f]).collect(),
             face_names: self.face_names.clone(),
-            mid_edges: self.mid_edges.as_ref().map(|middles| {
-                let of_facets: Vec<_> = facets.iter().map(|&f| middles.facets[f]).collect();
-                MidEdgeNodes {
-                    tetrahedra: moved(&middles.tetrahedra[range.tetrahedra.clone()], first),
-                    facets: moved(&of_facets, first),
-                }
+            mid_edges: self.mid_edges.as_ref().map(|middles| MidEdgeNodes {
+                tetrahedra: chosen(&middles.tetrahedra, &tetrahedra, &number),
+                facets: chosen(&middles.facets, &facets, &number),
             }),
             ..Self::default()
         }
     }
 }
 
-/// Simplices whose nodes count from another first node.
-fn moved<const K: usize>(simplices: &[[usize; K]], first: usize) -> Vec<[usize; K]> {
-    let simplices = simplices.iter();
-    simplices
-        .map(|nodes| nodes.map(|node| node - first))
-        .collect()
+/// Some simplices with the new numbers of their nodes, which all have one.
+fn chosen<const K: usize>(
+    simplices: &[[usize; K]],
+    chosen: &[usize],
+    number: &[Option<usize>],
+) -> Vec<[usize; K]> {
+    let simplices = chosen.iter().map(|place| simplices[*place]);
+    let simplices = simplices.map(|nodes| nodes.map(|node| number[node].unwrap_or_default()));
+    simplices.collect()
 }
 
 impl RawMesh {
@@ -92,8 +93,9 @@ impl RawMesh {
             faces.find_map(BrickFace::named)
         };
         let with_panes = |c: &&Contact| c.multipliers == MultiplierSpace::Panes;
-        let panes = scene.contacts.iter().filter(with_panes).find_map(on_body);
-        let face = panes.or_else(|| scene.contacts.iter().find_map(on_body));
+        let touching = || scene.contacts.iter().filter(|contact| !contact.glued);
+        let panes = touching().filter(with_panes).find_map(on_body);
+        let face = panes.or_else(|| touching().find_map(on_body));
         Ok(brick(spec, face))
     }
 

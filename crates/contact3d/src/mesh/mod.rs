@@ -6,6 +6,7 @@ mod brick;
 mod contact_parts;
 mod contact_surface;
 mod face_part;
+mod glue;
 mod gmsh;
 mod inspection;
 mod macro_elements;
@@ -25,6 +26,8 @@ pub use brick::{brick, brick_counts};
 pub use contact_surface::{ContactSurface, SurfaceFace};
 pub use face_part::SidePart;
 pub(crate) use face_part::{area_share, quarters_of, triangle_in_box};
+pub use glue::GluedNode;
+pub(crate) use glue::whole;
 pub use gmsh::{FilePosition, GmshError, GmshFlaw, digest_of, parse as parse_gmsh};
 pub use inspection::{FaceInspection, MeshInspection};
 pub use macro_elements::macro_elements;
@@ -115,6 +118,8 @@ pub struct Mesh {
     pub bodies: Vec<BodyRange>,
     /// Obstacles of triangles, by the number of their contact in the scene.
     pub obstacles: BTreeMap<usize, Arc<TriangulatedSurface>>,
+    /// Nodes that follow those of a face that theirs is glued to, before those that they follow; empty without glued faces.
+    pub glued: Vec<GluedNode>,
     /// The contact face Γ_c; `None` in a scene without contact.
     pub contact: Option<ContactSurface>,
 }
@@ -155,7 +160,11 @@ impl Mesh {
         let mut mesh = Self::without_contact(scene, raw, tetrahedron_region)?;
         mesh.check_clamp_boxes(&scene.clamps)?;
         mesh.check_face_parts(scene)?;
-        let held = mesh.held_nodes(scene);
+        mesh.glue(scene, cut_faceting.unwrap_or(0.0))?;
+        let mut held = mesh.held_nodes(scene);
+        // As those of held nodes, their displacements are no unknowns of the contact face.
+        let glued = mesh.glued.iter();
+        glued.for_each(|glued| held[glued.node] = [true; 3]);
         let order = scene.contact_order().into_iter();
         let surfaces = order.map(|entry| mesh.contact_surface(scene, entry, cut_faceting, &held));
         mesh.contact = ContactSurface::joined(surfaces.collect::<Result<_, MeshError>>()?);
@@ -180,6 +189,7 @@ impl Mesh {
             mid_edges: None,
             bodies: raw.bodies,
             obstacles: raw.obstacles,
+            glued: Vec::new(),
             contact: None,
         };
         mesh.set_element(scene.element(), raw.mid_edges)?;
@@ -221,15 +231,16 @@ impl Mesh {
     #[must_use]
     pub fn held_nodes(&self, scene: &Scene) -> Vec<[bool; 3]> {
         let mut held = self.held_by(&scene.clamps);
-        for face in scene.tools.iter().filter_map(|tool| tool.face.as_ref()) {
-            for node in self
-                .facets_on(face)
-                .flat_map(|facet| self.facet_nodes(facet))
-            {
-                held[node] = [true; 3];
-            }
-        }
+        let of_tools = self.nodes_of_tools(scene);
+        of_tools.for_each(|node| held[node] = [true; 3]);
         held
+    }
+
+    /// The nodes of the faces that are bonded to tools, some of them repeatedly.
+    fn nodes_of_tools(&self, scene: &Scene) -> impl Iterator<Item = usize> {
+        let faces = scene.tools.iter().filter_map(|tool| tool.face.as_ref());
+        let facets = faces.flat_map(|face| self.facets_on(face));
+        facets.flat_map(|facet| self.facet_nodes(facet))
     }
 
     /// Which components of each node some clamps hold, `[n_nodes, 3]`.

@@ -214,7 +214,8 @@ impl ContactReport {
             rounding: rounding_energy,
         };
         let contact = solved.contact.as_ref();
-        let touches = contact.is_some_and(|it| it.state.surface.opposite.is_some());
+        let touches = contact.is_some_and(|it| it.state.surface.opposite.is_some())
+            || !solved.mesh.glued.is_empty();
         // What the mesh of the other body does to a quantity is not measured yet.
         let estimated = match errors {
             EstimatedErrors::Quantities if touches => EstimatedErrors::Energy,

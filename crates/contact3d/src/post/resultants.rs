@@ -79,8 +79,8 @@ impl Resultants {
         let springs = forces.springs.as_ref();
         let springs = springs.map(|forces| total(solved.mesh, forces));
         let nodal = || {
-            let others = [&forces.springs, &forces.tools].into_iter().flatten();
-            parts.into_iter().chain(others)
+            let others = [&forces.springs, &forces.tools, &forces.joints];
+            parts.into_iter().chain(others.into_iter().flatten())
         };
         // Where nothing bears a force, what rounding of u would make of it.
         let rounding = f64::EPSILON.sqrt() * terms.iter().sum::<f64>();
@@ -280,6 +280,11 @@ pub(super) struct NodalForces {
     pub(super) clamp: Vec<[f64; 3]>,
     /// Of tools that faces are bonded to; `None` where there are none.
     pub(super) tools: Option<Vec<[f64; 3]>>,
+    /// Of the joints of glued faces; `None` where there are none.
+    joints: Option<Vec<[f64; 3]>>,
+    /// Force in N and moment about the origin in N·m of each joint on the body whose nodes follow and on the other one, `[n_contacts]`; zero
+    /// of those that touch.
+    of_joints: Vec<[(Vector3<f64>, Vector3<f64>); 2]>,
 }
 
 impl NodalForces {
@@ -314,16 +319,21 @@ impl NodalForces {
         });
         let of_faces = of_faces.collect();
         let of_springs = |node: usize, c: usize| springs.as_ref().map_or(0.0, |f| f[node][c]);
+        let dofs = &solved.system.dofs;
         let mut clamp = vec![[0.0; 3]; applied.len()];
-        for (node, dofs) in solved.system.dofs.dof[..clamp.len()].iter().enumerate() {
-            for component in (0..3).filter(|&c| dofs[c].is_none()) {
-                clamp[node][component] = internal[node][component]
-                    - applied[node][component]
-                    - contact[node][component]
-                    - of_springs(node, component);
-            }
+        for (node, clamp) in clamp.iter_mut().enumerate() {
+            *clamp = std::array::from_fn(|c| {
+                internal[node][c] - applied[node][c] - contact[node][c] - of_springs(node, c)
+            });
         }
-        let tied = &solved.system.dofs.tied;
+        let nothing = [(Vector3::zeros(), Vector3::zeros()); 2];
+        let mut of_joints = vec![nothing; solved.scene.contacts.len()];
+        let joints = joint_forces(solved, &mut clamp, &mut of_joints);
+        // What balances at free components is rounding.
+        for (force, dofs) in clamp.iter_mut().zip(&dofs.dof) {
+            *force = std::array::from_fn(|c| if dofs[c].is_none() { force[c] } else { 0.0 });
+        }
+        let tied = &dofs.tied;
         let tools = (!tied.is_empty()).then(|| {
             let mut tools = vec![[0.0; 3]; clamp.len()];
             for &node in tied.keys() {
@@ -338,6 +348,8 @@ impl NodalForces {
             springs,
             clamp,
             tools,
+            joints,
+            of_joints,
         })
     }
 
@@ -349,6 +361,42 @@ impl NodalForces {
         let on_second = solved.mesh.is_on_second_face(of_pair, surface, face);
         self.of_faces[number][usize::from(on_second)].0
     }
+}
+
+/// The forces of the joints of glued faces, in all and of each: what the forces `left` on a node that follows others lack of balance, which
+/// acts on these by their shares. They are taken from what is left.
+fn joint_forces(
+    solved: &Solved<'_>,
+    left: &mut [[f64; 3]],
+    of_joints: &mut [[(Vector3<f64>, Vector3<f64>); 2]],
+) -> Option<Vec<[f64; 3]>> {
+    let mesh = solved.mesh;
+    let mut all = vec![[0.0; 3]; left.len()];
+    for glued in &mesh.glued {
+        let sums = &mut of_joints[glued.entry];
+        let body = mesh.body_of_node(glued.node);
+        let is_glued = |c: usize| solved.system.dofs.is_glued(glued.node, c);
+        let here: [f64; 3] = std::array::from_fn(|c| {
+            if is_glued(c) {
+                left[glued.node][c]
+            } else {
+                0.0
+            }
+        });
+        let others = glued.shares.iter().map(|(node, share)| (*node, -share));
+        for (node, share) in [(glued.node, 1.0)].into_iter().chain(others) {
+            let force = here.map(|part| share * part);
+            for c in 0..3 {
+                left[node][c] -= force[c];
+                all[node][c] += force[c];
+            }
+            let (sum, moment) = &mut sums[usize::from(mesh.body_of_node(node) != body)];
+            let (force, at) = (Vector3::from(force), Vector3::from(mesh.coordinates[node]));
+            *sum += force;
+            *moment += at.cross(&force);
+        }
+    }
+    (!mesh.glued.is_empty()).then_some(all)
 }
 
 fn opposite(mut forces: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
@@ -482,6 +530,16 @@ pub(super) fn by_source(
             let others = scene.contacts[entry].faces().into_iter();
             let others = others.filter(|other| *other != with_panes);
             rows.extend(others.map(|other| of_total(key.clone(), other, *opposite)));
+        }
+    }
+    for (entry, pair) in scene.glued_pairs() {
+        let [own, opposite] = &forces.of_joints[entry];
+        let glued = mesh.glued.iter().find(|glued| glued.entry == entry);
+        let follows = glued.map(|glued| mesh.body_of_node(glued.node));
+        for face in pair {
+            let is_own = follows.is_some_and(|body| face.starts_with(&scene.face_prefix(body)));
+            let sums = if is_own { own } else { opposite };
+            rows.push(of_total(scene.contact_key(entry), face, *sums));
         }
     }
     Ok(rows)

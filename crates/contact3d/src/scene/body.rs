@@ -167,11 +167,11 @@ impl Scene {
         )
     }
 
-    /// The scene of one of several bodies alone, with what holds and touches it.
+    /// The scene of some of several bodies alone, with what holds and touches them.
     #[must_use]
-    pub fn of_body(&self, body: usize) -> Self {
-        let prefix = self.face_prefix(body);
-        let is_own = |face: &str| face.starts_with(&prefix);
+    pub fn of_bodies(&self, bodies: &[usize]) -> Self {
+        let prefixes: Vec<String> = bodies.iter().map(|b| self.face_prefix(*b)).collect();
+        let is_own = |face: &str| prefixes.iter().any(|prefix| face.starts_with(prefix));
         let mut own = self.clone();
         own.springs.retain(|spring| is_own(&spring.face));
         own.tools

@@ -237,6 +237,15 @@ impl Contact {
         }
     }
 
+    /// Faces of two bodies that are bonded.
+    #[must_use]
+    pub fn glued(first: impl Into<String>, second: impl Into<String>) -> Self {
+        Self {
+            glued: true,
+            ..Self::between(first, second)
+        }
+    }
+
     /// The same under another name than that of the face.
     #[must_use]
     pub fn named(mut self, name: impl Into<String>) -> Self {

@@ -19,7 +19,12 @@ pub struct Contact {
     /// that with the finer mesh.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub between: Option<[String; 2]>,
-    /// The one of the faces in `between` that the contact stresses belong to, in place of the softer one.
+    /// Whether the faces in `between` are bonded, as by glue or a weld: they move as one wherever they face each other, without any law of
+    /// contact. The meshes need not match; the nodes of one face are moved onto the other and follow it.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub glued: bool,
+    /// The one of the faces in `between` that the contact stresses belong to, in place of the softer one; of glued faces the one whose nodes
+    /// follow the other.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub panes_on: Option<String>,
     /// The rigid obstacle in the place of the foundation, which is the half-space behind the flat face.
@@ -125,10 +130,11 @@ impl Scene {
         entry_key("contact", self.contacts.len(), entry)
     }
 
-    /// The law of friction of a contact face with its key; `None` where it is frictionless.
+    /// The law of friction of a contact face with its key; `None` where it is frictionless or glued.
     #[must_use]
     pub fn friction_on(&self, entry: usize) -> Option<(String, &Friction)> {
-        match (self.contacts.get(entry)?.friction.as_ref(), &self.friction) {
+        let contact = self.contacts.get(entry).filter(|contact| !contact.glued)?;
+        match (contact.friction.as_ref(), &self.friction) {
             (Some(own), _) => Some((format!("{}.friction", self.contact_key(entry)), own)),
             (None, Some(common)) => Some(("friction".to_owned(), common)),
             (None, None) => None,
@@ -151,7 +157,28 @@ impl Scene {
     pub fn bodies_touch(&self) -> bool {
         self.contacts
             .iter()
+            .any(|contact| contact.between.is_some() && !contact.glued)
+    }
+
+    /// Whether any face may touch something: glued ones do not.
+    #[must_use]
+    pub fn has_contact(&self) -> bool {
+        self.contacts.iter().any(|contact| !contact.glued)
+    }
+
+    /// Whether faces of two bodies touch each other or are glued.
+    #[must_use]
+    pub fn has_pairs(&self) -> bool {
+        self.contacts
+            .iter()
             .any(|contact| contact.between.is_some())
+    }
+
+    /// The pairs of glued faces with their numbers in the scene.
+    pub fn glued_pairs(&self) -> impl Iterator<Item = (usize, &[String; 2])> {
+        let contacts = self.contacts.iter().enumerate();
+        let glued = contacts.filter(|(_, contact)| contact.glued);
+        glued.filter_map(|(entry, contact)| Some((entry, contact.between.as_ref()?)))
     }
 
     /// Whether any contact face has friction.
@@ -161,10 +188,10 @@ impl Scene {
     }
 
     /// The contact faces in the order of their multipliers, as numbers in the scene's own order: those with friction come
-    /// first.
+    /// first; glued ones have none.
     #[must_use]
     pub fn contact_order(&self) -> Vec<usize> {
-        let entries = 0..self.contacts.len();
+        let entries = (0..self.contacts.len()).filter(|entry| !self.contacts[*entry].glued);
         let (with, without): (Vec<usize>, Vec<usize>) =
             entries.partition(|entry| self.friction_on(*entry).is_some());
         [with, without].concat()

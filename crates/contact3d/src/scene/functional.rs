@@ -131,7 +131,7 @@ impl Functional {
             | Self::LargestPressure
             | Self::ContactArea
             | Self::MeanPressure { .. }
-                if scene.contacts.is_empty() =>
+                if !scene.has_contact() =>
             {
                 Some((
                     "a quantity of a scene without contact",
@@ -142,7 +142,7 @@ impl Functional {
                 "a quantity of a scene without friction",
                 "without friction tangential forces are zero and no pane sticks",
             )),
-            Self::TangentialForce if scene.contacts.len() > 1 => Some((
+            Self::TangentialForce if scene.contact_order().len() > 1 => Some((
                 "a quantity of a scene with several contact faces",
                 "tangential forces of several faces, each in axes of its own, have no sum",
             )),

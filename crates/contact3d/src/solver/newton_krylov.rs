@@ -345,7 +345,7 @@ fn reach(body: &ContactBody<'_>) -> Vec<usize> {
     let dofs = &body.assembly.primal.dofs;
     let nodes = body.face.surface.nodes_of_both_sides();
     let rows = nodes.chain(dofs.n_nodes..dofs.dof.len());
-    let free = rows.flat_map(|row| dofs.dof[row].into_iter().flatten());
+    let free = rows.flat_map(|row| dofs.terms(row, [1.0; 3]).map(|(dof, _)| dof));
     body.assembly.factor.structure().reach(free)
 }
 

@@ -9,6 +9,7 @@ mod facade;
 mod faces;
 mod floating;
 mod gate;
+mod glued;
 mod graded;
 mod hidden_contact;
 mod load_history;

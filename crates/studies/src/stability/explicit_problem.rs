@@ -51,7 +51,7 @@ impl ExplicitProblem {
 
     /// Assembles a scene on a mesh of its body.
     pub(super) fn on_mesh(mut scene: Scene, mesh: Mesh) -> Result<Self, ProblemError> {
-        if scene.contacts.is_empty() {
+        if !scene.has_contact() {
             return Err(no_contact().into());
         }
         scene.assemble.dual_operator = DualOperatorKind::Explicit;

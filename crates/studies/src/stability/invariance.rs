@@ -8,7 +8,7 @@ use crate::shared::greatest_common_divisor;
 use contact3d::{
     ProblemError,
     linalg::CscMatrix,
-    mesh::{BodyRange, ContactSurface, Mesh, MidEdgeNodes, Opposite},
+    mesh::{BodyRange, ContactSurface, GluedNode, Mesh, MidEdgeNodes, Opposite},
     scene::{Scene, UnitChange},
     solver::{Linearisation, Solution, Status},
 };
@@ -206,7 +206,17 @@ pub(super) fn renumbered(mesh: &Mesh) -> Mesh {
             })
             .collect(),
         obstacles: mesh.obstacles.clone(),
+        glued: mesh.glued.iter().map(|own| follower(own, &new)).collect(),
         contact: mesh.contact.as_ref().map(|own| reordered(own, &new)),
+    }
+}
+
+fn follower(glued: &GluedNode, new: &[usize]) -> GluedNode {
+    let shares = glued.shares.iter();
+    GluedNode {
+        node: new[glued.node],
+        entry: glued.entry,
+        shares: shares.map(|(node, share)| (new[*node], *share)).collect(),
     }
 }
 

@@ -24,7 +24,7 @@ use rstar::{
 
 use nodes::NodePairing;
 use normals::CurvedFace;
-use overlap::Overlap;
+pub(super) use overlap::Overlap;
 
 use super::{GEOMETRY_TOLERANCE, Mesh, contact_surface::plane_of};
 use crate::linalg::CscMatrix;

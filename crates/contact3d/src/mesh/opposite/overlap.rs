@@ -24,6 +24,8 @@ pub(in crate::mesh) struct Overlap {
     pub(in crate::mesh) triangle: FaceTriangle,
     /// ∫ φ_j ψ_k in m² over it, by nodes of the mesh.
     pub(in crate::mesh) products: BTreeMap<(usize, usize), f64>,
+    /// ∫ φ_i φ_j in m² over it, by places in the triangle.
+    pub(in crate::mesh) masses: [[f64; 6]; 6],
     /// The triangles of the other face that take part.
     pub(in crate::mesh) opposite: Vec<usize>,
 }
@@ -45,6 +47,7 @@ impl Overlap {
         let mut found = Self {
             triangle: mesh.face_triangle(facet),
             products: BTreeMap::new(),
+            masses: [[0.0; 6]; 6],
             opposite: Vec::new(),
         };
         found.triangle.area = 0.0;
@@ -100,9 +103,13 @@ impl Overlap {
             for (k, (_, integral)) in self.triangle.integrals.iter_mut().enumerate() {
                 *integral += weight * point.shape[k];
             }
-            for (row, phi) in sums.iter_mut().zip(point.shape) {
+            let rows = sums.iter_mut().zip(&mut self.masses);
+            for ((row, masses), phi) in rows.zip(point.shape) {
                 for (sum, psi) in row.iter_mut().zip(&shape) {
                     *sum += weight * phi * psi;
+                }
+                for (mass, psi) in masses.iter_mut().zip(point.shape) {
+                    *mass += weight * phi * psi;
                 }
             }
         }

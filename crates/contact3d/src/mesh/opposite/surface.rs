@@ -101,7 +101,7 @@ impl Mesh {
     }
 
     /// A face of a pair with the modulus of the material behind it, the mean over its triangles of 1/k.
-    fn pair_face(&self, scene: &Scene, name: &str) -> Face<'_> {
+    pub(in crate::mesh) fn pair_face(&self, scene: &Scene, name: &str) -> Face<'_> {
         let facets: Vec<usize> = self.facets_on(name).collect();
         let moduli: Vec<f64> = scene
             .materials()
@@ -116,7 +116,12 @@ impl Mesh {
 
     /// The number of the face that the multipliers belong to: the softer one, of similar ones that with the finer mesh. The smallest
     /// eigenvalue of S, scaled by panes, is then bounded below whatever the ratio of meshes and stiffnesses.
-    fn side_with_panes(&self, scene: &Scene, entry: usize, faces: &[Face<'_>; 2]) -> usize {
+    pub(in crate::mesh) fn side_with_panes(
+        &self,
+        scene: &Scene,
+        entry: usize,
+        faces: &[Face<'_>; 2],
+    ) -> usize {
         let contact = &scene.contacts[entry];
         if let Some(wanted) = &contact.panes_on {
             return usize::from(contact.faces()[0] != wanted);

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{box_load::BoxLoad, facing::Facing};
+use super::{Field, box_load::BoxLoad, facing::Facing, joint::Joints};
 use crate::{
     elasticity::{SurfaceLoad, stiffness_at},
     mesh::{Mesh, SidePart, area_share},
@@ -62,6 +62,7 @@ pub struct LoadedBoundary<'a> {
     /// The place of each triangle among those in contact, `[n_facets]`.
     contact: Vec<Option<usize>>,
     facing: Facing<'a>,
+    joints: Joints<'a>,
 }
 
 impl<'a> LoadedBoundary<'a> {
@@ -107,6 +108,7 @@ impl<'a> LoadedBoundary<'a> {
             springs: on_sides(&mut springs),
             contact,
             facing: Facing::new(mesh),
+            joints: Joints::new(solved),
         }
     }
 
@@ -184,9 +186,26 @@ impl<'a> LoadedBoundary<'a> {
         self.traction(facet, at, [1.0 / 3.0; 3], normal, &loads)
     }
 
+    /// The traction in Pa on a field at a point of a triangle, as [`Self::traction`]; through joints that of the field itself passes.
+    pub(super) fn traction_on(
+        &self,
+        facet: usize,
+        at: [f64; 3],
+        share: [f64; 3],
+        normal: &Vector3<f64>,
+        field: &Field<'_>,
+    ) -> Vector3<f64> {
+        let passes = || self.joints.traction(facet, at, normal, field.internal);
+        let sum = self.traction(facet, at, share, normal, &field.loads);
+        match field.is_galerkin {
+            true => sum + passes().unwrap_or_default(),
+            false => sum,
+        }
+    }
+
     /// The prescribed traction in Pa at a point of a triangle with some outward unit normal; `share`
     /// are the barycentric coordinates of the point in the triangle's corners.
-    pub(super) fn traction(
+    fn traction(
         &self,
         facet: usize,
         at: [f64; 3],

@@ -8,10 +8,7 @@ use std::sync::LazyLock;
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector6};
 
-use super::{
-    Field,
-    boundary::{FieldLoads, LoadedBoundary},
-};
+use super::{Field, boundary::LoadedBoundary};
 use crate::{
     elasticity::{MaterialField, Simplex, traction},
     mesh::Mesh,
@@ -220,10 +217,10 @@ impl<'a> BubbleElements<'a> {
         let places = self.mesh.facets[facet].map(|node| nodes.iter().position(|n| *n == node));
         let mut add = |sample: &QuadraturePoint,
                        spring: Option<Matrix3<f64>>,
-                       loaded: &dyn Fn(&FieldLoads<'_>) -> Vector3<f64>| {
+                       loaded: &dyn Fn(&Field<'_>) -> Vector3<f64>| {
             let weight = area * sample.weight;
             for (field, load) in fields.iter().zip(&mut element.loads) {
-                let mut traction = loaded(&field.loads);
+                let mut traction = loaded(field);
                 if let Some(spring) = spring {
                     traction -= spring * self.displacement_at(field, t, &sample.at);
                 }
@@ -240,8 +237,8 @@ impl<'a> BubbleElements<'a> {
         for sample in &self.on_sides[side] {
             let at = quadrature::point(corners, &sample.at);
             let share = places.map(|place| place.map_or(0.0, |k| sample.at[k]));
-            add(sample, self.boundary.spring(facet, at, &normal), &|loads| {
-                self.boundary.traction(facet, at, share, &normal, loads)
+            add(sample, self.boundary.spring(facet, at, &normal), &|field| {
+                self.boundary.traction_on(facet, at, share, &normal, field)
             });
         }
         self.boundary.visit_parts(facet, &normal, &mut |point| {
@@ -250,8 +247,8 @@ impl<'a> BubbleElements<'a> {
                 place.into_iter().for_each(|k| at[k] = share);
             }
             let sample = QuadraturePoint::new(at, point.weight);
-            add(&sample, point.stiffness, &|loads| {
-                point.traction * f64::from(u8::from(loads.of_scene))
+            add(&sample, point.stiffness, &|field| {
+                point.traction * f64::from(u8::from(field.loads.of_scene))
             });
         });
     }

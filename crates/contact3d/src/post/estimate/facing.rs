@@ -65,33 +65,38 @@ impl<'a> Facing<'a> {
     pub(super) fn across(&self, facet: usize, at: [f64; 3]) -> Option<(usize, [f64; 3])> {
         let surface = self.mesh.contact.as_ref()?;
         let places = self.places[facet].iter();
-        let seen = places.map(|&place| (place, self.seen_in(surface.facets[place], at)));
-        let inside = seen.filter(|(_, share)| least(share) >= LEAST_INSIDE);
+        let seen = places.map(|&place| (place, seen_in(self.mesh, surface.facets[place], at)));
+        let inside = seen.filter(|(_, share)| is_inside(share));
         inside.max_by(|a, b| least(&a.1).total_cmp(&least(&b.1)))
     }
 
     /// Whether another body lies opposite a point of a contact triangle of a face that touches one.
     pub(super) fn is_covered(&self, place: usize, at: [f64; 3]) -> bool {
         let mut facets = self.facets[place].iter();
-        facets.any(|&facet| least(&self.seen_in(facet, at)) >= LEAST_INSIDE)
+        facets.any(|&facet| is_inside(&seen_in(self.mesh, facet, at)))
     }
+}
 
-    /// The barycentric coordinates where the line along the normal of a triangle through a place meets it.
-    fn seen_in(&self, facet: usize, at: [f64; 3]) -> [f64; 3] {
-        let corners = self.mesh.corners(&self.mesh.facets[facet]);
-        let [a, b, c] = corners.map(Vector3::from);
-        let x = Vector3::from(at);
-        let normal = (b - a).cross(&(c - a));
-        let part = |from: Vector3<f64>, to: Vector3<f64>| {
-            (to - from).cross(&(x - from)).dot(&normal) / normal.norm_squared()
-        };
-        [part(b, c), part(c, a), part(a, b)]
-    }
+/// The barycentric coordinates where the line along the normal of a boundary triangle through a place meets it.
+pub(super) fn seen_in(mesh: &Mesh, facet: usize, at: [f64; 3]) -> [f64; 3] {
+    let corners = mesh.corners(&mesh.facets[facet]);
+    let [a, b, c] = corners.map(Vector3::from);
+    let x = Vector3::from(at);
+    let normal = (b - a).cross(&(c - a));
+    let part = |from: Vector3<f64>, to: Vector3<f64>| {
+        (to - from).cross(&(x - from)).dot(&normal) / normal.norm_squared()
+    };
+    [part(b, c), part(c, a), part(a, b)]
 }
 
 /// Least barycentric coordinate of a point opposite a triangle: between normals of curved faces, which turn from one triangle to the next,
 /// a hundredth of a triangle would lie opposite none.
 const LEAST_INSIDE: f64 = -0.02;
+
+/// Whether a point seen in a triangle lies inside.
+pub(super) fn is_inside(share: &[f64; 3]) -> bool {
+    least(share) >= LEAST_INSIDE
+}
 
 fn least(share: &[f64; 3]) -> f64 {
     share.iter().copied().fold(f64::INFINITY, f64::min)

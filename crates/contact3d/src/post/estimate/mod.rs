@@ -20,6 +20,7 @@ mod contact;
 mod contact_points;
 mod facing;
 mod hierarchical;
+mod joint;
 
 use nalgebra::{Vector3, Vector6};
 use rayon::prelude::*;

@@ -120,7 +120,7 @@ fn check_several(scene: &Scene) -> Result<(), InvalidValue> {
     require(
         scene.adapt.is_none_or(|adapt| adapt.of.is_none()),
         "adapt.of",
-        "no quantity where bodies touch each other",
+        "no quantity in a scene of several bodies",
         "one",
         "leave it out to refine for the energy norm: errors of quantities are not estimated between bodies",
     )

@@ -10,6 +10,7 @@ pub(super) fn check(scene: &Scene) -> Result<(), InvalidValue> {
     for (entry, contact) in scene.contacts.iter().enumerate() {
         check_face(scene, contact, &scene.contact_key(entry))?;
         check_pair(scene, contact, &scene.contact_key(entry))?;
+        check_glued(contact, &scene.contact_key(entry))?;
         check_beside_others(scene, contact, entry)?;
     }
     check_common_friction(scene)?;
@@ -114,6 +115,31 @@ fn check_pair(scene: &Scene, contact: &Contact, key: &str) -> Result<(), Invalid
     }
 }
 
+/// What glued faces, which keep together, leave to faces that touch.
+fn check_glued(contact: &Contact, key: &str) -> Result<(), InvalidValue> {
+    let others = [
+        ("face", !contact.face.is_empty()),
+        ("friction", contact.friction.is_some()),
+        ("gap", contact.gap != Quantity::Constant(0.0)),
+        ("interference", contact.interference),
+        ("axis_1", contact.axis_1.is_some()),
+        ("angle", contact.angle.is_some()),
+    ];
+    match others
+        .into_iter()
+        .find(|(_, given)| contact.glued && *given)
+    {
+        None => Ok(()),
+        Some((name, _)) => require(
+            false,
+            format!("{key}.{name}"),
+            &format!("no {name} beside glued = true"),
+            "one",
+            "glued faces, two of them in between, neither part nor slip: leave out the one or the other",
+        ),
+    }
+}
+
 fn check_axes(contact: &Contact, key: &str) -> Result<(), InvalidValue> {
     require(
         contact.axis_1.is_none() || contact.angle.is_none(),
@@ -169,6 +195,17 @@ fn check_beside_others(scene: &Scene, contact: &Contact, entry: usize) -> Result
                 "{other} has this face as well; give both the part that is theirs by box = [[x, y, z], [x, y, z]]"
             ),
         )?;
+        let is_same_pair = contact
+            .faces()
+            .iter()
+            .all(|face| first.faces().contains(face));
+        require(
+            !(is_same_pair && (first.glued || contact.glued)),
+            format!("{key}.between"),
+            "faces that are glued, or that touch",
+            Written(&contact.faces()),
+            &format!("{other} has both as well: leave one of the two out"),
+        )?;
         require(
             first.name() != contact.name(),
             format!("{key}.name"),
@@ -218,18 +255,20 @@ fn check_height(height: &Height, key: &str) -> Result<(), InvalidValue> {
 fn check_common_friction(scene: &Scene) -> Result<(), InvalidValue> {
     if scene.friction.is_some() {
         require(
-            !scene.contacts.is_empty(),
+            scene.has_contact(),
             "friction",
-            "a [contact] table beside [friction]",
+            "a [contact] table that is not glued beside [friction]",
             "no contact",
             "friction acts on the contact face; name it in [contact]",
         )?;
-        let own = (0..scene.contacts.len())
-            .filter(|entry| scene.contacts[*entry].friction.is_some())
-            .map(|entry| format!("{}.friction", scene.contact_key(entry)));
+        let order = scene.contact_order();
+        let own = order
+            .iter()
+            .filter(|entry| scene.contacts[**entry].friction.is_some())
+            .map(|entry| format!("{}.friction", scene.contact_key(*entry)));
         let own: Vec<String> = own.collect();
         require(
-            own.len() < scene.contacts.len(),
+            own.len() < order.len(),
             "friction",
             "a contact face that it can be the law of",
             format!("none, for each has {} in its place", own.join(" or ")),

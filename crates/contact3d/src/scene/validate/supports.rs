@@ -73,10 +73,7 @@ fn check_clamps(scene: &Scene) -> Result<(), InvalidValue> {
     }
     let is_bonded = scene.tools.iter().any(|tool| tool.face.is_some());
     require(
-        is_bonded
-            || !scene.clamps.is_empty()
-            || !scene.springs.is_empty()
-            || !scene.contacts.is_empty(),
+        is_bonded || !scene.clamps.is_empty() || !scene.springs.is_empty() || scene.has_contact(),
         "clamp",
         "at least one [[clamp]], a [[spring]], or [contact]",
         "none",
