@@ -9,8 +9,8 @@ from scipy.linalg import eigvalsh
 
 from conftest import ROOT
 from faults.program import Program
-from pairs import judge, random_scene, wrong_with
-from run_file import open_run, read_scene
+from pairs import POINTS, WEIGHTS, Face, judge, overlaps, random_scene, stiffness, triangle_shape, wrong_with
+from run_file import open_run, read_matrix, read_scene
 from structured_mesh import mesh_text
 
 
@@ -53,12 +53,10 @@ def test_random_scenes(number, program, tmp_path):
         assert "products" in wrong_with(tmp_path / "pair.h5")[1]
 
 
-@pytest.mark.parametrize(
-    ("element", "cells", "panes"),
-    [("P1", (4, 6), "lower.z_max"), ("P1", (6, 4), "lower.z_max"), ("P2", (1, 3), "upper.z_min"), ("P2", (3, 2), "upper.z_min")],
-)
-def test_constant_stress_in_any_pose(element, cells, panes, solved, tmp_path):
-    """Two turned blocks, the upper one held by contact alone, under the tractions of a full constant stress."""
+def turned_blocks(cells, element, folder):
+    """Two turned blocks under the tractions of a full constant stress, the lower one on six supports that a rigid motion alone loads.
+
+    The tables of the scene, the rotation and the stress."""
     draw = np.random.default_rng(3)
     turn, _ = np.linalg.qr(draw.normal(size=(3, 3)))
     turn *= np.linalg.det(turn)
@@ -70,9 +68,8 @@ def test_constant_stress_in_any_pose(element, cells, panes, solved, tmp_path):
         def place(*at, k=k):
             return tuple(map(float, turn @ (np.array(at) + [0, 0, k]) + shift))
 
-        (tmp_path / f"{name}.msh").write_text(mesh_text(place, (cells[k],) * 3, element))
+        (folder / f"{name}.msh").write_text(mesh_text(place, (cells[k],) * 3, element))
         lines.append(f'[[body]]\nname = "{name}"\nelement = "{element}"\ngmsh.file = "{name}.msh"')
-    # Six supports that a rigid motion alone loads.
     for corner, components in (((0, 0, 0), "xyz"), ((1, 0, 0), "yz"), ((0, 1, 0), "z")):
         at = turn @ np.array(corner) + shift
         box = [(at - 1e-6).tolist(), (at + 1e-6).tolist()]
@@ -83,22 +80,79 @@ def test_constant_stress_in_any_pose(element, cells, panes, solved, tmp_path):
                 if (axis, end) != (2, 1 - 2 * k):
                     traction = end * stress @ turn[:, axis]
                     lines.append(f'[[traction]]\nface = "{name}.{"xyz"[axis]}_{side}"\nvalue = {traction.tolist()}')
+    return lines, turn, stress
+
+
+def strained(file, stress):
+    """How far the displacement over the strain is from that of a constant stress and one rigid motion."""
+    x, u = file["mesh/coordinates"][:], file["solve/displacement"][:]
+    strain = 1.3 * stress - 0.3 * np.trace(stress) * np.eye(3)
+    centred = x - x.mean(axis=0)
+    modes = np.array([np.tile(e, (len(x), 1)) for e in np.eye(3)] + [np.cross(e, centred) for e in np.eye(3)]).reshape(6, -1).T
+    rest = (u - x @ strain).ravel()
+    rest = rest - modes @ np.linalg.lstsq(modes, rest, rcond=None)[0]
+    return np.abs(rest).max() / np.abs(strain).max()
+
+
+@pytest.mark.parametrize(
+    ("element", "cells", "panes"),
+    [("P1", (4, 6), "lower.z_max"), ("P1", (6, 4), "lower.z_max"), ("P2", (1, 3), "upper.z_min"), ("P2", (3, 2), "upper.z_min")],
+)
+def test_constant_stress_in_any_pose(element, cells, panes, solved, tmp_path):
+    """The upper block is held by contact alone."""
+    lines, turn, stress = turned_blocks(cells, element, tmp_path)
     lines.append(f'[contact]\nbetween = ["lower.z_max", "upper.z_min"]\npanes_on = "{panes}"\n[friction]\ncoefficient.constant = 0.9')
     with open_run(solved("\n".join(lines))) as file:
-        x, u = file["mesh/coordinates"][:], file["solve/displacement"][:]
         pressure, shear = file["solve/multiplier_normal"][:], file["solve/multiplier_tangential"][:]
         normal = turn[:, 2] * (1 if panes.startswith("lower") else -1)
         assert np.abs(pressure + normal @ stress @ normal).max() < 1e-10 * pressure.max()
         for k in range(2):
             axis = file[f"post/contact_axis_{k + 1}"][:][0]
             assert np.abs(shear[:, k] + axis @ stress @ normal).max() < 1e-10 * pressure.max()
-        strain = 1.3 * stress - 0.3 * np.trace(stress) * np.eye(3)
-        # What is left is one rigid motion of both.
-        centred = x - x.mean(axis=0)
-        modes = np.array([np.tile(e, (len(x), 1)) for e in np.eye(3)] + [np.cross(e, centred) for e in np.eye(3)]).reshape(6, -1).T
-        rest = (u - x @ strain).ravel()
-        rest = rest - modes @ np.linalg.lstsq(modes, rest, rcond=None)[0]
-        assert np.abs(rest).max() < 1e-10 * np.abs(strain).max()
+        assert strained(file, stress) < 1e-10
+
+
+@pytest.mark.parametrize(("element", "cells", "side"), [("P1", (3, 2), "lower.z_max"), ("P2", (1, 2), "lower.z_max")])
+def test_glued_nodes_follow_by_dual_functions(element, cells, side, solved, tmp_path):
+    """T from faces clipped here and dual functions on whole triangles, T'AT from an assembly here, and constant stress through the joint."""
+    lines, _, stress = turned_blocks(cells, element, tmp_path)
+    lines.append(f'[contact]\nbetween = ["lower.z_max", "upper.z_min"]\nglued = true\npanes_on = "{side}"')
+    with open_run(solved("\n".join(lines))) as file:
+        mesh, n_nodes = file["mesh"], len(file["mesh/coordinates"])
+        own, other = (Face(mesh, name, 1.0) for name in (side, "upper.z_min"))
+        found, n = overlaps(own, other), own.nodes.shape[1]
+        phi = triangle_shape(POINTS, n)
+        with_integral, ends = np.eye(n), {}
+        for middle in range(3, n):
+            pair = [middle - 3, (middle - 2) % 3]
+            with_integral[middle, middle] = 0.6
+            with_integral[pair, middle] = 0.2
+        whole, follows = np.zeros(n_nodes), np.zeros((n_nodes, n_nodes))
+        for nodes, area, products in zip(own.nodes, found.area, found.products, strict=True):
+            masses = with_integral @ (phi.T * WEIGHTS * area) @ phi @ with_integral.T
+            dual = masses.sum(axis=1)[:, None] * np.linalg.inv(masses)
+            whole[nodes] += masses.sum(axis=1)
+            follows[nodes] += dual @ with_integral @ products[nodes].toarray()
+            ends |= {nodes[k]: nodes[[k - 3, (k - 2) % 3]] for k in range(3, n)}
+        glued = np.flatnonzero(whole)
+        follows[glued] /= whole[glued, None]
+        for middle, pair in ends.items():
+            follows[middle] = 0.6 * follows[middle] + 0.2 * follows[pair].sum(axis=0)
+        # Those of the file follow each other, the followers first.
+        stored, shares = mesh["glued_nodes"][:, 0], read_matrix(mesh["glued_shares"]).toarray().T
+        for k in reversed(range(len(stored))):
+            later = np.flatnonzero(shares[k, stored])
+            shares[k] += sum(shares[k, stored[j]] * (shares[j] - np.eye(n_nodes)[stored[j]]) for j in later)
+        assert sorted(stored) == list(glued)
+        # Sums of integrals whose errors are roundings.
+        assert np.abs(shares - follows[stored]).max() < 1e-12
+        follows[np.setdiff1d(np.arange(n_nodes), glued)] = np.eye(n_nodes)[np.setdiff1d(np.arange(n_nodes), glued)]
+        dof = file["assemble/degree_of_freedom"][:].ravel()
+        by_free = np.kron(follows, np.eye(3))[:, dof >= 0]
+        expected = by_free.T @ (stiffness(mesh, read_scene(file)) @ by_free)
+        a = read_matrix(file["assemble/stiffness"]).toarray()
+        assert np.abs(a - expected).max() < 1e-12 * a.max()
+        assert strained(file, stress) < 1e-10
 
 
 def test_a_mirror_image_is_a_rigid_plane(solved, tmp_path):

@@ -2,35 +2,24 @@
 
 use contact3d::scene::{ContactFeatures, FrictionLaw, Material, MultiplierSpace, Obstacle, Scene};
 
+use serde_json::Value;
+
 use super::Figures;
 use crate::format::StageSizes;
 
-/// What a feature adds.
-struct FeatureCost {
-    words: String,
-    /// Unknowns it adds, once the mesh is known.
-    unknowns: Option<usize>,
-}
-
-/// A cost in unknowns: their number and what they are.
-fn unknowns(count: Option<usize>, what: &str) -> Option<FeatureCost> {
+/// What a feature adds in words, and its unknowns, once the mesh is known: their number and what they are.
+fn unknowns(count: Option<usize>, what: &str) -> Option<(String, Value)> {
     let number = count.map_or(String::new(), |count| format!("{count} "));
-    Some(FeatureCost {
-        words: number + what,
-        unknowns: count,
-    })
+    Some((number + what, count.into()))
 }
 
 /// A feature without unknowns of its own.
-fn data(present: bool, words: impl std::fmt::Display) -> Option<FeatureCost> {
-    present.then(|| FeatureCost {
-        words: format!("{words}, no unknowns"),
-        unknowns: Some(0),
-    })
+fn data(present: bool, words: impl std::fmt::Display) -> Option<(String, Value)> {
+    present.then(|| (format!("{words}, no unknowns"), 0.into()))
 }
 
 /// All features, in the order in which they build on each other.
-fn list(scene: &Scene, sizes: &StageSizes) -> Vec<(&'static str, Option<FeatureCost>)> {
+fn list(scene: &Scene, sizes: &StageSizes) -> Vec<(&'static str, Option<(String, Value)>)> {
     let faces = &scene.contact_features();
     let clamps = scene.clamps.iter().filter(|clamp| clamp.is_moved()).count();
     let (regions, springs) = (scene.regions.len(), scene.springs.len());
@@ -87,7 +76,7 @@ fn list(scene: &Scene, sizes: &StageSizes) -> Vec<(&'static str, Option<FeatureC
 }
 
 /// The obstacles; `None` where all foundations are those of flat faces.
-fn obstacles(faces: &[ContactFeatures]) -> Option<FeatureCost> {
+fn obstacles(faces: &[ContactFeatures]) -> Option<(String, Value)> {
     let obstacles: Vec<&Obstacle> = faces.iter().filter_map(|f| f.obstacle.as_ref()).collect();
     let mut words: Vec<&str> = obstacles.iter().map(|obstacle| obstacle.word()).collect();
     words.dedup();
@@ -104,7 +93,7 @@ fn obstacles(faces: &[ContactFeatures]) -> Option<FeatureCost> {
 }
 
 /// The normal multipliers; `None` without contact.
-fn contact(faces: &[ContactFeatures], sizes: &StageSizes) -> Option<FeatureCost> {
+fn contact(faces: &[ContactFeatures], sizes: &StageSizes) -> Option<(String, Value)> {
     let has = |space| faces.iter().any(|face| face.space == space);
     let space = match [MultiplierSpace::Panes, MultiplierSpace::Nodal].map(has) {
         [true, true] => "panes and nodes",
@@ -121,7 +110,10 @@ fn contact(faces: &[ContactFeatures], sizes: &StageSizes) -> Option<FeatureCost>
 }
 
 /// Tangential multipliers, coefficients that follow the slip, and those that vary with the place.
-fn friction_features(faces: &[ContactFeatures], sizes: &StageSizes) -> [Option<FeatureCost>; 3] {
+fn friction_features(
+    faces: &[ContactFeatures],
+    sizes: &StageSizes,
+) -> [Option<(String, Value)>; 3] {
     let mut laws: Vec<String> = Vec::new();
     for face in faces {
         if let Some(law) = &face.friction {
@@ -158,7 +150,7 @@ pub fn features(scene: &Scene, sizes: &StageSizes) -> Figures {
     let mut figures = Figures::new(scene.units);
     let (mut present, mut absent) = (Vec::new(), Vec::new());
     for (name, cost) in list(scene, sizes) {
-        let Some(FeatureCost { words, unknowns }) = cost else {
+        let Some((words, unknowns)) = cost else {
             absent.push(name);
             continue;
         };

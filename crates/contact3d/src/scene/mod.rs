@@ -231,7 +231,9 @@ impl Scene {
             } else {
                 contacts
             };
-            contact.add_varying(&key, &mut found);
+            if !contact.glued {
+                contact.add_varying(&key, &mut found);
+            }
         }
         self.friction.add_varying(&at("friction"), &mut found);
         found

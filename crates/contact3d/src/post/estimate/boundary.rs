@@ -1,8 +1,15 @@
 //! What lies around a tetrahedron: neighbours, loads, supports and contact.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Field, box_load::BoxLoad, facing::Facing, joint::Joints};
+use super::{
+    Field,
+    box_load::BoxLoad,
+    facing::Facing,
+    joint::{joint_sides, traction_through},
+};
 use crate::{
     elasticity::{SurfaceLoad, stiffness_at},
     mesh::{Mesh, SidePart, area_share},
@@ -62,7 +69,7 @@ pub struct LoadedBoundary<'a> {
     /// The place of each triangle among those in contact, `[n_facets]`.
     contact: Vec<Option<usize>>,
     facing: Facing<'a>,
-    joints: Joints<'a>,
+    joints: BTreeMap<usize, (usize, f64, Vec<usize>)>,
 }
 
 impl<'a> LoadedBoundary<'a> {
@@ -108,7 +115,7 @@ impl<'a> LoadedBoundary<'a> {
             springs: on_sides(&mut springs),
             contact,
             facing: Facing::new(mesh),
-            joints: Joints::new(solved),
+            joints: joint_sides(solved),
         }
     }
 
@@ -195,7 +202,8 @@ impl<'a> LoadedBoundary<'a> {
         normal: &Vector3<f64>,
         field: &Field<'_>,
     ) -> Vector3<f64> {
-        let passes = || self.joints.traction(facet, at, normal, field.internal);
+        let (mesh, stress) = (self.solved.mesh, field.internal);
+        let passes = || traction_through(mesh, &self.joints, (facet, at), normal, stress);
         let sum = self.traction(facet, at, share, normal, &field.loads);
         match field.is_galerkin {
             true => sum + passes().unwrap_or_default(),

@@ -11,96 +11,84 @@ use crate::{
     post::Solved,
 };
 
-/// Triangles of glued faces with the tetrahedra behind them and those that may lie opposite.
-#[derive(Debug)]
-pub(super) struct Joints<'a> {
-    mesh: &'a Mesh,
-    /// By the triangle: the tetrahedron behind it, E/(1 − ν²) there in Pa, and the triangles of the other face.
-    sides: BTreeMap<usize, (usize, f64, Vec<usize>)>,
+/// Triangles of glued faces: the tetrahedron behind each, E/(1 − ν²) there in Pa, and those of the other face that may lie opposite.
+pub(super) fn joint_sides(solved: &Solved<'_>) -> BTreeMap<usize, (usize, f64, Vec<usize>)> {
+    let (scene, mesh) = (solved.scene, solved.mesh);
+    let mut opposite: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
+    for (entry, pair) in scene.glued_pairs() {
+        let facets = pair.each_ref().map(|face| mesh.facets_on(face));
+        let facets: Vec<usize> = facets.into_iter().flatten().collect();
+        let mut around: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for &facet in &facets {
+            for node in mesh.facet_nodes(facet) {
+                around.entry(node).or_default().push(facet);
+            }
+        }
+        for glued in mesh.glued.iter().filter(|glued| glued.entry == entry) {
+            let body = mesh.body_of_node(glued.node);
+            let others = glued.shares.iter().map(|(node, _)| *node);
+            let others = others.filter(|node| mesh.body_of_node(*node) != body);
+            let others = others.filter_map(|node| around.get(&node)).flatten();
+            for &other in others {
+                for &own in around.get(&glued.node).into_iter().flatten() {
+                    opposite.entry(own).or_default().insert(other);
+                    opposite.entry(other).or_default().insert(own);
+                }
+            }
+        }
+    }
+    let moduli: Vec<f64> = scene
+        .materials()
+        .map(|(_, m)| m.contact_modulus())
+        .collect();
+    let behind = mesh.behind(opposite.keys().copied());
+    let sides = opposite.into_iter().zip(behind);
+    let side = |((facet, others), behind): ((usize, BTreeSet<usize>), usize)| {
+        let region = mesh.tetrahedron_region.get(behind).copied().unwrap_or(0);
+        (
+            facet,
+            (behind, moduli[region], others.into_iter().collect()),
+        )
+    };
+    sides.map(side).collect()
 }
 
-impl<'a> Joints<'a> {
-    pub(super) fn new(solved: &Solved<'a>) -> Self {
-        let (scene, mesh) = (solved.scene, solved.mesh);
-        let mut opposite: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
-        for (entry, pair) in scene.glued_pairs() {
-            let facets = pair.each_ref().map(|face| mesh.facets_on(face));
-            let facets: Vec<usize> = facets.into_iter().flatten().collect();
-            let mut around: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-            for &facet in &facets {
-                for node in mesh.facet_nodes(facet) {
-                    around.entry(node).or_default().push(facet);
-                }
-            }
-            for glued in mesh.glued.iter().filter(|glued| glued.entry == entry) {
-                let body = mesh.body_of_node(glued.node);
-                let others = glued.shares.iter().map(|(node, _)| *node);
-                let others = others.filter(|node| mesh.body_of_node(*node) != body);
-                let others = others.filter_map(|node| around.get(&node)).flatten();
-                for &other in others {
-                    for &own in around.get(&glued.node).into_iter().flatten() {
-                        opposite.entry(own).or_default().insert(other);
-                        opposite.entry(other).or_default().insert(own);
-                    }
-                }
-            }
-        }
-        let moduli: Vec<f64> = scene
-            .materials()
-            .map(|(_, m)| m.contact_modulus())
-            .collect();
-        let behind = mesh.behind(opposite.keys().copied());
-        let sides = opposite.into_iter().zip(behind);
-        let side = |((facet, others), behind): ((usize, BTreeSet<usize>), usize)| {
-            let region = mesh.tetrahedron_region.get(behind).copied().unwrap_or(0);
-            (
-                facet,
-                (behind, moduli[region], others.into_iter().collect()),
-            )
-        };
-        Self {
-            mesh,
-            sides: sides.map(side).collect(),
-        }
-    }
+/// The traction in Pa at a point of a boundary triangle with some outward unit normal that passes a joint there: the mean of those of both
+/// sides, each with the stiffness of the other one; `None` where nothing is glued.
+pub(super) fn traction_through(
+    mesh: &Mesh,
+    sides: &BTreeMap<usize, (usize, f64, Vec<usize>)>,
+    (facet, at): (usize, [f64; 3]),
+    normal: &Vector3<f64>,
+    internal: &InternalForces,
+) -> Option<Vector3<f64>> {
+    let (behind, own, others) = sides.get(&facet)?;
+    let seen = others
+        .iter()
+        .find(|other| is_inside(&seen_in(mesh, **other, at)))?;
+    let (opposite, other, _) = sides.get(seen)?;
+    let on_other = stress(mesh, *seen, *opposite, at, internal);
+    let on_own = stress(mesh, facet, *behind, at, internal);
+    Some(traction(
+        normal,
+        &((on_own * *other + on_other * *own) / (own + other)),
+    ))
+}
 
-    /// The traction in Pa at a point of a boundary triangle with some outward unit normal that passes a joint there: the mean of those of both
-    /// sides, each with the stiffness of the other one; `None` where nothing is glued.
-    pub(super) fn traction(
-        &self,
-        facet: usize,
-        at: [f64; 3],
-        normal: &Vector3<f64>,
-        internal: &InternalForces,
-    ) -> Option<Vector3<f64>> {
-        let (behind, own, others) = self.sides.get(&facet)?;
-        let seen = others
-            .iter()
-            .find(|other| is_inside(&seen_in(self.mesh, **other, at)))?;
-        let (opposite, other, _) = self.sides.get(seen)?;
-        let on_other = self.stress(*seen, *opposite, at, internal);
-        let on_own = self.stress(facet, *behind, at, internal);
-        Some(traction(
-            normal,
-            &((on_own * *other + on_other * *own) / (own + other)),
-        ))
-    }
-
-    /// The stress in Pa of a quadratic tetrahedron at a point on or before one of its sides.
-    fn stress(
-        &self,
-        facet: usize,
-        behind: usize,
-        at: [f64; 3],
-        internal: &InternalForces,
-    ) -> Vector6<f64> {
-        let corners = self.mesh.tetrahedra[behind];
-        let share = seen_in(self.mesh, facet, at);
-        let nodes = self.mesh.facets[facet].into_iter().zip(share);
-        let terms = nodes.filter_map(|(node, share)| {
-            let corner = corners.iter().position(|corner| *corner == node)?;
-            Some(Vector6::from(internal.corner_stress[behind][corner]) * share)
-        });
-        terms.sum()
-    }
+/// The stress in Pa of a quadratic tetrahedron at a point on or before one of its sides.
+fn stress(
+    mesh: &Mesh,
+    facet: usize,
+    behind: usize,
+    at: [f64; 3],
+    internal: &InternalForces,
+) -> Vector6<f64> {
+    let corners = mesh.tetrahedra[behind];
+    let share = seen_in(mesh, facet, at);
+    let nodes = mesh.facets[facet].into_iter().zip(share);
+    let terms = nodes.filter_map(|(node, share)| {
+        let corner = corners.iter().position(|corner| *corner == node)?;
+        Some(Vector6::from(internal.corner_stress[behind][corner]) * share)
+    });
+    terms.sum()
 }
