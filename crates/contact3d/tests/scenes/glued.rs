@@ -207,6 +207,26 @@ fn glued_bodies_float_together() {
     );
 }
 
+/// Nodes on rollers follow along the other axes alone.
+#[test]
+fn clamped_components_stay() {
+    let mut scene = stack([2, 3], ElementOrder::P2, 0.0)
+        .with_clamp(Clamp::face("lower.z_min").along(&[Component::Z]))
+        .with_pressure(Pressure::on("upper.z_max", PRESSURE));
+    for body in ["lower", "upper"] {
+        for axis in [Component::X, Component::Y] {
+            let face = format!("{body}.{}_min", axis.name());
+            scene = scene.with_clamp(Clamp::face(face).along(&[axis]));
+        }
+    }
+    let solution = solved(&scene);
+    let strain = PRESSURE / MODULUS;
+    let exact = |[x, y, z]: [f64; 3]| [POISSON * x, POISSON * y, -z].map(|u| u * strain);
+    let off = farthest(&solution, exact, strain);
+    assert!(off < 1e-10, "{off}");
+    assert!(solution.1.resultants.force_imbalance < 1e-12);
+}
+
 /// Three blocks that meet at an edge: nodes there follow nodes that follow others.
 #[test]
 fn joints_may_meet() {
