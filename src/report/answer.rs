@@ -46,9 +46,6 @@ pub(super) fn fold_words(local: &LocalMapping) -> Option<String> {
     })
 }
 
-/// The displacement of a body, over the largest of all, from which it counts as moving.
-const MOVES: f64 = 1e-3;
-
 /// What is to be said of the rigid motion of a body that only contact holds: the mechanism, or the one nearest to its
 /// displacement; `None` where supports hold it.
 pub(super) fn motion_words(
@@ -65,12 +62,6 @@ pub(super) fn motion_words(
     if rigid.motion.len() == scene.n_free_tool_motions() {
         return None;
     }
-    let largest = |rows: &[[f64; 3]]| {
-        let sizes = rows.iter().map(|u| u[0].hypot(u[1]).hypot(u[2]));
-        sizes.fold(0.0, f64::max)
-    };
-    // Beside bodies that move, those that do not are left out.
-    let moves = MOVES * largest(&report.displacement[..mesh.coordinates.len()]);
     let of_body = |body: BodyRange| {
         let places = &mesh.coordinates[body.nodes.clone()];
         let motion = BodyMotion::told(places, &report.displacement[body.nodes]);
@@ -86,12 +77,17 @@ pub(super) fn motion_words(
             name => format!("{name} {words}"),
         }
     };
-    let bodies = mesh.body_ranges().into_iter();
-    let bodies = bodies
-        .filter(|body| largest(&report.displacement[body.nodes.clone()]) >= moves)
-        .map(of_body);
+    // Beside bodies that nothing holds, others deform only.
+    let held = mesh.held_nodes(scene);
+    let floats = |group: &Vec<usize>| {
+        let mut nodes = group.iter().flat_map(|body| mesh.body_nodes(*body));
+        !nodes.any(|node| held[node] == [true; 3])
+    };
+    let ranges = mesh.body_ranges();
+    let floating = mesh.glued_bodies().into_iter().filter(floats).flatten();
+    let bodies = floating.map(|body| of_body(ranges[body].clone()));
     let words = bodies.collect::<Vec<_>>().join("; ");
-    Some(("moves", words))
+    (!words.is_empty()).then_some(("moves", words))
 }
 
 /// A rigid motion of the body and the tools, whose rows follow the nodes, in words.

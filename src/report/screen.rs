@@ -39,7 +39,7 @@ impl SolvedRun<'_> {
             return lines;
         }
         line("contact", self.nothing_touches());
-        for (name, force) in self.contact_forces() {
+        for (name, force) in self.contact_forces().into_iter().chain(self.joint_forces()) {
             line(&name, Some(force));
         }
         for (tool, state) in self.report.tools.iter().enumerate() {
@@ -173,6 +173,22 @@ impl SolvedRun<'_> {
         contact
             .map(|contact| ("contact force".to_owned(), told(contact.contact_force, 0)))
             .collect()
+    }
+
+    /// The forces of glued faces on the body of the first of each pair, of the first pairs.
+    fn joint_forces(&self) -> Vec<(String, String)> {
+        let unit = self.unit(Dimension::FORCE);
+        let pairs = self.scene.glued_pairs().take(MOST_FACES);
+        let told = |(entry, [face, other]): (usize, &[String; 2])| {
+            let key = self.scene.contact_key(entry);
+            let mut rows = self.report.forces.iter();
+            let row = rows.find(|row| row.source == key && row.face == *face)?;
+            let force = unit.told(&self.without_noise(row.force, |row| row.force));
+            let body = escape_control(self.scene.contacts[entry].first_body());
+            let name = format!("joint {}-{}", escape_control(face), escape_control(other));
+            Some((name, format!("{force} on {body}")))
+        };
+        pairs.filter_map(told).collect()
     }
 
     /// What words call the body that a contact force is told of: of two that touch each other that of the first face.
