@@ -34,7 +34,7 @@ pub struct Contact {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tool: Option<String>,
     /// Where the normals and distances of the obstacle of a tool are taken in a load history; when not given at each increment of round
-    /// obstacles and heights whose tool is displaced or turned, else where they begin.
+    /// obstacles, heights and surfaces whose tool is displaced sideways or turned, else where they begin.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub follow: Option<Follow>,
     /// What results call this face; the name of the face when not given.

@@ -3,7 +3,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Follow, Measure, Obstacle, ProblemPart, Quantity, Scene, is_default, varying::varies};
+use super::{
+    Follow, Measure, Obstacle, ProblemPart, Quantity, Scene, StepValue, is_default, varying::varies,
+};
 
 /// A degree of freedom of a rigid tool.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -153,20 +155,30 @@ impl Scene {
         self.tools.iter().zip(motions).map(of_tool).collect()
     }
 
-    /// Where the normals and distances of a contact are taken: where it says, or by how its tool moves.
+    /// Where the normals and distances of a contact are taken: where it says, or by how its tool moves. Those of a tool that is only pressed
+    /// on the flat side of a brick stay: nodes at its rim would leave a sharp edge by the little that the body widens.
     #[must_use]
     pub fn follow_of(&self, entry: usize) -> Follow {
         let contact = &self.contacts[entry];
+        let pressed = self.brick_face(&contact.face).map(|(_, face)| face.axis());
+        let drives = |turns: bool, motion: &[Quantity; 3]| {
+            let mut parts = motion.iter().enumerate();
+            parts.any(|(c, part)| *part != Quantity::Constant(0.0) && (turns || Some(c) != pressed))
+        };
         let is_driven = |tool: usize| {
             let given = &self.tools[tool];
-            let [shift, turn] =
-                ["displacement", "turn"].map(|motion| format!("{}.{motion}", self.tool_name(tool)));
-            let in_steps = self.steps.iter().flat_map(|step| step.value.keys());
-            let is_zero = |part: &Quantity| *part == Quantity::Constant(0.0);
-            !given.displacement.iter().chain(&given.turn).all(is_zero)
-                || in_steps
-                    .into_iter()
-                    .any(|key| *key == shift || *key == turn)
+            let name = self.tool_name(tool);
+            let motions = [("displacement", &given.displacement), ("turn", &given.turn)];
+            motions.into_iter().any(|(motion, at_first)| {
+                let turns = motion == "turn";
+                let key = format!("{name}.{motion}");
+                let mut steps = self.steps.iter().filter_map(|step| step.value.get(&key));
+                drives(turns, at_first)
+                    || steps.any(|value| match value {
+                        StepValue::Vector(to) => drives(turns, to),
+                        StepValue::Number(_) => false,
+                    })
+            })
         };
         let is_flat = matches!(contact.obstacle, None | Some(Obstacle::HalfSpace(_)));
         let follows =

@@ -21,8 +21,10 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Vec<[Vector3<f64>; 4]>, String> {
     let needed = |count: usize| HEADER.saturating_add(count.saturating_mul(RECORD));
     let begins = bytes.trim_ascii_start().get(..5);
     let begins = begins.is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
-    let words = std::str::from_utf8(bytes).ok().filter(|_| begins);
-    match (announced, words) {
+    // Names may be in any encoding; a binary file has zeros.
+    let is_text = begins && !bytes.contains(&0);
+    let words = is_text.then(|| String::from_utf8_lossy(bytes));
+    match (announced, words.as_deref()) {
         (Some(count), _) if count > 0 && bytes.len() == needed(count) => Ok(binary(bytes)),
         (_, Some(words)) => text(words),
         (Some(count), None) if count > 0 && bytes.len() > needed(count) => {
@@ -47,6 +49,7 @@ fn binary(bytes: &[u8]) -> Vec<[Vector3<f64>; 4]> {
 
 fn text(text: &str) -> Result<Vec<[Vector3<f64>; 4]>, String> {
     let (mut triangles, mut normal, mut corners) = (Vec::new(), Vector3::zeros(), Vec::new());
+    let text = text.replace("\r\n", "\n").replace('\r', "\n");
     for (number, line) in text.lines().enumerate() {
         let lower = line.to_ascii_lowercase();
         let mut words = lower.split_ascii_whitespace();

@@ -23,6 +23,9 @@ use crate::{
     scene::{InvalidValue, place_words},
 };
 
+/// The share of an edge below which a place touches the surface: digits of single precision, in which STL files are written.
+const TOUCHING: f64 = 1e-6;
+
 /// Triangles whose corners go counter-clockwise as seen from the body.
 #[derive(Debug, Clone)]
 pub struct TriangulatedSurface {
@@ -80,14 +83,34 @@ impl TriangulatedSurface {
             .collect();
         beside.sort_unstable();
         beside.dedup();
-        let before = beside
+        let before: Vec<Clearance> = beside
             .into_iter()
-            .filter_map(|triangle| self.before(triangle, &x, (x - foot).norm()));
-        let before = before.min_by(|a, b| a.distance.abs().total_cmp(&b.distance.abs()));
-        match before {
-            Some(clearance) => Ok(clearance),
-            None => self.beyond_edge(nearest, share, &(x - foot), at),
-        }
+            .filter_map(|triangle| self.before(triangle, &x, (x - foot).norm()))
+            .collect();
+        let first = before
+            .iter()
+            .min_by(|a, b| a.distance.abs().total_cmp(&b.distance.abs()));
+        let Some(first) = first else {
+            return self.beyond_edge(nearest, share, &(x - foot), at);
+        };
+        let corners = self.corners(nearest);
+        let touching = TOUCHING * (corners[1] - corners[0]).norm();
+        // On a sharp edge or corner the normal is none of one side: by chance of rounding it would be that of any.
+        let sides = before.iter().filter(|it| it.distance.abs() <= touching);
+        let sides = sides.fold(Vec::new(), |mut sides: Vec<Vector3<f64>>, it| {
+            if sides.iter().all(|side| (side - it.away).norm() > TOUCHING) {
+                sides.push(it.away);
+            }
+            sides
+        });
+        let mean = sides.iter().sum::<Vector3<f64>>().try_normalize(TOUCHING);
+        Ok(match mean {
+            Some(away) if sides.len() > 1 => Clearance {
+                distance: first.distance,
+                away,
+            },
+            _ => *first,
+        })
     }
 
     /// Whether normals are the same everywhere.

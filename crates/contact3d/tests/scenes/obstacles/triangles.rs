@@ -233,6 +233,31 @@ fn a_box_has_sharp_edges() {
     }
 }
 
+/// Nodes that the edge of a wedge touches have the normal between its flanks, whichever of them rounding prefers.
+#[test]
+fn a_sharp_edge_has_no_side() {
+    for rounding in [0.0, 1e-10, -1e-10] {
+        let at = |x: f64, y: f64| [x, y, 0.6 + 0.5 * (x - 0.5_f64).abs() + rounding];
+        let [a, b] = [-1.0, 2.0].map(|y| at(0.5, y));
+        let [[left, further], [right, beyond]] = [-0.5, 1.5].map(|x| [at(x, -1.0), at(x, 2.0)]);
+        let flanks = [
+            [a, b, right],
+            [b, beyond, right],
+            [a, left, b],
+            [b, left, further],
+        ];
+        let interference = "interference = true\n";
+        let found = surface(&(interference.to_owned() + TOOL), &stl(&flanks)).unwrap();
+        let normals = (0..found.nodes.len()).map(|local| found.normal_at(local));
+        // Flanks have tan 0.5.
+        let upright = normals.filter(|n| n[2] > 0.95);
+        let off = upright.map(|n| n[0].abs().max(n[1].abs()));
+        let off: Vec<f64> = off.collect();
+        assert_eq!(off.len(), 9);
+        assert!(off.iter().all(|off| *off < 1e-12), "{off:?}");
+    }
+}
+
 /// A ball that is pressed and dragged, its normals and distances taken anew at each increment.
 #[test]
 fn a_tool_of_facets_moves_as_the_ball_does() {
