@@ -474,7 +474,8 @@ class Contact(Keys):
     :param tool: The name of the ``[[tool]]`` that the obstacle, or the foundation without one, is part of and moves
         with; it rests when not given.
     :param follow: Where the normals and distances of the obstacle of a tool are taken in a load history; when not
-        given at each increment of round obstacles and heights whose tool is displaced or turned, else where they begin.
+        given at each increment of round obstacles, heights and surfaces whose tool is displaced sideways or turned,
+        else where they begin.
     :param name: What results call this face; the name of the face when not given.
     :param box: Two opposite corners [min, max] in m: only the triangles of the face between them are in contact.
         The sides of the box follow edges of triangles and, on a brick, of panes.

@@ -9,7 +9,7 @@ use nalgebra::{Rotation3, Vector3};
 use super::{ContactFrame, Counterpart, Interface};
 use crate::{
     elasticity::ToolPlace,
-    mesh::{Mesh, distances_from},
+    mesh::{Mesh, distances_from, outward_at_nodes},
     scene::{Follow, HalfSpace, InvalidValue, Obstacle, Scene},
 };
 
@@ -55,11 +55,13 @@ impl Interface {
                     normal: (-outward).into(),
                 })
             });
+            let outward = outward_at_nodes(mesh, &surface.facets[face.facets.clone()]);
             let before_obstacle = face.nodes.clone().map(|local| {
                 let place = rotation.inverse() * (now(local) - point - shift);
-                (point + place).into()
+                let outward = outward[&surface.nodes[local]];
+                ((point + place).into(), rotation.inverse() * outward)
             });
-            let before_obstacle: Vec<[f64; 3]> = before_obstacle.collect();
+            let before_obstacle: Vec<([f64; 3], Vector3<f64>)> = before_obstacle.collect();
             let obstacle = (&obstacle, mesh.surface_before(has.entry));
             let seen = distances_from(obstacle, &before_obstacle)?;
             for (local, (normal, distance)) in face.nodes.clone().zip(seen) {

@@ -63,10 +63,11 @@ pub(super) fn gap_function(
     if let Some(&node) = nodes.iter().find(|node| !allowed.contains_key(node)) {
         return Err(without_area(mesh.coordinates[node]));
     }
+    let outward = outward_at_nodes(mesh, facets);
     let (mut normals, mut clearance) = (Vec::new(), Vec::new());
     let mut cut = Penetration::default();
     for (&node, at) in nodes.iter().zip(places) {
-        let seen = measured.from(at)?;
+        let seen = measured.facing(at, &outward[&node])?;
         cut.add(at, seen.distance, allowed[&node]);
         clearance.push(if contact.interference {
             seen.distance
@@ -97,17 +98,26 @@ pub(super) fn gap_function(
     Ok((normals, clearance))
 }
 
-/// The contact normal and the signed distance in m from an obstacle at each of some places.
+/// The outward normals of some triangles at their nodes, with lengths of any size.
+pub(crate) fn outward_at_nodes(mesh: &Mesh, facets: &[usize]) -> BTreeMap<usize, Vector3<f64>> {
+    let mut outward: BTreeMap<usize, Vector3<f64>> = BTreeMap::new();
+    for (node, normal) in facets.iter().flat_map(|&facet| mesh.side_normals(facet)) {
+        *outward.entry(node).or_default() += normal;
+    }
+    outward
+}
+
+/// The contact normal and the signed distance in m from an obstacle at each of some places, with the outward normals of the body there.
 ///
 /// # Errors
 /// A place where the obstacle has no normal.
 pub(crate) fn distances_from(
     obstacle: (&Obstacle, Option<&TriangulatedSurface>),
-    places: &[[f64; 3]],
+    places: &[([f64; 3], Vector3<f64>)],
 ) -> Result<Vec<([f64; 3], f64)>, InvalidValue> {
-    let measured = Measured::new(obstacle, extent(places.iter().copied()));
-    let seen = places.iter().map(|at| {
-        let seen = measured.from(*at)?;
+    let measured = Measured::new(obstacle, extent(places.iter().map(|(at, _)| *at)));
+    let seen = places.iter().map(|(at, outward)| {
+        let seen = measured.facing(*at, outward)?;
         Ok(((-seen.away).into(), seen.distance))
     });
     seen.collect()
@@ -399,7 +409,15 @@ impl<'a> Measured<'a> {
                 })
             }
             Self::Graph(graph) => graph.from(at),
-            Self::Triangles(surface) => surface.from(at),
+            Self::Triangles(surface) => surface.from(at, &Vector3::zeros()),
+        }
+    }
+
+    /// The same before a body with an outward normal, which tells the sides of a sharp edge from each other.
+    fn facing(&self, at: [f64; 3], outward: &Vector3<f64>) -> Result<Clearance, InvalidValue> {
+        match self {
+            Self::Triangles(surface) => surface.from(at, outward),
+            _ => self.from(at),
         }
     }
 

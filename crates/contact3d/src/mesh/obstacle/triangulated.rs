@@ -69,11 +69,15 @@ impl TriangulatedSurface {
         }
     }
 
-    /// φ and ∇φ at a place.
+    /// φ and ∇φ at a place of a body with an outward normal there, which may be zero.
     ///
     /// # Errors
     /// A place beyond the border of an open surface.
-    pub(super) fn from(&self, at: [f64; 3]) -> Result<Clearance, InvalidValue> {
+    pub(super) fn from(
+        &self,
+        at: [f64; 3],
+        outward: &Vector3<f64>,
+    ) -> Result<Clearance, InvalidValue> {
         let x = Vector3::from(at);
         let (nearest, share) = self.nearest(&x);
         let foot = self.at_share(nearest, &share);
@@ -95,21 +99,35 @@ impl TriangulatedSurface {
         };
         let corners = self.corners(nearest);
         let touching = TOUCHING * (corners[1] - corners[0]).norm();
-        // On a sharp edge or corner the normal is none of one side: by chance of rounding it would be that of any.
+        // On a sharp edge or corner, where rounding would choose a side, that which faces the body; of several that do alike their mean.
         let sides = before.iter().filter(|it| it.distance.abs() <= touching);
-        let sides = sides.fold(Vec::new(), |mut sides: Vec<Vector3<f64>>, it| {
-            if sides.iter().all(|side| (side - it.away).norm() > TOUCHING) {
-                sides.push(it.away);
+        let mut sides: Vec<(f64, Vector3<f64>)> = sides
+            .map(|it| {
+                (
+                    -it.away.dot(outward) / outward.norm().max(f64::MIN_POSITIVE),
+                    it.away,
+                )
+            })
+            .collect();
+        let most = sides
+            .iter()
+            .fold(f64::MIN, |most, (faces, _)| most.max(*faces));
+        sides.retain(|(faces, _)| *faces >= most - TOUCHING.sqrt());
+        let is_one = |sides: &[(f64, Vector3<f64>)]| {
+            let mut others = sides.iter();
+            others.all(|(_, away)| (away - sides[0].1).norm() <= TOUCHING)
+        };
+        let away = match &sides[..] {
+            [] => first.away,
+            sides if is_one(sides) => sides[0].1,
+            sides => {
+                let mean: Vector3<f64> = sides.iter().map(|(_, away)| away).sum();
+                mean.try_normalize(TOUCHING).unwrap_or(first.away)
             }
-            sides
-        });
-        let mean = sides.iter().sum::<Vector3<f64>>().try_normalize(TOUCHING);
-        Ok(match mean {
-            Some(away) if sides.len() > 1 => Clearance {
-                distance: first.distance,
-                away,
-            },
-            _ => *first,
+        };
+        Ok(Clearance {
+            distance: first.distance,
+            away,
         })
     }
 

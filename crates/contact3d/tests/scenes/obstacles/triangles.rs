@@ -233,7 +233,8 @@ fn a_box_has_sharp_edges() {
     }
 }
 
-/// Nodes that the edge of a wedge touches have the normal between its flanks, whichever of them rounding prefers.
+/// Nodes that the edge of a wedge touches have the normal between its flanks, whichever of them rounding prefers; those at the edge of a flat
+/// punch that of its flat side.
 #[test]
 fn a_sharp_edge_has_no_side() {
     for rounding in [0.0, 1e-10, -1e-10] {
@@ -256,6 +257,13 @@ fn a_sharp_edge_has_no_side() {
         assert_eq!(off.len(), 9);
         assert!(off.iter().all(|off| *off < 1e-12), "{off:?}");
     }
+    let punch = cuboid([[0.25, 0.2, 0.6], [0.75, 0.6, 1.5]]);
+    let found = surface(TOOL, &stl(&punch)).unwrap();
+    let touching = (0..found.nodes.len()).filter(|local| found.clearance[*local] < 1e-9);
+    let upright: Vec<bool> = touching
+        .map(|local| found.normal_at(local)[2] > 1.0 - 1e-12)
+        .collect();
+    assert_eq!(upright, [true; 25]);
 }
 
 /// A ball that is pressed and dragged, its normals and distances taken anew at each increment.
