@@ -280,6 +280,11 @@ impl Drawn<'_> {
         let reference = self.frame.and_then(|frame| frame.references.get(self.face));
         let [axis_1, axis_2] =
             reference.map_or([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], |frame| frame.axes);
+        // A mean normal that leans a little would shift the numbers on the axes by its part of the height.
+        let [drawn_1, drawn_2] = match [axis_1, axis_2].map(nearest_axis) {
+            [Some(first), Some(second)] => [first, second],
+            _ => [axis_1, axis_2],
+        };
         if let (Some(frame), Some(surface), Some(friction)) = (self.frame, surface, &mut friction) {
             for (state, pane) in friction.iter_mut().zip(panes) {
                 state.turn = frame.mean_turn(surface, pane);
@@ -304,8 +309,8 @@ impl Drawn<'_> {
             normal: reference.map_or([0.0, 0.0, -1.0], |frame| frame.normal),
             obstacle: obstacle.as_ref(),
             marks: self.marks,
-            axis_1,
-            axis_2,
+            axis_1: drawn_1,
+            axis_2: drawn_2,
             pressure: &pressure,
             friction: kind.zip(friction.as_deref()),
         })
@@ -316,6 +321,14 @@ impl Drawn<'_> {
 fn nodes_of_bodies(mesh: &Mesh) -> Vec<Range<usize>> {
     let bodies = mesh.bodies.iter();
     bodies.map(|body| body.nodes.clone()).collect()
+}
+
+/// The coordinate axis that a direction goes along but for ten degrees.
+fn nearest_axis(direction: [f64; 3]) -> Option<[f64; 3]> {
+    let along = direction.iter().position(|part| part.abs() > 0.985)?;
+    let mut axis = [0.0; 3];
+    axis[along] = direction[along].signum();
+    Some(axis)
 }
 
 /// What is drawn where a held node carries no multiplier.

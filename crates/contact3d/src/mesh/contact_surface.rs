@@ -312,8 +312,11 @@ impl ContactSurface {
             let panes = self.panes_of_facet(mesh, place);
             panes.iter().for_each(|&pane| beside[pane].extend(&panes));
             if let Some(pane) = self.pane_of_facet(place) {
+                let face = self.face_of_facet(place);
+                // Of a triangle that another body covers in part, some nodes may be none of the contact face.
                 let nodes = mesh.facet_nodes(self.facets[place]);
-                nodes.for_each(|node| at_node[self.contact_nodes(place, [node])[0]].push(pane));
+                let nodes = nodes.filter_map(|node| self.contact_node(face, node));
+                nodes.for_each(|node| at_node[node].push(pane));
             }
         }
         for panes in &at_node {
