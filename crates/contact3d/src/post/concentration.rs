@@ -17,7 +17,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::Solved;
 use crate::{
     elasticity::{MaterialField, SurfaceLoad, stiffness_at},
-    mesh::{MaterialNodes, Mesh, SidePart},
+    mesh::{GEOMETRY_TOLERANCE, GluedNode, MaterialNodes, Mesh, SidePart},
     reference::TRIANGLE_EDGES,
     scene::FaceLoad,
 };
@@ -94,6 +94,7 @@ impl<'a> Concentrations<'a> {
             found.materials[node] = n_materials[node] > 1;
         }
         found.add_edges(solved);
+        found.add_joints(solved);
         found.add_held_points(solved, reaction, JUMP * largest);
         found.add_shear(solved, displacement, JUMP * largest);
         found
@@ -142,6 +143,47 @@ impl<'a> Concentrations<'a> {
                 continue;
             };
             self.add(edge.nodes(self.mesh), what);
+        }
+    }
+
+    /// Borders of glued faces where both bodies together have a notch, or differ in their materials.
+    fn add_joints(&mut self, solved: &Solved<'_>) {
+        let mesh = self.mesh;
+        if mesh.glued.is_empty() {
+            return;
+        }
+        let follows: BTreeMap<usize, &GluedNode> =
+            mesh.glued.iter().map(|glued| (glued.node, glued)).collect();
+        let is_joint = |facet: usize| mesh.facet_nodes(facet).all(|it| follows.contains_key(&it));
+        let material = MaterialField::new(solved.scene, mesh);
+        let compliances = material.compliances();
+        let of_body =
+            |body: usize| compliances[material.region(mesh.bodies[body].tetrahedra.start)];
+        let edges: Vec<Edge> = edges(mesh).collect();
+        let sharp: Vec<&Edge> = edges.iter().filter(|it| it.angle < 180.0 - EDGE).collect();
+        for edge in &edges {
+            let [first, second] = edge.sides.map(|(facet, _)| is_joint(facet));
+            let nodes = edge.nodes(mesh);
+            let glued = nodes.iter().find_map(|node| follows.get(node));
+            let Some(glued) = glued.filter(|_| first != second) else {
+                continue;
+            };
+            let [own, other] = [glued.node, glued.shares[0].0].map(|node| mesh.body_of_node(node));
+            let beside = sharp.iter().filter(|it| {
+                mesh.body_of_node(it.nodes(mesh)[0]) == other && it.passes(mesh, nodes)
+            });
+            // The surface of the other body goes on beyond the joint, unless an edge of it lies there.
+            let beside = beside.map(|it| it.angle).fold(180.0, f64::min);
+            let what = if of_body(own) != of_body(other) {
+                StressConcentration::Materials
+            } else if edge.angle + beside >= 180.0 + EDGE {
+                StressConcentration::Notch
+            } else {
+                continue;
+            };
+            let others = nodes.iter().filter_map(|node| follows.get(node));
+            let others = others.flat_map(|it| it.shares.iter().map(|(node, _)| *node));
+            self.add(nodes.into_iter().chain(others), what);
         }
     }
 
@@ -225,6 +267,15 @@ impl Edge {
         let nodes: Vec<usize> = mesh.facet_nodes(facet).collect();
         let [a, b] = TRIANGLE_EDGES[edge].map(|corner| nodes[corner]);
         [a, b, nodes.get(3 + edge).copied().unwrap_or(a)]
+    }
+
+    /// Whether it passes the middle between two nodes.
+    fn passes(&self, mesh: &Mesh, [a, b, _]: [usize; 3]) -> bool {
+        let [from, to, ..] = self.nodes(mesh);
+        let [a, b, from, to] = [a, b, from, to].map(|node| Vector3::from(mesh.coordinates[node]));
+        let (middle, way) = ((a + b) / 2.0, to - from);
+        let share = ((middle - from).dot(&way) / way.norm_squared()).clamp(0.0, 1.0);
+        (from + way * share - middle).norm() <= GEOMETRY_TOLERANCE * mesh.extent()
     }
 
     /// Whether stress has no bound there since the triangles hold these other directions than each other.

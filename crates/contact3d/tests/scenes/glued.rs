@@ -5,7 +5,7 @@ use std::path::Path;
 use contact3d::{
     AssembledProblem, Problem,
     adaptation::{AdaptiveStatus, adapted},
-    post::ContactReport,
+    post::{ContactReport, StressConcentration},
     scene::{
         AdaptSettings, Body, Clamp, Component, Contact, ElementOrder, FirstMesh, Friction,
         Material, Pressure, Quantity, Scene, Traction,
@@ -274,6 +274,38 @@ fn glued_bodies_are_refined() {
     let mesh = answer.problem.mesh();
     assert!(mesh.tetrahedra.len() > 2 * 175 && !mesh.glued.is_empty());
     assert!(answer.report.resultants.force_imbalance < 1e-12);
+}
+
+/// A post on a plate makes a notch around its foot, where stress grows with every mesh; blocks whose sides go on make none, unless they
+/// differ.
+#[test]
+fn the_border_of_a_joint_may_be_a_notch() {
+    let post = Body::brick([1.0; 3], [4; 3])
+        .named("post")
+        .at([1.0, 1.0, 1.0]);
+    let plate = Body::brick([3.0, 3.0, 1.0], [6, 6, 2]).named("plate");
+    let bent = Scene::new(plate, material())
+        .with_body(post)
+        .with_clamp(Clamp::face("plate.z_min"))
+        .with_traction(Traction::on("post.z_max", [PRESSURE, 0.0, 0.0]))
+        .with_contact(Contact::glued("post.z_min", "plate.z_max"));
+    let largest = |scene: &Scene| solved(scene).1.largest_von_mises;
+    let notch = largest(&bent);
+    assert_eq!(notch.concentration, Some(StressConcentration::Notch));
+    assert_eq!(notch.error, f64::INFINITY);
+    let pressed = |scene: Scene| {
+        let scene = scene.with_pressure(Pressure::on("upper.z_max", PRESSURE));
+        scene
+            .with_clamp(Clamp::face("lower.z_min").along(&[Component::Z]))
+            .with_clamp(Clamp::face("lower.x_min").along(&[Component::X]))
+            .with_clamp(Clamp::face("lower.y_min").along(&[Component::Y]))
+    };
+    let even = largest(&pressed(stack([2, 3], ElementOrder::P1, 0.0)));
+    assert_eq!(even.concentration, None);
+    let mut stiff = stack([2, 3], ElementOrder::P1, 0.0);
+    stiff.bodies[0].material = Some(Material::isotropic(20.0 * MODULUS, 0.0));
+    let uneven = largest(&pressed(stiff));
+    assert_eq!(uneven.concentration, Some(StressConcentration::Materials));
 }
 
 fn refusal(scene: Scene) -> String {
