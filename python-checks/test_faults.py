@@ -40,7 +40,7 @@ def test_hostile_surroundings(tested, tmp_path):
 
 def test_failing_writes(tested, tmp_path):
     only = ["run, old file", "solve", "report", "export fclib-global"]
-    rows = list(writes.run(tested, tmp_path, count=24, seed=2, only=only))
+    rows = list(writes.run(tested, tmp_path, count=16, seed=2, only=only))
     assert wrong(rows) == []
 
 
@@ -61,7 +61,7 @@ def test_campaigns_say_what_to_install():
 
 
 def test_bad_files(tested, tmp_path):
-    limits = {"flips": 40, "truncate_every": 1 << 16, "seed": 2, "alter_every": 26}
+    limits = {"flips": 24, "truncate_every": 1 << 17, "seed": 2, "alter_every": 40}
     # Every fifth of 56 links: each stage, and each of the eight targets with and without its name.
     rows = list(bad_files.run(tested, tmp_path, **limits, link_every=5))
     assert wrong(rows) == []
