@@ -93,10 +93,11 @@ impl<'a> Concentrations<'a> {
         for node in (0..mesh.facets.len()).flat_map(|facet| mesh.facet_nodes(facet)) {
             found.materials[node] = n_materials[node] > 1;
         }
-        found.add_edges(solved);
-        found.add_joints(solved);
+        let edges: Vec<Edge> = edges(mesh).collect();
+        found.add_edges(solved, &edges);
+        found.add_joints(solved, &edges);
         found.add_held_points(solved, reaction, JUMP * largest);
-        found.add_shear(solved, displacement, JUMP * largest);
+        found.add_shear(solved, &edges, displacement, JUMP * largest);
         found
     }
 
@@ -122,7 +123,7 @@ impl<'a> Concentrations<'a> {
     }
 
     /// Notches, and edges at which what is held changes.
-    fn add_edges(&mut self, solved: &Solved<'_>) {
+    fn add_edges(&mut self, solved: &Solved<'_>, edges: &[Edge]) {
         let mut held = self.clamped.clone();
         for (facet, directions, is_cut) in stiff_springs(solved) {
             if is_cut {
@@ -131,7 +132,7 @@ impl<'a> Concentrations<'a> {
                 held[facet] = range_of(held[facet] + directions);
             }
         }
-        for edge in edges(self.mesh) {
+        for edge in edges {
             let of = |held: &[Matrix3<f64>]| edge.sides.map(|(facet, _)| held[facet]);
             let what = if edge.is_singular(of(&self.clamped)) {
                 StressConcentration::Clamp
@@ -147,7 +148,7 @@ impl<'a> Concentrations<'a> {
     }
 
     /// Borders of glued faces where both bodies together have a notch, or differ in their materials.
-    fn add_joints(&mut self, solved: &Solved<'_>) {
+    fn add_joints(&mut self, solved: &Solved<'_>, edges: &[Edge]) {
         let mesh = self.mesh;
         if mesh.glued.is_empty() {
             return;
@@ -159,9 +160,8 @@ impl<'a> Concentrations<'a> {
         let compliances = material.compliances();
         let of_body =
             |body: usize| compliances[material.region(mesh.bodies[body].tetrahedra.start)];
-        let edges: Vec<Edge> = edges(mesh).collect();
         let sharp: Vec<&Edge> = edges.iter().filter(|it| it.angle < 180.0 - EDGE).collect();
-        for edge in &edges {
+        for edge in edges {
             let [first, second] = edge.sides.map(|(facet, _)| is_joint(facet));
             let nodes = edge.nodes(mesh);
             let glued = nodes.iter().find_map(|node| follows.get(node));
@@ -207,7 +207,13 @@ impl<'a> Concentrations<'a> {
     }
 
     /// Where tractions of loads and springs along the face jump by more than a limit in Pa, inside triangles and between them.
-    fn add_shear(&mut self, solved: &Solved<'_>, displacement: &[[f64; 3]], limit: f64) {
+    fn add_shear(
+        &mut self,
+        solved: &Solved<'_>,
+        edges: &[Edge],
+        displacement: &[[f64; 3]],
+        limit: f64,
+    ) {
         let mesh = self.mesh;
         let tractions = tractions(solved);
         let along_face = |number: usize, (facet, edge): (usize, usize), share: &[f64; 3]| {
@@ -234,7 +240,10 @@ impl<'a> Concentrations<'a> {
                 }
             }
         }
-        for edge in edges(mesh).filter(|edge| (edge.angle - 180.0).abs() < EDGE) {
+        for edge in edges
+            .iter()
+            .filter(|edge| (edge.angle - 180.0).abs() < EDGE)
+        {
             let [first, second] = edge.sides.map(|(facet, _)| &whole[facet]);
             let only = |on: &[usize], off: &[usize], side: (usize, usize)| -> Vector3<f64> {
                 let only = on.iter().filter(|number| !off.contains(number));
