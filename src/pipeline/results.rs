@@ -10,7 +10,7 @@ use contact3d::{
     history::{StepRecord, largest_norm},
     linalg::EngineError,
     mesh::{ContactSurface, Mesh},
-    post::ContactReport,
+    post::{ContactReport, NarrowContact},
     scene::{InvalidValue, SceneFile},
     solver::{Solution, Status},
 };
@@ -54,6 +54,15 @@ impl Results {
             faces.filter_map(|(_, face)| it.surface.clearance.get(face.nodes.clone()))
         });
         faces.flatten().fold(0.0, |deepest, at| deepest.max(-at))
+    }
+
+    /// Contact that is as narrow as one pane; `None` where panes tell how its pressure falls.
+    #[must_use]
+    pub fn narrow_contact(&self) -> Option<NarrowContact> {
+        let side = self.problem.contact_side()?;
+        let solved = self.solution.status.is_solved();
+        let (scene, mesh) = (self.problem.scene(), self.mesh());
+        solved.then(|| self.report.narrow_contact(scene, mesh, side))?
     }
 
     /// What is allowed in the scene, of a load history that of the last increment, and probably not meant.

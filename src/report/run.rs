@@ -7,8 +7,8 @@ use contact3d::{
     history::StepRecord,
     mesh::{Mesh, extents},
     post::{
-        ContactReport, ContactResultants, ErrorEstimate, FaceResultants, PaneState, SourceForce,
-        StressConcentration, ToolState, Zone,
+        ContactReport, ContactResultants, ErrorEstimate, FaceResultants, NarrowContact, PaneState,
+        SourceForce, StressConcentration, ToolState, Zone,
     },
     scene::{
         ContactFeatures, ElementOrder, Follow, FrictionModel, Functional, MultiplierSpace,
@@ -42,6 +42,7 @@ pub struct SolvedRun<'a> {
     interference: f64,
     /// Largest depth of bodies that overlap and are taken to touch in m.
     dropped_overlap: f64,
+    narrow: Option<NarrowContact>,
     /// The quantity that grew on all levels of its mesh.
     pub(super) unbounded: Option<Functional>,
     /// What is probably not meant in the scene.
@@ -61,6 +62,7 @@ impl<'a> SolvedRun<'a> {
             increments: &results.increments,
             interference: results.interference(),
             dropped_overlap: results.dropped_overlap(),
+            narrow: results.narrow_contact(),
             unbounded: None,
             warnings: results.warnings(),
             cautions: Vec::new(),
@@ -277,16 +279,27 @@ impl<'a> SolvedRun<'a> {
         all.chain(self.long_slips()).collect()
     }
 
-    /// That contact is as narrow as one pane, and what to do; `None` where panes tell how its pressure falls.
+    /// That contact is as narrow as one pane, how wide it may be, and what to do; `None` where panes tell how its pressure falls.
     fn narrow_contact(&self) -> Option<String> {
-        let share = self.report.share_beside_open(self.mesh);
-        // One pane of three across a strip bears more than a third.
-        (self.solution.status.is_solved() && share > 0.9).then(|| {
-            format!(
-                "{} of the normal force is on panes beside open ones: contact is as narrow as panes, which round its pressures and areas; refine the mesh there",
-                percent(share)
-            )
-        })
+        let narrow = self.narrow?;
+        // A guess has two digits.
+        let length = |it: f64| {
+            let digit = 10f64.powf(it.log10().floor() - 1.0);
+            let rounded = (it / digit).round() * digit;
+            self.scene.units.of(Dimension::LENGTH).told(&[rounded])
+        };
+        let what = match narrow.width {
+            Some(width) => format!(
+                "by Hertz's theory it is about {} wide, which wants panes of {} there",
+                length(width),
+                length(width / NarrowContact::PANES_ACROSS)
+            ),
+            None => "refine the mesh there".to_owned(),
+        };
+        Some(format!(
+            "{} of the normal force is on panes beside open ones: contact is as narrow as panes, which round its pressures and areas; {what}",
+            percent(narrow.share)
+        ))
     }
 
     /// How deep the foundation cuts into the body before it is pressed apart; `None` where it does not.

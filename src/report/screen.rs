@@ -82,15 +82,24 @@ impl SolvedRun<'_> {
         lines
     }
 
-    /// Where a tool is, and what holds or drives it; what is rounding of the largest part is zero.
+    /// Where a tool is, and what holds or drives it; what is rounding of the largest part, or of a force at the end of the body, is zero.
     fn tool_in_words(&self, tool: &ToolState) -> String {
-        let told = |dimension, vector: [f64; 3]| {
-            let largest = vector
+        let size = |vector: &[f64; 3]| {
+            vector
                 .iter()
-                .fold(0.0_f64, |most, part| most.max(part.abs()));
+                .fold(0.0_f64, |most, part| most.max(part.abs()))
+        };
+        let lever = size(&tool.force) * self.mesh.extent();
+        let told = |dimension, vector: [f64; 3]| {
+            let of_force = if dimension == Dimension::MOMENT {
+                lever
+            } else {
+                0.0
+            };
+            let largest = size(&vector).max(of_force);
             let noise = 1e-9 * largest;
             let clean = vector.map(|part| if part.abs() <= noise { 0.0 } else { part });
-            (largest > 0.0).then(|| self.unit(dimension).told(&clean))
+            (size(&clean) > 0.0).then(|| self.unit(dimension).told(&clean))
         };
         let parts = [
             ("moved by ", told(Dimension::LENGTH, tool.displacement), ""),

@@ -365,6 +365,16 @@ impl ContactSurface {
         self.pane_average.entries(pane)
     }
 
+    /// The centroid of a pane in m.
+    #[must_use]
+    pub(crate) fn pane_centre(&self, mesh: &Mesh, pane: usize) -> [f64; 3] {
+        let weights = self.pane_weights(pane);
+        weights.fold([0.0; 3], |sum, (node, weight)| {
+            let at = mesh.coordinates[self.nodes[node]];
+            [0, 1, 2].map(|c| sum[c] + weight * at[c])
+        })
+    }
+
     /// The nodes of the mesh that contact forces or slips are of, on both sides of a face between bodies; some of them repeatedly.
     pub(crate) fn nodes_of_both_sides(&self) -> impl Iterator<Item = usize> + '_ {
         let opposite = self.opposite.iter();

@@ -152,7 +152,7 @@ fn pane_behind(
     first: usize,
     next: usize,
 ) -> Option<usize> {
-    let centre = |pane| centre_of(solved, contact, pane);
+    let centre = |pane| contact.state.surface.pane_centre(solved.mesh, pane);
     let step = |from: [f64; 3], to: [f64; 3]| [0, 1, 2].map(|c| to[c] - from[c]);
     let along = step(centre(first), centre(next));
     let cosine = |pane: usize| {
@@ -167,17 +167,6 @@ fn pane_behind(
     ahead
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, pane)| pane)
-}
-
-/// The centroid of a pane in m.
-fn centre_of(solved: &Solved<'_>, contact: &SolvedContact<'_>, pane: usize) -> [f64; 3] {
-    let surface = contact.state.surface;
-    surface
-        .pane_weights(pane)
-        .fold([0.0; 3], |sum, (node, weight)| {
-            let at = solved.mesh.coordinates[surface.nodes[node]];
-            [0, 1, 2].map(|c| sum[c] + weight * at[c])
-        })
 }
 
 /// Opposite corners in m of the smallest box around the nodes of a pane.

@@ -1,9 +1,8 @@
 //! Open, sticking and slipping panes, and their contact quantities.
 
-use super::{ContactReport, Solved, SolvedContact};
+use super::{Solved, SolvedContact};
 use crate::{
     contact::{CoulombLaw, Ellipse, FrictionField},
-    mesh::Mesh,
     solver::Zone,
 };
 
@@ -132,32 +131,6 @@ pub(super) fn pane_states(
             }
         })
         .collect()
-}
-
-impl ContactReport {
-    /// The share of the normal force on panes that lie beside an open one, of panes or nodes in contact: 1 where contact is a single pane, a
-    /// line of them, or a ring around one node, so that no mesh of panes tells how pressure falls towards its edge.
-    #[must_use]
-    pub fn share_beside_open(&self, mesh: &Mesh) -> f64 {
-        let Some(surface) = &mesh.contact else {
-            return 0.0;
-        };
-        let is_open = |pane: usize| self.panes[pane].zone == Zone::Open;
-        let beside = surface.panes_beside(mesh);
-        let is_beside = |pane: usize| beside[pane].iter().any(|&other| is_open(other));
-        let force = |is_counted: &dyn Fn(usize) -> bool| -> f64 {
-            let panes = (0..self.panes.len()).filter(|&pane| is_counted(pane));
-            panes
-                .map(|pane| -self.panes[pane].normal_stress * surface.pane_area[pane])
-                .sum()
-        };
-        let all = force(&|_| true);
-        if all > 0.0 {
-            force(&is_beside) / all
-        } else {
-            0.0
-        }
-    }
 }
 
 /// ‖(t₁/a, t₂/b)‖, and 1 for a point on a vanishing ellipse.

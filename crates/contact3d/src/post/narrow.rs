@@ -1,0 +1,135 @@
+//! Contact too narrow for its panes, and how wide it is by Hertz's theory.
+//!
+//! Where all force is on panes that lie beside open ones, panes tell neither the largest pressure nor the area. The force itself is known,
+//! as equilibrium fixes it, and so is the gap before loading, d(s) ≈ d₀ + g·s + ½ s·Ks near the place. With κ₁ ≥ κ₂ ≥ 0 of K and
+//! E* = E/(1 − ν²) the contact under a force F is an ellipse with the semi-axes (K. L. Johnson, Contact Mechanics, 4.2)
+//!
+//! ```text
+//!     c³ = 3F / (4 E* √(κ₁ κ₂)),    b ≈ c (κ₂/κ₁)^(1/3),    a ≈ c (κ₁/κ₂)^(1/3),
+//! ```
+//!
+//! or, of a length L < 2a, a strip with b = (4F / (π E* L κ₁))^(1/2).
+
+use std::{collections::BTreeSet, f64::consts::PI};
+
+use nalgebra::{Matrix2, Matrix3x2, Matrix6, Vector2, Vector3, Vector6};
+
+use super::{ContactReport, Zone};
+use crate::{elasticity::MaterialField, mesh::Mesh, scene::Scene, solver::ContactSide};
+
+/// Contact that is as narrow as one pane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NarrowContact {
+    /// The share of the normal force on panes that lie beside an open one.
+    pub share: f64,
+    /// The width 2b by Hertz's theory in m; `None` where the gap does not open around contact, or more panes span it.
+    pub width: Option<f64>,
+}
+
+/// The share of the normal force on panes beside open ones from which contact is narrow: one pane of three across a strip bears more than a
+/// third.
+const NARROW: f64 = 0.9;
+
+impl NarrowContact {
+    /// Panes across a contact that tell how its pressure falls.
+    pub const PANES_ACROSS: f64 = 4.0;
+}
+
+impl ContactReport {
+    /// Contact that is a single pane, a line of them, or a ring around one node, so that no mesh of panes tells how pressure falls towards its
+    /// edge; `None` where panes tell.
+    #[must_use]
+    pub fn narrow_contact(
+        &self,
+        scene: &Scene,
+        mesh: &Mesh,
+        side: ContactSide<'_>,
+    ) -> Option<NarrowContact> {
+        let surface = side.surface;
+        let force = |pane: usize| -self.panes[pane].normal_stress * surface.pane_area[pane];
+        let panes = 0..self.panes.len();
+        let beside = surface.panes_beside(mesh);
+        let is_open = |pane: &usize| self.panes[*pane].zone == Zone::Open;
+        let is_at_edge = |pane: &usize| beside[*pane].iter().any(is_open);
+        let at_edge: f64 = panes.clone().filter(is_at_edge).map(force).sum();
+        let share = at_edge / panes.clone().map(force).sum::<f64>();
+        if share.is_nan() || share <= NARROW {
+            return None;
+        }
+        let highest = panes.max_by(|a, b| force(*a).total_cmp(&force(*b)))?;
+        let mut patch = BTreeSet::from([highest]);
+        let mut ahead = vec![highest];
+        while let Some(pane) = ahead.pop() {
+            let pressed = beside[pane].iter().filter(|other| !is_open(other));
+            ahead.extend(pressed.filter(|other| patch.insert(**other)));
+        }
+        let load = patch.iter().copied().map(force).sum::<f64>();
+        let width = hertz_width((scene, mesh, side), highest, &patch, load);
+        let most = NarrowContact::PANES_ACROSS * surface.pane_area[highest].sqrt();
+        Some(NarrowContact {
+            share,
+            width: width.filter(|width| *width < most),
+        })
+    }
+}
+
+/// 2b in m of the contact of some panes around one of them under their force in N; `None` where the gap does not open around it.
+fn hertz_width(
+    (scene, mesh, side): (&Scene, &Mesh, ContactSide<'_>),
+    pane: usize,
+    patch: &BTreeSet<usize>,
+    force: f64,
+) -> Option<f64> {
+    let surface = side.surface;
+    let pane_width = surface.pane_area[pane].sqrt();
+    let mut places = 0..surface.facets.len();
+    let place = places.find(|place| surface.panes_of_facet(mesh, *place).contains(&pane))?;
+    let behind = mesh.behind(std::iter::once(surface.facets[place]))[0];
+    let load = force / MaterialField::new(scene, mesh).plane_strain_modulus(behind);
+
+    let centre = Vector3::from(surface.pane_centre(mesh, pane));
+    let (nearest, _) = surface.pane_weights(pane).next()?;
+    let frame = &side.interface.frame;
+    let axes = frame.axes_at(nearest).map(Vector3::from);
+    let tangent = Matrix3x2::from_columns(&axes).transpose();
+    let near = |at: [f64; 3]| tangent * (Vector3::from(at) - centre) / pane_width;
+
+    let face = &surface.faces[surface.face_of_pane(pane)];
+    let gap = side.interface.gap.as_ref()?;
+    let mut normal = Matrix6::zeros();
+    let mut moments = Vector6::zeros();
+    for node in face.nodes.clone() {
+        let s = near(mesh.coordinates[surface.nodes[node]]);
+        // Panes beside it.
+        if s.amax() < 2.0 {
+            let row = Vector6::new(1.0, s.x, s.y, 0.5 * s.x * s.x, s.x * s.y, 0.5 * s.y * s.y);
+            normal += row * row.transpose();
+            moments += row * gap[node];
+        }
+    }
+    let fitted = normal.cholesky()?.solve(&moments) / (pane_width * pane_width);
+    let curvature = Matrix2::new(fitted[3], fitted[4], fitted[4], fitted[5]).symmetric_eigen();
+    let (steep, flat) = (curvature.eigenvalues.imax(), curvature.eigenvalues.imin());
+    let along: Vector2<f64> = curvature.eigenvectors.column(flat).into();
+    let [steep, flat] = [steep, flat].map(|k| curvature.eigenvalues[k]);
+    // A gap that is even to its digits has no width.
+    if steep * pane_width < 1e-9 {
+        return None;
+    }
+    let weights = patch.iter().flat_map(|&pane| surface.pane_weights(pane));
+    let nodes = weights.map(|(node, _)| near(mesh.coordinates[surface.nodes[node]]));
+    let ends = nodes.fold([0.0, 0.0], |[low, high]: [f64; 2], at| {
+        [low.min(along.dot(&at)), high.max(along.dot(&at))]
+    });
+    let length = pane_width * (ends[1] - ends[0]).max(1.0);
+    let strip = (4.0 * load / (PI * length * steep)).sqrt();
+    let round = (0.75 * load / (steep * flat.max(0.0)).sqrt()).cbrt();
+    let is_strip = 2.0 * round * (steep / flat).cbrt() > length || flat <= 0.0;
+    Some(
+        2.0 * if is_strip {
+            strip
+        } else {
+            round * (flat / steep).cbrt()
+        },
+    )
+}
