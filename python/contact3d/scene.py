@@ -518,7 +518,7 @@ class Obstacle(Keys):
     :param sphere: A ball, or what surrounds one.
     :param cylinder: A circular cylinder without ends, or what surrounds one.
     :param height: What lies behind a surface that is a function of two coordinates.
-    :param surface: A surface of triangles from an STL file.
+    :param surface: A surface of triangles from a file.
     """
 
     half_space: HalfSpace | None = None
@@ -585,11 +585,16 @@ class Height(Keys):
 
 @dataclass(kw_only=True, repr=False)
 class SurfaceFile(Keys):
-    """Triangles of an STL file, text or binary, whose corners go counter-clockwise as seen from the body.
+    """Triangles of an STL file, text or binary, or of a mesh of Gmsh, whose corners go counter-clockwise as
+    seen from the body: out of the tetrahedra of a mesh that has them there. A point x of the file lies at
+    ``origin`` + R(``unit`` x) with the rotation R by ``turn``.
 
-    :param file: Path of the .stl file, relative to the scene file.
+    :param file: Path of the .stl or .msh file, relative to the scene file.
+    :param face: The physical surface of a mesh; all triangles of the file when not given.
     :param unit: Length > 0 of the file's unit in m, which an STL does not say: 0.001 for a file in millimetres and
         a scene in metres. Default: ``1.0``.
+    :param origin: The place in m of the origin of the file's coordinates.
+    :param turn: The rotation vector in radians, of any size, by which the surface is turned about that origin.
     :param sharp_angle: Angle in degrees from which on the edge between two triangles is sharp; triangles that meet
         at less are facets of a smooth surface. Default: ``30.0``.
     :param digest: BLAKE3 digest of the file. Filled in when the mesh is made; a scene that gives it is sure to use
@@ -597,7 +602,10 @@ class SurfaceFile(Keys):
     """
 
     file: str
+    face: str | None = None
     unit: float | None = None
+    origin: Sequence[float] | None = None
+    turn: Sequence[float] | None = None
     sharp_angle: float | None = None
     digest: str | None = None
 

@@ -110,7 +110,7 @@ fn named_files(scene: &mut Scene) -> Vec<(String, &'static str, PathBuf, &mut Op
         };
         let file = surface.file.clone();
         let key = format!("{key}.obstacle.surface");
-        Some((key, "an STL file", file, &mut surface.digest))
+        Some((key, "an STL or Gmsh file", file, &mut surface.digest))
     });
     meshes.chain(surfaces).collect()
 }

@@ -379,9 +379,10 @@ impl Scene {
         let mut faces = Vec::new();
         let mut table = self.table().unwrap_or_default();
         retain_keys(&mut table, "", &mut |path, value| {
+            // Faces of bodies, not that of the mesh of an obstacle.
             let is_face = [".face", ".between", ".panes_on"]
                 .iter()
-                .any(|end| path.ends_with(end));
+                .any(|end| path.ends_with(end) && !path.ends_with("surface.face"));
             let names = value.as_array().into_iter().flatten().chain([&*value]);
             let names = names.filter(|_| is_face).filter_map(Value::as_str);
             faces.extend(names.map(|name| (path.to_owned(), name.to_owned())));

@@ -23,7 +23,7 @@ pub enum Obstacle {
     Cylinder(Cylinder),
     /// What lies behind a surface that is a function of two coordinates.
     Height(Height),
-    /// A surface of triangles from an STL file.
+    /// A surface of triangles from a file.
     Surface(SurfaceFile),
 }
 
@@ -118,16 +118,27 @@ pub enum Direction {
     MinusZ,
 }
 
-/// Triangles of an STL file, text or binary, whose corners go counter-clockwise as seen from the body.
+/// Triangles of an STL file, text or binary, or of a mesh of Gmsh, whose corners go counter-clockwise as seen from the body: out of the
+/// tetrahedra of a mesh that has them there. A point x of the file lies at `origin` + R(`unit` x) with the rotation R by `turn`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SurfaceFile {
-    /// Path of the .stl file, relative to the scene file.
+    /// Path of the .stl or .msh file, relative to the scene file.
     pub file: PathBuf,
+    /// The physical surface of a mesh; all triangles of the file when not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub face: Option<String>,
     /// Length > 0 of the file's unit in m, which an STL does not say: 0.001 for a file in millimetres and a scene in metres.
     #[serde(default = "one")]
     #[schemars(extend("measures" = Measure::Length, "exclusiveMinimum" = 0))]
     pub unit: f64,
+    /// The place in m of the origin of the file's coordinates.
+    #[serde(default, skip_serializing_if = "is_default")]
+    #[schemars(extend("measures" = Measure::Length))]
+    pub origin: [f64; 3],
+    /// The rotation vector in radians, of any size, by which the surface is turned about that origin.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub turn: [f64; 3],
     /// Angle in degrees from which on the edge between two triangles is sharp; triangles that meet at less are facets of a smooth surface.
     #[serde(default = "thirty")]
     #[schemars(extend("minimum" = 0, "maximum" = 180))]

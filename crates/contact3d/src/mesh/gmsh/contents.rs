@@ -15,6 +15,8 @@ pub(super) struct Contents {
     /// Node tags of the mid-edge nodes of each tetrahedron in our order; empty in a mesh of linear ones.
     pub(super) middles: Vec<[u64; 6]>,
     pub(super) triangles: Vec<MeshElement<3>>,
+    /// Node tags of the middles of the edges that begin at each corner, by the tags of triangles of the second order.
+    pub(super) middles_of_triangles: HashMap<u64, [u64; 3]>,
     /// The sets of physical groups that elements are in, increasing; the first one is empty.
     pub(super) memberships: Vec<Vec<i64>>,
     /// Names of physical groups by dimension and tag.
@@ -81,14 +83,19 @@ impl Contents {
         for node in &mut nodes[..kind.n_nodes] {
             *node = scanner.size("the tag of a node of the element")?;
         }
-        let [a, b, c, d, ..] = nodes;
+        let [a, b, c, d, e, f, ..] = nodes;
         match kind.corners {
-            3 => self.triangles.push(MeshElement {
-                tag,
-                place,
-                nodes: [a, b, c],
-                membership,
-            }),
+            3 => {
+                if kind.n_nodes == 6 {
+                    self.middles_of_triangles.insert(tag, [d, e, f]);
+                }
+                self.triangles.push(MeshElement {
+                    tag,
+                    place,
+                    nodes: [a, b, c],
+                    membership,
+                });
+            }
             4 => {
                 if kind.n_nodes == 10 {
                     self.middles.push(MIDDLES.map(|k| nodes[k]));

@@ -12,6 +12,7 @@ mod contents;
 mod groups;
 mod scanner;
 mod sections;
+mod surface;
 
 use std::{
     fs, io,
@@ -22,6 +23,7 @@ use miette::Diagnostic;
 use thiserror::Error;
 
 pub use scanner::{FilePosition, GmshFlaw};
+pub(super) use surface::triangles;
 
 use super::RawMesh;
 use crate::scene::{GmshFile, other_file, require_regular};

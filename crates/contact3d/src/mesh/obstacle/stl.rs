@@ -14,6 +14,8 @@ const RECORD: usize = 50;
 /// # Errors
 /// What was found in place of an STL.
 pub(super) fn parse(bytes: &[u8]) -> Result<Vec<[Vector3<f64>; 4]>, String> {
+    // The mark of UTF-8 before a text.
+    let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
     let announced = bytes.get(HEADER - 4..HEADER).map(|count| {
         let count = u32::from_le_bytes([count[0], count[1], count[2], count[3]]);
         count as usize

@@ -6,12 +6,12 @@ use std::{
     path::Path,
 };
 
-use nalgebra::{Matrix2, Matrix3x2, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix3x2, Rotation3, Vector2, Vector3};
 use rstar::{RTree, primitives::GeomWithData};
 
 use super::{stl, triangulated::TriangulatedSurface};
 use crate::{
-    mesh::{GEOMETRY_TOLERANCE, extents},
+    mesh::{GEOMETRY_TOLERANCE, extents, gmsh},
     scene::{InvalidValue, SurfaceFile, Written, place_words, require_regular},
 };
 
@@ -39,7 +39,11 @@ impl TriangulatedSurface {
         let bytes = require_regular(&path).and_then(|()| fs::read(&path));
         let bytes = bytes.map_err(|error| {
             let help = "paths are relative to the scene file";
-            invalid("an STL file that can be read", error.to_string(), help)
+            invalid(
+                "an STL or Gmsh file that can be read",
+                error.to_string(),
+                help,
+            )
         })?;
         let digest = blake3::hash(&bytes).to_hex();
         if let Some(given) = &file.digest
@@ -49,15 +53,35 @@ impl TriangulatedSurface {
                 key: "contact.obstacle.surface.digest".into(),
                 expected: "the digest of the file".into(),
                 found: digest.to_string(),
-                help: "the STL has changed; remove the key to accept it".into(),
+                help: "the file has changed; remove the key to accept it".into(),
             });
         }
-        let mut stated = stl::parse(&bytes).map_err(|found| {
-            let help = "export the surface as STL, text or binary; its triangles are the obstacle";
-            invalid("an STL file", found, help)
-        })?;
-        let places = stated.iter_mut().flat_map(|triangle| &mut triangle[1..]);
-        places.for_each(|place| *place *= file.unit);
+        let mut stated = if bytes.starts_with(b"$MeshFormat") {
+            gmsh::triangles(&bytes, file.face.as_deref()).map_err(|flaw| {
+                let place = flaw.place.map(|place| format!("{place}: "));
+                let found = place.unwrap_or_default() + &flaw.found;
+                invalid(&flaw.expected, found, flaw.help)
+            })?
+        } else if let Some(face) = &file.face {
+            return Err(InvalidValue {
+                key: "contact.obstacle.surface.face".into(),
+                expected: "no face beside an STL, which is one surface".into(),
+                found: Written(face).to_string(),
+                help: "leave the key out, or name a .msh file".into(),
+            });
+        } else {
+            stl::parse(&bytes).map_err(|found| {
+                let help = "export the surface as STL, text or binary, or mesh it by Gmsh; its triangles are the obstacle";
+                invalid("an STL or Gmsh file", found, help)
+            })?
+        };
+        let rotation = Rotation3::from_scaled_axis(Vector3::from(file.turn));
+        for [normal, corners @ ..] in &mut stated {
+            *normal = rotation * *normal;
+            for place in corners {
+                *place = Vector3::from(file.origin) + rotation * (*place * file.unit);
+            }
+        }
         let is_finite =
             |triangle: &[Vector3<f64>; 4]| triangle[1..].iter().flatten().all(|x| x.is_finite());
         if stated.is_empty() || !stated.iter().all(is_finite) {

@@ -13,9 +13,9 @@ use super::{moved::MATERIAL, solved::distance};
 
 type Triangle = [[f64; 3]; 3];
 
-/// A text with as many digits as the numbers have.
+/// A text with as many digits as the numbers have, and with the mark of UTF-8 that some editors write.
 fn stl(triangles: &[Triangle]) -> Vec<u8> {
-    let mut text = String::from("solid\n");
+    let mut text = String::from("\u{feff}solid\n");
     for corners in triangles {
         text += "  facet normal 0 0 0\n    outer loop\n";
         for [x, y, z] in corners {
@@ -213,6 +213,134 @@ fn a_ball_of_facets_is_a_ball() {
     assert!(unit.contains("unit = 0.001"), "{unit}");
 }
 
+/// A file is moved to its place as its triangles would be.
+#[test]
+fn a_file_is_placed_and_turned() {
+    let (angle, axis, origin) = (2.1_f64, [2.0 / 3.0, -1.0 / 3.0, 2.0 / 3.0], [0.3, 0.5, 2.4]);
+    let facets = ball([0.01, -0.02, 0.03], 0.18, 3);
+    // Rodrigues' formula.
+    let turned = |x: [f64; 3]| {
+        let along: f64 = (0..3).map(|k| axis[k] * x[k]).sum();
+        let across = [1, 2, 0].map(|k: usize| axis[k] * x[(k + 1) % 3] - axis[(k + 1) % 3] * x[k]);
+        let (sin, cos) = angle.sin_cos();
+        [0, 1, 2].map(|k| cos * x[k] + sin * across[k] + (1.0 - cos) * along * axis[k])
+    };
+    let moved = |x: [f64; 3]| {
+        let turned = turned(x.map(|c| 10.0 * c));
+        [0, 1, 2].map(|k| origin[k] + turned[k])
+    };
+    let in_place: Vec<Triangle> = facets.iter().map(|it| it.map(moved)).collect();
+    let expected = surface(TOOL, &stl(&in_place)).unwrap();
+    let turn = axis.map(|c| angle * c);
+    let place = |turn: [f64; 3]| {
+        let keys = format!("unit = 10.0, origin = {origin:?}, turn = {turn:?}");
+        let contact = format!("obstacle.surface = {{ file = 'tool.stl', {keys} }}\n");
+        surface(&contact, &stl(&facets)).unwrap()
+    };
+    // Some hundred roundings.
+    let [distances, normals] = differences(&place(turn), &expected);
+    assert!(
+        distances < 1e-14 && normals < 1e-12,
+        "{distances:e} {normals:e}"
+    );
+    let back = turn.map(|c| -c);
+    assert!(differences(&place(back), &expected)[0] > 1e-3);
+}
+
+/// The text of a mesh of MSH 2.2: the type, the physical surface and the nodes of each element.
+fn msh(elements: &[(usize, usize, Vec<[f64; 3]>)]) -> Vec<u8> {
+    let mut nodes: Vec<[f64; 3]> = Vec::new();
+    let mut text = String::new();
+    for (number, (code, group, places)) in elements.iter().enumerate() {
+        let _ = write!(text, "{} {code} 2 {group} 1", number + 1);
+        for place in places {
+            let known = nodes.iter().position(|node| node == place);
+            let tag = known.unwrap_or_else(|| {
+                nodes.push(*place);
+                nodes.len() - 1
+            });
+            let _ = write!(text, " {}", tag + 1);
+        }
+        text += "\n";
+    }
+    let places = nodes.iter().enumerate();
+    let places = places.map(|(tag, [x, y, z])| format!("{} {x:?} {y:?} {z:?}\n", tag + 1));
+    let names = "2\n2 1 \"ball\"\n2 2 \"other\"\n";
+    format!(
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n{names}$EndPhysicalNames\n$Nodes\n{}\n{}$EndNodes\n\
+         $Elements\n{}\n{text}$EndElements\n",
+        nodes.len(),
+        places.collect::<String>(),
+        elements.len()
+    )
+    .into_bytes()
+}
+
+/// What the file is its first line tells.
+#[test]
+fn a_face_of_a_mesh_is_the_surface_of_its_triangles() {
+    const FACE: &str = "obstacle.surface = { file = 'tool.stl', face = 'ball' }\n";
+    let (centre, radius) = ([0.4, 0.3, 2.5], 1.8);
+    let facets = ball(centre, radius, 2);
+    let expected = surface(TOOL, &stl(&facets)).unwrap();
+    let own = |triangle: &Triangle| (2, 1, triangle.to_vec());
+    let far = [[9.0, 0.0, 9.0], [9.0, 1.0, 9.0], [8.0, 0.0, 9.0]];
+    let mut elements: Vec<_> = facets.iter().map(own).collect();
+    elements.push((2, 2, far.to_vec()));
+    let found = surface(FACE, &msh(&elements)).unwrap();
+    assert!(found == expected);
+    // Tetrahedra tell the outside where triangles go round either way; a triangle in two groups stands there twice.
+    let turned = facets.iter().enumerate().map(|(k, &[a, b, c])| {
+        (
+            2,
+            1,
+            if k % 3 == 0 {
+                vec![a, c, b]
+            } else {
+                vec![a, b, c]
+            },
+        )
+    });
+    let inner = facets
+        .iter()
+        .map(|&[a, b, c]| (4, 0, vec![a, b, c, centre]));
+    let mut elements: Vec<_> = turned.chain(inner).collect();
+    elements.push(elements[1].clone());
+    let by_tetrahedra = surface(FACE, &msh(&elements)).unwrap();
+    // The order of sums differs.
+    let errors = differences(&by_tetrahedra, &expected);
+    assert!(errors.iter().all(|error| *error < 1e-14), "{errors:?}");
+    // Triangles of the second order are four; the turned ones have their middles in their places.
+    let quarters = ball(centre, radius, 3);
+    let quadratic = quarters.chunks_exact(4).enumerate().map(|(k, quarter)| {
+        let [[a, ab, ca], [_, b, bc], [_, _, c], _] = quarter[..] else {
+            unreachable!()
+        };
+        let nodes = [vec![a, b, c, ab, bc, ca], vec![c, b, a, bc, ab, ca]];
+        (9, 1, nodes[usize::from(k % 3 == 0)].clone())
+    });
+    let inner = facets
+        .iter()
+        .map(|&[a, b, c]| (4, 0, vec![a, b, c, centre]));
+    let elements: Vec<_> = quadratic.chain(inner).collect();
+    let found = surface(FACE, &msh(&elements)).unwrap();
+    let errors = differences(&found, &surface(TOOL, &stl(&quarters)).unwrap());
+    assert!(errors.iter().all(|error| *error < 1e-14), "{errors:?}");
+    for (file, words) in [
+        (
+            msh(&elements),
+            ["one of the physical surfaces: ball", "face = \"wall\""],
+        ),
+        (
+            stl(&facets),
+            ["obstacle.surface.face", "no face beside an STL"],
+        ),
+    ] {
+        let error = surface(&FACE.replace("ball", "wall"), &file).unwrap_err();
+        assert!(words.iter().all(|word| error.contains(word)), "{error}");
+    }
+}
+
 /// Before its flat side, and beyond edges and corners, distances are exact.
 #[test]
 fn a_box_has_sharp_edges() {
@@ -296,7 +424,7 @@ fn a_tool_of_facets_moves_as_the_ball_does() {
 fn what_is_no_surface_is_refused() {
     let facets = ball([0.4, 0.3, 2.5], 1.8, 2);
     let cases: [(Vec<u8>, &[&str]); 9] = [
-        (Vec::new(), &["an STL file", "neither"]),
+        (Vec::new(), &["an STL or Gmsh file", "neither"]),
         (b"solid\nendsolid\n".to_vec(), &["none"]),
         (
             b"solid\nfacet normal 0 0 1\nvertex 0 0 x\n".to_vec(),
