@@ -11,7 +11,7 @@ use contact3d::{
     linalg::EngineError,
     mesh::{ContactSurface, Mesh},
     post::{ContactReport, NarrowContact},
-    scene::{InvalidValue, SceneFile},
+    scene::{InvalidValue, SceneFile, Warning},
     solver::{Solution, Status},
 };
 use runfile::{GroupWriter, Reader, StoreError};
@@ -68,7 +68,11 @@ impl Results {
     /// What is allowed in the scene, of a load history that of the last increment, and probably not meant.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
-        let warnings = self.problem.warnings().into_iter();
+        // The scene of an increment has no steps.
+        let is_history = !self.increments.is_empty();
+        let holds =
+            |warning: &Warning| !is_history || !matches!(warning, Warning::NothingToFollow { .. });
+        let warnings = self.problem.warnings().into_iter().filter(holds);
         warnings.map(|warning| warning.to_string()).collect()
     }
 

@@ -339,7 +339,7 @@ impl<'a> SolvedRun<'a> {
         let entries = self.scene.contact_order().into_iter().zip(faces);
         entries.filter_map(|(entry, face)| {
             let contact = &self.scene.contacts[entry];
-            if self.scene.follow_of(entry) == Follow::Increment {
+            if !self.scene.steps.is_empty() && self.scene.follow_of(entry) == Follow::Increment {
                 return None;
             }
             let radius = match contact.obstacle.as_ref()? {

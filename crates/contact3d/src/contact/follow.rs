@@ -9,7 +9,7 @@ use nalgebra::{Rotation3, Vector3};
 use super::{ContactFrame, Counterpart, Interface};
 use crate::{
     elasticity::ToolPlace,
-    mesh::{Mesh, distances_from, outward_at_nodes},
+    mesh::{Mesh, distances_from, outward_before},
     scene::{Follow, HalfSpace, InvalidValue, Obstacle, Scene},
 };
 
@@ -55,10 +55,11 @@ impl Interface {
                     normal: (-outward).into(),
                 })
             });
-            let outward = outward_at_nodes(mesh, &surface.facets[face.facets.clone()]);
+            let outward = outward_before(&obstacle, mesh, &surface.facets[face.facets.clone()]);
             let before_obstacle = face.nodes.clone().map(|local| {
                 let place = rotation.inverse() * (now(local) - point - shift);
-                let outward = outward[&surface.nodes[local]];
+                let outward = outward.get(&surface.nodes[local]).copied();
+                let outward = outward.unwrap_or_default();
                 ((point + place).into(), rotation.inverse() * outward)
             });
             let before_obstacle: Vec<([f64; 3], Vector3<f64>)> = before_obstacle.collect();

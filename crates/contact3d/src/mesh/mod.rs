@@ -33,7 +33,7 @@ pub use inspection::{FaceInspection, MeshInspection};
 pub use macro_elements::macro_elements;
 pub use material_nodes::MaterialNodes;
 pub use obstacle::TriangulatedSurface;
-pub(crate) use obstacle::{DistanceBetweenNodes, distances_from, outward_at_nodes};
+pub(crate) use obstacle::{DistanceBetweenNodes, distances_from, outward_before};
 pub use opposite::Opposite;
 pub use quadratic::{IsoparametricMap, MidEdgeNodes};
 pub use refined::{RefinableBody, RefinedLevel};

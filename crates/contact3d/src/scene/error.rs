@@ -5,7 +5,7 @@ use std::{fmt, ops::Range, string::FromUtf8Error};
 use miette::{Diagnostic, NamedSource, SourceSpan};
 use thiserror::Error;
 
-use super::{Component, ElementOrder, Isotropic, Material, Scene, Written};
+use super::{Component, ElementOrder, Follow, Isotropic, Material, Scene, Written};
 
 /// Why a scene file cannot be used; draws the offending line.
 #[derive(Debug, Error, Diagnostic)]
@@ -156,6 +156,11 @@ pub enum Warning {
         /// The point in m.
         point: [f64; 3],
     },
+    /// A tool to be followed from increment to increment where there are none.
+    NothingToFollow {
+        /// The key of what follows it.
+        key: String,
+    },
     /// A stiffer material than there is, as of lengths in mm with stresses in Pa.
     TooStiff {
         /// The key of Young's modulus.
@@ -186,6 +191,7 @@ impl Scene {
             .map(|name| Warning::UnusedParameter { name })
             .chain(self.locking())
             .chain(self.too_stiff())
+            .chain(self.nothing_to_follow())
             .collect()
     }
 
@@ -210,6 +216,19 @@ impl Scene {
 }
 
 impl Scene {
+    /// The contacts that are to follow tools where no steps make increments.
+    fn nothing_to_follow(&self) -> impl Iterator<Item = Warning> {
+        let without_steps = self
+            .contacts
+            .iter()
+            .enumerate()
+            .filter(|_| self.steps.is_empty());
+        let followed = without_steps.filter(|(_, it)| it.follow == Some(Follow::Increment));
+        followed.map(|(entry, _)| Warning::NothingToFollow {
+            key: format!("{}.follow", self.contact_key(entry)),
+        })
+    }
+
     /// Young's moduli above twice that of diamond, 1.05e12 Pa.
     fn too_stiff(&self) -> impl Iterator<Item = Warning> {
         let most = self.units.from_pascals(2.1e12);
@@ -266,6 +285,10 @@ impl fmt::Display for Warning {
                 f,
                 "{key}: so far from the middle of the loaded part that some of that is drawn the other way; disc = {{ centre = [{}], radius = ... }} loads what lies around the point alone",
                 numbers(point)
+            ),
+            Self::NothingToFollow { key } => write!(
+                f,
+                "{key}: without a [[step]] there are no increments, and normals and distances are those where the tool begins; add steps, or leave the key out"
             ),
             Self::TooStiff { key } => write!(
                 f,

@@ -315,6 +315,52 @@ fn a_tool_that_is_followed_has_the_normals_of_its_place() {
     }
 }
 
+/// A ball that a tool turns by 1.5 rad about a pivot far off its centre, in steps that touch nothing before the last, against the ball that
+/// begins there.
+#[test]
+fn a_tool_that_is_turned_far_is_where_it_was_turned_to() {
+    let Obstacle::Sphere(mut ball) = ball() else {
+        unreachable!("it is one")
+    };
+    ball.centre[2] -= 0.02;
+    let (pivot, axis, angle) = ([0.4, 0.7, 4.5], [1.0 / 3.0, 2.0 / 3.0, -2.0 / 3.0], 1.5_f64);
+    // Rodrigues' formula, backwards.
+    let arm: [f64; 3] = std::array::from_fn(|k| ball.centre[k] - pivot[k]);
+    let along: f64 = arm.iter().zip(axis).map(|(r, n)| r * n).sum();
+    let across = [1, 2, 0].map(|k: usize| {
+        let next = (k + 1) % 3;
+        axis[k] * arm[next] - axis[next] * arm[k]
+    });
+    let (sin, cos) = (-angle).sin_cos();
+    let mut begin = ball;
+    begin.centre = std::array::from_fn(|k| {
+        pivot[k] + cos * arm[k] + sin * across[k] + (1.0 - cos) * along * axis[k]
+    });
+    let at_pivot = || Tool {
+        point: Some(pivot),
+        ..tool(&[])
+    };
+    let mut scene = followed(begin);
+    scene.tools = vec![at_pivot()];
+    let mut turned = Step::new("turn").in_increments(3);
+    let turn = axis.map(|n| (angle * n).into());
+    let turn = contact3d::scene::StepValue::Vector(turn);
+    turned.value.insert("tool.turn".into(), turn);
+    let records = records(scene.with_step(turned));
+    assert!(records[1].multiplier.iter().all(|stress| *stress == 0.0));
+    let mut contact = against(Some(Obstacle::Sphere(ball)));
+    contact.interference = true;
+    let direct = block()
+        .with_clamp(Clamp::face("z_min"))
+        .with_contact(contact)
+        .with_tool(at_pivot());
+    let (direct, report) = solved(direct);
+    assert!(apart(&records[2].multiplier, &direct.multiplier) < 1e-9);
+    let [found, expected] = [&records[2].tools[0], &report.tools[0]];
+    assert!(apart(&found.force, &expected.force) < 1e-9);
+    assert!(apart(&found.moment, &expected.moment) < 1e-9);
+}
+
 /// What friction adds to the force of a ball that is dragged is μN; without friction nothing holds it over the middle of the block, and
 /// towards its ends, which give way more, it is pushed on.
 #[test]

@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Matrix2, Vector2, Vector3};
 
+use super::{TOUCHING, facing};
 use crate::{
     linalg::UNIT_ROUNDING,
     scene::{Height, InvalidValue, Quantity, UNDEFINED, Written, place_words},
@@ -61,11 +62,51 @@ impl<'a> Graph<'a> {
         self.height.constant().is_some()
     }
 
+    /// φ and ∇φ for a body with an outward normal, which may be zero: where rounding chooses a side of a kink, those of the side that
+    /// [faces](facing) the body.
+    pub(super) fn from(
+        &self,
+        at: [f64; 3],
+        outward: &Vector3<f64>,
+    ) -> Result<Clearance, InvalidValue> {
+        let found = self.nearest(at);
+        if found.is_ok() && *outward == Vector3::zeros() {
+            return found;
+        }
+        let sides = self.sides(at);
+        let Some(one) = sides.first() else {
+            return found;
+        };
+        let radius = SLOPE_STEP * self.extent;
+        let touches = |side: &Clearance| side.distance.abs() <= 2.0 * radius;
+        let turns = |side: &Clearance| (side.away - one.away).norm() > TOUCHING.sqrt();
+        match found {
+            Err(_) if sides.iter().all(touches) => Ok(facing(*one, &sides, outward, 4.0 * radius)),
+            Ok(first) if sides.iter().any(turns) => {
+                Ok(facing(first, &sides, outward, TOUCHING * self.extent))
+            }
+            found => found,
+        }
+    }
+
+    /// The tangent planes of the surface around the place over or under a point.
+    fn sides(&self, at: [f64; 3]) -> Vec<Clearance> {
+        let [i, j] = self.plane;
+        let (point, level) = (Vector2::new(at[i], at[j]), at[self.along]);
+        let radius = SLOPE_STEP * self.extent;
+        // Between the axes and the diagonals, along which formulas mostly have their kinks.
+        let turns = (0..8).map(|k| (f64::from(k) + 0.5) * TAU / 8.0);
+        let around = turns.map(|turn| point + Vector2::new(turn.cos(), turn.sin()) * radius);
+        let feet = around.filter_map(|near| self.foot(near, point, level).ok());
+        feet.map(|foot| self.clearance(&foot, point, level))
+            .collect()
+    }
+
     /// φ and ∇φ from the nearest point of the surface.
     ///
     /// With q the foot and p the point, (p − q) is normal to the surface: q_i − p_i + (h(q) − p_k) ∂_i h = 0, which
     /// Newton's method solves from below or above p, going nearer with every step.
-    pub(super) fn from(&self, at: [f64; 3]) -> Result<Clearance, InvalidValue> {
+    fn nearest(&self, at: [f64; 3]) -> Result<Clearance, InvalidValue> {
         let [i, j] = self.plane;
         let (point, level) = (Vector2::new(at[i], at[j]), at[self.along]);
         let mut foot = self.foot(point, point, level)?;

@@ -5,6 +5,7 @@
 //! that of the obstacle at the point nearest to x, and the gap is measured along it. The body's own normal would leave
 //! an error of first order in the angle between the two surfaces, and has no value at edges and corners.
 
+mod flaws;
 mod height;
 mod stl;
 mod surface_file;
@@ -19,6 +20,10 @@ pub use triangulated::TriangulatedSurface;
 
 use super::{GEOMETRY_TOLERANCE, Mesh, contact_parts::under, face_part::WHOLE_SIDE};
 use crate::scene::{Contact, InvalidValue, Obstacle, Scene, Side, Written, place_words};
+
+/// The share of a size below which a place touches a surface and directions are one: digits of single precision, in which STL files are
+/// written.
+const TOUCHING: f64 = 1e-6;
 
 /// The obstacles of triangles in a scene with a body that is so large in m, by the numbers of their contacts; files are looked for in `folder`.
 ///
@@ -63,11 +68,12 @@ pub(super) fn gap_function(
     if let Some(&node) = nodes.iter().find(|node| !allowed.contains_key(node)) {
         return Err(without_area(mesh.coordinates[node]));
     }
-    let outward = outward_at_nodes(mesh, facets);
+    let outward = outward_before(obstacle.0, mesh, facets);
     let (mut normals, mut clearance) = (Vec::new(), Vec::new());
     let mut cut = Penetration::default();
     for (&node, at) in nodes.iter().zip(places) {
-        let seen = measured.facing(at, &outward[&node])?;
+        let outward = outward.get(&node).copied().unwrap_or_default();
+        let seen = measured.from(at, &outward)?;
         cut.add(at, seen.distance, allowed[&node]);
         clearance.push(if contact.interference {
             seen.distance
@@ -81,7 +87,7 @@ pub(super) fn gap_function(
         let most = mesh.facet_nodes(facet).map(|node| allowed[&node]);
         let most = most.fold(0.0, f64::max);
         for point in mesh.points_on(facet, &WHOLE_SIDE).1 {
-            let seen = measured.from(point.at)?;
+            let seen = measured.from(point.at, &Vector3::zeros())?;
             cut.add(point.at, seen.distance, most);
             faces_it |= point.area.dot(&seen.away) < 0.0;
         }
@@ -98,9 +104,16 @@ pub(super) fn gap_function(
     Ok((normals, clearance))
 }
 
-/// The outward normals of some triangles at their nodes, with lengths of any size.
-pub(crate) fn outward_at_nodes(mesh: &Mesh, facets: &[usize]) -> BTreeMap<usize, Vector3<f64>> {
+/// The outward normals of some triangles at their nodes, with lengths of any size, where an obstacle may have sharp edges that ask for them.
+pub(crate) fn outward_before(
+    obstacle: &Obstacle,
+    mesh: &Mesh,
+    facets: &[usize],
+) -> BTreeMap<usize, Vector3<f64>> {
     let mut outward: BTreeMap<usize, Vector3<f64>> = BTreeMap::new();
+    if !matches!(obstacle, Obstacle::Height(_) | Obstacle::Surface(_)) {
+        return outward;
+    }
     for (node, normal) in facets.iter().flat_map(|&facet| mesh.side_normals(facet)) {
         *outward.entry(node).or_default() += normal;
     }
@@ -117,7 +130,7 @@ pub(crate) fn distances_from(
 ) -> Result<Vec<([f64; 3], f64)>, InvalidValue> {
     let measured = Measured::new(obstacle, extent(places.iter().map(|(at, _)| *at)));
     let seen = places.iter().map(|(at, outward)| {
-        let seen = measured.facing(*at, outward)?;
+        let seen = measured.from(*at, outward)?;
         Ok(((-seen.away).into(), seen.distance))
     });
     seen.collect()
@@ -148,7 +161,8 @@ impl<'a> DistanceBetweenNodes<'a> {
             return None;
         }
         let pairs = nodes.iter().zip(places);
-        let at_nodes = pairs.map(|(&node, at)| Some((node, measured.from(at).ok()?.distance)));
+        let at_nodes = pairs
+            .map(|(&node, at)| Some((node, measured.from(at, &Vector3::zeros()).ok()?.distance)));
         Some(Self {
             at_nodes: at_nodes.collect::<Option<_>>()?,
             faceting: faceting_of(mesh, facets, GEOMETRY_TOLERANCE * extent),
@@ -169,7 +183,7 @@ impl<'a> DistanceBetweenNodes<'a> {
         nodes: &[usize],
         shape: &[f64],
     ) -> Option<(f64, [f64; 3])> {
-        let seen = self.measured.from(at).ok()?;
+        let seen = self.measured.from(at, &Vector3::zeros()).ok()?;
         let terms = nodes.iter().zip(shape);
         let interpolated: f64 = terms.map(|(node, shape)| shape * self.at_nodes[node]).sum();
         let faceting = nodes.iter().map(|node| self.faceting[node]);
@@ -380,11 +394,11 @@ impl<'a> Measured<'a> {
         }
     }
 
-    /// φ and ∇φ at a point.
+    /// φ and ∇φ at a point of a body with an outward normal there, which tells the sides of a sharp edge from each other and may be zero.
     ///
     /// # Errors
     /// A centre or an axis, where ∇φ has no direction; a height without a nearest point.
-    fn from(&self, at: [f64; 3]) -> Result<Clearance, InvalidValue> {
+    fn from(&self, at: [f64; 3], outward: &Vector3<f64>) -> Result<Clearance, InvalidValue> {
         let x = Vector3::from(at);
         match self {
             Self::Plane { point, away } => Ok(Clearance {
@@ -408,16 +422,8 @@ impl<'a> Measured<'a> {
                     away: outward * side.sign(),
                 })
             }
-            Self::Graph(graph) => graph.from(at),
-            Self::Triangles(surface) => surface.from(at, &Vector3::zeros()),
-        }
-    }
-
-    /// The same before a body with an outward normal, which tells the sides of a sharp edge from each other.
-    fn facing(&self, at: [f64; 3], outward: &Vector3<f64>) -> Result<Clearance, InvalidValue> {
-        match self {
+            Self::Graph(graph) => graph.from(at, outward),
             Self::Triangles(surface) => surface.from(at, outward),
-            _ => self.from(at),
         }
     }
 
@@ -429,6 +435,35 @@ impl<'a> Measured<'a> {
             Self::Graph(graph) => graph.is_level(),
             Self::Triangles(surface) => surface.is_flat(),
         }
+    }
+}
+
+/// φ and ∇φ where several sides of a sharp edge or a kink are as near to a place as the nearest, but for `digits` in m, and rounding would
+/// choose one: those of the side that faces the body most, or half-way between several that do alike, without a normal of the body all.
+fn facing(first: Clearance, sides: &[Clearance], outward: &Vector3<f64>, digits: f64) -> Clearance {
+    let faces = |side: &Clearance| -side.away.dot(outward) / outward.norm().max(f64::MIN_POSITIVE);
+    let as_near = |side: &&Clearance| (side.distance - first.distance).abs() <= digits;
+    let as_near = || sides.iter().filter(as_near);
+    let most = as_near().map(faces).fold(f64::MIN, f64::max);
+    let mut normals: Vec<Vector3<f64>> = Vec::new();
+    for side in as_near().filter(|side| faces(side) >= most - TOUCHING.sqrt()) {
+        let is_new = |n: &Vector3<f64>| (n - side.away).norm() > TOUCHING;
+        if normals.iter().all(is_new) {
+            normals.push(side.away);
+        }
+    }
+    let mean: Vector3<f64> = normals.iter().sum::<Vector3<f64>>() / normals.len().max(1) as f64;
+    match (&normals[..], mean.norm()) {
+        ([], _) => first,
+        ([away], _) => Clearance {
+            away: *away,
+            ..first
+        },
+        (_, length) if length > TOUCHING => Clearance {
+            distance: first.distance / length,
+            away: mean / length,
+        },
+        _ => first,
     }
 }
 

@@ -105,8 +105,13 @@ impl TriangulatedSurface {
                 help: "is the file in millimetres and the scene in metres? then unit = 0.001; the other way round unit = 1000".into(),
             });
         }
-        let mut surface = Self::merged(&stated, GEOMETRY_TOLERANCE * extent);
-        let at_edge = surface.checked_edges();
+        let digits = GEOMETRY_TOLERANCE * extent;
+        let mut surface = Self::merged(&stated, digits);
+        let at_edge = surface.checked_edges().and_then(|at_edge| {
+            surface.refuse_cracks(&at_edge)?;
+            surface.refuse_cuts(digits)?;
+            Ok(at_edge)
+        });
         let at_edge =
             at_edge.map_err(|(found, help)| invalid("a surface with two sides", found, help))?;
         surface.normals = surface.corner_normals(&at_edge, file.sharp_angle.to_radians().cos());

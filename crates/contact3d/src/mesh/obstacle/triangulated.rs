@@ -16,15 +16,12 @@ use rstar::{
     primitives::{GeomWithData, Rectangle},
 };
 
-use super::Clearance;
+use super::{Clearance, TOUCHING, facing};
 use crate::{
     linalg::UNIT_ROUNDING,
     mesh::GEOMETRY_TOLERANCE,
     scene::{InvalidValue, place_words},
 };
-
-/// The share of an edge below which a place touches the surface: digits of single precision, in which STL files are written.
-const TOUCHING: f64 = 1e-6;
 
 /// Triangles whose corners go counter-clockwise as seen from the body.
 #[derive(Debug, Clone)]
@@ -37,7 +34,7 @@ pub struct TriangulatedSurface {
     pub normals: Vec<[[f64; 3]; 3]>,
     /// Triangles around each point.
     pub(super) around: Vec<Vec<usize>>,
-    tree: RTree<GeomWithData<Rectangle<[f64; 3]>, usize>>,
+    pub(super) tree: RTree<GeomWithData<Rectangle<[f64; 3]>, usize>>,
 }
 
 impl PartialEq for TriangulatedSurface {
@@ -98,37 +95,8 @@ impl TriangulatedSurface {
             return self.beyond_edge(nearest, share, &(x - foot), at);
         };
         let corners = self.corners(nearest);
-        let touching = TOUCHING * (corners[1] - corners[0]).norm();
-        // On a sharp edge or corner, where rounding would choose a side, that which faces the body; of several that do alike their mean.
-        let sides = before.iter().filter(|it| it.distance.abs() <= touching);
-        let mut sides: Vec<(f64, Vector3<f64>)> = sides
-            .map(|it| {
-                (
-                    -it.away.dot(outward) / outward.norm().max(f64::MIN_POSITIVE),
-                    it.away,
-                )
-            })
-            .collect();
-        let most = sides
-            .iter()
-            .fold(f64::MIN, |most, (faces, _)| most.max(*faces));
-        sides.retain(|(faces, _)| *faces >= most - TOUCHING.sqrt());
-        let is_one = |sides: &[(f64, Vector3<f64>)]| {
-            let mut others = sides.iter();
-            others.all(|(_, away)| (away - sides[0].1).norm() <= TOUCHING)
-        };
-        let away = match &sides[..] {
-            [] => first.away,
-            sides if is_one(sides) => sides[0].1,
-            sides => {
-                let mean: Vector3<f64> = sides.iter().map(|(_, away)| away).sum();
-                mean.try_normalize(TOUCHING).unwrap_or(first.away)
-            }
-        };
-        Ok(Clearance {
-            distance: first.distance,
-            away,
-        })
+        let digits = TOUCHING * (corners[1] - corners[0]).norm();
+        Ok(facing(*first, &before, outward, digits))
     }
 
     /// Whether normals are the same everywhere.

@@ -9,7 +9,10 @@ use contact3d::{
 };
 use tempfile::TempDir;
 
-use super::{moved::MATERIAL, solved::distance};
+use super::{
+    moved::MATERIAL,
+    solved::{Solved, distance},
+};
 
 type Triangle = [[f64; 3]; 3];
 
@@ -361,6 +364,50 @@ fn a_box_has_sharp_edges() {
     }
 }
 
+/// A wedge 0.01 deep in the middle of a block, and a groove 0.02 above it, from both flanks of which nodes lie as far: by formula and by
+/// triangles, no lateral force but for rounding, and the same pressures.
+#[test]
+fn a_wedge_pushes_to_no_side() {
+    let sharp = "obstacle.surface = { file = 'tool.stl', sharp_angle = 2.0 }\n";
+    for (slope, apex) in [(0.05, 0.59), (-0.1, 0.62)] {
+        let at = |x: f64, y: f64| [x, y, apex + slope * (x - 0.5_f64).abs()];
+        let [a, b] = [-1.0, 2.0].map(|y| at(0.5, y));
+        let [[left, further], [right, beyond]] = [-0.5, 1.5].map(|x| [at(x, -1.0), at(x, 2.0)]);
+        // One triangle more on one side.
+        let middle = at(1.5, 0.5);
+        let flanks = [
+            [a, b, middle],
+            [b, beyond, middle],
+            [a, middle, right],
+            [a, left, b],
+            [b, left, further],
+        ];
+        let height = format!(
+            "obstacle.height = {{ value = '{apex:?} + ({slope:?})*abs(x - 0.5)', direction = '-z' }}\n"
+        );
+        let folder = folder(&stl(&flanks));
+        let [by_height, by_facets] = [height.as_str(), sharp].map(|obstacle| {
+            let contact = format!("{obstacle}interference = true\n");
+            Solved::in_folder(&scene(&contact), folder.path()).unwrap()
+        });
+        let (surface, mesh) = (by_height.surface(), by_height.problem.mesh());
+        let errors = differences(by_facets.surface(), surface);
+        // Roundings of places one from the origin.
+        assert!(errors.iter().all(|error| *error < 1e-14), "{errors:?}");
+        let middle = surface.nodes.iter().enumerate();
+        let middle = middle.filter(|(_, node)| mesh.coordinates[**node][0] == 0.5);
+        for (local, _) in middle {
+            assert!(surface.normal_at(local)[0].abs() < 1e-14);
+            assert!((surface.clearance[local] - (apex - 0.6)).abs() < 1e-14);
+        }
+        let force = by_height.force();
+        // Some thousand roundings.
+        assert!(force[0].abs() < 1e-11 * force[2].abs(), "{force:?}");
+        let off = distance(&by_facets.multiplier, &by_height.multiplier);
+        assert!(off < 1e-9, "{off:e}");
+    }
+}
+
 /// Nodes that the edge of a wedge touches have the normal between its flanks, whichever of them rounding prefers; those at the edge of a flat
 /// punch that of its flat side.
 #[test]
@@ -376,14 +423,20 @@ fn a_sharp_edge_has_no_side() {
             [b, left, further],
         ];
         let interference = "interference = true\n";
-        let found = surface(&(interference.to_owned() + TOOL), &stl(&flanks)).unwrap();
-        let normals = (0..found.nodes.len()).map(|local| found.normal_at(local));
-        // Flanks have tan 0.5.
-        let upright = normals.filter(|n| n[2] > 0.95);
-        let off = upright.map(|n| n[0].abs().max(n[1].abs()));
-        let off: Vec<f64> = off.collect();
-        assert_eq!(off.len(), 9);
-        assert!(off.iter().all(|off| *off < 1e-12), "{off:?}");
+        let height = "value = '0.6 + 0.5*abs(x - 0.5) + shift', direction = '-z'";
+        let by_height = format!(
+            "{interference}obstacle.height = {{ {height} }}\n[parameters]\nshift = {rounding}\n"
+        );
+        for contact in [interference.to_owned() + TOOL, by_height] {
+            let found = surface(&contact, &stl(&flanks)).unwrap();
+            let normals = (0..found.nodes.len()).map(|local| found.normal_at(local));
+            // Flanks have tan 0.5.
+            let upright = normals.filter(|n| n[2] > 0.95);
+            let off = upright.map(|n| n[0].abs().max(n[1].abs()));
+            let off: Vec<f64> = off.collect();
+            assert_eq!(off.len(), 9, "{contact}");
+            assert!(off.iter().all(|off| *off < 1e-12), "{off:?}");
+        }
     }
     let punch = cuboid([[0.25, 0.2, 0.6], [0.75, 0.6, 1.5]]);
     let found = surface(TOOL, &stl(&punch)).unwrap();
@@ -423,7 +476,28 @@ fn a_tool_of_facets_moves_as_the_ball_does() {
 #[test]
 fn what_is_no_surface_is_refused() {
     let facets = ball([0.4, 0.3, 2.5], 1.8, 2);
-    let cases: [(Vec<u8>, &[&str]); 9] = [
+    // Corners beside others by more than the digits of files: half of the ball, and three of its corners.
+    let apart = |k: usize, x: [f64; 3]| [x[0], x[1], x[2] + if k < 64 { 1e-4 } else { 0.0 }];
+    let halves = facets.iter().enumerate();
+    let halves: Vec<Triangle> = halves.map(|(k, it)| it.map(|x| apart(k, x))).collect();
+    let beside = ball([0.4, 2.0, 2.5], 1.8, 3);
+    // Along an axis of the octahedron, so that edges meet edges in the mirror plane.
+    let axis = [0.36, 0.48, -0.8];
+    let mirrored = ball(
+        [0, 1, 2].map(|k| [0.4, 0.3, 2.5][k] + 1.7 * axis[k]),
+        1.8,
+        2,
+    );
+    let cases: [(Vec<u8>, &[&str]); 12] = [
+        (
+            stl(&[facets.as_slice(), &mirrored].concat()),
+            &["cut each other"],
+        ),
+        (stl(&halves), &["cracks: ", "up to 1.0e-4 beside", "weld"]),
+        (
+            stl(&[facets.as_slice(), &beside].concat()),
+            &["cut each other", "unite"],
+        ),
         (Vec::new(), &["an STL or Gmsh file", "neither"]),
         (b"solid\nendsolid\n".to_vec(), &["none"]),
         (
@@ -476,6 +550,14 @@ fn what_is_no_surface_is_refused() {
             "{words:?}: {error}"
         );
     }
+    // Parts that touch cut nothing: a box on a larger one, and one whose corner touches its edge.
+    let touching = [
+        [[-1.0, -1.0, 0.7], [2.0, 2.0, 1.7]],
+        [[0.1, 0.2, 1.7], [0.9, 0.8, 2.0]],
+        [[2.0, 0.3, 1.7], [3.0, 0.6, 2.0]],
+    ];
+    let parts = touching.map(cuboid).concat();
+    surface(TOOL, &stl(&parts)).unwrap();
     let digest = surface(
         "obstacle.surface = { file = 'tool.stl', digest = 'f00' }\n",
         &stl(&facets),
