@@ -30,6 +30,27 @@ fn bodies_that_overlap_unasked_are_told_of() {
     assert!(text.contains("are taken to touch"), "{text}");
 }
 
+#[test]
+fn a_tool_to_follow_without_steps_is_told_of() {
+    let program = Program::new();
+    let scene = pipeline("barrel.toml");
+    let warned = |changes: &[&str]| {
+        let command = &["run", scene.to_str().unwrap(), "run.h5", "--no-figures"];
+        let mut command = program.command(command);
+        command.args(["--set", "body.brick.cells=[4,4,2]"]);
+        for change in changes {
+            command.args(["--set", change]);
+        }
+        let done = command.assert().success();
+        let text = String::from_utf8_lossy(&done.get_output().stderr).into_owned();
+        text.contains("contact.follow: without a [[step]]")
+    };
+    let follow = "contact.follow=\"increment\"";
+    assert!(!warned(&[]) && warned(&[follow]));
+    // Nor where increments have scenes of their own, which follow and have no steps.
+    assert!(!warned(&[follow, "step=[{title=\"press\", increments=2}]"]));
+}
+
 fn states(program: &Program) -> Vec<String> {
     program
         .states()
