@@ -2,7 +2,7 @@
 
 import os
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,18 @@ from .scene import Scene
 
 #: The path of a scene, its text (of more than one line), a dict as ``tomllib`` makes it, or typed classes.
 SceneLike = str | os.PathLike[str] | Mapping[str, Any] | Scene
+
+
+def files(content: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    """The tables of bodies and obstacles that name a file, with their keys."""
+    for first, *below in (("body", "gmsh"), ("contact", "obstacle", "surface")):
+        entries = content.get(first)
+        entries = entries if isinstance(entries, list) else [entries]
+        for number, table in enumerate(entries):
+            for name in below:
+                table = table.get(name) if isinstance(table, Mapping) else None
+            if isinstance(table, Mapping) and isinstance(table.get("file"), (str, os.PathLike)):
+                yield ".".join([first, *([str(number)] if len(entries) > 1 else []), *below]), table
 
 
 def given(scene: SceneLike) -> tuple[str | None, str | None, dict[str, Any]]:
@@ -30,14 +42,5 @@ def given(scene: SceneLike) -> tuple[str | None, str | None, dict[str, Any]]:
     else:
         kinds = "a path, a text, a dict or a contact3d.scene.Scene"
         raise TypeError(f"a scene is {kinds}, not {type(scene).__name__}")
-    body = content.get("body")
-    mesh = body.get("gmsh") if isinstance(body, Mapping) else None
-    changes = {}
-    if isinstance(mesh, Mapping) and isinstance(mesh.get("file"), (str, os.PathLike)):
-        changes["body.gmsh.file"] = str(Path(mesh["file"]).absolute())
-    contact = content.get("contact")
-    obstacle = contact.get("obstacle") if isinstance(contact, Mapping) else None
-    surface = obstacle.get("surface") if isinstance(obstacle, Mapping) else None
-    if isinstance(surface, Mapping) and isinstance(surface.get("file"), (str, os.PathLike)):
-        changes["contact.obstacle.surface.file"] = str(Path(surface["file"]).absolute())
+    changes = {f"{key}.file": str(Path(table["file"]).absolute()) for key, table in files(content)}
     return None, text, changes
