@@ -35,6 +35,19 @@ def test_names_say_the_precision(paths):
         assert not [name for name in names if name.endswith("_single")]
 
 
+def test_a_factor_that_is_not_stored_is_made_again_in_its_precision(contact3d, paths):
+    again = paths["single"].with_name("again.h5")
+    setting = 'assemble.factor="single"'
+    contact3d("mesh", SCENE, again, *CELLS, "--set", setting)
+    for stage in ("assemble", "solve"):
+        contact3d(stage, again)
+    with h5py.File(paths["single"]) as stored, h5py.File(again) as file:
+        assert set(file["assemble/factor"]) == {"permutation", "supernode_columns"}
+        assert file["assemble"].attrs["digest"] == stored["assemble"].attrs["digest"]
+        for name in ("solve/multiplier_normal", "solve/displacement"):
+            assert np.array_equal(file[name][:], stored[name][:])
+
+
 def test_the_factor_is_that_of_the_stiffness_to_single_precision(paths):
     with h5py.File(paths["single"]) as single, h5py.File(paths["double"]) as double:
         lower = cholesky_factor(single["assemble/factor"], "values_single")

@@ -57,7 +57,10 @@ const SINGLE: &str = "absent when the factor is in single precision, stays with 
      a file beside the run file holds it";
 const NO_VALUES: &str =
     "absent when no values of the factor are stored; it follows from A and the order";
-const DOUBLE: &str = "absent when the factor is in double precision, or stays with an engine";
+const DOUBLE: &str = "absent when the factor is in double precision, stays with an engine, or is made again from A where it is needed: only \
+     a file beside the run file holds it";
+const MADE_IN_DOUBLE: &str = "absent when the factor stays with an engine, or is made again in double precision; without values, it says that \
+     the factor is made again in single precision";
 const SUPPORTED: &str = "absent where supports hold the body, and not weakly, and no tool is free";
 const NO_CONTACT: &str = "absent without contact";
 const NO_FRICTION: &str = "absent without friction";
@@ -96,12 +99,12 @@ pub(super) const SECONDS: Fields<AssemblySeconds> = fields! { AssemblySeconds =>
 
 pub(super) const FACTOR: Fields<FactorStructure> = fields! { FactorStructure => GROUP;
     (permutation) "/assemble/factor/permutation", &[FREE], Dimension::Number, "Fill-reducing order: row i of P A P^T = L L^T is row permutation[i] of A.".symbol("P").compressed();
-    (supernode_columns) "/assemble/factor/supernode_columns", OFFSETS, Dimension::Number, "First column of each supernode of L, then n_free.".compressed().optional(NO_VALUES).volatile();
+    (supernode_columns) "/assemble/factor/supernode_columns", OFFSETS, Dimension::Number, "First column of each supernode of L, then n_free.".compressed().optional(MADE_IN_DOUBLE).volatile();
     (row_offsets) "/assemble/factor/row_offsets", OFFSETS, Dimension::Number, "Where the rows of each supernode begin in row_indices.".compressed().optional(NO_VALUES).volatile();
     (row_indices) "/assemble/factor/row_indices", &[Named("n_factor_rows")], Dimension::Number, "Rows of each supernode, increasing; the first are its own columns.".compressed().optional(NO_VALUES).volatile();
     (value_offsets) "/assemble/factor/value_offsets", OFFSETS, Dimension::Number, "Where the panel of each supernode begins in values.".compressed().optional(NO_VALUES).volatile();
     {Kind::F64} VALUES, &[Named("n_factor_values")], Dimension::ROOT_OF_STIFFNESS, "Dense column-major panel (rows, columns) of each supernode of the Cholesky factor.".symbol("L").optional(SINGLE).volatile();
-    {Kind::F32} VALUES_SINGLE, &[Named("n_factor_values")], Dimension::ROOT_OF_STIFFNESS, "The same in single precision: L L^T is A to about seven digits, a preconditioner.".symbol("L").optional(DOUBLE);
+    {Kind::F32} VALUES_SINGLE, &[Named("n_factor_values")], Dimension::ROOT_OF_STIFFNESS, "The same in single precision: L L^T is A to about seven digits, a preconditioner.".symbol("L").optional(DOUBLE).volatile();
     {Kind::F32} DUAL_OPERATOR_SINGLE, &[Named("n_multipliers"), Named("n_multipliers")], Dimension::DUAL, "Dual operator made from a factor in single precision, symmetric; solves correct its error by exact residuals.".symbol("S").optional(IN_DOUBLE);
     {Kind::F32} CONTACT_COMPLIANCE_SINGLE, &[Named("n_multipliers"), Named("n_contact_nodes"), extents::FRICTION_AXES], Dimension::COMPLIANCE, "Contact compliance made from a factor in single precision.".symbol("H").optional(NO_SLIP_SINGLE);
 };
@@ -159,14 +162,18 @@ pub fn write(
     let shape = [structure.value_count()];
     match &*assembly.factor {
         Factor::Double(factor) if is_shared => writer.write(VALUES, factor.values(), &shape)?,
-        Factor::Single(factor) => writer.write(VALUES_SINGLE, factor.values(), &shape)?,
+        Factor::Single(factor) if is_shared => {
+            writer.write(VALUES_SINGLE, factor.values(), &shape)?;
+        }
         // It is made again, or stays with the engine.
-        Factor::Double(_) | Factor::Remote(_) => {
-            let permutation = structure.permutation.clone();
-            let order = FactorStructure {
-                permutation,
+        other => {
+            let mut order = FactorStructure {
+                permutation: structure.permutation.clone(),
                 ..FactorStructure::default()
             };
+            if let Factor::Single(_) = other {
+                order.supernode_columns = structure.supernode_columns.clone();
+            }
             return FACTOR.write_one(writer, &order);
         }
     }
@@ -238,17 +245,22 @@ pub fn read(reader: &Reader, engine: Option<&str>) -> Result<DualSystem, FormatE
         let values = reader.read_vec(VALUES)?;
         Factor::Double(CholeskyFactor::from_parts(structure, values)?)
     } else {
+        let is_single = !structure.supernode_columns.is_empty();
         let structure = FactorStructure::analyse(&primal.stiffness, structure.permutation)
             .map_err(|error| inconsistent("/assemble/factor/permutation", &error))?;
         let a = primal.invertible();
         if let Some(engine) = engine {
             let no_rows = CscMatrix::empty(structure.size());
             Factor::Remote(RemoteFactor::new(engine, structure, a, no_rows)?)
-        } else if reader.has(DUAL_OPERATOR_SINGLE) {
+        } else if reader.has(DUAL_OPERATOR_SINGLE) && !is_single {
             return Err(EngineError::NotAtHand.into());
         } else {
-            let (double, unwatched) = (Precision::Double, Work::default());
-            let made = Factor::of_structure(structure, a, double, &unwatched);
+            let precision = if is_single {
+                Precision::Single
+            } else {
+                Precision::Double
+            };
+            let made = Factor::of_structure(structure, a, precision, &Work::default());
             made.map_err(|error| inconsistent(STIFFNESS, &error))?
         }
     };

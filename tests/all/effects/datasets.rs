@@ -246,7 +246,7 @@ const BODIES_ONLY: [&str; 8] = [
 const FACES_WITH_FRICTION_ONLY: &str = "/post/faces/tangential_force";
 const ONE_FACE_ONLY: [&str; 2] = ["/mesh/contact_normal", "/post/resultants/tangential_force"];
 
-/// What only a factor in single precision has, and one in double that is in a file beside the run file: those of run files are made again.
+/// What only a factor in single precision has, and one that is in a file beside the run file: those of run files are made again.
 const STORED_FACTORS_ONLY: [&str; 8] = [
     "/assemble/factor/supernode_columns",
     "/assemble/factor/row_offsets",

@@ -18,7 +18,7 @@ pub struct Requirement {
     pub memory: u64,
     /// Bytes that will be stored.
     pub stored: u64,
-    /// Bytes of what could be made again, a factor in double precision, where that is stored too.
+    /// Bytes of what could be made again, a factor, where that is stored too.
     pub remakable: u64,
 }
 
@@ -122,17 +122,13 @@ impl Requirement {
         // Displacement, stresses and errors on nodes and tetrahedra, for h5py and once more for ParaView: some bytes for each unknown.
         let results = 200.0 * stiffness.cols as f64;
         let stiffness = 8.0 * stiffness.data.len() as f64;
-        let [stored, remakable] = match precision {
-            Precision::Double => [0.0, values],
-            Precision::Single => [values, 0.0],
-        };
         // Each thread packs the matrices that it multiplies into 64 MiB, once they are large.
         let packing = (67_108_864.0 * rayon::current_num_threads() as f64).min(values);
         Self {
             step: FACTORISING,
             memory: (values + scratch.max(forming) + packing) as u64,
-            stored: (stored + stiffness + kept + results) as u64,
-            remakable: remakable as u64,
+            stored: (stiffness + kept + results) as u64,
+            remakable: values as u64,
         }
     }
 }
