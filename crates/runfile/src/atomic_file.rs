@@ -1,7 +1,7 @@
 //! An HDF5 file that comes whole or not at all: written under a hidden name, given its digest, synced, and renamed.
 //!
-//! HDF5 writes a file in memory when it is closed, and closing sees every error. It writes all of it twice, first with the mark of a
-//! file that is being written: if the second call is lost, the file does not open.
+//! HDF5 writes a file in memory when it is closed, and closing sees every error. It writes all of it with the mark of a file that is
+//! being written, and then once more the pages without the mark: if the second call is lost, the file does not open.
 
 use std::fs::{File, Permissions};
 use std::io::{BufRead, BufReader, Read};
@@ -159,7 +159,7 @@ pub fn is_same(one: impl Read, other: impl Read) -> io::Result<bool> {
     }
 }
 
-/// A file in memory grows by this many bytes.
+/// A file in memory grows by this many bytes, and changes of it are written in pages of as many.
 const GROWTH_BYTES: usize = 1 << 16;
 
 /// Creates an HDF5 file where nothing stands, readable by HDF5 1.10 and newer.
@@ -171,6 +171,7 @@ pub(super) fn create(path: &Path) -> Result<hdf5::File, StoreError> {
         .with_fapl(|access| {
             access
                 .core_options(GROWTH_BYTES, true)
+                .write_tracking(GROWTH_BYTES)
                 .libver_bounds(LibraryVersion::V110, LibraryVersion::V110)
                 .file_locking(false)
         })
