@@ -366,12 +366,22 @@ impl Assembly {
         displacement
     }
 
-    /// A⁻¹f for several f but for a `share` of each, by conjugate gradients that share the reading of the factor.
-    pub(crate) fn solve_several(&self, forces: &[Vec<f64>], share: f64) -> Vec<Vec<f64>> {
-        let forces: Vec<&[f64]> = forces.iter().map(Vec::as_slice).collect();
-        let a = self.primal.invertible();
-        let solved = conjugate_gradients(a, &self.factor, &forces, share, 0.0);
-        solved.into_iter().map(|solved| solved.solution).collect()
+    /// A⁻¹f for several f but for a `share` of each, in one reading of a factor in double precision, else by conjugate gradients that
+    /// share its readings.
+    pub(crate) fn solve_several(&self, mut forces: Vec<Vec<f64>>, share: f64) -> Vec<Vec<f64>> {
+        match self.factor.precision() {
+            Precision::Double => {
+                let columns = forces.iter_mut().map(Vec::as_mut_slice);
+                self.factor.solve_several(&mut columns.collect::<Vec<_>>());
+                forces
+            }
+            Precision::Single => {
+                let forces: Vec<&[f64]> = forces.iter().map(Vec::as_slice).collect();
+                let a = self.primal.invertible();
+                let solved = conjugate_gradients(a, &self.factor, &forces, share, 0.0);
+                solved.into_iter().map(|solved| solved.solution).collect()
+            }
+        }
     }
 
     /// A⁻¹f by conjugate gradients, but for a share of it or a length.

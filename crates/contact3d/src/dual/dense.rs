@@ -116,7 +116,7 @@ pub(super) fn correct(
     let n = coupling.n_multipliers();
     let modes = largest_modes(operator, n);
     let forces = modes.iter().map(|mode| coupling.nodal_forces(mode));
-    let moved = assembly.solve_several(&forces.collect::<Vec<_>>(), CG_LEFT);
+    let moved = assembly.solve_several(forces.collect(), CG_LEFT);
     let pairs = || modes.iter().zip(&moved);
     if let (Some(selection), Some(compliance)) = (selection, compliance) {
         let rows = selection.cols;

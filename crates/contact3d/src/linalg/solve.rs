@@ -45,17 +45,19 @@ impl<T: Scalar> CholeskyFactor<T> {
         self.solve_block::<1>(&mut [rhs], Some(reach), &Mutex::default());
     }
 
-    /// Solves for several right-hand sides, eight at a time: reading the factor takes most of the time of a solve.
+    /// Solves for several right-hand sides, up to eight at a time: reading the factor takes most of the time of a solve.
     ///
     /// # Panics
     /// As [`Self::solve_in_place`].
     pub(super) fn solve_several(&self, rhs: &mut [&mut [f64]]) {
-        if let [one] = rhs {
-            return self.solve_in_place(one);
-        }
         let memory = Mutex::default();
         for block in rhs.chunks_mut(SHARED_SOLVES) {
-            self.solve_block::<SHARED_SOLVES>(block, None, &memory);
+            match block.len() {
+                1 => self.solve_block::<1>(block, None, &Mutex::default()),
+                2 => self.solve_block::<2>(block, None, &Mutex::default()),
+                3..=4 => self.solve_block::<4>(block, None, &Mutex::default()),
+                _ => self.solve_block::<SHARED_SOLVES>(block, None, &memory),
+            }
         }
     }
 

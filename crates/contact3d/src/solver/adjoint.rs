@@ -63,11 +63,8 @@ impl Adjoint {
         functionals: &[LinearFunctional],
     ) -> Option<Vec<Self>> {
         let Some(problem) = problem else {
-            let forces: Vec<Vec<f64>> = functionals
-                .iter()
-                .map(|it| it.by_displacement.clone())
-                .collect();
-            let response = assembly.solve_several(&forces, ADJOINT_TOLERANCE);
+            let forces = functionals.iter().map(|it| it.by_displacement.clone());
+            let response = assembly.solve_several(forces.collect(), ADJOINT_TOLERANCE);
             let alone = |displacement| Adjoint {
                 displacement,
                 ..Adjoint::default()
@@ -208,9 +205,9 @@ impl Linearised<'_> {
         let assembly = self.problem.body.assembly;
         let is_loaded = |it: &&LinearFunctional| it.by_displacement.iter().any(|f| *f != 0.0);
         let loaded = functionals.iter().filter(is_loaded);
-        let loaded: Vec<Vec<f64>> = loaded.map(|it| it.by_displacement.clone()).collect();
+        let loaded = loaded.map(|it| it.by_displacement.clone());
         let mut response = assembly
-            .solve_several(&loaded, ADJOINT_TOLERANCE)
+            .solve_several(loaded.collect(), ADJOINT_TOLERANCE)
             .into_iter();
         let rows = functionals.iter().map(|it| {
             let response = is_loaded(&it).then(|| response.next()).flatten();
@@ -224,7 +221,7 @@ impl Linearised<'_> {
             let held = self.contact_force(multiplier, slip_force);
             difference(&it.by_displacement, &held)
         });
-        let response = assembly.solve_several(&loads.collect::<Vec<_>>(), ADJOINT_TOLERANCE);
+        let response = assembly.solve_several(loads.collect(), ADJOINT_TOLERANCE);
         let kinks = self.at.kinks();
         let parts = weights.iter().zip(forces).zip(response);
         let adjoint =
