@@ -129,11 +129,8 @@ impl FrozenProblem {
         for (pane, area) in surface.pane_area.iter().enumerate() {
             for (k, j) in components(layout, pane).into_iter().enumerate() {
                 let factor = scaling.scale[SPACE_DIMENSION * pane + k] / area;
-                let (rows, values) = system.coupling.transposed.column(j);
-                h.indices.extend(rows);
-                h.data.extend(values.iter().map(|b| -c * factor * b));
-                h.indptr.push(h.indices.len());
-                h.cols += 1;
+                let entries = system.coupling.transposed.entries(j);
+                h.push_column(entries.map(|(row, b)| (row, -c * factor * b)));
                 w.push(-factor * closing[j] / scaling.unit);
             }
         }

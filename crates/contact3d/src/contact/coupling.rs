@@ -148,7 +148,6 @@ impl Coupling {
     ) -> Self {
         let layout = MultiplierLayout::new(surface.n_panes(), n_pairs);
         let mut transposed = CscMatrix::empty(dofs.n_free);
-        transposed.cols = layout.n_multipliers();
         let mut push_column = |pane: usize, axis: &dyn Fn(usize) -> [f64; 3]| {
             let is_nodal = surface.faces[surface.face_of_pane(pane)].is_nodal;
             let mut sums: BTreeMap<usize, f64> = BTreeMap::new();
@@ -175,9 +174,7 @@ impl Coupling {
                 let terms = dofs.terms(*node, axis(*local));
                 terms.for_each(|term| add(-area, term));
             }
-            transposed.indices.extend(sums.keys());
-            transposed.data.extend(sums.values());
-            transposed.indptr.push(transposed.indices.len());
+            transposed.push_column(sums);
         };
         for pane in 0..layout.n_panes() {
             push_column(pane, &|node| frame.normal_at(node));

@@ -99,10 +99,7 @@ fn summed(coupling: &Coupling, groups: &[Vec<usize>]) -> CscMatrix {
                 *sum.entry(dof).or_default() += value;
             }
             if sum.values().any(|value| *value != 0.0) {
-                sums.indices.extend(sum.keys());
-                sums.data.extend(sum.values());
-                sums.indptr.push(sums.indices.len());
-                sums.cols += 1;
+                sums.push_column(sum);
             }
         }
     }

@@ -1,6 +1,6 @@
 //! The elastic problem, its factor, and solves with it: refinement or conjugate gradients about the factor.
 
-use std::{sync::Arc, time::Instant};
+use std::{collections::BTreeMap, sync::Arc, time::Instant};
 
 use thiserror::Error;
 
@@ -282,10 +282,10 @@ fn fill_reducing_order(
     for (new, &node) in free.iter().enumerate() {
         place[node] = Some(new);
     }
-    let mut followers = vec![Vec::new(); dofs.n_nodes];
+    let mut followers: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for (&node, follows) in &dofs.glued {
         for (other, _) in follows {
-            followers[*other].push(node);
+            followers.entry(*other).or_default().push(node);
         }
     }
     let followed = |node: usize| {
@@ -295,7 +295,8 @@ fn fill_reducing_order(
     let mut free_offsets = vec![0];
     let mut free_neighbours = Vec::new();
     for &node in &free {
-        let around = [node].into_iter().chain(followers[node].iter().copied());
+        let around = followers.get(&node).into_iter().flatten().copied();
+        let around = [node].into_iter().chain(around);
         let around = around.flat_map(|at| graph.neighbours(at)).copied();
         let mut others: Vec<usize> = around.flat_map(followed).collect();
         if !dofs.glued.is_empty() {

@@ -319,14 +319,9 @@ pub(super) fn tangential_selection(
     dofs: &DofMap,
 ) -> CscMatrix {
     let mut transposed = CscMatrix::empty(dofs.n_free);
-    transposed.cols = 2 * surface.nodes.len();
     for local in 0..surface.nodes.len() {
         for axis in frame.axes_at(local) {
-            for (dof, part) in frame.terms(surface, dofs, local, *axis) {
-                transposed.indices.push(dof);
-                transposed.data.push(part);
-            }
-            transposed.indptr.push(transposed.indices.len());
+            transposed.push_column(frame.terms(surface, dofs, local, *axis));
         }
     }
     transposed

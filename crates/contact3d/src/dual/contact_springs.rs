@@ -137,7 +137,6 @@ impl DualSystem {
 fn added(a: &CscMatrix, transposed: &CscMatrix, springs: &[f64]) -> CscMatrix {
     let panes = transposed.transpose();
     let mut sum = CscMatrix::empty(a.rows);
-    sum.cols = a.cols;
     for column in 0..a.cols {
         let mut entries: BTreeMap<usize, f64> = a.entries(column).collect();
         for (pane, here) in panes.entries(column) {
@@ -145,9 +144,7 @@ fn added(a: &CscMatrix, transposed: &CscMatrix, springs: &[f64]) -> CscMatrix {
                 *entries.entry(row).or_default() += springs[pane] * (here * there);
             }
         }
-        sum.indices.extend(entries.keys());
-        sum.data.extend(entries.values());
-        sum.indptr.push(sum.indices.len());
+        sum.push_column(entries);
     }
     sum
 }

@@ -107,8 +107,7 @@ impl DofMap {
     fn followed(&self, node: usize, at: impl Fn(usize) -> [f64; 3], held: [f64; 3]) -> [f64; 3] {
         let mut sum = [0, 1, 2].map(|c| if self.is_glued(node, c) { 0.0 } else { held[c] });
         for (other, shares) in &self.glued[&node] {
-            let there = at(*other);
-            (0..3).for_each(|c| sum[c] += shares[c] * there[c]);
+            add_share(&mut sum, shares, at(*other));
         }
         sum
     }
@@ -187,7 +186,7 @@ impl DofMap {
         let mut rows = nodal.to_vec();
         for (node, follows) in &self.glued {
             for (other, shares) in follows {
-                (0..3).for_each(|c| rows[*other][c] += shares[c] * nodal[*node][c]);
+                add_share(&mut rows[*other], shares, nodal[*node]);
             }
         }
         if !(self.tied.is_empty() && tools.is_empty()) {
@@ -254,6 +253,11 @@ impl DofMap {
         let rows = 0..self.dof.len();
         rows.map(|row| moved(row) * size(row, forces)).sum()
     }
+}
+
+/// Adds a share of each component.
+fn add_share(sum: &mut [f64; 3], shares: &[f64; 3], of: [f64; 3]) {
+    (0..3).for_each(|c| sum[c] += shares[c] * of[c]);
 }
 
 /// What the components of glued nodes that are not held follow, none of it glued itself.
@@ -338,7 +342,8 @@ pub fn prescribed_displacements(
             for (node, follows) in glued_nodes(mesh, &mesh.held_nodes(scene)) {
                 // What is held has a value, and no shares.
                 for (other, shares) in follows {
-                    (0..3).for_each(|c| values[node][c] += shares[c] * values[other][c]);
+                    let there = values[other];
+                    add_share(&mut values[node], &shares, there);
                 }
             }
             require_agreement(scene, mesh, &found, &values)?;

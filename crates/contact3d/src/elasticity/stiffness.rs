@@ -87,14 +87,7 @@ fn congruent(a: &CscMatrix, rows: &[Vec<(usize, f64)>], n_free: usize) -> CscMat
             }
         }
     }
-    let mut matrix = CscMatrix::empty(n_free);
-    matrix.cols = n_free;
-    for entries in all {
-        matrix.indices.extend(entries.iter().map(|(row, _)| *row));
-        matrix.data.extend(entries.iter().map(|(_, value)| *value));
-        matrix.indptr.push(matrix.indices.len());
-    }
-    matrix
+    CscMatrix::of_columns(n_free, all)
 }
 
 /// [`stiffness_on`] of nodes that follow no others.
@@ -191,18 +184,10 @@ fn with_tied(
         .collect();
     let first = columns.first().map_or(n, |(dof, _)| *dof);
     let mut matrix = CscMatrix::empty(n);
-    matrix.cols = n;
-    let mut push_column = |entries: &mut dyn Iterator<Item = (usize, f64)>| {
-        for (row, value) in entries {
-            matrix.indices.push(row);
-            matrix.data.push(value);
-        }
-        matrix.indptr.push(matrix.indices.len());
-    };
     for column in 0..first {
         let own = of_nodes.entries(column);
         let of_tools = columns.iter().map(|(dof, forces)| (*dof, forces[column]));
-        push_column(&mut own.chain(of_tools.filter(|(_, value)| *value != 0.0)));
+        matrix.push_column(own.chain(of_tools.filter(|(_, value)| *value != 0.0)));
     }
     for (k, (dof, forces)) in columns.iter().enumerate() {
         let own = forces[..first].iter().copied().enumerate();
@@ -212,7 +197,7 @@ fn with_tied(
             (*row, columns[high].1[columns[low].0])
         });
         let is_stored = |(row, value): &(usize, f64)| *value != 0.0 || row == dof;
-        push_column(&mut own.chain(of_tools).filter(is_stored));
+        matrix.push_column(own.chain(of_tools).filter(is_stored));
     }
     matrix
 }

@@ -571,16 +571,11 @@ fn finite(numbers: Vec<f32>) -> Result<Vec<f32>, Asked> {
 
 /// The lower triangle of D A D by columns.
 fn lower_triangle(a: &CscMatrix, scale: &[f64]) -> CscMatrix {
-    let mut lower = CscMatrix::empty(a.rows);
-    lower.cols = a.cols;
-    for j in 0..a.cols {
-        for (i, value) in a.entries(j).filter(|(i, _)| *i >= j) {
-            lower.indices.push(i);
-            lower.data.push(scale[i] * value * scale[j]);
-        }
-        lower.indptr.push(lower.indices.len());
-    }
-    lower
+    let columns = (0..a.cols).map(|j| {
+        let below = a.entries(j).filter(move |(i, _)| *i >= j);
+        below.map(move |(i, value)| (i, scale[i] * value * scale[j]))
+    });
+    CscMatrix::of_columns(a.rows, columns)
 }
 
 /// D times a matrix.

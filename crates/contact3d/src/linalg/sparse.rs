@@ -34,6 +34,26 @@ impl CscMatrix {
         }
     }
 
+    /// A matrix of some columns, each with increasing rows.
+    pub fn of_columns<C: IntoIterator<Item = (usize, f64)>>(
+        rows: usize,
+        columns: impl IntoIterator<Item = C>,
+    ) -> Self {
+        let mut matrix = Self::empty(rows);
+        columns.into_iter().for_each(|it| matrix.push_column(it));
+        matrix
+    }
+
+    /// Adds a column with increasing rows.
+    pub fn push_column(&mut self, entries: impl IntoIterator<Item = (usize, f64)>) {
+        for (row, value) in entries {
+            self.indices.push(row);
+            self.data.push(value);
+        }
+        self.indptr.push(self.indices.len());
+        self.cols += 1;
+    }
+
     /// Rows and coefficients of one column.
     ///
     /// # Panics

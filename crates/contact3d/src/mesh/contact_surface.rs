@@ -454,20 +454,11 @@ fn average_matrix(
     shares: &mut [Vec<(usize, f64)>],
     pane_area: &[f64],
 ) -> CscMatrix {
-    let mut matrix = CscMatrix {
-        rows: n_contact_nodes,
-        cols: shares.len(),
-        indptr: vec![0],
-        indices: Vec::new(),
-        data: Vec::new(),
-    };
-    for (share, area) in shares.iter_mut().zip(pane_area) {
+    let columns = shares.iter_mut().zip(pane_area).map(|(share, area)| {
         share.sort_by_key(|(node, _)| *node);
-        matrix.indices.extend(share.iter().map(|(node, _)| *node));
-        matrix
-            .data
-            .extend(share.iter().map(|(_, integral)| integral / area));
-        matrix.indptr.push(matrix.indices.len());
-    }
-    matrix
+        share
+            .iter()
+            .map(move |(node, integral)| (*node, integral / area))
+    });
+    CscMatrix::of_columns(n_contact_nodes, columns)
 }
