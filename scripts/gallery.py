@@ -30,7 +30,7 @@ TASKS = {
     "Drag": "newton hkl2011_table1 hkl2011_table2 coulomb_isotropic coulomb_orthotropic tresca capped expression_law "
     "table_law turning_frame parameters dry_and_greased wall ssnv128 ssnv503",
     "Load in steps and loops": "history history_wear cattaneo_roller rail roller",
-    "Let two bodies touch": "two_blocks elastic_foundation stack two_cylinders two_balls two_rings glued",
+    "Let two bodies touch": "two_blocks elastic_foundation stack two_cylinders two_balls two_rings bolt glued",
     "Sweep": "sweep_friction sweep_slope",
     "Hold by contact or springs": "block_on_slope pushed_block corner_block slope two_plates springs",
     "Take a mesh from elsewhere": "gmsh_foot cup wedge",
@@ -53,7 +53,7 @@ TESTS = {
     "python-checks/test_faces.py": "slope two_plates wedge",
     "python-checks/test_history.py": "cattaneo_roller rail",
     "python-checks/test_obstacle.py": "shrink_fit barrel",
-    "python-checks/test_pairs.py": "stack two_cylinders two_balls two_rings",
+    "python-checks/test_pairs.py": "stack two_cylinders two_balls two_rings bolt",
     "python-checks/test_supports.py": "force_on_disc",
     "crates/contact3d/tests/scenes/floating/limits.rs": "block_on_slope sweep_slope pushed_block corner_block",
     "crates/contact3d/tests/scenes/obstacles/hertz.rs": "hertz_sphere hertz_cylinder cup",
