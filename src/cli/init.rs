@@ -178,7 +178,11 @@ pub(super) fn inspect(arguments: &InspectArguments, output: &Output) -> Result<E
     let figures = &arguments.figures;
     let pictures = figures.claim(&usual, Drawing::Mesh, inputs.clone())?;
     if let Some(scene) = &arguments.scene {
-        write(vec![(scene.clone(), scene_for(&mesh, arguments))], &inputs)?;
+        let text = match mesh.mesh.bodies.is_empty() {
+            true => scene_for(&mesh, arguments),
+            false => scene_of_bodies(&mesh, arguments),
+        };
+        write(vec![(scene.clone(), text)], &inputs)?;
     }
     let title = arguments.mesh.file_name().unwrap_or_default();
     let files = match &pictures {
@@ -204,6 +208,31 @@ pub(super) fn inspect(arguments: &InspectArguments, output: &Output) -> Result<E
         );
     }
     Ok(Exit::Done)
+}
+
+/// A scene of bodies of one file: held at the face that looks down most, pressed at the one that looks up most, touching where faces meet.
+fn scene_of_bodies(mesh: &MeshInspection, arguments: &InspectArguments) -> String {
+    let title = arguments.mesh.file_name().unwrap_or_default();
+    let file = quoted(&named_in_scene(arguments).to_string_lossy());
+    let bodies = mesh.mesh.bodies.iter().zip(&mesh.parts);
+    let bodies = bodies.map(|(body, (volume, ..))| {
+        let (name, volume) = (quoted(&body.name), quoted(volume));
+        format!("[[body]]\nname = {name}\ngmsh = {{ file = {file}, volume = {volume} }}\n\n")
+    });
+    let contacts = mesh.meeting_faces().into_iter().map(|pair| {
+        let pair = pair.map(quoted).join(", ");
+        format!("\n[[contact]]\nbetween = [{pair}]\n# glued = true                              # bonded; else they may part and slide\n")
+    });
+    let name = |face: Option<&FaceInspection>| quoted(face.map_or("", |face| &face.name));
+    format!(
+        include_str!("scenes/bodies.toml.in"),
+        title = quoted(&title.to_string_lossy()),
+        bodies = bodies.collect::<String>(),
+        contacts = contacts.collect::<String>(),
+        held = name(facing(mesh, -1.0)),
+        moved = name(facing(mesh, 1.0)),
+        down = -(mesh.bounds[1][2] - mesh.bounds[0][2]) / 1000.0,
+    )
 }
 
 /// The face that looks up most, or with −1 down most; of equal ones a curved face comes first where it may touch, a flat one where it

@@ -29,7 +29,7 @@ fn list(scene: &Scene, sizes: &StageSizes) -> Vec<(&'static str, Option<(String,
     let turns = faces.iter().any(|face| face.turning_frame);
     let besides = format!("{regions} besides the body's own material");
     let by_clamps = format!("by {clamps} of the clamps");
-    let on_faces = format!("on {springs} faces");
+    let on_faces = format!("on {}", counted(springs, "face"));
     let motions = if springs > 0 {
         "motions that only contact or soft springs stop"
     } else {
@@ -41,12 +41,15 @@ fn list(scene: &Scene, sizes: &StageSizes) -> Vec<(&'static str, Option<(String,
         .filter(|n| *n > 0)
         .map(|n| unknowns(Some(n), motions));
     let tools = (!scene.tools.is_empty()).then(|| {
-        let count = scene.tools.len();
-        unknowns(Some(of_tools), &format!("free motions of {count} tools"))
+        let count = counted(scene.tools.len(), "tool");
+        unknowns(Some(of_tools), &format!("free motions of {count}"))
     });
     let [friction, follows_slip, varies] = friction_features(faces, sizes);
     let pairs = scene.glued_pairs().count();
-    let joints = data(pairs > 0, format!("{pairs} pairs, nodes follow others"));
+    let joints = data(
+        pairs > 0,
+        format!("{}, nodes follow others", counted(pairs, "pair")),
+    );
     let glued = joints.map(|cost| ("glued faces", Some(cost)));
     let mut found = vec![
         ("elasticity", unknowns(sizes.n_free, "displacements")),
@@ -166,4 +169,10 @@ pub fn features(scene: &Scene, sizes: &StageSizes) -> Figures {
     figures.json_only("present", present);
     figures.json_only("absent", absent);
     figures
+}
+
+/// A number with what it counts.
+fn counted(n: usize, what: &str) -> String {
+    let ending = if n == 1 { "" } else { "s" };
+    format!("{n} {what}{ending}")
 }

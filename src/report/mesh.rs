@@ -41,6 +41,10 @@ fn whole(mesh: &MeshInspection) -> Figures {
     let mut figures = Figures::new(Units::default());
     let order = if mesh.is_quadratic { "second" } else { "first" };
     figures.plain("order", "order of tetrahedra", order);
+    let n_bodies = mesh.mesh.bodies.len();
+    if n_bodies > 1 {
+        figures.plain("n_bodies", "bodies, no nodes shared", n_bodies);
+    }
     figures.plain("n_tetrahedra", "tetrahedra", mesh.n_tetrahedra);
     figures.plain("n_nodes", "nodes", mesh.n_nodes);
     let [low, high] = mesh.bounds;

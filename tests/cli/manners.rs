@@ -92,6 +92,25 @@ fn a_scene_for_a_round_part_touches_with_its_curved_face() {
     assert!(!said.contains("no pane is in contact"), "{said}");
 }
 
+/// Volumes that share no nodes are bodies, which touch where faces of theirs lie on each other.
+#[test]
+fn volumes_without_common_nodes_are_bodies() {
+    let program = Program::new();
+    let mesh = concat!(env!("CARGO_MANIFEST_DIR"), "/pipelines/meshes/bolt.msh");
+    let asked = ["inspect", mesh, "--scene", "bolt.toml", "--no-figures"];
+    let shown = printed(&program, &asked);
+    assert!(shown.contains("bodies, no nodes shared"), "{shown}");
+    let scene = fs::read_to_string(program.path("bolt.toml")).unwrap();
+    assert_eq!(scene.matches("[[body]]").count(), 3, "{scene}");
+    let pairs: Vec<&str> = scene.lines().filter(|it| it.contains("between")).collect();
+    let expected = [
+        "between = [\"bolt.under_head\", \"upper.top\"]",
+        "between = [\"upper.joint\", \"lower.joint\"]",
+    ];
+    assert_eq!(pairs, expected);
+    printed(&program, &["mesh", "bolt.toml", "bolt.h5"]);
+}
+
 /// Forces are named as the scene names them, and what is rounding beside them is 0.
 #[test]
 fn printed_forces_have_names_and_no_noise() {

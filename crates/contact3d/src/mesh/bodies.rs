@@ -140,7 +140,7 @@ impl RawMesh {
     }
 
     /// Adds another body, whose faces get its name and whose coordinates count from `origin` in m.
-    fn append(&mut self, body: Self, name: String, origin: [f64; 3]) {
+    pub(super) fn append(&mut self, body: Self, name: String, origin: [f64; 3]) {
         let (nodes, tetrahedra) = (self.coordinates.len(), self.tetrahedra.len());
         let (groups, faces) = (self.group_names.len(), self.face_names.len());
         let places = body.coordinates.iter();

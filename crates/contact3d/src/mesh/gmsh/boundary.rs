@@ -216,7 +216,7 @@ fn no_coincident_nodes(
                 None,
                 "different places",
                 format!("them in the same place {at:?}"),
-                "parts that touch are not joined: use BooleanFragments or Coherence before meshing, or Coherence Mesh after it",
+                "parts that touch are not joined: if they are one body, use BooleanFragments or Coherence before meshing, or Coherence Mesh after it; else make each a [[body]] with gmsh.volume",
             );
             let [first, second] = [node.min(other), node.max(other)].map(|n| body.tags[n]);
             return Err(flaw.of(format!("nodes {first} and {second}")));
@@ -257,7 +257,7 @@ fn no_hanging_nodes(
                 None,
                 "a conforming mesh",
                 format!("it on boundary triangle {triangle:?} of tetrahedron {element}"),
-                "parts that touch are meshed apart: join them with BooleanFragments or Coherence before meshing, or make each a [[body]] with gmsh.volume",
+                "parts that touch are meshed apart: if they are one body, join them with BooleanFragments or Coherence before meshing; else make each a [[body]] with gmsh.volume",
             );
             return Err(flaw.of(format!("node {}", body.tags[node])));
         }

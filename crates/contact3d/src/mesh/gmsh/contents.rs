@@ -129,8 +129,7 @@ impl Contents {
         };
         let is_kept: Vec<bool> = self.tetrahedra.iter().map(is_in).collect();
         if !is_kept.contains(&true) {
-            let tags: BTreeSet<i64> = self.tetrahedra.iter().flat_map(groups).copied().collect();
-            let names: Vec<String> = tags.iter().map(|tag| self.group_name(3, *tag)).collect();
+            let names = self.volume_names();
             return Err(GmshFlaw::new(
                 None,
                 format!("one of the physical volumes: {}", names.join(", ")),
@@ -147,6 +146,15 @@ impl Contents {
         self.triangles
             .retain(|element| element.nodes.iter().all(|node| nodes.contains(node)));
         Ok(())
+    }
+
+    /// The names of the physical volumes, by increasing tag.
+    pub(super) fn volume_names(&self) -> Vec<String> {
+        let elements = self.tetrahedra.iter();
+        let tags: BTreeSet<i64> = elements
+            .flat_map(|element| self.memberships[element.membership].iter().copied())
+            .collect();
+        tags.iter().map(|tag| self.group_name(3, *tag)).collect()
     }
 
     /// The name of a physical group: its number when it has none.

@@ -122,6 +122,12 @@ pub(super) fn read(file: &GmshFile, folder: &Path) -> Result<RawMesh, GmshError>
     Ok(mesh)
 }
 
+/// The names of the physical volumes in a file; none of one that cannot be read.
+pub(super) fn volume_names(path: &Path) -> Vec<String> {
+    let contents = fs::read(path).ok().and_then(|it| sections::read(&it).ok());
+    contents.map_or_else(Vec::new, |contents| contents.volume_names())
+}
+
 /// The blake3 digest of a file in hexadecimal digits, as a scene may demand it.
 ///
 /// # Errors
