@@ -3,7 +3,7 @@
 //! A count of panes moves by whole panes and cannot tell how sure it is. Here the conditions of contact are asked at the nodes of each
 //! pane, whose multiplier λ is a mean: a face that is pressed by a wave of the length 2h of a pane resists like a half-space with
 //!
-//!   k = 2 E*/h,  h = √|R|,  E* = E/(1 − ν²),
+//!   k = 2 E*/h,  h = √|R|,  1/E* = (1 − ν²)/E, of two bodies the sum of both,
 //!
 //! so that pressure and shear at a node with the gap g and the slip s (along λ_t) are about
 //!
@@ -98,6 +98,8 @@ struct Margins<'a> {
     moved: Vec<[f64; 3]>,
     /// k in Pa/m, `[n_panes]`.
     stiffness: &'a [f64],
+    /// The share of the triangles of each pane that something lies opposite of, `[n_panes]`.
+    covered: Vec<f64>,
     /// 0.15 rms |Δz̄| and 0.15 rms |Δψ̄|, `[n_panes]`.
     line_shift: Vec<[f64; 2]>,
     /// p̃ and m̃.
@@ -113,7 +115,17 @@ impl<'a> Margins<'a> {
     ) -> Self {
         let surface = contact.state.surface;
         let panes = 0..surface.n_panes();
+        let mut whole = vec![0.0; surface.n_panes()];
+        for (place, facet) in surface.facets.iter().enumerate() {
+            if let Some(pane) = surface.pane_of_facet(place) {
+                whole[pane] += solved.mesh.facet_area(*facet);
+            }
+        }
+        let covered = surface.pane_area.iter().zip(whole);
         let mut margins = Self {
+            covered: covered
+                .map(|(area, whole)| (area / whole).min(1.0))
+                .collect(),
             solved,
             contact,
             known,
@@ -243,7 +255,6 @@ impl<'a> Margins<'a> {
     /// The areas of a contact triangle in m² where a margin is positive, above its error and above the opposite of it; and the part of
     /// that error which is of the line.
     fn areas_of_triangle(&self, place: usize, error: &ErrorOfMargin) -> ([f64; 3], f64) {
-        let surface = self.contact.state.surface;
         let nodes = self.contact.nodes_of(self.solved.mesh, place);
         let (mut margins, mut errors, mut of_line) = ([0.0; 6], [0.0; 6], 0.0);
         for (k, (&node, share)) in nodes.iter().zip(QUADRATIC_TRIANGLE_NODES).enumerate() {
@@ -259,7 +270,7 @@ impl<'a> Margins<'a> {
             3 => &[[0, 1, 2]],
             _ => &[[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]],
         };
-        let of_part = self.solved.mesh.facet_area(surface.facets[place]) / parts.len() as f64;
+        let of_part = self.area_of(place) / parts.len() as f64;
         let areas = [0.0, 1.0, -1.0].map(|by| {
             let shares = parts
                 .iter()
@@ -268,6 +279,14 @@ impl<'a> Margins<'a> {
         });
         let whole: f64 = errors.iter().sum();
         (areas, if whole > 0.0 { of_line / whole } else { 1.0 })
+    }
+
+    /// The area of a contact triangle in m², as far as its pane has something opposite.
+    fn area_of(&self, place: usize) -> f64 {
+        let surface = self.contact.state.surface;
+        let whole = self.solved.mesh.facet_area(surface.facets[place]);
+        let covered = surface.pane_of_facet(place).map(|pane| self.covered[pane]);
+        whole * covered.unwrap_or(1.0)
     }
 
     /// The multipliers at a place of a contact triangle with their weights; where a held node has none, those of the others in the triangle.
@@ -287,10 +306,22 @@ impl<'a> Margins<'a> {
     }
 }
 
-/// k of the material behind each pane in Pa/m, `[n_panes]`.
+/// k of the materials behind each pane and opposite it in Pa/m, `[n_panes]`.
 pub(super) fn half_space_stiffness(solved: &Solved<'_>, contact: &SolvedContact<'_>) -> Vec<f64> {
-    let (mesh, surface) = (solved.mesh, contact.state.surface);
-    let material = MaterialField::new(solved.scene, mesh);
+    let (scene, mesh, surface) = (solved.scene, solved.mesh, contact.state.surface);
+    let material = MaterialField::new(scene, mesh);
+    let mut yielding = vec![0.0; surface.n_panes()];
+    for (entry, face) in scene.contact_order().into_iter().zip(&surface.faces) {
+        let with_panes = mesh.face_with_panes(surface, face);
+        let pair = scene.contacts[entry].between.iter().flatten();
+        for other in pair.filter(|other| *other != with_panes) {
+            let behind = mesh.behind(mesh.facets_on(other));
+            let terms = behind
+                .iter()
+                .map(|t| 1.0 / material.plane_strain_modulus(*t));
+            yielding[face.panes.clone()].fill(terms.sum::<f64>() / behind.len() as f64);
+        }
+    }
     let mut sums = vec![[0.0; 2]; surface.n_panes()];
     for (place, tetrahedron) in mesh.behind_contact().into_iter().enumerate() {
         let area = mesh.facet_area(surface.facets[place]);
@@ -299,9 +330,11 @@ pub(super) fn half_space_stiffness(solved: &Solved<'_>, contact: &SolvedContact<
             sums[pane][1] += area;
         }
     }
-    let areas = sums.iter().zip(&surface.pane_area);
-    areas
-        .map(|([modulus, area], of_pane)| 2.0 * modulus / area / of_pane.sqrt())
+    let panes = sums.iter().zip(&surface.pane_area).zip(yielding);
+    panes
+        .map(|(([modulus, area], of_pane), opposite)| {
+            2.0 / (area / modulus + opposite) / of_pane.sqrt()
+        })
         .collect()
 }
 

@@ -215,15 +215,7 @@ impl ContactReport {
             strain_energy: resultants.strain_energy,
             rounding: rounding_energy,
         };
-        let contact = solved.contact.as_ref();
-        let touches = contact.is_some_and(|it| it.state.surface.opposite.is_some())
-            || !solved.mesh.glued.is_empty();
-        // What the mesh of the other body does to a quantity is not measured yet.
-        let estimated = match errors {
-            EstimatedErrors::Quantities if touches => EstimatedErrors::Energy,
-            other => other,
-        };
-        let (discretisation_error, functionals) = match estimated {
+        let (discretisation_error, functionals) = match errors {
             EstimatedErrors::Nothing => Default::default(),
             EstimatedErrors::Energy => (ErrorEstimate::new(solved, &known), Vec::new()),
             EstimatedErrors::Quantities => {
@@ -249,10 +241,10 @@ impl ContactReport {
                     let mut largest =
                         LargestStress::new(solved, &recovery.nodes, stresses, motion, peak);
                     // Contact may be elsewhere.
-                    let is_guess = discretisation_error.is_unreliable() && contact.is_some();
+                    let is_guess = discretisation_error.is_unreliable() && solved.contact.is_some();
                     // By symmetry neighbours may be wrong together; stresses on the whole are off by this share.
                     let of_body = discretisation_error.relative() * largest.value;
-                    largest.error = match touches || is_guess {
+                    largest.error = match is_guess {
                         true => f64::INFINITY,
                         false => largest.error.max(of_body),
                     };

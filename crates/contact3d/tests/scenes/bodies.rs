@@ -171,6 +171,32 @@ fn panes_that_rounding_covers_are_none() {
     assert_eq!(placements, 4 + 16 + 25 + 36);
 }
 
+/// A plate covers less than a half of some panes: their triangles beyond its edge, whose nodes have no point opposite, are none of contact.
+#[test]
+fn triangles_of_contact_have_points_opposite() {
+    let lower = Body::brick([1.0, 1.0, 0.5], [4, 4, 2]).named("lower");
+    let plate = Body::brick([1.0, 1.0, 0.5], [2; 3]).named("plate");
+    let mut contact = Contact::between("lower.z_max", "plate.z_min");
+    contact.panes_on = Some("lower.z_max".into());
+    let scene = Scene::new(lower, Material::isotropic(MODULUS, POISSON))
+        .with_body(plate.at([0.3, 0.0, 0.5]))
+        .with_clamp(Clamp::face("lower.z_min"))
+        .with_pressure(Pressure::on("plate.z_max", PRESSURE))
+        .with_contact(contact)
+        .with_friction(Friction::coulomb(0.9));
+    let (problem, _, report) = solved(&scene);
+    let surface = problem.mesh().contact.as_ref().expect("a contact face");
+    assert_eq!((surface.n_panes(), surface.facets.len()), (4, 24));
+    let nodes = surface
+        .facets
+        .iter()
+        .flat_map(|&facet| problem.mesh().facet_nodes(facet));
+    assert!(nodes.into_iter().all(|node| surface.nodes.contains(&node)));
+    let area: f64 = surface.pane_area.iter().sum();
+    assert!((area - 0.7).abs() < 1e-12, "{area}");
+    assert!(report.certificate.worst() < 1e-9);
+}
+
 #[test]
 fn both_bodies_are_refined() {
     let mut scene = stack([4, 6], ElementOrder::P1).with_friction(Friction::coulomb(0.9));

@@ -59,6 +59,8 @@ impl Mesh {
             .iter()
             .zip(panes)
             .filter_map(|(overlap, pane)| Some((overlap, pane?)))
+            // Nodes of other triangles in a pane may have no point opposite.
+            .filter(|(overlap, _)| !overlap.opposite.is_empty())
             .collect();
         if kept.is_empty() {
             return Err(InvalidValue {
@@ -227,16 +229,13 @@ impl Mesh {
     ) -> ContactFace {
         let nodes: Vec<usize> = pairings.keys().copied().collect();
         let local = |node: usize| nodes.partition_point(|&n| n < node);
-        let mut points = CscMatrix::empty(self.coordinates.len());
-        points.cols = nodes.len();
-        for pairing in pairings.values() {
+        let points = pairings.values().map(|pairing| {
             let mut shares = pairing.shares.clone();
             shares.retain(|(_, share)| *share != 0.0);
             shares.sort_by_key(|(node, _)| *node);
-            points.indices.extend(shares.iter().map(|(node, _)| *node));
-            points.data.extend(shares.iter().map(|(_, share)| *share));
-            points.indptr.push(points.indices.len());
-        }
+            shares
+        });
+        let points = CscMatrix::of_columns(self.coordinates.len(), points);
         let products = overlaps.iter().map(|overlap| {
             let entries = overlap.products.iter().filter(|(_, value)| **value != 0.0);
             entries

@@ -102,12 +102,7 @@ impl<'a> ContactPoints<'a> {
             if pane.is_none_or(|pane| !surface.touches_body(pane)) {
                 return TriangleDepth::new(self, place).points();
             }
-            // Nothing lies opposite some nodes of a triangle that no other body covers.
-            let (face, facet) = (surface.face_of_facet(place), surface.facets[place]);
-            let mut nodes = self.mesh.facet_nodes(facet);
-            if nodes.any(|node| surface.contact_node(face, node).is_none()) {
-                return Vec::new();
-            }
+            let facet = surface.facets[place];
             let corners = self.mesh.corners(&self.mesh.facets[facet]);
             let mut points = TriangleDepth::new(self, place).points();
             points.retain(|it| facing.is_covered(place, quadrature::point(&corners, &it.share)));
