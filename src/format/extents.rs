@@ -90,6 +90,7 @@ pub(super) const OF_RUN_FILES: &[(&str, &str)] = &[
     ("n_tools", "rigid tools"),
     ("n_tool_rows", "two for each tool: the displacement of its point, and its turn times its arm"),
     ("n_tied_nodes", "nodes of faces that are bonded to tools"),
+    ("n_joints", "pairs of glued faces"),
     ("n_glued_nodes", "nodes that follow those of a face that theirs is glued to"),
     ("n_rows", "nodes of the mesh, then the rows of the tools"),
     ("n_material_nodes", "nodes of the mesh, and those where materials meet once for each of them"),

@@ -81,6 +81,8 @@ pub(super) const BODY: Fields<Mesh> = fields! { Mesh => GROUP;
     {Kind::F64} OBSTACLE_NORMALS, &[Named("n_obstacle_triangles"), Fixed(3), extents::XYZ], Dimension::Number, "Unit normal out of the obstacle at each corner of its triangles, the same on both sides of an edge that is not sharp.".compressed().optional(NO_TRIANGLES).finite();
     {Kind::I64} OBSTACLE_CONTACT, &[Named("n_obstacle_triangles")], Dimension::Number, "Contact of the scene, from 0, that each triangle is an obstacle of.".compressed().optional(NO_TRIANGLES);
     {Kind::I64} GLUED_NODES, &[Named("n_glued_nodes"), Fixed(2)], Dimension::Number, "Nodes that follow those of a face that theirs is glued to, before those that they follow, and the contact of the scene that glues them.".compressed().optional(NOTHING_GLUED);
+    (joint_gap) "/mesh/joint_gap", &[Named("n_joints")], Dimension::LENGTH, "Largest distance that closes between each pair of glued faces, 0 up to what triangles leave of curved ones.".optional(NOTHING_GLUED).finite();
+    (joint_cover) "/mesh/joint_cover", &[Named("n_joints"), Fixed(2)], Dimension::Number, "Largest share of a triangle of both faces of each of these pairs that the other face covers.".optional(NOTHING_GLUED).finite();
     {Kind::CscMatrix} GLUED_SHARES, &[Named("n_nodes"), Named("n_glued_nodes")], Dimension::Number, "Shares of the nodes that each of these follows, in displacement and place; columns sum to 1. Components that clamps hold follow nothing.".optional(NOTHING_GLUED);
 };
 
@@ -205,17 +207,8 @@ fn write_obstacles(
 fn write_glued(writer: &mut GroupWriter<'_>, mesh: &Mesh) -> Result<(), StoreError> {
     let nodes = mesh.glued.iter().map(|glued| [glued.node, glued.entry]);
     write_value(writer, GLUED_NODES, &nodes.collect::<Vec<_>>())?;
-    let mut shares = CscMatrix::empty(mesh.coordinates.len());
-    shares.cols = mesh.glued.len();
-    for glued in &mesh.glued {
-        shares
-            .indices
-            .extend(glued.shares.iter().map(|(node, _)| node));
-        shares
-            .data
-            .extend(glued.shares.iter().map(|(_, share)| share));
-        shares.indptr.push(shares.indices.len());
-    }
+    let shares = mesh.glued.iter().map(|glued| glued.shares.iter().copied());
+    let shares = CscMatrix::of_columns(mesh.coordinates.len(), shares);
     writer.write_matrix(GLUED_SHARES, columns(&shares))
 }
 

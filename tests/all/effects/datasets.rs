@@ -231,7 +231,12 @@ const SEVERAL_FACES_ONLY: [&str; 11] = [
     "/VTKHDF/CellData/contact_face",
 ];
 /// What only glued faces have.
-const GLUED_ONLY: [&str; 2] = ["/mesh/glued_nodes", "/mesh/glued_shares"];
+const GLUED_ONLY: [&str; 4] = [
+    "/mesh/glued_nodes",
+    "/mesh/glued_shares",
+    "/mesh/joint_gap",
+    "/mesh/joint_cover",
+];
 /// What only several bodies that touch each other have.
 const BODIES_ONLY: [&str; 8] = [
     "/mesh/body_names",

@@ -6,7 +6,7 @@ use super::{ContactFrame, CoulombLaw, Coupling, FaceLaw, law_bounds};
 use crate::{
     elasticity::{DofMap, prescribed_displacements},
     linalg::UNIT_ROUNDING,
-    mesh::{ContactSurface, Mesh, SurfaceFace},
+    mesh::{ContactSurface, DEEPEST_INTERFERENCE, Mesh, SurfaceFace},
     scene::{
         ContactFeatures, FrictionModel, InvalidValue, Quantity, Scene, SlipMeasure, UNDEFINED,
         Warning, Written, place_words,
@@ -363,9 +363,6 @@ fn positions(surface: &ContactSurface, face: &SurfaceFace, mesh: &Mesh) -> Vec<[
     let nodes = surface.nodes[face.nodes.clone()].iter();
     nodes.map(|&node| mesh.coordinates[node]).collect()
 }
-
-/// Largest depth of an interference over the size of the body: what is pressed apart by more is not deformed slightly.
-const DEEPEST_INTERFERENCE: f64 = 0.1;
 
 fn refuse_deep(scene: &Scene, mesh: &Mesh, entry: usize, depth: f64) -> Result<(), InvalidValue> {
     let share = depth / mesh.extent();

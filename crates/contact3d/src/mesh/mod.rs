@@ -46,6 +46,10 @@ use crate::scene::{Clamp, ElementOrder, InvalidValue, Scene, Written, nearest};
 /// to: far more than roundings and the tolerance of CAD kernels (1e-8 of the part), far less than any element worth having.
 pub(crate) const GEOMETRY_TOLERANCE: f64 = 1e-6;
 
+/// Largest depth of an interference, and largest gap between glued faces, over the size of the body: what is pressed apart or drawn together
+/// by more is not deformed slightly.
+pub(crate) const DEEPEST_INTERFERENCE: f64 = 0.1;
+
 /// Roundings of coordinates in mesh files, and of typed coordinates, over the lengths that they make.
 const COORDINATE_ROUNDING: f64 = 1e-9;
 
@@ -120,6 +124,10 @@ pub struct Mesh {
     pub obstacles: BTreeMap<usize, Arc<TriangulatedSurface>>,
     /// Nodes that follow those of a face that theirs is glued to, before those that they follow; empty without glued faces.
     pub glued: Vec<GluedNode>,
+    /// Of each pair of glued faces the largest distance in m that closes between them; 0 up to what triangles leave of curved faces.
+    pub joint_gap: Vec<f64>,
+    /// Of each pair the largest share of a triangle of both faces that the other one covers.
+    pub joint_cover: Vec<[f64; 2]>,
     /// The contact face Γ_c; `None` in a scene without contact.
     pub contact: Option<ContactSurface>,
 }
@@ -190,6 +198,8 @@ impl Mesh {
             bodies: raw.bodies,
             obstacles: raw.obstacles,
             glued: Vec::new(),
+            joint_gap: Vec::new(),
+            joint_cover: Vec::new(),
             contact: None,
         };
         mesh.set_element(scene.element(), raw.mid_edges)?;

@@ -14,10 +14,13 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::Solved;
+use super::{
+    Solved,
+    estimate::{joint_sides, opposite_in},
+};
 use crate::{
     elasticity::{MaterialField, SurfaceLoad, stiffness_at},
-    mesh::{GEOMETRY_TOLERANCE, GluedNode, MaterialNodes, Mesh, SidePart},
+    mesh::{GEOMETRY_TOLERANCE, MaterialNodes, Mesh, SidePart},
     reference::TRIANGLE_EDGES,
     scene::FaceLoad,
 };
@@ -95,7 +98,6 @@ impl<'a> Concentrations<'a> {
         }
         let edges: Vec<Edge> = edges(mesh).collect();
         found.add_edges(solved, &edges);
-        found.add_joints(solved, &edges);
         found.add_held_points(solved, reaction, JUMP * largest);
         found.add_shear(solved, &edges, displacement, JUMP * largest);
         found
@@ -122,68 +124,42 @@ impl<'a> Concentrations<'a> {
         }
     }
 
-    /// Notches, and edges at which what is held changes.
+    /// Notches, and edges at which what is held changes; at the border of a joint of glued faces both bodies together make them.
     fn add_edges(&mut self, solved: &Solved<'_>, edges: &[Edge]) {
+        let mesh = self.mesh;
         let mut held = self.clamped.clone();
         for (facet, directions, is_cut) in stiff_springs(solved) {
             if is_cut {
-                self.add(self.mesh.facet_nodes(facet), StressConcentration::Springs);
+                self.add(mesh.facet_nodes(facet), StressConcentration::Springs);
             } else {
                 held[facet] = range_of(held[facet] + directions);
             }
         }
-        for edge in edges {
-            let of = |held: &[Matrix3<f64>]| edge.sides.map(|(facet, _)| held[facet]);
-            let what = if edge.is_singular(of(&self.clamped)) {
-                StressConcentration::Clamp
-            } else if edge.is_singular(of(&held)) {
-                StressConcentration::Springs
-            } else if edge.angle >= 180.0 + EDGE {
-                StressConcentration::Notch
-            } else {
-                continue;
-            };
-            self.add(edge.nodes(self.mesh), what);
-        }
-    }
-
-    /// Borders of glued faces where both bodies together have a notch, or differ in their materials.
-    fn add_joints(&mut self, solved: &Solved<'_>, edges: &[Edge]) {
-        let mesh = self.mesh;
-        if mesh.glued.is_empty() {
-            return;
-        }
-        let follows: BTreeMap<usize, &GluedNode> =
-            mesh.glued.iter().map(|glued| (glued.node, glued)).collect();
-        let is_joint = |facet: usize| mesh.facet_nodes(facet).all(|it| follows.contains_key(&it));
+        let joints = joint_sides(solved);
         let material = MaterialField::new(solved.scene, mesh);
         let compliances = material.compliances();
-        let of_body =
-            |body: usize| compliances[material.region(mesh.bodies[body].tetrahedra.start)];
-        let sharp: Vec<&Edge> = edges.iter().filter(|it| it.angle < 180.0 - EDGE).collect();
+        let of_side = |facet: usize| compliances[material.region(joints[&facet].0)];
         for edge in edges {
-            let [first, second] = edge.sides.map(|(facet, _)| is_joint(facet));
-            let nodes = edge.nodes(mesh);
-            let glued = nodes.iter().find_map(|node| follows.get(node));
-            let Some(glued) = glued.filter(|_| first != second) else {
+            let Some((whole, joined)) = edge.with_other_body(mesh, &joints, edges) else {
                 continue;
             };
-            let [own, other] = [glued.node, glued.shares[0].0].map(|node| mesh.body_of_node(node));
-            let beside = sharp.iter().filter(|it| {
-                mesh.body_of_node(it.nodes(mesh)[0]) == other && it.passes(mesh, nodes)
-            });
-            // The surface of the other body goes on beyond the joint, unless an edge of it lies there.
-            let beside = beside.map(|it| it.angle).fold(180.0, f64::min);
-            let what = if of_body(own) != of_body(other) {
+            let of = |held: &[Matrix3<f64>]| whole.sides.map(|(facet, _)| held[facet]);
+            let differ = |[own, other]: [usize; 2]| of_side(own) != of_side(other);
+            let what = if joined.is_some_and(differ) {
                 StressConcentration::Materials
-            } else if edge.angle + beside >= 180.0 + EDGE {
+            } else if whole.is_singular(of(&self.clamped)) {
+                StressConcentration::Clamp
+            } else if whole.is_singular(of(&held)) {
+                StressConcentration::Springs
+            } else if whole.angle >= 180.0 + EDGE {
                 StressConcentration::Notch
             } else {
                 continue;
             };
-            let others = nodes.iter().filter_map(|node| follows.get(node));
-            let others = others.flat_map(|it| it.shares.iter().map(|(node, _)| *node));
-            self.add(nodes.into_iter().chain(others), what);
+            let others = joined
+                .into_iter()
+                .flat_map(|[_, other]| mesh.facet_nodes(other));
+            self.add(edge.nodes(mesh).into_iter().chain(others), what);
         }
     }
 
@@ -261,6 +237,7 @@ impl<'a> Concentrations<'a> {
 }
 
 /// An edge of the boundary.
+#[derive(Clone, Copy)]
 struct Edge {
     /// Two triangles there, and which of their edges it is.
     sides: [(usize, usize); 2],
@@ -276,6 +253,45 @@ impl Edge {
         let nodes: Vec<usize> = mesh.facet_nodes(facet).collect();
         let [a, b] = TRIANGLE_EDGES[edge].map(|corner| nodes[corner]);
         [a, b, nodes.get(3 + edge).copied().unwrap_or(a)]
+    }
+
+    /// The edge that this one and the other body make where a joint of glued faces ends there, with the triangles of the joint on this body and
+    /// on the other one; itself elsewhere, and `None` inside a joint.
+    fn with_other_body(
+        &self,
+        mesh: &Mesh,
+        joints: &BTreeMap<usize, (usize, f64, Vec<usize>)>,
+        edges: &[Self],
+    ) -> Option<(Self, Option<[usize; 2]>)> {
+        let nodes = self.nodes(mesh);
+        let [from, to] = [nodes[0], nodes[1]].map(|node| Vector3::from(mesh.coordinates[node]));
+        let seen = |facet: usize| opposite_in(mesh, joints, facet, ((from + to) / 2.0).into());
+        let (free, own, other) = match self.sides.map(|(facet, _)| seen(facet)) {
+            [None, None] => return Some((*self, None)),
+            [Some(_), Some(_)] => return None,
+            [Some(other), None] => (1, 0, other),
+            [None, Some(other)] => (0, 1, other),
+        };
+        let body = |edge: &Self| mesh.body_of_node(mesh.facets[edge.sides[0].0][0]);
+        let of_other = mesh.body_of_node(mesh.facets[other][0]);
+        let beside = edges
+            .iter()
+            .filter(|it| it.angle < 180.0 - EDGE && body(it) == of_other && it.passes(mesh, nodes));
+        let beside = beside.min_by(|a, b| a.angle.total_cmp(&b.angle));
+        // The surface of the other body goes on beyond the joint, unless an edge of it lies there.
+        let (facet, angle) = beside.map_or((other, 180.0), |it| {
+            let outside = it
+                .sides
+                .into_iter()
+                .find(|(facet, _)| seen(*facet).is_none());
+            (outside.map_or(other, |(facet, _)| facet), it.angle)
+        });
+        let whole = Self {
+            sides: [self.sides[free], (facet, 0)],
+            along: self.along,
+            angle: self.angle + angle,
+        };
+        Some((whole, Some([self.sides[own].0, other])))
     }
 
     /// Whether it passes the middle between two nodes.

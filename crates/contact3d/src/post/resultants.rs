@@ -282,8 +282,7 @@ pub(super) struct NodalForces {
     pub(super) tools: Option<Vec<[f64; 3]>>,
     /// Of the joints of glued faces; `None` where there are none.
     joints: Option<Vec<[f64; 3]>>,
-    /// Force in N and moment about the origin in N·m of each joint on the body whose nodes follow and on the other one, `[n_contacts]`; zero
-    /// of those that touch.
+    /// Force in N and moment about the origin in N·m of each joint on the bodies of both faces, `[n_contacts]`; zero of those that touch.
     of_joints: Vec<[(Vector3<f64>, Vector3<f64>); 2]>,
 }
 
@@ -370,11 +369,13 @@ fn joint_forces(
     left: &mut [[f64; 3]],
     of_joints: &mut [[(Vector3<f64>, Vector3<f64>); 2]],
 ) -> Option<Vec<[f64; 3]>> {
-    let mesh = solved.mesh;
+    let (scene, mesh) = (solved.scene, solved.mesh);
+    let bodies = 0..scene.bodies.len();
+    let prefixes: Vec<String> = bodies.map(|body| scene.face_prefix(body)).collect();
     let mut all = vec![[0.0; 3]; left.len()];
     for glued in &mesh.glued {
         let sums = &mut of_joints[glued.entry];
-        let body = mesh.body_of_node(glued.node);
+        let first_face = scene.contacts[glued.entry].faces()[0];
         let is_glued = |c: usize| solved.system.dofs.is_glued(glued.node, c);
         let here: [f64; 3] = std::array::from_fn(|c| {
             if is_glued(c) {
@@ -390,7 +391,8 @@ fn joint_forces(
                 left[node][c] -= force[c];
                 all[node][c] += force[c];
             }
-            let (sum, moment) = &mut sums[usize::from(mesh.body_of_node(node) != body)];
+            let is_second = !first_face.starts_with(&prefixes[mesh.body_of_node(node)]);
+            let (sum, moment) = &mut sums[usize::from(is_second)];
             let (force, at) = (Vector3::from(force), Vector3::from(mesh.coordinates[node]));
             *sum += force;
             *moment += at.cross(&force);
@@ -533,12 +535,7 @@ pub(super) fn by_source(
         }
     }
     for (entry, pair) in scene.glued_pairs() {
-        let [own, opposite] = &forces.of_joints[entry];
-        let glued = mesh.glued.iter().find(|glued| glued.entry == entry);
-        let follows = glued.map(|glued| mesh.body_of_node(glued.node));
-        for face in pair {
-            let is_own = follows.is_some_and(|body| face.starts_with(&scene.face_prefix(body)));
-            let sums = if is_own { own } else { opposite };
+        for (face, sums) in pair.iter().zip(&forces.of_joints[entry]) {
             rows.push(of_total(scene.contact_key(entry), face, *sums));
         }
     }

@@ -276,6 +276,7 @@ impl Problem {
         let mut warnings = self.scene.warnings();
         warnings.extend(self.scene.unnamed_units(self.mesh.extent()));
         warnings.extend(load_warnings(&self.scene, &self.mesh));
+        warnings.extend(self.mesh.joint_warnings(&self.scene));
         if let Some(interface) = &self.interface {
             let length = self.scene.units.length();
             warnings.extend(interface.warnings(self.mesh.extent(), length));

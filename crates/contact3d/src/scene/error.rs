@@ -171,6 +171,22 @@ pub enum Warning {
         /// The key of Young's modulus.
         key: String,
     },
+    /// Glued faces that lie apart.
+    ClosedGap {
+        /// The key of the faces.
+        key: String,
+        /// The largest distance between them with its unit.
+        gap: String,
+    },
+    /// A joint of glued faces that is narrower than triangles of one of them.
+    NarrowJoint {
+        /// The key of the faces.
+        key: String,
+        /// The face with the wide triangles.
+        face: String,
+        /// The largest share of one of them that the joint covers.
+        cover: f64,
+    },
     /// A law of friction that is not positive and finite at slips that may never occur.
     LawLeavesRange {
         /// The key of the law.
@@ -297,6 +313,15 @@ impl fmt::Display for Warning {
             Self::UnnamedUnits { key } => write!(
                 f,
                 "{key}: in Pa softer than rubber, of a body as long as a house; if lengths are in mm and stresses in MPa, write units.length = \"mm\", so that words and files say so"
+            ),
+            Self::ClosedGap { key, gap } => write!(
+                f,
+                "{key}: the glued faces are up to {gap} apart, more than triangles leave of curved ones, and their nodes are moved to close that; if they should meet, move one body with body.origin"
+            ),
+            Self::NarrowJoint { key, face, cover } => write!(
+                f,
+                "{key}: the joint covers {:.0} % of a triangle of {face} at most, which makes it far too stiff; refine {face} there",
+                100.0 * cover
             ),
             Self::LawLeavesRange { key, value, place } => {
                 let remedy = if value.is_nan() {

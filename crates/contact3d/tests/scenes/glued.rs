@@ -16,6 +16,45 @@ const MODULUS: f64 = 1e9;
 const POISSON: f64 = 0.3;
 const PRESSURE: f64 = 1e6;
 
+/// A constant stress over [`PRESSURE`].
+const STRESS: [[f64; 3]; 3] = [[2.0, -0.4, 0.7], [-0.4, 1.0, 0.3], [0.7, 0.3, -1.5]];
+
+/// The sides of a block, each with its axis and the sign of its normal.
+const SIDES: [(&str, usize, f64); 6] = [
+    ("x_min", 0, -1.0),
+    ("x_max", 0, 1.0),
+    ("y_min", 1, -1.0),
+    ("y_max", 1, 1.0),
+    ("z_min", 2, -1.0),
+    ("z_max", 2, 1.0),
+];
+
+/// The strain of that stress.
+fn strain() -> [[f64; 3]; 3] {
+    let trace: f64 = (0..3).map(|c| STRESS[c][c]).sum();
+    [0, 1, 2].map(|i| {
+        [0, 1, 2].map(|j| {
+            let volume = if i == j { POISSON * trace } else { 0.0 };
+            ((1.0 + POISSON) * STRESS[i][j] - volume) * PRESSURE / MODULUS
+        })
+    })
+}
+
+fn exact(x: [f64; 3]) -> [f64; 3] {
+    strain().map(|row| (0..3).map(|j| row[j] * x[j]).sum())
+}
+
+/// A clamp that moves a face as that strain does.
+fn strained(face: &str) -> Clamp {
+    let formula = |[a, b, c]: [f64; 3]| {
+        Quantity::formula(&format!("({a:e})*x + ({b:e})*y + ({c:e})*z")).expect("a formula")
+    };
+    Clamp {
+        value: strain().map(formula),
+        ..Clamp::face(face)
+    }
+}
+
 fn material() -> Material {
     Material::isotropic(MODULUS, POISSON)
 }
@@ -66,25 +105,6 @@ fn energy((_, report): &(AssembledProblem, ContactReport)) -> f64 {
 /// Constant stress with shears on the joint is a field of both meshes, whichever nodes follow, and where a gap was closed.
 #[test]
 fn constant_stress_passes_between_meshes_that_do_not_match() {
-    let stress = [[2.0, -0.4, 0.7], [-0.4, 1.0, 0.3], [0.7, 0.3, -1.5]];
-    let stress = stress.map(|row| row.map(|s| s * PRESSURE));
-    let trace: f64 = (0..3).map(|c| stress[c][c]).sum();
-    let strain = [0, 1, 2].map(|i| {
-        [0, 1, 2].map(|j| {
-            let volume = if i == j { POISSON * trace } else { 0.0 };
-            ((1.0 + POISSON) * stress[i][j] - volume) / MODULUS
-        })
-    });
-    let exact = |x: [f64; 3]| strain.map(|row| (0..3).map(|j| row[j] * x[j]).sum());
-    let formula = |[a, b, c]: [f64; 3]| {
-        Quantity::formula(&format!("({a:e})*x + ({b:e})*y + ({c:e})*z")).expect("a formula")
-    };
-    let sides = [
-        ("x_min", 0, -1.0),
-        ("x_max", 0, 1.0),
-        ("y_min", 1, -1.0),
-        ("y_max", 1, 1.0),
-    ];
     let (p1, p2) = (ElementOrder::P1, ElementOrder::P2);
     let (lower, upper) = ("lower.z_max", "upper.z_min");
     for (element, cells, side, apart) in [
@@ -97,17 +117,13 @@ fn constant_stress_passes_between_meshes_that_do_not_match() {
         let mut scene = stack(cells, element, apart);
         scene.contacts[0].panes_on = Some(side.into());
         for body in ["lower", "upper"] {
-            for (face, axis, sign) in sides {
-                let value = stress.map(|row| sign * row[axis]);
+            for (face, axis, sign) in SIDES.into_iter().filter(|side| side.1 < 2) {
+                let value = STRESS.map(|row| sign * PRESSURE * row[axis]);
                 scene = scene.with_traction(Traction::on(format!("{body}.{face}"), value));
             }
         }
-        let top = stress.map(|row| row[2]);
-        let base = Clamp {
-            value: strain.map(formula),
-            ..Clamp::face("lower.z_min")
-        };
-        let scene = scene.with_clamp(base);
+        let top = STRESS.map(|row| PRESSURE * row[2]);
+        let scene = scene.with_clamp(strained("lower.z_min"));
         let solution = solved(&scene.with_traction(Traction::on("upper.z_max", top)));
         // 6e-14 with linear elements and 7e-13 with quadratic ones measured.
         let off = farthest(&solution, exact, 2.0 * PRESSURE / MODULUS);
@@ -227,34 +243,91 @@ fn clamped_components_stay() {
     assert!(solution.1.resultants.force_imbalance < 1e-12);
 }
 
-/// Three blocks that meet at an edge: nodes there follow nodes that follow others.
+/// The pairs of faces in a ring of four blocks around the line x = y = 1.
+const RING: [[&str; 2]; 4] = [
+    ["a.x_max", "b.x_min"],
+    ["b.y_max", "c.y_min"],
+    ["c.x_min", "d.x_max"],
+    ["d.y_min", "a.y_max"],
+];
+
+/// The face of each of these pairs whose nodes follow: by default, each block the next one, and two blocks a third one, which leaves the
+/// fourth one without nodes to follow on the line.
+const DEFAULT: [usize; 4] = [2; 4];
+const CIRCLE: [usize; 4] = [0; 4];
+const THIRD: [usize; 4] = [1, 0, 1, 0];
+
+fn ring(element: ElementOrder, cells: [usize; 4], follows: [usize; 4]) -> Scene {
+    let body = |k: usize, [x, y]: [f64; 2]| {
+        Body::brick([1.0; 3], [cells[k]; 3])
+            .with_element(element)
+            .named(["a", "b", "c", "d"][k])
+            .at([x, y, 0.0])
+    };
+    let scene = Scene::new(body(0, [0.0, 0.0]), material())
+        .with_body(body(1, [1.0, 0.0]))
+        .with_body(body(2, [1.0, 1.0]))
+        .with_body(body(3, [0.0, 1.0]));
+    RING.iter().zip(follows).fold(scene, |scene, (pair, side)| {
+        let mut joint = Contact::glued(pair[0], pair[1]);
+        joint.panes_on = pair.get(side).map(|face| (*face).into());
+        scene.with_contact(joint)
+    })
+}
+
+/// Joints that meet at a line carry constant stress past it, whichever nodes follow.
 #[test]
 fn joints_may_meet() {
-    let element = ElementOrder::P2;
-    let half = |x: f64, n: usize| {
-        Body::brick([0.5, 1.0, 1.0], [n, n, n])
-            .with_element(element)
-            .at([x, 0.0, 1.0])
+    let (p1, p2) = (ElementOrder::P1, ElementOrder::P2);
+    for (element, cells, follows) in [
+        (p1, [3, 2, 3, 4], DEFAULT),
+        (p1, [3, 2, 3, 4], CIRCLE),
+        (p1, [2, 3, 1, 2], THIRD),
+        (p2, [2, 1, 2, 1], THIRD),
+        (p2, [1, 2, 1, 2], CIRCLE),
+    ] {
+        let mut scene = ring(element, cells, follows);
+        let faces = ["a", "b", "c", "d"].iter().flat_map(|body| {
+            SIDES.map(|(face, axis, sign)| (format!("{body}.{face}"), axis, sign))
+        });
+        for (face, axis, sign) in faces.filter(|(face, ..)| !RING.as_flattened().contains(&&**face))
+        {
+            scene = match &*face {
+                "a.z_min" => scene.with_clamp(strained(&face)),
+                _ => scene.with_traction(Traction::on(
+                    face,
+                    STRESS.map(|row| sign * PRESSURE * row[axis]),
+                )),
+            };
+        }
+        let solution = solved(&scene);
+        let off = farthest(&solution, exact, 2.0 * PRESSURE / MODULUS);
+        assert!(off < 1e-10, "{element:?} {follows:?}: {off}");
+        assert!(solution.1.resultants.force_imbalance < 1e-12);
+        assert!(solution.1.resultants.moment_imbalance < 1e-12);
+    }
+}
+
+/// A ring of blocks whose meshes match is one block, on its line too.
+#[test]
+fn rings_of_joints_close() {
+    let moved = |face: &str| Clamp {
+        value: [1e-3, -2e-4, 5e-4].map(Into::into),
+        ..Clamp::face(face)
     };
-    let scene = Scene::new(block([2; 3], element, [0.0, 1.0]).named("base"), material())
-        .with_body(half(0.0, 2).named("left"))
-        .with_body(half(0.5, 3).named("right"))
-        .with_contact(Contact::glued("base.z_max", "left.z_min"))
-        .with_contact(Contact::glued("base.z_max", "right.z_min"))
-        .with_contact(Contact::glued("left.x_max", "right.x_min"))
-        .with_clamp(Clamp::face("base.z_min"));
-    let top = |body: &str| Clamp {
-        value: [1e-3, 0.0, -2e-4].map(Into::into),
-        ..Clamp::face(format!("{body}.z_max"))
-    };
-    let scene = scene.with_clamp(top("left")).with_clamp(top("right"));
-    let parts = solved(&scene);
-    let whole = Scene::new(block([3, 3, 6], element, [0.0, 2.0]), material());
-    let whole = solved(&bent(whole, ["z_min", "z_max"]));
-    let ratio = energy(&parts) / energy(&whole);
-    assert!((ratio - 1.0).abs() < 0.02, "{ratio}");
-    assert!(parts.1.resultants.force_imbalance < 1e-12);
-    assert!(parts.1.resultants.moment_imbalance < 1e-12);
+    for element in [ElementOrder::P1, ElementOrder::P2] {
+        let whole = Body::brick([2.0, 2.0, 1.0], [4, 4, 2]).with_element(element);
+        let whole = Scene::new(whole, material()).with_clamp(Clamp::face("x_min"));
+        let whole = energy(&solved(&whole.with_clamp(moved("x_max"))));
+        for follows in [DEFAULT, CIRCLE, THIRD] {
+            let mut parts = ring(element, [2; 4], follows);
+            for (held, face) in [("a.x_min", "b.x_max"), ("d.x_min", "c.x_max")] {
+                parts = parts.with_clamp(Clamp::face(held)).with_clamp(moved(face));
+            }
+            let same = energy(&solved(&parts)) / whole - 1.0;
+            assert!(same.abs() < 1e-12, "{element:?} {follows:?}: {same}");
+        }
+    }
 }
 
 /// Levels cut both bodies and glue them anew.
@@ -302,10 +375,56 @@ fn the_border_of_a_joint_may_be_a_notch() {
     };
     let even = largest(&pressed(stack([2, 3], ElementOrder::P1, 0.0)));
     assert_eq!(even.concentration, None);
+    // Rollers that end at a joint end on a flat side.
+    let pulled = |held: &[&str]| {
+        let scene = stack([2, 3], ElementOrder::P1, 0.0)
+            .with_traction(Traction::on("upper.x_max", [PRESSURE, 0.0, 0.0]))
+            .with_clamp(Clamp::face("lower.z_min").along(&[Component::Z]))
+            .with_clamp(Clamp::face("lower.y_min").along(&[Component::Y]));
+        let clamps = held
+            .iter()
+            .map(|face| Clamp::face(*face).along(&[Component::X]));
+        largest(&clamps.fold(scene, Scene::with_clamp)).concentration
+    };
+    let rim = Some(StressConcentration::Clamp);
+    assert_eq!(pulled(&["lower.x_min"]), rim);
+    assert_eq!(pulled(&["lower.x_min", "upper.x_min"]), None);
     let mut stiff = stack([2, 3], ElementOrder::P1, 0.0);
     stiff.bodies[0].material = Some(Material::isotropic(20.0 * MODULUS, 0.0));
     let uneven = largest(&pressed(stiff));
     assert_eq!(uneven.concentration, Some(StressConcentration::Materials));
+}
+
+/// A gap that is closed, and a joint on a part of one triangle, are told; what triangles leave of a curved face is not.
+#[test]
+fn gaps_and_narrow_joints_are_told() {
+    let told = |scene: Scene| -> Vec<String> {
+        let problem = Problem::new(scene.with_clamp(Clamp::face("lower.z_min")));
+        let warnings = problem.expect("a problem").warnings().into_iter();
+        warnings.map(|warning| warning.to_string()).collect()
+    };
+    let p1 = ElementOrder::P1;
+    assert_eq!(told(stack([2, 3], p1, 0.0)), [""; 0]);
+    let apart = told(stack([2, 3], p1, 0.01));
+    assert!(
+        apart[0].starts_with("contact.between: the glued faces are up to 10 mm apart"),
+        "{apart:?}"
+    );
+    let rib = Body::brick([0.2, 1.0, 1.0], [1, 4, 4]).named("rib");
+    let narrow = |cells: usize| {
+        let lower = block([cells; 3], p1, [0.0, 1.0]).named("lower");
+        Scene::new(lower, material())
+            .with_body(rib.clone().at([0.3, 0.0, 1.0]))
+            .with_contact(Contact::glued("lower.z_max", "rib.z_min"))
+    };
+    let coarse = told(narrow(2));
+    assert!(
+        coarse[0].starts_with(
+            "contact.between: the joint covers 64 % of a triangle of lower.z_max at most"
+        ),
+        "{coarse:?}"
+    );
+    assert_eq!(told(narrow(10)), [""; 0]);
 }
 
 fn refusal(scene: Scene) -> String {
@@ -353,6 +472,22 @@ fn what_no_joint_is_is_refused() {
     assert!(
         on_foundation.starts_with("contact.1.face: expected a face, or a part"),
         "{on_foundation}"
+    );
+    let torn = held(&|it| {
+        let at = |x: f64, face: &str| Clamp {
+            value: [
+                x.into(),
+                Quantity::formula("z").expect("a formula"),
+                0.0.into(),
+            ],
+            ..Clamp::face(face).along(&[Component::X, Component::Y])
+        };
+        let clamps = [at(0.0, "lower.x_min"), at(1e-3, "upper.x_min")];
+        it.clamps.extend(clamps);
+    });
+    assert!(
+        torn.contains("which clamp.1 says of the displacement along x at x, y, z = 0.0, 0.0, 1.0 on the other one of the glued faces lower.z_max and upper.z_min, found 0.001"),
+        "{torn}"
     );
     let loose = refusal(stack([2, 2], ElementOrder::P1, 0.0));
     assert!(loose.starts_with("clamp: expected at least one"), "{loose}");

@@ -207,6 +207,8 @@ pub(super) fn renumbered(mesh: &Mesh) -> Mesh {
             .collect(),
         obstacles: mesh.obstacles.clone(),
         glued: mesh.glued.iter().map(|own| follower(own, &new)).collect(),
+        joint_gap: mesh.joint_gap.clone(),
+        joint_cover: mesh.joint_cover.clone(),
         contact: mesh.contact.as_ref().map(|own| reordered(own, &new)),
     }
 }
@@ -279,30 +281,13 @@ fn reordered(surface: &ContactSurface, new: &[usize]) -> ContactSurface {
                     .collect()
             };
             Opposite {
-                points: matrix_of_columns(own.points.rows, points),
+                points: CscMatrix::of_columns(own.points.rows, points),
                 products: own.products.iter().map(renamed).collect(),
             }
         }),
-        pane_average: matrix_of_columns(surface.pane_average.rows, sorted),
+        pane_average: CscMatrix::of_columns(surface.pane_average.rows, sorted),
         ..surface.clone()
     }
-}
-
-/// A sparse matrix from its columns, each with increasing rows.
-fn matrix_of_columns<C: IntoIterator<Item = (usize, f64)>>(
-    rows: usize,
-    columns: impl IntoIterator<Item = C>,
-) -> CscMatrix {
-    let mut matrix = CscMatrix::empty(rows);
-    for column in columns {
-        for (row, value) in column {
-            matrix.indices.push(row);
-            matrix.data.push(value);
-        }
-        matrix.indptr.push(matrix.indices.len());
-        matrix.cols += 1;
-    }
-    matrix
 }
 
 #[cfg(test)]

@@ -22,7 +22,7 @@ use rstar::{
     primitives::{GeomWithData, Rectangle},
 };
 
-use nodes::NodePairing;
+pub(super) use nodes::NodePairing;
 use normals::CurvedFace;
 pub(super) use overlap::Overlap;
 
@@ -102,7 +102,7 @@ pub(super) struct Face<'a> {
     /// Whether straight triangles stand for a curved face.
     has_straight_sides: bool,
     /// What normals leave of distances between the face and its mesh at most, in m.
-    unresolved: f64,
+    pub(super) unresolved: f64,
     /// The normal of a flat face.
     pub(super) plane: Option<Vector3<f64>>,
     /// E/(1 − ν²) in Pa.
@@ -148,7 +148,7 @@ impl<'a> Face<'a> {
     }
 
     /// Half of the diagonal of the box around it in m.
-    fn radius(&self) -> f64 {
+    pub(super) fn radius(&self) -> f64 {
         let low = self
             .places()
             .fold(Vector3::repeat(f64::INFINITY), |m, x| m.inf(&x));

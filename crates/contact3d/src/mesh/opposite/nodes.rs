@@ -12,6 +12,8 @@ use crate::{linalg::UNIT_ROUNDING, reference::QUADRATIC_TRIANGLE_NODES};
 pub(in crate::mesh) struct NodePairing {
     /// Nodes opposite with ψ_k(Y), which sum to 1.
     pub(in crate::mesh) shares: Vec<(usize, f64)>,
+    /// The least barycentric coordinate of Y in its triangle, negative beyond the edge of the other face.
+    pub(in crate::mesh) least: f64,
     /// The contact normal ν.
     pub(in crate::mesh) normal: Vector3<f64>,
     /// (Y − X)·ν in m: the gap, negative where the bodies overlap.
@@ -80,7 +82,7 @@ impl NodePairing {
             };
             by_place.then(b.2.cmp(&a.2))
         };
-        let (_, _, facet, shape, opposite) = points.max_by(better)?;
+        let (least, _, facet, shape, opposite) = points.max_by(better)?;
         let shares: Vec<(usize, f64)> = other.mesh.facet_nodes(facet).zip(shape).collect();
         let theirs = match other.plane {
             Some(normal) => normal,
@@ -100,6 +102,7 @@ impl NodePairing {
         Some(Self {
             distance: (opposite - place - own_bulge).dot(&normal),
             shares,
+            least,
             normal,
         })
     }

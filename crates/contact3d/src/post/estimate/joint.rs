@@ -12,7 +12,9 @@ use crate::{
 };
 
 /// Triangles of glued faces: the tetrahedron behind each, E/(1 − ν²) there in Pa, and those of the other face that may lie opposite.
-pub(super) fn joint_sides(solved: &Solved<'_>) -> BTreeMap<usize, (usize, f64, Vec<usize>)> {
+pub(in crate::post) fn joint_sides(
+    solved: &Solved<'_>,
+) -> BTreeMap<usize, (usize, f64, Vec<usize>)> {
     let (scene, mesh) = (solved.scene, solved.mesh);
     let mut opposite: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
     for (entry, pair) in scene.glued_pairs() {
@@ -53,6 +55,17 @@ pub(super) fn joint_sides(solved: &Solved<'_>) -> BTreeMap<usize, (usize, f64, V
     sides.map(side).collect()
 }
 
+/// The triangle of the other face that a place in m on a boundary triangle lies opposite of; `None` where nothing is glued.
+pub(in crate::post) fn opposite_in(
+    mesh: &Mesh,
+    sides: &BTreeMap<usize, (usize, f64, Vec<usize>)>,
+    facet: usize,
+    at: [f64; 3],
+) -> Option<usize> {
+    let mut others = sides.get(&facet)?.2.iter().copied();
+    others.find(|other| is_inside(&seen_in(mesh, *other, at)))
+}
+
 /// The traction in Pa at a point of a boundary triangle with some outward unit normal that passes a joint there: the mean of those of both
 /// sides, each with the stiffness of the other one; `None` where nothing is glued.
 pub(super) fn traction_through(
@@ -62,12 +75,10 @@ pub(super) fn traction_through(
     normal: &Vector3<f64>,
     internal: &InternalForces,
 ) -> Option<Vector3<f64>> {
-    let (behind, own, others) = sides.get(&facet)?;
-    let seen = others
-        .iter()
-        .find(|other| is_inside(&seen_in(mesh, **other, at)))?;
-    let (opposite, other, _) = sides.get(seen)?;
-    let on_other = stress(mesh, *seen, *opposite, at, internal);
+    let seen = opposite_in(mesh, sides, facet, at)?;
+    let (behind, own, _) = sides.get(&facet)?;
+    let (opposite, other, _) = sides.get(&seen)?;
+    let on_other = stress(mesh, seen, *opposite, at, internal);
     let on_own = stress(mesh, facet, *behind, at, internal);
     Some(traction(
         normal,

@@ -40,6 +40,7 @@ use bubbles::{BubbleElements, BubbleVector, bubble_field};
 pub(super) use contact::displacements;
 use contact::{Correction, PointConditions};
 use hierarchical::HierarchicalErrors;
+pub(super) use joint::{joint_sides, opposite_in};
 
 /// The estimated discretisation error of a solution, in the energy norm ‖v‖_A = √a(v, v), √J.
 #[derive(Debug, Clone, Default, PartialEq)]
