@@ -219,7 +219,8 @@ fn scene_of_bodies(mesh: &MeshInspection, arguments: &InspectArguments) -> Strin
         let (name, volume) = (quoted(&body.name), quoted(volume));
         format!("[[body]]\nname = {name}\ngmsh = {{ file = {file}, volume = {volume} }}\n\n")
     });
-    let contacts = mesh.meeting_faces().into_iter().map(|pair| {
+    let pairs = mesh.meeting_faces();
+    let contacts = pairs.iter().map(|pair| {
         let pair = pair.map(quoted).join(", ");
         format!("\n[[contact]]\nbetween = [{pair}]\n# glued = true                              # bonded; else they may part and slide\n")
     });
@@ -229,26 +230,32 @@ fn scene_of_bodies(mesh: &MeshInspection, arguments: &InspectArguments) -> Strin
         title = quoted(&title.to_string_lossy()),
         bodies = bodies.collect::<String>(),
         contacts = contacts.collect::<String>(),
-        held = name(facing(mesh, -1.0)),
-        moved = name(facing(mesh, 1.0)),
+        held = name(facing(mesh, -1.0, &pairs)),
+        moved = name(facing(mesh, 1.0, &pairs)),
         down = -(mesh.bounds[1][2] - mesh.bounds[0][2]) / 1000.0,
     )
 }
 
 /// The face that looks up most, or with −1 down most; of equal ones a curved face comes first where it may touch, a flat one where it
 /// is held. What the file has no name for comes last.
-fn facing(mesh: &MeshInspection, up: f64) -> Option<&FaceInspection> {
+fn facing<'a>(
+    mesh: &'a MeshInspection,
+    up: f64,
+    except: &[[&str; 2]],
+) -> Option<&'a FaceInspection> {
     let rank = |face: &FaceInspection| {
         let [x, y, z] = face.mean_normal;
         let length = x.hypot(y).hypot(z);
         // Faces whose mean normal is shorter than this look every way.
         let height = if length > 0.1 { up * z / length } else { 0.0 };
-        let is_named = face.name != "unnamed";
+        let is_named = !face.name.ends_with("unnamed");
         let first = if face.normal.is_some() { up } else { -up };
         // Rounding of a mesh file does not rank faces.
         [f64::from(u8::from(is_named)), (1e6 * height).round(), first]
     };
-    let ranked = mesh.faces.iter().map(|face| (rank(face), face));
+    let faces = mesh.faces.iter();
+    let free = faces.filter(|face| !except.as_flattened().contains(&&*face.name));
+    let ranked = free.map(|face| (rank(face), face));
     let best = ranked.reduce(|best, next| if next.0 > best.0 { next } else { best });
     best.map(|(_, face)| face)
 }
@@ -265,7 +272,7 @@ fn named_in_scene(arguments: &InspectArguments) -> PathBuf {
 
 /// A scene that touches with the face that looks down most, on a plane below it, and is held at the one that looks up most.
 fn scene_for(mesh: &MeshInspection, arguments: &InspectArguments) -> String {
-    let lowest = facing(mesh, -1.0);
+    let lowest = facing(mesh, -1.0, &[]);
     let name = |face: Option<&FaceInspection>| face.map_or_else(String::new, |f| f.name.clone());
     let [low, high] = mesh.bounds;
     let extent = [0, 1, 2].map(|c| six_digits(high[c] - low[c]));
@@ -282,7 +289,7 @@ fn scene_for(mesh: &MeshInspection, arguments: &InspectArguments) -> String {
     let scene = MeshScene {
         title: file.to_string_lossy().into_owned(),
         file: named_in_scene(arguments).to_string_lossy().into_owned(),
-        held: name(facing(mesh, 1.0)),
+        held: name(facing(mesh, 1.0, &[])),
         touching: name(lowest),
         height: high[2] - low[2],
         plane: is_curved.then_some(low[2]),

@@ -108,6 +108,7 @@ fn volumes_without_common_nodes_are_bodies() {
         "between = [\"upper.joint\", \"lower.joint\"]",
     ];
     assert_eq!(pairs, expected);
+    assert!(scene.contains("face = \"bolt.end\"\n") && scene.contains("face = \"upper.rim\"\n"));
     printed(&program, &["mesh", "bolt.toml", "bolt.h5"]);
 }
 

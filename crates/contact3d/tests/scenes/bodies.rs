@@ -178,10 +178,14 @@ fn triangles_of_contact_have_points_opposite() {
     let plate = Body::brick([1.0, 1.0, 0.5], [2; 3]).named("plate");
     let mut contact = Contact::between("lower.z_max", "plate.z_min");
     contact.panes_on = Some("lower.z_max".into());
+    let pressed = Clamp {
+        value: [0.0, 0.0, -1e-3].map(Into::into),
+        ..Clamp::face("plate.z_max")
+    };
     let scene = Scene::new(lower, Material::isotropic(MODULUS, POISSON))
         .with_body(plate.at([0.3, 0.0, 0.5]))
         .with_clamp(Clamp::face("lower.z_min"))
-        .with_pressure(Pressure::on("plate.z_max", PRESSURE))
+        .with_clamp(pressed)
         .with_contact(contact)
         .with_friction(Friction::coulomb(0.9));
     let (problem, _, report) = solved(&scene);

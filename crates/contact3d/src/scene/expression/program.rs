@@ -41,8 +41,11 @@ pub(super) enum Comparison {
     AtLeast,
 }
 
-/// The smooth functions of one argument: name, value and derivative.
-pub(super) const SMOOTH: [(&str, [fn(f64) -> f64; 2]); 13] = [
+/// Name, value and derivative of a smooth function of one argument.
+type Smooth = (&'static str, [fn(f64) -> f64; 2]);
+
+/// The smooth functions of one argument.
+pub(super) const SMOOTH: [Smooth; 13] = [
     ("sqrt", [f64::sqrt, |x| 0.5 / x.sqrt()]),
     ("exp", [f64::exp, f64::exp]),
     ("ln", [f64::ln, f64::recip]),
