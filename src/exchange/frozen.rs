@@ -112,6 +112,7 @@ impl FrozenProblem {
             .collect();
         let system = ContactSystem {
             coupling,
+            unconstrained: Vec::new(),
             form: OperatorForm::implicit(Vec::new()),
         };
         let nothing = vec![0.0; primal.dofs.n_free];

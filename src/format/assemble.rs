@@ -302,7 +302,11 @@ fn read_contact(reader: &Reader) -> Result<Option<ContactSystem>, FormatError> {
             contact_springs: None,
         }),
     };
-    Ok(Some(ContactSystem { coupling, form }))
+    Ok(Some(ContactSystem {
+        coupling,
+        unconstrained: Vec::new(),
+        form,
+    }))
 }
 
 /// A dense matrix under the name of its precision; `None` where neither is there.

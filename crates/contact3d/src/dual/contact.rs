@@ -15,6 +15,8 @@ use crate::{
 pub struct ContactSystem {
     /// Coupling B, in m².
     pub coupling: Coupling,
+    /// B A⁻¹ l, `[n_multipliers]`, in m³; empty where h was given without it.
+    pub unconstrained: Vec<f64>,
     /// h, S where it is dense, and the equilibrium of rigid-body motions.
     pub form: OperatorForm,
 }
@@ -53,6 +55,7 @@ impl ContactSystem {
     ) -> Self {
         let mut contact = Self {
             coupling,
+            unconstrained: Vec::new(),
             form: OperatorForm::implicit(Vec::new()),
         };
         contact.apply_loads(unconstrained, dofs, surface, interface);
@@ -75,7 +78,10 @@ impl ContactSystem {
             rigid = rigid.about_closed_gap(&distances, &surface.pane_area);
         }
         let rhs = rigid.reference.as_ref().map(|reference| {
-            let mut rhs = self.coupling.integrate(&assembly.unconstrained());
+            let mut rhs = match self.unconstrained.is_empty() {
+                true => self.coupling.integrate(&assembly.unconstrained()),
+                false => self.unconstrained.clone(),
+            };
             add_scaled(&mut rhs, -1.0, &reference.distances);
             rhs
         });
@@ -93,6 +99,7 @@ impl ContactSystem {
         };
         Some(Self {
             coupling: self.coupling.clone(),
+            unconstrained: self.unconstrained.clone(),
             form,
         })
     }
@@ -134,6 +141,7 @@ impl ContactSystem {
 
     /// Replaces h.
     pub fn set_dual_rhs(&mut self, next: Vec<f64>) {
+        self.unconstrained.clear();
         match &mut self.form {
             OperatorForm::Implicit { rhs, .. } => *rhs = next,
             OperatorForm::Explicit(dual) => dual.rhs = next,
@@ -184,7 +192,11 @@ impl ContactSystem {
         surface: &ContactSurface,
         interface: &Interface,
     ) {
-        self.set_dual_rhs(self.gap_residual(unconstrained, dofs, surface, interface));
+        let integrals = self.coupling.integrate(unconstrained);
+        let mut rhs = integrals.clone();
+        add_scaled(&mut rhs, -1.0, &self.distances(dofs, surface, interface));
+        self.set_dual_rhs(rhs);
+        self.unconstrained = integrals;
     }
 
     /// B u with the gap's integral subtracted from the normal part, and in a later step of a load history that of u_tⁿ⁻¹ from

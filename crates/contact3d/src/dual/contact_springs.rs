@@ -105,6 +105,7 @@ impl DualSystem {
         };
         let mut contact = ContactSystem {
             coupling,
+            unconstrained: Vec::new(),
             form: OperatorForm::implicit(Vec::new()),
         };
         contact.make_explicit(&assembly, &primal.load, face, &unwatched);

@@ -67,6 +67,7 @@ impl ContactSolve<'_> {
             let here = self.about(driver, &unknowns, None, f64::EPSILON);
             let corrected = ContactSystem {
                 coupling: self.dual.coupling.clone(),
+                unconstrained: Vec::new(),
                 form: OperatorForm::Explicit(here.dual.absolute()),
             };
             let again = ContactSolve {
