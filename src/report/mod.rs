@@ -4,6 +4,7 @@
 //! terminal, the JSON of `--json` and the tables of a page.
 
 mod answer;
+mod cautions;
 mod features;
 mod figure;
 mod levels;

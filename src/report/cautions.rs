@@ -1,0 +1,192 @@
+//! What there is to look at in a solution: nothing touches, something is too large for the theory, or contact is too narrow for its panes.
+
+use contact3d::{
+    mesh::extents,
+    post::{NarrowContact, PaneState, Zone},
+    scene::{Follow, Obstacle},
+};
+use units::Dimension;
+
+use super::{SolvedRun, percent};
+
+impl SolvedRun<'_> {
+    /// All of it, in the order of its weight.
+    pub(super) fn all_cautions(&self) -> Vec<String> {
+        let nothing = self.nothing_touches().into_iter();
+        let cautions = nothing.chain(self.beyond_theory());
+        cautions.chain(self.narrow_contact()).collect()
+    }
+
+    /// That all panes are open, by how much at least, and what to look at; `None` where one touches.
+    pub(super) fn nothing_touches(&self) -> Option<String> {
+        let panes = &self.report.panes;
+        let is_open = |pane: &PaneState| pane.zone == Zone::Open;
+        if panes.is_empty() || !self.solution.has_computed_solution() || !panes.iter().all(is_open)
+        {
+            return None;
+        }
+        let error = &self.report.discretisation_error;
+        if error
+            .contact
+            .is_some_and(|contact| contact.penetration > 0.0)
+        {
+            return Some("no pane is in contact, but between the nodes the obstacle lies inside the body: the mesh is too coarse there; refine it, or let run --error do so".into());
+        }
+        let gap = panes
+            .iter()
+            .map(|pane| pane.gap)
+            .fold(f64::INFINITY, f64::min);
+        if gap <= 0.0 {
+            let what = match self.scene.bodies_touch() {
+                true => "the bodies only touch each other",
+                false => "the contact face only touches the foundation",
+            };
+            return Some(format!("no pane is pressed: {what}"));
+        }
+        let unit = self.scene.units.of(Dimension::LENGTH);
+        let what = match self.scene.bodies_touch() {
+            true => "bodies",
+            false => "obstacle",
+        };
+        Some(format!(
+            "no pane is in contact, the smallest gap left is {gap:.3e} {}: check the place of the {what}, the directions of the loads (a positive pressure pushes into the body) and the unit of lengths",
+            unit.word()
+        ))
+    }
+
+    /// What is too large for the theory of small deformations, and what to look at.
+    fn beyond_theory(&self) -> Vec<String> {
+        if !self.solution.has_computed_solution() {
+            return Vec::new();
+        }
+        let size = |vectors: &[[f64; 3]]| {
+            let [x, y, z] = extents(vectors);
+            x.hypot(y).hypot(z)
+        };
+        let share = size(&self.report.displacement) / size(&self.mesh.coordinates);
+        let strain = self.report.largest_strain(self.mesh);
+        let look =
+            "but small deformations are assumed: check the units of material, loads and lengths";
+        // What displacements may differ from each other, over the size of the body, and strains may be, before they are not small.
+        let deformation = if share > 0.1 {
+            Some(format!(
+                "displacements differ by {} of the body's size, {look}",
+                percent(share)
+            ))
+        } else {
+            (strain > 0.1).then(|| format!("strains reach {}, {look}", percent(strain)))
+        };
+        let depth = self.interference / self.mesh.extent();
+        let interference = (depth > 0.02).then(|| {
+            let depth = percent(depth);
+            match self.scene.bodies_touch() {
+                true => format!("bodies cut into each other by {depth} of their size, {look}"),
+                false => format!("the foundation cuts {depth} of the body's size into it, {look}"),
+            }
+        });
+        let overlap = self.dropped_overlap;
+        let along = self.report.resultants.largest_displacement_along;
+        // Where it counts beside what the loads do.
+        let overlap = (overlap > 0.01 * along.into_iter().fold(0.0, f64::max)).then(|| {
+            let depth = self.scene.units.of(Dimension::LENGTH).told(&[overlap]);
+            format!(
+                "bodies overlap by up to {depth}, no more than their triangles leave of curved faces, and are taken to touch: finer meshes tell, interference = true presses them apart"
+            )
+        });
+        let slide = self.slide().map(|share| {
+            format!(
+                "the body slides by {} of its size before it rests: the load is at the limit of what friction bears, and contact is that of where it began",
+                percent(share)
+            )
+        });
+        let all = deformation
+            .into_iter()
+            .chain(interference)
+            .chain(overlap)
+            .chain(slide);
+        all.chain(self.long_slips()).collect()
+    }
+
+    /// That contact is as narrow as one pane, how wide it may be, and what to do; `None` where panes tell how its pressure falls.
+    fn narrow_contact(&self) -> Option<String> {
+        let narrow = self.narrow?;
+        // A guess has two digits.
+        let length = |it: f64| {
+            let digit = 10f64.powf(it.log10().floor() - 1.0);
+            let rounded = (it / digit).round() * digit;
+            self.scene.units.of(Dimension::LENGTH).told(&[rounded])
+        };
+        let what = match narrow.width {
+            Some(width) => format!(
+                "by Hertz's theory it is about {} wide, which wants panes of {} there",
+                length(width),
+                length(width / NarrowContact::PANES_ACROSS)
+            ),
+            None => "refine the mesh there".to_owned(),
+        };
+        Some(format!(
+            "{} of the normal force is on panes beside open ones: contact is as narrow as panes, which round its pressures and areas; {what}",
+            percent(narrow.share)
+        ))
+    }
+
+    /// How far a body slides that friction alone holds, over its size; `None` up to a tenth.
+    fn slide(&self) -> Option<f64> {
+        let n_motions = self.solution.rigid.as_ref()?.motion.len();
+        if n_motions == self.scene.n_free_tool_motions() {
+            return None;
+        }
+        let contact = self
+            .report
+            .panes
+            .iter()
+            .filter(|pane| pane.zone != Zone::Open);
+        let slips = contact
+            .filter_map(|pane| pane.friction)
+            .map(|it| it.slip[0].hypot(it.slip[1]));
+        let least = slips.fold(f64::INFINITY, f64::min);
+        let [x, y, z] = extents(&self.mesh.coordinates);
+        let share = least / x.hypot(y).hypot(z);
+        (share.is_finite() && share > 0.1).then_some(share)
+    }
+
+    /// Slips along round obstacles after which their normal is another one.
+    fn long_slips(&self) -> impl Iterator<Item = String> {
+        let faces = self.mesh.contact.iter().flat_map(|surface| &surface.faces);
+        let entries = self.scene.contact_order().into_iter().zip(faces);
+        entries.filter_map(|(entry, face)| {
+            let contact = &self.scene.contacts[entry];
+            if !self.scene.steps.is_empty() && self.scene.follow_of(entry) == Follow::Increment {
+                return None;
+            }
+            let radius = match contact.obstacle.as_ref()? {
+                Obstacle::Sphere(sphere) => sphere.radius,
+                Obstacle::Cylinder(cylinder) => cylinder.radius,
+                Obstacle::HalfSpace(_) | Obstacle::Height(_) | Obstacle::Surface(_) => return None,
+            };
+            let slip_of = |pane: usize| {
+                let state = self.report.panes.get(pane).filter(|it| it.zone != Zone::Open);
+                let slip = state.and_then(|state| state.friction)?.slip;
+                // Of a history that since it began.
+                let all = self.increments.last().map(|last| &last.tangential);
+                let slip = all.zip(self.mesh.contact.as_ref()).map_or(slip, |(all, surface)| {
+                    let nodes = || surface.pane_weights(pane);
+                    [0, 1].map(|k| nodes().map(|(node, weight)| weight * all[node][k]).sum())
+                });
+                Some(slip[0].hypot(slip[1]))
+            };
+            let longest = face.panes.clone().filter_map(slip_of).fold(0.0, f64::max);
+            // The normal turns by the slip over the radius, 3 degrees here.
+            (longest > radius / 20.0).then(|| {
+                format!(
+                    "contact.{entry}: it slips by {} of the radius of its obstacle, but normals are those of where it began: {}",
+                    percent(longest / radius),
+                    match contact.tool {
+                        Some(_) => "write follow = \"increment\" and more increments",
+                        None => "apply the load in parts, each on the moved body",
+                    }
+                )
+            })
+        })
+    }
+}
