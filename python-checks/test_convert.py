@@ -265,6 +265,7 @@ def test_decks_are_read_rightly(tmp_path, kind):
     # Each of several bodies can be named: by its instance where no set of elements does.
     if kind == "two instances":
         assert body.regions == ["I0", "I1"]
+        assert read(tmp_path / "part.inp", ["bottom"], cut=False).regions == ["I0", "I1"]
 
 
 def test_decks_in_several_files(tmp_path):

@@ -110,11 +110,13 @@ def read(source: Path, chosen: Collection[str] | None, cut: bool) -> Tetrahedra:
         triangles += [triangle for triangle in boundary if held and triangle <= held]
         inside.setdefault(name, set()).update(child for cell in volumes for child in children.get(cell, []))
         outside.setdefault(name, set()).update(triangle for triangle in triangles if triangle in boundary)
-    ignored += _name_instances(inside, outside, len(cells))
     if chosen is not None:
         # The name of an array stands for those of all its values.
         values = [[name for name in inside if part in (name, name.partition("=")[0])] or [part] for part in chosen]
         chosen = list(itertools.chain(*values))
+    instances, left_out = _name_instances(inside, outside, len(cells), chosen)
+    ignored += left_out
+    chosen = None if chosen is None else [*chosen, *instances]
     if missing := sorted(set(chosen or ()) - set(inside)):
         raise ConversionError(f"{source}: there is no set {missing[0]!r}; there are {', '.join(sorted(inside)) or 'none'}")
     ignored += [f"ignored {name!r}: it holds no tetrahedron and no triangle of the boundary"
@@ -131,17 +133,20 @@ def read(source: Path, chosen: Collection[str] | None, cut: bool) -> Tetrahedra:
     )
 
 
-def _name_instances(inside: dict[str, set[int]], outside: dict[str, Any], size: int) -> list[str]:
-    """Gives the cells of each instance its name, where no set of cells tells parts of the body from others; what was left out."""
+def _name_instances(inside: dict[str, set[int]], outside: dict[str, Any], size: int, chosen: Collection[str] | None
+                    ) -> tuple[list[str], list[str]]:
+    """Gives the cells of each instance its name, where no chosen set of cells tells parts of the body from others; the names, and what was
+    left out."""
     instances = {key: inside.pop(key) for key in list(inside) if key.startswith(INSTANCE)}
     names = [key.removeprefix(INSTANCE) for key in instances]
     for key in instances:
         outside.pop(key, None)
-    if any(0 < len(cells) < size for cells in inside.values()) or set(names) & set(inside):
-        return [f"ignored the instance {name!r}: sets of elements are the regions" for name in names]
+    regions = [cells for name, cells in inside.items() if chosen is None or name in chosen]
+    if any(0 < len(cells) < size for cells in regions) or set(names) & set(inside):
+        return [], [f"ignored the instance {name!r}: sets of elements are the regions" for name in names]
     inside.update(zip(names, instances.values(), strict=True))
     outside.update((name, set()) for name in names)
-    return []
+    return names, []
 
 
 Member = TypeVar("Member", bound=Hashable)
@@ -303,8 +308,9 @@ def _tags(mesh: Any) -> Iterator[Tags]:
     Where several arrays have numbers, the name of the array stands before: ``material=1``.
     """
     families = {"cell_tags": getattr(mesh, "cell_tags", {}), "point_tags": getattr(mesh, "point_tags", {})}
-    arrays = {name: data for name, data in mesh.cell_data.items() if name not in NO_SETS
-              and all(np.asarray(block).dtype.kind in "iu" and np.ndim(block) == 1 for block in data)}
+    # Scalars of VTK are columns.
+    arrays = {name: [np.ravel(block) for block in data] for name, data in mesh.cell_data.items() if name not in NO_SETS
+              and all(np.asarray(block).dtype.kind in "iu" and np.size(block) == len(block) for block in data)}
     for name, data in arrays.items():
         if name == "gmsh:physical":
             yield from _physical(mesh, data)
