@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Assembly, ExplicitDual, RigidEquilibrium, dense::subtract_product};
+use super::{Assembly, ExplicitDual, PrimalSystem, RigidEquilibrium, dense::subtract_product};
 use crate::{
     contact::{ContactFrame, Coupling, Interface, MultiplierLayout},
     elasticity::DofMap,
@@ -237,6 +237,20 @@ impl ContactSystem {
         }
         let transposed = &self.coupling.transposed;
         transposed.transposed_excess(displacement, &distances)
+    }
+
+    /// Whether slips begin at zero, of a face that nothing loads and where u = 0 does not penetrate; `None` of any other.
+    pub(crate) fn unloaded(
+        &self,
+        primal: &PrimalSystem,
+        surface: &ContactSurface,
+        interface: &Interface,
+    ) -> Option<bool> {
+        let is_loaded = primal.load.iter().any(|force| *force != 0.0);
+        let distances = self.distances(&primal.dofs, surface, interface);
+        let (normal, tangential) = distances.split_at(surface.n_panes());
+        let penetrates = normal.iter().any(|gap| *gap < 0.0);
+        (!is_loaded && !penetrates).then(|| tangential.iter().all(|slip| *slip == 0.0))
     }
 
     /// What the free degrees of freedom have to close: ∫ gap over each pane and, tangentially, ∫ u_tⁿ⁻¹ of a load history, less B u

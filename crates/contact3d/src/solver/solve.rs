@@ -116,9 +116,24 @@ impl ContactSolve<'_> {
             solution.rigid.get_or_insert_default().mechanism = Some(mechanism);
             return Ok(solution);
         }
+        if self.is_unloaded() {
+            return Ok(self.at_rest(Assessment::of_direct(), Trace::default()));
+        }
         let set = self.laws.feasible_set(None);
         let bound = Bound::of(self.laws, &set);
         Ok(self.finalize(self.by_method(bound, observe)?))
+    }
+
+    /// Whether λ = 0 and u = 0 solve the problem: without load or penetration, and without friction that needs no pressure.
+    fn is_unloaded(&self) -> bool {
+        let slides = |law: &CoulombLaw| {
+            let bounds = self.laws.without_pressure(law, &[]).slip_bound;
+            bounds.iter().all(|bound| *bound == 0.0)
+        };
+        let ContactSide { surface, interface } = self.body.face;
+        let primal = &self.body.assembly.primal;
+        let unloaded = self.dual.unloaded(primal, surface, interface);
+        unloaded.is_some_and(|is_back| is_back || self.laws.coulomb().is_some_and(slides))
     }
 
     /// By the method of the table above.
@@ -302,7 +317,7 @@ impl ContactSolve<'_> {
         self.settings.epsilon().min(REFINEMENT_TARGET)
     }
 
-    /// A body that floats and for which no contact forces were found: it rests, without any.
+    /// A body that nothing loads, or that floats and for which no contact forces were found: it rests, without any.
     fn at_rest(&self, assessment: Assessment, trace: Trace) -> Solution {
         let (laws, primal) = (self.laws, &self.body.assembly.primal);
         let displacement = vec![0.0; primal.dofs.n_free];
