@@ -62,11 +62,20 @@ pub(super) fn motion_words(
     if rigid.motion.len() == scene.n_free_tool_motions() {
         return None;
     }
+    let volumes = mesh.corner_volumes();
     let of_body = |body: BodyRange| {
         let places = &mesh.coordinates[body.nodes.clone()];
-        let motion = BodyMotion::told(places, &report.displacement[body.nodes]);
-        let nodes = places.len() as f64;
-        let middle = [0, 1, 2].map(|c| places.iter().map(|x| x[c]).sum::<f64>() / nodes);
+        let volumes = &volumes[body.nodes.clone()];
+        let motion = BodyMotion::told(places, volumes, &report.displacement[body.nodes]);
+        let volume: f64 = volumes.iter().sum();
+        let along = |c: usize| {
+            places
+                .iter()
+                .zip(volumes)
+                .map(|(x, v)| x[c] * v)
+                .sum::<f64>()
+        };
+        let middle = [0, 1, 2].map(|c| along(c) / volume);
         let shift = units.of(Dimension::LENGTH).told(&motion.at(middle));
         let turn = motion.turn().map_or_else(String::new, |(angle, about)| {
             format!(", turns by {angle:.3e} rad about {about}")
@@ -95,16 +104,15 @@ fn rows_in_words(scene: &Scene, mesh: &Mesh, rows: &[[f64; 3]]) -> String {
     let (body, tools) = rows.split_at(mesh.coordinates.len());
     let length = scene.units.length();
     let is_rounding = |rows: &[[f64; 3]]| rows.as_flattened().iter().all(|u| u.abs() < 1e-9);
+    let volumes = mesh.corner_volumes();
     let mut words = Vec::new();
     for range in mesh.body_ranges() {
-        let (places, rows) = (
-            &mesh.coordinates[range.nodes.clone()],
-            &body[range.nodes.clone()],
-        );
+        let nodes = range.nodes.clone();
+        let (places, rows) = (&mesh.coordinates[nodes.clone()], &body[nodes.clone()]);
         if is_rounding(rows) {
             continue;
         }
-        let motion = BodyMotion::told(places, rows).describe(length);
+        let motion = BodyMotion::told(places, &volumes[nodes], rows).describe(length);
         words.push(match range.name.as_str() {
             "" => motion,
             name => format!("{motion} of the body {}", escape_control(name)),
@@ -135,7 +143,8 @@ pub(super) fn null_space_motions(mesh: &Mesh, solution: &Solution) -> Vec<BodyMo
         return Vec::new();
     }
     let motions = BodyMotion::telling(&mesh.coordinates, null_space);
-    let told = |motion: &Vec<[f64; 3]>| BodyMotion::told(&mesh.coordinates, motion);
+    let volumes = mesh.corner_volumes();
+    let told = |motion: &Vec<[f64; 3]>| BodyMotion::told(&mesh.coordinates, &volumes, motion);
     motions.iter().map(told).collect()
 }
 

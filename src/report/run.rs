@@ -401,8 +401,14 @@ impl<'a> SolvedRun<'a> {
         figures.json_only("title", &self.scene.title);
         figures.json_only("forces", self.forces().json());
         figures.json_only("faces", (!faces.rows.is_empty()).then(|| faces.json()));
-        let motion =
-            |displacement| rigid_json(&BodyMotion::fitted(&mesh.coordinates, displacement));
+        let volumes = mesh.corner_volumes();
+        let motion = |displacement| {
+            rigid_json(&BodyMotion::fitted(
+                &mesh.coordinates,
+                &volumes,
+                displacement,
+            ))
+        };
         let moves = moves && mesh.bodies.is_empty();
         figures.json_only("motion", moves.then(|| motion(&self.report.displacement)));
         let mechanism = rigid.and_then(|rigid| rigid.mechanism.as_deref());

@@ -216,16 +216,16 @@ pub struct BodyMotion {
 }
 
 impl BodyMotion {
-    /// The rigid motion nearest to displacements of points in m.
+    /// The rigid motion nearest to displacements of points in m by the mean square over the points with their weights.
     #[must_use]
-    pub fn fitted(points: &[[f64; 3]], displacement: &[[f64; 3]]) -> Self {
-        Self::fitted_up_to(GEOMETRY_TOLERANCE, points, displacement)
+    pub fn fitted(points: &[[f64; 3]], weights: &[f64], displacement: &[[f64; 3]]) -> Self {
+        Self::fitted_up_to(GEOMETRY_TOLERANCE, (points, weights), displacement)
     }
 
     /// The same for words: a translation where the body turns by no more than a hundredth of its way.
     #[must_use]
-    pub fn told(points: &[[f64; 3]], displacement: &[[f64; 3]]) -> Self {
-        Self::fitted_up_to(1e-2, points, displacement)
+    pub fn told(points: &[[f64; 3]], weights: &[f64], displacement: &[[f64; 3]]) -> Self {
+        Self::fitted_up_to(1e-2, (points, weights), displacement)
     }
 
     /// A basis of the same rigid motions, displacements of points, with as many along and about the axes as there are.
@@ -233,7 +233,7 @@ impl BodyMotion {
     pub fn telling(points: &[[f64; 3]], motions: &[Vec<[f64; 3]>]) -> Vec<Vec<[f64; 3]>> {
         let (centre, _) = middle_and_spread(points);
         let about_centre = |motion: &Vec<[f64; 3]>| {
-            let rigid = Self::fitted(points, motion);
+            let rigid = Self::fitted(points, &vec![1.0; points.len()], motion);
             let turn = Vector3::from(rigid.rotation);
             let shift = Vector3::from(rigid.translation);
             [
@@ -247,21 +247,32 @@ impl BodyMotion {
         telling.iter().map(at_points).collect()
     }
 
-    fn fitted_up_to(negligible: f64, points: &[[f64; 3]], displacement: &[[f64; 3]]) -> Self {
-        let n = points.len().max(1) as f64;
-        let mean = |of: &[[f64; 3]]| of.iter().map(|v| Vector3::from(*v)).sum::<Vector3<f64>>() / n;
+    fn fitted_up_to(
+        negligible: f64,
+        (points, weights): (&[[f64; 3]], &[f64]),
+        displacement: &[[f64; 3]],
+    ) -> Self {
+        let whole: f64 = weights.iter().sum();
+        let mean = |of: &[[f64; 3]]| {
+            let terms = of.iter().zip(weights);
+            terms
+                .map(|(v, weight)| Vector3::from(*v) * *weight)
+                .sum::<Vector3<f64>>()
+                / whole
+        };
         let (centre, shift) = (mean(points), mean(displacement));
         let mut inertia = nalgebra::Matrix3::zeros();
         let mut moment = Vector3::zeros();
-        for (x, u) in points.iter().zip(displacement) {
+        for ((x, u), weight) in points.iter().zip(displacement).zip(weights) {
             let arm = Vector3::from(*x) - centre;
-            inertia += nalgebra::Matrix3::identity() * arm.norm_squared() - arm * arm.transpose();
-            moment += arm.cross(&(Vector3::from(*u) - shift));
+            let square = nalgebra::Matrix3::identity() * arm.norm_squared() - arm * arm.transpose();
+            inertia += square * *weight;
+            moment += arm.cross(&(Vector3::from(*u) - shift)) * *weight;
         }
         let rotation = inertia
             .cholesky()
             .map_or_else(Vector3::zeros, |factor| factor.solve(&moment));
-        let extent = (inertia.trace() / n).sqrt();
+        let extent = (inertia.trace() / whole).sqrt();
         Self::screw(negligible, [shift, rotation], &centre, extent)
     }
 
@@ -414,5 +425,20 @@ mod tests {
     #[test]
     fn nothing_held_leaves_all_six() {
         assert_eq!(free_rigid_motions(&CORNERS, &[]).len(), 6);
+    }
+
+    #[test]
+    fn motions_are_those_of_the_body_and_not_of_its_nodes() {
+        // ∫ x² over [0, 1] by Simpson's rule on [0, 1/4] and [1/4, 1].
+        let points = [0.0, 0.125, 0.25, 0.625, 1.0].map(|x| [x, 0.0, 0.0]);
+        let weights = [1.0, 4.0, 4.0, 12.0, 3.0].map(|w| w / 24.0);
+        let displacement = points.map(|[x, ..]| [0.0, 0.0, x * x]);
+        let motion = BodyMotion::fitted(&points, &weights, &displacement);
+        // The line has no inertia about itself, so that it is said to be shifted alone.
+        assert!(
+            (motion.translation[2] - 1.0 / 3.0).abs() < 1e-15,
+            "{motion:?}"
+        );
+        assert_eq!(motion.rotation, [0.0; 3]);
     }
 }

@@ -220,7 +220,9 @@ fn a_block_comes_down_on_its_foundation() {
     let solution = solved(&problem);
     assert_balanced(&problem, &solution);
     let report = problem.report(&solution).expect("a report");
-    let motion = BodyMotion::fitted(&problem.mesh().coordinates, &report.displacement);
+    let mesh = problem.mesh();
+    let volumes = mesh.corner_volumes();
+    let motion = BodyMotion::fitted(&mesh.coordinates, &volumes, &report.displacement);
     assert!((motion.rotation[1] - 1e-4).abs() < 1e-6, "{motion:?}");
 }
 

@@ -63,7 +63,8 @@ fn contact(multipliers: &str, friction: &str) -> String {
 fn motion(problem: &AssembledProblem, solution: &Solution) -> BodyMotion {
     let rigid = solution.rigid.as_ref().expect("a floating body");
     let mechanism = rigid.mechanism.as_ref().expect("a motion");
-    BodyMotion::fitted(&problem.mesh().coordinates, mechanism)
+    let mesh = problem.mesh();
+    BodyMotion::fitted(&mesh.coordinates, &mesh.corner_volumes(), mechanism)
 }
 
 /// What a body in equilibrium must show, whatever it does.
