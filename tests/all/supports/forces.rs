@@ -198,6 +198,85 @@ fn discs_have_their_area_and_second_moments() {
     }
 }
 
+/// A plate of 3 × 3 cells with a hole in the place of the middle one, in Gmsh's format 2.2; its upper face is `top`.
+fn plate_with_hole() -> String {
+    let node = |[i, j, k]: [usize; 3]| 1 + i + 4 * (j + 4 * k);
+    let mut elements = Vec::new();
+    for (i, j) in (0..9)
+        .map(|cell| (cell % 3, cell / 3))
+        .filter(|cell| *cell != (1, 1))
+    {
+        for [a, b, c] in [
+            [0, 1, 2],
+            [1, 2, 0],
+            [2, 0, 1],
+            [1, 0, 2],
+            [0, 2, 1],
+            [2, 1, 0],
+        ] {
+            let mut path = vec![[i, j, 0]];
+            for axis in [a, b, c] {
+                let mut next = path[path.len() - 1];
+                next[axis] += 1;
+                path.push(next);
+            }
+            let top: Vec<_> = path
+                .iter()
+                .filter(|at| at[2] == 1)
+                .map(|at| node(*at))
+                .collect();
+            if let [p, q, r] = top[..] {
+                elements.push(format!("2 2 1 1 {p} {q} {r}"));
+            }
+            // Odd permutations turn the tetrahedron inside out.
+            if (b + 3 - a) % 3 == 2 {
+                path.swap(2, 3);
+            }
+            let [p, q, r, s] = [0, 1, 2, 3].map(|k| node(path[k]));
+            elements.push(format!("4 2 2 1 {p} {q} {r} {s}"));
+        }
+    }
+    let nodes = (0..32).map(|n| format!("{} {} {} {}", n + 1, n % 4, n / 4 % 4, n / 16));
+    let elements = elements
+        .iter()
+        .enumerate()
+        .map(|(k, element)| format!("{} {element}", k + 1));
+    let list = |lines: Vec<String>| format!("{}\n{}", lines.len(), lines.join("\n"));
+    format!(
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n2 1 \"top\"\n3 2 \"plate\"\n$EndPhysicalNames\n\
+         $Nodes\n{}\n$EndNodes\n$Elements\n{}\n$EndElements\n",
+        list(nodes.collect()),
+        list(elements.collect())
+    )
+}
+
+/// A washer around a bolt hole: a disc whose centre is in the hole holds what lies around it, one beside the plate is refused.
+#[test]
+fn discs_may_lie_around_a_hole() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("plate.msh"), plate_with_hole()).unwrap();
+    let load = |centre: [f64; 3]| {
+        let text = format!(
+            "title = 'washer'
+            body.gmsh.file = 'plate.msh'
+            material.isotropic = {{ young_modulus = 2e11, poisson_ratio = 0.3 }}
+            pressure = [{{ face = 'top', value = 1.0, disc = {{ centre = {centre:?}, radius = 1.2 }} }}]"
+        );
+        let scene = scene(&text);
+        let mesh = Mesh::of_scene(&scene, folder.path()).map_err(|error| error.to_string())?;
+        let forces = Loads::of(&scene).nodal_forces(&mesh).expect("finite loads");
+        Ok::<_, String>(resultant(&mesh, &forces, centre))
+    };
+    let [force, moment] = load([1.5, 1.5, 1.0]).unwrap();
+    // The disc without the hole of 1 × 1.
+    close(&force, &[0.0, 0.0, 1.0 - PI * 1.44], ROUNDING);
+    assert!(moment.iter().all(|part| part.abs() < 1e-12), "{moment:?}");
+    for outside in [[3.2, 1.5, 1.0], [1.5, 1.5, 1.3]] {
+        let refused = load(outside).unwrap_err();
+        assert!(refused.contains("disc.centre"), "{refused}");
+    }
+}
+
 /// u = (κ x ζ, −νκ y ζ, −κ (x² + ν(ζ² − y²))/2) with ζ and y from the axis under M = E I κ: quadratic elements have it exactly. The moment
 /// on the end is the linear traction of a beam.
 #[test]

@@ -5,7 +5,10 @@ use std::f64::consts::PI;
 use nalgebra::Vector3;
 
 use super::{COORDINATE_ROUNDING, Mesh, SidePoint, centroid, triangle_area};
-use crate::scene::{Disc, FacePart, InvalidValue, Scene, Written};
+use crate::{
+    reference::quadrature,
+    scene::{Disc, FacePart, InvalidValue, Scene, Written},
+};
 
 /// A boundary triangle as its own only part.
 pub(crate) const WHOLE_SIDE: [[[f64; 3]; 3]; 1] =
@@ -136,7 +139,7 @@ impl Mesh {
                 sides_in(&FacePart { disc, ..*part }).is_empty()
             };
             // A centre on a curved face may lie off its triangles; at a tenth of the radius the disc is smaller by half a percent.
-            if of_radius(0.1 * disc.radius) {
+            if of_radius(0.1 * disc.radius) && !self.is_around(&disc, &sides_in(part)) {
                 let is_small = !of_radius(disc.radius.max(0.01 * self.extent()));
                 return if is_small && disc.radius < 1e-3 * self.extent() {
                     refused(
@@ -150,7 +153,7 @@ impl Mesh {
                         "disc.centre",
                         "a point of the face",
                         Written(&disc.centre).to_string(),
-                        "the disc lies on the face, around its centre; move the centre onto it",
+                        "the disc lies on the face, around its centre; move the centre onto it, or into a hole of it",
                     )
                 };
             }
@@ -167,6 +170,28 @@ impl Mesh {
             );
         }
         Ok(sides)
+    }
+
+    /// Whether what a disc holds of a face lies around its centre, in its plane, as around a hole.
+    fn is_around(&self, disc: &Disc, sides: &[SidePart]) -> bool {
+        let centre = Vector3::from(disc.centre);
+        let (mut area, mut moment) = (0.0, Vector3::zeros());
+        for side in sides {
+            let corners = self.corners(&self.facets[side.facet]);
+            let [a, b, c] = corners.map(Vector3::from);
+            let normal = (b - a).cross(&(c - a)).normalize();
+            if normal.dot(&(centre - a)).abs() > 0.1 * disc.radius {
+                return false;
+            }
+            for part in side.triangles() {
+                let share = area_share(part) * triangle_area(&corners);
+                let at = Vector3::from(quadrature::point(&corners, &centroid(part)));
+                area += share;
+                moment += (at - centre) * share;
+            }
+        }
+        // Of half a disc, whose centre is at the edge of its face, 0.42 radii.
+        area > 0.0 && moment.norm() < 0.25 * disc.radius * area
     }
 }
 
