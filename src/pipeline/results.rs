@@ -93,13 +93,13 @@ impl Results {
         problem: &Problem,
     ) -> Result<Self, StageError> {
         let mut solve = StoredSolve::read(reader, input, problem)?;
-        let judged =
-            solve
-                .problem
-                .assess(&solve.primal, solve.coupling.as_ref(), &mut solve.solution);
-        let mut report = judged.map_err(|invalid| input.refuse(invalid))?;
         let is_solved = solve.solution.status != Status::NumericalError;
-        report.functionals = format::read_functionals(reader, &input.scene, is_solved)?;
+        let known = format::read_functionals(reader, &input.scene, is_solved)?;
+        let (primal, coupling) = (&solve.primal, solve.coupling.as_ref());
+        let judged = solve
+            .problem
+            .assess(primal, coupling, &mut solve.solution, known);
+        let report = judged.map_err(|invalid| input.refuse(invalid))?;
         Ok(Self {
             problem: solve.problem,
             dofs: solve.primal.dofs,

@@ -224,11 +224,20 @@ impl<'a> Margins<'a> {
         energy: &ErrorEstimate,
         wanted: Option<Functional>,
     ) -> FunctionalEstimate {
-        let mesh = self.solved.mesh;
+        let (mesh, surface) = (self.solved.mesh, self.contact.state.surface);
+        let is_pressed = surface.faces.iter().map(|face| {
+            let mut panes = self.known.panes[face.panes.clone()].iter();
+            panes.any(|pane| pane.normal_stress < 0.0)
+        });
+        let is_pressed: Vec<bool> = is_pressed.collect();
         let mut indicator = vec![0.0; mesh.tetrahedra.len()];
         let (mut sums, mut by_pressure) = ([0.0; 3], 0.0);
         for (place, tetrahedron) in mesh.behind_contact().into_iter().enumerate() {
-            let (areas, line_part) = self.areas_of_triangle(place, error);
+            let (mut areas, line_part) = self.areas_of_triangle(place, error);
+            // A face without any force may touch, but bears nothing.
+            if !is_pressed[surface.face_number(place)] {
+                areas = [0.0, 0.0, areas[2]];
+            }
             (0..3).for_each(|k| sums[k] += areas[k]);
             let width = areas[2] - areas[1];
             indicator[tetrahedron] += line_part * width;

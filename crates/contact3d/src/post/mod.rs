@@ -168,13 +168,19 @@ pub(crate) enum EstimatedErrors {
 }
 
 impl ContactReport {
-    /// Evaluates a solved problem, with the error of its displacement in the energy norm.
+    /// Evaluates a solved problem, with the error of its displacement in the energy norm and the quantities that are stored of it.
     ///
     /// # Errors
     /// A load that is not finite.
-    pub fn new(solved: &Solved<'_>) -> Result<Self, InvalidValue> {
+    pub fn new(solved: &Solved<'_>, stored: Vec<FunctionalEstimate>) -> Result<Self, InvalidValue> {
         let recovery = StressRecovery::new(solved.mesh);
-        Self::with(solved, &recovery, EstimatedErrors::Energy, &|_| None)
+        Self::with(
+            solved,
+            &recovery,
+            EstimatedErrors::Energy,
+            &|_| None,
+            stored,
+        )
     }
 
     /// As [`Self::new`], with the errors of quantities of the solution by their `adjoints`, or without the cost of any estimate.
@@ -186,6 +192,7 @@ impl ContactReport {
         recovery: &StressRecovery,
         errors: EstimatedErrors,
         adjoints: &dyn Fn(&[LinearFunctional]) -> Option<Vec<Adjoint>>,
+        stored: Vec<FunctionalEstimate>,
     ) -> Result<Self, InvalidValue> {
         let friction = solved.contact.as_ref();
         let friction = friction.and_then(|contact| contact.friction(solved));
@@ -217,7 +224,7 @@ impl ContactReport {
         };
         let (discretisation_error, functionals) = match errors {
             EstimatedErrors::Nothing => Default::default(),
-            EstimatedErrors::Energy => (ErrorEstimate::new(solved, &known), Vec::new()),
+            EstimatedErrors::Energy => (ErrorEstimate::new(solved, &known), stored),
             EstimatedErrors::Quantities => {
                 functional::estimates(adjoints, solved, &known, &resultants)
             }
@@ -249,7 +256,10 @@ impl ContactReport {
                         false => largest.error.max(of_body),
                     };
                     let wanted = solved.scene.adapt.and_then(|adapt| adapt.of);
-                    if wanted == Some(Functional::LargestVonMises) {
+                    let is_known = |it: &FunctionalEstimate| Some(it.functional) == wanted;
+                    if wanted == Some(Functional::LargestVonMises)
+                        && !functionals.iter().any(is_known)
+                    {
                         functionals.push(largest.quantity(solved.mesh, &discretisation_error));
                     }
                     largest

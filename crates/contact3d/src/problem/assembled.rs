@@ -180,7 +180,7 @@ impl AssembledProblem {
     /// # Errors
     /// [`ProblemError::Invalid`] for a load that is not finite.
     pub fn report(&self, solution: &Solution) -> Result<ContactReport, ProblemError> {
-        Ok(ContactReport::new(&self.solved(solution))?)
+        Ok(ContactReport::new(&self.solved(solution), Vec::new())?)
     }
 
     /// What rounding makes of the residuals of a solution, with |S||λ| in m³, `[n_multipliers]`.

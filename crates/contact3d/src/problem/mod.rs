@@ -23,7 +23,7 @@ use crate::{
     elasticity::load_warnings,
     history::StepRecord,
     mesh::{GmshError, Mesh, MeshError},
-    post::{ContactReport, Solved, SolvedContact},
+    post::{ContactReport, FunctionalEstimate, Solved, SolvedContact},
     scene::{Increment, InvalidValue, Scene, SceneError, SceneFile, SlipMeasure, Warning},
     solver::{ContactSide, NeedsExplicit, Solution},
 };
@@ -219,8 +219,9 @@ impl Problem {
         system: &PrimalSystem,
         coupling: Option<&Coupling>,
         solution: &mut Solution,
+        known: Vec<FunctionalEstimate>,
     ) -> Result<ContactReport, InvalidValue> {
-        let report = ContactReport::new(&self.solved(system, coupling, solution))?;
+        let report = ContactReport::new(&self.solved(system, coupling, solution), known)?;
         report.classify(solution);
         Ok(report)
     }

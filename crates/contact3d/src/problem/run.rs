@@ -234,7 +234,13 @@ impl AssembledProblem {
     ) -> Result<ContactReport, InvalidValue> {
         let assembly = &self.system.assembly;
         let adjoints = |of: &[LinearFunctional]| Adjoint::of(assembly, contact, solution, of);
-        ContactReport::with(&self.solved(solution), recovery, errors, &adjoints)
+        ContactReport::with(
+            &self.solved(solution),
+            recovery,
+            errors,
+            &adjoints,
+            Vec::new(),
+        )
     }
 
     /// The problem of an increment of the scene's load history, which begins where `before` ended, on the same operators.
