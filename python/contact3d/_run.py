@@ -334,6 +334,8 @@ class Run(xr.DataTree):
     def _demand(self, path: str) -> None:
         if not self._has(path):
             why = "it is not solved; contact3d.run brings it up to date"
+            if self._has("solve/status"):
+                why = "the scene has no panes: nothing may touch, or faces are glued"
             raise ValueError(f"{self.file} has no {path}: {why}")
 
     def _size(self, group: str, dim: str) -> int:

@@ -135,6 +135,6 @@ pub(super) fn unmet(adapted: &RefinedLevels, target: f64) -> Option<String> {
         AdaptiveStatus::Stalled => "finer meshes do not lower the estimate any more",
     };
     Some(format!(
-        "NOT MET: the error is about {reached}, {target} was asked for; {why}"
+        "NOT MET: the error is {reached}, {target} was asked for; {why}"
     ))
 }

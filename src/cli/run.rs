@@ -80,6 +80,10 @@ pub(super) fn run(
 fn perform_stale(session: &mut Session, output: &Output) -> Result<Vec<StageTiming>, StageError> {
     let mut performed = Vec::new();
     session.admit_problem()?;
+    if session.holds_other_levels()? {
+        let made = "warning: the mesh that --error had refined is replaced by that of the scene; repeat --error to keep one, or read results by `contact3d-pipe post -v`";
+        say(output, made);
+    }
     for state in session.states()? {
         if state.stage == Stage::Assemble {
             warn(output, &session.warnings()?);

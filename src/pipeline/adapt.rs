@@ -137,6 +137,13 @@ impl Session {
         Ok(self.states()?.iter().all(StageState::is_fresh))
     }
 
+    /// Whether the file holds a mesh that was refined for an error which the scene does not ask for.
+    pub fn holds_other_levels(&self) -> Result<bool, StageError> {
+        let reader = self.store.reader_if_there()?;
+        let levels = reader.map_or(Ok(None), |reader| reader.group_record(ADAPT))?;
+        Ok(self.scene().adapt.is_none() && levels.is_some())
+    }
+
     fn stored_levels(&self) -> Result<Option<(Adaptation, AdaptiveStatus)>, StageError> {
         let reader = self.store.reader_if_there()?;
         let levels = |reader| read(&reader, self.scene()).unwrap_or(None);

@@ -76,6 +76,10 @@ impl SolvedRun<'_> {
         } else {
             (strain > 0.1).then(|| format!("strains reach {}, {look}", percent(strain)))
         };
+        // A newton strains a steel cube of a metre by 5e-12, lengths of mm taken for metres make strains of 1e-5 to 1e-4 as small.
+        let unstrained = (strain > 0.0 && strain < 1e-10).then(|| {
+            format!("strains are no more than {strain:.1e}: check the units of material, loads and lengths")
+        });
         let depth = self.interference / self.mesh.extent();
         let interference = (depth > 0.02).then(|| {
             let depth = percent(depth);
@@ -101,6 +105,7 @@ impl SolvedRun<'_> {
         });
         let all = deformation
             .into_iter()
+            .chain(unstrained)
             .chain(interference)
             .chain(overlap)
             .chain(slide);

@@ -54,16 +54,27 @@ pub fn increments(scene: &Scene, records: &[StepRecord]) -> FigureTable {
         figures.described("step", "step", name, record.increment.step);
         figures.json_only("increment", record.increment.number);
         figures.add("time", "time", Dimension::Time, Fixed(4), record.increment.time);
-        figures.counts("open, stick, slip", [("open", open), ("stick", stick), ("slip", slip)]);
-        figures.told(&contact_force, Dimension::FORCE, Some(record.contact_force));
+        // What an increment without a solution came to is for programs alone.
+        let is_solved = record.status.is_solved();
+        let zones = format!("{open}, {stick}, {slip}");
+        figures.human_only("open, stick, slip", is_solved.then_some(zones));
+        [("open", open), ("stick", stick), ("slip", slip)]
+            .into_iter()
+            .for_each(|(key, count)| figures.json_only(key, count));
+        figures.told(&contact_force, Dimension::FORCE, is_solved.then_some(record.contact_force));
         for (tool, state) in record.tools.iter().enumerate() {
             let words = format!("{} moved", escape_control(&scene.tool_name(tool)));
-            figures.told(&words, Dimension::LENGTH, Some(state.displacement));
+            figures.told(&words, Dimension::LENGTH, is_solved.then_some(state.displacement));
         }
-        figures.told("work of loads", Dimension::Energy, Some([work]));
-        figures.told("friction took", Dimension::Energy, Some([dissipated]));
-        figures.told("strain energy", Dimension::Energy, Some([energies.strain]));
-        figures.told("unaccounted", Dimension::Energy, Some([if is_rounding { 0.0 } else { lost }]));
+        let lost = if is_rounding { 0.0 } else { lost };
+        for (words, energy) in [
+            ("work of loads", work),
+            ("friction took", dissipated),
+            ("strain energy", energies.strain),
+            ("unaccounted", lost),
+        ] {
+            figures.told(words, Dimension::Energy, is_solved.then_some([energy]));
+        }
         figures.json_only("strain_energy", energies.strain);
         figures.json_only("energy_imbalance", energies.imbalance);
         if let Some(errors) = &errors {
@@ -105,9 +116,10 @@ pub fn history_text(scene: &Scene, records: &[StepRecord], all: bool) -> String 
     let mut lines = increments(scene, records).lines().into_iter();
     let titles = lines.next();
     let last = records.len() - 1;
+    let failed = usize::from(!records[last].status.is_solved());
     // Rows of increments that are printed; in a longer history only the ends of steps are.
     let shows_all = all && records.len() <= 60;
-    let is_shown = |k: usize| shows_all || records[k].increment.share >= 1.0 || k == last;
+    let is_shown = |k: usize| shows_all || records[k].increment.share >= 1.0 || k + failed >= last;
     let rows = lines.enumerate().filter(|(k, _)| is_shown(*k));
     let rows = titles.into_iter().chain(rows.map(|(_, line)| line));
     head + &rows.collect::<String>()

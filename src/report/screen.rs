@@ -259,7 +259,12 @@ impl SolvedRun<'_> {
         let value = match (of, &resultants.contact) {
             (Functional::StrainEnergy, _) => resultants.strain_energy,
             (Functional::NormalForce, Some(contact)) => contact.normal_force,
-            (Functional::LargestPressure, Some(contact)) => contact.largest_pressure,
+            (Functional::LargestPressure, Some(contact)) => {
+                let place = self.place_of_largest_pressure();
+                let place =
+                    place.map(|at| format!(" at {}", self.unit(Dimension::LENGTH).told(&at)));
+                return Some(unit.told(&[contact.largest_pressure]) + &place.unwrap_or_default());
+            }
             (Functional::TangentialForce, Some(contact)) => {
                 let force = self.without_noise(contact.tangential_force?, |row| row.force);
                 force[0].hypot(force[1])
@@ -267,6 +272,15 @@ impl SolvedRun<'_> {
             _ => return None,
         };
         Some(unit.told(&[value]))
+    }
+
+    /// The middle of the pane with the largest pressure in m; `None` where none is pressed.
+    fn place_of_largest_pressure(&self) -> Option<[f64; 3]> {
+        let surface = self.mesh.contact.as_ref()?;
+        let stress = |pane: &usize| self.report.panes[*pane].normal_stress;
+        let panes = 0..self.report.panes.len();
+        let highest = panes.min_by(|a, b| stress(a).total_cmp(&stress(b)))?;
+        (stress(&highest) < 0.0).then(|| surface.pane_centre(self.mesh, highest))
     }
 
     fn with_error(&self, it: &FunctionalEstimate, unit: &Unit) -> String {

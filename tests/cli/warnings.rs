@@ -2,6 +2,8 @@
 
 use std::fs;
 
+use serde_json::Value;
+
 use crate::program::{Program, SMALL, pipeline};
 
 /// Runs a pipeline with changes to `run.h5`; what it said on standard error.
@@ -325,6 +327,74 @@ fn forces_that_draw_a_part_of_their_face_are_warned_of() {
     let warning = "warning: force.0.point: so far from the middle";
     assert!(run("6.8").contains(warning));
     assert!(!run("6.5").contains(warning));
+}
+
+/// 1 N on a steel block of 80 m, which was meant in millimetres: strains below 1e-10.
+#[test]
+fn bodies_that_hardly_strain_are_warned_of() {
+    let (_, text) = scene(PAD, &["--set", "clamp.0.value=[0.0, 0.0, -1e-11]"]);
+    assert!(
+        text.contains("warning: strains are no more than 1"),
+        "{text}"
+    );
+    let (_, text) = scene(PAD, &["--set", "clamp.0.value=[0.0, 0.0, -1e-7]"]);
+    assert!(!text.contains("strains are no more"), "{text}");
+}
+
+/// Two blocks of which one stands on a foundation of its own: nothing keeps it out of the other.
+#[test]
+fn bodies_without_contact_are_warned_of() {
+    let program = Program::new();
+    let pair = pipeline("two_blocks.toml");
+    let said = |contact: &str| {
+        let mut command = program.command(&["mesh", pair.to_str().unwrap(), "run.h5"]);
+        command.args(["--set", contact, "--set", "step=[]"]);
+        let done = command.output().unwrap();
+        String::from_utf8_lossy(&done.stderr).into_owned()
+    };
+    let warning = "body \"steel\": no contact names it";
+    let text = said("contact={face=\"aluminium.z_min\"}");
+    assert!(text.contains(warning), "{text}");
+    let text = said("contact={between=[\"aluminium.z_min\", \"steel.z_max\"]}");
+    assert!(!text.contains(warning), "{text}");
+}
+
+/// A mesh that was refined for an error is not thrown away in silence; what is read of a file later is what the run said.
+#[test]
+fn refined_meshes_are_told_of_before_they_go_and_read_as_they_were() {
+    let program = Program::new();
+    let pad = PAD.replace(
+        "[contact]",
+        "[contact.obstacle.sphere]\ncentre = [4.0, 5.0, -30.0]\nradius = 30.0\n[contact]",
+    );
+    fs::write(program.path("scene.toml"), pad).unwrap();
+    let run = |more: &[&str]| {
+        let mut command = program.command(&["run", "scene.toml", "run.h5", "--no-figures"]);
+        command.args([
+            "--set",
+            "clamp.0.value=[0.0, 0.0, -0.1]",
+            "--set",
+            "body.element=\"P2\"",
+        ]);
+        command.args(more).output().unwrap()
+    };
+    let first = run(&["--error", "40%", "--json"]);
+    let first: Value = serde_json::from_slice(&first.stdout).unwrap();
+    let status = program
+        .command(&["status", "run.h5", "--json"])
+        .output()
+        .unwrap();
+    let later: Value = serde_json::from_slice(&status.stdout).unwrap();
+    let largest = |json: &Value| json["largest_von_mises"].clone();
+    assert!(largest(&first)["error"].as_f64().unwrap() > 0.0, "{first}");
+    assert_eq!(largest(&first), largest(&later["results"]));
+    let text = String::from_utf8_lossy(&run(&[]).stderr).into_owned();
+    assert!(
+        text.contains("that --error had refined is replaced"),
+        "{text}"
+    );
+    let text = String::from_utf8_lossy(&run(&[]).stderr).into_owned();
+    assert!(!text.contains("is replaced"), "{text}");
 }
 
 /// A ball whose contact is a ring of four panes, or fills the face and has panes within.

@@ -367,7 +367,7 @@ impl ContactSurface {
 
     /// The centroid of a pane in m.
     #[must_use]
-    pub(crate) fn pane_centre(&self, mesh: &Mesh, pane: usize) -> [f64; 3] {
+    pub fn pane_centre(&self, mesh: &Mesh, pane: usize) -> [f64; 3] {
         let weights = self.pane_weights(pane);
         weights.fold([0.0; 3], |sum, (node, weight)| {
             let at = mesh.coordinates[self.nodes[node]];

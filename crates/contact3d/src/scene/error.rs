@@ -5,7 +5,7 @@ use std::{fmt, ops::Range, string::FromUtf8Error};
 use miette::{Diagnostic, NamedSource, SourceSpan};
 use thiserror::Error;
 
-use super::{Component, ElementOrder, Follow, Isotropic, Material, Scene, Written};
+use super::{Component, Contact, ElementOrder, Follow, Isotropic, Material, Scene, Written};
 
 /// Why a scene file cannot be used; draws the offending line.
 #[derive(Debug, Error, Diagnostic)]
@@ -187,6 +187,11 @@ pub enum Warning {
         /// The largest share of one of them that the joint covers.
         cover: f64,
     },
+    /// One of several bodies that no contact names.
+    UntouchedBody {
+        /// Its name.
+        name: String,
+    },
     /// A law of friction that is not positive and finite at slips that may never occur.
     LawLeavesRange {
         /// The key of the law.
@@ -208,7 +213,21 @@ impl Scene {
             .chain(self.locking())
             .chain(self.too_stiff())
             .chain(self.nothing_to_follow())
+            .chain(self.untouched())
             .collect()
+    }
+
+    /// Of several bodies those that no contact is of, while others have one.
+    fn untouched(&self) -> impl Iterator<Item = Warning> {
+        let bodies = 0..self.bodies.len();
+        let faces = || self.contacts.iter().flat_map(Contact::faces);
+        let names = bodies.filter(move |body| {
+            let prefix = self.face_prefix(*body);
+            faces().next().is_some() && !faces().any(|face| face.starts_with(&prefix))
+        });
+        names.map(|body| Warning::UntouchedBody {
+            name: self.body_name(body),
+        })
     }
 
     /// The materials in which linear tetrahedra lock: they make a flat pad on 8 × 8 × 4 cells too stiff by 6 % at a Poisson's ratio of
@@ -322,6 +341,11 @@ impl fmt::Display for Warning {
                 f,
                 "{key}: the joint covers {:.0} % of a triangle of {face} at most, which makes it far too stiff; refine {face} there",
                 100.0 * cover
+            ),
+            Self::UntouchedBody { name } => write!(
+                f,
+                "body {}: no contact names it, so that it passes through the others; write [[contact]] between = [...] of two faces where bodies may touch",
+                Written(name)
             ),
             Self::LawLeavesRange { key, value, place } => {
                 let remedy = if value.is_nan() {

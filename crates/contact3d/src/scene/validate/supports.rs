@@ -136,13 +136,17 @@ fn check_name(scene: &Scene, face: &str, key: &str) -> Result<(), InvalidValue> 
     let is_known = known.iter().any(|name| name == face);
     let files = bodies().filter(|body| scene.bodies[*body].brick.is_none());
     known.extend(files.map(|body| format!("{}NAME", scene.face_prefix(body))));
+    let help = if scene.bodies.iter().all(|body| body.brick.is_none()) {
+        "faces of several bodies are named BODY.FACE"
+    } else {
+        "a brick has these six faces; named groups come with Gmsh meshes"
+    };
     require(
         is_known,
         key,
         &format!("one of {}", known.join(", ")),
         Written(&face),
-        &(nearest(face, &known).unwrap_or_default()
-            + "a brick has these six faces; named groups come with Gmsh meshes"),
+        &(nearest(face, &known).unwrap_or_default() + help),
     )
 }
 
