@@ -239,18 +239,28 @@ impl ContactSystem {
         transposed.transposed_excess(displacement, &distances)
     }
 
-    /// Whether slips begin at zero, of a face that nothing loads and where u = 0 does not penetrate; `None` of any other.
-    pub(crate) fn unloaded(
+    /// Whether λ = 0 and u = 0 solve the problem: without load or penetration, and without friction that needs no pressure and would resist
+    /// slips since the last increment.
+    pub(crate) fn is_unloaded(
         &self,
         primal: &PrimalSystem,
         surface: &ContactSurface,
         interface: &Interface,
-    ) -> Option<bool> {
-        let is_loaded = primal.load.iter().any(|force| *force != 0.0);
+    ) -> bool {
+        if primal.load.iter().any(|force| *force != 0.0) {
+            return false;
+        }
         let distances = self.distances(&primal.dofs, surface, interface);
         let (normal, tangential) = distances.split_at(surface.n_panes());
-        let penetrates = normal.iter().any(|gap| *gap < 0.0);
-        (!is_loaded && !penetrates).then(|| tangential.iter().all(|slip| *slip == 0.0))
+        let resists = match interface.coulomb() {
+            Some(law) => {
+                let bounds = law.slip_bounds(&vec![0.0; surface.n_panes()]);
+                bounds.iter().any(|bound| *bound > 0.0)
+            }
+            None => true,
+        };
+        let slips = tangential.iter().any(|slip| *slip != 0.0);
+        normal.iter().all(|gap| *gap >= 0.0) && !(resists && slips)
     }
 
     /// What the free degrees of freedom have to close: ∫ gap over each pane and, tangentially, ∫ u_tⁿ⁻¹ of a load history, less B u

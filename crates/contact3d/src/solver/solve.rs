@@ -116,24 +116,14 @@ impl ContactSolve<'_> {
             solution.rigid.get_or_insert_default().mechanism = Some(mechanism);
             return Ok(solution);
         }
-        if self.is_unloaded() {
+        let ContactSide { surface, interface } = self.body.face;
+        let primal = &self.body.assembly.primal;
+        if self.dual.is_unloaded(primal, surface, interface) {
             return Ok(self.at_rest(Assessment::of_direct(), Trace::default()));
         }
         let set = self.laws.feasible_set(None);
         let bound = Bound::of(self.laws, &set);
         Ok(self.finalize(self.by_method(bound, observe)?))
-    }
-
-    /// Whether λ = 0 and u = 0 solve the problem: without load or penetration, and without friction that needs no pressure.
-    fn is_unloaded(&self) -> bool {
-        let slides = |law: &CoulombLaw| {
-            let bounds = self.laws.without_pressure(law, &[]).slip_bound;
-            bounds.iter().all(|bound| *bound == 0.0)
-        };
-        let ContactSide { surface, interface } = self.body.face;
-        let primal = &self.body.assembly.primal;
-        let unloaded = self.dual.unloaded(primal, surface, interface);
-        unloaded.is_some_and(|is_back| is_back || self.laws.coulomb().is_some_and(slides))
     }
 
     /// By the method of the table above.

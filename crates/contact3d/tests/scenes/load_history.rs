@@ -321,6 +321,57 @@ fn a_step_without_an_answer_ends_the_history() {
     assert!(!history.solution.status.is_solved());
 }
 
+/// A block on soft springs and a round foundation, loaded, unloaded and loaded again: without load it rests without any force, and what it
+/// bears the second time is what it bore the first. Without steps and load it is left where it is.
+#[test]
+fn unloading_ends_no_history() {
+    for held in [
+        "",
+        "spring = [{ face = 'z_max', normal = 1e3, tangential = 1e3 }]",
+    ] {
+        let text = |value: f64, steps: &str| {
+            format!(
+                "title = 'unloaded'
+                 body.brick = {{ size = [0.2, 0.2, 0.1], cells = [4, 4, 2] }}
+                 material.isotropic = {{ young_modulus = 1e8, poisson_ratio = 0.3 }}
+                 pressure = [{{ name = 'press', face = 'z_max', value = {value:?} }}]
+                 contact.face = 'z_min'
+                 contact.obstacle.cylinder = {{ point = [0.1, 0.1, -5.0], direction = [1.0, 0.0, 0.0], radius = 5.0 }}
+                 friction.coefficient.constant = 0.3
+                 {held}
+                 {steps}"
+            )
+        };
+        let steps = "step = [{}, { factor.press = 0.0 }, { factor.press = 1.0 }]";
+        let scene = Scene::parse("unloaded", &text(1e4, steps)).expect("a scene");
+        let run = solved(scene);
+        let forces: Vec<f64> = run.records.iter().map(|it| it.contact_force[2]).collect();
+        assert!(forces.len() == 3 && forces[1] == 0.0, "{held} {forces:?}");
+        let force = 1e4 * 0.04;
+        // Springs take their share, at most of the order of their stiffness over that of the contact.
+        assert!(
+            (forces[0] - force).abs() < 0.01 * force,
+            "{held} {forces:?}"
+        );
+        // Friction brings panes to rest at other slips, within its share of the force.
+        assert!(
+            (forces[2] - forces[0]).abs() < 1e-6 * force,
+            "{held} {forces:?}"
+        );
+        assert!(
+            run.records[1]
+                .displacement
+                .as_flattened()
+                .iter()
+                .all(|u| *u == 0.0)
+        );
+
+        let still = assembled(Scene::parse("unloaded", &text(0.0, "")).expect("a scene"));
+        let solution = still.solve(&SolveSettings::default()).expect("S is dense");
+        assert!(solution.status.is_solved() && solution.displacement.iter().all(|u| *u == 0.0));
+    }
+}
+
 #[test]
 fn a_scene_with_steps_has_no_single_answer() {
     let problem = assembled(block(CYCLE, ""));
