@@ -198,7 +198,7 @@ fn discs_have_their_area_and_second_moments() {
     }
 }
 
-/// A plate of 3 × 3 cells with a hole in the place of the middle one, in Gmsh's format 2.2; its upper face is `top`.
+/// A plate of 3 × 3 cells with a hole in the place of the middle one, in Gmsh's format 2.2; its faces are `top` and `bottom`.
 fn plate_with_hole() -> String {
     let node = |[i, j, k]: [usize; 3]| 1 + i + 4 * (j + 4 * k);
     let mut elements = Vec::new();
@@ -220,13 +220,11 @@ fn plate_with_hole() -> String {
                 next[axis] += 1;
                 path.push(next);
             }
-            let top: Vec<_> = path
-                .iter()
-                .filter(|at| at[2] == 1)
-                .map(|at| node(*at))
-                .collect();
-            if let [p, q, r] = top[..] {
-                elements.push(format!("2 2 1 1 {p} {q} {r}"));
+            for (group, level) in [(1, 1), (3, 0)] {
+                let at = path.iter().filter(|at| at[2] == level);
+                if let [p, q, r] = at.map(|at| node(*at)).collect::<Vec<_>>()[..] {
+                    elements.push(format!("2 2 {group} 1 {p} {q} {r}"));
+                }
             }
             // Odd permutations turn the tetrahedron inside out.
             if (b + 3 - a) % 3 == 2 {
@@ -243,7 +241,7 @@ fn plate_with_hole() -> String {
         .map(|(k, element)| format!("{} {element}", k + 1));
     let list = |lines: Vec<String>| format!("{}\n{}", lines.len(), lines.join("\n"));
     format!(
-        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n2 1 \"top\"\n3 2 \"plate\"\n$EndPhysicalNames\n\
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n3\n2 1 \"top\"\n2 3 \"bottom\"\n3 2 \"plate\"\n$EndPhysicalNames\n\
          $Nodes\n{}\n$EndNodes\n$Elements\n{}\n$EndElements\n",
         list(nodes.collect()),
         list(elements.collect())
@@ -260,6 +258,7 @@ fn discs_may_lie_around_a_hole() {
             "title = 'washer'
             body.gmsh.file = 'plate.msh'
             material.isotropic = {{ young_modulus = 2e11, poisson_ratio = 0.3 }}
+            clamp = [{{ face = 'bottom' }}]
             pressure = [{{ face = 'top', value = 1.0, disc = {{ centre = {centre:?}, radius = 1.2 }} }}]"
         );
         let scene = scene(&text);
