@@ -217,7 +217,7 @@ fn scene_of_bodies(mesh: &MeshInspection, arguments: &InspectArguments) -> Strin
     let bodies = mesh.mesh.bodies.iter().zip(&mesh.parts);
     let bodies = bodies.map(|(body, (volume, ..))| {
         let (name, volume) = (quoted(&body.name), quoted(volume));
-        format!("[[body]]\nname = {name}\ngmsh = {{ file = {file}, volume = {volume} }}\n\n")
+        format!("[[body]]\nname = {name}\nelement = \"P2\"\ngmsh = {{ file = {file}, volume = {volume} }}\n\n")
     });
     let pairs = mesh.meeting_faces();
     let contacts = pairs.iter().map(|pair| {
