@@ -23,8 +23,11 @@ use super::{
     estimate::{SolutionData, displacements, multipliers_between_nodes},
 };
 use crate::{
-    contact::Ellipse, elasticity::MaterialField, reference::QUADRATIC_TRIANGLE_NODES,
-    scene::Functional,
+    contact::Ellipse,
+    elasticity::MaterialField,
+    mesh::{ContactSurface, Mesh},
+    reference::QUADRATIC_TRIANGLE_NODES,
+    scene::{Functional, Scene},
 };
 
 /// Share of a pane by which a level line may lie away.
@@ -316,8 +319,11 @@ impl<'a> Margins<'a> {
 }
 
 /// k of the materials behind each pane and opposite it in Pa/m, `[n_panes]`.
-pub(super) fn half_space_stiffness(solved: &Solved<'_>, contact: &SolvedContact<'_>) -> Vec<f64> {
-    let (scene, mesh, surface) = (solved.scene, solved.mesh, contact.state.surface);
+pub(super) fn half_space_stiffness(
+    scene: &Scene,
+    mesh: &Mesh,
+    surface: &ContactSurface,
+) -> Vec<f64> {
     let material = MaterialField::new(scene, mesh);
     let mut yielding = vec![0.0; surface.n_panes()];
     for (entry, face) in scene.contact_order().into_iter().zip(&surface.faces) {

@@ -1,8 +1,8 @@
 //! Contact too narrow for its panes, and how wide it is by Hertz's theory.
 //!
 //! Where all force is on panes that lie beside open ones, panes tell neither the largest pressure nor the area. The force itself is known,
-//! as equilibrium fixes it, and so is the gap before loading, d(s) ≈ d₀ + g·s + ½ s·Ks near the place. With κ₁ ≥ κ₂ ≥ 0 of K and
-//! E* = E/(1 − ν²) the contact under a force F is an ellipse with the semi-axes (K. L. Johnson, Contact Mechanics, 4.2)
+//! as equilibrium fixes it, and so is the gap before loading, d(s) ≈ d₀ + g·s + ½ s·Ks near the place. With κ₁ ≥ κ₂ ≥ 0 of K and E* of
+//! [`super::areas`] the contact under a force F is an ellipse with the semi-axes (K. L. Johnson, Contact Mechanics, 4.2)
 //!
 //! ```text
 //!     c³ = 3F / (4 E* √(κ₁ κ₂)),    b ≈ c (κ₂/κ₁)^(1/3),    a ≈ c (κ₁/κ₂)^(1/3),
@@ -14,8 +14,8 @@ use std::{collections::BTreeSet, f64::consts::PI};
 
 use nalgebra::{Matrix2, Matrix3x2, Matrix6, Vector2, Vector3, Vector6};
 
-use super::{ContactReport, Zone};
-use crate::{elasticity::MaterialField, mesh::Mesh, scene::Scene, solver::ContactSide};
+use super::{ContactReport, Zone, areas::half_space_stiffness};
+use crate::{mesh::Mesh, scene::Scene, solver::ContactSide};
 
 /// Contact that is as narrow as one pane.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -82,33 +82,24 @@ fn hertz_width(
 ) -> Option<f64> {
     let surface = side.surface;
     let pane_width = surface.pane_area[pane].sqrt();
-    let mut places = 0..surface.facets.len();
-    let place = places.find(|place| surface.panes_of_facet(mesh, *place).contains(&pane))?;
-    let behind = mesh.behind(std::iter::once(surface.facets[place]))[0];
-    let load = force / MaterialField::new(scene, mesh).plane_strain_modulus(behind);
+    let stiffness = half_space_stiffness(scene, mesh, surface);
+    let load = force / (stiffness[pane] * pane_width / 2.0);
 
     let centre = Vector3::from(surface.pane_centre(mesh, pane));
     let (nearest, _) = surface.pane_weights(pane).next()?;
-    let frame = &side.interface.frame;
-    let axes = frame.axes_at(nearest).map(Vector3::from);
+    let axes = side.interface.frame.axes_at(nearest).map(Vector3::from);
     let tangent = Matrix3x2::from_columns(&axes).transpose();
-    let near = |at: [f64; 3]| tangent * (Vector3::from(at) - centre) / pane_width;
-
+    // In widths of the pane.
+    let near = |node: usize| {
+        let at = Vector3::from(mesh.coordinates[surface.nodes[node]]);
+        tangent * (at - centre) / pane_width
+    };
     let face = &surface.faces[surface.face_of_pane(pane)];
     let gap = side.interface.gap.as_ref()?;
-    let mut normal = Matrix6::zeros();
-    let mut moments = Vector6::zeros();
-    for node in face.nodes.clone() {
-        let s = near(mesh.coordinates[surface.nodes[node]]);
-        // Panes beside it.
-        if s.amax() < 2.0 {
-            let row = Vector6::new(1.0, s.x, s.y, 0.5 * s.x * s.x, s.x * s.y, 0.5 * s.y * s.y);
-            normal += row * row.transpose();
-            moments += row * gap[node];
-        }
-    }
-    let fitted = normal.cholesky()?.solve(&moments) / (pane_width * pane_width);
-    let curvature = Matrix2::new(fitted[3], fitted[4], fitted[4], fitted[5]).symmetric_eigen();
+    // Up to the panes beside it.
+    let around = face.nodes.clone().map(|node| (near(node), gap[node]));
+    let around = around.filter(|(s, _)| s.amax() < 2.0);
+    let curvature = (curvature(around)? / (pane_width * pane_width)).symmetric_eigen();
     let (steep, flat) = (curvature.eigenvalues.imax(), curvature.eigenvalues.imin());
     let along: Vector2<f64> = curvature.eigenvectors.column(flat).into();
     let [steep, flat] = [steep, flat].map(|k| curvature.eigenvalues[k]);
@@ -117,19 +108,28 @@ fn hertz_width(
         return None;
     }
     let weights = patch.iter().flat_map(|&pane| surface.pane_weights(pane));
-    let nodes = weights.map(|(node, _)| near(mesh.coordinates[surface.nodes[node]]));
-    let ends = nodes.fold([0.0, 0.0], |[low, high]: [f64; 2], at| {
-        [low.min(along.dot(&at)), high.max(along.dot(&at))]
+    let ends = weights.fold([0.0, 0.0], |[low, high]: [f64; 2], (node, _)| {
+        let at = along.dot(&near(node));
+        [low.min(at), high.max(at)]
     });
     let length = pane_width * (ends[1] - ends[0]).max(1.0);
-    let strip = (4.0 * load / (PI * length * steep)).sqrt();
     let round = (0.75 * load / (steep * flat.max(0.0)).sqrt()).cbrt();
-    let is_strip = 2.0 * round * (steep / flat).cbrt() > length || flat <= 0.0;
-    Some(
-        2.0 * if is_strip {
-            strip
-        } else {
-            round * (flat / steep).cbrt()
-        },
-    )
+    let is_strip = flat <= 0.0 || 2.0 * round * (steep / flat).cbrt() > length;
+    let half = match is_strip {
+        true => (4.0 * load / (PI * length * steep)).sqrt(),
+        false => round * (flat / steep).cbrt(),
+    };
+    Some(2.0 * half)
+}
+
+/// K of the quadratic function that is nearest to some values at their places; `None` where they do not tell it.
+fn curvature(values: impl Iterator<Item = (Vector2<f64>, f64)>) -> Option<Matrix2<f64>> {
+    let (mut normal, mut moments) = (Matrix6::zeros(), Vector6::zeros());
+    for (s, value) in values {
+        let row = Vector6::new(1.0, s.x, s.y, 0.5 * s.x * s.x, s.x * s.y, 0.5 * s.y * s.y);
+        normal += row * row.transpose();
+        moments += row * value;
+    }
+    let fitted = normal.cholesky()?.solve(&moments);
+    Some(Matrix2::new(fitted[3], fitted[4], fitted[4], fitted[5]))
 }
