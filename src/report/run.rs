@@ -401,8 +401,8 @@ impl<'a> SolvedRun<'a> {
         figures.json_only("title", &self.scene.title);
         figures.json_only("forces", self.forces().json());
         figures.json_only("faces", (!faces.rows.is_empty()).then(|| faces.json()));
-        let volumes = mesh.corner_volumes();
         let motion = |displacement| {
+            let volumes = mesh.corner_volumes();
             rigid_json(&BodyMotion::fitted(
                 &mesh.coordinates,
                 &volumes,

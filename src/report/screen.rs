@@ -89,23 +89,25 @@ impl SolvedRun<'_> {
                 .iter()
                 .fold(0.0_f64, |most, part| most.max(part.abs()))
         };
-        let lever = size(&tool.force) * self.mesh.extent();
-        let told = |dimension, vector: [f64; 3]| {
-            let of_force = if dimension == Dimension::MOMENT {
-                lever
-            } else {
-                0.0
-            };
-            let largest = size(&vector).max(of_force);
-            let noise = 1e-9 * largest;
+        let told = |dimension, vector: [f64; 3], least: f64| {
+            let noise = 1e-9 * size(&vector).max(least);
             let clean = vector.map(|part| if part.abs() <= noise { 0.0 } else { part });
             (size(&clean) > 0.0).then(|| self.unit(dimension).told(&clean))
         };
+        let lever = size(&tool.force) * self.mesh.extent();
         let parts = [
-            ("moved by ", told(Dimension::LENGTH, tool.displacement), ""),
-            ("turned by ", told(Dimension::Number, tool.turn), " rad"),
-            ("force ", told(Dimension::FORCE, tool.force), ""),
-            ("moment ", told(Dimension::MOMENT, tool.moment), ""),
+            (
+                "moved by ",
+                told(Dimension::LENGTH, tool.displacement, 0.0),
+                "",
+            ),
+            (
+                "turned by ",
+                told(Dimension::Number, tool.turn, 0.0),
+                " rad",
+            ),
+            ("force ", told(Dimension::FORCE, tool.force, 0.0), ""),
+            ("moment ", told(Dimension::MOMENT, tool.moment, lever), ""),
         ];
         let parts = parts
             .into_iter()

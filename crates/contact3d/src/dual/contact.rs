@@ -193,9 +193,7 @@ impl ContactSystem {
         interface: &Interface,
     ) {
         let integrals = self.coupling.integrate(unconstrained);
-        let mut rhs = integrals.clone();
-        add_scaled(&mut rhs, -1.0, &self.distances(dofs, surface, interface));
-        self.set_dual_rhs(rhs);
+        self.set_dual_rhs(self.beyond(integrals.clone(), dofs, surface, interface));
         self.unconstrained = integrals;
     }
 
@@ -210,10 +208,21 @@ impl ContactSystem {
         surface: &ContactSurface,
         interface: &Interface,
     ) -> Vec<f64> {
-        let mut residual = self.coupling.integrate(displacement);
+        let integrals = self.coupling.integrate(displacement);
+        self.beyond(integrals, dofs, surface, interface)
+    }
+
+    /// What B u of a displacement is beyond the [distances](Self::distances), in m³.
+    fn beyond(
+        &self,
+        mut integrals: Vec<f64>,
+        dofs: &DofMap,
+        surface: &ContactSurface,
+        interface: &Interface,
+    ) -> Vec<f64> {
         let distances = self.distances(dofs, surface, interface);
-        add_scaled(&mut residual, -1.0, &distances);
-        residual
+        add_scaled(&mut integrals, -1.0, &distances);
+        integrals
     }
 
     /// The same of unknowns x = (λ, α) with the displacement A⁻¹(l − Bᵀλ) and its remainder, in twice the working precision.

@@ -237,6 +237,18 @@ impl Mesh {
         }
     }
 
+    /// A quarter of the volume of each tetrahedron at each of its corners in m³, `[n_nodes]`: weights with which means over nodes are those of
+    /// the body, however its mesh is refined.
+    #[must_use]
+    pub fn corner_volumes(&self) -> Vec<f64> {
+        let mut volumes = vec![0.0; self.coordinates.len()];
+        for corners in &self.tetrahedra {
+            let quarter = tetrahedron_volume(&self.corners(corners)) / 4.0;
+            corners.iter().for_each(|&node| volumes[node] += quarter);
+        }
+        volumes
+    }
+
     /// Which components of each node the clamps hold, and the tools that faces are bonded to, `[n_nodes, 3]`.
     #[must_use]
     pub fn held_nodes(&self, scene: &Scene) -> Vec<[bool; 3]> {
@@ -373,20 +385,6 @@ fn check_face_names(scene: &Scene, names: &[String]) -> Result<(), InvalidValue>
         }
     }
     Ok(())
-}
-
-impl Mesh {
-    /// A quarter of the volume of each tetrahedron at each of its corners in m³, `[n_nodes]`: weights with which means over nodes are those of
-    /// the body, however its mesh is refined.
-    #[must_use]
-    pub fn corner_volumes(&self) -> Vec<f64> {
-        let mut volumes = vec![0.0; self.coordinates.len()];
-        for corners in &self.tetrahedra {
-            let quarter = tetrahedron_volume(&self.corners(corners)) / 4.0;
-            corners.iter().for_each(|&node| volumes[node] += quarter);
-        }
-        volumes
-    }
 }
 
 /// The mean of the corners of a triangle or a tetrahedron.

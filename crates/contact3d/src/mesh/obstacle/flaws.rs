@@ -90,18 +90,11 @@ impl TriangulatedSurface {
         let least = digits.max(CUT * longest[0].min(longest[1]));
         let normals = [one, other].map(|triangle| self.normal(triangle));
         let along = normals[0].cross(&normals[1]).try_normalize(0.0)?;
-        let first = in_plane(
-            &triangles[0],
-            (&triangles[1][0], &normals[1]),
-            &along,
-            least,
-        )?;
-        let second = in_plane(
-            &triangles[1],
-            (&triangles[0][0], &normals[0]),
-            &along,
-            least,
-        )?;
+        let through_other = |k: usize| {
+            let plane = (&triangles[1 - k][0], &normals[1 - k]);
+            in_plane(&triangles[k], plane, &along, least)
+        };
+        let (first, second) = (through_other(0)?, through_other(1)?);
         let place = |x: &Vector3<f64>| x.dot(&along);
         let from = if place(&first[0]) > place(&second[0]) {
             first[0]
