@@ -32,6 +32,8 @@ pub struct Results {
     pub report: ContactReport,
     /// The increments of a load history, the last of which the other results are of; none without one.
     pub increments: Vec<StepRecord>,
+    /// Increments before the last that are loaded more, by their places.
+    loaded: Vec<(usize, Problem, ContactReport)>,
 }
 
 impl Results {
@@ -41,6 +43,21 @@ impl Results {
         let side = self.problem.contact_side().into_iter();
         let depths = side.flat_map(|it| it.interface.depths(self.problem.scene(), it.surface));
         depths.fold(0.0, |deepest, (_, depth)| deepest.max(depth))
+    }
+
+    /// What follows from the increment with the largest load of a kind, and which one it is; `None` for it where there is no history.
+    #[must_use]
+    pub fn loaded_most(
+        &self,
+        load: fn(&StepRecord) -> f64,
+    ) -> (&Problem, &ContactReport, Option<usize>) {
+        let most = StepRecord::loaded_most(&self.increments, load);
+        let earlier = self.loaded.iter().find(|(place, ..)| *place == most);
+        let number = (!self.increments.is_empty()).then_some(most);
+        earlier.map_or(
+            (&self.problem, &self.report, number),
+            |(_, problem, report)| (problem, report, number),
+        )
     }
 
     /// The largest depth in m to which bodies overlap that are taken to touch; zero where none do.
@@ -56,23 +73,25 @@ impl Results {
         faces.flatten().fold(0.0, |deepest, at| deepest.max(-at))
     }
 
-    /// Contact that is as narrow as one pane; `None` where panes tell how its pressure falls.
+    /// Contact that is as narrow as one pane under the largest force; `None` where panes tell how its pressure falls.
     #[must_use]
     pub fn narrow_contact(&self) -> Option<NarrowContact> {
-        let side = self.problem.contact_side()?;
+        let [.., force] = StepRecord::LOADS;
+        let (problem, report, _) = self.loaded_most(force);
         let solved = self.solution.status.is_solved();
-        let (scene, mesh) = (self.problem.scene(), self.mesh());
-        solved.then(|| self.report.narrow_contact(scene, mesh, side))?
+        let of = |side| report.narrow_contact(problem.scene(), problem.mesh(), side);
+        problem.contact_side().filter(|_| solved).and_then(of)
     }
 
-    /// What is allowed in the scene, of a load history that of the last increment, and probably not meant.
+    /// What is allowed in the scene, of a load history that of the increment with the largest strain energy, and probably not meant.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         // The scene of an increment has no steps.
         let is_history = !self.increments.is_empty();
         let holds =
             |warning: &Warning| !is_history || !matches!(warning, Warning::NothingToFollow { .. });
-        let warnings = self.problem.warnings().into_iter().filter(holds);
+        let (problem, ..) = self.loaded_most(StepRecord::LOADS[0]);
+        let warnings = problem.warnings().into_iter().filter(holds);
         warnings.map(|warning| warning.to_string()).collect()
     }
 
@@ -100,12 +119,33 @@ impl Results {
             .problem
             .assess(primal, coupling, &mut solve.solution, known);
         let report = judged.map_err(|invalid| input.refuse(invalid))?;
+        let known = (primal, coupling);
+        let loaded = problem.loaded_most(&solve.increments, known, &solve.solution);
         Ok(Self {
+            loaded: loaded.map_err(|invalid| input.refuse(invalid))?,
             problem: solve.problem,
             dofs: solve.primal.dofs,
             solution: solve.solution,
             report,
             increments: solve.increments,
+        })
+    }
+
+    /// Those of a solve of a problem, whose increments that are loaded most are evaluated.
+    pub(super) fn of(problem: &Problem, answer: SolvedProblem) -> Result<Self, InvalidValue> {
+        let AssembledProblem {
+            problem: last,
+            system,
+        } = answer.problem;
+        let primal = system.assembly.primal;
+        let coupling = system.contact.as_ref().map(|contact| &contact.coupling);
+        Ok(Self {
+            loaded: problem.loaded_most(&answer.records, (&primal, coupling), &answer.solution)?,
+            problem: last,
+            dofs: primal.dofs,
+            solution: answer.solution,
+            report: answer.report,
+            increments: answer.records,
         })
     }
 
@@ -176,42 +216,19 @@ impl StoredSolve {
         } else {
             Vec::new()
         };
-        let mut after = || -> Result<Problem, InvalidValue> {
-            if !has_history {
-                return Ok(problem.clone());
-            }
-            // The stored loads may be those of another increment.
-            let last = problem.after_increments(&increments)?;
-            primal.apply_loads(last.scene(), last.mesh())?;
-            Ok(last)
+        let after = || problem.system_after(&increments, &primal);
+        let (problem, primal, followed) = match has_history {
+            true => after().map_err(|invalid| input.refuse(invalid))?,
+            false => (problem.clone(), primal, None),
         };
-        let problem = after().map_err(|invalid| input.refuse(invalid))?;
-        let face = problem
-            .contact_side()
-            .filter(|_| input.scene.follows_tools());
         Ok(Self {
             // The stored one is that of the scene before it moves.
-            coupling: face.map_or(coupling, |face| {
-                Some(face.interface.coupling(face.surface, &primal.dofs))
-            }),
+            coupling: followed.or(coupling),
             problem,
             primal,
             solution,
             increments,
         })
-    }
-}
-
-impl From<SolvedProblem> for Results {
-    fn from(answer: SolvedProblem) -> Self {
-        let AssembledProblem { problem, system } = answer.problem;
-        Self {
-            problem,
-            dofs: system.assembly.primal.dofs,
-            solution: answer.solution,
-            report: answer.report,
-            increments: answer.records,
-        }
     }
 }
 

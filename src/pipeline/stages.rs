@@ -161,7 +161,8 @@ impl Session {
             &mut self.storage(least_cost, observe),
         );
         let answer = answer.map_err(|error| refused(&self.store.input, error))?;
-        let results = Arc::new(Results::from(answer));
+        let results = Results::of(&assembled.problem, answer);
+        let results = Arc::new(results.map_err(|invalid| self.store.input.refuse(invalid))?);
         self.cache.results = Some(results.clone());
         Ok(StageOutput::Solve(results))
     }

@@ -1,6 +1,7 @@
 //! What there is to look at in a solution: nothing touches, something is too large for the theory, or contact is too narrow for its panes.
 
 use contact3d::{
+    history::StepRecord,
     mesh::extents,
     post::{NarrowContact, PaneState, Zone},
     scene::{Follow, Obstacle},
@@ -21,7 +22,11 @@ impl SolvedRun<'_> {
     pub(super) fn nothing_touches(&self) -> Option<String> {
         let panes = &self.report.panes;
         let is_open = |pane: &PaneState| pane.zone == Zone::Open;
-        if panes.is_empty() || !self.solution.has_computed_solution() || !panes.iter().all(is_open)
+        let touched = |record: &StepRecord| record.panes.iter().any(|it| it.zone != Zone::Open);
+        if panes.is_empty()
+            || !self.solution.has_computed_solution()
+            || !panes.iter().all(is_open)
+            || self.increments.iter().any(touched)
         {
             return None;
         }
@@ -63,24 +68,27 @@ impl SolvedRun<'_> {
             let [x, y, z] = extents(vectors);
             x.hypot(y).hypot(z)
         };
-        let share = size(&self.report.displacement) / size(&self.mesh.coordinates);
-        let strain = self.report.largest_strain(self.mesh);
+        let [_, stress, _] = StepRecord::LOADS;
+        let (_, report, place) = self.results.loaded_most(stress);
+        let when = self.in_increment(place);
+        let share = size(&report.displacement) / size(&self.mesh.coordinates);
+        let strain = report.largest_strain(self.mesh);
         let look =
             "but small deformations are assumed: check the units of material, loads and lengths";
         // What displacements may differ from each other, over the size of the body, and strains may be, before they are not small.
         let deformation = if share > 0.1 {
             Some(format!(
-                "displacements differ by {} of the body's size, {look}",
+                "displacements differ by {} of the body's size{when}, {look}",
                 percent(share)
             ))
         } else {
-            (strain > 0.1).then(|| format!("strains reach {}, {look}", percent(strain)))
+            (strain > 0.1).then(|| format!("strains reach {}{when}, {look}", percent(strain)))
         };
         // A newton strains a steel cube of a metre by 5e-12, lengths of mm taken for metres make strains of 1e-5 to 1e-4 as small.
         let unstrained = (strain > 0.0 && strain < 1e-10).then(|| {
             format!("strains are no more than {strain:.1e}: check the units of material, loads and lengths")
         });
-        let depth = self.interference / self.mesh.extent();
+        let depth = self.results.interference() / self.mesh.extent();
         let interference = (depth > 0.02).then(|| {
             let depth = percent(depth);
             match self.scene.bodies_touch() {
@@ -88,8 +96,8 @@ impl SolvedRun<'_> {
                 false => format!("the foundation cuts {depth} of the body's size into it, {look}"),
             }
         });
-        let overlap = self.dropped_overlap;
-        let along = self.report.resultants.largest_displacement_along;
+        let overlap = self.results.dropped_overlap();
+        let along = report.resultants.largest_displacement_along;
         // Where it counts beside what the loads do.
         let overlap = (overlap > 0.01 * along.into_iter().fold(0.0, f64::max)).then(|| {
             let depth = self.scene.units.of(Dimension::LENGTH).told(&[overlap]);
@@ -114,7 +122,9 @@ impl SolvedRun<'_> {
 
     /// That contact is as narrow as one pane, how wide it may be, and what to do; `None` where panes tell how its pressure falls.
     fn narrow_contact(&self) -> Option<String> {
-        let narrow = self.narrow?;
+        let narrow = self.results.narrow_contact()?;
+        let [.., force] = StepRecord::LOADS;
+        let (.., place) = self.results.loaded_most(force);
         // A guess has two digits.
         let length = |it: f64| {
             let digit = 10f64.powf(it.log10().floor() - 1.0);
@@ -130,8 +140,9 @@ impl SolvedRun<'_> {
             None => "refine the mesh there".to_owned(),
         };
         Some(format!(
-            "{} of the normal force is on panes beside open ones: contact is as narrow as panes, which round its pressures and areas; {what}",
-            percent(narrow.share)
+            "{} of the normal force{} is on panes beside open ones: contact is as narrow as panes, which round its pressures and areas; {what}",
+            percent(narrow.share),
+            self.in_increment(place)
         ))
     }
 
@@ -171,14 +182,19 @@ impl SolvedRun<'_> {
             };
             let slip_of = |pane: usize| {
                 let state = self.report.panes.get(pane).filter(|it| it.zone != Zone::Open);
-                let slip = state.and_then(|state| state.friction)?.slip;
-                // Of a history that since it began.
-                let all = self.increments.last().map(|last| &last.tangential);
-                let slip = all.zip(self.mesh.contact.as_ref()).map_or(slip, |(all, surface)| {
-                    let nodes = || surface.pane_weights(pane);
-                    [0, 1].map(|k| nodes().map(|(node, weight)| weight * all[node][k]).sum())
+                let slip = state.and_then(|state| state.friction).map(|it| it.slip);
+                // Of a history those since it began, where it is pressed.
+                let pressed = self.increments.iter().filter(|it| it.panes[pane].zone != Zone::Open);
+                let of_history = pressed.filter(|it| !it.tangential.is_empty()).map(|it| {
+                    let nodes = self.mesh.contact.iter().flat_map(|at| at.pane_weights(pane));
+                    nodes.fold([0.0, 0.0], |[a, b], (node, weight)| {
+                        let [first, second] = it.tangential[node];
+                        [a + weight * first, b + weight * second]
+                    })
                 });
-                Some(slip[0].hypot(slip[1]))
+                let slips = slip.filter(|_| self.increments.is_empty()).into_iter();
+                let lengths = slips.chain(of_history).map(|[a, b]: [f64; 2]| a.hypot(b));
+                lengths.reduce(f64::max)
             };
             let longest = face.panes.clone().filter_map(slip_of).fold(0.0, f64::max);
             // The normal turns by the slip over the radius, 3 degrees here.

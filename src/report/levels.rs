@@ -127,7 +127,7 @@ pub fn history_text(scene: &Scene, records: &[StepRecord], all: bool) -> String 
         + &peaks(scene, records).text(2, 22)
 }
 
-/// The largest forces and pressure of all increments with where they are, and the energies of the last cycle.
+/// The largest forces and stresses of all increments with where they are, and the energies of the last cycle.
 pub fn peaks(scene: &Scene, records: &[StepRecord]) -> Figures {
     let mut figures = Figures::new(scene.units);
     let mut peak = |words: &str, dimension, of: fn(&StepRecord) -> f64| {
@@ -150,6 +150,8 @@ pub fn peaks(scene: &Scene, records: &[StepRecord]) -> Figures {
         let normal = record.multiplier.iter().take(record.panes.len());
         normal.copied().fold(0.0, f64::max)
     });
+    let [_, stress, _] = StepRecord::LOADS;
+    peak("largest von Mises", Dimension::STRESS, stress);
     let mut done = records.iter().filter(|it| it.increment.share >= 1.0);
     let last = done.next_back().map(|it| it.increment.step);
     if let Some(steps) = last.and_then(|last| scene.cycle_until(last)) {

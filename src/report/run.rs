@@ -4,11 +4,11 @@ use contact3d::{
     adaptation::AdaptiveStatus,
     dual::Assembly,
     elasticity::BodyMotion,
-    history::StepRecord,
+    history::{HistoryErrors, StepRecord},
     mesh::Mesh,
     post::{
-        ContactReport, ContactResultants, ErrorEstimate, FaceResultants, NarrowContact,
-        SourceForce, StressConcentration, ToolState, Zone,
+        ContactReport, ContactResultants, ErrorEstimate, FaceResultants, SourceForce,
+        StressConcentration, ToolState, Zone,
     },
     scene::{
         ContactFeatures, ElementOrder, FrictionModel, Functional, MultiplierSpace, Scene,
@@ -33,17 +33,12 @@ use crate::{format::StageSizes, pipeline::Results};
 /// A scene with its results.
 pub struct SolvedRun<'a> {
     pub(crate) scene: &'a Scene,
+    pub(super) results: &'a Results,
     pub(super) mesh: &'a Mesh,
     pub(super) solution: &'a Solution,
     pub(super) report: &'a ContactReport,
     /// Those of a history.
     pub(super) increments: &'a [StepRecord],
-    /// Largest depth of an interference in m.
-    pub(super) interference: f64,
-    /// Largest depth of bodies that overlap and are taken to touch in m.
-    pub(super) dropped_overlap: f64,
-    /// Contact as narrow as one pane.
-    pub(super) narrow: Option<NarrowContact>,
     /// The quantity that grew on all levels of its mesh.
     pub(super) unbounded: Option<Functional>,
     /// What is probably not meant in the scene.
@@ -57,13 +52,11 @@ impl<'a> SolvedRun<'a> {
     pub fn new(scene: &'a Scene, results: &'a Results) -> Self {
         let mut run = Self {
             scene,
+            results,
             mesh: results.mesh(),
             solution: &results.solution,
             report: &results.report,
             increments: &results.increments,
-            interference: results.interference(),
-            dropped_overlap: results.dropped_overlap(),
-            narrow: results.narrow_contact(),
             unbounded: None,
             warnings: results.warnings(),
             cautions: Vec::new(),
@@ -94,6 +87,60 @@ impl<'a> SolvedRun<'a> {
     fn accuracy(&self) -> f64 {
         let records = self.increments.iter().map(|record| record.accuracy);
         records.fold(self.solution.accuracy, f64::max)
+    }
+
+    /// The estimated error, of a history the largest over the largest size of an increment, with the parts of the increment that is loaded most, and
+    /// which increment it is of.
+    fn estimate(&self) -> (f64, &ErrorEstimate, Option<usize>) {
+        let [energy, ..] = StepRecord::LOADS;
+        let (_, report, place) = self.results.loaded_most(energy);
+        let parts = &report.discretisation_error;
+        let Some(errors) = HistoryErrors::new(self.increments, None) else {
+            return (parts.relative(), parts, place);
+        };
+        let largest = errors.largest();
+        let place = errors.relative.iter().position(|error| *error == largest);
+        (largest, parts, place)
+    }
+
+    /// The estimate, and why it may be no more than a guess.
+    pub(super) fn estimate_words(&self) -> String {
+        let (scene, (error, estimate, place)) = (self.scene, self.estimate());
+        if estimate.displacement == 0.0 {
+            return "none: nothing is deformed by more than rounding".to_owned();
+        }
+        // Estimates above this share of the energy norm were down to 0.66 of the error on meshes of some hundred unknowns; below
+        // it they were between 0.7 and 1.5 times the error (docs/explanation/errors.md).
+        let has_panes = scene
+            .contacts
+            .iter()
+            .any(|contact| contact.multipliers == MultiplierSpace::Panes);
+        let is_of_panes = has_panes && estimate.relative_contact() > 0.9 * error;
+        let caution = match (error > 0.25, scene.adapt) {
+            (false, _) => "",
+            (true, _) if is_of_panes => {
+                ", a rough guess: panes are wider than what happens on them; contact.multipliers = \"nodal\" sees more"
+            }
+            (true, None) if scene.element() == ElementOrder::P1 => {
+                ", a rough guess: linear elements are stiff in bending; body.element = \"P2\", or refine: run ... --error 10%"
+            }
+            (true, None) => ", a rough guess: the mesh is coarse; refine it: run ... --error 10%",
+            (true, Some(_)) => ", a rough guess: the mesh is coarse",
+        };
+        format!(
+            "about {} in the energy norm{}{caution}",
+            estimated_percent(error),
+            self.in_increment(place)
+        )
+    }
+
+    /// Which increment something is of; empty for the last, and without a history.
+    pub(super) fn in_increment(&self, place: Option<usize>) -> String {
+        let number = place.map_or(self.increments.len(), |place| place + 1);
+        match number < self.increments.len() {
+            true => format!(" in increment {number} of {}", self.increments.len()),
+            false => String::new(),
+        }
     }
 
     /// The numbers of unknowns.
@@ -190,13 +237,10 @@ impl<'a> SolvedRun<'a> {
 
     /// How deep the foundation cuts into the body before it is pressed apart; `None` where it does not.
     pub(super) fn interference(&self) -> Option<String> {
-        let share = percent(self.interference / self.mesh.extent());
-        let depth = self
-            .scene
-            .units
-            .of(Dimension::LENGTH)
-            .told(&[self.interference]);
-        (self.interference > 0.0).then(|| format!("{depth} deep, {share} of the body's size"))
+        let depth = self.results.interference();
+        let share = percent(depth / self.mesh.extent());
+        let told = self.scene.units.of(Dimension::LENGTH).told(&[depth]);
+        (depth > 0.0).then(|| format!("{told} deep, {share} of the body's size"))
     }
 
     /// What happens on one contact face, or on all of them.
@@ -367,8 +411,7 @@ impl<'a> SolvedRun<'a> {
         if !self.solution.has_computed_solution() {
             return figures;
         }
-        let error = &report.discretisation_error;
-        for (name, part) in error.relative_parts() {
+        for (name, part) in self.estimate().1.relative_parts() {
             figures.json_only(&format!("discretisation_error.{name}"), part);
         }
         let kinks = report.functionals.iter().map(|it| it.kinks).max().filter(|kinks| *kinks > 0);
@@ -446,36 +489,6 @@ fn steps(solution: &Solution) -> String {
         }
         (newton, outer) => format!("{newton} Newton, given up, then {outer} outer"),
     }
-}
-
-/// The estimate, and why it may be no more than a guess.
-pub(super) fn estimate_words(estimate: &ErrorEstimate, scene: &Scene) -> String {
-    if estimate.displacement == 0.0 {
-        return "none: nothing is deformed by more than rounding".to_owned();
-    }
-    let error = estimate.relative();
-    // Estimates above this share of the energy norm were down to 0.66 of the error on meshes of some hundred unknowns; below
-    // it they were between 0.7 and 1.5 times the error (docs/explanation/errors.md).
-    let has_panes = scene
-        .contacts
-        .iter()
-        .any(|contact| contact.multipliers == MultiplierSpace::Panes);
-    let is_of_panes = has_panes && estimate.relative_contact() > 0.9 * error;
-    let caution = match (error > 0.25, scene.adapt) {
-        (false, _) => "",
-        (true, _) if is_of_panes => {
-            ", a rough guess: panes are wider than what happens on them; contact.multipliers = \"nodal\" sees more"
-        }
-        (true, None) if scene.element() == ElementOrder::P1 => {
-            ", a rough guess: linear elements are stiff in bending; body.element = \"P2\", or refine: run ... --error 10%"
-        }
-        (true, None) => ", a rough guess: the mesh is coarse; refine it: run ... --error 10%",
-        (true, Some(_)) => ", a rough guess: the mesh is coarse",
-    };
-    format!(
-        "about {} in the energy norm{caution}",
-        estimated_percent(error)
-    )
 }
 
 /// A share in percent with two digits, without a power of ten from 0.01 % on.

@@ -13,7 +13,6 @@ use super::{
     Figures, SolvedRun,
     answer::{motion_words, name_of_quantity, null_space_words, with_bar},
     increment_in_words,
-    run::estimate_words,
 };
 use crate::format::{Stage, dimension_of_quantity as dimension};
 
@@ -44,7 +43,8 @@ impl SolvedRun<'_> {
         }
         for (tool, state) in self.report.tools.iter().enumerate() {
             let name = format!("tool {}", escape_control(&self.scene.tool_name(tool)));
-            line(&name, Some(self.tool_in_words(state)));
+            let words = self.tool_in_words(state);
+            line(&name, (!words.is_empty()).then_some(words));
         }
         for of in self.first_quantities() {
             let share = self
@@ -72,8 +72,7 @@ impl SolvedRun<'_> {
             .unit(Dimension::LENGTH)
             .told(&[self.largest_displacement()]);
         line("largest displacement", Some(displacement));
-        let words = estimate_words(&self.report.discretisation_error, self.scene);
-        line("error of the mesh", Some(words));
+        line("error of the mesh", Some(self.estimate_words()));
         let last = self.increments.last();
         line(
             "state",

@@ -200,6 +200,49 @@ fn large_strains_are_warned_of() {
     assert!(!text.contains("warning"), "{text}");
 }
 
+/// A ball that presses a layer and slides over it is judged where it does, with the figures of a scene that ends there, though the layer is let
+/// go in the end.
+#[test]
+fn histories_are_judged_where_they_are_loaded_most() {
+    let ball = "contact.obstacle.sphere={ centre=[5.0, 5.0, -4.0], radius=4.0 }";
+    let sets = [
+        "clamp.0.name=\"lid\"",
+        ball,
+        "clamp.0.value=[0.3, 0.0, -0.25]",
+        "contact.multipliers=\"nodal\"",
+        "friction.coefficient.constant=0.1",
+    ];
+    let run = |steps: &str| {
+        let sets = sets.iter().chain([&steps]).flat_map(|it| ["--set", it]);
+        scene(PAD, &sets.collect::<Vec<_>>()).1
+    };
+    let pressed = run("step=[{}]");
+    let released = run("step=[{}, {value={lid=[0.0, 0.0, 1.0]}}]");
+    let told = |text: &str, from: &str, to: &str| {
+        let lines = text.lines().find(|line| line.contains(from));
+        let words = lines.and_then(|line| line.split_once(from)?.1.split_once(to));
+        words.map(|(words, _)| words.to_owned())
+    };
+    for (from, to, rest) in [
+        ("strains reach ", ",", " in increment 1 of 2"),
+        ("error of the mesh ", " in the energy norm", ""),
+        ("energy norm", ", a rough", " in increment 1 of 2"),
+        (
+            "warning: 100 % of the normal force",
+            " is on",
+            " in increment 1 of 2",
+        ),
+        ("it slips by ", " of the radius", ""),
+        ("it is about ", " wide", ""),
+    ] {
+        let expected = told(&pressed, from, to).map(|words| words + rest);
+        assert!(expected.is_some(), "{from}: {pressed}");
+        assert_eq!(told(&released, from, to), expected, "{released}");
+    }
+    assert!(!released.contains("no pane"), "{released}");
+    assert_eq!(released.matches("warning").count(), 3, "{released}");
+}
+
 /// F = 0.1 + 0.5/m · s bears a push of 0.3 of the pressure after a slide of 0.4 m: of 1.5 m, the block's diagonal, 27 %.
 #[test]
 fn slides_far_from_where_contact_began_are_warned_of() {

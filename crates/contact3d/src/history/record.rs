@@ -82,6 +82,22 @@ pub struct StepPane {
 }
 
 impl StepRecord {
+    /// What an increment is loaded by: strain energy in J, the largest von Mises stress in Pa, the normal force in N.
+    pub const LOADS: [fn(&Self) -> f64; 3] = [
+        |record| record.energies.strain,
+        |record| largest(record.von_mises.iter().copied()),
+        |record| record.multiplier_force[0],
+    ];
+
+    /// The place of the solved increment with the largest load of a kind, of the last of equal ones.
+    #[must_use]
+    pub fn loaded_most(records: &[Self], load: fn(&Self) -> f64) -> usize {
+        let load = |place: &usize| load(&records[*place]);
+        let solved = (0..records.len()).filter(|place| records[*place].status.is_solved());
+        let most = solved.max_by(|a, b| load(a).total_cmp(&load(b)));
+        most.unwrap_or(0)
+    }
+
     /// Numbers of open, sticking and slipping panes.
     #[must_use]
     pub fn zone_counts(&self) -> [usize; 3] {

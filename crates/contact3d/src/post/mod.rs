@@ -38,7 +38,7 @@ use crate::{
     elasticity::{InternalForces, MaterialField},
     mesh::{GEOMETRY_TOLERANCE, Mesh},
     scene::{Functional, InvalidValue, Scene},
-    solver::{Adjoint, ContactSide, LinearFunctional, Solution},
+    solver::{Adjoint, ContactSide, CoulombState, FrictionState, LinearFunctional, Solution},
 };
 
 /// A solved problem, as post-processing needs it: no factor, no dual operator.
@@ -65,6 +65,21 @@ impl Solved<'_> {
             _ => GEOMETRY_TOLERANCE,
         };
         share * self.mesh.extent()
+    }
+
+    /// The friction that a solution itself makes; `None` without Coulomb's law.
+    pub(crate) fn friction(&self) -> Option<FrictionState> {
+        let contact = self.contact?;
+        let (law, friction) = contact.friction(self)?;
+        let normal = &self.solution.multiplier[..contact.coupling.layout.n_panes()];
+        let slip_bound = law.slip_bounds(normal);
+        Some(FrictionState {
+            coulomb: CoulombState {
+                slip_bound,
+                friction,
+            },
+            ..FrictionState::default()
+        })
     }
 }
 

@@ -13,12 +13,12 @@ pub use assembled::AssembledProblem;
 pub use run::SolvedProblem;
 pub use storage::{Checkpoint, InMemory, RunStep, RunStorage};
 
-use std::{path::Path, sync::Arc};
+use std::{collections::BTreeSet, path::Path, sync::Arc};
 
 use thiserror::Error;
 
 use crate::{
-    contact::{Coupling, Interface, PreviousIncrement},
+    contact::{Coupling, Interface, PreviousIncrement, tool_rows},
     dual::{AssemblyError, DualSystem, PrimalSystem},
     elasticity::load_warnings,
     history::StepRecord,
@@ -153,6 +153,61 @@ impl Problem {
             [] => problem,
             origin => problem.counted_from(origin.to_vec(), self.scene.slip_measure()),
         })
+    }
+
+    /// The same with its A and l, and with its B where tools are followed.
+    ///
+    /// # Errors
+    /// As [`Self::after_increments`]; a load that is not finite.
+    pub fn system_after(
+        &self,
+        records: &[StepRecord],
+        system: &PrimalSystem,
+    ) -> Result<(Self, PrimalSystem, Option<Coupling>), InvalidValue> {
+        let (problem, mut system) = (self.after_increments(records)?, system.clone());
+        system.apply_loads(&problem.scene, &problem.mesh)?;
+        let side = problem
+            .contact_side()
+            .filter(|_| self.scene.follows_tools());
+        let coupling = side.map(|it| it.interface.coupling(it.surface, &system.dofs));
+        Ok((problem, system, coupling))
+    }
+
+    /// Increments of a history by their places, as [`StepRecord::loaded_most`] has them, but for the last, with what follows from their records on
+    /// A and B; residuals are measured as those of the last solution.
+    ///
+    /// # Errors
+    /// As [`Self::system_after`].
+    pub fn loaded_most(
+        &self,
+        records: &[StepRecord],
+        (system, coupling): (&PrimalSystem, Option<&Coupling>),
+        last: &Solution,
+    ) -> Result<Vec<(usize, Self, ContactReport)>, InvalidValue> {
+        let places = StepRecord::LOADS.map(|load| StepRecord::loaded_most(records, load));
+        let places = BTreeSet::from(places).into_iter();
+        let evaluated = |place: usize| {
+            let record = &records[place];
+            let (problem, system, followed) = self.system_after(&records[..=place], system)?;
+            let motions = record.tools.iter().map(|it| [it.displacement, it.turn]);
+            let motions: Vec<_> = motions.collect();
+            let tools = tool_rows(&problem.scene, &problem.mesh, &motions);
+            let rows = [record.displacement.as_slice(), &tools].concat();
+            let mut solution = Solution {
+                status: record.status,
+                accuracy: record.accuracy,
+                multiplier: record.multiplier.clone(),
+                displacement: system.dofs.to_free(&rows),
+                ..last.clone()
+            };
+            let coupling = followed.as_ref().or(coupling);
+            let friction = problem.solved(&system, coupling, &solution).friction();
+            solution.friction = friction;
+            let report = problem.assess(&system, coupling, &mut solution, Vec::new())?;
+            Ok((place, problem, report))
+        };
+        let earlier = places.filter(|place| place + 1 < records.len());
+        earlier.map(evaluated).collect()
     }
 
     /// The problem of an increment with its slip counted from other (u_t1, u_t2) of the contact nodes in m.
