@@ -281,3 +281,35 @@ step = [{ increments = 3, factor.roller = 1.0 }, { increments = 3, factor.roller
     contact3d("run", "--no-figures", tmp_path / "lift.toml", tmp_path / "lift.h5")
     words = contact3d("status", tmp_path / "lift.h5").stdout
     assert "the smallest gap left" in words and "interference" not in words and "inside" not in words
+
+
+def test_a_tool_without_force_presses_nothing(contact3d, tmp_path):
+    """A free tool without force stays near the body that it has left."""
+    (tmp_path / "let_go.toml").write_text("""
+body.brick = { size = [24.0, 10.0, 10.0], cells = [24, 2, 3] }
+material.isotropic = { young_modulus = 50.0, poisson_ratio = 0.4 }
+clamp = [{ face = "z_min" }]
+friction.coefficient.constant = 0.3
+contact.face = "z_max"
+contact.tool = "roller"
+contact.multipliers = "nodal"
+contact.obstacle.cylinder = { point = [9.0, 0.0, 15.0], direction = [0.0, 1.0, 0.0], radius = 5.0 }
+tool = [{ name = "roller", free = ["z"], force = [0.0, 0.0, -40.0], displacement = [3.0, 0.0, 0.0] }]
+
+[[step]]
+value = { "roller.displacement" = [0.0, 0.0, 0.0] }
+
+[[step]]
+increments = 4
+value = { "roller.displacement" = [3.0, 0.0, 0.0] }
+
+[[step]]
+increments = 2
+value = { "roller.force" = [0.0, 0.0, 0.0] }
+""")
+    contact3d("run", "--no-figures", tmp_path / "let_go.toml", tmp_path / "let_go.h5")
+    with open_run(tmp_path / "let_go.h5") as file:
+        assert not file["solve/multiplier_normal"][:].any()
+        # It may stay anywhere above; a hundredth of how far it was pressed in is near.
+        height = file["history/tool_displacement"][:, 0, 2]
+        assert 0.0 <= height[-1] < -0.01 * height[-2]

@@ -185,13 +185,13 @@ fn columns(matrix: &DMatrix<f64>) -> Vec<Vec<f64>> {
 /// Share of the mean lift that every pane takes part in, at least.
 const LIFTED: f64 = 1e-3;
 
-/// The motion that comes nearest to a lift by one, of those that no support resists, the load does not drive and no friction feels;
-/// `None` where it does not lift every pane.
+/// The motion that comes nearest to a lift by one, of those that no support resists and the load does not drive; `None` where it does not
+/// lift every pane. Of those that no friction feels, where one does so; else the second is true: friction may hold the body.
 pub(super) fn separation_motion(
     coupling: &RigidCoupling,
     resultant: &[f64],
     areas: &[f64],
-) -> Option<Vec<f64>> {
+) -> Option<(Vec<f64>, bool)> {
     let n_supported = coupling.n_supported();
     let free = &coupling.integrals[n_supported..];
     let layout = coupling.layout;
@@ -209,32 +209,33 @@ pub(super) fn separation_motion(
     let (n, m) = (layout.n_panes(), layout.n_multipliers());
     let (raised, slid) = (-rows(0..n, n), rows(n..m, m - n));
     let undriven = orthogonal_to(&resultant[n_supported..]);
-    if undriven.ncols() == 0 {
+    let least = NULL_MODE_SHARE * raised.amax().max(slid.amax());
+    let (_, unfelt) = active(&slid, &undriven, least);
+    let resisted = || std::iter::repeat_n(0.0, n_supported);
+    [(unfelt, false), (undriven, true)]
+        .into_iter()
+        .find_map(|(space, slides)| {
+            let motion = lift(&raised, &space, areas)?;
+            Some((resisted().chain(motion.iter().copied()).collect(), slides))
+        })
+}
+
+/// The motion of a space that comes nearest to a lift by one; `None` where it does not lift every pane.
+fn lift(raised: &DMatrix<f64>, space: &DMatrix<f64>, areas: &[f64]) -> Option<DVector<f64>> {
+    if space.ncols() == 0 {
         return None;
     }
-    let (_, undriven) = active(
-        &slid,
-        &undriven,
-        NULL_MODE_SHARE * raised.amax().max(slid.amax()),
-    );
-    if undriven.ncols() == 0 {
-        return None;
-    }
-    let raised = raised * &undriven;
-    let wanted = DVector::from_fn(raised.nrows(), |i, _| {
-        areas.get(i).map_or(0.0, |a| a.sqrt())
-    });
+    let raised = raised * space;
+    let size = |i| areas.get(i).map_or(0.0, |a: &f64| a.sqrt());
+    let wanted = DVector::from_fn(raised.nrows(), |i, _| size(i));
     let svd = raised.clone().svd(true, true);
-    let least = LIFTED * svd.singular_values.max();
-    let weights = svd.solve(&wanted, least).ok()?;
+    let weights = svd
+        .solve(&wanted, LIFTED * svd.singular_values.max())
+        .ok()?;
     let lifts = &raised * &weights;
-    let lifts_all = lifts
-        .iter()
-        .zip(areas)
-        .all(|(by, area)| *by > LIFTED * area.sqrt());
-    let motion = &undriven * weights;
-    let resisted = std::iter::repeat_n(0.0, n_supported);
-    lifts_all.then(|| resisted.chain(motion.iter().copied()).collect())
+    let mut panes = lifts.iter().zip(areas);
+    let lifts_all = panes.all(|(by, area)| *by > LIFTED * area.sqrt());
+    lifts_all.then(|| space * weights)
 }
 
 /// An orthonormal basis of the vectors orthogonal to one, as columns.
@@ -258,7 +259,7 @@ impl RigidEquilibrium {
     /// The motions α of a body that nothing presses, without contact forces and as low as the right-hand side h of its face allows;
     /// `None` where the load presses it, or may.
     pub(crate) fn separated(&self, rhs: &[f64]) -> Option<Vec<f64>> {
-        let separation = self.separation_motion.as_ref()?;
+        let (separation, _) = self.separation_motion.as_ref()?;
         let coupling = &self.coupling;
         let by_load = self.resultant.iter().zip(&coupling.support);
         let by_load = by_load.map(|(e, d)| if *d > 0.0 { e / d } else { 0.0 });

@@ -60,8 +60,9 @@ pub struct RigidEquilibrium {
     pub(crate) resultant: Vec<f64>,
     /// The motion about which α is written, where there is a gap.
     pub(crate) reference: Option<ReferenceMotion>,
-    /// A free motion that separates every pane from the foundation and in which the load does not work: then λ_ν = 0, `[n_active]`.
-    pub(super) separation_motion: Option<Vec<f64>>,
+    /// A free motion that separates every pane from the foundation and in which the load does not work, `[n_active]`: then λ = 0 is a
+    /// solution, and the only one unless panes slide in the motion, which the second tells.
+    pub(crate) separation_motion: Option<(Vec<f64>, bool)>,
 }
 
 /// The rigid motion α₀ that closes the gap d best, and what remains of it, d − G α₀: written about α₀, a problem whose gap is a

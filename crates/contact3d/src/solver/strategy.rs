@@ -10,7 +10,7 @@
 
 worded! {
     /// Where Newton's method begins, or how it comes nearer, in the order in which strategies are tried; [`Self::Relaxed`] moves behind the
-    /// interior point where the rigid compliance is large.
+    /// interior point where the rigid compliance is large, [`Self::Separated`] behind it where panes slide apart.
     enum StartStrategy {
         /// From the face that is separated from its foundation, where no rigid motion that the load drives presses a pane; only this start has all panes
         /// open.

@@ -50,13 +50,13 @@ impl<'a> NewtonDriver<'a> {
     /// The strategies that apply, in order.
     pub(in crate::solver) fn strategies(&self, method: Method) -> Vec<StartStrategy> {
         let mut strategies = StartStrategy::ALL.to_vec();
-        if self.has_large_rigid_compliance() {
-            let after = |it: &StartStrategy| match it {
-                StartStrategy::Relaxed => (StartStrategy::InteriorPoint as usize, true),
-                _ => (*it as usize, false),
-            };
-            strategies.sort_by_key(after);
-        }
+        let (large, slides) = (self.has_large_rigid_compliance(), self.slides_apart());
+        let place = |it: &StartStrategy| match it {
+            StartStrategy::Relaxed if large => (StartStrategy::InteriorPoint as usize, true),
+            StartStrategy::Separated if slides => (StartStrategy::Relaxed as usize, true),
+            _ => (*it as usize, false),
+        };
+        strategies.sort_by_key(place);
         strategies.retain(|strategy| self.applies(*strategy, method));
         strategies
     }
@@ -190,6 +190,12 @@ impl<'a> NewtonDriver<'a> {
         let motion = self.dual.rigid.as_ref()?.separated(&self.dual.rhs)?;
         let n = self.dual.dimension();
         Some(std::iter::repeat_n(0.0, n).chain(motion).collect())
+    }
+
+    /// Whether friction may hold the faces together that nothing presses, as a cone in its seat.
+    fn slides_apart(&self) -> bool {
+        let equilibrium = self.dual.rigid.as_ref();
+        equilibrium.is_some_and(|it| matches!(it.separation_motion, Some((_, true))))
     }
 
     /// Whether the body moves as a rigid one much further than its panes do, in S or beside it.
