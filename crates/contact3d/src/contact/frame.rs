@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use crate::{
     elasticity::{DofMap, ToolPlace, ToolPoint},
+    linalg::{FEW_ROUNDINGS, norm},
     mesh::{ContactSurface, GEOMETRY_TOLERANCE, Mesh},
     scene::{
         Contact, ContactFeatures, InvalidValue, Scene, UNDEFINED, Written, numbers, place_words,
@@ -208,7 +209,8 @@ impl ContactFrame {
         [self.normal_part(contact_node, vector), first, second]
     }
 
-    /// The mean over a pane of the components of u − u_o in m, for displacements as in [`Self::relative`].
+    /// The mean over a pane of the components of u − u_o in m, for displacements as in [`Self::relative`]; zero where it is no more than
+    /// rounding of its terms, as of bodies that stick.
     #[must_use]
     pub fn pane_relative(
         &self,
@@ -217,10 +219,11 @@ impl ContactFrame {
         at_node: impl Fn(usize) -> [f64; 3],
         tool_row: impl Fn(usize) -> [f64; 3],
     ) -> [f64; 3] {
-        let mut mean = [0.0; 3];
+        let (mut mean, mut size) = ([0.0; 3], 0.0);
         let mut add = |weight: f64, local: usize, u: [f64; 3]| {
-            let parts = self.components(local, u);
-            mean = std::array::from_fn(|c| mean[c] + weight * parts[c]);
+            let parts = self.components(local, u).map(|part| weight * part);
+            mean = std::array::from_fn(|c| mean[c] + parts[c]);
+            size += norm(&parts);
         };
         for (local, weight) in surface.pane_weights(pane) {
             let node = surface.nodes[local];
@@ -234,7 +237,8 @@ impl ContactFrame {
         for (local, node, integral) in surface.products(pane) {
             add(-integral / surface.pane_area[pane], *local, at_node(*node));
         }
-        mean
+        let least = FEW_ROUNDINGS * f64::EPSILON * size;
+        mean.map(|part| if part.abs() > least { part } else { 0.0 })
     }
 
     /// Signed (u·t₁, u·t₂) against the obstacle at every contact node, `[n_contact_nodes]`, of vectors at the rows of a [`DofMap`].

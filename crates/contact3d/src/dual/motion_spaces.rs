@@ -1,21 +1,18 @@
 //! Bases of the rigid motions of a body: those that contact or supports act on, and those that they do not.
 //!
-//! Where a free motion q separates every pane from the foundation, w_ν(q) < 0, slides none that has friction, and the load does not work in it, e·q = 0, the balance
-//! of forces says Σ λ_ν·w_ν(q) = 0: nothing presses. How high the body floats is then free, so that S, G and the pressed panes do not determine it. It is
-//! left as low as it can be.
+//! Where a free motion q separates every pane from the foundation, w_ν(q) < 0, and the load does not work in it, e·q = 0, nothing has to
+//! press, and where it slides no pane with friction nothing does, by the balance of forces, Σ λ_ν·w_ν(q) = 0. How high the body floats is
+//! then free, so that S, G and the pressed panes do not determine it. It is left as low as it can be.
 
 use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{
-    RigidCoupling, RigidEquilibrium,
-    rigid_coupling::{FEW_TERMS_ROUNDING, NULL_MODE_SHARE},
-};
+use super::{RigidCoupling, RigidEquilibrium, rigid_coupling::NULL_MODE_SHARE};
 use crate::{
     contact::MultiplierLayout,
     elasticity::RigidModes,
-    linalg::{add_scaled, dot, norm},
+    linalg::{FEW_ROUNDINGS, add_scaled, dot, norm},
 };
 
 /// What of the contact face a motion moves as a rigid one.
@@ -157,7 +154,7 @@ fn conjugate(
     }
     let motion = |(modes, support, reach): (DVector<f64>, f64, Reach)| {
         // What rounding mixes in would leave the plane of a face on a long way along it.
-        let least = FEW_TERMS_ROUNDING * f64::EPSILON * modes.amax();
+        let least = FEW_ROUNDINGS * f64::EPSILON * modes.amax();
         let modes = modes.map(|w| if w.abs() > least { w } else { 0.0 });
         (modes.data.into(), support, reach)
     };

@@ -11,16 +11,13 @@ use super::{
 use crate::{
     contact::{Coupling, Interface, MultiplierLayout},
     elasticity::RigidModes,
-    linalg::{add_combination, add_scaled, dot, norm},
+    linalg::{FEW_ROUNDINGS, add_combination, add_scaled, dot, norm},
     mesh::ContactSurface,
 };
 
 /// Share of the largest effect of a rigid motion on the contact face below which it has none: rounding of coordinates, with
 /// room, and no motion that a face resists.
 pub(super) const NULL_MODE_SHARE: f64 = 1e-10;
-
-/// Roundings of sums of a few terms.
-pub(super) const FEW_TERMS_ROUNDING: f64 = 16.0;
 
 /// The rigid motions that contact or weak supports act on, and what they do to the contact face.
 ///
@@ -229,7 +226,7 @@ impl RigidCoupling {
             let parts = self.integrals.iter().zip(motion).map(|(g, by)| g[j] * by);
             let size = distance.abs() + parts.clone().map(f64::abs).sum::<f64>();
             let left = distance - parts.sum::<f64>();
-            if left.abs() <= FEW_TERMS_ROUNDING * f64::EPSILON * size {
+            if left.abs() <= FEW_ROUNDINGS * f64::EPSILON * size {
                 0.0
             } else {
                 left

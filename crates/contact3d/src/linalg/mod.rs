@@ -47,7 +47,7 @@ pub(crate) use eigenvalues::{
 pub use engine::{EngineError, EngineReport, RemoteFactor};
 pub(crate) use iterative::{CgSolution, conjugate_gradients, gmres, gmres_several};
 pub(crate) use nonnegative::nonnegative_least_squares;
-pub(crate) use precision::UNIT_ROUNDING;
+pub(crate) use precision::{FEW_ROUNDINGS, UNIT_ROUNDING};
 pub use precision::{Precision, Scalar};
 pub use sparse::CscMatrix;
 pub use structure::{FactorError, FactorStructure, PartsError};

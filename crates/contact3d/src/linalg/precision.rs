@@ -8,6 +8,9 @@ use faer::traits::RealField;
 /// of symmetry, of formulas and of sums over places that agree.
 pub(crate) const UNIT_ROUNDING: f64 = 1e-12;
 
+/// Roundings that a few terms, or the root of some hundred, may add up to, in units of ε_M.
+pub(crate) const FEW_ROUNDINGS: f64 = 16.0;
+
 /// The precision that coefficients are stored in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Precision {

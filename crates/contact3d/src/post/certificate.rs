@@ -2,10 +2,10 @@
 
 use super::{
     PaneFriction, PaneState, Solved, SolvedContact, largest,
-    rounding::{Measure, SUM_ROUNDINGS, driving_force},
+    rounding::{Measure, driving_force},
 };
 use crate::{
-    linalg::{norm, ratio},
+    linalg::{FEW_ROUNDINGS, norm, ratio},
     solver::{FeasibleSet, is_significant, load_stress},
 };
 
@@ -240,7 +240,7 @@ fn equilibrium(solved: &Solved<'_>, terms: &[f64]) -> f64 {
         *r += stiffness_u[i] - solved.system.load[i];
     }
     let (residual, load) = (norm(&residual), driving_force(solved));
-    let rounding = SUM_ROUNDINGS * f64::EPSILON * norm(terms);
+    let rounding = FEW_ROUNDINGS * f64::EPSILON * norm(terms);
     if residual.max(load) <= rounding {
         0.0
     } else {

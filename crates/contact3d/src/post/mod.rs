@@ -36,6 +36,7 @@ use crate::{
     contact::{CoulombLaw, Coupling, FrictionField},
     dual::{PrimalSystem, pane_stiffness},
     elasticity::{InternalForces, MaterialField},
+    linalg::FEW_ROUNDINGS,
     mesh::{GEOMETRY_TOLERANCE, Mesh},
     scene::{Functional, InvalidValue, Scene},
     solver::{Adjoint, ContactSide, CoulombState, FrictionState, LinearFunctional, Solution},
@@ -61,7 +62,7 @@ impl Solved<'_> {
     /// those after it; by rounding of places for bricks.
     fn touching_depth(&self) -> f64 {
         let share = match self.scene.as_brick() {
-            Some(_) if !self.scene.follows_tools() => rounding::SUM_ROUNDINGS * f64::EPSILON,
+            Some(_) if !self.scene.follows_tools() => FEW_ROUNDINGS * f64::EPSILON,
             _ => GEOMETRY_TOLERANCE,
         };
         share * self.mesh.extent()

@@ -1,10 +1,7 @@
 //! What rounding alone makes of the residuals of an answer.
 
 use super::{ContactReport, PaneState, Solved, largest, resultants::NodalForces};
-use crate::linalg::{dot, norm};
-
-/// Roundings of a sum of some hundred terms add up to about this many, as the root of their number.
-pub(super) const SUM_ROUNDINGS: f64 = 16.0;
+use crate::linalg::{FEW_ROUNDINGS, dot, norm};
 
 /// Size of the residuals at the best double λ and u: 16 ε_M times how much larger the terms are than what their sum is measured
 /// against.
@@ -42,9 +39,9 @@ impl Rounding {
         let [stress, work] = of_contact(solved, panes, stiffness, moved);
         let equilibrium = ratio(norm(terms), driving_force(solved));
         Self {
-            equilibrium: SUM_ROUNDINGS * f64::EPSILON * equilibrium,
-            stress: SUM_ROUNDINGS * f64::EPSILON * stress,
-            work: SUM_ROUNDINGS * f64::EPSILON * work,
+            equilibrium: FEW_ROUNDINGS * f64::EPSILON * equilibrium,
+            stress: FEW_ROUNDINGS * f64::EPSILON * stress,
+            work: FEW_ROUNDINGS * f64::EPSILON * work,
         }
     }
 
@@ -59,7 +56,7 @@ impl Rounding {
     /// How many times further than by its own compliance a pane moves with the body, at least one: a relative error of λ is so many
     /// times larger in the residuals of stresses and of works.
     pub(crate) fn rigid_compliance_ratio(&self) -> f64 {
-        let share = self.stress.max(self.work) / (SUM_ROUNDINGS * f64::EPSILON);
+        let share = self.stress.max(self.work) / (FEW_ROUNDINGS * f64::EPSILON);
         share.max(1.0)
     }
 
@@ -125,7 +122,7 @@ pub(super) fn of_energy(
     } else {
         dot(terms, &size(&solved.solution.displacement))
     };
-    SUM_ROUNDINGS * f64::EPSILON * works
+    FEW_ROUNDINGS * f64::EPSILON * works
 }
 
 /// Of stresses and of works; 0 where nothing is loaded.

@@ -5,14 +5,14 @@
 
 use super::{
     Inner, MethodResult, NeedsExplicit, Progress, Solution, Start, Status, assessment::Assessment,
-    conditions::Bound, newton::NewtonDriver, problem::ContactSolve, tolerances::FEW_ROUNDINGS,
+    conditions::Bound, newton::NewtonDriver, problem::ContactSolve,
 };
 use crate::{
     dual::{
         ContactSystem, ExplicitDual, LocalStiffness, OperatorForm, SMALL_MEMORY,
         friction_stiffness, pane_stiffness,
     },
-    linalg::{Precision, Work},
+    linalg::{FEW_ROUNDINGS, Precision, Work},
     scene::SolveSettings,
 };
 

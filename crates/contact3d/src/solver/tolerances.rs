@@ -31,9 +31,6 @@ pub(super) const GMRES_MAX_APPLICATIONS: usize = 300;
 /// rigid motion is large.
 pub(super) const DISPLACEMENT_TOLERANCE: f64 = 1e-4 * f64::EPSILON;
 
-/// Roundings that a few terms and a few steps with them, four by four, may add up to, in units of ε_M.
-pub(super) const FEW_ROUNDINGS: f64 = 16.0;
-
 /// The relative rounding error n ε_M of S λ with n multipliers, below which no residual is worth reducing.
 pub(super) fn rounding_of_products(n: usize) -> f64 {
     n as f64 * f64::EPSILON

@@ -106,8 +106,8 @@ impl ContactSolve<'_> {
     }
 
     /// The size of a difference of multipliers beside that of λ: the larger of its ‖·_ν‖ over ‖λ_ν‖ and its ‖·_t‖ over
-    /// max(‖λ_t‖, ‖F λ_ν‖), or over the load where these are nothing beside it; 0 for 0/0. Areas weigh the panes, so that the size of a
-    /// pane does not matter.
+    /// max(‖λ_t‖, ‖F λ_ν‖), or over the largest of these and the load where they are nothing beside it; 0 for 0/0. Areas weigh the panes,
+    /// so that the size of a pane does not matter.
     ///
     /// Tangential stresses are compared with what friction could bear, so that a face that hardly holds anything is not asked for digits of
     /// nothing. Contact forces that vanish, as those of a face without a net force, are what rounding of the load leaves, and no digit of
@@ -127,13 +127,10 @@ impl ContactSolve<'_> {
             area.sqrt() * a.max(b)
         });
         let tangential = tangential.max(norm(&bounds.collect::<Vec<f64>>()));
-        let sizes = [normal, tangential];
-        let sizes = sizes.map(|size| {
-            if is_significant(size, load) {
-                size
-            } else {
-                load
-            }
+        let most = load.max(normal).max(tangential);
+        let sizes = [normal, tangential].map(|size| match is_significant(size, most) {
+            true => size,
+            false => most,
         });
         let [normal, tangential] = parts(self.laws, difference);
         let relative = [ratio(normal, sizes[0]), ratio(tangential, sizes[1])];

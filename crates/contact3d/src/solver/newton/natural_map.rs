@@ -2,11 +2,8 @@
 
 use crate::{
     dual::{ExplicitDual, RigidEquilibrium, friction_stiffness},
-    linalg::{difference, norm},
-    solver::{
-        conditions::{Bound, Conditions, Evaluation},
-        tolerances::FEW_ROUNDINGS,
-    },
+    linalg::{FEW_ROUNDINGS, difference, norm},
+    solver::conditions::{Bound, Conditions, Evaluation},
 };
 
 /// The natural map R(x) of `Conditions` for a dense S: x = λ with r = S λ − h, or x = (λ, α) with r = S λ − G α − h where there are
