@@ -1,7 +1,7 @@
 //! Bases of the rigid motions of a body: those that contact or supports act on, and those that they do not.
 //!
-//! Where a free motion q separates every pane from the foundation, w_ν(q) < 0, and the load does not work in it, e·q = 0, nothing has to
-//! press, and where it slides no pane with friction nothing does, by the balance of forces, Σ λ_ν·w_ν(q) = 0. How high the body floats is
+//! Where a free motion q separates every pane from the foundation, w_ν(q) < 0, and the load does not work in it, e·q = 0, and it slides no
+//! pane with friction, nothing presses, by the balance of forces, Σ λ_ν·w_ν(q) = 0; where it slides some, nothing has to if e = 0. How high the body floats is
 //! then free, so that S, G and the pressed panes do not determine it. It is left as low as it can be.
 
 use std::ops::Range;
@@ -183,7 +183,8 @@ fn columns(matrix: &DMatrix<f64>) -> Vec<Vec<f64>> {
 const LIFTED: f64 = 1e-3;
 
 /// The motion that comes nearest to a lift by one, of those that no support resists and the load does not drive; `None` where it does not
-/// lift every pane. Of those that no friction feels, where one does so; else the second is true: friction may hold the body.
+/// lift every pane. Of those that no friction feels, where one does so; else, where nothing drives a free motion, of all, and the second is
+/// true: friction may hold the body.
 pub(super) fn separation_motion(
     coupling: &RigidCoupling,
     resultant: &[f64],
@@ -208,13 +209,14 @@ pub(super) fn separation_motion(
     let undriven = orthogonal_to(&resultant[n_supported..]);
     let least = NULL_MODE_SHARE * raised.amax().max(slid.amax());
     let (_, unfelt) = active(&slid, &undriven, least);
-    let resisted = || std::iter::repeat_n(0.0, n_supported);
-    [(unfelt, false), (undriven, true)]
-        .into_iter()
-        .find_map(|(space, slides)| {
-            let motion = lift(&raised, &space, areas)?;
-            Some((resisted().chain(motion.iter().copied()).collect(), slides))
-        })
+    let at_rest = undriven.ncols() == free.len();
+    let all = at_rest.then_some((undriven, true));
+    let mut spaces = [(unfelt, false)].into_iter().chain(all);
+    spaces.find_map(|(space, slides)| {
+        let motion = lift(&raised, &space, areas)?;
+        let resisted = std::iter::repeat_n(0.0, n_supported);
+        Some((resisted.chain(motion.iter().copied()).collect(), slides))
+    })
 }
 
 /// The motion of a space that comes nearest to a lift by one; `None` where it does not lift every pane.
