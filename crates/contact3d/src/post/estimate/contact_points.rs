@@ -30,7 +30,7 @@ pub(super) struct ContactPoint {
 }
 
 /// Finds the points of each triangle.
-pub(super) struct ContactPoints<'a> {
+pub(in crate::post) struct ContactPoints<'a> {
     mesh: &'a Mesh,
     contact: &'a SolvedContact<'a>,
     /// u at the nodes of the mesh in m.
@@ -50,7 +50,7 @@ pub(super) struct ContactPoints<'a> {
 
 impl<'a> ContactPoints<'a> {
     /// For the displacement of the mesh, and (u_ν − d, u_t1, u_t2) of the contact nodes, in m.
-    pub(super) fn new(
+    pub(in crate::post) fn new(
         solved: &'a Solved<'a>,
         contact: &'a SolvedContact<'a>,
         known: &SolutionData<'a>,
@@ -91,6 +91,22 @@ impl<'a> ContactPoints<'a> {
                 .map(Option::is_some)
                 .collect(),
         }
+    }
+
+    /// By how much u_ν − d differs between the nodes of each contact triangle from what its nodes say: √2 times the root of the mean square
+    /// in m, the amplitude of a wave, `[n_contact_facets]`.
+    pub(in crate::post) fn unseen(&self) -> Vec<f64> {
+        let places = 0..self.contact.state.surface.facets.len();
+        let of_facet = |place: usize| {
+            let triangle = TriangleDepth::new(self, place);
+            if triangle.obstacle.is_none() && triangle.gap.is_none() {
+                return 0.0;
+            }
+            let points = triangle.points().into_iter();
+            let squares = points.map(|it| it.weight * it.beyond_nodes.powi(2));
+            (2.0 * squares.sum::<f64>()).sqrt()
+        };
+        places.into_par_iter().map(of_facet).collect()
     }
 
     /// The points of each contact triangle, `[n_contact_facets]`.

@@ -39,6 +39,7 @@ pub(super) use box_load::{BoxLoad, BoxedFaces};
 use bubbles::{BubbleElements, BubbleVector, bubble_field};
 pub(super) use contact::displacements;
 use contact::{Correction, PointConditions};
+pub(super) use contact_points::ContactPoints;
 use hierarchical::HierarchicalErrors;
 pub(super) use joint::{joint_sides, opposite_in};
 
