@@ -1,8 +1,10 @@
 """Two bodies that touch: exact states, images, limits and published numbers, and random scenes against a checker of its own."""
 
 import itertools
+import json
 import math
 
+import contact3d as package
 import h5py
 import numpy as np
 import pytest
@@ -369,7 +371,7 @@ def pipeline(contact3d, tmp_path):
 
 def test_bolt(contact3d, tmp_path):
     """Preload passes head and plates whole; a load parts them, and then the bolt bears it alone. Stiffnesses by VDI 2230-1 (2015), 5.1."""
-    contact3d("run", ROOT / "pipelines" / "bolt.toml", tmp_path / "run.h5", "--no-figures")
+    told = contact3d("run", ROOT / "pipelines" / "bolt.toml", tmp_path / "run.h5", "--no-figures", "--json").stdout
     with open_run(tmp_path / "run.h5") as file:
         tension = -file["history/tool_force"][:, 0, 2]
         normal = file["history/multiplier_normal"][:] * file["mesh/pane_area"][:]
@@ -381,6 +383,14 @@ def test_bolt(contact3d, tmp_path):
     assert np.abs(head - tension).max() < 1e-9 * load[-1]
     assert np.abs(joint + load - tension).max() < 1e-9 * load[-1]
     assert (np.diff(tension) > 0).all() and joint[-2] > 0 and joint[-1] == 0
+    # The force of each face of each contact has a column, and a row of each increment.
+    table = package.open(tmp_path / "run.h5").to_dataframe("history")
+    increments = json.loads(told)["history"]
+    for contact, face, force in [(0, "bolt.under_head", head), (0, "upper.top", -head), (1, "upper.joint", joint), (1, "lower.joint", -joint)]:
+        named = f"contact.{contact}"
+        assert table[f"forces_{named} on {face}_z"].values == pytest.approx(force, abs=1e-9 * load[-1])
+        rows = [row for row in itertools.chain(*(it["forces"] for it in increments)) if (row["source"], row["face"]) == (named, face)]
+        assert [row["force"][2] for row in rows] == pytest.approx(force, abs=1e-9 * load[-1])
     modulus, length, shank, bearing, hole, plate = 2.1e5, 20.0, (4.0, 10.0), 17.0, 11.0, 40.0
     bolt = (length + 0.4 * shank[1]) / (modulus * math.pi / 4 * (shank[1] ** 2 - shank[0] ** 2))
     slope = 0.362 + 0.032 * math.log(length / bearing / 2) + 0.153 * math.log(plate / bearing)

@@ -280,7 +280,10 @@ step = [{ increments = 3, factor.roller = 1.0 }, { increments = 3, factor.roller
 """)
     contact3d("run", "--no-figures", tmp_path / "lift.toml", tmp_path / "lift.h5")
     words = contact3d("status", tmp_path / "lift.h5").stdout
-    assert "the smallest gap left" in words and "interference" not in words and "inside" not in words
+    assert "normal force         0 N" in words
+    assert not any(word in words for word in ("no pane", "interference", "inside"))
+    with open_run(tmp_path / "lift.h5") as file:
+        assert file["history/gap"][-1].min() > 0.0 == file["history/multiplier_normal"][-1].max()
 
 
 def test_a_tool_without_force_presses_nothing(contact3d, tmp_path):

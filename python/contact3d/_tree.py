@@ -2,6 +2,7 @@
 
 import os
 import tomllib
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -99,16 +100,18 @@ def _with_labels(path: str, values: xr.Dataset, content: h5py.File, scene: dict[
         keys = content["post/forces/source"].asstr()[:]
         named = values.drop_vars(["source", "face"], errors="ignore").rename({"n_forces": "source"})
         faces = content["post/forces/face"].asstr()[:]
-        values = named.assign_coords(source=_names(list(keys), scene), key=("source", keys), face=("source", faces))
+        values = named.assign_coords(source=_names(list(keys), faces, scene), key=("source", keys), face=("source", faces))
     if path == "/history" and "n_increments" in values.dims and "time" in values:
         values = values.rename({"n_increments": "increment"}).swap_dims(increment="time").set_coords("time")
     return values
 
 
-def _names(keys: list[str], scene: dict[str, Any]) -> list[str]:
-    """What the scene calls its clamps, loads and faces; their keys where it gives no name, and behind one that several have."""
+def _names(keys: list[str], faces: Iterable[str], scene: dict[str, Any]) -> list[str]:
+    """What the scene calls its clamps, loads and contacts, or their keys: with these where several have the name, with the face on both of a pair."""
     names = [str(_entry(key, scene).get("name") or key) for key in keys]
-    return [f"{name} ({key})" if names.count(name) > 1 else name for name, key in zip(names, keys, strict=True)]
+    called = [len({key for other, key in zip(names, keys, strict=True) if other == name}) for name in names]
+    names = [f"{name} ({key})" if n > 1 else name for name, key, n in zip(names, keys, called, strict=True)]
+    return [f"{name} on {face}" if keys.count(key) > 1 else name for name, key, face in zip(names, keys, faces, strict=True)]
 
 
 def _entry(key: str, scene: dict[str, Any]) -> dict[str, Any]:

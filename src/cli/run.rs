@@ -246,7 +246,7 @@ fn finish(
         json["effects"] = features().json();
         json["stages"] = report::performed(performed);
         if !increments.is_empty() {
-            json["history"] = report::increments(scene, increments).json();
+            json["history"] = run.increments().json();
         }
         if let Some(adapted) = adapted {
             json["adaptation"] = report::adaptation_json(scene, adapted, target);
@@ -260,7 +260,7 @@ fn finish(
                 "model features\n{}results\n{}{}",
                 features().text(2, 28),
                 run.figures().with(run.certificate()).text(2, 27),
-                report::history_text(scene, increments, true),
+                run.history_text(true),
             )
         } else {
             let mut lines = run.summary();
@@ -268,7 +268,7 @@ fn finish(
             lines.human_only("files", Some(format!("{}{drawn}", file.display())));
             let next = || report::next_command(file, performed.last().map(|it| it.stage));
             lines.human_only("next", solution.status.is_solved().then(next));
-            lines.text(2, 20) + &report::history_text(scene, increments, false)
+            lines.text(2, 20) + &run.history_text(false)
         };
         let levels = levels.unwrap_or_default();
         terminal::result(&format!("{}\n{told}{levels}", scene.shown_title()));

@@ -111,7 +111,7 @@ pub(super) const TOOLS: Fields<ToolState> = fields! { ToolState => GROUP;
     (displacement) "/post/tools/displacement", TOOL_VECTORS, Dimension::LENGTH, "Displacement of the point.".optional(NO_TOOLS);
     (turn) "/post/tools/turn", TOOL_VECTORS, Dimension::Number, "Rotation vector in radians.".optional(NO_TOOLS);
     (force) "/post/tools/force", TOOL_VECTORS, Dimension::FORCE, "Force of the tool on the body, which is that on the tool from outside.".optional(NO_TOOLS);
-    (moment) "/post/tools/moment", TOOL_VECTORS, Dimension::MOMENT, "Its moment about the point.".optional(NO_TOOLS);
+    (moment) "/post/tools/moment", TOOL_VECTORS, Dimension::MOMENT, "Its moment about the point: where it begins, or where the increment drives it to if normals follow it.".optional(NO_TOOLS);
 };
 
 pub(super) const TOTALS: Fields<ContactReport> = fields! { ContactReport => GROUP;

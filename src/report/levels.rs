@@ -3,14 +3,14 @@
 use contact3d::{
     adaptation::{Adaptation, RefinedLevels},
     history::{HistoryErrors, StepRecord},
-    scene::{Scene, escape_control},
+    scene::{ContactFeatures, Scene, escape_control},
 };
 use serde_json::{Value, json};
 use units::Dimension;
 
 use super::{
     Digits::Fixed,
-    FigureTable, Figures,
+    FigureTable, Figures, SolvedRun,
     answer::{name_of_quantity, quantities_json},
     estimated_percent, percent,
     run::tools_json,
@@ -23,173 +23,219 @@ pub fn shown_time(time: f64) -> String {
     rounded.to_string()
 }
 
-/// The increments, with works and dissipation since their step began for people and of each for programs.
-#[rustfmt::skip]
-pub fn increments(scene: &Scene, records: &[StepRecord]) -> FigureTable {
-    let [mut work, mut dissipated, mut lost] = [0.0; 3];
-    let mut step = 0;
-    let errors = HistoryErrors::new(records, None).map(|errors| errors.relative);
-    let contact_force = match scene.contact_order().as_slice() {
-        [only] if scene.bodies_touch() => {
-            let body = scene.contacts[*only].first_body();
-            format!("contact force on {}", escape_control(body))
-        }
-        _ if scene.bodies_touch() => "sum of contact forces".to_owned(),
-        _ => "contact force on the body".to_owned(),
-    };
-    let rows = records.iter().enumerate().map(|(k, record)| {
-        let energies = &record.energies;
-        if record.increment.step != step {
-            step = record.increment.step;
-            [work, dissipated, lost] = [0.0; 3];
-        }
-        work += energies.load_work;
-        dissipated += energies.dissipation;
-        lost += energies.imbalance;
-        // Rounding of what it is a difference of.
-        let is_rounding = lost.abs() <= 1e-9 * energies.strain.abs().max(work.abs());
-        let [open, stick, slip] = record.zone_counts();
-        let mut figures = Figures::new(scene.units);
-        let name = Some(name(scene, record));
-        figures.described("step", "step", name, record.increment.step);
-        figures.json_only("increment", record.increment.number);
-        figures.add("time", "time", Dimension::Time, Fixed(4), record.increment.time);
-        // What an increment without a solution came to is for programs alone.
-        let is_solved = record.status.is_solved();
-        let zones = format!("{open}, {stick}, {slip}");
-        figures.human_only("open, stick, slip", is_solved.then_some(zones));
-        [("open", open), ("stick", stick), ("slip", slip)]
-            .into_iter()
-            .for_each(|(key, count)| figures.json_only(key, count));
-        figures.told(&contact_force, Dimension::FORCE, is_solved.then_some(record.contact_force));
-        for (tool, state) in record.tools.iter().enumerate() {
-            let words = format!("{} moved", escape_control(&scene.tool_name(tool)));
-            figures.told(&words, Dimension::LENGTH, is_solved.then_some(state.displacement));
-        }
-        let lost = if is_rounding { 0.0 } else { lost };
-        for (words, energy) in [
-            ("work of loads", work),
-            ("friction took", dissipated),
-            ("strain energy", energies.strain),
-            ("unaccounted", lost),
-        ] {
-            figures.told(words, Dimension::Energy, is_solved.then_some([energy]));
-        }
-        figures.json_only("strain_energy", energies.strain);
-        figures.json_only("energy_imbalance", energies.imbalance);
-        if let Some(errors) = &errors {
-            let error = errors[k];
-            figures.described("estimated_error", "error about", Some(estimated_percent(error)), error);
-        }
-        figures.plain("status", "status", record.status.word());
-        figures.json_only("load_work", energies.load_work);
-        figures.json_only("normal_work", energies.normal_work);
-        figures.json_only("dissipation", energies.dissipation);
-        figures.json_only("accuracy", record.accuracy);
-        figures.json_only("applications", record.applications);
-        figures.json_only("certificate", record.certificate);
-        figures.json_only("applied_force", record.applied_force);
-        figures.json_only("contact_force", record.contact_force);
-        figures.json_only("clamp_force", record.clamp_force);
-        figures.json_only("multiplier_force", record.multiplier_force);
-        figures.json_only("loaded_displacement", record.loaded_displacement);
-        figures.json_only("tools", tools_json(scene, &record.tools));
-        figures.json_only("contact_displacement", record.contact_displacement);
-        let quantities = errors.is_some().then(|| quantities_json(scene.units, &record.quantities));
-        figures.json_only("quantities", quantities);
-        figures
-    });
-    FigureTable::new("Increments; works, what friction took and what no energy accounts for since their step began", rows)
-}
-
-/// The ends of the steps, or `all` increments of a history that is not long; empty without a history.
-pub fn history_text(scene: &Scene, records: &[StepRecord], all: bool) -> String {
-    if records.is_empty() {
-        return String::new();
+impl SolvedRun<'_> {
+    /// The increments, with works and dissipation since their step began for people and of each for programs.
+    #[rustfmt::skip]
+    pub fn increments(&self) -> FigureTable {
+        let (scene, records) = (self.scene, self.increments);
+        let [mut work, mut normal_work, mut dissipated, mut lost] = [0.0; 4];
+        let mut step = 0;
+        let errors = HistoryErrors::new(records, None).map(|errors| errors.relative);
+        let faces = self.rows_of_faces();
+        let rows = records.iter().enumerate().map(|(k, record)| {
+            let energies = &record.energies;
+            if record.increment.step != step {
+                step = record.increment.step;
+                [work, normal_work, dissipated, lost] = [0.0; 4];
+            }
+            work += energies.load_work;
+            normal_work += energies.normal_work;
+            dissipated += energies.dissipation;
+            lost += energies.imbalance;
+            // Rounding of what it is a difference of.
+            let is_rounding = |sum: f64| sum.abs() <= 1e-9 * energies.strain.abs().max(work.abs());
+            let [open, stick, slip] = record.zone_counts();
+            let mut figures = Figures::new(scene.units);
+            let name = Some(name(scene, record));
+            figures.described("step", "step", name, record.increment.step);
+            figures.json_only("increment", record.increment.number);
+            figures.add("time", "time", Dimension::Time, Fixed(4), record.increment.time);
+            // What an increment without a solution came to is for programs alone.
+            let is_solved = record.status.is_solved();
+            let zones = format!("{open}, {stick}, {slip}");
+            figures.human_only("open, stick, slip", is_solved.then_some(zones));
+            [("open", open), ("stick", stick), ("slip", slip)]
+                .into_iter()
+                .for_each(|(key, count)| figures.json_only(key, count));
+            for (row, name, body) in &faces {
+                figures.told(&format!("{name} on {body}"), Dimension::FORCE, is_solved.then_some(record.forces[*row]));
+            }
+            for (tool, state) in record.tools.iter().enumerate() {
+                let words = format!("{} moved", escape_control(&scene.tool_name(tool)));
+                figures.told(&words, Dimension::LENGTH, is_solved.then_some(state.displacement));
+            }
+            for (words, energy) in [
+                ("work of loads", work),
+                ("normal work", normal_work),
+                ("friction took", dissipated),
+                ("strain energy", energies.strain),
+                ("unaccounted", lost),
+            ] {
+                let told = if is_rounding(energy) { 0.0 } else { energy };
+                figures.told(words, Dimension::Energy, is_solved.then_some([told]));
+            }
+            if let Some(errors) = &errors {
+                let error = errors[k];
+                figures.described("estimated_error", "error about", Some(estimated_percent(error)), error);
+            }
+            figures.plain("status", "status", record.status.word());
+            figures.json_only("applications", record.applications);
+            for (key, value) in [
+                ("strain_energy", energies.strain), ("load_work", energies.load_work), ("normal_work", energies.normal_work),
+                ("dissipation", energies.dissipation), ("energy_imbalance", energies.imbalance),
+                ("accuracy", record.accuracy), ("certificate", record.certificate),
+            ] {
+                figures.json_only(key, value);
+            }
+            for (key, vector) in [
+                ("applied_force", record.applied_force), ("contact_force", record.contact_force), ("clamp_force", record.clamp_force),
+                ("multiplier_force", record.multiplier_force), ("loaded_displacement", record.loaded_displacement),
+            ] {
+                figures.json_only(key, vector);
+            }
+            let forces = self.report.forces.iter().zip(&record.forces);
+            let forces = forces.map(|(of, force)| json!({ "source": of.source, "face": of.face, "force": force }));
+            figures.json_only("forces", forces.collect::<Vec<_>>());
+            figures.json_only("tools", tools_json(scene, &record.tools));
+            figures.json_only("contact_displacement", record.contact_displacement);
+            let quantities = errors.is_some().then(|| quantities_json(scene.units, &record.quantities));
+            figures.json_only("quantities", quantities);
+            figures
+        });
+        FigureTable::new("Increments; works, what friction took and what no energy accounts for since their step began", rows)
     }
-    let head = format!(
-        "load history: {} of {} increments in {} steps\n",
-        records.len(),
-        scene.increments().len(),
-        scene.steps.len(),
-    );
-    let mut lines = increments(scene, records).lines().into_iter();
-    let titles = lines.next();
-    let last = records.len() - 1;
-    let failed = usize::from(!records[last].status.is_solved());
-    // Rows of increments that are printed; in a longer history only the ends of steps are.
-    let shows_all = all && records.len() <= 60;
-    let is_shown = |k: usize| shows_all || records[k].increment.share >= 1.0 || k + failed >= last;
-    let rows = lines.enumerate().filter(|(k, _)| is_shown(*k));
-    let rows = titles.into_iter().chain(rows.map(|(_, line)| line));
-    head + &rows.collect::<String>()
-        + "  (works, what friction took and what no energy accounts for since each step began)\n"
-        + &peaks(scene, records).text(2, 22)
-}
 
-/// The largest forces and stresses of all increments with where they are, and the energies of the last cycle.
-pub fn peaks(scene: &Scene, records: &[StepRecord]) -> Figures {
-    let mut figures = Figures::new(scene.units);
-    let mut peak = |words: &str, dimension, of: fn(&StepRecord) -> f64| {
-        let Some(record) = records.iter().max_by(|a, b| of(a).total_cmp(&of(b))) else {
-            return;
+    /// The rows of the forces of the contact faces, of two that touch each other of the first, what words call each, and the body that it acts on.
+    pub(super) fn rows_of_faces(&self) -> Vec<(usize, String, String)> {
+        let order = self.scene.contact_order();
+        let named = self.scene.contact_features().into_iter().zip(&order);
+        let row = |(has, entry): (ContactFeatures, &usize)| {
+            let key = self.scene.contact_key(*entry);
+            let row = self
+                .report
+                .forces
+                .iter()
+                .position(|row| row.source == key)?;
+            let several = !self.mesh.bodies.is_empty();
+            let of = if several { "of" } else { "on" };
+            let name = match order.len() {
+                1 => "contact force".to_owned(),
+                _ => format!("force {of} {}", escape_control(&has.name)),
+            };
+            let body = match several {
+                true => escape_control(self.scene.contacts[*entry].first_body()),
+                false => "the body".to_owned(),
+            };
+            Some((row, name, body))
         };
-        let (time, name) = (shown_time(record.increment.time), name(scene, record));
-        let value = scene.units.of(dimension).told(&[of(record)]);
-        let shown = format!("{value} at time {time} s, {name}");
-        figures.human_only(words, (of(record) > 0.0).then_some(shown));
-    };
-    peak("largest normal force", Dimension::FORCE, |record| {
-        record.multiplier_force[0]
-    });
-    peak("largest friction force", Dimension::FORCE, |record| {
-        let [_, first, second] = record.multiplier_force;
-        first.hypot(second)
-    });
-    peak("largest pressure", Dimension::STRESS, |record| {
-        let normal = record.multiplier.iter().take(record.panes.len());
-        normal.copied().fold(0.0, f64::max)
-    });
-    let [_, stress, _] = StepRecord::LOADS;
-    peak("largest von Mises", Dimension::STRESS, stress);
-    let mut done = records.iter().filter(|it| it.increment.share >= 1.0);
-    let last = done.next_back().map(|it| it.increment.step);
-    if let Some(steps) = last.and_then(|last| scene.cycle_until(last)) {
-        let of_cycle = records
-            .iter()
-            .filter(|it| steps.contains(&it.increment.step));
-        let sums = of_cycle.fold([0.0, 0.0], |[work, friction], it| {
-            [
-                work + it.energies.load_work,
-                friction + it.energies.dissipation,
-            ]
-        });
-        let first = *steps.start();
-        let mut before = records.iter().rev().filter(|it| it.increment.step < first);
-        let before = before.next().map_or(0.0, |it| it.energies.strain);
-        let rise = records.last().map_or(0.0, |it| it.energies.strain) - before;
-        let (told, unit) = scene.units.of(Dimension::Energy).parts(&sums);
-        // A steady cycle ends as it began, but for the error of its increments.
-        let unsteady = rise.abs() > 0.02 * sums[0].abs();
-        let unsteady = unsteady.then(|| {
-            let rise = scene.units.of(Dimension::Energy).told(&[rise]);
-            format!("; not steady, strain energy rose by {rise}")
-        });
-        let steps = [*steps.start(), *steps.end()];
-        let steps = steps.map(|step| escape_control(&scene.step_title(step)));
-        figures.human_only(
-            "energy of a cycle",
-            Some(format!(
-                "work of loads {} {unit}, friction took {} {unit} from {} to {}{}",
-                told[0],
-                told[1],
-                steps[0],
-                steps[1],
-                unsteady.unwrap_or_default()
-            )),
-        );
+        named.filter_map(row).collect()
     }
-    figures
+
+    /// The ends of the steps, or `all` increments of a history that is not long; empty without a history.
+    pub fn history_text(&self, all: bool) -> String {
+        let (scene, records) = (self.scene, self.increments);
+        if records.is_empty() {
+            return String::new();
+        }
+        let head = format!(
+            "load history: {} of {} increments in {} steps\n",
+            records.len(),
+            scene.increments().len(),
+            scene.steps.len(),
+        );
+        let mut lines = self.increments().lines().into_iter();
+        let titles = lines.next();
+        let last = records.len() - 1;
+        let failed = usize::from(!records[last].status.is_solved());
+        // Rows of increments that are printed; in a longer history only the ends of steps are.
+        let shows_all = all && records.len() <= 60;
+        let is_shown =
+            |k: usize| shows_all || records[k].increment.share >= 1.0 || k + failed >= last;
+        let rows = lines.enumerate().filter(|(k, _)| is_shown(*k));
+        let rows = titles.into_iter().chain(rows.map(|(_, line)| line));
+        head + &rows.collect::<String>()
+            + "  (works, what friction took and what no energy accounts for since each step began)\n"
+            + &self.peaks().text(2, 22)
+    }
+
+    /// The largest forces and stresses of all increments with where they are, and the energies of the last cycle.
+    pub fn peaks(&self) -> Figures {
+        let (scene, records) = (self.scene, self.increments);
+        let mut figures = Figures::new(scene.units);
+        let mut peak = |words: &str, dimension, of: &dyn Fn(&StepRecord) -> f64| {
+            let Some(record) = records.iter().max_by(|a, b| of(a).total_cmp(&of(b))) else {
+                return;
+            };
+            let (time, name) = (shown_time(record.increment.time), name(scene, record));
+            let value = scene.units.of(dimension).told(&[of(record)]);
+            let shown = format!("{value} at time {time} s, {name}");
+            figures.human_only(words, (of(record) > 0.0).then_some(shown));
+        };
+        let faces = self.rows_of_faces();
+        let several = faces.iter().filter(|_| faces.len() > 1);
+        for (row, name, _) in several {
+            peak(&format!("largest {name}"), Dimension::FORCE, &|record| {
+                let [x, y, z] = record.forces[*row];
+                x.hypot(y).hypot(z)
+            });
+        }
+        // Sums over several faces act nowhere.
+        if faces.len() == 1 {
+            peak(
+                "largest normal force",
+                Dimension::FORCE,
+                &StepRecord::LOADS[2],
+            );
+            peak("largest friction force", Dimension::FORCE, &|record| {
+                let [_, first, second] = record.multiplier_force;
+                first.hypot(second)
+            });
+        }
+        peak("largest pressure", Dimension::STRESS, &|record| {
+            let normal = record.multiplier.iter().take(record.panes.len());
+            normal.copied().fold(0.0, f64::max)
+        });
+        let [_, stress, _] = StepRecord::LOADS;
+        peak("largest von Mises", Dimension::STRESS, &stress);
+        let mut done = records.iter().filter(|it| it.increment.share >= 1.0);
+        let last = done.next_back().map(|it| it.increment.step);
+        if let Some(steps) = last.and_then(|last| scene.cycle_until(last)) {
+            let of_cycle = records
+                .iter()
+                .filter(|it| steps.contains(&it.increment.step));
+            let sums = of_cycle.fold([0.0, 0.0], |[work, friction], it| {
+                [
+                    work + it.energies.load_work,
+                    friction + it.energies.dissipation,
+                ]
+            });
+            let first = *steps.start();
+            let mut before = records.iter().rev().filter(|it| it.increment.step < first);
+            let before = before.next().map_or(0.0, |it| it.energies.strain);
+            let rise = records.last().map_or(0.0, |it| it.energies.strain) - before;
+            let (told, unit) = scene.units.of(Dimension::Energy).parts(&sums);
+            // A steady cycle ends as it began, but for the error of its increments.
+            let unsteady = rise.abs() > 0.02 * sums[0].abs();
+            let unsteady = unsteady.then(|| {
+                let rise = scene.units.of(Dimension::Energy).told(&[rise]);
+                format!("; not steady, strain energy rose by {rise}")
+            });
+            let steps = [*steps.start(), *steps.end()];
+            let steps = steps.map(|step| escape_control(&scene.step_title(step)));
+            figures.human_only(
+                "energy of a cycle",
+                Some(format!(
+                    "work of loads {} {unit}, friction took {} {unit} from {} to {}{}",
+                    told[0],
+                    told[1],
+                    steps[0],
+                    steps[1],
+                    unsteady.unwrap_or_default()
+                )),
+            );
+        }
+        figures
+    }
 }
 
 /// Which increment the other results are of.

@@ -18,10 +18,7 @@ mod sweep;
 
 pub use features::features;
 pub use figure::{Digits, FigureTable, Figures};
-pub use levels::{
-    adaptation_json, adaptation_table, history_text, increment_in_words, increments, peaks,
-    shown_time,
-};
+pub use levels::{adaptation_json, adaptation_table, increment_in_words, shown_time};
 pub use run::{SolvedRun, estimated_percent, percent};
 pub use screen::next_command;
 pub use status::{failure, outcome, performed, stages, status};

@@ -157,32 +157,26 @@ impl SolvedRun<'_> {
         words
     }
 
-    /// The force on the body from each contact face, or from all of many.
+    /// The force on the body from each contact face, or from all of many that one body has.
     fn contact_forces(&self) -> Vec<(String, String)> {
         let unit = self.unit(Dimension::FORCE);
-        let told = |force, face: usize| {
-            let force = unit.told(&self.without_noise(force, |row| row.force));
-            format!("{force} on {}", self.first_body(face))
-        };
-        let faces = &self.report.faces;
-        if (1..=MOST_FACES).contains(&faces.len()) {
-            let features = self.scene.contact_features();
-            let named = faces.iter().zip(features).enumerate();
-            let named = named.map(|(number, (face, has))| {
-                let on = if self.mesh.bodies.is_empty() {
-                    "on"
-                } else {
-                    "of"
-                };
-                let name = format!("force {on} {}", escape_control(&has.name));
-                (name, told(face.contact.contact_force, number))
-            });
-            return named.collect();
+        let told = |force| unit.told(&self.without_noise(force, |row| row.force));
+        let faces = self.rows_of_faces();
+        if let Some(contact) = self.report.resultants.contact.as_ref()
+            && faces.len() > MOST_FACES
+            && !self.scene.bodies_touch()
+        {
+            let force = told(contact.contact_force) + " on the body";
+            return vec![("contact force".to_owned(), force)];
         }
-        let contact = self.report.resultants.contact.iter();
-        contact
-            .map(|contact| ("contact force".to_owned(), told(contact.contact_force, 0)))
-            .collect()
+        let faces = faces.into_iter().take(MOST_FACES);
+        let line = |(row, name, body): (usize, String, String)| {
+            (
+                name,
+                format!("{} on {body}", told(self.report.forces[row].force)),
+            )
+        };
+        faces.map(line).collect()
     }
 
     /// The forces of glued faces on the body of the first of each pair, of the first pairs.
@@ -199,15 +193,6 @@ impl SolvedRun<'_> {
             Some((name, format!("{force} on {body}")))
         };
         pairs.filter_map(told).collect()
-    }
-
-    /// What words call the body that a contact force is told of: of two that touch each other that of the first face.
-    fn first_body(&self, face: usize) -> String {
-        if self.mesh.bodies.is_empty() {
-            return "the body".to_owned();
-        }
-        let entry = self.scene.contact_order()[face];
-        escape_control(self.scene.contacts[entry].first_body())
     }
 
     /// The friction force over the largest one in its direction that the panes can bear as they are pressed; `None` without a force.

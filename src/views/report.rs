@@ -182,7 +182,7 @@ fn result_sections(
     let parts = vec![PagePart::Text(caution.into()), error];
     let heading = "Where the discretisation error sits";
     sections.push(Section::new("discretisation-error", heading, parts));
-    sections.extend(load_history_section(scene, &results.increments));
+    sections.extend(load_history_section(run, &results.increments));
     let mut parts = vec![table(&run.details()), PagePart::Table(run.forces().html())];
     if !report.faces.is_empty() {
         parts.push(PagePart::Table(run.faces().html()));
@@ -195,17 +195,16 @@ fn result_sections(
     Ok(sections)
 }
 
-fn load_history_section(scene: &Scene, records: &[StepRecord]) -> Option<Section> {
+fn load_history_section(run: &SolvedRun<'_>, records: &[StepRecord]) -> Option<Section> {
     if records.is_empty() {
         return None;
     }
-    let charts = history_charts::charts(records, scene.units);
+    let charts = history_charts::charts(records, run.scene.units);
     let mut parts = vec![PagePart::Text(
         "The other sections show the last increment.".into(),
     )];
     parts.extend(charts.map(|(_, chart)| PagePart::chart(&chart)));
-    let peaks = report::peaks(scene, records).html();
-    parts.extend([peaks, report::increments(scene, records).html()].map(PagePart::Table));
+    parts.extend([run.peaks().html(), run.increments().html()].map(PagePart::Table));
     Some(Section::new("load-history", "Load history", parts))
 }
 

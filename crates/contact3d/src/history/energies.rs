@@ -2,6 +2,7 @@
 
 use super::StepRecord;
 use crate::{
+    contact::ContactFrame,
     elasticity::{Loads, ToolPlace},
     mesh::Mesh,
     post::{ContactReport, Solved, ToolState},
@@ -20,7 +21,8 @@ pub struct StepEnergies {
     pub strain: f64,
     /// Work of the loads, and of the clamps and tools that move.
     pub load_work: f64,
-    /// Work ∫ λ_ν Δu_ν on the foundation, against tools that move with them.
+    /// Work ∫ ½ (λ_ν⁰ ν⁰ + λ_ν ν) · Δu on the foundation, against tools that move with them, by pressures and normals of both ends: over gaps that
+    /// open and close, and along curved tools that slide, where it falls with the increments.
     pub normal_work: f64,
     /// Dissipated by friction: ∫ λ_t · Δu_t with λ_t at the end.
     pub dissipation: f64,
@@ -39,14 +41,17 @@ pub(crate) struct EnergyLedger {
     shares: Vec<(usize, f64)>,
     /// Forces of the loads on the nodes at the end of the last increment in N; `None` before the first.
     forces: Option<Vec<[f64; 3]>>,
+    /// Normals and axes of the contact face in the last increment; `None` before the first, and without contact.
+    frame: Option<ContactFrame>,
 }
 
 impl EnergyLedger {
-    /// Begins after the last of `records` of the history of a scene.
+    /// Begins after the last of `records` of the history of a scene, in which the contact face had a frame.
     pub(crate) fn new(
         history: &Scene,
         mesh: &Mesh,
         records: &[StepRecord],
+        frame: Option<ContactFrame>,
     ) -> Result<Self, InvalidValue> {
         let forces = |last: &StepRecord| {
             let scene = history.at_increment(last.increment)?;
@@ -102,6 +107,7 @@ impl EnergyLedger {
             sources,
             shares,
             forces: records.last().map(forces).transpose()?,
+            frame,
         })
     }
 
@@ -149,16 +155,20 @@ impl EnergyLedger {
         let tool_rows: Vec<[f64; 3]> = tool_rows.collect();
         let face = solved.contact.map(|contact| contact.state);
         let normal_work = face.map_or(0.0, |face| {
-            let (surface, frame) = (face.surface, &face.interface.frame);
-            let panes = (0..face.n_panes()).map(|pane| {
-                let earlier = before.map_or(0.0, |before| before.multiplier[pane]);
-                let pressure = 0.5 * (record.multiplier[pane] + earlier);
-                let [normal, ..] =
-                    frame.pane_relative(surface, pane, moved_at, |row| tool_rows[row]);
-                pressure * surface.pane_area[pane] * normal
-            });
-            panes.sum()
+            let surface = face.surface;
+            let along = |frame: &ContactFrame, pressures: &[f64]| -> f64 {
+                let panes = (0..face.n_panes()).map(|pane| {
+                    let [normal, ..] =
+                        frame.pane_relative(surface, pane, moved_at, |row| tool_rows[row]);
+                    0.5 * pressures[pane] * surface.pane_area[pane] * normal
+                });
+                panes.sum()
+            };
+            let earlier = before.zip(self.frame.as_ref());
+            let earlier = earlier.map_or(0.0, |(it, frame)| along(frame, &it.multiplier));
+            earlier + along(&face.interface.frame, &record.multiplier)
         });
+        self.frame = face.map(|face| face.interface.frame.clone());
         let taken = |pane: usize, area: f64| {
             let friction = report.panes[pane].friction.as_ref()?;
             let [stress, slip] = [friction.stress, friction.slip];

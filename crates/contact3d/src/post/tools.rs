@@ -19,7 +19,7 @@ pub struct ToolState {
     pub turn: [f64; 3],
     /// Force of the tool on the body in N, which is that on the tool from outside.
     pub force: [f64; 3],
-    /// Its moment about the point in N·m.
+    /// Its moment in N·m about the point, where equilibrium is taken: where it begins, or where the increment drives it to if normals follow it.
     pub moment: [f64; 3],
 }
 

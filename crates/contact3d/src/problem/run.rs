@@ -69,7 +69,12 @@ impl AssembledProblem {
         records.truncate(increments.len().saturating_sub(1));
         let recovery = StressRecovery::new(self.mesh());
         let along_curves = self.closes_along_curves();
-        let mut ledger = EnergyLedger::new(self.scene(), self.mesh(), &records)?;
+        let last = match records.as_slice() {
+            [] => None,
+            done => self.problem.after_increments(done)?.interface,
+        };
+        let frame = last.map(|interface| interface.frame);
+        let mut ledger = EnergyLedger::new(self.scene(), self.mesh(), &records, frame)?;
         // An increment that is solved again, with the solution and the number of solves before.
         let mut again: Option<(Self, Solution, usize)> = None;
         loop {

@@ -292,10 +292,17 @@ fn a_tool_that_is_followed_has_the_normals_of_its_place() {
     };
     above.centre[2] += 0.2;
     let place = [0.3, 0.0, -0.22];
-    let aside_then_down = followed(above)
+    // Moments are about the point where the increment drives it.
+    let about = |point: [f64; 3]| Tool {
+        point: Some(point),
+        ..tool(&[])
+    };
+    let mut above_pivot = followed(above);
+    above_pivot.tools = vec![about([1.0, 2.0, 3.0])];
+    let at_once = above_pivot.clone().with_step(step("press", place));
+    let aside_then_down = above_pivot
         .with_step(step("aside", [0.3, 0.0, 0.0]))
         .with_step(step("press", place));
-    let at_once = followed(above).with_step(step("press", place));
     let mut beside = above;
     beside.centre[0] += 0.3;
     beside.centre[2] -= 0.22;
@@ -306,12 +313,13 @@ fn a_tool_that_is_followed_has_the_normals_of_its_place() {
     let direct = block()
         .with_clamp(Clamp::face("z_min"))
         .with_contact(contact)
-        .with_tool(moved([0.0; 3], [0.0; 3]));
-    let (direct, _) = solved(direct);
+        .with_tool(about([1.3, 2.0, 2.78]));
+    let (direct, report) = solved(direct);
     for scene in [aside_then_down, at_once] {
         let records = records(scene);
         let last = records.last().expect("an increment");
         assert!(apart(&last.multiplier, &direct.multiplier) < 1e-9);
+        assert!(apart(&last.tools[0].moment, &report.tools[0].moment) < 1e-9);
     }
 }
 
@@ -383,6 +391,21 @@ fn a_tool_is_dragged_against_friction_alone() {
     // Normals lean by a tenth: the pressing force differs by that of their cosines.
     assert!((added / bound - 1.0).abs() < 0.01, "{added} of {bound}");
     assert!(middle[0].abs() < 0.005 * bound && smooth[0] < -0.1 * bound);
+    // The drive's work becomes strain energy but for the work of pressures, which vanishes with the increments.
+    let normal_work = |increments: usize| {
+        let drag = step("drag", [0.1, 0.0, -0.02]).in_increments(increments);
+        let scene = followed(ball).with_step(step("press", [-0.1, 0.0, -0.02]));
+        let records = records(scene.with_step(drag));
+        let sum = |of: fn(&StepRecord) -> f64| records[1..].iter().map(of).sum::<f64>();
+        let work = sum(|it| it.energies.load_work);
+        let normal = sum(|it| it.energies.normal_work);
+        let after = records[increments].energies.strain;
+        // Sums of products of hundreds of displacements and forces.
+        assert!((work - (after - records[0].energies.strain) - normal).abs() < 1e-12 * after);
+        normal.abs() / after
+    };
+    let [coarse, fine] = [4, 16].map(normal_work);
+    assert!(fine < 0.005 && fine < coarse / 3.0, "{coarse:e}, {fine:e}");
 }
 
 /// What is given of a motion must be its place or its load, and names must be those of tools.
