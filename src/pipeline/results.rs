@@ -45,19 +45,14 @@ impl Results {
         depths.fold(0.0, |deepest, (_, depth)| deepest.max(depth))
     }
 
-    /// What follows from the increment with the largest load of a kind, and which one it is; `None` for it where there is no history.
+    /// What follows from the increment with the largest load of a kind, and its place; of a scene without a history 0.
     #[must_use]
-    pub fn loaded_most(
-        &self,
-        load: fn(&StepRecord) -> f64,
-    ) -> (&Problem, &ContactReport, Option<usize>) {
+    pub fn loaded_most(&self, load: fn(&StepRecord) -> f64) -> (&Problem, &ContactReport, usize) {
         let most = StepRecord::loaded_most(&self.increments, load);
-        let earlier = self.loaded.iter().find(|(place, ..)| *place == most);
-        let number = (!self.increments.is_empty()).then_some(most);
-        earlier.map_or(
-            (&self.problem, &self.report, number),
-            |(_, problem, report)| (problem, report, number),
-        )
+        let mut earlier = self.loaded.iter();
+        let earlier = earlier.find(|(place, ..)| *place == most);
+        let own = (&self.problem, &self.report, most);
+        earlier.map_or(own, |(_, problem, report)| (problem, report, most))
     }
 
     /// The largest depth in m to which bodies overlap that are taken to touch; zero where none do.
@@ -73,14 +68,15 @@ impl Results {
         faces.flatten().fold(0.0, |deepest, at| deepest.max(-at))
     }
 
-    /// Contact that is as narrow as one pane under the largest force; `None` where panes tell how its pressure falls.
+    /// Contact that is as narrow as one pane under the largest force, and the place of its increment; `None` where panes tell how its pressure falls.
     #[must_use]
-    pub fn narrow_contact(&self) -> Option<NarrowContact> {
+    pub fn narrow_contact(&self) -> Option<(NarrowContact, usize)> {
         let [.., force] = StepRecord::LOADS;
-        let (problem, report, _) = self.loaded_most(force);
+        let (problem, report, place) = self.loaded_most(force);
         let solved = self.solution.status.is_solved();
-        let of = |side| report.narrow_contact(problem.scene(), problem.mesh(), side);
-        problem.contact_side().filter(|_| solved).and_then(of)
+        let side = problem.contact_side().filter(|_| solved)?;
+        let narrow = report.narrow_contact(problem.scene(), problem.mesh(), side)?;
+        Some((narrow, place))
     }
 
     /// What is allowed in the scene, of a load history that of the increment with the largest strain energy, and probably not meant.

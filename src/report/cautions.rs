@@ -122,9 +122,7 @@ impl SolvedRun<'_> {
 
     /// That contact is as narrow as one pane, how wide it may be, and what to do; `None` where panes tell how its pressure falls.
     fn narrow_contact(&self) -> Option<String> {
-        let narrow = self.results.narrow_contact()?;
-        let [.., force] = StepRecord::LOADS;
-        let (.., place) = self.results.loaded_most(force);
+        let (narrow, place) = self.results.narrow_contact()?;
         // A guess has two digits.
         let length = |it: f64| {
             let digit = 10f64.powf(it.log10().floor() - 1.0);

@@ -54,9 +54,9 @@ impl SolvedRun<'_> {
             let is_solved = record.status.is_solved();
             let zones = format!("{open}, {stick}, {slip}");
             figures.human_only("open, stick, slip", is_solved.then_some(zones));
-            [("open", open), ("stick", stick), ("slip", slip)]
-                .into_iter()
-                .for_each(|(key, count)| figures.json_only(key, count));
+            for (key, count) in [("open", open), ("stick", stick), ("slip", slip)] {
+                figures.json_only(key, count);
+            }
             for (row, name, body) in &faces {
                 figures.told(&format!("{name} on {body}"), Dimension::FORCE, is_solved.then_some(record.forces[*row]));
             }
@@ -65,11 +65,8 @@ impl SolvedRun<'_> {
                 figures.told(&words, Dimension::LENGTH, is_solved.then_some(state.displacement));
             }
             for (words, energy) in [
-                ("work of loads", work),
-                ("normal work", normal_work),
-                ("friction took", dissipated),
-                ("strain energy", energies.strain),
-                ("unaccounted", lost),
+                ("work of loads", work), ("normal work", normal_work), ("friction took", dissipated),
+                ("strain energy", energies.strain), ("unaccounted", lost),
             ] {
                 let told = if is_rounding(energy) { 0.0 } else { energy };
                 figures.told(words, Dimension::Energy, is_solved.then_some([told]));
@@ -111,20 +108,18 @@ impl SolvedRun<'_> {
         let named = self.scene.contact_features().into_iter().zip(&order);
         let row = |(has, entry): (ContactFeatures, &usize)| {
             let key = self.scene.contact_key(*entry);
-            let row = self
-                .report
-                .forces
-                .iter()
-                .position(|row| row.source == key)?;
-            let several = !self.mesh.bodies.is_empty();
-            let of = if several { "of" } else { "on" };
+            let mut forces = self.report.forces.iter();
+            let row = forces.position(|row| row.source == key)?;
+            let (of, body) = match self.mesh.bodies.is_empty() {
+                true => ("on", "the body".to_owned()),
+                false => (
+                    "of",
+                    escape_control(self.scene.contacts[*entry].first_body()),
+                ),
+            };
             let name = match order.len() {
                 1 => "contact force".to_owned(),
                 _ => format!("force {of} {}", escape_control(&has.name)),
-            };
-            let body = match several {
-                true => escape_control(self.scene.contacts[*entry].first_body()),
-                false => "the body".to_owned(),
             };
             Some((row, name, body))
         };
@@ -171,9 +166,8 @@ impl SolvedRun<'_> {
             let shown = format!("{value} at time {time} s, {name}");
             figures.human_only(words, (of(record) > 0.0).then_some(shown));
         };
-        let faces = self.rows_of_faces();
-        let several = faces.iter().filter(|_| faces.len() > 1);
-        for (row, name, _) in several {
+        let (faces, [_, stress, force]) = (self.rows_of_faces(), StepRecord::LOADS);
+        for (row, name, _) in faces.iter().filter(|_| faces.len() > 1) {
             peak(&format!("largest {name}"), Dimension::FORCE, &|record| {
                 let [x, y, z] = record.forces[*row];
                 x.hypot(y).hypot(z)
@@ -181,11 +175,7 @@ impl SolvedRun<'_> {
         }
         // Sums over several faces act nowhere.
         if faces.len() == 1 {
-            peak(
-                "largest normal force",
-                Dimension::FORCE,
-                &StepRecord::LOADS[2],
-            );
+            peak("largest normal force", Dimension::FORCE, &force);
             peak("largest friction force", Dimension::FORCE, &|record| {
                 let [_, first, second] = record.multiplier_force;
                 first.hypot(second)
@@ -195,7 +185,6 @@ impl SolvedRun<'_> {
             let normal = record.multiplier.iter().take(record.panes.len());
             normal.copied().fold(0.0, f64::max)
         });
-        let [_, stress, _] = StepRecord::LOADS;
         peak("largest von Mises", Dimension::STRESS, &stress);
         let mut done = records.iter().filter(|it| it.increment.share >= 1.0);
         let last = done.next_back().map(|it| it.increment.step);
@@ -240,11 +229,8 @@ impl SolvedRun<'_> {
 
 /// Which increment the other results are of.
 pub fn increment_in_words(scene: &Scene, record: &StepRecord) -> String {
-    let time = shown_time(record.increment.time);
-    format!(
-        "all of this is of the last increment, {}, at time {time} s",
-        name(scene, record)
-    )
+    let (time, name) = (shown_time(record.increment.time), name(scene, record));
+    format!("all of this is of the last increment, {name}, at time {time} s")
 }
 
 /// The title of a step and the number of the increment.

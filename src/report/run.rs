@@ -91,7 +91,7 @@ impl<'a> SolvedRun<'a> {
 
     /// The estimated error, of a history the largest over the largest size of an increment, with the parts of the increment that is loaded most, and
     /// which increment it is of.
-    fn estimate(&self) -> (f64, &ErrorEstimate, Option<usize>) {
+    fn estimate(&self) -> (f64, &ErrorEstimate, usize) {
         let [energy, ..] = StepRecord::LOADS;
         let (_, report, place) = self.results.loaded_most(energy);
         let parts = &report.discretisation_error;
@@ -99,8 +99,8 @@ impl<'a> SolvedRun<'a> {
             return (parts.relative(), parts, place);
         };
         let largest = errors.largest();
-        let place = errors.relative.iter().position(|error| *error == largest);
-        (largest, parts, place)
+        let worst = errors.relative.iter().position(|error| *error == largest);
+        (largest, parts, worst.unwrap_or(place))
     }
 
     /// The estimate, and why it may be no more than a guess.
@@ -135,12 +135,10 @@ impl<'a> SolvedRun<'a> {
     }
 
     /// Which increment something is of; empty for the last, and without a history.
-    pub(super) fn in_increment(&self, place: Option<usize>) -> String {
-        let number = place.map_or(self.increments.len(), |place| place + 1);
-        match number < self.increments.len() {
-            true => format!(" in increment {number} of {}", self.increments.len()),
-            false => String::new(),
-        }
+    pub(super) fn in_increment(&self, place: usize) -> String {
+        let (number, all) = (place + 1, self.increments.len());
+        let earlier = (number < all).then(|| format!(" in increment {number} of {all}"));
+        earlier.unwrap_or_default()
     }
 
     /// The numbers of unknowns.

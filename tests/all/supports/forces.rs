@@ -198,13 +198,14 @@ fn discs_have_their_area_and_second_moments() {
     }
 }
 
-/// A plate of 3 × 3 cells with a hole in the place of the middle one, in Gmsh's format 2.2; its faces are `top` and `bottom`.
-fn plate_with_hole() -> String {
-    let node = |[i, j, k]: [usize; 3]| 1 + i + 4 * (j + 4 * k);
+/// A plate of n × n cells with a hole in the place of one of them, in Gmsh's format 2.2; its faces are `top` and `bottom`.
+fn plate_with_hole(n: usize, hole: (usize, usize)) -> String {
+    let m = n + 1;
+    let node = |[i, j, k]: [usize; 3]| 1 + i + m * (j + m * k);
     let mut elements = Vec::new();
-    for (i, j) in (0..9)
-        .map(|cell| (cell % 3, cell / 3))
-        .filter(|cell| *cell != (1, 1))
+    for (i, j) in (0..n * n)
+        .map(|cell| (cell % n, cell / n))
+        .filter(|cell| *cell != hole)
     {
         for [a, b, c] in [
             [0, 1, 2],
@@ -234,7 +235,7 @@ fn plate_with_hole() -> String {
             elements.push(format!("4 2 2 1 {p} {q} {r} {s}"));
         }
     }
-    let nodes = (0..32).map(|n| format!("{} {} {} {}", n + 1, n % 4, n / 4 % 4, n / 16));
+    let nodes = (0..2 * m * m).map(|n| format!("{} {} {} {}", n + 1, n % m, n / m % m, n / m / m));
     let elements = elements
         .iter()
         .enumerate()
@@ -252,26 +253,35 @@ fn plate_with_hole() -> String {
 #[test]
 fn discs_may_lie_around_a_hole() {
     let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("plate.msh"), plate_with_hole()).unwrap();
-    let load = |centre: [f64; 3]| {
+    let load_on = |plate: String, radius: f64, centre: [f64; 3]| {
+        std::fs::write(folder.path().join("plate.msh"), plate).unwrap();
         let text = format!(
             "title = 'washer'
             body.gmsh.file = 'plate.msh'
             material.isotropic = {{ young_modulus = 2e11, poisson_ratio = 0.3 }}
             clamp = [{{ face = 'bottom' }}]
-            pressure = [{{ face = 'top', value = 1.0, disc = {{ centre = {centre:?}, radius = 1.2 }} }}]"
+            pressure = [{{ face = 'top', value = 1.0, disc = {{ centre = {centre:?}, radius = {radius} }} }}]"
         );
         let scene = scene(&text);
         let mesh = Mesh::of_scene(&scene, folder.path()).map_err(|error| error.to_string())?;
         let forces = Loads::of(&scene).nodal_forces(&mesh).expect("finite loads");
         Ok::<_, String>(resultant(&mesh, &forces, centre))
     };
+    let load = |centre| load_on(plate_with_hole(3, (1, 1)), 1.2, centre);
     let [force, moment] = load([1.5, 1.5, 1.0]).unwrap();
     // The disc without the hole of 1 × 1.
     close(&force, &[0.0, 0.0, 1.0 - PI * 1.44], ROUNDING);
     assert!(moment.iter().all(|part| part.abs() < 1e-12), "{moment:?}");
-    for outside in [[3.2, 1.5, 1.0], [1.5, 1.5, 1.3]] {
-        let refused = load(outside).unwrap_err();
+    // A quarter of a plate with a hole of 2 × 2.
+    let quarter = |centre| load_on(plate_with_hole(2, (0, 0)), 1.8, centre);
+    let [force, _] = quarter([0.0, 0.0, 1.0]).unwrap();
+    close(&force, &[0.0, 0.0, 1.0 - PI * 0.81], ROUNDING);
+    for refused in [
+        load([3.2, 1.5, 1.0]),
+        load([1.5, 1.5, 1.3]),
+        quarter([-0.1, 0.0, 1.0]),
+    ] {
+        let refused = refused.unwrap_err();
         assert!(refused.contains("disc.centre"), "{refused}");
     }
 }

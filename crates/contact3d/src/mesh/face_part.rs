@@ -139,7 +139,7 @@ impl Mesh {
                 sides_in(&FacePart { disc, ..*part }).is_empty()
             };
             // A centre on a curved face may lie off its triangles; at a tenth of the radius the disc is smaller by half a percent.
-            if of_radius(0.1 * disc.radius) && !self.is_around(&disc, &sides_in(part)) {
+            if of_radius(0.1 * disc.radius) && !self.is_around(&disc, part.face, &sides_in(part)) {
                 let is_small = !of_radius(disc.radius.max(0.01 * self.extent()));
                 return if is_small && disc.radius < 1e-3 * self.extent() {
                     refused(
@@ -172,8 +172,9 @@ impl Mesh {
         Ok(sides)
     }
 
-    /// Whether what a disc holds of a face lies around its centre, in its plane, as around a hole.
-    fn is_around(&self, disc: &Disc, sides: &[SidePart]) -> bool {
+    /// Whether what a disc holds of a face lies around its centre, in its plane, as around a hole, but for halves that planes of symmetry cut off
+    /// where the face ends.
+    fn is_around(&self, disc: &Disc, face: &str, sides: &[SidePart]) -> bool {
         let centre = Vector3::from(disc.centre);
         let (mut area, mut moment) = (0.0, Vector3::zeros());
         for side in sides {
@@ -188,6 +189,17 @@ impl Mesh {
                 let at = Vector3::from(quadrature::point(&corners, &centroid(part)));
                 area += share;
                 moment += (at - centre) * share;
+            }
+        }
+        for c in 0..3 {
+            let corners = self
+                .facets_on(face)
+                .flat_map(|facet| self.corners(&self.facets[facet]));
+            let [low, high] = corners.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
+                [low.min(x[c] - centre[c]), high.max(x[c] - centre[c])]
+            });
+            if low.abs().min(high.abs()) <= COORDINATE_ROUNDING * self.extent() {
+                moment[c] = 0.0;
             }
         }
         // Of half a disc, whose centre is at the edge of its face, 0.42 radii.
