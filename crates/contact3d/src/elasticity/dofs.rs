@@ -263,11 +263,12 @@ fn add_share(sum: &mut [f64; 3], shares: &[f64; 3], of: [f64; 3]) {
 /// What the components of glued nodes that are not held follow, none of it glued itself.
 fn glued_nodes(mesh: &Mesh, held: &[[bool; 3]]) -> BTreeMap<usize, Vec<(usize, [f64; 3])>> {
     let mut all: BTreeMap<usize, Vec<(usize, [f64; 3])>> = BTreeMap::new();
-    for glued in mesh.glued.iter().rev() {
+    for run in mesh.glued_runs().rev() {
+        let own = run[0].node;
         let mut follows: BTreeMap<usize, [f64; 3]> = BTreeMap::new();
-        for c in (0..3).filter(|c| !held[glued.node][*c]) {
+        for c in (0..3).filter(|c| !held[own][*c]) {
             let mut sums = BTreeMap::new();
-            for (node, share) in &glued.shares {
+            for (node, share) in run.iter().flat_map(|glued| &glued.shares) {
                 let further = all.get(node).into_iter().flatten();
                 let further: Vec<(usize, f64)> = further.map(|(k, of)| (*k, of[c])).collect();
                 let is_own = further.iter().all(|(_, part)| *part == 0.0);
@@ -280,7 +281,7 @@ fn glued_nodes(mesh: &Mesh, held: &[[bool; 3]]) -> BTreeMap<usize, Vec<(usize, [
                 follows.entry(node).or_default()[c] = share;
             }
         }
-        all.insert(glued.node, follows.into_iter().collect());
+        all.insert(own, follows.into_iter().collect());
     }
     all
 }

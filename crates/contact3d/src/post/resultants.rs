@@ -373,29 +373,35 @@ fn joint_forces(
     let bodies = 0..scene.bodies.len();
     let prefixes: Vec<String> = bodies.map(|body| scene.face_prefix(body)).collect();
     let mut all = vec![[0.0; 3]; left.len()];
-    for glued in &mesh.glued {
-        let sums = &mut of_joints[glued.entry];
-        let first_face = scene.contacts[glued.entry].faces()[0];
-        let is_glued = |c: usize| solved.system.dofs.is_glued(glued.node, c);
-        let here: [f64; 3] = std::array::from_fn(|c| {
-            if is_glued(c) {
-                left[glued.node][c]
-            } else {
-                0.0
-            }
+    for run in mesh.glued_runs() {
+        let own = run[0].node;
+        let here: [f64; 3] = std::array::from_fn(|c| match solved.system.dofs.is_glued(own, c) {
+            true => left[own][c],
+            false => 0.0,
         });
-        let others = glued.shares.iter().map(|(node, share)| (*node, -share));
-        for (node, share) in [(glued.node, 1.0)].into_iter().chain(others) {
+        let others = run.iter().flat_map(|glued| {
+            let shares = glued.shares.iter();
+            shares.map(|(node, share)| (glued.entry, *node, -share))
+        });
+        for (entry, node, share) in others.chain([(run[0].entry, own, 1.0)]) {
             let force = here.map(|part| share * part);
             for c in 0..3 {
                 left[node][c] -= force[c];
                 all[node][c] += force[c];
             }
-            let is_second = !first_face.starts_with(&prefixes[mesh.body_of_node(node)]);
-            let (sum, moment) = &mut sums[usize::from(is_second)];
+            let body = mesh.body_of_node(node);
+            if body == mesh.body_of_node(own) {
+                continue;
+            }
             let (force, at) = (Vector3::from(force), Vector3::from(mesh.coordinates[node]));
-            *sum += force;
-            *moment += at.cross(&force);
+            // Each joint gets what it does to the other body, and to this one the opposite.
+            let first_face = scene.contacts[entry].faces()[0];
+            let other = usize::from(!first_face.starts_with(&prefixes[body]));
+            for (side, sign) in [(other, 1.0), (1 - other, -1.0)] {
+                let (sum, moment) = &mut of_joints[entry][side];
+                *sum += sign * force;
+                *moment += sign * at.cross(&force);
+            }
         }
     }
     (!mesh.glued.is_empty()).then_some(all)

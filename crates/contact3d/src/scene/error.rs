@@ -171,10 +171,12 @@ pub enum Warning {
         /// The key of Young's modulus.
         key: String,
     },
-    /// Glued faces that lie apart.
+    /// Glued faces that lie apart or overlap.
     ClosedGap {
         /// The key of the faces.
         key: String,
+        /// Whether they overlap.
+        is_overlap: bool,
         /// The largest distance between them with its unit.
         gap: String,
     },
@@ -333,9 +335,17 @@ impl fmt::Display for Warning {
                 f,
                 "{key}: in Pa softer than rubber, of a body as long as a house; if lengths are in mm and stresses in MPa, write units.length = \"mm\", so that words and files say so"
             ),
-            Self::ClosedGap { key, gap } => write!(
+            Self::ClosedGap {
+                key,
+                is_overlap,
+                gap,
+            } => write!(
                 f,
-                "{key}: the glued faces are up to {gap} apart, more than triangles leave of curved ones, and their nodes are moved to close that; if they should meet, move one body with body.origin"
+                "{key}: the glued faces {}, more than triangles leave of curved ones, and their nodes are moved to close that; if they should meet, move one body with body.origin",
+                match is_overlap {
+                    true => format!("overlap by up to {gap}"),
+                    false => format!("are up to {gap} apart"),
+                }
             ),
             Self::NarrowJoint { key, face, cover } => write!(
                 f,

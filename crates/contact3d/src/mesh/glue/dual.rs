@@ -18,7 +18,10 @@ pub(super) const CORNER_SHARE: f64 = 0.2;
 
 /// The share of a triangle that the other face covers below which its nodes do not follow for its sake: what a sliver would tell of them is
 /// extrapolated over the whole triangle.
-const LEAST_COVER: f64 = 0.01;
+pub(super) const LEAST_COVER: f64 = 0.01;
+
+/// How many rings of triangles away a dual function may be taken by another one: the corner of a face has two, whose nodes two other faces take.
+const NEAR: usize = 2;
 
 /// Shares below this are roundings of none, where meshes match.
 pub(super) const ROUNDED_SHARE: f64 = 1e-13;
@@ -35,29 +38,47 @@ pub(super) fn covered(side: &Face<'_>, other: &Face<'_>) -> Vec<Overlap> {
     overlaps.filter(is_covered).collect()
 }
 
-/// Gives ψ_t of nodes without a row to those beside them that have one, for edges with the corners at their `ends`.
+/// What ũ of a node follows: ∫ φ̃_j, and ∫ ψ_j φ_k over it by joints and nodes k of their other faces.
+pub(super) type Row = (f64, BTreeMap<(usize, usize), f64>);
+
+/// The part of each joint in what a node follows.
+pub(super) fn parts(row: &BTreeMap<(usize, usize), f64>) -> BTreeMap<usize, f64> {
+    let mut parts = BTreeMap::new();
+    for ((entry, _), share) in row {
+        *parts.entry(*entry).or_insert(0.0) += share;
+    }
+    parts
+}
+
+/// Gives ψ_t of nodes without a row to those beside them that have one, for triangles with the corners of edges at their `ends`. Returns the
+/// nodes whose ψ_t no node within [`NEAR`] rings of triangles takes.
 pub(super) fn pass_on(
     mesh: &Mesh,
-    overlaps: &[Overlap],
+    facets: &BTreeSet<usize>,
     ends: &BTreeMap<usize, [usize; 2]>,
     rowless: &BTreeSet<usize>,
-    rows: &mut BTreeMap<usize, (f64, BTreeMap<usize, f64>)>,
-) {
+    rows: &mut BTreeMap<usize, Row>,
+) -> BTreeSet<usize> {
+    let mut lost = BTreeSet::new();
     for t in rowless {
         let mut ring = BTreeSet::from([*t]);
+        let mut n_rings = 0;
         let beside: Vec<usize> = loop {
             let found = ring.difference(rowless);
             let found: Vec<usize> = found.copied().filter(|j| rows.contains_key(j)).collect();
             let n_before = ring.len();
-            let triangles = overlaps.iter().map(|it| it.triangle.facet);
             let beside =
-                triangles.filter(|&facet| mesh.facet_nodes(facet).any(|node| ring.contains(&node)));
-            let wider: Vec<usize> = beside.flat_map(|facet| mesh.facet_nodes(facet)).collect();
+                (facets.iter()).filter(|&&f| mesh.facet_nodes(f).any(|node| ring.contains(&node)));
+            let wider: Vec<usize> = beside.flat_map(|&facet| mesh.facet_nodes(facet)).collect();
             ring.extend(wider);
             if !found.is_empty() || ring.len() == n_before {
                 break found;
             }
+            n_rings += 1;
         };
+        if beside.is_empty() || n_rings > NEAR {
+            lost.insert(*t);
+        }
         let (integral, mut jump) = rows[t].clone();
         let own = match ends.get(t) {
             Some(ends) if ends.iter().any(|end| !rowless.contains(end)) => continue,
@@ -71,8 +92,10 @@ pub(super) fn pass_on(
             }
             None => vec![(*t, -1.0)],
         };
-        for (node, part) in own {
-            *jump.entry(node).or_insert(0.0) += part;
+        for (entry, part) in parts(&jump) {
+            for (node, share) in &own {
+                *jump.entry((entry, *node)).or_insert(0.0) += part * share;
+            }
         }
         // By their integrals, so that slivers take little.
         let part = integral / beside.iter().map(|j| rows[j].0).sum::<f64>();
@@ -82,35 +105,45 @@ pub(super) fn pass_on(
             }
         }
     }
+    lost
 }
 
-/// What ũ of the nodes of some triangles follows: ∫ φ̃_j, and ∫ ψ_j φ_k over it by nodes k of the other face.
-pub(super) fn dual_rows(
-    mesh: &Mesh,
-    overlaps: &[Overlap],
-) -> BTreeMap<usize, (f64, BTreeMap<usize, f64>)> {
-    let mut sums: BTreeMap<usize, (f64, BTreeMap<usize, f64>)> = BTreeMap::new();
-    for overlap in overlaps {
-        let nodes: Vec<usize> = mesh.facet_nodes(overlap.triangle.facet).collect();
-        let mut others: Vec<usize> = overlap.products.keys().map(|(_, k)| *k).collect();
-        others.sort_unstable();
-        others.dedup();
+/// The rows of the nodes of a face by what its triangles have in common with the other faces of some joints.
+pub(super) fn dual_rows(mesh: &Mesh, overlaps: &[(usize, &Overlap)]) -> BTreeMap<usize, Row> {
+    let mut by_facet: BTreeMap<usize, Vec<(usize, &Overlap)>> = BTreeMap::new();
+    for (entry, overlap) in overlaps {
+        let facet = overlap.triangle.facet;
+        by_facet.entry(facet).or_default().push((*entry, overlap));
+    }
+    let mut sums: BTreeMap<usize, Row> = BTreeMap::new();
+    for (facet, overlaps) in by_facet {
+        let nodes: Vec<usize> = mesh.facet_nodes(facet).collect();
+        let mut products: BTreeMap<(usize, usize), Vec<f64>> = BTreeMap::new();
+        for (entry, overlap) in &overlaps {
+            for ((node, other), product) in &overlap.products {
+                let of_other = products.entry((*entry, *other));
+                let of_other = of_other.or_insert_with(|| vec![0.0; nodes.len()]);
+                for (own, sum) in nodes.iter().zip(of_other) {
+                    *sum += if own == node { *product } else { 0.0 };
+                }
+            }
+        }
         let with_integrals = with_integrals(nodes.len());
-        let masses = DMatrix::from_fn(nodes.len(), nodes.len(), |i, j| overlap.masses[i][j]);
-        let masses = &with_integrals * masses * with_integrals.transpose();
-        let product = |j: usize, k: usize| overlap.products.get(&(nodes[j], others[k]));
-        let products = DMatrix::from_fn(nodes.len(), others.len(), |j, k| {
-            product(j, k).copied().unwrap_or(0.0)
+        let masses = DMatrix::from_fn(nodes.len(), nodes.len(), |i, j| {
+            overlaps.iter().map(|(_, it)| it.masses[i][j]).sum()
         });
+        let masses = &with_integrals * masses * with_integrals.transpose();
+        let columns: Vec<f64> = products.values().flatten().copied().collect();
+        let columns = DMatrix::from_vec(nodes.len(), products.len(), columns);
         let integrals: Vec<f64> = masses.row_iter().map(|row| row.sum()).collect();
         let Some(factor) = masses.cholesky() else {
             continue;
         };
-        let shares = factor.solve(&(with_integrals * products));
+        let shares = factor.solve(&(with_integrals * columns));
         for (j, node) in nodes.iter().enumerate() {
             let (whole, row) = sums.entry(*node).or_default();
             *whole += integrals[j];
-            for (k, other) in others.iter().enumerate() {
+            for (k, other) in products.keys().enumerate() {
                 *row.entry(*other).or_insert(0.0) += integrals[j] * shares[(j, k)];
             }
         }
@@ -133,9 +166,9 @@ fn with_integrals(n: usize) -> DMatrix<f64> {
 }
 
 /// Shares without roundings of none, whose sum is 1.
-pub(crate) fn whole(mut shares: BTreeMap<usize, f64>) -> Vec<(usize, f64)> {
+pub(crate) fn whole<K: Ord>(mut shares: BTreeMap<K, f64>) -> Vec<(K, f64)> {
     shares.retain(|_, share| share.abs() > ROUNDED_SHARE);
-    let mut shares: Vec<(usize, f64)> = shares.into_iter().collect();
+    let mut shares: Vec<(K, f64)> = shares.into_iter().collect();
     let sum: f64 = shares.iter().map(|(_, share)| share).sum();
     let largest = shares.iter_mut().max_by(|a, b| a.1.total_cmp(&b.1));
     largest
