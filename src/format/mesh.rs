@@ -82,7 +82,7 @@ pub(super) const BODY: Fields<Mesh> = fields! { Mesh => GROUP;
     {Kind::I64} OBSTACLE_CONTACT, &[Named("n_obstacle_triangles")], Dimension::Number, "Contact of the scene, from 0, that each triangle is an obstacle of.".compressed().optional(NO_TRIANGLES);
     {Kind::I64} GLUED_NODES, &[Named("n_glued_nodes"), Fixed(2)], Dimension::Number, "Nodes that follow those of a face that theirs is glued to, before those that they follow, and the contact of the scene that glues them.".compressed().optional(NOTHING_GLUED);
     (joint_gap) "/mesh/joint_gap", &[Named("n_joints")], Dimension::LENGTH, "Largest distance that closes between each pair of glued faces, 0 up to what triangles leave of curved ones.".optional(NOTHING_GLUED).finite();
-    (joint_cover) "/mesh/joint_cover", &[Named("n_joints"), Fixed(2)], Dimension::Number, "Largest share of a triangle of both faces of each of these pairs that the other face covers.".optional(NOTHING_GLUED).finite();
+    (joint_cover) "/mesh/joint_cover", &[Named("n_joints"), Fixed(2)], Dimension::Number, "Largest share of a triangle of both faces of each of these pairs that is glued.".optional(NOTHING_GLUED).finite();
     {Kind::CscMatrix} GLUED_SHARES, &[Named("n_nodes"), Named("n_glued_nodes")], Dimension::Number, "Shares of the nodes that each of these follows, in displacement and place; columns sum to 1. Components that clamps hold follow nothing.".optional(NOTHING_GLUED);
 };
 

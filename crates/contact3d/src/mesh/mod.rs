@@ -126,7 +126,7 @@ pub struct Mesh {
     pub glued: Vec<GluedNode>,
     /// Of each pair of glued faces the largest distance in m that closes between them; 0 up to what triangles leave of curved faces.
     pub joint_gap: Vec<f64>,
-    /// Of each pair the largest share of a triangle of both faces that the other one covers.
+    /// Of each pair the largest share of a triangle of both faces that is glued.
     pub joint_cover: Vec<[f64; 2]>,
     /// The contact face Γ_c; `None` in a scene without contact.
     pub contact: Option<ContactSurface>,

@@ -70,8 +70,6 @@ struct Joint<'a> {
     unresolved: f64,
     /// How far in m nodes of each face may be moved.
     allowed: [f64; 2],
-    /// The largest share of a triangle of each face that the other one covers.
-    cover: [f64; 2],
 }
 
 /// Uncovered share of a face that is rounding.
@@ -112,21 +110,30 @@ impl Mesh {
             faces.entry(face).or_default().push(joint);
         }
         self.close_rings(&in_order, &mut taken);
-        let mut lost = BTreeSet::new();
-        for joints in faces.values() {
-            lost.extend(self.follow(joints, &mut taken));
+        let mut lost = BTreeMap::new();
+        for ((_, face), joints) in &faces {
+            lost.insert(*face, self.follow(joints, &mut taken));
         }
         self.close_rings(&in_order, &mut taken);
         self.order_glued(scene)?;
+        let overlaps = joints.iter().flat_map(|it| it.overlaps.iter().flatten());
+        let mut bonded = BTreeMap::new();
+        for triangle in overlaps.map(|overlap| &overlap.triangle) {
+            *bonded.entry(triangle.facet).or_insert(0.0) += triangle.area;
+        }
         for joint in &joints {
-            self.refuse_lost(scene, joint, &lost, &taken)?;
-            let allowed = joint.allowed[joint.follows] + cut_faceting;
+            let lost = &lost[&joint.pair[joint.follows]];
+            self.refuse_lost(scene, joint, lost, &taken)?;
             let gap = Some(joint.gap).filter(|gap| gap.abs() > joint.unresolved + cut_faceting);
             self.joint_gap.push(gap.unwrap_or(0.0));
-            self.joint_cover.push(joint.cover);
-            self.close_gap(scene, joint.entry, allowed)?;
+            let cover = joint.overlaps.each_ref().map(|overlaps| {
+                let facets = overlaps.iter().map(|it| it.triangle.facet);
+                let shares = facets.map(|facet| bonded[&facet] / self.side_integrals(facet).0);
+                shares.fold(0.0, f64::max)
+            });
+            self.joint_cover.push(cover);
         }
-        Ok(())
+        self.close_gaps(scene, &joints, cut_faceting)
     }
 
     /// What each glued node follows in its joints.
@@ -191,12 +198,6 @@ impl Mesh {
         let gap = inside.map(|pairing| pairing.distance);
         let size = faces.iter().map(Face::radius).fold(0.0, f64::max);
         let unresolved: f64 = faces.iter().map(|face| face.unresolved).sum();
-        let cover = overlaps.each_ref().map(|overlaps| {
-            let shares = overlaps
-                .iter()
-                .map(|it| it.triangle.area / self.side_integrals(it.triangle.facet).0);
-            shares.fold(0.0, f64::max)
-        });
         let [first, second] = [0, 1].map(|k| {
             let areas = faces[k].facets.iter().map(|&f| self.side_integrals(f).0);
             let common = overlaps[k].iter().map(|it| it.triangle.area);
@@ -221,7 +222,6 @@ impl Mesh {
             allowed: faces.each_ref().map(|face| {
                 unresolved + (LARGEST_GAP * face.edge()).min(DEEPEST_INTERFERENCE * self.extent())
             }),
-            cover,
             overlaps,
             pairings,
         })
@@ -451,22 +451,33 @@ impl Mesh {
     }
 
     /// Moves glued nodes to where their shares say.
-    fn close_gap(&mut self, scene: &Scene, entry: usize, allowed: f64) -> Result<(), InvalidValue> {
-        let mut largest = (0.0, 0);
+    fn close_gaps(
+        &mut self,
+        scene: &Scene,
+        joints: &[Joint<'_>],
+        cut_faceting: f64,
+    ) -> Result<(), InvalidValue> {
+        let allowed = |joint: &Joint<'_>| joint.allowed[joint.follows] + cut_faceting;
+        let allowed: BTreeMap<usize, f64> = joints
+            .iter()
+            .map(|joint| (joint.entry, allowed(joint)))
+            .collect();
+        // The longest way over what is allowed, the node and its joint.
+        let mut worst = (0.0, 0.0, 0, 0);
         let mut is_moved = vec![false; self.coordinates.len()];
         let mut coordinates = std::mem::take(&mut self.coordinates);
         for run in self.glued_runs().rev() {
             let terms = run.iter().flat_map(|glued| &glued.shares);
             let terms = terms.map(|(k, share)| Vector3::from(coordinates[*k]) * *share);
-            let (node, to): (usize, Vector3<f64>) = (run[0].node, terms.sum());
-            let way = (to - Vector3::from(coordinates[node])).norm();
-            if way > largest.0 && run.iter().any(|glued| glued.entry == entry) {
-                largest = (way, node);
+            let (GluedNode { node, entry, .. }, to) = (&run[0], terms.sum::<Vector3<f64>>());
+            let way = (to - Vector3::from(coordinates[*node])).norm();
+            if way > worst.0 * allowed[entry] {
+                worst = (way / allowed[entry], way, *node, *entry);
             }
             // Roundings of places leave those of flat faces as they are.
-            if way > ROUNDED_SHARE.sqrt() * allowed {
-                coordinates[node] = to.into();
-                is_moved[node] = true;
+            if way > ROUNDED_SHARE.sqrt() * allowed[entry] {
+                coordinates[*node] = to.into();
+                is_moved[*node] = true;
             }
         }
         self.coordinates = coordinates;
@@ -474,14 +485,15 @@ impl Mesh {
             corners.iter().any(|node| is_moved[*node])
                 && tetrahedron_volume(&self.corners(corners)) <= 0.0
         };
-        let (gap, node) = largest;
-        if gap <= allowed && !self.tetrahedra.iter().any(is_inverted) {
+        let (relative, gap, node, entry) = worst;
+        if relative <= 1.0 && !self.tetrahedra.iter().any(is_inverted) {
             return Ok(());
         }
         Err(InvalidValue {
             key: format!("{}.between", scene.contact_key(entry)),
             expected: format!(
-                "glued faces up to {allowed:.3e} {} apart, a quarter of an edge of their triangles and a tenth of the bodies at most, for nodes are moved by the gap",
+                "glued faces up to {:.3e} {} apart, a quarter of an edge of their triangles and a tenth of the bodies at most, for nodes are moved by the gap",
+                allowed[&entry],
                 scene.units.length()
             ),
             found: format!(

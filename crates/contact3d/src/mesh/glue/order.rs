@@ -1,10 +1,10 @@
 //! Which one of two glued faces follows the other.
 //!
-//! Where joints meet at a line, nodes must not follow themselves through them, and each joint needs nodes of its own. Joints choose one after
-//! the other, those first that `panes_on` decides, then those with nodes of their own on one side alone, then those that cover one face
-//! wholly: each lets follow the face that it would choose alone unless that closes a circle of faces, else the other one. If neither can,
-//! all choose again without circles of bodies, for there always is an order of these. Names decide between equals, so that the order of
-//! `[[contact]]` does not matter.
+//! Where joints meet at a line, nodes must not follow themselves through them, and each joint needs nodes that no other one takes. Joints
+//! choose one after the other, those first that `panes_on` decides, then those that cover one face wholly: each lets follow the face that it
+//! would choose alone unless that closes a circle of faces or leaves a joint without nodes, else the other one. If neither can, all choose
+//! again without circles of bodies, for there always is an order of these. Names decide between equals, so that the order of `[[contact]]`
+//! does not matter.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -25,54 +25,53 @@ pub(super) fn orient(
     joints: &mut [Joint<'_>],
     taken: &BTreeMap<usize, Vec<usize>>,
 ) -> Vec<usize> {
-    let mut first: BTreeMap<usize, (usize, &String)> = BTreeMap::new();
-    for (joint, side) in joints.iter().flat_map(|joint| [(joint, 0), (joint, 1)]) {
-        for node in &joint.nodes[side] {
-            let rank = first.entry(*node).or_insert(joint.rank(side));
-            *rank = joint.rank(side).min(*rank);
-        }
-    }
-    let wishes = joints.iter().map(|joint| {
-        let has_own = [0, 1].map(|side| {
-            let mut nodes = joint.nodes[side].iter();
-            nodes.any(|node| first[node] == joint.rank(side) && !taken.contains_key(node))
-        });
-        let of_nodes = has_own[0] != has_own[1];
-        let class = match scene.contacts[joint.entry].panes_on {
-            Some(_) => 0,
-            None => 3 - 2 * usize::from(of_nodes) - usize::from(joint.is_whole && !of_nodes),
-        };
-        let wanted = match class {
-            1 => usize::from(has_own[1]),
-            _ => joint.follows,
-        };
-        (class, wanted)
-    });
-    let wishes: Vec<(usize, usize)> = wishes.collect();
+    let class = |joint: &Joint<'_>| match scene.contacts[joint.entry].panes_on {
+        Some(_) => 0,
+        None => 2 - usize::from(joint.is_whole),
+    };
+    let wanted: Vec<usize> = joints.iter().map(|joint| joint.follows).collect();
     let mut order: Vec<usize> = (0..joints.len()).collect();
     order.sort_by_key(|&j| {
         let [a, b] = joints[j].pair;
-        (wishes[j].0, a.min(b), a.max(b))
+        (class(&joints[j]), a.min(b), a.max(b))
     });
     for by_bodies in [false, true] {
-        let mut chosen: Vec<usize> = Vec::new();
         let mut is_done = true;
-        for &j in &order {
-            let (class, wanted) = wishes[j];
-            chosen.push(j);
-            let fits = [wanted, 1 - wanted].into_iter().find(|side| {
+        for (place, &j) in order.iter().enumerate() {
+            let sides = [wanted[j], 1 - wanted[j]];
+            let tries = sides.map(|side| (side, true)).into_iter();
+            let mut tries = tries.chain(sides.map(|side| (side, false)));
+            let fits = tries.find(|(side, all_have_nodes)| {
                 joints[j].follows = *side;
-                let chosen: Vec<&Joint<'_>> = chosen.iter().map(|&j| &joints[j]).collect();
-                class == 0 || !closes_circle(mesh, &chosen, by_bodies)
+                let chosen = order[..=place].iter().map(|&j| &joints[j]);
+                let chosen: Vec<&Joint<'_>> = chosen.collect();
+                let has_nodes = |joint: &&Joint<'_>| has_nodes(joint, &chosen, taken);
+                class(&joints[j]) == 0
+                    || !closes_circle(mesh, &chosen, by_bodies)
+                        && (!all_have_nodes || chosen.iter().all(has_nodes))
             });
-            is_done &= fits.is_some();
-            joints[j].follows = fits.unwrap_or(wanted);
+            is_done &= fits.is_some_and(|(_, all_have_nodes)| all_have_nodes);
+            joints[j].follows = fits.map_or(wanted[j], |(side, _)| side);
         }
         if is_done {
             break;
         }
     }
     order
+}
+
+/// Whether some nodes of a joint are neither held nor taken by other ones.
+fn has_nodes(
+    joint: &Joint<'_>,
+    joints: &[&Joint<'_>],
+    taken: &BTreeMap<usize, Vec<usize>>,
+) -> bool {
+    let rank = joint.rank(joint.follows);
+    let before = joints.iter().filter(|it| it.rank(it.follows) < rank);
+    let before: Vec<&BTreeSet<usize>> = before.map(|it| &it.nodes[it.follows]).collect();
+    let is_own = |node: &usize| !before.iter().any(|nodes| nodes.contains(node));
+    let mut nodes = joint.nodes[joint.follows].iter();
+    nodes.any(|node| is_own(node) && !taken.contains_key(node))
 }
 
 /// Whether what follows in the last one of some joints follows itself through the others.
