@@ -182,6 +182,8 @@ impl SolvedRun<'_> {
     /// The forces of glued faces on the body of the first of each pair, of the first pairs.
     fn joint_forces(&self) -> Vec<(String, String)> {
         let unit = self.unit(Dimension::FORCE);
+        let others = self.scene.glued_pairs().skip(MOST_FACES).count();
+        let others = (others > 0).then(|| (format!("and {others} more"), "post -v".to_owned()));
         let pairs = self.scene.glued_pairs().take(MOST_FACES);
         let told = |(entry, [face, other]): (usize, &[String; 2])| {
             let key = self.scene.contact_key(entry);
@@ -192,7 +194,7 @@ impl SolvedRun<'_> {
             let name = format!("joint {}-{}", escape_control(face), escape_control(other));
             Some((name, format!("{force} on {body}")))
         };
-        pairs.filter_map(told).collect()
+        pairs.filter_map(told).chain(others).collect()
     }
 
     /// The friction force over the largest one in its direction that the panes can bear as they are pressed; `None` without a force.

@@ -175,9 +175,7 @@ pub enum Warning {
     ClosedGap {
         /// The key of the faces.
         key: String,
-        /// Whether they overlap.
-        is_overlap: bool,
-        /// The largest distance between them with its unit.
+        /// Which of both, with the largest distance between them and its unit.
         gap: String,
     },
     /// A joint of glued faces that is narrower than triangles of one of them.
@@ -335,17 +333,9 @@ impl fmt::Display for Warning {
                 f,
                 "{key}: in Pa softer than rubber, of a body as long as a house; if lengths are in mm and stresses in MPa, write units.length = \"mm\", so that words and files say so"
             ),
-            Self::ClosedGap {
-                key,
-                is_overlap,
-                gap,
-            } => write!(
+            Self::ClosedGap { key, gap } => write!(
                 f,
-                "{key}: the glued faces {}, more than triangles leave of curved ones, and their nodes are moved to close that; if they should meet, move one body with body.origin",
-                match is_overlap {
-                    true => format!("overlap by up to {gap}"),
-                    false => format!("are up to {gap} apart"),
-                }
+                "{key}: the glued faces {gap}, more than triangles leave of curved ones, and their nodes are moved to close that; if they should meet, move one body with body.origin"
             ),
             Self::NarrowJoint { key, face, cover } => write!(
                 f,

@@ -38,17 +38,8 @@ pub(super) fn covered(side: &Face<'_>, other: &Face<'_>) -> Vec<Overlap> {
     overlaps.filter(is_covered).collect()
 }
 
-/// What ũ of a node follows: ∫ φ̃_j, and ∫ ψ_j φ_k over it by joints and nodes k of their other faces.
+/// What ũ of a node follows: ∫ φ̃_j, and ∫ ψ_j φ_k over it by joints and nodes k of their other faces; nodes of the own one have any joint.
 pub(super) type Row = (f64, BTreeMap<(usize, usize), f64>);
-
-/// The part of each joint in what a node follows.
-pub(super) fn parts(row: &BTreeMap<(usize, usize), f64>) -> BTreeMap<usize, f64> {
-    let mut parts = BTreeMap::new();
-    for ((entry, _), share) in row {
-        *parts.entry(*entry).or_insert(0.0) += share;
-    }
-    parts
-}
 
 /// Gives ψ_t of nodes without a row to those beside them that have one, for triangles with the corners of edges at their `ends`. Returns the
 /// nodes whose ψ_t no node within [`NEAR`] rings of triangles takes.
@@ -80,6 +71,7 @@ pub(super) fn pass_on(
             lost.insert(*t);
         }
         let (integral, mut jump) = rows[t].clone();
+        let entry = jump.keys().next().map_or(0, |(entry, _)| *entry);
         let own = match ends.get(t) {
             Some(ends) if ends.iter().any(|end| !rowless.contains(end)) => continue,
             Some([a, b]) => {
@@ -92,10 +84,8 @@ pub(super) fn pass_on(
             }
             None => vec![(*t, -1.0)],
         };
-        for (entry, part) in parts(&jump) {
-            for (node, share) in &own {
-                *jump.entry((entry, *node)).or_insert(0.0) += part * share;
-            }
+        for (node, part) in own {
+            *jump.entry((entry, node)).or_insert(0.0) += part;
         }
         // By their integrals, so that slivers take little.
         let part = integral / beside.iter().map(|j| rows[j].0).sum::<f64>();
@@ -118,32 +108,33 @@ pub(super) fn dual_rows(mesh: &Mesh, overlaps: &[(usize, &Overlap)]) -> BTreeMap
     let mut sums: BTreeMap<usize, Row> = BTreeMap::new();
     for (facet, overlaps) in by_facet {
         let nodes: Vec<usize> = mesh.facet_nodes(facet).collect();
-        let mut products: BTreeMap<(usize, usize), Vec<f64>> = BTreeMap::new();
-        for (entry, overlap) in &overlaps {
-            for ((node, other), product) in &overlap.products {
-                let of_other = products.entry((*entry, *other));
-                let of_other = of_other.or_insert_with(|| vec![0.0; nodes.len()]);
-                for (own, sum) in nodes.iter().zip(of_other) {
-                    *sum += if own == node { *product } else { 0.0 };
-                }
-            }
-        }
+        let others = overlaps.iter().flat_map(|(entry, overlap)| {
+            let others = overlap.products.keys();
+            others.map(|(_, other)| (*entry, *other))
+        });
+        let others: Vec<(usize, usize)> = others.collect::<BTreeSet<_>>().into_iter().collect();
+        let product = |node: usize, (of, other): (usize, usize)| {
+            let own = overlaps.iter().filter(|(entry, _)| *entry == of);
+            own.filter_map(|(_, overlap)| overlap.products.get(&(node, other)))
+                .sum()
+        };
         let with_integrals = with_integrals(nodes.len());
         let masses = DMatrix::from_fn(nodes.len(), nodes.len(), |i, j| {
             overlaps.iter().map(|(_, it)| it.masses[i][j]).sum()
         });
         let masses = &with_integrals * masses * with_integrals.transpose();
-        let columns: Vec<f64> = products.values().flatten().copied().collect();
-        let columns = DMatrix::from_vec(nodes.len(), products.len(), columns);
+        let products = DMatrix::from_fn(nodes.len(), others.len(), |j, k| {
+            product(nodes[j], others[k])
+        });
         let integrals: Vec<f64> = masses.row_iter().map(|row| row.sum()).collect();
         let Some(factor) = masses.cholesky() else {
             continue;
         };
-        let shares = factor.solve(&(with_integrals * columns));
+        let shares = factor.solve(&(with_integrals * products));
         for (j, node) in nodes.iter().enumerate() {
             let (whole, row) = sums.entry(*node).or_default();
             *whole += integrals[j];
-            for (k, other) in products.keys().enumerate() {
+            for (k, other) in others.iter().enumerate() {
                 *row.entry(*other).or_insert(0.0) += integrals[j] * shares[(j, k)];
             }
         }

@@ -1,10 +1,13 @@
 //! What each node of glued faces follows in the end, and in which order.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::{
+    cmp::Reverse,
+    collections::{BTreeMap, BTreeSet},
+};
 
 use super::{
     GluedNode, Joint, ON_EDGE,
-    dual::{CORNER_SHARE, Row, dual_rows, parts, pass_on, whole},
+    dual::{CORNER_SHARE, Row, dual_rows, pass_on, whole},
 };
 use crate::{
     mesh::{
@@ -42,14 +45,12 @@ impl Mesh {
                 continue;
             }
             if let Some(ends) = ends.get(&node) {
-                let parts = parts(&shares);
+                let entry = shares.keys().next().map_or(0, |(entry, _)| *entry);
                 shares
                     .values_mut()
                     .for_each(|share| *share *= 1.0 - 2.0 * CORNER_SHARE);
-                for (entry, part) in &parts {
-                    for end in ends {
-                        *shares.entry((*entry, *end)).or_insert(0.0) += part * CORNER_SHARE;
-                    }
+                for end in ends {
+                    *shares.entry((entry, *end)).or_insert(0.0) += CORNER_SHARE;
                 }
             }
             let shares = whole(shares);
@@ -67,7 +68,7 @@ impl Mesh {
     /// Lets nodes of other faces follow the points of those that follow where these lie on what follows something else, or is held.
     pub(super) fn close_rings(
         &mut self,
-        joints: &[&Joint<'_>],
+        joints: &[Joint<'_>],
         taken: &mut BTreeMap<usize, Vec<usize>>,
     ) {
         let n_before = taken.len();
@@ -75,9 +76,8 @@ impl Mesh {
             for (&node, pairing) in &joint.pairings[1 - joint.follows] {
                 let point = on_edge_of(pairing, taken).filter(|_| !taken.contains_key(&node));
                 let is_own = |other: usize| self.body_of_node(other) == self.body_of_node(node);
-                let is_tied =
-                    |it: &BTreeMap<usize, f64>| lead_to(is_own, it.keys().copied(), taken);
-                let Some(point) = point.filter(|it| !is_tied(it)) else {
+                let Some(point) = point.filter(|it| !lead_to(is_own, it.keys().copied(), taken))
+                else {
                     continue;
                 };
                 taken.insert(node, point.keys().copied().collect());
@@ -106,43 +106,50 @@ impl Mesh {
 
     /// Puts glued nodes before those that they follow.
     pub(super) fn order_glued(&mut self, scene: &Scene) -> Result<(), InvalidValue> {
-        self.glued.sort_by_key(|glued| (glued.node, glued.entry));
-        let rows: BTreeMap<usize, &[GluedNode]> =
-            self.glued_runs().map(|run| (run[0].node, run)).collect();
-        // None while the nodes that one follows are looked at, and where they lead back.
-        let mut depths: BTreeMap<usize, Option<usize>> = BTreeMap::new();
-        let in_circle = |glued: &&GluedNode| depth(&rows, glued.node, &mut depths).is_none();
-        let in_circle: BTreeSet<usize> = self
-            .glued
-            .iter()
-            .filter(in_circle)
-            .map(|glued| glued.entry)
-            .collect();
-        if !in_circle.is_empty() {
-            let pairs = in_circle.into_iter().map(|entry| scene.contact_key(entry));
-            let pairs: Vec<String> = pairs.collect();
-            return Err(InvalidValue {
-                key: format!("{}.panes_on", pairs[0]),
-                expected: "glued faces whose nodes do not follow each other in a circle".into(),
-                found: format!("a node that follows itself through {}", pairs.join(", ")),
-                help: "leave out panes_on in one of these pairs, or name the other face there"
-                    .into(),
-            });
+        let mut depths: BTreeMap<usize, usize> = self.glued.iter().map(|it| (it.node, 0)).collect();
+        let n_nodes = depths.len();
+        let in_circle = loop {
+            let before = depths.clone();
+            for glued in &self.glued {
+                let others = glued.shares.iter().filter_map(|(k, _)| depths.get(k));
+                let least = others.max().map_or(0, |depth| depth + 1);
+                depths
+                    .entry(glued.node)
+                    .and_modify(|depth| *depth = least.max(*depth));
+            }
+            let deep = self
+                .glued
+                .iter()
+                .filter(|glued| depths[&glued.node] > n_nodes);
+            let in_circle: BTreeSet<usize> = deep.map(|glued| glued.entry).collect();
+            if depths == before || !in_circle.is_empty() {
+                break in_circle;
+            }
+        };
+        if in_circle.is_empty() {
+            let depth = |glued: &GluedNode| Reverse(depths[&glued.node]);
+            self.glued
+                .sort_by_key(|glued| (depth(glued), glued.node, glued.entry));
+            return Ok(());
         }
-        let depth = |glued: &GluedNode| std::cmp::Reverse(depths[&glued.node]);
-        self.glued
-            .sort_by_key(|glued| (depth(glued), glued.node, glued.entry));
-        Ok(())
+        let pairs = in_circle.into_iter().map(|entry| scene.contact_key(entry));
+        let pairs: Vec<String> = pairs.collect();
+        Err(InvalidValue {
+            key: format!("{}.panes_on", pairs[0]),
+            expected: "glued faces whose nodes do not follow each other in a circle".into(),
+            found: format!("a node that follows itself through {}", pairs.join(", ")),
+            help: "leave out panes_on in one of these pairs, or name the other face there".into(),
+        })
     }
 }
 
 /// Whether nodes follow others, which may follow others again, up to some that are looked for.
-fn lead_to(
+pub(super) fn lead_to(
     is_wanted: impl Fn(usize) -> bool,
-    from: impl Iterator<Item = usize>,
+    from: impl IntoIterator<Item = usize>,
     taken: &BTreeMap<usize, Vec<usize>>,
 ) -> bool {
-    let mut left: Vec<usize> = from.collect();
+    let mut left: Vec<usize> = from.into_iter().collect();
     let mut seen = BTreeSet::new();
     while let Some(node) = left.pop() {
         if is_wanted(node) {
@@ -153,27 +160,6 @@ fn lead_to(
         }
     }
     false
-}
-
-/// How many glued nodes follow one another from a node on; `None` where they follow each other in a circle.
-fn depth(
-    rows: &BTreeMap<usize, &[GluedNode]>,
-    node: usize,
-    known: &mut BTreeMap<usize, Option<usize>>,
-) -> Option<usize> {
-    let Some(run) = rows.get(&node) else {
-        return Some(0);
-    };
-    if let Some(depth) = known.get(&node) {
-        return *depth;
-    }
-    known.insert(node, None);
-    let mut deepest = 0;
-    for (next, _) in run.iter().flat_map(|glued| &glued.shares) {
-        deepest = deepest.max(depth(rows, *next, known)?);
-    }
-    known.insert(node, Some(deepest + 1));
-    Some(deepest + 1)
 }
 
 /// The nodes of the edge that a point lies on with its shares of them, where all of them are `taken`.
