@@ -80,10 +80,10 @@ pub(super) const BODY: Fields<Mesh> = fields! { Mesh => GROUP;
     {Kind::I64} OBSTACLE_TRIANGLES, &[Named("n_obstacle_triangles"), Fixed(3)], Dimension::Number, "Points of each triangle of an obstacle, counter-clockwise seen from the body.".compressed().optional(NO_TRIANGLES);
     {Kind::F64} OBSTACLE_NORMALS, &[Named("n_obstacle_triangles"), Fixed(3), extents::XYZ], Dimension::Number, "Unit normal out of the obstacle at each corner of its triangles, the same on both sides of an edge that is not sharp.".compressed().optional(NO_TRIANGLES).finite();
     {Kind::I64} OBSTACLE_CONTACT, &[Named("n_obstacle_triangles")], Dimension::Number, "Contact of the scene, from 0, that each triangle is an obstacle of.".compressed().optional(NO_TRIANGLES);
-    {Kind::I64} GLUED_NODES, &[Named("n_glued_nodes"), Fixed(2)], Dimension::Number, "Nodes that follow those of a face that theirs is glued to, before those that they follow, and the contact of the scene that glues them.".compressed().optional(NOTHING_GLUED);
-    (joint_gap) "/mesh/joint_gap", &[Named("n_joints")], Dimension::LENGTH, "Largest distance that closes between each pair of glued faces, 0 up to what triangles leave of curved ones.".optional(NOTHING_GLUED).finite();
+    {Kind::I64} GLUED_NODES, &[Named("n_glued_nodes"), Fixed(2)], Dimension::Number, "Nodes that follow those of faces that theirs is glued to, before those that they follow, and the contact of the scene that glues them; a node once for each.".compressed().optional(NOTHING_GLUED);
+    (joint_gap) "/mesh/joint_gap", &[Named("n_joints")], Dimension::LENGTH, "Largest distance that closes between each pair of glued faces, negative where they overlap; 0 up to what triangles leave of curved ones.".optional(NOTHING_GLUED).finite();
     (joint_cover) "/mesh/joint_cover", &[Named("n_joints"), Fixed(2)], Dimension::Number, "Largest share of a triangle of both faces of each of these pairs that is glued.".optional(NOTHING_GLUED).finite();
-    {Kind::CscMatrix} GLUED_SHARES, &[Named("n_nodes"), Named("n_glued_nodes")], Dimension::Number, "Shares of the nodes that each of these follows, in displacement and place; columns sum to 1. Components that clamps hold follow nothing.".optional(NOTHING_GLUED);
+    {Kind::CscMatrix} GLUED_SHARES, &[Named("n_nodes"), Named("n_glued_nodes")], Dimension::Number, "Shares of the nodes that each of these follows, in displacement and place; those of a node sum to 1. Components that clamps hold follow nothing.".optional(NOTHING_GLUED);
 };
 
 pub(super) const SURFACE: Fields<ContactSurface> = fields! { ContactSurface => GROUP;

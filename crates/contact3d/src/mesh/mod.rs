@@ -124,7 +124,7 @@ pub struct Mesh {
     pub obstacles: BTreeMap<usize, Arc<TriangulatedSurface>>,
     /// Nodes that follow those of a face that theirs is glued to, before those that they follow; empty without glued faces.
     pub glued: Vec<GluedNode>,
-    /// Of each pair of glued faces the largest distance in m that closes between them; 0 up to what triangles leave of curved faces.
+    /// Of each pair of glued faces the largest distance in m that closes between them, negative where they overlap; 0 up to what triangles leave of curved faces.
     pub joint_gap: Vec<f64>,
     /// Of each pair the largest share of a triangle of both faces that is glued.
     pub joint_cover: Vec<[f64; 2]>,

@@ -45,10 +45,9 @@ impl Mesh {
                 continue;
             }
             if let Some(ends) = ends.get(&node) {
+                let own = 1.0 - 2.0 * CORNER_SHARE;
+                shares.values_mut().for_each(|share| *share *= own);
                 let entry = shares.keys().next().map_or(0, |(entry, _)| *entry);
-                shares
-                    .values_mut()
-                    .for_each(|share| *share *= 1.0 - 2.0 * CORNER_SHARE);
                 for end in ends {
                     *shares.entry((entry, *end)).or_insert(0.0) += CORNER_SHARE;
                 }
@@ -113,14 +112,11 @@ impl Mesh {
             for glued in &self.glued {
                 let others = glued.shares.iter().filter_map(|(k, _)| depths.get(k));
                 let least = others.max().map_or(0, |depth| depth + 1);
-                depths
-                    .entry(glued.node)
-                    .and_modify(|depth| *depth = least.max(*depth));
+                let most = least.max(depths[&glued.node]);
+                depths.insert(glued.node, most);
             }
-            let deep = self
-                .glued
-                .iter()
-                .filter(|glued| depths[&glued.node] > n_nodes);
+            let is_deep = |it: &&GluedNode| depths[&it.node] > n_nodes;
+            let deep = self.glued.iter().filter(is_deep);
             let in_circle: BTreeSet<usize> = deep.map(|glued| glued.entry).collect();
             if depths == before || !in_circle.is_empty() {
                 break in_circle;
