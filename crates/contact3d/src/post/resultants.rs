@@ -282,8 +282,8 @@ pub(super) struct NodalForces {
     pub(super) tools: Option<Vec<[f64; 3]>>,
     /// Of the joints of glued faces; `None` where there are none.
     joints: Option<Vec<[f64; 3]>>,
-    /// Force in N and moment about the origin in N·m of each joint on the bodies of both faces, `[n_contacts]`; zero of those that touch.
-    of_joints: Vec<[(Vector3<f64>, Vector3<f64>); 2]>,
+    /// Force in N and moment about the origin in N·m of each joint on the body of the first face, `[n_contacts]`; zero of faces that touch.
+    of_joints: Vec<(Vector3<f64>, Vector3<f64>)>,
 }
 
 impl NodalForces {
@@ -325,7 +325,7 @@ impl NodalForces {
                 internal[node][c] - applied[node][c] - contact[node][c] - of_springs(node, c)
             });
         }
-        let nothing = [(Vector3::zeros(), Vector3::zeros()); 2];
+        let nothing = (Vector3::zeros(), Vector3::zeros());
         let mut of_joints = vec![nothing; solved.scene.contacts.len()];
         let joints = joint_forces(solved, &mut clamp, &mut of_joints);
         // What balances at free components is rounding.
@@ -363,11 +363,11 @@ impl NodalForces {
 }
 
 /// The forces of the joints of glued faces, in all and of each: what the forces `left` on a node that follows others lack of balance, which
-/// acts on these by their shares. They are taken from what is left.
+/// acts on these by their shares. They are taken from what is left. A joint gets what acts on the body that is followed, and the opposite.
 fn joint_forces(
     solved: &Solved<'_>,
     left: &mut [[f64; 3]],
-    of_joints: &mut [[(Vector3<f64>, Vector3<f64>); 2]],
+    of_joints: &mut [(Vector3<f64>, Vector3<f64>)],
 ) -> Option<Vec<[f64; 3]>> {
     let (scene, mesh) = (solved.scene, solved.mesh);
     let bodies = 0..scene.bodies.len();
@@ -394,14 +394,10 @@ fn joint_forces(
                 continue;
             }
             let (force, at) = (Vector3::from(force), Vector3::from(mesh.coordinates[node]));
-            // Each joint gets what it does to the other body, and to this one the opposite.
-            let first_face = scene.contacts[entry].faces()[0];
-            let other = usize::from(!first_face.starts_with(&prefixes[body]));
-            for (side, sign) in [(other, 1.0), (1 - other, -1.0)] {
-                let (sum, moment) = &mut of_joints[entry][side];
-                *sum += sign * force;
-                *moment += sign * at.cross(&force);
-            }
+            let is_first = scene.contacts[entry].faces()[0].starts_with(&prefixes[body]);
+            let sign = if is_first { 1.0 } else { -1.0 };
+            of_joints[entry].0 += sign * force;
+            of_joints[entry].1 += sign * at.cross(&force);
         }
     }
     (!mesh.glued.is_empty()).then_some(all)
@@ -541,8 +537,10 @@ pub(super) fn by_source(
         }
     }
     for (entry, pair) in scene.glued_pairs() {
-        for (face, sums) in pair.iter().zip(&forces.of_joints[entry]) {
-            rows.push(of_total(scene.contact_key(entry), face, *sums));
+        let (force, moment) = forces.of_joints[entry];
+        for (face, sign) in pair.iter().zip([1.0, -1.0]) {
+            let sums = (sign * force, sign * moment);
+            rows.push(of_total(scene.contact_key(entry), face, sums));
         }
     }
     Ok(rows)

@@ -15,11 +15,11 @@ use crate::{
         opposite::{NodePairing, Overlap},
     },
     reference::TRIANGLE_EDGES,
-    scene::{InvalidValue, Scene},
 };
 
 impl Mesh {
-    /// Lets the nodes of a face follow the other faces of its joints, and returns those whose ψ no other one takes.
+    /// Lets the nodes of a face follow the other faces of its joints, and returns those whose ψ no other one takes, and those that would follow
+    /// themselves.
     pub(super) fn follow(
         &mut self,
         joints: &[&Joint<'_>],
@@ -39,7 +39,7 @@ impl Mesh {
         let rowless: BTreeSet<usize> = rowless.map(|(node, _)| *node).collect();
         let facets: BTreeSet<usize> = overlaps.iter().map(|it| it.1.triangle.facet).collect();
         let ends = self.middles_of(&facets);
-        let lost = pass_on(self, &facets, &ends, &rowless, &mut rows);
+        let mut lost = pass_on(self, &facets, &ends, &rowless, &mut rows);
         for (node, (_, mut shares)) in rows {
             if rowless.contains(&node) {
                 continue;
@@ -53,7 +53,12 @@ impl Mesh {
                 }
             }
             let shares = whole(shares);
-            taken.insert(node, shares.iter().map(|((_, k), _)| *k).collect());
+            let others: Vec<usize> = shares.iter().map(|((_, k), _)| *k).collect();
+            if lead_to(|it| it == node, others.iter().copied(), taken) {
+                lost.insert(node);
+                continue;
+            }
+            taken.insert(node, others);
             let of_joints = shares.chunk_by(|a, b| a.0.0 == b.0.0);
             self.glued.extend(of_joints.map(|run| GluedNode {
                 node,
@@ -104,38 +109,22 @@ impl Mesh {
     }
 
     /// Puts glued nodes before those that they follow.
-    pub(super) fn order_glued(&mut self, scene: &Scene) -> Result<(), InvalidValue> {
+    pub(super) fn order_glued(&mut self) {
         let mut depths: BTreeMap<usize, usize> = self.glued.iter().map(|it| (it.node, 0)).collect();
-        let n_nodes = depths.len();
-        let in_circle = loop {
-            let before = depths.clone();
+        let mut is_done = false;
+        while !is_done {
+            is_done = true;
             for glued in &self.glued {
                 let others = glued.shares.iter().filter_map(|(k, _)| depths.get(k));
                 let least = others.max().map_or(0, |depth| depth + 1);
-                let most = least.max(depths[&glued.node]);
-                depths.insert(glued.node, most);
+                if least > depths[&glued.node] {
+                    depths.insert(glued.node, least);
+                    is_done = false;
+                }
             }
-            let is_deep = |it: &&GluedNode| depths[&it.node] > n_nodes;
-            let deep = self.glued.iter().filter(is_deep);
-            let in_circle: BTreeSet<usize> = deep.map(|glued| glued.entry).collect();
-            if depths == before || !in_circle.is_empty() {
-                break in_circle;
-            }
-        };
-        if in_circle.is_empty() {
-            let depth = |glued: &GluedNode| Reverse(depths[&glued.node]);
-            self.glued
-                .sort_by_key(|glued| (depth(glued), glued.node, glued.entry));
-            return Ok(());
         }
-        let pairs = in_circle.into_iter().map(|entry| scene.contact_key(entry));
-        let pairs: Vec<String> = pairs.collect();
-        Err(InvalidValue {
-            key: format!("{}.panes_on", pairs[0]),
-            expected: "glued faces whose nodes do not follow each other in a circle".into(),
-            found: format!("a node that follows itself through {}", pairs.join(", ")),
-            help: "leave out panes_on in one of these pairs, or name the other face there".into(),
-        })
+        let place = |it: &GluedNode| (Reverse(depths[&it.node]), it.node, it.entry);
+        self.glued.sort_by_key(place);
     }
 }
 

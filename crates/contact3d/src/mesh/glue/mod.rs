@@ -91,7 +91,7 @@ impl Mesh {
     ///
     /// # Errors
     /// Faces that nowhere lie opposite each other, a gap beyond [`LARGEST_GAP`] or [`DEEPEST_INTERFERENCE`], clamps that hold both faces at
-    /// different values, pairs whose nodes follow each other in a circle or are all taken by others.
+    /// different values, pairs without nodes that are free to follow near some place.
     pub(super) fn glue(&mut self, scene: &Scene, cut_faceting: f64) -> Result<(), InvalidValue> {
         let held = self.held_nodes(scene);
         let held = (0..held.len()).filter(|node| held[*node] == [true; 3]);
@@ -116,7 +116,7 @@ impl Mesh {
         let lost: BTreeMap<&String, BTreeSet<usize>> = lost.collect();
         self.close_rings(&joints, &mut taken);
         joints.sort_by_key(|joint| joint.entry);
-        self.order_glued(scene)?;
+        self.order_glued();
         for joint in &joints {
             self.refuse_lost(scene, joint, &lost[&joint.pair[joint.follows]], &taken)?;
             self.joint_gap.push(joint.gap);
@@ -279,16 +279,11 @@ impl Mesh {
                     (value(first) - value(*other)).abs() > UNIT_ROUNDING * size
                 };
                 if let Some(other) = others.iter().find(|other| differs(other)) {
+                    let [along, at] = [axis.name().to_owned(), place_words(at)];
+                    let (held, pair) = (Written(&value(first)), joint.pair.join(" and "));
                     return Err(InvalidValue {
                         key: format!("clamp.{other}.value"),
-                        expected: format!(
-                            "{}, which clamp.{first} says of the displacement along {} at {} on the other one of the glued faces {} and {}",
-                            Written(&value(first)),
-                            axis.name(),
-                            place_words(at),
-                            joint.pair[0],
-                            joint.pair[1],
-                        ),
+                        expected: format!("{held}, which clamp.{first} says of the displacement along {along} at {at} on the other one of the glued faces {pair}"),
                         found: Written(&value(*other)).to_string(),
                         help: "glued faces move as one: give both clamps the same value there, or hold one body alone".into(),
                     });
@@ -331,18 +326,17 @@ impl Mesh {
         if relative <= 1.0 && !self.tetrahedra.iter().any(is_inverted) {
             return Ok(());
         }
+        let [at, unit] = [
+            place_words(self.coordinates[node]),
+            scene.units.length().to_string(),
+        ];
+        let limit = allowed[&entry];
         Err(InvalidValue {
             key: format!("{}.between", scene.contact_key(entry)),
             expected: format!(
-                "glued faces up to {:.3e} {} apart, a quarter of an edge of their triangles and a tenth of the bodies at most, for nodes are moved by the gap",
-                allowed[&entry],
-                scene.units.length()
+                "glued faces up to {limit:.3e} {unit} apart, a quarter of an edge of their triangles and a tenth of the bodies at most, for nodes are moved by the gap"
             ),
-            found: format!(
-                "a gap of {} at {}",
-                Written(&gap),
-                place_words(self.coordinates[node])
-            ),
+            found: format!("a gap of {} at {at}", Written(&gap)),
             help: "move one of the bodies with body.origin, or name the faces that are glued"
                 .into(),
         })
