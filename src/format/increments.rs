@@ -81,7 +81,7 @@ pub(super) const INCREMENTS: Fields<StepRecord> = fields! { StepRecord => GROUP;
     (applied_force) "/history/applied_force", VECTORS, Dimension::FORCE, "Resultant of the applied loads.";
     (clamp_force) "/history/clamp_force", VECTORS, Dimension::FORCE, "Reaction of the clamps.";
     (contact_force) "/history/contact_force", VECTORS, Dimension::FORCE, "Force of the foundation on the body.".when(NO_CONTACT);
-    (multiplier_force) "/history/multiplier_force", &[Named("n_increments"), extents::CONTACT_AXES], Dimension::FORCE, "Sums of area times multiplier: normal, along t1, along t2; zero where there is no friction.".when(NO_CONTACT);
+    (multiplier_force) "/history/multiplier_force", &[Named("n_increments"), extents::CONTACT_AXES], Dimension::FORCE, "Sums of area times multiplier: normal, along t1, along t2; the last two zero where there is no friction, or of several faces, whose axes differ: `forces` has those of each.".when(NO_CONTACT);
     (forces) "/history/forces", &[Named("n_increments"), Named("n_forces"), extents::XYZ], Dimension::FORCE, "Force on the body of each clamp, load and contact face, in the order of /post/forces.";
     [|record| of_tools(record, |tool| tool.displacement), |record, values| put_tools(record, values, |tool, value| tool.displacement = value)] "/history/tool_displacement", TOOL_VECTORS, Dimension::LENGTH, "Displacement of the point of each tool.".when(NO_TOOL);
     [|record| of_tools(record, |tool| tool.turn), |record, values| put_tools(record, values, |tool, value| tool.turn = value)] "/history/tool_turn", TOOL_VECTORS, Dimension::Number, "Rotation vector of each tool in radians.".when(NO_TOOL);

@@ -149,7 +149,7 @@ impl SolvedRun<'_> {
         let rows = lines.enumerate().filter(|(k, _)| is_shown(*k));
         let rows = titles.into_iter().chain(rows.map(|(_, line)| line));
         head + &rows.collect::<String>()
-            + "  (works, what friction took and what no energy accounts for since each step began)\n"
+            + "  (since each step began: work - normal work - friction - change of strain energy = unaccounted)\n"
             + &self.peaks().text(2, 22)
     }
 
@@ -234,7 +234,7 @@ pub fn increment_in_words(scene: &Scene, record: &StepRecord) -> String {
 }
 
 /// The title of a step and the number of the increment.
-fn name(scene: &Scene, record: &StepRecord) -> String {
+pub(super) fn name(scene: &Scene, record: &StepRecord) -> String {
     let step = record.increment.step;
     let title = escape_control(&scene.step_title(step));
     // Longest title of a step in a table.

@@ -26,6 +26,7 @@ use super::{
         fold_words, name_of_quantity, null_space_motions, quantities_json, radius_words,
         sign_words, with_bar,
     },
+    levels::name,
     status::status,
 };
 use crate::{format::StageSizes, pipeline::Results};
@@ -137,8 +138,15 @@ impl<'a> SolvedRun<'a> {
     /// Which increment something is of; empty for the last, and without a history.
     pub(super) fn in_increment(&self, place: usize) -> String {
         let (number, all) = (place + 1, self.increments.len());
-        let earlier = (number < all).then(|| format!(" in increment {number} of {all}"));
-        earlier.unwrap_or_default()
+        match self.increments.get(place) {
+            Some(record) if number < all => {
+                format!(
+                    " in increment {number} of {all} ({})",
+                    name(self.scene, record)
+                )
+            }
+            _ => String::new(),
+        }
     }
 
     /// The numbers of unknowns.

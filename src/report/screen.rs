@@ -182,9 +182,16 @@ impl SolvedRun<'_> {
     /// The forces of glued faces on the body of the first of each pair, of the first pairs.
     fn joint_forces(&self) -> Vec<(String, String)> {
         let unit = self.unit(Dimension::FORCE);
-        let others = self.scene.glued_pairs().skip(MOST_FACES).count();
+        // One more takes as many lines as to say so.
+        let n_pairs = self.scene.glued_pairs().count();
+        let most = if n_pairs == MOST_FACES + 1 {
+            n_pairs
+        } else {
+            MOST_FACES
+        };
+        let others = n_pairs.saturating_sub(most);
         let others = (others > 0).then(|| (format!("and {others} more"), "post -v".to_owned()));
-        let pairs = self.scene.glued_pairs().take(MOST_FACES);
+        let pairs = self.scene.glued_pairs().take(most);
         let told = |(entry, [face, other]): (usize, &[String; 2])| {
             let key = self.scene.contact_key(entry);
             let mut rows = self.report.forces.iter();

@@ -224,13 +224,13 @@ fn histories_are_judged_where_they_are_loaded_most() {
         words.map(|(words, _)| words.to_owned())
     };
     for (from, to, rest) in [
-        ("strains reach ", ",", " in increment 1 of 2"),
+        ("strains reach ", ",", " in increment 1 of 2 (step 1)"),
         ("error of the mesh ", " in the energy norm", ""),
-        ("energy norm", ", a rough", " in increment 1 of 2"),
+        ("energy norm", ", a rough", " in increment 1 of 2 (step 1)"),
         (
             "warning: 100 % of the normal force",
             " is on",
-            " in increment 1 of 2",
+            " in increment 1 of 2 (step 1)",
         ),
         ("it slips by ", " of the radius", ""),
         ("it is about ", " wide", ""),
