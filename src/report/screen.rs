@@ -184,11 +184,7 @@ impl SolvedRun<'_> {
         let unit = self.unit(Dimension::FORCE);
         // One more takes as many lines as to say so.
         let n_pairs = self.scene.glued_pairs().count();
-        let most = if n_pairs == MOST_FACES + 1 {
-            n_pairs
-        } else {
-            MOST_FACES
-        };
+        let most = MOST_FACES + usize::from(n_pairs == MOST_FACES + 1);
         let others = n_pairs.saturating_sub(most);
         let others = (others > 0).then(|| (format!("and {others} more"), "post -v".to_owned()));
         let pairs = self.scene.glued_pairs().take(most);

@@ -239,19 +239,15 @@ impl DofMap {
         free
     }
 
-    /// Σ |u_a| |f_a| over the nodes, in J for a motion in m and forces in N of the free degrees of freedom: the work if every force were
-    /// along its node's displacement, by which the rounding of u·f is measured. Both rows of a tool are one motion.
+    /// max |u_a| Σ |f_a| over the nodes and tools, in J for a motion in m and forces in N of the free degrees of freedom, by which the
+    /// rounding of u·f is measured: where a body or tool rests in a motion of others, its own part of it is rounding of theirs.
     pub(crate) fn largest_work(&self, motion: &[f64], forces: &[f64]) -> f64 {
-        let size = |row: usize, values: &[f64]| norm(&self.change_at_node(row, values));
-        let moved = |row: usize| match row.checked_sub(self.n_nodes) {
-            None => size(row, motion),
-            Some(of_tool) => {
-                let first = row - of_tool % 2;
-                size(first, motion).hypot(size(first + 1, motion))
-            }
-        };
         let rows = 0..self.dof.len();
-        rows.map(|row| moved(row) * size(row, forces)).sum()
+        let sizes = |values| {
+            rows.clone()
+                .map(move |row| norm(&self.change_at_node(row, values)))
+        };
+        sizes(motion).fold(0.0, f64::max) * sizes(forces).sum::<f64>()
     }
 }
 

@@ -490,4 +490,10 @@ fn a_flat_tool_without_friction_presses_as_its_force_does() {
     let applied = by_force.resultants.applied_force;
     let contact = report.resultants.contact.expect("contact").contact_force;
     assert!(apart(&contact, &applied) < 1e-9);
+
+    // On a smooth floor nothing else holds the block, which yields by F h / (E A).
+    let tool = loaded(&[Z], [0.0, 0.0, -300.0], [0.0; 3]);
+    let floor = block().with_contact(Contact::on("z_min"));
+    let (_, report) = solved(floor.with_contact(against(None)).with_tool(tool));
+    assert!(apart(&report.tools[0].displacement, &[0.0, 0.0, -3e-3]) < 1e-9);
 }
