@@ -102,9 +102,8 @@ impl<'a> ContactPoints<'a> {
             if triangle.obstacle.is_none() && triangle.gap.is_none() {
                 return 0.0;
             }
-            let points = triangle.points().into_iter();
-            let squares = points.map(|it| it.weight * it.beyond_nodes.powi(2));
-            (2.0 * squares.sum::<f64>()).sqrt()
+            let square = |it: ContactPoint| it.weight * it.beyond_nodes.powi(2);
+            (2.0 * triangle.points().into_iter().map(square).sum::<f64>()).sqrt()
         };
         places.into_par_iter().map(of_facet).collect()
     }
