@@ -28,8 +28,8 @@ use crate::{
 /// and loads are known to six digits, they do not tell its zone.
 const NON_SMOOTH_DISTANCE: f64 = 1e-6;
 
-/// What solves leave of an adjoint: no digit of an estimated error depends on it.
-const ADJOINT_TOLERANCE: f64 = 1e-6;
+/// What solves leave of an adjoint: estimates weigh residuals by it, which are orthogonal to what is left.
+const ADJOINT_TOLERANCE: f64 = 1e-3;
 
 /// The derivative of a functional by the displacement and by the multipliers.
 #[derive(Debug, Clone, Default)]

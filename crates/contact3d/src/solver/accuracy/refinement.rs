@@ -213,7 +213,6 @@ impl ContactSolve<'_> {
         let NewtonDriver { dual, local, .. } = *driver;
         // The face's own displacement is this share of the body's, at least.
         let target = target / local.rigid_compliance_ratio();
-        let start = start.filter(|_| self.body.precision() == Precision::Single);
         let state = self.state_at(unknowns, start, target);
         let ContactBody { assembly, face } = self.body;
         let (surface, frame) = (face.surface, &face.interface.frame);
