@@ -152,7 +152,10 @@ impl SolvedRun<'_> {
         if panes > 0 && self.solution.status.is_solved() {
             let zones = [Zone::Open, Zone::Stick, Zone::Slip].map(|zone| self.report.count(zone));
             let [open, stick, slip] = zones;
-            words += &format!(", {panes} panes: {open} open, {stick} stick, {slip} slip");
+            words += &match self.scene.has_friction() {
+                true => format!(", {panes} panes: {open} open, {stick} stick, {slip} slip"),
+                false => format!(", {panes} panes: {open} open, {slip} in contact"),
+            };
         }
         words
     }

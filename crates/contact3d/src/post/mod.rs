@@ -238,7 +238,7 @@ impl ContactReport {
             strain_energy: resultants.strain_energy,
             rounding: rounding_energy,
         };
-        let (discretisation_error, functionals) = match errors {
+        let (discretisation_error, mut functionals) = match errors {
             EstimatedErrors::Nothing => Default::default(),
             EstimatedErrors::Energy => (ErrorEstimate::new(solved, &known), stored),
             EstimatedErrors::Quantities => {
@@ -246,7 +246,6 @@ impl ContactReport {
             }
         };
         let von_mises: Vec<f64> = nodal_stress.iter().map(von_mises).collect();
-        let mut functionals = functionals;
         let mut report = Self {
             largest_von_mises: match errors {
                 EstimatedErrors::Nothing => LargestStress::default(),

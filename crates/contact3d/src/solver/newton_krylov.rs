@@ -234,7 +234,6 @@ impl NewtonKrylov<'_> {
     /// λ with u = A⁻¹(l − Bᵀλ) and R to rounding, `near` those of another λ.
     fn at(&mut self, multiplier: &[f64], near: Option<&RefinedState>) -> Iterate<RefinedState> {
         let start = near.map(|state| &state.solved);
-        let start = start.filter(|_| self.problem.body.precision() == Precision::Single);
         let (conditions, target) = (&self.conditions, DISPLACEMENT_TOLERANCE);
         let (point, evaluation) = self
             .problem
