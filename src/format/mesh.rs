@@ -80,10 +80,10 @@ pub(super) const BODY: Fields<Mesh> = fields! { Mesh => GROUP;
     {Kind::I64} OBSTACLE_TRIANGLES, &[Named("n_obstacle_triangles"), Fixed(3)], Dimension::Number, "Points of each triangle of an obstacle, counter-clockwise seen from the body.".compressed().optional(NO_TRIANGLES);
     {Kind::F64} OBSTACLE_NORMALS, &[Named("n_obstacle_triangles"), Fixed(3), extents::XYZ], Dimension::Number, "Unit normal out of the obstacle at each corner of its triangles, the same on both sides of an edge that is not sharp.".compressed().optional(NO_TRIANGLES).finite();
     {Kind::I64} OBSTACLE_CONTACT, &[Named("n_obstacle_triangles")], Dimension::Number, "Contact of the scene, from 0, that each triangle is an obstacle of.".compressed().optional(NO_TRIANGLES);
-    {Kind::I64} GLUED_NODES, &[Named("n_glued_nodes"), Fixed(2)], Dimension::Number, "Nodes that follow those of faces that theirs is glued to, before those that they follow, and the contact of the scene that glues them; a node once for each.".compressed().optional(NOTHING_GLUED);
+    {Kind::I64} GLUED_NODES, &[Named("n_glued_nodes"), Fixed(3)], Dimension::Number, "Nodes that follow those of faces that theirs is glued to, before those that they follow, the contact of the scene that glues them, and 1 + 2 + 4 for x, y and z, along which they follow; a node once for each.".compressed().optional(NOTHING_GLUED);
     (joint_gap) "/mesh/joint_gap", &[Named("n_joints")], Dimension::LENGTH, "Largest distance that closes between each pair of glued faces, negative where they overlap; 0 up to what triangles leave of curved ones.".optional(NOTHING_GLUED).finite();
     (joint_cover) "/mesh/joint_cover", &[Named("n_joints"), Fixed(2)], Dimension::Number, "Largest share of a triangle of both faces of each of these pairs that is glued.".optional(NOTHING_GLUED).finite();
-    {Kind::CscMatrix} GLUED_SHARES, &[Named("n_nodes"), Named("n_glued_nodes")], Dimension::Number, "Shares of the nodes that each of these follows, in displacement and place; those of a node sum to 1. Components that clamps hold follow nothing.".optional(NOTHING_GLUED);
+    {Kind::CscMatrix} GLUED_SHARES, &[Named("n_nodes"), Named("n_glued_nodes")], Dimension::Number, "Shares of the nodes that each of these follows, in displacement and place; those of a node sum to 1, and to 0 of one that comes before it.".optional(NOTHING_GLUED);
 };
 
 pub(super) const SURFACE: Fields<ContactSurface> = fields! { ContactSurface => GROUP;
@@ -205,7 +205,10 @@ fn write_obstacles(
 }
 
 fn write_glued(writer: &mut GroupWriter<'_>, mesh: &Mesh) -> Result<(), StoreError> {
-    let nodes = mesh.glued.iter().map(|glued| [glued.node, glued.entry]);
+    let nodes = mesh.glued.iter().map(|glued| {
+        let axes = [0, 1, 2].map(|c| usize::from(glued.axes[c]) << c);
+        [glued.node, glued.entry, axes.iter().sum()]
+    });
     write_value(writer, GLUED_NODES, &nodes.collect::<Vec<_>>())?;
     let shares = mesh.glued.iter().map(|glued| glued.shares.iter().copied());
     let shares = CscMatrix::of_columns(mesh.coordinates.len(), shares);
@@ -374,9 +377,9 @@ fn read_obstacles(
 }
 
 fn read_glued(reader: &Reader, n_nodes: usize) -> Result<Vec<GluedNode>, FormatError> {
-    let nodes: Vec<[usize; 2]> = read_value(reader, GLUED_NODES)?;
+    let nodes: Vec<[usize; 3]> = read_value(reader, GLUED_NODES)?;
     let shares = as_columns(reader.read_matrix(GLUED_SHARES)?);
-    require_below(GLUED_NODES, nodes.iter().map(|[node, _]| node), n_nodes)?;
+    require_below(GLUED_NODES, nodes.iter().map(|[node, ..]| node), n_nodes)?;
     if [shares.rows, shares.cols] != [n_nodes, nodes.len()] {
         return Err(FormatError::Inconsistent {
             dataset: GLUED_SHARES,
@@ -384,9 +387,10 @@ fn read_glued(reader: &Reader, n_nodes: usize) -> Result<Vec<GluedNode>, FormatE
         });
     }
     let glued = nodes.into_iter().enumerate();
-    let glued = glued.map(|(column, [node, entry])| GluedNode {
+    let glued = glued.map(|(column, [node, entry, axes])| GluedNode {
         node,
         entry,
+        axes: [0, 1, 2].map(|c| axes & (1 << c) > 0),
         shares: shares.entries(column).collect(),
     });
     Ok(glued.collect())

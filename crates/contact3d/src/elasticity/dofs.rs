@@ -24,7 +24,7 @@ pub struct DofMap {
     pub n_free: usize,
     /// Nodes of faces that are bonded to tools, which have no degrees of freedom of their own.
     pub tied: Arc<BTreeMap<usize, ToolPoint>>,
-    /// Nodes that follow those of a face that theirs is glued to, with the shares of these in each component, none of them glued itself; a
+    /// Nodes that follow those of a face that theirs is glued to, with the shares of these in each component, none of which is glued itself; a
     /// component that clamps hold follows nothing.
     pub glued: BTreeMap<usize, Vec<(usize, [f64; 3])>>,
     /// u_c in m, `[n_rows, 3]`, zero where free; `None` where all clamps and tools hold at zero.
@@ -44,8 +44,11 @@ impl DofMap {
         let mut nodes = mesh.held_nodes(scene);
         let n_nodes = nodes.len();
         let glued = glued_nodes(mesh, &nodes);
-        for node in glued.keys() {
-            nodes[*node] = [true; 3];
+        for (node, (_, shares)) in glued
+            .iter()
+            .flat_map(|(node, all)| all.iter().map(move |it| (*node, it)))
+        {
+            (0..3).for_each(|c| nodes[node][c] |= shares[c] != 0.0);
         }
         Self {
             tied: Arc::new(tied_nodes(scene, mesh)),
@@ -92,24 +95,27 @@ impl DofMap {
     /// The displacement of a node in m: free components from their degrees of freedom, the others as they are held.
     #[must_use]
     pub fn at_node(&self, node: usize, free: &[f64]) -> [f64; 3] {
-        if let Some(point) = self.tied.get(&node) {
-            return point.moved(|row| self.at_node(self.n_nodes + row, free));
-        }
-        if self.glued.contains_key(&node) {
-            return self.followed(node, |other| self.at_node(other, free), self.held_at(node));
-        }
-        let held = self.held_at(node);
-        let dof = &self.dof[node];
-        std::array::from_fn(|c| dof[c].map_or(held[c], |d| free[d]))
+        self.moved(node, free, &|held| self.held_at(held))
     }
 
-    /// The displacement of a glued node by those of the nodes that it follows, and `held` where it follows nothing.
-    fn followed(&self, node: usize, at: impl Fn(usize) -> [f64; 3], held: [f64; 3]) -> [f64; 3] {
-        let mut sum = [0, 1, 2].map(|c| if self.is_glued(node, c) { 0.0 } else { held[c] });
-        for (other, shares) in &self.glued[&node] {
-            add_share(&mut sum, shares, at(*other));
-        }
-        sum
+    /// The same with held components at `held_at`.
+    fn moved(&self, node: usize, free: &[f64], held_at: &impl Fn(usize) -> [f64; 3]) -> [f64; 3] {
+        let unglued = |node: usize| {
+            if let Some(point) = self.tied.get(&node) {
+                return point.moved(|row| self.moved(self.n_nodes + row, free, held_at));
+            }
+            let held = held_at(node);
+            [0, 1, 2].map(|c| match self.dof[node][c] {
+                Some(dof) => free[dof],
+                None if self.is_glued(node, c) => 0.0,
+                None => held[c],
+            })
+        };
+        let follows = self.glued.get(&node).into_iter().flatten();
+        follows.fold(unglued(node), |mut sum, (other, shares)| {
+            add_share(&mut sum, shares, unglued(*other));
+            sum
+        })
     }
 
     /// Whether a component of a node follows other nodes.
@@ -129,13 +135,7 @@ impl DofMap {
     /// The change of a node's displacement in m with changes of the free degrees of freedom: zero where held.
     #[must_use]
     pub fn change_at_node(&self, node: usize, free: &[f64]) -> [f64; 3] {
-        if let Some(point) = self.tied.get(&node) {
-            return point.moved(|row| self.change_at_node(self.n_nodes + row, free));
-        }
-        if self.glued.contains_key(&node) {
-            return self.followed(node, |other| self.change_at_node(other, free), [0.0; 3]);
-        }
-        self.dof[node].map(|dof| dof.map_or(0.0, |d| free[d]))
+        self.moved(node, free, &|_| [0.0; 3])
     }
 
     /// The derivatives of a node's displacement along a direction by the free degrees of freedom.
@@ -258,28 +258,35 @@ fn add_share(sum: &mut [f64; 3], shares: &[f64; 3], of: [f64; 3]) {
 
 /// What the components of glued nodes that are not held follow, none of it glued itself.
 fn glued_nodes(mesh: &Mesh, held: &[[bool; 3]]) -> BTreeMap<usize, Vec<(usize, [f64; 3])>> {
-    let mut all: BTreeMap<usize, Vec<(usize, [f64; 3])>> = BTreeMap::new();
-    for run in mesh.glued_runs().rev() {
-        let own = run[0].node;
-        let mut follows: BTreeMap<usize, [f64; 3]> = BTreeMap::new();
-        for c in (0..3).filter(|c| !held[own][*c]) {
+    let mut all: BTreeMap<usize, BTreeMap<usize, [f64; 3]>> = BTreeMap::new();
+    for c in 0..3 {
+        let runs = || {
+            mesh.glued_runs()
+                .filter(|run| run[0].axes[c] && !held[run[0].node][c])
+        };
+        let mut known: BTreeMap<usize, Option<Vec<(usize, f64)>>> =
+            runs().map(|run| (run[0].node, None)).collect();
+        for run in runs().rev() {
             let mut sums = BTreeMap::new();
             for (node, share) in run.iter().flat_map(|glued| &glued.shares) {
-                let further = all.get(node).into_iter().flatten();
-                let further: Vec<(usize, f64)> = further.map(|(k, of)| (*k, of[c])).collect();
-                let is_own = further.iter().all(|(_, part)| *part == 0.0);
-                let own = is_own.then_some((*node, 1.0));
-                for (other, part) in further.into_iter().chain(own) {
+                // The shares of those that come before are net of nothing.
+                let own = (!known.contains_key(node)).then_some((*node, 1.0));
+                let further = known.get(node).into_iter().flatten().flatten().copied();
+                for (other, part) in further.chain(own) {
                     *sums.entry(other).or_insert(0.0) += share * part;
                 }
             }
-            for (node, share) in whole(sums) {
-                follows.entry(node).or_default()[c] = share;
+            known.insert(run[0].node, Some(whole(sums)));
+        }
+        for (node, follows) in known {
+            for (other, share) in follows.into_iter().flatten() {
+                all.entry(node).or_default().entry(other).or_default()[c] = share;
             }
         }
-        all.insert(own, follows.into_iter().collect());
     }
-    all
+    let all = all.into_iter();
+    all.map(|(node, follows)| (node, follows.into_iter().collect()))
+        .collect()
 }
 
 /// The displacement u_c in m at which the clamps hold each node, and the tools their rows, `[n_rows, 3]`, zero for free components;

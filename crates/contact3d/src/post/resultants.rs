@@ -375,10 +375,8 @@ fn joint_forces(
     let mut all = vec![[0.0; 3]; left.len()];
     for run in mesh.glued_runs() {
         let own = run[0].node;
-        let here: [f64; 3] = std::array::from_fn(|c| match solved.system.dofs.is_glued(own, c) {
-            true => left[own][c],
-            false => 0.0,
-        });
+        let follows = |c: usize| run[0].axes[c] && solved.system.dofs.is_glued(own, c);
+        let here = [0, 1, 2].map(|c| if follows(c) { left[own][c] } else { 0.0 });
         let others = run.iter().flat_map(|glued| {
             let shares = glued.shares.iter();
             shares.map(|(node, share)| (glued.entry, *node, -share))
@@ -389,12 +387,13 @@ fn joint_forces(
                 left[node][c] -= force[c];
                 all[node][c] += force[c];
             }
-            let body = mesh.body_of_node(node);
-            if body == mesh.body_of_node(own) {
+            let (force, at) = (Vector3::from(force), Vector3::from(mesh.coordinates[node]));
+            let first = scene.contacts[entry].faces()[0];
+            let [is_first, is_opposite] =
+                [node, own].map(|node| first.starts_with(&prefixes[mesh.body_of_node(node)]));
+            if is_first == is_opposite {
                 continue;
             }
-            let (force, at) = (Vector3::from(force), Vector3::from(mesh.coordinates[node]));
-            let is_first = scene.contacts[entry].faces()[0].starts_with(&prefixes[body]);
             let sign = if is_first { 1.0 } else { -1.0 };
             of_joints[entry].0 += sign * force;
             of_joints[entry].1 += sign * at.cross(&force);

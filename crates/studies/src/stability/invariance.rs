@@ -218,6 +218,7 @@ fn follower(glued: &GluedNode, new: &[usize]) -> GluedNode {
     GluedNode {
         node: new[glued.node],
         entry: glued.entry,
+        axes: glued.axes,
         shares: shares.map(|(node, share)| (new[*node], *share)).collect(),
     }
 }

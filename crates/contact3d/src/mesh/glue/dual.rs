@@ -1,10 +1,11 @@
-//! What the nodes of a glued face follow: dual functions on what its triangles have in common with the other face.
+//! The rows of a glued face: dual functions on what its triangles have in common with the other faces.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
+use super::Joint;
 use crate::{
     mesh::{
         Mesh,
@@ -14,135 +15,101 @@ use crate::{
 };
 
 /// α: what the function of a corner takes of those in the middle of its edges.
-pub(super) const CORNER_SHARE: f64 = 0.2;
+const CORNER_SHARE: f64 = 0.2;
 
-/// The share of a triangle that the other face covers below which its nodes do not follow for its sake: what a sliver would tell of them is
-/// extrapolated over the whole triangle.
-pub(super) const LEAST_COVER: f64 = 0.01;
+/// The share of a triangle that other faces cover below which ψ are constant there: what a sliver tells of its nodes is extrapolated.
+const LEAST_COVER: f64 = 0.01;
 
-/// How many rings of triangles away a dual function may be taken by another one: the corner of a face has two, whose nodes two other faces take.
-const NEAR: usize = 2;
+/// The share of a triangle whose cover is rounding.
+const NO_COVER: f64 = 1e-9;
 
 /// Shares below this are roundings of none, where meshes match.
 pub(super) const ROUNDED_SHARE: f64 = 1e-13;
 
-/// What triangles of a face have in common with another one, without slivers.
+/// ∫ ψ (u_m − u_s) in m² by nodes and joints; the sum over each joint is 0.
+pub(super) type Row = BTreeMap<(usize, usize), f64>;
+
+/// What triangles of a face have in common with another one.
 pub(super) fn covered(side: &Face<'_>, other: &Face<'_>) -> Vec<Overlap> {
     let boxes = Boxes::of(other);
     let overlaps = side.facets.par_iter();
     let overlaps = overlaps.map(|&facet| Overlap::of(side, facet, other, &boxes));
     let is_covered = |overlap: &Overlap| {
         let (whole, _) = side.mesh.side_integrals(overlap.triangle.facet);
-        overlap.triangle.area > LEAST_COVER * whole
+        overlap.triangle.area > NO_COVER * whole
     };
     overlaps.filter(is_covered).collect()
 }
 
-/// What ũ of a node follows: ∫ φ̃_j, and ∫ ψ_j φ_k over it by joints and nodes k of their other faces; nodes of the own one have any joint.
-pub(super) type Row = (f64, BTreeMap<(usize, usize), f64>);
+/// Rows by nodes, with ∫ ψ in m² or the place among those that are eliminated by −u of the node; clamped nodes have an empty one.
+pub(super) type NodeRows<T> = BTreeMap<usize, (T, Row)>;
 
-/// Gives ψ_t of nodes without a row to those beside them that have one, for triangles with the corners of edges at their `ends`. Returns the
-/// nodes whose ψ_t no node within [`NEAR`] rings of triangles takes.
-pub(super) fn pass_on(
-    mesh: &Mesh,
-    facets: &BTreeSet<usize>,
-    ends: &BTreeMap<usize, [usize; 2]>,
-    rowless: &BTreeSet<usize>,
-    rows: &mut BTreeMap<usize, Row>,
-) -> BTreeSet<usize> {
-    let mut lost = BTreeSet::new();
-    for t in rowless {
-        let mut ring = BTreeSet::from([*t]);
-        let mut n_rings = 0;
-        let beside: Vec<usize> = loop {
-            let found = ring.difference(rowless);
-            let found: Vec<usize> = found.copied().filter(|j| rows.contains_key(j)).collect();
-            let n_before = ring.len();
-            let beside =
-                (facets.iter()).filter(|&&f| mesh.facet_nodes(f).any(|node| ring.contains(&node)));
-            let wider: Vec<usize> = beside.flat_map(|&facet| mesh.facet_nodes(facet)).collect();
-            ring.extend(wider);
-            if !found.is_empty() || ring.len() == n_before {
-                break found;
-            }
-            n_rings += 1;
-        };
-        if beside.is_empty() || n_rings > NEAR {
-            lost.insert(*t);
-        }
-        let (integral, mut jump) = rows[t].clone();
-        let entry = jump.keys().next().map_or(0, |(entry, _)| *entry);
-        let own = match ends.get(t) {
-            Some(ends) if ends.iter().any(|end| !rowless.contains(end)) => continue,
-            Some([a, b]) => {
-                let rest = 1.0 - 2.0 * CORNER_SHARE;
-                vec![
-                    (*t, -1.0 / rest),
-                    (*a, CORNER_SHARE / rest),
-                    (*b, CORNER_SHARE / rest),
-                ]
-            }
-            None => vec![(*t, -1.0)],
-        };
-        for (node, part) in own {
-            *jump.entry((entry, node)).or_insert(0.0) += part;
-        }
-        // By their integrals, so that slivers take little.
-        let part = integral / beside.iter().map(|j| rows[j].0).sum::<f64>();
-        for (_, (_, row)) in rows.iter_mut().filter(|(j, _)| beside.contains(j)) {
-            for (node, share) in &jump {
-                *row.entry(*node).or_insert(0.0) += part * share;
-            }
-        }
-    }
-    lost
-}
-
-/// The rows of the nodes of a face by what its triangles have in common with the other faces of some joints.
-pub(super) fn dual_rows(mesh: &Mesh, overlaps: &[(usize, &Overlap)]) -> BTreeMap<usize, Row> {
+/// The rows of a face that follows the other ones of some joints.
+pub(super) fn dual_rows(mesh: &Mesh, joints: &[Joint<'_>]) -> NodeRows<f64> {
     let mut by_facet: BTreeMap<usize, Vec<(usize, &Overlap)>> = BTreeMap::new();
-    for (entry, overlap) in overlaps {
-        let facet = overlap.triangle.facet;
-        by_facet.entry(facet).or_default().push((*entry, overlap));
+    for joint in joints {
+        for overlap in &joint.overlaps[joint.follows] {
+            let facet = overlap.triangle.facet;
+            by_facet
+                .entry(facet)
+                .or_default()
+                .push((joint.entry, overlap));
+        }
     }
-    let mut sums: BTreeMap<usize, Row> = BTreeMap::new();
+    let mut rows: NodeRows<f64> = BTreeMap::new();
     for (facet, overlaps) in by_facet {
         let nodes: Vec<usize> = mesh.facet_nodes(facet).collect();
-        let others = overlaps.iter().flat_map(|(entry, overlap)| {
-            let others = overlap.products.keys();
-            others.map(|(_, other)| (*entry, *other))
-        });
-        let others: Vec<(usize, usize)> = others.collect::<BTreeSet<_>>().into_iter().collect();
-        let product = |node: usize, (of, other): (usize, usize)| {
-            let own = overlaps.iter().filter(|(entry, _)| *entry == of);
-            own.filter_map(|(_, overlap)| overlap.products.get(&(node, other)))
-                .sum()
-        };
-        let with_integrals = with_integrals(nodes.len());
-        let masses = DMatrix::from_fn(nodes.len(), nodes.len(), |i, j| {
-            overlaps.iter().map(|(_, it)| it.masses[i][j]).sum()
-        });
-        let masses = &with_integrals * masses * with_integrals.transpose();
-        let products = DMatrix::from_fn(nodes.len(), others.len(), |j, k| {
-            product(nodes[j], others[k])
-        });
-        let integrals: Vec<f64> = masses.row_iter().map(|row| row.sum()).collect();
-        let Some(factor) = masses.cholesky() else {
-            continue;
-        };
-        let shares = factor.solve(&(with_integrals * products));
-        for (j, node) in nodes.iter().enumerate() {
-            let (whole, row) = sums.entry(*node).or_default();
-            *whole += integrals[j];
-            for (k, other) in others.iter().enumerate() {
-                *row.entry(*other).or_insert(0.0) += integrals[j] * shares[(j, k)];
+        let n = nodes.len();
+        let masses_of = |overlap: &Overlap| DMatrix::from_fn(n, n, |i, j| overlap.masses[i][j]);
+        let masses = overlaps.iter().map(|(_, it)| masses_of(it)).sum();
+        let area: f64 = overlaps.iter().map(|(_, it)| it.triangle.area).sum();
+        let is_sliver = area <= LEAST_COVER * mesh.side_integrals(facet).0;
+        let functions = dual(&masses).filter(|_| !is_sliver);
+        let functions = functions.unwrap_or_else(|| constant(&masses));
+        for (entry, overlap) in overlaps {
+            let others: BTreeSet<usize> = overlap.products.keys().map(|(_, k)| *k).collect();
+            let others: Vec<usize> = others.into_iter().collect();
+            let product = |j: usize, k: usize| overlap.products.get(&(nodes[j], others[k]));
+            let products = DMatrix::from_fn(n, others.len(), |j, k| {
+                product(j, k).copied().unwrap_or(0.0)
+            });
+            let [products, own] = [products, -masses_of(overlap)].map(|it| &functions * it);
+            for (j, node) in nodes.iter().enumerate() {
+                let (integral, row) = rows.entry(*node).or_default();
+                *integral += products.row(j).sum();
+                let others = others.iter().enumerate();
+                let others = others.map(|(k, other)| (*other, products[(j, k)]));
+                let own = nodes
+                    .iter()
+                    .enumerate()
+                    .map(|(i, node)| (*node, own[(j, i)]));
+                for (k, part) in others.chain(own) {
+                    *row.entry((k, entry)).or_insert(0.0) += part;
+                }
             }
         }
     }
-    for (whole, row) in sums.values_mut() {
-        row.values_mut().for_each(|share| *share /= *whole);
+    rows
+}
+
+/// ψ by φ on a triangle with some masses.
+fn dual(masses: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let with_integrals = with_integrals(masses.nrows());
+    let masses = &with_integrals * masses * with_integrals.transpose();
+    let integrals = DMatrix::from_diagonal(&masses.column_sum());
+    Some(integrals * masses.cholesky()?.solve(&with_integrals))
+}
+
+/// The means of the barycentric coordinates in the place of these.
+fn constant(masses: &DMatrix<f64>) -> DMatrix<f64> {
+    let n = masses.nrows();
+    let mut means = masses.column_sum() / masses.sum();
+    for (middle, ends) in (3..n).zip(TRIANGLE_EDGES) {
+        let half = means[middle] / 2.0;
+        ends.into_iter().for_each(|end| means[end] += half);
+        means[middle] = 0.0;
     }
-    sums
+    DMatrix::from_fn(n, n, |j, _| means[j])
 }
 
 /// φ̃ of a triangle with three or six nodes by its φ.

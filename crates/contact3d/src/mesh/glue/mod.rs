@@ -8,16 +8,16 @@
 //!
 //! A face that follows several others has one row a node, as if these were one face: ψ_j are those of what all of them cover.
 //!
-//! Nodes t that clamps hold or that follow something else already, as on a line where joints meet, have no row. Their ψ_t go to functions
-//! beside, for Σ ψ_j = 1 carries constant stress: ũ_j gains D_t/Σ D (Σ_k … u_k − ũ_t). The faces with the fewest nodes take them first. Where
-//! nodes of the other face on that line follow nothing in the end, they follow the point of this one there, so that a ring of joints closes.
-//! [`order`] says which of two faces follows.
+//! Each component of u has rows of its own, for clamps may hold one. No row has a node that clamps hold or that follows something else already,
+//! as on a line where joints meet, that would mostly follow its own body through other joints, or that lies beyond what its triangles have in
+//! common. These ψ go to the nearest others, for Σ ψ_j = 1 carries constant stress. Where none is near, nodes of the other face follow by them.
+//! Of faces that share nodes the one with the fewest left takes them first. Where nodes of the other face on such a line follow nothing in the
+//! end, they follow the point of this one there, so that a ring of joints closes. [`follow`] eliminates the rows.
 //!
 //! The same relations place the nodes, x_j = Σ_k … x_k: then no rigid motion strains the joint, whatever the gap was.
 
 mod dual;
 mod follow;
-mod order;
 
 use std::{
     cmp::Ordering,
@@ -28,7 +28,8 @@ use nalgebra::Vector3;
 use units::Dimension;
 
 pub(crate) use dual::whole;
-use dual::{ROUNDED_SHARE, covered};
+use dual::{NodeRows, ROUNDED_SHARE, Row, covered, dual_rows};
+use follow::glued;
 
 use super::{
     DEEPEST_INTERFERENCE, GEOMETRY_TOLERANCE, Mesh,
@@ -47,8 +48,10 @@ pub struct GluedNode {
     pub node: usize,
     /// The contact of the scene that glues it.
     pub entry: usize,
+    /// The axes along which it follows.
+    pub axes: [bool; 3],
     /// The nodes that it follows, u = Σ share u_k, with shares that sum to 1 over its joints, which come one after the other in a mesh;
-    /// those of them that are glued themselves come later.
+    /// those of them that are glued themselves along these axes come later, or have no share in all of its joints together.
     pub shares: Vec<(usize, f64)>,
 }
 
@@ -60,11 +63,10 @@ struct Joint<'a> {
     overlaps: [Vec<Overlap>; 2],
     /// What lies opposite the nodes of each face.
     pairings: [BTreeMap<usize, NodePairing>; 2],
-    /// The nodes of each face, whether they take part or not.
-    n_nodes: [usize; 2],
-    /// The face whose nodes follow the other one, at first as the joint alone would have it, and whether only that one is covered wholly.
+    /// The face whose nodes follow the other one.
     follows: usize,
-    is_whole: bool,
+    /// The number of its nodes and its middle in m, in the order of which faces take the nodes that they share: thin ones have hardly any others.
+    rank: [f64; 4],
     /// The distance between the faces in m where it is largest, negative where they overlap; 0 up to what triangles leave of it.
     gap: f64,
     /// How far in m nodes of each face may be moved.
@@ -91,34 +93,46 @@ impl Mesh {
     ///
     /// # Errors
     /// Faces that nowhere lie opposite each other, a gap beyond [`LARGEST_GAP`] or [`DEEPEST_INTERFERENCE`], clamps that hold both faces at
-    /// different values, pairs without nodes that are free to follow near some place.
+    /// different values.
     pub(super) fn glue(&mut self, scene: &Scene, cut_faceting: f64) -> Result<(), InvalidValue> {
-        let held = self.held_nodes(scene);
-        let held = (0..held.len()).filter(|node| held[*node] == [true; 3]);
-        // What nodes follow whose row is known; nothing where clamps hold them.
-        let mut taken: BTreeMap<usize, Vec<usize>> = held.map(|node| (node, Vec::new())).collect();
         let joints = scene.glued_pairs();
         let joints = joints.map(|(entry, pair)| self.joint(scene, entry, pair, cut_faceting));
         let mut joints: Vec<Joint<'_>> = joints.collect::<Result<_, _>>()?;
-        order::orient(self, scene, &mut joints, &taken);
-        let mut faces: BTreeMap<_, Vec<&Joint<'_>>> = BTreeMap::new();
         let mut bonded: BTreeMap<usize, f64> = BTreeMap::new();
         for joint in &joints {
             self.refuse_torn(scene, joint)?;
-            faces.entry(joint.rank()).or_default().push(joint);
             for Overlap { triangle, .. } in joint.overlaps.iter().flatten() {
                 *bonded.entry(triangle.facet).or_default() += triangle.area;
             }
         }
-        self.close_rings(&joints, &mut taken);
-        let followed = faces.into_iter();
-        let lost = followed.map(|((_, face), joints)| (face, self.follow(&joints, &mut taken)));
-        let lost: BTreeMap<&String, BTreeSet<usize>> = lost.collect();
-        self.close_rings(&joints, &mut taken);
+        joints.sort_by(|a, b| a.rank.partial_cmp(&b.rank).unwrap_or(Ordering::Equal));
+        let faces = joints.chunk_by(|a, b| a.rank == b.rank);
+        let faces: Vec<_> = faces.map(|it| (it, dual_rows(self, it))).collect();
+        let all = self.held_nodes(scene);
+        let mut clamped: BTreeMap<Vec<usize>, [bool; 3]> = BTreeMap::new();
+        for axis in 0..3 {
+            let on_joints = bonded.keys().flat_map(|facet| self.facet_nodes(*facet));
+            let held: BTreeSet<usize> = on_joints.filter(|node| all[*node][axis]).collect();
+            clamped.entry(held.into_iter().collect()).or_default()[axis] = true;
+        }
+        for (held, axes) in clamped {
+            let held = held.into_iter().map(|node| (node, (0, Row::new())));
+            let mut taken: NodeRows<usize> = held.collect();
+            self.close_rings(&joints, &mut taken);
+            // Those with the fewest nodes left first.
+            let mut left: Vec<_> = faces.iter().collect();
+            let n_free = |rows: &NodeRows<f64>, taken: &NodeRows<usize>| {
+                rows.keys().filter(|node| !taken.contains_key(node)).count()
+            };
+            while let Some(next) = (0..left.len()).min_by_key(|k| n_free(&left[*k].1, &taken)) {
+                let (joints, rows) = left.remove(next);
+                self.follow(joints, rows, &mut taken);
+            }
+            self.close_rings(&joints, &mut taken);
+            self.glued.extend(glued(taken, axes));
+        }
         joints.sort_by_key(|joint| joint.entry);
-        self.order_glued();
         for joint in &joints {
-            self.refuse_lost(scene, joint, &lost[&joint.pair[joint.follows]], &taken)?;
             self.joint_gap.push(joint.gap);
             let cover = joint.overlaps.each_ref().map(|overlaps| {
                 let facets = overlaps.iter().map(|it| it.triangle.facet);
@@ -132,7 +146,8 @@ impl Mesh {
 
     /// What each glued node follows in its joints.
     pub(crate) fn glued_runs(&self) -> impl DoubleEndedIterator<Item = &[GluedNode]> {
-        self.glued.chunk_by(|a, b| a.node == b.node)
+        self.glued
+            .chunk_by(|a, b| (a.node, a.axes) == (b.node, b.axes))
     }
 
     /// The bodies that move as one, in groups: one body, or several that are glued together.
@@ -191,46 +206,23 @@ impl Mesh {
             common.sum::<f64>() > (1.0 - ROUNDED_COVER) * areas.sum::<f64>()
         });
         let is_whole = first != second && scene.contacts[entry].panes_on.is_none();
+        let follows = match is_whole {
+            true => usize::from(second),
+            false => self.side_with_panes(scene, entry, &faces),
+        };
+        let n_nodes = faces[follows].normals.len() as f64;
+        let [x, y, z] = (faces[follows].places().sum::<Vector3<f64>>() / n_nodes).into();
         Ok(Joint {
             entry,
             pair,
-            n_nodes: faces.each_ref().map(|face| face.normals.len()),
-            follows: match is_whole {
-                true => usize::from(second),
-                false => self.side_with_panes(scene, entry, &faces),
-            },
-            is_whole,
+            follows,
+            rank: [n_nodes, x, y, z],
             gap: gap.filter(|gap| gap.abs() > told).unwrap_or(0.0),
             allowed: faces.each_ref().map(|face| {
                 unresolved + (LARGEST_GAP * face.edge()).min(DEEPEST_INTERFERENCE * self.extent())
             }),
             overlaps,
             pairings,
-        })
-    }
-
-    /// Refuses a joint with nodes whose ψ are lost where something opposite is free.
-    fn refuse_lost(
-        &self,
-        scene: &Scene,
-        joint: &Joint<'_>,
-        lost: &BTreeSet<usize>,
-        taken: &BTreeMap<usize, Vec<usize>>,
-    ) -> Result<(), InvalidValue> {
-        let is_free = |facet: &usize| self.facet_nodes(*facet).any(|k| !taken.contains_key(&k));
-        let overlaps = joint.overlaps[joint.follows].iter();
-        let open = overlaps.filter(|it| it.opposite.iter().any(is_free));
-        let mut nodes = open.flat_map(|it| self.facet_nodes(it.triangle.facet));
-        let Some(node) = nodes.find(|node| lost.contains(node)) else {
-            return Ok(());
-        };
-        let [face, other] = [joint.follows, 1 - joint.follows].map(|k| &joint.pair[k]);
-        let place = place_words(self.coordinates[node]);
-        Err(InvalidValue {
-            key: format!("{}.between", scene.contact_key(joint.entry)),
-            expected: format!("nodes of {face} that are free to follow {other}"),
-            found: format!("none near {place}, for clamps hold them or they follow other faces"),
-            help: "name the other face by panes_on, take more cells between the faces of that body, or body.element = \"P2\"".into(),
         })
     }
 
@@ -304,16 +296,20 @@ impl Mesh {
         let mut is_moved = vec![false; self.coordinates.len()];
         let mut coordinates = std::mem::take(&mut self.coordinates);
         for run in self.glued_runs().rev() {
+            let GluedNode {
+                node, entry, axes, ..
+            } = &run[0];
             let terms = run.iter().flat_map(|glued| &glued.shares);
             let terms = terms.map(|(k, share)| Vector3::from(coordinates[*k]) * *share);
-            let (GluedNode { node, entry, .. }, to) = (&run[0], terms.sum::<Vector3<f64>>());
-            let way = (to - Vector3::from(coordinates[*node])).norm();
+            let (sum, from) = (terms.sum::<Vector3<f64>>(), coordinates[*node]);
+            let to = [0, 1, 2].map(|c| if axes[c] { sum[c] } else { from[c] });
+            let way = (Vector3::from(to) - Vector3::from(from)).norm();
             if way > worst.0 * allowed[entry] {
                 worst = (way / allowed[entry], way, *node, *entry);
             }
             // Roundings of places leave those of flat faces as they are.
             if way > ROUNDED_SHARE.sqrt() * allowed[entry] {
-                coordinates[*node] = to.into();
+                coordinates[*node] = to;
                 is_moved[*node] = true;
             }
         }

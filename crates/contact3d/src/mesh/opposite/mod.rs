@@ -142,7 +142,7 @@ impl<'a> Face<'a> {
         edges.sum::<f64>() / self.facets.len() as f64
     }
 
-    fn places(&self) -> impl Iterator<Item = Vector3<f64>> + '_ {
+    pub(super) fn places(&self) -> impl Iterator<Item = Vector3<f64>> + '_ {
         let nodes = self.normals.keys();
         nodes.map(|node| Vector3::from(self.mesh.coordinates[*node]))
     }

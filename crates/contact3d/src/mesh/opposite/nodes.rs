@@ -73,16 +73,15 @@ impl NodePairing {
                 opposite - along * bulge,
             )
         });
-        type Point = (f64, f64, usize, Vec<f64>, Vector3<f64>);
-        let better = |a: &Point, b: &Point| {
+        let nearest = points.max_by(|a, b| {
             let by_place = if a.0 >= INSIDE && b.0 >= INSIDE {
                 b.1.total_cmp(&a.1)
             } else {
                 a.0.total_cmp(&b.0)
             };
             by_place.then(b.2.cmp(&a.2))
-        };
-        let (least, _, facet, shape, opposite) = points.max_by(better)?;
+        });
+        let (least, _, facet, shape, opposite) = nearest?;
         let shares: Vec<(usize, f64)> = other.mesh.facet_nodes(facet).zip(shape).collect();
         let theirs = match other.plane {
             Some(normal) => normal,
