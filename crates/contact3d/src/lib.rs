@@ -31,7 +31,7 @@
 //! | inner problem | KPRGP: conjugate gradients, expansions, proportioning | HKL §4; R. Kučera, *SIAM J. Optim.* 19 (2008) 846 | [`solver::Kprgp`] |
 //! | all at once | semismooth Newton on λ − P(λ − ρr) | L. Qi, J. Sun, *Math. Program.* 58 (1993) 353 | [`solver::newton`] |
 //! | error of the mesh | recovered stresses (P1), local Neumann problems (P2), conditions inside panes | O. C. Zienkiewicz, J. Z. Zhu, *Int. J. Numer. Methods Eng.* 33 (1992) 1331; R. E. Bank, A. Weiser, *Math. Comp.* 44 (1985) 283 | [`post::ErrorEstimate`] |
-//! | finer mesh | bisection of marked tetrahedra | D. N. Arnold, A. Mukherjee, L. Pouly, *SIAM J. Sci. Comput.* 22 (2000) 431 | [`adaptation`] |
+//! | finer mesh | bisection of longest edges | M.-C. Rivara, *Int. J. Numer. Methods Eng.* 20 (1984) 745 | [`adaptation`] |
 //! | error of λ | refinement with residuals in twice the precision | N. J. Higham, *Accuracy and Stability of Numerical Algorithms*, 2002 | [`solver`] |
 //!
 //! Newton's method on a dense S is the default where memory allows; [`scene::Method`] chooses.

@@ -1,26 +1,21 @@
-//! Local refinement of a tetrahedral mesh by bisection, conforming and shape-regular.
+//! Local refinement of a tetrahedral mesh by bisection, conforming.
 //!
-//! Every tetrahedron has an edge at which it is cut next, and every triangle a marked edge: that of
-//! the two triangles at the refinement edge is the refinement edge. Children inherit marks by the
-//! rules of D. Arnold, A. Mukherjee, L. Pouly, Locally adapted tetrahedral meshes using bisection,
-//! SIAM J. Sci. Comput. 22 (2000) 431: whatever the marks of the first mesh, provided neighbours agree
-//! about the triangle they share, tetrahedra of all generations belong to finitely many classes of
-//! shapes, and cutting those with hanging nodes comes to an end.
+//! Every tetrahedron is cut at its longest edge, as M.-C. Rivara, Algorithms for refining triangular grids suitable for
+//! adaptive and multigrid techniques, Int. J. Numer. Meth. Engng 20 (1984) 745: slender ones become rounder, as those between
+//! the lines of a graded brick, where rules that repeat the shapes of the first mesh keep their slenderness. An order of all
+//! edges, equal in all tetrahedra, cuts a triangle at its longest edge on both sides, so that meshes conform; cutting
+//! those with hanging nodes comes to an end, since what it cuts is no shorter than the edge that asked for it.
 
-use std::collections::HashMap;
+use std::{cmp::Reverse, collections::HashMap};
 
 use super::{COORDINATE_ROUNDING, RawMesh, quadratic::edge, sorted};
 use crate::reference::TETRAHEDRON_EDGES;
 
-/// A tetrahedron with the edges at which it and its children will be cut.
+/// A tetrahedron with the edge at which it will be cut.
 #[derive(Debug, Clone, PartialEq)]
 struct MarkedTetrahedron {
     nodes: [usize; 4],
-    /// The marked edge of the triangle opposite to each node: two nodes, the smaller one first.
-    marks: [[usize; 2]; 4],
-    refinement: [usize; 2],
-    /// Tells two planar types apart, of which one is the parent of the other.
-    is_flagged: bool,
+    longest: [usize; 2],
     /// Face of the body that the triangle opposite to each node lies on, if any.
     faces: [Option<usize>; 4],
     /// The tetrahedron of the mesh before all refinement that this one lies in, and the barycentric
@@ -84,32 +79,10 @@ impl Bisection {
             .zip(&mesh.facet_face)
             .map(|(nodes, face)| (sorted(*nodes), *face))
             .collect();
-        let longest = |nodes: &[usize]| {
-            let candidates = edges(nodes).into_iter();
-            let length = |[a, b]: [usize; 2]| {
-                let difference = |c: usize| mesh.coordinates[a][c] - mesh.coordinates[b][c];
-                (0..3).map(|c| difference(c).powi(2)).sum::<f64>()
-            };
-            candidates
-                .reduce(|best, next| {
-                    // Roundings do not decide which edge is marked; ties go by node numbers.
-                    let (known, found) = (length(best), length(next));
-                    let is_longer = found > known * (1.0 + COORDINATE_ROUNDING);
-                    let is_equal = found >= known * (1.0 - COORDINATE_ROUNDING) && !is_longer;
-                    if is_longer || is_equal && next < best {
-                        next
-                    } else {
-                        best
-                    }
-                })
-                .expect("a simplex has edges")
-        };
         let tetrahedra = mesh.tetrahedra.iter().enumerate();
         let tetrahedra = tetrahedra.map(|(ancestor, nodes)| MarkedTetrahedron {
             nodes: *nodes,
-            marks: std::array::from_fn(|k| longest(&without(nodes, k))),
-            refinement: longest(nodes),
-            is_flagged: false,
+            longest: longest(&mesh.coordinates, nodes),
             faces: std::array::from_fn(|k| face_of.get(&sorted(without(nodes, k))).copied()),
             ancestor,
             places: std::array::from_fn(|k| std::array::from_fn(|j| f64::from(u8::from(j == k)))),
@@ -136,8 +109,9 @@ impl Bisection {
             let parents = std::mem::take(&mut self.tetrahedra);
             for (parent, must_cut) in parents.into_iter().zip(must_cut) {
                 if must_cut {
-                    let middle = self.middle(parent.refinement);
-                    self.tetrahedra.extend(parent.bisected(middle));
+                    let middle = self.middle(parent.longest);
+                    self.tetrahedra
+                        .extend(parent.bisected(middle, &self.coordinates));
                 } else {
                     self.tetrahedra.push(parent);
                 }
@@ -199,72 +173,31 @@ impl Bisection {
 }
 
 impl MarkedTetrahedron {
-    /// Whether the refinement edge and the marks of the two triangles that do not hold it lie in one
-    /// plane.
-    fn is_planar(&self) -> bool {
-        let others = (0..4).filter(|&k| self.refinement.contains(&self.nodes[k]));
-        let mut touched: Vec<usize> = others.flat_map(|k| self.marks[k]).collect();
-        touched.extend(self.refinement);
-        touched.sort_unstable();
-        touched.dedup();
-        touched.len() == 3
-    }
-
-    /// The two halves, first that with the smaller end of the refinement edge.
-    fn bisected(&self, middle: usize) -> [Self; 2] {
-        let was_planar = self.is_planar();
-        let ends = self.refinement;
-        ends.map(|kept| {
-            let dropped = ends[usize::from(kept == ends[0])];
-            let at = |node: usize| self.nodes.iter().position(|n| *n == node).unwrap_or(0);
-            let (kept_at, dropped_at) = (at(kept), at(dropped));
-            let mut nodes = self.nodes;
-            nodes[dropped_at] = middle;
-            let mut places = self.places;
-            let (p, q) = (self.places[kept_at], self.places[dropped_at]);
-            places[dropped_at] = std::array::from_fn(|j| 0.5 * (p[j] + q[j]));
-            // The triangle opposite to the dropped end is inherited whole with its mark, at which
-            // the child is cut next.
-            let refinement = self.marks[dropped_at];
-            let others: Vec<usize> = self
-                .nodes
-                .into_iter()
-                .filter(|n| !ends.contains(n))
-                .collect();
-            let opposite = edge(others[0], others[1]);
-            let marks = std::array::from_fn(|k| {
-                if k == dropped_at {
-                    refinement
-                } else if k == kept_at {
-                    // The triangle between the two children.
-                    match (was_planar && self.is_flagged, common(refinement, opposite)) {
-                        (true, Some(node)) => edge(middle, node),
-                        _ => opposite,
-                    }
-                } else {
-                    // A triangle that was cut: the edge opposite to the new node.
-                    let third = others.iter().find(|n| **n != self.nodes[k]);
-                    edge(kept, third.copied().unwrap_or(kept))
-                }
-            });
-            let mut faces = self.faces;
-            faces[kept_at] = None;
-            Self {
-                nodes,
-                marks,
-                refinement,
-                is_flagged: was_planar && !self.is_flagged,
-                faces,
-                ancestor: self.ancestor,
-                places,
-                parent: self.parent,
-                cuts: self.cuts.saturating_sub(1),
-            }
+    /// The two halves, first that with the smaller end of the edge that is cut.
+    fn bisected(&self, middle: usize, coordinates: &[[f64; 3]]) -> [Self; 2] {
+        let at = self
+            .longest
+            .map(|end| self.nodes.iter().position(|n| *n == end).unwrap_or(0));
+        [(at[0], at[1]), (at[1], at[0])].map(|(kept, dropped)| {
+            let mut child = self.clone();
+            child.nodes[dropped] = middle;
+            child.longest = longest(coordinates, &child.nodes);
+            let (p, q) = (self.places[kept], self.places[dropped]);
+            child.places[dropped] = std::array::from_fn(|j| 0.5 * (p[j] + q[j]));
+            child.faces[kept] = None;
+            child.cuts = self.cuts.saturating_sub(1);
+            child
         })
     }
 }
 
-/// The node that two edges share.
-fn common(first: [usize; 2], second: [usize; 2]) -> Option<usize> {
-    first.into_iter().find(|node| second.contains(node))
+/// The last edge of a tetrahedron in the order of lengths, and of node numbers where lengths are equal but for rounding.
+fn longest(coordinates: &[[f64; 3]], nodes: &[usize; 4]) -> [usize; 2] {
+    let order = |&[a, b]: &[usize; 2]| {
+        let square = (0..3).map(|c| (coordinates[a][c] - coordinates[b][c]).powi(2));
+        let classes = square.sum::<f64>().ln() / COORDINATE_ROUNDING;
+        (classes.round() as i64, Reverse([a, b]))
+    };
+    let edges = edges(nodes).into_iter().max_by_key(order);
+    edges.unwrap_or_default()
 }

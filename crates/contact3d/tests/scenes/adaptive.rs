@@ -12,7 +12,7 @@ use contact3d::{
     },
     contact::transferred,
     elasticity::Loads,
-    mesh::{Mesh, Quality, RefinableBody, RefinedLevel, tetrahedron_volume},
+    mesh::{Mesh, Quality, RefinableBody, RefinedLevel, shape, tetrahedron_volume},
     scene::{
         AdaptSettings, ElementOrder, FirstMesh, Functional, MultiplierSpace, Scene, SolveSettings,
     },
@@ -107,14 +107,34 @@ fn cuts_towards_a_corner_keep_the_mesh_conforming_and_the_shapes_few() {
         quality.longest_edge / quality.shortest_edge > 500.0,
         "it is graded"
     );
-    // The classes of shapes are used up after a few levels, and none of them is flat: (Arnold,
-    // Mukherjee, Pouly 2000) promise finitely many.
+    // Cuts at the longest edges of a brick's tetrahedra come back to their first shapes; none is flat.
     assert_eq!(
         shapes[5..].iter().copied().fold(f64::INFINITY, f64::min),
         shapes[5..].iter().copied().fold(0.0, f64::max)
     );
     assert!(shapes[10] > 0.4 * shapes[0], "{shapes:?}");
     assert!(mesh.tetrahedra.len() < 60 * first.tetrahedra.len());
+}
+
+/// Slender cells, as a graded brick has them far from where it is fine, become round where they are cut.
+#[test]
+fn cuts_make_slender_tetrahedra_rounder() {
+    let mut scene = published(ElementOrder::P1, 2);
+    scene.as_brick_mut().expect("a brick").cells = [3, 24, 1];
+    let mut body = RefinableBody::new(&scene, Path::new("")).expect("a body");
+    let mean_shape = |mesh: &Mesh| -> f64 {
+        let corners = mesh.tetrahedra.iter().map(|nodes| mesh.corners(nodes));
+        let near = corners.filter(|corners| corners.contains(&[0.0; 3]));
+        let shapes: Vec<f64> = near.map(|corners| shape(&corners)).collect();
+        shapes.iter().sum::<f64>() / shapes.len() as f64
+    };
+    let first = mean_shape(&body.mesh().expect("a mesh"));
+    for _ in 0..4 {
+        let mesh = body.mesh().expect("a mesh");
+        body.refine(&touching(&mesh, [0.0; 3], 3));
+    }
+    let last = mean_shape(&body.mesh().expect("a mesh"));
+    assert!(last > 2.0 * first, "{first} {last}");
 }
 
 #[test]
