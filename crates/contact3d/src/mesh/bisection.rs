@@ -100,11 +100,11 @@ impl Bisection {
     /// nodes, until there are none. Children take the place of their parent in the order, so the
     /// result depends on the cuts alone.
     pub(super) fn refine(&mut self, cuts: &[u8]) {
-        for (number, (tetrahedron, &cuts)) in self.tetrahedra.iter_mut().zip(cuts).enumerate() {
+        for (number, tetrahedron) in self.tetrahedra.iter_mut().enumerate() {
             tetrahedron.parent = number;
-            tetrahedron.cuts = cuts;
+            tetrahedron.cuts = cuts.get(number).copied().unwrap_or(0);
         }
-        let mut must_cut: Vec<bool> = cuts.iter().map(|cuts| *cuts > 0).collect();
+        let mut must_cut: Vec<bool> = self.tetrahedra.iter().map(|t| t.cuts > 0).collect();
         while must_cut.contains(&true) {
             let parents = std::mem::take(&mut self.tetrahedra);
             for (parent, must_cut) in parents.into_iter().zip(must_cut) {

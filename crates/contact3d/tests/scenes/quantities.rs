@@ -6,7 +6,7 @@ use contact3d::{
     Problem,
     adaptation::{AdaptiveStatus, adapted},
     mesh::{Mesh, RefinedLevel},
-    post::{ContactReport, FunctionalEstimate},
+    post::ContactReport,
     scene::{
         AdaptSettings, Body, Clamp, Component, Contact, ElementOrder, FirstMesh, Friction,
         Functional, Material, Scene,
@@ -38,17 +38,10 @@ fn report(scene: &Scene, cuts: &[RefinedLevel]) -> ContactReport {
     report
 }
 
-/// A quantity on the mesh of every cell cut into some 8^level.
-fn on_equal_cuts(scene: &Scene, of: Functional, level: usize) -> FunctionalEstimate {
-    let mut cuts = Vec::new();
-    for _ in 0..level {
-        let mesh = Mesh::refined(scene, Path::new(""), &cuts).expect("a mesh");
-        cuts.push(RefinedLevel::Cuts(vec![3; mesh.tetrahedra.len()]));
-    }
-    report(scene, &cuts)
-        .functional(of)
-        .expect("a quantity")
-        .clone()
+/// The report on a mesh with some 64 times the cells.
+fn on_finer_mesh(scene: &Scene) -> ContactReport {
+    let mesh = Mesh::of_scene(scene, Path::new("")).expect("a mesh");
+    report(scene, &[RefinedLevel::Cuts(vec![6; mesh.tetrahedra.len()])])
 }
 
 /// Error bars on a mesh against the quantity on one with some 64 times the cells. Where elements and contact err in opposite
@@ -70,7 +63,8 @@ fn error_bars_are_near_the_errors() {
         (PUBLISHED, mean_of_pressure),
     ] {
         let scene = scene(text, of, 0.01);
-        let [coarse, fine] = [0, 2].map(|level| on_equal_cuts(&scene, of, level));
+        let [coarse, fine] = [report(&scene, &[]), on_finer_mesh(&scene)];
+        let [coarse, fine] = [&coarse, &fine].map(|it| it.functional(of).expect("a quantity"));
         let error = fine.value - coarse.value;
         let [low, high] = coarse.range;
         let bar = 0.5 * (high - low);
@@ -158,7 +152,8 @@ fn meshes_follow_a_quantity() {
         force.indicator.len(),
         answer.problem.mesh().tetrahedra.len()
     );
-    let finer = on_equal_cuts(&scene, of, 2);
+    let finer = on_finer_mesh(&scene);
+    let finer = finer.functional(of).expect("a quantity");
     // Twice the target: an error bar is an estimate, and the finer mesh has one of its own.
     assert!((force.value / finer.value - 1.0).abs() < 0.008);
 }
@@ -197,17 +192,13 @@ fn ranges_of_areas_hold_those_of_finer_meshes() {
     ] {
         let mut scene = scene(text, Functional::ContactArea, 0.01);
         scene.as_brick_mut().expect("a brick").cells = cells;
-        let coarse = report(&scene, &[]);
-        let mesh = Mesh::of_scene(&scene, Path::new("")).expect("a mesh");
-        let once = RefinedLevel::Cuts(vec![3; mesh.tetrahedra.len()]);
-        let twice = RefinedLevel::Cuts(vec![3; 8 * mesh.tetrahedra.len()]);
-        let fine = report(&scene, &[once, twice]);
+        let (coarse, fine) = (report(&scene, &[]), on_finer_mesh(&scene));
         for of in [Functional::ContactArea, Functional::StickArea] {
+            let fine = fine.functional(of).expect("an area").value;
             let coarse = coarse.functional(of).expect("an area");
             let [low, high] = coarse.range;
             assert!(low <= coarse.value && coarse.value <= high && high > low);
             // Areas of the finer mesh are known to about a hundredth of the face of 2 to 3 m².
-            let fine = fine.functional(of).expect("an area").value;
             assert!(
                 (low - 0.02..=high + 0.02).contains(&fine),
                 "{coarse:?} {fine:e}"
